@@ -1,0 +1,36 @@
+#include "cpu_reference/reference.hpp"
+
+#include "cpu_reference/begin_step.hpp"
+#include "cpu_reference/collide.hpp"
+#include "cpu_reference/color_contacts.hpp"
+#include "cpu_reference/end_step.hpp"
+#include "cpu_reference/find_pairs.hpp"
+#include "cpu_reference/integrate_free_flight.hpp"
+#include "cpu_reference/integrate_positions.hpp"
+#include "cpu_reference/integrate_velocities.hpp"
+#include "cpu_reference/match_contacts.hpp"
+#include "cpu_reference/pack_contacts.hpp"
+#include "cpu_reference/prepare_contacts.hpp"
+#include "cpu_reference/solve_contacts.hpp"
+#include "cpu_reference/sort_cells.hpp"
+#include "cpu_reference/store_impulses.hpp"
+#include "cpu_reference/update_bounds.hpp"
+#include "cpu_reference/warm_start.hpp"
+
+namespace lockstep::reference {
+
+template <class real>
+void run_stage(Stage stage, Buffers<real>& buffers, const StepParams<real>& params) {
+  switch (stage) {
+#define STAGE(name, ...) \
+  case Stage::name: return name(buffers, params);
+#include "host/stages.def"
+#undef STAGE
+    case Stage::count: return;
+  }
+}
+
+template void run_stage<float>(Stage, Buffers<float>&, const StepParams<float>&);
+template void run_stage<double>(Stage, Buffers<double>&, const StepParams<double>&);
+
+}  // namespace lockstep::reference

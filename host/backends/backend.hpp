@@ -1,0 +1,44 @@
+// What the pipeline runs on: the OpenCL device, the C++ reference, or both beside each other.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+
+#include "host/stages.hpp"
+
+namespace lockstep {
+
+using Counters = std::array<u32, COUNTER_COUNT>;
+
+template <class real>
+class Backend {
+ public:
+  virtual ~Backend() = default;
+
+  /// Runs, or enqueues, one stage; nothing when the scene's features do not ask for it.
+  virtual void run(Stage stage, const StepParams<real>& params) = 0;
+
+  /// The counters of the step, after everything enqueued has ended.
+  virtual Counters counters() = 0;
+
+  /// Makes room for longer lists after a step that ran out of it; constant and persistent contents are kept.
+  virtual void grow(const Sizes& sizes) = 0;
+
+  /// Host copies of the named buffers as they are now (all live elements); the others may be stale.
+  virtual const Buffers<real>& download(std::span<const Buffer> wanted) = 0;
+
+  /// Overwrites a buffer from the host's copy in `buffers`, for resuming and for tests.
+  virtual void upload(Buffer buffer, const Buffers<real>& buffers) = 0;
+
+  virtual const Sizes& sizes() const = 0;
+  virtual Features features() const = 0;
+
+  /// "reference", or the device's name.
+  virtual std::string name() const = 0;
+
+  /// Seconds spent in each stage since the start, by Stage; zeros unless profiling was asked for.
+  virtual std::array<double, stage_count> stage_seconds() const = 0;
+};
+
+}  // namespace lockstep

@@ -1,0 +1,86 @@
+#include "host/buffers.hpp"
+
+#include <algorithm>
+
+namespace lockstep {
+
+namespace {
+
+// Sizes of an element in both precisions: `real` names the precision inside the table.
+template <class real>
+constexpr std::array<std::size_t, buffer_count> element_sizes() {
+  return {
+#define BUFFER(name, element, ...) sizeof(element),
+#include "host/buffers.def"
+#undef BUFFER
+  };
+}
+
+constexpr auto float_sizes = element_sizes<float>();
+constexpr auto double_sizes = element_sizes<double>();
+
+constexpr std::array<BufferInfo, buffer_count> make_infos() {
+  std::array<BufferInfo, buffer_count> infos = {{
+#define BUFFER(name, element, domain, lifetime, feature) \
+  BufferInfo{#name, Domain::domain, Lifetime::lifetime, Feature::feature, 0, 0},
+#include "host/buffers.def"
+#undef BUFFER
+  }};
+  for (u32 i = 0; i < buffer_count; ++i) {
+    infos[i].float_bytes = float_sizes[i];
+    infos[i].double_bytes = double_sizes[i];
+  }
+  return infos;
+}
+
+constexpr auto infos = make_infos();
+
+}  // namespace
+
+const BufferInfo& info(Buffer buffer) { return infos[static_cast<u32>(buffer)]; }
+
+std::size_t capacity(Domain domain, const Sizes& sizes) {
+  switch (domain) {
+    case Domain::one: return 1;
+    case Domain::counters: return COUNTER_COUNT;
+    case Domain::worlds: return sizes.worlds;
+    case Domain::bodies: return sizes.bodies;
+    case Domain::body_lines: return std::size_t{sizes.bodies} + 1;
+    case Domain::body_masks: return std::size_t{sizes.bodies} * 2;
+    case Domain::shapes: return sizes.shapes;
+    case Domain::shape_ends: return std::size_t{sizes.shapes} + 1;
+    case Domain::planes: return sizes.planes;
+    case Domain::materials: return sizes.material_pairs;
+    case Domain::buckets: return std::size_t{sizes.buckets} + 1;
+    case Domain::pairs: return sizes.pairs;
+    case Domain::pair_ends: return std::size_t{sizes.pairs} + 1;
+    case Domain::contacts:
+    case Domain::cached: return sizes.contacts;
+    case Domain::colors: return MAX_COLORS + 2;
+    case Domain::blocks: return sizes.blocks;
+  }
+  return 0;
+}
+
+std::size_t live(Domain domain, const Sizes& sizes, std::span<const u32> counters, u32 cached_count) {
+  switch (domain) {
+    case Domain::pairs: return std::min(counters[COUNTER_PAIRS], sizes.pairs);
+    case Domain::pair_ends: return std::min<std::size_t>(counters[COUNTER_PAIRS], sizes.pairs) + 1;
+    case Domain::contacts: return std::min(counters[COUNTER_CONTACTS], sizes.contacts);
+    case Domain::blocks: return std::min(counters[COUNTER_BLOCKS], sizes.blocks);
+    case Domain::cached: return std::min(cached_count, sizes.contacts);
+    default: return capacity(domain, sizes);
+  }
+}
+
+template <class real>
+void resize(Buffers<real>& buffers, const Sizes& sizes, Features features) {
+  for_each_buffer(buffers, [&](Buffer buffer, auto& elements) {
+    elements.resize(has(features, info(buffer).feature) ? capacity(info(buffer).domain, sizes) : 0);
+  });
+}
+
+template void resize<float>(Buffers<float>&, const Sizes&, Features);
+template void resize<double>(Buffers<double>&, const Sizes&, Features);
+
+}  // namespace lockstep

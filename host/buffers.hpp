@@ -1,0 +1,87 @@
+// The buffers of a simulation: one table (buffers.def) feeds the names, the reference's storage and the device's.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "host/features.hpp"
+#include "kernels/types.h"
+
+namespace lockstep {
+
+/// What the elements of a buffer belong to.
+enum class Domain : u32 {
+  one, counters, worlds, bodies, body_lines, body_masks, shapes, shape_ends, planes, materials,
+  buckets, pairs, pair_ends, contacts, colors, blocks, cached
+};
+
+enum class Lifetime : u32 { constant, persistent, transient };
+
+enum class Buffer : u32 {
+#define BUFFER(name, ...) name,
+#include "host/buffers.def"
+#undef BUFFER
+  count
+};
+
+constexpr u32 buffer_count = static_cast<u32>(Buffer::count);
+
+struct BufferInfo {
+  std::string_view name;
+  Domain domain;
+  Lifetime lifetime;
+  Feature feature;
+  std::size_t float_bytes, double_bytes;  // of an element, by precision
+
+  template <class real>
+  constexpr std::size_t element_bytes() const {
+    return sizeof(real) == 4 ? float_bytes : double_bytes;
+  }
+};
+
+/// Storage of the reference backend, and the host's image of what a scene compiles to.
+template <class real>
+struct Buffers {
+#define BUFFER(name, element, ...) std::vector<element> name;
+#include "host/buffers.def"
+#undef BUFFER
+};
+
+/// How many elements each domain can hold. The last three grow when a step asks for more.
+struct Sizes {
+  u32 worlds = 0, bodies = 0, shapes = 0, planes = 0, material_pairs = 0, buckets = 0;
+  u32 pairs = 0, contacts = 0, blocks = 0;
+
+  bool operator==(const Sizes&) const = default;
+};
+
+/// Elements that a buffer of this domain is allocated with.
+std::size_t capacity(Domain domain, const Sizes& sizes);
+
+/// Elements that hold results after a stage, from the counters and the cache count of that moment.
+std::size_t live(Domain domain, const Sizes& sizes, std::span<const u32> counters, u32 cached_count);
+
+const BufferInfo& info(Buffer buffer);
+
+/// Calls `visit(Buffer, vector)` for each buffer in table order.
+template <class real, class Visitor>
+void for_each_buffer(Buffers<real>& buffers, Visitor&& visit) {
+#define BUFFER(name, ...) visit(Buffer::name, buffers.name);
+#include "host/buffers.def"
+#undef BUFFER
+}
+template <class real, class Visitor>
+void for_each_buffer(const Buffers<real>& buffers, Visitor&& visit) {
+#define BUFFER(name, ...) visit(Buffer::name, buffers.name);
+#include "host/buffers.def"
+#undef BUFFER
+}
+
+/// Gives every buffer of the features its capacity; new elements are zero. Constant and persistent contents are kept.
+template <class real>
+void resize(Buffers<real>& buffers, const Sizes& sizes, Features features);
+
+}  // namespace lockstep

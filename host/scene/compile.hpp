@@ -1,0 +1,30 @@
+// From scenes to buffers: everything that becomes simulated state is computed here, in exact arithmetic (contract rule 10).
+#pragma once
+
+#include <span>
+
+#include "host/buffers.hpp"
+#include "host/scene/scene.hpp"
+
+namespace lockstep {
+
+/// What a simulation starts from.
+template <class real>
+struct InitialState {
+  Buffers<real> buffers;  // constant and persistent buffers filled, the others sized
+  Sizes sizes;
+  Features features = 0;
+  StepParams<real> params = {};
+};
+
+/// Compiles one world, or a batch of them: the bodies of world w follow those of world w - 1. The settings (dt, integrator,
+/// iterations ...) of a batch are those of the first scene. Throws Error (input) where settings and scene do not go together.
+template <class real>
+InitialState<real> compile(std::span<const Scene> worlds);
+
+template <class real>
+InitialState<real> compile(const Scene& scene) {
+  return compile<real>(std::span<const Scene>(&scene, 1));
+}
+
+}  // namespace lockstep

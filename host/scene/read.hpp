@@ -1,0 +1,24 @@
+// Scene files: JSON as docs/scene_format.md and scenes/scene.schema.json describe it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host/scene/scene.hpp"
+
+namespace lockstep {
+
+/// Reads a scene from a path, or a built-in scene by its name. Throws Error (input) with "file: /json/path: rule and value".
+Scene read_scene(const std::string& path_or_name);
+
+/// Reads a scene from JSON text; `source` stands for the file in errors.
+Scene parse_scene(const std::string& text, const std::string& source);
+
+struct SceneListing {
+  std::string name, description;
+};
+
+/// The built-in scenes, ordered by name.
+std::vector<SceneListing> built_in_scenes();
+
+}  // namespace lockstep

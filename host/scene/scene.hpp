@@ -1,0 +1,83 @@
+// A scene as a file describes it, in double and SI units; z up. Reading and compiling are in read.hpp and compile.hpp.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "kernels/types.h"
+
+namespace lockstep {
+
+using Vector3 = std::array<double, 3>;
+using Quaternion = std::array<double, 4>;  // x y z w, unit
+
+/// How a body moves. `explicit_euler`, `semi_implicit_euler` and `trapezoidal` are the time-stepping schemes (positions move
+/// with the old, the new, the mean velocity); `runge_kutta` is of fourth order, for free flight and pivots only.
+enum class Integrator { explicit_euler, semi_implicit_euler, trapezoidal, runge_kutta };
+
+/// At which angular velocity the gyroscopic moment w x I w is taken: left out, at the old, the new or the mean one.
+enum class Gyroscopic { none, explicit_, implicit, midpoint };
+
+struct Material {
+  std::string name;
+  double friction = 0.5, restitution = 0;
+};
+
+/// Overrides what the two materials combine to (friction: geometric mean; restitution: the larger).
+struct MaterialPairRule {
+  u32 material_a, material_b;
+  double friction, restitution;
+};
+
+struct ShapeDescription {
+  ShapeKind kind = SHAPE_SPHERE;
+  Vector3 offset = {0, 0, 0};            // in the body frame, m
+  Quaternion rotation = {0, 0, 0, 1};
+  double radius = 0;                     // sphere
+  u32 material = 0;                      // index into Scene::materials
+  u32 category = 1, mask = 0xffffffffu;  // collision filter
+};
+
+struct BodyDescription {
+  std::string name;                      // may be empty
+  BodyKind kind = BODY_DYNAMIC;
+  double mass = 0;                       // kg; 0 for static and kinematic bodies
+  Vector3 inertia = {0, 0, 0};           // principal moments about the centre of mass, kg m^2
+  Vector3 position = {0, 0, 0};          // of the centre of mass
+  Quaternion orientation = {0, 0, 0, 1};
+  Vector3 velocity = {0, 0, 0};
+  Vector3 angular_velocity = {0, 0, 0};  // world frame
+  bool pivoted = false;
+  Vector3 lever = {0, 0, 0};             // from the pivot to the centre of mass, body frame; the pivot follows from the pose
+  std::vector<ShapeDescription> shapes;
+};
+
+struct Settings {
+  double dt = 1.0 / 60;
+  u32 steps = 300;
+  u32 substeps = 1;
+  u32 iterations = 10;
+  Integrator integrator = Integrator::semi_implicit_euler;
+  Gyroscopic gyroscopic = Gyroscopic::implicit;
+  double restitution_threshold = 0;  // m/s
+  double correction = 0.2;           // Baumgarte: share of the penetration taken back in a sub-step
+  double correction_limit = 3;       // m/s
+  double slop = 1e-4;                // m
+  double margin = 0.005;             // m
+  double speed_limit = 1e5;          // m/s
+  std::string precision = "float";   // what a run uses unless it is told
+};
+
+struct Scene {
+  std::string name, source;  // the file's stem and path
+  std::string description;   // one line: what a viewer should see
+  Vector3 gravity = {0, 0, -9.81};
+  Settings settings;
+  std::vector<Material> materials;
+  std::vector<MaterialPairRule> material_pairs;
+  std::vector<BodyDescription> bodies;
+};
+
+}  // namespace lockstep

@@ -1,0 +1,39 @@
+// The pipeline. This is the whole simulator on one screen.
+#pragma once
+
+#include "host/stages.hpp"
+
+namespace lockstep {
+
+/// One time step. Each line is one stage: a kernel and a reference function of the same name. A stage that the scene's
+/// features do not ask for is skipped by the backend. A step that runs out of room (STATUS_FULL) leaves the persistent
+/// buffers as they were, so that it can be redone.
+template <class Backend, class real>
+void step(Backend& backend, StepParams<real> p) {
+  backend.run(Stage::begin_step, p);
+
+  // which shapes touch, and what the last step knew about it
+  backend.run(Stage::update_bounds, p);
+  backend.run(Stage::sort_cells, p);
+  backend.run(Stage::find_pairs, p);
+  backend.run(Stage::collide, p);
+  backend.run(Stage::match_contacts, p);
+
+  // contacts of one colour share no movable body, so that a colour is solved at once
+  backend.run(Stage::color_contacts, p);
+  backend.run(Stage::pack_contacts, p);
+
+  for (p.substep = 0; p.substep < p.substeps; ++p.substep) {
+    backend.run(Stage::integrate_velocities, p);
+    backend.run(Stage::prepare_contacts, p);
+    backend.run(Stage::warm_start, p);
+    backend.run(Stage::solve_contacts, p);
+    backend.run(Stage::integrate_positions, p);
+    backend.run(Stage::integrate_free_flight, p);
+  }
+
+  backend.run(Stage::store_impulses, p);
+  backend.run(Stage::end_step, p);
+}
+
+}  // namespace lockstep
