@@ -1,4 +1,5 @@
-// Vectors and quaternions of the reference. kernels/math.h says the same in OpenCL C, written by hand, operation by operation.
+// Vectors and quaternions of the reference. kernels/math.h says the same in OpenCL C, written by hand, operation by
+// operation.
 #pragma once
 
 #if defined(__FAST_MATH__)

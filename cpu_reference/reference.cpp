@@ -5,6 +5,7 @@
 #include "cpu_reference/color_contacts.hpp"
 #include "cpu_reference/end_step.hpp"
 #include "cpu_reference/find_pairs.hpp"
+#include "cpu_reference/hash_state.hpp"
 #include "cpu_reference/integrate_free_flight.hpp"
 #include "cpu_reference/integrate_positions.hpp"
 #include "cpu_reference/integrate_velocities.hpp"
@@ -23,7 +24,8 @@ template <class real>
 void run_stage(Stage stage, Buffers<real>& buffers, const StepParams<real>& params) {
   switch (stage) {
 #define STAGE(name, ...) \
-  case Stage::name: return name(buffers, params);
+  case Stage::name:      \
+    return name(buffers, params);
 #include "host/stages.def"
 #undef STAGE
     case Stage::count: return;

@@ -14,8 +14,23 @@ namespace lockstep {
 
 /// What the elements of a buffer belong to.
 enum class Domain : u32 {
-  one, counters, worlds, bodies, body_lines, body_masks, shapes, shape_ends, planes, materials,
-  buckets, pairs, pair_ends, contacts, colors, blocks, cached
+  one,
+  counters,
+  worlds,
+  bodies,
+  body_lines,
+  body_masks,
+  shapes,
+  shape_ends,
+  planes,
+  materials,
+  buckets,
+  pairs,
+  pair_ends,
+  contacts,
+  colors,
+  blocks,
+  cached
 };
 
 enum class Lifetime : u32 { constant, persistent, transient };

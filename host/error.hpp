@@ -9,8 +9,8 @@ namespace lockstep {
 /// Exit statuses of the program (DESIGN: 0 good, 1 a comparison failed, 2 bad usage or input, 3 device failure).
 enum class Failure { comparison = 1, input = 2, device = 3 };
 
-/// One clear line: "where: what is wrong and the cure". `where` is a file and JSON path (scenes/x.json: /bodies/3/mass), or a
-/// stage and device. `what()` is the whole line; a device build log follows it on further lines.
+/// One clear line: "where: what is wrong and the cure". `where` is a file and JSON path (scenes/x.json:
+/// /bodies/3/mass), or a stage and device. `what()` is the whole line; a device build log follows it on further lines.
 class Error : public std::runtime_error {
  public:
   Error(Failure failure, const std::string& where, const std::string& what)

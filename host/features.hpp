@@ -7,12 +7,13 @@ namespace lockstep {
 
 enum class Feature : u32 {
   always = 0,
-  contacts = 1u << 0,          // shapes that can touch
-  general_contacts = 1u << 1,  // some contact may need the full 3 x 3 Delassus block: shapes off centre, anisotropic bodies
-  pivots = 1u << 2,            // bodies that turn about a fixed point
-  time_stepping = 1u << 3,     // velocities, then positions; what contacts need
-  runge_kutta = 1u << 4,       // free flight in one stage of fourth order
-  gyroscopic = 1u << 5,        // some body is anisotropic and its gyroscopic moment is wanted
+  contacts = 1u << 0,  // shapes that can touch
+  general_contacts =
+      1u << 1,       // some contact may need the full 3 x 3 Delassus block: shapes off centre, anisotropic bodies
+  pivots = 1u << 2,  // bodies that turn about a fixed point
+  time_stepping = 1u << 3,  // velocities, then positions; what contacts need
+  runge_kutta = 1u << 4,    // free flight in one stage of fourth order
+  gyroscopic = 1u << 5,     // some body is anisotropic and its gyroscopic moment is wanted
 };
 
 using Features = u32;  // a set: bits of Feature

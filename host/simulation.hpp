@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include "host/backends/backend.hpp"
 #include "host/scene/compile.hpp"
@@ -15,15 +16,18 @@ class Simulation {
   Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params)
       : backend_(std::move(backend)), params_(params) {}
 
-  /// One time step. A list that was too short is made longer and the step redone, with the same bits as if it had been long
-  /// enough. Throws Error naming body, stage and step when a velocity or a pose goes bad.
+  /// One time step. A list that was too short is made longer and the step redone, with the same bits as if it had been
+  /// long enough. Throws Error naming body, stage and step when a velocity or a pose goes bad.
   void step();
+
+  /// Hashes of the persistent state and of the poses of each world, computed where the state is.
+  std::vector<WorldHash> world_hashes();
 
   Backend<real>& backend() { return *backend_; }
   const StepParams<real>& params() const { return params_; }
   const Counters& counters() const { return counters_; }  // of the last step
   u32 steps_done() const { return steps_done_; }
-  u32 redone() const { return redone_; }                  // steps that had to be redone so far
+  u32 redone() const { return redone_; }  // steps that had to be redone so far
 
  private:
   std::unique_ptr<Backend<real>> backend_;

@@ -6,8 +6,10 @@ namespace {
 
 using enum Buffer;
 
-#define READS(...) {__VA_ARGS__}
-#define WRITES(...) {__VA_ARGS__}
+#define READS(...) \
+  { __VA_ARGS__ }
+#define WRITES(...) \
+  { __VA_ARGS__ }
 
 // The braces hold a list of buffers; an initializer_list gives each row arrays of its own length.
 struct Row {

@@ -1,4 +1,5 @@
-// Vectors and quaternions of the kernels. cpu_reference/math.hpp says the same in C++, written by hand, operation by operation.
+// Vectors and quaternions of the kernels. cpu_reference/math.hpp says the same in C++, written by hand, operation by
+// operation.
 #ifndef LOCKSTEP_MATH_H
 #define LOCKSTEP_MATH_H
 

@@ -6,7 +6,9 @@
 
 #ifdef __cplusplus
 #include <cstdint>
-#define RECORD(Name) template <class real> struct Name
+#define RECORD(Name)    \
+  template <class real> \
+  struct Name
 #define INDEX_RECORD(Name) struct Name
 namespace lockstep {
 using u32 = std::uint32_t;
@@ -34,24 +36,24 @@ typedef REAL real;
 
 enum BodyKind { BODY_STATIC = 0, BODY_KINEMATIC = 1, BODY_DYNAMIC = 2 };
 enum ShapeKind { SHAPE_SPHERE = 0, SHAPE_PLANE = 1 };
-// Central: every movable body of the contact has an isotropic inertia and its arm is parallel to the normal, so that the
-// Delassus block is diagonal and the cone problem has a closed form. Padding lanes have inverse masses of zero.
+// Central: every movable body of the contact has an isotropic inertia and its arm is parallel to the normal, so that
+// the Delassus block is diagonal and the cone problem has a closed form. Padding lanes have inverse masses of zero.
 enum BlockKind { BLOCK_PADDING = 0, BLOCK_CENTRAL = 1, BLOCK_GENERAL = 2 };
 
 // Words of the `counters` buffer, zeroed by begin_step.
 enum Counter {
-  COUNTER_STATUS = 0,         // StatusBit, or-ed
-  COUNTER_PAIRS = 1,          // candidate pairs, at most the capacity
-  COUNTER_CONTACTS = 2,       // contacts, at most the capacity
-  COUNTER_BLOCKS = 3,         // packed blocks of all colours, at most the capacity
-  COUNTER_COLORS = 4,         // colours in use (0 .. MAX_COLORS), overflow not counted
-  COUNTER_OVERFLOW = 5,       // contacts that no colour could hold
-  COUNTER_PAIRS_NEEDED = 6,   // what the three lists would have needed
+  COUNTER_STATUS = 0,        // StatusBit, or-ed
+  COUNTER_PAIRS = 1,         // candidate pairs, at most the capacity
+  COUNTER_CONTACTS = 2,      // contacts, at most the capacity
+  COUNTER_BLOCKS = 3,        // packed blocks of all colours, at most the capacity
+  COUNTER_COLORS = 4,        // colours in use (0 .. MAX_COLORS), overflow not counted
+  COUNTER_OVERFLOW = 5,      // contacts that no colour could hold
+  COUNTER_PAIRS_NEEDED = 6,  // what the three lists would have needed
   COUNTER_CONTACTS_NEEDED = 7,
   COUNTER_BLOCKS_NEEDED = 8,
-  COUNTER_MAX_EXTENT = 9,     // bits of the largest float bound of a finite shape, m
-  COUNTER_ROUNDS = 10,        // rounds that colouring took, for the next launch plan
-  COUNTER_BAD_BODY = 11,      // NONE - (smallest index of a body whose state went bad); 0 where none did
+  COUNTER_MAX_EXTENT = 9,  // bits of the largest float bound of a finite shape, m
+  COUNTER_ROUNDS = 10,     // rounds that colouring took, for the next launch plan
+  COUNTER_BAD_BODY = 11,   // NONE - (smallest index of a body whose state went bad); 0 where none did
   COUNTER_COUNT = 16
 };
 
@@ -59,14 +61,14 @@ enum StatusBit {
   STATUS_PAIRS_FULL = 1,
   STATUS_CONTACTS_FULL = 2,
   STATUS_BLOCKS_FULL = 4,
-  STATUS_OUT_OF_GRID = 8,          // sort_cells: a shape is so far out that its cell has no number
-  STATUS_BAD_FORCES = 16,          // integrate_velocities: a velocity is not finite or above the speed limit after the forces
-  STATUS_BAD_CONTACTS = 32,        // integrate_positions: the same, after the contacts were solved
-  STATUS_BAD_POSE = 64,            // integrate_positions or integrate_free_flight: a pose is not finite
-  STATUS_BAD_FLIGHT = 128          // integrate_free_flight: the same as STATUS_BAD_FORCES
+  STATUS_OUT_OF_GRID = 8,    // sort_cells: a shape is so far out that its cell has no number
+  STATUS_BAD_FORCES = 16,    // integrate_velocities: a velocity is not finite or above the speed limit after the forces
+  STATUS_BAD_CONTACTS = 32,  // integrate_positions: the same, after the contacts were solved
+  STATUS_BAD_POSE = 64,      // integrate_positions or integrate_free_flight: a pose is not finite
+  STATUS_BAD_FLIGHT = 128    // integrate_free_flight: the same as STATUS_BAD_FORCES
 };
-// Any of these is found before a stage writes persistent state; the stages that do leave it alone, and the step is redone
-// with larger buffers.
+// Any of these is found before a stage writes persistent state; the stages that do leave it alone, and the step is
+// redone with larger buffers.
 #define STATUS_FULL (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL | STATUS_BLOCKS_FULL)
 
 // ---- constant data of a scene ------------------------------------------------------------------------------------
@@ -74,15 +76,15 @@ enum StatusBit {
 INDEX_RECORD(WorldRange) {
   u32 first_body, body_count;
   u32 first_shape, shape_count;
-  u32 first_plane, plane_count;          // into `planes`: the unbounded shapes of this world
+  u32 first_plane, plane_count;             // into `planes`: the unbounded shapes of this world
   u32 first_material_pair, material_count;  // pair (m, n) is at first_material_pair + m * material_count + n
 };
 
 INDEX_RECORD(BodyInfo) {
   u32 world;
-  u32 id;        // stable and local to the world: the only name of a body that keys and priorities may use
-  u32 kind;      // BodyKind
-  u32 isotropic; // 1 where the three principal moments are equal
+  u32 id;         // stable and local to the world: the only name of a body that keys and priorities may use
+  u32 kind;       // BodyKind
+  u32 isotropic;  // 1 where the three principal moments are equal
 };
 
 INDEX_RECORD(ShapeInfo) {
@@ -100,19 +102,21 @@ RECORD(Vec4) { real x, y, z, w; };
 
 // Principal moments; of a pivoted body: about the pivot.
 RECORD(Mass) {
-  real mass, inverse_mass;               // kg, 1/kg; inverse 0 for static and kinematic bodies
-  real inertia[3], inverse_inertia[3];   // kg m^2, body frame
+  real mass, inverse_mass;              // kg, 1/kg; inverse 0 for static and kinematic bodies
+  real inertia[3], inverse_inertia[3];  // kg m^2, body frame
 };
 
-// A body that turns about a point fixed in the world (feature pivots). `lever` is the vector from the pivot to the centre of mass.
+// A body that turns about a point fixed in the world (feature pivots). `lever` is the vector from the pivot to the
+// centre of mass.
 RECORD(Pivot) {
   real point_world[3];
-  real pivoted;                          // 1 or 0
+  real pivoted;  // 1 or 0
   real lever_body[3];
   real pad;
 };
 
-// Frame of the shape in its body. A sphere: centre `offset`, radius size[0]. A plane: through `offset`, normal the z axis of `rotation`.
+// Frame of the shape in its body. A sphere: centre `offset`, radius size[0]. A plane: through `offset`, normal the z
+// axis of `rotation`.
 RECORD(Shape) {
   real offset[4];
   real rotation[4];
@@ -123,7 +127,8 @@ RECORD(MaterialPair) { real friction, restitution; };
 
 // ---- state -------------------------------------------------------------------------------------------------------
 
-// One line a body (64 bytes in float): all that a visit of a solver needs. The first half is all a central contact needs.
+// One line a body (64 bytes in float): all that a visit of a solver needs. The first half is all a central contact
+// needs.
 RECORD(Motion) {
   real v[3];          // velocity of the centre of mass, world frame, m/s
   real inverse_mass;  // 0 for static and kinematic bodies, and for the null body behind the last one
@@ -153,22 +158,26 @@ INDEX_RECORD(Contact) {
   u32 shape_a, shape_b, feature;
   u32 body_a, body_b;
   u32 world;
-  u32 rank;   // index of the contact within its world
+  u32 rank;  // index of the contact within its world
   u32 pad;
 };
 
 INDEX_RECORD(ContactKey) { u32 shape_a, shape_b, feature, pad; };
 
-// An impulse at rest in the world frame, N s: the normal part, and the tangential part as a vector, so that it survives a
-// turned tangent frame.
+// An impulse at rest in the world frame, N s: the normal part, and the tangential part as a vector, so that it survives
+// a turned tangent frame.
 RECORD(ContactImpulse) { real normal, tangent_x, tangent_y, tangent_z; };
+
+// Two 64-bit hashes of a world, each the wrapping sum of a mix of every record: of all persistent state, and of the
+// poses.
+INDEX_RECORD(WorldHash) { u32 state_low, state_high, pose_low, pose_high; };
 
 // ---- the packed constraint stream: canonical cones ----------------------------------------------------------------
 
 // Members of a block belong to one colour: no two share a movable body. The tangents are recomputed from the normal.
 RECORD(ContactBlock) {
   real normal_x[PACK], normal_y[PACK], normal_z[PACK];  // world frame, from b to a
-  real arm_a_x[PACK], arm_a_y[PACK], arm_a_z[PACK];     // from the centre of mass of a to the contact point, world frame
+  real arm_a_x[PACK], arm_a_y[PACK], arm_a_z[PACK];  // from the centre of mass of a to the contact point, world frame
   real arm_b_x[PACK], arm_b_y[PACK], arm_b_z[PACK];
   real bias[PACK];      // m/s, added to the normal relative velocity: u_n + bias >= 0
   real friction[PACK];  // mu
@@ -186,22 +195,22 @@ RECORD(ImpulseBlock) { real normal[PACK], tangent_1[PACK], tangent_2[PACK]; };
 // ---- parameters of a step, passed by value -------------------------------------------------------------------------
 
 RECORD(StepParams) {
-  real dt;                      // of a sub-step, s
-  real theta;                   // positions move with (1 - theta) old + theta new velocity
-  real gyroscopic_theta;        // the gyroscopic moment is taken at (1 - theta) old + theta new angular velocity
-  real restitution_threshold;   // m/s: slower approaches do not bounce
-  real correction;              // share of the penetration beyond the slop that one sub-step takes back (Baumgarte)
-  real correction_limit;        // m/s: fastest correction
-  real slop;                    // m: penetration that is left alone
-  real margin;                  // m: gaps up to this, plus the way of the step, become contacts
-  real speed_limit;             // m/s, and rad/s times the largest extent is not limited
+  real dt;                     // of a sub-step, s
+  real theta;                  // positions move with (1 - theta) old + theta new velocity
+  real gyroscopic_theta;       // the gyroscopic moment is taken at (1 - theta) old + theta new angular velocity
+  real restitution_threshold;  // m/s: slower approaches do not bounce
+  real correction;             // share of the penetration beyond the slop that one sub-step takes back (Baumgarte)
+  real correction_limit;       // m/s: fastest correction
+  real slop;                   // m: penetration that is left alone
+  real margin;                 // m: gaps up to this, plus the way of the step, become contacts
+  real speed_limit;            // m/s, and rad/s times the largest extent is not limited
   u32 bodies, shapes, worlds;
-  u32 buckets;                  // of the grid, a power of two
+  u32 buckets;  // of the grid, a power of two
   u32 pair_capacity, contact_capacity, block_capacity;
   u32 iterations;
   u32 substeps;
-  u32 substep;                  // index of the running sub-step
-  u32 gyroscopic;               // 0: none (left out), 1: at gyroscopic_theta
+  u32 substep;     // index of the running sub-step
+  u32 gyroscopic;  // 0: none (left out), 1: at gyroscopic_theta
   u32 pad;
 };
 

@@ -1,4 +1,5 @@
-// How a stage becomes launches. Each stage has a function launch_<stage> (host/device/launches/) that enqueues its kernels.
+// How a stage becomes launches. Each stage has a function launch_<stage> (host/device/launches/) that enqueues its
+// kernels.
 #pragma once
 
 #include <initializer_list>
@@ -10,8 +11,8 @@
 
 namespace lockstep {
 
-/// Sizes the launches of a step, from the counts of the step before. It can change speed only, never a bit: kernels loop over
-/// what is there (FOR_EACH), whatever the grid.
+/// Sizes the launches of a step, from the counts of the step before. It can change speed only, never a bit: kernels
+/// loop over what is there (FOR_EACH), whatever the grid.
 struct LaunchPlan {
   Sizes sizes;
   Features features = 0;
@@ -22,15 +23,15 @@ struct LaunchPlan {
   bool small = false;                       // the whole contact solve fits one work-group
 };
 
-/// A value for a kernel parameter that is not a buffer: `{"color", 3u}`, or an alias: `{"values", "pair_starts"}` binds the
-/// parameter `values` to that buffer or scratch array.
+/// A value for a kernel parameter that is not a buffer: `{"color", 3u}`, or an alias: `{"values", "pair_starts"}` binds
+/// the parameter `values` to that buffer or scratch array.
 struct Argument {
   std::string_view parameter;
   std::variant<u32, std::string_view> value;
 };
 
-/// Kernel parameters are bound by their names: a buffer of the table, a scratch array made with scratch(), `params`, or one of
-/// `arguments`. Everything is enqueued in order; nothing waits for the host.
+/// Kernel parameters are bound by their names: a buffer of the table, a scratch array made with scratch(), `params`, or
+/// one of `arguments`. Everything is enqueued in order; nothing waits for the host.
 class Launcher {
  public:
   virtual ~Launcher() = default;
@@ -39,7 +40,8 @@ class Launcher {
   virtual void run(std::string_view kernel, u32 items, std::initializer_list<Argument> arguments = {}) = 0;
   /// One work-group, for what must be fused with barriers.
   virtual void run_group(std::string_view kernel, std::initializer_list<Argument> arguments = {}) = 0;
-  /// Makes sure that a scratch array of u32 words exists and is at least that long; it is no part of the state and not compared.
+  /// Makes sure that a scratch array of u32 words exists and is at least that long; it is no part of the state and not
+  /// compared.
   virtual void scratch(std::string_view name, std::size_t words) = 0;
   /// Replaces the `count` first words of a u32 array by their exclusive prefix sums (kernels/scan.cl).
   void scan(std::string_view array, u32 count);

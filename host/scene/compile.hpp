@@ -1,4 +1,5 @@
-// From scenes to buffers: everything that becomes simulated state is computed here, in exact arithmetic (contract rule 10).
+// From scenes to buffers: everything that becomes simulated state is computed here, in exact arithmetic (contract rule
+// 10).
 #pragma once
 
 #include <span>
@@ -17,8 +18,9 @@ struct InitialState {
   StepParams<real> params = {};
 };
 
-/// Compiles one world, or a batch of them: the bodies of world w follow those of world w - 1. The settings (dt, integrator,
-/// iterations ...) of a batch are those of the first scene. Throws Error (input) where settings and scene do not go together.
+/// Compiles one world, or a batch of them: the bodies of world w follow those of world w - 1. The settings (dt,
+/// integrator, iterations ...) of a batch are those of the first scene. Throws Error (input) where settings and scene
+/// do not go together.
 template <class real>
 InitialState<real> compile(std::span<const Scene> worlds);
 

@@ -8,7 +8,8 @@
 
 namespace lockstep {
 
-/// Reads a scene from a path, or a built-in scene by its name. Throws Error (input) with "file: /json/path: rule and value".
+/// Reads a scene from a path, or a built-in scene by its name. Throws Error (input) with "file: /json/path: rule and
+/// value".
 Scene read_scene(const std::string& path_or_name);
 
 /// Reads a scene from JSON text; `source` stands for the file in errors.

@@ -13,8 +13,8 @@ namespace lockstep {
 using Vector3 = std::array<double, 3>;
 using Quaternion = std::array<double, 4>;  // x y z w, unit
 
-/// How a body moves. `explicit_euler`, `semi_implicit_euler` and `trapezoidal` are the time-stepping schemes (positions move
-/// with the old, the new, the mean velocity); `runge_kutta` is of fourth order, for free flight and pivots only.
+/// How a body moves. `explicit_euler`, `semi_implicit_euler` and `trapezoidal` are the time-stepping schemes (positions
+/// move with the old, the new, the mean velocity); `runge_kutta` is of fourth order, for free flight and pivots only.
 enum class Integrator { explicit_euler, semi_implicit_euler, trapezoidal, runge_kutta };
 
 /// At which angular velocity the gyroscopic moment w x I w is taken: left out, at the old, the new or the mean one.
@@ -33,7 +33,7 @@ struct MaterialPairRule {
 
 struct ShapeDescription {
   ShapeKind kind = SHAPE_SPHERE;
-  Vector3 offset = {0, 0, 0};            // in the body frame, m
+  Vector3 offset = {0, 0, 0};  // in the body frame, m
   Quaternion rotation = {0, 0, 0, 1};
   double radius = 0;                     // sphere
   u32 material = 0;                      // index into Scene::materials
@@ -41,16 +41,16 @@ struct ShapeDescription {
 };
 
 struct BodyDescription {
-  std::string name;                      // may be empty
+  std::string name;  // may be empty
   BodyKind kind = BODY_DYNAMIC;
-  double mass = 0;                       // kg; 0 for static and kinematic bodies
-  Vector3 inertia = {0, 0, 0};           // principal moments about the centre of mass, kg m^2
-  Vector3 position = {0, 0, 0};          // of the centre of mass
+  double mass = 0;               // kg; 0 for static and kinematic bodies
+  Vector3 inertia = {0, 0, 0};   // principal moments about the centre of mass, kg m^2
+  Vector3 position = {0, 0, 0};  // of the centre of mass
   Quaternion orientation = {0, 0, 0, 1};
   Vector3 velocity = {0, 0, 0};
   Vector3 angular_velocity = {0, 0, 0};  // world frame
   bool pivoted = false;
-  Vector3 lever = {0, 0, 0};             // from the pivot to the centre of mass, body frame; the pivot follows from the pose
+  Vector3 lever = {0, 0, 0};  // from the pivot to the centre of mass, body frame; the pivot follows from the pose
   std::vector<ShapeDescription> shapes;
 };
 
