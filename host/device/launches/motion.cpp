@@ -20,7 +20,7 @@ void launch_integrate_free_flight(Launcher& launcher) {
 void launch_end_step(Launcher& launcher) { launcher.run("end_step", 1); }
 
 void launch_hash_state(Launcher& launcher) {
-  launcher.run("hash_state_clear", launcher.plan().sizes.worlds);
+  launcher.run("hash_state_steps", launcher.plan().sizes.worlds);
   launcher.run("hash_state_bodies", launcher.plan().sizes.bodies);
   if (has(launcher.plan().features, Feature::contacts)) {
     launcher.run("hash_state_contacts", launcher.plan().sizes.contacts);
