@@ -29,8 +29,12 @@ typedef REAL real;
 #define MAX_COLORS 64u
 // Items that one work-item counts, scans or places in the list primitives.
 #define CHUNK 256u
-// "No such body, contact, slot or parent".
+// "No such body, contact or slot".
+#ifdef __cplusplus
+inline constexpr u32 NONE = 0xffffffffu;  // no macro: other libraries have enumerators of this name
+#else
 #define NONE 0xffffffffu
+#endif
 
 // ---- values of the integer fields --------------------------------------------------------------------------------
 
