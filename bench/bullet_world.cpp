@@ -1,0 +1,88 @@
+#include "bench/bullet_world.hpp"
+
+#include <btBulletDynamicsCommon.h>
+
+#include <cmath>
+
+#include "host/error.hpp"
+
+namespace lockstep::bench {
+
+namespace {
+
+btVector3 vector(const Vector3& v) { return {btScalar(v[0]), btScalar(v[1]), btScalar(v[2])}; }
+btQuaternion quaternion(const Quaternion& q) {
+  return {btScalar(q[0]), btScalar(q[1]), btScalar(q[2]), btScalar(q[3])};
+}
+
+std::unique_ptr<btCollisionShape> make_shape(const Scene& scene, const ShapeDescription& shape) {
+  if (shape.offset != Vector3{0, 0, 0} && shape.kind != SHAPE_PLANE) {
+    throw Error(Failure::input, scene.source, "this scene has shapes off the centre of mass: no Bullet twin");
+  }
+  if (shape.kind == SHAPE_SPHERE) return std::make_unique<btSphereShape>(btScalar(shape.radius));
+  const btVector3 normal = quatRotate(quaternion(shape.rotation), btVector3(0, 0, 1));
+  return std::make_unique<btStaticPlaneShape>(normal, normal.dot(vector(shape.offset)));
+}
+
+}  // namespace
+
+struct BulletWorld::Parts {
+  btDefaultCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher{&configuration};
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver solver;
+  btDiscreteDynamicsWorld world{&dispatcher, &broadphase, &solver, &configuration};
+  std::vector<std::unique_ptr<btCollisionShape>> shapes;
+  std::vector<std::unique_ptr<btRigidBody>> bodies;
+  std::vector<btRigidBody*> first_of_body;  // a scene body with several planes is several Bullet bodies
+  btScalar dt = 0;
+  u32 substeps = 1;
+};
+
+BulletWorld::BulletWorld(const Scene& scene) : parts_(std::make_unique<Parts>()) {
+  Parts& p = *parts_;
+  p.world.setGravity(vector(scene.gravity));
+  p.substeps = scene.settings.substeps;
+  p.dt = btScalar(scene.settings.dt / p.substeps);
+  for (const BodyDescription& body : scene.bodies) {
+    if (body.kind == BODY_KINEMATIC || body.pivoted || (body.kind == BODY_DYNAMIC && body.shapes.size() != 1)) {
+      throw Error(Failure::input, scene.source,
+                  "only dynamic bodies of one sphere and static bodies have a Bullet twin");
+    }
+    for (const ShapeDescription& shape : body.shapes) {
+      p.shapes.push_back(make_shape(scene, shape));
+      btRigidBody::btRigidBodyConstructionInfo info(btScalar(body.mass), nullptr, p.shapes.back().get(),
+                                                    vector(body.inertia));
+      info.m_startWorldTransform = btTransform(quaternion(body.orientation), vector(body.position));
+      // Bullet multiplies the two coefficients: the root makes a pair of equal materials as rough as it should be
+      info.m_friction = btScalar(std::sqrt(scene.materials[shape.material].friction));
+      info.m_restitution = btScalar(std::sqrt(scene.materials[shape.material].restitution));
+      auto rigid = std::make_unique<btRigidBody>(info);
+      rigid->setActivationState(DISABLE_DEACTIVATION);
+      rigid->setLinearVelocity(vector(body.velocity));
+      rigid->setAngularVelocity(vector(body.angular_velocity));
+      p.world.addRigidBody(rigid.get());
+      if (&shape == &body.shapes.front()) p.first_of_body.push_back(rigid.get());
+      p.bodies.push_back(std::move(rigid));
+    }
+  }
+}
+
+BulletWorld::~BulletWorld() {
+  for (auto& body : parts_->bodies) parts_->world.removeRigidBody(body.get());
+}
+
+void BulletWorld::step() {
+  for (u32 i = 0; i < parts_->substeps; ++i) parts_->world.stepSimulation(parts_->dt, 0);
+}
+
+std::vector<Vector3> BulletWorld::positions() const {
+  std::vector<Vector3> positions;
+  for (const btRigidBody* body : parts_->first_of_body) {
+    const btVector3& x = body->getCenterOfMassPosition();
+    positions.push_back({x.x(), x.y(), x.z()});
+  }
+  return positions;
+}
+
+}  // namespace lockstep::bench
