@@ -115,7 +115,7 @@ InitialState<real> make_worlds(const std::vector<std::vector<BodyDescription>>& 
   sizes.buckets = 1;
   while (sizes.buckets < sizes.shapes) sizes.buckets *= 2;
   sizes.pairs = sizes.contacts = pairs;
-  sizes.blocks = MAX_COLORS + pairs;
+  sizes.blocks = MAX_COLORS + 2 * pairs / PACK;
   resize(b, sizes, state.features);
 
   StepParams<real>& p = state.params;
