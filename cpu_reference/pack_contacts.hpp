@@ -26,17 +26,20 @@ void pack_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
 
   std::array<u32, MAX_COLORS + 1> sizes = {};
   for (u32 i = 0; i < contact_count; ++i) ++sizes[buffers.contact_colors[i]];
-  u32 blocks = 0, colors = 0;
+  u32 blocks = 0, colors = 0, large_colors = 0;
   for (u32 color = 0; color < MAX_COLORS; ++color) {
     buffers.color_starts[color] = blocks;
-    blocks += (sizes[color] + PACK - 1) / PACK;
-    if (sizes[color] > 0) colors = color + 1;
+    const u32 size = (sizes[color] + PACK - 1) / PACK;
+    blocks += size;
+    if (size > 0) colors = color + 1;
+    if (size >= LARGE_COLOR) large_colors = color + 1;
   }
   buffers.color_starts[MAX_COLORS] = blocks;
   blocks += sizes[MAX_COLORS];
   buffers.color_starts[MAX_COLORS + 1] = blocks;
 
   counters[COUNTER_COLORS] = colors;
+  counters[COUNTER_LARGE_COLORS] = large_colors;
   counters[COUNTER_OVERFLOW] = sizes[MAX_COLORS];
   counters[COUNTER_BLOCKS_NEEDED] = blocks;
   counters[COUNTER_BLOCKS] = std::min(blocks, params.block_capacity);

@@ -53,10 +53,10 @@ real contact_bias(const StepParams<real>& p, real gap, real u_old, real u_free, 
 
 template <class real>
 void clear_lane(ContactBlock<real>& block, ImpulseBlock<real>& impulses, u32 lane) {
-  for (real* field : {block.normal_x, block.normal_y, block.normal_z, block.arm_a_x, block.arm_a_y, block.arm_a_z,
-                      block.arm_b_x, block.arm_b_y, block.arm_b_z, block.bias, block.friction, block.w_nn, block.w_11,
-                      block.w_22, block.w_n1, block.w_n2, block.w_12, impulses.normal, impulses.tangent_1,
-                      impulses.tangent_2})
+  for (real* field : {block.normal_x, block.normal_y, block.normal_z,  block.arm_a_x,      block.arm_a_y,
+                      block.arm_a_z,  block.arm_b_x,  block.arm_b_y,   block.arm_b_z,      block.bias,
+                      block.friction, block.w_nn,     block.w_11,      block.w_22,         block.w_n1,
+                      block.w_n2,     block.w_12,     impulses.normal, impulses.tangent_1, impulses.tangent_2})
     field[lane] = 0;
 }
 
@@ -91,8 +91,8 @@ void prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
   }
 
   const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
-  const real u_old = dot3(n, sub3(add3(vec3(old_a.v), cross3(vec3(old_a.w), arm_a)),
-                                  add3(vec3(old_b.v), cross3(vec3(old_b.w), arm_b))));
+  const real u_old = dot3(
+      n, sub3(add3(vec3(old_a.v), cross3(vec3(old_a.w), arm_a)), add3(vec3(old_b.v), cross3(vec3(old_b.w), arm_b))));
   const real u_free = dot3(n, sub3(add3(vec3(motion_a.v), cross3(vec3(motion_a.w), arm_a)),
                                    add3(vec3(motion_b.v), cross3(vec3(motion_b.w), arm_b))));
   const WorldRange& world = buffers.world_ranges[contact.world];

@@ -1,5 +1,5 @@
-// Keeps what the next step starts from: each contact's key and its impulse at rest in the world frame, the tangential part
-// as a vector, so that it survives a turned tangent frame and a contact that changes its slot.
+// Keeps what the next step starts from: each contact's key and its impulse at rest in the world frame, the tangential
+// part as a vector, so that it survives a turned tangent frame and a contact that changes its slot.
 #pragma once
 
 #include "cpu_reference/visit_contact.hpp"

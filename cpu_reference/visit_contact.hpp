@@ -87,8 +87,8 @@ void visit_contact(const ContactBlock<real>& block, ImpulseBlock<real>& impulses
   push(c, kind, {r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2}, a, b);
 }
 
-/// Calls visit(block, lane) for every contact, colour after colour and overflow block after overflow block: as blocks are
-/// laid out in that order, simply one after another.
+/// Calls visit(block, lane) for every contact, colour after colour and overflow block after overflow block: as blocks
+/// are laid out in that order, simply one after another.
 template <class real, class Visit>
 void for_each_contact_slot(const Buffers<real>& buffers, Visit&& visit) {
   for (u32 block = 0; block < buffers.color_starts[MAX_COLORS + 1]; ++block) {

@@ -3,8 +3,8 @@
 #ifndef LOCKSTEP_FRAME_H
 #define LOCKSTEP_FRAME_H
 
-#include "types.h"
 #include "math.h"
+#include "types.h"
 
 // Duff et al., "Building an orthonormal basis, revisited" (2017): right-handed with the normal.
 static inline void tangents(Vec3 n, Vec3* t1, Vec3* t2) {

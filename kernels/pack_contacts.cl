@@ -18,7 +18,7 @@ static inline void pack_count_chunk(u32 chunk, u32 chunks, u32 contact_count, gl
 // find its slot (of an overflow contact: its block).
 static inline void pack_lay_out(u32 contact_count, u32 chunks, u32 block_capacity, global const u32* pack_counts,
                                 global u32* pack_offsets, global u32* color_starts, global u32* counters) {
-  u32 block = 0u, colors = 0u;
+  u32 block = 0u, colors = 0u, large_colors = 0u;
   for (u32 color = 0u; color < MAX_COLORS; ++color) {
     const u32 first = pack_counts[color * chunks];
     const u32 size = pack_counts[(color + 1u) * chunks] - first;
@@ -26,6 +26,7 @@ static inline void pack_lay_out(u32 contact_count, u32 chunks, u32 block_capacit
     pack_offsets[color] = block * PACK - first;
     block += (size + PACK - 1u) / PACK;
     if (size > 0u) colors = color + 1u;
+    if (size > (LARGE_COLOR - 1u) * PACK) large_colors = color + 1u;
   }
   const u32 first = pack_counts[MAX_COLORS * chunks];
   color_starts[MAX_COLORS] = block;
@@ -34,6 +35,7 @@ static inline void pack_lay_out(u32 contact_count, u32 chunks, u32 block_capacit
   color_starts[MAX_COLORS + 1u] = block;
 
   counters[COUNTER_COLORS] = colors;
+  counters[COUNTER_LARGE_COLORS] = large_colors;
   counters[COUNTER_OVERFLOW] = contact_count - first;
   counters[COUNTER_BLOCKS_NEEDED] = block;
   counters[COUNTER_BLOCKS] = min(block, block_capacity);
