@@ -114,6 +114,7 @@ void CheckedBackend<real>::compare(Stage stage, std::span<const Buffer> written)
     const auto find = integers ? find_difference<u32> : find_difference<real>;
     if (find(ours.data(), theirs.data(), count * element / word, element / word, difference))
       throw Mismatch(difference);
+    words_compared_ += count * element / word;
   };
   // the counters first: they say how much of the others is live
   compare_one(Buffer::counters, device.counters, reference.counters);

@@ -53,6 +53,9 @@ class CheckedBackend final : public Backend<real> {
   std::string name() const override { return device_.name() + " checked by the reference"; }
   std::array<double, stage_count> stage_seconds() const override { return device_.stage_seconds(); }
 
+  /// Words found equal so far.
+  std::size_t words_compared() const { return words_compared_; }
+
   const Buffers<real>& reference_buffers() { return reference_.buffers(); }
 
  private:
@@ -62,6 +65,7 @@ class CheckedBackend final : public Backend<real> {
   DeviceBackend<real> device_;
   ReferenceBackend<real> reference_;
   CheckOptions check_;
+  std::size_t words_compared_ = 0;
 };
 
 }  // namespace lockstep
