@@ -46,6 +46,9 @@ class Launcher {
   virtual void scratch(std::string_view name, std::size_t words) = 0;
   /// Replaces the `count` first words of a u32 array by their exclusive prefix sums (kernels/scan.cl).
   void scan(std::string_view array, u32 count);
+  /// The same where only the device knows the number of words: counters[counter] + 1, at most `count` and probably
+  /// about `expected`.
+  void scan(std::string_view array, u32 count, u32 counter, u32 expected);
 };
 
 #define STAGE(name, ...) void launch_##name(Launcher& launcher);
