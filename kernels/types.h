@@ -29,8 +29,12 @@ typedef REAL real;
 #define MAX_COLORS 64u
 // Items that one work-item counts, scans or places in the list primitives.
 #define CHUNK 256u
-// "No such body, contact, slot or parent".
+// "No such body, contact, slot or parent". No macro in C++: other libraries use the word as well.
+#ifdef __cplusplus
+constexpr u32 NONE = 0xffffffffu;
+#else
 #define NONE 0xffffffffu
+#endif
 
 // ---- values of the integer fields --------------------------------------------------------------------------------
 
