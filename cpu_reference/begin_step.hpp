@@ -1,11 +1,15 @@
+// A step starts with a clean slate: no lists, no status.
 #pragma once
 
-#include "cpu_reference/math.hpp"
+#include <algorithm>
+
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
-void begin_step(Buffers<real>&, const StepParams<real>&) {}
+void begin_step(Buffers<real>& b, const StepParams<real>&) {
+  std::fill(b.counters.begin(), b.counters.end(), 0u);
+}
 
 }  // namespace lockstep::reference

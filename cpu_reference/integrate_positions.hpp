@@ -1,11 +1,65 @@
+// Poses follow the velocities for one sub-step:
+//
+//   x' = x + dt v_th,           v_th = (1 - th) v_old + th v_new                    survey eq. 1 and section 4.4
+//   q' = |q + dt/2 (w_th, 0) q|
+//
+// where "old" is the start of the sub-step and th = params.theta: 0 explicit Euler, 1 semi-implicit Euler, 1/2
+// trapezoidal, exact for constant accelerations.
+//
+// Where a gyroscopic moment acts, integrate_velocities has computed the body-frame components of the new angular
+// velocity: it is carried along as the body turns (at th = 1 the turn is about w itself and changes nothing).
+// A body on a pivot only turns; its centre of mass follows.
 #pragma once
 
-#include "cpu_reference/math.hpp"
+#include "cpu_reference/rigid_body.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
-void integrate_positions(Buffers<real>&, const StepParams<real>&) {}
+void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
+  if (step_is_void(b.counters)) return;
+
+  for (u32 i = 0; i < params.bodies; ++i) {
+    const BodyInfo info = b.body_infos[i];
+    if (info.kind == BODY_STATIC) continue;
+    const bool dynamic = info.kind == BODY_DYNAMIC;
+    const bool pivoted = dynamic && is_pivoted(b.pivots, i);
+    const bool carried = dynamic && is_gyroscopic(params, info) && params.theta != real(1);
+
+    Motion<real>& motion = b.motions[i];
+    Vec3<real> v = vec3(motion.v);
+    Vec3<real> w = vec3(motion.w);
+    if (is_bad_velocity(v, w, params.speed_limit)) report_bad(b.counters, STATUS_BAD_CONTACTS, i);
+    const Velocity<real> previous = b.previous_velocities[i];
+    const Vec3<real> mean_v = mean3(params.theta, vec3(previous.v), v);
+    const Vec3<real> mean_w = mean3(params.theta, vec3(previous.w), w);
+
+    const Quat<real> old_q = quat(b.orientations[i]);
+    const Quat<real> q = turn4(old_q, mean_w, params.dt);
+    if (carried) w = carry3(old_q, q, w);
+
+    Vec4<real>& position = b.positions[i];
+    Vec3<real> x = vec3_of(position);
+    if (pivoted) {
+      const Pivot<real> pivot = b.pivots[i];
+      const Vec3<real> lever = lever_world(pivot, q);
+      x = add3(vec3(pivot.point_world), lever);
+      v = cross3(w, lever);
+    } else {
+      x = add3(x, scale3(params.dt, mean_v));
+    }
+    if (is_bad_pose(x, q)) report_bad(b.counters, STATUS_BAD_POSE, i);
+
+    position.x = x.x;
+    position.y = x.y;
+    position.z = x.z;
+    b.orientations[i] = make_vec4(q);
+    if (pivoted || carried) {
+      store3(motion.v, v);
+      store3(motion.w, w);
+    }
+  }
+}
 
 }  // namespace lockstep::reference

@@ -1,11 +1,72 @@
+// Gravity and the gyroscopic moment act for one sub-step, before any contact does:
+//
+//   v' = v + dt g                                                                       Newton, survey eq. 7
+//   I (w' - w) + dt w_th x I w_th = dt tau,   w_th = (1 - th) w + th w'                 Euler, survey eq. 8
+//
+// Euler's equation is solved in the body frame, for the components of w' in the frame that has turned by then; they
+// are written back as seen from the old orientation, and integrate_positions turns them with the body.
+// th = params.gyroscopic_theta: 0 explicit, 1 implicit (Catto, Numerical Methods, GDC 2015), 1/2 midpoint.
+//
+// A body on a pivot turns about it: I and the moment of gravity tau = lever x m g are about the pivot, and
+// v = w x lever. Both Euler schemes (params.theta 0 and 1) take tau at the old orientation, the trapezoidal one half a
+// step ahead, which makes it second order.
 #pragma once
 
-#include "cpu_reference/math.hpp"
+#include "cpu_reference/gyroscopic.hpp"
+#include "cpu_reference/rigid_body.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
-void integrate_velocities(Buffers<real>&, const StepParams<real>&) {}
+void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
+  if (step_is_void(b.counters)) return;
+
+  for (u32 i = 0; i < params.bodies; ++i) {
+    const BodyInfo info = b.body_infos[i];
+    const Mass<real> mass = b.masses[i];
+    const Quat<real> q = quat(b.orientations[i]);
+    Motion<real>& motion = b.motions[i];
+    Vec3<real> v = vec3(motion.v);
+    Vec3<real> w = vec3(motion.w);
+    b.previous_velocities[i] = make_velocity(v, w);
+    set_inverse_inertia(motion, mass, info, q);
+
+    if (info.kind == BODY_DYNAMIC) {
+      const Vec3<real> gravity = vec3_of(b.gravities[info.world]);
+      const bool pivoted = is_pivoted(b.pivots, i);
+      const bool gyroscopic = is_gyroscopic(params, info);
+
+      // rotation, in the body frame: kick is dt I^-1 tau
+      if (pivoted || gyroscopic) {
+        Vec3<real> kick = {};
+        if (pivoted) {
+          const real ahead = real(2) * params.theta * (real(1) - params.theta) * params.dt;
+          const Vec3<real> moment = gravity_moment_body(b.pivots[i], mass, turn4(q, w, ahead), gravity);
+          kick = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
+        }
+        Vec3<real> w_body = unrotate3(q, w);
+        if (gyroscopic) {
+          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, kick, params.gyroscopic_theta, params.dt);
+        } else {
+          w_body = add3(w_body, kick);
+        }
+        w = rotate3(q, w_body);
+      }
+
+      // translation
+      if (pivoted) {
+        v = cross3(w, lever_world(b.pivots[i], q));
+      } else {
+        v = add3(v, scale3(params.dt, gravity));
+      }
+
+      if (is_bad_velocity(v, w, params.speed_limit)) report_bad(b.counters, STATUS_BAD_FORCES, i);
+    }
+
+    store3(motion.v, v);
+    store3(motion.w, w);
+  }
+}
 
 }  // namespace lockstep::reference

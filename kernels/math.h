@@ -3,6 +3,8 @@
 #ifndef LOCKSTEP_MATH_H
 #define LOCKSTEP_MATH_H
 
+#include "types.h"
+
 typedef struct Vec3 {
   real x, y, z;
 } Vec3;

@@ -176,6 +176,15 @@ RECORD(ContactImpulse) { real normal, tangent_x, tangent_y, tangent_z; };
 // poses.
 INDEX_RECORD(WorldHash) { u32 state_low, state_high, pose_low, pose_high; };
 
+// What a record of the hash describes, so that equal words in different buffers do not look alike.
+enum HashedRecord {
+  HASHED_STEP = 1,
+  HASHED_POSITION = 2,
+  HASHED_ORIENTATION = 3,
+  HASHED_MOTION = 4,
+  HASHED_CONTACT = 5
+};
+
 // ---- the packed constraint stream: canonical cones ----------------------------------------------------------------
 
 // Members of a block belong to one colour: no two share a movable body. The tangents are recomputed from the normal.

@@ -1,0 +1,93 @@
+// Two 64-bit hashes of each world: of all persistent state, and of the poses alone. Equal hashes mean equal bits.
+//
+// A record is what a persistent buffer says about one body or one cached contact. Its words are chained through a
+// mixer, after the kind of record and the world-local id (of a contact: the ids of its two shapes and the feature), so
+// that nothing depends on where in an array a record or a world stands, nor on capacities. A float is one word, a
+// double two, low word first. The hash is the sum of the records, taken for the low and for the high 32 bits on its
+// own, without a carry between them: a sum has no order, and OpenCL 1.2 adds atomically in 32 bits only.
+//
+// The mixer is the finaliser of SplitMix64 (Steele, Lea, Flood 2014, with the multipliers of Stafford's variant 13).
+#pragma once
+
+#include <array>
+#include <bit>
+
+#include "cpu_reference/math.hpp"
+#include "host/buffers.hpp"
+
+namespace lockstep::reference {
+
+using u64 = std::uint64_t;
+
+inline u64 hash_mix(u64 h) {
+  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9u;
+  h = (h ^ (h >> 27)) * 0x94d049bb133111ebu;
+  return h ^ (h >> 31);
+}
+inline u64 hash_word(u64 h, u32 word) { return hash_mix((h + 0x9e3779b97f4a7c15u) ^ u64{word}); }
+inline u64 hash_start(HashedRecord record) { return hash_word(0, record); }
+template <class Record>
+u64 hash_words(u64 h, const Record& record) {
+  static_assert(std::endian::native == std::endian::little, "the low word of a double comes first");
+  for (const u32 word : std::bit_cast<std::array<u32, sizeof(Record) / sizeof(u32)>>(record)) h = hash_word(h, word);
+  return h;
+}
+
+inline void hash_add_state(WorldHash& hash, u64 h) {
+  hash.state_low += static_cast<u32>(h);
+  hash.state_high += static_cast<u32>(h >> 32);
+}
+inline void hash_add_pose(WorldHash& hash, u64 h) {
+  hash.pose_low += static_cast<u32>(h);
+  hash.pose_high += static_cast<u32>(h >> 32);
+}
+
+/// Every world starts from the step index alone.
+template <class real>
+void hash_state_steps(Buffers<real>& b, const StepParams<real>& params) {
+  const u64 h = hash_word(hash_start(HASHED_STEP), b.step_index[0]);
+  for (u32 i = 0; i < params.worlds; ++i) {
+    b.world_hashes[i] = {static_cast<u32>(h), static_cast<u32>(h >> 32), 0, 0};
+  }
+}
+
+template <class real>
+void hash_state_bodies(Buffers<real>& b, const StepParams<real>& params) {
+  for (u32 i = 0; i < params.bodies; ++i) {
+    const u32 id = b.body_infos[i].id;
+    WorldHash& hash = b.world_hashes[b.body_infos[i].world];
+    const u64 position = hash_words(hash_word(hash_start(HASHED_POSITION), id), b.positions[i]);
+    const u64 orientation = hash_words(hash_word(hash_start(HASHED_ORIENTATION), id), b.orientations[i]);
+    const u64 motion = hash_words(hash_word(hash_start(HASHED_MOTION), id), b.motions[i]);
+    hash_add_state(hash, position);
+    hash_add_state(hash, orientation);
+    hash_add_state(hash, motion);
+    hash_add_pose(hash, position);
+    hash_add_pose(hash, orientation);
+  }
+}
+
+template <class real>
+void hash_state_contacts(Buffers<real>& b) {
+  const u32 count = b.cached_count.empty() ? 0 : b.cached_count[0];
+  for (u32 i = 0; i < count; ++i) {
+    const ContactKey key = b.cached_keys[i];
+    const ShapeInfo shape_a = b.shape_infos[key.shape_a];
+    u64 h = hash_start(HASHED_CONTACT);
+    h = hash_word(h, shape_a.id);
+    h = hash_word(h, b.shape_infos[key.shape_b].id);
+    h = hash_word(h, key.feature);
+    h = hash_word(h, key.pad);
+    h = hash_words(h, b.cached_impulses[i]);
+    hash_add_state(b.world_hashes[b.body_infos[shape_a.body].world], h);
+  }
+}
+
+template <class real>
+void hash_state(Buffers<real>& b, const StepParams<real>& params) {
+  hash_state_steps(b, params);
+  hash_state_bodies(b, params);
+  hash_state_contacts(b);
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,112 @@
+#pragma OPENCL FP_CONTRACT OFF
+#include "common.h"
+#include "gyroscopic.h"
+#include "math.h"
+#include "rigid_body.h"
+#include "types.h"
+
+// The formulas and their sources are in cpu_reference/integrate_free_flight.hpp.
+
+// An orientation and the angular velocity in the body frame, or their rates.
+typedef struct Spin {
+  Quat q;
+  Vec3 w;
+} Spin;
+
+// What turns a body.
+typedef struct SpinLaw {
+  Vec3 ratios, inverse_inertia;
+  Vec3 weight, lever;  // m g in the world frame; from the pivot to the centre of mass, body frame
+} SpinLaw;
+
+static inline Spin spin_after(Spin start, Spin rate, real dt) {
+  Spin spin;
+  spin.q =
+      make4(start.q.x + dt * rate.q.x, start.q.y + dt * rate.q.y, start.q.z + dt * rate.q.z, start.q.w + dt * rate.q.w);
+  spin.w = add3(start.w, scale3(dt, rate.w));
+  return spin;
+}
+static inline Spin spin_rate(SpinLaw law, Spin spin) {
+  const real h = (real)0.5;
+  const Vec3 moment = cross3(law.lever, unrotate3(spin.q, law.weight));
+  Spin rate;
+  rate.q = multiply4(spin.q, make4(h * spin.w.x, h * spin.w.y, h * spin.w.z, (real)0));
+  rate.w = sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, spin.w));
+  return rate;
+}
+static inline Spin spin_step(SpinLaw law, Spin start, real dt) {
+  const real half_dt = (real)0.5 * dt;
+  const Spin rate_1 = spin_rate(law, start);
+  const Spin rate_2 = spin_rate(law, spin_after(start, rate_1, half_dt));
+  const Spin rate_3 = spin_rate(law, spin_after(start, rate_2, half_dt));
+  const Spin rate_4 = spin_rate(law, spin_after(start, rate_3, dt));
+  Spin end = spin_after(start, rate_1, dt / (real)6);
+  end = spin_after(end, rate_2, dt / (real)3);
+  end = spin_after(end, rate_3, dt / (real)3);
+  end = spin_after(end, rate_4, dt / (real)6);
+  end.q = unit4(end.q);
+  return end;
+}
+
+kernel void integrate_free_flight(const StepParams params, global const BodyInfo* body_infos,
+                                  global const Vec4* gravities, global const Mass* masses, global const Pivot* pivots,
+                                  global Vec4* positions, global Vec4* orientations, global Motion* motions,
+                                  global u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+
+  FOR_EACH(i, params.bodies) {
+    const BodyInfo info = body_infos[i];
+    if (info.kind == BODY_STATIC) continue;
+    const bool dynamic = info.kind == BODY_DYNAMIC;
+    const bool pivoted = dynamic && IS_PIVOTED(pivots, i);
+    const bool gyroscopic = dynamic && IS_GYROSCOPIC(params, info);
+
+    const Mass mass = masses[i];
+    Motion motion = motions[i];
+    Vec3 v = vec3(motion.v);
+    Vec3 w = vec3(motion.w);
+    Vec4 position = positions[i];
+    Vec3 x = vec3_of(position);
+    const Vec3 zero = make3((real)0, (real)0, (real)0);
+    Vec3 gravity = zero;
+    if (dynamic) gravity = vec3_of(gravities[info.world]);
+
+    // rotation
+    SpinLaw law = {zero, vec3(mass.inverse_inertia), scale3(mass.mass, gravity), zero};
+    if (gyroscopic) law.ratios = gyroscopic_ratios(mass);
+    if (pivoted) {
+      const Pivot pivot = pivots[i];
+      law.lever = vec3(pivot.lever_body);
+    }
+    const Quat old_q = quat(orientations[i]);
+    Spin spin = {old_q, unrotate3(old_q, w)};
+    spin = spin_step(law, spin, params.dt);
+    const Quat q = spin.q;
+    if (pivoted || gyroscopic) w = rotate3(q, spin.w);
+
+    // translation
+    if (pivoted) {
+      const Pivot pivot = pivots[i];
+      const Vec3 lever = lever_world(pivot, q);
+      x = add3(vec3(pivot.point_world), lever);
+      v = cross3(w, lever);
+    } else {
+      const Vec3 way = add3(scale3(params.dt, v), scale3((real)0.5 * params.dt * params.dt, gravity));
+      x = add3(x, way);
+      v = add3(v, scale3(params.dt, gravity));
+    }
+
+    if (is_bad_velocity(v, w, params.speed_limit)) report_bad(counters, STATUS_BAD_FLIGHT, i);
+    if (is_bad_pose(x, q)) report_bad(counters, STATUS_BAD_POSE, i);
+
+    position.x = x.x;
+    position.y = x.y;
+    position.z = x.z;
+    positions[i] = position;
+    orientations[i] = make_vec4(q);
+    set_inverse_inertia(&motion, mass, info, q);
+    store3(motion.v, v);
+    store3(motion.w, w);
+    motions[i] = motion;
+  }
+}

@@ -1,0 +1,55 @@
+#pragma OPENCL FP_CONTRACT OFF
+#include "common.h"
+#include "math.h"
+#include "rigid_body.h"
+#include "types.h"
+
+// The formulas and their sources are in cpu_reference/integrate_positions.hpp.
+kernel void integrate_positions(const StepParams params, global const BodyInfo* body_infos, global const Pivot* pivots,
+                                global const Velocity* previous_velocities, global Vec4* positions,
+                                global Vec4* orientations, global Motion* motions, global u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+
+  FOR_EACH(i, params.bodies) {
+    const BodyInfo info = body_infos[i];
+    if (info.kind == BODY_STATIC) continue;
+    const bool dynamic = info.kind == BODY_DYNAMIC;
+    const bool pivoted = dynamic && IS_PIVOTED(pivots, i);
+    const bool carried = dynamic && IS_GYROSCOPIC(params, info) && params.theta != (real)1;
+
+    Motion motion = motions[i];
+    Vec3 v = vec3(motion.v);
+    Vec3 w = vec3(motion.w);
+    if (is_bad_velocity(v, w, params.speed_limit)) report_bad(counters, STATUS_BAD_CONTACTS, i);
+    const Velocity previous = previous_velocities[i];
+    const Vec3 mean_v = mean3(params.theta, vec3(previous.v), v);
+    const Vec3 mean_w = mean3(params.theta, vec3(previous.w), w);
+
+    const Quat old_q = quat(orientations[i]);
+    const Quat q = turn4(old_q, mean_w, params.dt);
+    if (carried) w = carry3(old_q, q, w);
+
+    Vec4 position = positions[i];
+    Vec3 x = vec3_of(position);
+    if (pivoted) {
+      const Pivot pivot = pivots[i];
+      const Vec3 lever = lever_world(pivot, q);
+      x = add3(vec3(pivot.point_world), lever);
+      v = cross3(w, lever);
+    } else {
+      x = add3(x, scale3(params.dt, mean_v));
+    }
+    if (is_bad_pose(x, q)) report_bad(counters, STATUS_BAD_POSE, i);
+
+    position.x = x.x;
+    position.y = x.y;
+    position.z = x.z;
+    positions[i] = position;
+    orientations[i] = make_vec4(q);
+    if (pivoted || carried) {
+      store3(motion.v, v);
+      store3(motion.w, w);
+      motions[i] = motion;
+    }
+  }
+}

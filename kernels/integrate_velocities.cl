@@ -1,0 +1,61 @@
+#pragma OPENCL FP_CONTRACT OFF
+#include "common.h"
+#include "gyroscopic.h"
+#include "math.h"
+#include "rigid_body.h"
+#include "types.h"
+
+// The formulas and their sources are in cpu_reference/integrate_velocities.hpp.
+kernel void integrate_velocities(const StepParams params, global const BodyInfo* body_infos,
+                                 global const Vec4* gravities, global const Mass* masses, global const Pivot* pivots,
+                                 global const Vec4* orientations, global Velocity* previous_velocities,
+                                 global Motion* motions, global u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+
+  FOR_EACH(i, params.bodies) {
+    const BodyInfo info = body_infos[i];
+    const Mass mass = masses[i];
+    const Quat q = quat(orientations[i]);
+    Motion motion = motions[i];
+    Vec3 v = vec3(motion.v);
+    Vec3 w = vec3(motion.w);
+    previous_velocities[i] = make_velocity(v, w);
+    set_inverse_inertia(&motion, mass, info, q);
+
+    if (info.kind == BODY_DYNAMIC) {
+      const Vec3 gravity = vec3_of(gravities[info.world]);
+      const bool pivoted = IS_PIVOTED(pivots, i);
+      const bool gyroscopic = IS_GYROSCOPIC(params, info);
+
+      // rotation, in the body frame: kick is dt I^-1 tau
+      if (pivoted || gyroscopic) {
+        Vec3 kick = make3((real)0, (real)0, (real)0);
+        if (pivoted) {
+          const real ahead = (real)2 * params.theta * ((real)1 - params.theta) * params.dt;
+          const Vec3 moment = gravity_moment_body(pivots[i], mass, turn4(q, w, ahead), gravity);
+          kick = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
+        }
+        Vec3 w_body = unrotate3(q, w);
+        if (gyroscopic) {
+          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, kick, params.gyroscopic_theta, params.dt);
+        } else {
+          w_body = add3(w_body, kick);
+        }
+        w = rotate3(q, w_body);
+      }
+
+      // translation
+      if (pivoted) {
+        v = cross3(w, lever_world(pivots[i], q));
+      } else {
+        v = add3(v, scale3(params.dt, gravity));
+      }
+
+      if (is_bad_velocity(v, w, params.speed_limit)) report_bad(counters, STATUS_BAD_FORCES, i);
+    }
+
+    store3(motion.v, v);
+    store3(motion.w, w);
+    motions[i] = motion;
+  }
+}
