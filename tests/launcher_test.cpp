@@ -160,5 +160,12 @@ TEST(Program, ABuildErrorCarriesFileLineAndTheWholeLog) {
   EXPECT_NE(message.find("nonsense"), std::string::npos) << message;
 }
 
+TEST(Program, DoubleIsRefusedWhereThereIsNone) {
+  Device device = open_device(test_device());
+  device.info.fp64 = false;
+  const std::string message = message_of([&] { build_program(device, "", {.double_precision = true}); });
+  EXPECT_EQ(message, device.info.name + ": has no double precision, run with --precision float");
+}
+
 }  // namespace
 }  // namespace lockstep

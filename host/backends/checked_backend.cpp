@@ -1,10 +1,10 @@
 #include "host/backends/checked_backend.hpp"
 
 #include <algorithm>
-#include <charconv>
-#include <cstdio>
 #include <cstring>
 #include <vector>
+
+#include "host/backends/words.hpp"
 
 namespace lockstep {
 
@@ -18,22 +18,6 @@ std::string describe(const Difference& d) {
          ": device " + d.device_value + ", reference " + d.reference_value;
 }
 
-// "0x3f800000 (1)": the bits, and the shortest number that gives them back.
-template <class Word>
-std::string show(Word value) {
-  unsigned long long bits = 0;
-  std::memcpy(&bits, &value, sizeof(value));
-  char hex[24], number[40];
-  std::snprintf(hex, sizeof(hex), "0x%0*llx", static_cast<int>(2 * sizeof(value)), bits);
-  const auto end = std::to_chars(number, number + sizeof(number), value).ptr;
-  return std::string(hex) + " (" + std::string(number, end) + ")";
-}
-
-template <class Word>
-bool equal(Word a, Word b) {
-  return std::memcmp(&a, &b, sizeof(a)) == 0 || (a != a && b != b);
-}
-
 // Compares arrays of records as arrays of words of one type; true where something differs, with the place.
 template <class Word>
 bool find_difference(const void* device, const void* reference, std::size_t words, std::size_t words_per_element,
@@ -43,11 +27,11 @@ bool find_difference(const void* device, const void* reference, std::size_t word
     Word a, b;
     std::memcpy(&a, static_cast<const char*>(device) + i * sizeof(Word), sizeof(Word));
     std::memcpy(&b, static_cast<const char*>(reference) + i * sizeof(Word), sizeof(Word));
-    if (equal(a, b)) continue;
+    if (same_bits(a, b)) continue;
     difference.element = i / words_per_element;
     difference.word = static_cast<u32>(i % words_per_element);
-    difference.device_value = show(a);
-    difference.reference_value = show(b);
+    difference.device_value = show_word(a);
+    difference.reference_value = show_word(b);
     return true;
   }
   return false;

@@ -41,7 +41,7 @@ void update_plan(LaunchPlan& plan, const Counters& counters) {
   plan.pairs = counters[COUNTER_PAIRS];
   plan.contacts = counters[COUNTER_CONTACTS];
   plan.blocks = counters[COUNTER_BLOCKS];
-  plan.colors = counters[COUNTER_COLORS];
+  plan.colors = counters[COUNTER_LARGE_COLORS];
   plan.rounds = counters[COUNTER_ROUNDS];
   plan.small = plan.contacts <= small_contacts;
 }
@@ -152,6 +152,7 @@ DeviceBackend<real>::~DeviceBackend() = default;
 template <class real>
 void DeviceBackend<real>::run(Stage stage, const StepParams<real>& params) {
   if (!runs(stage, parts_->features)) return;
+  parts_->launcher.plan().iterations = params.iterations;
   parts_->launcher.begin(stage, std::as_bytes(std::span(&params, 1)));
   launch(stage, parts_->launcher);
 }
