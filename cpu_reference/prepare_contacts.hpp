@@ -1,11 +1,160 @@
+// Writes the packed constraint stream of a sub-step: for each contact the law that its velocity at the end obeys,
+//   u_n + bias >= 0,  r_n >= 0,  complementary;  friction exact in the cone  (survey 2.3 and 3.2).
+//
+// Bias, with u_old the normal velocity at the start of the sub-step, u_free after the forces and theta of the scheme:
+//   apart (gap > 0): bodies may close the gap, gap + dt ((1 - theta) u_old + theta u_n) >= 0;
+//   overlapping:     Baumgarte, a share of the penetration beyond the slop is taken back at a bounded speed;
+//   restitution:     a contact that closes in this sub-step faster than the threshold leaves at e times that speed
+//                    (Newton): u_n >= -e u_old.
+// The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2). Impulses start from the last step, later
+// from the last sub-step, turned with the contact through the world frame and put back into the cone.
 #pragma once
 
-#include "cpu_reference/math.hpp"
+#include "cpu_reference/cone.hpp"
+#include "cpu_reference/frame.hpp"
+#include "cpu_reference/rigid_body.hpp"
+#include "cpu_reference/shapes/pairs.hpp"
+#include "cpu_reference/visit_contact.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
 
+/// What one side gives to J M^-1 J^T for axes d and e: (arm x d) . I^-1 (arm x e), of a general contact.
 template <class real>
-void prepare_contacts(Buffers<real>&, const StepParams<real>&) {}
+real angular_share(const Motion<real>& body, Vec3<real> arm, Vec3<real> d, Vec3<real> e) {
+  return dot3(cross3(arm, d), spin(body, BLOCK_GENERAL, cross3(arm, e)));
+}
+
+/// The part of a movable body's arm along the normal: a central contact has no other, up to rounding.
+template <class real>
+Vec3<real> central_arm(const Motion<real>& body, Vec3<real> normal, Vec3<real> arm) {
+  return body.inverse_mass > 0 ? scale3(dot3(normal, arm), normal) : arm;
+}
+
+template <class real>
+real contact_bias(const StepParams<real>& p, real gap, real u_old, real u_free, real restitution) {
+  const real gap_free = gap + p.dt * ((real(1) - p.theta) * u_old + p.theta * u_free);
+  real bias;
+  if (gap > 0) {
+    bias = p.theta > 0 ? (gap / p.dt + (real(1) - p.theta) * u_old) / p.theta : gap / p.dt + u_old;
+    bias = bias > 0 ? bias : real(0);
+  } else {
+    const real depth = -gap - p.slop;
+    const real speed = p.correction * (depth > 0 ? depth : real(0)) / p.dt;
+    bias = -(speed < p.correction_limit ? speed : p.correction_limit);
+  }
+  if (restitution > 0 && u_old < -p.restitution_threshold && gap_free < 0) {
+    const real bounce = restitution * u_old;
+    const real push_out = gap > 0 ? real(0) : bias;
+    bias = bounce < push_out ? bounce : push_out;
+  }
+  return bias;
+}
+
+template <class real>
+void clear_lane(ContactBlock<real>& block, ImpulseBlock<real>& impulses, u32 lane) {
+  for (real* field : {block.normal_x, block.normal_y, block.normal_z,  block.arm_a_x,      block.arm_a_y,
+                      block.arm_a_z,  block.arm_b_x,  block.arm_b_y,   block.arm_b_z,      block.bias,
+                      block.friction, block.w_nn,     block.w_11,      block.w_22,         block.w_n1,
+                      block.w_n2,     block.w_12,     impulses.normal, impulses.tangent_1, impulses.tangent_2})
+    field[lane] = 0;
+}
+
+/// The impulse that contact `i` starts from: normal part, and tangential part as a world vector.
+template <class real>
+ContactImpulse<real> start_impulse(const Buffers<real>& buffers, const StepParams<real>& params, u32 i,
+                                   const ContactBlock<real>& block, const ImpulseBlock<real>& impulses, u32 lane) {
+  if (params.substep == 0) return buffers.start_impulses[i];
+  const auto [t1, t2] = tangents(Vec3<real>{block.normal_x[lane], block.normal_y[lane], block.normal_z[lane]});
+  const Vec3<real> t = add3(scale3(impulses.tangent_1[lane], t1), scale3(impulses.tangent_2[lane], t2));
+  return {impulses.normal[lane], t.x, t.y, t.z};
+}
+
+template <class real>
+void prepare_contact(const Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies, u32 lane,
+                     ContactBlock<real>& block, ImpulseBlock<real>& impulses) {
+  const u32 i = bodies.contact[lane], a = bodies.body_a[lane], b = bodies.body_b[lane];
+  const Contact& contact = buffers.contacts[i];
+  const ShapeInfo &info_a = buffers.shape_infos[contact.shape_a], &info_b = buffers.shape_infos[contact.shape_b];
+  const Pose<real> pose_a = make_pose(buffers.positions[a], buffers.orientations[a]);
+  const Pose<real> pose_b = make_pose(buffers.positions[b], buffers.orientations[b]);
+  const Touch<real> touch = touch_shapes(info_a.kind, place_shape(pose_a, buffers.shapes[contact.shape_a]), info_b.kind,
+                                         place_shape(pose_b, buffers.shapes[contact.shape_b]));
+  const Motion<real>&motion_a = buffers.motions[a], &motion_b = buffers.motions[b];
+  const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
+  const Vec3<real> n = touch.normal;
+  const auto [t1, t2] = tangents(n);
+  Vec3<real> arm_a = sub3(touch.point, pose_a.position), arm_b = sub3(touch.point, pose_b.position);
+  if (central) {
+    arm_a = central_arm(motion_a, n, arm_a);
+    arm_b = central_arm(motion_b, n, arm_b);
+  }
+
+  const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
+  const real u_old = dot3(
+      n, sub3(add3(vec3(old_a.v), cross3(vec3(old_a.w), arm_a)), add3(vec3(old_b.v), cross3(vec3(old_b.w), arm_b))));
+  const real u_free = dot3(n, sub3(add3(vec3(motion_a.v), cross3(vec3(motion_a.w), arm_a)),
+                                   add3(vec3(motion_b.v), cross3(vec3(motion_b.w), arm_b))));
+  const WorldRange& world = buffers.world_ranges[contact.world];
+  const MaterialPair<real>& pair =
+      buffers.material_pairs[world.first_material_pair + info_a.material * world.material_count + info_b.material];
+
+  const ContactImpulse<real> start = start_impulse(buffers, params, i, block, impulses, lane);
+  const Vec3<real> tangent = {start.tangent_x, start.tangent_y, start.tangent_z};
+  const ConeVector<real> r =
+      clamp_to_cone({start.normal > 0 ? start.normal : real(0), dot3(tangent, t1), dot3(tangent, t2)}, pair.friction);
+
+  const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
+  real w_nn = inverse_mass, w_11, w_22, w_n1 = 0, w_n2 = 0, w_12 = 0;
+  if (central) {
+    w_11 = inverse_mass + dot3(arm_a, arm_a) * motion_a.inertia_xx + dot3(arm_b, arm_b) * motion_b.inertia_xx;
+    w_22 = w_11;
+  } else {
+    const auto share = [&](Vec3<real> d, Vec3<real> e) {
+      return angular_share(motion_a, arm_a, d, e) + angular_share(motion_b, arm_b, d, e);
+    };
+    w_nn = inverse_mass + share(n, n);
+    w_11 = inverse_mass + share(t1, t1);
+    w_22 = inverse_mass + share(t2, t2);
+    w_n1 = share(n, t1);
+    w_n2 = share(n, t2);
+    w_12 = share(t1, t2);
+  }
+
+  block.normal_x[lane] = n.x;
+  block.normal_y[lane] = n.y;
+  block.normal_z[lane] = n.z;
+  block.arm_a_x[lane] = arm_a.x;
+  block.arm_a_y[lane] = arm_a.y;
+  block.arm_a_z[lane] = arm_a.z;
+  block.arm_b_x[lane] = arm_b.x;
+  block.arm_b_y[lane] = arm_b.y;
+  block.arm_b_z[lane] = arm_b.z;
+  block.bias[lane] = contact_bias(params, touch.gap, u_old, u_free, pair.restitution);
+  block.friction[lane] = pair.friction;
+  block.w_nn[lane] = w_nn;
+  block.w_11[lane] = w_11;
+  block.w_22[lane] = w_22;
+  block.w_n1[lane] = w_n1;
+  block.w_n2[lane] = w_n2;
+  block.w_12[lane] = w_12;
+  impulses.normal[lane] = r.normal;
+  impulses.tangent_1[lane] = r.tangent_1;
+  impulses.tangent_2[lane] = r.tangent_2;
+}
+
+template <class real>
+void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
+  if (step_is_void(buffers.counters)) return;
+  for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
+    const BlockBodies& bodies = buffers.block_bodies[block];
+    for (u32 lane = 0; lane < PACK; ++lane) {
+      if (bodies.kind[lane] == BLOCK_PADDING)
+        clear_lane(buffers.contact_blocks[block], buffers.impulse_blocks[block], lane);
+      else
+        prepare_contact(buffers, params, bodies, lane, buffers.contact_blocks[block], buffers.impulse_blocks[block]);
+    }
+  }
+}
 
 }  // namespace lockstep::reference

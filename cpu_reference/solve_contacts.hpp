@@ -1,11 +1,21 @@
+// Solves the contact problem by sweeps of blocked projected Gauss-Seidel (cpu_reference/visit_contact.hpp) in the fixed
+// order of colours: contacts of one colour share no movable body, so that their order within it cannot matter.
 #pragma once
 
-#include "cpu_reference/math.hpp"
-#include "host/buffers.hpp"
+#include "cpu_reference/visit_contact.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
-void solve_contacts(Buffers<real>&, const StepParams<real>&) {}
+void solve_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
+  if (step_is_void(buffers.counters)) return;
+  for (u32 sweep = 0; sweep < params.iterations; ++sweep) {
+    for_each_contact_slot(buffers, [&](u32 block, u32 lane) {
+      const BlockBodies& bodies = buffers.block_bodies[block];
+      visit_contact(buffers.contact_blocks[block], buffers.impulse_blocks[block], bodies.kind[lane], lane,
+                    buffers.motions[bodies.body_a[lane]], buffers.motions[bodies.body_b[lane]]);
+    });
+  }
+}
 
 }  // namespace lockstep::reference

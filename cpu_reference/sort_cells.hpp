@@ -1,11 +1,44 @@
+// Puts the bounded shapes into a hashed uniform grid (Teschner et al., Optimized Spatial Hashing for Collision
+// Detection of Deformable Objects, 2003): a counting sort by bucket, shapes in order of their indices within a bucket.
 #pragma once
 
-#include "cpu_reference/math.hpp"
+#include <algorithm>
+
+#include "cpu_reference/grid.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
 
+/// Shapes without a cell (planes, and what is too far out, which raises STATUS_OUT_OF_GRID) have bucket NONE and are in
+/// no list; the list's free end is filled with NONE.
 template <class real>
-void sort_cells(Buffers<real>&, const StepParams<real>&) {}
+void sort_cells(Buffers<real>& b, const StepParams<real>& params) {
+  const real size = cell_size(params, b.counters[COUNTER_MAX_EXTENT]);
+  std::fill(b.bucket_starts.begin(), b.bucket_starts.end(), 0u);
+  std::fill(b.bucket_items.begin(), b.bucket_items.end(), NONE);
+
+  // count the members of bucket k in entry k + 1
+  for (u32 i = 0; i < params.shapes; ++i) {
+    const Vec4<real> bound = b.bounds[i];
+    const u32 body = b.shape_infos[i].body;
+    b.cells[i] = {0, 0, 0, NONE};
+    if (!(bound.w > 0)) continue;
+    if (in_grid(bound.x, size) && in_grid(bound.y, size) && in_grid(bound.z, size)) {
+      const i32 x = cell_of(bound.x, size), y = cell_of(bound.y, size), z = cell_of(bound.z, size);
+      const u32 bucket = bucket_of(x, row_hash(y, z, b.body_infos[body].world), params.buckets);
+      b.cells[i] = {x, y, z, bucket};
+      ++b.bucket_starts[bucket + 1];
+    } else {
+      b.counters[COUNTER_STATUS] |= STATUS_OUT_OF_GRID;
+      b.counters[COUNTER_BAD_BODY] = std::max(b.counters[COUNTER_BAD_BODY], NONE - body);
+    }
+  }
+
+  for (u32 k = 0; k < params.buckets; ++k) b.bucket_starts[k + 1] += b.bucket_starts[k];
+  std::vector<u32> cursors = b.bucket_starts;
+  for (u32 i = 0; i < params.shapes; ++i) {
+    if (b.cells[i].bucket != NONE) b.bucket_items[cursors[b.cells[i].bucket]++] = i;
+  }
+}
 
 }  // namespace lockstep::reference

@@ -1,11 +1,25 @@
+// Keeps what the next step starts from: each contact's key and its impulse at rest in the world frame, the tangential
+// part as a vector, so that it survives a turned tangent frame and a contact that changes its slot.
 #pragma once
 
-#include "cpu_reference/math.hpp"
-#include "host/buffers.hpp"
+#include "cpu_reference/visit_contact.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
-void store_impulses(Buffers<real>&, const StepParams<real>&) {}
+void store_impulses(Buffers<real>& buffers, const StepParams<real>&) {
+  if (step_is_void(buffers.counters)) return;
+  const u32 count = buffers.counters[COUNTER_CONTACTS];
+  buffers.cached_count[0] = count;
+  for (u32 i = 0; i < count; ++i) {
+    const u32 block = buffers.contact_slots[i] / PACK, lane = buffers.contact_slots[i] % PACK;
+    const ContactFrame<real> c = contact_frame(buffers.contact_blocks[block], lane);
+    const ConeVector<real> r = impulse_of(buffers.impulse_blocks[block], lane);
+    const Vec3<real> t = add3(scale3(r.tangent_1, c.tangent_1), scale3(r.tangent_2, c.tangent_2));
+    const Contact& contact = buffers.contacts[i];
+    buffers.cached_keys[i] = {contact.shape_a, contact.shape_b, contact.feature, 0};
+    buffers.cached_impulses[i] = {r.normal, t.x, t.y, t.z};
+  }
+}
 
 }  // namespace lockstep::reference

@@ -1,11 +1,20 @@
+// Gives the bodies the impulses that the contacts start from, so that the solver only has to find the change since the
+// last step.
 #pragma once
 
-#include "cpu_reference/math.hpp"
-#include "host/buffers.hpp"
+#include "cpu_reference/visit_contact.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
-void warm_start(Buffers<real>&, const StepParams<real>&) {}
+void warm_start(Buffers<real>& buffers, const StepParams<real>&) {
+  if (step_is_void(buffers.counters)) return;
+  for_each_contact_slot(buffers, [&](u32 block, u32 lane) {
+    const BlockBodies& bodies = buffers.block_bodies[block];
+    push(contact_frame(buffers.contact_blocks[block], lane), bodies.kind[lane],
+         impulse_of(buffers.impulse_blocks[block], lane), buffers.motions[bodies.body_a[lane]],
+         buffers.motions[bodies.body_b[lane]]);
+  });
+}
 
 }  // namespace lockstep::reference

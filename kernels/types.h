@@ -27,10 +27,16 @@ typedef REAL real;
 #define PACK 16u
 // Colours that contacts can share; a contact that finds none goes to the overflow blocks, solved one after another.
 #define MAX_COLORS 64u
+// Blocks from which on a colour is worth a launch of its own.
+#define LARGE_COLOR 32u
 // Items that one work-item counts, scans or places in the list primitives.
 #define CHUNK 256u
-// "No such body, contact, slot or parent".
+// "No such body, contact or slot".
+#ifdef __cplusplus
+inline constexpr u32 NONE = 0xffffffffu;  // no macro: other libraries have enumerators of this name
+#else
 #define NONE 0xffffffffu
+#endif
 
 // ---- values of the integer fields --------------------------------------------------------------------------------
 
@@ -51,9 +57,10 @@ enum Counter {
   COUNTER_PAIRS_NEEDED = 6,  // what the three lists would have needed
   COUNTER_CONTACTS_NEEDED = 7,
   COUNTER_BLOCKS_NEEDED = 8,
-  COUNTER_MAX_EXTENT = 9,  // bits of the largest float bound of a finite shape, m
-  COUNTER_ROUNDS = 10,     // rounds that colouring took, for the next launch plan
-  COUNTER_BAD_BODY = 11,   // NONE - (smallest index of a body whose state went bad); 0 where none did
+  COUNTER_MAX_EXTENT = 9,     // bits of the largest float bound of a finite shape, m
+  COUNTER_ROUNDS = 10,        // rounds that colouring took, for the next launch plan
+  COUNTER_BAD_BODY = 11,      // NONE - (smallest index of a body whose state went bad); 0 where none did
+  COUNTER_LARGE_COLORS = 12,  // one more than the last colour of at least LARGE_COLOR blocks, for the next launch plan
   COUNTER_COUNT = 16
 };
 

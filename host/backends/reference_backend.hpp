@@ -2,35 +2,34 @@
 #pragma once
 
 #include "cpu_reference/reference.hpp"
+#include "host/backends/backend.hpp"
 #include "host/scene/compile.hpp"
 
 namespace lockstep {
 
 template <class real>
-class ReferenceBackend {
+class ReferenceBackend final : public Backend<real> {
  public:
-  explicit ReferenceBackend(InitialState<real> state)
-      : buffers_(std::move(state.buffers)), sizes_(state.sizes), features_(state.features) {}
+  explicit ReferenceBackend(InitialState<real> state, bool profile = false);
 
-  void run(Stage stage, const StepParams<real>& params) {
-    if (runs(stage, features_)) reference::run_stage(stage, buffers_, params);
-  }
-
-  /// Makes room for longer lists after a step that ran out of it (STATUS_FULL).
-  void grow(const Sizes& sizes) {
-    sizes_ = sizes;
-    resize(buffers_, sizes_, features_);
-  }
+  void run(Stage stage, const StepParams<real>& params) override;
+  Counters counters() override;
+  void grow(const Sizes& sizes) override;
+  const Buffers<real>& download(std::span<const Buffer>) override { return buffers_; }
+  void upload(Buffer buffer, const Buffers<real>& buffers) override;
+  const Sizes& sizes() const override { return sizes_; }
+  Features features() const override { return features_; }
+  std::string name() const override { return "reference"; }
+  std::array<double, stage_count> stage_seconds() const override { return seconds_; }
 
   Buffers<real>& buffers() { return buffers_; }
-  const Buffers<real>& buffers() const { return buffers_; }
-  const Sizes& sizes() const { return sizes_; }
-  Features features() const { return features_; }
 
  private:
   Buffers<real> buffers_;
   Sizes sizes_;
   Features features_;
+  bool profile_;
+  std::array<double, stage_count> seconds_ = {};
 };
 
 }  // namespace lockstep

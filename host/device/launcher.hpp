@@ -17,8 +17,9 @@ struct LaunchPlan {
   Sizes sizes;
   Features features = 0;
   u32 pairs = 0, contacts = 0, blocks = 0;  // expected
-  u32 colors = 0;                           // expected colours
+  u32 colors = 0;                           // expected colours that are worth a launch each
   u32 rounds = 0;                           // expected colouring rounds
+  u32 iterations = 0;                       // sweeps of the contact solver
   u32 lanes = 1;                            // contacts per work-item in the solve kernels: 1, 8 or 16
   bool small = false;                       // the whole contact solve fits one work-group
 };
@@ -45,6 +46,9 @@ class Launcher {
   virtual void scratch(std::string_view name, std::size_t words) = 0;
   /// Replaces the `count` first words of a u32 array by their exclusive prefix sums (kernels/scan.cl).
   void scan(std::string_view array, u32 count);
+  /// The same where only the device knows the number of words: counters[counter] + 1, at most `count` and probably
+  /// about `expected`.
+  void scan(std::string_view array, u32 count, u32 counter, u32 expected);
 };
 
 #define STAGE(name, ...) void launch_##name(Launcher& launcher);

@@ -1,17 +1,13 @@
 // A scene as a file describes it, in double and SI units; z up. Reading and compiling are in read.hpp and compile.hpp.
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <string>
 #include <vector>
 
+#include "host/scene/exact_math.hpp"
 #include "kernels/types.h"
 
 namespace lockstep {
-
-using Vector3 = std::array<double, 3>;
-using Quaternion = std::array<double, 4>;  // x y z w, unit
 
 /// How a body moves. `explicit_euler`, `semi_implicit_euler` and `trapezoidal` are the time-stepping schemes (positions
 /// move with the old, the new, the mean velocity); `runge_kutta` is of fourth order, for free flight and pivots only.

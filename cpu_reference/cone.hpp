@@ -1,0 +1,94 @@
+// The one-contact problem of Coulomb friction, solved exactly: given the relative velocity without the contact's own
+// impulse, q, and the 3 x 3 Delassus block W in the frame (n, t1, t2), find r with
+//   u = W r + q,   |r_t| <= mu r_n,   u_n + mu |u_t| >= mu |u_t|,   complementary in De Saxce's sense:
+// it takes off (r = 0, u_n >= 0), sticks (u = 0) or slips (u_n = 0, |r_t| = mu r_n, u_t against r_t).
+// kernels/cone.h is the twin. Survey 2.3 and 4.2 state the law; Bonnefon and Daviet (2011) enumerate the same cases.
+#pragma once
+
+#include "cpu_reference/math.hpp"
+
+namespace lockstep::reference {
+
+/// In the contact's frame: along the normal and the two tangents. A velocity, m/s, or an impulse, N s.
+template <class real>
+struct ConeVector {
+  real normal, tangent_1, tangent_2;
+};
+
+/// Symmetric, 1/kg.
+template <class real>
+struct Delassus {
+  real nn, t11, t22, n1, n2, t12;
+};
+
+/// Newton steps for the slip. Enough for rounding on the blocks of real bodies (tests/cone_test.cpp).
+template <class real>
+constexpr int cone_steps = sizeof(real) == 8 ? 8 : 6;
+
+/// The nearest tangent in the cone over the same normal impulse.
+template <class real>
+ConeVector<real> clamp_to_cone(ConeVector<real> r, real friction) {
+  const real length = std::sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2);
+  const real limit = friction * r.normal;
+  const real scale = length > limit ? limit / length : real(1);
+  return {r.normal, scale * r.tangent_1, scale * r.tangent_2};
+}
+
+/// W diagonal and isotropic in the tangent plane: normal and friction decouple.
+template <class real>
+ConeVector<real> solve_central(ConeVector<real> q, real w_nn, real w_tt, real friction) {
+  if (!(q.normal < 0)) return {0, 0, 0};
+  return clamp_to_cone({-q.normal / w_nn, -q.tangent_1 / w_tt, -q.tangent_2 / w_tt}, friction);
+}
+
+/// Full W. With r_n eliminated by u_n = 0 a slip obeys (A + lambda I) r_t = -b, A = W_tt - W_tn W_nt / w_nn,
+/// b = q_t - W_tn q_n / w_nn, for the lambda >= 0 at which |r_t| = mu r_n. Like the secular equation of a trust region
+/// (More and Sorensen 1983), mu r_n / |r_t| - 1 is almost linear in lambda: Newton from 0, kept inside a bracket.
+template <class real>
+ConeVector<real> solve_general(ConeVector<real> q, const Delassus<real>& w, real friction) {
+  if (!(q.normal < 0)) return {0, 0, 0};
+  const real g1 = w.n1 / w.nn, g2 = w.n2 / w.nn;
+  const real a11 = w.t11 - g1 * w.n1, a22 = w.t22 - g2 * w.n2, a12 = w.t12 - g1 * w.n2;
+  const real b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal;
+  const real alone = -q.normal / w.nn;
+
+  real lambda = 0, low = 0;
+  real high = (std::fabs(b1) + std::fabs(b2)) * (w.nn + friction * (std::fabs(w.n1) + std::fabs(w.n2))) /
+              (friction * -q.normal);
+  real p1, p2, length;
+  for (int step = 0;; ++step) {
+    const real x = a11 + lambda, y = a22 + lambda;
+    const real inverse = real(1) / (x * y - a12 * a12);
+    p1 = (a12 * b2 - y * b1) * inverse;
+    p2 = (a12 * b1 - x * b2) * inverse;
+    const real squared = p1 * p1 + p2 * p2;
+    length = std::sqrt(squared);
+    const real normal = alone - (g1 * p1 + g2 * p2);
+    const real excess = length - friction * normal;
+    if (step == 0 && excess <= 0) return {normal, p1, p2};
+    if (step == cone_steps<real>) break;
+
+    // derivatives in lambda: of r_t, of r_n, of mu r_n / |r_t|
+    const real d1 = (a12 * p2 - y * p1) * inverse, d2 = (a12 * p1 - x * p2) * inverse;
+    const real slope = friction * (-(g1 * d1 + g2 * d2) - normal * ((p1 * d1 + p2 * d2) / squared));
+    low = excess > 0 ? lambda : low;
+    high = excess > 0 ? high : lambda;
+    real next = lambda + excess / slope;
+    next = next < low ? low : next;
+    next = next > high ? high : next;
+    lambda = slope > 0 ? next : real(0.5) * (low + high);
+  }
+
+  // On the ray that was found the impulse is put exactly onto the cone, and u_n to zero.
+  const bool found = length > 0;
+  real e1 = found ? p1 / length : real(0), e2 = found ? p2 / length : real(0);
+  real along = w.nn + friction * (w.n1 * e1 + w.n2 * e2);
+  const bool pushes = along > 0;
+  e1 = pushes ? e1 : real(0);
+  e2 = pushes ? e2 : real(0);
+  along = pushes ? along : w.nn;
+  const real normal = -q.normal / along;
+  return {normal, friction * normal * e1, friction * normal * e2};
+}
+
+}  // namespace lockstep::reference

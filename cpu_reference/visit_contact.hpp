@@ -1,0 +1,101 @@
+// The visit of one contact, what the solver's sweeps and the warm start share. kernels/visit_contact.h is the twin,
+// LANES contacts at a time.
+//
+// Blocked projected Gauss-Seidel (survey 4.3; Jourdan, Alart, Jean 1998): with the impulses of all others held,
+//   u = relative velocity at the contact point,  q = u + bias n - W r_old,
+// the contact's own problem is solved exactly (cpu_reference/cone.hpp) and the change r - r_old is given to the bodies.
+#pragma once
+
+#include "cpu_reference/cone.hpp"
+#include "cpu_reference/frame.hpp"
+#include "cpu_reference/rigid_body.hpp"
+#include "host/buffers.hpp"
+
+namespace lockstep::reference {
+
+template <class real>
+struct ContactFrame {
+  Vec3<real> normal, tangent_1, tangent_2, arm_a, arm_b;
+};
+
+template <class real>
+ContactFrame<real> contact_frame(const ContactBlock<real>& block, u32 lane) {
+  const Vec3<real> normal = {block.normal_x[lane], block.normal_y[lane], block.normal_z[lane]};
+  const auto [t1, t2] = tangents(normal);
+  return {normal,
+          t1,
+          t2,
+          {block.arm_a_x[lane], block.arm_a_y[lane], block.arm_a_z[lane]},
+          {block.arm_b_x[lane], block.arm_b_y[lane], block.arm_b_z[lane]}};
+}
+
+template <class real>
+ConeVector<real> impulse_of(const ImpulseBlock<real>& block, u32 lane) {
+  return {block.normal[lane], block.tangent_1[lane], block.tangent_2[lane]};
+}
+
+/// Inverse inertia times a moment, world frame.
+template <class real>
+Vec3<real> spin(const Motion<real>& body, u32 kind, Vec3<real> moment) {
+  if (kind != BLOCK_GENERAL) return scale3(body.inertia_xx, moment);
+  return {body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
+          body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
+          body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z};
+}
+
+/// An impulse on a at the contact point, its opposite on b. Bodies that cannot move are never written (contract rule
+/// 9).
+template <class real>
+void push(const ContactFrame<real>& c, u32 kind, ConeVector<real> r, Motion<real>& a, Motion<real>& b) {
+  const Vec3<real> impulse =
+      add3(add3(scale3(r.normal, c.normal), scale3(r.tangent_1, c.tangent_1)), scale3(r.tangent_2, c.tangent_2));
+  if (a.inverse_mass > 0) {
+    store3(a.v, add3(vec3(a.v), scale3(a.inverse_mass, impulse)));
+    store3(a.w, add3(vec3(a.w), spin(a, kind, cross3(c.arm_a, impulse))));
+  }
+  if (b.inverse_mass > 0) {
+    store3(b.v, sub3(vec3(b.v), scale3(b.inverse_mass, impulse)));
+    store3(b.w, sub3(vec3(b.w), spin(b, kind, cross3(c.arm_b, impulse))));
+  }
+}
+
+template <class real>
+void visit_contact(const ContactBlock<real>& block, ImpulseBlock<real>& impulses, u32 kind, u32 lane, Motion<real>& a,
+                   Motion<real>& b) {
+  const ContactFrame<real> c = contact_frame(block, lane);
+  const ConeVector<real> old = impulse_of(impulses, lane);
+  const real friction = block.friction[lane];
+  const Delassus<real> w = {block.w_nn[lane], block.w_11[lane], block.w_22[lane],
+                            block.w_n1[lane], block.w_n2[lane], block.w_12[lane]};
+
+  const Vec3<real> u = sub3(add3(vec3(a.v), cross3(vec3(a.w), c.arm_a)), add3(vec3(b.v), cross3(vec3(b.w), c.arm_b)));
+  const real u_n = dot3(c.normal, u) + block.bias[lane], u_1 = dot3(c.tangent_1, u), u_2 = dot3(c.tangent_2, u);
+  ConeVector<real> r;
+  if (kind == BLOCK_GENERAL) {
+    const ConeVector<real> q = {u_n - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),
+                                u_1 - (w.n1 * old.normal + w.t11 * old.tangent_1 + w.t12 * old.tangent_2),
+                                u_2 - (w.n2 * old.normal + w.t12 * old.tangent_1 + w.t22 * old.tangent_2)};
+    r = solve_general(q, w, friction);
+  } else {
+    const ConeVector<real> q = {u_n - w.nn * old.normal, u_1 - w.t11 * old.tangent_1, u_2 - w.t11 * old.tangent_2};
+    r = solve_central(q, w.nn, w.t11, friction);
+  }
+
+  impulses.normal[lane] = r.normal;
+  impulses.tangent_1[lane] = r.tangent_1;
+  impulses.tangent_2[lane] = r.tangent_2;
+  push(c, kind, {r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2}, a, b);
+}
+
+/// Calls visit(block, lane) for every contact, colour after colour and overflow block after overflow block: as blocks
+/// are laid out in that order, simply one after another.
+template <class real, class Visit>
+void for_each_contact_slot(const Buffers<real>& buffers, Visit&& visit) {
+  for (u32 block = 0; block < buffers.color_starts[MAX_COLORS + 1]; ++block) {
+    for (u32 lane = 0; lane < PACK; ++lane) {
+      if (buffers.block_bodies[block].kind[lane] != BLOCK_PADDING) visit(block, lane);
+    }
+  }
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,69 @@
+#include <fmt/format.h>
+
+#include "host/app/commands.hpp"
+#include "host/app/options.hpp"
+#include "host/app/progress.hpp"
+#include "host/backends/checked_backend.hpp"
+#include "host/error.hpp"
+#include "host/report/report.hpp"
+#include "host/simulation.hpp"
+
+namespace lockstep::app {
+
+namespace {
+
+u32 stages_that_run(Features features) {
+  u32 count = 0;
+  for (u32 s = 0; s < stage_count; ++s) count += runs(static_cast<Stage>(s), features);
+  return count;
+}
+
+// Throws Mismatch at the first word that differs; the hash of the state is compared as a last stage.
+template <class real>
+void check_scene(const Scene& scene, const SceneOptions& options, const DeviceInfo& device, bool quiet) {
+  InitialState<real> state = compile<real>(scene);
+  const StepParams<real> params = state.params;
+  auto owned = std::make_unique<CheckedBackend<real>>(std::move(state), device, options.device_options);
+  const CheckedBackend<real>& backend = *owned;
+  Simulation<real> simulation(std::move(owned), params);
+
+  const u32 steps = scene.settings.steps;
+  {
+    Progress progress(steps, !quiet);
+    for (u32 step = 1; step <= steps; ++step) {
+      simulation.step();
+      progress.update(step);
+    }
+  }
+  const std::vector<WorldHash> hashes = simulation.world_hashes();
+  if (quiet) return;
+  fmt::print("{}, {}, {} against the reference: {} steps, {} stages, {} words compared: equal\n", scene.name,
+             device.name, scene.settings.precision, steps, stages_that_run(backend.features()),
+             backend.words_compared());
+  fmt::print("state hash {}\n", hash_text(combined_state_hash(hashes)));
+}
+
+void check(const SceneOptions& options, bool quiet) {
+  const std::optional<DeviceInfo> device = device_of(options);
+  if (!device)
+    throw Error(Failure::input, "check",
+                "compares an OpenCL device with the reference; the reference alone has nothing to "
+                "be compared with");
+  const Scene scene = read_scene_with(options);
+  with_precision(scene, [&](auto real) { check_scene<decltype(real)>(scene, options, *device, quiet); });
+}
+
+}  // namespace
+
+void add_check(CLI::App& program) {
+  CLI::App* command = program.add_subcommand(
+      "check", "Run a device and the reference in lockstep; name the first stage, buffer, index and word that differ");
+  const auto options = std::make_shared<SceneOptions>();
+  const auto quiet = std::make_shared<bool>(false);
+  add_scene_options(*command, *options);
+  command->add_flag("--quiet", *quiet, "No progress bar, and no line where all is equal");
+  command->footer("Example:\n  lockstep check spheres8000 --steps 20 --lanes 8");
+  command->callback([options, quiet] { check(*options, *quiet); });
+}
+
+}  // namespace lockstep::app

@@ -1,0 +1,50 @@
+// The program `lockstep`. Exit statuses: 0 good, 1 a comparison failed, 2 bad usage or bad input, 3 device failure.
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "host/app/commands.hpp"
+#include "host/error.hpp"
+
+namespace {
+
+int fail(int status, const std::string& message) {
+  fmt::print(stderr, "lockstep: {}\n", message);
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using namespace lockstep;
+  CLI::App program("Rigid bodies in OpenCL and in plain C++ with the same bits, speed reported beside error.",
+                   "lockstep");
+  program.require_subcommand(1);
+  program.footer(
+      "Start with:\n"
+      "  lockstep scenes\n"
+      "  lockstep run slide_to_roll\n"
+      "  lockstep check slide_to_roll --steps 200\n"
+      "Exit status: 0 good, 1 a comparison failed, 2 bad usage or bad input, 3 device failure.");
+  app::add_devices(program);
+  app::add_scenes(program);
+  app::add_run(program);
+  app::add_check(program);
+
+  try {
+    program.parse(argc, argv);
+    return 0;
+  } catch (const CLI::Success& help) {
+    return program.exit(help);
+  } catch (const CLI::RequiredError& error) {
+    const bool unknown = argc > 1 && program.get_subcommands().empty();
+    return fail(2, unknown ? fmt::format("there is no command '{}' (try --help)", argv[1])
+                           : fmt::format("{} (try --help)", error.what()));
+  } catch (const CLI::ParseError& error) {
+    return fail(2, std::string(error.what()) + " (try --help)");
+  } catch (const Error& error) {
+    return fail(static_cast<int>(error.failure()), error.what());
+  } catch (const std::exception& error) {
+    return fail(static_cast<int>(Failure::device), error.what());
+  }
+}

@@ -1,0 +1,71 @@
+#include "host/app/options.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/error.hpp"
+#include "host/scene/read.hpp"
+
+namespace lockstep::app {
+
+namespace {
+
+const CLI::Validator positive(
+    [](const std::string& text) {
+      double value = 0;
+      const bool good = CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value);
+      return good ? std::string() : "must be a number > 0, is '" + text + "'";
+    },
+    "> 0");
+
+}  // namespace
+
+void add_scene_options(CLI::App& command, SceneOptions& options) {
+  command.add_option("scene", options.scene, "A built-in scene (lockstep scenes) or a JSON file")->required();
+  command.add_option("--device", options.device, "auto, gpu, cpu, reference, or an index of `lockstep devices`")
+      ->capture_default_str();
+  CLI::Option* steps = command.add_option("--steps", options.steps, "Time steps")->check(positive);
+  command.add_option("--time", options.time, "Simulated time instead of steps, s")->check(positive)->excludes(steps);
+  command.add_option("--dt", options.dt, "Length of a step, s")->check(positive);
+  command.add_option("--substeps", options.substeps, "Sub-steps of a step")->check(positive);
+  command.add_option("--iterations", options.iterations, "Solver iterations of a sub-step")->check(positive);
+  command.add_option("--solver", options.solver, "Contact solver")
+      ->check(CLI::IsMember({"gauss_seidel"}))
+      ->capture_default_str();
+  command.add_option("--precision", options.precision, "float or double instead of what the scene asks for")
+      ->check(CLI::IsMember({"float", "double"}));
+
+  const std::string group = "What cannot change a bit";
+  DeviceOptions& device = options.device_options;
+  command.add_option("--lanes", device.lanes, "Contacts per work-item in the solver")
+      ->check(CLI::IsMember({1, 8, 16}))
+      ->group(group);
+  command.add_option("--work-group", device.work_group, "Work-items per work-group")->check(positive)->group(group);
+  command.add_option("--threads", device.threads, "Compute units of a CPU device")->check(positive)->group(group);
+}
+
+Scene read_scene_with(const SceneOptions& options) {
+  Scene scene = read_scene(options.scene);
+  Settings& settings = scene.settings;
+  settings.dt = options.dt.value_or(settings.dt);
+  settings.steps = options.steps.value_or(settings.steps);
+  settings.substeps = options.substeps.value_or(settings.substeps);
+  settings.iterations = options.iterations.value_or(settings.iterations);
+  if (!options.precision.empty()) settings.precision = options.precision;
+  if (options.time) {
+    const double steps = std::max(1.0, std::round(*options.time / settings.dt));
+    if (!(steps < 4e9)) throw Error(Failure::input, "--time", "that is more than 4,000,000,000 steps");
+    settings.steps = static_cast<u32>(steps);
+  }
+  return scene;
+}
+
+std::optional<DeviceInfo> device_of(const SceneOptions& options) {
+  const std::optional<DeviceInfo> device = select_device(options.device);
+  const DeviceOptions& wanted = options.device_options;
+  if (!device && (wanted.lanes || wanted.work_group || wanted.threads))
+    throw Error(Failure::input, "--lanes --work-group --threads", "are for OpenCL devices; this runs on the reference");
+  return device;
+}
+
+}  // namespace lockstep::app

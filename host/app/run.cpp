@@ -1,0 +1,125 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include "host/app/commands.hpp"
+#include "host/app/options.hpp"
+#include "host/app/progress.hpp"
+#include "host/app/report_file.hpp"
+#include "host/backends/reference_backend.hpp"
+#include "host/report/report.hpp"
+#include "host/simulation.hpp"
+
+namespace lockstep::app {
+
+namespace {
+
+struct RunOptions : SceneOptions {
+  std::string report;
+  bool quiet = false;
+};
+
+template <class real>
+std::unique_ptr<Backend<real>> make_backend(InitialState<real> state, const SceneOptions& options) {
+  const std::optional<DeviceInfo> device = device_of(options);
+  if (device) return std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
+  return std::make_unique<ReferenceBackend<real>>(std::move(state), options.device_options.profile);
+}
+
+// Measuring takes longer than a small step: about a hundred measurements show a run, however long it is.
+bool is_measured(u32 step, u32 steps) {
+  const u32 interval = steps < 200 ? 1 : steps / 100;
+  return step % interval == 0 || step == steps;
+}
+
+template <class real>
+Recorder make_recorder(const InitialState<real>& state) {
+  const Counters nothing_yet = {};
+  return Recorder(measure(state.buffers, state.sizes, state.features, nothing_yet),
+                  momentum_is_conserved(state.buffers, state.features), !has(state.features, Feature::contacts));
+}
+
+// Steps the simulation, the clock running during the steps alone.
+template <class real>
+void simulate(Simulation<real>& simulation, u32 steps, Recorder& recorder, Progress& progress) {
+  using Clock = std::chrono::steady_clock;
+  Backend<real>& backend = simulation.backend();
+  const std::vector<Buffer> wanted = measured_buffers(backend.features());
+  const double dt = double(simulation.params().dt) * simulation.params().substeps;
+  for (u32 step = 1; step <= steps; ++step) {
+    const Clock::time_point start = Clock::now();
+    simulation.step();
+    const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
+    recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
+    if (is_measured(step, steps)) {
+      const Buffers<real>& buffers = backend.download(wanted);
+      recorder.observe(step, step * dt, measure(buffers, backend.sizes(), backend.features(), simulation.counters()));
+    }
+    progress.update(step);
+  }
+}
+
+template <class real>
+Report run_scene(const Scene& scene, const RunOptions& options) {
+  InitialState<real> state = compile<real>(scene);
+  Recorder recorder = make_recorder(state);
+
+  Report report;
+  report.scene = scene.name;
+  report.precision = scene.settings.precision;
+  report.solver = options.solver;
+  report.worlds = state.sizes.worlds;
+  report.bodies = state.sizes.bodies;
+  report.steps = scene.settings.steps;
+  report.dt = scene.settings.dt;
+  report.substeps = scene.settings.substeps;
+  report.iterations = scene.settings.iterations;
+
+  const StepParams<real> params = state.params;
+  Simulation<real> simulation(make_backend(std::move(state), options), params);
+  report.device = simulation.backend().name();
+  {
+    Progress progress(report.steps, !options.quiet);
+    simulate(simulation, report.steps, recorder, progress);
+  }
+  recorder.finish(report);
+  report.steps_redone = simulation.redone();
+  if (options.device_options.profile) {
+    const auto seconds = simulation.backend().stage_seconds();
+    for (u32 s = 0; s < stage_count; ++s) {
+      const Stage stage = static_cast<Stage>(s);
+      if (runs(stage, simulation.backend().features()))
+        report.stage_ms[std::string(info(stage).name)] = 1e3 * seconds[s] / report.steps;
+    }
+  }
+  const std::vector<WorldHash> hashes = simulation.world_hashes();
+  report.state_hash = combined_state_hash(hashes);
+  report.pose_hash = combined_pose_hash(hashes);
+  return report;
+}
+
+void run(const RunOptions& options) {
+  ReportFile file(options.report);
+  const Scene scene = read_scene_with(options);
+  with_precision(scene, [&](auto real) {
+    const Report report = run_scene<decltype(real)>(scene, options);
+    file.write(to_json(report));
+    if (!options.quiet) fmt::print("{}", to_table(report));
+  });
+}
+
+}  // namespace
+
+void add_run(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("run", "Simulate a scene and report speed beside error");
+  const auto options = std::make_shared<RunOptions>();
+  add_scene_options(*command, *options);
+  command->add_option("--report", options->report, "Write the figures to this file as JSON (docs/error_measures.md)");
+  command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");
+  command->add_flag("--quiet", options->quiet, "No progress bar and no table");
+  command->footer("Example:\n  lockstep run spheres8000 --steps 120 --report out.json");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace lockstep::app

@@ -1,0 +1,108 @@
+#include "host/backends/canary.hpp"
+
+#include <algorithm>
+#include <map>
+#include <tuple>
+#include <vector>
+
+#include "cpu_reference/canary.hpp"
+#include "host/backends/words.hpp"
+#include "host/device/program.hpp"
+#include "kernels/canary.h"
+
+namespace lockstep {
+
+namespace {
+
+// Enough work-groups for every worker thread and compute unit to get some.
+constexpr u32 sets_per_unit = 512, fewest_sets = 4096, most_sets = 65536;
+constexpr std::size_t work_group = 16;
+
+struct Case {
+  bool CanaryVerdict::*verdict;
+  const char* formula;
+};
+constexpr Case cases[CANARY_CASES] = {
+    {&CanaryVerdict::contraction_ok, "a * b + c"},
+    {&CanaryVerdict::contraction_ok, "c - a * b"},
+    {&CanaryVerdict::contraction_ok, "a * b - c * d"},
+    {&CanaryVerdict::contraction_ok, "p = e * f; p + d"},
+    {&CanaryVerdict::contraction_ok, "a * d + b * e + c * f"},
+    {&CanaryVerdict::contraction_ok, "t = f; t += a * c; t -= b * d"},
+    {&CanaryVerdict::contraction_ok, "product(c, e) + f"},
+    {&CanaryVerdict::division_ok, "p / q"},
+    {&CanaryVerdict::division_ok, "1 / q"},
+    {&CanaryVerdict::sqrt_ok, "sqrt(p)"},
+    {&CanaryVerdict::sqrt_ok, "1 / sqrt(q)"},
+    {&CanaryVerdict::denormals_ok, "denormal + denormal"},
+    {&CanaryVerdict::denormals_ok, "denormal * 65536"},
+    {&CanaryVerdict::denormals_ok, "tiny * a"},
+    {&CanaryVerdict::denormals_ok, "denormal / 3"},
+    {&CanaryVerdict::denormals_ok, "sqrt(denormal)"},
+};
+
+template <class real>
+std::vector<real> device_results(Device& device, u32 count, u32 lanes, std::span<const KernelPatch> patches) {
+  const KernelSources sources = KernelSources::embedded(patches);
+  const std::string files[] = {"canary.cl"};
+  const cl::Program program = build_program(device, sources.assemble(files), {0, sizeof(real) == 8, lanes});
+  return opencl_guard("the canary on " + device.info.name, [&] {
+    std::vector<real> results(std::size_t{count} * CANARY_CASES);
+    const std::size_t bytes = results.size() * sizeof(real);
+    const cl::CommandQueue queue(device.context, device.handle);
+    const cl::Buffer buffer(device.context, CL_MEM_READ_WRITE, bytes);
+    cl::Kernel kernel(program, "canary");
+    kernel.setArg(0, buffer);
+    kernel.setArg(1, count);
+    queue.enqueueNDRangeKernel(kernel, cl::NullRange, count / lanes, work_group);
+    queue.enqueueReadBuffer(buffer, CL_TRUE, 0, bytes, results.data());
+    return results;
+  });
+}
+
+template <class real>
+CanaryVerdict judge(Device& device, u32 lanes, std::span<const KernelPatch> patches) {
+  CanaryVerdict verdict;
+  verdict.host_ok = reference::host_arithmetic_is_default();
+  if (!verdict.host_ok) verdict.first_failure = "this thread does not round to nearest, or flushes denormals to zero";
+  const u32 count = std::clamp(device.compute_units * sets_per_unit, fewest_sets, most_sets) / 256 * 256;
+  const std::vector<real> ours = device_results<real>(device, count, lanes, patches);
+  const std::vector<real> theirs = reference::canary<real>(count);
+  for (std::size_t i = 0; i < theirs.size(); ++i) {
+    if (same_bits(ours[i], theirs[i])) continue;
+    const Case& failed = cases[i / count];
+    verdict.*failed.verdict = false;
+    if (verdict.first_failure.empty())
+      verdict.first_failure = std::string(failed.formula) + " of operand set " + std::to_string(i % count) +
+                              ": device " + show_word(ours[i]) + ", reference " + show_word(theirs[i]);
+  }
+  return verdict;
+}
+
+}  // namespace
+
+std::string describe(const CanaryVerdict& verdict) {
+  if (verdict.bit_exact()) return "bit-exact";
+  std::string text = "not bit-exact:";
+  if (!verdict.host_ok) text += " host arithmetic,";
+  if (!verdict.contraction_ok) text += " contraction,";
+  if (!verdict.division_ok) text += " division,";
+  if (!verdict.sqrt_ok) text += " square root,";
+  if (!verdict.denormals_ok) text += " denormals,";
+  text.back() = ';';
+  return text + " " + verdict.first_failure;
+}
+
+CanaryVerdict run_canary(const DeviceInfo& info, bool double_precision, u32 lanes,
+                         std::span<const KernelPatch> patches) {
+  static std::map<std::tuple<u32, bool, u32>, CanaryVerdict> known;
+  const std::tuple key = {info.index, double_precision, lanes};
+  if (const auto found = known.find(key); patches.empty() && found != known.end()) return found->second;
+  Device& device = open_device(info);
+  const CanaryVerdict verdict =
+      double_precision ? judge<double>(device, lanes, patches) : judge<float>(device, lanes, patches);
+  if (patches.empty()) known[key] = verdict;
+  return verdict;
+}
+
+}  // namespace lockstep

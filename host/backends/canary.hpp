@@ -1,0 +1,32 @@
+// The canary: does this device compute the reference's bits? (contract rules 1 to 4)
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "host/device/devices.hpp"
+#include "host/device/kernel_source.hpp"
+
+namespace lockstep {
+
+struct CanaryVerdict {
+  bool host_ok = true;         // this thread rounds to nearest and keeps denormals
+  bool contraction_ok = true;  // no product and sum became one operation
+  bool division_ok = true;     // correctly rounded
+  bool sqrt_ok = true;
+  bool denormals_ok = true;   // kept, as operands and as results
+  std::string first_failure;  // "a * b + c of operand set 17: device 0x... (..), reference 0x... (..)", or empty
+
+  bool bit_exact() const { return host_ok && contraction_ok && division_ok && sqrt_ok && denormals_ok; }
+};
+
+/// "bit-exact", or "not bit-exact: division; ...the first failure".
+std::string describe(const CanaryVerdict& verdict);
+
+/// Runs the canary for programs of this precision and lane count on every compute unit of the device. The verdict is
+/// kept for the process; `patches` are for tests and make it run anew. Throws Error (device) where the device cannot
+/// run it at all.
+CanaryVerdict run_canary(const DeviceInfo& device, bool double_precision, u32 lanes,
+                         std::span<const KernelPatch> patches = {});
+
+}  // namespace lockstep

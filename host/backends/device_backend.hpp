@@ -1,0 +1,54 @@
+// Runs the pipeline on an OpenCL device.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "host/backends/backend.hpp"
+#include "host/device/devices.hpp"
+#include "host/device/kernel_source.hpp"
+#include "host/scene/compile.hpp"
+
+namespace lockstep {
+
+/// How to run; nothing here can change a bit. Zeros: chosen for the device.
+struct DeviceOptions {
+  u32 lanes = 0;         // contacts per work-item in the solve kernels: 1, 8 or 16
+  u32 work_group = 0;    // work-items per work-group
+  u32 threads = 0;       // compute units of a CPU device
+  bool profile = false;  // measure stage_seconds()
+
+  // for tests
+  std::vector<KernelPatch> patches;  // changes to the kernels
+  std::vector<Stage> only;           // build the kernels of these stages alone
+};
+
+template <class real>
+class DeviceBackend final : public Backend<real> {
+ public:
+  /// Builds the kernels and uploads the state. Throws Error (device) with the build log, Error (input) for options that
+  /// there are not.
+  DeviceBackend(const InitialState<real>& state, const DeviceInfo& device, const DeviceOptions& options = {});
+  ~DeviceBackend() override;
+
+  void run(Stage stage, const StepParams<real>& params) override;
+  Counters counters() override;
+  void grow(const Sizes& sizes) override;
+  const Buffers<real>& download(std::span<const Buffer> wanted) override;
+  void upload(Buffer buffer, const Buffers<real>& buffers) override;
+  const Sizes& sizes() const override;
+  Features features() const override;
+  std::string name() const override;
+  std::array<double, stage_count> stage_seconds() const override;
+
+  u32 lanes() const;
+
+  /// Fills a buffer with a byte, to see that a stage writes all of it.
+  void poison(Buffer buffer, unsigned char byte);
+
+ private:
+  struct Parts;  // keeps OpenCL out of this header
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace lockstep

@@ -1,0 +1,43 @@
+#include "host/device/device.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace lockstep {
+
+namespace {
+
+// A part of a CPU device with so many compute units; the whole device where it has no more anyway.
+cl::Device part_of(const cl::Device& whole, u32 threads) {
+  if (threads == 0 || threads >= whole.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>()) return whole;
+  const cl_device_partition_property by_counts[] = {CL_DEVICE_PARTITION_BY_COUNTS,
+                                                    static_cast<cl_device_partition_property>(threads),
+                                                    CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
+  std::vector<cl::Device> parts;
+  cl::Device device = whole;
+  device.createSubDevices(by_counts, &parts);
+  return parts.at(0);
+}
+
+std::unique_ptr<Device> open(const DeviceInfo& info, u32 threads) {
+  auto device = std::make_unique<Device>();
+  device->info = info;
+  device->handle = part_of(device_handles().at(info.index), threads);
+  device->context = cl::Context(device->handle);
+  device->compute_units = device->handle.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+  device->max_work_group = device->handle.getInfo<CL_DEVICE_MAX_WORK_GROUP_SIZE>();
+  return device;
+}
+
+}  // namespace
+
+Device& open_device(const DeviceInfo& info, u32 threads) {
+  // Never destroyed: drivers may be gone when destructors of static objects run.
+  static auto& opened = *new std::map<std::pair<u32, u32>, std::unique_ptr<Device>>;
+  std::unique_ptr<Device>& device = opened[{info.index, threads}];
+  if (!device) device = opencl_guard("opening " + info.name, [&] { return open(info, threads); });
+  return *device;
+}
+
+}  // namespace lockstep

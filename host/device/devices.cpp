@@ -1,0 +1,127 @@
+#include "host/device/devices.hpp"
+
+#include <algorithm>
+#include <charconv>
+
+#include "host/device/device.hpp"
+
+namespace lockstep {
+
+namespace {
+
+struct Listing {
+  std::vector<DeviceInfo> infos;
+  std::vector<cl::Device> handles;
+};
+
+// Strings of some drivers end in blanks or a NUL of their own.
+std::string trimmed(std::string text) {
+  while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
+  return text;
+}
+
+DeviceType type_of(const cl::Device& device) {
+  const cl_device_type type = device.getInfo<CL_DEVICE_TYPE>();
+  if (type & CL_DEVICE_TYPE_GPU) return DeviceType::gpu;
+  return type & CL_DEVICE_TYPE_CPU ? DeviceType::cpu : DeviceType::other;
+}
+
+DeviceInfo describe(const cl::Device& device, const std::string& platform, u32 index) {
+  const cl_device_fp_config single = device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
+  DeviceInfo info;
+  info.index = index;
+  info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
+  info.vendor = trimmed(device.getInfo<CL_DEVICE_VENDOR>());
+  info.platform = platform;
+  info.driver_version = trimmed(device.getInfo<CL_DRIVER_VERSION>());
+  info.opencl_version = trimmed(device.getInfo<CL_DEVICE_VERSION>());
+  info.type = type_of(device);
+  info.compute_units = device.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
+  info.float_width = std::max(1u, device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>());
+  info.fp64 = device.getInfo<CL_DEVICE_DOUBLE_FP_CONFIG>() != 0;
+  info.correct_divide_sqrt = (single & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) != 0;
+  info.denormals = (single & CL_FP_DENORM) != 0;
+  return info;
+}
+
+// A platform whose driver fails is left out, so that one broken driver does not hide the devices of the others.
+template <class List>
+auto or_nothing(List&& list) -> decltype(list()) {
+  try {
+    return list();
+  } catch (const cl::Error&) {
+    return {};
+  }
+}
+
+std::vector<cl::Platform> platforms() {
+  std::vector<cl::Platform> found;
+  cl::Platform::get(&found);
+  return found;
+}
+
+std::vector<cl::Device> devices_of(const cl::Platform& platform) {
+  std::vector<cl::Device> found;
+  platform.getDevices(CL_DEVICE_TYPE_ALL, &found);
+  return found;
+}
+
+Listing make_listing() {
+  Listing listing;
+  for (const cl::Platform& platform : or_nothing(platforms)) {
+    for (const cl::Device& device : or_nothing([&] { return devices_of(platform); })) {
+      const std::vector<DeviceInfo> info = or_nothing([&] {
+        const std::string name = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
+        return std::vector<DeviceInfo>{describe(device, name, static_cast<u32>(listing.infos.size()))};
+      });
+      if (info.empty()) continue;
+      listing.infos.push_back(info.front());
+      listing.handles.push_back(device);
+    }
+  }
+  return listing;
+}
+
+// Never destroyed: drivers may be gone when destructors of static objects run.
+const Listing& listing() {
+  static const Listing& once = *new Listing(make_listing());
+  return once;
+}
+
+std::optional<DeviceInfo> first_of(DeviceType type) {
+  for (const DeviceInfo& device : list_devices())
+    if (device.type == type) return device;
+  return std::nullopt;
+}
+
+DeviceInfo need(DeviceType type, const char* name) {
+  if (const auto device = first_of(type)) return *device;
+  throw Error(Failure::device, "--device", std::string("there is no OpenCL ") + name + " on this machine");
+}
+
+}  // namespace
+
+const std::vector<DeviceInfo>& list_devices() { return listing().infos; }
+const std::vector<cl::Device>& device_handles() { return listing().handles; }
+
+std::optional<DeviceInfo> select_device(std::string_view choice) {
+  if (choice == "reference") return std::nullopt;
+  if (choice == "gpu") return need(DeviceType::gpu, "GPU");
+  if (choice == "cpu") return need(DeviceType::cpu, "CPU device (Debian: pocl-opencl-icd)");
+  if (choice == "auto") {
+    const auto gpu = first_of(DeviceType::gpu);
+    return gpu ? gpu : first_of(DeviceType::cpu);
+  }
+  u32 index = 0;
+  const auto [end, error] = std::from_chars(choice.data(), choice.data() + choice.size(), index);
+  if (error != std::errc() || end != choice.data() + choice.size())
+    throw Error(Failure::input, "--device",
+                "must be auto, gpu, cpu, reference or an index, is '" + std::string(choice) + "'");
+  if (index >= list_devices().size())
+    throw Error(
+        Failure::device, "--device",
+        "there is no device " + std::to_string(index) + ", OpenCL offers " + std::to_string(list_devices().size()));
+  return list_devices()[index];
+}
+
+}  // namespace lockstep

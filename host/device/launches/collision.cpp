@@ -1,0 +1,46 @@
+#include "host/device/launcher.hpp"
+
+namespace lockstep {
+
+namespace {
+
+// Shapes that one work-item bounds: few enough items not to fight over the largest extent.
+constexpr u32 bounds_per_item = 16;
+
+// FOUND of kernels/find_pairs.cl.
+constexpr u32 found_per_shape = 16;
+
+}  // namespace
+
+void launch_update_bounds(Launcher& launcher) {
+  launcher.run("update_bounds", (launcher.plan().sizes.shapes + bounds_per_item - 1) / bounds_per_item);
+}
+
+void launch_sort_cells(Launcher& launcher) {
+  const Sizes& sizes = launcher.plan().sizes;
+  launcher.scratch("cell_arrivals", sizes.shapes);
+  launcher.run("sort_cells_clear", sizes.buckets + 1);
+  launcher.run("sort_cells_count", sizes.shapes);
+  launcher.scan("bucket_starts", sizes.buckets + 1);
+  launcher.run("sort_cells_fill", sizes.shapes);
+  launcher.run("sort_cells_order", sizes.buckets);
+}
+
+void launch_find_pairs(Launcher& launcher) {
+  const Sizes& sizes = launcher.plan().sizes;
+  launcher.scratch("found_partners", std::size_t{sizes.shapes} * found_per_shape);
+  launcher.run("find_pairs_count", sizes.shapes);
+  launcher.scan("pair_starts", sizes.shapes + 1);
+  launcher.run("find_pairs_write", sizes.shapes);
+}
+
+void launch_collide(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  launcher.run("collide_count", plan.pairs + 1);
+  launcher.scan("contact_starts", plan.sizes.pairs + 1, COUNTER_PAIRS, plan.pairs + 1);
+  launcher.run("collide_write", plan.pairs);
+}
+
+void launch_match_contacts(Launcher& launcher) { launcher.run("match_contacts", launcher.plan().contacts); }
+
+}  // namespace lockstep

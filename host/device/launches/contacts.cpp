@@ -1,0 +1,61 @@
+// The contact problem: colours, blocks, sweeps. A small scene takes one launch a stage, in one work-group.
+#include <string_view>
+
+#include "host/device/launcher.hpp"
+
+namespace lockstep {
+
+namespace {
+
+constexpr u32 contacts_per_item = 8;  // of a colouring round: few work-items write the word that says "not yet done"
+
+// A launch for each colour that is worth one, then one work-group for the small colours and the overflow.
+void sweep(Launcher& launcher, std::string_view color_kernel, std::string_view tail_kernel) {
+  const LaunchPlan& plan = launcher.plan();
+  const u32 rows = plan.blocks * (PACK / plan.lanes);
+  for (u32 color = 0; color < plan.colors; ++color) launcher.run(color_kernel, rows / plan.colors, {{"color", color}});
+  launcher.run_group(tail_kernel, {{"first_color", plan.colors}, {"sweeps", 1u}});
+}
+
+}  // namespace
+
+void launch_color_contacts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  launcher.scratch("color_bids", std::size_t{3} * plan.sizes.bodies);
+  launcher.run("color_start", 2 * plan.sizes.bodies);
+  const u32 rounds = plan.small ? 0 : plan.rounds + 1;
+  for (u32 round = 0; round < rounds; ++round)
+    launcher.run("color_round", plan.contacts / contacts_per_item, {{"round", round}});
+  launcher.run_group("color_tail", {{"first_round", rounds}});
+}
+
+void launch_pack_contacts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  const u32 words = (MAX_COLORS + 1) * (plan.sizes.contacts / CHUNK + 1);
+  launcher.scratch("pack_counts", words);
+  launcher.scratch("pack_offsets", MAX_COLORS + 1);
+  if (plan.small) return launcher.run_group("pack_small");
+  const u32 chunks = plan.contacts / CHUNK + 1;
+  launcher.run("pack_count", chunks);
+  launcher.scan("pack_counts", words);
+  launcher.run_group("pack_starts");
+  launcher.run("pack_place", chunks);
+}
+
+void launch_prepare_contacts(Launcher& launcher) { launcher.run("prepare_contacts", launcher.plan().blocks * PACK); }
+
+void launch_warm_start(Launcher& launcher) {
+  if (launcher.plan().small) return launcher.run_group("warm_tail", {{"first_color", 0u}});
+  sweep(launcher, "warm_color", "warm_tail");
+}
+
+void launch_solve_contacts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  if (plan.small || plan.colors == 0)
+    return launcher.run_group("solve_tail", {{"first_color", 0u}, {"sweeps", plan.iterations}});
+  for (u32 i = 0; i < plan.iterations; ++i) sweep(launcher, "solve_color", "solve_tail");
+}
+
+void launch_store_impulses(Launcher& launcher) { launcher.run("store_impulses", launcher.plan().contacts); }
+
+}  // namespace lockstep

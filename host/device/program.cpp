@@ -1,0 +1,62 @@
+#include "host/device/program.hpp"
+
+#include <cstdlib>
+
+namespace lockstep {
+
+namespace {
+
+struct FeatureName {
+  Feature feature;
+  const char* name;
+};
+constexpr FeatureName feature_names[] = {
+    {Feature::contacts, "CONTACTS"},       {Feature::general_contacts, "GENERAL_CONTACTS"},
+    {Feature::pivots, "PIVOTS"},           {Feature::time_stepping, "TIME_STEPPING"},
+    {Feature::runge_kutta, "RUNGE_KUTTA"}, {Feature::gyroscopic, "GYROSCOPIC"},
+};
+
+cl::Program compile(const Device& device, const std::string& text, const std::string& options) {
+  cl::Program program(device.context, text);
+  try {
+    program.build(std::vector<cl::Device>{device.handle}, options.c_str());
+  } catch (const cl::BuildError& error) {
+    std::string log;
+    for (const auto& [built_for, lines] : error.getBuildLog()) log += "\n" + lines;
+    throw Error(Failure::device, "building the kernels on " + device.info.name,
+                opencl_error_name(error.err()) + ", options: " + options + log);
+  }
+  return program;
+}
+
+}  // namespace
+
+std::string build_options(const DeviceInfo& device, const ProgramOptions& options) {
+  std::string text = "-cl-std=CL1.2";
+  text += options.double_precision ? " -DREAL=double -DREAL_IS_DOUBLE=1" : " -DREAL=float -DREAL_IS_DOUBLE=0";
+  text += " -DLANES=" + std::to_string(options.lanes);
+  for (const FeatureName& feature : feature_names)
+    text += std::string(" -DFEATURE_") + feature.name + (has(options.features, feature.feature) ? "=1" : "=0");
+  if (device.correct_divide_sqrt) text += " -cl-fp32-correctly-rounded-divide-sqrt";
+  if (const char* more = std::getenv("LOCKSTEP_CL_OPTIONS")) text += std::string(" ") + more;
+  return text;
+}
+
+std::string program_preamble(const ProgramOptions& options) {
+  std::string text = "#pragma OPENCL FP_CONTRACT OFF\n";
+  if (options.double_precision) text += "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n";
+  return text;
+}
+
+cl::Program build_program(Device& device, const std::string& text, const ProgramOptions& options) {
+  if (options.double_precision && !device.info.fp64)
+    throw Error(Failure::device, device.info.name, "has no double precision, run with --precision float");
+  const std::string with = build_options(device.info, options);
+  const std::string whole = program_preamble(options) + text;
+  cl::Program& program = device.programs[with + "\n" + whole];
+  if (program() == nullptr)
+    program = opencl_guard("building the kernels on " + device.info.name, [&] { return compile(device, whole, with); });
+  return program;
+}
+
+}  // namespace lockstep

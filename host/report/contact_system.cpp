@@ -1,0 +1,53 @@
+#include "host/report/contact_system.hpp"
+
+namespace lockstep {
+
+namespace {
+
+template <class real>
+SystemBody system_body(const Motion<real>& motion) {
+  SystemBody body;
+  body.v = {double(motion.v[0]), double(motion.v[1]), double(motion.v[2])};
+  body.w = {double(motion.w[0]), double(motion.w[1]), double(motion.w[2])};
+  body.inverse_mass = double(motion.inverse_mass);
+  const double xx = double(motion.inertia_xx), yy = double(motion.inertia_yy), zz = double(motion.inertia_zz);
+  const double xy = double(motion.inertia_xy), xz = double(motion.inertia_xz), yz = double(motion.inertia_yz);
+  body.inverse_inertia << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  return body;
+}
+
+}  // namespace
+
+template <class real>
+ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> counters) {
+  ContactSystem system;
+  system.bodies.reserve(buffers.motions.size());
+  for (const Motion<real>& motion : buffers.motions) system.bodies.push_back(system_body(motion));
+
+  const u32 count = counters[COUNTER_CONTACTS];
+  system.contacts.reserve(count);
+  for (u32 i = 0; i < count; ++i) {
+    const u32 slot = buffers.contact_slots[i], block = slot / PACK, lane = slot % PACK;
+    const ContactBlock<real>& data = buffers.contact_blocks[block];
+    const ContactImpulse<real>& stored =
+        buffers.cached_impulses[i];  // of the same contact: the lists share their order
+    SystemContact c;
+    c.contact = i;
+    c.body_a = buffers.block_bodies[block].body_a[lane];
+    c.body_b = buffers.block_bodies[block].body_b[lane];
+    c.normal = Eigen::Vector3d(data.normal_x[lane], data.normal_y[lane], data.normal_z[lane]).normalized();
+    c.arm_a = {double(data.arm_a_x[lane]), double(data.arm_a_y[lane]), double(data.arm_a_z[lane])};
+    c.arm_b = {double(data.arm_b_x[lane]), double(data.arm_b_y[lane]), double(data.arm_b_z[lane])};
+    c.bias = double(data.bias[lane]);
+    c.friction = double(data.friction[lane]);
+    c.impulse =
+        double(stored.normal) * c.normal + Eigen::Vector3d(stored.tangent_x, stored.tangent_y, stored.tangent_z);
+    system.contacts.push_back(c);
+  }
+  return system;
+}
+
+template ContactSystem contact_system(const Buffers<float>&, std::span<const u32>);
+template ContactSystem contact_system(const Buffers<double>&, std::span<const u32>);
+
+}  // namespace lockstep

@@ -1,0 +1,190 @@
+#include "host/report/measures.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+
+namespace lockstep {
+
+namespace {
+
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+
+template <class real>
+Vector3d vector3(const real* p) {
+  return {double(p[0]), double(p[1]), double(p[2])};
+}
+template <class real>
+Vector3d vector3(const Vec4<real>& p) {
+  return {double(p.x), double(p.y), double(p.z)};
+}
+template <class real>
+Quaterniond rotation(const Vec4<real>& q) {
+  return Quaterniond(double(q.w), double(q.x), double(q.y), double(q.z)).normalized();
+}
+
+// One dynamic body in double.
+struct Body {
+  double mass;
+  Vector3d x, v, w, angular_momentum;  // the last about its centre of mass, or its pivot
+  bool pivoted;
+};
+
+template <class real>
+Body body_at(const Buffers<real>& buffers, Features features, u32 i) {
+  Body body;
+  const Mass<real>& m = buffers.masses[i];
+  const Quaterniond q = rotation(buffers.orientations[i]);
+  body.mass = double(m.mass);
+  body.x = vector3(buffers.positions[i]);
+  body.v = vector3(buffers.motions[i].v);
+  body.w = vector3(buffers.motions[i].w);
+  body.angular_momentum = q * vector3(m.inertia).cwiseProduct(q.conjugate() * body.w);
+  body.pivoted = has(features, Feature::pivots) && buffers.pivots[i].pivoted != real(0);
+  return body;
+}
+
+template <class real>
+WorldMeasures measure_world(const Buffers<real>& buffers, Features features, u32 world) {
+  WorldMeasures result;
+  const WorldRange& range = buffers.world_ranges[world];
+  const Vector3d gravity = vector3(buffers.gravities[world]);
+
+  std::vector<Body> bodies;
+  Vector3d moment = Vector3d::Zero();
+  for (u32 i = range.first_body; i < range.first_body + range.body_count; ++i) {
+    if (buffers.body_infos[i].kind != BODY_DYNAMIC) continue;
+    const Body body = body_at(buffers, features, i);
+    // the moments of a pivoted body are about the pivot: they hold the motion of the centre of mass
+    const double linear = body.pivoted ? 0 : body.mass * body.v.squaredNorm();
+    result.kinetic += 0.5 * (linear + body.w.dot(body.angular_momentum));
+    result.potential -= body.mass * gravity.dot(body.x);
+    if (body.pivoted) continue;
+    result.mass += body.mass;
+    result.momentum += body.mass * body.v;
+    result.momentum_size += body.mass * body.v.norm();
+    moment += body.mass * body.x;
+    bodies.push_back(body);
+  }
+  result.weight = result.mass * gravity;
+
+  const Vector3d centre = result.mass > 0 ? Vector3d(moment / result.mass) : Vector3d::Zero();
+  for (const Body& body : bodies) {
+    const Vector3d orbital = body.mass * (body.x - centre).cross(body.v);
+    result.angular_momentum += orbital + body.angular_momentum;
+    result.angular_momentum_size += orbital.norm() + body.angular_momentum.norm();
+  }
+  return result;
+}
+
+// Where a shape is: the centre of a sphere, a point and the normal of a plane.
+struct Placed {
+  Vector3d point, normal;
+  double radius;
+};
+
+template <class real>
+Placed place(const Buffers<real>& buffers, u32 shape_index) {
+  const Shape<real>& shape = buffers.shapes[shape_index];
+  const u32 body = buffers.shape_infos[shape_index].body;
+  const Quaterniond q = rotation(buffers.orientations[body]);
+  const Quaterniond local(double(shape.rotation[3]), double(shape.rotation[0]), double(shape.rotation[1]),
+                          double(shape.rotation[2]));
+  return {vector3(buffers.positions[body]) + q * vector3(shape.offset), q * (local * Vector3d::UnitZ()),
+          double(shape.size[0])};
+}
+
+// Signed distance between the surfaces, negative where they overlap. Shape a is a sphere (the owner of the pair).
+template <class real>
+double gap(const Buffers<real>& buffers, const Contact& contact) {
+  const Placed a = place(buffers, contact.shape_a), b = place(buffers, contact.shape_b);
+  if (buffers.shape_infos[contact.shape_b].kind == SHAPE_PLANE) return b.normal.dot(a.point - b.point) - a.radius;
+  return (a.point - b.point).norm() - a.radius - b.radius;
+}
+
+template <class real>
+Penetration penetration(const Buffers<real>& buffers, u32 contacts) {
+  Penetration result;
+  double sum = 0;
+  for (u32 i = 0; i < contacts; ++i) {
+    const double depth = -gap(buffers, buffers.contacts[i]);
+    if (depth <= 0) continue;
+    ++result.touching;
+    sum += depth;
+    result.max = std::max(result.max, depth);
+  }
+  if (result.touching > 0) result.mean = sum / result.touching;
+  return result;
+}
+
+template <class real>
+double pivot_drift(const Buffers<real>& buffers, u32 bodies) {
+  double drift = 0;
+  for (u32 i = 0; i < bodies; ++i) {
+    const Pivot<real>& pivot = buffers.pivots[i];
+    if (pivot.pivoted == real(0)) continue;
+    const Vector3d point =
+        vector3(buffers.positions[i]) - rotation(buffers.orientations[i]) * vector3(pivot.lever_body);
+    drift = std::max(drift, (point - vector3(pivot.point_world)).norm());
+  }
+  return drift;
+}
+
+template <class real>
+WorstContact name_contact(const Buffers<real>& buffers, const Contact& contact) {
+  return {contact.world, buffers.body_infos[contact.body_a].id, buffers.body_infos[contact.body_b].id,
+          buffers.shape_infos[contact.shape_a].id, buffers.shape_infos[contact.shape_b].id};
+}
+
+}  // namespace
+
+double Measures::energy() const {
+  double sum = 0;
+  for (const WorldMeasures& world : worlds) sum += world.kinetic + world.potential;
+  return sum;
+}
+
+std::vector<Buffer> measured_buffers(Features features) {
+  std::vector<Buffer> buffers = {Buffer::world_ranges, Buffer::gravities,    Buffer::body_infos, Buffer::masses,
+                                 Buffer::positions,    Buffer::orientations, Buffer::motions};
+  if (has(features, Feature::pivots)) buffers.push_back(Buffer::pivots);
+  if (has(features, Feature::contacts)) {
+    for (const Buffer buffer : {Buffer::shape_infos, Buffer::shapes, Buffer::contacts, Buffer::contact_slots,
+                                Buffer::block_bodies, Buffer::contact_blocks, Buffer::cached_impulses})
+      buffers.push_back(buffer);
+  }
+  return buffers;
+}
+
+template <class real>
+Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features features, std::span<const u32> counters) {
+  Measures result;
+  for (u32 world = 0; world < sizes.worlds; ++world) result.worlds.push_back(measure_world(buffers, features, world));
+  if (has(features, Feature::pivots)) result.pivot_drift = pivot_drift(buffers, sizes.bodies);
+
+  if (has(features, Feature::contacts)) result.contacts = counters[COUNTER_CONTACTS];
+  if (result.contacts > 0) {
+    result.penetration = penetration(buffers, result.contacts);
+    const double roundoff = sizeof(real) == 4 ? 0x1p-24 : 0x1p-53;
+    const ContactSystem system = contact_system(buffers, counters);
+    result.residual = residual(system, roundoff);
+    result.worst = name_contact(buffers, buffers.contacts[system.contacts[result.residual->worst].contact]);
+  }
+  return result;
+}
+
+template <class real>
+bool momentum_is_conserved(const Buffers<real>& buffers, Features features) {
+  if (has(features, Feature::pivots)) return false;
+  return std::all_of(buffers.shape_infos.begin(), buffers.shape_infos.end(),
+                     [&](const ShapeInfo& shape) { return buffers.body_infos[shape.body].kind == BODY_DYNAMIC; });
+}
+
+#define INSTANTIATE(real)                                                                        \
+  template Measures measure(const Buffers<real>&, const Sizes&, Features, std::span<const u32>); \
+  template bool momentum_is_conserved(const Buffers<real>&, Features);
+INSTANTIATE(float)
+INSTANTIATE(double)
+#undef INSTANTIATE
+
+}  // namespace lockstep

@@ -1,0 +1,117 @@
+#include "host/report/report.hpp"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+
+namespace lockstep {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number_or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+
+Json worst_contact(const Report& report) {
+  if (!report.worst) return nullptr;
+  const WorstContact& at = *report.worst;
+  return {{"step", report.worst_step}, {"world", at.world},     {"body_a", at.body_a},
+          {"body_b", at.body_b},       {"shape_a", at.shape_a}, {"shape_b", at.shape_b}};
+}
+
+std::string row(const std::string& label, const std::string& value) {
+  return fmt::format("  {:<26}{}\n", label, value);
+}
+
+// A figure with its unit, or nothing where it does not apply.
+std::string error_row(const std::string& label, const std::optional<double>& value, const std::string& unit) {
+  return value ? row(label, fmt::format("{:.3g}{}", *value, unit)) : "";
+}
+
+std::string stage_rows(const Report& report) {
+  double sum = 0;
+  for (const auto& [stage, ms] : report.stage_ms) sum += ms;
+  std::string text;
+  for (const auto& [stage, ms] : report.stage_ms) {
+    if (ms > 0) text += row("  " + stage, fmt::format("{:.4f} ms  {:.1f} %", ms, 100 * ms / sum));
+  }
+  return text;
+}
+
+std::string contact_rows(const Report& report) {
+  if (report.contacts_max == 0) return "";
+  std::string text = row("penetration max, mean", fmt::format("{:.3g} mm, {:.3g} mm", 1e3 * report.max_penetration_m,
+                                                              1e3 * report.mean_penetration_m));
+  if (report.residual_median)
+    text += row("residual median, max", fmt::format("{:.3g}, {:.3g}  (rounding: {:.1g})", *report.residual_median,
+                                                    *report.residual_max, *report.residual_floor));
+  if (report.worst)
+    text += row("worst defect",
+                fmt::format("{:.3g} m/s in step {} between bodies {} and {} of world {}", *report.defect_velocity_max,
+                            report.worst_step, report.worst->body_a, report.worst->body_b, report.worst->world));
+  return text;
+}
+
+}  // namespace
+
+std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
+std::string to_json(const Report& report) {
+  Json json = {{"scene", report.scene},
+               {"device", report.device},
+               {"precision", report.precision},
+               {"solver", report.solver},
+               {"worlds", report.worlds},
+               {"bodies", report.bodies},
+               {"steps", report.steps},
+               {"dt", report.dt},
+               {"substeps", report.substeps},
+               {"iterations", report.iterations},
+               {"contacts_max", report.contacts_max},
+               {"steps_redone", report.steps_redone},
+               {"steps_measured", report.steps_measured},
+               {"ms_per_step_median", report.ms_per_step_median},
+               {"ms_per_step_p99", report.ms_per_step_p99},
+               {"ms_first_step", report.ms_first_step},
+               {"ms_total", report.ms_total},
+               {"stage_ms", report.stage_ms},
+               {"max_penetration_m", report.max_penetration_m},
+               {"mean_penetration_m", report.mean_penetration_m},
+               {"residual_median", number_or_null(report.residual_median)},
+               {"residual_max", number_or_null(report.residual_max)},
+               {"residual_floor", number_or_null(report.residual_floor)},
+               {"natural_map_max", number_or_null(report.natural_map_max)},
+               {"defect_velocity_max", number_or_null(report.defect_velocity_max)},
+               {"worst_contact", worst_contact(report)},
+               {"joint_drift_max_m", number_or_null(report.joint_drift_max_m)},
+               {"energy_initial_j", report.energy_initial_j},
+               {"energy_final_j", report.energy_final_j},
+               {"energy_error", number_or_null(report.energy_error)},
+               {"momentum_error", number_or_null(report.momentum_error)},
+               {"model_error", number_or_null(report.model_error)},
+               {"state_hash", hash_text(report.state_hash)},
+               {"pose_hash", hash_text(report.pose_hash)}};
+  return json.dump(2) + "\n";
+}
+
+std::string to_table(const Report& report) {
+  std::string text = fmt::format("{} on {}, {}, {} bodies, {} steps of {:g} ms\n", report.scene, report.device,
+                                 report.precision, report.bodies, report.steps, 1e3 * report.dt);
+  text += "speed\n";
+  text += row("ms a step median, p99", fmt::format("{:.4g}, {:.4g}  (first {:.4g})", report.ms_per_step_median,
+                                                   report.ms_per_step_p99, report.ms_first_step));
+  const double simulated = report.dt * report.steps;
+  text += row("simulated / wall time", fmt::format("{:.3g} s / {:.3g} s", simulated, 1e-3 * report.ms_total));
+  text += stage_rows(report);
+  text += fmt::format("error ({} of {} steps measured)\n", report.steps_measured, report.steps);
+  if (report.contacts_max > 0) text += row("contacts at most", fmt::format("{}", report.contacts_max));
+  text += contact_rows(report);
+  text += error_row("pivot drift", report.joint_drift_max_m, " m");
+  text += row("energy first, last", fmt::format("{:.6g} J, {:.6g} J", report.energy_initial_j, report.energy_final_j));
+  text += error_row("energy error", report.energy_error, " of the kinetic energy");
+  text += error_row("momentum error", report.momentum_error, " of the momentum");
+  text += row("state hash, pose hash", hash_text(report.state_hash) + ", " + hash_text(report.pose_hash));
+  return text;
+}
+
+}  // namespace lockstep

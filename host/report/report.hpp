@@ -1,0 +1,89 @@
+// What a run reports: its speed beside its errors. docs/error_measures.md says what each figure is.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/report/measures.hpp"
+
+namespace lockstep {
+
+/// The figures of one run, and the keys of the report file. An empty optional is `null`: the figure does not apply.
+struct Report {
+  // what was run
+  std::string scene, device, precision, solver;
+  u32 worlds = 0, bodies = 0, steps = 0, substeps = 0, iterations = 0;
+  double dt = 0;  // of a step, s
+  u32 contacts_max = 0, steps_redone = 0, steps_measured = 0;
+
+  // speed: median and p99 leave the first step out, which warms up
+  double ms_per_step_median = 0, ms_per_step_p99 = 0, ms_first_step = 0, ms_total = 0;
+  std::map<std::string, double> stage_ms;  // mean of a step, by stage; empty unless profiled
+
+  // errors, over the measured steps
+  double max_penetration_m = 0, mean_penetration_m = 0;
+  std::optional<double> residual_median, residual_max, residual_floor, natural_map_max;
+  std::optional<double> defect_velocity_max;  // m/s
+  std::optional<WorstContact> worst;          // where it was seen
+  u32 worst_step = 0;
+  std::optional<double> joint_drift_max_m, momentum_error, energy_error, model_error;
+  double energy_initial_j = 0, energy_final_j = 0;
+
+  std::uint64_t state_hash = 0, pose_hash = 0;
+};
+
+/// Gathers the figures of a run, step by step.
+class Recorder {
+ public:
+  /// `initial` is measured before the first step. `conserves_momentum`: see momentum_is_conserved().
+  /// `conserves_energy`: nothing in the scene dissipates.
+  Recorder(Measures initial, bool conserves_momentum, bool conserves_energy)
+      : initial_(std::move(initial)), conserves_momentum_(conserves_momentum), conserves_energy_(conserves_energy) {}
+
+  /// One step took this long and saw this many contacts.
+  void time(double milliseconds, u32 contacts);
+
+  /// The state at the end of step number `step` (from 1), `seconds` of simulated time after the start.
+  void observe(u32 step, double seconds, Measures measures);
+
+  /// Adds what was gathered to a report that says what was run.
+  void finish(Report& report) const;
+
+ private:
+  struct Observation {
+    u32 step;
+    double seconds;
+    Measures measures;
+  };
+
+  void finish_speed(Report& report) const;
+  void finish_contacts(Report& report) const;
+  std::optional<double> momentum_error() const;
+  std::optional<double> energy_error() const;
+
+  Measures initial_;
+  bool conserves_momentum_, conserves_energy_;
+  std::vector<double> milliseconds_;
+  u32 contacts_max_ = 0;
+  std::vector<Observation> observations_;
+};
+
+/// Combines the hashes of the worlds in order. That of one world is its own hash.
+std::uint64_t combined_state_hash(std::span<const WorldHash> worlds);
+std::uint64_t combined_pose_hash(std::span<const WorldHash> worlds);
+
+/// A hash as reports and golden files write it: 16 hex digits.
+std::string hash_text(std::uint64_t hash);
+
+/// The report as one JSON object.
+std::string to_json(const Report& report);
+
+/// The table that a run ends with: speed beside error.
+std::string to_table(const Report& report);
+
+}  // namespace lockstep

@@ -1,0 +1,24 @@
+// How well a contact problem was solved: the residual of docs/error_measures.md, the same for every solver.
+#pragma once
+
+#include "host/report/contact_system.hpp"
+
+namespace lockstep {
+
+struct Residual {
+  double relative = 0;     // rms of the defect velocities over `scale`
+  double defect_max = 0;   // largest defect velocity, m/s
+  double defect_rms = 0;   // m/s
+  u32 worst = 0;           // index into ContactSystem::contacts of the largest defect
+  double scale = 0;        // U: rms of the free relative velocities, m/s
+  double rounding = 0;     // what rounding alone makes of `relative`, for the unit roundoff given
+  double natural_map = 0;  // |F| / |q| with rho = 1: the form of the literature; it depends on the units
+};
+
+/// The residual of a solved system. `roundoff` is 2^-24 where the solver worked in float, 2^-53 in double.
+Residual residual(const ContactSystem& system, double roundoff);
+
+/// The nearest point of the Coulomb cone { |t| <= mu n } about the unit vector `normal`.
+Eigen::Vector3d project_on_cone(const Eigen::Vector3d& impulse, const Eigen::Vector3d& normal, double friction);
+
+}  // namespace lockstep

@@ -1,0 +1,346 @@
+#include "host/scene/compile.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "host/error.hpp"
+#include "host/scene/touching.hpp"
+
+namespace lockstep {
+
+namespace {
+
+// Lists are indexed by 32 bits, and are several times as long.
+constexpr std::size_t most_in_batch = std::size_t{1} << 27;
+
+// Where a number comes from, for errors: the scene, and the body where there is one.
+struct Origin {
+  const Scene& scene;
+  const BodyDescription* body = nullptr;
+
+  [[noreturn]] void fail(const std::string& what) const {
+    std::string where = scene.source;
+    if (body != nullptr) {
+      where += fmt::format(": body {}", body - scene.bodies.data());
+      if (!body->name.empty()) where += fmt::format(" ({})", body->name);
+    }
+    throw Error(Failure::input, where, what);
+  }
+};
+
+// The one rounding from what a scene says to the precision of the run.
+template <class real>
+real rounded(double x, const char* name, const Origin& origin) {
+  if (!(std::abs(x) <= static_cast<double>(std::numeric_limits<real>::max()))) {
+    origin.fail(fmt::format("{} must fit a {}-byte number, is {}", name, sizeof(real), x));
+  }
+  return static_cast<real>(x);
+}
+
+// The same for masses, radii and time steps, which must not vanish, and whose inverses must not overflow.
+template <class real>
+real rounded_positive(double x, const char* name, const Origin& origin) {
+  const real r = rounded<real>(x, name, origin);
+  if (!(r >= std::numeric_limits<real>::min()) || !(r <= 1 / std::numeric_limits<real>::min())) {
+    origin.fail(fmt::format("{} and its inverse must fit a {}-byte number, is {}; use other units or double precision",
+                            name, sizeof(real), x));
+  }
+  return r;
+}
+
+template <class real>
+Vec4<real> rounded(const Vector3& v, const char* name, const Origin& origin) {
+  return {rounded<real>(v[0], name, origin), rounded<real>(v[1], name, origin), rounded<real>(v[2], name, origin), 0};
+}
+
+template <class real>
+Vec4<real> rounded(const Quaternion& q) {
+  return {static_cast<real>(q[0]), static_cast<real>(q[1]), static_cast<real>(q[2]), static_cast<real>(q[3])};
+}
+
+bool is_isotropic(const Vector3& inertia) { return inertia[0] == inertia[1] && inertia[1] == inertia[2]; }
+
+// Principal moments that the motion sees: about the centre of mass, or about the pivot by the theorem of parallel axes
+// (survey 2.1.4): I + m (l.l E - l l^T), diagonal because the lever lies along a principal axis.
+Vector3 moments(const BodyDescription& body) {
+  if (!body.pivoted) return body.inertia;
+  const double square = body.mass * exact::dot(body.lever, body.lever);
+  Vector3 about_pivot = body.inertia;
+  for (unsigned i = 0; i < 3; ++i) {
+    if (body.lever[i] == 0) about_pivot[i] += square;
+  }
+  return about_pivot;
+}
+
+// R diag(1/I) R^T, world frame: xx, yy, zz, xy, xz, yz. An isotropic one stays exactly so.
+std::array<double, 6> inverse_inertia_world(const Vector3& inertia, const Quaternion& orientation) {
+  if (is_isotropic(inertia)) return {1 / inertia[0], 1 / inertia[0], 1 / inertia[0], 0, 0, 0};
+  const Vector3 x = exact::rotate(orientation, {1, 0, 0});
+  const Vector3 y = exact::rotate(orientation, {0, 1, 0});
+  const Vector3 z = exact::rotate(orientation, {0, 0, 1});
+  const auto entry = [&](unsigned i, unsigned j) {
+    return x[i] * x[j] / inertia[0] + y[i] * y[j] / inertia[1] + z[i] * z[j] / inertia[2];
+  };
+  return {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)};
+}
+
+template <class real>
+class Compiler {
+ public:
+  explicit Compiler(std::span<const Scene> worlds) : worlds_(worlds) {}
+
+  InitialState<real> run() {
+    expect_room();
+    for (u32 world = 0; world < worlds_.size(); ++world) add_world(world);
+    buffers().motions.push_back({});  // the null body behind the last one
+    set_features();
+    set_sizes();
+    resize(state_.buffers, state_.sizes, state_.features);
+    set_params();
+    return std::move(state_);
+  }
+
+ private:
+  Buffers<real>& buffers() { return state_.buffers; }
+
+  void expect_room() const;
+  void add_world(u32 world);
+  void add_body(const BodyDescription& body, u32 world, u32 id, const Origin& origin);
+  void add_shape(const ShapeDescription& shape, u32 body, u32 id, const Origin& origin);
+  void add_material_pairs(const Scene& scene);
+  void set_features();
+  void set_sizes();
+  void set_params();
+
+  std::span<const Scene> worlds_;
+  InitialState<real> state_;
+};
+
+template <class real>
+void Compiler<real>::expect_room() const {
+  std::size_t bodies = 0, shapes = 0;
+  for (const Scene& scene : worlds_) {
+    bodies += scene.bodies.size();
+    for (const BodyDescription& body : scene.bodies) shapes += body.shapes.size();
+  }
+  if (std::max(bodies, shapes) <= most_in_batch) return;
+  throw Error(Failure::input, worlds_[0].source,
+              fmt::format("a batch can have {} bodies and shapes, has {} and {}; run fewer worlds at once",
+                          most_in_batch, bodies, shapes));
+}
+
+template <class real>
+void Compiler<real>::add_world(u32 world) {
+  const Scene& scene = worlds_[world];
+  const auto count = [](const auto& elements) { return static_cast<u32>(elements.size()); };
+  WorldRange range = {};
+  range.first_body = count(buffers().body_infos);
+  range.first_shape = count(buffers().shape_infos);
+  range.first_plane = count(buffers().planes);
+  range.first_material_pair = count(buffers().material_pairs);
+  range.material_count = std::max(count(scene.materials), 1u);
+
+  for (const BodyDescription& body : scene.bodies) {
+    const Origin origin = {scene, &body};
+    const u32 index = count(buffers().body_infos);
+    add_body(body, world, index - range.first_body, origin);
+    for (const ShapeDescription& shape : body.shapes) {
+      if (shape.material >= range.material_count) origin.fail("a shape has a material that the scene lacks");
+      add_shape(shape, index, count(buffers().shape_infos) - range.first_shape, origin);
+    }
+  }
+  add_material_pairs(scene);
+  range.body_count = count(buffers().body_infos) - range.first_body;
+  range.shape_count = count(buffers().shape_infos) - range.first_shape;
+  range.plane_count = count(buffers().planes) - range.first_plane;
+  buffers().world_ranges.push_back(range);
+  buffers().gravities.push_back(rounded<real>(scene.gravity, "gravity", {scene}));
+}
+
+template <class real>
+void Compiler<real>::add_body(const BodyDescription& body, u32 world, u32 id, const Origin& origin) {
+  const bool dynamic = body.kind == BODY_DYNAMIC;
+  const Vector3 inertia = moments(body);
+  // about the pivot or the centre of mass: what the equations of motion see
+  buffers().body_infos.push_back({world, id, static_cast<u32>(body.kind), !dynamic || is_isotropic(inertia)});
+
+  Mass<real> mass = {};
+  if (dynamic) {
+    mass.mass = rounded_positive<real>(body.mass, "mass", origin);
+    mass.inverse_mass = static_cast<real>(1 / body.mass);
+    for (unsigned i = 0; i < 3; ++i) {
+      mass.inertia[i] = rounded_positive<real>(inertia[i], "inertia", origin);
+      mass.inverse_inertia[i] = static_cast<real>(1 / inertia[i]);
+    }
+  }
+  buffers().masses.push_back(mass);
+
+  const Vector3 arm = exact::rotate(body.orientation, body.lever);
+  Pivot<real> pivot = {};
+  if (body.pivoted) {
+    const Vec4<real> point = rounded<real>(exact::subtract(body.position, arm), "pivot", origin);
+    const Vec4<real> lever = rounded<real>(body.lever, "lever", origin);
+    pivot = {{point.x, point.y, point.z}, 1, {lever.x, lever.y, lever.z}, 0};
+  }
+  buffers().pivots.push_back(pivot);
+  buffers().positions.push_back(rounded<real>(body.position, "position", origin));
+  buffers().orientations.push_back(rounded<real>(body.orientation));
+
+  Motion<real> motion = {};
+  if (body.kind != BODY_STATIC) {
+    // the centre of mass of a pivoted body circles about the pivot
+    const Vector3 velocity = body.pivoted ? exact::cross(body.angular_velocity, arm) : body.velocity;
+    const Vec4<real> v = rounded<real>(velocity, "velocity", origin);
+    const Vec4<real> w = rounded<real>(body.angular_velocity, "angular velocity", origin);
+    motion.v[0] = v.x, motion.v[1] = v.y, motion.v[2] = v.z;
+    motion.w[0] = w.x, motion.w[1] = w.y, motion.w[2] = w.z;
+  }
+  if (dynamic) {
+    motion.inverse_mass = mass.inverse_mass;
+    const std::array<double, 6> inverse = inverse_inertia_world(inertia, body.orientation);
+    motion.inertia_xx = static_cast<real>(inverse[0]);
+    motion.inertia_yy = static_cast<real>(inverse[1]);
+    motion.inertia_zz = static_cast<real>(inverse[2]);
+    motion.inertia_xy = static_cast<real>(inverse[3]);
+    motion.inertia_xz = static_cast<real>(inverse[4]);
+    motion.inertia_yz = static_cast<real>(inverse[5]);
+  }
+  buffers().motions.push_back(motion);
+}
+
+template <class real>
+void Compiler<real>::add_shape(const ShapeDescription& shape, u32 body, u32 id, const Origin& origin) {
+  if (shape.kind == SHAPE_PLANE) buffers().planes.push_back(static_cast<u32>(buffers().shape_infos.size()));
+  const bool centered = shape.offset == Vector3{0, 0, 0};
+  buffers().shape_infos.push_back(
+      {body, id, static_cast<u32>(shape.kind), shape.material, shape.category, shape.mask, centered, 0});
+  const Vec4<real> offset = rounded<real>(shape.offset, "offset", origin);
+  const Vec4<real> rotation = rounded<real>(shape.rotation);
+  Shape<real> record = {{offset.x, offset.y, offset.z, 0}, {rotation.x, rotation.y, rotation.z, rotation.w}, {}};
+  if (shape.kind == SHAPE_SPHERE) record.size[0] = rounded_positive<real>(shape.radius, "radius", origin);
+  buffers().shapes.push_back(record);
+}
+
+// Friction combines by the geometric mean, restitution by the larger; rules of the scene override both.
+template <class real>
+void Compiler<real>::add_material_pairs(const Scene& scene) {
+  std::vector<Material> materials = scene.materials;
+  if (materials.empty()) materials.emplace_back();
+  const std::size_t first = buffers().material_pairs.size();
+  const Origin origin = {scene};
+  for (const Material& a : materials) {
+    for (const Material& b : materials) {
+      // of equal materials the root is the friction itself, to the bit
+      const double friction = exact::square_root(a.friction * b.friction);
+      buffers().material_pairs.push_back(
+          {rounded<real>(friction, "friction", origin),
+           rounded<real>(std::max(a.restitution, b.restitution), "restitution", origin)});
+    }
+  }
+  for (const MaterialPairRule& rule : scene.material_pairs) {
+    const MaterialPair<real> pair = {rounded<real>(rule.friction, "friction", origin),
+                                     rounded<real>(rule.restitution, "restitution", origin)};
+    buffers().material_pairs[first + rule.material_a * materials.size() + rule.material_b] = pair;
+    buffers().material_pairs[first + rule.material_b * materials.size() + rule.material_a] = pair;
+  }
+}
+
+template <class real>
+void Compiler<real>::set_features() {
+  const Settings& settings = worlds_[0].settings;
+  Features& features = state_.features;
+  const bool runge_kutta = settings.integrator == Integrator::runge_kutta;
+  features = with(features, runge_kutta ? Feature::runge_kutta : Feature::time_stepping);
+  for (const Scene& scene : worlds_) {
+    const bool touching = shapes_can_touch(scene);
+    if (touching) features = with(features, Feature::contacts);
+    if (touching && runge_kutta) {
+      throw Error(Failure::input, scene.source + ": /settings/integrator",
+                  "runge_kutta is for bodies that cannot touch, and shapes of this scene can; use trapezoidal");
+    }
+    for (const BodyDescription& body : scene.bodies) {
+      if (body.kind != BODY_DYNAMIC) continue;
+      const bool isotropic = is_isotropic(moments(body));
+      const bool off_center = std::any_of(body.shapes.begin(), body.shapes.end(), [](const ShapeDescription& shape) {
+        return shape.offset != Vector3{0, 0, 0};
+      });
+      if (body.pivoted) features = with(features, Feature::pivots);
+      if (touching && !body.shapes.empty() && (off_center || !isotropic)) {
+        features = with(features, Feature::general_contacts);
+      }
+      if (!isotropic && settings.gyroscopic != Gyroscopic::none) features = with(features, Feature::gyroscopic);
+    }
+  }
+}
+
+// First guesses for the lists; a step that needs more asks for it and is redone. A sphere in a dense pile has about 6
+// contacts that it owns, and pairs are little more than contacts.
+template <class real>
+void Compiler<real>::set_sizes() {
+  Sizes& sizes = state_.sizes;
+  sizes.worlds = static_cast<u32>(worlds_.size());
+  sizes.bodies = static_cast<u32>(buffers().body_infos.size());
+  if (has(state_.features, Feature::contacts)) {  // shapes that never touch are not simulated
+    sizes.shapes = static_cast<u32>(buffers().shapes.size());
+    sizes.planes = static_cast<u32>(buffers().planes.size());
+    sizes.material_pairs = static_cast<u32>(buffers().material_pairs.size());
+  }
+  sizes.buckets = 64;
+  while (sizes.buckets < 2 * sizes.shapes) sizes.buckets *= 2;
+  sizes.pairs = 8 * sizes.shapes + 64;
+  sizes.contacts = sizes.pairs;
+  // each colour, and the overflow, may end in a block that is not full
+  sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;
+}
+
+template <class real>
+void Compiler<real>::set_params() {
+  const Settings& settings = worlds_[0].settings;
+  const Origin origin = {worlds_[0]};
+  StepParams<real>& p = state_.params;
+  p.dt = rounded_positive<real>(settings.dt / settings.substeps, "dt / substeps", origin);
+  switch (settings.integrator) {
+    case Integrator::explicit_euler: p.theta = 0; break;
+    case Integrator::trapezoidal: p.theta = real(0.5); break;
+    case Integrator::semi_implicit_euler:
+    case Integrator::runge_kutta: p.theta = 1; break;
+  }
+  switch (settings.gyroscopic) {
+    case Gyroscopic::none:
+    case Gyroscopic::explicit_: p.gyroscopic_theta = 0; break;
+    case Gyroscopic::midpoint: p.gyroscopic_theta = real(0.5); break;
+    case Gyroscopic::implicit: p.gyroscopic_theta = 1; break;
+  }
+  p.gyroscopic = has(state_.features, Feature::gyroscopic);
+  p.restitution_threshold = rounded<real>(settings.restitution_threshold, "restitution_threshold", origin);
+  p.correction = rounded<real>(settings.correction, "correction", origin);
+  p.correction_limit = rounded<real>(settings.correction_limit, "correction_limit", origin);
+  p.slop = rounded<real>(settings.slop, "slop", origin);
+  p.margin = rounded<real>(settings.margin, "margin", origin);
+  p.speed_limit = rounded<real>(settings.speed_limit, "speed_limit", origin);
+  p.bodies = state_.sizes.bodies;
+  p.shapes = state_.sizes.shapes;
+  p.worlds = state_.sizes.worlds;
+  p.buckets = state_.sizes.buckets;
+  p.pair_capacity = state_.sizes.pairs;
+  p.contact_capacity = state_.sizes.contacts;
+  p.block_capacity = state_.sizes.blocks;
+  p.iterations = settings.iterations;
+  p.substeps = settings.substeps;
+}
+
+}  // namespace
+
+template <class real>
+InitialState<real> compile(std::span<const Scene> worlds) {
+  if (worlds.empty()) throw Error(Failure::input, "", "a batch needs at least one world");
+  return Compiler<real>(worlds).run();
+}
+
+template InitialState<float> compile<float>(std::span<const Scene>);
+template InitialState<double> compile<double>(std::span<const Scene>);
+
+}  // namespace lockstep

@@ -1,0 +1,122 @@
+#include "host/scene/generators.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace lockstep {
+
+namespace {
+
+// A random shift of each copy: amplitude times numbers in [-1, 1), drawn axis by axis from a sequence of its own.
+struct Jitter {
+  Vector3 amplitude = {0, 0, 0};
+  std::array<unsigned, 3> order = {0, 1, 2};  // axes in the order in which they draw
+  u32 seed = 0;
+
+  Vector3 at(u32 index) const {
+    exact::LcgByIndex random(seed + index);
+    Vector3 shift;
+    for (const unsigned axis : order) shift[axis] = amplitude[axis] * random.next_symmetric();
+    return shift;
+  }
+};
+
+enum class Randoms { lcg_by_index };
+
+Jitter read_jitter(const JsonNode& node) {
+  node.expect_object({"generator", "seed", "amplitude", "order"});
+  Jitter jitter;
+  node.at("generator").choice<Randoms>("generator", {{"lcg_by_index", Randoms::lcg_by_index}});
+  jitter.amplitude = node.at("amplitude").vector();
+  if (node.has("seed")) jitter.seed = node.at("seed").integer(0, NONE);
+  if (node.has("order")) {
+    const std::string order = node.at("order").text();
+    std::string sorted = order;
+    std::sort(sorted.begin(), sorted.end());
+    if (sorted != "xyz") node.at("order").must_be("an order of the axes such as \"xyz\"");
+    for (unsigned i = 0; i < 3; ++i) jitter.order[i] = static_cast<unsigned>(order[i] - 'x');
+  }
+  return jitter;
+}
+
+// A lattice: copy (i, j, k) stands at origin + (index - start) * spacing + jitter; i runs fastest.
+struct Lattice {
+  std::array<u32, 3> counts = {1, 1, 1};
+  std::array<Vector3, 3> steps = {};  // one step along i, j, k
+  Vector3 start = {0, 0, 0};          // of the index, for centred axes
+  Vector3 origin = {0, 0, 0};
+};
+
+u32 read_count(const JsonNode& node) { return node.integer(1, most_bodies); }
+
+Lattice read_grid(const JsonNode& node) {
+  Lattice lattice;
+  const std::vector<JsonNode> counts = node.at("counts").elements();
+  if (counts.size() != 3) node.at("counts").must_be("an array of 3 integers");
+  const Vector3 spacing = node.at("spacing").vector();
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    lattice.counts[axis] = read_count(counts[axis]);
+    lattice.steps[axis][axis] = spacing[axis];
+  }
+  if (!node.has("centered")) return lattice;
+  const std::vector<JsonNode> centered = node.at("centered").elements();
+  if (centered.size() != 3) node.at("centered").must_be("an array of 3 booleans");
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    if (centered[axis].boolean()) lattice.start[axis] = (lattice.counts[axis] - 1) * 0.5;
+  }
+  return lattice;
+}
+
+Lattice read_line(const JsonNode& node) {
+  Lattice lattice;
+  lattice.counts[0] = read_count(node.at("count"));
+  lattice.steps[0] = node.at("step").vector();
+  return lattice;
+}
+
+// Off the axes of a grid the steps are zero and add nothing, so that each coordinate is
+// (origin + (index - start) * spacing) + jitter, to the bit.
+Vector3 place(const Lattice& lattice, const Jitter& jitter, const std::array<u32, 3>& index, u32 number) {
+  Vector3 position = lattice.origin;
+  for (unsigned axis = 0; axis < 3; ++axis) {
+    position = exact::add(position, exact::scale(index[axis] - lattice.start[axis], lattice.steps[axis]));
+  }
+  return exact::add(position, jitter.at(number));
+}
+
+}  // namespace
+
+void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
+  enum class Kind { grid, line };
+  const auto kind = node.at("generator").choice<Kind>("generator", {{"grid", Kind::grid}, {"line", Kind::line}});
+  if (kind == Kind::grid) {
+    node.expect_object({"generator", "counts", "spacing", "origin", "centered", "jitter", "bodies"});
+  } else {
+    node.expect_object({"generator", "count", "step", "origin", "jitter", "bodies"});
+  }
+  Lattice lattice = kind == Kind::grid ? read_grid(node) : read_line(node);
+  if (node.has("origin")) lattice.origin = node.at("origin").vector();
+  const Jitter jitter = node.has("jitter") ? read_jitter(node.at("jitter")) : Jitter{};
+
+  const BodyList templates = read_bodies(node.at("bodies"), names);
+  const double copies = 1.0 * lattice.counts[0] * lattice.counts[1] * lattice.counts[2];
+  list.expect_room(node, copies * static_cast<double>(templates.bodies.size()),
+                   copies * static_cast<double>(templates.shapes));
+
+  u32 number = 0;
+  for (u32 k = 0; k < lattice.counts[2]; ++k) {
+    for (u32 j = 0; j < lattice.counts[1]; ++j) {
+      for (u32 i = 0; i < lattice.counts[0]; ++i, ++number) {
+        const Vector3 shift = place(lattice, jitter, {i, j, k}, number);
+        for (BodyDescription body : templates.bodies) {
+          body.position = exact::add(shift, body.position);
+          if (!body.name.empty()) body.name += fmt::format("_{}", number);
+          list.add(std::move(body));
+        }
+      }
+    }
+  }
+}
+
+}  // namespace lockstep

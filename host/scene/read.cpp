@@ -1,0 +1,177 @@
+#include "host/scene/read.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <unordered_set>
+
+#include "host/embedded.hpp"
+#include "host/scene/read_bodies.hpp"
+
+namespace lockstep {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::size_t largest_file = 64u << 20;
+
+Settings read_settings(const JsonNode& node) {
+  node.expect_object({"dt", "steps", "substeps", "iterations", "integrator", "gyroscopic", "restitution_threshold",
+                      "correction", "correction_limit", "slop", "margin", "speed_limit", "precision"});
+  Settings s;
+  if (node.has("dt")) s.dt = node.at("dt").positive();
+  if (node.has("steps")) s.steps = node.at("steps").integer(1, 1000000000);
+  if (node.has("substeps")) s.substeps = node.at("substeps").integer(1, 10000);
+  if (node.has("iterations")) s.iterations = node.at("iterations").integer(1, 100000);
+  if (node.has("integrator")) {
+    s.integrator = node.at("integrator")
+                       .choice<Integrator>("integrator", {{"explicit_euler", Integrator::explicit_euler},
+                                                          {"semi_implicit_euler", Integrator::semi_implicit_euler},
+                                                          {"trapezoidal", Integrator::trapezoidal},
+                                                          {"runge_kutta", Integrator::runge_kutta}});
+  }
+  if (node.has("gyroscopic")) {
+    s.gyroscopic = node.at("gyroscopic")
+                       .choice<Gyroscopic>("gyroscopic scheme", {{"none", Gyroscopic::none},
+                                                                 {"explicit", Gyroscopic::explicit_},
+                                                                 {"implicit", Gyroscopic::implicit},
+                                                                 {"midpoint", Gyroscopic::midpoint}});
+  }
+  if (node.has("restitution_threshold")) s.restitution_threshold = node.at("restitution_threshold").not_negative();
+  if (node.has("correction")) s.correction = node.at("correction").share();
+  if (node.has("correction_limit")) s.correction_limit = node.at("correction_limit").not_negative();
+  if (node.has("slop")) s.slop = node.at("slop").not_negative();
+  if (node.has("margin")) s.margin = node.at("margin").not_negative();
+  if (node.has("speed_limit")) s.speed_limit = node.at("speed_limit").positive();
+  if (node.has("precision")) {
+    s.precision = node.at("precision").choice<const char*>("precision", {{"float", "float"}, {"double", "double"}});
+  }
+  return s;
+}
+
+std::vector<Material> read_materials(const JsonNode& array) {
+  std::vector<Material> materials;
+  for (const JsonNode& node : array.elements()) {
+    node.expect_object({"name", "friction", "restitution"});
+    Material material;
+    material.name = node.at("name").text();
+    for (const Material& other : materials) {
+      if (other.name == material.name) {
+        node.at("name").fail(fmt::format("names the material {} again; names must differ", quote(material.name)));
+      }
+    }
+    if (node.has("friction")) material.friction = node.at("friction").not_negative();
+    if (node.has("restitution")) material.restitution = node.at("restitution").share();
+    materials.push_back(material);
+  }
+  return materials;
+}
+
+std::vector<MaterialPairRule> read_material_pairs(const JsonNode& array, const std::vector<Material>& materials) {
+  std::vector<std::string> names;
+  for (const Material& material : materials) names.push_back(material.name);
+  std::vector<MaterialPairRule> rules;
+  for (const JsonNode& node : array.elements()) {
+    node.expect_object({"materials", "friction", "restitution"});
+    const std::vector<JsonNode> pair = node.at("materials").elements();
+    if (pair.size() != 2) node.at("materials").must_be("an array of 2 material names");
+    u32 index[2];
+    for (unsigned i = 0; i < 2; ++i) {
+      const auto found = std::find(names.begin(), names.end(), pair[i].text());
+      if (found == names.end()) pair[i].unknown("material", pair[i].text(), names);
+      index[i] = static_cast<u32>(found - names.begin());
+    }
+    const MaterialPairRule rule = {std::min(index[0], index[1]), std::max(index[0], index[1]),
+                                   node.at("friction").not_negative(), node.at("restitution").share()};
+    for (const MaterialPairRule& other : rules) {
+      if (other.material_a == rule.material_a && other.material_b == rule.material_b) {
+        node.at("materials").fail("gives a rule for this pair again; keep one");
+      }
+    }
+    rules.push_back(rule);
+  }
+  return rules;
+}
+
+void expect_different_names(const JsonNode& array, const std::vector<BodyDescription>& bodies) {
+  std::unordered_set<std::string> names;
+  for (const BodyDescription& body : bodies) {
+    if (!body.name.empty() && !names.insert(body.name).second) {
+      array.fail(fmt::format("two bodies have the name {}; names must differ", quote(body.name)));
+    }
+  }
+}
+
+std::string stem(const std::string& path) { return fs::path(path).stem().string(); }
+
+std::string read_file(const std::string& path) {
+  std::error_code ignored;
+  if (fs::is_directory(path, ignored)) throw Error(Failure::input, path, "is a directory, must be a JSON file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(Failure::input, path, "cannot be opened for reading; check its permissions");
+  std::string text, piece(1u << 16, '\0');
+  while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())), file.gcount() > 0) {
+    text.append(piece, 0, static_cast<std::size_t>(file.gcount()));
+    if (text.size() > largest_file) {
+      throw Error(Failure::input, path, "is larger than 64 MiB; place many bodies with generators");
+    }
+  }
+  if (file.bad()) throw Error(Failure::input, path, "cannot be read to its end");
+  return text;
+}
+
+}  // namespace
+
+Scene parse_scene(const std::string& text, const std::string& source) {
+  const nlohmann::json document = parse_json(text, source);
+  const JsonNode root(document, source);
+  root.expect_object(
+      {"$schema", "name", "description", "gravity", "settings", "materials", "material_pairs", "bodies"});
+  Scene scene;
+  scene.source = source;
+  scene.name = root.has("name") ? root.at("name").text() : stem(source);
+  if (root.has("description")) scene.description = root.at("description").text();
+  if (root.has("gravity")) scene.gravity = root.at("gravity").vector();
+  if (root.has("settings")) scene.settings = read_settings(root.at("settings"));
+  if (root.has("materials")) scene.materials = read_materials(root.at("materials"));
+  if (scene.materials.empty()) scene.materials.push_back({"default"});
+  if (root.has("material_pairs")) {
+    scene.material_pairs = read_material_pairs(root.at("material_pairs"), scene.materials);
+  }
+  Categories categories;
+  Names names = {scene.materials, categories};
+  scene.bodies = read_bodies(root.at("bodies"), names).bodies;
+  if (scene.bodies.empty()) root.at("bodies").fail("is empty; a scene needs a body");
+  expect_different_names(root.at("bodies"), scene.bodies);
+  categories.expect_all_owned();
+  return scene;
+}
+
+Scene read_scene(const std::string& path_or_name) {
+  std::vector<std::string> names;
+  for (const EmbeddedFile& file : embedded_scenes()) {
+    names.push_back(stem(std::string(file.name)));
+    if (names.back() == path_or_name) return parse_scene(std::string(file.text), std::string(file.name));
+  }
+  std::error_code ignored;
+  if (!fs::exists(path_or_name, ignored)) {
+    throw Error(Failure::input, path_or_name,
+                "no such file, and no built-in scene has this name; " + suggestion(path_or_name, names));
+  }
+  return parse_scene(read_file(path_or_name), path_or_name);
+}
+
+std::vector<SceneListing> built_in_scenes() {
+  std::vector<SceneListing> listings;
+  for (const EmbeddedFile& file : embedded_scenes()) {
+    const std::string path(file.name);
+    listings.push_back({stem(path), parse_scene(std::string(file.text), path).description});
+  }
+  std::sort(listings.begin(), listings.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return listings;
+}
+
+}  // namespace lockstep

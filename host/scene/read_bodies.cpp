@@ -1,0 +1,274 @@
+#include "host/scene/read_bodies.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/scene/generators.hpp"
+
+namespace lockstep {
+
+namespace {
+
+std::vector<std::string> names_of(const std::vector<Material>& materials) {
+  std::vector<std::string> names;
+  for (const Material& material : materials) names.push_back(material.name);
+  return names;
+}
+
+Vector3 read_direction(const JsonNode& node) {
+  const Vector3 v = node.vector();
+  if (v[0] == 0 && v[1] == 0 && v[2] == 0) node.fail("must not be zero: it is a direction");
+  return v;
+}
+
+ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& names) {
+  node.expect_object({"type", "radius", "offset", "normal", "rotation", "material", "category", "collides_with"});
+  ShapeDescription shape;
+  shape.kind = node.at("type").choice<ShapeKind>("shape", {{"sphere", SHAPE_SPHERE}, {"plane", SHAPE_PLANE}});
+  if (node.has("offset")) shape.offset = node.at("offset").vector();
+
+  if (shape.kind == SHAPE_SPHERE) {
+    shape.radius = node.at("radius").positive();
+    for (const char* key : {"normal", "rotation"}) {
+      if (node.has(key)) node.at(key).fail("belongs to a plane, this is a sphere; remove it");
+    }
+  } else {
+    if (body_kind == BODY_DYNAMIC) {
+      node.fail("a plane has no end and thus no mass; its body must be static or kinematic, is dynamic");
+    }
+    if (node.has("radius")) node.at("radius").fail("belongs to a sphere, this is a plane; remove it");
+    if (node.has("normal") && node.has("rotation")) node.fail("has both \"normal\" and \"rotation\"; give one");
+    if (node.has("normal")) shape.rotation = exact::turn_of_z_to(read_direction(node.at("normal")));
+    if (node.has("rotation")) shape.rotation = read_orientation(node.at("rotation"));
+  }
+
+  if (node.has("material")) {
+    const JsonNode name = node.at("material");
+    const std::vector<std::string> known = names_of(names.materials);
+    const auto found = std::find(known.begin(), known.end(), name.text());
+    if (found == known.end()) name.unknown("material", name.text(), known);
+    shape.material = static_cast<u32>(found - known.begin());
+  }
+  if (node.has("category")) shape.category = names.categories.own(node.at("category"));
+  if (node.has("collides_with")) {
+    shape.mask = 0;
+    for (const JsonNode& name : node.at("collides_with").elements()) shape.mask |= names.categories.partner(name);
+  }
+  return shape;
+}
+
+// The sphere that a body's mass properties can follow from.
+bool is_one_centered_sphere(const BodyDescription& body) {
+  return body.shapes.size() == 1 && body.shapes[0].kind == SHAPE_SPHERE && body.shapes[0].offset == Vector3{0, 0, 0};
+}
+
+Vector3 read_inertia(const JsonNode& node) {
+  const Vector3 inertia = node.vector();
+  for (const double moment : inertia) {
+    if (!(moment > 0)) {
+      node.fail(fmt::format("must be positive definite, has the principal moment {}", moment));
+    }
+  }
+  for (unsigned i = 0; i < 3; ++i) {
+    const double largest = inertia[i], others = inertia[(i + 1) % 3] + inertia[(i + 2) % 3];
+    if (largest > others * (1 + 1e-9)) {
+      node.fail(
+          fmt::format("must keep the triangle inequality of any real body, {} is more than the sum {} of the others",
+                      largest, others));
+    }
+  }
+  return inertia;
+}
+
+void read_mass(const JsonNode& node, BodyDescription& body) {
+  if (body.kind != BODY_DYNAMIC) {
+    for (const char* key : {"mass", "density", "inertia"}) {
+      if (node.has(key)) {
+        node.at(key).fail(
+            "belongs to a dynamic body; static and kinematic bodies act as if infinitely heavy; remove it");
+      }
+    }
+    return;
+  }
+  const bool one_sphere = is_one_centered_sphere(body);
+  const double radius = one_sphere ? body.shapes[0].radius : 0;
+  if (node.has("mass") && node.has("density")) node.fail("has both \"mass\" and \"density\"; give one");
+  if (node.has("mass")) {
+    body.mass = node.at("mass").positive();
+  } else if (node.has("density")) {
+    if (!one_sphere) node.at("density").fail("needs a body of one centred sphere; give \"mass\" and \"inertia\"");
+    body.mass = exact::sphere_mass(node.at("density").positive(), radius);
+  } else {
+    node.fail("needs \"mass\" or \"density\"; only static and kinematic bodies go without");
+  }
+  if (node.has("inertia")) {
+    body.inertia = read_inertia(node.at("inertia"));
+  } else if (one_sphere) {
+    const double moment = exact::sphere_inertia(body.mass, radius);
+    body.inertia = {moment, moment, moment};
+  } else {
+    node.fail("needs \"inertia\"; it follows from the mass only for a body of one centred sphere");
+  }
+}
+
+void read_motion(const JsonNode& node, BodyDescription& body) {
+  if (body.kind == BODY_STATIC) {
+    for (const char* key : {"velocity", "angular_velocity", "angular_velocity_body"}) {
+      if (node.has(key)) node.at(key).fail("a static body does not move; make it kinematic or remove this");
+    }
+  }
+  if (node.has("velocity")) {
+    if (body.pivoted) node.at("velocity").fail("follows from the angular velocity of a body with a lever; remove it");
+    body.velocity = node.at("velocity").vector();
+  }
+  if (node.has("angular_velocity") && node.has("angular_velocity_body")) {
+    node.fail("has both \"angular_velocity\" and \"angular_velocity_body\"; give one");
+  }
+  if (node.has("angular_velocity")) body.angular_velocity = node.at("angular_velocity").vector();
+  if (node.has("angular_velocity_body")) {
+    body.angular_velocity = exact::rotate(body.orientation, node.at("angular_velocity_body").vector());
+  }
+}
+
+// A body that turns about a point fixed in the world: the pose is given by that point or by the centre of mass.
+void read_pivot(const JsonNode& node, BodyDescription& body) {
+  if (!node.has("lever")) {
+    if (node.has("pivot")) node.fail("has a \"pivot\" and needs the key \"lever\"");
+    return;
+  }
+  const JsonNode lever = node.at("lever");
+  if (body.kind != BODY_DYNAMIC) lever.fail("belongs to a dynamic body; remove it");
+  if (!body.shapes.empty()) lever.fail("a body with a lever cannot have shapes; remove one of the two");
+  body.pivoted = true;
+  body.lever = lever.vector();
+  const auto along = std::count_if(body.lever.begin(), body.lever.end(), [](double x) { return x != 0; });
+  if (along != 1) {
+    lever.fail(fmt::format("must lie along one principal axis (one component that is not 0), is [{}, {}, {}]",
+                           body.lever[0], body.lever[1], body.lever[2]));
+  }
+  if (node.has("pivot")) {
+    if (node.has("position")) node.fail("has both \"pivot\" and \"position\"; give one");
+    body.position = exact::add(node.at("pivot").vector(), exact::rotate(body.orientation, body.lever));
+  }
+}
+
+BodyDescription read_body(const JsonNode& node, Names& names) {
+  node.expect_object({"name", "type", "mass", "density", "inertia", "position", "orientation", "velocity",
+                      "angular_velocity", "angular_velocity_body", "pivot", "lever", "shapes"});
+  BodyDescription body;
+  if (node.has("name")) body.name = node.at("name").text();
+  if (node.has("type")) {
+    body.kind = node.at("type").choice<BodyKind>(
+        "body type", {{"static", BODY_STATIC}, {"kinematic", BODY_KINEMATIC}, {"dynamic", BODY_DYNAMIC}});
+  }
+  if (node.has("shapes")) {
+    for (const JsonNode& shape : node.at("shapes").elements())
+      body.shapes.push_back(read_shape(shape, body.kind, names));
+  }
+  if (node.has("position")) body.position = node.at("position").vector();
+  if (node.has("orientation")) body.orientation = read_orientation(node.at("orientation"));
+  read_mass(node, body);
+  read_pivot(node, body);
+  read_motion(node, body);
+  return body;
+}
+
+}  // namespace
+
+Categories::Category& Categories::find(const JsonNode& name) {
+  const std::string word = name.text();
+  const auto found =
+      std::find_if(categories_.begin(), categories_.end(), [&](const Category& c) { return c.name == word; });
+  if (found != categories_.end()) return *found;
+  // bit 0 is kept for "default", whether or not the file mentions it
+  if (categories_.empty()) categories_.push_back({"default", name, true});
+  if (word == "default") return categories_[0];
+  if (categories_.size() == 32) name.fail("a scene can have 32 categories, \"default\" among them; this is one more");
+  categories_.push_back({word, name, false});
+  return categories_.back();
+}
+
+u32 Categories::own(const JsonNode& name) {
+  Category& category = find(name);
+  category.owned = true;
+  return 1u << (&category - categories_.data());
+}
+
+u32 Categories::partner(const JsonNode& name) { return 1u << (&find(name) - categories_.data()); }
+
+void Categories::expect_all_owned() const {
+  std::vector<std::string> owned;
+  for (const Category& category : categories_) {
+    if (category.owned) owned.push_back(category.name);
+  }
+  for (const Category& category : categories_) {
+    if (!category.owned) category.first.unknown("category", category.name, owned);
+  }
+}
+
+Quaternion read_orientation(const JsonNode& node) {
+  if (node.is_array()) {
+    const std::vector<JsonNode> parts = node.elements();
+    if (parts.size() != 4) node.must_be("a quaternion [x, y, z, w]");
+    const Quaternion q = {parts[0].number(), parts[1].number(), parts[2].number(), parts[3].number()};
+    const double length = exact::length(q);
+    if (!(length > 1 - 1e-6 && length < 1 + 1e-6)) {
+      node.fail(fmt::format("must be a unit quaternion within 1e-6, has the length {:.9g}", length));
+    }
+    return exact::unit(q);
+  }
+  node.expect_object({"axis", "angle", "angle_deg", "euler_deg"});
+  const auto limited = [](const JsonNode& angle, double x, double limit) {
+    if (x < -limit || x > limit) angle.fail(fmt::format("must be in -{0} .. {0}, is {1}", limit, x));
+    return x;
+  };
+  constexpr double most_degrees = 1e6;
+  if (node.has("euler_deg")) {
+    for (const char* key : {"axis", "angle", "angle_deg"}) {
+      if (node.has(key)) node.at(key).fail("does not go with \"euler_deg\"; remove one of the two");
+    }
+    const JsonNode angles = node.at("euler_deg");
+    for (const double angle : angles.vector()) limited(angles, angle, most_degrees);
+    return exact::turn_by_euler_degrees(angles.vector());
+  }
+  const Vector3 axis = read_direction(node.at("axis"));
+  if (node.has("angle") && node.has("angle_deg")) node.fail("has both \"angle\" and \"angle_deg\"; give one");
+  if (node.has("angle_deg")) {
+    const double half = 0.5 * limited(node.at("angle_deg"), node.at("angle_deg").number(), most_degrees);
+    return exact::turn(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
+  }
+  if (!node.has("angle")) node.fail("needs \"angle\" (rad) or \"angle_deg\"");
+  const double half = 0.5 * limited(node.at("angle"), node.at("angle").number(), exact::largest_angle);
+  return exact::turn(axis, exact::sine(half), exact::cosine(half));
+}
+
+void BodyList::expect_room(const JsonNode& entry, double more_bodies, double more_shapes) const {
+  const double most = most_bodies;
+  if (static_cast<double>(bodies.size()) + more_bodies <= most && static_cast<double>(shapes) + more_shapes <= most)
+    return;
+  entry.fail(fmt::format(
+      "would bring the scene to {:.0f} bodies and {:.0f} shapes, it can have {:.0f} of each; lower the counts",
+      static_cast<double>(bodies.size()) + more_bodies, static_cast<double>(shapes) + more_shapes, most));
+}
+
+void BodyList::add(BodyDescription body) {
+  shapes += body.shapes.size();
+  bodies.push_back(std::move(body));
+}
+
+BodyList read_bodies(const JsonNode& array, Names& names) {
+  BodyList list;
+  for (const JsonNode& entry : array.elements()) {
+    if (entry.is_object() && entry.has("generator")) {
+      expand_generator(entry, names, list);
+    } else {
+      BodyDescription body = read_body(entry, names);
+      list.expect_room(entry, 1, static_cast<double>(body.shapes.size()));
+      list.add(std::move(body));
+    }
+  }
+  return list;
+}
+
+}  // namespace lockstep

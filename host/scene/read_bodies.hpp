@@ -1,0 +1,58 @@
+// The bodies of a scene file: single ones, and generators that place many.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host/scene/json_node.hpp"
+#include "host/scene/scene.hpp"
+
+namespace lockstep {
+
+/// A scene may have this many bodies and this many shapes.
+constexpr u32 most_bodies = 2000000;
+
+/// Names of collision categories, mapped to bits in the order in which the file mentions them; bit 0 is "default".
+class Categories {
+ public:
+  /// The bit of a shape's own category.
+  u32 own(const JsonNode& name);
+  /// The bit of a category that a shape collides with.
+  u32 partner(const JsonNode& name);
+  /// Refuses partners that no shape belongs to.
+  void expect_all_owned() const;
+
+ private:
+  struct Category {
+    std::string name;
+    JsonNode first;  // where the file mentions it first
+    bool owned;
+  };
+  Category& find(const JsonNode& name);
+
+  std::vector<Category> categories_;
+};
+
+/// Bodies in file order, with the number of their shapes.
+struct BodyList {
+  std::vector<BodyDescription> bodies;
+  std::size_t shapes = 0;
+
+  /// Refuses, at the entry that asks for them, more bodies or shapes than a scene may have.
+  void expect_room(const JsonNode& entry, double more_bodies, double more_shapes) const;
+  void add(BodyDescription body);
+};
+
+/// What bodies refer to by name.
+struct Names {
+  const std::vector<Material>& materials;
+  Categories& categories;
+};
+
+/// Reads the array of bodies and generators, in file order; the copies of a generator stand where it stands.
+BodyList read_bodies(const JsonNode& array, Names& names);
+
+/// A turn: a quaternion [x, y, z, w], {"axis", "angle" | "angle_deg"} or {"euler_deg"}.
+Quaternion read_orientation(const JsonNode& node);
+
+}  // namespace lockstep

@@ -1,0 +1,47 @@
+#include "host/scene/touching.hpp"
+
+#include <map>
+#include <tuple>
+
+namespace lockstep {
+
+namespace {
+
+// Shapes that touch alike. Scenes have few such classes, however many shapes they have.
+struct ShapeClass {
+  u32 category, mask;
+  bool plane, dynamic;
+
+  auto operator<=>(const ShapeClass&) const = default;
+};
+
+struct Members {
+  const BodyDescription* body;  // the first body with such a shape
+  bool several = false;         // another body has one too
+};
+
+bool agree(const ShapeClass& a, const ShapeClass& b) {
+  return (a.category & b.mask) != 0 && (b.category & a.mask) != 0 && (a.dynamic || b.dynamic) && !(a.plane && b.plane);
+}
+
+}  // namespace
+
+bool shapes_can_touch(const Scene& scene) {
+  std::map<ShapeClass, Members> classes;
+  for (const BodyDescription& body : scene.bodies) {
+    for (const ShapeDescription& shape : body.shapes) {
+      const ShapeClass shape_class = {shape.category, shape.mask, shape.kind == SHAPE_PLANE, body.kind == BODY_DYNAMIC};
+      Members& members = classes.try_emplace(shape_class, Members{&body}).first->second;
+      if (members.body != &body) members.several = true;
+    }
+  }
+  for (const auto& [a, in_a] : classes) {
+    for (const auto& [b, in_b] : classes) {
+      const bool two_bodies = in_a.several || in_b.several || in_a.body != in_b.body;
+      if (two_bodies && agree(a, b)) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace lockstep

@@ -1,0 +1,94 @@
+#include "host/simulation.hpp"
+
+#include <algorithm>
+
+#include "host/error.hpp"
+#include "host/step.hpp"
+
+namespace lockstep {
+
+namespace {
+
+// A list that was too short gets a quarter more than it needed, in whole blocks.
+u32 roomier(u32 capacity, u32 needed) {
+  const std::uint64_t least = std::max(std::uint64_t{needed}, std::uint64_t{capacity} + 1);
+  const std::uint64_t wanted = (least + least / 4 + PACK - 1) / PACK * PACK;
+  return static_cast<u32>(std::min<std::uint64_t>(wanted, NONE - PACK));
+}
+
+struct Trouble {
+  StatusBit bit;
+  Stage stage;
+  const char* what;
+};
+
+// In the order of the stages: the first one of a step is the cause of the others.
+constexpr Trouble troubles[] = {
+    {STATUS_OUT_OF_GRID, Stage::sort_cells, "a shape is too far out for the collision grid, its cell has no number"},
+    {STATUS_BAD_FORCES, Stage::integrate_velocities,
+     "the forces make its velocity infinite, not a number or faster than the speed limit; try a shorter time step"},
+    {STATUS_BAD_CONTACTS, Stage::integrate_positions,
+     "the contacts make its velocity infinite, not a number or faster than the speed limit; try a shorter time step"},
+    {STATUS_BAD_POSE, Stage::count, "its pose is infinite or not a number; try a shorter time step"},
+    {STATUS_BAD_FLIGHT, Stage::integrate_free_flight,
+     "its velocity is infinite, not a number or faster than the speed limit; try a shorter time step"},
+};
+
+template <class real>
+std::string name_of_body(Backend<real>& backend, const Counters& counters) {
+  const u32 body = NONE - counters[COUNTER_BAD_BODY];
+  if (counters[COUNTER_BAD_BODY] == 0 || body >= backend.sizes().bodies) return "some body";
+  const Buffer wanted[] = {Buffer::body_infos};
+  const BodyInfo info = backend.download(wanted).body_infos[body];
+  return "body " + std::to_string(info.id) + " of world " + std::to_string(info.world);
+}
+
+template <class real>
+void refuse_trouble(Backend<real>& backend, const Counters& counters, u32 step) {
+  for (const Trouble& trouble : troubles) {
+    if (!(counters[COUNTER_STATUS] & trouble.bit)) continue;
+    // a pose goes bad in the stage that moves it
+    const bool flies = has(backend.features(), Feature::runge_kutta);
+    const Stage stage = trouble.stage != Stage::count ? trouble.stage
+                        : flies                       ? Stage::integrate_free_flight
+                                                      : Stage::integrate_positions;
+    throw Error(Failure::comparison, "step " + std::to_string(step) + ", " + std::string(info(stage).name),
+                name_of_body(backend, counters) + ": " + trouble.what);
+  }
+}
+
+}  // namespace
+
+template <class real>
+void Simulation<real>::step() {
+  for (;;) {
+    lockstep::step(*backend_, params_);
+    counters_ = backend_->counters();
+    const u32 status = counters_[COUNTER_STATUS];
+    // out of the grid, neighbours cannot be told apart and no list is long enough
+    if (!(status & STATUS_FULL) || (status & STATUS_OUT_OF_GRID)) break;
+    Sizes sizes = backend_->sizes();
+    if (status & STATUS_PAIRS_FULL) sizes.pairs = roomier(sizes.pairs, counters_[COUNTER_PAIRS_NEEDED]);
+    if (status & STATUS_CONTACTS_FULL) sizes.contacts = roomier(sizes.contacts, counters_[COUNTER_CONTACTS_NEEDED]);
+    if (status & STATUS_BLOCKS_FULL) sizes.blocks = roomier(sizes.blocks, counters_[COUNTER_BLOCKS_NEEDED]);
+    backend_->grow(sizes);
+    params_.pair_capacity = sizes.pairs;
+    params_.contact_capacity = sizes.contacts;
+    params_.block_capacity = sizes.blocks;
+    ++redone_;
+  }
+  refuse_trouble(*backend_, counters_, steps_done_);
+  ++steps_done_;
+}
+
+template <class real>
+std::vector<WorldHash> Simulation<real>::world_hashes() {
+  backend_->run(Stage::hash_state, params_);
+  const Buffer wanted[] = {Buffer::world_hashes};
+  return backend_->download(wanted).world_hashes;
+}
+
+template class Simulation<float>;
+template class Simulation<double>;
+
+}  // namespace lockstep

@@ -1,0 +1,98 @@
+// The one-contact problem of Coulomb friction, solved exactly in each lane. cpu_reference/cone.hpp is the twin and
+// states the problem.
+#ifndef LOCKSTEP_CONE_H
+#define LOCKSTEP_CONE_H
+
+#include "lanes.h"
+
+#define CONE_STEPS (REAL_IS_DOUBLE ? 8 : 6)
+
+// In the contact's frame: along the normal and the two tangents.
+typedef struct LaneCone {
+  lane normal, tangent_1, tangent_2;
+} LaneCone;
+
+typedef struct LaneDelassus {
+  lane nn, t11, t22, n1, n2, t12;
+} LaneDelassus;
+
+static inline LaneCone lane_make_cone(lane normal, lane tangent_1, lane tangent_2) {
+  LaneCone r;
+  r.normal = normal;
+  r.tangent_1 = tangent_1;
+  r.tangent_2 = tangent_2;
+  return r;
+}
+
+static inline LaneCone lane_select_cone(lane_mask mask, LaneCone a, LaneCone b) {
+  return lane_make_cone(mask ? a.normal : b.normal, mask ? a.tangent_1 : b.tangent_1, mask ? a.tangent_2 : b.tangent_2);
+}
+
+static inline LaneCone lane_clamp_to_cone(LaneCone r, lane friction) {
+  const lane length = sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2);
+  const lane limit = friction * r.normal;
+  const lane scale = length > limit ? limit / length : (lane)1;
+  return lane_make_cone(r.normal, scale * r.tangent_1, scale * r.tangent_2);
+}
+
+// Padding has w_nn = 0 and q = 0: it takes off.
+static inline LaneCone lane_solve_central(LaneCone q, lane w_nn, lane w_tt, lane friction) {
+  const LaneCone none = lane_make_cone((lane)0, (lane)0, (lane)0);
+  const LaneCone alone = lane_make_cone(-q.normal / w_nn, -q.tangent_1 / w_tt, -q.tangent_2 / w_tt);
+  return lane_select_cone(q.normal < (lane)0, lane_clamp_to_cone(alone, friction), none);
+}
+
+#if FEATURE_GENERAL_CONTACTS
+static inline LaneCone lane_solve_general(LaneCone q, LaneDelassus w, lane friction) {
+  const lane g1 = w.n1 / w.nn, g2 = w.n2 / w.nn;
+  const lane a11 = w.t11 - g1 * w.n1, a22 = w.t22 - g2 * w.n2, a12 = w.t12 - g1 * w.n2;
+  const lane b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal;
+  const lane alone = -q.normal / w.nn;
+
+  lane lambda = (lane)0, low = (lane)0;
+  lane high = (fabs(b1) + fabs(b2)) * (w.nn + friction * (fabs(w.n1) + fabs(w.n2))) / (friction * -q.normal);
+  lane p1, p2, length;
+  lane_mask sticks;
+  LaneCone stuck;
+  for (int step = 0;; ++step) {
+    const lane x = a11 + lambda, y = a22 + lambda;
+    const lane inverse = (lane)1 / (x * y - a12 * a12);
+    p1 = (a12 * b2 - y * b1) * inverse;
+    p2 = (a12 * b1 - x * b2) * inverse;
+    const lane squared = p1 * p1 + p2 * p2;
+    length = sqrt(squared);
+    const lane normal = alone - (g1 * p1 + g2 * p2);
+    const lane excess = length - friction * normal;
+    if (step == 0) {
+      sticks = excess <= (lane)0;
+      stuck = lane_make_cone(normal, p1, p2);
+    }
+    if (step == CONE_STEPS) break;
+
+    // derivatives in lambda: of r_t, of r_n, of mu r_n / |r_t|
+    const lane d1 = (a12 * p2 - y * p1) * inverse, d2 = (a12 * p1 - x * p2) * inverse;
+    const lane slope = friction * (-(g1 * d1 + g2 * d2) - normal * ((p1 * d1 + p2 * d2) / squared));
+    low = excess > (lane)0 ? lambda : low;
+    high = excess > (lane)0 ? high : lambda;
+    lane next = lambda + excess / slope;
+    next = next < low ? low : next;
+    next = next > high ? high : next;
+    lambda = slope > (lane)0 ? next : (lane)0.5 * (low + high);
+  }
+
+  // On the ray that was found the impulse is put exactly onto the cone, and u_n to zero.
+  const lane_mask found = length > (lane)0;
+  lane e1 = found ? p1 / length : (lane)0, e2 = found ? p2 / length : (lane)0;
+  lane along = w.nn + friction * (w.n1 * e1 + w.n2 * e2);
+  const lane_mask pushes = along > (lane)0;
+  e1 = pushes ? e1 : (lane)0;
+  e2 = pushes ? e2 : (lane)0;
+  along = pushes ? along : w.nn;
+  const lane normal = -q.normal / along;
+  const LaneCone slip = lane_make_cone(normal, friction * normal * e1, friction * normal * e2);
+  return lane_select_cone(q.normal < (lane)0, lane_select_cone(sticks, stuck, slip),
+                          lane_make_cone((lane)0, (lane)0, (lane)0));
+}
+#endif
+
+#endif

@@ -1,0 +1,29 @@
+// Which shapes may touch within the step. cpu_reference/shapes/reach.hpp is the twin.
+#ifndef LOCKSTEP_REACH_H
+#define LOCKSTEP_REACH_H
+
+#include "grid.h"
+#include "shapes/touch.h"
+
+// Two shapes can make contacts: other bodies of one world, one of them dynamic, and both filters let the other through.
+static inline bool may_touch(ShapeInfo a, ShapeInfo b, BodyInfo body_a, BodyInfo body_b) {
+  return a.body != b.body && body_a.world == body_b.world &&
+         (body_a.kind == BODY_DYNAMIC || body_b.kind == BODY_DYNAMIC) && (a.category & b.mask) != 0u &&
+         (b.category & a.mask) != 0u;
+}
+
+// The gap of two shapes that come closer at `speed` is open to at most the margin at the end of the step.
+static inline bool within_reach(StepParams params, real gap, real speed) {
+  return gap <= params.margin + step_length(params) * speed;
+}
+
+// Speed at which the bodies approach each other at the point of touch; 0 where they part.
+static inline real approach_speed(Touch touch, global const Motion* motion_a, Vec3 position_a,
+                                  global const Motion* motion_b, Vec3 position_b) {
+  const Vec3 velocity_a = point_velocity(motion_a, sub3(touch.point, position_a));
+  const Vec3 velocity_b = point_velocity(motion_b, sub3(touch.point, position_b));
+  const real speed = dot3(touch.normal, sub3(velocity_b, velocity_a));
+  return speed > (real)0 ? speed : (real)0;
+}
+
+#endif

@@ -1,0 +1,183 @@
+// The visit of LANES contacts of one colour: what the solver's sweeps and the warm start share.
+// cpu_reference/visit_contact.hpp is the twin and states the method.
+#ifndef LOCKSTEP_VISIT_CONTACT_H
+#define LOCKSTEP_VISIT_CONTACT_H
+
+#include "common.h"
+#include "cone.h"
+#include "lanes.h"
+
+// The bodies on one side of the contacts, a lane each.
+typedef struct LaneBody {
+  Lane3 v, w;
+  lane inverse_mass, xx;
+#if FEATURE_GENERAL_CONTACTS
+  lane yy, zz, xy, xz, yz;
+#endif
+} LaneBody;
+
+// The geometry of the contacts; masks `general` lanes.
+typedef struct LaneContact {
+  Lane3 normal, tangent_1, tangent_2, arm_a, arm_b;
+  lane_mask general;
+} LaneContact;
+
+// Whole body lines, then lane by lane into registers.
+static inline LaneBody lane_gather(global const Motion* motions, global const u32* bodies) {
+  LaneBody body;
+#define GATHER(k)                                                       \
+  {                                                                     \
+    const Real8 line = *(global const Real8*)(motions + bodies[0x##k]); \
+    LANE_AT(body.v.x, k) = line.s0;                                     \
+    LANE_AT(body.v.y, k) = line.s1;                                     \
+    LANE_AT(body.v.z, k) = line.s2;                                     \
+    LANE_AT(body.inverse_mass, k) = line.s3;                            \
+    LANE_AT(body.w.x, k) = line.s4;                                     \
+    LANE_AT(body.w.y, k) = line.s5;                                     \
+    LANE_AT(body.w.z, k) = line.s6;                                     \
+    LANE_AT(body.xx, k) = line.s7;                                      \
+  }
+  LANE_EACH(GATHER)
+#undef GATHER
+#if FEATURE_GENERAL_CONTACTS
+#define GATHER(k)                                                           \
+  {                                                                         \
+    const Real8 line = ((global const Real8*)(motions + bodies[0x##k]))[1]; \
+    LANE_AT(body.yy, k) = line.s0;                                          \
+    LANE_AT(body.zz, k) = line.s1;                                          \
+    LANE_AT(body.xy, k) = line.s2;                                          \
+    LANE_AT(body.xz, k) = line.s3;                                          \
+    LANE_AT(body.yz, k) = line.s4;                                          \
+  }
+  LANE_EACH(GATHER)
+#undef GATHER
+#endif
+  return body;
+}
+
+// Movable bodies belong to one lane of a colour; the others, read by many, are never written.
+static inline void lane_scatter(LaneBody body, global Motion* motions, global const u32* bodies) {
+#define SCATTER(k)                                                                                               \
+  if (LANE_AT(body.inverse_mass, k) > (real)0)                                                                   \
+    *(global Real8*)(motions + bodies[0x##k]) =                                                                  \
+        (Real8)(LANE_AT(body.v.x, k), LANE_AT(body.v.y, k), LANE_AT(body.v.z, k), LANE_AT(body.inverse_mass, k), \
+                LANE_AT(body.w.x, k), LANE_AT(body.w.y, k), LANE_AT(body.w.z, k), LANE_AT(body.xx, k));
+  LANE_EACH(SCATTER)
+#undef SCATTER
+}
+
+// Duff et al. (2017), right-handed with the normal.
+static inline void lane_tangents(Lane3 n, Lane3* t1, Lane3* t2) {
+  const lane sign = n.z < (lane)0 ? (lane)-1 : (lane)1;
+  const lane a = (lane)-1 / (sign + n.z);
+  const lane b = n.x * n.y * a;
+  *t1 = lane_make3((lane)1 + sign * n.x * n.x * a, sign * b, -sign * n.x);
+  *t2 = lane_make3(b, sign + n.y * n.y * a, -n.y);
+}
+
+static inline LaneContact lane_contact(global const ContactBlock* block, global const BlockBodies* bodies, u32 first) {
+  LaneContact c;
+  c.normal = lane_make3(LANE_LOAD(block->normal_x + first), LANE_LOAD(block->normal_y + first),
+                        LANE_LOAD(block->normal_z + first));
+  c.arm_a = lane_make3(LANE_LOAD(block->arm_a_x + first), LANE_LOAD(block->arm_a_y + first),
+                       LANE_LOAD(block->arm_a_z + first));
+  c.arm_b = lane_make3(LANE_LOAD(block->arm_b_x + first), LANE_LOAD(block->arm_b_y + first),
+                       LANE_LOAD(block->arm_b_z + first));
+  lane_tangents(c.normal, &c.tangent_1, &c.tangent_2);
+  c.general = LANE_MASK(LANE_LOAD_U32(bodies->kind + first) == (lane_u32)BLOCK_GENERAL);
+  return c;
+}
+
+static inline LaneCone lane_impulse(global const ImpulseBlock* block, u32 first) {
+  return lane_make_cone(LANE_LOAD(block->normal + first), LANE_LOAD(block->tangent_1 + first),
+                        LANE_LOAD(block->tangent_2 + first));
+}
+
+// Inverse inertia times a moment.
+static inline Lane3 lane_spin(LaneBody body, lane_mask general, Lane3 moment) {
+  const Lane3 central = lane_scale3(body.xx, moment);
+#if FEATURE_GENERAL_CONTACTS
+  const lane x = body.xx * moment.x + body.xy * moment.y + body.xz * moment.z;
+  const lane y = body.xy * moment.x + body.yy * moment.y + body.yz * moment.z;
+  const lane z = body.xz * moment.x + body.yz * moment.y + body.zz * moment.z;
+  return lane_make3(general ? x : central.x, general ? y : central.y, general ? z : central.z);
+#else
+  return central;
+#endif
+}
+
+// An impulse on a at the contact point, its opposite on b.
+static inline void lane_push(LaneContact c, LaneCone r, LaneBody* a, LaneBody* b) {
+  const Lane3 impulse = lane_add3(lane_add3(lane_scale3(r.normal, c.normal), lane_scale3(r.tangent_1, c.tangent_1)),
+                                  lane_scale3(r.tangent_2, c.tangent_2));
+  a->v = lane_add3(a->v, lane_scale3(a->inverse_mass, impulse));
+  a->w = lane_add3(a->w, lane_spin(*a, c.general, lane_cross3(c.arm_a, impulse)));
+  b->v = lane_sub3(b->v, lane_scale3(b->inverse_mass, impulse));
+  b->w = lane_sub3(b->w, lane_spin(*b, c.general, lane_cross3(c.arm_b, impulse)));
+}
+
+// One Gauss-Seidel visit of the contacts in lanes first .. first + LANES - 1 of a block.
+static inline void visit_contacts(u32 first, global const BlockBodies* bodies, global const ContactBlock* block,
+                                  global ImpulseBlock* impulses, global Motion* motions) {
+  const LaneContact c = lane_contact(block, bodies, first);
+  LaneBody a = lane_gather(motions, bodies->body_a + first), b = lane_gather(motions, bodies->body_b + first);
+  const LaneCone old = lane_impulse(impulses, first);
+  const lane friction = LANE_LOAD(block->friction + first), bias = LANE_LOAD(block->bias + first);
+  const lane w_nn = LANE_LOAD(block->w_nn + first), w_11 = LANE_LOAD(block->w_11 + first);
+
+  const Lane3 u = lane_sub3(lane_add3(a.v, lane_cross3(a.w, c.arm_a)), lane_add3(b.v, lane_cross3(b.w, c.arm_b)));
+  const lane u_n = lane_dot3(c.normal, u) + bias, u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
+  const LaneCone q_central =
+      lane_make_cone(u_n - w_nn * old.normal, u_1 - w_11 * old.tangent_1, u_2 - w_11 * old.tangent_2);
+  LaneCone r = lane_solve_central(q_central, w_nn, w_11, friction);
+#if FEATURE_GENERAL_CONTACTS
+  if (LANE_ANY(c.general)) {
+    LaneDelassus w;
+    w.nn = w_nn;
+    w.t11 = w_11;
+    w.t22 = LANE_LOAD(block->w_22 + first);
+    w.n1 = LANE_LOAD(block->w_n1 + first);
+    w.n2 = LANE_LOAD(block->w_n2 + first);
+    w.t12 = LANE_LOAD(block->w_12 + first);
+    const LaneCone q = lane_make_cone(u_n - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),
+                                      u_1 - (w.n1 * old.normal + w.t11 * old.tangent_1 + w.t12 * old.tangent_2),
+                                      u_2 - (w.n2 * old.normal + w.t12 * old.tangent_1 + w.t22 * old.tangent_2));
+    r = lane_select_cone(c.general, lane_solve_general(q, w, friction), r);
+  }
+#endif
+
+  LANE_STORE(r.normal, impulses->normal + first);
+  LANE_STORE(r.tangent_1, impulses->tangent_1 + first);
+  LANE_STORE(r.tangent_2, impulses->tangent_2 + first);
+  lane_push(c, lane_make_cone(r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2), &a, &b);
+  lane_scatter(a, motions, bodies->body_a + first);
+  lane_scatter(b, motions, bodies->body_b + first);
+}
+
+// Gives the bodies the impulses that the contacts start from.
+static inline void start_contacts(u32 first, global const BlockBodies* bodies, global const ContactBlock* block,
+                                  global const ImpulseBlock* impulses, global Motion* motions) {
+  const LaneContact c = lane_contact(block, bodies, first);
+  LaneBody a = lane_gather(motions, bodies->body_a + first), b = lane_gather(motions, bodies->body_b + first);
+  lane_push(c, lane_impulse(impulses, first), &a, &b);
+  lane_scatter(a, motions, bodies->body_a + first);
+  lane_scatter(b, motions, bodies->body_b + first);
+}
+
+// Schedules. A phase is a colour, or one overflow block: the phases of a step follow one another, what is in a phase
+// runs at once, in rows of LANES contacts.
+#define ROWS_PER_BLOCK (PACK / LANES)
+
+static inline u32 contact_phases(global const u32* counters) {
+  return STEP_IS_VOID(counters) ? 0u : counters[COUNTER_COLORS] + counters[COUNTER_OVERFLOW];
+}
+static inline u32 phase_begin(u32 phase, global const u32* color_starts, global const u32* counters) {
+  const u32 colors = counters[COUNTER_COLORS];
+  return phase < colors ? color_starts[phase] : color_starts[MAX_COLORS] + (phase - colors);
+}
+static inline u32 phase_end(u32 phase, global const u32* color_starts, global const u32* counters) {
+  const u32 colors = counters[COUNTER_COLORS];
+  return phase < colors ? color_starts[phase + 1u] : color_starts[MAX_COLORS] + (phase - colors) + 1u;
+}
+
+#endif

@@ -1,0 +1,75 @@
+// The canary sings where the device rounds as the reference does, and names what a device does otherwise.
+#include "host/backends/canary.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cfenv>
+#include <cmath>
+
+#include "cpu_reference/canary.hpp"
+#include "kernels/canary.h"
+#include "tests/stage_harness.hpp"
+
+namespace lockstep {
+namespace {
+
+TEST(Canary, KernelMatchesReference) {
+  for (const u32 lanes : {1u, 8u, 16u}) {
+    for (const bool double_precision : {false, true}) {
+      if (double_precision && !test_device().fp64) continue;
+      EXPECT_EQ(describe(run_canary(test_device(), double_precision, lanes)), "bit-exact")
+          << "lanes " << lanes << (double_precision ? " double" : " float");
+    }
+  }
+}
+
+struct Planted {
+  const char *from, *to;
+  bool contraction, division, sqrt, denormals;
+  const char* formula;
+};
+
+TEST(Canary, NamesAPlantedFailure) {
+  const Planted planted[] = {
+      {"set, a * b + c)", "set, fma(a, b, c))", false, true, true, true, "a * b + c of operand set"},
+      {"sum = product + d", "sum = fma(e, f, d)", false, true, true, true, "p = e * f; p + d of operand set"},
+      {"set, p / q)", "set, p * ((real)1 / q))", true, false, true, true, "p / q of operand set"},
+      {"set, (real)1 / sqrt(fabs(q)))", "set, sqrt((real)1 / fabs(q)))", true, true, false, true, "1 / sqrt(q)"},
+      {"set, x + y)", "set, (real)0 * x)", true, true, true, false, "denormal + denormal of operand set"},
+  };
+  for (const Planted& plant : planted) {
+    const KernelPatch patch[] = {{"canary.cl", plant.from, plant.to}};
+    const CanaryVerdict verdict = run_canary(test_device(), false, 1, patch);
+    EXPECT_EQ(verdict.contraction_ok, plant.contraction) << plant.from;
+    EXPECT_EQ(verdict.division_ok, plant.division) << plant.from;
+    EXPECT_EQ(verdict.sqrt_ok, plant.sqrt) << plant.from;
+    EXPECT_EQ(verdict.denormals_ok, plant.denormals) << plant.from;
+    EXPECT_FALSE(verdict.bit_exact());
+    EXPECT_NE(verdict.first_failure.find(plant.formula), std::string::npos) << verdict.first_failure;
+  }
+  EXPECT_TRUE(run_canary(test_device(), false, 1).bit_exact());
+}
+
+TEST(Canary, SeesAThreadThatRoundsOtherwise) {
+  EXPECT_TRUE(reference::host_arithmetic_is_default());
+  std::fesetround(FE_UPWARD);
+  const bool upward = reference::host_arithmetic_is_default();
+  std::fesetround(FE_TONEAREST);
+  EXPECT_FALSE(upward);
+}
+
+// Of the operand sets, enough tell a rounding of their own from the right one: the canary cannot pass by luck.
+TEST(Canary, OperandsTellTheDifference) {
+  const u32 count = 4096;
+  const auto results = reference::canary<float>(count);
+  u32 denormal_results = 0, denormal_products = 0;
+  for (u32 i = 0; i < count; ++i) {
+    denormal_results += std::fpclassify(results[CANARY_DENORMAL_SUM * count + i]) == FP_SUBNORMAL;
+    denormal_products += std::fpclassify(results[CANARY_DENORMAL_PRODUCT * count + i]) == FP_SUBNORMAL;
+  }
+  EXPECT_GT(denormal_results, count / 4);
+  EXPECT_GT(denormal_products, count / 16);
+}
+
+}  // namespace
+}  // namespace lockstep

@@ -1,0 +1,109 @@
+// The list of devices, the choice among them, and buffers on a device.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <functional>
+
+#include "tests/stage_harness.hpp"
+
+namespace lockstep {
+namespace {
+
+Failure failure_of(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    return error.failure();
+  }
+  ADD_FAILURE() << "nothing was thrown";
+  return Failure::comparison;
+}
+
+TEST(Devices, AreNumberedInOrderAndDescribed) {
+  const auto& devices = list_devices();
+  ASSERT_FALSE(devices.empty()) << "these tests need an OpenCL device (Debian: pocl-opencl-icd)";
+  for (u32 i = 0; i < devices.size(); ++i) {
+    EXPECT_EQ(devices[i].index, i);
+    EXPECT_FALSE(devices[i].name.empty());
+    EXPECT_FALSE(devices[i].driver_version.empty());
+    EXPECT_GT(devices[i].compute_units, 0u);
+    EXPECT_EQ(select_device(std::to_string(i))->name, devices[i].name);
+  }
+}
+
+TEST(Devices, AreChosenByWord) {
+  EXPECT_FALSE(select_device("reference"));
+  EXPECT_TRUE(select_device("auto"));
+  for (const DeviceInfo& device : list_devices()) {
+    if (device.type == DeviceType::cpu) {
+      EXPECT_EQ(select_device("cpu")->type, DeviceType::cpu);
+    }
+    if (device.type == DeviceType::gpu) {
+      EXPECT_EQ(select_device("auto")->type, DeviceType::gpu);
+    }
+  }
+  EXPECT_EQ(failure_of([] { select_device("tpu"); }), Failure::input);
+  EXPECT_EQ(failure_of([] { select_device("1x"); }), Failure::input);
+  EXPECT_EQ(failure_of([] { select_device("99"); }), Failure::device);
+}
+
+// A process without any OpenCL driver: its own, because drivers are loaded once.
+TEST(Devices, NoOpenClAtAllIsAnEmptyList) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        setenv("OCL_ICD_VENDORS", "/nonexistent/", 1);
+        const bool good = list_devices().empty() && !select_device("auto");
+        std::exit(good ? 0 : 1);
+      },
+      testing::ExitedWithCode(0), "");
+}
+
+InitialState<float> five_bodies() {
+  InitialState<float> state;
+  state.sizes.worlds = 1;
+  state.sizes.bodies = 5;
+  state.sizes.pairs = state.sizes.contacts = state.sizes.blocks = 16;
+  state.features = with(static_cast<u32>(Feature::contacts), Feature::time_stepping);
+  resize(state.buffers, state.sizes, state.features);
+  for (u32 i = 0; i < 5; ++i) state.buffers.positions[i] = {float(i), 1, 2, 3};
+  for (u32 i = 0; i < 16; ++i) state.buffers.cached_keys[i] = {i, i, i, i};
+  state.buffers.cached_count = {10};
+  return state;
+}
+
+TEST(DeviceBackend, GivesBackWhatItWasGiven) {
+  const InitialState<float> state = five_bodies();
+  DeviceBackend<float> backend(state, test_device());
+  const Buffer wanted[] = {Buffer::positions, Buffer::cached_count};
+  const Buffers<float>& read = backend.download(wanted);
+  for (u32 i = 0; i < 5; ++i) EXPECT_EQ(read.positions[i].x, float(i));
+  EXPECT_EQ(read.cached_count[0], 10u);
+
+  Buffers<float> changed = state.buffers;
+  changed.positions[4].y = 42;
+  backend.upload(Buffer::positions, changed);
+  EXPECT_EQ(backend.download(wanted).positions[4].y, 42);
+}
+
+TEST(DeviceBackend, KeepsStateWhenListsGrow) {
+  DeviceBackend<float> backend(five_bodies(), test_device());
+  Sizes larger = backend.sizes();
+  larger.contacts = 4000;
+  backend.grow(larger);
+  EXPECT_EQ(backend.sizes(), larger);
+  const Buffer wanted[] = {Buffer::cached_keys, Buffer::positions};
+  const Buffers<float>& read = backend.download(wanted);
+  EXPECT_EQ(read.cached_keys.size(), 4000u);
+  for (u32 i = 0; i < 10; ++i) EXPECT_EQ(read.cached_keys[i].shape_a, i);
+  EXPECT_EQ(read.positions[4].x, 4);
+}
+
+TEST(DeviceBackend, RefusesLanesThatThereAreNot) {
+  DeviceOptions options;
+  options.lanes = 3;
+  EXPECT_EQ(failure_of([&] { DeviceBackend<float>(five_bodies(), test_device(), options); }), Failure::input);
+}
+
+}  // namespace
+}  // namespace lockstep

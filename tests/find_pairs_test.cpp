@@ -1,0 +1,274 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/worlds.hpp"
+
+namespace lockstep::test {
+namespace {
+
+template <class real>
+class FindPairs : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(FindPairs, Precisions);
+
+using PairList = std::vector<std::pair<u32, u32>>;
+
+template <class real>
+PairList pairs_of(const InitialState<real>& state) {
+  PairList pairs;
+  for (u32 p = 0; p < state.buffers.counters[COUNTER_PAIRS]; ++p)
+    pairs.emplace_back(state.buffers.pairs[p].shape_a, state.buffers.pairs[p].shape_b);
+  return pairs;
+}
+
+template <class real>
+PairList found(InitialState<real>& state) {
+  run_reference(state, {Stage::update_bounds, Stage::sort_cells, Stage::find_pairs});
+  const Buffers<real>& b = state.buffers;
+  const PairList pairs = pairs_of(state);
+  EXPECT_EQ(b.counters[COUNTER_STATUS], 0u);
+  EXPECT_EQ(b.counters[COUNTER_PAIRS_NEEDED], pairs.size());
+  EXPECT_EQ(b.pair_starts[state.sizes.shapes], pairs.size());
+  if (b.pair_starts[state.sizes.shapes] != pairs.size()) return pairs;
+  for (u32 i = 0; i < state.sizes.shapes; ++i) {
+    for (u32 p = b.pair_starts[i]; p < b.pair_starts[i + 1]; ++p) EXPECT_EQ(pairs[p].first, i);
+  }
+  return pairs;
+}
+
+template <class real>
+bool may_touch(const InitialState<real>& state, u32 i, u32 j) {
+  const ShapeInfo &a = state.buffers.shape_infos[i], &b = state.buffers.shape_infos[j];
+  const BodyInfo &body_a = state.buffers.body_infos[a.body], &body_b = state.buffers.body_infos[b.body];
+  const bool filtered = (a.category & b.mask) == 0 || (b.category & a.mask) == 0;
+  const bool movable = body_a.kind == BODY_DYNAMIC || body_b.kind == BODY_DYNAMIC;
+  return a.body != b.body && body_a.world == body_b.world && movable && !filtered;
+}
+
+template <class real>
+std::array<real, 3> center_velocity(const InitialState<real>& state, u32 shape) {
+  const u32 body = state.buffers.shape_infos[shape].body;
+  const Vec4<real> c = state.buffers.bounds[shape], x = state.buffers.positions[body];
+  const Motion<real>& m = state.buffers.motions[body];
+  const real arm[3] = {c.x - x.x, c.y - x.y, c.z - x.z};
+  return {m.v[0] + (m.w[1] * arm[2] - m.w[2] * arm[1]), m.v[1] + (m.w[2] * arm[0] - m.w[0] * arm[2]),
+          m.v[2] + (m.w[0] * arm[1] - m.w[1] * arm[0])};
+}
+
+// The criterion of the stage for two spheres, by every pair there is, in the same precision and order of operations.
+template <class real>
+PairList brute_force(const InitialState<real>& state) {
+  const Buffers<real>& b = state.buffers;
+  const auto length = [](real x, real y, real z) { return std::sqrt(x * x + y * y + z * z); };
+  PairList pairs;
+  for (u32 i = 0; i < state.sizes.shapes; ++i) {
+    for (u32 j = i + 1; j < state.sizes.shapes; ++j) {
+      if (b.shape_infos[i].kind != SHAPE_SPHERE || b.shape_infos[j].kind != SHAPE_SPHERE) continue;
+      if (!may_touch(state, i, j)) continue;
+      const Vec4<real> c = b.bounds[i], d = b.bounds[j];
+      const auto v = center_velocity(state, i), w = center_velocity(state, j);
+      const real gap = length(c.x - d.x, c.y - d.y, c.z - d.z) - b.shapes[i].size[0] - b.shapes[j].size[0];
+      const real speed = length(v[0] - w[0], v[1] - w[1], v[2] - w[2]);
+      const real h = state.params.dt * real(state.params.substeps);
+      if (gap <= state.params.margin + h * speed) pairs.emplace_back(i, j);
+    }
+  }
+  return pairs;
+}
+
+// Every two spheres that touch at some time of the step while they move on straight lines, in long double.
+template <class real>
+PairList touching_within_the_step(const InitialState<real>& state) {
+  PairList pairs;
+  const long double h = (long double)state.params.dt * state.params.substeps;
+  for (u32 i = 0; i < state.sizes.shapes; ++i) {
+    for (u32 j = i + 1; j < state.sizes.shapes; ++j) {
+      if (!may_touch(state, i, j)) continue;
+      const Vec4<real> c = state.buffers.bounds[i], e = state.buffers.bounds[j];
+      const auto v = center_velocity(state, i), w = center_velocity(state, j);
+      const long double d[3] = {(long double)c.x - e.x, (long double)c.y - e.y, (long double)c.z - e.z};
+      const long double u[3] = {(long double)v[0] - w[0], (long double)v[1] - w[1], (long double)v[2] - w[2]};
+      const long double uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
+      const long double du = d[0] * u[0] + d[1] * u[1] + d[2] * u[2];
+      const long double t = uu > 0 ? std::clamp(-du / uu, (long double)0, h) : 0;
+      long double square = 0;
+      for (int k = 0; k < 3; ++k) square += (d[k] + u[k] * t) * (d[k] + u[k] * t);
+      const real reach = state.buffers.shapes[i].size[0] + state.buffers.shapes[j].size[0];
+      if (std::sqrt(square) <= reach) pairs.emplace_back(i, j);
+    }
+  }
+  return pairs;
+}
+
+template <class real>
+void expect_as_brute_force(InitialState<real>& state, std::size_t at_least) {
+  const PairList pairs = found(state), expected = brute_force(state), touching = touching_within_the_step(state);
+  EXPECT_EQ(pairs, expected);
+  EXPECT_TRUE(std::ranges::includes(pairs, touching));
+  EXPECT_GE(touching.size(), at_least);
+}
+
+TYPED_TEST(FindPairs, ClusteredSpheresOfMixedSizes) {
+  using real = TypeParam;
+  Random random(6);
+  std::vector<BodyDescription> bodies;
+  for (int n = 0; n < 5000; ++n) {
+    const double shrink = random.between(0, 1);
+    const double radius = 0.01 + 0.49 * shrink * shrink * shrink * shrink;  // 1 : 50
+    Vector3 position = random.vector(n % 4 == 0 ? 12 : 3);
+    if (n % 4 == 1) position[0] += 8;
+    bodies.push_back(sphere_body(position, radius, random.vector(0.5)));
+  }
+  InitialState<real> state = make_worlds<real>({bodies}, 200000);
+  expect_as_brute_force(state, 2000);
+}
+
+TYPED_TEST(FindPairs, FastSpheres) {
+  using real = TypeParam;
+  Random random(7);
+  std::vector<BodyDescription> bodies;
+  for (int n = 0; n < 1500; ++n)
+    bodies.push_back(sphere_body(random.vector(5), random.between(0.05, 0.2), random.vector(n % 15 == 0 ? 300 : 3)));
+  InitialState<real> state = make_worlds<real>({bodies}, 200000);
+  state.params.substeps = 2;
+  expect_as_brute_force(state, 200);
+}
+
+// A simple cubic lattice of touching spheres: every number is dyadic, so that the gaps of neighbours are exactly the
+// margin, and one step wider they are not.
+TYPED_TEST(FindPairs, TiesOfALatticeAreInside) {
+  using real = TypeParam;
+  const u32 n = 12;
+  for (const double spacing : {1.0, 1.25, 1.25 + 1.0 / 64}) {
+    std::vector<BodyDescription> bodies;
+    for (u32 i = 0; i < n * n * n; ++i)
+      bodies.push_back(sphere_body({spacing * (i % n), spacing * (i / n % n) - 4, spacing * (i / n / n) - 4}, 0.5));
+    InitialState<real> state = make_worlds<real>({bodies}, 200000);
+    state.params.margin = real(0.25);
+    const PairList pairs = found(state);
+    EXPECT_EQ(pairs, brute_force(state));
+    EXPECT_EQ(pairs.size(), spacing > 1.25 ? 0u : 3 * n * n * (n - 1));
+  }
+}
+
+TYPED_TEST(FindPairs, CoincidentCentresMakeEveryPair) {
+  using real = TypeParam;
+  const u32 n = 300;
+  std::vector<BodyDescription> bodies(n, sphere_body({3, 3, 3}, 0.5));
+  InitialState<real> state = make_worlds<real>({bodies}, n * n);
+  const PairList pairs = found(state);
+  EXPECT_EQ(pairs.size(), n * (n - 1) / 2);
+  EXPECT_EQ(pairs, brute_force(state));
+}
+
+// Far out the coordinates of cells are coarse, and no pair may be lost for it.
+TYPED_TEST(FindPairs, FarFromTheOrigin) {
+  using real = TypeParam;
+  const double far = sizeof(real) == 4 ? 4e6 : 4e8;
+  Random random(8);
+  std::vector<BodyDescription> bodies;
+  for (int n = 0; n < 600; ++n) {
+    Vector3 position = random.vector(4);
+    for (double& x : position) x += far;
+    bodies.push_back(sphere_body(position, random.between(0.3, 0.5)));
+  }
+  InitialState<real> state = make_worlds<real>({bodies}, 200000);
+  expect_as_brute_force(state, 500);
+}
+
+// Relative speed: a cloud that falls as one has no pairs, and two that fly at each other have one.
+TYPED_TEST(FindPairs, OnlyRelativeSpeedCounts) {
+  using real = TypeParam;
+  std::vector<BodyDescription> bodies;
+  for (int n = 0; n < 27; ++n)
+    bodies.push_back(sphere_body({2.0 * (n % 3), 2.0 * (n / 3 % 3), 2.0 * (n / 9)}, 0.5, {0, 0, -300}));
+  InitialState<real> state = make_worlds<real>({bodies}, 1000);
+  EXPECT_TRUE(found(state).empty());
+  state.buffers.motions[13].v[2] = 300;
+  EXPECT_FALSE(found(state).empty());
+  EXPECT_EQ(pairs_of(state), brute_force(state));
+}
+
+TYPED_TEST(FindPairs, CompoundsFiltersAndImmovables) {
+  using real = TypeParam;
+  Random random(9);
+  std::vector<BodyDescription> bodies;
+  for (int n = 0; n < 800; ++n) {
+    BodyDescription body = sphere_body(random.vector(4), random.between(0.1, 0.4), random.vector(2));
+    body.kind = n % 7 == 0 ? BODY_STATIC : n % 7 == 1 ? BODY_KINEMATIC : BODY_DYNAMIC;
+    body.angular_velocity = random.vector(10);
+    const ShapeDescription first = body.shapes[0];
+    for (int k = 0; k < n % 3; ++k) {
+      body.shapes.push_back(first);
+      body.shapes.back().offset = random.vector(0.5);
+    }
+    for (ShapeDescription& shape : body.shapes) {
+      shape.category = 1u << random.bits() % 4;
+      shape.mask = random.bits() % 16;
+    }
+    bodies.push_back(body);
+  }
+  InitialState<real> state = make_worlds<real>({bodies}, 200000);
+  expect_as_brute_force(state, 300);
+}
+
+// The gap of a level plane is z - r, and what falls reaches h |v_z| farther.
+TYPED_TEST(FindPairs, PlanesPairWithWhatReachesThem) {
+  using real = TypeParam;
+  std::vector<BodyDescription> bodies = {
+      plane_body(),
+      sphere_body({0, 0, 0.5}, 0.5),                     // touches
+      sphere_body({10, 0, 0.75}, 0.5),                   // at the margin
+      sphere_body({20, 0, 0.765625}, 0.5),               // beyond it
+      sphere_body({30, 0, 3.75}, 0.5, {9, 9, -12}),      // falls 3 m in the step
+      sphere_body({40, 0, 3.765625}, 0.5, {9, 9, -12}),  // not far enough
+      sphere_body({50, 0, 3.75}, 0.5, {0, 0, 12}),       // rises
+      plane_body({0, 0, -1}),
+      sphere_body({60, 0, -8}, 0.5),  // below both
+  };
+  InitialState<real> state = make_worlds<real>({bodies}, 100);
+  state.params.dt = real(0.25);
+  state.params.margin = real(0.25);
+  EXPECT_EQ(found(state), (PairList{{1, 0}, {2, 0}, {4, 0}, {8, 0}, {8, 7}}));
+}
+
+// Worlds of a batch do not see each other, and each has the pairs it has alone.
+TYPED_TEST(FindPairs, AWorldOfABatchHasItsLonePairs) {
+  using real = TypeParam;
+  std::vector<std::vector<BodyDescription>> worlds;
+  for (u32 w = 0; w < 5; ++w) {
+    Random random(10 + w);
+    worlds.push_back({plane_body()});
+    for (u32 n = 0; n < 100 + 50 * w; ++n)
+      worlds.back().push_back(sphere_body(random.vector(2), random.between(0.05, 0.1 + 0.1 * w), random.vector(3)));
+  }
+  InitialState<real> batch = make_worlds<real>(worlds, 200000);
+  const PairList all = found(batch);
+  PairList lone;
+  for (u32 w = 0; w < worlds.size(); ++w) {
+    InitialState<real> alone = make_worlds<real>({worlds[w]}, 200000);
+    const u32 first = batch.buffers.world_ranges[w].first_shape;
+    for (auto [a, b] : found(alone)) lone.emplace_back(first + a, first + b);
+  }
+  EXPECT_EQ(all, lone);
+  EXPECT_GT(all.size(), 500u);
+}
+
+TYPED_TEST(FindPairs, TooLittleRoomIsToldAndNothingIsWritten) {
+  using real = TypeParam;
+  std::vector<BodyDescription> bodies(40, sphere_body({3, 3, 3}, 0.5));
+  InitialState<real> state = make_worlds<real>({bodies}, 500);
+  state.buffers.pairs.resize(600, {7, 7});  // a guard behind the capacity
+  run_reference(state, {Stage::update_bounds, Stage::sort_cells, Stage::find_pairs});
+  EXPECT_EQ(state.buffers.counters[COUNTER_STATUS], u32(STATUS_PAIRS_FULL));
+  EXPECT_EQ(state.buffers.counters[COUNTER_PAIRS], 0u);
+  EXPECT_EQ(state.buffers.counters[COUNTER_PAIRS_NEEDED], 780u);
+  for (u32 p = 500; p < 600; ++p) EXPECT_EQ(state.buffers.pairs[p].shape_a, 7u);
+
+  InitialState<real> enough = make_worlds<real>({bodies}, 780);
+  EXPECT_EQ(found(enough).size(), 780u);
+}
+
+}  // namespace
+}  // namespace lockstep::test

@@ -1,0 +1,84 @@
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "tests/worlds.hpp"
+
+namespace lockstep::test {
+namespace {
+
+template <class real>
+class MatchContacts : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(MatchContacts, Precisions);
+
+using Key = std::array<u32, 3>;  // shape a, shape b, feature
+
+std::set<Key> random_keys(Random& random, u32 count) {
+  std::set<Key> keys;
+  while (keys.size() < count) keys.insert({random.bits() % 30, random.bits() % 30, random.bits() % 3});
+  return keys;
+}
+
+template <class real>
+InitialState<real> contacts_and_cache(const std::set<Key>& now, const std::set<Key>& before) {
+  InitialState<real> state = make_worlds<real>({{sphere_body({0, 0, 0}, 1)}}, 1024);
+  Buffers<real>& b = state.buffers;
+  std::ranges::fill(b.counters, 0u);
+  for (const Key& key : now) b.contacts[b.counters[COUNTER_CONTACTS]++] = {key[0], key[1], key[2], 0, 0, 0, 0, 0};
+  for (const Key& key : before) {
+    const u32 i = b.cached_count[0]++;
+    b.cached_keys[i] = {key[0], key[1], key[2], 0};
+    b.cached_impulses[i] = {real(i + 1), real(0.25 * i), real(-0.5 * i), 7};
+  }
+  return state;
+}
+
+template <class real>
+void expect_matched(InitialState<real>& state) {
+  Buffers<real>& b = state.buffers;
+  reference::run_stage(Stage::match_contacts, b, state.params);
+  for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
+    ContactImpulse<real> expected = {0, 0, 0, 0};
+    for (u32 k = 0; k < b.cached_count[0]; ++k) {
+      const ContactKey& key = b.cached_keys[k];
+      if (key.shape_a == b.contacts[i].shape_a && key.shape_b == b.contacts[i].shape_b &&
+          key.feature == b.contacts[i].feature)
+        expected = b.cached_impulses[k];
+    }
+    EXPECT_EQ(b.start_impulses[i].normal, expected.normal);
+    EXPECT_EQ(b.start_impulses[i].tangent_x, expected.tangent_x);
+    EXPECT_EQ(b.start_impulses[i].tangent_y, expected.tangent_y);
+    EXPECT_EQ(b.start_impulses[i].tangent_z, expected.tangent_z);
+  }
+}
+
+TYPED_TEST(MatchContacts, FindsWhatASearchThroughAllFinds) {
+  using real = TypeParam;
+  Random random(30);
+  for (const u32 cached : {0u, 1u, 2u, 3u, 64u, 500u, 1000u}) {
+    const std::set<Key> before = random_keys(random, cached);
+    std::set<Key> now = random_keys(random, 200);
+    for (const Key& key : before) {
+      if (random.bits() % 2 == 0 && now.size() < 1000) now.insert(key);
+    }
+    InitialState<real> state = contacts_and_cache<real>(now, before);
+    expect_matched(state);
+  }
+}
+
+// The first and the last of the cache, and what lies outside of it.
+TYPED_TEST(MatchContacts, FindsTheEnds) {
+  using real = TypeParam;
+  const std::set<Key> before = {{3, 4, 0}, {3, 4, 1}, {3, 5, 0}, {4, 0, 0}};
+  std::set<Key> now = before;
+  now.insert({{0, 0, 0}, {3, 3, 9}, {3, 4, 2}, {4, 0, 1}, {9, 9, 9}});
+  InitialState<real> state = contacts_and_cache<real>(now, before);
+  expect_matched(state);
+  EXPECT_EQ(state.buffers.start_impulses[2].normal, 1);
+  EXPECT_EQ(state.buffers.start_impulses[6].normal, 4);
+  EXPECT_EQ(state.buffers.start_impulses[8].normal, 0);
+}
+
+}  // namespace
+}  // namespace lockstep::test

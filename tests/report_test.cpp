@@ -1,0 +1,413 @@
+// The measures of docs/error_measures.md on systems small enough to be solved by hand.
+#include "host/report/report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace lockstep {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+const Vector3d up = Vector3d::UnitZ();
+constexpr double roundoff = 0x1p-53;
+
+SystemBody sphere(double mass, double radius) {
+  SystemBody body;
+  body.inverse_mass = 1 / mass;
+  body.inverse_inertia = Matrix3d::Identity() / (0.4 * mass * radius * radius);
+  return body;
+}
+
+SystemContact contact(u32 a, u32 b, double radius_a, double radius_b, double friction) {
+  SystemContact c;
+  c.body_a = a;
+  c.body_b = b;
+  c.normal = up;
+  c.arm_a = -radius_a * up;
+  c.arm_b = radius_b * up;
+  c.friction = friction;
+  c.impulse = Vector3d::Zero();
+  return c;
+}
+
+// Gives the bodies the velocities that the impulses make of free velocities: body 0 is the immovable ground.
+void apply_impulses(ContactSystem& system) {
+  for (const SystemContact& c : system.contacts) {
+    for (const double sign : {1.0, -1.0}) {
+      SystemBody& body = system.bodies[sign > 0 ? c.body_a : c.body_b];
+      const Vector3d arm = sign > 0 ? c.arm_a : c.arm_b;
+      body.v += sign * body.inverse_mass * c.impulse;
+      body.w += sign * body.inverse_inertia * arm.cross(c.impulse);
+    }
+  }
+}
+
+// A ball that falls on the ground with 2 m/s; the impulse is the exact one times `share`. All masses and lengths
+// scaled.
+ContactSystem landing(double share, double mass, double length) {
+  ContactSystem system;
+  system.bodies = {SystemBody{}, sphere(3 * mass, 0.5 * length)};
+  system.bodies[1].v = Vector3d(0, 0, -2 * length);
+  system.contacts = {contact(1, 0, 0.5 * length, 0, 0.5)};
+  system.contacts[0].impulse = share * 6 * mass * length * up;
+  apply_impulses(system);
+  return system;
+}
+
+TEST(Residual, IsZeroWithoutContacts) { EXPECT_EQ(residual(ContactSystem{}, roundoff).relative, 0); }
+
+TEST(Residual, IsZeroForABallAtRest) {
+  const Residual r = residual(landing(1, 1, 1), roundoff);
+  EXPECT_EQ(r.defect_max, 0);
+  EXPECT_EQ(r.relative, 0);
+  EXPECT_DOUBLE_EQ(r.scale, 2);
+}
+
+TEST(Residual, IsTheMissingShareOfTheImpulse) {
+  for (const double missing : {0.1, 1e-3}) {
+    const Residual r = residual(landing(1 - missing, 1, 1), roundoff);
+    EXPECT_NEAR(r.relative, missing, 1e-12);
+    EXPECT_NEAR(r.defect_max, 2 * missing, 1e-12) << "the ball still sinks at this velocity";
+  }
+}
+
+TEST(Residual, DoesNotDependOnUnits) {
+  const Residual plain = residual(landing(0.5, 1, 1), roundoff);
+  for (const double mass : {1000.0, 0.001}) {
+    const Residual other = residual(landing(0.5, mass, 0.01), roundoff);
+    EXPECT_NEAR(other.relative, plain.relative, 1e-12);
+    EXPECT_NEAR(other.defect_max, 0.01 * plain.defect_max, 1e-12);
+  }
+  const double in_kg = residual(landing(1.5, 1, 1), roundoff).natural_map;
+  const double in_tonnes = residual(landing(1.5, 0.001, 1), roundoff).natural_map;
+  EXPECT_LT(in_tonnes, 0.01 * in_kg) << "the form with rho = 1 does depend on them";
+}
+
+TEST(Residual, IsZeroForASlidingBall) {
+  ContactSystem system;
+  system.bodies = {SystemBody{}, sphere(2, 0.5)};
+  system.bodies[1].v = Vector3d(10, 0, -1);
+  system.contacts = {contact(1, 0, 0.5, 0, 0.2)};
+  system.contacts[0].impulse = Vector3d(-0.2 * 2, 0, 2);  // on the cone, against the sliding
+  apply_impulses(system);
+  EXPECT_NEAR(residual(system, roundoff).relative, 0, 1e-15);
+
+  // friction in the wrong direction is a defect, although it is on the cone
+  system.contacts[0].impulse = Vector3d(0, 0.4, 2);
+  EXPECT_GT(residual(system, roundoff).relative, 0.05);
+}
+
+TEST(Residual, SeesAPullingImpulse) {
+  ContactSystem system = landing(0, 1, 1);
+  system.bodies[1].v = Vector3d(0, 0, 1);
+  system.contacts[0].impulse = -3 * up;
+  apply_impulses(system);  // held back to rest
+  EXPECT_GT(residual(system, roundoff).defect_max, 0.1);
+}
+
+TEST(Residual, KnowsTheBias) {
+  // a ball that may not leave at less than 0.7 m/s: restitution or a correction
+  ContactSystem system = landing(1, 1, 1);
+  system.bodies[1].v = Vector3d(0, 0, -2);
+  system.contacts[0].bias = -0.7;
+  system.contacts[0].impulse = 3 * 2.7 * up;
+  apply_impulses(system);
+  EXPECT_NEAR(residual(system, roundoff).relative, 0, 1e-15);
+}
+
+TEST(Residual, IsZeroForAStickingContactOfAGeneralBody) {
+  ContactSystem system;
+  system.bodies = {SystemBody{}, sphere(1, 0.5)};
+  SystemBody& body = system.bodies[1];
+  body.inverse_inertia << 3, 0.4, 0.1, 0.4, 2, -0.3, 0.1, -0.3, 5;
+  const Vector3d v = {0.2, 0.1, -1}, w = {0.5, -0.3, 0.8};
+  system.contacts = {contact(1, 0, 0.5, 0, 10)};  // so rough that it sticks
+  SystemContact& c = system.contacts[0];
+  c.arm_a = Vector3d(0.3, -0.2, -0.5);
+  Matrix3d r;
+  r << 0, -c.arm_a.z(), c.arm_a.y(), c.arm_a.z(), 0, -c.arm_a.x(), -c.arm_a.y(), c.arm_a.x(), 0;
+  const Matrix3d delassus = body.inverse_mass * Matrix3d::Identity() - r * body.inverse_inertia * r;
+  c.impulse = -delassus.inverse() * (v + w.cross(c.arm_a));
+  body.v = v;
+  body.w = w;
+  apply_impulses(system);
+  const Residual result = residual(system, roundoff);
+  EXPECT_NEAR(result.relative, 0, 1e-14);
+  EXPECT_NEAR(result.scale, (v + w.cross(c.arm_a)).norm(), 1e-14);
+}
+
+// A ball of mass `upper` on a ball of mass `lower` on the ground, both falling at 1 m/s and stopped exactly.
+ContactSystem tower(double lower, double upper) {
+  ContactSystem system;
+  system.bodies = {SystemBody{}, sphere(lower, 0.5), sphere(upper, 0.5)};
+  system.bodies[1].v = system.bodies[2].v = -up;
+  system.contacts = {contact(1, 0, 0.5, 0, 0.5), contact(2, 1, 0.5, 0.5, 0.5)};
+  system.contacts[0].impulse = (lower + upper) * up;
+  system.contacts[1].impulse = upper * up;
+  apply_impulses(system);
+  return system;
+}
+
+TEST(Residual, IsZeroForATowerOfTwo) {
+  EXPECT_NEAR(residual(tower(1, 2), roundoff).relative, 0, 1e-15);
+  // q: -1 m/s at the ground, 0 between the balls
+  EXPECT_NEAR(residual(tower(1, 2), roundoff).scale, std::sqrt(0.5), 1e-15);
+}
+
+TEST(Residual, SeesALightBodyUnderAHeavyOne) {
+  ContactSystem system = tower(1e-3, 1e3);
+  system.contacts[0].impulse -= 1e-4 * up;  // a ten-millionth of the load, but a tenth of the light ball's momentum
+  system.bodies[1].v -= 0.1 * up;
+  const Residual r = residual(system, roundoff);
+  EXPECT_NEAR(r.defect_max, 0.1, 1e-3);
+  EXPECT_GT(r.relative, 0.05);
+}
+
+TEST(Residual, NamesTheWorstContact) {
+  ContactSystem system = tower(1, 2);
+  system.bodies[2].v -= 0.1 * up;
+  EXPECT_EQ(residual(system, roundoff).worst, 1u);
+  system = tower(1, 2);
+  system.bodies[1].v -= 0.1 * up;
+  system.bodies[2].v -= 0.1 * up;
+  EXPECT_EQ(residual(system, roundoff).worst, 0u);
+}
+
+TEST(Residual, RoundingIsThatOfThePrecision) {
+  const ContactSystem system = landing(1, 1, 1);
+  EXPECT_DOUBLE_EQ(residual(system, 0x1p-24).rounding, 0x1p-24);  // |W||r| = |q| = 2 m/s
+  EXPECT_DOUBLE_EQ(residual(system, 0x1p-53).rounding, 0x1p-53);
+}
+
+TEST(Cone, ProjectsOntoInsidePolarAndSurface) {
+  const Vector3d inside = {0.1, 0.2, 1};
+  EXPECT_EQ(project_on_cone(inside, up, 0.5), inside);
+  EXPECT_EQ(project_on_cone(Vector3d(0.1, 0, -1), up, 0.5), Vector3d::Zero());
+  EXPECT_EQ(project_on_cone(-up, up, 0), Vector3d::Zero());
+  EXPECT_EQ(project_on_cone(Vector3d(3, 4, 2), up, 0), 2 * up);
+  const Vector3d far = {3, 0, 1}, near = project_on_cone(far, up, 0.5);
+  EXPECT_NEAR(near.x(), 0.5 * near.z(), 1e-15);
+  EXPECT_NEAR((far - near).dot(near), 0, 1e-15) << "the difference is normal to the cone";
+}
+
+// One ball of radius 0.5 at height `z` over the plane z = 0, in contact, with its impulse in lane 3 of the second
+// block.
+Buffers<double> ball_on_plane(double z) {
+  Buffers<double> b;
+  b.world_ranges = {{0, 2, 0, 2, 0, 1, 0, 1}};
+  b.gravities = {{0, 0, -10, 0}};
+  b.body_infos = {{0, 7, BODY_DYNAMIC, 1}, {0, 9, BODY_STATIC, 1}};
+  b.masses = {{2, 0.5, {0.2, 0.2, 0.2}, {5, 5, 5}}, {}};
+  b.positions = {{1, 2, z, 0}, {0, 0, 0, 0}};
+  b.orientations = {{0, 0, 0, 1}, {0, 0, 0, 1}};
+  b.motions.resize(3);
+  b.motions[0].inverse_mass = 0.5;
+  b.motions[0].inertia_xx = b.motions[0].inertia_yy = b.motions[0].inertia_zz = 5;
+  b.motions[0].v[2] = 0.25;
+  b.shape_infos = {{0, 3, SHAPE_SPHERE, 0, 1, 1, 1, 0}, {1, 4, SHAPE_PLANE, 0, 1, 1, 1, 0}};
+  b.shapes = {{{0, 0, 0, 0}, {0, 0, 0, 1}, {0.5, 0, 0, 0}}, {{0, 0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0, 0}}};
+  b.contacts = {{0, 1, 0, 0, 1, 0, 0, 0}};
+  b.contact_slots = {PACK + 3};
+  b.contact_blocks.resize(2);
+  b.block_bodies.resize(2);
+  ContactBlock<double>& block = b.contact_blocks[1];
+  block.normal_z[3] = 1;
+  block.arm_a_z[3] = -0.5;
+  block.bias[3] = -0.25;
+  block.friction[3] = 0.5;
+  b.block_bodies[1].body_a[3] = 0;
+  b.block_bodies[1].body_b[3] = 1;
+  b.cached_impulses = {{1.5, 0, 0, 0}};
+  return b;
+}
+
+constexpr Features ball_features = static_cast<u32>(Feature::contacts) | static_cast<u32>(Feature::time_stepping);
+constexpr Sizes ball_sizes = {1, 2, 2, 1, 1, 4, 4, 4, 4};
+
+std::vector<u32> one_contact() {
+  std::vector<u32> counters(COUNTER_COUNT);
+  counters[COUNTER_CONTACTS] = 1;
+  return counters;
+}
+
+TEST(Measures, ReadTheContactOfABallOnAPlane) {
+  const Measures m = measure(ball_on_plane(0.49), ball_sizes, ball_features, one_contact());
+  EXPECT_NEAR(m.penetration.max, 0.01, 1e-15);
+  EXPECT_NEAR(m.penetration.mean, 0.01, 1e-15);
+  EXPECT_EQ(m.penetration.touching, 1u);
+  ASSERT_TRUE(m.residual);
+  EXPECT_NEAR(m.residual->defect_max, 0, 1e-15) << "leaves at just the bias";
+  EXPECT_NEAR(m.residual->scale, 0.75, 1e-15) << "q = u - W r = 0 - 1.5 / 2";
+  ASSERT_TRUE(m.worst);
+  EXPECT_EQ(m.worst->body_a, 7u);
+  EXPECT_EQ(m.worst->shape_b, 4u);
+}
+
+TEST(Measures, DoNotCountAGapAsPenetration) {
+  const Measures m = measure(ball_on_plane(0.51), ball_sizes, ball_features, one_contact());
+  EXPECT_EQ(m.penetration.touching, 0u);
+  EXPECT_EQ(m.penetration.max, 0);
+}
+
+TEST(Measures, MechanicsOfASpinningBall) {
+  Buffers<double> b = ball_on_plane(3);
+  b.motions[0].w[0] = 4;
+  const Measures m = measure(b, ball_sizes, ball_features, std::vector<u32>(COUNTER_COUNT));
+  ASSERT_EQ(m.worlds.size(), 1u);
+  EXPECT_DOUBLE_EQ(m.worlds[0].kinetic, 0.5 * 2 * 0.0625 + 0.5 * 0.2 * 16);
+  EXPECT_DOUBLE_EQ(m.worlds[0].potential, 2 * 10 * 3);
+  EXPECT_DOUBLE_EQ(m.worlds[0].momentum.z(), 0.5);
+  EXPECT_DOUBLE_EQ(m.worlds[0].angular_momentum.x(), 0.8);
+  EXPECT_DOUBLE_EQ(m.worlds[0].weight.z(), -20);
+  EXPECT_FALSE(m.residual);
+  EXPECT_FALSE(momentum_is_conserved(b, ball_features)) << "the plane is fixed";
+}
+
+TEST(Measures, AngularMomentumHoldsTheOrbit) {
+  Buffers<double> b = ball_on_plane(0);
+  b.body_infos[1].kind = BODY_DYNAMIC;
+  b.masses[1] = b.masses[0];
+  b.positions = {{1, 0, 0, 0}, {-1, 0, 0, 0}};
+  b.motions[0].v[1] = 3;
+  b.motions[0].v[2] = 0;
+  b.motions[1].v[1] = -3;
+  const Measures m = measure(b, ball_sizes, ball_features, std::vector<u32>(COUNTER_COUNT));
+  EXPECT_DOUBLE_EQ(m.worlds[0].momentum.norm(), 0);
+  EXPECT_DOUBLE_EQ(m.worlds[0].angular_momentum.z(), 2 * 2 * 3);
+}
+
+TEST(Measures, APivotedBodyTurnsAboutItsPivot) {
+  Buffers<double> b = ball_on_plane(0);
+  b.pivots.resize(2);
+  b.pivots[0] = {{1, 2, 1}, 1, {0, 0, -1}, 0};  // hangs one metre below, moments about the pivot
+  b.masses[0].inertia[0] = 2.2;
+  b.motions[0] = {};
+  b.motions[0].w[0] = 3;
+  b.motions[0].v[1] = 3;  // w x lever
+  const Features features = with(ball_features, Feature::pivots);
+  const Measures m = measure(b, ball_sizes, features, std::vector<u32>(COUNTER_COUNT));
+  EXPECT_DOUBLE_EQ(m.worlds[0].kinetic, 0.5 * 2.2 * 9);
+  ASSERT_TRUE(m.pivot_drift);
+  EXPECT_NEAR(*m.pivot_drift, 0, 1e-15);
+  b.positions[0].z = 0.125;
+  EXPECT_NEAR(*measure(b, ball_sizes, features, std::vector<u32>(COUNTER_COUNT)).pivot_drift, 0.125, 1e-15);
+}
+
+Measures moving(double momentum, double kinetic, double potential) {
+  Measures m;
+  WorldMeasures world;
+  world.mass = 1;
+  world.kinetic = kinetic;
+  world.potential = potential;
+  world.momentum = Vector3d(0, 0, momentum);
+  world.momentum_size = std::abs(momentum);
+  world.weight = Vector3d(0, 0, -10);
+  m.worlds = {world};
+  return m;
+}
+
+TEST(Recorder, MomentumErrorAllowsForGravity) {
+  Recorder recorder(moving(4, 8, 0), true, true);
+  recorder.observe(1, 0.1, moving(3, 4.5, 3.5));     // exact
+  recorder.observe(2, 0.2, moving(2.04, 2.1, 6.0));  // 0.04 too much, 0.1 J too much
+  Report report;
+  recorder.finish(report);
+  ASSERT_TRUE(report.momentum_error && report.energy_error);
+  EXPECT_NEAR(*report.momentum_error, 0.04 / 4, 1e-12);
+  EXPECT_NEAR(*report.energy_error, 0.1 / 8, 1e-12);
+  EXPECT_DOUBLE_EQ(report.energy_initial_j, 8);
+  EXPECT_DOUBLE_EQ(report.energy_final_j, 8.1);
+}
+
+TEST(Recorder, FiguresThatDoNotApplyAreEmpty) {
+  const Recorder recorder(moving(4, 8, 0), false, false);
+  Report report;
+  recorder.finish(report);
+  EXPECT_FALSE(report.momentum_error || report.energy_error || report.residual_median || report.joint_drift_max_m);
+}
+
+TEST(Recorder, SpeedLeavesTheFirstStepOut) {
+  Recorder recorder(moving(0, 0, 0), false, false);
+  recorder.time(500, 3);
+  for (int i = 1; i <= 100; ++i) recorder.time(i, 10 + static_cast<u32>(i));
+  Report report;
+  recorder.finish(report);
+  EXPECT_EQ(report.ms_first_step, 500);
+  EXPECT_EQ(report.ms_per_step_median, 50);
+  EXPECT_EQ(report.ms_per_step_p99, 99);
+  EXPECT_EQ(report.ms_total, 500 + 5050);
+  EXPECT_EQ(report.contacts_max, 110u);
+}
+
+TEST(Recorder, ContactFiguresAreTheLargestAndTheMedian) {
+  Recorder recorder(moving(0, 0, 0), false, false);
+  for (const double scale : {1.0, 3.0, 2.0}) {
+    Measures m = moving(0, 0, 0);
+    m.penetration = {0.01 * scale, 0.001 * scale, 2};
+    m.residual = Residual{0.1 * scale, 5 * scale, scale, 0, 1, 1e-7, 0};
+    m.worst = WorstContact{0, static_cast<u32>(scale), 0, 0, 0};
+    recorder.observe(static_cast<u32>(10 * scale), scale, m);
+  }
+  Report report;
+  recorder.finish(report);
+  EXPECT_DOUBLE_EQ(report.max_penetration_m, 0.03);
+  EXPECT_DOUBLE_EQ(report.mean_penetration_m, 0.002);
+  EXPECT_DOUBLE_EQ(*report.residual_median, 0.2);
+  EXPECT_DOUBLE_EQ(*report.residual_max, 0.3);
+  EXPECT_EQ(report.worst_step, 30u);
+  EXPECT_EQ(report.worst->body_a, 3u);
+}
+
+TEST(ReportFile, HasTheDocumentedKeys) {
+  Report report;
+  report.state_hash = 0xabc;
+  report.stage_ms["collide"] = 0.5;
+  const nlohmann::json json = nlohmann::json::parse(to_json(report));
+  for (const char* key : {"scene",
+                          "device",
+                          "precision",
+                          "solver",
+                          "bodies",
+                          "steps",
+                          "dt",
+                          "substeps",
+                          "contacts_max",
+                          "ms_per_step_median",
+                          "ms_per_step_p99",
+                          "ms_total",
+                          "stage_ms",
+                          "max_penetration_m",
+                          "mean_penetration_m",
+                          "residual_median",
+                          "residual_max",
+                          "joint_drift_max_m",
+                          "energy_initial_j",
+                          "energy_final_j",
+                          "momentum_error",
+                          "model_error",
+                          "residual_floor",
+                          "state_hash",
+                          "pose_hash"})
+    EXPECT_TRUE(json.contains(key)) << key;
+  EXPECT_TRUE(json["model_error"].is_null());
+  EXPECT_EQ(json["state_hash"], "0000000000000abc");
+  EXPECT_EQ(json["stage_ms"]["collide"], 0.5);
+}
+
+TEST(Hashes, OfWorldsCombineInOrder) {
+  const WorldHash one = {1, 2, 3, 4}, two = {5, 6, 7, 8};
+  const WorldHash lone[] = {one}, forward[] = {one, two}, backward[] = {two, one};
+  EXPECT_EQ(combined_state_hash(lone), 0x0000000200000001u);
+  EXPECT_EQ(combined_pose_hash(lone), 0x0000000400000003u);
+  EXPECT_NE(combined_state_hash(forward), combined_state_hash(backward));
+  EXPECT_NE(combined_pose_hash(forward), combined_state_hash(forward));
+}
+
+}  // namespace
+}  // namespace lockstep

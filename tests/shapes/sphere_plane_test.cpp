@@ -1,0 +1,96 @@
+#include "cpu_reference/shapes/sphere_plane.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "tests/worlds.hpp"
+
+namespace lockstep::test {
+namespace {
+
+template <class real>
+class SpherePlane : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(SpherePlane, Precisions);
+
+// The third column of the rotation matrix of a quaternion that is unit up to rounding, in long double.
+Vector3 z_axis(long double x, long double y, long double z, long double w) {
+  const long double s = 2 / (x * x + y * y + z * z + w * w);
+  return {double(s * (x * z + w * y)), double(s * (y * z - w * x)), double(1 - s * (x * x + y * y))};
+}
+
+template <class real>
+Quaternion unit(Random& random) {
+  double q[4], sum = 0;
+  for (double& x : q) {
+    x = random.between(-1, 1);
+    sum += x * x;
+  }
+  return {real(q[0] / std::sqrt(sum)), real(q[1] / std::sqrt(sum)), real(q[2] / std::sqrt(sum)),
+          real(q[3] / std::sqrt(sum))};
+}
+
+TYPED_TEST(SpherePlane, MatchesTheClosedForm) {
+  using real = TypeParam;
+  const double ulp = std::numeric_limits<real>::epsilon();
+  Random random(2);
+  for (int n = 0; n < 2000; ++n) {
+    const Quaternion q = unit<real>(random);
+    const Vector3 c = random.vector(4), p = random.vector(4);
+    const real radius = real(random.between(0.02, 1));
+    const reference::Placed<real> sphere = {{real(c[0]), real(c[1]), real(c[2])}, {0, 0, 0, 1}, {radius, 0, 0}};
+    const reference::Placed<real> plane = {
+        {real(p[0]), real(p[1]), real(p[2])}, {real(q[0]), real(q[1]), real(q[2]), real(q[3])}, {0, 0, 0}};
+    const reference::Touch<real> touch = reference::sphere_plane(sphere, plane);
+    const Vector3 axis = z_axis(q[0], q[1], q[2], q[3]);
+    const double height = axis[0] * (double(sphere.center.x) - double(plane.center.x)) +
+                          axis[1] * (double(sphere.center.y) - double(plane.center.y)) +
+                          axis[2] * (double(sphere.center.z) - double(plane.center.z));
+    EXPECT_NEAR(touch.normal.x, axis[0], 8 * ulp);
+    EXPECT_NEAR(touch.normal.y, axis[1], 8 * ulp);
+    EXPECT_NEAR(touch.normal.z, axis[2], 8 * ulp);
+    EXPECT_NEAR(touch.gap, height - radius, 160 * ulp);
+    EXPECT_NEAR(touch.point.z, sphere.center.z - radius * axis[2], 16 * ulp);
+  }
+}
+
+// A shape's frame turned by its body: a plane whose normal points along x in the body, and the body turned by a third
+// of a turn about (1, 1, 1), which takes x to y. All products are exact.
+TYPED_TEST(SpherePlane, TheBodyTurnsTheNormal) {
+  using real = TypeParam;
+  Shape<real> shape = {};
+  shape.offset[0] = 2;  // the plane stands 2 m from the body's centre along its own normal
+  const real half = real(0.5);
+  const real x_from_z[4] = {half, half, half, half};  // z -> x: the same third of a turn
+  std::ranges::copy(x_from_z, shape.rotation);
+  const reference::Pose<real> pose = {{10, 20, 30}, {half, half, half, half}};
+  const reference::Placed<real> plane = reference::place_shape(pose, shape);
+  const reference::Placed<real> sphere = {{0, 27, 0}, {0, 0, 0, 1}, {1, 0, 0}};
+  const reference::Touch<real> touch = reference::sphere_plane(sphere, plane);
+  EXPECT_EQ(touch.normal.x, 0);
+  EXPECT_EQ(touch.normal.y, 1);
+  EXPECT_EQ(touch.normal.z, 0);
+  EXPECT_EQ(touch.gap, 4);
+  EXPECT_EQ(touch.point.y, 26);
+}
+
+// The arm of a sphere on a level plane is exactly its radius, wherever it stands: rolling is exact.
+TYPED_TEST(SpherePlane, TheArmOfARollingSphereIsItsRadius) {
+  using real = TypeParam;
+  Random random(3);
+  const reference::Placed<real> plane = {{0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}};
+  for (int n = 0; n < 1000; ++n) {
+    const Vector3 c = random.vector(100);
+    const reference::Placed<real> sphere = {{real(c[0]), real(c[1]), real(0.5)}, {0, 0, 0, 1}, {real(0.5), 0, 0}};
+    const reference::Touch<real> touch = reference::sphere_plane(sphere, plane);
+    EXPECT_EQ(touch.gap, 0);
+    EXPECT_EQ(touch.point.x, sphere.center.x);
+    EXPECT_EQ(touch.point.y, sphere.center.y);
+    EXPECT_EQ(touch.point.z, 0);
+  }
+}
+
+}  // namespace
+}  // namespace lockstep::test

@@ -1,0 +1,97 @@
+// Redo of a step that ran out of room, and the line that names what went bad.
+#include "host/simulation.hpp"
+
+#include <gtest/gtest.h>
+
+#include "host/error.hpp"
+
+namespace lockstep {
+namespace {
+
+// Finds a given number of pairs and contacts in every step, and has no room for all at first.
+class FakeBackend final : public Backend<float> {
+ public:
+  FakeBackend(Sizes sizes, Counters found) : sizes_(sizes), found_(found) {
+    buffers_.body_infos = {{0, 0, BODY_DYNAMIC, 1}, {1, 0, BODY_DYNAMIC, 1}, {1, 1, BODY_DYNAMIC, 1}};
+    sizes_.bodies = 3;
+  }
+
+  void run(Stage stage, const StepParams<float>& params) override {
+    if (stage == Stage::begin_step) last_params = params;
+  }
+  Counters counters() override {
+    Counters now = found_;
+    if (found_[COUNTER_PAIRS_NEEDED] > sizes_.pairs)
+      now[COUNTER_STATUS] |= STATUS_PAIRS_FULL;
+    else if (found_[COUNTER_CONTACTS_NEEDED] > sizes_.contacts)
+      now[COUNTER_STATUS] |= STATUS_CONTACTS_FULL;
+    else if (found_[COUNTER_BLOCKS_NEEDED] > sizes_.blocks)
+      now[COUNTER_STATUS] |= STATUS_BLOCKS_FULL;
+    return now;
+  }
+  void grow(const Sizes& sizes) override { sizes_ = sizes; }
+  const Buffers<float>& download(std::span<const Buffer>) override { return buffers_; }
+  void upload(Buffer, const Buffers<float>&) override {}
+  const Sizes& sizes() const override { return sizes_; }
+  Features features() const override { return static_cast<u32>(Feature::time_stepping); }
+  std::string name() const override { return "fake"; }
+  std::array<double, stage_count> stage_seconds() const override { return {}; }
+
+  StepParams<float> last_params = {};
+
+ private:
+  Sizes sizes_;
+  Counters found_;
+  Buffers<float> buffers_;
+};
+
+TEST(Simulation, RedoesAStepWithRoomForWhatItNeeds) {
+  Counters found = {};
+  found[COUNTER_PAIRS_NEEDED] = 100;
+  found[COUNTER_CONTACTS_NEEDED] = 1000;
+  found[COUNTER_BLOCKS_NEEDED] = 3;
+  Sizes sizes;
+  sizes.pairs = sizes.contacts = sizes.blocks = 1;
+  auto owned = std::make_unique<FakeBackend>(sizes, found);
+  FakeBackend& backend = *owned;
+  Simulation<float> simulation(std::move(owned), {});
+  simulation.step();
+  EXPECT_EQ(simulation.redone(), 3u);
+  EXPECT_EQ(simulation.steps_done(), 1u);
+  EXPECT_EQ(backend.sizes().pairs, 128u);  // 125 in whole blocks of 16
+  EXPECT_EQ(backend.sizes().contacts, 1264u);
+  EXPECT_EQ(backend.sizes().blocks, 16u);
+  EXPECT_EQ(backend.last_params.pair_capacity, 128u);
+  EXPECT_EQ(backend.last_params.contact_capacity, 1264u);
+  EXPECT_EQ(backend.last_params.block_capacity, 16u);
+  simulation.step();
+  EXPECT_EQ(simulation.redone(), 3u);
+}
+
+std::string message_of_step(u32 status, u32 bad_body) {
+  Counters found = {};
+  found[COUNTER_STATUS] = status;
+  found[COUNTER_BAD_BODY] = bad_body;
+  Simulation<float> simulation(std::make_unique<FakeBackend>(Sizes(), found), {});
+  try {
+    simulation.step();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure(), Failure::comparison);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Simulation, NamesTheBodyTheStageAndTheStepThatWentBad) {
+  EXPECT_EQ(message_of_step(STATUS_BAD_FORCES | STATUS_BAD_POSE, NONE - 2),
+            "step 0, integrate_velocities: body 1 of world 1: the forces make its velocity infinite, not a number or "
+            "faster than the speed limit; try a shorter time step");
+  EXPECT_EQ(message_of_step(STATUS_BAD_POSE, NONE - 0),
+            "step 0, integrate_positions: body 0 of world 0: its pose is infinite or not a number; try a shorter time "
+            "step");
+  EXPECT_EQ(message_of_step(STATUS_OUT_OF_GRID | STATUS_PAIRS_FULL, 0),
+            "step 0, sort_cells: some body: a shape is too far out for the collision grid, its cell has no number");
+}
+
+}  // namespace
+}  // namespace lockstep

@@ -1,0 +1,87 @@
+// Runs stages on the device and in the reference beside each other, for the KernelMatchesReference half of the tests.
+//
+//   TEST(UpdateBounds, KernelMatchesReference) {
+//     const Buffers<float> after = run_one_stage<float>(Stage::update_bounds, buffers, sizes, features, params);
+//     ...physics of `after`...
+//   }
+//   TEST(Pile, TwinsAgree) { expect_twins_agree(compile<float>(read_scene("pile")), 50); }
+//
+// The device is `auto`, or what $LOCKSTEP_TEST_DEVICE says; a machine without any OpenCL device fails these tests.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <utility>
+#include <vector>
+
+#include "host/backends/checked_backend.hpp"
+#include "host/step.hpp"
+
+namespace lockstep {
+
+inline DeviceInfo test_device() {
+  const char* wanted = std::getenv("LOCKSTEP_TEST_DEVICE");
+  const auto device = select_device(wanted ? wanted : "auto");
+  if (!device) throw Error(Failure::device, "tests", "need an OpenCL device (Debian: pocl-opencl-icd)");
+  return *device;
+}
+
+/// The ways to launch that a test tries, none of which may change a bit: all lane counts, small and odd and usual
+/// work-groups.
+inline std::vector<DeviceOptions> all_launch_options() {
+  std::vector<DeviceOptions> all;
+  for (const auto& [lanes, work_group] : {std::pair{1u, 0u}, {1u, 1u}, {8u, 4u}, {16u, 0u}, {16u, 7u}}) {
+    DeviceOptions options;
+    options.lanes = lanes;
+    options.work_group = work_group;
+    all.push_back(options);
+  }
+  return all;
+}
+
+inline std::string describe(const DeviceOptions& options) {
+  return "lanes " + std::to_string(options.lanes) + ", work-group " + std::to_string(options.work_group) +
+         ", threads " + std::to_string(options.threads);
+}
+
+/// Steps under CheckedBackend, with poisoned outputs, for every launch option: fails with the first word that differs.
+template <class real>
+void expect_twins_agree(const InitialState<real>& state, int steps,
+                        const std::vector<DeviceOptions>& launches = all_launch_options()) {
+  for (const DeviceOptions& options : launches) {
+    SCOPED_TRACE(describe(options));
+    try {
+      CheckedBackend<real> backend(state, test_device(), options, {.poison = true});
+      for (int i = 0; i < steps; ++i) step(backend, state.params);
+    } catch (const Error& error) {
+      ADD_FAILURE() << error.what();
+    }
+  }
+}
+
+/// Runs one stage from these buffers (as many elements each as `sizes` says; absent ones may be empty) for every launch
+/// option, its fully rewritten outputs poisoned. Fails with the first word that differs; returns the reference's
+/// buffers after the stage.
+template <class real>
+Buffers<real> run_one_stage(Stage stage, const Buffers<real>& buffers, const Sizes& sizes, Features features,
+                            const StepParams<real>& params,
+                            const std::vector<DeviceOptions>& launches = all_launch_options()) {
+  InitialState<real> state = {buffers, sizes, features, params};
+  resize(state.buffers, sizes, features);
+  ReferenceBackend<real> reference(state);
+  reference.run(stage, params);
+  for (DeviceOptions options : launches) {
+    SCOPED_TRACE(describe(options));
+    options.only = {stage};
+    try {
+      CheckedBackend<real> backend(state, test_device(), options, {.poison = true});
+      backend.run(stage, params);
+    } catch (const Error& error) {
+      ADD_FAILURE() << error.what();
+    }
+  }
+  return reference.buffers();
+}
+
+}  // namespace lockstep

@@ -1,0 +1,94 @@
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "tests/worlds.hpp"
+
+namespace lockstep::test {
+namespace {
+
+template <class real>
+class UpdateBounds : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(UpdateBounds, Precisions);
+
+BodyDescription compound(Random& random) {
+  BodyDescription body = sphere_body(random.vector(10), random.between(0.1, 1), random.vector(20));
+  body.angular_velocity = random.vector(50);
+  body.shapes[0].offset = random.vector(2);
+  return body;
+}
+
+template <class real>
+real max_extent(const InitialState<real>& state) {
+  return real(std::bit_cast<float>(state.buffers.counters[COUNTER_MAX_EXTENT]));
+}
+
+// A body that turns at a constant rate about its centre of mass, which moves on a line: the shape's centre at time t is
+// x + v t + R(w t) o, by Rodrigues' formula in double. The bound must hold the sphere at all times of the step.
+TYPED_TEST(UpdateBounds, HoldTheSphereForTheWholeStep) {
+  using real = TypeParam;
+  Random random(4);
+  std::vector<BodyDescription> bodies;
+  for (int n = 0; n < 200; ++n) bodies.push_back(compound(random));
+  InitialState<real> state = make_worlds<real>({bodies}, 16);
+  state.params.substeps = 3;
+  run_reference(state, {Stage::update_bounds});
+  const double h = 3 * double(state.params.dt);
+  for (u32 i = 0; i < bodies.size(); ++i) {
+    const Vec4<real> bound = state.buffers.bounds[i];
+    const Vector3 &o = bodies[i].shapes[0].offset, &w = bodies[i].angular_velocity;
+    const double rate = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    const Vector3 k = {w[0] / rate, w[1] / rate, w[2] / rate};
+    const Vector3 cross = {k[1] * o[2] - k[2] * o[1], k[2] * o[0] - k[0] * o[2], k[0] * o[1] - k[1] * o[0]};
+    const double along = k[0] * o[0] + k[1] * o[1] + k[2] * o[2];
+    const double center[3] = {bound.x, bound.y, bound.z};
+    for (int n = 0; n <= 20; ++n) {
+      const double t = h * n / 20, c = std::cos(rate * t), s = std::sin(rate * t);
+      double way = 0;
+      for (int a = 0; a < 3; ++a) {
+        const double x =
+            bodies[i].position[a] + bodies[i].velocity[a] * t + c * o[a] + s * cross[a] + (1 - c) * along * k[a];
+        way += (x - center[a]) * (x - center[a]);
+      }
+      EXPECT_LE(std::sqrt(way) + bodies[i].shapes[0].radius, bound.w + 1e-5);
+    }
+    EXPECT_LE(bound.w, max_extent(state));
+  }
+}
+
+// Without rotation the extent is r + h |v|, and nothing is wasted.
+TYPED_TEST(UpdateBounds, AreAsLargeAsTheMotionNeeds) {
+  using real = TypeParam;
+  InitialState<real> state = make_worlds<real>({{sphere_body({1, 2, 3}, 0.5, {3, 0, 4}), plane_body()}}, 16);
+  state.params.dt = real(0.25);
+  run_reference(state, {Stage::update_bounds});
+  const auto& bounds = state.buffers.bounds;
+  EXPECT_EQ(bounds[0].x, 1);
+  EXPECT_EQ(bounds[0].y, 2);
+  EXPECT_EQ(bounds[0].z, 3);
+  EXPECT_EQ(bounds[0].w, real(1.75));
+  EXPECT_EQ(bounds[1].w, 0);
+  EXPECT_GE(max_extent(state), real(1.75));
+  EXPECT_LE(max_extent(state), real(1.75) * real(1.00001));
+  EXPECT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
+}
+
+TYPED_TEST(UpdateBounds, NameTheFirstBodyThatHasNoPlace) {
+  using real = TypeParam;
+  std::vector<BodyDescription> bodies(5, sphere_body({1, 2, 3}, 0.5));
+  InitialState<real> state = make_worlds<real>({bodies}, 16);
+  state.buffers.positions[4].x = std::numeric_limits<real>::infinity();
+  state.buffers.positions[2].y = std::numeric_limits<real>::quiet_NaN();
+  run_reference(state, {Stage::update_bounds});
+  EXPECT_EQ(state.buffers.counters[COUNTER_STATUS], u32(STATUS_OUT_OF_GRID));
+  EXPECT_EQ(NONE - state.buffers.counters[COUNTER_BAD_BODY], 2u);
+  EXPECT_EQ(state.buffers.bounds[2].w, 0);
+  EXPECT_EQ(state.buffers.bounds[3].w, real(0.5));
+  EXPECT_LE(max_extent(state), real(0.50001));
+}
+
+}  // namespace
+}  // namespace lockstep::test
