@@ -36,6 +36,10 @@ int main(int argc, char** argv) {
     return 0;
   } catch (const CLI::Success& help) {
     return program.exit(help);
+  } catch (const CLI::RequiredError& error) {
+    const bool unknown = argc > 1 && program.get_subcommands().empty();
+    return fail(2, unknown ? fmt::format("there is no command '{}' (try --help)", argv[1])
+                           : fmt::format("{} (try --help)", error.what()));
   } catch (const CLI::ParseError& error) {
     return fail(2, std::string(error.what()) + " (try --help)");
   } catch (const Error& error) {

@@ -8,18 +8,27 @@
 
 namespace lockstep::app {
 
+namespace {
+
+const CLI::Validator positive(
+    [](const std::string& text) {
+      double value = 0;
+      const bool good = CLI::detail::lexical_cast(text, value) && value > 0 && std::isfinite(value);
+      return good ? std::string() : "must be a number > 0, is '" + text + "'";
+    },
+    "> 0");
+
+}  // namespace
+
 void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.add_option("scene", options.scene, "A built-in scene (lockstep scenes) or a JSON file")->required();
   command.add_option("--device", options.device, "auto, gpu, cpu, reference, or an index of `lockstep devices`")
       ->capture_default_str();
-  CLI::Option* steps = command.add_option("--steps", options.steps, "Time steps")->check(CLI::PositiveNumber);
-  command.add_option("--time", options.time, "Simulated time instead of steps, s")
-      ->check(CLI::PositiveNumber)
-      ->excludes(steps);
-  command.add_option("--dt", options.dt, "Length of a step, s")->check(CLI::PositiveNumber);
-  command.add_option("--substeps", options.substeps, "Sub-steps of a step")->check(CLI::PositiveNumber);
-  command.add_option("--iterations", options.iterations, "Solver iterations of a sub-step")
-      ->check(CLI::NonNegativeNumber);
+  CLI::Option* steps = command.add_option("--steps", options.steps, "Time steps")->check(positive);
+  command.add_option("--time", options.time, "Simulated time instead of steps, s")->check(positive)->excludes(steps);
+  command.add_option("--dt", options.dt, "Length of a step, s")->check(positive);
+  command.add_option("--substeps", options.substeps, "Sub-steps of a step")->check(positive);
+  command.add_option("--iterations", options.iterations, "Solver iterations of a sub-step")->check(positive);
   command.add_option("--solver", options.solver, "Contact solver")
       ->check(CLI::IsMember({"gauss_seidel"}))
       ->capture_default_str();
@@ -31,12 +40,8 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.add_option("--lanes", device.lanes, "Contacts per work-item in the solver")
       ->check(CLI::IsMember({1, 8, 16}))
       ->group(group);
-  command.add_option("--work-group", device.work_group, "Work-items per work-group")
-      ->check(CLI::PositiveNumber)
-      ->group(group);
-  command.add_option("--threads", device.threads, "Compute units of a CPU device")
-      ->check(CLI::PositiveNumber)
-      ->group(group);
+  command.add_option("--work-group", device.work_group, "Work-items per work-group")->check(positive)->group(group);
+  command.add_option("--threads", device.threads, "Compute units of a CPU device")->check(positive)->group(group);
 }
 
 Scene read_scene_with(const SceneOptions& options) {

@@ -90,7 +90,7 @@ Report run_scene(const Scene& scene, const RunOptions& options) {
     for (u32 s = 0; s < stage_count; ++s) {
       const Stage stage = static_cast<Stage>(s);
       if (runs(stage, simulation.backend().features()))
-        report.stage_ms[std::string(info(stage).name)] = 1e3 * seconds[s] / report.steps;
+        report.stage_ms.emplace_back(info(stage).name, 1e3 * seconds[s] / report.steps);
     }
   }
   const std::vector<WorldHash> hashes = simulation.world_hashes();

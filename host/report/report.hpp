@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,7 +22,8 @@ struct Report {
 
   // speed: median and p99 leave the first step out, which warms up
   double ms_per_step_median = 0, ms_per_step_p99 = 0, ms_first_step = 0, ms_total = 0;
-  std::map<std::string, double> stage_ms;  // mean of a step, by stage; empty unless profiled
+  std::vector<std::pair<std::string, double>>
+      stage_ms;  // mean of a step, in the order of the pipeline; empty unless profiled
 
   // errors, over the measured steps
   double max_penetration_m = 0, mean_penetration_m = 0;

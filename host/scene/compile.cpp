@@ -283,9 +283,11 @@ void Compiler<real>::set_sizes() {
   Sizes& sizes = state_.sizes;
   sizes.worlds = static_cast<u32>(worlds_.size());
   sizes.bodies = static_cast<u32>(buffers().body_infos.size());
-  sizes.shapes = static_cast<u32>(buffers().shapes.size());
-  sizes.planes = static_cast<u32>(buffers().planes.size());
-  sizes.material_pairs = static_cast<u32>(buffers().material_pairs.size());
+  if (has(state_.features, Feature::contacts)) {  // shapes that never touch are not simulated
+    sizes.shapes = static_cast<u32>(buffers().shapes.size());
+    sizes.planes = static_cast<u32>(buffers().planes.size());
+    sizes.material_pairs = static_cast<u32>(buffers().material_pairs.size());
+  }
   sizes.buckets = 64;
   while (sizes.buckets < 2 * sizes.shapes) sizes.buckets *= 2;
   sizes.pairs = 8 * sizes.shapes + 64;

@@ -146,14 +146,12 @@ Quaternion turn_by_euler_degrees(const Vector3& angles) {
 
 Quaternion turn_of_z_to(const Vector3& direction) {
   const Vector3 n = unit(direction);
-  // a third of a turn permutes the axes, and its quaternion is made of halves: no rounding
-  if (n[0] == 1) return {0.5, 0.5, 0.5, 0.5};
-  if (n[0] == -1) return {0.5, -0.5, -0.5, 0.5};
-  if (n[1] == 1) return {-0.5, -0.5, -0.5, 0.5};
-  if (n[1] == -1) return {0.5, 0.5, -0.5, 0.5};
-  if (n[2] == 1) return {0, 0, 0, 1};
-  if (n[2] == -1) return {1, 0, 0, 0};
-  // the shortest turn, (z x n, 1 + z . n); below the horizon, the turn of -z followed by a half turn keeps its digits
+  // along an axis a third of a turn permutes the axes, and its quaternion is made of halves: no rounding
+  if (n[1] == 0 && n[2] == 0) return n[0] > 0 ? Quaternion{0.5, 0.5, 0.5, 0.5} : Quaternion{0.5, -0.5, -0.5, 0.5};
+  if (n[0] == 0 && n[2] == 0) return n[1] > 0 ? Quaternion{-0.5, -0.5, -0.5, 0.5} : Quaternion{0.5, 0.5, -0.5, 0.5};
+  if (n[0] == 0 && n[1] == 0) return n[2] > 0 ? Quaternion{0, 0, 0, 1} : Quaternion{1, 0, 0, 0};
+  // the shortest turn, (z x n, 1 + z . n); below the horizon a half turn about x comes first, so that 1 - z . n keeps
+  // its digits
   if (n[2] >= 0) return unit({-n[1], n[0], 0, 1 + n[2]});
   return multiply(unit({n[1], -n[0], 0, 1 - n[2]}), {1, 0, 0, 0});
 }
