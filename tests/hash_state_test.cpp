@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "tests/bodies.hpp"
+#include "tests/stage_harness.hpp"
 
 namespace lockstep {
 namespace {
@@ -166,6 +167,17 @@ TEST(HashState, IsWhatItWasWhenItWasDefined) {
   const Hash hash = hashes(make_bodies<float>({BodySetup{}}, {}))[0];
   EXPECT_EQ(hash.first, 0x8b3c2a534d3eb888u);
   EXPECT_EQ(hash.second, 0x62315abc78e9e139u);
+}
+
+template <class real>
+void expect_hashes_agree(const InitialState<real>& state) {
+  run_one_stage(Stage::hash_state, state.buffers, state.sizes, state.features, state.params);
+}
+
+TEST(HashState, KernelMatchesReference) {
+  expect_hashes_agree(worlds_with_contacts<float>(mixed_bodies(false), 2));
+  expect_hashes_agree(worlds_with_contacts<double>(mixed_bodies(false), 2));
+  expect_hashes_agree(make_bodies<float>(mixed_bodies(true), {.gravities = {{0, 0, -1}, {0, 0, -1}}}));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "tests/closed_forms.hpp"
+#include "tests/motion_twins.hpp"
 
 namespace lockstep {
 namespace {
@@ -120,6 +121,11 @@ TEST(IntegrateFreeFlight, NamesTheFirstBodyThatWentBad) {
   after = run_stage(Stage::integrate_free_flight, state);
   EXPECT_EQ(after.counters[COUNTER_STATUS], u32{STATUS_BAD_POSE});
   EXPECT_EQ(NONE - after.counters[COUNTER_BAD_BODY], 1u);
+}
+
+TEST(IntegrateFreeFlight, KernelMatchesReference) {
+  expect_motion_twins_agree<float>(Stage::integrate_free_flight, {Integrator::runge_kutta});
+  expect_motion_twins_agree<double>(Stage::integrate_free_flight, {Integrator::runge_kutta});
 }
 
 }  // namespace

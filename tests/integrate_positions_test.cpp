@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "tests/closed_forms.hpp"
+#include "tests/motion_twins.hpp"
 
 namespace lockstep {
 namespace {
@@ -164,6 +165,15 @@ TEST(IntegratePositions, LeavesAVoidStepAlone) {
   InitialState<double> state = make_bodies<double>({ball}, {});
   state.buffers.counters[COUNTER_STATUS] = STATUS_BLOCKS_FULL;
   EXPECT_EQ(position(run_stage(Stage::integrate_positions, state), 0), (Vector3{0, 0, 0}));
+}
+
+TEST(IntegratePositions, KernelMatchesReference) {
+  expect_motion_twins_agree<float>(
+      Stage::integrate_positions,
+      {Integrator::explicit_euler, Integrator::semi_implicit_euler, Integrator::trapezoidal});
+  expect_motion_twins_agree<double>(
+      Stage::integrate_positions,
+      {Integrator::explicit_euler, Integrator::semi_implicit_euler, Integrator::trapezoidal});
 }
 
 }  // namespace
