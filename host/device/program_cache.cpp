@@ -84,7 +84,8 @@ void ProgramCache::store(const CacheKey& key, const std::vector<unsigned char>& 
   std::error_code error;
   std::filesystem::create_directories(folder_, error);
   std::filesystem::path written = file(key);
-  written += "." + std::to_string(getpid());
+  written += '.';
+  written += std::to_string(getpid());
   const Header header = {magic, key, binary.size(), hash_bytes(binary, key.low)};
   std::ofstream out(written, std::ios::binary | std::ios::trunc);
   out.write(reinterpret_cast<const char*>(&header), sizeof(header));
