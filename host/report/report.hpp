@@ -48,7 +48,7 @@ class Recorder {
   /// One step took this long and saw this many contacts.
   void time(double milliseconds, u32 contacts);
 
-  /// The state at the end of step number `step` (from 1), `seconds` of simulated time after the start.
+  /// The state at the end of a step (the first is 0, as in every message), `seconds` of simulated time after the start.
   void observe(u32 step, double seconds, Measures measures);
 
   /// Adds what was gathered to a report that says what was run.
