@@ -18,9 +18,10 @@ int main() try {
         for (std::size_t i = 0; i < errors.size(); ++i) {
           const auto& e = errors[i];
           // an order means nothing where the error is rounding
-          const bool measurable = !coarse.empty() && e.error > 0 && coarse[i].error > 0;
+          const double rounding = (precision[0] == 'f' ? 1e-6 : 1e-13) * std::abs(e.exact);
+          const bool measurable = !coarse.empty() && e.error > rounding && coarse[i].error > rounding;
           fmt::print(
-              "\"{}\",{},\"{}\",{:.9g},{},{:.3g},{}\n", form.name, precision, e.quantity, e.exact, dt, e.error,
+              "{},{},{},{:.9g},{},{:.3g},{}\n", form.name, precision, e.quantity, e.exact, dt, e.error,
               measurable ? fmt::format("{:.2f}", std::log(coarse[i].error / e.error) / std::log(coarse_dt / dt)) : "");
         }
         coarse = errors;

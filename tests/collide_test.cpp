@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tests/worlds.hpp"
+#include "tests/collision_states.hpp"
 
 namespace lockstep::test {
 namespace {
@@ -130,6 +130,19 @@ TYPED_TEST(Collide, TooLittleRoomVoidsTheStep) {
   find_contacts(state);
   EXPECT_EQ(state.buffers.counters[COUNTER_STATUS], u32(STATUS_PAIRS_FULL));
   EXPECT_EQ(state.buffers.counters[COUNTER_CONTACTS], 0u);
+}
+
+TYPED_TEST(Collide, KernelMatchesReference) {
+  using real = TypeParam;
+  const auto before = {Stage::update_bounds, Stage::sort_cells, Stage::find_pairs};
+  InitialState<real> state = make_worlds<real>(lively_worlds(), 100000);
+  const Buffers<real> after = expect_kernel_matches(Stage::collide, state, before);
+  EXPECT_GT(after.counters[COUNTER_CONTACTS], 1000u);
+  state.params.contact_capacity = state.sizes.contacts = after.counters[COUNTER_CONTACTS] - 1;
+  expect_kernel_matches(Stage::collide, state, before);
+  state.params.pair_capacity = state.sizes.pairs = 10;
+  const Buffers<real> full = expect_kernel_matches(Stage::collide, state, before);
+  EXPECT_EQ(full.counters[COUNTER_STATUS], u32(STATUS_PAIRS_FULL));
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tests/worlds.hpp"
+#include "tests/collision_states.hpp"
 
 namespace lockstep::test {
 namespace {
@@ -268,6 +268,35 @@ TYPED_TEST(FindPairs, TooLittleRoomIsToldAndNothingIsWritten) {
 
   InitialState<real> enough = make_worlds<real>({bodies}, 780);
   EXPECT_EQ(found(enough).size(), 780u);
+}
+
+TYPED_TEST(FindPairs, KernelMatchesReference) {
+  using real = TypeParam;
+  const auto before = {Stage::update_bounds, Stage::sort_cells};
+  InitialState<real> state = make_worlds<real>(lively_worlds(), 100000);
+  const Buffers<real> after = expect_kernel_matches(Stage::find_pairs, state, before);
+  EXPECT_GT(after.counters[COUNTER_PAIRS], 1000u);
+
+  // rows that run over the end of the table, or all through it
+  for (const u32 buckets : {1u, 2u, 8u}) {
+    state.sizes.buckets = state.params.buckets = buckets;
+    resize(state.buffers, state.sizes, state.features);
+    const Buffers<real> few = expect_kernel_matches(Stage::find_pairs, state, before);
+    EXPECT_EQ(few.counters[COUNTER_PAIRS], after.counters[COUNTER_PAIRS]);
+  }
+  state.params.pair_capacity = state.sizes.pairs = after.counters[COUNTER_PAIRS] - 1;
+  const Buffers<real> full = expect_kernel_matches(Stage::find_pairs, state, before);
+  EXPECT_EQ(full.counters[COUNTER_STATUS], u32(STATUS_PAIRS_FULL));
+}
+
+// More partners than the first search keeps, among them exactly as many and one more.
+TYPED_TEST(FindPairs, KernelFindsManyPartners) {
+  using real = TypeParam;
+  for (const u32 n : {16u, 17u, 18u, 300u}) {
+    const std::vector<BodyDescription> knot(n, sphere_body({3, 3, 3}, 0.5));
+    expect_kernel_matches(Stage::find_pairs, make_worlds<real>({knot}, n * n),
+                          {Stage::update_bounds, Stage::sort_cells});
+  }
 }
 
 }  // namespace

@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "tests/worlds.hpp"
+#include "tests/collision_states.hpp"
 
 namespace lockstep::test {
 namespace {
@@ -78,6 +78,20 @@ TYPED_TEST(MatchContacts, FindsTheEnds) {
   EXPECT_EQ(state.buffers.start_impulses[2].normal, 1);
   EXPECT_EQ(state.buffers.start_impulses[6].normal, 4);
   EXPECT_EQ(state.buffers.start_impulses[8].normal, 0);
+}
+
+TYPED_TEST(MatchContacts, KernelMatchesReference) {
+  using real = TypeParam;
+  Random random(31);
+  for (const u32 cached : {0u, 1u, 1000u}) {
+    const std::set<Key> before = random_keys(random, cached);
+    std::set<Key> now = random_keys(random, 20);
+    for (const Key& key : before) {
+      if (random.bits() % 2 == 0) now.insert(key);
+    }
+    const InitialState<real> state = contacts_and_cache<real>(now, before);
+    run_one_stage(Stage::match_contacts, state.buffers, state.sizes, state.features, state.params, work_groups());
+  }
 }
 
 }  // namespace

@@ -367,7 +367,7 @@ TEST(Recorder, ContactFiguresAreTheLargestAndTheMedian) {
 TEST(ReportFile, HasTheDocumentedKeys) {
   Report report;
   report.state_hash = 0xabc;
-  report.stage_ms["collide"] = 0.5;
+  report.stage_ms = {{"collide", 0.5}};
   const nlohmann::json json = nlohmann::json::parse(to_json(report));
   for (const char* key : {"scene",
                           "device",

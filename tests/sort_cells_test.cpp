@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "tests/worlds.hpp"
+#include "tests/collision_states.hpp"
 
 namespace lockstep::test {
 namespace {
@@ -89,6 +89,25 @@ TYPED_TEST(SortCells, ASphereThatIsTooFarOutIsNamed) {
   EXPECT_EQ(state.buffers.cells[1].bucket, NONE);
   EXPECT_EQ(state.buffers.cells[2].bucket, NONE);
   EXPECT_NE(state.buffers.cells[3].bucket, NONE);
+}
+
+TYPED_TEST(SortCells, KernelMatchesReference) {
+  using real = TypeParam;
+  InitialState<real> state = make_worlds<real>(lively_worlds(), 1000);
+  expect_kernel_matches(Stage::sort_cells, state, {Stage::update_bounds});
+  state.buffers.positions[100].x = real(1e20);
+  state.buffers.positions[50].y = real(-1e12);
+  expect_kernel_matches(Stage::sort_cells, state, {Stage::update_bounds});
+}
+
+// All in one bucket, in every order of arrival, and with more buckets than one work-group scans.
+TYPED_TEST(SortCells, KernelSortsLongLists) {
+  using real = TypeParam;
+  const std::vector<BodyDescription> knot(3000, sphere_body({3, 3, 3}, 0.5));
+  InitialState<real> state = make_worlds<real>({knot}, 16);
+  state.sizes.buckets = state.params.buckets = 16384;
+  resize(state.buffers, state.sizes, state.features);
+  expect_kernel_matches(Stage::sort_cells, state, {Stage::update_bounds});
 }
 
 }  // namespace

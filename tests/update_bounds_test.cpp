@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/worlds.hpp"
+#include "tests/collision_states.hpp"
 
 namespace lockstep::test {
 namespace {
@@ -88,6 +88,17 @@ TYPED_TEST(UpdateBounds, NameTheFirstBodyThatHasNoPlace) {
   EXPECT_EQ(state.buffers.bounds[2].w, 0);
   EXPECT_EQ(state.buffers.bounds[3].w, real(0.5));
   EXPECT_LE(max_extent(state), real(0.50001));
+}
+
+TYPED_TEST(UpdateBounds, KernelMatchesReference) {
+  using real = TypeParam;
+  InitialState<real> state = make_worlds<real>(lively_worlds(), 1000);
+  expect_kernel_matches(Stage::update_bounds, state, {});
+  state.buffers.positions[100].x = std::numeric_limits<real>::quiet_NaN();
+  state.buffers.motions[50].w[2] = std::numeric_limits<real>::infinity();
+  state.buffers.motions[51].v[2] = std::numeric_limits<real>::max();
+  const Buffers<real> after = expect_kernel_matches(Stage::update_bounds, state, {});
+  EXPECT_EQ(after.counters[COUNTER_STATUS], u32(STATUS_OUT_OF_GRID));
 }
 
 }  // namespace

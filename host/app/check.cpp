@@ -30,9 +30,9 @@ void check_scene(const Scene& scene, const SceneOptions& options, const DeviceIn
   const u32 steps = scene.settings.steps;
   {
     Progress progress(steps, !quiet);
-    for (u32 step = 1; step <= steps; ++step) {
+    for (u32 step = 0; step < steps; ++step) {
       simulation.step();
-      progress.update(step);
+      progress.update(step + 1);
     }
   }
   const std::vector<WorldHash> hashes = simulation.world_hashes();

@@ -30,7 +30,7 @@ std::unique_ptr<Backend<real>> make_backend(InitialState<real> state, const Scen
 // Measuring takes longer than a small step: about a hundred measurements show a run, however long it is.
 bool is_measured(u32 step, u32 steps) {
   const u32 interval = steps < 200 ? 1 : steps / 100;
-  return step % interval == 0 || step == steps;
+  return (step + 1) % interval == 0 || step + 1 == steps;
 }
 
 template <class real>
@@ -47,16 +47,17 @@ void simulate(Simulation<real>& simulation, u32 steps, Recorder& recorder, Progr
   Backend<real>& backend = simulation.backend();
   const std::vector<Buffer> wanted = measured_buffers(backend.features());
   const double dt = double(simulation.params().dt) * simulation.params().substeps;
-  for (u32 step = 1; step <= steps; ++step) {
+  for (u32 step = 0; step < steps; ++step) {
     const Clock::time_point start = Clock::now();
     simulation.step();
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
     recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
     if (is_measured(step, steps)) {
       const Buffers<real>& buffers = backend.download(wanted);
-      recorder.observe(step, step * dt, measure(buffers, backend.sizes(), backend.features(), simulation.counters()));
+      recorder.observe(step, (step + 1) * dt,
+                       measure(buffers, backend.sizes(), backend.features(), simulation.counters()));
     }
-    progress.update(step);
+    progress.update(step + 1);
   }
 }
 
@@ -90,7 +91,7 @@ Report run_scene(const Scene& scene, const RunOptions& options) {
     for (u32 s = 0; s < stage_count; ++s) {
       const Stage stage = static_cast<Stage>(s);
       if (runs(stage, simulation.backend().features()))
-        report.stage_ms[std::string(info(stage).name)] = 1e3 * seconds[s] / report.steps;
+        report.stage_ms.emplace_back(info(stage).name, 1e3 * seconds[s] / report.steps);
     }
   }
   const std::vector<WorldHash> hashes = simulation.world_hashes();

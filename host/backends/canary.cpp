@@ -45,17 +45,18 @@ template <class real>
 std::vector<real> device_results(Device& device, u32 count, u32 lanes, std::span<const KernelPatch> patches) {
   const KernelSources sources = KernelSources::embedded(patches);
   const std::string files[] = {"canary.cl"};
-  const cl::Program program = build_program(device, sources.assemble(files), {0, sizeof(real) == 8, lanes});
+  BuiltProgram& built = build_program(device, sources.assemble(files), {0, sizeof(real) == 8, lanes});
   return opencl_guard("the canary on " + device.info.name, [&] {
     std::vector<real> results(std::size_t{count} * CANARY_CASES);
     const std::size_t bytes = results.size() * sizeof(real);
     const cl::CommandQueue queue(device.context, device.handle);
     const cl::Buffer buffer(device.context, CL_MEM_READ_WRITE, bytes);
-    cl::Kernel kernel(program, "canary");
+    cl::Kernel kernel(built.program, "canary");
     kernel.setArg(0, buffer);
     kernel.setArg(1, count);
     queue.enqueueNDRangeKernel(kernel, cl::NullRange, count / lanes, work_group);
     queue.enqueueReadBuffer(buffer, CL_TRUE, 0, bytes, results.data());
+    save_program(device, built);
     return results;
   });
 }

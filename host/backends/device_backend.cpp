@@ -67,7 +67,7 @@ void visit_buffer(Buffer wanted, Buffers<real>& buffers, Visitor&& visit) {
 }
 
 struct Built {
-  cl::Program program;
+  BuiltProgram* program = nullptr;  // null where no stage has kernels
   std::vector<KernelSignature> signatures;
 };
 
@@ -78,7 +78,7 @@ Built build(Device& device, Features features, bool double_precision, u32 lanes,
   built.signatures = sources.signatures(files);
   check_stage_table(built.signatures);
   if (!built.signatures.empty())
-    built.program = build_program(device, sources.assemble(files), {features, double_precision, lanes});
+    built.program = &build_program(device, sources.assemble(files), {features, double_precision, lanes});
   return built;
 }
 
@@ -100,7 +100,8 @@ struct DeviceBackend<real>::Parts {
         queue(make_queue(device, options.profile)),
         built(build(device, features, sizeof(real) == 8, lanes, options)),
         memory(device, queue),
-        launcher(device, queue, built.program, built.signatures, memory, options.work_group, options.profile) {
+        launcher(device, queue, built.program ? built.program->program : cl::Program(), built.signatures, memory,
+                 options.work_group, options.profile) {
     resize(host, sizes, features);
     for_each_buffer(state.buffers, [&](Buffer buffer, const auto& elements) {
       if (elements.empty()) return;
@@ -146,8 +147,14 @@ DeviceBackend<real>::DeviceBackend(const InitialState<real>& state, const Device
                                    const DeviceOptions& options)
     : parts_(opencl_guard(device.name, [&] { return std::make_unique<Parts>(state, device, options); })) {}
 
+// At the end, when every kernel that was wanted has run. A binary that cannot be had is built again next time.
 template <class real>
-DeviceBackend<real>::~DeviceBackend() = default;
+DeviceBackend<real>::~DeviceBackend() {
+  try {
+    if (parts_->built.program) save_program(parts_->device, *parts_->built.program);
+  } catch (const Error&) {
+  }
+}
 
 template <class real>
 void DeviceBackend<real>::run(Stage stage, const StepParams<real>& params) {

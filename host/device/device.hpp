@@ -6,8 +6,16 @@
 
 #include "host/device/devices.hpp"
 #include "host/device/opencl.hpp"
+#include "host/device/program_cache.hpp"
 
 namespace lockstep {
+
+/// A built program, and whether the disk has it too.
+struct BuiltProgram {
+  cl::Program program;
+  CacheKey key;
+  bool on_disk = false;
+};
 
 struct Device {
   DeviceInfo info;
@@ -15,7 +23,7 @@ struct Device {
   cl::Context context;
   u32 compute_units = 0;
   std::size_t max_work_group = 1;
-  std::map<std::string, cl::Program> programs;  // by options and source
+  std::map<std::string, BuiltProgram> programs;  // by options and source
 };
 
 /// The device of list_devices(); `threads` limits a CPU device to that many compute units (0: all). The same object for

@@ -1,6 +1,7 @@
 #include "host/device/program.hpp"
 
 #include <cstdlib>
+#include <optional>
 
 namespace lockstep {
 
@@ -29,6 +30,18 @@ cl::Program compile(const Device& device, const std::string& text, const std::st
   return program;
 }
 
+// A binary that the driver does not take is as good as none.
+std::optional<cl::Program> from_binary(const Device& device, const std::vector<unsigned char>& binary,
+                                       const std::string& options) {
+  try {
+    cl::Program program(device.context, {device.handle}, cl::Program::Binaries{binary});
+    program.build(std::vector<cl::Device>{device.handle}, options.c_str());
+    return program;
+  } catch (const cl::Error&) {
+    return std::nullopt;
+  }
+}
+
 }  // namespace
 
 std::string build_options(const DeviceInfo& device, const ProgramOptions& options) {
@@ -48,15 +61,33 @@ std::string program_preamble(const ProgramOptions& options) {
   return text;
 }
 
-cl::Program build_program(Device& device, const std::string& text, const ProgramOptions& options) {
+BuiltProgram& build_program(Device& device, const std::string& text, const ProgramOptions& options) {
   if (options.double_precision && !device.info.fp64)
     throw Error(Failure::device, device.info.name, "has no double precision, run with --precision float");
   const std::string with = build_options(device.info, options);
   const std::string whole = program_preamble(options) + text;
-  cl::Program& program = device.programs[with + "\n" + whole];
-  if (program() == nullptr)
-    program = opencl_guard("building the kernels on " + device.info.name, [&] { return compile(device, whole, with); });
-  return program;
+  BuiltProgram& built = device.programs[with + "\n" + whole];
+  if (built.program() != nullptr) return built;
+  const DeviceInfo& info = device.info;
+  built.key =
+      make_cache_key({whole, with, info.name, info.vendor, info.platform, info.opencl_version, info.driver_version});
+  if (const auto binary = ProgramCache::of_user().load(built.key)) {
+    if (auto program = from_binary(device, *binary, with)) {
+      built.program = std::move(*program);
+      built.on_disk = true;
+      return built;
+    }
+  }
+  built.program = opencl_guard("building the kernels on " + info.name, [&] { return compile(device, whole, with); });
+  return built;
+}
+
+void save_program(const Device& device, BuiltProgram& built) {
+  if (built.on_disk || built.program() == nullptr) return;
+  built.on_disk = true;
+  const auto binaries = opencl_guard("reading back the program of " + device.info.name,
+                                     [&] { return built.program.getInfo<CL_PROGRAM_BINARIES>(); });
+  if (binaries.size() == 1 && !binaries[0].empty()) ProgramCache::of_user().store(built.key, binaries[0]);
 }
 
 }  // namespace lockstep

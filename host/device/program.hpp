@@ -21,8 +21,13 @@ std::string build_options(const DeviceInfo& device, const ProgramOptions& option
 /// What every program starts with: contraction off, and double where it is asked for.
 std::string program_preamble(const ProgramOptions& options);
 
-/// Builds the text on the device, or takes the program that this process has built from the same text before. Throws
-/// Error (device) with the whole build log, and for double precision on a device that has none.
-cl::Program build_program(Device& device, const std::string& text, const ProgramOptions& options);
+/// Builds the text on the device, or takes the program that this process or an earlier one has built from the same text
+/// (ProgramCache::of_user()). Throws Error (device) with the whole build log, and for double precision on a device that
+/// has none.
+BuiltProgram& build_program(Device& device, const std::string& text, const ProgramOptions& options);
+
+/// Puts the program on disk, unless it came from there. After kernels have run: pocl adds the code that it specialised
+/// for their work-group sizes.
+void save_program(const Device& device, BuiltProgram& built);
 
 }  // namespace lockstep

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -23,7 +22,8 @@ struct Report {
 
   // speed: median and p99 leave the first step out, which warms up
   double ms_per_step_median = 0, ms_per_step_p99 = 0, ms_first_step = 0, ms_total = 0;
-  std::map<std::string, double> stage_ms;  // mean of a step, by stage; empty unless profiled
+  std::vector<std::pair<std::string, double>>
+      stage_ms;  // mean of a step, in the order of the pipeline; empty unless profiled
 
   // errors, over the measured steps
   double max_penetration_m = 0, mean_penetration_m = 0;
@@ -48,7 +48,7 @@ class Recorder {
   /// One step took this long and saw this many contacts.
   void time(double milliseconds, u32 contacts);
 
-  /// The state at the end of step number `step` (from 1), `seconds` of simulated time after the start.
+  /// The state at the end of a step (the first is 0, as in every message), `seconds` of simulated time after the start.
   void observe(u32 step, double seconds, Measures measures);
 
   /// Adds what was gathered to a report that says what was run.

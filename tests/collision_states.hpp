@@ -1,0 +1,53 @@
+// States for the KernelMatchesReference halves of the collision stages, and how one stage is put to the test.
+#pragma once
+
+#include <limits>
+
+#include "tests/stage_harness.hpp"
+#include "tests/worlds.hpp"
+
+namespace lockstep::test {
+
+/// Three worlds, one of them empty but for a plane: compounds that turn, filters, all kinds of bodies, planes on top of
+/// each other, a knot of spheres in one place.
+inline std::vector<std::vector<BodyDescription>> lively_worlds() {
+  std::vector<std::vector<BodyDescription>> worlds = {{}, {plane_body()}, {}};
+  for (u32 w = 0; w < 3; w += 2) {
+    Random random(40 + w);
+    worlds[w] = {plane_body({0, 0, -3}), plane_body({-3, 0, 0}, {0, 0.6, 0, 0.8})};
+    for (u32 n = 0; n < 300 + 100 * w; ++n) {
+      BodyDescription body = sphere_body(random.vector(3), random.between(0.02, 0.4), random.vector(3));
+      body.kind = n % 7 == 0 ? BODY_STATIC : n % 7 == 1 ? BODY_KINEMATIC : BODY_DYNAMIC;
+      body.angular_velocity = random.vector(10);
+      if (n % 13 == 0) body.position = {1, 1, 1};
+      const ShapeDescription first = body.shapes[0];
+      for (u32 k = 0; k < n % 3; ++k) {
+        body.shapes.push_back(first);
+        body.shapes.back().offset = random.vector(0.5);
+      }
+      if (n % 5 == 0) body.shapes[0].mask = random.bits();
+      worlds[w].push_back(body);
+    }
+    worlds[w].push_back(plane_body({0, 0, -3.001}));
+  }
+  return worlds;
+}
+
+/// Launches that the collision kernels are run with; they have no lanes.
+inline std::vector<DeviceOptions> work_groups() {
+  std::vector<DeviceOptions> all(4);
+  all[1].work_group = 1;
+  all[2].work_group = 7;
+  all[3].work_group = 64;
+  for (DeviceOptions& options : all) options.lanes = 1;
+  return all;
+}
+
+/// Runs the stages before `stage` in the reference, and then this one in both.
+template <class real>
+Buffers<real> expect_kernel_matches(Stage stage, InitialState<real> state, std::initializer_list<Stage> before) {
+  run_reference(state, before);
+  return run_one_stage(stage, state.buffers, state.sizes, state.features, state.params, work_groups());
+}
+
+}  // namespace lockstep::test

@@ -1,0 +1,44 @@
+// Bodies of every sort under every scheme, for the KernelMatchesReference half of the tests of the motion stages.
+#pragma once
+
+#include "tests/bodies.hpp"
+#include "tests/stage_harness.hpp"
+
+namespace lockstep {
+
+/// Motion stages have no lanes: only the work-groups vary.
+inline std::vector<DeviceOptions> motion_launches() {
+  std::vector<DeviceOptions> all;
+  for (const u32 work_group : {0u, 1u, 7u}) {
+    DeviceOptions options;
+    options.work_group = work_group;
+    all.push_back(options);
+  }
+  return all;
+}
+
+/// Runs the stage, on the device and in the reference, on mixed_bodies() in full flight: every way to take the
+/// gyroscopic moment, with and without pivots, some bodies gone bad.
+template <class real>
+void expect_motion_twins_agree(Stage stage, const std::vector<Integrator>& integrators) {
+  for (const bool pivots : {false, true}) {
+    for (const Gyroscopic gyroscopic :
+         {Gyroscopic::none, Gyroscopic::explicit_, Gyroscopic::implicit, Gyroscopic::midpoint}) {
+      for (const Integrator integrator : integrators) {
+        SCOPED_TRACE("pivots " + std::to_string(pivots) + ", gyroscopic " +
+                     std::to_string(static_cast<int>(gyroscopic)) + ", integrator " +
+                     std::to_string(static_cast<int>(integrator)));
+        InitialState<real> state = make_bodies<real>(
+            mixed_bodies(pivots),
+            {.integrator = integrator, .gyroscopic = gyroscopic, .gravities = {{0, 0.1, -9.81}, {1, 0, -3}}});
+        // whole steps first, so that every buffer that a stage reads holds something
+        state.buffers = run_steps(state, 3);
+        state.buffers.motions[6].v[0] = real(2e5);
+        state.buffers.motions[11].v[2] = real(3e5);
+        run_one_stage(stage, state.buffers, state.sizes, state.features, state.params, motion_launches());
+      }
+    }
+  }
+}
+
+}  // namespace lockstep
