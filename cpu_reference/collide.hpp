@@ -8,13 +8,20 @@
 
 namespace lockstep::reference {
 
+/// A sphere stands where its bound does, however it is turned.
+template <class real>
+Placed<real> collide_place(const Buffers<real>& b, u32 shape, const Pose<real>& pose) {
+  if (b.shape_infos[shape].kind != SHAPE_SPHERE) return place_shape(pose, b.shapes[shape]);
+  return {{b.bounds[shape].x, b.bounds[shape].y, b.bounds[shape].z}, {0, 0, 0, 1}, vec3(b.shapes[shape].size)};
+}
+
 template <class real>
 bool makes_contact(const Buffers<real>& b, const StepParams<real>& params, Pair pair) {
   const ShapeInfo &a = b.shape_infos[pair.shape_a], &c = b.shape_infos[pair.shape_b];
   const Pose<real> pose_a = make_pose(b.positions[a.body], b.orientations[a.body]);
   const Pose<real> pose_b = make_pose(b.positions[c.body], b.orientations[c.body]);
-  const Touch<real> touch = touch_shapes(a.kind, place_shape(pose_a, b.shapes[pair.shape_a]), c.kind,
-                                         place_shape(pose_b, b.shapes[pair.shape_b]));
+  const Touch<real> touch =
+      touch_shapes(a.kind, collide_place(b, pair.shape_a, pose_a), c.kind, collide_place(b, pair.shape_b, pose_b));
   const real speed = approach_speed(touch, b.motions[a.body], pose_a.position, b.motions[c.body], pose_b.position);
   return within_reach(params, touch.gap, speed);
 }

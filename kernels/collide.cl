@@ -4,21 +4,33 @@
 #include "shapes/reach.h"
 #include "types.h"
 
+// A sphere stands where its bound does, however it is turned.
+static inline Placed collide_place(u32 kind, Vec4 bound, Pose pose, global const Shape* shape) {
+  if (kind != SHAPE_SPHERE) return place_shape(pose, *shape);
+  Placed sphere;
+  sphere.center = make3(bound.x, bound.y, bound.z);
+  sphere.rotation = make4((real)0, (real)0, (real)0, (real)1);
+  sphere.size = make3(shape->size[0], shape->size[1], shape->size[2]);
+  return sphere;
+}
+
 // Contacts of each pair: none or one, as long as all shapes are round.
 kernel void collide_count(global const ShapeInfo* shape_infos, global const Shape* shapes, global const Vec4* positions,
-                          global const Vec4* orientations, global const Motion* motions, global const Pair* pairs,
-                          global u32* contact_starts, global const u32* counters, const StepParams params) {
+                          global const Vec4* orientations, global const Motion* motions, global const Vec4* bounds,
+                          global const Pair* pairs, global u32* contact_starts, global const u32* counters,
+                          const StepParams params) {
   const u32 count = counters[COUNTER_PAIRS];
   FOR_EACH(p, count + 1u) {
     u32 contacts = 0u;
     if (p < count) {
-      const Pair pair = pairs[p];
-      const ShapeInfo a = shape_infos[pair.shape_a], c = shape_infos[pair.shape_b];
-      const Pose pose_a = make_pose(positions[a.body], orientations[a.body]);
-      const Pose pose_b = make_pose(positions[c.body], orientations[c.body]);
-      const Touch touch = touch_shapes(a.kind, place_shape(pose_a, shapes[pair.shape_a]), c.kind,
-                                       place_shape(pose_b, shapes[pair.shape_b]));
-      const real speed = approach_speed(touch, &motions[a.body], pose_a.position, &motions[c.body], pose_b.position);
+      const u32 i = pairs[p].shape_a, j = pairs[p].shape_b;
+      const u32 kind_a = shape_infos[i].kind, body_a = shape_infos[i].body;
+      const u32 kind_b = shape_infos[j].kind, body_b = shape_infos[j].body;
+      const Pose pose_a = make_pose(positions[body_a], orientations[body_a]);
+      const Pose pose_b = make_pose(positions[body_b], orientations[body_b]);
+      const Touch touch = touch_shapes(kind_a, collide_place(kind_a, bounds[i], pose_a, &shapes[i]), kind_b,
+                                       collide_place(kind_b, bounds[j], pose_b, &shapes[j]));
+      const real speed = approach_speed(touch, &motions[body_a], pose_a.position, &motions[body_b], pose_b.position);
       contacts = within_reach(params, touch.gap, speed) ? 1u : 0u;
     }
     contact_starts[p] = contacts;

@@ -1,6 +1,7 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "common.h"
 #include "grid.h"
+#include "lanes.h"
 #include "shapes/pairs.h"
 #include "shapes/reach.h"
 #include "sort.h"
@@ -9,26 +10,60 @@
 // Partners of one shape that the first search keeps; a shape with more is searched a second time.
 #define FOUND 16u
 
+// The spheres of the grid in the order of their buckets, one array a component: what the pair test needs of them.
+// Arrays are PACK longer than there are shapes, so that all lanes can read.
+enum GridSphere { GRID_X, GRID_Y, GRID_Z, GRID_RADIUS, GRID_VX, GRID_VY, GRID_VZ };
+#define GRID_SPHERE(component, shapes) ((u32)(component) * ((shapes) + PACK))
+
+// What else is known of a sphere of the grid, on one line.
+typedef struct GridInfo {
+  ShapeInfo shape;
+  BodyInfo body;
+  u32 index;
+  i32 cell_y, cell_z;
+  u32 pad;
+} GridInfo;
+
+// A plane in the world. What is farther from it than `slack` times what a sphere can come in the step is out of reach.
+typedef struct GridPlane {
+  real point[3], normal[3];
+  real slack, pad;
+} GridPlane;
+
 // What a search reads.
 typedef struct PairSearch {
   global const WorldRange* world_ranges;
   global const BodyInfo* body_infos;
   global const ShapeInfo* shape_infos;
-  global const Shape* shapes;
   global const u32* planes;
   global const Vec4* positions;
-  global const Vec4* orientations;
   global const Motion* motions;
   global const Vec4* bounds;
-  global const Cell* cells;
   global const u32* bucket_starts;
-  global const u32* bucket_items;
+  global const real* grid_spheres;
+  global const GridInfo* grid_infos;
+  global const GridPlane* grid_planes;
   u32 max_extent;  // bits
 } PairSearch;
 
-static inline Vec3 bound_center(const PairSearch* s, u32 shape) {
-  const Vec4 bound = s->bounds[shape];
-  return make3(bound.x, bound.y, bound.z);
+// The sphere that looks for partners of larger index.
+typedef struct Searcher {
+  GridInfo info;
+  Vec3 center, velocity;
+  real radius, extent, margin, h;
+  u32 span;                                         // buckets of a row of cells
+  i32 low_x, high_x, low_y, high_y, low_z, high_z;  // cells in reach
+} Searcher;
+
+// Partners found so far; the list has room for the first of them.
+typedef struct Partners {
+  global u32* list;
+  u32 room, count;
+} Partners;
+
+static inline void add_partner(Partners* partners, u32 j) {
+  if (partners->count < partners->room) partners->list[partners->count] = j;
+  ++partners->count;
 }
 
 static inline Vec3 body_position(const PairSearch* s, u32 body) {
@@ -36,136 +71,185 @@ static inline Vec3 body_position(const PairSearch* s, u32 body) {
   return make3(position.x, position.y, position.z);
 }
 
-static inline bool is_pair(const PairSearch* s, u32 i, u32 j) {
-  const ShapeInfo a = s->shape_infos[i], c = s->shape_infos[j];
-  return may_touch(a, c, s->body_infos[a.body], s->body_infos[c.body]);
-}
-
-static inline bool spheres_in_reach(const PairSearch* s, StepParams params, u32 i, u32 j) {
-  const Vec3 center_i = bound_center(s, i), center_j = bound_center(s, j);
-  const u32 body_i = s->shape_infos[i].body, body_j = s->shape_infos[j].body;
-  const Vec3 velocity_i = point_velocity(&s->motions[body_i], sub3(center_i, body_position(s, body_i)));
-  const Vec3 velocity_j = point_velocity(&s->motions[body_j], sub3(center_j, body_position(s, body_j)));
-  const real gap = length3(sub3(center_i, center_j)) - s->shapes[i].size[0] - s->shapes[j].size[0];
-  return within_reach(params, gap, length3(sub3(velocity_i, velocity_j)));
-}
-
-static inline bool plane_in_reach(const PairSearch* s, StepParams params, u32 i, u32 plane) {
-  const u32 body_i = s->shape_infos[i].body, body_p = s->shape_infos[plane].body;
-  const Touch touch =
-      sphere_plane(place_shape(make_pose(s->positions[body_i], s->orientations[body_i]), s->shapes[i]),
-                   place_shape(make_pose(s->positions[body_p], s->orientations[body_p]), s->shapes[plane]));
-  const real speed = approach_speed(touch, &s->motions[body_i], body_position(s, body_i), &s->motions[body_p],
-                                    body_position(s, body_p));
-  return within_reach(params, touch.gap, speed);
-}
-
-// The bounds of a pair overlap: less than the pair test asks for, and cheap. The factor covers rounding.
-static inline bool bounds_overlap(Vec4 a, Vec4 b, real margin) {
-  const Vec3 d = make3(a.x - b.x, a.y - b.y, a.z - b.z);
-  const real reach = a.w + b.w + margin;
-  return !(dot3(d, d) > reach * reach * (real)1.0001);
-}
-
-// Puts the first `room` partners of sphere i into the list and returns how many there are.
-static inline u32 search_grid(const PairSearch* s, StepParams params, u32 i, global u32* list, u32 room) {
+static inline Searcher make_searcher(const PairSearch* s, StepParams params, u32 place) {
+  global const real* mine = s->grid_spheres + place;
+  Searcher me;
+  me.info = s->grid_infos[place];
+  me.extent = s->bounds[me.info.index].w;
+  me.margin = params.margin;
+  me.h = step_length(params);
   const real size = cell_size(params, s->max_extent);
-  const Vec4 bound = s->bounds[i];
-  const real reach = pair_reach(params, bound.w, s->max_extent);
-  const u32 world = s->body_infos[s->shape_infos[i].body].world;
-  const i32 low_x = cell_of(bound.x - reach, size), high_x = cell_of(bound.x + reach, size);
-  const i32 low_y = cell_of(bound.y - reach, size), high_y = cell_of(bound.y + reach, size);
-  const i32 low_z = cell_of(bound.z - reach, size), high_z = cell_of(bound.z + reach, size);
-  const u32 length = (u32)(high_x - low_x) + 1u;
-  const u32 span = length < params.buckets ? length : params.buckets;
-  u32 count = 0u;
-  for (i32 z = low_z; z <= high_z; ++z) {
-    for (i32 y = low_y; y <= high_y; ++y) {
-      // the row's buckets are one list, or two where they run over the end of the table
-      const u32 first = bucket_of(low_x, row_hash(y, z, world), params.buckets);
-      const u32 past = first + span;
-      const u32 begin = s->bucket_starts[first];
-      const u32 straight = s->bucket_starts[past < params.buckets ? past : params.buckets] - begin;
-      const u32 wrapped = past > params.buckets ? s->bucket_starts[past - params.buckets] : 0u;
-      for (u32 n = 0u; n < straight + wrapped; ++n) {
-        const u32 j = s->bucket_items[n < straight ? begin + n : n - straight];
-        if (j <= i || !bounds_overlap(bound, s->bounds[j], params.margin)) continue;
-        const Cell cell = s->cells[j];
-        const bool in_row = cell.y == y && cell.z == z && cell.x >= low_x && cell.x <= high_x;
-        if (!in_row || !is_pair(s, i, j) || !spheres_in_reach(s, params, i, j)) continue;
-        if (count < room) list[count] = j;
-        ++count;
+  const real reach = pair_reach(params, me.extent, s->max_extent);
+  me.center = make3(mine[GRID_SPHERE(GRID_X, params.shapes)], mine[GRID_SPHERE(GRID_Y, params.shapes)],
+                    mine[GRID_SPHERE(GRID_Z, params.shapes)]);
+  me.velocity = make3(mine[GRID_SPHERE(GRID_VX, params.shapes)], mine[GRID_SPHERE(GRID_VY, params.shapes)],
+                      mine[GRID_SPHERE(GRID_VZ, params.shapes)]);
+  me.radius = mine[GRID_SPHERE(GRID_RADIUS, params.shapes)];
+  me.low_x = cell_of(me.center.x - reach, size);
+  me.high_x = cell_of(me.center.x + reach, size);
+  me.low_y = cell_of(me.center.y - reach, size);
+  me.high_y = cell_of(me.center.y + reach, size);
+  me.low_z = cell_of(me.center.z - reach, size);
+  me.high_z = cell_of(me.center.z + reach, size);
+  const u32 length = (u32)(me.high_x - me.low_x) + 1u;
+  me.span = length < params.buckets ? length : params.buckets;
+  return me;
+}
+
+// Bit k is set where the sphere at `place` + k of the grid is in reach.
+static inline u32 spheres_in_reach(const PairSearch* s, const Searcher* me, u32 place, u32 shapes) {
+  global const real* other = s->grid_spheres + place;
+  const Lane3 center =
+      lane_make3(LANE_LOAD(other + GRID_SPHERE(GRID_X, shapes)), LANE_LOAD(other + GRID_SPHERE(GRID_Y, shapes)),
+                 LANE_LOAD(other + GRID_SPHERE(GRID_Z, shapes)));
+  const Lane3 velocity =
+      lane_make3(LANE_LOAD(other + GRID_SPHERE(GRID_VX, shapes)), LANE_LOAD(other + GRID_SPHERE(GRID_VY, shapes)),
+                 LANE_LOAD(other + GRID_SPHERE(GRID_VZ, shapes)));
+  const lane radius = LANE_LOAD(other + GRID_SPHERE(GRID_RADIUS, shapes));
+  const Lane3 d = lane_make3(me->center.x - center.x, me->center.y - center.y, me->center.z - center.z);
+  const Lane3 u = lane_make3(me->velocity.x - velocity.x, me->velocity.y - velocity.y, me->velocity.z - velocity.z);
+  const lane gap = sqrt(lane_dot3(d, d)) - me->radius - radius;
+  const lane speed = sqrt(lane_dot3(u, u));
+  return LANE_BITS(gap <= me->margin + me->h * speed);
+}
+
+// The buckets of a row of cells are one piece of the list, or two where they run over the end of the table.
+static inline void search_row(const PairSearch* s, const Searcher* me, i32 y, i32 z, StepParams params,
+                              Partners* partners) {
+  const u32 first = bucket_of(me->low_x, row_hash(y, z, me->info.body.world), params.buckets);
+  const u32 past = first + me->span;
+  u32 place = s->bucket_starts[first];
+  u32 end = s->bucket_starts[past < params.buckets ? past : params.buckets];
+  u32 wrapped = past > params.buckets ? s->bucket_starts[past - params.buckets] : 0u;
+  for (;;) {
+    for (; place < end; place += LANES) {
+      u32 hits = spheres_in_reach(s, me, place, params.shapes);
+      if (end - place < LANES) hits &= (1u << (end - place)) - 1u;
+      for (; hits != 0u; hits &= hits - 1u) {
+        const GridInfo other = s->grid_infos[place + 31u - clz(hits & -hits)];
+        // other rows may share the buckets of this one
+        const bool in_row = other.cell_y == y && other.cell_z == z;
+        if (in_row && other.index > me->info.index && may_touch(me->info.shape, other.shape, me->info.body, other.body))
+          add_partner(partners, other.index);
       }
     }
+    if (wrapped == 0u) return;
+    place = 0u;
+    end = wrapped;
+    wrapped = 0u;
   }
-  return count;
 }
 
-static inline u32 search_planes(const PairSearch* s, StepParams params, u32 i, global u32* list, u32 count, u32 room) {
-  const WorldRange world = s->world_ranges[s->body_infos[s->shape_infos[i].body].world];
-  for (u32 k = 0u; k < world.plane_count; ++k) {
-    const u32 plane = s->planes[world.first_plane + k];
-    if (!is_pair(s, i, plane) || !plane_in_reach(s, params, i, plane)) continue;
-    if (count < room) list[count] = plane;
-    ++count;
+static inline void search_planes(const PairSearch* s, const Searcher* me, Partners* partners) {
+  const WorldRange world = s->world_ranges[me->info.body.world];
+  for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k) {
+    const GridPlane plane = s->grid_planes[k];
+    const Vec3 point = make3(plane.point[0], plane.point[1], plane.point[2]);
+    const Vec3 normal = make3(plane.normal[0], plane.normal[1], plane.normal[2]);
+    const Touch touch = touch_plane(me->center, me->radius, point, normal);
+    const u32 j = s->planes[k];
+    if (touch.gap + me->radius > plane.slack * (me->extent + me->margin)) continue;
+    const ShapeInfo other = s->shape_infos[j];
+    const u32 body_a = me->info.shape.body, body_b = other.body;
+    if (!may_touch(me->info.shape, other, me->info.body, s->body_infos[body_b])) continue;
+    const real speed = approach_speed(touch, &s->motions[body_a], body_position(s, body_a), &s->motions[body_b],
+                                      body_position(s, body_b));
+    if (touch.gap <= me->margin + me->h * speed) add_partner(partners, j);
   }
-  return count;
 }
 
-static inline u32 find_partners(const PairSearch* s, StepParams params, u32 i, global u32* list, u32 room) {
-  if (s->cells[i].bucket == NONE) return 0u;
-  const u32 spheres = search_grid(s, params, i, list, room);
-  const u32 count = search_planes(s, params, i, list, spheres, room);
-  if (count <= room) sort_ascending(list, count);
-  return count;
+static inline u32 find_partners(const PairSearch* s, StepParams params, u32 place, global u32* list, u32 room) {
+  const Searcher me = make_searcher(s, params, place);
+  Partners partners = {list, room, 0u};
+  for (i32 z = me.low_z; z <= me.high_z; ++z) {
+    for (i32 y = me.low_y; y <= me.high_y; ++y) search_row(s, &me, y, z, params, &partners);
+  }
+  search_planes(s, &me, &partners);
+  if (partners.count <= room) sort_ascending(list, partners.count);
+  return partners.count;
+}
+
+// What searches read again and again: the spheres in the order of their buckets, and the planes.
+kernel void find_pairs_gather(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
+                              global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
+                              global const Vec4* positions, global const Vec4* orientations,
+                              global const Motion* motions, global const Vec4* bounds, global const Cell* cells,
+                              global const u32* bucket_items, global real* grid_spheres, global GridInfo* grid_infos,
+                              global GridPlane* grid_planes, global u32* pair_starts, const StepParams params) {
+  FOR_EACH(place, params.shapes) {
+    const u32 i = bucket_items[place];
+    if (i == NONE) continue;
+    const u32 body = shape_infos[i].body;
+    const Vec3 center = make3(bounds[i].x, bounds[i].y, bounds[i].z);
+    const Vec3 position = make3(positions[body].x, positions[body].y, positions[body].z);
+    const Vec3 velocity = point_velocity(&motions[body], sub3(center, position));
+    global real* mine = grid_spheres + place;
+    mine[GRID_SPHERE(GRID_X, params.shapes)] = center.x;
+    mine[GRID_SPHERE(GRID_Y, params.shapes)] = center.y;
+    mine[GRID_SPHERE(GRID_Z, params.shapes)] = center.z;
+    mine[GRID_SPHERE(GRID_RADIUS, params.shapes)] = shapes[i].size[0];
+    mine[GRID_SPHERE(GRID_VX, params.shapes)] = velocity.x;
+    mine[GRID_SPHERE(GRID_VY, params.shapes)] = velocity.y;
+    mine[GRID_SPHERE(GRID_VZ, params.shapes)] = velocity.z;
+    GridInfo info;
+    info.shape = shape_infos[i];
+    info.body = body_infos[body];
+    info.index = i;
+    info.cell_y = cells[i].y;
+    info.cell_z = cells[i].z;
+    info.pad = 0u;
+    grid_infos[place] = info;
+  }
+  FOR_EACH(w, params.worlds) {
+    const WorldRange world = world_ranges[w];
+    for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k) {
+      const u32 body = shape_infos[planes[k]].body;
+      const Placed placed = place_shape(make_pose(positions[body], orientations[body]), shapes[planes[k]]);
+      const Vec3 normal = plane_normal(placed.rotation);
+      const Vec3 v = make3(motions[body].v[0], motions[body].v[1], motions[body].v[2]);
+      const Vec3 spin = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
+      const bool still = dot3(v, v) + dot3(spin, spin) == (real)0;
+      const GridPlane plane = {{placed.center.x, placed.center.y, placed.center.z},
+                               {normal.x, normal.y, normal.z},
+                               still ? (real)1.001 : (real)1e30,
+                               (real)0};
+      grid_planes[k] = plane;
+    }
+  }
+  // shapes outside of the grid own no pairs
+  FOR_EACH(i, params.shapes + 1u) {
+    if (i == params.shapes || cells[i].bucket == NONE) pair_starts[i] = 0u;
+  }
 }
 
 kernel void find_pairs_count(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
-                             global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
-                             global const Vec4* positions, global const Vec4* orientations,
-                             global const Motion* motions, global const Vec4* bounds, global const Cell* cells,
+                             global const ShapeInfo* shape_infos, global const u32* planes,
+                             global const Vec4* positions, global const Motion* motions, global const Vec4* bounds,
                              global const u32* bucket_starts, global const u32* bucket_items,
-                             global u32* found_partners, global u32* pair_starts, global const u32* counters,
-                             const StepParams params) {
-  const PairSearch s = {world_ranges,
-                        body_infos,
-                        shape_infos,
-                        shapes,
-                        planes,
-                        positions,
-                        orientations,
-                        motions,
-                        bounds,
-                        cells,
-                        bucket_starts,
-                        bucket_items,
-                        counters[COUNTER_MAX_EXTENT]};
-  FOR_EACH(i, params.shapes + 1u) {
-    pair_starts[i] = i < params.shapes ? find_partners(&s, params, i, found_partners + i * FOUND, FOUND) : 0u;
+                             global const real* grid_spheres, global const GridInfo* grid_infos,
+                             global const GridPlane* grid_planes, global u32* found_partners, global u32* pair_starts,
+                             global const u32* counters, const StepParams params) {
+  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,
+                        positions,    motions,    bounds,      bucket_starts,
+                        grid_spheres, grid_infos, grid_planes, counters[COUNTER_MAX_EXTENT]};
+  FOR_EACH(place, params.shapes) {
+    const u32 i = bucket_items[place];
+    if (i != NONE) pair_starts[i] = find_partners(&s, params, place, found_partners + i * FOUND, FOUND);
   }
 }
 
 // After the scan of pair_starts.
 kernel void find_pairs_write(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
-                             global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
-                             global const Vec4* positions, global const Vec4* orientations,
-                             global const Motion* motions, global const Vec4* bounds, global const Cell* cells,
+                             global const ShapeInfo* shape_infos, global const u32* planes,
+                             global const Vec4* positions, global const Motion* motions, global const Vec4* bounds,
                              global const u32* bucket_starts, global const u32* bucket_items,
-                             global const u32* found_partners, global const u32* pair_starts, global Pair* pairs,
-                             global u32* counters, const StepParams params) {
-  const PairSearch s = {world_ranges,
-                        body_infos,
-                        shape_infos,
-                        shapes,
-                        planes,
-                        positions,
-                        orientations,
-                        motions,
-                        bounds,
-                        cells,
-                        bucket_starts,
-                        bucket_items,
-                        counters[COUNTER_MAX_EXTENT]};
+                             global const real* grid_spheres, global const GridInfo* grid_infos,
+                             global const GridPlane* grid_planes, global const u32* found_partners,
+                             global const u32* pair_starts, global Pair* pairs, global u32* counters,
+                             const StepParams params) {
+  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,
+                        positions,    motions,    bounds,      bucket_starts,
+                        grid_spheres, grid_infos, grid_planes, counters[COUNTER_MAX_EXTENT]};
   const u32 total = pair_starts[params.shapes];
   const bool full = total > params.pair_capacity;
   if (get_global_id(0) == 0) {
@@ -173,22 +257,20 @@ kernel void find_pairs_write(global const WorldRange* world_ranges, global const
     counters[COUNTER_PAIRS] = full ? 0u : total;
     if (full) counters[COUNTER_STATUS] |= STATUS_PAIRS_FULL;
   }
-  FOR_EACH(i, full ? 0u : params.shapes) {
+  FOR_EACH(place, full ? 0u : params.shapes) {
+    const u32 i = bucket_items[place];
+    if (i == NONE) continue;
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;
-    if (count <= FOUND) {
-      for (u32 k = 0u; k < count; ++k) {
-        pairs[start + k].shape_a = i;
-        pairs[start + k].shape_b = found_partners[i * FOUND + k];
-      }
-    } else {
-      // the list comes to lie in the first half of its slots; from behind, each partner moves to its own
-      global u32* list = (global u32*)(pairs + start);
-      find_partners(&s, params, i, list, count);
-      for (u32 k = count; k > 0u; --k) {
-        const u32 partner = list[k - 1u];
-        pairs[start + k - 1u].shape_a = i;
-        pairs[start + k - 1u].shape_b = partner;
-      }
+    global const u32* found = found_partners + i * FOUND;
+    if (count > FOUND) {
+      // the list comes to lie in the first half of the slots; from behind, each partner moves to its own
+      find_partners(&s, params, place, (global u32*)(pairs + start), count);
+      found = (global const u32*)(pairs + start);
+    }
+    for (u32 k = count; k > 0u; --k) {
+      const u32 partner = found[k - 1u];
+      pairs[start + k - 1u].shape_a = i;
+      pairs[start + k - 1u].shape_b = partner;
     }
   }
 }

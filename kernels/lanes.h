@@ -23,6 +23,7 @@ typedef int lane_mask;
 #define LANE_ANY(x) (x)
 #define LANE_AT(x, k) (x)
 #define LANE_EACH(DO) DO(0)
+#define LANE_BITS(mask) ((u32)(mask))
 
 #else
 
@@ -38,6 +39,19 @@ typedef LANES_JOIN(uint, LANES) lane_u32;
 #else
 #define LANE_EACH(DO) DO(0) DO(1) DO(2) DO(3) DO(4) DO(5) DO(6) DO(7) DO(8) DO(9) DO(a) DO(b) DO(c) DO(d) DO(e) DO(f)
 #endif
+// Bit k of a word is lane k of a mask.
+#define LANE_BITS(mask) lane_bits(LANES_JOIN(convert_int, LANES)(mask))
+static inline u32 lane_bits(LANES_JOIN(int, LANES) mask) {
+#if LANES == 8
+  const int8 bits8 = mask & (int8)(1, 2, 4, 8, 16, 32, 64, 128);
+#else
+  const int16 bits16 = mask & (int16)(1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 2048, 4096, 8192, 16384, 32768);
+  const int8 bits8 = bits16.lo | bits16.hi;
+#endif
+  const int4 bits4 = bits8.lo | bits8.hi;
+  const int2 bits2 = bits4.lo | bits4.hi;
+  return (u32)(bits2.x | bits2.y);
+}
 // A comparison of u32 lanes as a mask for lanes of reals.
 #if REAL_IS_DOUBLE
 typedef LANES_JOIN(long, LANES) lane_mask;

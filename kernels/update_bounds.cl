@@ -14,13 +14,13 @@ kernel void update_bounds(global const ShapeInfo* shape_infos, global const Shap
   FOR_EACH(i, params.shapes) {
     const u32 body = shape_infos[i].body;
     const Shape shape = shapes[i];
-    const Vec3 center = shape_center(make_pose(positions[body], orientations[body]), shape);
+    const Pose pose = make_pose(positions[body], orientations[body]);
+    const Vec3 center = shape_center(pose, shape);
     real extent = (real)0;
     if (shape_infos[i].kind == SHAPE_SPHERE) {
       const Vec3 v = make3(motions[body].v[0], motions[body].v[1], motions[body].v[2]);
       const Vec3 w = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
-      const Vec3 offset = make3(shape.offset[0], shape.offset[1], shape.offset[2]);
-      const real speed = length3(v) + length3(w) * length3(offset);
+      const real speed = length3(v) + length3(w) * length3(sub3(center, pose.position));
       extent = shape.size[0] + h * speed;
     }
     const bool finite = is_finite(center.x) && is_finite(center.y) && is_finite(center.z) && is_finite(extent);

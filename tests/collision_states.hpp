@@ -33,13 +33,15 @@ inline std::vector<std::vector<BodyDescription>> lively_worlds() {
   return worlds;
 }
 
-/// Launches that the collision kernels are run with; they have no lanes.
-inline std::vector<DeviceOptions> work_groups() {
-  std::vector<DeviceOptions> all(4);
-  all[1].work_group = 1;
-  all[2].work_group = 7;
-  all[3].work_group = 64;
-  for (DeviceOptions& options : all) options.lanes = 1;
+/// Launches that the collision kernels are run with.
+inline std::vector<DeviceOptions> launches() {
+  std::vector<DeviceOptions> all;
+  for (const auto& [lanes, work_group] : {std::pair{1u, 0u}, {1u, 7u}, {8u, 1u}, {16u, 64u}}) {
+    DeviceOptions options;
+    options.lanes = lanes;
+    options.work_group = work_group;
+    all.push_back(options);
+  }
   return all;
 }
 
@@ -47,7 +49,7 @@ inline std::vector<DeviceOptions> work_groups() {
 template <class real>
 Buffers<real> expect_kernel_matches(Stage stage, InitialState<real> state, std::initializer_list<Stage> before) {
   run_reference(state, before);
-  return run_one_stage(stage, state.buffers, state.sizes, state.features, state.params, work_groups());
+  return run_one_stage(stage, state.buffers, state.sizes, state.features, state.params, launches());
 }
 
 }  // namespace lockstep::test

@@ -90,7 +90,7 @@ TYPED_TEST(MatchContacts, KernelMatchesReference) {
       if (random.bits() % 2 == 0) now.insert(key);
     }
     const InitialState<real> state = contacts_and_cache<real>(now, before);
-    run_one_stage(Stage::match_contacts, state.buffers, state.sizes, state.features, state.params, work_groups());
+    run_one_stage(Stage::match_contacts, state.buffers, state.sizes, state.features, state.params, launches());
   }
 }
 

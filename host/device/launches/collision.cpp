@@ -7,8 +7,8 @@ namespace {
 // Shapes that one work-item bounds: few enough items not to fight over the largest extent.
 constexpr u32 bounds_per_item = 16;
 
-// FOUND of kernels/find_pairs.cl.
-constexpr u32 found_per_shape = 16;
+// Of kernels/find_pairs.cl: FOUND, and the words of GridSphere (double precision), GridInfo and GridPlane (double).
+constexpr u32 found_per_shape = 16, grid_sphere_words = 14, grid_info_words = 16, grid_plane_words = 16;
 
 }  // namespace
 
@@ -29,6 +29,10 @@ void launch_sort_cells(Launcher& launcher) {
 void launch_find_pairs(Launcher& launcher) {
   const Sizes& sizes = launcher.plan().sizes;
   launcher.scratch("found_partners", std::size_t{sizes.shapes} * found_per_shape);
+  launcher.scratch("grid_spheres", (std::size_t{sizes.shapes} + PACK) * grid_sphere_words);
+  launcher.scratch("grid_infos", std::size_t{sizes.shapes} * grid_info_words);
+  launcher.scratch("grid_planes", std::size_t{sizes.planes} * grid_plane_words);
+  launcher.run("find_pairs_gather", sizes.shapes);
   launcher.run("find_pairs_count", sizes.shapes);
   launcher.scan("pair_starts", sizes.shapes + 1);
   launcher.run("find_pairs_write", sizes.shapes);
