@@ -38,7 +38,8 @@ constexpr const char* precision_name = sizeof(real) == sizeof(float) ? "float" :
 template <class real>
 real rounded(double x, const char* name, const Origin& origin) {
   if (!(std::abs(x) <= static_cast<double>(std::numeric_limits<real>::max()))) {
-    origin.fail(fmt::format("{} must fit {}, is {}", name, precision_name<real>, x));
+    const std::string value = x == x ? fmt::format("{}", x) : "not a number";
+    origin.fail(fmt::format("{} must fit {}, is {}", name, precision_name<real>, value));
   }
   return static_cast<real>(x);
 }
