@@ -10,6 +10,7 @@
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
 
 typedef LANES_JOIN(REAL, 8) Real8;
+typedef LANES_JOIN(REAL, 16) Real16;
 
 #if LANES == 1
 
@@ -41,69 +42,119 @@ typedef LANES_JOIN(int, LANES) lane_mask;
 
 #endif
 
-// Eight reals of memory in each lane.
+// ---- lines of bodies ----------------------------------------------------------------------------------------------
+// Half a body line in each lane. Memory is touched in whole half lines, which vector shuffles turn into lanes and back:
+// 8 x 8 transpositions, of which the compiler makes short code (it would scalarise a gather of single components).
+
 typedef struct LaneLines {
   lane c0, c1, c2, c3, c4, c5, c6, c7;
 } LaneLines;
 
-// Of the elements of eight vectors, read as one array, first those of even and then those of odd place: the bits of a
-// place are rotated by one. So the lines of bodies become lanes and back by vector shuffles; memory is touched in whole
-// lines only.
-#define LANE_UNZIP(from, to)                                                                                 \
-  const lane to##0 = (lane)((from##0).even, (from##1).even), to##1 = (lane)((from##2).even, (from##3).even), \
-             to##2 = (lane)((from##4).even, (from##5).even), to##3 = (lane)((from##6).even, (from##7).even), \
-             to##4 = (lane)((from##0).odd, (from##1).odd), to##5 = (lane)((from##2).odd, (from##3).odd),     \
-             to##6 = (lane)((from##4).odd, (from##5).odd), to##7 = (lane)((from##6).odd, (from##7).odd)
+#define BODY_LINE(k) ((global Real8*)(motions + indices[k]))[half_line]
+#define CONST_BODY_LINE(k) ((global const Real8*)(motions + indices[k]))[half_line]
 
-// Lane k gets a half of the line of body indices[k].
-static inline LaneLines lane_gather(global const Motion* motions, u32 half_line, global const u32* indices) {
-  LaneLines r;
-#define LINE(k) ((global const Real8*)(motions + indices[k]))[half_line]
 #if LANES == 1
-  const Real8 t = LINE(0);
-  r.c0 = t.s0, r.c1 = t.s1, r.c2 = t.s2, r.c3 = t.s3, r.c4 = t.s4, r.c5 = t.s5, r.c6 = t.s6, r.c7 = t.s7;
-#else
-#if LANES == 8
-  const lane a0 = LINE(0), a1 = LINE(1), a2 = LINE(2), a3 = LINE(3);
-  const lane a4 = LINE(4), a5 = LINE(5), a6 = LINE(6), a7 = LINE(7);
-#else
-  const lane a0 = (lane)(LINE(0), LINE(1)), a1 = (lane)(LINE(2), LINE(3)), a2 = (lane)(LINE(4), LINE(5));
-  const lane a3 = (lane)(LINE(6), LINE(7)), a4 = (lane)(LINE(8), LINE(9)), a5 = (lane)(LINE(10), LINE(11));
-  const lane a6 = (lane)(LINE(12), LINE(13)), a7 = (lane)(LINE(14), LINE(15));
-#endif
-  LANE_UNZIP(a, b);
-  LANE_UNZIP(b, c);
-  LANE_UNZIP(c, d);
-  r.c0 = d0, r.c1 = d1, r.c2 = d2, r.c3 = d3, r.c4 = d4, r.c5 = d5, r.c6 = d6, r.c7 = d7;
-#endif
-#undef LINE
+
+static inline LaneLines lane_gather(global const Motion* motions, u32 half_line, global const u32* indices) {
+  const Real8 line = CONST_BODY_LINE(0);
+  LaneLines r;
+  r.c0 = line.s0, r.c1 = line.s1, r.c2 = line.s2, r.c3 = line.s3;
+  r.c4 = line.s4, r.c5 = line.s5, r.c6 = line.s6, r.c7 = line.s7;
   return r;
 }
 
-// Writes back the first halves, but of the bodies that cannot move none: many lanes read them, and no order is kept
-// among lanes. The fourth real is the inverse mass.
-static inline void lane_scatter(LaneLines r, global Motion* motions, global const u32* indices) {
-#define LINE(k, line) \
-  if ((line).s3 > (real)0) *(global Real8*)(motions + indices[k]) = line;
-#if LANES == 1
-  LINE(0, (Real8)(r.c0, r.c1, r.c2, r.c3, r.c4, r.c5, r.c6, r.c7))
-#else
-  const lane a0 = r.c0, a1 = r.c1, a2 = r.c2, a3 = r.c3, a4 = r.c4, a5 = r.c5, a6 = r.c6, a7 = r.c7;
-  LANE_UNZIP(a, b);
-  LANE_UNZIP(b, c);
-  LANE_UNZIP(c, d);
-#if LANES == 8
-  LINE(0, d0) LINE(1, d1) LINE(2, d2) LINE(3, d3) LINE(4, d4) LINE(5, d5) LINE(6, d6) LINE(7, d7)
-#else
-  LANE_UNZIP(d, e);
-  LINE(0, e0.lo)
-  LINE(1, e0.hi)
-  LINE(2, e1.lo) LINE(3, e1.hi) LINE(4, e2.lo) LINE(5, e2.hi) LINE(6, e3.lo) LINE(7, e3.hi) LINE(8, e4.lo)
-      LINE(9, e4.hi) LINE(10, e5.lo) LINE(11, e5.hi) LINE(12, e6.lo) LINE(13, e6.hi) LINE(14, e7.lo) LINE(15, e7.hi)
-#endif
-#endif
-#undef LINE
+static inline void lane_scatter_movable(LaneLines r, global Motion* motions, global const u32* indices) {
+  const u32 half_line = 0u;
+  if (r.c3 > (real)0) BODY_LINE(0) = (Real8)(r.c0, r.c1, r.c2, r.c3, r.c4, r.c5, r.c6, r.c7);
 }
+
+#else
+
+typedef struct Rows8 {
+  Real8 r0, r1, r2, r3, r4, r5, r6, r7;
+} Rows8;
+
+// In each half of four: the first or last two elements of a and b in turn, or in pairs.
+#define ZIP_FIRST(a, b) ((Real16)(a, b)).s08194c5d
+#define ZIP_LAST(a, b) ((Real16)(a, b)).s2a3b6e7f
+#define PAIR_FIRST(a, b) ((Real16)(a, b)).s018945cd
+#define PAIR_LAST(a, b) ((Real16)(a, b)).s23ab67ef
+
+static inline Rows8 transpose8(Rows8 m) {
+  const Real8 u0 = ZIP_FIRST(m.r0, m.r1), u1 = ZIP_LAST(m.r0, m.r1);
+  const Real8 u2 = ZIP_FIRST(m.r2, m.r3), u3 = ZIP_LAST(m.r2, m.r3);
+  const Real8 u4 = ZIP_FIRST(m.r4, m.r5), u5 = ZIP_LAST(m.r4, m.r5);
+  const Real8 u6 = ZIP_FIRST(m.r6, m.r7), u7 = ZIP_LAST(m.r6, m.r7);
+  const Real8 v0 = PAIR_FIRST(u0, u2), v1 = PAIR_LAST(u0, u2), v2 = PAIR_FIRST(u1, u3), v3 = PAIR_LAST(u1, u3);
+  const Real8 v4 = PAIR_FIRST(u4, u6), v5 = PAIR_LAST(u4, u6), v6 = PAIR_FIRST(u5, u7), v7 = PAIR_LAST(u5, u7);
+  Rows8 t;
+  t.r0 = (Real8)(v0.lo, v4.lo), t.r1 = (Real8)(v1.lo, v5.lo);
+  t.r2 = (Real8)(v2.lo, v6.lo), t.r3 = (Real8)(v3.lo, v7.lo);
+  t.r4 = (Real8)(v0.hi, v4.hi), t.r5 = (Real8)(v1.hi, v5.hi);
+  t.r6 = (Real8)(v2.hi, v6.hi), t.r7 = (Real8)(v3.hi, v7.hi);
+  return t;
+}
+
+// Components of eight bodies.
+static inline Rows8 gather8(global const Motion* motions, u32 half_line, global const u32* indices) {
+  Rows8 m;
+  m.r0 = CONST_BODY_LINE(0), m.r1 = CONST_BODY_LINE(1), m.r2 = CONST_BODY_LINE(2), m.r3 = CONST_BODY_LINE(3);
+  m.r4 = CONST_BODY_LINE(4), m.r5 = CONST_BODY_LINE(5), m.r6 = CONST_BODY_LINE(6), m.r7 = CONST_BODY_LINE(7);
+  return transpose8(m);
+}
+
+static inline void scatter8(Rows8 components, global Motion* motions, global const u32* indices) {
+  const u32 half_line = 0u;
+  const Rows8 m = transpose8(components);
+  if (all(components.r3 > (Real8)0)) {
+    BODY_LINE(0) = m.r0, BODY_LINE(1) = m.r1, BODY_LINE(2) = m.r2, BODY_LINE(3) = m.r3;
+    BODY_LINE(4) = m.r4, BODY_LINE(5) = m.r5, BODY_LINE(6) = m.r6, BODY_LINE(7) = m.r7;
+  } else {
+    if (m.r0.s3 > (real)0) BODY_LINE(0) = m.r0;
+    if (m.r1.s3 > (real)0) BODY_LINE(1) = m.r1;
+    if (m.r2.s3 > (real)0) BODY_LINE(2) = m.r2;
+    if (m.r3.s3 > (real)0) BODY_LINE(3) = m.r3;
+    if (m.r4.s3 > (real)0) BODY_LINE(4) = m.r4;
+    if (m.r5.s3 > (real)0) BODY_LINE(5) = m.r5;
+    if (m.r6.s3 > (real)0) BODY_LINE(6) = m.r6;
+    if (m.r7.s3 > (real)0) BODY_LINE(7) = m.r7;
+  }
+}
+
+// Lane k gets a half of the line of body indices[k].
+static inline LaneLines lane_gather(global const Motion* motions, u32 half_line, global const u32* indices) {
+  const Rows8 x = gather8(motions, half_line, indices);
+  LaneLines r;
+#if LANES == 8
+  r.c0 = x.r0, r.c1 = x.r1, r.c2 = x.r2, r.c3 = x.r3, r.c4 = x.r4, r.c5 = x.r5, r.c6 = x.r6, r.c7 = x.r7;
+#else
+  const Rows8 y = gather8(motions, half_line, indices + 8);
+  r.c0 = (lane)(x.r0, y.r0), r.c1 = (lane)(x.r1, y.r1), r.c2 = (lane)(x.r2, y.r2), r.c3 = (lane)(x.r3, y.r3);
+  r.c4 = (lane)(x.r4, y.r4), r.c5 = (lane)(x.r5, y.r5), r.c6 = (lane)(x.r6, y.r6), r.c7 = (lane)(x.r7, y.r7);
+#endif
+  return r;
+}
+
+// Writes back the first halves of the bodies that can move: those belong to one lane of a colour. The others, whose
+// inverse mass, the fourth real, is zero, are read by many and never written.
+static inline void lane_scatter_movable(LaneLines r, global Motion* motions, global const u32* indices) {
+  Rows8 m;
+#if LANES == 8
+  m.r0 = r.c0, m.r1 = r.c1, m.r2 = r.c2, m.r3 = r.c3, m.r4 = r.c4, m.r5 = r.c5, m.r6 = r.c6, m.r7 = r.c7;
+  scatter8(m, motions, indices);
+#else
+  m.r0 = r.c0.lo, m.r1 = r.c1.lo, m.r2 = r.c2.lo, m.r3 = r.c3.lo;
+  m.r4 = r.c4.lo, m.r5 = r.c5.lo, m.r6 = r.c6.lo, m.r7 = r.c7.lo;
+  scatter8(m, motions, indices);
+  m.r0 = r.c0.hi, m.r1 = r.c1.hi, m.r2 = r.c2.hi, m.r3 = r.c3.hi;
+  m.r4 = r.c4.hi, m.r5 = r.c5.hi, m.r6 = r.c6.hi, m.r7 = r.c7.hi;
+  scatter8(m, motions, indices + 8);
+#endif
+}
+
+#endif
+
+// ---- vectors ------------------------------------------------------------------------------------------------------
 
 // A vector in each lane.
 typedef struct Lane3 {

@@ -43,7 +43,7 @@ static inline void lane_store_bodies(LaneBody body, global Motion* motions, glob
   first.c3 = body.inverse_mass;
   first.c4 = body.w.x, first.c5 = body.w.y, first.c6 = body.w.z;
   first.c7 = body.xx;
-  lane_scatter(first, motions, indices);
+  lane_scatter_movable(first, motions, indices);
 }
 
 // Duff et al. (2017), right-handed with the normal.
