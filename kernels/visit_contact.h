@@ -122,7 +122,7 @@ static inline void visit_contacts(u32 first, global const BlockBodies* bodies, g
     const LaneCone q = lane_make_cone(u_n - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),
                                       u_1 - (w.n1 * old.normal + w.t11 * old.tangent_1 + w.t12 * old.tangent_2),
                                       u_2 - (w.n2 * old.normal + w.t12 * old.tangent_1 + w.t22 * old.tangent_2));
-    r = lane_select_cone(c.general, lane_solve_general(q, w, friction), r);
+    r = lane_select_cone(c.general, lane_solve_general(c.general, q, w, friction), r);
   }
 #endif
 
