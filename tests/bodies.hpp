@@ -177,22 +177,23 @@ Buffers<real> run_stage(Stage stage, const InitialState<real>& state) {
   return backend.buffers();
 }
 
-/// A few bodies of every sort in two worlds, all in motion: for comparing twins and for hashes.
-inline std::vector<BodySetup> mixed_bodies(bool with_pivots) {
+/// Bodies of every sort in two worlds, all in motion: for comparing twins and for hashes. The sorts repeat after nine.
+inline std::vector<BodySetup> mixed_bodies(bool with_pivots, u32 per_world = 9) {
   std::vector<BodySetup> bodies;
   for (u32 world = 0; world < 2; ++world) {
-    for (u32 i = 0; i < 9; ++i) {
+    for (u32 i = 0; i < per_world; ++i) {
+      const u32 sort = i % 9;
       BodySetup body;
       body.world = world;
-      body.kind = i == 3 ? BODY_STATIC : i == 4 ? BODY_KINEMATIC : BODY_DYNAMIC;
+      body.kind = sort == 3 ? BODY_STATIC : sort == 4 ? BODY_KINEMATIC : BODY_DYNAMIC;
       body.mass = 0.5 + 0.3 * i;
-      body.inertia = i % 2 ? Vector3{0.7, 0.7, 0.7} : Vector3{0.3 + 0.1 * i, 0.5 + 0.02 * world, 0.71};
+      body.inertia = sort % 2 ? Vector3{0.7, 0.7, 0.7} : Vector3{0.3 + 0.1 * sort, 0.5 + 0.02 * world, 0.71};
       body.position = {1.5 * i, -0.3 * i + world, 2.0 / (1 + i)};
       body.orientation = about({1, 0.2 * i, -0.3}, 0.4 + i);
       if (body.kind != BODY_STATIC) body.velocity = {0.1 * i, 3.0 - i, 1.0 / 3};
-      if (body.kind != BODY_STATIC) body.angular_velocity = {1.1 - 0.4 * i, 0.2 + world, 7.0 / (1 + i)};
-      if (i == 8) body.angular_velocity = {900, -1100, 700};  // many radians in a step
-      body.pivoted = with_pivots && i >= 5 && i < 8;
+      if (body.kind != BODY_STATIC) body.angular_velocity = {1.1 - 0.04 * i, 0.2 + world, 7.0 / (1 + i)};
+      if (sort == 8) body.angular_velocity = {900, -1100, 700};  // many radians in a step
+      body.pivoted = with_pivots && sort >= 5 && sort < 8;
       if (body.pivoted) body.lever = {0.1, -0.2 * world, 0.5};
       bodies.push_back(body);
     }

@@ -1,6 +1,7 @@
 // Contact problems for the tests of the contact stages: graphs without geometry, and small worlds that are stepped.
 #pragma once
 
+#include <cmath>
 #include <utility>
 
 #include "host/backends/reference_backend.hpp"
@@ -66,6 +67,96 @@ inline std::pair<std::vector<BodyKind>, Graph> star(u32 count, BodyKind hub = BO
   Graph graph;
   for (u32 i = 1; i <= count; ++i) graph.push_back({i, 0});
   return {kinds, graph};
+}
+
+/// Everything of the first sub-step up to the packed constraint stream.
+template <class real>
+void run_until_prepared(InitialState<real>& state) {
+  run_reference(state, {Stage::begin_step, Stage::update_bounds, Stage::sort_cells, Stage::find_pairs, Stage::collide,
+                        Stage::match_contacts, Stage::color_contacts, Stage::pack_contacts, Stage::integrate_velocities,
+                        Stage::prepare_contacts});
+}
+
+/// A coloured and packed problem with random geometry, bodies in motion, impulses to start from; one of three contacts
+/// is general.
+template <class real>
+InitialState<real> prepared(InitialState<real> state) {
+  Buffers<real>& b = state.buffers;
+  Random random(b.counters[COUNTER_CONTACTS]);
+  for (u32 i = 0; i < b.body_infos.size(); ++i) {
+    set(b.motions[i].v, random.vector(1));
+    set(b.motions[i].w, random.vector(1));
+    b.body_infos[i].isotropic = random.bits() % 5 != 0 ? 1 : 0;
+    if (b.body_infos[i].kind == BODY_DYNAMIC) {
+      Motion<real>& m = b.motions[i];
+      m.inverse_mass = real(random.between(0.5, 2));
+      m.inertia_xx = real(random.between(1, 2));
+      m.inertia_yy = b.body_infos[i].isotropic ? m.inertia_xx : real(random.between(1, 2));
+      m.inertia_zz = b.body_infos[i].isotropic ? m.inertia_xx : real(random.between(1, 2));
+      m.inertia_xy = m.inertia_xz = m.inertia_yz = b.body_infos[i].isotropic ? real(0) : real(0.2);
+    }
+  }
+  for (Stage stage : {Stage::color_contacts, Stage::pack_contacts}) reference::run_stage(stage, b, state.params);
+  for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
+    const u32 block = b.contact_slots[i] / PACK, lane = b.contact_slots[i] % PACK;
+    ContactBlock<real>& c = b.contact_blocks[block];
+    const bool general = b.block_bodies[block].kind[lane] == BLOCK_GENERAL;
+    Vector3 n = random.vector(1);
+    const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+    for (double& x : n) x /= length;
+    const double reach_a = random.between(-1, -0.5), reach_b = random.between(0.5, 1);
+    const Vector3 off = general ? random.vector(0.3) : Vector3{};
+    c.normal_x[lane] = real(n[0]);
+    c.normal_y[lane] = real(n[1]);
+    c.normal_z[lane] = real(n[2]);
+    c.arm_a_x[lane] = real(reach_a * n[0] + off[0]);
+    c.arm_a_y[lane] = real(reach_a * n[1] + off[1]);
+    c.arm_a_z[lane] = real(reach_a * n[2] + off[2]);
+    c.arm_b_x[lane] = real(reach_b * n[0] - off[0]);
+    c.arm_b_y[lane] = real(reach_b * n[1]);
+    c.arm_b_z[lane] = real(reach_b * n[2]);
+    c.bias[lane] = real(random.between(-0.5, 0.5));
+    c.friction[lane] = random.bits() % 8 == 0 ? real(0) : real(random.between(0, 1.5));
+    c.w_nn[lane] = real(random.between(1, 2));
+    c.w_11[lane] = real(random.between(2, 4));
+    c.w_22[lane] = general ? real(random.between(2, 4)) : c.w_11[lane];
+    c.w_n1[lane] = general ? real(random.between(-0.5, 0.5)) : real(0);
+    c.w_n2[lane] = general ? real(random.between(-0.5, 0.5)) : real(0);
+    c.w_12[lane] = general ? real(random.between(-0.5, 0.5)) : real(0);
+    ImpulseBlock<real>& r = b.impulse_blocks[block];
+    r.normal[lane] = real(random.between(0, 1));
+    r.tangent_1[lane] = real(random.between(-0.5, 0.5)) * c.friction[lane] * r.normal[lane];
+    r.tangent_2[lane] = real(random.between(-0.5, 0.5)) * c.friction[lane] * r.normal[lane];
+  }
+  return state;
+}
+
+template <class real>
+InitialState<real> random_problem(u32 seed, u32 dynamic_bodies, u32 contacts) {
+  Random random(seed);
+  const auto [kinds, graph] = random_graph(random, dynamic_bodies, contacts);
+  return prepared(contact_graphs<real>({kinds}, {graph}));
+}
+
+/// More contacts on one body than there are colours.
+template <class real>
+InitialState<real> star_problem(u32 count) {
+  const auto [kinds, graph] = star(count);
+  return prepared(contact_graphs<real>({kinds}, {graph}));
+}
+
+/// Two spheres of different size and mass that touch, moving and turning; ready to be solved.
+template <class real>
+InitialState<real> pair_of_spheres() {
+  BodyDescription a = sphere_body({0.3, 0.2, 2}, 1, {-1, 0.5, 0.2}), b = sphere_body({1.2, 1.4, 2}, 0.5, {-2, -3, 0.1});
+  b.mass = 3;
+  b.inertia = {0.3, 0.3, 0.3};
+  a.angular_velocity = {1, 2, -1};
+  b.angular_velocity = {-3, 0.5, 1};
+  InitialState<real> state = make_worlds<real>({{a, b}}, 16);
+  state.buffers.gravities[0] = {0, 0, 0, 0};
+  run_until_prepared(state);
+  return state;
 }
 
 template <class real>

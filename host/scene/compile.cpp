@@ -31,11 +31,15 @@ struct Origin {
   }
 };
 
+template <class real>
+constexpr const char* precision_name = sizeof(real) == sizeof(float) ? "float" : "double";
+
 // The one rounding from what a scene says to the precision of the run.
 template <class real>
 real rounded(double x, const char* name, const Origin& origin) {
   if (!(std::abs(x) <= static_cast<double>(std::numeric_limits<real>::max()))) {
-    origin.fail(fmt::format("{} must fit a {}-byte number, is {}", name, sizeof(real), x));
+    const std::string value = x == x ? fmt::format("{}", x) : "not a number";
+    origin.fail(fmt::format("{} must fit {}, is {}", name, precision_name<real>, value));
   }
   return static_cast<real>(x);
 }
@@ -45,8 +49,7 @@ template <class real>
 real rounded_positive(double x, const char* name, const Origin& origin) {
   const real r = rounded<real>(x, name, origin);
   if (!(r >= std::numeric_limits<real>::min()) || !(r <= 1 / std::numeric_limits<real>::min())) {
-    origin.fail(fmt::format("{} and its inverse must fit a {}-byte number, is {}; use other units or double precision",
-                            name, sizeof(real), x));
+    origin.fail(fmt::format("{} and its inverse must fit {}, is {}", name, precision_name<real>, x));
   }
   return r;
 }

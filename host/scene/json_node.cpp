@@ -74,15 +74,15 @@ class Builder : public nlohmann::json_sax<json> {
     return true;
   }
 
-  bool parse_error(std::size_t, const std::string&, const nlohmann::detail::exception& error) override {
-    std::string what = error.what();
-    what = what.substr(what.find("] ") + 2);
-    if (error.id == 406) {  // out of range: it knows no line, so the path stands for it
-      throw Error(Failure::input, place(source_, here()),
-                  "number too large for a double" + what.substr(what.rfind(" '")));
+  bool parse_error(std::size_t, const std::string& token, const nlohmann::detail::exception& error) override {
+    if (error.id == 406) {  // out of range
+      throw Error(Failure::input, place(source_, here()), "must fit a double, is " + shortened(token, longest_quote));
     }
-    const std::string lead = "parse error at ";
-    if (what.rfind(lead, 0) == 0) what = what.substr(lead.size());
+    std::string what = error.what();  // "[json.exception...] parse error at line 1, column 2: ..."
+    what = what.substr(what.find("line"));
+    for (char& c : what) {
+      if (c < 0x20 || c > 0x7e) c = '?';
+    }
     throw Error(Failure::input, source_, shortened("not JSON: " + what, longest_message));
   }
 
@@ -170,7 +170,9 @@ std::string suggestion(const std::string& unknown, const std::vector<std::string
       names.begin(), names.end(), [&](const auto& a, const auto& b) { return distance(word, a) < distance(word, b); });
   const std::size_t near = std::max<std::size_t>(2, nearest->size() / 3);
   if (distance(word, *nearest) <= near) return fmt::format("did you mean \"{}\"?", *nearest);
-  return fmt::format("known: {}", fmt::join(names, ", "));
+  std::string known = "known: " + names[0];
+  for (std::size_t i = 1; i < names.size(); ++i) known += ", " + names[i];
+  return known;
 }
 
 void JsonNode::fail(const std::string& what) const { throw Error(Failure::input, place(*source_, path_), what); }
@@ -240,7 +242,7 @@ bool JsonNode::boolean() const {
 }
 
 std::string JsonNode::text() const {
-  if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) must_be("a text that is not empty");
+  if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) must_be("a text, and not empty");
   return value_->get<std::string>();
 }
 

@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <unordered_set>
+#include <string_view>
+#include <unordered_map>
 
 #include "host/embedded.hpp"
 #include "host/scene/read_bodies.hpp"
@@ -97,11 +98,13 @@ std::vector<MaterialPairRule> read_material_pairs(const JsonNode& array, const s
 }
 
 void expect_different_names(const JsonNode& array, const std::vector<BodyDescription>& bodies) {
-  std::unordered_set<std::string> names;
-  for (const BodyDescription& body : bodies) {
-    if (!body.name.empty() && !names.insert(body.name).second) {
-      array.fail(fmt::format("two bodies have the name {}; names must differ", quote(body.name)));
-    }
+  std::unordered_map<std::string_view, std::size_t> index_of;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].name.empty()) continue;
+    const auto [other, is_new] = index_of.try_emplace(bodies[i].name, i);
+    if (is_new) continue;
+    array.fail(
+        fmt::format("bodies {} and {} are both named {}; names must differ", other->second, i, quote(bodies[i].name)));
   }
 }
 
@@ -158,8 +161,10 @@ Scene read_scene(const std::string& path_or_name) {
   }
   std::error_code ignored;
   if (!fs::exists(path_or_name, ignored)) {
-    throw Error(Failure::input, path_or_name,
-                "no such file, and no built-in scene has this name; " + suggestion(path_or_name, names));
+    const bool is_path = path_or_name.empty() || path_or_name.find_first_of("/.") != std::string::npos;
+    throw Error(Failure::input, path_or_name.empty() ? "\"\"" : path_or_name,
+                is_path ? "no such file; 'lockstep scenes' lists the built-in ones"
+                        : "no such file, and no built-in scene has this name; " + suggestion(path_or_name, names));
   }
   return parse_scene(read_file(path_or_name), path_or_name);
 }

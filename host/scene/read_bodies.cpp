@@ -74,7 +74,7 @@ Vector3 read_inertia(const JsonNode& node) {
     const double largest = inertia[i], others = inertia[(i + 1) % 3] + inertia[(i + 2) % 3];
     if (largest > others * (1 + 1e-9)) {
       node.fail(
-          fmt::format("must keep the triangle inequality of any real body, {} is more than the sum {} of the others",
+          fmt::format("must keep the triangle inequality of real bodies, {} is more than {}, the sum of the others",
                       largest, others));
     }
   }

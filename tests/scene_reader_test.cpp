@@ -1,0 +1,263 @@
+// What the reader makes of good scenes, and the exact line it refuses each kind of bad one with.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "host/error.hpp"
+#include "host/scene/read.hpp"
+
+namespace lockstep {
+namespace {
+
+const std::string source_dir = LOCKSTEP_SOURCE_DIR;
+
+std::string slurp(const std::string& path) {
+  std::ifstream file(path);
+  EXPECT_TRUE(file) << path;
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// The line with which reading fails, or a text that no error has.
+std::string refusal(const std::string& text) {
+  try {
+    parse_scene(text, "bad.json");
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure(), Failure::input);
+    return error.what();
+  }
+  return "accepted";
+}
+
+Scene with_bodies(const std::string& bodies, const std::string& more = "") {
+  return parse_scene("{\"bodies\": [" + bodies + "]" + more + "}", "good.json");
+}
+
+void expect_near(const Vector3& actual, const Vector3& expected, double tolerance = 1e-15) {
+  for (unsigned i = 0; i < 3; ++i) EXPECT_NEAR(actual[i], expected[i], tolerance) << "component " << i;
+}
+
+// ---- good scenes ---------------------------------------------------------------------------------------------------
+
+TEST(SceneReader, DefaultsAreThoseOfTheDescription) {
+  const Scene scene = with_bodies(R"({"type": "static"})");
+  EXPECT_EQ(scene.name, "good");
+  EXPECT_EQ(scene.source, "good.json");
+  EXPECT_EQ(scene.gravity, (Vector3{0, 0, -9.81}));
+  EXPECT_EQ(scene.settings.dt, 1.0 / 60);
+  EXPECT_EQ(scene.settings.integrator, Integrator::semi_implicit_euler);
+  EXPECT_EQ(scene.settings.gyroscopic, Gyroscopic::implicit);
+  ASSERT_EQ(scene.materials.size(), 1u);
+  EXPECT_EQ(scene.materials[0].friction, 0.5);
+  EXPECT_EQ(scene.materials[0].restitution, 0);
+}
+
+TEST(SceneReader, EverySettingIsRead) {
+  const Scene scene = with_bodies(R"({"type": "static"})", R"(, "gravity": [1, 2, 3], "settings": {
+      "dt": 0.125, "steps": 7, "substeps": 3, "iterations": 4, "integrator": "trapezoidal", "gyroscopic": "midpoint",
+      "restitution_threshold": 0.5, "correction": 0.25, "correction_limit": 2, "slop": 0.001, "margin": 0.01,
+      "speed_limit": 50, "precision": "double"})");
+  const Settings& s = scene.settings;
+  EXPECT_EQ(scene.gravity, (Vector3{1, 2, 3}));
+  EXPECT_EQ(s.dt, 0.125);
+  EXPECT_EQ(s.steps, 7u);
+  EXPECT_EQ(s.substeps, 3u);
+  EXPECT_EQ(s.iterations, 4u);
+  EXPECT_EQ(s.integrator, Integrator::trapezoidal);
+  EXPECT_EQ(s.gyroscopic, Gyroscopic::midpoint);
+  EXPECT_EQ(s.restitution_threshold, 0.5);
+  EXPECT_EQ(s.correction, 0.25);
+  EXPECT_EQ(s.correction_limit, 2);
+  EXPECT_EQ(s.slop, 0.001);
+  EXPECT_EQ(s.margin, 0.01);
+  EXPECT_EQ(s.speed_limit, 50);
+  EXPECT_EQ(s.precision, "double");
+}
+
+TEST(SceneReader, MassOfASphereFollowsFromItsDensity) {
+  const Scene scene = with_bodies(R"({"density": 1000, "shapes": [{"type": "sphere", "radius": 0.1}]},
+                     {"mass": 2, "shapes": [{"type": "sphere", "radius": 0.5}]},
+                     {"mass": 2, "inertia": [1, 1, 1], "shapes": [{"type": "sphere", "radius": 0.5}]})");
+  EXPECT_DOUBLE_EQ(scene.bodies[0].mass, 4.18879020478639098);
+  EXPECT_DOUBLE_EQ(scene.bodies[0].inertia[2], 0.4 * 4.18879020478639098 * 0.01);
+  EXPECT_EQ(scene.bodies[1].inertia, (Vector3{0.2, 0.2, 0.2}));
+  EXPECT_EQ(scene.bodies[2].inertia, (Vector3{1, 1, 1}));
+}
+
+TEST(SceneReader, OrientationsInEveryForm) {
+  const char* quarter_turns_about_z[] = {
+      R"({"type": "static", "orientation": [0, 0, 0.70710678118654757, 0.70710678118654757]})",
+      R"({"type": "static", "orientation": {"axis": [0, 0, 2], "angle_deg": 90}})",
+      R"({"type": "static", "orientation": {"axis": [0, 0, -1], "angle": -1.5707963267948966}})",
+      R"({"type": "static", "orientation": {"euler_deg": [0, 0, 450]}})",
+  };
+  for (const char* body : quarter_turns_about_z) {
+    const Quaternion q = with_bodies(body).bodies[0].orientation;
+    expect_near(exact::rotate(q, {1, 0, 0}), {0, 1, 0});
+    EXPECT_NEAR(exact::length(q), 1, 1e-15);
+  }
+}
+
+TEST(SceneReader, AQuaternionOfFewDigitsIsMadeUnit) {
+  const Quaternion q =
+      with_bodies(R"({"type": "static", "orientation": [0, 0, 0.7071068, 0.7071068]})").bodies[0].orientation;
+  EXPECT_NEAR(exact::length(q), 1, 1e-15);
+}
+
+TEST(SceneReader, BodyRatesAreTurnedToTheWorld) {
+  const Scene scene = with_bodies(
+      R"({"mass": 1, "inertia": [1, 1, 1], "orientation": {"axis": [0, 1, 0], "angle_deg": 90},
+          "angular_velocity_body": [0, 0, 3]})");
+  expect_near(scene.bodies[0].angular_velocity, {3, 0, 0});
+}
+
+TEST(SceneReader, APivotPlacesTheCenterOfMassAtTheEndOfTheLever) {
+  const Scene scene = with_bodies(
+      R"({"mass": 1, "inertia": [1, 1, 1], "pivot": [1, 2, 3], "lever": [0, 0, 0.5],
+          "orientation": {"axis": [0, 1, 0], "angle_deg": 90}})");
+  EXPECT_TRUE(scene.bodies[0].pivoted);
+  expect_near(scene.bodies[0].position, {1.5, 2, 3});
+}
+
+TEST(SceneReader, PlanesFaceTheirNormal) {
+  const Scene scene = with_bodies(
+      R"({"type": "static", "shapes": [{"type": "plane", "normal": [0, -3, 0]},
+                                       {"type": "plane", "rotation": {"axis": [0, 1, 0], "angle_deg": 30}}]})");
+  EXPECT_EQ(exact::rotate(scene.bodies[0].shapes[0].rotation, {0, 0, 1}), (Vector3{0, -1, 0}));
+  expect_near(exact::rotate(scene.bodies[0].shapes[1].rotation, {0, 0, 1}), {0.5, 0, std::sqrt(0.75)});
+}
+
+TEST(SceneReader, CategoriesAreBitsInOrderOfAppearance) {
+  const Scene scene = with_bodies(
+      R"({"type": "static", "shapes": [
+          {"type": "plane"},
+          {"type": "sphere", "radius": 1, "category": "balls", "collides_with": ["default", "walls"]},
+          {"type": "sphere", "radius": 1, "category": "walls", "collides_with": []}]})");
+  const auto& shapes = scene.bodies[0].shapes;
+  EXPECT_EQ(shapes[0].category, 1u);
+  EXPECT_EQ(shapes[0].mask, 0xffffffffu);
+  EXPECT_EQ(shapes[1].category, 2u);
+  EXPECT_EQ(shapes[1].mask, 1u | 4u);
+  EXPECT_EQ(shapes[2].category, 4u);
+  EXPECT_EQ(shapes[2].mask, 0u);
+}
+
+TEST(SceneReader, MaterialsAreFoundByName) {
+  const Scene scene =
+      with_bodies(R"({"type": "static", "shapes": [{"type": "plane", "material": "ice"}]})",
+                  R"(, "materials": [{"name": "wood"}, {"name": "ice", "friction": 0.02, "restitution": 0.1}],
+           "material_pairs": [{"materials": ["ice", "wood"], "friction": 0.03, "restitution": 0.2}])");
+  EXPECT_EQ(scene.bodies[0].shapes[0].material, 1u);
+  EXPECT_EQ(scene.materials[1].friction, 0.02);
+  ASSERT_EQ(scene.material_pairs.size(), 1u);
+  EXPECT_EQ(scene.material_pairs[0].material_a, 0u);
+  EXPECT_EQ(scene.material_pairs[0].material_b, 1u);
+  EXPECT_EQ(scene.material_pairs[0].friction, 0.03);
+}
+
+// ---- generators ----------------------------------------------------------------------------------------------------
+
+TEST(SceneReader, AGridRunsFastestAlongX) {
+  const Scene scene = with_bodies(
+      R"({"generator": "grid", "counts": [2, 3, 2], "spacing": [1, 10, 100], "origin": [0.5, 0, 0],
+          "centered": [false, true, false], "bodies": [{"name": "b", "type": "static", "position": [0, 0, 7]}]})");
+  ASSERT_EQ(scene.bodies.size(), 12u);
+  EXPECT_EQ(scene.bodies[0].position, (Vector3{0.5, -10, 7}));
+  EXPECT_EQ(scene.bodies[1].position, (Vector3{1.5, -10, 7}));
+  EXPECT_EQ(scene.bodies[2].position, (Vector3{0.5, 0, 7}));
+  EXPECT_EQ(scene.bodies[11].position, (Vector3{1.5, 10, 107}));
+  EXPECT_EQ(scene.bodies[11].name, "b_11");
+}
+
+TEST(SceneReader, LinesNestAndNumberTheirCopies) {
+  const Scene scene = with_bodies(
+      R"({"type": "static"},
+         {"generator": "line", "count": 2, "step": [10, 0, 0], "bodies": [
+            {"name": "post", "type": "static"},
+            {"generator": "line", "count": 3, "step": [0, 1, 0], "origin": [0, 5, 0],
+             "bodies": [{"name": "bead", "type": "static"}]}]})");
+  ASSERT_EQ(scene.bodies.size(), 9u);
+  EXPECT_EQ(scene.bodies[1].name, "post_0");
+  EXPECT_EQ(scene.bodies[4].name, "bead_2_0");
+  EXPECT_EQ(scene.bodies[8].name, "bead_2_1");
+  EXPECT_EQ(scene.bodies[8].position, (Vector3{10, 7, 0}));
+}
+
+TEST(SceneReader, JitterIsDrawnInTheOrderAskedForFromASequenceOfEachCopy) {
+  const Scene scene = with_bodies(
+      R"({"generator": "line", "count": 4, "step": [1, 0, 0],
+          "jitter": {"generator": "lcg_by_index", "seed": 5, "amplitude": [0.1, 0.2, 0.3], "order": "zxy"},
+          "bodies": [{"type": "static"}]})");
+  exact::LcgByIndex random(5 + 3);
+  const double z = 0.3 * random.next_symmetric(), x = 0.1 * random.next_symmetric(), y = 0.2 * random.next_symmetric();
+  EXPECT_EQ(scene.bodies[3].position, (Vector3{3 + x, y, z}));
+}
+
+// ---- bad scenes ----------------------------------------------------------------------------------------------------
+
+// Each file of tests/bad_scenes/*.json is an array of {"scene", "error"}; a scene is JSON, or a text that is not.
+TEST(SceneReader, BadScenesAreRefusedWithOneLine) {
+  std::size_t cases = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(source_dir + "/tests/bad_scenes")) {
+    const nlohmann::json table = nlohmann::json::parse(slurp(entry.path()));
+    for (const auto& row : table) {
+      const nlohmann::json& scene = row.at("scene");
+      const std::string text = scene.is_string() ? scene.get<std::string>() : scene.dump();
+      const std::string line = refusal(text), expected = "bad.json: " + row.at("error").get<std::string>();
+      // after line and column come the words of the JSON library, which differ between its versions
+      const bool not_json = expected.find(": not JSON: ") != std::string::npos;
+      EXPECT_EQ(not_json ? line.substr(0, expected.size()) : line, expected) << text;
+      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+      ++cases;
+    }
+  }
+  EXPECT_GE(cases, 90u);
+}
+
+TEST(SceneReader, FilesThatCannotBeReadAreNamed) {
+  const auto refusal_of_path = [](const std::string& path) -> std::string {
+    try {
+      read_scene(path);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure(), Failure::input);
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(refusal_of_path("zeno_bal"),
+            "zeno_bal: no such file, and no built-in scene has this name; did you mean \"zeno_ball\"?");
+  EXPECT_EQ(refusal_of_path("nowhere/free_flight.json"),
+            "nowhere/free_flight.json: no such file; 'lockstep scenes' lists the built-in ones");
+  EXPECT_EQ(refusal_of_path(source_dir), source_dir + ": is a directory, must be a JSON file");
+  EXPECT_EQ(refusal_of_path(""), "\"\": no such file; 'lockstep scenes' lists the built-in ones");
+}
+
+TEST(SceneReader, TenMegabytesOfBracketsAreRefused) {
+  const std::string brackets(10u << 20, '[');
+  EXPECT_EQ(refusal(brackets), "bad.json: nested deeper than 64 levels; no scene needs that");
+  std::string objects;
+  for (int i = 0; i < 1000000; ++i) objects += "{\"a\":";
+  EXPECT_EQ(refusal(objects), "bad.json: nested deeper than 64 levels; no scene needs that");
+  const std::string endless = refusal("{\"name\": \"" + std::string(10u << 20, 'x'));
+  EXPECT_EQ(endless.substr(0, 43), "bad.json: not JSON: line 1, column 10485771");
+  EXPECT_LT(endless.size(), 300u);
+}
+
+TEST(SceneReader, BytesThatAreNoTextDoNotReachTheTerminal) {
+  const std::string line = refusal("{\"name\": \"\x1b[31m\xff\"}");
+  EXPECT_EQ(line.substr(0, 42), "bad.json: not JSON: line 1, column 11: syn");
+  for (const char c : line) EXPECT_TRUE(c >= 0x20 && c < 0x7f) << line;
+}
+
+TEST(SceneReader, ManyGeneratorsTogetherAreRefusedToo) {
+  const std::string many =
+      R"({"generator": "line", "count": 1500000, "step": [1, 0, 0], "bodies": [{"type": "static"}]})";
+  EXPECT_EQ(refusal("{\"bodies\": [" + many + "," + many + "]}"),
+            "bad.json: /bodies/1: would bring the scene to 3000000 bodies and 0 shapes, it can have 2000000 of each; "
+            "lower the counts");
+}
+
+}  // namespace
+}  // namespace lockstep
