@@ -17,8 +17,8 @@ struct Bench {
         names({"begin_step.cl"}),
         signatures(sources.signatures(names)),
         memory(device, queue),
-        launcher(device, queue, build_program(device, sources.assemble(names), {}).program, signatures, memory, work_group,
-                 profile) {
+        launcher(device, queue, build_program(device, sources.assemble(names), {}).program, signatures, memory,
+                 work_group, profile) {
     memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
     launcher.begin(Stage::begin_step, {});
   }

@@ -20,8 +20,8 @@ struct ScanBench {
         names({"scan.cl"}),
         signatures(sources.signatures(names)),
         memory(device, queue),
-        launcher(device, queue, build_program(device, sources.assemble(names), {}).program, signatures, memory, work_group,
-                 false) {
+        launcher(device, queue, build_program(device, sources.assemble(names), {}).program, signatures, memory,
+                 work_group, false) {
     memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
     launcher.begin(Stage::begin_step, {});
   }

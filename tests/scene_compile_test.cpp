@@ -282,7 +282,7 @@ TEST(SceneCompile, RungeKuttaIsForBodiesThatCannotTouch) {
 
 TEST(SceneCompile, NumbersThatThePrecisionCannotHoldAreRefused) {
   const std::string far = R"({"name": "far", "type": "static", "position": [0, 1e39, 0]})";
-  EXPECT_EQ(refusal(scene_of(far)), "test.json: body 0 (far): position must fit float, is 1e+39");
+  EXPECT_EQ(refusal(scene_of(far)), "test.json: body 0 (\"far\"): position must fit float, is 1e+39");
   EXPECT_EQ(refusal<double>(scene_of(far)), "accepted");
   const std::string light = R"({"mass": 1e-40, "inertia": [1, 1, 1]})";
   EXPECT_EQ(refusal(scene_of(light)), "test.json: body 0: mass and its inverse must fit float, is 1e-40");

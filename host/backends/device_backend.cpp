@@ -21,7 +21,7 @@ u32 lanes_for(const DeviceInfo& device, u32 asked) {
 }
 
 // Below this many contacts one work-group solves the whole scene: launches and colours cost more than they share out.
-constexpr u32 small_contacts = 256;
+constexpr u32 small_contacts = 1024;
 
 LaunchPlan first_plan(const Sizes& sizes, Features features, u32 lanes) {
   LaunchPlan plan;
