@@ -1,34 +1,91 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Gives each contact a colour so that contacts of one colour share no dynamic body (cpu_reference/color_contacts.hpp).
-// Here by Jones and Plassmann's rounds: a contact bids its priority on its dynamic bodies, and one that is the highest
-// bidder of both takes the lowest colour free in both.
+// Two ways to the same colours: one work-item a world, in order, for a device with few threads; and for one with
+// thousands the rounds of Jones and Plassmann, where a contact bids on its dynamic bodies with its priority, and one
+// that is the highest bidder of both takes the lowest colour that is free in both.
 #include "common.h"
 #include "types.h"
+
+#define COLOR_CLASS_BITS 6u
+#define COLOR_CLASSES (1u << COLOR_CLASS_BITS)
+
+// Its own inverse.
+static inline u32 color_reverse(u32 x) {
+  return ((x & 1u) << 5) | ((x & 2u) << 3) | ((x & 4u) << 1) | ((x & 8u) >> 1) | ((x & 16u) >> 3) | ((x & 32u) >> 5);
+}
+
+// The order of the contacts of a world, as a falling priority: never 0 ("no bid") or COLOR_FULL.
+static inline u32 color_priority(u32 rank) {
+  const u32 place = color_reverse(rank % COLOR_CLASSES) << (32u - COLOR_CLASS_BITS) | rank >> COLOR_CLASS_BITS;
+  return 0xfffffffeu - place;
+}
 
 // A bid that outbids all: every colour of the body is taken, what is left on it goes to overflow.
 #define COLOR_FULL 0xffffffffu
 
-// Distinct for distinct ranks, never 0 ("no bid"): a bijection of rank + 1 that leaves 0 where it is.
-static inline u32 color_priority(u32 rank) {
-  u32 x = rank + 1u;
-  x = (x ^ (x >> 16)) * 0x9e3779b9u;
-  x = (x ^ (x >> 15)) * 0x6a09e667u;
-  return x ^ (x >> 16);
-}
-
 static inline u32 color_lowest_bit(u32 bits) { return 31u - clz(bits & (0u - bits)); }
 
-// Lowest colour that is free in both words, MAX_COLORS where none is.
-static inline u32 color_lowest_free(u32 used_low, u32 used_high) {
-  if (~used_low != 0u) return color_lowest_bit(~used_low);
-  if (~used_high != 0u) return 32u + color_lowest_bit(~used_high);
+// Lowest colour that neither body has, MAX_COLORS where there is none.
+static inline u32 color_lowest_free(u32 a, bool dynamic_a, u32 b, bool dynamic_b, global const u32* body_colors) {
+  const u32 low = (dynamic_a ? body_colors[2u * a] : 0u) | (dynamic_b ? body_colors[2u * b] : 0u);
+  if (~low != 0u) return color_lowest_bit(~low);
+  const u32 high = (dynamic_a ? body_colors[2u * a + 1u] : 0u) | (dynamic_b ? body_colors[2u * b + 1u] : 0u);
+  if (~high != 0u) return 32u + color_lowest_bit(~high);
   return MAX_COLORS;
 }
 
-// The winner of a body is alone in writing its mask.
-static inline void color_take(u32 color, u32 body, global u32* body_colors, global u32* next_bids) {
+static inline void color_take(u32 color, u32 body, global u32* body_colors) {
   body_colors[2u * body + color / 32u] |= 1u << (color % 32u);
-  if ((body_colors[2u * body] & body_colors[2u * body + 1u]) == COLOR_FULL) atomic_max(next_bids + body, COLOR_FULL);
+}
+
+// ---- in order -----------------------------------------------------------------------------------------------------
+
+// First contact of the worlds from `world` on.
+static inline u32 color_first_contact(u32 world, u32 count, global const Contact* contacts) {
+  u32 begin = 0u, end = count;
+  while (begin < end) {
+    const u32 middle = begin + (end - begin) / 2u;
+    if (contacts[middle].world < world)
+      begin = middle + 1u;
+    else
+      end = middle;
+  }
+  return begin;
+}
+
+kernel void color_worlds(const StepParams params, global const WorldRange* world_ranges,
+                         global const BodyInfo* body_infos, global const Contact* contacts, global u32* body_colors,
+                         global u32* contact_colors, global const u32* counters) {
+  FOR_EACH(world, params.worlds) {
+    const u32 first_word = 2u * world_ranges[world].first_body;
+    for (u32 i = 0u; i < 2u * world_ranges[world].body_count; ++i) body_colors[first_word + i] = 0u;
+
+    const u32 first = color_first_contact(world, counters[COUNTER_CONTACTS], contacts);
+    const u32 end = color_first_contact(world + 1u, counters[COUNTER_CONTACTS], contacts);
+    for (u32 place = 0u; place < COLOR_CLASSES; ++place) {
+      for (u32 i = first + color_reverse(place); i < end; i += COLOR_CLASSES) {
+        const u32 a = contacts[i].body_a, b = contacts[i].body_b;
+        const bool dynamic_a = body_infos[a].kind == BODY_DYNAMIC, dynamic_b = body_infos[b].kind == BODY_DYNAMIC;
+        const u32 color = color_lowest_free(a, dynamic_a, b, dynamic_b, body_colors);
+        contact_colors[i] = color;
+        if (dynamic_a && color < MAX_COLORS) color_take(color, a, body_colors);
+        if (dynamic_b && color < MAX_COLORS) color_take(color, b, body_colors);
+      }
+    }
+  }
+}
+
+// ---- in rounds ----------------------------------------------------------------------------------------------------
+
+// The winner of a body is alone in writing its mask.
+static inline void color_win(u32 color, u32 body, global u32* body_colors, global u32* next_bids) {
+  color_take(color, body, body_colors);
+  if ((body_colors[2u * body] & body_colors[2u * body + 1u]) == 0xffffffffu) atomic_max(next_bids + body, COLOR_FULL);
+}
+
+static inline void color_lose(u32 priority, u32 body, global u32* next_bids, global u32* later_bids) {
+  atomic_max(next_bids + body, priority);
+  later_bids[body] = 0u;
 }
 
 // One round over all contacts; 1 where some contact lost and bids again. Bids lie in three arrays that change roles, so
@@ -49,29 +106,22 @@ static inline u32 color_bid(u32 round, u32 first, u32 stride, u32 count, u32 bod
     if (bid_a == COLOR_FULL || bid_b == COLOR_FULL) {
       contact_colors[i] = MAX_COLORS;
     } else if (bid_a == priority && bid_b == priority) {
-      const u32 low = (dynamic_a ? body_colors[2u * a] : 0u) | (dynamic_b ? body_colors[2u * b] : 0u);
-      const u32 high = (dynamic_a ? body_colors[2u * a + 1u] : 0u) | (dynamic_b ? body_colors[2u * b + 1u] : 0u);
-      const u32 color = color_lowest_free(low, high);
+      const u32 color = color_lowest_free(a, dynamic_a, b, dynamic_b, body_colors);
       contact_colors[i] = color;
-      if (dynamic_a && color < MAX_COLORS) color_take(color, a, body_colors, next_bids);
-      if (dynamic_b && color < MAX_COLORS) color_take(color, b, body_colors, next_bids);
+      if (dynamic_a && color < MAX_COLORS) color_win(color, a, body_colors, next_bids);
+      if (dynamic_b && color < MAX_COLORS) color_win(color, b, body_colors, next_bids);
     } else {
       lost = 1u;
-      if (dynamic_a) {
-        atomic_max(next_bids + a, priority);
-        later_bids[a] = 0u;
-      }
-      if (dynamic_b) {
-        atomic_max(next_bids + b, priority);
-        later_bids[b] = 0u;
-      }
+      if (dynamic_a) color_lose(priority, a, next_bids, later_bids);
+      if (dynamic_b) color_lose(priority, b, next_bids, later_bids);
     }
   }
   return lost;
 }
 
 kernel void color_start(const StepParams params, global u32* body_colors, global u32* contact_colors,
-                        global u32* color_bids, global const u32* counters) {
+                        global u32* color_bids, global u32* color_rounds, global const u32* counters) {
+  if (get_global_id(0) == 0) color_rounds[0] = 0u;
   FOR_EACH(i, 2u * params.bodies) {
     body_colors[i] = 0u;
     color_bids[i] = 0u;
@@ -79,26 +129,26 @@ kernel void color_start(const StepParams params, global u32* body_colors, global
   FOR_EACH(i, counters[COUNTER_CONTACTS]) contact_colors[i] = NONE;
 }
 
-// COUNTER_ROUNDS is one more than the last round that somebody lost.
+// color_rounds: one more than the last round that somebody lost.
 kernel void color_round(const StepParams params, const u32 round, global const BodyInfo* body_infos,
                         global const Contact* contacts, global u32* body_colors, global u32* contact_colors,
-                        global u32* color_bids, global u32* counters) {
+                        global u32* color_bids, global u32* color_rounds, global const u32* counters) {
   const u32 lost = color_bid(round, (u32)get_global_id(0), (u32)get_global_size(0), counters[COUNTER_CONTACTS],
                              params.bodies, body_infos, contacts, body_colors, contact_colors, color_bids);
-  if (lost != 0u) counters[COUNTER_ROUNDS] = round + 1u;
+  if (lost != 0u) color_rounds[0] = round + 1u;
 }
 
 // One work-group: the rounds from `first_round` on, until nobody loses. In each round the highest bidder wins.
 kernel void color_tail(const StepParams params, const u32 first_round, global const BodyInfo* body_infos,
                        global const Contact* contacts, global u32* body_colors, global u32* contact_colors,
-                       global u32* color_bids, global u32* counters) {
+                       global u32* color_bids, global u32* color_rounds, global const u32* counters) {
   for (u32 round = first_round;; ++round) {
-    const u32 rounds = counters[COUNTER_ROUNDS];
+    const u32 rounds = color_rounds[0];
     barrier(CLK_GLOBAL_MEM_FENCE);
     if (rounds != round) break;
     const u32 lost = color_bid(round, (u32)get_local_id(0), (u32)get_local_size(0), counters[COUNTER_CONTACTS],
                                params.bodies, body_infos, contacts, body_colors, contact_colors, color_bids);
-    if (lost != 0u) counters[COUNTER_ROUNDS] = round + 1u;
+    if (lost != 0u) color_rounds[0] = round + 1u;
     barrier(CLK_GLOBAL_MEM_FENCE);
   }
 }

@@ -43,7 +43,9 @@ static inline LaneCone lane_solve_central(LaneCone q, lane w_nn, lane w_tt, lane
 }
 
 #if FEATURE_GENERAL_CONTACTS
-static inline LaneCone lane_solve_general(LaneCone q, LaneDelassus w, lane friction) {
+// In the `general` lanes.
+static inline LaneCone lane_solve_general(lane_mask general, LaneCone q, LaneDelassus w, lane friction) {
+  const LaneCone none = lane_make_cone((lane)0, (lane)0, (lane)0);
   const lane g1 = w.n1 / w.nn, g2 = w.n2 / w.nn;
   const lane a11 = w.t11 - g1 * w.n1, a22 = w.t22 - g2 * w.n2, a12 = w.t12 - g1 * w.n2;
   const lane b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal;
@@ -52,8 +54,8 @@ static inline LaneCone lane_solve_general(LaneCone q, LaneDelassus w, lane frict
   lane lambda = (lane)0, low = (lane)0;
   lane high = (fabs(b1) + fabs(b2)) * (w.nn + friction * (fabs(w.n1) + fabs(w.n2))) / (friction * -q.normal);
   lane p1, p2, length;
-  lane_mask sticks;
-  LaneCone stuck;
+  LaneCone without_slip;
+  lane_mask slips;
   for (int step = 0;; ++step) {
     const lane x = a11 + lambda, y = a22 + lambda;
     const lane inverse = (lane)1 / (x * y - a12 * a12);
@@ -64,8 +66,9 @@ static inline LaneCone lane_solve_general(LaneCone q, LaneDelassus w, lane frict
     const lane normal = alone - (g1 * p1 + g2 * p2);
     const lane excess = length - friction * normal;
     if (step == 0) {
-      sticks = excess <= (lane)0;
-      stuck = lane_make_cone(normal, p1, p2);
+      without_slip = lane_select_cone(q.normal < (lane)0, lane_make_cone(normal, p1, p2), none);
+      slips = (q.normal < (lane)0) & !(excess <= (lane)0);
+      if (!LANE_ANY(slips & general)) return without_slip;
     }
     if (step == CONE_STEPS) break;
 
@@ -90,8 +93,7 @@ static inline LaneCone lane_solve_general(LaneCone q, LaneDelassus w, lane frict
   along = pushes ? along : w.nn;
   const lane normal = -q.normal / along;
   const LaneCone slip = lane_make_cone(normal, friction * normal * e1, friction * normal * e2);
-  return lane_select_cone(q.normal < (lane)0, lane_select_cone(sticks, stuck, slip),
-                          lane_make_cone((lane)0, (lane)0, (lane)0));
+  return lane_select_cone(slips, slip, without_slip);
 }
 #endif
 

@@ -10,6 +10,7 @@
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
 
 typedef LANES_JOIN(REAL, 8) Real8;
+typedef LANES_JOIN(REAL, 16) Real16;
 
 #if LANES == 1
 
@@ -21,8 +22,6 @@ typedef int lane_mask;
 #define LANE_LOAD_U32(p) (*(p))
 #define LANE_MASK(x) (x)
 #define LANE_ANY(x) (x)
-#define LANE_AT(x, k) (x)
-#define LANE_EACH(DO) DO(0)
 #define LANE_BITS(mask) ((u32)(mask))
 
 #else
@@ -33,12 +32,6 @@ typedef LANES_JOIN(uint, LANES) lane_u32;
 #define LANE_STORE(x, p) LANES_JOIN(vstore, LANES)(x, 0, p)
 #define LANE_LOAD_U32(p) LANES_JOIN(vload, LANES)(0, p)
 #define LANE_ANY(x) any(x)
-#define LANE_AT(x, k) ((x).s##k)
-#if LANES == 8
-#define LANE_EACH(DO) DO(0) DO(1) DO(2) DO(3) DO(4) DO(5) DO(6) DO(7)
-#else
-#define LANE_EACH(DO) DO(0) DO(1) DO(2) DO(3) DO(4) DO(5) DO(6) DO(7) DO(8) DO(9) DO(a) DO(b) DO(c) DO(d) DO(e) DO(f)
-#endif
 // Bit k of a word is lane k of a mask.
 #define LANE_BITS(mask) lane_bits(LANES_JOIN(convert_int, LANES)(mask))
 static inline u32 lane_bits(LANES_JOIN(int, LANES) mask) {
@@ -62,6 +55,120 @@ typedef LANES_JOIN(int, LANES) lane_mask;
 #endif
 
 #endif
+
+// ---- lines of bodies ----------------------------------------------------------------------------------------------
+// Half a body line in each lane. Memory is touched in whole half lines, which vector shuffles turn into lanes and back:
+// 8 x 8 transpositions, of which the compiler makes short code (it would scalarise a gather of single components).
+
+typedef struct LaneLines {
+  lane c0, c1, c2, c3, c4, c5, c6, c7;
+} LaneLines;
+
+#define BODY_LINE(k) ((global Real8*)(motions + indices[k]))[half_line]
+#define CONST_BODY_LINE(k) ((global const Real8*)(motions + indices[k]))[half_line]
+
+#if LANES == 1
+
+static inline LaneLines lane_gather(global const Motion* motions, u32 half_line, global const u32* indices) {
+  const Real8 line = CONST_BODY_LINE(0);
+  LaneLines r;
+  r.c0 = line.s0, r.c1 = line.s1, r.c2 = line.s2, r.c3 = line.s3;
+  r.c4 = line.s4, r.c5 = line.s5, r.c6 = line.s6, r.c7 = line.s7;
+  return r;
+}
+
+static inline void lane_scatter_movable(LaneLines r, global Motion* motions, global const u32* indices) {
+  const u32 half_line = 0u;
+  if (r.c3 > (real)0) BODY_LINE(0) = (Real8)(r.c0, r.c1, r.c2, r.c3, r.c4, r.c5, r.c6, r.c7);
+}
+
+#else
+
+typedef struct Rows8 {
+  Real8 r0, r1, r2, r3, r4, r5, r6, r7;
+} Rows8;
+
+// In each half of four: the first or last two elements of a and b in turn, or in pairs.
+#define ZIP_FIRST(a, b) ((Real16)(a, b)).s08194c5d
+#define ZIP_LAST(a, b) ((Real16)(a, b)).s2a3b6e7f
+#define PAIR_FIRST(a, b) ((Real16)(a, b)).s018945cd
+#define PAIR_LAST(a, b) ((Real16)(a, b)).s23ab67ef
+
+static inline Rows8 transpose8(Rows8 m) {
+  const Real8 u0 = ZIP_FIRST(m.r0, m.r1), u1 = ZIP_LAST(m.r0, m.r1);
+  const Real8 u2 = ZIP_FIRST(m.r2, m.r3), u3 = ZIP_LAST(m.r2, m.r3);
+  const Real8 u4 = ZIP_FIRST(m.r4, m.r5), u5 = ZIP_LAST(m.r4, m.r5);
+  const Real8 u6 = ZIP_FIRST(m.r6, m.r7), u7 = ZIP_LAST(m.r6, m.r7);
+  const Real8 v0 = PAIR_FIRST(u0, u2), v1 = PAIR_LAST(u0, u2), v2 = PAIR_FIRST(u1, u3), v3 = PAIR_LAST(u1, u3);
+  const Real8 v4 = PAIR_FIRST(u4, u6), v5 = PAIR_LAST(u4, u6), v6 = PAIR_FIRST(u5, u7), v7 = PAIR_LAST(u5, u7);
+  Rows8 t;
+  t.r0 = (Real8)(v0.lo, v4.lo), t.r1 = (Real8)(v1.lo, v5.lo);
+  t.r2 = (Real8)(v2.lo, v6.lo), t.r3 = (Real8)(v3.lo, v7.lo);
+  t.r4 = (Real8)(v0.hi, v4.hi), t.r5 = (Real8)(v1.hi, v5.hi);
+  t.r6 = (Real8)(v2.hi, v6.hi), t.r7 = (Real8)(v3.hi, v7.hi);
+  return t;
+}
+
+// Components of eight bodies.
+static inline Rows8 gather8(global const Motion* motions, u32 half_line, global const u32* indices) {
+  Rows8 m;
+  m.r0 = CONST_BODY_LINE(0), m.r1 = CONST_BODY_LINE(1), m.r2 = CONST_BODY_LINE(2), m.r3 = CONST_BODY_LINE(3);
+  m.r4 = CONST_BODY_LINE(4), m.r5 = CONST_BODY_LINE(5), m.r6 = CONST_BODY_LINE(6), m.r7 = CONST_BODY_LINE(7);
+  return transpose8(m);
+}
+
+static inline void scatter8(Rows8 components, global Motion* motions, global const u32* indices) {
+  const u32 half_line = 0u;
+  const Rows8 m = transpose8(components);
+  if (all(components.r3 > (Real8)0)) {
+    BODY_LINE(0) = m.r0, BODY_LINE(1) = m.r1, BODY_LINE(2) = m.r2, BODY_LINE(3) = m.r3;
+    BODY_LINE(4) = m.r4, BODY_LINE(5) = m.r5, BODY_LINE(6) = m.r6, BODY_LINE(7) = m.r7;
+  } else {
+    if (m.r0.s3 > (real)0) BODY_LINE(0) = m.r0;
+    if (m.r1.s3 > (real)0) BODY_LINE(1) = m.r1;
+    if (m.r2.s3 > (real)0) BODY_LINE(2) = m.r2;
+    if (m.r3.s3 > (real)0) BODY_LINE(3) = m.r3;
+    if (m.r4.s3 > (real)0) BODY_LINE(4) = m.r4;
+    if (m.r5.s3 > (real)0) BODY_LINE(5) = m.r5;
+    if (m.r6.s3 > (real)0) BODY_LINE(6) = m.r6;
+    if (m.r7.s3 > (real)0) BODY_LINE(7) = m.r7;
+  }
+}
+
+// Lane k gets a half of the line of body indices[k].
+static inline LaneLines lane_gather(global const Motion* motions, u32 half_line, global const u32* indices) {
+  const Rows8 x = gather8(motions, half_line, indices);
+  LaneLines r;
+#if LANES == 8
+  r.c0 = x.r0, r.c1 = x.r1, r.c2 = x.r2, r.c3 = x.r3, r.c4 = x.r4, r.c5 = x.r5, r.c6 = x.r6, r.c7 = x.r7;
+#else
+  const Rows8 y = gather8(motions, half_line, indices + 8);
+  r.c0 = (lane)(x.r0, y.r0), r.c1 = (lane)(x.r1, y.r1), r.c2 = (lane)(x.r2, y.r2), r.c3 = (lane)(x.r3, y.r3);
+  r.c4 = (lane)(x.r4, y.r4), r.c5 = (lane)(x.r5, y.r5), r.c6 = (lane)(x.r6, y.r6), r.c7 = (lane)(x.r7, y.r7);
+#endif
+  return r;
+}
+
+// Writes back the first halves of the bodies that can move: those belong to one lane of a colour. The others, whose
+// inverse mass, the fourth real, is zero, are read by many and never written.
+static inline void lane_scatter_movable(LaneLines r, global Motion* motions, global const u32* indices) {
+  Rows8 m;
+#if LANES == 8
+  m.r0 = r.c0, m.r1 = r.c1, m.r2 = r.c2, m.r3 = r.c3, m.r4 = r.c4, m.r5 = r.c5, m.r6 = r.c6, m.r7 = r.c7;
+  scatter8(m, motions, indices);
+#else
+  m.r0 = r.c0.lo, m.r1 = r.c1.lo, m.r2 = r.c2.lo, m.r3 = r.c3.lo;
+  m.r4 = r.c4.lo, m.r5 = r.c5.lo, m.r6 = r.c6.lo, m.r7 = r.c7.lo;
+  scatter8(m, motions, indices);
+  m.r0 = r.c0.hi, m.r1 = r.c1.hi, m.r2 = r.c2.hi, m.r3 = r.c3.hi;
+  m.r4 = r.c4.hi, m.r5 = r.c5.hi, m.r6 = r.c6.hi, m.r7 = r.c7.hi;
+  scatter8(m, motions, indices + 8);
+#endif
+}
+
+#endif
+
+// ---- vectors ------------------------------------------------------------------------------------------------------
 
 // A vector in each lane.
 typedef struct Lane3 {

@@ -58,9 +58,8 @@ enum Counter {
   COUNTER_CONTACTS_NEEDED = 7,
   COUNTER_BLOCKS_NEEDED = 8,
   COUNTER_MAX_EXTENT = 9,     // bits of the largest float bound of a finite shape, m
-  COUNTER_ROUNDS = 10,        // rounds that colouring took, for the next launch plan
+  COUNTER_LARGE_COLORS = 10,  // one more than the last colour of at least LARGE_COLOR blocks, for the next launch plan
   COUNTER_BAD_BODY = 11,      // NONE - (smallest index of a body whose state went bad); 0 where none did
-  COUNTER_LARGE_COLORS = 12,  // one more than the last colour of at least LARGE_COLOR blocks, for the next launch plan
   COUNTER_COUNT = 16
 };
 

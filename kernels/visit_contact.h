@@ -7,7 +7,7 @@
 #include "cone.h"
 #include "lanes.h"
 
-// The bodies on one side of the contacts, a lane each.
+// The bodies on one side of the contacts, a lane each. Central contacts need the first half of a body's line only.
 typedef struct LaneBody {
   Lane3 v, w;
   lane inverse_mass, xx;
@@ -22,48 +22,28 @@ typedef struct LaneContact {
   lane_mask general;
 } LaneContact;
 
-// Whole body lines, then lane by lane into registers.
-static inline LaneBody lane_gather(global const Motion* motions, global const u32* bodies) {
+static inline LaneBody lane_load_bodies(global const Motion* motions, global const u32* indices) {
+  const LaneLines first = lane_gather(motions, 0u, indices);
   LaneBody body;
-#define GATHER(k)                                                       \
-  {                                                                     \
-    const Real8 line = *(global const Real8*)(motions + bodies[0x##k]); \
-    LANE_AT(body.v.x, k) = line.s0;                                     \
-    LANE_AT(body.v.y, k) = line.s1;                                     \
-    LANE_AT(body.v.z, k) = line.s2;                                     \
-    LANE_AT(body.inverse_mass, k) = line.s3;                            \
-    LANE_AT(body.w.x, k) = line.s4;                                     \
-    LANE_AT(body.w.y, k) = line.s5;                                     \
-    LANE_AT(body.w.z, k) = line.s6;                                     \
-    LANE_AT(body.xx, k) = line.s7;                                      \
-  }
-  LANE_EACH(GATHER)
-#undef GATHER
+  body.v = lane_make3(first.c0, first.c1, first.c2);
+  body.inverse_mass = first.c3;
+  body.w = lane_make3(first.c4, first.c5, first.c6);
+  body.xx = first.c7;
 #if FEATURE_GENERAL_CONTACTS
-#define GATHER(k)                                                           \
-  {                                                                         \
-    const Real8 line = ((global const Real8*)(motions + bodies[0x##k]))[1]; \
-    LANE_AT(body.yy, k) = line.s0;                                          \
-    LANE_AT(body.zz, k) = line.s1;                                          \
-    LANE_AT(body.xy, k) = line.s2;                                          \
-    LANE_AT(body.xz, k) = line.s3;                                          \
-    LANE_AT(body.yz, k) = line.s4;                                          \
-  }
-  LANE_EACH(GATHER)
-#undef GATHER
+  const LaneLines second = lane_gather(motions, 1u, indices);
+  body.yy = second.c0, body.zz = second.c1;
+  body.xy = second.c2, body.xz = second.c3, body.yz = second.c4;
 #endif
   return body;
 }
 
-// Movable bodies belong to one lane of a colour; the others, read by many, are never written.
-static inline void lane_scatter(LaneBody body, global Motion* motions, global const u32* bodies) {
-#define SCATTER(k)                                                                                               \
-  if (LANE_AT(body.inverse_mass, k) > (real)0)                                                                   \
-    *(global Real8*)(motions + bodies[0x##k]) =                                                                  \
-        (Real8)(LANE_AT(body.v.x, k), LANE_AT(body.v.y, k), LANE_AT(body.v.z, k), LANE_AT(body.inverse_mass, k), \
-                LANE_AT(body.w.x, k), LANE_AT(body.w.y, k), LANE_AT(body.w.z, k), LANE_AT(body.xx, k));
-  LANE_EACH(SCATTER)
-#undef SCATTER
+static inline void lane_store_bodies(LaneBody body, global Motion* motions, global const u32* indices) {
+  LaneLines first;
+  first.c0 = body.v.x, first.c1 = body.v.y, first.c2 = body.v.z;
+  first.c3 = body.inverse_mass;
+  first.c4 = body.w.x, first.c5 = body.w.y, first.c6 = body.w.z;
+  first.c7 = body.xx;
+  lane_scatter_movable(first, motions, indices);
 }
 
 // Duff et al. (2017), right-handed with the normal.
@@ -120,7 +100,7 @@ static inline void lane_push(LaneContact c, LaneCone r, LaneBody* a, LaneBody* b
 static inline void visit_contacts(u32 first, global const BlockBodies* bodies, global const ContactBlock* block,
                                   global ImpulseBlock* impulses, global Motion* motions) {
   const LaneContact c = lane_contact(block, bodies, first);
-  LaneBody a = lane_gather(motions, bodies->body_a + first), b = lane_gather(motions, bodies->body_b + first);
+  LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
   const LaneCone old = lane_impulse(impulses, first);
   const lane friction = LANE_LOAD(block->friction + first), bias = LANE_LOAD(block->bias + first);
   const lane w_nn = LANE_LOAD(block->w_nn + first), w_11 = LANE_LOAD(block->w_11 + first);
@@ -142,7 +122,7 @@ static inline void visit_contacts(u32 first, global const BlockBodies* bodies, g
     const LaneCone q = lane_make_cone(u_n - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),
                                       u_1 - (w.n1 * old.normal + w.t11 * old.tangent_1 + w.t12 * old.tangent_2),
                                       u_2 - (w.n2 * old.normal + w.t12 * old.tangent_1 + w.t22 * old.tangent_2));
-    r = lane_select_cone(c.general, lane_solve_general(q, w, friction), r);
+    r = lane_select_cone(c.general, lane_solve_general(c.general, q, w, friction), r);
   }
 #endif
 
@@ -150,18 +130,18 @@ static inline void visit_contacts(u32 first, global const BlockBodies* bodies, g
   LANE_STORE(r.tangent_1, impulses->tangent_1 + first);
   LANE_STORE(r.tangent_2, impulses->tangent_2 + first);
   lane_push(c, lane_make_cone(r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2), &a, &b);
-  lane_scatter(a, motions, bodies->body_a + first);
-  lane_scatter(b, motions, bodies->body_b + first);
+  lane_store_bodies(a, motions, bodies->body_a + first);
+  lane_store_bodies(b, motions, bodies->body_b + first);
 }
 
 // Gives the bodies the impulses that the contacts start from.
 static inline void start_contacts(u32 first, global const BlockBodies* bodies, global const ContactBlock* block,
                                   global const ImpulseBlock* impulses, global Motion* motions) {
   const LaneContact c = lane_contact(block, bodies, first);
-  LaneBody a = lane_gather(motions, bodies->body_a + first), b = lane_gather(motions, bodies->body_b + first);
+  LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
   lane_push(c, lane_impulse(impulses, first), &a, &b);
-  lane_scatter(a, motions, bodies->body_a + first);
-  lane_scatter(b, motions, bodies->body_b + first);
+  lane_store_bodies(a, motions, bodies->body_a + first);
+  lane_store_bodies(b, motions, bodies->body_b + first);
 }
 
 // Schedules. A phase is a colour, or one overflow block: the phases of a step follow one another, what is in a phase

@@ -90,7 +90,7 @@ TYPED_TEST(ColorContacts, WorldsDoNotMeet) {
     EXPECT_EQ(alone.buffers.contact_colors[i], batch.buffers.contact_colors[other_graph.size() + i]);
 }
 
-TYPED_TEST(ColorContacts, StarRunsOutOfColorsAndStopsEarly) {
+TYPED_TEST(ColorContacts, StarRunsOutOfColors) {
   using real = TypeParam;
   const auto [kinds, graph] = star(200);
   InitialState<real> state = contact_graphs<real>({kinds}, {graph});
@@ -100,7 +100,6 @@ TYPED_TEST(ColorContacts, StarRunsOutOfColorsAndStopsEarly) {
   for (u32 i = 0; i < graph.size(); ++i) ++sizes[state.buffers.contact_colors[i]];
   for (u32 color = 0; color < MAX_COLORS; ++color) EXPECT_EQ(sizes[color], 1u);
   EXPECT_EQ(sizes[MAX_COLORS], 200 - MAX_COLORS);
-  EXPECT_EQ(state.buffers.counters[COUNTER_ROUNDS], MAX_COLORS + 1);
 }
 
 // What many bodies rest on costs no colours.
@@ -112,7 +111,6 @@ TYPED_TEST(ColorContacts, ImmovableBodiesTakeNoColor) {
     reference::run_stage(Stage::color_contacts, state.buffers, state.params);
     for (u32 i = 0; i < graph.size(); ++i) EXPECT_EQ(state.buffers.contact_colors[i], 0u);
     EXPECT_EQ(state.buffers.body_colors[0], 0u);
-    EXPECT_EQ(state.buffers.counters[COUNTER_ROUNDS], 1u);
   }
 }
 

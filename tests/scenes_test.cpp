@@ -6,8 +6,11 @@
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
 
 #include "host/embedded.hpp"
+#include "host/error.hpp"
 #include "host/scene/compile.hpp"
 #include "host/scene/read.hpp"
 
@@ -136,6 +139,7 @@ TEST(Scenes, NothingOverlapsAtTheStart) {
         const Quaternion turn = exact::multiply(body.orientation, plane.rotation);
         const Vector3 point = exact::add(body.position, exact::rotate(body.orientation, plane.offset));
         for (const Sphere& s : spheres) {
+          if (s.body->kind != BODY_DYNAMIC) continue;
           if ((s.category & plane.mask) == 0 || (plane.category & s.mask) == 0) continue;
           const double gap = exact::dot(exact::rotate(turn, {0, 0, 1}), exact::subtract(s.center, point)) - s.radius;
           EXPECT_GE(gap, -1e-9) << listing.name << ' ' << s.body->name;
@@ -162,7 +166,7 @@ TEST(Scenes, TopsHaveTheEnergyAndRateOfTheirClosedForms) {
               1e-6);
 
   // I1 W^2 cos(tilt) - I3 w3 W + m g l = 0, W about the vertical and the rest of the spin about the axis of the top
-  const BodyDescription& steady = read_scene("steady_precession").bodies[0];
+  const BodyDescription steady = read_scene("steady_precession").bodies[0];
   const double about_pivot = steady.inertia[0] + steady.mass * steady.lever[2] * steady.lever[2];
   EXPECT_NEAR(about_pivot, 0.3, 1e-15);
   const double a = about_pivot * std::cos(exact::pi / 6), b = steady.inertia[2] * 60, c = 5 * 9.81 * 0.1;
@@ -171,6 +175,100 @@ TEST(Scenes, TopsHaveTheEnergyAndRateOfTheirClosedForms) {
   const Vector3 axis = exact::rotate(steady.orientation, {0, 0, 1});
   const Vector3 expected = exact::add({0, 0, rate}, exact::scale(60 - rate * std::cos(exact::pi / 6), axis));
   for (unsigned i = 0; i < 3; ++i) EXPECT_NEAR(steady.angular_velocity[i], expected[i], 1e-13);
+}
+
+// The names that the reader offers where it meets an unknown one.
+std::set<std::string> offered(const std::string& scene) {
+  try {
+    parse_scene(scene, "probe.json");
+  } catch (const Error& error) {
+    const std::string line = error.what(), lead = "known: ";
+    const std::size_t start = line.find(lead);
+    EXPECT_NE(start, std::string::npos) << line;
+    std::set<std::string> names;
+    std::istringstream words(line.substr(start + lead.size()));
+    for (std::string word; std::getline(words >> std::ws, word, ',');) names.insert(word);
+    return names;
+  }
+  ADD_FAILURE() << "accepted: " << scene;
+  return {};
+}
+
+std::string read_text(const std::string& path) {
+  std::ifstream file(LOCKSTEP_SOURCE_DIR "/" + path);
+  EXPECT_TRUE(file) << path;
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// A place of a scene with an unknown word in it, and the same place in the schema: an object's keys, or a list of
+// names.
+struct Probe {
+  const char* schema_place;
+  const char* scene;
+};
+
+const Probe probes[] = {
+    {"/properties", R"({"qqqqqqqq": 0})"},
+    {"/$defs/settings/properties", R"({"settings": {"qqqqqqqq": 0}})"},
+    {"/$defs/settings/properties/integrator/enum", R"({"settings": {"integrator": "qqqqqqqq"}})"},
+    {"/$defs/settings/properties/gyroscopic/enum", R"({"settings": {"gyroscopic": "qqqqqqqq"}})"},
+    {"/$defs/settings/properties/precision/enum", R"({"settings": {"precision": "qqqqqqqq"}})"},
+    {"/$defs/material/properties", R"({"materials": [{"qqqqqqqq": 0}]})"},
+    {"/$defs/material_pair/properties", R"({"material_pairs": [{"qqqqqqqq": 0}]})"},
+    {"/$defs/body/properties", R"({"bodies": [{"qqqqqqqq": 0}]})"},
+    {"/$defs/body/properties/type/enum", R"({"bodies": [{"type": "qqqqqqqq"}]})"},
+    {"/$defs/shape/properties", R"({"bodies": [{"shapes": [{"qqqqqqqq": 0}]}]})"},
+    {"/$defs/shape/properties/type/enum", R"({"bodies": [{"shapes": [{"type": "qqqqqqqq"}]}]})"},
+    {"/$defs/grid/properties", R"({"bodies": [{"generator": "grid", "qqqqqqqq": 0}]})"},
+    {"/$defs/grid/properties/generator/enum", R"({"bodies": [{"generator": "qqqqqqqq"}]})"},
+    {"/$defs/line/properties", R"({"bodies": [{"generator": "line", "qqqqqqqq": 0}]})"},
+    {"/$defs/jitter/properties",
+     R"({"bodies": [{"generator": "line", "count": 1, "step": [0, 0, 0], "jitter": {"qqqqqqqq": 0}}]})"},
+    {"/$defs/jitter/properties/generator/enum",
+     R"({"bodies": [{"generator": "line", "count": 1, "step": [0, 0, 0], "jitter": {"generator": "qqqqqqqq"}}]})"},
+};
+
+TEST(Scenes, SchemaReaderAndManualKnowTheSameWords) {
+  const nlohmann::json schema = nlohmann::json::parse(read_text("scenes/scene.schema.json"));
+  const std::string manual = read_text("docs/scene_format.md");
+  for (const Probe& probe : probes) {
+    const nlohmann::json& place = schema.at(nlohmann::json::json_pointer(probe.schema_place));
+    std::set<std::string> words;
+    for (const auto& item : place.items())
+      words.insert(place.is_array() ? item.value().get<std::string>() : item.key());
+    EXPECT_EQ(words, offered(probe.scene)) << probe.schema_place;
+    for (const std::string& word : words) {
+      EXPECT_NE(manual.find('`' + word + '`'), std::string::npos)
+          << word << " is not explained in docs/scene_format.md";
+    }
+  }
+}
+
+TEST(Scenes, DefaultsOfTheSchemaAreThoseOfTheReader) {
+  const nlohmann::json schema = nlohmann::json::parse(read_text("scenes/scene.schema.json"));
+  const nlohmann::json& keys = schema["$defs"]["settings"]["properties"];
+  const Settings s;
+  EXPECT_EQ(keys["dt"]["default"], s.dt);
+  EXPECT_EQ(keys["steps"]["default"], s.steps);
+  EXPECT_EQ(keys["substeps"]["default"], s.substeps);
+  EXPECT_EQ(keys["iterations"]["default"], s.iterations);
+  EXPECT_EQ(keys["restitution_threshold"]["default"], s.restitution_threshold);
+  EXPECT_EQ(keys["correction"]["default"], s.correction);
+  EXPECT_EQ(keys["correction_limit"]["default"], s.correction_limit);
+  EXPECT_EQ(keys["slop"]["default"], s.slop);
+  EXPECT_EQ(keys["margin"]["default"], s.margin);
+  EXPECT_EQ(keys["speed_limit"]["default"], s.speed_limit);
+  EXPECT_EQ(keys["precision"]["default"], s.precision);
+  EXPECT_EQ(schema["$defs"]["material"]["properties"]["friction"]["default"], Material().friction);
+  EXPECT_EQ(schema["$defs"]["material"]["properties"]["restitution"]["default"], Material().restitution);
+}
+
+TEST(Scenes, TheExampleOfTheManualRuns) {
+  const std::string manual = read_text("docs/scene_format.md");
+  const std::size_t start = manual.find("```json\n") + 8;
+  const Scene scene = parse_scene(manual.substr(start, manual.find("```", start) - start), "example.json");
+  EXPECT_EQ(scene.bodies.size(), 101u);
+  EXPECT_EQ(compile<float>(scene).sizes.shapes, 102u);
 }
 
 }  // namespace

@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
-#include "host/error.hpp"
+#include <cstring>
+
+#include "host/scene/read.hpp"
+#include "tests/stage_harness.hpp"
 
 namespace lockstep {
 namespace {
@@ -92,6 +95,50 @@ TEST(Simulation, NamesTheBodyTheStageAndTheStepThatWentBad) {
   EXPECT_EQ(message_of_step(STATUS_OUT_OF_GRID | STATUS_PAIRS_FULL, 0),
             "step 0, sort_cells: some body: a shape is too far out for the collision grid, its cell has no number");
 }
+
+// The lists as short as can be: every one of them has to grow, some of them several times.
+template <class real>
+InitialState<real> with_capacity_one(InitialState<real> state) {
+  state.sizes.pairs = state.sizes.contacts = state.sizes.blocks = 1;
+  state.params.pair_capacity = state.params.contact_capacity = state.params.block_capacity = 1;
+  resize(state.buffers, state.sizes, state.features);
+  return state;
+}
+
+template <class real>
+std::vector<WorldHash> hashes_after(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params, int steps,
+                                    bool redoes) {
+  Simulation<real> simulation(std::move(backend), params);
+  for (int i = 0; i < steps; ++i) simulation.step();
+  EXPECT_GT(simulation.counters()[COUNTER_CONTACTS], 0u);
+  EXPECT_EQ(simulation.redone() > 0, redoes);
+  return simulation.world_hashes();
+}
+
+bool equal(const std::vector<WorldHash>& a, const std::vector<WorldHash>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(WorldHash)) == 0;
+}
+
+template <class real>
+void expect_capacities_change_nothing() {
+  constexpr int steps = 60;
+  const InitialState<real> ample = compile<real>(read_scene("spheres_small"));
+  const InitialState<real> tight = with_capacity_one(ample);
+  const auto expected = hashes_after<real>(std::make_unique<ReferenceBackend<real>>(ample), ample.params, steps, false);
+  EXPECT_TRUE(
+      equal(expected, hashes_after<real>(std::make_unique<ReferenceBackend<real>>(tight), tight.params, steps, true)));
+  EXPECT_TRUE(equal(expected, hashes_after<real>(std::make_unique<DeviceBackend<real>>(ample, test_device()),
+                                                 ample.params, steps, false)));
+  EXPECT_TRUE(equal(expected, hashes_after<real>(std::make_unique<DeviceBackend<real>>(tight, test_device()),
+                                                 tight.params, steps, true)));
+  EXPECT_TRUE(
+      equal(expected, hashes_after<real>(std::make_unique<CheckedBackend<real>>(tight, test_device(), DeviceOptions(),
+                                                                                CheckOptions{.poison = true}),
+                                         tight.params, steps, true)));
+}
+
+TEST(Simulation, CapacitiesChangeNothingInFloat) { expect_capacities_change_nothing<float>(); }
+TEST(Simulation, CapacitiesChangeNothingInDouble) { expect_capacities_change_nothing<double>(); }
 
 }  // namespace
 }  // namespace lockstep

@@ -21,6 +21,7 @@
 namespace lockstep {
 
 inline DeviceInfo test_device() {
+  setenv("LOCKSTEP_CACHE", "", 0);  // tests leave no files with the user; pocl keeps what they build
   const char* wanted = std::getenv("LOCKSTEP_TEST_DEVICE");
   const auto device = select_device(wanted ? wanted : "auto");
   if (!device) throw Error(Failure::device, "tests", "need an OpenCL device (Debian: pocl-opencl-icd)");

@@ -7,6 +7,7 @@
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/report_file.hpp"
+#include "host/backends/canary.hpp"
 #include "host/backends/reference_backend.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
@@ -20,11 +21,20 @@ struct RunOptions : SceneOptions {
   bool quiet = false;
 };
 
+// Makes the backend and says in the report what it is, and whether it can be trusted with the bits.
 template <class real>
-std::unique_ptr<Backend<real>> make_backend(InitialState<real> state, const SceneOptions& options) {
+std::unique_ptr<Backend<real>> make_backend(InitialState<real> state, const SceneOptions& options, Report& report) {
   const std::optional<DeviceInfo> device = device_of(options);
-  if (device) return std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
-  return std::make_unique<ReferenceBackend<real>>(std::move(state), options.device_options.profile);
+  if (!device) {
+    report.device = "reference";
+    return std::make_unique<ReferenceBackend<real>>(std::move(state), options.device_options.profile);
+  }
+  auto backend = std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
+  const CanaryVerdict verdict = run_canary(*device, sizeof(real) == 8, backend->lanes());
+  report.device = backend->name();
+  report.bit_exact = verdict.bit_exact();
+  report.canary = describe(verdict);
+  return backend;
 }
 
 // Measuring takes longer than a small step: about a hundred measurements show a run, however long it is.
@@ -78,8 +88,7 @@ Report run_scene(const Scene& scene, const RunOptions& options) {
   report.iterations = scene.settings.iterations;
 
   const StepParams<real> params = state.params;
-  Simulation<real> simulation(make_backend(std::move(state), options), params);
-  report.device = simulation.backend().name();
+  Simulation<real> simulation(make_backend(std::move(state), options, report), params);
   {
     Progress progress(report.steps, !options.quiet);
     simulate(simulation, report.steps, recorder, progress);

@@ -21,7 +21,7 @@ u32 lanes_for(const DeviceInfo& device, u32 asked) {
 }
 
 // Below this many contacts one work-group solves the whole scene: launches and colours cost more than they share out.
-constexpr u32 small_contacts = 256;
+constexpr u32 small_contacts = 1024;
 
 LaunchPlan first_plan(const Sizes& sizes, Features features, u32 lanes) {
   LaunchPlan plan;
@@ -31,7 +31,6 @@ LaunchPlan first_plan(const Sizes& sizes, Features features, u32 lanes) {
   plan.contacts = sizes.contacts;
   plan.blocks = sizes.blocks;
   plan.colors = 16;
-  plan.rounds = 16;
   plan.lanes = lanes;
   plan.small = sizes.contacts <= small_contacts;
   return plan;
@@ -42,7 +41,6 @@ void update_plan(LaunchPlan& plan, const Counters& counters) {
   plan.contacts = counters[COUNTER_CONTACTS];
   plan.blocks = counters[COUNTER_BLOCKS];
   plan.colors = counters[COUNTER_LARGE_COLORS];
-  plan.rounds = counters[COUNTER_ROUNDS];
   plan.small = plan.contacts <= small_contacts;
 }
 

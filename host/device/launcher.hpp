@@ -18,7 +18,6 @@ struct LaunchPlan {
   Features features = 0;
   u32 pairs = 0, contacts = 0, blocks = 0;  // expected
   u32 colors = 0;                           // expected colours that are worth a launch each
-  u32 rounds = 0;                           // expected colouring rounds
   u32 iterations = 0;                       // sweeps of the contact solver
   u32 lanes = 1;                            // contacts per work-item in the solve kernels: 1, 8 or 16
   bool small = false;                       // the whole contact solve fits one work-group

@@ -83,11 +83,12 @@ BuiltProgram& build_program(Device& device, const std::string& text, const Progr
 }
 
 void save_program(const Device& device, BuiltProgram& built) {
-  if (built.on_disk || built.program() == nullptr) return;
+  const ProgramCache cache = ProgramCache::of_user();
+  if (!cache.exists() || built.on_disk || built.program() == nullptr) return;
   built.on_disk = true;
   const auto binaries = opencl_guard("reading back the program of " + device.info.name,
                                      [&] { return built.program.getInfo<CL_PROGRAM_BINARIES>(); });
-  if (binaries.size() == 1 && !binaries[0].empty()) ProgramCache::of_user().store(built.key, binaries[0]);
+  if (binaries.size() == 1 && !binaries[0].empty()) cache.store(built.key, binaries[0]);
 }
 
 }  // namespace lockstep

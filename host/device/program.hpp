@@ -27,7 +27,7 @@ std::string program_preamble(const ProgramOptions& options);
 BuiltProgram& build_program(Device& device, const std::string& text, const ProgramOptions& options);
 
 /// Puts the program on disk, unless it came from there. After kernels have run: pocl adds the code that it specialised
-/// for their work-group sizes.
+/// for their work-group sizes. (pocl also takes some seconds to add code for all other sizes: not before a step.)
 void save_program(const Device& device, BuiltProgram& built);
 
 }  // namespace lockstep

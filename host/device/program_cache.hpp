@@ -30,6 +30,8 @@ class ProgramCache {
   /// $LOCKSTEP_CACHE, else $XDG_CACHE_HOME/lockstep, else ~/.cache/lockstep. LOCKSTEP_CACHE set but empty: no cache.
   static ProgramCache of_user();
 
+  bool exists() const { return !folder_.empty(); }
+
   std::optional<std::vector<unsigned char>> load(const CacheKey& key) const;
 
   /// Replaces the file in one rename, so that readers and other writers see a whole file or none.

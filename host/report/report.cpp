@@ -65,6 +65,7 @@ std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash);
 std::string to_json(const Report& report) {
   Json json = {{"scene", report.scene},
                {"device", report.device},
+               {"bit_exact", report.bit_exact},
                {"precision", report.precision},
                {"solver", report.solver},
                {"worlds", report.worlds},
@@ -103,6 +104,7 @@ std::string to_json(const Report& report) {
 std::string to_table(const Report& report) {
   std::string text = fmt::format("{} on {}, {}, {} bodies, {} steps of {:g} ms\n", report.scene, report.device,
                                  report.precision, report.bodies, report.steps, 1e3 * report.dt);
+  if (!report.bit_exact) text += fmt::format("the canary says: {}\n", report.canary);
   text += "speed\n";
   text += row("ms a step median, p99", fmt::format("{:.4g}, {:.4g}  (first {:.4g})", report.ms_per_step_median,
                                                    report.ms_per_step_p99, report.ms_first_step));

@@ -16,6 +16,8 @@ namespace lockstep {
 struct Report {
   // what was run
   std::string scene, device, precision, solver;
+  bool bit_exact = true;             // what the canary says of the device
+  std::string canary = "bit-exact";  // the same in words
   u32 worlds = 0, bodies = 0, steps = 0, substeps = 0, iterations = 0;
   double dt = 0;  // of a step, s
   u32 contacts_max = 0, steps_redone = 0, steps_measured = 0;

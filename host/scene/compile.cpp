@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "host/error.hpp"
+#include "host/scene/json_node.hpp"
 #include "host/scene/touching.hpp"
 
 namespace lockstep {
@@ -25,7 +26,7 @@ struct Origin {
     std::string where = scene.source;
     if (body != nullptr) {
       where += fmt::format(": body {}", body - scene.bodies.data());
-      if (!body->name.empty()) where += fmt::format(" ({})", body->name);
+      if (!body->name.empty()) where += fmt::format(" ({})", quote(body->name));
     }
     throw Error(Failure::input, where, what);
   }
@@ -38,7 +39,8 @@ constexpr const char* precision_name = sizeof(real) == sizeof(float) ? "float" :
 template <class real>
 real rounded(double x, const char* name, const Origin& origin) {
   if (!(std::abs(x) <= static_cast<double>(std::numeric_limits<real>::max()))) {
-    origin.fail(fmt::format("{} must fit {}, is {}", name, precision_name<real>, x));
+    const std::string value = x == x ? fmt::format("{}", x) : "not a number";
+    origin.fail(fmt::format("{} must fit {}, is {}", name, precision_name<real>, value));
   }
   return static_cast<real>(x);
 }
@@ -65,8 +67,8 @@ Vec4<real> rounded(const Quaternion& q) {
 
 bool is_isotropic(const Vector3& inertia) { return inertia[0] == inertia[1] && inertia[1] == inertia[2]; }
 
-// Principal moments that the motion sees: about the centre of mass, or about the pivot by the theorem of parallel axes
-// (survey 2.1.4): I + m (l.l E - l l^T), diagonal because the lever lies along a principal axis.
+// Principal moments that the motion sees: about the centre of mass, or about the pivot by the theorem of parallel axes:
+// I + m (l.l E - l l^T), diagonal because the lever lies along a principal axis.
 Vector3 moments(const BodyDescription& body) {
   if (!body.pivoted) return body.inertia;
   const double square = body.mass * exact::dot(body.lever, body.lever);

@@ -100,6 +100,7 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
   const Jitter jitter = node.has("jitter") ? read_jitter(node.at("jitter")) : Jitter{};
 
   const BodyList templates = read_bodies(node.at("bodies"), names);
+  if (templates.bodies.empty()) node.at("bodies").fail("is empty; a generator needs a body to copy");
   const double copies = 1.0 * lattice.counts[0] * lattice.counts[1] * lattice.counts[2];
   list.expect_room(node, copies * static_cast<double>(templates.bodies.size()),
                    copies * static_cast<double>(templates.shapes));

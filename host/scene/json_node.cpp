@@ -170,7 +170,9 @@ std::string suggestion(const std::string& unknown, const std::vector<std::string
       names.begin(), names.end(), [&](const auto& a, const auto& b) { return distance(word, a) < distance(word, b); });
   const std::size_t near = std::max<std::size_t>(2, nearest->size() / 3);
   if (distance(word, *nearest) <= near) return fmt::format("did you mean \"{}\"?", *nearest);
-  return fmt::format("known: {}", fmt::join(names, ", "));
+  std::string known = "known: " + names[0];
+  for (std::size_t i = 1; i < names.size(); ++i) known += ", " + names[i];
+  return known;
 }
 
 void JsonNode::fail(const std::string& what) const { throw Error(Failure::input, place(*source_, path_), what); }

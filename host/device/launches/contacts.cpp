@@ -8,6 +8,7 @@ namespace lockstep {
 namespace {
 
 constexpr u32 contacts_per_item = 8;  // of a colouring round: few work-items write the word that says "not yet done"
+constexpr u32 rounds_per_color = 2;   // what colouring usually needs; the last work-group does the rest
 
 // A launch for each colour that is worth one, then one work-group for the small colours and the overflow.
 void sweep(Launcher& launcher, std::string_view color_kernel, std::string_view tail_kernel) {
@@ -21,9 +22,11 @@ void sweep(Launcher& launcher, std::string_view color_kernel, std::string_view t
 
 void launch_color_contacts(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
+  if (plan.lanes > 1) return launcher.run("color_worlds", plan.sizes.worlds);  // a CPU: few threads, quick ones
   launcher.scratch("color_bids", std::size_t{3} * plan.sizes.bodies);
+  launcher.scratch("color_rounds", 1);
   launcher.run("color_start", 2 * plan.sizes.bodies);
-  const u32 rounds = plan.small ? 0 : plan.rounds + 1;
+  const u32 rounds = plan.small ? 0 : rounds_per_color * plan.colors + 1;
   for (u32 round = 0; round < rounds; ++round)
     launcher.run("color_round", plan.contacts / contacts_per_item, {{"round", round}});
   launcher.run_group("color_tail", {{"first_round", rounds}});

@@ -1,0 +1,168 @@
+// The program as a user meets it: what it prints, where, and with which exit status.
+#include <gtest/gtest.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+namespace lockstep {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string read_file(const fs::path& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+struct Outcome {
+  int status;
+  std::string out, err;
+};
+
+// A folder of its own for each test, gone afterwards.
+class CommandLine : public testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = (fs::temp_directory_path() / "lockstep_cli_XXXXXX").string();
+    folder_ = mkdtemp(name.data());
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path file(const std::string& name) const { return folder_ / name; }
+
+  Outcome run(const std::string& arguments) const {
+    const fs::path out = file("stdout"), err = file("stderr");
+    const std::string command =
+        std::string(LOCKSTEP_PROGRAM) + " " + arguments + " >" + out.string() + " 2>" + err.string();
+    const int status = std::system(command.c_str());
+    return {WEXITSTATUS(status), read_file(out), read_file(err)};
+  }
+
+  // Refused: this status, nothing on stdout, one line on stderr that contains `part`.
+  void expect_refused(const std::string& arguments, int status, const std::string& part) const {
+    SCOPED_TRACE(arguments);
+    const Outcome outcome = run(arguments);
+    EXPECT_EQ(outcome.status, status) << outcome.err;
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(outcome.err.rfind("lockstep: ", 0), 0u) << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+  }
+
+  nlohmann::json report_of(const std::string& arguments) const {
+    const Outcome outcome = run("run " + arguments + " --quiet --report " + file("report.json").string());
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(outcome.out + outcome.err, "") << "--quiet";
+    return nlohmann::json::parse(read_file(file("report.json")));
+  }
+
+ private:
+  fs::path folder_;
+};
+
+TEST_F(CommandLine, HelpsWithAnExampleForEachCommand) {
+  for (const char* command : {"devices", "scenes", "run", "check"}) {
+    const Outcome outcome = run(std::string(command) + " --help");
+    EXPECT_EQ(outcome.status, 0);
+    EXPECT_NE(outcome.out.find(std::string("Example:\n  lockstep ") + command), std::string::npos) << outcome.out;
+  }
+  EXPECT_EQ(run("--help").status, 0);
+}
+
+TEST_F(CommandLine, RefusesBadUsageInOneLine) {
+  expect_refused("", 2, "--help");
+  expect_refused("frobnicate", 2, "no command 'frobnicate'");
+  expect_refused("run", 2, "scene");
+  expect_refused("run slide_to_roll --bogus", 2, "--bogus");
+  expect_refused("run slide_to_roll --steps -3", 2, "--steps");
+  expect_refused("run slide_to_roll --steps many", 2, "--steps");
+  expect_refused("run slide_to_roll --steps 10 --time 1", 2, "--time");
+  expect_refused("run slide_to_roll --dt 0", 2, "must be a number > 0");
+  expect_refused("run slide_to_roll --dt nan", 2, "must be a number > 0");
+  expect_refused("run slide_to_roll --solver magic", 2, "gauss_seidel");
+  expect_refused("run slide_to_roll --precision half", 2, "float");
+  expect_refused("run slide_to_roll --lanes 3", 2, "--lanes");
+  expect_refused("run slide_to_roll --device toaster", 2, "toaster");
+  expect_refused("run slide_to_roll --device reference --lanes 8", 2, "reference");
+}
+
+TEST_F(CommandLine, NamesADeviceThatIsNotThere) { expect_refused("run slide_to_roll --device 99", 3, "99"); }
+
+TEST_F(CommandLine, NamesWhatIsWrongWithAScene) {
+  expect_refused("run no_such_scene", 2, "no_such_scene");
+  std::ofstream(file("bad.json")) << R"({"bodies": [{"shapes": [{"type": "sphere", "radius": 1}], "mass": -1}]})";
+  expect_refused("run " + file("bad.json").string(), 2, "bad.json: /bodies/0/mass");
+}
+
+TEST_F(CommandLine, RefusesAReportThatCannotBeWritten) {
+  expect_refused("run slide_to_roll --report /nowhere/report.json", 2, "/nowhere/report.json");
+  expect_refused("run slide_to_roll --report " + file("").string(), 2, "cannot be written");
+}
+
+TEST_F(CommandLine, LeavesNoReportBehindWhereARunFails) {
+  expect_refused("run no_such_scene --report " + file("report.json").string(), 2, "no_such_scene");
+  EXPECT_FALSE(fs::exists(file("report.json")));
+  std::ofstream(file("report.json")) << "what was there";
+  expect_refused("run no_such_scene --report " + file("report.json").string(), 2, "no_such_scene");
+  EXPECT_EQ(read_file(file("report.json")), "what was there");
+}
+
+TEST_F(CommandLine, ListsScenesAndDevices) {
+  EXPECT_NE(run("scenes").out.find("slide_to_roll"), std::string::npos);
+  const Outcome devices = run("devices");
+  EXPECT_EQ(devices.status, 0);
+  EXPECT_NE(devices.out.find("auto is "), std::string::npos) << devices.out;
+  EXPECT_NE(devices.out.find("bit-exact"), std::string::npos) << devices.out;
+}
+
+TEST_F(CommandLine, EndsARunWithATable) {
+  const Outcome outcome = run("run slide_to_roll --device reference --steps 20");
+  EXPECT_EQ(outcome.status, 0);
+  EXPECT_EQ(outcome.err, "") << "no progress bar where stderr is no terminal";
+  for (const char* word : {"ms a step", "penetration", "residual", "state hash"})
+    EXPECT_NE(outcome.out.find(word), std::string::npos) << outcome.out;
+}
+
+TEST_F(CommandLine, DevicesAndReferenceReportTheSameHashes) {
+  const nlohmann::json reference = report_of("spheres_small --steps 40 --device reference");
+  for (const char* options : {"--device auto", "--device auto --lanes 8 --work-group 3", "--device auto --lanes 16"}) {
+    const nlohmann::json device = report_of(std::string("spheres_small --steps 40 ") + options);
+    EXPECT_EQ(device["state_hash"], reference["state_hash"]) << options;
+    EXPECT_EQ(device["pose_hash"], reference["pose_hash"]) << options;
+    EXPECT_NE(device["device"], reference["device"]);
+  }
+}
+
+TEST_F(CommandLine, OptionsReachTheSimulation) {
+  const nlohmann::json plain = report_of("spheres_small --device reference --time 0.5 --dt 0.01");
+  EXPECT_EQ(plain["steps"], 50);
+  EXPECT_DOUBLE_EQ(plain["dt"].get<double>(), 0.01);
+  EXPECT_EQ(plain["precision"], "float");
+  for (const char* option : {"--substeps 2", "--iterations 3", "--precision double"}) {
+    const nlohmann::json other =
+        report_of(std::string("spheres_small --device reference --time 0.5 --dt 0.01 ") + option);
+    EXPECT_NE(other["state_hash"], plain["state_hash"]) << option;
+  }
+  EXPECT_EQ(plain["stage_ms"].size(), 0u);
+  EXPECT_GT(report_of("spheres_small --device reference --steps 20 --profile")["stage_ms"]["solve_contacts"], 0);
+}
+
+TEST_F(CommandLine, ChecksADeviceAgainstTheReference) {
+  for (const char* precision : {"float", "double"}) {
+    const Outcome outcome = run(std::string("check spheres_small --steps 20 --precision ") + precision);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.out.find("words compared: equal"), std::string::npos) << outcome.out;
+  }
+  expect_refused("check spheres_small --device reference", 2, "reference");
+}
+
+}  // namespace
+}  // namespace lockstep

@@ -1,0 +1,152 @@
+// The rules of the house that no compiler checks (CONTRIBUTING.md).
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <regex>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "host/stages.hpp"
+
+namespace lockstep {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path root = LOCKSTEP_SOURCE_DIR;
+
+std::string read_file(const fs::path& path) {
+  std::ifstream file(path);
+  std::stringstream text;
+  text << file.rdbuf();
+  return text.str();
+}
+
+// Files below `folder` whose names end in one of `endings`, relative to the root.
+std::vector<std::string> files(const std::string& folder, const std::set<std::string>& endings) {
+  std::vector<std::string> found;
+  for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
+    if (entry.is_regular_file() && endings.count(entry.path().extension().string()))
+      found.push_back(fs::relative(entry.path(), root).string());
+  }
+  EXPECT_FALSE(found.empty()) << folder;
+  return found;
+}
+
+std::vector<std::string> sources() {
+  std::vector<std::string> all;
+  for (const char* folder : {"kernels", "cpu_reference", "host", "tests", "bench"}) {
+    for (std::string& file : files(folder, {".cl", ".h", ".hpp", ".cpp", ".def"})) all.push_back(std::move(file));
+  }
+  return all;
+}
+
+std::string without_comments(const std::string& text) {
+  return std::regex_replace(text, std::regex(R"(//[^\n]*|/\*[^]*?\*/)"), "");
+}
+
+// All first groups of a pattern in a text.
+std::vector<std::string> matches(const std::string& text, const std::string& pattern) {
+  std::vector<std::string> found;
+  const std::regex expression(pattern);
+  for (std::sregex_iterator i(text.begin(), text.end(), expression), end; i != end; ++i) found.push_back((*i)[1]);
+  return found;
+}
+
+TEST(HouseRules, EachStageIsATriple) {
+  for (u32 s = 0; s < stage_count; ++s) {
+    const std::string name(info(static_cast<Stage>(s)).name);
+    for (const std::string& file :
+         {"kernels/" + name + ".cl", "cpu_reference/" + name + ".hpp", "tests/" + name + "_test.cpp"})
+      EXPECT_TRUE(fs::exists(root / file)) << file;
+  }
+}
+
+TEST(HouseRules, KernelsStartWithoutContraction) {
+  for (const std::string& file : files("kernels", {".cl"}))
+    EXPECT_EQ(read_file(root / file).rfind("#pragma OPENCL FP_CONTRACT OFF\n", 0), 0u) << file;
+}
+
+// Contract rule 2: what is not the same on every implementation does not stand in a kernel.
+TEST(HouseRules, KernelsUseNoBannedFunction) {
+  const std::string banned =
+      "dot|cross|length|distance|normalize|fast_\\w+|mix|mad|fma|rsqrt|fmin|fmax|fmod|hypot|native_\\w+|half_\\w+|"
+      "a?sin(?:h|pi)?|sincos|a?cos(?:h|pi)?|a?tan(?:h|pi|2)?|exp\\w*|log\\w*|pow\\w*|cbrt|step|smoothstep|clamp|sign|"
+      "degrees|radians|"
+      "atomic_(add|sub|xchg)_float|atom_\\w+";
+  for (const std::string& file : files("kernels", {".cl", ".h", ".def"})) {
+    for (const std::string& name : matches(without_comments(read_file(root / file)), "\\b(" + banned + ")\\s*\\("))
+      ADD_FAILURE() << file << ": " << name;
+  }
+}
+
+TEST(HouseRules, NoFileIsLong) {
+  for (const std::string& file : sources()) {
+    const std::string text = read_file(root / file);
+    EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 500) << file;
+  }
+}
+
+// The module of a file: its folder, but for the simulation, which stands above the backends it drives.
+std::string module_of(const std::string& file) {
+  if (file.rfind("host/simulation.", 0) == 0) return "simulation";
+  for (const char* folder : {"host/scene", "host/device", "host/backends", "host/report", "host/app"})
+    if (file.rfind(std::string(folder) + "/", 0) == 0) return folder;
+  return file.substr(0, file.find('/'));
+}
+
+// Dependencies run one way, and siblings do not see each other.
+TEST(HouseRules, ModulesIncludeDownwardsOnly) {
+  const std::map<std::string, std::set<std::string>> below = {
+      {"kernels", {}},
+      {"host", {"kernels"}},
+      {"cpu_reference", {"kernels", "host"}},
+      {"host/scene", {"kernels", "host"}},
+      {"host/device", {"kernels", "host"}},
+      {"host/report", {"kernels", "host"}},
+      {"host/backends", {"kernels", "host", "cpu_reference", "host/scene", "host/device"}},
+      {"simulation", {"kernels", "host", "host/scene", "host/backends"}},
+      {"host/app", {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "simulation"}},
+  };
+  for (const std::string& file : sources()) {
+    const std::string module = module_of(file);
+    if (!below.count(module) || module == "kernels") continue;
+    for (const std::string& included : matches(read_file(root / file), "(?:^|\\n)#include \"([^\"]+)\"")) {
+      EXPECT_TRUE(fs::exists(root / included)) << file << " includes " << included << ", not named from the root";
+      const std::string other = module_of(included);
+      EXPECT_TRUE(other == module || below.at(module).count(other)) << file << " includes " << included;
+    }
+  }
+}
+
+TEST(HouseRules, KernelsIncludeKernels) {
+  for (const std::string& file : files("kernels", {".cl", ".h"})) {
+    for (const std::string& included : matches(read_file(root / file), "(?:^|\\n)#include \"([^\"]+)\""))
+      EXPECT_TRUE(fs::exists(root / "kernels" / included)) << file << " includes " << included;
+  }
+}
+
+// A path in the text of a document: a link, or a name in backticks that starts with a folder of the project. Names with
+// <placeholders> stand for many.
+TEST(HouseRules, DocumentsNameFilesThatExist) {
+  std::vector<std::string> documents = files("docs", {".md"});
+  for (const char* name : {"README.md", "CONTRIBUTING.md", "CHANGELOG.md"}) documents.push_back(name);
+  const std::string folders = "(?:\\.ci|bench|cmake|cpu_reference|docs|host|kernels|scenes|scripts|tests)";
+  for (const std::string& document : documents) {
+    ASSERT_TRUE(fs::exists(root / document)) << document;
+    const std::string text = read_file(root / document);
+    for (const std::string& path : matches(text, "`(" + folders + "/[^`\\s<>*]*)`"))
+      EXPECT_TRUE(fs::exists(root / path)) << document << " names " << path;
+    for (const std::string& path : matches(text, R"(`(\w+\.(?:md|txt|json))`)"))
+      EXPECT_TRUE(fs::exists(root / path) || fs::exists(root / "docs" / path)) << document << " names " << path;
+    for (const std::string& link : matches(text, R"(\]\(([^)#:\s]+)(?:#[^)]*)?\))"))
+      EXPECT_TRUE(fs::exists(root / fs::path(document).parent_path() / link)) << document << " links to " << link;
+  }
+}
+
+}  // namespace
+}  // namespace lockstep
