@@ -7,7 +7,7 @@
 #include "sort.h"
 #include "types.h"
 
-// Partners of one shape that the first search keeps; a shape with more is searched a second time.
+// Partners of a shape that the first search keeps; where there are more, the shape searches for all of its own.
 #define FOUND 16u
 
 // The spheres of the grid in the order of their buckets, one array a component: what the pair test needs of them.
@@ -46,7 +46,7 @@ typedef struct PairSearch {
   u32 max_extent;  // bits
 } PairSearch;
 
-// The sphere that looks for partners of larger index.
+// The sphere that looks for others.
 typedef struct Searcher {
   GridInfo info;
   Vec3 center, velocity;
@@ -55,15 +55,23 @@ typedef struct Searcher {
   i32 low_x, high_x, low_y, high_y, low_z, high_z;  // cells in reach
 } Searcher;
 
-// Partners found so far; the list has room for the first of them.
-typedef struct Partners {
-  global u32* list;
-  u32 room, count;
-} Partners;
+// Where a search puts what it finds. In the first one each pair is found once, from either side, and given to its
+// owner: counts[owner] and the first FOUND of found[owner]. In the second one a sphere fills the list of its own
+// partners.
+typedef struct Finds {
+  global u32* counts;
+  global u32* found;
+  global u32* list;  // 0 in the first search
+  u32 length;
+} Finds;
 
-static inline void add_partner(Partners* partners, u32 j) {
-  if (partners->count < partners->room) partners->list[partners->count] = j;
-  ++partners->count;
+static inline void add_pair(Finds* finds, u32 owner, u32 partner) {
+  if (finds->list) {
+    finds->list[finds->length++] = partner;
+  } else {
+    const u32 slot = atomic_inc(&finds->counts[owner]);
+    if (slot < FOUND) finds->found[owner * FOUND + slot] = partner;
+  }
 }
 
 static inline Vec3 body_position(const PairSearch* s, u32 body) {
@@ -113,9 +121,10 @@ static inline u32 spheres_in_reach(const PairSearch* s, const Searcher* me, u32 
   return LANE_BITS(gap <= me->margin + me->h * speed);
 }
 
-// The buckets of a row of cells are one piece of the list, or two where they run over the end of the table.
-static inline void search_row(const PairSearch* s, const Searcher* me, i32 y, i32 z, StepParams params,
-                              Partners* partners) {
+// The buckets of a row of cells are one piece of the list, or two where they run over the end of the table. `later`:
+// find only spheres of larger index.
+static inline void search_row(const PairSearch* s, const Searcher* me, i32 y, i32 z, bool later, StepParams params,
+                              Finds* finds) {
   const u32 first = bucket_of(me->low_x, row_hash(y, z, me->info.body.world), params.buckets);
   const u32 past = first + me->span;
   u32 place = s->bucket_starts[first];
@@ -128,9 +137,10 @@ static inline void search_row(const PairSearch* s, const Searcher* me, i32 y, i3
       for (; hits != 0u; hits &= hits - 1u) {
         const GridInfo other = s->grid_infos[place + 31u - clz(hits & -hits)];
         // other rows may share the buckets of this one
-        const bool in_row = other.cell_y == y && other.cell_z == z;
-        if (in_row && other.index > me->info.index && may_touch(me->info.shape, other.shape, me->info.body, other.body))
-          add_partner(partners, other.index);
+        if (other.cell_y != y || other.cell_z != z || (later && other.index <= me->info.index)) continue;
+        if (!may_touch(me->info.shape, other.shape, me->info.body, other.body)) continue;
+        const bool mine = me->info.index < other.index;
+        add_pair(finds, mine ? me->info.index : other.index, mine ? other.index : me->info.index);
       }
     }
     if (wrapped == 0u) return;
@@ -140,7 +150,7 @@ static inline void search_row(const PairSearch* s, const Searcher* me, i32 y, i3
   }
 }
 
-static inline void search_planes(const PairSearch* s, const Searcher* me, Partners* partners) {
+static inline void search_planes(const PairSearch* s, const Searcher* me, Finds* finds) {
   const WorldRange world = s->world_ranges[me->info.body.world];
   for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k) {
     const GridPlane plane = s->grid_planes[k];
@@ -154,19 +164,20 @@ static inline void search_planes(const PairSearch* s, const Searcher* me, Partne
     if (!may_touch(me->info.shape, other, me->info.body, s->body_infos[body_b])) continue;
     const real speed = approach_speed(touch, &s->motions[body_a], body_position(s, body_a), &s->motions[body_b],
                                       body_position(s, body_b));
-    if (touch.gap <= me->margin + me->h * speed) add_partner(partners, j);
+    if (touch.gap <= me->margin + me->h * speed) add_pair(finds, me->info.index, j);
   }
 }
 
-static inline u32 find_partners(const PairSearch* s, StepParams params, u32 place, global u32* list, u32 room) {
+// The first search looks at its own row and the rows behind it: who is before has this sphere behind itself.
+static inline void search(const PairSearch* s, StepParams params, u32 place, Finds* finds) {
   const Searcher me = make_searcher(s, params, place);
-  Partners partners = {list, room, 0u};
-  for (i32 z = me.low_z; z <= me.high_z; ++z) {
-    for (i32 y = me.low_y; y <= me.high_y; ++y) search_row(s, &me, y, z, params, &partners);
+  const bool all = finds->list != 0;
+  for (i32 z = all ? me.low_z : me.info.cell_z; z <= me.high_z; ++z) {
+    const bool own_layer = z == me.info.cell_z;
+    for (i32 y = own_layer && !all ? me.info.cell_y : me.low_y; y <= me.high_y; ++y)
+      search_row(s, &me, y, z, all || (own_layer && y == me.info.cell_y), params, finds);
   }
-  search_planes(s, &me, &partners);
-  if (partners.count <= room) sort_ascending(list, partners.count);
-  return partners.count;
+  search_planes(s, &me, finds);
 }
 
 // What searches read again and again: the spheres in the order of their buckets, and the planes.
@@ -216,25 +227,22 @@ kernel void find_pairs_gather(global const WorldRange* world_ranges, global cons
       grid_planes[k] = plane;
     }
   }
-  // shapes outside of the grid own no pairs
-  FOR_EACH(i, params.shapes + 1u) {
-    if (i == params.shapes || cells[i].bucket == NONE) pair_starts[i] = 0u;
-  }
+  FOR_EACH(i, params.shapes + 1u) { pair_starts[i] = 0u; }
 }
 
-kernel void find_pairs_count(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
-                             global const ShapeInfo* shape_infos, global const u32* planes,
-                             global const Vec4* positions, global const Motion* motions, global const Vec4* bounds,
-                             global const u32* bucket_starts, global const u32* bucket_items,
-                             global const real* grid_spheres, global const GridInfo* grid_infos,
-                             global const GridPlane* grid_planes, global u32* found_partners, global u32* pair_starts,
-                             global const u32* counters, const StepParams params) {
+kernel void find_pairs_search(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
+                              global const ShapeInfo* shape_infos, global const u32* planes,
+                              global const Vec4* positions, global const Motion* motions, global const Vec4* bounds,
+                              global const u32* bucket_starts, global const u32* bucket_items,
+                              global const real* grid_spheres, global const GridInfo* grid_infos,
+                              global const GridPlane* grid_planes, global u32* found_partners, global u32* pair_starts,
+                              global const u32* counters, const StepParams params) {
   const PairSearch s = {world_ranges, body_infos, shape_infos, planes,
                         positions,    motions,    bounds,      bucket_starts,
                         grid_spheres, grid_infos, grid_planes, counters[COUNTER_MAX_EXTENT]};
+  Finds finds = {pair_starts, found_partners, 0, 0u};
   FOR_EACH(place, params.shapes) {
-    const u32 i = bucket_items[place];
-    if (i != NONE) pair_starts[i] = find_partners(&s, params, place, found_partners + i * FOUND, FOUND);
+    if (bucket_items[place] != NONE) search(&s, params, place, &finds);
   }
 }
 
@@ -244,7 +252,7 @@ kernel void find_pairs_write(global const WorldRange* world_ranges, global const
                              global const Vec4* positions, global const Motion* motions, global const Vec4* bounds,
                              global const u32* bucket_starts, global const u32* bucket_items,
                              global const real* grid_spheres, global const GridInfo* grid_infos,
-                             global const GridPlane* grid_planes, global const u32* found_partners,
+                             global const GridPlane* grid_planes, global u32* found_partners,
                              global const u32* pair_starts, global Pair* pairs, global u32* counters,
                              const StepParams params) {
   const PairSearch s = {world_ranges, body_infos, shape_infos, planes,
@@ -261,14 +269,16 @@ kernel void find_pairs_write(global const WorldRange* world_ranges, global const
     const u32 i = bucket_items[place];
     if (i == NONE) continue;
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;
-    global const u32* found = found_partners + i * FOUND;
+    global u32* partners = found_partners + i * FOUND;
     if (count > FOUND) {
       // the list comes to lie in the first half of the slots; from behind, each partner moves to its own
-      find_partners(&s, params, place, (global u32*)(pairs + start), count);
-      found = (global const u32*)(pairs + start);
+      partners = (global u32*)(pairs + start);
+      Finds finds = {0, 0, partners, 0u};
+      search(&s, params, place, &finds);
     }
+    sort_ascending(partners, count);
     for (u32 k = count; k > 0u; --k) {
-      const u32 partner = found[k - 1u];
+      const u32 partner = partners[k - 1u];
       pairs[start + k - 1u].shape_a = i;
       pairs[start + k - 1u].shape_b = partner;
     }

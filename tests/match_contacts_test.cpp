@@ -22,7 +22,7 @@ std::set<Key> random_keys(Random& random, u32 count) {
 
 template <class real>
 InitialState<real> contacts_and_cache(const std::set<Key>& now, const std::set<Key>& before) {
-  InitialState<real> state = make_worlds<real>({{sphere_body({0, 0, 0}, 1)}}, 1024);
+  InitialState<real> state = make_worlds<real>({std::vector<BodyDescription>(30, sphere_body({0, 0, 0}, 1))}, 1024);
   Buffers<real>& b = state.buffers;
   std::ranges::fill(b.counters, 0u);
   for (const Key& key : now) b.contacts[b.counters[COUNTER_CONTACTS]++] = {key[0], key[1], key[2], 0, 0, 0, 0, 0};

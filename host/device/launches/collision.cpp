@@ -33,7 +33,7 @@ void launch_find_pairs(Launcher& launcher) {
   launcher.scratch("grid_infos", std::size_t{sizes.shapes} * grid_info_words);
   launcher.scratch("grid_planes", std::size_t{sizes.planes} * grid_plane_words);
   launcher.run("find_pairs_gather", sizes.shapes);
-  launcher.run("find_pairs_count", sizes.shapes);
+  launcher.run("find_pairs_search", sizes.shapes);
   launcher.scan("pair_starts", sizes.shapes + 1);
   launcher.run("find_pairs_write", sizes.shapes);
 }
@@ -45,6 +45,11 @@ void launch_collide(Launcher& launcher) {
   launcher.run("collide_write", plan.pairs);
 }
 
-void launch_match_contacts(Launcher& launcher) { launcher.run("match_contacts", launcher.plan().contacts); }
+void launch_match_contacts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  launcher.scratch("cached_starts", std::size_t{plan.sizes.shapes} + 1);
+  launcher.run("match_contacts_index", plan.contacts + 1);
+  launcher.run("match_contacts", plan.contacts);
+}
 
 }  // namespace lockstep
