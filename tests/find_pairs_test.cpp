@@ -213,10 +213,13 @@ TYPED_TEST(FindPairs, CompoundsFiltersAndImmovables) {
   expect_as_brute_force(state, 300);
 }
 
-// The gap of a level plane is z - r, and what falls reaches h |v_z| farther.
-TYPED_TEST(FindPairs, PlanesPairWithWhatReachesThem) {
-  using real = TypeParam;
-  std::vector<BodyDescription> bodies = {
+// Spheres on, over and below level planes: the gap is z - r, and what falls reaches h |v_z| = v_z / 4 farther.
+template <class real>
+InitialState<real> spheres_over_planes() {
+  BodyDescription lift = plane_body({0, 0, -30});
+  lift.kind = BODY_KINEMATIC;
+  lift.velocity = {0, 0, 80};
+  const std::vector<BodyDescription> bodies = {
       plane_body(),
       sphere_body({0, 0, 0.5}, 0.5),                     // touches
       sphere_body({10, 0, 0.75}, 0.5),                   // at the margin
@@ -225,12 +228,22 @@ TYPED_TEST(FindPairs, PlanesPairWithWhatReachesThem) {
       sphere_body({40, 0, 3.765625}, 0.5, {9, 9, -12}),  // not far enough
       sphere_body({50, 0, 3.75}, 0.5, {0, 0, 12}),       // rises
       plane_body({0, 0, -1}),
-      sphere_body({60, 0, -8}, 0.5),  // below both
+      sphere_body({60, 0, -8}, 0.5),     // below both
+      lift,                              // rises 20 m, to -10
+      sphere_body({70, 0, -9.25}, 0.5),  // at the margin of the lift
+      sphere_body({80, 0, 20}, 0.5, {0, 0, 0}),
   };
   InitialState<real> state = make_worlds<real>({bodies}, 100);
   state.params.dt = real(0.25);
   state.params.margin = real(0.25);
-  EXPECT_EQ(found(state), (PairList{{1, 0}, {2, 0}, {4, 0}, {8, 0}, {8, 7}}));
+  return state;
+}
+
+TYPED_TEST(FindPairs, PlanesPairWithWhatReachesThem) {
+  using real = TypeParam;
+  InitialState<real> state = spheres_over_planes<real>();
+  EXPECT_EQ(found(state), (PairList{{1, 0}, {2, 0}, {4, 0}, {8, 0}, {8, 7}, {10, 0}, {10, 7}, {10, 9}}));
+  expect_kernel_matches(Stage::find_pairs, state, {Stage::update_bounds, Stage::sort_cells});
 }
 
 // Worlds of a batch do not see each other, and each has the pairs it has alone.

@@ -100,10 +100,10 @@ TYPED_TEST(SortCells, KernelMatchesReference) {
   expect_kernel_matches(Stage::sort_cells, state, {Stage::update_bounds});
 }
 
-// All in one bucket, in every order of arrival, and with more buckets than one work-group scans.
+// All in one bucket, so many that threads arrive in turns, and more buckets than one work-group scans.
 TYPED_TEST(SortCells, KernelSortsLongLists) {
   using real = TypeParam;
-  const std::vector<BodyDescription> knot(3000, sphere_body({3, 3, 3}, 0.5));
+  const std::vector<BodyDescription> knot(50000, sphere_body({3, 3, 3}, 0.5));
   InitialState<real> state = make_worlds<real>({knot}, 16);
   state.sizes.buckets = state.params.buckets = 16384;
   resize(state.buffers, state.sizes, state.features);
