@@ -9,14 +9,12 @@
 #define COLOR_CLASS_BITS 6u
 #define COLOR_CLASSES (1u << COLOR_CLASS_BITS)
 
-// Its own inverse.
-static inline u32 color_reverse(u32 x) {
-  return ((x & 1u) << 5) | ((x & 2u) << 3) | ((x & 4u) << 1) | ((x & 8u) >> 1) | ((x & 16u) >> 3) | ((x & 32u) >> 5);
-}
+// The class that is the place-th in the order; 23 is the inverse of 39 modulo 64.
+static inline u32 color_class(u32 place) { return place * 23u % COLOR_CLASSES; }
 
 // The order of the contacts of a world, as a falling priority: never 0 ("no bid") or COLOR_FULL.
 static inline u32 color_priority(u32 rank) {
-  const u32 place = color_reverse(rank % COLOR_CLASSES) << (32u - COLOR_CLASS_BITS) | rank >> COLOR_CLASS_BITS;
+  const u32 place = rank * 39u % COLOR_CLASSES << (32u - COLOR_CLASS_BITS) | rank >> COLOR_CLASS_BITS;
   return 0xfffffffeu - place;
 }
 
@@ -63,7 +61,7 @@ kernel void color_worlds(const StepParams params, global const WorldRange* world
     const u32 first = color_first_contact(world, counters[COUNTER_CONTACTS], contacts);
     const u32 end = color_first_contact(world + 1u, counters[COUNTER_CONTACTS], contacts);
     for (u32 place = 0u; place < COLOR_CLASSES; ++place) {
-      for (u32 i = first + color_reverse(place); i < end; i += COLOR_CLASSES) {
+      for (u32 i = first + color_class(place); i < end; i += COLOR_CLASSES) {
         const u32 a = contacts[i].body_a, b = contacts[i].body_b;
         const bool dynamic_a = body_infos[a].kind == BODY_DYNAMIC, dynamic_b = body_infos[b].kind == BODY_DYNAMIC;
         const u32 color = color_lowest_free(a, dynamic_a, b, dynamic_b, body_colors);
