@@ -67,7 +67,7 @@ enum StatusBit {
   STATUS_PAIRS_FULL = 1,
   STATUS_CONTACTS_FULL = 2,
   STATUS_BLOCKS_FULL = 4,
-  STATUS_OUT_OF_GRID = 8,    // sort_cells: a shape is so far out that its cell has no number
+  STATUS_OUT_OF_GRID = 8,    // update_bounds, sort_cells: a shape is not finite, or so far out that it has no cell
   STATUS_BAD_FORCES = 16,    // integrate_velocities: a velocity is not finite or above the speed limit after the forces
   STATUS_BAD_CONTACTS = 32,  // integrate_positions: the same, after the contacts were solved
   STATUS_BAD_POSE = 64,      // integrate_positions or integrate_free_flight: a pose is not finite
