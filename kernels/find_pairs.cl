@@ -74,7 +74,7 @@ static inline void add_pair(Finds* finds, u32 owner, u32 partner) {
   }
 }
 
-static inline Vec3 body_position(const PairSearch* s, u32 body) {
+static inline Vec3 search_position(const PairSearch* s, u32 body) {
   const Vec4 position = s->positions[body];
   return make3(position.x, position.y, position.z);
 }
@@ -162,14 +162,14 @@ static inline void search_planes(const PairSearch* s, const Searcher* me, Finds*
     const ShapeInfo other = s->shape_infos[j];
     const u32 body_a = me->info.shape.body, body_b = other.body;
     if (!may_touch(me->info.shape, other, me->info.body, s->body_infos[body_b])) continue;
-    const real speed = approach_speed(touch, &s->motions[body_a], body_position(s, body_a), &s->motions[body_b],
-                                      body_position(s, body_b));
+    const real speed = approach_speed(touch, &s->motions[body_a], search_position(s, body_a), &s->motions[body_b],
+                                      search_position(s, body_b));
     if (touch.gap <= me->margin + me->h * speed) add_pair(finds, me->info.index, j);
   }
 }
 
 // The first search looks at its own row and the rows behind it: who is before has this sphere behind itself.
-static inline void search(const PairSearch* s, StepParams params, u32 place, Finds* finds) {
+static inline void search_pairs(const PairSearch* s, StepParams params, u32 place, Finds* finds) {
   const Searcher me = make_searcher(s, params, place);
   const bool all = finds->list != 0;
   for (i32 z = all ? me.low_z : me.info.cell_z; z <= me.high_z; ++z) {
@@ -242,7 +242,7 @@ kernel void find_pairs_search(global const WorldRange* world_ranges, global cons
                         grid_spheres, grid_infos, grid_planes, counters[COUNTER_MAX_EXTENT]};
   Finds finds = {pair_starts, found_partners, 0, 0u};
   FOR_EACH(place, params.shapes) {
-    if (bucket_items[place] != NONE) search(&s, params, place, &finds);
+    if (bucket_items[place] != NONE) search_pairs(&s, params, place, &finds);
   }
 }
 
@@ -274,7 +274,7 @@ kernel void find_pairs_write(global const WorldRange* world_ranges, global const
       // the list comes to lie in the first half of the slots; from behind, each partner moves to its own
       partners = (global u32*)(pairs + start);
       Finds finds = {0, 0, partners, 0u};
-      search(&s, params, place, &finds);
+      search_pairs(&s, params, place, &finds);
     }
     sort_ascending(partners, count);
     for (u32 k = count; k > 0u; --k) {
