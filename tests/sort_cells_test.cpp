@@ -37,6 +37,7 @@ TYPED_TEST(SortCells, EachSphereIsInTheListOfItsCell) {
   Random random(5);
   std::vector<BodyDescription> bodies;
   bodies.push_back(plane_body());
+  bodies.push_back(sphere_body({0, 0, 0}, 0.5));  // the largest: it sizes the cells
   for (int n = 0; n < 3000; ++n)
     bodies.push_back(sphere_body(random.vector(n % 3 == 0 ? 1 : 10), random.between(0.01, 0.5)));
   InitialState<real> state = make_worlds<real>({bodies}, 16);
