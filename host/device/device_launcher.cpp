@@ -77,6 +77,10 @@ DeviceLauncher::Kernel& DeviceLauncher::find(std::string_view name) {
 }
 
 void DeviceLauncher::bind(Kernel& kernel, std::initializer_list<Argument> arguments) {
+  for (const Argument& argument : arguments)
+    if (std::ranges::find(kernel.signature.parameters, argument.parameter, &KernelParameter::name) ==
+        kernel.signature.parameters.end())
+      throw Error(Failure::device, where(kernel.signature.name), "has no parameter " + std::string(argument.parameter));
   opencl_guard([&] { return where(kernel.signature.name); },
                [&] {
                  for (u32 i = 0; i < kernel.bound.size(); ++i) bind_parameter(kernel, i, arguments);
