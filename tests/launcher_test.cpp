@@ -1,41 +1,16 @@
 // The launcher: parameters bound by name, grids that cover the work, access checked against the stage table.
 #include <gtest/gtest.h>
 
-#include "host/device/device_launcher.hpp"
-#include "host/device/program.hpp"
-#include "tests/stage_harness.hpp"
+#include "tests/launcher_bench.hpp"
 
 namespace lockstep {
 namespace {
 
-// A device with a program of its own, as DeviceBackend puts them together.
-struct Bench {
+// A device with a program of its own, bound as the stage begin_step.
+struct Bench : test::LauncherBench {
   explicit Bench(const std::string& source, u32 work_group = 0, bool profile = false)
-      : device(open_device(test_device())),
-        queue(device.context, device.handle, profile ? CL_QUEUE_PROFILING_ENABLE : 0),
-        sources(std::vector<KernelFile>{{"begin_step.cl", source}}),
-        names({"begin_step.cl"}),
-        signatures(sources.signatures(names)),
-        memory(device, queue),
-        launcher(device, queue, build_program(device, sources.assemble(names), {}).program, signatures, memory,
-                 work_group, profile) {
-    memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
-    launcher.begin(Stage::begin_step, {});
-  }
-
-  std::vector<u32> words(std::string_view name, std::size_t count) {
-    std::vector<u32> result(count);
-    queue.enqueueReadBuffer(memory.find(name)->buffer, CL_TRUE, 0, count * sizeof(u32), result.data());
-    return result;
-  }
-
-  Device& device;
-  cl::CommandQueue queue;
-  KernelSources sources;
-  std::vector<std::string> names;
-  std::vector<KernelSignature> signatures;
-  DeviceMemory memory;
-  DeviceLauncher launcher;
+      : LauncherBench(KernelSources(std::vector<KernelFile>{{"begin_step.cl", source}}), "begin_step.cl", work_group,
+                      profile) {}
 };
 
 std::string message_of(const std::function<void()>& call) {
@@ -58,7 +33,7 @@ TEST(Launcher, GridsCoverTheWorkForEveryWorkGroupSize) {
       Bench bench(write_squares, work_group);
       bench.launcher.scratch("values", 5000);
       bench.launcher.run("squares", planned, {{"count", 5000u}, {"first", 7u}});
-      const std::vector<u32> values = bench.words("values", 5000);
+      const std::vector<u32> values = bench.read("values", 5000);
       for (u32 i = 0; i < 5000; ++i) ASSERT_EQ(values[i], 7 + i * i) << work_group << " " << planned;
     }
   }
@@ -71,12 +46,12 @@ TEST(Launcher, RebindsWhatChanged) {
   bench.launcher.run("squares", 10, {{"count", 10u}, {"first", 1u}});
   bench.launcher.run_group("squares", {{"count", 10u}, {"first", 2u}, {"values", "others"}});
   bench.launcher.run("squares", 10, {{"count", 1u}, {"first", 3u}, {"values", "counters"}});
-  EXPECT_EQ(bench.words("values", 4), (std::vector<u32>{1, 2, 5, 10}));
-  EXPECT_EQ(bench.words("others", 4), (std::vector<u32>{2, 3, 6, 11}));
-  EXPECT_EQ(bench.words("counters", 2), (std::vector<u32>{3, 0}));
+  EXPECT_EQ(bench.read("values", 4), (std::vector<u32>{1, 2, 5, 10}));
+  EXPECT_EQ(bench.read("others", 4), (std::vector<u32>{2, 3, 6, 11}));
+  EXPECT_EQ(bench.read("counters", 2), (std::vector<u32>{3, 0}));
   bench.launcher.scratch("values", 100000);
   bench.launcher.run("squares", 10, {{"count", 100000u}, {"first", 0u}});
-  EXPECT_EQ(bench.words("values", 100000)[300], 90000u);
+  EXPECT_EQ(bench.read("values", 100000)[300], 90000u);
 }
 
 TEST(Launcher, NamesWhatCannotBeBound) {
@@ -88,6 +63,10 @@ TEST(Launcher, NamesWhatCannotBeBound) {
   bench.launcher.scratch("values", 10);
   EXPECT_NE(message_of([&] { bench.launcher.run("squares", 1, {{"count", 1u}}); }).find("first"), std::string::npos);
   EXPECT_NE(message_of([&] { bench.launcher.run("cubes", 1); }).find("cubes"), std::string::npos);
+  EXPECT_NE(message_of([&] {
+              bench.launcher.run("squares", 1, {{"count", 1u}, {"first", 1u}, {"last", 1u}});
+            }).find("has no parameter last"),
+            std::string::npos);
   EXPECT_NE(message_of([&] {
               bench.launcher.run("squares", 1, {{"count", 1u}, {"first", 1u}, {"values", "positions"}});
             }).find("squares writes positions"),
