@@ -1,4 +1,5 @@
 // The contact problem: colours, blocks, sweeps. A small scene takes one launch a stage, in one work-group.
+#include <initializer_list>
 #include <string_view>
 
 #include "host/device/launcher.hpp"
@@ -11,11 +12,12 @@ constexpr u32 contacts_per_item = 8;  // of a colouring round: few work-items wr
 constexpr u32 rounds_per_color = 2;   // what colouring usually needs; the last work-group does the rest
 
 // A launch for each colour that is worth one, then one work-group for the small colours and the overflow.
-void sweep(Launcher& launcher, std::string_view color_kernel, std::string_view tail_kernel) {
+void sweep(Launcher& launcher, std::string_view color_kernel, std::string_view tail_kernel,
+           std::initializer_list<Argument> tail_arguments) {
   const LaunchPlan& plan = launcher.plan();
   const u32 rows = plan.blocks * (PACK / plan.lanes);
   for (u32 color = 0; color < plan.colors; ++color) launcher.run(color_kernel, rows / plan.colors, {{"color", color}});
-  launcher.run_group(tail_kernel, {{"first_color", plan.colors}, {"sweeps", 1u}});
+  launcher.run_group(tail_kernel, tail_arguments);
 }
 
 }  // namespace
@@ -48,15 +50,17 @@ void launch_pack_contacts(Launcher& launcher) {
 void launch_prepare_contacts(Launcher& launcher) { launcher.run("prepare_contacts", launcher.plan().blocks * PACK); }
 
 void launch_warm_start(Launcher& launcher) {
-  if (launcher.plan().small) return launcher.run_group("warm_tail", {{"first_color", 0u}});
-  sweep(launcher, "warm_color", "warm_tail");
+  const LaunchPlan& plan = launcher.plan();
+  if (plan.small) return launcher.run_group("warm_tail", {{"first_color", 0u}});
+  sweep(launcher, "warm_color", "warm_tail", {{"first_color", plan.colors}});
 }
 
 void launch_solve_contacts(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   if (plan.small || plan.colors == 0)
     return launcher.run_group("solve_tail", {{"first_color", 0u}, {"sweeps", plan.iterations}});
-  for (u32 i = 0; i < plan.iterations; ++i) sweep(launcher, "solve_color", "solve_tail");
+  for (u32 i = 0; i < plan.iterations; ++i)
+    sweep(launcher, "solve_color", "solve_tail", {{"first_color", plan.colors}, {"sweeps", 1u}});
 }
 
 void launch_store_impulses(Launcher& launcher) { launcher.run("store_impulses", launcher.plan().contacts); }
