@@ -1,5 +1,6 @@
-// Narrow phase: which pairs touch, or will within the step: gap <= margin + h max(0, approach speed). Where and how
-// deep is measured again in each sub-step (prepare_contacts).
+// Narrow phase: where the shapes of each pair touch, or will within the step: at points whose
+// gap <= margin + h max(0, approach speed). The points are kept in the frames of the bodies; how close they are is
+// measured again in each sub-step (prepare_contacts).
 #pragma once
 
 #include "cpu_reference/shapes/pairs.hpp"
@@ -8,22 +9,77 @@
 
 namespace lockstep::reference {
 
-/// A sphere stands where its bound does, however it is turned.
+/// One side of a pair.
 template <class real>
-Placed<real> collide_place(const Buffers<real>& b, u32 shape, const Pose<real>& pose) {
-  if (b.shape_infos[shape].kind != SHAPE_SPHERE) return place_shape(pose, b.shapes[shape]);
-  return {{b.bounds[shape].x, b.bounds[shape].y, b.bounds[shape].z}, {0, 0, 0, 1}, vec3(b.shapes[shape].size)};
+struct Side {
+  const ShapeInfo& info;
+  const Shape<real>& shape;
+  const Motion<real>& motion;
+  Pose<real> pose;
+  Vec3<real> arm;  // from the centre of mass to the centre of the shape, world axes
+};
+
+template <class real>
+Side<real> collide_side(const Buffers<real>& b, u32 shape) {
+  const u32 body = b.shape_infos[shape].body;
+  const Pose<real> pose = make_pose(b.positions[body], b.orientations[body]);
+  return {b.shape_infos[shape], b.shapes[shape], b.motions[body], pose,
+          rotate3(pose.orientation, vec3(b.shapes[shape].offset))};
+}
+
+/// The largest gap that can matter: a point of shape a, which is no farther from its centre than its reach, meets b no
+/// faster than |v| + |w| reach, with v and w the relative motion at the centre of a.
+template <class real>
+real collide_limit(const StepParams<real>& params, const Side<real>& a, const Side<real>& b, Vec3<real> arm_b) {
+  const Vec3<real> v = sub3(point_velocity(b.motion, arm_b), point_velocity(a.motion, a.arm));
+  const Vec3<real> w = sub3(vec3(b.motion.w), vec3(a.motion.w));
+  return params.margin + step_length(params) * (length3(v) + length3(w) * a.shape.reach);
 }
 
 template <class real>
-bool makes_contact(const Buffers<real>& b, const StepParams<real>& params, Pair pair) {
-  const ShapeInfo &a = b.shape_infos[pair.shape_a], &c = b.shape_infos[pair.shape_b];
-  const Pose<real> pose_a = make_pose(b.positions[a.body], b.orientations[a.body]);
-  const Pose<real> pose_b = make_pose(b.positions[c.body], b.orientations[c.body]);
-  const Touch<real> touch =
-      touch_shapes(a.kind, collide_place(b, pair.shape_a, pose_a), c.kind, collide_place(b, pair.shape_b, pose_b));
-  const real speed = approach_speed(touch, b.motions[a.body], pose_a.position, b.motions[c.body], pose_b.position);
-  return within_reach(params, touch.gap, speed);
+bool collide_in_reach(const StepParams<real>& params, const Manifold<real>& m, u32 k, const Side<real>& a,
+                      const Side<real>& b, Vec3<real> apart) {
+  const Vec3<real> arm = add3(a.arm, sub3(m.points[k].anchor_a, scale3(m.radius_a, m.normal)));
+  const real speed = approach_speed(m.normal, a.motion, arm, b.motion, add3(arm, apart));
+  return within_reach(params, gap_at(m, k), speed);
+}
+
+/// The manifold of a pair about the centre of shape a, without the points that are out of reach.
+template <class real>
+Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>& params, Pair pair) {
+  const Side<real> a = collide_side(buffers, pair.shape_a), b = collide_side(buffers, pair.shape_b);
+  const Vec3<real> apart = sub3(a.pose.position, b.pose.position);  // of the centres of mass, from b to a
+  const Vec3<real> center_b = sub3(b.arm, add3(a.arm, apart));
+  const HullTables<real> tables = {buffers.hulls.data(),       buffers.hull_vertices.data(),
+                                   buffers.hull_planes.data(), buffers.hull_faces.data(),
+                                   buffers.hull_edges.data(),  buffers.hull_corners.data()};
+  Manifold<real> m = collide_shapes(
+      a.info.kind, Placed<real>{{0, 0, 0}, shape_rotation(a.pose, a.shape), vec3(a.shape.size), a.info.hull},
+      b.info.kind, Placed<real>{center_b, shape_rotation(b.pose, b.shape), vec3(b.shape.size), b.info.hull}, tables,
+      collide_limit(params, a, b, add3(a.arm, apart)));
+  u32 count = 0;
+  for (u32 k = 0; k < m.count; ++k) {
+    if (collide_in_reach(params, m, k, a, b, apart)) m.points[count++] = m.points[k];
+  }
+  m.count = count;
+  for (u32 k = 0; k < count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
+  return m;
+}
+
+/// The points of a manifold in the frames of the bodies.
+template <class real>
+ContactPoint<real> contact_point(const Buffers<real>& b, const Contact& contact, const Manifold<real>& m, u32 k) {
+  const Quat<real> turn_a = quat(b.orientations[contact.body_a]), turn_b = quat(b.orientations[contact.body_b]);
+  const Vec3<real> anchor_a = add3(vec3(b.shapes[contact.shape_a].offset), unrotate3(turn_a, m.points[k].anchor_a));
+  const Vec3<real> anchor_b = add3(vec3(b.shapes[contact.shape_b].offset), unrotate3(turn_b, m.points[k].anchor_b));
+  Vec3<real> normal = m.normal;
+  if (m.frame == NORMAL_OF_A) normal = unrotate3(turn_a, normal);
+  if (m.frame == NORMAL_OF_B) normal = unrotate3(turn_b, normal);
+  return {{anchor_a.x, anchor_a.y, anchor_a.z},
+          m.radius_a,
+          {anchor_b.x, anchor_b.y, anchor_b.z},
+          m.radius_b,
+          {normal.x, normal.y, normal.z, 0}};
 }
 
 /// Contacts ordered by (shape_a, shape_b, feature), numbered within their world. Where they are more than the capacity
@@ -31,10 +87,12 @@ bool makes_contact(const Buffers<real>& b, const StepParams<real>& params, Pair 
 template <class real>
 void collide(Buffers<real>& b, const StepParams<real>& params) {
   const u32 pairs = b.counters[COUNTER_PAIRS];
+  std::vector<Manifold<real>> manifolds(pairs);
   u32 total = 0;
   for (u32 p = 0; p < pairs; ++p) {
+    manifolds[p] = collide_pair(b, params, b.pairs[p]);
     b.contact_starts[p] = total;
-    if (makes_contact(b, params, b.pairs[p])) ++total;
+    total += manifolds[p].count;
   }
   b.contact_starts[pairs] = total;
   b.counters[COUNTER_CONTACTS_NEEDED] = total;
@@ -45,14 +103,16 @@ void collide(Buffers<real>& b, const StepParams<real>& params) {
   }
 
   for (u32 p = 0; p < pairs; ++p) {
-    if (b.contact_starts[p] == b.contact_starts[p + 1]) continue;
     const Pair pair = b.pairs[p];
+    const Manifold<real>& m = manifolds[p];
     const u32 body_a = b.shape_infos[pair.shape_a].body, body_b = b.shape_infos[pair.shape_b].body;
     const u32 world = b.body_infos[body_a].world;
-    const u32 first_pair = b.pair_starts[b.world_ranges[world].first_shape];
-    const u32 contact = b.contact_starts[p];
-    b.contacts[contact] = {
-        pair.shape_a, pair.shape_b, 0, body_a, body_b, world, contact - b.contact_starts[first_pair], 0};
+    const u32 first = b.contact_starts[b.pair_starts[b.world_ranges[world].first_shape]];
+    for (u32 k = 0; k < m.count; ++k) {
+      const u32 i = b.contact_starts[p] + k;
+      b.contacts[i] = {pair.shape_a, pair.shape_b, m.points[k].feature, body_a, body_b, world, i - first, m.frame};
+      b.contact_points[i] = contact_point(b, b.contacts[i], m, k);
+    }
   }
 }
 

@@ -1,12 +1,13 @@
-// Broad phase on a hashed uniform grid (Teschner et al. 2003): pairs of shapes that can touch within the step. Spheres
-// i < j are a pair if |c_i - c_j| - r_i - r_j <= margin + h |v_i - v_j|: the relative speed, so that a cloud that falls
-// as one makes no pairs. A sphere and a plane are one if their gap <= margin + h max(0, approach speed).
+// Broad phase on a hashed uniform grid (Teschner et al. 2003): pairs of shapes that can touch within the step. The
+// bounding spheres i < j are a pair if |c_i - c_j| - r_i - r_j <= margin + h |v_i - v_j|: the relative speed, so that a
+// cloud that falls as one makes no pairs. A sphere and a plane are one if their gap <= margin + h max(0, approach
+// speed).
 #pragma once
 
 #include <algorithm>
 
-#include "cpu_reference/shapes/pairs.hpp"
 #include "cpu_reference/shapes/reach.hpp"
+#include "cpu_reference/shapes/sphere_plane.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -33,19 +34,22 @@ bool spheres_in_reach(const Buffers<real>& b, const StepParams<real>& params, u3
   const u32 body_i = b.shape_infos[i].body, body_j = b.shape_infos[j].body;
   const Vec3<real> velocity_i = point_velocity(b.motions[body_i], sub3(center_i, body_position(b, body_i)));
   const Vec3<real> velocity_j = point_velocity(b.motions[body_j], sub3(center_j, body_position(b, body_j)));
-  const real gap = length3(sub3(center_i, center_j)) - b.shapes[i].size[0] - b.shapes[j].size[0];
+  const real gap = length3(sub3(center_i, center_j)) - b.shapes[i].reach - b.shapes[j].reach;
   return within_reach(params, gap, length3(sub3(velocity_i, velocity_j)));
 }
 
 template <class real>
 bool plane_in_reach(const Buffers<real>& b, const StepParams<real>& params, u32 i, u32 plane) {
   const u32 body_i = b.shape_infos[i].body, body_p = b.shape_infos[plane].body;
-  const Touch<real> touch =
-      sphere_plane(place_shape(make_pose(b.positions[body_i], b.orientations[body_i]), b.shapes[i]),
-                   place_shape(make_pose(b.positions[body_p], b.orientations[body_p]), b.shapes[plane]));
-  const real speed =
-      approach_speed(touch, b.motions[body_i], body_position(b, body_i), b.motions[body_p], body_position(b, body_p));
-  return within_reach(params, touch.gap, speed);
+  const Pose<real> pose = make_pose(b.positions[body_p], b.orientations[body_p]);
+  const Vec3<real> center = bound_center(b, i), point = shape_center(pose, b.shapes[plane]);
+  const Vec3<real> normal = plane_normal(shape_rotation(pose, b.shapes[plane]));
+  const real reach = b.shapes[i].reach;
+  const real gap = dot3(normal, sub3(center, point)) - reach;
+  const Vec3<real> touch = sub3(center, scale3(reach, normal));
+  const real speed = approach_speed(normal, b.motions[body_i], sub3(touch, body_position(b, body_i)), b.motions[body_p],
+                                    sub3(touch, pose.position));
+  return within_reach(params, gap, speed);
 }
 
 /// The spheres of larger index that sphere i is paired with.

@@ -3,7 +3,7 @@
 
 #include <bit>
 
-#include "cpu_reference/shapes/touch.hpp"
+#include "cpu_reference/shapes/manifold.hpp"
 
 namespace lockstep::reference {
 

@@ -13,7 +13,7 @@
 #include "cpu_reference/cone.hpp"
 #include "cpu_reference/frame.hpp"
 #include "cpu_reference/rigid_body.hpp"
-#include "cpu_reference/shapes/pairs.hpp"
+#include "cpu_reference/shapes/manifold.hpp"
 #include "cpu_reference/visit_contact.hpp"
 #include "host/buffers.hpp"
 
@@ -29,6 +29,41 @@ real angular_share(const Motion<real>& body, Vec3<real> arm, Vec3<real> d, Vec3<
 template <class real>
 Vec3<real> central_arm(const Motion<real>& body, Vec3<real> normal, Vec3<real> arm) {
   return body.inverse_mass > 0 ? scale3(dot3(normal, arm), normal) : arm;
+}
+
+/// How a contact stands by now: its point as an arm from either centre of mass, world axes. A contact on a face is at
+/// the point of the other shape, so that the arm of a rolling sphere has exactly its radius; others are midway.
+template <class real>
+struct ContactNow {
+  Vec3<real> normal;
+  real gap;
+  Vec3<real> arm_a, arm_b;
+};
+
+template <class real>
+ContactNow<real> contact_now(const ContactPoint<real>& point, u32 frame, const Pose<real>& pose_a,
+                             const Pose<real>& pose_b) {
+  const Vec3<real> anchor_a = rotate3(pose_a.orientation, vec3(point.anchor_a));
+  const Vec3<real> anchor_b = rotate3(pose_b.orientation, vec3(point.anchor_b));
+  const Vec3<real> apart = sub3(pose_a.position, pose_b.position);
+  const Vec3<real> d = sub3(add3(apart, anchor_a), anchor_b);
+  const real distance = length3(d);
+  ContactNow<real> now;
+  now.normal = vec3(point.normal);
+  if (frame == NORMAL_OF_A) now.normal = rotate3(pose_a.orientation, now.normal);
+  if (frame == NORMAL_OF_B) now.normal = rotate3(pose_b.orientation, now.normal);
+  if (frame == NORMAL_BETWEEN && distance > 0) now.normal = {d.x / distance, d.y / distance, d.z / distance};
+  const real between = frame == NORMAL_BETWEEN ? distance : dot3(now.normal, d);
+  now.gap = between - point.radius_a - point.radius_b;
+  if (frame == NORMAL_OF_A) {
+    now.arm_b = add3(anchor_b, scale3(point.radius_b, now.normal));
+    now.arm_a = sub3(now.arm_b, apart);
+  } else {
+    const real depth = frame == NORMAL_OF_B ? point.radius_a : point.radius_a + real(0.5) * now.gap;
+    now.arm_a = sub3(anchor_a, scale3(depth, now.normal));
+    now.arm_b = add3(now.arm_a, apart);
+  }
+  return now;
 }
 
 template <class real>
@@ -78,17 +113,13 @@ void prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
   const ShapeInfo &info_a = buffers.shape_infos[contact.shape_a], &info_b = buffers.shape_infos[contact.shape_b];
   const Pose<real> pose_a = make_pose(buffers.positions[a], buffers.orientations[a]);
   const Pose<real> pose_b = make_pose(buffers.positions[b], buffers.orientations[b]);
-  const Touch<real> touch = touch_shapes(info_a.kind, place_shape(pose_a, buffers.shapes[contact.shape_a]), info_b.kind,
-                                         place_shape(pose_b, buffers.shapes[contact.shape_b]));
+  const ContactNow<real> now = contact_now(buffers.contact_points[i], contact.normal, pose_a, pose_b);
   const Motion<real>&motion_a = buffers.motions[a], &motion_b = buffers.motions[b];
   const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
-  const Vec3<real> n = touch.normal;
+  const Vec3<real> n = now.normal;
   const auto [t1, t2] = tangents(n);
-  Vec3<real> arm_a = sub3(touch.point, pose_a.position), arm_b = sub3(touch.point, pose_b.position);
-  if (central) {
-    arm_a = central_arm(motion_a, n, arm_a);
-    arm_b = central_arm(motion_b, n, arm_b);
-  }
+  const Vec3<real> arm_a = central ? central_arm(motion_a, n, now.arm_a) : now.arm_a;
+  const Vec3<real> arm_b = central ? central_arm(motion_b, n, now.arm_b) : now.arm_b;
 
   const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
   const real u_old = dot3(
@@ -130,7 +161,7 @@ void prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
   block.arm_b_x[lane] = arm_b.x;
   block.arm_b_y[lane] = arm_b.y;
   block.arm_b_z[lane] = arm_b.z;
-  block.bias[lane] = contact_bias(params, touch.gap, u_old, u_free, pair.restitution);
+  block.bias[lane] = contact_bias(params, now.gap, u_old, u_free, pair.restitution);
   block.friction[lane] = pair.friction;
   block.w_nn[lane] = w_nn;
   block.w_11[lane] = w_11;

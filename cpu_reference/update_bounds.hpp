@@ -1,6 +1,6 @@
 // The sphere that each bounded shape stays in for a whole step of length h at its present velocity:
-// centre c, extent r + h (|v| + |w| |c - x|), with x the centre of mass. The grid's cells are sized by the largest
-// extent.
+// centre c, extent r + h (|v| + |w| |c - x|), with r the reach and x the centre of mass. The grid's cells are sized by
+// the largest extent.
 #pragma once
 
 #include <algorithm>
@@ -22,10 +22,10 @@ void update_bounds(Buffers<real>& b, const StepParams<real>& params) {
     const Pose<real> pose = make_pose(b.positions[body], b.orientations[body]);
     const Vec3<real> center = shape_center(pose, shape);
     real extent = 0;
-    if (b.shape_infos[i].kind == SHAPE_SPHERE) {
+    if (b.shape_infos[i].kind != SHAPE_PLANE) {
       const real arm = length3(sub3(center, pose.position));
       const real speed = length3(vec3(motion.v)) + length3(vec3(motion.w)) * arm;
-      extent = shape.size[0] + h * speed;
+      extent = shape.reach + h * speed;
     }
     const bool finite = is_finite(center.x) && is_finite(center.y) && is_finite(center.z) && is_finite(extent);
     if (finite) {

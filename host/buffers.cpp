@@ -50,6 +50,11 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::shapes: return sizes.shapes;
     case Domain::shape_ends: return std::size_t{sizes.shapes} + 1;
     case Domain::planes: return sizes.planes;
+    case Domain::hulls: return sizes.hulls;
+    case Domain::hull_vertices: return sizes.hull_vertices;
+    case Domain::hull_faces: return sizes.hull_faces;
+    case Domain::hull_edges: return sizes.hull_edges;
+    case Domain::hull_corners: return sizes.hull_corners;
     case Domain::materials: return sizes.material_pairs;
     case Domain::buckets: return std::size_t{sizes.buckets} + 1;
     case Domain::pairs: return sizes.pairs;

@@ -23,6 +23,11 @@ enum class Domain : u32 {
   shapes,
   shape_ends,
   planes,
+  hulls,
+  hull_vertices,
+  hull_faces,
+  hull_edges,
+  hull_corners,
   materials,
   buckets,
   pairs,
@@ -68,6 +73,7 @@ struct Buffers {
 /// How many elements each domain can hold. The last three grow when a step asks for more.
 struct Sizes {
   u32 worlds = 0, bodies = 0, shapes = 0, planes = 0, material_pairs = 0, buckets = 0;
+  u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0;
   u32 pairs = 0, contacts = 0, blocks = 0;
 
   bool operator==(const Sizes&) const = default;

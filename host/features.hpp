@@ -14,6 +14,11 @@ enum class Feature : u32 {
   time_stepping = 1u << 3,  // velocities, then positions; what contacts need
   runge_kutta = 1u << 4,    // free flight in one stage of fourth order
   gyroscopic = 1u << 5,     // some body is anisotropic and its gyroscopic moment is wanted
+  manifolds = 1u << 6,      // some pair can touch at several points: there are shapes beside spheres and planes
+  capsules = 1u << 7,
+  boxes = 1u << 8,
+  cylinders = 1u << 9,
+  hulls = 1u << 10,
 };
 
 using Features = u32;  // a set: bits of Feature

@@ -1,47 +1,105 @@
 #pragma OPENCL FP_CONTRACT OFF
+// Narrow phase (cpu_reference/collide.hpp).
 #include "common.h"
 #include "shapes/pairs.h"
 #include "shapes/reach.h"
 #include "types.h"
 
-// A sphere stands where its bound does, however it is turned.
-static inline Placed collide_place(u32 kind, Vec4 bound, Pose pose, global const Shape* shape) {
-  if (kind != SHAPE_SPHERE) return place_shape(pose, *shape);
-  Placed sphere;
-  sphere.center = make3(bound.x, bound.y, bound.z);
-  sphere.rotation = make4((real)0, (real)0, (real)0, (real)1);
-  sphere.size = make3(shape->size[0], shape->size[1], shape->size[2]);
-  return sphere;
+// One side of a pair.
+typedef struct Side {
+  u32 kind, hull;
+  global const Shape* shape;
+  global const Motion* motion;
+  Pose pose;
+  Vec3 arm;  // from the centre of mass to the centre of the shape, world axes
+} Side;
+
+static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, global const Shape* shapes,
+                                global const Vec4* positions, global const Vec4* orientations,
+                                global const Motion* motions) {
+  const ShapeInfo info = shape_infos[i];
+  Side side;
+  side.kind = info.kind;
+  side.hull = info.hull;
+  side.shape = shapes + i;
+  side.motion = motions + info.body;
+  side.pose = make_pose(positions[info.body], orientations[info.body]);
+  side.arm = rotate3(side.pose.orientation, make3(side.shape->offset[0], side.shape->offset[1], side.shape->offset[2]));
+  return side;
 }
 
-// Contacts of each pair: none or one, as long as all shapes are round.
-kernel void collide_count(global const ShapeInfo* shape_infos, global const Shape* shapes, global const Vec4* positions,
-                          global const Vec4* orientations, global const Motion* motions, global const Vec4* bounds,
-                          global const Pair* pairs, global u32* contact_starts, global const u32* counters,
-                          const StepParams params) {
+static inline Placed collide_place(const Side* side, Vec3 center) {
+  Placed placed;
+  placed.center = center;
+  placed.rotation = shape_rotation(side->pose, side->shape);
+  placed.size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
+  placed.hull = side->hull;
+  return placed;
+}
+
+// The largest gap that can matter.
+static inline real collide_limit(StepParams params, const Side* a, const Side* b, Vec3 arm_b) {
+  const Vec3 v = sub3(point_velocity(b->motion, arm_b), point_velocity(a->motion, a->arm));
+  const Vec3 w = sub3(make3(b->motion->w[0], b->motion->w[1], b->motion->w[2]),
+                      make3(a->motion->w[0], a->motion->w[1], a->motion->w[2]));
+  return params.margin + step_length(params) * (length3(v) + length3(w) * a->shape->reach);
+}
+
+static inline bool collide_in_reach(StepParams params, const Manifold* m, u32 k, const Side* a, const Side* b,
+                                    Vec3 apart) {
+  const Vec3 arm = add3(a->arm, sub3(m->points[k].anchor_a, scale3(m->radius_a, m->normal)));
+  const real speed = approach_speed(m->normal, a->motion, arm, b->motion, add3(arm, apart));
+  return within_reach(params, gap_at(m, k), speed);
+}
+
+static inline Manifold collide_pair(StepParams params, const Side* a, const Side* b, HullTables tables) {
+  const Vec3 apart = sub3(a->pose.position, b->pose.position);
+  const Vec3 center_b = sub3(b->arm, add3(a->arm, apart));
+  Manifold m = collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0)), b->kind,
+                              collide_place(b, center_b), tables, collide_limit(params, a, b, add3(a->arm, apart)));
+  u32 count = 0u;
+  for (u32 k = 0u; k < m.count; ++k) {
+    if (collide_in_reach(params, &m, k, a, b, apart)) m.points[count++] = m.points[k];
+  }
+  m.count = count;
+  for (u32 k = 0u; k < count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
+  return m;
+}
+
+// The manifold of each pair, about the centre of its shape a, and its number of points.
+kernel void collide_pairs(global const ShapeInfo* shape_infos, global const Shape* shapes, global const Hull* hulls,
+                          global const Vec4* hull_vertices, global const Vec4* hull_planes,
+                          global const HullFace* hull_faces, global const HullEdge* hull_edges,
+                          global const u32* hull_corners, global const Vec4* positions, global const Vec4* orientations,
+                          global const Motion* motions, global const Pair* pairs, global u32* contact_starts,
+                          global Manifold* manifolds, global const u32* counters, const StepParams params) {
+  const HullTables tables = {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners};
   const u32 count = counters[COUNTER_PAIRS];
   FOR_EACH(p, count + 1u) {
-    u32 contacts = 0u;
+    u32 points = 0u;
     if (p < count) {
-      const u32 i = pairs[p].shape_a, j = pairs[p].shape_b;
-      const u32 kind_a = shape_infos[i].kind, body_a = shape_infos[i].body;
-      const u32 kind_b = shape_infos[j].kind, body_b = shape_infos[j].body;
-      const Pose pose_a = make_pose(positions[body_a], orientations[body_a]);
-      const Pose pose_b = make_pose(positions[body_b], orientations[body_b]);
-      const Touch touch = touch_shapes(kind_a, collide_place(kind_a, bounds[i], pose_a, &shapes[i]), kind_b,
-                                       collide_place(kind_b, bounds[j], pose_b, &shapes[j]));
-      const real speed = approach_speed(touch, &motions[body_a], pose_a.position, &motions[body_b], pose_b.position);
-      contacts = within_reach(params, touch.gap, speed) ? 1u : 0u;
+      const Side a = collide_side(pairs[p].shape_a, shape_infos, shapes, positions, orientations, motions);
+      const Side b = collide_side(pairs[p].shape_b, shape_infos, shapes, positions, orientations, motions);
+      const Manifold m = collide_pair(params, &a, &b, tables);
+      points = m.count;
+      if (points > 0u) manifolds[p] = m;
     }
-    contact_starts[p] = contacts;
+    contact_starts[p] = points;
   }
+}
+
+static inline void collide_store3(Vec3 v, global real* p) {
+  p[0] = v.x;
+  p[1] = v.y;
+  p[2] = v.z;
 }
 
 // After the scan of contact_starts. The contacts of a world follow each other, as its shapes do.
 kernel void collide_write(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
-                          global const ShapeInfo* shape_infos, global const u32* pair_starts, global const Pair* pairs,
-                          global const u32* contact_starts, global Contact* contacts, global u32* counters,
-                          const StepParams params) {
+                          global const ShapeInfo* shape_infos, global const Shape* shapes,
+                          global const Vec4* orientations, global const u32* pair_starts, global const Pair* pairs,
+                          global const u32* contact_starts, global const Manifold* manifolds, global Contact* contacts,
+                          global ContactPoint* contact_points, global u32* counters, const StepParams params) {
   const u32 count = counters[COUNTER_PAIRS];
   const u32 total = contact_starts[count];
   const bool full = total > params.contact_capacity;
@@ -51,17 +109,36 @@ kernel void collide_write(global const WorldRange* world_ranges, global const Bo
     if (full) counters[COUNTER_STATUS] |= STATUS_CONTACTS_FULL;
   }
   FOR_EACH(p, full ? 0u : count) {
-    const u32 index = contact_starts[p];
-    if (index == contact_starts[p + 1u]) continue;
+    const u32 start = contact_starts[p], points = contact_starts[p + 1u] - start;
+    if (points == 0u) continue;
+    global const Manifold* m = manifolds + p;
     Contact contact;
     contact.shape_a = pairs[p].shape_a;
     contact.shape_b = pairs[p].shape_b;
-    contact.feature = 0u;
     contact.body_a = shape_infos[contact.shape_a].body;
     contact.body_b = shape_infos[contact.shape_b].body;
     contact.world = body_infos[contact.body_a].world;
-    contact.rank = index - contact_starts[pair_starts[world_ranges[contact.world].first_shape]];
-    contact.pad = 0u;
-    contacts[index] = contact;
+    contact.normal = m->frame;
+    const u32 first = contact_starts[pair_starts[world_ranges[contact.world].first_shape]];
+    const Quat turn_a = quat(orientations[contact.body_a]), turn_b = quat(orientations[contact.body_b]);
+    global const real* offset_a = shapes[contact.shape_a].offset;
+    global const real* offset_b = shapes[contact.shape_b].offset;
+    Vec3 normal = m->normal;
+    if (contact.normal == NORMAL_OF_A) normal = unrotate3(turn_a, normal);
+    if (contact.normal == NORMAL_OF_B) normal = unrotate3(turn_b, normal);
+    for (u32 k = 0u; k < points; ++k) {
+      contact.feature = m->points[k].feature;
+      contact.rank = start + k - first;
+      contacts[start + k] = contact;
+      global ContactPoint* point = contact_points + start + k;
+      collide_store3(add3(make3(offset_a[0], offset_a[1], offset_a[2]), unrotate3(turn_a, m->points[k].anchor_a)),
+                     point->anchor_a);
+      collide_store3(add3(make3(offset_b[0], offset_b[1], offset_b[2]), unrotate3(turn_b, m->points[k].anchor_b)),
+                     point->anchor_b);
+      point->radius_a = m->radius_a;
+      point->radius_b = m->radius_b;
+      collide_store3(normal, point->normal);
+      point->normal[3] = (real)0;
+    }
   }
 }

@@ -2,8 +2,8 @@
 #include "common.h"
 #include "grid.h"
 #include "lanes.h"
-#include "shapes/pairs.h"
 #include "shapes/reach.h"
+#include "shapes/sphere_plane.h"
 #include "sort.h"
 #include "types.h"
 
@@ -156,15 +156,16 @@ static inline void search_planes(const PairSearch* s, const Searcher* me, Finds*
     const GridPlane plane = s->grid_planes[k];
     const Vec3 point = make3(plane.point[0], plane.point[1], plane.point[2]);
     const Vec3 normal = make3(plane.normal[0], plane.normal[1], plane.normal[2]);
-    const Touch touch = touch_plane(me->center, me->radius, point, normal);
+    const real gap = dot3(normal, sub3(me->center, point)) - me->radius;
     const u32 j = s->planes[k];
-    if (touch.gap + me->radius > plane.slack * (me->extent + me->margin)) continue;
+    if (gap + me->radius > plane.slack * (me->extent + me->margin)) continue;
     const ShapeInfo other = s->shape_infos[j];
     const u32 body_a = me->info.shape.body, body_b = other.body;
     if (!may_touch(me->info.shape, other, me->info.body, s->body_infos[body_b])) continue;
-    const real speed = approach_speed(touch, &s->motions[body_a], search_position(s, body_a), &s->motions[body_b],
-                                      search_position(s, body_b));
-    if (touch.gap <= me->margin + me->h * speed) add_pair(finds, me->info.index, j);
+    const Vec3 touch = sub3(me->center, scale3(me->radius, normal));
+    const real speed = approach_speed(normal, &s->motions[body_a], sub3(touch, search_position(s, body_a)),
+                                      &s->motions[body_b], sub3(touch, search_position(s, body_b)));
+    if (gap <= me->margin + me->h * speed) add_pair(finds, me->info.index, j);
   }
 }
 
@@ -198,7 +199,7 @@ kernel void find_pairs_gather(global const WorldRange* world_ranges, global cons
     mine[GRID_SPHERE(GRID_X, params.shapes)] = center.x;
     mine[GRID_SPHERE(GRID_Y, params.shapes)] = center.y;
     mine[GRID_SPHERE(GRID_Z, params.shapes)] = center.z;
-    mine[GRID_SPHERE(GRID_RADIUS, params.shapes)] = shapes[i].size[0];
+    mine[GRID_SPHERE(GRID_RADIUS, params.shapes)] = shapes[i].reach;
     mine[GRID_SPHERE(GRID_VX, params.shapes)] = velocity.x;
     mine[GRID_SPHERE(GRID_VY, params.shapes)] = velocity.y;
     mine[GRID_SPHERE(GRID_VZ, params.shapes)] = velocity.z;
@@ -215,15 +216,14 @@ kernel void find_pairs_gather(global const WorldRange* world_ranges, global cons
     const WorldRange world = world_ranges[w];
     for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k) {
       const u32 body = shape_infos[planes[k]].body;
-      const Placed placed = place_shape(make_pose(positions[body], orientations[body]), shapes[planes[k]]);
-      const Vec3 normal = plane_normal(placed.rotation);
+      const Pose pose = make_pose(positions[body], orientations[body]);
+      const Vec3 point = shape_center(pose, &shapes[planes[k]]);
+      const Vec3 normal = plane_normal(shape_rotation(pose, &shapes[planes[k]]));
       const Vec3 v = make3(motions[body].v[0], motions[body].v[1], motions[body].v[2]);
       const Vec3 spin = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
       const bool still = dot3(v, v) + dot3(spin, spin) == (real)0;
-      const GridPlane plane = {{placed.center.x, placed.center.y, placed.center.z},
-                               {normal.x, normal.y, normal.z},
-                               still ? (real)1.001 : (real)1e30,
-                               (real)0};
+      const GridPlane plane = {
+          {point.x, point.y, point.z}, {normal.x, normal.y, normal.z}, still ? (real)1.001 : (real)1e30, (real)0};
       grid_planes[k] = plane;
     }
   }

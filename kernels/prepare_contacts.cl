@@ -3,8 +3,41 @@
 #include "common.h"
 #include "frame.h"
 #include "rigid_body.h"
-#include "shapes/pairs.h"
+#include "shapes/manifold.h"
 #include "types.h"
+
+static inline Vec3 prepare_load3(global const real* p) { return make3(p[0], p[1], p[2]); }
+
+// How a contact stands by now.
+typedef struct ContactNow {
+  Vec3 normal;
+  real gap;
+  Vec3 arm_a, arm_b;
+} ContactNow;
+
+static inline ContactNow contact_now(global const ContactPoint* point, u32 frame, Pose pose_a, Pose pose_b) {
+  const Vec3 anchor_a = rotate3(pose_a.orientation, prepare_load3(point->anchor_a));
+  const Vec3 anchor_b = rotate3(pose_b.orientation, prepare_load3(point->anchor_b));
+  const Vec3 apart = sub3(pose_a.position, pose_b.position);
+  const Vec3 d = sub3(add3(apart, anchor_a), anchor_b);
+  const real distance = length3(d);
+  ContactNow now;
+  now.normal = prepare_load3(point->normal);
+  if (frame == NORMAL_OF_A) now.normal = rotate3(pose_a.orientation, now.normal);
+  if (frame == NORMAL_OF_B) now.normal = rotate3(pose_b.orientation, now.normal);
+  if (frame == NORMAL_BETWEEN && distance > (real)0) now.normal = make3(d.x / distance, d.y / distance, d.z / distance);
+  const real between = frame == NORMAL_BETWEEN ? distance : dot3(now.normal, d);
+  now.gap = between - point->radius_a - point->radius_b;
+  if (frame == NORMAL_OF_A) {
+    now.arm_b = add3(anchor_b, scale3(point->radius_b, now.normal));
+    now.arm_a = sub3(now.arm_b, apart);
+  } else {
+    const real depth = frame == NORMAL_OF_B ? point->radius_a : point->radius_a + (real)0.5 * now.gap;
+    now.arm_a = sub3(anchor_a, scale3(depth, now.normal));
+    now.arm_b = add3(now.arm_a, apart);
+  }
+  return now;
+}
 
 static inline real prepare_bias(const StepParams p, real gap, real u_old, real u_free, real restitution) {
   const real gap_free = gap + p.dt * (((real)1 - p.theta) * u_old + p.theta * u_free);
@@ -88,10 +121,10 @@ static inline void prepare_impulse(real normal, Vec3 tangent, Vec3 t1, Vec3 t2, 
 }
 
 kernel void prepare_contacts(const StepParams params, global const WorldRange* world_ranges,
-                             global const ShapeInfo* shape_infos, global const Shape* shapes,
-                             global const MaterialPair* material_pairs, global const Vec4* positions,
-                             global const Vec4* orientations, global const Motion* motions,
-                             global const Velocity* previous_velocities, global const Contact* contacts,
+                             global const ShapeInfo* shape_infos, global const MaterialPair* material_pairs,
+                             global const Vec4* positions, global const Vec4* orientations,
+                             global const Motion* motions, global const Velocity* previous_velocities,
+                             global const Contact* contacts, global const ContactPoint* contact_points,
                              global const ContactImpulse* start_impulses, global const BlockBodies* block_bodies,
                              global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
                              global const u32* counters) {
@@ -112,18 +145,14 @@ kernel void prepare_contacts(const StepParams params, global const WorldRange* w
     const Contact contact = contacts[i];
     const ShapeInfo info_a = shape_infos[contact.shape_a], info_b = shape_infos[contact.shape_b];
     const Pose pose_a = make_pose(positions[a], orientations[a]), pose_b = make_pose(positions[b], orientations[b]);
-    const Touch touch = touch_shapes(info_a.kind, place_shape(pose_a, shapes[contact.shape_a]), info_b.kind,
-                                     place_shape(pose_b, shapes[contact.shape_b]));
+    const ContactNow now = contact_now(contact_points + i, contact.normal, pose_a, pose_b);
     const Motion motion_a = motions[a], motion_b = motions[b];
     const u32 central = bodies->kind[lane] == BLOCK_CENTRAL;
-    const Vec3 n = touch.normal;
+    const Vec3 n = now.normal;
     Vec3 t1, t2;
     tangents(n, &t1, &t2);
-    Vec3 arm_a = sub3(touch.point, pose_a.position), arm_b = sub3(touch.point, pose_b.position);
-    if (central) {
-      arm_a = prepare_central_arm(motion_a.inverse_mass, n, arm_a);
-      arm_b = prepare_central_arm(motion_b.inverse_mass, n, arm_b);
-    }
+    const Vec3 arm_a = central ? prepare_central_arm(motion_a.inverse_mass, n, now.arm_a) : now.arm_a;
+    const Vec3 arm_b = central ? prepare_central_arm(motion_b.inverse_mass, n, now.arm_b) : now.arm_b;
 
     const Velocity old_a = previous_velocities[a], old_b = previous_velocities[b];
     const real u_old = dot3(n, sub3(prepare_point_velocity(vec3(old_a.v), vec3(old_a.w), arm_a),
@@ -146,8 +175,8 @@ kernel void prepare_contacts(const StepParams params, global const WorldRange* w
       prepare_impulse(impulses->normal[lane], tangent, t1, t2, pair.friction, lane, impulses);
     }
 
-    prepare_write(lane, n, arm_a, arm_b, prepare_bias(params, touch.gap, u_old, u_free, pair.restitution),
-                  pair.friction, block);
+    prepare_write(lane, n, arm_a, arm_b, prepare_bias(params, now.gap, u_old, u_free, pair.restitution), pair.friction,
+                  block);
     const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
     if (central) {
       const real w_11 =

@@ -41,7 +41,23 @@ inline constexpr u32 NONE = 0xffffffffu;  // no macro: other libraries have enum
 // ---- values of the integer fields --------------------------------------------------------------------------------
 
 enum BodyKind { BODY_STATIC = 0, BODY_KINEMATIC = 1, BODY_DYNAMIC = 2 };
-enum ShapeKind { SHAPE_SPHERE = 0, SHAPE_PLANE = 1 };
+// In the order in which kernels/shape_pairs.def names the sides of a pair.
+enum ShapeKind {
+  SHAPE_SPHERE = 0,
+  SHAPE_CAPSULE = 1,
+  SHAPE_BOX = 2,
+  SHAPE_CYLINDER = 3,
+  SHAPE_HULL = 4,
+  SHAPE_PLANE = 5,
+  SHAPE_KINDS = 6
+};
+// What the normal of a contact turns with while the bodies move through the sub-steps of a step.
+enum NormalFrame {
+  NORMAL_FIXED = 0,    // the world: two edges that cross
+  NORMAL_OF_A = 1,     // a face of shape a
+  NORMAL_OF_B = 2,     // a face of shape b
+  NORMAL_BETWEEN = 3,  // points from anchor b to anchor a: round shapes
+};
 // Central: every movable body of the contact has an isotropic inertia and its arm is parallel to the normal, so that
 // the Delassus block is diagonal and the cone problem has a closed form. Padding lanes have inverse masses of zero.
 enum BlockKind { BLOCK_PADDING = 0, BLOCK_CENTRAL = 1, BLOCK_GENERAL = 2 };
@@ -100,8 +116,8 @@ INDEX_RECORD(ShapeInfo) {
   u32 material;  // local to the world
   u32 category;  // a and b collide if (a.category & b.mask) != 0 and (b.category & a.mask) != 0
   u32 mask;
-  u32 centered;  // 1 where the shape sits at the centre of mass
-  u32 pad;
+  u32 central;  // 1 for a sphere at the centre of mass
+  u32 hull;     // of a convex hull: index into `hulls`
 };
 
 RECORD(Vec4) { real x, y, z, w; };
@@ -121,13 +137,35 @@ RECORD(Pivot) {
   real pad;
 };
 
-// Frame of the shape in its body. A sphere: centre `offset`, radius size[0]. A plane: through `offset`, normal the z
-// axis of `rotation`.
+// Frame of the shape in its body: origin `offset` from the centre of mass, axes turned by `rotation`. Within a distance
+// of `reach` from the origin lies the whole shape (0 for planes). `size` by kind:
+//   sphere             radius
+//   capsule, cylinder  radius, half the length of the (core) segment along z
+//   box                half extents
+//   hull               half extents of the box along the axes, about the origin, that holds its vertices
+//   plane              nothing: through the origin, normal z
 RECORD(Shape) {
-  real offset[4];
+  real offset[3];
+  real reach;
   real rotation[4];
   real size[4];
 };
+
+// A convex hull in the frame of its shape. Ranges of the tables hull_vertices, hull_planes and hull_faces (an entry a
+// face), hull_edges, hull_corners.
+INDEX_RECORD(Hull) {
+  u32 first_vertex, vertex_count;
+  u32 first_face, face_count;
+  u32 first_edge, edge_count;
+  u32 pad[2];
+};
+
+// The corners of a face, counter-clockwise seen from outside: hull_corners[first_corner ...], each an index of a vertex
+// within its hull.
+INDEX_RECORD(HullFace) { u32 first_corner, corner_count; };
+
+// From vertex a to vertex b; the face on the left and on the right seen from outside. Indices within the hull.
+INDEX_RECORD(HullEdge) { u32 vertex_a, vertex_b, face_left, face_right; };
 
 RECORD(MaterialPair) { real friction, restitution; };
 
@@ -156,7 +194,7 @@ INDEX_RECORD(Cell) {
   u32 bucket;
 };
 
-// shape_a is the shape that owns the pair: of two spheres the one of smaller index, otherwise the sphere.
+// shape_a has the smaller index, but a plane is always shape_b.
 INDEX_RECORD(Pair) { u32 shape_a, shape_b; };
 
 // Ordered by (shape_a, shape_b, feature). The normal points from b to a.
@@ -164,8 +202,16 @@ INDEX_RECORD(Contact) {
   u32 shape_a, shape_b, feature;
   u32 body_a, body_b;
   u32 world;
-  u32 rank;  // index of the contact within its world
-  u32 pad;
+  u32 rank;    // index of the contact within its world
+  u32 normal;  // NormalFrame
+};
+
+// Where the two shapes of a contact are closest, in the frames of their bodies, so that each sub-step can tell how
+// close they are by then. The surface of a round shape is a radius away from its anchor, along the normal.
+RECORD(ContactPoint) {
+  real anchor_a[3], radius_a;  // from the centre of mass of a, body frame
+  real anchor_b[3], radius_b;
+  real normal[4];  // from b to a, in the frame that Contact::normal tells
 };
 
 INDEX_RECORD(ContactKey) { u32 shape_a, shape_b, feature, pad; };

@@ -2,7 +2,7 @@
 #include "common.h"
 #include "grid.h"
 #include "math.h"
-#include "shapes/touch.h"
+#include "shapes/manifold.h"
 #include "types.h"
 
 // A work-item takes many shapes, so that the one word of the largest extent is not fought over.
@@ -13,15 +13,14 @@ kernel void update_bounds(global const ShapeInfo* shape_infos, global const Shap
   u32 largest = 0u;
   FOR_EACH(i, params.shapes) {
     const u32 body = shape_infos[i].body;
-    const Shape shape = shapes[i];
     const Pose pose = make_pose(positions[body], orientations[body]);
-    const Vec3 center = shape_center(pose, shape);
+    const Vec3 center = shape_center(pose, &shapes[i]);
     real extent = (real)0;
-    if (shape_infos[i].kind == SHAPE_SPHERE) {
+    if (shape_infos[i].kind != SHAPE_PLANE) {
       const Vec3 v = make3(motions[body].v[0], motions[body].v[1], motions[body].v[2]);
       const Vec3 w = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
       const real speed = length3(v) + length3(w) * length3(sub3(center, pose.position));
-      extent = shape.size[0] + h * speed;
+      extent = shapes[i].reach + h * speed;
     }
     const bool finite = is_finite(center.x) && is_finite(center.y) && is_finite(center.z) && is_finite(extent);
     Vec4 bound;

@@ -30,8 +30,9 @@ Buffers<double> ball_on_plane(double z) {
   b.motions[0].inertia_xx = b.motions[0].inertia_yy = b.motions[0].inertia_zz = 5;
   b.motions[0].v[2] = 0.25;
   b.shape_infos = {{0, 3, SHAPE_SPHERE, 0, 1, 1, 1, 0}, {1, 4, SHAPE_PLANE, 0, 1, 1, 1, 0}};
-  b.shapes = {{{0, 0, 0, 0}, {0, 0, 0, 1}, {0.5, 0, 0, 0}}, {{0, 0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0, 0}}};
-  b.contacts = {{0, 1, 0, 0, 1, 0, 0, 0}};
+  b.shapes = {{{0, 0, 0}, 0.5, {0, 0, 0, 1}, {0.5, 0, 0, 0}}, {{0, 0, 0}, 0, {0, 0, 0, 1}, {0, 0, 0, 0}}};
+  b.contacts = {{0, 1, 0, 0, 1, 0, 0, NORMAL_OF_B}};
+  b.contact_points = {{{0, 0, 0}, 0.5, {0, 0, 0}, 0, {0, 0, 1, 0}}};
   b.contact_slots = {PACK + 3};
   b.contact_blocks.resize(2);
   b.block_bodies.resize(2);
@@ -47,7 +48,15 @@ Buffers<double> ball_on_plane(double z) {
 }
 
 constexpr Features ball_features = static_cast<u32>(Feature::contacts) | static_cast<u32>(Feature::time_stepping);
-constexpr Sizes ball_sizes = {1, 2, 2, 1, 1, 4, 4, 4, 4};
+constexpr Sizes ball_sizes = {.worlds = 1,
+                              .bodies = 2,
+                              .shapes = 2,
+                              .planes = 1,
+                              .material_pairs = 1,
+                              .buckets = 4,
+                              .pairs = 4,
+                              .contacts = 4,
+                              .blocks = 4};
 
 std::vector<u32> one_contact() {
   std::vector<u32> counters(COUNTER_COUNT);

@@ -78,12 +78,12 @@ void add_body(InitialState<real>& state, u32 world, u32 id, const BodyDescriptio
   for (const ShapeDescription& s : body.shapes) {
     const u32 shape_index = u32(b.shapes.size());
     const u32 shape_id = shape_index - b.world_ranges[world].first_shape;
-    const bool centered = s.offset == Vector3{0, 0, 0};
-    b.shape_infos.push_back({index, shape_id, u32(s.kind), s.material, s.category, s.mask, centered ? 1u : 0u, 0});
+    const bool central = s.kind == SHAPE_SPHERE && s.offset == Vector3{0, 0, 0};
+    b.shape_infos.push_back({index, shape_id, u32(s.kind), s.material, s.category, s.mask, central ? 1u : 0u, 0});
     Shape<real> shape = {};
     set(shape.offset, s.offset);
     for (int k = 0; k < 4; ++k) shape.rotation[k] = real(s.rotation[k]);
-    shape.size[0] = real(s.radius);
+    shape.size[0] = shape.reach = real(s.radius);
     b.shapes.push_back(shape);
     if (s.kind == SHAPE_PLANE) b.planes.push_back(shape_index);
   }

@@ -6,13 +6,22 @@
 
 namespace lockstep::reference {
 
+/// Kinds in order: kind_a <= kind_b. Points farther apart than `limit` (m) may be left out.
 template <class real>
-Touch<real> touch_shapes(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b) {
-#define SHAPE_PAIR(first, second, function) \
-  if (kind_a == first && kind_b == second) return function(a, b);
+Manifold<real> collide_ordered(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+                               [[maybe_unused]] const HullTables<real>& tables, [[maybe_unused]] real limit) {
+#define SHAPE_PAIR(first, second, manifold) \
+  if (kind_a == SHAPE_##first && kind_b == SHAPE_##second) return manifold;
 #include "kernels/shape_pairs.def"
 #undef SHAPE_PAIR
-  return sphere_sphere(a, b);
+  return no_manifold<real>();
+}
+
+template <class real>
+Manifold<real> collide_shapes(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+                              const HullTables<real>& tables, real limit) {
+  if (kind_a <= kind_b) return collide_ordered(kind_a, a, kind_b, b, tables, limit);
+  return flipped(collide_ordered(kind_b, b, kind_a, a, tables, limit));
 }
 
 }  // namespace lockstep::reference

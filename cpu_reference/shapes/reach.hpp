@@ -19,13 +19,12 @@ bool within_reach(const StepParams<real>& params, real gap, real speed) {
   return gap <= params.margin + step_length(params) * speed;
 }
 
-/// Speed at which the bodies approach each other at the point of touch; 0 where they part.
+/// Speed at which two bodies approach each other along the normal from b to a, at a point that is at these arms from
+/// their centres of mass; 0 where they part.
 template <class real>
-real approach_speed(const Touch<real>& touch, const Motion<real>& motion_a, Vec3<real> position_a,
-                    const Motion<real>& motion_b, Vec3<real> position_b) {
-  const Vec3<real> velocity_a = point_velocity(motion_a, sub3(touch.point, position_a));
-  const Vec3<real> velocity_b = point_velocity(motion_b, sub3(touch.point, position_b));
-  const real speed = dot3(touch.normal, sub3(velocity_b, velocity_a));
+real approach_speed(Vec3<real> normal, const Motion<real>& motion_a, Vec3<real> arm_a, const Motion<real>& motion_b,
+                    Vec3<real> arm_b) {
+  const real speed = dot3(normal, sub3(point_velocity(motion_b, arm_b), point_velocity(motion_a, arm_a)));
   return speed > 0 ? speed : real(0);
 }
 

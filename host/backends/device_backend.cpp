@@ -23,7 +23,7 @@ u32 lanes_for(const DeviceInfo& device, u32 asked) {
 // Below this many contacts one work-group solves the whole scene: launches and colours cost more than they share out.
 constexpr u32 small_contacts = 1024;
 
-LaunchPlan first_plan(const Sizes& sizes, Features features, u32 lanes) {
+LaunchPlan first_plan(const Sizes& sizes, Features features, u32 real_words, u32 lanes) {
   LaunchPlan plan;
   plan.sizes = sizes;
   plan.features = features;
@@ -31,6 +31,7 @@ LaunchPlan first_plan(const Sizes& sizes, Features features, u32 lanes) {
   plan.contacts = sizes.contacts;
   plan.blocks = sizes.blocks;
   plan.colors = 16;
+  plan.real_words = real_words;
   plan.lanes = lanes;
   plan.small = sizes.contacts <= small_contacts;
   return plan;
@@ -106,7 +107,7 @@ struct DeviceBackend<real>::Parts {
       memory.allocate(buffer, elements.size() * sizeof(elements[0]), 0);
       write(buffer, elements.data(), elements.size() * sizeof(elements[0]));
     });
-    launcher.plan() = first_plan(sizes, features, lanes);
+    launcher.plan() = first_plan(sizes, features, sizeof(real) / sizeof(u32), lanes);
   }
 
   void write(Buffer buffer, const void* data, std::size_t bytes) {

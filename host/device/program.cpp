@@ -12,9 +12,17 @@ struct FeatureName {
   const char* name;
 };
 constexpr FeatureName feature_names[] = {
-    {Feature::contacts, "CONTACTS"},       {Feature::general_contacts, "GENERAL_CONTACTS"},
-    {Feature::pivots, "PIVOTS"},           {Feature::time_stepping, "TIME_STEPPING"},
-    {Feature::runge_kutta, "RUNGE_KUTTA"}, {Feature::gyroscopic, "GYROSCOPIC"},
+    {Feature::contacts, "CONTACTS"},
+    {Feature::general_contacts, "GENERAL_CONTACTS"},
+    {Feature::pivots, "PIVOTS"},
+    {Feature::time_stepping, "TIME_STEPPING"},
+    {Feature::runge_kutta, "RUNGE_KUTTA"},
+    {Feature::gyroscopic, "GYROSCOPIC"},
+    {Feature::manifolds, "MANIFOLDS"},
+    {Feature::capsules, "CAPSULES"},
+    {Feature::boxes, "BOXES"},
+    {Feature::cylinders, "CYLINDERS"},
+    {Feature::hulls, "HULLS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -77,29 +77,22 @@ WorldMeasures measure_world(const Buffers<real>& buffers, Features features, u32
   return result;
 }
 
-// Where a shape is: the centre of a sphere, a point and the normal of a plane.
-struct Placed {
-  Vector3d point, normal;
-  double radius;
-};
-
+// Signed distance between the surfaces of the two shapes where they met at the start of the step, with the bodies as
+// they stand now; negative where they overlap.
 template <class real>
-Placed place(const Buffers<real>& buffers, u32 shape_index) {
-  const Shape<real>& shape = buffers.shapes[shape_index];
-  const u32 body = buffers.shape_infos[shape_index].body;
-  const Quaterniond q = rotation(buffers.orientations[body]);
-  const Quaterniond local(double(shape.rotation[3]), double(shape.rotation[0]), double(shape.rotation[1]),
-                          double(shape.rotation[2]));
-  return {vector3(buffers.positions[body]) + q * vector3(shape.offset), q * (local * Vector3d::UnitZ()),
-          double(shape.size[0])};
-}
-
-// Signed distance between the surfaces, negative where they overlap. Shape a is a sphere (the owner of the pair).
-template <class real>
-double gap(const Buffers<real>& buffers, const Contact& contact) {
-  const Placed a = place(buffers, contact.shape_a), b = place(buffers, contact.shape_b);
-  if (buffers.shape_infos[contact.shape_b].kind == SHAPE_PLANE) return b.normal.dot(a.point - b.point) - a.radius;
-  return (a.point - b.point).norm() - a.radius - b.radius;
+double gap(const Buffers<real>& buffers, u32 i) {
+  const Contact& contact = buffers.contacts[i];
+  const ContactPoint<real>& point = buffers.contact_points[i];
+  const Quaterniond turn_a = rotation(buffers.orientations[contact.body_a]);
+  const Quaterniond turn_b = rotation(buffers.orientations[contact.body_b]);
+  const Vector3d d = vector3(buffers.positions[contact.body_a]) + turn_a * vector3(point.anchor_a) -
+                     vector3(buffers.positions[contact.body_b]) - turn_b * vector3(point.anchor_b);
+  const double radii = double(point.radius_a) + double(point.radius_b);
+  if (contact.normal == NORMAL_BETWEEN) return d.norm() - radii;
+  Vector3d normal = vector3(point.normal);
+  if (contact.normal == NORMAL_OF_A) normal = turn_a * normal;
+  if (contact.normal == NORMAL_OF_B) normal = turn_b * normal;
+  return normal.dot(d) - radii;
 }
 
 template <class real>
@@ -107,7 +100,7 @@ Penetration penetration(const Buffers<real>& buffers, u32 contacts) {
   Penetration result;
   double sum = 0;
   for (u32 i = 0; i < contacts; ++i) {
-    const double depth = -gap(buffers, buffers.contacts[i]);
+    const double depth = -gap(buffers, i);
     if (depth <= 0) continue;
     ++result.touching;
     sum += depth;
@@ -149,7 +142,7 @@ std::vector<Buffer> measured_buffers(Features features) {
                                  Buffer::positions,    Buffer::orientations, Buffer::motions};
   if (has(features, Feature::pivots)) buffers.push_back(Buffer::pivots);
   if (has(features, Feature::contacts)) {
-    for (const Buffer buffer : {Buffer::shape_infos, Buffer::shapes, Buffer::contacts, Buffer::contact_slots,
+    for (const Buffer buffer : {Buffer::shape_infos, Buffer::contacts, Buffer::contact_points, Buffer::contact_slots,
                                 Buffer::block_bodies, Buffer::contact_blocks, Buffer::cached_impulses})
       buffers.push_back(buffer);
   }

@@ -91,6 +91,20 @@ std::array<double, 6> inverse_inertia_world(const Vector3& inertia, const Quater
   return {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)};
 }
 
+// No point of the shape is farther from its origin. The factor covers the rounding of whoever places its points.
+template <class real>
+real shape_reach(ShapeKind kind, const real (&size)[4]) {
+  const double a = double(size[0]), b = double(size[1]), c = double(size[2]);
+  switch (kind) {
+    case SHAPE_SPHERE: return size[0];
+    case SHAPE_CAPSULE: return static_cast<real>((a + b) * 1.000001);
+    case SHAPE_CYLINDER: return static_cast<real>(exact::square_root(a * a + b * b) * 1.000001);
+    case SHAPE_BOX:
+    case SHAPE_HULL: return static_cast<real>(exact::length(Vector3{a, b, c}) * 1.000001);
+    default: return 0;
+  }
+}
+
 template <class real>
 class Compiler {
  public:
@@ -218,13 +232,26 @@ void Compiler<real>::add_body(const BodyDescription& body, u32 world, u32 id, co
 template <class real>
 void Compiler<real>::add_shape(const ShapeDescription& shape, u32 body, u32 id, const Origin& origin) {
   if (shape.kind == SHAPE_PLANE) buffers().planes.push_back(static_cast<u32>(buffers().shape_infos.size()));
-  const bool centered = shape.offset == Vector3{0, 0, 0};
+  const bool central = shape.kind == SHAPE_SPHERE && shape.offset == Vector3{0, 0, 0};
   buffers().shape_infos.push_back(
-      {body, id, static_cast<u32>(shape.kind), shape.material, shape.category, shape.mask, centered, 0});
+      {body, id, static_cast<u32>(shape.kind), shape.material, shape.category, shape.mask, central, 0});
   const Vec4<real> offset = rounded<real>(shape.offset, "offset", origin);
   const Vec4<real> rotation = rounded<real>(shape.rotation);
-  Shape<real> record = {{offset.x, offset.y, offset.z, 0}, {rotation.x, rotation.y, rotation.z, rotation.w}, {}};
-  if (shape.kind == SHAPE_SPHERE) record.size[0] = rounded_positive<real>(shape.radius, "radius", origin);
+  Shape<real> record = {{offset.x, offset.y, offset.z}, 0, {rotation.x, rotation.y, rotation.z, rotation.w}, {}};
+  switch (shape.kind) {
+    case SHAPE_SPHERE: record.size[0] = rounded_positive<real>(shape.radius, "radius", origin); break;
+    case SHAPE_CAPSULE:
+    case SHAPE_CYLINDER:
+      record.size[0] = rounded_positive<real>(shape.radius, "radius", origin);
+      record.size[1] = rounded_positive<real>(shape.half_length, "half the length", origin);
+      break;
+    case SHAPE_BOX:
+      for (unsigned i = 0; i < 3; ++i)
+        record.size[i] = rounded_positive<real>(shape.half_extents[i], "half the size", origin);
+      break;
+    default: break;  // a plane has no size
+  }
+  record.reach = shape_reach<real>(shape.kind, record.size);
   buffers().shapes.push_back(record);
 }
 
@@ -252,6 +279,21 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
   }
 }
 
+Features shape_features(const BodyDescription& body) {
+  Features features = 0;
+  for (const ShapeDescription& shape : body.shapes) {
+    switch (shape.kind) {
+      case SHAPE_CAPSULE: features = with(features, Feature::capsules); break;
+      case SHAPE_BOX: features = with(features, Feature::boxes); break;
+      case SHAPE_CYLINDER: features = with(features, Feature::cylinders); break;
+      case SHAPE_HULL: features = with(features, Feature::hulls); break;
+      default: continue;
+    }
+    features = with(features, Feature::manifolds);
+  }
+  return features;
+}
+
 template <class real>
 void Compiler<real>::set_features() {
   const Settings& settings = worlds_[0].settings;
@@ -266,10 +308,11 @@ void Compiler<real>::set_features() {
                   "runge_kutta is for bodies that cannot touch, and shapes of this scene can; use trapezoidal");
     }
     for (const BodyDescription& body : scene.bodies) {
+      if (touching) features |= shape_features(body);
       if (body.kind != BODY_DYNAMIC) continue;
       const bool isotropic = is_isotropic(moments(body));
       const bool off_center = std::any_of(body.shapes.begin(), body.shapes.end(), [](const ShapeDescription& shape) {
-        return shape.offset != Vector3{0, 0, 0};
+        return shape.kind != SHAPE_SPHERE || shape.offset != Vector3{0, 0, 0};
       });
       if (body.pivoted) features = with(features, Feature::pivots);
       if (touching && !body.shapes.empty() && (off_center || !isotropic)) {
@@ -295,7 +338,7 @@ void Compiler<real>::set_sizes() {
   sizes.buckets = 64;
   while (sizes.buckets < 2 * sizes.shapes) sizes.buckets *= 2;
   sizes.pairs = 8 * sizes.shapes + 64;
-  sizes.contacts = sizes.pairs;
+  sizes.contacts = sizes.pairs * (has(state_.features, Feature::manifolds) ? 2 : 1);
   // each colour, and the overflow, may end in a block that is not full
   sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;
 }

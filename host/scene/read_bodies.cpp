@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
 
 #include "host/scene/generators.hpp"
+#include "host/scene/mass_properties.hpp"
 
 namespace lockstep {
 
@@ -22,26 +24,51 @@ Vector3 read_direction(const JsonNode& node) {
   return v;
 }
 
+// The keys that give a kind of shape its size.
+const std::map<ShapeKind, std::vector<const char*>> size_keys = {
+    {SHAPE_SPHERE, {"radius"}}, {SHAPE_CAPSULE, {"radius", "length"}},
+    {SHAPE_BOX, {"size"}},      {SHAPE_CYLINDER, {"radius", "length"}},
+    {SHAPE_PLANE, {}},
+};
+
+void read_size(const JsonNode& node, ShapeDescription& shape) {
+  if (node.has("radius")) shape.radius = node.at("radius").positive();
+  if (node.has("length")) shape.half_length = 0.5 * node.at("length").positive();
+  if (node.has("size")) {
+    const std::vector<JsonNode> edges = node.at("size").elements();
+    if (edges.size() != 3) node.at("size").must_be("the three edges of a box");
+    for (unsigned i = 0; i < 3; ++i) shape.half_extents[i] = 0.5 * edges[i].positive();
+  }
+}
+
 ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& names) {
-  node.expect_object({"type", "radius", "offset", "normal", "rotation", "material", "category", "collides_with"});
+  node.expect_object(
+      {"type", "radius", "length", "size", "offset", "normal", "rotation", "material", "category", "collides_with"});
   ShapeDescription shape;
-  shape.kind = node.at("type").choice<ShapeKind>("shape", {{"sphere", SHAPE_SPHERE}, {"plane", SHAPE_PLANE}});
+  shape.kind = node.at("type").choice<ShapeKind>("shape", {{"sphere", SHAPE_SPHERE},
+                                                           {"capsule", SHAPE_CAPSULE},
+                                                           {"box", SHAPE_BOX},
+                                                           {"cylinder", SHAPE_CYLINDER},
+                                                           {"plane", SHAPE_PLANE}});
+  const std::string kind = node.at("type").text();
+  const auto& keys = size_keys.at(shape.kind);
+  for (const char* key : {"radius", "length", "size"}) {
+    const bool wanted = std::find(keys.begin(), keys.end(), std::string_view(key)) != keys.end();
+    if (wanted != node.has(key) && wanted) node.fail(fmt::format("needs the key {}", quote(key)));
+    if (wanted != node.has(key)) node.at(key).fail(fmt::format("does not belong to a {}; remove it", kind));
+  }
+  read_size(node, shape);
   if (node.has("offset")) shape.offset = node.at("offset").vector();
 
-  if (shape.kind == SHAPE_SPHERE) {
-    shape.radius = node.at("radius").positive();
-    for (const char* key : {"normal", "rotation"}) {
-      if (node.has(key)) node.at(key).fail("belongs to a plane, this is a sphere; remove it");
-    }
-  } else {
-    if (body_kind == BODY_DYNAMIC) {
-      node.fail("a plane has no end and thus no mass; its body must be static or kinematic, is dynamic");
-    }
-    if (node.has("radius")) node.at("radius").fail("belongs to a sphere, this is a plane; remove it");
-    if (node.has("normal") && node.has("rotation")) node.fail("has both \"normal\" and \"rotation\"; give one");
-    if (node.has("normal")) shape.rotation = exact::turn_of_z_to(read_direction(node.at("normal")));
-    if (node.has("rotation")) shape.rotation = read_orientation(node.at("rotation"));
-  }
+  if (shape.kind == SHAPE_PLANE && body_kind == BODY_DYNAMIC)
+    node.fail("a plane has no end and thus no mass; its body must be static or kinematic, is dynamic");
+  if (shape.kind == SHAPE_SPHERE && node.has("rotation"))
+    node.at("rotation").fail("does not belong to a sphere; remove it");
+  if (shape.kind != SHAPE_PLANE && node.has("normal"))
+    node.at("normal").fail(fmt::format("does not belong to a {}; remove it", kind));
+  if (node.has("normal") && node.has("rotation")) node.fail("has both \"normal\" and \"rotation\"; give one");
+  if (node.has("normal")) shape.rotation = exact::turn_of_z_to(read_direction(node.at("normal")));
+  if (node.has("rotation")) shape.rotation = read_orientation(node.at("rotation"));
 
   if (node.has("material")) {
     const JsonNode name = node.at("material");
@@ -56,11 +83,6 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
     for (const JsonNode& name : node.at("collides_with").elements()) shape.mask |= names.categories.partner(name);
   }
   return shape;
-}
-
-// The sphere that a body's mass properties can follow from.
-bool is_one_centered_sphere(const BodyDescription& body) {
-  return body.shapes.size() == 1 && body.shapes[0].kind == SHAPE_SPHERE && body.shapes[0].offset == Vector3{0, 0, 0};
 }
 
 Vector3 read_inertia(const JsonNode& node) {
@@ -81,6 +103,24 @@ Vector3 read_inertia(const JsonNode& node) {
   return inertia;
 }
 
+// The file's frame has any origin and axes; a body's are its centre of mass and its principal axes.
+void move_to_principal_axes(const MassProperties& solid, BodyDescription& body) {
+  const PrincipalAxes axes = principal_axes(solid.inertia);
+  body.inertia = axes.moments;
+  const Quaternion back = {-axes.rotation[0], -axes.rotation[1], -axes.rotation[2], axes.rotation[3]};
+  const bool turned = axes.rotation != Quaternion{0, 0, 0, 1};
+  if (solid.center != Vector3{0, 0, 0}) {
+    body.position = exact::add(body.position, exact::rotate(body.orientation, solid.center));
+    for (ShapeDescription& shape : body.shapes) shape.offset = exact::subtract(shape.offset, solid.center);
+  }
+  if (!turned) return;
+  body.orientation = exact::unit(exact::multiply(body.orientation, axes.rotation));
+  for (ShapeDescription& shape : body.shapes) {
+    shape.offset = exact::rotate(back, shape.offset);
+    shape.rotation = exact::unit(exact::multiply(back, shape.rotation));
+  }
+}
+
 void read_mass(const JsonNode& node, BodyDescription& body) {
   if (body.kind != BODY_DYNAMIC) {
     for (const char* key : {"mass", "density", "inertia"}) {
@@ -91,25 +131,21 @@ void read_mass(const JsonNode& node, BodyDescription& body) {
     }
     return;
   }
-  const bool one_sphere = is_one_centered_sphere(body);
-  const double radius = one_sphere ? body.shapes[0].radius : 0;
   if (node.has("mass") && node.has("density")) node.fail("has both \"mass\" and \"density\"; give one");
-  if (node.has("mass")) {
-    body.mass = node.at("mass").positive();
-  } else if (node.has("density")) {
-    if (!one_sphere) node.at("density").fail("needs a body of one centred sphere; give \"mass\" and \"inertia\"");
-    body.mass = exact::sphere_mass(node.at("density").positive(), radius);
-  } else {
+  if (!node.has("mass") && !node.has("density"))
     node.fail("needs \"mass\" or \"density\"; only static and kinematic bodies go without");
-  }
-  if (node.has("inertia")) {
+  if (node.has("inertia")) {  // about the origin, which is the centre of mass, and along the axes of the file
+    if (node.has("density")) node.at("density").fail("does not go with \"inertia\"; give \"mass\" instead");
+    body.mass = node.at("mass").positive();
     body.inertia = read_inertia(node.at("inertia"));
-  } else if (one_sphere) {
-    const double moment = exact::sphere_inertia(body.mass, radius);
-    body.inertia = {moment, moment, moment};
-  } else {
-    node.fail("needs \"inertia\"; it follows from the mass only for a body of one centred sphere");
+    return;
   }
+  if (body.shapes.empty()) node.fail("needs \"mass\" and \"inertia\": without shapes they follow from nothing");
+  MassProperties solid = mass_properties(body.shapes, node.has("density") ? node.at("density").positive() : 1);
+  const double scale = node.has("mass") ? node.at("mass").positive() / solid.mass : 1;
+  body.mass = node.has("mass") ? node.at("mass").number() : solid.mass;
+  for (double& moment : solid.inertia) moment *= scale;
+  move_to_principal_axes(solid, body);
 }
 
 void read_motion(const JsonNode& node, BodyDescription& body) {

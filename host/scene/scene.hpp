@@ -31,7 +31,10 @@ struct ShapeDescription {
   ShapeKind kind = SHAPE_SPHERE;
   Vector3 offset = {0, 0, 0};  // in the body frame, m
   Quaternion rotation = {0, 0, 0, 1};
-  double radius = 0;                     // sphere
+  double radius = 0;                     // sphere, capsule, cylinder
+  double half_length = 0;                // capsule: of the core segment; cylinder: of the axis; along z
+  Vector3 half_extents = {0, 0, 0};      // box
+  std::vector<Vector3> points;           // hull: the corners, in the shape's frame
   u32 material = 0;                      // index into Scene::materials
   u32 category = 1, mask = 0xffffffffu;  // collision filter
 };

@@ -5,12 +5,31 @@
 #include "shapes/sphere_plane.h"
 #include "shapes/sphere_sphere.h"
 
-static inline Touch touch_shapes(u32 kind_a, Placed a, u32 kind_b, Placed b) {
-#define SHAPE_PAIR(first, second, function) \
-  if (kind_a == first && kind_b == second) return function(a, b);
+// Pairs of kinds that the scene lacks are not compiled.
+#define HAS_SPHERE 1
+#define HAS_CAPSULE FEATURE_CAPSULES
+#define HAS_BOX FEATURE_BOXES
+#define HAS_CYLINDER FEATURE_CYLINDERS
+#define HAS_HULL FEATURE_HULLS
+#define HAS_PLANE 1
+
+static inline Manifold collide_shapes(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
+  const bool turned = kind_a > kind_b;
+  if (turned) {
+    const Placed placed = a;
+    a = b;
+    b = placed;
+    const u32 kind = kind_a;
+    kind_a = kind_b;
+    kind_b = kind;
+  }
+  Manifold m = no_manifold();
+#define SHAPE_PAIR(first, second, manifold) \
+  if (HAS_##first && HAS_##second && kind_a == SHAPE_##first && kind_b == SHAPE_##second) m = manifold;
 #include "shape_pairs.def"
 #undef SHAPE_PAIR
-  return sphere_sphere(a, b);
+  if (turned) flip(&m);
+  return m;
 }
 
 #endif

@@ -3,7 +3,6 @@
 #define LOCKSTEP_REACH_H
 
 #include "grid.h"
-#include "shapes/touch.h"
 
 // Two shapes can make contacts: other bodies of one world, one of them dynamic, and both filters let the other through.
 static inline bool may_touch(ShapeInfo a, ShapeInfo b, BodyInfo body_a, BodyInfo body_b) {
@@ -17,12 +16,11 @@ static inline bool within_reach(StepParams params, real gap, real speed) {
   return gap <= params.margin + step_length(params) * speed;
 }
 
-// Speed at which the bodies approach each other at the point of touch; 0 where they part.
-static inline real approach_speed(Touch touch, global const Motion* motion_a, Vec3 position_a,
-                                  global const Motion* motion_b, Vec3 position_b) {
-  const Vec3 velocity_a = point_velocity(motion_a, sub3(touch.point, position_a));
-  const Vec3 velocity_b = point_velocity(motion_b, sub3(touch.point, position_b));
-  const real speed = dot3(touch.normal, sub3(velocity_b, velocity_a));
+// Speed at which two bodies approach each other along the normal from b to a, at a point that is at these arms from
+// their centres of mass; 0 where they part.
+static inline real approach_speed(Vec3 normal, global const Motion* motion_a, Vec3 arm_a, global const Motion* motion_b,
+                                  Vec3 arm_b) {
+  const real speed = dot3(normal, sub3(point_velocity(motion_b, arm_b), point_velocity(motion_a, arm_a)));
   return speed > (real)0 ? speed : (real)0;
 }
 

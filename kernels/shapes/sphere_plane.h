@@ -2,22 +2,12 @@
 #ifndef LOCKSTEP_SPHERE_PLANE_H
 #define LOCKSTEP_SPHERE_PLANE_H
 
-#include "shapes/touch.h"
+#include "shapes/manifold.h"
 
 static inline Vec3 plane_normal(Quat rotation) { return rotate3(rotation, make3((real)0, (real)0, (real)1)); }
 
-// A sphere and the plane through `point`. They touch at the sphere's own surface, so that the arm of a rolling sphere
-// has exactly its radius.
-static inline Touch touch_plane(Vec3 center, real radius, Vec3 point, Vec3 normal) {
-  Touch touch;
-  touch.normal = normal;
-  touch.gap = dot3(normal, sub3(center, point)) - radius;
-  touch.point = sub3(center, scale3(radius, normal));
-  return touch;
-}
-
-static inline Touch sphere_plane(Placed a, Placed b) {
-  return touch_plane(a.center, a.size.x, b.center, plane_normal(b.rotation));
+static inline Manifold sphere_plane(Placed a, Placed b) {
+  return manifold_at(plane_normal(b.rotation), NORMAL_OF_B, a.center, a.size.x, b.center, (real)0, 0u);
 }
 
 #endif

@@ -10,6 +10,9 @@ constexpr u32 bounds_per_item = 16;
 // Of kernels/find_pairs.cl: FOUND, and the words of GridSphere (double precision), GridInfo and GridPlane (double).
 constexpr u32 found_per_shape = 16, grid_sphere_words = 14, grid_info_words = 16, grid_plane_words = 16;
 
+// Of a Manifold of kernels/shapes/manifold.h with so many points, in units of a real.
+constexpr u32 manifold_words(u32 points) { return 7 + 7 * points; }
+
 }  // namespace
 
 void launch_update_bounds(Launcher& launcher) {
@@ -40,7 +43,9 @@ void launch_find_pairs(Launcher& launcher) {
 
 void launch_collide(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
-  launcher.run("collide_count", plan.pairs + 1);
+  const u32 points = has(plan.features, Feature::manifolds) ? 4 : 1;
+  launcher.scratch("manifolds", std::size_t{plan.sizes.pairs} * manifold_words(points) * plan.real_words);
+  launcher.run("collide_pairs", plan.pairs + 1);
   launcher.scan("contact_starts", plan.sizes.pairs + 1, COUNTER_PAIRS, plan.pairs + 1);
   launcher.run("collide_write", plan.pairs);
 }

@@ -1,0 +1,104 @@
+// Where shapes stand, and how two of them meet. cpu_reference/shapes/manifold.hpp is the twin and says more.
+#ifndef LOCKSTEP_MANIFOLD_H
+#define LOCKSTEP_MANIFOLD_H
+
+#include "math.h"
+
+// A scene of spheres and planes has one point a pair.
+#if FEATURE_MANIFOLDS
+#define MANIFOLD_POINTS 4u
+#else
+#define MANIFOLD_POINTS 1u
+#endif
+
+// A body's frame in the world.
+typedef struct Pose {
+  Vec3 position;
+  Quat orientation;
+} Pose;
+
+// A shape in the world.
+typedef struct Placed {
+  Vec3 center;
+  Quat rotation;
+  Vec3 size;
+  u32 hull;
+} Placed;
+
+typedef struct HullTables {
+  global const Hull* hulls;
+  global const Vec4* vertices;
+  global const Vec4* planes;
+  global const HullFace* faces;
+  global const HullEdge* edges;
+  global const u32* corners;
+} HullTables;
+
+typedef struct ManifoldPoint {
+  Vec3 anchor_a, anchor_b;
+  u32 feature;
+} ManifoldPoint;
+
+typedef struct Manifold {
+  Vec3 normal;
+  u32 frame;
+  real radius_a, radius_b;
+  u32 count;
+  ManifoldPoint points[MANIFOLD_POINTS];
+} Manifold;
+
+static inline real gap_at(const Manifold* m, u32 k) {
+  return dot3(m->normal, sub3(m->points[k].anchor_a, m->points[k].anchor_b)) - m->radius_a - m->radius_b;
+}
+
+static inline void flip(Manifold* m) {
+  m->normal = scale3((real)-1, m->normal);
+  m->frame = m->frame == NORMAL_OF_A ? NORMAL_OF_B : m->frame == NORMAL_OF_B ? NORMAL_OF_A : m->frame;
+  const real radius = m->radius_a;
+  m->radius_a = m->radius_b;
+  m->radius_b = radius;
+  for (u32 k = 0u; k < m->count; ++k) {
+    const Vec3 anchor = m->points[k].anchor_a;
+    m->points[k].anchor_a = m->points[k].anchor_b;
+    m->points[k].anchor_b = anchor;
+  }
+}
+
+static inline Manifold no_manifold(void) {
+  Manifold m;
+  m.count = 0u;
+  return m;
+}
+
+static inline Manifold manifold_at(Vec3 normal, u32 frame, Vec3 anchor_a, real radius_a, Vec3 anchor_b, real radius_b,
+                                   u32 feature) {
+  Manifold m;
+  m.normal = normal;
+  m.frame = frame;
+  m.radius_a = radius_a;
+  m.radius_b = radius_b;
+  m.count = 1u;
+  m.points[0].anchor_a = anchor_a;
+  m.points[0].anchor_b = anchor_b;
+  m.points[0].feature = feature;
+  return m;
+}
+
+static inline Pose make_pose(Vec4 position, Vec4 orientation) {
+  Pose pose;
+  pose.position = make3(position.x, position.y, position.z);
+  pose.orientation = quat(orientation);
+  return pose;
+}
+
+// The origin of the shape's frame in the world: of a shape at the centre of mass exactly the body's position.
+static inline Vec3 shape_center(Pose pose, global const Shape* shape) {
+  return add3(pose.position, rotate3(pose.orientation, make3(shape->offset[0], shape->offset[1], shape->offset[2])));
+}
+
+static inline Quat shape_rotation(Pose pose, global const Shape* shape) {
+  return multiply4(pose.orientation,
+                   make4(shape->rotation[0], shape->rotation[1], shape->rotation[2], shape->rotation[3]));
+}
+
+#endif
