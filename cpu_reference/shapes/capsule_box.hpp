@@ -115,9 +115,11 @@ Manifold<real> capsule_on_face(const Placed<real>& a, const Placed<real>& b, Axe
   Manifold<real> m = manifold_along(out_of_frame(axes, along_axis(side, k)), NORMAL_OF_B, a.size.x, real(0));
   const Vec3<real> first = segment_at(c, s.from), last = segment_at(c, s.to);
   const real top = side * along(c.extents, k);
-  m = with_point(m, add3(b.center, out_of_frame(axes, first)),
-                 add3(b.center, out_of_frame(axes, with_along(first, k, top))), 0);
-  if (s.to - s.from > real(0.001) * c.length)
+  const u32 two = s.to - s.from > real(0.001) * c.length ? 1 : 0;
+  if (two || side * along(first, k) <= side * along(last, k))
+    m = with_point(m, add3(b.center, out_of_frame(axes, first)),
+                   add3(b.center, out_of_frame(axes, with_along(first, k, top))), 0);
+  if (two || side * along(first, k) > side * along(last, k))
     m = with_point(m, add3(b.center, out_of_frame(axes, last)),
                    add3(b.center, out_of_frame(axes, with_along(last, k, top))), 1);
   return m;

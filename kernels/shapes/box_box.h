@@ -242,7 +242,7 @@ FacePoint face_corner(FacePair f, real side_x, real side_y, real inverse) {
 static inline FacePoints face_points(FacePair f) {
   FacePoints points;
   // an edge along the border stays whole when noise tilts it
-  const real slop = (real)(1e-4) * (f.hx + f.hy), ex = f.hx + slop, ey = f.hy + slop;
+  const real slop = (real)(4e-5) * (f.hx + f.hy), ex = f.hx + slop, ey = f.hy + slop;
   const u32 j = f.incident, j1 = next_axis(j), j2 = last_axis(j), side = f.up;
   const u32 corner_00 = corner_name(j, side, 0, 0), corner_10 = corner_name(j, side, 1, 0);
   const u32 corner_01 = corner_name(j, side, 0, 1), corner_11 = corner_name(j, side, 1, 1);
