@@ -57,7 +57,8 @@ Manifold<real> sphere_box(const Placed<real>& a, const Placed<real>& b) {
   const Vec3<real> p = into_frame(axes, sub3(a.center, b.center));
   if (coordinates_outside(p, b.size) > 1) {
     const Vec3<real> core = add3(b.center, out_of_frame(axes, clamp_into_box(p, b.size)));
-    return manifold_at(direction_between(a.center, core, axes.z), NORMAL_BETWEEN, a.center, a.size.x, core, real(0), 0);
+    return manifold_at(direction_between(a.center, core, real(0), axes.z), NORMAL_BETWEEN, a.center, a.size.x, core,
+                       real(0), 0);
   }
   const u32 k = box_face_at(p, b.size);
   const real side = sign_of(along(p, k));

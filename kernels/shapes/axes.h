@@ -31,11 +31,12 @@ static inline Vec3 out_of_frame(Axes axes, Vec3 v) {
 
 static inline real clamp_to(real x, real limit) { return x < -limit ? -limit : x > limit ? limit : x; }
 
-// From core point b to core point a, or `fallback` where they coincide.
-static inline Vec3 direction_between(Vec3 a, Vec3 b, Vec3 fallback) {
+// From core point b to core point a, or `fallback` where they coincide but for the rounding of shapes of
+// this size.
+static inline Vec3 direction_between(Vec3 a, Vec3 b, real size, Vec3 fallback) {
   const Vec3 d = sub3(a, b);
   const real distance = length3(d);
-  return distance > (real)0 ? make3(d.x / distance, d.y / distance, d.z / distance) : fallback;
+  return distance > (real)1e-6 * size ? make3(d.x / distance, d.y / distance, d.z / distance) : fallback;
 }
 
 // Adds a point to a manifold whose normal is set.

@@ -147,7 +147,8 @@ static inline Manifold capsule_box(Placed a, Placed b) {
   if (outside > 1) {
     const Vec3 core_a = add3(b.center, out_of_frame(axes, x));
     const Vec3 core_b = add3(b.center, out_of_frame(axes, clamp_into_box(x, c.extents)));
-    return manifold_at(direction_between(core_a, core_b, axes.z), NORMAL_BETWEEN, core_a, a.size.x, core_b, (real)0, 0);
+    return manifold_at(direction_between(core_a, core_b, (real)0, axes.z), NORMAL_BETWEEN, core_a, a.size.x, core_b,
+                       (real)0, 0);
   }
   // how far the segment sticks out of the box along each axis, negative inside
   real best = -(real)1e30;

@@ -127,9 +127,8 @@ Verdict check_manifold(const Body& a, const Body& b, const reference::Manifold<r
     points.push_back(b.kind == SHAPE_PLANE ? pa : Vector3d(0.5 * (pa + pb)));
     for (u32 j = 0; j < k; ++j) EXPECT_NE(m.points[j].feature, m.points[k].feature) << "features must differ";
   }
-  if (bound) {
+  if (bound) {  // what is closest need not lie over the face
     EXPECT_GT(deepest, -tolerance);
-    EXPECT_LT(deepest, truth.distance + tolerance);
     return verdict;
   }
   verdict.depth_error = std::abs(deepest - truth.distance);

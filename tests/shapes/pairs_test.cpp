@@ -68,8 +68,8 @@ Case<real> random_case(u32 kind_a, u32 kind_b, Random& random) {
   const Vector3d size_a = random_size(kind_a, random), size_b = random_size(kind_b, random);
   const Quaterniond turn_a = random_turn(random), turn_b = random_turn(random);
   Case<real> c = {placed<real>({0, 0, 0}, turn_a, size_a), placed<real>({0, 0, 0}, turn_b, size_b)};
-  const Vector3d direction = kind_b == SHAPE_PLANE ? Vector3d(turn_b * Vector3d::UnitZ())
-                                                   : Vector3d(random_turn(random) * Vector3d::UnitX());
+  const Vector3d direction =
+      kind_b == SHAPE_PLANE ? Vector3d(turn_b * Vector3d::UnitZ()) : Vector3d(random_turn(random) * Vector3d::UnitX());
   const oracle::Body a = oracle::body(kind_a, c.a), b = oracle::body(kind_b, c.b);
   const double gap = random.between(-0.6, 0.15) * random.between(0, 1);
   // the plane's own support is its origin
@@ -110,6 +110,59 @@ TYPED_TEST(Pairs, RandomPairs) {
         expect_good(kind_a, kind_b, random_case<real>(kind_a, kind_b, random), tolerances);
       }
     }
+  }
+}
+
+// Right angles and half turns, sizes and places on a lattice: coincident centres, shapes that touch exactly, parallel
+// faces, edges and axes.
+std::vector<Quaterniond> lattice_turns() {
+  const double h = std::sqrt(0.5);
+  return {Quaterniond(1, 0, 0, 0), Quaterniond(h, 0, 0, h), Quaterniond(0.5, 0.5, 0.5, 0.5),
+          Quaterniond(std::sqrt(0.5 + 0.5 * h), 0, std::sqrt(0.5 - 0.5 * h), 0)};
+}
+
+Vector3d lattice_size(u32 kind) {
+  if (kind == SHAPE_BOX) return {0.5, 0.25, 0.5};
+  return kind == SHAPE_PLANE ? Vector3d(0, 0, 0) : Vector3d(0.25, kind == SHAPE_SPHERE ? 0 : 0.5, 0);
+}
+
+TYPED_TEST(Pairs, Ties) {
+  using real = TypeParam;
+  for (u32 kind_a = 0; kind_a < SHAPE_KINDS; ++kind_a) {
+    for (u32 kind_b = kind_a; kind_b < SHAPE_KINDS; ++kind_b) {
+      if (!is_pair_of_kinds(kind_a, kind_b) || kind_a == SHAPE_HULL || kind_b == SHAPE_HULL) continue;
+      oracle::Tolerances tolerances;
+      tolerances.apart = knows_the_distance(kind_a, kind_b);
+      tolerances.patch = false;
+      for (const Quaterniond& turn_a : lattice_turns()) {
+        for (const Quaterniond& turn_b : lattice_turns()) {
+          for (int place = 0; place < 27 && !this->HasFailure(); ++place) {
+            const Vector3d center = 0.5 * Vector3d(place % 3, place / 3 % 3, place / 9);
+            SCOPED_TRACE(testing::Message()
+                         << kind_names[kind_a] << " and " << kind_names[kind_b] << ", place " << place << ", turns "
+                         << turn_a.coeffs().transpose() << " and " << turn_b.coeffs().transpose());
+            expect_good<real>(kind_a, kind_b,
+                              {placed<real>({0, 0, 0}, turn_a, lattice_size(kind_a)),
+                               placed<real>(center, turn_b, lattice_size(kind_b))},
+                              tolerances);
+          }
+        }
+      }
+    }
+  }
+}
+
+// A box that rests on another one, turned by any angle, touches it at four points that enclose what the patch allows.
+TYPED_TEST(Pairs, APatchOfTwoBoxesHasFourPoints) {
+  using real = TypeParam;
+  for (int n = 0; n < 90; ++n) {
+    SCOPED_TRACE(n);
+    const double angle = n * 0.0174532925;
+    const Quaterniond turned(Eigen::AngleAxisd(angle, Vector3d::UnitZ()));
+    expect_good<real>(SHAPE_BOX, SHAPE_BOX,
+                      {placed<real>({0, 0, 0}, Quaterniond(1, 0, 0, 0), {0.5, 0.5, 0.5}),
+                       placed<real>({0.3, 0.1, 0.99998}, turned, {0.5, 0.25, 0.5})},
+                      {});
   }
 }
 
