@@ -100,6 +100,8 @@ void collide(Buffers<real>& b, const StepParams<real>& params) {
   u32 total = 0;
   for (u32 p = 0; p < pairs; ++p) {
     manifolds[p] = collide_pair(b, params, b.pairs[p]);
+    if (b.shape_infos[b.pairs[p].shape_a].kind == SHAPE_BOX && b.shape_infos[b.pairs[p].shape_b].kind == SHAPE_BOX)
+      ++b.counters[COUNTER_BOX_PAIRS];
     b.contact_starts[p] = total;
     total += manifolds[p].count;
   }

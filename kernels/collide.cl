@@ -73,18 +73,24 @@ static inline Manifold collide_pair(StepParams params, const Side* a, const Side
   return m;
 }
 
-// The manifold of each pair, about the centre of its shape a, and its number of points.
+// The manifold of each pair, about the centre of its shape a, and its number of points. `boxes_apart`: pairs of boxes
+// are left to collide_boxes.cl.
 kernel void collide_pairs(global const ShapeInfo* shape_infos, global const Shape* shapes, global const Hull* hulls,
                           global const Vec4* hull_vertices, global const Vec4* hull_planes,
                           global const HullFace* hull_faces, global const HullEdge* hull_edges,
                           global const u32* hull_corners, global const Vec4* positions, global const Vec4* orientations,
                           global const Motion* motions, global const Pair* pairs, global u32* contact_starts,
-                          global Manifold* manifolds, global const u32* counters, const StepParams params) {
+                          global Manifold* manifolds, global u32* counters, const u32 boxes_apart,
+                          const StepParams params) {
   const HullTables tables = {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners};
   const u32 count = counters[COUNTER_PAIRS];
+  u32 boxes = 0u;
   FOR_EACH(p, count + 1u) {
     u32 points = 0u;
     if (p < count) {
+      const u32 is_box_pair = FEATURE_BOXES && IS_BOX_PAIR(shape_infos, pairs[p]) ? 1u : 0u;
+      if (is_box_pair & boxes_apart) continue;
+      boxes += is_box_pair;
       const Side a = collide_side(pairs[p].shape_a, shape_infos, shapes, positions, orientations, motions);
       const Side b = collide_side(pairs[p].shape_b, shape_infos, shapes, positions, orientations, motions);
       const Manifold m = collide_pair(params, &a, &b, tables);
@@ -93,6 +99,7 @@ kernel void collide_pairs(global const ShapeInfo* shape_infos, global const Shap
     }
     contact_starts[p] = points;
   }
+  if (boxes > 0u) atomic_add(&counters[COUNTER_BOX_PAIRS], boxes);
 }
 
 static inline void collide_store3(Vec3 v, global real* p) {

@@ -64,13 +64,13 @@ typedef struct LaneLines {
   lane c0, c1, c2, c3, c4, c5, c6, c7;
 } LaneLines;
 
-#define BODY_LINE(k) ((global Real8*)(motions + indices[k]))[half_line]
-#define CONST_BODY_LINE(k) ((global const Real8*)(motions + indices[k]))[half_line]
+#define BODY_LINE(k) ((global Real8*)(motions + indices[k]))[0]
+#define LINE(k) lines[indices[k] * stride]
 
 #if LANES == 1
 
-static inline LaneLines lane_gather(global const Motion* motions, u32 half_line, global const u32* indices) {
-  const Real8 line = CONST_BODY_LINE(0);
+static inline LaneLines lane_gather_lines(global const Real8* lines, u32 stride, const u32* indices) {
+  const Real8 line = LINE(0);
   LaneLines r;
   r.c0 = line.s0, r.c1 = line.s1, r.c2 = line.s2, r.c3 = line.s3;
   r.c4 = line.s4, r.c5 = line.s5, r.c6 = line.s6, r.c7 = line.s7;
@@ -78,7 +78,6 @@ static inline LaneLines lane_gather(global const Motion* motions, u32 half_line,
 }
 
 static inline void lane_scatter_movable(LaneLines r, global Motion* motions, global const u32* indices) {
-  const u32 half_line = 0u;
   if (r.c3 > (real)0) BODY_LINE(0) = (Real8)(r.c0, r.c1, r.c2, r.c3, r.c4, r.c5, r.c6, r.c7);
 }
 
@@ -109,16 +108,15 @@ static inline Rows8 transpose8(Rows8 m) {
   return t;
 }
 
-// Components of eight bodies.
-static inline Rows8 gather8(global const Motion* motions, u32 half_line, global const u32* indices) {
+// Components of eight lines.
+static inline Rows8 gather8(global const Real8* lines, u32 stride, const u32* indices) {
   Rows8 m;
-  m.r0 = CONST_BODY_LINE(0), m.r1 = CONST_BODY_LINE(1), m.r2 = CONST_BODY_LINE(2), m.r3 = CONST_BODY_LINE(3);
-  m.r4 = CONST_BODY_LINE(4), m.r5 = CONST_BODY_LINE(5), m.r6 = CONST_BODY_LINE(6), m.r7 = CONST_BODY_LINE(7);
+  m.r0 = LINE(0), m.r1 = LINE(1), m.r2 = LINE(2), m.r3 = LINE(3);
+  m.r4 = LINE(4), m.r5 = LINE(5), m.r6 = LINE(6), m.r7 = LINE(7);
   return transpose8(m);
 }
 
 static inline void scatter8(Rows8 components, global Motion* motions, global const u32* indices) {
-  const u32 half_line = 0u;
   const Rows8 m = transpose8(components);
   if (all(components.r3 > (Real8)0)) {
     BODY_LINE(0) = m.r0, BODY_LINE(1) = m.r1, BODY_LINE(2) = m.r2, BODY_LINE(3) = m.r3;
@@ -135,14 +133,14 @@ static inline void scatter8(Rows8 components, global Motion* motions, global con
   }
 }
 
-// Lane k gets a half of the line of body indices[k].
-static inline LaneLines lane_gather(global const Motion* motions, u32 half_line, global const u32* indices) {
-  const Rows8 x = gather8(motions, half_line, indices);
+// Lane k gets the eight reals of lines[indices[k] * stride].
+static inline LaneLines lane_gather_lines(global const Real8* lines, u32 stride, const u32* indices) {
+  const Rows8 x = gather8(lines, stride, indices);
   LaneLines r;
 #if LANES == 8
   r.c0 = x.r0, r.c1 = x.r1, r.c2 = x.r2, r.c3 = x.r3, r.c4 = x.r4, r.c5 = x.r5, r.c6 = x.r6, r.c7 = x.r7;
 #else
-  const Rows8 y = gather8(motions, half_line, indices + 8);
+  const Rows8 y = gather8(lines, stride, indices + 8);
   r.c0 = (lane)(x.r0, y.r0), r.c1 = (lane)(x.r1, y.r1), r.c2 = (lane)(x.r2, y.r2), r.c3 = (lane)(x.r3, y.r3);
   r.c4 = (lane)(x.r4, y.r4), r.c5 = (lane)(x.r5, y.r5), r.c6 = (lane)(x.r6, y.r6), r.c7 = (lane)(x.r7, y.r7);
 #endif
@@ -167,6 +165,13 @@ static inline void lane_scatter_movable(LaneLines r, global Motion* motions, glo
 }
 
 #endif
+
+// Lane k gets a half of the line of body indices[k].
+static inline LaneLines lane_gather(global const Motion* motions, u32 half_line, global const u32* indices) {
+  u32 bodies[LANES];
+  for (u32 k = 0u; k < LANES; ++k) bodies[k] = indices[k];
+  return lane_gather_lines((global const Real8*)motions + half_line, sizeof(Motion) / sizeof(Real8), bodies);
+}
 
 // ---- vectors ------------------------------------------------------------------------------------------------------
 

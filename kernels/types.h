@@ -76,6 +76,7 @@ enum Counter {
   COUNTER_MAX_EXTENT = 9,     // bits of the largest float bound of a finite shape, m
   COUNTER_LARGE_COLORS = 10,  // one more than the last colour of at least LARGE_COLOR blocks, for the next launch plan
   COUNTER_BAD_BODY = 11,      // NONE - (smallest index of a body whose state went bad); 0 where none did
+  COUNTER_BOX_PAIRS = 12,     // pairs of two boxes, for the next launch plan
   COUNTER_COUNT = 16
 };
 

@@ -11,6 +11,10 @@
 #define MANIFOLD_POINTS 1u
 #endif
 
+// Pairs that have kernels of their own (collide_boxes.cl).
+#define IS_BOX_PAIR(shape_infos, pair) \
+  (shape_infos[(pair).shape_a].kind == SHAPE_BOX && shape_infos[(pair).shape_b].kind == SHAPE_BOX)
+
 // A body's frame in the world.
 typedef struct Pose {
   Vec3 position;
