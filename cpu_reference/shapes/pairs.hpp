@@ -1,6 +1,8 @@
 // The dispatch over shape pairs. kernels/shapes/pairs.h is the twin.
 #pragma once
 
+#include "cpu_reference/shapes/cylinders.hpp"
+#include "cpu_reference/shapes/hulls.hpp"
 #include "cpu_reference/shapes/sphere_plane.hpp"
 #include "cpu_reference/shapes/sphere_sphere.hpp"
 

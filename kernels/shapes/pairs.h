@@ -2,6 +2,8 @@
 #ifndef LOCKSTEP_PAIRS_H
 #define LOCKSTEP_PAIRS_H
 
+#include "shapes/cylinders.h"
+#include "shapes/hulls.h"
 #include "shapes/sphere_plane.h"
 #include "shapes/sphere_sphere.h"
 
