@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "tests/collision_states.hpp"
 
@@ -143,6 +144,42 @@ TYPED_TEST(Collide, KernelMatchesReference) {
   state.params.pair_capacity = state.sizes.pairs = 10;
   const Buffers<real> full = expect_kernel_matches(Stage::collide, state, before);
   EXPECT_EQ(full.counters[COUNTER_STATUS], u32(STATUS_PAIRS_FULL));
+}
+
+TYPED_TEST(Collide, KernelMatchesReferenceForAllShapes) {
+  using real = TypeParam;
+  const auto before = {Stage::update_bounds, Stage::sort_cells, Stage::find_pairs};
+  const InitialState<real> state = make_worlds<real>(worlds_of_pairs(3000), 20000);
+  const Buffers<real> after = expect_kernel_matches(Stage::collide, state, before);
+  EXPECT_GT(after.counters[COUNTER_CONTACTS], 2000u);
+  for (u32 i = 1; i < after.counters[COUNTER_CONTACTS]; ++i) {
+    const Contact &last = after.contacts[i - 1], &contact = after.contacts[i];
+    EXPECT_LT(std::tuple(last.shape_a, last.shape_b, last.feature),
+              std::tuple(contact.shape_a, contact.shape_b, contact.feature));
+  }
+}
+
+// The points of a box at rest are the same ones in every step.
+TYPED_TEST(Collide, ARestingBoxKeepsItsFourContacts) {
+  using real = TypeParam;
+  BodyDescription table = box_body({0, 0, -1}, {2, 2, 1});
+  table.kind = BODY_STATIC;
+  for (const double angle : {0.0, 0.3, 0.785}) {
+    const double c = std::cos(angle / 2), s = std::sin(angle / 2);
+    InitialState<real> state =
+        make_worlds<real>({{table, box_body({0.3, 0.2, 0.5}, {0.5, 0.3, 0.5}, {0, 0, s, c})}}, 64);
+    ReferenceBackend<real> backend(state);
+    std::vector<u32> features;
+    for (int n = 0; n < 1000; ++n) {
+      step(backend, state.params);
+      const Buffers<real>& b = backend.buffers();
+      ASSERT_EQ(b.counters[COUNTER_CONTACTS], 4u) << "step " << n << ", angle " << angle;
+      std::vector<u32> now;
+      for (u32 i = 0; i < 4; ++i) now.push_back(b.contacts[i].feature);
+      if (n == 0) features = now;
+      ASSERT_EQ(now, features) << "step " << n << ", angle " << angle;
+    }
+  }
 }
 
 }  // namespace

@@ -33,6 +33,34 @@ inline std::vector<std::vector<BodyDescription>> lively_worlds() {
   return worlds;
 }
 
+/// Pairs of all shapes, each pair in a world of its own: half of them at random, half in poses full of ties.
+inline std::vector<std::vector<BodyDescription>> worlds_of_pairs(u32 count) {
+  std::vector<std::vector<BodyDescription>> worlds;
+  Random random(77);
+  const auto shape = [&](u32 kind, Vector3 position, bool ties) {
+    const auto size = [&] { return ties ? 0.25 * double(1 + random.bits() % 2) : random.between(0.2, 0.6); };
+    BodyDescription body = kind == SHAPE_SPHERE  ? sphere_body(position, size())
+                           : kind == SHAPE_BOX   ? box_body(position, {size(), size(), size()})
+                           : kind == SHAPE_PLANE ? plane_body(position)
+                                                 : round_body(ShapeKind(kind), position, size(), size());
+    const Quaternion turns[] = {{0, 0, 0, 1}, {0.5, 0.5, 0.5, 0.5}, {0, 0, 1, 0}, {0, 0, 0.6, 0.8}};
+    body.orientation = ties ? turns[random.bits() % 4] : random.turn();
+    if (kind != SHAPE_PLANE) body.velocity = random.vector(ties ? 0 : 2);
+    return body;
+  };
+  for (u32 n = 0; n < count; ++n) {
+    const bool ties = n % 2 == 1;
+    Vector3 offset = random.vector(0.7);
+    if (ties)
+      offset = {0.25 * double(random.bits() % 4), 0.25 * double(random.bits() % 4), 0.25 * double(random.bits() % 5)};
+    worlds.push_back(
+        {shape(random.bits() % SHAPE_PLANE, {0, 0, 0}, ties), shape(random.bits() % SHAPE_KINDS, offset, ties)});
+    if (worlds.back()[0].shapes[0].kind == SHAPE_HULL) worlds.back()[0] = sphere_body({0, 0, 0}, 0.5);
+    if (worlds.back()[1].shapes[0].kind == SHAPE_HULL) worlds.back()[1] = sphere_body(offset, 0.5);
+  }
+  return worlds;
+}
+
 /// Launches that the collision kernels are run with.
 inline std::vector<DeviceOptions> launches() {
   std::vector<DeviceOptions> all;

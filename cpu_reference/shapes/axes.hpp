@@ -40,12 +40,13 @@ real clamp_to(real x, real limit) {
   return x < -limit ? -limit : x > limit ? limit : x;
 }
 
-/// From core point b to core point a, or `fallback` where they coincide.
+/// From core point b to core point a, or `fallback` where they coincide but for the rounding of shapes of
+/// this size.
 template <class real>
-Vec3<real> direction_between(Vec3<real> a, Vec3<real> b, Vec3<real> fallback) {
+Vec3<real> direction_between(Vec3<real> a, Vec3<real> b, real size, Vec3<real> fallback) {
   const Vec3<real> d = sub3(a, b);
   const real distance = length3(d);
-  return distance > real(0) ? Vec3<real>{d.x / distance, d.y / distance, d.z / distance} : fallback;
+  return distance > real(1e-6) * size ? Vec3<real>{d.x / distance, d.y / distance, d.z / distance} : fallback;
 }
 
 /// Adds a point to a manifold whose normal is set.

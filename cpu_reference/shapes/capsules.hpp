@@ -1,4 +1,5 @@
-// Capsules against spheres, planes and each other: closest points of points and segments. kernels/shapes/capsules.h is the twin.
+// Capsules against spheres, planes and each other: closest points of points and segments. kernels/shapes/capsules.h is
+// the twin.
 #pragma once
 
 #include "cpu_reference/shapes/axes.hpp"
@@ -12,16 +13,17 @@ Manifold<real> sphere_capsule(const Placed<real>& a, const Placed<real>& b) {
   const Axes<real> axes = axes_of(b.rotation);
   const real t = clamp_to(dot3(axes.z, sub3(a.center, b.center)), b.size.y);
   const Vec3<real> core = add3(b.center, scale3(t, axes.z));
-  return manifold_at(direction_between(a.center, core, axes.x), NORMAL_BETWEEN, a.center, a.size.x, core, b.size.x, 0);
+  return manifold_at(direction_between(a.center, core, b.size.y, axes.x), NORMAL_BETWEEN, a.center, a.size.x, core,
+                     b.size.x, 0);
 }
 
 /// Both ends of the core segment.
 template <class real>
 Manifold<real> capsule_plane(const Placed<real>& a, const Placed<real>& b) {
-  const Vec3<real> half = scale3(a.size.y, axes_of(a.rotation).z);
+  const Vec3<real> extents = scale3(a.size.y, axes_of(a.rotation).z);
   Manifold<real> m = manifold_along(plane_normal(b.rotation), NORMAL_OF_B, a.size.x, real(0));
-  m = with_point(m, add3(a.center, half), b.center, 0);
-  return with_point(m, sub3(a.center, half), b.center, 1);
+  m = with_point(m, add3(a.center, extents), b.center, 0);
+  return with_point(m, sub3(a.center, extents), b.center, 1);
 }
 
 /// Below this squared sine of the angle between the axes two capsules lie side by side and touch at both ends of where
@@ -45,8 +47,9 @@ Manifold<real> capsule_capsule(const Placed<real>& a, const Placed<real>& b) {
   t = clamp_to(cosine * s + dv, b.size.y);
   const Vec3<real> core_a = add3(a.center, scale3(s, u)), core_b = add3(b.center, scale3(t, v));
   // axes that cross part along their common normal, axes that lie in each other at a right angle to themselves
-  const Vec3<real> across = square_sine > real(1e-12) ? scale3(real(1) / std::sqrt(square_sine), normal_of_both) : axes_a.x;
-  const Vec3<real> normal = direction_between(core_a, core_b, across);
+  const Vec3<real> across =
+      square_sine > real(1e-12) ? scale3(real(1) / std::sqrt(square_sine), normal_of_both) : axes_a.x;
+  const Vec3<real> normal = direction_between(core_a, core_b, a.size.y + b.size.y, across);
 
   const real end_1 = -cosine * b.size.y - du, end_2 = cosine * b.size.y - du;  // of b, along a
   const real low = end_1 < end_2 ? end_1 : end_2, high = end_1 < end_2 ? end_2 : end_1;
@@ -54,8 +57,10 @@ Manifold<real> capsule_capsule(const Placed<real>& a, const Placed<real>& b) {
   if (!side_by_side(square_sine) || !(to - from > real(0.01) * a.size.x))
     return manifold_at(normal, NORMAL_BETWEEN, core_a, a.size.x, core_b, b.size.x, 0);
   Manifold<real> m = manifold_along(normal, NORMAL_FIXED, a.size.x, b.size.x);
-  m = with_point(m, add3(a.center, scale3(from, u)), add3(b.center, scale3(clamp_to(cosine * from + dv, b.size.y), v)), 1);
-  return with_point(m, add3(a.center, scale3(to, u)), add3(b.center, scale3(clamp_to(cosine * to + dv, b.size.y), v)), 2);
+  m = with_point(m, add3(a.center, scale3(from, u)), add3(b.center, scale3(clamp_to(cosine * from + dv, b.size.y), v)),
+                 1);
+  return with_point(m, add3(a.center, scale3(to, u)), add3(b.center, scale3(clamp_to(cosine * to + dv, b.size.y), v)),
+                    2);
 }
 
 }  // namespace lockstep::reference

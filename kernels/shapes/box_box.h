@@ -1,0 +1,483 @@
+// Box against box, LANES pairs at once. cpu_reference/shapes/box_box.hpp is the twin and says what is done; here every
+// lane computes every case and selects. Codes, features and counts are small whole numbers held as reals, so that one
+// kind of mask serves all.
+#ifndef LOCKSTEP_BOX_BOX_H
+#define LOCKSTEP_BOX_BOX_H
+
+#include "lanes.h"
+#include "shapes/axes.h"
+
+#if LANES == 1
+#define LANE_FIRST(x) (x)
+#else
+#define LANE_FIRST(x) (x).s0
+#endif
+
+#define BOX_L(x) ((lane)(x))
+#define BOX_PICK(is_0, is_1, a, b, c) ((is_0) ? (a) : ((is_1) ? (b) : (c)))
+#define BOX_SLOTS 12
+#define BOX_EACH_SLOT _Pragma("unroll") for (int i = 0; i < BOX_SLOTS; ++i)
+
+typedef struct LaneAxes {
+  Lane3 x, y, z;
+} LaneAxes;
+
+typedef struct LaneQuat {
+  lane x, y, z, w;
+} LaneQuat;
+
+// One box of each pair; centres are seen from those of a.
+typedef struct LaneBox {
+  Lane3 center, extents;
+  LaneQuat rotation;
+} LaneBox;
+
+typedef struct BoxPair {
+  LaneAxes r;
+  Lane3 t;
+} BoxPair;
+
+// Four points of one normal; a point that is not there has no feature.
+#define BOX_NO_FEATURE 1000
+typedef struct LaneManifold {
+  Lane3 normal, anchor_a[4], anchor_b[4];
+  lane frame, feature[4];
+} LaneManifold;
+
+static inline LaneAxes lane_axes_of(LaneQuat q) {
+  const lane x2 = q.x + q.x, y2 = q.y + q.y, z2 = q.z + q.z;
+  const lane xx = q.x * x2, yy = q.y * y2, zz = q.z * z2;
+  const lane xy = q.x * y2, xz = q.x * z2, yz = q.y * z2;
+  const lane wx = q.w * x2, wy = q.w * y2, wz = q.w * z2;
+  LaneAxes axes;
+  axes.x = lane_make3(BOX_L(1) - (yy + zz), xy + wz, xz - wy);
+  axes.y = lane_make3(xy - wz, BOX_L(1) - (xx + zz), yz + wx);
+  axes.z = lane_make3(xz + wy, yz - wx, BOX_L(1) - (xx + yy));
+  return axes;
+}
+
+static inline LaneQuat lane_multiply4(LaneQuat a, LaneQuat b) {
+  LaneQuat q;
+  q.x = a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y;
+  q.y = a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x;
+  q.z = a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w;
+  q.w = a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z;
+  return q;
+}
+
+static inline LaneQuat lane_back(LaneQuat q) {
+  q.x = -q.x;
+  q.y = -q.y;
+  q.z = -q.z;
+  return q;
+}
+
+static inline Lane3 lane_rotate3(LaneQuat q, Lane3 v) {
+  const Lane3 u = lane_make3(q.x, q.y, q.z);
+  const Lane3 t = lane_add3(lane_cross3(u, v), lane_scale3(q.w, v));
+  return lane_add3(v, lane_scale3(BOX_L(2), lane_cross3(u, t)));
+}
+
+static inline Lane3 lane_out_of_frame(LaneAxes axes, Lane3 v) {
+  return lane_add3(lane_add3(lane_scale3(v.x, axes.x), lane_scale3(v.y, axes.y)), lane_scale3(v.z, axes.z));
+}
+
+static inline Lane3 lane_into_frame(LaneAxes axes, Lane3 v) {
+  return lane_make3(lane_dot3(axes.x, v), lane_dot3(axes.y, v), lane_dot3(axes.z, v));
+}
+
+static inline Lane3 lane_absolute3(Lane3 v) { return lane_make3(fabs(v.x), fabs(v.y), fabs(v.z)); }
+
+static inline Lane3 lane_pick3(lane_mask first, lane_mask second, Lane3 a, Lane3 b, Lane3 c) {
+  return lane_make3(BOX_PICK(first, second, a.x, b.x, c.x), BOX_PICK(first, second, a.y, b.y, c.y),
+                    BOX_PICK(first, second, a.z, b.z, c.z));
+}
+
+static inline lane lane_clamp_to(lane x, lane limit) { return x < -limit ? -limit : (x > limit ? limit : x); }
+
+static inline BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
+  BoxPair pair;
+  const LaneQuat back = lane_back(a->rotation);
+  pair.r = lane_axes_of(lane_multiply4(back, b->rotation));
+  pair.t = lane_rotate3(back, lane_sub3(b->center, a->center));
+  return pair;
+}
+
+// ---- the separating axis -----------------------------------------------------------------------------------------
+
+#define BOX_LARGER(best, code, separation, c) \
+  {                                           \
+    const lane s_ = separation;               \
+    code = s_ > best ? BOX_L(c) : code;       \
+    best = s_ > best ? s_ : best;             \
+  }
+
+// An edge of a along an axis with an edge of b: their cross product has the parts nu and nv along the other two axes.
+#define BOX_EDGE(nu_, nv_, tu, tv, au, av, o1u, o1v, o2u, o2v, h1, h2, c)                             \
+  {                                                                                                   \
+    const lane nu = nu_, nv = nv_, length = nu * nu + nv * nv;                                        \
+    const lane p = fabs(nu * tu + nv * tv) - (fabs(nu) * au + fabs(nv) * av) -                        \
+                   (fabs(nu * o1u + nv * o1v) * h1 + fabs(nu * o2u + nv * o2v) * h2);                 \
+    const lane square = p * fabs(p);                                                                  \
+    const lane_mask better = (length >= BOX_L(1e-4)) & (square * edge_length > edge_square * length); \
+    edge_square = better ? square : edge_square;                                                      \
+    edge_length = better ? length : edge_length;                                                      \
+    edge_code = better ? BOX_L(c) : edge_code;                                                        \
+  }
+#define BOX_EDGES_OF(i, U, V, sign_u, sign_v, tu, tv, au, av)                                           \
+  BOX_EDGE(sign_u r.x.V, sign_v r.x.U, tu, tv, au, av, r.y.U, r.y.V, r.z.U, r.z.V, b.y, b.z, 6 + 3 * i) \
+  BOX_EDGE(sign_u r.y.V, sign_v r.y.U, tu, tv, au, av, r.z.U, r.z.V, r.x.U, r.x.V, b.z, b.x, 7 + 3 * i) \
+  BOX_EDGE(sign_u r.z.V, sign_v r.z.U, tu, tv, au, av, r.x.U, r.x.V, r.y.U, r.y.V, b.x, b.y, 8 + 3 * i)
+
+// Returns the separation; the code is 0 .. 2 for faces of a, 3 .. 5 for faces of b, 6 + 3 i + j for edges.
+static inline lane box_axis(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair, lane* code) {
+  const LaneAxes r = pair->r;
+  const Lane3 x = lane_absolute3(r.x), y = lane_absolute3(r.y), z = lane_absolute3(r.z);
+  const Lane3 a = box_a->extents, b = box_b->extents, t = pair->t;
+  lane on_a = fabs(t.x) - (a.x + (x.x * b.x + y.x * b.y + z.x * b.z)), code_a = BOX_L(0);
+  BOX_LARGER(on_a, code_a, fabs(t.y) - (a.y + (x.y * b.x + y.y * b.y + z.y * b.z)), 1)
+  BOX_LARGER(on_a, code_a, fabs(t.z) - (a.z + (x.z * b.x + y.z * b.y + z.z * b.z)), 2)
+  lane on_b = fabs(lane_dot3(t, r.x)) - (b.x + lane_dot3(x, a)), code_b = BOX_L(3);
+  BOX_LARGER(on_b, code_b, fabs(lane_dot3(t, r.y)) - (b.y + lane_dot3(y, a)), 4)
+  BOX_LARGER(on_b, code_b, fabs(lane_dot3(t, r.z)) - (b.z + lane_dot3(z, a)), 5)
+  lane edge_square = BOX_L(-1e30), edge_length = BOX_L(1), edge_code = BOX_L(6);
+  BOX_EDGES_OF(0, y, z, -, +, t.y, t.z, a.y, a.z)
+  BOX_EDGES_OF(1, x, z, +, -, t.x, t.z, a.x, a.z)
+  BOX_EDGES_OF(2, x, y, -, +, t.x, t.y, a.x, a.y)
+  const lane root = sqrt(fabs(edge_square) / edge_length);
+  const lane tolerance = BOX_L(1e-5) * (a.x + a.y + a.z + b.x + b.y + b.z);
+  const lane_mask take_b = on_b > on_a + tolerance;
+  lane best = take_b ? on_b : on_a;
+  *code = take_b ? code_b : code_a;
+  const lane edge = (edge_square < BOX_L(0) ? -root : root) - tolerance;
+  *code = edge > best ? edge_code : *code;
+  return edge > best ? edge : best;
+}
+
+// ---- points on a face --------------------------------------------------------------------------------------------
+
+typedef struct FacePair {
+  lane hx, hy, hz, cx, cy, ux, uy, vx, vy, s0, sx, sy;
+  lane axis, incident, top, side;  // top, side: of the reference and the incident face, 1 the positive one
+  lane_mask from_b;
+} FacePair;
+
+typedef struct FacePoints {
+  lane x[BOX_SLOTS], y[BOX_SLOTS], feature[BOX_SLOTS];
+  lane_mask taken[BOX_SLOTS];
+} FacePoints;
+
+// The axis behind and before k, and powers of two to name corners by.
+static inline lane box_next(lane k) { return k == BOX_L(2) ? BOX_L(0) : k + BOX_L(1); }
+static inline lane box_last(lane k) { return k == BOX_L(0) ? BOX_L(2) : k - BOX_L(1); }
+static inline lane box_bit(lane k) { return BOX_PICK(k == BOX_L(0), k == BOX_L(1), BOX_L(1), BOX_L(2), BOX_L(4)); }
+
+static inline lane box_edge_name(lane i, lane side_1, lane side_2) { return BOX_L(4) * i + side_1 + BOX_L(2) * side_2; }
+static inline lane box_corner_name(lane k, lane side, lane side_1, lane side_2) {
+  return side * box_bit(k) + side_1 * box_bit(box_next(k)) + side_2 * box_bit(box_last(k));
+}
+static inline lane box_crossing(lane_mask from_b, lane reference_edge, lane incident_edge) {
+  const lane of_b = BOX_L(16) + BOX_L(12) * incident_edge + reference_edge;
+  const lane of_a = BOX_L(16) + BOX_L(12) * reference_edge + incident_edge;
+  return from_b ? of_b : of_a;
+}
+
+static inline FacePair face_pair(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair, lane code) {
+  FacePair f;
+  f.from_b = code >= BOX_L(3);
+  f.axis = f.from_b ? code - BOX_L(3) : code;
+  const lane_mask k0 = f.axis == BOX_L(0), k1 = f.axis == BOX_L(1);
+  const LaneAxes r = pair->r;
+  const Lane3 t = pair->t, back = lane_into_frame(r, t);
+#define BOX_SIDE(a, b) (f.from_b ? (a) : (b))
+  const Lane3 h = lane_make3(BOX_SIDE(box_b->extents.x, box_a->extents.x), BOX_SIDE(box_b->extents.y, box_a->extents.y),
+                             BOX_SIDE(box_b->extents.z, box_a->extents.z));
+  const Lane3 g = lane_make3(BOX_SIDE(box_a->extents.x, box_b->extents.x), BOX_SIDE(box_a->extents.y, box_b->extents.y),
+                             BOX_SIDE(box_a->extents.z, box_b->extents.z));
+  const Lane3 c = lane_make3(BOX_SIDE(BOX_L(-1) * back.x, t.x), BOX_SIDE(BOX_L(-1) * back.y, t.y),
+                             BOX_SIDE(BOX_L(-1) * back.z, t.z));
+  const Lane3 row_x = lane_make3(BOX_SIDE(r.x.x, r.x.x), BOX_SIDE(r.x.y, r.y.x), BOX_SIDE(r.x.z, r.z.x));
+  const Lane3 row_y = lane_make3(BOX_SIDE(r.y.x, r.x.y), BOX_SIDE(r.y.y, r.y.y), BOX_SIDE(r.y.z, r.z.y));
+  const Lane3 row_z = lane_make3(BOX_SIDE(r.z.x, r.x.z), BOX_SIDE(r.z.y, r.y.z), BOX_SIDE(r.z.z, r.z.z));
+#undef BOX_SIDE
+  // of the reference axis and the next two
+  const Lane3 x = lane_pick3(k0, k1, row_y, row_z, row_x), y = lane_pick3(k0, k1, row_z, row_x, row_y);
+  Lane3 z = lane_pick3(k0, k1, row_x, row_y, row_z);
+  f.hx = BOX_PICK(k0, k1, h.y, h.z, h.x);
+  f.hy = BOX_PICK(k0, k1, h.z, h.x, h.y);
+  f.hz = BOX_PICK(k0, k1, h.x, h.y, h.z);
+  lane cz = BOX_PICK(k0, k1, c.x, c.y, c.z);
+  const lane_mask down = cz < BOX_L(0);
+  f.top = down ? BOX_L(0) : BOX_L(1);
+  cz = down ? -cz : cz;
+  z = lane_make3(down ? -z.x : z.x, down ? -z.y : z.y, down ? -z.z : z.z);
+
+  // the incident face opposes the normal most
+  const lane_mask past_x = fabs(z.y) > fabs(z.x);
+  const lane_mask past_y = fabs(z.z) > (past_x ? fabs(z.y) : fabs(z.x));
+  f.incident = past_y ? BOX_L(2) : (past_x ? BOX_L(1) : BOX_L(0));
+  const lane_mask j0 = f.incident == BOX_L(0), j1 = f.incident == BOX_L(1);
+  const lane fx = BOX_PICK(j0, j1, x.x, x.y, x.z), fy = BOX_PICK(j0, j1, y.x, y.y, y.z);
+  const lane fz = BOX_PICK(j0, j1, z.x, z.y, z.z);
+  const lane_mask up = !(fz > BOX_L(0));
+  f.side = up ? BOX_L(1) : BOX_L(0);
+  const lane gj = BOX_PICK(j0, j1, g.x, g.y, g.z), signed_g = up ? gj : -gj;
+  const lane gu = BOX_PICK(j0, j1, g.y, g.z, g.x), gv = BOX_PICK(j0, j1, g.z, g.x, g.y);
+  f.cx = BOX_PICK(k0, k1, c.y, c.z, c.x) + signed_g * fx;
+  f.cy = BOX_PICK(k0, k1, c.z, c.x, c.y) + signed_g * fy;
+  f.ux = gu * BOX_PICK(j0, j1, x.y, x.z, x.x);
+  f.uy = gu * BOX_PICK(j0, j1, y.y, y.z, y.x);
+  f.vx = gv * BOX_PICK(j0, j1, x.z, x.x, x.y);
+  f.vy = gv * BOX_PICK(j0, j1, y.z, y.x, y.y);
+  const lane inverse = BOX_L(1) / fz;
+  f.sx = -(fx * inverse);
+  f.sy = -(fy * inverse);
+  f.s0 = cz + signed_g * fz - f.hz - f.sx * f.cx - f.sy * f.cy;
+  return f;
+}
+
+static inline void cut_edge(FacePoints* points, const FacePair* f, int slot, lane mx, lane my, lane ux, lane uy,
+                            lane ex, lane ey, int ends, lane edge, lane corner_from, lane corner_to) {
+  const lane tiny = BOX_L(1e-9) * (f->hx + f->hy);
+  const lane rx = BOX_L(1) / (fabs(ux) < tiny ? tiny : ux), ry = BOX_L(1) / (fabs(uy) < tiny ? tiny : uy);
+  const lane x1 = (-ex - mx) * rx, x2 = (ex - mx) * rx, y1 = (-ey - my) * ry, y2 = (ey - my) * ry;
+  const lane low_x = x1 < x2 ? x1 : x2, high_x = x1 < x2 ? x2 : x1;
+  const lane low_y = y1 < y2 ? y1 : y2, high_y = y1 < y2 ? y2 : y1;
+  const lane k1 = box_next(f->axis), k2 = box_last(f->axis), zero = BOX_L(0), one = BOX_L(1);
+  const lane_mask right = rx > zero, ahead = ry > zero;
+  const lane enter_x = box_edge_name(k2, f->top, right ? zero : one);
+  const lane leave_x = box_edge_name(k2, f->top, right ? one : zero);
+  const lane enter_y = box_edge_name(k1, ahead ? zero : one, f->top);
+  const lane leave_y = box_edge_name(k1, ahead ? one : zero, f->top);
+  lane from = BOX_L(-1), to = one;
+  const lane others = f->from_b ? zero : BOX_L(8);  // corners of the incident box
+  const lane_mask from_x = low_x > from;
+  from = from_x ? low_x : from;
+  const lane_mask from_y = low_y > from;
+  from = from_y ? low_y : from;
+  const lane_mask to_x = high_x < to;
+  to = to_x ? high_x : to;
+  const lane_mask to_y = high_y < to;
+  to = to_y ? high_y : to;
+  const lane_mask there = from <= to;
+  const lane cut_from = box_crossing(f->from_b, from_y ? enter_y : enter_x, edge);
+  const lane cut_to = box_crossing(f->from_b, to_y ? leave_y : leave_x, edge);
+  points->x[slot] = mx + from * ux;
+  points->y[slot] = my + from * uy;
+  points->feature[slot] = (from_x | from_y) ? cut_from : others + corner_from;
+  points->taken[slot] = ends ? there : (there & (from_x | from_y));
+  points->x[slot + 1] = mx + to * ux;
+  points->y[slot + 1] = my + to * uy;
+  points->feature[slot + 1] = (to_x | to_y) ? cut_to : others + corner_to;
+  points->taken[slot + 1] = ends ? there : (there & (to_x | to_y));
+}
+
+static inline void face_corner(FacePoints* points, const FacePair* f, int slot, real side_x, real side_y,
+                               lane inverse) {
+  const lane x = BOX_L(side_x) * f->hx, y = BOX_L(side_y) * f->hy, dx = x - f->cx, dy = y - f->cy;
+  const lane p = (dx * f->vy - dy * f->vx) * inverse, q = (dy * f->ux - dx * f->uy) * inverse;
+  points->x[slot] = x;
+  points->y[slot] = y;
+  points->taken[slot] = (fabs(p) < BOX_L(0.9999)) & (fabs(q) < BOX_L(0.9999));
+  points->feature[slot] =
+      (f->from_b ? BOX_L(8) : BOX_L(0)) +
+      box_corner_name(f->axis, f->top, BOX_L(side_x > (real)0 ? 1 : 0), BOX_L(side_y > (real)0 ? 1 : 0));
+}
+
+static inline void face_points(FacePoints* points, const FacePair* f) {
+  const lane slop = BOX_L(4e-5) * (f->hx + f->hy), ex = f->hx + slop, ey = f->hy + slop;
+  const lane j = f->incident, j1 = box_next(j), j2 = box_last(j), side = f->side, zero = BOX_L(0), one = BOX_L(1);
+  const lane corner_00 = box_corner_name(j, side, zero, zero), corner_10 = box_corner_name(j, side, one, zero);
+  const lane corner_01 = box_corner_name(j, side, zero, one), corner_11 = box_corner_name(j, side, one, one);
+  cut_edge(points, f, 0, f->cx - f->vx, f->cy - f->vy, f->ux, f->uy, ex, ey, 1, box_edge_name(j1, zero, side),
+           corner_00, corner_10);
+  cut_edge(points, f, 2, f->cx + f->vx, f->cy + f->vy, f->ux, f->uy, ex, ey, 1, box_edge_name(j1, one, side), corner_01,
+           corner_11);
+  cut_edge(points, f, 4, f->cx - f->ux, f->cy - f->uy, f->vx, f->vy, ex, ey, 0, box_edge_name(j2, side, zero),
+           corner_00, corner_01);
+  cut_edge(points, f, 6, f->cx + f->ux, f->cy + f->uy, f->vx, f->vy, ex, ey, 0, box_edge_name(j2, side, one), corner_10,
+           corner_11);
+  const lane inverse = BOX_L(1) / (f->ux * f->vy - f->uy * f->vx);
+  face_corner(points, f, 8, (real)-1, (real)-1, inverse);
+  face_corner(points, f, 9, (real)1, (real)-1, inverse);
+  face_corner(points, f, 10, (real)1, (real)1, inverse);
+  face_corner(points, f, 11, (real)-1, (real)1, inverse);
+}
+
+// What the reduction has chosen.
+typedef struct FourPoints {
+  lane x[4], y[4], feature[4];
+} FourPoints;
+
+#define BOX_TAKE(k, gain)                      \
+  best = take ? (gain) : best;                 \
+  four.x[k] = take ? points->x[i] : four.x[k]; \
+  four.y[k] = take ? points->y[i] : four.y[k]; \
+  four.feature[k] = take ? points->feature[i] : four.feature[k];
+
+static inline FourPoints four_points(FacePoints* points, const FacePair* f, lane limit) {
+  FourPoints four;
+  const lane zero = BOX_L(0), none = BOX_L(BOX_NO_FEATURE);
+  for (int k = 0; k < 4; ++k) four.x[k] = zero, four.y[k] = zero, four.feature[k] = none;
+  const lane least = BOX_L(1e-8) * (f->hx + f->hy) * (f->hx + f->hy);
+  lane best = limit;
+  BOX_EACH_SLOT {
+    const lane s = f->s0 + f->sx * points->x[i] + f->sy * points->y[i];
+    points->taken[i] = points->taken[i] & (s <= limit);
+    const lane_mask take = points->taken[i] & ((s < best) | (four.feature[0] == none));
+    BOX_TAKE(0, s)
+  }
+  best = least;
+  BOX_EACH_SLOT {
+    const lane dx = points->x[i] - four.x[0], dy = points->y[i] - four.y[0], d = dx * dx + dy * dy;
+    const lane_mask take = points->taken[i] & (d > best);
+    BOX_TAKE(1, d)
+  }
+  const lane_mask two = four.feature[1] != none;
+  const lane wx = two ? four.x[1] - four.x[0] : zero, wy = two ? four.y[1] - four.y[0] : zero;
+  lane area = zero;
+  best = least;
+  BOX_EACH_SLOT {
+    const lane w = wx * (points->y[i] - four.y[0]) - wy * (points->x[i] - four.x[0]);
+    const lane_mask take = points->taken[i] & (fabs(w) > best);
+    area = take ? w : area;
+    BOX_TAKE(2, fabs(w))
+  }
+  const lane_mask three = four.feature[2] != none, turned = area < zero;
+  const lane ax = four.x[0], ay = four.y[0];
+  const lane px = turned ? four.x[2] : four.x[1], py = turned ? four.y[2] : four.y[1];
+  const lane qx = turned ? four.x[1] : four.x[2], qy = turned ? four.y[1] : four.y[2];
+  best = least;
+  BOX_EACH_SLOT {
+    const lane x = points->x[i], y = points->y[i];
+    const lane w0 = (py - ay) * (x - ax) - (px - ax) * (y - ay);
+    const lane w1 = (qy - py) * (x - px) - (qx - px) * (y - py);
+    const lane w2 = (ay - qy) * (x - qx) - (ax - qx) * (y - qy);
+    lane w = w0 > w1 ? w0 : w1;
+    w = w2 > w ? w2 : w;
+    const lane_mask take = points->taken[i] & three & (w > best);
+    BOX_TAKE(3, w)
+  }
+  return four;
+}
+
+// A vector of the frame turned so that the reference axis is the third.
+static inline Lane3 box_turned_back(lane_mask k0, lane_mask k1, lane x, lane y, lane z) {
+  return lane_make3(BOX_PICK(k0, k1, z, y, x), BOX_PICK(k0, k1, x, z, y), BOX_PICK(k0, k1, y, x, z));
+}
+
+static inline LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const BoxPair* pair, lane code, lane limit) {
+  const FacePair f = face_pair(a, b, pair, code);
+  FacePoints points;
+  face_points(&points, &f);
+  const FourPoints four = four_points(&points, &f, limit);
+  LaneQuat q;
+  q.x = f.from_b ? b->rotation.x : a->rotation.x;
+  q.y = f.from_b ? b->rotation.y : a->rotation.y;
+  q.z = f.from_b ? b->rotation.z : a->rotation.z;
+  q.w = f.from_b ? b->rotation.w : a->rotation.w;
+  const LaneAxes axes = lane_axes_of(q);
+  const Lane3 center = lane_make3(f.from_b ? b->center.x : a->center.x, f.from_b ? b->center.y : a->center.y,
+                                  f.from_b ? b->center.z : a->center.z);
+  const lane zero = BOX_L(0), up = f.top == zero ? BOX_L(-1) : BOX_L(1);
+  const lane_mask k0 = f.axis == zero, k1 = f.axis == BOX_L(1);
+  LaneManifold m;
+  m.normal = lane_out_of_frame(axes, box_turned_back(k0, k1, zero, zero, f.from_b ? up : -up));
+  m.frame = f.from_b ? BOX_L(NORMAL_OF_B) : BOX_L(NORMAL_OF_A);
+  for (int k = 0; k < 4; ++k) {
+    const lane s = f.s0 + f.sx * four.x[k] + f.sy * four.y[k];
+    const Lane3 on_face = box_turned_back(k0, k1, four.x[k], four.y[k], up * f.hz);
+    const Lane3 above = box_turned_back(k0, k1, four.x[k], four.y[k], up * (f.hz + s));
+    const Lane3 reference = lane_add3(center, lane_out_of_frame(axes, on_face));
+    const Lane3 incident = lane_add3(center, lane_out_of_frame(axes, above));
+    m.anchor_a[k] = lane_make3(f.from_b ? incident.x : reference.x, f.from_b ? incident.y : reference.y,
+                               f.from_b ? incident.z : reference.z);
+    m.anchor_b[k] = lane_make3(f.from_b ? reference.x : incident.x, f.from_b ? reference.y : incident.y,
+                               f.from_b ? reference.z : incident.z);
+    m.feature[k] = four.feature[k];
+  }
+  return m;
+}
+
+// ---- two edges ---------------------------------------------------------------------------------------------------
+
+#define BOX_SIGNED(sign, x) ((sign) < zero ? BOX_L(-1) * (x) : BOX_L(1) * (x))
+#define BOX_POSITIVE(x) ((x) > zero ? BOX_L(1) : zero)
+
+static inline LaneManifold box_edges(const LaneBox* a, const LaneBox* b, const BoxPair* pair, lane code) {
+  const lane zero = BOX_L(0), one = BOX_L(1), e = code - BOX_L(6);
+  const lane i = e >= BOX_L(6) ? BOX_L(2) : (e >= BOX_L(3) ? one : zero), j = e - BOX_L(3) * i;
+  const lane_mask i0 = i == zero, i1 = i == one, i2 = i == BOX_L(2), j0 = j == zero, j1 = j == one;
+  const lane_mask j2 = !(j0 | j1);
+  const LaneAxes r = pair->r;
+  const Lane3 column = lane_pick3(j0, j1, r.x, r.y, r.z), t = pair->t, ha = a->extents, hb = b->extents;
+  const Lane3 axis = lane_make3(i0 ? one : zero, i1 ? one : zero, i2 ? one : zero);
+  Lane3 n = lane_cross3(axis, column);
+  const lane towards = lane_dot3(n, t) < zero ? BOX_L(-1) : one;
+  n = lane_scale3(-towards / sqrt(lane_dot3(n, n)), n);
+  const Lane3 n_b = lane_into_frame(r, n);
+  Lane3 on_a = lane_make3(i0 ? zero : BOX_SIGNED(n.x, -ha.x), i1 ? zero : BOX_SIGNED(n.y, -ha.y),
+                          i2 ? zero : BOX_SIGNED(n.z, -ha.z));
+  const Lane3 edge_b = lane_make3(j0 ? zero : BOX_SIGNED(n_b.x, hb.x), j1 ? zero : BOX_SIGNED(n_b.y, hb.y),
+                                  j2 ? zero : BOX_SIGNED(n_b.z, hb.z));
+  Lane3 on_b = lane_add3(t, lane_out_of_frame(r, edge_b));
+  const lane a_next = BOX_PICK(i0, i1, on_a.y, on_a.z, on_a.x), a_last = BOX_PICK(i0, i1, on_a.z, on_a.x, on_a.y);
+  const lane b_next = BOX_PICK(j0, j1, edge_b.y, edge_b.z, edge_b.x);
+  const lane b_last = BOX_PICK(j0, j1, edge_b.z, edge_b.x, edge_b.y);
+  const lane name_a = box_edge_name(i, BOX_POSITIVE(a_next), BOX_POSITIVE(a_last));
+  const lane name_b = box_edge_name(j, BOX_POSITIVE(b_next), BOX_POSITIVE(b_last));
+  const Lane3 w = lane_sub3(on_a, on_b);
+  const lane cosine = BOX_PICK(i0, i1, column.x, column.y, column.z), wi = BOX_PICK(i0, i1, w.x, w.y, w.z);
+  const lane wj = lane_dot3(w, column), square_sine = one - cosine * cosine;
+  const lane s = lane_clamp_to((cosine * wj - wi) / square_sine, BOX_PICK(i0, i1, ha.x, ha.y, ha.z));
+  const lane u = lane_clamp_to((wj - cosine * wi) / square_sine, BOX_PICK(j0, j1, hb.x, hb.y, hb.z));
+  on_a = lane_make3(i0 ? s : on_a.x, i1 ? s : on_a.y, i2 ? s : on_a.z);
+  on_b = lane_add3(on_b, lane_scale3(u, column));
+  const LaneAxes axes = lane_axes_of(a->rotation);
+  LaneManifold m;
+  m.normal = lane_out_of_frame(axes, n);
+  m.frame = BOX_L(NORMAL_FIXED);
+  m.anchor_a[0] = lane_add3(a->center, lane_out_of_frame(axes, on_a));
+  m.anchor_b[0] = lane_add3(a->center, lane_out_of_frame(axes, on_b));
+  m.feature[0] = BOX_L(16) + BOX_L(12) * name_a + name_b;
+  for (int k = 1; k < 4; ++k) {
+    m.anchor_a[k] = lane_make3(zero, zero, zero);
+    m.anchor_b[k] = lane_make3(zero, zero, zero);
+    m.feature[k] = BOX_L(BOX_NO_FEATURE);
+  }
+  return m;
+}
+
+// ---- one pair ----------------------------------------------------------------------------------------------------
+
+static inline LaneBox box_in_all_lanes(Placed placed) {
+  LaneBox box;
+  box.center = lane_make3(BOX_L(placed.center.x), BOX_L(placed.center.y), BOX_L(placed.center.z));
+  box.extents = lane_make3(BOX_L(placed.size.x), BOX_L(placed.size.y), BOX_L(placed.size.z));
+  box.rotation.x = BOX_L(placed.rotation.x);
+  box.rotation.y = BOX_L(placed.rotation.y);
+  box.rotation.z = BOX_L(placed.rotation.z);
+  box.rotation.w = BOX_L(placed.rotation.w);
+  return box;
+}
+
+static inline Vec3 box_first3(Lane3 v) { return make3(LANE_FIRST(v.x), LANE_FIRST(v.y), LANE_FIRST(v.z)); }
+
+static inline Manifold box_box(Placed placed_a, Placed placed_b, real limit) {
+  const LaneBox a = box_in_all_lanes(placed_a), b = box_in_all_lanes(placed_b);
+  const BoxPair pair = box_pair(&a, &b);
+  lane code;
+  const lane separation = box_axis(&a, &b, &pair, &code);
+  if (LANE_FIRST(separation) > limit) return no_manifold();
+  const LaneManifold found =
+      LANE_FIRST(code) < (real)6 ? box_faces(&a, &b, &pair, code, BOX_L(limit)) : box_edges(&a, &b, &pair, code);
+  Manifold m = manifold_along(box_first3(found.normal), (u32)LANE_FIRST(found.frame), (real)0, (real)0);
+  for (u32 k = 0u; k < 4u; ++k) {
+    if (LANE_FIRST(found.feature[k]) < (real)BOX_NO_FEATURE)
+      m = with_point(m, box_first3(found.anchor_a[k]), box_first3(found.anchor_b[k]),
+                     (u32)LANE_FIRST(found.feature[k]));
+  }
+  return m;
+}
+
+#endif
