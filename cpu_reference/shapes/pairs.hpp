@@ -5,6 +5,8 @@
 #include "cpu_reference/shapes/box_round.hpp"
 #include "cpu_reference/shapes/capsule_box.hpp"
 #include "cpu_reference/shapes/capsules.hpp"
+#include "cpu_reference/shapes/cylinders.hpp"
+#include "cpu_reference/shapes/hulls.hpp"
 #include "cpu_reference/shapes/sphere_plane.hpp"
 #include "cpu_reference/shapes/sphere_sphere.hpp"
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "host/error.hpp"
+#include "host/scene/hull_tables.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/scene/touching.hpp"
 
@@ -135,6 +136,7 @@ class Compiler {
 
   std::span<const Scene> worlds_;
   InitialState<real> state_;
+  HullIndex hulls_;
 };
 
 template <class real>
@@ -249,6 +251,14 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, u32 body, u32 id, 
       for (unsigned i = 0; i < 3; ++i)
         record.size[i] = rounded_positive<real>(shape.half_extents[i], "half the size", origin);
       break;
+    case SHAPE_HULL: {
+      const Vector3 half = half_extents_of(shape.points);
+      for (unsigned i = 0; i < 3; ++i) record.size[i] = rounded_positive<real>(half[i], "half the size", origin);
+      std::string refusal;
+      buffers().shape_infos.back().hull = hulls_.find_or_add(shape.points, buffers(), refusal);
+      if (!refusal.empty()) origin.fail(refusal);
+      break;
+    }
     default: break;  // a plane has no size
   }
   record.reach = shape_reach<real>(shape.kind, record.size);
@@ -334,6 +344,11 @@ void Compiler<real>::set_sizes() {
     sizes.shapes = static_cast<u32>(buffers().shapes.size());
     sizes.planes = static_cast<u32>(buffers().planes.size());
     sizes.material_pairs = static_cast<u32>(buffers().material_pairs.size());
+    sizes.hulls = static_cast<u32>(buffers().hulls.size());
+    sizes.hull_vertices = static_cast<u32>(buffers().hull_vertices.size());
+    sizes.hull_faces = static_cast<u32>(buffers().hull_faces.size());
+    sizes.hull_edges = static_cast<u32>(buffers().hull_edges.size());
+    sizes.hull_corners = static_cast<u32>(buffers().hull_corners.size());
   }
   sizes.buckets = 64;
   while (sizes.buckets < 2 * sizes.shapes) sizes.buckets *= 2;

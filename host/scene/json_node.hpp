@@ -31,6 +31,9 @@ class JsonNode {
 
   /// Throws Error: `what` is said of this place.
   [[noreturn]] void fail(const std::string& what) const;
+  /// The file that the document stands in.
+  const std::string& source() const { return *source_; }
+
   /// Throws Error: "must be `rule`, is VALUE".
   [[noreturn]] void must_be(const std::string& rule) const;
   /// Throws Error: "unknown `kind` WORD", with the nearest of `names`.

@@ -1,7 +1,10 @@
 #include "host/scene/mass_properties.hpp"
 
 #include <cmath>
+#include <string>
 #include <utility>
+
+#include "host/scene/hull.hpp"
 
 namespace lockstep {
 
@@ -39,6 +42,23 @@ std::array<double, 6> of_point(double mass, const Vector3& d) {
           -mass * d[0] * d[1],           -mass * d[0] * d[2],           -mass * d[1] * d[2]};
 }
 
+// Of a convex hull: the integrals of its volume about its own centre.
+MassProperties of_hull(const std::vector<Vector3>& points, double density) {
+  std::string refusal;
+  const VolumeMoments m = volume_moments(convex_hull(points, refusal));
+  MassProperties own;
+  if (!(m.volume > 0)) return own;
+  own.mass = m.volume * density;
+  own.center = exact::scale(1 / m.volume, m.first);
+  std::array<double, 6> second = {};
+  const unsigned row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+  for (unsigned k = 0; k < 6; ++k)
+    second[k] = density * (m.second[k] - m.volume * own.center[row[k]] * own.center[column[k]]);
+  own.inertia = {
+      second[1] + second[2], second[0] + second[2], second[0] + second[1], -second[3], -second[4], -second[5]};
+  return own;
+}
+
 // In the frame of the shape.
 MassProperties own_properties(const ShapeDescription& shape, double density) {
   const double r = shape.radius, l = shape.half_length;
@@ -72,6 +92,7 @@ MassProperties own_properties(const ShapeDescription& shape, double density) {
       }
       break;
     }
+    case SHAPE_HULL: own = of_hull(shape.points, density); break;
     default: break;  // a plane has no mass
   }
   return own;

@@ -7,6 +7,7 @@
 
 #include "host/scene/generators.hpp"
 #include "host/scene/mass_properties.hpp"
+#include "host/scene/read_hull.hpp"
 
 namespace lockstep {
 
@@ -28,7 +29,7 @@ Vector3 read_direction(const JsonNode& node) {
 const std::map<ShapeKind, std::vector<const char*>> size_keys = {
     {SHAPE_SPHERE, {"radius"}}, {SHAPE_CAPSULE, {"radius", "length"}},
     {SHAPE_BOX, {"size"}},      {SHAPE_CYLINDER, {"radius", "length"}},
-    {SHAPE_PLANE, {}},
+    {SHAPE_HULL, {}},           {SHAPE_PLANE, {}},
 };
 
 void read_size(const JsonNode& node, ShapeDescription& shape) {
@@ -42,13 +43,14 @@ void read_size(const JsonNode& node, ShapeDescription& shape) {
 }
 
 ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& names) {
-  node.expect_object(
-      {"type", "radius", "length", "size", "offset", "normal", "rotation", "material", "category", "collides_with"});
+  node.expect_object({"type", "radius", "length", "size", "points", "mesh", "scale", "offset", "normal", "rotation",
+                      "material", "category", "collides_with"});
   ShapeDescription shape;
   shape.kind = node.at("type").choice<ShapeKind>("shape", {{"sphere", SHAPE_SPHERE},
                                                            {"capsule", SHAPE_CAPSULE},
                                                            {"box", SHAPE_BOX},
                                                            {"cylinder", SHAPE_CYLINDER},
+                                                           {"hull", SHAPE_HULL},
                                                            {"plane", SHAPE_PLANE}});
   const std::string kind = node.at("type").text();
   const auto& keys = size_keys.at(shape.kind);
@@ -69,6 +71,12 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
   if (node.has("normal") && node.has("rotation")) node.fail("has both \"normal\" and \"rotation\"; give one");
   if (node.has("normal")) shape.rotation = exact::turn_of_z_to(read_direction(node.at("normal")));
   if (node.has("rotation")) shape.rotation = read_orientation(node.at("rotation"));
+
+  if (shape.kind == SHAPE_HULL) read_hull(node, shape);
+  for (const char* key : {"points", "mesh", "scale"}) {
+    if (shape.kind != SHAPE_HULL && node.has(key))
+      node.at(key).fail(fmt::format("does not belong to a {}; remove it", kind));
+  }
 
   if (node.has("material")) {
     const JsonNode name = node.at("material");

@@ -6,6 +6,8 @@
 #include "shapes/box_round.h"
 #include "shapes/capsule_box.h"
 #include "shapes/capsules.h"
+#include "shapes/cylinders.h"
+#include "shapes/hulls.h"
 #include "shapes/sphere_plane.h"
 #include "shapes/sphere_sphere.h"
 

@@ -1,0 +1,175 @@
+// Parts that the pairs of a cylinder share: how far it reaches, and where its rims are nearest to a line and to another
+// rim. kernels/shapes/cylinder.h is the twin.
+#pragma once
+
+#include "cpu_reference/shapes/share.hpp"
+
+namespace lockstep::reference {
+
+template <class real>
+struct Cylinder {
+  Vec3<real> center;
+  Axes<real> axes;  // z is the axis
+  real radius, half;
+};
+
+template <class real>
+Cylinder<real> cylinder_of(const Placed<real>& shape) {
+  Cylinder<real> c;
+  c.center = shape.center;
+  c.axes = axes_of(shape.rotation);
+  c.radius = shape.size.x;
+  c.half = shape.size.y;
+  return c;
+}
+
+/// The part of a vector across the axis: across to the last digit, even where little is left of the vector.
+template <class real>
+Vec3<real> cylinder_across(const Cylinder<real>& c, Vec3<real> v) {
+  return add3(scale3(dot3(c.axes.x, v), c.axes.x), scale3(dot3(c.axes.y, v), c.axes.y));
+}
+
+/// How far the cylinder reaches from its centre along a unit direction.
+template <class real>
+real cylinder_reach(const Cylinder<real>& c, Vec3<real> direction) {
+  const real along = dot3(c.axes.z, direction);
+  return c.half * (along < 0 ? -along : along) + c.radius * length3(cylinder_across(c, direction));
+}
+
+/// A point of the cylinder that is farthest along a direction.
+template <class real>
+Vec3<real> cylinder_support(const Cylinder<real>& c, Vec3<real> direction) {
+  const Vec3<real> across = cylinder_across(c, direction);
+  const real length = length3(across);
+  const real side = dot3(c.axes.z, direction) > 0 ? c.half : -c.half;
+  const Vec3<real> cap = add3(c.center, scale3(side, c.axes.z));
+  return length > 0 ? add3(cap, scale3(c.radius / length, across)) : cap;
+}
+
+/// The centre of the lower (0) or upper (1) cap.
+template <class real>
+Vec3<real> cylinder_cap(const Cylinder<real>& c, u32 end) {
+  return add3(c.center, scale3(end == 0 ? -c.half : c.half, c.axes.z));
+}
+
+/// The radius that a contact keeps from its anchor: a cylinder that rolls on its side keeps its anchor near the axis.
+template <class real>
+real cylinder_rolls(const Cylinder<real>& c, Vec3<real> normal) {
+  const real cosine = dot3(c.axes.z, normal);
+  return cosine * cosine < real(0.01) ? c.radius : real(0);
+}
+
+/// Points of a rim and of a line or another rim whose distance is least nearby: the direction across both curves there.
+template <class real>
+struct RimNearest {
+  bool found;
+  Vec3<real> normal;  // unit, of either sense
+  Vec3<real> on_rim, on_other;
+};
+
+/// From the two points and the tangents of the curves; where the tangents are parallel, the line between the points.
+template <class real>
+RimNearest<real> rim_nearest(Vec3<real> on_rim, Vec3<real> tangent, Vec3<real> on_other, Vec3<real> along) {
+  RimNearest<real> nearest;
+  Vec3<real> normal = cross3(tangent, along);
+  real length = length3(normal);
+  if (!(length > real(1e-3) * length3(tangent) * length3(along))) {
+    normal = sub3(on_rim, on_other);
+    length = length3(normal);
+  }
+  nearest.found = length > 0;
+  nearest.normal = nearest.found ? scale3(real(1) / length, normal) : normal;
+  nearest.on_rim = on_rim;
+  nearest.on_other = on_other;
+  return nearest;
+}
+
+/// Steps of Newton's method from the far end of a branch: it doubles its digits once it is near.
+inline constexpr u32 RIM_STEPS = 12;
+/// Halvings of a sixteenth of a turn.
+inline constexpr u32 RIM_HALVINGS = 16;
+
+/// The distance of the line point + t u (u unit) from a rim is least where F(t) = A + t - r d rho/dt = 0 and rises, rho
+/// the distance from the axis. d rho/dt is a sigmoid about the point t0 nearest to the axis, so that F is concave
+/// before t0 and convex behind: on either side (0: before, 1: behind) at most one zero at which F rises, to which
+/// Newton's method runs without turning back from where |d rho/dt| would have its bound. What lies outside of 0 <= t <=
+/// reach is none.
+template <class real>
+RimNearest<real> rim_line(const Cylinder<real>& c, u32 end, Vec3<real> point, Vec3<real> u, real reach, u32 branch) {
+  RimNearest<real> none = {};
+  const Vec3<real> middle = cylinder_cap(c, end), w = sub3(point, middle);
+  const Vec3<real> w_across = cylinder_across(c, w), u_across = cylinder_across(c, u);
+  const real a = dot3(u_across, u_across), start = dot3(w, u);
+  const real sense = branch == 0 ? real(-1) : real(1);
+  const real bound = c.radius * std::sqrt(a);
+  real t = sense * bound - start;
+  const bool leans = a > real(1e-12);
+  const real nearest = leans ? -dot3(w_across, u_across) / a : t;  // t0
+  if (!leans && branch == 0) return none;                          // parallel to the axis: one place
+  if (leans && !(sense * (t - nearest) > 0)) return none;
+  for (u32 k = 0; k < RIM_STEPS && leans; ++k) {
+    const Vec3<real> across = add3(w_across, scale3(t, u_across));
+    const real square = dot3(across, across), rho = std::sqrt(square);
+    if (!(rho > 0)) break;
+    const real sigma = dot3(across, u_across) / rho;
+    const real slope = real(1) - c.radius * (a - sigma * sigma) / rho;
+    if (!(slope > 0)) return none;  // past the turning point: no zero on this side
+    t = t - (start + t - c.radius * sigma) / slope;
+    if (!(sense * (t - nearest) > 0)) return none;
+  }
+  if (!(t > real(-0.001) * reach) || !(t < real(1.001) * reach)) return none;
+  const Vec3<real> across = add3(w_across, scale3(t, u_across));
+  const real rho = length3(across);
+  if (!(rho > 0)) return none;
+  const Vec3<real> on_rim = add3(middle, scale3(c.radius / rho, across));
+  return rim_nearest(on_rim, cross3(c.axes.z, across), add3(point, scale3(t, u)), u);
+}
+
+/// The point of c's rim in the direction of v from its middle; v is not along the axis.
+template <class real>
+Vec3<real> rim_towards(const Cylinder<real>& c, u32 end, Vec3<real> v) {
+  const Vec3<real> middle = cylinder_cap(c, end);
+  const Vec3<real> across = cylinder_across(c, sub3(v, middle));
+  const real length = length3(across);
+  return length > 0 ? add3(middle, scale3(c.radius / length, across)) : add3(middle, scale3(c.radius, c.axes.x));
+}
+
+/// Sixteenths of a turn, in the plane of the caps, of length 1.
+template <class real>
+Vec3<real> rim_direction(const Cylinder<real>& c, u32 i) {
+  const u32 k = i & 7;
+  const real table[5] = {real(1), real(0.92387953251128674), real(0.70710678118654752), real(0.38268343236508977),
+                         real(0)};
+  const real x = k < 5 ? table[k] : -table[8 - k], y = k < 5 ? table[4 - k] : table[k - 4];
+  const real side = (i & 8) == 0 ? real(1) : real(-1);
+  return add3(scale3(side * x, c.axes.x), scale3(side * y, c.axes.y));
+}
+
+/// Half the change, along rim a, of the squared distance from rim b; `direction` is from the middle of rim a.
+template <class real>
+real rim_slope(const Cylinder<real>& a, Vec3<real> middle, Vec3<real> direction, const Cylinder<real>& b, u32 end_b) {
+  const Vec3<real> p = add3(middle, scale3(a.radius, direction));
+  return dot3(cross3(a.axes.z, direction), sub3(p, rim_towards(b, end_b, p)));
+}
+
+/// Between the i-th and the next sixteenth of rim a: a point where the distance from rim b is least nearby, if it falls
+/// at the first and rises at the second.
+template <class real>
+RimNearest<real> rim_rim(const Cylinder<real>& a, u32 end_a, const Cylinder<real>& b, u32 end_b, u32 i) {
+  RimNearest<real> none = {};
+  const Vec3<real> middle = cylinder_cap(a, end_a);
+  Vec3<real> low = rim_direction(a, i), high = rim_direction(a, (i + 1) & 15);
+  if (!(rim_slope(a, middle, low, b, end_b) < 0) || rim_slope(a, middle, high, b, end_b) < 0) return none;
+  for (u32 k = 0; k < RIM_HALVINGS; ++k) {
+    const Vec3<real> sum = add3(low, high);
+    const Vec3<real> half = scale3(real(1) / length3(sum), sum);
+    if (rim_slope(a, middle, half, b, end_b) < 0)
+      low = half;
+    else
+      high = half;
+  }
+  const Vec3<real> p = add3(middle, scale3(a.radius, high)), q = rim_towards(b, end_b, p);
+  return rim_nearest(p, cross3(a.axes.z, high), q, cross3(b.axes.z, sub3(q, cylinder_cap(b, end_b))));
+}
+
+}  // namespace lockstep::reference

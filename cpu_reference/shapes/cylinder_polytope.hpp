@@ -1,0 +1,199 @@
+// A cylinder against a polytope: which direction separates them best. kernels/shapes/cylinder_polytope.h is the twin.
+//
+// As for polytopes (polytopes.hpp) every direction is a lower bound of the signed separation. The best one is the
+// normal of a face or a cap, the cross product of the axis and an edge, the way from the axis to a vertex, or the
+// shortest line between a rim and an edge or a vertex. Those that cannot beat the best so far, were their two features
+// the farthest ones, are not looked into.
+#pragma once
+
+#include "cpu_reference/shapes/cylinder.hpp"
+#include "cpu_reference/shapes/hulls.hpp"
+#include "cpu_reference/shapes/polytopes.hpp"
+
+namespace lockstep::reference {
+
+/// Offers the meeting along a unit normal from p to c.
+template <class real>
+Meeting<real> cylinder_try(const Cylinder<real>& c, const Polytope<real>& p, Meeting<real> best, Vec3<real> normal,
+                           Vec3<real> at_c, Vec3<real> at_p, real tolerance) {
+  const real gap =
+      dot3(normal, sub3(c.center, p.center)) - cylinder_reach(c, scale3(real(-1), normal)) - poly_reach(p, normal);
+  return meeting_offer(best, gap, normal, NORMAL_FIXED, at_c, at_p, tolerance);
+}
+
+template <class real>
+Meeting<real> cylinder_try_flats(const Cylinder<real>& c, const Polytope<real>& p, real limit, real tolerance) {
+  Meeting<real> best = no_meeting<real>();
+  const Vec3<real> apart = sub3(c.center, p.center);
+  for (u32 f = 0; f < p.faces && !(best.gap > limit); ++f) {
+    const Vec4<real> plane = poly_own_plane(p, f);
+    const Vec3<real> normal = out_of_frame(p.axes, Vec3<real>{plane.x, plane.y, plane.z});
+    const real gap = dot3(normal, apart) - plane.w - cylinder_reach(c, scale3(real(-1), normal));
+    const Vec3<real> on_c = cylinder_support(c, scale3(real(-1), normal));
+    best = meeting_offer(best, gap, normal, NORMAL_OF_B, on_c, sub3(on_c, scale3(gap, normal)), real(0));
+  }
+  for (u32 end = 0; end < 2 && !(best.gap > limit); ++end) {
+    const Vec3<real> normal = scale3(end == 0 ? real(1) : real(-1), c.axes.z);
+    const Vec3<real> own = into_frame(p.axes, normal);
+    const Vec3<real> vertex = poly_vertex(p, poly_support(p, own));
+    const real gap = dot3(normal, sub3(c.center, vertex)) - c.half;
+    best = meeting_offer(best, gap, normal, NORMAL_OF_A, add3(vertex, scale3(gap, normal)), vertex, tolerance);
+  }
+  return best;
+}
+
+/// The side of the cylinder against edges.
+template <class real>
+Meeting<real> cylinder_try_edges(const Cylinder<real>& c, const Polytope<real>& p, Meeting<real> best, real tolerance) {
+  EdgeSpan<real> axis;
+  axis.start = into_frame(p.axes, sub3(cylinder_cap(c, 0), p.center));
+  axis.along = into_frame(p.axes, scale3(real(2) * c.half, c.axes.z));
+  axis.left = Vec3<real>{0, 0, 0};
+  axis.right = axis.left;
+  for (u32 e = 0; e < p.edges; ++e) {
+    const EdgeSpan<real> edge = poly_own_edge(p, e);
+    if (p.faces > 0 && !arcs_cross(axis, false, edge)) continue;
+    const Vec3<real> across = cross3(axis.along, edge.along);
+    const real square = dot3(across, across);
+    if (!(square > real(1e-10) * dot3(axis.along, axis.along) * dot3(edge.along, edge.along))) continue;
+    const Vec3<real> apart = sub3(axis.start, edge.start);
+    const real facing = p.faces > 0 ? dot3(across, add3(edge.left, edge.right)) : dot3(across, apart);
+    const real factor = (facing < 0 ? real(-1) : real(1)) / std::sqrt(square);
+    const real gap = factor * dot3(across, apart) - c.radius;
+    if (!(gap > meeting_least(best, tolerance))) continue;
+    // the best of all crossings is one of the axis and an edge, not of the lines that they are on
+    const real s = share_at_crossing(axis, edge, across);
+    const real t = share_at_crossing(edge, axis, scale3(real(-1), across));
+    if (!within_share(s) || !within_share(t)) continue;
+    const Vec3<real> normal = out_of_frame(p.axes, scale3(factor, across));
+    const Vec3<real> on_axis = add3(cylinder_cap(c, 0), scale3(clamp_share(s) * real(2) * c.half, c.axes.z));
+    const Vec3<real> on_edge = add3(edge.start, scale3(clamp_share(t), edge.along));
+    best = cylinder_try(c, p, best, normal, sub3(on_axis, scale3(c.radius, normal)),
+                        add3(p.center, out_of_frame(p.axes, on_edge)), tolerance);
+  }
+  return best;
+}
+
+/// The side of the cylinder, and its rims, against vertices.
+template <class real>
+Meeting<real> cylinder_try_vertices(const Cylinder<real>& c, const Polytope<real>& p, Meeting<real> best,
+                                    real tolerance) {
+  for (u32 i = 0; i < p.vertices; ++i) {
+    const Vec3<real> vertex = poly_vertex(p, i);
+    const Vec3<real> w = sub3(c.center, vertex);
+    const Vec3<real> across = cylinder_across(c, w);
+    const real distance = length3(across);
+    const Vec3<real> radial = distance > 0 ? scale3(real(1) / distance, across) : c.axes.x;
+    const real along = -dot3(c.axes.z, w);
+    const bool beside = along < real(1.001) * c.half && -along < real(1.001) * c.half;
+    for (u32 side = 0; side < 2 && beside; ++side) {
+      const real sign = side == 0 ? real(1) : real(-1);
+      if (!(sign * distance - c.radius > meeting_least(best, tolerance))) continue;
+      const Vec3<real> normal = scale3(sign, radial);
+      const Vec3<real> on_axis = add3(c.center, scale3(clamp_to(along, c.half), c.axes.z));
+      best = cylinder_try(c, p, best, normal, sub3(on_axis, scale3(c.radius, normal)), vertex, tolerance);
+    }
+    for (u32 end = 0; end < 2; ++end) {
+      const real over = end == 0 ? -along - c.half : along - c.half;
+      if (!(over > 0) || !(distance > c.radius)) continue;  // the closest point of the cylinder is not on the rim
+      const Vec3<real> on_rim = rim_towards(c, end, vertex);
+      const Vec3<real> d = sub3(on_rim, vertex);
+      const real length = length3(d);
+      if (length > meeting_least(best, tolerance))
+        best = cylinder_try(c, p, best, scale3(real(1) / length, d), on_rim, vertex, tolerance);
+    }
+  }
+  return best;
+}
+
+/// The rims against edges.
+template <class real>
+Meeting<real> cylinder_try_rims(const Cylinder<real>& c, const Polytope<real>& p, Meeting<real> best, real tolerance) {
+  for (u32 e = 0; e < p.edges; ++e) {
+    const HullEdge edge = poly_edge(p, e);
+    const Vec3<real> start = poly_vertex(p, edge.vertex_a);
+    const Vec3<real> along = sub3(poly_vertex(p, edge.vertex_b), start);
+    const real length = length3(along);
+    const Vec3<real> unit = scale3(real(1) / length, along);
+    for (u32 k = 0; k < 4; ++k) {
+      const RimNearest<real> rim = rim_line(c, k >> 1, start, unit, length, k & 1);
+      if (!rim.found) continue;
+      const real gap = dot3(rim.normal, sub3(rim.on_rim, rim.on_other));
+      for (u32 side = 0; side < 2; ++side) {
+        const real sign = side == 0 ? real(1) : real(-1);
+        if (sign * gap > meeting_least(best, tolerance))
+          best = cylinder_try(c, p, best, scale3(sign, rim.normal), rim.on_rim, rim.on_other, tolerance);
+      }
+    }
+  }
+  return best;
+}
+
+/// The best normal, from p to c; c is called a here. Gaps above the limit are not looked into any further.
+template <class real>
+Meeting<real> cylinder_meets(const Cylinder<real>& c, const Polytope<real>& p, real limit, real tolerance) {
+  Meeting<real> best = cylinder_try_flats(c, p, limit, tolerance);
+  if (best.gap > limit) return best;
+  best = cylinder_try_edges(c, p, best, tolerance);
+  if (best.gap > limit) return best;
+  best = cylinder_try_vertices(c, p, best, tolerance);
+  if (best.gap > limit) return best;
+  return cylinder_try_rims(c, p, best, tolerance);
+}
+
+template <class real>
+Manifold<real> cylinder_hull(const Placed<real>& a, const Placed<real>& b, const HullTables<real>& tables, real limit) {
+  const Cylinder<real> cylinder = cylinder_of(a);
+  const Polytope<real> hull = polytope_of(SHAPE_HULL, b, tables);
+  const real tolerance = shape_tolerance(a, b);
+  const Meeting<real> meeting = cylinder_meets(cylinder, hull, limit, tolerance);
+  if (meeting.gap > limit) return no_manifold<real>();
+  const Patch<real> patch_a = cylinder_patch(a, cylinder.axes, real(-1), meeting.normal);
+  const Patch<real> patch_b = polygon_patch(hull, real(1), meeting.normal, real(10) * tolerance);
+  return share_patches(patch_a, patch_b, cylinder_rolls(cylinder, meeting.normal), real(0), meeting, limit, tolerance,
+                       smaller_size(a, b));
+}
+
+/// The meeting seen from the polytope, which is a here.
+template <class real>
+Meeting<real> meeting_turned(Meeting<real> m) {
+  const Vec3<real> at = m.at_a;
+  m.at_a = m.at_b;
+  m.at_b = at;
+  m.normal = scale3(real(-1), m.normal);
+  m.frame = m.frame == NORMAL_OF_A ? u32(NORMAL_OF_B) : m.frame == NORMAL_OF_B ? u32(NORMAL_OF_A) : m.frame;
+  return m;
+}
+
+template <class real>
+Manifold<real> box_cylinder(const Placed<real>& a, const Placed<real>& b, const HullTables<real>& tables, real limit) {
+  const Polytope<real> box = polytope_of(SHAPE_BOX, a, tables);
+  const Cylinder<real> cylinder = cylinder_of(b);
+  const real tolerance = shape_tolerance(a, b);
+  const Meeting<real> meeting = meeting_turned(cylinder_meets(cylinder, box, limit, tolerance));
+  if (meeting.gap > limit) return no_manifold<real>();
+  const Patch<real> patch_a = polygon_patch(box, real(-1), meeting.normal, real(10) * tolerance);
+  const Patch<real> patch_b = cylinder_patch(b, cylinder.axes, real(1), meeting.normal);
+  return share_patches(patch_a, patch_b, real(0), cylinder_rolls(cylinder, meeting.normal), meeting, limit, tolerance,
+                       smaller_size(a, b));
+}
+
+template <class real>
+Manifold<real> capsule_cylinder(const Placed<real>& a, const Placed<real>& b, const HullTables<real>& tables,
+                                real limit) {
+  const Polytope<real> core = polytope_of(SHAPE_CAPSULE, a, tables);
+  const Cylinder<real> cylinder = cylinder_of(b);
+  const real radius = a.size.x, tolerance = shape_tolerance(a, b);
+  Meeting<real> meeting = meeting_turned(cylinder_meets(cylinder, core, limit + radius, tolerance));
+  if (meeting.gap > limit + radius) return no_manifold<real>();
+  const Vec3<real> surface = scale3(-radius, meeting.normal);
+  meeting.gap = meeting.gap - radius;
+  meeting.at_a = add3(meeting.at_a, surface);
+  const Patch<real> line =
+      segment_patch(real(-1), add3(poly_vertex(core, 0), surface), add3(poly_vertex(core, 1), surface), meeting.normal);
+  const Patch<real> patch_b = cylinder_patch(b, cylinder.axes, real(1), meeting.normal);
+  return share_patches(line, patch_b, radius, cylinder_rolls(cylinder, meeting.normal), meeting, limit, tolerance,
+                       smaller_size(a, b));
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,52 @@
+// Convex hulls of points. Which points are corners of which facet is found by qhull; everything that becomes simulated
+// state - planes, the merging of coplanar facets, the order of the tables - is computed here, in exact arithmetic
+// (exact_math.hpp), from the points as given.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host/scene/exact_math.hpp"
+#include "kernels/types.h"
+
+namespace lockstep {
+
+/// Every edge of one hull is held against every edge of the other.
+constexpr u32 most_hull_vertices = 128;
+
+/// Facets closer to a plane than this, relative to the size of the hull, are one face.
+constexpr double coplanar = 1e-6;
+
+/// A convex polyhedron. Equal sets of points, in any order, give equal tables: vertices are sorted by x, y, z; faces
+/// start with their smallest vertex and are sorted; edges are sorted.
+struct ConvexHull {
+  struct Plane {
+    Vector3 normal;  // unit, outward
+    double offset;   // normal . x <= offset inside
+  };
+
+  std::vector<Vector3> vertices;
+  std::vector<Plane> planes;            // of the faces
+  std::vector<std::vector<u32>> faces;  // corners, counter-clockwise seen from outside
+  std::vector<HullEdge> edges;          // vertex_a < vertex_b
+};
+
+/// The hull of points; where they have none, an empty one, and `refusal` says why and what to do.
+ConvexHull convex_hull(const std::vector<Vector3>& points, std::string& refusal);
+
+/// The middle of the smallest box along the axes that holds the points.
+Vector3 center_of_box(const std::vector<Vector3>& points);
+
+/// Half extents of the smallest such box about the origin.
+Vector3 half_extents_of(const std::vector<Vector3>& points);
+
+/// Volume, its first moments and its second moments xx, yy, zz, xy, xz, yz about the origin, from signed tetrahedra
+/// with their tips there (Mirtich 1996 gives the same by other means).
+struct VolumeMoments {
+  double volume = 0;
+  Vector3 first = {0, 0, 0};
+  std::array<double, 6> second = {};
+};
+VolumeMoments volume_moments(const ConvexHull& hull);
+
+}  // namespace lockstep

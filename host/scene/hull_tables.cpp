@@ -1,0 +1,46 @@
+#include "host/scene/hull_tables.hpp"
+
+namespace lockstep {
+
+namespace {
+
+template <class real>
+Vec4<real> entry(const Vector3& v, double w) {
+  return {static_cast<real>(v[0]), static_cast<real>(v[1]), static_cast<real>(v[2]), static_cast<real>(w)};
+}
+
+template <class real>
+void append(const ConvexHull& hull, Buffers<real>& b) {
+  const auto count = [](const auto& elements) { return static_cast<u32>(elements.size()); };
+  b.hulls.push_back({count(b.hull_vertices),
+                     count(hull.vertices),
+                     count(b.hull_faces),
+                     count(hull.faces),
+                     count(b.hull_edges),
+                     count(hull.edges),
+                     {}});
+  for (const Vector3& v : hull.vertices) b.hull_vertices.push_back(entry<real>(v, 0));
+  for (const ConvexHull::Plane& plane : hull.planes) b.hull_planes.push_back(entry<real>(plane.normal, plane.offset));
+  for (const std::vector<u32>& face : hull.faces) {
+    b.hull_faces.push_back({count(b.hull_corners), count(face)});
+    b.hull_corners.insert(b.hull_corners.end(), face.begin(), face.end());
+  }
+  b.hull_edges.insert(b.hull_edges.end(), hull.edges.begin(), hull.edges.end());
+}
+
+}  // namespace
+
+template <class real>
+u32 HullIndex::find_or_add(const std::vector<Vector3>& points, Buffers<real>& buffers, std::string& refusal) {
+  const auto found = known_.find(points);
+  if (found != known_.end()) return found->second;
+  const ConvexHull hull = convex_hull(points, refusal);
+  if (!refusal.empty()) return 0;
+  append(hull, buffers);
+  return known_[points] = static_cast<u32>(buffers.hulls.size() - 1);
+}
+
+template u32 HullIndex::find_or_add(const std::vector<Vector3>&, Buffers<float>&, std::string&);
+template u32 HullIndex::find_or_add(const std::vector<Vector3>&, Buffers<double>&, std::string&);
+
+}  // namespace lockstep

@@ -1,0 +1,50 @@
+#include "host/scene/read_hull.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "host/scene/hull.hpp"
+
+namespace lockstep {
+
+namespace {
+
+std::vector<Vector3> read_points(const JsonNode& array) {
+  std::vector<Vector3> points;
+  for (const JsonNode& point : array.elements()) points.push_back(point.vector());
+  return points;
+}
+
+std::vector<Vector3> read_mesh(const JsonNode& name, double scale) {
+  const std::filesystem::path path = std::filesystem::path(name.source()).parent_path() / name.text();
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(path, ignored))
+    name.fail(fmt::format("names no file: {} (relative to the scene) does not exist", path.string()));
+  try {
+    std::vector<Vector3> points = mesh_vertices(path.string());
+    for (Vector3& p : points) p = exact::scale(scale, p);
+    return points;
+  } catch (const std::runtime_error& error) {
+    name.fail(fmt::format("cannot be read as a mesh: {}", error.what()));
+  }
+}
+
+}  // namespace
+
+void read_hull(const JsonNode& node, ShapeDescription& shape) {
+  if (node.has("points") == node.has("mesh")) node.fail("needs one of the keys \"points\" and \"mesh\"");
+  if (node.has("points") && node.has("scale")) node.at("scale").fail("belongs to a mesh; scale the points instead");
+  const JsonNode source = node.at(node.has("points") ? "points" : "mesh");
+  const double scale = node.has("scale") ? node.at("scale").positive() : 1;
+  const std::vector<Vector3> given = node.has("points") ? read_points(source) : read_mesh(source, scale);
+  std::string refusal;
+  ConvexHull hull = convex_hull(given, refusal);
+  if (!refusal.empty()) source.fail(refusal);
+  const Vector3 center = center_of_box(hull.vertices);
+  for (Vector3& v : hull.vertices) v = exact::subtract(v, center);
+  shape.points = std::move(hull.vertices);
+  shape.offset = exact::add(shape.offset, exact::rotate(shape.rotation, center));
+}
+
+}  // namespace lockstep

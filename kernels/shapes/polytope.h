@@ -1,0 +1,206 @@
+// Boxes, convex hulls and the core segments of capsules under one roof: vertices, edges and faces of a convex
+// polyhedron. cpu_reference/shapes/polytope.hpp is the twin.
+#ifndef LOCKSTEP_POLYTOPE_H
+#define LOCKSTEP_POLYTOPE_H
+
+#include "shapes/axes.h"
+
+// "Own" coordinates are those of the shape's frame. A segment has two vertices, an edge and no face.
+typedef struct Polytope {
+  u32 kind;  // SHAPE_CAPSULE stands for the core segment
+  Vec3 center;
+  Axes axes;
+  Vec3 size;
+  u32 vertices, faces, edges;  // how many
+  u32 first_vertex, first_face, first_edge;
+  HullTables tables;
+} Polytope;
+
+static inline Polytope polytope_of(u32 kind, Placed shape, HullTables tables) {
+  Polytope p;
+  p.kind = kind;
+  p.center = shape.center;
+  p.axes = axes_of(shape.rotation);
+  p.size = shape.size;
+  p.vertices = kind == SHAPE_BOX ? 8 : 2;
+  p.faces = kind == SHAPE_BOX ? 6 : 0;
+  p.edges = kind == SHAPE_BOX ? 12 : 1;
+  p.first_vertex = 0;
+  p.first_face = 0;
+  p.first_edge = 0;
+  p.tables = tables;
+  if (kind == SHAPE_HULL) {
+    const Hull hull = tables.hulls[shape.hull];
+    p.vertices = hull.vertex_count;
+    p.faces = hull.face_count;
+    p.edges = hull.edge_count;
+    p.first_vertex = hull.first_vertex;
+    p.first_face = hull.first_face;
+    p.first_edge = hull.first_edge;
+  }
+  return p;
+}
+
+// Bits 0, 1, 2 of a box's vertex say on which side along x, y, z it is.
+static inline Vec3 poly_own_vertex(const Polytope* p, u32 i) {
+  if (p->kind == SHAPE_HULL) {
+    const Vec4 v = p->tables.vertices[p->first_vertex + i];
+    return make3(v.x, v.y, v.z);
+  }
+  if (p->kind == SHAPE_CAPSULE) return make3((real)0, (real)0, i == 0 ? -p->size.y : p->size.y);
+  return make3((i & 1) != 0 ? p->size.x : -p->size.x, (i & 2) != 0 ? p->size.y : -p->size.y,
+               (i & 4) != 0 ? p->size.z : -p->size.z);
+}
+
+static inline Vec3 poly_vertex(const Polytope* p, u32 i) {
+  return add3(p->center, out_of_frame(p->axes, poly_own_vertex(p, i)));
+}
+
+// Face 2 k of a box looks along the negative axis k, face 2 k + 1 along the positive one. The plane of a face is
+// xyz . x = w.
+static inline Vec4 poly_own_plane(const Polytope* p, u32 f) {
+  if (p->kind == SHAPE_HULL) return p->tables.planes[p->first_face + f];
+  const real side = (f & 1) != 0 ? (real)1 : (real)-1;
+  const u32 k = f >> 1;
+  Vec4 plane;
+  plane.x = k == 0 ? side : (real)0;
+  plane.y = k == 1 ? side : (real)0;
+  plane.z = k == 2 ? side : (real)0;
+  plane.w = k == 0 ? p->size.x : k == 1 ? p->size.y : p->size.z;
+  return plane;
+}
+
+static inline Vec3 poly_own_normal(const Polytope* p, u32 f) {
+  const Vec4 plane = poly_own_plane(p, f);
+  return make3(plane.x, plane.y, plane.z);
+}
+
+static inline u32 poly_corner_count(const Polytope* p, u32 f) {
+  return p->kind == SHAPE_HULL ? p->tables.faces[p->first_face + f].corner_count : 4;
+}
+
+// The vertex at corner i of face f, counter-clockwise seen from outside.
+static inline u32 poly_corner(const Polytope* p, u32 f, u32 i) {
+  if (p->kind == SHAPE_HULL) return p->tables.corners[p->tables.faces[p->first_face + f].first_corner + i];
+  const u32 k = f >> 1, side = f & 1, u = k == 2 ? 0 : k + 1, v = u == 2 ? 0 : u + 1;
+  const u32 early = i == 1 || i == 2 ? 1 : 0, late = i == 2 || i == 3 ? 1 : 0;
+  return side << k | (side != 0 ? early : late) << u | (side != 0 ? late : early) << v;
+}
+
+// Edges 4 k .. 4 k + 3 of a box are along axis k. A segment's edge has no faces.
+static inline HullEdge poly_edge(const Polytope* p, u32 e) {
+  if (p->kind == SHAPE_HULL) return p->tables.edges[p->first_edge + e];
+  HullEdge edge = {0, 1, NONE, NONE};
+  if (p->kind == SHAPE_CAPSULE) return edge;
+  const u32 k = e >> 2, u = k == 2 ? 0 : k + 1, v = u == 2 ? 0 : u + 1;
+  const u32 side_u = e & 1, side_v = e >> 1 & 1;
+  const u32 face_u = 2 * u + side_u, face_v = 2 * v + side_v;
+  edge.vertex_a = side_u << u | side_v << v;
+  edge.vertex_b = edge.vertex_a | 1u << k;
+  edge.face_left = side_u == side_v ? face_u : face_v;
+  edge.face_right = side_u == side_v ? face_v : face_u;
+  return edge;
+}
+
+// The first of the vertices that are farthest along an own direction.
+static inline u32 poly_support(const Polytope* p, Vec3 own) {
+  if (p->kind == SHAPE_CAPSULE) return own.z > (real)0 ? 1 : 0;
+  if (p->kind == SHAPE_BOX)
+    return (own.x > (real)0 ? 1u : 0u) | (own.y > (real)0 ? 2u : 0u) | (own.z > (real)0 ? 4u : 0u);
+  u32 best = 0;
+  real most = dot3(own, poly_own_vertex(p, 0));
+  for (u32 i = 1; i < p->vertices; ++i) {
+    const real x = dot3(own, poly_own_vertex(p, i));
+    if (x > most) {
+      most = x;
+      best = i;
+    }
+  }
+  return best;
+}
+
+// How far the polytope reaches from its centre along a direction in the world.
+static inline real poly_reach(const Polytope* p, Vec3 direction) {
+  const Vec3 own = into_frame(p->axes, direction);
+  return dot3(own, poly_own_vertex(p, poly_support(p, own)));
+}
+
+// How two shapes meet along their best normal: the signed separation, and the points that are there.
+typedef struct Meeting {
+  real gap;
+  Vec3 normal;  // from b to a
+  u32 frame;    // NormalFrame
+  Vec3 at_a, at_b;
+  real place;  // gap of the crossing that these points are from
+} Meeting;
+
+static inline Meeting no_meeting(void) {
+  Meeting none;
+  none.gap = (real)-1e30;
+  none.normal = make3((real)0, (real)0, (real)1);
+  none.frame = NORMAL_FIXED;
+  none.at_a = make3((real)0, (real)0, (real)0);
+  none.at_b = none.at_a;
+  none.place = none.gap;
+  return none;
+}
+
+// Crossings with gaps up to this change nothing in the best meeting.
+static inline real meeting_least(const Meeting* best, real tolerance) {
+  if (best->frame == NORMAL_FIXED) return best->gap;
+  const real near = best->gap - (real)100 * tolerance;
+  return near > best->place ? near : best->place;
+}
+
+// What a crossing may lie outside of an edge, as a share of it, by rounding.
+static inline bool within_share(real share) { return share > (real)-1e-3 && share < (real)1.001; }
+
+// Takes a better meeting. Of faces, the normal is sure but not the place, as their neighbours are nearly as good a
+// normal: a crossing that is no worse by much says where.
+static inline Meeting meeting_offer(Meeting best, real gap, Vec3 normal, u32 frame, Vec3 at_a, Vec3 at_b,
+                                    real tolerance) {
+  if (gap > best.gap + (best.frame == NORMAL_FIXED && frame == NORMAL_FIXED ? (real)0 : tolerance)) {
+    best.gap = gap;
+    best.normal = normal;
+    best.frame = frame;
+    best.at_a = at_a;
+    best.at_b = at_b;
+    best.place = frame == NORMAL_FIXED ? gap : (real)-1e30;
+  } else if (frame == NORMAL_FIXED && gap > meeting_least(&best, tolerance)) {
+    best.at_a = at_a;
+    best.at_b = at_b;
+    best.place = gap;
+  }
+  return best;
+}
+
+// Of the faces of p the one that q is farthest in front of, and the vertex of q that is nearest to it.
+typedef struct FaceQuery {
+  real gap;
+  Vec3 normal;  // out of p, world
+  u32 vertex;
+} FaceQuery;
+
+// Stops at the first gap above the limit.
+static inline FaceQuery poly_face_query(const Polytope* p, const Polytope* q, real limit) {
+  FaceQuery best;
+  best.gap = (real)-1e30;
+  best.normal = make3((real)0, (real)0, (real)1);
+  best.vertex = 0;
+  const Vec3 apart = sub3(q->center, p->center);
+  for (u32 f = 0; f < p->faces && !(best.gap > limit); ++f) {
+    const Vec4 plane = poly_own_plane(p, f);
+    const Vec3 normal = out_of_frame(p->axes, make3(plane.x, plane.y, plane.z));
+    const Vec3 down = into_frame(q->axes, scale3((real)-1, normal));
+    const u32 vertex = poly_support(q, down);
+    const real gap = dot3(normal, apart) - dot3(down, poly_own_vertex(q, vertex)) - plane.w;
+    if (gap > best.gap) {
+      best.gap = gap;
+      best.normal = normal;
+      best.vertex = vertex;
+    }
+  }
+  return best;
+}
+
+#endif

@@ -1,0 +1,208 @@
+#include "host/scene/hull.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "host/error.hpp"
+#include "host/scene/compile.hpp"
+#include "host/scene/mass_properties.hpp"
+#include "host/scene/read.hpp"
+#include "tests/shapes/oracle.hpp"
+#include "tests/worlds.hpp"
+
+namespace lockstep::test {
+namespace {
+
+ConvexHull hull_of(const std::vector<Vector3>& points) {
+  std::string refusal;
+  ConvexHull hull = convex_hull(points, refusal);
+  EXPECT_EQ(refusal, "");
+  return hull;
+}
+
+std::string refusal_of(const std::vector<Vector3>& points) {
+  std::string refusal;
+  EXPECT_TRUE(convex_hull(points, refusal).vertices.empty());
+  return refusal;
+}
+
+std::vector<Vector3> box_corners(const Vector3& half) {
+  std::vector<Vector3> corners;
+  for (int k = 0; k < 8; ++k)
+    corners.push_back({k & 1 ? half[0] : -half[0], k & 2 ? half[1] : -half[1], k & 4 ? half[2] : -half[2]});
+  return corners;
+}
+
+std::vector<Vector3> cloud(u32 seed, int count, double size) {
+  Random random(seed);
+  std::vector<Vector3> points;
+  for (int i = 0; i < count; ++i) points.push_back(random.vector(size));
+  return points;
+}
+
+// Euler's formula, edges with their faces, planes that no vertex is outside of.
+void expect_sound(const ConvexHull& hull) {
+  EXPECT_EQ(hull.vertices.size() + hull.faces.size(), hull.edges.size() + 2);
+  for (std::size_t f = 0; f < hull.faces.size(); ++f) {
+    EXPECT_NEAR(exact::length(hull.planes[f].normal), 1, 1e-14);
+    for (const Vector3& v : hull.vertices) {
+      EXPECT_LE(exact::dot(hull.planes[f].normal, v), hull.planes[f].offset + 4 * coplanar);
+    }
+    for (const u32 v : hull.faces[f]) {
+      EXPECT_NEAR(exact::dot(hull.planes[f].normal, hull.vertices[v]), hull.planes[f].offset, 4 * coplanar);
+    }
+  }
+  const auto follows = [&](u32 face, u32 a, u32 b) {
+    const std::vector<u32>& f = hull.faces[face];
+    for (std::size_t i = 0; i < f.size(); ++i)
+      if (f[i] == a && f[(i + 1) % f.size()] == b) return true;
+    return false;
+  };
+  for (const HullEdge& e : hull.edges) {
+    EXPECT_TRUE(follows(e.face_left, e.vertex_a, e.vertex_b));
+    EXPECT_TRUE(follows(e.face_right, e.vertex_b, e.vertex_a));
+    // what the search for crossing edges builds on
+    const Vector3 along = exact::subtract(hull.vertices[e.vertex_b], hull.vertices[e.vertex_a]);
+    EXPECT_GT(exact::dot(exact::cross(hull.planes[e.face_left].normal, hull.planes[e.face_right].normal), along), 0);
+  }
+}
+
+TEST(ConvexHull, ABoxHasSixFaces) {
+  std::vector<Vector3> points = box_corners({1, 2, 3});
+  points.push_back({1, 0.5, -0.25});  // on a face
+  points.push_back({1, 2, 0});        // on an edge
+  points.push_back({0, 0, 0});        // inside
+  points.push_back(points[3]);        // twice
+  const ConvexHull hull = hull_of(points);
+  EXPECT_EQ(hull.vertices.size(), 8u);
+  EXPECT_EQ(hull.faces.size(), 6u);
+  EXPECT_EQ(hull.edges.size(), 12u);
+  for (const auto& face : hull.faces) EXPECT_EQ(face.size(), 4u);
+  expect_sound(hull);
+}
+
+TEST(ConvexHull, EqualPointsInAnyOrderGiveEqualTables) {
+  for (u32 seed = 1; seed < 20; ++seed) {
+    std::vector<Vector3> points = cloud(seed, 30, 1);
+    const ConvexHull first = hull_of(points);
+    expect_sound(first);
+    std::reverse(points.begin(), points.end());
+    std::rotate(points.begin(), points.begin() + 7, points.end());
+    const ConvexHull second = hull_of(points);
+    EXPECT_EQ(first.vertices, second.vertices);
+    EXPECT_EQ(first.faces, second.faces);
+    for (std::size_t f = 0; f < first.planes.size(); ++f) EXPECT_EQ(first.planes[f].offset, second.planes[f].offset);
+  }
+}
+
+// All triples of points tried, in tests/shapes/oracle.hpp.
+TEST(ConvexHull, AgreesWithTheOracle) {
+  for (u32 seed = 30; seed < 40; ++seed) {
+    const std::vector<Vector3> points = cloud(seed, 20, 1);
+    std::vector<oracle::Vector3d> same;
+    for (const Vector3& p : points) same.emplace_back(p[0], p[1], p[2]);
+    const oracle::Polyhedron polyhedron(same);
+    const ConvexHull hull = hull_of(points);
+    ASSERT_EQ(hull.planes.size(), polyhedron.normals.size());
+    for (const ConvexHull::Plane& plane : hull.planes) {
+      const oracle::Vector3d n(plane.normal[0], plane.normal[1], plane.normal[2]);
+      EXPECT_TRUE(std::ranges::any_of(polyhedron.normals, [&](const auto& m) { return (m - n).norm() < 1e-9; }));
+    }
+  }
+}
+
+TEST(ConvexHull, RefusesWhatIsNoSolid) {
+  EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), "a hull needs at least 4 points that differ, has 3");
+  EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {0, 1, 0}}),
+            "a hull needs at least 4 points that differ, has 3");
+  EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {5, 0, 0}}),
+            "its points lie on a line; move some of them apart");
+  EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 1e-6}}),
+            "its points lie in a plane; give it a thickness, or use a box");
+  EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, std::nan("")}}),
+            "its points must be finite and below 1e15 m");
+  std::vector<Vector3> ball = cloud(3, 400, 1);
+  for (Vector3& p : ball) p = exact::unit(p);
+  EXPECT_EQ(refusal_of(ball), "its hull has 400 corners, it can have 128; give fewer points");
+}
+
+TEST(ConvexHull, MassAndMomentsAreThoseOfTheSolid) {
+  ShapeDescription hull;
+  hull.kind = SHAPE_HULL;
+  hull.points = box_corners({1, 2, 3});
+  ShapeDescription box;
+  box.kind = SHAPE_BOX;
+  box.half_extents = {1, 2, 3};
+  const MassProperties expected = mass_properties(box, 7), found = mass_properties(hull, 7);
+  EXPECT_NEAR(found.mass, expected.mass, 1e-12 * expected.mass);
+  for (unsigned k = 0; k < 6; ++k) EXPECT_NEAR(found.inertia[k], expected.inertia[k], 1e-12 * expected.inertia[0]);
+
+  // the tetrahedron of the unit vectors: V = 1/6, centre at 1/4, moments 3/80 m about its centre with products -m/80
+  hull.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const MassProperties corner = mass_properties(hull, 6);
+  EXPECT_NEAR(corner.mass, 1, 1e-14);
+  for (unsigned k = 0; k < 3; ++k) EXPECT_NEAR(corner.center[k], 0.25, 1e-14);
+  for (unsigned k = 0; k < 3; ++k) EXPECT_NEAR(corner.inertia[k], 6.0 / 80, 1e-14);
+  for (unsigned k = 3; k < 6; ++k) EXPECT_NEAR(corner.inertia[k], 1.0 / 80, 1e-14);
+}
+
+TEST(ConvexHull, CopiesShareATable) {
+  Scene scene;
+  scene.source = "test";
+  for (int i = 0; i < 5; ++i) {
+    BodyDescription body;
+    body.mass = 1;
+    body.inertia = {1, 1, 1};
+    ShapeDescription hull;
+    hull.kind = SHAPE_HULL;
+    hull.points = box_corners({1, 2, i == 3 ? 4.0 : 3.0});
+    body.shapes.push_back(hull);
+    scene.bodies.push_back(body);
+  }
+  const InitialState<float> state = compile<float>(scene);
+  EXPECT_EQ(state.sizes.hulls, 2u);
+  EXPECT_EQ(state.buffers.shape_infos[4].hull, 0u);
+  EXPECT_EQ(state.buffers.shape_infos[3].hull, 1u);
+  EXPECT_EQ(state.buffers.hulls[1].first_vertex, 8u);
+  EXPECT_EQ(state.buffers.shapes[3].size[2], 4);
+  EXPECT_EQ(state.buffers.hull_planes.size(), 12u);
+}
+
+// A scene and a mesh beside it.
+TEST(ConvexHull, IsReadFromAMesh) {
+  const std::filesystem::path folder = std::filesystem::temp_directory_path() / "lockstep_hull_test";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "tent.obj") << "v 0 0 0\nv 2 0 0\nv 2 4 0\nv 0 4 0\nv 1 2 3\n"
+                                        "f 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 4 3 2\nf 4 2 1\n";
+  const auto write =
+      [&](const std::string& shape) {
+        std::ofstream(folder / "scene.json")
+            << R"({"description": "a tent", "bodies": [{"density": 1, "shapes": [{"type": "hull", )" << shape
+            << "}]}]}";
+      };
+  write(R"("mesh": "tent.obj", "scale": 0.5)");
+  const Scene scene = read_scene((folder / "scene.json").string());
+  EXPECT_EQ(scene.bodies[0].shapes[0].points.size(), 5u);
+  EXPECT_NEAR(scene.bodies[0].mass, 1, 1e-6);  // a third of 2 m^2 times 1.5 m
+  EXPECT_NEAR(scene.bodies[0].position[2], 1.5 / 4, 1e-6);
+  for (const auto& [shape, message] :
+       {std::pair{R"("mesh": "hut.obj")", "/mesh: names no file"},
+        {R"("points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])", "/points: its points lie in a plane"},
+        {R"("mesh": "scene.json")", "/mesh: cannot be read as a mesh"},
+        {R"("radius": 1, "mesh": "tent.obj")", "/radius: does not belong to a hull"}}) {
+    write(shape);
+    try {
+      read_scene((folder / "scene.json").string());
+      ADD_FAILURE() << shape;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+    }
+  }
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace lockstep::test
