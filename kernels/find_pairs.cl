@@ -72,12 +72,13 @@ kernel void find_pairs_gather(global const WorldRange* world_ranges, global cons
                               global const Vec4* positions, global const Vec4* orientations,
                               global const Motion* motions, global const Bound* bounds, global const Cell* cells,
                               global const u32* bucket_items, global real* places, global PlaceInfo* place_infos,
-                              global PlaneInfo* plane_infos, global u32* pair_starts, const StepParams params) {
+                              global PlaneInfo* plane_infos, global u32* shape_places, global u32* pair_starts,
+                              const StepParams params) {
   FOR_EACH(place, params.shapes) {
     const u32 i = bucket_items[place];
     if (i == NONE) continue;
     gather_place(place, i, cells[i], body_infos, shape_infos, positions, motions, bounds, places, place_infos,
-                 params.shapes);
+                 shape_places, params.shapes);
   }
   FOR_EACH(w, params.worlds) {
     const WorldRange world = world_ranges[w];
@@ -89,13 +90,13 @@ kernel void find_pairs_gather(global const WorldRange* world_ranges, global cons
 
 kernel void find_pairs_search(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                               global const ShapeInfo* shape_infos, global const u32* planes,
-                              global const Vec4* positions, global const Motion* motions, global const Bound* bounds,
+                              global const Vec4* positions, global const Motion* motions,
                               global const u32* bucket_starts, global const u32* bucket_items,
                               global const real* places, global const PlaceInfo* place_infos,
                               global const PlaneInfo* plane_infos, global u32* found_partners, global u32* pair_starts,
                               global const u32* counters, const StepParams params) {
-  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,      positions,
-                        motions,      bounds,     places,      place_infos, plane_infos};
+  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,     positions,
+                        motions,      places,     place_infos, plane_infos};
   Finds finds = {pair_starts, found_partners, 0, 0u};
   FOR_EACH(place, params.shapes) {
     if (bucket_items[place] != NONE)
@@ -106,23 +107,21 @@ kernel void find_pairs_search(global const WorldRange* world_ranges, global cons
 // After the scan of pair_starts.
 kernel void find_pairs_write(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                              global const ShapeInfo* shape_infos, global const u32* planes,
-                             global const Vec4* positions, global const Motion* motions, global const Bound* bounds,
-                             global const u32* bucket_starts, global const u32* bucket_items, global const real* places,
+                             global const Vec4* positions, global const Motion* motions,
+                             global const u32* bucket_starts, global const u32* shape_places, global const real* places,
                              global const PlaceInfo* place_infos, global const PlaneInfo* plane_infos,
                              global u32* found_partners, global const u32* pair_starts, global Pair* pairs,
                              global u32* counters, const StepParams params) {
-  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,      positions,
-                        motions,      bounds,     places,      place_infos, plane_infos};
+  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,     positions,
+                        motions,      places,     place_infos, plane_infos};
   const bool full = tell_pairs(pair_starts[params.shapes], counters, params);
-  FOR_EACH(place, full ? 0u : params.shapes) {
-    const u32 i = bucket_items[place];
-    if (i == NONE) continue;
+  FOR_EACH(i, full ? 0u : params.shapes) {
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;
     global u32* partners = found_partners + i * FOUND;
     if (count > FOUND) {
       partners = (global u32*)(pairs + start);
       Finds finds = {0, 0, partners, 0u};
-      search_cells(&s, params, place, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
+      search_cells(&s, params, shape_places[i], bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
     }
     write_pairs(i, partners, count, pairs + start);
   }

@@ -20,6 +20,7 @@ enum PlaceComponent {
   PLACE_Y,
   PLACE_Z,
   PLACE_REACH,
+  PLACE_EXTENT,
   PLACE_VX,
   PLACE_VY,
   PLACE_VZ,
@@ -54,7 +55,6 @@ typedef struct PairSearch {
   global const u32* planes;
   global const Vec4* positions;
   global const Motion* motions;
-  global const Bound* bounds;
   global const real* places;
   global const PlaceInfo* place_infos;
   global const PlaneInfo* plane_infos;
@@ -112,7 +112,8 @@ static inline real turning_speed(global const Bound* bound, u32 kind, global con
 static inline void gather_place(u32 place, u32 i, Cell cell, global const BodyInfo* body_infos,
                                 global const ShapeInfo* shape_infos, global const Vec4* positions,
                                 global const Motion* motions, global const Bound* bounds, global real* places,
-                                global PlaceInfo* place_infos, u32 shapes) {
+                                global PlaceInfo* place_infos, global u32* shape_places, u32 shapes) {
+  shape_places[i] = place;
   const u32 body = shape_infos[i].body;
   global const Bound* bound = &bounds[i];
   const Vec3 velocity = center_velocity(bound, positions, motions, body);
@@ -121,6 +122,7 @@ static inline void gather_place(u32 place, u32 i, Cell cell, global const BodyIn
   mine[PLACE(PLACE_Y, shapes)] = bound->center[1];
   mine[PLACE(PLACE_Z, shapes)] = bound->center[2];
   mine[PLACE(PLACE_REACH, shapes)] = bound->extent > (real)0 ? bound->reach : (real)-1e37;
+  mine[PLACE(PLACE_EXTENT, shapes)] = bound->extent;
   mine[PLACE(PLACE_VX, shapes)] = velocity.x;
   mine[PLACE(PLACE_VY, shapes)] = velocity.y;
   mine[PLACE(PLACE_VZ, shapes)] = velocity.z;
@@ -161,7 +163,7 @@ static inline Searcher make_searcher(const PairSearch* s, StepParams params, u32
   const u32 shapes = params.shapes;
   Searcher me;
   me.info = s->place_infos[place];
-  me.extent = s->bounds[me.info.index].extent;
+  me.extent = mine[PLACE(PLACE_EXTENT, shapes)];
   me.margin = params.margin;
   me.h = step_length(params);
   me.center = make3(mine[PLACE(PLACE_X, shapes)], mine[PLACE(PLACE_Y, shapes)], mine[PLACE(PLACE_Z, shapes)]);

@@ -42,17 +42,32 @@ static inline void search_run(const PairSearch* s, const Searcher* me, u32 run, 
   }
 }
 
+// The box that meets those of all partners: swept_box of the shape, and the margin.
+static inline TreeBox searcher_box(const Searcher* me) {
+  Vec3 box = make3(me->extent, me->extent, me->extent);
+#if FEATURE_MANIFOLDS
+  if (me->info.shape.kind != SHAPE_SPHERE) {
+    box = make3(me->box.x + me->h * (fabs(me->velocity.x) + me->turning),
+                me->box.y + me->h * (fabs(me->velocity.y) + me->turning),
+                me->box.z + me->h * (fabs(me->velocity.z) + me->turning));
+  }
+#endif
+  const real margin = me->margin * (real)1.0001;
+  const Vec3 reach = make3(box_reach(me->center.x, box.x) + margin, box_reach(me->center.y, box.y) + margin,
+                           box_reach(me->center.z, box.z) + margin);
+  TreeBox swept;
+  swept.low = sub3(me->center, reach);
+  swept.high = add3(me->center, reach);
+  return swept;
+}
+
 // From the top down, with the children still to visit of each level on the way. The first search looks at what comes
 // later in the order: that are shapes of its size or larger ones.
 static inline void search_nodes(const PairSearch* s, const TreeShape* tree, global const BoxBlock* tree_blocks,
                                 StepParams params, u32 place, Finds* finds) {
   const Searcher me = make_searcher(s, params, place);
   if (!(me.extent > (real)0)) return;
-  const u32 body = me.info.shape.body;
-  TreeBox box = swept_box(&s->bounds[me.info.index], me.info.shape.kind, &s->positions[body], &s->motions[body], me.h);
-  const real margin = me.margin * (real)1.0001;
-  box.low = sub3(box.low, make3(margin, margin, margin));
-  box.high = add3(box.high, make3(margin, margin, margin));
+  const TreeBox box = searcher_box(&me);
   const bool all = finds->list != 0;
   const WorldRange world = s->world_ranges[me.info.body.world];
   const u32 last = world.first_shape + world.shape_count - 1u;
@@ -91,11 +106,11 @@ kernel void search_tree_gather(global const WorldRange* world_ranges, global con
                                global const u32* planes, global const Vec4* positions, global const Vec4* orientations,
                                global const Motion* motions, global const Bound* bounds, global const u32* tree_items,
                                global real* places, global PlaceInfo* place_infos, global PlaneInfo* plane_infos,
-                               global u32* pair_starts, const StepParams params) {
+                               global u32* shape_places, global u32* pair_starts, const StepParams params) {
   const Cell no_cell = {0, 0, 0, NONE};
   FOR_EACH(place, params.shapes) {
     gather_place(place, tree_items[place], no_cell, body_infos, shape_infos, positions, motions, bounds, places,
-                 place_infos, params.shapes);
+                 place_infos, shape_places, params.shapes);
   }
   FOR_EACH(w, params.worlds) {
     const WorldRange world = world_ranges[w];
@@ -107,12 +122,12 @@ kernel void search_tree_gather(global const WorldRange* world_ranges, global con
 
 kernel void search_tree_search(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                                global const ShapeInfo* shape_infos, global const u32* planes,
-                               global const Vec4* positions, global const Motion* motions, global const Bound* bounds,
+                               global const Vec4* positions, global const Motion* motions,
                                global const BoxBlock* tree_blocks, global const real* places,
                                global const PlaceInfo* place_infos, global const PlaneInfo* plane_infos,
                                global u32* found_partners, global u32* pair_starts, const StepParams params) {
-  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,      positions,
-                        motions,      bounds,     places,      place_infos, plane_infos};
+  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,     positions,
+                        motions,      places,     place_infos, plane_infos};
   const TreeShape tree = tree_shape(params.shapes);
   Finds finds = {pair_starts, found_partners, 0, 0u};
   FOR_EACH(place, params.shapes) { search_nodes(&s, &tree, tree_blocks, params, place, &finds); }
@@ -121,24 +136,23 @@ kernel void search_tree_search(global const WorldRange* world_ranges, global con
 // After the scan of pair_starts.
 kernel void search_tree_write(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                               global const ShapeInfo* shape_infos, global const u32* planes,
-                              global const Vec4* positions, global const Motion* motions, global const Bound* bounds,
-                              global const u32* tree_items, global const BoxBlock* tree_blocks,
+                              global const Vec4* positions, global const Motion* motions,
+                              global const u32* shape_places, global const BoxBlock* tree_blocks,
                               global const real* places, global const PlaceInfo* place_infos,
                               global const PlaneInfo* plane_infos, global u32* found_partners,
                               global const u32* pair_starts, global Pair* pairs, global u32* counters,
                               const StepParams params) {
-  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,      positions,
-                        motions,      bounds,     places,      place_infos, plane_infos};
+  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,     positions,
+                        motions,      places,     place_infos, plane_infos};
   const TreeShape tree = tree_shape(params.shapes);
   const bool full = tell_pairs(pair_starts[params.shapes], counters, params);
-  FOR_EACH(place, full ? 0u : params.shapes) {
-    const u32 i = tree_items[place];
+  FOR_EACH(i, full ? 0u : params.shapes) {
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;
     global u32* partners = found_partners + i * FOUND;
     if (count > FOUND) {
       partners = (global u32*)(pairs + start);
       Finds finds = {0, 0, partners, 0u};
-      search_nodes(&s, &tree, tree_blocks, params, place, &finds);
+      search_nodes(&s, &tree, tree_blocks, params, shape_places[i], &finds);
     }
     write_pairs(i, partners, count, pairs + start);
   }

@@ -340,7 +340,7 @@ Feature Compiler<real>::broad_phase() const {
     const Vector3 v = {double(motion.v[0]), double(motion.v[1]), double(motion.v[2])};
     extents.push_back(double(state_.buffers.shapes[i].reach) + settings.dt * exact::length(v));
   }
-  return prefers_tree(std::move(extents)) ? Feature::bvh : Feature::grid;
+  return prefers_tree(std::move(extents), worlds_.size()) ? Feature::bvh : Feature::grid;
 }
 
 // First guesses for the lists; a step that needs more asks for it and is redone. A sphere in a dense pile has about 6

@@ -13,7 +13,7 @@ constexpr u32 bounds_per_item = 16;
 
 // Of kernels/pair_search.h: FOUND, reals of PlaceComponent without and with boxes, words of PlaceInfo and of PlaneInfo
 // (double).
-constexpr u32 found_per_shape = 16, sphere_reals = 7, shape_reals = 12, place_info_words = 16, plane_info_words = 16;
+constexpr u32 found_per_shape = 16, sphere_reals = 8, shape_reals = 13, place_info_words = 16, plane_info_words = 16;
 
 // Of kernels/sort_shapes.cl: bits of the two words of a key.
 constexpr u32 low_key_bits = 24, high_key_bits = 27;
@@ -26,6 +26,7 @@ void make_search_arrays(Launcher& launcher) {
   launcher.scratch("found_partners", std::size_t{plan.sizes.shapes} * found_per_shape);
   launcher.scratch("places", (std::size_t{plan.sizes.shapes} + PACK) * reals * plan.real_words);
   launcher.scratch("place_infos", std::size_t{plan.sizes.shapes} * place_info_words);
+  launcher.scratch("shape_places", plan.sizes.shapes);
   launcher.scratch("plane_infos", std::size_t{plan.sizes.planes} * plane_info_words);
 }
 
