@@ -1,6 +1,7 @@
 #include "cpu_reference/reference.hpp"
 
 #include "cpu_reference/begin_step.hpp"
+#include "cpu_reference/build_tree.hpp"
 #include "cpu_reference/collide.hpp"
 #include "cpu_reference/color_contacts.hpp"
 #include "cpu_reference/end_step.hpp"
@@ -12,8 +13,10 @@
 #include "cpu_reference/match_contacts.hpp"
 #include "cpu_reference/pack_contacts.hpp"
 #include "cpu_reference/prepare_contacts.hpp"
+#include "cpu_reference/search_tree.hpp"
 #include "cpu_reference/solve_contacts.hpp"
 #include "cpu_reference/sort_cells.hpp"
+#include "cpu_reference/sort_shapes.hpp"
 #include "cpu_reference/store_impulses.hpp"
 #include "cpu_reference/update_bounds.hpp"
 #include "cpu_reference/warm_start.hpp"

@@ -19,12 +19,13 @@ void sort_cells(Buffers<real>& b, const StepParams<real>& params) {
 
   // count the members of bucket k in entry k + 1
   for (u32 i = 0; i < params.shapes; ++i) {
-    const Vec4<real> bound = b.bounds[i];
+    const Bound<real>& bound = b.bounds[i];
     const u32 body = b.shape_infos[i].body;
     b.cells[i] = {0, 0, 0, NONE};
-    if (!(bound.w > 0)) continue;
-    if (in_grid(bound.x, size) && in_grid(bound.y, size) && in_grid(bound.z, size)) {
-      const i32 x = cell_of(bound.x, size), y = cell_of(bound.y, size), z = cell_of(bound.z, size);
+    if (!(bound.extent > 0)) continue;
+    const Vec3<real> center = vec3(bound.center);
+    if (in_grid(center.x, size) && in_grid(center.y, size) && in_grid(center.z, size)) {
+      const i32 x = cell_of(center.x, size), y = cell_of(center.y, size), z = cell_of(center.z, size);
       const u32 bucket = bucket_of(x, row_hash(y, z, b.body_infos[body].world), params.buckets);
       b.cells[i] = {x, y, z, bucket};
       ++b.bucket_starts[bucket + 1];

@@ -39,6 +39,15 @@ constexpr auto infos = make_infos();
 
 const BufferInfo& info(Buffer buffer) { return infos[static_cast<u32>(buffer)]; }
 
+u32 tree_block_count(u32 shapes) {
+  u32 count = 0, entries = shapes;
+  do {
+    entries = (entries + PACK - 1) / PACK;
+    count += (entries + PACK - 1) / PACK;
+  } while (entries > PACK);
+  return count;
+}
+
 std::size_t capacity(Domain domain, const Sizes& sizes) {
   switch (domain) {
     case Domain::one: return 1;
@@ -57,6 +66,7 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::hull_corners: return sizes.hull_corners;
     case Domain::materials: return sizes.material_pairs;
     case Domain::buckets: return std::size_t{sizes.buckets} + 1;
+    case Domain::tree_blocks: return tree_block_count(sizes.shapes);
     case Domain::pairs: return sizes.pairs;
     case Domain::pair_ends: return std::size_t{sizes.pairs} + 1;
     case Domain::contacts:

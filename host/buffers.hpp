@@ -30,6 +30,7 @@ enum class Domain : u32 {
   hull_corners,
   materials,
   buckets,
+  tree_blocks,
   pairs,
   pair_ends,
   contacts,
@@ -78,6 +79,9 @@ struct Sizes {
 
   bool operator==(const Sizes&) const = default;
 };
+
+/// Blocks of all levels of the tree of bounds: a block of the lowest level holds the boxes of PACK runs of PACK shapes.
+u32 tree_block_count(u32 shapes);
 
 /// Elements that a buffer of this domain is allocated with.
 std::size_t capacity(Domain domain, const Sizes& sizes);

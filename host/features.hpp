@@ -19,6 +19,8 @@ enum class Feature : u32 {
   boxes = 1u << 8,
   cylinders = 1u << 9,
   hulls = 1u << 10,
+  grid = 1u << 11,  // candidate pairs come from a uniform grid ...
+  bvh = 1u << 12,   // ... or from a tree of boxes: one of the two wherever there are contacts
 };
 
 using Features = u32;  // a set: bits of Feature

@@ -12,10 +12,13 @@ template <class Backend, class real>
 void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::begin_step, p);
 
-  // which shapes touch, and what the last step knew about it
+  // which shapes touch, and what the last step knew about it: pairs come from a grid, or from a tree of boxes
   backend.run(Stage::update_bounds, p);
   backend.run(Stage::sort_cells, p);
   backend.run(Stage::find_pairs, p);
+  backend.run(Stage::sort_shapes, p);
+  backend.run(Stage::build_tree, p);
+  backend.run(Stage::search_tree, p);
   backend.run(Stage::collide, p);
   backend.run(Stage::match_contacts, p);
 

@@ -2,8 +2,25 @@
 #ifndef LOCKSTEP_COMMON_H
 #define LOCKSTEP_COMMON_H
 
-// Loops over `count` items with any number of work-items: the launch plan can size the grid as it likes.
+#include "types.h"
+
+// Loops over `count` items with any number of work-items: the launch plan can size the grid as it likes. Where lanes
+// say that the device is a CPU a work-item takes neighbours, which lie on one page; elsewhere it takes every n-th, so
+// that work-items that run together read together.
+#if LANES > 1
+#define FOR_EACH(i, count) for (u32 i = each_begin(count), i##_end = each_end(count); i < i##_end; ++i)
+static inline u32 each_share(u32 count) {
+  const u32 size = (u32)get_global_size(0);
+  return count / size + (count % size != 0u ? 1u : 0u);
+}
+static inline u32 each_begin(u32 count) { return (u32)get_global_id(0) * each_share(count); }
+static inline u32 each_end(u32 count) {
+  const u32 share = each_share(count), begin = (u32)get_global_id(0) * share;
+  return begin < count && share < count - begin ? begin + share : count;
+}
+#else
 #define FOR_EACH(i, count) for (u32 i = (u32)get_global_id(0); i < (count); i += (u32)get_global_size(0))
+#endif
 
 // Stages that write persistent state leave it alone once a list was full: the step is redone.
 #define STEP_IS_VOID(counters) (((counters)[COUNTER_STATUS] & STATUS_FULL) != 0u)

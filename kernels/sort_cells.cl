@@ -11,18 +11,18 @@ kernel void sort_cells_clear(global u32* bucket_starts, global u32* bucket_items
 
 // The order of arrival in a bucket depends on the scheduling; sort_cells_order makes up for it.
 kernel void sort_cells_count(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                             global const Vec4* bounds, global Cell* cells, global u32* bucket_starts,
+                             global const Bound* bounds, global Cell* cells, global u32* bucket_starts,
                              global u32* cell_arrivals, global u32* counters, const StepParams params) {
   const real size = cell_size(params, counters[COUNTER_MAX_EXTENT]);
   FOR_EACH(i, params.shapes) {
-    const Vec4 bound = bounds[i];
+    const Vec3 center = make3(bounds[i].center[0], bounds[i].center[1], bounds[i].center[2]);
     const u32 body = shape_infos[i].body;
     Cell cell = {0, 0, 0, NONE};
-    if (bound.w > (real)0) {
-      if (in_grid(bound.x, size) && in_grid(bound.y, size) && in_grid(bound.z, size)) {
-        cell.x = cell_of(bound.x, size);
-        cell.y = cell_of(bound.y, size);
-        cell.z = cell_of(bound.z, size);
+    if (bounds[i].extent > (real)0) {
+      if (in_grid(center.x, size) && in_grid(center.y, size) && in_grid(center.z, size)) {
+        cell.x = cell_of(center.x, size);
+        cell.y = cell_of(center.y, size);
+        cell.z = cell_of(center.z, size);
         cell.bucket = bucket_of(cell.x, row_hash(cell.y, cell.z, body_infos[body].world), params.buckets);
         cell_arrivals[i] = atomic_inc(&bucket_starts[cell.bucket]);
       } else {

@@ -31,6 +31,8 @@ typedef REAL real;
 #define LARGE_COLOR 32u
 // Items that one work-item counts, scans or places in the list primitives.
 #define CHUNK 256u
+// Words in which the sort counts the digits of a chunk of keys.
+#define SORT_DIGITS 512u
 // "No such body, contact or slot".
 #ifdef __cplusplus
 inline constexpr u32 NONE = 0xffffffffu;  // no macro: other libraries have enumerators of this name
@@ -190,9 +192,26 @@ RECORD(Velocity) {
 
 // ---- collision ---------------------------------------------------------------------------------------------------
 
+// The sphere and the box of a bounded shape. Planes, and what has no finite place, have extent 0.
+RECORD(Bound) {
+  real center[3];
+  real extent;  // of the sphere about the centre that holds the shape for the whole step
+  real box[3];  // half extents of the shape where it is now, along the axes of the world
+  real reach;   // Shape::reach
+};
+
 INDEX_RECORD(Cell) {
   i32 x, y, z;
   u32 bucket;
+};
+
+// The box of the centres of a world's bounded shapes, as words in the order of the floats (kernels/tree.h).
+INDEX_RECORD(WorldBox) { u32 low[3], high[3]; };
+
+// Boxes of PACK neighbours of the tree of bounds; those that are missing are empty (low > high).
+RECORD(BoxBlock) {
+  real low_x[PACK], low_y[PACK], low_z[PACK];
+  real high_x[PACK], high_y[PACK], high_z[PACK];
 };
 
 // shape_a has the smaller index, but a plane is always shape_b.

@@ -61,6 +61,47 @@ inline std::vector<std::vector<BodyDescription>> worlds_of_pairs(u32 count) {
   return worlds;
 }
 
+/// A body of one of the kinds that turn and move: long, flat, tiny and huge ones.
+inline BodyDescription any_body(Random& random, double space, double size) {
+  const Vector3 place = random.vector(space);
+  const double shrink = random.between(0, 1), radius = size * (0.02 + shrink * shrink * shrink * shrink);
+  BodyDescription body;
+  switch (random.bits() % 5) {
+    case 0: body = sphere_body(place, radius); break;
+    case 1: body = round_body(SHAPE_CAPSULE, place, 0.2 * radius, random.between(0.1, 3) * radius); break;
+    case 2: body = round_body(SHAPE_CYLINDER, place, radius, random.between(0.05, 2) * radius); break;
+    case 3: body = box_body(place, {radius, random.between(0.02, 1) * radius, random.between(0.02, 3) * radius}); break;
+    default: body = box_body(place, {radius, radius, radius});
+  }
+  body.orientation = random.bits() % 4 == 0 ? Quaternion{0, 0, 0, 1} : random.turn();
+  body.velocity = random.vector(2);
+  body.angular_velocity = random.vector(4);
+  return body;
+}
+
+/// Two worlds of all kinds of bounded shapes, compounds, immovables and filters, one empty, one of planes alone.
+inline std::vector<std::vector<BodyDescription>> worlds_of_all_kinds() {
+  std::vector<std::vector<BodyDescription>> worlds = {{}, {}, {plane_body(), plane_body({1, 2, 3})}, {}};
+  for (u32 w = 0; w < 4; w += 3) {
+    Random random(50 + w);
+    worlds[w] = {plane_body({0, 0, -3})};
+    for (u32 n = 0; n < 300 + 100 * w; ++n) {
+      BodyDescription body = any_body(random, 3, 0.8);
+      body.kind = n % 7 == 0 ? BODY_STATIC : n % 7 == 1 ? BODY_KINEMATIC : BODY_DYNAMIC;
+      if (n % 5 == 0) body.shapes[0].mask = random.bits();
+      for (u32 k = 0; k < n % 3; ++k) {
+        body.shapes.push_back(any_body(random, 0, 0.5).shapes[0]);
+        body.shapes.back().offset = random.vector(0.5);
+        body.shapes.back().rotation = random.turn();
+      }
+      worlds[w].push_back(body);
+    }
+    worlds[w].push_back(box_body({0, 0, -4}, {30, 30, 1}));
+    worlds[w].back().kind = BODY_STATIC;
+  }
+  return worlds;
+}
+
 /// Launches that the collision kernels are run with.
 inline std::vector<DeviceOptions> launches() {
   std::vector<DeviceOptions> all;

@@ -1,8 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
-#include "tests/collision_states.hpp"
+#include "tests/pair_lists.hpp"
 
 namespace lockstep::test {
 namespace {
@@ -12,71 +13,6 @@ class FindPairs : public testing::Test {};
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(FindPairs, Precisions);
 
-using PairList = std::vector<std::pair<u32, u32>>;
-
-template <class real>
-PairList pairs_of(const InitialState<real>& state) {
-  PairList pairs;
-  for (u32 p = 0; p < state.buffers.counters[COUNTER_PAIRS]; ++p)
-    pairs.emplace_back(state.buffers.pairs[p].shape_a, state.buffers.pairs[p].shape_b);
-  return pairs;
-}
-
-template <class real>
-PairList found(InitialState<real>& state) {
-  run_reference(state, {Stage::update_bounds, Stage::sort_cells, Stage::find_pairs});
-  const Buffers<real>& b = state.buffers;
-  const PairList pairs = pairs_of(state);
-  EXPECT_EQ(b.counters[COUNTER_STATUS], 0u);
-  EXPECT_EQ(b.counters[COUNTER_PAIRS_NEEDED], pairs.size());
-  EXPECT_EQ(b.pair_starts[state.sizes.shapes], pairs.size());
-  if (b.pair_starts[state.sizes.shapes] != pairs.size()) return pairs;
-  for (u32 i = 0; i < state.sizes.shapes; ++i) {
-    for (u32 p = b.pair_starts[i]; p < b.pair_starts[i + 1]; ++p) EXPECT_EQ(pairs[p].first, i);
-  }
-  return pairs;
-}
-
-template <class real>
-bool may_touch(const InitialState<real>& state, u32 i, u32 j) {
-  const ShapeInfo &a = state.buffers.shape_infos[i], &b = state.buffers.shape_infos[j];
-  const BodyInfo &body_a = state.buffers.body_infos[a.body], &body_b = state.buffers.body_infos[b.body];
-  const bool filtered = (a.category & b.mask) == 0 || (b.category & a.mask) == 0;
-  const bool movable = body_a.kind == BODY_DYNAMIC || body_b.kind == BODY_DYNAMIC;
-  return a.body != b.body && body_a.world == body_b.world && movable && !filtered;
-}
-
-template <class real>
-std::array<real, 3> center_velocity(const InitialState<real>& state, u32 shape) {
-  const u32 body = state.buffers.shape_infos[shape].body;
-  const Vec4<real> c = state.buffers.bounds[shape], x = state.buffers.positions[body];
-  const Motion<real>& m = state.buffers.motions[body];
-  const real arm[3] = {c.x - x.x, c.y - x.y, c.z - x.z};
-  return {m.v[0] + (m.w[1] * arm[2] - m.w[2] * arm[1]), m.v[1] + (m.w[2] * arm[0] - m.w[0] * arm[2]),
-          m.v[2] + (m.w[0] * arm[1] - m.w[1] * arm[0])};
-}
-
-// The criterion of the stage for two spheres, by every pair there is, in the same precision and order of operations.
-template <class real>
-PairList brute_force(const InitialState<real>& state) {
-  const Buffers<real>& b = state.buffers;
-  const auto length = [](real x, real y, real z) { return std::sqrt(x * x + y * y + z * z); };
-  PairList pairs;
-  for (u32 i = 0; i < state.sizes.shapes; ++i) {
-    for (u32 j = i + 1; j < state.sizes.shapes; ++j) {
-      if (b.shape_infos[i].kind != SHAPE_SPHERE || b.shape_infos[j].kind != SHAPE_SPHERE) continue;
-      if (!may_touch(state, i, j)) continue;
-      const Vec4<real> c = b.bounds[i], d = b.bounds[j];
-      const auto v = center_velocity(state, i), w = center_velocity(state, j);
-      const real gap = length(c.x - d.x, c.y - d.y, c.z - d.z) - b.shapes[i].size[0] - b.shapes[j].size[0];
-      const real speed = length(v[0] - w[0], v[1] - w[1], v[2] - w[2]);
-      const real h = state.params.dt * real(state.params.substeps);
-      if (gap <= state.params.margin + h * speed) pairs.emplace_back(i, j);
-    }
-  }
-  return pairs;
-}
-
 // Every two spheres that touch at some time of the step while they move on straight lines, in long double.
 template <class real>
 PairList touching_within_the_step(const InitialState<real>& state) {
@@ -85,9 +21,9 @@ PairList touching_within_the_step(const InitialState<real>& state) {
   for (u32 i = 0; i < state.sizes.shapes; ++i) {
     for (u32 j = i + 1; j < state.sizes.shapes; ++j) {
       if (!may_touch(state, i, j)) continue;
-      const Vec4<real> c = state.buffers.bounds[i], e = state.buffers.bounds[j];
+      const auto &c = state.buffers.bounds[i].center, &e = state.buffers.bounds[j].center;
       const auto v = center_velocity(state, i), w = center_velocity(state, j);
-      const long double d[3] = {(long double)c.x - e.x, (long double)c.y - e.y, (long double)c.z - e.z};
+      const long double d[3] = {(long double)c[0] - e[0], (long double)c[1] - e[1], (long double)c[2] - e[2]};
       const long double u[3] = {(long double)v[0] - w[0], (long double)v[1] - w[1], (long double)v[2] - w[2]};
       const long double uu = u[0] * u[0] + u[1] * u[1] + u[2] * u[2];
       const long double du = d[0] * u[0] + d[1] * u[1] + d[2] * u[2];
@@ -244,6 +180,30 @@ TYPED_TEST(FindPairs, PlanesPairWithWhatReachesThem) {
   InitialState<real> state = spheres_over_planes<real>();
   EXPECT_EQ(found(state), (PairList{{1, 0}, {2, 0}, {4, 0}, {8, 0}, {8, 7}, {10, 0}, {10, 7}, {10, 9}}));
   expect_kernel_matches(Stage::find_pairs, state, {Stage::update_bounds, Stage::sort_cells});
+}
+
+// Long, flat, tiny and huge shapes that turn: the boxes leave out what the spheres would not.
+TYPED_TEST(FindPairs, ShapesOfAllKinds) {
+  using real = TypeParam;
+  InitialState<real> state = make_worlds<real>(worlds_of_all_kinds(), 100000);
+  PairList pairs;
+  for (const auto& [a, b] : found(state)) {
+    if (state.buffers.shape_infos[b].kind != SHAPE_PLANE) pairs.emplace_back(a, b);
+  }
+  EXPECT_EQ(pairs, brute_force(state));
+  EXPECT_GT(pairs.size(), 2000u);
+  expect_kernel_matches(Stage::find_pairs, state, {Stage::update_bounds, Stage::sort_cells});
+}
+
+// A field of planks a hand's breadth above each other: each meets its two neighbours, and only those.
+TYPED_TEST(FindPairs, PlanksMeetTheirNeighboursOnly) {
+  using real = TypeParam;
+  std::vector<BodyDescription> bodies;
+  for (int n = 0; n < 50; ++n) bodies.push_back(box_body({0, 0, 0.125 * n}, {4, 4, 0.0625}));
+  InitialState<real> state = make_worlds<real>({bodies}, 10000);
+  EXPECT_EQ(found(state).size(), 49u);
+  for (Motion<real>& motion : state.buffers.motions) motion.v[0] = 300;  // together
+  EXPECT_EQ(found(state).size(), 49u);
 }
 
 // Worlds of a batch do not see each other, and each has the pairs it has alone.

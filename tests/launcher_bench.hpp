@@ -1,4 +1,4 @@
-// A device with one kernel file and a launcher, as DeviceBackend puts them together, without a scene.
+// A device with some kernel files and a launcher, as DeviceBackend puts them together, without a scene.
 #pragma once
 
 #include <algorithm>
@@ -13,10 +13,12 @@ namespace lockstep::test {
 
 struct LauncherBench {
   LauncherBench(KernelSources kernels, const std::string& file, u32 work_group = 0, bool profile = false)
+      : LauncherBench(std::move(kernels), std::vector<std::string>{file}, work_group, profile) {}
+  LauncherBench(KernelSources kernels, std::vector<std::string> files, u32 work_group = 0, bool profile = false)
       : device(open_device(test_device())),
         queue(device.context, device.handle, profile ? CL_QUEUE_PROFILING_ENABLE : 0),
         sources(std::move(kernels)),
-        names({file}),
+        names(std::move(files)),
         signatures(sources.signatures(names)),
         memory(device, queue),
         launcher(device, queue, build_program(device, sources.assemble(names), {}).program, signatures, memory,

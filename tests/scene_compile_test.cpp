@@ -176,6 +176,30 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
           Feature::general_contacts));
 }
 
+TEST(SceneCompile, UnequalSizesAreSearchedInATree) {
+  const auto many = [](const std::string& radius) {
+    return R"({"generator": "grid", "counts": [10, 10, 6], "spacing": [2, 2, 2],
+        "bodies": [{"mass": 1, "shapes": [{"type": "sphere", "radius": )" +
+           radius + "}]}]}";
+  };
+  const auto with_tree = [](const std::string& bodies, const std::string& settings) {
+    const Features features = compiled(bodies, R"(, "settings": {)" + settings + "}").features;
+    EXPECT_NE(has(features, Feature::grid), has(features, Feature::bvh));
+    return has(features, Feature::bvh);
+  };
+  const std::string large = R"(,{"mass": 1, "position": [0, 0, 50], "shapes": [{"type": "sphere", "radius": 5}]})";
+  const std::string fast =
+      R"(,{"mass": 1, "position": [0, 0, 50], "velocity": [900, 0, 0], "shapes": [{"type": "sphere", "radius": 1}]})";
+  EXPECT_FALSE(with_tree(many("1"), ""));
+  EXPECT_TRUE(with_tree(many("1") + large, ""));
+  EXPECT_TRUE(with_tree(many("1") + fast, ""));
+  EXPECT_FALSE(with_tree(many("2") + large, ""));
+  EXPECT_FALSE(with_tree(ball + large, ""));  // few
+  EXPECT_FALSE(with_tree(many("1") + large, R"("broad_phase": "grid")"));
+  EXPECT_TRUE(with_tree(ball + large, R"("broad_phase": "bvh")"));
+  EXPECT_FALSE(has(compiled(ball).features, Feature::grid));  // nothing can touch
+}
+
 TEST(SceneCompile, ContactsNeedTwoShapesThatCanTouch) {
   const auto touching = [](const std::string& bodies) { return has(compiled(bodies), Feature::contacts); };
   EXPECT_FALSE(touching(ball));                   // alone

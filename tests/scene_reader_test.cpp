@@ -58,7 +58,7 @@ TEST(SceneReader, EverySettingIsRead) {
   const Scene scene = with_bodies(R"({"type": "static"})", R"(, "gravity": [1, 2, 3], "settings": {
       "dt": 0.125, "steps": 7, "substeps": 3, "iterations": 4, "integrator": "trapezoidal", "gyroscopic": "midpoint",
       "restitution_threshold": 0.5, "correction": 0.25, "correction_limit": 2, "slop": 0.001, "margin": 0.01,
-      "speed_limit": 50, "precision": "double"})");
+      "speed_limit": 50, "broad_phase": "bvh", "precision": "double"})");
   const Settings& s = scene.settings;
   EXPECT_EQ(scene.gravity, (Vector3{1, 2, 3}));
   EXPECT_EQ(s.dt, 0.125);
@@ -73,6 +73,7 @@ TEST(SceneReader, EverySettingIsRead) {
   EXPECT_EQ(s.slop, 0.001);
   EXPECT_EQ(s.margin, 0.01);
   EXPECT_EQ(s.speed_limit, 50);
+  EXPECT_EQ(s.broad_phase, BroadPhase::bvh);
   EXPECT_EQ(s.precision, "double");
 }
 

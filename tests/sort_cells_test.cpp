@@ -47,9 +47,9 @@ TYPED_TEST(SortCells, EachSphereIsInTheListOfItsCell) {
   EXPECT_EQ(b.cells[0].bucket, NONE);
   const double size = 2 * 0.5 + 0.005;
   for (u32 i = 1; i < state.sizes.shapes; ++i) {
-    EXPECT_NEAR((b.cells[i].x + 0.5) * size, b.bounds[i].x, 0.5 * size * 1.01);
-    EXPECT_NEAR((b.cells[i].y + 0.5) * size, b.bounds[i].y, 0.5 * size * 1.01);
-    EXPECT_NEAR((b.cells[i].z + 0.5) * size, b.bounds[i].z, 0.5 * size * 1.01);
+    EXPECT_NEAR((b.cells[i].x + 0.5) * size, b.bounds[i].center[0], 0.5 * size * 1.01);
+    EXPECT_NEAR((b.cells[i].y + 0.5) * size, b.bounds[i].center[1], 0.5 * size * 1.01);
+    EXPECT_NEAR((b.cells[i].z + 0.5) * size, b.bounds[i].center[2], 0.5 * size * 1.01);
   }
   EXPECT_EQ(b.counters[COUNTER_STATUS], 0u);
 }

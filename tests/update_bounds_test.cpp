@@ -38,13 +38,13 @@ TYPED_TEST(UpdateBounds, HoldTheSphereForTheWholeStep) {
   run_reference(state, {Stage::update_bounds});
   const double h = 3 * double(state.params.dt);
   for (u32 i = 0; i < bodies.size(); ++i) {
-    const Vec4<real> bound = state.buffers.bounds[i];
+    const Bound<real> bound = state.buffers.bounds[i];
     const Vector3 &o = bodies[i].shapes[0].offset, &w = bodies[i].angular_velocity;
     const double rate = std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
     const Vector3 k = {w[0] / rate, w[1] / rate, w[2] / rate};
     const Vector3 cross = {k[1] * o[2] - k[2] * o[1], k[2] * o[0] - k[0] * o[2], k[0] * o[1] - k[1] * o[0]};
     const double along = k[0] * o[0] + k[1] * o[1] + k[2] * o[2];
-    const double center[3] = {bound.x, bound.y, bound.z};
+    const double center[3] = {bound.center[0], bound.center[1], bound.center[2]};
     for (int n = 0; n <= 20; ++n) {
       const double t = h * n / 20, c = std::cos(rate * t), s = std::sin(rate * t);
       double way = 0;
@@ -53,9 +53,9 @@ TYPED_TEST(UpdateBounds, HoldTheSphereForTheWholeStep) {
             bodies[i].position[a] + bodies[i].velocity[a] * t + c * o[a] + s * cross[a] + (1 - c) * along * k[a];
         way += (x - center[a]) * (x - center[a]);
       }
-      EXPECT_LE(std::sqrt(way) + bodies[i].shapes[0].radius, bound.w + 1e-5);
+      EXPECT_LE(std::sqrt(way) + bodies[i].shapes[0].radius, bound.extent + 1e-5);
     }
-    EXPECT_LE(bound.w, max_extent(state));
+    EXPECT_LE(bound.extent, max_extent(state));
   }
 }
 
@@ -66,11 +66,11 @@ TYPED_TEST(UpdateBounds, AreAsLargeAsTheMotionNeeds) {
   state.params.dt = real(0.25);
   run_reference(state, {Stage::update_bounds});
   const auto& bounds = state.buffers.bounds;
-  EXPECT_EQ(bounds[0].x, 1);
-  EXPECT_EQ(bounds[0].y, 2);
-  EXPECT_EQ(bounds[0].z, 3);
-  EXPECT_EQ(bounds[0].w, real(1.75));
-  EXPECT_EQ(bounds[1].w, 0);
+  EXPECT_EQ(bounds[0].center[0], 1);
+  EXPECT_EQ(bounds[0].center[1], 2);
+  EXPECT_EQ(bounds[0].center[2], 3);
+  EXPECT_EQ(bounds[0].extent, real(1.75));
+  EXPECT_EQ(bounds[1].extent, 0);
   EXPECT_GE(max_extent(state), real(1.75));
   EXPECT_LE(max_extent(state), real(1.75) * real(1.00001));
   EXPECT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
@@ -85,9 +85,57 @@ TYPED_TEST(UpdateBounds, NameTheFirstBodyThatHasNoPlace) {
   run_reference(state, {Stage::update_bounds});
   EXPECT_EQ(state.buffers.counters[COUNTER_STATUS], u32(STATUS_OUT_OF_GRID));
   EXPECT_EQ(NONE - state.buffers.counters[COUNTER_BAD_BODY], 2u);
-  EXPECT_EQ(state.buffers.bounds[2].w, 0);
-  EXPECT_EQ(state.buffers.bounds[3].w, real(0.5));
+  EXPECT_EQ(state.buffers.bounds[2].extent, 0);
+  EXPECT_EQ(state.buffers.bounds[3].extent, real(0.5));
   EXPECT_LE(max_extent(state), real(0.50001));
+}
+
+// Points of the surface: none is outside of the box, and some touch each of its sides.
+template <class real>
+void expect_tight_box(const BodyDescription& body, const std::vector<Vector3>& surface, double tolerance) {
+  InitialState<real> state = make_worlds<real>({{body}}, 16);
+  run_reference(state, {Stage::update_bounds});
+  const Bound<real> bound = state.buffers.bounds[0];
+  Vector3 most = {0, 0, 0};
+  for (const Vector3& point : surface) {
+    const Vector3 world = exact::rotate(body.orientation, exact::rotate(body.shapes[0].rotation, point));
+    for (unsigned k = 0; k < 3; ++k) most[k] = std::max(most[k], world[k]);
+  }
+  for (unsigned k = 0; k < 3; ++k) {
+    EXPECT_GE(bound.box[k], most[k] * (1 - 1e-7)) << "axis " << k;
+    EXPECT_LE(bound.box[k], most[k] + tolerance) << "axis " << k;
+  }
+}
+
+TYPED_TEST(UpdateBounds, BoxesHoldTheShapesTightly) {
+  using real = TypeParam;
+  Random random(11);
+  for (int n = 0; n < 60; ++n) {
+    // at first along an axis, where a cylinder's root is of next to nothing
+    const Quaternion turn = n == 0 ? Quaternion{0, 0, 0, 1} : n == 1 ? Quaternion{0.6, 0, 0, 0.8} : random.turn();
+    const Quaternion inner = n < 20 ? Quaternion{0, 0, 0, 1} : random.turn();
+    const double r = random.between(0.01, 2), l = random.between(0.01, 2);
+    std::vector<Vector3> capsule, cylinder, corners;
+    for (int k = 0; k < 360; ++k) {
+      const double a = k * std::acos(-1) / 180, x = r * std::cos(a), y = r * std::sin(a);
+      for (const double end : {-l, l}) {
+        cylinder.push_back({x, y, end});
+        for (int m = -90; m <= 90; m += 2) {
+          const double c = std::cos(m * std::acos(-1) / 180), s = std::sin(m * std::acos(-1) / 180);
+          capsule.push_back({c * x, c * y, end + r * s});
+        }
+      }
+    }
+    const Vector3 half = {r, l, random.between(0.01, 2)};
+    for (int k = 0; k < 8; ++k)
+      corners.push_back({k & 1 ? half[0] : -half[0], k & 2 ? half[1] : -half[1], k & 4 ? half[2] : -half[2]});
+    BodyDescription bodies[] = {round_body(SHAPE_CAPSULE, {1, 2, 3}, r, l, turn),
+                                round_body(SHAPE_CYLINDER, {1, 2, 3}, r, l, turn), box_body({1, 2, 3}, half, turn)};
+    for (BodyDescription& body : bodies) body.shapes[0].rotation = inner;
+    expect_tight_box<real>(bodies[0], capsule, 1e-3);  // as fine as the points lie
+    expect_tight_box<real>(bodies[1], cylinder, 1e-3);
+    expect_tight_box<real>(bodies[2], corners, 1e-4);
+  }
 }
 
 TYPED_TEST(UpdateBounds, KernelMatchesReference) {
@@ -99,6 +147,7 @@ TYPED_TEST(UpdateBounds, KernelMatchesReference) {
   state.buffers.motions[51].v[2] = std::numeric_limits<real>::max();
   const Buffers<real> after = expect_kernel_matches(Stage::update_bounds, state, {});
   EXPECT_EQ(after.counters[COUNTER_STATUS], u32(STATUS_OUT_OF_GRID));
+  expect_kernel_matches(Stage::update_bounds, make_worlds<real>(worlds_of_all_kinds(), 1000), {});
 }
 
 }  // namespace

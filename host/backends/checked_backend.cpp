@@ -37,9 +37,10 @@ bool find_difference(const void* device, const void* reference, std::size_t word
   return false;
 }
 
-// The stage that fills a transient buffer anew in each step: the first in the table that writes it.
-bool is_first_writer(Stage stage, Buffer buffer) {
+// The stage that fills a transient buffer anew in each step: the first of those that run that writes it.
+bool is_first_writer(Stage stage, Buffer buffer, Features features) {
   for (u32 i = 0; i < stage_count; ++i) {
+    if (!runs(static_cast<Stage>(i), features)) continue;
     const auto writes = info(static_cast<Stage>(i)).writes;
     if (std::find(writes.begin(), writes.end(), buffer) != writes.end()) return static_cast<Stage>(i) == stage;
   }
@@ -74,7 +75,7 @@ void CheckedBackend<real>::poison_outputs(Stage stage, const StepParams<real>& p
   if (params.substep > 0 || (step_is_void && stage != Stage::begin_step)) return;
   for_each_buffer(reference_.buffers(), [&](Buffer buffer, auto& elements) {
     const bool rewritten = info(buffer).lifetime == Lifetime::transient && buffer != Buffer::counters;
-    if (!rewritten || elements.empty() || !is_first_writer(stage, buffer)) return;
+    if (!rewritten || elements.empty() || !is_first_writer(stage, buffer, features())) return;
     device_.poison(buffer, device_poison);
     std::memset(static_cast<void*>(elements.data()), reference_poison, elements.size() * sizeof(elements[0]));
   });

@@ -32,6 +32,11 @@ struct Argument {
   std::variant<u32, std::string_view> value;
 };
 
+/// Arrays of u32 words for a sort: what is to be sorted, and as much room besides.
+struct SortArrays {
+  std::string_view keys, values, spare_keys, spare_values;
+};
+
 /// Kernel parameters are bound by their names: a buffer of the table, a scratch array made with scratch(), `params`, or
 /// one of `arguments`. Everything is enqueued in order; nothing waits for the host.
 class Launcher {
@@ -50,7 +55,13 @@ class Launcher {
   /// The same where only the device knows the number of words: counters[counter] + 1, at most `count` and probably
   /// about `expected`.
   void scan(std::string_view array, u32 count, u32 counter, u32 expected);
+  /// Sorts `count` keys of at most `bits` bits with their values; what is equal stays in order (kernels/radix_sort.cl).
+  /// Returns the arrays in the roles that they have then: after an odd number of passes the spare ones hold the result.
+  SortArrays sort(SortArrays arrays, u32 count, u32 bits);
 };
+
+/// Passes of Launcher::sort over the keys.
+u32 sort_passes(u32 bits);
 
 #define STAGE(name, ...) void launch_##name(Launcher& launcher);
 #include "host/stages.def"

@@ -23,6 +23,8 @@ constexpr FeatureName feature_names[] = {
     {Feature::boxes, "BOXES"},
     {Feature::cylinders, "CYLINDERS"},
     {Feature::hulls, "HULLS"},
+    {Feature::grid, "GRID"},
+    {Feature::bvh, "BVH"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "host/error.hpp"
+#include "host/scene/broad_phase.hpp"
 #include "host/scene/hull_tables.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/scene/touching.hpp"
@@ -131,6 +132,7 @@ class Compiler {
   void add_shape(const ShapeDescription& shape, u32 body, u32 id, const Origin& origin);
   void add_material_pairs(const Scene& scene);
   void set_features();
+  Feature broad_phase() const;
   void set_sizes();
   void set_params();
 
@@ -331,6 +333,24 @@ void Compiler<real>::set_features() {
       if (!isotropic && settings.gyroscopic != Gyroscopic::none) features = with(features, Feature::gyroscopic);
     }
   }
+  if (has(features, Feature::contacts)) features = with(features, broad_phase());
+}
+
+// What a shape can reach in a step at its first speed, so that a scene with bullets counts as one of unequal sizes.
+template <class real>
+Feature Compiler<real>::broad_phase() const {
+  const Settings& settings = worlds_[0].settings;
+  if (settings.broad_phase == BroadPhase::grid) return Feature::grid;
+  if (settings.broad_phase == BroadPhase::bvh) return Feature::bvh;
+  std::vector<double> extents;
+  for (std::size_t i = 0; i < state_.buffers.shapes.size(); ++i) {
+    const ShapeInfo& shape = state_.buffers.shape_infos[i];
+    if (shape.kind == SHAPE_PLANE) continue;
+    const Motion<real>& motion = state_.buffers.motions[shape.body];
+    const Vector3 v = {double(motion.v[0]), double(motion.v[1]), double(motion.v[2])};
+    extents.push_back(double(state_.buffers.shapes[i].reach) + settings.dt * exact::length(v));
+  }
+  return prefers_tree(std::move(extents), worlds_.size()) ? Feature::bvh : Feature::grid;
 }
 
 // First guesses for the lists; a step that needs more asks for it and is redone. A sphere in a dense pile has about 6

@@ -16,6 +16,9 @@ enum class Integrator { explicit_euler, semi_implicit_euler, trapezoidal, runge_
 /// At which angular velocity the gyroscopic moment w x I w is taken: left out, at the old, the new or the mean one.
 enum class Gyroscopic { none, explicit_, implicit, midpoint };
 
+/// How candidate pairs are found. `automatic` takes the tree where shapes differ much in size.
+enum class BroadPhase { automatic, grid, bvh };
+
 struct Material {
   std::string name;
   double friction = 0.5, restitution = 0;
@@ -66,7 +69,8 @@ struct Settings {
   double slop = 1e-4;                // m
   double margin = 0.005;             // m
   double speed_limit = 1e5;          // m/s
-  std::string precision = "float";   // what a run uses unless it is told
+  BroadPhase broad_phase = BroadPhase::automatic;
+  std::string precision = "float";  // what a run uses unless it is told
 };
 
 struct Scene {

@@ -4,12 +4,6 @@ namespace lockstep {
 
 namespace {
 
-// Shapes that one work-item bounds: few enough items not to fight over the largest extent.
-constexpr u32 bounds_per_item = 16;
-
-// Of kernels/find_pairs.cl: FOUND, and the words of GridSphere (double precision), GridInfo and GridPlane (double).
-constexpr u32 found_per_shape = 16, grid_sphere_words = 14, grid_info_words = 16, grid_plane_words = 16;
-
 // Of a Manifold of kernels/shapes/manifold.h with so many points, in units of a real.
 constexpr u32 manifold_words(u32 points) { return 7 + 7 * points; }
 
@@ -30,32 +24,6 @@ void collide_boxes(Launcher& launcher) {
 }
 
 }  // namespace
-
-void launch_update_bounds(Launcher& launcher) {
-  launcher.run("update_bounds", (launcher.plan().sizes.shapes + bounds_per_item - 1) / bounds_per_item);
-}
-
-void launch_sort_cells(Launcher& launcher) {
-  const Sizes& sizes = launcher.plan().sizes;
-  launcher.scratch("cell_arrivals", sizes.shapes);
-  launcher.run("sort_cells_clear", sizes.buckets + 1);
-  launcher.run("sort_cells_count", sizes.shapes);
-  launcher.scan("bucket_starts", sizes.buckets + 1);
-  launcher.run("sort_cells_fill", sizes.shapes);
-  launcher.run("sort_cells_order", sizes.buckets);
-}
-
-void launch_find_pairs(Launcher& launcher) {
-  const Sizes& sizes = launcher.plan().sizes;
-  launcher.scratch("found_partners", std::size_t{sizes.shapes} * found_per_shape);
-  launcher.scratch("grid_spheres", (std::size_t{sizes.shapes} + PACK) * grid_sphere_words);
-  launcher.scratch("grid_infos", std::size_t{sizes.shapes} * grid_info_words);
-  launcher.scratch("grid_planes", std::size_t{sizes.planes} * grid_plane_words);
-  launcher.run("find_pairs_gather", sizes.shapes);
-  launcher.run("find_pairs_search", sizes.shapes);
-  launcher.scan("pair_starts", sizes.shapes + 1);
-  launcher.run("find_pairs_write", sizes.shapes);
-}
 
 void launch_collide(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();

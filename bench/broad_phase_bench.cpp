@@ -1,0 +1,228 @@
+// The broad phase alone on an OpenCL CPU device: nanoseconds per body from bounds to the list of pairs, by the grid and
+// by the tree, and the sort that the tree is built with.
+//   broad_phase_bench [COUNT...]     bodies; default 10000 100000 1000000
+//   broad_phase_bench ratio [COUNT]  grid against tree while the largest of the spheres grows; default 50000 bodies
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <numeric>
+#include <span>
+#include <thread>
+
+#include "host/backends/device_backend.hpp"
+#include "host/device/device_launcher.hpp"
+#include "host/device/program.hpp"
+#include "host/error.hpp"
+
+namespace lockstep::bench {
+namespace {
+
+constexpr double fill = 0.5;  // of space by spheres
+
+/// Processor time of all threads: what is left of a measurement on a machine that others use too.
+double processor_time() {
+  timespec time;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
+  return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
+}
+
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+
+/// The same numbers for the same seed, in [0, 1).
+class Random {
+ public:
+  explicit Random(u32 seed) : state_(seed * 0x9e3779b9u + 0x7f4a7c15u) {}
+  double next() {
+    state_ += 0x9e3779b9u;
+    u32 z = (state_ ^ (state_ >> 16)) * 0x85ebca6bu;
+    z = (z ^ (z >> 13)) * 0xc2b2ae35u;
+    return ((z ^ (z >> 16)) >> 8) / 16777216.0;
+  }
+
+ private:
+  u32 state_;
+};
+
+/// Spheres of these radii at random places of a cube that they fill to the same part whatever their number. `sorted`:
+/// numbered layer by layer, as a generator of a scene numbers them; otherwise at random.
+InitialState<float> spheres(const std::vector<double>& radii, bool sorted, Feature search) {
+  InitialState<float> state;
+  state.features = with(with(static_cast<Features>(Feature::contacts), Feature::time_stepping), search);
+  Buffers<float>& b = state.buffers;
+  const u32 count = static_cast<u32>(radii.size());
+  Sizes& sizes = state.sizes;
+  sizes = {.worlds = 1, .bodies = count, .shapes = count, .material_pairs = 1, .contacts = PACK};
+  sizes.pairs = 16 * count;
+  sizes.blocks = MAX_COLORS + 1;
+  sizes.buckets = 64;
+  while (sizes.buckets < 2 * count) sizes.buckets *= 2;
+  resize(b, sizes, state.features);
+  double volume = 0;
+  for (const double r : radii) volume += 4.18879 * r * r * r;
+  const double side = std::cbrt(volume / fill);
+  std::vector<Vec4<float>> places(count);
+  Random random(count);
+  for (u32 i = 0; i < count; ++i) {
+    for (float* x : {&places[i].x, &places[i].y, &places[i].z}) *x = static_cast<float>(side * random.next());
+  }
+  if (sorted) {
+    const auto layer = [](const Vec4<float>& p) { return std::array{std::floor(p.z), std::floor(p.y), p.x}; };
+    std::ranges::sort(places, [&](const auto& p, const auto& q) { return layer(p) < layer(q); });
+  }
+  b.world_ranges[0] = {0, count, 0, count, 0, 0, 0, 1};
+  for (u32 i = 0; i < count; ++i) {
+    b.body_infos[i] = {0, i, BODY_DYNAMIC, 1};
+    b.positions[i] = places[i];
+    b.orientations[i] = {0, 0, 0, 1};
+    for (float& v : b.motions[i].v) v = static_cast<float>(0.2 * random.next() - 0.1);
+    b.shape_infos[i] = {i, i, SHAPE_SPHERE, 0, 1, 1, 1, 0};
+    b.shapes[i].rotation[3] = 1;
+    b.shapes[i].size[0] = b.shapes[i].reach = static_cast<float>(radii[i]);
+  }
+  StepParams<float>& p = state.params;
+  p.dt = 1.0f / 60;
+  p.margin = 0.005f;
+  p.substeps = p.worlds = 1;
+  p.bodies = p.shapes = count;
+  p.buckets = sizes.buckets;
+  p.pair_capacity = sizes.pairs;
+  return state;
+}
+
+std::vector<double> equal_radii(u32 count) { return std::vector<double>(count, 0.5); }
+
+/// From 0.1 to 1 in equal shares of the logarithm, and one in a thousand ten times as large.
+std::vector<double> mixed_radii(u32 count) {
+  std::vector<double> radii(count);
+  Random random(7);
+  for (u32 i = 0; i < count; ++i) {
+    radii[i] = 0.1 * std::pow(10.0, random.next()) * (i % 1000 == 0 ? 10 : 1);
+  }
+  return radii;
+}
+
+struct Timing {
+  double seconds = 1e9, processor = 1e9;
+  u32 pairs = 0;
+  std::string stages;  // milliseconds of each, of a run that asks for them
+};
+
+Timing measure(const InitialState<float>& state, const DeviceInfo& device, u32 threads) {
+  std::vector<Stage> stages = {Stage::begin_step, Stage::update_bounds};
+  if (has(state.features, Feature::grid)) stages.insert(stages.end(), {Stage::sort_cells, Stage::find_pairs});
+  if (has(state.features, Feature::bvh))
+    stages.insert(stages.end(), {Stage::sort_shapes, Stage::build_tree, Stage::search_tree});
+  DeviceOptions options;
+  options.threads = threads;
+  options.only = stages;
+  const u32 repetitions = std::clamp(2000000 / state.sizes.bodies, 3u, 15u);
+  Timing timing;
+  for (const bool profile : {false, true}) {
+    options.profile = profile;
+    DeviceBackend<float> backend(state, device, options);
+    const u32 runs = profile ? 1 : repetitions;
+    for (u32 n = 0; n <= runs; ++n) {
+      const double start = now(), start_processor = processor_time();
+      for (const Stage stage : stages) backend.run(stage, state.params);
+      const Counters counters = backend.counters();
+      if (counters[COUNTER_STATUS] != 0) throw Error(Failure::device, "broad_phase_bench", "a list is too short");
+      timing.pairs = counters[COUNTER_PAIRS];
+      if (profile || n == 0) continue;
+      timing.seconds = std::min(timing.seconds, now() - start);
+      timing.processor = std::min(timing.processor, processor_time() - start_processor);
+    }
+    if (!profile) continue;
+    const auto seconds = backend.stage_seconds();
+    for (const Stage stage : std::span(stages).subspan(1))
+      timing.stages += fmt::format("{}{} {:.2f}", timing.stages.empty() ? "" : "; ", info(stage).name,
+                                   1e3 * seconds[static_cast<u32>(stage)] / (runs + 1));
+  }
+  return timing;
+}
+
+void report(const char* sizes, const char* order, Feature search, const std::vector<double>& radii,
+            const DeviceInfo& device, u32 threads) {
+  const Timing timing = measure(spheres(radii, std::strcmp(order, "layers") == 0, search), device, threads);
+  fmt::print("{},{},{},{},{},{:.1f},{:.1f},{},{}\n", sizes, order, search == Feature::grid ? "grid" : "tree",
+             radii.size(), threads, 1e9 * timing.seconds / double(radii.size()),
+             1e9 * timing.processor / double(radii.size()), timing.pairs, timing.stages);
+  std::fflush(stdout);
+}
+
+void bench_sort(const DeviceInfo& info, u32 threads) {
+  Device& device = open_device(info, threads);
+  cl::CommandQueue queue(device.context, device.handle);
+  const KernelSources sources = KernelSources::embedded();
+  const std::vector<std::string> files = {"radix_sort.cl", "scan.cl"};
+  const auto signatures = sources.signatures(files);
+  DeviceMemory memory(device, queue);
+  memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
+  DeviceLauncher launcher(device, queue, build_program(device, sources.assemble(files), {}).program, signatures, memory,
+                          0, false);
+  launcher.begin(Stage::begin_step, {});
+  for (const u32 count : {1u << 16, 1u << 20, 1u << 22}) {
+    std::vector<u32> keys(count), values(count);
+    for (u32 i = 0; i < count; ++i) keys[i] = i * 2654435761u ^ (i >> 7) * 40503u;
+    std::iota(values.begin(), values.end(), 0u);
+    double seconds = 1e9, processor = 1e9;
+    for (u32 n = 0; n < 8; ++n) {
+      for (const char* name : {"keys", "values", "more_keys", "more_values"}) launcher.scratch(name, count);
+      queue.enqueueWriteBuffer(memory.find("keys")->buffer, CL_TRUE, 0, count * sizeof(u32), keys.data());
+      queue.enqueueWriteBuffer(memory.find("values")->buffer, CL_TRUE, 0, count * sizeof(u32), values.data());
+      const double start = now(), start_processor = processor_time();
+      launcher.sort({"keys", "values", "more_keys", "more_values"}, count, 32);
+      queue.finish();
+      if (n == 0) continue;
+      seconds = std::min(seconds, now() - start);
+      processor = std::min(processor, processor_time() - start_processor);
+    }
+    fmt::print("sort of 32 bits,random,radix,{},{},{:.2f},{:.2f},,{:.0f} million keys a second\n", count, threads,
+               1e9 * seconds / count, 1e9 * processor / count, 1e-6 * count / seconds);
+    std::fflush(stdout);
+  }
+}
+
+void bench_ratio(const DeviceInfo& device, u32 count) {
+  for (const double ratio : {1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0}) {
+    std::vector<double> radii(count, 0.5);
+    for (u32 i = 0; i < count; i += 1000) radii[i] *= ratio;
+    for (const Feature search : {Feature::grid, Feature::bvh})
+      report(fmt::format("one in 1000 {} times as large", ratio).c_str(), "random", search, radii, device, 2);
+  }
+}
+
+}  // namespace
+}  // namespace lockstep::bench
+
+int main(int argc, char** argv) try {
+  using namespace lockstep;
+  const auto device = select_device("cpu");
+  if (!device)
+    throw Error(Failure::device, "broad_phase_bench", "needs an OpenCL CPU device (Debian: pocl-opencl-icd)");
+  const auto number = [&](int i) { return static_cast<u32>(std::max(2, std::atoi(argv[i]))); };
+  fmt::print("sizes,order,search,bodies,threads,ns_per_body,processor_ns_per_body,pairs,stages_ms\n");
+  if (argc > 1 && std::strcmp(argv[1], "ratio") == 0) {
+    bench::bench_ratio(*device, argc > 2 ? number(2) : 50000);
+    return 0;
+  }
+  std::vector<u32> counts;
+  for (int i = 1; i < argc; ++i) counts.push_back(number(i));
+  if (counts.empty()) counts = {10000, 100000, 1000000};
+  for (u32 threads = 1; threads <= std::max(1u, std::thread::hardware_concurrency()); threads *= 2) {
+    for (const u32 count : counts) {
+      for (const char* order : {"layers", "random"}) {
+        for (const Feature search : {Feature::grid, Feature::bvh})
+          bench::report("equal", order, search, bench::equal_radii(count), *device, threads);
+      }
+      bench::report("mixed 1:100", "random", Feature::bvh, bench::mixed_radii(count), *device, threads);
+    }
+    bench::bench_sort(*device, threads);
+  }
+} catch (const std::exception& error) {
+  fmt::print(stderr, "broad_phase_bench: {}\n", error.what());
+  return 2;
+}

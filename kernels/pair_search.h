@@ -1,0 +1,249 @@
+// What the searches of the broad phase share: the test of a pair, the planes, and the lists that pairs go to.
+// cpu_reference/pair_test.hpp is the twin and gives the formulas.
+#ifndef LOCKSTEP_PAIR_SEARCH_H
+#define LOCKSTEP_PAIR_SEARCH_H
+
+#include "common.h"
+#include "grid.h"
+#include "lanes.h"
+#include "shapes/reach.h"
+#include "shapes/sphere_plane.h"
+#include "sort.h"
+
+// Partners of a shape that the first search keeps; where there are more, the shape searches for all of its own.
+#define FOUND 16u
+
+// The bounded shapes in the order in which a search meets them, one array a component: what the test needs of them.
+// Arrays are PACK longer than there are shapes, so that all lanes can read. Two shapes that are both ROUND are spheres.
+enum PlaceComponent {
+  PLACE_X,
+  PLACE_Y,
+  PLACE_Z,
+  PLACE_REACH,
+  PLACE_EXTENT,
+  PLACE_VX,
+  PLACE_VY,
+  PLACE_VZ,
+  PLACE_BOX_X,
+  PLACE_BOX_Y,
+  PLACE_BOX_Z,
+  PLACE_TURNING,
+  PLACE_ROUND
+};
+#define PLACE(component, shapes) ((u32)(component) * ((shapes) + PACK))
+
+// What else is known of a shape at a place, on one line.
+typedef struct PlaceInfo {
+  ShapeInfo shape;
+  BodyInfo body;
+  u32 index;
+  i32 cell_y, cell_z;  // of the grid
+  u32 pad;
+} PlaceInfo;
+
+// A plane in the world. What is farther from it than `slack` times what a shape can come in the step is out of reach.
+typedef struct PlaneInfo {
+  real point[3], normal[3];
+  real slack, pad;
+} PlaneInfo;
+
+// What every search reads.
+typedef struct PairSearch {
+  global const WorldRange* world_ranges;
+  global const BodyInfo* body_infos;
+  global const ShapeInfo* shape_infos;
+  global const u32* planes;
+  global const Vec4* positions;
+  global const Motion* motions;
+  global const real* places;
+  global const PlaceInfo* place_infos;
+  global const PlaneInfo* plane_infos;
+} PairSearch;
+
+// The shape that looks for others.
+typedef struct Searcher {
+  PlaceInfo info;
+  Vec3 center, velocity;
+  real reach, extent, margin, h;
+#if FEATURE_MANIFOLDS
+  Vec3 box;
+  real turning, round;
+#endif
+} Searcher;
+
+// Where a search puts what it finds. In the first one each pair is found once, from either side, and given to its
+// owner: counts[owner] and the first FOUND of found[owner]. In the second one a shape fills the list of its own
+// partners.
+typedef struct Finds {
+  global u32* counts;
+  global u32* found;
+  global u32* list;  // 0 in the first search
+  u32 length;
+} Finds;
+
+static inline void add_pair(Finds* finds, u32 owner, u32 partner) {
+  if (finds->list) {
+    finds->list[finds->length++] = partner;
+  } else {
+    const u32 slot = atomic_inc(&finds->counts[owner]);
+    if (slot < FOUND) finds->found[owner * FOUND + slot] = partner;
+  }
+}
+
+static inline Vec3 bound_center(global const Bound* bound) {
+  return make3(bound->center[0], bound->center[1], bound->center[2]);
+}
+
+static inline Vec3 search_position(global const Vec4* positions, u32 body) {
+  return make3(positions[body].x, positions[body].y, positions[body].z);
+}
+
+static inline Vec3 center_velocity(global const Bound* bound, global const Vec4* positions,
+                                   global const Motion* motions, u32 body) {
+  return point_velocity(&motions[body], sub3(bound_center(bound), search_position(positions, body)));
+}
+
+static inline real turning_speed(global const Bound* bound, u32 kind, global const Motion* motion) {
+  if (kind == SHAPE_SPHERE) return (real)0;
+  return length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound->reach;
+}
+
+// Puts shape i at a place. One without extent gets a reach that no other shape comes near.
+static inline void gather_place(u32 place, u32 i, Cell cell, global const BodyInfo* body_infos,
+                                global const ShapeInfo* shape_infos, global const Vec4* positions,
+                                global const Motion* motions, global const Bound* bounds, global real* places,
+                                global PlaceInfo* place_infos, global u32* shape_places, u32 shapes) {
+  shape_places[i] = place;
+  const u32 body = shape_infos[i].body;
+  global const Bound* bound = &bounds[i];
+  const Vec3 velocity = center_velocity(bound, positions, motions, body);
+  global real* mine = places + place;
+  mine[PLACE(PLACE_X, shapes)] = bound->center[0];
+  mine[PLACE(PLACE_Y, shapes)] = bound->center[1];
+  mine[PLACE(PLACE_Z, shapes)] = bound->center[2];
+  mine[PLACE(PLACE_REACH, shapes)] = bound->extent > (real)0 ? bound->reach : (real)-1e37;
+  mine[PLACE(PLACE_EXTENT, shapes)] = bound->extent;
+  mine[PLACE(PLACE_VX, shapes)] = velocity.x;
+  mine[PLACE(PLACE_VY, shapes)] = velocity.y;
+  mine[PLACE(PLACE_VZ, shapes)] = velocity.z;
+#if FEATURE_MANIFOLDS
+  mine[PLACE(PLACE_BOX_X, shapes)] = bound->box[0];
+  mine[PLACE(PLACE_BOX_Y, shapes)] = bound->box[1];
+  mine[PLACE(PLACE_BOX_Z, shapes)] = bound->box[2];
+  mine[PLACE(PLACE_TURNING, shapes)] = turning_speed(bound, shape_infos[i].kind, &motions[body]);
+  mine[PLACE(PLACE_ROUND, shapes)] = shape_infos[i].kind == SHAPE_SPHERE ? (real)1 : (real)0;
+#endif
+  PlaceInfo info;
+  info.shape = shape_infos[i];
+  info.body = body_infos[body];
+  info.index = i;
+  info.cell_y = cell.y;
+  info.cell_z = cell.z;
+  info.pad = 0u;
+  place_infos[place] = info;
+}
+
+static inline PlaneInfo gather_plane(u32 plane, global const ShapeInfo* shape_infos, global const Shape* shapes,
+                                     global const Vec4* positions, global const Vec4* orientations,
+                                     global const Motion* motions) {
+  const u32 body = shape_infos[plane].body;
+  const Pose pose = make_pose(positions[body], orientations[body]);
+  const Vec3 point = shape_center(pose, &shapes[plane]);
+  const Vec3 normal = plane_normal(shape_rotation(pose, &shapes[plane]));
+  const Vec3 v = make3(motions[body].v[0], motions[body].v[1], motions[body].v[2]);
+  const Vec3 spin = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
+  const bool still = dot3(v, v) + dot3(spin, spin) == (real)0;
+  const PlaneInfo info = {
+      {point.x, point.y, point.z}, {normal.x, normal.y, normal.z}, still ? (real)1.001 : (real)1e30, (real)0};
+  return info;
+}
+
+static inline Searcher make_searcher(const PairSearch* s, StepParams params, u32 place) {
+  global const real* mine = s->places + place;
+  const u32 shapes = params.shapes;
+  Searcher me;
+  me.info = s->place_infos[place];
+  me.extent = mine[PLACE(PLACE_EXTENT, shapes)];
+  me.margin = params.margin;
+  me.h = step_length(params);
+  me.center = make3(mine[PLACE(PLACE_X, shapes)], mine[PLACE(PLACE_Y, shapes)], mine[PLACE(PLACE_Z, shapes)]);
+  me.velocity = make3(mine[PLACE(PLACE_VX, shapes)], mine[PLACE(PLACE_VY, shapes)], mine[PLACE(PLACE_VZ, shapes)]);
+  me.reach = mine[PLACE(PLACE_REACH, shapes)];
+#if FEATURE_MANIFOLDS
+  me.box = make3(mine[PLACE(PLACE_BOX_X, shapes)], mine[PLACE(PLACE_BOX_Y, shapes)], mine[PLACE(PLACE_BOX_Z, shapes)]);
+  me.turning = mine[PLACE(PLACE_TURNING, shapes)];
+  me.round = mine[PLACE(PLACE_ROUND, shapes)];
+#endif
+  return me;
+}
+
+// Bit k is set where the shape at `place` + k is in reach.
+static inline u32 shapes_in_reach(const PairSearch* s, const Searcher* me, u32 place, u32 shapes) {
+  global const real* other = s->places + place;
+  const lane dx = me->center.x - LANE_LOAD(other + PLACE(PLACE_X, shapes));
+  const lane dy = me->center.y - LANE_LOAD(other + PLACE(PLACE_Y, shapes));
+  const lane dz = me->center.z - LANE_LOAD(other + PLACE(PLACE_Z, shapes));
+  const lane ux = me->velocity.x - LANE_LOAD(other + PLACE(PLACE_VX, shapes));
+  const lane uy = me->velocity.y - LANE_LOAD(other + PLACE(PLACE_VY, shapes));
+  const lane uz = me->velocity.z - LANE_LOAD(other + PLACE(PLACE_VZ, shapes));
+  const lane gap = sqrt(dx * dx + dy * dy + dz * dz) - (me->reach + LANE_LOAD(other + PLACE(PLACE_REACH, shapes)));
+  const lane speed = sqrt(ux * ux + uy * uy + uz * uz);
+#if FEATURE_MANIFOLDS
+  const lane turning = me->turning + LANE_LOAD(other + PLACE(PLACE_TURNING, shapes));
+  const lane box_x = me->box.x + LANE_LOAD(other + PLACE(PLACE_BOX_X, shapes));
+  const lane box_y = me->box.y + LANE_LOAD(other + PLACE(PLACE_BOX_Y, shapes));
+  const lane box_z = me->box.z + LANE_LOAD(other + PLACE(PLACE_BOX_Z, shapes));
+  const lane both_round = me->round * LANE_LOAD(other + PLACE(PLACE_ROUND, shapes));
+  return LANE_BITS((gap <= me->margin + me->h * speed) &
+                   ((both_round > (lane)0) | ((fabs(dx) <= box_x + me->margin + me->h * (fabs(ux) + turning)) &
+                                              (fabs(dy) <= box_y + me->margin + me->h * (fabs(uy) + turning)) &
+                                              (fabs(dz) <= box_z + me->margin + me->h * (fabs(uz) + turning)))));
+#else
+  return LANE_BITS(gap <= me->margin + me->h * speed);
+#endif
+}
+
+static inline u32 lowest_bit(u32 bits) { return 31u - clz(bits & -bits); }
+
+static inline void search_planes(const PairSearch* s, const Searcher* me, Finds* finds) {
+  const WorldRange world = s->world_ranges[me->info.body.world];
+  for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k) {
+    const PlaneInfo plane = s->plane_infos[k];
+    const Vec3 point = make3(plane.point[0], plane.point[1], plane.point[2]);
+    const Vec3 normal = make3(plane.normal[0], plane.normal[1], plane.normal[2]);
+    const real gap = dot3(normal, sub3(me->center, point)) - me->reach;
+    const u32 j = s->planes[k];
+    if (gap + me->reach > plane.slack * (me->extent + me->margin)) continue;
+    const ShapeInfo other = s->shape_infos[j];
+    const u32 body_a = me->info.shape.body, body_b = other.body;
+    if (!may_touch(me->info.shape, other, me->info.body, s->body_infos[body_b])) continue;
+    const Vec3 touch = sub3(me->center, scale3(me->reach, normal));
+    const real speed = approach_speed(normal, &s->motions[body_a], sub3(touch, search_position(s->positions, body_a)),
+                                      &s->motions[body_b], sub3(touch, search_position(s->positions, body_b)));
+    if (gap <= me->margin + me->h * speed) add_pair(finds, me->info.index, j);
+  }
+}
+
+// The totals of the list, told by one work-item; true where the list is too short.
+static inline bool tell_pairs(u32 total, global u32* counters, StepParams params) {
+  const bool full = total > params.pair_capacity;
+  if (get_global_id(0) == 0) {
+    counters[COUNTER_PAIRS_NEEDED] = total;
+    counters[COUNTER_PAIRS] = full ? 0u : total;
+    if (full) counters[COUNTER_STATUS] |= STATUS_PAIRS_FULL;
+  }
+  return full;
+}
+
+// Sorts the partners of shape i into its part of the list. They may lie in the first half of it: from behind, each
+// moves to its own slot.
+static inline void write_pairs(u32 i, global u32* partners, u32 count, global Pair* pairs) {
+  sort_ascending(partners, count);
+  for (u32 k = count; k > 0u; --k) {
+    const u32 partner = partners[k - 1u];
+    pairs[k - 1u].shape_a = i;
+    pairs[k - 1u].shape_b = partner;
+  }
+}
+
+#endif
