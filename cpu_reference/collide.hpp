@@ -50,6 +50,7 @@ Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>
   const Side<real> a = collide_side(buffers, pair.shape_a), b = collide_side(buffers, pair.shape_b);
   const Vec3<real> apart = sub3(a.pose.position, b.pose.position);  // of the centres of mass, from b to a
   const Vec3<real> center_b = sub3(b.arm, add3(a.arm, apart));
+  if (((a.info.flags | b.info.flags) & SHAPE_IS_SENSOR) != 0) return no_manifold<real>();
   const HullTables<real> tables = {buffers.hulls.data(),       buffers.hull_vertices.data(),
                                    buffers.hull_planes.data(), buffers.hull_faces.data(),
                                    buffers.hull_edges.data(),  buffers.hull_corners.data()};

@@ -19,6 +19,10 @@ enum class Feature : u32 {
   boxes = 1u << 8,
   cylinders = 1u << 9,
   hulls = 1u << 10,
+  events = 1u << 11,      // who began and ceased to touch is wanted
+  sensors = 1u << 12,     // shapes that only feel; they come with events
+  continuous = 1u << 13,  // some body's impacts are looked for within the step
+  queries = 1u << 14,     // rays or volumes were asked about: switched on while the simulation runs
 };
 
 using Features = u32;  // a set: bits of Feature

@@ -23,6 +23,10 @@ class Simulation {
   /// Hashes of the persistent state and of the poses of each world, computed where the state is.
   std::vector<WorldHash> world_hashes();
 
+  /// Who began and who ceased to touch in the last step (kernels/types.h says in which order); nothing in a scene that
+  /// does not ask for events (docs/events.md).
+  std::vector<Event> events();
+
   Backend<real>& backend() { return *backend_; }
   const StepParams<real>& params() const { return params_; }
   const Counters& counters() const { return counters_; }  // of the last step

@@ -7,7 +7,7 @@
 
 // One side of a pair.
 typedef struct Side {
-  u32 kind, hull;
+  u32 kind, hull, flags;
   global const Shape* shape;
   global const Motion* motion;
   Pose pose;
@@ -21,6 +21,7 @@ static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, glob
   Side side;
   side.kind = info.kind;
   side.hull = info.hull;
+  side.flags = info.flags;
   side.shape = shapes + i;
   side.motion = motions + info.body;
   side.pose = make_pose(positions[info.body], orientations[info.body]);
@@ -55,6 +56,7 @@ static inline bool collide_in_reach(StepParams params, const Manifold* m, u32 k,
 static inline Manifold collide_pair(StepParams params, const Side* a, const Side* b, HullTables tables) {
   const Vec3 apart = sub3(a->pose.position, b->pose.position);
   const Vec3 center_b = sub3(b->arm, add3(a->arm, apart));
+  if (IS_SENSOR(*a) || IS_SENSOR(*b)) return no_manifold();
   Manifold m = collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0)), b->kind,
                               collide_place(b, center_b), tables, collide_limit(params, a, b, add3(a->arm, apart)));
   u32 count = 0u;

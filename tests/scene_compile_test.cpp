@@ -133,10 +133,10 @@ TEST(SceneCompile, ShapesKnowTheirBodyMaterialAndFrame) {
   EXPECT_EQ(plane.kind, u32{SHAPE_PLANE});
   EXPECT_EQ(plane.material, 1u);
   EXPECT_EQ(plane.category, 2u);
-  EXPECT_EQ(plane.central, 0u);
+  EXPECT_EQ(plane.flags, 0u);
   EXPECT_EQ(state.buffers.shapes[1].offset[2], -1);
   EXPECT_EQ(state.buffers.shapes[1].rotation[0], -0.5);
-  EXPECT_EQ(state.buffers.shape_infos[2].central, 1u);
+  EXPECT_EQ(state.buffers.shape_infos[2].flags, u32{SHAPE_IS_CENTRAL});
   EXPECT_EQ(state.buffers.shapes[2].size[0], 3);
   ASSERT_EQ(state.buffers.planes.size(), 1u);
   EXPECT_EQ(state.buffers.planes[0], 1u);

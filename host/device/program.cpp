@@ -23,6 +23,10 @@ constexpr FeatureName feature_names[] = {
     {Feature::boxes, "BOXES"},
     {Feature::cylinders, "CYLINDERS"},
     {Feature::hulls, "HULLS"},
+    {Feature::events, "EVENTS"},
+    {Feature::sensors, "SENSORS"},
+    {Feature::continuous, "CONTINUOUS"},
+    {Feature::queries, "QUERIES"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

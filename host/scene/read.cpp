@@ -21,7 +21,7 @@ constexpr std::size_t largest_file = 64u << 20;
 
 Settings read_settings(const JsonNode& node) {
   node.expect_object({"dt", "steps", "substeps", "iterations", "integrator", "gyroscopic", "restitution_threshold",
-                      "correction", "correction_limit", "slop", "margin", "speed_limit", "precision"});
+                      "correction", "correction_limit", "slop", "margin", "speed_limit", "events", "precision"});
   Settings s;
   if (node.has("dt")) s.dt = node.at("dt").positive();
   if (node.has("steps")) s.steps = node.at("steps").integer(1, 1000000000);
@@ -47,6 +47,7 @@ Settings read_settings(const JsonNode& node) {
   if (node.has("slop")) s.slop = node.at("slop").not_negative();
   if (node.has("margin")) s.margin = node.at("margin").not_negative();
   if (node.has("speed_limit")) s.speed_limit = node.at("speed_limit").positive();
+  if (node.has("events")) s.events = node.at("events").boolean();
   if (node.has("precision")) {
     s.precision = node.at("precision").choice<const char*>("precision", {{"float", "float"}, {"double", "double"}});
   }

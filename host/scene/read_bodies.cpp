@@ -42,8 +42,8 @@ void read_size(const JsonNode& node, ShapeDescription& shape) {
 }
 
 ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& names) {
-  node.expect_object(
-      {"type", "radius", "length", "size", "offset", "normal", "rotation", "material", "category", "collides_with"});
+  node.expect_object({"type", "radius", "length", "size", "offset", "normal", "rotation", "material", "category",
+                      "collides_with", "sensor"});
   ShapeDescription shape;
   shape.kind = node.at("type").choice<ShapeKind>("shape", {{"sphere", SHAPE_SPHERE},
                                                            {"capsule", SHAPE_CAPSULE},
@@ -82,7 +82,16 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
     shape.mask = 0;
     for (const JsonNode& name : node.at("collides_with").elements()) shape.mask |= names.categories.partner(name);
   }
+  if (node.has("sensor")) shape.sensor = node.at("sensor").boolean();
   return shape;
+}
+
+// Sensors weigh nothing.
+std::vector<ShapeDescription> solid_shapes(const BodyDescription& body) {
+  std::vector<ShapeDescription> solid;
+  std::copy_if(body.shapes.begin(), body.shapes.end(), std::back_inserter(solid),
+               [](const ShapeDescription& shape) { return !shape.sensor; });
+  return solid;
 }
 
 Vector3 read_inertia(const JsonNode& node) {
@@ -140,8 +149,9 @@ void read_mass(const JsonNode& node, BodyDescription& body) {
     body.inertia = read_inertia(node.at("inertia"));
     return;
   }
-  if (body.shapes.empty()) node.fail("needs \"mass\" and \"inertia\": without shapes they follow from nothing");
-  MassProperties solid = mass_properties(body.shapes, node.has("density") ? node.at("density").positive() : 1);
+  const std::vector<ShapeDescription> shapes = solid_shapes(body);
+  if (shapes.empty()) node.fail("needs \"mass\" and \"inertia\": without shapes they follow from nothing");
+  MassProperties solid = mass_properties(shapes, node.has("density") ? node.at("density").positive() : 1);
   const double scale = node.has("mass") ? node.at("mass").positive() / solid.mass : 1;
   body.mass = node.has("mass") ? node.at("mass").number() : solid.mass;
   for (double& moment : solid.inertia) moment *= scale;
@@ -191,7 +201,7 @@ void read_pivot(const JsonNode& node, BodyDescription& body) {
 
 BodyDescription read_body(const JsonNode& node, Names& names) {
   node.expect_object({"name", "type", "mass", "density", "inertia", "position", "orientation", "velocity",
-                      "angular_velocity", "angular_velocity_body", "pivot", "lever", "shapes"});
+                      "angular_velocity", "angular_velocity_body", "pivot", "lever", "continuous", "shapes"});
   BodyDescription body;
   if (node.has("name")) body.name = node.at("name").text();
   if (node.has("type")) {
@@ -207,6 +217,9 @@ BodyDescription read_body(const JsonNode& node, Names& names) {
   read_mass(node, body);
   read_pivot(node, body);
   read_motion(node, body);
+  if (node.has("continuous")) body.continuous = node.at("continuous").boolean();
+  if (body.continuous && body.kind == BODY_STATIC)
+    node.at("continuous").fail("a static body does not move; make the bodies that hit it continuous, or remove this");
   return body;
 }
 

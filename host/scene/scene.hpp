@@ -37,6 +37,7 @@ struct ShapeDescription {
   std::vector<Vector3> points;           // hull: the corners, in the shape's frame
   u32 material = 0;                      // index into Scene::materials
   u32 category = 1, mask = 0xffffffffu;  // collision filter
+  bool sensor = false;                   // tells what overlaps it and pushes nothing; has no mass
 };
 
 struct BodyDescription {
@@ -50,6 +51,7 @@ struct BodyDescription {
   Vector3 angular_velocity = {0, 0, 0};  // world frame
   bool pivoted = false;
   Vector3 lever = {0, 0, 0};  // from the pivot to the centre of mass, body frame; the pivot follows from the pose
+  bool continuous = false;    // its impacts are looked for within the step
   std::vector<ShapeDescription> shapes;
 };
 
@@ -66,6 +68,7 @@ struct Settings {
   double slop = 1e-4;                // m
   double margin = 0.005;             // m
   double speed_limit = 1e5;          // m/s
+  bool events = false;               // tell who begins and ceases to touch
   std::string precision = "float";   // what a run uses unless it is told
 };
 
