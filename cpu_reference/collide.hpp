@@ -44,6 +44,15 @@ bool collide_in_reach(const StepParams<real>& params, const Manifold<real>& m, u
   return within_reach(params, gap_at(m, k), speed);
 }
 
+/// Puts one more point into a list that is ordered by feature.
+template <class real>
+Manifold<real> collide_insert(Manifold<real> m, ManifoldPoint<real> point) {
+  u32 place = m.count++;
+  for (; place > 0 && m.points[place - 1].feature > point.feature; --place) m.points[place] = m.points[place - 1];
+  m.points[place] = point;
+  return m;
+}
+
 /// The manifold of a pair about the centre of shape a, without the points that are out of reach.
 template <class real>
 Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>& params, Pair pair) {
@@ -58,12 +67,12 @@ Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>
       a.info.kind, Placed<real>{{0, 0, 0}, shape_rotation(a.pose, a.shape), vec3(a.shape.size), a.info.hull},
       b.info.kind, Placed<real>{center_b, shape_rotation(b.pose, b.shape), vec3(b.shape.size), b.info.hull}, tables,
       collide_limit(params, a, b, add3(a.arm, apart)));
-  u32 count = 0;
-  for (u32 k = 0; k < m.count; ++k) {
-    if (collide_in_reach(params, m, k, a, b, apart)) m.points[count++] = m.points[k];
+  const u32 found = m.count;
+  m.count = 0;
+  for (u32 k = 0; k < found; ++k) {
+    if (collide_in_reach(params, m, k, a, b, apart)) m = collide_insert(m, m.points[k]);
   }
-  m.count = count;
-  for (u32 k = 0; k < count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
+  for (u32 k = 0; k < m.count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
   return m;
 }
 

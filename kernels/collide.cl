@@ -53,18 +53,25 @@ static inline bool collide_in_reach(StepParams params, const Manifold* m, u32 k,
   return within_reach(params, gap_at(m, k), speed);
 }
 
+// Puts one more point into a list that is ordered by feature.
+static inline void collide_insert(Manifold* m, ManifoldPoint point) {
+  u32 place = m->count++;
+  for (; place > 0u && m->points[place - 1u].feature > point.feature; --place) m->points[place] = m->points[place - 1u];
+  m->points[place] = point;
+}
+
 static inline Manifold collide_pair(StepParams params, const Side* a, const Side* b, HullTables tables) {
   const Vec3 apart = sub3(a->pose.position, b->pose.position);
   const Vec3 center_b = sub3(b->arm, add3(a->arm, apart));
   if (IS_SENSOR(*a) || IS_SENSOR(*b)) return no_manifold();
   Manifold m = collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0)), b->kind,
                               collide_place(b, center_b), tables, collide_limit(params, a, b, add3(a->arm, apart)));
-  u32 count = 0u;
-  for (u32 k = 0u; k < m.count; ++k) {
-    if (collide_in_reach(params, &m, k, a, b, apart)) m.points[count++] = m.points[k];
+  const u32 found = m.count;
+  m.count = 0u;
+  for (u32 k = 0u; k < found; ++k) {
+    if (collide_in_reach(params, &m, k, a, b, apart)) collide_insert(&m, m.points[k]);
   }
-  m.count = count;
-  for (u32 k = 0u; k < count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
+  for (u32 k = 0u; k < m.count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
   return m;
 }
 

@@ -1,7 +1,8 @@
-// Worlds of spheres and planes for the tests of single stages, put into buffers without a scene file.
+// Worlds of shapes of all kinds for the tests of single stages, put into buffers without a scene file.
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <initializer_list>
 
 #include "cpu_reference/reference.hpp"
@@ -20,20 +21,59 @@ class Random {
   }
   double between(double low, double high) { return low + (high - low) * (bits() >> 8) / 16777216.0; }
   Vector3 vector(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
+  /// A unit quaternion; not uniform, and free of libm.
+  Quaternion turn() {
+    const Quaternion q = {between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)};
+    const double square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    if (square < 0.01) return {0, 0, 0, 1};
+    const double s = 1 / std::sqrt(square);
+    return {s * q[0], s * q[1], s * q[2], s * q[3]};
+  }
 
  private:
   u32 state_;
 };
 
-inline BodyDescription sphere_body(Vector3 position, double radius, Vector3 velocity = {0, 0, 0}) {
+/// A dynamic body of 1 kg with this shape at its centre of mass.
+inline BodyDescription body_of(const ShapeDescription& shape, const Vector3& inertia, const Vector3& position) {
   BodyDescription body;
   body.mass = 1;
-  body.inertia = {0.4 * radius * radius, 0.4 * radius * radius, 0.4 * radius * radius};
+  body.inertia = inertia;
   body.position = position;
-  body.velocity = velocity;
+  body.shapes.push_back(shape);
+  return body;
+}
+
+inline BodyDescription sphere_body(Vector3 position, double radius, Vector3 velocity = {0, 0, 0}) {
   ShapeDescription sphere;
   sphere.radius = radius;
-  body.shapes.push_back(sphere);
+  const double moment = 0.4 * radius * radius;
+  BodyDescription body = body_of(sphere, {moment, moment, moment}, position);
+  body.velocity = velocity;
+  return body;
+}
+
+inline BodyDescription box_body(Vector3 position, Vector3 half_extents, Quaternion orientation = {0, 0, 0, 1}) {
+  ShapeDescription box;
+  box.kind = SHAPE_BOX;
+  box.half_extents = half_extents;
+  const double x = half_extents[0] * half_extents[0], y = half_extents[1] * half_extents[1],
+               z = half_extents[2] * half_extents[2];
+  BodyDescription body = body_of(box, {(y + z) / 3, (x + z) / 3, (x + y) / 3}, position);
+  body.orientation = orientation;
+  return body;
+}
+
+/// A capsule or a cylinder along the body's z axis; both with the moments of the cylinder.
+inline BodyDescription round_body(ShapeKind kind, Vector3 position, double radius, double half_length,
+                                  Quaternion orientation = {0, 0, 0, 1}) {
+  ShapeDescription round;
+  round.kind = kind;
+  round.radius = radius;
+  round.half_length = half_length;
+  const double across = radius * radius / 4 + half_length * half_length / 3;
+  BodyDescription body = body_of(round, {across, across, radius * radius / 2}, position);
+  body.orientation = orientation;
   return body;
 }
 
@@ -52,6 +92,47 @@ inline BodyDescription plane_body(Vector3 position = {0, 0, 0}, Quaternion orien
 template <class real>
 void set(real* out, const Vector3& in) {
   for (int k = 0; k < 3; ++k) out[k] = real(in[k]);
+}
+
+/// The sizes of a shape and its reach, as the scene compiler sets them. Of a hull only these: its tables stay empty.
+template <class real>
+void set_size(Shape<real>& out, const ShapeDescription& in) {
+  Vector3 size = {0, 0, 0};
+  double reach = 0;
+  const double slack = 1.000001;
+  switch (in.kind) {
+    case SHAPE_SPHERE: size[0] = reach = in.radius; break;
+    case SHAPE_CAPSULE:
+      size = {in.radius, in.half_length, 0};
+      reach = slack * (in.radius + in.half_length);
+      break;
+    case SHAPE_CYLINDER:
+      size = {in.radius, in.half_length, 0};
+      reach = slack * std::sqrt(in.radius * in.radius + in.half_length * in.half_length);
+      break;
+    case SHAPE_BOX:
+    case SHAPE_HULL:
+      size = in.half_extents;
+      for (const Vector3& point : in.points) {
+        for (unsigned k = 0; k < 3; ++k) size[k] = std::max(size[k], std::abs(point[k]));
+      }
+      reach = slack * std::sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]);
+      break;
+    default: break;  // a plane has no size
+  }
+  for (unsigned k = 0; k < 3; ++k) out.size[k] = real(size[k]);
+  out.reach = real(reach);
+}
+
+inline Features features_of(ShapeKind kind) {
+  const Features manifolds = static_cast<Features>(Feature::manifolds);
+  switch (kind) {
+    case SHAPE_CAPSULE: return with(manifolds, Feature::capsules);
+    case SHAPE_BOX: return with(manifolds, Feature::boxes);
+    case SHAPE_CYLINDER: return with(manifolds, Feature::cylinders);
+    case SHAPE_HULL: return with(manifolds, Feature::hulls);
+    default: return 0;
+  }
 }
 
 template <class real>
@@ -85,8 +166,9 @@ void add_body(InitialState<real>& state, u32 world, u32 id, const BodyDescriptio
     Shape<real> shape = {};
     set(shape.offset, s.offset);
     for (int k = 0; k < 4; ++k) shape.rotation[k] = real(s.rotation[k]);
-    shape.size[0] = shape.reach = real(s.radius);
+    set_size(shape, s);
     b.shapes.push_back(shape);
+    state.features |= features_of(s.kind);
     if (s.kind == SHAPE_PLANE) b.planes.push_back(shape_index);
   }
 }

@@ -1,6 +1,10 @@
 // The dispatch over shape pairs. kernels/shapes/pairs.h is the twin.
 #pragma once
 
+#include "cpu_reference/shapes/box_box.hpp"
+#include "cpu_reference/shapes/box_round.hpp"
+#include "cpu_reference/shapes/capsule_box.hpp"
+#include "cpu_reference/shapes/capsules.hpp"
 #include "cpu_reference/shapes/sphere_plane.hpp"
 #include "cpu_reference/shapes/sphere_sphere.hpp"
 

@@ -143,18 +143,21 @@ void read_mass(const JsonNode& node, BodyDescription& body) {
   if (node.has("mass") && node.has("density")) node.fail("has both \"mass\" and \"density\"; give one");
   if (!node.has("mass") && !node.has("density"))
     node.fail("needs \"mass\" or \"density\"; only static and kinematic bodies go without");
+  const double density = node.has("density") ? node.at("density").positive() : 1;
+  body.mass = node.has("mass") ? node.at("mass").positive() : 0;
   if (node.has("inertia")) {  // about the origin, which is the centre of mass, and along the axes of the file
     if (node.has("density")) node.at("density").fail("does not go with \"inertia\"; give \"mass\" instead");
-    body.mass = node.at("mass").positive();
     body.inertia = read_inertia(node.at("inertia"));
     return;
   }
   const std::vector<ShapeDescription> shapes = solid_shapes(body);
-  if (shapes.empty()) node.fail("needs \"mass\" and \"inertia\": without shapes they follow from nothing");
-  MassProperties solid = mass_properties(shapes, node.has("density") ? node.at("density").positive() : 1);
-  const double scale = node.has("mass") ? node.at("mass").positive() / solid.mass : 1;
-  body.mass = node.has("mass") ? node.at("mass").number() : solid.mass;
-  for (double& moment : solid.inertia) moment *= scale;
+  if (shapes.empty()) node.fail("needs \"mass\" and \"inertia\"; they follow from shapes, and it has none");
+  MassProperties solid = mass_properties(shapes, density);
+  if (node.has("mass")) {
+    for (double& moment : solid.inertia) moment *= body.mass / solid.mass;
+  } else {
+    body.mass = solid.mass;
+  }
   move_to_principal_axes(solid, body);
 }
 

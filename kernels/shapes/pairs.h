@@ -2,6 +2,10 @@
 #ifndef LOCKSTEP_PAIRS_H
 #define LOCKSTEP_PAIRS_H
 
+#include "shapes/box_box.h"
+#include "shapes/box_round.h"
+#include "shapes/capsule_box.h"
+#include "shapes/capsules.h"
 #include "shapes/sphere_plane.h"
 #include "shapes/sphere_sphere.h"
 

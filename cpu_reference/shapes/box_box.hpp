@@ -1,0 +1,419 @@
+// Box against box: 15 separating axes, then points on a face or between two edges. kernels/shapes/box_box.h is the
+// twin.
+//
+// Axes (Gottschalk, Lin, Manocha, OBBTree, 1996): the faces of a, the faces of b, each edge of a with each of b. The
+// one on which the boxes overlap least is the normal. On a face, the other box's face that looks at it, a
+// parallelogram, is cut to its rectangle: the corners of the overlap lie in 12 fixed places, both ends of the four
+// edges cut by two slabs and the four corners of the rectangle. Features name what crosses, whichever box the face
+// belongs to: corner v of a: v; corner of b: 8 + v; edge i of a with edge j of b: 16 + 12 i + j.
+#pragma once
+
+#include "cpu_reference/shapes/box_round.hpp"
+
+namespace lockstep::reference {
+
+/// Squared sine of the angle under which two edges count as parallel: their cross product would be noise.
+template <class real>
+real parallel_edges() {
+  return real(1e-4);
+}
+
+/// b in the frame of a.
+template <class real>
+struct BoxPair {
+  Vec3<real> half_a, half_b;
+  Axes<real> r;  // axes of b in the frame of a
+  Vec3<real> t;  // centre of b in the frame of a
+};
+
+/// The separating axis: 0 .. 2 faces of a, 3 .. 5 faces of b, 6 + 3 i + j edge i of a with edge j of b. Faces are taken
+/// unless an edge pair separates clearly better, and those of a before those of b.
+template <class real>
+struct BoxAxis {
+  real separation;
+  u32 code;
+};
+
+template <class real>
+BoxPair<real> box_pair(const Placed<real>& a, const Placed<real>& b) {
+  BoxPair<real> pair;
+  const Quat<real> back = {-a.rotation.x, -a.rotation.y, -a.rotation.z, a.rotation.w};
+  pair.half_a = a.size;
+  pair.half_b = b.size;
+  pair.r = axes_of(multiply4(back, b.rotation));
+  pair.t = rotate3(back, sub3(b.center, a.center));
+  return pair;
+}
+
+template <class real>
+BoxAxis<real> larger(BoxAxis<real> best, real separation, u32 code) {
+  if (separation > best.separation) {
+    best.separation = separation;
+    best.code = code;
+  }
+  return best;
+}
+
+template <class real>
+Vec3<real> absolute3(Vec3<real> v) {
+  return Vec3<real>{std::abs(v.x), std::abs(v.y), std::abs(v.z)};
+}
+
+/// The edges of a along axis i with the three of b; `best` holds signed squares p |p| and the squared lengths l of
+/// their axes: without roots, q l' > q' l compares p / sqrt(l).
+template <class real>
+struct EdgeAxis {
+  real square, length;
+  u32 code;
+};
+
+template <class real>
+EdgeAxis<real> edge_axis(EdgeAxis<real> best, const BoxPair<real>& pair, u32 i, Vec3<real> column, Vec3<real> other_1,
+                         Vec3<real> other_2, real half_1, real half_2, u32 code) {
+  // e_i x column, in the frame of a: no part along e_i, and none along the column
+  const Vec3<real> n = cross3(along_axis(real(1), i), column);
+  const real length = dot3(n, n);
+  const real p = std::abs(dot3(n, pair.t)) - dot3(absolute3(n), pair.half_a) -
+                 (std::abs(dot3(n, other_1)) * half_1 + std::abs(dot3(n, other_2)) * half_2);
+  const real square = p * std::abs(p);
+  if (length >= parallel_edges<real>() && square * best.length > best.square * length) {
+    best.square = square;
+    best.length = length;
+    best.code = code;
+  }
+  return best;
+}
+
+template <class real>
+BoxAxis<real> box_axis(const BoxPair<real>& pair) {
+  const Axes<real> r = pair.r;
+  const Vec3<real> x = absolute3(r.x), y = absolute3(r.y), z = absolute3(r.z);
+  const Vec3<real> a = pair.half_a, b = pair.half_b, t = pair.t;
+  BoxAxis<real> on_a, on_b;
+  on_a.separation = std::abs(t.x) - (a.x + (x.x * b.x + y.x * b.y + z.x * b.z));
+  on_a.code = 0;
+  on_a = larger(on_a, std::abs(t.y) - (a.y + (x.y * b.x + y.y * b.y + z.y * b.z)), 1);
+  on_a = larger(on_a, std::abs(t.z) - (a.z + (x.z * b.x + y.z * b.y + z.z * b.z)), 2);
+  on_b.separation = std::abs(dot3(t, r.x)) - (b.x + dot3(x, a));
+  on_b.code = 3;
+  on_b = larger(on_b, std::abs(dot3(t, r.y)) - (b.y + dot3(y, a)), 4);
+  on_b = larger(on_b, std::abs(dot3(t, r.z)) - (b.z + dot3(z, a)), 5);
+  EdgeAxis<real> edge;
+  edge.square = real(-1e30);
+  edge.length = real(1);
+  edge.code = 6;
+  for (u32 i = 0; i < 3; ++i) {
+    edge = edge_axis(edge, pair, i, r.x, r.y, r.z, b.y, b.z, 6 + 3 * i);
+    edge = edge_axis(edge, pair, i, r.y, r.z, r.x, b.z, b.x, 7 + 3 * i);
+    edge = edge_axis(edge, pair, i, r.z, r.x, r.y, b.x, b.y, 8 + 3 * i);
+  }
+  const real root = std::sqrt(std::abs(edge.square) / edge.length);
+  const real tolerance = real(1e-5) * (a.x + a.y + a.z + b.x + b.y + b.z);
+  BoxAxis<real> best = on_a;
+  if (on_b.separation > best.separation + tolerance) best = on_b;
+  return larger(best, (edge.square < real(0) ? -root : root) - tolerance, edge.code);
+}
+
+/// A corner of the overlap over the reference face: place, feature.
+template <class real>
+struct FacePoint {
+  real x, y;
+  u32 feature, taken;
+};
+
+template <class real>
+struct FacePoints {
+  FacePoint<real> at[12];
+};
+
+/// The reference face, normal up, in the frame of its box turned so that x and y lie in it: half extents hx, hy. The
+/// incident face is the parallelogram c +- u +- v; it lies s0 + sx x + sy y above the reference face.
+template <class real>
+struct FacePair {
+  real hx, hy, hz;
+  real cx, cy, ux, uy, vx, vy;
+  real s0, sx, sy;
+  u32 axis, incident;  // of the reference face in its box, of the incident face in its own
+  u32 down, up;        // the reference face, the incident face is the one on the negative, the positive side
+  u32 from_b;          // the reference face belongs to b
+};
+
+/// The edge of a box along axis i on these sides of the next two axes.
+inline u32 edge_name(u32 i, u32 side_1, u32 side_2) { return 4 * i + side_1 + 2 * side_2; }
+inline u32 next_axis(u32 k) { return k == 2 ? 0 : k + 1; }
+inline u32 last_axis(u32 k) { return k == 0 ? 2 : k - 1; }
+
+inline u32 corner_feature(u32 from_b, u32 corner) { return from_b ? 8 + corner : corner; }
+/// An edge of the reference box crosses one of the incident box.
+inline u32 crossing_feature(u32 from_b, u32 reference_edge, u32 incident_edge) {
+  return from_b ? 16 + 12 * incident_edge + reference_edge : 16 + 12 * reference_edge + incident_edge;
+}
+/// A corner by its sides along axis k and the next two.
+inline u32 corner_name(u32 k, u32 side, u32 side_1, u32 side_2) {
+  return (side << k) | (side_1 << next_axis(k)) | (side_2 << last_axis(k));
+}
+
+template <class real>
+FacePair<real> face_pair(const BoxPair<real>& pair, u32 code) {
+  FacePair<real> f;
+  f.from_b = code >= 3 ? 1 : 0;
+  f.axis = f.from_b ? code - 3 : code;
+  const u32 k = f.axis, k1 = next_axis(k), k2 = last_axis(k);
+  const Axes<real> r = pair.r;
+  const Vec3<real> extents = f.from_b ? pair.half_b : pair.half_a, other = f.from_b ? pair.half_a : pair.half_b;
+  // the incident box in the frame of the reference box: its centre, and row k1, k2, k of its axes
+  const Vec3<real> c = f.from_b ? scale3(real(-1), into_frame(r, pair.t)) : pair.t;
+  const Vec3<real> row_x = Vec3<real>{r.x.x, r.y.x, r.z.x}, row_y = Vec3<real>{r.x.y, r.y.y, r.z.y},
+                   row_z = Vec3<real>{r.x.z, r.y.z, r.z.z};
+  const Vec3<real> x = f.from_b ? (k1 == 0 ? r.x : k1 == 1 ? r.y : r.z) : (k1 == 0 ? row_x : k1 == 1 ? row_y : row_z);
+  const Vec3<real> y = f.from_b ? (k2 == 0 ? r.x : k2 == 1 ? r.y : r.z) : (k2 == 0 ? row_x : k2 == 1 ? row_y : row_z);
+  Vec3<real> z = f.from_b ? (k == 0 ? r.x : k == 1 ? r.y : r.z) : (k == 0 ? row_x : k == 1 ? row_y : row_z);
+  f.hx = along(extents, k1);
+  f.hy = along(extents, k2);
+  f.hz = along(extents, k);
+  real cz = along(c, k);
+  f.down = cz < real(0) ? 1 : 0;
+  cz = f.down ? -cz : cz;
+  z = f.down ? scale3(real(-1), z) : z;
+
+  u32 j = std::abs(z.y) > std::abs(z.x) ? 1 : 0;
+  j = std::abs(z.z) > std::abs(along(z, j)) ? 2 : j;
+  const u32 j1 = next_axis(j), j2 = last_axis(j);
+  f.incident = j;
+  const real fx = along(x, j), fy = along(y, j), fz = along(z, j);
+  f.up = fz > real(0) ? 0 : 1;
+  const real g = f.up ? along(other, j) : -along(other, j), gu = along(other, j1), gv = along(other, j2);
+  f.cx = along(c, k1) + g * fx;
+  f.cy = along(c, k2) + g * fy;
+  f.ux = gu * along(x, j1);
+  f.uy = gu * along(y, j1);
+  f.vx = gv * along(x, j2);
+  f.vy = gv * along(y, j2);
+  const real inverse = real(1) / fz;
+  f.sx = -(fx * inverse);
+  f.sy = -(fy * inverse);
+  f.s0 = cz + g * fz - f.hz - f.sx * f.cx - f.sy * f.cy;
+  return f;
+}
+
+/// Both ends of the edge m + t u, -1 <= t <= 1, of the incident face, cut to the rectangle. `ends`: an end that is not
+/// cut counts too; of the two edges that meet in a corner one says so. `edge`: its name; `side_u` of the corner at t =
+/// 1 is the next axis' side.
+template <class real>
+FacePoints<real> cut_edge(FacePoints<real> points, FacePair<real> f, u32 slot, real mx, real my, real ux, real uy,
+                          real ex, real ey, u32 ends, u32 edge, u32 corner_from, u32 corner_to) {
+  const real tiny = real(1e-9) * (f.hx + f.hy);
+  const real rx = real(1) / (std::abs(ux) < tiny ? tiny : ux), ry = real(1) / (std::abs(uy) < tiny ? tiny : uy);
+  const real x1 = (-ex - mx) * rx, x2 = (ex - mx) * rx, y1 = (-ey - my) * ry, y2 = (ey - my) * ry;
+  const real low_x = x1 < x2 ? x1 : x2, high_x = x1 < x2 ? x2 : x1;
+  const real low_y = y1 < y2 ? y1 : y2, high_y = y1 < y2 ? y2 : y1;
+  // edges of the reference face at -x, +x, -y, +y, as they are met on the way from t = -1 to 1
+  const u32 k1 = next_axis(f.axis), k2 = last_axis(f.axis), top = f.down ? 0 : 1;
+  const u32 enter_x = edge_name(k2, top, rx > real(0) ? 0 : 1), leave_x = edge_name(k2, top, rx > real(0) ? 1 : 0);
+  const u32 enter_y = edge_name(k1, ry > real(0) ? 0 : 1, top), leave_y = edge_name(k1, ry > real(0) ? 1 : 0, top);
+  real from = real(-1), to = real(1);
+  u32 at_from = corner_feature(1 - f.from_b, corner_from), at_to = corner_feature(1 - f.from_b, corner_to);
+  u32 cut_from = 0, cut_to = 0;
+  if (low_x > from) {
+    from = low_x;
+    at_from = crossing_feature(f.from_b, enter_x, edge);
+    cut_from = 1;
+  }
+  if (low_y > from) {
+    from = low_y;
+    at_from = crossing_feature(f.from_b, enter_y, edge);
+    cut_from = 1;
+  }
+  if (high_x < to) {
+    to = high_x;
+    at_to = crossing_feature(f.from_b, leave_x, edge);
+    cut_to = 1;
+  }
+  if (high_y < to) {
+    to = high_y;
+    at_to = crossing_feature(f.from_b, leave_y, edge);
+    cut_to = 1;
+  }
+  const u32 there = from <= to ? 1 : 0;
+  points.at[slot].x = mx + from * ux;
+  points.at[slot].y = my + from * uy;
+  points.at[slot].feature = at_from;
+  points.at[slot].taken = there & (ends | cut_from);
+  points.at[slot + 1].x = mx + to * ux;
+  points.at[slot + 1].y = my + to * uy;
+  points.at[slot + 1].feature = at_to;
+  points.at[slot + 1].taken = there & (ends | cut_to);
+  return points;
+}
+
+/// A corner of the reference face strictly inside the incident one: (p, q) are its coordinates along u and v.
+template <class real>
+FacePoint<real> face_corner(FacePair<real> f, real side_x, real side_y, real inverse) {
+  FacePoint<real> point;
+  point.x = side_x * f.hx;
+  point.y = side_y * f.hy;
+  const real dx = point.x - f.cx, dy = point.y - f.cy;
+  const real p = (dx * f.vy - dy * f.vx) * inverse, q = (dy * f.ux - dx * f.uy) * inverse;
+  point.taken = std::abs(p) < real(0.9999) && std::abs(q) < real(0.9999) ? 1 : 0;
+  point.feature =
+      corner_feature(f.from_b, corner_name(f.axis, f.down ? 0 : 1, side_x > real(0) ? 1 : 0, side_y > real(0) ? 1 : 0));
+  return point;
+}
+
+template <class real>
+FacePoints<real> face_points(FacePair<real> f) {
+  FacePoints<real> points;
+  // an edge along the border stays whole when noise tilts it
+  const real slop = real(4e-5) * (f.hx + f.hy), ex = f.hx + slop, ey = f.hy + slop;
+  const u32 j = f.incident, j1 = next_axis(j), j2 = last_axis(j), side = f.up;
+  const u32 corner_00 = corner_name(j, side, 0, 0), corner_10 = corner_name(j, side, 1, 0);
+  const u32 corner_01 = corner_name(j, side, 0, 1), corner_11 = corner_name(j, side, 1, 1);
+  // edges along u = axis j1 have the sides of j2 and j; along v = axis j2 those of j and j1
+  points = cut_edge(points, f, 0, f.cx - f.vx, f.cy - f.vy, f.ux, f.uy, ex, ey, 1, edge_name(j1, 0, side), corner_00,
+                    corner_10);
+  points = cut_edge(points, f, 2, f.cx + f.vx, f.cy + f.vy, f.ux, f.uy, ex, ey, 1, edge_name(j1, 1, side), corner_01,
+                    corner_11);
+  points = cut_edge(points, f, 4, f.cx - f.ux, f.cy - f.uy, f.vx, f.vy, ex, ey, 0, edge_name(j2, side, 0), corner_00,
+                    corner_01);
+  points = cut_edge(points, f, 6, f.cx + f.ux, f.cy + f.uy, f.vx, f.vy, ex, ey, 0, edge_name(j2, side, 1), corner_10,
+                    corner_11);
+  const real inverse = real(1) / (f.ux * f.vy - f.uy * f.vx);
+  points.at[8] = face_corner(f, real(-1), real(-1), inverse);
+  points.at[9] = face_corner(f, real(1), real(-1), inverse);
+  points.at[10] = face_corner(f, real(1), real(1), inverse);
+  points.at[11] = face_corner(f, real(-1), real(1), inverse);
+  return points;
+}
+
+/// Which of the points are kept.
+struct FourPoints {
+  u32 count, at[4];
+};
+
+/// The deepest point, the one farthest from it, the one farthest from their line, the one farthest outside of that
+/// triangle: of those no farther than `limit` above the face. The first of equals wins.
+template <class real>
+FourPoints four_points(FacePair<real> f, FacePoints<real> points, real limit) {
+  FourPoints four;
+  four.count = 0;
+  const real least = real(1e-8) * (f.hx + f.hy) * (f.hx + f.hy);
+  real best = limit;
+  for (u32 i = 0; i < 12; ++i) {
+    const real s = f.s0 + f.sx * points.at[i].x + f.sy * points.at[i].y;
+    points.at[i].taken = points.at[i].taken && s <= limit ? 1 : 0;
+    if (points.at[i].taken && (s < best || four.count == 0)) {
+      best = s;
+      four.at[0] = i;
+      four.count = 1;
+    }
+  }
+  if (four.count == 0) return four;
+  const real ax = points.at[four.at[0]].x, ay = points.at[four.at[0]].y;
+  best = least;
+  for (u32 i = 0; i < 12; ++i) {
+    const real dx = points.at[i].x - ax, dy = points.at[i].y - ay, d = dx * dx + dy * dy;
+    if (points.at[i].taken && d > best) {
+      best = d;
+      four.at[1] = i;
+      four.count = 2;
+    }
+  }
+  if (four.count == 1) return four;
+  const real wx = points.at[four.at[1]].x - ax, wy = points.at[four.at[1]].y - ay;
+  real area = real(0);
+  best = least;
+  for (u32 i = 0; i < 12; ++i) {
+    const real w = wx * (points.at[i].y - ay) - wy * (points.at[i].x - ax);
+    if (points.at[i].taken && std::abs(w) > best) {
+      best = std::abs(w);
+      area = w;
+      four.at[2] = i;
+      four.count = 3;
+    }
+  }
+  if (four.count == 2) return four;
+  // the triangle a p q is counter-clockwise
+  const u32 at_p = area < real(0) ? four.at[2] : four.at[1], at_q = area < real(0) ? four.at[1] : four.at[2];
+  const real px = points.at[at_p].x, py = points.at[at_p].y, qx = points.at[at_q].x, qy = points.at[at_q].y;
+  best = least;
+  for (u32 i = 0; i < 12; ++i) {
+    const real x = points.at[i].x, y = points.at[i].y;
+    const real w0 = (py - ay) * (x - ax) - (px - ax) * (y - ay);
+    const real w1 = (qy - py) * (x - px) - (qx - px) * (y - py);
+    const real w2 = (ay - qy) * (x - qx) - (ax - qx) * (y - qy);
+    real w = w0 > w1 ? w0 : w1;
+    w = w2 > w ? w2 : w;
+    if (points.at[i].taken && w > best) {
+      best = w;
+      four.at[3] = i;
+      four.count = 4;
+    }
+  }
+  return four;
+}
+
+template <class real>
+Manifold<real> box_faces(const Placed<real>& a, const Placed<real>& b, const BoxPair<real>& pair, u32 code,
+                         real limit) {
+  const FacePair<real> f = face_pair(pair, code);
+  const FacePoints<real> points = face_points(f);
+  const FourPoints four = four_points(f, points, limit);
+  const Axes<real> axes = axes_of(f.from_b ? b.rotation : a.rotation);
+  const Vec3<real> center = f.from_b ? b.center : a.center;
+  const real up = f.down ? real(-1) : real(1);
+  // the normal of the face looks from the reference box to the other
+  const Vec3<real> normal = out_of_frame(axes, along_axis(f.from_b ? up : -up, f.axis));
+  Manifold<real> m = manifold_along(normal, f.from_b ? NORMAL_OF_B : NORMAL_OF_A, real(0), real(0));
+  for (u32 i = 0; i < four.count; ++i) {
+    const FacePoint<real> point = points.at[four.at[i]];
+    const real s = f.s0 + f.sx * point.x + f.sy * point.y;
+    Vec3<real> on_face = along_axis(up * f.hz, f.axis);
+    on_face = with_along(with_along(on_face, next_axis(f.axis), point.x), last_axis(f.axis), point.y);
+    const Vec3<real> above = with_along(on_face, f.axis, up * (f.hz + s));
+    const Vec3<real> reference = add3(center, out_of_frame(axes, on_face));
+    const Vec3<real> incident = add3(center, out_of_frame(axes, above));
+    m = with_point(m, f.from_b ? incident : reference, f.from_b ? reference : incident, point.feature);
+  }
+  return m;
+}
+
+/// The closest points of the lines of two edges.
+template <class real>
+Manifold<real> box_edges(const Placed<real>& a, const BoxPair<real>& pair, u32 code) {
+  const u32 i = (code - 6) / 3, j = code - 6 - 3 * i;
+  const Axes<real> r = pair.r;
+  const Vec3<real> column = j == 0 ? r.x : j == 1 ? r.y : r.z;
+  Vec3<real> n = cross3(along_axis(real(1), i), column);
+  n = scale3(-sign_of(dot3(n, pair.t)) / length3(n), n);  // from b to a
+  const Vec3<real> n_b = into_frame(r, n);
+  Vec3<real> on_a = with_along(
+      Vec3<real>{-sign_of(n.x) * pair.half_a.x, -sign_of(n.y) * pair.half_a.y, -sign_of(n.z) * pair.half_a.z}, i,
+      real(0));
+  const Vec3<real> edge_b = with_along(
+      Vec3<real>{sign_of(n_b.x) * pair.half_b.x, sign_of(n_b.y) * pair.half_b.y, sign_of(n_b.z) * pair.half_b.z}, j,
+      real(0));
+  Vec3<real> on_b = add3(pair.t, out_of_frame(r, edge_b));
+  const u32 i1 = next_axis(i), i2 = last_axis(i), j1 = next_axis(j), j2 = last_axis(j);
+  const u32 name_a = edge_name(i, along(on_a, i1) > real(0) ? 1 : 0, along(on_a, i2) > real(0) ? 1 : 0);
+  const u32 name_b = edge_name(j, along(edge_b, j1) > real(0) ? 1 : 0, along(edge_b, j2) > real(0) ? 1 : 0);
+  const Vec3<real> w = sub3(on_a, on_b);
+  const real cosine = along(column, i), wi = along(w, i), wj = dot3(w, column);
+  const real square_sine = real(1) - cosine * cosine;
+  const real s = clamp_to((cosine * wj - wi) / square_sine, along(pair.half_a, i));
+  const real t = clamp_to((wj - cosine * wi) / square_sine, along(pair.half_b, j));
+  on_a = with_along(on_a, i, s);
+  on_b = add3(on_b, scale3(t, column));
+  const Axes<real> axes = axes_of(a.rotation);
+  return manifold_at(out_of_frame(axes, n), NORMAL_FIXED, add3(a.center, out_of_frame(axes, on_a)), real(0),
+                     add3(a.center, out_of_frame(axes, on_b)), real(0), 16 + 12 * name_a + name_b);
+}
+
+template <class real>
+Manifold<real> box_box(const Placed<real>& a, const Placed<real>& b, real limit) {
+  const BoxPair<real> pair = box_pair(a, b);
+  const BoxAxis<real> axis = box_axis(pair);
+  if (axis.separation > limit) return no_manifold<real>();
+  return axis.code < 6 ? box_faces(a, b, pair, axis.code, limit) : box_edges(a, pair, axis.code);
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,191 @@
+// Capsule against box, in the frame of the box. kernels/shapes/capsule_box.h is the twin.
+//
+// The squared distance of p + t u, a point of the core segment, to the box is convex and piecewise quadratic in t, with
+// kinks where the segment passes through the planes of the faces. Half its slope is piecewise linear, so that the kinks
+// that bracket its root give the closest point exactly.
+#pragma once
+
+#include "cpu_reference/shapes/box_round.hpp"
+
+namespace lockstep::reference {
+
+/// A piece of the core segment, in units of length from its middle.
+template <class real>
+struct SegmentSpan {
+  real from, to;
+};
+
+/// The core segment in the frame of the box.
+template <class real>
+struct SegmentInBox {
+  Vec3<real> p, u;     // middle, unit direction
+  real length;         // half of it
+  Vec3<real> extents;  // of the box
+};
+
+template <class real>
+Vec3<real> segment_at(SegmentInBox<real> c, real t) {
+  return add3(c.p, scale3(t, c.u));
+}
+
+/// Half the slope of the squared distance.
+template <class real>
+real segment_slope(SegmentInBox<real> c, real t) {
+  const Vec3<real> x = segment_at(c, t);
+  return dot3(sub3(x, clamp_into_box(x, c.extents)), c.u);
+}
+
+/// Brackets the root of the slope by one more t.
+template <class real>
+SegmentSpan<real> segment_bracket(SegmentInBox<real> c, SegmentSpan<real> s, real t) {
+  if (t > s.from && t < s.to) {
+    if (segment_slope(c, t) <= real(0)) {
+      s.from = t;
+    } else {
+      s.to = t;
+    }
+  }
+  return s;
+}
+
+/// The two kinks of an axis.
+template <class real>
+SegmentSpan<real> segment_kinks(SegmentInBox<real> c, SegmentSpan<real> s, real p, real u, real extents) {
+  if (std::abs(u) > real(1e-9)) {
+    s = segment_bracket(c, s, (-extents - p) / u);
+    s = segment_bracket(c, s, (extents - p) / u);
+  }
+  return s;
+}
+
+/// Where the segment comes closest to the box: the last such place where it is parallel to a face, or inside.
+template <class real>
+real segment_closest(SegmentInBox<real> c) {
+  SegmentSpan<real> s;
+  s.from = -c.length;
+  s.to = c.length;
+  if (segment_slope(c, s.from) > real(0)) return s.from;
+  if (segment_slope(c, s.to) <= real(0)) return s.to;
+  s = segment_kinks(c, s, c.p.x, c.u.x, c.extents.x);
+  s = segment_kinks(c, s, c.p.y, c.u.y, c.extents.y);
+  s = segment_kinks(c, s, c.p.z, c.u.z, c.extents.z);
+  const real slope_from = segment_slope(c, s.from), slope_to = segment_slope(c, s.to);
+  const real rise = slope_to - slope_from;
+  return rise > real(0) ? s.from - slope_from / rise * (s.to - s.from) : s.from;
+}
+
+/// The part of a span where |p + t u| <= extents along an axis.
+template <class real>
+SegmentSpan<real> segment_between(SegmentSpan<real> s, real p, real u, real extents) {
+  if (std::abs(u) > real(1e-9)) {
+    const real t1 = (-extents - p) / u, t2 = (extents - p) / u;
+    const real low = t1 < t2 ? t1 : t2, high = t1 < t2 ? t2 : t1;
+    s.from = low > s.from ? low : s.from;
+    s.to = high < s.to ? high : s.to;
+  }
+  return s;
+}
+
+/// The separation of the core segment from the box along an edge of the box crossed with the segment; -1e30 where the
+/// two are parallel.
+template <class real>
+real segment_edge_separation(SegmentInBox<real> c, u32 k) {
+  const Vec3<real> n = cross3(along_axis(real(1), k), c.u);
+  const real square = dot3(n, n);
+  if (!(square > real(1e-10))) return real(-1e30);
+  const real out = std::abs(dot3(n, c.p)) -
+                   (std::abs(n.x) * c.extents.x + std::abs(n.y) * c.extents.y + std::abs(n.z) * c.extents.z);
+  return out / std::sqrt(square);
+}
+
+/// Over face k both ends of what is over it touch.
+template <class real>
+Manifold<real> capsule_on_face(const Placed<real>& a, const Placed<real>& b, Axes<real> axes, SegmentInBox<real> c,
+                               u32 k, real side) {
+  const u32 k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
+  SegmentSpan<real> s;
+  s.from = -c.length;
+  s.to = c.length;
+  s = segment_between(s, along(c.p, k1), along(c.u, k1), along(c.extents, k1));
+  s = segment_between(s, along(c.p, k2), along(c.u, k2), along(c.extents, k2));
+  if (!(s.from <= s.to)) {  // only by rounding
+    s.from = segment_closest(c);
+    s.to = s.from;
+  }
+  Manifold<real> m = manifold_along(out_of_frame(axes, along_axis(side, k)), NORMAL_OF_B, a.size.x, real(0));
+  const Vec3<real> first = segment_at(c, s.from), last = segment_at(c, s.to);
+  const real top = side * along(c.extents, k);
+  const u32 two = s.to - s.from > real(0.001) * c.length ? 1 : 0;
+  if (two || side * along(first, k) <= side * along(last, k))
+    m = with_point(m, add3(b.center, out_of_frame(axes, first)),
+                   add3(b.center, out_of_frame(axes, with_along(first, k, top))), 0);
+  if (two || side * along(first, k) > side * along(last, k))
+    m = with_point(m, add3(b.center, out_of_frame(axes, last)),
+                   add3(b.center, out_of_frame(axes, with_along(last, k, top))), 1);
+  return m;
+}
+
+/// The core crosses an edge of the box along axis k inside the box.
+template <class real>
+Manifold<real> capsule_on_edge(const Placed<real>& a, const Placed<real>& b, Axes<real> axes, SegmentInBox<real> c,
+                               u32 k) {
+  Vec3<real> n = cross3(along_axis(real(1), k), c.u);
+  n = scale3(sign_of(dot3(n, c.p)) / length3(n), n);  // from the box to the segment
+  const Vec3<real> corner = with_along(
+      Vec3<real>{sign_of(n.x) * c.extents.x, sign_of(n.y) * c.extents.y, sign_of(n.z) * c.extents.z}, k, real(0));
+  // closest points of the lines p + t u and corner + s e_k
+  const Vec3<real> w = sub3(c.p, corner);
+  const real cosine = along(c.u, k), wu = dot3(w, c.u), wk = along(w, k);
+  const real square_sine = real(1) - cosine * cosine;
+  const real t = clamp_to((cosine * wk - wu) / square_sine, c.length);
+  const real s = clamp_to((wk - cosine * wu) / square_sine, along(c.extents, k));
+  const u32 feature = 2 + 4 * k + (along(corner, k == 2 ? 0 : k + 1) > real(0) ? 1 : 0) +
+                      (along(corner, k == 0 ? 2 : k - 1) > real(0) ? 2 : 0);
+  return manifold_at(out_of_frame(axes, n), NORMAL_FIXED, add3(b.center, out_of_frame(axes, segment_at(c, t))),
+                     a.size.x, add3(b.center, out_of_frame(axes, with_along(corner, k, s))), real(0), feature);
+}
+
+/// a is the capsule. While its core is outside the box the closest points decide; once it is inside, the axis of least
+/// penetration.
+template <class real>
+Manifold<real> capsule_box(const Placed<real>& a, const Placed<real>& b) {
+  const Axes<real> axes = axes_of(b.rotation);
+  SegmentInBox<real> c;
+  c.p = into_frame(axes, sub3(a.center, b.center));
+  c.u = into_frame(axes, axes_of(a.rotation).z);
+  c.length = a.size.y;
+  c.extents = b.size;
+  const real t = segment_closest(c);
+  const Vec3<real> x = segment_at(c, t);
+  const u32 outside = coordinates_outside(x, c.extents);
+  if (outside == 1) {
+    const u32 k = box_face_at(x, c.extents);
+    return capsule_on_face(a, b, axes, c, k, sign_of(along(x, k)));
+  }
+  if (outside > 1) {
+    const Vec3<real> core_a = add3(b.center, out_of_frame(axes, x));
+    const Vec3<real> core_b = add3(b.center, out_of_frame(axes, clamp_into_box(x, c.extents)));
+    return manifold_at(direction_between(core_a, core_b, axes.z), NORMAL_BETWEEN, core_a, a.size.x, core_b, real(0), 0);
+  }
+  // how far the segment sticks out of the box along each axis, negative inside
+  real best = real(-1e30);
+  u32 axis = 0;
+  for (u32 k = 0; k < 3; ++k) {
+    const real s = std::abs(along(c.p, k)) - along(c.extents, k) - std::abs(along(c.u, k)) * c.length;
+    if (s > best) {
+      best = s;
+      axis = k;
+    }
+  }
+  for (u32 k = 0; k < 3; ++k) {
+    const real s = segment_edge_separation(c, k);
+    if (s > best) {
+      best = s;
+      axis = 3 + k;
+    }
+  }
+  if (axis < 3) return capsule_on_face(a, b, axes, c, axis, sign_of(along(c.p, axis)));
+  return capsule_on_edge(a, b, axes, c, axis - 3);
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,77 @@
+#include "tests/shapes/oracle.hpp"
+
+#include <gtest/gtest.h>
+
+#include "tests/shapes/judge.hpp"
+#include "tests/worlds.hpp"
+
+namespace lockstep::oracle {
+namespace {
+
+using test::Random;
+
+Body shape(u32 kind, Vector3d center, Vector3d size, Eigen::Quaterniond turned = Eigen::Quaterniond::Identity()) {
+  return {kind, center, turned.toRotationMatrix(), size, nullptr};
+}
+
+Eigen::Quaterniond random_turn(Random& random) {
+  return Eigen::Quaterniond(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1), random.between(-1, 1))
+      .normalized();
+}
+
+TEST(Oracle, KnowsClosedForms) {
+  const Body sphere = shape(SHAPE_SPHERE, {0, 0, 3}, {1, 0, 0});
+  EXPECT_NEAR(separation(sphere, shape(SHAPE_SPHERE, {0, 3, -1}, {0.5, 0, 0})).distance, 3.5, 1e-10);
+  EXPECT_NEAR(separation(sphere, shape(SHAPE_BOX, {0, 0, 0}, {1, 1, 1})).distance, 1, 1e-10);
+  EXPECT_NEAR(separation(sphere, shape(SHAPE_BOX, {2, 2, 4}, {1, 1, 1})).distance, std::sqrt(2) - 1, 1e-10);
+  EXPECT_NEAR(separation(sphere, shape(SHAPE_CYLINDER, {0, 2, 3}, {1.25, 1, 0})).distance, -0.25, 1e-10);
+  EXPECT_NEAR(separation(sphere, shape(SHAPE_CYLINDER, {0, 4, 0}, {1, 1, 0})).distance, std::sqrt(9 + 4) - 1, 1e-9);
+  // crossed cylinders, apart by the distance of their axes less the radii
+  const Eigen::Quaterniond lying(Eigen::AngleAxisd(turn / 4, Vector3d::UnitX()));
+  EXPECT_NEAR(
+      separation(shape(SHAPE_CYLINDER, {0, 0, 0}, {1, 4, 0}), shape(SHAPE_CYLINDER, {2.5, 0, 0}, {1, 4, 0}, lying))
+          .distance,
+      0.5, 1e-10);
+  // boxes that overlap by their corners: the least way out is along an axis
+  EXPECT_NEAR(separation(shape(SHAPE_BOX, {0, 0, 0}, {1, 1, 1}), shape(SHAPE_BOX, {1.5, 1.6, 1.7}, {1, 1, 1})).distance,
+              -0.3, 1e-10);
+}
+
+// A hull of a box's corners and the box are one shape; a turn of both changes nothing.
+TEST(Oracle, AgreesWithItself) {
+  Random random(7);
+  for (int i = 0; i < 60; ++i) {
+    const Vector3d size(random.between(0.2, 1), random.between(0.2, 1), random.between(0.2, 1));
+    std::vector<Vector3d> corners;
+    for (int k = 0; k < 8; ++k)
+      corners.emplace_back(k & 1 ? size.x() : -size.x(), k & 2 ? size.y() : -size.y(), k & 4 ? size.z() : -size.z());
+    const Polyhedron polyhedron(corners);
+    ASSERT_EQ(polyhedron.normals.size(), 6u);
+    ASSERT_EQ(polyhedron.edges.size(), 3u);
+    const Body cylinder =
+        shape(SHAPE_CYLINDER, Vector3d(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)),
+              {random.between(0.2, 1), random.between(0.2, 1), 0}, random_turn(random));
+    const Body box = shape(SHAPE_BOX, {0, 0, 0}, size);
+    Body hull = shape(SHAPE_HULL, {0, 0, 0}, size);
+    hull.hull = &polyhedron;
+    const double expected = separation(cylinder, box).distance;
+    EXPECT_NEAR(separation(cylinder, hull).distance, expected, 1e-9);
+    const Eigen::Matrix3d turned = random_turn(random).toRotationMatrix();
+    Body cylinder_turned = cylinder, box_turned = box;
+    for (Body* body : {&cylinder_turned, &box_turned})
+      body->axes = turned * body->axes, body->center = turned * body->center;
+    EXPECT_NEAR(separation(box_turned, cylinder_turned).distance, expected, 1e-9);
+  }
+}
+
+TEST(Oracle, CutsContactPatches) {
+  const Body low = shape(SHAPE_BOX, {0, 0, 0}, {1, 1, 1}), high = shape(SHAPE_BOX, {0.5, 0.5, 1.99}, {1, 1, 1});
+  const Polygon square = contact_patch(high, low, Vector3d::UnitZ(), 0.995, Vector3d::UnitX(), Vector3d::UnitY());
+  EXPECT_NEAR(best_area_of_four(square), 1.5 * 1.5, 0.02);
+  const Body coin = shape(SHAPE_CYLINDER, {0, 0, 1.49}, {0.5, 0.5, 0});
+  const Polygon disc = contact_patch(coin, low, Vector3d::UnitZ(), 0.995, Vector3d::UnitX(), Vector3d::UnitY());
+  EXPECT_NEAR(best_area_of_four(disc), 2 * 0.25, 0.005);  // a square in a circle
+}
+
+}  // namespace
+}  // namespace lockstep::oracle
