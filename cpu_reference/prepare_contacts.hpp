@@ -126,7 +126,8 @@ void prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
   block.arm_b_x[lane] = arm_b.x;
   block.arm_b_y[lane] = arm_b.y;
   block.arm_b_z[lane] = arm_b.z;
-  block.bias[lane] = contact_bias(params, now.gap, u_old, u_free, pair.restitution);
+  const real restitution = contact.feature == CORE_FEATURE ? real(0) : pair.restitution;
+  block.bias[lane] = contact_bias(params, now.gap, u_old, u_free, restitution);
   block.friction[lane] = pair.friction;
   block.w_nn[lane] = w_nn;
   block.w_11[lane] = w_11;

@@ -1,10 +1,12 @@
 #include "cpu_reference/reference.hpp"
 
 #include "cpu_reference/begin_step.hpp"
+#include "cpu_reference/cast_rays.hpp"
 #include "cpu_reference/collide.hpp"
 #include "cpu_reference/color_contacts.hpp"
 #include "cpu_reference/end_step.hpp"
 #include "cpu_reference/find_events.hpp"
+#include "cpu_reference/find_overlaps.hpp"
 #include "cpu_reference/find_pairs.hpp"
 #include "cpu_reference/hash_state.hpp"
 #include "cpu_reference/integrate_free_flight.hpp"

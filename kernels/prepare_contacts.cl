@@ -142,7 +142,12 @@ kernel void prepare_contacts(const StepParams params, global const WorldRange* w
       prepare_impulse(impulses->normal[lane], tangent, t1, t2, pair.friction, lane, impulses);
     }
 
-    prepare_write(lane, n, arm_a, arm_b, prepare_bias(params, now.gap, u_old, u_free, pair.restitution), pair.friction,
+#if FEATURE_CONTINUOUS
+    const real restitution = contact.feature == CORE_FEATURE ? (real)0 : pair.restitution;
+#else
+    const real restitution = pair.restitution;
+#endif
+    prepare_write(lane, n, arm_a, arm_b, prepare_bias(params, now.gap, u_old, u_free, restitution), pair.friction,
                   block);
     const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
     if (central) {

@@ -59,6 +59,8 @@ enum NormalFrame {
   NORMAL_BETWEEN = 3,   // points from anchor b to anchor a: round shapes
   NORMAL_OF_IMPACT = 4  // the world, and each side keeps its own arm: they will meet later in the step
 };
+// The feature of a contact that keeps the middle of a body from passing where its corner is hit.
+#define CORE_FEATURE 0xfffffffeu
 enum ShapeFlag {
   SHAPE_IS_CENTRAL = 1,     // a sphere at the centre of mass
   SHAPE_IS_SENSOR = 2,      // what overlaps it is told, nothing is pushed

@@ -142,6 +142,32 @@ TEST(SceneCompile, ShapesKnowTheirBodyMaterialAndFrame) {
   EXPECT_EQ(state.buffers.planes[0], 1u);
 }
 
+// What is not asked for is not there; a sensor needs events, has no mass, and makes no contact general.
+TEST(SceneCompile, EventsSensorsAndFastBodiesAreFeatures) {
+  const auto plain = compiled(ground + ", " + ball);
+  for (const Feature feature : {Feature::events, Feature::sensors, Feature::continuous, Feature::queries})
+    EXPECT_FALSE(has(plain, feature));
+  EXPECT_TRUE(plain.buffers.events.empty() && plain.buffers.touching.empty() && plain.buffers.rays.empty());
+  EXPECT_TRUE(has(compiled(ground + ", " + ball, R"(, "settings": {"events": true})"), Feature::events));
+
+  const std::string feeler = R"({"type": "sphere", "radius": 2, "offset": [1, 0, 0], "sensor": true})";
+  const auto sensor =
+      compiled(ball + R"(, {"mass": 2, "shapes": [{"type": "sphere", "radius": 0.5}, )" + feeler + "]}");
+  EXPECT_TRUE(has(sensor, Feature::sensors) && has(sensor, Feature::events));
+  EXPECT_FALSE(has(sensor, Feature::general_contacts));
+  EXPECT_EQ(sensor.buffers.masses[1].inertia[1], sensor.buffers.masses[0].inertia[1]);
+  EXPECT_EQ(sensor.buffers.shape_infos[1].flags, u32{SHAPE_IS_CENTRAL});
+  EXPECT_EQ(sensor.buffers.shape_infos[2].flags, u32{SHAPE_IS_SENSOR});
+  // sensors feel neither each other nor what is not dynamic
+  const std::string still = R"({"type": "static", "shapes": [)" + feeler + "]}";
+  EXPECT_FALSE(has(compiled(still + ", " + still + ", " + ground), Feature::contacts));
+
+  const auto fast =
+      compiled(ground + R"(, {"mass": 1, "continuous": true, "shapes": [{"type": "sphere", "radius": 1}]})");
+  EXPECT_TRUE(has(fast, Feature::continuous));
+  EXPECT_EQ(fast.buffers.shape_infos[1].flags, u32{SHAPE_IS_CENTRAL | SHAPE_IS_CONTINUOUS});
+}
+
 TEST(SceneCompile, MaterialsCombineUnlessARuleOverrides) {
   const auto state = compiled(ball + "," + ground, R"(, "materials": [
       {"name": "a", "friction": 0.2, "restitution": 0.1}, {"name": "b", "friction": 0.8, "restitution": 0.6},

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "cpu_reference/rigid_body.hpp"
-#include "cpu_reference/shapes/reach.hpp"
+#include "cpu_reference/shapes/manifold.hpp"
 
 namespace lockstep::reference {
 
@@ -67,6 +67,50 @@ real advance_time(real time, real gap, real speed, real h) {
   if (!(speed > 0)) return h;
   const real next = time + gap / speed;
   return next < h ? next : h;
+}
+
+/// The largest sphere about the origin of a shape that is known to be inside of it; below 0 where there is none.
+template <class real>
+real core_radius(u32 kind, Vec3<real> size, u32 hull, const HullTables<real>& tables) {
+  if (kind == SHAPE_CAPSULE) return size.x;
+  if (kind == SHAPE_CYLINDER) return size.x < size.y ? size.x : size.y;
+  if (kind == SHAPE_BOX) {
+    const real least = size.x < size.y ? size.x : size.y;
+    return least < size.z ? least : size.z;
+  }
+  if (kind != SHAPE_HULL) return real(-1);
+  real radius = size.x;
+  for (u32 f = 0; f < tables.hulls[hull].face_count; ++f) {
+    const real distance = tables.planes[tables.hulls[hull].first_face + f].w;
+    radius = distance < radius ? distance : radius;
+  }
+  return radius;
+}
+
+/// A body that is hit at a corner gives way by turning, and its middle goes on: far through a wall, in a long step. So
+/// the core of side a (`of_a`) or b is kept out of the other's tangent plane as well. It
+/// takes the place of the point that is farthest where there are four; it never bounces (prepare_contacts).
+template <class real>
+void add_core(Manifold<real>& m, bool of_a, real radius) {
+  u32 nearest = 0, farthest = 0;
+  for (u32 k = 1; k < m.count; ++k) {
+    if (gap_at(m, k) < gap_at(m, nearest)) nearest = k;
+    if (gap_at(m, k) > gap_at(m, farthest)) farthest = k;
+  }
+  ManifoldPoint<real> point = m.points[nearest];
+  if (of_a) {
+    point.anchor_a = Vec3<real>{0, 0, 0};
+    point.anchor_b = add3(point.anchor_b, scale3(radius - m.radius_a, m.normal));
+  } else {
+    point.anchor_b = Vec3<real>{0, 0, 0};
+    point.anchor_a = sub3(point.anchor_a, scale3(radius - m.radius_b, m.normal));
+  }
+  point.feature = CORE_FEATURE;
+  if (m.count == 4) {
+    for (u32 k = farthest; k + 1 < m.count; ++k) m.points[k] = m.points[k + 1];
+    --m.count;
+  }
+  m.points[m.count++] = point;
 }
 
 /// A manifold at the impact, seen from the start of the step: its points are where the bodies carry them now, and its

@@ -4,7 +4,7 @@
 #define LOCKSTEP_ADVANCE_H
 
 #include "rigid_body.h"
-#include "shapes/reach.h"
+#include "shapes/manifold.h"
 
 #define ADVANCE_ROUNDS 32u
 
@@ -62,6 +62,48 @@ static inline real advance_time(real time, real gap, real speed, real h) {
   const real next = time + gap / speed;
   return next < h ? next : h;
 }
+
+#if FEATURE_MANIFOLDS
+// The largest sphere about the origin of a shape that is known to be inside of it; below 0 where there is none.
+static inline real core_radius(u32 kind, Vec3 size, u32 hull, HullTables tables) {
+  if (kind == SHAPE_CAPSULE) return size.x;
+  if (kind == SHAPE_CYLINDER) return size.x < size.y ? size.x : size.y;
+  if (kind == SHAPE_BOX) {
+    const real least = size.x < size.y ? size.x : size.y;
+    return least < size.z ? least : size.z;
+  }
+  if (kind != SHAPE_HULL) return (real)-1;
+  real radius = size.x;
+  for (u32 f = 0u; f < tables.hulls[hull].face_count; ++f) {
+    const real distance = tables.planes[tables.hulls[hull].first_face + f].w;
+    radius = distance < radius ? distance : radius;
+  }
+  return radius;
+}
+
+// Keeps the core of side a (`of_a`) or b, out of the other's tangent plane.
+static inline void add_core(Manifold* m, bool of_a, real radius) {
+  u32 nearest = 0u, farthest = 0u;
+  for (u32 k = 1u; k < m->count; ++k) {
+    if (gap_at(m, k) < gap_at(m, nearest)) nearest = k;
+    if (gap_at(m, k) > gap_at(m, farthest)) farthest = k;
+  }
+  ManifoldPoint point = m->points[nearest];
+  if (of_a) {
+    point.anchor_a = make3((real)0, (real)0, (real)0);
+    point.anchor_b = add3(point.anchor_b, scale3(radius - m->radius_a, m->normal));
+  } else {
+    point.anchor_b = make3((real)0, (real)0, (real)0);
+    point.anchor_a = sub3(point.anchor_a, scale3(radius - m->radius_b, m->normal));
+  }
+  point.feature = CORE_FEATURE;
+  if (m->count == MANIFOLD_POINTS) {
+    for (u32 k = farthest; k + 1u < m->count; ++k) m->points[k] = m->points[k + 1u];
+    --m->count;
+  }
+  m->points[m->count++] = point;
+}
+#endif
 
 // A manifold at the impact, seen from the start of the step.
 static inline void bring_back(Manifold* m, const Mover* a, const Mover* b, real time) {

@@ -13,7 +13,11 @@
 
 // A shape that is a sensor feels the solid shapes of dynamic bodies.
 static inline bool feels(ShapeInfo a, ShapeInfo b, BodyInfo body_b) {
+#if FEATURE_SENSORS
   return !IS_SENSOR(a) || (body_b.kind == BODY_DYNAMIC && !IS_SENSOR(b));
+#else
+  return true;
+#endif
 }
 
 // Two shapes can make contacts, or a sensor can feel the other: other bodies of one world, one of them dynamic, and
