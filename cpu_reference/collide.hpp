@@ -1,13 +1,21 @@
 // Narrow phase: where the shapes of each pair touch, or will within the step: at points whose
 // gap <= margin + h max(0, approach speed). The points are kept in the frames of the bodies; how close they are is
-// measured again in each sub-step (prepare_contacts).
+// measured again in each sub-step (prepare_contacts). Where a body asks for it they are those of the impact within the
+// step instead of those that are closest at its start.
 #pragma once
 
+#include "cpu_reference/shapes/advance.hpp"
 #include "cpu_reference/shapes/pairs.hpp"
 #include "cpu_reference/shapes/reach.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
+
+/// Nothing but two boxes: the device has a quicker way for them.
+inline bool is_box_pair(const ShapeInfo& a, const ShapeInfo& b) {
+  return a.kind == SHAPE_BOX && b.kind == SHAPE_BOX &&
+         ((a.flags | b.flags) & (SHAPE_IS_SENSOR | SHAPE_IS_CONTINUOUS)) == 0;
+}
 
 /// One side of a pair.
 template <class real>
@@ -36,12 +44,40 @@ real collide_limit(const StepParams<real>& params, const Side<real>& a, const Si
   return params.margin + step_length(params) * (length3(v) + length3(w) * a.shape.reach);
 }
 
+/// From the centre of mass of b to that of a.
+template <class real>
+Vec3<real> collide_apart(const Side<real>& a, const Side<real>& b) {
+  return sub3(a.pose.position, b.pose.position);
+}
+
+/// The centre of shape b, seen from that of shape a.
+template <class real>
+Vec3<real> collide_center_b(const Side<real>& a, const Side<real>& b) {
+  return sub3(b.arm, add3(a.arm, collide_apart(a, b)));
+}
+
+template <class real>
+HullTables<real> collide_tables(const Buffers<real>& b) {
+  return {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
+          b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
+}
+
+/// How the two meet, about the centre of shape a.
+template <class real>
+Manifold<real> collide_sides(const Buffers<real>& buffers, const Side<real>& a, const Side<real>& b, real limit) {
+  return collide_shapes(
+      a.info.kind, Placed<real>{{0, 0, 0}, shape_rotation(a.pose, a.shape), vec3(a.shape.size), a.info.hull},
+      b.info.kind,
+      Placed<real>{collide_center_b(a, b), shape_rotation(b.pose, b.shape), vec3(b.shape.size), b.info.hull},
+      collide_tables(buffers), limit);
+}
+
 template <class real>
 bool collide_in_reach(const StepParams<real>& params, const Manifold<real>& m, u32 k, const Side<real>& a,
-                      const Side<real>& b, Vec3<real> apart) {
+                      const Side<real>& b, Vec3<real> apart, real time_left) {
   const Vec3<real> arm = add3(a.arm, sub3(m.points[k].anchor_a, scale3(m.radius_a, m.normal)));
   const real speed = approach_speed(m.normal, a.motion, arm, b.motion, add3(arm, apart));
-  return within_reach(params, gap_at(m, k), speed);
+  return gap_at(m, k) <= params.margin + time_left * speed;
 }
 
 /// Puts one more point into a list that is ordered by feature.
@@ -53,26 +89,63 @@ Manifold<real> collide_insert(Manifold<real> m, ManifoldPoint<real> point) {
   return m;
 }
 
-/// The manifold of a pair about the centre of shape a, without the points that are out of reach.
+/// The points that are in reach with so much time of the step left (s); each anchor is seen from the centre of its own
+/// shape, world axes.
 template <class real>
-Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>& params, Pair pair) {
-  const Side<real> a = collide_side(buffers, pair.shape_a), b = collide_side(buffers, pair.shape_b);
-  const Vec3<real> apart = sub3(a.pose.position, b.pose.position);  // of the centres of mass, from b to a
-  const Vec3<real> center_b = sub3(b.arm, add3(a.arm, apart));
-  const HullTables<real> tables = {buffers.hulls.data(),       buffers.hull_vertices.data(),
-                                   buffers.hull_planes.data(), buffers.hull_faces.data(),
-                                   buffers.hull_edges.data(),  buffers.hull_corners.data()};
-  Manifold<real> m = collide_shapes(
-      a.info.kind, Placed<real>{{0, 0, 0}, shape_rotation(a.pose, a.shape), vec3(a.shape.size), a.info.hull},
-      b.info.kind, Placed<real>{center_b, shape_rotation(b.pose, b.shape), vec3(b.shape.size), b.info.hull}, tables,
-      collide_limit(params, a, b, add3(a.arm, apart)));
+Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, const Side<real>& a, const Side<real>& b,
+                            real time_left) {
+  const Vec3<real> apart = collide_apart(a, b), center_b = collide_center_b(a, b);
   const u32 found = m.count;
   m.count = 0;
   for (u32 k = 0; k < found; ++k) {
-    if (collide_in_reach(params, m, k, a, b, apart)) m = collide_insert(m, m.points[k]);
+    if (collide_in_reach(params, m, k, a, b, apart, time_left)) m = collide_insert(m, m.points[k]);
   }
   for (u32 k = 0; k < m.count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
   return m;
+}
+
+template <class real>
+Side<real> collide_moved(const Side<real>& side, const Mover<real>& mover, real time) {
+  const Pose<real> pose = advance_pose(mover, time);
+  return {side.info, side.shape, side.motion, pose, rotate3(pose.orientation, vec3(side.shape.offset))};
+}
+
+/// The points at the impact, or at the end of the step where the two do not meet before; `m` is the manifold at the
+/// start of the step.
+template <class real>
+Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
+                                 const Side<real>& b, Manifold<real> m, real limit) {
+  const real h = step_length(params);
+  const Mover<real> mover_a = make_mover(a.info, a.shape, a.motion, a.pose);
+  const Mover<real> mover_b = make_mover(b.info, b.shape, b.motion, b.pose);
+  real time = 0;
+  for (u32 round = 0; round < advance_rounds && m.count > 0 && time < h && closest_gap(m) > params.slop; ++round) {
+    time = advance_time(time, closest_gap(m), closing_speed(mover_a, mover_b, m.normal, h), h);
+    m = collide_sides(buffers, collide_moved(a, mover_a, time), collide_moved(b, mover_b, time), limit);
+  }
+  if (time == 0) return collide_keep(params, m, a, b, h);
+  const Side<real> at_a = collide_moved(a, mover_a, time), at_b = collide_moved(b, mover_b, time);
+  m = collide_keep(params, m, at_a, at_b, h - time);
+  if (m.count > 0) {
+    const bool of_a = (a.info.flags & SHAPE_IS_CONTINUOUS) != 0;
+    const Side<real>& side = of_a ? a : b;
+    const real core = core_radius(side.info.kind, vec3(side.shape.size), side.info.hull, collide_tables(buffers));
+    if (core >= 0) add_core(m, of_a, core);
+  }
+  bring_back(m, mover_a, mover_b, time);
+  return m;
+}
+
+/// The points of a pair.
+template <class real>
+Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>& params, Pair pair) {
+  const Side<real> a = collide_side(buffers, pair.shape_a), b = collide_side(buffers, pair.shape_b);
+  const u32 flags = a.info.flags | b.info.flags;
+  if ((flags & SHAPE_IS_SENSOR) != 0) return no_manifold<real>();
+  const real limit = collide_limit(params, a, b, add3(a.arm, collide_apart(a, b)));
+  const Manifold<real> m = collide_sides(buffers, a, b, limit);
+  if ((flags & SHAPE_IS_CONTINUOUS) != 0) return collide_at_impact(buffers, params, a, b, m, limit);
+  return collide_keep(params, m, a, b, step_length(params));
 }
 
 /// The points of a manifold in the frames of the bodies.
@@ -100,7 +173,7 @@ void collide(Buffers<real>& b, const StepParams<real>& params) {
   u32 total = 0;
   for (u32 p = 0; p < pairs; ++p) {
     manifolds[p] = collide_pair(b, params, b.pairs[p]);
-    if (b.shape_infos[b.pairs[p].shape_a].kind == SHAPE_BOX && b.shape_infos[b.pairs[p].shape_b].kind == SHAPE_BOX)
+    if (is_box_pair(b.shape_infos[b.pairs[p].shape_a], b.shape_infos[b.pairs[p].shape_b]))
       ++b.counters[COUNTER_BOX_PAIRS];
     b.contact_starts[p] = total;
     total += manifolds[p].count;

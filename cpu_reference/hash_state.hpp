@@ -84,10 +84,23 @@ void hash_state_contacts(Buffers<real>& b) {
 }
 
 template <class real>
+void hash_state_touching(Buffers<real>& b) {
+  const u32 count = b.touching_count.empty() ? 0 : b.touching_count[0];
+  for (u32 i = 0; i < count; ++i) {
+    const ShapeInfo shape_a = b.shape_infos[b.touching[i].shape_a];
+    u64 h = hash_start(HASHED_TOUCH);
+    h = hash_word(h, shape_a.id);
+    h = hash_word(h, b.shape_infos[b.touching[i].shape_b].id);
+    hash_add_state(b.world_hashes[b.body_infos[shape_a.body].world], h);
+  }
+}
+
+template <class real>
 void hash_state(Buffers<real>& b, const StepParams<real>& params) {
   hash_state_steps(b, params);
   hash_state_bodies(b, params);
   hash_state_contacts(b);
+  hash_state_touching(b);
 }
 
 }  // namespace lockstep::reference

@@ -51,6 +51,10 @@ template <class real>
 real length3(Vec3<real> a) {
   return std::sqrt(dot3(a, a));
 }
+template <class real>
+Vec3<real> absolute3(Vec3<real> a) {
+  return {std::abs(a.x), std::abs(a.y), std::abs(a.z)};
+}
 
 template <class real>
 Quat<real> quat(Vec4<real> q) {

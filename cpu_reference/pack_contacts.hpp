@@ -16,7 +16,8 @@ namespace lockstep::reference {
 template <class real>
 bool is_central(const Buffers<real>& buffers, u32 body, u32 shape) {
   const BodyInfo& info = buffers.body_infos[body];
-  return info.kind != BODY_DYNAMIC || (info.isotropic != 0 && buffers.shape_infos[shape].central != 0);
+  return info.kind != BODY_DYNAMIC ||
+         (info.isotropic != 0 && (buffers.shape_infos[shape].flags & SHAPE_IS_CENTRAL) != 0);
 }
 
 template <class real>

@@ -11,9 +11,9 @@
 #pragma once
 
 #include "cpu_reference/cone.hpp"
+#include "cpu_reference/contact_now.hpp"
 #include "cpu_reference/frame.hpp"
 #include "cpu_reference/rigid_body.hpp"
-#include "cpu_reference/shapes/manifold.hpp"
 #include "cpu_reference/visit_contact.hpp"
 #include "host/buffers.hpp"
 
@@ -29,41 +29,6 @@ real angular_share(const Motion<real>& body, Vec3<real> arm, Vec3<real> d, Vec3<
 template <class real>
 Vec3<real> central_arm(const Motion<real>& body, Vec3<real> normal, Vec3<real> arm) {
   return body.inverse_mass > 0 ? scale3(dot3(normal, arm), normal) : arm;
-}
-
-/// How a contact stands by now: its point as an arm from either centre of mass, world axes. A contact on a face is at
-/// the point of the other shape, so that the arm of a rolling sphere has exactly its radius; others are midway.
-template <class real>
-struct ContactNow {
-  Vec3<real> normal;
-  real gap;
-  Vec3<real> arm_a, arm_b;
-};
-
-template <class real>
-ContactNow<real> contact_now(const ContactPoint<real>& point, u32 frame, const Pose<real>& pose_a,
-                             const Pose<real>& pose_b) {
-  const Vec3<real> anchor_a = rotate3(pose_a.orientation, vec3(point.anchor_a));
-  const Vec3<real> anchor_b = rotate3(pose_b.orientation, vec3(point.anchor_b));
-  const Vec3<real> apart = sub3(pose_a.position, pose_b.position);
-  const Vec3<real> d = sub3(add3(apart, anchor_a), anchor_b);
-  const real distance = length3(d);
-  ContactNow<real> now;
-  now.normal = vec3(point.normal);
-  if (frame == NORMAL_OF_A) now.normal = rotate3(pose_a.orientation, now.normal);
-  if (frame == NORMAL_OF_B) now.normal = rotate3(pose_b.orientation, now.normal);
-  if (frame == NORMAL_BETWEEN && distance > 0) now.normal = {d.x / distance, d.y / distance, d.z / distance};
-  const real between = frame == NORMAL_BETWEEN ? distance : dot3(now.normal, d);
-  now.gap = between - point.radius_a - point.radius_b;
-  if (frame == NORMAL_OF_A) {
-    now.arm_b = add3(anchor_b, scale3(point.radius_b, now.normal));
-    now.arm_a = sub3(now.arm_b, apart);
-  } else {
-    const real depth = frame == NORMAL_OF_B ? point.radius_a : point.radius_a + real(0.5) * now.gap;
-    now.arm_a = sub3(anchor_a, scale3(depth, now.normal));
-    now.arm_b = add3(now.arm_a, apart);
-  }
-  return now;
 }
 
 template <class real>
@@ -161,7 +126,8 @@ void prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
   block.arm_b_x[lane] = arm_b.x;
   block.arm_b_y[lane] = arm_b.y;
   block.arm_b_z[lane] = arm_b.z;
-  block.bias[lane] = contact_bias(params, now.gap, u_old, u_free, pair.restitution);
+  const real restitution = contact.feature == CORE_FEATURE ? real(0) : pair.restitution;
+  block.bias[lane] = contact_bias(params, now.gap, u_old, u_free, restitution);
   block.friction[lane] = pair.friction;
   block.w_nn[lane] = w_nn;
   block.w_11[lane] = w_11;

@@ -16,11 +16,6 @@ namespace lockstep::reference {
 template <class real>
 constexpr real bound_slack = real(1.00001);
 
-template <class real>
-Vec3<real> absolute3(Vec3<real> a) {
-  return {std::abs(a.x), std::abs(a.y), std::abs(a.z)};
-}
-
 /// |R| size, with R the rotation matrix: for a box along the axes of the shape.
 template <class real>
 Vec3<real> box_half(Quat<real> rotation, Vec3<real> size) {

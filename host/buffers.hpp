@@ -36,7 +36,13 @@ enum class Domain : u32 {
   contacts,
   colors,
   blocks,
-  cached
+  cached,
+  touches,
+  events,
+  rays,
+  volumes,
+  volume_ends,
+  overlaps
 };
 
 enum class Lifetime : u32 { constant, persistent, transient };
@@ -71,11 +77,12 @@ struct Buffers {
 #undef BUFFER
 };
 
-/// How many elements each domain can hold. The last three grow when a step asks for more.
+/// How many elements each domain can hold. Lists grow when a step or a query asks for more.
 struct Sizes {
   u32 worlds = 0, bodies = 0, shapes = 0, planes = 0, material_pairs = 0, buckets = 0;
   u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0;
   u32 pairs = 0, contacts = 0, blocks = 0;
+  u32 rays = 0, volumes = 0, overlaps = 0;
 
   bool operator==(const Sizes&) const = default;
 };

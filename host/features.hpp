@@ -21,6 +21,10 @@ enum class Feature : u32 {
   hulls = 1u << 10,
   grid = 1u << 11,  // candidate pairs come from a uniform grid ...
   bvh = 1u << 12,   // ... or from a tree of boxes: one of the two wherever there are contacts
+  events = 1u << 13,      // who began and ceased to touch is wanted
+  sensors = 1u << 14,     // shapes that only feel; they come with events
+  continuous = 1u << 15,  // some body's impacts are looked for within the step
+  queries = 1u << 16,     // rays or volumes were asked about: switched on while the simulation runs
 };
 
 using Features = u32;  // a set: bits of Feature

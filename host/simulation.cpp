@@ -82,6 +82,15 @@ void Simulation<real>::step() {
 }
 
 template <class real>
+std::vector<Event> Simulation<real>::events() {
+  const u32 count = counters_[COUNTER_EVENTS];
+  if (count == 0) return {};
+  const Buffer wanted[] = {Buffer::events};
+  const std::vector<Event>& events = backend_->download(wanted).events;
+  return std::vector<Event>(events.begin(), events.begin() + count);
+}
+
+template <class real>
 std::vector<WorldHash> Simulation<real>::world_hashes() {
   backend_->run(Stage::hash_state, params_);
   const Buffer wanted[] = {Buffer::world_hashes};

@@ -2,12 +2,46 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "host/backends/backend.hpp"
 #include "host/scene/compile.hpp"
 
 namespace lockstep {
+
+/// A question: what does a ray meet first? SI units, world frame.
+struct RayQuery {
+  Vector3 origin = {0, 0, 0}, direction = {1, 0, 0};  // the direction need not be unit
+  double length = 1e6;                                // how far to look, m
+  u32 mask = 0xffffffffu;                             // of categories
+  u32 world = 0;
+};
+
+/// The answer. Ids are local to the world, as in the scene; `hit` is false where nothing was met.
+struct RayHit {
+  bool hit = false;
+  u32 body = NONE, shape = NONE;
+  double distance = 0;  // from the origin, m
+  Vector3 point = {0, 0, 0}, normal = {0, 0, 0};
+};
+
+/// A question: which shapes overlap a sphere or a box?
+struct VolumeQuery {
+  ShapeKind kind = SHAPE_SPHERE;  // or SHAPE_BOX
+  Vector3 center = {0, 0, 0};
+  Quaternion rotation = {0, 0, 0, 1};  // of a box
+  double radius = 0;                   // of a sphere, m
+  Vector3 half_extents = {0, 0, 0};    // of a box, m
+  u32 mask = 0xffffffffu;
+  u32 world = 0;
+};
+
+/// One of the answers; they are in order of the questions and of the shapes.
+struct Overlap {
+  u32 volume;  // index of the question
+  u32 body, shape;
+};
 
 template <class real>
 class Simulation {
@@ -23,6 +57,18 @@ class Simulation {
   /// Hashes of the persistent state and of the poses of each world, computed where the state is.
   std::vector<WorldHash> world_hashes();
 
+  /// Who began and who ceased to touch in the last step (kernels/types.h says in which order); nothing in a scene that
+  /// does not ask for events (docs/events.md).
+  std::vector<Event> events();
+
+  /// What each ray meets first: solid shapes only, from outside. Bit for bit the same everywhere; the kernels are built
+  /// at the first question. Throws Error (input) for a ray that makes no sense, and in a scene whose shapes cannot
+  /// touch: they are not kept (docs/events.md).
+  std::vector<RayHit> cast_rays(std::span<const RayQuery> rays);
+
+  /// Which solid shapes overlap each volume. The same applies.
+  std::vector<Overlap> find_overlaps(std::span<const VolumeQuery> volumes);
+
   Backend<real>& backend() { return *backend_; }
   const StepParams<real>& params() const { return params_; }
   const Counters& counters() const { return counters_; }  // of the last step
@@ -30,7 +76,11 @@ class Simulation {
   u32 redone() const { return redone_; }  // steps that had to be redone so far
 
  private:
+  void make_room(Sizes wanted);
+
   std::unique_ptr<Backend<real>> backend_;
+  std::vector<ShapeInfo> shape_infos_;  // for queries
+  std::vector<BodyInfo> body_infos_;
   StepParams<real> params_;
   Counters counters_ = {};
   u32 steps_done_ = 0, redone_ = 0;

@@ -33,9 +33,11 @@ void step(Backend& backend, StepParams<real> p) {
     backend.run(Stage::solve_contacts, p);
     backend.run(Stage::integrate_positions, p);
     backend.run(Stage::integrate_free_flight, p);
+    backend.run(Stage::mark_touching, p);
   }
 
   backend.run(Stage::store_impulses, p);
+  backend.run(Stage::find_events, p);
   backend.run(Stage::end_step, p);
 }
 

@@ -1,13 +1,14 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Narrow phase (cpu_reference/collide.hpp).
 #include "common.h"
+#include "shapes/advance.h"
 #include "shapes/pairs.h"
 #include "shapes/reach.h"
 #include "types.h"
 
 // One side of a pair.
 typedef struct Side {
-  u32 kind, hull;
+  u32 kind, hull, flags;
   global const Shape* shape;
   global const Motion* motion;
   Pose pose;
@@ -21,6 +22,7 @@ static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, glob
   Side side;
   side.kind = info.kind;
   side.hull = info.hull;
+  side.flags = info.flags;
   side.shape = shapes + i;
   side.motion = motions + info.body;
   side.pose = make_pose(positions[info.body], orientations[info.body]);
@@ -45,11 +47,24 @@ static inline real collide_limit(StepParams params, const Side* a, const Side* b
   return params.margin + step_length(params) * (length3(v) + length3(w) * a->shape->reach);
 }
 
+// From the centre of mass of b to that of a.
+static inline Vec3 collide_apart(const Side* a, const Side* b) { return sub3(a->pose.position, b->pose.position); }
+
+// The centre of shape b, seen from that of shape a.
+static inline Vec3 collide_center_b(const Side* a, const Side* b) {
+  return sub3(b->arm, add3(a->arm, collide_apart(a, b)));
+}
+
+static inline Manifold collide_sides(const Side* a, const Side* b, HullTables tables, real limit) {
+  return collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0)), b->kind,
+                        collide_place(b, collide_center_b(a, b)), tables, limit);
+}
+
 static inline bool collide_in_reach(StepParams params, const Manifold* m, u32 k, const Side* a, const Side* b,
-                                    Vec3 apart) {
+                                    Vec3 apart, real time_left) {
   const Vec3 arm = add3(a->arm, sub3(m->points[k].anchor_a, scale3(m->radius_a, m->normal)));
   const real speed = approach_speed(m->normal, a->motion, arm, b->motion, add3(arm, apart));
-  return within_reach(params, gap_at(m, k), speed);
+  return gap_at(m, k) <= params.margin + time_left * speed;
 }
 
 // Puts one more point into a list that is ordered by feature.
@@ -59,17 +74,67 @@ static inline void collide_insert(Manifold* m, ManifoldPoint point) {
   m->points[place] = point;
 }
 
-static inline Manifold collide_pair(StepParams params, const Side* a, const Side* b, HullTables tables) {
-  const Vec3 apart = sub3(a->pose.position, b->pose.position);
-  const Vec3 center_b = sub3(b->arm, add3(a->arm, apart));
-  Manifold m = collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0)), b->kind,
-                              collide_place(b, center_b), tables, collide_limit(params, a, b, add3(a->arm, apart)));
-  const u32 found = m.count;
-  m.count = 0u;
+// The points that are in reach with so much time of the step left; each anchor is seen from the centre of its shape.
+static inline void collide_keep(StepParams params, Manifold* m, const Side* a, const Side* b, real time_left) {
+  const Vec3 apart = collide_apart(a, b), center_b = collide_center_b(a, b);
+  const u32 found = m->count;
+  m->count = 0u;
   for (u32 k = 0u; k < found; ++k) {
-    if (collide_in_reach(params, &m, k, a, b, apart)) collide_insert(&m, m.points[k]);
+    if (collide_in_reach(params, m, k, a, b, apart, time_left)) collide_insert(m, m->points[k]);
   }
-  for (u32 k = 0u; k < m.count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
+  for (u32 k = 0u; k < m->count; ++k) m->points[k].anchor_b = sub3(m->points[k].anchor_b, center_b);
+}
+
+#if FEATURE_CONTINUOUS
+static inline Side collide_moved(const Side* side, const Mover* mover, real time) {
+  Side moved = *side;
+  moved.pose = advance_pose(mover, time);
+  moved.arm =
+      rotate3(moved.pose.orientation, make3(side->shape->offset[0], side->shape->offset[1], side->shape->offset[2]));
+  return moved;
+}
+
+// The points at the impact, or at the end of the step where the two do not meet before; `m` is the manifold at the
+// start of the step.
+static inline void collide_at_impact(StepParams params, const Side* a, const Side* b, HullTables tables, real limit,
+                                     Manifold* m) {
+  const real h = step_length(params);
+  const Mover mover_a = make_mover(a->kind, a->shape, a->motion, a->pose);
+  const Mover mover_b = make_mover(b->kind, b->shape, b->motion, b->pose);
+  Side moved_a = *a, moved_b = *b;
+  real time = (real)0;
+  for (u32 round = 0u; round < ADVANCE_ROUNDS && m->count > 0u && time < h && closest_gap(m) > params.slop; ++round) {
+    time = advance_time(time, closest_gap(m), closing_speed(&mover_a, &mover_b, m->normal, h), h);
+    moved_a = collide_moved(a, &mover_a, time);
+    moved_b = collide_moved(b, &mover_b, time);
+    *m = collide_sides(&moved_a, &moved_b, tables, limit);
+  }
+  collide_keep(params, m, &moved_a, &moved_b, h - time);
+  if (!(time > (real)0)) return;
+#if FEATURE_MANIFOLDS
+  if (m->count > 0u) {
+    const bool of_a = (a->flags & SHAPE_IS_CONTINUOUS) != 0u;
+    const Side* side = of_a ? a : b;
+    const Vec3 size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
+    const real core = core_radius(side->kind, size, side->hull, tables);
+    if (core >= (real)0) add_core(m, of_a, core);
+  }
+#endif
+  bring_back(m, &mover_a, &mover_b, time);
+}
+#endif
+
+static inline Manifold collide_pair(StepParams params, const Side* a, const Side* b, HullTables tables) {
+  if (IS_SENSOR(*a) || IS_SENSOR(*b)) return no_manifold();
+  const real limit = collide_limit(params, a, b, add3(a->arm, collide_apart(a, b)));
+  Manifold m = collide_sides(a, b, tables, limit);
+#if FEATURE_CONTINUOUS
+  if (((a->flags | b->flags) & SHAPE_IS_CONTINUOUS) != 0u) {
+    collide_at_impact(params, a, b, tables, limit, &m);
+    return m;
+  }
+#endif
+  collide_keep(params, &m, a, b, step_length(params));
   return m;
 }
 
@@ -88,9 +153,9 @@ kernel void collide_pairs(global const ShapeInfo* shape_infos, global const Shap
   FOR_EACH(p, count + 1u) {
     u32 points = 0u;
     if (p < count) {
-      const u32 is_box_pair = FEATURE_BOXES && IS_BOX_PAIR(shape_infos, pairs[p]) ? 1u : 0u;
-      if (is_box_pair & boxes_apart) continue;
-      boxes += is_box_pair;
+      const u32 two_boxes = FEATURE_BOXES && is_box_pair(shape_infos, pairs[p]) ? 1u : 0u;
+      if (two_boxes & boxes_apart) continue;
+      boxes += two_boxes;
       const Side a = collide_side(pairs[p].shape_a, shape_infos, shapes, positions, orientations, motions);
       const Side b = collide_side(pairs[p].shape_b, shape_infos, shapes, positions, orientations, motions);
       const Manifold m = collide_pair(params, &a, &b, tables);

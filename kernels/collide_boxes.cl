@@ -120,7 +120,7 @@ kernel void collide_box_axes(global const ShapeInfo* shape_infos, global const B
     for (u32 k = 0u; k < LANES; ++k) {
       const u32 p = group * LANES + k;
       at[k] = NONE;
-      if (p >= count || !IS_BOX_PAIR(shape_infos, pairs[p])) continue;
+      if (p >= count || !is_box_pair(shape_infos, pairs[p])) continue;
       at[boxes] = p;
       shapes_a[boxes] = pairs[p].shape_a;
       shapes_b[boxes++] = pairs[p].shape_b;

@@ -73,3 +73,15 @@ kernel void hash_state_contacts(global const BodyInfo* body_infos, global const 
     hash_add_state(&world_hashes[body_infos[shape_a.body].world], h);
   }
 }
+
+kernel void hash_state_touching(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                                global const u32* touching_count, global const Pair* touching,
+                                global WorldHash* world_hashes) {
+  FOR_EACH(i, touching_count[0]) {
+    const ShapeInfo shape_a = shape_infos[touching[i].shape_a];
+    ulong h = hash_start(HASHED_TOUCH);
+    h = hash_word(h, shape_a.id);
+    h = hash_word(h, shape_infos[touching[i].shape_b].id);
+    hash_add_state(&world_hashes[body_infos[shape_a.body].world], h);
+  }
+}

@@ -37,6 +37,7 @@ static inline Vec3 cross3(Vec3 a, Vec3 b) {
   return make3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
 }
 static inline real length3(Vec3 a) { return sqrt(dot3(a, a)); }
+static inline Vec3 absolute3(Vec3 a) { return make3(fabs(a.x), fabs(a.y), fabs(a.z)); }
 
 static inline Quat quat(Vec4 q) { return make4(q.x, q.y, q.z, q.w); }
 // Hamilton product: first b, then a.

@@ -73,7 +73,7 @@ static inline void pack_pad(u32 first, u32 stride, u32 chunks, u32 bodies, u32 b
 static inline u32 pack_is_central(u32 body, u32 shape, global const BodyInfo* body_infos,
                                   global const ShapeInfo* shape_infos) {
   if (body_infos[body].kind != BODY_DYNAMIC) return 1u;
-  return body_infos[body].isotropic & shape_infos[shape].central;
+  return body_infos[body].isotropic & shape_infos[shape].flags & SHAPE_IS_CENTRAL;
 }
 
 static inline void pack_place_chunk(u32 chunk, u32 chunks, u32 contact_count, u32 block_capacity,

@@ -1,43 +1,10 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Writes the packed constraint stream of a sub-step (cpu_reference/prepare_contacts.hpp states the law).
 #include "common.h"
+#include "contact_now.h"
 #include "frame.h"
 #include "rigid_body.h"
-#include "shapes/manifold.h"
 #include "types.h"
-
-static inline Vec3 prepare_load3(global const real* p) { return make3(p[0], p[1], p[2]); }
-
-// How a contact stands by now.
-typedef struct ContactNow {
-  Vec3 normal;
-  real gap;
-  Vec3 arm_a, arm_b;
-} ContactNow;
-
-static inline ContactNow contact_now(global const ContactPoint* point, u32 frame, Pose pose_a, Pose pose_b) {
-  const Vec3 anchor_a = rotate3(pose_a.orientation, prepare_load3(point->anchor_a));
-  const Vec3 anchor_b = rotate3(pose_b.orientation, prepare_load3(point->anchor_b));
-  const Vec3 apart = sub3(pose_a.position, pose_b.position);
-  const Vec3 d = sub3(add3(apart, anchor_a), anchor_b);
-  const real distance = length3(d);
-  ContactNow now;
-  now.normal = prepare_load3(point->normal);
-  if (frame == NORMAL_OF_A) now.normal = rotate3(pose_a.orientation, now.normal);
-  if (frame == NORMAL_OF_B) now.normal = rotate3(pose_b.orientation, now.normal);
-  if (frame == NORMAL_BETWEEN && distance > (real)0) now.normal = make3(d.x / distance, d.y / distance, d.z / distance);
-  const real between = frame == NORMAL_BETWEEN ? distance : dot3(now.normal, d);
-  now.gap = between - point->radius_a - point->radius_b;
-  if (frame == NORMAL_OF_A) {
-    now.arm_b = add3(anchor_b, scale3(point->radius_b, now.normal));
-    now.arm_a = sub3(now.arm_b, apart);
-  } else {
-    const real depth = frame == NORMAL_OF_B ? point->radius_a : point->radius_a + (real)0.5 * now.gap;
-    now.arm_a = sub3(anchor_a, scale3(depth, now.normal));
-    now.arm_b = add3(now.arm_a, apart);
-  }
-  return now;
-}
 
 static inline real prepare_bias(const StepParams p, real gap, real u_old, real u_free, real restitution) {
   const real gap_free = gap + p.dt * (((real)1 - p.theta) * u_old + p.theta * u_free);
@@ -175,7 +142,12 @@ kernel void prepare_contacts(const StepParams params, global const WorldRange* w
       prepare_impulse(impulses->normal[lane], tangent, t1, t2, pair.friction, lane, impulses);
     }
 
-    prepare_write(lane, n, arm_a, arm_b, prepare_bias(params, now.gap, u_old, u_free, pair.restitution), pair.friction,
+#if FEATURE_CONTINUOUS
+    const real restitution = contact.feature == CORE_FEATURE ? (real)0 : pair.restitution;
+#else
+    const real restitution = pair.restitution;
+#endif
+    prepare_write(lane, n, arm_a, arm_b, prepare_bias(params, now.gap, u_old, u_free, restitution), pair.friction,
                   block);
     const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
     if (central) {

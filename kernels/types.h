@@ -55,10 +55,25 @@ enum ShapeKind {
 };
 // What the normal of a contact turns with while the bodies move through the sub-steps of a step.
 enum NormalFrame {
-  NORMAL_FIXED = 0,    // the world: two edges that cross
-  NORMAL_OF_A = 1,     // a face of shape a
-  NORMAL_OF_B = 2,     // a face of shape b
-  NORMAL_BETWEEN = 3,  // points from anchor b to anchor a: round shapes
+  NORMAL_FIXED = 0,     // the world: two edges that cross
+  NORMAL_OF_A = 1,      // a face of shape a
+  NORMAL_OF_B = 2,      // a face of shape b
+  NORMAL_BETWEEN = 3,   // points from anchor b to anchor a: round shapes
+  NORMAL_OF_IMPACT = 4  // the world, and each side keeps its own arm: they will meet later in the step
+};
+// The feature of a contact that keeps the middle of a body from passing where its corner is hit.
+#define CORE_FEATURE 0xfffffffeu
+enum ShapeFlag {
+  SHAPE_IS_CENTRAL = 1,     // a sphere at the centre of mass
+  SHAPE_IS_SENSOR = 2,      // what overlaps it is told, nothing is pushed
+  SHAPE_IS_CONTINUOUS = 4,  // of a body whose impacts are looked for within the step
+};
+enum EventKind {
+  EVENT_CONTACT_BEGIN = 0,
+  EVENT_CONTACT_END = 1,
+  EVENT_SENSOR_ENTER = 2,
+  EVENT_SENSOR_LEAVE = 3,
+  EVENT_KINDS = 4
 };
 // Central: every movable body of the contact has an isotropic inertia and its arm is parallel to the normal, so that
 // the Delassus block is diagonal and the cone problem has a closed form. Padding lanes have inverse masses of zero.
@@ -79,6 +94,8 @@ enum Counter {
   COUNTER_LARGE_COLORS = 10,  // one more than the last colour of at least LARGE_COLOR blocks, for the next launch plan
   COUNTER_BAD_BODY = 11,      // NONE - (smallest index of a body whose state went bad); 0 where none did
   COUNTER_BOX_PAIRS = 12,     // pairs of two boxes, for the next launch plan
+  COUNTER_TOUCHES = 13,       // pairs of shapes that touch, sensors and what is in them among them
+  COUNTER_EVENTS = 14,        // pairs that touch and did not, or the other way round
   COUNTER_COUNT = 16
 };
 
@@ -119,8 +136,8 @@ INDEX_RECORD(ShapeInfo) {
   u32 material;  // local to the world
   u32 category;  // a and b collide if (a.category & b.mask) != 0 and (b.category & a.mask) != 0
   u32 mask;
-  u32 central;  // 1 for a sphere at the centre of mass
-  u32 hull;     // of a convex hull: index into `hulls`
+  u32 flags;  // ShapeFlag, or-ed
+  u32 hull;   // of a convex hull: index into `hulls`
 };
 
 RECORD(Vec4) { real x, y, z, w; };
@@ -240,6 +257,34 @@ INDEX_RECORD(ContactKey) { u32 shape_a, shape_b, feature, pad; };
 // a turned tangent frame.
 RECORD(ContactImpulse) { real normal, tangent_x, tangent_y, tangent_z; };
 
+// Two shapes began or ceased to touch; ids are local to the world. Ordered by world and by (shape_a, shape_b) as pairs
+// are, but for the sides of a sensor's event: a is the sensor.
+INDEX_RECORD(Event) {
+  u32 kind;  // EventKind
+  u32 step;  // steps done before this one
+  u32 world;
+  u32 body_a, shape_a;
+  u32 body_b, shape_b;
+  u32 pad;
+};
+
+// Which shapes a query asks about: those of a world that belong to one of the categories.
+INDEX_RECORD(QueryFilter) {
+  u32 kind;  // ShapeKind of a volume
+  u32 world;
+  u32 mask;  // of categories
+  u32 pad;
+};
+
+// From the origin as far as `reach` along the unit vector `direction`, world frame, m.
+RECORD(Ray) {
+  real origin[3], reach;
+  real direction[3], pad;
+};
+
+// Where a ray meets a surface: the distance from its origin, and the outward normal. Zero where it meets none.
+RECORD(RayPoint) { real normal[3], distance; };
+
 // Two 64-bit hashes of a world, each the wrapping sum of a mix of every record: of all persistent state, and of the
 // poses.
 INDEX_RECORD(WorldHash) { u32 state_low, state_high, pose_low, pose_high; };
@@ -250,7 +295,8 @@ enum HashedRecord {
   HASHED_POSITION = 2,
   HASHED_ORIENTATION = 3,
   HASHED_MOTION = 4,
-  HASHED_CONTACT = 5
+  HASHED_CONTACT = 5,
+  HASHED_TOUCH = 6
 };
 
 // ---- the packed constraint stream: canonical cones ----------------------------------------------------------------
@@ -292,6 +338,8 @@ RECORD(StepParams) {
   u32 substeps;
   u32 substep;     // index of the running sub-step
   u32 gyroscopic;  // 0: none (left out), 1: at gyroscopic_theta
+  u32 queries;     // rays or volumes of the query, outside of a step
+  u32 overlap_capacity;
   u32 pad;
 };
 

@@ -9,8 +9,6 @@
 
 #define BOUND_SLACK ((real)1.00001)
 
-static inline Vec3 absolute3(Vec3 a) { return make3(fabs(a.x), fabs(a.y), fabs(a.z)); }
-
 static inline Vec3 box_half(Quat rotation, Vec3 size) {
   const Vec3 x = absolute3(rotate3(rotation, make3(size.x, (real)0, (real)0)));
   const Vec3 y = absolute3(rotate3(rotation, make3((real)0, size.y, (real)0)));

@@ -92,9 +92,9 @@ TYPED_TEST(PackContacts, TellsCentralContactsFromGeneralOnes) {
   InitialState<real> state =
       contact_graphs<real>({{BODY_DYNAMIC, BODY_DYNAMIC, BODY_DYNAMIC, BODY_DYNAMIC, BODY_STATIC}}, {graph});
   Buffers<real>& b = state.buffers;
-  b.shape_infos[2].central = 0;
+  b.shape_infos[2].flags = 0;
   b.body_infos[3].isotropic = 0;
-  b.shape_infos[4].central = 0;
+  b.shape_infos[4].flags = 0;
   b.body_infos[4].isotropic = 0;
   for (u32 i = 0; i < graph.size(); ++i) b.contact_colors[i] = i;
   reference::run_stage(Stage::pack_contacts, b, state.params);

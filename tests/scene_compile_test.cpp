@@ -133,13 +133,39 @@ TEST(SceneCompile, ShapesKnowTheirBodyMaterialAndFrame) {
   EXPECT_EQ(plane.kind, u32{SHAPE_PLANE});
   EXPECT_EQ(plane.material, 1u);
   EXPECT_EQ(plane.category, 2u);
-  EXPECT_EQ(plane.central, 0u);
+  EXPECT_EQ(plane.flags, 0u);
   EXPECT_EQ(state.buffers.shapes[1].offset[2], -1);
   EXPECT_EQ(state.buffers.shapes[1].rotation[0], -0.5);
-  EXPECT_EQ(state.buffers.shape_infos[2].central, 1u);
+  EXPECT_EQ(state.buffers.shape_infos[2].flags, u32{SHAPE_IS_CENTRAL});
   EXPECT_EQ(state.buffers.shapes[2].size[0], 3);
   ASSERT_EQ(state.buffers.planes.size(), 1u);
   EXPECT_EQ(state.buffers.planes[0], 1u);
+}
+
+// What is not asked for is not there; a sensor needs events, has no mass, and makes no contact general.
+TEST(SceneCompile, EventsSensorsAndFastBodiesAreFeatures) {
+  const auto plain = compiled(ground + ", " + ball);
+  for (const Feature feature : {Feature::events, Feature::sensors, Feature::continuous, Feature::queries})
+    EXPECT_FALSE(has(plain, feature));
+  EXPECT_TRUE(plain.buffers.events.empty() && plain.buffers.touching.empty() && plain.buffers.rays.empty());
+  EXPECT_TRUE(has(compiled(ground + ", " + ball, R"(, "settings": {"events": true})"), Feature::events));
+
+  const std::string feeler = R"({"type": "sphere", "radius": 2, "offset": [1, 0, 0], "sensor": true})";
+  const auto sensor =
+      compiled(ball + R"(, {"mass": 2, "shapes": [{"type": "sphere", "radius": 0.5}, )" + feeler + "]}");
+  EXPECT_TRUE(has(sensor, Feature::sensors) && has(sensor, Feature::events));
+  EXPECT_FALSE(has(sensor, Feature::general_contacts));
+  EXPECT_EQ(sensor.buffers.masses[1].inertia[1], sensor.buffers.masses[0].inertia[1]);
+  EXPECT_EQ(sensor.buffers.shape_infos[1].flags, u32{SHAPE_IS_CENTRAL});
+  EXPECT_EQ(sensor.buffers.shape_infos[2].flags, u32{SHAPE_IS_SENSOR});
+  // sensors feel neither each other nor what is not dynamic
+  const std::string still = R"({"type": "static", "shapes": [)" + feeler + "]}";
+  EXPECT_FALSE(has(compiled(still + ", " + still + ", " + ground), Feature::contacts));
+
+  const auto fast =
+      compiled(ground + R"(, {"mass": 1, "continuous": true, "shapes": [{"type": "sphere", "radius": 1}]})");
+  EXPECT_TRUE(has(fast, Feature::continuous));
+  EXPECT_EQ(fast.buffers.shape_infos[1].flags, u32{SHAPE_IS_CENTRAL | SHAPE_IS_CONTINUOUS});
 }
 
 TEST(SceneCompile, MaterialsCombineUnlessARuleOverrides) {

@@ -33,6 +33,7 @@ class FakeBackend final : public Backend<float> {
     return now;
   }
   void grow(const Sizes& sizes) override { sizes_ = sizes; }
+  void enable(Feature) override {}
   const Buffers<float>& download(std::span<const Buffer>) override { return buffers_; }
   void upload(Buffer, const Buffers<float>&) override {}
   const Sizes& sizes() const override { return sizes_; }

@@ -54,11 +54,6 @@ BoxAxis<real> larger(BoxAxis<real> best, real separation, u32 code) {
   return best;
 }
 
-template <class real>
-Vec3<real> absolute3(Vec3<real> v) {
-  return Vec3<real>{std::abs(v.x), std::abs(v.y), std::abs(v.z)};
-}
-
 /// The edges of a along axis i with the three of b; `best` holds signed squares p |p| and the squared lengths l of
 /// their axes: without roots, q l' > q' l compares p / sqrt(l).
 template <class real>

@@ -5,12 +5,17 @@
 
 namespace lockstep::reference {
 
-/// Two shapes can make contacts: other bodies of one world, one of them dynamic, and both filters let the other
-/// through.
+/// A shape that is a sensor feels the solid shapes of dynamic bodies.
+inline bool feels(const ShapeInfo& a, const ShapeInfo& b, const BodyInfo& body_b) {
+  return (a.flags & SHAPE_IS_SENSOR) == 0 || (body_b.kind == BODY_DYNAMIC && (b.flags & SHAPE_IS_SENSOR) == 0);
+}
+
+/// Two shapes can make contacts, or a sensor can feel the other: other bodies of one world, one of them dynamic, and
+/// both filters let the other through.
 inline bool may_touch(const ShapeInfo& a, const ShapeInfo& b, const BodyInfo& body_a, const BodyInfo& body_b) {
   return a.body != b.body && body_a.world == body_b.world &&
          (body_a.kind == BODY_DYNAMIC || body_b.kind == BODY_DYNAMIC) && (a.category & b.mask) != 0 &&
-         (b.category & a.mask) != 0;
+         (b.category & a.mask) != 0 && feels(a, b, body_b) && feels(b, a, body_a);
 }
 
 /// The gap of two shapes that come closer at `speed` is open to at most the margin at the end of the step.

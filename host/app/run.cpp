@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "host/app/commands.hpp"
+#include "host/app/event_log.hpp"
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/report_file.hpp"
@@ -17,7 +18,7 @@ namespace lockstep::app {
 namespace {
 
 struct RunOptions : SceneOptions {
-  std::string report;
+  std::string report, events;
   bool quiet = false;
 };
 
@@ -50,9 +51,9 @@ Recorder make_recorder(const InitialState<real>& state) {
                   momentum_is_conserved(state.buffers, state.features), !has(state.features, Feature::contacts));
 }
 
-// Steps the simulation, the clock running during the steps alone.
+// Steps the simulation, the clock running during the steps alone. Events are counted, and told to `log`.
 template <class real>
-void simulate(Simulation<real>& simulation, u32 steps, Recorder& recorder, Progress& progress) {
+void simulate(Simulation<real>& simulation, u32 steps, Recorder& recorder, EventLog& log, Progress& progress) {
   using Clock = std::chrono::steady_clock;
   Backend<real>& backend = simulation.backend();
   const std::vector<Buffer> wanted = measured_buffers(backend.features());
@@ -67,12 +68,13 @@ void simulate(Simulation<real>& simulation, u32 steps, Recorder& recorder, Progr
       recorder.observe(step, (step + 1) * dt,
                        measure(buffers, backend.sizes(), backend.features(), simulation.counters()));
     }
+    for (const Event& event : simulation.events()) log.add(event);
     progress.update(step + 1);
   }
 }
 
 template <class real>
-Report run_scene(const Scene& scene, const RunOptions& options) {
+Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   InitialState<real> state = compile<real>(scene);
   Recorder recorder = make_recorder(state);
 
@@ -91,9 +93,10 @@ Report run_scene(const Scene& scene, const RunOptions& options) {
   Simulation<real> simulation(make_backend(std::move(state), options, report), params);
   {
     Progress progress(report.steps, !options.quiet);
-    simulate(simulation, report.steps, recorder, progress);
+    simulate(simulation, report.steps, recorder, log, progress);
   }
   recorder.finish(report);
+  if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();
   if (options.device_options.profile) {
     const auto seconds = simulation.backend().stage_seconds();
@@ -111,9 +114,11 @@ Report run_scene(const Scene& scene, const RunOptions& options) {
 
 void run(const RunOptions& options) {
   ReportFile file(options.report);
-  const Scene scene = read_scene_with(options);
+  Scene scene = read_scene_with(options);
+  scene.settings.events = scene.settings.events || !options.events.empty();
+  EventLog log(options.events, scene);
   with_precision(scene, [&](auto real) {
-    const Report report = run_scene<decltype(real)>(scene, options);
+    const Report report = run_scene<decltype(real)>(scene, options, log);
     file.write(to_json(report));
     if (!options.quiet) fmt::print("{}", to_table(report));
   });
@@ -126,6 +131,7 @@ void add_run(CLI::App& program) {
   const auto options = std::make_shared<RunOptions>();
   add_scene_options(*command, *options);
   command->add_option("--report", options->report, "Write the figures to this file as JSON (docs/error_measures.md)");
+  command->add_option("--events", options->events, "Write who begins and ceases to touch, a JSON object a line");
   command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");
   command->add_flag("--quiet", options->quiet, "No progress bar and no table");
   command->footer("Example:\n  lockstep run spheres8000 --steps 120 --report out.json");

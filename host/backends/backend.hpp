@@ -25,6 +25,10 @@ class Backend {
   /// Makes room for longer lists after a step that ran out of it; constant and persistent contents are kept.
   virtual void grow(const Sizes& sizes) = 0;
 
+  /// Adds a feature that the scene did not ask for to those of the running simulation: its buffers (empty, grow() makes
+  /// room) and its stages, which are built now. For stages outside of step() only.
+  virtual void enable(Feature feature) = 0;
+
   /// Host copies of the named buffers as they are now (all live elements); the others may be stale.
   virtual const Buffers<real>& download(std::span<const Buffer> wanted) = 0;
 

@@ -122,6 +122,12 @@ void CheckedBackend<real>::grow(const Sizes& sizes) {
 }
 
 template <class real>
+void CheckedBackend<real>::enable(Feature feature) {
+  device_.enable(feature);
+  reference_.enable(feature);
+}
+
+template <class real>
 void CheckedBackend<real>::upload(Buffer buffer, const Buffers<real>& buffers) {
   device_.upload(buffer, buffers);
   reference_.upload(buffer, buffers);

@@ -46,6 +46,7 @@ class CheckedBackend final : public Backend<real> {
 
   Counters counters() override;
   void grow(const Sizes& sizes) override;
+  void enable(Feature feature) override;
   const Buffers<real>& download(std::span<const Buffer> wanted) override { return device_.download(wanted); }
   void upload(Buffer buffer, const Buffers<real>& buffers) override;
   const Sizes& sizes() const override { return device_.sizes(); }

@@ -100,6 +100,7 @@ struct DeviceBackend<real>::Parts {
         lanes(lanes_for<real>(info, options.lanes)),
         queue(make_queue(device, options.profile)),
         built(build(device, features, sizeof(real) == 8, lanes, options)),
+        patches(options.patches),
         memory(device, queue),
         launcher(device, queue, built.program ? built.program->program : cl::Program(), built.signatures, memory,
                  options.work_group, options.profile) {
@@ -127,6 +128,8 @@ struct DeviceBackend<real>::Parts {
   u32 lanes;
   cl::CommandQueue queue;
   Built built;
+  std::vector<Built> enabled;  // programs of features that were added later
+  std::vector<KernelPatch> patches;
   DeviceMemory memory;
   DeviceLauncher launcher;
   Buffers<real> host;
@@ -153,6 +156,7 @@ template <class real>
 DeviceBackend<real>::~DeviceBackend() {
   try {
     if (parts_->built.program) save_program(parts_->device, *parts_->built.program);
+    for (Built& built : parts_->enabled) save_program(parts_->device, *built.program);
   } catch (const Error&) {
   }
 }
@@ -193,6 +197,21 @@ void DeviceBackend<real>::grow(const Sizes& sizes) {
   parts_->sizes = sizes;
   parts_->launcher.plan().sizes = sizes;
   resize(parts_->host, sizes, parts_->features);
+}
+
+// Kernels of their own: those of a step are left as they are. Volumes may be boxes where no shape is one.
+template <class real>
+void DeviceBackend<real>::enable(Feature feature) {
+  if (has(parts_->features, feature)) return;
+  parts_->features = with(parts_->features, feature);
+  DeviceOptions options;
+  options.patches = parts_->patches;
+  for (u32 s = 0; s < stage_count; ++s) {
+    if (info(static_cast<Stage>(s)).feature == feature) options.only.push_back(static_cast<Stage>(s));
+  }
+  const Features compiled = with(with(parts_->features, Feature::manifolds), Feature::boxes);
+  parts_->enabled.push_back(build(parts_->device, compiled, sizeof(real) == 8, parts_->lanes, options));
+  parts_->launcher.add(parts_->enabled.back().program->program, parts_->enabled.back().signatures);
 }
 
 template <class real>

@@ -34,6 +34,7 @@ class DeviceBackend final : public Backend<real> {
   void run(Stage stage, const StepParams<real>& params) override;
   Counters counters() override;
   void grow(const Sizes& sizes) override;
+  void enable(Feature feature) override;
   const Buffers<real>& download(std::span<const Buffer> wanted) override;
   void upload(Buffer buffer, const Buffers<real>& buffers) override;
   const Sizes& sizes() const override;

@@ -15,6 +15,7 @@ class ReferenceBackend final : public Backend<real> {
   void run(Stage stage, const StepParams<real>& params) override;
   Counters counters() override;
   void grow(const Sizes& sizes) override;
+  void enable(Feature feature) override { features_ = with(features_, feature); }
   const Buffers<real>& download(std::span<const Buffer>) override { return buffers_; }
   void upload(Buffer buffer, const Buffers<real>& buffers) override;
   const Sizes& sizes() const override { return sizes_; }

@@ -18,11 +18,20 @@ constexpr std::size_t gpu_groups_per_unit = 32;
 DeviceLauncher::DeviceLauncher(Device& device, cl::CommandQueue queue, const cl::Program& program,
                                std::span<const KernelSignature> signatures, DeviceMemory& memory, u32 work_group,
                                bool profile)
-    : device_(device), queue_(std::move(queue)), program_(program), memory_(memory), profile_(profile) {
+    : device_(device), queue_(std::move(queue)), memory_(memory), profile_(profile) {
   const bool cpu = device.info.type == DeviceType::cpu;
   work_group_ = work_group > 0 ? work_group : cpu ? cpu_work_group : gpu_work_group;
   fused_work_group_ = work_group > 0 ? work_group : cpu ? cpu_fused_work_group : gpu_fused_work_group;
-  for (const KernelSignature& signature : signatures) kernels_[signature.name].signature = signature;
+  add(program, signatures);
+}
+
+void DeviceLauncher::add(const cl::Program& program, std::span<const KernelSignature> signatures) {
+  for (const KernelSignature& signature : signatures) {
+    const auto [kernel, is_new] = kernels_.try_emplace(signature.name);
+    if (!is_new) continue;
+    kernel->second.signature = signature;
+    kernel->second.program = program;
+  }
 }
 
 std::string DeviceLauncher::where(std::string_view kernel) const {
@@ -65,7 +74,7 @@ DeviceLauncher::Kernel& DeviceLauncher::find(std::string_view name) {
   if (kernel.handle() != nullptr) return kernel;
   opencl_guard([&] { return where(name); },
                [&] {
-                 kernel.handle = cl::Kernel(program_, kernel.signature.name.c_str());
+                 kernel.handle = cl::Kernel(kernel.program, kernel.signature.name.c_str());
                  kernel.max_work_group = kernel.handle.getWorkGroupInfo<CL_KERNEL_WORK_GROUP_SIZE>(device_.handle);
                  kernel.max_work_group = std::clamp<std::size_t>(kernel.max_work_group, 1, device_.max_work_group);
                });

@@ -20,6 +20,9 @@ class DeviceLauncher final : public Launcher {
   DeviceLauncher(Device& device, cl::CommandQueue queue, const cl::Program& program,
                  std::span<const KernelSignature> signatures, DeviceMemory& memory, u32 work_group, bool profile);
 
+  /// Kernels of another program; those that are known by name stay as they are.
+  void add(const cl::Program& program, std::span<const KernelSignature> signatures);
+
   /// Before the launches of a stage: their parameters, and what they are a part of.
   void begin(Stage stage, std::span<const std::byte> params);
 
@@ -46,6 +49,7 @@ class DeviceLauncher final : public Launcher {
   };
   struct Kernel {
     KernelSignature signature;
+    cl::Program program;
     cl::Kernel handle;
     std::size_t max_work_group = 1;
     std::vector<Bound> bound;
@@ -61,7 +65,6 @@ class DeviceLauncher final : public Launcher {
 
   Device& device_;
   cl::CommandQueue queue_;
-  cl::Program program_;
   DeviceMemory& memory_;
   std::size_t work_group_, fused_work_group_;
   bool profile_;

@@ -25,6 +25,10 @@ constexpr FeatureName feature_names[] = {
     {Feature::hulls, "HULLS"},
     {Feature::grid, "GRID"},
     {Feature::bvh, "BVH"},
+    {Feature::events, "EVENTS"},
+    {Feature::sensors, "SENSORS"},
+    {Feature::continuous, "CONTINUOUS"},
+    {Feature::queries, "QUERIES"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -34,6 +34,16 @@ std::string error_row(const std::string& label, const std::optional<double>& val
   return value ? row(label, fmt::format("{:.3g}{}", *value, unit)) : "";
 }
 
+constexpr const char* event_keys[EVENT_KINDS] = {"contact_begins", "contact_ends", "sensor_enters", "sensor_leaves"};
+
+std::string event_row(const Report& report) {
+  if (!report.events) return "";
+  const auto& [begins, ends, enters, leaves] = *report.events;
+  std::string text = fmt::format("{} began, {} ended", begins, ends);
+  if (enters + leaves > 0) text += fmt::format("; sensors: {} entered, {} left", enters, leaves);
+  return row("touches", text);
+}
+
 std::string stage_rows(const Report& report) {
   double sum = 0;
   for (const auto& [stage, ms] : report.stage_ms) sum += ms;
@@ -98,6 +108,8 @@ std::string to_json(const Report& report) {
                {"model_error", number_or_null(report.model_error)},
                {"state_hash", hash_text(report.state_hash)},
                {"pose_hash", hash_text(report.pose_hash)}};
+  for (u32 kind = 0; kind < EVENT_KINDS; ++kind)
+    json[event_keys[kind]] = report.events ? Json((*report.events)[kind]) : Json(nullptr);
   return json.dump(2) + "\n";
 }
 
@@ -114,6 +126,7 @@ std::string to_table(const Report& report) {
   text += fmt::format("error ({} of {} steps measured)\n", report.steps_measured, report.steps);
   if (report.contacts_max > 0) text += row("contacts at most", fmt::format("{}", report.contacts_max));
   text += contact_rows(report);
+  text += event_row(report);
   text += error_row("pivot drift", report.joint_drift_max_m, " m");
   text += row("energy first, last", fmt::format("{:.6g} J, {:.6g} J", report.energy_initial_j, report.energy_final_j));
   text += error_row("energy error", report.energy_error, " of the kinetic energy");

@@ -1,6 +1,7 @@
 // What a run reports: its speed beside its errors. docs/error_measures.md says what each figure is.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -35,6 +36,8 @@ struct Report {
   u32 worst_step = 0;
   std::optional<double> joint_drift_max_m, momentum_error, energy_error, model_error;
   double energy_initial_j = 0, energy_final_j = 0;
+
+  std::optional<std::array<std::uint64_t, EVENT_KINDS>> events;  // by EventKind, where the scene asks for them
 
   std::uint64_t state_hash = 0, pose_hash = 0;
 };

@@ -129,7 +129,7 @@ class Compiler {
   void expect_room() const;
   void add_world(u32 world);
   void add_body(const BodyDescription& body, u32 world, u32 id, const Origin& origin);
-  void add_shape(const ShapeDescription& shape, u32 body, u32 id, const Origin& origin);
+  void add_shape(const ShapeDescription& shape, bool continuous, u32 body, u32 id, const Origin& origin);
   void add_material_pairs(const Scene& scene);
   void set_features();
   Feature broad_phase() const;
@@ -171,7 +171,7 @@ void Compiler<real>::add_world(u32 world) {
     add_body(body, world, index - range.first_body, origin);
     for (const ShapeDescription& shape : body.shapes) {
       if (shape.material >= range.material_count) origin.fail("a shape has a material that the scene lacks");
-      add_shape(shape, index, count(buffers().shape_infos) - range.first_shape, origin);
+      add_shape(shape, body.continuous, index, count(buffers().shape_infos) - range.first_shape, origin);
     }
   }
   add_material_pairs(scene);
@@ -234,11 +234,13 @@ void Compiler<real>::add_body(const BodyDescription& body, u32 world, u32 id, co
 }
 
 template <class real>
-void Compiler<real>::add_shape(const ShapeDescription& shape, u32 body, u32 id, const Origin& origin) {
+void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u32 body, u32 id, const Origin& origin) {
   if (shape.kind == SHAPE_PLANE) buffers().planes.push_back(static_cast<u32>(buffers().shape_infos.size()));
   const bool central = shape.kind == SHAPE_SPHERE && shape.offset == Vector3{0, 0, 0};
+  const u32 flags =
+      (central ? SHAPE_IS_CENTRAL : 0) | (shape.sensor ? SHAPE_IS_SENSOR : 0) | (continuous ? SHAPE_IS_CONTINUOUS : 0);
   buffers().shape_infos.push_back(
-      {body, id, static_cast<u32>(shape.kind), shape.material, shape.category, shape.mask, central, 0});
+      {body, id, static_cast<u32>(shape.kind), shape.material, shape.category, shape.mask, flags, 0});
   const Vec4<real> offset = rounded<real>(shape.offset, "offset", origin);
   const Vec4<real> rotation = rounded<real>(shape.rotation);
   Shape<real> record = {{offset.x, offset.y, offset.z}, 0, {rotation.x, rotation.y, rotation.z, rotation.w}, {}};
@@ -303,6 +305,10 @@ Features shape_features(const BodyDescription& body) {
     }
     features = with(features, Feature::manifolds);
   }
+  for (const ShapeDescription& shape : body.shapes) {
+    if (body.continuous) features = with(features, Feature::continuous);
+    if (shape.sensor) features = with(with(features, Feature::sensors), Feature::events);
+  }
   return features;
 }
 
@@ -314,6 +320,7 @@ void Compiler<real>::set_features() {
   features = with(features, runge_kutta ? Feature::runge_kutta : Feature::time_stepping);
   for (const Scene& scene : worlds_) {
     const bool touching = shapes_can_touch(scene);
+    if (touching && scene.settings.events) features = with(features, Feature::events);
     if (touching) features = with(features, Feature::contacts);
     if (touching && runge_kutta) {
       throw Error(Failure::input, scene.source + ": /settings/integrator",
@@ -324,7 +331,7 @@ void Compiler<real>::set_features() {
       if (body.kind != BODY_DYNAMIC) continue;
       const bool isotropic = is_isotropic(moments(body));
       const bool off_center = std::any_of(body.shapes.begin(), body.shapes.end(), [](const ShapeDescription& shape) {
-        return shape.kind != SHAPE_SPHERE || shape.offset != Vector3{0, 0, 0};
+        return !shape.sensor && (shape.kind != SHAPE_SPHERE || shape.offset != Vector3{0, 0, 0});
       });
       if (body.pivoted) features = with(features, Feature::pivots);
       if (touching && !body.shapes.empty() && (off_center || !isotropic)) {

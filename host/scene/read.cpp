@@ -21,7 +21,8 @@ constexpr std::size_t largest_file = 64u << 20;
 
 Settings read_settings(const JsonNode& node) {
   node.expect_object({"dt", "steps", "substeps", "iterations", "integrator", "gyroscopic", "restitution_threshold",
-                      "correction", "correction_limit", "slop", "margin", "speed_limit", "broad_phase", "precision"});
+                      "correction", "correction_limit", "slop", "margin", "speed_limit", "broad_phase", "events",
+                      "precision"});
   Settings s;
   if (node.has("dt")) s.dt = node.at("dt").positive();
   if (node.has("steps")) s.steps = node.at("steps").integer(1, 1000000000);
@@ -53,6 +54,7 @@ Settings read_settings(const JsonNode& node) {
             .choice<BroadPhase>(
                 "broad phase", {{"auto", BroadPhase::automatic}, {"grid", BroadPhase::grid}, {"bvh", BroadPhase::bvh}});
   }
+  if (node.has("events")) s.events = node.at("events").boolean();
   if (node.has("precision")) {
     s.precision = node.at("precision").choice<const char*>("precision", {{"float", "float"}, {"double", "double"}});
   }

@@ -44,7 +44,7 @@ void read_size(const JsonNode& node, ShapeDescription& shape) {
 
 ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& names) {
   node.expect_object({"type", "radius", "length", "size", "points", "mesh", "scale", "offset", "normal", "rotation",
-                      "material", "category", "collides_with"});
+                      "material", "category", "collides_with", "sensor"});
   ShapeDescription shape;
   shape.kind = node.at("type").choice<ShapeKind>("shape", {{"sphere", SHAPE_SPHERE},
                                                            {"capsule", SHAPE_CAPSULE},
@@ -90,7 +90,16 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
     shape.mask = 0;
     for (const JsonNode& name : node.at("collides_with").elements()) shape.mask |= names.categories.partner(name);
   }
+  if (node.has("sensor")) shape.sensor = node.at("sensor").boolean();
   return shape;
+}
+
+// Sensors weigh nothing.
+std::vector<ShapeDescription> solid_shapes(const BodyDescription& body) {
+  std::vector<ShapeDescription> solid;
+  std::copy_if(body.shapes.begin(), body.shapes.end(), std::back_inserter(solid),
+               [](const ShapeDescription& shape) { return !shape.sensor; });
+  return solid;
 }
 
 Vector3 read_inertia(const JsonNode& node) {
@@ -149,8 +158,9 @@ void read_mass(const JsonNode& node, BodyDescription& body) {
     body.inertia = read_inertia(node.at("inertia"));
     return;
   }
-  if (body.shapes.empty()) node.fail("needs \"mass\" and \"inertia\"; they follow from shapes, and it has none");
-  MassProperties solid = mass_properties(body.shapes, density);
+  const std::vector<ShapeDescription> shapes = solid_shapes(body);
+  if (shapes.empty()) node.fail("needs \"mass\" and \"inertia\"; they follow from shapes, and it has none");
+  MassProperties solid = mass_properties(shapes, density);
   if (node.has("mass")) {
     for (double& moment : solid.inertia) moment *= body.mass / solid.mass;
   } else {
@@ -202,7 +212,7 @@ void read_pivot(const JsonNode& node, BodyDescription& body) {
 
 BodyDescription read_body(const JsonNode& node, Names& names) {
   node.expect_object({"name", "type", "mass", "density", "inertia", "position", "orientation", "velocity",
-                      "angular_velocity", "angular_velocity_body", "pivot", "lever", "shapes"});
+                      "angular_velocity", "angular_velocity_body", "pivot", "lever", "continuous", "shapes"});
   BodyDescription body;
   if (node.has("name")) body.name = node.at("name").text();
   if (node.has("type")) {
@@ -218,6 +228,9 @@ BodyDescription read_body(const JsonNode& node, Names& names) {
   read_mass(node, body);
   read_pivot(node, body);
   read_motion(node, body);
+  if (node.has("continuous")) body.continuous = node.at("continuous").boolean();
+  if (body.continuous && body.kind == BODY_STATIC)
+    node.at("continuous").fail("a static body does not move; make the bodies that hit it continuous, or remove this");
   return body;
 }
 

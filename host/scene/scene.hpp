@@ -40,6 +40,7 @@ struct ShapeDescription {
   std::vector<Vector3> points;           // hull: the corners, in the shape's frame
   u32 material = 0;                      // index into Scene::materials
   u32 category = 1, mask = 0xffffffffu;  // collision filter
+  bool sensor = false;                   // tells what overlaps it and pushes nothing; has no mass
 };
 
 struct BodyDescription {
@@ -53,6 +54,7 @@ struct BodyDescription {
   Vector3 angular_velocity = {0, 0, 0};  // world frame
   bool pivoted = false;
   Vector3 lever = {0, 0, 0};  // from the pivot to the centre of mass, body frame; the pivot follows from the pose
+  bool continuous = false;    // its impacts are looked for within the step
   std::vector<ShapeDescription> shapes;
 };
 
@@ -70,7 +72,8 @@ struct Settings {
   double margin = 0.005;             // m
   double speed_limit = 1e5;          // m/s
   BroadPhase broad_phase = BroadPhase::automatic;
-  std::string precision = "float";  // what a run uses unless it is told
+  bool events = false;               // tell who begins and ceases to touch
+  std::string precision = "float";   // what a run uses unless it is told
 };
 
 struct Scene {

@@ -11,9 +11,12 @@
 #define MANIFOLD_POINTS 1u
 #endif
 
-// Pairs that have kernels of their own (collide_boxes.cl).
-#define IS_BOX_PAIR(shape_infos, pair) \
-  (shape_infos[(pair).shape_a].kind == SHAPE_BOX && shape_infos[(pair).shape_b].kind == SHAPE_BOX)
+// Pairs that have kernels of their own (collide_boxes.cl): nothing but two boxes.
+static inline bool is_box_pair(global const ShapeInfo* shape_infos, Pair pair) {
+  global const ShapeInfo *a = shape_infos + pair.shape_a, *b = shape_infos + pair.shape_b;
+  return a->kind == SHAPE_BOX && b->kind == SHAPE_BOX &&
+         ((a->flags | b->flags) & (SHAPE_IS_SENSOR | SHAPE_IS_CONTINUOUS)) == 0u;
+}
 
 // A body's frame in the world.
 typedef struct Pose {

@@ -4,11 +4,28 @@
 
 #include "grid.h"
 
-// Two shapes can make contacts: other bodies of one world, one of them dynamic, and both filters let the other through.
+// What no shape of the scene is, is compiled out: the test is a constant.
+#if FEATURE_SENSORS
+#define IS_SENSOR(info) (((info).flags & SHAPE_IS_SENSOR) != 0u)
+#else
+#define IS_SENSOR(info) false
+#endif
+
+// A shape that is a sensor feels the solid shapes of dynamic bodies.
+static inline bool feels(ShapeInfo a, ShapeInfo b, BodyInfo body_b) {
+#if FEATURE_SENSORS
+  return !IS_SENSOR(a) || (body_b.kind == BODY_DYNAMIC && !IS_SENSOR(b));
+#else
+  return true;
+#endif
+}
+
+// Two shapes can make contacts, or a sensor can feel the other: other bodies of one world, one of them dynamic, and
+// both filters let the other through.
 static inline bool may_touch(ShapeInfo a, ShapeInfo b, BodyInfo body_a, BodyInfo body_b) {
   return a.body != b.body && body_a.world == body_b.world &&
          (body_a.kind == BODY_DYNAMIC || body_b.kind == BODY_DYNAMIC) && (a.category & b.mask) != 0u &&
-         (b.category & a.mask) != 0u;
+         (b.category & a.mask) != 0u && feels(a, b, body_b) && feels(b, a, body_a);
 }
 
 // The gap of two shapes that come closer at `speed` is open to at most the margin at the end of the step.

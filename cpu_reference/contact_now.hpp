@@ -1,0 +1,47 @@
+// Where a contact stands at the present poses of its bodies. kernels/contact_now.h is the twin.
+#pragma once
+
+#include "cpu_reference/shapes/manifold.hpp"
+
+namespace lockstep::reference {
+
+/// How a contact stands by now: its point as an arm from either centre of mass, world axes. A contact on a face is at
+/// the point of the other shape, so that the arm of a rolling sphere has exactly its radius; others are midway. Of an
+/// impact later in the step each side keeps the point where it will be hit, however far apart the two still are.
+template <class real>
+struct ContactNow {
+  Vec3<real> normal;
+  real gap;
+  Vec3<real> arm_a, arm_b;
+};
+
+template <class real>
+ContactNow<real> contact_now(const ContactPoint<real>& point, u32 frame, const Pose<real>& pose_a,
+                             const Pose<real>& pose_b) {
+  const Vec3<real> anchor_a = rotate3(pose_a.orientation, vec3(point.anchor_a));
+  const Vec3<real> anchor_b = rotate3(pose_b.orientation, vec3(point.anchor_b));
+  const Vec3<real> apart = sub3(pose_a.position, pose_b.position);
+  const Vec3<real> d = sub3(add3(apart, anchor_a), anchor_b);
+  const real distance = length3(d);
+  ContactNow<real> now;
+  now.normal = vec3(point.normal);
+  if (frame == NORMAL_OF_A) now.normal = rotate3(pose_a.orientation, now.normal);
+  if (frame == NORMAL_OF_B) now.normal = rotate3(pose_b.orientation, now.normal);
+  if (frame == NORMAL_BETWEEN && distance > 0) now.normal = {d.x / distance, d.y / distance, d.z / distance};
+  const real between = frame == NORMAL_BETWEEN ? distance : dot3(now.normal, d);
+  now.gap = between - point.radius_a - point.radius_b;
+  if (frame == NORMAL_OF_A) {
+    now.arm_b = add3(anchor_b, scale3(point.radius_b, now.normal));
+    now.arm_a = sub3(now.arm_b, apart);
+  } else if (frame == NORMAL_OF_IMPACT) {
+    now.arm_a = sub3(anchor_a, scale3(point.radius_a, now.normal));
+    now.arm_b = add3(anchor_b, scale3(point.radius_b, now.normal));
+  } else {
+    const real depth = frame == NORMAL_OF_B ? point.radius_a : point.radius_a + real(0.5) * now.gap;
+    now.arm_a = sub3(anchor_a, scale3(depth, now.normal));
+    now.arm_b = add3(now.arm_a, apart);
+  }
+  return now;
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,77 @@
+// Who began and who ceased to touch in this step: the pairs that touch now, against those of the step before.
+//
+// Two shapes touch where one of their contacts does (mark_touching); a sensor and a shape touch where they overlap at
+// the end of the step. Both lists are ordered by (shape_a, shape_b), and so are the events.
+#pragma once
+
+#include <algorithm>
+#include <utility>
+
+#include "cpu_reference/rigid_body.hpp"
+#include "cpu_reference/shapes/overlap.hpp"
+#include "host/buffers.hpp"
+
+namespace lockstep::reference {
+
+inline bool is_sensor(const ShapeInfo& info) { return (info.flags & SHAPE_IS_SENSOR) != 0; }
+
+template <class real>
+bool sensor_overlaps(const Buffers<real>& b, Pair pair) {
+  const ShapeInfo &info_a = b.shape_infos[pair.shape_a], &info_b = b.shape_infos[pair.shape_b];
+  const Pose<real> pose_a = make_pose(b.positions[info_a.body], b.orientations[info_a.body]);
+  const Pose<real> pose_b = make_pose(b.positions[info_b.body], b.orientations[info_b.body]);
+  const HullTables<real> tables = {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
+                                   b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
+  return shapes_overlap(info_a.kind, place_shape(pose_a, b.shapes[pair.shape_a], info_a.hull, pose_a.position),
+                        info_b.kind, place_shape(pose_b, b.shapes[pair.shape_b], info_b.hull, pose_a.position), tables);
+}
+
+template <class real>
+bool pair_touches(const Buffers<real>& b, u32 p) {
+  const Pair pair = b.pairs[p];
+  if (is_sensor(b.shape_infos[pair.shape_a]) || is_sensor(b.shape_infos[pair.shape_b])) return sensor_overlaps(b, pair);
+  bool touches = false;
+  for (u32 i = b.contact_starts[p]; i < b.contact_starts[p + 1]; ++i) touches = touches || b.touched[i] != 0;
+  return touches;
+}
+
+template <class real>
+Event make_event(const Buffers<real>& b, Pair pair, bool begins) {
+  if (is_sensor(b.shape_infos[pair.shape_b])) std::swap(pair.shape_a, pair.shape_b);
+  const ShapeInfo &info_a = b.shape_infos[pair.shape_a], &info_b = b.shape_infos[pair.shape_b];
+  const BodyInfo &body_a = b.body_infos[info_a.body], &body_b = b.body_infos[info_b.body];
+  const u32 kind = is_sensor(info_a) ? (begins ? EVENT_SENSOR_ENTER : EVENT_SENSOR_LEAVE)
+                                     : (begins ? EVENT_CONTACT_BEGIN : EVENT_CONTACT_END);
+  return {kind, b.step_index[0], body_a.world, body_a.id, info_a.id, body_b.id, info_b.id, 0};
+}
+
+inline bool pair_before(Pair p, Pair q) {
+  return p.shape_a != q.shape_a ? p.shape_a < q.shape_a : p.shape_b < q.shape_b;
+}
+
+template <class real>
+void find_events(Buffers<real>& b, const StepParams<real>&) {
+  if (step_is_void(b.counters)) return;
+  std::vector<Pair> now;
+  for (u32 p = 0; p < b.counters[COUNTER_PAIRS]; ++p) {
+    if (pair_touches(b, p)) now.push_back(b.pairs[p]);
+  }
+
+  const u32 count = static_cast<u32>(now.size()), before = b.touching_count[0];
+  u32 events = 0;
+  for (u32 i = 0, j = 0; i < count || j < before;) {
+    if (j == before || (i < count && pair_before(now[i], b.touching[j]))) {
+      b.events[events++] = make_event(b, now[i++], true);
+    } else if (i == count || pair_before(b.touching[j], now[i])) {
+      b.events[events++] = make_event(b, b.touching[j++], false);
+    } else {
+      ++i, ++j;
+    }
+  }
+  b.counters[COUNTER_TOUCHES] = count;
+  b.counters[COUNTER_EVENTS] = events;
+  b.touching_count[0] = count;
+  std::copy(now.begin(), now.end(), b.touching.begin());
+}
+
+}  // namespace lockstep::reference

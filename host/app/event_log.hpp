@@ -1,0 +1,29 @@
+// The file that --events names: one line of JSON an event, written as the run goes on (docs/events.md).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <fstream>
+#include <string>
+
+#include "host/scene/scene.hpp"
+
+namespace lockstep::app {
+
+class EventLog {
+ public:
+  /// Throws Error (input) where `path` cannot be written. An empty path: events are only counted.
+  EventLog(const std::string& path, const Scene& scene);
+
+  void add(const Event& event);
+
+  /// By EventKind.
+  const std::array<std::uint64_t, EVENT_KINDS>& counts() const { return counts_; }
+
+ private:
+  const Scene& scene_;
+  std::ofstream file_;
+  std::array<std::uint64_t, EVENT_KINDS> counts_ = {};
+};
+
+}  // namespace lockstep::app

@@ -1,0 +1,23 @@
+// Launches of the stages that say who touches.
+#include "host/device/launcher.hpp"
+
+namespace lockstep {
+
+void launch_mark_touching(Launcher& launcher) { launcher.run("mark_touching", launcher.plan().contacts); }
+
+void launch_find_events(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  launcher.scratch("touch_slots", std::size_t{plan.sizes.pairs} + 1);
+  launcher.scratch("touching_now", std::size_t{plan.sizes.pairs} * 2);
+  launcher.scratch("event_slots", std::size_t{plan.sizes.pairs} * 2 + 1);
+  launcher.run("find_events_mark", plan.pairs + 1);
+  launcher.scan("touch_slots", plan.sizes.pairs + 1, COUNTER_PAIRS, plan.pairs + 1);
+  launcher.run("find_events_gather", plan.pairs);
+  // at most all pairs touch, as many as did
+  launcher.run("find_events_compare", 2 * plan.pairs + 1);
+  launcher.scan("event_slots", 2 * plan.sizes.pairs + 1, COUNTER_EVENTS, 2 * plan.pairs + 1);
+  launcher.run("find_events_write", 2 * plan.pairs);
+  launcher.run("find_events_keep", plan.pairs);
+}
+
+}  // namespace lockstep

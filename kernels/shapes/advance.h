@@ -1,0 +1,118 @@
+// When within the step two shapes meet: conservative advancement. cpu_reference/shapes/advance.hpp is the twin and says
+// more.
+#ifndef LOCKSTEP_ADVANCE_H
+#define LOCKSTEP_ADVANCE_H
+
+#include "rigid_body.h"
+#include "shapes/manifold.h"
+
+#define ADVANCE_ROUNDS 32u
+
+// How the body of a shape moves, and how far out the shape is carried along by its turning.
+typedef struct Mover {
+  Pose pose;
+  Vec3 v, w;
+  real radius;
+  bool unbounded;
+} Mover;
+
+static inline Mover make_mover(u32 kind, global const Shape* shape, global const Motion* motion, Pose pose) {
+  const real arm = length3(make3(shape->offset[0], shape->offset[1], shape->offset[2]));
+  Mover m;
+  m.pose = pose;
+  m.v = make3(motion->v[0], motion->v[1], motion->v[2]);
+  m.w = make3(motion->w[0], motion->w[1], motion->w[2]);
+  m.radius = kind == SHAPE_SPHERE ? arm : arm + shape->reach;
+  m.unbounded = kind == SHAPE_PLANE;
+  return m;
+}
+
+static inline Pose advance_pose(const Mover* m, real time) {
+  Pose pose;
+  pose.position = add3(m->pose.position, scale3(time, m->v));
+  pose.orientation = turn4(m->pose.orientation, m->w, time);
+  return pose;
+}
+
+// No gap along the normal from b to a closes faster in the step.
+static inline real closing_speed(const Mover* a, const Mover* b, Vec3 normal, real h) {
+  const Vec3 v = sub3(b->v, a->v);
+  const real turn_a = length3(a->w), turn_b = length3(b->w);
+  if ((a->unbounded && turn_a > (real)0) || (b->unbounded && turn_b > (real)0)) {
+    const real speed = length3(v);
+    const real far = length3(sub3(a->pose.position, b->pose.position)) + h * speed;
+    return speed + turn_a * (a->unbounded ? far + b->radius : a->radius) +
+           turn_b * (b->unbounded ? far + a->radius : b->radius);
+  }
+  return dot3(normal, v) + turn_a * a->radius + turn_b * b->radius;
+}
+
+// The smallest gap of a manifold that has points.
+static inline real closest_gap(const Manifold* m) {
+  real gap = gap_at(m, 0u);
+  for (u32 k = 1u; k < m->count; ++k) {
+    const real other = gap_at(m, k);
+    gap = other < gap ? other : gap;
+  }
+  return gap;
+}
+
+static inline real advance_time(real time, real gap, real speed, real h) {
+  if (!(speed > (real)0)) return h;
+  const real next = time + gap / speed;
+  return next < h ? next : h;
+}
+
+#if FEATURE_MANIFOLDS
+// The largest sphere about the origin of a shape that is known to be inside of it; below 0 where there is none.
+static inline real core_radius(u32 kind, Vec3 size, u32 hull, HullTables tables) {
+  if (kind == SHAPE_CAPSULE) return size.x;
+  if (kind == SHAPE_CYLINDER) return size.x < size.y ? size.x : size.y;
+  if (kind == SHAPE_BOX) {
+    const real least = size.x < size.y ? size.x : size.y;
+    return least < size.z ? least : size.z;
+  }
+  if (kind != SHAPE_HULL) return (real)-1;
+  real radius = size.x;
+  for (u32 f = 0u; f < tables.hulls[hull].face_count; ++f) {
+    const real distance = tables.planes[tables.hulls[hull].first_face + f].w;
+    radius = distance < radius ? distance : radius;
+  }
+  return radius;
+}
+
+// Keeps the core of side a (`of_a`) or b, out of the other's tangent plane.
+static inline void add_core(Manifold* m, bool of_a, real radius) {
+  u32 nearest = 0u, farthest = 0u;
+  for (u32 k = 1u; k < m->count; ++k) {
+    if (gap_at(m, k) < gap_at(m, nearest)) nearest = k;
+    if (gap_at(m, k) > gap_at(m, farthest)) farthest = k;
+  }
+  ManifoldPoint point = m->points[nearest];
+  if (of_a) {
+    point.anchor_a = make3((real)0, (real)0, (real)0);
+    point.anchor_b = add3(point.anchor_b, scale3(radius - m->radius_a, m->normal));
+  } else {
+    point.anchor_b = make3((real)0, (real)0, (real)0);
+    point.anchor_a = sub3(point.anchor_a, scale3(radius - m->radius_b, m->normal));
+  }
+  point.feature = CORE_FEATURE;
+  if (m->count == MANIFOLD_POINTS) {
+    for (u32 k = farthest; k + 1u < m->count; ++k) m->points[k] = m->points[k + 1u];
+    --m->count;
+  }
+  m->points[m->count++] = point;
+}
+#endif
+
+// A manifold at the impact, seen from the start of the step.
+static inline void bring_back(Manifold* m, const Mover* a, const Mover* b, real time) {
+  const Quat turned_a = turn4(a->pose.orientation, a->w, time), turned_b = turn4(b->pose.orientation, b->w, time);
+  for (u32 k = 0u; k < m->count; ++k) {
+    m->points[k].anchor_a = carry3(turned_a, a->pose.orientation, m->points[k].anchor_a);
+    m->points[k].anchor_b = carry3(turned_b, b->pose.orientation, m->points[k].anchor_b);
+  }
+  m->frame = NORMAL_OF_IMPACT;
+}
+
+#endif

@@ -1,0 +1,74 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/event_worlds.hpp"
+
+namespace lockstep::test {
+namespace {
+
+template <class real>
+class MarkTouching : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(MarkTouching, Precisions);
+
+const auto before_marking = {Stage::update_bounds, Stage::sort_cells,           Stage::find_pairs,
+                             Stage::collide,       Stage::match_contacts,       Stage::color_contacts,
+                             Stage::pack_contacts, Stage::integrate_velocities, Stage::prepare_contacts,
+                             Stage::warm_start,    Stage::solve_contacts,       Stage::integrate_positions};
+
+// An impulse, or an overlap: in double, by the centres and radii of spheres that do not turn.
+TYPED_TEST(MarkTouching, WhatPushesOrOverlapsTouches) {
+  using real = TypeParam;
+  std::vector<BodyDescription> bodies;
+  Random random(60);
+  for (u32 n = 0; n < 300; ++n)
+    bodies.push_back(sphere_body(random.vector(2), random.between(0.1, 0.3), random.vector(8)));
+  InitialState<real> state = make_event_worlds<real>({bodies}, 20000);
+  run_reference(state, before_marking);
+  Buffers<real>& b = state.buffers;
+  reference::run_stage(Stage::mark_touching, b, state.params);
+  u32 pushing = 0, overlapping = 0, apart = 0;
+  for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
+    const Contact& contact = b.contacts[i];
+    double square = 0;
+    const Vec4<real>&p = b.positions[contact.body_a], &q = b.positions[contact.body_b];
+    for (const double d : {double(p.x) - q.x, double(p.y) - q.y, double(p.z) - q.z}) square += d * d;
+    const double gap = std::sqrt(square) - b.shapes[contact.shape_a].size[0] - b.shapes[contact.shape_b].size[0];
+    const real impulse = b.impulse_blocks[b.contact_slots[i] / PACK].normal[b.contact_slots[i] % PACK];
+    if (std::abs(gap) < 1e-6 && !(impulse > 0)) continue;
+    EXPECT_EQ(b.touched[i], impulse > 0 || gap < 0 ? 1u : 0u);
+    pushing += impulse > 0 && gap > 0 ? 1 : 0;
+    overlapping += !(impulse > 0) && gap < 0 ? 1 : 0;
+    apart += b.touched[i] == 0 ? 1 : 0;
+  }
+  EXPECT_GT(pushing, 5u);
+  EXPECT_GT(overlapping, 5u);
+  EXPECT_GT(apart, 5u);
+}
+
+TYPED_TEST(MarkTouching, LaterSubStepsForgetNothing) {
+  using real = TypeParam;
+  InitialState<real> state =
+      make_event_worlds<real>({{sphere_body({0, 0, 0}, 1), sphere_body({2.001, 0, 0}, 1, {1, 0, 0})}}, 16);
+  run_reference(state, before_marking);
+  ASSERT_EQ(state.buffers.counters[COUNTER_CONTACTS], 1u);
+  state.buffers.touched[0] = 1;
+  reference::run_stage(Stage::mark_touching, state.buffers, state.params);
+  EXPECT_EQ(state.buffers.touched[0], 0u);  // the first sub-step starts anew
+  state.buffers.touched[0] = 1;
+  state.params.substep = 1;
+  reference::run_stage(Stage::mark_touching, state.buffers, state.params);
+  EXPECT_EQ(state.buffers.touched[0], 1u);
+}
+
+TYPED_TEST(MarkTouching, KernelMatchesReference) {
+  using real = TypeParam;
+  InitialState<real> state = make_event_worlds<real>(lively_worlds(), 100000);
+  expect_kernel_matches(Stage::mark_touching, state, before_marking);
+  state.params.substep = 2;
+  expect_kernel_matches(Stage::mark_touching, state, before_marking);
+}
+
+}  // namespace
+}  // namespace lockstep::test
