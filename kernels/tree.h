@@ -5,8 +5,9 @@
 
 #include "grid.h"
 
+// Enough for every u32 number of shapes.
 #define TREE_LEVELS 8u
-#define TREE_FAR ((real)3e38)
+#define TREE_FAR ((real)3e38)  // box of nothing
 #define CELL_BITS 16u
 
 static inline u32 ordered_word(float x) {
