@@ -36,7 +36,7 @@ Meeting<real> cylinder_try_flats(const Cylinder<real>& c, const Polytope<real>& 
     const Vec3<real> normal = scale3(end == 0 ? real(1) : real(-1), c.axes.z);
     const Vec3<real> own = into_frame(p.axes, normal);
     const Vec3<real> vertex = poly_vertex(p, poly_support(p, own));
-    const real gap = dot3(normal, sub3(c.center, vertex)) - c.half;
+    const real gap = dot3(normal, sub3(c.center, vertex)) - c.half_length;
     best = meeting_offer(best, gap, normal, NORMAL_OF_A, add3(vertex, scale3(gap, normal)), vertex, tolerance);
   }
   return best;
@@ -47,7 +47,7 @@ template <class real>
 Meeting<real> cylinder_try_edges(const Cylinder<real>& c, const Polytope<real>& p, Meeting<real> best, real tolerance) {
   EdgeSpan<real> axis;
   axis.start = into_frame(p.axes, sub3(cylinder_cap(c, 0), p.center));
-  axis.along = into_frame(p.axes, scale3(real(2) * c.half, c.axes.z));
+  axis.along = into_frame(p.axes, scale3(real(2) * c.half_length, c.axes.z));
   axis.left = Vec3<real>{0, 0, 0};
   axis.right = axis.left;
   for (u32 e = 0; e < p.edges; ++e) {
@@ -66,7 +66,7 @@ Meeting<real> cylinder_try_edges(const Cylinder<real>& c, const Polytope<real>& 
     const real t = share_at_crossing(edge, axis, scale3(real(-1), across));
     if (!within_share(s) || !within_share(t)) continue;
     const Vec3<real> normal = out_of_frame(p.axes, scale3(factor, across));
-    const Vec3<real> on_axis = add3(cylinder_cap(c, 0), scale3(clamp_share(s) * real(2) * c.half, c.axes.z));
+    const Vec3<real> on_axis = add3(cylinder_cap(c, 0), scale3(clamp_share(s) * real(2) * c.half_length, c.axes.z));
     const Vec3<real> on_edge = add3(edge.start, scale3(clamp_share(t), edge.along));
     best = cylinder_try(c, p, best, normal, sub3(on_axis, scale3(c.radius, normal)),
                         add3(p.center, out_of_frame(p.axes, on_edge)), tolerance);
@@ -85,16 +85,16 @@ Meeting<real> cylinder_try_vertices(const Cylinder<real>& c, const Polytope<real
     const real distance = length3(across);
     const Vec3<real> radial = distance > 0 ? scale3(real(1) / distance, across) : c.axes.x;
     const real along = -dot3(c.axes.z, w);
-    const bool beside = along < real(1.001) * c.half && -along < real(1.001) * c.half;
+    const bool beside = along < real(1.001) * c.half_length && -along < real(1.001) * c.half_length;
     for (u32 side = 0; side < 2 && beside; ++side) {
       const real sign = side == 0 ? real(1) : real(-1);
       if (!(sign * distance - c.radius > meeting_least(best, tolerance))) continue;
       const Vec3<real> normal = scale3(sign, radial);
-      const Vec3<real> on_axis = add3(c.center, scale3(clamp_to(along, c.half), c.axes.z));
+      const Vec3<real> on_axis = add3(c.center, scale3(clamp_to(along, c.half_length), c.axes.z));
       best = cylinder_try(c, p, best, normal, sub3(on_axis, scale3(c.radius, normal)), vertex, tolerance);
     }
     for (u32 end = 0; end < 2; ++end) {
-      const real over = end == 0 ? -along - c.half : along - c.half;
+      const real over = end == 0 ? -along - c.half_length : along - c.half_length;
       if (!(over > 0) || !(distance > c.radius)) continue;  // the closest point of the cylinder is not on the rim
       const Vec3<real> on_rim = rim_towards(c, end, vertex);
       const Vec3<real> d = sub3(on_rim, vertex);

@@ -32,9 +32,9 @@ Manifold<real> sphere_cylinder(const Placed<real>& a, const Placed<real>& b) {
   const real rho = length3(across);
   const Vec3<real> radial = rho > 0 ? scale3(real(1) / rho, across) : c.axes.x;
   const Vec3<real> cap = scale3(height < 0 ? real(-1) : real(1), c.axes.z);
-  const real over_cap = (height < 0 ? -height : height) - c.half, over_side = rho - c.radius;
+  const real over_cap = (height < 0 ? -height : height) - c.half_length, over_side = rho - c.radius;
   if (over_cap > 0 && over_side > 0) {
-    const Vec3<real> on_rim = add3(b.center, add3(scale3(c.half, cap), scale3(c.radius, radial)));
+    const Vec3<real> on_rim = add3(b.center, add3(scale3(c.half_length, cap), scale3(c.radius, radial)));
     const Vec3<real> normal = direction_between(a.center, on_rim, length3(b.size), radial);
     return manifold_at(normal, NORMAL_FIXED, a.center, a.size.x, on_rim, real(0), 0);
   }
@@ -98,9 +98,9 @@ Meeting<real> cylinders_meet(const Cylinder<real>& a, const Cylinder<real>& b, r
   best = cylinders_try(a, b, best, cylinder_outwards(b, apart), NORMAL_FIXED, tolerance);
   if (best.gap > limit) return best;
   for (u32 k = 0; k < 4; ++k) {
-    const RimNearest<real> of_a = rim_line(a, k >> 1, cylinder_cap(b, 0), b.axes.z, real(2) * b.half, k & 1);
+    const RimNearest<real> of_a = rim_line(a, k >> 1, cylinder_cap(b, 0), b.axes.z, real(2) * b.half_length, k & 1);
     best = cylinders_try_rim(a, b, best, of_a, true, b.radius, tolerance);
-    const RimNearest<real> of_b = rim_line(b, k >> 1, cylinder_cap(a, 0), a.axes.z, real(2) * a.half, k & 1);
+    const RimNearest<real> of_b = rim_line(b, k >> 1, cylinder_cap(a, 0), a.axes.z, real(2) * a.half_length, k & 1);
     best = cylinders_try_rim(a, b, best, of_b, false, a.radius, tolerance);
   }
   if (best.gap > limit) return best;

@@ -29,9 +29,9 @@ static inline Manifold sphere_cylinder(Placed a, Placed b) {
   const real rho = length3(across);
   const Vec3 radial = rho > (real)0 ? scale3((real)1 / rho, across) : c.axes.x;
   const Vec3 cap = scale3(height < (real)0 ? (real)-1 : (real)1, c.axes.z);
-  const real over_cap = (height < (real)0 ? -height : height) - c.half, over_side = rho - c.radius;
+  const real over_cap = (height < (real)0 ? -height : height) - c.half_length, over_side = rho - c.radius;
   if (over_cap > (real)0 && over_side > (real)0) {
-    const Vec3 on_rim = add3(b.center, add3(scale3(c.half, cap), scale3(c.radius, radial)));
+    const Vec3 on_rim = add3(b.center, add3(scale3(c.half_length, cap), scale3(c.radius, radial)));
     const Vec3 normal = direction_between(a.center, on_rim, length3(b.size), radial);
     return manifold_at(normal, NORMAL_FIXED, a.center, a.size.x, on_rim, (real)0, 0);
   }
@@ -91,9 +91,9 @@ static inline Meeting cylinders_meet(const Cylinder* a, const Cylinder* b, real 
   best = cylinders_try(a, b, best, cylinder_outwards(b, apart), NORMAL_FIXED, tolerance);
   if (best.gap > limit) return best;
   for (u32 k = 0; k < 4; ++k) {
-    const RimNearest of_a = rim_line(a, k >> 1, cylinder_cap(b, 0), b->axes.z, (real)2 * b->half, k & 1);
+    const RimNearest of_a = rim_line(a, k >> 1, cylinder_cap(b, 0), b->axes.z, (real)2 * b->half_length, k & 1);
     best = cylinders_try_rim(a, b, best, &of_a, true, b->radius, tolerance);
-    const RimNearest of_b = rim_line(b, k >> 1, cylinder_cap(a, 0), a->axes.z, (real)2 * a->half, k & 1);
+    const RimNearest of_b = rim_line(b, k >> 1, cylinder_cap(a, 0), a->axes.z, (real)2 * a->half_length, k & 1);
     best = cylinders_try_rim(a, b, best, &of_b, false, a->radius, tolerance);
   }
   if (best.gap > limit) return best;
