@@ -7,7 +7,6 @@
 #pragma once
 
 #include "cpu_reference/shapes/cylinder.hpp"
-#include "cpu_reference/shapes/hulls.hpp"
 #include "cpu_reference/shapes/polytopes.hpp"
 
 namespace lockstep::reference {
@@ -139,61 +138,6 @@ Meeting<real> cylinder_meets(const Cylinder<real>& c, const Polytope<real>& p, r
   best = cylinder_try_vertices(c, p, best, tolerance);
   if (best.gap > limit) return best;
   return cylinder_try_rims(c, p, best, tolerance);
-}
-
-template <class real>
-Manifold<real> cylinder_hull(const Placed<real>& a, const Placed<real>& b, const HullTables<real>& tables, real limit) {
-  const Cylinder<real> cylinder = cylinder_of(a);
-  const Polytope<real> hull = polytope_of(SHAPE_HULL, b, tables);
-  const real tolerance = shape_tolerance(a, b);
-  const Meeting<real> meeting = cylinder_meets(cylinder, hull, limit, tolerance);
-  if (meeting.gap > limit) return no_manifold<real>();
-  const Patch<real> patch_a = cylinder_patch(a, cylinder.axes, real(-1), meeting.normal);
-  const Patch<real> patch_b = polygon_patch(hull, real(1), meeting.normal, real(10) * tolerance);
-  return share_patches(patch_a, patch_b, cylinder_rolls(cylinder, meeting.normal), real(0), meeting, limit, tolerance,
-                       smaller_size(a, b));
-}
-
-/// The meeting seen from the polytope, which is a here.
-template <class real>
-Meeting<real> meeting_turned(Meeting<real> m) {
-  const Vec3<real> at = m.at_a;
-  m.at_a = m.at_b;
-  m.at_b = at;
-  m.normal = scale3(real(-1), m.normal);
-  m.frame = m.frame == NORMAL_OF_A ? u32(NORMAL_OF_B) : m.frame == NORMAL_OF_B ? u32(NORMAL_OF_A) : m.frame;
-  return m;
-}
-
-template <class real>
-Manifold<real> box_cylinder(const Placed<real>& a, const Placed<real>& b, const HullTables<real>& tables, real limit) {
-  const Polytope<real> box = polytope_of(SHAPE_BOX, a, tables);
-  const Cylinder<real> cylinder = cylinder_of(b);
-  const real tolerance = shape_tolerance(a, b);
-  const Meeting<real> meeting = meeting_turned(cylinder_meets(cylinder, box, limit, tolerance));
-  if (meeting.gap > limit) return no_manifold<real>();
-  const Patch<real> patch_a = polygon_patch(box, real(-1), meeting.normal, real(10) * tolerance);
-  const Patch<real> patch_b = cylinder_patch(b, cylinder.axes, real(1), meeting.normal);
-  return share_patches(patch_a, patch_b, real(0), cylinder_rolls(cylinder, meeting.normal), meeting, limit, tolerance,
-                       smaller_size(a, b));
-}
-
-template <class real>
-Manifold<real> capsule_cylinder(const Placed<real>& a, const Placed<real>& b, const HullTables<real>& tables,
-                                real limit) {
-  const Polytope<real> core = polytope_of(SHAPE_CAPSULE, a, tables);
-  const Cylinder<real> cylinder = cylinder_of(b);
-  const real radius = a.size.x, tolerance = shape_tolerance(a, b);
-  Meeting<real> meeting = meeting_turned(cylinder_meets(cylinder, core, limit + radius, tolerance));
-  if (meeting.gap > limit + radius) return no_manifold<real>();
-  const Vec3<real> surface = scale3(-radius, meeting.normal);
-  meeting.gap = meeting.gap - radius;
-  meeting.at_a = add3(meeting.at_a, surface);
-  const Patch<real> line =
-      segment_patch(real(-1), add3(poly_vertex(core, 0), surface), add3(poly_vertex(core, 1), surface), meeting.normal);
-  const Patch<real> patch_b = cylinder_patch(b, cylinder.axes, real(1), meeting.normal);
-  return share_patches(line, patch_b, radius, cylinder_rolls(cylinder, meeting.normal), meeting, limit, tolerance,
-                       smaller_size(a, b));
 }
 
 }  // namespace lockstep::reference

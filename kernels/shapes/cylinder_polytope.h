@@ -9,7 +9,6 @@
 #define LOCKSTEP_CYLINDER_POLYTOPE_H
 
 #include "shapes/cylinder.h"
-#include "shapes/hulls.h"
 #include "shapes/polytopes.h"
 
 // Offers the meeting along a unit normal from p to c.
@@ -133,56 +132,6 @@ static inline Meeting cylinder_meets(const Cylinder* c, const Polytope* p, real 
   best = cylinder_try_vertices(c, p, best, tolerance);
   if (best.gap > limit) return best;
   return cylinder_try_rims(c, p, best, tolerance);
-}
-
-static inline Manifold cylinder_hull(Placed a, Placed b, HullTables tables, real limit) {
-  const Cylinder cylinder = cylinder_of(a);
-  const Polytope hull = polytope_of(SHAPE_HULL, b, tables);
-  const real tolerance = shape_tolerance(a, b);
-  const Meeting meeting = cylinder_meets(&cylinder, &hull, limit, tolerance);
-  if (meeting.gap > limit) return no_manifold();
-  const Patch patch_a = cylinder_patch(a, cylinder.axes, (real)-1, meeting.normal);
-  const Patch patch_b = polygon_patch(&hull, (real)1, meeting.normal, (real)10 * tolerance);
-  return share_patches(&patch_a, &patch_b, cylinder_rolls(&cylinder, meeting.normal), (real)0, &meeting, limit,
-                       tolerance, smaller_size(a, b));
-}
-
-// The meeting seen from the polytope, which is a here.
-static inline Meeting meeting_turned(Meeting m) {
-  const Vec3 at = m.at_a;
-  m.at_a = m.at_b;
-  m.at_b = at;
-  m.normal = scale3((real)-1, m.normal);
-  m.frame = m.frame == NORMAL_OF_A ? (u32)NORMAL_OF_B : m.frame == NORMAL_OF_B ? (u32)NORMAL_OF_A : m.frame;
-  return m;
-}
-
-static inline Manifold box_cylinder(Placed a, Placed b, HullTables tables, real limit) {
-  const Polytope box = polytope_of(SHAPE_BOX, a, tables);
-  const Cylinder cylinder = cylinder_of(b);
-  const real tolerance = shape_tolerance(a, b);
-  const Meeting meeting = meeting_turned(cylinder_meets(&cylinder, &box, limit, tolerance));
-  if (meeting.gap > limit) return no_manifold();
-  const Patch patch_a = polygon_patch(&box, (real)-1, meeting.normal, (real)10 * tolerance);
-  const Patch patch_b = cylinder_patch(b, cylinder.axes, (real)1, meeting.normal);
-  return share_patches(&patch_a, &patch_b, (real)0, cylinder_rolls(&cylinder, meeting.normal), &meeting, limit,
-                       tolerance, smaller_size(a, b));
-}
-
-static inline Manifold capsule_cylinder(Placed a, Placed b, HullTables tables, real limit) {
-  const Polytope core = polytope_of(SHAPE_CAPSULE, a, tables);
-  const Cylinder cylinder = cylinder_of(b);
-  const real radius = a.size.x, tolerance = shape_tolerance(a, b);
-  Meeting meeting = meeting_turned(cylinder_meets(&cylinder, &core, limit + radius, tolerance));
-  if (meeting.gap > limit + radius) return no_manifold();
-  const Vec3 surface = scale3(-radius, meeting.normal);
-  meeting.gap = meeting.gap - radius;
-  meeting.at_a = add3(meeting.at_a, surface);
-  const Patch line = segment_patch((real)-1, add3(poly_vertex(&core, 0), surface), add3(poly_vertex(&core, 1), surface),
-                                   meeting.normal);
-  const Patch patch_b = cylinder_patch(b, cylinder.axes, (real)1, meeting.normal);
-  return share_patches(&line, &patch_b, radius, cylinder_rolls(&cylinder, meeting.normal), &meeting, limit, tolerance,
-                       smaller_size(a, b));
 }
 
 #endif
