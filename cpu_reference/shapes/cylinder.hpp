@@ -10,7 +10,7 @@ template <class real>
 struct Cylinder {
   Vec3<real> center;
   Axes<real> axes;  // z is the axis
-  real radius, half;
+  real radius, half_length;
 };
 
 template <class real>
@@ -19,7 +19,7 @@ Cylinder<real> cylinder_of(const Placed<real>& shape) {
   c.center = shape.center;
   c.axes = axes_of(shape.rotation);
   c.radius = shape.size.x;
-  c.half = shape.size.y;
+  c.half_length = shape.size.y;
   return c;
 }
 
@@ -33,7 +33,7 @@ Vec3<real> cylinder_across(const Cylinder<real>& c, Vec3<real> v) {
 template <class real>
 real cylinder_reach(const Cylinder<real>& c, Vec3<real> direction) {
   const real along = dot3(c.axes.z, direction);
-  return c.half * (along < 0 ? -along : along) + c.radius * length3(cylinder_across(c, direction));
+  return c.half_length * (along < 0 ? -along : along) + c.radius * length3(cylinder_across(c, direction));
 }
 
 /// A point of the cylinder that is farthest along a direction.
@@ -41,7 +41,7 @@ template <class real>
 Vec3<real> cylinder_support(const Cylinder<real>& c, Vec3<real> direction) {
   const Vec3<real> across = cylinder_across(c, direction);
   const real length = length3(across);
-  const real side = dot3(c.axes.z, direction) > 0 ? c.half : -c.half;
+  const real side = dot3(c.axes.z, direction) > 0 ? c.half_length : -c.half_length;
   const Vec3<real> cap = add3(c.center, scale3(side, c.axes.z));
   return length > 0 ? add3(cap, scale3(c.radius / length, across)) : cap;
 }
@@ -49,7 +49,7 @@ Vec3<real> cylinder_support(const Cylinder<real>& c, Vec3<real> direction) {
 /// The centre of the lower (0) or upper (1) cap.
 template <class real>
 Vec3<real> cylinder_cap(const Cylinder<real>& c, u32 end) {
-  return add3(c.center, scale3(end == 0 ? -c.half : c.half, c.axes.z));
+  return add3(c.center, scale3(end == 0 ? -c.half_length : c.half_length, c.axes.z));
 }
 
 /// The radius that a contact keeps from its anchor: a cylinder that rolls on its side keeps its anchor near the axis.
@@ -162,11 +162,11 @@ RimNearest<real> rim_rim(const Cylinder<real>& a, u32 end_a, const Cylinder<real
   if (!(rim_slope(a, middle, low, b, end_b) < 0) || rim_slope(a, middle, high, b, end_b) < 0) return none;
   for (u32 k = 0; k < RIM_HALVINGS; ++k) {
     const Vec3<real> sum = add3(low, high);
-    const Vec3<real> half = scale3(real(1) / length3(sum), sum);
-    if (rim_slope(a, middle, half, b, end_b) < 0)
-      low = half;
+    const Vec3<real> between = scale3(real(1) / length3(sum), sum);
+    if (rim_slope(a, middle, between, b, end_b) < 0)
+      low = between;
     else
-      high = half;
+      high = between;
   }
   const Vec3<real> p = add3(middle, scale3(a.radius, high)), q = rim_towards(b, end_b, p);
   return rim_nearest(p, cross3(a.axes.z, high), q, cross3(b.axes.z, sub3(q, cylinder_cap(b, end_b))));

@@ -1,48 +1,9 @@
-// Cylinders against planes, spheres and each other. kernels/shapes/cylinders.h is the twin.
+// Cylinder against cylinder: which direction separates them best. kernels/shapes/cylinders.h is the twin.
 #pragma once
 
-#include "cpu_reference/shapes/cylinder_polytope.hpp"
+#include "cpu_reference/shapes/cylinder.hpp"
 
 namespace lockstep::reference {
-
-/// The cap, or the line on the side, that lies on the plane.
-template <class real>
-Manifold<real> cylinder_plane(const Placed<real>& a, const Placed<real>& b, real limit) {
-  const Cylinder<real> cylinder = cylinder_of(a);
-  Meeting<real> meeting = no_meeting<real>();
-  meeting.normal = plane_normal(b.rotation);
-  meeting.frame = NORMAL_OF_B;
-  meeting.at_a = cylinder_support(cylinder, scale3(real(-1), meeting.normal));
-  meeting.gap = dot3(meeting.normal, sub3(meeting.at_a, b.center));
-  meeting.at_b = sub3(meeting.at_a, scale3(meeting.gap, meeting.normal));
-  if (meeting.gap > limit) return no_manifold<real>();
-  const Patch<real> patch_a = cylinder_patch(a, cylinder.axes, real(-1), meeting.normal);
-  const Patch<real> patch_b = plane_patch(b.center, meeting.normal);
-  return share_patches(patch_a, patch_b, cylinder_rolls(cylinder, meeting.normal), real(0), meeting, limit,
-                       shape_tolerance(a, b), length3(a.size));
-}
-
-/// The closest point of the cylinder; from inside, through the nearer of cap and side.
-template <class real>
-Manifold<real> sphere_cylinder(const Placed<real>& a, const Placed<real>& b) {
-  const Cylinder<real> c = cylinder_of(b);
-  const Vec3<real> d = sub3(a.center, b.center);
-  const real height = dot3(c.axes.z, d);
-  const Vec3<real> across = cylinder_across(c, d);
-  const real rho = length3(across);
-  const Vec3<real> radial = rho > 0 ? scale3(real(1) / rho, across) : c.axes.x;
-  const Vec3<real> cap = scale3(height < 0 ? real(-1) : real(1), c.axes.z);
-  const real over_cap = (height < 0 ? -height : height) - c.half, over_side = rho - c.radius;
-  if (over_cap > 0 && over_side > 0) {
-    const Vec3<real> on_rim = add3(b.center, add3(scale3(c.half, cap), scale3(c.radius, radial)));
-    const Vec3<real> normal = direction_between(a.center, on_rim, length3(b.size), radial);
-    return manifold_at(normal, NORMAL_FIXED, a.center, a.size.x, on_rim, real(0), 0);
-  }
-  if (over_cap > over_side)
-    return manifold_at(cap, NORMAL_OF_B, a.center, a.size.x, sub3(a.center, scale3(over_cap, cap)), real(0), 0);
-  const Vec3<real> on_axis = add3(b.center, scale3(height, c.axes.z));
-  return manifold_at(radial, NORMAL_FIXED, a.center, a.size.x, on_axis, c.radius, 0);
-}
 
 /// Offers the better of the meetings along a unit normal and its opposite, which is that from centre to centre:
 /// cylinders look the same from both ends. It is where a reaches farthest.
@@ -98,9 +59,9 @@ Meeting<real> cylinders_meet(const Cylinder<real>& a, const Cylinder<real>& b, r
   best = cylinders_try(a, b, best, cylinder_outwards(b, apart), NORMAL_FIXED, tolerance);
   if (best.gap > limit) return best;
   for (u32 k = 0; k < 4; ++k) {
-    const RimNearest<real> of_a = rim_line(a, k >> 1, cylinder_cap(b, 0), b.axes.z, real(2) * b.half, k & 1);
+    const RimNearest<real> of_a = rim_line(a, k >> 1, cylinder_cap(b, 0), b.axes.z, real(2) * b.half_length, k & 1);
     best = cylinders_try_rim(a, b, best, of_a, true, b.radius, tolerance);
-    const RimNearest<real> of_b = rim_line(b, k >> 1, cylinder_cap(a, 0), a.axes.z, real(2) * a.half, k & 1);
+    const RimNearest<real> of_b = rim_line(b, k >> 1, cylinder_cap(a, 0), a.axes.z, real(2) * a.half_length, k & 1);
     best = cylinders_try_rim(a, b, best, of_b, false, a.radius, tolerance);
   }
   if (best.gap > limit) return best;
@@ -112,18 +73,6 @@ Meeting<real> cylinders_meet(const Cylinder<real>& a, const Cylinder<real>& b, r
     best = cylinders_try_rim(a, b, best, of_b, false, real(0), tolerance);
   }
   return best;
-}
-
-template <class real>
-Manifold<real> cylinder_cylinder(const Placed<real>& a, const Placed<real>& b, real limit) {
-  const Cylinder<real> one = cylinder_of(a), other = cylinder_of(b);
-  const real tolerance = shape_tolerance(a, b);
-  const Meeting<real> meeting = cylinders_meet(one, other, limit, tolerance);
-  if (meeting.gap > limit) return no_manifold<real>();
-  const Patch<real> patch_a = cylinder_patch(a, one.axes, real(-1), meeting.normal);
-  const Patch<real> patch_b = cylinder_patch(b, other.axes, real(1), meeting.normal);
-  return share_patches(patch_a, patch_b, cylinder_rolls(one, meeting.normal), cylinder_rolls(other, meeting.normal),
-                       meeting, limit, tolerance, smaller_size(a, b));
 }
 
 }  // namespace lockstep::reference

@@ -5,8 +5,9 @@
 #include "cpu_reference/shapes/box_round.hpp"
 #include "cpu_reference/shapes/capsule_box.hpp"
 #include "cpu_reference/shapes/capsules.hpp"
-#include "cpu_reference/shapes/cylinders.hpp"
-#include "cpu_reference/shapes/hulls.hpp"
+#include "cpu_reference/shapes/patch_pairs.hpp"
+#include "cpu_reference/shapes/sphere_cylinder.hpp"
+#include "cpu_reference/shapes/sphere_hull.hpp"
 #include "cpu_reference/shapes/sphere_plane.hpp"
 #include "cpu_reference/shapes/sphere_sphere.hpp"
 
@@ -18,8 +19,11 @@ Manifold<real> collide_ordered(u32 kind_a, const Placed<real>& a, u32 kind_b, co
                                [[maybe_unused]] const HullTables<real>& tables, [[maybe_unused]] real limit) {
 #define SHAPE_PAIR(first, second, manifold) \
   if (kind_a == SHAPE_##first && kind_b == SHAPE_##second) return manifold;
+#define PATCH_PAIR(first, second) \
+  if (kind_a == SHAPE_##first && kind_b == SHAPE_##second) return patches_touch(kind_a, a, kind_b, b, tables, limit);
 #include "kernels/shape_pairs.def"
 #undef SHAPE_PAIR
+#undef PATCH_PAIR
   return no_manifold<real>();
 }
 

@@ -6,6 +6,18 @@
 
 namespace lockstep::reference {
 
+/// What is left to rounding, and to the wish that contacts keep their features, relative to the size of both shapes.
+template <class real>
+real shape_tolerance(const Placed<real>& a, const Placed<real>& b) {
+  return real(1e-6) * (length3(a.size) + length3(b.size));
+}
+
+template <class real>
+real smaller_size(const Placed<real>& a, const Placed<real>& b) {
+  const real size_a = length3(a.size), size_b = length3(b.size);
+  return size_a < size_b ? size_a : size_b;
+}
+
 /// "Own" coordinates are those of the shape's frame. A segment has two vertices, an edge and no face.
 template <class real>
 struct Polytope {
@@ -156,6 +168,17 @@ Meeting<real> no_meeting() {
   none.at_b = none.at_a;
   none.place = none.gap;
   return none;
+}
+
+/// The same seen from the other side.
+template <class real>
+Meeting<real> meeting_turned(Meeting<real> m) {
+  const Vec3<real> at = m.at_a;
+  m.at_a = m.at_b;
+  m.at_b = at;
+  m.normal = scale3(real(-1), m.normal);
+  m.frame = m.frame == NORMAL_OF_A ? u32(NORMAL_OF_B) : m.frame == NORMAL_OF_B ? u32(NORMAL_OF_A) : m.frame;
+  return m;
 }
 
 /// Crossings with gaps up to this change nothing in the best meeting.

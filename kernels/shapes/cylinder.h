@@ -8,7 +8,7 @@
 typedef struct Cylinder {
   Vec3 center;
   Axes axes;  // z is the axis
-  real radius, half;
+  real radius, half_length;
 } Cylinder;
 
 static inline Cylinder cylinder_of(Placed shape) {
@@ -16,7 +16,7 @@ static inline Cylinder cylinder_of(Placed shape) {
   c.center = shape.center;
   c.axes = axes_of(shape.rotation);
   c.radius = shape.size.x;
-  c.half = shape.size.y;
+  c.half_length = shape.size.y;
   return c;
 }
 
@@ -28,21 +28,21 @@ static inline Vec3 cylinder_across(const Cylinder* c, Vec3 v) {
 // How far the cylinder reaches from its centre along a unit direction.
 static inline real cylinder_reach(const Cylinder* c, Vec3 direction) {
   const real along = dot3(c->axes.z, direction);
-  return c->half * (along < (real)0 ? -along : along) + c->radius * length3(cylinder_across(c, direction));
+  return c->half_length * (along < (real)0 ? -along : along) + c->radius * length3(cylinder_across(c, direction));
 }
 
 // A point of the cylinder that is farthest along a direction.
 static inline Vec3 cylinder_support(const Cylinder* c, Vec3 direction) {
   const Vec3 across = cylinder_across(c, direction);
   const real length = length3(across);
-  const real side = dot3(c->axes.z, direction) > (real)0 ? c->half : -c->half;
+  const real side = dot3(c->axes.z, direction) > (real)0 ? c->half_length : -c->half_length;
   const Vec3 cap = add3(c->center, scale3(side, c->axes.z));
   return length > (real)0 ? add3(cap, scale3(c->radius / length, across)) : cap;
 }
 
 // The centre of the lower (0) or upper (1) cap.
 static inline Vec3 cylinder_cap(const Cylinder* c, u32 end) {
-  return add3(c->center, scale3(end == 0 ? -c->half : c->half, c->axes.z));
+  return add3(c->center, scale3(end == 0 ? -c->half_length : c->half_length, c->axes.z));
 }
 
 // The radius that a contact keeps from its anchor: a cylinder that rolls on its side keeps its anchor near the axis.
@@ -148,11 +148,11 @@ static inline RimNearest rim_rim(const Cylinder* a, u32 end_a, const Cylinder* b
   if (!(rim_slope(a, middle, low, b, end_b) < (real)0) || rim_slope(a, middle, high, b, end_b) < (real)0) return none;
   for (u32 k = 0; k < RIM_HALVINGS; ++k) {
     const Vec3 sum = add3(low, high);
-    const Vec3 half = scale3((real)1 / length3(sum), sum);
-    if (rim_slope(a, middle, half, b, end_b) < (real)0)
-      low = half;
+    const Vec3 between = scale3((real)1 / length3(sum), sum);
+    if (rim_slope(a, middle, between, b, end_b) < (real)0)
+      low = between;
     else
-      high = half;
+      high = between;
   }
   const Vec3 p = add3(middle, scale3(a->radius, high)), q = rim_towards(b, end_b, p);
   return rim_nearest(p, cross3(a->axes.z, high), q, cross3(b->axes.z, sub3(q, cylinder_cap(b, end_b))));

@@ -9,7 +9,6 @@
 #define LOCKSTEP_CYLINDER_POLYTOPE_H
 
 #include "shapes/cylinder.h"
-#include "shapes/hulls.h"
 #include "shapes/polytopes.h"
 
 // Offers the meeting along a unit normal from p to c.
@@ -34,7 +33,7 @@ static inline Meeting cylinder_try_flats(const Cylinder* c, const Polytope* p, r
     const Vec3 normal = scale3(end == 0 ? (real)1 : (real)-1, c->axes.z);
     const Vec3 own = into_frame(p->axes, normal);
     const Vec3 vertex = poly_vertex(p, poly_support(p, own));
-    const real gap = dot3(normal, sub3(c->center, vertex)) - c->half;
+    const real gap = dot3(normal, sub3(c->center, vertex)) - c->half_length;
     best = meeting_offer(best, gap, normal, NORMAL_OF_A, add3(vertex, scale3(gap, normal)), vertex, tolerance);
   }
   return best;
@@ -44,7 +43,7 @@ static inline Meeting cylinder_try_flats(const Cylinder* c, const Polytope* p, r
 static inline Meeting cylinder_try_edges(const Cylinder* c, const Polytope* p, Meeting best, real tolerance) {
   EdgeSpan axis;
   axis.start = into_frame(p->axes, sub3(cylinder_cap(c, 0), p->center));
-  axis.along = into_frame(p->axes, scale3((real)2 * c->half, c->axes.z));
+  axis.along = into_frame(p->axes, scale3((real)2 * c->half_length, c->axes.z));
   axis.left = make3((real)0, (real)0, (real)0);
   axis.right = axis.left;
   for (u32 e = 0; e < p->edges; ++e) {
@@ -63,7 +62,7 @@ static inline Meeting cylinder_try_edges(const Cylinder* c, const Polytope* p, M
     const real t = share_at_crossing(&edge, &axis, scale3((real)-1, across));
     if (!within_share(s) || !within_share(t)) continue;
     const Vec3 normal = out_of_frame(p->axes, scale3(factor, across));
-    const Vec3 on_axis = add3(cylinder_cap(c, 0), scale3(clamp_share(s) * (real)2 * c->half, c->axes.z));
+    const Vec3 on_axis = add3(cylinder_cap(c, 0), scale3(clamp_share(s) * (real)2 * c->half_length, c->axes.z));
     const Vec3 on_edge = add3(edge.start, scale3(clamp_share(t), edge.along));
     best = cylinder_try(c, p, best, normal, sub3(on_axis, scale3(c->radius, normal)),
                         add3(p->center, out_of_frame(p->axes, on_edge)), tolerance);
@@ -80,16 +79,16 @@ static inline Meeting cylinder_try_vertices(const Cylinder* c, const Polytope* p
     const real distance = length3(across);
     const Vec3 radial = distance > (real)0 ? scale3((real)1 / distance, across) : c->axes.x;
     const real along = -dot3(c->axes.z, w);
-    const bool beside = along < (real)1.001 * c->half && -along < (real)1.001 * c->half;
+    const bool beside = along < (real)1.001 * c->half_length && -along < (real)1.001 * c->half_length;
     for (u32 side = 0; side < 2 && beside; ++side) {
       const real sign = side == 0 ? (real)1 : (real)-1;
       if (!(sign * distance - c->radius > meeting_least(&best, tolerance))) continue;
       const Vec3 normal = scale3(sign, radial);
-      const Vec3 on_axis = add3(c->center, scale3(clamp_to(along, c->half), c->axes.z));
+      const Vec3 on_axis = add3(c->center, scale3(clamp_to(along, c->half_length), c->axes.z));
       best = cylinder_try(c, p, best, normal, sub3(on_axis, scale3(c->radius, normal)), vertex, tolerance);
     }
     for (u32 end = 0; end < 2; ++end) {
-      const real over = end == 0 ? -along - c->half : along - c->half;
+      const real over = end == 0 ? -along - c->half_length : along - c->half_length;
       if (!(over > (real)0) || !(distance > c->radius))
         continue;  // the closest point of the cylinder is not on the rim
       const Vec3 on_rim = rim_towards(c, end, vertex);
@@ -133,56 +132,6 @@ static inline Meeting cylinder_meets(const Cylinder* c, const Polytope* p, real 
   best = cylinder_try_vertices(c, p, best, tolerance);
   if (best.gap > limit) return best;
   return cylinder_try_rims(c, p, best, tolerance);
-}
-
-static inline Manifold cylinder_hull(Placed a, Placed b, HullTables tables, real limit) {
-  const Cylinder cylinder = cylinder_of(a);
-  const Polytope hull = polytope_of(SHAPE_HULL, b, tables);
-  const real tolerance = shape_tolerance(a, b);
-  const Meeting meeting = cylinder_meets(&cylinder, &hull, limit, tolerance);
-  if (meeting.gap > limit) return no_manifold();
-  const Patch patch_a = cylinder_patch(a, cylinder.axes, (real)-1, meeting.normal);
-  const Patch patch_b = polygon_patch(&hull, (real)1, meeting.normal, (real)10 * tolerance);
-  return share_patches(&patch_a, &patch_b, cylinder_rolls(&cylinder, meeting.normal), (real)0, &meeting, limit,
-                       tolerance, smaller_size(a, b));
-}
-
-// The meeting seen from the polytope, which is a here.
-static inline Meeting meeting_turned(Meeting m) {
-  const Vec3 at = m.at_a;
-  m.at_a = m.at_b;
-  m.at_b = at;
-  m.normal = scale3((real)-1, m.normal);
-  m.frame = m.frame == NORMAL_OF_A ? (u32)NORMAL_OF_B : m.frame == NORMAL_OF_B ? (u32)NORMAL_OF_A : m.frame;
-  return m;
-}
-
-static inline Manifold box_cylinder(Placed a, Placed b, HullTables tables, real limit) {
-  const Polytope box = polytope_of(SHAPE_BOX, a, tables);
-  const Cylinder cylinder = cylinder_of(b);
-  const real tolerance = shape_tolerance(a, b);
-  const Meeting meeting = meeting_turned(cylinder_meets(&cylinder, &box, limit, tolerance));
-  if (meeting.gap > limit) return no_manifold();
-  const Patch patch_a = polygon_patch(&box, (real)-1, meeting.normal, (real)10 * tolerance);
-  const Patch patch_b = cylinder_patch(b, cylinder.axes, (real)1, meeting.normal);
-  return share_patches(&patch_a, &patch_b, (real)0, cylinder_rolls(&cylinder, meeting.normal), &meeting, limit,
-                       tolerance, smaller_size(a, b));
-}
-
-static inline Manifold capsule_cylinder(Placed a, Placed b, HullTables tables, real limit) {
-  const Polytope core = polytope_of(SHAPE_CAPSULE, a, tables);
-  const Cylinder cylinder = cylinder_of(b);
-  const real radius = a.size.x, tolerance = shape_tolerance(a, b);
-  Meeting meeting = meeting_turned(cylinder_meets(&cylinder, &core, limit + radius, tolerance));
-  if (meeting.gap > limit + radius) return no_manifold();
-  const Vec3 surface = scale3(-radius, meeting.normal);
-  meeting.gap = meeting.gap - radius;
-  meeting.at_a = add3(meeting.at_a, surface);
-  const Patch line = segment_patch((real)-1, add3(poly_vertex(&core, 0), surface), add3(poly_vertex(&core, 1), surface),
-                                   meeting.normal);
-  const Patch patch_b = cylinder_patch(b, cylinder.axes, (real)1, meeting.normal);
-  return share_patches(&line, &patch_b, radius, cylinder_rolls(&cylinder, meeting.normal), &meeting, limit, tolerance,
-                       smaller_size(a, b));
 }
 
 #endif

@@ -6,8 +6,9 @@
 #include "shapes/box_round.h"
 #include "shapes/capsule_box.h"
 #include "shapes/capsules.h"
-#include "shapes/cylinders.h"
-#include "shapes/hulls.h"
+#include "shapes/patch_pairs.h"
+#include "shapes/sphere_cylinder.h"
+#include "shapes/sphere_hull.h"
 #include "shapes/sphere_plane.h"
 #include "shapes/sphere_sphere.h"
 
@@ -30,10 +31,15 @@ static inline Manifold collide_shapes(u32 kind_a, Placed a, u32 kind_b, Placed b
     kind_b = kind;
   }
   Manifold m = no_manifold();
+  bool by_patches = false;
 #define SHAPE_PAIR(first, second, manifold) \
   if (HAS_##first && HAS_##second && kind_a == SHAPE_##first && kind_b == SHAPE_##second) m = manifold;
+#define PATCH_PAIR(first, second) \
+  if (HAS_##first && HAS_##second && kind_a == SHAPE_##first && kind_b == SHAPE_##second) by_patches = true;
 #include "shape_pairs.def"
 #undef SHAPE_PAIR
+#undef PATCH_PAIR
+  if (by_patches) m = patches_touch(kind_a, a, kind_b, b, tables, limit);
   if (turned) flip(&m);
   return m;
 }

@@ -74,7 +74,7 @@ static inline Patch polygon_patch(const Polytope* p, real sense, Vec3 normal, re
   Patch patch = patch_of(PATCH_POLYGON, sense, poly_vertex(p, poly_corner(p, face, 0)), out, normal);
   patch.corners = poly_corner_count(p, face);
   patch.face = face;
-  patch.poly = p;
+  patch.poly = *p;
   return patch;
 }
 
@@ -90,7 +90,7 @@ static inline Patch segment_patch(real sense, Vec3 start, Vec3 end, Vec3 normal)
 
 // The cap of a cylinder where it faces the other shape, else the line on its side that does.
 static inline Patch cylinder_patch(Placed shape, Axes axes, real sense, Vec3 normal) {
-  const real radius = shape.size.x, half = shape.size.y;
+  const real radius = shape.size.x, half_length = shape.size.y;
   const Vec3 down = scale3(sense, normal);
   const real cosine = dot3(axes.z, down);
   const Vec3 across = add3(scale3(dot3(axes.x, down), axes.x), scale3(dot3(axes.y, down), axes.y));
@@ -98,11 +98,12 @@ static inline Patch cylinder_patch(Placed shape, Axes axes, real sense, Vec3 nor
   const Vec3 rim = sine > (real)0 ? scale3(radius / sine, across) : scale3(radius, axes.x);
   if (cosine * cosine < (real)0.5) {
     const Vec3 on_side = add3(shape.center, rim);
-    return segment_patch(sense, sub3(on_side, scale3(half, axes.z)), add3(on_side, scale3(half, axes.z)), normal);
+    return segment_patch(sense, sub3(on_side, scale3(half_length, axes.z)), add3(on_side, scale3(half_length, axes.z)),
+                         normal);
   }
   const real side = cosine > (real)0 ? (real)1 : (real)-1;
   const Vec3 cap = scale3(side, axes.z);
-  Patch patch = patch_of(PATCH_DISC, sense, add3(shape.center, scale3(half, cap)), cap, normal);
+  Patch patch = patch_of(PATCH_DISC, sense, add3(shape.center, scale3(half_length, cap)), cap, normal);
   patch.x = scale3(radius, axes.x);
   patch.y = scale3(radius, axes.y);
   patch.deepest = rim;
@@ -120,10 +121,10 @@ static inline Vec3 patch_point(const Patch* patch, u32 i) {
   if (patch->kind == PATCH_POLYGON) return poly_vertex(&patch->poly, poly_corner(&patch->poly, patch->face, i));
   if (i == 8) return add3(patch->center, patch->deepest);
   // eighths of a turn
-  const real whole = (real)1, half = (real)0.70710678118654752;
+  const real whole = (real)1, diagonal = (real)0.70710678118654752;
   const u32 k = i & 3;
-  const real c = k == 0 ? whole : k == 1 ? half : k == 2 ? (real)0 : -half;
-  const real s = k == 0 ? (real)0 : k == 2 ? whole : half;
+  const real c = k == 0 ? whole : k == 1 ? diagonal : k == 2 ? (real)0 : -diagonal;
+  const real s = k == 0 ? (real)0 : k == 2 ? whole : diagonal;
   const real side = i < 4 ? (real)1 : (real)-1;
   return add3(patch->center, add3(scale3(side * c, patch->x), scale3(side * s, patch->y)));
 }

@@ -5,6 +5,14 @@
 
 #include "shapes/axes.h"
 
+// What is left to rounding, and to the wish that contacts keep their features, relative to the size of both shapes.
+static inline real shape_tolerance(Placed a, Placed b) { return (real)1e-6 * (length3(a.size) + length3(b.size)); }
+
+static inline real smaller_size(Placed a, Placed b) {
+  const real size_a = length3(a.size), size_b = length3(b.size);
+  return size_a < size_b ? size_a : size_b;
+}
+
 // "Own" coordinates are those of the shape's frame. A segment has two vertices, an edge and no face.
 typedef struct Polytope {
   u32 kind;  // SHAPE_CAPSULE stands for the core segment
@@ -29,7 +37,7 @@ static inline Polytope polytope_of(u32 kind, Placed shape, HullTables tables) {
   p.first_face = 0;
   p.first_edge = 0;
   p.tables = tables;
-  if (kind == SHAPE_HULL) {
+  if (FEATURE_HULLS && kind == SHAPE_HULL) {
     const Hull hull = tables.hulls[shape.hull];
     p.vertices = hull.vertex_count;
     p.faces = hull.face_count;
@@ -43,7 +51,7 @@ static inline Polytope polytope_of(u32 kind, Placed shape, HullTables tables) {
 
 // Bits 0, 1, 2 of a box's vertex say on which side along x, y, z it is.
 static inline Vec3 poly_own_vertex(const Polytope* p, u32 i) {
-  if (p->kind == SHAPE_HULL) {
+  if (FEATURE_HULLS && p->kind == SHAPE_HULL) {
     const Vec4 v = p->tables.vertices[p->first_vertex + i];
     return make3(v.x, v.y, v.z);
   }
@@ -59,7 +67,7 @@ static inline Vec3 poly_vertex(const Polytope* p, u32 i) {
 // Face 2 k of a box looks along the negative axis k, face 2 k + 1 along the positive one. The plane of a face is
 // xyz . x = w.
 static inline Vec4 poly_own_plane(const Polytope* p, u32 f) {
-  if (p->kind == SHAPE_HULL) return p->tables.planes[p->first_face + f];
+  if (FEATURE_HULLS && p->kind == SHAPE_HULL) return p->tables.planes[p->first_face + f];
   const real side = (f & 1) != 0 ? (real)1 : (real)-1;
   const u32 k = f >> 1;
   Vec4 plane;
@@ -76,12 +84,13 @@ static inline Vec3 poly_own_normal(const Polytope* p, u32 f) {
 }
 
 static inline u32 poly_corner_count(const Polytope* p, u32 f) {
-  return p->kind == SHAPE_HULL ? p->tables.faces[p->first_face + f].corner_count : 4;
+  return FEATURE_HULLS && p->kind == SHAPE_HULL ? p->tables.faces[p->first_face + f].corner_count : 4;
 }
 
 // The vertex at corner i of face f, counter-clockwise seen from outside.
 static inline u32 poly_corner(const Polytope* p, u32 f, u32 i) {
-  if (p->kind == SHAPE_HULL) return p->tables.corners[p->tables.faces[p->first_face + f].first_corner + i];
+  if (FEATURE_HULLS && p->kind == SHAPE_HULL)
+    return p->tables.corners[p->tables.faces[p->first_face + f].first_corner + i];
   const u32 k = f >> 1, side = f & 1, u = k == 2 ? 0 : k + 1, v = u == 2 ? 0 : u + 1;
   const u32 early = i == 1 || i == 2 ? 1 : 0, late = i == 2 || i == 3 ? 1 : 0;
   return side << k | (side != 0 ? early : late) << u | (side != 0 ? late : early) << v;
@@ -89,7 +98,7 @@ static inline u32 poly_corner(const Polytope* p, u32 f, u32 i) {
 
 // Edges 4 k .. 4 k + 3 of a box are along axis k. A segment's edge has no faces.
 static inline HullEdge poly_edge(const Polytope* p, u32 e) {
-  if (p->kind == SHAPE_HULL) return p->tables.edges[p->first_edge + e];
+  if (FEATURE_HULLS && p->kind == SHAPE_HULL) return p->tables.edges[p->first_edge + e];
   HullEdge edge = {0, 1, NONE, NONE};
   if (p->kind == SHAPE_CAPSULE) return edge;
   const u32 k = e >> 2, u = k == 2 ? 0 : k + 1, v = u == 2 ? 0 : u + 1;
@@ -143,6 +152,16 @@ static inline Meeting no_meeting(void) {
   none.at_b = none.at_a;
   none.place = none.gap;
   return none;
+}
+
+// The same seen from the other side.
+static inline Meeting meeting_turned(Meeting m) {
+  const Vec3 at = m.at_a;
+  m.at_a = m.at_b;
+  m.at_b = at;
+  m.normal = scale3((real)-1, m.normal);
+  m.frame = m.frame == NORMAL_OF_A ? (u32)NORMAL_OF_B : m.frame == NORMAL_OF_B ? (u32)NORMAL_OF_A : m.frame;
+  return m;
 }
 
 // Crossings with gaps up to this change nothing in the best meeting.

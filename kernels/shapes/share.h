@@ -30,8 +30,8 @@ static inline bool segments_cross(Vec3 u, Vec3 v, Vec3 normal) {
 static inline PatchPair patch_pair(const Patch* a, const Patch* b, Vec3 normal, real tolerance) {
   PatchPair pair;
   pair.turned = b->kind < a->kind;
-  pair.first = pair.turned ? b : a;
-  pair.second = pair.turned ? a : b;
+  pair.first = pair.turned ? *b : *a;
+  pair.second = pair.turned ? *a : *b;
   pair.normal = normal;
   pair.tolerance = tolerance;
   return pair;

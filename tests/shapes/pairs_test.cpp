@@ -20,8 +20,10 @@ constexpr const char* kind_names[] = {"sphere", "capsule", "box", "cylinder", "h
 bool is_pair_of_kinds(u32 a, u32 b) {
 #define SHAPE_PAIR(first, second, manifold) \
   if (a == SHAPE_##first && b == SHAPE_##second) return true;
+#define PATCH_PAIR(first, second)  // tests/shapes/hulls_and_cylinders_test.cpp
 #include "kernels/shape_pairs.def"
 #undef SHAPE_PAIR
+#undef PATCH_PAIR
   return false;
 }
 

@@ -1,0 +1,94 @@
+// The pairs of a cylinder or a convex hull that can touch at several points: first which direction separates the shapes
+// best, then what the parts of their surfaces share that face each other along it. One way for all of them, so that the
+// kernel holds it once. kernels/shapes/patch_pairs.h is the twin.
+#pragma once
+
+#include "cpu_reference/shapes/cylinder_polytope.hpp"
+#include "cpu_reference/shapes/cylinders.hpp"
+#include "cpu_reference/shapes/polytopes.hpp"
+#include "cpu_reference/shapes/share.hpp"
+#include "cpu_reference/shapes/sphere_plane.hpp"
+
+namespace lockstep::reference {
+
+/// Of a capsule only the core segment meets: its surface is a radius away.
+template <class real>
+real core_radius(u32 kind, const Placed<real>& shape) {
+  return kind == SHAPE_CAPSULE ? shape.size.x : real(0);
+}
+
+template <class real>
+Meeting<real> meet_plane(u32 kind_a, const Placed<real>& a, const Placed<real>& plane, const HullTables<real>& tables) {
+  Meeting<real> meeting = no_meeting<real>();
+  meeting.normal = plane_normal(plane.rotation);
+  meeting.frame = NORMAL_OF_B;
+  const Vec3<real> down = scale3(real(-1), meeting.normal);
+  if (kind_a == SHAPE_CYLINDER) {
+    const Cylinder<real> cylinder = cylinder_of(a);
+    meeting.at_a = cylinder_support(cylinder, down);
+  } else {
+    const Polytope<real> polytope = polytope_of(kind_a, a, tables);
+    meeting.at_a = poly_vertex(polytope, poly_support(polytope, into_frame(polytope.axes, down)));
+  }
+  meeting.gap = dot3(meeting.normal, sub3(meeting.at_a, plane.center));
+  meeting.at_b = sub3(meeting.at_a, scale3(meeting.gap, meeting.normal));
+  return meeting;
+}
+
+/// How the cores of two shapes meet.
+template <class real>
+Meeting<real> meet_cores(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+                         const HullTables<real>& tables, real limit, real tolerance) {
+  if (kind_b == SHAPE_PLANE) return meet_plane(kind_a, a, b, tables);
+  const bool cylinder_a = kind_a == SHAPE_CYLINDER, cylinder_b = kind_b == SHAPE_CYLINDER;
+  if (cylinder_a && cylinder_b) {
+    const Cylinder<real> one = cylinder_of(a), other = cylinder_of(b);
+    return cylinders_meet(one, other, limit, tolerance);
+  }
+  if (cylinder_a || cylinder_b) {
+    const Cylinder<real> cylinder = cylinder_of(cylinder_a ? a : b);
+    const Polytope<real> polytope = polytope_of(cylinder_a ? kind_b : kind_a, cylinder_a ? b : a, tables);
+    const Meeting<real> meeting = cylinder_meets(cylinder, polytope, limit, tolerance);
+    return cylinder_a ? meeting : meeting_turned(meeting);
+  }
+  const Polytope<real> one = polytope_of(kind_a, a, tables), other = polytope_of(kind_b, b, tables);
+  return polytopes_meet(one, other, limit, tolerance);
+}
+
+/// The part of a surface that faces the other shape: along the normal (sense 1, shape b) or against it (-1, shape a).
+template <class real>
+Patch<real> facing_patch(u32 kind, const Placed<real>& shape, const HullTables<real>& tables, real sense,
+                         Vec3<real> normal, real tolerance) {
+  if (kind == SHAPE_PLANE) return plane_patch(shape.center, normal);
+  if (kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal);
+  const Polytope<real> polytope = polytope_of(kind, shape, tables);
+  if (kind != SHAPE_CAPSULE) return polygon_patch(polytope, sense, normal, tolerance);
+  const Vec3<real> surface = scale3(sense * shape.size.x, normal);
+  return segment_patch(sense, add3(poly_vertex(polytope, 0), surface), add3(poly_vertex(polytope, 1), surface), normal);
+}
+
+/// The radius that contacts keep from their anchors.
+template <class real>
+real rolling_radius(u32 kind, const Placed<real>& shape, Vec3<real> normal) {
+  if (kind != SHAPE_CYLINDER) return core_radius(kind, shape);
+  const Cylinder<real> cylinder = cylinder_of(shape);
+  return cylinder_rolls(cylinder, normal);
+}
+
+template <class real>
+Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+                             const HullTables<real>& tables, real limit) {
+  const real tolerance = shape_tolerance(a, b);
+  const real core_a = core_radius(kind_a, a);
+  Meeting<real> meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
+  if (meeting.gap > limit + core_a) return no_manifold<real>();
+  meeting.gap = meeting.gap - core_a;
+  meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
+  const Patch<real> patch_a = facing_patch(kind_a, a, tables, real(-1), meeting.normal, real(10) * tolerance);
+  const Patch<real> patch_b = facing_patch(kind_b, b, tables, real(1), meeting.normal, real(10) * tolerance);
+  return share_patches(patch_a, patch_b, rolling_radius(kind_a, a, meeting.normal),
+                       rolling_radius(kind_b, b, meeting.normal), meeting, limit, tolerance,
+                       kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b));
+}
+
+}  // namespace lockstep::reference

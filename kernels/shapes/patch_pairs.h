@@ -1,0 +1,89 @@
+// The pairs of a cylinder or a convex hull that can touch at several points: first which direction separates the shapes
+// best, then what the parts of their surfaces share that face each other along it. One way for all of them, so that the
+// kernel holds it once. cpu_reference/shapes/patch_pairs.hpp is the twin.
+#ifndef LOCKSTEP_PATCH_PAIRS_H
+#define LOCKSTEP_PATCH_PAIRS_H
+
+#include "shapes/cylinder_polytope.h"
+#include "shapes/cylinders.h"
+#include "shapes/polytopes.h"
+#include "shapes/share.h"
+#include "shapes/sphere_plane.h"
+
+// Kinds that a scene lacks are not compiled.
+#define FEATURE_POLYTOPES (FEATURE_CAPSULES || FEATURE_BOXES || FEATURE_HULLS)
+
+// Of a capsule only the core segment meets: its surface is a radius away.
+static inline real core_radius(u32 kind, Placed shape) { return kind == SHAPE_CAPSULE ? shape.size.x : (real)0; }
+
+static inline Meeting meet_plane(u32 kind_a, Placed a, Placed plane, HullTables tables) {
+  Meeting meeting = no_meeting();
+  meeting.normal = plane_normal(plane.rotation);
+  meeting.frame = NORMAL_OF_B;
+  const Vec3 down = scale3((real)-1, meeting.normal);
+  if (FEATURE_CYLINDERS && kind_a == SHAPE_CYLINDER) {
+    const Cylinder cylinder = cylinder_of(a);
+    meeting.at_a = cylinder_support(&cylinder, down);
+  } else {
+    const Polytope polytope = polytope_of(kind_a, a, tables);
+    meeting.at_a = poly_vertex(&polytope, poly_support(&polytope, into_frame(polytope.axes, down)));
+  }
+  meeting.gap = dot3(meeting.normal, sub3(meeting.at_a, plane.center));
+  meeting.at_b = sub3(meeting.at_a, scale3(meeting.gap, meeting.normal));
+  return meeting;
+}
+
+// How the cores of two shapes meet.
+static inline Meeting meet_cores(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit,
+                                 real tolerance) {
+  if (kind_b == SHAPE_PLANE) return meet_plane(kind_a, a, b, tables);
+  const bool cylinder_a = FEATURE_CYLINDERS && kind_a == SHAPE_CYLINDER,
+             cylinder_b = FEATURE_CYLINDERS && kind_b == SHAPE_CYLINDER;
+  if (cylinder_a && cylinder_b) {
+    const Cylinder one = cylinder_of(a), other = cylinder_of(b);
+    return cylinders_meet(&one, &other, limit, tolerance);
+  }
+  if (FEATURE_POLYTOPES && (cylinder_a || cylinder_b)) {
+    const Cylinder cylinder = cylinder_of(cylinder_a ? a : b);
+    const Polytope polytope = polytope_of(cylinder_a ? kind_b : kind_a, cylinder_a ? b : a, tables);
+    const Meeting meeting = cylinder_meets(&cylinder, &polytope, limit, tolerance);
+    return cylinder_a ? meeting : meeting_turned(meeting);
+  }
+  if (!FEATURE_HULLS) return no_meeting();
+  const Polytope one = polytope_of(kind_a, a, tables), other = polytope_of(kind_b, b, tables);
+  return polytopes_meet(&one, &other, limit, tolerance);
+}
+
+// The part of a surface that faces the other shape: along the normal (sense 1, shape b) or against it (-1, shape a).
+static inline Patch facing_patch(u32 kind, Placed shape, HullTables tables, real sense, Vec3 normal, real tolerance) {
+  if (kind == SHAPE_PLANE) return plane_patch(shape.center, normal);
+  if (FEATURE_CYLINDERS && kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal);
+  const Polytope polytope = polytope_of(kind, shape, tables);
+  if (!FEATURE_CAPSULES || kind != SHAPE_CAPSULE) return polygon_patch(&polytope, sense, normal, tolerance);
+  const Vec3 surface = scale3(sense * shape.size.x, normal);
+  return segment_patch(sense, add3(poly_vertex(&polytope, 0), surface), add3(poly_vertex(&polytope, 1), surface),
+                       normal);
+}
+
+// The radius that contacts keep from their anchors.
+static inline real rolling_radius(u32 kind, Placed shape, Vec3 normal) {
+  if (kind != SHAPE_CYLINDER) return core_radius(kind, shape);
+  const Cylinder cylinder = cylinder_of(shape);
+  return cylinder_rolls(&cylinder, normal);
+}
+
+static inline Manifold patches_touch(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
+  const real tolerance = shape_tolerance(a, b);
+  const real core_a = core_radius(kind_a, a);
+  Meeting meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
+  if (meeting.gap > limit + core_a) return no_manifold();
+  meeting.gap = meeting.gap - core_a;
+  meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
+  const Patch patch_a = facing_patch(kind_a, a, tables, (real)-1, meeting.normal, (real)10 * tolerance);
+  const Patch patch_b = facing_patch(kind_b, b, tables, (real)1, meeting.normal, (real)10 * tolerance);
+  return share_patches(&patch_a, &patch_b, rolling_radius(kind_a, a, meeting.normal),
+                       rolling_radius(kind_b, b, meeting.normal), &meeting, limit, tolerance,
+                       kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b));
+}
+
+#endif
