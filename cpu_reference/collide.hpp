@@ -110,6 +110,21 @@ Side<real> collide_moved(const Side<real>& side, const Mover<real>& mover, real 
   return {side.info, side.shape, side.motion, pose, rotate3(pose.orientation, vec3(side.shape.offset))};
 }
 
+/// Adds the core of the continuous side where its middle would come to the tangent plane of the other side in the time
+/// that is left.
+template <class real>
+void collide_add_core(const Buffers<real>& buffers, const Side<real>& a, const Side<real>& b, real time_left,
+                      Manifold<real>& m) {
+  const bool of_a = (a.info.flags & SHAPE_IS_CONTINUOUS) != 0;
+  const Side<real>& side = of_a ? a : b;
+  const real radius = core_radius(side.info.kind, vec3(side.shape.size), side.info.hull, collide_tables(buffers));
+  if (m.count == 0 || radius < 0) return;
+  const Vec3<real> apart = collide_apart(a, b), center_b = collide_center_b(a, b);
+  const Vec3<real> arm_a = of_a ? a.arm : sub3(b.arm, apart);
+  const real speed = approach_speed(m.normal, a.motion, arm_a, b.motion, add3(arm_a, apart));
+  if (middle_gap(m, of_a, center_b) < time_left * speed) add_core(m, of_a, radius);
+}
+
 /// The points at the impact, or at the end of the step where the two do not meet before; `m` is the manifold at the
 /// start of the step.
 template <class real>
@@ -123,16 +138,11 @@ Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<
     time = advance_time(time, closest_gap(m), closing_speed(mover_a, mover_b, m.normal, h), h);
     m = collide_sides(buffers, collide_moved(a, mover_a, time), collide_moved(b, mover_b, time), limit);
   }
-  if (time == 0) return collide_keep(params, m, a, b, h);
-  const Side<real> at_a = collide_moved(a, mover_a, time), at_b = collide_moved(b, mover_b, time);
+  const Side<real> at_a = time > 0 ? collide_moved(a, mover_a, time) : a;
+  const Side<real> at_b = time > 0 ? collide_moved(b, mover_b, time) : b;
   m = collide_keep(params, m, at_a, at_b, h - time);
-  if (m.count > 0) {
-    const bool of_a = (a.info.flags & SHAPE_IS_CONTINUOUS) != 0;
-    const Side<real>& side = of_a ? a : b;
-    const real core = core_radius(side.info.kind, vec3(side.shape.size), side.info.hull, collide_tables(buffers));
-    if (core >= 0) add_core(m, of_a, core);
-  }
-  bring_back(m, mover_a, mover_b, time);
+  collide_add_core(buffers, at_a, at_b, h - time, m);
+  if (time > 0) bring_back(m, mover_a, mover_b, time);
   return m;
 }
 

@@ -94,6 +94,22 @@ static inline Side collide_moved(const Side* side, const Mover* mover, real time
   return moved;
 }
 
+#if FEATURE_MANIFOLDS
+// Adds the core of the continuous side where its middle would come to the tangent plane of the other side in the time
+// that is left.
+static inline void collide_add_core(const Side* a, const Side* b, HullTables tables, real time_left, Manifold* m) {
+  const bool of_a = (a->flags & SHAPE_IS_CONTINUOUS) != 0u;
+  const Side* side = of_a ? a : b;
+  const Vec3 size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
+  const real radius = core_radius(side->kind, size, side->hull, tables);
+  if (m->count == 0u || radius < (real)0) return;
+  const Vec3 apart = collide_apart(a, b), center_b = collide_center_b(a, b);
+  const Vec3 arm_a = of_a ? a->arm : sub3(b->arm, apart);
+  const real speed = approach_speed(m->normal, a->motion, arm_a, b->motion, add3(arm_a, apart));
+  if (middle_gap(m, of_a, center_b) < time_left * speed) add_core(m, of_a, radius);
+}
+#endif
+
 // The points at the impact, or at the end of the step where the two do not meet before; `m` is the manifold at the
 // start of the step.
 static inline void collide_at_impact(StepParams params, const Side* a, const Side* b, HullTables tables, real limit,
@@ -110,17 +126,10 @@ static inline void collide_at_impact(StepParams params, const Side* a, const Sid
     *m = collide_sides(&moved_a, &moved_b, tables, limit);
   }
   collide_keep(params, m, &moved_a, &moved_b, h - time);
-  if (!(time > (real)0)) return;
 #if FEATURE_MANIFOLDS
-  if (m->count > 0u) {
-    const bool of_a = (a->flags & SHAPE_IS_CONTINUOUS) != 0u;
-    const Side* side = of_a ? a : b;
-    const Vec3 size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
-    const real core = core_radius(side->kind, size, side->hull, tables);
-    if (core >= (real)0) add_core(m, of_a, core);
-  }
+  collide_add_core(&moved_a, &moved_b, tables, h - time, m);
 #endif
-  bring_back(m, &mover_a, &mover_b, time);
+  if (time > (real)0) bring_back(m, &mover_a, &mover_b, time);
 }
 #endif
 

@@ -17,14 +17,23 @@ static inline bool events_sensor_overlaps(Pair pair, ShapeInfo info_a, ShapeInfo
 }
 #endif
 
-// 1 for each pair that touches, and 0 behind the last one for the total.
+// 1 for each pair that touches, and 0 behind the last one for the total. Of the list of the step before: entry s of
+// touching_starts is the number of pairs whose shape_a is below s.
 kernel void find_events_mark(global const ShapeInfo* shape_infos, global const Shape* shapes,
                              global const Vec4* positions, global const Vec4* orientations, global const Pair* pairs,
                              global const u32* contact_starts, global const u32* touched, global const Hull* hulls,
                              global const Vec4* hull_vertices, global const Vec4* hull_planes,
                              global const HullFace* hull_faces, global const HullEdge* hull_edges,
-                             global const u32* hull_corners, global u32* touch_slots, global const u32* counters) {
+                             global const u32* hull_corners, global const u32* touching_count,
+                             global const Pair* touching, global u32* touching_starts, global u32* touch_slots,
+                             global const u32* counters, const StepParams params) {
   if (STEP_IS_VOID(counters)) return;
+  const u32 before = touching_count[0];
+  FOR_EACH(k, before + 1u) {
+    const u32 first = k > 0u ? touching[k - 1u].shape_a + 1u : 0u;
+    const u32 last = k < before ? touching[k].shape_a : params.shapes;
+    for (u32 shape = first; shape <= last; ++shape) touching_starts[shape] = k;
+  }
 #if FEATURE_SENSORS
   const HullTables tables = {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners};
 #endif
@@ -58,42 +67,57 @@ kernel void find_events_gather(global const Pair* pairs, global const u32* touch
   }
 }
 
-static inline bool events_before(Pair p, Pair q) {
-  return p.shape_a != q.shape_a ? p.shape_a < q.shape_a : p.shape_b < q.shape_b;
-}
+// Both lists, and where the pairs of each shape a begin in them.
+typedef struct TouchLists {
+  u32 now, before;  // lengths
+  global const Pair* touching_now;
+  global const Pair* touching;
+  global const u32* pair_starts;
+  global const u32* touch_slots;
+  global const u32* touching_starts;
+} TouchLists;
 
 // The place of entry k of both lists, those of now first, in the merged list; where both have it, `known`, that of now
 // is first.
-static inline u32 events_place(u32 k, u32 now, u32 before, global const Pair* touching_now, global const Pair* touching,
-                               bool* known) {
-  const bool is_now = k < now;
-  const Pair pair = is_now ? touching_now[k] : touching[k - now];
-  global const Pair* others = is_now ? touching : touching_now;
-  const u32 count = is_now ? before : now;
-  u32 low = 0u, high = count;
-  while (low < high) {
-    const u32 middle = low + (high - low) / 2u;
-    if (events_before(others[middle], pair)) {
-      low = middle + 1u;
+static inline u32 events_place(const TouchLists* lists, u32 k, bool* known) {
+  const bool is_now = k < lists->now;
+  const Pair pair = is_now ? lists->touching_now[k] : lists->touching[k - lists->now];
+  global const Pair* others = is_now ? lists->touching : lists->touching_now;
+  u32 place, last;  // the first of the others that is not before the pair is between them
+  if (is_now) {
+    place = lists->touching_starts[pair.shape_a];
+    last = lists->touching_starts[pair.shape_a + 1u];
+  } else {
+    place = lists->touch_slots[lists->pair_starts[pair.shape_a]];
+    last = lists->touch_slots[lists->pair_starts[pair.shape_a + 1u]];
+  }
+  const u32 end = last;
+  while (place < last) {
+    const u32 middle = place + (last - place) / 2u;
+    if (others[middle].shape_b < pair.shape_b) {
+      place = middle + 1u;
     } else {
-      high = middle;
+      last = middle;
     }
   }
-  *known = low < count && !events_before(pair, others[low]);
-  return is_now ? k + low : k - now + low + (*known ? 1u : 0u);
+  *known = place < end && others[place].shape_b == pair.shape_b;
+  return is_now ? k + place : k - lists->now + place + (*known ? 1u : 0u);
 }
 
 // 1 for each place of the merged list that is an event, and 0 behind the last one for the total.
 kernel void find_events_compare(global const u32* touching_count, global const Pair* touching,
-                                global const Pair* touching_now, global u32* event_slots, global const u32* counters) {
+                                global const Pair* touching_now, global const u32* pair_starts,
+                                global const u32* touch_slots, global const u32* touching_starts,
+                                global u32* event_slots, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const u32 now = counters[COUNTER_TOUCHES], before = touching_count[0];
+  const TouchLists lists = {now, before, touching_now, touching, pair_starts, touch_slots, touching_starts};
   FOR_EACH(k, now + before + 1u) {
     if (k == now + before) {
       event_slots[k] = 0u;
     } else {
       bool known;
-      const u32 place = events_place(k, now, before, touching_now, touching, &known);
+      const u32 place = events_place(&lists, k, &known);
       event_slots[place] = known ? 0u : 1u;
     }
   }
@@ -103,13 +127,16 @@ kernel void find_events_compare(global const u32* touching_count, global const P
 kernel void find_events_write(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                               global const u32* step_index, global const u32* touching_count,
                               global const Pair* touching, global const Pair* touching_now,
-                              global const u32* event_slots, global Event* events, global u32* counters) {
+                              global const u32* pair_starts, global const u32* touch_slots,
+                              global const u32* touching_starts, global const u32* event_slots, global Event* events,
+                              global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const u32 now = counters[COUNTER_TOUCHES], before = touching_count[0];
+  const TouchLists lists = {now, before, touching_now, touching, pair_starts, touch_slots, touching_starts};
   if (get_global_id(0) == 0) counters[COUNTER_EVENTS] = event_slots[now + before];
   FOR_EACH(k, now + before) {
     bool known;
-    const u32 place = events_place(k, now, before, touching_now, touching, &known);
+    const u32 place = events_place(&lists, k, &known);
     if (known) continue;
     const bool begins = k < now;
     const Pair pair = begins ? touching_now[k] : touching[k - now];

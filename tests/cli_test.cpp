@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -162,6 +163,25 @@ TEST_F(CommandLine, ChecksADeviceAgainstTheReference) {
     EXPECT_NE(outcome.out.find("words compared: equal"), std::string::npos) << outcome.out;
   }
   expect_refused("check spheres_small --device reference", 2, "reference");
+}
+
+TEST_F(CommandLine, EventsAreWrittenALineEach) {
+  const fs::path events = file("events.jsonl");
+  const nlohmann::json report = report_of("sensor_gate --device reference --events " + events.string());
+  std::ifstream lines(events);
+  std::map<std::string, int> counts;
+  for (std::string line; std::getline(lines, line);) {
+    const nlohmann::json event = nlohmann::json::parse(line);
+    ++counts[event["event"]];
+    EXPECT_EQ(event["event"] == "contact_begin" ? event["name_b"] : event["name_a"],
+              event["event"] == "contact_begin" ? "ground" : "gate");
+  }
+  EXPECT_EQ(counts["contact_begin"], 8);
+  EXPECT_EQ(counts["sensor_enter"], 8);
+  EXPECT_EQ(counts["sensor_leave"], 8);
+  EXPECT_EQ(report["sensor_leaves"], 8);
+  EXPECT_EQ(report["contact_ends"], 0);
+  expect_refused("run sensor_gate --events /no/such/folder/events.jsonl", 2, "/no/such/folder/events.jsonl: ");
 }
 
 }  // namespace

@@ -41,6 +41,10 @@ InitialState<real> touching_lists(const std::set<Key>& candidates, const std::se
     ++count;
   }
   b.counters[COUNTER_CONTACTS] = b.contact_starts[count] = count;
+  for (u32 a = 0; a <= 40; ++a) {  // of the candidates: how many have a smaller shape a
+    b.pair_starts[a] = 0;
+    for (const Key& key : candidates) b.pair_starts[a] += key.first < a ? 1 : 0;
+  }
   for (const auto& [a, c] : before) b.touching[b.touching_count[0]++] = {a, c};
   return state;
 }

@@ -87,22 +87,40 @@ real core_radius(u32 kind, Vec3<real> size, u32 hull, const HullTables<real>& ta
   return radius;
 }
 
-/// A body that is hit at a corner gives way by turning, and its middle goes on: far through a wall, in a long step. So
-/// the core of side a (`of_a`) or b is kept out of the other's tangent plane as well. It
-/// takes the place of the point that is farthest where there are four; it never bounces (prepare_contacts).
+/// The point of the smallest gap, the first of equals.
 template <class real>
-void add_core(Manifold<real>& m, bool of_a, real radius) {
-  u32 nearest = 0, farthest = 0;
+u32 nearest_point(const Manifold<real>& m) {
+  u32 nearest = 0;
   for (u32 k = 1; k < m.count; ++k) {
     if (gap_at(m, k) < gap_at(m, nearest)) nearest = k;
+  }
+  return nearest;
+}
+
+/// From the middle of side a (`of_a`) or b to the tangent plane of the other side; the anchors are seen from the
+/// centres of their shapes, and `center_b` from that of a.
+template <class real>
+real middle_gap(const Manifold<real>& m, bool of_a, Vec3<real> center_b) {
+  const ManifoldPoint<real>& point = m.points[nearest_point(m)];
+  if (of_a) return dot3(m.normal, scale3(real(-1), add3(point.anchor_b, center_b))) - m.radius_b;
+  return dot3(m.normal, sub3(point.anchor_a, center_b)) - m.radius_a;
+}
+
+/// A body that is hit at a corner gives way by turning, and its middle goes on: far through a wall, in a long step. So
+/// the core of side a (`of_a`) or b is kept out of the other's tangent plane as well. It takes the place of the point
+/// that is farthest where there are four; it never bounces (prepare_contacts).
+template <class real>
+void add_core(Manifold<real>& m, bool of_a, real radius) {
+  u32 farthest = 0;
+  for (u32 k = 1; k < m.count; ++k) {
     if (gap_at(m, k) > gap_at(m, farthest)) farthest = k;
   }
-  ManifoldPoint<real> point = m.points[nearest];
+  ManifoldPoint<real> point = m.points[nearest_point(m)];
   if (of_a) {
-    point.anchor_a = Vec3<real>{0, 0, 0};
+    point.anchor_a = {0, 0, 0};
     point.anchor_b = add3(point.anchor_b, scale3(radius - m.radius_a, m.normal));
   } else {
-    point.anchor_b = Vec3<real>{0, 0, 0};
+    point.anchor_b = {0, 0, 0};
     point.anchor_a = sub3(point.anchor_a, scale3(radius - m.radius_b, m.normal));
   }
   point.feature = CORE_FEATURE;

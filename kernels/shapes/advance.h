@@ -81,14 +81,29 @@ static inline real core_radius(u32 kind, Vec3 size, u32 hull, HullTables tables)
   return radius;
 }
 
-// Keeps the core of side a (`of_a`) or b, out of the other's tangent plane.
-static inline void add_core(Manifold* m, bool of_a, real radius) {
-  u32 nearest = 0u, farthest = 0u;
+// The point of the smallest gap, the first of equals.
+static inline u32 nearest_point(const Manifold* m) {
+  u32 nearest = 0u;
   for (u32 k = 1u; k < m->count; ++k) {
     if (gap_at(m, k) < gap_at(m, nearest)) nearest = k;
+  }
+  return nearest;
+}
+
+// From the middle of side a (`of_a`) or b to the tangent plane of the other side.
+static inline real middle_gap(const Manifold* m, bool of_a, Vec3 center_b) {
+  const ManifoldPoint point = m->points[nearest_point(m)];
+  if (of_a) return dot3(m->normal, scale3((real)-1, add3(point.anchor_b, center_b))) - m->radius_b;
+  return dot3(m->normal, sub3(point.anchor_a, center_b)) - m->radius_a;
+}
+
+// Keeps the core of side a (`of_a`) or b out of the other's tangent plane.
+static inline void add_core(Manifold* m, bool of_a, real radius) {
+  u32 farthest = 0u;
+  for (u32 k = 1u; k < m->count; ++k) {
     if (gap_at(m, k) > gap_at(m, farthest)) farthest = k;
   }
-  ManifoldPoint point = m->points[nearest];
+  ManifoldPoint point = m->points[nearest_point(m)];
   if (of_a) {
     point.anchor_a = make3((real)0, (real)0, (real)0);
     point.anchor_b = add3(point.anchor_b, scale3(radius - m->radius_a, m->normal));

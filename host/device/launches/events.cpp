@@ -8,6 +8,7 @@ void launch_mark_touching(Launcher& launcher) { launcher.run("mark_touching", la
 void launch_find_events(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   launcher.scratch("touch_slots", std::size_t{plan.sizes.pairs} + 1);
+  launcher.scratch("touching_starts", std::size_t{plan.sizes.shapes} + 1);
   launcher.scratch("touching_now", std::size_t{plan.sizes.pairs} * 2);
   launcher.scratch("event_slots", std::size_t{plan.sizes.pairs} * 2 + 1);
   launcher.run("find_events_mark", plan.pairs + 1);
