@@ -163,6 +163,7 @@ void bench_sort(const DeviceInfo& info, u32 threads) {
   memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
   DeviceLauncher launcher(device, queue, build_program(device, sources.assemble(files), {}).program, signatures, memory,
                           0, false);
+  launcher.plan().lanes = 16;  // as on any CPU device
   launcher.begin(Stage::begin_step, {});
   for (const u32 count : {1u << 16, 1u << 20, 1u << 22}) {
     std::vector<u32> keys(count), values(count);

@@ -11,6 +11,7 @@
 #define FOR_EACH(i, count) for (u32 i = each_begin(count), i##_end = each_end(count); i < i##_end; ++i)
 static inline u32 each_share(u32 count) {
   const u32 size = (u32)get_global_size(0);
+  if (count <= size) return 1u;  // the usual case, without a division
   return count / size + (count % size != 0u ? 1u : 0u);
 }
 static inline u32 each_begin(u32 count) { return (u32)get_global_id(0) * each_share(count); }

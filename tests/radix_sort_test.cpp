@@ -10,10 +10,13 @@
 namespace lockstep::test {
 namespace {
 
-// A device with the sort and the scan that it needs.
-LauncherBench sort_bench(u32 work_group) {
-  return {KernelSources::embedded(), std::vector<std::string>{"radix_sort.cl", "scan.cl"}, work_group};
-}
+// A device with the sort and the scan that it needs. More lanes than one stand for a CPU: other digits, other chunks.
+struct SortBench : LauncherBench {
+  SortBench(u32 work_group, u32 lanes)
+      : LauncherBench(KernelSources::embedded(), std::vector<std::string>{"radix_sort.cl", "scan.cl"}, work_group) {
+    launcher.plan().lanes = lanes;
+  }
+};
 
 // Sorts on the device, from arrays with something behind their ends, which must stay as it is.
 void expect_sorted(LauncherBench& bench, std::vector<u32> keys, u32 bits) {
@@ -41,8 +44,8 @@ void expect_sorted(LauncherBench& bench, std::vector<u32> keys, u32 bits) {
 }
 
 TEST(RadixSort, EqualsTheStandardLibrarys) {
-  for (const u32 work_group : {0u, 1u, 7u, 64u}) {
-    LauncherBench bench = sort_bench(work_group);
+  for (const auto& [work_group, lanes] : {std::pair{0u, 16u}, {1u, 1u}, {7u, 8u}, {64u, 1u}}) {
+    SortBench bench(work_group, lanes);
     for (const u32 count : {0u, 1u, 2u, 255u, 1023u, 1024u, 1025u, 5000u, 60001u}) {
       for (const u32 bits : {1u, 8u, 9u, 10u, 24u, 27u, 32u}) {
         Random random(count + bits);
@@ -56,7 +59,7 @@ TEST(RadixSort, EqualsTheStandardLibrarys) {
 
 // Few different keys: the order of what is equal is the whole answer.
 TEST(RadixSort, KeepsTheOrderOfEqualKeys) {
-  LauncherBench bench = sort_bench(0);
+  SortBench bench(0, 16);
   for (const u32 different : {1u, 2u, 3u, 100u}) {
     Random random(different);
     std::vector<u32> keys(20000);
@@ -71,7 +74,7 @@ TEST(RadixSort, KeepsTheOrderOfEqualKeys) {
 
 // Two words make a key of 64 bits: the low one first, then the high one in the order that there is then.
 TEST(RadixSort, TwoSortsMakeA64BitKey) {
-  LauncherBench bench = sort_bench(0);
+  SortBench bench(0, 1);
   Random random(3);
   const u32 count = 10000;
   std::vector<u32> low(count), high(count), order(count), items(count);

@@ -58,10 +58,9 @@ class Launcher {
   /// Sorts `count` keys of at most `bits` bits with their values; what is equal stays in order (kernels/radix_sort.cl).
   /// Returns the arrays in the roles that they have then: after an odd number of passes the spare ones hold the result.
   SortArrays sort(SortArrays arrays, u32 count, u32 bits);
+  /// Passes of a sort of so many bits.
+  u32 sort_passes(u32 bits) const;
 };
-
-/// Passes of Launcher::sort over the keys.
-u32 sort_passes(u32 bits);
 
 #define STAGE(name, ...) void launch_##name(Launcher& launcher);
 #include "host/stages.def"

@@ -62,7 +62,8 @@ void launch_sort_shapes(Launcher& launcher) {
   launcher.run("sort_shapes_bound", (sizes.shapes + CHUNK - 1) / CHUNK);
   // the last pass of all ends in tree_items
   const u32 world_bits = static_cast<u32>(std::bit_width(sizes.worlds - 1));
-  const u32 passes = sort_passes(low_key_bits) + sort_passes(high_key_bits) + sort_passes(world_bits);
+  const u32 passes =
+      launcher.sort_passes(low_key_bits) + launcher.sort_passes(high_key_bits) + launcher.sort_passes(world_bits);
   SortArrays arrays = {"low_keys", "tree_items", "spare_keys", "spare_items"};
   if (sizes.shapes > 1 && passes % 2 == 1) std::swap(arrays.values, arrays.spare_values);
   launcher.run("sort_shapes_keys", sizes.shapes, {{"values", arrays.values}});

@@ -8,20 +8,28 @@ namespace lockstep {
 
 namespace {
 
-// Digits that a work-item counts in its own memory.
-constexpr u32 most_digit_bits = std::bit_width(SORT_DIGITS) - 1;
+// How a sort is shared out. A CPU's core has a cache for the counts of a wide digit, and passes cost it most. A GPU has
+// few words for a work-item and wants many of them.
+struct SortShape {
+  u32 most_digit_bits, shortest_chunk, most_chunks;  // a chunk is long beside its counts
+};
+constexpr SortShape cpu_sort = {std::bit_width(SORT_DIGITS) - 1, 2 * SORT_DIGITS, 256};
+constexpr SortShape gpu_sort = {4, 128, 16384};
 
-// A chunk is long beside its counts, and there are chunks for many cores.
-constexpr u32 shortest_chunk = 2 * SORT_DIGITS, most_chunks = 256;
+const SortShape& sort_shape(const LaunchPlan& plan) { return plan.lanes > 1 ? cpu_sort : gpu_sort; }
 
 }  // namespace
 
-u32 sort_passes(u32 bits) { return (bits + most_digit_bits - 1) / most_digit_bits; }
+u32 Launcher::sort_passes(u32 bits) const {
+  const u32 most = sort_shape(plan()).most_digit_bits;
+  return (bits + most - 1) / most;
+}
 
 SortArrays Launcher::sort(SortArrays arrays, u32 count, u32 bits) {
   if (count < 2 || bits == 0) return arrays;
+  const SortShape& shape = sort_shape(plan());
   const u32 passes = sort_passes(bits), digit_bits = (bits + passes - 1) / passes, digits = 1u << digit_bits;
-  const u32 chunk = std::max((count + most_chunks - 1) / most_chunks, shortest_chunk);
+  const u32 chunk = std::max((count + shape.most_chunks - 1) / shape.most_chunks, shape.shortest_chunk);
   const u32 chunks = (count + chunk - 1) / chunk;
   scratch("radix_counts", std::size_t{digits} * chunks);
   for (u32 pass = 0; pass < passes; ++pass) {
