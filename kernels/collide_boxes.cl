@@ -3,6 +3,7 @@
 // those that meet on edges, each from a list of their own, so that no lane waits for another case. The order of a list
 // depends on chance, what is made of its members does not. The same as collide_pairs does, bit for bit.
 #include "common.h"
+#include "grid.h"
 #include "lanes.h"
 #include "shapes/box_box.h"
 #include "shapes/manifold.h"

@@ -13,7 +13,7 @@ namespace lockstep::reference {
 
 /// Of a capsule only the core segment meets: its surface is a radius away.
 template <class real>
-real core_radius(u32 kind, const Placed<real>& shape) {
+real patch_core_radius(u32 kind, const Placed<real>& shape) {
   return kind == SHAPE_CAPSULE ? shape.size.x : real(0);
 }
 
@@ -70,7 +70,7 @@ Patch<real> facing_patch(u32 kind, const Placed<real>& shape, const HullTables<r
 /// The radius that contacts keep from their anchors.
 template <class real>
 real rolling_radius(u32 kind, const Placed<real>& shape, Vec3<real> normal) {
-  if (kind != SHAPE_CYLINDER) return core_radius(kind, shape);
+  if (kind != SHAPE_CYLINDER) return patch_core_radius(kind, shape);
   const Cylinder<real> cylinder = cylinder_of(shape);
   return cylinder_rolls(cylinder, normal);
 }
@@ -79,7 +79,7 @@ template <class real>
 Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
                              const HullTables<real>& tables, real limit) {
   const real tolerance = shape_tolerance(a, b);
-  const real core_a = core_radius(kind_a, a);
+  const real core_a = patch_core_radius(kind_a, a);
   Meeting<real> meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
   if (meeting.gap > limit + core_a) return no_manifold<real>();
   meeting.gap = meeting.gap - core_a;

@@ -14,7 +14,7 @@
 #define FEATURE_POLYTOPES (FEATURE_CAPSULES || FEATURE_BOXES || FEATURE_HULLS)
 
 // Of a capsule only the core segment meets: its surface is a radius away.
-static inline real core_radius(u32 kind, Placed shape) { return kind == SHAPE_CAPSULE ? shape.size.x : (real)0; }
+static inline real patch_core_radius(u32 kind, Placed shape) { return kind == SHAPE_CAPSULE ? shape.size.x : (real)0; }
 
 static inline Meeting meet_plane(u32 kind_a, Placed a, Placed plane, HullTables tables) {
   Meeting meeting = no_meeting();
@@ -67,14 +67,14 @@ static inline Patch facing_patch(u32 kind, Placed shape, HullTables tables, real
 
 // The radius that contacts keep from their anchors.
 static inline real rolling_radius(u32 kind, Placed shape, Vec3 normal) {
-  if (kind != SHAPE_CYLINDER) return core_radius(kind, shape);
+  if (kind != SHAPE_CYLINDER) return patch_core_radius(kind, shape);
   const Cylinder cylinder = cylinder_of(shape);
   return cylinder_rolls(&cylinder, normal);
 }
 
 static inline Manifold patches_touch(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
   const real tolerance = shape_tolerance(a, b);
-  const real core_a = core_radius(kind_a, a);
+  const real core_a = patch_core_radius(kind_a, a);
   Meeting meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
   if (meeting.gap > limit + core_a) return no_manifold();
   meeting.gap = meeting.gap - core_a;
