@@ -1,7 +1,8 @@
 // The narrow phase alone on an OpenCL CPU device: nanoseconds per candidate pair, from the list of pairs to the list of
 // contacts, for each pair of kinds, beside the plain C++ reference on one thread.
 //   narrow_phase_bench [PAIRS]    pairs of each kind; default 40000
-// Shapes of a pair are of like size, turned at random, and so close that their bounds overlap: about half of them touch.
+// Shapes of a pair are of like size, turned at random, and so close that their bounds overlap: about half of them
+// touch.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -19,8 +19,8 @@ enum class Feature : u32 {
   boxes = 1u << 8,
   cylinders = 1u << 9,
   hulls = 1u << 10,
-  grid = 1u << 11,  // candidate pairs come from a uniform grid ...
-  bvh = 1u << 12,   // ... or from a tree of boxes: one of the two wherever there are contacts
+  grid = 1u << 11,        // candidate pairs come from a uniform grid ...
+  bvh = 1u << 12,         // ... or from a tree of boxes: one of the two wherever there are contacts
   events = 1u << 13,      // who began and ceased to touch is wanted
   sensors = 1u << 14,     // shapes that only feel; they come with events
   continuous = 1u << 15,  // some body's impacts are looked for within the step

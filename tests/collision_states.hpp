@@ -114,6 +114,14 @@ inline std::vector<DeviceOptions> launches() {
   return all;
 }
 
+/// Launches that whole steps with all shapes are run with: few, since each builds a large program.
+template <class real>
+std::vector<DeviceOptions> launches_of_a_step() {
+  std::vector<DeviceOptions> all = {launches()[1], launches()[3]};
+  if (sizeof(real) == 8) all[1].lanes = 8;
+  return all;
+}
+
 /// Runs the stages before `stage` in the reference, and then this one in both.
 template <class real>
 Buffers<real> expect_kernel_matches(Stage stage, InitialState<real> state, std::initializer_list<Stage> before) {

@@ -221,7 +221,7 @@ TYPED_TEST(Continuous, TwinsAgree) {
     }
     for (u32 n = 0; n < world.size(); n += 3) world[n].continuous = true;
   }
-  expect_twins_agree(make_event_worlds<real>(worlds, 200000), 3, launches());
+  expect_twins_agree(make_event_worlds<real>(worlds, 200000), 3, launches_of_a_step<real>());
 }
 
 }  // namespace

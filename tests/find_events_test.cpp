@@ -133,7 +133,7 @@ TYPED_TEST(FindEvents, TwinsAgreeWithSensors) {
     for (const Event& event : simulation.events()) ++found[event.kind];
   }
   for (const u32 count : found) EXPECT_GT(count, 10u);
-  expect_twins_agree(state, 4, launches());
+  expect_twins_agree(state, 4, launches_of_a_step<real>());
 }
 
 // A ball dropped from 0.2 m without loss: it touches every sqrt(8 h / g) = 0.4 s or so, for one step each time.

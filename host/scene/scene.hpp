@@ -72,8 +72,8 @@ struct Settings {
   double margin = 0.005;             // m
   double speed_limit = 1e5;          // m/s
   BroadPhase broad_phase = BroadPhase::automatic;
-  bool events = false;               // tell who begins and ceases to touch
-  std::string precision = "float";   // what a run uses unless it is told
+  bool events = false;              // tell who begins and ceases to touch
+  std::string precision = "float";  // what a run uses unless it is told
 };
 
 struct Scene {
