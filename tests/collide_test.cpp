@@ -185,5 +185,38 @@ TYPED_TEST(Collide, ARestingBoxKeepsItsFourContacts) {
   }
 }
 
+// A cylinder rolls along the ground on its side: it touches along its whole line in every step, and neither friction
+// nor correction takes its speed.
+TYPED_TEST(Collide, ARollingCylinderNeverLosesContact) {
+  using real = TypeParam;
+  const double radius = 0.3, half_length = 0.5, h = std::sqrt(0.5);
+  for (const bool on_box : {false, true}) {
+    BodyDescription ground = on_box ? box_body({0, 0, -1}, {20, 20, 1}) : plane_body();
+    ground.kind = BODY_STATIC;
+    BodyDescription roller = round_body(SHAPE_CYLINDER, {-5, 0, radius}, radius, half_length, {h, 0, 0, h});
+    roller.velocity = {1, 0, 0};
+    roller.angular_velocity = {0, 1 / radius, 0};
+    InitialState<real> state = make_worlds<real>({{ground, roller}}, 64);
+    state.params.dt = real(1) / 240;
+    ReferenceBackend<real> backend(state);
+    for (int n = 0; n < 1000; ++n) {
+      step(backend, state.params);
+      const Buffers<real>& b = backend.buffers();
+      ASSERT_GE(b.counters[COUNTER_CONTACTS], 2u) << "step " << n << (on_box ? " on a box" : "");
+      double least = 1, most = -1;
+      for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
+        const real y = b.contact_points[i].anchor_a[2];
+        const real other = b.contact_points[i].anchor_b[2];
+        const double along = double(b.contacts[i].body_a == 1 ? y : other);
+        least = std::min(least, along);
+        most = std::max(most, along);
+      }
+      ASSERT_NEAR(most - least, 2 * half_length, 0.02) << "step " << n << (on_box ? " on a box" : "");
+    }
+    EXPECT_NEAR(double(backend.buffers().motions[1].v[0]), 1, 2e-3) << (on_box ? "on a box" : "");
+    EXPECT_NEAR(double(backend.buffers().positions[1].x), -5 + 1000.0 / 240, 5e-3) << (on_box ? "on a box" : "");
+  }
+}
+
 }  // namespace
 }  // namespace lockstep::test
