@@ -92,8 +92,8 @@ inline constexpr u32 RIM_HALVINGS = 16;
 /// The distance of the line point + t u (u unit) from a rim is least where F(t) = A + t - r d rho/dt = 0 and rises, rho
 /// the distance from the axis. d rho/dt is a sigmoid about the point t0 nearest to the axis, so that F is concave
 /// before t0 and convex behind: on either side (0: before, 1: behind) at most one zero at which F rises, to which
-/// Newton's method runs without turning back from where |d rho/dt| would have its bound. What lies outside of 0 <= t <=
-/// reach is none.
+/// Newton's method runs without turning back from where |d rho/dt| would have its bound. A line across the axis has it
+/// at t0 itself, which rounding may pass. What lies outside of 0 <= t <= reach is none.
 template <class real>
 RimNearest<real> rim_line(const Cylinder<real>& c, u32 end, Vec3<real> point, Vec3<real> u, real reach, u32 branch) {
   RimNearest<real> none = {};
@@ -114,13 +114,17 @@ RimNearest<real> rim_line(const Cylinder<real>& c, u32 end, Vec3<real> point, Ve
     const real sigma = dot3(across, u_across) / rho;
     const real slope = real(1) - c.radius * (a - sigma * sigma) / rho;
     if (!(slope > 0)) return none;  // past the turning point: no zero on this side
-    t = t - (start + t - c.radius * sigma) / slope;
-    if (!(sense * (t - nearest) > 0)) return none;
+    const real next = t - (start + t - c.radius * sigma) / slope;
+    const bool passed = !(sense * (next - nearest) > 0);
+    t = passed ? nearest : next;
+    if (passed) break;
   }
   if (!(t > real(-0.001) * reach) || !(t < real(1.001) * reach)) return none;
   const Vec3<real> across = add3(w_across, scale3(t, u_across));
   const real rho = length3(across);
   if (!(rho > 0)) return none;
+  const real left = start + t - c.radius * dot3(across, u_across) / rho;
+  if (!(left < real(1e-3) * c.radius) || !(left > real(-1e-3) * c.radius)) return none;
   const Vec3<real> on_rim = add3(middle, scale3(c.radius / rho, across));
   return rim_nearest(on_rim, cross3(c.axes.z, across), add3(point, scale3(t, u)), u);
 }

@@ -82,8 +82,8 @@ static inline RimNearest rim_nearest(Vec3 on_rim, Vec3 tangent, Vec3 on_other, V
 // The distance of the line point + t u (u unit) from a rim is least where F(t) = A + t - r d rho/dt = 0 and rises, rho
 // the distance from the axis. d rho/dt is a sigmoid about the point t0 nearest to the axis, so that F is concave
 // before t0 and convex behind: on either side (0: before, 1: behind) at most one zero at which F rises, to which
-// Newton's method runs without turning back from where |d rho/dt| would have its bound. What lies outside of 0 <= t <=
-// reach is none.
+// Newton's method runs without turning back from where |d rho/dt| would have its bound. A line across the axis has it
+// at t0 itself, which rounding may pass. What lies outside of 0 <= t <= reach is none.
 static inline RimNearest rim_line(const Cylinder* c, u32 end, Vec3 point, Vec3 u, real reach, u32 branch) {
   RimNearest none = {0};
   const Vec3 middle = cylinder_cap(c, end), w = sub3(point, middle);
@@ -103,13 +103,17 @@ static inline RimNearest rim_line(const Cylinder* c, u32 end, Vec3 point, Vec3 u
     const real sigma = dot3(across, u_across) / rho;
     const real slope = (real)1 - c->radius * (a - sigma * sigma) / rho;
     if (!(slope > (real)0)) return none;  // past the turning point: no zero on this side
-    t = t - (start + t - c->radius * sigma) / slope;
-    if (!(sense * (t - nearest) > (real)0)) return none;
+    const real next = t - (start + t - c->radius * sigma) / slope;
+    const bool passed = !(sense * (next - nearest) > (real)0);
+    t = passed ? nearest : next;
+    if (passed) break;
   }
   if (!(t > (real)-0.001 * reach) || !(t < (real)1.001 * reach)) return none;
   const Vec3 across = add3(w_across, scale3(t, u_across));
   const real rho = length3(across);
   if (!(rho > (real)0)) return none;
+  const real left = start + t - c->radius * dot3(across, u_across) / rho;
+  if (!(left < (real)1e-3 * c->radius) || !(left > (real)-1e-3 * c->radius)) return none;
   const Vec3 on_rim = add3(middle, scale3(c->radius / rho, across));
   return rim_nearest(on_rim, cross3(c->axes.z, across), add3(point, scale3(t, u)), u);
 }

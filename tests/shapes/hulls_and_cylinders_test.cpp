@@ -204,12 +204,6 @@ class HullsAndCylinders : public testing::Test {
     const auto m = reference::collide_shapes(kind_a, c.a, kind_b, c.b, hulls<real>().tables(), limit);
     oracle::Tolerances tolerances;
     tolerances.patch = patch;
-    // of two rims a place may be missed where they are nearest (cpu_reference/shapes/cylinders.hpp): then the next best
-    // is taken, a few thousandths off
-    if (kind_a == SHAPE_CYLINDER && kind_b == SHAPE_CYLINDER) {
-      tolerances.depth = tolerances.normal = 5e-3;
-      tolerances.inside = 2e-2;
-    }
     oracle::check_manifold(body(kind_a, c.a), body(kind_b, c.b), m, double(limit), tolerances);
   }
   std::string describe(const Case<real>& c) {
