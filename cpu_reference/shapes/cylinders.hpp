@@ -83,12 +83,14 @@ CylinderBound<real> cylinders_climb(const Cylinder<real>& a, const Cylinder<real
     if (!(det > 0)) break;
     const real dx = share * (yy * gx - xy * gy) / det, dy = share * (xx * gy - xy * gx) / det;
     const real far = std::sqrt(dx * dx + dy * dy), most = real(0.5);
+    if (!(far > real(1e-6))) break;  // arrived
     const real shorten = far > most ? most / far : real(1);
     const Vec3<real> moved = add3(n, add3(scale3(shorten * dx, x), scale3(shorten * dy, y)));
     const CylinderBound<real> next = cylinders_bound(a, b, scale3(real(1) / length3(moved), moved));
     const bool up = next.gap > best.gap;
     share = up ? real(1) : real(0.25) * share;
     if (up) best = next;
+    if (!(share > real(0.01))) break;  // on a ridge
   }
   return best;
 }
