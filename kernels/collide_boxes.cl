@@ -4,7 +4,7 @@
 // depends on chance, what is made of its members does not. The same as collide_pairs does, bit for bit.
 #include "common.h"
 #include "grid.h"
-#include "lanes.h"
+#include "lane_math.h"
 #include "shapes/box_box.h"
 #include "shapes/manifold.h"
 #include "types.h"
@@ -20,7 +20,7 @@ typedef struct BoxLine {
 } BoxLine;
 #define BOX_HALF_LINES 3u
 
-// Lists of pairs: how many, then which; first those on faces, then those on edges.
+// How many are in each list.
 #define BOX_FACE_COUNT 0u
 #define BOX_EDGE_COUNT 1u
 #define BOX_COUNTS 2u
@@ -91,7 +91,7 @@ static inline BoxSides box_sides(global const BoxLine* box_lines, const u32* sha
   sides.a = box_side(box_lines, shapes_a);
   sides.b = box_side(box_lines, shapes_b);
   sides.apart = lane_sub3(sides.a.position, sides.b.position);
-  sides.a.box.center = lane_make3(BOX_L(0), BOX_L(0), BOX_L(0));
+  sides.a.box.center = lane_make3(LANE_OF(0), LANE_OF(0), LANE_OF(0));
   sides.b.box.center = lane_sub3(sides.b.arm, lane_add3(sides.a.arm, sides.apart));
   return sides;
 }
@@ -100,14 +100,12 @@ static inline Lane3 box_point_velocity(const BoxSide* side, Lane3 arm) {
   return lane_add3(side->v, lane_cross3(side->w, arm));
 }
 
-static inline lane lane_length3(Lane3 v) { return sqrt(lane_dot3(v, v)); }
-
 // As collide_limit.
 static inline lane box_limit(StepParams params, const BoxSides* s) {
   const Lane3 arm_b = lane_add3(s->a.arm, s->apart);
   const Lane3 v = lane_sub3(box_point_velocity(&s->b, arm_b), box_point_velocity(&s->a, s->a.arm));
   const Lane3 w = lane_sub3(s->b.w, s->a.w);
-  return BOX_L(params.margin) + BOX_L(step_length(params)) * (lane_length3(v) + lane_length3(w) * s->a.reach);
+  return LANE_OF(params.margin) + LANE_OF(step_length(params)) * (lane_length3(v) + lane_length3(w) * s->a.reach);
 }
 
 kernel void collide_box_axes(global const ShapeInfo* shape_infos, global const BoxLine* box_lines,
@@ -135,8 +133,8 @@ kernel void collide_box_axes(global const ShapeInfo* shape_infos, global const B
     real codes[LANES];
     LANE_STORE(code, codes);
     const u32 apart = LANE_BITS(separation > box_limit(params, &sides));
-    const u32 on_edge = LANE_BITS(code >= BOX_L(6));
-    const u32 members = boxes == 32u ? NONE : (1u << boxes) - 1u;
+    const u32 on_edge = LANE_BITS(code >= LANE_OF(6));
+    const u32 members = (1u << boxes) - 1u;
     const u32 faces = members & ~apart & ~on_edge, edges = members & ~apart & on_edge;
     u32 face = faces != 0u ? atomic_add(&box_counts[BOX_FACE_COUNT], popcount(faces)) : 0u;
     u32 edge = edges != 0u ? atomic_add(&box_counts[BOX_EDGE_COUNT], popcount(edges)) : 0u;
@@ -157,13 +155,13 @@ kernel void collide_box_axes(global const ShapeInfo* shape_infos, global const B
 // order of their features; anchors of b are seen from its own centre.
 static inline void box_store(StepParams params, const BoxSides* s, LaneManifold* m, const u32* at, u32 members,
                              global Manifold* manifolds, global u32* contact_starts) {
-  const lane h = BOX_L(step_length(params)), zero = BOX_L(0), none = BOX_L(BOX_NO_FEATURE);
+  const lane h = LANE_OF(step_length(params)), zero = LANE_OF(0), none = LANE_OF(BOX_NO_FEATURE);
   for (int k = 0; k < 4; ++k) {
     const Lane3 arm = lane_add3(s->a.arm, m->anchor_a[k]);
     const Lane3 u = lane_sub3(box_point_velocity(&s->b, lane_add3(arm, s->apart)), box_point_velocity(&s->a, arm));
     const lane approach = lane_dot3(m->normal, u), speed = approach > zero ? approach : zero;
     const lane gap = lane_dot3(m->normal, lane_sub3(m->anchor_a[k], m->anchor_b[k])) - zero - zero;
-    m->feature[k] = gap <= BOX_L(params.margin) + h * speed ? m->feature[k] : none;
+    m->feature[k] = gap <= LANE_OF(params.margin) + h * speed ? m->feature[k] : none;
     m->anchor_b[k] = lane_sub3(m->anchor_b[k], s->b.box.center);
   }
   real normal[3][LANES], anchors[4][6][LANES], features[4][LANES], frame[LANES];
@@ -206,37 +204,40 @@ static inline void box_store(StepParams params, const BoxSides* s, LaneManifold*
   }
 }
 
-// LANES members of a list; behind its end the last one is repeated and not stored. Returns how many there are.
-static inline u32 box_members(u32 group, u32 count, global const u32* list, global const Pair* pairs, u32* at,
-                              u32* shapes_a, u32* shapes_b) {
-  for (u32 k = 0u; k < LANES; ++k) {
-    const u32 place = group * LANES + k;
-    at[k] = list[place < count ? place : count - 1u];
-    shapes_a[k] = pairs[at[k]].shape_a;
-    shapes_b[k] = pairs[at[k]].shape_b;
-  }
-  const u32 left = count - group * LANES;
-  return left < LANES ? left : LANES;
-}
+// LANES members of a list; behind its end the last one is repeated, and not stored.
+typedef struct BoxGroup {
+  u32 at[LANES], members;
+  BoxSides sides;
+  BoxPair pair;
+  lane code;
+} BoxGroup;
 
-static inline lane box_load_codes(global const u32* box_codes, const u32* at) {
+static inline BoxGroup box_group(u32 first, u32 count, global const u32* list, global const Pair* pairs,
+                                 global const u32* box_codes, global const BoxLine* box_lines) {
+  BoxGroup group;
+  u32 shapes_a[LANES], shapes_b[LANES];
   real codes[LANES];
-  for (u32 k = 0u; k < LANES; ++k) codes[k] = (real)box_codes[at[k]];
-  return LANE_LOAD(codes);
+  for (u32 k = 0u; k < LANES; ++k) {
+    group.at[k] = list[first + k < count ? first + k : count - 1u];
+    shapes_a[k] = pairs[group.at[k]].shape_a;
+    shapes_b[k] = pairs[group.at[k]].shape_b;
+    codes[k] = (real)box_codes[group.at[k]];
+  }
+  group.members = count - first < LANES ? count - first : LANES;
+  group.sides = box_sides(box_lines, shapes_a, shapes_b);
+  group.pair = box_pair(&group.sides.a.box, &group.sides.b.box);
+  group.code = LANE_LOAD(codes);
+  return group;
 }
 
 kernel void collide_box_faces(global const BoxLine* box_lines, global const Pair* pairs, global u32* contact_starts,
                               global const u32* box_codes, global const u32* box_counts,
                               global const u32* box_faces_list, global Manifold* manifolds, const StepParams params) {
   const u32 count = box_counts[BOX_FACE_COUNT];
-  FOR_EACH(group, (count + LANES - 1u) / LANES) {
-    u32 at[LANES], shapes_a[LANES], shapes_b[LANES];
-    const u32 members = box_members(group, count, box_faces_list, pairs, at, shapes_a, shapes_b);
-    const BoxSides sides = box_sides(box_lines, shapes_a, shapes_b);
-    const BoxPair pair = box_pair(&sides.a.box, &sides.b.box);
-    LaneManifold m =
-        box_faces(&sides.a.box, &sides.b.box, &pair, box_load_codes(box_codes, at), box_limit(params, &sides));
-    box_store(params, &sides, &m, at, members, manifolds, contact_starts);
+  FOR_EACH(i, (count + LANES - 1u) / LANES) {
+    const BoxGroup g = box_group(i * LANES, count, box_faces_list, pairs, box_codes, box_lines);
+    LaneManifold m = box_faces(&g.sides.a.box, &g.sides.b.box, &g.pair, g.code, box_limit(params, &g.sides));
+    box_store(params, &g.sides, &m, g.at, g.members, manifolds, contact_starts);
   }
 }
 
@@ -244,13 +245,10 @@ kernel void collide_box_edges(global const BoxLine* box_lines, global const Pair
                               global const u32* box_codes, global const u32* box_counts,
                               global const u32* box_edges_list, global Manifold* manifolds, const StepParams params) {
   const u32 count = box_counts[BOX_EDGE_COUNT];
-  FOR_EACH(group, (count + LANES - 1u) / LANES) {
-    u32 at[LANES], shapes_a[LANES], shapes_b[LANES];
-    const u32 members = box_members(group, count, box_edges_list, pairs, at, shapes_a, shapes_b);
-    const BoxSides sides = box_sides(box_lines, shapes_a, shapes_b);
-    const BoxPair pair = box_pair(&sides.a.box, &sides.b.box);
-    LaneManifold m = box_edges(&sides.a.box, &sides.b.box, &pair, box_load_codes(box_codes, at));
-    box_store(params, &sides, &m, at, members, manifolds, contact_starts);
+  FOR_EACH(i, (count + LANES - 1u) / LANES) {
+    const BoxGroup g = box_group(i * LANES, count, box_edges_list, pairs, box_codes, box_lines);
+    LaneManifold m = box_edges(&g.sides.a.box, &g.sides.b.box, &g.pair, g.code);
+    box_store(params, &g.sides, &m, g.at, g.members, manifolds, contact_starts);
   }
 }
 

@@ -143,9 +143,9 @@ static inline void gather_place(u32 place, u32 i, Cell cell, global const BodyIn
   place_infos[place] = info;
 }
 
-static inline PlaneInfo gather_plane(u32 plane, global const ShapeInfo* shape_infos, global const Shape* shapes,
-                                     global const Vec4* positions, global const Vec4* orientations,
-                                     global const Motion* motions) {
+static inline PlaneInfo make_plane_info(u32 plane, global const ShapeInfo* shape_infos, global const Shape* shapes,
+                                        global const Vec4* positions, global const Vec4* orientations,
+                                        global const Motion* motions) {
   const u32 body = shape_infos[plane].body;
   const Pose pose = make_pose(positions[body], orientations[body]);
   const Vec3 point = shape_center(pose, &shapes[plane]);
@@ -156,6 +156,19 @@ static inline PlaneInfo gather_plane(u32 plane, global const ShapeInfo* shape_in
   const PlaneInfo info = {
       {point.x, point.y, point.z}, {normal.x, normal.y, normal.z}, still ? (real)1.001 : (real)1e30, (real)0};
   return info;
+}
+
+// The planes of all worlds, and no pairs yet.
+static inline void gather_planes(global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
+                                 global const Shape* shapes, global const u32* planes, global const Vec4* positions,
+                                 global const Vec4* orientations, global const Motion* motions,
+                                 global PlaneInfo* plane_infos, global u32* pair_starts, StepParams params) {
+  FOR_EACH(w, params.worlds) {
+    const WorldRange world = world_ranges[w];
+    for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k)
+      plane_infos[k] = make_plane_info(planes[k], shape_infos, shapes, positions, orientations, motions);
+  }
+  FOR_EACH(i, params.shapes + 1u) { pair_starts[i] = 0u; }
 }
 
 static inline Searcher make_searcher(const PairSearch* s, StepParams params, u32 place) {

@@ -112,12 +112,8 @@ kernel void search_tree_gather(global const WorldRange* world_ranges, global con
     gather_place(place, tree_items[place], no_cell, body_infos, shape_infos, positions, motions, bounds, places,
                  place_infos, shape_places, params.shapes);
   }
-  FOR_EACH(w, params.worlds) {
-    const WorldRange world = world_ranges[w];
-    for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k)
-      plane_infos[k] = gather_plane(planes[k], shape_infos, shapes, positions, orientations, motions);
-  }
-  FOR_EACH(i, params.shapes + 1u) { pair_starts[i] = 0u; }
+  gather_planes(world_ranges, shape_infos, shapes, planes, positions, orientations, motions, plane_infos, pair_starts,
+                params);
 }
 
 kernel void search_tree_search(global const WorldRange* world_ranges, global const BodyInfo* body_infos,

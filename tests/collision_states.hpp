@@ -103,23 +103,12 @@ inline std::vector<std::vector<BodyDescription>> worlds_of_all_kinds() {
 }
 
 /// Launches that the collision kernels are run with.
-inline std::vector<DeviceOptions> launches() {
-  std::vector<DeviceOptions> all;
-  for (const auto& [lanes, work_group] : {std::pair{1u, 0u}, {1u, 7u}, {8u, 1u}, {16u, 64u}}) {
-    DeviceOptions options;
-    options.lanes = lanes;
-    options.work_group = work_group;
-    all.push_back(options);
-  }
-  return all;
-}
+inline std::vector<DeviceOptions> launches() { return launch_options({{1, 0}, {1, 7}, {8, 1}, {16, 64}}); }
 
 /// Launches that whole steps with all shapes are run with: few, since each builds a large program.
 template <class real>
 std::vector<DeviceOptions> launches_of_a_step() {
-  std::vector<DeviceOptions> all = {launches()[1], launches()[3]};
-  if (sizeof(real) == 8) all[1].lanes = 8;
-  return all;
+  return launch_options({{1, 7}, {sizeof(real) == 8 ? 8 : 16, 64}});
 }
 
 /// Runs the stages before `stage` in the reference, and then this one in both.

@@ -28,17 +28,21 @@ inline DeviceInfo test_device() {
   return *device;
 }
 
+/// From lane counts and work-groups.
+inline std::vector<DeviceOptions> launch_options(std::initializer_list<std::pair<u32, u32>> list) {
+  std::vector<DeviceOptions> all;
+  for (const auto& [lanes, work_group] : list) {
+    all.emplace_back();
+    all.back().lanes = lanes;
+    all.back().work_group = work_group;
+  }
+  return all;
+}
+
 /// The ways to launch that a test tries, none of which may change a bit: all lane counts, small and odd and usual
 /// work-groups.
 inline std::vector<DeviceOptions> all_launch_options() {
-  std::vector<DeviceOptions> all;
-  for (const auto& [lanes, work_group] : {std::pair{1u, 0u}, {1u, 1u}, {8u, 4u}, {16u, 0u}, {16u, 7u}}) {
-    DeviceOptions options;
-    options.lanes = lanes;
-    options.work_group = work_group;
-    all.push_back(options);
-  }
-  return all;
+  return launch_options({{1, 0}, {1, 1}, {8, 4}, {16, 0}, {16, 7}});
 }
 
 /// Every second one in double: the ways to launch are the same, and each builds the kernels anew.

@@ -25,6 +25,17 @@ Axes<real> axes_of(Quat<real> q) {
   return axes;
 }
 
+/// The axes of the other frame in this one.
+template <class real>
+Axes<real> transposed(Axes<real> axes) {
+  return {{axes.x.x, axes.y.x, axes.z.x}, {axes.x.y, axes.y.y, axes.z.y}, {axes.x.z, axes.y.z, axes.z.z}};
+}
+
+template <class real>
+Vec3<real> axis_of(Axes<real> axes, u32 k) {
+  return k == 0 ? axes.x : k == 1 ? axes.y : axes.z;
+}
+
 template <class real>
 Vec3<real> into_frame(Axes<real> axes, Vec3<real> v) {
   return Vec3<real>{dot3(axes.x, v), dot3(axes.y, v), dot3(axes.z, v)};

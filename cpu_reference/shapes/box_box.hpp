@@ -158,11 +158,9 @@ FacePair<real> face_pair(const BoxPair<real>& pair, u32 code) {
   const Vec3<real> extents = f.from_b ? pair.half_b : pair.half_a, other = f.from_b ? pair.half_a : pair.half_b;
   // the incident box in the frame of the reference box: its centre, and row k1, k2, k of its axes
   const Vec3<real> c = f.from_b ? scale3(real(-1), into_frame(r, pair.t)) : pair.t;
-  const Vec3<real> row_x = Vec3<real>{r.x.x, r.y.x, r.z.x}, row_y = Vec3<real>{r.x.y, r.y.y, r.z.y},
-                   row_z = Vec3<real>{r.x.z, r.y.z, r.z.z};
-  const Vec3<real> x = f.from_b ? (k1 == 0 ? r.x : k1 == 1 ? r.y : r.z) : (k1 == 0 ? row_x : k1 == 1 ? row_y : row_z);
-  const Vec3<real> y = f.from_b ? (k2 == 0 ? r.x : k2 == 1 ? r.y : r.z) : (k2 == 0 ? row_x : k2 == 1 ? row_y : row_z);
-  Vec3<real> z = f.from_b ? (k == 0 ? r.x : k == 1 ? r.y : r.z) : (k == 0 ? row_x : k == 1 ? row_y : row_z);
+  const Axes<real> rows = f.from_b ? r : transposed(r);
+  const Vec3<real> x = axis_of(rows, k1), y = axis_of(rows, k2);
+  Vec3<real> z = axis_of(rows, k);
   f.hx = along(extents, k1);
   f.hy = along(extents, k2);
   f.hz = along(extents, k);
@@ -192,8 +190,8 @@ FacePair<real> face_pair(const BoxPair<real>& pair, u32 code) {
 }
 
 /// Both ends of the edge m + t u, -1 <= t <= 1, of the incident face, cut to the rectangle. `ends`: an end that is not
-/// cut counts too; of the two edges that meet in a corner one says so. `edge`: its name; `side_u` of the corner at t =
-/// 1 is the next axis' side.
+/// cut counts too; of the two edges that meet in a corner one says so. `edge`, `corner_from`, `corner_to`: names of the
+/// edge and of the corners at t = -1 and 1.
 template <class real>
 FacePoints<real> cut_edge(FacePoints<real> points, FacePair<real> f, u32 slot, real mx, real my, real ux, real uy,
                           real ex, real ey, u32 ends, u32 edge, u32 corner_from, u32 corner_to) {
@@ -377,7 +375,7 @@ template <class real>
 Manifold<real> box_edges(const Placed<real>& a, const BoxPair<real>& pair, u32 code) {
   const u32 i = (code - 6) / 3, j = code - 6 - 3 * i;
   const Axes<real> r = pair.r;
-  const Vec3<real> column = j == 0 ? r.x : j == 1 ? r.y : r.z;
+  const Vec3<real> column = axis_of(r, j);
   Vec3<real> n = cross3(along_axis(real(1), i), column);
   n = scale3(-sign_of(dot3(n, pair.t)) / length3(n), n);  // from b to a
   const Vec3<real> n_b = into_frame(r, n);

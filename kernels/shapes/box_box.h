@@ -4,27 +4,12 @@
 #ifndef LOCKSTEP_BOX_BOX_H
 #define LOCKSTEP_BOX_BOX_H
 
-#include "lanes.h"
+#include "lane_math.h"
 #include "shapes/axes.h"
 
-#if LANES == 1
-#define LANE_FIRST(x) (x)
-#else
-#define LANE_FIRST(x) (x).s0
-#endif
-
-#define BOX_L(x) ((lane)(x))
 #define BOX_PICK(is_0, is_1, a, b, c) ((is_0) ? (a) : ((is_1) ? (b) : (c)))
 #define BOX_SLOTS 12
 #define BOX_EACH_SLOT _Pragma("unroll") for (int i = 0; i < BOX_SLOTS; ++i)
-
-typedef struct LaneAxes {
-  Lane3 x, y, z;
-} LaneAxes;
-
-typedef struct LaneQuat {
-  lane x, y, z, w;
-} LaneQuat;
 
 // One box of each pair; centres are seen from those of a.
 typedef struct LaneBox {
@@ -44,56 +29,10 @@ typedef struct LaneManifold {
   lane frame, feature[4];
 } LaneManifold;
 
-static inline LaneAxes lane_axes_of(LaneQuat q) {
-  const lane x2 = q.x + q.x, y2 = q.y + q.y, z2 = q.z + q.z;
-  const lane xx = q.x * x2, yy = q.y * y2, zz = q.z * z2;
-  const lane xy = q.x * y2, xz = q.x * z2, yz = q.y * z2;
-  const lane wx = q.w * x2, wy = q.w * y2, wz = q.w * z2;
-  LaneAxes axes;
-  axes.x = lane_make3(BOX_L(1) - (yy + zz), xy + wz, xz - wy);
-  axes.y = lane_make3(xy - wz, BOX_L(1) - (xx + zz), yz + wx);
-  axes.z = lane_make3(xz + wy, yz - wx, BOX_L(1) - (xx + yy));
-  return axes;
-}
-
-static inline LaneQuat lane_multiply4(LaneQuat a, LaneQuat b) {
-  LaneQuat q;
-  q.x = a.w * b.x + a.x * b.w + a.y * b.z - a.z * b.y;
-  q.y = a.w * b.y - a.x * b.z + a.y * b.w + a.z * b.x;
-  q.z = a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w;
-  q.w = a.w * b.w - a.x * b.x - a.y * b.y - a.z * b.z;
-  return q;
-}
-
-static inline LaneQuat lane_back(LaneQuat q) {
-  q.x = -q.x;
-  q.y = -q.y;
-  q.z = -q.z;
-  return q;
-}
-
-static inline Lane3 lane_rotate3(LaneQuat q, Lane3 v) {
-  const Lane3 u = lane_make3(q.x, q.y, q.z);
-  const Lane3 t = lane_add3(lane_cross3(u, v), lane_scale3(q.w, v));
-  return lane_add3(v, lane_scale3(BOX_L(2), lane_cross3(u, t)));
-}
-
-static inline Lane3 lane_out_of_frame(LaneAxes axes, Lane3 v) {
-  return lane_add3(lane_add3(lane_scale3(v.x, axes.x), lane_scale3(v.y, axes.y)), lane_scale3(v.z, axes.z));
-}
-
-static inline Lane3 lane_into_frame(LaneAxes axes, Lane3 v) {
-  return lane_make3(lane_dot3(axes.x, v), lane_dot3(axes.y, v), lane_dot3(axes.z, v));
-}
-
-static inline Lane3 lane_absolute3(Lane3 v) { return lane_make3(fabs(v.x), fabs(v.y), fabs(v.z)); }
-
 static inline Lane3 lane_pick3(lane_mask first, lane_mask second, Lane3 a, Lane3 b, Lane3 c) {
   return lane_make3(BOX_PICK(first, second, a.x, b.x, c.x), BOX_PICK(first, second, a.y, b.y, c.y),
                     BOX_PICK(first, second, a.z, b.z, c.z));
 }
-
-static inline lane lane_clamp_to(lane x, lane limit) { return x < -limit ? -limit : (x > limit ? limit : x); }
 
 static inline BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
   BoxPair pair;
@@ -108,21 +47,21 @@ static inline BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
 #define BOX_LARGER(best, code, separation, c) \
   {                                           \
     const lane s_ = separation;               \
-    code = s_ > best ? BOX_L(c) : code;       \
+    code = s_ > best ? LANE_OF(c) : code;     \
     best = s_ > best ? s_ : best;             \
   }
 
 // An edge of a along an axis with an edge of b: their cross product has the parts nu and nv along the other two axes.
-#define BOX_EDGE(nu_, nv_, tu, tv, au, av, o1u, o1v, o2u, o2v, h1, h2, c)                             \
-  {                                                                                                   \
-    const lane nu = nu_, nv = nv_, length = nu * nu + nv * nv;                                        \
-    const lane p = fabs(nu * tu + nv * tv) - (fabs(nu) * au + fabs(nv) * av) -                        \
-                   (fabs(nu * o1u + nv * o1v) * h1 + fabs(nu * o2u + nv * o2v) * h2);                 \
-    const lane square = p * fabs(p);                                                                  \
-    const lane_mask better = (length >= BOX_L(1e-4)) & (square * edge_length > edge_square * length); \
-    edge_square = better ? square : edge_square;                                                      \
-    edge_length = better ? length : edge_length;                                                      \
-    edge_code = better ? BOX_L(c) : edge_code;                                                        \
+#define BOX_EDGE(nu_, nv_, tu, tv, au, av, o1u, o1v, o2u, o2v, h1, h2, c)                               \
+  {                                                                                                     \
+    const lane nu = nu_, nv = nv_, length = nu * nu + nv * nv;                                          \
+    const lane p = fabs(nu * tu + nv * tv) - (fabs(nu) * au + fabs(nv) * av) -                          \
+                   (fabs(nu * o1u + nv * o1v) * h1 + fabs(nu * o2u + nv * o2v) * h2);                   \
+    const lane square = p * fabs(p);                                                                    \
+    const lane_mask better = (length >= LANE_OF(1e-4)) & (square * edge_length > edge_square * length); \
+    edge_square = better ? square : edge_square;                                                        \
+    edge_length = better ? length : edge_length;                                                        \
+    edge_code = better ? LANE_OF(c) : edge_code;                                                        \
   }
 #define BOX_EDGES_OF(i, U, V, sign_u, sign_v, tu, tv, au, av)                                           \
   BOX_EDGE(sign_u r.x.V, sign_v r.x.U, tu, tv, au, av, r.y.U, r.y.V, r.z.U, r.z.V, b.y, b.z, 6 + 3 * i) \
@@ -134,22 +73,22 @@ static inline lane box_axis(const LaneBox* box_a, const LaneBox* box_b, const Bo
   const LaneAxes r = pair->r;
   const Lane3 x = lane_absolute3(r.x), y = lane_absolute3(r.y), z = lane_absolute3(r.z);
   const Lane3 a = box_a->extents, b = box_b->extents, t = pair->t;
-  lane on_a = fabs(t.x) - (a.x + (x.x * b.x + y.x * b.y + z.x * b.z)), code_a = BOX_L(0);
+  lane on_a = fabs(t.x) - (a.x + (x.x * b.x + y.x * b.y + z.x * b.z)), code_a = LANE_OF(0);
   BOX_LARGER(on_a, code_a, fabs(t.y) - (a.y + (x.y * b.x + y.y * b.y + z.y * b.z)), 1)
   BOX_LARGER(on_a, code_a, fabs(t.z) - (a.z + (x.z * b.x + y.z * b.y + z.z * b.z)), 2)
-  lane on_b = fabs(lane_dot3(t, r.x)) - (b.x + lane_dot3(x, a)), code_b = BOX_L(3);
+  lane on_b = fabs(lane_dot3(t, r.x)) - (b.x + lane_dot3(x, a)), code_b = LANE_OF(3);
   BOX_LARGER(on_b, code_b, fabs(lane_dot3(t, r.y)) - (b.y + lane_dot3(y, a)), 4)
   BOX_LARGER(on_b, code_b, fabs(lane_dot3(t, r.z)) - (b.z + lane_dot3(z, a)), 5)
-  lane edge_square = BOX_L(-1e30), edge_length = BOX_L(1), edge_code = BOX_L(6);
+  lane edge_square = LANE_OF(-1e30), edge_length = LANE_OF(1), edge_code = LANE_OF(6);
   BOX_EDGES_OF(0, y, z, -, +, t.y, t.z, a.y, a.z)
   BOX_EDGES_OF(1, x, z, +, -, t.x, t.z, a.x, a.z)
   BOX_EDGES_OF(2, x, y, -, +, t.x, t.y, a.x, a.y)
   const lane root = sqrt(fabs(edge_square) / edge_length);
-  const lane tolerance = BOX_L(1e-5) * (a.x + a.y + a.z + b.x + b.y + b.z);
+  const lane tolerance = LANE_OF(1e-5) * (a.x + a.y + a.z + b.x + b.y + b.z);
   const lane_mask take_b = on_b > on_a + tolerance;
   lane best = take_b ? on_b : on_a;
   *code = take_b ? code_b : code_a;
-  const lane edge = (edge_square < BOX_L(0) ? -root : root) - tolerance;
+  const lane edge = (edge_square < LANE_OF(0) ? -root : root) - tolerance;
   *code = edge > best ? edge_code : *code;
   return edge > best ? edge : best;
 }
@@ -168,25 +107,29 @@ typedef struct FacePoints {
 } FacePoints;
 
 // The axis behind and before k, and powers of two to name corners by.
-static inline lane box_next(lane k) { return k == BOX_L(2) ? BOX_L(0) : k + BOX_L(1); }
-static inline lane box_last(lane k) { return k == BOX_L(0) ? BOX_L(2) : k - BOX_L(1); }
-static inline lane box_bit(lane k) { return BOX_PICK(k == BOX_L(0), k == BOX_L(1), BOX_L(1), BOX_L(2), BOX_L(4)); }
+static inline lane box_next(lane k) { return k == LANE_OF(2) ? LANE_OF(0) : k + LANE_OF(1); }
+static inline lane box_last(lane k) { return k == LANE_OF(0) ? LANE_OF(2) : k - LANE_OF(1); }
+static inline lane box_bit(lane k) {
+  return BOX_PICK(k == LANE_OF(0), k == LANE_OF(1), LANE_OF(1), LANE_OF(2), LANE_OF(4));
+}
 
-static inline lane box_edge_name(lane i, lane side_1, lane side_2) { return BOX_L(4) * i + side_1 + BOX_L(2) * side_2; }
+static inline lane box_edge_name(lane i, lane side_1, lane side_2) {
+  return LANE_OF(4) * i + side_1 + LANE_OF(2) * side_2;
+}
 static inline lane box_corner_name(lane k, lane side, lane side_1, lane side_2) {
   return side * box_bit(k) + side_1 * box_bit(box_next(k)) + side_2 * box_bit(box_last(k));
 }
 static inline lane box_crossing(lane_mask from_b, lane reference_edge, lane incident_edge) {
-  const lane of_b = BOX_L(16) + BOX_L(12) * incident_edge + reference_edge;
-  const lane of_a = BOX_L(16) + BOX_L(12) * reference_edge + incident_edge;
+  const lane of_b = LANE_OF(16) + LANE_OF(12) * incident_edge + reference_edge;
+  const lane of_a = LANE_OF(16) + LANE_OF(12) * reference_edge + incident_edge;
   return from_b ? of_b : of_a;
 }
 
 static inline FacePair face_pair(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair, lane code) {
   FacePair f;
-  f.from_b = code >= BOX_L(3);
-  f.axis = f.from_b ? code - BOX_L(3) : code;
-  const lane_mask k0 = f.axis == BOX_L(0), k1 = f.axis == BOX_L(1);
+  f.from_b = code >= LANE_OF(3);
+  f.axis = f.from_b ? code - LANE_OF(3) : code;
+  const lane_mask k0 = f.axis == LANE_OF(0), k1 = f.axis == LANE_OF(1);
   const LaneAxes r = pair->r;
   const Lane3 t = pair->t, back = lane_into_frame(r, t);
 #define BOX_SIDE(a, b) (f.from_b ? (a) : (b))
@@ -194,8 +137,8 @@ static inline FacePair face_pair(const LaneBox* box_a, const LaneBox* box_b, con
                              BOX_SIDE(box_b->extents.z, box_a->extents.z));
   const Lane3 g = lane_make3(BOX_SIDE(box_a->extents.x, box_b->extents.x), BOX_SIDE(box_a->extents.y, box_b->extents.y),
                              BOX_SIDE(box_a->extents.z, box_b->extents.z));
-  const Lane3 c = lane_make3(BOX_SIDE(BOX_L(-1) * back.x, t.x), BOX_SIDE(BOX_L(-1) * back.y, t.y),
-                             BOX_SIDE(BOX_L(-1) * back.z, t.z));
+  const Lane3 c = lane_make3(BOX_SIDE(LANE_OF(-1) * back.x, t.x), BOX_SIDE(LANE_OF(-1) * back.y, t.y),
+                             BOX_SIDE(LANE_OF(-1) * back.z, t.z));
   const Lane3 row_x = lane_make3(BOX_SIDE(r.x.x, r.x.x), BOX_SIDE(r.x.y, r.y.x), BOX_SIDE(r.x.z, r.z.x));
   const Lane3 row_y = lane_make3(BOX_SIDE(r.y.x, r.x.y), BOX_SIDE(r.y.y, r.y.y), BOX_SIDE(r.y.z, r.z.y));
   const Lane3 row_z = lane_make3(BOX_SIDE(r.z.x, r.x.z), BOX_SIDE(r.z.y, r.y.z), BOX_SIDE(r.z.z, r.z.z));
@@ -207,20 +150,20 @@ static inline FacePair face_pair(const LaneBox* box_a, const LaneBox* box_b, con
   f.hy = BOX_PICK(k0, k1, h.z, h.x, h.y);
   f.hz = BOX_PICK(k0, k1, h.x, h.y, h.z);
   lane cz = BOX_PICK(k0, k1, c.x, c.y, c.z);
-  const lane_mask down = cz < BOX_L(0);
-  f.top = down ? BOX_L(0) : BOX_L(1);
+  const lane_mask down = cz < LANE_OF(0);
+  f.top = down ? LANE_OF(0) : LANE_OF(1);
   cz = down ? -cz : cz;
   z = lane_make3(down ? -z.x : z.x, down ? -z.y : z.y, down ? -z.z : z.z);
 
   // the incident face opposes the normal most
   const lane_mask past_x = fabs(z.y) > fabs(z.x);
   const lane_mask past_y = fabs(z.z) > (past_x ? fabs(z.y) : fabs(z.x));
-  f.incident = past_y ? BOX_L(2) : (past_x ? BOX_L(1) : BOX_L(0));
-  const lane_mask j0 = f.incident == BOX_L(0), j1 = f.incident == BOX_L(1);
+  f.incident = past_y ? LANE_OF(2) : (past_x ? LANE_OF(1) : LANE_OF(0));
+  const lane_mask j0 = f.incident == LANE_OF(0), j1 = f.incident == LANE_OF(1);
   const lane fx = BOX_PICK(j0, j1, x.x, x.y, x.z), fy = BOX_PICK(j0, j1, y.x, y.y, y.z);
   const lane fz = BOX_PICK(j0, j1, z.x, z.y, z.z);
-  const lane_mask up = !(fz > BOX_L(0));
-  f.side = up ? BOX_L(1) : BOX_L(0);
+  const lane_mask up = !(fz > LANE_OF(0));
+  f.side = up ? LANE_OF(1) : LANE_OF(0);
   const lane gj = BOX_PICK(j0, j1, g.x, g.y, g.z), signed_g = up ? gj : -gj;
   const lane gu = BOX_PICK(j0, j1, g.y, g.z, g.x), gv = BOX_PICK(j0, j1, g.z, g.x, g.y);
   f.cx = BOX_PICK(k0, k1, c.y, c.z, c.x) + signed_g * fx;
@@ -229,7 +172,7 @@ static inline FacePair face_pair(const LaneBox* box_a, const LaneBox* box_b, con
   f.uy = gu * BOX_PICK(j0, j1, y.y, y.z, y.x);
   f.vx = gv * BOX_PICK(j0, j1, x.z, x.x, x.y);
   f.vy = gv * BOX_PICK(j0, j1, y.z, y.x, y.y);
-  const lane inverse = BOX_L(1) / fz;
+  const lane inverse = LANE_OF(1) / fz;
   f.sx = -(fx * inverse);
   f.sy = -(fy * inverse);
   f.s0 = cz + signed_g * fz - f.hz - f.sx * f.cx - f.sy * f.cy;
@@ -238,19 +181,19 @@ static inline FacePair face_pair(const LaneBox* box_a, const LaneBox* box_b, con
 
 static inline void cut_edge(FacePoints* points, const FacePair* f, int slot, lane mx, lane my, lane ux, lane uy,
                             lane ex, lane ey, int ends, lane edge, lane corner_from, lane corner_to) {
-  const lane tiny = BOX_L(1e-9) * (f->hx + f->hy);
-  const lane rx = BOX_L(1) / (fabs(ux) < tiny ? tiny : ux), ry = BOX_L(1) / (fabs(uy) < tiny ? tiny : uy);
+  const lane tiny = LANE_OF(1e-9) * (f->hx + f->hy);
+  const lane rx = LANE_OF(1) / (fabs(ux) < tiny ? tiny : ux), ry = LANE_OF(1) / (fabs(uy) < tiny ? tiny : uy);
   const lane x1 = (-ex - mx) * rx, x2 = (ex - mx) * rx, y1 = (-ey - my) * ry, y2 = (ey - my) * ry;
   const lane low_x = x1 < x2 ? x1 : x2, high_x = x1 < x2 ? x2 : x1;
   const lane low_y = y1 < y2 ? y1 : y2, high_y = y1 < y2 ? y2 : y1;
-  const lane k1 = box_next(f->axis), k2 = box_last(f->axis), zero = BOX_L(0), one = BOX_L(1);
+  const lane k1 = box_next(f->axis), k2 = box_last(f->axis), zero = LANE_OF(0), one = LANE_OF(1);
   const lane_mask right = rx > zero, ahead = ry > zero;
   const lane enter_x = box_edge_name(k2, f->top, right ? zero : one);
   const lane leave_x = box_edge_name(k2, f->top, right ? one : zero);
   const lane enter_y = box_edge_name(k1, ahead ? zero : one, f->top);
   const lane leave_y = box_edge_name(k1, ahead ? one : zero, f->top);
-  lane from = BOX_L(-1), to = one;
-  const lane others = f->from_b ? zero : BOX_L(8);  // corners of the incident box
+  lane from = LANE_OF(-1), to = one;
+  const lane others = f->from_b ? zero : LANE_OF(8);  // corners of the incident box
   const lane_mask from_x = low_x > from;
   from = from_x ? low_x : from;
   const lane_mask from_y = low_y > from;
@@ -274,19 +217,19 @@ static inline void cut_edge(FacePoints* points, const FacePair* f, int slot, lan
 
 static inline void face_corner(FacePoints* points, const FacePair* f, int slot, real side_x, real side_y,
                                lane inverse) {
-  const lane x = BOX_L(side_x) * f->hx, y = BOX_L(side_y) * f->hy, dx = x - f->cx, dy = y - f->cy;
+  const lane x = LANE_OF(side_x) * f->hx, y = LANE_OF(side_y) * f->hy, dx = x - f->cx, dy = y - f->cy;
   const lane p = (dx * f->vy - dy * f->vx) * inverse, q = (dy * f->ux - dx * f->uy) * inverse;
   points->x[slot] = x;
   points->y[slot] = y;
-  points->taken[slot] = (fabs(p) < BOX_L(0.9999)) & (fabs(q) < BOX_L(0.9999));
+  points->taken[slot] = (fabs(p) < LANE_OF(0.9999)) & (fabs(q) < LANE_OF(0.9999));
   points->feature[slot] =
-      (f->from_b ? BOX_L(8) : BOX_L(0)) +
-      box_corner_name(f->axis, f->top, BOX_L(side_x > (real)0 ? 1 : 0), BOX_L(side_y > (real)0 ? 1 : 0));
+      (f->from_b ? LANE_OF(8) : LANE_OF(0)) +
+      box_corner_name(f->axis, f->top, LANE_OF(side_x > (real)0 ? 1 : 0), LANE_OF(side_y > (real)0 ? 1 : 0));
 }
 
 static inline void face_points(FacePoints* points, const FacePair* f) {
-  const lane slop = BOX_L(4e-5) * (f->hx + f->hy), ex = f->hx + slop, ey = f->hy + slop;
-  const lane j = f->incident, j1 = box_next(j), j2 = box_last(j), side = f->side, zero = BOX_L(0), one = BOX_L(1);
+  const lane slop = LANE_OF(4e-5) * (f->hx + f->hy), ex = f->hx + slop, ey = f->hy + slop;
+  const lane j = f->incident, j1 = box_next(j), j2 = box_last(j), side = f->side, zero = LANE_OF(0), one = LANE_OF(1);
   const lane corner_00 = box_corner_name(j, side, zero, zero), corner_10 = box_corner_name(j, side, one, zero);
   const lane corner_01 = box_corner_name(j, side, zero, one), corner_11 = box_corner_name(j, side, one, one);
   cut_edge(points, f, 0, f->cx - f->vx, f->cy - f->vy, f->ux, f->uy, ex, ey, 1, box_edge_name(j1, zero, side),
@@ -297,7 +240,7 @@ static inline void face_points(FacePoints* points, const FacePair* f) {
            corner_00, corner_01);
   cut_edge(points, f, 6, f->cx + f->ux, f->cy + f->uy, f->vx, f->vy, ex, ey, 0, box_edge_name(j2, side, one), corner_10,
            corner_11);
-  const lane inverse = BOX_L(1) / (f->ux * f->vy - f->uy * f->vx);
+  const lane inverse = LANE_OF(1) / (f->ux * f->vy - f->uy * f->vx);
   face_corner(points, f, 8, (real)-1, (real)-1, inverse);
   face_corner(points, f, 9, (real)1, (real)-1, inverse);
   face_corner(points, f, 10, (real)1, (real)1, inverse);
@@ -317,9 +260,9 @@ typedef struct FourPoints {
 
 static inline FourPoints four_points(FacePoints* points, const FacePair* f, lane limit) {
   FourPoints four;
-  const lane zero = BOX_L(0), none = BOX_L(BOX_NO_FEATURE);
+  const lane zero = LANE_OF(0), none = LANE_OF(BOX_NO_FEATURE);
   for (int k = 0; k < 4; ++k) four.x[k] = zero, four.y[k] = zero, four.feature[k] = none;
-  const lane least = BOX_L(1e-8) * (f->hx + f->hy) * (f->hx + f->hy);
+  const lane least = LANE_OF(1e-8) * (f->hx + f->hy) * (f->hx + f->hy);
   lane best = limit;
   BOX_EACH_SLOT {
     const lane s = f->s0 + f->sx * points->x[i] + f->sy * points->y[i];
@@ -379,11 +322,11 @@ static inline LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const B
   const LaneAxes axes = lane_axes_of(q);
   const Lane3 center = lane_make3(f.from_b ? b->center.x : a->center.x, f.from_b ? b->center.y : a->center.y,
                                   f.from_b ? b->center.z : a->center.z);
-  const lane zero = BOX_L(0), up = f.top == zero ? BOX_L(-1) : BOX_L(1);
-  const lane_mask k0 = f.axis == zero, k1 = f.axis == BOX_L(1);
+  const lane zero = LANE_OF(0), up = f.top == zero ? LANE_OF(-1) : LANE_OF(1);
+  const lane_mask k0 = f.axis == zero, k1 = f.axis == LANE_OF(1);
   LaneManifold m;
   m.normal = lane_out_of_frame(axes, box_turned_back(k0, k1, zero, zero, f.from_b ? up : -up));
-  m.frame = f.from_b ? BOX_L(NORMAL_OF_B) : BOX_L(NORMAL_OF_A);
+  m.frame = f.from_b ? LANE_OF(NORMAL_OF_B) : LANE_OF(NORMAL_OF_A);
   for (int k = 0; k < 4; ++k) {
     const lane s = f.s0 + f.sx * four.x[k] + f.sy * four.y[k];
     const Lane3 on_face = box_turned_back(k0, k1, four.x[k], four.y[k], up * f.hz);
@@ -401,19 +344,19 @@ static inline LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const B
 
 // ---- two edges ---------------------------------------------------------------------------------------------------
 
-#define BOX_SIGNED(sign, x) ((sign) < zero ? BOX_L(-1) * (x) : BOX_L(1) * (x))
-#define BOX_POSITIVE(x) ((x) > zero ? BOX_L(1) : zero)
+#define BOX_SIGNED(sign, x) ((sign) < zero ? LANE_OF(-1) * (x) : LANE_OF(1) * (x))
+#define BOX_POSITIVE(x) ((x) > zero ? LANE_OF(1) : zero)
 
 static inline LaneManifold box_edges(const LaneBox* a, const LaneBox* b, const BoxPair* pair, lane code) {
-  const lane zero = BOX_L(0), one = BOX_L(1), e = code - BOX_L(6);
-  const lane i = e >= BOX_L(6) ? BOX_L(2) : (e >= BOX_L(3) ? one : zero), j = e - BOX_L(3) * i;
-  const lane_mask i0 = i == zero, i1 = i == one, i2 = i == BOX_L(2), j0 = j == zero, j1 = j == one;
+  const lane zero = LANE_OF(0), one = LANE_OF(1), e = code - LANE_OF(6);
+  const lane i = e >= LANE_OF(6) ? LANE_OF(2) : (e >= LANE_OF(3) ? one : zero), j = e - LANE_OF(3) * i;
+  const lane_mask i0 = i == zero, i1 = i == one, i2 = i == LANE_OF(2), j0 = j == zero, j1 = j == one;
   const lane_mask j2 = !(j0 | j1);
   const LaneAxes r = pair->r;
   const Lane3 column = lane_pick3(j0, j1, r.x, r.y, r.z), t = pair->t, ha = a->extents, hb = b->extents;
   const Lane3 axis = lane_make3(i0 ? one : zero, i1 ? one : zero, i2 ? one : zero);
   Lane3 n = lane_cross3(axis, column);
-  const lane towards = lane_dot3(n, t) < zero ? BOX_L(-1) : one;
+  const lane towards = lane_dot3(n, t) < zero ? LANE_OF(-1) : one;
   n = lane_scale3(-towards / sqrt(lane_dot3(n, n)), n);
   const Lane3 n_b = lane_into_frame(r, n);
   Lane3 on_a = lane_make3(i0 ? zero : BOX_SIGNED(n.x, -ha.x), i1 ? zero : BOX_SIGNED(n.y, -ha.y),
@@ -436,14 +379,14 @@ static inline LaneManifold box_edges(const LaneBox* a, const LaneBox* b, const B
   const LaneAxes axes = lane_axes_of(a->rotation);
   LaneManifold m;
   m.normal = lane_out_of_frame(axes, n);
-  m.frame = BOX_L(NORMAL_FIXED);
+  m.frame = LANE_OF(NORMAL_FIXED);
   m.anchor_a[0] = lane_add3(a->center, lane_out_of_frame(axes, on_a));
   m.anchor_b[0] = lane_add3(a->center, lane_out_of_frame(axes, on_b));
-  m.feature[0] = BOX_L(16) + BOX_L(12) * name_a + name_b;
+  m.feature[0] = LANE_OF(16) + LANE_OF(12) * name_a + name_b;
   for (int k = 1; k < 4; ++k) {
     m.anchor_a[k] = lane_make3(zero, zero, zero);
     m.anchor_b[k] = lane_make3(zero, zero, zero);
-    m.feature[k] = BOX_L(BOX_NO_FEATURE);
+    m.feature[k] = LANE_OF(BOX_NO_FEATURE);
   }
   return m;
 }
@@ -452,12 +395,12 @@ static inline LaneManifold box_edges(const LaneBox* a, const LaneBox* b, const B
 
 static inline LaneBox box_in_all_lanes(Placed placed) {
   LaneBox box;
-  box.center = lane_make3(BOX_L(placed.center.x), BOX_L(placed.center.y), BOX_L(placed.center.z));
-  box.extents = lane_make3(BOX_L(placed.size.x), BOX_L(placed.size.y), BOX_L(placed.size.z));
-  box.rotation.x = BOX_L(placed.rotation.x);
-  box.rotation.y = BOX_L(placed.rotation.y);
-  box.rotation.z = BOX_L(placed.rotation.z);
-  box.rotation.w = BOX_L(placed.rotation.w);
+  box.center = lane_make3(LANE_OF(placed.center.x), LANE_OF(placed.center.y), LANE_OF(placed.center.z));
+  box.extents = lane_make3(LANE_OF(placed.size.x), LANE_OF(placed.size.y), LANE_OF(placed.size.z));
+  box.rotation.x = LANE_OF(placed.rotation.x);
+  box.rotation.y = LANE_OF(placed.rotation.y);
+  box.rotation.z = LANE_OF(placed.rotation.z);
+  box.rotation.w = LANE_OF(placed.rotation.w);
   return box;
 }
 
@@ -470,7 +413,7 @@ static inline Manifold box_box(Placed placed_a, Placed placed_b, real limit) {
   const lane separation = box_axis(&a, &b, &pair, &code);
   if (LANE_FIRST(separation) > limit) return no_manifold();
   const LaneManifold found =
-      LANE_FIRST(code) < (real)6 ? box_faces(&a, &b, &pair, code, BOX_L(limit)) : box_edges(&a, &b, &pair, code);
+      LANE_FIRST(code) < (real)6 ? box_faces(&a, &b, &pair, code, LANE_OF(limit)) : box_edges(&a, &b, &pair, code);
   Manifold m = manifold_along(box_first3(found.normal), (u32)LANE_FIRST(found.frame), (real)0, (real)0);
   for (u32 k = 0u; k < 4u; ++k) {
     if (LANE_FIRST(found.feature[k]) < (real)BOX_NO_FEATURE)
