@@ -31,7 +31,7 @@ InitialState<float> lattice(u32 side) {
   Buffers<float>& b = state.buffers;
   const u32 count = side * side * side;
   state.sizes = {.worlds = 1, .bodies = count, .shapes = count, .contacts = 3 * count};
-  state.sizes.blocks = state.sizes.contacts / PACK + MAX_COLORS;
+  state.sizes.blocks = state.sizes.rows = state.sizes.contacts / PACK + MAX_COLORS;
   resize(b, state.sizes, state.features);
   b.world_ranges[0] = {0, count, 0, count, 0, 0, 0, 1};
   u32 contacts = 0;
@@ -52,7 +52,7 @@ InitialState<float> lattice(u32 side) {
   b.counters[COUNTER_CONTACTS] = contacts;
   state.params.bodies = count;
   state.params.worlds = 1;
-  state.params.block_capacity = state.sizes.blocks;
+  state.params.block_capacity = state.params.row_capacity = state.sizes.blocks;
   state.params.iterations = sweeps;
   reference::run_stage(Stage::color_contacts, b, state.params);
   reference::run_stage(Stage::pack_contacts, b, state.params);

@@ -1,7 +1,9 @@
-// Gives each contact a colour so that contacts of one colour share no dynamic body and can be solved at once.
+// Gives each pair in contact a colour so that pairs of one colour share no dynamic body and can be solved at once. The
+// first contact of a pair carries its colour.
 //
-// Greedy: one contact after another takes the lowest colour that is free on both of its dynamic bodies, MAX_COLORS
-// (overflow) where none is. The order is that of the ranks in their world, taken class by class modulo 64, where the
+// Greedy: one pair after another takes the lowest colour that is free on both of its dynamic bodies, MAX_COLORS
+// (overflow) where none is. The order is that of the ranks of
+// their first contacts in their world, taken class by class modulo 64, where the
 // next class lies 39 places on (64 divided by the golden ratio): neighbours in the list, which share a body, lie far
 // apart in the order. So the parallel rounds of Jones and Plassmann (SIAM J. Sci. Comput. 14, 1993), which find the
 // same colours from the order as a priority, need no more of them than with random priorities (measured: fewer), and a
@@ -9,10 +11,10 @@
 #pragma once
 
 #include <algorithm>
-#include <numeric>
 #include <vector>
 
 #include "cpu_reference/math.hpp"
+#include "cpu_reference/pair_contacts.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -22,8 +24,13 @@ inline u32 color_place(u32 rank) { return rank * 39u % 64u << 26 | rank >> 6; }
 
 template <class real>
 void color_contacts(Buffers<real>& buffers, const StepParams<real>&) {
-  std::vector<u32> order(buffers.counters[COUNTER_CONTACTS]);
-  std::iota(order.begin(), order.end(), 0u);
+  std::vector<u32> order;
+  for (u32 i = 0; i < buffers.counters[COUNTER_CONTACTS]; ++i) {
+    if (pair_contact_count(buffers, i) > 0)
+      order.push_back(i);
+    else
+      buffers.contact_colors[i] = COLOR_OF_FIRST;
+  }
   std::sort(order.begin(), order.end(), [&](u32 i, u32 j) {
     const u32 place_i = color_place(buffers.contacts[i].rank), place_j = color_place(buffers.contacts[j].rank);
     return place_i != place_j ? place_i < place_j : i < j;  // equal only in worlds that do not meet

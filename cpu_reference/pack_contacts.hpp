@@ -1,14 +1,17 @@
-// Sorts the contacts by colour and lays them into blocks of PACK lanes.
+// Sorts the pairs in contact by colour and lays them into blocks of PACK lanes.
 //
-// In a colour they stand by index, and each colour starts a block; a contact without a colour gets the first lane of a
-// block of its own. Lanes that are left over read the null body and solve nothing. A contact is `central` where neither
-// body, if it moves, can tell the direction of its arm from the normal: isotropic inertia, shape at the centre of mass.
+// In a colour those with more points come first, of equal ones the first in the list, and each colour starts a block; a
+// pair without a colour gets the first lane of a block of its own. Row k of a block holds the k-th contact of each
+// lane, so that a block has as many rows as its first pair has contacts. Lanes that are left over read the null body
+// and solve nothing. A pair is `central` where neither body, if it moves, can tell the direction of its arm from the
+// normal: isotropic inertia, shape at the centre of mass.
 #pragma once
 
 #include <algorithm>
 #include <array>
 
 #include "cpu_reference/math.hpp"
+#include "cpu_reference/pair_contacts.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -20,47 +23,74 @@ bool is_central(const Buffers<real>& buffers, u32 body, u32 shape) {
          (info.isotropic != 0 && (buffers.shape_infos[shape].flags & SHAPE_IS_CENTRAL) != 0);
 }
 
-template <class real>
-void pack_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
-  auto& counters = buffers.counters;
-  const u32 contact_count = counters[COUNTER_CONTACTS];
+/// Numbers by colour and number of points.
+using PackTable = std::array<std::array<u32, MANIFOLD_POINTS + 1>, MAX_COLORS + 1>;
 
-  std::array<u32, MAX_COLORS + 1> sizes = {};
-  for (u32 i = 0; i < contact_count; ++i) ++sizes[buffers.contact_colors[i]];
-  u32 blocks = 0, colors = 0, large_colors = 0;
-  for (u32 color = 0; color < MAX_COLORS; ++color) {
-    buffers.color_starts[color] = blocks;
-    const u32 size = (sizes[color] + PACK - 1) / PACK;
-    blocks += size;
-    if (size > 0) colors = color + 1;
-    if (size >= LARGE_COLOR) large_colors = color + 1;
+/// Lanes from one pair to the next.
+inline u32 pack_stride(u32 color) { return color == MAX_COLORS ? PACK : 1; }
+
+/// Where each colour starts, and what counts tell of it; returns the first slot of each sort of pairs.
+template <class real>
+PackTable pack_lay_out(Buffers<real>& buffers, const StepParams<real>& params, const PackTable& sizes) {
+  auto& counters = buffers.counters;
+  PackTable first_slots = {};
+  u32 block = 0, rows = 0, colors = 0, large_colors = 0;
+  for (u32 color = 0; color <= MAX_COLORS; ++color) {
+    buffers.color_starts[color] = block;
+    u32 slot = block * PACK;
+    for (u32 points = MANIFOLD_POINTS; points > 0; --points) {
+      first_slots[color][points] = slot;
+      for (u32 i = 0; i < sizes[color][points]; ++i, slot += pack_stride(color)) rows += slot % PACK == 0 ? points : 0;
+    }
+    const u32 size = (slot + PACK - 1) / PACK - block;
+    block += size;
+    if (color == MAX_COLORS) counters[COUNTER_OVERFLOW] = size;
+    if (color < MAX_COLORS && size > 0) colors = color + 1;
+    if (color < MAX_COLORS && size >= LARGE_COLOR) large_colors = color + 1;
   }
-  buffers.color_starts[MAX_COLORS] = blocks;
-  blocks += sizes[MAX_COLORS];
-  buffers.color_starts[MAX_COLORS + 1] = blocks;
+  buffers.color_starts[MAX_COLORS + 1] = block;
 
   counters[COUNTER_COLORS] = colors;
   counters[COUNTER_LARGE_COLORS] = large_colors;
-  counters[COUNTER_OVERFLOW] = sizes[MAX_COLORS];
-  counters[COUNTER_BLOCKS_NEEDED] = blocks;
-  counters[COUNTER_BLOCKS] = std::min(blocks, params.block_capacity);
-  if (blocks > params.block_capacity) counters[COUNTER_STATUS] |= STATUS_BLOCKS_FULL;
+  counters[COUNTER_BLOCKS_NEEDED] = block;
+  counters[COUNTER_BLOCKS] = std::min(block, params.block_capacity);
+  counters[COUNTER_ROWS_NEEDED] = rows;
+  counters[COUNTER_ROWS] = std::min(rows, params.row_capacity);
+  if (block > params.block_capacity) counters[COUNTER_STATUS] |= STATUS_BLOCKS_FULL;
+  if (rows > params.row_capacity) counters[COUNTER_STATUS] |= STATUS_ROWS_FULL;
+  return first_slots;
+}
 
-  for (u32 block = 0; block < counters[COUNTER_BLOCKS]; ++block) {
+template <class real>
+void pack_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
+  const u32 contact_count = buffers.counters[COUNTER_CONTACTS];
+  PackTable sizes = {};
+  for (u32 i = 0; i < contact_count; ++i) {
+    const u32 count = pair_contact_count(buffers, i);
+    if (count > 0) ++sizes[buffers.contact_colors[i]][count];
+  }
+  PackTable slots = pack_lay_out(buffers, params, sizes);
+
+  const u32 blocks = buffers.counters[COUNTER_BLOCKS];
+  for (u32 block = 0; block < blocks; ++block) {
     BlockBodies& bodies = buffers.block_bodies[block];
     std::fill_n(bodies.body_a, PACK, params.bodies);
     std::fill_n(bodies.body_b, PACK, params.bodies);
     std::fill_n(bodies.kind, PACK, u32{BLOCK_PADDING});
     std::fill_n(bodies.contact, PACK, NONE);
+    std::fill_n(bodies.count, PACK, 0u);
   }
 
-  std::array<u32, MAX_COLORS + 1> placed = {};
   for (u32 i = 0; i < contact_count; ++i) {
+    const u32 count = pair_contact_count(buffers, i);
+    if (count == 0) continue;
     const u32 color = buffers.contact_colors[i];
-    const u32 place = placed[color]++;
-    const u32 slot = buffers.color_starts[color] * PACK + (color == MAX_COLORS ? place * PACK : place);
-    buffers.contact_slots[i] = slot;
-    if (slot / PACK >= params.block_capacity) continue;
+    const u32 slot = slots[color][count];
+    slots[color][count] += pack_stride(color);
+    if (slot / PACK >= blocks) {
+      std::fill_n(buffers.contact_slots.begin() + i, count, NONE);
+      continue;
+    }
     const Contact& contact = buffers.contacts[i];
     const bool central =
         is_central(buffers, contact.body_a, contact.shape_a) && is_central(buffers, contact.body_b, contact.shape_b);
@@ -69,6 +99,18 @@ void pack_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
     bodies.body_b[slot % PACK] = contact.body_b;
     bodies.kind[slot % PACK] = central ? BLOCK_CENTRAL : BLOCK_GENERAL;
     bodies.contact[slot % PACK] = i;
+    bodies.count[slot % PACK] = count;
+  }
+
+  u32 row = 0;
+  for (u32 block = 0; block < blocks; ++block) {
+    const BlockBodies& bodies = buffers.block_bodies[block];
+    buffers.block_rows[block] = {row, bodies.count[0]};
+    for (u32 lane = 0; lane < PACK; ++lane) {
+      for (u32 k = 0; k < bodies.count[lane]; ++k)
+        buffers.contact_slots[bodies.contact[lane] + k] = (row + k) * PACK + lane;
+    }
+    row += bodies.count[0];
   }
 }
 

@@ -72,8 +72,8 @@ ContactImpulse<real> start_impulse(const Buffers<real>& buffers, const StepParam
 
 template <class real>
 void prepare_contact(const Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies, u32 lane,
-                     ContactBlock<real>& block, ImpulseBlock<real>& impulses) {
-  const u32 i = bodies.contact[lane], a = bodies.body_a[lane], b = bodies.body_b[lane];
+                     u32 k, ContactBlock<real>& block, ImpulseBlock<real>& impulses) {
+  const u32 i = bodies.contact[lane] + k, a = bodies.body_a[lane], b = bodies.body_b[lane];
   const Contact& contact = buffers.contacts[i];
   const ShapeInfo &info_a = buffers.shape_infos[contact.shape_a], &info_b = buffers.shape_infos[contact.shape_b];
   const Pose<real> pose_a = make_pose(buffers.positions[a], buffers.orientations[a]);
@@ -145,11 +145,14 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
   if (step_is_void(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
     const BlockBodies& bodies = buffers.block_bodies[block];
-    for (u32 lane = 0; lane < PACK; ++lane) {
-      if (bodies.kind[lane] == BLOCK_PADDING)
-        clear_lane(buffers.contact_blocks[block], buffers.impulse_blocks[block], lane);
-      else
-        prepare_contact(buffers, params, bodies, lane, buffers.contact_blocks[block], buffers.impulse_blocks[block]);
+    for (u32 k = 0; k < buffers.block_rows[block].count; ++k) {
+      const u32 row = buffers.block_rows[block].first + k;
+      for (u32 lane = 0; lane < PACK; ++lane) {
+        if (k < bodies.count[lane])
+          prepare_contact(buffers, params, bodies, lane, k, buffers.contact_blocks[row], buffers.impulse_blocks[row]);
+        else
+          clear_lane(buffers.contact_blocks[row], buffers.impulse_blocks[row], lane);
+      }
     }
   }
 }

@@ -1,5 +1,5 @@
 // Solves the contact problem by sweeps of blocked projected Gauss-Seidel (cpu_reference/visit_contact.hpp) in the fixed
-// order of colours: contacts of one colour share no movable body, so that their order within it cannot matter.
+// order of colours: pairs of one colour share no movable body, so that their order within it cannot matter.
 #pragma once
 
 #include "cpu_reference/visit_contact.hpp"
@@ -10,9 +10,8 @@ template <class real>
 void solve_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
   if (step_is_void(buffers.counters)) return;
   for (u32 sweep = 0; sweep < params.iterations; ++sweep) {
-    for_each_contact_slot(buffers, [&](u32 block, u32 lane) {
-      const BlockBodies& bodies = buffers.block_bodies[block];
-      visit_contact(buffers.contact_blocks[block], buffers.impulse_blocks[block], bodies.kind[lane], lane,
+    for_each_contact_slot(buffers, [&](const BlockBodies& bodies, u32 row, u32 lane) {
+      visit_contact(buffers.contact_blocks[row], buffers.impulse_blocks[row], bodies.kind[lane], lane,
                     buffers.motions[bodies.body_a[lane]], buffers.motions[bodies.body_b[lane]]);
     });
   }

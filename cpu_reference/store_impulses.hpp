@@ -12,9 +12,9 @@ void store_impulses(Buffers<real>& buffers, const StepParams<real>&) {
   const u32 count = buffers.counters[COUNTER_CONTACTS];
   buffers.cached_count[0] = count;
   for (u32 i = 0; i < count; ++i) {
-    const u32 block = buffers.contact_slots[i] / PACK, lane = buffers.contact_slots[i] % PACK;
-    const ContactFrame<real> c = contact_frame(buffers.contact_blocks[block], lane);
-    const ConeVector<real> r = impulse_of(buffers.impulse_blocks[block], lane);
+    const u32 row = buffers.contact_slots[i] / PACK, lane = buffers.contact_slots[i] % PACK;
+    const ContactFrame<real> c = contact_frame(buffers.contact_blocks[row], lane);
+    const ConeVector<real> r = impulse_of(buffers.impulse_blocks[row], lane);
     const Vec3<real> t = add3(scale3(r.tangent_1, c.tangent_1), scale3(r.tangent_2, c.tangent_2));
     const Contact& contact = buffers.contacts[i];
     buffers.cached_keys[i] = {contact.shape_a, contact.shape_b, contact.feature, 0};

@@ -1,5 +1,5 @@
 // The visit of one contact, what the solver's sweeps and the warm start share. kernels/visit_contact.h is the twin,
-// LANES contacts at a time.
+// LANES pairs of shapes at a time.
 //
 // Blocked projected Gauss-Seidel (survey 4.3; Jourdan, Alart, Jean 1998): with the impulses of all others held,
 //   u = relative velocity at the contact point,  q = u + bias n - W r_old,
@@ -87,13 +87,14 @@ void visit_contact(const ContactBlock<real>& block, ImpulseBlock<real>& impulses
   push(c, kind, {r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2}, a, b);
 }
 
-/// Calls visit(block, lane) for every contact, colour after colour and overflow block after overflow block: as blocks
-/// are laid out in that order, simply one after another.
+/// Calls visit(bodies, row, lane) for every contact, colour after colour and overflow block after overflow block: as
+/// blocks are laid out in that order, simply one after another; the contacts of a pair one after another too.
 template <class real, class Visit>
 void for_each_contact_slot(const Buffers<real>& buffers, Visit&& visit) {
   for (u32 block = 0; block < buffers.color_starts[MAX_COLORS + 1]; ++block) {
+    const BlockBodies& bodies = buffers.block_bodies[block];
     for (u32 lane = 0; lane < PACK; ++lane) {
-      if (buffers.block_bodies[block].kind[lane] != BLOCK_PADDING) visit(block, lane);
+      for (u32 k = 0; k < bodies.count[lane]; ++k) visit(bodies, buffers.block_rows[block].first + k, lane);
     }
   }
 }

@@ -9,10 +9,9 @@ namespace lockstep::reference {
 template <class real>
 void warm_start(Buffers<real>& buffers, const StepParams<real>&) {
   if (step_is_void(buffers.counters)) return;
-  for_each_contact_slot(buffers, [&](u32 block, u32 lane) {
-    const BlockBodies& bodies = buffers.block_bodies[block];
-    push(contact_frame(buffers.contact_blocks[block], lane), bodies.kind[lane],
-         impulse_of(buffers.impulse_blocks[block], lane), buffers.motions[bodies.body_a[lane]],
+  for_each_contact_slot(buffers, [&](const BlockBodies& bodies, u32 row, u32 lane) {
+    push(contact_frame(buffers.contact_blocks[row], lane), bodies.kind[lane],
+         impulse_of(buffers.impulse_blocks[row], lane), buffers.motions[bodies.body_a[lane]],
          buffers.motions[bodies.body_b[lane]]);
   });
 }

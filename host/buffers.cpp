@@ -73,6 +73,7 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::cached: return sizes.contacts;
     case Domain::colors: return MAX_COLORS + 2;
     case Domain::blocks: return sizes.blocks;
+    case Domain::rows: return sizes.rows;
     case Domain::touches: return sizes.pairs;
     case Domain::events: return std::size_t{sizes.pairs} * 2;  // each pair that touches, and each that did
     case Domain::rays: return sizes.rays;
@@ -89,6 +90,7 @@ std::size_t live(Domain domain, const Sizes& sizes, std::span<const u32> counter
     case Domain::pair_ends: return std::min<std::size_t>(counters[COUNTER_PAIRS], sizes.pairs) + 1;
     case Domain::contacts: return std::min(counters[COUNTER_CONTACTS], sizes.contacts);
     case Domain::blocks: return std::min(counters[COUNTER_BLOCKS], sizes.blocks);
+    case Domain::rows: return std::min(counters[COUNTER_ROWS], sizes.rows);
     case Domain::cached: return std::min(cached_count, sizes.contacts);
     case Domain::events: return std::min<std::size_t>(counters[COUNTER_EVENTS], capacity(domain, sizes));
     default: return capacity(domain, sizes);

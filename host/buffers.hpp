@@ -36,6 +36,7 @@ enum class Domain : u32 {
   contacts,
   colors,
   blocks,
+  rows,
   cached,
   touches,
   events,
@@ -81,7 +82,7 @@ struct Buffers {
 struct Sizes {
   u32 worlds = 0, bodies = 0, shapes = 0, planes = 0, material_pairs = 0, buckets = 0;
   u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0;
-  u32 pairs = 0, contacts = 0, blocks = 0;
+  u32 pairs = 0, contacts = 0, blocks = 0, rows = 0;
   u32 rays = 0, volumes = 0, overlaps = 0;
 
   bool operator==(const Sizes&) const = default;

@@ -71,10 +71,12 @@ void Simulation<real>::step() {
     if (status & STATUS_PAIRS_FULL) sizes.pairs = roomier(sizes.pairs, counters_[COUNTER_PAIRS_NEEDED]);
     if (status & STATUS_CONTACTS_FULL) sizes.contacts = roomier(sizes.contacts, counters_[COUNTER_CONTACTS_NEEDED]);
     if (status & STATUS_BLOCKS_FULL) sizes.blocks = roomier(sizes.blocks, counters_[COUNTER_BLOCKS_NEEDED]);
+    if (status & STATUS_ROWS_FULL) sizes.rows = roomier(sizes.rows, counters_[COUNTER_ROWS_NEEDED]);
     backend_->grow(sizes);
     params_.pair_capacity = sizes.pairs;
     params_.contact_capacity = sizes.contacts;
     params_.block_capacity = sizes.blocks;
+    params_.row_capacity = sizes.rows;
     ++redone_;
   }
   refuse_trouble(*backend_, counters_, steps_done_);

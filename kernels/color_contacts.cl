@@ -1,9 +1,11 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Gives each contact a colour so that contacts of one colour share no dynamic body (cpu_reference/color_contacts.hpp).
+// Gives each pair in contact a colour so that pairs of one colour share no dynamic body
+// (cpu_reference/color_contacts.hpp).
 // Two ways to the same colours: one work-item a world, in order, for a device with few threads; and for one with
 // thousands the rounds of Jones and Plassmann, where a contact bids on its dynamic bodies with its priority, and one
 // that is the highest bidder of both takes the lowest colour that is free in both.
 #include "common.h"
+#include "pair_contacts.h"
 #include "types.h"
 
 #define COLOR_CLASS_BITS 6u
@@ -62,6 +64,10 @@ kernel void color_worlds(const StepParams params, global const WorldRange* world
     const u32 end = color_first_contact(world + 1u, counters[COUNTER_CONTACTS], contacts);
     for (u32 place = 0u; place < COLOR_CLASSES; ++place) {
       for (u32 i = first + color_class(place); i < end; i += COLOR_CLASSES) {
+        if (!pair_contact_is_first(contacts, i)) {
+          contact_colors[i] = COLOR_OF_FIRST;
+          continue;
+        }
         const u32 a = contacts[i].body_a, b = contacts[i].body_b;
         const bool dynamic_a = body_infos[a].kind == BODY_DYNAMIC, dynamic_b = body_infos[b].kind == BODY_DYNAMIC;
         const u32 color = color_lowest_free(a, dynamic_a, b, dynamic_b, body_colors);
@@ -117,14 +123,16 @@ static inline u32 color_bid(u32 round, u32 first, u32 stride, u32 count, u32 bod
   return lost;
 }
 
-kernel void color_start(const StepParams params, global u32* body_colors, global u32* contact_colors,
-                        global u32* color_bids, global u32* color_rounds, global const u32* counters) {
+kernel void color_start(const StepParams params, global const Contact* contacts, global u32* body_colors,
+                        global u32* contact_colors, global u32* color_bids, global u32* color_rounds,
+                        global const u32* counters) {
   if (get_global_id(0) == 0) color_rounds[0] = 0u;
   FOR_EACH(i, 2u * params.bodies) {
     body_colors[i] = 0u;
     color_bids[i] = 0u;
   }
-  FOR_EACH(i, counters[COUNTER_CONTACTS]) contact_colors[i] = NONE;
+  FOR_EACH(i, counters[COUNTER_CONTACTS])
+  contact_colors[i] = pair_contact_is_first(contacts, i) ? NONE : COLOR_OF_FIRST;
 }
 
 // color_rounds: one more than the last round that somebody lost.

@@ -190,6 +190,9 @@ static inline Lane3 lane_make3(lane x, lane y, lane z) {
 static inline Lane3 lane_add3(Lane3 a, Lane3 b) { return lane_make3(a.x + b.x, a.y + b.y, a.z + b.z); }
 static inline Lane3 lane_sub3(Lane3 a, Lane3 b) { return lane_make3(a.x - b.x, a.y - b.y, a.z - b.z); }
 static inline Lane3 lane_scale3(lane s, Lane3 a) { return lane_make3(s * a.x, s * a.y, s * a.z); }
+static inline Lane3 lane_select3(lane_mask mask, Lane3 a, Lane3 b) {
+  return lane_make3(mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z);
+}
 static inline lane lane_dot3(Lane3 a, Lane3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 static inline Lane3 lane_cross3(Lane3 a, Lane3 b) {
   return lane_make3(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);

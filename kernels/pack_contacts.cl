@@ -1,48 +1,78 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Sorts the contacts by colour, in a colour by index, and lays them into blocks (cpu_reference/pack_contacts.hpp).
-// A counting sort over chunks of CHUNK contacts: pack_counts holds, colour by colour, a word a chunk.
+// Sorts the pairs in contact by colour and by number of points, in the order of the list, and lays them into blocks
+// (cpu_reference/pack_contacts.hpp). A counting sort over chunks of CHUNK contacts: pack_counts holds, key by key, a
+// word a chunk. A key is a colour and a class, that of the pairs with most points first.
 #include "common.h"
+#include "pair_contacts.h"
 #include "types.h"
 
+#if FEATURE_MANIFOLDS
+#define PACK_CLASSES MANIFOLD_POINTS
+#else
+#define PACK_CLASSES 1u
+#endif
 #define PACK_COLORS (MAX_COLORS + 1u)  // the last is the overflow
+#define PACK_KEYS (PACK_COLORS * PACK_CLASSES)
 #define PACK_CHUNKS(counters) ((counters)[COUNTER_CONTACTS] / CHUNK + 1u)
 
-static inline void pack_count_chunk(u32 chunk, u32 chunks, u32 contact_count, global const u32* contact_colors,
-                                    global u32* pack_counts) {
-  for (u32 color = 0u; color < PACK_COLORS; ++color) pack_counts[color * chunks + chunk] = 0u;
+static inline u32 pack_key(u32 color, u32 count) { return color * PACK_CLASSES + (PACK_CLASSES - count); }
+
+static inline void pack_count_chunk(u32 chunk, u32 chunks, u32 contact_count, global const Contact* contacts,
+                                    global const u32* contact_colors, global u32* pack_counts) {
+  for (u32 key = 0u; key < PACK_KEYS; ++key) pack_counts[key * chunks + chunk] = 0u;
   const u32 end = min((chunk + 1u) * CHUNK, contact_count);
-  for (u32 i = chunk * CHUNK; i < end; ++i) ++pack_counts[contact_colors[i] * chunks + chunk];
+  for (u32 i = chunk * CHUNK; i < end; ++i) {
+    const u32 count = pair_contact_count(contacts, i, contact_count);
+    if (count > 0u) ++pack_counts[pack_key(contact_colors[i], count) * chunks + chunk];
+  }
 }
 
-// From the scanned counts: where every colour starts, and what to add to the rank of a contact in the sorted order to
-// find its slot (of an overflow contact: its block).
-static inline void pack_lay_out(u32 contact_count, u32 chunks, u32 block_capacity, global const u32* pack_counts,
-                                global u32* pack_offsets, global u32* color_starts, global u32* counters) {
-  u32 block = 0u, colors = 0u, large_colors = 0u;
-  for (u32 color = 0u; color < MAX_COLORS; ++color) {
-    const u32 first = pack_counts[color * chunks];
-    const u32 size = pack_counts[(color + 1u) * chunks] - first;
+static inline u32 pack_blocks(u32 slots) { return (slots + PACK - 1u) / PACK; }
+
+// Lanes from one pair to the next.
+static inline u32 pack_stride(u32 color) { return color == MAX_COLORS ? PACK : 1u; }
+
+// From the scanned counts: where every colour starts; what to add to the place of a pair in the sorted order to find
+// its slot (of an overflow pair: its block); and what to add to the rows of a block's number of blocks to find its
+// first.
+static inline void pack_lay_out(u32 chunks, const StepParams params, global const u32* pack_counts,
+                                global u32* pack_offsets, global u32* pack_rows, global u32* color_starts,
+                                global u32* counters) {
+  u32 block = 0u, row = 0u, colors = 0u, large_colors = 0u;
+  for (u32 color = 0u; color < PACK_COLORS; ++color) {
+    const u32 stride = pack_stride(color);
     color_starts[color] = block;
-    pack_offsets[color] = block * PACK - first;
-    block += (size + PACK - 1u) / PACK;
-    if (size > 0u) colors = color + 1u;
-    if (size > (LARGE_COLOR - 1u) * PACK) large_colors = color + 1u;
+    u32 slot = block * PACK;
+    u32 first = pack_counts[color * PACK_CLASSES * chunks];
+    if (first == pack_counts[(color + 1u) * PACK_CLASSES * chunks]) continue;
+    for (u32 key = color * PACK_CLASSES; key < (color + 1u) * PACK_CLASSES; ++key) {
+      const u32 points = (color + 1u) * PACK_CLASSES - key, end = pack_counts[(key + 1u) * chunks];
+      pack_offsets[key] = slot / stride - first;
+      pack_rows[key] = row - pack_blocks(slot) * points;
+      const u32 next_slot = slot + (end - first) * stride;
+      row += (pack_blocks(next_slot) - pack_blocks(slot)) * points;
+      slot = next_slot;
+      first = end;
+    }
+    const u32 size = pack_blocks(slot) - block;
+    block += size;
+    if (color < MAX_COLORS) colors = color + 1u;
+    if (color < MAX_COLORS && size >= LARGE_COLOR) large_colors = color + 1u;
   }
-  const u32 first = pack_counts[MAX_COLORS * chunks];
-  color_starts[MAX_COLORS] = block;
-  pack_offsets[MAX_COLORS] = block - first;
-  block += contact_count - first;
-  color_starts[MAX_COLORS + 1u] = block;
+  color_starts[PACK_COLORS] = block;
 
   counters[COUNTER_COLORS] = colors;
   counters[COUNTER_LARGE_COLORS] = large_colors;
-  counters[COUNTER_OVERFLOW] = contact_count - first;
+  counters[COUNTER_OVERFLOW] = block - color_starts[MAX_COLORS];
   counters[COUNTER_BLOCKS_NEEDED] = block;
-  counters[COUNTER_BLOCKS] = min(block, block_capacity);
-  if (block > block_capacity) counters[COUNTER_STATUS] |= STATUS_BLOCKS_FULL;
+  counters[COUNTER_BLOCKS] = min(block, params.block_capacity);
+  counters[COUNTER_ROWS_NEEDED] = row;
+  counters[COUNTER_ROWS] = min(row, params.row_capacity);
+  if (block > params.block_capacity) counters[COUNTER_STATUS] |= STATUS_BLOCKS_FULL;
+  if (row > params.row_capacity) counters[COUNTER_STATUS] |= STATUS_ROWS_FULL;
 }
 
-static inline void pack_write(u32 slot, u32 block_capacity, u32 body_a, u32 body_b, u32 kind, u32 contact,
+static inline void pack_write(u32 slot, u32 block_capacity, u32 body_a, u32 body_b, u32 kind, u32 contact, u32 count,
                               global BlockBodies* block_bodies) {
   if (slot / PACK >= block_capacity) return;
   global BlockBodies* block = block_bodies + slot / PACK;
@@ -50,23 +80,24 @@ static inline void pack_write(u32 slot, u32 block_capacity, u32 body_a, u32 body
   block->body_b[slot % PACK] = body_b;
   block->kind[slot % PACK] = kind;
   block->contact[slot % PACK] = contact;
+  block->count[slot % PACK] = count;
 }
 
-// Lanes that no contact fills: the end of each colour, and all but the first lane of the overflow blocks.
+// Lanes that no pair fills: the end of each colour, and all but the first lane of the overflow blocks.
 static inline void pack_pad(u32 first, u32 stride, u32 chunks, u32 bodies, u32 block_capacity,
                             global const u32* pack_counts, global const u32* color_starts,
                             global BlockBodies* block_bodies) {
   for (u32 i = first; i < MAX_COLORS * PACK; i += stride) {
     const u32 color = i / PACK;
-    const u32 size = pack_counts[(color + 1u) * chunks] - pack_counts[color * chunks];
+    const u32 size = pack_counts[(color + 1u) * PACK_CLASSES * chunks] - pack_counts[color * PACK_CLASSES * chunks];
     const u32 used = color_starts[color] * PACK + size;
     const u32 slot = used + i % PACK;
     if (slot < color_starts[color + 1u] * PACK)
-      pack_write(slot, block_capacity, bodies, bodies, BLOCK_PADDING, NONE, block_bodies);
+      pack_write(slot, block_capacity, bodies, bodies, BLOCK_PADDING, NONE, 0u, block_bodies);
   }
   for (u32 slot = color_starts[MAX_COLORS] * PACK + first; slot < color_starts[MAX_COLORS + 1u] * PACK;
        slot += stride) {
-    if (slot % PACK != 0u) pack_write(slot, block_capacity, bodies, bodies, BLOCK_PADDING, NONE, block_bodies);
+    if (slot % PACK != 0u) pack_write(slot, block_capacity, bodies, bodies, BLOCK_PADDING, NONE, 0u, block_bodies);
   }
 }
 
@@ -76,38 +107,59 @@ static inline u32 pack_is_central(u32 body, u32 shape, global const BodyInfo* bo
   return body_infos[body].isotropic & shape_infos[shape].flags & SHAPE_IS_CENTRAL;
 }
 
+// The pairs of a chunk, and the rows of the blocks that they begin.
 static inline void pack_place_chunk(u32 chunk, u32 chunks, u32 contact_count, u32 block_capacity,
                                     global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                                     global const Contact* contacts, global const u32* contact_colors,
-                                    global const u32* pack_offsets, global u32* pack_counts, global u32* contact_slots,
-                                    global BlockBodies* block_bodies) {
+                                    global const u32* pack_offsets, global const u32* pack_rows,
+                                    global u32* pack_counts, global u32* contact_slots,
+                                    global BlockBodies* block_bodies, global BlockRows* block_rows) {
   const u32 end = min((chunk + 1u) * CHUNK, contact_count);
   for (u32 i = chunk * CHUNK; i < end; ++i) {
-    const u32 color = contact_colors[i];
-    const u32 place = pack_counts[color * chunks + chunk]++ + pack_offsets[color];
-    const u32 slot = color == MAX_COLORS ? place * PACK : place;
+    const u32 count = pair_contact_count(contacts, i, contact_count);
+    if (count == 0u) continue;
+    const u32 color = contact_colors[i], key = pack_key(color, count);
+    const u32 slot = (pack_counts[key * chunks + chunk]++ + pack_offsets[key]) * pack_stride(color);
+    if (slot / PACK >= block_capacity) {
+      for (u32 k = 0u; k < count; ++k) contact_slots[i + k] = NONE;
+      continue;
+    }
     const Contact c = contacts[i];
     const u32 central = pack_is_central(c.body_a, c.shape_a, body_infos, shape_infos) &
                         pack_is_central(c.body_b, c.shape_b, body_infos, shape_infos);
-    contact_slots[i] = slot;
-    pack_write(slot, block_capacity, c.body_a, c.body_b, central != 0u ? BLOCK_CENTRAL : BLOCK_GENERAL, i,
+    pack_write(slot, block_capacity, c.body_a, c.body_b, central != 0u ? BLOCK_CENTRAL : BLOCK_GENERAL, i, count,
                block_bodies);
+    if (slot % PACK == 0u) {
+      block_rows[slot / PACK].first = pack_rows[key] + slot / PACK * count;
+      block_rows[slot / PACK].count = count;
+    }
   }
 }
 
-kernel void pack_count(global const u32* contact_colors, global u32* pack_counts, global const u32* counters) {
+// Where the contacts of the pair in a slot stand.
+static inline void pack_find_contacts(u32 slot, global const BlockBodies* block_bodies,
+                                      global const BlockRows* block_rows, global u32* contact_slots) {
+  const u32 lane = slot % PACK;
+  global const BlockBodies* block = block_bodies + slot / PACK;
+  for (u32 k = 0u; k < block->count[lane]; ++k)
+    contact_slots[block->contact[lane] + k] = (block_rows[slot / PACK].first + k) * PACK + lane;
+}
+
+// ---- many work-groups ---------------------------------------------------------------------------------------------
+
+kernel void pack_count(global const Contact* contacts, global const u32* contact_colors, global u32* pack_counts,
+                       global const u32* counters) {
   const u32 chunks = PACK_CHUNKS(counters);
-  FOR_EACH(chunk, chunks) pack_count_chunk(chunk, chunks, counters[COUNTER_CONTACTS], contact_colors, pack_counts);
+  FOR_EACH(chunk, chunks)
+  pack_count_chunk(chunk, chunks, counters[COUNTER_CONTACTS], contacts, contact_colors, pack_counts);
 }
 
-// One work-group.
+// One work-group. The scan has put the number of all pairs behind the counts.
 kernel void pack_starts(const StepParams params, global const u32* pack_counts, global u32* pack_offsets,
-                        global u32* color_starts, global BlockBodies* block_bodies, global u32* counters) {
+                        global u32* pack_rows, global u32* color_starts, global BlockBodies* block_bodies,
+                        global u32* counters) {
   const u32 chunks = PACK_CHUNKS(counters), lane = (u32)get_local_id(0);
-  if (lane == 0u) {
-    pack_lay_out(counters[COUNTER_CONTACTS], chunks, params.block_capacity, pack_counts, pack_offsets, color_starts,
-                 counters);
-  }
+  if (lane == 0u) pack_lay_out(chunks, params, pack_counts, pack_offsets, pack_rows, color_starts, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
   pack_pad(lane, (u32)get_local_size(0), chunks, params.bodies, params.block_capacity, pack_counts, color_starts,
            block_bodies);
@@ -115,50 +167,61 @@ kernel void pack_starts(const StepParams params, global const u32* pack_counts, 
 
 kernel void pack_place(const StepParams params, global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                        global const Contact* contacts, global const u32* contact_colors, global const u32* pack_offsets,
-                       global u32* pack_counts, global u32* contact_slots, global BlockBodies* block_bodies,
-                       global const u32* counters) {
+                       global const u32* pack_rows, global u32* pack_counts, global u32* contact_slots,
+                       global BlockBodies* block_bodies, global BlockRows* block_rows, global const u32* counters) {
   const u32 chunks = PACK_CHUNKS(counters);
   FOR_EACH(chunk, chunks)
   pack_place_chunk(chunk, chunks, counters[COUNTER_CONTACTS], params.block_capacity, body_infos, shape_infos, contacts,
-                   contact_colors, pack_offsets, pack_counts, contact_slots, block_bodies);
+                   contact_colors, pack_offsets, pack_rows, pack_counts, contact_slots, block_bodies, block_rows);
 }
 
-// The whole stage in one work-group. An item scans the chunks of a colour.
+kernel void pack_find(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                      global u32* contact_slots, global const u32* counters) {
+  FOR_EACH(slot, counters[COUNTER_BLOCKS] * PACK) pack_find_contacts(slot, block_bodies, block_rows, contact_slots);
+}
+
+// ---- one work-group -----------------------------------------------------------------------------------------------
+
+// The whole stage. An item scans the counts of a colour.
 kernel void pack_small(const StepParams params, global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                        global const Contact* contacts, global const u32* contact_colors, global u32* pack_offsets,
-                       global u32* pack_counts, global u32* color_starts, global u32* contact_slots,
-                       global BlockBodies* block_bodies, global u32* counters) {
+                       global u32* pack_rows, global u32* pack_counts, global u32* color_starts,
+                       global u32* contact_slots, global BlockBodies* block_bodies, global BlockRows* block_rows,
+                       global u32* counters) {
   const u32 contact_count = counters[COUNTER_CONTACTS], chunks = PACK_CHUNKS(counters);
   const u32 lane = (u32)get_local_id(0), lanes = (u32)get_local_size(0);
   for (u32 chunk = lane; chunk < chunks; chunk += lanes)
-    pack_count_chunk(chunk, chunks, contact_count, contact_colors, pack_counts);
+    pack_count_chunk(chunk, chunks, contact_count, contacts, contact_colors, pack_counts);
   barrier(CLK_GLOBAL_MEM_FENCE);
 
+  const u32 words = PACK_CLASSES * chunks;  // of a colour
   for (u32 color = lane; color < PACK_COLORS; color += lanes) {
     u32 sum = 0u;
-    for (u32 chunk = 0u; chunk < chunks; ++chunk) sum += pack_counts[color * chunks + chunk];
+    for (u32 i = color * words; i < (color + 1u) * words; ++i) sum += pack_counts[i];
     pack_offsets[color] = sum;
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
   for (u32 color = lane; color < PACK_COLORS; color += lanes) {
     u32 sum = 0u;
     for (u32 before = 0u; before < color; ++before) sum += pack_offsets[before];
-    for (u32 chunk = 0u; chunk < chunks; ++chunk) {
-      const u32 size = pack_counts[color * chunks + chunk];
-      pack_counts[color * chunks + chunk] = sum;
+    for (u32 i = color * words; i < (color + 1u) * words; ++i) {
+      const u32 size = pack_counts[i];
+      pack_counts[i] = sum;
       sum += size;
     }
+    if (color == MAX_COLORS) pack_counts[PACK_COLORS * words] = sum;
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
 
-  if (lane == 0u) {
-    pack_lay_out(contact_count, chunks, params.block_capacity, pack_counts, pack_offsets, color_starts, counters);
-  }
+  if (lane == 0u) pack_lay_out(chunks, params, pack_counts, pack_offsets, pack_rows, color_starts, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
   pack_pad(lane, lanes, chunks, params.bodies, params.block_capacity, pack_counts, color_starts, block_bodies);
   barrier(CLK_GLOBAL_MEM_FENCE);
   for (u32 chunk = lane; chunk < chunks; chunk += lanes) {
     pack_place_chunk(chunk, chunks, contact_count, params.block_capacity, body_infos, shape_infos, contacts,
-                     contact_colors, pack_offsets, pack_counts, contact_slots, block_bodies);
+                     contact_colors, pack_offsets, pack_rows, pack_counts, contact_slots, block_bodies, block_rows);
   }
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  for (u32 slot = lane; slot < counters[COUNTER_BLOCKS] * PACK; slot += lanes)
+    pack_find_contacts(slot, block_bodies, block_rows, contact_slots);
 }

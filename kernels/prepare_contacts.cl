@@ -87,83 +87,100 @@ static inline void prepare_impulse(real normal, Vec3 tangent, Vec3 t1, Vec3 t2, 
   impulses->tangent_2[lane] = scale * tangent_2;
 }
 
+// The law of contact i between bodies a and b, in a lane of its row.
+static inline void prepare_contact(const StepParams params, u32 i, u32 central, u32 lane,
+                                   global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
+                                   global const MaterialPair* material_pairs, global const Contact* contacts,
+                                   global const ContactPoint* contact_points,
+                                   global const ContactImpulse* start_impulses, Pose pose_a, Pose pose_b,
+                                   Motion motion_a, Motion motion_b, Velocity old_a, Velocity old_b,
+                                   global ContactBlock* block, global ImpulseBlock* impulses) {
+  const Contact contact = contacts[i];
+  const ContactNow now = contact_now(contact_points + i, contact.normal, pose_a, pose_b);
+  const Vec3 n = now.normal;
+  Vec3 t1, t2;
+  tangents(n, &t1, &t2);
+  const Vec3 arm_a = central ? prepare_central_arm(motion_a.inverse_mass, n, now.arm_a) : now.arm_a;
+  const Vec3 arm_b = central ? prepare_central_arm(motion_b.inverse_mass, n, now.arm_b) : now.arm_b;
+
+  const real u_old = dot3(n, sub3(prepare_point_velocity(vec3(old_a.v), vec3(old_a.w), arm_a),
+                                  prepare_point_velocity(vec3(old_b.v), vec3(old_b.w), arm_b)));
+  const real u_free = dot3(n, sub3(prepare_point_velocity(vec3(motion_a.v), vec3(motion_a.w), arm_a),
+                                   prepare_point_velocity(vec3(motion_b.v), vec3(motion_b.w), arm_b)));
+  const WorldRange world = world_ranges[contact.world];
+  const MaterialPair pair =
+      material_pairs[world.first_material_pair + shape_infos[contact.shape_a].material * world.material_count +
+                     shape_infos[contact.shape_b].material];
+
+  // before the block is overwritten: from sub-step to sub-step the impulse comes from there
+  if (params.substep == 0u) {
+    const ContactImpulse start = start_impulses[i];
+    prepare_impulse(start.normal, make3(start.tangent_x, start.tangent_y, start.tangent_z), t1, t2, pair.friction, lane,
+                    impulses);
+  } else {
+    Vec3 old_t1, old_t2;
+    tangents(prepare_normal(block, lane), &old_t1, &old_t2);
+    const Vec3 tangent = add3(scale3(impulses->tangent_1[lane], old_t1), scale3(impulses->tangent_2[lane], old_t2));
+    prepare_impulse(impulses->normal[lane], tangent, t1, t2, pair.friction, lane, impulses);
+  }
+
+#if FEATURE_CONTINUOUS
+  const real restitution = contact.feature == CORE_FEATURE ? (real)0 : pair.restitution;
+#else
+  const real restitution = pair.restitution;
+#endif
+  prepare_write(lane, n, arm_a, arm_b, prepare_bias(params, now.gap, u_old, u_free, restitution), pair.friction, block);
+  const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
+  if (central) {
+    const real w_11 =
+        inverse_mass + dot3(arm_a, arm_a) * motion_a.inertia_xx + dot3(arm_b, arm_b) * motion_b.inertia_xx;
+    prepare_write_delassus(lane, inverse_mass, w_11, w_11, (real)0, (real)0, (real)0, block);
+  }
+#if FEATURE_GENERAL_CONTACTS
+  if (!central) {
+    prepare_write_delassus(lane, inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, n, n),
+                           inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, t1, t1),
+                           inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, t2, t2),
+                           prepare_share(motion_a, motion_b, arm_a, arm_b, n, t1),
+                           prepare_share(motion_a, motion_b, arm_a, arm_b, n, t2),
+                           prepare_share(motion_a, motion_b, arm_a, arm_b, t1, t2), block);
+  }
+#endif
+}
+
+static inline void prepare_padding(u32 lane, global ContactBlock* block, global ImpulseBlock* impulses) {
+  const Vec3 zero = make3((real)0, (real)0, (real)0);
+  prepare_write(lane, zero, zero, zero, (real)0, (real)0, block);
+  prepare_write_delassus(lane, (real)0, (real)0, (real)0, (real)0, (real)0, (real)0, block);
+  prepare_impulse((real)0, zero, zero, zero, (real)0, lane, impulses);
+}
+
 kernel void prepare_contacts(const StepParams params, global const WorldRange* world_ranges,
                              global const ShapeInfo* shape_infos, global const MaterialPair* material_pairs,
                              global const Vec4* positions, global const Vec4* orientations,
                              global const Motion* motions, global const Velocity* previous_velocities,
                              global const Contact* contacts, global const ContactPoint* contact_points,
                              global const ContactImpulse* start_impulses, global const BlockBodies* block_bodies,
-                             global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
-                             global const u32* counters) {
+                             global const BlockRows* block_rows, global ContactBlock* contact_blocks,
+                             global ImpulseBlock* impulse_blocks, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   FOR_EACH(slot, counters[COUNTER_BLOCKS] * PACK) {
     const u32 lane = slot % PACK;
     global const BlockBodies* bodies = block_bodies + slot / PACK;
-    global ContactBlock* block = contact_blocks + slot / PACK;
-    global ImpulseBlock* impulses = impulse_blocks + slot / PACK;
-    const Vec3 zero = make3((real)0, (real)0, (real)0);
-    if (bodies->kind[lane] == BLOCK_PADDING) {
-      prepare_write(lane, zero, zero, zero, (real)0, (real)0, block);
-      prepare_write_delassus(lane, (real)0, (real)0, (real)0, (real)0, (real)0, (real)0, block);
-      prepare_impulse((real)0, zero, zero, zero, (real)0, lane, impulses);
-      continue;
+    const BlockRows rows = block_rows[slot / PACK];
+    const u32 count = bodies->count[lane];
+    if (count > 0u) {
+      const u32 a = bodies->body_a[lane], b = bodies->body_b[lane];
+      const Pose pose_a = make_pose(positions[a], orientations[a]), pose_b = make_pose(positions[b], orientations[b]);
+      const Motion motion_a = motions[a], motion_b = motions[b];
+      const Velocity old_a = previous_velocities[a], old_b = previous_velocities[b];
+      for (u32 k = 0u; k < count; ++k) {
+        prepare_contact(params, bodies->contact[lane] + k, bodies->kind[lane] == BLOCK_CENTRAL, lane, world_ranges,
+                        shape_infos, material_pairs, contacts, contact_points, start_impulses, pose_a, pose_b, motion_a,
+                        motion_b, old_a, old_b, contact_blocks + rows.first + k, impulse_blocks + rows.first + k);
+      }
     }
-    const u32 i = bodies->contact[lane], a = bodies->body_a[lane], b = bodies->body_b[lane];
-    const Contact contact = contacts[i];
-    const ShapeInfo info_a = shape_infos[contact.shape_a], info_b = shape_infos[contact.shape_b];
-    const Pose pose_a = make_pose(positions[a], orientations[a]), pose_b = make_pose(positions[b], orientations[b]);
-    const ContactNow now = contact_now(contact_points + i, contact.normal, pose_a, pose_b);
-    const Motion motion_a = motions[a], motion_b = motions[b];
-    const u32 central = bodies->kind[lane] == BLOCK_CENTRAL;
-    const Vec3 n = now.normal;
-    Vec3 t1, t2;
-    tangents(n, &t1, &t2);
-    const Vec3 arm_a = central ? prepare_central_arm(motion_a.inverse_mass, n, now.arm_a) : now.arm_a;
-    const Vec3 arm_b = central ? prepare_central_arm(motion_b.inverse_mass, n, now.arm_b) : now.arm_b;
-
-    const Velocity old_a = previous_velocities[a], old_b = previous_velocities[b];
-    const real u_old = dot3(n, sub3(prepare_point_velocity(vec3(old_a.v), vec3(old_a.w), arm_a),
-                                    prepare_point_velocity(vec3(old_b.v), vec3(old_b.w), arm_b)));
-    const real u_free = dot3(n, sub3(prepare_point_velocity(vec3(motion_a.v), vec3(motion_a.w), arm_a),
-                                     prepare_point_velocity(vec3(motion_b.v), vec3(motion_b.w), arm_b)));
-    const WorldRange world = world_ranges[contact.world];
-    const MaterialPair pair =
-        material_pairs[world.first_material_pair + info_a.material * world.material_count + info_b.material];
-
-    // before the block is overwritten: from sub-step to sub-step the impulse comes from there
-    if (params.substep == 0u) {
-      const ContactImpulse start = start_impulses[i];
-      prepare_impulse(start.normal, make3(start.tangent_x, start.tangent_y, start.tangent_z), t1, t2, pair.friction,
-                      lane, impulses);
-    } else {
-      Vec3 old_t1, old_t2;
-      tangents(prepare_normal(block, lane), &old_t1, &old_t2);
-      const Vec3 tangent = add3(scale3(impulses->tangent_1[lane], old_t1), scale3(impulses->tangent_2[lane], old_t2));
-      prepare_impulse(impulses->normal[lane], tangent, t1, t2, pair.friction, lane, impulses);
-    }
-
-#if FEATURE_CONTINUOUS
-    const real restitution = contact.feature == CORE_FEATURE ? (real)0 : pair.restitution;
-#else
-    const real restitution = pair.restitution;
-#endif
-    prepare_write(lane, n, arm_a, arm_b, prepare_bias(params, now.gap, u_old, u_free, restitution), pair.friction,
-                  block);
-    const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
-    if (central) {
-      const real w_11 =
-          inverse_mass + dot3(arm_a, arm_a) * motion_a.inertia_xx + dot3(arm_b, arm_b) * motion_b.inertia_xx;
-      prepare_write_delassus(lane, inverse_mass, w_11, w_11, (real)0, (real)0, (real)0, block);
-    }
-#if FEATURE_GENERAL_CONTACTS
-    if (!central) {
-      prepare_write_delassus(lane, inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, n, n),
-                             inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, t1, t1),
-                             inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, t2, t2),
-                             prepare_share(motion_a, motion_b, arm_a, arm_b, n, t1),
-                             prepare_share(motion_a, motion_b, arm_a, arm_b, n, t2),
-                             prepare_share(motion_a, motion_b, arm_a, arm_b, t1, t2), block);
-    }
-#endif
+    for (u32 k = count; k < rows.count; ++k)
+      prepare_padding(lane, contact_blocks + rows.first + k, impulse_blocks + rows.first + k);
   }
 }

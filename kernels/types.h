@@ -25,8 +25,12 @@ typedef REAL real;
 
 // One constant width of every packed block, a multiple of every lane count (1, 8, 16).
 #define PACK 16u
-// Colours that contacts can share; a contact that finds none goes to the overflow blocks, solved one after another.
+// Colours that pairs in contact can share; one that finds none goes to the overflow blocks, solved one after another.
 #define MAX_COLORS 64u
+// The colour of a contact that is not the first of its pair: the pair has that of the first.
+#define COLOR_OF_FIRST (MAX_COLORS + 1u)
+// Points at which two shapes can touch.
+#define MANIFOLD_POINTS 4u
 // Blocks from which on a colour is worth a launch of its own.
 #define LARGE_COLOR 32u
 // Items that one work-item counts, scans or places in the list primitives.
@@ -86,7 +90,7 @@ enum Counter {
   COUNTER_CONTACTS = 2,      // contacts, at most the capacity
   COUNTER_BLOCKS = 3,        // packed blocks of all colours, at most the capacity
   COUNTER_COLORS = 4,        // colours in use (0 .. MAX_COLORS), overflow not counted
-  COUNTER_OVERFLOW = 5,      // contacts that no colour could hold
+  COUNTER_OVERFLOW = 5,      // pairs in contact that no colour could hold
   COUNTER_PAIRS_NEEDED = 6,  // what the three lists would have needed
   COUNTER_CONTACTS_NEEDED = 7,
   COUNTER_BLOCKS_NEEDED = 8,
@@ -96,7 +100,9 @@ enum Counter {
   COUNTER_BOX_PAIRS = 12,     // pairs of two boxes, for the next launch plan
   COUNTER_TOUCHES = 13,       // pairs of shapes that touch, sensors and what is in them among them
   COUNTER_EVENTS = 14,        // pairs that touch and did not, or the other way round
-  COUNTER_COUNT = 16
+  COUNTER_ROWS = 15,          // rows of PACK points in the blocks, at most the capacity
+  COUNTER_ROWS_NEEDED = 16,
+  COUNTER_COUNT = 17
 };
 
 enum StatusBit {
@@ -107,11 +113,12 @@ enum StatusBit {
   STATUS_BAD_FORCES = 16,    // integrate_velocities: a velocity is not finite or above the speed limit after the forces
   STATUS_BAD_CONTACTS = 32,  // integrate_positions: the same, after the contacts were solved
   STATUS_BAD_POSE = 64,      // integrate_positions or integrate_free_flight: a pose is not finite
-  STATUS_BAD_FLIGHT = 128    // integrate_free_flight: the same as STATUS_BAD_FORCES
+  STATUS_BAD_FLIGHT = 128,   // integrate_free_flight: the same as STATUS_BAD_FORCES
+  STATUS_ROWS_FULL = 256
 };
 // Any of these is found before a stage writes persistent state; the stages that do leave it alone, and the step is
 // redone with larger buffers.
-#define STATUS_FULL (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL | STATUS_BLOCKS_FULL)
+#define STATUS_FULL (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL | STATUS_BLOCKS_FULL | STATUS_ROWS_FULL)
 
 // ---- constant data of a scene ------------------------------------------------------------------------------------
 
@@ -301,7 +308,19 @@ enum HashedRecord {
 
 // ---- the packed constraint stream: canonical cones ----------------------------------------------------------------
 
-// Members of a block belong to one colour: no two share a movable body. The tangents are recomputed from the normal.
+// A block has PACK lanes, a pair in contact each. Its members belong to one colour: no two share a movable body.
+INDEX_RECORD(BlockBodies) {
+  u32 body_a[PACK], body_b[PACK];  // the null body (index bodies) for padding
+  u32 kind[PACK];                  // BlockKind
+  u32 contact[PACK];               // the first of the pair; NONE for padding
+  u32 count[PACK];                 // contacts of the pair; 0 for padding
+};
+
+// The rows of a block: row k, in contact_blocks and impulse_blocks, holds the k-th contact of each pair. Pairs of more
+// points come first, so that a block has as many rows as its first lane has points.
+INDEX_RECORD(BlockRows) { u32 first, count; };
+
+// A row of contacts. The tangents are recomputed from the normal.
 RECORD(ContactBlock) {
   real normal_x[PACK], normal_y[PACK], normal_z[PACK];  // world frame, from b to a
   real arm_a_x[PACK], arm_a_y[PACK], arm_a_z[PACK];  // from the centre of mass of a to the contact point, world frame
@@ -309,12 +328,6 @@ RECORD(ContactBlock) {
   real bias[PACK];      // m/s, added to the normal relative velocity: u_n + bias >= 0
   real friction[PACK];  // mu
   real w_nn[PACK], w_11[PACK], w_22[PACK], w_n1[PACK], w_n2[PACK], w_12[PACK];  // Delassus block, 1/kg
-};
-
-INDEX_RECORD(BlockBodies) {
-  u32 body_a[PACK], body_b[PACK];  // the null body (index bodies) for padding
-  u32 kind[PACK];                  // BlockKind
-  u32 contact[PACK];               // NONE for padding
 };
 
 RECORD(ImpulseBlock) { real normal[PACK], tangent_1[PACK], tangent_2[PACK]; };
@@ -340,7 +353,7 @@ RECORD(StepParams) {
   u32 gyroscopic;  // 0: none (left out), 1: at gyroscopic_theta
   u32 queries;     // rays or volumes of the query, outside of a step
   u32 overlap_capacity;
-  u32 pad;
+  u32 row_capacity;
 };
 
 #ifdef __cplusplus

@@ -1,4 +1,4 @@
-// The visit of LANES contacts of one colour: what the solver's sweeps and the warm start share.
+// The visit of LANES pairs in contact of one colour: what the solver's sweeps and the warm start share.
 // cpu_reference/visit_contact.hpp is the twin and states the method.
 #ifndef LOCKSTEP_VISIT_CONTACT_H
 #define LOCKSTEP_VISIT_CONTACT_H
@@ -16,10 +16,9 @@ typedef struct LaneBody {
 #endif
 } LaneBody;
 
-// The geometry of the contacts; masks `general` lanes.
+// The geometry of the contacts.
 typedef struct LaneContact {
   Lane3 normal, tangent_1, tangent_2, arm_a, arm_b;
-  lane_mask general;
 } LaneContact;
 
 static inline LaneBody lane_load_bodies(global const Motion* motions, global const u32* indices) {
@@ -55,7 +54,7 @@ static inline void lane_tangents(Lane3 n, Lane3* t1, Lane3* t2) {
   *t2 = lane_make3(b, sign + n.y * n.y * a, -n.y);
 }
 
-static inline LaneContact lane_contact(global const ContactBlock* block, global const BlockBodies* bodies, u32 first) {
+static inline LaneContact lane_contact(global const ContactBlock* block, u32 first) {
   LaneContact c;
   c.normal = lane_make3(LANE_LOAD(block->normal_x + first), LANE_LOAD(block->normal_y + first),
                         LANE_LOAD(block->normal_z + first));
@@ -64,7 +63,6 @@ static inline LaneContact lane_contact(global const ContactBlock* block, global 
   c.arm_b = lane_make3(LANE_LOAD(block->arm_b_x + first), LANE_LOAD(block->arm_b_y + first),
                        LANE_LOAD(block->arm_b_z + first));
   lane_tangents(c.normal, &c.tangent_1, &c.tangent_2);
-  c.general = LANE_MASK(LANE_LOAD_U32(bodies->kind + first) == (lane_u32)BLOCK_GENERAL);
   return c;
 }
 
@@ -87,31 +85,30 @@ static inline Lane3 lane_spin(LaneBody body, lane_mask general, Lane3 moment) {
 }
 
 // An impulse on a at the contact point, its opposite on b.
-static inline void lane_push(LaneContact c, LaneCone r, LaneBody* a, LaneBody* b) {
+static inline void lane_push(LaneContact c, lane_mask general, LaneCone r, LaneBody* a, LaneBody* b) {
   const Lane3 impulse = lane_add3(lane_add3(lane_scale3(r.normal, c.normal), lane_scale3(r.tangent_1, c.tangent_1)),
                                   lane_scale3(r.tangent_2, c.tangent_2));
   a->v = lane_add3(a->v, lane_scale3(a->inverse_mass, impulse));
-  a->w = lane_add3(a->w, lane_spin(*a, c.general, lane_cross3(c.arm_a, impulse)));
+  a->w = lane_add3(a->w, lane_spin(*a, general, lane_cross3(c.arm_a, impulse)));
   b->v = lane_sub3(b->v, lane_scale3(b->inverse_mass, impulse));
-  b->w = lane_sub3(b->w, lane_spin(*b, c.general, lane_cross3(c.arm_b, impulse)));
+  b->w = lane_sub3(b->w, lane_spin(*b, general, lane_cross3(c.arm_b, impulse)));
 }
 
-// One Gauss-Seidel visit of the contacts in lanes first .. first + LANES - 1 of a block.
-static inline void visit_contacts(u32 first, global const BlockBodies* bodies, global const ContactBlock* block,
-                                  global ImpulseBlock* impulses, global Motion* motions) {
-  const LaneContact c = lane_contact(block, bodies, first);
-  LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
+// One Gauss-Seidel visit of a row of contacts.
+static inline void visit_row(u32 first, lane_mask general, global const ContactBlock* block,
+                             global ImpulseBlock* impulses, LaneBody* a, LaneBody* b) {
+  const LaneContact c = lane_contact(block, first);
   const LaneCone old = lane_impulse(impulses, first);
   const lane friction = LANE_LOAD(block->friction + first), bias = LANE_LOAD(block->bias + first);
   const lane w_nn = LANE_LOAD(block->w_nn + first), w_11 = LANE_LOAD(block->w_11 + first);
 
-  const Lane3 u = lane_sub3(lane_add3(a.v, lane_cross3(a.w, c.arm_a)), lane_add3(b.v, lane_cross3(b.w, c.arm_b)));
+  const Lane3 u = lane_sub3(lane_add3(a->v, lane_cross3(a->w, c.arm_a)), lane_add3(b->v, lane_cross3(b->w, c.arm_b)));
   const lane u_n = lane_dot3(c.normal, u) + bias, u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
   const LaneCone q_central =
       lane_make_cone(u_n - w_nn * old.normal, u_1 - w_11 * old.tangent_1, u_2 - w_11 * old.tangent_2);
   LaneCone r = lane_solve_central(q_central, w_nn, w_11, friction);
 #if FEATURE_GENERAL_CONTACTS
-  if (LANE_ANY(c.general)) {
+  if (LANE_ANY(general)) {
     LaneDelassus w;
     w.nn = w_nn;
     w.t11 = w_11;
@@ -122,31 +119,74 @@ static inline void visit_contacts(u32 first, global const BlockBodies* bodies, g
     const LaneCone q = lane_make_cone(u_n - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),
                                       u_1 - (w.n1 * old.normal + w.t11 * old.tangent_1 + w.t12 * old.tangent_2),
                                       u_2 - (w.n2 * old.normal + w.t12 * old.tangent_1 + w.t22 * old.tangent_2));
-    r = lane_select_cone(c.general, lane_solve_general(c.general, q, w, friction), r);
+    r = lane_select_cone(general, lane_solve_general(general, q, w, friction), r);
   }
 #endif
 
   LANE_STORE(r.normal, impulses->normal + first);
   LANE_STORE(r.tangent_1, impulses->tangent_1 + first);
   LANE_STORE(r.tangent_2, impulses->tangent_2 + first);
-  lane_push(c, lane_make_cone(r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2), &a, &b);
+  lane_push(c, general, lane_make_cone(r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2),
+            a, b);
+}
+
+// A lane that has no contact in a row reads zeros there, and keeps its bodies to the sign of a zero.
+static inline void lane_keep(lane_mask there, LaneBody next, LaneBody* body) {
+  body->v = lane_select3(there, next.v, body->v);
+  body->w = lane_select3(there, next.w, body->w);
+}
+
+static inline lane_mask lane_general(global const BlockBodies* bodies, u32 first) {
+  return LANE_MASK(LANE_LOAD_U32(bodies->kind + first) == (lane_u32)BLOCK_GENERAL);
+}
+
+// Visits the pairs in lanes first .. first + LANES - 1 of a block, the contacts of a pair one after another.
+static inline void visit_pairs(u32 first, global const BlockBodies* bodies, BlockRows rows,
+                               global const ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
+                               global Motion* motions) {
+  const lane_mask general = lane_general(bodies, first);
+  LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
+  visit_row(first, general, contact_blocks + rows.first, impulse_blocks + rows.first, &a, &b);
+#if FEATURE_MANIFOLDS
+  const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
+  for (u32 k = 1u; k < rows.count; ++k) {
+    LaneBody next_a = a, next_b = b;
+    visit_row(first, general, contact_blocks + rows.first + k, impulse_blocks + rows.first + k, &next_a, &next_b);
+    const lane_mask there = LANE_MASK(count > (lane_u32)k);
+    lane_keep(there, next_a, &a);
+    lane_keep(there, next_b, &b);
+  }
+#endif
   lane_store_bodies(a, motions, bodies->body_a + first);
   lane_store_bodies(b, motions, bodies->body_b + first);
 }
 
 // Gives the bodies the impulses that the contacts start from.
-static inline void start_contacts(u32 first, global const BlockBodies* bodies, global const ContactBlock* block,
-                                  global const ImpulseBlock* impulses, global Motion* motions) {
-  const LaneContact c = lane_contact(block, bodies, first);
+static inline void start_pairs(u32 first, global const BlockBodies* bodies, BlockRows rows,
+                               global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
+                               global Motion* motions) {
+  const lane_mask general = lane_general(bodies, first);
   LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
-  lane_push(c, lane_impulse(impulses, first), &a, &b);
+  lane_push(lane_contact(contact_blocks + rows.first, first), general, lane_impulse(impulse_blocks + rows.first, first),
+            &a, &b);
+#if FEATURE_MANIFOLDS
+  const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
+  for (u32 k = 1u; k < rows.count; ++k) {
+    LaneBody next_a = a, next_b = b;
+    lane_push(lane_contact(contact_blocks + rows.first + k, first), general,
+              lane_impulse(impulse_blocks + rows.first + k, first), &next_a, &next_b);
+    const lane_mask there = LANE_MASK(count > (lane_u32)k);
+    lane_keep(there, next_a, &a);
+    lane_keep(there, next_b, &b);
+  }
+#endif
   lane_store_bodies(a, motions, bodies->body_a + first);
   lane_store_bodies(b, motions, bodies->body_b + first);
 }
 
 // Schedules. A phase is a colour, or one overflow block: the phases of a step follow one another, what is in a phase
-// runs at once, in rows of LANES contacts.
-#define ROWS_PER_BLOCK (PACK / LANES)
+// runs at once, LANES pairs an item.
+#define ITEMS_PER_BLOCK (PACK / LANES)
 
 static inline u32 contact_phases(global const u32* counters) {
   return STEP_IS_VOID(counters) ? 0u : counters[COUNTER_COLORS] + counters[COUNTER_OVERFLOW];

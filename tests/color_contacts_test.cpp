@@ -20,12 +20,13 @@ InitialState<real> random_worlds(u32 seed, std::initializer_list<std::pair<u32, 
   for (const auto& [bodies, contacts] : bodies_and_contacts) {
     const auto [world, graph] = random_graph(random, bodies, contacts);
     kinds.push_back(world);
-    graphs.push_back(graph);
+    graphs.push_back(with_manifolds(random, graph));
   }
   return contact_graphs<real>(kinds, graphs);
 }
 
-// Colours on the dynamic bodies, each at most once; smaller colours are only passed over where a body has them.
+// Colours of pairs on the dynamic bodies, each at most once; smaller colours are only passed over where a body has
+// them.
 template <class real>
 void expect_greedy_colors(const Buffers<real>& b) {
   std::vector<std::set<u32>> taken(b.body_infos.size());
@@ -36,13 +37,15 @@ void expect_greedy_colors(const Buffers<real>& b) {
     return bodies;
   };
   for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
-    ASSERT_LE(b.contact_colors[i], MAX_COLORS);
-    if (b.contact_colors[i] == MAX_COLORS) continue;
+    const bool first = reference::pair_contact_count(b, i) > 0;
+    ASSERT_EQ(b.contact_colors[i] == COLOR_OF_FIRST, !first);
+    if (!first || b.contact_colors[i] == MAX_COLORS) continue;
     for (const u32 body : dynamic_bodies(b.contacts[i])) {
       EXPECT_TRUE(taken[body].insert(b.contact_colors[i]).second) << "contact " << i << " shares its colour";
     }
   }
   for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
+    if (b.contact_colors[i] == COLOR_OF_FIRST) continue;
     for (u32 color = 0; color < b.contact_colors[i]; ++color) {
       bool passed_over = false;
       for (const u32 body : dynamic_bodies(b.contacts[i])) passed_over |= taken[body].contains(color);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cpu_reference/pack_contacts.hpp"
 #include "host/backends/reference_backend.hpp"
 #include "host/step.hpp"
 #include "tests/stage_harness.hpp"
@@ -11,7 +12,7 @@
 
 namespace lockstep::test {
 
-using Graph = std::vector<std::pair<u32, u32>>;  // a contact for each pair of bodies
+using Graph = std::vector<std::pair<u32, u32>>;  // a contact for each pair of bodies; those of one pair in a row
 
 inline BodyDescription body_of_kind(BodyKind kind) {
   BodyDescription body = sphere_body({0, 0, 0}, 1);
@@ -32,15 +33,17 @@ InitialState<real> contact_graphs(const std::vector<std::vector<BodyKind>>& worl
   }
   InitialState<real> state = make_worlds<real>(bodies, count);
   Buffers<real>& b = state.buffers;
-  state.sizes.blocks = MAX_COLORS + count;
-  state.params.block_capacity = state.sizes.blocks;
+  state.features = with(state.features, Feature::manifolds);  // a pair may be named several times in a row
+  state.sizes.blocks = state.sizes.rows = MAX_COLORS + count;
+  state.params.block_capacity = state.params.row_capacity = state.sizes.blocks;
   resize(b, state.sizes, state.features);
   std::ranges::fill(b.counters, 0u);
   for (u32 w = 0; w < worlds.size(); ++w) {
     const u32 first = b.world_ranges[w].first_body;
     u32 rank = 0;
     for (const auto& [a, c] : graphs[w])
-      b.contacts[b.counters[COUNTER_CONTACTS]++] = {first + a, first + c, 0, first + a, first + c, w, rank++, 0};
+      b.contacts[b.counters[COUNTER_CONTACTS]++] = {first + a, first + c, rank, first + a, first + c, w, rank, 0},
+      ++rank;
   }
   return state;
 }
@@ -58,6 +61,16 @@ inline std::pair<std::vector<BodyKind>, Graph> random_graph(Random& random, u32 
     graph.push_back({a, b});
   }
   return {kinds, graph};
+}
+
+/// The same with one to four contacts for each pair.
+inline Graph with_manifolds(Random& random, const Graph& graph) {
+  Graph result;
+  for (std::size_t i = 0; i < graph.size(); ++i) {
+    const u32 points = 1 + random.bits() % MANIFOLD_POINTS;
+    if (result.empty() || result.back() != graph[i]) result.insert(result.end(), points, graph[i]);
+  }
+  return result;
 }
 
 /// A hub that touches `count` others.
@@ -100,7 +113,8 @@ InitialState<real> prepared(InitialState<real> state) {
   for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
     const u32 block = b.contact_slots[i] / PACK, lane = b.contact_slots[i] % PACK;
     ContactBlock<real>& c = b.contact_blocks[block];
-    const bool general = b.block_bodies[block].kind[lane] == BLOCK_GENERAL;
+    const bool general = !(reference::is_central(b, b.contacts[i].body_a, b.contacts[i].shape_a) &&
+                           reference::is_central(b, b.contacts[i].body_b, b.contacts[i].shape_b));
     Vector3 n = random.vector(1);
     const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     for (double& x : n) x /= length;
@@ -135,7 +149,7 @@ template <class real>
 InitialState<real> random_problem(u32 seed, u32 dynamic_bodies, u32 contacts) {
   Random random(seed);
   const auto [kinds, graph] = random_graph(random, dynamic_bodies, contacts);
-  return prepared(contact_graphs<real>({kinds}, {graph}));
+  return prepared(contact_graphs<real>({kinds}, {with_manifolds(random, graph)}));
 }
 
 /// More contacts on one body than there are colours.

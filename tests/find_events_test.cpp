@@ -232,8 +232,9 @@ TYPED_TEST(FindEvents, ARedoneStepTellsTheSame) {
   using real = TypeParam;
   const InitialState<real> ample = make_event_worlds<real>(worlds_with_sensors(), 100000);
   InitialState<real> tight = ample;
-  tight.sizes.pairs = tight.sizes.contacts = tight.sizes.blocks = 1;
-  tight.params.pair_capacity = tight.params.contact_capacity = tight.params.block_capacity = 1;
+  tight.sizes.pairs = tight.sizes.contacts = tight.sizes.blocks = tight.sizes.rows = 1;
+  tight.params.pair_capacity = tight.params.contact_capacity = tight.params.block_capacity = tight.params.row_capacity =
+      1;
   resize(tight.buffers, tight.sizes, tight.features);
   Simulation<real> one = simulate_in_reference(ample), other = simulate_in_reference(tight);
   for (int i = 0; i < 3; ++i) {

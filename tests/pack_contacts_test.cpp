@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "tests/contact_scene.hpp"
 
@@ -12,22 +13,28 @@ class PackContacts : public testing::Test {};
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(PackContacts, Precisions);
 
-// Contacts with random colours, `overflow` of them with none: packing does not ask whether they may share one.
+// Pairs with random colours, `overflow` of them with none: packing does not ask whether they may share one.
 template <class real>
-InitialState<real> colored_contacts(u32 seed, u32 contacts, u32 colors, u32 overflow) {
+InitialState<real> colored_pairs(u32 seed, u32 pairs, u32 colors, u32 overflow) {
   Random random(seed);
-  const auto [kinds, graph] = random_graph(random, 100, contacts);
-  InitialState<real> state = contact_graphs<real>({kinds}, {graph});
-  for (u32 i = 0; i < contacts; ++i) state.buffers.contact_colors[i] = random.bits() % colors;
-  for (u32 i = 0; i < overflow; ++i) state.buffers.contact_colors[random.bits() % contacts] = MAX_COLORS;
+  const auto [kinds, graph] = random_graph(random, 100, pairs);
+  InitialState<real> state = contact_graphs<real>({kinds}, {with_manifolds(random, graph)});
+  Buffers<real>& b = state.buffers;
+  std::vector<u32> firsts;
+  for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
+    const bool first = reference::pair_contact_count(b, i) > 0;
+    b.contact_colors[i] = first ? random.bits() % colors : COLOR_OF_FIRST;
+    if (first) firsts.push_back(i);
+  }
+  for (u32 i = 0; i < overflow; ++i) b.contact_colors[firsts[random.bits() % firsts.size()]] = MAX_COLORS;
   return state;
 }
 
-// The slots of each colour hold its contacts in order of their index, from the start of a block on; an overflow block
-// holds one in its first lane; every other lane is padding.
+// The slots of each colour hold its pairs by falling number of points, then in order of the list, from the start of a
+// block on; an overflow block holds one in its first lane; every other lane is padding. A block has as many rows as the
+// largest of its pairs has points, and rows follow one another.
 template <class real>
 void expect_packed(const Buffers<real>& b, u32 null_body) {
-  const u32 count = b.counters[COUNTER_CONTACTS];
   const u32 blocks = b.counters[COUNTER_BLOCKS];
   ASSERT_EQ(b.color_starts[0], 0u);
   ASSERT_EQ(b.color_starts[MAX_COLORS + 1], blocks);
@@ -35,12 +42,15 @@ void expect_packed(const Buffers<real>& b, u32 null_body) {
   u32 block = 0, used_colors = 0, large_colors = 0, overflow = 0;
   for (u32 color = 0; color <= MAX_COLORS; ++color) {
     ASSERT_EQ(b.color_starts[color], block);
+    std::vector<u32> pairs;
+    for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
+      if (b.contact_colors[i] == color) pairs.push_back(i);
+    }
+    std::ranges::stable_sort(pairs, std::greater(), [&](u32 i) { return reference::pair_contact_count(b, i); });
     u32 slot = block * PACK;
-    for (u32 i = 0; i < count; ++i) {
-      if (b.contact_colors[i] != color) continue;
+    for (const u32 i : pairs) {
       ASSERT_LT(slot, expected.size());
       expected[slot] = i;
-      EXPECT_EQ(b.contact_slots[i], slot);
       slot += color == MAX_COLORS ? PACK : 1;
       if (color == MAX_COLORS) ++overflow;
     }
@@ -54,32 +64,45 @@ void expect_packed(const Buffers<real>& b, u32 null_body) {
   EXPECT_EQ(b.counters[COUNTER_COLORS], used_colors);
   EXPECT_EQ(b.counters[COUNTER_LARGE_COLORS], large_colors);
   EXPECT_EQ(b.counters[COUNTER_OVERFLOW], overflow);
-  for (u32 slot = 0; slot < expected.size(); ++slot) {
-    const BlockBodies& bodies = b.block_bodies[slot / PACK];
-    const u32 lane = slot % PACK, i = expected[slot];
-    ASSERT_EQ(bodies.contact[lane], i);
-    EXPECT_EQ(bodies.body_a[lane], i == NONE ? null_body : b.contacts[i].body_a);
-    EXPECT_EQ(bodies.body_b[lane], i == NONE ? null_body : b.contacts[i].body_b);
-    EXPECT_EQ(bodies.kind[lane] == BLOCK_PADDING, i == NONE);
+  u32 rows = 0;
+  for (block = 0; block < blocks; ++block) {
+    const BlockBodies& bodies = b.block_bodies[block];
+    u32 most = 0;
+    for (u32 lane = 0; lane < PACK; ++lane) {
+      const u32 i = expected[block * PACK + lane];
+      ASSERT_EQ(bodies.contact[lane], i);
+      const u32 count = i == NONE ? 0 : reference::pair_contact_count(b, i);
+      most = std::max(most, count);
+      EXPECT_EQ(bodies.count[lane], count);
+      EXPECT_EQ(bodies.body_a[lane], i == NONE ? null_body : b.contacts[i].body_a);
+      EXPECT_EQ(bodies.body_b[lane], i == NONE ? null_body : b.contacts[i].body_b);
+      EXPECT_EQ(bodies.kind[lane] == BLOCK_PADDING, i == NONE);
+      for (u32 k = 0; k < count; ++k) EXPECT_EQ(b.contact_slots[i + k], (rows + k) * PACK + lane);
+    }
+    EXPECT_EQ(b.block_rows[block].first, rows);
+    EXPECT_EQ(b.block_rows[block].count, most);
+    rows += most;
   }
+  EXPECT_EQ(b.counters[COUNTER_ROWS], rows);
+  EXPECT_EQ(b.counters[COUNTER_ROWS_NEEDED], rows);
 }
 
 TYPED_TEST(PackContacts, KernelMatchesReference) {
   using real = TypeParam;
-  run_twins(Stage::pack_contacts, colored_contacts<real>(1, 1, 1, 0));
-  run_twins(Stage::pack_contacts, colored_contacts<real>(2, 300, 7, 3));
-  run_twins(Stage::pack_contacts, colored_contacts<real>(3, 3000, 40, 100));
-  InitialState<real> none = colored_contacts<real>(4, 10, 3, 0);
+  run_twins(Stage::pack_contacts, colored_pairs<real>(1, 1, 1, 0));
+  run_twins(Stage::pack_contacts, colored_pairs<real>(2, 300, 7, 3));
+  run_twins(Stage::pack_contacts, colored_pairs<real>(3, 3000, 40, 100));
+  InitialState<real> none = colored_pairs<real>(4, 10, 3, 0);
   none.buffers.counters[COUNTER_CONTACTS] = 0;
   run_twins(Stage::pack_contacts, none);
 }
 
-TYPED_TEST(PackContacts, SortsByColorAndPadsToBlocks) {
+TYPED_TEST(PackContacts, SortsByColorAndSizeAndPadsToBlocks) {
   using real = TypeParam;
-  for (const auto& [contacts, colors, overflow] :
+  for (const auto& [pairs, colors, overflow] :
        {std::array<u32, 3>{1, 1, 0}, {16, 1, 0}, {17, 1, 1}, {1000, 3, 0}, {2000, 64, 30}}) {
-    SCOPED_TRACE(contacts);
-    InitialState<real> state = colored_contacts<real>(contacts, contacts, colors, overflow);
+    SCOPED_TRACE(pairs);
+    InitialState<real> state = colored_pairs<real>(pairs, pairs, colors, overflow);
     reference::run_stage(Stage::pack_contacts, state.buffers, state.params);
     expect_packed(state.buffers, state.params.bodies);
   }
@@ -102,10 +125,22 @@ TYPED_TEST(PackContacts, TellsCentralContactsFromGeneralOnes) {
   for (u32 i = 0; i < graph.size(); ++i) EXPECT_EQ(b.block_bodies[i].kind[0], expected[i]) << i;
 }
 
-// A step that needs more blocks than there is room for is void: it says how many, and writes none outside.
-TYPED_TEST(PackContacts, ReportsMissingRoom) {
+// A step that needs more blocks or rows than there is room for is void: it says how many, and writes none outside.
+TYPED_TEST(PackContacts, ReportsMissingRows) {
   using real = TypeParam;
-  InitialState<real> state = colored_contacts<real>(5, 900, 9, 20);
+  InitialState<real> state = colored_pairs<real>(6, 900, 9, 20);
+  state.sizes.rows = state.params.row_capacity = 30;
+  resize(state.buffers, state.sizes, state.features);
+  const Buffers<real> after = run_twins(Stage::pack_contacts, state);
+  EXPECT_EQ(after.counters[COUNTER_STATUS], u32{STATUS_ROWS_FULL});
+  EXPECT_EQ(after.counters[COUNTER_ROWS], 30u);
+  const u32 last = after.counters[COUNTER_BLOCKS] - 1;
+  EXPECT_EQ(after.counters[COUNTER_ROWS_NEEDED], after.block_rows[last].first + after.block_rows[last].count);
+}
+
+TYPED_TEST(PackContacts, ReportsMissingBlocks) {
+  using real = TypeParam;
+  InitialState<real> state = colored_pairs<real>(5, 900, 9, 20);
   state.sizes.blocks = state.params.block_capacity = 12;
   resize(state.buffers, state.sizes, state.features);
   const Buffers<real> after = run_twins(Stage::pack_contacts, state);

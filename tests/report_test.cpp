@@ -35,14 +35,11 @@ Buffers<double> ball_on_plane(double z) {
   b.contact_points = {{{0, 0, 0}, 0.5, {0, 0, 0}, 0, {0, 0, 1, 0}}};
   b.contact_slots = {PACK + 3};
   b.contact_blocks.resize(2);
-  b.block_bodies.resize(2);
   ContactBlock<double>& block = b.contact_blocks[1];
   block.normal_z[3] = 1;
   block.arm_a_z[3] = -0.5;
   block.bias[3] = -0.25;
   block.friction[3] = 0.5;
-  b.block_bodies[1].body_a[3] = 0;
-  b.block_bodies[1].body_b[3] = 1;
   b.cached_impulses = {{1.5, 0, 0, 0}};
   return b;
 }

@@ -39,7 +39,7 @@ std::string hash_of(const InitialState<real>& state) {
     fnv.add(elements.data(), elements.size() * sizeof(elements[0]));
   });
   StepParams<real> params = state.params;
-  params.buckets = params.pair_capacity = params.contact_capacity = params.block_capacity = 0;
+  params.buckets = params.pair_capacity = params.contact_capacity = params.block_capacity = params.row_capacity = 0;
   fnv.add(&params, sizeof params);
   fnv.add(&state.features, sizeof state.features);
   char text[17];

@@ -28,8 +28,8 @@ class FakeBackend final : public Backend<float> {
       now[COUNTER_STATUS] |= STATUS_PAIRS_FULL;
     else if (found_[COUNTER_CONTACTS_NEEDED] > sizes_.contacts)
       now[COUNTER_STATUS] |= STATUS_CONTACTS_FULL;
-    else if (found_[COUNTER_BLOCKS_NEEDED] > sizes_.blocks)
-      now[COUNTER_STATUS] |= STATUS_BLOCKS_FULL;
+    else if (found_[COUNTER_BLOCKS_NEEDED] > sizes_.blocks || found_[COUNTER_ROWS_NEEDED] > sizes_.rows)
+      now[COUNTER_STATUS] |= STATUS_BLOCKS_FULL | STATUS_ROWS_FULL;
     return now;
   }
   void grow(const Sizes& sizes) override { sizes_ = sizes; }
@@ -54,8 +54,9 @@ TEST(Simulation, RedoesAStepWithRoomForWhatItNeeds) {
   found[COUNTER_PAIRS_NEEDED] = 100;
   found[COUNTER_CONTACTS_NEEDED] = 1000;
   found[COUNTER_BLOCKS_NEEDED] = 3;
+  found[COUNTER_ROWS_NEEDED] = 14;
   Sizes sizes;
-  sizes.pairs = sizes.contacts = sizes.blocks = 1;
+  sizes.pairs = sizes.contacts = sizes.blocks = sizes.rows = 1;
   auto owned = std::make_unique<FakeBackend>(sizes, found);
   FakeBackend& backend = *owned;
   Simulation<float> simulation(std::move(owned), {});
@@ -65,9 +66,11 @@ TEST(Simulation, RedoesAStepWithRoomForWhatItNeeds) {
   EXPECT_EQ(backend.sizes().pairs, 128u);  // 125 in whole blocks of 16
   EXPECT_EQ(backend.sizes().contacts, 1264u);
   EXPECT_EQ(backend.sizes().blocks, 16u);
+  EXPECT_EQ(backend.sizes().rows, 32u);
   EXPECT_EQ(backend.last_params.pair_capacity, 128u);
   EXPECT_EQ(backend.last_params.contact_capacity, 1264u);
   EXPECT_EQ(backend.last_params.block_capacity, 16u);
+  EXPECT_EQ(backend.last_params.row_capacity, 32u);
   simulation.step();
   EXPECT_EQ(simulation.redone(), 3u);
 }
@@ -100,8 +103,9 @@ TEST(Simulation, NamesTheBodyTheStageAndTheStepThatWentBad) {
 // The lists as short as can be: every one of them has to grow, some of them several times.
 template <class real>
 InitialState<real> with_capacity_one(InitialState<real> state) {
-  state.sizes.pairs = state.sizes.contacts = state.sizes.blocks = 1;
-  state.params.pair_capacity = state.params.contact_capacity = state.params.block_capacity = 1;
+  state.sizes.pairs = state.sizes.contacts = state.sizes.blocks = state.sizes.rows = 1;
+  state.params.pair_capacity = state.params.contact_capacity = 1;
+  state.params.block_capacity = state.params.row_capacity = 1;
   resize(state.buffers, state.sizes, state.features);
   return state;
 }

@@ -200,7 +200,7 @@ InitialState<real> make_worlds(const std::vector<std::vector<BodyDescription>>& 
   sizes.buckets = 1;
   while (sizes.buckets < sizes.shapes) sizes.buckets *= 2;
   sizes.pairs = sizes.contacts = pairs;
-  sizes.blocks = MAX_COLORS + 2 * pairs / PACK;
+  sizes.blocks = sizes.rows = MAX_COLORS + 2 * pairs / PACK;
   resize(b, sizes, state.features);
 
   StepParams<real>& p = state.params;
@@ -217,7 +217,7 @@ InitialState<real> make_worlds(const std::vector<std::vector<BodyDescription>>& 
   p.buckets = sizes.buckets;
   p.pair_capacity = sizes.pairs;
   p.contact_capacity = sizes.contacts;
-  p.block_capacity = sizes.blocks;
+  p.block_capacity = p.row_capacity = sizes.blocks;
   p.iterations = 10;
   p.substeps = 1;
   return state;

@@ -27,14 +27,14 @@ ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> 
   const u32 count = counters[COUNTER_CONTACTS];
   system.contacts.reserve(count);
   for (u32 i = 0; i < count; ++i) {
-    const u32 slot = buffers.contact_slots[i], block = slot / PACK, lane = slot % PACK;
-    const ContactBlock<real>& data = buffers.contact_blocks[block];
+    const u32 slot = buffers.contact_slots[i], row = slot / PACK, lane = slot % PACK;
+    const ContactBlock<real>& data = buffers.contact_blocks[row];
     const ContactImpulse<real>& stored =
         buffers.cached_impulses[i];  // of the same contact: the lists share their order
     SystemContact c;
     c.contact = i;
-    c.body_a = buffers.block_bodies[block].body_a[lane];
-    c.body_b = buffers.block_bodies[block].body_b[lane];
+    c.body_a = buffers.contacts[i].body_a;
+    c.body_b = buffers.contacts[i].body_b;
     c.normal = Eigen::Vector3d(data.normal_x[lane], data.normal_y[lane], data.normal_z[lane]).normalized();
     c.arm_a = {double(data.arm_a_x[lane]), double(data.arm_a_y[lane]), double(data.arm_a_z[lane])};
     c.arm_b = {double(data.arm_b_x[lane]), double(data.arm_b_y[lane]), double(data.arm_b_z[lane])};

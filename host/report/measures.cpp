@@ -143,7 +143,7 @@ std::vector<Buffer> measured_buffers(Features features) {
   if (has(features, Feature::pivots)) buffers.push_back(Buffer::pivots);
   if (has(features, Feature::contacts)) {
     for (const Buffer buffer : {Buffer::shape_infos, Buffer::contacts, Buffer::contact_points, Buffer::contact_slots,
-                                Buffer::block_bodies, Buffer::contact_blocks, Buffer::cached_impulses})
+                                Buffer::contact_blocks, Buffer::cached_impulses})
       buffers.push_back(buffer);
   }
   return buffers;

@@ -383,6 +383,7 @@ void Compiler<real>::set_sizes() {
   sizes.contacts = sizes.pairs * (has(state_.features, Feature::manifolds) ? 2 : 1);
   // each colour, and the overflow, may end in a block that is not full
   sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;
+  sizes.rows = sizes.blocks;
 }
 
 template <class real>
@@ -417,6 +418,7 @@ void Compiler<real>::set_params() {
   p.pair_capacity = state_.sizes.pairs;
   p.contact_capacity = state_.sizes.contacts;
   p.block_capacity = state_.sizes.blocks;
+  p.row_capacity = state_.sizes.rows;
   p.iterations = settings.iterations;
   p.substeps = settings.substeps;
 }

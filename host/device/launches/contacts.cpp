@@ -15,8 +15,8 @@ constexpr u32 rounds_per_color = 2;   // what colouring usually needs; the last 
 void sweep(Launcher& launcher, std::string_view color_kernel, std::string_view tail_kernel,
            std::initializer_list<Argument> tail_arguments) {
   const LaunchPlan& plan = launcher.plan();
-  const u32 rows = plan.blocks * (PACK / plan.lanes);
-  for (u32 color = 0; color < plan.colors; ++color) launcher.run(color_kernel, rows / plan.colors, {{"color", color}});
+  const u32 items = plan.blocks * (PACK / plan.lanes);
+  for (u32 color = 0; color < plan.colors; ++color) launcher.run(color_kernel, items / plan.colors, {{"color", color}});
   launcher.run_group(tail_kernel, tail_arguments);
 }
 
@@ -36,15 +36,18 @@ void launch_color_contacts(Launcher& launcher) {
 
 void launch_pack_contacts(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
-  const u32 words = (MAX_COLORS + 1) * (plan.sizes.contacts / CHUNK + 1);
+  const u32 keys = (MAX_COLORS + 1) * (has(plan.features, Feature::manifolds) ? MANIFOLD_POINTS : 1);
+  const u32 words = keys * (plan.sizes.contacts / CHUNK + 1) + 1;  // the sum of all behind them
   launcher.scratch("pack_counts", words);
-  launcher.scratch("pack_offsets", MAX_COLORS + 1);
+  launcher.scratch("pack_offsets", keys);
+  launcher.scratch("pack_rows", keys);
   if (plan.small) return launcher.run_group("pack_small");
   const u32 chunks = plan.contacts / CHUNK + 1;
   launcher.run("pack_count", chunks);
   launcher.scan("pack_counts", words);
   launcher.run_group("pack_starts");
   launcher.run("pack_place", chunks);
+  launcher.run("pack_find", plan.blocks * PACK);
 }
 
 void launch_prepare_contacts(Launcher& launcher) { launcher.run("prepare_contacts", launcher.plan().blocks * PACK); }
