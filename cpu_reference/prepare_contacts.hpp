@@ -3,7 +3,8 @@
 //
 // Bias, with u_old the normal velocity at the start of the sub-step, u_free after the forces and theta of the scheme:
 //   apart (gap > 0): bodies may close the gap, gap + dt ((1 - theta) u_old + theta u_n) >= 0;
-//   overlapping:     Baumgarte, a share of the penetration beyond the slop is taken back at a bounded speed;
+//   overlapping:     Baumgarte, a share of the penetration beyond the slop is taken back at a bounded speed; soft
+//                    contacts are damped springs: u_n + bias + softness r_n >= 0 (Catto, Soft Constraints, GDC 2011);
 //   restitution:     a contact that closes in this sub-step faster than the threshold leaves at e times that speed
 //                    (Newton): u_n >= -e u_old.
 // The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2). Impulses start from the last step, later
@@ -31,24 +32,32 @@ Vec3<real> central_arm(const Motion<real>& body, Vec3<real> normal, Vec3<real> a
   return body.inverse_mass > 0 ? scale3(dot3(normal, arm), normal) : arm;
 }
 
+/// What a contact asks of its normal velocity at the end of the sub-step: u_n + bias + softness r_n >= 0.
 template <class real>
-real contact_bias(const StepParams<real>& p, real gap, real u_old, real u_free, real restitution) {
-  const real gap_free = gap + p.dt * ((real(1) - p.theta) * u_old + p.theta * u_free);
+struct NormalLaw {
   real bias;
+  bool soft;
+};
+
+template <class real>
+NormalLaw<real> normal_law(const StepParams<real>& p, real gap, real u_old, real u_free, real restitution) {
+  const real gap_free = gap + p.dt * ((real(1) - p.theta) * u_old + p.theta * u_free);
+  NormalLaw<real> law = {0, !(gap > 0)};
   if (gap > 0) {
-    bias = p.theta > 0 ? (gap / p.dt + (real(1) - p.theta) * u_old) / p.theta : gap / p.dt + u_old;
-    bias = bias > 0 ? bias : real(0);
+    const real bias = p.theta > 0 ? (gap / p.dt + (real(1) - p.theta) * u_old) / p.theta : gap / p.dt + u_old;
+    law.bias = bias > 0 ? bias : real(0);
   } else {
     const real depth = -gap - p.slop;
     const real speed = p.correction * (depth > 0 ? depth : real(0)) / p.dt;
-    bias = -(speed < p.correction_limit ? speed : p.correction_limit);
+    law.bias = -(speed < p.correction_limit ? speed : p.correction_limit);
   }
   if (restitution > 0 && u_old < -p.restitution_threshold && gap_free < 0) {
     const real bounce = restitution * u_old;
-    const real push_out = gap > 0 ? real(0) : bias;
-    bias = bounce < push_out ? bounce : push_out;
+    const real push_out = gap > 0 ? real(0) : law.bias;
+    const bool bounces = bounce < push_out;
+    law = {bounces ? bounce : push_out, law.soft && !bounces};
   }
-  return bias;
+  return law;
 }
 
 template <class real>
@@ -70,8 +79,9 @@ ContactImpulse<real> start_impulse(const Buffers<real>& buffers, const StepParam
   return {impulses.normal[lane], t.x, t.y, t.z};
 }
 
+/// Returns the softness of the contact.
 template <class real>
-void prepare_contact(const Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies, u32 lane,
+real prepare_contact(const Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies, u32 lane,
                      u32 k, ContactBlock<real>& block, ImpulseBlock<real>& impulses) {
   const u32 i = bodies.contact[lane] + k, a = bodies.body_a[lane], b = bodies.body_b[lane];
   const Contact& contact = buffers.contacts[i];
@@ -127,7 +137,8 @@ void prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
   block.arm_b_y[lane] = arm_b.y;
   block.arm_b_z[lane] = arm_b.z;
   const real restitution = contact.feature == CORE_FEATURE ? real(0) : pair.restitution;
-  block.bias[lane] = contact_bias(params, now.gap, u_old, u_free, restitution);
+  const NormalLaw<real> law = normal_law(params, now.gap, u_old, u_free, restitution);
+  block.bias[lane] = law.bias;
   block.friction[lane] = pair.friction;
   block.w_nn[lane] = w_nn;
   block.w_11[lane] = w_11;
@@ -138,6 +149,7 @@ void prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
   impulses.normal[lane] = r.normal;
   impulses.tangent_1[lane] = r.tangent_1;
   impulses.tangent_2[lane] = r.tangent_2;
+  return law.soft ? params.softness * w_nn : real(0);
 }
 
 template <class real>
@@ -148,10 +160,14 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
     for (u32 k = 0; k < buffers.block_rows[block].count; ++k) {
       const u32 row = buffers.block_rows[block].first + k;
       for (u32 lane = 0; lane < PACK; ++lane) {
+        ContactBlock<real>& block_row = buffers.contact_blocks[row];
+        ImpulseBlock<real>& impulses = buffers.impulse_blocks[row];
+        real softness = 0;
         if (k < bodies.count[lane])
-          prepare_contact(buffers, params, bodies, lane, k, buffers.contact_blocks[row], buffers.impulse_blocks[row]);
+          softness = prepare_contact(buffers, params, bodies, lane, k, block_row, impulses);
         else
-          clear_lane(buffers.contact_blocks[row], buffers.impulse_blocks[row], lane);
+          clear_lane(block_row, impulses, lane);
+        if (!buffers.softness_blocks.empty()) buffers.softness_blocks[row].softness[lane] = softness;
       }
     }
   }

@@ -17,6 +17,7 @@
 #include "cpu_reference/match_contacts.hpp"
 #include "cpu_reference/pack_contacts.hpp"
 #include "cpu_reference/prepare_contacts.hpp"
+#include "cpu_reference/relax_contacts.hpp"
 #include "cpu_reference/search_tree.hpp"
 #include "cpu_reference/solve_contacts.hpp"
 #include "cpu_reference/sort_cells.hpp"

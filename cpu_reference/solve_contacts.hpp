@@ -11,8 +11,10 @@ void solve_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
   if (step_is_void(buffers.counters)) return;
   for (u32 sweep = 0; sweep < params.iterations; ++sweep) {
     for_each_contact_slot(buffers, [&](const BlockBodies& bodies, u32 row, u32 lane) {
-      visit_contact(buffers.contact_blocks[row], buffers.impulse_blocks[row], bodies.kind[lane], lane,
-                    buffers.motions[bodies.body_a[lane]], buffers.motions[bodies.body_b[lane]]);
+      const ContactBlock<real>& block = buffers.contact_blocks[row];
+      visit_contact(block, block.bias[lane], softness_of(buffers, row, lane), buffers.impulse_blocks[row],
+                    bodies.kind[lane], lane, buffers.motions[bodies.body_a[lane]],
+                    buffers.motions[bodies.body_b[lane]]);
     });
   }
 }

@@ -4,6 +4,7 @@
 // Blocked projected Gauss-Seidel (survey 4.3; Jourdan, Alart, Jean 1998): with the impulses of all others held,
 //   u = relative velocity at the contact point,  q = u + bias n - W r_old,
 // the contact's own problem is solved exactly (cpu_reference/cone.hpp) and the change r - r_old is given to the bodies.
+// A soft contact solves it with its softness added to w_nn.
 #pragma once
 
 #include "cpu_reference/cone.hpp"
@@ -60,8 +61,8 @@ void push(const ContactFrame<real>& c, u32 kind, ConeVector<real> r, Motion<real
 }
 
 template <class real>
-void visit_contact(const ContactBlock<real>& block, ImpulseBlock<real>& impulses, u32 kind, u32 lane, Motion<real>& a,
-                   Motion<real>& b) {
+void visit_contact(const ContactBlock<real>& block, real bias, real softness, ImpulseBlock<real>& impulses, u32 kind,
+                   u32 lane, Motion<real>& a, Motion<real>& b) {
   const ContactFrame<real> c = contact_frame(block, lane);
   const ConeVector<real> old = impulse_of(impulses, lane);
   const real friction = block.friction[lane];
@@ -69,16 +70,16 @@ void visit_contact(const ContactBlock<real>& block, ImpulseBlock<real>& impulses
                             block.w_n1[lane], block.w_n2[lane], block.w_12[lane]};
 
   const Vec3<real> u = sub3(add3(vec3(a.v), cross3(vec3(a.w), c.arm_a)), add3(vec3(b.v), cross3(vec3(b.w), c.arm_b)));
-  const real u_n = dot3(c.normal, u) + block.bias[lane], u_1 = dot3(c.tangent_1, u), u_2 = dot3(c.tangent_2, u);
+  const real u_n = dot3(c.normal, u) + bias, u_1 = dot3(c.tangent_1, u), u_2 = dot3(c.tangent_2, u);
   ConeVector<real> r;
   if (kind == BLOCK_GENERAL) {
     const ConeVector<real> q = {u_n - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),
                                 u_1 - (w.n1 * old.normal + w.t11 * old.tangent_1 + w.t12 * old.tangent_2),
                                 u_2 - (w.n2 * old.normal + w.t12 * old.tangent_1 + w.t22 * old.tangent_2)};
-    r = solve_general(q, w, friction);
+    r = solve_general(q, {w.nn + softness, w.t11, w.t22, w.n1, w.n2, w.t12}, friction);
   } else {
     const ConeVector<real> q = {u_n - w.nn * old.normal, u_1 - w.t11 * old.tangent_1, u_2 - w.t11 * old.tangent_2};
-    r = solve_central(q, w.nn, w.t11, friction);
+    r = solve_central(q, w.nn + softness, w.t11, friction);
   }
 
   impulses.normal[lane] = r.normal;
@@ -97,6 +98,11 @@ void for_each_contact_slot(const Buffers<real>& buffers, Visit&& visit) {
       for (u32 k = 0; k < bodies.count[lane]; ++k) visit(bodies, buffers.block_rows[block].first + k, lane);
     }
   }
+}
+
+template <class real>
+real softness_of(const Buffers<real>& buffers, u32 row, u32 lane) {
+  return buffers.softness_blocks.empty() ? real(0) : buffers.softness_blocks[row].softness[lane];
 }
 
 }  // namespace lockstep::reference

@@ -19,12 +19,13 @@ enum class Feature : u32 {
   boxes = 1u << 8,
   cylinders = 1u << 9,
   hulls = 1u << 10,
-  grid = 1u << 11,        // candidate pairs come from a uniform grid ...
-  bvh = 1u << 12,         // ... or from a tree of boxes: one of the two wherever there are contacts
-  events = 1u << 13,      // who began and ceased to touch is wanted
-  sensors = 1u << 14,     // shapes that only feel; they come with events
-  continuous = 1u << 15,  // some body's impacts are looked for within the step
-  queries = 1u << 16,     // rays or volumes were asked about: switched on while the simulation runs
+  grid = 1u << 11,           // candidate pairs come from a uniform grid ...
+  bvh = 1u << 12,            // ... or from a tree of boxes: one of the two wherever there are contacts
+  events = 1u << 13,         // who began and ceased to touch is wanted
+  sensors = 1u << 14,        // shapes that only feel; they come with events
+  continuous = 1u << 15,     // some body's impacts are looked for within the step
+  soft_contacts = 1u << 17,  // contacts that overlap are springs, and a sweep takes back what they added
+  queries = 1u << 16,        // rays or volumes were asked about: switched on while the simulation runs
 };
 
 using Features = u32;  // a set: bits of Feature

@@ -32,6 +32,7 @@ void step(Backend& backend, StepParams<real> p) {
     backend.run(Stage::warm_start, p);
     backend.run(Stage::solve_contacts, p);
     backend.run(Stage::integrate_positions, p);
+    backend.run(Stage::relax_contacts, p);
     backend.run(Stage::integrate_free_flight, p);
     backend.run(Stage::mark_touching, p);
   }

@@ -6,9 +6,10 @@
 #include "rigid_body.h"
 #include "types.h"
 
-static inline real prepare_bias(const StepParams p, real gap, real u_old, real u_free, real restitution) {
+static inline real prepare_bias(const StepParams p, real gap, real u_old, real u_free, real restitution, bool* soft) {
   const real gap_free = gap + p.dt * (((real)1 - p.theta) * u_old + p.theta * u_free);
   real bias;
+  *soft = !(gap > (real)0);
   if (gap > (real)0) {
     bias = p.theta > (real)0 ? (gap / p.dt + ((real)1 - p.theta) * u_old) / p.theta : gap / p.dt + u_old;
     bias = bias > (real)0 ? bias : (real)0;
@@ -20,6 +21,7 @@ static inline real prepare_bias(const StepParams p, real gap, real u_old, real u
   if (restitution > (real)0 && u_old < -p.restitution_threshold && gap_free < (real)0) {
     const real bounce = restitution * u_old;
     const real push_out = gap > (real)0 ? (real)0 : bias;
+    if (bounce < push_out) *soft = false;
     bias = bounce < push_out ? bounce : push_out;
   }
   return bias;
@@ -87,8 +89,8 @@ static inline void prepare_impulse(real normal, Vec3 tangent, Vec3 t1, Vec3 t2, 
   impulses->tangent_2[lane] = scale * tangent_2;
 }
 
-// The law of contact i between bodies a and b, in a lane of its row.
-static inline void prepare_contact(const StepParams params, u32 i, u32 central, u32 lane,
+// The law of contact i between bodies a and b, in a lane of its row. Returns its softness.
+static inline real prepare_contact(const StepParams params, u32 i, u32 central, u32 lane,
                                    global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
                                    global const MaterialPair* material_pairs, global const Contact* contacts,
                                    global const ContactPoint* contact_points,
@@ -129,8 +131,11 @@ static inline void prepare_contact(const StepParams params, u32 i, u32 central, 
 #else
   const real restitution = pair.restitution;
 #endif
-  prepare_write(lane, n, arm_a, arm_b, prepare_bias(params, now.gap, u_old, u_free, restitution), pair.friction, block);
+  bool soft;
+  const real bias = prepare_bias(params, now.gap, u_old, u_free, restitution, &soft);
+  prepare_write(lane, n, arm_a, arm_b, bias, pair.friction, block);
   const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
+  real w_nn = inverse_mass;
   if (central) {
     const real w_11 =
         inverse_mass + dot3(arm_a, arm_a) * motion_a.inertia_xx + dot3(arm_b, arm_b) * motion_b.inertia_xx;
@@ -138,14 +143,15 @@ static inline void prepare_contact(const StepParams params, u32 i, u32 central, 
   }
 #if FEATURE_GENERAL_CONTACTS
   if (!central) {
-    prepare_write_delassus(lane, inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, n, n),
-                           inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, t1, t1),
+    w_nn = inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, n, n);
+    prepare_write_delassus(lane, w_nn, inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, t1, t1),
                            inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, t2, t2),
                            prepare_share(motion_a, motion_b, arm_a, arm_b, n, t1),
                            prepare_share(motion_a, motion_b, arm_a, arm_b, n, t2),
                            prepare_share(motion_a, motion_b, arm_a, arm_b, t1, t2), block);
   }
 #endif
+  return soft ? params.softness * w_nn : (real)0;
 }
 
 static inline void prepare_padding(u32 lane, global ContactBlock* block, global ImpulseBlock* impulses) {
@@ -162,7 +168,8 @@ kernel void prepare_contacts(const StepParams params, global const WorldRange* w
                              global const Contact* contacts, global const ContactPoint* contact_points,
                              global const ContactImpulse* start_impulses, global const BlockBodies* block_bodies,
                              global const BlockRows* block_rows, global ContactBlock* contact_blocks,
-                             global ImpulseBlock* impulse_blocks, global const u32* counters) {
+                             global ImpulseBlock* impulse_blocks, global SoftnessBlock* softness_blocks,
+                             global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   FOR_EACH(slot, counters[COUNTER_BLOCKS] * PACK) {
     const u32 lane = slot % PACK;
@@ -175,12 +182,20 @@ kernel void prepare_contacts(const StepParams params, global const WorldRange* w
       const Motion motion_a = motions[a], motion_b = motions[b];
       const Velocity old_a = previous_velocities[a], old_b = previous_velocities[b];
       for (u32 k = 0u; k < count; ++k) {
-        prepare_contact(params, bodies->contact[lane] + k, bodies->kind[lane] == BLOCK_CENTRAL, lane, world_ranges,
-                        shape_infos, material_pairs, contacts, contact_points, start_impulses, pose_a, pose_b, motion_a,
-                        motion_b, old_a, old_b, contact_blocks + rows.first + k, impulse_blocks + rows.first + k);
+        const real softness = prepare_contact(params, bodies->contact[lane] + k, bodies->kind[lane] == BLOCK_CENTRAL,
+                                              lane, world_ranges, shape_infos, material_pairs, contacts, contact_points,
+                                              start_impulses, pose_a, pose_b, motion_a, motion_b, old_a, old_b,
+                                              contact_blocks + rows.first + k, impulse_blocks + rows.first + k);
+#if FEATURE_SOFT_CONTACTS
+        softness_blocks[rows.first + k].softness[lane] = softness;
+#endif
       }
     }
-    for (u32 k = count; k < rows.count; ++k)
+    for (u32 k = count; k < rows.count; ++k) {
       prepare_padding(lane, contact_blocks + rows.first + k, impulse_blocks + rows.first + k);
+#if FEATURE_SOFT_CONTACTS
+      softness_blocks[rows.first + k].softness[lane] = (real)0;
+#endif
+    }
   }
 }

@@ -330,6 +330,9 @@ RECORD(ContactBlock) {
   real w_nn[PACK], w_11[PACK], w_22[PACK], w_n1[PACK], w_n2[PACK], w_12[PACK];  // Delassus block, 1/kg
 };
 
+// What is added to w_nn in the law of a soft contact, 1/kg: u_n + bias + softness r_n >= 0.
+RECORD(SoftnessBlock) { real softness[PACK]; };
+
 RECORD(ImpulseBlock) { real normal[PACK], tangent_1[PACK], tangent_2[PACK]; };
 
 // ---- parameters of a step, passed by value -------------------------------------------------------------------------
@@ -340,6 +343,7 @@ RECORD(StepParams) {
   real gyroscopic_theta;       // the gyroscopic moment is taken at (1 - theta) old + theta new angular velocity
   real restitution_threshold;  // m/s: slower approaches do not bounce
   real correction;             // share of the penetration beyond the slop that one sub-step takes back (Baumgarte)
+  real softness;               // of a contact that overlaps, in parts of its w_nn; 0 where contacts are hard
   real correction_limit;       // m/s: fastest correction
   real slop;                   // m: penetration that is left alone
   real margin;                 // m: gaps up to this, plus the way of the step, become contacts

@@ -94,19 +94,31 @@ static inline void lane_push(LaneContact c, lane_mask general, LaneCone r, LaneB
   b->w = lane_sub3(b->w, lane_spin(*b, general, lane_cross3(c.arm_b, impulse)));
 }
 
+#define VISIT_SOLVE 0u
+#define VISIT_RELAX 1u  // soft contacts become hard, without a bias (cpu_reference/relax_contacts.hpp)
+
 // One Gauss-Seidel visit of a row of contacts.
-static inline void visit_row(u32 first, lane_mask general, global const ContactBlock* block,
-                             global ImpulseBlock* impulses, LaneBody* a, LaneBody* b) {
+static inline void visit_row(const u32 purpose, u32 first, lane_mask general, global const ContactBlock* block,
+                             global const SoftnessBlock* softness_block, global ImpulseBlock* impulses, LaneBody* a,
+                             LaneBody* b) {
   const LaneContact c = lane_contact(block, first);
   const LaneCone old = lane_impulse(impulses, first);
-  const lane friction = LANE_LOAD(block->friction + first), bias = LANE_LOAD(block->bias + first);
+  const lane friction = LANE_LOAD(block->friction + first);
+  lane bias = LANE_LOAD(block->bias + first);
   const lane w_nn = LANE_LOAD(block->w_nn + first), w_11 = LANE_LOAD(block->w_11 + first);
+#if FEATURE_SOFT_CONTACTS
+  const lane softness = LANE_LOAD(softness_block->softness + first);
+  if (purpose == VISIT_RELAX) bias = softness > (lane)0 ? (lane)0 : bias;
+  const lane own_nn = purpose == VISIT_RELAX ? w_nn : w_nn + softness;
+#else
+  const lane own_nn = w_nn;
+#endif
 
   const Lane3 u = lane_sub3(lane_add3(a->v, lane_cross3(a->w, c.arm_a)), lane_add3(b->v, lane_cross3(b->w, c.arm_b)));
   const lane u_n = lane_dot3(c.normal, u) + bias, u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
   const LaneCone q_central =
       lane_make_cone(u_n - w_nn * old.normal, u_1 - w_11 * old.tangent_1, u_2 - w_11 * old.tangent_2);
-  LaneCone r = lane_solve_central(q_central, w_nn, w_11, friction);
+  LaneCone r = lane_solve_central(q_central, own_nn, w_11, friction);
 #if FEATURE_GENERAL_CONTACTS
   if (LANE_ANY(general)) {
     LaneDelassus w;
@@ -119,6 +131,7 @@ static inline void visit_row(u32 first, lane_mask general, global const ContactB
     const LaneCone q = lane_make_cone(u_n - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),
                                       u_1 - (w.n1 * old.normal + w.t11 * old.tangent_1 + w.t12 * old.tangent_2),
                                       u_2 - (w.n2 * old.normal + w.t12 * old.tangent_1 + w.t22 * old.tangent_2));
+    w.nn = own_nn;
     r = lane_select_cone(general, lane_solve_general(general, q, w, friction), r);
   }
 #endif
@@ -141,17 +154,19 @@ static inline lane_mask lane_general(global const BlockBodies* bodies, u32 first
 }
 
 // Visits the pairs in lanes first .. first + LANES - 1 of a block, the contacts of a pair one after another.
-static inline void visit_pairs(u32 first, global const BlockBodies* bodies, BlockRows rows,
-                               global const ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
-                               global Motion* motions) {
+static inline void visit_pairs(const u32 purpose, u32 first, global const BlockBodies* bodies, BlockRows rows,
+                               global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
+                               global ImpulseBlock* impulse_blocks, global Motion* motions) {
   const lane_mask general = lane_general(bodies, first);
   LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
-  visit_row(first, general, contact_blocks + rows.first, impulse_blocks + rows.first, &a, &b);
+  visit_row(purpose, first, general, contact_blocks + rows.first, softness_blocks + rows.first,
+            impulse_blocks + rows.first, &a, &b);
 #if FEATURE_MANIFOLDS
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   for (u32 k = 1u; k < rows.count; ++k) {
     LaneBody next_a = a, next_b = b;
-    visit_row(first, general, contact_blocks + rows.first + k, impulse_blocks + rows.first + k, &next_a, &next_b);
+    visit_row(purpose, first, general, contact_blocks + rows.first + k, softness_blocks + rows.first + k,
+              impulse_blocks + rows.first + k, &next_a, &next_b);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
     lane_keep(there, next_a, &a);
     lane_keep(there, next_b, &b);

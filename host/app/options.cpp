@@ -29,9 +29,9 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.add_option("--dt", options.dt, "Length of a step, s")->check(positive);
   command.add_option("--substeps", options.substeps, "Sub-steps of a step")->check(positive);
   command.add_option("--iterations", options.iterations, "Solver iterations of a sub-step")->check(positive);
-  command.add_option("--solver", options.solver, "Contact solver")
-      ->check(CLI::IsMember({"gauss_seidel"}))
-      ->capture_default_str();
+  command.add_option("--solver", options.solver, "Contact solver instead of the scene's")
+      ->transform(CLI::CheckedTransformer(
+          std::vector<std::pair<std::string, Solver>>(std::begin(solver_names), std::end(solver_names))));
   command.add_option("--precision", options.precision, "float or double instead of what the scene asks for")
       ->check(CLI::IsMember({"float", "double"}));
 
@@ -49,6 +49,7 @@ Scene read_scene_with(const SceneOptions& options) {
   Settings& settings = scene.settings;
   settings.dt = options.dt.value_or(settings.dt);
   settings.steps = options.steps.value_or(settings.steps);
+  if (options.solver && *options.solver != settings.solver) use_solver(settings, *options.solver);
   settings.substeps = options.substeps.value_or(settings.substeps);
   settings.iterations = options.iterations.value_or(settings.iterations);
   if (!options.precision.empty()) settings.precision = options.precision;

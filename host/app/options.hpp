@@ -16,7 +16,7 @@ struct SceneOptions {
   std::string device = "auto";
   std::optional<u32> steps, substeps, iterations;
   std::optional<double> time, dt;  // s
-  std::string solver = "gauss_seidel";
+  std::optional<Solver> solver;
   std::string precision;  // empty: the scene's
   DeviceOptions device_options;
 };

@@ -81,7 +81,7 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   Report report;
   report.scene = scene.name;
   report.precision = scene.settings.precision;
-  report.solver = options.solver;
+  report.solver = name_of(scene.settings.solver);
   report.worlds = state.sizes.worlds;
   report.bodies = state.sizes.bodies;
   report.steps = scene.settings.steps;

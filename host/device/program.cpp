@@ -29,6 +29,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::sensors, "SENSORS"},
     {Feature::continuous, "CONTINUOUS"},
     {Feature::queries, "QUERIES"},
+    {Feature::soft_contacts, "SOFT_CONTACTS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -16,6 +16,13 @@ SystemBody system_body(const Motion<real>& motion) {
   return body;
 }
 
+// What the last sweep of a sub-step asked for: soft contacts are relaxed by then.
+template <class real>
+double relaxed_bias(const Buffers<real>& buffers, u32 row, u32 lane) {
+  const bool soft = !buffers.softness_blocks.empty() && buffers.softness_blocks[row].softness[lane] > 0;
+  return soft ? 0 : double(buffers.contact_blocks[row].bias[lane]);
+}
+
 }  // namespace
 
 template <class real>
@@ -38,7 +45,7 @@ ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> 
     c.normal = Eigen::Vector3d(data.normal_x[lane], data.normal_y[lane], data.normal_z[lane]).normalized();
     c.arm_a = {double(data.arm_a_x[lane]), double(data.arm_a_y[lane]), double(data.arm_a_z[lane])};
     c.arm_b = {double(data.arm_b_x[lane]), double(data.arm_b_y[lane]), double(data.arm_b_z[lane])};
-    c.bias = double(data.bias[lane]);
+    c.bias = relaxed_bias(buffers, row, lane);
     c.friction = double(data.friction[lane]);
     c.impulse =
         double(stored.normal) * c.normal + Eigen::Vector3d(stored.tangent_x, stored.tangent_y, stored.tangent_z);

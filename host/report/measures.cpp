@@ -145,6 +145,7 @@ std::vector<Buffer> measured_buffers(Features features) {
     for (const Buffer buffer : {Buffer::shape_infos, Buffer::contacts, Buffer::contact_points, Buffer::contact_slots,
                                 Buffer::contact_blocks, Buffer::cached_impulses})
       buffers.push_back(buffer);
+    if (has(features, Feature::soft_contacts)) buffers.push_back(Buffer::softness_blocks);
   }
   return buffers;
 }

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "host/error.hpp"
 #include "host/scene/broad_phase.hpp"
 #include "host/scene/hull_tables.hpp"
-#include "host/scene/json_node.hpp"
+#include "host/scene/rounding.hpp"
+#include "host/scene/step_params.hpp"
 #include "host/scene/touching.hpp"
 
 namespace lockstep {
@@ -18,54 +18,6 @@ namespace {
 
 // Lists are indexed by 32 bits, and are several times as long.
 constexpr std::size_t most_in_batch = std::size_t{1} << 27;
-
-// Where a number comes from, for errors: the scene, and the body where there is one.
-struct Origin {
-  const Scene& scene;
-  const BodyDescription* body = nullptr;
-
-  [[noreturn]] void fail(const std::string& what) const {
-    std::string where = scene.source;
-    if (body != nullptr) {
-      where += fmt::format(": body {}", body - scene.bodies.data());
-      if (!body->name.empty()) where += fmt::format(" ({})", quote(body->name));
-    }
-    throw Error(Failure::input, where, what);
-  }
-};
-
-template <class real>
-constexpr const char* precision_name = sizeof(real) == sizeof(float) ? "float" : "double";
-
-// The one rounding from what a scene says to the precision of the run.
-template <class real>
-real rounded(double x, const char* name, const Origin& origin) {
-  if (!(std::abs(x) <= static_cast<double>(std::numeric_limits<real>::max()))) {
-    const std::string value = x == x ? fmt::format("{}", x) : "not a number";
-    origin.fail(fmt::format("{} must fit {}, is {}", name, precision_name<real>, value));
-  }
-  return static_cast<real>(x);
-}
-
-// The same for masses, radii and time steps, which must not vanish, and whose inverses must not overflow.
-template <class real>
-real rounded_positive(double x, const char* name, const Origin& origin) {
-  const real r = rounded<real>(x, name, origin);
-  if (!(r >= std::numeric_limits<real>::min()) || !(r <= 1 / std::numeric_limits<real>::min())) {
-    origin.fail(fmt::format("{} and its inverse must fit {}, is {}", name, precision_name<real>, x));
-  }
-  return r;
-}
-
-template <class real>
-Vec4<real> rounded(const Vector3& v, const char* name, const Origin& origin) {
-  return {rounded<real>(v[0], name, origin), rounded<real>(v[1], name, origin), rounded<real>(v[2], name, origin), 0};
-}
-
-template <class real>
-Vec4<real> rounded(const Quaternion& q) {
-  return {static_cast<real>(q[0]), static_cast<real>(q[1]), static_cast<real>(q[2]), static_cast<real>(q[3])};
-}
 
 bool is_isotropic(const Vector3& inertia) { return inertia[0] == inertia[1] && inertia[1] == inertia[2]; }
 
@@ -119,7 +71,7 @@ class Compiler {
     set_features();
     set_sizes();
     resize(state_.buffers, state_.sizes, state_.features);
-    set_params();
+    state_.params = make_params<real>(worlds_[0], state_.sizes, state_.features);
     return std::move(state_);
   }
 
@@ -134,7 +86,6 @@ class Compiler {
   void set_features();
   Feature broad_phase() const;
   void set_sizes();
-  void set_params();
 
   std::span<const Scene> worlds_;
   InitialState<real> state_;
@@ -341,6 +292,13 @@ void Compiler<real>::set_features() {
     }
   }
   if (has(features, Feature::contacts)) features = with(features, broad_phase());
+  if (has(features, Feature::contacts) && settings.solver == Solver::small_steps) {
+    features = with(features, Feature::soft_contacts);
+    if (settings.integrator != Integrator::semi_implicit_euler) {
+      throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
+                  "small_steps goes with the integrator semi_implicit_euler only; leave one of the two out");
+    }
+  }
 }
 
 // What a shape can reach in a step at its first speed, so that a scene with bullets counts as one of unequal sizes.
@@ -384,43 +342,6 @@ void Compiler<real>::set_sizes() {
   // each colour, and the overflow, may end in a block that is not full
   sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;
   sizes.rows = sizes.blocks;
-}
-
-template <class real>
-void Compiler<real>::set_params() {
-  const Settings& settings = worlds_[0].settings;
-  const Origin origin = {worlds_[0]};
-  StepParams<real>& p = state_.params;
-  p.dt = rounded_positive<real>(settings.dt / settings.substeps, "dt / substeps", origin);
-  switch (settings.integrator) {
-    case Integrator::explicit_euler: p.theta = 0; break;
-    case Integrator::trapezoidal: p.theta = real(0.5); break;
-    case Integrator::semi_implicit_euler:
-    case Integrator::runge_kutta: p.theta = 1; break;
-  }
-  switch (settings.gyroscopic) {
-    case Gyroscopic::none:
-    case Gyroscopic::explicit_: p.gyroscopic_theta = 0; break;
-    case Gyroscopic::midpoint: p.gyroscopic_theta = real(0.5); break;
-    case Gyroscopic::implicit: p.gyroscopic_theta = 1; break;
-  }
-  p.gyroscopic = has(state_.features, Feature::gyroscopic);
-  p.restitution_threshold = rounded<real>(settings.restitution_threshold, "restitution_threshold", origin);
-  p.correction = rounded<real>(settings.correction, "correction", origin);
-  p.correction_limit = rounded<real>(settings.correction_limit, "correction_limit", origin);
-  p.slop = rounded<real>(settings.slop, "slop", origin);
-  p.margin = rounded<real>(settings.margin, "margin", origin);
-  p.speed_limit = rounded<real>(settings.speed_limit, "speed_limit", origin);
-  p.bodies = state_.sizes.bodies;
-  p.shapes = state_.sizes.shapes;
-  p.worlds = state_.sizes.worlds;
-  p.buckets = state_.sizes.buckets;
-  p.pair_capacity = state_.sizes.pairs;
-  p.contact_capacity = state_.sizes.contacts;
-  p.block_capacity = state_.sizes.blocks;
-  p.row_capacity = state_.sizes.rows;
-  p.iterations = settings.iterations;
-  p.substeps = settings.substeps;
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 
 #include <initializer_list>
 #include <nlohmann/json.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -63,6 +64,10 @@ class JsonNode {
   /// One of a few words, each with its value.
   template <class Value>
   Value choice(const std::string& kind, std::initializer_list<std::pair<const char*, Value>> choices) const {
+    return choice(kind, std::span(choices.begin(), choices.size()));
+  }
+  template <class Value>
+  Value choice(const std::string& kind, std::span<const std::pair<const char*, Value>> choices) const {
     const std::string word = text();
     std::vector<std::string> words;
     for (const auto& [name, value] : choices) {

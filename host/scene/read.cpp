@@ -20,12 +20,15 @@ namespace fs = std::filesystem;
 constexpr std::size_t largest_file = 64u << 20;
 
 Settings read_settings(const JsonNode& node) {
-  node.expect_object({"dt", "steps", "substeps", "iterations", "integrator", "gyroscopic", "restitution_threshold",
-                      "correction", "correction_limit", "slop", "margin", "speed_limit", "broad_phase", "events",
-                      "precision"});
+  node.expect_object({"dt", "steps", "solver", "contact_frequency", "contact_damping", "substeps", "iterations",
+                      "integrator", "gyroscopic", "restitution_threshold", "correction", "correction_limit", "slop",
+                      "margin", "speed_limit", "broad_phase", "events", "precision"});
   Settings s;
   if (node.has("dt")) s.dt = node.at("dt").positive();
   if (node.has("steps")) s.steps = node.at("steps").integer(1, 1000000000);
+  if (node.has("solver")) {
+    use_solver(s, node.at("solver").choice<Solver>("solver", solver_names));
+  }
   if (node.has("substeps")) s.substeps = node.at("substeps").integer(1, 10000);
   if (node.has("iterations")) s.iterations = node.at("iterations").integer(1, 100000);
   if (node.has("integrator")) {
@@ -45,6 +48,8 @@ Settings read_settings(const JsonNode& node) {
   if (node.has("restitution_threshold")) s.restitution_threshold = node.at("restitution_threshold").not_negative();
   if (node.has("correction")) s.correction = node.at("correction").share();
   if (node.has("correction_limit")) s.correction_limit = node.at("correction_limit").not_negative();
+  if (node.has("contact_frequency")) s.contact_frequency = node.at("contact_frequency").positive();
+  if (node.has("contact_damping")) s.contact_damping = node.at("contact_damping").positive();
   if (node.has("slop")) s.slop = node.at("slop").not_negative();
   if (node.has("margin")) s.margin = node.at("margin").not_negative();
   if (node.has("speed_limit")) s.speed_limit = node.at("speed_limit").positive();

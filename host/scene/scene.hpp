@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/scene/exact_math.hpp"
@@ -15,6 +16,12 @@ enum class Integrator { explicit_euler, semi_implicit_euler, trapezoidal, runge_
 
 /// At which angular velocity the gyroscopic moment w x I w is taken: left out, at the old, the new or the mean one.
 enum class Gyroscopic { none, explicit_, implicit, midpoint };
+
+/// How contacts are solved: `gauss_seidel`, sweeps over hard contacts; `small_steps`, few sweeps in each of several
+/// sub-steps over soft contacts, and one that takes back what the springs added.
+enum class Solver { gauss_seidel, small_steps };
+inline constexpr std::pair<const char*, Solver> solver_names[] = {{"gauss_seidel", Solver::gauss_seidel},
+                                                                  {"small_steps", Solver::small_steps}};
 
 /// How candidate pairs are found. `automatic` takes the tree where shapes differ much in size.
 enum class BroadPhase { automatic, grid, bvh };
@@ -61,6 +68,7 @@ struct BodyDescription {
 struct Settings {
   double dt = 1.0 / 60;
   u32 steps = 300;
+  Solver solver = Solver::gauss_seidel;
   u32 substeps = 1;
   u32 iterations = 10;
   Integrator integrator = Integrator::semi_implicit_euler;
@@ -68,6 +76,8 @@ struct Settings {
   double restitution_threshold = 0;  // m/s
   double correction = 0.2;           // Baumgarte: share of the penetration taken back in a sub-step
   double correction_limit = 3;       // m/s
+  double contact_frequency = 30;     // Hz, of a soft contact; at most a quarter of the rate of sub-steps
+  double contact_damping = 10;       // of a soft contact, in parts of the critical damping
   double slop = 1e-4;                // m
   double margin = 0.005;             // m
   double speed_limit = 1e5;          // m/s
@@ -75,6 +85,15 @@ struct Settings {
   bool events = false;              // tell who begins and ceases to touch
   std::string precision = "float";  // what a run uses unless it is told
 };
+
+/// Sets the solver, and the sub-steps and sweeps that it is meant to have.
+inline void use_solver(Settings& settings, Solver solver) {
+  settings.solver = solver;
+  settings.substeps = solver == Solver::small_steps ? 4 : 1;
+  settings.iterations = solver == Solver::small_steps ? 1 : 10;
+}
+
+inline const char* name_of(Solver solver) { return solver_names[static_cast<u32>(solver)].first; }
 
 struct Scene {
   std::string name, source;  // the file's stem and path

@@ -66,6 +66,12 @@ void launch_solve_contacts(Launcher& launcher) {
     sweep(launcher, "solve_color", "solve_tail", {{"first_color", plan.colors}, {"sweeps", 1u}});
 }
 
+void launch_relax_contacts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  if (plan.small || plan.colors == 0) return launcher.run_group("relax_tail", {{"first_color", 0u}});
+  sweep(launcher, "relax_color", "relax_tail", {{"first_color", plan.colors}});
+}
+
 void launch_store_impulses(Launcher& launcher) { launcher.run("store_impulses", launcher.plan().contacts); }
 
 }  // namespace lockstep

@@ -1,0 +1,22 @@
+// After a sub-step has moved the bodies, takes back the velocity that soft contacts gave them only to push overlap
+// apart (Catto, Solver2D, 2024: "relaxing"; Macklin et al., Small Steps in Physics Simulation, 2019, for the
+// sub-steps): one more sweep over the colours, in which contacts that overlap ask for no more than u_n >= 0, and are
+// hard. Contacts that are open or bounce keep their law.
+#pragma once
+
+#include "cpu_reference/visit_contact.hpp"
+
+namespace lockstep::reference {
+
+template <class real>
+void relax_contacts(Buffers<real>& buffers, const StepParams<real>&) {
+  if (step_is_void(buffers.counters)) return;
+  for_each_contact_slot(buffers, [&](const BlockBodies& bodies, u32 row, u32 lane) {
+    const ContactBlock<real>& block = buffers.contact_blocks[row];
+    const real bias = softness_of(buffers, row, lane) > 0 ? real(0) : block.bias[lane];
+    visit_contact(block, bias, real(0), buffers.impulse_blocks[row], bodies.kind[lane], lane,
+                  buffers.motions[bodies.body_a[lane]], buffers.motions[bodies.body_b[lane]]);
+  });
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,71 @@
+#include "host/scene/step_params.hpp"
+
+#include <algorithm>
+
+#include "host/scene/rounding.hpp"
+
+namespace lockstep {
+
+namespace {
+
+// How a sub-step takes overlap back: the share of it, and the softness of the contact in parts of its w_nn.
+struct Correction {
+  double share, softness;
+};
+
+// A soft contact is a spring of angular frequency w and damping ratio z, taken implicitly (Catto, Soft Constraints, GDC
+// 2011): with c = h w (2 z + h w) it pushes at w / (2 z + h w) times the depth, and has the softness w_nn / c.
+Correction correction_of(const Settings& settings) {
+  if (settings.solver != Solver::small_steps) return {settings.correction, 0};
+  const double h = settings.dt / settings.substeps;
+  const double turn = 6.283185307179586 * h * std::min(settings.contact_frequency, 0.25 / h);
+  const double damped = 2 * settings.contact_damping + turn;
+  return {turn / damped, 1 / (turn * damped)};
+}
+
+}  // namespace
+
+template <class real>
+StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features features) {
+  const Settings& settings = scene.settings;
+  const Origin origin = {scene};
+  StepParams<real> p = {};
+  p.dt = rounded_positive<real>(settings.dt / settings.substeps, "dt / substeps", origin);
+  switch (settings.integrator) {
+    case Integrator::explicit_euler: p.theta = 0; break;
+    case Integrator::trapezoidal: p.theta = real(0.5); break;
+    case Integrator::semi_implicit_euler:
+    case Integrator::runge_kutta: p.theta = 1; break;
+  }
+  switch (settings.gyroscopic) {
+    case Gyroscopic::none:
+    case Gyroscopic::explicit_: p.gyroscopic_theta = 0; break;
+    case Gyroscopic::midpoint: p.gyroscopic_theta = real(0.5); break;
+    case Gyroscopic::implicit: p.gyroscopic_theta = 1; break;
+  }
+  p.gyroscopic = has(features, Feature::gyroscopic);
+  p.restitution_threshold = rounded<real>(settings.restitution_threshold, "restitution_threshold", origin);
+  const Correction correction = correction_of(settings);
+  p.correction = rounded<real>(correction.share, "correction", origin);
+  p.softness = rounded<real>(correction.softness, "contact_frequency, contact_damping: the softness", origin);
+  p.correction_limit = rounded<real>(settings.correction_limit, "correction_limit", origin);
+  p.slop = rounded<real>(settings.slop, "slop", origin);
+  p.margin = rounded<real>(settings.margin, "margin", origin);
+  p.speed_limit = rounded<real>(settings.speed_limit, "speed_limit", origin);
+  p.bodies = sizes.bodies;
+  p.shapes = sizes.shapes;
+  p.worlds = sizes.worlds;
+  p.buckets = sizes.buckets;
+  p.pair_capacity = sizes.pairs;
+  p.contact_capacity = sizes.contacts;
+  p.block_capacity = sizes.blocks;
+  p.row_capacity = sizes.rows;
+  p.iterations = settings.iterations;
+  p.substeps = settings.substeps;
+  return p;
+}
+
+template StepParams<float> make_params<float>(const Scene&, const Sizes&, Features);
+template StepParams<double> make_params<double>(const Scene&, const Sizes&, Features);
+
+}  // namespace lockstep
