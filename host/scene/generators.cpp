@@ -46,7 +46,12 @@ struct Lattice {
   std::array<Vector3, 3> steps = {};  // one step along i, j, k
   Vector3 start = {0, 0, 0};          // of the index, for centred axes
   Vector3 origin = {0, 0, 0};
+  u32 taper = 0;  // by so many copies along i each layer along k is shorter than the one below
+
+  u32 count_i(u32 k) const { return counts[0] - taper * k; }
 };
+
+constexpr u32 most_rows = 10000;  // of a pyramid
 
 u32 read_count(const JsonNode& node) { return node.integer(1, most_bodies); }
 
@@ -75,12 +80,23 @@ Lattice read_line(const JsonNode& node) {
   return lattice;
 }
 
+Lattice read_pyramid(const JsonNode& node) {
+  Lattice lattice;
+  const u32 rows = node.at("rows").integer(1, most_rows);
+  const Vector3 spacing = node.at("spacing").vector();
+  lattice.counts = {rows, 1, rows};
+  for (unsigned axis = 0; axis < 3; ++axis) lattice.steps[axis][axis] = spacing[axis];
+  lattice.taper = 1;
+  return lattice;
+}
+
 // Off the axes of a grid the steps are zero and add nothing, so that each coordinate is
 // (origin + (index - start) * spacing) + jitter, to the bit.
 Vector3 place(const Lattice& lattice, const Jitter& jitter, const std::array<u32, 3>& index, u32 number) {
-  Vector3 position = lattice.origin;
+  Vector3 start = lattice.start, position = lattice.origin;
+  if (lattice.taper > 0) start[0] = (lattice.count_i(index[2]) - 1) * 0.5;
   for (unsigned axis = 0; axis < 3; ++axis) {
-    position = exact::add(position, exact::scale(index[axis] - lattice.start[axis], lattice.steps[axis]));
+    position = exact::add(position, exact::scale(index[axis] - start[axis], lattice.steps[axis]));
   }
   return exact::add(position, jitter.at(number));
 }
@@ -88,27 +104,32 @@ Vector3 place(const Lattice& lattice, const Jitter& jitter, const std::array<u32
 }  // namespace
 
 void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
-  enum class Kind { grid, line };
-  const auto kind = node.at("generator").choice<Kind>("generator", {{"grid", Kind::grid}, {"line", Kind::line}});
-  if (kind == Kind::grid) {
+  enum class Kind { grid, line, pyramid };
+  const auto kind =
+      node.at("generator")
+          .choice<Kind>("generator", {{"grid", Kind::grid}, {"line", Kind::line}, {"pyramid", Kind::pyramid}});
+  if (kind == Kind::pyramid) {
+    node.expect_object({"generator", "rows", "spacing", "origin", "jitter", "bodies"});
+  } else if (kind == Kind::grid) {
     node.expect_object({"generator", "counts", "spacing", "origin", "centered", "jitter", "bodies"});
   } else {
     node.expect_object({"generator", "count", "step", "origin", "jitter", "bodies"});
   }
-  Lattice lattice = kind == Kind::grid ? read_grid(node) : read_line(node);
+  Lattice lattice = kind == Kind::grid ? read_grid(node) : kind == Kind::line ? read_line(node) : read_pyramid(node);
   if (node.has("origin")) lattice.origin = node.at("origin").vector();
   const Jitter jitter = node.has("jitter") ? read_jitter(node.at("jitter")) : Jitter{};
 
   const BodyList templates = read_bodies(node.at("bodies"), names);
   if (templates.bodies.empty()) node.at("bodies").fail("is empty; a generator needs a body to copy");
-  const double copies = 1.0 * lattice.counts[0] * lattice.counts[1] * lattice.counts[2];
+  double copies = 0;
+  for (u32 k = 0; k < lattice.counts[2]; ++k) copies += 1.0 * lattice.count_i(k) * lattice.counts[1];
   list.expect_room(node, copies * static_cast<double>(templates.bodies.size()),
                    copies * static_cast<double>(templates.shapes));
 
   u32 number = 0;
   for (u32 k = 0; k < lattice.counts[2]; ++k) {
     for (u32 j = 0; j < lattice.counts[1]; ++j) {
-      for (u32 i = 0; i < lattice.counts[0]; ++i, ++number) {
+      for (u32 i = 0; i < lattice.count_i(k); ++i, ++number) {
         const Vector3 shift = place(lattice, jitter, {i, j, k}, number);
         for (BodyDescription body : templates.bodies) {
           body.position = exact::add(shift, body.position);

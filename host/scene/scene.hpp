@@ -1,6 +1,7 @@
 // A scene as a file describes it, in double and SI units; z up. Reading and compiling are in read.hpp and compile.hpp.
 #pragma once
 
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -76,11 +77,11 @@ struct Settings {
   double restitution_threshold = 0;  // m/s
   double correction = 0.2;           // Baumgarte: share of the penetration taken back in a sub-step
   double correction_limit = 3;       // m/s
-  double contact_frequency = 30;     // Hz, of a soft contact; at most a quarter of the rate of sub-steps
-  double contact_damping = 10;       // of a soft contact, in parts of the critical damping
-  double slop = 1e-4;                // m
-  double margin = 0.005;             // m
-  double speed_limit = 1e5;          // m/s
+  double contact_frequency = std::numeric_limits<double>::max();  // Hz, of a soft contact; see step_params.cpp
+  double contact_damping = 5;                                     // of a soft contact, in parts of the critical damping
+  double slop = 1e-4;                                             // m
+  double margin = 0.005;                                          // m
+  double speed_limit = 1e5;                                       // m/s
   BroadPhase broad_phase = BroadPhase::automatic;
   bool events = false;              // tell who begins and ceases to touch
   std::string precision = "float";  // what a run uses unless it is told
@@ -89,7 +90,7 @@ struct Settings {
 /// Sets the solver, and the sub-steps and sweeps that it is meant to have.
 inline void use_solver(Settings& settings, Solver solver) {
   settings.solver = solver;
-  settings.substeps = solver == Solver::small_steps ? 4 : 1;
+  settings.substeps = solver == Solver::small_steps ? 5 : 1;
   settings.iterations = solver == Solver::small_steps ? 1 : 10;
 }
 
