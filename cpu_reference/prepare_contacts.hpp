@@ -69,26 +69,35 @@ void clear_lane(ContactBlock<real>& block, ImpulseBlock<real>& impulses, u32 lan
     field[lane] = 0;
 }
 
-/// The impulse that contact `i` starts from: normal part, and tangential part as a world vector.
+/// The impulse that a contact starts from: normal part, and tangential part as a world vector.
 template <class real>
-ContactImpulse<real> start_impulse(const Buffers<real>& buffers, const StepParams<real>& params, u32 i,
+ContactImpulse<real> start_impulse(const StepParams<real>& params, const StartBlock<real>& starts,
                                    const ContactBlock<real>& block, const ImpulseBlock<real>& impulses, u32 lane) {
-  if (params.substep == 0) return buffers.start_impulses[i];
+  if (params.substep == 0)
+    return {starts.normal[lane], starts.tangent_x[lane], starts.tangent_y[lane], starts.tangent_z[lane]};
   const auto [t1, t2] = tangents(Vec3<real>{block.normal_x[lane], block.normal_y[lane], block.normal_z[lane]});
   const Vec3<real> t = add3(scale3(impulses.tangent_1[lane], t1), scale3(impulses.tangent_2[lane], t2));
   return {impulses.normal[lane], t.x, t.y, t.z};
 }
 
+template <class real>
+ContactPoint<real> contact_point_of(const PointBlock<real>& p, u32 lane) {
+  return {{p.anchor_a_x[lane], p.anchor_a_y[lane], p.anchor_a_z[lane]},
+          p.radius_a[lane],
+          {p.anchor_b_x[lane], p.anchor_b_y[lane], p.anchor_b_z[lane]},
+          p.radius_b[lane],
+          {p.normal_x[lane], p.normal_y[lane], p.normal_z[lane], 0}};
+}
+
 /// Returns the softness of the contact.
 template <class real>
 real prepare_contact(const Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies, u32 lane,
-                     u32 k, ContactBlock<real>& block, ImpulseBlock<real>& impulses) {
-  const u32 i = bodies.contact[lane] + k, a = bodies.body_a[lane], b = bodies.body_b[lane];
-  const Contact& contact = buffers.contacts[i];
-  const ShapeInfo &info_a = buffers.shape_infos[contact.shape_a], &info_b = buffers.shape_infos[contact.shape_b];
+                     u32 row, ContactBlock<real>& block, ImpulseBlock<real>& impulses) {
+  const u32 a = bodies.body_a[lane], b = bodies.body_b[lane];
+  const PointBlock<real>& points = buffers.point_blocks[row];
   const Pose<real> pose_a = make_pose(buffers.positions[a], buffers.orientations[a]);
   const Pose<real> pose_b = make_pose(buffers.positions[b], buffers.orientations[b]);
-  const ContactNow<real> now = contact_now(buffers.contact_points[i], contact.normal, pose_a, pose_b);
+  const ContactNow<real> now = contact_now(contact_point_of(points, lane), points.frame[lane], pose_a, pose_b);
   const Motion<real>&motion_a = buffers.motions[a], &motion_b = buffers.motions[b];
   const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
   const Vec3<real> n = now.normal;
@@ -101,14 +110,11 @@ real prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
       n, sub3(add3(vec3(old_a.v), cross3(vec3(old_a.w), arm_a)), add3(vec3(old_b.v), cross3(vec3(old_b.w), arm_b))));
   const real u_free = dot3(n, sub3(add3(vec3(motion_a.v), cross3(vec3(motion_a.w), arm_a)),
                                    add3(vec3(motion_b.v), cross3(vec3(motion_b.w), arm_b))));
-  const WorldRange& world = buffers.world_ranges[contact.world];
-  const MaterialPair<real>& pair =
-      buffers.material_pairs[world.first_material_pair + info_a.material * world.material_count + info_b.material];
-
-  const ContactImpulse<real> start = start_impulse(buffers, params, i, block, impulses, lane);
+  const real friction = points.friction[lane];
+  const ContactImpulse<real> start = start_impulse(params, buffers.start_blocks[row], block, impulses, lane);
   const Vec3<real> tangent = {start.tangent_x, start.tangent_y, start.tangent_z};
   const ConeVector<real> r =
-      clamp_to_cone({start.normal > 0 ? start.normal : real(0), dot3(tangent, t1), dot3(tangent, t2)}, pair.friction);
+      clamp_to_cone({start.normal > 0 ? start.normal : real(0), dot3(tangent, t1), dot3(tangent, t2)}, friction);
 
   const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
   real w_nn = inverse_mass, w_11, w_22, w_n1 = 0, w_n2 = 0, w_12 = 0;
@@ -136,10 +142,9 @@ real prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
   block.arm_b_x[lane] = arm_b.x;
   block.arm_b_y[lane] = arm_b.y;
   block.arm_b_z[lane] = arm_b.z;
-  const real restitution = contact.feature == CORE_FEATURE ? real(0) : pair.restitution;
-  const NormalLaw<real> law = normal_law(params, now.gap, u_old, u_free, restitution);
+  const NormalLaw<real> law = normal_law(params, now.gap, u_old, u_free, points.restitution[lane]);
   block.bias[lane] = law.bias;
-  block.friction[lane] = pair.friction;
+  block.friction[lane] = friction;
   block.w_nn[lane] = w_nn;
   block.w_11[lane] = w_11;
   block.w_22[lane] = w_22;
@@ -164,7 +169,7 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
         ImpulseBlock<real>& impulses = buffers.impulse_blocks[row];
         real softness = 0;
         if (k < bodies.count[lane])
-          softness = prepare_contact(buffers, params, bodies, lane, k, block_row, impulses);
+          softness = prepare_contact(buffers, params, bodies, lane, row, block_row, impulses);
         else
           clear_lane(block_row, impulses, lane);
         if (!buffers.softness_blocks.empty()) buffers.softness_blocks[row].softness[lane] = softness;

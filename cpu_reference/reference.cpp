@@ -16,6 +16,7 @@
 #include "cpu_reference/mark_touching.hpp"
 #include "cpu_reference/match_contacts.hpp"
 #include "cpu_reference/pack_contacts.hpp"
+#include "cpu_reference/pack_points.hpp"
 #include "cpu_reference/prepare_contacts.hpp"
 #include "cpu_reference/relax_contacts.hpp"
 #include "cpu_reference/search_tree.hpp"

@@ -25,6 +25,7 @@ void step(Backend& backend, StepParams<real> p) {
   // contacts of one colour share no movable body, so that a colour is solved at once
   backend.run(Stage::color_contacts, p);
   backend.run(Stage::pack_contacts, p);
+  backend.run(Stage::pack_points, p);
 
   for (p.substep = 0; p.substep < p.substeps; ++p.substep) {
     backend.run(Stage::integrate_velocities, p);

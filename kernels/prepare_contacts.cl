@@ -1,201 +1,237 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Writes the packed constraint stream of a sub-step (cpu_reference/prepare_contacts.hpp states the law).
+// Writes the packed constraint stream of a sub-step, LANES pairs at a time (cpu_reference/prepare_contacts.hpp states
+// the law, cpu_reference/contact_now.hpp where a contact stands by now).
 #include "common.h"
-#include "contact_now.h"
-#include "frame.h"
-#include "rigid_body.h"
+#include "cone.h"
+#include "lane_math.h"
 #include "types.h"
+#include "visit_contact.h"
 
-static inline real prepare_bias(const StepParams p, real gap, real u_old, real u_free, real restitution, bool* soft) {
-  const real gap_free = gap + p.dt * (((real)1 - p.theta) * u_old + p.theta * u_free);
-  real bias;
-  *soft = !(gap > (real)0);
-  if (gap > (real)0) {
-    bias = p.theta > (real)0 ? (gap / p.dt + ((real)1 - p.theta) * u_old) / p.theta : gap / p.dt + u_old;
-    bias = bias > (real)0 ? bias : (real)0;
-  } else {
-    const real depth = -gap - p.slop;
-    const real speed = p.correction * (depth > (real)0 ? depth : (real)0) / p.dt;
-    bias = -(speed < p.correction_limit ? speed : p.correction_limit);
-  }
-  if (restitution > (real)0 && u_old < -p.restitution_threshold && gap_free < (real)0) {
-    const real bounce = restitution * u_old;
-    const real push_out = gap > (real)0 ? (real)0 : bias;
-    if (bounce < push_out) *soft = false;
-    bias = bounce < push_out ? bounce : push_out;
-  }
-  return bias;
+// One side of the pairs: all of the body, and its velocity at the start of the sub-step.
+typedef struct PrepareBody {
+  Lane3 position;
+  LaneQuat orientation;
+  LaneBody motion;
+  Lane3 old_v, old_w;
+} PrepareBody;
+
+// Padding lanes read the null body's motion, and the pose of the last body.
+static inline PrepareBody prepare_load(global const u32* bodies, u32 body_count, global const Vec4* positions,
+                                       global const Vec4* orientations, global const Motion* motions,
+                                       global const Velocity* previous_velocities) {
+  u32 indices[LANES];
+  for (u32 k = 0u; k < LANES; ++k) indices[k] = min(bodies[k], body_count - 1u);
+  const LaneLines pose = lane_gather_poses(positions, orientations, indices);
+  const LaneLines old = lane_gather_lines((global const Real8*)previous_velocities, 1u, indices);
+  PrepareBody body;
+  body.position = lane_make3(pose.c0, pose.c1, pose.c2);
+  body.orientation.x = pose.c4, body.orientation.y = pose.c5;
+  body.orientation.z = pose.c6, body.orientation.w = pose.c7;
+  body.motion = lane_load_bodies(motions, bodies);
+  body.old_v = lane_make3(old.c0, old.c1, old.c2);
+  body.old_w = lane_make3(old.c4, old.c5, old.c6);
+  return body;
 }
 
-static inline Vec3 prepare_central_arm(real inverse_mass, Vec3 normal, Vec3 arm) {
-  return inverse_mass > (real)0 ? scale3(dot3(normal, arm), normal) : arm;
+// How the contacts of a row stand by now.
+typedef struct PrepareNow {
+  Lane3 normal;
+  lane gap;
+  Lane3 arm_a, arm_b;
+} PrepareNow;
+
+static inline Lane3 prepare_load3(global const real* x, global const real* y, global const real* z) {
+  return lane_make3(LANE_LOAD(x), LANE_LOAD(y), LANE_LOAD(z));
 }
 
-static inline Vec3 prepare_normal(global const ContactBlock* block, u32 lane) {
-  return make3(block->normal_x[lane], block->normal_y[lane], block->normal_z[lane]);
-}
+static inline PrepareNow prepare_now(u32 first, global const PointBlock* points, PrepareBody a, PrepareBody b) {
+  const lane_u32 frame = LANE_LOAD_U32(points->frame + first);
+  const lane_mask of_a = LANE_MASK(frame == (lane_u32)NORMAL_OF_A), of_b = LANE_MASK(frame == (lane_u32)NORMAL_OF_B);
+  const lane_mask is_between = LANE_MASK(frame == (lane_u32)NORMAL_BETWEEN);
+  const lane radius_a = LANE_LOAD(points->radius_a + first), radius_b = LANE_LOAD(points->radius_b + first);
+  const Lane3 anchor_a = lane_rotate3(
+      a.orientation, prepare_load3(points->anchor_a_x + first, points->anchor_a_y + first, points->anchor_a_z + first));
+  const Lane3 anchor_b = lane_rotate3(
+      b.orientation, prepare_load3(points->anchor_b_x + first, points->anchor_b_y + first, points->anchor_b_z + first));
+  const Lane3 apart = lane_sub3(a.position, b.position);
+  const Lane3 d = lane_sub3(lane_add3(apart, anchor_a), anchor_b);
+  const lane distance = lane_length3(d);
 
-// The velocity of a body at the end of an arm.
-static inline Vec3 prepare_point_velocity(Vec3 v, Vec3 w, Vec3 arm) { return add3(v, cross3(w, arm)); }
+  const Lane3 kept = prepare_load3(points->normal_x + first, points->normal_y + first, points->normal_z + first);
+  LaneQuat turn;
+  turn.x = of_a ? a.orientation.x : b.orientation.x;
+  turn.y = of_a ? a.orientation.y : b.orientation.y;
+  turn.z = of_a ? a.orientation.z : b.orientation.z;
+  turn.w = of_a ? a.orientation.w : b.orientation.w;
+  PrepareNow now;
+  now.normal = lane_select3(of_a | of_b, lane_rotate3(turn, kept), kept);
+  now.normal = lane_select3(is_between & (distance > (lane)0),
+                            lane_make3(d.x / distance, d.y / distance, d.z / distance), now.normal);
+  now.gap = (is_between ? distance : lane_dot3(now.normal, d)) - radius_a - radius_b;
 
-static inline void prepare_write(u32 lane, Vec3 n, Vec3 arm_a, Vec3 arm_b, real bias, real friction,
-                                 global ContactBlock* block) {
-  block->normal_x[lane] = n.x;
-  block->normal_y[lane] = n.y;
-  block->normal_z[lane] = n.z;
-  block->arm_a_x[lane] = arm_a.x;
-  block->arm_a_y[lane] = arm_a.y;
-  block->arm_a_z[lane] = arm_a.z;
-  block->arm_b_x[lane] = arm_b.x;
-  block->arm_b_y[lane] = arm_b.y;
-  block->arm_b_z[lane] = arm_b.z;
-  block->bias[lane] = bias;
-  block->friction[lane] = friction;
-}
-
-static inline void prepare_write_delassus(u32 lane, real w_nn, real w_11, real w_22, real w_n1, real w_n2, real w_12,
-                                          global ContactBlock* block) {
-  block->w_nn[lane] = w_nn;
-  block->w_11[lane] = w_11;
-  block->w_22[lane] = w_22;
-  block->w_n1[lane] = w_n1;
-  block->w_n2[lane] = w_n2;
-  block->w_12[lane] = w_12;
-}
-
-#if FEATURE_GENERAL_CONTACTS
-static inline Vec3 prepare_spin(Motion body, Vec3 moment) {
-  return make3(body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
-               body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
-               body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z);
-}
-
-static inline real prepare_share(Motion a, Motion b, Vec3 arm_a, Vec3 arm_b, Vec3 d, Vec3 e) {
-  return dot3(cross3(arm_a, d), prepare_spin(a, cross3(arm_a, e))) +
-         dot3(cross3(arm_b, d), prepare_spin(b, cross3(arm_b, e)));
-}
-#endif
-
-// The impulse to start from, put back into the cone over the turned frame.
-static inline void prepare_impulse(real normal, Vec3 tangent, Vec3 t1, Vec3 t2, real friction, u32 lane,
-                                   global ImpulseBlock* impulses) {
-  normal = normal > (real)0 ? normal : (real)0;
-  const real tangent_1 = dot3(tangent, t1), tangent_2 = dot3(tangent, t2);
-  const real length = sqrt(tangent_1 * tangent_1 + tangent_2 * tangent_2);
-  const real limit = friction * normal;
-  const real scale = length > limit ? limit / length : (real)1;
-  impulses->normal[lane] = normal;
-  impulses->tangent_1[lane] = scale * tangent_1;
-  impulses->tangent_2[lane] = scale * tangent_2;
-}
-
-// The law of contact i between bodies a and b, in a lane of its row. Returns its softness.
-static inline real prepare_contact(const StepParams params, u32 i, u32 central, u32 lane,
-                                   global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
-                                   global const MaterialPair* material_pairs, global const Contact* contacts,
-                                   global const ContactPoint* contact_points,
-                                   global const ContactImpulse* start_impulses, Pose pose_a, Pose pose_b,
-                                   Motion motion_a, Motion motion_b, Velocity old_a, Velocity old_b,
-                                   global ContactBlock* block, global ImpulseBlock* impulses) {
-  const Contact contact = contacts[i];
-  const ContactNow now = contact_now(contact_points + i, contact.normal, pose_a, pose_b);
-  const Vec3 n = now.normal;
-  Vec3 t1, t2;
-  tangents(n, &t1, &t2);
-  const Vec3 arm_a = central ? prepare_central_arm(motion_a.inverse_mass, n, now.arm_a) : now.arm_a;
-  const Vec3 arm_b = central ? prepare_central_arm(motion_b.inverse_mass, n, now.arm_b) : now.arm_b;
-
-  const real u_old = dot3(n, sub3(prepare_point_velocity(vec3(old_a.v), vec3(old_a.w), arm_a),
-                                  prepare_point_velocity(vec3(old_b.v), vec3(old_b.w), arm_b)));
-  const real u_free = dot3(n, sub3(prepare_point_velocity(vec3(motion_a.v), vec3(motion_a.w), arm_a),
-                                   prepare_point_velocity(vec3(motion_b.v), vec3(motion_b.w), arm_b)));
-  const WorldRange world = world_ranges[contact.world];
-  const MaterialPair pair =
-      material_pairs[world.first_material_pair + shape_infos[contact.shape_a].material * world.material_count +
-                     shape_infos[contact.shape_b].material];
-
-  // before the block is overwritten: from sub-step to sub-step the impulse comes from there
-  if (params.substep == 0u) {
-    const ContactImpulse start = start_impulses[i];
-    prepare_impulse(start.normal, make3(start.tangent_x, start.tangent_y, start.tangent_z), t1, t2, pair.friction, lane,
-                    impulses);
-  } else {
-    Vec3 old_t1, old_t2;
-    tangents(prepare_normal(block, lane), &old_t1, &old_t2);
-    const Vec3 tangent = add3(scale3(impulses->tangent_1[lane], old_t1), scale3(impulses->tangent_2[lane], old_t2));
-    prepare_impulse(impulses->normal[lane], tangent, t1, t2, pair.friction, lane, impulses);
-  }
-
+  const lane depth = of_b ? radius_a : radius_a + (lane)0.5 * now.gap;
+  const Lane3 end_b = lane_add3(anchor_b, lane_scale3(radius_b, now.normal));
+  const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, now.normal));
+  now.arm_a = lane_select3(of_a, lane_sub3(end_b, apart), end_a);
+  now.arm_b = lane_select3(of_a, end_b, lane_add3(end_a, apart));
 #if FEATURE_CONTINUOUS
-  const real restitution = contact.feature == CORE_FEATURE ? (real)0 : pair.restitution;
-#else
-  const real restitution = pair.restitution;
+  const lane_mask of_impact = LANE_MASK(frame == (lane_u32)NORMAL_OF_IMPACT);
+  now.arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, now.normal)), now.arm_a);
+  now.arm_b = lane_select3(of_impact, end_b, now.arm_b);
 #endif
-  bool soft;
-  const real bias = prepare_bias(params, now.gap, u_old, u_free, restitution, &soft);
-  prepare_write(lane, n, arm_a, arm_b, bias, pair.friction, block);
-  const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
-  real w_nn = inverse_mass;
-  if (central) {
-    const real w_11 =
-        inverse_mass + dot3(arm_a, arm_a) * motion_a.inertia_xx + dot3(arm_b, arm_b) * motion_b.inertia_xx;
-    prepare_write_delassus(lane, inverse_mass, w_11, w_11, (real)0, (real)0, (real)0, block);
+  return now;
+}
+
+// What a contact asks of its normal velocity at the end of the sub-step: u_n + bias + softness r_n >= 0. The softness
+// is told in parts of w_nn.
+static inline lane prepare_bias(const StepParams p, lane gap, lane u_old, lane u_free, lane restitution,
+                                lane* softness) {
+  const lane old_share = (lane)((real)1 - p.theta), dt = (lane)p.dt;
+  const lane_mask open = gap > (lane)0;
+  lane closing;
+  if (p.theta > (real)0)
+    closing = (gap / dt + old_share * u_old) / (lane)p.theta;
+  else
+    closing = gap / dt + u_old;
+  closing = closing > (lane)0 ? closing : (lane)0;
+  const lane depth = -gap - (lane)p.slop;
+  const lane speed = (lane)p.correction * (depth > (lane)0 ? depth : (lane)0) / dt;
+  const lane push_out = -(speed < (lane)p.correction_limit ? speed : (lane)p.correction_limit);
+
+  const lane gap_free = gap + dt * (old_share * u_old + (lane)p.theta * u_free);
+  const lane_mask may_bounce =
+      (restitution > (lane)0) & (u_old < (lane)-p.restitution_threshold) & (gap_free < (lane)0);
+  const lane bounce = restitution * u_old;
+  const lane least = open ? (lane)0 : push_out;
+  const lane_mask bounces = may_bounce & (bounce < least);
+  *softness = open | bounces ? (lane)0 : (lane)p.softness;
+  return bounces ? bounce : (may_bounce ? least : (open ? closing : push_out));
+}
+
+// The velocities of a against b at the ends of the arms.
+static inline Lane3 prepare_velocity(Lane3 v_a, Lane3 w_a, Lane3 arm_a, Lane3 v_b, Lane3 w_b, Lane3 arm_b) {
+  return lane_sub3(lane_add3(v_a, lane_cross3(w_a, arm_a)), lane_add3(v_b, lane_cross3(w_b, arm_b)));
+}
+
+// The part of a movable body's arm along the normal: a central contact has no other, up to rounding.
+static inline Lane3 prepare_central_arm(lane_mask general, lane inverse_mass, Lane3 normal, Lane3 arm) {
+  const Lane3 along = lane_scale3(lane_dot3(normal, arm), normal);
+  const Lane3 central = lane_select3(inverse_mass > (lane)0, along, arm);
+  return lane_select3(general, arm, central);
+}
+
+static inline void prepare_store(lane_mask there, lane x, global real* p) { LANE_STORE(there ? x : (lane)0, p); }
+
+// The impulses to start from, of the last step or sub-step, put back into the cones over the turned frames.
+static inline LaneCone prepare_impulse(u32 substep, u32 first, Lane3 t1, Lane3 t2, lane friction,
+                                       global const StartBlock* starts, global const ContactBlock* block,
+                                       global const ImpulseBlock* impulses) {
+  lane normal;
+  Lane3 tangent;
+  if (substep == 0u) {
+    normal = LANE_LOAD(starts->normal + first);
+    tangent = prepare_load3(starts->tangent_x + first, starts->tangent_y + first, starts->tangent_z + first);
+  } else {
+    Lane3 old_t1, old_t2;
+    lane_tangents(prepare_load3(block->normal_x + first, block->normal_y + first, block->normal_z + first), &old_t1,
+                  &old_t2);
+    const LaneCone old = lane_impulse(impulses, first);
+    normal = old.normal;
+    tangent = lane_add3(lane_scale3(old.tangent_1, old_t1), lane_scale3(old.tangent_2, old_t2));
   }
+  normal = normal > (lane)0 ? normal : (lane)0;
+  return lane_clamp_to_cone(lane_make_cone(normal, lane_dot3(tangent, t1), lane_dot3(tangent, t2)), friction);
+}
+
+static inline LaneDelassus prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 t2, Lane3 arm_a, Lane3 arm_b,
+                                            LaneBody a, LaneBody b) {
+  const lane inverse_mass = a.inverse_mass + b.inverse_mass;
+  LaneDelassus w;
+  w.nn = inverse_mass;
+  w.t11 = inverse_mass + lane_dot3(arm_a, arm_a) * a.xx + lane_dot3(arm_b, arm_b) * b.xx;
+  w.t22 = w.t11;
+  w.n1 = w.n2 = w.t12 = (lane)0;
 #if FEATURE_GENERAL_CONTACTS
-  if (!central) {
-    w_nn = inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, n, n);
-    prepare_write_delassus(lane, w_nn, inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, t1, t1),
-                           inverse_mass + prepare_share(motion_a, motion_b, arm_a, arm_b, t2, t2),
-                           prepare_share(motion_a, motion_b, arm_a, arm_b, n, t1),
-                           prepare_share(motion_a, motion_b, arm_a, arm_b, n, t2),
-                           prepare_share(motion_a, motion_b, arm_a, arm_b, t1, t2), block);
-  }
+  const Lane3 n_a = lane_cross3(arm_a, n), t1_a = lane_cross3(arm_a, t1), t2_a = lane_cross3(arm_a, t2);
+  const Lane3 n_b = lane_cross3(arm_b, n), t1_b = lane_cross3(arm_b, t1), t2_b = lane_cross3(arm_b, t2);
+  const Lane3 spin_n_a = lane_spin(a, general, n_a), spin_n_b = lane_spin(b, general, n_b);
+  const Lane3 spin_1_a = lane_spin(a, general, t1_a), spin_1_b = lane_spin(b, general, t1_b);
+  const Lane3 spin_2_a = lane_spin(a, general, t2_a), spin_2_b = lane_spin(b, general, t2_b);
+  w.nn = general ? inverse_mass + (lane_dot3(n_a, spin_n_a) + lane_dot3(n_b, spin_n_b)) : w.nn;
+  w.t11 = general ? inverse_mass + (lane_dot3(t1_a, spin_1_a) + lane_dot3(t1_b, spin_1_b)) : w.t11;
+  w.t22 = general ? inverse_mass + (lane_dot3(t2_a, spin_2_a) + lane_dot3(t2_b, spin_2_b)) : w.t22;
+  w.n1 = general ? lane_dot3(n_a, spin_1_a) + lane_dot3(n_b, spin_1_b) : w.n1;
+  w.n2 = general ? lane_dot3(n_a, spin_2_a) + lane_dot3(n_b, spin_2_b) : w.n2;
+  w.t12 = general ? lane_dot3(t1_a, spin_2_a) + lane_dot3(t1_b, spin_2_b) : w.t12;
 #endif
-  return soft ? params.softness * w_nn : (real)0;
+  return w;
 }
 
-static inline void prepare_padding(u32 lane, global ContactBlock* block, global ImpulseBlock* impulses) {
-  const Vec3 zero = make3((real)0, (real)0, (real)0);
-  prepare_write(lane, zero, zero, zero, (real)0, (real)0, block);
-  prepare_write_delassus(lane, (real)0, (real)0, (real)0, (real)0, (real)0, (real)0, block);
-  prepare_impulse((real)0, zero, zero, zero, (real)0, lane, impulses);
+// The laws of a row of contacts, in the lanes where there are any.
+static inline void prepare_row(const StepParams params, u32 first, lane_mask there, lane_mask general, PrepareBody a,
+                               PrepareBody b, global const PointBlock* points, global const StartBlock* starts,
+                               global ContactBlock* block, global SoftnessBlock* softness_block,
+                               global ImpulseBlock* impulses) {
+  const PrepareNow now = prepare_now(first, points, a, b);
+  const Lane3 n = now.normal;
+  Lane3 t1, t2;
+  lane_tangents(n, &t1, &t2);
+  const Lane3 arm_a = prepare_central_arm(general, a.motion.inverse_mass, n, now.arm_a);
+  const Lane3 arm_b = prepare_central_arm(general, b.motion.inverse_mass, n, now.arm_b);
+  const lane u_old = lane_dot3(n, prepare_velocity(a.old_v, a.old_w, arm_a, b.old_v, b.old_w, arm_b));
+  const lane u_free = lane_dot3(n, prepare_velocity(a.motion.v, a.motion.w, arm_a, b.motion.v, b.motion.w, arm_b));
+  const lane friction = LANE_LOAD(points->friction + first);
+  lane softness;
+  const lane bias = prepare_bias(params, now.gap, u_old, u_free, LANE_LOAD(points->restitution + first), &softness);
+  const LaneDelassus w = prepare_delassus(general, n, t1, t2, arm_a, arm_b, a.motion, b.motion);
+  const LaneCone r = prepare_impulse(params.substep, first, t1, t2, friction, starts, block, impulses);
+
+  prepare_store(there, n.x, block->normal_x + first);
+  prepare_store(there, n.y, block->normal_y + first);
+  prepare_store(there, n.z, block->normal_z + first);
+  prepare_store(there, arm_a.x, block->arm_a_x + first);
+  prepare_store(there, arm_a.y, block->arm_a_y + first);
+  prepare_store(there, arm_a.z, block->arm_a_z + first);
+  prepare_store(there, arm_b.x, block->arm_b_x + first);
+  prepare_store(there, arm_b.y, block->arm_b_y + first);
+  prepare_store(there, arm_b.z, block->arm_b_z + first);
+  prepare_store(there, bias, block->bias + first);
+  prepare_store(there, friction, block->friction + first);
+  prepare_store(there, w.nn, block->w_nn + first);
+  prepare_store(there, w.t11, block->w_11 + first);
+  prepare_store(there, w.t22, block->w_22 + first);
+  prepare_store(there, w.n1, block->w_n1 + first);
+  prepare_store(there, w.n2, block->w_n2 + first);
+  prepare_store(there, w.t12, block->w_12 + first);
+  prepare_store(there, r.normal, impulses->normal + first);
+  prepare_store(there, r.tangent_1, impulses->tangent_1 + first);
+  prepare_store(there, r.tangent_2, impulses->tangent_2 + first);
+#if FEATURE_SOFT_CONTACTS
+  prepare_store(there & (softness > (lane)0), softness * w.nn, softness_block->softness + first);
+#endif
 }
 
-kernel void prepare_contacts(const StepParams params, global const WorldRange* world_ranges,
-                             global const ShapeInfo* shape_infos, global const MaterialPair* material_pairs,
-                             global const Vec4* positions, global const Vec4* orientations,
+kernel void prepare_contacts(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
                              global const Motion* motions, global const Velocity* previous_velocities,
-                             global const Contact* contacts, global const ContactPoint* contact_points,
-                             global const ContactImpulse* start_impulses, global const BlockBodies* block_bodies,
-                             global const BlockRows* block_rows, global ContactBlock* contact_blocks,
-                             global ImpulseBlock* impulse_blocks, global SoftnessBlock* softness_blocks,
-                             global const u32* counters) {
+                             global const PointBlock* point_blocks, global const StartBlock* start_blocks,
+                             global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                             global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
+                             global SoftnessBlock* softness_blocks, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  FOR_EACH(slot, counters[COUNTER_BLOCKS] * PACK) {
-    const u32 lane = slot % PACK;
-    global const BlockBodies* bodies = block_bodies + slot / PACK;
-    const BlockRows rows = block_rows[slot / PACK];
-    const u32 count = bodies->count[lane];
-    if (count > 0u) {
-      const u32 a = bodies->body_a[lane], b = bodies->body_b[lane];
-      const Pose pose_a = make_pose(positions[a], orientations[a]), pose_b = make_pose(positions[b], orientations[b]);
-      const Motion motion_a = motions[a], motion_b = motions[b];
-      const Velocity old_a = previous_velocities[a], old_b = previous_velocities[b];
-      for (u32 k = 0u; k < count; ++k) {
-        const real softness = prepare_contact(params, bodies->contact[lane] + k, bodies->kind[lane] == BLOCK_CENTRAL,
-                                              lane, world_ranges, shape_infos, material_pairs, contacts, contact_points,
-                                              start_impulses, pose_a, pose_b, motion_a, motion_b, old_a, old_b,
-                                              contact_blocks + rows.first + k, impulse_blocks + rows.first + k);
-#if FEATURE_SOFT_CONTACTS
-        softness_blocks[rows.first + k].softness[lane] = softness;
-#endif
-      }
-    }
-    for (u32 k = count; k < rows.count; ++k) {
-      prepare_padding(lane, contact_blocks + rows.first + k, impulse_blocks + rows.first + k);
-#if FEATURE_SOFT_CONTACTS
-      softness_blocks[rows.first + k].softness[lane] = (real)0;
-#endif
+  FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
+    const u32 first = item % ITEMS_PER_BLOCK * LANES;
+    global const BlockBodies* bodies = block_bodies + item / ITEMS_PER_BLOCK;
+    const BlockRows rows = block_rows[item / ITEMS_PER_BLOCK];
+    const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
+    const lane_mask general = lane_general(bodies, first);
+    const PrepareBody a =
+        prepare_load(bodies->body_a + first, params.bodies, positions, orientations, motions, previous_velocities);
+    const PrepareBody b =
+        prepare_load(bodies->body_b + first, params.bodies, positions, orientations, motions, previous_velocities);
+    for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
+      const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
+      prepare_row(params, first, there, general, a, b, point_blocks + row, start_blocks + row, contact_blocks + row,
+                  softness_blocks + row, impulse_blocks + row);
     }
   }
 }

@@ -320,7 +320,19 @@ INDEX_RECORD(BlockBodies) {
 // points come first, so that a block has as many rows as its first lane has points.
 INDEX_RECORD(BlockRows) { u32 first, count; };
 
-// A row of contacts. The tangents are recomputed from the normal.
+// A row of contacts as the step finds them (ContactPoint), with the material of each pair.
+RECORD(PointBlock) {
+  real anchor_a_x[PACK], anchor_a_y[PACK], anchor_a_z[PACK], radius_a[PACK];
+  real anchor_b_x[PACK], anchor_b_y[PACK], anchor_b_z[PACK], radius_b[PACK];
+  real normal_x[PACK], normal_y[PACK], normal_z[PACK];
+  real friction[PACK], restitution[PACK];
+  u32 frame[PACK];  // NormalFrame
+};
+
+// The impulses that a row of contacts starts the step from (ContactImpulse).
+RECORD(StartBlock) { real normal[PACK], tangent_x[PACK], tangent_y[PACK], tangent_z[PACK]; };
+
+// A row of contacts as a sub-step sees them. The tangents are recomputed from the normal.
 RECORD(ContactBlock) {
   real normal_x[PACK], normal_y[PACK], normal_z[PACK];  // world frame, from b to a
   real arm_a_x[PACK], arm_a_y[PACK], arm_a_z[PACK];  // from the centre of mass of a to the contact point, world frame

@@ -61,6 +61,7 @@ TYPED_TEST(PrepareContacts, KernelMatchesReference) {
   Random random(22);
   for (auto& start : state.buffers.start_impulses)
     start = {real(random.between(-0.2, 1)), real(random.between(-1, 1)), real(random.between(-1, 1)), 0};
+  reference::run_stage(Stage::pack_points, state.buffers, state.params);
   run_twins(Stage::prepare_contacts, state);
   state.params.substep = 1;  // impulses from the blocks
   run_twins(Stage::prepare_contacts, state);
@@ -182,6 +183,7 @@ TYPED_TEST(PrepareContacts, ImpulsesSurviveATurnedFrame) {
   run_until_prepared(state);
   Buffers<real>& b = state.buffers;
   b.start_impulses[0] = {10, real(3), real(-2), 0};
+  reference::run_stage(Stage::pack_points, b, state.params);
   reference::run_stage(Stage::prepare_contacts, b, state.params);
   const auto tangent_world = [&] {
     const ContactBlock<real>& c = b.contact_blocks[0];
@@ -210,10 +212,12 @@ TYPED_TEST(PrepareContacts, ImpulsesStartInsideTheCone) {
   run_until_prepared(state);
   Buffers<real>& b = state.buffers;
   b.start_impulses[0] = {2, real(3), real(4), 0};  // friction 0.5: at most 1
+  reference::run_stage(Stage::pack_points, b, state.params);
   reference::run_stage(Stage::prepare_contacts, b, state.params);
   EXPECT_NEAR(std::hypot(double(b.impulse_blocks[0].tangent_1[0]), double(b.impulse_blocks[0].tangent_2[0])), 1,
               tolerance<real>);
   b.start_impulses[0] = {-1, 1, 0, 0};
+  reference::run_stage(Stage::pack_points, b, state.params);
   reference::run_stage(Stage::prepare_contacts, b, state.params);
   EXPECT_EQ(double(b.impulse_blocks[0].normal[0]), 0);
   EXPECT_EQ(double(b.impulse_blocks[0].tangent_1[0]), 0);
@@ -223,9 +227,9 @@ TYPED_TEST(PrepareContacts, ImpulsesStartInsideTheCone) {
 TYPED_TEST(PrepareContacts, PaddingIsZero) {
   using real = TypeParam;
   InitialState<real> state = sphere_over_ground<real>(0, 0, 0);
-  run_reference(state,
-                {Stage::begin_step, Stage::update_bounds, Stage::sort_cells, Stage::find_pairs, Stage::collide,
-                 Stage::match_contacts, Stage::color_contacts, Stage::pack_contacts, Stage::integrate_velocities});
+  run_reference(state, {Stage::begin_step, Stage::update_bounds, Stage::sort_cells, Stage::find_pairs, Stage::collide,
+                        Stage::match_contacts, Stage::color_contacts, Stage::pack_contacts, Stage::pack_points,
+                        Stage::integrate_velocities});
   auto* words = reinterpret_cast<real*>(&state.buffers.contact_blocks[0]);
   const std::size_t rows = sizeof(ContactBlock<real>) / sizeof(real) / PACK;
   std::fill_n(words, rows * PACK, real(7));

@@ -55,7 +55,7 @@ TYPED_TEST(StoreImpulses, ComesBackThroughMatchAndPrepare) {
   b.impulse_blocks[0].normal[0] = 5;
   b.impulse_blocks[0].tangent_1[0] = real(0.8);
   b.impulse_blocks[0].tangent_2[0] = real(-1.1);
-  for (Stage stage : {Stage::store_impulses, Stage::match_contacts, Stage::prepare_contacts})
+  for (Stage stage : {Stage::store_impulses, Stage::match_contacts, Stage::pack_points, Stage::prepare_contacts})
     reference::run_stage(stage, b, state.params);
   EXPECT_EQ(b.impulse_blocks[0].normal[0], 5);
   EXPECT_NEAR(double(b.impulse_blocks[0].tangent_1[0]), 0.8, 1e-6);

@@ -50,7 +50,12 @@ void launch_pack_contacts(Launcher& launcher) {
   launcher.run("pack_find", plan.blocks * PACK);
 }
 
-void launch_prepare_contacts(Launcher& launcher) { launcher.run("prepare_contacts", launcher.plan().blocks * PACK); }
+void launch_pack_points(Launcher& launcher) { launcher.run("pack_points", launcher.plan().blocks * PACK); }
+
+void launch_prepare_contacts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  launcher.run("prepare_contacts", plan.blocks * (PACK / plan.lanes));
+}
 
 void launch_warm_start(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();

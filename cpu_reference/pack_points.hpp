@@ -1,0 +1,64 @@
+// Lays what a sub-step needs of each contact beside its lane, once a step, so that prepare_contacts reads it in order:
+// the contact point in the frames of the bodies, the material of the pair, and the impulse to start from. Lanes without
+// a contact are zero.
+#pragma once
+
+#include "host/buffers.hpp"
+
+namespace lockstep::reference {
+
+template <class real>
+const MaterialPair<real>& material_of(const Buffers<real>& buffers, const Contact& contact) {
+  const WorldRange& world = buffers.world_ranges[contact.world];
+  const u32 a = buffers.shape_infos[contact.shape_a].material, b = buffers.shape_infos[contact.shape_b].material;
+  return buffers.material_pairs[world.first_material_pair + a * world.material_count + b];
+}
+
+template <class real>
+void write_point(PointBlock<real>& block, StartBlock<real>& starts, u32 lane, const ContactPoint<real>& point,
+                 u32 frame, MaterialPair<real> material, const ContactImpulse<real>& start) {
+  block.anchor_a_x[lane] = point.anchor_a[0];
+  block.anchor_a_y[lane] = point.anchor_a[1];
+  block.anchor_a_z[lane] = point.anchor_a[2];
+  block.radius_a[lane] = point.radius_a;
+  block.anchor_b_x[lane] = point.anchor_b[0];
+  block.anchor_b_y[lane] = point.anchor_b[1];
+  block.anchor_b_z[lane] = point.anchor_b[2];
+  block.radius_b[lane] = point.radius_b;
+  block.normal_x[lane] = point.normal[0];
+  block.normal_y[lane] = point.normal[1];
+  block.normal_z[lane] = point.normal[2];
+  block.friction[lane] = material.friction;
+  block.restitution[lane] = material.restitution;
+  block.frame[lane] = frame;
+  starts.normal[lane] = start.normal;
+  starts.tangent_x[lane] = start.tangent_x;
+  starts.tangent_y[lane] = start.tangent_y;
+  starts.tangent_z[lane] = start.tangent_z;
+}
+
+template <class real>
+void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
+  if (step_is_void(buffers.counters)) return;
+  for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
+    const BlockBodies& bodies = buffers.block_bodies[block];
+    for (u32 k = 0; k < buffers.block_rows[block].count; ++k) {
+      PointBlock<real>& points = buffers.point_blocks[buffers.block_rows[block].first + k];
+      StartBlock<real>& starts = buffers.start_blocks[buffers.block_rows[block].first + k];
+      for (u32 lane = 0; lane < PACK; ++lane) {
+        if (k >= bodies.count[lane]) {
+          write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, ContactImpulse<real>{});
+          continue;
+        }
+        const u32 i = bodies.contact[lane] + k;
+        const Contact& contact = buffers.contacts[i];
+        MaterialPair<real> material = material_of(buffers, contact);
+        if (contact.feature == CORE_FEATURE) material.restitution = 0;
+        write_point(points, starts, lane, buffers.contact_points[i], contact.normal, material,
+                    buffers.start_impulses[i]);
+      }
+    }
+  }
+}
+
+}  // namespace lockstep::reference

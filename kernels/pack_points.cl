@@ -1,0 +1,59 @@
+#pragma OPENCL FP_CONTRACT OFF
+// Lays what a sub-step needs of each contact beside its lane (cpu_reference/pack_points.hpp).
+#include "common.h"
+#include "types.h"
+
+static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, real friction, real restitution,
+                              const ContactImpulse start, global PointBlock* block, global StartBlock* starts) {
+  block->anchor_a_x[lane] = point.anchor_a[0];
+  block->anchor_a_y[lane] = point.anchor_a[1];
+  block->anchor_a_z[lane] = point.anchor_a[2];
+  block->radius_a[lane] = point.radius_a;
+  block->anchor_b_x[lane] = point.anchor_b[0];
+  block->anchor_b_y[lane] = point.anchor_b[1];
+  block->anchor_b_z[lane] = point.anchor_b[2];
+  block->radius_b[lane] = point.radius_b;
+  block->normal_x[lane] = point.normal[0];
+  block->normal_y[lane] = point.normal[1];
+  block->normal_z[lane] = point.normal[2];
+  block->friction[lane] = friction;
+  block->restitution[lane] = restitution;
+  block->frame[lane] = frame;
+  starts->normal[lane] = start.normal;
+  starts->tangent_x[lane] = start.tangent_x;
+  starts->tangent_y[lane] = start.tangent_y;
+  starts->tangent_z[lane] = start.tangent_z;
+}
+
+kernel void pack_points(global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
+                        global const MaterialPair* material_pairs, global const Contact* contacts,
+                        global const ContactPoint* contact_points, global const ContactImpulse* start_impulses,
+                        global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                        global PointBlock* point_blocks, global StartBlock* start_blocks, global const u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+  const ContactPoint no_point = {
+      {(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0, (real)0}};
+  const ContactImpulse no_impulse = {(real)0, (real)0, (real)0, (real)0};
+  FOR_EACH(slot, counters[COUNTER_BLOCKS] * PACK) {
+    const u32 lane = slot % PACK, count = block_bodies[slot / PACK].count[lane];
+    const u32 first = block_bodies[slot / PACK].contact[lane];
+    const BlockRows rows = block_rows[slot / PACK];
+    for (u32 k = 0u; k < count; ++k) {
+      const Contact contact = contacts[first + k];
+      const WorldRange world = world_ranges[contact.world];
+      const MaterialPair pair =
+          material_pairs[world.first_material_pair + shape_infos[contact.shape_a].material * world.material_count +
+                         shape_infos[contact.shape_b].material];
+#if FEATURE_CONTINUOUS
+      const real restitution = contact.feature == CORE_FEATURE ? (real)0 : pair.restitution;
+#else
+      const real restitution = pair.restitution;
+#endif
+      pack_point(lane, contact_points[first + k], contact.normal, pair.friction, restitution, start_impulses[first + k],
+                 point_blocks + rows.first + k, start_blocks + rows.first + k);
+    }
+    for (u32 k = count; k < rows.count; ++k)
+      pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, no_impulse, point_blocks + rows.first + k,
+                 start_blocks + rows.first + k);
+  }
+}
