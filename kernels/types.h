@@ -93,9 +93,8 @@ enum Counter {
   COUNTER_MAX_EXTENT = 9,     // bits of the largest float bound of a finite shape, m
   COUNTER_LARGE_COLORS = 10,  // one more than the last colour of at least LARGE_COLOR blocks, for the next launch plan
   COUNTER_BAD_BODY = 11,      // NONE - (smallest index of a body whose state went bad); 0 where none did
-  COUNTER_BOX_PAIRS = 12,     // pairs of two boxes, for the next launch plan
-  COUNTER_TOUCHES = 13,       // pairs of shapes that touch, sensors and what is in them among them
-  COUNTER_EVENTS = 14,        // pairs that touch and did not, or the other way round
+  COUNTER_TOUCHES = 12,       // pairs of shapes that touch, sensors and what is in them among them
+  COUNTER_EVENTS = 13,        // pairs that touch and did not, or the other way round
   COUNTER_COUNT = 16
 };
 
