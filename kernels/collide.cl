@@ -179,9 +179,10 @@ kernel void collide_pairs(global const BodyInfo* body_infos, global const ShapeI
 #if LANES > 1 && FEATURE_BOXES
     Tile tile;
     tile_sort(&tile, first, end, pairs, shape_infos);
-    tile_boxes(params, &tile, &sides, body_infos, found_contacts, contact_starts);
-    for (u32 i = 0u; i < tile.others.count; ++i) {
-      const u32 p = first + tile.others.at[i];
+    tile_collide(params, &tile, &sides, body_infos, found_contacts, contact_starts);
+    const TileList* others = &tile.lists[TILE_OTHERS];
+    for (u32 i = 0u; i < others->count; ++i) {
+      const u32 p = first + others->at[i];
 #else
     for (u32 p = first; p < end; ++p) {
 #endif

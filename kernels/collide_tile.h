@@ -5,14 +5,28 @@
 #define LOCKSTEP_COLLIDE_TILE_H
 
 #include "shapes/box_box.h"
+#include "shapes/box_round_lanes.h"
 
 // At most so many pairs (host/device/launches/collision.cpp).
 #define TILE_PAIRS 128u
 
-// Pairs of one sort. What is appended is always written, and counted where it belongs.
+// What is to be done with a pair: sorts that have lanes, and all others.
+enum TileSort {
+  TILE_FACES = 0,  // boxes whose axis is the normal of a face
+  TILE_EDGES = 1,
+  TILE_SPHERE_BOX = 2,
+  TILE_BOX_SPHERE = 3,
+  TILE_BOX_PLANE = 4,
+  TILE_LANE_SORTS = 5,
+  TILE_BOXES = 5,  // whose axis is not known yet
+  TILE_OTHERS = 6,
+  TILE_SORTS = 7
+};
+
+// Pairs of one sort.
 typedef struct TileList {
   u32 count;
-  u32 at[TILE_PAIRS + 1u];  // places in the tile
+  u32 at[TILE_PAIRS + 1u];  // places in the tile; one more, so that what does not belong can be written and not counted
 } TileList;
 
 LANE_INLINE void tile_append(TileList* list, u32 place, u32 belongs) {
@@ -23,15 +37,25 @@ LANE_INLINE void tile_append(TileList* list, u32 place, u32 belongs) {
 typedef struct Tile {
   u32 first;  // pair
   u32 shape_a[TILE_PAIRS], shape_b[TILE_PAIRS], body_a[TILE_PAIRS], body_b[TILE_PAIRS];
-  TileList boxes, others;
+  TileList lists[TILE_SORTS];
+  real axes[TILE_PAIRS];  // codes of pairs of boxes
 } Tile;
 
-// Pairs of boxes that no case of its own applies to go through lanes.
+// Pairs of sensors and of bodies whose impacts are looked for are among the others.
+static inline u32 tile_sort_of(u32 kind_a, u32 kind_b, u32 flags) {
+  const bool box_a = kind_a == SHAPE_BOX, box_b = kind_b == SHAPE_BOX;
+  u32 sort = TILE_OTHERS;
+  sort = box_a && box_b ? TILE_BOXES : sort;
+  sort = kind_a == SHAPE_SPHERE && box_b ? TILE_SPHERE_BOX : sort;
+  sort = box_a && kind_b == SHAPE_SPHERE ? TILE_BOX_SPHERE : sort;
+  sort = box_a && kind_b == SHAPE_PLANE ? TILE_BOX_PLANE : sort;
+  return (flags & (SHAPE_IS_SENSOR | SHAPE_IS_CONTINUOUS)) == 0u ? sort : TILE_OTHERS;
+}
+
 static inline void tile_sort(Tile* tile, u32 first, u32 end, global const Pair* pairs,
                              global const ShapeInfo* shape_infos) {
   tile->first = first;
-  tile->boxes.count = 0u;
-  tile->others.count = 0u;
+  for (u32 sort = 0u; sort < TILE_SORTS; ++sort) tile->lists[sort].count = 0u;
   for (u32 i = 0u; i < end - first; ++i) {
     const Pair pair = pairs[first + i];
     global const ShapeInfo *a = shape_infos + pair.shape_a, *b = shape_infos + pair.shape_b;
@@ -39,10 +63,7 @@ static inline void tile_sort(Tile* tile, u32 first, u32 end, global const Pair* 
     tile->shape_b[i] = pair.shape_b;
     tile->body_a[i] = a->body;
     tile->body_b[i] = b->body;
-    const u32 special = (a->flags | b->flags) & (SHAPE_IS_SENSOR | SHAPE_IS_CONTINUOUS);
-    const u32 boxes = a->kind == SHAPE_BOX && b->kind == SHAPE_BOX && special == 0u ? 1u : 0u;
-    tile_append(&tile->boxes, i, boxes);
-    tile_append(&tile->others, i, 1u - boxes);
+    tile_append(&tile->lists[tile_sort_of(a->kind, b->kind, a->flags | b->flags)], i, 1u);
   }
 }
 
@@ -64,53 +85,69 @@ LANE_INLINE LaneBox box_of_side(const LaneSide* side) {
   return box;
 }
 
-// First the separating axis of each pair of boxes, then those that meet on a face and those that meet on edges.
-static inline void tile_boxes(StepParams params, const Tile* tile, const SideTables* tables,
-                              global const BodyInfo* body_infos, global FoundContacts* found_contacts,
-                              global u32* contact_starts) {
-  TileList faces, edges;
-  faces.count = 0u;
-  edges.count = 0u;
-  real codes[TILE_PAIRS];
-  LanePairs group;
-  LaneSides sides;
-  for (u32 first = 0u; first < tile->boxes.count; first += LANES) {
-    const u32 members = tile_lanes(&group, tile, &tile->boxes, first);
+// Finds the separating axes of pairs of boxes, and sorts those that can touch.
+static inline void tile_box_axes(StepParams params, Tile* tile, const SideTables* tables, global u32* contact_starts) {
+  const TileList* boxes = &tile->lists[TILE_BOXES];
+  for (u32 first = 0u; first < boxes->count; first += LANES) {
+    LanePairs group;
+    LaneSides sides;
+    const u32 members = tile_lanes(&group, tile, boxes, first);
     lane_sides(&sides, tables, &group);
     const LaneBox a = box_of_side(&sides.a), b = box_of_side(&sides.b);
     const BoxPair pair = box_pair(&a, &b);
     lane code;
     const lane separation = box_axis(&a, &b, &pair, &code);
-    real found[LANES];
-    LANE_STORE(code, found);
+    real codes[LANES];
+    LANE_STORE(code, codes);
     const u32 near = ~LANE_BITS(separation > lane_limit(params, &sides));
     const u32 on_edge = LANE_BITS(code >= LANE_OF(6));
     for (u32 k = 0u; k < members; ++k) {
       const u32 i = group.pair[k] - tile->first;
       contact_starts[group.pair[k]] = 0u;
-      codes[i] = found[k];
-      tile_append(&faces, i, (near & ~on_edge) >> k & 1u);
-      tile_append(&edges, i, (near & on_edge) >> k & 1u);
+      tile->axes[i] = codes[k];
+      tile_append(&tile->lists[TILE_FACES], i, (near & ~on_edge) >> k & 1u);
+      tile_append(&tile->lists[TILE_EDGES], i, (near & on_edge) >> k & 1u);
     }
   }
-  const u32 face_groups = (faces.count + LANES - 1u) / LANES, edge_groups = (edges.count + LANES - 1u) / LANES;
-  for (u32 g = 0u; g < face_groups + edge_groups; ++g) {
-    const bool on_face = g < face_groups;
-    const TileList* list = on_face ? &faces : &edges;
-    const u32 members = tile_lanes(&group, tile, list, (on_face ? g : g - face_groups) * LANES);
-    real found[LANES];
-    for (u32 k = 0u; k < LANES; ++k) found[k] = codes[group.pair[k] - tile->first];
-    lane_sides(&sides, tables, &group);
+}
+
+// The contacts of LANES pairs of one sort.
+static inline void tile_group(StepParams params, const Tile* tile, u32 sort, u32 first, const SideTables* tables,
+                              global const BodyInfo* body_infos, global FoundContacts* found_contacts,
+                              global u32* contact_starts) {
+  LanePairs group;
+  LaneSides sides;
+  LaneManifold m;
+  const u32 members = tile_lanes(&group, tile, &tile->lists[sort], first);
+  lane_sides(&sides, tables, &group);
+  if (sort == TILE_FACES || sort == TILE_EDGES) {
     const LaneBox a = box_of_side(&sides.a), b = box_of_side(&sides.b);
     const BoxPair pair = box_pair(&a, &b);
-    LaneManifold m;
-    if (on_face)
-      m = box_faces(&a, &b, &pair, LANE_LOAD(found), lane_limit(params, &sides));
+    real codes[LANES];
+    for (u32 k = 0u; k < LANES; ++k) codes[k] = tile->axes[group.pair[k] - tile->first];
+    if (sort == TILE_FACES)
+      m = box_faces(&a, &b, &pair, LANE_LOAD(codes), lane_limit(params, &sides));
     else
-      m = box_edges(&a, &b, &pair, LANE_LOAD(found));
-    const u32 points = on_face ? 4u : 1u;
-    lane_keep(params, &sides, &m, points);
-    lane_store_found(&sides, &m, points, &group, members, body_infos, found_contacts, contact_starts);
+      m = box_edges(&a, &b, &pair, LANE_LOAD(codes));
+  } else if (sort == TILE_BOX_PLANE) {
+    lane_box_plane(&sides.a, &sides.b, &m);
+  } else {
+    const bool turned = sort == TILE_BOX_SPHERE;
+    lane_sphere_box(turned ? &sides.b : &sides.a, turned ? &sides.a : &sides.b, &m);
+    if (turned) lane_flip(&m, 1u);
+  }
+  const u32 points = sort == TILE_FACES || sort == TILE_BOX_PLANE ? 4u : 1u;
+  lane_keep(params, &sides, &m, points);
+  lane_store_found(&sides, &m, points, &group, members, body_infos, found_contacts, contact_starts);
+}
+
+static inline void tile_collide(StepParams params, Tile* tile, const SideTables* tables,
+                                global const BodyInfo* body_infos, global FoundContacts* found_contacts,
+                                global u32* contact_starts) {
+  tile_box_axes(params, tile, tables, contact_starts);
+  for (u32 sort = 0u; sort < TILE_LANE_SORTS; ++sort) {
+    for (u32 first = 0u; first < tile->lists[sort].count; first += LANES)
+      tile_group(params, tile, sort, first, tables, body_infos, found_contacts, contact_starts);
   }
 }
 
