@@ -63,26 +63,33 @@ static inline Meeting poly_cross_edges(const Polytope* b, const EdgeSpan* edge_a
                        tolerance);
 }
 
-// All crossing edges against what the faces gave.
-static inline Meeting poly_edge_query(const Polytope* a, const Polytope* b, Meeting best, real tolerance) {
 #if LANES > 1
+static inline Meeting poly_edge_query_in_lanes(const Polytope* a, const Polytope* b, Meeting best, real tolerance) {
   EdgeLanes edges_b;
   edge_lanes_of(&edges_b, b);
-#endif
   for (u32 i = 0; i < a->edges; ++i) {
     const EdgeSpan edge_a = poly_edge_in(a, i, b);
-#if LANES > 1
     for (u32 first = 0u; first < edges_b.count; first += LANES) {
       u32 bits = arcs_crossing(&edge_a, a->faces > 0, &edges_b, first);
       for (; bits != 0u; bits &= bits - 1u)  // the lowest first
         best = poly_cross_edges(b, &edge_a, first + 31u - clz(bits & (0u - bits)), best, tolerance);
     }
-#else
+  }
+  return best;
+}
+#endif
+
+// All crossing edges against what the faces gave.
+static inline Meeting poly_edge_query(const Polytope* a, const Polytope* b, Meeting best, real tolerance) {
+#if LANES > 1
+  if (a->edges > 1) return poly_edge_query_in_lanes(a, b, best, tolerance);  // the lanes are filled once for all of a
+#endif
+  for (u32 i = 0; i < a->edges; ++i) {
+    const EdgeSpan edge_a = poly_edge_in(a, i, b);
     for (u32 j = 0; j < b->edges; ++j) {
       const EdgeSpan edge_b = poly_own_edge(b, j);
       if (arcs_cross(&edge_a, a->faces > 0, &edge_b)) best = poly_cross_edges(b, &edge_a, j, best, tolerance);
     }
-#endif
   }
   return best;
 }
