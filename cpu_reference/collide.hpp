@@ -11,12 +11,6 @@
 
 namespace lockstep::reference {
 
-/// Nothing but two boxes: the device has a quicker way for them.
-inline bool is_box_pair(const ShapeInfo& a, const ShapeInfo& b) {
-  return a.kind == SHAPE_BOX && b.kind == SHAPE_BOX &&
-         ((a.flags | b.flags) & (SHAPE_IS_SENSOR | SHAPE_IS_CONTINUOUS)) == 0;
-}
-
 /// One side of a pair.
 template <class real>
 struct Side {
@@ -183,8 +177,6 @@ void collide(Buffers<real>& b, const StepParams<real>& params) {
   u32 total = 0;
   for (u32 p = 0; p < pairs; ++p) {
     manifolds[p] = collide_pair(b, params, b.pairs[p]);
-    if (is_box_pair(b.shape_infos[b.pairs[p].shape_a], b.shape_infos[b.pairs[p].shape_b]))
-      ++b.counters[COUNTER_BOX_PAIRS];
     b.contact_starts[p] = total;
     total += manifolds[p].count;
   }

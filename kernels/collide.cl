@@ -1,6 +1,8 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Narrow phase (cpu_reference/collide.hpp).
+#include "collide_tile.h"
 #include "common.h"
+#include "found_contacts.h"
 #include "shapes/advance.h"
 #include "shapes/pairs.h"
 #include "shapes/reach.h"
@@ -8,25 +10,25 @@
 
 // One side of a pair.
 typedef struct Side {
-  u32 kind, hull, flags;
+  u32 body, kind, hull, flags;
   global const Shape* shape;
   global const Motion* motion;
   Pose pose;
-  Vec3 arm;  // from the centre of mass to the centre of the shape, world axes
+  Vec3 offset, arm;  // from the centre of mass to the centre of the shape: body frame, world axes
 } Side;
 
-static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, global const Shape* shapes,
-                                global const Vec4* positions, global const Vec4* orientations,
-                                global const Motion* motions) {
+static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, const SideTables* tables) {
   const ShapeInfo info = shape_infos[i];
   Side side;
+  side.body = info.body;
   side.kind = info.kind;
   side.hull = info.hull;
   side.flags = info.flags;
-  side.shape = shapes + i;
-  side.motion = motions + info.body;
-  side.pose = make_pose(positions[info.body], orientations[info.body]);
-  side.arm = rotate3(side.pose.orientation, make3(side.shape->offset[0], side.shape->offset[1], side.shape->offset[2]));
+  side.shape = tables->shapes + i;
+  side.motion = tables->motions + info.body;
+  side.pose = make_pose(tables->positions[info.body], tables->orientations[info.body]);
+  side.offset = make3(side.shape->offset[0], side.shape->offset[1], side.shape->offset[2]);
+  side.arm = rotate3(side.pose.orientation, side.offset);
   return side;
 }
 
@@ -89,8 +91,7 @@ static inline void collide_keep(StepParams params, Manifold* m, const Side* a, c
 static inline Side collide_moved(const Side* side, const Mover* mover, real time) {
   Side moved = *side;
   moved.pose = advance_pose(mover, time);
-  moved.arm =
-      rotate3(moved.pose.orientation, make3(side->shape->offset[0], side->shape->offset[1], side->shape->offset[2]));
+  moved.arm = rotate3(moved.pose.orientation, side->offset);
   return moved;
 }
 
@@ -147,47 +148,54 @@ static inline Manifold collide_pair(StepParams params, const Side* a, const Side
   return m;
 }
 
-// The manifold of each pair, about the centre of its shape a, and its number of points. `boxes_apart`: pairs of boxes
-// are left to collide_boxes.cl.
-kernel void collide_pairs(global const ShapeInfo* shape_infos, global const Shape* shapes, global const Hull* hulls,
-                          global const Vec4* hull_vertices, global const Vec4* hull_planes,
-                          global const HullFace* hull_faces, global const HullEdge* hull_edges,
-                          global const u32* hull_corners, global const Vec4* positions, global const Vec4* orientations,
-                          global const Motion* motions, global const Pair* pairs, global u32* contact_starts,
-                          global Manifold* manifolds, global u32* counters, const u32 boxes_apart,
-                          const StepParams params) {
-  const HullTables tables = {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners};
-  const u32 count = counters[COUNTER_PAIRS];
-  u32 boxes = 0u;
-  FOR_EACH(p, count + 1u) {
-    u32 points = 0u;
-    if (p < count) {
-      const u32 two_boxes = FEATURE_BOXES && is_box_pair(shape_infos, pairs[p]) ? 1u : 0u;
-      if (two_boxes & boxes_apart) continue;
-      boxes += two_boxes;
-      const Side a = collide_side(pairs[p].shape_a, shape_infos, shapes, positions, orientations, motions);
-      const Side b = collide_side(pairs[p].shape_b, shape_infos, shapes, positions, orientations, motions);
-      const Manifold m = collide_pair(params, &a, &b, tables);
-      points = m.count;
-      if (points > 0u) manifolds[p] = m;
-    }
-    contact_starts[p] = points;
-  }
-  if (boxes > 0u) atomic_add(&counters[COUNTER_BOX_PAIRS], boxes);
+// Everything else about a pair is done for it alone.
+static inline void collide_alone(StepParams params, u32 p, Pair pair, HullTables tables, const SideTables* sides,
+                                 global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                                 global FoundContacts* found_contacts, global u32* contact_starts) {
+  const Side a = collide_side(pair.shape_a, shape_infos, sides);
+  const Side b = collide_side(pair.shape_b, shape_infos, sides);
+  const Manifold m = collide_pair(params, &a, &b, tables);
+  contact_starts[p] = m.count;
+  if (m.count == 0u) return;
+  global FoundContacts* found = found_contacts + p;
+  found->contact = found_contact(pair, a.body, b.body, body_infos[a.body].world, m.frame);
+  found_store(found, &m, a.pose.orientation, a.offset, b.pose.orientation, b.offset);
 }
 
-static inline void collide_store3(Vec3 v, global real* p) {
-  p[0] = v.x;
-  p[1] = v.y;
-  p[2] = v.z;
+// What each pair has, and at how many points.
+kernel void collide_pairs(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                          global const Shape* shapes, global const Hull* hulls, global const Vec4* hull_vertices,
+                          global const Vec4* hull_planes, global const HullFace* hull_faces,
+                          global const HullEdge* hull_edges, global const u32* hull_corners,
+                          global const Vec4* positions, global const Vec4* orientations, global const Motion* motions,
+                          global const Pair* pairs, global u32* contact_starts, global FoundContacts* found_contacts,
+                          global const u32* counters, const u32 tile_pairs, const StepParams params) {
+  const HullTables tables = {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners};
+  const SideTables sides = {shapes, positions, orientations, motions};
+  const u32 count = counters[COUNTER_PAIRS];
+  if (get_global_id(0) == 0) contact_starts[count] = 0u;
+  FOR_EACH(t, (count + tile_pairs - 1u) / tile_pairs) {
+    const u32 first = t * tile_pairs, end = min(first + tile_pairs, count);
+#if LANES > 1 && FEATURE_BOXES
+    Tile tile;
+    tile_sort(&tile, first, end, pairs, shape_infos);
+    tile_collide(params, &tile, &sides, body_infos, found_contacts, contact_starts);
+    const TileList* others = &tile.lists[TILE_OTHERS];
+    for (u32 i = 0u; i < others->count; ++i) {
+      const u32 p = first + others->at[i];
+#else
+    for (u32 p = first; p < end; ++p) {
+#endif
+      collide_alone(params, p, pairs[p], tables, &sides, body_infos, shape_infos, found_contacts, contact_starts);
+    }
+  }
 }
 
 // After the scan of contact_starts. The contacts of a world follow each other, as its shapes do.
-kernel void collide_write(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
-                          global const ShapeInfo* shape_infos, global const Shape* shapes,
-                          global const Vec4* orientations, global const u32* pair_starts, global const Pair* pairs,
-                          global const u32* contact_starts, global const Manifold* manifolds, global Contact* contacts,
-                          global ContactPoint* contact_points, global u32* counters, const StepParams params) {
+kernel void collide_write(global const WorldRange* world_ranges, global const u32* pair_starts,
+                          global const u32* contact_starts, global const FoundContacts* found_contacts,
+                          global Contact* contacts, global ContactPoint* contact_points, global u32* counters,
+                          const StepParams params) {
   const u32 count = counters[COUNTER_PAIRS];
   const u32 total = contact_starts[count];
   const bool full = total > params.contact_capacity;
@@ -197,36 +205,18 @@ kernel void collide_write(global const WorldRange* world_ranges, global const Bo
     if (full) counters[COUNTER_STATUS] |= STATUS_CONTACTS_FULL;
   }
   FOR_EACH(p, full ? 0u : count) {
-    const u32 start = contact_starts[p], points = contact_starts[p + 1u] - start;
-    if (points == 0u) continue;
-    global const Manifold* m = manifolds + p;
-    Contact contact;
-    contact.shape_a = pairs[p].shape_a;
-    contact.shape_b = pairs[p].shape_b;
-    contact.body_a = shape_infos[contact.shape_a].body;
-    contact.body_b = shape_infos[contact.shape_b].body;
-    contact.world = body_infos[contact.body_a].world;
-    contact.normal = m->frame;
+    const u32 start = contact_starts[p], end = contact_starts[p + 1u];
+    if (start == end) continue;
+    global const FoundContacts* found = found_contacts + p;
+    Contact contact = found->contact;
     const u32 first = contact_starts[pair_starts[world_ranges[contact.world].first_shape]];
-    const Quat turn_a = quat(orientations[contact.body_a]), turn_b = quat(orientations[contact.body_b]);
-    global const real* offset_a = shapes[contact.shape_a].offset;
-    global const real* offset_b = shapes[contact.shape_b].offset;
-    Vec3 normal = m->normal;
-    if (contact.normal == NORMAL_OF_A) normal = unrotate3(turn_a, normal);
-    if (contact.normal == NORMAL_OF_B) normal = unrotate3(turn_b, normal);
-    for (u32 k = 0u; k < points; ++k) {
-      contact.feature = m->points[k].feature;
-      contact.rank = start + k - first;
-      contacts[start + k] = contact;
-      global ContactPoint* point = contact_points + start + k;
-      collide_store3(add3(make3(offset_a[0], offset_a[1], offset_a[2]), unrotate3(turn_a, m->points[k].anchor_a)),
-                     point->anchor_a);
-      collide_store3(add3(make3(offset_b[0], offset_b[1], offset_b[2]), unrotate3(turn_b, m->points[k].anchor_b)),
-                     point->anchor_b);
-      point->radius_a = m->radius_a;
-      point->radius_b = m->radius_b;
-      collide_store3(normal, point->normal);
-      point->normal[3] = (real)0;
+    const Real4 normal = vload4(0, found->normal);
+    for (u32 i = start; i < end; ++i) {
+      contact.feature = found->features[i - start];
+      contact.rank = i - first;
+      contacts[i] = contact;
+      vstore8(vload8(0, found->points[i - start]), 0, contact_points[i].anchor_a);
+      vstore4(normal, 0, contact_points[i].normal);
     }
   }
 }

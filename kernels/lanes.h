@@ -9,7 +9,6 @@
 #define LANES_JOIN_(a, b) a##b
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
 
-typedef LANES_JOIN(REAL, 4) Real4;
 typedef LANES_JOIN(REAL, 8) Real8;
 typedef LANES_JOIN(REAL, 16) Real16;
 
@@ -68,20 +67,7 @@ typedef struct LaneLines {
 #define BODY_LINE(k) ((global Real8*)(motions + indices[k]))[0]
 #define LINE(k) lines[indices[k] * stride]
 
-// Position and orientation as one line.
-#define POSE_LINE(k) \
-  ((Real8)(((global const Real4*)positions)[indices[k]], ((global const Real4*)orientations)[indices[k]]))
-
 #if LANES == 1
-
-static inline LaneLines lane_gather_poses(global const Vec4* positions, global const Vec4* orientations,
-                                          const u32* indices) {
-  const Real8 line = POSE_LINE(0);
-  LaneLines r;
-  r.c0 = line.s0, r.c1 = line.s1, r.c2 = line.s2, r.c3 = line.s3;
-  r.c4 = line.s4, r.c5 = line.s5, r.c6 = line.s6, r.c7 = line.s7;
-  return r;
-}
 
 static inline LaneLines lane_gather_lines(global const Real8* lines, u32 stride, const u32* indices) {
   const Real8 line = LINE(0);
@@ -155,28 +141,6 @@ static inline LaneLines lane_gather_lines(global const Real8* lines, u32 stride,
   r.c0 = x.r0, r.c1 = x.r1, r.c2 = x.r2, r.c3 = x.r3, r.c4 = x.r4, r.c5 = x.r5, r.c6 = x.r6, r.c7 = x.r7;
 #else
   const Rows8 y = gather8(lines, stride, indices + 8);
-  r.c0 = (lane)(x.r0, y.r0), r.c1 = (lane)(x.r1, y.r1), r.c2 = (lane)(x.r2, y.r2), r.c3 = (lane)(x.r3, y.r3);
-  r.c4 = (lane)(x.r4, y.r4), r.c5 = (lane)(x.r5, y.r5), r.c6 = (lane)(x.r6, y.r6), r.c7 = (lane)(x.r7, y.r7);
-#endif
-  return r;
-}
-
-static inline Rows8 gather_poses8(global const Vec4* positions, global const Vec4* orientations, const u32* indices) {
-  Rows8 m;
-  m.r0 = POSE_LINE(0), m.r1 = POSE_LINE(1), m.r2 = POSE_LINE(2), m.r3 = POSE_LINE(3);
-  m.r4 = POSE_LINE(4), m.r5 = POSE_LINE(5), m.r6 = POSE_LINE(6), m.r7 = POSE_LINE(7);
-  return transpose8(m);
-}
-
-// Lane k gets the position (c0 to c3) and the orientation (c4 to c7) of body indices[k].
-static inline LaneLines lane_gather_poses(global const Vec4* positions, global const Vec4* orientations,
-                                          const u32* indices) {
-  const Rows8 x = gather_poses8(positions, orientations, indices);
-  LaneLines r;
-#if LANES == 8
-  r.c0 = x.r0, r.c1 = x.r1, r.c2 = x.r2, r.c3 = x.r3, r.c4 = x.r4, r.c5 = x.r5, r.c6 = x.r6, r.c7 = x.r7;
-#else
-  const Rows8 y = gather_poses8(positions, orientations, indices + 8);
   r.c0 = (lane)(x.r0, y.r0), r.c1 = (lane)(x.r1, y.r1), r.c2 = (lane)(x.r2, y.r2), r.c3 = (lane)(x.r3, y.r3);
   r.c4 = (lane)(x.r4, y.r4), r.c5 = (lane)(x.r5, y.r5), r.c6 = (lane)(x.r6, y.r6), r.c7 = (lane)(x.r7, y.r7);
 #endif

@@ -3,7 +3,7 @@
 // the law, cpu_reference/contact_now.hpp where a contact stands by now).
 #include "common.h"
 #include "cone.h"
-#include "lane_math.h"
+#include "lane_quads.h"
 #include "types.h"
 #include "visit_contact.h"
 
@@ -21,12 +21,10 @@ static inline PrepareBody prepare_load(global const u32* bodies, u32 body_count,
                                        global const Velocity* previous_velocities) {
   u32 indices[LANES];
   for (u32 k = 0u; k < LANES; ++k) indices[k] = min(bodies[k], body_count - 1u);
-  const LaneLines pose = lane_gather_poses(positions, orientations, indices);
   const LaneLines old = lane_gather_lines((global const Real8*)previous_velocities, 1u, indices);
   PrepareBody body;
-  body.position = lane_make3(pose.c0, pose.c1, pose.c2);
-  body.orientation.x = pose.c4, body.orientation.y = pose.c5;
-  body.orientation.z = pose.c6, body.orientation.w = pose.c7;
+  body.position = lane_xyz(lane_gather_quad((global const real*)positions, 4u, indices));
+  body.orientation = lane_quat(lane_gather_quad((global const real*)orientations, 4u, indices));
   body.motion = lane_load_bodies(motions, bodies);
   body.old_v = lane_make3(old.c0, old.c1, old.c2);
   body.old_w = lane_make3(old.c4, old.c5, old.c6);

@@ -97,12 +97,11 @@ enum Counter {
   COUNTER_MAX_EXTENT = 9,     // bits of the largest float bound of a finite shape, m
   COUNTER_LARGE_COLORS = 10,  // one more than the last colour of at least LARGE_COLOR blocks, for the next launch plan
   COUNTER_BAD_BODY = 11,      // NONE - (smallest index of a body whose state went bad); 0 where none did
-  COUNTER_BOX_PAIRS = 12,     // pairs of two boxes, for the next launch plan
-  COUNTER_TOUCHES = 13,       // pairs of shapes that touch, sensors and what is in them among them
-  COUNTER_EVENTS = 14,        // pairs that touch and did not, or the other way round
-  COUNTER_ROWS = 15,          // rows of PACK points in the blocks, at most the capacity
-  COUNTER_ROWS_NEEDED = 16,
-  COUNTER_COUNT = 17
+  COUNTER_TOUCHES = 12,       // pairs of shapes that touch, sensors and what is in them among them
+  COUNTER_EVENTS = 13,        // pairs that touch and did not, or the other way round
+  COUNTER_ROWS = 14,          // rows of PACK points in the blocks, at most the capacity
+  COUNTER_ROWS_NEEDED = 15,
+  COUNTER_COUNT = 16
 };
 
 enum StatusBit {

@@ -144,7 +144,7 @@ static inline void visit_row(const u32 purpose, u32 first, lane_mask general, gl
 }
 
 // A lane that has no contact in a row reads zeros there, and keeps its bodies to the sign of a zero.
-static inline void lane_keep(lane_mask there, LaneBody next, LaneBody* body) {
+static inline void visit_keep(lane_mask there, LaneBody next, LaneBody* body) {
   body->v = lane_select3(there, next.v, body->v);
   body->w = lane_select3(there, next.w, body->w);
 }
@@ -168,8 +168,8 @@ static inline void visit_pairs(const u32 purpose, u32 first, global const BlockB
     visit_row(purpose, first, general, contact_blocks + rows.first + k, softness_blocks + rows.first + k,
               impulse_blocks + rows.first + k, &next_a, &next_b);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    lane_keep(there, next_a, &a);
-    lane_keep(there, next_b, &b);
+    visit_keep(there, next_a, &a);
+    visit_keep(there, next_b, &b);
   }
 #endif
   lane_store_bodies(a, motions, bodies->body_a + first);
@@ -191,8 +191,8 @@ static inline void start_pairs(u32 first, global const BlockBodies* bodies, Bloc
     lane_push(lane_contact(contact_blocks + rows.first + k, first), general,
               lane_impulse(impulse_blocks + rows.first + k, first), &next_a, &next_b);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    lane_keep(there, next_a, &a);
-    lane_keep(there, next_b, &b);
+    visit_keep(there, next_a, &a);
+    visit_keep(there, next_b, &b);
   }
 #endif
   lane_store_bodies(a, motions, bodies->body_a + first);

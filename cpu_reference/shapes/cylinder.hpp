@@ -116,8 +116,9 @@ RimNearest<real> rim_line(const Cylinder<real>& c, u32 end, Vec3<real> point, Ve
     if (!(slope > 0)) return none;  // past the turning point: no zero on this side
     const real next = t - (start + t - c.radius * sigma) / slope;
     const bool passed = !(sense * (next - nearest) > 0);
+    const bool stays = next == t;
     t = passed ? nearest : next;
-    if (passed) break;
+    if (passed || stays) break;
   }
   if (!(t > real(-0.001) * reach) || !(t < real(1.001) * reach)) return none;
   const Vec3<real> across = add3(w_across, scale3(t, u_across));

@@ -28,7 +28,6 @@ LaunchPlan first_plan(const Sizes& sizes, Features features, u32 real_words, u32
   plan.sizes = sizes;
   plan.features = features;
   plan.pairs = sizes.pairs;
-  plan.box_pairs = has(features, Feature::boxes) ? sizes.pairs : 0;
   plan.contacts = sizes.contacts;
   plan.blocks = sizes.blocks;
   plan.colors = 16;
@@ -41,7 +40,6 @@ LaunchPlan first_plan(const Sizes& sizes, Features features, u32 real_words, u32
 void update_plan(LaunchPlan& plan, const Counters& counters) {
   plan.pairs = counters[COUNTER_PAIRS];
   plan.contacts = counters[COUNTER_CONTACTS];
-  plan.box_pairs = counters[COUNTER_BOX_PAIRS];
   plan.blocks = counters[COUNTER_BLOCKS];
   plan.colors = counters[COUNTER_LARGE_COLORS];
   plan.small = plan.contacts <= small_contacts;

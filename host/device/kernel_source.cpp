@@ -198,12 +198,9 @@ std::vector<KernelSignature> KernelSources::signatures(std::span<const std::stri
 namespace {
 
 // A file that is no stage of its own belongs to those who launch its kernels.
-bool is_wanted_helper(std::string_view name, Features features, std::span<const Stage> only) {
+bool is_wanted_helper(std::string_view name, Features features) {
   if (name == "scan.cl") return has(features, Feature::contacts);
   if (name == "radix_sort.cl") return has(features, Feature::bvh);
-  if (name == "collide_boxes.cl")
-    return has(features, Feature::boxes) &&
-           (only.empty() || std::find(only.begin(), only.end(), Stage::collide) != only.end());
   return false;  // the canary has a program of its own
 }
 
@@ -214,7 +211,7 @@ std::vector<std::string> stage_files(const KernelSources& sources, Features feat
   for (const std::string& name : sources.kernel_files()) {
     const auto stage = stage_named(stem(name));
     const bool wanted = stage && (only.empty() || std::find(only.begin(), only.end(), *stage) != only.end());
-    if ((wanted && runs(*stage, features)) || (!stage && is_wanted_helper(name, features, only))) names.push_back(name);
+    if ((wanted && runs(*stage, features)) || (!stage && is_wanted_helper(name, features))) names.push_back(name);
   }
   return names;
 }

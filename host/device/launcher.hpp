@@ -17,7 +17,6 @@ struct LaunchPlan {
   Sizes sizes;
   Features features = 0;
   u32 pairs = 0, contacts = 0, blocks = 0;  // expected
-  u32 box_pairs = 0;                        // expected pairs of two boxes
   u32 colors = 0;                           // expected colours that are worth a launch each
   u32 iterations = 0;                       // sweeps of the contact solver
   u32 real_words = 1;                       // u32 words of a real: 1 in float, 2 in double

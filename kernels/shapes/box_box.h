@@ -4,7 +4,7 @@
 #ifndef LOCKSTEP_BOX_BOX_H
 #define LOCKSTEP_BOX_BOX_H
 
-#include "lane_math.h"
+#include "lane_sides.h"
 #include "shapes/axes.h"
 
 #define BOX_PICK(is_0, is_1, a, b, c) ((is_0) ? (a) : ((is_1) ? (b) : (c)))
@@ -22,19 +22,12 @@ typedef struct BoxPair {
   Lane3 t;
 } BoxPair;
 
-// Four points of one normal; a point that is not there has no feature.
-#define BOX_NO_FEATURE 1000
-typedef struct LaneManifold {
-  Lane3 normal, anchor_a[4], anchor_b[4];
-  lane frame, feature[4];
-} LaneManifold;
-
 static inline Lane3 lane_pick3(lane_mask first, lane_mask second, Lane3 a, Lane3 b, Lane3 c) {
   return lane_make3(BOX_PICK(first, second, a.x, b.x, c.x), BOX_PICK(first, second, a.y, b.y, c.y),
                     BOX_PICK(first, second, a.z, b.z, c.z));
 }
 
-static inline BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
+LANE_INLINE BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
   BoxPair pair;
   const LaneQuat back = lane_back(a->rotation);
   pair.r = lane_axes_of(lane_multiply4(back, b->rotation));
@@ -69,7 +62,7 @@ static inline BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
   BOX_EDGE(sign_u r.z.V, sign_v r.z.U, tu, tv, au, av, r.x.U, r.x.V, r.y.U, r.y.V, b.x, b.y, 8 + 3 * i)
 
 // Returns the separation; the code is 0 .. 2 for faces of a, 3 .. 5 for faces of b, 6 + 3 i + j for edges.
-static inline lane box_axis(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair, lane* code) {
+LANE_INLINE lane box_axis(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair, lane* code) {
   const LaneAxes r = pair->r;
   const Lane3 x = lane_absolute3(r.x), y = lane_absolute3(r.y), z = lane_absolute3(r.z);
   const Lane3 a = box_a->extents, b = box_b->extents, t = pair->t;
@@ -125,7 +118,7 @@ static inline lane box_crossing(lane_mask from_b, lane reference_edge, lane inci
   return from_b ? of_b : of_a;
 }
 
-static inline FacePair face_pair(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair, lane code) {
+LANE_INLINE FacePair face_pair(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair, lane code) {
   FacePair f;
   f.from_b = code >= LANE_OF(3);
   f.axis = f.from_b ? code - LANE_OF(3) : code;
@@ -179,8 +172,8 @@ static inline FacePair face_pair(const LaneBox* box_a, const LaneBox* box_b, con
   return f;
 }
 
-static inline void cut_edge(FacePoints* points, const FacePair* f, int slot, lane mx, lane my, lane ux, lane uy,
-                            lane ex, lane ey, int ends, lane edge, lane corner_from, lane corner_to) {
+LANE_INLINE void cut_edge(FacePoints* points, const FacePair* f, int slot, lane mx, lane my, lane ux, lane uy, lane ex,
+                          lane ey, int ends, lane edge, lane corner_from, lane corner_to) {
   const lane tiny = LANE_OF(1e-9) * (f->hx + f->hy);
   const lane rx = LANE_OF(1) / (fabs(ux) < tiny ? tiny : ux), ry = LANE_OF(1) / (fabs(uy) < tiny ? tiny : uy);
   const lane x1 = (-ex - mx) * rx, x2 = (ex - mx) * rx, y1 = (-ey - my) * ry, y2 = (ey - my) * ry;
@@ -215,8 +208,7 @@ static inline void cut_edge(FacePoints* points, const FacePair* f, int slot, lan
   points->taken[slot + 1] = ends ? there : (there & (to_x | to_y));
 }
 
-static inline void face_corner(FacePoints* points, const FacePair* f, int slot, real side_x, real side_y,
-                               lane inverse) {
+LANE_INLINE void face_corner(FacePoints* points, const FacePair* f, int slot, real side_x, real side_y, lane inverse) {
   const lane x = LANE_OF(side_x) * f->hx, y = LANE_OF(side_y) * f->hy, dx = x - f->cx, dy = y - f->cy;
   const lane p = (dx * f->vy - dy * f->vx) * inverse, q = (dy * f->ux - dx * f->uy) * inverse;
   points->x[slot] = x;
@@ -227,7 +219,7 @@ static inline void face_corner(FacePoints* points, const FacePair* f, int slot, 
       box_corner_name(f->axis, f->top, LANE_OF(side_x > (real)0 ? 1 : 0), LANE_OF(side_y > (real)0 ? 1 : 0));
 }
 
-static inline void face_points(FacePoints* points, const FacePair* f) {
+LANE_INLINE void face_points(FacePoints* points, const FacePair* f) {
   const lane slop = LANE_OF(4e-5) * (f->hx + f->hy), ex = f->hx + slop, ey = f->hy + slop;
   const lane j = f->incident, j1 = box_next(j), j2 = box_last(j), side = f->side, zero = LANE_OF(0), one = LANE_OF(1);
   const lane corner_00 = box_corner_name(j, side, zero, zero), corner_10 = box_corner_name(j, side, one, zero);
@@ -258,9 +250,9 @@ typedef struct FourPoints {
   four.y[k] = take ? points->y[i] : four.y[k]; \
   four.feature[k] = take ? points->feature[i] : four.feature[k];
 
-static inline FourPoints four_points(FacePoints* points, const FacePair* f, lane limit) {
+LANE_INLINE FourPoints four_points(FacePoints* points, const FacePair* f, lane limit) {
   FourPoints four;
-  const lane zero = LANE_OF(0), none = LANE_OF(BOX_NO_FEATURE);
+  const lane zero = LANE_OF(0), none = LANE_OF(LANE_NO_FEATURE);
   for (int k = 0; k < 4; ++k) four.x[k] = zero, four.y[k] = zero, four.feature[k] = none;
   const lane least = LANE_OF(1e-8) * (f->hx + f->hy) * (f->hx + f->hy);
   lane best = limit;
@@ -309,7 +301,7 @@ static inline Lane3 box_turned_back(lane_mask k0, lane_mask k1, lane x, lane y, 
   return lane_make3(BOX_PICK(k0, k1, z, y, x), BOX_PICK(k0, k1, x, z, y), BOX_PICK(k0, k1, y, x, z));
 }
 
-static inline LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const BoxPair* pair, lane code, lane limit) {
+LANE_INLINE LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const BoxPair* pair, lane code, lane limit) {
   const FacePair f = face_pair(a, b, pair, code);
   FacePoints points;
   face_points(&points, &f);
@@ -327,6 +319,7 @@ static inline LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const B
   LaneManifold m;
   m.normal = lane_out_of_frame(axes, box_turned_back(k0, k1, zero, zero, f.from_b ? up : -up));
   m.frame = f.from_b ? LANE_OF(NORMAL_OF_B) : LANE_OF(NORMAL_OF_A);
+  m.radius_a = m.radius_b = zero;
   for (int k = 0; k < 4; ++k) {
     const lane s = f.s0 + f.sx * four.x[k] + f.sy * four.y[k];
     const Lane3 on_face = box_turned_back(k0, k1, four.x[k], four.y[k], up * f.hz);
@@ -347,7 +340,7 @@ static inline LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const B
 #define BOX_SIGNED(sign, x) ((sign) < zero ? LANE_OF(-1) * (x) : LANE_OF(1) * (x))
 #define BOX_POSITIVE(x) ((x) > zero ? LANE_OF(1) : zero)
 
-static inline LaneManifold box_edges(const LaneBox* a, const LaneBox* b, const BoxPair* pair, lane code) {
+LANE_INLINE LaneManifold box_edges(const LaneBox* a, const LaneBox* b, const BoxPair* pair, lane code) {
   const lane zero = LANE_OF(0), one = LANE_OF(1), e = code - LANE_OF(6);
   const lane i = e >= LANE_OF(6) ? LANE_OF(2) : (e >= LANE_OF(3) ? one : zero), j = e - LANE_OF(3) * i;
   const lane_mask i0 = i == zero, i1 = i == one, i2 = i == LANE_OF(2), j0 = j == zero, j1 = j == one;
@@ -380,13 +373,14 @@ static inline LaneManifold box_edges(const LaneBox* a, const LaneBox* b, const B
   LaneManifold m;
   m.normal = lane_out_of_frame(axes, n);
   m.frame = LANE_OF(NORMAL_FIXED);
+  m.radius_a = m.radius_b = zero;
   m.anchor_a[0] = lane_add3(a->center, lane_out_of_frame(axes, on_a));
   m.anchor_b[0] = lane_add3(a->center, lane_out_of_frame(axes, on_b));
   m.feature[0] = LANE_OF(16) + LANE_OF(12) * name_a + name_b;
   for (int k = 1; k < 4; ++k) {
     m.anchor_a[k] = lane_make3(zero, zero, zero);
     m.anchor_b[k] = lane_make3(zero, zero, zero);
-    m.feature[k] = LANE_OF(BOX_NO_FEATURE);
+    m.feature[k] = LANE_OF(LANE_NO_FEATURE);
   }
   return m;
 }
@@ -416,7 +410,7 @@ static inline Manifold box_box(Placed placed_a, Placed placed_b, real limit) {
       LANE_FIRST(code) < (real)6 ? box_faces(&a, &b, &pair, code, LANE_OF(limit)) : box_edges(&a, &b, &pair, code);
   Manifold m = manifold_along(box_first3(found.normal), (u32)LANE_FIRST(found.frame), (real)0, (real)0);
   for (u32 k = 0u; k < 4u; ++k) {
-    if (LANE_FIRST(found.feature[k]) < (real)BOX_NO_FEATURE)
+    if (LANE_FIRST(found.feature[k]) < (real)LANE_NO_FEATURE)
       m = with_point(m, box_first3(found.anchor_a[k]), box_first3(found.anchor_b[k]),
                      (u32)LANE_FIRST(found.feature[k]));
   }

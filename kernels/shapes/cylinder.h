@@ -105,8 +105,9 @@ static inline RimNearest rim_line(const Cylinder* c, u32 end, Vec3 point, Vec3 u
     if (!(slope > (real)0)) return none;  // past the turning point: no zero on this side
     const real next = t - (start + t - c->radius * sigma) / slope;
     const bool passed = !(sense * (next - nearest) > (real)0);
+    const bool stays = next == t;
     t = passed ? nearest : next;
-    if (passed) break;
+    if (passed || stays) break;
   }
   if (!(t > (real)-0.001 * reach) || !(t < (real)1.001 * reach)) return none;
   const Vec3 across = add3(w_across, scale3(t, u_across));

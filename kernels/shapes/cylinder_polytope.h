@@ -10,6 +10,7 @@
 
 #include "shapes/cylinder.h"
 #include "shapes/polytopes.h"
+#include "shapes/rim_lanes.h"
 
 // Offers the meeting along a unit normal from p to c.
 static inline Meeting cylinder_try(const Cylinder* c, const Polytope* p, Meeting best, Vec3 normal, Vec3 at_c,
@@ -101,24 +102,47 @@ static inline Meeting cylinder_try_vertices(const Cylinder* c, const Polytope* p
   return best;
 }
 
+// A rim against an edge, where they are nearest.
+static inline Meeting cylinder_try_rim(const Cylinder* c, const Polytope* p, Meeting best, Vec3 normal, Vec3 on_rim,
+                                       Vec3 on_other, real tolerance) {
+  const real gap = dot3(normal, sub3(on_rim, on_other));
+  for (u32 side = 0; side < 2; ++side) {
+    const real sign = side == 0 ? (real)1 : (real)-1;
+    if (sign * gap > meeting_least(&best, tolerance))
+      best = cylinder_try(c, p, best, scale3(sign, normal), on_rim, on_other, tolerance);
+  }
+  return best;
+}
+
 // The rims against edges.
 static inline Meeting cylinder_try_rims(const Cylinder* c, const Polytope* p, Meeting best, real tolerance) {
+#if LANES > 1
+  RimEdges edges;
+  RimLanes rims;
+#endif
   for (u32 e = 0; e < p->edges; ++e) {
     const HullEdge edge = poly_edge(p, e);
     const Vec3 start = poly_vertex(p, edge.vertex_a);
     const Vec3 along = sub3(poly_vertex(p, edge.vertex_b), start);
     const real length = length3(along);
     const Vec3 unit = scale3((real)1 / length, along);
+#if LANES > 1
+    const u32 last = e % RIM_EDGES;
+    rim_edges_put(&edges, last, start, unit, length);
+    if (last != RIM_EDGES - 1u && e != p->edges - 1u) continue;
+    for (u32 k = last + 1u; k < RIM_EDGES; ++k) rim_edges_put(&edges, k, start, unit, length);
+    rim_lanes(c, &edges, &rims);
+    for (u32 k = 0u; k < RIM_PLACES * (last + 1u); ++k) {
+      if ((rims.found >> k & 1u) == 0u) continue;
+      best = cylinder_try_rim(c, p, best, rim_component(rims.normal, k), rim_component(rims.on_rim, k),
+                              rim_component(rims.on_other, k), tolerance);
+    }
+#else
     for (u32 k = 0; k < 4; ++k) {
       const RimNearest rim = rim_line(c, k >> 1, start, unit, length, k & 1);
-      if (!rim.found) continue;
-      const real gap = dot3(rim.normal, sub3(rim.on_rim, rim.on_other));
-      for (u32 side = 0; side < 2; ++side) {
-        const real sign = side == 0 ? (real)1 : (real)-1;
-        if (sign * gap > meeting_least(&best, tolerance))
-          best = cylinder_try(c, p, best, scale3(sign, rim.normal), rim.on_rim, rim.on_other, tolerance);
-      }
+      if (rim.found) best = cylinder_try_rim(c, p, best, rim.normal, rim.on_rim, rim.on_other, tolerance);
     }
+#endif
   }
   return best;
 }

@@ -11,13 +11,6 @@
 #define MANIFOLD_POINTS 1u
 #endif
 
-// Pairs that have kernels of their own (collide_boxes.cl): nothing but two boxes.
-static inline bool is_box_pair(global const ShapeInfo* shape_infos, Pair pair) {
-  global const ShapeInfo *a = shape_infos + pair.shape_a, *b = shape_infos + pair.shape_b;
-  return a->kind == SHAPE_BOX && b->kind == SHAPE_BOX &&
-         ((a->flags | b->flags) & (SHAPE_IS_SENSOR | SHAPE_IS_CONTINUOUS)) == 0u;
-}
-
 // A body's frame in the world.
 typedef struct Pose {
   Vec3 position;

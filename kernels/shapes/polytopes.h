@@ -7,26 +7,7 @@
 #ifndef LOCKSTEP_POLYTOPES_H
 #define LOCKSTEP_POLYTOPES_H
 
-#include "shapes/polytope.h"
-
-// An edge in some frame, with the normals of the faces beside it.
-typedef struct EdgeSpan {
-  Vec3 start, along, left, right;
-} EdgeSpan;
-
-static inline EdgeSpan poly_own_edge(const Polytope* p, u32 e) {
-  const HullEdge edge = poly_edge(p, e);
-  EdgeSpan span;
-  span.start = poly_own_vertex(p, edge.vertex_a);
-  span.along = sub3(poly_own_vertex(p, edge.vertex_b), span.start);
-  span.left = make3((real)0, (real)0, (real)0);
-  span.right = span.left;
-  if (p->faces > 0) {
-    span.left = poly_own_normal(p, edge.face_left);
-    span.right = poly_own_normal(p, edge.face_right);
-  }
-  return span;
-}
+#include "shapes/edge_lanes.h"
 
 static inline Vec3 poly_carry(const Polytope* p, const Polytope* q, Vec3 own) {
   return into_frame(q->axes, out_of_frame(p->axes, own));
@@ -61,29 +42,53 @@ static inline real share_at_crossing(const EdgeSpan* a, const EdgeSpan* b, Vec3 
 
 static inline real clamp_share(real x) { return x < (real)0 ? (real)0 : x > (real)1 ? (real)1 : x; }
 
-// Two crossing edges against what the faces gave.
+// Two crossing edges against what is best so far.
+static inline Meeting poly_cross_edges(const Polytope* b, const EdgeSpan* edge_a, u32 j, Meeting best, real tolerance) {
+  const EdgeSpan edge_b = poly_own_edge(b, j);
+  const Vec3 across = cross3(edge_a->along, edge_b.along);
+  const real square = dot3(across, across);
+  if (!(square > (real)1e-10 * dot3(edge_a->along, edge_a->along) * dot3(edge_b.along, edge_b.along))) return best;
+  const real length = sqrt(square);
+  const real side = dot3(across, add3(edge_b.left, edge_b.right)) < (real)0 ? (real)-1 : (real)1;
+  const real gap = side * dot3(across, sub3(edge_a->start, edge_b.start)) / length;
+  if (!(gap > meeting_least(&best, tolerance))) return best;
+  // The best of all crossings is one of edges, not of the lines that they are on; any tells that shapes are apart.
+  const real s = share_at_crossing(edge_a, &edge_b, across);
+  const real t = share_at_crossing(&edge_b, edge_a, scale3((real)-1, across));
+  if (!(gap > (real)0) && (!within_share(s) || !within_share(t))) return best;
+  const Vec3 on_a = add3(edge_a->start, scale3(clamp_share(s), edge_a->along));
+  const Vec3 on_b = add3(edge_b.start, scale3(clamp_share(t), edge_b.along));
+  return meeting_offer(best, gap, out_of_frame(b->axes, scale3(side / length, across)), NORMAL_FIXED,
+                       add3(b->center, out_of_frame(b->axes, on_a)), add3(b->center, out_of_frame(b->axes, on_b)),
+                       tolerance);
+}
+
+#if LANES > 1
+static inline Meeting poly_edge_query_in_lanes(const Polytope* a, const Polytope* b, Meeting best, real tolerance) {
+  EdgeLanes edges_b;
+  edge_lanes_of(&edges_b, b);
+  for (u32 i = 0; i < a->edges; ++i) {
+    const EdgeSpan edge_a = poly_edge_in(a, i, b);
+    for (u32 first = 0u; first < edges_b.count; first += LANES) {
+      u32 bits = arcs_crossing(&edge_a, a->faces > 0, &edges_b, first);
+      for (; bits != 0u; bits &= bits - 1u)  // the lowest first
+        best = poly_cross_edges(b, &edge_a, first + 31u - clz(bits & (0u - bits)), best, tolerance);
+    }
+  }
+  return best;
+}
+#endif
+
+// All crossing edges against what the faces gave.
 static inline Meeting poly_edge_query(const Polytope* a, const Polytope* b, Meeting best, real tolerance) {
+#if LANES > 1
+  if (a->edges > 1) return poly_edge_query_in_lanes(a, b, best, tolerance);  // the lanes are filled once for all of a
+#endif
   for (u32 i = 0; i < a->edges; ++i) {
     const EdgeSpan edge_a = poly_edge_in(a, i, b);
     for (u32 j = 0; j < b->edges; ++j) {
       const EdgeSpan edge_b = poly_own_edge(b, j);
-      if (!arcs_cross(&edge_a, a->faces > 0, &edge_b)) continue;
-      const Vec3 across = cross3(edge_a.along, edge_b.along);
-      const real square = dot3(across, across);
-      if (!(square > (real)1e-10 * dot3(edge_a.along, edge_a.along) * dot3(edge_b.along, edge_b.along))) continue;
-      const real length = sqrt(square);
-      const real side = dot3(across, add3(edge_b.left, edge_b.right)) < (real)0 ? (real)-1 : (real)1;
-      const real gap = side * dot3(across, sub3(edge_a.start, edge_b.start)) / length;
-      if (!(gap > meeting_least(&best, tolerance))) continue;
-      // The best of all crossings is one of edges, not of the lines that they are on; any tells that shapes are apart.
-      const real s = share_at_crossing(&edge_a, &edge_b, across);
-      const real t = share_at_crossing(&edge_b, &edge_a, scale3((real)-1, across));
-      if (!(gap > (real)0) && (!within_share(s) || !within_share(t))) continue;
-      const Vec3 on_a = add3(edge_a.start, scale3(clamp_share(s), edge_a.along));
-      const Vec3 on_b = add3(edge_b.start, scale3(clamp_share(t), edge_b.along));
-      best = meeting_offer(best, gap, out_of_frame(b->axes, scale3(side / length, across)), NORMAL_FIXED,
-                           add3(b->center, out_of_frame(b->axes, on_a)), add3(b->center, out_of_frame(b->axes, on_b)),
-                           tolerance);
+      if (arcs_cross(&edge_a, a->faces > 0, &edge_b)) best = poly_cross_edges(b, &edge_a, j, best, tolerance);
     }
   }
   return best;

@@ -190,6 +190,15 @@ static inline void shared_sort(Chosen* chosen) {
   }
 }
 
+// The candidates are gone through four times: a CPU device keeps them, a work-item of a GPU would have to keep them in
+// memory far away and makes them anew.
+#if LANES > 1
+#define SHARED_MOST 384u  // three a corner of the largest faces: hulls have at most 128 vertices (host/scene/hull.hpp)
+#define SHARED_AT(k) kept[k]
+#else
+#define SHARED_AT(k) shared_candidate(&pair, k)
+#endif
+
 // Up to four points: the deepest, the farthest from it, the farthest from their line, the farthest outside of the
 // triangle. `meeting` is the deepest point where the patches show none as deep. `scale` is the size of the smaller
 // shape.
@@ -197,10 +206,14 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
                                      const Meeting* meeting, real limit, real tolerance, real scale) {
   const PatchPair pair = patch_pair(a, b, meeting->normal, tolerance);
   const u32 count = shared_count(&pair);
+#if LANES > 1
+  SharedPoint kept[SHARED_MOST];
+  for (u32 k = 0; k < count; ++k) kept[k] = shared_candidate(&pair, k);
+#endif
   Chosen chosen = {0};
   real deepest = (real)1e30;
   for (u32 k = 0; k < count; ++k) {
-    const SharedPoint point = shared_candidate(&pair, k);
+    const SharedPoint point = SHARED_AT(k);
     if (!point.valid || !(point.gap < deepest - tolerance)) continue;
     deepest = point.gap;
     chosen.points[0] = point;
@@ -218,7 +231,7 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
     if (pass > 1) best = best * length3(sub3(chosen.points[1].on_a, chosen.points[0].on_a));
     for (u32 k = 0; k < count; ++k) {
       if (shared_wanders(&pair, k)) continue;
-      const SharedPoint point = shared_candidate(&pair, k);
+      const SharedPoint point = SHARED_AT(k);
       if (!point.valid || !(point.gap <= limit)) continue;
       const real gain = shared_gain(&chosen, meeting->normal, &point);
       if (!(gain > best)) continue;
