@@ -115,15 +115,16 @@ TEST(ConvexHull, AgreesWithTheOracle) {
 }
 
 TEST(ConvexHull, RefusesWhatIsNoSolid) {
-  EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}), "a hull needs at least 4 points that differ, has 3");
+  EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}),
+            "a hull needs at least 4 points that differ and are not in one plane, has 3; add some");
   EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {1, 0, 0}, {0, 1, 0}}),
-            "a hull needs at least 4 points that differ, has 3");
+            "a hull needs at least 4 points that differ and are not in one plane, has 3; add some");
   EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {5, 0, 0}}),
             "its points lie on a line; move some of them apart");
   EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 1, 1e-6}}),
             "its points lie in a plane; give it a thickness, or use a box");
   EXPECT_EQ(refusal_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, std::nan("")}}),
-            "its points must be finite and below 1e15 m");
+            "its points must be finite and below 1e15 m, one has the coordinate nan");
   std::vector<Vector3> ball = cloud(3, 400, 1);
   for (Vector3& p : ball) p = exact::unit(p);
   EXPECT_EQ(refusal_of(ball), "its hull has 400 corners, it can have 128; give fewer points");

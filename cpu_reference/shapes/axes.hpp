@@ -60,6 +60,17 @@ Vec3<real> direction_between(Vec3<real> a, Vec3<real> b, real size, Vec3<real> f
   return distance > real(1e-6) * size ? Vec3<real>{d.x / distance, d.y / distance, d.z / distance} : fallback;
 }
 
+/// The i-th sixteenth of the way around, from x by way of y.
+template <class real>
+Vec3<real> around_sixteenth(Vec3<real> x, Vec3<real> y, u32 i) {
+  const real cosines[5] = {real(1), real(0.92387953251128674), real(0.70710678118654752), real(0.38268343236508977),
+                           real(0)};
+  const u32 k = i & 7;
+  const real c = k < 5 ? cosines[k] : -cosines[8 - k], s = k < 5 ? cosines[4 - k] : cosines[k - 4];
+  const real side = (i & 8) == 0 ? real(1) : real(-1);
+  return add3(scale3(side * c, x), scale3(side * s, y));
+}
+
 /// Adds a point to a manifold whose normal is set.
 template <class real>
 Manifold<real> with_point(Manifold<real> m, Vec3<real> anchor_a, Vec3<real> anchor_b, u32 feature) {

@@ -103,7 +103,9 @@ BoxAxis<real> box_axis(const BoxPair<real>& pair) {
     edge = edge_axis(edge, pair, i, r.z, r.x, r.y, b.x, b.y, 8 + 3 * i);
   }
   const real root = std::sqrt(std::abs(edge.square) / edge.length);
-  const real tolerance = real(1e-5) * (a.x + a.y + a.z + b.x + b.y + b.z);
+  // faces are taken before edges that are no better by much: they have more points. Deep inside only rounding counts.
+  const real tiny = real(2.5e-6) * (a.x + a.y + a.z + b.x + b.y + b.z);
+  const real tolerance = on_a.separation < real(-4000) * tiny ? tiny : real(4) * tiny;
   BoxAxis<real> best = on_a;
   if (on_b.separation > best.separation + tolerance) best = on_b;
   return larger(best, (edge.square < real(0) ? -root : root) - tolerance, edge.code);
@@ -283,8 +285,52 @@ struct FourPoints {
   u32 count, at[4];
 };
 
-/// The deepest point, the one farthest from it, the one farthest from their line, the one farthest outside of that
-/// triangle: of those no farther than `limit` above the face. The first of equals wins.
+/// Twice the area of four points, in any order: diagonals have the largest product.
+template <class real>
+real area_of_four(real px, real py, real qx, real qy, real rx, real ry, real sx, real sy) {
+  const real pq = std::abs((qx - px) * (sy - ry) - (qy - py) * (sx - rx));
+  const real pr = std::abs((rx - px) * (sy - qy) - (ry - py) * (sx - qx));
+  const real ps = std::abs((sx - px) * (ry - qy) - (sy - py) * (rx - qx));
+  const real larger = pq > pr ? pq : pr;
+  return ps > larger ? ps : larger;
+}
+
+/// Takes points in the place of others where the four then enclose more: what was chosen depends on the first one,
+/// which may be any of those that are as deep. It gives way only to one of these.
+template <class real>
+void widen_four(FourPoints& four, const FacePair<real>& f, const FacePoints<real>& points) {
+  real x[4], y[4];
+  u32 feature[4];
+  for (u32 k = 0; k < 4; ++k) {
+    x[k] = points.at[four.at[k]].x;
+    y[k] = points.at[four.at[k]].y;
+    feature[k] = points.at[four.at[k]].feature;
+  }
+  const real least = f.s0 + f.sx * x[0] + f.sy * y[0] + real(1e-6) * (f.hx + f.hy);
+  real best = real(1.001) * area_of_four(x[0], y[0], x[1], y[1], x[2], y[2], x[3], y[3]);
+  for (u32 i = 0; i < 12; ++i) {
+    const FacePoint<real> p = points.at[i];
+    if (!p.taken || p.feature == feature[0] || p.feature == feature[1] || p.feature == feature[2] ||
+        p.feature == feature[3])
+      continue;
+    const real s = f.s0 + f.sx * p.x + f.sy * p.y;
+    u32 place = 4;
+    for (u32 k = s <= least ? 0 : 1; k < 4; ++k) {
+      const u32 q = (k + 1) & 3, r = (k + 2) & 3, t = (k + 3) & 3;
+      const real area = area_of_four(p.x, p.y, x[q], y[q], x[r], y[r], x[t], y[t]);
+      if (!(area > best)) continue;
+      best = area;
+      place = k;
+    }
+    if (place == 4) continue;
+    best = real(1.001) * best;
+    four.at[place] = i;
+    x[place] = p.x;
+    y[place] = p.y;
+    feature[place] = p.feature;
+  }
+}
+
 template <class real>
 FourPoints four_points(FacePair<real> f, FacePoints<real> points, real limit) {
   FourPoints four;
@@ -342,6 +388,7 @@ FourPoints four_points(FacePair<real> f, FacePoints<real> points, real limit) {
       four.count = 4;
     }
   }
+  if (four.count == 4) widen_four(four, f, points);
   return four;
 }
 

@@ -145,6 +145,17 @@ Manifold<real> capsule_on_edge(const Placed<real>& a, const Placed<real>& b, Axe
                      a.size.x, add3(b.center, out_of_frame(axes, with_along(corner, k, s))), real(0), feature);
 }
 
+/// The face that the shortest way from x, outside, to the box is perpendicular to, but for rounding: a capsule that
+/// lies on a face reaches to the edges of it. 3 if there is none.
+template <class real>
+u32 box_face_below(Vec3<real> x, Vec3<real> extents) {
+  const Vec3<real> out = sub3(x, clamp_into_box(x, extents));
+  const u32 k = box_face_at(x, extents);
+  const Vec3<real> beside = with_along(out, k, real(0));
+  const real height = along(out, k);
+  return dot3(beside, beside) <= real(2.5e-9) * (height * height) ? k : 3;
+}
+
 /// a is the capsule. While its core is outside the box the closest points decide; once it is inside, the axis of least
 /// penetration.
 template <class real>
@@ -158,11 +169,15 @@ Manifold<real> capsule_box(const Placed<real>& a, const Placed<real>& b) {
   const real t = segment_closest(c);
   const Vec3<real> x = segment_at(c, t);
   const u32 outside = coordinates_outside(x, c.extents);
-  if (outside == 1) {
-    const u32 k = box_face_at(x, c.extents);
-    return capsule_on_face(a, b, axes, c, k, sign_of(along(x, k)));
+  const u32 face = outside > 0 ? box_face_below(x, c.extents) : 3;
+  if (face < 3) {
+    // as far as x, if that is over the edge
+    const Vec3<real> reach = {std::max(c.extents.x, std::abs(x.x)), std::max(c.extents.y, std::abs(x.y)),
+                              std::max(c.extents.z, std::abs(x.z))};
+    c.extents = with_along(reach, face, along(c.extents, face));
+    return capsule_on_face(a, b, axes, c, face, sign_of(along(x, face)));
   }
-  if (outside > 1) {
+  if (outside > 0) {
     const Vec3<real> core_a = add3(b.center, out_of_frame(axes, x));
     const Vec3<real> core_b = add3(b.center, out_of_frame(axes, clamp_into_box(x, c.extents)));
     return manifold_at(direction_between(core_a, core_b, real(0), axes.z), NORMAL_BETWEEN, core_a, a.size.x, core_b,

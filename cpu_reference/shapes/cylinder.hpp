@@ -67,13 +67,15 @@ struct RimNearest {
   Vec3<real> on_rim, on_other;
 };
 
-/// From the two points and the tangents of the curves; where the tangents are parallel, the line between the points.
+/// From the two points and the tangents of the curves; where the sine of the angle between these is less than
+/// `least_sine`, the line between the points.
 template <class real>
-RimNearest<real> rim_nearest(Vec3<real> on_rim, Vec3<real> tangent, Vec3<real> on_other, Vec3<real> along) {
+RimNearest<real> rim_nearest(Vec3<real> on_rim, Vec3<real> tangent, Vec3<real> on_other, Vec3<real> along,
+                             real least_sine) {
   RimNearest<real> nearest;
   Vec3<real> normal = cross3(tangent, along);
   real length = length3(normal);
-  if (!(length > real(1e-3) * length3(tangent) * length3(along))) {
+  if (!(length > least_sine * length3(tangent) * length3(along))) {
     normal = sub3(on_rim, on_other);
     length = length3(normal);
   }
@@ -127,7 +129,11 @@ RimNearest<real> rim_line(const Cylinder<real>& c, u32 end, Vec3<real> point, Ve
   const real left = start + t - c.radius * dot3(across, u_across) / rho;
   if (!(left < real(1e-3) * c.radius) || !(left > real(-1e-3) * c.radius)) return none;
   const Vec3<real> on_rim = add3(middle, scale3(c.radius / rho, across));
-  return rim_nearest(on_rim, cross3(c.axes.z, across), add3(point, scale3(t, u)), u);
+  const real inside = t < 0 ? real(0) : t > reach ? reach : t;
+  const Vec3<real> on_line = add3(point, scale3(inside, u));
+  // a product of directions that are nearly parallel has few digits; the way between points that are apart has more
+  const real least_sine = length3(sub3(on_rim, on_line)) > real(0.1) * c.radius ? real(0.05) : real(1e-3);
+  return rim_nearest(on_rim, cross3(c.axes.z, across), on_line, u, least_sine);
 }
 
 /// The point of c's rim in the direction of v from its middle; v is not along the axis.
@@ -142,12 +148,7 @@ Vec3<real> rim_towards(const Cylinder<real>& c, u32 end, Vec3<real> v) {
 /// Sixteenths of a turn, in the plane of the caps, of length 1.
 template <class real>
 Vec3<real> rim_direction(const Cylinder<real>& c, u32 i) {
-  const u32 k = i & 7;
-  const real table[5] = {real(1), real(0.92387953251128674), real(0.70710678118654752), real(0.38268343236508977),
-                         real(0)};
-  const real x = k < 5 ? table[k] : -table[8 - k], y = k < 5 ? table[4 - k] : table[k - 4];
-  const real side = (i & 8) == 0 ? real(1) : real(-1);
-  return add3(scale3(side * x, c.axes.x), scale3(side * y, c.axes.y));
+  return around_sixteenth(c.axes.x, c.axes.y, i);
 }
 
 /// Half the change, along rim a, of the squared distance from rim b; `direction` is from the middle of rim a.
@@ -174,7 +175,7 @@ RimNearest<real> rim_rim(const Cylinder<real>& a, u32 end_a, const Cylinder<real
       high = between;
   }
   const Vec3<real> p = add3(middle, scale3(a.radius, high)), q = rim_towards(b, end_b, p);
-  return rim_nearest(p, cross3(a.axes.z, high), q, cross3(b.axes.z, sub3(q, cylinder_cap(b, end_b))));
+  return rim_nearest(p, cross3(a.axes.z, high), q, cross3(b.axes.z, sub3(q, cylinder_cap(b, end_b))), real(1e-3));
 }
 
 }  // namespace lockstep::reference

@@ -11,13 +11,19 @@
 
 namespace lockstep::reference {
 
-/// Offers the meeting along a unit normal from p to c.
+/// Offers the meeting along a unit normal from p to c. Its points are those that were looked at if these are where the
+/// two reach farthest; else others are, and the normal is offered with those, if it is the best one.
 template <class real>
 Meeting<real> cylinder_try(const Cylinder<real>& c, const Polytope<real>& p, Meeting<real> best, Vec3<real> normal,
                            Vec3<real> at_c, Vec3<real> at_p, real tolerance) {
   const real gap =
       dot3(normal, sub3(c.center, p.center)) - cylinder_reach(c, scale3(real(-1), normal)) - poly_reach(p, normal);
-  return meeting_offer(best, gap, normal, NORMAL_FIXED, at_c, at_p, tolerance);
+  const real off = dot3(normal, sub3(at_c, at_p)) - gap;
+  if (off <= real(4) * tolerance) return meeting_offer(best, gap, normal, NORMAL_FIXED, at_c, at_p, tolerance);
+  if (!(gap > best.gap + tolerance)) return best;
+  const Vec3<real> vertex = poly_vertex(p, poly_support(p, into_frame(p.axes, normal)));
+  return meeting_offer(best, gap, normal, NORMAL_FIXED, cylinder_support(c, scale3(real(-1), normal)), vertex,
+                       tolerance);
 }
 
 template <class real>

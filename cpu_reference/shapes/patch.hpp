@@ -14,9 +14,9 @@ namespace lockstep::reference {
 
 enum PatchKind { PATCH_SEGMENT = 0, PATCH_POLYGON = 1, PATCH_DISC = 2 };
 
-/// Points on the rim of a disc that can become contacts: eight that are fixed in the body, and the one that lies
-/// deepest.
-inline constexpr u32 DISC_POINTS = 9;
+/// Points on the rim of a disc that can become contacts: sixteen that are fixed in the body, and the one that
+/// lies deepest.
+inline constexpr u32 DISC_POINTS = 17;
 
 template <class real>
 struct Patch {
@@ -32,7 +32,7 @@ struct Patch {
   Vec3<real> x, y;      // of a disc: axes of the body in its plane, as long as the radius
   Vec3<real> deepest;   // of a disc: from the centre to the rim where the shape reaches farthest
   real radius;
-  u32 first_name;  // of a disc: its points are first_name ... + 8
+  u32 first_name;  // of a disc: its points are first_name ... + 16
 };
 
 /// The point of the patch's plane that is in line with x along the normal.
@@ -129,14 +129,8 @@ u32 patch_points(const Patch<real>& patch) {
 template <class real>
 Vec3<real> patch_point(const Patch<real>& patch, u32 i) {
   if (patch.kind == PATCH_POLYGON) return poly_vertex(patch.poly, poly_corner(patch.poly, patch.face, i));
-  if (i == 8) return add3(patch.center, patch.deepest);
-  // eighths of a turn
-  const real whole = real(1), diagonal = real(0.70710678118654752);
-  const u32 k = i & 3;
-  const real c = k == 0 ? whole : k == 1 ? diagonal : k == 2 ? real(0) : -diagonal;
-  const real s = k == 0 ? real(0) : k == 2 ? whole : diagonal;
-  const real side = i < 4 ? real(1) : real(-1);
-  return add3(patch.center, add3(scale3(side * c, patch.x), scale3(side * s, patch.y)));
+  if (i + 1 == DISC_POINTS) return add3(patch.center, patch.deepest);
+  return add3(patch.center, around_sixteenth(patch.x, patch.y, i));
 }
 
 template <class real>

@@ -197,9 +197,56 @@ void shared_sort(Chosen<real>& chosen) {
   }
 }
 
+/// Twice the area of four points, in any order: diagonals have the largest product.
+template <class real>
+real shared_area(const Vec3<real>& p, const Vec3<real>& q, const Vec3<real>& r, const Vec3<real>& s,
+                 const Vec3<real>& normal) {
+  const real pq = dot3(normal, cross3(sub3(q, p), sub3(s, r))), pr = dot3(normal, cross3(sub3(r, p), sub3(s, q)));
+  const real ps = dot3(normal, cross3(sub3(s, p), sub3(r, q)));
+  const real area_pq = pq < 0 ? -pq : pq, area_pr = pr < 0 ? -pr : pr, area_ps = ps < 0 ? -ps : ps;
+  const real larger = area_pq > area_pr ? area_pq : area_pr;
+  return area_ps > larger ? area_ps : larger;
+}
+
+template <class real>
+bool shared_has(const Chosen<real>& chosen, u32 feature) {
+  return chosen.points[0].feature == feature || chosen.points[1].feature == feature ||
+         chosen.points[2].feature == feature || chosen.points[3].feature == feature;
+}
+
+/// Takes points in the place of others where the four then enclose more: what was chosen depends on the first one,
+/// which may be any of those that are as deep. It gives way only to one of these.
+template <class real>
+void shared_widen(const PatchPair<real>& pair, u32 count, real limit, Chosen<real>& chosen) {
+  const SharedPoint<real>* at = chosen.points;
+  const real least = chosen.points[0].gap + pair.tolerance;
+  real best = real(1.001) * shared_area(at[0].on_a, at[1].on_a, at[2].on_a, at[3].on_a, pair.normal);
+  bool wider = true;
+  for (u32 round = 0; round < 2 && wider; ++round) {
+    wider = false;
+    for (u32 k = 0; k < count; ++k) {
+      if (shared_wanders(pair, k)) continue;
+      const SharedPoint<real> point = shared_candidate(pair, k);
+      if (!point.valid || !(point.gap <= limit) || shared_has(chosen, point.feature)) continue;
+      u32 place = 4;
+      for (u32 i = point.gap <= least ? 0 : 1; i < 4; ++i) {
+        const real area =
+            shared_area(point.on_a, at[(i + 1) & 3].on_a, at[(i + 2) & 3].on_a, at[(i + 3) & 3].on_a, pair.normal);
+        if (!(area > best)) continue;
+        best = area;
+        place = i;
+      }
+      if (place == 4) continue;
+      best = real(1.001) * best;
+      chosen.points[place] = point;
+      wider = true;
+    }
+  }
+}
+
 /// Up to four points: the deepest, the farthest from it, the farthest from their line, the farthest outside of the
-/// triangle. `meeting` is the deepest point where the patches show none as deep. `scale` is the size of the smaller
-/// shape.
+/// triangle; then those in whose place they enclose more. `meeting` is the deepest point where the patches show none as
+/// deep. `scale` is the size of the smaller shape.
 template <class real>
 Manifold<real> share_patches(const Patch<real>& a, const Patch<real>& b, real radius_a, real radius_b,
                              const Meeting<real>& meeting, real limit, real tolerance, real scale) {
@@ -207,13 +254,18 @@ Manifold<real> share_patches(const Patch<real>& a, const Patch<real>& b, real ra
   const u32 count = shared_count(pair);
   Chosen<real> chosen = {};
   real deepest = real(1e30);
+  u32 valid = 0;
   for (u32 k = 0; k < count; ++k) {
     const SharedPoint<real> point = shared_candidate(pair, k);
-    if (!point.valid || !(point.gap < deepest - tolerance)) continue;
+    if (!point.valid) continue;
+    ++valid;
+    if (!(point.gap < deepest - tolerance)) continue;
     deepest = point.gap;
     chosen.points[0] = point;
   }
-  if (meeting.gap < deepest - real(2) * tolerance) {
+  // the farthest point of a shape need not lie over the face that it is farthest behind: other points come first
+  const bool sure = meeting.frame == NORMAL_FIXED || meeting.place > real(-1e29);
+  if (valid == 0 || (sure && meeting.gap < deepest - real(2) * tolerance)) {
     chosen.points[0].on_a = meeting.at_a;
     chosen.points[0].on_b = meeting.at_b;
     chosen.points[0].gap = meeting.gap;
@@ -236,6 +288,7 @@ Manifold<real> share_patches(const Patch<real>& a, const Patch<real>& b, real ra
     }
     if (found) chosen.count = pass + 1;
   }
+  if (chosen.count == 4 && valid > 4) shared_widen(pair, count, limit, chosen);
   shared_sort(chosen);
   Manifold<real> m = manifold_along(meeting.normal, meeting.frame, radius_a, radius_b);
   for (u32 k = 0; k < chosen.count; ++k) {

@@ -31,7 +31,9 @@ std::pair<std::size_t, double> farthest(const std::vector<Vector3>& points, Meas
 
 // Why points have no hull, if so.
 std::string refuse(const std::vector<Vector3>& points) {
-  if (points.size() < 4) return fmt::format("a hull needs at least 4 points that differ, has {}", points.size());
+  if (points.size() < 4)
+    return fmt::format("a hull needs at least 4 points that differ and are not in one plane, has {}; add some",
+                       points.size());
   const auto [end, length] = farthest(points, [&](const Vector3& p) { return exact::length(subtract(p, points[0])); });
   const Vector3 along = exact::unit(subtract(points[end], points[0]));
   const auto [side, width] =
@@ -176,7 +178,10 @@ ConvexHull convex_hull(const std::vector<Vector3>& given, std::string& refusal) 
   refusal.clear();
   for (const Vector3& p : given)
     for (const double x : p)
-      if (!(std::abs(x) <= 1e15)) return refusal = "its points must be finite and below 1e15 m", ConvexHull{};
+      if (!(std::abs(x) <= 1e15)) {
+        refusal = fmt::format("its points must be finite and below 1e15 m, one has the coordinate {}", x);
+        return {};
+      }
   std::vector<Vector3> points = given;
   for (Vector3& p : points)
     for (double& x : p) x += 0.0;  // no negative zero, which would sort apart from zero

@@ -19,8 +19,11 @@ std::vector<Vector3> read_points(const JsonNode& array) {
 std::vector<Vector3> read_mesh(const JsonNode& name, double scale) {
   const std::filesystem::path path = std::filesystem::path(name.source()).parent_path() / name.text();
   std::error_code ignored;
+  if (std::filesystem::is_directory(path, ignored))
+    name.fail(fmt::format("names the directory {}; give a mesh file in it", path.string()));
   if (!std::filesystem::is_regular_file(path, ignored))
-    name.fail(fmt::format("names no file: {} (relative to the scene) does not exist", path.string()));
+    name.fail(fmt::format("names no file: {} does not exist; a mesh is looked for from the folder of the scene",
+                          path.string()));
   try {
     std::vector<Vector3> points = mesh_vertices(path.string());
     for (Vector3& p : points) p = exact::scale(scale, p);

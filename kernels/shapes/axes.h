@@ -39,6 +39,16 @@ static inline Vec3 direction_between(Vec3 a, Vec3 b, real size, Vec3 fallback) {
   return distance > (real)1e-6 * size ? make3(d.x / distance, d.y / distance, d.z / distance) : fallback;
 }
 
+// The i-th sixteenth of the way around, from x by way of y.
+static inline Vec3 around_sixteenth(Vec3 x, Vec3 y, u32 i) {
+  const real cosines[5] = {(real)1, (real)0.92387953251128674, (real)0.70710678118654752, (real)0.38268343236508977,
+                           (real)0};
+  const u32 k = i & 7;
+  const real c = k < 5 ? cosines[k] : -cosines[8 - k], s = k < 5 ? cosines[4 - k] : cosines[k - 4];
+  const real side = (i & 8) == 0 ? (real)1 : (real)-1;
+  return add3(scale3(side * c, x), scale3(side * s, y));
+}
+
 // Adds a point to a manifold whose normal is set.
 static inline Manifold with_point(Manifold m, Vec3 anchor_a, Vec3 anchor_b, u32 feature) {
   m.points[m.count].anchor_a = anchor_a;

@@ -77,7 +77,8 @@ LANE_INLINE lane box_axis(const LaneBox* box_a, const LaneBox* box_b, const BoxP
   BOX_EDGES_OF(1, x, z, +, -, t.x, t.z, a.x, a.z)
   BOX_EDGES_OF(2, x, y, -, +, t.x, t.y, a.x, a.y)
   const lane root = sqrt(fabs(edge_square) / edge_length);
-  const lane tolerance = LANE_OF(1e-5) * (a.x + a.y + a.z + b.x + b.y + b.z);
+  const lane tiny = LANE_OF(2.5e-6) * (a.x + a.y + a.z + b.x + b.y + b.z);
+  const lane tolerance = on_a < LANE_OF(-4000) * tiny ? tiny : LANE_OF(4) * tiny;
   const lane_mask take_b = on_b > on_a + tolerance;
   lane best = take_b ? on_b : on_a;
   *code = take_b ? code_b : code_a;
@@ -250,6 +251,52 @@ typedef struct FourPoints {
   four.y[k] = take ? points->y[i] : four.y[k]; \
   four.feature[k] = take ? points->feature[i] : four.feature[k];
 
+// Twice the area of four points, in any order: diagonals have the largest product.
+LANE_INLINE lane area_of_four(lane px, lane py, lane qx, lane qy, lane rx, lane ry, lane sx, lane sy) {
+  const lane pq = fabs((qx - px) * (sy - ry) - (qy - py) * (sx - rx));
+  const lane pr = fabs((rx - px) * (sy - qy) - (ry - py) * (sx - qx));
+  const lane ps = fabs((sx - px) * (ry - qy) - (sy - py) * (rx - qx));
+  const lane larger = pq > pr ? pq : pr;
+  return ps > larger ? ps : larger;
+}
+
+#define BOX_WIDEN(k, allowed)                                                                                     \
+  {                                                                                                               \
+    const int q = (k + 1) & 3, r = (k + 2) & 3, t = (k + 3) & 3;                                                  \
+    const lane area = area_of_four(x, y, four->x[q], four->y[q], four->x[r], four->y[r], four->x[t], four->y[t]); \
+    const lane_mask better = (allowed) & (area > best);                                                           \
+    best = better ? area : best;                                                                                  \
+    place = better ? LANE_OF(k) : place;                                                                          \
+  }
+#define BOX_PLACE(k)                                 \
+  four->x[k] = place == LANE_OF(k) ? x : four->x[k]; \
+  four->y[k] = place == LANE_OF(k) ? y : four->y[k]; \
+  four->feature[k] = place == LANE_OF(k) ? feature : four->feature[k];
+
+// Takes points in the place of others where the four then enclose more.
+LANE_INLINE void widen_four(FourPoints* four, const FacePoints* points, const FacePair* f) {
+  const lane none = LANE_OF(LANE_NO_FEATURE), nowhere = LANE_OF(4);
+  const lane_mask whole = four->feature[3] != none;
+  const lane least = f->s0 + f->sx * four->x[0] + f->sy * four->y[0] + LANE_OF(1e-6) * (f->hx + f->hy);
+  lane best = LANE_OF(1.001) * area_of_four(four->x[0], four->y[0], four->x[1], four->y[1], four->x[2], four->y[2],
+                                            four->x[3], four->y[3]);
+  BOX_EACH_SLOT {
+    const lane x = points->x[i], y = points->y[i], feature = points->feature[i], s = f->s0 + f->sx * x + f->sy * y;
+    const lane_mask fresh = whole & points->taken[i] & (feature != four->feature[0]) & (feature != four->feature[1]) &
+                            (feature != four->feature[2]) & (feature != four->feature[3]);
+    lane place = nowhere;
+    BOX_WIDEN(0, fresh & (s <= least))
+    BOX_WIDEN(1, fresh)
+    BOX_WIDEN(2, fresh)
+    BOX_WIDEN(3, fresh)
+    BOX_PLACE(0)
+    BOX_PLACE(1)
+    BOX_PLACE(2)
+    BOX_PLACE(3)
+    best = place == nowhere ? best : LANE_OF(1.001) * best;
+  }
+}
+
 LANE_INLINE FourPoints four_points(FacePoints* points, const FacePair* f, lane limit) {
   FourPoints four;
   const lane zero = LANE_OF(0), none = LANE_OF(LANE_NO_FEATURE);
@@ -293,6 +340,7 @@ LANE_INLINE FourPoints four_points(FacePoints* points, const FacePair* f, lane l
     const lane_mask take = points->taken[i] & three & (w > best);
     BOX_TAKE(3, w)
   }
+  widen_four(&four, points, f);
   return four;
 }
 

@@ -128,6 +128,17 @@ static inline Manifold capsule_on_edge(Placed a, Placed b, Axes axes, SegmentInB
                      a.size.x, add3(b.center, out_of_frame(axes, with_along(corner, k, s))), (real)0, feature);
 }
 
+// The face that the shortest way from x, outside, to the box is perpendicular to, but for rounding. 3 if there is none.
+static inline u32 box_face_below(Vec3 x, Vec3 extents) {
+  const Vec3 out = sub3(x, clamp_into_box(x, extents));
+  const u32 k = box_face_at(x, extents);
+  const Vec3 beside = with_along(out, k, (real)0);
+  const real height = along(out, k);
+  return dot3(beside, beside) <= (real)2.5e-9 * (height * height) ? k : 3;
+}
+
+static inline real larger_of(real x, real y) { return x < y ? y : x; }
+
 // a is the capsule. While its core is outside the box the closest points decide; once it is inside, the axis of least
 // penetration.
 static inline Manifold capsule_box(Placed a, Placed b) {
@@ -140,11 +151,15 @@ static inline Manifold capsule_box(Placed a, Placed b) {
   const real t = segment_closest(c);
   const Vec3 x = segment_at(c, t);
   const u32 outside = coordinates_outside(x, c.extents);
-  if (outside == 1) {
-    const u32 k = box_face_at(x, c.extents);
-    return capsule_on_face(a, b, axes, c, k, sign_of(along(x, k)));
+  const u32 face = outside > 0 ? box_face_below(x, c.extents) : 3;
+  if (face < 3) {
+    // as far as x, if that is over the edge
+    const Vec3 reach =
+        make3(larger_of(c.extents.x, fabs(x.x)), larger_of(c.extents.y, fabs(x.y)), larger_of(c.extents.z, fabs(x.z)));
+    c.extents = with_along(reach, face, along(c.extents, face));
+    return capsule_on_face(a, b, axes, c, face, sign_of(along(x, face)));
   }
-  if (outside > 1) {
+  if (outside > 0) {
     const Vec3 core_a = add3(b.center, out_of_frame(axes, x));
     const Vec3 core_b = add3(b.center, out_of_frame(axes, clamp_into_box(x, c.extents)));
     return manifold_at(direction_between(core_a, core_b, (real)0, axes.z), NORMAL_BETWEEN, core_a, a.size.x, core_b,

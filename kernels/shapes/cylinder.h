@@ -58,12 +58,13 @@ typedef struct RimNearest {
   Vec3 on_rim, on_other;
 } RimNearest;
 
-// From the two points and the tangents of the curves; where the tangents are parallel, the line between the points.
-static inline RimNearest rim_nearest(Vec3 on_rim, Vec3 tangent, Vec3 on_other, Vec3 along) {
+// From the two points and the tangents of the curves; where the sine of the angle between these is less than
+// `least_sine`, the line between the points.
+static inline RimNearest rim_nearest(Vec3 on_rim, Vec3 tangent, Vec3 on_other, Vec3 along, real least_sine) {
   RimNearest nearest;
   Vec3 normal = cross3(tangent, along);
   real length = length3(normal);
-  if (!(length > (real)1e-3 * length3(tangent) * length3(along))) {
+  if (!(length > least_sine * length3(tangent) * length3(along))) {
     normal = sub3(on_rim, on_other);
     length = length3(normal);
   }
@@ -116,7 +117,11 @@ static inline RimNearest rim_line(const Cylinder* c, u32 end, Vec3 point, Vec3 u
   const real left = start + t - c->radius * dot3(across, u_across) / rho;
   if (!(left < (real)1e-3 * c->radius) || !(left > (real)-1e-3 * c->radius)) return none;
   const Vec3 on_rim = add3(middle, scale3(c->radius / rho, across));
-  return rim_nearest(on_rim, cross3(c->axes.z, across), add3(point, scale3(t, u)), u);
+  const real inside = t < (real)0 ? (real)0 : t > reach ? reach : t;
+  const Vec3 on_line = add3(point, scale3(inside, u));
+  // a product of directions that are nearly parallel has few digits; the way between points that are apart has more
+  const real least_sine = length3(sub3(on_rim, on_line)) > (real)0.1 * c->radius ? (real)0.05 : (real)1e-3;
+  return rim_nearest(on_rim, cross3(c->axes.z, across), on_line, u, least_sine);
 }
 
 // The point of c's rim in the direction of v from its middle; v is not along the axis.
@@ -129,14 +134,7 @@ static inline Vec3 rim_towards(const Cylinder* c, u32 end, Vec3 v) {
 }
 
 // Sixteenths of a turn, in the plane of the caps, of length 1.
-static inline Vec3 rim_direction(const Cylinder* c, u32 i) {
-  const u32 k = i & 7;
-  const real table[5] = {(real)1, (real)0.92387953251128674, (real)0.70710678118654752, (real)0.38268343236508977,
-                         (real)0};
-  const real x = k < 5 ? table[k] : -table[8 - k], y = k < 5 ? table[4 - k] : table[k - 4];
-  const real side = (i & 8) == 0 ? (real)1 : (real)-1;
-  return add3(scale3(side * x, c->axes.x), scale3(side * y, c->axes.y));
-}
+static inline Vec3 rim_direction(const Cylinder* c, u32 i) { return around_sixteenth(c->axes.x, c->axes.y, i); }
 
 // Half the change, along rim a, of the squared distance from rim b; `direction` is from the middle of rim a.
 static inline real rim_slope(const Cylinder* a, Vec3 middle, Vec3 direction, const Cylinder* b, u32 end_b) {
@@ -160,7 +158,7 @@ static inline RimNearest rim_rim(const Cylinder* a, u32 end_a, const Cylinder* b
       high = between;
   }
   const Vec3 p = add3(middle, scale3(a->radius, high)), q = rim_towards(b, end_b, p);
-  return rim_nearest(p, cross3(a->axes.z, high), q, cross3(b->axes.z, sub3(q, cylinder_cap(b, end_b))));
+  return rim_nearest(p, cross3(a->axes.z, high), q, cross3(b->axes.z, sub3(q, cylinder_cap(b, end_b))), (real)1e-3);
 }
 
 #endif

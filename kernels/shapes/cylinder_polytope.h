@@ -12,12 +12,18 @@
 #include "shapes/polytopes.h"
 #include "shapes/rim_lanes.h"
 
-// Offers the meeting along a unit normal from p to c.
+// Offers the meeting along a unit normal from p to c. Its points are those that were looked at if these are where the
+// two reach farthest; else others are, and the normal is offered with those, if it is the best one.
 static inline Meeting cylinder_try(const Cylinder* c, const Polytope* p, Meeting best, Vec3 normal, Vec3 at_c,
                                    Vec3 at_p, real tolerance) {
   const real gap =
       dot3(normal, sub3(c->center, p->center)) - cylinder_reach(c, scale3((real)-1, normal)) - poly_reach(p, normal);
-  return meeting_offer(best, gap, normal, NORMAL_FIXED, at_c, at_p, tolerance);
+  const real off = dot3(normal, sub3(at_c, at_p)) - gap;
+  if (off <= (real)4 * tolerance) return meeting_offer(best, gap, normal, NORMAL_FIXED, at_c, at_p, tolerance);
+  if (!(gap > best.gap + tolerance)) return best;
+  const Vec3 vertex = poly_vertex(p, poly_support(p, into_frame(p->axes, normal)));
+  return meeting_offer(best, gap, normal, NORMAL_FIXED, cylinder_support(c, scale3((real)-1, normal)), vertex,
+                       tolerance);
 }
 
 static inline Meeting cylinder_try_flats(const Cylinder* c, const Polytope* p, real limit, real tolerance) {

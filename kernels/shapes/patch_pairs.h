@@ -43,12 +43,14 @@ static inline Meeting meet_cores(u32 kind_a, Placed a, u32 kind_b, Placed b, Hul
     const Cylinder one = cylinder_of(a), other = cylinder_of(b);
     return cylinders_meet(&one, &other, limit, tolerance);
   }
-  if (FEATURE_POLYTOPES && (cylinder_a || cylinder_b)) {
+#if FEATURE_CYLINDERS && FEATURE_POLYTOPES
+  if (cylinder_a || cylinder_b) {
     const Cylinder cylinder = cylinder_of(cylinder_a ? a : b);
     const Polytope polytope = polytope_of(cylinder_a ? kind_b : kind_a, cylinder_a ? b : a, tables);
     const Meeting meeting = cylinder_meets(&cylinder, &polytope, limit, tolerance);
     return cylinder_a ? meeting : meeting_turned(meeting);
   }
+#endif
   if (!FEATURE_HULLS) return no_meeting();
   const Polytope one = polytope_of(kind_a, a, tables), other = polytope_of(kind_b, b, tables);
   return polytopes_meet(&one, &other, limit, tolerance);

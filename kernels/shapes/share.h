@@ -190,18 +190,63 @@ static inline void shared_sort(Chosen* chosen) {
   }
 }
 
-// The candidates are gone through four times: a CPU device keeps them, a work-item of a GPU would have to keep them in
-// memory far away and makes them anew.
-#if LANES > 1
+// The candidates are gone through several times: a CPU device keeps them, a work-item of a GPU would have to keep them
+// in memory far away and makes them anew.
 #define SHARED_MOST 384u  // three a corner of the largest faces: hulls have at most 128 vertices (host/scene/hull.hpp)
-#define SHARED_AT(k) kept[k]
+static inline SharedPoint shared_at(const PatchPair* pair, const SharedPoint* kept, u32 k) {
+#if LANES > 1
+  return kept[k];
 #else
-#define SHARED_AT(k) shared_candidate(&pair, k)
+  return shared_candidate(pair, k);
 #endif
+}
+
+// Twice the area of four points, in any order: diagonals have the largest product.
+static inline real shared_area(Vec3 p, Vec3 q, Vec3 r, Vec3 s, Vec3 normal) {
+  const real pq = dot3(normal, cross3(sub3(q, p), sub3(s, r))), pr = dot3(normal, cross3(sub3(r, p), sub3(s, q)));
+  const real ps = dot3(normal, cross3(sub3(s, p), sub3(r, q)));
+  const real area_pq = pq < (real)0 ? -pq : pq, area_pr = pr < (real)0 ? -pr : pr, area_ps = ps < (real)0 ? -ps : ps;
+  const real larger = area_pq > area_pr ? area_pq : area_pr;
+  return area_ps > larger ? area_ps : larger;
+}
+
+static inline bool shared_has(const Chosen* chosen, u32 feature) {
+  return chosen->points[0].feature == feature || chosen->points[1].feature == feature ||
+         chosen->points[2].feature == feature || chosen->points[3].feature == feature;
+}
+
+// Takes points in the place of others where the four then enclose more: what was chosen depends on the first one, which
+// may be any of those that are as deep. It gives way only to one of these.
+static inline void shared_widen(const PatchPair* pair, const SharedPoint* kept, u32 count, real limit, Chosen* chosen) {
+  const SharedPoint* at = chosen->points;
+  const real least = chosen->points[0].gap + pair->tolerance;
+  real best = (real)1.001 * shared_area(at[0].on_a, at[1].on_a, at[2].on_a, at[3].on_a, pair->normal);
+  bool wider = true;
+  for (u32 round = 0; round < 2 && wider; ++round) {
+    wider = false;
+    for (u32 k = 0; k < count; ++k) {
+      if (shared_wanders(pair, k)) continue;
+      const SharedPoint point = shared_at(pair, kept, k);
+      if (!point.valid || !(point.gap <= limit) || shared_has(chosen, point.feature)) continue;
+      u32 place = 4;
+      for (u32 i = point.gap <= least ? 0 : 1; i < 4; ++i) {
+        const real area =
+            shared_area(point.on_a, at[(i + 1) & 3].on_a, at[(i + 2) & 3].on_a, at[(i + 3) & 3].on_a, pair->normal);
+        if (!(area > best)) continue;
+        best = area;
+        place = i;
+      }
+      if (place == 4) continue;
+      best = (real)1.001 * best;
+      chosen->points[place] = point;
+      wider = true;
+    }
+  }
+}
 
 // Up to four points: the deepest, the farthest from it, the farthest from their line, the farthest outside of the
-// triangle. `meeting` is the deepest point where the patches show none as deep. `scale` is the size of the smaller
-// shape.
+// triangle; then those in whose place they enclose more. `meeting` is the deepest point where the patches show none as
+// deep. `scale` is the size of the smaller shape.
 static inline Manifold share_patches(const Patch* a, const Patch* b, real radius_a, real radius_b,
                                      const Meeting* meeting, real limit, real tolerance, real scale) {
   const PatchPair pair = patch_pair(a, b, meeting->normal, tolerance);
@@ -209,16 +254,23 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
 #if LANES > 1
   SharedPoint kept[SHARED_MOST];
   for (u32 k = 0; k < count; ++k) kept[k] = shared_candidate(&pair, k);
+#else
+  const SharedPoint* kept = 0;
 #endif
   Chosen chosen = {0};
   real deepest = (real)1e30;
+  u32 valid = 0;
   for (u32 k = 0; k < count; ++k) {
-    const SharedPoint point = SHARED_AT(k);
-    if (!point.valid || !(point.gap < deepest - tolerance)) continue;
+    const SharedPoint point = shared_at(&pair, kept, k);
+    if (!point.valid) continue;
+    ++valid;
+    if (!(point.gap < deepest - tolerance)) continue;
     deepest = point.gap;
     chosen.points[0] = point;
   }
-  if (meeting->gap < deepest - (real)2 * tolerance) {
+  // the farthest point of a shape need not lie over the face that it is farthest behind: other points come first
+  const bool sure = meeting->frame == NORMAL_FIXED || meeting->place > (real)-1e29;
+  if (valid == 0 || (sure && meeting->gap < deepest - (real)2 * tolerance)) {
     chosen.points[0].on_a = meeting->at_a;
     chosen.points[0].on_b = meeting->at_b;
     chosen.points[0].gap = meeting->gap;
@@ -231,7 +283,7 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
     if (pass > 1) best = best * length3(sub3(chosen.points[1].on_a, chosen.points[0].on_a));
     for (u32 k = 0; k < count; ++k) {
       if (shared_wanders(&pair, k)) continue;
-      const SharedPoint point = SHARED_AT(k);
+      const SharedPoint point = shared_at(&pair, kept, k);
       if (!point.valid || !(point.gap <= limit)) continue;
       const real gain = shared_gain(&chosen, meeting->normal, &point);
       if (!(gain > best)) continue;
@@ -241,6 +293,7 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
     }
     if (found) chosen.count = pass + 1;
   }
+  if (chosen.count == 4 && valid > 4) shared_widen(&pair, kept, count, limit, &chosen);
   shared_sort(&chosen);
   Manifold m = manifold_along(meeting->normal, meeting->frame, radius_a, radius_b);
   for (u32 k = 0; k < chosen.count; ++k) {

@@ -8,6 +8,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -173,6 +174,31 @@ inline void try_normal(const Body& a, const Body& b, const Vector3d& n, Separati
   if (s > best.distance) best = {s, n};
 }
 
+/// A point of the unit circle for each of `count` equal angles.
+template <int count>
+const std::array<Eigen::Vector2d, count>& around() {
+  static const auto points = [] {
+    std::array<Eigen::Vector2d, count> all;
+    for (int i = 0; i < count; ++i) all[i] = {std::cos(turn * i / count), std::sin(turn * i / count)};
+    return all;
+  }();
+  return points;
+}
+
+/// Directions that are far from each other: a Fibonacci lattice.
+inline const std::vector<Vector3d>& lattice() {
+  static const std::vector<Vector3d> directions = [] {
+    constexpr int count = 600;
+    std::vector<Vector3d> all;
+    for (int i = 0; i < count; ++i) {
+      const double z = 1 - (2 * i + 1.0) / count, r = std::sqrt(1 - z * z), angle = 2.399963229728653 * i;
+      all.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
+    }
+    return all;
+  }();
+  return directions;
+}
+
 /// Every local maximum along the great circle across `pole`, by golden sections.
 inline void try_circle(const Body& a, const Body& b, const Vector3d& pole, Separation& best) {
   const Vector3d u = pole.unitOrthogonal(), v = pole.cross(u);
@@ -180,7 +206,10 @@ inline void try_circle(const Body& a, const Body& b, const Vector3d& pole, Separ
   const auto value = [&](double angle) { return separation_along(a, b, at(angle)); };
   constexpr int count = 120;
   std::vector<double> sampled(count);
-  for (int i = 0; i < count; ++i) sampled[i] = value(turn * i / count);
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector2d& x = around<count>()[std::size_t(i)];
+    sampled[i] = separation_along(a, b, x.x() * u + x.y() * v);
+  }
   const double most = *std::ranges::max_element(sampled), least = *std::ranges::min_element(sampled);
   for (int i = 0; i < count; ++i) {
     const double here = sampled[i];
@@ -200,22 +229,24 @@ inline void try_circle(const Body& a, const Body& b, const Vector3d& pole, Separ
   }
 }
 
-/// Climbs from n by steps that are halved: sure, if slow, where s is smooth.
-inline void climb(const Body& a, const Body& b, Vector3d n, double step, Separation& best) {
+/// Climbs from n by steps that are halved down to `least`: sure, if slow, where s is smooth.
+inline Separation climb(const Body& a, const Body& b, Vector3d n, double step, double least) {
   double here = separation_along(a, b, n);
-  for (int k = 0; k < 400 && step > 1e-8; ++k) {
+  for (int k = 0; k < 400 && step > least; ++k) {
     const Vector3d u = n.unitOrthogonal(), v = n.cross(u);
     Vector3d better = n;
-    for (int i = 0; i < 8; ++i) {
-      const Vector3d m = (n + step * (std::cos(turn * i / 8) * u + std::sin(turn * i / 8) * v)).normalized();
+    for (std::size_t i = 0; i < 8; ++i) {
+      const Vector3d m = (n + step * (around<8>()[i].x() * u + around<8>()[i].y() * v)).normalized();
       const double s = separation_along(a, b, m);
       if (s > here) here = s, better = m;
     }
     if (better == n) step *= 0.5;
     n = better;
   }
-  if (here > best.distance) best = {here, n};
+  return {here, n};
 }
+
+inline bool has_only_flats(const Body& body) { return body.kind == SHAPE_BOX || body.kind == SHAPE_HULL; }
 
 }  // namespace detail
 
@@ -236,27 +267,31 @@ inline Separation separation(const Body& a, const Body& b) {
       detail::try_normal(a, b, across.normalized(), best);
       detail::try_normal(a, b, -across.normalized(), best);
     }
+  // the Minkowski difference of polyhedra that overlap has no other faces than these
+  if (detail::has_only_flats(a) && detail::has_only_flats(b) && best.distance < 0) return best;
   const Vector3d between = a.center - b.center;
   if (between.norm() > 0) detail::try_normal(a, b, between.normalized(), best);
   for (const Vector3d& p : poles_a) detail::try_circle(a, b, p, best);
   for (const Vector3d& p : poles_b) detail::try_circle(a, b, p, best);
 
-  // the whole sphere, from the best of many directions that are far from each other (a Fibonacci lattice)
-  constexpr int count = 600, starts = 6;
+  // the whole sphere, from the best of many directions
+  constexpr std::size_t starts = 6;
+  const double steepest = between.norm() + a.extent() + b.extent();  // |ds/dn| is no larger
   std::vector<std::pair<double, Vector3d>> sampled;
-  for (int i = 0; i < count; ++i) {
-    const double z = 1 - (2 * i + 1.0) / count, r = std::sqrt(1 - z * z), angle = 2.399963229728653 * i;
-    const Vector3d n(r * std::cos(angle), r * std::sin(angle), z);
-    sampled.emplace_back(separation_along(a, b, n), n);
-  }
+  for (const Vector3d& n : detail::lattice()) sampled.emplace_back(separation_along(a, b, n), n);
   std::ranges::sort(sampled, [](const auto& x, const auto& y) { return x.first > y.first; });
   std::vector<Vector3d> started = {best.normal};
-  detail::climb(a, b, best.normal, 1e-2, best);
+  const auto take = [&](const Separation& top) {
+    if (top.distance > best.distance) best = top;
+  };
+  take(detail::climb(a, b, best.normal, 1e-2, 1e-7));
   for (std::size_t i = 0; i < sampled.size() && started.size() < starts; ++i) {
     const Vector3d& n = sampled[i].second;
     if (std::ranges::any_of(started, [&](const Vector3d& m) { return m.dot(n) > 0.95; })) continue;
     started.push_back(n);
-    detail::climb(a, b, n, 0.1, best);
+    // near its top, a climb that is still far below the best one is given up
+    const Separation near = detail::climb(a, b, n, 0.1, 5e-3);
+    if (near.distance > best.distance - 0.03 * steepest) take(detail::climb(a, b, near.normal, 5e-3, 1e-7));
   }
   return best;
 }

@@ -2,21 +2,18 @@
 
 #include <gtest/gtest.h>
 
+#include "cpu_reference/shapes/pairs.hpp"
+#include "tests/shapes/cases.hpp"
 #include "tests/shapes/judge.hpp"
-#include "tests/worlds.hpp"
 
 namespace lockstep::oracle {
 namespace {
 
 using test::Random;
+using test::random_turn;
 
 Body shape(u32 kind, Vector3d center, Vector3d size, Eigen::Quaterniond turned = Eigen::Quaterniond::Identity()) {
   return {kind, center, turned.toRotationMatrix(), size, nullptr};
-}
-
-Eigen::Quaterniond random_turn(Random& random) {
-  return Eigen::Quaterniond(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1), random.between(-1, 1))
-      .normalized();
 }
 
 TEST(Oracle, KnowsClosedForms) {
@@ -71,6 +68,43 @@ TEST(Oracle, CutsContactPatches) {
   const Body coin = shape(SHAPE_CYLINDER, {0, 0, 1.49}, {0.5, 0.5, 0});
   const Polygon disc = contact_patch(coin, low, Vector3d::UnitZ(), 0.995, Vector3d::UnitX(), Vector3d::UnitY());
   EXPECT_NEAR(best_area_of_four(disc), 2 * 0.25, 0.005);  // a square in a circle
+}
+
+// A judge that complains of nothing would let everything pass.
+TEST(Oracle, ComplainsOfWhatIsWrong) {
+  const reference::HullTables<double> none = {};
+  const reference::Placed<double> low = {{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}, 0};
+  const reference::Placed<double> high = {{0.5, 0.5, 1.9999}, {0, 0, 0, 1}, {1, 1, 1}, 0};
+  const reference::Manifold<double> good = reference::collide_shapes(SHAPE_BOX, high, SHAPE_BOX, low, none, 0.1);
+  ASSERT_EQ(good.count, 4u);
+  const auto complaint = [&](const reference::Manifold<double>& m) -> std::string {
+    const Verdict verdict = judge(body(SHAPE_BOX, high), body(SHAPE_BOX, low), m, 0.1);
+    EXPECT_TRUE(verdict.wide || m.normal.z < 0.9);
+    return verdict.complaints.empty() ? "" : verdict.complaints[0];
+  };
+  EXPECT_EQ(complaint(good), "");
+  reference::Manifold<double> bad = good;
+  bad.count = 3;
+  EXPECT_EQ(complaint(bad).substr(0, 17), "3 points hold 0.5");
+  bad = good;
+  bad.points[3].feature = bad.points[0].feature;
+  EXPECT_EQ(complaint(bad), "points 0 and 3 have one feature");
+  bad = good;
+  bad.points[2].anchor_a.x += 2;
+  EXPECT_NE(complaint(bad).find("point 2 of 4 is out of its shape by"), std::string::npos);
+  bad = good;
+  for (auto& point : bad.points) point.anchor_a.z += 3e-5;
+  EXPECT_NE(complaint(bad).find("deepest point"), std::string::npos);
+  bad = good;
+  bad.normal = {0, 0, -1};
+  EXPECT_NE(complaint(bad).find("the normal loses"), std::string::npos);
+  bad = good;
+  bad.normal = {1, 0, 0};
+  EXPECT_NE(complaint(bad).find("the normal loses"), std::string::npos);
+  bad.count = 0;
+  const Verdict unseen = judge(body(SHAPE_BOX, high), body(SHAPE_BOX, low), bad, 0.1);
+  ASSERT_EQ(unseen.complaints.size(), 1u);
+  EXPECT_EQ(unseen.complaints[0].substr(0, 11), "no manifold");
 }
 
 }  // namespace
