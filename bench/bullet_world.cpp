@@ -19,7 +19,10 @@ std::unique_ptr<btCollisionShape> make_shape(const Scene& scene, const ShapeDesc
   if (shape.offset != Vector3{0, 0, 0} && shape.kind != SHAPE_PLANE) {
     throw Error(Failure::input, scene.source, "this scene has shapes off the centre of mass: no Bullet twin");
   }
+  if (shape.kind == SHAPE_BOX) return std::make_unique<btBoxShape>(vector(shape.half_extents));
   if (shape.kind == SHAPE_SPHERE) return std::make_unique<btSphereShape>(btScalar(shape.radius));
+  if (shape.kind != SHAPE_PLANE)
+    throw Error(Failure::input, scene.source, "only spheres, boxes and planes have a Bullet twin");
   const btVector3 normal = quatRotate(quaternion(shape.rotation), btVector3(0, 0, 1));
   return std::make_unique<btStaticPlaneShape>(normal, normal.dot(vector(shape.offset)));
 }
@@ -36,18 +39,16 @@ struct BulletWorld::Parts {
   std::vector<std::unique_ptr<btRigidBody>> bodies;
   std::vector<btRigidBody*> first_of_body;  // a scene body with several planes is several Bullet bodies
   btScalar dt = 0;
-  u32 substeps = 1;
 };
 
 BulletWorld::BulletWorld(const Scene& scene) : parts_(std::make_unique<Parts>()) {
   Parts& p = *parts_;
   p.world.setGravity(vector(scene.gravity));
-  p.substeps = scene.settings.substeps;
-  p.dt = btScalar(scene.settings.dt / p.substeps);
+  p.dt = btScalar(scene.settings.dt);
   for (const BodyDescription& body : scene.bodies) {
     if (body.kind == BODY_KINEMATIC || body.pivoted || (body.kind == BODY_DYNAMIC && body.shapes.size() != 1)) {
       throw Error(Failure::input, scene.source,
-                  "only dynamic bodies of one sphere and static bodies have a Bullet twin");
+                  "only dynamic bodies of one shape and static bodies have a Bullet twin");
     }
     for (const ShapeDescription& shape : body.shapes) {
       p.shapes.push_back(make_shape(scene, shape));
@@ -72,17 +73,16 @@ BulletWorld::~BulletWorld() {
   for (auto& body : parts_->bodies) parts_->world.removeRigidBody(body.get());
 }
 
-void BulletWorld::step() {
-  for (u32 i = 0; i < parts_->substeps; ++i) parts_->world.stepSimulation(parts_->dt, 0);
-}
+void BulletWorld::step() { parts_->world.stepSimulation(parts_->dt, 0); }
 
-std::vector<Vector3> BulletWorld::positions() const {
-  std::vector<Vector3> positions;
+std::vector<BodyPose> BulletWorld::poses() const {
+  std::vector<BodyPose> poses;
   for (const btRigidBody* body : parts_->first_of_body) {
     const btVector3& x = body->getCenterOfMassPosition();
-    positions.push_back({x.x(), x.y(), x.z()});
+    const btQuaternion q = body->getOrientation();
+    poses.push_back({{x.x(), x.y(), x.z()}, {q.x(), q.y(), q.z(), q.w()}});
   }
-  return positions;
+  return poses;
 }
 
 }  // namespace lockstep::bench

@@ -4,21 +4,22 @@
 #include <memory>
 #include <vector>
 
+#include "bench/overlap.hpp"
 #include "host/scene/scene.hpp"
 
 namespace lockstep::bench {
 
 class BulletWorld {
  public:
-  /// Spheres centred in their bodies and planes; throws Error (input) for any other scene.
+  /// Spheres and boxes centred in their bodies, and planes; throws Error (input) for any other scene.
   explicit BulletWorld(const Scene& scene);
   ~BulletWorld();
 
-  /// One step of the scene's dt, split into the scene's sub-steps.
+  /// One step of the scene's dt, undivided and with Bullet's own number of iterations, 10.
   void step();
 
-  /// Centres of mass in scene order, m.
-  std::vector<Vector3> positions() const;
+  /// In scene order.
+  std::vector<BodyPose> poses() const;
 
  private:
   struct Parts;

@@ -1,4 +1,5 @@
-// How deep the spheres of a scene overlap, from positions alone: the same measure for every engine.
+// How deep the spheres and boxes of a scene overlap, and how far they have come, from poses alone: the same measure for
+// every engine.
 #pragma once
 
 #include <vector>
@@ -7,13 +8,22 @@
 
 namespace lockstep::bench {
 
+/// Of a centre of mass, m, and its body.
+struct BodyPose {
+  Vector3 position;
+  Quaternion orientation;
+};
+
 struct Overlap {
   u32 pairs = 0;                 // that overlap at all
   double deepest = 0, mean = 0;  // m; the mean over those pairs
 };
 
-/// `positions`: centres of mass of the scene's bodies, m. Spheres centred in their bodies against each other and
-/// against planes of bodies that have not moved.
-Overlap measure_overlap(const Scene& scene, const std::vector<Vector3>& positions);
+/// Bodies of one sphere or one box, centred in their bodies, against each other and against planes of bodies that have
+/// not moved. Boxes by the separating axis theorem (Gottschalk, Lin, Manocha 1996).
+Overlap measure_overlap(const Scene& scene, const std::vector<BodyPose>& poses);
+
+/// Of the dynamic body that has come farthest from where the scene puts it, m.
+double farthest_moved(const Scene& scene, const std::vector<BodyPose>& poses);
 
 }  // namespace lockstep::bench
