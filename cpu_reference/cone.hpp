@@ -21,9 +21,13 @@ struct Delassus {
   real nn, t11, t22, n1, n2, t12;
 };
 
-/// Newton steps for the slip. Enough for rounding on the blocks of real bodies (tests/cone_test.cpp).
+/// Newton steps for the slip, at most. Enough for rounding on the blocks of real bodies (tests/cone_test.cpp).
 template <class real>
 constexpr int cone_steps = sizeof(real) == 8 ? 8 : 6;
+
+/// By which part of itself the friction may miss the cone before it is put onto it.
+template <class real>
+constexpr real cone_tolerance = sizeof(real) == 8 ? real(1e-14) : real(1e-6);
 
 /// The nearest tangent in the cone over the same normal impulse.
 template <class real>
@@ -66,7 +70,7 @@ ConeVector<real> solve_general(ConeVector<real> q, const Delassus<real>& w, real
     const real normal = alone - (g1 * p1 + g2 * p2);
     const real excess = length - friction * normal;
     if (step == 0 && excess <= 0) return {normal, p1, p2};
-    if (step == cone_steps<real>) break;
+    if (step == cone_steps<real> || !(std::fabs(excess) > cone_tolerance<real> * length)) break;
 
     // derivatives in lambda: of r_t, of r_n, of mu r_n / |r_t|
     const real d1 = (a12 * p2 - y * p1) * inverse, d2 = (a12 * p1 - x * p2) * inverse;

@@ -6,6 +6,7 @@
 #include "lanes.h"
 
 #define CONE_STEPS (REAL_IS_DOUBLE ? 8 : 6)
+#define CONE_TOLERANCE (REAL_IS_DOUBLE ? (real)1e-14 : (real)1e-6)
 
 // In the contact's frame: along the normal and the two tangents.
 typedef struct LaneCone {
@@ -70,7 +71,8 @@ static inline LaneCone lane_solve_general(lane_mask general, LaneCone q, LaneDel
       slips = (q.normal < (lane)0) & !(excess <= (lane)0);
       if (!LANE_ANY(slips & general)) return without_slip;
     }
-    if (step == CONE_STEPS) break;
+    const lane_mask searches = fabs(excess) > (lane)CONE_TOLERANCE * length;
+    if (step == CONE_STEPS || !LANE_ANY(searches & slips & general)) break;
 
     // derivatives in lambda: of r_t, of r_n, of mu r_n / |r_t|
     const lane d1 = (a12 * p2 - y * p1) * inverse, d2 = (a12 * p1 - x * p2) * inverse;
@@ -80,7 +82,8 @@ static inline LaneCone lane_solve_general(lane_mask general, LaneCone q, LaneDel
     lane next = lambda + excess / slope;
     next = next < low ? low : next;
     next = next > high ? high : next;
-    lambda = slope > (lane)0 ? next : (lane)0.5 * (low + high);
+    next = slope > (lane)0 ? next : (lane)0.5 * (low + high);
+    lambda = searches ? next : lambda;  // a lane that has arrived stays while others search
   }
 
   // On the ray that was found the impulse is put exactly onto the cone, and u_n to zero.

@@ -63,8 +63,10 @@ static inline PrepareNow prepare_now(u32 first, global const PointBlock* points,
   turn.w = of_a ? a.orientation.w : b.orientation.w;
   PrepareNow now;
   now.normal = lane_select3(of_a | of_b, lane_rotate3(turn, kept), kept);
-  now.normal = lane_select3(is_between & (distance > (lane)0),
-                            lane_make3(d.x / distance, d.y / distance, d.z / distance), now.normal);
+  if (LANE_ANY(is_between)) {
+    now.normal = lane_select3(is_between & (distance > (lane)0),
+                              lane_make3(d.x / distance, d.y / distance, d.z / distance), now.normal);
+  }
   now.gap = (is_between ? distance : lane_dot3(now.normal, d)) - radius_a - radius_b;
 
   const lane depth = of_b ? radius_a : radius_a + (lane)0.5 * now.gap;

@@ -116,9 +116,11 @@ static inline void visit_row(const u32 purpose, u32 first, lane_mask general, gl
 
   const Lane3 u = lane_sub3(lane_add3(a->v, lane_cross3(a->w, c.arm_a)), lane_add3(b->v, lane_cross3(b->w, c.arm_b)));
   const lane u_n = lane_dot3(c.normal, u) + bias, u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
-  const LaneCone q_central =
-      lane_make_cone(u_n - w_nn * old.normal, u_1 - w_11 * old.tangent_1, u_2 - w_11 * old.tangent_2);
-  LaneCone r = lane_solve_central(q_central, own_nn, w_11, friction);
+  LaneCone r = lane_make_cone((lane)0, (lane)0, (lane)0);
+  if (LANE_ANY(!general)) {
+    const LaneCone q = lane_make_cone(u_n - w_nn * old.normal, u_1 - w_11 * old.tangent_1, u_2 - w_11 * old.tangent_2);
+    r = lane_solve_central(q, own_nn, w_11, friction);
+  }
 #if FEATURE_GENERAL_CONTACTS
   if (LANE_ANY(general)) {
     LaneDelassus w;
