@@ -91,9 +91,9 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
   enum class Kind { grid, line };
   const auto kind = node.at("generator").choice<Kind>("generator", {{"grid", Kind::grid}, {"line", Kind::line}});
   if (kind == Kind::grid) {
-    node.expect_object({"generator", "counts", "spacing", "origin", "centered", "jitter", "bodies"});
+    node.expect_object({"generator", "counts", "spacing", "origin", "centered", "jitter", "bodies", "joints"});
   } else {
-    node.expect_object({"generator", "count", "step", "origin", "jitter", "bodies"});
+    node.expect_object({"generator", "count", "step", "origin", "jitter", "bodies", "joints"});
   }
   Lattice lattice = kind == Kind::grid ? read_grid(node) : read_line(node);
   if (node.has("origin")) lattice.origin = node.at("origin").vector();
@@ -101,6 +101,10 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
 
   const BodyList templates = read_bodies(node.at("bodies"), names);
   if (templates.bodies.empty()) node.at("bodies").fail("is empty; a generator needs a body to copy");
+  std::vector<NamedJoint> joints = templates.joints;
+  if (node.has("joints")) {
+    for (NamedJoint& joint : read_joints(node.at("joints"), kind == Kind::line)) joints.push_back(std::move(joint));
+  }
   const double copies = 1.0 * lattice.counts[0] * lattice.counts[1] * lattice.counts[2];
   list.expect_room(node, copies * static_cast<double>(templates.bodies.size()),
                    copies * static_cast<double>(templates.shapes));
@@ -115,6 +119,7 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
           if (!body.name.empty()) body.name += fmt::format("_{}", number);
           list.add(std::move(body));
         }
+        add_copied_joints(joints, templates.bodies, number, static_cast<u32>(copies), shift, list.joints);
       }
     }
   }
