@@ -66,7 +66,8 @@ RECORD(JointBlock) {
   real lower[JOINT_LOWER][PACK];         // K = L D L^T of the locked rows, K = J M^-1 J^T: L below its diagonal of ones
   real inverse_pivot[JOINT_ROWS][PACK];  // 1 / D; 0 for rows that are not locked
   real bias[JOINT_ROWS][PACK];           // m/s, rad/s
-  real softness[PACK];                   // s: u + bias + s K r = 0
+  real turning[JOINT_ROWS + 1u][PACK];   // the same, of what the turning of the bodies adds; the last is the free row's
+  real softness[PACK];                   // s: u + bias + turning + s K r = 0
   real spring[PACK];                     // 1 or 0
   real free_axis[3][PACK];
   real coupling[JOINT_ROWS][PACK];  // velocity of each locked row for a unit of the free impulse

@@ -5,12 +5,13 @@
 #include "joints/joint_now.h"
 #include "types.h"
 
-static inline void joint_free_law(const Joint joint, real x, real dt, u32 lane, global JointBlock* block) {
+static inline void joint_free_law(const Joint joint, real x, real turning, real dt, u32 lane,
+                                  global JointBlock* block) {
   real slowest = -(real)JOINT_UNBOUNDED, fastest = (real)JOINT_UNBOUNDED, give = (real)0;
   if (joint.limited != (real)0) {
     const real above = x - joint.low, below = joint.high - x;
     if (joint.low == joint.high) {
-      slowest = -(joint.correction * above / dt);
+      slowest = -(joint.correction * above / dt + turning);
       fastest = slowest;
       give = joint.softness;
     } else {
@@ -59,6 +60,25 @@ static inline void joint_mobility(const JointNow* now, bool angular, Motion a, M
   }
 }
 
+// The rate of each row at the present velocities.
+static inline void joint_row_rates(const JointNow* now, u32 free_kind, Motion a, Motion b,
+                                   real rates[JOINT_ROWS + 1u]) {
+  const Vec3 w_a = vec3(a.w), w_b = vec3(b.w);
+  const Vec3 on_a = cross3(w_a, now->arm_a), on_b = cross3(w_b, now->arm_b);
+  const Vec3 u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
+  const Vec3 rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3((real)2, cross3(w_a, u)));
+  const Vec3 turn_rate = cross3(sub3(w_b, w_a), w_a);
+  for (u32 i = 0u; i < 3u; ++i) {
+    rates[i] = dot3(now->axes[i], rate);
+    rates[i + 3u] = dot3(now->axes[i], turn_rate);
+  }
+  rates[JOINT_ROWS] = dot3(now->free_axis, free_kind == FREE_ANGLE ? turn_rate : rate);
+  if (free_kind == FREE_LENGTH && now->coordinate > (real)0) {
+    const real along = dot3(now->free_axis, u);
+    rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / now->coordinate;
+  }
+}
+
 static inline void joint_write3(Vec3 v, u32 lane, global real (*field)[PACK]) {
   field[0][lane] = v.x;
   field[1][lane] = v.y;
@@ -66,8 +86,8 @@ static inline void joint_write3(Vec3 v, u32 lane, global real (*field)[PACK]) {
 }
 
 // All that follows from the geometry; that of padding is zero.
-static inline void joint_write(const JointNow* now, const JointFactor* factor, const real* bias, const real* coupling,
-                               const real* response, u32 lane, global JointBlock* block) {
+static inline void joint_write(const JointNow* now, const JointFactor* factor, const real* bias, const real* turning,
+                               const real* coupling, const real* response, u32 lane, global JointBlock* block) {
   for (u32 i = 0u; i < 3u; ++i) joint_write3(now->axes[i], lane, block->axes + 3u * i);
   joint_write3(now->arm_a, lane, block->arm_a);
   joint_write3(now->arm_b, lane, block->arm_b);
@@ -76,16 +96,18 @@ static inline void joint_write(const JointNow* now, const JointFactor* factor, c
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     block->inverse_pivot[i][lane] = factor->inverse_pivot[i];
     block->bias[i][lane] = bias[i];
+    block->turning[i][lane] = turning[i];
     block->coupling[i][lane] = coupling[i];
     block->response[i][lane] = response[i];
   }
+  block->turning[JOINT_ROWS][lane] = turning[JOINT_ROWS];
 }
 
 static inline void joint_clear(u32 lane, global JointBlock* block) {
   const JointNow now = {{{0}}};
   const JointFactor factor = {{0}};
-  const real none[JOINT_ROWS] = {0};
-  joint_write(&now, &factor, none, none, none, lane, block);
+  const real none[JOINT_ROWS + 1u] = {0};
+  joint_write(&now, &factor, none, none, none, none, lane, block);
   block->softness[lane] = (real)0;
   block->spring[lane] = (real)0;
   block->own[lane] = (real)0;
@@ -106,25 +128,31 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
   factorise(k, info.locked, &factor);
 
   const bool is_free = info.free != FREE_NOTHING;
+  real turning[JOINT_ROWS + 1u];
+  joint_row_rates(&now, info.free, a, b, turning);
+  const real ahead = ((real)1.5 - params.theta) * params.dt;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1u) != 0u;
     bias[i] = locked ? joint.correction * now.error[i] / params.dt : (real)0;
+    turning[i] = locked ? ahead * turning[i] : (real)0;
     coupling[i] = locked && is_free ? column[i] : (real)0;
     response[i] = coupling[i];
   }
+  const bool equal = joint.limited != (real)0 && joint.low == joint.high;
+  turning[JOINT_ROWS] = equal ? ahead * turning[JOINT_ROWS] : (real)0;
   solve_factor(&factor, response);
   real shared = (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) shared = shared + coupling[i] * response[i];
 
-  joint_write(&now, &factor, bias, coupling, response, lane, block);
+  joint_write(&now, &factor, bias, turning, coupling, response, lane, block);
   block->softness[lane] = joint.softness;
   block->spring[lane] = joint.spring;
   block->own[lane] = is_free ? own : (real)0;
   block->shared[lane] = shared;
   block->motor_speed[lane] = joint.motor_speed;
   block->motor_impulse[lane] = joint.motor_force * params.dt;
-  joint_free_law(joint, now.coordinate, params.dt, lane, block);
+  joint_free_law(joint, now.coordinate, turning[JOINT_ROWS], params.dt, lane, block);
 }
 
 kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,

@@ -2,7 +2,7 @@
 // LANES joints at a time.
 //
 // With the impulses of all others held, the joint's own problem (cpu_reference/prepare_joints.hpp) is solved exactly:
-//   the locked rows alone would change their impulses by   d0 = -g K^-1 (u + bias) - s g r,   g = 1 / (1 + s)
+//   the locked rows alone would change their impulses by   d0 = -g K^-1 (u + bias + turning) - s g r,   g = 1 / (1 + s)
 //   the free row then moves at                             q + e r_f,   e = own - g shared
 //   its impulse brings it to the motor's speed, as far as the motor reaches, and into its bounds
 //   the locked rows answer                                 d = d0 - g response (change of r_f)
@@ -72,8 +72,9 @@ void visit_joint(JointPurpose purpose, const JointBlock<real>& block, u32 free, 
   real slowest = block.slowest[lane], fastest = block.fastest[lane];
   if (relaxed && !(spring > 0)) {  // a bound that excludes rest is a correction
     const bool equal = slowest == fastest;
-    slowest = equal || slowest > 0 ? real(0) : slowest;
-    fastest = equal || fastest < 0 ? real(0) : fastest;
+    const real still = -block.turning[JOINT_ROWS][lane];
+    slowest = equal ? still : (slowest > 0 ? real(0) : slowest);
+    fastest = equal ? still : (fastest < 0 ? real(0) : fastest);
   }
 
   const Vec3<real> arm_a = joint_vector(block.arm_a, lane), arm_b = joint_vector(block.arm_b, lane);
@@ -82,8 +83,8 @@ void visit_joint(JointPurpose purpose, const JointBlock<real>& block, u32 free, 
   real d[JOINT_ROWS];
   for (u32 i = 0; i < 3; ++i) {
     const Vec3<real> axis = joint_vector(block.axes + 3 * i, lane);
-    d[i] = -(dot3(axis, u) + share * block.bias[i][lane]);
-    d[i + 3] = -(dot3(axis, w) + share * block.bias[i + 3][lane]);
+    d[i] = -(dot3(axis, u) + share * block.bias[i][lane] + block.turning[i][lane]);
+    d[i + 3] = -(dot3(axis, w) + share * block.bias[i + 3][lane] + block.turning[i + 3][lane]);
   }
   JointFactor<real> factor;
   for (u32 i = 0; i < JOINT_LOWER; ++i) factor.lower[i] = block.lower[i][lane];

@@ -93,7 +93,7 @@ struct Settings {
   double correction_limit = 3;       // m/s
   double contact_frequency = 30;     // Hz, of a soft contact; at most a quarter of the rate of sub-steps
   double contact_damping = 10;       // of a soft contact, in parts of the critical damping
-  double joint_frequency = 60;       // the same of the springs by which small_steps closes joints
+  double joint_frequency = 1000;     // the same of the springs by which small_steps closes joints
   double joint_damping = 2;
   double slop = 1e-4;        // m
   double margin = 0.005;     // m

@@ -70,8 +70,9 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
   lane slowest = LANE_LOAD(block->slowest + first), fastest = LANE_LOAD(block->fastest + first);
   if (purpose == VISIT_RELAX) {
     const lane_mask kept = spring > (lane)0, equal = slowest == fastest;
-    slowest = kept ? slowest : (equal ? (lane)0 : (slowest > (lane)0 ? (lane)0 : slowest));
-    fastest = kept ? fastest : (equal ? (lane)0 : (fastest < (lane)0 ? (lane)0 : fastest));
+    const lane still = -LANE_LOAD(block->turning[JOINT_ROWS] + first);
+    slowest = kept ? slowest : (equal ? still : (slowest > (lane)0 ? (lane)0 : slowest));
+    fastest = kept ? fastest : (equal ? still : (fastest < (lane)0 ? (lane)0 : fastest));
   }
 
   const Lane3 arm_a = lane_joint_vector(block->arm_a, first), arm_b = lane_joint_vector(block->arm_b, first);
@@ -80,8 +81,9 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
   lane d[JOINT_ROWS];
   for (u32 i = 0u; i < 3u; ++i) {
     const Lane3 axis = lane_joint_vector(block->axes + 3u * i, first);
-    d[i] = -(lane_dot3(axis, u) + share * LANE_LOAD(block->bias[i] + first));
-    d[i + 3u] = -(lane_dot3(axis, w) + share * LANE_LOAD(block->bias[i + 3u] + first));
+    d[i] = -(lane_dot3(axis, u) + share * LANE_LOAD(block->bias[i] + first) + LANE_LOAD(block->turning[i] + first));
+    d[i + 3u] = -(lane_dot3(axis, w) + share * LANE_LOAD(block->bias[i + 3u] + first) +
+                  LANE_LOAD(block->turning[i + 3u] + first));
   }
   lane_solve_factor(block, first, d);
   lane before = lane_dot3(lane_joint_vector(block->free_axis, first), lane_select3(angular, w, u));
