@@ -130,7 +130,8 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
   const bool is_free = info.free != FREE_NOTHING;
   real turning[JOINT_ROWS + 1u];
   joint_row_rates(&now, info.free, a, b, turning);
-  const real ahead = ((real)1.5 - params.theta) * params.dt;
+  const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
+  const real ahead = ((real)1.5 - params.theta) * params.dt / ((real)1 + angle);
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1u) != 0u;

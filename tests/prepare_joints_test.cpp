@@ -105,6 +105,8 @@ TYPED_TEST(PrepareJoints, WhatFindsNoColourIsSolvedAlone) {
   Scene scene = hub(MAX_COLORS + 6);
   scene.settings.iterations = 200;
   scene.settings.correction = 0;
+  scene.bodies[0].mass = 1000;  // so that the sweeps converge
+  scene.bodies[0].inertia = {1000, 1000, 1000};
   for (BodyDescription& body : scene.bodies) body.angular_velocity = {0, 0, 0};  // no arm turns yet
   const Buffers<real> b = after_steps<real>(scene, 1);
   // the hub carries all: no spoke moves against it at its anchor, its own centre
