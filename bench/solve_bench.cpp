@@ -147,7 +147,7 @@ void compare(u32 side, const DeviceInfo& device, u32 threads) {
     DeviceOptions options;
     options.lanes = lanes;
     options.threads = threads;
-    options.only = {Stage::solve_contacts};
+    options.only = {Stage::solve_constraints};
     backends.push_back(std::make_unique<DeviceBackend<float>>(state, device, options));
     backends.back()->counters();  // the plan comes from the step before
   }
@@ -163,7 +163,7 @@ void compare(u32 side, const DeviceInfo& device, u32 threads) {
     if (repetition == 0) native.after = problem.motions.copy();
     for (std::size_t i = 0; i < backends.size(); ++i) {
       start = now();
-      backends[i]->run(Stage::solve_contacts, state.params);
+      backends[i]->run(Stage::solve_constraints, state.params);
       backends[i]->counters();
       kernels[i].seconds = std::min(kernels[i].seconds, now() - start);
       if (repetition == 0) kernels[i].after = backends[i]->download(std::array{Buffer::motions}).motions;

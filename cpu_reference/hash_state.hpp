@@ -1,10 +1,10 @@
 // Two 64-bit hashes of each world: of all persistent state, and of the poses alone. Equal hashes mean equal bits.
 //
-// A record is what a persistent buffer says about one body or one cached contact. Its words are chained through a
-// mixer, after the kind of record and the world-local id (of a contact: the ids of its two shapes and the feature), so
-// that nothing depends on where in an array a record or a world stands, nor on capacities. A float is one word, a
-// double two, low word first. The hash is the sum of the records, taken for the low and for the high 32 bits on its
-// own, without a carry between them: a sum has no order, and OpenCL 1.2 adds atomically in 32 bits only.
+// A record is what a persistent buffer says about one body, one cached contact or one joint. Its words are chained
+// through a mixer, after the kind of record and the world-local id (of a contact: the ids of its two shapes and the
+// feature), so that nothing depends on where in an array a record or a world stands, nor on capacities. A float is one
+// word, a double two, low word first. The hash is the sum of the records, taken for the low and for the high 32 bits on
+// its own, without a carry between them: a sum has no order, and OpenCL 1.2 adds atomically in 32 bits only.
 //
 // The mixer is the finaliser of SplitMix64 (Steele, Lea, Flood 2014, with the multipliers of Stafford's variant 13).
 #pragma once
@@ -96,11 +96,25 @@ void hash_state_touching(Buffers<real>& b) {
 }
 
 template <class real>
+void hash_state_joints(Buffers<real>& b) {
+  for (u32 slot = 0; slot < b.joint_lanes.size() * PACK; ++slot) {
+    const u32 lane = slot % PACK, joint = b.joint_lanes[slot / PACK].joint[lane];
+    if (joint == NONE) continue;
+    const JointImpulseBlock<real>& impulses = b.joint_impulses[slot / PACK];
+    u64 h = hash_word(hash_start(HASHED_JOINT), b.joint_infos[joint].id);
+    for (u32 i = 0; i < JOINT_ROWS; ++i) h = hash_words(h, impulses.locked[i][lane]);
+    h = hash_words(h, impulses.free[lane]);
+    hash_add_state(b.world_hashes[b.joint_infos[joint].world], h);
+  }
+}
+
+template <class real>
 void hash_state(Buffers<real>& b, const StepParams<real>& params) {
   hash_state_steps(b, params);
   hash_state_bodies(b, params);
   hash_state_contacts(b);
   hash_state_touching(b);
+  hash_state_joints(b);
 }
 
 }  // namespace lockstep::reference

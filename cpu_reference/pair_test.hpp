@@ -40,9 +40,19 @@ real turning_speed(const Buffers<real>& b, u32 shape) {
   return length3(vec3(b.motions[b.shape_infos[shape].body].w)) * b.bounds[shape].reach;
 }
 
+/// Whether a joint holds the two bodies together and keeps them from colliding.
+template <class real>
+bool are_joined(const Buffers<real>& b, u32 body_a, u32 body_b) {
+  if (b.joined_starts.empty()) return false;
+  const u32 *first = b.joined_bodies.data() + b.joined_starts[body_a],
+            *last = b.joined_bodies.data() + b.joined_starts[body_a + 1];
+  return std::find(first, last, body_b) != last;
+}
+
 template <class real>
 bool is_pair(const Buffers<real>& b, u32 i, u32 j) {
   const ShapeInfo &a = b.shape_infos[i], &c = b.shape_infos[j];
+  if (are_joined(b, a.body, c.body)) return false;
   return may_touch(a, c, b.body_infos[a.body], b.body_infos[c.body]);
 }
 

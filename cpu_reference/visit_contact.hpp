@@ -92,6 +92,7 @@ void visit_contact(const ContactBlock<real>& block, real bias, real softness, Im
 /// blocks are laid out in that order, simply one after another; the contacts of a pair one after another too.
 template <class real, class Visit>
 void for_each_contact_slot(const Buffers<real>& buffers, Visit&& visit) {
+  if (buffers.color_starts.empty()) return;  // a scene of joints alone
   for (u32 block = 0; block < buffers.color_starts[MAX_COLORS + 1]; ++block) {
     const BlockBodies& bodies = buffers.block_bodies[block];
     for (u32 lane = 0; lane < PACK; ++lane) {

@@ -74,6 +74,10 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::colors: return MAX_COLORS + 2;
     case Domain::blocks: return sizes.blocks;
     case Domain::rows: return sizes.rows;
+    case Domain::joints: return sizes.joints;
+    case Domain::joint_phases: return std::size_t{sizes.joint_phases} + 1;
+    case Domain::joint_blocks: return sizes.joint_blocks;
+    case Domain::joined: return sizes.joined;
     case Domain::touches: return sizes.pairs;
     case Domain::events: return std::size_t{sizes.pairs} * 2;  // each pair that touches, and each that did
     case Domain::rays: return sizes.rays;

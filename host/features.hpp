@@ -25,7 +25,12 @@ enum class Feature : u32 {
   sensors = 1u << 14,        // shapes that only feel; they come with events
   continuous = 1u << 15,     // some body's impacts are looked for within the step
   soft_contacts = 1u << 17,  // contacts that overlap are springs, and a sweep takes back what they added
-  queries = 1u << 16,        // rays or volumes were asked about: switched on while the simulation runs
+  joints = 1u << 18,
+  soft_joints = 1u << 19,  // joints are springs too
+  queries = 1u << 16,      // rays or volumes were asked about: switched on while the simulation runs
+  // what needs one of several
+  constraints = contacts | joints,
+  relaxing = soft_contacts | soft_joints,
 };
 
 using Features = u32;  // a set: bits of Feature

@@ -26,7 +26,9 @@ struct StageInfo {
 
 const StageInfo& info(Stage stage);
 
-/// Whether a scene with these features runs the stage.
-inline bool runs(Stage stage, Features features) { return has(features, info(stage).feature); }
+/// Whether a scene with these features runs the stage: it has the stage's, or one of them where they are several.
+inline bool runs(Stage stage, Features features) {
+  return info(stage).feature == Feature::always || (features & static_cast<Features>(info(stage).feature)) != 0;
+}
 
 }  // namespace lockstep

@@ -29,11 +29,12 @@ void step(Backend& backend, StepParams<real> p) {
 
   for (p.substep = 0; p.substep < p.substeps; ++p.substep) {
     backend.run(Stage::integrate_velocities, p);
+    backend.run(Stage::prepare_joints, p);
     backend.run(Stage::prepare_contacts, p);
     backend.run(Stage::warm_start, p);
-    backend.run(Stage::solve_contacts, p);
+    backend.run(Stage::solve_constraints, p);
     backend.run(Stage::integrate_positions, p);
-    backend.run(Stage::relax_contacts, p);
+    backend.run(Stage::relax_constraints, p);
     backend.run(Stage::integrate_free_flight, p);
     backend.run(Stage::mark_touching, p);
   }

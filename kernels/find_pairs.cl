@@ -40,7 +40,7 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
         const PlaceInfo other = s->place_infos[place + lowest_bit(hits)];
         // other rows may share the buckets of this one
         if (other.cell_y != y || other.cell_z != z || (later && other.index <= me->info.index)) continue;
-        if (!may_touch(me->info.shape, other.shape, me->info.body, other.body)) continue;
+        if (!is_pair(s, me->info.shape, other.shape, me->info.body, other.body)) continue;
         const bool mine = me->info.index < other.index;
         add_pair(finds, mine ? me->info.index : other.index, mine ? other.index : me->info.index);
       }
@@ -89,10 +89,11 @@ kernel void find_pairs_search(global const WorldRange* world_ranges, global cons
                               global const Vec4* positions, global const Motion* motions,
                               global const u32* bucket_starts, global const u32* bucket_items,
                               global const real* places, global const PlaceInfo* place_infos,
-                              global const PlaneInfo* plane_infos, global u32* found_partners, global u32* pair_starts,
+                              global const PlaneInfo* plane_infos, global const u32* joined_starts,
+                              global const u32* joined_bodies, global u32* found_partners, global u32* pair_starts,
                               global const u32* counters, const StepParams params) {
-  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,     positions,
-                        motions,      places,     place_infos, plane_infos};
+  const PairSearch s = {world_ranges, body_infos,  shape_infos, planes,        positions,    motions,
+                        places,       place_infos, plane_infos, joined_starts, joined_bodies};
   Finds finds = {pair_starts, found_partners, 0, 0u};
   FOR_EACH(place, params.shapes) {
     if (bucket_items[place] != NONE)
@@ -106,10 +107,11 @@ kernel void find_pairs_write(global const WorldRange* world_ranges, global const
                              global const Vec4* positions, global const Motion* motions,
                              global const u32* bucket_starts, global const u32* shape_places, global const real* places,
                              global const PlaceInfo* place_infos, global const PlaneInfo* plane_infos,
+                             global const u32* joined_starts, global const u32* joined_bodies,
                              global u32* found_partners, global const u32* pair_starts, global Pair* pairs,
                              global u32* counters, const StepParams params) {
-  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,     positions,
-                        motions,      places,     place_infos, plane_infos};
+  const PairSearch s = {world_ranges, body_infos,  shape_infos, planes,        positions,    motions,
+                        places,       place_infos, plane_infos, joined_starts, joined_bodies};
   const bool full = tell_pairs(pair_starts[params.shapes], counters, params);
   FOR_EACH(i, full ? 0u : params.shapes) {
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;

@@ -85,3 +85,20 @@ kernel void hash_state_touching(global const BodyInfo* body_infos, global const 
     hash_add_state(&world_hashes[body_infos[shape_a.body].world], h);
   }
 }
+
+#if FEATURE_JOINTS
+kernel void hash_state_joints(const StepParams params, global const JointInfo* joint_infos,
+                              global const JointLanes* joint_lanes, global const JointImpulseBlock* joint_impulses,
+                              global WorldHash* world_hashes) {
+  const u32 real_words = (u32)(sizeof(real) / sizeof(u32));
+  FOR_EACH(slot, params.joint_blocks * PACK) {
+    const u32 lane = slot % PACK, joint = joint_lanes[slot / PACK].joint[lane];
+    if (joint == NONE) continue;
+    global const JointImpulseBlock* impulses = joint_impulses + slot / PACK;
+    ulong h = hash_word(hash_start(HASHED_JOINT), joint_infos[joint].id);
+    for (u32 i = 0u; i < JOINT_ROWS; ++i) h = hash_words(h, (global const u32*)&impulses->locked[i][lane], real_words);
+    h = hash_words(h, (global const u32*)&impulses->free[lane], real_words);
+    hash_add_state(&world_hashes[joint_infos[joint].world], h);
+  }
+}
+#endif

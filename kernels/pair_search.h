@@ -58,6 +58,8 @@ typedef struct PairSearch {
   global const real* places;
   global const PlaceInfo* place_infos;
   global const PlaneInfo* plane_infos;
+  global const u32* joined_starts;
+  global const u32* joined_bodies;
 } PairSearch;
 
 // The shape that looks for others.
@@ -70,6 +72,17 @@ typedef struct Searcher {
   real turning, round;
 #endif
 } Searcher;
+
+// Whether a pair may make contacts, for all that its shapes and bodies say: not two bodies that a joint holds together
+// and keeps from colliding.
+static inline bool is_pair(const PairSearch* s, ShapeInfo a, ShapeInfo b, BodyInfo body_a, BodyInfo body_b) {
+#if FEATURE_JOINTS
+  for (u32 k = s->joined_starts[a.body]; k < s->joined_starts[a.body + 1u]; ++k) {
+    if (s->joined_bodies[k] == b.body) return false;
+  }
+#endif
+  return may_touch(a, b, body_a, body_b);
+}
 
 // Where a search puts what it finds. In the first one each pair is found once, from either side, and given to its
 // owner: counts[owner] and the first FOUND of found[owner]. In the second one a shape fills the list of its own
@@ -229,7 +242,7 @@ static inline void search_planes(const PairSearch* s, const Searcher* me, Finds*
     if (gap + me->reach > plane.slack * (me->extent + me->margin)) continue;
     const ShapeInfo other = s->shape_infos[j];
     const u32 body_a = me->info.shape.body, body_b = other.body;
-    if (!may_touch(me->info.shape, other, me->info.body, s->body_infos[body_b])) continue;
+    if (!is_pair(s, me->info.shape, other, me->info.body, s->body_infos[body_b])) continue;
     const Vec3 touch = sub3(me->center, scale3(me->reach, normal));
     const real speed = approach_speed(normal, &s->motions[body_a], sub3(touch, search_position(s->positions, body_a)),
                                       &s->motions[body_b], sub3(touch, search_position(s->positions, body_b)));

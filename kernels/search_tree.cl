@@ -36,7 +36,7 @@ static inline void search_run(const PairSearch* s, const Searcher* me, u32 run, 
       const PlaceInfo other = s->place_infos[run * PACK + k + lowest_bit(hits)];
       const bool is_owner = me->info.index < other.index;
       if (all && !is_owner) continue;
-      if (!may_touch(me->info.shape, other.shape, me->info.body, other.body)) continue;
+      if (!is_pair(s, me->info.shape, other.shape, me->info.body, other.body)) continue;
       add_pair(finds, is_owner ? me->info.index : other.index, is_owner ? other.index : me->info.index);
     }
   }
@@ -121,9 +121,10 @@ kernel void search_tree_search(global const WorldRange* world_ranges, global con
                                global const Vec4* positions, global const Motion* motions,
                                global const BoxBlock* tree_blocks, global const real* places,
                                global const PlaceInfo* place_infos, global const PlaneInfo* plane_infos,
+                               global const u32* joined_starts, global const u32* joined_bodies,
                                global u32* found_partners, global u32* pair_starts, const StepParams params) {
-  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,     positions,
-                        motions,      places,     place_infos, plane_infos};
+  const PairSearch s = {world_ranges, body_infos,  shape_infos, planes,        positions,    motions,
+                        places,       place_infos, plane_infos, joined_starts, joined_bodies};
   const TreeShape tree = tree_shape(params.shapes);
   Finds finds = {pair_starts, found_partners, 0, 0u};
   FOR_EACH(place, params.shapes) { search_nodes(&s, &tree, tree_blocks, params, place, &finds); }
@@ -135,11 +136,12 @@ kernel void search_tree_write(global const WorldRange* world_ranges, global cons
                               global const Vec4* positions, global const Motion* motions,
                               global const u32* shape_places, global const BoxBlock* tree_blocks,
                               global const real* places, global const PlaceInfo* place_infos,
-                              global const PlaneInfo* plane_infos, global u32* found_partners,
+                              global const PlaneInfo* plane_infos, global const u32* joined_starts,
+                              global const u32* joined_bodies, global u32* found_partners,
                               global const u32* pair_starts, global Pair* pairs, global u32* counters,
                               const StepParams params) {
-  const PairSearch s = {world_ranges, body_infos, shape_infos, planes,     positions,
-                        motions,      places,     place_infos, plane_infos};
+  const PairSearch s = {world_ranges, body_infos,  shape_infos, planes,        positions,    motions,
+                        places,       place_infos, plane_infos, joined_starts, joined_bodies};
   const TreeShape tree = tree_shape(params.shapes);
   const bool full = tell_pairs(pair_starts[params.shapes], counters, params);
   FOR_EACH(i, full ? 0u : params.shapes) {

@@ -302,7 +302,8 @@ enum HashedRecord {
   HASHED_ORIENTATION = 3,
   HASHED_MOTION = 4,
   HASHED_CONTACT = 5,
-  HASHED_TOUCH = 6
+  HASHED_TOUCH = 6,
+  HASHED_JOINT = 7
 };
 
 // ---- the packed constraint stream: canonical cones ----------------------------------------------------------------
@@ -346,6 +347,11 @@ RECORD(SoftnessBlock) { real softness[PACK]; };
 
 RECORD(ImpulseBlock) { real normal[PACK], tangent_1[PACK], tangent_2[PACK]; };
 
+  // ---- joints
+  // --------------------------------------------------------------------------------------------------------
+
+#include "joint_types.h"
+
 // ---- parameters of a step, passed by value -------------------------------------------------------------------------
 
 RECORD(StepParams) {
@@ -369,6 +375,7 @@ RECORD(StepParams) {
   u32 queries;     // rays or volumes of the query, outside of a step
   u32 overlap_capacity;
   u32 row_capacity;
+  u32 joint_blocks;
 };
 
 #ifdef __cplusplus

@@ -95,7 +95,7 @@ static inline void lane_push(LaneContact c, lane_mask general, LaneCone r, LaneB
 }
 
 #define VISIT_SOLVE 0u
-#define VISIT_RELAX 1u  // soft contacts become hard, without a bias (cpu_reference/relax_contacts.hpp)
+#define VISIT_RELAX 1u  // soft contacts become hard, without a bias (cpu_reference/relax_constraints.hpp)
 
 // One Gauss-Seidel visit of a row of contacts.
 static inline void visit_row(const u32 purpose, u32 first, lane_mask general, global const ContactBlock* block,

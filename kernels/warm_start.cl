@@ -1,8 +1,32 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Gives the bodies the impulses that the contacts start from (cpu_reference/warm_start.hpp).
 #include "common.h"
+#include "joints/visit_joint.h"
 #include "types.h"
 #include "visit_contact.h"
+
+#if FEATURE_JOINTS
+// One phase of the joints: blocks begin .. end - 1.
+kernel void warm_joints(const u32 begin, const u32 end, global const JointLanes* joint_lanes,
+                        global const JointBlock* joint_blocks, global const JointImpulseBlock* joint_impulses,
+                        global Motion* motions, global const u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+  FOR_EACH(item, (end - begin) * ITEMS_PER_BLOCK) {
+    const u32 block = begin + item / ITEMS_PER_BLOCK;
+    start_joints(item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block, joint_impulses + block,
+                 motions);
+  }
+}
+
+// One work-group: the phases from `first_phase` on.
+kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global const u32* joint_phases,
+                            global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
+                            global const JointImpulseBlock* joint_impulses, global Motion* motions,
+                            global const u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+  start_joint_phases(first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions);
+}
+#endif
 
 kernel void warm_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
@@ -16,11 +40,18 @@ kernel void warm_color(const u32 color, global const u32* color_starts, global c
   }
 }
 
-// One work-group: the colours from `first_color` on and the overflow.
-kernel void warm_tail(const u32 first_color, global const u32* color_starts, global const BlockBodies* block_bodies,
-                      global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                      global const ImpulseBlock* impulse_blocks, global Motion* motions, global const u32* counters) {
+// One work-group: the joints' first phases, the colours from `first_color` on and the overflow.
+kernel void warm_tail(const u32 first_color, const u32 joint_phase_count, global const u32* color_starts,
+                      global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                      global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
+                      global const u32* joint_phases, global const JointLanes* joint_lanes,
+                      global const JointBlock* joint_blocks, global const JointImpulseBlock* joint_impulses,
+                      global Motion* motions, global const u32* counters) {
   const u32 phases = contact_phases(counters);
+#if FEATURE_JOINTS
+  start_joint_phases(0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
+                     joint_impulses, motions);
+#endif
   for (u32 phase = min(first_color, counters[COUNTER_COLORS]); phase < phases; ++phase) {
     const u32 begin = phase_begin(phase, color_starts, counters);
     const u32 items = (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK;

@@ -15,7 +15,7 @@ TYPED_TEST_SUITE(MarkTouching, Precisions);
 const auto before_marking = {
     Stage::update_bounds,        Stage::sort_cells,       Stage::find_pairs,    Stage::collide,
     Stage::match_contacts,       Stage::color_contacts,   Stage::pack_contacts, Stage::pack_points,
-    Stage::integrate_velocities, Stage::prepare_contacts, Stage::warm_start,    Stage::solve_contacts,
+    Stage::integrate_velocities, Stage::prepare_contacts, Stage::warm_start,    Stage::solve_constraints,
     Stage::integrate_positions};
 
 // An impulse, or an overlap: in double, by the centres and radii of spheres that do not turn.

@@ -186,6 +186,32 @@ TEST(SceneReader, LinesNestAndNumberTheirCopies) {
   EXPECT_EQ(scene.bodies[8].position, (Vector3{10, 7, 0}));
 }
 
+// Joints within a copy, to the next one, and to what is outside; in nested lines each joint belongs to its own line.
+TEST(SceneReader, LinesMakeChains) {
+  const Scene scene = with_bodies(
+      R"({"name": "post", "type": "static"},
+         {"generator": "line", "count": 2, "step": [0, 10, 0], "bodies": [
+            {"generator": "line", "count": 3, "step": [1, 0, 0], "origin": [0.5, 0, 0],
+             "bodies": [{"name": "link", "mass": 1, "inertia": [1, 1, 1]}],
+             "joints": [{"type": "ball", "bodies": ["link", "link+1"], "anchor": [0.5, 0, 0]}]}],
+          "joints": [{"type": "hinge", "bodies": ["post", "link_0"], "anchor": [0, 0, 0], "axis": [0, 0, 2],
+                      "limits_deg": [-90, 180], "motor": {"speed_deg": 180, "max_torque": 3}}]})");
+  ASSERT_EQ(scene.joints.size(), 6u);
+  // copy 0: two links of the chain, then its hinge
+  EXPECT_EQ(scene.joints[0].body_a, 1u);
+  EXPECT_EQ(scene.joints[0].body_b, 2u);
+  EXPECT_EQ(scene.joints[0].anchor_a, (Vector3{1, 0, 0}));
+  EXPECT_EQ(scene.joints[1].anchor_b, (Vector3{2, 0, 0}));
+  EXPECT_EQ(scene.joints[2].kind, JOINT_HINGE);
+  EXPECT_EQ(scene.joints[2].body_a, 0u);
+  EXPECT_EQ(scene.joints[2].body_b, 1u);
+  EXPECT_NEAR(scene.joints[2].high, 3.141592653589793, 1e-15);
+  EXPECT_NEAR(scene.joints[2].motor_speed, 3.141592653589793, 1e-15);
+  EXPECT_EQ(scene.joints[5].body_b, 4u);
+  EXPECT_EQ(scene.joints[4].body_a, 5u);
+  EXPECT_EQ(scene.joints[4].anchor_a, (Vector3{2, 10, 0}));
+}
+
 TEST(SceneReader, JitterIsDrawnInTheOrderAskedForFromASequenceOfEachCopy) {
   const Scene scene = with_bodies(
       R"({"generator": "line", "count": 4, "step": [1, 0, 0],

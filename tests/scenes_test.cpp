@@ -219,6 +219,8 @@ const Probe probes[] = {
     {"/$defs/body/properties/type/enum", R"({"bodies": [{"type": "qqqqqqqq"}]})"},
     {"/$defs/shape/properties", R"({"bodies": [{"shapes": [{"qqqqqqqq": 0}]}]})"},
     {"/$defs/shape/properties/type/enum", R"({"bodies": [{"shapes": [{"type": "qqqqqqqq"}]}]})"},
+    {"/$defs/joint/properties", R"({"bodies": [{"type": "static"}], "joints": [{"qqqqqqqq": 0}]})"},
+    {"/$defs/joint/properties/type/enum", R"({"bodies": [{"type": "static"}], "joints": [{"type": "qqqqqqqq"}]})"},
     {"/$defs/grid/properties", R"({"bodies": [{"generator": "grid", "qqqqqqqq": 0}]})"},
     {"/$defs/grid/properties/generator/enum", R"({"bodies": [{"generator": "qqqqqqqq"}]})"},
     {"/$defs/line/properties", R"({"bodies": [{"generator": "line", "qqqqqqqq": 0}]})"},
@@ -255,6 +257,8 @@ TEST(Scenes, DefaultsOfTheSchemaAreThoseOfTheReader) {
   EXPECT_EQ(keys["restitution_threshold"]["default"], s.restitution_threshold);
   EXPECT_EQ(keys["correction"]["default"], s.correction);
   EXPECT_EQ(keys["correction_limit"]["default"], s.correction_limit);
+  EXPECT_EQ(keys["joint_frequency"]["default"], s.joint_frequency);
+  EXPECT_EQ(keys["joint_damping"]["default"], s.joint_damping);
   EXPECT_EQ(keys["slop"]["default"], s.slop);
   EXPECT_EQ(keys["margin"]["default"], s.margin);
   EXPECT_EQ(keys["speed_limit"]["default"], s.speed_limit);

@@ -48,7 +48,8 @@ template <class real>
 Recorder make_recorder(const InitialState<real>& state) {
   const Counters nothing_yet = {};
   return Recorder(measure(state.buffers, state.sizes, state.features, nothing_yet),
-                  momentum_is_conserved(state.buffers, state.features), !has(state.features, Feature::contacts));
+                  momentum_is_conserved(state.buffers, state.features),
+                  !has(state.features, Feature::contacts) && joints_conserve_energy(state.buffers));
 }
 
 // Steps the simulation, the clock running during the steps alone. Events are counted, and told to `log`.
@@ -84,6 +85,7 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   report.solver = name_of(scene.settings.solver);
   report.worlds = state.sizes.worlds;
   report.bodies = state.sizes.bodies;
+  report.joints = state.sizes.joints;
   report.steps = scene.settings.steps;
   report.dt = scene.settings.dt;
   report.substeps = scene.settings.substeps;

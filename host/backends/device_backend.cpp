@@ -20,8 +20,11 @@ u32 lanes_for(const DeviceInfo& device, u32 asked) {
   return sizeof(real) == 4 && device.float_width >= 16 ? 16 : 8;
 }
 
-// Below this many contacts one work-group solves the whole scene: launches and colours cost more than they share out.
+// Up to this many contacts, and joints, one work-group solves the whole scene: launches and colours cost more than they
+// share out.
 constexpr u32 small_contacts = 1024;
+
+bool is_small(const Sizes& sizes, u32 contacts) { return contacts <= small_contacts && sizes.joints <= small_contacts; }
 
 LaunchPlan first_plan(const Sizes& sizes, Features features, u32 real_words, u32 lanes) {
   LaunchPlan plan;
@@ -33,7 +36,7 @@ LaunchPlan first_plan(const Sizes& sizes, Features features, u32 real_words, u32
   plan.colors = 16;
   plan.real_words = real_words;
   plan.lanes = lanes;
-  plan.small = sizes.contacts <= small_contacts;
+  plan.small = is_small(sizes, has(features, Feature::contacts) ? sizes.contacts : 0);
   return plan;
 }
 
@@ -42,7 +45,7 @@ void update_plan(LaunchPlan& plan, const Counters& counters) {
   plan.contacts = counters[COUNTER_CONTACTS];
   plan.blocks = counters[COUNTER_BLOCKS];
   plan.colors = counters[COUNTER_LARGE_COLORS];
-  plan.small = plan.contacts <= small_contacts;
+  plan.small = is_small(plan.sizes, plan.contacts);
 }
 
 void launch(Stage stage, Launcher& launcher) {
@@ -109,6 +112,7 @@ struct DeviceBackend<real>::Parts {
       write(buffer, elements.data(), elements.size() * sizeof(elements[0]));
     });
     launcher.plan() = first_plan(sizes, features, sizeof(real) / sizeof(u32), lanes);
+    launcher.plan().joint_phases = state.buffers.joint_phases;
   }
 
   void write(Buffer buffer, const void* data, std::size_t bytes) {

@@ -30,6 +30,8 @@ constexpr FeatureName feature_names[] = {
     {Feature::continuous, "CONTINUOUS"},
     {Feature::queries, "QUERIES"},
     {Feature::soft_contacts, "SOFT_CONTACTS"},
+    {Feature::joints, "JOINTS"},
+    {Feature::soft_joints, "SOFT_JOINTS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

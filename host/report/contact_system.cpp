@@ -1,5 +1,7 @@
 #include "host/report/contact_system.hpp"
 
+#include <algorithm>
+
 namespace lockstep {
 
 namespace {
@@ -21,6 +23,48 @@ template <class real>
 double relaxed_bias(const Buffers<real>& buffers, u32 row, u32 lane) {
   const bool soft = !buffers.softness_blocks.empty() && buffers.softness_blocks[row].softness[lane] > 0;
   return soft ? 0 : double(buffers.contact_blocks[row].bias[lane]);
+}
+
+template <class real>
+Eigen::Vector3d vector_at(const real (*field)[PACK], u32 lane) {
+  return {double(field[0][lane]), double(field[1][lane]), double(field[2][lane])};
+}
+
+// What the last sweep asked for: a soft joint that is no spring is hard by then, and corrects nothing.
+template <class real>
+SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
+  const JointBlock<real>& data = buffers.joint_blocks[block];
+  const JointImpulseBlock<real>& impulses = buffers.joint_impulses[block];
+  SystemJoint j;
+  j.joint = buffers.joint_lanes[block].joint[lane];
+  const JointInfo& info = buffers.joint_infos[j.joint];
+  j.body_a = info.body_a;
+  j.body_b = info.body_b;
+  j.locked = info.locked;
+  j.free = info.free;
+  for (int i = 0; i < 3; ++i) j.axes.col(i) = vector_at(data.axes + 3 * i, lane).normalized();
+  j.arm_a = vector_at(data.arm_a, lane);
+  j.arm_b = vector_at(data.arm_b, lane);
+  j.free_axis = vector_at(data.free_axis, lane);
+  const bool relaxed = data.softness[lane] > 0 && data.spring[lane] == 0;
+  j.softness = relaxed ? 0 : double(data.softness[lane]);
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    j.bias[i] = double(data.turning[i][lane]) + (relaxed ? 0 : double(data.bias[i][lane]));
+    j.impulse[i] = double(impulses.locked[i][lane]);
+  }
+  j.free_impulse = double(impulses.free[lane]);
+  j.motor_speed = double(data.motor_speed[lane]);
+  j.motor_impulse = double(data.motor_impulse[lane]);
+  j.slowest = double(data.slowest[lane]);
+  j.fastest = double(data.fastest[lane]);
+  j.give = double(data.give[lane]);
+  if (!relaxed) return j;
+  const double still = -double(data.turning[JOINT_ROWS][lane]);
+  const bool equal = j.slowest == j.fastest;
+  j.slowest = equal ? still : std::min(j.slowest, 0.0);
+  j.fastest = equal ? still : std::max(j.fastest, 0.0);
+  j.give = 0;
+  return j;
 }
 
 }  // namespace
@@ -50,6 +94,10 @@ ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> 
     c.impulse =
         double(stored.normal) * c.normal + Eigen::Vector3d(stored.tangent_x, stored.tangent_y, stored.tangent_z);
     system.contacts.push_back(c);
+  }
+  for (u32 slot = 0; slot < buffers.joint_lanes.size() * PACK; ++slot) {
+    if (buffers.joint_lanes[slot / PACK].joint[slot % PACK] != NONE)
+      system.joints.push_back(system_joint(buffers, slot / PACK, slot % PACK));
   }
   return system;
 }

@@ -1,5 +1,5 @@
-// The constraint system of the last sub-step as the report sees it: one cone per contact point, everything in double
-// and in the world frame, so that no tangent frame is needed.
+// The constraint system of the last sub-step as the report sees it: one cone per contact point and one block per
+// joint, everything in double; contacts are in the world frame, so that no tangent frame is needed.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,9 +27,29 @@ struct SystemContact {
   u32 contact = 0;               // index into the contact list it came from
 };
 
+using Rows = Eigen::Matrix<double, JOINT_ROWS, 1>;
+
+struct SystemJoint {
+  u32 body_a = 0, body_b = 0;
+  Eigen::Matrix3d axes;          // columns: x, y, z of the joint's frame
+  Eigen::Vector3d arm_a, arm_b;  // from the centre of mass to the point where the impulses act, m
+  u32 locked = 0;                // bit of each locked row
+  Rows bias;                     // u + bias + softness K r = 0 in the locked rows, b against a
+  double softness = 0;
+  Rows impulse;             // on b, N s and N m s
+  u32 free = FREE_NOTHING;  // JointFree
+  Eigen::Vector3d free_axis;
+  double free_impulse = 0;
+  double motor_speed = 0, motor_impulse = 0;
+  double slowest = 0, fastest = 0;  // bounds of the free velocity
+  double give = 0;                  // their softness
+  u32 joint = 0;                    // index into the joints it came from
+};
+
 struct ContactSystem {
   std::vector<SystemBody> bodies;
   std::vector<SystemContact> contacts;
+  std::vector<SystemJoint> joints;
 };
 
 /// The system that the last sub-step solved, from the buffers `contact_system_buffers` of the step's end.

@@ -129,6 +129,12 @@ WorstContact name_contact(const Buffers<real>& buffers, const Contact& contact) 
           buffers.shape_infos[contact.shape_a].id, buffers.shape_infos[contact.shape_b].id};
 }
 
+template <class real>
+WorstContact name_joint(const Buffers<real>& buffers, const JointInfo& joint) {
+  const auto id = [&](u32 body) { return body < buffers.body_infos.size() ? buffers.body_infos[body].id : NONE; };
+  return {joint.world, id(joint.body_a), id(joint.body_b), NONE, NONE};
+}
+
 }  // namespace
 
 double Measures::energy() const {
@@ -141,6 +147,11 @@ std::vector<Buffer> measured_buffers(Features features) {
   std::vector<Buffer> buffers = {Buffer::world_ranges, Buffer::gravities,    Buffer::body_infos, Buffer::masses,
                                  Buffer::positions,    Buffer::orientations, Buffer::motions};
   if (has(features, Feature::pivots)) buffers.push_back(Buffer::pivots);
+  if (has(features, Feature::joints)) {
+    for (const Buffer buffer :
+         {Buffer::joint_infos, Buffer::joints, Buffer::joint_lanes, Buffer::joint_blocks, Buffer::joint_impulses})
+      buffers.push_back(buffer);
+  }
   if (has(features, Feature::contacts)) {
     for (const Buffer buffer : {Buffer::shape_infos, Buffer::contacts, Buffer::contact_points, Buffer::contact_slots,
                                 Buffer::contact_blocks, Buffer::cached_impulses})
@@ -156,20 +167,23 @@ Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features feat
   for (u32 world = 0; world < sizes.worlds; ++world) result.worlds.push_back(measure_world(buffers, features, world));
   if (has(features, Feature::pivots)) result.pivot_drift = pivot_drift(buffers, sizes.bodies);
 
+  if (has(features, Feature::joints)) result.joint_drift = joint_drift(buffers);
   if (has(features, Feature::contacts)) result.contacts = counters[COUNTER_CONTACTS];
-  if (result.contacts > 0) {
-    result.penetration = penetration(buffers, result.contacts);
+  if (result.contacts > 0) result.penetration = penetration(buffers, result.contacts);
+  if (result.contacts > 0 || has(features, Feature::joints)) {
     const double roundoff = sizeof(real) == 4 ? 0x1p-24 : 0x1p-53;
     const ContactSystem system = contact_system(buffers, counters);
     result.residual = residual(system, roundoff);
-    result.worst = name_contact(buffers, buffers.contacts[system.contacts[result.residual->worst].contact]);
+    result.worst = result.residual->worst_is_joint
+                       ? name_joint(buffers, buffers.joint_infos[system.joints[result.residual->worst].joint])
+                       : name_contact(buffers, buffers.contacts[system.contacts[result.residual->worst].contact]);
   }
   return result;
 }
 
 template <class real>
 bool momentum_is_conserved(const Buffers<real>& buffers, Features features) {
-  if (has(features, Feature::pivots)) return false;
+  if (has(features, Feature::pivots) || !joints_conserve_momentum(buffers)) return false;
   return std::all_of(buffers.shape_infos.begin(), buffers.shape_infos.end(),
                      [&](const ShapeInfo& shape) { return buffers.body_infos[shape.body].kind == BODY_DYNAMIC; });
 }

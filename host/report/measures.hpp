@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "host/buffers.hpp"
+#include "host/report/joints.hpp"
 #include "host/report/residual.hpp"
 
 namespace lockstep {
@@ -29,17 +30,19 @@ struct Penetration {
   u32 touching = 0;
 };
 
+/// World-local ids. Of a joint the shapes are NONE; the body that stands for the world is NONE too.
 struct WorstContact {
-  u32 world, body_a, body_b, shape_a, shape_b;  // world-local ids
+  u32 world, body_a, body_b, shape_a, shape_b;
 };
 
 struct Measures {
   std::vector<WorldMeasures> worlds;
   u32 contacts = 0;
   Penetration penetration;
-  std::optional<Residual> residual;   // where there were contacts
-  std::optional<WorstContact> worst;  // where the largest defect sits
-  std::optional<double> pivot_drift;  // largest distance of a pivot from its place, m; where there are pivots
+  std::optional<Residual> residual;       // where there were contacts or joints
+  std::optional<WorstContact> worst;      // where the largest defect sits
+  std::optional<double> pivot_drift;      // largest distance of a pivot from its place, m; where there are pivots
+  std::optional<JointDrift> joint_drift;  // where there are joints
 
   double energy() const;  // of all worlds, J
 };
@@ -52,7 +55,7 @@ template <class real>
 Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features features, std::span<const u32> counters);
 
 /// Whether nothing outside the dynamic bodies can give them momentum, gravity aside: no shapes on immovable bodies, no
-/// pivots.
+/// joints to them, no pivots.
 template <class real>
 bool momentum_is_conserved(const Buffers<real>& buffers, Features features);
 

@@ -55,6 +55,10 @@ void Recorder::finish(Report& report) const {
   for (const Observation& o : observations_) {
     if (o.measures.pivot_drift)
       report.joint_drift_max_m = std::max(report.joint_drift_max_m.value_or(0), *o.measures.pivot_drift);
+    if (!o.measures.joint_drift) continue;
+    const JointDrift& drift = *o.measures.joint_drift;
+    report.joint_drift_max_m = std::max(report.joint_drift_max_m.value_or(0), drift.separation);
+    report.joint_angle_max_rad = std::max(report.joint_angle_max_rad.value_or(0), drift.angle);
   }
 }
 

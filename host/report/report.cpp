@@ -21,9 +21,12 @@ Json stage_times(const Report& report) {
 Json worst_contact(const Report& report) {
   if (!report.worst) return nullptr;
   const WorstContact& at = *report.worst;
-  return {{"step", report.worst_step}, {"world", at.world},     {"body_a", at.body_a},
-          {"body_b", at.body_b},       {"shape_a", at.shape_a}, {"shape_b", at.shape_b}};
+  const auto id = [](u32 value) { return value == NONE ? Json(nullptr) : Json(value); };
+  return {{"step", report.worst_step}, {"world", at.world},         {"body_a", id(at.body_a)},
+          {"body_b", id(at.body_b)},   {"shape_a", id(at.shape_a)}, {"shape_b", id(at.shape_b)}};
 }
+
+std::string body_text(u32 id) { return id == NONE ? "the world" : fmt::format("body {}", id); }
 
 std::string row(const std::string& label, const std::string& value) {
   return fmt::format("  {:<26}{}\n", label, value);
@@ -55,16 +58,18 @@ std::string stage_rows(const Report& report) {
 }
 
 std::string contact_rows(const Report& report) {
-  if (report.contacts_max == 0) return "";
-  std::string text = row("penetration max, mean", fmt::format("{:.3g} mm, {:.3g} mm", 1e3 * report.max_penetration_m,
-                                                              1e3 * report.mean_penetration_m));
+  std::string text;
+  if (report.contacts_max > 0)
+    text += row("penetration max, mean",
+                fmt::format("{:.3g} mm, {:.3g} mm", 1e3 * report.max_penetration_m, 1e3 * report.mean_penetration_m));
   if (report.residual_median)
     text += row("residual median, max", fmt::format("{:.3g}, {:.3g}  (rounding: {:.1g})", *report.residual_median,
                                                     *report.residual_max, *report.residual_floor));
   if (report.defect_velocity_max.value_or(0) > 0)
-    text += row("worst defect",
-                fmt::format("{:.3g} m/s in step {} between bodies {} and {} of world {}", *report.defect_velocity_max,
-                            report.worst_step, report.worst->body_a, report.worst->body_b, report.worst->world));
+    text +=
+        row("worst defect", fmt::format("{:.3g} m/s in step {} between {} and {} of world {}",
+                                        *report.defect_velocity_max, report.worst_step, body_text(report.worst->body_a),
+                                        body_text(report.worst->body_b), report.worst->world));
   return text;
 }
 
@@ -80,6 +85,7 @@ std::string to_json(const Report& report) {
                {"solver", report.solver},
                {"worlds", report.worlds},
                {"bodies", report.bodies},
+               {"joints", report.joints},
                {"steps", report.steps},
                {"dt", report.dt},
                {"substeps", report.substeps},
@@ -101,6 +107,7 @@ std::string to_json(const Report& report) {
                {"defect_velocity_max", number_or_null(report.defect_velocity_max)},
                {"worst_contact", worst_contact(report)},
                {"joint_drift_max_m", number_or_null(report.joint_drift_max_m)},
+               {"joint_angle_max_rad", number_or_null(report.joint_angle_max_rad)},
                {"energy_initial_j", report.energy_initial_j},
                {"energy_final_j", report.energy_final_j},
                {"energy_error", number_or_null(report.energy_error)},
@@ -127,7 +134,8 @@ std::string to_table(const Report& report) {
   if (report.contacts_max > 0) text += row("contacts at most", fmt::format("{}", report.contacts_max));
   text += contact_rows(report);
   text += event_row(report);
-  text += error_row("pivot drift", report.joint_drift_max_m, " m");
+  text += error_row(report.joints > 0 ? "joint drift" : "pivot drift", report.joint_drift_max_m, " m");
+  if (report.joints > 0) text += error_row("joint angle error", report.joint_angle_max_rad, " rad");
   text += row("energy first, last", fmt::format("{:.6g} J, {:.6g} J", report.energy_initial_j, report.energy_final_j));
   text += error_row("energy error", report.energy_error, " of the kinetic energy");
   text += error_row("momentum error", report.momentum_error, " of the momentum");

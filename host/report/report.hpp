@@ -19,7 +19,7 @@ struct Report {
   std::string scene, device, precision, solver;
   bool bit_exact = true;             // what the canary says of the device
   std::string canary = "bit-exact";  // the same in words
-  u32 worlds = 0, bodies = 0, steps = 0, substeps = 0, iterations = 0;
+  u32 worlds = 0, bodies = 0, joints = 0, steps = 0, substeps = 0, iterations = 0;
   double dt = 0;  // of a step, s
   u32 contacts_max = 0, steps_redone = 0, steps_measured = 0;
 
@@ -34,7 +34,7 @@ struct Report {
   std::optional<double> defect_velocity_max;  // m/s
   std::optional<WorstContact> worst;          // where it was seen
   u32 worst_step = 0;
-  std::optional<double> joint_drift_max_m, momentum_error, energy_error, model_error;
+  std::optional<double> joint_drift_max_m, joint_angle_max_rad, momentum_error, energy_error, model_error;
   double energy_initial_j = 0, energy_final_j = 0;
 
   std::optional<std::array<std::uint64_t, EVENT_KINDS>> events;  // by EventKind, where the scene asks for them

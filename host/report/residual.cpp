@@ -30,14 +30,24 @@ Vector3d relative_velocity(const SystemContact& c, const Vector3d& v_a, const Ve
   return v_a + w_a.cross(c.arm_a) - v_b - w_b.cross(c.arm_b);
 }
 
+// The impulse and the moment of all rows of a joint on b, or of the locked ones alone.
+Vector3d joint_impulse(const SystemJoint& j, bool with_free) {
+  const bool linear = with_free && j.free != FREE_NOTHING && j.free != FREE_ANGLE;
+  return j.axes * j.impulse.head<3>() + (linear ? j.free_impulse : 0) * j.free_axis;
+}
+Vector3d joint_moment(const SystemJoint& j, bool with_free) {
+  return j.axes * j.impulse.tail<3>() + (with_free && j.free == FREE_ANGLE ? j.free_impulse : 0) * j.free_axis;
+}
+
 // What all impulses together did to the bodies, M^-1 J^T r, and the sizes of what was added up.
 struct Change {
   Vector3d v = Vector3d::Zero(), w = Vector3d::Zero();
   double v_size = 0, w_size = 0;
 
-  void add(const SystemBody& body, const Vector3d& arm, const Vector3d& impulse) {
+  void add(const SystemBody& body, const Vector3d& arm, const Vector3d& impulse,
+           const Vector3d& moment = Vector3d::Zero()) {
     const Vector3d dv = body.inverse_mass * impulse;
-    const Vector3d dw = body.inverse_inertia * arm.cross(impulse);
+    const Vector3d dw = body.inverse_inertia * (arm.cross(impulse) + moment);
     v += dv;
     w += dw;
     v_size += dv.norm();
@@ -51,6 +61,11 @@ std::vector<Change> changes(const ContactSystem& system) {
     result[c.body_a].add(system.bodies[c.body_a], c.arm_a, c.impulse);
     result[c.body_b].add(system.bodies[c.body_b], c.arm_b, -c.impulse);
   }
+  for (const SystemJoint& j : system.joints) {
+    const Vector3d p = joint_impulse(j, true), m = joint_moment(j, true);
+    result[j.body_a].add(system.bodies[j.body_a], j.arm_a, -p, -m);
+    result[j.body_b].add(system.bodies[j.body_b], j.arm_b, p, m);
+  }
   return result;
 }
 
@@ -59,6 +74,114 @@ Vector3d defect(const SystemContact& c, const Vector3d& u, double rho) {
   const Vector3d u_t = u - u.dot(c.normal) * c.normal;
   const Vector3d u_hat = u + c.friction * u_t.norm() * c.normal;
   return c.impulse - project_on_cone(c.impulse - rho * u_hat, c.normal, c.friction);
+}
+
+// What the blocks of a system add up to.
+struct Sums {
+  double w = 0, q = 0, wr = 0, f = 0;  // of squares
+  double largest = 0;                  // of the sizes of what impulses add to one block's velocity
+  double count = 0;
+  double last = 0;  // the largest defect velocity of the last contact or joint
+
+  void find_worst(u32 index, bool is_joint, Residual& result) {
+    if (last > result.defect_max) {
+      result.defect_max = last;
+      result.worst = index;
+      result.worst_is_joint = is_joint;
+    }
+    last = 0;
+  }
+};
+
+void add_contact(const SystemContact& c, const SystemBody& a, const SystemBody& b, const Change& da, const Change& db,
+                 Sums& sums) {
+  const Vector3d u = relative_velocity(c, a.v, a.w, b.v, b.w) + c.bias * c.normal;
+  const Vector3d wr = relative_velocity(c, da.v, da.w, db.v, db.w);
+  sums.q += (u - wr).squaredNorm();
+  sums.wr += wr.squaredNorm();
+  sums.f += defect(c, u, 1).squaredNorm();
+  sums.largest =
+      std::max(sums.largest, da.v_size + da.w_size * c.arm_a.norm() + db.v_size + db.w_size * c.arm_b.norm());
+  sums.count += 1;
+
+  const Matrix3d w_ii = point_mobility(a, c.arm_a) + point_mobility(b, c.arm_b);
+  const double lambda_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(w_ii, Eigen::EigenvaluesOnly).eigenvalues()(2);
+  if (lambda_max <= 0) return;  // two immovable bodies: nothing that an impulse could change
+  const double w = defect(c, u, 1 / lambda_max).norm() * lambda_max;
+  sums.w += w * w;
+  sums.last = w;
+}
+
+// The velocities of the rows of a joint, b against a, and that of its free row.
+struct JointRows {
+  Rows locked;
+  double free = 0;
+};
+
+JointRows joint_rows(const SystemJoint& j, const Vector3d& v_a, const Vector3d& w_a, const Vector3d& v_b,
+                     const Vector3d& w_b) {
+  const Vector3d u = v_b + w_b.cross(j.arm_b) - v_a - w_a.cross(j.arm_a);
+  const Vector3d turn = w_b - w_a;
+  JointRows rows;
+  rows.locked << j.axes.transpose() * u, j.axes.transpose() * turn;
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    if ((j.locked >> i & 1) == 0) rows.locked[i] = 0;
+  }
+  rows.free = j.free_axis.dot(j.free == FREE_ANGLE ? turn : u);
+  return rows;
+}
+
+// K r of the locked rows: what their own impulses do to them.
+Rows own_velocity(const SystemJoint& j, const SystemBody& a, const SystemBody& b) {
+  const Vector3d p = joint_impulse(j, false), m = joint_moment(j, false);
+  return joint_rows(j, -a.inverse_mass * p, -a.inverse_inertia * (j.arm_a.cross(p) + m), b.inverse_mass * p,
+                    b.inverse_inertia * (j.arm_b.cross(p) + m))
+      .locked;
+}
+
+// The velocity that the law of the free row wants, q + e r where r is what the motor and the bounds make of it.
+double wanted_speed(const SystemJoint& j, double u, double mobility) {
+  const double q = u - mobility * j.free_impulse, reach = mobility * j.motor_impulse;
+  const double driven = std::clamp(j.motor_speed, q - reach, q + reach);
+  return driven + (std::clamp(driven, j.slowest, j.fastest) - driven) / (1 + j.give);
+}
+
+// Linear, angular and free rows are a block each; angular velocities become those of the mass at its radius of
+// gyration.
+void add_joint(const SystemJoint& j, const SystemBody& a, const SystemBody& b, const Change& da, const Change& db,
+               Sums& sums) {
+  const JointRows u = joint_rows(j, a.v, a.w, b.v, b.w), wr = joint_rows(j, da.v, da.w, db.v, db.w);
+  Rows defect = u.locked + j.softness * own_velocity(j, a, b);
+  for (u32 i = 0; i < JOINT_ROWS; ++i) defect[i] += (j.locked >> i & 1) != 0 ? j.bias[i] : 0;
+  const Matrix3d turning = a.inverse_inertia + b.inverse_inertia;
+  const double turning_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(turning, Eigen::EigenvaluesOnly).eigenvalues()(2);
+  const double inverse_mass = a.inverse_mass + b.inverse_mass;
+  const double radius = turning_max > 0 ? std::sqrt(inverse_mass / turning_max) : 0;
+  const auto add = [&](double w, double q, double from_impulses, double rho) {
+    sums.w += w * w;
+    sums.q += q * q;
+    sums.wr += from_impulses * from_impulses;
+    sums.f += rho * rho * w * w;
+    sums.count += 1;
+    sums.last = std::max(sums.last, w);
+  };
+  sums.largest =
+      std::max(sums.largest, da.v_size + da.w_size * j.arm_a.norm() + db.v_size + db.w_size * j.arm_b.norm());
+  const Rows free_of_impulses = defect - wr.locked;
+  if ((j.locked & 7) != 0)
+    add(defect.head<3>().norm(), free_of_impulses.head<3>().norm(), wr.locked.head<3>().norm(), 1);
+  if ((j.locked >> 3) != 0)
+    add(radius * defect.tail<3>().norm(), radius * free_of_impulses.tail<3>().norm(),
+        radius * wr.locked.tail<3>().norm(), 1);
+  const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
+  if (j.free == FREE_NOTHING || !(bounded || j.motor_impulse > 0)) return;
+  const bool angular = j.free == FREE_ANGLE;
+  const double mobility =
+      angular ? j.free_axis.dot(turning * j.free_axis)
+              : j.free_axis.dot((point_mobility(a, j.arm_a) + point_mobility(b, j.arm_b)) * j.free_axis);
+  const double size = angular ? radius : 1;
+  add(size * std::abs(u.free - wanted_speed(j, u.free, mobility)), size * std::abs(u.free - wr.free),
+      size * std::abs(wr.free), 1);
 }
 
 }  // namespace
@@ -76,43 +199,28 @@ Vector3d project_on_cone(const Vector3d& impulse, const Vector3d& normal, double
 
 Residual residual(const ContactSystem& system, double roundoff) {
   Residual result;
-  if (system.contacts.empty()) return result;
+  if (system.contacts.empty() && system.joints.empty()) return result;
   const std::vector<Change> change = changes(system);
-
-  double sum_w = 0, sum_q = 0, sum_wr = 0, sum_f = 0, largest_sum = 0;
+  Sums sums;
+  result.worst_is_joint = system.contacts.empty();
   for (u32 i = 0; i < system.contacts.size(); ++i) {
     const SystemContact& c = system.contacts[i];
-    const SystemBody &a = system.bodies[c.body_a], &b = system.bodies[c.body_b];
-    const Change &da = change[c.body_a], &db = change[c.body_b];
-
-    const Vector3d u = relative_velocity(c, a.v, a.w, b.v, b.w) + c.bias * c.normal;
-    const Vector3d wr = relative_velocity(c, da.v, da.w, db.v, db.w);
-    const Vector3d q = u - wr;
-    sum_q += q.squaredNorm();
-    sum_wr += wr.squaredNorm();
-    sum_f += defect(c, u, 1).squaredNorm();
-    largest_sum =
-        std::max(largest_sum, da.v_size + da.w_size * c.arm_a.norm() + db.v_size + db.w_size * c.arm_b.norm());
-
-    const Matrix3d w_ii = point_mobility(a, c.arm_a) + point_mobility(b, c.arm_b);
-    const double lambda_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(w_ii, Eigen::EigenvaluesOnly).eigenvalues()(2);
-    if (lambda_max <= 0) continue;  // two immovable bodies: nothing that an impulse could change
-    const double w = defect(c, u, 1 / lambda_max).norm() * lambda_max;
-    sum_w += w * w;
-    if (w > result.defect_max) {
-      result.defect_max = w;
-      result.worst = i;
-    }
+    add_contact(c, system.bodies[c.body_a], system.bodies[c.body_b], change[c.body_a], change[c.body_b], sums);
+    sums.find_worst(i, false, result);
+  }
+  for (u32 i = 0; i < system.joints.size(); ++i) {
+    const SystemJoint& j = system.joints[i];
+    add_joint(j, system.bodies[j.body_a], system.bodies[j.body_b], change[j.body_a], change[j.body_b], sums);
+    sums.find_worst(i, true, result);
   }
 
-  const double count = static_cast<double>(system.contacts.size());
-  result.defect_rms = std::sqrt(sum_w / count);
-  result.scale = sum_q > 0 ? std::sqrt(sum_q / count) : std::sqrt(sum_wr / count);
+  result.defect_rms = std::sqrt(sums.w / sums.count);
+  result.scale = sums.q > 0 ? std::sqrt(sums.q / sums.count) : std::sqrt(sums.wr / sums.count);
   if (result.scale > 0) {
     result.relative = result.defect_rms / result.scale;
-    result.rounding = roundoff * largest_sum / result.scale;
+    result.rounding = roundoff * sums.largest / result.scale;
   }
-  if (sum_q > 0) result.natural_map = std::sqrt(sum_f / sum_q);
+  if (sums.q > 0) result.natural_map = std::sqrt(sums.f / sums.q);
   return result;
 }
 

@@ -6,10 +6,11 @@
 namespace lockstep {
 
 struct Residual {
-  double relative = 0;     // rms of the defect velocities over `scale`
-  double defect_max = 0;   // largest defect velocity, m/s
-  double defect_rms = 0;   // m/s
-  u32 worst = 0;           // index into ContactSystem::contacts of the largest defect
+  double relative = 0;    // rms of the defect velocities over `scale`
+  double defect_max = 0;  // largest defect velocity, m/s
+  double defect_rms = 0;  // m/s
+  u32 worst = 0;          // index into ContactSystem::contacts, or joints, of the largest defect
+  bool worst_is_joint = false;
   double scale = 0;        // U: rms of the free relative velocities, m/s
   double rounding = 0;     // what rounding alone makes of `relative`, for the unit roundoff given
   double natural_map = 0;  // |F| / |q| with rho = 1: the form of the literature; it depends on the units

@@ -7,6 +7,7 @@
 
 #include "host/error.hpp"
 #include "host/scene/broad_phase.hpp"
+#include "host/scene/compile_joints.hpp"
 #include "host/scene/hull_tables.hpp"
 #include "host/scene/rounding.hpp"
 #include "host/scene/step_params.hpp"
@@ -70,6 +71,7 @@ class Compiler {
     buffers().motions.push_back({});  // the null body behind the last one
     set_features();
     set_sizes();
+    compile_joints(worlds_, state_);
     resize(state_.buffers, state_.sizes, state_.features);
     state_.params = make_params<real>(worlds_[0], state_.sizes, state_.features);
     return std::move(state_);
@@ -292,8 +294,9 @@ void Compiler<real>::set_features() {
     }
   }
   if (has(features, Feature::contacts)) features = with(features, broad_phase());
-  if (has(features, Feature::contacts) && settings.solver == Solver::small_steps) {
-    features = with(features, Feature::soft_contacts);
+  const bool jointed = std::ranges::any_of(worlds_, [](const Scene& scene) { return !scene.joints.empty(); });
+  if ((has(features, Feature::contacts) || jointed) && settings.solver == Solver::small_steps) {
+    if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);
     if (settings.integrator != Integrator::semi_implicit_euler) {
       throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
                   "small_steps goes with the integrator semi_implicit_euler only; leave one of the two out");

@@ -109,11 +109,11 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
       node.at("generator")
           .choice<Kind>("generator", {{"grid", Kind::grid}, {"line", Kind::line}, {"pyramid", Kind::pyramid}});
   if (kind == Kind::pyramid) {
-    node.expect_object({"generator", "rows", "spacing", "origin", "jitter", "bodies"});
+    node.expect_object({"generator", "rows", "spacing", "origin", "jitter", "bodies", "joints"});
   } else if (kind == Kind::grid) {
-    node.expect_object({"generator", "counts", "spacing", "origin", "centered", "jitter", "bodies"});
+    node.expect_object({"generator", "counts", "spacing", "origin", "centered", "jitter", "bodies", "joints"});
   } else {
-    node.expect_object({"generator", "count", "step", "origin", "jitter", "bodies"});
+    node.expect_object({"generator", "count", "step", "origin", "jitter", "bodies", "joints"});
   }
   Lattice lattice = kind == Kind::grid ? read_grid(node) : kind == Kind::line ? read_line(node) : read_pyramid(node);
   if (node.has("origin")) lattice.origin = node.at("origin").vector();
@@ -121,6 +121,10 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
 
   const BodyList templates = read_bodies(node.at("bodies"), names);
   if (templates.bodies.empty()) node.at("bodies").fail("is empty; a generator needs a body to copy");
+  std::vector<NamedJoint> joints = templates.joints;
+  if (node.has("joints")) {
+    for (NamedJoint& joint : read_joints(node.at("joints"), kind == Kind::line)) joints.push_back(std::move(joint));
+  }
   double copies = 0;
   for (u32 k = 0; k < lattice.counts[2]; ++k) copies += 1.0 * lattice.count_i(k) * lattice.counts[1];
   list.expect_room(node, copies * static_cast<double>(templates.bodies.size()),
@@ -136,6 +140,7 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
           if (!body.name.empty()) body.name += fmt::format("_{}", number);
           list.add(std::move(body));
         }
+        add_copied_joints(joints, templates.bodies, number, static_cast<u32>(copies), shift, list.joints);
       }
     }
   }

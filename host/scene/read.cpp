@@ -20,9 +20,26 @@ namespace fs = std::filesystem;
 constexpr std::size_t largest_file = 64u << 20;
 
 Settings read_settings(const JsonNode& node) {
-  node.expect_object({"dt", "steps", "solver", "contact_frequency", "contact_damping", "substeps", "iterations",
-                      "integrator", "gyroscopic", "restitution_threshold", "correction", "correction_limit", "slop",
-                      "margin", "speed_limit", "broad_phase", "events", "precision"});
+  node.expect_object({"dt",
+                      "steps",
+                      "solver",
+                      "contact_frequency",
+                      "contact_damping",
+                      "joint_frequency",
+                      "joint_damping",
+                      "substeps",
+                      "iterations",
+                      "integrator",
+                      "gyroscopic",
+                      "restitution_threshold",
+                      "correction",
+                      "correction_limit",
+                      "slop",
+                      "margin",
+                      "speed_limit",
+                      "broad_phase",
+                      "events",
+                      "precision"});
   Settings s;
   if (node.has("dt")) s.dt = node.at("dt").positive();
   if (node.has("steps")) s.steps = node.at("steps").integer(1, 1000000000);
@@ -50,6 +67,8 @@ Settings read_settings(const JsonNode& node) {
   if (node.has("correction_limit")) s.correction_limit = node.at("correction_limit").not_negative();
   if (node.has("contact_frequency")) s.contact_frequency = node.at("contact_frequency").positive();
   if (node.has("contact_damping")) s.contact_damping = node.at("contact_damping").positive();
+  if (node.has("joint_frequency")) s.joint_frequency = node.at("joint_frequency").positive();
+  if (node.has("joint_damping")) s.joint_damping = node.at("joint_damping").positive();
   if (node.has("slop")) s.slop = node.at("slop").not_negative();
   if (node.has("margin")) s.margin = node.at("margin").not_negative();
   if (node.has("speed_limit")) s.speed_limit = node.at("speed_limit").positive();
@@ -145,7 +164,7 @@ Scene parse_scene(const std::string& text, const std::string& source) {
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   root.expect_object(
-      {"$schema", "name", "description", "gravity", "settings", "materials", "material_pairs", "bodies"});
+      {"$schema", "name", "description", "gravity", "settings", "materials", "material_pairs", "bodies", "joints"});
   Scene scene;
   scene.source = source;
   scene.name = root.has("name") ? root.at("name").text() : stem(source);
@@ -159,10 +178,15 @@ Scene parse_scene(const std::string& text, const std::string& source) {
   }
   Categories categories;
   Names names = {scene.materials, categories};
-  scene.bodies = read_bodies(root.at("bodies"), names).bodies;
+  BodyList list = read_bodies(root.at("bodies"), names);
+  scene.bodies = std::move(list.bodies);
   if (scene.bodies.empty()) root.at("bodies").fail("is empty; a scene needs a body");
   expect_different_names(root.at("bodies"), scene.bodies);
   categories.expect_all_owned();
+  if (root.has("joints")) {
+    for (NamedJoint& joint : read_joints(root.at("joints"), false)) list.joints.push_back(std::move(joint));
+  }
+  scene.joints = resolve_joints(list.joints, scene.bodies);
   return scene;
 }
 

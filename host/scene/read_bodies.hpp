@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "host/scene/json_node.hpp"
+#include "host/scene/read_joints.hpp"
 #include "host/scene/scene.hpp"
 
 namespace lockstep {
@@ -36,6 +37,7 @@ class Categories {
 /// Bodies in file order, with the number of their shapes.
 struct BodyList {
   std::vector<BodyDescription> bodies;
+  std::vector<NamedJoint> joints;  // that generators placed
   std::size_t shapes = 0;
 
   /// Refuses, at the entry that asks for them, more bodies or shapes than a scene may have.

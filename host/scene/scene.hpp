@@ -66,6 +66,21 @@ struct BodyDescription {
   std::vector<ShapeDescription> shapes;
 };
 
+struct JointDescription {
+  std::string name;  // may be empty
+  JointKind kind = JOINT_BALL;
+  u32 body_a = NONE, body_b = NONE;  // indices into Scene::bodies; NONE is the world
+  Vector3 anchor_a = {0, 0, 0};      // world frame, at load; the same point but for a distance joint
+  Vector3 anchor_b = {0, 0, 0};
+  Vector3 axis = {0, 0, 1};  // world frame, at load; need not be unit
+  bool limited = false;
+  double low = 0, high = 0;                 // m or rad
+  double motor_speed = 0, motor_force = 0;  // m/s and N, rad/s and N m; a force of 0 is no motor
+  bool collide = false;                     // the two bodies may collide with each other
+  double frequency = 0;                     // Hz, of a joint that is a spring; 0 where it is rigid
+  double damping = 1;                       // of that spring, in parts of the critical one
+};
+
 struct Settings {
   double dt = 1.0 / 60;
   u32 steps = 300;
@@ -79,9 +94,11 @@ struct Settings {
   double correction_limit = 3;       // m/s
   double contact_frequency = std::numeric_limits<double>::max();  // Hz, of a soft contact; see step_params.cpp
   double contact_damping = 5;                                     // of a soft contact, in parts of the critical damping
-  double slop = 1e-4;                                             // m
-  double margin = 0.005;                                          // m
-  double speed_limit = 1e5;                                       // m/s
+  double joint_frequency = 1000;  // the same of the springs by which small_steps closes joints
+  double joint_damping = 2;
+  double slop = 1e-4;        // m
+  double margin = 0.005;     // m
+  double speed_limit = 1e5;  // m/s
   BroadPhase broad_phase = BroadPhase::automatic;
   bool events = false;              // tell who begins and ceases to touch
   std::string precision = "float";  // what a run uses unless it is told
@@ -104,6 +121,7 @@ struct Scene {
   std::vector<Material> materials;
   std::vector<MaterialPairRule> material_pairs;
   std::vector<BodyDescription> bodies;
+  std::vector<JointDescription> joints;
 };
 
 }  // namespace lockstep

@@ -1,27 +1,16 @@
 #include "host/scene/step_params.hpp"
 
-#include <algorithm>
-
 #include "host/scene/rounding.hpp"
+#include "host/scene/spring.hpp"
 
 namespace lockstep {
 
 namespace {
 
-// How a sub-step takes overlap back: the share of it, and the softness of the contact in parts of its w_nn.
-struct Correction {
-  double share, softness;
-};
-
-// A soft contact is a spring of angular frequency w and damping ratio z, taken implicitly (Catto, Soft Constraints, GDC
-// 2011), as stiff as one sweep can solve, a quarter of the rate of sub-steps: with c = h w (2 z + h w) it pushes at w /
-// (2 z + h w) times the depth, and has the softness w_nn / c.
+// How a sub-step takes overlap back.
 Correction correction_of(const Settings& settings) {
   if (settings.solver != Solver::small_steps) return {settings.correction, 0};
-  const double h = settings.dt / settings.substeps;
-  const double turn = 6.283185307179586 * h * std::min(settings.contact_frequency, 0.25 / h);
-  const double damped = 2 * settings.contact_damping + turn;
-  return {turn / damped, 1 / (turn * damped)};
+  return spring_correction(settings.dt / settings.substeps, settings.contact_frequency, settings.contact_damping);
 }
 
 }  // namespace
@@ -61,6 +50,7 @@ StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features fe
   p.contact_capacity = sizes.contacts;
   p.block_capacity = sizes.blocks;
   p.row_capacity = sizes.rows;
+  p.joint_blocks = sizes.joint_blocks;
   p.iterations = settings.iterations;
   p.substeps = settings.substeps;
   return p;

@@ -1,4 +1,4 @@
-// The contact problem: colours, blocks, sweeps. A small scene takes one launch a stage, in one work-group.
+// Contacts and joints: colours, blocks, sweeps. A small scene takes one launch a stage, in one work-group.
 #include <initializer_list>
 #include <string_view>
 
@@ -15,9 +15,31 @@ constexpr u32 rounds_per_color = 2;   // what colouring usually needs; the last 
 void sweep(Launcher& launcher, std::string_view color_kernel, std::string_view tail_kernel,
            std::initializer_list<Argument> tail_arguments) {
   const LaunchPlan& plan = launcher.plan();
+  if (!has(plan.features, Feature::contacts)) return;
   const u32 items = plan.blocks * (PACK / plan.lanes);
   for (u32 color = 0; color < plan.colors; ++color) launcher.run(color_kernel, items / plan.colors, {{"color", color}});
   launcher.run_group(tail_kernel, tail_arguments);
+}
+
+bool is_large(const LaunchPlan& plan, u32 joint_phase) {
+  return plan.joint_phases[joint_phase + 1] - plan.joint_phases[joint_phase] >= LARGE_COLOR;
+}
+
+// The same for the joints, whose phases are known: the large ones come first.
+void sweep_joints(Launcher& launcher, std::string_view phase_kernel, std::string_view tail_kernel) {
+  const LaunchPlan& plan = launcher.plan();
+  const u32 phases = plan.sizes.joint_phases;
+  u32 phase = 0;
+  for (; phase < phases && is_large(plan, phase); ++phase) {
+    const u32 begin = plan.joint_phases[phase], end = plan.joint_phases[phase + 1];
+    launcher.run(phase_kernel, (end - begin) * (PACK / plan.lanes), {{"begin", begin}, {"end", end}});
+  }
+  if (phase < phases) launcher.run_group(tail_kernel, {{"first_phase", phase}, {"phases", phases}});
+}
+
+// Whether one work-group does all sweeps.
+bool is_fused(const LaunchPlan& plan) {
+  return (plan.small || plan.colors == 0) && (plan.sizes.joint_phases == 0 || !is_large(plan, 0));
 }
 
 }  // namespace
@@ -57,24 +79,37 @@ void launch_prepare_contacts(Launcher& launcher) {
   launcher.run("prepare_contacts", plan.blocks * (PACK / plan.lanes));
 }
 
+void launch_prepare_joints(Launcher& launcher) {
+  launcher.run("prepare_joints", launcher.plan().sizes.joint_blocks * PACK);
+}
+
 void launch_warm_start(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
-  if (plan.small) return launcher.run_group("warm_tail", {{"first_color", 0u}});
-  sweep(launcher, "warm_color", "warm_tail", {{"first_color", plan.colors}});
+  if (is_fused(plan))
+    return launcher.run_group("warm_tail", {{"first_color", 0u}, {"joint_phase_count", plan.sizes.joint_phases}});
+  sweep_joints(launcher, "warm_joints", "warm_joint_tail");
+  sweep(launcher, "warm_color", "warm_tail", {{"first_color", plan.colors}, {"joint_phase_count", 0u}});
 }
 
-void launch_solve_contacts(Launcher& launcher) {
+void launch_solve_constraints(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
-  if (plan.small || plan.colors == 0)
-    return launcher.run_group("solve_tail", {{"first_color", 0u}, {"sweeps", plan.iterations}});
-  for (u32 i = 0; i < plan.iterations; ++i)
-    sweep(launcher, "solve_color", "solve_tail", {{"first_color", plan.colors}, {"sweeps", 1u}});
+  if (is_fused(plan))
+    return launcher.run_group(
+        "solve_tail",
+        {{"first_color", 0u}, {"joint_phase_count", plan.sizes.joint_phases}, {"sweeps", plan.iterations}});
+  for (u32 i = 0; i < plan.iterations; ++i) {
+    sweep_joints(launcher, "solve_joints", "solve_joint_tail");
+    sweep(launcher, "solve_color", "solve_tail",
+          {{"first_color", plan.colors}, {"joint_phase_count", 0u}, {"sweeps", 1u}});
+  }
 }
 
-void launch_relax_contacts(Launcher& launcher) {
+void launch_relax_constraints(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
-  if (plan.small || plan.colors == 0) return launcher.run_group("relax_tail", {{"first_color", 0u}});
-  sweep(launcher, "relax_color", "relax_tail", {{"first_color", plan.colors}});
+  if (is_fused(plan))
+    return launcher.run_group("relax_tail", {{"first_color", 0u}, {"joint_phase_count", plan.sizes.joint_phases}});
+  sweep_joints(launcher, "relax_joints", "relax_joint_tail");
+  sweep(launcher, "relax_color", "relax_tail", {{"first_color", plan.colors}, {"joint_phase_count", 0u}});
 }
 
 void launch_store_impulses(Launcher& launcher) { launcher.run("store_impulses", launcher.plan().contacts); }

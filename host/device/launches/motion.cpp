@@ -25,6 +25,8 @@ void launch_hash_state(Launcher& launcher) {
   if (has(launcher.plan().features, Feature::contacts)) {
     launcher.run("hash_state_contacts", launcher.plan().sizes.contacts);
   }
+  if (has(launcher.plan().features, Feature::joints))
+    launcher.run("hash_state_joints", launcher.plan().sizes.joint_blocks * PACK);
   if (has(launcher.plan().features, Feature::events)) launcher.run("hash_state_touching", launcher.plan().sizes.pairs);
 }
 

@@ -6,9 +6,9 @@ namespace lockstep::test {
 namespace {
 
 template <class real>
-class RelaxContacts : public testing::Test {};
+class RelaxConstraints : public testing::Test {};
 using Precisions = testing::Types<float, double>;
-TYPED_TEST_SUITE(RelaxContacts, Precisions);
+TYPED_TEST_SUITE(RelaxConstraints, Precisions);
 
 // Contacts of random geometry, two of three of them soft.
 template <class real>
@@ -24,9 +24,9 @@ InitialState<real> soft_problem(u32 seed, u32 bodies, u32 contacts) {
   return state;
 }
 
-TYPED_TEST(RelaxContacts, KernelMatchesReference) {
+TYPED_TEST(RelaxConstraints, KernelMatchesReference) {
   using real = TypeParam;
-  for (const Stage stage : {Stage::relax_contacts, Stage::solve_contacts}) {
+  for (const Stage stage : {Stage::relax_constraints, Stage::solve_constraints}) {
     run_twins(stage, soft_problem<real>(1, 40, 90));
     run_twins(stage, soft_problem<real>(2, 900, 3000));
   }
@@ -47,24 +47,24 @@ InitialState<real> sunken_ball(double depth) {
 }
 
 // u + bias + softness r = 0 with u = r / m and softness 0.5 / m: the spring gives two thirds of the bias.
-TYPED_TEST(RelaxContacts, SoftContactsGiveWay) {
+TYPED_TEST(RelaxConstraints, SoftContactsGiveWay) {
   using real = TypeParam;
   InitialState<real> state = sunken_ball<real>(0.02);
   run_until_prepared(state);
   Buffers<real>& b = state.buffers;
   EXPECT_NEAR(double(b.contact_blocks[0].bias[0]), -0.25 * 0.02 * 60, 1e-5);
-  reference::run_stage(Stage::solve_contacts, b, state.params);
+  reference::run_stage(Stage::solve_constraints, b, state.params);
   EXPECT_NEAR(double(b.motions[0].v[2]), 0.3 * 2 / 3, 1e-5);
   // its velocity moves the ball out, and is taken back
   reference::run_stage(Stage::integrate_positions, b, state.params);
-  reference::run_stage(Stage::relax_contacts, b, state.params);
+  reference::run_stage(Stage::relax_constraints, b, state.params);
   EXPECT_EQ(double(b.motions[0].v[2]), 0);
   EXPECT_NEAR(double(b.positions[0].z), 0.98 + 0.2 / 60, 1e-6);
   EXPECT_EQ(double(b.impulse_blocks[0].normal[0]), 0);
 }
 
 // Depth falls by the same share in each step, and no energy is left.
-TYPED_TEST(RelaxContacts, OverlapDecaysAndLeavesNoVelocity) {
+TYPED_TEST(RelaxConstraints, OverlapDecaysAndLeavesNoVelocity) {
   using real = TypeParam;
   const InitialState<real> state = sunken_ball<real>(0.02);
   const Buffers<real> after = run_steps(state, 10);
@@ -73,7 +73,7 @@ TYPED_TEST(RelaxContacts, OverlapDecaysAndLeavesNoVelocity) {
 }
 
 // A contact that bounces keeps what it gave.
-TYPED_TEST(RelaxContacts, BouncesAreKept) {
+TYPED_TEST(RelaxConstraints, BouncesAreKept) {
   using real = TypeParam;
   InitialState<real> state = sunken_ball<real>(0.001);
   set_material(state, 0, 0.5);
@@ -82,11 +82,11 @@ TYPED_TEST(RelaxContacts, BouncesAreKept) {
   EXPECT_NEAR(double(after.motions[0].v[2]), 1, 1e-5);
 }
 
-TYPED_TEST(RelaxContacts, VoidStepsWriteNothing) {
+TYPED_TEST(RelaxConstraints, VoidStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = soft_problem<real>(8, 30, 60);
   state.buffers.counters[COUNTER_STATUS] = STATUS_ROWS_FULL;
-  const Buffers<real> after = run_twins(Stage::relax_contacts, state);
+  const Buffers<real> after = run_twins(Stage::relax_constraints, state);
   for (u32 i = 0; i < 30; ++i) EXPECT_EQ(after.motions[i].v[0], state.buffers.motions[i].v[0]);
 }
 

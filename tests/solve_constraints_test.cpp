@@ -9,9 +9,9 @@ namespace lockstep::test {
 namespace {
 
 template <class real>
-class SolveContacts : public testing::Test {};
+class SolveConstraints : public testing::Test {};
 using Precisions = testing::Types<float, double>;
-TYPED_TEST_SUITE(SolveContacts, Precisions);
+TYPED_TEST_SUITE(SolveConstraints, Precisions);
 
 template <class real>
 constexpr double tolerance = sizeof(real) == 4 ? 1e-5 : 1e-12;
@@ -25,18 +25,18 @@ InitialState<real> ball_on_ground(Vector3 velocity, double friction, double rest
   return state;
 }
 
-TYPED_TEST(SolveContacts, KernelMatchesReference) {
+TYPED_TEST(SolveConstraints, KernelMatchesReference) {
   using real = TypeParam;
   InitialState<real> small = random_problem<real>(1, 40, 90), large = random_problem<real>(2, 900, 5000);
   large.params.iterations = 3;
   InitialState<real> overflowing = star_problem<real>(200);
-  run_twins(Stage::solve_contacts, small);
-  run_twins(Stage::solve_contacts, large);
-  run_twins(Stage::solve_contacts, overflowing);
+  run_twins(Stage::solve_constraints, small);
+  run_twins(Stage::solve_constraints, large);
+  run_twins(Stage::solve_constraints, overflowing);
 }
 
 // Without the feature the kernel has no code for general contacts: the bits of central ones are the same.
-TYPED_TEST(SolveContacts, CentralKernelMatchesReference) {
+TYPED_TEST(SolveConstraints, CentralKernelMatchesReference) {
   using real = TypeParam;
   Random random(5);
   const auto [kinds, graph] = random_graph(random, 300, 1500);
@@ -45,14 +45,14 @@ TYPED_TEST(SolveContacts, CentralKernelMatchesReference) {
     for (u32& kind : block.kind) kind = kind == BLOCK_GENERAL ? u32{BLOCK_CENTRAL} : kind;
   }
   state.features &= ~static_cast<Features>(Feature::general_contacts);
-  run_twins(Stage::solve_contacts, state);
+  run_twins(Stage::solve_constraints, state);
 }
 
 // Immovable bodies are read by many lanes and written by none; padding stays zero.
-TYPED_TEST(SolveContacts, LeavesImmovableBodiesAndPaddingAlone) {
+TYPED_TEST(SolveConstraints, LeavesImmovableBodiesAndPaddingAlone) {
   using real = TypeParam;
   const InitialState<real> state = random_problem<real>(6, 50, 200);
-  const Buffers<real> after = run_twins(Stage::solve_contacts, state);
+  const Buffers<real> after = run_twins(Stage::solve_constraints, state);
   for (u32 i = 0; i <= state.params.bodies; ++i) {
     if (state.buffers.motions[i].inverse_mass > 0) continue;
     EXPECT_EQ(std::memcmp(&after.motions[i], &state.buffers.motions[i], sizeof(Motion<real>)), 0) << i;
@@ -67,7 +67,7 @@ TYPED_TEST(SolveContacts, LeavesImmovableBodiesAndPaddingAlone) {
   }
 }
 
-TYPED_TEST(SolveContacts, ImpactBouncesByNewtonsLaw) {
+TYPED_TEST(SolveConstraints, ImpactBouncesByNewtonsLaw) {
   using real = TypeParam;
   InitialState<real> state = ball_on_ground<real>({0, 0, -3}, 0, 0.6);
   state.buffers.gravities[0] = {0, 0, 0, 0};
@@ -76,7 +76,7 @@ TYPED_TEST(SolveContacts, ImpactBouncesByNewtonsLaw) {
 }
 
 // Two balls of different mass in a row: momentum, and the relative velocity times -e.
-TYPED_TEST(SolveContacts, ImpactOfTwoBalls) {
+TYPED_TEST(SolveConstraints, ImpactOfTwoBalls) {
   using real = TypeParam;
   BodyDescription left = sphere_body({0, 0, 0}, 0.5, {2, 0, 0}), right = sphere_body({1, 0, 0}, 0.5, {-1, 0, 0});
   right.mass = 3;
@@ -91,7 +91,7 @@ TYPED_TEST(SolveContacts, ImpactOfTwoBalls) {
 }
 
 // A sliding sphere: friction mu m g against the slip, and its moment turns the sphere.
-TYPED_TEST(SolveContacts, SlidingFrictionIsMuTimesNormal) {
+TYPED_TEST(SolveConstraints, SlidingFrictionIsMuTimesNormal) {
   using real = TypeParam;
   const InitialState<real> state = ball_on_ground<real>({3, 4, 0}, 0.2, 0);
   const Buffers<real> after = run_steps(state, 10);
@@ -103,7 +103,7 @@ TYPED_TEST(SolveContacts, SlidingFrictionIsMuTimesNormal) {
 }
 
 // On a slope with more friction than 2/7 tan it rolls without slipping: 5/7 g sin.
-TYPED_TEST(SolveContacts, StickingSphereRollsDownASlope) {
+TYPED_TEST(SolveConstraints, StickingSphereRollsDownASlope) {
   using real = TypeParam;
   const double angle = 0.3;
   const Vector3 normal = {std::sin(angle), 0, std::cos(angle)};
@@ -118,11 +118,11 @@ TYPED_TEST(SolveContacts, StickingSphereRollsDownASlope) {
   EXPECT_NEAR(double(after.motions[0].w[1]), speed, 20 * tolerance<real>);
 }
 
-TYPED_TEST(SolveContacts, ConservesMomentum) {
+TYPED_TEST(SolveConstraints, ConservesMomentum) {
   using real = TypeParam;
   InitialState<real> state = pair_of_spheres<real>();
   const auto [linear, angular] = momentum(state.buffers);
-  reference::run_stage(Stage::solve_contacts, state.buffers, state.params);
+  reference::run_stage(Stage::solve_constraints, state.buffers, state.params);
   const auto [linear_after, angular_after] = momentum(state.buffers);
   EXPECT_GT(state.buffers.impulse_blocks[0].normal[0], 1);
   const double rounding = sizeof(real) == 4 ? 4e-6 : 1e-14;
@@ -134,7 +134,7 @@ TYPED_TEST(SolveContacts, ConservesMomentum) {
 
 // A body of its own shape and mass distribution, off its centre: the general block. It stops sliding or slides with
 // friction against the slip, and never penetrates.
-TYPED_TEST(SolveContacts, GeneralContactObeysItsLaw) {
+TYPED_TEST(SolveConstraints, GeneralContactObeysItsLaw) {
   using real = TypeParam;
   BodyDescription body = sphere_body({0, 0, 0.5}, 0.5, {1, -0.5, -2});
   body.inertia = {0.1, 0.06, 0.02};
@@ -147,7 +147,7 @@ TYPED_TEST(SolveContacts, GeneralContactObeysItsLaw) {
     run_until_prepared(solved);
     Buffers<real>& b = solved.buffers;
     ASSERT_EQ(b.block_bodies[0].kind[0], u32{BLOCK_GENERAL});
-    reference::run_stage(Stage::solve_contacts, b, solved.params);
+    reference::run_stage(Stage::solve_constraints, b, solved.params);
     const ContactBlock<real>& c = b.contact_blocks[0];
     const auto &v = b.motions[0].v, &w = b.motions[0].w;
     const double u[3] = {v[0] + w[1] * c.arm_a_z[0] - w[2] * c.arm_a_y[0],
@@ -171,7 +171,7 @@ TYPED_TEST(SolveContacts, GeneralContactObeysItsLaw) {
 }
 
 // A stack at rest: each contact carries what is above it, m g dt.
-TYPED_TEST(SolveContacts, StackConvergesToItsWeight) {
+TYPED_TEST(SolveConstraints, StackConvergesToItsWeight) {
   using real = TypeParam;
   const u32 height = 6;
   std::vector<BodyDescription> bodies;
@@ -189,7 +189,7 @@ TYPED_TEST(SolveContacts, StackConvergesToItsWeight) {
 }
 
 // More contacts on one body than there are colours: the overflow is solved as well.
-TYPED_TEST(SolveContacts, OverflowIsSolved) {
+TYPED_TEST(SolveConstraints, OverflowIsSolved) {
   using real = TypeParam;
   // a large ball, its surface strewn with small ones that fly inwards, by the golden angle
   const u32 count = 200;
@@ -218,11 +218,11 @@ TYPED_TEST(SolveContacts, OverflowIsSolved) {
   }
 }
 
-TYPED_TEST(SolveContacts, VoidStepsWriteNothing) {
+TYPED_TEST(SolveConstraints, VoidStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = random_problem<real>(8, 30, 60);
   state.buffers.counters[COUNTER_STATUS] = STATUS_BLOCKS_FULL;
-  const Buffers<real> after = run_twins(Stage::solve_contacts, state);
+  const Buffers<real> after = run_twins(Stage::solve_constraints, state);
   for (u32 i = 0; i < 30; ++i)
     EXPECT_EQ(std::memcmp(&after.motions[i], &state.buffers.motions[i], sizeof(Motion<real>)), 0);
 }

@@ -4,13 +4,15 @@
 // hard. Contacts that are open or bounce keep their law.
 #pragma once
 
+#include "cpu_reference/joints/visit_joint.hpp"
 #include "cpu_reference/visit_contact.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
-void relax_contacts(Buffers<real>& buffers, const StepParams<real>&) {
+void relax_constraints(Buffers<real>& buffers, const StepParams<real>&) {
   if (step_is_void(buffers.counters)) return;
+  sweep_joints(JointPurpose::relax, buffers);
   for_each_contact_slot(buffers, [&](const BlockBodies& bodies, u32 row, u32 lane) {
     const ContactBlock<real>& block = buffers.contact_blocks[row];
     const real bias = softness_of(buffers, row, lane) > 0 ? real(0) : block.bias[lane];

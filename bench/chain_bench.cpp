@@ -1,0 +1,117 @@
+// How well a scene of joints is held, against its cost: the largest separation of a joint and how far the energy leaves
+// its first value, for settings of the solver.
+//
+//   chain_bench [--scene chain64] [--device reference|auto|...] [--steps 1200] [--substeps 8,16,32] [--iterations 1,2]
+//
+// The energy is in parts of its range: what gravity can give to the bodies on their way from where they start to
+// hanging straight down from the origin, the sum of m g times the distance from the origin.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "host/backends/device_backend.hpp"
+#include "host/backends/reference_backend.hpp"
+#include "host/error.hpp"
+#include "host/report/measures.hpp"
+#include "host/scene/read.hpp"
+#include "host/simulation.hpp"
+
+namespace {
+
+using namespace lockstep;
+
+struct Options {
+  std::string scene = "chain64", device = "reference", precision = "float", solver = "small_steps";
+  u32 steps = 1200;
+  double frequency = 0, damping = 0, correction = 0;
+  std::vector<u32> substeps = {8, 16, 32}, iterations = {1};
+};
+
+template <class real>
+double energy_range(const Buffers<real>& b) {
+  double range = 0;
+  for (std::size_t i = 0; i < b.masses.size(); ++i) {
+    const auto &x = b.positions[i], &g = b.gravities[b.body_infos[i].world];
+    range += double(b.masses[i].mass) * std::hypot(double(g.x), double(g.y), double(g.z)) *
+             std::hypot(double(x.x), double(x.y), double(x.z));
+  }
+  return range;
+}
+
+template <class real>
+void run(const Scene& scene, const Options& options) {
+  InitialState<real> state = compile<real>(scene);
+  const double range = energy_range(state.buffers);
+  const Counters none = {};
+  const double first = measure(state.buffers, state.sizes, state.features, none).energy();
+  const StepParams<real> params = state.params;
+  std::unique_ptr<Backend<real>> backend;
+  if (const auto device = select_device(options.device))
+    backend = std::make_unique<DeviceBackend<real>>(state, *device, DeviceOptions{});
+  else
+    backend = std::make_unique<ReferenceBackend<real>>(state);
+  Simulation<real> simulation(std::move(backend), params);
+
+  const std::vector<Buffer> wanted = measured_buffers(state.features);
+  std::vector<double> ms;
+  double highest = 0, lowest = 0, separation = 0;
+  try {
+    for (u32 step = 0; step < options.steps; ++step) {
+      const auto start = std::chrono::steady_clock::now();
+      simulation.step();
+      ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
+      const Measures now = measure(simulation.backend().download(wanted), simulation.backend().sizes(), state.features,
+                                   simulation.counters());
+      const double change = (now.energy() - first) / range;
+      highest = std::max(highest, change);
+      lowest = std::min(lowest, change);
+      separation = std::max(separation, now.joint_drift ? now.joint_drift->separation : 0);
+    }
+  } catch (const Error& error) {
+    fmt::print("{:4} {:3}  {}\n", scene.settings.substeps, scene.settings.iterations, error.what());
+    return;
+  }
+  std::ranges::sort(ms);
+  fmt::print("{:4} {:3}  separation {:.5f} m  energy {:+.4f} .. {:+.4f}  {:.4f} ms a step\n", scene.settings.substeps,
+             scene.settings.iterations, separation, lowest, highest, ms[ms.size() / 2]);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options options;
+  CLI::App app("Joint separation and energy against cost");
+  app.add_option("--scene", options.scene, "A built-in scene or a file");
+  app.add_option("--device", options.device, "reference, auto, or an index");
+  app.add_option("--precision", options.precision, "float or double");
+  app.add_option("--solver", options.solver, "small_steps or gauss_seidel");
+  app.add_option("--steps", options.steps, "Time steps");
+  app.add_option("--frequency", options.frequency, "joint_frequency instead of the scene's, Hz");
+  app.add_option("--damping", options.damping, "joint_damping instead of the scene's");
+  app.add_option("--correction", options.correction, "correction instead of the scene's (gauss_seidel)");
+  app.add_option("--substeps", options.substeps, "Sub-steps to try")->delimiter(',');
+  app.add_option("--iterations", options.iterations, "Sweeps to try")->delimiter(',');
+  CLI11_PARSE(app, argc, argv);
+  try {
+    Scene scene = read_scene(options.scene);
+    if (options.solver == "gauss_seidel") scene.settings.solver = Solver::gauss_seidel;
+    if (options.correction > 0) scene.settings.correction = options.correction;
+    if (options.frequency > 0) scene.settings.joint_frequency = options.frequency;
+    if (options.damping > 0) scene.settings.joint_damping = options.damping;
+    for (const u32 substeps : options.substeps) {
+      for (const u32 iterations : options.iterations) {
+        scene.settings.substeps = substeps;
+        scene.settings.iterations = iterations;
+        options.precision == "double" ? run<double>(scene, options) : run<float>(scene, options);
+      }
+    }
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 1;
+  }
+  return 0;
+}

@@ -1,0 +1,68 @@
+// Where a joint stands at the present poses of its bodies. kernels/joints/joint_now.h is the twin.
+#pragma once
+
+#include "cpu_reference/joints/angle.hpp"
+#include "cpu_reference/rigid_body.hpp"
+#include "host/buffers.hpp"
+
+namespace lockstep::reference {
+
+/// World frame. The axes are fixed in a, and what b's anchor and frame are in them is the joint's error. Both arms end
+/// at b's anchor: there the impulses act, on both bodies, so that a joint that has come apart still keeps the angular
+/// momentum, and the velocity of a linear row is exactly the rate of its error.
+template <class real>
+struct JointNow {
+  Vec3<real> axes[3];
+  Vec3<real> arm_a, arm_b;
+  real error[JOINT_ROWS];  // m; rad: twice the vector part of the turn from a's frame to b's, or where only two angles
+                           // are locked the sine by which b's axis is off
+  Vec3<real> free_axis;
+  real coordinate;  // the free one, m or rad
+};
+
+/// The pose of a body; of the null body that of the world.
+template <class real>
+void joint_pose(const Buffers<real>& b, const StepParams<real>& params, u32 body, Vec3<real>& x, Quat<real>& q) {
+  x = body < params.bodies ? vec3_of(b.positions[body]) : Vec3<real>{0, 0, 0};
+  q = body < params.bodies ? quat(b.orientations[body]) : Quat<real>{0, 0, 0, 1};
+}
+
+template <class real>
+JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, Vec3<real> x_a, Quat<real> q_a,
+                         Vec3<real> x_b, Quat<real> q_b) {
+  JointNow<real> now = {};
+  const Quat<real> frame_a =
+      multiply4(q_a, Quat<real>{joint.frame_a[0], joint.frame_a[1], joint.frame_a[2], joint.frame_a[3]});
+  const Quat<real> frame_b =
+      multiply4(q_b, Quat<real>{joint.frame_b[0], joint.frame_b[1], joint.frame_b[2], joint.frame_b[3]});
+  now.axes[0] = rotate3(frame_a, Vec3<real>{1, 0, 0});
+  now.axes[1] = rotate3(frame_a, Vec3<real>{0, 1, 0});
+  now.axes[2] = rotate3(frame_a, Vec3<real>{0, 0, 1});
+  now.arm_b = rotate3(q_b, vec3(joint.anchor_b));
+  now.arm_a = add3(sub3(x_b, x_a), now.arm_b);
+  const Vec3<real> d = sub3(now.arm_a, rotate3(q_a, vec3(joint.anchor_a)));
+  for (u32 i = 0; i < 3; ++i) now.error[i] = dot3(now.axes[i], d);
+
+  Quat<real> turn = multiply4(Quat<real>{-frame_a.x, -frame_a.y, -frame_a.z, frame_a.w}, frame_b);
+  if (turn.w < 0) turn = {-turn.x, -turn.y, -turn.z, -turn.w};
+  if ((info.locked >> 5 & 1) != 0) {
+    now.error[3] = real(2) * turn.x;
+    now.error[4] = real(2) * turn.y;
+    now.error[5] = real(2) * turn.z;
+  } else {
+    const Vec3<real> axis_b = rotate3(turn, Vec3<real>{0, 0, 1});
+    now.error[3] = -axis_b.y;
+    now.error[4] = axis_b.x;
+  }
+
+  now.free_axis = now.axes[2];
+  if (info.free == FREE_ANGLE) now.coordinate = turn_angle(turn.z, turn.w);
+  if (info.free == FREE_TRAVEL) now.coordinate = now.error[2];
+  if (info.free == FREE_LENGTH) {
+    now.coordinate = length3(d);
+    if (now.coordinate > 0) now.free_axis = {d.x / now.coordinate, d.y / now.coordinate, d.z / now.coordinate};
+  }
+  return now;
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,148 @@
+// The visit of one joint, what the solver's sweeps and the warm start share. kernels/joints/visit_joint.h is the twin,
+// LANES joints at a time.
+//
+// With the impulses of all others held, the joint's own problem (cpu_reference/prepare_joints.hpp) is solved exactly:
+//   the locked rows alone would change their impulses by   d0 = -g K^-1 (u + bias + turning) - s g r,   g = 1 / (1 + s)
+//   the free row then moves at                             q + e r_f,   e = own - g shared
+//   its impulse brings it to the motor's speed, as far as the motor reaches, and into its bounds
+//   the locked rows answer                                 d = d0 - g response (change of r_f)
+// The relaxing sweep asks joints that are not meant to be springs to be hard, without correction.
+#pragma once
+
+#include "cpu_reference/joints/factor.hpp"
+#include "cpu_reference/rigid_body.hpp"
+#include "host/buffers.hpp"
+
+namespace lockstep::reference {
+
+enum class JointPurpose { solve, relax };
+
+/// Inverse inertia times a moment, world frame.
+template <class real>
+Vec3<real> turn_by(const Motion<real>& body, Vec3<real> moment) {
+  return {body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
+          body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
+          body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z};
+}
+
+template <class real>
+Vec3<real> joint_vector(const real (*field)[PACK], u32 lane) {
+  return {field[0][lane], field[1][lane], field[2][lane]};
+}
+
+/// Impulses of the rows on b, their opposite on a. Bodies that cannot move are never written (contract rule 9).
+template <class real>
+void push_joint(const JointBlock<real>& block, u32 free, u32 lane, const real (&r)[JOINT_ROWS], real r_free,
+                Motion<real>& a, Motion<real>& b) {
+  const Vec3<real> x = joint_vector(block.axes, lane), y = joint_vector(block.axes + 3, lane),
+                   z = joint_vector(block.axes + 6, lane), along = joint_vector(block.free_axis, lane);
+  Vec3<real> impulse = add3(add3(scale3(r[0], x), scale3(r[1], y)), scale3(r[2], z));
+  Vec3<real> moment = add3(add3(scale3(r[3], x), scale3(r[4], y)), scale3(r[5], z));
+  const bool angular = free == FREE_ANGLE;
+  impulse = add3(impulse, scale3(angular ? real(0) : r_free, along));
+  moment = add3(moment, scale3(angular ? r_free : real(0), along));
+  if (a.inverse_mass > 0) {
+    const Vec3<real> arm = joint_vector(block.arm_a, lane);
+    store3(a.v, sub3(vec3(a.v), scale3(a.inverse_mass, impulse)));
+    store3(a.w, sub3(vec3(a.w), turn_by(a, add3(cross3(arm, impulse), moment))));
+  }
+  if (b.inverse_mass > 0) {
+    const Vec3<real> arm = joint_vector(block.arm_b, lane);
+    store3(b.v, add3(vec3(b.v), scale3(b.inverse_mass, impulse)));
+    store3(b.w, add3(vec3(b.w), turn_by(b, add3(cross3(arm, impulse), moment))));
+  }
+}
+
+/// The velocity of the free row within its bounds: u is what it has without them.
+template <class real>
+real bounded_speed(real u, real slowest, real fastest, real give) {
+  if (u < slowest) return u + (slowest - u) / (real(1) + give);
+  if (u > fastest) return u + (fastest - u) / (real(1) + give);
+  return u;
+}
+
+template <class real>
+void visit_joint(JointPurpose purpose, const JointBlock<real>& block, u32 free, u32 lane,
+                 JointImpulseBlock<real>& impulses, Motion<real>& a, Motion<real>& b) {
+  const real spring = block.spring[lane];
+  const bool relaxed = purpose == JointPurpose::relax;
+  const real share = relaxed ? spring : real(1);  // of bias and softness
+  const real softness = share * block.softness[lane];
+  const real g = real(1) / (real(1) + softness);
+  real slowest = block.slowest[lane], fastest = block.fastest[lane];
+  if (relaxed && !(spring > 0)) {  // a bound that excludes rest is a correction
+    const bool equal = slowest == fastest;
+    const real still = -block.turning[JOINT_ROWS][lane];
+    slowest = equal ? still : (slowest > 0 ? real(0) : slowest);
+    fastest = equal ? still : (fastest < 0 ? real(0) : fastest);
+  }
+
+  const Vec3<real> arm_a = joint_vector(block.arm_a, lane), arm_b = joint_vector(block.arm_b, lane);
+  const Vec3<real> u = sub3(add3(vec3(b.v), cross3(vec3(b.w), arm_b)), add3(vec3(a.v), cross3(vec3(a.w), arm_a)));
+  const Vec3<real> w = sub3(vec3(b.w), vec3(a.w));
+  real d[JOINT_ROWS];
+  for (u32 i = 0; i < 3; ++i) {
+    const Vec3<real> axis = joint_vector(block.axes + 3 * i, lane);
+    d[i] = -(dot3(axis, u) + share * block.bias[i][lane] + block.turning[i][lane]);
+    d[i + 3] = -(dot3(axis, w) + share * block.bias[i + 3][lane] + block.turning[i + 3][lane]);
+  }
+  JointFactor<real> factor;
+  for (u32 i = 0; i < JOINT_LOWER; ++i) factor.lower[i] = block.lower[i][lane];
+  for (u32 i = 0; i < JOINT_ROWS; ++i) factor.inverse_pivot[i] = block.inverse_pivot[i][lane];
+  solve_factor(factor, d);
+  real before = dot3(joint_vector(block.free_axis, lane), free == FREE_ANGLE ? w : u);
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    d[i] = g * (d[i] - softness * impulses.locked[i][lane]);
+    before = before + block.coupling[i][lane] * d[i];
+  }
+
+  const real old = impulses.free[lane];
+  const real e = block.own[lane] - g * block.shared[lane];
+  const real q = before - e * old;  // without any impulse of the free row
+  const real reach = e * block.motor_impulse[lane];
+  const real wanted = block.motor_speed[lane];
+  const real driven = wanted < q - reach ? q - reach : (wanted > q + reach ? q + reach : wanted);
+  const real bounded = bounded_speed(driven, slowest, fastest, share * block.give[lane]);
+  const real r_free = e > 0 ? (bounded - q) / e : real(0);
+  const real change = r_free - old;
+
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    d[i] = d[i] - g * block.response[i][lane] * change;
+    impulses.locked[i][lane] = impulses.locked[i][lane] + d[i];
+  }
+  impulses.free[lane] = r_free;
+  push_joint(block, free, lane, d, change, a, b);
+}
+
+/// Calls visit(lanes, block, lane) for every joint, phase after phase: as blocks are laid out in that order, simply one
+/// after another.
+template <class real, class Visit>
+void for_each_joint_slot(const Buffers<real>& buffers, Visit&& visit) {
+  for (u32 block = 0; block < buffers.joint_lanes.size(); ++block) {
+    const JointLanes& lanes = buffers.joint_lanes[block];
+    for (u32 lane = 0; lane < PACK; ++lane) {
+      if (lanes.joint[lane] != NONE) visit(lanes, block, lane);
+    }
+  }
+}
+
+template <class real>
+void sweep_joints(JointPurpose purpose, Buffers<real>& buffers) {
+  for_each_joint_slot(buffers, [&](const JointLanes& lanes, u32 block, u32 lane) {
+    visit_joint(purpose, buffers.joint_blocks[block], lanes.free[lane], lane, buffers.joint_impulses[block],
+                buffers.motions[lanes.body_a[lane]], buffers.motions[lanes.body_b[lane]]);
+  });
+}
+
+template <class real>
+void start_joints(Buffers<real>& buffers) {
+  for_each_joint_slot(buffers, [&](const JointLanes& lanes, u32 block, u32 lane) {
+    const JointImpulseBlock<real>& impulses = buffers.joint_impulses[block];
+    real r[JOINT_ROWS];
+    for (u32 i = 0; i < JOINT_ROWS; ++i) r[i] = impulses.locked[i][lane];
+    push_joint(buffers.joint_blocks[block], lanes.free[lane], lane, r, impulses.free[lane],
+               buffers.motions[lanes.body_a[lane]], buffers.motions[lanes.body_b[lane]]);
+  });
+}
+
+}  // namespace lockstep::reference

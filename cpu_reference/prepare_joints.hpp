@@ -1,0 +1,203 @@
+// Writes the law of each joint for a sub-step. With u the velocities of the locked rows, b against a in the joint's
+// frame, and r their impulses (survey 2.2; K = J M^-1 J^T of the joint alone):
+//   u + correction error / dt + (3/2 - theta) dt u' + softness K r = 0
+// Hard joints (softness 0) take back a share of the error by a velocity that stays (Baumgarte); soft ones are damped
+// springs (Catto, Soft Constraints, GDC 2011), whose push is relaxed after the bodies have moved.
+//
+// u' is the rate at which the velocity of a row would change if the bodies went on with their velocities: the anchors
+// run on circles and the axes turn. Where it is counted the error of a step is of third order, and energy stays: at
+// theta 1 the positions are those of SHAKE (Ryckaert, Ciccotti, Berendsen 1977).
+// Where a body turns by a radian in the step there is nothing to foresee, and less of u' is taken: it is divided by
+// 1 + dt^2 (w_a^2 + w_b^2).
+//
+// The free coordinate x has one more row, with velocity u_f and impulse r_f = r_m + r_l:
+//   motor    u_f = motor_speed as far as |r_m| <= motor_force dt reaches
+//   limits   low <= x + dt u_f <= high while x is between; outside of them a share of what x is beyond is taken back
+// Both together are `slowest <= u_f <= fastest` in the visit (cpu_reference/joints/visit_joint.hpp), which solves the
+// row together with the locked ones: `coupling` is what its impulse does to them, `response` what they answer.
+#pragma once
+
+#include "cpu_reference/joints/factor.hpp"
+#include "cpu_reference/joints/joint_now.hpp"
+#include "cpu_reference/joints/visit_joint.hpp"
+
+namespace lockstep::reference {
+
+template <class real>
+struct FreeLaw {
+  real slowest, fastest, give;
+};
+
+/// `turning` is what the bodies' turning adds to the velocity: only a locked coordinate asks.
+template <class real>
+FreeLaw<real> free_law(const Joint<real>& joint, real x, real turning, real dt) {
+  FreeLaw<real> law = {-real(JOINT_UNBOUNDED), real(JOINT_UNBOUNDED), 0};
+  if (joint.limited == 0) return law;
+  const real above = x - joint.low, below = joint.high - x;
+  if (joint.low == joint.high) {
+    law.slowest = -(joint.correction * above / dt + turning);
+    law.fastest = law.slowest;
+    law.give = joint.softness;
+    return law;
+  }
+  law.slowest = above > 0 ? -(above / dt) : -(joint.correction * above / dt);
+  law.fastest = below > 0 ? below / dt : joint.correction * below / dt;
+  law.give = above < 0 || below < 0 ? joint.softness : real(0);
+  return law;
+}
+
+/// J M^-1 J^T of the joint: row and column JOINT_ROWS are the free row's.
+template <class real>
+struct JointMobility {
+  real k[JOINT_ROWS][JOINT_ROWS];
+  real coupling[JOINT_ROWS];
+  real own;
+};
+
+template <class real>
+JointMobility<real> joint_mobility(const JointNow<real>& now, u32 free, const Motion<real>& a, const Motion<real>& b) {
+  Vec3<real> moment_a[JOINT_ROWS + 1], moment_b[JOINT_ROWS + 1];
+  for (u32 i = 0; i < 3; ++i) {
+    moment_a[i] = cross3(now.arm_a, now.axes[i]);
+    moment_b[i] = cross3(now.arm_b, now.axes[i]);
+    moment_a[i + 3] = now.axes[i];
+    moment_b[i + 3] = now.axes[i];
+  }
+  const bool angular = free == FREE_ANGLE;
+  moment_a[JOINT_ROWS] = angular ? now.free_axis : cross3(now.arm_a, now.free_axis);
+  moment_b[JOINT_ROWS] = angular ? now.free_axis : cross3(now.arm_b, now.free_axis);
+
+  const real inverse_mass = a.inverse_mass + b.inverse_mass;
+  JointMobility<real> m;
+  for (u32 j = 0; j <= JOINT_ROWS; ++j) {
+    const Vec3<real> spun_a = turn_by(a, moment_a[j]), spun_b = turn_by(b, moment_b[j]);
+    for (u32 i = 0; i <= j; ++i) {
+      const real share = dot3(moment_a[i], spun_a) + dot3(moment_b[i], spun_b);
+      const real entry = i == j && (j < 3 || (j == JOINT_ROWS && !angular)) ? inverse_mass + share : share;
+      if (j < JOINT_ROWS)
+        m.k[j][i] = entry;
+      else if (i < JOINT_ROWS)
+        m.coupling[i] = entry;
+      else
+        m.own = entry;
+    }
+  }
+  return m;
+}
+
+/// The rate u' of each row at the present velocities; the last is that of the free row. With the anchor of b at d from
+/// that of a, in the frame that turns with a: d' = u and d'' = w_b x (w_b x arm_b) - w_a x (w_a x arm_a) - 2 w_a x u.
+template <class real>
+void row_rates(const JointNow<real>& now, const JointInfo& info, const Motion<real>& a, const Motion<real>& b,
+               real (&rates)[JOINT_ROWS + 1]) {
+  const Vec3<real> w_a = vec3(a.w), w_b = vec3(b.w);
+  const Vec3<real> on_a = cross3(w_a, now.arm_a), on_b = cross3(w_b, now.arm_b);
+  const Vec3<real> u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
+  const Vec3<real> rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3(real(2), cross3(w_a, u)));
+  const Vec3<real> turn_rate = cross3(sub3(w_b, w_a), w_a);
+  for (u32 i = 0; i < 3; ++i) {
+    rates[i] = dot3(now.axes[i], rate);
+    rates[i + 3] = dot3(now.axes[i], turn_rate);
+  }
+  rates[JOINT_ROWS] = dot3(now.free_axis, info.free == FREE_ANGLE ? turn_rate : rate);
+  if (info.free == FREE_LENGTH && now.coordinate > 0) {  // the direction turns too
+    const real along = dot3(now.free_axis, u);
+    rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / now.coordinate;
+  }
+}
+
+/// All that follows from the geometry; that of padding is zero.
+template <class real>
+void write_joint(JointBlock<real>& block, u32 lane, const JointNow<real>& now, const JointFactor<real>& factor,
+                 const real (&bias)[JOINT_ROWS], const real (&turning)[JOINT_ROWS + 1],
+                 const real (&coupling)[JOINT_ROWS], const real (&response)[JOINT_ROWS]) {
+  const auto write3 = [lane](real(*field)[PACK], Vec3<real> v) {
+    field[0][lane] = v.x;
+    field[1][lane] = v.y;
+    field[2][lane] = v.z;
+  };
+  for (u32 i = 0; i < 3; ++i) write3(block.axes + 3 * i, now.axes[i]);
+  write3(block.arm_a, now.arm_a);
+  write3(block.arm_b, now.arm_b);
+  write3(block.free_axis, now.free_axis);
+  for (u32 i = 0; i < JOINT_LOWER; ++i) block.lower[i][lane] = factor.lower[i];
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    block.inverse_pivot[i][lane] = factor.inverse_pivot[i];
+    block.bias[i][lane] = bias[i];
+    block.turning[i][lane] = turning[i];
+    block.coupling[i][lane] = coupling[i];
+    block.response[i][lane] = response[i];
+  }
+  block.turning[JOINT_ROWS][lane] = turning[JOINT_ROWS];
+}
+
+template <class real>
+void clear_joint(JointBlock<real>& block, u32 lane) {
+  const real none[JOINT_ROWS] = {}, no_turning[JOINT_ROWS + 1] = {};
+  write_joint(block, lane, {}, {}, none, no_turning, none, none);
+  for (real* field : {block.softness, block.spring, block.own, block.shared, block.motor_speed, block.motor_impulse,
+                      block.slowest, block.fastest, block.give})
+    field[lane] = 0;
+}
+
+template <class real>
+void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 index, u32 lane,
+                   JointBlock<real>& block) {
+  const JointInfo& info = buffers.joint_infos[index];
+  const Joint<real>& joint = buffers.joints[index];
+  Vec3<real> x_a, x_b;
+  Quat<real> q_a, q_b;
+  joint_pose(buffers, params, info.body_a, x_a, q_a);
+  joint_pose(buffers, params, info.body_b, x_b, q_b);
+  const JointNow<real> now = joint_now(joint, info, x_a, q_a, x_b, q_b);
+  const Motion<real>&a = buffers.motions[info.body_a], &b = buffers.motions[info.body_b];
+  const JointMobility<real> m = joint_mobility(now, info.free, a, b);
+  const JointFactor<real> factor = factorise(m.k, info.locked);
+
+  const bool is_free = info.free != FREE_NOTHING;
+  real turning[JOINT_ROWS + 1];
+  row_rates(now, info, a, b, turning);
+  const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
+  const real ahead = (real(1.5) - params.theta) * params.dt / (real(1) + angle);
+  real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    const bool locked = (info.locked >> i & 1) != 0;
+    bias[i] = locked ? joint.correction * now.error[i] / params.dt : real(0);
+    turning[i] = locked ? ahead * turning[i] : real(0);
+    coupling[i] = locked && is_free ? m.coupling[i] : real(0);
+    response[i] = coupling[i];
+  }
+  const bool equal = joint.limited != 0 && joint.low == joint.high;
+  turning[JOINT_ROWS] = equal ? ahead * turning[JOINT_ROWS] : real(0);
+  solve_factor(factor, response);
+  real shared = 0;
+  for (u32 i = 0; i < JOINT_ROWS; ++i) shared = shared + coupling[i] * response[i];
+
+  write_joint(block, lane, now, factor, bias, turning, coupling, response);
+  block.softness[lane] = joint.softness;
+  block.spring[lane] = joint.spring;
+  block.own[lane] = is_free ? m.own : real(0);
+  block.shared[lane] = shared;
+  block.motor_speed[lane] = joint.motor_speed;
+  block.motor_impulse[lane] = joint.motor_force * params.dt;
+  const FreeLaw<real> law = free_law(joint, now.coordinate, turning[JOINT_ROWS], params.dt);
+  block.slowest[lane] = law.slowest;
+  block.fastest[lane] = law.fastest;
+  block.give[lane] = law.give;
+}
+
+template <class real>
+void prepare_joints(Buffers<real>& buffers, const StepParams<real>& params) {
+  if (step_is_void(buffers.counters)) return;
+  for (u32 block = 0; block < params.joint_blocks; ++block) {
+    for (u32 lane = 0; lane < PACK; ++lane) {
+      const u32 joint = buffers.joint_lanes[block].joint[lane];
+      if (joint == NONE)
+        clear_joint(buffers.joint_blocks[block], lane);
+      else
+        prepare_joint(buffers, params, joint, lane, buffers.joint_blocks[block]);
+    }
+  }
+}
+
+}  // namespace lockstep::reference

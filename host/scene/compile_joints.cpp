@@ -1,0 +1,183 @@
+#include "host/scene/compile_joints.hpp"
+
+#include <algorithm>
+
+#include "host/error.hpp"
+#include "host/scene/joint_kinds.hpp"
+#include "host/scene/rounding.hpp"
+#include "host/scene/spring.hpp"
+
+namespace lockstep {
+
+namespace {
+
+Quaternion back(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
+
+// The pose of a body as the state has it at load; of the world the identity.
+struct Stand {
+  Vector3 position = {0, 0, 0};
+  Quaternion orientation = {0, 0, 0, 1};
+
+  Stand(const Scene& scene, u32 body) {
+    if (body == NONE) return;
+    position = scene.bodies[body].position;
+    orientation = scene.bodies[body].orientation;
+  }
+  Vector3 inside(const Vector3& point) const {
+    return exact::rotate(back(orientation), exact::subtract(point, position));
+  }
+};
+
+template <class real>
+void store(real* to, const Vec4<real>& from, unsigned count) {
+  const real all[] = {from.x, from.y, from.z, from.w};
+  std::copy_n(all, count, to);
+}
+
+// How a sub-step takes the error of a joint back.
+template <class real>
+void set_softness(const Settings& settings, const JointDescription& in, const Origin& origin, Joint<real>& out) {
+  const bool spring = in.frequency > 0;
+  const double h = settings.dt / settings.substeps;
+  Correction correction = {settings.correction, 0};
+  if (spring) correction = spring_correction(h, in.frequency, in.damping);
+  if (!spring && settings.solver == Solver::small_steps)
+    correction = spring_correction(h, settings.joint_frequency, settings.joint_damping);
+  out.correction = rounded<real>(correction.share, "the correction of a joint", origin);
+  out.softness = rounded<real>(correction.softness, "the softness of a joint", origin);
+  out.spring = spring;
+}
+
+template <class real>
+Joint<real> make_joint(const Settings& settings, const Scene& scene, const JointDescription& in, const Origin& origin) {
+  const Stand a(scene, in.body_a), b(scene, in.body_b);
+  const Quaternion frame = exact::turn_of_z_to(in.axis);
+  Joint<real> out = {};
+  store(out.anchor_a, rounded<real>(a.inside(in.anchor_a), "anchor", origin), 3);
+  store(out.anchor_b, rounded<real>(b.inside(in.anchor_b), "anchor", origin), 3);
+  store(out.frame_a, rounded<real>(exact::unit(exact::multiply(back(a.orientation), frame))), 4);
+  store(out.frame_b, rounded<real>(exact::unit(exact::multiply(back(b.orientation), frame))), 4);
+  set_softness(settings, in, origin, out);
+  out.limited = in.limited;
+  out.low = rounded<real>(in.low, "limits", origin);
+  out.high = rounded<real>(in.high, "limits", origin);
+  if (in.kind == JOINT_DISTANCE && !in.limited) {  // a rod
+    out.limited = 1;
+    out.low = out.high = rounded<real>(exact::length(exact::subtract(in.anchor_b, in.anchor_a)), "anchors", origin);
+  }
+  out.motor_speed = rounded<real>(in.motor_speed, "the speed of a motor", origin);
+  out.motor_force = rounded<real>(in.motor_force, "the force of a motor", origin);
+  return out;
+}
+
+// Greedy in the order of ids, so that a world has the colours it has alone. A body that cannot move takes none.
+template <class real>
+std::vector<u32> joint_colors(const Buffers<real>& b) {
+  std::vector<std::uint64_t> taken(b.body_infos.size() + 1, 0);
+  std::vector<u32> colors;
+  for (const JointInfo& joint : b.joint_infos) {
+    std::uint64_t used = 0;
+    const u32 bodies[] = {joint.body_a, joint.body_b};
+    for (const u32 body : bodies) used |= taken[body];
+    u32 color = 0;
+    while (color < MAX_COLORS && (used >> color & 1) != 0) ++color;
+    colors.push_back(color);
+    if (color == MAX_COLORS) continue;
+    for (const u32 body : bodies) {
+      const bool moves = body < b.body_infos.size() && b.body_infos[body].kind == BODY_DYNAMIC;
+      if (moves) taken[body] |= std::uint64_t{1} << color;
+    }
+  }
+  return colors;
+}
+
+JointLanes empty_lanes(u32 null_body) {
+  JointLanes lanes = {};
+  std::ranges::fill(lanes.body_a, null_body);
+  std::ranges::fill(lanes.body_b, null_body);
+  std::ranges::fill(lanes.joint, NONE);
+  return lanes;
+}
+
+// Each colour starts a block, which is a phase of the sweep; so does each joint that found no colour.
+template <class real>
+void lay_out_joints(Buffers<real>& b) {
+  const std::vector<u32> colors = joint_colors(b);
+  const u32 null_body = static_cast<u32>(b.body_infos.size());
+  for (u32 color = 0; color <= MAX_COLORS; ++color) {
+    u32 count = 0;  // of the phase
+    for (u32 i = 0; i < colors.size(); ++i) {
+      if (colors[i] != color) continue;
+      if (color == MAX_COLORS) count = 0;
+      if (count == 0) b.joint_phases.push_back(static_cast<u32>(b.joint_lanes.size()));
+      const u32 lane = count++ % PACK;
+      if (lane == 0) b.joint_lanes.push_back(empty_lanes(null_body));
+      JointLanes& lanes = b.joint_lanes.back();
+      const JointInfo& joint = b.joint_infos[i];
+      lanes.body_a[lane] = joint.body_a;
+      lanes.body_b[lane] = joint.body_b;
+      lanes.joint[lane] = i;
+      lanes.free[lane] = joint.free;
+    }
+  }
+  b.joint_phases.push_back(static_cast<u32>(b.joint_lanes.size()));
+}
+
+using BodyPair = std::pair<u32, u32>;
+
+// Both ways round; a body's partners stand in a row.
+template <class real>
+void list_joined(std::vector<BodyPair> pairs, Buffers<real>& b) {
+  std::ranges::sort(pairs);
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+  b.joined_starts.assign(b.body_infos.size() + 1, 0);
+  for (const auto& [body, partner] : pairs) {
+    ++b.joined_starts[body + 1];
+    b.joined_bodies.push_back(partner);
+  }
+  for (std::size_t i = 1; i < b.joined_starts.size(); ++i) b.joined_starts[i] += b.joined_starts[i - 1];
+}
+
+}  // namespace
+
+template <class real>
+void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
+  Buffers<real>& b = state.buffers;
+  const Settings& settings = worlds[0].settings;
+  const u32 null_body = static_cast<u32>(b.body_infos.size());
+  std::vector<BodyPair> joined;
+  for (u32 world = 0; world < worlds.size(); ++world) {
+    const Scene& scene = worlds[world];
+    const u32 first_body = b.world_ranges[world].first_body;
+    for (u32 id = 0; id < scene.joints.size(); ++id) {
+      const JointDescription& joint = scene.joints[id];
+      const u32 body_a = joint.body_a == NONE ? null_body : first_body + joint.body_a;
+      const u32 body_b = joint.body_b == NONE ? null_body : first_body + joint.body_b;
+      b.joint_infos.push_back({body_a, body_b, world, id, static_cast<u32>(joint.kind), locked_rows(joint.kind),
+                               static_cast<u32>(free_of(joint.kind)), 0});
+      b.joints.push_back(make_joint<real>(settings, scene, joint, {scene}));
+      if (joint.collide || body_a == null_body || body_b == null_body) continue;
+      joined.push_back({body_a, body_b});
+      joined.push_back({body_b, body_a});
+    }
+  }
+  if (b.joints.empty()) return;
+  lay_out_joints(b);
+  list_joined(std::move(joined), b);
+
+  state.features = with(state.features, Feature::joints);
+  state.features = with(state.features, Feature::general_contacts);  // the visit reads whole lines of bodies
+  if (settings.solver == Solver::small_steps) state.features = with(state.features, Feature::soft_joints);
+  if (settings.integrator == Integrator::runge_kutta)
+    throw Error(Failure::input, worlds[0].source + ": /settings/integrator",
+                "runge_kutta is for bodies that nothing holds, and this scene has joints; use trapezoidal");
+  state.sizes.joints = static_cast<u32>(b.joints.size());
+  state.sizes.joint_blocks = static_cast<u32>(b.joint_lanes.size());
+  state.sizes.joint_phases = static_cast<u32>(b.joint_phases.size()) - 1;
+  state.sizes.joined = static_cast<u32>(b.joined_bodies.size());
+}
+
+template void compile_joints(std::span<const Scene>, InitialState<float>&);
+template void compile_joints(std::span<const Scene>, InitialState<double>&);
+
+}  // namespace lockstep

@@ -1,0 +1,185 @@
+#include "host/scene/read_joints.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <unordered_map>
+
+#include "host/scene/joint_kinds.hpp"
+
+namespace lockstep {
+
+namespace {
+
+constexpr const char* world_name = "world";
+constexpr double degree = exact::pi / 180;
+
+void refuse_keys(const JsonNode& node, const char* kind, std::initializer_list<const char*> keys) {
+  for (const char* key : keys) {
+    if (node.has(key)) node.at(key).fail(fmt::format("does not belong to a {} joint; remove it", kind));
+  }
+}
+
+void need_keys(const JsonNode& node, const char* kind, std::initializer_list<const char*> keys) {
+  for (const char* key : keys) {
+    if (!node.has(key)) node.fail(fmt::format("a {} joint needs the key {}", kind, quote(key)));
+  }
+}
+
+// A number in radians or, under the other key, in degrees.
+double angle_at(const JsonNode& node, const char* radians, const char* degrees) {
+  if (node.has(radians) && node.has(degrees))
+    node.fail(fmt::format("has both {} and {}; give one", quote(radians), quote(degrees)));
+  return node.has(degrees) ? node.at(degrees).number() * degree : node.at(radians).number();
+}
+
+void read_limits(const JsonNode& node, JointFree free, JointDescription& joint) {
+  if (node.has("limits") && node.has("limits_deg")) node.fail("has both \"limits\" and \"limits_deg\"; give one");
+  const char* key = node.has("limits_deg") ? "limits_deg" : "limits";
+  if (!node.has(key)) return;
+  const JsonNode limits = node.at(key);
+  const std::vector<JsonNode> pair = limits.elements();
+  if (pair.size() != 2) limits.must_be("an array of 2 numbers, the low and the high limit");
+  joint.limited = true;
+  joint.low = pair[0].number();
+  joint.high = pair[1].number();
+  if (joint.low > joint.high) limits.fail("the low limit must not be above the high one");
+  if (free == FREE_LENGTH && joint.low < 0) limits.fail("a distance is never below 0");
+  if (free != FREE_ANGLE) return;
+  const double scale = node.has("limits_deg") ? degree : 1;
+  joint.low *= scale;
+  joint.high *= scale;
+  if (joint.low < -exact::pi || joint.high > exact::pi)
+    limits.fail("the angle of a hinge is told from -180 to 180 degrees; limits must lie there");
+}
+
+void read_motor(const JsonNode& node, JointFree free, JointDescription& joint) {
+  if (!node.has("motor")) return;
+  const JsonNode motor = node.at("motor");
+  const bool turns = free == FREE_ANGLE;
+  if (turns) {
+    motor.expect_object({"speed", "speed_deg", "max_torque"});
+    joint.motor_speed = angle_at(motor, "speed", "speed_deg");
+  } else {
+    motor.expect_object({"speed", "max_force"});
+    joint.motor_speed = motor.at("speed").number();
+  }
+  joint.motor_force = motor.at(turns ? "max_torque" : "max_force").positive();
+}
+
+void read_place(const JsonNode& node, const char* kind, JointDescription& joint) {
+  if (joint.kind == JOINT_DISTANCE) {
+    refuse_keys(node, kind, {"anchor"});
+    need_keys(node, kind, {"anchors"});
+    const std::vector<JsonNode> anchors = node.at("anchors").elements();
+    if (anchors.size() != 2) node.at("anchors").must_be("an array of 2 points, one on either body");
+    joint.anchor_a = anchors[0].vector();
+    joint.anchor_b = anchors[1].vector();
+  } else {
+    refuse_keys(node, kind, {"anchors"});
+    need_keys(node, kind, {"anchor"});
+    joint.anchor_a = joint.anchor_b = node.at("anchor").vector();
+  }
+  const bool has_axis = joint.kind == JOINT_HINGE || joint.kind == JOINT_SLIDER;
+  if (!has_axis) return refuse_keys(node, kind, {"axis"});
+  need_keys(node, kind, {"axis"});
+  joint.axis = node.at("axis").vector();
+  if (joint.axis == Vector3{0, 0, 0}) node.at("axis").fail("must not be zero: it is a direction");
+}
+
+NamedJoint read_joint(const JsonNode& node, bool in_generator) {
+  node.expect_object({"type", "name", "bodies", "anchor", "anchors", "axis", "limits", "limits_deg", "motor", "collide",
+                      "frequency", "damping"});
+  NamedJoint named = {{}, {}, {false, false}, node};
+  JointDescription& joint = named.joint;
+  joint.kind = node.at("type").choice<JointKind>("joint", joint_names);
+  const std::string word = node.at("type").text();
+  const char* kind = word.c_str();
+  if (node.has("name")) joint.name = node.at("name").text();
+
+  const std::vector<JsonNode> bodies = node.at("bodies").elements();
+  if (bodies.size() != 2) node.at("bodies").must_be("an array of 2 names of bodies");
+  for (unsigned i = 0; i < 2; ++i) {
+    std::string& name = named.names[i] = bodies[i].text();
+    if (!in_generator || !name.ends_with("+1")) continue;
+    named.next[i] = true;
+    name.resize(name.size() - 2);
+  }
+
+  read_place(node, kind, joint);
+  const JointFree free = free_of(joint.kind);
+  if (free == FREE_NOTHING) refuse_keys(node, kind, {"limits", "motor"});
+  if (free != FREE_ANGLE) refuse_keys(node, kind, {"limits_deg"});
+  read_limits(node, free, joint);
+  read_motor(node, free, joint);
+  if (node.has("collide")) joint.collide = node.at("collide").boolean();
+  if (node.has("frequency")) joint.frequency = node.at("frequency").positive();
+  if (node.has("damping")) {
+    if (!node.has("frequency")) node.at("damping").fail("goes with \"frequency\"; give both");
+    joint.damping = node.at("damping").not_negative();
+  }
+  return named;
+}
+
+}  // namespace
+
+std::vector<NamedJoint> read_joints(const JsonNode& array, bool in_generator) {
+  std::vector<NamedJoint> joints;
+  for (const JsonNode& node : array.elements()) joints.push_back(read_joint(node, in_generator));
+  return joints;
+}
+
+void add_copied_joints(const std::vector<NamedJoint>& templates, const std::vector<BodyDescription>& bodies, u32 number,
+                       u32 copies, const Vector3& shift, std::vector<NamedJoint>& joints) {
+  for (NamedJoint named : templates) {
+    if ((named.next[0] || named.next[1]) && number + 1 == copies) continue;
+    for (unsigned i = 0; i < 2; ++i) {
+      const bool copied = std::any_of(bodies.begin(), bodies.end(),
+                                      [&](const BodyDescription& body) { return body.name == named.names[i]; });
+      if (named.next[i] && !copied)
+        named.node.at("bodies").fail(fmt::format("{} is no body of this generator", quote(named.names[i])));
+      if (copied) named.names[i] += fmt::format("_{}", number + (named.next[i] ? 1 : 0));
+      named.next[i] = false;
+    }
+    named.joint.anchor_a = exact::add(shift, named.joint.anchor_a);
+    named.joint.anchor_b = exact::add(shift, named.joint.anchor_b);
+    joints.push_back(std::move(named));
+  }
+}
+
+std::vector<JointDescription> resolve_joints(const std::vector<NamedJoint>& joints,
+                                             const std::vector<BodyDescription>& bodies) {
+  if (joints.empty()) return {};
+  std::unordered_map<std::string_view, u32> index_of;
+  std::vector<std::string> names = {world_name};
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (bodies[i].name.empty()) continue;
+    index_of.emplace(bodies[i].name, static_cast<u32>(i));
+    if (names.size() < 64) names.push_back(bodies[i].name);
+  }
+  std::vector<JointDescription> resolved;
+  for (const NamedJoint& named : joints) {
+    JointDescription joint = named.joint;
+    const JsonNode at = named.node.at("bodies");
+    for (unsigned i = 0; i < 2; ++i) {
+      u32& body = i == 0 ? joint.body_a : joint.body_b;
+      const auto found = index_of.find(named.names[i]);
+      if (found != index_of.end()) {
+        if (named.names[i] == world_name) at.fail("\"world\" is the fixed frame, and a body is called so; rename it");
+        body = found->second;
+        if (bodies[body].pivoted)
+          at.fail(
+              fmt::format("the body {} has a lever; give it a ball joint to \"world\" instead", quote(named.names[i])));
+      } else if (named.names[i] != world_name) {
+        at.unknown("body", named.names[i], names);
+      }
+    }
+    if (joint.body_a == joint.body_b) at.fail("names one body twice; a joint holds two");
+    const auto is_dynamic = [&](u32 body) { return body != NONE && bodies[body].kind == BODY_DYNAMIC; };
+    if (!is_dynamic(joint.body_a) && !is_dynamic(joint.body_b)) at.fail("one of the two must be dynamic");
+    resolved.push_back(std::move(joint));
+  }
+  return resolved;
+}
+
+}  // namespace lockstep

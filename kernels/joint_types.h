@@ -1,0 +1,86 @@
+// The records of joints: a part of types.h, which includes it in its place.
+#ifndef LOCKSTEP_JOINT_TYPES_H
+#define LOCKSTEP_JOINT_TYPES_H
+
+// Rows that a joint can lock: linear x, y, z and angular x, y, z in its frame.
+#define JOINT_ROWS 6u
+// Entries below the diagonal of a matrix of so many rows.
+#define JOINT_LOWER 15u
+// A bound of the free velocity that bounds nothing, m/s or rad/s.
+#define JOINT_UNBOUNDED 1e30f
+
+enum JointKind {
+#define JOINT_KIND(name, NAME, ...) JOINT_##NAME,
+#include "joint_kinds.def"
+#undef JOINT_KIND
+  JOINT_KINDS
+};
+
+// The coordinate of a joint that limits and a motor act on.
+enum JointFree {
+  FREE_NOTHING = 0,  // there is none
+  FREE_ANGLE = 1,    // by which b is turned against a about the axis, -pi .. pi, from how they stood at load
+  FREE_TRAVEL = 2,   // of b's anchor from a's, along the axis
+  FREE_LENGTH = 3    // from anchor to anchor
+};
+
+// The frame of a joint is fixed in both bodies, and was one at load.
+RECORD(Joint) {
+  real anchor_a[3];  // from the centre of mass of a, body frame
+  real correction;   // share of the error that a sub-step takes back
+  real anchor_b[3];  // of b
+  real softness;     // in parts of the joint's Delassus block; 0 where it is hard
+  real frame_a[4];   // joint to body a
+  real frame_b[4];   // joint to body b
+  real low, high;    // limits of the free coordinate, m or rad; equal ones lock it
+  real motor_speed;  // m/s or rad/s, of b against a
+  real motor_force;  // N or N m that the motor has at most; 0 without
+  real limited;      // 1 or 0
+  real spring;       // 1 where softness is meant, not only a way to solve: it is not relaxed
+  real pad[2];
+};
+
+INDEX_RECORD(JointInfo) {
+  u32 body_a, body_b;  // the null body (index bodies) for the world
+  u32 world;
+  u32 id;      // stable and local to the world
+  u32 kind;    // JointKind
+  u32 locked;  // bit of each locked row
+  u32 free;    // JointFree
+  u32 pad;
+};
+
+// A block has PACK lanes, a joint each, of one colour: no two share a movable body. Found at load.
+INDEX_RECORD(JointLanes) {
+  u32 body_a[PACK], body_b[PACK];  // the null body for padding
+  u32 joint[PACK];                 // NONE for padding
+  u32 free[PACK];                  // JointFree
+};
+
+// What a sub-step solves, world frame. Velocities are those of b against a, impulses act on b and their opposite on a,
+// at b's anchor.
+RECORD(JointBlock) {
+  real axes[9][PACK];                    // x, y, z of the joint's frame in a
+  real arm_a[3][PACK];                   // from the centre of mass of a to the anchor of b
+  real arm_b[3][PACK];                   // from that of b
+  real lower[JOINT_LOWER][PACK];         // K = L D L^T of the locked rows, K = J M^-1 J^T: L below its diagonal of ones
+  real inverse_pivot[JOINT_ROWS][PACK];  // 1 / D; 0 for rows that are not locked
+  real bias[JOINT_ROWS][PACK];           // m/s, rad/s
+  real turning[JOINT_ROWS + 1u][PACK];   // the same, of what the turning of the bodies adds; the last is the free row's
+  real softness[PACK];                   // s: u + bias + turning + s K r = 0
+  real spring[PACK];                     // 1 or 0
+  real free_axis[3][PACK];
+  real coupling[JOINT_ROWS][PACK];  // velocity of each locked row for a unit of the free impulse
+  real response[JOINT_ROWS][PACK];  // K^-1 coupling
+  real own[PACK];                   // velocity of the free row for a unit of its impulse
+  real shared[PACK];                // coupling . response: how much of `own` the locked rows take away
+  real motor_speed[PACK];
+  real motor_impulse[PACK];           // the motor has at most
+  real slowest[PACK], fastest[PACK];  // bounds of the free velocity
+  real give[PACK];                    // softness of these bounds, in parts of the free row's own
+};
+
+// Kept from step to step: along the axes of the joint's frame in a.
+RECORD(JointImpulseBlock) { real locked[JOINT_ROWS][PACK], free[PACK]; };
+
+#endif

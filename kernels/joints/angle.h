@@ -1,0 +1,20 @@
+// The angle of a turn about z. cpu_reference/joints/angle.hpp is the twin and gives the formula.
+#ifndef LOCKSTEP_JOINT_ANGLE_H
+#define LOCKSTEP_JOINT_ANGLE_H
+
+#include "types.h"
+
+// 2 atan2(z, w) for w >= 0.
+static inline real turn_angle(real z, real w) {
+  const real r = w + sqrt(z * z + w * w);
+  if (!(r > (real)0)) return (real)0;
+  const real half_tangent = z / r;
+  const real quarter = half_tangent / ((real)1 + sqrt((real)1 + half_tangent * half_tangent));
+  const real t = quarter / ((real)1 + sqrt((real)1 + quarter * quarter));
+  const real s = t * t;
+  real sum = (real)1 / (real)25;
+  for (u32 n = 23u; n > 1u; n -= 2u) sum = (real)1 / (real)n - s * sum;
+  return (real)16 * (t - t * s * sum);
+}
+
+#endif

@@ -1,0 +1,56 @@
+// Where a joint stands at the present poses of its bodies. cpu_reference/joints/joint_now.hpp is the twin and says
+// more.
+#ifndef LOCKSTEP_JOINT_NOW_H
+#define LOCKSTEP_JOINT_NOW_H
+
+#include "joints/angle.h"
+#include "rigid_body.h"
+
+typedef struct JointNow {
+  Vec3 axes[3];
+  Vec3 arm_a, arm_b;
+  real error[JOINT_ROWS];
+  Vec3 free_axis;
+  real coordinate;
+} JointNow;
+
+static inline Quat joint_frame(const real* q) { return make4(q[0], q[1], q[2], q[3]); }
+
+static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, Vec3 x_a, Quat q_a, Vec3 x_b, Quat q_b) {
+  JointNow now;
+  const Quat frame_a = multiply4(q_a, joint_frame(joint.frame_a));
+  const Quat frame_b = multiply4(q_b, joint_frame(joint.frame_b));
+  now.axes[0] = rotate3(frame_a, make3((real)1, (real)0, (real)0));
+  now.axes[1] = rotate3(frame_a, make3((real)0, (real)1, (real)0));
+  now.axes[2] = rotate3(frame_a, make3((real)0, (real)0, (real)1));
+  now.arm_b = rotate3(q_b, vec3(joint.anchor_b));
+  now.arm_a = add3(sub3(x_b, x_a), now.arm_b);
+  const Vec3 d = sub3(now.arm_a, rotate3(q_a, vec3(joint.anchor_a)));
+  for (u32 i = 0u; i < 3u; ++i) now.error[i] = dot3(now.axes[i], d);
+
+  Quat turn = multiply4(make4(-frame_a.x, -frame_a.y, -frame_a.z, frame_a.w), frame_b);
+  if (turn.w < (real)0) turn = make4(-turn.x, -turn.y, -turn.z, -turn.w);
+  if ((locked >> 5 & 1u) != 0u) {
+    now.error[3] = (real)2 * turn.x;
+    now.error[4] = (real)2 * turn.y;
+    now.error[5] = (real)2 * turn.z;
+  } else {
+    const Vec3 axis_b = rotate3(turn, make3((real)0, (real)0, (real)1));
+    now.error[3] = -axis_b.y;
+    now.error[4] = axis_b.x;
+    now.error[5] = (real)0;
+  }
+
+  now.free_axis = now.axes[2];
+  now.coordinate = (real)0;
+  if (free_kind == FREE_ANGLE) now.coordinate = turn_angle(turn.z, turn.w);
+  if (free_kind == FREE_TRAVEL) now.coordinate = now.error[2];
+  if (free_kind == FREE_LENGTH) {
+    now.coordinate = length3(d);
+    if (now.coordinate > (real)0)
+      now.free_axis = make3(d.x / now.coordinate, d.y / now.coordinate, d.z / now.coordinate);
+  }
+  return now;
+}
+
+#endif

@@ -1,0 +1,158 @@
+// The visit of LANES joints of one colour: what the solver's sweeps and the warm start share.
+// cpu_reference/joints/visit_joint.hpp is the twin and states the method.
+#ifndef LOCKSTEP_VISIT_JOINT_H
+#define LOCKSTEP_VISIT_JOINT_H
+
+#include "joints/factor.h"
+#include "visit_contact.h"
+
+#if FEATURE_JOINTS
+
+static inline Lane3 lane_joint_vector(global const real (*field)[PACK], u32 first) {
+  return lane_make3(LANE_LOAD(field[0] + first), LANE_LOAD(field[1] + first), LANE_LOAD(field[2] + first));
+}
+
+// Inverse inertia times a moment.
+static inline Lane3 lane_turn_by(LaneBody body, Lane3 moment) {
+  return lane_make3(body.xx * moment.x + body.xy * moment.y + body.xz * moment.z,
+                    body.xy * moment.x + body.yy * moment.y + body.yz * moment.z,
+                    body.xz * moment.x + body.yz * moment.y + body.zz * moment.z);
+}
+
+// Replaces b by K^-1 b.
+static inline void lane_solve_factor(global const JointBlock* block, u32 first, lane b[JOINT_ROWS]) {
+  lane lower[JOINT_LOWER];
+  for (u32 i = 0u; i < JOINT_LOWER; ++i) lower[i] = LANE_LOAD(block->lower[i] + first);
+  for (u32 i = 1u; i < JOINT_ROWS; ++i) {
+    for (u32 n = 0u; n < i; ++n) b[i] = b[i] - lower[LOWER_INDEX(i, n)] * b[n];
+  }
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) b[i] = b[i] * LANE_LOAD(block->inverse_pivot[i] + first);
+  for (u32 i = JOINT_ROWS - 1u; i-- > 0u;) {
+    for (u32 n = i + 1u; n < JOINT_ROWS; ++n) b[i] = b[i] - lower[LOWER_INDEX(n, i)] * b[n];
+  }
+}
+
+// Impulses of the rows on b, their opposite on a.
+static inline void lane_push_joint(global const JointBlock* block, lane_mask angular, u32 first, const lane* r,
+                                   lane r_free, LaneBody* a, LaneBody* b) {
+  const Lane3 x = lane_joint_vector(block->axes, first), y = lane_joint_vector(block->axes + 3, first);
+  const Lane3 z = lane_joint_vector(block->axes + 6, first), along = lane_joint_vector(block->free_axis, first);
+  Lane3 impulse = lane_add3(lane_add3(lane_scale3(r[0], x), lane_scale3(r[1], y)), lane_scale3(r[2], z));
+  Lane3 moment = lane_add3(lane_add3(lane_scale3(r[3], x), lane_scale3(r[4], y)), lane_scale3(r[5], z));
+  impulse = lane_add3(impulse, lane_scale3(angular ? (lane)0 : r_free, along));
+  moment = lane_add3(moment, lane_scale3(angular ? r_free : (lane)0, along));
+  const Lane3 arm_a = lane_joint_vector(block->arm_a, first), arm_b = lane_joint_vector(block->arm_b, first);
+  a->v = lane_sub3(a->v, lane_scale3(a->inverse_mass, impulse));
+  a->w = lane_sub3(a->w, lane_turn_by(*a, lane_add3(lane_cross3(arm_a, impulse), moment)));
+  b->v = lane_add3(b->v, lane_scale3(b->inverse_mass, impulse));
+  b->w = lane_add3(b->w, lane_turn_by(*b, lane_add3(lane_cross3(arm_b, impulse), moment)));
+}
+
+static inline lane lane_bounded_speed(lane u, lane slowest, lane fastest, lane give) {
+  const lane faster = u + (slowest - u) / ((lane)1 + give), slower = u + (fastest - u) / ((lane)1 + give);
+  return u < slowest ? faster : (u > fastest ? slower : u);
+}
+
+static inline lane_mask lane_is_angular(global const JointLanes* lanes, u32 first) {
+  return LANE_MASK(LANE_LOAD_U32(lanes->free + first) == (lane_u32)FREE_ANGLE);
+}
+
+// One Gauss-Seidel visit of the joints in lanes first .. first + LANES - 1 of a block.
+static inline void visit_joints(const u32 purpose, u32 first, global const JointLanes* lanes,
+                                global const JointBlock* block, global JointImpulseBlock* impulses,
+                                global Motion* motions) {
+  LaneBody a = lane_load_bodies(motions, lanes->body_a + first), b = lane_load_bodies(motions, lanes->body_b + first);
+  const lane_mask angular = lane_is_angular(lanes, first);
+  const lane spring = LANE_LOAD(block->spring + first);
+  const lane share = purpose == VISIT_RELAX ? spring : (lane)1;
+  const lane softness = share * LANE_LOAD(block->softness + first);
+  const lane g = (lane)1 / ((lane)1 + softness);
+  lane slowest = LANE_LOAD(block->slowest + first), fastest = LANE_LOAD(block->fastest + first);
+  if (purpose == VISIT_RELAX) {
+    const lane_mask kept = spring > (lane)0, equal = slowest == fastest;
+    const lane still = -LANE_LOAD(block->turning[JOINT_ROWS] + first);
+    slowest = kept ? slowest : (equal ? still : (slowest > (lane)0 ? (lane)0 : slowest));
+    fastest = kept ? fastest : (equal ? still : (fastest < (lane)0 ? (lane)0 : fastest));
+  }
+
+  const Lane3 arm_a = lane_joint_vector(block->arm_a, first), arm_b = lane_joint_vector(block->arm_b, first);
+  const Lane3 u = lane_sub3(lane_add3(b.v, lane_cross3(b.w, arm_b)), lane_add3(a.v, lane_cross3(a.w, arm_a)));
+  const Lane3 w = lane_sub3(b.w, a.w);
+  lane d[JOINT_ROWS];
+  for (u32 i = 0u; i < 3u; ++i) {
+    const Lane3 axis = lane_joint_vector(block->axes + 3u * i, first);
+    d[i] = -(lane_dot3(axis, u) + share * LANE_LOAD(block->bias[i] + first) + LANE_LOAD(block->turning[i] + first));
+    d[i + 3u] = -(lane_dot3(axis, w) + share * LANE_LOAD(block->bias[i + 3u] + first) +
+                  LANE_LOAD(block->turning[i + 3u] + first));
+  }
+  lane_solve_factor(block, first, d);
+  lane before = lane_dot3(lane_joint_vector(block->free_axis, first), lane_select3(angular, w, u));
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) {
+    d[i] = g * (d[i] - softness * LANE_LOAD(impulses->locked[i] + first));
+    before = before + LANE_LOAD(block->coupling[i] + first) * d[i];
+  }
+
+  const lane old = LANE_LOAD(impulses->free + first);
+  const lane e = LANE_LOAD(block->own + first) - g * LANE_LOAD(block->shared + first);
+  const lane q = before - e * old;
+  const lane reach = e * LANE_LOAD(block->motor_impulse + first);
+  const lane wanted = LANE_LOAD(block->motor_speed + first);
+  const lane driven = wanted < q - reach ? q - reach : (wanted > q + reach ? q + reach : wanted);
+  const lane bounded = lane_bounded_speed(driven, slowest, fastest, share * LANE_LOAD(block->give + first));
+  const lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
+  const lane change = r_free - old;
+
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) {
+    d[i] = d[i] - g * LANE_LOAD(block->response[i] + first) * change;
+    LANE_STORE(LANE_LOAD(impulses->locked[i] + first) + d[i], impulses->locked[i] + first);
+  }
+  LANE_STORE(r_free, impulses->free + first);
+  lane_push_joint(block, angular, first, d, change, &a, &b);
+  lane_store_bodies(a, motions, lanes->body_a + first);
+  lane_store_bodies(b, motions, lanes->body_b + first);
+}
+
+// Gives the bodies the impulses that the joints start from.
+static inline void start_joints(u32 first, global const JointLanes* lanes, global const JointBlock* block,
+                                global const JointImpulseBlock* impulses, global Motion* motions) {
+  LaneBody a = lane_load_bodies(motions, lanes->body_a + first), b = lane_load_bodies(motions, lanes->body_b + first);
+  lane r[JOINT_ROWS];
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) r[i] = LANE_LOAD(impulses->locked[i] + first);
+  lane_push_joint(block, lane_is_angular(lanes, first), first, r, LANE_LOAD(impulses->free + first), &a, &b);
+  lane_store_bodies(a, motions, lanes->body_a + first);
+  lane_store_bodies(b, motions, lanes->body_b + first);
+}
+
+// One work-group: a sweep over the phases from `first_phase` on.
+static inline void sweep_joints(const u32 purpose, u32 first_phase, u32 phases, global const u32* joint_phases,
+                                global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
+                                global JointImpulseBlock* joint_impulses, global Motion* motions) {
+  for (u32 phase = first_phase; phase < phases; ++phase) {
+    const u32 begin = joint_phases[phase], items = (joint_phases[phase + 1u] - begin) * ITEMS_PER_BLOCK;
+    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
+      const u32 block = begin + item / ITEMS_PER_BLOCK;
+      visit_joints(purpose, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
+                   joint_impulses + block, motions);
+    }
+    barrier(CLK_GLOBAL_MEM_FENCE);
+  }
+}
+
+// The same for the warm start.
+static inline void start_joint_phases(u32 first_phase, u32 phases, global const u32* joint_phases,
+                                      global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
+                                      global const JointImpulseBlock* joint_impulses, global Motion* motions) {
+  for (u32 phase = first_phase; phase < phases; ++phase) {
+    const u32 begin = joint_phases[phase], items = (joint_phases[phase + 1u] - begin) * ITEMS_PER_BLOCK;
+    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
+      const u32 block = begin + item / ITEMS_PER_BLOCK;
+      start_joints(item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block, joint_impulses + block,
+                   motions);
+    }
+    barrier(CLK_GLOBAL_MEM_FENCE);
+  }
+}
+
+#endif
+
+#endif

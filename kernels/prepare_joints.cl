@@ -1,0 +1,186 @@
+#pragma OPENCL FP_CONTRACT OFF
+// Writes the law of each joint for a sub-step (cpu_reference/prepare_joints.hpp states it).
+#include "common.h"
+#include "joints/factor.h"
+#include "joints/joint_now.h"
+#include "types.h"
+
+static inline void joint_free_law(const Joint joint, real x, real turning, real dt, u32 lane,
+                                  global JointBlock* block) {
+  real slowest = -(real)JOINT_UNBOUNDED, fastest = (real)JOINT_UNBOUNDED, give = (real)0;
+  if (joint.limited != (real)0) {
+    const real above = x - joint.low, below = joint.high - x;
+    if (joint.low == joint.high) {
+      slowest = -(joint.correction * above / dt + turning);
+      fastest = slowest;
+      give = joint.softness;
+    } else {
+      slowest = above > (real)0 ? -(above / dt) : -(joint.correction * above / dt);
+      fastest = below > (real)0 ? below / dt : joint.correction * below / dt;
+      give = above < (real)0 || below < (real)0 ? joint.softness : (real)0;
+    }
+  }
+  block->slowest[lane] = slowest;
+  block->fastest[lane] = fastest;
+  block->give[lane] = give;
+}
+
+static inline Vec3 joint_turn_by(Motion body, Vec3 moment) {
+  return make3(body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
+               body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
+               body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z);
+}
+
+// J M^-1 J^T of the joint.
+static inline void joint_mobility(const JointNow* now, bool angular, Motion a, Motion b, real k[JOINT_ROWS][JOINT_ROWS],
+                                  real coupling[JOINT_ROWS], real* own) {
+  Vec3 moment_a[JOINT_ROWS + 1u], moment_b[JOINT_ROWS + 1u];
+  for (u32 i = 0u; i < 3u; ++i) {
+    moment_a[i] = cross3(now->arm_a, now->axes[i]);
+    moment_b[i] = cross3(now->arm_b, now->axes[i]);
+    moment_a[i + 3u] = now->axes[i];
+    moment_b[i + 3u] = now->axes[i];
+  }
+  moment_a[JOINT_ROWS] = angular ? now->free_axis : cross3(now->arm_a, now->free_axis);
+  moment_b[JOINT_ROWS] = angular ? now->free_axis : cross3(now->arm_b, now->free_axis);
+
+  const real inverse_mass = a.inverse_mass + b.inverse_mass;
+  for (u32 j = 0u; j <= JOINT_ROWS; ++j) {
+    const Vec3 spun_a = joint_turn_by(a, moment_a[j]), spun_b = joint_turn_by(b, moment_b[j]);
+    for (u32 i = 0u; i <= j; ++i) {
+      const real share = dot3(moment_a[i], spun_a) + dot3(moment_b[i], spun_b);
+      const real entry = i == j && (j < 3u || (j == JOINT_ROWS && !angular)) ? inverse_mass + share : share;
+      if (j < JOINT_ROWS)
+        k[j][i] = entry;
+      else if (i < JOINT_ROWS)
+        coupling[i] = entry;
+      else
+        *own = entry;
+    }
+  }
+}
+
+// The rate of each row at the present velocities.
+static inline void joint_row_rates(const JointNow* now, u32 free_kind, Motion a, Motion b,
+                                   real rates[JOINT_ROWS + 1u]) {
+  const Vec3 w_a = vec3(a.w), w_b = vec3(b.w);
+  const Vec3 on_a = cross3(w_a, now->arm_a), on_b = cross3(w_b, now->arm_b);
+  const Vec3 u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
+  const Vec3 rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3((real)2, cross3(w_a, u)));
+  const Vec3 turn_rate = cross3(sub3(w_b, w_a), w_a);
+  for (u32 i = 0u; i < 3u; ++i) {
+    rates[i] = dot3(now->axes[i], rate);
+    rates[i + 3u] = dot3(now->axes[i], turn_rate);
+  }
+  rates[JOINT_ROWS] = dot3(now->free_axis, free_kind == FREE_ANGLE ? turn_rate : rate);
+  if (free_kind == FREE_LENGTH && now->coordinate > (real)0) {
+    const real along = dot3(now->free_axis, u);
+    rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / now->coordinate;
+  }
+}
+
+static inline void joint_write3(Vec3 v, u32 lane, global real (*field)[PACK]) {
+  field[0][lane] = v.x;
+  field[1][lane] = v.y;
+  field[2][lane] = v.z;
+}
+
+// All that follows from the geometry; that of padding is zero.
+static inline void joint_write(const JointNow* now, const JointFactor* factor, const real* bias, const real* turning,
+                               const real* coupling, const real* response, u32 lane, global JointBlock* block) {
+  for (u32 i = 0u; i < 3u; ++i) joint_write3(now->axes[i], lane, block->axes + 3u * i);
+  joint_write3(now->arm_a, lane, block->arm_a);
+  joint_write3(now->arm_b, lane, block->arm_b);
+  joint_write3(now->free_axis, lane, block->free_axis);
+  for (u32 i = 0u; i < JOINT_LOWER; ++i) block->lower[i][lane] = factor->lower[i];
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) {
+    block->inverse_pivot[i][lane] = factor->inverse_pivot[i];
+    block->bias[i][lane] = bias[i];
+    block->turning[i][lane] = turning[i];
+    block->coupling[i][lane] = coupling[i];
+    block->response[i][lane] = response[i];
+  }
+  block->turning[JOINT_ROWS][lane] = turning[JOINT_ROWS];
+}
+
+static inline void joint_clear(u32 lane, global JointBlock* block) {
+  const JointNow now = {{{0}}};
+  const JointFactor factor = {{0}};
+  const real none[JOINT_ROWS + 1u] = {0};
+  joint_write(&now, &factor, none, none, none, none, lane, block);
+  block->softness[lane] = (real)0;
+  block->spring[lane] = (real)0;
+  block->own[lane] = (real)0;
+  block->shared[lane] = (real)0;
+  block->motor_speed[lane] = (real)0;
+  block->motor_impulse[lane] = (real)0;
+  block->slowest[lane] = (real)0;
+  block->fastest[lane] = (real)0;
+  block->give[lane] = (real)0;
+}
+
+static inline void prepare_joint(const StepParams params, const JointInfo info, const Joint joint, Vec3 x_a, Quat q_a,
+                                 Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane, global JointBlock* block) {
+  const JointNow now = joint_now(joint, info.locked, info.free, x_a, q_a, x_b, q_b);
+  real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], own;
+  joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &own);
+  JointFactor factor;
+  factorise(k, info.locked, &factor);
+
+  const bool is_free = info.free != FREE_NOTHING;
+  real turning[JOINT_ROWS + 1u];
+  joint_row_rates(&now, info.free, a, b, turning);
+  const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
+  const real ahead = ((real)1.5 - params.theta) * params.dt / ((real)1 + angle);
+  real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) {
+    const bool locked = (info.locked >> i & 1u) != 0u;
+    bias[i] = locked ? joint.correction * now.error[i] / params.dt : (real)0;
+    turning[i] = locked ? ahead * turning[i] : (real)0;
+    coupling[i] = locked && is_free ? column[i] : (real)0;
+    response[i] = coupling[i];
+  }
+  const bool equal = joint.limited != (real)0 && joint.low == joint.high;
+  turning[JOINT_ROWS] = equal ? ahead * turning[JOINT_ROWS] : (real)0;
+  solve_factor(&factor, response);
+  real shared = (real)0;
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) shared = shared + coupling[i] * response[i];
+
+  joint_write(&now, &factor, bias, turning, coupling, response, lane, block);
+  block->softness[lane] = joint.softness;
+  block->spring[lane] = joint.spring;
+  block->own[lane] = is_free ? own : (real)0;
+  block->shared[lane] = shared;
+  block->motor_speed[lane] = joint.motor_speed;
+  block->motor_impulse[lane] = joint.motor_force * params.dt;
+  joint_free_law(joint, now.coordinate, turning[JOINT_ROWS], params.dt, lane, block);
+}
+
+kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
+                           global const Motion* motions, global const JointInfo* joint_infos,
+                           global const Joint* joints, global const JointLanes* joint_lanes,
+                           global JointBlock* joint_blocks, global const u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+  FOR_EACH(slot, params.joint_blocks * PACK) {
+    const u32 lane = slot % PACK, index = joint_lanes[slot / PACK].joint[lane];
+    global JointBlock* block = joint_blocks + slot / PACK;
+    if (index == NONE) {
+      joint_clear(lane, block);
+      continue;
+    }
+    const JointInfo info = joint_infos[index];
+    // the null body stands for the world
+    Vec3 x_a = make3((real)0, (real)0, (real)0), x_b = x_a;
+    Quat q_a = make4((real)0, (real)0, (real)0, (real)1), q_b = q_a;
+    if (info.body_a < params.bodies) {
+      x_a = vec3_of(positions[info.body_a]);
+      q_a = quat(orientations[info.body_a]);
+    }
+    if (info.body_b < params.bodies) {
+      x_b = vec3_of(positions[info.body_b]);
+      q_b = quat(orientations[info.body_b]);
+    }
+    prepare_joint(params, info, joints[index], x_a, q_a, x_b, q_b, motions[info.body_a], motions[info.body_b], lane,
+                  block);
+  }
+}

@@ -1,0 +1,113 @@
+// What the scenes of joints show, held to what their descriptions say.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/report/measures.hpp"
+#include "host/scene/read.hpp"
+#include "tests/bodies.hpp"
+#include "tests/joints/joint_scene.hpp"
+
+namespace lockstep::test {
+namespace {
+
+u32 body_named(const Scene& scene, const std::string& name) {
+  for (u32 i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.bodies[i].name == name) return i;
+  }
+  ADD_FAILURE() << name;
+  return 0;
+}
+
+template <class real>
+double energy(const InitialState<real>& state, const Buffers<real>& buffers) {
+  const Counters none = {};
+  return measure(buffers, state.sizes, state.features, none).energy();
+}
+
+// The ring has one motion, which it keeps: six hinges of five bodies are four too many, and do no harm.
+TEST(JointScenes, BricardSwingsOn) {
+  const Scene scene = read_scene("bricard");
+  const InitialState<double> state = compile<double>(scene);
+  const double first = energy(state, state.buffers);
+  double turned = 0;
+  watch_steps<double>(scene, 500, [&](const Buffers<double>& b, u32 i) {
+    turned = std::max(turned, length(angular_velocity(b, 2)));
+    if (i % 50 != 49) return;
+    EXPECT_NEAR(energy(state, b), first, 0.01 * first);
+    EXPECT_LT(joint_drift(b).separation, 1e-4);
+    EXPECT_LT(joint_drift(b).angle, 5e-3);
+  });
+  EXPECT_GT(turned, 1);
+}
+
+TEST(JointScenes, RoverDrivesOverItsBumps) {
+  const Scene scene = read_scene("rover");
+  const u32 chassis = body_named(scene, "chassis");
+  double highest = 0;
+  Vector3 place = {};
+  watch_steps<float>(scene, 300, [&](const Buffers<float>& b, u32) {
+    place = position(b, chassis);
+    highest = std::max(highest, place[2]);
+    EXPECT_LT(joint_drift(b).separation, 0.02);
+  });
+  EXPECT_GT(place[0], 3);
+  EXPECT_LT(std::abs(place[1]), 0.5);
+  EXPECT_GT(highest, 0.44);  // it started at 0.42
+}
+
+// Knees bend backwards by no more than the way of a step takes them, and the figure comes to lie.
+TEST(JointScenes, RagDollKeepsItsLimits) {
+  const Scene scene = read_scene("rag_doll");
+  const double degree = 3.141592653589793 / 180;
+  float speed = 1;
+  watch_steps<float>(scene, 400, [&](const Buffers<float>& b, u32) {
+    for (const JointDescription& joint : scene.joints) {
+      if (!joint.limited) continue;
+      const Quaternion a = orientation(b, joint.body_a), c = orientation(b, joint.body_b);
+      const Quaternion was =
+          exact::multiply({-scene.bodies[joint.body_a].orientation[0], -scene.bodies[joint.body_a].orientation[1],
+                           -scene.bodies[joint.body_a].orientation[2], scene.bodies[joint.body_a].orientation[3]},
+                          scene.bodies[joint.body_b].orientation);
+      Quaternion turn =
+          exact::multiply(exact::multiply({-a[0], -a[1], -a[2], a[3]}, c), {-was[0], -was[1], -was[2], was[3]});
+      const Vector3 axis = exact::unit(unrotate(scene.bodies[joint.body_a].orientation, joint.axis));
+      double angle = 2 * std::atan2(dot({turn[0], turn[1], turn[2]}, axis), turn[3]);
+      angle = std::remainder(angle, 360 * degree);
+      EXPECT_GT(angle, joint.low - 5 * degree);
+      EXPECT_LT(angle, joint.high + 5 * degree);
+    }
+    EXPECT_LT(joint_drift(b).separation, 0.03);
+    speed = std::abs(b.motions[body_named(scene, "torso")].v[2]);
+  });
+  EXPECT_LT(speed, 0.2f);
+}
+
+// A short run of the chain with its hundred-fold end mass: no joint opens by a millimetre, no energy is gained.
+TEST(JointScenes, HeavyChainStaysWhole) {
+  Scene scene = read_scene("chain64");
+  const InitialState<float> state = compile<float>(scene);
+  watch_steps<float>(scene, 100, [&](const Buffers<float>& b, u32) {
+    EXPECT_LT(joint_drift(b).separation, 1e-3);
+    EXPECT_NEAR(energy(state, b) / 40880, 0, 1e-3);
+  });
+}
+
+// Bodies that a joint holds do not collide, unless it says so; others do.
+TEST(JointScenes, JoinedBodiesDoNotCollide) {
+  for (const bool tree : {false, true}) {
+    for (const bool collide : {false, true}) {
+      std::vector<BodyDescription> bodies = {sphere_body({0, 0, 0}, 0.5), sphere_body({0.8, 0, 0}, 0.5),
+                                             sphere_body({1.6, 0, 0}, 0.5)};
+      Scene scene = joint_scene(bodies, {joint_of(JOINT_FIXED, 1, 0, {0.4, 0, 0})}, 1.0 / 60);
+      scene.materials.push_back({"default"});
+      scene.settings.broad_phase = tree ? BroadPhase::bvh : BroadPhase::grid;
+      scene.joints[0].collide = collide;
+      EXPECT_EQ(after_steps<float>(scene, 1).counters[COUNTER_CONTACTS], collide ? 2u : 1u);
+      expect_twins_agree(compile<float>(scene), 2, launch_options({{1, 0}, {16, 0}}));
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lockstep::test
