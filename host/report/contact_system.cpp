@@ -52,6 +52,7 @@ SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
     j.bias[i] = double(data.turning[i][lane]) + (relaxed ? 0 : double(data.bias[i][lane]));
     j.impulse[i] = double(impulses.locked[i][lane]);
   }
+  j.free_mobility = double(data.own[lane]) - double(data.shared[lane]) / (1 + j.softness);
   j.free_impulse = double(impulses.free[lane]);
   j.motor_speed = double(data.motor_speed[lane]);
   j.motor_impulse = double(data.motor_impulse[lane]);

@@ -140,8 +140,8 @@ Rows own_velocity(const SystemJoint& j, const SystemBody& a, const SystemBody& b
 }
 
 // The velocity that the law of the free row wants, q + e r where r is what the motor and the bounds make of it.
-double wanted_speed(const SystemJoint& j, double u, double mobility) {
-  const double q = u - mobility * j.free_impulse, reach = mobility * j.motor_impulse;
+double wanted_speed(const SystemJoint& j, double u) {
+  const double q = u - j.free_mobility * j.free_impulse, reach = j.free_mobility * j.motor_impulse;
   const double driven = std::clamp(j.motor_speed, q - reach, q + reach);
   return driven + (std::clamp(driven, j.slowest, j.fastest) - driven) / (1 + j.give);
 }
@@ -176,12 +176,9 @@ void add_joint(const SystemJoint& j, const SystemBody& a, const SystemBody& b, c
   const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
   if (j.free == FREE_NOTHING || !(bounded || j.motor_impulse > 0)) return;
   const bool angular = j.free == FREE_ANGLE;
-  const double mobility =
-      angular ? j.free_axis.dot(turning * j.free_axis)
-              : j.free_axis.dot((point_mobility(a, j.arm_a) + point_mobility(b, j.arm_b)) * j.free_axis);
   const double size = angular ? radius : 1;
-  add(size * std::abs(u.free - wanted_speed(j, u.free, mobility)), size * std::abs(u.free - wr.free),
-      size * std::abs(wr.free), 1);
+  add(size * std::abs(u.free - wanted_speed(j, u.free)), size * std::abs(u.free - wr.free), size * std::abs(wr.free),
+      1);
 }
 
 }  // namespace
