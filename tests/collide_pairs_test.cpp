@@ -55,8 +55,8 @@ TYPED_TEST(CollidePairs, KernelMatchesReference) {
   std::vector<Case<real>> cases;
   Random random(91);
   for (const PairOfKinds& kinds : all_pairs_of_kinds()) {
-    for (u32 n = 0; n < 30; ++n) cases.push_back(meeting_anyhow<real>(kinds, random));
-    for (u32 n = 0; n < 30; ++n) cases.push_back(lying<real>(kinds, random));
+    for (u32 n = 0; n < 400; ++n) cases.push_back(meeting_anyhow<real>(kinds, random));
+    for (u32 n = 0; n < 400; ++n) cases.push_back(lying<real>(kinds, random));
     for (u32 n = 0; n < lattice_cases; n += 31) cases.push_back(on_lattice<real>(kinds, n));
   }
   InitialState<real> state = state_of(cases);
@@ -68,7 +68,7 @@ TYPED_TEST(CollidePairs, KernelMatchesReference) {
   std::map<PairOfKinds, u32> of_kinds;
   for (std::size_t i = 0; i < cases.size(); ++i) of_kinds[cases[i].kinds] += touched[i];
   for (const auto& [kinds, touching] : of_kinds)
-    EXPECT_GT(touching, 30u) << kind_names[kinds.a] << " and " << kind_names[kinds.b];
+    EXPECT_GT(touching, 200u) << kind_names[kinds.a] << " and " << kind_names[kinds.b];
 }
 
 }  // namespace
