@@ -9,6 +9,7 @@
 #pragma once
 
 #include "cpu_reference/shapes/box_round.hpp"
+#include "cpu_reference/shapes/four_points.hpp"
 
 namespace lockstep::reference {
 
@@ -110,30 +111,6 @@ BoxAxis<real> box_axis(const BoxPair<real>& pair) {
   if (on_b.separation > best.separation + tolerance) best = on_b;
   return larger(best, (edge.square < real(0) ? -root : root) - tolerance, edge.code);
 }
-
-/// A corner of the overlap over the reference face: place, feature.
-template <class real>
-struct FacePoint {
-  real x, y;
-  u32 feature, taken;
-};
-
-template <class real>
-struct FacePoints {
-  FacePoint<real> at[12];
-};
-
-/// The reference face, normal up, in the frame of its box turned so that x and y lie in it: half extents hx, hy. The
-/// incident face is the parallelogram c +- u +- v; it lies s0 + sx x + sy y above the reference face.
-template <class real>
-struct FacePair {
-  real hx, hy, hz;
-  real cx, cy, ux, uy, vx, vy;
-  real s0, sx, sy;
-  u32 axis, incident;  // of the reference face in its box, of the incident face in its own
-  u32 down, up;        // the reference face, the incident face is the one on the negative, the positive side
-  u32 from_b;          // the reference face belongs to b
-};
 
 /// The edge of a box along axis i on these sides of the next two axes.
 inline u32 edge_name(u32 i, u32 side_1, u32 side_2) { return 4 * i + side_1 + 2 * side_2; }
@@ -278,118 +255,6 @@ FacePoints<real> face_points(FacePair<real> f) {
   points.at[10] = face_corner(f, real(1), real(1), inverse);
   points.at[11] = face_corner(f, real(-1), real(1), inverse);
   return points;
-}
-
-/// Which of the points are kept.
-struct FourPoints {
-  u32 count, at[4];
-};
-
-/// Twice the area of four points, in any order: diagonals have the largest product.
-template <class real>
-real area_of_four(real px, real py, real qx, real qy, real rx, real ry, real sx, real sy) {
-  const real pq = std::abs((qx - px) * (sy - ry) - (qy - py) * (sx - rx));
-  const real pr = std::abs((rx - px) * (sy - qy) - (ry - py) * (sx - qx));
-  const real ps = std::abs((sx - px) * (ry - qy) - (sy - py) * (rx - qx));
-  const real larger = pq > pr ? pq : pr;
-  return ps > larger ? ps : larger;
-}
-
-/// Takes points in the place of others where the four then enclose more: what was chosen depends on the first one,
-/// which may be any of those that are as deep. It gives way only to one of these.
-template <class real>
-void widen_four(FourPoints& four, const FacePair<real>& f, const FacePoints<real>& points) {
-  real x[4], y[4];
-  u32 feature[4];
-  for (u32 k = 0; k < 4; ++k) {
-    x[k] = points.at[four.at[k]].x;
-    y[k] = points.at[four.at[k]].y;
-    feature[k] = points.at[four.at[k]].feature;
-  }
-  const real least = f.s0 + f.sx * x[0] + f.sy * y[0] + real(1e-6) * (f.hx + f.hy);
-  real best = real(1.001) * area_of_four(x[0], y[0], x[1], y[1], x[2], y[2], x[3], y[3]);
-  for (u32 i = 0; i < 12; ++i) {
-    const FacePoint<real> p = points.at[i];
-    if (!p.taken || p.feature == feature[0] || p.feature == feature[1] || p.feature == feature[2] ||
-        p.feature == feature[3])
-      continue;
-    const real s = f.s0 + f.sx * p.x + f.sy * p.y;
-    u32 place = 4;
-    for (u32 k = s <= least ? 0 : 1; k < 4; ++k) {
-      const u32 q = (k + 1) & 3, r = (k + 2) & 3, t = (k + 3) & 3;
-      const real area = area_of_four(p.x, p.y, x[q], y[q], x[r], y[r], x[t], y[t]);
-      if (!(area > best)) continue;
-      best = area;
-      place = k;
-    }
-    if (place == 4) continue;
-    best = real(1.001) * best;
-    four.at[place] = i;
-    x[place] = p.x;
-    y[place] = p.y;
-    feature[place] = p.feature;
-  }
-}
-
-template <class real>
-FourPoints four_points(FacePair<real> f, FacePoints<real> points, real limit) {
-  FourPoints four;
-  four.count = 0;
-  const real least = real(1e-8) * (f.hx + f.hy) * (f.hx + f.hy);
-  real best = limit;
-  for (u32 i = 0; i < 12; ++i) {
-    const real s = f.s0 + f.sx * points.at[i].x + f.sy * points.at[i].y;
-    points.at[i].taken = points.at[i].taken && s <= limit ? 1 : 0;
-    if (points.at[i].taken && (s < best || four.count == 0)) {
-      best = s;
-      four.at[0] = i;
-      four.count = 1;
-    }
-  }
-  if (four.count == 0) return four;
-  const real ax = points.at[four.at[0]].x, ay = points.at[four.at[0]].y;
-  best = least;
-  for (u32 i = 0; i < 12; ++i) {
-    const real dx = points.at[i].x - ax, dy = points.at[i].y - ay, d = dx * dx + dy * dy;
-    if (points.at[i].taken && d > best) {
-      best = d;
-      four.at[1] = i;
-      four.count = 2;
-    }
-  }
-  if (four.count == 1) return four;
-  const real wx = points.at[four.at[1]].x - ax, wy = points.at[four.at[1]].y - ay;
-  real area = real(0);
-  best = least;
-  for (u32 i = 0; i < 12; ++i) {
-    const real w = wx * (points.at[i].y - ay) - wy * (points.at[i].x - ax);
-    if (points.at[i].taken && std::abs(w) > best) {
-      best = std::abs(w);
-      area = w;
-      four.at[2] = i;
-      four.count = 3;
-    }
-  }
-  if (four.count == 2) return four;
-  // the triangle a p q is counter-clockwise
-  const u32 at_p = area < real(0) ? four.at[2] : four.at[1], at_q = area < real(0) ? four.at[1] : four.at[2];
-  const real px = points.at[at_p].x, py = points.at[at_p].y, qx = points.at[at_q].x, qy = points.at[at_q].y;
-  best = least;
-  for (u32 i = 0; i < 12; ++i) {
-    const real x = points.at[i].x, y = points.at[i].y;
-    const real w0 = (py - ay) * (x - ax) - (px - ax) * (y - ay);
-    const real w1 = (qy - py) * (x - px) - (qx - px) * (y - py);
-    const real w2 = (ay - qy) * (x - qx) - (ax - qx) * (y - qy);
-    real w = w0 > w1 ? w0 : w1;
-    w = w2 > w ? w2 : w;
-    if (points.at[i].taken && w > best) {
-      best = w;
-      four.at[3] = i;
-      four.count = 4;
-    }
-  }
-  if (four.count == 4) widen_four(four, f, points);
-  return four;
 }
 
 template <class real>

@@ -82,13 +82,21 @@ Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, cons
   const real core_a = patch_core_radius(kind_a, a);
   Meeting<real> meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
   if (meeting.gap > limit + core_a) return no_manifold<real>();
+  const Vec3<real> core_at_a = meeting.at_a;
   meeting.gap = meeting.gap - core_a;
   meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
   const Patch<real> patch_a = facing_patch(kind_a, a, tables, real(-1), meeting.normal, real(10) * tolerance);
   const Patch<real> patch_b = facing_patch(kind_b, b, tables, real(1), meeting.normal, real(10) * tolerance);
-  return share_patches(patch_a, patch_b, rolling_radius(kind_a, a, meeting.normal),
-                       rolling_radius(kind_b, b, meeting.normal), meeting, limit, tolerance,
-                       kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b));
+  const real radius_a = rolling_radius(kind_a, a, meeting.normal);
+  const real radius_b = rolling_radius(kind_b, b, meeting.normal);
+  const Manifold<real> m = share_patches(patch_a, patch_b, radius_a, radius_b, meeting, limit, tolerance,
+                                         kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b));
+  const bool alone = m.count == 1 && m.points[0].feature == 0 && meeting.place > meeting.gap + core_a - tolerance;
+  if (!alone || meeting.frame == NORMAL_FIXED) return m;
+  // nothing is over the face: along its normal the points of the crossing are less deep than along their own
+  const Vec3<real> n = meeting.place_normal;
+  return with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b), add3(core_at_a, scale3(radius_a - core_a, n)),
+                    sub3(meeting.at_b, scale3(radius_b, n)), 0);
 }
 
 }  // namespace lockstep::reference

@@ -155,7 +155,8 @@ struct Meeting {
   Vec3<real> normal;  // from b to a
   u32 frame;          // NormalFrame
   Vec3<real> at_a, at_b;
-  real place;  // gap of the crossing that these points are from
+  real place;               // gap of the crossing that these points are from
+  Vec3<real> place_normal;  // and its normal
 };
 
 template <class real>
@@ -167,6 +168,7 @@ Meeting<real> no_meeting() {
   none.at_a = Vec3<real>{0, 0, 0};
   none.at_b = none.at_a;
   none.place = none.gap;
+  none.place_normal = none.normal;
   return none;
 }
 
@@ -177,6 +179,7 @@ Meeting<real> meeting_turned(Meeting<real> m) {
   m.at_a = m.at_b;
   m.at_b = at;
   m.normal = scale3(real(-1), m.normal);
+  m.place_normal = scale3(real(-1), m.place_normal);
   m.frame = m.frame == NORMAL_OF_A ? u32(NORMAL_OF_B) : m.frame == NORMAL_OF_B ? u32(NORMAL_OF_A) : m.frame;
   return m;
 }
@@ -207,10 +210,12 @@ Meeting<real> meeting_offer(Meeting<real> best, real gap, Vec3<real> normal, u32
     best.at_a = at_a;
     best.at_b = at_b;
     best.place = frame == NORMAL_FIXED ? gap : real(-1e30);
+    best.place_normal = normal;
   } else if (frame == NORMAL_FIXED && gap > meeting_least(best, tolerance)) {
     best.at_a = at_a;
     best.at_b = at_b;
     best.place = gap;
+    best.place_normal = normal;
   }
   return best;
 }

@@ -214,34 +214,90 @@ bool shared_has(const Chosen<real>& chosen, u32 feature) {
          chosen.points[2].feature == feature || chosen.points[3].feature == feature;
 }
 
-/// Takes points in the place of others where the four then enclose more: what was chosen depends on the first one,
-/// which may be any of those that are as deep. It gives way only to one of these.
 template <class real>
-void shared_widen(const PatchPair<real>& pair, u32 count, real limit, Chosen<real>& chosen) {
+real shared_area(const Chosen<real>& chosen, Vec3<real> normal) {
   const SharedPoint<real>* at = chosen.points;
-  const real least = chosen.points[0].gap + pair.tolerance;
-  real best = real(1.001) * shared_area(at[0].on_a, at[1].on_a, at[2].on_a, at[3].on_a, pair.normal);
-  bool wider = true;
-  for (u32 round = 0; round < 2 && wider; ++round) {
-    wider = false;
-    for (u32 k = 0; k < count; ++k) {
-      if (shared_wanders(pair, k)) continue;
-      const SharedPoint<real> point = shared_candidate(pair, k);
-      if (!point.valid || !(point.gap <= limit) || shared_has(chosen, point.feature)) continue;
-      u32 place = 4;
-      for (u32 i = point.gap <= least ? 0 : 1; i < 4; ++i) {
-        const real area =
-            shared_area(point.on_a, at[(i + 1) & 3].on_a, at[(i + 2) & 3].on_a, at[(i + 3) & 3].on_a, pair.normal);
-        if (!(area > best)) continue;
-        best = area;
-        place = i;
-      }
-      if (place == 4) continue;
-      best = real(1.001) * best;
-      chosen.points[place] = point;
-      wider = true;
+  return shared_area(at[0].on_a, at[1].on_a, at[2].on_a, at[3].on_a, normal);
+}
+
+/// Takes points in the place of others where the four then enclose more: what was chosen depends on the first one,
+/// which may be any of those that are as deep. It gives way only to one of these: up to `least`.
+template <class real>
+bool shared_widen(const PatchPair<real>& pair, u32 count, real limit, real least, Chosen<real>& chosen) {
+  const SharedPoint<real>* at = chosen.points;
+  real best = real(1.001) * shared_area(chosen, pair.normal);
+  bool widened = false;
+  for (u32 k = 0; k < count; ++k) {
+    if (shared_wanders(pair, k)) continue;
+    const SharedPoint<real> point = shared_candidate(pair, k);
+    if (!point.valid || !(point.gap <= limit) || shared_has(chosen, point.feature)) continue;
+    u32 place = 4;
+    for (u32 i = point.gap <= least ? 0 : 1; i < 4; ++i) {
+      const real area =
+          shared_area(point.on_a, at[(i + 1) & 3].on_a, at[(i + 2) & 3].on_a, at[(i + 3) & 3].on_a, pair.normal);
+      if (!(area > best)) continue;
+      best = area;
+      place = i;
+    }
+    if (place == 4) continue;
+    best = real(1.001) * best;
+    chosen.points[place] = point;
+    widened = true;
+  }
+  return widened;
+}
+
+/// Twice the area of a triangle, positive where x is to the left of the way from p to q, seen from where the normal
+/// points.
+template <class real>
+real shared_beside(Vec3<real> p, Vec3<real> q, Vec3<real> x, Vec3<real> normal) {
+  return dot3(normal, cross3(sub3(q, p), sub3(x, p)));
+}
+
+/// The same four, counter-clockwise: the last one goes where it is farthest outside of the triangle of the others.
+template <class real>
+Chosen<real> shared_ordered(const Chosen<real>& chosen, Vec3<real> normal) {
+  const SharedPoint<real>* at = chosen.points;
+  const bool clockwise = shared_beside(at[0].on_a, at[1].on_a, at[2].on_a, normal) < 0;
+  const SharedPoint<real>&p = at[clockwise ? 2 : 1], &q = at[clockwise ? 1 : 2];
+  const real beside_0 = shared_beside(at[0].on_a, p.on_a, at[3].on_a, normal);
+  const real beside_1 = shared_beside(p.on_a, q.on_a, at[3].on_a, normal);
+  const real beside_2 = shared_beside(q.on_a, at[0].on_a, at[3].on_a, normal);
+  if (beside_0 <= beside_1 && beside_0 <= beside_2) return {4, {at[0], at[3], p, q}};
+  if (beside_1 <= beside_2) return {4, {at[0], p, at[3], q}};
+  return {4, {at[0], p, q, at[3]}};
+}
+
+/// Takes, in the place of all four, the points farthest outside of their sides, where those enclose more and one of
+/// them is as deep: of an octagon, two fours may both be such that no single point in the place of another helps.
+template <class real>
+bool shared_turn(const PatchPair<real>& pair, u32 count, real limit, real least, Chosen<real>& chosen) {
+  const Chosen<real> old = shared_ordered(chosen, pair.normal);
+  Chosen<real> turned = old;
+  real farthest[4] = {0, 0, 0, 0};
+  for (u32 k = 0; k < count; ++k) {
+    if (shared_wanders(pair, k)) continue;
+    const SharedPoint<real> point = shared_candidate(pair, k);
+    if (!point.valid || !(point.gap <= limit)) continue;
+    for (u32 i = 0; i < 4; ++i) {
+      const real beside = shared_beside(old.points[i].on_a, old.points[(i + 1) & 3].on_a, point.on_a, pair.normal);
+      if (!(beside < farthest[i])) continue;
+      farthest[i] = beside;
+      turned.points[i] = point;
     }
   }
+  for (u32 i = 0; i < 4; ++i)  // rounding may have one point outside of two sides
+    if (turned.points[i].feature == turned.points[(i + 1) & 3].feature) return false;
+  if (!(shared_area(turned, pair.normal) > real(1.001) * shared_area(chosen, pair.normal))) return false;
+  // the deepest one stays the first
+  for (u32 i = 1; i < 4 && !(turned.points[0].gap <= least); ++i) {
+    const SharedPoint<real> kept = turned.points[0];
+    turned.points[0] = turned.points[i];
+    turned.points[i] = kept;
+  }
+  if (!(turned.points[0].gap <= least)) return false;
+  chosen = turned;
+  return true;
 }
 
 /// Up to four points: the deepest, the farthest from it, the farthest from their line, the farthest outside of the
@@ -288,7 +344,11 @@ Manifold<real> share_patches(const Patch<real>& a, const Patch<real>& b, real ra
     }
     if (found) chosen.count = pass + 1;
   }
-  if (chosen.count == 4 && valid > 4) shared_widen(pair, count, limit, chosen);
+  if (chosen.count == 4 && valid > 4) {
+    const real least = chosen.points[0].gap + tolerance;
+    const bool widened = shared_widen(pair, count, limit, least, chosen);
+    if (shared_turn(pair, count, limit, least, chosen) || widened) shared_widen(pair, count, limit, least, chosen);
+  }
   shared_sort(chosen);
   Manifold<real> m = manifold_along(meeting.normal, meeting.frame, radius_a, radius_b);
   for (u32 k = 0; k < chosen.count; ++k) {

@@ -6,10 +6,7 @@
 
 #include "lane_sides.h"
 #include "shapes/axes.h"
-
-#define BOX_PICK(is_0, is_1, a, b, c) ((is_0) ? (a) : ((is_1) ? (b) : (c)))
-#define BOX_SLOTS 12
-#define BOX_EACH_SLOT _Pragma("unroll") for (int i = 0; i < BOX_SLOTS; ++i)
+#include "shapes/four_points.h"
 
 // One box of each pair; centres are seen from those of a.
 typedef struct LaneBox {
@@ -88,17 +85,6 @@ LANE_INLINE lane box_axis(const LaneBox* box_a, const LaneBox* box_b, const BoxP
 }
 
 // ---- points on a face --------------------------------------------------------------------------------------------
-
-typedef struct FacePair {
-  lane hx, hy, hz, cx, cy, ux, uy, vx, vy, s0, sx, sy;
-  lane axis, incident, top, side;  // top, side: of the reference and the incident face, 1 the positive one
-  lane_mask from_b;
-} FacePair;
-
-typedef struct FacePoints {
-  lane x[BOX_SLOTS], y[BOX_SLOTS], feature[BOX_SLOTS];
-  lane_mask taken[BOX_SLOTS];
-} FacePoints;
 
 // The axis behind and before k, and powers of two to name corners by.
 static inline lane box_next(lane k) { return k == LANE_OF(2) ? LANE_OF(0) : k + LANE_OF(1); }
@@ -238,110 +224,6 @@ LANE_INLINE void face_points(FacePoints* points, const FacePair* f) {
   face_corner(points, f, 9, (real)1, (real)-1, inverse);
   face_corner(points, f, 10, (real)1, (real)1, inverse);
   face_corner(points, f, 11, (real)-1, (real)1, inverse);
-}
-
-// What the reduction has chosen.
-typedef struct FourPoints {
-  lane x[4], y[4], feature[4];
-} FourPoints;
-
-#define BOX_TAKE(k, gain)                      \
-  best = take ? (gain) : best;                 \
-  four.x[k] = take ? points->x[i] : four.x[k]; \
-  four.y[k] = take ? points->y[i] : four.y[k]; \
-  four.feature[k] = take ? points->feature[i] : four.feature[k];
-
-// Twice the area of four points, in any order: diagonals have the largest product.
-LANE_INLINE lane area_of_four(lane px, lane py, lane qx, lane qy, lane rx, lane ry, lane sx, lane sy) {
-  const lane pq = fabs((qx - px) * (sy - ry) - (qy - py) * (sx - rx));
-  const lane pr = fabs((rx - px) * (sy - qy) - (ry - py) * (sx - qx));
-  const lane ps = fabs((sx - px) * (ry - qy) - (sy - py) * (rx - qx));
-  const lane larger = pq > pr ? pq : pr;
-  return ps > larger ? ps : larger;
-}
-
-#define BOX_WIDEN(k, allowed)                                                                                     \
-  {                                                                                                               \
-    const int q = (k + 1) & 3, r = (k + 2) & 3, t = (k + 3) & 3;                                                  \
-    const lane area = area_of_four(x, y, four->x[q], four->y[q], four->x[r], four->y[r], four->x[t], four->y[t]); \
-    const lane_mask better = (allowed) & (area > best);                                                           \
-    best = better ? area : best;                                                                                  \
-    place = better ? LANE_OF(k) : place;                                                                          \
-  }
-#define BOX_PLACE(k)                                 \
-  four->x[k] = place == LANE_OF(k) ? x : four->x[k]; \
-  four->y[k] = place == LANE_OF(k) ? y : four->y[k]; \
-  four->feature[k] = place == LANE_OF(k) ? feature : four->feature[k];
-
-// Takes points in the place of others where the four then enclose more.
-LANE_INLINE void widen_four(FourPoints* four, const FacePoints* points, const FacePair* f) {
-  const lane none = LANE_OF(LANE_NO_FEATURE), nowhere = LANE_OF(4);
-  const lane_mask whole = four->feature[3] != none;
-  const lane least = f->s0 + f->sx * four->x[0] + f->sy * four->y[0] + LANE_OF(1e-6) * (f->hx + f->hy);
-  lane best = LANE_OF(1.001) * area_of_four(four->x[0], four->y[0], four->x[1], four->y[1], four->x[2], four->y[2],
-                                            four->x[3], four->y[3]);
-  BOX_EACH_SLOT {
-    const lane x = points->x[i], y = points->y[i], feature = points->feature[i], s = f->s0 + f->sx * x + f->sy * y;
-    const lane_mask fresh = whole & points->taken[i] & (feature != four->feature[0]) & (feature != four->feature[1]) &
-                            (feature != four->feature[2]) & (feature != four->feature[3]);
-    lane place = nowhere;
-    BOX_WIDEN(0, fresh & (s <= least))
-    BOX_WIDEN(1, fresh)
-    BOX_WIDEN(2, fresh)
-    BOX_WIDEN(3, fresh)
-    BOX_PLACE(0)
-    BOX_PLACE(1)
-    BOX_PLACE(2)
-    BOX_PLACE(3)
-    best = place == nowhere ? best : LANE_OF(1.001) * best;
-  }
-}
-
-LANE_INLINE FourPoints four_points(FacePoints* points, const FacePair* f, lane limit) {
-  FourPoints four;
-  const lane zero = LANE_OF(0), none = LANE_OF(LANE_NO_FEATURE);
-  for (int k = 0; k < 4; ++k) four.x[k] = zero, four.y[k] = zero, four.feature[k] = none;
-  const lane least = LANE_OF(1e-8) * (f->hx + f->hy) * (f->hx + f->hy);
-  lane best = limit;
-  BOX_EACH_SLOT {
-    const lane s = f->s0 + f->sx * points->x[i] + f->sy * points->y[i];
-    points->taken[i] = points->taken[i] & (s <= limit);
-    const lane_mask take = points->taken[i] & ((s < best) | (four.feature[0] == none));
-    BOX_TAKE(0, s)
-  }
-  best = least;
-  BOX_EACH_SLOT {
-    const lane dx = points->x[i] - four.x[0], dy = points->y[i] - four.y[0], d = dx * dx + dy * dy;
-    const lane_mask take = points->taken[i] & (d > best);
-    BOX_TAKE(1, d)
-  }
-  const lane_mask two = four.feature[1] != none;
-  const lane wx = two ? four.x[1] - four.x[0] : zero, wy = two ? four.y[1] - four.y[0] : zero;
-  lane area = zero;
-  best = least;
-  BOX_EACH_SLOT {
-    const lane w = wx * (points->y[i] - four.y[0]) - wy * (points->x[i] - four.x[0]);
-    const lane_mask take = points->taken[i] & (fabs(w) > best);
-    area = take ? w : area;
-    BOX_TAKE(2, fabs(w))
-  }
-  const lane_mask three = four.feature[2] != none, turned = area < zero;
-  const lane ax = four.x[0], ay = four.y[0];
-  const lane px = turned ? four.x[2] : four.x[1], py = turned ? four.y[2] : four.y[1];
-  const lane qx = turned ? four.x[1] : four.x[2], qy = turned ? four.y[1] : four.y[2];
-  best = least;
-  BOX_EACH_SLOT {
-    const lane x = points->x[i], y = points->y[i];
-    const lane w0 = (py - ay) * (x - ax) - (px - ax) * (y - ay);
-    const lane w1 = (qy - py) * (x - px) - (qx - px) * (y - py);
-    const lane w2 = (ay - qy) * (x - qx) - (ax - qx) * (y - qy);
-    lane w = w0 > w1 ? w0 : w1;
-    w = w2 > w ? w2 : w;
-    const lane_mask take = points->taken[i] & three & (w > best);
-    BOX_TAKE(3, w)
-  }
-  widen_four(&four, points, f);
-  return four;
 }
 
 // A vector of the frame turned so that the reference axis is the third.

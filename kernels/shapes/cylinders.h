@@ -60,7 +60,7 @@ static inline CylinderBound cylinders_climb(const Cylinder* a, const Cylinder* b
     const Vec3 n = best.normal;
     const Vec3 tangent_a = cross3(a->axes.z, n), tangent_b = cross3(b->axes.z, n);
     const real rho_a = length3(tangent_a), rho_b = length3(tangent_b);
-    if (!(rho_a > (real)1e-3) || !(rho_b > (real)1e-3)) break;
+    if (!(rho_a > (real)1e-4) || !(rho_b > (real)1e-4)) break;
     const Vec3 across = sub3(cylinder_support(a, scale3((real)-1, n)), cylinder_support(b, n));
     const Vec3 x = scale3((real)1 / rho_a, tangent_a), y = cross3(n, x);
     const Vec3 t = scale3((real)1 / rho_b, tangent_b);
@@ -144,6 +144,14 @@ static inline Vec3 cylinder_outwards(const Cylinder* c, Vec3 apart) {
   return length > (real)0 ? scale3((real)1 / length, across) : c->axes.x;
 }
 
+// The better one of a bound and that along the normal of a rim.
+static inline CylinderBound cylinders_better(const Cylinder* a, const Cylinder* b, CylinderBound best,
+                                             const RimNearest* rim) {
+  if (!rim->found) return best;
+  const CylinderBound bound = cylinders_bound(a, b, rim->normal);
+  return bound.gap > best.gap ? bound : best;
+}
+
 // The best normal: of a cap, across both axes, across one of them, or the shortest line between a rim and the other
 // one's axis or rim. Where two rims nearly run along each other, deep inside, they have two such lines close together,
 // and may have them between two sixteenths: climbing from the best of those sixteenths finds them.
@@ -157,24 +165,33 @@ static inline Meeting cylinders_meet(const Cylinder* a, const Cylinder* b, real 
   best = cylinders_try_side(a, b, best, cylinder_outwards(a, apart), true, tolerance);
   best = cylinders_try_side(a, b, best, cylinder_outwards(b, apart), false, tolerance);
   if (best.gap > limit) return best;
+  CylinderBound from;
+  from.gap = (real)-1e30;
+  from.normal = best.normal;
   for (u32 k = 0; k < 4; ++k) {
     const RimNearest of_a = rim_line(a, k >> 1, cylinder_cap(b, 0), b->axes.z, (real)2 * b->half_length, k & 1);
     best = cylinders_try_rim(a, b, best, &of_a, true, b->radius, tolerance);
+    from = cylinders_better(a, b, from, &of_a);
     const RimNearest of_b = rim_line(b, k >> 1, cylinder_cap(a, 0), a->axes.z, (real)2 * a->half_length, k & 1);
     best = cylinders_try_rim(a, b, best, &of_b, false, a->radius, tolerance);
+    from = cylinders_better(a, b, from, &of_b);
   }
   if (best.gap > limit) return best;
   // from either rim: one may see two places in a sixteenth of the other
   for (u32 k = 0; k < 64; ++k) {
     const RimNearest of_a = rim_rim(a, k >> 5, b, k >> 4 & 1, k & 15);
     best = cylinders_try_rim(a, b, best, &of_a, true, (real)0, tolerance);
+    from = cylinders_better(a, b, from, &of_a);
     const RimNearest of_b = rim_rim(b, k >> 5, a, k >> 4 & 1, k & 15);
     best = cylinders_try_rim(a, b, best, &of_b, false, (real)0, tolerance);
+    from = cylinders_better(a, b, from, &of_b);
   }
-  CylinderBound from;
-  from.gap = best.gap;
-  from.normal = best.normal;
-  best = cylinders_try_top(a, b, best, &from, tolerance);
+  // a cap is no place to climb from, but the best normal may be close to it
+  if (best.frame == NORMAL_FIXED) {
+    from.gap = best.gap;
+    from.normal = best.normal;
+  }
+  if (from.gap > (real)-1e29) best = cylinders_try_top(a, b, best, &from, tolerance);
   if (best.gap > (real)0) return best;
   from.gap = (real)-1e30;
   for (u32 k = 0; k < 64; ++k) {

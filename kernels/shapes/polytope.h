@@ -140,7 +140,8 @@ typedef struct Meeting {
   Vec3 normal;  // from b to a
   u32 frame;    // NormalFrame
   Vec3 at_a, at_b;
-  real place;  // gap of the crossing that these points are from
+  real place;         // gap of the crossing that these points are from
+  Vec3 place_normal;  // and its normal
 } Meeting;
 
 static inline Meeting no_meeting(void) {
@@ -151,6 +152,7 @@ static inline Meeting no_meeting(void) {
   none.at_a = make3((real)0, (real)0, (real)0);
   none.at_b = none.at_a;
   none.place = none.gap;
+  none.place_normal = none.normal;
   return none;
 }
 
@@ -160,6 +162,7 @@ static inline Meeting meeting_turned(Meeting m) {
   m.at_a = m.at_b;
   m.at_b = at;
   m.normal = scale3((real)-1, m.normal);
+  m.place_normal = scale3((real)-1, m.place_normal);
   m.frame = m.frame == NORMAL_OF_A ? (u32)NORMAL_OF_B : m.frame == NORMAL_OF_B ? (u32)NORMAL_OF_A : m.frame;
   return m;
 }
@@ -185,10 +188,12 @@ static inline Meeting meeting_offer(Meeting best, real gap, Vec3 normal, u32 fra
     best.at_a = at_a;
     best.at_b = at_b;
     best.place = frame == NORMAL_FIXED ? gap : (real)-1e30;
+    best.place_normal = normal;
   } else if (frame == NORMAL_FIXED && gap > meeting_least(&best, tolerance)) {
     best.at_a = at_a;
     best.at_b = at_b;
     best.place = gap;
+    best.place_normal = normal;
   }
   return best;
 }

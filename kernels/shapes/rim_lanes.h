@@ -85,10 +85,13 @@ static inline void rim_lanes(const Cylinder* c, const RimEdges* edges, RimLanes*
   const lane left = start + t - radius * lane_dot3(across, u_across) / rho;
   found = found & (rho > zero) & (left < LANE_OF(1e-3) * radius) & (left > LANE_OF(-1e-3) * radius);
   const Lane3 on_rim = lane_add3(middle, lane_scale3(radius / rho, across));
-  const Lane3 tangent = lane_cross3(lane_all3(c->axes.z), across), on_other = lane_add3(point, lane_scale3(t, u));
+  const lane inside = t < zero ? zero : (t > reach ? reach : t);
+  const Lane3 tangent = lane_cross3(lane_all3(c->axes.z), across), on_other = lane_add3(point, lane_scale3(inside, u));
+  const Lane3 between = lane_sub3(on_rim, on_other);
+  const lane least_sine = lane_length3(between) > LANE_OF(0.1) * radius ? LANE_OF(0.05) : LANE_OF(1e-3);
   Lane3 normal = lane_cross3(tangent, u);
-  const lane_mask crosses = lane_length3(normal) > LANE_OF(1e-3) * lane_length3(tangent) * lane_length3(u);
-  normal = lane_select3(crosses, normal, lane_sub3(on_rim, on_other));
+  const lane_mask crosses = lane_length3(normal) > least_sine * lane_length3(tangent) * lane_length3(u);
+  normal = lane_select3(crosses, normal, between);
   const lane length = lane_length3(normal);
   nearest->found = LANE_BITS(found & (length > zero));
   lane_store3(lane_scale3(one / length, normal), nearest->normal);

@@ -131,11 +131,8 @@ inline Polygon contact_patch(const Body& a, const Body& b, const Vector3d& n, do
 
 struct Tolerances {
   double depth = 1e-5, inside = 1e-4, normal = 1e-4;  // of the size of the larger shape
-  // Of the best that four points can enclose. Nearly all pairs have 0.9 or more of it, and the survey counts those that
-  // have less: the shapes take points in turn for the worst ones of four, which may end where only two at once would
-  // help, and the rim of a disc has sixteen fixed points, so that contacts at rest keep theirs.
-  double share = 0.8;
-  bool patch = true;  // look at the patch, too: slow
+  double share = 0.9;                                 // of the best that any four points of the patch can enclose
+  bool patch = true;                                  // look at the patch, too: slow
   bool apart = true;  // the gap of shapes that are apart is their distance, not just a bound of it
 };
 

@@ -27,6 +27,9 @@ oracle::Verdict judged(const Case<real>& c, bool patch) {
   tolerances.patch = patch;
   // two boxes that are apart are told by the best axis of faces and edges, a bound of their distance
   tolerances.apart = c.kinds.a != SHAPE_BOX || c.kinds.b != SHAPE_BOX;
+  // The rim of a disc has sixteen points that are fixed in the body, so that contacts at rest keep theirs: the best
+  // four of a patch may lie between them. Of two discs 7 patches in 1000 have less than 0.9 of what those enclose.
+  if (c.kinds.a == SHAPE_CYLINDER || c.kinds.b == SHAPE_CYLINDER) tolerances.share = 0.8;
   return oracle::judge(body(c.kinds.a, c.a), body(c.kinds.b, c.b), m, double(limit), tolerances);
 }
 
@@ -120,7 +123,8 @@ void expect_four_points_of_a_patch_of_two_boxes() {
   for (int n = 0; n < 90; ++n) {
     const Eigen::Quaterniond still(1, 0, 0, 0),
         turned(Eigen::AngleAxisd(n * oracle::turn / 360, Eigen::Vector3d::UnitZ()));
-    for (const auto& [x, y, width] : {std::tuple{0.3, 0.1, 0.25}, {0.01, 0.02, 0.45}}) {
+    // about one centre, equal ones share an octagon
+    for (const auto& [x, y, width] : {std::tuple{0.3, 0.1, 0.25}, {0.01, 0.02, 0.45}, {0.0, 0.0, 0.5}}) {
       const Case<real> c = {
           {SHAPE_BOX, SHAPE_BOX},
           {{0, 0, 0}, rounded<real>(still), {real(0.5), real(0.5), real(0.5)}, 0},
@@ -135,6 +139,47 @@ void expect_four_points_of_a_patch_of_two_boxes() {
 TEST(PairsOfBoxes, HaveFourPointsOfTheirPatch) {
   expect_four_points_of_a_patch_of_two_boxes<float>();
   expect_four_points_of_a_patch_of_two_boxes<double>();
+}
+
+// Deep inside, the best normal is one across both rims, less than a degree from that of a cap.
+template <class real>
+void expect_the_best_normal_beside_a_cap() {
+  const Case<real> c = {{SHAPE_CYLINDER, SHAPE_CYLINDER},
+                        {{0, 0, 0},
+                         {real(0.227049619), real(-0.257963687), real(0.53674686), real(-0.7705881)},
+                         {real(0.78276372), real(0.113397695), 0},
+                         0},
+                        {{real(-0.938792408), real(-0.295070231), real(1.38674092)},
+                         {real(-0.606011391), real(0.667197645), real(-0.276208043), real(0.333626419)},
+                         {real(0.631465256), real(0.915502012), 0},
+                         0}};
+  EXPECT_EQ(judged(c, false).complaints, std::vector<std::string>()) << describe(c);
+}
+
+TEST(PairsOfCylinders, FindTheBestNormalBesideACap) {
+  expect_the_best_normal_beside_a_cap<float>();
+  expect_the_best_normal_beside_a_cap<double>();
+}
+
+// The side of the cylinder is farthest behind a face, but over no point of it: it meets an edge, and as deep as along
+// the line to it.
+template <class real>
+void expect_the_depth_beside_a_face() {
+  const Case<real> c = {{SHAPE_CYLINDER, SHAPE_HULL},
+                        {{0, 0, 0},
+                         {real(0.301254213), real(0.552270412), real(0.70183295), real(0.334176242)},
+                         {real(0.101058938), real(0.24192591), 0},
+                         0},
+                        {{real(-0.455416709), real(0.286289245), real(0.166695103)},
+                         {real(0.346263379), real(0.59770292), real(0.717929661), real(0.0861964375)},
+                         {real(0.5), real(0.433012694), real(0.400000006)},
+                         2}};
+  EXPECT_EQ(judged(c, false).complaints, std::vector<std::string>()) << describe(c);
+}
+
+TEST(PairsOfCylinders, AreAsDeepAsTheEdgeBesideAFace) {
+  expect_the_depth_beside_a_face<float>();
+  expect_the_depth_beside_a_face<double>();
 }
 
 }  // namespace
