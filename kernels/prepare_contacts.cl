@@ -16,19 +16,17 @@ typedef struct PrepareBody {
 } PrepareBody;
 
 // Padding lanes read the null body's motion, and the pose of the last body.
-static inline PrepareBody prepare_load(global const u32* bodies, u32 body_count, global const Vec4* positions,
-                                       global const Vec4* orientations, global const Motion* motions,
-                                       global const Velocity* previous_velocities) {
+static inline void prepare_load(global const u32* bodies, u32 body_count, global const Vec4* positions,
+                                global const Vec4* orientations, global const Motion* motions,
+                                global const Velocity* previous_velocities, PrepareBody* body) {
   u32 indices[LANES];
   for (u32 k = 0u; k < LANES; ++k) indices[k] = min(bodies[k], body_count - 1u);
   const LaneLines old = lane_gather_lines((global const Real8*)previous_velocities, 1u, indices);
-  PrepareBody body;
-  body.position = lane_xyz(lane_gather_quad((global const real*)positions, 4u, indices));
-  body.orientation = lane_quat(lane_gather_quad((global const real*)orientations, 4u, indices));
-  body.motion = lane_load_bodies(motions, bodies);
-  body.old_v = lane_make3(old.c0, old.c1, old.c2);
-  body.old_w = lane_make3(old.c4, old.c5, old.c6);
-  return body;
+  body->position = lane_xyz(lane_gather_quad((global const real*)positions, 4u, indices));
+  body->orientation = lane_quat(lane_gather_quad((global const real*)orientations, 4u, indices));
+  body->motion = lane_load_bodies(motions, bodies);
+  body->old_v = lane_make3(old.c0, old.c1, old.c2);
+  body->old_w = lane_make3(old.c4, old.c5, old.c6);
 }
 
 // How the contacts of a row stand by now.
@@ -42,44 +40,45 @@ static inline Lane3 prepare_load3(global const real* x, global const real* y, gl
   return lane_make3(LANE_LOAD(x), LANE_LOAD(y), LANE_LOAD(z));
 }
 
-static inline PrepareNow prepare_now(u32 first, global const PointBlock* points, PrepareBody a, PrepareBody b) {
+static inline void prepare_now(u32 first, global const PointBlock* points, const PrepareBody* a, const PrepareBody* b,
+                               PrepareNow* now) {
   const lane_u32 frame = LANE_LOAD_U32(points->frame + first);
   const lane_mask of_a = LANE_MASK(frame == (lane_u32)NORMAL_OF_A), of_b = LANE_MASK(frame == (lane_u32)NORMAL_OF_B);
   const lane_mask is_between = LANE_MASK(frame == (lane_u32)NORMAL_BETWEEN);
   const lane radius_a = LANE_LOAD(points->radius_a + first), radius_b = LANE_LOAD(points->radius_b + first);
-  const Lane3 anchor_a = lane_rotate3(
-      a.orientation, prepare_load3(points->anchor_a_x + first, points->anchor_a_y + first, points->anchor_a_z + first));
-  const Lane3 anchor_b = lane_rotate3(
-      b.orientation, prepare_load3(points->anchor_b_x + first, points->anchor_b_y + first, points->anchor_b_z + first));
-  const Lane3 apart = lane_sub3(a.position, b.position);
+  const Lane3 anchor_a =
+      lane_rotate3(a->orientation,
+                   prepare_load3(points->anchor_a_x + first, points->anchor_a_y + first, points->anchor_a_z + first));
+  const Lane3 anchor_b =
+      lane_rotate3(b->orientation,
+                   prepare_load3(points->anchor_b_x + first, points->anchor_b_y + first, points->anchor_b_z + first));
+  const Lane3 apart = lane_sub3(a->position, b->position);
   const Lane3 d = lane_sub3(lane_add3(apart, anchor_a), anchor_b);
   const lane distance = lane_length3(d);
 
   const Lane3 kept = prepare_load3(points->normal_x + first, points->normal_y + first, points->normal_z + first);
   LaneQuat turn;
-  turn.x = of_a ? a.orientation.x : b.orientation.x;
-  turn.y = of_a ? a.orientation.y : b.orientation.y;
-  turn.z = of_a ? a.orientation.z : b.orientation.z;
-  turn.w = of_a ? a.orientation.w : b.orientation.w;
-  PrepareNow now;
-  now.normal = lane_select3(of_a | of_b, lane_rotate3(turn, kept), kept);
+  turn.x = of_a ? a->orientation.x : b->orientation.x;
+  turn.y = of_a ? a->orientation.y : b->orientation.y;
+  turn.z = of_a ? a->orientation.z : b->orientation.z;
+  turn.w = of_a ? a->orientation.w : b->orientation.w;
+  now->normal = lane_select3(of_a | of_b, lane_rotate3(turn, kept), kept);
   if (LANE_ANY(is_between)) {
-    now.normal = lane_select3(is_between & (distance > (lane)0),
-                              lane_make3(d.x / distance, d.y / distance, d.z / distance), now.normal);
+    now->normal = lane_select3(is_between & (distance > (lane)0),
+                               lane_make3(d.x / distance, d.y / distance, d.z / distance), now->normal);
   }
-  now.gap = (is_between ? distance : lane_dot3(now.normal, d)) - radius_a - radius_b;
+  now->gap = (is_between ? distance : lane_dot3(now->normal, d)) - radius_a - radius_b;
 
-  const lane depth = of_b ? radius_a : radius_a + (lane)0.5 * now.gap;
-  const Lane3 end_b = lane_add3(anchor_b, lane_scale3(radius_b, now.normal));
-  const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, now.normal));
-  now.arm_a = lane_select3(of_a, lane_sub3(end_b, apart), end_a);
-  now.arm_b = lane_select3(of_a, end_b, lane_add3(end_a, apart));
+  const lane depth = of_b ? radius_a : radius_a + (lane)0.5 * now->gap;
+  const Lane3 end_b = lane_add3(anchor_b, lane_scale3(radius_b, now->normal));
+  const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, now->normal));
+  now->arm_a = lane_select3(of_a, lane_sub3(end_b, apart), end_a);
+  now->arm_b = lane_select3(of_a, end_b, lane_add3(end_a, apart));
 #if FEATURE_CONTINUOUS
   const lane_mask of_impact = LANE_MASK(frame == (lane_u32)NORMAL_OF_IMPACT);
-  now.arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, now.normal)), now.arm_a);
-  now.arm_b = lane_select3(of_impact, end_b, now.arm_b);
+  now->arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, now->normal)), now->arm_a);
+  now->arm_b = lane_select3(of_impact, end_b, now->arm_b);
 #endif
-  return now;
 }
 
 // What a contact asks of its normal velocity at the end of the sub-step: u_n + bias + softness r_n >= 0. The softness
@@ -143,47 +142,47 @@ static inline LaneCone prepare_impulse(u32 substep, u32 first, Lane3 t1, Lane3 t
   return lane_clamp_to_cone(lane_make_cone(normal, lane_dot3(tangent, t1), lane_dot3(tangent, t2)), friction);
 }
 
-static inline LaneDelassus prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 t2, Lane3 arm_a, Lane3 arm_b,
-                                            LaneBody a, LaneBody b) {
-  const lane inverse_mass = a.inverse_mass + b.inverse_mass;
-  LaneDelassus w;
-  w.nn = inverse_mass;
-  w.t11 = inverse_mass + lane_dot3(arm_a, arm_a) * a.xx + lane_dot3(arm_b, arm_b) * b.xx;
-  w.t22 = w.t11;
-  w.n1 = w.n2 = w.t12 = (lane)0;
+static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 t2, Lane3 arm_a, Lane3 arm_b,
+                                    const LaneBody* a, const LaneBody* b, LaneDelassus* w) {
+  const lane inverse_mass = a->inverse_mass + b->inverse_mass;
+  w->nn = inverse_mass;
+  w->t11 = inverse_mass + lane_dot3(arm_a, arm_a) * a->xx + lane_dot3(arm_b, arm_b) * b->xx;
+  w->t22 = w->t11;
+  w->n1 = w->n2 = w->t12 = (lane)0;
 #if FEATURE_GENERAL_CONTACTS
   const Lane3 n_a = lane_cross3(arm_a, n), t1_a = lane_cross3(arm_a, t1), t2_a = lane_cross3(arm_a, t2);
   const Lane3 n_b = lane_cross3(arm_b, n), t1_b = lane_cross3(arm_b, t1), t2_b = lane_cross3(arm_b, t2);
-  const Lane3 spin_n_a = lane_spin(a, general, n_a), spin_n_b = lane_spin(b, general, n_b);
-  const Lane3 spin_1_a = lane_spin(a, general, t1_a), spin_1_b = lane_spin(b, general, t1_b);
-  const Lane3 spin_2_a = lane_spin(a, general, t2_a), spin_2_b = lane_spin(b, general, t2_b);
-  w.nn = general ? inverse_mass + (lane_dot3(n_a, spin_n_a) + lane_dot3(n_b, spin_n_b)) : w.nn;
-  w.t11 = general ? inverse_mass + (lane_dot3(t1_a, spin_1_a) + lane_dot3(t1_b, spin_1_b)) : w.t11;
-  w.t22 = general ? inverse_mass + (lane_dot3(t2_a, spin_2_a) + lane_dot3(t2_b, spin_2_b)) : w.t22;
-  w.n1 = general ? lane_dot3(n_a, spin_1_a) + lane_dot3(n_b, spin_1_b) : w.n1;
-  w.n2 = general ? lane_dot3(n_a, spin_2_a) + lane_dot3(n_b, spin_2_b) : w.n2;
-  w.t12 = general ? lane_dot3(t1_a, spin_2_a) + lane_dot3(t1_b, spin_2_b) : w.t12;
+  const Lane3 spin_n_a = lane_spin(*a, general, n_a), spin_n_b = lane_spin(*b, general, n_b);
+  const Lane3 spin_1_a = lane_spin(*a, general, t1_a), spin_1_b = lane_spin(*b, general, t1_b);
+  const Lane3 spin_2_a = lane_spin(*a, general, t2_a), spin_2_b = lane_spin(*b, general, t2_b);
+  w->nn = general ? inverse_mass + (lane_dot3(n_a, spin_n_a) + lane_dot3(n_b, spin_n_b)) : w->nn;
+  w->t11 = general ? inverse_mass + (lane_dot3(t1_a, spin_1_a) + lane_dot3(t1_b, spin_1_b)) : w->t11;
+  w->t22 = general ? inverse_mass + (lane_dot3(t2_a, spin_2_a) + lane_dot3(t2_b, spin_2_b)) : w->t22;
+  w->n1 = general ? lane_dot3(n_a, spin_1_a) + lane_dot3(n_b, spin_1_b) : w->n1;
+  w->n2 = general ? lane_dot3(n_a, spin_2_a) + lane_dot3(n_b, spin_2_b) : w->n2;
+  w->t12 = general ? lane_dot3(t1_a, spin_2_a) + lane_dot3(t1_b, spin_2_b) : w->t12;
 #endif
-  return w;
 }
 
 // The laws of a row of contacts, in the lanes where there are any.
-static inline void prepare_row(const StepParams params, u32 first, lane_mask there, lane_mask general, PrepareBody a,
-                               PrepareBody b, global const PointBlock* points, global const StartBlock* starts,
-                               global ContactBlock* block, global SoftnessBlock* softness_block,
-                               global ImpulseBlock* impulses) {
-  const PrepareNow now = prepare_now(first, points, a, b);
+static inline void prepare_row(const StepParams params, u32 first, lane_mask there, lane_mask general,
+                               const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
+                               global const StartBlock* starts, global ContactBlock* block,
+                               global SoftnessBlock* softness_block, global ImpulseBlock* impulses) {
+  PrepareNow now;
+  prepare_now(first, points, a, b, &now);
   const Lane3 n = now.normal;
   Lane3 t1, t2;
   lane_tangents(n, &t1, &t2);
-  const Lane3 arm_a = prepare_central_arm(general, a.motion.inverse_mass, n, now.arm_a);
-  const Lane3 arm_b = prepare_central_arm(general, b.motion.inverse_mass, n, now.arm_b);
-  const lane u_old = lane_dot3(n, prepare_velocity(a.old_v, a.old_w, arm_a, b.old_v, b.old_w, arm_b));
-  const lane u_free = lane_dot3(n, prepare_velocity(a.motion.v, a.motion.w, arm_a, b.motion.v, b.motion.w, arm_b));
+  const Lane3 arm_a = prepare_central_arm(general, a->motion.inverse_mass, n, now.arm_a);
+  const Lane3 arm_b = prepare_central_arm(general, b->motion.inverse_mass, n, now.arm_b);
+  const lane u_old = lane_dot3(n, prepare_velocity(a->old_v, a->old_w, arm_a, b->old_v, b->old_w, arm_b));
+  const lane u_free = lane_dot3(n, prepare_velocity(a->motion.v, a->motion.w, arm_a, b->motion.v, b->motion.w, arm_b));
   const lane friction = LANE_LOAD(points->friction + first);
   lane softness;
   const lane bias = prepare_bias(params, now.gap, u_old, u_free, LANE_LOAD(points->restitution + first), &softness);
-  const LaneDelassus w = prepare_delassus(general, n, t1, t2, arm_a, arm_b, a.motion, b.motion);
+  LaneDelassus w;
+  prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
   const LaneCone r = prepare_impulse(params.substep, first, t1, t2, friction, starts, block, impulses);
 
   prepare_store(there, n.x, block->normal_x + first);
@@ -224,13 +223,12 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
     const BlockRows rows = block_rows[item / ITEMS_PER_BLOCK];
     const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
     const lane_mask general = lane_general(bodies, first);
-    const PrepareBody a =
-        prepare_load(bodies->body_a + first, params.bodies, positions, orientations, motions, previous_velocities);
-    const PrepareBody b =
-        prepare_load(bodies->body_b + first, params.bodies, positions, orientations, motions, previous_velocities);
+    PrepareBody a, b;
+    prepare_load(bodies->body_a + first, params.bodies, positions, orientations, motions, previous_velocities, &a);
+    prepare_load(bodies->body_b + first, params.bodies, positions, orientations, motions, previous_velocities, &b);
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
-      prepare_row(params, first, there, general, a, b, point_blocks + row, start_blocks + row, contact_blocks + row,
+      prepare_row(params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, contact_blocks + row,
                   softness_blocks + row, impulse_blocks + row);
     }
   }
