@@ -41,6 +41,14 @@ Vec3<real> mean3(real theta, Vec3<real> old_value, Vec3<real> new_value) {
   return add3(scale3(real(1) - theta, old_value), scale3(theta, new_value));
 }
 
+/// Inverse inertia times a moment, world frame.
+template <class real>
+Vec3<real> turn_by(const Motion<real>& body, Vec3<real> moment) {
+  return {body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
+          body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
+          body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z};
+}
+
 // x - x is zero for every finite x and NaN for the others; a test that NaN fails is written as "not good".
 template <class real>
 bool is_bad3(Vec3<real> a) {

@@ -35,13 +35,10 @@ ConeVector<real> impulse_of(const ImpulseBlock<real>& block, u32 lane) {
   return {block.normal[lane], block.tangent_1[lane], block.tangent_2[lane]};
 }
 
-/// Inverse inertia times a moment, world frame.
+/// Inverse inertia times a moment, world frame; that of a central contact is the same about every axis that counts.
 template <class real>
 Vec3<real> spin(const Motion<real>& body, u32 kind, Vec3<real> moment) {
-  if (kind != BLOCK_GENERAL) return scale3(body.inertia_xx, moment);
-  return {body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
-          body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
-          body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z};
+  return kind == BLOCK_GENERAL ? turn_by(body, moment) : scale3(body.inertia_xx, moment);
 }
 
 /// An impulse on a at the contact point, its opposite on b. Bodies that cannot move are never written (contract rule

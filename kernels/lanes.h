@@ -187,6 +187,9 @@ static inline Lane3 lane_make3(lane x, lane y, lane z) {
   v.z = z;
   return v;
 }
+static inline Lane3 lane_load_xyz(global const real* x, global const real* y, global const real* z) {
+  return lane_make3(LANE_LOAD(x), LANE_LOAD(y), LANE_LOAD(z));
+}
 static inline Lane3 lane_add3(Lane3 a, Lane3 b) { return lane_make3(a.x + b.x, a.y + b.y, a.z + b.z); }
 static inline Lane3 lane_sub3(Lane3 a, Lane3 b) { return lane_make3(a.x - b.x, a.y - b.y, a.z - b.z); }
 static inline Lane3 lane_scale3(lane s, Lane3 a) { return lane_make3(s * a.x, s * a.y, s * a.z); }

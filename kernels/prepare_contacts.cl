@@ -36,10 +36,6 @@ typedef struct PrepareNow {
   Lane3 arm_a, arm_b;
 } PrepareNow;
 
-static inline Lane3 prepare_load3(global const real* x, global const real* y, global const real* z) {
-  return lane_make3(LANE_LOAD(x), LANE_LOAD(y), LANE_LOAD(z));
-}
-
 static inline void prepare_now(u32 first, global const PointBlock* points, const PrepareBody* a, const PrepareBody* b,
                                PrepareNow* now) {
   const lane_u32 frame = LANE_LOAD_U32(points->frame + first);
@@ -48,15 +44,15 @@ static inline void prepare_now(u32 first, global const PointBlock* points, const
   const lane radius_a = LANE_LOAD(points->radius_a + first), radius_b = LANE_LOAD(points->radius_b + first);
   const Lane3 anchor_a =
       lane_rotate3(a->orientation,
-                   prepare_load3(points->anchor_a_x + first, points->anchor_a_y + first, points->anchor_a_z + first));
+                   lane_load_xyz(points->anchor_a_x + first, points->anchor_a_y + first, points->anchor_a_z + first));
   const Lane3 anchor_b =
       lane_rotate3(b->orientation,
-                   prepare_load3(points->anchor_b_x + first, points->anchor_b_y + first, points->anchor_b_z + first));
+                   lane_load_xyz(points->anchor_b_x + first, points->anchor_b_y + first, points->anchor_b_z + first));
   const Lane3 apart = lane_sub3(a->position, b->position);
   const Lane3 d = lane_sub3(lane_add3(apart, anchor_a), anchor_b);
   const lane distance = lane_length3(d);
 
-  const Lane3 kept = prepare_load3(points->normal_x + first, points->normal_y + first, points->normal_z + first);
+  const Lane3 kept = lane_load_xyz(points->normal_x + first, points->normal_y + first, points->normal_z + first);
   LaneQuat turn;
   turn.x = of_a ? a->orientation.x : b->orientation.x;
   turn.y = of_a ? a->orientation.y : b->orientation.y;
@@ -129,10 +125,10 @@ static inline LaneCone prepare_impulse(u32 substep, u32 first, Lane3 t1, Lane3 t
   Lane3 tangent;
   if (substep == 0u) {
     normal = LANE_LOAD(starts->normal + first);
-    tangent = prepare_load3(starts->tangent_x + first, starts->tangent_y + first, starts->tangent_z + first);
+    tangent = lane_load_xyz(starts->tangent_x + first, starts->tangent_y + first, starts->tangent_z + first);
   } else {
     Lane3 old_t1, old_t2;
-    lane_tangents(prepare_load3(block->normal_x + first, block->normal_y + first, block->normal_z + first), &old_t1,
+    lane_tangents(lane_load_xyz(block->normal_x + first, block->normal_y + first, block->normal_z + first), &old_t1,
                   &old_t2);
     const LaneCone old = lane_impulse(impulses, first);
     normal = old.normal;

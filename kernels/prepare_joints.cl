@@ -25,12 +25,6 @@ static inline void joint_free_law(const Joint joint, real x, real turning, real 
   block->give[lane] = give;
 }
 
-static inline Vec3 joint_turn_by(Motion body, Vec3 moment) {
-  return make3(body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
-               body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
-               body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z);
-}
-
 // J M^-1 J^T of the joint.
 static inline void joint_mobility(const JointNow* now, bool angular, Motion a, Motion b, real k[JOINT_ROWS][JOINT_ROWS],
                                   real coupling[JOINT_ROWS], real* own) {
@@ -46,7 +40,7 @@ static inline void joint_mobility(const JointNow* now, bool angular, Motion a, M
 
   const real inverse_mass = a.inverse_mass + b.inverse_mass;
   for (u32 j = 0u; j <= JOINT_ROWS; ++j) {
-    const Vec3 spun_a = joint_turn_by(a, moment_a[j]), spun_b = joint_turn_by(b, moment_b[j]);
+    const Vec3 spun_a = turn_by(a, moment_a[j]), spun_b = turn_by(b, moment_b[j]);
     for (u32 i = 0u; i <= j; ++i) {
       const real share = dot3(moment_a[i], spun_a) + dot3(moment_b[i], spun_b);
       const real entry = i == j && (j < 3u || (j == JOINT_ROWS && !angular)) ? inverse_mass + share : share;

@@ -11,11 +11,7 @@ kernel void relax_joints(const u32 begin, const u32 end, global const JointLanes
                          global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
                          global Motion* motions, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  FOR_EACH(item, (end - begin) * ITEMS_PER_BLOCK) {
-    const u32 block = begin + item / ITEMS_PER_BLOCK;
-    visit_joints(VISIT_RELAX, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
-                 joint_impulses + block, motions);
-  }
+  visit_joint_phase(VISIT_RELAX, begin, end, joint_lanes, joint_blocks, joint_impulses, motions);
 }
 
 // One work-group: the phases from `first_phase` on.
@@ -34,12 +30,8 @@ kernel void relax_color(const u32 color, global const u32* color_starts, global 
                         global const SoftnessBlock* softness_blocks, global ImpulseBlock* impulse_blocks,
                         global Motion* motions, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
-  FOR_EACH(item, items) {
-    const u32 block = begin + item / ITEMS_PER_BLOCK;
-    visit_pairs(VISIT_RELAX, item % ITEMS_PER_BLOCK * LANES, block_bodies + block, block_rows[block], contact_blocks,
-                softness_blocks, impulse_blocks, motions);
-  }
+  visit_color(VISIT_RELAX, color, color_starts, block_bodies, block_rows, contact_blocks, softness_blocks,
+              impulse_blocks, motions);
 }
 
 // One work-group: the joints' first phases, the colours from `first_color` on and the overflow.
@@ -49,19 +41,10 @@ kernel void relax_tail(const u32 first_color, const u32 joint_phase_count, globa
                        global ImpulseBlock* impulse_blocks, global const u32* joint_phases,
                        global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                        global JointImpulseBlock* joint_impulses, global Motion* motions, global const u32* counters) {
-  const u32 phases = contact_phases(counters);
 #if FEATURE_JOINTS
   sweep_joints(VISIT_RELAX, 0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
                joint_blocks, joint_impulses, motions);
 #endif
-  for (u32 phase = min(first_color, counters[COUNTER_COLORS]); phase < phases; ++phase) {
-    const u32 begin = phase_begin(phase, color_starts, counters);
-    const u32 items = (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK;
-    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
-      const u32 block = begin + item / ITEMS_PER_BLOCK;
-      visit_pairs(VISIT_RELAX, item % ITEMS_PER_BLOCK * LANES, block_bodies + block, block_rows[block], contact_blocks,
-                  softness_blocks, impulse_blocks, motions);
-    }
-    barrier(CLK_GLOBAL_MEM_FENCE);
-  }
+  visit_tail(VISIT_RELAX, first_color, color_starts, block_bodies, block_rows, contact_blocks, softness_blocks,
+             impulse_blocks, motions, counters);
 }

@@ -29,6 +29,13 @@ static inline Vec3 mean3(real theta, Vec3 old_value, Vec3 new_value) {
   return add3(scale3((real)1 - theta, old_value), scale3(theta, new_value));
 }
 
+// Inverse inertia times a moment.
+static inline Vec3 turn_by(Motion body, Vec3 moment) {
+  return make3(body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
+               body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
+               body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z);
+}
+
 static inline bool is_bad3(Vec3 a) {
   const real d = (a.x - a.x) + (a.y - a.y) + (a.z - a.z);
   return !(d == (real)0);

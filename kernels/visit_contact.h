@@ -56,12 +56,9 @@ static inline void lane_tangents(Lane3 n, Lane3* t1, Lane3* t2) {
 
 static inline LaneContact lane_contact(global const ContactBlock* block, u32 first) {
   LaneContact c;
-  c.normal = lane_make3(LANE_LOAD(block->normal_x + first), LANE_LOAD(block->normal_y + first),
-                        LANE_LOAD(block->normal_z + first));
-  c.arm_a = lane_make3(LANE_LOAD(block->arm_a_x + first), LANE_LOAD(block->arm_a_y + first),
-                       LANE_LOAD(block->arm_a_z + first));
-  c.arm_b = lane_make3(LANE_LOAD(block->arm_b_x + first), LANE_LOAD(block->arm_b_y + first),
-                       LANE_LOAD(block->arm_b_z + first));
+  c.normal = lane_load_xyz(block->normal_x + first, block->normal_y + first, block->normal_z + first);
+  c.arm_a = lane_load_xyz(block->arm_a_x + first, block->arm_a_y + first, block->arm_a_z + first);
+  c.arm_b = lane_load_xyz(block->arm_b_x + first, block->arm_b_y + first, block->arm_b_z + first);
   lane_tangents(c.normal, &c.tangent_1, &c.tangent_2);
   return c;
 }
@@ -71,14 +68,20 @@ static inline LaneCone lane_impulse(global const ImpulseBlock* block, u32 first)
                         LANE_LOAD(block->tangent_2 + first));
 }
 
+#if FEATURE_GENERAL_CONTACTS
 // Inverse inertia times a moment.
+static inline Lane3 lane_turn_by(LaneBody body, Lane3 moment) {
+  return lane_make3(body.xx * moment.x + body.xy * moment.y + body.xz * moment.z,
+                    body.xy * moment.x + body.yy * moment.y + body.yz * moment.z,
+                    body.xz * moment.x + body.yz * moment.y + body.zz * moment.z);
+}
+#endif
+
+// The same where a contact is general; the inertia of a central one is the same about every axis that counts.
 static inline Lane3 lane_spin(LaneBody body, lane_mask general, Lane3 moment) {
   const Lane3 central = lane_scale3(body.xx, moment);
 #if FEATURE_GENERAL_CONTACTS
-  const lane x = body.xx * moment.x + body.xy * moment.y + body.xz * moment.z;
-  const lane y = body.xy * moment.x + body.yy * moment.y + body.yz * moment.z;
-  const lane z = body.xz * moment.x + body.yz * moment.y + body.zz * moment.z;
-  return lane_make3(general ? x : central.x, general ? y : central.y, general ? z : central.z);
+  return lane_select3(general, lane_turn_by(body, moment), central);
 #else
   return central;
 #endif
@@ -215,6 +218,37 @@ static inline u32 phase_begin(u32 phase, global const u32* color_starts, global 
 static inline u32 phase_end(u32 phase, global const u32* color_starts, global const u32* counters) {
   const u32 colors = counters[COUNTER_COLORS];
   return phase < colors ? color_starts[phase + 1u] : color_starts[MAX_COLORS] + (phase - colors) + 1u;
+}
+
+// One colour.
+static inline void visit_color(const u32 purpose, u32 color, global const u32* color_starts,
+                               global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                               global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
+                               global ImpulseBlock* impulse_blocks, global Motion* motions) {
+  const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
+  FOR_EACH(item, items) {
+    const u32 block = begin + item / ITEMS_PER_BLOCK;
+    visit_pairs(purpose, item % ITEMS_PER_BLOCK * LANES, block_bodies + block, block_rows[block], contact_blocks,
+                softness_blocks, impulse_blocks, motions);
+  }
+}
+
+// One work-group: the colours from `first_color` on and the overflow.
+static inline void visit_tail(const u32 purpose, u32 first_color, global const u32* color_starts,
+                              global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                              global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
+                              global ImpulseBlock* impulse_blocks, global Motion* motions, global const u32* counters) {
+  const u32 phases = contact_phases(counters);
+  for (u32 phase = min(first_color, counters[COUNTER_COLORS]); phase < phases; ++phase) {
+    const u32 begin = phase_begin(phase, color_starts, counters);
+    const u32 items = (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK;
+    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
+      const u32 block = begin + item / ITEMS_PER_BLOCK;
+      visit_pairs(purpose, item % ITEMS_PER_BLOCK * LANES, block_bodies + block, block_rows[block], contact_blocks,
+                  softness_blocks, impulse_blocks, motions);
+    }
+    barrier(CLK_GLOBAL_MEM_FENCE);
+  }
 }
 
 #endif

@@ -17,14 +17,6 @@ namespace lockstep::reference {
 
 enum class JointPurpose { solve, relax };
 
-/// Inverse inertia times a moment, world frame.
-template <class real>
-Vec3<real> turn_by(const Motion<real>& body, Vec3<real> moment) {
-  return {body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
-          body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
-          body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z};
-}
-
 template <class real>
 Vec3<real> joint_vector(const real (*field)[PACK], u32 lane) {
   return {field[0][lane], field[1][lane], field[2][lane]};

@@ -12,13 +12,6 @@ static inline Lane3 lane_joint_vector(global const real (*field)[PACK], u32 firs
   return lane_make3(LANE_LOAD(field[0] + first), LANE_LOAD(field[1] + first), LANE_LOAD(field[2] + first));
 }
 
-// Inverse inertia times a moment.
-static inline Lane3 lane_turn_by(LaneBody body, Lane3 moment) {
-  return lane_make3(body.xx * moment.x + body.xy * moment.y + body.xz * moment.z,
-                    body.xy * moment.x + body.yy * moment.y + body.yz * moment.z,
-                    body.xz * moment.x + body.yz * moment.y + body.zz * moment.z);
-}
-
 // Replaces b by K^-1 b.
 static inline void lane_solve_factor(global const JointBlock* block, u32 first, lane b[JOINT_ROWS]) {
   lane lower[JOINT_LOWER];
@@ -121,6 +114,17 @@ static inline void start_joints(u32 first, global const JointLanes* lanes, globa
   lane_push_joint(block, lane_is_angular(lanes, first), first, r, LANE_LOAD(impulses->free + first), &a, &b);
   lane_store_bodies(a, motions, lanes->body_a + first);
   lane_store_bodies(b, motions, lanes->body_b + first);
+}
+
+// One phase: blocks begin .. end - 1.
+static inline void visit_joint_phase(const u32 purpose, u32 begin, u32 end, global const JointLanes* joint_lanes,
+                                     global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
+                                     global Motion* motions) {
+  FOR_EACH(item, (end - begin) * ITEMS_PER_BLOCK) {
+    const u32 block = begin + item / ITEMS_PER_BLOCK;
+    visit_joints(purpose, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
+                 joint_impulses + block, motions);
+  }
 }
 
 // One work-group: a sweep over the phases from `first_phase` on.
