@@ -245,8 +245,8 @@ std::vector<CaseError> sphere_on_slope(double dt, const std::string& precision) 
 std::vector<CaseError> incline(double dt, const std::string& precision) {
   const Scene scene = read_scene("incline");
   const double angle = std::acos(-1.0) / 9, duration = 2;
-  CaseError worst = {"acceleration of those that slide (m/s^2), the worst", 0, -1},
-            most = {"way of those that stick (m), the most", 0, -1};
+  CaseError slides = {"acceleration of the worst that slides (m/s^2)", 0, -1},
+            sticks = {"way of the worst that sticks (m)", 0, -1};
   for (const MaterialPairRule& pair : scene.material_pairs) {
     const auto body = std::ranges::find(scene.bodies, scene.materials[pair.material_b].name, &BodyDescription::name);
     Vector3 start = {};
@@ -258,11 +258,12 @@ std::vector<CaseError> incline(double dt, const std::string& precision) {
       return true;
     });
     const double exact = g * (std::sin(angle) - pair.friction * std::cos(angle));
-    CaseError error = exact > 0 ? compare(worst.quantity, exact, speed / duration) : compare(most.quantity, 0, way);
-    CaseError& largest = exact > 0 ? worst : most;
-    if (error.error > largest.error) largest = error;
+    CaseError& worst = exact > 0 ? slides : sticks;
+    const CaseError error =
+        exact > 0 ? compare(worst.quantity, exact, speed / duration) : compare(worst.quantity, 0, way);
+    if (error.error > worst.error) worst = error;
   }
-  return {worst, most};
+  return {slides, sticks};
 }
 
 /// The smallest friction at which the sphere on the slope rolls without slipping, found by bisection.
