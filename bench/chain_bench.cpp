@@ -1,7 +1,10 @@
 // How well a scene of joints is held, against its cost: the largest separation of a joint and how far the energy leaves
 // its first value, for settings of the solver.
 //
-//   chain_bench [--scene chain64] [--device reference|auto|...] [--steps 1200] [--substeps 8,16,32] [--iterations 1,2]
+//   chain_bench [--scene chain64] [--device reference|auto|...] [--solver NAME] [--steps 1200] [--substeps 8,16,32]
+//               [--iterations 1,2]
+//
+// What is not given is that of the scene, or of the solver where another one is given.
 //
 // The energy is in parts of its range: what gravity can give to the bodies on their way from where they start to
 // hanging straight down from the origin, the sum of m g times the distance from the origin.
@@ -11,6 +14,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include "host/backends/device_backend.hpp"
 #include "host/backends/reference_backend.hpp"
@@ -24,10 +28,11 @@ namespace {
 using namespace lockstep;
 
 struct Options {
-  std::string scene = "chain64", device = "reference", precision = "float", solver = "small_steps";
+  std::string scene = "chain64", device = "reference", precision = "float";
+  std::optional<Solver> solver;
   u32 steps = 1200;
   double frequency = 0, damping = 0, correction = 0;
-  std::vector<u32> substeps = {8, 16, 32}, iterations = {1};
+  std::vector<u32> substeps, iterations;
 };
 
 template <class real>
@@ -88,7 +93,9 @@ int main(int argc, char** argv) {
   app.add_option("--scene", options.scene, "A built-in scene or a file");
   app.add_option("--device", options.device, "reference, auto, or an index");
   app.add_option("--precision", options.precision, "float or double");
-  app.add_option("--solver", options.solver, "small_steps or gauss_seidel");
+  app.add_option("--solver", options.solver, "Instead of the scene's")
+      ->transform(CLI::CheckedTransformer(
+          std::vector<std::pair<std::string, Solver>>(std::begin(solver_names), std::end(solver_names))));
   app.add_option("--steps", options.steps, "Time steps");
   app.add_option("--frequency", options.frequency, "joint_frequency instead of the scene's, Hz");
   app.add_option("--damping", options.damping, "joint_damping instead of the scene's");
@@ -98,7 +105,9 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     Scene scene = read_scene(options.scene);
-    if (options.solver == "gauss_seidel") scene.settings.solver = Solver::gauss_seidel;
+    if (options.solver && *options.solver != scene.settings.solver) use_solver(scene.settings, *options.solver);
+    if (options.substeps.empty()) options.substeps = {scene.settings.substeps};
+    if (options.iterations.empty()) options.iterations = {scene.settings.iterations};
     if (options.correction > 0) scene.settings.correction = options.correction;
     if (options.frequency > 0) scene.settings.joint_frequency = options.frequency;
     if (options.damping > 0) scene.settings.joint_damping = options.damping;

@@ -1,5 +1,6 @@
 #include "bench/closed_forms.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -240,6 +241,31 @@ std::vector<CaseError> sphere_on_slope(double dt, const std::string& precision) 
           compare("acceleration from the way (m/s^2)", exact, 2 * way)};
 }
 
+/// Boxes on a slope of 20 degrees: those with less friction than tan(20) slide, the others stick.
+std::vector<CaseError> incline(double dt, const std::string& precision) {
+  const Scene scene = read_scene("incline");
+  const double angle = std::acos(-1.0) / 9, duration = 2;
+  CaseError slides = {"acceleration of the worst that slides (m/s^2)", 0, -1},
+            sticks = {"way of the worst that sticks (m)", 0, -1};
+  for (const MaterialPairRule& pair : scene.material_pairs) {
+    const auto body = std::ranges::find(scene.bodies, scene.materials[pair.material_b].name, &BodyDescription::name);
+    Vector3 start = {};
+    double speed = 0, way = 0;
+    run(scene, dt, precision, static_cast<u32>(body - scene.bodies.begin()), duration, [&](const BodyState& s) {
+      if (s.time == 0) start = s.x;
+      way = length({s.x[0] - start[0], s.x[1] - start[1], s.x[2] - start[2]});
+      speed = length(s.v);
+      return true;
+    });
+    const double exact = g * (std::sin(angle) - pair.friction * std::cos(angle));
+    CaseError& worst = exact > 0 ? slides : sticks;
+    const CaseError error =
+        exact > 0 ? compare(worst.quantity, exact, speed / duration) : compare(worst.quantity, 0, way);
+    if (error.error > worst.error) worst = error;
+  }
+  return {slides, sticks};
+}
+
 /// The smallest friction at which the sphere on the slope rolls without slipping, found by bisection.
 std::vector<CaseError> rolling_threshold(double dt, const std::string& precision) {
   Scene scene = read_scene("sphere_on_slope");
@@ -288,6 +314,7 @@ const std::vector<ClosedForm>& closed_forms() {
       {"slide to roll", {0.01, 0.005}, slide_to_roll},
       {"sphere on a slope of 30 degrees", {0.01, 0.005}, sphere_on_slope},
       {"least friction that rolls", {0.01, 0.005}, rolling_threshold},
+      {"boxes on a slope of 20 degrees", {0.01, 0.005}, incline},
   };
   return cases;
 }

@@ -33,6 +33,7 @@ const std::vector<Bound> bounds = {
     {"slide to roll", 0.01, {1e-12, 1e-12, 1e-12}},
     {"sphere on a slope of 30 degrees", 0.01, {1e-12, 1e-12}},
     {"least friction that rolls", 0.005, {2e-5}},
+    {"boxes on a slope of 20 degrees", 0.01, {1e-8, 1e-8}},
 };
 
 const ClosedForm& named(const std::string& name) {

@@ -186,6 +186,33 @@ TEST(SceneReader, LinesNestAndNumberTheirCopies) {
   EXPECT_EQ(scene.bodies[8].position, (Vector3{10, 7, 0}));
 }
 
+TEST(SceneReader, APyramidIsCenteredRowByRow) {
+  const Scene scene = with_bodies(
+      R"({"generator": "pyramid", "rows": 3, "spacing": [1, 0, 2], "origin": [10, 0, 0.5],
+          "bodies": [{"name": "b", "type": "static"}]})");
+  ASSERT_EQ(scene.bodies.size(), 6u);
+  EXPECT_EQ(scene.bodies[0].position, (Vector3{9, 0, 0.5}));
+  EXPECT_EQ(scene.bodies[3].position, (Vector3{9.5, 0, 2.5}));
+  EXPECT_EQ(scene.bodies[5].position, (Vector3{10, 0, 4.5}));
+  EXPECT_EQ(scene.bodies[5].name, "b_5");
+}
+
+TEST(SceneReader, AnArcTurnsItsCopies) {
+  const Scene scene = with_bodies(
+      R"({"generator": "arc", "count": 3, "axis": [0, 3, 0], "start_deg": -90, "step_deg": 90, "origin": [0, 0, 5],
+          "bodies": [{"name": "b", "mass": 1, "inertia": [1, 1, 1], "position": [0, 1, 2], "velocity": [1, 0, 0],
+                      "angular_velocity": [0, 0, 3], "orientation": {"axis": [0, 1, 0], "angle_deg": 90}}]})");
+  ASSERT_EQ(scene.bodies.size(), 3u);
+  expect_near(scene.bodies[0].position, {-2, 1, 5});
+  EXPECT_EQ(scene.bodies[1].position, (Vector3{0, 1, 7}));
+  expect_near(scene.bodies[2].position, {2, 1, 5});
+  expect_near(scene.bodies[2].velocity, {0, 0, -1});
+  expect_near(scene.bodies[2].angular_velocity, {3, 0, 0});
+  expect_near(exact::rotate(scene.bodies[0].orientation, {1, 0, 0}), {1, 0, 0});
+  expect_near(exact::rotate(scene.bodies[1].orientation, {1, 0, 0}), {0, 0, -1});
+  EXPECT_EQ(scene.bodies[2].name, "b_2");
+}
+
 // Joints within a copy, to the next one, and to what is outside; in nested lines each joint belongs to its own line.
 TEST(SceneReader, LinesMakeChains) {
   const Scene scene = with_bodies(

@@ -224,6 +224,8 @@ const Probe probes[] = {
     {"/$defs/grid/properties", R"({"bodies": [{"generator": "grid", "qqqqqqqq": 0}]})"},
     {"/$defs/grid/properties/generator/enum", R"({"bodies": [{"generator": "qqqqqqqq"}]})"},
     {"/$defs/line/properties", R"({"bodies": [{"generator": "line", "qqqqqqqq": 0}]})"},
+    {"/$defs/pyramid/properties", R"({"bodies": [{"generator": "pyramid", "qqqqqqqq": 0}]})"},
+    {"/$defs/arc/properties", R"({"bodies": [{"generator": "arc", "qqqqqqqq": 0}]})"},
     {"/$defs/jitter/properties",
      R"({"bodies": [{"generator": "line", "count": 1, "step": [0, 0, 0], "jitter": {"qqqqqqqq": 0}}]})"},
     {"/$defs/jitter/properties/generator/enum",

@@ -101,13 +101,60 @@ Vector3 place(const Lattice& lattice, const Jitter& jitter, const std::array<u32
   return exact::add(position, jitter.at(number));
 }
 
+BodyList read_templates(const JsonNode& node, Names& names) {
+  BodyList templates = read_bodies(node.at("bodies"), names);
+  if (templates.bodies.empty()) node.at("bodies").fail("is empty; a generator needs a body to copy");
+  return templates;
+}
+
+// Turned as a whole about a line through the origin of the generator's frame.
+BodyDescription turned(BodyDescription body, const Quaternion& turn) {
+  body.position = exact::rotate(turn, body.position);
+  body.orientation = exact::unit(exact::multiply(turn, body.orientation));
+  body.velocity = exact::rotate(turn, body.velocity);
+  body.angular_velocity = exact::rotate(turn, body.angular_velocity);
+  return body;
+}
+
+// Copies on an arc: copy i is turned about the axis by start + i * step, then moved to the origin.
+void expand_arc(const JsonNode& node, Names& names, BodyList& list) {
+  node.expect_object({"generator", "count", "axis", "start_deg", "step_deg", "origin", "bodies"});
+  const u32 count = read_count(node.at("count"));
+  const Vector3 axis = read_direction(node.at("axis"));
+  const double start = node.has("start_deg") ? node.at("start_deg").number() : 0, step = node.at("step_deg").number();
+  const double last = start + (count - 1) * step;
+  if (std::max({start, -start, last, -last}) > most_degrees)
+    node.fail(
+        fmt::format("goes from {1} to {2} degrees; both must be in -{0:.0f} .. {0:.0f}", most_degrees, start, last));
+  const Vector3 origin = node.has("origin") ? node.at("origin").vector() : Vector3{0, 0, 0};
+  const BodyList templates = read_templates(node, names);
+  if (!templates.joints.empty()) node.at("bodies").fail("has joints; an arc does not turn joints");
+  list.expect_room(node, 1.0 * count * static_cast<double>(templates.bodies.size()),
+                   1.0 * count * static_cast<double>(templates.shapes));
+  for (u32 number = 0; number < count; ++number) {
+    const double half = 0.5 * (start + number * step);
+    const Quaternion turn = exact::turn(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
+    for (const BodyDescription& original : templates.bodies) {
+      BodyDescription body = turned(original, turn);
+      body.position = exact::add(origin, body.position);
+      if (!body.name.empty()) body.name += fmt::format("_{}", number);
+      list.add(std::move(body));
+    }
+  }
+}
+
 }  // namespace
 
 void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
-  enum class Kind { grid, line, pyramid };
+  enum class Kind { grid, line, pyramid, arc };
   const auto kind =
       node.at("generator")
-          .choice<Kind>("generator", {{"grid", Kind::grid}, {"line", Kind::line}, {"pyramid", Kind::pyramid}});
+          .choice<Kind>("generator",
+                        {{"grid", Kind::grid}, {"line", Kind::line}, {"pyramid", Kind::pyramid}, {"arc", Kind::arc}});
+  if (kind == Kind::arc) {
+    expand_arc(node, names, list);
+    return;
+  }
   if (kind == Kind::pyramid) {
     node.expect_object({"generator", "rows", "spacing", "origin", "jitter", "bodies", "joints"});
   } else if (kind == Kind::grid) {
@@ -119,8 +166,7 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
   if (node.has("origin")) lattice.origin = node.at("origin").vector();
   const Jitter jitter = node.has("jitter") ? read_jitter(node.at("jitter")) : Jitter{};
 
-  const BodyList templates = read_bodies(node.at("bodies"), names);
-  if (templates.bodies.empty()) node.at("bodies").fail("is empty; a generator needs a body to copy");
+  const BodyList templates = read_templates(node, names);
   std::vector<NamedJoint> joints = templates.joints;
   if (node.has("joints")) {
     for (NamedJoint& joint : read_joints(node.at("joints"), kind == Kind::line)) joints.push_back(std::move(joint));

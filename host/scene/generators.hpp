@@ -5,7 +5,7 @@
 
 namespace lockstep {
 
-/// Reads a generator ("grid" or "line") and appends the bodies it places.
+/// Reads a generator ("grid", "line", "pyramid" or "arc") and appends the bodies it places.
 void expand_generator(const JsonNode& node, Names& names, BodyList& list);
 
 }  // namespace lockstep

@@ -19,12 +19,6 @@ std::vector<std::string> names_of(const std::vector<Material>& materials) {
   return names;
 }
 
-Vector3 read_direction(const JsonNode& node) {
-  const Vector3 v = node.vector();
-  if (v[0] == 0 && v[1] == 0 && v[2] == 0) node.fail("must not be zero: it is a direction");
-  return v;
-}
-
 // The keys that give a kind of shape its size.
 const std::map<ShapeKind, std::vector<const char*>> size_keys = {
     {SHAPE_SPHERE, {"radius"}}, {SHAPE_CAPSULE, {"radius", "length"}},
@@ -267,6 +261,12 @@ void Categories::expect_all_owned() const {
   }
 }
 
+Vector3 read_direction(const JsonNode& node) {
+  const Vector3 v = node.vector();
+  if (v[0] == 0 && v[1] == 0 && v[2] == 0) node.fail("must not be zero: it is a direction");
+  return v;
+}
+
 Quaternion read_orientation(const JsonNode& node) {
   if (node.is_array()) {
     const std::vector<JsonNode> parts = node.elements();
@@ -283,7 +283,6 @@ Quaternion read_orientation(const JsonNode& node) {
     if (x < -limit || x > limit) angle.fail(fmt::format("must be in -{0} .. {0}, is {1}", limit, x));
     return x;
   };
-  constexpr double most_degrees = 1e6;
   if (node.has("euler_deg")) {
     for (const char* key : {"axis", "angle", "angle_deg"}) {
       if (node.has(key)) node.at(key).fail("does not go with \"euler_deg\"; remove one of the two");

@@ -13,6 +13,9 @@ namespace lockstep {
 /// A scene may have this many bodies and this many shapes.
 constexpr u32 most_bodies = 2000000;
 
+/// Angles in degrees may have this size.
+constexpr double most_degrees = 1e6;
+
 /// Names of collision categories, mapped to bits in the order in which the file mentions them; bit 0 is "default".
 class Categories {
  public:
@@ -56,5 +59,8 @@ BodyList read_bodies(const JsonNode& array, Names& names);
 
 /// A turn: a quaternion [x, y, z, w], {"axis", "angle" | "angle_deg"} or {"euler_deg"}.
 Quaternion read_orientation(const JsonNode& node);
+
+/// A vector that is not zero.
+Vector3 read_direction(const JsonNode& node);
 
 }  // namespace lockstep
