@@ -14,6 +14,7 @@
 #include "cpu_reference/cone.hpp"
 #include "cpu_reference/contact_now.hpp"
 #include "cpu_reference/frame.hpp"
+#include "cpu_reference/prepare_patch.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/visit_contact.hpp"
 #include "host/buffers.hpp"
@@ -117,20 +118,23 @@ real prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
       clamp_to_cone({start.normal > 0 ? start.normal : real(0), dot3(tangent, t1), dot3(tangent, t2)}, friction);
 
   const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
-  real w_nn = inverse_mass, w_11, w_22, w_n1 = 0, w_n2 = 0, w_12 = 0;
-  if (central) {
+  real w_nn = inverse_mass, w_11 = 0, w_22 = 0, w_n1 = 0, w_n2 = 0, w_12 = 0;
+  const bool rubs_as_one = !buffers.patch_blocks.empty();  // the rest is the patch's
+  if (central && !rubs_as_one) {
     w_11 = inverse_mass + dot3(arm_a, arm_a) * motion_a.inertia_xx + dot3(arm_b, arm_b) * motion_b.inertia_xx;
     w_22 = w_11;
-  } else {
+  } else if (!central) {
     const auto share = [&](Vec3<real> d, Vec3<real> e) {
       return angular_share(motion_a, arm_a, d, e) + angular_share(motion_b, arm_b, d, e);
     };
     w_nn = inverse_mass + share(n, n);
-    w_11 = inverse_mass + share(t1, t1);
-    w_22 = inverse_mass + share(t2, t2);
-    w_n1 = share(n, t1);
-    w_n2 = share(n, t2);
-    w_12 = share(t1, t2);
+    if (!rubs_as_one) {
+      w_11 = inverse_mass + share(t1, t1);
+      w_22 = inverse_mass + share(t2, t2);
+      w_n1 = share(n, t1);
+      w_n2 = share(n, t2);
+      w_12 = share(t1, t2);
+    }
   }
 
   block.normal_x[lane] = n.x;
@@ -174,6 +178,15 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
           clear_lane(block_row, impulses, lane);
         if (!buffers.softness_blocks.empty()) buffers.softness_blocks[row].softness[lane] = softness;
       }
+    }
+    if (buffers.patch_blocks.empty()) continue;
+    for (u32 lane = 0; lane < PACK; ++lane) {
+      PatchBlock<real>& patch = buffers.patch_blocks[block];
+      PatchImpulse<real>& impulses = buffers.patch_impulses[block];
+      if (bodies.count[lane] > 0)
+        prepare_patch(buffers, params, bodies, lane, buffers.block_rows[block].first, patch, impulses);
+      else
+        clear_lane(patch, impulses, lane);
     }
   }
 }

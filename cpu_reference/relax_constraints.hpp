@@ -5,20 +5,15 @@
 #pragma once
 
 #include "cpu_reference/joints/visit_joint.hpp"
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/sweep_contacts.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
 void relax_constraints(Buffers<real>& buffers, const StepParams<real>&) {
   if (step_is_void(buffers.counters)) return;
-  sweep_joints(JointPurpose::relax, buffers);
-  for_each_contact_slot(buffers, [&](const BlockBodies& bodies, u32 row, u32 lane) {
-    const ContactBlock<real>& block = buffers.contact_blocks[row];
-    const real bias = softness_of(buffers, row, lane) > 0 ? real(0) : block.bias[lane];
-    visit_contact(block, bias, real(0), buffers.impulse_blocks[row], bodies.kind[lane], lane,
-                  buffers.motions[bodies.body_a[lane]], buffers.motions[bodies.body_b[lane]]);
-  });
+  sweep_joints(Purpose::relax, buffers);
+  sweep_contacts(Purpose::relax, buffers);
 }
 
 }  // namespace lockstep::reference

@@ -13,7 +13,7 @@ void store_impulses(Buffers<real>& buffers, const StepParams<real>&) {
   buffers.cached_count[0] = count;
   for (u32 i = 0; i < count; ++i) {
     const u32 row = buffers.contact_slots[i] / PACK, lane = buffers.contact_slots[i] % PACK;
-    const ContactFrame<real> c = contact_frame(buffers.contact_blocks[row], lane);
+    const ContactFrame<real> c = contact_frame<real>(buffers.contact_blocks[row], lane);
     const ConeVector<real> r = impulse_of(buffers.impulse_blocks[row], lane);
     const Vec3<real> t = add3(scale3(r.tangent_1, c.tangent_1), scale3(r.tangent_2, c.tangent_2));
     const Contact& contact = buffers.contacts[i];

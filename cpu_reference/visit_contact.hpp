@@ -15,19 +15,28 @@
 namespace lockstep::reference {
 
 template <class real>
+struct ContactArms {
+  Vec3<real> normal, arm_a, arm_b;
+};
+
+template <class real>
 struct ContactFrame {
   Vec3<real> normal, tangent_1, tangent_2, arm_a, arm_b;
 };
 
-template <class real>
-ContactFrame<real> contact_frame(const ContactBlock<real>& block, u32 lane) {
-  const Vec3<real> normal = {block.normal_x[lane], block.normal_y[lane], block.normal_z[lane]};
-  const auto [t1, t2] = tangents(normal);
-  return {normal,
-          t1,
-          t2,
+/// Of a ContactBlock, or of a PatchBlock.
+template <class real, class Block>
+ContactArms<real> contact_arms(const Block& block, u32 lane) {
+  return {{block.normal_x[lane], block.normal_y[lane], block.normal_z[lane]},
           {block.arm_a_x[lane], block.arm_a_y[lane], block.arm_a_z[lane]},
           {block.arm_b_x[lane], block.arm_b_y[lane], block.arm_b_z[lane]}};
+}
+
+template <class real, class Block>
+ContactFrame<real> contact_frame(const Block& block, u32 lane) {
+  const ContactArms<real> c = contact_arms<real>(block, lane);
+  const auto [t1, t2] = tangents(c.normal);
+  return {c.normal, t1, t2, c.arm_a, c.arm_b};
 }
 
 template <class real>
@@ -41,32 +50,43 @@ Vec3<real> spin(const Motion<real>& body, u32 kind, Vec3<real> moment) {
   return kind == BLOCK_GENERAL ? turn_by(body, moment) : scale3(body.inertia_xx, moment);
 }
 
-/// An impulse on a at the contact point, its opposite on b. Bodies that cannot move are never written (contract rule
+/// The velocity of a against b at the ends of the arms.
+template <class real>
+Vec3<real> velocity_at(Vec3<real> arm_a, Vec3<real> arm_b, const Motion<real>& a, const Motion<real>& b) {
+  return sub3(add3(vec3(a.v), cross3(vec3(a.w), arm_a)), add3(vec3(b.v), cross3(vec3(b.w), arm_b)));
+}
+
+/// An impulse on a at the end of its arm, its opposite on b. Bodies that cannot move are never written (contract rule
 /// 9).
+template <class real>
+void push_at(Vec3<real> arm_a, Vec3<real> arm_b, u32 kind, Vec3<real> impulse, Motion<real>& a, Motion<real>& b) {
+  if (a.inverse_mass > 0) {
+    store3(a.v, add3(vec3(a.v), scale3(a.inverse_mass, impulse)));
+    store3(a.w, add3(vec3(a.w), spin(a, kind, cross3(arm_a, impulse))));
+  }
+  if (b.inverse_mass > 0) {
+    store3(b.v, sub3(vec3(b.v), scale3(b.inverse_mass, impulse)));
+    store3(b.w, sub3(vec3(b.w), spin(b, kind, cross3(arm_b, impulse))));
+  }
+}
+
 template <class real>
 void push(const ContactFrame<real>& c, u32 kind, ConeVector<real> r, Motion<real>& a, Motion<real>& b) {
   const Vec3<real> impulse =
       add3(add3(scale3(r.normal, c.normal), scale3(r.tangent_1, c.tangent_1)), scale3(r.tangent_2, c.tangent_2));
-  if (a.inverse_mass > 0) {
-    store3(a.v, add3(vec3(a.v), scale3(a.inverse_mass, impulse)));
-    store3(a.w, add3(vec3(a.w), spin(a, kind, cross3(c.arm_a, impulse))));
-  }
-  if (b.inverse_mass > 0) {
-    store3(b.v, sub3(vec3(b.v), scale3(b.inverse_mass, impulse)));
-    store3(b.w, sub3(vec3(b.w), spin(b, kind, cross3(c.arm_b, impulse))));
-  }
+  push_at(c.arm_a, c.arm_b, kind, impulse, a, b);
 }
 
 template <class real>
 void visit_contact(const ContactBlock<real>& block, real bias, real softness, ImpulseBlock<real>& impulses, u32 kind,
                    u32 lane, Motion<real>& a, Motion<real>& b) {
-  const ContactFrame<real> c = contact_frame(block, lane);
+  const ContactFrame<real> c = contact_frame<real>(block, lane);
   const ConeVector<real> old = impulse_of(impulses, lane);
   const real friction = block.friction[lane];
   const Delassus<real> w = {block.w_nn[lane], block.w_11[lane], block.w_22[lane],
                             block.w_n1[lane], block.w_n2[lane], block.w_12[lane]};
 
-  const Vec3<real> u = sub3(add3(vec3(a.v), cross3(vec3(a.w), c.arm_a)), add3(vec3(b.v), cross3(vec3(b.w), c.arm_b)));
+  const Vec3<real> u = velocity_at(c.arm_a, c.arm_b, a, b);
   const real u_n = dot3(c.normal, u) + bias, u_1 = dot3(c.tangent_1, u), u_2 = dot3(c.tangent_2, u);
   ConeVector<real> r;
   if (kind == BLOCK_GENERAL) {
@@ -83,24 +103,6 @@ void visit_contact(const ContactBlock<real>& block, real bias, real softness, Im
   impulses.tangent_1[lane] = r.tangent_1;
   impulses.tangent_2[lane] = r.tangent_2;
   push(c, kind, {r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2}, a, b);
-}
-
-/// Calls visit(bodies, row, lane) for every contact, colour after colour and overflow block after overflow block: as
-/// blocks are laid out in that order, simply one after another; the contacts of a pair one after another too.
-template <class real, class Visit>
-void for_each_contact_slot(const Buffers<real>& buffers, Visit&& visit) {
-  if (buffers.color_starts.empty()) return;  // a scene of joints alone
-  for (u32 block = 0; block < buffers.color_starts[MAX_COLORS + 1]; ++block) {
-    const BlockBodies& bodies = buffers.block_bodies[block];
-    for (u32 lane = 0; lane < PACK; ++lane) {
-      for (u32 k = 0; k < bodies.count[lane]; ++k) visit(bodies, buffers.block_rows[block].first + k, lane);
-    }
-  }
-}
-
-template <class real>
-real softness_of(const Buffers<real>& buffers, u32 row, u32 lane) {
-  return buffers.softness_blocks.empty() ? real(0) : buffers.softness_blocks[row].softness[lane];
 }
 
 }  // namespace lockstep::reference

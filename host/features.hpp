@@ -24,10 +24,11 @@ enum class Feature : u32 {
   events = 1u << 13,         // who began and ceased to touch is wanted
   sensors = 1u << 14,        // shapes that only feel; they come with events
   continuous = 1u << 15,     // some body's impacts are looked for within the step
+  queries = 1u << 16,        // rays or volumes were asked about: switched on while the simulation runs
   soft_contacts = 1u << 17,  // contacts that overlap are springs, and a sweep takes back what they added
   joints = 1u << 18,
   soft_joints = 1u << 19,  // joints are springs too
-  queries = 1u << 16,      // rays or volumes were asked about: switched on while the simulation runs
+  patches = 1u << 20,      // the contacts of a pair rub as one
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -39,6 +39,7 @@ void step(Backend& backend, StepParams<real> p) {
     backend.run(Stage::mark_touching, p);
   }
 
+  backend.run(Stage::spread_patches, p);
   backend.run(Stage::store_impulses, p);
   backend.run(Stage::find_events, p);
   backend.run(Stage::end_step, p);

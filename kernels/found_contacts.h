@@ -5,7 +5,7 @@
 #include "shapes/manifold.h"
 
 typedef struct FoundContacts {
-  real points[MANIFOLD_POINTS][8];  // the first eight reals of a ContactPoint
+  real points[PAIR_POINTS][8];  // the first eight reals of a ContactPoint
   real normal[4];
   Contact contact;  // of all points: without feature and rank
   u32 features[4];

@@ -9,6 +9,9 @@
 #define LANES_JOIN_(a, b) a##b
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
 
+// Work-items that a block of PACK lanes gives.
+#define ITEMS_PER_BLOCK (PACK / LANES)
+
 typedef LANES_JOIN(REAL, 8) Real8;
 typedef LANES_JOIN(REAL, 16) Real16;
 
@@ -187,6 +190,7 @@ static inline Lane3 lane_make3(lane x, lane y, lane z) {
   v.z = z;
   return v;
 }
+static inline void lane_store_where(lane_mask there, lane x, global real* p) { LANE_STORE(there ? x : (lane)0, p); }
 static inline Lane3 lane_load_xyz(global const real* x, global const real* y, global const real* z) {
   return lane_make3(LANE_LOAD(x), LANE_LOAD(y), LANE_LOAD(z));
 }

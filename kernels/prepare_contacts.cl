@@ -4,6 +4,7 @@
 #include "common.h"
 #include "cone.h"
 #include "lane_quads.h"
+#include "prepare_patch.h"
 #include "types.h"
 #include "visit_contact.h"
 
@@ -115,8 +116,6 @@ static inline Lane3 prepare_central_arm(lane_mask general, lane inverse_mass, La
   return lane_select3(general, arm, central);
 }
 
-static inline void prepare_store(lane_mask there, lane x, global real* p) { LANE_STORE(there ? x : (lane)0, p); }
-
 // The impulses to start from, of the last step or sub-step, put back into the cones over the turned frames.
 static inline LaneCone prepare_impulse(u32 substep, u32 first, Lane3 t1, Lane3 t2, lane friction,
                                        global const StartBlock* starts, global const ContactBlock* block,
@@ -145,7 +144,13 @@ static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 
   w->t11 = inverse_mass + lane_dot3(arm_a, arm_a) * a->xx + lane_dot3(arm_b, arm_b) * b->xx;
   w->t22 = w->t11;
   w->n1 = w->n2 = w->t12 = (lane)0;
-#if FEATURE_GENERAL_CONTACTS
+#if FEATURE_PATCHES
+  // the rest is the patch's
+  const Lane3 n_a = lane_cross3(arm_a, n), n_b = lane_cross3(arm_b, n);
+  const lane share = lane_dot3(n_a, lane_spin(*a, general, n_a)) + lane_dot3(n_b, lane_spin(*b, general, n_b));
+  w->nn = general ? inverse_mass + share : w->nn;
+  w->t11 = w->t22 = (lane)0;
+#elif FEATURE_GENERAL_CONTACTS
   const Lane3 n_a = lane_cross3(arm_a, n), t1_a = lane_cross3(arm_a, t1), t2_a = lane_cross3(arm_a, t2);
   const Lane3 n_b = lane_cross3(arm_b, n), t1_b = lane_cross3(arm_b, t1), t2_b = lane_cross3(arm_b, t2);
   const Lane3 spin_n_a = lane_spin(*a, general, n_a), spin_n_b = lane_spin(*b, general, n_b);
@@ -181,28 +186,28 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
   prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
   const LaneCone r = prepare_impulse(params.substep, first, t1, t2, friction, starts, block, impulses);
 
-  prepare_store(there, n.x, block->normal_x + first);
-  prepare_store(there, n.y, block->normal_y + first);
-  prepare_store(there, n.z, block->normal_z + first);
-  prepare_store(there, arm_a.x, block->arm_a_x + first);
-  prepare_store(there, arm_a.y, block->arm_a_y + first);
-  prepare_store(there, arm_a.z, block->arm_a_z + first);
-  prepare_store(there, arm_b.x, block->arm_b_x + first);
-  prepare_store(there, arm_b.y, block->arm_b_y + first);
-  prepare_store(there, arm_b.z, block->arm_b_z + first);
-  prepare_store(there, bias, block->bias + first);
-  prepare_store(there, friction, block->friction + first);
-  prepare_store(there, w.nn, block->w_nn + first);
-  prepare_store(there, w.t11, block->w_11 + first);
-  prepare_store(there, w.t22, block->w_22 + first);
-  prepare_store(there, w.n1, block->w_n1 + first);
-  prepare_store(there, w.n2, block->w_n2 + first);
-  prepare_store(there, w.t12, block->w_12 + first);
-  prepare_store(there, r.normal, impulses->normal + first);
-  prepare_store(there, r.tangent_1, impulses->tangent_1 + first);
-  prepare_store(there, r.tangent_2, impulses->tangent_2 + first);
+  lane_store_where(there, n.x, block->normal_x + first);
+  lane_store_where(there, n.y, block->normal_y + first);
+  lane_store_where(there, n.z, block->normal_z + first);
+  lane_store_where(there, arm_a.x, block->arm_a_x + first);
+  lane_store_where(there, arm_a.y, block->arm_a_y + first);
+  lane_store_where(there, arm_a.z, block->arm_a_z + first);
+  lane_store_where(there, arm_b.x, block->arm_b_x + first);
+  lane_store_where(there, arm_b.y, block->arm_b_y + first);
+  lane_store_where(there, arm_b.z, block->arm_b_z + first);
+  lane_store_where(there, bias, block->bias + first);
+  lane_store_where(there, friction, block->friction + first);
+  lane_store_where(there, w.nn, block->w_nn + first);
+  lane_store_where(there, w.t11, block->w_11 + first);
+  lane_store_where(there, w.t22, block->w_22 + first);
+  lane_store_where(there, w.n1, block->w_n1 + first);
+  lane_store_where(there, w.n2, block->w_n2 + first);
+  lane_store_where(there, w.t12, block->w_12 + first);
+  lane_store_where(there, r.normal, impulses->normal + first);
+  lane_store_where(there, r.tangent_1, impulses->tangent_1 + first);
+  lane_store_where(there, r.tangent_2, impulses->tangent_2 + first);
 #if FEATURE_SOFT_CONTACTS
-  prepare_store(there & (softness > (lane)0), softness * w.nn, softness_block->softness + first);
+  lane_store_where(there & (softness > (lane)0), softness * w.nn, softness_block->softness + first);
 #endif
 }
 
@@ -211,7 +216,8 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
                              global const PointBlock* point_blocks, global const StartBlock* start_blocks,
                              global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                              global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
-                             global SoftnessBlock* softness_blocks, global const u32* counters) {
+                             global SoftnessBlock* softness_blocks, global PatchBlock* patch_blocks,
+                             global PatchImpulse* patch_impulses, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
     const u32 first = item % ITEMS_PER_BLOCK * LANES;
@@ -227,5 +233,10 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
       prepare_row(params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, contact_blocks + row,
                   softness_blocks + row, impulse_blocks + row);
     }
+#if FEATURE_PATCHES
+    prepare_patches(params.substep, first, rows.count, count, &a.motion, &b.motion, contact_blocks + rows.first,
+                    impulse_blocks + rows.first, patch_blocks + item / ITEMS_PER_BLOCK,
+                    patch_impulses + item / ITEMS_PER_BLOCK);
+#endif
   }
 }

@@ -2,8 +2,8 @@
 // A sweep that takes back what soft contacts gave to push overlap apart (cpu_reference/relax_constraints.hpp).
 #include "common.h"
 #include "joints/visit_joint.h"
+#include "sweep_contacts.h"
 #include "types.h"
-#include "visit_contact.h"
 
 #if FEATURE_JOINTS
 // One phase of the joints: blocks begin .. end - 1.
@@ -27,24 +27,28 @@ kernel void relax_joint_tail(const u32 first_phase, const u32 phases, global con
 // One colour.
 kernel void relax_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                        global const SoftnessBlock* softness_blocks, global ImpulseBlock* impulse_blocks,
+                        global const SoftnessBlock* softness_blocks, global const PatchBlock* patch_blocks,
+                        global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
                         global Motion* motions, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  visit_color(VISIT_RELAX, color, color_starts, block_bodies, block_rows, contact_blocks, softness_blocks,
-              impulse_blocks, motions);
+  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
+                                patch_blocks, impulse_blocks, patch_impulses, motions};
+  visit_color(VISIT_RELAX, color, color_starts, &stream);
 }
 
 // One work-group: the joints' first phases, the colours from `first_color` on and the overflow.
 kernel void relax_tail(const u32 first_color, const u32 joint_phase_count, global const u32* color_starts,
                        global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                        global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                       global ImpulseBlock* impulse_blocks, global const u32* joint_phases,
+                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                       global PatchImpulse* patch_impulses, global const u32* joint_phases,
                        global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                        global JointImpulseBlock* joint_impulses, global Motion* motions, global const u32* counters) {
+  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
+                                patch_blocks, impulse_blocks, patch_impulses, motions};
 #if FEATURE_JOINTS
   sweep_joints(VISIT_RELAX, 0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
                joint_blocks, joint_impulses, motions);
 #endif
-  visit_tail(VISIT_RELAX, first_color, color_starts, block_bodies, block_rows, contact_blocks, softness_blocks,
-             impulse_blocks, motions, counters);
+  visit_tail(VISIT_RELAX, first_color, color_starts, &stream, counters);
 }

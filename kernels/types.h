@@ -31,6 +31,13 @@ typedef REAL real;
 #define COLOR_OF_FIRST (MAX_COLORS + 1u)
 // Points at which two shapes can touch.
 #define MANIFOLD_POINTS 4u
+#ifdef __OPENCL_VERSION__
+#if FEATURE_MANIFOLDS
+#define PAIR_POINTS MANIFOLD_POINTS
+#else
+#define PAIR_POINTS 1u  // spheres and planes meet at one
+#endif
+#endif
 // Blocks from which on a colour is worth a launch of its own.
 #define LARGE_COLOR 32u
 // Items that one work-item counts, scans or places in the list primitives.
@@ -346,6 +353,20 @@ RECORD(ContactBlock) {
 RECORD(SoftnessBlock) { real softness[PACK]; };
 
 RECORD(ImpulseBlock) { real normal[PACK], tangent_1[PACK], tangent_2[PACK]; };
+
+// What the contacts of each pair share in a scene of patches: one friction block and a twist at the centre of pressure.
+RECORD(PatchBlock) {
+  real normal_x[PACK], normal_y[PACK], normal_z[PACK];  // world frame, from b to a
+  real arm_a_x[PACK], arm_a_y[PACK], arm_a_z[PACK];     // from the centre of mass of a to that of pressure, world frame
+  real arm_b_x[PACK], arm_b_y[PACK], arm_b_z[PACK];
+  real friction[PACK];                                        // mu
+  real lever[MANIFOLD_POINTS][PACK];                          // m, from the centre of pressure to each contact
+  real inverse_11[PACK], inverse_12[PACK], inverse_22[PACK];  // of the tangential Delassus block, kg
+  real inverse_twist[PACK];                                   // kg m^2
+};
+
+// What acts on a at the centre of pressure, its opposite on b: N s along the tangents, N m s about the normal.
+RECORD(PatchImpulse) { real tangent_1[PACK], tangent_2[PACK], twist[PACK]; };
 
   // ---- joints
   // --------------------------------------------------------------------------------------------------------

@@ -100,6 +100,27 @@ static inline void lane_push(LaneContact c, lane_mask general, LaneCone r, LaneB
 #define VISIT_SOLVE 0u
 #define VISIT_RELAX 1u  // soft contacts become hard, without a bias (cpu_reference/relax_constraints.hpp)
 
+// Of the normal velocity: u_n + bias + softness r_n >= 0.
+typedef struct LaneLaw {
+  lane bias, softness, w_nn;
+} LaneLaw;
+
+static inline LaneLaw lane_law(const u32 purpose, global const ContactBlock* block,
+                               global const SoftnessBlock* softness_block, u32 first) {
+  LaneLaw law;
+  law.bias = LANE_LOAD(block->bias + first);
+  law.softness = (lane)0;
+  law.w_nn = LANE_LOAD(block->w_nn + first);
+#if FEATURE_SOFT_CONTACTS
+  const lane softness = LANE_LOAD(softness_block->softness + first);
+  if (purpose == VISIT_RELAX)
+    law.bias = softness > (lane)0 ? (lane)0 : law.bias;
+  else
+    law.softness = softness;
+#endif
+  return law;
+}
+
 // One Gauss-Seidel visit of a row of contacts.
 static inline void visit_row(const u32 purpose, u32 first, lane_mask general, global const ContactBlock* block,
                              global const SoftnessBlock* softness_block, global ImpulseBlock* impulses, LaneBody* a,
@@ -107,18 +128,11 @@ static inline void visit_row(const u32 purpose, u32 first, lane_mask general, gl
   const LaneContact c = lane_contact(block, first);
   const LaneCone old = lane_impulse(impulses, first);
   const lane friction = LANE_LOAD(block->friction + first);
-  lane bias = LANE_LOAD(block->bias + first);
-  const lane w_nn = LANE_LOAD(block->w_nn + first), w_11 = LANE_LOAD(block->w_11 + first);
-#if FEATURE_SOFT_CONTACTS
-  const lane softness = LANE_LOAD(softness_block->softness + first);
-  if (purpose == VISIT_RELAX) bias = softness > (lane)0 ? (lane)0 : bias;
-  const lane own_nn = purpose == VISIT_RELAX ? w_nn : w_nn + softness;
-#else
-  const lane own_nn = w_nn;
-#endif
+  const LaneLaw law = lane_law(purpose, block, softness_block, first);
+  const lane w_nn = law.w_nn, own_nn = w_nn + law.softness, w_11 = LANE_LOAD(block->w_11 + first);
 
   const Lane3 u = lane_sub3(lane_add3(a->v, lane_cross3(a->w, c.arm_a)), lane_add3(b->v, lane_cross3(b->w, c.arm_b)));
-  const lane u_n = lane_dot3(c.normal, u) + bias, u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
+  const lane u_n = lane_dot3(c.normal, u) + law.bias, u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
   LaneCone r = lane_make_cone((lane)0, (lane)0, (lane)0);
   if (LANE_ANY(!general)) {
     const LaneCone q = lane_make_cone(u_n - w_nn * old.normal, u_1 - w_11 * old.tangent_1, u_2 - w_11 * old.tangent_2);
@@ -202,53 +216,6 @@ static inline void start_pairs(u32 first, global const BlockBodies* bodies, Bloc
 #endif
   lane_store_bodies(a, motions, bodies->body_a + first);
   lane_store_bodies(b, motions, bodies->body_b + first);
-}
-
-// Schedules. A phase is a colour, or one overflow block: the phases of a step follow one another, what is in a phase
-// runs at once, LANES pairs an item.
-#define ITEMS_PER_BLOCK (PACK / LANES)
-
-static inline u32 contact_phases(global const u32* counters) {
-  return STEP_IS_VOID(counters) ? 0u : counters[COUNTER_COLORS] + counters[COUNTER_OVERFLOW];
-}
-static inline u32 phase_begin(u32 phase, global const u32* color_starts, global const u32* counters) {
-  const u32 colors = counters[COUNTER_COLORS];
-  return phase < colors ? color_starts[phase] : color_starts[MAX_COLORS] + (phase - colors);
-}
-static inline u32 phase_end(u32 phase, global const u32* color_starts, global const u32* counters) {
-  const u32 colors = counters[COUNTER_COLORS];
-  return phase < colors ? color_starts[phase + 1u] : color_starts[MAX_COLORS] + (phase - colors) + 1u;
-}
-
-// One colour.
-static inline void visit_color(const u32 purpose, u32 color, global const u32* color_starts,
-                               global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                               global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                               global ImpulseBlock* impulse_blocks, global Motion* motions) {
-  const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
-  FOR_EACH(item, items) {
-    const u32 block = begin + item / ITEMS_PER_BLOCK;
-    visit_pairs(purpose, item % ITEMS_PER_BLOCK * LANES, block_bodies + block, block_rows[block], contact_blocks,
-                softness_blocks, impulse_blocks, motions);
-  }
-}
-
-// One work-group: the colours from `first_color` on and the overflow.
-static inline void visit_tail(const u32 purpose, u32 first_color, global const u32* color_starts,
-                              global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                              global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                              global ImpulseBlock* impulse_blocks, global Motion* motions, global const u32* counters) {
-  const u32 phases = contact_phases(counters);
-  for (u32 phase = min(first_color, counters[COUNTER_COLORS]); phase < phases; ++phase) {
-    const u32 begin = phase_begin(phase, color_starts, counters);
-    const u32 items = (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK;
-    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
-      const u32 block = begin + item / ITEMS_PER_BLOCK;
-      visit_pairs(purpose, item % ITEMS_PER_BLOCK * LANES, block_bodies + block, block_rows[block], contact_blocks,
-                  softness_blocks, impulse_blocks, motions);
-    }
-    barrier(CLK_GLOBAL_MEM_FENCE);
-  }
 }
 
 #endif

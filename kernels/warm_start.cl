@@ -2,8 +2,8 @@
 // Gives the bodies the impulses that the contacts start from (cpu_reference/warm_start.hpp).
 #include "common.h"
 #include "joints/visit_joint.h"
+#include "sweep_contacts.h"
 #include "types.h"
-#include "visit_contact.h"
 
 #if FEATURE_JOINTS
 // One phase of the joints: blocks begin .. end - 1.
@@ -28,15 +28,29 @@ kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global cons
 }
 #endif
 
+static inline void start_item(u32 begin, u32 item, global const BlockBodies* block_bodies,
+                              global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                              global const ImpulseBlock* impulse_blocks, global const PatchBlock* patch_blocks,
+                              global const PatchImpulse* patch_impulses, global Motion* motions) {
+  const u32 block = begin + item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
+#if FEATURE_PATCHES
+  start_patches(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, patch_blocks + block,
+                patch_impulses + block, motions);
+#else
+  start_pairs(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, motions);
+#endif
+}
+
+// One colour.
 kernel void warm_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                       global const ImpulseBlock* impulse_blocks, global Motion* motions, global const u32* counters) {
+                       global const ImpulseBlock* impulse_blocks, global const PatchBlock* patch_blocks,
+                       global const PatchImpulse* patch_impulses, global Motion* motions, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
   FOR_EACH(item, items) {
-    const u32 block = begin + item / ITEMS_PER_BLOCK;
-    start_pairs(item % ITEMS_PER_BLOCK * LANES, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks,
-                motions);
+    start_item(begin, item, block_bodies, block_rows, contact_blocks, impulse_blocks, patch_blocks, patch_impulses,
+               motions);
   }
 }
 
@@ -44,6 +58,7 @@ kernel void warm_color(const u32 color, global const u32* color_starts, global c
 kernel void warm_tail(const u32 first_color, const u32 joint_phase_count, global const u32* color_starts,
                       global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                       global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
+                      global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
                       global const u32* joint_phases, global const JointLanes* joint_lanes,
                       global const JointBlock* joint_blocks, global const JointImpulseBlock* joint_impulses,
                       global Motion* motions, global const u32* counters) {
@@ -56,9 +71,8 @@ kernel void warm_tail(const u32 first_color, const u32 joint_phase_count, global
     const u32 begin = phase_begin(phase, color_starts, counters);
     const u32 items = (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
-      const u32 block = begin + item / ITEMS_PER_BLOCK;
-      start_pairs(item % ITEMS_PER_BLOCK * LANES, block_bodies + block, block_rows[block], contact_blocks,
-                  impulse_blocks, motions);
+      start_item(begin, item, block_bodies, block_rows, contact_blocks, impulse_blocks, patch_blocks, patch_impulses,
+                 motions);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
   }

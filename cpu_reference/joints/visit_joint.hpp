@@ -10,12 +10,11 @@
 #pragma once
 
 #include "cpu_reference/joints/factor.hpp"
+#include "cpu_reference/purpose.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
-
-enum class JointPurpose { solve, relax };
 
 template <class real>
 Vec3<real> joint_vector(const real (*field)[PACK], u32 lane) {
@@ -54,10 +53,10 @@ real bounded_speed(real u, real slowest, real fastest, real give) {
 }
 
 template <class real>
-void visit_joint(JointPurpose purpose, const JointBlock<real>& block, u32 free, u32 lane,
-                 JointImpulseBlock<real>& impulses, Motion<real>& a, Motion<real>& b) {
+void visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 lane, JointImpulseBlock<real>& impulses,
+                 Motion<real>& a, Motion<real>& b) {
   const real spring = block.spring[lane];
-  const bool relaxed = purpose == JointPurpose::relax;
+  const bool relaxed = purpose == Purpose::relax;
   const real share = relaxed ? spring : real(1);  // of bias and softness
   const real softness = share * block.softness[lane];
   const real g = real(1) / (real(1) + softness);
@@ -119,7 +118,7 @@ void for_each_joint_slot(const Buffers<real>& buffers, Visit&& visit) {
 }
 
 template <class real>
-void sweep_joints(JointPurpose purpose, Buffers<real>& buffers) {
+void sweep_joints(Purpose purpose, Buffers<real>& buffers) {
   for_each_joint_slot(buffers, [&](const JointLanes& lanes, u32 block, u32 lane) {
     visit_joint(purpose, buffers.joint_blocks[block], lanes.free[lane], lane, buffers.joint_impulses[block],
                 buffers.motions[lanes.body_a[lane]], buffers.motions[lanes.body_b[lane]]);

@@ -32,6 +32,9 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.add_option("--solver", options.solver, "Contact solver instead of the scene's")
       ->transform(CLI::CheckedTransformer(
           std::vector<std::pair<std::string, Solver>>(std::begin(solver_names), std::end(solver_names))));
+  command.add_option("--friction-model", options.friction_model, "Friction model instead of the scene's")
+      ->transform(CLI::CheckedTransformer(std::vector<std::pair<std::string, FrictionModel>>(
+          std::begin(friction_model_names), std::end(friction_model_names))));
   command.add_option("--precision", options.precision, "float or double instead of what the scene asks for")
       ->check(CLI::IsMember({"float", "double"}));
 
@@ -50,6 +53,7 @@ Scene read_scene_with(const SceneOptions& options) {
   settings.dt = options.dt.value_or(settings.dt);
   settings.steps = options.steps.value_or(settings.steps);
   if (options.solver && *options.solver != settings.solver) use_solver(settings, *options.solver);
+  settings.friction_model = options.friction_model.value_or(settings.friction_model);
   settings.substeps = options.substeps.value_or(settings.substeps);
   settings.iterations = options.iterations.value_or(settings.iterations);
   if (!options.precision.empty()) settings.precision = options.precision;

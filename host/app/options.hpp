@@ -17,6 +17,7 @@ struct SceneOptions {
   std::optional<u32> steps, substeps, iterations;
   std::optional<double> time, dt;  // s
   std::optional<Solver> solver;
+  std::optional<FrictionModel> friction_model;
   std::string precision;  // empty: the scene's
   DeviceOptions device_options;
 };

@@ -83,6 +83,7 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   report.scene = scene.name;
   report.precision = scene.settings.precision;
   report.solver = name_of(scene.settings.solver);
+  report.friction_model = name_of(scene.settings.friction_model);
   report.worlds = state.sizes.worlds;
   report.bodies = state.sizes.bodies;
   report.joints = state.sizes.joints;

@@ -32,6 +32,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::soft_contacts, "SOFT_CONTACTS"},
     {Feature::joints, "JOINTS"},
     {Feature::soft_joints, "SOFT_JOINTS"},
+    {Feature::patches, "PATCHES"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {
@@ -62,7 +63,7 @@ std::optional<cl::Program> from_binary(const Device& device, const std::vector<u
 }  // namespace
 
 std::string build_options(const DeviceInfo& device, const ProgramOptions& options) {
-  std::string text = "-w -cl-std=CL1.2";
+  std::string text = "-cl-std=CL1.2";
   text += options.double_precision ? " -DREAL=double -DREAL_IS_DOUBLE=1" : " -DREAL=float -DREAL_IS_DOUBLE=0";
   text += " -DLANES=" + std::to_string(options.lanes);
   for (const FeatureName& feature : feature_names)

@@ -30,6 +30,31 @@ Eigen::Vector3d vector_at(const real (*field)[PACK], u32 lane) {
   return {double(field[0][lane]), double(field[1][lane]), double(field[2][lane])};
 }
 
+// The tangents that the solver recomputes from a normal (kernels/frame.h), as columns.
+Eigen::Matrix<double, 3, 2> tangents(const Eigen::Vector3d& n) {
+  const double sign = n.z() < 0 ? -1 : 1, a = -1 / (sign + n.z()), b = n.x() * n.y() * a;
+  Eigen::Matrix<double, 3, 2> t;
+  t << 1 + sign * n.x() * n.x() * a, b, sign * b, sign + n.y() * n.y() * a, -sign * n.x(), -n.y();
+  return t;
+}
+
+template <class real>
+SystemPatch system_patch(const Buffers<real>& buffers, u32 block, u32 lane) {
+  const PatchBlock<real>& data = buffers.patch_blocks[block];
+  const PatchImpulse<real>& impulses = buffers.patch_impulses[block];
+  SystemPatch p;
+  p.first = buffers.block_bodies[block].contact[lane];
+  p.count = buffers.block_bodies[block].count[lane];
+  p.normal = Eigen::Vector3d(data.normal_x[lane], data.normal_y[lane], data.normal_z[lane]).normalized();
+  p.arm_a = {double(data.arm_a_x[lane]), double(data.arm_a_y[lane]), double(data.arm_a_z[lane])};
+  p.arm_b = {double(data.arm_b_x[lane]), double(data.arm_b_y[lane]), double(data.arm_b_z[lane])};
+  p.friction = double(data.friction[lane]);
+  p.impulse = tangents(p.normal) * Eigen::Vector2d(impulses.tangent_1[lane], impulses.tangent_2[lane]);
+  p.twist = double(impulses.twist[lane]);
+  for (u32 k = 0; k < p.count; ++k) p.levers[k] = double(data.lever[k][lane]);
+  return p;
+}
+
 // What the last sweep asked for: a soft joint that is no spring is hard by then, and corrects nothing.
 template <class real>
 SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
@@ -95,6 +120,10 @@ ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> 
     c.impulse =
         double(stored.normal) * c.normal + Eigen::Vector3d(stored.tangent_x, stored.tangent_y, stored.tangent_z);
     system.contacts.push_back(c);
+  }
+  for (u32 slot = 0; slot < (buffers.patch_blocks.empty() ? 0 : counters[COUNTER_BLOCKS] * PACK); ++slot) {
+    if (buffers.block_bodies[slot / PACK].count[slot % PACK] > 0)
+      system.patches.push_back(system_patch(buffers, slot / PACK, slot % PACK));
   }
   for (u32 slot = 0; slot < buffers.joint_lanes.size() * PACK; ++slot) {
     if (buffers.joint_lanes[slot / PACK].joint[slot % PACK] != NONE)

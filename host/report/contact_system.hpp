@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,17 @@ struct SystemContact {
   double friction = 0;           // mu
   Eigen::Vector3d impulse;       // on a, N s
   u32 contact = 0;               // index into the contact list it came from
+};
+
+/// What the contacts of a pair share where they rub as one; their own impulses are spread of it.
+struct SystemPatch {
+  u32 first = 0, count = 0;                      // contacts of the pair, into ContactSystem::contacts
+  Eigen::Vector3d normal;                        // from b to a, unit
+  Eigen::Vector3d arm_a, arm_b;                  // from the centre of mass to the centre of pressure, m
+  double friction = 0;                           // mu
+  Eigen::Vector3d impulse;                       // on a, in the tangent plane, N s
+  double twist = 0;                              // on a, about the normal, N m s
+  std::array<double, MANIFOLD_POINTS> levers{};  // m
 };
 
 using Rows = Eigen::Matrix<double, JOINT_ROWS, 1>;
@@ -50,6 +62,7 @@ struct SystemJoint {
 struct ContactSystem {
   std::vector<SystemBody> bodies;
   std::vector<SystemContact> contacts;
+  std::vector<SystemPatch> patches;  // where the scene's friction model is `patches`: each contact belongs to one
   std::vector<SystemJoint> joints;
 };
 

@@ -1,8 +1,9 @@
 #include "host/report/joints.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "host/report/in_double.hpp"
 
 namespace lockstep {
 
@@ -10,15 +11,6 @@ namespace {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-template <class real>
-Vector3d vector3(const real* p) {
-  return {double(p[0]), double(p[1]), double(p[2])};
-}
-template <class real>
-Quaterniond quaternion(const real* q) {
-  return Quaterniond(double(q[3]), double(q[0]), double(q[1]), double(q[2])).normalized();
-}
 
 struct Stand {
   Vector3d position = Vector3d::Zero();
@@ -29,9 +21,7 @@ struct Stand {
 template <class real>
 Stand stand_of(const Buffers<real>& buffers, u32 body) {
   if (body >= buffers.positions.size()) return {};
-  const Vec4<real>&x = buffers.positions[body], &q = buffers.orientations[body];
-  const real orientation[] = {q.x, q.y, q.z, q.w};
-  return {{double(x.x), double(x.y), double(x.z)}, quaternion(orientation)};
+  return {vector3(buffers.positions[body]), rotation(buffers.orientations[body])};
 }
 
 double beyond(double x, double low, double high) { return std::max({low - x, x - high, 0.0}); }
@@ -51,8 +41,8 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const Stand a = stand_of(buffers, info.body_a), b = stand_of(buffers, info.body_b);
   const Vector3d d =
       b.position + b.orientation * vector3(joint.anchor_b) - a.position - a.orientation * vector3(joint.anchor_a);
-  const Quaterniond frame_a = a.orientation * quaternion(joint.frame_a);
-  const Quaterniond turn = frame_a.conjugate() * b.orientation * quaternion(joint.frame_b);
+  const Quaterniond frame_a = a.orientation * rotation(joint.frame_a);
+  const Quaterniond turn = frame_a.conjugate() * b.orientation * rotation(joint.frame_b);
 
   JointDrift drift;
   drift.separation = locked_length(frame_a.conjugate() * d, info.locked & 7);

@@ -1,7 +1,8 @@
 #include "host/report/measures.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
+
+#include "host/report/in_double.hpp"
 
 namespace lockstep {
 
@@ -9,19 +10,6 @@ namespace {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-template <class real>
-Vector3d vector3(const real* p) {
-  return {double(p[0]), double(p[1]), double(p[2])};
-}
-template <class real>
-Vector3d vector3(const Vec4<real>& p) {
-  return {double(p.x), double(p.y), double(p.z)};
-}
-template <class real>
-Quaterniond rotation(const Vec4<real>& q) {
-  return Quaterniond(double(q.w), double(q.x), double(q.y), double(q.z)).normalized();
-}
 
 // One dynamic body in double.
 struct Body {
@@ -157,6 +145,10 @@ std::vector<Buffer> measured_buffers(Features features) {
                                 Buffer::contact_blocks, Buffer::cached_impulses})
       buffers.push_back(buffer);
     if (has(features, Feature::soft_contacts)) buffers.push_back(Buffer::softness_blocks);
+    if (has(features, Feature::patches)) {
+      for (const Buffer buffer : {Buffer::block_bodies, Buffer::patch_blocks, Buffer::patch_impulses})
+        buffers.push_back(buffer);
+    }
   }
   return buffers;
 }

@@ -74,7 +74,7 @@ void Recorder::finish_speed(Report& report) const {
 }
 
 void Recorder::finish_contacts(Report& report) const {
-  std::vector<double> residuals;
+  std::vector<double> residuals, model_errors;
   double depths = 0, touching = 0;
   for (const Observation& o : observations_) {
     const Penetration& p = o.measures.penetration;
@@ -85,6 +85,7 @@ void Recorder::finish_contacts(Report& report) const {
     const std::optional<Residual>& r = o.measures.residual;
     if (!r) continue;
     residuals.push_back(r->relative);
+    if (r->model_error) model_errors.push_back(*r->model_error);
     report.residual_floor = std::max(report.residual_floor.value_or(0), r->rounding);
     report.natural_map_max = std::max(report.natural_map_max.value_or(0), r->natural_map);
     if (!report.defect_velocity_max || r->defect_max > *report.defect_velocity_max) {
@@ -97,6 +98,7 @@ void Recorder::finish_contacts(Report& report) const {
   if (residuals.empty()) return;
   report.residual_median = percentile(residuals, 0.5);
   report.residual_max = percentile(residuals, 1);
+  if (!model_errors.empty()) report.model_error = percentile(model_errors, 0.5);
 }
 
 std::optional<double> Recorder::momentum_error() const {

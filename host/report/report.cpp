@@ -83,6 +83,7 @@ std::string to_json(const Report& report) {
                {"bit_exact", report.bit_exact},
                {"precision", report.precision},
                {"solver", report.solver},
+               {"friction_model", report.friction_model},
                {"worlds", report.worlds},
                {"bodies", report.bodies},
                {"joints", report.joints},

@@ -16,7 +16,7 @@ namespace lockstep {
 /// The figures of one run, and the keys of the report file. An empty optional is `null`: the figure does not apply.
 struct Report {
   // what was run
-  std::string scene, device, precision, solver;
+  std::string scene, device, precision, solver, friction_model;
   bool bit_exact = true;             // what the canary says of the device
   std::string canary = "bit-exact";  // the same in words
   u32 worlds = 0, bodies = 0, joints = 0, steps = 0, substeps = 0, iterations = 0;

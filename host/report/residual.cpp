@@ -24,10 +24,11 @@ Matrix3d point_mobility(const SystemBody& body, const Vector3d& arm) {
   return body.inverse_mass * Matrix3d::Identity() + r * body.inverse_inertia * r.transpose();
 }
 
-// Relative velocity of the contact point, a against b.
-Vector3d relative_velocity(const SystemContact& c, const Vector3d& v_a, const Vector3d& w_a, const Vector3d& v_b,
+// Relative velocity at the ends of the arms of a contact or a patch, a against b.
+template <class At>
+Vector3d relative_velocity(const At& at, const Vector3d& v_a, const Vector3d& w_a, const Vector3d& v_b,
                            const Vector3d& w_b) {
-  return v_a + w_a.cross(c.arm_a) - v_b - w_b.cross(c.arm_b);
+  return v_a + w_a.cross(at.arm_a) - v_b - w_b.cross(at.arm_b);
 }
 
 // The impulse and the moment of all rows of a joint on b, or of the locked ones alone.
@@ -58,8 +59,14 @@ struct Change {
 std::vector<Change> changes(const ContactSystem& system) {
   std::vector<Change> result(system.bodies.size());
   for (const SystemContact& c : system.contacts) {
-    result[c.body_a].add(system.bodies[c.body_a], c.arm_a, c.impulse);
-    result[c.body_b].add(system.bodies[c.body_b], c.arm_b, -c.impulse);
+    const Vector3d impulse = system.patches.empty() ? c.impulse : Vector3d(c.impulse.dot(c.normal) * c.normal);
+    result[c.body_a].add(system.bodies[c.body_a], c.arm_a, impulse);
+    result[c.body_b].add(system.bodies[c.body_b], c.arm_b, -impulse);
+  }
+  for (const SystemPatch& p : system.patches) {
+    const SystemContact& c = system.contacts[p.first];
+    result[c.body_a].add(system.bodies[c.body_a], p.arm_a, p.impulse, p.twist * p.normal);
+    result[c.body_b].add(system.bodies[c.body_b], p.arm_b, -p.impulse, -p.twist * p.normal);
   }
   for (const SystemJoint& j : system.joints) {
     const Vector3d p = joint_impulse(j, true), m = joint_moment(j, true);
@@ -110,6 +117,53 @@ void add_contact(const SystemContact& c, const SystemBody& a, const SystemBody& 
   const double w = defect(c, u, 1 / lambda_max).norm() * lambda_max;
   sums.w += w * w;
   sums.last = w;
+}
+
+// The normal row of each contact; one friction block and one twist, bounded by what presses. The twist's velocity
+// becomes that of the mass at its radius of gyration.
+void add_patch(const SystemPatch& p, std::span<const SystemContact> contacts, const SystemBody& a, const SystemBody& b,
+               const Change& da, const Change& db, Sums& sums) {
+  const auto add = [&](double w, double q, double from_impulses, double f) {
+    sums.w += w * w;
+    sums.q += q * q;
+    sums.wr += from_impulses * from_impulses;
+    sums.f += f * f;
+    sums.count += 1;
+    sums.last = std::max(sums.last, w);
+  };
+  double load = 0, moment = 0;
+  for (u32 k = 0; k < p.count; ++k) {
+    const SystemContact& c = contacts[p.first + k];
+    const double r = c.impulse.dot(c.normal);
+    load += r;
+    moment += p.levers[k] * r;
+    const double w_nn = c.normal.dot((point_mobility(a, c.arm_a) + point_mobility(b, c.arm_b)) * c.normal);
+    const double u = c.normal.dot(relative_velocity(c, a.v, a.w, b.v, b.w)) + c.bias;
+    const double wr = c.normal.dot(relative_velocity(c, da.v, da.w, db.v, db.w));
+    const double f = r - std::max(0.0, r - u), w = w_nn > 0 ? w_nn * (r - std::max(0.0, r - u / w_nn)) : 0;
+    add(w, u - wr, wr, f);
+    sums.largest =
+        std::max(sums.largest, da.v_size + da.w_size * c.arm_a.norm() + db.v_size + db.w_size * c.arm_b.norm());
+  }
+  const Matrix3d plane = Matrix3d::Identity() - p.normal * p.normal.transpose();
+  const Matrix3d w_tt = plane * (point_mobility(a, p.arm_a) + point_mobility(b, p.arm_b)) * plane;
+  const double lambda_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(w_tt, Eigen::EigenvaluesOnly).eigenvalues()(2);
+  const Vector3d u = plane * relative_velocity(p, a.v, a.w, b.v, b.w);
+  const Vector3d wr = plane * relative_velocity(p, da.v, da.w, db.v, db.w);
+  const auto rub = [&](double rho) {
+    const Vector3d t = p.impulse - rho * u;
+    const double limit = p.friction * load, length = t.norm();
+    return (p.impulse - (length > limit ? limit / length : 1) * t).norm();
+  };
+  if (lambda_max > 0) add(lambda_max * rub(1 / lambda_max), (u - wr).norm(), wr.norm(), rub(1));
+
+  const double w_twist = p.normal.dot((a.inverse_inertia + b.inverse_inertia) * p.normal);
+  if (p.count < 2 || w_twist <= 0) return;
+  const double radius = std::sqrt((a.inverse_mass + b.inverse_mass) / w_twist);
+  const double turn = p.normal.dot(a.w - b.w), turn_wr = p.normal.dot(da.w - db.w);
+  const double reach = p.friction * moment;
+  const auto twist = [&](double rho) { return std::abs(p.twist - std::clamp(p.twist - rho * turn, -reach, reach)); };
+  add(radius * w_twist * twist(1 / w_twist), radius * (turn - turn_wr), radius * turn_wr, twist(1));
 }
 
 // The velocities of the rows of a joint, b against a, and that of its free row.
@@ -200,7 +254,13 @@ Residual residual(const ContactSystem& system, double roundoff) {
   const std::vector<Change> change = changes(system);
   Sums sums;
   result.worst_is_joint = system.contacts.empty();
-  for (u32 i = 0; i < system.contacts.size(); ++i) {
+  for (const SystemPatch& p : system.patches) {
+    const SystemContact& c = system.contacts[p.first];
+    add_patch(p, system.contacts, system.bodies[c.body_a], system.bodies[c.body_b], change[c.body_a], change[c.body_b],
+              sums);
+    sums.find_worst(p.first, false, result);
+  }
+  for (u32 i = 0; i < (system.patches.empty() ? system.contacts.size() : 0); ++i) {
     const SystemContact& c = system.contacts[i];
     add_contact(c, system.bodies[c.body_a], system.bodies[c.body_b], change[c.body_a], change[c.body_b], sums);
     sums.find_worst(i, false, result);
@@ -218,6 +278,11 @@ Residual residual(const ContactSystem& system, double roundoff) {
     result.rounding = roundoff * sums.largest / result.scale;
   }
   if (sums.q > 0) result.natural_map = std::sqrt(sums.f / sums.q);
+  if (!system.patches.empty()) {
+    ContactSystem canonical = system;
+    canonical.patches.clear();
+    result.model_error = residual(canonical, roundoff).relative - result.relative;
+  }
   return result;
 }
 

@@ -294,6 +294,8 @@ void Compiler<real>::set_features() {
     }
   }
   if (has(features, Feature::contacts)) features = with(features, broad_phase());
+  if (has(features, Feature::contacts) && settings.friction_model == FrictionModel::patches)
+    features = with(with(features, Feature::patches), Feature::general_contacts);
   const bool jointed = std::ranges::any_of(worlds_, [](const Scene& scene) { return !scene.joints.empty(); });
   if ((has(features, Feature::contacts) || jointed) && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);

@@ -23,6 +23,7 @@ Settings read_settings(const JsonNode& node) {
   node.expect_object({"dt",
                       "steps",
                       "solver",
+                      "friction_model",
                       "contact_frequency",
                       "contact_damping",
                       "joint_frequency",
@@ -45,6 +46,9 @@ Settings read_settings(const JsonNode& node) {
   if (node.has("steps")) s.steps = node.at("steps").integer(1, 1000000000);
   if (node.has("solver")) {
     use_solver(s, node.at("solver").choice<Solver>("solver", solver_names));
+  }
+  if (node.has("friction_model")) {
+    s.friction_model = node.at("friction_model").choice<FrictionModel>("friction model", friction_model_names);
   }
   if (node.has("substeps")) s.substeps = node.at("substeps").integer(1, 10000);
   if (node.has("iterations")) s.iterations = node.at("iterations").integer(1, 100000);

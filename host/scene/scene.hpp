@@ -24,6 +24,12 @@ enum class Solver { gauss_seidel, small_steps };
 inline constexpr std::pair<const char*, Solver> solver_names[] = {{"gauss_seidel", Solver::gauss_seidel},
                                                                   {"small_steps", Solver::small_steps}};
 
+/// What rubs: each contact point in a `cone` of its own, exact Coulomb friction; or the contacts of two shapes as one
+/// `patch`, with one friction and one twist: cheaper, another model (cpu_reference/visit_patch.hpp).
+enum class FrictionModel { cones, patches };
+inline constexpr std::pair<const char*, FrictionModel> friction_model_names[] = {{"cones", FrictionModel::cones},
+                                                                                 {"patches", FrictionModel::patches}};
+
 /// How candidate pairs are found. `automatic` takes the tree where shapes differ much in size.
 enum class BroadPhase { automatic, grid, bvh };
 
@@ -85,6 +91,7 @@ struct Settings {
   double dt = 1.0 / 60;
   u32 steps = 300;
   Solver solver = Solver::gauss_seidel;
+  FrictionModel friction_model = FrictionModel::cones;
   u32 substeps = 1;
   u32 iterations = 10;
   Integrator integrator = Integrator::semi_implicit_euler;
@@ -112,6 +119,7 @@ inline void use_solver(Settings& settings, Solver solver) {
 }
 
 inline const char* name_of(Solver solver) { return solver_names[static_cast<u32>(solver)].first; }
+inline const char* name_of(FrictionModel model) { return friction_model_names[static_cast<u32>(model)].first; }
 
 struct Scene {
   std::string name, source;  // the file's stem and path

@@ -112,7 +112,7 @@ static inline void add_core(Manifold* m, bool of_a, real radius) {
     point.anchor_a = sub3(point.anchor_a, scale3(radius - m->radius_b, m->normal));
   }
   point.feature = CORE_FEATURE;
-  if (m->count == MANIFOLD_POINTS) {
+  if (m->count == PAIR_POINTS) {
     for (u32 k = farthest; k + 1u < m->count; ++k) m->points[k] = m->points[k + 1u];
     --m->count;
   }

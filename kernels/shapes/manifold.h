@@ -4,13 +4,6 @@
 
 #include "math.h"
 
-// A scene of spheres and planes has one point a pair.
-#if FEATURE_MANIFOLDS
-#define MANIFOLD_POINTS 4u
-#else
-#define MANIFOLD_POINTS 1u
-#endif
-
 // A body's frame in the world.
 typedef struct Pose {
   Vec3 position;
@@ -44,7 +37,7 @@ typedef struct Manifold {
   u32 frame;
   real radius_a, radius_b;
   u32 count;
-  ManifoldPoint points[MANIFOLD_POINTS];
+  ManifoldPoint points[PAIR_POINTS];
 } Manifold;
 
 static inline real gap_at(const Manifold* m, u32 k) {

@@ -112,6 +112,8 @@ void launch_relax_constraints(Launcher& launcher) {
   sweep(launcher, "relax_color", "relax_tail", {{"first_color", plan.colors}, {"joint_phase_count", 0u}});
 }
 
+void launch_spread_patches(Launcher& launcher) { launcher.run("spread_patches", launcher.plan().blocks * PACK); }
+
 void launch_store_impulses(Launcher& launcher) { launcher.run("store_impulses", launcher.plan().contacts); }
 
 }  // namespace lockstep

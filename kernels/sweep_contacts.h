@@ -1,0 +1,63 @@
+// The order of the visits: what the solver's sweeps and the warm start share. A phase is a colour, or one overflow
+// block: the phases of a step follow one another, what is in a phase runs at once, LANES pairs an item.
+#ifndef LOCKSTEP_SWEEP_CONTACTS_H
+#define LOCKSTEP_SWEEP_CONTACTS_H
+
+#include "visit_contact.h"
+#include "visit_patch.h"
+
+// All that a visit reads and writes; those that the scene has no need of are null.
+typedef struct ContactStream {
+  global const BlockBodies* bodies;
+  global const BlockRows* rows;
+  global const ContactBlock* contacts;
+  global const SoftnessBlock* softness;
+  global const PatchBlock* patches;
+  global ImpulseBlock* impulses;
+  global PatchImpulse* patch_impulses;
+  global Motion* motions;
+} ContactStream;
+
+// The item-th of a phase that begins with block `begin`.
+static inline void visit_item(const u32 purpose, u32 begin, u32 item, const ContactStream* s) {
+  const u32 block = begin + item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
+#if FEATURE_PATCHES
+  visit_patches(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses,
+                s->patches + block, s->patch_impulses + block, s->motions);
+#else
+  visit_pairs(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses, s->motions);
+#endif
+}
+
+static inline u32 contact_phases(global const u32* counters) {
+  return STEP_IS_VOID(counters) ? 0u : counters[COUNTER_COLORS] + counters[COUNTER_OVERFLOW];
+}
+static inline u32 phase_begin(u32 phase, global const u32* color_starts, global const u32* counters) {
+  const u32 colors = counters[COUNTER_COLORS];
+  return phase < colors ? color_starts[phase] : color_starts[MAX_COLORS] + (phase - colors);
+}
+static inline u32 phase_end(u32 phase, global const u32* color_starts, global const u32* counters) {
+  const u32 colors = counters[COUNTER_COLORS];
+  return phase < colors ? color_starts[phase + 1u] : color_starts[MAX_COLORS] + (phase - colors) + 1u;
+}
+
+// One colour.
+static inline void visit_color(const u32 purpose, u32 color, global const u32* color_starts, const ContactStream* s) {
+  const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
+  FOR_EACH(item, items) visit_item(purpose, begin, item, s);
+}
+
+// One work-group: the colours from `first_color` on and the overflow.
+static inline void visit_tail(const u32 purpose, u32 first_color, global const u32* color_starts,
+                              const ContactStream* s, global const u32* counters) {
+  const u32 phases = contact_phases(counters);
+  for (u32 phase = min(first_color, counters[COUNTER_COLORS]); phase < phases; ++phase) {
+    const u32 begin = phase_begin(phase, color_starts, counters);
+    const u32 items = (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK;
+    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
+      visit_item(purpose, begin, item, s);
+    barrier(CLK_GLOBAL_MEM_FENCE);
+  }
+}
+
+#endif
