@@ -146,13 +146,7 @@ TYPED_TEST(PrepareJoints, FactorSolvesTheLockedRows) {
 TYPED_TEST(PrepareJoints, OneVisitSolvesOneJoint) {
   using real = TypeParam;
   for (u32 seed = 0; seed < 20; ++seed) {
-    Scene scene = random_joints(seed, 2, 5);
-    scene.bodies[1].kind = BODY_DYNAMIC;
-    if (scene.bodies[1].mass == 0) scene.bodies[1].mass = 1;
-    scene.joints = {scene.joints[seed % JOINT_KINDS]};
-    scene.joints[0].body_a = 0;
-    scene.joints[0].body_b = 1;
-    scene.settings.iterations = 1;
+    Scene scene = one_random_joint(seed);
     const Buffers<real> once = after_steps<real>(scene, 1);
     scene.settings.iterations = 2;
     const Buffers<real> twice = after_steps<real>(scene, 1);

@@ -35,13 +35,7 @@ TEST(JointResidual, FallsToRounding) {
 // A joint alone is solved by one visit, whatever it is: locked rows, motor, limits and springs agree with their law.
 TEST(JointResidual, OfOneJointIsRounding) {
   for (u32 seed = 0; seed < 40; ++seed) {
-    Scene scene = random_joints(seed, 2, 5);
-    scene.bodies[1].kind = BODY_DYNAMIC;
-    if (scene.bodies[1].mass == 0) scene.bodies[1].mass = 1;
-    scene.joints = {scene.joints[seed % JOINT_KINDS]};
-    scene.joints[0].body_a = 0;
-    scene.joints[0].body_b = 1;
-    scene.settings.iterations = 1;
+    Scene scene = one_random_joint(seed);
     if (seed % 2 == 1) scene = with_small_steps(scene, 1);
     EXPECT_LT(residual_after(scene, 1).relative, 1e-9) << seed;
   }

@@ -105,4 +105,16 @@ inline Scene random_joints(u32 seed, u32 bodies, u32 joints) {
   return scene;
 }
 
+/// Two bodies, the second of which can move, and one joint between them; one sweep.
+inline Scene one_random_joint(u32 seed) {
+  Scene scene = random_joints(seed, 2, 5);
+  scene.bodies[1].kind = BODY_DYNAMIC;
+  if (scene.bodies[1].mass == 0) scene.bodies[1].mass = 1;
+  scene.joints = {scene.joints[seed % JOINT_KINDS]};
+  scene.joints[0].body_a = 0;
+  scene.joints[0].body_b = 1;
+  scene.settings.iterations = 1;
+  return scene;
+}
+
 }  // namespace lockstep::test
