@@ -39,8 +39,7 @@ inline constexpr u32 SHARED_FIRST_RIM = 1 << 16, SHARED_SECOND_RIM = 2 << 16;
 /// deepest one, which is there as well.
 template <class real>
 struct Outline {
-  Vec3<real> origin, u, v;
-  real slop;  // a point that comes later must be farther by so much
+  Vec3<real> origin, u, v;  // by u and v about as wide as long
   u32 at[SHARED_WAYS];
   real reach[SHARED_WAYS], x[SHARED_WAYS + 1], y[SHARED_WAYS + 1];
   bool deep[SHARED_WAYS + 1];  // as deep as the deepest
@@ -55,7 +54,8 @@ void outline_offer(Outline<real>& outline, const SharedPoint<real>& point, u32 a
   for (u32 i = first_way; i < end_way; ++i) {
     const Vec3<real> way = around_sixteenth(along_x, along_y, i);
     const real reach = way.x * x + way.y * y;
-    if (!(reach > outline.reach[i] + outline.slop)) continue;
+    // one that comes later must be farther by a little
+    if (!(reach > outline.reach[i] + real(0.001))) continue;
     outline.reach[i] = reach;
     outline.at[i] = at;
     outline.x[i] = x;
@@ -73,9 +73,11 @@ Outline<real> shared_outline(const PatchPair<real>& pair, u32 count, real limit,
   const Vec3<real> d = sub3(chosen.points[1].on_a, outline.origin);
   const Vec3<real> across = sub3(d, scale3(dot3(pair.normal, d), pair.normal));
   const real length = length3(across);
-  outline.u = scale3(real(1) / length, across);
-  outline.v = cross3(pair.normal, outline.u);
-  outline.slop = real(0.001) * length;
+  // corners of a narrow patch would be farthest in directions that are close to each other
+  const Vec3<real> beside = cross3(pair.normal, across);
+  const real h = dot3(beside, sub3(chosen.points[2].on_a, outline.origin)) / length, height = h < 0 ? -h : h;
+  outline.u = scale3(real(1) / (length * length), across);
+  outline.v = scale3(real(1) / (length * height), beside);
   for (u32 i = 0; i < SHARED_WAYS + 1; ++i) {
     outline.x[i] = outline.y[i] = real(0);
     outline.deep[i] = true;

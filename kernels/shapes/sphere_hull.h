@@ -30,10 +30,10 @@ static inline Manifold sphere_hull(Placed a, Placed b, HullTables tables, real l
       from = to;
     }
   }
-  const Vec3 face_normal = out_of_frame(hull.axes, out);
-  const Manifold on_face =
-      manifold_at(face_normal, NORMAL_OF_B, a.center, a.size.x, sub3(a.center, scale3(gap, face_normal)), (real)0, 0);
-  if (over_face) return on_face;
+  if (over_face) {
+    const Vec3 normal = out_of_frame(hull.axes, out);
+    return manifold_at(normal, NORMAL_OF_B, a.center, a.size.x, sub3(a.center, scale3(gap, normal)), (real)0, 0);
+  }
   const real face_gap = gap;
   // Of edges that are as near but for rounding, as those of a vertex are, the one whose way separates best; of faces in
   // nearly one plane, and on an edge itself, rounding may have missed the face that is nearest.
@@ -47,8 +47,8 @@ static inline Manifold sphere_hull(Placed a, Placed b, HullTables tables, real l
     const Vec3 point = add3(edge.start, scale3(share, edge.along));
     const Vec3 d = sub3(center, point);
     const real square = dot3(d, d);
-    if (!(square <= (real)1.00001 * least) || !(square > (real)0)) continue;
-    const Vec3 way = scale3((real)1 / sqrt(square), d);
+    if (!(square <= (real)1.00001 * least)) continue;
+    const Vec3 way = square > (real)0 ? scale3((real)1 / sqrt(square), d) : out;
     const real bound = dot3(way, sub3(center, poly_own_vertex(&hull, poly_support(&hull, way))));
     if (!(bound > gap) && !(square < (real)0.99999 * least)) continue;
     found = bound > face_gap;
@@ -58,9 +58,9 @@ static inline Manifold sphere_hull(Placed a, Placed b, HullTables tables, real l
     own = way;
     at_vertex = share != t;
   }
-  if (!found) return on_face;
   // along an edge the sphere rolls: only a vertex is a point that the normal turns about
-  return manifold_at(out_of_frame(hull.axes, own), at_vertex ? NORMAL_BETWEEN : NORMAL_FIXED, a.center, a.size.x,
+  const u32 frame = !found ? NORMAL_OF_B : at_vertex ? NORMAL_BETWEEN : NORMAL_FIXED;
+  return manifold_at(out_of_frame(hull.axes, found ? own : out), frame, a.center, a.size.x,
                      add3(b.center, out_of_frame(hull.axes, nearest)), (real)0, 0);
 }
 

@@ -36,8 +36,7 @@ static inline SharedPoint shared_on_rim(const PatchPair* pair, bool of_first, Ve
 // The points of what two patches share that reach farthest along each direction across the normal, seen from the
 // deepest one, which is there as well.
 typedef struct Outline {
-  Vec3 origin, u, v;
-  real slop;  // a point that comes later must be farther by so much
+  Vec3 origin, u, v;  // by u and v about as wide as long
   u32 at[SHARED_WAYS];
   real reach[SHARED_WAYS], x[SHARED_WAYS + 1], y[SHARED_WAYS + 1];
   bool deep[SHARED_WAYS + 1];  // as deep as the deepest
@@ -51,7 +50,8 @@ static inline void outline_offer(Outline* outline, const SharedPoint* point, u32
   for (u32 i = first_way; i < end_way; ++i) {
     const Vec3 way = around_sixteenth(along_x, along_y, i);
     const real reach = way.x * x + way.y * y;
-    if (!(reach > outline->reach[i] + outline->slop)) continue;
+    // one that comes later must be farther by a little
+    if (!(reach > outline->reach[i] + (real)0.001)) continue;
     outline->reach[i] = reach;
     outline->at[i] = at;
     outline->x[i] = x;
@@ -68,9 +68,11 @@ static inline Outline shared_outline(const PatchPair* pair, const SharedPoint* k
   const Vec3 d = sub3(chosen->points[1].on_a, outline.origin);
   const Vec3 across = sub3(d, scale3(dot3(pair->normal, d), pair->normal));
   const real length = length3(across);
-  outline.u = scale3((real)1 / length, across);
-  outline.v = cross3(pair->normal, outline.u);
-  outline.slop = (real)0.001 * length;
+  // corners of a narrow patch would be farthest in directions that are close to each other
+  const Vec3 beside = cross3(pair->normal, across);
+  const real h = dot3(beside, sub3(chosen->points[2].on_a, outline.origin)) / length, height = h < (real)0 ? -h : h;
+  outline.u = scale3((real)1 / (length * length), across);
+  outline.v = scale3((real)1 / (length * height), beside);
   for (u32 i = 0; i < SHARED_WAYS + 1; ++i) {
     outline.x[i] = outline.y[i] = (real)0;
     outline.deep[i] = true;
