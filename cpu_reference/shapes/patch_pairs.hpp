@@ -75,6 +75,33 @@ real rolling_radius(u32 kind, const Placed<real>& shape, Vec3<real> normal) {
   return cylinder_rolls(cylinder, normal);
 }
 
+/// What the parts of both surfaces share that face each other along the normal of this meeting.
+template <class real>
+Manifold<real> touch_along(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+                           const HullTables<real>& tables, Meeting<real> meeting, real limit, real tolerance) {
+  const real core_a = patch_core_radius(kind_a, a);
+  meeting.gap = meeting.gap - core_a;
+  meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
+  const Patch<real> patch_a = facing_patch(kind_a, a, tables, real(-1), meeting.normal, real(10) * tolerance);
+  const Patch<real> patch_b = facing_patch(kind_b, b, tables, real(1), meeting.normal, real(10) * tolerance);
+  return share_patches(patch_a, patch_b, rolling_radius(kind_a, a, meeting.normal),
+                       rolling_radius(kind_b, b, meeting.normal), meeting, limit, tolerance,
+                       kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b));
+}
+
+/// The best face of the other one of two shapes with faces.
+template <class real>
+Meeting<real> meet_other_face(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+                              const HullTables<real>& tables, u32 frame, real limit, real tolerance) {
+  const Meeting<real> none = no_meeting<real>();
+  const bool faces_a = kind_a == SHAPE_BOX || kind_a == SHAPE_HULL,
+             faces_b = kind_b == SHAPE_BOX || kind_b == SHAPE_HULL;
+  if (!faces_a || !faces_b) return none;
+  const Polytope<real> one = polytope_of(kind_a, a, tables), other = polytope_of(kind_b, b, tables);
+  return frame == NORMAL_OF_A ? poly_meet_face_of_b(one, other, none, limit, tolerance)
+                              : poly_meet_face_of_a(one, other, none, limit, tolerance);
+}
+
 template <class real>
 Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
                              const HullTables<real>& tables, real limit) {
@@ -82,21 +109,23 @@ Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, cons
   const real core_a = patch_core_radius(kind_a, a);
   Meeting<real> meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
   if (meeting.gap > limit + core_a) return no_manifold<real>();
-  const Vec3<real> core_at_a = meeting.at_a;
-  meeting.gap = meeting.gap - core_a;
-  meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
-  const Patch<real> patch_a = facing_patch(kind_a, a, tables, real(-1), meeting.normal, real(10) * tolerance);
-  const Patch<real> patch_b = facing_patch(kind_b, b, tables, real(1), meeting.normal, real(10) * tolerance);
-  const real radius_a = rolling_radius(kind_a, a, meeting.normal);
-  const real radius_b = rolling_radius(kind_b, b, meeting.normal);
-  const Manifold<real> m = share_patches(patch_a, patch_b, radius_a, radius_b, meeting, limit, tolerance,
-                                         kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b));
-  const bool alone = m.count == 1 && m.points[0].feature == 0 && meeting.place > meeting.gap + core_a - tolerance;
-  if (!alone || meeting.frame == NORMAL_FIXED) return m;
-  // nothing is over the face: along its normal the points of the crossing are less deep than along their own
-  const Vec3<real> n = meeting.place_normal;
-  return with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b), add3(core_at_a, scale3(radius_a - core_a, n)),
-                    sub3(meeting.at_b, scale3(radius_b, n)), 0);
+  for (u32 attempt = 0;; ++attempt) {
+    const Manifold<real> m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
+    const bool alone = m.count == 1 && m.points[0].feature == 0 && meeting.frame != NORMAL_FIXED;
+    if (!alone || attempt == 1) return m;
+    if (meeting.place > meeting.gap - tolerance) {
+      // nothing is over the face: along its normal the points of the crossing are less deep than along their own
+      const Vec3<real> n = meeting.place_normal;
+      const real radius_a = rolling_radius(kind_a, a, meeting.normal);
+      const real radius_b = rolling_radius(kind_b, b, meeting.normal);
+      return with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b),
+                        add3(meeting.at_a, scale3(radius_a - core_a, n)), sub3(meeting.at_b, scale3(radius_b, n)), 0);
+    }
+    // a face of the other shape may be as good a normal but for rounding, and have something over it
+    const Meeting<real> other = meet_other_face(kind_a, a, kind_b, b, tables, meeting.frame, limit, tolerance);
+    if (!(other.gap > meeting.gap - real(4) * tolerance)) return m;
+    meeting = other;
+  }
 }
 
 }  // namespace lockstep::reference

@@ -71,6 +71,12 @@ real clamp_share(real x) {
   return x < 0 ? real(0) : x > 1 ? real(1) : x;
 }
 
+/// The separation along a unit normal from b to a: a lower bound of the true one.
+template <class real>
+real polytopes_bound(const Polytope<real>& a, const Polytope<real>& b, Vec3<real> normal) {
+  return dot3(normal, sub3(a.center, b.center)) - poly_reach(a, scale3(real(-1), normal)) - poly_reach(b, normal);
+}
+
 /// Two crossing edges against what the faces gave.
 template <class real>
 Meeting<real> poly_edge_query(const Polytope<real>& a, const Polytope<real>& b, Meeting<real> best, real tolerance) {
@@ -90,22 +96,26 @@ Meeting<real> poly_edge_query(const Polytope<real>& a, const Polytope<real>& b, 
       const real s = share_at_crossing(edge_a, edge_b, across);
       const real t = share_at_crossing(edge_b, edge_a, scale3(real(-1), across));
       if (!(gap > 0) && (!within_share(s) || !within_share(t))) continue;
+      // edges that are nearly parallel may cross by rounding only: then others reach farther along their normal
+      const Vec3<real> normal = out_of_frame(b.axes, scale3(side / length, across));
+      const real bound = polytopes_bound(a, b, normal);
+      if (gap - bound > real(4) * tolerance) continue;
       const Vec3<real> on_a = add3(edge_a.start, scale3(clamp_share(s), edge_a.along));
       const Vec3<real> on_b = add3(edge_b.start, scale3(clamp_share(t), edge_b.along));
-      best = meeting_offer(best, gap, out_of_frame(b.axes, scale3(side / length, across)), NORMAL_FIXED,
-                           add3(b.center, out_of_frame(b.axes, on_a)), add3(b.center, out_of_frame(b.axes, on_b)),
-                           tolerance);
+      best = meeting_offer(best, bound, normal, NORMAL_FIXED, add3(b.center, out_of_frame(b.axes, on_a)),
+                           add3(b.center, out_of_frame(b.axes, on_b)), tolerance);
     }
   }
   return best;
 }
 
 /// The closest points of the edges of shapes that are apart, as the line between them (Ericson, Real-Time Collision
-/// Detection, 5.1.9).
+/// Detection, 5.1.9). Of points that are as close but for rounding, as those of the edges of a vertex are, the line
+/// that separates best.
 template <class real>
 Meeting<real> poly_closest_edges(const Polytope<real>& a, const Polytope<real>& b, Meeting<real> best, real tolerance) {
-  real least = real(1e30);
-  Vec3<real> between = Vec3<real>{0, 0, 1}, on_a = Vec3<real>{0, 0, 0};
+  real least = real(1e30), gap = real(-1e30);
+  Vec3<real> normal = Vec3<real>{0, 0, 1}, between = normal, on_a = Vec3<real>{0, 0, 0};
   for (u32 i = 0; i < a.edges; ++i) {
     const EdgeSpan<real> edge_a = poly_edge_in(a, i, b);
     for (u32 j = 0; j < b.edges; ++j) {
@@ -120,18 +130,17 @@ Meeting<real> poly_closest_edges(const Polytope<real>& a, const Polytope<real>& 
       const Vec3<real> point = add3(edge_a.start, scale3(s, edge_a.along));
       const Vec3<real> d = sub3(point, add3(edge_b.start, scale3(t, edge_b.along)));
       const real distance = dot3(d, d);
-      if (distance < least) {
-        least = distance;
-        between = d;
-        on_a = point;
-      }
+      if (!(distance <= real(1.00001) * least) || !(distance > 0)) continue;
+      const Vec3<real> along = out_of_frame(b.axes, scale3(real(1) / std::sqrt(distance), d));
+      const real bound = polytopes_bound(a, b, along);
+      if (!(bound > gap) && !(distance < real(0.99999) * least)) continue;
+      least = distance;
+      gap = bound;
+      normal = along;
+      between = d;
+      on_a = point;
     }
   }
-  const real distance = std::sqrt(least);
-  if (!(distance > 0)) return best;
-  const Vec3<real> normal = out_of_frame(b.axes, scale3(real(1) / distance, between));
-  const real gap =
-      dot3(normal, sub3(a.center, b.center)) - poly_reach(a, scale3(real(-1), normal)) - poly_reach(b, normal);
   // crossing edges give way to closest points, which lie on both shapes
   if (best.frame == NORMAL_FIXED) best.gap = best.gap - real(2) * tolerance;
   const Vec3<real> at_a = add3(b.center, out_of_frame(b.axes, on_a));
@@ -139,20 +148,30 @@ Meeting<real> poly_closest_edges(const Polytope<real>& a, const Polytope<real>& 
   return meeting_offer(best, gap, normal, NORMAL_FIXED, at_a, at_b, tolerance);
 }
 
+/// Along the normal of a face of a, at the vertex of b that is nearest to it.
+template <class real>
+Meeting<real> poly_meet_face_of_a(const Polytope<real>& a, const Polytope<real>& b, Meeting<real> best, real limit,
+                                  real tolerance) {
+  const FaceQuery<real> face = poly_face_query(a, b, limit);
+  const Vec3<real> normal = scale3(real(-1), face.normal), vertex = poly_vertex(b, face.vertex);
+  return meeting_offer(best, face.gap, normal, NORMAL_OF_A, add3(vertex, scale3(face.gap, normal)), vertex, tolerance);
+}
+
+template <class real>
+Meeting<real> poly_meet_face_of_b(const Polytope<real>& a, const Polytope<real>& b, Meeting<real> best, real limit,
+                                  real tolerance) {
+  const FaceQuery<real> face = poly_face_query(b, a, limit);
+  const Vec3<real> vertex = poly_vertex(a, face.vertex);
+  return meeting_offer(best, face.gap, face.normal, NORMAL_OF_B, vertex, sub3(vertex, scale3(face.gap, face.normal)),
+                       tolerance);
+}
+
 /// The best normal. Gaps above the limit are not looked into any further.
 template <class real>
 Meeting<real> polytopes_meet(const Polytope<real>& a, const Polytope<real>& b, real limit, real tolerance) {
-  Meeting<real> best = no_meeting<real>();
-  const FaceQuery<real> of_a = poly_face_query(a, b, limit);
-  const Vec3<real> from_a = scale3(real(-1), of_a.normal);
-  const Vec3<real> vertex_b = poly_vertex(b, of_a.vertex);
-  best =
-      meeting_offer(best, of_a.gap, from_a, NORMAL_OF_A, add3(vertex_b, scale3(of_a.gap, from_a)), vertex_b, tolerance);
+  Meeting<real> best = poly_meet_face_of_a(a, b, no_meeting<real>(), limit, tolerance);
   if (best.gap > limit) return best;
-  const FaceQuery<real> of_b = poly_face_query(b, a, limit);
-  const Vec3<real> vertex_a = poly_vertex(a, of_b.vertex);
-  best = meeting_offer(best, of_b.gap, of_b.normal, NORMAL_OF_B, vertex_a,
-                       sub3(vertex_a, scale3(of_b.gap, of_b.normal)), tolerance);
+  best = poly_meet_face_of_b(a, b, best, limit, tolerance);
   if (best.gap > limit) return best;
   best = poly_edge_query(a, b, best, tolerance);
   if (best.gap > limit || !(best.gap > 0)) return best;

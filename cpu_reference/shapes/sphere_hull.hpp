@@ -36,9 +36,12 @@ Manifold<real> sphere_hull(const Placed<real>& a, const Placed<real>& b, const H
     const Vec3<real> normal = out_of_frame(hull.axes, out);
     return manifold_at(normal, NORMAL_OF_B, a.center, a.size.x, sub3(a.center, scale3(gap, normal)), real(0), 0);
   }
+  const real face_gap = gap;
+  // Of edges that are as near but for rounding, as those of a vertex are, the one whose way separates best; of faces in
+  // nearly one plane, and on an edge itself, rounding may have missed the face that is nearest.
   real least = real(1e30);
-  Vec3<real> nearest = center;
-  bool at_vertex = false;
+  Vec3<real> nearest = center, own = out;
+  bool at_vertex = false, found = false;
   for (u32 e = 0; e < hull.edges; ++e) {
     const EdgeSpan<real> edge = poly_own_edge(hull, e);
     const real t = dot3(edge.along, sub3(center, edge.start)) / dot3(edge.along, edge.along);
@@ -46,19 +49,21 @@ Manifold<real> sphere_hull(const Placed<real>& a, const Placed<real>& b, const H
     const Vec3<real> point = add3(edge.start, scale3(share, edge.along));
     const Vec3<real> d = sub3(center, point);
     const real square = dot3(d, d);
-    if (square < least) {
-      least = square;
-      nearest = point;
-      at_vertex = share != t;
-    }
+    if (!(square <= real(1.00001) * least)) continue;
+    const Vec3<real> way = square > 0 ? scale3(real(1) / std::sqrt(square), d) : out;
+    const real bound = dot3(way, sub3(center, poly_own_vertex(hull, poly_support(hull, way))));
+    if (!(bound > gap) && !(square < real(0.99999) * least)) continue;
+    found = bound > face_gap;
+    least = square;
+    gap = bound;
+    nearest = point;
+    own = way;
+    at_vertex = share != t;
   }
-  const real distance = std::sqrt(least);
-  // a centre on the surface itself has no direction of its own
-  const bool apart = distance > shape_tolerance(a, b);
-  const Vec3<real> own = apart ? scale3(real(1) / distance, sub3(center, nearest)) : out;
   // along an edge the sphere rolls: only a vertex is a point that the normal turns about
-  return manifold_at(out_of_frame(hull.axes, own), at_vertex && apart ? NORMAL_BETWEEN : NORMAL_FIXED, a.center,
-                     a.size.x, add3(b.center, out_of_frame(hull.axes, nearest)), real(0), 0);
+  const u32 frame = !found ? NORMAL_OF_B : at_vertex ? NORMAL_BETWEEN : NORMAL_FIXED;
+  return manifold_at(out_of_frame(hull.axes, found ? own : out), frame, a.center, a.size.x,
+                     add3(b.center, out_of_frame(hull.axes, nearest)), real(0), 0);
 }
 
 }  // namespace lockstep::reference

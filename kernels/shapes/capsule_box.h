@@ -7,6 +7,7 @@
 #define LOCKSTEP_CAPSULE_BOX_H
 
 #include "shapes/box_round.h"
+#include "shapes/capsules.h"
 
 // A piece of the core segment, in units of length from its middle.
 typedef struct SegmentSpan {
@@ -139,6 +140,65 @@ static inline u32 box_face_below(Vec3 x, Vec3 extents) {
 
 static inline real larger_of(real x, real y) { return x < y ? y : x; }
 
+// The axis of the box that the core runs along most.
+static inline u32 segment_axis(SegmentInBox c) {
+  const u32 k = fabs(c.u.y) > fabs(c.u.x) ? 1 : 0;
+  return fabs(c.u.z) > fabs(along(c.u, k)) ? 2 : k;
+}
+
+// The part of the core that runs beside an edge of the box, x at t its closest point; empty where it crosses the edge,
+// or passes it by.
+static inline SegmentSpan capsule_beside_edge(Placed a, SegmentInBox c, Vec3 x, real t) {
+  const u32 k = segment_axis(c), k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
+  const real u1 = along(c.u, k1), u2 = along(c.u, k2);
+  SegmentSpan s;
+  s.from = -c.length;
+  s.to = c.length;
+  s = segment_between(s, along(c.p, k), along(c.u, k), along(c.extents, k));
+  const bool over_edge = fabs(along(x, k1)) > along(c.extents, k1) && fabs(along(x, k2)) > along(c.extents, k2);
+  const bool lies = side_by_side(u1 * u1 + u2 * u2) && s.to - s.from > (real)0.01 * a.size.x;
+  // as far as x, if that is past the corner
+  s.from = t < s.from ? t : s.from;
+  s.to = t > s.to ? t : s.to;
+  if (!over_edge || !lies) s.to = s.from;
+  return s;
+}
+
+// Both ends of that part touch.
+static inline Manifold capsule_along_edge(Placed a, Placed b, Axes axes, SegmentInBox c, Vec3 edge, SegmentSpan s,
+                                          Vec3 normal) {
+  const u32 k = segment_axis(c);
+  Manifold m = manifold_along(normal, NORMAL_FIXED, a.size.x, (real)0);
+  for (u32 end = 0; end < 2; ++end) {
+    const Vec3 core = segment_at(c, end == 0 ? s.from : s.to);
+    const Vec3 on_edge = with_along(edge, k, clamp_to(along(core, k), along(c.extents, k)));
+    m = with_point(m, add3(b.center, out_of_frame(axes, core)), add3(b.center, out_of_frame(axes, on_edge)), 14 + end);
+  }
+  return m;
+}
+
+// A core that is nearest to the box at t and lies nearly along face k touches at the other end of what is over the
+// face, too.
+static inline Manifold capsule_lies_on_face(Placed a, Placed b, Axes axes, SegmentInBox c, Manifold m, real t, u32 k) {
+  const u32 k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
+  const Vec3 n = into_frame(axes, m.normal);
+  const real n1 = along(n, k1), n2 = along(n, k2);
+  if (!side_by_side(n1 * n1 + n2 * n2)) return m;
+  SegmentSpan s;
+  s.from = -c.length;
+  s.to = c.length;
+  s = segment_between(s, along(c.p, k1), along(c.u, k1), along(c.extents, k1));
+  s = segment_between(s, along(c.p, k2), along(c.u, k2), along(c.extents, k2));
+  const real end = t - s.from > s.to - t ? s.from : s.to, way = end < t ? t - end : end - t;
+  if (!(s.from < s.to) || !(way > (real)0.01 * a.size.x)) return m;
+  // in line along the normal, but no farther than the face
+  const Vec3 core = segment_at(c, end);
+  const real height = along(core, k) - sign_of(along(n, k)) * along(c.extents, k);
+  const Vec3 foot = clamp_into_box(sub3(core, scale3(height / along(n, k), n)), c.extents);
+  m.frame = NORMAL_FIXED;
+  return with_point(m, add3(b.center, out_of_frame(axes, core)), add3(b.center, out_of_frame(axes, foot)), 16);
+}
+
 // a is the capsule. While its core is outside the box the closest points decide; once it is inside, the axis of least
 // penetration.
 static inline Manifold capsule_box(Placed a, Placed b) {
@@ -160,10 +220,13 @@ static inline Manifold capsule_box(Placed a, Placed b) {
     return capsule_on_face(a, b, axes, c, face, sign_of(along(x, face)));
   }
   if (outside > 0) {
-    const Vec3 core_a = add3(b.center, out_of_frame(axes, x));
-    const Vec3 core_b = add3(b.center, out_of_frame(axes, clamp_into_box(x, c.extents)));
-    return manifold_at(direction_between(core_a, core_b, (real)0, axes.z), NORMAL_BETWEEN, core_a, a.size.x, core_b,
-                       (real)0, 0);
+    const Vec3 core_a = add3(b.center, out_of_frame(axes, x)), in_box = clamp_into_box(x, c.extents);
+    const Vec3 core_b = add3(b.center, out_of_frame(axes, in_box));
+    const Vec3 normal = direction_between(core_a, core_b, (real)0, axes.z);
+    const SegmentSpan s = capsule_beside_edge(a, c, x, t);
+    if (s.from < s.to) return capsule_along_edge(a, b, axes, c, in_box, s, normal);
+    const Manifold m = manifold_at(normal, NORMAL_BETWEEN, core_a, a.size.x, core_b, (real)0, 0);
+    return capsule_lies_on_face(a, b, axes, c, m, t, box_face_at(x, c.extents));
   }
   // how far the segment sticks out of the box along each axis, negative inside
   real best = -(real)1e30;

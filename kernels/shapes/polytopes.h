@@ -42,8 +42,14 @@ static inline real share_at_crossing(const EdgeSpan* a, const EdgeSpan* b, Vec3 
 
 static inline real clamp_share(real x) { return x < (real)0 ? (real)0 : x > (real)1 ? (real)1 : x; }
 
+// The separation along a unit normal from b to a: a lower bound of the true one.
+static inline real polytopes_bound(const Polytope* a, const Polytope* b, Vec3 normal) {
+  return dot3(normal, sub3(a->center, b->center)) - poly_reach(a, scale3((real)-1, normal)) - poly_reach(b, normal);
+}
+
 // Two crossing edges against what is best so far.
-static inline Meeting poly_cross_edges(const Polytope* b, const EdgeSpan* edge_a, u32 j, Meeting best, real tolerance) {
+static inline Meeting poly_cross_edges(const Polytope* a, const Polytope* b, const EdgeSpan* edge_a, u32 j,
+                                       Meeting best, real tolerance) {
   const EdgeSpan edge_b = poly_own_edge(b, j);
   const Vec3 across = cross3(edge_a->along, edge_b.along);
   const real square = dot3(across, across);
@@ -56,11 +62,14 @@ static inline Meeting poly_cross_edges(const Polytope* b, const EdgeSpan* edge_a
   const real s = share_at_crossing(edge_a, &edge_b, across);
   const real t = share_at_crossing(&edge_b, edge_a, scale3((real)-1, across));
   if (!(gap > (real)0) && (!within_share(s) || !within_share(t))) return best;
+  // edges that are nearly parallel may cross by rounding only: then others reach farther along their normal
+  const Vec3 normal = out_of_frame(b->axes, scale3(side / length, across));
+  const real bound = polytopes_bound(a, b, normal);
+  if (gap - bound > (real)4 * tolerance) return best;
   const Vec3 on_a = add3(edge_a->start, scale3(clamp_share(s), edge_a->along));
   const Vec3 on_b = add3(edge_b.start, scale3(clamp_share(t), edge_b.along));
-  return meeting_offer(best, gap, out_of_frame(b->axes, scale3(side / length, across)), NORMAL_FIXED,
-                       add3(b->center, out_of_frame(b->axes, on_a)), add3(b->center, out_of_frame(b->axes, on_b)),
-                       tolerance);
+  return meeting_offer(best, bound, normal, NORMAL_FIXED, add3(b->center, out_of_frame(b->axes, on_a)),
+                       add3(b->center, out_of_frame(b->axes, on_b)), tolerance);
 }
 
 #if LANES > 1
@@ -72,7 +81,7 @@ static inline Meeting poly_edge_query_in_lanes(const Polytope* a, const Polytope
     for (u32 first = 0u; first < edges_b.count; first += LANES) {
       u32 bits = arcs_crossing(&edge_a, a->faces > 0, &edges_b, first);
       for (; bits != 0u; bits &= bits - 1u)  // the lowest first
-        best = poly_cross_edges(b, &edge_a, first + 31u - clz(bits & (0u - bits)), best, tolerance);
+        best = poly_cross_edges(a, b, &edge_a, first + 31u - clz(bits & (0u - bits)), best, tolerance);
     }
   }
   return best;
@@ -88,17 +97,18 @@ static inline Meeting poly_edge_query(const Polytope* a, const Polytope* b, Meet
     const EdgeSpan edge_a = poly_edge_in(a, i, b);
     for (u32 j = 0; j < b->edges; ++j) {
       const EdgeSpan edge_b = poly_own_edge(b, j);
-      if (arcs_cross(&edge_a, a->faces > 0, &edge_b)) best = poly_cross_edges(b, &edge_a, j, best, tolerance);
+      if (arcs_cross(&edge_a, a->faces > 0, &edge_b)) best = poly_cross_edges(a, b, &edge_a, j, best, tolerance);
     }
   }
   return best;
 }
 
 // The closest points of the edges of shapes that are apart, as the line between them (Ericson, Real-Time Collision
-// Detection, 5.1.9).
+// Detection, 5.1.9). Of points that are as close but for rounding, as those of the edges of a vertex are, the line that
+// separates best.
 static inline Meeting poly_closest_edges(const Polytope* a, const Polytope* b, Meeting best, real tolerance) {
-  real least = (real)1e30;
-  Vec3 between = make3((real)0, (real)0, (real)1), on_a = make3((real)0, (real)0, (real)0);
+  real least = (real)1e30, gap = (real)-1e30;
+  Vec3 normal = make3((real)0, (real)0, (real)1), between = normal, on_a = make3((real)0, (real)0, (real)0);
   for (u32 i = 0; i < a->edges; ++i) {
     const EdgeSpan edge_a = poly_edge_in(a, i, b);
     for (u32 j = 0; j < b->edges; ++j) {
@@ -113,18 +123,17 @@ static inline Meeting poly_closest_edges(const Polytope* a, const Polytope* b, M
       const Vec3 point = add3(edge_a.start, scale3(s, edge_a.along));
       const Vec3 d = sub3(point, add3(edge_b.start, scale3(t, edge_b.along)));
       const real distance = dot3(d, d);
-      if (distance < least) {
-        least = distance;
-        between = d;
-        on_a = point;
-      }
+      if (!(distance <= (real)1.00001 * least) || !(distance > (real)0)) continue;
+      const Vec3 along = out_of_frame(b->axes, scale3((real)1 / sqrt(distance), d));
+      const real bound = polytopes_bound(a, b, along);
+      if (!(bound > gap) && !(distance < (real)0.99999 * least)) continue;
+      least = distance;
+      gap = bound;
+      normal = along;
+      between = d;
+      on_a = point;
     }
   }
-  const real distance = sqrt(least);
-  if (!(distance > (real)0)) return best;
-  const Vec3 normal = out_of_frame(b->axes, scale3((real)1 / distance, between));
-  const real gap =
-      dot3(normal, sub3(a->center, b->center)) - poly_reach(a, scale3((real)-1, normal)) - poly_reach(b, normal);
   // crossing edges give way to closest points, which lie on both shapes
   if (best.frame == NORMAL_FIXED) best.gap = best.gap - (real)2 * tolerance;
   const Vec3 at_a = add3(b->center, out_of_frame(b->axes, on_a));
@@ -132,19 +141,27 @@ static inline Meeting poly_closest_edges(const Polytope* a, const Polytope* b, M
   return meeting_offer(best, gap, normal, NORMAL_FIXED, at_a, at_b, tolerance);
 }
 
+// Along the normal of a face of a, at the vertex of b that is nearest to it.
+static inline Meeting poly_meet_face_of_a(const Polytope* a, const Polytope* b, Meeting best, real limit,
+                                          real tolerance) {
+  const FaceQuery face = poly_face_query(a, b, limit);
+  const Vec3 normal = scale3((real)-1, face.normal), vertex = poly_vertex(b, face.vertex);
+  return meeting_offer(best, face.gap, normal, NORMAL_OF_A, add3(vertex, scale3(face.gap, normal)), vertex, tolerance);
+}
+
+static inline Meeting poly_meet_face_of_b(const Polytope* a, const Polytope* b, Meeting best, real limit,
+                                          real tolerance) {
+  const FaceQuery face = poly_face_query(b, a, limit);
+  const Vec3 vertex = poly_vertex(a, face.vertex);
+  return meeting_offer(best, face.gap, face.normal, NORMAL_OF_B, vertex, sub3(vertex, scale3(face.gap, face.normal)),
+                       tolerance);
+}
+
 // The best normal. Gaps above the limit are not looked into any further.
 static inline Meeting polytopes_meet(const Polytope* a, const Polytope* b, real limit, real tolerance) {
-  Meeting best = no_meeting();
-  const FaceQuery of_a = poly_face_query(a, b, limit);
-  const Vec3 from_a = scale3((real)-1, of_a.normal);
-  const Vec3 vertex_b = poly_vertex(b, of_a.vertex);
-  best =
-      meeting_offer(best, of_a.gap, from_a, NORMAL_OF_A, add3(vertex_b, scale3(of_a.gap, from_a)), vertex_b, tolerance);
+  Meeting best = poly_meet_face_of_a(a, b, no_meeting(), limit, tolerance);
   if (best.gap > limit) return best;
-  const FaceQuery of_b = poly_face_query(b, a, limit);
-  const Vec3 vertex_a = poly_vertex(a, of_b.vertex);
-  best = meeting_offer(best, of_b.gap, of_b.normal, NORMAL_OF_B, vertex_a,
-                       sub3(vertex_a, scale3(of_b.gap, of_b.normal)), tolerance);
+  best = poly_meet_face_of_b(a, b, best, limit, tolerance);
   if (best.gap > limit) return best;
   best = poly_edge_query(a, b, best, tolerance);
   if (best.gap > limit || !(best.gap > (real)0)) return best;

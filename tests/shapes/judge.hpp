@@ -195,9 +195,9 @@ inline void judge_patch(const Body& a, const Body& b, const Vector3d& n, const s
 
 }  // namespace detail
 
-/// Judges a manifold. Gaps above `limit` may be left out.
+/// Judges a manifold by the true separation. Gaps above `limit` may be left out.
 template <class real>
-Verdict judge(const Body& a, const Body& b, const reference::Manifold<real>& m, double limit,
+Verdict judge(const Separation& truth, const Body& a, const Body& b, const reference::Manifold<real>& m, double limit,
               const Tolerances& tolerances = {}) {
   Verdict verdict;
   const auto complain = [&](bool wrong, auto&&... what) {
@@ -206,7 +206,6 @@ Verdict judge(const Body& a, const Body& b, const reference::Manifold<real>& m, 
     (text << ... << what);
     verdict.complaints.push_back(text.str());
   };
-  const Separation truth = separation(a, b);
   verdict.separation = truth.distance;
   const double size = std::max(a.extent(), b.extent()), tolerance = tolerances.depth * size;
   if (m.count == 0) {
@@ -264,6 +263,12 @@ Verdict judge(const Body& a, const Body& b, const reference::Manifold<real>& m, 
   complain(!(verdict.share >= tolerances.share), m.count, " points hold ", verdict.share, " of a ",
            verdict.wide ? "wide" : "lengthy", " patch");
   return verdict;
+}
+
+template <class real>
+Verdict judge(const Body& a, const Body& b, const reference::Manifold<real>& m, double limit,
+              const Tolerances& tolerances = {}) {
+  return judge(separation(a, b), a, b, m, limit, tolerances);
 }
 
 }  // namespace lockstep::oracle

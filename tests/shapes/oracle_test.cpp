@@ -70,6 +70,20 @@ TEST(Oracle, CutsContactPatches) {
   EXPECT_NEAR(best_area_of_four(disc), 2 * 0.25, 0.005);  // a square in a circle
 }
 
+// Of a regular octagon in the unit circle, of area sqrt(8): every second corner, a square of area 2.
+TEST(Oracle, KnowsTheWidestFour) {
+  Polygon octagon;
+  for (int i = 0; i < 8; ++i) octagon.emplace_back(std::cos(turn * i / 8), std::sin(turn * i / 8));
+  EXPECT_NEAR(area(octagon), std::sqrt(8), 1e-12);
+  EXPECT_NEAR(best_area_of_four(octagon), 2, 1e-12);
+  EXPECT_NEAR(best_area_of_four_with(octagon[3], octagon), 2, 1e-12);
+  // three corners of a square, of which the fourth is left out
+  const Polygon square = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  EXPECT_NEAR(best_area_of_four({square[0], square[1], square[2]}) / best_area_of_four(square), 0.5, 1e-12);
+  // the middle of a side, and three corners: a quarter is left out
+  EXPECT_NEAR(best_area_of_four_with({0.5, 0}, square), 0.75, 1e-12);
+}
+
 // A judge that complains of nothing would let everything pass.
 TEST(Oracle, ComplainsOfWhatIsWrong) {
   const reference::HullTables<double> none = {};

@@ -1,0 +1,171 @@
+// The corners of what two patches share (patch.hpp).
+// kernels/shapes/corners.h is the twin.
+#pragma once
+
+#include "cpu_reference/shapes/patch.hpp"
+
+namespace lockstep::reference {
+
+/// A corner of what two patches share: a point of each, in line along the normal.
+template <class real>
+struct SharedPoint {
+  bool valid;
+  Vec3<real> on_a, on_b;
+  real gap;
+  u32 feature;
+};
+
+/// Two patches that face each other. The first one is a segment if there is one, else a polygon if there is one.
+template <class real>
+struct PatchPair {
+  Patch<real> first, second;
+  bool turned;  // the first one is of b
+  Vec3<real> normal;
+  real tolerance;
+};
+
+/// Segments within this sine of each other share a line, others a point.
+template <class real>
+bool segments_cross(Vec3<real> u, Vec3<real> v, Vec3<real> normal) {
+  const real across = dot3(cross3(u, v), normal);
+  return across * across > real(1e-4) * dot3(u, u) * dot3(v, v);
+}
+
+template <class real>
+PatchPair<real> patch_pair(const Patch<real>& a, const Patch<real>& b, Vec3<real> normal, real tolerance) {
+  PatchPair<real> pair;
+  pair.turned = b.kind < a.kind;
+  pair.first = pair.turned ? b : a;
+  pair.second = pair.turned ? a : b;
+  pair.normal = normal;
+  pair.tolerance = tolerance;
+  return pair;
+}
+
+template <class real>
+SharedPoint<real> shared_point(const PatchPair<real>& pair, Vec3<real> on_first, Vec3<real> on_second, u32 feature) {
+  SharedPoint<real> point;
+  point.valid = true;
+  point.on_a = pair.turned ? on_second : on_first;
+  point.on_b = pair.turned ? on_first : on_second;
+  point.gap = dot3(pair.normal, sub3(point.on_a, point.on_b));
+  point.feature = feature;
+  return point;
+}
+
+/// Names: which of the kinds below, and up to two corners.
+inline u32 shared_name(u32 kind, u32 a, u32 b) { return kind << 24 | a << 12 | b; }
+
+/// The ends of what two segments share, or their crossing.
+template <class real>
+SharedPoint<real> shared_by_segments(const PatchPair<real>& pair, u32 k) {
+  const Vec3<real> p = pair.first.center, u = sub3(pair.first.end, p);
+  const Vec3<real> q = pair.second.center, v = sub3(pair.second.end, q);
+  const real vv = dot3(v, v), uu = dot3(u, u);
+  SharedPoint<real> none = {};
+  if (segments_cross(u, v, pair.normal)) {
+    if (k > 0) return none;
+    // in line along the normal: s u - t v + (p - q) has no part across it
+    const Vec3<real> w = sub3(q, p);
+    const real across = dot3(cross3(u, v), pair.normal);
+    const real s = dot3(cross3(w, v), pair.normal) / across, t = dot3(cross3(w, u), pair.normal) / across;
+    const real s1 = s < 0 ? real(0) : s > 1 ? real(1) : s, t1 = t < 0 ? real(0) : t > 1 ? real(1) : t;
+    return shared_point(pair, add3(p, scale3(s1, u)), add3(q, scale3(t1, v)), shared_name(0, 0, 3));
+  }
+  Cut<real> cut = {0, 1, NONE, NONE};
+  if (vv > 0 && uu > 0) {
+    const real at_start = dot3(v, sub3(p, q)), at_end = at_start + dot3(v, u);
+    cut = cut_by_side(cut, at_start, at_end, real(0), 0);
+    cut = cut_by_side(cut, vv - at_start, vv - at_end, real(0), 1);
+  }
+  if (cut.from > cut.to) return none;
+  const Vec3<real> x = add3(p, scale3(k == 0 ? cut.from : cut.to, u));
+  const real share = vv > 0 ? dot3(v, sub3(x, q)) / vv : real(0);
+  const real clamped = share < 0 ? real(0) : share > 1 ? real(1) : share;
+  return shared_point(pair, x, add3(q, scale3(clamped, v)), shared_name(0, 0, 1 + k));
+}
+
+/// Candidates: two a line of the first patch, then its own points where it has no lines, then those of the second.
+template <class real>
+u32 shared_count(const PatchPair<real>& pair) {
+  if (pair.first.kind == PATCH_SEGMENT) return 2;
+  const u32 own = pair.first.kind == PATCH_POLYGON ? 2 * pair.first.corners : patch_points(pair.first) + 2;
+  return own + patch_points(pair.second);
+}
+
+/// Where the rims of two discs cross, seen as circles; k is 0 or 1.
+template <class real>
+SharedPoint<real> shared_by_rims(const PatchPair<real>& pair, u32 k) {
+  SharedPoint<real> none = {};
+  const Patch<real>&p = pair.first, &q = pair.second;
+  const Vec3<real> d = sub3(patch_lift(p, pair.normal, q.center), p.center);
+  const real square = dot3(d, d);
+  if (!(square > 0)) return none;
+  const real along = real(0.5) * (square + p.radius * p.radius - q.radius * q.radius) / square;
+  const real height = p.radius * p.radius - along * along * square;
+  if (!(height > 0)) return none;
+  const real side = (k == 0 ? std::sqrt(height) : -std::sqrt(height)) / std::sqrt(square);
+  const Vec3<real> x = add3(p.center, add3(scale3(along, d), scale3(side, cross3(p.plane, d))));
+  // discs that are tilted against each other are no circles: such a point may be off
+  if (!patch_holds(q, pair.normal, x, real(10) * pair.tolerance)) return none;
+  return shared_point(pair, x, patch_lift(q, pair.normal, x), shared_name(3, 4000, k));
+}
+
+template <class real>
+SharedPoint<real> shared_candidate(const PatchPair<real>& pair, u32 k) {
+  SharedPoint<real> none = {};
+  const Patch<real>&first = pair.first, &second = pair.second;
+  const Vec3<real> n = pair.normal;
+  if (first.kind == PATCH_SEGMENT && second.kind == PATCH_SEGMENT) return shared_by_segments(pair, k);
+  const u32 corner_kind = pair.turned ? 2 : 1, other_kind = pair.turned ? 1 : 2;
+  if (first.kind == PATCH_SEGMENT) {
+    const Cut<real> cut = patch_cut(second, n, first.center, first.end, pair.tolerance);
+    if (cut.from > cut.to) return none;
+    const Vec3<real> x = add3(first.center, scale3(k == 0 ? cut.from : cut.to, sub3(first.end, first.center)));
+    return shared_point(pair, x, patch_lift(second, n, x), shared_name(0, 0, 1 + k));
+  }
+  u32 i = k;
+  if (first.kind == PATCH_POLYGON) {
+    if (k < 2 * first.corners) {
+      const u32 c = k >> 1, next = c + 1 == first.corners ? 0 : c + 1;
+      const Vec3<real> start = patch_point(first, c), end = patch_point(first, next);
+      const Cut<real> cut = patch_cut(second, n, start, end, pair.tolerance);
+      const bool ends = (k & 1) != 0;
+      if (cut.from > cut.to || (ends && cut.out == NONE)) return none;
+      const Vec3<real> x = add3(start, scale3(ends ? cut.to : cut.from, sub3(end, start)));
+      const u32 cut_at = ends ? cut.out : cut.in, name = patch_name(first, c);
+      return shared_point(pair, x, patch_lift(second, n, x),
+                          cut_at == NONE ? shared_name(corner_kind, name, 0) : shared_name(3, name, cut_at));
+    }
+    i = k - 2 * first.corners;
+  } else {
+    const u32 own = patch_points(first);
+    if (k < own) {
+      const Vec3<real> x = patch_point(first, k);
+      if (!patch_holds(second, n, x, pair.tolerance)) return none;
+      return shared_point(pair, x, patch_lift(second, n, x), shared_name(corner_kind, patch_name(first, k), 0));
+    }
+    if (k < own + 2) return shared_by_rims(pair, k - own);
+    i = k - own - 2;
+  }
+  const Vec3<real> x = patch_point(second, i);
+  if (!patch_holds(first, n, x, pair.tolerance)) return none;
+  return shared_point(pair, patch_lift(first, n, x), x, shared_name(other_kind, patch_name(second, i), 0));
+}
+
+/// The deepest point of a tilted disc wanders: it counts where no other point is as deep, and for nothing else.
+template <class real>
+bool shared_wanders(const PatchPair<real>& pair, u32 k) {
+  const u32 count = shared_count(pair);
+  if (pair.first.kind == PATCH_SEGMENT) return false;
+  if (pair.second.kind == PATCH_DISC && k + 1 == count) return true;
+  return pair.first.kind == PATCH_DISC && k + 1 == DISC_POINTS;
+}
+
+template <class real>
+struct Chosen {
+  u32 count;
+  SharedPoint<real> points[4];
+};
+
+}  // namespace lockstep::reference
