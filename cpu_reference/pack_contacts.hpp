@@ -23,6 +23,13 @@ bool is_central(const Buffers<real>& buffers, u32 body, u32 shape) {
          (info.isotropic != 0 && (buffers.shape_infos[shape].flags & SHAPE_IS_CENTRAL) != 0);
 }
 
+/// The colour of the pair that contact `i` is the first of. Where bodies are split, pairs may share them, and all are
+/// laid out as one colour.
+template <class real>
+u32 color_of_pair(const Buffers<real>& buffers, u32 i) {
+  return buffers.part_blocks.empty() ? buffers.contact_colors[i] : 0;
+}
+
 /// Numbers by colour and number of points.
 using PackTable = std::array<std::array<u32, MANIFOLD_POINTS + 1>, MAX_COLORS + 1>;
 
@@ -67,7 +74,7 @@ void pack_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
   PackTable sizes = {};
   for (u32 i = 0; i < contact_count; ++i) {
     const u32 count = pair_contact_count(buffers, i);
-    if (count > 0) ++sizes[buffers.contact_colors[i]][count];
+    if (count > 0) ++sizes[color_of_pair(buffers, i)][count];
   }
   PackTable slots = pack_lay_out(buffers, params, sizes);
 
@@ -84,7 +91,7 @@ void pack_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
   for (u32 i = 0; i < contact_count; ++i) {
     const u32 count = pair_contact_count(buffers, i);
     if (count == 0) continue;
-    const u32 color = buffers.contact_colors[i];
+    const u32 color = color_of_pair(buffers, i);
     const u32 slot = slots[color][count];
     slots[color][count] += pack_stride(color);
     if (slot / PACK >= blocks) {

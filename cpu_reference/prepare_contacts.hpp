@@ -7,7 +7,8 @@
 //                    contacts are damped springs: u_n + bias + softness r_n >= 0 (Catto, Soft Constraints, GDC 2011);
 //   restitution:     a contact that closes in this sub-step faster than the threshold leaves at e times that speed
 //                    (Newton): u_n >= -e u_old.
-// The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2). Impulses start from the last step, later
+// The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2), M that of the pair's parts of its bodies
+// where they are split (cpu_reference/visit_parts.hpp). Impulses start from the last step, later
 // from the last sub-step, turned with the contact through the world frame and put back into the cone.
 #pragma once
 
@@ -17,6 +18,7 @@
 #include "cpu_reference/prepare_patch.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/visit_parts.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -92,14 +94,15 @@ ContactPoint<real> contact_point_of(const PointBlock<real>& p, u32 lane) {
 
 /// Returns the softness of the contact.
 template <class real>
-real prepare_contact(const Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies, u32 lane,
-                     u32 row, ContactBlock<real>& block, ImpulseBlock<real>& impulses) {
+real prepare_contact(const Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies,
+                     const PairMotions<real>& motions, u32 lane, u32 row, ContactBlock<real>& block,
+                     ImpulseBlock<real>& impulses) {
   const u32 a = bodies.body_a[lane], b = bodies.body_b[lane];
   const PointBlock<real>& points = buffers.point_blocks[row];
   const Pose<real> pose_a = make_pose(buffers.positions[a], buffers.orientations[a]);
   const Pose<real> pose_b = make_pose(buffers.positions[b], buffers.orientations[b]);
   const ContactNow<real> now = contact_now(contact_point_of(points, lane), points.frame[lane], pose_a, pose_b);
-  const Motion<real>&motion_a = buffers.motions[a], &motion_b = buffers.motions[b];
+  const Motion<real>&motion_a = motions.a, &motion_b = motions.b;
   const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
   const Vec3<real> n = now.normal;
   const auto [t1, t2] = tangents(n);
@@ -173,7 +176,8 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
         ImpulseBlock<real>& impulses = buffers.impulse_blocks[row];
         real softness = 0;
         if (k < bodies.count[lane])
-          softness = prepare_contact(buffers, params, bodies, lane, row, block_row, impulses);
+          softness = prepare_contact(buffers, params, bodies, pair_motions(buffers, block, lane), lane, row, block_row,
+                                     impulses);
         else
           clear_lane(block_row, impulses, lane);
         if (!buffers.softness_blocks.empty()) buffers.softness_blocks[row].softness[lane] = softness;
@@ -184,7 +188,8 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
       PatchBlock<real>& patch = buffers.patch_blocks[block];
       PatchImpulse<real>& impulses = buffers.patch_impulses[block];
       if (bodies.count[lane] > 0)
-        prepare_patch(buffers, params, bodies, lane, buffers.block_rows[block].first, patch, impulses);
+        prepare_patch(buffers, params, pair_motions(buffers, block, lane), bodies.count[lane], lane,
+                      buffers.block_rows[block].first, patch, impulses);
       else
         clear_lane(patch, impulses, lane);
     }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/visit_parts.hpp"
 
 namespace lockstep::reference {
 
@@ -50,10 +51,9 @@ void clear_lane(PatchBlock<real>& block, PatchImpulse<real>& impulses, u32 lane)
 
 /// The rows of the pair are prepared; `block` and `impulses` still hold the last sub-step.
 template <class real>
-void prepare_patch(const Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies, u32 lane,
-                   u32 first, PatchBlock<real>& block, PatchImpulse<real>& impulses) {
-  const u32 count = bodies.count[lane];
-  const Motion<real>&a = buffers.motions[bodies.body_a[lane]], &b = buffers.motions[bodies.body_b[lane]];
+void prepare_patch(const Buffers<real>& buffers, const StepParams<real>& params, const PairMotions<real>& motions,
+                   u32 count, u32 lane, u32 first, PatchBlock<real>& block, PatchImpulse<real>& impulses) {
+  const Motion<real>&a = motions.a, &b = motions.b;
   const ContactFrame<real> row = contact_frame<real>(buffers.contact_blocks[first], lane);
   const Vec3<real> n = row.normal, t1 = row.tangent_1, t2 = row.tangent_2;
   const PatchCentre<real> centre = patch_centre(buffers, first, count, lane);

@@ -24,6 +24,7 @@
 #include "cpu_reference/solve_constraints.hpp"
 #include "cpu_reference/sort_cells.hpp"
 #include "cpu_reference/sort_shapes.hpp"
+#include "cpu_reference/split_bodies.hpp"
 #include "cpu_reference/spread_patches.hpp"
 #include "cpu_reference/store_impulses.hpp"
 #include "cpu_reference/update_bounds.hpp"

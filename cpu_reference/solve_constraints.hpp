@@ -1,5 +1,6 @@
 // Solves the contact problem by sweeps of blocked projected Gauss-Seidel (cpu_reference/visit_contact.hpp) in the fixed
-// order of colours: pairs of one colour share no movable body, so that their order within it cannot matter.
+// order of colours: pairs of one colour share no movable body, so that their order within it cannot matter. In scenes
+// solved by Jacobi's method a sweep visits all pairs at once (cpu_reference/visit_parts.hpp), after the joints.
 #pragma once
 
 #include "cpu_reference/joints/visit_joint.hpp"

@@ -27,7 +27,9 @@ struct StageInfo {
 const StageInfo& info(Stage stage);
 
 /// Whether a scene with these features runs the stage: it has the stage's, or one of them where they are several.
+/// Jacobi's method needs no colours.
 inline bool runs(Stage stage, Features features) {
+  if (stage == Stage::color_contacts && has(features, Feature::jacobi)) return false;
   return info(stage).feature == Feature::always || (features & static_cast<Features>(info(stage).feature)) != 0;
 }
 

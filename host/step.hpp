@@ -22,9 +22,10 @@ void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::collide, p);
   backend.run(Stage::match_contacts, p);
 
-  // contacts of one colour share no movable body, so that a colour is solved at once
+  // contacts of one colour share no movable body, so that a colour is solved at once; or all are, on parts of bodies
   backend.run(Stage::color_contacts, p);
   backend.run(Stage::pack_contacts, p);
+  backend.run(Stage::split_bodies, p);
   backend.run(Stage::pack_points, p);
 
   for (p.substep = 0; p.substep < p.substeps; ++p.substep) {

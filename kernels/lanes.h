@@ -67,7 +67,6 @@ typedef struct LaneLines {
   lane c0, c1, c2, c3, c4, c5, c6, c7;
 } LaneLines;
 
-#define BODY_LINE(k) ((global Real8*)(motions + indices[k]))[0]
 #define LINE(k) lines[indices[k] * stride]
 
 #if LANES == 1
@@ -80,8 +79,8 @@ static inline LaneLines lane_gather_lines(global const Real8* lines, u32 stride,
   return r;
 }
 
-static inline void lane_scatter_movable(LaneLines r, global Motion* motions, global const u32* indices) {
-  if (r.c3 > (real)0) BODY_LINE(0) = (Real8)(r.c0, r.c1, r.c2, r.c3, r.c4, r.c5, r.c6, r.c7);
+static inline void lane_scatter_movable(LaneLines r, global Real8* lines, u32 stride, global const u32* indices) {
+  if (r.c3 > (real)0) LINE(0) = (Real8)(r.c0, r.c1, r.c2, r.c3, r.c4, r.c5, r.c6, r.c7);
 }
 
 #else
@@ -119,20 +118,20 @@ static inline Rows8 gather8(global const Real8* lines, u32 stride, const u32* in
   return transpose8(m);
 }
 
-static inline void scatter8(Rows8 components, global Motion* motions, global const u32* indices) {
+static inline void scatter8(Rows8 components, global Real8* lines, u32 stride, global const u32* indices) {
   const Rows8 m = transpose8(components);
   if (all(components.r3 > (Real8)0)) {
-    BODY_LINE(0) = m.r0, BODY_LINE(1) = m.r1, BODY_LINE(2) = m.r2, BODY_LINE(3) = m.r3;
-    BODY_LINE(4) = m.r4, BODY_LINE(5) = m.r5, BODY_LINE(6) = m.r6, BODY_LINE(7) = m.r7;
+    LINE(0) = m.r0, LINE(1) = m.r1, LINE(2) = m.r2, LINE(3) = m.r3;
+    LINE(4) = m.r4, LINE(5) = m.r5, LINE(6) = m.r6, LINE(7) = m.r7;
   } else {
-    if (m.r0.s3 > (real)0) BODY_LINE(0) = m.r0;
-    if (m.r1.s3 > (real)0) BODY_LINE(1) = m.r1;
-    if (m.r2.s3 > (real)0) BODY_LINE(2) = m.r2;
-    if (m.r3.s3 > (real)0) BODY_LINE(3) = m.r3;
-    if (m.r4.s3 > (real)0) BODY_LINE(4) = m.r4;
-    if (m.r5.s3 > (real)0) BODY_LINE(5) = m.r5;
-    if (m.r6.s3 > (real)0) BODY_LINE(6) = m.r6;
-    if (m.r7.s3 > (real)0) BODY_LINE(7) = m.r7;
+    if (m.r0.s3 > (real)0) LINE(0) = m.r0;
+    if (m.r1.s3 > (real)0) LINE(1) = m.r1;
+    if (m.r2.s3 > (real)0) LINE(2) = m.r2;
+    if (m.r3.s3 > (real)0) LINE(3) = m.r3;
+    if (m.r4.s3 > (real)0) LINE(4) = m.r4;
+    if (m.r5.s3 > (real)0) LINE(5) = m.r5;
+    if (m.r6.s3 > (real)0) LINE(6) = m.r6;
+    if (m.r7.s3 > (real)0) LINE(7) = m.r7;
   }
 }
 
@@ -150,20 +149,20 @@ static inline LaneLines lane_gather_lines(global const Real8* lines, u32 stride,
   return r;
 }
 
-// Writes back the first halves of the bodies that can move: those belong to one lane of a colour. The others, whose
+// Writes lines[indices[k] * stride] of the bodies that can move: those belong to one lane alone. The others, whose
 // inverse mass, the fourth real, is zero, are read by many and never written.
-static inline void lane_scatter_movable(LaneLines r, global Motion* motions, global const u32* indices) {
+static inline void lane_scatter_movable(LaneLines r, global Real8* lines, u32 stride, global const u32* indices) {
   Rows8 m;
 #if LANES == 8
   m.r0 = r.c0, m.r1 = r.c1, m.r2 = r.c2, m.r3 = r.c3, m.r4 = r.c4, m.r5 = r.c5, m.r6 = r.c6, m.r7 = r.c7;
-  scatter8(m, motions, indices);
+  scatter8(m, lines, stride, indices);
 #else
   m.r0 = r.c0.lo, m.r1 = r.c1.lo, m.r2 = r.c2.lo, m.r3 = r.c3.lo;
   m.r4 = r.c4.lo, m.r5 = r.c5.lo, m.r6 = r.c6.lo, m.r7 = r.c7.lo;
-  scatter8(m, motions, indices);
+  scatter8(m, lines, stride, indices);
   m.r0 = r.c0.hi, m.r1 = r.c1.hi, m.r2 = r.c2.hi, m.r3 = r.c3.hi;
   m.r4 = r.c4.hi, m.r5 = r.c5.hi, m.r6 = r.c6.hi, m.r7 = r.c7.hi;
-  scatter8(m, motions, indices + 8);
+  scatter8(m, lines, stride, indices + 8);
 #endif
 }
 

@@ -15,6 +15,15 @@
 #define PACK_KEYS (PACK_COLORS * PACK_CLASSES)
 #define PACK_CHUNKS(counters) ((counters)[COUNTER_CONTACTS] / CHUNK + 1u)
 
+// Without colours all pairs are laid out as one.
+static inline u32 pack_color(global const u32* contact_colors, u32 i) {
+#if FEATURE_JACOBI
+  return 0u;
+#else
+  return contact_colors[i];
+#endif
+}
+
 static inline u32 pack_key(u32 color, u32 count) { return color * PACK_CLASSES + (PACK_CLASSES - count); }
 
 static inline void pack_count_chunk(u32 chunk, u32 chunks, u32 contact_count, global const Contact* contacts,
@@ -23,7 +32,7 @@ static inline void pack_count_chunk(u32 chunk, u32 chunks, u32 contact_count, gl
   const u32 end = min((chunk + 1u) * CHUNK, contact_count);
   for (u32 i = chunk * CHUNK; i < end; ++i) {
     const u32 count = pair_contact_count(contacts, i, contact_count);
-    if (count > 0u) ++pack_counts[pack_key(contact_colors[i], count) * chunks + chunk];
+    if (count > 0u) ++pack_counts[pack_key(pack_color(contact_colors, i), count) * chunks + chunk];
   }
 }
 
@@ -118,7 +127,7 @@ static inline void pack_place_chunk(u32 chunk, u32 chunks, u32 contact_count, u3
   for (u32 i = chunk * CHUNK; i < end; ++i) {
     const u32 count = pair_contact_count(contacts, i, contact_count);
     if (count == 0u) continue;
-    const u32 color = contact_colors[i], key = pack_key(color, count);
+    const u32 color = pack_color(contact_colors, i), key = pack_key(color, count);
     const u32 slot = (pack_counts[key * chunks + chunk]++ + pack_offsets[key]) * pack_stride(color);
     if (slot / PACK >= block_capacity) {
       for (u32 k = 0u; k < count; ++k) contact_slots[i + k] = NONE;

@@ -7,6 +7,7 @@
 #include "prepare_patch.h"
 #include "types.h"
 #include "visit_contact.h"
+#include "visit_parts.h"
 
 // One side of the pairs: all of the body, and its velocity at the start of the sub-step.
 typedef struct PrepareBody {
@@ -215,9 +216,10 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
                              global const Motion* motions, global const Velocity* previous_velocities,
                              global const PointBlock* point_blocks, global const StartBlock* start_blocks,
                              global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                             global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
-                             global SoftnessBlock* softness_blocks, global PatchBlock* patch_blocks,
-                             global PatchImpulse* patch_impulses, global const u32* counters) {
+                             global const PartBlock* part_blocks, global ContactBlock* contact_blocks,
+                             global ImpulseBlock* impulse_blocks, global SoftnessBlock* softness_blocks,
+                             global PatchBlock* patch_blocks, global PatchImpulse* patch_impulses,
+                             global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
     const u32 first = item % ITEMS_PER_BLOCK * LANES;
@@ -228,6 +230,10 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
     PrepareBody a, b;
     prepare_load(bodies->body_a + first, params.bodies, positions, orientations, motions, previous_velocities, &a);
     prepare_load(bodies->body_b + first, params.bodies, positions, orientations, motions, previous_velocities, &b);
+#if FEATURE_JACOBI
+    part_lighten(LANE_LOAD(part_blocks[item / ITEMS_PER_BLOCK].parts_a + first), &a.motion);
+    part_lighten(LANE_LOAD(part_blocks[item / ITEMS_PER_BLOCK].parts_b + first), &b.motion);
+#endif
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
       prepare_row(params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, contact_blocks + row,

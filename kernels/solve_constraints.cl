@@ -1,9 +1,11 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Sweeps of blocked Gauss-Seidel over the colours (cpu_reference/solve_constraints.hpp).
+// Sweeps of blocked Gauss-Seidel over the colours, or of Jacobi's method over all pairs at once
+// (cpu_reference/solve_constraints.hpp).
 #include "common.h"
 #include "joints/visit_joint.h"
 #include "sweep_contacts.h"
 #include "types.h"
+#include "visit_parts.h"
 
 #if FEATURE_JOINTS
 // One phase of the joints: blocks begin .. end - 1.
@@ -55,3 +57,57 @@ kernel void solve_tail(const u32 first_color, const u32 joint_phase_count, const
     visit_tail(VISIT_SOLVE, first_color, color_starts, &stream, counters);
   }
 }
+
+#if FEATURE_JACOBI
+static inline void solve_item(u32 item, const ContactStream* s, global const PartBlock* part_blocks,
+                              global Velocity* body_parts) {
+  const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
+  global const BlockBodies* bodies = s->bodies + block;
+  global const PartBlock* parts = part_blocks + block;
+  LaneBody a = part_load(s->motions, bodies->body_a + first, parts->parts_a + first);
+  LaneBody b = part_load(s->motions, bodies->body_b + first, parts->parts_b + first);
+  visit_lanes(VISIT_SOLVE, block, first, s, &a, &b);
+  part_store(a, body_parts, parts->place_a + first);
+  part_store(b, body_parts, parts->place_b + first);
+}
+
+// A sweep over all pairs; mean_parts follows.
+kernel void solve_parts(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                        global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
+                        global const PatchBlock* patch_blocks, global const PartBlock* part_blocks,
+                        global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
+                        global Velocity* body_parts, global Motion* motions, global const u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
+                                patch_blocks, impulse_blocks, patch_impulses, motions};
+  FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, part_blocks, body_parts);
+}
+
+// One work-group: `sweeps` sweeps over the joints' first phases and all pairs.
+kernel void solve_parts_group(const u32 bodies, const u32 joint_phase_count, const u32 sweeps,
+                              global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                              global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
+                              global const PatchBlock* patch_blocks, global const PartBlock* part_blocks,
+                              global const u32* part_starts, global ImpulseBlock* impulse_blocks,
+                              global PatchImpulse* patch_impulses, global const u32* joint_phases,
+                              global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
+                              global JointImpulseBlock* joint_impulses, global Velocity* body_parts,
+                              global Motion* motions, global const u32* counters) {
+  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
+                                patch_blocks, impulse_blocks, patch_impulses, motions};
+  const bool is_void = STEP_IS_VOID(counters);
+  const u32 items = is_void ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_void ? 0u : bodies;
+  for (u32 sweep = 0u; sweep < sweeps; ++sweep) {
+#if FEATURE_JOINTS
+    sweep_joints(VISIT_SOLVE, 0u, is_void ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
+                 joint_impulses, motions);
+#endif
+    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
+      solve_item(item, &stream, part_blocks, body_parts);
+    barrier(CLK_GLOBAL_MEM_FENCE);
+    for (u32 i = (u32)get_local_id(0); i < whole; i += (u32)get_local_size(0))
+      part_mean(i, part_starts, body_parts, motions);
+    barrier(CLK_GLOBAL_MEM_FENCE);
+  }
+}
+#endif

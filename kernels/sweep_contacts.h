@@ -18,15 +18,26 @@ typedef struct ContactStream {
   global Motion* motions;
 } ContactStream;
 
+// Visits the pairs in lanes first .. first + LANES - 1 of a block.
+static inline void visit_lanes(const u32 purpose, u32 block, u32 first, const ContactStream* s, LaneBody* a,
+                               LaneBody* b) {
+#if FEATURE_PATCHES
+  visit_patches(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses,
+                s->patches + block, s->patch_impulses + block, a, b);
+#else
+  visit_pairs(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses, a, b);
+#endif
+}
+
 // The item-th of a phase that begins with block `begin`.
 static inline void visit_item(const u32 purpose, u32 begin, u32 item, const ContactStream* s) {
   const u32 block = begin + item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
-#if FEATURE_PATCHES
-  visit_patches(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses,
-                s->patches + block, s->patch_impulses + block, s->motions);
-#else
-  visit_pairs(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses, s->motions);
-#endif
+  global const BlockBodies* bodies = s->bodies + block;
+  LaneBody a = lane_load_bodies(s->motions, bodies->body_a + first);
+  LaneBody b = lane_load_bodies(s->motions, bodies->body_b + first);
+  visit_lanes(purpose, block, first, s, &a, &b);
+  lane_store_bodies(a, s->motions, bodies->body_a + first);
+  lane_store_bodies(b, s->motions, bodies->body_b + first);
 }
 
 static inline u32 contact_phases(global const u32* counters) {

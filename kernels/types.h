@@ -368,6 +368,12 @@ RECORD(PatchBlock) {
 // What acts on a at the centre of pressure, its opposite on b: N s along the tangents, N m s about the normal.
 RECORD(PatchImpulse) { real tangent_1[PACK], tangent_2[PACK], twist[PACK]; };
 
+// The part of each body that a pair is solved on (feature jacobi): a body in contact is as many as it has pairs.
+RECORD(PartBlock) {
+  real parts_a[PACK], parts_b[PACK];  // pairs that the body has; 0 of bodies that cannot move, and of padding
+  u32 place_a[PACK], place_b[PACK];   // where the pair's copy of the body stands; NONE where it has none
+};
+
   // ---- joints
   // --------------------------------------------------------------------------------------------------------
 

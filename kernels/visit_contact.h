@@ -1,4 +1,4 @@
-// The visit of LANES pairs in contact of one colour: what the solver's sweeps and the warm start share.
+// The visit of LANES pairs in contact: what the solver's sweeps and the warm start share.
 // cpu_reference/visit_contact.hpp is the twin and states the method.
 #ifndef LOCKSTEP_VISIT_CONTACT_H
 #define LOCKSTEP_VISIT_CONTACT_H
@@ -36,13 +36,17 @@ static inline LaneBody lane_load_bodies(global const Motion* motions, global con
   return body;
 }
 
-static inline void lane_store_bodies(LaneBody body, global Motion* motions, global const u32* indices) {
+static inline LaneLines lane_first_half(LaneBody body) {
   LaneLines first;
   first.c0 = body.v.x, first.c1 = body.v.y, first.c2 = body.v.z;
   first.c3 = body.inverse_mass;
   first.c4 = body.w.x, first.c5 = body.w.y, first.c6 = body.w.z;
   first.c7 = body.xx;
-  lane_scatter_movable(first, motions, indices);
+  return first;
+}
+
+static inline void lane_store_bodies(LaneBody body, global Motion* motions, global const u32* indices) {
+  lane_scatter_movable(lane_first_half(body), (global Real8*)motions, sizeof(Motion) / sizeof(Real8), indices);
 }
 
 // Duff et al. (2017), right-handed with the normal.
@@ -175,47 +179,41 @@ static inline lane_mask lane_general(global const BlockBodies* bodies, u32 first
 // Visits the pairs in lanes first .. first + LANES - 1 of a block, the contacts of a pair one after another.
 static inline void visit_pairs(const u32 purpose, u32 first, global const BlockBodies* bodies, BlockRows rows,
                                global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                               global ImpulseBlock* impulse_blocks, global Motion* motions) {
+                               global ImpulseBlock* impulse_blocks, LaneBody* a, LaneBody* b) {
   const lane_mask general = lane_general(bodies, first);
-  LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
   visit_row(purpose, first, general, contact_blocks + rows.first, softness_blocks + rows.first,
-            impulse_blocks + rows.first, &a, &b);
+            impulse_blocks + rows.first, a, b);
 #if FEATURE_MANIFOLDS
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   for (u32 k = 1u; k < rows.count; ++k) {
-    LaneBody next_a = a, next_b = b;
+    LaneBody next_a = *a, next_b = *b;
     visit_row(purpose, first, general, contact_blocks + rows.first + k, softness_blocks + rows.first + k,
               impulse_blocks + rows.first + k, &next_a, &next_b);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    visit_keep(there, next_a, &a);
-    visit_keep(there, next_b, &b);
+    visit_keep(there, next_a, a);
+    visit_keep(there, next_b, b);
   }
 #endif
-  lane_store_bodies(a, motions, bodies->body_a + first);
-  lane_store_bodies(b, motions, bodies->body_b + first);
 }
 
 // Gives the bodies the impulses that the contacts start from.
 static inline void start_pairs(u32 first, global const BlockBodies* bodies, BlockRows rows,
                                global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
-                               global Motion* motions) {
+                               LaneBody* a, LaneBody* b) {
   const lane_mask general = lane_general(bodies, first);
-  LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
   lane_push(lane_contact(contact_blocks + rows.first, first), general, lane_impulse(impulse_blocks + rows.first, first),
-            &a, &b);
+            a, b);
 #if FEATURE_MANIFOLDS
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   for (u32 k = 1u; k < rows.count; ++k) {
-    LaneBody next_a = a, next_b = b;
+    LaneBody next_a = *a, next_b = *b;
     lane_push(lane_contact(contact_blocks + rows.first + k, first), general,
               lane_impulse(impulse_blocks + rows.first + k, first), &next_a, &next_b);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    visit_keep(there, next_a, &a);
-    visit_keep(there, next_b, &b);
+    visit_keep(there, next_a, a);
+    visit_keep(there, next_b, b);
   }
 #endif
-  lane_store_bodies(a, motions, bodies->body_a + first);
-  lane_store_bodies(b, motions, bodies->body_b + first);
 }
 
 #endif

@@ -89,25 +89,22 @@ static inline void visit_rubbing(u32 first, lane load, lane moment, global const
 static inline void visit_patches(const u32 purpose, u32 first, global const BlockBodies* bodies, BlockRows rows,
                                  global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
                                  global ImpulseBlock* impulse_blocks, global const PatchBlock* patch,
-                                 global PatchImpulse* patch_impulse, global Motion* motions) {
-  LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
+                                 global PatchImpulse* patch_impulse, LaneBody* a, LaneBody* b) {
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   for (u32 pass = 0u; pass < 2u; ++pass) {
     lane load = (lane)0, moment = (lane)0;
     for (u32 k = 0u; k < rows.count; ++k) {
-      LaneBody next_a = a, next_b = b;
+      LaneBody next_a = *a, next_b = *b;
       const lane r = visit_normals(purpose, first, contact_blocks + rows.first + k, softness_blocks + rows.first + k,
                                    impulse_blocks + rows.first + k, &next_a, &next_b);
       const lane_mask there = LANE_MASK(count > (lane_u32)k);
-      visit_keep(there, next_a, &a);
-      visit_keep(there, next_b, &b);
+      visit_keep(there, next_a, a);
+      visit_keep(there, next_b, b);
       load = load + r;
       moment = moment + LANE_LOAD(patch->lever[k] + first) * r;
     }
-    if (pass == 0u) visit_rubbing(first, load, moment, patch, patch_impulse, &a, &b);
+    if (pass == 0u) visit_rubbing(first, load, moment, patch, patch_impulse, a, b);
   }
-  lane_store_bodies(a, motions, bodies->body_a + first);
-  lane_store_bodies(b, motions, bodies->body_b + first);
 }
 
 static inline void start_normals(u32 first, global const ContactBlock* block, global const ImpulseBlock* impulses,
@@ -121,25 +118,22 @@ static inline void start_normals(u32 first, global const ContactBlock* block, gl
 // Gives the bodies the impulses that the pairs start from.
 static inline void start_patches(u32 first, global const BlockBodies* bodies, BlockRows rows,
                                  global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
-                                 global const PatchBlock* patch, global const PatchImpulse* patch_impulse,
-                                 global Motion* motions) {
-  LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
-  start_normals(first, contact_blocks + rows.first, impulse_blocks + rows.first, &a, &b);
+                                 global const PatchBlock* patch, global const PatchImpulse* patch_impulse, LaneBody* a,
+                                 LaneBody* b) {
+  start_normals(first, contact_blocks + rows.first, impulse_blocks + rows.first, a, b);
 #if FEATURE_MANIFOLDS
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   for (u32 k = 1u; k < rows.count; ++k) {
-    LaneBody next_a = a, next_b = b;
+    LaneBody next_a = *a, next_b = *b;
     start_normals(first, contact_blocks + rows.first + k, impulse_blocks + rows.first + k, &next_a, &next_b);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    visit_keep(there, next_a, &a);
-    visit_keep(there, next_b, &b);
+    visit_keep(there, next_a, a);
+    visit_keep(there, next_b, b);
   }
 #endif
   const LaneContact c = lane_patch(patch, first);
-  lane_twist_by(lane_scale3(LANE_LOAD(patch_impulse->twist + first), c.normal), &a, &b);
-  lane_push_patch(c, LANE_LOAD(patch_impulse->tangent_1 + first), LANE_LOAD(patch_impulse->tangent_2 + first), &a, &b);
-  lane_store_bodies(a, motions, bodies->body_a + first);
-  lane_store_bodies(b, motions, bodies->body_b + first);
+  lane_twist_by(lane_scale3(LANE_LOAD(patch_impulse->twist + first), c.normal), a, b);
+  lane_push_patch(c, LANE_LOAD(patch_impulse->tangent_1 + first), LANE_LOAD(patch_impulse->tangent_2 + first), a, b);
 }
 
 #endif

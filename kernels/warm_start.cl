@@ -4,6 +4,7 @@
 #include "joints/visit_joint.h"
 #include "sweep_contacts.h"
 #include "types.h"
+#include "visit_parts.h"
 
 #if FEATURE_JOINTS
 // One phase of the joints: blocks begin .. end - 1.
@@ -28,17 +29,29 @@ kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global cons
 }
 #endif
 
+static inline void start_lanes(u32 block, u32 first, global const BlockBodies* block_bodies,
+                               global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                               global const ImpulseBlock* impulse_blocks, global const PatchBlock* patch_blocks,
+                               global const PatchImpulse* patch_impulses, LaneBody* a, LaneBody* b) {
+#if FEATURE_PATCHES
+  start_patches(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, patch_blocks + block,
+                patch_impulses + block, a, b);
+#else
+  start_pairs(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, a, b);
+#endif
+}
+
 static inline void start_item(u32 begin, u32 item, global const BlockBodies* block_bodies,
                               global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                               global const ImpulseBlock* impulse_blocks, global const PatchBlock* patch_blocks,
                               global const PatchImpulse* patch_impulses, global Motion* motions) {
   const u32 block = begin + item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
-#if FEATURE_PATCHES
-  start_patches(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, patch_blocks + block,
-                patch_impulses + block, motions);
-#else
-  start_pairs(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, motions);
-#endif
+  global const BlockBodies* bodies = block_bodies + block;
+  LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
+  start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, patch_blocks, patch_impulses, &a,
+              &b);
+  lane_store_bodies(a, motions, bodies->body_a + first);
+  lane_store_bodies(b, motions, bodies->body_b + first);
 }
 
 // One colour.
@@ -77,3 +90,25 @@ kernel void warm_tail(const u32 first_color, const u32 joint_phase_count, global
     barrier(CLK_GLOBAL_MEM_FENCE);
   }
 }
+
+#if FEATURE_JACOBI
+// All pairs at once, on parts of their bodies; mean_parts follows.
+kernel void warm_parts(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                       global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
+                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
+                       global const PartBlock* part_blocks, global Velocity* body_parts, global const Motion* motions,
+                       global const u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+  FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
+    const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
+    global const BlockBodies* bodies = block_bodies + block;
+    global const PartBlock* parts = part_blocks + block;
+    LaneBody a = part_load(motions, bodies->body_a + first, parts->parts_a + first);
+    LaneBody b = part_load(motions, bodies->body_b + first, parts->parts_b + first);
+    start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, patch_blocks, patch_impulses,
+                &a, &b);
+    part_store(a, body_parts, parts->place_a + first);
+    part_store(b, body_parts, parts->place_b + first);
+  }
+}
+#endif

@@ -86,8 +86,11 @@ inline std::pair<std::vector<BodyKind>, Graph> star(u32 count, BodyKind hub = BO
 template <class real>
 void run_until_prepared(InitialState<real>& state) {
   run_reference(state, {Stage::begin_step, Stage::update_bounds, Stage::sort_cells, Stage::find_pairs, Stage::collide,
-                        Stage::match_contacts, Stage::color_contacts, Stage::pack_contacts, Stage::pack_points,
-                        Stage::integrate_velocities, Stage::prepare_contacts});
+                        Stage::match_contacts, Stage::color_contacts, Stage::pack_contacts});
+  for (const Stage stage :
+       {Stage::split_bodies, Stage::pack_points, Stage::integrate_velocities, Stage::prepare_contacts}) {
+    if (runs(stage, state.features)) reference::run_stage(stage, state.buffers, state.params);
+  }
 }
 
 /// A coloured and packed problem with random geometry, bodies in motion, impulses to start from; one of three contacts

@@ -196,6 +196,11 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
   EXPECT_FALSE(has(compiled(brick, R"(, "settings": {"integrator": "runge_kutta"})"), Feature::time_stepping));
   EXPECT_TRUE(has(compiled(ball + "," + ground), Feature::contacts));
   EXPECT_FALSE(has(compiled(ball + "," + ground), Feature::general_contacts));
+  EXPECT_FALSE(has(compiled(ball + "," + ground), Feature::jacobi));
+  const std::string by_jacobi = R"(, "settings": {"solver": "jacobi"})";
+  EXPECT_TRUE(has(compiled(ball + "," + ground, by_jacobi), Feature::jacobi));
+  EXPECT_EQ(compiled(ball + "," + ground, by_jacobi).params.iterations, 30u);
+  EXPECT_FALSE(has(compiled(ball, by_jacobi), Feature::jacobi));  // nothing can touch
   EXPECT_TRUE(has(compiled(off_center_ball + "," + ground), Feature::general_contacts));
   EXPECT_TRUE(
       has(compiled(R"({"mass": 1, "inertia": [1, 1, 1.5], "shapes": [{"type": "sphere", "radius": 1}]},)" + ground),

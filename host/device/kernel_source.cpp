@@ -201,6 +201,7 @@ namespace {
 bool is_wanted_helper(std::string_view name, Features features) {
   if (name == "scan.cl") return has(features, Feature::contacts);
   if (name == "radix_sort.cl") return has(features, Feature::bvh);
+  if (name == "mean_parts.cl") return has(features, Feature::jacobi);
   return false;  // the canary has a program of its own
 }
 

@@ -33,6 +33,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::joints, "JOINTS"},
     {Feature::soft_joints, "SOFT_JOINTS"},
     {Feature::patches, "PATCHES"},
+    {Feature::jacobi, "JACOBI"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

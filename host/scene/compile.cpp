@@ -296,6 +296,7 @@ void Compiler<real>::set_features() {
   if (has(features, Feature::contacts)) features = with(features, broad_phase());
   if (has(features, Feature::contacts) && settings.friction_model == FrictionModel::patches)
     features = with(with(features, Feature::patches), Feature::general_contacts);
+  if (has(features, Feature::contacts) && settings.solver == Solver::jacobi) features = with(features, Feature::jacobi);
   const bool jointed = std::ranges::any_of(worlds_, [](const Scene& scene) { return !scene.joints.empty(); });
   if ((has(features, Feature::contacts) || jointed) && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);

@@ -19,10 +19,11 @@ enum class Integrator { explicit_euler, semi_implicit_euler, trapezoidal, runge_
 enum class Gyroscopic { none, explicit_, implicit, midpoint };
 
 /// How contacts are solved: `gauss_seidel`, sweeps over hard contacts; `small_steps`, few sweeps in each of several
-/// sub-steps over soft contacts, and one that takes back what the springs added.
-enum class Solver { gauss_seidel, small_steps };
-inline constexpr std::pair<const char*, Solver> solver_names[] = {{"gauss_seidel", Solver::gauss_seidel},
-                                                                  {"small_steps", Solver::small_steps}};
+/// sub-steps over soft contacts, and one that takes back what the springs added; `jacobi`, all hard contacts at once,
+/// each on parts of its bodies.
+enum class Solver { gauss_seidel, small_steps, jacobi };
+inline constexpr std::pair<const char*, Solver> solver_names[] = {
+    {"gauss_seidel", Solver::gauss_seidel}, {"small_steps", Solver::small_steps}, {"jacobi", Solver::jacobi}};
 
 /// What rubs: each contact point in a `cone` of its own, exact Coulomb friction; or the contacts of two shapes as one
 /// `patch`, with one friction and one twist: cheaper, another model (cpu_reference/visit_patch.hpp).
@@ -115,7 +116,7 @@ struct Settings {
 inline void use_solver(Settings& settings, Solver solver) {
   settings.solver = solver;
   settings.substeps = solver == Solver::small_steps ? 5 : 1;
-  settings.iterations = solver == Solver::small_steps ? 1 : 10;
+  settings.iterations = solver == Solver::small_steps ? 1 : solver == Solver::jacobi ? 30 : 10;
 }
 
 inline const char* name_of(Solver solver) { return solver_names[static_cast<u32>(solver)].first; }

@@ -37,9 +37,35 @@ void sweep_joints(Launcher& launcher, std::string_view phase_kernel, std::string
   if (phase < phases) launcher.run_group(tail_kernel, {{"first_phase", phase}, {"phases", phases}});
 }
 
+// A pass of Jacobi's method: all pairs at once on parts of their bodies, then the bodies whole again.
+void pass_over_parts(Launcher& launcher, std::string_view kernel) {
+  const LaunchPlan& plan = launcher.plan();
+  launcher.run(kernel, plan.blocks * (PACK / plan.lanes));
+  launcher.run("mean_parts", plan.sizes.bodies, {{"bodies", plan.sizes.bodies}});
+}
+
+// Room for a velocity of each side of each pair.
+void make_room_for_parts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  launcher.scratch("body_parts", std::size_t{plan.sizes.contacts} * 2 * 8 * plan.real_words);
+}
+
 // Whether one work-group does all sweeps.
 bool is_fused(const LaunchPlan& plan) {
   return (plan.small || plan.colors == 0) && (plan.sizes.joint_phases == 0 || !is_large(plan, 0));
+}
+
+void solve_by_parts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  make_room_for_parts(launcher);
+  if (is_fused(plan))
+    return launcher.run_group(
+        "solve_parts_group",
+        {{"bodies", plan.sizes.bodies}, {"joint_phase_count", plan.sizes.joint_phases}, {"sweeps", plan.iterations}});
+  for (u32 i = 0; i < plan.iterations; ++i) {
+    sweep_joints(launcher, "solve_joints", "solve_joint_tail");
+    pass_over_parts(launcher, "solve_parts");
+  }
 }
 
 }  // namespace
@@ -72,6 +98,18 @@ void launch_pack_contacts(Launcher& launcher) {
   launcher.run("pack_find", plan.blocks * PACK);
 }
 
+void launch_split_bodies(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  const u32 sides = plan.blocks * 2 * PACK;
+  launcher.scratch("part_arrivals", std::size_t{plan.sizes.blocks} * 2 * PACK);
+  launcher.scratch("part_sides", std::size_t{plan.sizes.contacts} * 2);
+  launcher.run("split_clear", plan.sizes.bodies + 1);
+  launcher.run("split_count", sides);
+  launcher.scan("part_starts", plan.sizes.bodies + 1);
+  launcher.run("split_fill", sides);
+  launcher.run("split_order", plan.sizes.bodies);
+}
+
 void launch_pack_points(Launcher& launcher) { launcher.run("pack_points", launcher.plan().blocks * PACK); }
 
 void launch_prepare_contacts(Launcher& launcher) {
@@ -85,6 +123,11 @@ void launch_prepare_joints(Launcher& launcher) {
 
 void launch_warm_start(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
+  if (has(plan.features, Feature::jacobi)) {
+    make_room_for_parts(launcher);
+    sweep_joints(launcher, "warm_joints", "warm_joint_tail");
+    return pass_over_parts(launcher, "warm_parts");
+  }
   if (is_fused(plan))
     return launcher.run_group("warm_tail", {{"first_color", 0u}, {"joint_phase_count", plan.sizes.joint_phases}});
   sweep_joints(launcher, "warm_joints", "warm_joint_tail");
@@ -92,6 +135,7 @@ void launch_warm_start(Launcher& launcher) {
 }
 
 void launch_solve_constraints(Launcher& launcher) {
+  if (has(launcher.plan().features, Feature::jacobi)) return solve_by_parts(launcher);
   const LaunchPlan& plan = launcher.plan();
   if (is_fused(plan))
     return launcher.run_group(

@@ -1,0 +1,86 @@
+// Bodies split among the pairs in contact: Jacobi's method with mass splitting (Tonge, Benevolenski, Voroshilov, Mass
+// Splitting for Jitter-Free Parallel Rigid Body Simulation, SIGGRAPH 2012), which visits all pairs at once.
+//
+// A body with n pairs becomes n copies of a mass m / n and an inertia I / n, one for each pair. Each pair is visited on
+// copies of its own, that start at the velocity of the body; then the body gets the mean of their velocities:
+//   v' = v + (1 / n) sum_k (v_k - v) = v + 1 / m sum_k p_k,
+// as though the impulses p_k of all pairs had acted on the whole body, so that momentum is kept. Copies that are
+// visited apart and put together again can only lose energy: the sweeps do not overshoot, as plain Jacobi's do, and
+// where no impulse changes any more the laws of all contacts hold. kernels/visit_parts.h is the twin.
+#pragma once
+
+#include <vector>
+
+#include "cpu_reference/rigid_body.hpp"
+#include "host/buffers.hpp"
+
+namespace lockstep::reference {
+
+/// Calls visit(bodies, block, lane) for every pair, colour after colour and overflow block after overflow block: as
+/// blocks are laid out in that order, simply one after another.
+template <class real, class Visit>
+void for_each_pair_slot(const Buffers<real>& buffers, Visit&& visit) {
+  if (buffers.color_starts.empty()) return;  // a scene of joints alone
+  for (u32 block = 0; block < buffers.color_starts[MAX_COLORS + 1]; ++block) {
+    for (u32 lane = 0; lane < PACK; ++lane) {
+      if (buffers.block_bodies[block].count[lane] > 0) visit(buffers.block_bodies[block], block, lane);
+    }
+  }
+}
+
+/// One of so many parts of a body: as fast, and lighter.
+template <class real>
+Motion<real> part_of(const Motion<real>& body, real parts) {
+  Motion<real> part = body;
+  for (real* field : {&part.inverse_mass, &part.inertia_xx, &part.inertia_yy, &part.inertia_zz, &part.inertia_xy,
+                      &part.inertia_xz, &part.inertia_yz})
+    *field = parts * *field;
+  return part;
+}
+
+/// The bodies that a pair is solved on: the whole ones, or its parts of them.
+template <class real>
+struct PairMotions {
+  Motion<real> a, b;
+};
+template <class real>
+PairMotions<real> pair_motions(const Buffers<real>& buffers, u32 block, u32 lane) {
+  const BlockBodies& bodies = buffers.block_bodies[block];
+  const Motion<real>&a = buffers.motions[bodies.body_a[lane]], &b = buffers.motions[bodies.body_b[lane]];
+  if (buffers.part_blocks.empty()) return {a, b};
+  const PartBlock<real>& parts = buffers.part_blocks[block];
+  return {part_of(a, parts.parts_a[lane]), part_of(b, parts.parts_b[lane])};
+}
+
+/// Makes a body whole again from its parts, in the order of their places.
+template <class real>
+void mean_of_parts(const Motion<real>* parts, u32 count, Motion<real>& body) {
+  const Vec3<real> v = vec3(body.v), w = vec3(body.w);
+  Vec3<real> dv = sub3(vec3(parts[0].v), v), dw = sub3(vec3(parts[0].w), w);
+  for (u32 k = 1; k < count; ++k) {
+    dv = add3(dv, sub3(vec3(parts[k].v), v));
+    dw = add3(dw, sub3(vec3(parts[k].w), w));
+  }
+  const real n = real(count);
+  store3(body.v, add3(v, Vec3<real>{dv.x / n, dv.y / n, dv.z / n}));
+  store3(body.w, add3(w, Vec3<real>{dw.x / n, dw.y / n, dw.z / n}));
+}
+
+/// Calls visit(block, lane, a, b) for every pair on its own parts, then puts the bodies together.
+template <class real, class Visit>
+void visit_parts(Buffers<real>& buffers, Visit&& visit) {
+  std::vector<Motion<real>> parts(buffers.part_starts.back());
+  for_each_pair_slot(buffers, [&](const BlockBodies&, u32 block, u32 lane) {
+    PairMotions<real> pair = pair_motions(buffers, block, lane);
+    visit(block, lane, pair.a, pair.b);
+    const u32 place_a = buffers.part_blocks[block].place_a[lane], place_b = buffers.part_blocks[block].place_b[lane];
+    if (place_a != NONE) parts[place_a] = pair.a;
+    if (place_b != NONE) parts[place_b] = pair.b;
+  });
+  for (u32 i = 0; i + 1 < buffers.part_starts.size(); ++i) {
+    const u32 begin = buffers.part_starts[i], count = buffers.part_starts[i + 1] - begin;
+    if (count > 0) mean_of_parts(parts.data() + begin, count, buffers.motions[i]);
+  }
+}
+
+}  // namespace lockstep::reference

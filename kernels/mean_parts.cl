@@ -1,0 +1,11 @@
+#pragma OPENCL FP_CONTRACT OFF
+// Makes bodies whole again after their parts were visited (cpu_reference/visit_parts.hpp).
+#include "common.h"
+#include "types.h"
+#include "visit_parts.h"
+
+kernel void mean_parts(const u32 bodies, global const u32* part_starts, global const Velocity* body_parts,
+                       global Motion* motions, global const u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+  FOR_EACH(i, bodies) part_mean(i, part_starts, body_parts, motions);
+}

@@ -1,0 +1,185 @@
+// Jacobi's method with mass splitting: the twins of every stage that knows it, and what it must share with the sweeps
+// over colours: momentum, rest, and where it converges to.
+#include <gtest/gtest.h>
+
+#include "host/scene/read.hpp"
+#include "tests/jacobi_scene.hpp"
+
+namespace lockstep::test {
+namespace {
+
+template <class real>
+class Jacobi : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(Jacobi, Precisions);
+
+// Small enough for one work-group, and not; cones, and patches.
+TYPED_TEST(Jacobi, KernelMatchesReference) {
+  using real = TypeParam;
+  for (const bool large : {false, true}) {
+    InitialState<real> state = large ? prepared_heap<real>(5, 400, 8192, true) : prepared_heap<real>(6, 12, 256, false);
+    ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], large ? 1000u : 20u);
+    ASSERT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
+    for (const Stage stage :
+         {Stage::pack_contacts, Stage::prepare_contacts, Stage::warm_start, Stage::solve_constraints})
+      state.buffers = run_twins(stage, state);
+  }
+}
+
+// Whole steps, in which nothing may depend on lanes, work-groups or threads.
+TYPED_TEST(Jacobi, StepsMatchTheReference) {
+  using real = TypeParam;
+  InitialState<real> state = heap<real>(7, 60, 4096);
+  use_jacobi(state);
+  std::vector<DeviceOptions> launches = all_launch_options();
+  launches.back().threads = 1;
+  expect_twins_agree(state, 8, launches);
+}
+
+TYPED_TEST(Jacobi, JointsMatchTheReference) {
+  using real = TypeParam;
+  Scene scene = read_scene("rag_doll");
+  use_solver(scene.settings, Solver::jacobi);
+  const InitialState<real> state = compile<real>(scene);
+  ASSERT_TRUE(has(state.features, Feature::jacobi));
+  EXPECT_FALSE(runs(Stage::color_contacts, state.features));
+  EXPECT_FALSE(runs(Stage::relax_constraints, state.features));
+  expect_twins_agree(state, 60, launch_options({{16, 7}}));
+}
+
+// What one pair takes from a body the others see only after the mean, and what all of them do adds up.
+TYPED_TEST(Jacobi, ConservesMomentum) {
+  using real = TypeParam;
+  std::vector<BodyDescription> bodies;
+  Random random(3);
+  for (u32 i = 0; i < 60; ++i) {
+    bodies.push_back(sphere_body(random.vector(1), 0.3, random.vector(3)));
+    bodies.back().mass = random.between(0.5, 2);
+    const double moment = bodies.back().mass * 0.4 * 0.09;
+    bodies.back().inertia = {moment, moment, moment};
+    bodies.back().angular_velocity = random.vector(2);
+  }
+  InitialState<real> state = make_worlds<real>({bodies}, 2048);
+  use_jacobi(state);
+  state.buffers.gravities[0] = {0, 0, 0, 0};
+  run_until_prepared(state);
+  ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], 100u);
+  const auto [linear, angular] = momentum(state.buffers);
+  const Buffers<real> before = state.buffers;
+  reference::run_stage(Stage::solve_constraints, state.buffers, state.params);
+  const auto [linear_after, angular_after] = momentum(state.buffers);
+  const double rounding = sizeof(real) == 4 ? 1e-4 : 2e-13;
+  for (u32 k = 0; k < 3; ++k) {
+    EXPECT_NEAR(linear_after[k], linear[k], rounding);
+    EXPECT_NEAR(angular_after[k], angular[k], rounding);
+  }
+  double change = 0;
+  for (u32 i = 0; i < bodies.size(); ++i)
+    change = std::max(change, std::abs(double(state.buffers.motions[i].v[0] - before.motions[i].v[0])));
+  EXPECT_GT(change, 1);
+}
+
+// A body with one pair has one part: the first visit is exact.
+TYPED_TEST(Jacobi, ABallRests) {
+  using real = TypeParam;
+  InitialState<real> state = make_worlds<real>({{sphere_body({0, 0, 1}, 1), plane_body()}}, 16);
+  use_jacobi(state);
+  state.params.theta = 1;
+  state.params.iterations = 1;
+  const Buffers<real> after = run_steps(state, 100);
+  EXPECT_NEAR(double(after.motions[0].v[2]), 0, sizeof(real) == 4 ? 1e-6 : 1e-14);
+  EXPECT_NEAR(double(after.cached_impulses[0].normal), 9.81 / 60, sizeof(real) == 4 ? 1e-6 : 1e-14);
+}
+
+// Each ball of a column carries what is above it, m g dt, as with Gauss-Seidel.
+TYPED_TEST(Jacobi, AColumnOfBallsBearsItsWeight) {
+  using real = TypeParam;
+  const u32 height = 6;
+  std::vector<BodyDescription> bodies;
+  for (u32 i = 0; i < height; ++i) bodies.push_back(sphere_body({0, 0, 0.5 + i}, 0.5));
+  bodies.push_back(plane_body());
+  InitialState<real> state = make_worlds<real>({bodies}, 64);
+  use_jacobi(state);
+  state.params.theta = 1;
+  state.params.iterations = 2000;
+  const Buffers<real> after = run_steps(state, 1);
+  ASSERT_EQ(after.cached_count[0], height);
+  for (u32 i = 0; i < height; ++i) {
+    const ContactKey& key = after.cached_keys[i];
+    const u32 lower = key.shape_b == height ? 0 : std::max(key.shape_a, key.shape_b);
+    EXPECT_NEAR(double(after.cached_impulses[i].normal), (height - lower) * 9.81 / 60,
+                sizeof(real) == 4 ? 1e-4 : 1e-10);
+  }
+}
+
+// Without friction the velocities at the end are unique, however many contacts share a load.
+TEST(JacobiConverges, WhereGaussSeidelDoes) {
+  InitialState<double> sweeps = heap<double>(8, 40, 2048);
+  set_material(sweeps, 0, 0);
+  InitialState<double> jacobi = sweeps;
+  use_jacobi(jacobi);
+  run_until_prepared(sweeps);
+  run_until_prepared(jacobi);
+  ASSERT_GT(jacobi.buffers.counters[COUNTER_CONTACTS], 60u);
+  sweeps.params.iterations = 20000;
+  jacobi.params.iterations = 60000;
+  reference::run_stage(Stage::solve_constraints, sweeps.buffers, sweeps.params);
+  reference::run_stage(Stage::solve_constraints, jacobi.buffers, jacobi.params);
+  for (u32 i = 0; i < sweeps.params.bodies; ++i) {
+    for (u32 k = 0; k < 3; ++k) {
+      EXPECT_NEAR(jacobi.buffers.motions[i].v[k], sweeps.buffers.motions[i].v[k], 1e-6) << i;
+      EXPECT_NEAR(jacobi.buffers.motions[i].w[k], sweeps.buffers.motions[i].w[k], 1e-5) << i;
+    }
+  }
+}
+
+// No number of pairs is too many for a body: 200 balls that fly at the surface of a large one.
+TYPED_TEST(Jacobi, ABodyHasAnyNumberOfContacts) {
+  using real = TypeParam;
+  const u32 count = 200;
+  std::vector<BodyDescription> bodies = {sphere_body({0, 0, 0}, 10)};
+  bodies[0].mass = 1000;
+  bodies[0].inertia = {4e4, 4e4, 4e4};
+  for (u32 i = 0; i < count; ++i) {
+    const double z = 1 - (2 * i + 1.0) / count, ring = std::sqrt(1 - z * z), turn = 2.399963229728653 * i;
+    const Vector3 out = {ring * std::cos(turn), ring * std::sin(turn), z};
+    bodies.push_back(sphere_body({10.25 * out[0], 10.25 * out[1], 10.25 * out[2]}, 0.25, {-out[0], -out[1], -2}));
+  }
+  InitialState<real> state = make_worlds<real>({bodies}, 1024);
+  use_jacobi(state);
+  state.buffers.gravities[0] = {0, 0, 0, 0};
+  state.params.theta = 1;
+  state.params.iterations = 300;
+  const Buffers<real> after = run_steps(state, 1);
+  EXPECT_EQ(after.counters[COUNTER_OVERFLOW], 0u);
+  EXPECT_EQ(after.counters[COUNTER_COLORS], 1u);
+  ASSERT_EQ(after.counters[COUNTER_CONTACTS], count);
+  EXPECT_LT(double(after.motions[0].v[2]), -0.05);
+  u32 pushed = 0;
+  for (u32 k = 0; k < count; ++k) {
+    const u32 ball = std::max(after.contacts[k].body_a, after.contacts[k].body_b);
+    double apart = 0;  // the speed at which it leaves the hub
+    for (u32 axis = 0; axis < 3; ++axis)
+      apart += double(after.motions[ball].v[axis] - after.motions[0].v[axis]) * bodies[ball].position[axis] / 10.25;
+    EXPECT_GT(apart, -1e-3) << ball;
+    if (!(after.cached_impulses[k].normal > real(1e-3))) continue;
+    EXPECT_LT(apart, 1e-3) << ball;
+    ++pushed;
+  }
+  EXPECT_GT(pushed, MAX_COLORS);
+}
+
+TYPED_TEST(Jacobi, VoidStepsWriteNothing) {
+  using real = TypeParam;
+  InitialState<real> state = prepared_heap<real>(9, 12, 256, false);
+  state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;
+  for (const Stage stage : {Stage::warm_start, Stage::solve_constraints}) {
+    const Buffers<real> after = run_twins(stage, state);
+    for (u32 i = 0; i < state.params.bodies; ++i) {
+      for (u32 k = 0; k < 3; ++k) EXPECT_EQ(after.motions[i].v[k], state.buffers.motions[i].v[k]);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lockstep::test
