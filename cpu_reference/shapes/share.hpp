@@ -79,7 +79,10 @@ Manifold<real> share_patches(const Patch<real>& a, const Patch<real>& b, real ra
     }
     if (found) chosen.count = pass + 1;
   }
-  if (chosen.count > 2 && pair.first.kind != PATCH_SEGMENT && (valid > 4 || pair.second.kind == PATCH_DISC))
+  // of a disc on a plane, which has no corners, the rim's fixed points do
+  const bool on_plane = pair.first.kind == PATCH_POLYGON && pair.first.corners == 0;
+  const bool wider = pair.second.kind == PATCH_DISC ? !on_plane : valid > 4;
+  if (chosen.count > 2 && pair.first.kind != PATCH_SEGMENT && wider)
     shared_widen(pair, count, limit, chosen.points[0].gap + tolerance, chosen);
   shared_sort(chosen);
   Manifold<real> m = manifold_along(meeting.normal, meeting.frame, radius_a, radius_b);

@@ -81,7 +81,10 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
     }
     if (found) chosen.count = pass + 1;
   }
-  if (chosen.count > 2 && pair.first.kind != PATCH_SEGMENT && (valid > 4 || pair.second.kind == PATCH_DISC))
+  // of a disc on a plane, which has no corners, the rim's fixed points do
+  const bool on_plane = pair.first.kind == PATCH_POLYGON && pair.first.corners == 0;
+  const bool wider = pair.second.kind == PATCH_DISC ? !on_plane : valid > 4;
+  if (chosen.count > 2 && pair.first.kind != PATCH_SEGMENT && wider)
     shared_widen(&pair, kept, count, limit, chosen.points[0].gap + tolerance, &chosen);
   shared_sort(&chosen);
   Manifold m = manifold_along(meeting->normal, meeting->frame, radius_a, radius_b);
