@@ -1,5 +1,8 @@
 #include "host/app/options.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -18,6 +21,20 @@ const CLI::Validator positive(
     },
     "> 0");
 
+// Takes a name and gives the number that it stands for.
+template <class Choice, std::size_t count>
+CLI::Validator one_of(const std::pair<const char*, Choice> (&names)[count]) {
+  std::vector<std::string> known;
+  for (const auto& [name, choice] : names) known.push_back(name);
+  const auto take = [known](std::string& text) {
+    const auto found = std::ranges::find(known, text);
+    if (found == known.end()) return fmt::format("must be one of {}, is '{}'", fmt::join(known, ", "), text);
+    text = std::to_string(found - known.begin());
+    return std::string();
+  };
+  return CLI::Validator(take, fmt::format("{}", fmt::join(known, "|")));
+}
+
 }  // namespace
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
@@ -30,11 +47,9 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.add_option("--substeps", options.substeps, "Sub-steps of a step")->check(positive);
   command.add_option("--iterations", options.iterations, "Solver iterations of a sub-step")->check(positive);
   command.add_option("--solver", options.solver, "Contact solver instead of the scene's")
-      ->transform(CLI::CheckedTransformer(
-          std::vector<std::pair<std::string, Solver>>(std::begin(solver_names), std::end(solver_names))));
+      ->transform(one_of(solver_names));
   command.add_option("--friction-model", options.friction_model, "Friction model instead of the scene's")
-      ->transform(CLI::CheckedTransformer(std::vector<std::pair<std::string, FrictionModel>>(
-          std::begin(friction_model_names), std::end(friction_model_names))));
+      ->transform(one_of(friction_model_names));
   command.add_option("--precision", options.precision, "float or double instead of what the scene asks for")
       ->check(CLI::IsMember({"float", "double"}));
 

@@ -65,6 +65,8 @@ std::string contact_rows(const Report& report) {
   if (report.residual_median)
     text += row("residual median, max", fmt::format("{:.3g}, {:.3g}  (rounding: {:.1g})", *report.residual_median,
                                                     *report.residual_max, *report.residual_floor));
+  if (report.model_error)
+    text += row("model error", fmt::format("{:.3g}  (of friction as patches)", *report.model_error));
   if (report.defect_velocity_max.value_or(0) > 0)
     text +=
         row("worst defect", fmt::format("{:.3g} m/s in step {} between {} and {} of world {}",
