@@ -97,6 +97,12 @@ TEST_F(CommandLine, RefusesBadUsageInOneLine) {
 
 TEST_F(CommandLine, NamesADeviceThatIsNotThere) { expect_refused("run slide_to_roll --device 99", 3, "99"); }
 
+TEST_F(CommandLine, NamesTheChoicesThereAre) {
+  expect_refused("run slabs --solver magic", 2,
+                 "--solver: must be one of gauss_seidel, small_steps, jacobi, is 'magic'");
+  expect_refused("run slabs --friction-model 1", 2, "--friction-model: must be one of cones, patches, is '1'");
+}
+
 TEST_F(CommandLine, NamesWhatIsWrongWithAScene) {
   expect_refused("run no_such_scene", 2, "no_such_scene");
   std::ofstream(file("bad.json")) << R"({"bodies": [{"shapes": [{"type": "sphere", "radius": 1}], "mass": -1}]})";
