@@ -54,7 +54,7 @@ static inline void prepare_now(u32 first, global const PointBlock* points, const
   const Lane3 d = lane_sub3(lane_add3(apart, anchor_a), anchor_b);
   const lane distance = lane_length3(d);
 
-  const Lane3 kept = lane_load_xyz(points->normal_x + first, points->normal_y + first, points->normal_z + first);
+  const Lane3 kept = LANE_NORMAL(points, first);
   LaneQuat turn;
   turn.x = of_a ? a->orientation.x : b->orientation.x;
   turn.y = of_a ? a->orientation.y : b->orientation.y;
@@ -128,8 +128,7 @@ static inline LaneCone prepare_impulse(u32 substep, u32 first, Lane3 t1, Lane3 t
     tangent = lane_load_xyz(starts->tangent_x + first, starts->tangent_y + first, starts->tangent_z + first);
   } else {
     Lane3 old_t1, old_t2;
-    lane_tangents(lane_load_xyz(block->normal_x + first, block->normal_y + first, block->normal_z + first), &old_t1,
-                  &old_t2);
+    lane_tangents(LANE_NORMAL(block, first), &old_t1, &old_t2);
     const LaneCone old = lane_impulse(impulses, first);
     normal = old.normal;
     tangent = lane_add3(lane_scale3(old.tangent_1, old_t1), lane_scale3(old.tangent_2, old_t2));

@@ -8,14 +8,6 @@
 
 #if FEATURE_PATCHES
 
-// Where the contacts of a row are.
-static inline Lane3 patch_arm_a(global const ContactBlock* row, u32 first) {
-  return lane_load_xyz(row->arm_a_x + first, row->arm_a_y + first, row->arm_a_z + first);
-}
-static inline Lane3 patch_arm_b(global const ContactBlock* row, u32 first) {
-  return lane_load_xyz(row->arm_b_x + first, row->arm_b_y + first, row->arm_b_z + first);
-}
-
 // The centre of pressure: the mean of the ends of the arms, weighed by the normal impulses; where none presses yet, the
 // plain mean.
 static inline void patch_centre(u32 first, u32 rows, lane_u32 count, global const ContactBlock* contacts,
@@ -27,8 +19,8 @@ static inline void patch_centre(u32 first, u32 rows, lane_u32 count, global cons
   }
   for (u32 k = 0u; k < rows; ++k) {
     const lane share = load > (lane)0 ? LANE_LOAD(impulses[k].normal + first) / load : (lane)1 / points;
-    const Lane3 a = lane_scale3(share, patch_arm_a(contacts + k, first));
-    const Lane3 b = lane_scale3(share, patch_arm_b(contacts + k, first));
+    const Lane3 a = lane_scale3(share, LANE_ARM_A(contacts + k, first));
+    const Lane3 b = lane_scale3(share, LANE_ARM_B(contacts + k, first));
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
     *centre_a = k == 0u ? a : lane_select3(there, lane_add3(*centre_a, a), *centre_a);
     *centre_b = k == 0u ? b : lane_select3(there, lane_add3(*centre_b, b), *centre_b);
@@ -65,7 +57,7 @@ static inline void prepare_patches(u32 substep, u32 first, u32 rows, lane_u32 co
                                    global const ImpulseBlock* impulses, global PatchBlock* block,
                                    global PatchImpulse* patch_impulse) {
   const lane_mask there = LANE_MASK(count > (lane_u32)0);
-  const Lane3 n = lane_load_xyz(contacts->normal_x + first, contacts->normal_y + first, contacts->normal_z + first);
+  const Lane3 n = LANE_NORMAL(contacts, first);
   Lane3 t1, t2, centre_a, centre_b, tangent;
   lane twist;
   lane_tangents(n, &t1, &t2);
@@ -97,7 +89,7 @@ static inline void prepare_patches(u32 substep, u32 first, u32 rows, lane_u32 co
   lane_store_where(there, LANE_LOAD(contacts->friction + first), block->friction + first);
   for (u32 k = 0u; k < MANIFOLD_POINTS; ++k) {
     lane lever = (lane)0;
-    if (k < rows) lever = lane_length3(lane_sub3(patch_arm_a(contacts + k, first), centre_a));
+    if (k < rows) lever = lane_length3(lane_sub3(LANE_ARM_A(contacts + k, first), centre_a));
     lane_store_where(LANE_MASK(count > (lane_u32)k), lever, block->lever[k] + first);
   }
   lane_store_where(there, w_22 * inverse, block->inverse_11 + first);

@@ -58,13 +58,25 @@ static inline void lane_tangents(Lane3 n, Lane3* t1, Lane3* t2) {
   *t2 = lane_make3(b, sign + n.y * n.y * a, -n.y);
 }
 
-static inline LaneContact lane_contact(global const ContactBlock* block, u32 first) {
+// Of a ContactBlock, or of a PatchBlock.
+#define LANE_NORMAL(block, first) \
+  lane_load_xyz((block)->normal_x + first, (block)->normal_y + first, (block)->normal_z + first)
+#define LANE_ARM_A(block, first) \
+  lane_load_xyz((block)->arm_a_x + first, (block)->arm_a_y + first, (block)->arm_a_z + first)
+#define LANE_ARM_B(block, first) \
+  lane_load_xyz((block)->arm_b_x + first, (block)->arm_b_y + first, (block)->arm_b_z + first)
+
+static inline LaneContact lane_frame(Lane3 normal, Lane3 arm_a, Lane3 arm_b) {
   LaneContact c;
-  c.normal = lane_load_xyz(block->normal_x + first, block->normal_y + first, block->normal_z + first);
-  c.arm_a = lane_load_xyz(block->arm_a_x + first, block->arm_a_y + first, block->arm_a_z + first);
-  c.arm_b = lane_load_xyz(block->arm_b_x + first, block->arm_b_y + first, block->arm_b_z + first);
-  lane_tangents(c.normal, &c.tangent_1, &c.tangent_2);
+  c.normal = normal;
+  c.arm_a = arm_a;
+  c.arm_b = arm_b;
+  lane_tangents(normal, &c.tangent_1, &c.tangent_2);
   return c;
+}
+
+static inline LaneContact lane_contact(global const ContactBlock* block, u32 first) {
+  return lane_frame(LANE_NORMAL(block, first), LANE_ARM_A(block, first), LANE_ARM_B(block, first));
 }
 
 static inline LaneCone lane_impulse(global const ImpulseBlock* block, u32 first) {
@@ -91,14 +103,23 @@ static inline Lane3 lane_spin(LaneBody body, lane_mask general, Lane3 moment) {
 #endif
 }
 
-// An impulse on a at the contact point, its opposite on b.
+// The velocity of a against b at the ends of the arms.
+static inline Lane3 lane_velocity_at(Lane3 arm_a, Lane3 arm_b, const LaneBody* a, const LaneBody* b) {
+  return lane_sub3(lane_add3(a->v, lane_cross3(a->w, arm_a)), lane_add3(b->v, lane_cross3(b->w, arm_b)));
+}
+
+// An impulse on a at the end of its arm, its opposite on b.
+static inline void lane_push_at(Lane3 arm_a, Lane3 arm_b, lane_mask general, Lane3 impulse, LaneBody* a, LaneBody* b) {
+  a->v = lane_add3(a->v, lane_scale3(a->inverse_mass, impulse));
+  a->w = lane_add3(a->w, lane_spin(*a, general, lane_cross3(arm_a, impulse)));
+  b->v = lane_sub3(b->v, lane_scale3(b->inverse_mass, impulse));
+  b->w = lane_sub3(b->w, lane_spin(*b, general, lane_cross3(arm_b, impulse)));
+}
+
 static inline void lane_push(LaneContact c, lane_mask general, LaneCone r, LaneBody* a, LaneBody* b) {
   const Lane3 impulse = lane_add3(lane_add3(lane_scale3(r.normal, c.normal), lane_scale3(r.tangent_1, c.tangent_1)),
                                   lane_scale3(r.tangent_2, c.tangent_2));
-  a->v = lane_add3(a->v, lane_scale3(a->inverse_mass, impulse));
-  a->w = lane_add3(a->w, lane_spin(*a, general, lane_cross3(c.arm_a, impulse)));
-  b->v = lane_sub3(b->v, lane_scale3(b->inverse_mass, impulse));
-  b->w = lane_sub3(b->w, lane_spin(*b, general, lane_cross3(c.arm_b, impulse)));
+  lane_push_at(c.arm_a, c.arm_b, general, impulse, a, b);
 }
 
 #define VISIT_SOLVE 0u
@@ -135,7 +156,7 @@ static inline void visit_row(const u32 purpose, u32 first, lane_mask general, gl
   const LaneLaw law = lane_law(purpose, block, softness_block, first);
   const lane w_nn = law.w_nn, own_nn = w_nn + law.softness, w_11 = LANE_LOAD(block->w_11 + first);
 
-  const Lane3 u = lane_sub3(lane_add3(a->v, lane_cross3(a->w, c.arm_a)), lane_add3(b->v, lane_cross3(b->w, c.arm_b)));
+  const Lane3 u = lane_velocity_at(c.arm_a, c.arm_b, a, b);
   const lane u_n = lane_dot3(c.normal, u) + law.bias, u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
   LaneCone r = lane_make_cone((lane)0, (lane)0, (lane)0);
   if (LANE_ANY(!general)) {

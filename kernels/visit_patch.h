@@ -6,29 +6,16 @@
 
 #if FEATURE_PATCHES
 
+// All inertias are taken whole, those of central contacts too.
+#define LANE_EACH ((lane_mask)(-1))
+
 static inline LaneContact lane_patch(global const PatchBlock* block, u32 first) {
-  LaneContact c;
-  c.normal = lane_load_xyz(block->normal_x + first, block->normal_y + first, block->normal_z + first);
-  c.arm_a = lane_load_xyz(block->arm_a_x + first, block->arm_a_y + first, block->arm_a_z + first);
-  c.arm_b = lane_load_xyz(block->arm_b_x + first, block->arm_b_y + first, block->arm_b_z + first);
-  lane_tangents(c.normal, &c.tangent_1, &c.tangent_2);
-  return c;
-}
-
-static inline Lane3 lane_velocity_at(Lane3 arm_a, Lane3 arm_b, const LaneBody* a, const LaneBody* b) {
-  return lane_sub3(lane_add3(a->v, lane_cross3(a->w, arm_a)), lane_add3(b->v, lane_cross3(b->w, arm_b)));
-}
-
-// An impulse on a at the end of its arm, its opposite on b.
-static inline void lane_push_at(Lane3 arm_a, Lane3 arm_b, Lane3 impulse, LaneBody* a, LaneBody* b) {
-  a->v = lane_add3(a->v, lane_scale3(a->inverse_mass, impulse));
-  a->w = lane_add3(a->w, lane_turn_by(*a, lane_cross3(arm_a, impulse)));
-  b->v = lane_sub3(b->v, lane_scale3(b->inverse_mass, impulse));
-  b->w = lane_sub3(b->w, lane_turn_by(*b, lane_cross3(arm_b, impulse)));
+  return lane_frame(LANE_NORMAL(block, first), LANE_ARM_A(block, first), LANE_ARM_B(block, first));
 }
 
 static inline void lane_push_patch(LaneContact c, lane r_1, lane r_2, LaneBody* a, LaneBody* b) {
-  lane_push_at(c.arm_a, c.arm_b, lane_add3(lane_scale3(r_1, c.tangent_1), lane_scale3(r_2, c.tangent_2)), a, b);
+  lane_push_at(c.arm_a, c.arm_b, LANE_EACH, lane_add3(lane_scale3(r_1, c.tangent_1), lane_scale3(r_2, c.tangent_2)), a,
+               b);
 }
 
 // A moment on a, its opposite on b.
@@ -41,16 +28,14 @@ static inline void lane_twist_by(Lane3 moment, LaneBody* a, LaneBody* b) {
 static inline lane visit_normals(const u32 purpose, u32 first, global const ContactBlock* block,
                                  global const SoftnessBlock* softness_block, global ImpulseBlock* impulses, LaneBody* a,
                                  LaneBody* b) {
-  const Lane3 n = lane_load_xyz(block->normal_x + first, block->normal_y + first, block->normal_z + first);
-  const Lane3 arm_a = lane_load_xyz(block->arm_a_x + first, block->arm_a_y + first, block->arm_a_z + first);
-  const Lane3 arm_b = lane_load_xyz(block->arm_b_x + first, block->arm_b_y + first, block->arm_b_z + first);
+  const Lane3 n = LANE_NORMAL(block, first), arm_a = LANE_ARM_A(block, first), arm_b = LANE_ARM_B(block, first);
   const LaneLaw law = lane_law(purpose, block, softness_block, first);
   const lane u_n = lane_dot3(n, lane_velocity_at(arm_a, arm_b, a, b)) + law.bias;
   const lane old = LANE_LOAD(impulses->normal + first);
   const lane next = old - (u_n + law.softness * old) / (law.w_nn + law.softness);
   const lane r = next > (lane)0 ? next : (lane)0;
   LANE_STORE(r, impulses->normal + first);
-  lane_push_at(arm_a, arm_b, lane_scale3(r - old, n), a, b);
+  lane_push_at(arm_a, arm_b, LANE_EACH, lane_scale3(r - old, n), a, b);
   return r;
 }
 
@@ -109,10 +94,8 @@ static inline void visit_patches(const u32 purpose, u32 first, global const Bloc
 
 static inline void start_normals(u32 first, global const ContactBlock* block, global const ImpulseBlock* impulses,
                                  LaneBody* a, LaneBody* b) {
-  const Lane3 n = lane_load_xyz(block->normal_x + first, block->normal_y + first, block->normal_z + first);
-  lane_push_at(lane_load_xyz(block->arm_a_x + first, block->arm_a_y + first, block->arm_a_z + first),
-               lane_load_xyz(block->arm_b_x + first, block->arm_b_y + first, block->arm_b_z + first),
-               lane_scale3(LANE_LOAD(impulses->normal + first), n), a, b);
+  const Lane3 impulse = lane_scale3(LANE_LOAD(impulses->normal + first), LANE_NORMAL(block, first));
+  lane_push_at(LANE_ARM_A(block, first), LANE_ARM_B(block, first), LANE_EACH, impulse, a, b);
 }
 
 // Gives the bodies the impulses that the pairs start from.

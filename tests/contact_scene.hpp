@@ -162,6 +162,19 @@ InitialState<real> star_problem(u32 count) {
   return prepared(contact_graphs<real>({kinds}, {graph}));
 }
 
+/// A ball of 10 m, its surface strewn by the golden angle with small ones that fly inwards at 1 m/s.
+inline std::vector<BodyDescription> strewn_ball(u32 count) {
+  std::vector<BodyDescription> bodies = {sphere_body({0, 0, 0}, 10)};
+  bodies[0].mass = 1000;
+  bodies[0].inertia = {4e4, 4e4, 4e4};
+  for (u32 i = 0; i < count; ++i) {
+    const double z = 1 - (2 * i + 1.0) / count, ring = std::sqrt(1 - z * z), turn = 2.399963229728653 * i;
+    const Vector3 out = {ring * std::cos(turn), ring * std::sin(turn), z};
+    bodies.push_back(sphere_body({10.25 * out[0], 10.25 * out[1], 10.25 * out[2]}, 0.25, {-out[0], -out[1], -out[2]}));
+  }
+  return bodies;
+}
+
 /// Two spheres of different size and mass that touch, moving and turning; ready to be solved.
 template <class real>
 InitialState<real> pair_of_spheres() {

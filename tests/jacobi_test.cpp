@@ -2,6 +2,8 @@
 // over colours: momentum, rest, and where it converges to.
 #include <gtest/gtest.h>
 
+#include <ranges>
+
 #include "host/scene/read.hpp"
 #include "tests/jacobi_scene.hpp"
 
@@ -137,14 +139,8 @@ TEST(JacobiConverges, WhereGaussSeidelDoes) {
 TYPED_TEST(Jacobi, ABodyHasAnyNumberOfContacts) {
   using real = TypeParam;
   const u32 count = 200;
-  std::vector<BodyDescription> bodies = {sphere_body({0, 0, 0}, 10)};
-  bodies[0].mass = 1000;
-  bodies[0].inertia = {4e4, 4e4, 4e4};
-  for (u32 i = 0; i < count; ++i) {
-    const double z = 1 - (2 * i + 1.0) / count, ring = std::sqrt(1 - z * z), turn = 2.399963229728653 * i;
-    const Vector3 out = {ring * std::cos(turn), ring * std::sin(turn), z};
-    bodies.push_back(sphere_body({10.25 * out[0], 10.25 * out[1], 10.25 * out[2]}, 0.25, {-out[0], -out[1], -2}));
-  }
+  std::vector<BodyDescription> bodies = strewn_ball(count);
+  for (BodyDescription& ball : bodies | std::views::drop(1)) ball.velocity[2] = -2;
   InitialState<real> state = make_worlds<real>({bodies}, 1024);
   use_jacobi(state);
   state.buffers.gravities[0] = {0, 0, 0, 0};

@@ -191,16 +191,8 @@ TYPED_TEST(SolveConstraints, StackConvergesToItsWeight) {
 // More contacts on one body than there are colours: the overflow is solved as well.
 TYPED_TEST(SolveConstraints, OverflowIsSolved) {
   using real = TypeParam;
-  // a large ball, its surface strewn with small ones that fly inwards, by the golden angle
   const u32 count = 200;
-  std::vector<BodyDescription> bodies = {sphere_body({0, 0, 0}, 10)};
-  bodies[0].mass = 1000;
-  bodies[0].inertia = {4e4, 4e4, 4e4};
-  for (u32 i = 0; i < count; ++i) {
-    const double z = 1 - (2 * i + 1.0) / count, ring = std::sqrt(1 - z * z), turn = 2.399963229728653 * i;
-    const Vector3 out = {ring * std::cos(turn), ring * std::sin(turn), z};
-    bodies.push_back(sphere_body({10.25 * out[0], 10.25 * out[1], 10.25 * out[2]}, 0.25, {-out[0], -out[1], -out[2]}));
-  }
+  const std::vector<BodyDescription> bodies = strewn_ball(count);
   InitialState<real> state = make_worlds<real>({bodies}, 1024);
   state.buffers.gravities[0] = {0, 0, 0, 0};
   state.sizes.blocks = state.params.block_capacity = 1024;
