@@ -49,13 +49,14 @@ kernel void solve_tail(const u32 first_color, const u32 joint_phase_count, const
                        global Motion* motions, global const u32* counters) {
   const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
                                 patch_blocks, impulse_blocks, patch_impulses, motions};
-  for (u32 sweep = 0u; sweep < sweeps; ++sweep) {
+  u32 sweep = 0u;
+  do {
 #if FEATURE_JOINTS
     sweep_joints(VISIT_SOLVE, 0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
                  joint_blocks, joint_impulses, motions);
 #endif
     visit_tail(VISIT_SOLVE, first_color, color_starts, &stream, counters);
-  }
+  } while (++sweep < sweeps);
 }
 
 #if FEATURE_JACOBI
@@ -97,7 +98,8 @@ kernel void solve_parts_group(const u32 bodies, const u32 joint_phase_count, con
                                 patch_blocks, impulse_blocks, patch_impulses, motions};
   const bool is_void = STEP_IS_VOID(counters);
   const u32 items = is_void ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_void ? 0u : bodies;
-  for (u32 sweep = 0u; sweep < sweeps; ++sweep) {
+  u32 sweep = 0u;
+  do {
 #if FEATURE_JOINTS
     sweep_joints(VISIT_SOLVE, 0u, is_void ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
                  joint_impulses, motions);
@@ -108,6 +110,6 @@ kernel void solve_parts_group(const u32 bodies, const u32 joint_phase_count, con
     for (u32 i = (u32)get_local_id(0); i < whole; i += (u32)get_local_size(0))
       part_mean(i, part_starts, body_parts, motions);
     barrier(CLK_GLOBAL_MEM_FENCE);
-  }
+  } while (++sweep < sweeps);
 }
 #endif

@@ -62,13 +62,14 @@ static inline void visit_color(const u32 purpose, u32 color, global const u32* c
 static inline void visit_tail(const u32 purpose, u32 first_color, global const u32* color_starts,
                               const ContactStream* s, global const u32* counters) {
   const u32 phases = contact_phases(counters);
-  for (u32 phase = min(first_color, counters[COUNTER_COLORS]); phase < phases; ++phase) {
+  u32 phase = min(first_color, counters[COUNTER_COLORS]);
+  do {
     const u32 begin = phase_begin(phase, color_starts, counters);
-    const u32 items = (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK;
+    const u32 items = phase < phases ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
       visit_item(purpose, begin, item, s);
     barrier(CLK_GLOBAL_MEM_FENCE);
-  }
+  } while (++phase < phases);
 }
 
 #endif

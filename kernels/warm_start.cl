@@ -80,15 +80,16 @@ kernel void warm_tail(const u32 first_color, const u32 joint_phase_count, global
   start_joint_phases(0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
                      joint_impulses, motions);
 #endif
-  for (u32 phase = min(first_color, counters[COUNTER_COLORS]); phase < phases; ++phase) {
+  u32 phase = min(first_color, counters[COUNTER_COLORS]);
+  do {
     const u32 begin = phase_begin(phase, color_starts, counters);
-    const u32 items = (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK;
+    const u32 items = phase < phases ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
       start_item(begin, item, block_bodies, block_rows, contact_blocks, impulse_blocks, patch_blocks, patch_impulses,
                  motions);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
-  }
+  } while (++phase < phases);
 }
 
 #if FEATURE_JACOBI

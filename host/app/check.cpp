@@ -23,7 +23,8 @@ template <class real>
 void check_scene(const Scene& scene, const SceneOptions& options, const DeviceInfo& device, bool quiet) {
   InitialState<real> state = compile<real>(scene);
   const StepParams<real> params = state.params;
-  auto owned = std::make_unique<CheckedBackend<real>>(std::move(state), device, options.device_options);
+  auto owned = std::make_unique<CheckedBackend<real>>(std::move(state), device, options.device_options,
+                                                      CheckOptions{.fused = true});
   const CheckedBackend<real>& backend = *owned;
   Simulation<real> simulation(std::move(owned), params);
 

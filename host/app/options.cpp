@@ -59,6 +59,12 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->check(CLI::IsMember({1, 8, 16}))
       ->group(group);
   command.add_option("--work-group", device.work_group, "Work-items per work-group")->check(positive)->group(group);
+  CLI::Option* fused = command.add_flag_callback(
+      "--fused", [&device] { device.fused = true; }, "All sub-steps as one launch, whatever the scene's size");
+  CLI::Option* staged = command.add_flag_callback(
+      "--staged", [&device] { device.fused = false; }, "Launches for each stage of each sub-step");
+  fused->group(group);
+  staged->group(group)->excludes(fused);
   command.add_option("--threads", device.threads, "Compute units of a CPU device")->check(positive)->group(group);
 }
 

@@ -12,10 +12,16 @@ namespace {
 
 constexpr unsigned char device_poison = 0xa5, reference_poison = 0x5a;
 
+DeviceOptions staged(DeviceOptions options) {
+  options.fused = false;
+  return options;
+}
+
 std::string describe(const Difference& d) {
-  return "step " + std::to_string(d.step) + ", " + std::string(info(d.stage).name) + ": " +
-         std::string(info(d.buffer).name) + "[" + std::to_string(d.element) + "] word " + std::to_string(d.word) +
-         ": device " + d.device_value + ", reference " + d.reference_value;
+  const std::string_view where = d.stage == Stage::count ? "all sub-steps as one launch" : info(d.stage).name;
+  return "step " + std::to_string(d.step) + ", " + std::string(where) + ": " + std::string(info(d.buffer).name) + "[" +
+         std::to_string(d.element) + "] word " + std::to_string(d.word) + ": device " + d.device_value +
+         ", reference " + d.reference_value;
 }
 
 // Compares arrays of records as arrays of words of one type; true where something differs, with the place.
@@ -55,7 +61,12 @@ Mismatch::Mismatch(Difference difference)
 template <class real>
 CheckedBackend<real>::CheckedBackend(InitialState<real> state, const DeviceInfo& device, const DeviceOptions& options,
                                      CheckOptions check)
-    : device_(state, device, options), reference_(std::move(state)), check_(check) {}
+    : device_(state, device, staged(options)),
+      fused_(check.fused && is_fused(state.sizes, options)
+                 ? std::make_unique<DeviceBackend<real>>(state, device, options)
+                 : nullptr),
+      reference_(std::move(state)),
+      check_(check) {}
 
 template <class real>
 void CheckedBackend<real>::run(Stage stage, const StepParams<real>& params) {
@@ -66,7 +77,19 @@ void CheckedBackend<real>::run(Stage stage, const StepParams<real>& params) {
   const auto writes = info(stage).writes;
   std::vector<Buffer> written(writes.begin(), writes.end());
   if (std::find(written.begin(), written.end(), Buffer::counters) == written.end()) written.push_back(Buffer::counters);
-  compare(stage, written);
+  compare(device_, stage, written);
+  if (fused_) run_fused(stage, params, written);
+}
+
+// Compares at the end of the step. One that is void has left buffers as they were.
+template <class real>
+void CheckedBackend<real>::run_fused(Stage stage, const StepParams<real>& params, std::span<const Buffer> written) {
+  fused_->run(stage, params);
+  if (stage == Stage::begin_step) written_in_step_.clear();
+  written_in_step_.insert(written.begin(), written.end());
+  const bool is_void = (reference_.buffers().counters[COUNTER_STATUS] & STATUS_FULL) != 0;
+  if (stage == Stage::end_step && !is_void)
+    compare(*fused_, Stage::count, std::vector<Buffer>(written_in_step_.begin(), written_in_step_.end()));
 }
 
 template <class real>
@@ -82,12 +105,13 @@ void CheckedBackend<real>::poison_outputs(Stage stage, const StepParams<real>& p
 }
 
 template <class real>
-void CheckedBackend<real>::compare(Stage stage, std::span<const Buffer> written) {
-  const Buffers<real>& device = device_.download(written);
+void CheckedBackend<real>::compare(DeviceBackend<real>& backend, Stage stage, std::span<const Buffer> written) {
+  const Buffers<real>& device = backend.download(written);
   const Buffers<real>& reference = reference_.buffers();
   const u32 cached = reference.cached_count.empty() ? 0 : reference.cached_count[0];
   Difference difference;
-  difference.step = reference.step_index.empty() ? 0 : reference.step_index[0];
+  const u32 steps_done = reference.step_index.empty() ? 0 : reference.step_index[0];
+  difference.step = stage == Stage::count ? steps_done - 1 : steps_done;  // end_step has counted this one
   difference.stage = stage;
   const auto compare_one = [&](Buffer buffer, const auto& ours, const auto& theirs) {
     if (std::find(written.begin(), written.end(), buffer) == written.end() || theirs.empty()) return;
@@ -112,12 +136,14 @@ void CheckedBackend<real>::compare(Stage stage, std::span<const Buffer> written)
 
 template <class real>
 Counters CheckedBackend<real>::counters() {
+  if (fused_) fused_->counters();
   return device_.counters();
 }
 
 template <class real>
 void CheckedBackend<real>::grow(const Sizes& sizes) {
   device_.grow(sizes);
+  if (fused_) fused_->grow(sizes);
   reference_.grow(sizes);
 }
 
@@ -130,6 +156,7 @@ void CheckedBackend<real>::enable(Feature feature) {
 template <class real>
 void CheckedBackend<real>::upload(Buffer buffer, const Buffers<real>& buffers) {
   device_.upload(buffer, buffers);
+  if (fused_) fused_->upload(buffer, buffers);
   reference_.upload(buffer, buffers);
 }
 

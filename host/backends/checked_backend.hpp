@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <set>
 
 #include "host/backends/device_backend.hpp"
 #include "host/backends/reference_backend.hpp"
@@ -11,8 +12,8 @@ namespace lockstep {
 
 /// The first word that differs.
 struct Difference {
-  u32 step = 0;  // steps done before this one
-  Stage stage = Stage::count;
+  u32 step = 0;                // steps done before this one
+  Stage stage = Stage::count;  // count: seen at the end of a step whose sub-steps were one launch
   Buffer buffer = Buffer::count;
   std::size_t element = 0;
   u32 word = 0;  // within the element, in words of `real` (or of u32, where the buffer holds integers)
@@ -30,6 +31,10 @@ class Mismatch : public Error {
 };
 
 struct CheckOptions {
+  /// Where the device would run all sub-steps as one launch: runs them so too, on buffers of their own, and compares
+  /// what is there at the end of each step.
+  bool fused = false;
+
   /// Before a stage that is the first to write a transient buffer, fills the buffer with other bytes on the device than
   /// in the reference, so that a word that the stage leaves out differs.
   bool poison = false;
@@ -61,9 +66,12 @@ class CheckedBackend final : public Backend<real> {
 
  private:
   void poison_outputs(Stage stage, const StepParams<real>& params);
-  void compare(Stage stage, std::span<const Buffer> written);
+  void run_fused(Stage stage, const StepParams<real>& params, std::span<const Buffer> written);
+  void compare(DeviceBackend<real>& backend, Stage stage, std::span<const Buffer> written);
 
-  DeviceBackend<real> device_;
+  DeviceBackend<real> device_;                  // stage by stage
+  std::unique_ptr<DeviceBackend<real>> fused_;  // null where it is not asked for
+  std::set<Buffer> written_in_step_;
   ReferenceBackend<real> reference_;
   CheckOptions check_;
   std::size_t words_compared_ = 0;

@@ -1,8 +1,10 @@
 #include "host/backends/device_backend.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "host/device/device_launcher.hpp"
+#include "host/device/fused_substeps.hpp"
 #include "host/device/program.hpp"
 
 namespace lockstep {
@@ -24,19 +26,33 @@ u32 lanes_for(const DeviceInfo& device, u32 asked) {
 // share out.
 constexpr u32 small_contacts = 1024;
 
+// Up to this many shapes, and joints, one work-group does all sub-steps (docs/performance.md).
+constexpr u32 fused_shapes = 256;
+
 bool is_small(const Sizes& sizes, u32 contacts) { return contacts <= small_contacts && sizes.joints <= small_contacts; }
 
-LaunchPlan first_plan(const Sizes& sizes, Features features, u32 real_words, u32 lanes) {
+template <class real>
+LaunchPlan first_plan(const InitialState<real>& state, u32 lanes) {
+  const Sizes& sizes = state.sizes;
   LaunchPlan plan;
   plan.sizes = sizes;
-  plan.features = features;
+  plan.features = state.features;
   plan.pairs = sizes.pairs;
   plan.contacts = sizes.contacts;
   plan.blocks = sizes.blocks;
   plan.colors = 16;
-  plan.real_words = real_words;
+  plan.real_words = sizeof(real) / sizeof(u32);
   plan.lanes = lanes;
-  plan.small = is_small(sizes, has(features, Feature::contacts) ? sizes.contacts : 0);
+  plan.small = is_small(sizes, has(plan.features, Feature::contacts) ? sizes.contacts : 0);
+  plan.joint_phases = state.buffers.joint_phases;
+  plan.iterations = state.params.iterations;
+  return plan;
+}
+
+// The plan of sub-steps in one work-group: nothing is large.
+LaunchPlan fused_plan(LaunchPlan plan) {
+  plan.small = true;
+  plan.pairs = plan.contacts = plan.blocks = plan.colors = 0;
   return plan;
 }
 
@@ -48,17 +64,6 @@ void update_plan(LaunchPlan& plan, const Counters& counters) {
   plan.small = is_small(plan.sizes, plan.contacts);
 }
 
-void launch(Stage stage, Launcher& launcher) {
-  switch (stage) {
-#define STAGE(name, ...) \
-  case Stage::name:      \
-    return launch_##name(launcher);
-#include "host/stages.def"
-#undef STAGE
-    case Stage::count: return;
-  }
-}
-
 // The bytes of a buffer's host copy.
 template <class real, class Visitor>
 void visit_buffer(Buffer wanted, Buffers<real>& buffers, Visitor&& visit) {
@@ -68,20 +73,22 @@ void visit_buffer(Buffer wanted, Buffers<real>& buffers, Visitor&& visit) {
 #undef BUFFER
 }
 
-struct Built {
-  BuiltProgram* program = nullptr;  // null where no stage has kernels
+struct Kernels {
+  std::string text;
   std::vector<KernelSignature> signatures;
 };
 
-Built build(Device& device, Features features, bool double_precision, u32 lanes, const DeviceOptions& options) {
+Kernels kernels_of(Features features, const DeviceOptions& options) {
   const KernelSources sources = KernelSources::embedded(options.patches);
   const std::vector<std::string> files = stage_files(sources, features, options.only);
-  Built built;
-  built.signatures = sources.signatures(files);
-  check_stage_table(built.signatures);
-  if (!built.signatures.empty())
-    built.program = &build_program(device, sources.assemble(files), {features, double_precision, lanes});
-  return built;
+  Kernels kernels = {sources.assemble(files), sources.signatures(files)};
+  check_stage_table(kernels.signatures);
+  return kernels;
+}
+
+// Nothing where no stage has kernels.
+BuiltProgram* build(Device& device, const std::string& text, const ProgramOptions& options) {
+  return text.empty() ? nullptr : &build_program(device, text, options);
 }
 
 cl::CommandQueue make_queue(Device& device, bool profile) {
@@ -92,6 +99,11 @@ cl::CommandQueue make_queue(Device& device, bool profile) {
 
 }  // namespace
 
+bool is_fused(const Sizes& sizes, const DeviceOptions& options) {
+  if (options.profile || !options.only.empty()) return false;
+  return options.fused.value_or(sizes.shapes <= fused_shapes && sizes.joints <= fused_shapes);
+}
+
 template <class real>
 struct DeviceBackend<real>::Parts {
   Parts(const InitialState<real>& state, const DeviceInfo& info, const DeviceOptions& options)
@@ -100,10 +112,14 @@ struct DeviceBackend<real>::Parts {
         features(state.features),
         lanes(lanes_for<real>(info, options.lanes)),
         queue(make_queue(device, options.profile)),
-        built(build(device, features, sizeof(real) == 8, lanes, options)),
         patches(options.patches),
+        kernels(kernels_of(features, options)),
+        fused(is_fused(sizes, options)
+                  ? std::optional(fuse_substeps(kernels.signatures, fused_plan(first_plan(state, lanes))))
+                  : std::nullopt),
+        program(build(device, fused ? kernels.text + fused->text : kernels.text, {features, sizeof(real) == 8, lanes})),
         memory(device, queue),
-        launcher(device, queue, built.program ? built.program->program : cl::Program(), built.signatures, memory,
+        launcher(device, queue, program ? program->program : cl::Program(), kernels.signatures, memory,
                  options.work_group, options.profile) {
     resize(host, sizes, features);
     for_each_buffer(state.buffers, [&](Buffer buffer, const auto& elements) {
@@ -111,8 +127,24 @@ struct DeviceBackend<real>::Parts {
       memory.allocate(buffer, elements.size() * sizeof(elements[0]), 0);
       write(buffer, elements.data(), elements.size() * sizeof(elements[0]));
     });
-    launcher.plan() = first_plan(sizes, features, sizeof(real) / sizeof(u32), lanes);
-    launcher.plan().joint_phases = state.buffers.joint_phases;
+    launcher.plan() = first_plan(state, lanes);
+    if (!fused) return;
+    launcher.add(program->program, std::span(&fused->signature, 1));
+    make_room_for_fused();
+  }
+
+  // The same kernel, after the plan has changed: with other numbers and more room.
+  void fuse_again() {
+    if (!fused) return;
+    fused = fuse_substeps(kernels.signatures, fused_plan(launcher.plan()));
+    make_room_for_fused();
+  }
+
+  void make_room_for_fused() {
+    for (const FusedSubsteps::Scratch& scratch : fused->scratch) memory.scratch(scratch.name, scratch.words);
+    if (fused->values.empty()) return;
+    queue.enqueueWriteBuffer(memory.find("fused_values")->buffer, CL_TRUE, 0, fused->values.size() * sizeof(u32),
+                             fused->values.data());
   }
 
   void write(Buffer buffer, const void* data, std::size_t bytes) {
@@ -129,9 +161,11 @@ struct DeviceBackend<real>::Parts {
   Features features;
   u32 lanes;
   cl::CommandQueue queue;
-  Built built;
-  std::vector<Built> enabled;  // programs of features that were added later
   std::vector<KernelPatch> patches;
+  Kernels kernels;
+  std::optional<FusedSubsteps> fused;
+  BuiltProgram* program;               // null where no stage has kernels
+  std::vector<BuiltProgram*> enabled;  // of features that were added later
   DeviceMemory memory;
   DeviceLauncher launcher;
   Buffers<real> host;
@@ -157,8 +191,8 @@ DeviceBackend<real>::DeviceBackend(const InitialState<real>& state, const Device
 template <class real>
 DeviceBackend<real>::~DeviceBackend() {
   try {
-    if (parts_->built.program) save_program(parts_->device, *parts_->built.program);
-    for (Built& built : parts_->enabled) save_program(parts_->device, *built.program);
+    if (parts_->program) save_program(parts_->device, *parts_->program);
+    for (BuiltProgram* program : parts_->enabled) save_program(parts_->device, *program);
   } catch (const Error&) {
   }
 }
@@ -166,9 +200,16 @@ DeviceBackend<real>::~DeviceBackend() {
 template <class real>
 void DeviceBackend<real>::run(Stage stage, const StepParams<real>& params) {
   if (!runs(stage, parts_->features)) return;
-  parts_->launcher.plan().iterations = params.iterations;
-  parts_->launcher.begin(stage, std::as_bytes(std::span(&params, 1)));
-  launch(stage, parts_->launcher);
+  DeviceLauncher& launcher = parts_->launcher;
+  if (std::exchange(launcher.plan().iterations, params.iterations) != params.iterations) parts_->fuse_again();
+  const auto& fused = parts_->fused;
+  const bool in_fused = fused && fused->stands_for(stage);
+  if (in_fused && (params.substep > 0 || stage != fused->stages[0])) return;
+  launcher.begin(in_fused ? Stage::count : stage, std::as_bytes(std::span(&params, 1)));
+  if (in_fused)
+    launcher.run_group(fused->signature.name);
+  else
+    launch(stage, launcher);
 }
 
 template <class real>
@@ -195,9 +236,9 @@ void DeviceBackend<real>::grow(const Sizes& sizes) {
                    parts_->memory.allocate(buffer, wanted * element, kept ? elements.size() * element : 0);
                  });
                  parts_->queue.finish();
+                 parts_->sizes = parts_->launcher.plan().sizes = sizes;
+                 parts_->fuse_again();
                });
-  parts_->sizes = sizes;
-  parts_->launcher.plan().sizes = sizes;
   resize(parts_->host, sizes, parts_->features);
 }
 
@@ -212,8 +253,9 @@ void DeviceBackend<real>::enable(Feature feature) {
     if (info(static_cast<Stage>(s)).feature == feature) options.only.push_back(static_cast<Stage>(s));
   }
   const Features compiled = with(with(parts_->features, Feature::manifolds), Feature::boxes);
-  parts_->enabled.push_back(build(parts_->device, compiled, sizeof(real) == 8, parts_->lanes, options));
-  parts_->launcher.add(parts_->enabled.back().program->program, parts_->enabled.back().signatures);
+  const Kernels kernels = kernels_of(compiled, options);
+  parts_->enabled.push_back(build(parts_->device, kernels.text, {compiled, sizeof(real) == 8, parts_->lanes}));
+  parts_->launcher.add(parts_->enabled.back()->program, kernels.signatures);
 }
 
 template <class real>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "host/backends/backend.hpp"
@@ -13,15 +14,19 @@ namespace lockstep {
 
 /// How to run; nothing here can change a bit. Zeros: chosen for the device.
 struct DeviceOptions {
-  u32 lanes = 0;         // contacts per work-item in the solve kernels: 1, 8 or 16
-  u32 work_group = 0;    // work-items per work-group
-  u32 threads = 0;       // compute units of a CPU device
-  bool profile = false;  // measure stage_seconds()
+  u32 lanes = 0;              // contacts per work-item in the solve kernels: 1, 8 or 16
+  u32 work_group = 0;         // work-items per work-group
+  u32 threads = 0;            // compute units of a CPU device
+  bool profile = false;       // measure stage_seconds(); stages run one by one
+  std::optional<bool> fused;  // all sub-steps in one launch of one work-group; unset: where the scene is small
 
   // for tests
   std::vector<KernelPatch> patches;  // changes to the kernels
   std::vector<Stage> only;           // build the kernels of these stages alone
 };
+
+/// Whether a backend made with these options runs all sub-steps in one launch.
+bool is_fused(const Sizes& sizes, const DeviceOptions& options);
 
 template <class real>
 class DeviceBackend final : public Backend<real> {
@@ -31,6 +36,8 @@ class DeviceBackend final : public Backend<real> {
   DeviceBackend(const InitialState<real>& state, const DeviceInfo& device, const DeviceOptions& options = {});
   ~DeviceBackend() override;
 
+  /// Where sub-steps are one launch, it is made in place of the first stage of the first one: what the stages of
+  /// sub-steps write is there when the last one has run.
   void run(Stage stage, const StepParams<real>& params) override;
   Counters counters() override;
   void grow(const Sizes& sizes) override;

@@ -35,7 +35,8 @@ void DeviceLauncher::add(const cl::Program& program, std::span<const KernelSigna
 }
 
 std::string DeviceLauncher::where(std::string_view kernel) const {
-  return std::string(info(stage_).name) + ", kernel " + std::string(kernel) + " on " + device_.info.name;
+  const std::string_view part = stage_ == Stage::count ? "sub-steps" : info(stage_).name;
+  return std::string(part) + ", kernel " + std::string(kernel) + " on " + device_.info.name;
 }
 
 void DeviceLauncher::begin(Stage stage, std::span<const std::byte> params) {
@@ -134,7 +135,7 @@ void DeviceLauncher::bind_array(Kernel& kernel, u32 index, const Argument* given
     throw Error(Failure::device, where(kernel.signature.name),
                 "the parameter " + parameter.name + " names no buffer and no scratch array");
   if (bound.array == array->id && bound.stage == stage_) return;
-  if (buffer) check_access(stage_, kernel.signature, parameter, *buffer);
+  if (buffer && stage_ != Stage::count) check_access(stage_, kernel.signature, parameter, *buffer);
   bound.stage = stage_;
   if (bound.array == array->id) return;
   kernel.handle.setArg(index, array->buffer);

@@ -23,7 +23,7 @@ class DeviceLauncher final : public Launcher {
   /// Kernels of another program; those that are known by name stay as they are.
   void add(const cl::Program& program, std::span<const KernelSignature> signatures);
 
-  /// Before the launches of a stage: their parameters, and what they are a part of.
+  /// Before the launches of a stage, or of all sub-steps (Stage::count): their parameters, and what they are a part of.
   void begin(Stage stage, std::span<const std::byte> params);
 
   LaunchPlan& plan() { return plan_; }

@@ -52,6 +52,12 @@ std::vector<std::string_view> words_of(std::string_view text) {
   return words;
 }
 
+std::string_view trimmed(std::string_view text) {
+  constexpr std::string_view blanks = " \t\n";
+  const auto first = std::min(text.find_first_not_of(blanks), text.size());
+  return text.substr(first, text.find_last_not_of(blanks) + 1 - first);
+}
+
 KernelParameter parse_parameter(std::string_view text, std::string_view file, std::string_view kernel) {
   using Kind = KernelParameter::Kind;
   const auto words = words_of(text);
@@ -65,16 +71,17 @@ KernelParameter parse_parameter(std::string_view text, std::string_view file, st
   };
   if (words.empty()) throw refuse();
   const std::string name(words.back());
+  const std::string type(trimmed(text.substr(0, static_cast<std::size_t>(words.back().data() - text.data()))));
   const bool pointer = text.find('*') != std::string_view::npos;
   if (pointer) {
     const auto before_star = words_of(text.substr(0, text.find('*')));
     const bool constant = std::find(before_star.begin(), before_star.end(), "const") != before_star.end() ||
                           has_word("constant") || has_word("__constant");
     if (!constant && !has_word("global") && !has_word("__global")) throw refuse();
-    return {name, constant ? Kind::read : Kind::written};
+    return {name, type, constant ? Kind::read : Kind::written};
   }
-  if (has_word("StepParams")) return {name, Kind::params};
-  if (has_word("u32") || has_word("uint")) return {name, Kind::value};
+  if (has_word("StepParams")) return {name, type, Kind::params};
+  if (has_word("u32") || has_word("uint")) return {name, type, Kind::value};
   throw refuse();
 }
 

@@ -22,7 +22,7 @@ struct KernelPatch {
 
 struct KernelParameter {
   enum class Kind { read, written, params, value };  // const buffer, buffer, StepParams, u32
-  std::string name;
+  std::string name, type;                            // type: as it stands in the source
   Kind kind;
 };
 

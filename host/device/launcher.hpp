@@ -63,8 +63,7 @@ class Launcher {
   u32 sort_passes(u32 bits) const;
 };
 
-#define STAGE(name, ...) void launch_##name(Launcher& launcher);
-#include "host/stages.def"
-#undef STAGE
+/// Launches a stage: the function launch_<stage>.
+void launch(Stage stage, Launcher& launcher);
 
 }  // namespace lockstep

@@ -131,30 +131,34 @@ static inline void visit_joint_phase(const u32 purpose, u32 begin, u32 end, glob
 static inline void sweep_joints(const u32 purpose, u32 first_phase, u32 phases, global const u32* joint_phases,
                                 global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                                 global JointImpulseBlock* joint_impulses, global Motion* motions) {
-  for (u32 phase = first_phase; phase < phases; ++phase) {
-    const u32 begin = joint_phases[phase], items = (joint_phases[phase + 1u] - begin) * ITEMS_PER_BLOCK;
+  u32 phase = first_phase;
+  do {
+    const u32 begin = joint_phases[phase], end = phase < phases ? joint_phases[phase + 1u] : begin;
+    const u32 items = (end - begin) * ITEMS_PER_BLOCK;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
       const u32 block = begin + item / ITEMS_PER_BLOCK;
       visit_joints(purpose, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
                    joint_impulses + block, motions);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
-  }
+  } while (++phase < phases);
 }
 
 // The same for the warm start.
 static inline void start_joint_phases(u32 first_phase, u32 phases, global const u32* joint_phases,
                                       global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                                       global const JointImpulseBlock* joint_impulses, global Motion* motions) {
-  for (u32 phase = first_phase; phase < phases; ++phase) {
-    const u32 begin = joint_phases[phase], items = (joint_phases[phase + 1u] - begin) * ITEMS_PER_BLOCK;
+  u32 phase = first_phase;
+  do {
+    const u32 begin = joint_phases[phase], end = phase < phases ? joint_phases[phase + 1u] : begin;
+    const u32 items = (end - begin) * ITEMS_PER_BLOCK;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
       const u32 block = begin + item / ITEMS_PER_BLOCK;
       start_joints(item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block, joint_impulses + block,
                    motions);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
-  }
+  } while (++phase < phases);
 }
 
 #endif

@@ -1,0 +1,87 @@
+// All sub-steps as one launch: what the kernel is made of, and that it gives the bits of the stages.
+#include "host/device/fused_substeps.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "host/backends/checked_backend.hpp"
+#include "host/scene/read.hpp"
+#include "host/step.hpp"
+#include "tests/stage_harness.hpp"
+
+namespace lockstep {
+namespace {
+
+std::size_t occurrences(const std::string& text, const std::string& part) {
+  std::size_t count = 0;
+  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  return count;
+}
+
+TEST(FusedSubsteps, CallTheKernelsOfTheStagesOfASubStep) {
+  const InitialState<float> state = compile<float>(read_scene("rag_doll"));
+  const KernelSources sources = KernelSources::embedded();
+  LaunchPlan plan;
+  plan.sizes = state.sizes;
+  plan.features = state.features;
+  plan.joint_phases = state.buffers.joint_phases;
+  plan.iterations = 7;
+  plan.small = true;
+  const FusedSubsteps fused = fuse_substeps(sources.signatures(stage_files(sources, state.features)), plan);
+  EXPECT_TRUE(fused.stands_for(Stage::prepare_joints));
+  EXPECT_TRUE(fused.stands_for(Stage::solve_constraints));
+  EXPECT_FALSE(fused.stands_for(Stage::collide));
+  EXPECT_FALSE(fused.stands_for(Stage::store_impulses));
+  EXPECT_FALSE(fused.stands_for(Stage::integrate_free_flight));  // not of this scene
+  EXPECT_EQ(occurrences(fused.text, "    solve_tail("), 1u);
+  EXPECT_EQ(occurrences(fused.text, "barrier("), fused.stages.size());  // one kernel each
+  EXPECT_NE(std::ranges::find(fused.values, 7u), fused.values.end());
+}
+
+// Device and reference side by side, with the sub-steps as one launch as well.
+template <class real>
+void expect_equal_bits(const InitialState<real>& state, int steps) {
+  DeviceOptions options;
+  options.fused = true;
+  CheckedBackend<real> backend(state, test_device(), options, {.fused = true});
+  for (int i = 0; i < steps; ++i) step(backend, state.params);
+}
+
+TEST(FusedSubsteps, HaveTheBitsOfTheStages) {
+  expect_equal_bits(compile<float>(read_scene("spheres_small")), 40);
+  expect_equal_bits(compile<double>(read_scene("rag_doll")), 20);
+}
+
+TEST(FusedSubsteps, TakeANumberOfSweepsThatChanges) {
+  InitialState<float> state = compile<float>(read_scene("spheres_small"));
+  DeviceOptions options;
+  options.fused = true;
+  CheckedBackend<float> backend(state, test_device(), options, {.fused = true});
+  for (const u32 iterations : {3u, 10u, 1u}) {
+    state.params.iterations = iterations;
+    for (int i = 0; i < 10; ++i) step(backend, state.params);
+  }
+}
+
+// The stages have a work-group for every 16 bodies, so that only the fused kernel goes wrong.
+TEST(FusedSubsteps, AreSeenToDiffer) {
+  const InitialState<float> state = compile<float>(read_scene("spheres_small"));
+  ASSERT_GT(state.sizes.bodies, 16u);
+  DeviceOptions options;
+  options.work_group = 16;
+  options.fused = true;
+  options.patches = {{"integrate_velocities.cl", "motions[i] = motion;",
+                      "if (get_num_groups(0) == 1u && i == 3u) motion.w[1] = 1.5f;\n    motions[i] = motion;"}};
+  CheckedBackend<float> backend(state, test_device(), options, {.fused = true});
+  try {
+    step(backend, state.params);
+    FAIL();
+  } catch (const Mismatch& mismatch) {
+    EXPECT_EQ(mismatch.difference().stage, Stage::count);
+    EXPECT_EQ(std::string(mismatch.what()).find("step 0, all sub-steps as one launch: "), 0u) << mismatch.what();
+  }
+}
+
+}  // namespace
+}  // namespace lockstep
