@@ -16,16 +16,21 @@ typedef struct ContactStream {
   global ImpulseBlock* impulses;
   global PatchImpulse* patch_impulses;
   global Motion* motions;
+  global u32* counters;
 } ContactStream;
 
 // Visits the pairs in lanes first .. first + LANES - 1 of a block.
 static inline void visit_lanes(const u32 purpose, u32 block, u32 first, const ContactStream* s, LaneBody* a,
                                LaneBody* b) {
+  lane change = (lane)0;
 #if FEATURE_PATCHES
   visit_patches(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses,
-                s->patches + block, s->patch_impulses + block, a, b);
+                s->patches + block, s->patch_impulses + block, a, b, &change);
 #else
-  visit_pairs(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses, a, b);
+  visit_pairs(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses, a, b, &change);
+#endif
+#if FEATURE_TOLERANCE
+  if (purpose == VISIT_SOLVE) note_change(change, s->counters);
 #endif
 }
 
