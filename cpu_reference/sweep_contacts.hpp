@@ -23,30 +23,34 @@ LawNow<real> law_now(Purpose purpose, const Buffers<real>& buffers, u32 row, u32
   return {softness > 0 ? real(0) : bias, 0};
 }
 
-/// Visits a pair, its contacts one after another.
+/// Visits a pair, its contacts one after another. Returns the largest of the squares of by how much the visits changed
+/// relative velocities.
 template <class real>
-void visit_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Motion<real>& a, Motion<real>& b) {
+real visit_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Motion<real>& a, Motion<real>& b) {
   const BlockBodies& bodies = buffers.block_bodies[block];
   const u32 first = buffers.block_rows[block].first, count = bodies.count[lane];
+  real change = 0;
   const auto visit_each = [&](auto&& visit) {
     for (u32 row = first; row < first + count; ++row) {
       const LawNow<real> law = law_now(purpose, buffers, row, lane);
-      visit(buffers.contact_blocks[row], law, buffers.impulse_blocks[row]);
+      change = larger(visit(buffers.contact_blocks[row], law, buffers.impulse_blocks[row]), change);
     }
   };
   if (buffers.patch_blocks.empty()) {
     visit_each([&](const auto& contact, LawNow<real> law, auto& impulses) {
-      visit_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);
+      return visit_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);
     });
-    return;
+    return change;
   }
   const auto visit = [&](const auto& contact, LawNow<real> law, auto& impulses) {
-    visit_normal(contact, law.bias, law.softness, impulses, lane, a, b);
+    return visit_normal(contact, law.bias, law.softness, impulses, lane, a, b);
   };
   visit_each(visit);
-  visit_rubbing(buffers.patch_blocks[block], buffers.impulse_blocks, first, count, buffers.patch_impulses[block], lane,
-                a, b);
+  change = larger(visit_rubbing(buffers.patch_blocks[block], buffers.impulse_blocks, first, count,
+                                buffers.patch_impulses[block], lane, a, b),
+                  change);
   visit_each(visit);
+  return change;
 }
 
 /// Gives the bodies of a pair the impulses that its contacts start from.
@@ -74,12 +78,14 @@ void for_each_pair(Buffers<real>& buffers, Visit&& visit) {
   });
 }
 
-/// One sweep over all pairs.
+/// One sweep over all pairs. Returns the square of the largest change of a relative velocity.
 template <class real>
-void sweep_contacts(Purpose purpose, Buffers<real>& buffers) {
+real sweep_contacts(Purpose purpose, Buffers<real>& buffers) {
+  real change = 0;
   for_each_pair(buffers, [&](u32 block, u32 lane, Motion<real>& a, Motion<real>& b) {
-    visit_pair(purpose, buffers, block, lane, a, b);
+    change = larger(visit_pair(purpose, buffers, block, lane, a, b), change);
   });
+  return change;
 }
 
 /// Gives the bodies the impulses that the contacts start from.

@@ -4,7 +4,8 @@
 // Blocked projected Gauss-Seidel (survey 4.3; Jourdan, Alart, Jean 1998): with the impulses of all others held,
 //   u = relative velocity at the contact point,  q = u + bias n - W r_old,
 // the contact's own problem is solved exactly (cpu_reference/cone.hpp) and the change r - r_old is given to the bodies.
-// A soft contact solves it with its softness added to w_nn.
+// A soft contact solves it with its softness added to w_nn. By how much a visit changed relative velocities is
+// |W (r - r_old)|: what the contact's law was violated by until then (cpu_reference/solve_constraints.hpp).
 #pragma once
 
 #include "cpu_reference/cone.hpp"
@@ -77,8 +78,27 @@ void push(const ContactFrame<real>& c, u32 kind, ConeVector<real> r, Motion<real
   push_at(c.arm_a, c.arm_b, kind, impulse, a, b);
 }
 
+/// The larger of a change and those before it; what is no number does not count.
 template <class real>
-void visit_contact(const ContactBlock<real>& block, real bias, real softness, ImpulseBlock<real>& impulses, u32 kind,
+real larger(real change, real so_far) {
+  return change > so_far ? change : so_far;
+}
+
+/// The square of what a change of its impulse makes of a contact's relative velocity.
+template <class real>
+real contact_change(const Delassus<real>& w, u32 kind, ConeVector<real> d) {
+  ConeVector<real> u = {w.nn * d.normal, w.t11 * d.tangent_1, w.t11 * d.tangent_2};
+  if (kind == BLOCK_GENERAL) {
+    u = {w.nn * d.normal + w.n1 * d.tangent_1 + w.n2 * d.tangent_2,
+         w.n1 * d.normal + w.t11 * d.tangent_1 + w.t12 * d.tangent_2,
+         w.n2 * d.normal + w.t12 * d.tangent_1 + w.t22 * d.tangent_2};
+  }
+  return u.normal * u.normal + u.tangent_1 * u.tangent_1 + u.tangent_2 * u.tangent_2;
+}
+
+/// Returns the square of by how much it changed the relative velocity.
+template <class real>
+real visit_contact(const ContactBlock<real>& block, real bias, real softness, ImpulseBlock<real>& impulses, u32 kind,
                    u32 lane, Motion<real>& a, Motion<real>& b) {
   const ContactFrame<real> c = contact_frame<real>(block, lane);
   const ConeVector<real> old = impulse_of(impulses, lane);
@@ -102,7 +122,9 @@ void visit_contact(const ContactBlock<real>& block, real bias, real softness, Im
   impulses.normal[lane] = r.normal;
   impulses.tangent_1[lane] = r.tangent_1;
   impulses.tangent_2[lane] = r.tangent_2;
-  push(c, kind, {r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2}, a, b);
+  const ConeVector<real> d = {r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2};
+  push(c, kind, d, a, b);
+  return contact_change(w, kind, d);
 }
 
 }  // namespace lockstep::reference

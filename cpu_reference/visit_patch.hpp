@@ -28,9 +28,9 @@ void twist_by(Vec3<real> moment, Motion<real>& a, Motion<real>& b) {
   if (b.inverse_mass > 0) store3(b.w, sub3(vec3(b.w), turn_by(b, moment)));
 }
 
-/// The normal row of one contact.
+/// The normal row of one contact. Returns the square of by how much it changed the normal velocity.
 template <class real>
-void visit_normal(const ContactBlock<real>& block, real bias, real softness, ImpulseBlock<real>& impulses, u32 lane,
+real visit_normal(const ContactBlock<real>& block, real bias, real softness, ImpulseBlock<real>& impulses, u32 lane,
                   Motion<real>& a, Motion<real>& b) {
   const ContactArms<real> c = contact_arms<real>(block, lane);
   const real u_n = dot3(c.normal, velocity_at(c.arm_a, c.arm_b, a, b)) + bias;
@@ -39,11 +39,28 @@ void visit_normal(const ContactBlock<real>& block, real bias, real softness, Imp
   const real r = next > 0 ? next : real(0);
   impulses.normal[lane] = r;
   push_at(c.arm_a, c.arm_b, BLOCK_GENERAL, scale3(r - old, c.normal), a, b);
+  const real change = block.w_nn[lane] * (r - old);
+  return change * change;
 }
 
-/// Twist and friction, under the normal impulses of the pair's rows.
+/// The larger of the squares of what changes of friction and twist make of the relative velocity: W is the inverse of
+/// what the block holds, and the turn counts at the radius of gyration of the two bodies about the normal.
 template <class real>
-void visit_rubbing(const PatchBlock<real>& block, const std::vector<ImpulseBlock<real>>& rows, u32 first, u32 count,
+real rubbing_change(const PatchBlock<real>& block, u32 lane, real d_1, real d_2, real d_twist, const Motion<real>& a,
+                    const Motion<real>& b) {
+  const real inverse_11 = block.inverse_11[lane], inverse_12 = block.inverse_12[lane];
+  const real inverse_22 = block.inverse_22[lane];
+  const real determinant = inverse_11 * inverse_22 - inverse_12 * inverse_12;
+  const real u_1 = (inverse_22 * d_1 - inverse_12 * d_2) / determinant;
+  const real u_2 = (inverse_11 * d_2 - inverse_12 * d_1) / determinant;
+  const real turned = d_twist * d_twist * (a.inverse_mass + b.inverse_mass) / block.inverse_twist[lane];
+  return larger(u_1 * u_1 + u_2 * u_2, larger(turned, real(0)));
+}
+
+/// Twist and friction, under the normal impulses of the pair's rows. Returns the square of by how much they changed the
+/// relative velocity.
+template <class real>
+real visit_rubbing(const PatchBlock<real>& block, const std::vector<ImpulseBlock<real>>& rows, u32 first, u32 count,
                    PatchImpulse<real>& impulses, u32 lane, Motion<real>& a, Motion<real>& b) {
   real load = 0, moment = 0;
   for (u32 k = 0; k < count; ++k) {
@@ -76,6 +93,7 @@ void visit_rubbing(const PatchBlock<real>& block, const std::vector<ImpulseBlock
   impulses.tangent_1[lane] = r_1;
   impulses.tangent_2[lane] = r_2;
   push_patch(c, r_1 - old_1, r_2 - old_2, a, b);
+  return rubbing_change(block, lane, r_1 - old_1, r_2 - old_2, twist - old_twist, a, b);
 }
 
 /// Gives the bodies the impulses that the pair starts from: row by row, then twist and friction.

@@ -30,6 +30,7 @@ enum class Feature : u32 {
   soft_joints = 1u << 19,  // joints are springs too
   patches = 1u << 20,      // the contacts of a pair rub as one
   jacobi = 1u << 21,       // pairs in contact are solved all at once, each on parts of its bodies; no colours
+  tolerance = 1u << 22,    // a sub-step ends its sweeps when they change little
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

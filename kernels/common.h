@@ -25,5 +25,11 @@ static inline u32 each_end(u32 count) {
 
 // Stages that write persistent state leave it alone once a list was full: the step is redone.
 #define STEP_IS_VOID(counters) (((counters)[COUNTER_STATUS] & STATUS_FULL) != 0u)
+// The solver's sweeps do nothing either once one of their sub-step has settled.
+#if FEATURE_TOLERANCE
+#define SWEEP_IS_VOID(counters) (STEP_IS_VOID(counters) || (counters)[COUNTER_SETTLED] != 0u)
+#else
+#define SWEEP_IS_VOID(counters) STEP_IS_VOID(counters)
+#endif
 
 #endif

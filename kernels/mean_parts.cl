@@ -6,6 +6,6 @@
 
 kernel void mean_parts(const u32 bodies, global const u32* part_starts, global const Velocity* body_parts,
                        global Motion* motions, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (SWEEP_IS_VOID(counters)) return;
   FOR_EACH(i, bodies) part_mean(i, part_starts, body_parts, motions);
 }

@@ -9,18 +9,18 @@
 // One phase of the joints: blocks begin .. end - 1.
 kernel void relax_joints(const u32 begin, const u32 end, global const JointLanes* joint_lanes,
                          global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
-                         global Motion* motions, global const u32* counters) {
+                         global Motion* motions, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  visit_joint_phase(VISIT_RELAX, begin, end, joint_lanes, joint_blocks, joint_impulses, motions);
+  visit_joint_phase(VISIT_RELAX, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
 }
 
 // One work-group: the phases from `first_phase` on.
 kernel void relax_joint_tail(const u32 first_phase, const u32 phases, global const u32* joint_phases,
                              global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                             global JointImpulseBlock* joint_impulses, global Motion* motions,
-                             global const u32* counters) {
+                             global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  sweep_joints(VISIT_RELAX, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions);
+  sweep_joints(VISIT_RELAX, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+               counters);
 }
 #endif
 
@@ -29,10 +29,10 @@ kernel void relax_color(const u32 color, global const u32* color_starts, global 
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const PatchBlock* patch_blocks,
                         global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
-                        global Motion* motions, global const u32* counters) {
+                        global Motion* motions, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
-                                patch_blocks, impulse_blocks, patch_impulses, motions};
+  const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
+                                impulse_blocks, patch_impulses, motions,        counters};
   visit_color(VISIT_RELAX, color, color_starts, &stream);
 }
 
@@ -43,12 +43,12 @@ kernel void relax_tail(const u32 first_color, const u32 joint_phase_count, globa
                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
                        global PatchImpulse* patch_impulses, global const u32* joint_phases,
                        global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                       global JointImpulseBlock* joint_impulses, global Motion* motions, global const u32* counters) {
-  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
-                                patch_blocks, impulse_blocks, patch_impulses, motions};
+                       global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
+  const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
+                                impulse_blocks, patch_impulses, motions,        counters};
 #if FEATURE_JOINTS
   sweep_joints(VISIT_RELAX, 0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
-               joint_blocks, joint_impulses, motions);
+               joint_blocks, joint_impulses, motions, counters);
 #endif
   visit_tail(VISIT_RELAX, first_color, color_starts, &stream, counters);
 }

@@ -11,18 +11,18 @@
 // One phase of the joints: blocks begin .. end - 1.
 kernel void solve_joints(const u32 begin, const u32 end, global const JointLanes* joint_lanes,
                          global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
-                         global Motion* motions, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
-  visit_joint_phase(VISIT_SOLVE, begin, end, joint_lanes, joint_blocks, joint_impulses, motions);
+                         global Motion* motions, global u32* counters) {
+  if (SWEEP_IS_VOID(counters)) return;
+  visit_joint_phase(VISIT_SOLVE, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
 }
 
 // One work-group: the phases from `first_phase` on.
 kernel void solve_joint_tail(const u32 first_phase, const u32 phases, global const u32* joint_phases,
                              global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                             global JointImpulseBlock* joint_impulses, global Motion* motions,
-                             global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
-  sweep_joints(VISIT_SOLVE, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions);
+                             global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
+  if (SWEEP_IS_VOID(counters)) return;
+  sweep_joints(VISIT_SOLVE, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+               counters);
 }
 #endif
 
@@ -31,33 +31,50 @@ kernel void solve_color(const u32 color, global const u32* color_starts, global 
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const PatchBlock* patch_blocks,
                         global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
-                        global Motion* motions, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
-  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
-                                patch_blocks, impulse_blocks, patch_impulses, motions};
+                        global Motion* motions, global u32* counters) {
+  if (SWEEP_IS_VOID(counters)) return;
+  const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
+                                impulse_blocks, patch_impulses, motions,        counters};
   visit_color(VISIT_SOLVE, color, color_starts, &stream);
 }
 
 // One work-group: `sweeps` sweeps over the joints' first phases, the colours from `first_color` on and the overflow.
-kernel void solve_tail(const u32 first_color, const u32 joint_phase_count, const u32 sweeps,
-                       global const u32* color_starts, global const BlockBodies* block_bodies,
+// `whole`: 1 where nothing else belongs to these sweeps.
+kernel void solve_tail(const StepParams params, const u32 first_color, const u32 joint_phase_count, const u32 sweeps,
+                       const u32 whole, global const u32* color_starts, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                        global const SoftnessBlock* softness_blocks, global const PatchBlock* patch_blocks,
                        global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
                        global const u32* joint_phases, global const JointLanes* joint_lanes,
                        global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
-                       global Motion* motions, global const u32* counters) {
-  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
-                                patch_blocks, impulse_blocks, patch_impulses, motions};
+                       global Motion* motions, global u32* counters) {
+  const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
+                                impulse_blocks, patch_impulses, motions,        counters};
+  const u32 joint_phases_here = SWEEP_IS_VOID(counters) ? 0u : joint_phase_count;
   u32 sweep = 0u;
   do {
 #if FEATURE_JOINTS
-    sweep_joints(VISIT_SOLVE, 0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
-                 joint_blocks, joint_impulses, motions);
+    sweep_joints(VISIT_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+                 counters);
 #endif
     visit_tail(VISIT_SOLVE, first_color, color_starts, &stream, counters);
+#if FEATURE_TOLERANCE
+    if (whole != 0u && group_has_settled(params.tolerance, counters)) break;
+#endif
   } while (++sweep < sweeps);
 }
+
+#if FEATURE_TOLERANCE
+// Behind a sweep of several launches: counts it, and tells those that follow in the sub-step whether they are needed.
+kernel void end_sweep(const StepParams params, const u32 is_last, global u32* counters) {
+  if (STEP_IS_VOID(counters) || get_global_id(0) != 0) return;
+  const bool did_nothing = counters[COUNTER_SETTLED] != 0u;
+  const bool settled = did_nothing || sweep_has_settled(params.tolerance, counters);
+  counters[COUNTER_SWEEPS] += did_nothing ? 0u : 1u;
+  counters[COUNTER_SWEEP_CHANGE] = 0u;
+  counters[COUNTER_SETTLED] = settled && is_last == 0u ? 1u : 0u;
+}
+#endif
 
 #if FEATURE_JACOBI
 static inline void solve_item(u32 item, const ContactStream* s, global const PartBlock* part_blocks,
@@ -77,15 +94,15 @@ kernel void solve_parts(global const BlockBodies* block_bodies, global const Blo
                         global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
                         global const PatchBlock* patch_blocks, global const PartBlock* part_blocks,
                         global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
-                        global Velocity* body_parts, global Motion* motions, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
-  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
-                                patch_blocks, impulse_blocks, patch_impulses, motions};
+                        global Velocity* body_parts, global Motion* motions, global u32* counters) {
+  if (SWEEP_IS_VOID(counters)) return;
+  const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
+                                impulse_blocks, patch_impulses, motions,        counters};
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, part_blocks, body_parts);
 }
 
 // One work-group: `sweeps` sweeps over the joints' first phases and all pairs.
-kernel void solve_parts_group(const u32 bodies, const u32 joint_phase_count, const u32 sweeps,
+kernel void solve_parts_group(const StepParams params, const u32 bodies, const u32 joint_phase_count, const u32 sweeps,
                               global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                               global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
                               global const PatchBlock* patch_blocks, global const PartBlock* part_blocks,
@@ -93,16 +110,17 @@ kernel void solve_parts_group(const u32 bodies, const u32 joint_phase_count, con
                               global PatchImpulse* patch_impulses, global const u32* joint_phases,
                               global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                               global JointImpulseBlock* joint_impulses, global Velocity* body_parts,
-                              global Motion* motions, global const u32* counters) {
-  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks,
-                                patch_blocks, impulse_blocks, patch_impulses, motions};
+                              global Motion* motions, global u32* counters) {
+  const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
+                                impulse_blocks, patch_impulses, motions,        counters};
   const bool is_void = STEP_IS_VOID(counters);
   const u32 items = is_void ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_void ? 0u : bodies;
+  const u32 joint_phases_here = is_void ? 0u : joint_phase_count;
   u32 sweep = 0u;
   do {
 #if FEATURE_JOINTS
-    sweep_joints(VISIT_SOLVE, 0u, is_void ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
-                 joint_impulses, motions);
+    sweep_joints(VISIT_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+                 counters);
 #endif
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
       solve_item(item, &stream, part_blocks, body_parts);
@@ -110,6 +128,9 @@ kernel void solve_parts_group(const u32 bodies, const u32 joint_phase_count, con
     for (u32 i = (u32)get_local_id(0); i < whole; i += (u32)get_local_size(0))
       part_mean(i, part_starts, body_parts, motions);
     barrier(CLK_GLOBAL_MEM_FENCE);
+#if FEATURE_TOLERANCE
+    if (group_has_settled(params.tolerance, counters)) break;
+#endif
   } while (++sweep < sweeps);
 }
 #endif

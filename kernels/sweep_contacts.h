@@ -16,16 +16,21 @@ typedef struct ContactStream {
   global ImpulseBlock* impulses;
   global PatchImpulse* patch_impulses;
   global Motion* motions;
+  global u32* counters;
 } ContactStream;
 
 // Visits the pairs in lanes first .. first + LANES - 1 of a block.
 static inline void visit_lanes(const u32 purpose, u32 block, u32 first, const ContactStream* s, LaneBody* a,
                                LaneBody* b) {
+  lane change = (lane)0;
 #if FEATURE_PATCHES
   visit_patches(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses,
-                s->patches + block, s->patch_impulses + block, a, b);
+                s->patches + block, s->patch_impulses + block, a, b, &change);
 #else
-  visit_pairs(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses, a, b);
+  visit_pairs(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses, a, b, &change);
+#endif
+#if FEATURE_TOLERANCE
+  if (purpose == VISIT_SOLVE) note_change(change, s->counters);
 #endif
 }
 
@@ -41,7 +46,7 @@ static inline void visit_item(const u32 purpose, u32 begin, u32 item, const Cont
 }
 
 static inline u32 contact_phases(global const u32* counters) {
-  return STEP_IS_VOID(counters) ? 0u : counters[COUNTER_COLORS] + counters[COUNTER_OVERFLOW];
+  return SWEEP_IS_VOID(counters) ? 0u : counters[COUNTER_COLORS] + counters[COUNTER_OVERFLOW];
 }
 static inline u32 phase_begin(u32 phase, global const u32* color_starts, global const u32* counters) {
   const u32 colors = counters[COUNTER_COLORS];

@@ -108,7 +108,10 @@ enum Counter {
   COUNTER_EVENTS = 13,        // pairs that touch and did not, or the other way round
   COUNTER_ROWS = 14,          // rows of PACK points in the blocks, at most the capacity
   COUNTER_ROWS_NEEDED = 15,
-  COUNTER_COUNT = 16
+  COUNTER_SWEEPS = 16,        // sweeps of all sub-steps so far, where a tolerance ends them
+  COUNTER_SWEEP_CHANGE = 17,  // bits of a float: the largest change of the sweep that runs, m/s; 0 between sub-steps
+  COUNTER_SETTLED = 18,       // 1 once a sweep of the sub-step changed less than the tolerance; 0 between sub-steps
+  COUNTER_COUNT = 19
 };
 
 enum StatusBit {
@@ -392,6 +395,7 @@ RECORD(StepParams) {
   real slop;                   // m: penetration that is left alone
   real margin;                 // m: gaps up to this, plus the way of the step, become contacts
   real speed_limit;            // m/s, and rad/s times the largest extent is not limited
+  real tolerance;              // m/s: a sweep that changes no velocity by more is the last of its sub-step; 0 for none
   u32 bodies, shapes, worlds;
   u32 buckets;  // of the grid, a power of two
   u32 pair_capacity, contact_capacity, block_capacity;

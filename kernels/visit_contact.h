@@ -6,6 +6,7 @@
 #include "common.h"
 #include "cone.h"
 #include "lanes.h"
+#include "sweep_change.h"
 
 // The bodies on one side of the contacts, a lane each. Central contacts need the first half of a body's line only.
 typedef struct LaneBody {
@@ -146,10 +147,27 @@ static inline LaneLaw lane_law(const u32 purpose, global const ContactBlock* blo
   return law;
 }
 
-// One Gauss-Seidel visit of a row of contacts.
+#if FEATURE_TOLERANCE
+// The square of what a change of its impulse makes of a contact's relative velocity: |W d|^2.
+static inline lane lane_contact_change(lane_mask general, global const ContactBlock* block, u32 first, LaneCone d) {
+  const lane w_nn = LANE_LOAD(block->w_nn + first), w_11 = LANE_LOAD(block->w_11 + first);
+  LaneCone u = lane_make_cone(w_nn * d.normal, w_11 * d.tangent_1, w_11 * d.tangent_2);
+#if FEATURE_GENERAL_CONTACTS
+  const lane w_22 = LANE_LOAD(block->w_22 + first), w_n1 = LANE_LOAD(block->w_n1 + first);
+  const lane w_n2 = LANE_LOAD(block->w_n2 + first), w_12 = LANE_LOAD(block->w_12 + first);
+  const LaneCone whole = lane_make_cone(w_nn * d.normal + w_n1 * d.tangent_1 + w_n2 * d.tangent_2,
+                                        w_n1 * d.normal + w_11 * d.tangent_1 + w_12 * d.tangent_2,
+                                        w_n2 * d.normal + w_12 * d.tangent_1 + w_22 * d.tangent_2);
+  u = lane_select_cone(general, whole, u);
+#endif
+  return u.normal * u.normal + u.tangent_1 * u.tangent_1 + u.tangent_2 * u.tangent_2;
+}
+#endif
+
+// One Gauss-Seidel visit of a row of contacts. `change` keeps the largest of the squared changes of velocities.
 static inline void visit_row(const u32 purpose, u32 first, lane_mask general, global const ContactBlock* block,
                              global const SoftnessBlock* softness_block, global ImpulseBlock* impulses, LaneBody* a,
-                             LaneBody* b) {
+                             LaneBody* b, lane* change) {
   const LaneContact c = lane_contact(block, first);
   const LaneCone old = lane_impulse(impulses, first);
   const lane friction = LANE_LOAD(block->friction + first);
@@ -183,8 +201,11 @@ static inline void visit_row(const u32 purpose, u32 first, lane_mask general, gl
   LANE_STORE(r.normal, impulses->normal + first);
   LANE_STORE(r.tangent_1, impulses->tangent_1 + first);
   LANE_STORE(r.tangent_2, impulses->tangent_2 + first);
-  lane_push(c, general, lane_make_cone(r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2),
-            a, b);
+  const LaneCone d = lane_make_cone(r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2);
+  lane_push(c, general, d, a, b);
+#if FEATURE_TOLERANCE
+  *change = lane_larger(lane_contact_change(general, block, first, d), *change);
+#endif
 }
 
 // A lane that has no contact in a row reads zeros there, and keeps its bodies to the sign of a zero.
@@ -200,16 +221,16 @@ static inline lane_mask lane_general(global const BlockBodies* bodies, u32 first
 // Visits the pairs in lanes first .. first + LANES - 1 of a block, the contacts of a pair one after another.
 static inline void visit_pairs(const u32 purpose, u32 first, global const BlockBodies* bodies, BlockRows rows,
                                global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                               global ImpulseBlock* impulse_blocks, LaneBody* a, LaneBody* b) {
+                               global ImpulseBlock* impulse_blocks, LaneBody* a, LaneBody* b, lane* change) {
   const lane_mask general = lane_general(bodies, first);
   visit_row(purpose, first, general, contact_blocks + rows.first, softness_blocks + rows.first,
-            impulse_blocks + rows.first, a, b);
+            impulse_blocks + rows.first, a, b, change);
 #if FEATURE_MANIFOLDS
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   for (u32 k = 1u; k < rows.count; ++k) {
     LaneBody next_a = *a, next_b = *b;
     visit_row(purpose, first, general, contact_blocks + rows.first + k, softness_blocks + rows.first + k,
-              impulse_blocks + rows.first + k, &next_a, &next_b);
+              impulse_blocks + rows.first + k, &next_a, &next_b, change);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
     visit_keep(there, next_a, a);
     visit_keep(there, next_b, b);

@@ -24,10 +24,10 @@ static inline void lane_twist_by(Lane3 moment, LaneBody* a, LaneBody* b) {
   b->w = lane_sub3(b->w, lane_turn_by(*b, moment));
 }
 
-// A row of normals; returns their impulses.
+// A row of normals; returns their impulses. `change` keeps the largest of the squared changes of velocities.
 static inline lane visit_normals(const u32 purpose, u32 first, global const ContactBlock* block,
                                  global const SoftnessBlock* softness_block, global ImpulseBlock* impulses, LaneBody* a,
-                                 LaneBody* b) {
+                                 LaneBody* b, lane* change) {
   const Lane3 n = LANE_NORMAL(block, first), arm_a = LANE_ARM_A(block, first), arm_b = LANE_ARM_B(block, first);
   const LaneLaw law = lane_law(purpose, block, softness_block, first);
   const lane u_n = lane_dot3(n, lane_velocity_at(arm_a, arm_b, a, b)) + law.bias;
@@ -36,12 +36,31 @@ static inline lane visit_normals(const u32 purpose, u32 first, global const Cont
   const lane r = next > (lane)0 ? next : (lane)0;
   LANE_STORE(r, impulses->normal + first);
   lane_push_at(arm_a, arm_b, LANE_EACH, lane_scale3(r - old, n), a, b);
+#if FEATURE_TOLERANCE
+  const lane u_change = law.w_nn * (r - old);
+  *change = lane_larger(u_change * u_change, *change);
+#endif
   return r;
 }
 
+#if FEATURE_TOLERANCE
+// The squares of what changes of friction and twist make of the relative velocity: W is the inverse of what the block
+// holds, and the turn counts at the radius of gyration of the two bodies about the normal.
+static inline lane lane_rubbing_change(global const PatchBlock* block, u32 first, lane d_1, lane d_2, lane d_twist,
+                                       const LaneBody* a, const LaneBody* b) {
+  const lane inverse_11 = LANE_LOAD(block->inverse_11 + first), inverse_12 = LANE_LOAD(block->inverse_12 + first);
+  const lane inverse_22 = LANE_LOAD(block->inverse_22 + first);
+  const lane determinant = inverse_11 * inverse_22 - inverse_12 * inverse_12;
+  const lane u_1 = (inverse_22 * d_1 - inverse_12 * d_2) / determinant;
+  const lane u_2 = (inverse_11 * d_2 - inverse_12 * d_1) / determinant;
+  const lane turned = d_twist * d_twist * (a->inverse_mass + b->inverse_mass) / LANE_LOAD(block->inverse_twist + first);
+  return lane_larger(u_1 * u_1 + u_2 * u_2, lane_larger(turned, (lane)0));
+}
+#endif
+
 // Twist and friction, under the sums of the normal impulses and of their levers.
 static inline void visit_rubbing(u32 first, lane load, lane moment, global const PatchBlock* block,
-                                 global PatchImpulse* impulses, LaneBody* a, LaneBody* b) {
+                                 global PatchImpulse* impulses, LaneBody* a, LaneBody* b, lane* change) {
   const lane friction = LANE_LOAD(block->friction + first);
   const lane limit = friction * load, reach = friction * moment;
   const LaneContact c = lane_patch(block, first);
@@ -68,27 +87,30 @@ static inline void visit_rubbing(u32 first, lane load, lane moment, global const
   LANE_STORE(r_1, impulses->tangent_1 + first);
   LANE_STORE(r_2, impulses->tangent_2 + first);
   lane_push_patch(c, r_1 - old_1, r_2 - old_2, a, b);
+#if FEATURE_TOLERANCE
+  *change = lane_larger(lane_rubbing_change(block, first, r_1 - old_1, r_2 - old_2, twist - old_twist, a, b), *change);
+#endif
 }
 
 // Visits the pairs in lanes first .. first + LANES - 1 of a block.
 static inline void visit_patches(const u32 purpose, u32 first, global const BlockBodies* bodies, BlockRows rows,
                                  global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
                                  global ImpulseBlock* impulse_blocks, global const PatchBlock* patch,
-                                 global PatchImpulse* patch_impulse, LaneBody* a, LaneBody* b) {
+                                 global PatchImpulse* patch_impulse, LaneBody* a, LaneBody* b, lane* change) {
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   for (u32 pass = 0u; pass < 2u; ++pass) {
     lane load = (lane)0, moment = (lane)0;
     for (u32 k = 0u; k < rows.count; ++k) {
       LaneBody next_a = *a, next_b = *b;
       const lane r = visit_normals(purpose, first, contact_blocks + rows.first + k, softness_blocks + rows.first + k,
-                                   impulse_blocks + rows.first + k, &next_a, &next_b);
+                                   impulse_blocks + rows.first + k, &next_a, &next_b, change);
       const lane_mask there = LANE_MASK(count > (lane_u32)k);
       visit_keep(there, next_a, a);
       visit_keep(there, next_b, b);
       load = load + r;
       moment = moment + LANE_LOAD(patch->lever[k] + first) * r;
     }
-    if (pass == 0u) visit_rubbing(first, load, moment, patch, patch_impulse, a, b);
+    if (pass == 0u) visit_rubbing(first, load, moment, patch, patch_impulse, a, b, change);
   }
 }
 

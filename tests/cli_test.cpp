@@ -88,6 +88,7 @@ TEST_F(CommandLine, RefusesBadUsageInOneLine) {
   expect_refused("run slide_to_roll --steps 10 --time 1", 2, "--time");
   expect_refused("run slide_to_roll --dt 0", 2, "must be a number > 0");
   expect_refused("run slide_to_roll --dt nan", 2, "must be a number > 0");
+  expect_refused("run slide_to_roll --tolerance -1", 2, "must be a number >= 0");
   expect_refused("run slide_to_roll --solver magic", 2, "gauss_seidel");
   expect_refused("run slide_to_roll --precision half", 2, "float");
   expect_refused("run slide_to_roll --lanes 3", 2, "--lanes");
@@ -158,6 +159,12 @@ TEST_F(CommandLine, OptionsReachTheSimulation) {
         report_of(std::string("spheres_small --device reference --time 0.5 --dt 0.01 ") + option);
     EXPECT_NE(other["state_hash"], plain["state_hash"]) << option;
   }
+  EXPECT_TRUE(plain["sweeps_max"].is_null());
+  const nlohmann::json short_sweeps =
+      report_of("spheres_small --device reference --time 0.5 --dt 0.01 --tolerance 0.5");
+  EXPECT_EQ(short_sweeps["tolerance"], 0.5);
+  EXPECT_LT(short_sweeps["sweeps_median"], 10);
+  EXPECT_LE(short_sweeps["sweeps_max"], 10);
   EXPECT_EQ(plain["stage_ms"].size(), 0u);
   EXPECT_GT(report_of("spheres_small --device reference --steps 20 --profile")["stage_ms"]["solve_constraints"], 0);
 }

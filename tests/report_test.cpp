@@ -188,6 +188,20 @@ TEST(Recorder, SpeedLeavesTheFirstStepOut) {
   EXPECT_EQ(report.contacts_max, 110u);
 }
 
+TEST(Recorder, SweepsAreThoseThatWereTold) {
+  Recorder recorder(moving(0, 0, 0), false, false);
+  Report report;
+  for (const u32 sweeps : {3u, 9u, 4u}) {
+    recorder.time(1, 0);
+    recorder.finish(report);
+    EXPECT_EQ(report.sweeps_max.has_value(), sweeps != 3u);
+    recorder.sweeps(sweeps);
+  }
+  recorder.finish(report);
+  EXPECT_EQ(report.sweeps_median, 4);
+  EXPECT_EQ(report.sweeps_max, 9);
+}
+
 TEST(Recorder, ContactFiguresAreTheLargestAndTheMedian) {
   Recorder recorder(moving(0, 0, 0), false, false);
   for (const double scale : {1.0, 3.0, 2.0}) {
@@ -224,6 +238,8 @@ TEST(ReportFile, HasTheDocumentedKeys) {
                           "ms_per_step_median",
                           "ms_per_step_p99",
                           "ms_total",
+                          "sweeps_median",
+                          "sweeps_max",
                           "stage_ms",
                           "max_penetration_m",
                           "mean_penetration_m",

@@ -12,6 +12,7 @@
 #include "cpu_reference/joints/factor.hpp"
 #include "cpu_reference/purpose.hpp"
 #include "cpu_reference/rigid_body.hpp"
+#include "cpu_reference/visit_contact.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -52,8 +53,19 @@ real bounded_speed(real u, real slowest, real fastest, real give) {
   return u;
 }
 
+/// The square of by how much a visit changed the velocity of b against a, at b's anchor: u and w are what it was. A
+/// turn counts at a radius of gyration of the two bodies.
 template <class real>
-void visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 lane, JointImpulseBlock<real>& impulses,
+real joint_change(Vec3<real> u, Vec3<real> w, Vec3<real> arm_a, Vec3<real> arm_b, const Motion<real>& a,
+                  const Motion<real>& b) {
+  const Vec3<real> du = sub3(velocity_at(arm_b, arm_a, b, a), u), dw = sub3(sub3(vec3(b.w), vec3(a.w)), w);
+  const real trace = a.inertia_xx + a.inertia_yy + a.inertia_zz + b.inertia_xx + b.inertia_yy + b.inertia_zz;
+  return dot3(du, du) + real(3) * (a.inverse_mass + b.inverse_mass) / trace * dot3(dw, dw);
+}
+
+/// Returns the square of by how much it changed the relative velocity.
+template <class real>
+real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 lane, JointImpulseBlock<real>& impulses,
                  Motion<real>& a, Motion<real>& b) {
   const real spring = block.spring[lane];
   const bool relaxed = purpose == Purpose::relax;
@@ -103,6 +115,7 @@ void visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   }
   impulses.free[lane] = r_free;
   push_joint(block, free, lane, d, change, a, b);
+  return joint_change(u, w, arm_a, arm_b, a, b);
 }
 
 /// Calls visit(lanes, block, lane) for every joint, phase after phase: as blocks are laid out in that order, simply one
@@ -117,12 +130,17 @@ void for_each_joint_slot(const Buffers<real>& buffers, Visit&& visit) {
   }
 }
 
+/// One sweep over all joints. Returns the square of the largest change of a relative velocity.
 template <class real>
-void sweep_joints(Purpose purpose, Buffers<real>& buffers) {
+real sweep_joints(Purpose purpose, Buffers<real>& buffers) {
+  real change = 0;
   for_each_joint_slot(buffers, [&](const JointLanes& lanes, u32 block, u32 lane) {
-    visit_joint(purpose, buffers.joint_blocks[block], lanes.free[lane], lane, buffers.joint_impulses[block],
-                buffers.motions[lanes.body_a[lane]], buffers.motions[lanes.body_b[lane]]);
+    Motion<real>&a = buffers.motions[lanes.body_a[lane]], &b = buffers.motions[lanes.body_b[lane]];
+    change = larger(
+        visit_joint(purpose, buffers.joint_blocks[block], lanes.free[lane], lane, buffers.joint_impulses[block], a, b),
+        change);
   });
+  return change;
 }
 
 template <class real>

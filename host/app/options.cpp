@@ -21,6 +21,14 @@ const CLI::Validator positive(
     },
     "> 0");
 
+const CLI::Validator not_negative(
+    [](const std::string& text) {
+      double value = 0;
+      const bool good = CLI::detail::lexical_cast(text, value) && value >= 0 && std::isfinite(value);
+      return good ? std::string() : "must be a number >= 0, is '" + text + "'";
+    },
+    ">= 0");
+
 // Takes a name and gives the number that it stands for.
 template <class Choice, std::size_t count>
 CLI::Validator one_of(const std::pair<const char*, Choice> (&names)[count]) {
@@ -46,6 +54,10 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command.add_option("--dt", options.dt, "Length of a step, s")->check(positive);
   command.add_option("--substeps", options.substeps, "Sub-steps of a step")->check(positive);
   command.add_option("--iterations", options.iterations, "Solver iterations of a sub-step")->check(positive);
+  command
+      .add_option("--tolerance", options.tolerance,
+                  "End the iterations of a sub-step at one that changes velocities by no more, m/s; 0: do not")
+      ->check(not_negative);
   command.add_option("--solver", options.solver, "Contact solver instead of the scene's")
       ->transform(one_of(solver_names));
   command.add_option("--friction-model", options.friction_model, "Friction model instead of the scene's")
@@ -77,6 +89,7 @@ Scene read_scene_with(const SceneOptions& options) {
   settings.friction_model = options.friction_model.value_or(settings.friction_model);
   settings.substeps = options.substeps.value_or(settings.substeps);
   settings.iterations = options.iterations.value_or(settings.iterations);
+  settings.tolerance = options.tolerance.value_or(settings.tolerance);
   if (!options.precision.empty()) settings.precision = options.precision;
   if (options.time) {
     const double steps = std::max(1.0, std::round(*options.time / settings.dt));

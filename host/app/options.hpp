@@ -15,7 +15,8 @@ struct SceneOptions {
   std::string scene;
   std::string device = "auto";
   std::optional<u32> steps, substeps, iterations;
-  std::optional<double> time, dt;  // s
+  std::optional<double> time, dt;   // s
+  std::optional<double> tolerance;  // m/s
   std::optional<Solver> solver;
   std::optional<FrictionModel> friction_model;
   std::string precision;  // empty: the scene's

@@ -64,6 +64,7 @@ void simulate(Simulation<real>& simulation, u32 steps, Recorder& recorder, Event
     simulation.step();
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
     recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
+    if (has(backend.features(), Feature::tolerance)) recorder.sweeps(simulation.counters()[COUNTER_SWEEPS]);
     if (is_measured(step, steps)) {
       const Buffers<real>& buffers = backend.download(wanted);
       recorder.observe(step, (step + 1) * dt,
@@ -91,6 +92,7 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   report.dt = scene.settings.dt;
   report.substeps = scene.settings.substeps;
   report.iterations = scene.settings.iterations;
+  report.tolerance = scene.settings.tolerance;
 
   const StepParams<real> params = state.params;
   Simulation<real> simulation(make_backend(std::move(state), options, report), params);

@@ -34,6 +34,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::soft_joints, "SOFT_JOINTS"},
     {Feature::patches, "PATCHES"},
     {Feature::jacobi, "JACOBI"},
+    {Feature::tolerance, "TOLERANCE"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

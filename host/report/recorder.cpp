@@ -71,6 +71,9 @@ void Recorder::finish_speed(Report& report) const {
   const std::vector<double> warm(milliseconds_.begin() + (alone ? 0 : 1), milliseconds_.end());
   report.ms_per_step_median = percentile(warm, 0.5);
   report.ms_per_step_p99 = percentile(warm, 0.99);
+  if (sweeps_.empty()) return;
+  report.sweeps_median = percentile(sweeps_, 0.5);
+  report.sweeps_max = percentile(sweeps_, 1);
 }
 
 void Recorder::finish_contacts(Report& report) const {

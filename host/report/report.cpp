@@ -93,6 +93,7 @@ std::string to_json(const Report& report) {
                {"dt", report.dt},
                {"substeps", report.substeps},
                {"iterations", report.iterations},
+               {"tolerance", report.tolerance},
                {"contacts_max", report.contacts_max},
                {"steps_redone", report.steps_redone},
                {"steps_measured", report.steps_measured},
@@ -100,6 +101,8 @@ std::string to_json(const Report& report) {
                {"ms_per_step_p99", report.ms_per_step_p99},
                {"ms_first_step", report.ms_first_step},
                {"ms_total", report.ms_total},
+               {"sweeps_median", number_or_null(report.sweeps_median)},
+               {"sweeps_max", number_or_null(report.sweeps_max)},
                {"stage_ms", stage_times(report)},
                {"max_penetration_m", report.max_penetration_m},
                {"mean_penetration_m", report.mean_penetration_m},
@@ -132,6 +135,9 @@ std::string to_table(const Report& report) {
                                                    report.ms_per_step_p99, report.ms_first_step));
   const double simulated = report.dt * report.steps;
   text += row("simulated / wall time", fmt::format("{:.3g} s / {:.3g} s", simulated, 1e-3 * report.ms_total));
+  if (report.sweeps_median)
+    text += row("sweeps a step median, max", fmt::format("{}, {}  (at most {})", *report.sweeps_median,
+                                                         *report.sweeps_max, report.substeps * report.iterations));
   text += stage_rows(report);
   text += fmt::format("error ({} of {} steps measured)\n", report.steps_measured, report.steps);
   if (report.contacts_max > 0) text += row("contacts at most", fmt::format("{}", report.contacts_max));

@@ -20,13 +20,16 @@ struct Report {
   bool bit_exact = true;             // what the canary says of the device
   std::string canary = "bit-exact";  // the same in words
   u32 worlds = 0, bodies = 0, joints = 0, steps = 0, substeps = 0, iterations = 0;
-  double dt = 0;  // of a step, s
+  double dt = 0;         // of a step, s
+  double tolerance = 0;  // m/s; 0 where all iterations are made
   u32 contacts_max = 0, steps_redone = 0, steps_measured = 0;
 
   // speed: median and p99 leave the first step out, which warms up
   double ms_per_step_median = 0, ms_per_step_p99 = 0, ms_first_step = 0, ms_total = 0;
   std::vector<std::pair<std::string, double>>
       stage_ms;  // mean of a step, in the order of the pipeline; empty unless profiled
+
+  std::optional<double> sweeps_median, sweeps_max;  // of a step, in all its sub-steps; where a tolerance ends them
 
   // errors, over the measured steps
   double max_penetration_m = 0, mean_penetration_m = 0;
@@ -53,6 +56,9 @@ class Recorder {
   /// One step took this long and saw this many contacts.
   void time(double milliseconds, u32 contacts);
 
+  /// One step made so many sweeps in all its sub-steps; told where a tolerance ends them.
+  void sweeps(u32 count) { sweeps_.push_back(count); }
+
   /// The state at the end of a step (the first is 0, as in every message), `seconds` of simulated time after the start.
   void observe(u32 step, double seconds, Measures measures);
 
@@ -73,7 +79,7 @@ class Recorder {
 
   Measures initial_;
   bool conserves_momentum_, conserves_energy_;
-  std::vector<double> milliseconds_;
+  std::vector<double> milliseconds_, sweeps_;
   u32 contacts_max_ = 0;
   std::vector<Observation> observations_;
 };

@@ -298,7 +298,9 @@ void Compiler<real>::set_features() {
     features = with(with(features, Feature::patches), Feature::general_contacts);
   if (has(features, Feature::contacts) && settings.solver == Solver::jacobi) features = with(features, Feature::jacobi);
   const bool jointed = std::ranges::any_of(worlds_, [](const Scene& scene) { return !scene.joints.empty(); });
-  if ((has(features, Feature::contacts) || jointed) && settings.solver == Solver::small_steps) {
+  const bool constrained = has(features, Feature::contacts) || jointed;
+  if (constrained && settings.tolerance > 0) features = with(features, Feature::tolerance);
+  if (constrained && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);
     if (settings.integrator != Integrator::semi_implicit_euler) {
       throw Error(Failure::input, worlds_[0].source + ": /settings/solver",

@@ -30,6 +30,7 @@ Settings read_settings(const JsonNode& node) {
                       "joint_damping",
                       "substeps",
                       "iterations",
+                      "tolerance",
                       "integrator",
                       "gyroscopic",
                       "restitution_threshold",
@@ -52,6 +53,7 @@ Settings read_settings(const JsonNode& node) {
   }
   if (node.has("substeps")) s.substeps = node.at("substeps").integer(1, 10000);
   if (node.has("iterations")) s.iterations = node.at("iterations").integer(1, 100000);
+  if (node.has("tolerance")) s.tolerance = node.at("tolerance").not_negative();
   if (node.has("integrator")) {
     s.integrator = node.at("integrator")
                        .choice<Integrator>("integrator", {{"explicit_euler", Integrator::explicit_euler},

@@ -42,6 +42,7 @@ StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features fe
   p.slop = rounded<real>(settings.slop, "slop", origin);
   p.margin = rounded<real>(settings.margin, "margin", origin);
   p.speed_limit = rounded<real>(settings.speed_limit, "speed_limit", origin);
+  if (settings.tolerance > 0) p.tolerance = rounded_positive<real>(settings.tolerance, "tolerance", origin);
   p.bodies = sizes.bodies;
   p.shapes = sizes.shapes;
   p.worlds = sizes.worlds;

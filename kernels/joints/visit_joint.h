@@ -50,10 +50,21 @@ static inline lane_mask lane_is_angular(global const JointLanes* lanes, u32 firs
   return LANE_MASK(LANE_LOAD_U32(lanes->free + first) == (lane_u32)FREE_ANGLE);
 }
 
+#if FEATURE_TOLERANCE
+// The square of by how much a visit changed the velocity of b against a, at b's anchor: u and w are what it was. A turn
+// counts at a radius of gyration of the two bodies.
+static inline lane lane_joint_change(Lane3 u, Lane3 w, Lane3 arm_a, Lane3 arm_b, const LaneBody* a, const LaneBody* b) {
+  const Lane3 du = lane_sub3(lane_velocity_at(arm_b, arm_a, b, a), u);
+  const Lane3 dw = lane_sub3(lane_sub3(b->w, a->w), w);
+  const lane trace = a->xx + a->yy + a->zz + b->xx + b->yy + b->zz;
+  return lane_dot3(du, du) + (lane)3 * (a->inverse_mass + b->inverse_mass) / trace * lane_dot3(dw, dw);
+}
+#endif
+
 // One Gauss-Seidel visit of the joints in lanes first .. first + LANES - 1 of a block.
 static inline void visit_joints(const u32 purpose, u32 first, global const JointLanes* lanes,
                                 global const JointBlock* block, global JointImpulseBlock* impulses,
-                                global Motion* motions) {
+                                global Motion* motions, global u32* counters) {
   LaneBody a = lane_load_bodies(motions, lanes->body_a + first), b = lane_load_bodies(motions, lanes->body_b + first);
   const lane_mask angular = lane_is_angular(lanes, first);
   const lane spring = LANE_LOAD(block->spring + first);
@@ -101,6 +112,10 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
   }
   LANE_STORE(r_free, impulses->free + first);
   lane_push_joint(block, angular, first, d, change, &a, &b);
+#if FEATURE_TOLERANCE
+  if (purpose == VISIT_SOLVE)
+    note_change(lane_larger(lane_joint_change(u, w, arm_a, arm_b, &a, &b), (lane)0), counters);
+#endif
   lane_store_bodies(a, motions, lanes->body_a + first);
   lane_store_bodies(b, motions, lanes->body_b + first);
 }
@@ -119,18 +134,19 @@ static inline void start_joints(u32 first, global const JointLanes* lanes, globa
 // One phase: blocks begin .. end - 1.
 static inline void visit_joint_phase(const u32 purpose, u32 begin, u32 end, global const JointLanes* joint_lanes,
                                      global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
-                                     global Motion* motions) {
+                                     global Motion* motions, global u32* counters) {
   FOR_EACH(item, (end - begin) * ITEMS_PER_BLOCK) {
     const u32 block = begin + item / ITEMS_PER_BLOCK;
     visit_joints(purpose, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
-                 joint_impulses + block, motions);
+                 joint_impulses + block, motions, counters);
   }
 }
 
 // One work-group: a sweep over the phases from `first_phase` on.
 static inline void sweep_joints(const u32 purpose, u32 first_phase, u32 phases, global const u32* joint_phases,
                                 global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                                global JointImpulseBlock* joint_impulses, global Motion* motions) {
+                                global JointImpulseBlock* joint_impulses, global Motion* motions,
+                                global u32* counters) {
   u32 phase = first_phase;
   do {
     const u32 begin = joint_phases[phase], end = phase < phases ? joint_phases[phase + 1u] : begin;
@@ -138,7 +154,7 @@ static inline void sweep_joints(const u32 purpose, u32 first_phase, u32 phases, 
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
       const u32 block = begin + item / ITEMS_PER_BLOCK;
       visit_joints(purpose, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
-                   joint_impulses + block, motions);
+                   joint_impulses + block, motions, counters);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++phase < phases);

@@ -55,6 +55,13 @@ bool is_fused(const LaunchPlan& plan) {
   return (plan.small || plan.colors == 0) && (plan.sizes.joint_phases == 0 || !is_large(plan, 0));
 }
 
+// Behind each sweep of several launches.
+void end_sweep(Launcher& launcher, u32 sweep) {
+  const LaunchPlan& plan = launcher.plan();
+  if (!has(plan.features, Feature::tolerance)) return;
+  launcher.run("end_sweep", 1, {{"is_last", sweep + 1 == plan.iterations ? 1u : 0u}});
+}
+
 void solve_by_parts(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   make_room_for_parts(launcher);
@@ -65,6 +72,7 @@ void solve_by_parts(Launcher& launcher) {
   for (u32 i = 0; i < plan.iterations; ++i) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
     pass_over_parts(launcher, "solve_parts");
+    end_sweep(launcher, i);
   }
 }
 
@@ -138,13 +146,15 @@ void launch_solve_constraints(Launcher& launcher) {
   if (has(launcher.plan().features, Feature::jacobi)) return solve_by_parts(launcher);
   const LaunchPlan& plan = launcher.plan();
   if (is_fused(plan))
-    return launcher.run_group(
-        "solve_tail",
-        {{"first_color", 0u}, {"joint_phase_count", plan.sizes.joint_phases}, {"sweeps", plan.iterations}});
+    return launcher.run_group("solve_tail", {{"first_color", 0u},
+                                             {"joint_phase_count", plan.sizes.joint_phases},
+                                             {"sweeps", plan.iterations},
+                                             {"whole", 1u}});
   for (u32 i = 0; i < plan.iterations; ++i) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
     sweep(launcher, "solve_color", "solve_tail",
-          {{"first_color", plan.colors}, {"joint_phase_count", 0u}, {"sweeps", 1u}});
+          {{"first_color", plan.colors}, {"joint_phase_count", 0u}, {"sweeps", 1u}, {"whole", 0u}});
+    end_sweep(launcher, i);
   }
 }
 

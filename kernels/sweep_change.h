@@ -1,0 +1,55 @@
+// By how much a sweep still changes velocities, where a tolerance ends the sweeps of a sub-step
+// (cpu_reference/solve_constraints.hpp). The largest change of a sweep is a maximum of words, so that neither the order
+// of the visits nor who makes them matters.
+#ifndef LOCKSTEP_SWEEP_CHANGE_H
+#define LOCKSTEP_SWEEP_CHANGE_H
+
+#include "common.h"
+#include "lanes.h"
+
+#if FEATURE_TOLERANCE
+
+// In each lane, of x and what was found so far; an x that is no number does not count.
+static inline lane lane_larger(lane x, lane so_far) { return x > so_far ? x : so_far; }
+
+static inline real lane_largest(lane x) {
+#if LANES == 1
+  return x;
+#else
+#if LANES == 16
+  const Real8 x8 = x.lo > x.hi ? x.lo : x.hi;
+#else
+  const Real8 x8 = x;
+#endif
+  const LANES_JOIN(REAL, 4) x4 = x8.lo > x8.hi ? x8.lo : x8.hi;
+  const LANES_JOIN(REAL, 2) x2 = x4.lo > x4.hi ? x4.lo : x4.hi;
+  return x2.x > x2.y ? x2.x : x2.y;
+#endif
+}
+
+// Of squared changes, m^2/s^2.
+static inline void note_change(lane squared, global u32* counters) {
+  const float change = (float)sqrt(lane_largest(squared));
+  if (change > 0.0f) atomic_max(&counters[COUNTER_SWEEP_CHANGE], as_uint(change));
+}
+
+static inline bool sweep_has_settled(real tolerance, global const u32* counters) {
+  return (real)as_float(counters[COUNTER_SWEEP_CHANGE]) <= tolerance;
+}
+
+// One work-group, behind a whole sweep: counts it; true where it was the last.
+static inline bool group_has_settled(const real tolerance, global u32* counters) {
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  const bool settled = sweep_has_settled(tolerance, counters);
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  if (get_local_id(0) == 0 && !STEP_IS_VOID(counters)) {
+    counters[COUNTER_SWEEPS] += 1u;
+    counters[COUNTER_SWEEP_CHANGE] = 0u;
+  }
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  return settled;
+}
+
+#endif
+
+#endif
