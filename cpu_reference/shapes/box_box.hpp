@@ -19,6 +19,12 @@ real parallel_edges() {
   return real(1e-4);
 }
 
+/// By how much edges have to be better than faces, in parts of the sum of the half extents.
+template <class real>
+real clearly_better() {
+  return real(1e-4);
+}
+
 /// b in the frame of a.
 template <class real>
 struct BoxPair {
@@ -104,12 +110,15 @@ BoxAxis<real> box_axis(const BoxPair<real>& pair) {
     edge = edge_axis(edge, pair, i, r.z, r.x, r.y, b.x, b.y, 8 + 3 * i);
   }
   const real root = std::sqrt(std::abs(edge.square) / edge.length);
-  // faces are taken before edges that are no better by much: they have more points. Deep inside only rounding counts.
-  const real tiny = real(2.5e-6) * (a.x + a.y + a.z + b.x + b.y + b.z);
-  const real tolerance = on_a.separation < real(-4000) * tiny ? tiny : real(4) * tiny;
+  // Of faces those of a are taken unless b's are better by more than rounding. Edges have to be clearly better than
+  // faces: boxes that rest on each other, a little tilted, are told almost as well by two edges, and would change from
+  // step to step between one point and four, with no impulses to start from. Deep inside only rounding counts.
+  const real size = a.x + a.y + a.z + b.x + b.y + b.z;
+  const bool deep = on_a.separation < real(-0.01) * size;
   BoxAxis<real> best = on_a;
-  if (on_b.separation > best.separation + tolerance) best = on_b;
-  return larger(best, (edge.square < real(0) ? -root : root) - tolerance, edge.code);
+  if (on_b.separation > best.separation + (deep ? real(2.5e-6) : real(1e-5)) * size) best = on_b;
+  return larger(best, (edge.square < real(0) ? -root : root) - (deep ? real(2.5e-6) : clearly_better<real>()) * size,
+                edge.code);
 }
 
 /// The edge of a box along axis i on these sides of the next two axes.

@@ -74,12 +74,12 @@ LANE_INLINE lane box_axis(const LaneBox* box_a, const LaneBox* box_b, const BoxP
   BOX_EDGES_OF(1, x, z, +, -, t.x, t.z, a.x, a.z)
   BOX_EDGES_OF(2, x, y, -, +, t.x, t.y, a.x, a.y)
   const lane root = sqrt(fabs(edge_square) / edge_length);
-  const lane tiny = LANE_OF(2.5e-6) * (a.x + a.y + a.z + b.x + b.y + b.z);
-  const lane tolerance = on_a < LANE_OF(-4000) * tiny ? tiny : LANE_OF(4) * tiny;
-  const lane_mask take_b = on_b > on_a + tolerance;
+  const lane size = a.x + a.y + a.z + b.x + b.y + b.z;
+  const lane_mask deep = on_a < LANE_OF(-0.01) * size;
+  const lane_mask take_b = on_b > on_a + (deep ? LANE_OF(2.5e-6) : LANE_OF(1e-5)) * size;
   lane best = take_b ? on_b : on_a;
   *code = take_b ? code_b : code_a;
-  const lane edge = (edge_square < LANE_OF(0) ? -root : root) - tolerance;
+  const lane edge = (edge_square < LANE_OF(0) ? -root : root) - (deep ? LANE_OF(2.5e-6) : LANE_OF(1e-4)) * size;
   *code = edge > best ? edge_code : *code;
   return edge > best ? edge : best;
 }
