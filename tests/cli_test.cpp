@@ -162,6 +162,21 @@ TEST_F(CommandLine, OptionsReachTheSimulation) {
   EXPECT_GT(report_of("spheres_small --device reference --steps 20 --profile")["stage_ms"]["solve_constraints"], 0);
 }
 
+TEST_F(CommandLine, GoesOnFromACheckpoint) {
+  const std::string checkpoint = file("a.h5").string();
+  const nlohmann::json whole = report_of("spheres_small --device reference --steps 40");
+  EXPECT_EQ(run("run spheres_small --device reference --steps 15 --quiet --checkpoint " + checkpoint).status, 0);
+  const nlohmann::json rest = report_of("spheres_small --device reference --steps 40 --resume " + checkpoint);
+  EXPECT_EQ(rest["state_hash"], whole["state_hash"]);
+  EXPECT_EQ(rest["first_step"], 15);
+  EXPECT_EQ(rest["steps"], 25);
+  EXPECT_EQ(run("check spheres_small --steps 20 --quiet --resume " + checkpoint).status, 0);
+  expect_refused("run spheres_small --steps 15 --resume " + checkpoint, 2, "is 15 steps old already");
+  expect_refused("run rover --resume " + checkpoint, 2, "is a checkpoint of scene");
+  expect_refused("run rover --resume " + file("none.h5").string(), 2, "no such file");
+  expect_refused("run rover --checkpoint /nowhere/a.h5", 2, "the checkpoint cannot be written");
+}
+
 TEST_F(CommandLine, ChecksADeviceAgainstTheReference) {
   for (const char* precision : {"float", "double"}) {
     const Outcome outcome = run(std::string("check spheres_small --steps 20 --precision ") + precision);

@@ -5,11 +5,12 @@
 
 #include "host/app/commands.hpp"
 #include "host/app/event_log.hpp"
-#include "host/app/options.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/report_file.hpp"
+#include "host/app/start.hpp"
 #include "host/backends/canary.hpp"
 #include "host/backends/reference_backend.hpp"
+#include "host/record/whole_file.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
 
@@ -18,7 +19,7 @@ namespace lockstep::app {
 namespace {
 
 struct RunOptions : SceneOptions {
-  std::string report, events;
+  std::string report, events, checkpoint;
   bool quiet = false;
 };
 
@@ -52,31 +53,44 @@ Recorder make_recorder(const InitialState<real>& state) {
                   !has(state.features, Feature::contacts) && joints_conserve_energy(state.buffers));
 }
 
-// Steps the simulation, the clock running during the steps alone. Events are counted, and told to `log`.
+// Steps the simulation until `steps` are done, the clock running during the steps alone. Events are counted, and told
+// to `log`.
 template <class real>
 void simulate(Simulation<real>& simulation, u32 steps, Recorder& recorder, EventLog& log, Progress& progress) {
   using Clock = std::chrono::steady_clock;
   Backend<real>& backend = simulation.backend();
   const std::vector<Buffer> wanted = measured_buffers(backend.features());
   const double dt = double(simulation.params().dt) * simulation.params().substeps;
-  for (u32 step = 0; step < steps; ++step) {
+  const u32 first = simulation.steps_done();
+  for (u32 step = first; step < steps; ++step) {
     const Clock::time_point start = Clock::now();
     simulation.step();
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
     recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
-    if (is_measured(step, steps)) {
+    if (is_measured(step - first, steps - first)) {
       const Buffers<real>& buffers = backend.download(wanted);
-      recorder.observe(step, (step + 1) * dt,
+      recorder.observe(step, (step + 1 - first) * dt,
                        measure(buffers, backend.sizes(), backend.features(), simulation.counters()));
     }
     for (const Event& event : simulation.events()) log.add(event);
-    progress.update(step + 1);
+    progress.update(step + 1 - first);
   }
 }
 
 template <class real>
+void write_checkpoint(Simulation<real>& simulation, const std::string& scene, const SceneIdentity& identity,
+                      const std::string& path) {
+  if (path.empty()) return;
+  Backend<real>& backend = simulation.backend();
+  const CheckpointLabel label = {scene, backend.name(), identity, combined_state_hash(simulation.world_hashes())};
+  const Buffers<real>& state = backend.download(persistent_buffers(backend.features()));
+  replace_file(path, encode_checkpoint(label, state, backend.features()));
+}
+
+template <class real>
 Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
-  InitialState<real> state = compile<real>(scene);
+  Start<real> start = make_start<real>(scene, options);
+  InitialState<real>& state = start.state;
   Recorder recorder = make_recorder(state);
 
   Report report;
@@ -87,17 +101,19 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   report.worlds = state.sizes.worlds;
   report.bodies = state.sizes.bodies;
   report.joints = state.sizes.joints;
-  report.steps = scene.settings.steps;
+  report.first_step = start.steps_done;
+  report.steps = scene.settings.steps - start.steps_done;
   report.dt = scene.settings.dt;
   report.substeps = scene.settings.substeps;
   report.iterations = scene.settings.iterations;
 
   const StepParams<real> params = state.params;
-  Simulation<real> simulation(make_backend(std::move(state), options, report), params);
+  Simulation<real> simulation(make_backend(std::move(state), options, report), params, start.steps_done);
   {
     Progress progress(report.steps, !options.quiet);
-    simulate(simulation, report.steps, recorder, log, progress);
+    simulate(simulation, scene.settings.steps, recorder, log, progress);
   }
+  write_checkpoint(simulation, scene.name, start.identity, options.checkpoint);
   recorder.finish(report);
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();
@@ -117,6 +133,7 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
 
 void run(const RunOptions& options) {
   ReportFile file(options.report);
+  expect_writable(options.checkpoint, "the checkpoint", checkpoint_signature);
   Scene scene = read_scene_with(options);
   scene.settings.events = scene.settings.events || !options.events.empty();
   EventLog log(options.events, scene);
@@ -135,6 +152,7 @@ void add_run(CLI::App& program) {
   add_scene_options(*command, *options);
   command->add_option("--report", options->report, "Write the figures to this file as JSON (docs/error_measures.md)");
   command->add_option("--events", options->events, "Write who begins and ceases to touch, a JSON object a line");
+  command->add_option("--checkpoint", options->checkpoint, "Keep the state that the run ends with, for --resume");
   command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");
   command->add_flag("--quiet", options->quiet, "No progress bar and no table");
   command->footer("Example:\n  lockstep run spheres8000 --steps 120 --report out.json");
