@@ -70,7 +70,7 @@ class CommandLine : public testing::Test {
 };
 
 TEST_F(CommandLine, HelpsWithAnExampleForEachCommand) {
-  for (const char* command : {"devices", "scenes", "run", "check"}) {
+  for (const char* command : {"devices", "scenes", "run", "check", "verify"}) {
     const Outcome outcome = run(std::string(command) + " --help");
     EXPECT_EQ(outcome.status, 0);
     EXPECT_NE(outcome.out.find(std::string("Example:\n  lockstep ") + command), std::string::npos) << outcome.out;
@@ -175,6 +175,34 @@ TEST_F(CommandLine, GoesOnFromACheckpoint) {
   expect_refused("run rover --resume " + checkpoint, 2, "is a checkpoint of scene");
   expect_refused("run rover --resume " + file("none.h5").string(), 2, "no such file");
   expect_refused("run rover --checkpoint /nowhere/a.h5", 2, "the checkpoint cannot be written");
+}
+
+TEST_F(CommandLine, VerifiesARecording) {
+  const std::string record = file("x.h5").string();
+  EXPECT_EQ(run("run spheres_small --steps 20 --quiet --device reference --record " + record).status, 0);
+  const Outcome outcome = run("verify " + record);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("20 steps, every state hash equal"), std::string::npos) << outcome.out;
+  EXPECT_EQ(run("verify --quiet " + record + " --device reference").out, "");
+  expect_refused("verify " + file("none.h5").string(), 2, "none.h5: no such file");
+  expect_refused("run slide_to_roll --record /nowhere/x.h5", 2, "the recording cannot be written");
+  std::ofstream(file("mine.json")) << "{}";
+  expect_refused("run slide_to_roll --record " + file("mine.json").string(), 2, "does not overwrite it");
+}
+
+// The limit of the shell stands for a disk that is full.
+TEST_F(CommandLine, AFullDiskEndsTheRunWithAWholeRecording) {
+  const std::string record = file("x.h5").string();
+  const std::string limited = "sh -c \"trap '' XFSZ; ulimit -f 2000; exec " LOCKSTEP_PROGRAM
+                              " run spheres_small --steps 20000 --quiet --device reference --record " +
+                              record + "\" 2>" + file("stderr").string();
+  EXPECT_EQ(WEXITSTATUS(std::system(limited.c_str())), 3);
+  EXPECT_EQ(read_file(file("stderr")), "lockstep: " + record +
+                                           ": the recording cannot be written: File too large; the steps that are "
+                                           "there can be read\n");
+  const Outcome outcome = run("verify --device reference " + record);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("every state hash equal"), std::string::npos) << outcome.out;
 }
 
 TEST_F(CommandLine, ChecksADeviceAgainstTheReference) {

@@ -108,9 +108,9 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
       {"host/scene", {"kernels", "host"}},
       {"host/device", {"kernels", "host"}},
       {"host/report", {"kernels", "host"}},
-      {"host/record", {"kernels", "host", "host/scene"}},
       {"host/backends", {"kernels", "host", "cpu_reference", "host/scene", "host/device"}},
       {"simulation", {"kernels", "host", "host/scene", "host/backends"}},
+      {"host/record", {"kernels", "host", "host/scene", "host/backends", "simulation"}},
       {"host/app",
        {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "simulation"}},
   };

@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
   app::add_scenes(program);
   app::add_run(program);
   app::add_check(program);
+  app::add_verify(program);
 
   try {
     program.parse(argc, argv);

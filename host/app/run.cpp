@@ -5,11 +5,14 @@
 
 #include "host/app/commands.hpp"
 #include "host/app/event_log.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/app/progress.hpp"
+#include "host/app/recording.hpp"
 #include "host/app/report_file.hpp"
 #include "host/app/start.hpp"
 #include "host/backends/canary.hpp"
 #include "host/backends/reference_backend.hpp"
+#include "host/error.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
@@ -19,17 +22,18 @@ namespace lockstep::app {
 namespace {
 
 struct RunOptions : SceneOptions {
-  std::string report, events, checkpoint;
+  std::string report, events, record, checkpoint;
   bool quiet = false;
 };
 
 // Makes the backend and says in the report what it is, and whether it can be trusted with the bits.
 template <class real>
-std::unique_ptr<Backend<real>> make_backend(InitialState<real> state, const SceneOptions& options, Report& report) {
+std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options,
+                                            Report& report) {
   const std::optional<DeviceInfo> device = device_of(options);
   if (!device) {
     report.device = "reference";
-    return std::make_unique<ReferenceBackend<real>>(std::move(state), options.device_options.profile);
+    return std::make_unique<ReferenceBackend<real>>(state, options.device_options.profile);
   }
   auto backend = std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
   const CanaryVerdict verdict = run_canary(*device, sizeof(real) == 8, backend->lanes());
@@ -53,28 +57,55 @@ Recorder make_recorder(const InitialState<real>& state) {
                   !has(state.features, Feature::contacts) && joints_conserve_energy(state.buffers));
 }
 
-// Steps the simulation until `steps` are done, the clock running during the steps alone. Events are counted, and told
-// to `log`.
+// Who is told what a run does.
 template <class real>
-void simulate(Simulation<real>& simulation, u32 steps, Recorder& recorder, EventLog& log, Progress& progress) {
+struct Watchers {
+  Recorder& recorder;
+  EventLog& log;
+  Progress& progress;
+  RecordingWriter<real>* recording;  // may be null
+};
+
+// Steps the simulation until `steps` are done or the program is asked to end, the clock running during the steps alone.
+template <class real>
+void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) {
   using Clock = std::chrono::steady_clock;
   Backend<real>& backend = simulation.backend();
   const std::vector<Buffer> wanted = measured_buffers(backend.features());
   const double dt = double(simulation.params().dt) * simulation.params().substeps;
   const u32 first = simulation.steps_done();
-  for (u32 step = first; step < steps; ++step) {
+  for (u32 step = first; step < steps && !Interrupt::asked(); ++step) {
     const Clock::time_point start = Clock::now();
     simulation.step();
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
-    recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
+    watchers.recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
+    if (watchers.recording) record_step(*watchers.recording, simulation, ms.count());
     if (is_measured(step - first, steps - first)) {
       const Buffers<real>& buffers = backend.download(wanted);
-      recorder.observe(step, (step + 1 - first) * dt,
-                       measure(buffers, backend.sizes(), backend.features(), simulation.counters()));
+      const Measures measures = measure(buffers, backend.sizes(), backend.features(), simulation.counters());
+      if (watchers.recording) watchers.recording->add(measure_row(step + 1, measures));
+      watchers.recorder.observe(step, (step + 1 - first) * dt, measures);
     }
-    for (const Event& event : simulation.events()) log.add(event);
-    progress.update(step + 1 - first);
+    for (const Event& event : simulation.events()) watchers.log.add(event);
+    watchers.progress.update(step + 1 - first);
   }
+}
+
+// The recording says how the run ended, whatever ended it.
+template <class real>
+void simulate_and_close(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) {
+  if (!watchers.recording) return simulate(simulation, steps, watchers);
+  try {
+    simulate(simulation, steps, watchers);
+  } catch (const std::exception& failure) {
+    try {
+      watchers.recording->close(failure.what());
+    } catch (const Error&) {
+      // the disk that is full, or whatever it was, has been told already
+    }
+    throw;
+  }
+  watchers.recording->close(simulation.steps_done() == steps ? "finished" : "interrupted");
 }
 
 template <class real>
@@ -90,7 +121,7 @@ void write_checkpoint(Simulation<real>& simulation, const std::string& scene, co
 template <class real>
 Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   Start<real> start = make_start<real>(scene, options);
-  InitialState<real>& state = start.state;
+  const InitialState<real>& state = start.state;
   Recorder recorder = make_recorder(state);
 
   Report report;
@@ -108,11 +139,18 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   report.iterations = scene.settings.iterations;
 
   const StepParams<real> params = state.params;
-  Simulation<real> simulation(make_backend(std::move(state), options, report), params, start.steps_done);
+  const u32 steps = scene.settings.steps;
+  std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
+  const auto recording = make_recording(options.record, scene, report.device, options.device_options, state);
+  start.state = {};  // backend and recording have what they need of it
+  Simulation<real> simulation(std::move(backend), params, start.steps_done);
   {
+    const Interrupt interrupt;
     Progress progress(report.steps, !options.quiet);
-    simulate(simulation, scene.settings.steps, recorder, log, progress);
+    simulate_and_close(simulation, steps, {recorder, log, progress, recording.get()});
   }
+  report.interrupted = simulation.steps_done() < steps;
+  report.steps = simulation.steps_done() - start.steps_done;
   write_checkpoint(simulation, scene.name, start.identity, options.checkpoint);
   recorder.finish(report);
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
@@ -122,7 +160,7 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
     for (u32 s = 0; s < stage_count; ++s) {
       const Stage stage = static_cast<Stage>(s);
       if (runs(stage, simulation.backend().features()))
-        report.stage_ms.emplace_back(info(stage).name, 1e3 * seconds[s] / report.steps);
+        report.stage_ms.emplace_back(info(stage).name, 1e3 * seconds[s] / std::max(report.steps, 1u));
     }
   }
   const std::vector<WorldHash> hashes = simulation.world_hashes();
@@ -133,6 +171,7 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
 
 void run(const RunOptions& options) {
   ReportFile file(options.report);
+  expect_writable(options.record, "the recording", recording_signature);
   expect_writable(options.checkpoint, "the checkpoint", checkpoint_signature);
   Scene scene = read_scene_with(options);
   scene.settings.events = scene.settings.events || !options.events.empty();
@@ -152,6 +191,7 @@ void add_run(CLI::App& program) {
   add_scene_options(*command, *options);
   command->add_option("--report", options->report, "Write the figures to this file as JSON (docs/error_measures.md)");
   command->add_option("--events", options->events, "Write who begins and ceases to touch, a JSON object a line");
+  command->add_option("--record", options->record, "Record every step in this HDF5 file, for `lockstep verify`");
   command->add_option("--checkpoint", options->checkpoint, "Keep the state that the run ends with, for --resume");
   command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");
   command->add_flag("--quiet", options->quiet, "No progress bar and no table");

@@ -19,7 +19,7 @@ class Failed : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Keeps HDF5 from printing its errors; for each thread that calls it.
+/// Keeps HDF5 from printing its errors, and from closing files by itself at the end; for each thread that calls it.
 void be_quiet();
 
 /// Throws Failed with the innermost message of HDF5.
@@ -47,6 +47,7 @@ class Handle {
   }
 
   operator hid_t() const { return id_; }
+  /// Leaves it open.
   hid_t release() { return std::exchange(id_, -1); }
 
  private:

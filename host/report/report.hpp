@@ -20,7 +20,8 @@ struct Report {
   bool bit_exact = true;             // what the canary says of the device
   std::string canary = "bit-exact";  // the same in words
   u32 worlds = 0, bodies = 0, joints = 0, first_step = 0, steps = 0, substeps = 0, iterations = 0;
-  double dt = 0;  // of a step, s
+  bool interrupted = false;  // ended before its last step because it was asked to
+  double dt = 0;             // of a step, s
   u32 contacts_max = 0, steps_redone = 0, steps_measured = 0;
 
   // speed: median and p99 leave the first step out, which warms up
