@@ -1,73 +1,10 @@
 // The program as a user meets it: what it prints, where, and with which exit status.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
+
+#include "tests/command_line.hpp"
 
 namespace lockstep {
 namespace {
-
-namespace fs = std::filesystem;
-
-std::string read_file(const fs::path& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-struct Outcome {
-  int status;
-  std::string out, err;
-};
-
-// A folder of its own for each test, gone afterwards.
-class CommandLine : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "lockstep_cli_XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  fs::path file(const std::string& name) const { return folder_ / name; }
-
-  Outcome run(const std::string& arguments) const {
-    const fs::path out = file("stdout"), err = file("stderr");
-    const std::string command =
-        std::string(LOCKSTEP_PROGRAM) + " " + arguments + " >" + out.string() + " 2>" + err.string();
-    const int status = std::system(command.c_str());
-    return {WEXITSTATUS(status), read_file(out), read_file(err)};
-  }
-
-  // Refused: this status, nothing on stdout, one line on stderr that contains `part`.
-  void expect_refused(const std::string& arguments, int status, const std::string& part) const {
-    SCOPED_TRACE(arguments);
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.status, status) << outcome.err;
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(outcome.err.rfind("lockstep: ", 0), 0u) << outcome.err;
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
-  }
-
-  nlohmann::json report_of(const std::string& arguments) const {
-    const Outcome outcome = run("run " + arguments + " --quiet --report " + file("report.json").string());
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(outcome.out + outcome.err, "") << "--quiet";
-    return nlohmann::json::parse(read_file(file("report.json")));
-  }
-
- private:
-  fs::path folder_;
-};
 
 TEST_F(CommandLine, HelpsWithAnExampleForEachCommand) {
   for (const char* command : {"devices", "scenes", "run", "check", "verify"}) {
@@ -188,21 +125,6 @@ TEST_F(CommandLine, VerifiesARecording) {
   expect_refused("run slide_to_roll --record /nowhere/x.h5", 2, "the recording cannot be written");
   std::ofstream(file("mine.json")) << "{}";
   expect_refused("run slide_to_roll --record " + file("mine.json").string(), 2, "does not overwrite it");
-}
-
-// The limit of the shell stands for a disk that is full.
-TEST_F(CommandLine, AFullDiskEndsTheRunWithAWholeRecording) {
-  const std::string record = file("x.h5").string();
-  const std::string limited = "sh -c \"trap '' XFSZ; ulimit -f 2000; exec " LOCKSTEP_PROGRAM
-                              " run spheres_small --steps 20000 --quiet --device reference --record " +
-                              record + "\" 2>" + file("stderr").string();
-  EXPECT_EQ(WEXITSTATUS(std::system(limited.c_str())), 3);
-  EXPECT_EQ(read_file(file("stderr")), "lockstep: " + record +
-                                           ": the recording cannot be written: File too large; the steps that are "
-                                           "there can be read\n");
-  const Outcome outcome = run("verify --device reference " + record);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_NE(outcome.out.find("every state hash equal"), std::string::npos) << outcome.out;
 }
 
 TEST_F(CommandLine, ChecksADeviceAgainstTheReference) {

@@ -32,6 +32,8 @@ std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, con
                                             Report& report) {
   const std::optional<DeviceInfo> device = device_of(options);
   if (!device) {
+    if (options.device == "auto")
+      fmt::print(stderr, "lockstep: there is no OpenCL device here; the plain C++ reference takes its place\n");
     report.device = "reference";
     return std::make_unique<ReferenceBackend<real>>(state, options.device_options.profile);
   }
