@@ -15,6 +15,10 @@ namespace {
 // More rows than a file has bytes are not there, whatever it says.
 constexpr hsize_t most_words = 1u << 30;
 
+// How often HDF5 reads what does not fit its checksum, in case it is just being written; it waits twice as long each
+// time, from 1 ns on: here some milliseconds, with its own 100 attempts for ever.
+constexpr unsigned read_attempts = 22;
+
 h5::Handle open_file(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
@@ -22,8 +26,10 @@ h5::Handle open_file(const std::string& path) {
   if (status.type() == std::filesystem::file_type::directory)
     throw Error(Failure::input, path, "is a directory, must be a recording");
   h5::be_quiet();
+  const h5::Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  h5::check(H5Pset_metadata_read_attempts(access, read_attempts));
   // as one who reads while another writes, which also opens what a writer never closed
-  return h5::Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, H5P_DEFAULT));
+  return h5::Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access));
 }
 
 // What HDF5 or the layout of the file does not like, as one line that names the file.
