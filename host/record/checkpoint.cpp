@@ -86,6 +86,19 @@ std::vector<Buffer> persistent_buffers(Features features) {
   return buffers;
 }
 
+std::vector<unsigned char> seal_checkpoint(std::span<const unsigned char> contents) {
+  const auto front = front_block(contents);
+  std::vector<unsigned char> bytes(block + contents.size());
+  std::copy(front.begin(), front.end(), bytes.begin());
+  std::copy(contents.begin(), contents.end(), bytes.begin() + block);
+  return bytes;
+}
+
+std::vector<unsigned char> checkpoint_contents(std::span<const unsigned char> bytes, const std::string& path) {
+  const std::span<const unsigned char> contents = checked(bytes, path);
+  return {contents.begin(), contents.end()};
+}
+
 template <class real>
 std::vector<unsigned char> encode_checkpoint(const CheckpointLabel& label, const Buffers<real>& persistent,
                                              Features features) {
@@ -105,12 +118,9 @@ std::vector<unsigned char> encode_checkpoint(const CheckpointLabel& label, const
     write_persistent(group, persistent, features);
   }
   h5::check(H5Fflush(file, H5F_SCOPE_LOCAL));
-  const ssize_t length = h5::check(H5Fget_file_image(file, nullptr, 0));
-  std::vector<unsigned char> bytes(block + static_cast<std::size_t>(length));
-  h5::check(H5Fget_file_image(file, bytes.data() + block, static_cast<std::size_t>(length)));
-  const auto front = front_block(std::span(bytes).subspan(block));
-  std::copy(front.begin(), front.end(), bytes.begin());
-  return bytes;
+  std::vector<unsigned char> contents(static_cast<std::size_t>(h5::check(H5Fget_file_image(file, nullptr, 0))));
+  h5::check(H5Fget_file_image(file, contents.data(), contents.size()));
+  return seal_checkpoint(contents);
 }
 
 template <class real>

@@ -27,6 +27,12 @@ template <class real>
 std::vector<unsigned char> encode_checkpoint(const CheckpointLabel& label, const Buffers<real>& persistent,
                                              Features features);
 
+/// A checkpoint file of a file of HDF5: the first line of text with its length and hash, and the file.
+std::vector<unsigned char> seal_checkpoint(std::span<const unsigned char> contents);
+
+/// The file of HDF5 in a checkpoint file. Throws Error (input) where the bytes are no checkpoint, or not a whole one.
+std::vector<unsigned char> checkpoint_contents(std::span<const unsigned char> bytes, const std::string& path);
+
 /// Puts the state of a checkpoint into a compiled scene. Throws Error (input) where the bytes are no whole checkpoint
 /// of this scene with these settings and in this precision; `path` stands for the file in errors, `scene` for the
 /// scene.
