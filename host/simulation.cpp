@@ -1,6 +1,7 @@
 #include "host/simulation.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "host/error.hpp"
 #include "host/step.hpp"
@@ -34,10 +35,29 @@ constexpr Trouble troubles[] = {
      "its velocity is infinite, not a number or faster than the speed limit; try a shorter time step"},
 };
 
+// The first body whose state is no number, or the one that is farthest out: what has no cell in the grid.
+template <class real>
+u32 body_out_of_grid(Backend<real>& backend) {
+  const Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::motions};
+  const Buffers<real>& now = backend.download(wanted);
+  u32 farthest = NONE;
+  real most = -1;
+  for (u32 i = 0; i < now.positions.size(); ++i) {
+    const Vec4<real>&x = now.positions[i], &q = now.orientations[i];
+    const Motion<real>& m = now.motions[i];
+    const real sum = x.x + x.y + x.z + q.x + q.y + q.z + q.w + m.v[0] + m.v[1] + m.v[2] + m.w[0] + m.w[1] + m.w[2];
+    if (!std::isfinite(sum)) return i;
+    const real far = std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)});
+    if (far > most) farthest = i;
+    most = std::max(most, far);
+  }
+  return farthest;
+}
+
 template <class real>
 std::string name_of_body(Backend<real>& backend, const Counters& counters) {
-  const u32 body = NONE - counters[COUNTER_BAD_BODY];
-  if (counters[COUNTER_BAD_BODY] == 0 || body >= backend.sizes().bodies) return "some body";
+  const u32 body = counters[COUNTER_BAD_BODY] != 0 ? NONE - counters[COUNTER_BAD_BODY] : body_out_of_grid(backend);
+  if (body >= backend.sizes().bodies) return "some body";
   const Buffer wanted[] = {Buffer::body_infos};
   const BodyInfo info = backend.download(wanted).body_infos[body];
   return "body " + std::to_string(info.id) + " of world " + std::to_string(info.world);

@@ -46,9 +46,9 @@ struct Overlap {
 template <class real>
 class Simulation {
  public:
-  /// `state` is what the backend was made from; its sizes and parameters are kept.
-  Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params)
-      : backend_(std::move(backend)), params_(params) {}
+  /// `params` are those of the state that the backend was made from, `steps_done` the steps that are behind it.
+  Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params, u32 steps_done = 0)
+      : backend_(std::move(backend)), params_(params), steps_done_(steps_done) {}
 
   /// One time step. A list that was too short is made longer and the step redone, with the same bits as if it had been
   /// long enough. Throws Error naming body, stage and step when a velocity or a pose goes bad.
@@ -83,7 +83,7 @@ class Simulation {
   std::vector<BodyInfo> body_infos_;
   StepParams<real> params_;
   Counters counters_ = {};
-  u32 steps_done_ = 0, redone_ = 0;
+  u32 steps_done_, redone_ = 0;
 };
 
 }  // namespace lockstep

@@ -16,14 +16,78 @@ static inline ulong hash_words(ulong h, global const u32* words, u32 count) {
   return h;
 }
 
-static inline void hash_add_state(global WorldHash* hash, ulong h) {
-  atomic_add((volatile global u32*)&hash->state_low, (u32)h);
-  atomic_add((volatile global u32*)&hash->state_high, (u32)(h >> 32));
+#if LANES > 1
+// The same of sixteen neighbours at once, whose records of `count` words follow each other.
+static inline ulong16 hash_word_16(ulong16 h, uint16 word) {
+  h = (h + 0x9e3779b97f4a7c15UL) ^ convert_ulong16(word);
+  h = (h ^ (h >> 30)) * 0xbf58476d1ce4e5b9UL;
+  h = (h ^ (h >> 27)) * 0x94d049bb133111ebUL;
+  return h ^ (h >> 31);
 }
-static inline void hash_add_pose(global WorldHash* hash, ulong h) {
-  atomic_add((volatile global u32*)&hash->pose_low, (u32)h);
-  atomic_add((volatile global u32*)&hash->pose_high, (u32)(h >> 32));
+static inline uint16 hash_load_16(global const u32* words, u32 count) {
+  uint16 loaded;
+  loaded.lo = (uint8)(words[0], words[count], words[2u * count], words[3u * count], words[4u * count],
+                      words[5u * count], words[6u * count], words[7u * count]);
+  words += 8u * count;
+  loaded.hi = (uint8)(words[0], words[count], words[2u * count], words[3u * count], words[4u * count],
+                      words[5u * count], words[6u * count], words[7u * count]);
+  return loaded;
 }
+static inline ulong16 hash_words_16(ulong16 h, global const u32* words, u32 count) {
+  for (u32 i = 0u; i < count; ++i) h = hash_word_16(h, hash_load_16(words + i, count));
+  return h;
+}
+static inline u32 hash_total_16(uint16 x) {
+  const uint8 half_sums = x.lo + x.hi;
+  const uint4 quarters = half_sums.lo + half_sums.hi;
+  return quarters.x + quarters.y + quarters.z + quarters.w;
+}
+#endif
+
+// What a work-item has of one world: its neighbours mostly belong to the same, and an atomic costs as much as the hash
+// of a body.
+typedef struct HashSum {
+  u32 world, state_low, state_high, pose_low, pose_high;
+} HashSum;
+
+static inline HashSum hash_nothing(void) {
+  const HashSum nothing = {NONE, 0u, 0u, 0u, 0u};
+  return nothing;
+}
+static inline void hash_hand_over(const HashSum* sum, global WorldHash* world_hashes) {
+  if (sum->world == NONE) return;
+  global WorldHash* hash = &world_hashes[sum->world];
+  atomic_add((volatile global u32*)&hash->state_low, sum->state_low);
+  atomic_add((volatile global u32*)&hash->state_high, sum->state_high);
+  if ((sum->pose_low | sum->pose_high) == 0u) return;
+  atomic_add((volatile global u32*)&hash->pose_low, sum->pose_low);
+  atomic_add((volatile global u32*)&hash->pose_high, sum->pose_high);
+}
+static inline void hash_enter(HashSum* sum, u32 world, global WorldHash* world_hashes) {
+  if (sum->world == world) return;
+  hash_hand_over(sum, world_hashes);
+  *sum = hash_nothing();
+  sum->world = world;
+}
+static inline void hash_add_state(HashSum* sum, ulong h) {
+  sum->state_low += (u32)h;
+  sum->state_high += (u32)(h >> 32);
+}
+static inline void hash_add_pose(HashSum* sum, ulong h) {
+  sum->pose_low += (u32)h;
+  sum->pose_high += (u32)(h >> 32);
+}
+
+#if LANES > 1
+static inline void hash_add_state_16(HashSum* sum, ulong16 h) {
+  sum->state_low += hash_total_16(convert_uint16(h));
+  sum->state_high += hash_total_16(convert_uint16(h >> 32));
+}
+static inline void hash_add_pose_16(HashSum* sum, ulong16 h) {
+  sum->pose_low += hash_total_16(convert_uint16(h));
+  sum->pose_high += hash_total_16(convert_uint16(h >> 32));
+}
+#endif
 
 // The first of three: every world starts from the step index alone.
 kernel void hash_state_steps(const StepParams params, global const u32* step_index, global WorldHash* world_hashes) {
@@ -39,51 +103,98 @@ kernel void hash_state_steps(const StepParams params, global const u32* step_ind
 kernel void hash_state_bodies(const StepParams params, global const BodyInfo* body_infos, global const Vec4* positions,
                               global const Vec4* orientations, global const Motion* motions,
                               global WorldHash* world_hashes) {
+  HashSum sum = hash_nothing();
   FOR_EACH(i, params.bodies) {
     const u32 id = body_infos[i].id;
-    global WorldHash* hash = &world_hashes[body_infos[i].world];
     const u32 vec4_words = (u32)(sizeof(Vec4) / sizeof(u32));
     const u32 motion_words = (u32)(sizeof(Motion) / sizeof(u32));
+    hash_enter(&sum, body_infos[i].world, world_hashes);
+#if LANES > 1
+    // the bodies of a world follow each other
+    if (i_end - i >= 16u && body_infos[i + 15u].world == sum.world) {
+      const uint16 ids = hash_load_16(&body_infos[i].id, (u32)(sizeof(BodyInfo) / sizeof(u32)));
+      const ulong16 positions_16 = hash_words_16(hash_word_16((ulong16)(hash_start(HASHED_POSITION)), ids),
+                                                 (global const u32*)&positions[i], vec4_words);
+      const ulong16 orientations_16 = hash_words_16(hash_word_16((ulong16)(hash_start(HASHED_ORIENTATION)), ids),
+                                                    (global const u32*)&orientations[i], vec4_words);
+      const ulong16 motions_16 = hash_words_16(hash_word_16((ulong16)(hash_start(HASHED_MOTION)), ids),
+                                               (global const u32*)&motions[i], motion_words);
+      hash_add_state_16(&sum, positions_16);
+      hash_add_state_16(&sum, orientations_16);
+      hash_add_state_16(&sum, motions_16);
+      hash_add_pose_16(&sum, positions_16);
+      hash_add_pose_16(&sum, orientations_16);
+      i += 15u;
+      continue;
+    }
+#endif
     const ulong position =
         hash_words(hash_word(hash_start(HASHED_POSITION), id), (global const u32*)&positions[i], vec4_words);
     const ulong orientation =
         hash_words(hash_word(hash_start(HASHED_ORIENTATION), id), (global const u32*)&orientations[i], vec4_words);
     const ulong motion =
         hash_words(hash_word(hash_start(HASHED_MOTION), id), (global const u32*)&motions[i], motion_words);
-    hash_add_state(hash, position);
-    hash_add_state(hash, orientation);
-    hash_add_state(hash, motion);
-    hash_add_pose(hash, position);
-    hash_add_pose(hash, orientation);
+    hash_add_state(&sum, position);
+    hash_add_state(&sum, orientation);
+    hash_add_state(&sum, motion);
+    hash_add_pose(&sum, position);
+    hash_add_pose(&sum, orientation);
   }
+  hash_hand_over(&sum, world_hashes);
 }
 
 kernel void hash_state_contacts(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                                 global const u32* cached_count, global const ContactKey* cached_keys,
                                 global const ContactImpulse* cached_impulses, global WorldHash* world_hashes) {
+  HashSum sum = hash_nothing();
   FOR_EACH(i, cached_count[0]) {
     const ContactKey key = cached_keys[i];
     const ShapeInfo shape_a = shape_infos[key.shape_a];
+    const u32 impulse_words = (u32)(sizeof(ContactImpulse) / sizeof(u32));
+    hash_enter(&sum, body_infos[shape_a.body].world, world_hashes);
+#if LANES > 1
+    // contacts are ordered by shape a, and shapes by world
+    if (i_end - i >= 16u && body_infos[shape_infos[cached_keys[i + 15u].shape_a].body].world == sum.world) {
+      u32 id_a[16], id_b[16];
+      for (u32 k = 0u; k < 16u; ++k) {
+        id_a[k] = shape_infos[cached_keys[i + k].shape_a].id;
+        id_b[k] = shape_infos[cached_keys[i + k].shape_b].id;
+      }
+      const u32 key_words = (u32)(sizeof(ContactKey) / sizeof(u32));
+      ulong16 contacts_16 = hash_word_16((ulong16)(hash_start(HASHED_CONTACT)), vload16(0, id_a));
+      contacts_16 = hash_word_16(contacts_16, vload16(0, id_b));
+      contacts_16 = hash_word_16(contacts_16, hash_load_16(&cached_keys[i].feature, key_words));
+      contacts_16 = hash_word_16(contacts_16, hash_load_16(&cached_keys[i].pad, key_words));
+      contacts_16 = hash_words_16(contacts_16, (global const u32*)&cached_impulses[i], impulse_words);
+      hash_add_state_16(&sum, contacts_16);
+      i += 15u;
+      continue;
+    }
+#endif
     ulong h = hash_start(HASHED_CONTACT);
     h = hash_word(h, shape_a.id);
     h = hash_word(h, shape_infos[key.shape_b].id);
     h = hash_word(h, key.feature);
     h = hash_word(h, key.pad);
-    h = hash_words(h, (global const u32*)&cached_impulses[i], (u32)(sizeof(ContactImpulse) / sizeof(u32)));
-    hash_add_state(&world_hashes[body_infos[shape_a.body].world], h);
+    h = hash_words(h, (global const u32*)&cached_impulses[i], impulse_words);
+    hash_add_state(&sum, h);
   }
+  hash_hand_over(&sum, world_hashes);
 }
 
 kernel void hash_state_touching(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                                 global const u32* touching_count, global const Pair* touching,
                                 global WorldHash* world_hashes) {
+  HashSum sum = hash_nothing();
   FOR_EACH(i, touching_count[0]) {
     const ShapeInfo shape_a = shape_infos[touching[i].shape_a];
+    hash_enter(&sum, body_infos[shape_a.body].world, world_hashes);
     ulong h = hash_start(HASHED_TOUCH);
     h = hash_word(h, shape_a.id);
     h = hash_word(h, shape_infos[touching[i].shape_b].id);
-    hash_add_state(&world_hashes[body_infos[shape_a.body].world], h);
+    hash_add_state(&sum, h);
   }
+  hash_hand_over(&sum, world_hashes);
 }
 
 #if FEATURE_JOINTS
@@ -91,14 +202,17 @@ kernel void hash_state_joints(const StepParams params, global const JointInfo* j
                               global const JointLanes* joint_lanes, global const JointImpulseBlock* joint_impulses,
                               global WorldHash* world_hashes) {
   const u32 real_words = (u32)(sizeof(real) / sizeof(u32));
+  HashSum sum = hash_nothing();
   FOR_EACH(slot, params.joint_blocks * PACK) {
     const u32 lane = slot % PACK, joint = joint_lanes[slot / PACK].joint[lane];
     if (joint == NONE) continue;
+    hash_enter(&sum, joint_infos[joint].world, world_hashes);
     global const JointImpulseBlock* impulses = joint_impulses + slot / PACK;
     ulong h = hash_word(hash_start(HASHED_JOINT), joint_infos[joint].id);
     for (u32 i = 0u; i < JOINT_ROWS; ++i) h = hash_words(h, (global const u32*)&impulses->locked[i][lane], real_words);
     h = hash_words(h, (global const u32*)&impulses->free[lane], real_words);
-    hash_add_state(&world_hashes[joint_infos[joint].world], h);
+    hash_add_state(&sum, h);
   }
+  hash_hand_over(&sum, world_hashes);
 }
 #endif

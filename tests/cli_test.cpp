@@ -1,76 +1,13 @@
 // The program as a user meets it: what it prints, where, and with which exit status.
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <map>
-#include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
+
+#include "tests/command_line.hpp"
 
 namespace lockstep {
 namespace {
 
-namespace fs = std::filesystem;
-
-std::string read_file(const fs::path& path) {
-  std::ifstream file(path);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-struct Outcome {
-  int status;
-  std::string out, err;
-};
-
-// A folder of its own for each test, gone afterwards.
-class CommandLine : public testing::Test {
- protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "lockstep_cli_XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  fs::path file(const std::string& name) const { return folder_ / name; }
-
-  Outcome run(const std::string& arguments) const {
-    const fs::path out = file("stdout"), err = file("stderr");
-    const std::string command =
-        std::string(LOCKSTEP_PROGRAM) + " " + arguments + " >" + out.string() + " 2>" + err.string();
-    const int status = std::system(command.c_str());
-    return {WEXITSTATUS(status), read_file(out), read_file(err)};
-  }
-
-  // Refused: this status, nothing on stdout, one line on stderr that contains `part`.
-  void expect_refused(const std::string& arguments, int status, const std::string& part) const {
-    SCOPED_TRACE(arguments);
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.status, status) << outcome.err;
-    EXPECT_EQ(outcome.out, "");
-    EXPECT_EQ(outcome.err.rfind("lockstep: ", 0), 0u) << outcome.err;
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
-  }
-
-  nlohmann::json report_of(const std::string& arguments) const {
-    const Outcome outcome = run("run " + arguments + " --quiet --report " + file("report.json").string());
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
-    EXPECT_EQ(outcome.out + outcome.err, "") << "--quiet";
-    return nlohmann::json::parse(read_file(file("report.json")));
-  }
-
- private:
-  fs::path folder_;
-};
-
 TEST_F(CommandLine, HelpsWithAnExampleForEachCommand) {
-  for (const char* command : {"devices", "scenes", "run", "check"}) {
+  for (const char* command : {"devices", "scenes", "run", "check", "verify"}) {
     const Outcome outcome = run(std::string(command) + " --help");
     EXPECT_EQ(outcome.status, 0);
     EXPECT_NE(outcome.out.find(std::string("Example:\n  lockstep ") + command), std::string::npos) << outcome.out;
@@ -167,6 +104,34 @@ TEST_F(CommandLine, OptionsReachTheSimulation) {
   EXPECT_LE(short_sweeps["sweeps_max"], 10);
   EXPECT_EQ(plain["stage_ms"].size(), 0u);
   EXPECT_GT(report_of("spheres_small --device reference --steps 20 --profile")["stage_ms"]["solve_constraints"], 0);
+}
+
+TEST_F(CommandLine, GoesOnFromACheckpoint) {
+  const std::string checkpoint = file("a.h5").string();
+  const nlohmann::json whole = report_of("spheres_small --device reference --steps 40");
+  EXPECT_EQ(run("run spheres_small --device reference --steps 15 --quiet --checkpoint " + checkpoint).status, 0);
+  const nlohmann::json rest = report_of("spheres_small --device reference --steps 40 --resume " + checkpoint);
+  EXPECT_EQ(rest["state_hash"], whole["state_hash"]);
+  EXPECT_EQ(rest["first_step"], 15);
+  EXPECT_EQ(rest["steps"], 25);
+  EXPECT_EQ(run("check spheres_small --steps 20 --quiet --resume " + checkpoint).status, 0);
+  expect_refused("run spheres_small --steps 15 --resume " + checkpoint, 2, "is 15 steps old already");
+  expect_refused("run rover --resume " + checkpoint, 2, "is a checkpoint of scene");
+  expect_refused("run rover --resume " + file("none.h5").string(), 2, "no such file");
+  expect_refused("run rover --checkpoint /nowhere/a.h5", 2, "the checkpoint cannot be written");
+}
+
+TEST_F(CommandLine, VerifiesARecording) {
+  const std::string record = file("x.h5").string();
+  EXPECT_EQ(run("run spheres_small --steps 20 --quiet --device reference --record " + record).status, 0);
+  const Outcome outcome = run("verify " + record);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("20 steps, every state hash equal"), std::string::npos) << outcome.out;
+  EXPECT_EQ(run("verify --quiet " + record + " --device reference").out, "");
+  expect_refused("verify " + file("none.h5").string(), 2, "none.h5: no such file");
+  expect_refused("run slide_to_roll --record /nowhere/x.h5", 2, "the recording cannot be written");
+  std::ofstream(file("mine.json")) << "{}";
+  expect_refused("run slide_to_roll --record " + file("mine.json").string(), 2, "does not overwrite it");
 }
 
 TEST_F(CommandLine, ChecksADeviceAgainstTheReference) {

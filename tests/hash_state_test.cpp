@@ -180,5 +180,33 @@ TEST(HashState, KernelMatchesReference) {
   expect_hashes_agree(make_bodies<float>(mixed_bodies(true), {.gravities = {{0, 0, -1}, {0, 0, -1}}}));
 }
 
+// Lanes take sixteen neighbours at once where they are of one world.
+TEST(HashState, KernelMatchesReferenceWhereverWorldsEnd) {
+  std::vector<BodySetup> bodies;
+  for (const u32 count : {5u, 40u, 1u, 19u}) {
+    const u32 in_world = bodies.empty() ? 0 : bodies.back().world + 1;
+    for (u32 i = 0; i < count; ++i) {
+      bodies.emplace_back();
+      bodies.back().world = in_world;
+      bodies.back().position = {0.1 * i, 1.0 / (1 + i), 3.0 * in_world};
+    }
+  }
+  InitialState<float> all = make_bodies<float>(bodies, {.gravities = std::vector<Vector3>(4, {0, 0, -9.81})});
+  all.features = with(all.features, Feature::contacts);
+  all.sizes.shapes = all.params.shapes = all.sizes.bodies;
+  all.sizes.contacts = 3 * all.sizes.shapes;
+  resize(all.buffers, all.sizes, all.features);
+  all.buffers.cached_count[0] = all.sizes.contacts;
+  for (u32 i = 0; i < all.sizes.shapes; ++i) {
+    all.buffers.shape_infos[i].body = i;
+    all.buffers.shape_infos[i].id = all.buffers.body_infos[i].id;
+    for (u32 k = 0; k < 3; ++k) {
+      all.buffers.cached_keys[3 * i + k] = {i, i, k, 0};
+      all.buffers.cached_impulses[3 * i + k] = {float(i), float(k), 0.5f * float(i + k), 0};
+    }
+  }
+  expect_hashes_agree(all);
+}
+
 }  // namespace
 }  // namespace lockstep

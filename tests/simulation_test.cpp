@@ -142,8 +142,61 @@ void expect_capacities_change_nothing() {
                                          tight.params, steps, true)));
 }
 
+// Every list that grows in some scene: several points a pair, joints, events, patches, parts of bodies, a tree.
+TEST(Simulation, CapacitiesChangeNothingInAnyKindOfScene) {
+  for (const char* name : {"slabs", "rover", "sensor_gate", "dominoes", "cylinders_and_hulls", "mixed_spheres"}) {
+    for (const Solver solver : {Solver::gauss_seidel, Solver::small_steps, Solver::jacobi}) {
+      for (const FrictionModel friction : {FrictionModel::cones, FrictionModel::patches}) {
+        Scene scene = read_scene(name);
+        if (!scene.joints.empty() && solver != scene.settings.solver) continue;  // not every solver holds its joints
+        SCOPED_TRACE(std::string(name) + ", " + name_of(solver) + ", " + name_of(friction));
+        use_solver(scene.settings, solver);
+        scene.settings.friction_model = friction;
+        const InitialState<float> ample = compile<float>(scene), tight = with_capacity_one(ample);
+        EXPECT_TRUE(
+            equal(hashes_after<float>(std::make_unique<ReferenceBackend<float>>(ample), ample.params, 40, false),
+                  hashes_after<float>(std::make_unique<ReferenceBackend<float>>(tight), tight.params, 40, true)));
+      }
+    }
+  }
+}
+
 TEST(Simulation, CapacitiesChangeNothingInFloat) { expect_capacities_change_nothing<float>(); }
 TEST(Simulation, CapacitiesChangeNothingInDouble) { expect_capacities_change_nothing<double>(); }
+
+// ---- a body gone bad in flight
+// ---------------------------------------------------------------------------------------
+
+// What a run says after body 7 was given something that is no number, five steps after the start.
+std::string message_after(std::unique_ptr<Backend<float>> owned, const StepParams<float>& params, Buffer where) {
+  Backend<float>& backend = *owned;
+  Simulation<float> simulation(std::move(owned), params);
+  for (int i = 0; i < 5; ++i) simulation.step();
+  Buffers<float> buffers = backend.download(std::span(&where, 1));
+  if (where == Buffer::motions) buffers.motions[7].w[1] = std::numeric_limits<float>::quiet_NaN();
+  if (where == Buffer::positions) buffers.positions[7].z = std::numeric_limits<float>::infinity();
+  if (where == Buffer::orientations) buffers.orientations[7].x = std::numeric_limits<float>::quiet_NaN();
+  backend.upload(where, buffers);
+  try {
+    for (int i = 0; i < 3; ++i) simulation.step();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure(), Failure::comparison);
+    return error.what();
+  }
+  return "goes on";
+}
+
+TEST(Simulation, NamesTheBodyThatWentBadInFlight) {
+  const InitialState<float> state = compile<float>(read_scene("spheres_small"));
+  const auto expect_both = [&](Buffer where, const std::string& start) {
+    const std::string reference = message_after(std::make_unique<ReferenceBackend<float>>(state), state.params, where);
+    EXPECT_EQ(reference.rfind(start, 0), 0u) << reference;
+    EXPECT_EQ(message_after(std::make_unique<DeviceBackend<float>>(state, test_device()), state.params, where),
+              reference);
+  };
+  for (const Buffer where : {Buffer::motions, Buffer::positions, Buffer::orientations})
+    expect_both(where, "step 5, sort_cells: body 7 of world 0: a shape is too far out");
+}
 
 }  // namespace
 }  // namespace lockstep

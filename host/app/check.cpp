@@ -3,6 +3,7 @@
 #include "host/app/commands.hpp"
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
+#include "host/app/start.hpp"
 #include "host/backends/checked_backend.hpp"
 #include "host/error.hpp"
 #include "host/report/report.hpp"
@@ -21,14 +22,14 @@ u32 stages_that_run(Features features) {
 // Throws Mismatch at the first word that differs; the hash of the state is compared as a last stage.
 template <class real>
 void check_scene(const Scene& scene, const SceneOptions& options, const DeviceInfo& device, bool quiet) {
-  InitialState<real> state = compile<real>(scene);
-  const StepParams<real> params = state.params;
-  auto owned = std::make_unique<CheckedBackend<real>>(std::move(state), device, options.device_options,
+  Start<real> start = make_start<real>(scene, options);
+  const StepParams<real> params = start.state.params;
+  auto owned = std::make_unique<CheckedBackend<real>>(std::move(start.state), device, options.device_options,
                                                       CheckOptions{.fused = true});
   const CheckedBackend<real>& backend = *owned;
-  Simulation<real> simulation(std::move(owned), params);
+  Simulation<real> simulation(std::move(owned), params, start.steps_done);
 
-  const u32 steps = scene.settings.steps;
+  const u32 steps = scene.settings.steps - start.steps_done;
   {
     Progress progress(steps, !quiet);
     for (u32 step = 0; step < steps; ++step) {

@@ -10,5 +10,6 @@ void add_devices(CLI::App& program);
 void add_scenes(CLI::App& program);
 void add_run(CLI::App& program);
 void add_check(CLI::App& program);
+void add_verify(CLI::App& program);
 
 }  // namespace lockstep::app

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <new>
 
 #include "host/app/commands.hpp"
 #include "host/error.hpp"
@@ -30,6 +31,7 @@ int main(int argc, char** argv) {
   app::add_scenes(program);
   app::add_run(program);
   app::add_check(program);
+  app::add_verify(program);
 
   try {
     program.parse(argc, argv);
@@ -44,6 +46,8 @@ int main(int argc, char** argv) {
     return fail(2, std::string(error.what()) + " (try --help)");
   } catch (const Error& error) {
     return fail(static_cast<int>(error.failure()), error.what());
+  } catch (const std::bad_alloc&) {
+    return fail(static_cast<int>(Failure::device), "out of memory; this machine needs a smaller scene");
   } catch (const std::exception& error) {
     return fail(static_cast<int>(Failure::device), error.what());
   }

@@ -45,10 +45,27 @@ CLI::Validator one_of(const std::pair<const char*, Choice> (&names)[count]) {
 
 }  // namespace
 
-void add_scene_options(CLI::App& command, SceneOptions& options) {
-  command.add_option("scene", options.scene, "A built-in scene (lockstep scenes) or a JSON file")->required();
+void add_target_options(CLI::App& command, TargetOptions& options) {
   command.add_option("--device", options.device, "auto, gpu, cpu, reference, or an index of `lockstep devices`")
       ->capture_default_str();
+
+  const std::string group = "What cannot change a bit";
+  DeviceOptions& device = options.device_options;
+  command.add_option("--lanes", device.lanes, "Contacts per work-item in the solver")
+      ->check(CLI::IsMember({1, 8, 16}))
+      ->group(group);
+  command.add_option("--work-group", device.work_group, "Work-items per work-group")->check(positive)->group(group);
+  command.add_option("--threads", device.threads, "Compute units of a CPU device")->check(positive)->group(group);
+  CLI::Option* fused = command.add_flag_callback(
+      "--fused", [&device] { device.fused = true; }, "All sub-steps as one launch, whatever the scene's size");
+  CLI::Option* staged = command.add_flag_callback(
+      "--staged", [&device] { device.fused = false; }, "Launches for each stage of each sub-step");
+  fused->group(group);
+  staged->group(group)->excludes(fused);
+}
+
+void add_scene_options(CLI::App& command, SceneOptions& options) {
+  command.add_option("scene", options.scene, "A built-in scene (lockstep scenes) or a JSON file")->required();
   CLI::Option* steps = command.add_option("--steps", options.steps, "Time steps")->check(positive);
   command.add_option("--time", options.time, "Simulated time instead of steps, s")->check(positive)->excludes(steps);
   command.add_option("--dt", options.dt, "Length of a step, s")->check(positive);
@@ -64,20 +81,8 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->transform(one_of(friction_model_names));
   command.add_option("--precision", options.precision, "float or double instead of what the scene asks for")
       ->check(CLI::IsMember({"float", "double"}));
-
-  const std::string group = "What cannot change a bit";
-  DeviceOptions& device = options.device_options;
-  command.add_option("--lanes", device.lanes, "Contacts per work-item in the solver")
-      ->check(CLI::IsMember({1, 8, 16}))
-      ->group(group);
-  command.add_option("--work-group", device.work_group, "Work-items per work-group")->check(positive)->group(group);
-  CLI::Option* fused = command.add_flag_callback(
-      "--fused", [&device] { device.fused = true; }, "All sub-steps as one launch, whatever the scene's size");
-  CLI::Option* staged = command.add_flag_callback(
-      "--staged", [&device] { device.fused = false; }, "Launches for each stage of each sub-step");
-  fused->group(group);
-  staged->group(group)->excludes(fused);
-  command.add_option("--threads", device.threads, "Compute units of a CPU device")->check(positive)->group(group);
+  command.add_option("--resume", options.resume, "Go on from this checkpoint; --steps counts from the beginning");
+  add_target_options(command, options);
 }
 
 Scene read_scene_with(const SceneOptions& options) {
@@ -99,7 +104,7 @@ Scene read_scene_with(const SceneOptions& options) {
   return scene;
 }
 
-std::optional<DeviceInfo> device_of(const SceneOptions& options) {
+std::optional<DeviceInfo> device_of(const TargetOptions& options) {
   const std::optional<DeviceInfo> device = select_device(options.device);
   const DeviceOptions& wanted = options.device_options;
   if (!device && (wanted.lanes || wanted.work_group || wanted.threads))

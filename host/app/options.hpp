@@ -1,4 +1,4 @@
-// What `run` and `check` have in common: a scene, what to change in it, and what to run it on.
+// What commands have in common: a scene, what to change in it, where to start, and what to run it on.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,18 +11,23 @@
 
 namespace lockstep::app {
 
-struct SceneOptions {
-  std::string scene;
+struct TargetOptions {
   std::string device = "auto";
+  DeviceOptions device_options;
+};
+
+struct SceneOptions : TargetOptions {
+  std::string scene;
   std::optional<u32> steps, substeps, iterations;
   std::optional<double> time, dt;   // s
   std::optional<double> tolerance;  // m/s
   std::optional<Solver> solver;
   std::optional<FrictionModel> friction_model;
   std::string precision;  // empty: the scene's
-  DeviceOptions device_options;
+  std::string resume;     // a checkpoint to start from; empty: the beginning
 };
 
+void add_target_options(CLI::App& command, TargetOptions& options);
 void add_scene_options(CLI::App& command, SceneOptions& options);
 
 /// The scene with the settings that the command line asks for.
@@ -30,7 +35,7 @@ Scene read_scene_with(const SceneOptions& options);
 
 /// The device that the command line asks for; nothing for the reference. Throws Error (input) where options go with a
 /// device only.
-std::optional<DeviceInfo> device_of(const SceneOptions& options);
+std::optional<DeviceInfo> device_of(const TargetOptions& options);
 
 /// Calls `work` with a float or a double, as the scene says.
 template <class Work>

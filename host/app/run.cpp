@@ -5,11 +5,15 @@
 
 #include "host/app/commands.hpp"
 #include "host/app/event_log.hpp"
-#include "host/app/options.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/app/progress.hpp"
+#include "host/app/recording.hpp"
 #include "host/app/report_file.hpp"
+#include "host/app/start.hpp"
 #include "host/backends/canary.hpp"
 #include "host/backends/reference_backend.hpp"
+#include "host/error.hpp"
+#include "host/record/whole_file.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
 
@@ -18,17 +22,20 @@ namespace lockstep::app {
 namespace {
 
 struct RunOptions : SceneOptions {
-  std::string report, events;
+  std::string report, events, record, checkpoint;
   bool quiet = false;
 };
 
 // Makes the backend and says in the report what it is, and whether it can be trusted with the bits.
 template <class real>
-std::unique_ptr<Backend<real>> make_backend(InitialState<real> state, const SceneOptions& options, Report& report) {
+std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options,
+                                            Report& report) {
   const std::optional<DeviceInfo> device = device_of(options);
   if (!device) {
+    if (options.device == "auto")
+      fmt::print(stderr, "lockstep: there is no OpenCL device here; the plain C++ reference takes its place\n");
     report.device = "reference";
-    return std::make_unique<ReferenceBackend<real>>(std::move(state), options.device_options.profile);
+    return std::make_unique<ReferenceBackend<real>>(state, options.device_options.profile);
   }
   auto backend = std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
   const CanaryVerdict verdict = run_canary(*device, sizeof(real) == 8, backend->lanes());
@@ -52,32 +59,72 @@ Recorder make_recorder(const InitialState<real>& state) {
                   !has(state.features, Feature::contacts) && joints_conserve_energy(state.buffers));
 }
 
-// Steps the simulation, the clock running during the steps alone. Events are counted, and told to `log`.
+// Who is told what a run does.
 template <class real>
-void simulate(Simulation<real>& simulation, u32 steps, Recorder& recorder, EventLog& log, Progress& progress) {
+struct Watchers {
+  Recorder& recorder;
+  EventLog& log;
+  Progress& progress;
+  RecordingWriter<real>* recording;  // may be null
+};
+
+// Steps the simulation until `steps` are done or the program is asked to end, the clock running during the steps alone.
+template <class real>
+void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) {
   using Clock = std::chrono::steady_clock;
   Backend<real>& backend = simulation.backend();
   const std::vector<Buffer> wanted = measured_buffers(backend.features());
   const double dt = double(simulation.params().dt) * simulation.params().substeps;
-  for (u32 step = 0; step < steps; ++step) {
+  const u32 first = simulation.steps_done();
+  for (u32 step = first; step < steps && !Interrupt::asked(); ++step) {
     const Clock::time_point start = Clock::now();
     simulation.step();
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
-    recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
-    if (has(backend.features(), Feature::tolerance)) recorder.sweeps(simulation.counters()[COUNTER_SWEEPS]);
-    if (is_measured(step, steps)) {
+    watchers.recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
+    if (has(backend.features(), Feature::tolerance)) watchers.recorder.sweeps(simulation.counters()[COUNTER_SWEEPS]);
+    if (watchers.recording) record_step(*watchers.recording, simulation, ms.count());
+    if (is_measured(step - first, steps - first)) {
       const Buffers<real>& buffers = backend.download(wanted);
-      recorder.observe(step, (step + 1) * dt,
-                       measure(buffers, backend.sizes(), backend.features(), simulation.counters()));
+      const Measures measures = measure(buffers, backend.sizes(), backend.features(), simulation.counters());
+      if (watchers.recording) watchers.recording->add(measure_row(step + 1, measures));
+      watchers.recorder.observe(step, (step + 1 - first) * dt, measures);
     }
-    for (const Event& event : simulation.events()) log.add(event);
-    progress.update(step + 1);
+    for (const Event& event : simulation.events()) watchers.log.add(event);
+    watchers.progress.update(step + 1 - first);
   }
+}
+
+// The recording says how the run ended, whatever ended it.
+template <class real>
+void simulate_and_close(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) {
+  if (!watchers.recording) return simulate(simulation, steps, watchers);
+  try {
+    simulate(simulation, steps, watchers);
+  } catch (const std::exception& failure) {
+    try {
+      watchers.recording->close(failure.what());
+    } catch (const Error&) {
+      // the disk that is full, or whatever it was, has been told already
+    }
+    throw;
+  }
+  watchers.recording->close(simulation.steps_done() == steps ? "finished" : "interrupted");
+}
+
+template <class real>
+void write_checkpoint(Simulation<real>& simulation, const std::string& scene, const SceneIdentity& identity,
+                      const std::string& path) {
+  if (path.empty()) return;
+  Backend<real>& backend = simulation.backend();
+  const CheckpointLabel label = {scene, backend.name(), identity, combined_state_hash(simulation.world_hashes())};
+  const Buffers<real>& state = backend.download(persistent_buffers(backend.features()));
+  replace_file(path, encode_checkpoint(label, state, backend.features()));
 }
 
 template <class real>
 Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
-  InitialState<real> state = compile<real>(scene);
+  Start<real> start = make_start<real>(scene, options);
+  const InitialState<real>& state = start.state;
   Recorder recorder = make_recorder(state);
 
   Report report;
@@ -88,18 +135,27 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   report.worlds = state.sizes.worlds;
   report.bodies = state.sizes.bodies;
   report.joints = state.sizes.joints;
-  report.steps = scene.settings.steps;
+  report.first_step = start.steps_done;
+  report.steps = scene.settings.steps - start.steps_done;
   report.dt = scene.settings.dt;
   report.substeps = scene.settings.substeps;
   report.iterations = scene.settings.iterations;
   report.tolerance = scene.settings.tolerance;
 
   const StepParams<real> params = state.params;
-  Simulation<real> simulation(make_backend(std::move(state), options, report), params);
+  const u32 steps = scene.settings.steps;
+  std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
+  const auto recording = make_recording(options.record, scene, report.device, options.device_options, state);
+  start.state = {};  // backend and recording have what they need of it
+  Simulation<real> simulation(std::move(backend), params, start.steps_done);
   {
+    const Interrupt interrupt;
     Progress progress(report.steps, !options.quiet);
-    simulate(simulation, report.steps, recorder, log, progress);
+    simulate_and_close(simulation, steps, {recorder, log, progress, recording.get()});
   }
+  report.interrupted = simulation.steps_done() < steps;
+  report.steps = simulation.steps_done() - start.steps_done;
+  write_checkpoint(simulation, scene.name, start.identity, options.checkpoint);
   recorder.finish(report);
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();
@@ -108,7 +164,7 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
     for (u32 s = 0; s < stage_count; ++s) {
       const Stage stage = static_cast<Stage>(s);
       if (runs(stage, simulation.backend().features()))
-        report.stage_ms.emplace_back(info(stage).name, 1e3 * seconds[s] / report.steps);
+        report.stage_ms.emplace_back(info(stage).name, 1e3 * seconds[s] / std::max(report.steps, 1u));
     }
   }
   const std::vector<WorldHash> hashes = simulation.world_hashes();
@@ -119,6 +175,8 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
 
 void run(const RunOptions& options) {
   ReportFile file(options.report);
+  expect_writable(options.record, "the recording", recording_signature);
+  expect_writable(options.checkpoint, "the checkpoint", checkpoint_signature);
   Scene scene = read_scene_with(options);
   scene.settings.events = scene.settings.events || !options.events.empty();
   EventLog log(options.events, scene);
@@ -137,6 +195,8 @@ void add_run(CLI::App& program) {
   add_scene_options(*command, *options);
   command->add_option("--report", options->report, "Write the figures to this file as JSON (docs/error_measures.md)");
   command->add_option("--events", options->events, "Write who begins and ceases to touch, a JSON object a line");
+  command->add_option("--record", options->record, "Record every step in this HDF5 file, for `lockstep verify`");
+  command->add_option("--checkpoint", options->checkpoint, "Keep the state that the run ends with, for --resume");
   command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");
   command->add_flag("--quiet", options->quiet, "No progress bar and no table");
   command->footer("Example:\n  lockstep run spheres8000 --steps 120 --report out.json");

@@ -89,7 +89,9 @@ std::string to_json(const Report& report) {
                {"worlds", report.worlds},
                {"bodies", report.bodies},
                {"joints", report.joints},
+               {"first_step", report.first_step},
                {"steps", report.steps},
+               {"interrupted", report.interrupted},
                {"dt", report.dt},
                {"substeps", report.substeps},
                {"iterations", report.iterations},
@@ -129,6 +131,8 @@ std::string to_json(const Report& report) {
 std::string to_table(const Report& report) {
   std::string text = fmt::format("{} on {}, {}, {} bodies, {} steps of {:g} ms\n", report.scene, report.device,
                                  report.precision, report.bodies, report.steps, 1e3 * report.dt);
+  if (report.first_step > 0) text += fmt::format("from a checkpoint after {} steps\n", report.first_step);
+  if (report.interrupted) text += "interrupted: the steps that were asked for are not all done\n";
   if (!report.bit_exact) text += fmt::format("the canary says: {}\n", report.canary);
   text += "speed\n";
   text += row("ms a step median, p99", fmt::format("{:.4g}, {:.4g}  (first {:.4g})", report.ms_per_step_median,

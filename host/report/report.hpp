@@ -15,13 +15,14 @@ namespace lockstep {
 
 /// The figures of one run, and the keys of the report file. An empty optional is `null`: the figure does not apply.
 struct Report {
-  // what was run
+  // what was run; the first step is not 0 where a checkpoint was resumed
   std::string scene, device, precision, solver, friction_model;
   bool bit_exact = true;             // what the canary says of the device
   std::string canary = "bit-exact";  // the same in words
-  u32 worlds = 0, bodies = 0, joints = 0, steps = 0, substeps = 0, iterations = 0;
-  double dt = 0;         // of a step, s
-  double tolerance = 0;  // m/s; 0 where all iterations are made
+  u32 worlds = 0, bodies = 0, joints = 0, first_step = 0, steps = 0, substeps = 0, iterations = 0;
+  bool interrupted = false;  // ended before its last step because it was asked to
+  double dt = 0;             // of a step, s
+  double tolerance = 0;      // m/s; 0 where all iterations are made
   u32 contacts_max = 0, steps_redone = 0, steps_measured = 0;
 
   // speed: median and p99 leave the first step out, which warms up

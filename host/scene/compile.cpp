@@ -326,8 +326,6 @@ Feature Compiler<real>::broad_phase() const {
   return prefers_tree(std::move(extents), worlds_.size()) ? Feature::bvh : Feature::grid;
 }
 
-// First guesses for the lists; a step that needs more asks for it and is redone. A sphere in a dense pile has about 6
-// contacts that it owns, and pairs are little more than contacts.
 template <class real>
 void Compiler<real>::set_sizes() {
   Sizes& sizes = state_.sizes;
@@ -343,16 +341,20 @@ void Compiler<real>::set_sizes() {
     sizes.hull_edges = static_cast<u32>(buffers().hull_edges.size());
     sizes.hull_corners = static_cast<u32>(buffers().hull_corners.size());
   }
+  set_first_capacities(sizes, state_.features);
+}
+
+}  // namespace
+
+void set_first_capacities(Sizes& sizes, Features features) {
   sizes.buckets = 64;
   while (sizes.buckets < 2 * sizes.shapes) sizes.buckets *= 2;
   sizes.pairs = 8 * sizes.shapes + 64;
-  sizes.contacts = sizes.pairs * (has(state_.features, Feature::manifolds) ? 2 : 1);
+  sizes.contacts = sizes.pairs * (has(features, Feature::manifolds) ? 2 : 1);
   // each colour, and the overflow, may end in a block that is not full
   sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;
   sizes.rows = sizes.blocks;
 }
-
-}  // namespace
 
 template <class real>
 InitialState<real> compile(std::span<const Scene> worlds) {

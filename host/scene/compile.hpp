@@ -29,4 +29,8 @@ InitialState<real> compile(const Scene& scene) {
   return compile<real>(std::span<const Scene>(&scene, 1));
 }
 
+/// First guesses for the lists of so many shapes; a step that needs more asks for it and is redone. A sphere in a dense
+/// pile has about 6 contacts that it owns, and pairs are little more than contacts.
+void set_first_capacities(Sizes& sizes, Features features);
+
 }  // namespace lockstep

@@ -173,6 +173,7 @@ Scene parse_scene(const std::string& text, const std::string& source) {
       {"$schema", "name", "description", "gravity", "settings", "materials", "material_pairs", "bodies", "joints"});
   Scene scene;
   scene.source = source;
+  scene.text = text;
   scene.name = root.has("name") ? root.at("name").text() : stem(source);
   if (root.has("description")) scene.description = root.at("description").text();
   if (root.has("gravity")) scene.gravity = root.at("gravity").vector();

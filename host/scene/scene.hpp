@@ -126,6 +126,7 @@ inline const char* name_of(FrictionModel model) { return friction_model_names[st
 struct Scene {
   std::string name, source;  // the file's stem and path
   std::string description;   // one line: what a viewer should see
+  std::string text;          // of the file, as it was read
   Vector3 gravity = {0, 0, -9.81};
   Settings settings;
   std::vector<Material> materials;

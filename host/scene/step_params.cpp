@@ -16,6 +16,22 @@ Correction correction_of(const Settings& settings) {
 }  // namespace
 
 template <class real>
+void set_sizes(StepParams<real>& p, const Sizes& sizes) {
+  p.bodies = sizes.bodies;
+  p.shapes = sizes.shapes;
+  p.worlds = sizes.worlds;
+  p.buckets = sizes.buckets;
+  p.pair_capacity = sizes.pairs;
+  p.contact_capacity = sizes.contacts;
+  p.block_capacity = sizes.blocks;
+  p.row_capacity = sizes.rows;
+  p.joint_blocks = sizes.joint_blocks;
+}
+
+template void set_sizes<float>(StepParams<float>&, const Sizes&);
+template void set_sizes<double>(StepParams<double>&, const Sizes&);
+
+template <class real>
 StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features features) {
   const Settings& settings = scene.settings;
   const Origin origin = {scene};
@@ -43,15 +59,7 @@ StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features fe
   p.margin = rounded<real>(settings.margin, "margin", origin);
   p.speed_limit = rounded<real>(settings.speed_limit, "speed_limit", origin);
   if (settings.tolerance > 0) p.tolerance = rounded_positive<real>(settings.tolerance, "tolerance", origin);
-  p.bodies = sizes.bodies;
-  p.shapes = sizes.shapes;
-  p.worlds = sizes.worlds;
-  p.buckets = sizes.buckets;
-  p.pair_capacity = sizes.pairs;
-  p.contact_capacity = sizes.contacts;
-  p.block_capacity = sizes.blocks;
-  p.row_capacity = sizes.rows;
-  p.joint_blocks = sizes.joint_blocks;
+  set_sizes(p, sizes);
   p.iterations = settings.iterations;
   p.substeps = settings.substeps;
   return p;

@@ -10,4 +10,8 @@ namespace lockstep {
 template <class real>
 StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features features);
 
+/// The parameters that say how long the buffers are.
+template <class real>
+void set_sizes(StepParams<real>& params, const Sizes& sizes);
+
 }  // namespace lockstep

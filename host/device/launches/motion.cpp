@@ -20,14 +20,15 @@ void launch_integrate_free_flight(Launcher& launcher) {
 void launch_end_step(Launcher& launcher) { launcher.run("end_step", 1); }
 
 void launch_hash_state(Launcher& launcher) {
-  launcher.run("hash_state_steps", launcher.plan().sizes.worlds);
-  launcher.run("hash_state_bodies", launcher.plan().sizes.bodies);
-  if (has(launcher.plan().features, Feature::contacts)) {
-    launcher.run("hash_state_contacts", launcher.plan().sizes.contacts);
-  }
-  if (has(launcher.plan().features, Feature::joints))
-    launcher.run("hash_state_joints", launcher.plan().sizes.joint_blocks * PACK);
-  if (has(launcher.plan().features, Feature::events)) launcher.run("hash_state_touching", launcher.plan().sizes.pairs);
+  const LaunchPlan& plan = launcher.plan();
+  // a work-item adds up what it has before it meets the others at the sum
+  const u32 share = plan.lanes > 1 ? 64 : 4;
+  const auto run = [&](const char* kernel, u32 records) { launcher.run(kernel, (records + share - 1) / share); };
+  launcher.run("hash_state_steps", plan.sizes.worlds);
+  run("hash_state_bodies", plan.sizes.bodies);
+  if (has(plan.features, Feature::contacts)) run("hash_state_contacts", plan.contacts);
+  if (has(plan.features, Feature::joints)) run("hash_state_joints", plan.sizes.joint_blocks * PACK);
+  if (has(plan.features, Feature::events)) run("hash_state_touching", plan.pairs);
 }
 
 }  // namespace lockstep

@@ -1,0 +1,68 @@
+#include "host/app/recording.hpp"
+
+#include <limits>
+#include <nlohmann/json.hpp>
+
+namespace lockstep::app {
+
+namespace {
+
+std::string options_text(const Settings& settings, const DeviceOptions& options) {
+  const nlohmann::ordered_json json = {{"steps", settings.steps},
+                                       {"dt", settings.dt},
+                                       {"substeps", settings.substeps},
+                                       {"iterations", settings.iterations},
+                                       {"tolerance", settings.tolerance},
+                                       {"solver", name_of(settings.solver)},
+                                       {"friction_model", name_of(settings.friction_model)},
+                                       {"lanes", options.lanes},
+                                       {"work_group", options.work_group},
+                                       {"threads", options.threads}};
+  return json.dump();
+}
+
+}  // namespace
+
+template <class real>
+std::unique_ptr<RecordingWriter<real>> make_recording(const std::string& path, const Scene& scene,
+                                                      const std::string& device, const DeviceOptions& options,
+                                                      const InitialState<real>& start) {
+  if (path.empty()) return nullptr;
+  const RecordingLabel label = {scene.name, device, options_text(scene.settings, options), scene.text};
+  return std::make_unique<RecordingWriter<real>>(path, label, start);
+}
+
+template <class real>
+void record_step(RecordingWriter<real>& recording, Simulation<real>& simulation, double milliseconds) {
+  Backend<real>& backend = simulation.backend();
+  backend.run(Stage::hash_state, simulation.params());
+  const Counters& counters = simulation.counters();
+  recording.add(StepRow{simulation.steps_done(), counters[COUNTER_PAIRS], counters[COUNTER_CONTACTS],
+                        simulation.redone(), milliseconds},
+                backend.download(RecordingWriter<real>::wanted()));
+}
+
+MeasureRow measure_row(u32 step, const Measures& measures) {
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  MeasureRow row;
+  row.step = step;
+  row.energy_j = measures.energy();
+  for (const WorldMeasures& world : measures.worlds) row.kinetic_j += world.kinetic;
+  row.max_penetration_m = measures.penetration.max;
+  row.mean_penetration_m = measures.penetration.mean;
+  row.residual = measures.residual ? measures.residual->relative : none;
+  row.defect_velocity_max = measures.residual ? measures.residual->defect_max : none;
+  row.joint_drift_m = measures.joint_drift ? measures.joint_drift->separation : measures.pivot_drift.value_or(none);
+  row.joint_angle_rad = measures.joint_drift ? measures.joint_drift->angle : none;
+  return row;
+}
+
+#define INSTANTIATE(real)                                                                                              \
+  template std::unique_ptr<RecordingWriter<real>> make_recording(const std::string&, const Scene&, const std::string&, \
+                                                                 const DeviceOptions&, const InitialState<real>&);     \
+  template void record_step(RecordingWriter<real>&, Simulation<real>&, double);
+INSTANTIATE(float)
+INSTANTIATE(double)
+#undef INSTANTIATE
+
+}  // namespace lockstep::app

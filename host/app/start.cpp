@@ -1,0 +1,28 @@
+#include "host/app/start.hpp"
+
+#include <fmt/format.h>
+
+#include "host/error.hpp"
+#include "host/record/whole_file.hpp"
+
+namespace lockstep::app {
+
+template <class real>
+Start<real> make_start(const Scene& scene, const SceneOptions& options) {
+  Start<real> start;
+  start.state = compile<real>(scene);
+  start.identity = identity_of(start.state);
+  if (options.resume.empty()) return start;
+  resume_from(read_whole_file(options.resume), options.resume, scene.name, start.state);
+  start.steps_done = start.state.buffers.step_index.front();
+  if (start.steps_done >= scene.settings.steps)
+    throw Error(Failure::input, options.resume,
+                fmt::format("is {} steps old already, and the run is to end after {}; ask for more --steps",
+                            start.steps_done, scene.settings.steps));
+  return start;
+}
+
+template Start<float> make_start<float>(const Scene&, const SceneOptions&);
+template Start<double> make_start<double>(const Scene&, const SceneOptions&);
+
+}  // namespace lockstep::app

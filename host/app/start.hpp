@@ -1,0 +1,21 @@
+// What a run starts from: a compiled scene, or the state of a checkpoint of it.
+#pragma once
+
+#include "host/app/options.hpp"
+#include "host/record/checkpoint.hpp"
+
+namespace lockstep::app {
+
+template <class real>
+struct Start {
+  InitialState<real> state;
+  SceneIdentity identity;
+  u32 steps_done = 0;
+};
+
+/// Throws Error (input) where the checkpoint that the options name is none of this scene, or is as far as the run is to
+/// go.
+template <class real>
+Start<real> make_start(const Scene& scene, const SceneOptions& options);
+
+}  // namespace lockstep::app

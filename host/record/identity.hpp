@@ -1,0 +1,25 @@
+// Which scene a file belongs to.
+#pragma once
+
+#include <cstdint>
+
+#include "host/scene/compile.hpp"
+
+namespace lockstep {
+
+/// What tells one compiled scene from another; how long its lists are does not count.
+struct SceneIdentity {
+  std::uint64_t settings = 0;   // a hash of the precision, the features and the parameters of a step
+  std::uint64_t constants = 0;  // of the constant buffers
+
+  bool operator==(const SceneIdentity&) const = default;
+};
+
+template <class real>
+SceneIdentity identity_of(const InitialState<real>& state);
+
+/// A hash of the persistent buffers, as far as they are in use.
+template <class real>
+std::uint64_t persistent_hash(const Buffers<real>& buffers);
+
+}  // namespace lockstep

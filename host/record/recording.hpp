@@ -1,0 +1,38 @@
+// What a recording holds (docs/recordings.md): who made it and how, the compiled scene and the state that the run began
+// with, and a row of each table below for each step.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "kernels/types.h"
+
+namespace lockstep {
+
+inline constexpr u32 recording_format = 1;
+
+/// What a recording says of itself.
+struct RecordingLabel {
+  std::string scene, device;
+  std::string options;     // as the command line gave them
+  std::string scene_text;  // of the scene file
+};
+
+/// A row of `steps`.
+struct StepRow {
+  u32 step = 0;  // the number of the step, from 1: steps that the state after it has behind it
+  u32 pairs = 0, contacts = 0;
+  u32 redone = 0;  // steps that had to be redone up to here
+  double milliseconds = 0;
+};
+
+/// A row of `measures`, for the steps that the report measures. NaN: does not apply.
+struct MeasureRow {
+  double step = 0;  // as in StepRow
+  double energy_j = 0, kinetic_j = 0;
+  double max_penetration_m = 0, mean_penetration_m = 0;
+  double residual = 0, defect_velocity_max = 0;
+  double joint_drift_m = 0, joint_angle_rad = 0;
+};
+
+}  // namespace lockstep

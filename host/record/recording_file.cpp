@@ -1,0 +1,154 @@
+#include "host/record/recording_file.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstddef>
+#include <cstdio>
+#include <cstring>
+
+#include "host/record/identity.hpp"
+#include "host/record/recording_tables.hpp"
+#include "host/record/state_group.hpp"
+
+namespace lockstep {
+
+namespace {
+
+// Bodies times steps of a batch: a few hundred kilobytes of each table.
+constexpr std::size_t batch_bodies = 1u << 16, longest_batch = 64;
+// What is written at the end takes the place of this in the file.
+constexpr const char* running = "running";
+constexpr std::size_t outcome_length = 512;
+
+h5::Handle create(const std::string& path) {
+  h5::be_quiet();
+  const h5::Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  // what others can read while it is written needs the format of version 1.10
+  h5::check(H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_V110));
+  h5::check(H5Pset_fclose_degree(access, H5F_CLOSE_STRONG));
+  return h5::Handle(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access));
+}
+
+void write_outcome(hid_t attribute, std::string outcome) {
+  outcome.resize(outcome_length);
+  h5::check(H5Awrite(attribute, h5::text_type(outcome_length), outcome.data()));
+}
+
+template <class real>
+void write_head(hid_t file, const RecordingLabel& label, const InitialState<real>& start) {
+  h5::write_attribute(file, "format", recording_format);
+  h5::write_attribute(file, "version", std::string(LOCKSTEP_VERSION));
+  h5::write_attribute(file, "precision", std::string(sizeof(real) == 8 ? "double" : "float"));
+  h5::write_attribute(file, "scene", label.scene);
+  h5::write_attribute(file, "device", label.device);
+  h5::write_attribute(file, "options", label.options);
+  h5::write_text(file, "scene_text", label.scene_text);
+  const h5::Handle outcome(H5Acreate2(file, "outcome", h5::text_type(outcome_length), h5::Handle(H5Screate(H5S_SCALAR)),
+                                      H5P_DEFAULT, H5P_DEFAULT));
+  write_outcome(outcome, running);
+
+  const h5::Handle scene(H5Gcreate2(file, "compiled_scene", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  write_constants(scene, start);
+  h5::write_attribute(scene, "settings_hash", identity_of(start).settings);
+  h5::write_attribute(scene, "constants_hash", identity_of(start).constants);
+  const h5::Handle state(H5Gcreate2(file, "initial_state", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
+  write_persistent(state, start.buffers, start.features);
+  h5::write_attribute(state, "hash", persistent_hash(start.buffers));
+}
+
+}  // namespace
+
+UnfinishedFile::~UnfinishedFile() {
+  if (!path.empty()) std::remove(path.c_str());
+}
+
+void UnfinishedFile::rename_to(const std::string& name) {
+  if (std::rename(path.c_str(), name.c_str()) != 0) throw h5::Failed(std::strerror(errno));
+  path.clear();
+}
+
+template <class real>
+void Batch<real>::clear() {
+  steps.clear();
+  state_hashes.clear();
+  pose_hashes.clear();
+  positions.clear();
+  orientations.clear();
+  motions.clear();
+  measures.clear();
+}
+
+template <class real>
+RecordingFile<real>::RecordingFile(const std::string& path, const RecordingLabel& label,
+                                   const InitialState<real>& start)
+    : unfinished_(path + ".part"),
+      file_(create(unfinished_.path)),
+      bodies_(start.sizes.bodies),
+      batch_steps_(std::clamp<std::size_t>(batch_bodies / bodies_, 1, longest_batch)) {
+  write_head(file_, label, start);
+  const hsize_t worlds = start.sizes.worlds, bodies = bodies_;
+  steps_ = GrowingRows(file_, "steps", step_row_type(), {}, batch_steps_);
+  state_hashes_ = GrowingRows(file_, "state_hashes", H5T_STD_U64LE, {worlds}, batch_steps_);
+  pose_hashes_ = GrowingRows(file_, "pose_hashes", H5T_STD_U64LE, {worlds}, batch_steps_);
+  measures_ = GrowingRows(file_, "measures", measure_row_type(), {}, 1);
+  for (std::size_t i = 0; i < std::size(body_tables); ++i)
+    tables_[i] =
+        GrowingRows(file_, body_tables[i].name, h5::file_type<real>(), {bodies, body_tables[i].columns}, batch_steps_);
+  h5::check(H5Fstart_swmr_write(file_));
+  unfinished_.rename_to(path);
+}
+
+// The steps come last: what they count is there.
+template <class real>
+void RecordingFile<real>::write(const Batch<real>& batch) {
+  write_bodies(batch);
+  if (!batch.steps.empty()) {
+    state_hashes_.append(batch.state_hashes.data(), batch.steps.size(), packer_);
+    pose_hashes_.append(batch.pose_hashes.data(), batch.steps.size(), packer_);
+    steps_.append(batch.steps.data(), batch.steps.size(), packer_);
+  }
+  for (const MeasureRow& row : batch.measures) measures_.append(&row, 1, packer_);
+}
+
+template <class real>
+void RecordingFile<real>::write_bodies(const Batch<real>& batch) {
+  if (batch.steps.empty()) return;
+  // the first `count` numbers of every record, from `first` on
+  const auto write = [&](GrowingRows& table, const auto& records, std::size_t first, std::size_t count) {
+    columns_.resize(records.size() * count);
+    for (std::size_t i = 0; i < records.size(); ++i) {
+      const real* record = reinterpret_cast<const real*>(&records[i]) + first;
+      for (std::size_t k = 0; k < count; ++k) columns_[i * count + k] = record[k];
+    }
+    table.append(columns_.data(), batch.steps.size(), packer_);
+  };
+  constexpr std::size_t v = offsetof(Motion<real>, v) / sizeof(real), w = offsetof(Motion<real>, w) / sizeof(real);
+  write(tables_[0], batch.positions, 0, 3);
+  write(tables_[1], batch.orientations, 0, 4);
+  write(tables_[2], batch.motions, v, 3);
+  write(tables_[3], batch.motions, w, 3);
+}
+
+template <class real>
+void RecordingFile<real>::close(const std::string& outcome) {
+  {
+    const h5::Handle attribute(H5Aopen(file_, "outcome", H5P_DEFAULT));
+    write_outcome(attribute, outcome);
+  }
+  h5::check(H5Fflush(file_, H5F_SCOPE_GLOBAL));
+  h5::check(H5Fclose(file_.release()));
+}
+
+template <class real>
+void RecordingFile<real>::abandon() {
+  for (GrowingRows* rows : {&steps_, &state_hashes_, &pose_hashes_, &measures_}) rows->abandon();
+  for (GrowingRows& table : tables_) table.abandon();
+  file_.release();
+}
+
+template struct Batch<float>;
+template struct Batch<double>;
+template class RecordingFile<float>;
+template class RecordingFile<double>;
+
+}  // namespace lockstep

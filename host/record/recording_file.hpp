@@ -1,0 +1,60 @@
+// The file of a recording while it is written, by one thread.
+#pragma once
+
+#include "host/record/chunks.hpp"
+#include "host/record/recording.hpp"
+#include "host/scene/compile.hpp"
+
+namespace lockstep {
+
+/// Steps that are written together.
+template <class real>
+struct Batch {
+  std::vector<StepRow> steps;
+  std::vector<std::uint64_t> state_hashes, pose_hashes;  // of each step and world
+  std::vector<Vec4<real>> positions, orientations;       // of each step and body
+  std::vector<Motion<real>> motions;
+  std::vector<MeasureRow> measures;
+
+  void clear();
+};
+
+/// A file that gets its name when its head is whole, so that whoever finds one can read it.
+struct UnfinishedFile {
+  std::string path;  // empty: it has its name
+
+  explicit UnfinishedFile(std::string name) : path(std::move(name)) {}
+  ~UnfinishedFile();
+  UnfinishedFile(const UnfinishedFile&) = delete;
+  UnfinishedFile& operator=(const UnfinishedFile&) = delete;
+  void rename_to(const std::string& name);
+};
+
+template <class real>
+class RecordingFile {
+ public:
+  RecordingFile(const std::string& path, const RecordingLabel& label, const InitialState<real>& start);
+
+  /// Steps of a full batch; only the last one may have fewer.
+  std::size_t batch_steps() const { return batch_steps_; }
+
+  void write(const Batch<real>& batch);
+  void close(const std::string& outcome);
+
+  /// After a failure: leaves the file as a crash would, which readers can live with. Closing it would write a part of
+  /// what did not fit.
+  void abandon();
+
+ private:
+  void write_bodies(const Batch<real>& batch);
+
+  UnfinishedFile unfinished_;
+  h5::Handle file_;
+  std::size_t bodies_, batch_steps_;
+  GrowingRows steps_, state_hashes_, pose_hashes_, measures_;
+  GrowingRows tables_[4];  // body_tables
+  ChunkPacker packer_;
+  std::vector<real> columns_;
+};
+
+}  // namespace lockstep

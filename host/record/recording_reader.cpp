@@ -1,0 +1,163 @@
+#include "host/record/recording_reader.hpp"
+
+#include <algorithm>
+#include <filesystem>
+
+#include "host/error.hpp"
+#include "host/record/identity.hpp"
+#include "host/record/recording_tables.hpp"
+#include "host/record/state_group.hpp"
+
+namespace lockstep {
+
+namespace {
+
+// More rows than a file has bytes are not there, whatever it says.
+constexpr hsize_t most_words = 1u << 30;
+
+// How often HDF5 reads what does not fit its checksum, in case it is just being written; it waits twice as long each
+// time, from 1 ns on: here some milliseconds, with its own 100 attempts for ever.
+constexpr unsigned read_attempts = 22;
+
+h5::Handle open_file(const std::string& path) {
+  std::error_code error;
+  const auto status = std::filesystem::status(path, error);
+  if (status.type() == std::filesystem::file_type::not_found) throw Error(Failure::input, path, "no such file");
+  if (status.type() == std::filesystem::file_type::directory)
+    throw Error(Failure::input, path, "is a directory, must be a recording");
+  h5::be_quiet();
+  const h5::Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  h5::check(H5Pset_metadata_read_attempts(access, read_attempts));
+  // as one who reads while another writes, which also opens what a writer never closed
+  return h5::Handle(H5Fopen(path.c_str(), H5F_ACC_RDONLY | H5F_ACC_SWMR_READ, access));
+}
+
+// What HDF5 or the layout of the file does not like, as one line that names the file.
+template <class Work>
+auto reading(const std::string& path, Work&& work) {
+  try {
+    return work();
+  } catch (const h5::Failed& failed) {
+    throw Error(Failure::input, path, std::string("is no recording that this program reads: ") + failed.what());
+  }
+}
+
+// Reads the rows [first, first + count) of a table.
+void read_rows(hid_t dataset, hid_t type, hsize_t first, hsize_t count, void* out) {
+  std::vector<hsize_t> extent = h5::extent_of(dataset), start(extent.size(), 0);
+  start[0] = first;
+  extent[0] = count;
+  const h5::Handle file_space(H5Dget_space(dataset)), memory_space = h5::space(extent);
+  h5::check(H5Sselect_hyperslab(file_space, H5S_SELECT_SET, start.data(), nullptr, extent.data(), nullptr));
+  h5::check(H5Dread(dataset, type, memory_space, file_space, H5P_DEFAULT, out));
+}
+
+// A table of `extent`, at least as many rows as extent[0] says.
+h5::Handle open_table(hid_t file, const char* name, hid_t type, const std::vector<hsize_t>& extent) {
+  h5::Handle dataset = h5::open_dataset(file, name);
+  const h5::Handle stored(H5Dget_type(dataset));
+  if (h5::check(H5Tequal(stored, type)) == 0) throw h5::Failed(std::string(name) + " is of another type");
+  const std::vector<hsize_t> there = h5::extent_of(dataset);
+  if (there.size() != extent.size() || !std::equal(there.begin() + 1, there.end(), extent.begin() + 1) ||
+      there[0] < extent[0])
+    throw h5::Failed(std::string(name) + " has another shape than the scene and the steps give it");
+  return dataset;
+}
+
+}  // namespace
+
+RecordingReader::RecordingReader(const std::string& path)
+    : path_(path), file_(reading(path, [&] { return open_file(path); })) {
+  reading(path_, [&] { read_head(), read_steps(); });
+}
+
+RecordingReader::RecordingReader(std::span<const unsigned char> bytes, const std::string& path)
+    : path_(path), file_(reading(path, [&] { return h5::open_image(bytes); })) {
+  reading(path_, [&] { read_head(), read_steps(); });
+}
+
+void RecordingReader::read_head() {
+  const u32 format = h5::read_attribute<u32>(file_, "format");
+  if (format != recording_format)
+    throw h5::Failed("it has format " + std::to_string(format) + ", wanted is " + std::to_string(recording_format));
+  version_ = h5::read_text_attribute(file_, "version");
+  precision_ = h5::read_text_attribute(file_, "precision");
+  if (precision_ != "float" && precision_ != "double") throw h5::Failed("precision is neither float nor double");
+  label_.scene = h5::read_text_attribute(file_, "scene");
+  label_.device = h5::read_text_attribute(file_, "device");
+  label_.options = h5::read_text_attribute(file_, "options");
+  label_.scene_text = h5::read_text(file_, "scene_text");
+  outcome_ = h5::read_text_attribute(file_, "outcome");
+}
+
+void RecordingReader::read_steps() {
+  const h5::Handle type = step_row_type();
+  const h5::Handle dataset = open_table(file_, "steps", type, {0});
+  const hsize_t rows = h5::extent_of(dataset)[0];
+  if (rows > most_words) throw h5::Failed("steps has more rows than there can be");
+  if (H5Dget_storage_size(dataset) * 1000 < rows) throw h5::Failed("steps is not all there");
+  rows_.resize(rows);
+  if (rows > 0) read_rows(dataset, type, 0, rows, rows_.data());
+  // rows that are announced and not there yet are zeros
+  const auto follows = [](const StepRow& a, const StepRow& b) { return b.step != a.step + 1; };
+  const auto end = std::adjacent_find(rows_.begin(), rows_.end(), follows);
+  if (end != rows_.end()) rows_.erase(end + 1, rows_.end());
+  if (!rows_.empty() && rows_[0].step == 0) rows_.clear();
+  state_hashes_ = read_hashes("state_hashes");
+  pose_hashes_ = read_hashes("pose_hashes");
+}
+
+std::vector<std::uint64_t> RecordingReader::read_hashes(const char* name) const {
+  const std::vector<hsize_t> extent = h5::extent_of(h5::open_dataset(file_, name));
+  if (extent.size() != 2 || extent[1] == 0 || extent[1] > most_words || extent[1] * steps() > most_words)
+    throw h5::Failed(std::string(name) + " has no shape of hashes");
+  const h5::Handle dataset = open_table(file_, name, H5T_STD_U64LE, {steps(), extent[1]});
+  if (H5Dget_storage_size(dataset) * 1000 < extent[1] * steps())
+    throw h5::Failed(std::string(name) + " is not all there");
+  std::vector<std::uint64_t> hashes(steps() * extent[1]);
+  if (!hashes.empty()) read_rows(dataset, H5T_NATIVE_UINT64, 0, steps(), hashes.data());
+  return hashes;
+}
+
+template <class real>
+InitialState<real> RecordingReader::start() const {
+  return reading(path_, [&] {
+    const h5::Handle scene = h5::open_group(file_, "compiled_scene");
+    InitialState<real> state = read_constants<real>(scene);
+    const SceneIdentity written = {h5::read_attribute<std::uint64_t>(scene, "settings_hash"),
+                                   h5::read_attribute<std::uint64_t>(scene, "constants_hash")};
+    if (identity_of(state) != written) throw h5::Failed("the compiled scene is damaged, its hash does not fit");
+    const h5::Handle persistent = h5::open_group(file_, "initial_state");
+    read_persistent(persistent, state);
+    if (persistent_hash(state.buffers) != h5::read_attribute<std::uint64_t>(persistent, "hash"))
+      throw h5::Failed("the initial state is damaged, its hash does not fit");
+    if (!rows_.empty() && rows_[0].step != state.buffers.step_index.front() + 1)
+      throw h5::Failed("the first step does not follow the initial state");
+    if (state_hashes_.size() != std::size_t{steps()} * state.sizes.worlds ||
+        pose_hashes_.size() != state_hashes_.size())
+      throw h5::Failed("the hashes are not those of so many worlds");
+    return state;
+  });
+}
+
+template <class real>
+std::vector<real> RecordingReader::bodies(u32 table, u32 row) const {
+  return reading(path_, [&] {
+    const BodyTable& about = body_tables[table];
+    const std::vector<hsize_t> extent = h5::extent_of(h5::open_dataset(file_, about.name));
+    if (extent.size() != 3 || extent[1] > most_words)
+      throw h5::Failed(std::string(about.name) + " is no table of bodies");
+    const h5::Handle dataset =
+        open_table(file_, about.name, h5::file_type<real>(), {row + hsize_t{1}, extent[1], about.columns});
+    std::vector<real> values(extent[1] * about.columns);
+    read_rows(dataset, h5::memory_type<real>(), row, 1, values.data());
+    return values;
+  });
+}
+
+template InitialState<float> RecordingReader::start<float>() const;
+template InitialState<double> RecordingReader::start<double>() const;
+template std::vector<float> RecordingReader::bodies<float>(u32, u32) const;
+template std::vector<double> RecordingReader::bodies<double>(u32, u32) const;
+
+}  // namespace lockstep

@@ -1,0 +1,55 @@
+// Reads recordings: those that are whole, those that a crash cut short, and those that are still being written.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "host/record/hdf5.hpp"
+#include "host/record/recording.hpp"
+#include "host/scene/compile.hpp"
+
+namespace lockstep {
+
+/// Throws Error (input), one line that names the file, wherever it is no whole recording.
+class RecordingReader {
+ public:
+  explicit RecordingReader(const std::string& path);
+  /// The same of a file that lies in memory.
+  RecordingReader(std::span<const unsigned char> bytes, const std::string& path);
+
+  const RecordingLabel& label() const { return label_; }
+  const std::string& version() const { return version_; }      // of the program that made it
+  const std::string& precision() const { return precision_; }  // "float" or "double"
+  /// "finished", "interrupted", an error; "running" where the run is not over, or was killed.
+  const std::string& outcome() const { return outcome_; }
+
+  /// Steps that are there whole.
+  u32 steps() const { return static_cast<u32>(rows_.size()); }
+  const std::vector<StepRow>& rows() const { return rows_; }
+
+  /// The hashes of the state after each step, steps x worlds, and of the poses.
+  const std::vector<std::uint64_t>& state_hashes() const { return state_hashes_; }
+  const std::vector<std::uint64_t>& pose_hashes() const { return pose_hashes_; }
+
+  /// What the run began with. `real` must be the precision.
+  template <class real>
+  InitialState<real> start() const;
+
+  /// A row of the table body_tables[table]: bodies x columns.
+  template <class real>
+  std::vector<real> bodies(u32 table, u32 row) const;
+
+ private:
+  void read_head();
+  void read_steps();
+  std::vector<std::uint64_t> read_hashes(const char* name) const;
+
+  std::string path_;
+  h5::Handle file_;
+  RecordingLabel label_;
+  std::string version_, precision_, outcome_;
+  std::vector<StepRow> rows_;
+  std::vector<std::uint64_t> state_hashes_, pose_hashes_;
+};
+
+}  // namespace lockstep

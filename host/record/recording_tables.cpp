@@ -1,0 +1,33 @@
+#include "host/record/recording_tables.hpp"
+
+#include <cstddef>
+
+namespace lockstep {
+
+h5::Handle step_row_type() {
+  h5::Handle type(H5Tcreate(H5T_COMPOUND, sizeof(StepRow)));
+  h5::check(H5Tinsert(type, "step", offsetof(StepRow, step), H5T_STD_U32LE));
+  h5::check(H5Tinsert(type, "pairs", offsetof(StepRow, pairs), H5T_STD_U32LE));
+  h5::check(H5Tinsert(type, "contacts", offsetof(StepRow, contacts), H5T_STD_U32LE));
+  h5::check(H5Tinsert(type, "redone", offsetof(StepRow, redone), H5T_STD_U32LE));
+  h5::check(H5Tinsert(type, "milliseconds", offsetof(StepRow, milliseconds), H5T_IEEE_F64LE));
+  return type;
+}
+
+h5::Handle measure_row_type() {
+  h5::Handle type(H5Tcreate(H5T_COMPOUND, sizeof(MeasureRow)));
+#define COLUMN(name) h5::check(H5Tinsert(type, #name, offsetof(MeasureRow, name), H5T_IEEE_F64LE));
+  COLUMN(step)
+  COLUMN(energy_j)
+  COLUMN(kinetic_j)
+  COLUMN(max_penetration_m)
+  COLUMN(mean_penetration_m)
+  COLUMN(residual)
+  COLUMN(defect_velocity_max)
+  COLUMN(joint_drift_m)
+  COLUMN(joint_angle_rad)
+#undef COLUMN
+  return type;
+}
+
+}  // namespace lockstep

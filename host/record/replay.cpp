@@ -1,0 +1,144 @@
+#include "host/record/replay.hpp"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "host/backends/checked_backend.hpp"
+#include "host/backends/words.hpp"
+#include "host/record/recording_tables.hpp"
+#include "host/simulation.hpp"
+
+namespace lockstep {
+
+namespace {
+
+std::string hex(std::uint64_t hash) {
+  char digits[17];
+  std::snprintf(digits, sizeof(digits), "%016llx", static_cast<unsigned long long>(hash));
+  return digits;
+}
+
+std::uint64_t state_hash(const WorldHash& hash) { return std::uint64_t{hash.state_high} << 32 | hash.state_low; }
+std::uint64_t pose_hash(const WorldHash& hash) { return std::uint64_t{hash.pose_high} << 32 | hash.pose_low; }
+
+template <class real>
+class Replay {
+ public:
+  Replay(const RecordingReader& recording, const ReplayTarget& target)
+      : recording_(recording), target_(target), start_(recording.start<real>()) {}
+
+  void run(const std::function<void(u32)>& done) const {
+    Simulation<real> simulation = simulate(start_);
+    for (u32 row = 0; row < recording_.steps(); ++row) {
+      simulation.step();
+      const std::vector<WorldHash> hashes = simulation.world_hashes();
+      for (u32 world = 0; world < hashes.size(); ++world) {
+        const std::size_t at = std::size_t{row} * hashes.size() + world;
+        if (state_hash(hashes[world]) != recording_.state_hashes()[at] ||
+            pose_hash(hashes[world]) != recording_.pose_hashes()[at])
+          explain(row, world, hashes[world]);
+      }
+      done(row + 1);
+    }
+  }
+
+ private:
+  Simulation<real> simulate(const InitialState<real>& state) const {
+    std::unique_ptr<Backend<real>> backend;
+    if (target_.device)
+      backend = std::make_unique<DeviceBackend<real>>(state, *target_.device, target_.options);
+    else
+      backend = std::make_unique<ReferenceBackend<real>>(state);
+    return Simulation<real>(std::move(backend), state.params, state.buffers.step_index.front());
+  }
+
+  // The state that a number of steps lead to.
+  InitialState<real> state_after(u32 steps) const {
+    Simulation<real> simulation = simulate(start_);
+    for (u32 i = 0; i < steps; ++i) simulation.step();
+    Backend<real>& backend = simulation.backend();
+    InitialState<real> state = start_;
+    state.sizes = backend.sizes();
+    state.params = simulation.params();
+    resize(state.buffers, state.sizes, state.features);
+    std::vector<Buffer> wanted;
+    for (u32 i = 0; i < buffer_count; ++i) {
+      const Buffer buffer = static_cast<Buffer>(i);
+      if (info(buffer).lifetime == Lifetime::persistent && has(state.features, info(buffer).feature))
+        wanted.push_back(buffer);
+    }
+    const Buffers<real>& now = backend.download(wanted);
+#define BUFFER(name, ...) \
+  if (info(Buffer::name).lifetime == Lifetime::persistent) state.buffers.name = now.name;
+#include "host/buffers.def"
+#undef BUFFER
+    return state;
+  }
+
+  [[noreturn]] void explain(u32 row, u32 world, const WorldHash& here) const {
+    const u32 step = recording_.rows()[row].step - 1;  // as every message counts, from 0
+    const InitialState<real> before = state_after(row);
+    check(before);
+    const std::string where = "step " + std::to_string(step);
+    compare_bodies(before, row, where);
+    const std::size_t at = std::size_t{row} * start_.sizes.worlds + world;
+    fail(where, "the state hash of world " + std::to_string(world) + " was recorded as " +
+                    hex(recording_.state_hashes()[at]) + " and is " + hex(state_hash(here)) +
+                    " here; poses and velocities are equal");
+  }
+
+  // The step on the device and in the reference beside each other: throws Mismatch where they part.
+  void check(const InitialState<real>& before) const {
+    const std::optional<DeviceInfo> device = target_.device ? target_.device : select_device("auto");
+    if (!device) return;
+    auto backend = std::make_unique<CheckedBackend<real>>(before, *device, target_.options);
+    Simulation<real>(std::move(backend), before.params, before.buffers.step_index.front()).step();
+  }
+
+  void compare_bodies(const InitialState<real>& before, u32 row, const std::string& where) const {
+    Simulation<real> simulation = simulate(before);
+    simulation.step();
+    const Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::motions};
+    const Buffers<real>& now = simulation.backend().download(wanted);
+    const auto compare = [&](u32 table, const char* buffer, const auto& records, std::size_t first) {
+      const std::size_t columns = body_tables[table].columns;
+      const std::vector<real> recorded = recording_.bodies<real>(table, row);
+      for (std::size_t i = 0; i < std::min(recorded.size() / columns, records.size()); ++i) {
+        for (std::size_t k = 0; k < columns; ++k) {
+          const real is = reinterpret_cast<const real*>(&records[i])[first + k], was = recorded[i * columns + k];
+          if (!same_bits(was, is))
+            fail(where, std::string(buffer) + "[" + std::to_string(i) + "] word " + std::to_string(first + k) +
+                            ": recorded " + show_word(was) + ", here " + show_word(is));
+        }
+      }
+    };
+    compare(0, "positions", now.positions, 0);
+    compare(1, "orientations", now.orientations, 0);
+    compare(2, "motions", now.motions, offsetof(Motion<real>, v) / sizeof(real));
+    compare(3, "motions", now.motions, offsetof(Motion<real>, w) / sizeof(real));
+  }
+
+  // Here device and reference agree, so that it is the recording that is another.
+  [[noreturn]] void fail(const std::string& where, const std::string& what) const {
+    std::string line = what +
+                       "; device and reference agree here, so look at what recorded it: " + recording_.label().device +
+                       ", version " + recording_.version();
+    throw Error(Failure::comparison, where, line);
+  }
+
+  const RecordingReader& recording_;
+  const ReplayTarget& target_;
+  const InitialState<real> start_;
+};
+
+}  // namespace
+
+template <class real>
+void replay(const RecordingReader& recording, const ReplayTarget& target, const std::function<void(u32)>& done) {
+  Replay<real>(recording, target).run(done);
+}
+
+template void replay<float>(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&);
+template void replay<double>(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&);
+
+}  // namespace lockstep

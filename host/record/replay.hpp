@@ -1,0 +1,25 @@
+// Replays a recording somewhere else and compares the hash of every step.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include "host/backends/device_backend.hpp"
+#include "host/record/recording_reader.hpp"
+
+namespace lockstep {
+
+/// Where to replay: the reference, where there is no device.
+struct ReplayTarget {
+  std::optional<DeviceInfo> device;
+  DeviceOptions options;
+};
+
+/// Simulates the steps of a recording from the state that it begins with. Throws Error (comparison) at the first step
+/// whose hash differs. The line names the stage, buffer, record and word where the step of the device and that of the
+/// reference part, if they do; else the first recorded pose or velocity that is another. `done` is told after each
+/// step.
+template <class real>
+void replay(const RecordingReader& recording, const ReplayTarget& target, const std::function<void(u32)>& done);
+
+}  // namespace lockstep

@@ -1,0 +1,119 @@
+#include "host/record/state_group.hpp"
+
+#include <algorithm>
+
+#include "host/record/layout.hpp"
+#include "host/scene/step_params.hpp"
+
+namespace lockstep {
+
+namespace {
+
+template <class real>
+void write_buffers(hid_t group, const Buffers<real>& buffers, Lifetime lifetime, Features features) {
+  for_each_buffer(buffers, [&](Buffer buffer, const auto& elements) {
+    if (info(buffer).lifetime != lifetime || !has(features, info(buffer).feature)) return;
+    const Words<real> words(buffer);
+    const auto write = words.integers ? h5::write_words<u32> : h5::write_words<real>;
+    write(group, info(buffer).name.data(), elements.data(), rows_in_use(buffer, buffers, elements.size()),
+          words.columns);
+  });
+}
+
+template <class real>
+void read_buffer(hid_t group, Buffer buffer, void* elements, std::size_t rows) {
+  const Words<real> words(buffer);
+  const auto read = words.integers ? h5::read_words<u32> : h5::read_words<real>;
+  read(group, info(buffer).name.data(), elements, rows, words.columns);
+}
+
+// How many records of a buffer are stored; 0 where the scene has none.
+u32 stored_rows(hid_t group, Buffer buffer) {
+  const char* name = info(buffer).name.data();
+  if (!h5::has(group, name)) return 0;
+  const h5::Handle dataset = h5::open_dataset(group, name);
+  const std::vector<hsize_t> extent = h5::extent_of(dataset);
+  if (extent.size() != 2 || extent[0] >= NONE) throw h5::Failed(std::string(name) + " has no shape of a buffer");
+  // what a file says is there must be there: nobody is to ask for more memory than the file is long
+  if (H5Dget_storage_size(dataset) < extent[0] * sizeof(u32)) throw h5::Failed(std::string(name) + " is not all there");
+  return static_cast<u32>(extent[0]);
+}
+
+Sizes stored_sizes(hid_t group, Features features) {
+  Sizes sizes;
+  sizes.worlds = stored_rows(group, Buffer::world_ranges);
+  sizes.bodies = stored_rows(group, Buffer::body_infos);
+  sizes.shapes = stored_rows(group, Buffer::shape_infos);
+  sizes.planes = stored_rows(group, Buffer::planes);
+  sizes.material_pairs = stored_rows(group, Buffer::material_pairs);
+  sizes.hulls = stored_rows(group, Buffer::hulls);
+  sizes.hull_vertices = stored_rows(group, Buffer::hull_vertices);
+  sizes.hull_faces = stored_rows(group, Buffer::hull_faces);
+  sizes.hull_edges = stored_rows(group, Buffer::hull_edges);
+  sizes.hull_corners = stored_rows(group, Buffer::hull_corners);
+  sizes.joints = stored_rows(group, Buffer::joint_infos);
+  sizes.joint_blocks = stored_rows(group, Buffer::joint_lanes);
+  const u32 phases = stored_rows(group, Buffer::joint_phases);  // one more than there are
+  sizes.joint_phases = phases > 0 ? phases - 1 : 0;
+  sizes.joined = stored_rows(group, Buffer::joined_bodies);
+  if (sizes.worlds == 0 || sizes.bodies == 0) throw h5::Failed("has no bodies");
+  if (sizes.shapes > (NONE >> 8)) throw h5::Failed("has more shapes than there can be");
+  set_first_capacities(sizes, features);
+  return sizes;
+}
+
+}  // namespace
+
+template <class real>
+void write_constants(hid_t group, const InitialState<real>& state) {
+  h5::write_attribute(group, "features", state.features);
+  for_each_setting(state.params, [&](const char* name, auto value) { h5::write_attribute(group, name, value); });
+  write_buffers(group, state.buffers, Lifetime::constant, state.features);
+}
+
+template <class real>
+InitialState<real> read_constants(hid_t group) {
+  InitialState<real> state;
+  state.features = h5::read_attribute<u32>(group, "features");
+  for_each_setting(state.params, [&](const char* name, auto& value) {
+    value = h5::read_attribute<std::decay_t<decltype(value)>>(group, name);
+  });
+  state.sizes = stored_sizes(group, state.features);
+  set_sizes(state.params, state.sizes);
+  resize(state.buffers, state.sizes, state.features);
+  for_each_buffer(state.buffers, [&](Buffer buffer, auto& elements) {
+    if (info(buffer).lifetime == Lifetime::constant && has(state.features, info(buffer).feature))
+      read_buffer<real>(group, buffer, elements.data(), elements.size());
+  });
+  return state;
+}
+
+template <class real>
+void write_persistent(hid_t group, const Buffers<real>& buffers, Features features) {
+  write_buffers(group, buffers, Lifetime::persistent, features);
+}
+
+template <class real>
+void read_persistent(hid_t group, InitialState<real>& state) {
+  const auto in_blocks = [](u32 count) { return (count + PACK - 1) / PACK * PACK; };
+  state.sizes.contacts = std::max(state.sizes.contacts, in_blocks(stored_rows(group, Buffer::cached_keys)));
+  state.sizes.pairs = std::max(state.sizes.pairs, in_blocks(stored_rows(group, Buffer::touching)));
+  set_sizes(state.params, state.sizes);
+  resize(state.buffers, state.sizes, state.features);
+  for_each_buffer(state.buffers, [&](Buffer buffer, auto& elements) {
+    if (info(buffer).lifetime != Lifetime::persistent || !has(state.features, info(buffer).feature)) return;
+    // the counts come first in the table, so that they say how much of their lists there is
+    read_buffer<real>(group, buffer, elements.data(), rows_in_use(buffer, state.buffers, elements.size()));
+  });
+}
+
+#define INSTANTIATE(real)                                                      \
+  template void write_constants<real>(hid_t, const InitialState<real>&);       \
+  template InitialState<real> read_constants<real>(hid_t);                     \
+  template void write_persistent<real>(hid_t, const Buffers<real>&, Features); \
+  template void read_persistent<real>(hid_t, InitialState<real>&);
+INSTANTIATE(float)
+INSTANTIATE(double)
+#undef INSTANTIATE
+
+}  // namespace lockstep

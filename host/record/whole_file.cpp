@@ -1,0 +1,110 @@
+#include "host/record/whole_file.hpp"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+#include "host/error.hpp"
+
+namespace lockstep {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// A file without a name yet: gone again unless it gets one.
+class NewFile {
+ public:
+  explicit NewFile(const std::string& path) : path_(path), name_(path + ".XXXXXX") {
+    descriptor_ = mkstemp(name_.data());
+    if (descriptor_ < 0) fail();
+    open_to_others();
+  }
+  ~NewFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+    if (!name_.empty()) ::unlink(name_.c_str());
+  }
+  NewFile(const NewFile&) = delete;
+  NewFile& operator=(const NewFile&) = delete;
+
+  void write(std::span<const unsigned char> bytes) {
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) fail();
+      bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+  }
+
+  void put_in_place() {
+    if (::fsync(descriptor_) != 0) fail();
+    const int closed = ::close(descriptor_);
+    descriptor_ = -1;
+    if (closed != 0 || std::rename(name_.c_str(), path_.c_str()) != 0) fail();
+    name_.clear();
+  }
+
+ private:
+  [[noreturn]] void fail() const {
+    throw Error(Failure::device, path_, std::string("cannot be written: ") + std::strerror(errno));
+  }
+
+  // mkstemp gives a file to its owner alone; others are made as the user's mask says
+  void open_to_others() const {
+    const mode_t mask = ::umask(0);
+    ::umask(mask);
+    if (::fchmod(descriptor_, 0666 & ~mask) != 0) fail();
+  }
+
+  std::string path_, name_;
+  int descriptor_ = -1;
+};
+
+}  // namespace
+
+void expect_writable(const std::string& path, const std::string& what, std::string_view signature) {
+  if (path.empty()) return;
+  const auto refuse = [&](const std::string& why) { throw Error(Failure::input, path, why); };
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  const bool made = status.type() == fs::file_type::not_found;
+  if (!made && status.type() != fs::file_type::regular) refuse(what + " cannot be written: it is no file");
+  errno = 0;
+  if (!std::ofstream(path, std::ios::app)) refuse(what + " cannot be written: " + std::strerror(errno));
+  if (made) {
+    fs::remove(path, error);
+    return;
+  }
+  std::string start(signature.size(), '\0');
+  std::ifstream(path, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
+  if (fs::file_size(path, error) > 0 && start != signature)
+    refuse("is there already and is something else; " + what + " does not overwrite it");
+}
+
+void replace_file(const std::string& path, std::span<const unsigned char> bytes) {
+  NewFile file(path);
+  file.write(bytes);
+  file.put_in_place();
+}
+
+std::vector<unsigned char> read_whole_file(const std::string& path) {
+  std::error_code error;
+  const fs::file_status status = fs::status(path, error);
+  if (status.type() == fs::file_type::not_found) throw Error(Failure::input, path, "no such file");
+  if (status.type() == fs::file_type::directory) throw Error(Failure::input, path, "is a directory, must be a file");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw Error(Failure::input, path, "cannot be opened for reading; check its permissions");
+  std::vector<unsigned char> bytes;
+  std::vector<char> piece(1u << 20);
+  while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())), file.gcount() > 0)
+    bytes.insert(bytes.end(), piece.begin(), piece.begin() + file.gcount());
+  if (file.bad()) throw Error(Failure::input, path, "cannot be read to its end");
+  return bytes;
+}
+
+}  // namespace lockstep

@@ -1,0 +1,96 @@
+// What fails while the program runs: it says so in one line, and what it wrote is whole.
+#include "host/record/recording_reader.hpp"
+#include "tests/command_line.hpp"
+
+namespace lockstep {
+namespace {
+
+class Failures : public CommandLine {
+ protected:
+  std::string program(const std::string& arguments) const { return LOCKSTEP_PROGRAM " " + arguments; }
+
+  // The shell's limit on a process: "-v 300000" (kB of memory), "-f 2000" (blocks of a file).
+  std::string limited(const std::string& limit, const std::string& arguments) const {
+    return "trap '' XFSZ; ulimit " + limit + "; exec " + program(arguments);
+  }
+};
+
+TEST_F(Failures, AFullDiskEndsTheRunWithAWholeRecording) {
+  const std::string record = file("x.h5").string();
+  const Outcome outcome =
+      run_command(limited("-f 2000", "run spheres_small --steps 20000 --quiet --device reference --record " + record));
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_EQ(outcome.err, "lockstep: " + record +
+                             ": the recording cannot be written: File too large; the steps that are there can be "
+                             "read\n");
+  const Outcome verified = run("verify --device reference " + record);
+  EXPECT_EQ(verified.status, 0) << verified.err;
+  EXPECT_NE(verified.out.find("every state hash equal"), std::string::npos) << verified.out;
+}
+
+TEST_F(Failures, AFullDiskLeavesTheOldRecordingAndTheOldCheckpoint) {
+  const std::string record = file("x.h5").string(), checkpoint = file("c.h5").string();
+  const std::string few = "run spheres_small --steps 3 --quiet --device reference";
+  EXPECT_EQ(run(few + " --record " + record + " --checkpoint " + checkpoint).status, 0);
+  const std::string old_record = read_file(record), old_checkpoint = read_file(checkpoint);
+  EXPECT_EQ(run_command(limited("-f 10", few + " --record " + record)).status, 3);
+  EXPECT_EQ(run_command(limited("-f 10", few + " --checkpoint " + checkpoint)).status, 3);
+  EXPECT_EQ(read_file(record), old_record);
+  EXPECT_EQ(read_file(checkpoint), old_checkpoint);
+}
+
+TEST_F(Failures, ABodyGoneBadClosesTheRecordingBeforeIt) {
+  std::ofstream(file("fast.json")) << R"({"settings": {"speed_limit": 1, "dt": 0.01},
+    "bodies": [{"mass": 1, "shapes": [{"type": "sphere", "radius": 0.1}]}]})";
+  const std::string record = file("x.h5").string();
+  const Outcome outcome = run("run " + file("fast.json").string() + " --device reference --quiet --record " + record);
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_EQ(outcome.err.rfind("lockstep: step 10, integrate_velocities: body 0 of world 0: ", 0), 0u) << outcome.err;
+  const RecordingReader recording(record);
+  EXPECT_EQ(recording.steps(), 10u);
+  EXPECT_EQ("lockstep: " + recording.outcome() + "\n", outcome.err);
+}
+
+TEST_F(Failures, AskedToEndItWritesEverything) {
+  const std::string record = file("x.h5").string(), checkpoint = file("c.h5").string();
+  const std::string command = program("run spheres_small --steps 1000000 --device reference --record " + record +
+                                      " --checkpoint " + checkpoint);
+  const Outcome outcome = run_command("timeout --preserve-status -s TERM 1 " + command);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_NE(outcome.out.find("interrupted: "), std::string::npos) << outcome.out;
+  const RecordingReader recording(record);
+  EXPECT_EQ(recording.outcome(), "interrupted");
+  const std::string resumed = "run spheres_small --device reference --quiet --steps " +
+                              std::to_string(recording.steps() + 1) + " --resume " + checkpoint;
+  EXPECT_EQ(run(resumed).status, 0);
+}
+
+TEST_F(Failures, WithoutOpenClTheReferenceTakesItsPlace) {
+  const std::string none = "OCL_ICD_VENDORS=/nonexistent/ ";
+  const Outcome outcome = run_command(none + program("run slide_to_roll --steps 5"));
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "lockstep: there is no OpenCL device here; the plain C++ reference takes its place\n");
+  EXPECT_EQ(outcome.out.rfind("slide_to_roll on reference, ", 0), 0u) << outcome.out;
+  EXPECT_EQ(run_command(none + program("run slide_to_roll --steps 5 --device cpu")).status, 3);
+}
+
+// A home where nothing can be written: no binaries are kept, and nothing else is missed.
+TEST_F(Failures, AHomeThatCannotBeWrittenIsNoHindrance) {
+  const std::string home = "POCL_CACHE_DIR=\"${POCL_CACHE_DIR:-$HOME/.cache/pocl}\" HOME=/dev/null ";
+  const Outcome outcome = run_command("unset LOCKSTEP_CACHE XDG_CACHE_HOME; " + home +
+                                      program("run slide_to_roll --device auto --steps 5"));
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+}
+
+TEST_F(Failures, TooLittleMemoryIsSaid) {
+  std::ofstream(file("large.json")) << R"({"bodies": [{"generator": "line", "count": 1000000, "step": [2, 0, 0],
+    "bodies": [{"mass": 1, "shapes": [{"type": "sphere", "radius": 0.1}]}]}]})";
+  const Outcome outcome =
+      run_command(limited("-v 500000", "run " + file("large.json").string() + " --device reference --steps 1"));
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_EQ(outcome.err, "lockstep: out of memory; this machine needs a smaller scene\n");
+}
+
+}  // namespace
+}  // namespace lockstep
