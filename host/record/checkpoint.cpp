@@ -70,8 +70,7 @@ void expect_same_scene(const CheckpointLabel& label, const std::string& scene, c
   if (label.identity.settings != here.settings)
     refuse(path,
            "was made with other settings; give the same --dt, --substeps, --iterations, --tolerance, --solver, "
-           "--friction-model and "
-           "--events");
+           "--friction-model and --events");
   refuse(path, "was made of another version of scene \"" + scene + "\"");
 }
 
