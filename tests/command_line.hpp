@@ -12,6 +12,8 @@
 #include <sstream>
 #include <string>
 
+#include "tests/temporary_folder.hpp"
+
 namespace lockstep {
 
 namespace fs = std::filesystem;
@@ -31,13 +33,7 @@ struct Outcome {
 // A folder of its own for each test, gone afterwards.
 class CommandLine : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "lockstep_cli_XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
-  fs::path file(const std::string& name) const { return folder_ / name; }
+  fs::path file(const std::string& name) const { return folder_.file(name); }
 
   Outcome run(const std::string& arguments) const { return run_command(LOCKSTEP_PROGRAM " " + arguments); }
 
@@ -68,7 +64,7 @@ class CommandLine : public testing::Test {
   }
 
  private:
-  fs::path folder_;
+  const TemporaryFolder folder_;
 };
 
 }  // namespace lockstep

@@ -39,6 +39,21 @@ TEST(FusedSubsteps, CallTheKernelsOfTheStagesOfASubStep) {
   EXPECT_NE(std::ranges::find(fused.values, 7u), fused.values.end());
 }
 
+// A work-group is too little for many parts of any kind: bodies without a shape count as well.
+TEST(FusedSubsteps, AreForSmallScenes) {
+  Sizes small;
+  small.bodies = small.shapes = small.joints = 256;
+  EXPECT_TRUE(fuses_substeps(small, {}));
+  for (u32 Sizes::*parts : {&Sizes::bodies, &Sizes::shapes, &Sizes::joints}) {
+    Sizes large = small;
+    large.*parts = 257;
+    EXPECT_FALSE(fuses_substeps(large, {}));
+    DeviceOptions options;
+    options.fused = true;
+    EXPECT_TRUE(fuses_substeps(large, options));
+  }
+}
+
 // Device and reference side by side, with the sub-steps as one launch as well.
 template <class real>
 void expect_equal_bits(const InitialState<real>& state, int steps) {

@@ -9,14 +9,13 @@
 #include "host/record/chunks.hpp"
 #include "host/record/recording_reader.hpp"
 #include "host/report/report.hpp"
+#include "host/world_hash.hpp"
 #include "tests/child_program.hpp"
 #include "tests/recording_scene.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace lockstep {
 namespace {
-
-std::uint64_t state_hash(const WorldHash& hash) { return std::uint64_t{hash.state_high} << 32 | hash.state_low; }
 
 // ---- chunks --------------------------------------------------------------------------------------------------------
 

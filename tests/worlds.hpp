@@ -7,6 +7,7 @@
 
 #include "cpu_reference/reference.hpp"
 #include "host/scene/compile.hpp"
+#include "host/scene/step_params.hpp"
 
 namespace lockstep::test {
 
@@ -211,13 +212,7 @@ InitialState<real> make_worlds(const std::vector<std::vector<BodyDescription>>& 
   p.slop = real(1e-4);
   p.margin = real(0.005);
   p.speed_limit = real(1e5);
-  p.bodies = sizes.bodies;
-  p.shapes = sizes.shapes;
-  p.worlds = sizes.worlds;
-  p.buckets = sizes.buckets;
-  p.pair_capacity = sizes.pairs;
-  p.contact_capacity = sizes.contacts;
-  p.block_capacity = p.row_capacity = sizes.blocks;
+  set_sizes(p, sizes);
   p.iterations = 10;
   p.substeps = 1;
   return state;

@@ -8,6 +8,7 @@
 #include "host/error.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
+#include "host/world_hash.hpp"
 
 namespace lockstep::app {
 

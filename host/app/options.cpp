@@ -107,8 +107,9 @@ Scene read_scene_with(const SceneOptions& options) {
 std::optional<DeviceInfo> device_of(const TargetOptions& options) {
   const std::optional<DeviceInfo> device = select_device(options.device);
   const DeviceOptions& wanted = options.device_options;
-  if (!device && (wanted.lanes || wanted.work_group || wanted.threads))
-    throw Error(Failure::input, "--lanes --work-group --threads", "are for OpenCL devices; this runs on the reference");
+  if (!device && (wanted.lanes || wanted.work_group || wanted.threads || wanted.fused))
+    throw Error(Failure::input, "--lanes --work-group --threads --fused --staged",
+                "are for OpenCL devices; this runs on the reference");
   return device;
 }
 

@@ -146,7 +146,8 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   const u32 steps = scene.settings.steps;
   std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
   const auto recording = make_recording(options.record, scene, report.device, options.device_options, state);
-  start.state = {};  // backend and recording have what they need of it
+  const SceneIdentity identity = options.checkpoint.empty() ? SceneIdentity() : identity_of(state);
+  start.state = {};  // all have what they need of it
   Simulation<real> simulation(std::move(backend), params, start.steps_done);
   {
     const Interrupt interrupt;
@@ -155,7 +156,7 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   }
   report.interrupted = simulation.steps_done() < steps;
   report.steps = simulation.steps_done() - start.steps_done;
-  write_checkpoint(simulation, scene.name, start.identity, options.checkpoint);
+  write_checkpoint(simulation, scene.name, identity, options.checkpoint);
   recorder.finish(report);
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();

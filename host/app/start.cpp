@@ -11,7 +11,6 @@ template <class real>
 Start<real> make_start(const Scene& scene, const SceneOptions& options) {
   Start<real> start;
   start.state = compile<real>(scene);
-  start.identity = identity_of(start.state);
   if (options.resume.empty()) return start;
   resume_from(read_whole_file(options.resume), options.resume, scene.name, start.state);
   start.steps_done = start.state.buffers.step_index.front();

@@ -9,7 +9,6 @@ namespace lockstep::app {
 template <class real>
 struct Start {
   InitialState<real> state;
-  SceneIdentity identity;
   u32 steps_done = 0;
 };
 

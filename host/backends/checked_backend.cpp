@@ -62,7 +62,7 @@ template <class real>
 CheckedBackend<real>::CheckedBackend(InitialState<real> state, const DeviceInfo& device, const DeviceOptions& options,
                                      CheckOptions check)
     : device_(state, device, staged(options)),
-      fused_(check.fused && is_fused(state.sizes, options)
+      fused_(check.fused && fuses_substeps(state.sizes, options)
                  ? std::make_unique<DeviceBackend<real>>(state, device, options)
                  : nullptr),
       reference_(std::move(state)),

@@ -26,8 +26,8 @@ u32 lanes_for(const DeviceInfo& device, u32 asked) {
 // share out.
 constexpr u32 small_contacts = 1024;
 
-// Up to this many shapes, and joints, one work-group does all sub-steps (docs/performance.md).
-constexpr u32 fused_shapes = 256;
+// Up to this many bodies, shapes and joints one work-group does all sub-steps (docs/performance.md).
+constexpr u32 fused_parts = 256;
 
 bool is_small(const Sizes& sizes, u32 contacts) { return contacts <= small_contacts && sizes.joints <= small_contacts; }
 
@@ -99,9 +99,9 @@ cl::CommandQueue make_queue(Device& device, bool profile) {
 
 }  // namespace
 
-bool is_fused(const Sizes& sizes, const DeviceOptions& options) {
+bool fuses_substeps(const Sizes& sizes, const DeviceOptions& options) {
   if (options.profile || !options.only.empty()) return false;
-  return options.fused.value_or(sizes.shapes <= fused_shapes && sizes.joints <= fused_shapes);
+  return options.fused.value_or(std::max({sizes.bodies, sizes.shapes, sizes.joints}) <= fused_parts);
 }
 
 template <class real>
@@ -114,7 +114,7 @@ struct DeviceBackend<real>::Parts {
         queue(make_queue(device, options.profile)),
         patches(options.patches),
         kernels(kernels_of(features, options)),
-        fused(is_fused(sizes, options)
+        fused(fuses_substeps(sizes, options)
                   ? std::optional(fuse_substeps(kernels.signatures, fused_plan(first_plan(state, lanes))))
                   : std::nullopt),
         program(build(device, fused ? kernels.text + fused->text : kernels.text, {features, sizeof(real) == 8, lanes})),

@@ -26,7 +26,7 @@ struct DeviceOptions {
 };
 
 /// Whether a backend made with these options runs all sub-steps in one launch.
-bool is_fused(const Sizes& sizes, const DeviceOptions& options);
+bool fuses_substeps(const Sizes& sizes, const DeviceOptions& options);
 
 template <class real>
 class DeviceBackend final : public Backend<real> {

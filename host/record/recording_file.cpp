@@ -49,8 +49,9 @@ void write_head(hid_t file, const RecordingLabel& label, const InitialState<real
 
   const h5::Handle scene(H5Gcreate2(file, "compiled_scene", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
   write_constants(scene, start);
-  h5::write_attribute(scene, "settings_hash", identity_of(start).settings);
-  h5::write_attribute(scene, "constants_hash", identity_of(start).constants);
+  const SceneIdentity identity = identity_of(start);
+  h5::write_attribute(scene, "settings_hash", identity.settings);
+  h5::write_attribute(scene, "constants_hash", identity.constants);
   const h5::Handle state(H5Gcreate2(file, "initial_state", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
   write_persistent(state, start.buffers, start.features);
   h5::write_attribute(state, "hash", persistent_hash(start.buffers));

@@ -7,14 +7,9 @@
 
 #include "host/error.hpp"
 #include "host/record/recording_file.hpp"
+#include "host/world_hash.hpp"
 
 namespace lockstep {
-
-namespace {
-
-std::uint64_t joined(u32 high, u32 low) { return std::uint64_t{high} << 32 | low; }
-
-}  // namespace
 
 // One batch is filled by the simulation while the other is written.
 template <class real>
@@ -32,8 +27,8 @@ class RecordingWriter<real>::Thread {
   void add(const StepRow& row, const Buffers<real>& buffers) {
     filling_.steps.push_back(row);
     for (const WorldHash& hash : buffers.world_hashes) {
-      filling_.state_hashes.push_back(joined(hash.state_high, hash.state_low));
-      filling_.pose_hashes.push_back(joined(hash.pose_high, hash.pose_low));
+      filling_.state_hashes.push_back(state_hash(hash));
+      filling_.pose_hashes.push_back(pose_hash(hash));
     }
     const auto append = [&](auto& all, const auto& now) { all.insert(all.end(), now.begin(), now.begin() + bodies_); };
     append(filling_.positions, buffers.positions);

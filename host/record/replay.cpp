@@ -1,25 +1,17 @@
 #include "host/record/replay.hpp"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "host/backends/checked_backend.hpp"
 #include "host/backends/words.hpp"
+#include "host/record/checkpoint.hpp"
 #include "host/record/recording_tables.hpp"
 #include "host/simulation.hpp"
+#include "host/world_hash.hpp"
 
 namespace lockstep {
 
 namespace {
-
-std::string hex(std::uint64_t hash) {
-  char digits[17];
-  std::snprintf(digits, sizeof(digits), "%016llx", static_cast<unsigned long long>(hash));
-  return digits;
-}
-
-std::uint64_t state_hash(const WorldHash& hash) { return std::uint64_t{hash.state_high} << 32 | hash.state_low; }
-std::uint64_t pose_hash(const WorldHash& hash) { return std::uint64_t{hash.pose_high} << 32 | hash.pose_low; }
 
 template <class real>
 class Replay {
@@ -61,13 +53,7 @@ class Replay {
     state.sizes = backend.sizes();
     state.params = simulation.params();
     resize(state.buffers, state.sizes, state.features);
-    std::vector<Buffer> wanted;
-    for (u32 i = 0; i < buffer_count; ++i) {
-      const Buffer buffer = static_cast<Buffer>(i);
-      if (info(buffer).lifetime == Lifetime::persistent && has(state.features, info(buffer).feature))
-        wanted.push_back(buffer);
-    }
-    const Buffers<real>& now = backend.download(wanted);
+    const Buffers<real>& now = backend.download(persistent_buffers(state.features));
 #define BUFFER(name, ...) \
   if (info(Buffer::name).lifetime == Lifetime::persistent) state.buffers.name = now.name;
 #include "host/buffers.def"
@@ -83,7 +69,7 @@ class Replay {
     compare_bodies(before, row, where);
     const std::size_t at = std::size_t{row} * start_.sizes.worlds + world;
     fail(where, "the state hash of world " + std::to_string(world) + " was recorded as " +
-                    hex(recording_.state_hashes()[at]) + " and is " + hex(state_hash(here)) +
+                    hash_text(recording_.state_hashes()[at]) + " and is " + hash_text(state_hash(here)) +
                     " here; poses and velocities are equal");
   }
 
@@ -91,7 +77,8 @@ class Replay {
   void check(const InitialState<real>& before) const {
     const std::optional<DeviceInfo> device = target_.device ? target_.device : select_device("auto");
     if (!device) return;
-    auto backend = std::make_unique<CheckedBackend<real>>(before, *device, target_.options);
+    auto backend =
+        std::make_unique<CheckedBackend<real>>(before, *device, target_.options, CheckOptions{.fused = true});
     Simulation<real>(std::move(backend), before.params, before.buffers.step_index.front()).step();
   }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "host/report/report.hpp"
+#include "host/world_hash.hpp"
 
 namespace lockstep {
 
@@ -138,13 +139,13 @@ std::optional<double> Recorder::energy_error() const {
 
 std::uint64_t combined_state_hash(std::span<const WorldHash> worlds) {
   std::uint64_t hash = 0;
-  for (const WorldHash& world : worlds) hash = mix(hash) ^ (std::uint64_t{world.state_high} << 32 | world.state_low);
+  for (const WorldHash& world : worlds) hash = mix(hash) ^ state_hash(world);
   return hash;
 }
 
 std::uint64_t combined_pose_hash(std::span<const WorldHash> worlds) {
   std::uint64_t hash = 0;
-  for (const WorldHash& world : worlds) hash = mix(hash) ^ (std::uint64_t{world.pose_high} << 32 | world.pose_low);
+  for (const WorldHash& world : worlds) hash = mix(hash) ^ pose_hash(world);
   return hash;
 }
 

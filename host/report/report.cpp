@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "host/world_hash.hpp"
+
 namespace lockstep {
 
 namespace {
@@ -76,8 +78,6 @@ std::string contact_rows(const Report& report) {
 }
 
 }  // namespace
-
-std::string hash_text(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
 std::string to_json(const Report& report) {
   Json json = {{"scene", report.scene},

@@ -89,9 +89,6 @@ class Recorder {
 std::uint64_t combined_state_hash(std::span<const WorldHash> worlds);
 std::uint64_t combined_pose_hash(std::span<const WorldHash> worlds);
 
-/// A hash as reports and golden files write it: 16 hex digits.
-std::string hash_text(std::uint64_t hash);
-
 /// The report as one JSON object.
 std::string to_json(const Report& report);
 
