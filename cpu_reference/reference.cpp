@@ -5,6 +5,7 @@
 #include "cpu_reference/cast_rays.hpp"
 #include "cpu_reference/collide.hpp"
 #include "cpu_reference/color_contacts.hpp"
+#include "cpu_reference/compare_shapes.hpp"
 #include "cpu_reference/end_step.hpp"
 #include "cpu_reference/find_events.hpp"
 #include "cpu_reference/find_overlaps.hpp"

@@ -20,7 +20,7 @@ enum class Feature : u32 {
   cylinders = 1u << 9,
   hulls = 1u << 10,
   grid = 1u << 11,           // candidate pairs come from a uniform grid ...
-  bvh = 1u << 12,            // ... or from a tree of boxes: one of the two wherever there are contacts
+  bvh = 1u << 12,            // ... or from a tree of boxes
   events = 1u << 13,         // who began and ceased to touch is wanted
   sensors = 1u << 14,        // shapes that only feel; they come with events
   continuous = 1u << 15,     // some body's impacts are looked for within the step
@@ -31,6 +31,7 @@ enum class Feature : u32 {
   patches = 1u << 20,      // the contacts of a pair rub as one
   jacobi = 1u << 21,       // pairs in contact are solved all at once, each on parts of its bodies; no colours
   tolerance = 1u << 22,    // a sub-step ends its sweeps when they change little
+  all_pairs = 1u << 23,    // ... or from comparing all shapes: one of the three wherever there are contacts
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -12,10 +12,11 @@ template <class Backend, class real>
 void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::begin_step, p);
 
-  // which shapes touch, and what the last step knew about it: pairs come from a grid, or from a tree of boxes
+  // which shapes touch, and what the last step knew about it: pairs come from a grid, a tree of boxes, or all of few
   backend.run(Stage::update_bounds, p);
   backend.run(Stage::sort_cells, p);
   backend.run(Stage::find_pairs, p);
+  backend.run(Stage::compare_shapes, p);
   backend.run(Stage::sort_shapes, p);
   backend.run(Stage::build_tree, p);
   backend.run(Stage::search_tree, p);

@@ -1,4 +1,4 @@
-// Lists of pairs: as the two searches of the broad phase find them, and by every pair there is.
+// Lists of pairs: as the searches of the broad phase find them, and by every pair there is.
 #pragma once
 
 #include <array>
@@ -19,13 +19,21 @@ PairList pairs_of(const InitialState<real>& state) {
   return pairs;
 }
 
-/// The same state for the other search.
+/// The same state for another search than the grid.
 template <class real>
-InitialState<real> with_tree(InitialState<real> state) {
+InitialState<real> with_search(Feature search, InitialState<real> state) {
   state.features &= ~static_cast<Features>(Feature::grid);
-  state.features = with(state.features, Feature::bvh);
+  state.features = with(state.features, search);
   resize(state.buffers, state.sizes, state.features);
   return state;
+}
+template <class real>
+InitialState<real> with_tree(InitialState<real> state) {
+  return with_search(Feature::bvh, std::move(state));
+}
+template <class real>
+InitialState<real> with_comparison(InitialState<real> state) {
+  return with_search(Feature::all_pairs, std::move(state));
 }
 
 template <class real>
@@ -33,7 +41,7 @@ void find_by_tree(InitialState<real>& state) {
   run_reference(state, {Stage::update_bounds, Stage::sort_shapes, Stage::build_tree, Stage::search_tree});
 }
 
-/// The pairs that the grid finds; the tree must find the same ones.
+/// The pairs that the grid finds; the other searches must find the same ones.
 template <class real>
 PairList found(InitialState<real>& state) {
   run_reference(state, {Stage::update_bounds, Stage::sort_cells, Stage::find_pairs});
@@ -46,11 +54,14 @@ PairList found(InitialState<real>& state) {
   for (u32 i = 0; i < state.sizes.shapes; ++i) {
     for (u32 p = b.pair_starts[i]; p < b.pair_starts[i + 1]; ++p) EXPECT_EQ(pairs[p].first, i);
   }
-  InitialState<real> other = with_tree(state);
-  find_by_tree(other);
-  EXPECT_EQ(pairs_of(other), pairs);
-  EXPECT_EQ(other.buffers.pair_starts, b.pair_starts);
-  EXPECT_EQ(other.buffers.counters, b.counters);
+  InitialState<real> tree = with_tree(state), comparison = with_comparison(state);
+  find_by_tree(tree);
+  run_reference(comparison, {Stage::update_bounds, Stage::compare_shapes});
+  for (const InitialState<real>* other : {&tree, &comparison}) {
+    EXPECT_EQ(pairs_of(*other), pairs);
+    EXPECT_EQ(other->buffers.pair_starts, b.pair_starts);
+    EXPECT_EQ(other->buffers.counters, b.counters);
+  }
   return pairs;
 }
 

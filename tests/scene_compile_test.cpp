@@ -215,7 +215,7 @@ TEST(SceneCompile, UnequalSizesAreSearchedInATree) {
   };
   const auto with_tree = [](const std::string& bodies, const std::string& settings) {
     const Features features = compiled(bodies, R"(, "settings": {)" + settings + "}").features;
-    EXPECT_NE(has(features, Feature::grid), has(features, Feature::bvh));
+    EXPECT_EQ(has(features, Feature::grid) + has(features, Feature::bvh) + has(features, Feature::all_pairs), 1);
     return has(features, Feature::bvh);
   };
   const std::string large = R"(,{"mass": 1, "position": [0, 0, 50], "shapes": [{"type": "sphere", "radius": 5}]})";
@@ -226,9 +226,11 @@ TEST(SceneCompile, UnequalSizesAreSearchedInATree) {
   EXPECT_TRUE(with_tree(many("1") + fast, ""));
   EXPECT_FALSE(with_tree(many("2") + large, ""));
   EXPECT_FALSE(with_tree(ball + large, ""));  // few
+  EXPECT_TRUE(has(compiled(ball + large).features, Feature::all_pairs));
+  EXPECT_TRUE(has(compiled(ball + large, R"(, "settings": {"broad_phase": "grid"})").features, Feature::grid));
   EXPECT_FALSE(with_tree(many("1") + large, R"("broad_phase": "grid")"));
   EXPECT_TRUE(with_tree(ball + large, R"("broad_phase": "bvh")"));
-  EXPECT_FALSE(has(compiled(ball).features, Feature::grid));  // nothing can touch
+  EXPECT_FALSE(has(compiled(ball).features, Feature::all_pairs));  // nothing can touch
 }
 
 TEST(SceneCompile, ContactsNeedTwoShapesThatCanTouch) {
@@ -272,7 +274,8 @@ TEST(SceneCompile, ParametersFollowTheSettings) {
 
 TEST(SceneCompile, BuffersHaveTheirCapacities) {
   const auto state =
-      compiled(R"({"generator": "line", "count": 100, "step": [2, 0, 0], "bodies": [)" + ball + "]}," + ground);
+      compiled(R"({"generator": "line", "count": 100, "step": [2, 0, 0], "bodies": [)" + ball + "]}," + ground,
+               R"(, "settings": {"broad_phase": "grid"})");
   EXPECT_EQ(state.sizes.buckets, 256u);  // the power of two from 2 x 101 shapes on
   EXPECT_EQ(state.params.buckets, 256u);
   EXPECT_EQ(state.buffers.bucket_starts.size(), 257u);

@@ -35,6 +35,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::patches, "PATCHES"},
     {Feature::jacobi, "JACOBI"},
     {Feature::tolerance, "TOLERANCE"},
+    {Feature::all_pairs, "ALL_PAIRS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

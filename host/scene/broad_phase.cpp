@@ -10,7 +10,12 @@ namespace {
 constexpr double tree_ratio = 4;
 constexpr std::size_t tree_shapes = 500;  // of a world
 
+// Up to here one work-group compares all shapes faster than launches sort them into cells (docs/performance.md).
+constexpr std::size_t few_shapes = 256;
+
 }  // namespace
+
+bool prefers_all_pairs(std::size_t shapes) { return shapes <= few_shapes; }
 
 bool prefers_tree(std::vector<double> extents, std::size_t worlds) {
   if (extents.size() < tree_shapes * worlds) return false;

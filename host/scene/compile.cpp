@@ -315,6 +315,7 @@ Feature Compiler<real>::broad_phase() const {
   const Settings& settings = worlds_[0].settings;
   if (settings.broad_phase == BroadPhase::grid) return Feature::grid;
   if (settings.broad_phase == BroadPhase::bvh) return Feature::bvh;
+  if (prefers_all_pairs(state_.buffers.shapes.size())) return Feature::all_pairs;
   std::vector<double> extents;
   for (std::size_t i = 0; i < state_.buffers.shapes.size(); ++i) {
     const ShapeInfo& shape = state_.buffers.shape_infos[i];

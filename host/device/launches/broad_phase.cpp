@@ -1,4 +1,4 @@
-// The broad phase: bounds, and candidate pairs from a grid or from a tree of boxes.
+// The broad phase: bounds, and candidate pairs from a grid, from a tree of boxes or from comparing all shapes.
 #include <bit>
 #include <utility>
 
@@ -53,6 +53,11 @@ void launch_find_pairs(Launcher& launcher) {
   launcher.run("find_pairs_search", sizes.shapes);
   launcher.scan("pair_starts", sizes.shapes + 1);
   launcher.run("find_pairs_write", sizes.shapes);
+}
+
+void launch_compare_shapes(Launcher& launcher) {
+  make_search_arrays(launcher);
+  launcher.run_group("compare_shapes");
 }
 
 void launch_sort_shapes(Launcher& launcher) {
