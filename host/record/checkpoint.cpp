@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "host/error.hpp"
+#include "host/record/consistency.hpp"
 #include "host/record/content_hash.hpp"
 #include "host/record/state_group.hpp"
 
@@ -140,6 +141,7 @@ CheckpointLabel resume_from(std::span<const unsigned char> bytes, const std::str
       refuse(path, "is in " + precision + "; ask for --precision " + precision);
     expect_same_scene(label, scene, state, path);
     read_persistent(h5::open_group(file, "state"), state);
+    expect_consistent_lists(state);
     return label;
   } catch (const h5::Failed& failed) {
     refuse(path, std::string("is no checkpoint that this program reads: ") + failed.what());

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "host/error.hpp"
+#include "host/record/consistency.hpp"
 #include "host/record/identity.hpp"
 #include "host/record/recording_tables.hpp"
 #include "host/record/state_group.hpp"
@@ -127,10 +128,12 @@ InitialState<real> RecordingReader::start() const {
     const SceneIdentity written = {h5::read_attribute<std::uint64_t>(scene, "settings_hash"),
                                    h5::read_attribute<std::uint64_t>(scene, "constants_hash")};
     if (identity_of(state) != written) throw h5::Failed("the compiled scene is damaged, its hash does not fit");
+    expect_consistent_constants(state);
     const h5::Handle persistent = h5::open_group(file_, "initial_state");
     read_persistent(persistent, state);
     if (persistent_hash(state.buffers) != h5::read_attribute<std::uint64_t>(persistent, "hash"))
       throw h5::Failed("the initial state is damaged, its hash does not fit");
+    expect_consistent_lists(state);
     if (!rows_.empty() && rows_[0].step != state.buffers.step_index.front() + 1)
       throw h5::Failed("the first step does not follow the initial state");
     if (state_hashes_.size() != std::size_t{steps()} * state.sizes.worlds ||

@@ -1,0 +1,148 @@
+#include "host/record/consistency.hpp"
+
+#include <algorithm>
+
+#include "host/record/hdf5.hpp"
+
+namespace lockstep {
+
+namespace {
+
+[[noreturn]] void refuse(Buffer buffer, std::size_t record, const char* what) {
+  throw h5::Failed(std::string(info(buffer).name) + "[" + std::to_string(record) + "]: " + what);
+}
+
+bool is_range(u32 first, u32 count, u32 size) { return first <= size && count <= size - first; }
+
+// The shapes of a scene whose shapes cannot touch are counted, and not there.
+bool has_its_shapes(const WorldRange& world, const Sizes& sizes) {
+  return is_range(world.first_shape, world.shape_count, sizes.shapes) &&
+         is_range(world.first_plane, world.plane_count, sizes.planes) && world.material_count <= 0xffffu &&
+         is_range(world.first_material_pair, world.material_count * world.material_count, sizes.material_pairs);
+}
+
+template <class real>
+void expect_bodies(const Buffers<real>& b, const Sizes& sizes, bool touching) {
+  for (std::size_t w = 0; w < b.world_ranges.size(); ++w) {
+    const WorldRange& world = b.world_ranges[w];
+    if (!is_range(world.first_body, world.body_count, sizes.bodies) || (touching && !has_its_shapes(world, sizes)))
+      refuse(Buffer::world_ranges, w, "reaches beyond what there is");
+  }
+  for (std::size_t i = 0; i < b.body_infos.size(); ++i) {
+    if (b.body_infos[i].world >= sizes.worlds) refuse(Buffer::body_infos, i, "is of a world that there is not");
+    if (b.body_infos[i].kind > BODY_DYNAMIC) refuse(Buffer::body_infos, i, "is of an unknown kind");
+  }
+}
+
+template <class real>
+void expect_shapes(const Buffers<real>& b, const Sizes& sizes) {
+  for (std::size_t i = 0; i < b.shape_infos.size(); ++i) {
+    const ShapeInfo& shape = b.shape_infos[i];
+    if (shape.body >= sizes.bodies) refuse(Buffer::shape_infos, i, "is of a body that there is not");
+    if (shape.kind >= SHAPE_KINDS) refuse(Buffer::shape_infos, i, "is of an unknown kind");
+    if (shape.material >= b.world_ranges[b.body_infos[shape.body].world].material_count)
+      refuse(Buffer::shape_infos, i, "is of a material that there is not");
+    if (shape.kind == SHAPE_HULL && shape.hull >= b.hulls.size())
+      refuse(Buffer::shape_infos, i, "is a hull that there is not");
+  }
+  for (std::size_t k = 0; k < b.planes.size(); ++k) {
+    if (b.planes[k] >= sizes.shapes || b.shape_infos[b.planes[k]].kind != SHAPE_PLANE)
+      refuse(Buffer::planes, k, "is no plane");
+  }
+}
+
+template <class real>
+void expect_hulls(const Buffers<real>& b, const Sizes& sizes) {
+  for (std::size_t h = 0; h < b.hulls.size(); ++h) {
+    const Hull& hull = b.hulls[h];
+    if (!is_range(hull.first_vertex, hull.vertex_count, sizes.hull_vertices) ||
+        !is_range(hull.first_face, hull.face_count, sizes.hull_faces) ||
+        !is_range(hull.first_edge, hull.edge_count, sizes.hull_edges) || hull.vertex_count == 0)
+      refuse(Buffer::hulls, h, "reaches beyond what there is");
+    for (u32 f = hull.first_face; f < hull.first_face + hull.face_count; ++f) {
+      const HullFace& face = b.hull_faces[f];
+      if (!is_range(face.first_corner, face.corner_count, sizes.hull_corners) || face.corner_count < 3)
+        refuse(Buffer::hull_faces, f, "reaches beyond what there is");
+      for (u32 k = face.first_corner; k < face.first_corner + face.corner_count; ++k)
+        if (b.hull_corners[k] >= hull.vertex_count) refuse(Buffer::hull_corners, k, "is no vertex of its hull");
+    }
+    for (u32 e = hull.first_edge; e < hull.first_edge + hull.edge_count; ++e) {
+      const HullEdge& edge = b.hull_edges[e];
+      if (std::max(edge.vertex_a, edge.vertex_b) >= hull.vertex_count ||
+          std::max(edge.face_left, edge.face_right) >= hull.face_count)
+        refuse(Buffer::hull_edges, e, "has no such vertices and faces");
+    }
+  }
+}
+
+// `rows` start where `starts` say: from 0 on, never backwards, up to their number.
+void expect_starts(Buffer buffer, const std::vector<u32>& starts, std::size_t rows) {
+  if (starts.empty()) return;
+  if (starts[0] != 0) refuse(buffer, 0, "does not start at 0");
+  for (std::size_t k = 1; k < starts.size(); ++k)
+    if (starts[k] < starts[k - 1] || starts[k] > rows) refuse(buffer, k, "is out of order");
+}
+
+template <class real>
+void expect_joints(const Buffers<real>& b, const Sizes& sizes) {
+  for (std::size_t j = 0; j < b.joint_infos.size(); ++j) {
+    const JointInfo& joint = b.joint_infos[j];
+    if (std::max(joint.body_a, joint.body_b) > sizes.bodies) refuse(Buffer::joint_infos, j, "has no such bodies");
+    if (joint.world >= sizes.worlds) refuse(Buffer::joint_infos, j, "is of a world that there is not");
+    if (joint.kind >= JOINT_KINDS || joint.free > FREE_LENGTH || joint.locked >> JOINT_ROWS != 0)
+      refuse(Buffer::joint_infos, j, "is of an unknown kind");
+  }
+  for (std::size_t k = 0; k < b.joint_lanes.size(); ++k) {
+    const JointLanes& lanes = b.joint_lanes[k];
+    for (u32 lane = 0; lane < PACK; ++lane) {
+      if (std::max(lanes.body_a[lane], lanes.body_b[lane]) > sizes.bodies)
+        refuse(Buffer::joint_lanes, k, "has no such bodies");
+      if (lanes.joint[lane] != NONE && lanes.joint[lane] >= sizes.joints)
+        refuse(Buffer::joint_lanes, k, "has no such joint");
+    }
+  }
+  expect_starts(Buffer::joint_phases, b.joint_phases, sizes.joint_blocks);
+  expect_starts(Buffer::joined_starts, b.joined_starts, sizes.joined);
+  for (std::size_t k = 0; k < b.joined_bodies.size(); ++k)
+    if (b.joined_bodies[k] >= sizes.bodies) refuse(Buffer::joined_bodies, k, "is no body");
+}
+
+}  // namespace
+
+template <class real>
+void expect_consistent_constants(const InitialState<real>& state) {
+  expect_bodies(state.buffers, state.sizes, has(state.features, Feature::contacts));
+  expect_shapes(state.buffers, state.sizes);
+  expect_hulls(state.buffers, state.sizes);
+  expect_joints(state.buffers, state.sizes);
+}
+
+template <class real>
+void expect_consistent_lists(const InitialState<real>& state) {
+  const Buffers<real>& b = state.buffers;
+  const u32 shapes = state.sizes.shapes;
+  const auto pair_of = [](const auto& record) { return std::pair(record.shape_a, record.shape_b); };
+  const u32 keys = b.cached_count.empty() ? 0 : b.cached_count[0];
+  if (keys > b.cached_keys.size()) refuse(Buffer::cached_count, 0, "is more than there are");
+  for (u32 k = 0; k < keys; ++k) {
+    const ContactKey& key = b.cached_keys[k];
+    if (std::max(key.shape_a, key.shape_b) >= shapes) refuse(Buffer::cached_keys, k, "has no such shapes");
+    if (k > 0 && pair_of(key) < pair_of(b.cached_keys[k - 1])) refuse(Buffer::cached_keys, k, "is out of order");
+  }
+  const u32 touching = b.touching_count.empty() ? 0 : b.touching_count[0];
+  if (touching > b.touching.size()) refuse(Buffer::touching_count, 0, "is more than there are");
+  for (u32 k = 0; k < touching; ++k) {
+    const Pair& pair = b.touching[k];
+    if (std::max(pair.shape_a, pair.shape_b) >= shapes) refuse(Buffer::touching, k, "has no such shapes");
+    if (k > 0 && pair_of(pair) <= pair_of(b.touching[k - 1])) refuse(Buffer::touching, k, "is out of order");
+  }
+}
+
+#define INSTANTIATE(real)                                                     \
+  template void expect_consistent_constants<real>(const InitialState<real>&); \
+  template void expect_consistent_lists<real>(const InitialState<real>&);
+INSTANTIATE(float)
+INSTANTIATE(double)
+#undef INSTANTIATE
+
+}  // namespace lockstep

@@ -1,0 +1,112 @@
+// Scenes and states that were written with hashes that fit and indices that do not: each is refused by name before a
+// kernel could follow an index.
+#include "host/record/consistency.hpp"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "host/record/hdf5.hpp"
+#include "host/scene/read.hpp"
+
+namespace lockstep {
+namespace {
+
+using State = InitialState<float>;
+
+State compiled(const char* name) { return compile<float>(read_scene(name)); }
+
+// What is said of a state; "accepted" where nothing is.
+std::string refusal_of(const State& state) {
+  try {
+    expect_consistent_constants(state);
+    expect_consistent_lists(state);
+  } catch (const h5::Failed& failed) {
+    return failed.what();
+  }
+  return "accepted";
+}
+
+TEST(Consistency, EveryBuiltInSceneIsAccepted) {
+  for (const SceneListing& scene : built_in_scenes())
+    EXPECT_EQ(refusal_of(compiled(scene.name.c_str())), "accepted") << scene.name;
+}
+
+struct Damage {
+  const char* scene;
+  std::function<void(State&)> change;
+  const char* refusal;
+};
+
+TEST(Consistency, IndicesThatPointNowhereAreRefused) {
+  const Damage damages[] = {
+      {"box_stack", [](State& s) { s.buffers.world_ranges[0].body_count = 99; },
+       "world_ranges[0]: reaches beyond what there is"},
+      {"box_stack", [](State& s) { s.buffers.world_ranges[0].first_shape = 0xffffffffu; },
+       "world_ranges[0]: reaches beyond what there is"},
+      {"box_stack", [](State& s) { s.buffers.world_ranges[0].material_count = 0x10000; },
+       "world_ranges[0]: reaches beyond what there is"},
+      {"box_stack", [](State& s) { s.buffers.body_infos[3].world = 1; },
+       "body_infos[3]: is of a world that there is not"},
+      {"box_stack", [](State& s) { s.buffers.body_infos[3].kind = 3; }, "body_infos[3]: is of an unknown kind"},
+      {"box_stack", [](State& s) { s.buffers.shape_infos[2].body = 11; },
+       "shape_infos[2]: is of a body that there is not"},
+      {"box_stack", [](State& s) { s.buffers.shape_infos[2].kind = SHAPE_KINDS; },
+       "shape_infos[2]: is of an unknown kind"},
+      {"box_stack", [](State& s) { s.buffers.shape_infos[2].material = 7; },
+       "shape_infos[2]: is of a material that there is not"},
+      {"box_stack", [](State& s) { s.buffers.shape_infos[2].kind = SHAPE_HULL; },
+       "shape_infos[2]: is a hull that there is not"},
+      {"box_stack", [](State& s) { s.buffers.planes[0] = 1; }, "planes[0]: is no plane"},
+      {"box_stack", [](State& s) { s.buffers.planes[0] = 0xffffffffu; }, "planes[0]: is no plane"},
+      {"hull_pile", [](State& s) { s.buffers.hulls[0].vertex_count = 0xffffu; },
+       "hulls[0]: reaches beyond what there is"},
+      {"hull_pile", [](State& s) { s.buffers.hull_faces[1].first_corner = 0xfffffff0u; },
+       "hull_faces[1]: reaches beyond what there is"},
+      {"hull_pile", [](State& s) { s.buffers.hull_corners[4] = 1000; }, "hull_corners[4]: is no vertex of its hull"},
+      {"hull_pile", [](State& s) { s.buffers.hull_edges[2].face_left = 1000; },
+       "hull_edges[2]: has no such vertices and faces"},
+      {"rag_doll", [](State& s) { s.buffers.joint_infos[1].body_b = 1000; }, "joint_infos[1]: has no such bodies"},
+      {"rag_doll", [](State& s) { s.buffers.joint_infos[1].kind = JOINT_KINDS; },
+       "joint_infos[1]: is of an unknown kind"},
+      {"rag_doll", [](State& s) { s.buffers.joint_lanes[0].body_a[15] = 1000; }, "joint_lanes[0]: has no such bodies"},
+      {"rag_doll", [](State& s) { s.buffers.joint_lanes[0].joint[0] = 1000; }, "joint_lanes[0]: has no such joint"},
+      {"rag_doll", [](State& s) { s.buffers.joint_phases.back() = 1000; }, nullptr},
+      {"rag_doll", [](State& s) { s.buffers.joined_starts.back() = 1000; }, nullptr},
+      {"rag_doll", [](State& s) { s.buffers.joined_bodies[0] = 1000; }, "joined_bodies[0]: is no body"},
+  };
+  for (const Damage& damage : damages) {
+    State state = compiled(damage.scene);
+    damage.change(state);
+    const std::string refusal = refusal_of(state);
+    if (damage.refusal)
+      EXPECT_EQ(refusal, damage.refusal);
+    else
+      EXPECT_NE(refusal.find("]: is out of order"), std::string::npos) << refusal;
+  }
+}
+
+TEST(Consistency, ListsThatPointNowhereOrAreOutOfOrderAreRefused) {
+  const auto with_keys = [](std::vector<ContactKey> keys) {
+    State state = compiled("box_stack");
+    state.buffers.cached_count[0] = static_cast<u32>(keys.size());
+    std::copy(keys.begin(), keys.end(), state.buffers.cached_keys.begin());
+    return refusal_of(state);
+  };
+  EXPECT_EQ(with_keys({{1, 2, 0, 0}, {1, 2, 1, 0}, {2, 3, 0, 0}}), "accepted");
+  EXPECT_EQ(with_keys({{1, 2, 0, 0}, {1, 99, 1, 0}}), "cached_keys[1]: has no such shapes");
+  EXPECT_EQ(with_keys({{2, 3, 0, 0}, {1, 2, 1, 0}}), "cached_keys[1]: is out of order");
+
+  const auto with_pairs = [](std::vector<Pair> pairs) {
+    State state = compiled("sensor_gate");
+    state.buffers.touching_count[0] = static_cast<u32>(pairs.size());
+    std::copy(pairs.begin(), pairs.end(), state.buffers.touching.begin());
+    return refusal_of(state);
+  };
+  EXPECT_EQ(with_pairs({{0, 1}, {0, 2}}), "accepted");
+  EXPECT_EQ(with_pairs({{0, 1}, {0, 1}}), "touching[1]: is out of order");
+  EXPECT_EQ(with_pairs({{0, 1}, {0xffffffffu, 1}}), "touching[1]: has no such shapes");
+}
+
+}  // namespace
+}  // namespace lockstep
