@@ -4,10 +4,10 @@
 //   broad_phase_bench ratio [COUNT]  grid against tree while the largest of the spheres grows; default 50000 bodies
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <numeric>
 #include <span>
@@ -201,18 +201,21 @@ void bench_ratio(const DeviceInfo& device, u32 count) {
 
 int main(int argc, char** argv) try {
   using namespace lockstep;
+  CLI::App program("The broad phase alone on an OpenCL CPU device, and the sort: nanoseconds a body");
+  std::vector<u32> counts = {10000, 100000, 1000000};
+  u32 spheres = 50000;
+  program.add_option("count", counts, "bodies")->capture_default_str()->check(CLI::Range(2u, 100000000u));
+  CLI::App* ratio = program.add_subcommand("ratio", "grid against tree while the largest of the spheres grows");
+  ratio->add_option("count", spheres, "bodies")->capture_default_str()->check(CLI::Range(2u, 100000000u));
+  CLI11_PARSE(program, argc, argv);
   const auto device = select_device("cpu");
   if (!device)
     throw Error(Failure::device, "broad_phase_bench", "needs an OpenCL CPU device (Debian: pocl-opencl-icd)");
-  const auto number = [&](int i) { return static_cast<u32>(std::max(2, std::atoi(argv[i]))); };
   fmt::print("sizes,order,search,bodies,threads,ns_per_body,processor_ns_per_body,pairs,stages_ms\n");
-  if (argc > 1 && std::strcmp(argv[1], "ratio") == 0) {
-    bench::bench_ratio(*device, argc > 2 ? number(2) : 50000);
+  if (*ratio) {
+    bench::bench_ratio(*device, spheres);
     return 0;
   }
-  std::vector<u32> counts;
-  for (int i = 1; i < argc; ++i) counts.push_back(number(i));
-  if (counts.empty()) counts = {10000, 100000, 1000000};
   for (u32 threads = 1; threads <= std::max(1u, std::thread::hardware_concurrency()); threads *= 2) {
     for (const u32 count : counts) {
       for (const char* order : {"layers", "random"}) {

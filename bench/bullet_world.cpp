@@ -38,6 +38,7 @@ struct BulletWorld::Parts {
   std::vector<std::unique_ptr<btCollisionShape>> shapes;
   std::vector<std::unique_ptr<btRigidBody>> bodies;
   std::vector<btRigidBody*> first_of_body;  // a scene body with several planes is several Bullet bodies
+  std::vector<std::unique_ptr<btTypedConstraint>> joints;
   btScalar dt = 0;
 };
 
@@ -62,14 +63,32 @@ BulletWorld::BulletWorld(const Scene& scene) : parts_(std::make_unique<Parts>())
       rigid->setActivationState(DISABLE_DEACTIVATION);
       rigid->setLinearVelocity(vector(body.velocity));
       rigid->setAngularVelocity(vector(body.angular_velocity));
-      p.world.addRigidBody(rigid.get());
+      if (shape.mask == 0)
+        p.world.addRigidBody(rigid.get(), 1, 0);
+      else
+        p.world.addRigidBody(rigid.get());
       if (&shape == &body.shapes.front()) p.first_of_body.push_back(rigid.get());
       p.bodies.push_back(std::move(rigid));
     }
   }
+  for (const JointDescription& joint : scene.joints) {
+    if (joint.kind != JOINT_BALL || joint.body_b == NONE)
+      throw Error(Failure::input, scene.source, "only ball joints have a Bullet twin");
+    btRigidBody& b = *p.first_of_body[joint.body_b];
+    const btVector3 anchor_b = b.getCenterOfMassTransform().invXform(vector(joint.anchor_b));
+    if (joint.body_a == NONE) {
+      p.joints.push_back(std::make_unique<btPoint2PointConstraint>(b, anchor_b));
+    } else {
+      btRigidBody& a = *p.first_of_body[joint.body_a];
+      const btVector3 anchor_a = a.getCenterOfMassTransform().invXform(vector(joint.anchor_a));
+      p.joints.push_back(std::make_unique<btPoint2PointConstraint>(a, b, anchor_a, anchor_b));
+    }
+    p.world.addConstraint(p.joints.back().get(), !joint.collide);
+  }
 }
 
 BulletWorld::~BulletWorld() {
+  for (auto& joint : parts_->joints) parts_->world.removeConstraint(joint.get());
   for (auto& body : parts_->bodies) parts_->world.removeRigidBody(body.get());
 }
 

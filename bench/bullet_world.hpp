@@ -11,7 +11,7 @@ namespace lockstep::bench {
 
 class BulletWorld {
  public:
-  /// Spheres and boxes centred in their bodies, and planes; throws Error (input) for any other scene.
+  /// Spheres and boxes centred in their bodies, planes and ball joints; throws Error (input) for any other scene.
   explicit BulletWorld(const Scene& scene);
   ~BulletWorld();
 

@@ -6,9 +6,9 @@
 // touch.
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <cstdlib>
 
 #include "host/backends/device_backend.hpp"
 #include "host/backends/reference_backend.hpp"
@@ -91,6 +91,7 @@ double now() { return std::chrono::duration<double>(std::chrono::steady_clock::n
 std::vector<Stage> stages_of(Features features) {
   std::vector<Stage> stages = {Stage::begin_step, Stage::update_bounds};
   if (has(features, Feature::grid)) stages.insert(stages.end(), {Stage::sort_cells, Stage::find_pairs});
+  if (has(features, Feature::all_pairs)) stages.push_back(Stage::compare_shapes);
   if (has(features, Feature::bvh))
     stages.insert(stages.end(), {Stage::sort_shapes, Stage::build_tree, Stage::search_tree});
   return stages;
@@ -149,9 +150,16 @@ Timing in_cpp(const InitialState<float>& state) {
 int main(int argc, char** argv) {
   using namespace lockstep;
   using namespace lockstep::bench;
+  CLI::App program("The narrow phase alone on an OpenCL CPU device: nanoseconds per candidate pair");
+  u32 pairs = 40000;
+  std::string only;
+  program.add_option("pairs", pairs, "pairs of each two kinds")
+      ->capture_default_str()
+      ->check(CLI::Range(1u, 10000000u));
+  program.add_option("kind", only, "only those with a shape of this kind, or only these two (box-hull)");
+  CLI11_PARSE(program, argc, argv);
   try {
-    const u32 pairs = argc > 1 ? static_cast<u32>(std::atoi(argv[1])) : 40000;
-    const std::string only = argc > 2 ? argv[2] : "";
+    bool found = false;
     const auto device = select_device("cpu");
     if (!device) throw Error(Failure::device, "narrow_phase_bench", "needs an OpenCL CPU device");
     fmt::print("kinds,pairs,contacts,device_1_thread_ns,device_2_threads_ns,cpp_1_thread_ns,cpp_over_device\n");
@@ -159,6 +167,7 @@ int main(int argc, char** argv) {
       for (u32 b = a; b < SHAPE_KINDS; ++b) {
         const std::string kinds = fmt::format("{}-{}", kind_names[a], kind_names[b]);
         if (!only.empty() && only != kind_names[a] && only != kind_names[b] && only != kinds) continue;
+        found = true;
         InitialState<float> state = compile<float>(scene_of(a, b, pairs));
         state.sizes.pairs = state.params.pair_capacity = 2 * pairs + 64;
         state.sizes.contacts = state.params.contact_capacity = 8 * pairs + 64;
@@ -170,8 +179,9 @@ int main(int argc, char** argv) {
         std::fflush(stdout);
       }
     }
+    if (!found) throw Error(Failure::input, only, "is no kind of shape and no pair of kinds; try box or box-hull");
   } catch (const Error& error) {
     fmt::print(stderr, "narrow_phase_bench: {}\n", error.what());
-    return 3;
+    return error.failure() == Failure::input ? 2 : 3;
   }
 }

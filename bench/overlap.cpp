@@ -69,6 +69,7 @@ Overlap measure_overlap(const Scene& scene, const std::vector<BodyPose>& poses) 
   for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
     const BodyDescription& body = scene.bodies[i];
     for (const ShapeDescription& shape : body.shapes) {
+      if (shape.mask == 0) continue;
       if (shape.kind == SHAPE_PLANE) {  // on bodies without rotation here
         planes.push_back({rotation(shape.rotation).col(2), vector(body.position) + vector(shape.offset)});
       } else {
@@ -113,6 +114,22 @@ double farthest_moved(const Scene& scene, const std::vector<BodyPose>& poses) {
     farthest = std::max(farthest, (vector(poses[i].position) - vector(scene.bodies[i].position)).norm());
   }
   return farthest;
+}
+
+double joint_separation(const Scene& scene, const std::vector<BodyPose>& poses) {
+  const auto anchor_now = [&](u32 body, const Vector3& anchor) -> Vector3d {
+    if (body == NONE) return vector(anchor);
+    const BodyDescription& start = scene.bodies[body];
+    const Vector3d arm = rotation(start.orientation).transpose() * (vector(anchor) - vector(start.position));
+    return vector(poses[body].position) + rotation(poses[body].orientation) * arm;
+  };
+  double separation = 0;
+  for (const JointDescription& joint : scene.joints) {
+    if (joint.kind != JOINT_BALL) continue;
+    const Vector3d parted = anchor_now(joint.body_a, joint.anchor_a) - anchor_now(joint.body_b, joint.anchor_b);
+    separation = std::max(separation, parted.norm());
+  }
+  return separation;
 }
 
 }  // namespace lockstep::bench

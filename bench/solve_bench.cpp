@@ -3,11 +3,11 @@
 //   solve_bench [SIDE...]     bodies on a cubic lattice of SIDE^3, three contacts each; default 20 and 48
 #include <fmt/format.h>
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <barrier>
 #include <chrono>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <memory>
 #include <new>
@@ -185,11 +185,14 @@ void compare(u32 side, const DeviceInfo& device, u32 threads) {
 
 int main(int argc, char** argv) try {
   using namespace lockstep;
+  CLI::App program("The visits of the contact solver on an OpenCL CPU device beside native C++: nanoseconds a contact");
+  std::vector<u32> sides = {20, 48};
+  program.add_option("side", sides, "spheres along an edge of the cube")
+      ->capture_default_str()
+      ->check(CLI::Range(2u, 200u));
+  CLI11_PARSE(program, argc, argv);
   const auto device = select_device("cpu");
   if (!device) throw Error(Failure::device, "solve_bench", "needs an OpenCL CPU device (Debian: pocl-opencl-icd)");
-  std::vector<u32> sides;
-  for (int i = 1; i < argc; ++i) sides.push_back(static_cast<u32>(std::max(2, std::atoi(argv[i]))));
-  if (sides.empty()) sides = {20, 48};
   fmt::print("contacts,threads,visit,ns_per_contact,against_native,bits\n");
   for (const u32 side : sides) {
     for (u32 threads = 1; threads <= std::max(1u, std::thread::hardware_concurrency()); threads *= 2)
