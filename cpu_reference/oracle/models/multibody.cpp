@@ -70,7 +70,9 @@ MatrixXd Rows::inertia_times(const MatrixXd& jacobian) const {
 
 JointElimination::JointElimination(const Rows& rows, const Multibody& system) : rows_(rows) {
   const Index n = rows.joint.rows();
+  velocity_ = rows.free_velocity;
   inverse_mass_joints_ = rows.inertia_times(rows.joint);
+  if (n == 0) return;
   const MatrixXd g = rows.joint * inverse_mass_joints_;
   scale_ = VectorXd::Ones(n);
   for (Index i = 0; i < n; ++i) {
@@ -84,10 +86,10 @@ JointElimination::JointElimination(const Rows& rows, const Multibody& system) : 
         "their " + std::to_string(n) + " rows have rank " + std::to_string(qr.rank()) +
             ": a closed loop, or rows that say the same; Model-LCP needs independent rows, Model-mLCP does not");
   }
-  inverse_ = n > 0 ? MatrixXd(qr.inverse()) : MatrixXd(0, 0);
+  inverse_ = qr.inverse();
   VectorXd u = rows.joint * rows.free_velocity;
   for (Index i = 0; i < n; ++i) u[i] += system.joint_rows[std::size_t(i)].bias;
-  velocity_ = rows.free_velocity - inverse_mass_joints_ * joints_answer(u);
+  velocity_ -= inverse_mass_joints_ * joints_answer(u);
 }
 
 MatrixXd JointElimination::joints_answer(const MatrixXd& u) const {
