@@ -9,6 +9,7 @@
 // whose w_r does not move is stopped by the others, or shows that there is no solution. Bounds that hang on a normal
 // are frozen, and frozen anew after each solve until they stay: exact where that settles, which needs little friction
 // or little coupling.
+#include <cmath>
 #include <limits>
 
 #include "cpu_reference/oracle/lcp/principal_factor.hpp"
@@ -20,6 +21,7 @@ namespace lockstep::oracle::lcp {
 namespace {
 
 constexpr double singular = 1e-11;
+constexpr double rounding = 1e-9;  // a w_r of this size may be rounding, where nothing moves it
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int most_freezes = 200;
 
@@ -97,7 +99,7 @@ class Pivoting {
     }
     for (Index i = 0; i < p_.size(); ++i) {
       const Side side = side_[std::size_t(i)];
-      if (low_[i] == high_[i]) continue;  // w may have any sign
+      if (low_[i] == high_[i] || dependent_[std::size_t(i)]) continue;  // w may have any sign; or stays 0
       if ((side == Side::low && rate_w[i] < -singular) || (side == Side::high && rate_w[i] > singular))
         offer(-w_[i] / rate_w[i], i, false, 0);
     }
@@ -106,12 +108,13 @@ class Pivoting {
 
   Stop take_up(Index r) {
     const double sign = w_[r] < 0 ? 1 : -1;
+    dependent_.assign(std::size_t(p_.size()), false);
     while (solve_.may_pivot()) {
       const std::vector<Index> a = factor_.set();
       const VectorXd rate_a = factor_.solve(-sign * p_.m(a, r));
       const VectorXd rate_w = sign * p_.m.col(r) + p_.m(Eigen::all, a) * rate_a;
       const Event event = next_event(r, sign, rate_a, rate_w);
-      if (event.step == infinity) return Stop::infeasible;
+      if (event.step == infinity) return std::abs(w_[r]) < rounding ? Stop::stall : Stop::infeasible;
       x_(a) += event.step * rate_a;
       x_[r] += event.step * sign;
       w_ += event.step * rate_w;
@@ -122,19 +125,39 @@ class Pivoting {
         if (event.row != r) factor_.remove(std::find(a.begin(), a.end(), event.row) - a.begin());
       } else {
         w_[event.row] = 0;
-        side_[std::size_t(event.row)] = Side::free;
-        if (!factor_.append(event.row)) return Stop::infeasible;
+        if (factor_.append(event.row)) {
+          side_[std::size_t(event.row)] = Side::free;
+        } else if (symmetric_ && event.row != r) {
+          dependent_[std::size_t(event.row)] = true;
+        } else {
+          return Stop::infeasible;
+        }
       }
-      if (event.row == r) return Stop::tolerance;
+      if (event.row == r) {
+        solve_for_free_rows();
+        return Stop::tolerance;
+      }
     }
     return Stop::limit;
   }
 
+  // x_A and w anew, from the matrix: rounding does not add up.
+  void solve_for_free_rows() {
+    const std::vector<Index>& a = factor_.set();
+    x_(a).setZero();
+    const VectorXd rest = p_.m * x_ + p_.q;
+    x_(a) = factor_.solve(-rest(a)).cwiseMax(low_(a)).cwiseMin(high_(a));
+    w_ = p_.m * x_ + p_.q;
+    w_(a).setZero();
+  }
+
   DirectSolve& solve_;
   const Lcp& p_;
+  bool symmetric_ = p_.m.isApprox(p_.m.transpose(), 1e-13);
   VectorXd low_, high_;
   PrincipalFactor factor_;
   std::vector<Side> side_;
+  std::vector<bool> dependent_;
   VectorXd x_, w_;
 };
 
@@ -174,7 +197,8 @@ SolveReport baraff(const BoxedLcp& problem, const SolveLimits& limits, VectorXd&
       z = now;
       report.residual = found;
     }
-    report.stop = report.residual <= limits.tolerance ? Stop::tolerance : why == Stop::tolerance ? Stop::stall : why;
+    report.stop = why == Stop::tolerance ? Stop::stall : why;
+    if (report.residual <= limits.tolerance) report.stop = Stop::tolerance;
     if (report.stop != Stop::stall || !problem.has_friction()) break;
   }
   report.iterations = solve.pivots();

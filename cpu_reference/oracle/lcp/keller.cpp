@@ -17,6 +17,7 @@ namespace lockstep::oracle::lcp {
 namespace {
 
 constexpr double singular = 1e-11;  // a rate w_r' that counts as 0
+constexpr double rounding = 1e-9;   // a w_r of this size may be rounding, where nothing moves it
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // Drives row r until it has joined A. Says why it could not, `tolerance` if it could.
@@ -35,7 +36,7 @@ Stop drive(DirectSolve& solve, PrincipalFactor& factor, Index r, double w_r, Vec
         blocking = k;
       }
     }
-    if (step == infinity) return Stop::infeasible;
+    if (step == infinity) return -w_r < rounding ? Stop::stall : Stop::infeasible;
     x(a) += step * rate;
     x[r] += step;
     w_r += step * rate_w;
