@@ -149,6 +149,20 @@ TEST(FrictionPyramid, ReducedIsTheMixedOneWithoutItsEqualities) {
   }
 }
 
+// With friction even the velocities are not unique: two solutions of one problem.
+TEST(FrictionPyramid, HasMoreThanOneSolution) {
+  const Multibody m = test::hinged_bar(0.4, 0.3);
+  const FrictionPyramid pyramid(m, 4);
+  const lcp::Lcp p = pyramid.reduced();
+  const auto one = solve(lcp::lemke, p, tight);
+  VectorXd z;
+  ASSERT_EQ(lcp::fischer_newton(pyramid.mixed().stacked(), tight, z).stop, Stop::tolerance);
+  const VectorXd other = z.head(pyramid.size());
+  EXPECT_LT(lcp::residual(p, one.z), 1e-10);
+  EXPECT_LT(lcp::residual(p, other), 1e-10);
+  EXPECT_GT((pyramid.velocities(one.z) - pyramid.velocities(other)).norm(), 1e-3);
+}
+
 // A joint said twice: D is singular, its impulses are not unique; what acts at the contacts solves the problem of the
 // joint said once.
 TEST(FrictionPyramid, LoopsAreRefusedByTheReducedModelOnly) {
