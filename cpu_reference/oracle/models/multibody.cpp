@@ -60,6 +60,7 @@ Rows::Rows(const Multibody& system) : system_(system) {
 
 MatrixXd Rows::inertia_times(const MatrixXd& jacobian) const {
   MatrixXd result = jacobian.transpose();
+  if (result.size() == 0) return result;  // no memory to take blocks of
   for (std::size_t b = 0; b < system_.bodies.size(); ++b) {
     const Index row = 6 * Index(b);
     result.middleRows(row, 3) *= system_.bodies[b].inverse_mass;
