@@ -1,0 +1,75 @@
+#include "host/problems/multibody.hpp"
+
+#include <Eigen/Geometry>
+#include <string>
+
+#include "host/error.hpp"
+
+namespace lockstep {
+
+namespace {
+
+using Eigen::Vector3d;
+namespace models = oracle::models;
+
+[[noreturn]] void refuse(const std::string& where, const std::string& what) {
+  throw Error(Failure::input, where, what);
+}
+
+void check(const ContactSystem& system) {
+  if (!system.patches.empty())
+    refuse("contacts", "rub as patches; the models of the oracles have a cone at each contact");
+  for (const SystemJoint& j : system.joints) {
+    const std::string where = "joint " + std::to_string(j.joint);
+    const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
+    if (j.softness > 0) refuse(where, "is a spring; the models of the oracles have rigid joints");
+    if (j.free != FREE_NOTHING && (bounded || j.motor_impulse > 0))
+      refuse(where, "has a motor or a limit; the models of the oracles have free joints");
+  }
+}
+
+void push(models::Body& body, const Vector3d& arm, const Vector3d& impulse, const Vector3d& moment) {
+  body.v += body.inverse_mass * impulse;
+  body.w += body.inverse_inertia * (arm.cross(impulse) + moment);
+}
+
+// Row i of a joint, b against a: along or about an axis of its frame. The oracles' rows are a against b: so b is first.
+models::Row joint_row(const SystemJoint& j, u32 i) {
+  const Vector3d axis = j.axes.col(i % 3);
+  models::Row row;
+  row.body_a = j.body_b;
+  row.body_b = j.body_a;
+  if (i < 3) {
+    row.linear = axis;
+    row.angular_a = j.arm_b.cross(axis);
+    row.angular_b = -j.arm_a.cross(axis);
+  } else {
+    row.angular_a = axis;
+    row.angular_b = -axis;
+  }
+  return row;
+}
+
+}  // namespace
+
+models::Multibody multibody(const ContactSystem& system) {
+  check(system);
+  models::Multibody result;
+  for (const SystemBody& b : system.bodies) result.bodies.push_back({b.inverse_mass, b.inverse_inertia, b.v, b.w});
+  for (const SystemContact& c : system.contacts) {
+    result.contacts.push_back({c.body_a, c.body_b, c.normal, c.arm_a, c.arm_b, c.bias, c.friction});
+    push(result.bodies[c.body_a], c.arm_a, -c.impulse, Vector3d::Zero());
+    push(result.bodies[c.body_b], c.arm_b, c.impulse, Vector3d::Zero());
+  }
+  for (const SystemJoint& j : system.joints) {
+    const Vector3d impulse = j.axes * j.impulse.head<3>(), moment = j.axes * j.impulse.tail<3>();
+    push(result.bodies[j.body_a], j.arm_a, impulse, moment);
+    push(result.bodies[j.body_b], j.arm_b, -impulse, -moment);
+    for (u32 i = 0; i < JOINT_ROWS; ++i) {
+      if ((j.locked >> i & 1) != 0) result.joint_rows.push_back({joint_row(j, i), j.bias[i]});
+    }
+  }
+  return result;
+}
+
+}  // namespace lockstep
