@@ -110,6 +110,7 @@ struct Settings {
   double speed_limit = 1e5;  // m/s
   BroadPhase broad_phase = BroadPhase::automatic;
   bool events = false;              // tell who begins and ceases to touch
+  bool loads = false;               // forces and torques from outside; no setting of files
   std::string precision = "float";  // what a run uses unless it is told
 };
 
