@@ -94,7 +94,8 @@ TEST(HouseRules, NoFileIsLong) {
 // The module of a file: its folder, but for the simulation, which stands above the backends it drives.
 std::string module_of(const std::string& file) {
   if (file.rfind("host/simulation.", 0) == 0) return "simulation";
-  for (const char* folder : {"host/scene", "host/device", "host/backends", "host/report", "host/record", "host/app"})
+  for (const char* folder :
+       {"host/scene", "host/device", "host/backends", "host/report", "host/record", "host/world", "host/app"})
     if (file.rfind(std::string(folder) + "/", 0) == 0) return folder;
   return file.substr(0, file.find('/'));
 }
@@ -111,6 +112,8 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
       {"host/backends", {"kernels", "host", "cpu_reference", "host/scene", "host/device"}},
       {"simulation", {"kernels", "host", "host/scene", "host/backends"}},
       {"host/record", {"kernels", "host", "host/scene", "host/backends", "simulation"}},
+      {"host/world",
+       {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "simulation"}},
       {"host/app",
        {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "simulation"}},
   };
@@ -132,12 +135,19 @@ TEST(HouseRules, KernelsIncludeKernels) {
   }
 }
 
+// What the page of the library shows is an example that the tests build, but for its first line of comment.
+TEST(HouseRules, ThePageOfTheLibraryShowsATestedExample) {
+  std::string example = read_file(root / "examples/watch_a_scene.cpp");
+  example.erase(0, example.find('\n') + 1);
+  EXPECT_NE(read_file(root / "docs/library.md").find("```cpp\n" + example + "```"), std::string::npos);
+}
+
 // A path in the text of a document: a link, or a name in backticks that starts with a folder of the project. Names with
 // <placeholders> stand for many.
 TEST(HouseRules, DocumentsNameFilesThatExist) {
   std::vector<std::string> documents = files("docs", {".md"});
   for (const char* name : {"README.md", "CONTRIBUTING.md", "CHANGELOG.md"}) documents.push_back(name);
-  const std::string folders = "(?:\\.ci|bench|cmake|cpu_reference|docs|host|kernels|scenes|scripts|tests)";
+  const std::string folders = "(?:\\.ci|bench|cmake|cpu_reference|docs|examples|host|kernels|scenes|scripts|tests)";
   for (const std::string& document : documents) {
     ASSERT_TRUE(fs::exists(root / document)) << document;
     const std::string text = read_file(root / document);
