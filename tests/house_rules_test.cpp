@@ -39,7 +39,7 @@ std::vector<std::string> files(const std::string& folder, const std::set<std::st
 
 std::vector<std::string> sources() {
   std::vector<std::string> all;
-  for (const char* folder : {"kernels", "cpu_reference", "host", "tests", "bench"}) {
+  for (const char* folder : {"kernels", "cpu_reference", "host", "tests", "bench", "include"}) {
     for (std::string& file : files(folder, {".cl", ".h", ".hpp", ".cpp", ".def"})) all.push_back(std::move(file));
   }
   return all;
@@ -112,8 +112,10 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
       {"host/backends", {"kernels", "host", "cpu_reference", "host/scene", "host/device"}},
       {"simulation", {"kernels", "host", "host/scene", "host/backends"}},
       {"host/record", {"kernels", "host", "host/scene", "host/backends", "simulation"}},
+      {"include", {"kernels", "host", "host/scene"}},
       {"host/world",
-       {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "simulation"}},
+       {"include", "kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record",
+        "simulation"}},
       {"host/app",
        {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "simulation"}},
   };

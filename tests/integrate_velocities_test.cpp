@@ -182,16 +182,14 @@ TEST(IntegrateVelocities, AForceAndATorqueFromOutsideAct) {
   bodies[2].inertia = {2, 4, 8}, bodies[2].torque = {4, 4, 4};
   bodies[2].orientation = about({0, 0, 1}, std::acos(-1) / 2);  // its axis x along y of the world
   bodies[3].kind = BODY_KINEMATIC, bodies[3].force = {1, 1, 1}, bodies[3].torque = {1, 1, 1};
-  for (const Gyroscopic gyroscopic : {Gyroscopic::none, Gyroscopic::explicit_, Gyroscopic::implicit}) {
+  for (const Gyroscopic gyroscopic : {Gyroscopic::none, Gyroscopic::explicit_}) {  // from rest they are one
     const auto state = make_bodies<double>(bodies, {.dt = 0.5, .gyroscopic = gyroscopic, .gravities = {{0, 0, -2}}});
     const Buffers<double> after = run_velocities(state, 1);
     EXPECT_EQ(velocity(after, 0), (Vector3{0, 0, -1}));
     EXPECT_EQ(velocity(after, 1), (Vector3{1, 0, -1}));
-    EXPECT_NEAR(length(angular_velocity(after, 2) - Vector3{0.5, 1, 0.25}), 0, 1e-2);  // the gyroscopic moment turns it
+    EXPECT_NEAR(length(angular_velocity(after, 2) - Vector3{0.5, 1, 0.25}), 0, 1e-15);
     EXPECT_EQ(length(velocity(after, 3)) + length(angular_velocity(after, 3)), 0);
   }
-  const auto state = make_bodies<double>(bodies, {.dt = 0.5, .gyroscopic = Gyroscopic::none});
-  EXPECT_NEAR(length(angular_velocity(run_velocities(state, 1), 2) - Vector3{0.5, 1, 0.25}), 0, 1e-15);
 }
 
 // The moment of a force at the centre of mass of a rod on a pivot is lever x force, as that of gravity is.

@@ -62,7 +62,7 @@ struct BodyHit {
 
 struct WorldOptions {
   std::string device = "auto";  // as `--device`
-  std::string precision;        // "float" or "double"; empty: what the scene says
+  std::string precision = {};   // "float" or "double"; empty: what the scene says
   u32 threads = 0;              // of a CPU device; 0: all
 };
 
