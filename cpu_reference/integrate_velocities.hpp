@@ -1,7 +1,9 @@
 // Gravity and the gyroscopic moment act for one sub-step, before any contact does:
 //
-//   v' = v + dt g                                                                       Newton, survey eq. 7
+//   v' = v + dt (g + f / m)                                                             Newton, survey eq. 7
 //   I (w' - w) + dt w_th x I w_th = dt tau,   w_th = (1 - th) w + th w'                 Euler, survey eq. 8
+//
+// with the force f and the torque tau that a user puts on the body (Load), taken at the old orientation.
 //
 // Euler's equation is solved in the body frame, for the components of w' in the frame that has turned by then; they
 // are written back as seen from the old orientation, and integrate_positions turns them with the body.
@@ -36,6 +38,8 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
       const Vec3<real> gravity = vec3_of(b.gravities[info.world]);
       const bool pivoted = is_pivoted(b.pivots, i);
       const bool gyroscopic = is_gyroscopic(params, info);
+      const bool loaded = !b.loads.empty();
+      const Load<real> load = loaded ? b.loads[i] : Load<real>{};
 
       // rotation, in the body frame: kick is dt I^-1 tau
       if (pivoted || gyroscopic) {
@@ -45,6 +49,11 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
           const Vec3<real> moment = gravity_moment_body(b.pivots[i], mass, turn4(q, w, ahead), gravity);
           kick = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
         }
+        if (loaded) {
+          Vec3<real> moment = vec3(load.torque);
+          if (pivoted) moment = add3(moment, cross3(lever_world(b.pivots[i], q), vec3(load.force)));
+          kick = add3(kick, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
+        }
         Vec3<real> w_body = unrotate3(q, w);
         if (gyroscopic) {
           w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, kick, params.gyroscopic_theta, params.dt);
@@ -52,13 +61,17 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
           w_body = add3(w_body, kick);
         }
         w = rotate3(q, w_body);
+      } else if (loaded) {
+        w = add3(w, scale3(params.dt, turn_by(motion, vec3(load.torque))));
       }
 
       // translation
       if (pivoted) {
         v = cross3(w, lever_world(b.pivots[i], q));
       } else {
-        v = add3(v, scale3(params.dt, gravity));
+        Vec3<real> pull = gravity;
+        if (loaded) pull = add3(pull, scale3(mass.inverse_mass, vec3(load.force)));
+        v = add3(v, scale3(params.dt, pull));
       }
 
       if (is_bad_velocity(v, w, params.speed_limit)) report_bad(b.counters, STATUS_BAD_FORCES, i);

@@ -32,6 +32,7 @@ enum class Feature : u32 {
   jacobi = 1u << 21,       // pairs in contact are solved all at once, each on parts of its bodies; no colours
   tolerance = 1u << 22,    // a sub-step ends its sweeps when they change little
   all_pairs = 1u << 23,    // ... or from comparing all shapes: one of the three wherever there are contacts
+  loads = 1u << 24,        // forces and torques act on bodies from outside
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -5,11 +5,17 @@
 #include "rigid_body.h"
 #include "types.h"
 
+static inline Load load_of(global const Load* loads, u32 i) {
+  const Load none = {{(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0}, (real)0};
+  if (IS_LOADED) return loads[i];
+  return none;
+}
+
 // The formulas and their sources are in cpu_reference/integrate_velocities.hpp.
 kernel void integrate_velocities(const StepParams params, global const BodyInfo* body_infos,
                                  global const Vec4* gravities, global const Mass* masses, global const Pivot* pivots,
-                                 global const Vec4* orientations, global Velocity* previous_velocities,
-                                 global Motion* motions, global u32* counters) {
+                                 global const Load* loads, global const Vec4* orientations,
+                                 global Velocity* previous_velocities, global Motion* motions, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
 
   FOR_EACH(i, params.bodies) {
@@ -26,6 +32,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
       const Vec3 gravity = vec3_of(gravities[info.world]);
       const bool pivoted = IS_PIVOTED(pivots, i);
       const bool gyroscopic = IS_GYROSCOPIC(params, info);
+      const Load load = load_of(loads, i);
 
       // rotation, in the body frame: kick is dt I^-1 tau
       if (pivoted || gyroscopic) {
@@ -35,6 +42,11 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
           const Vec3 moment = gravity_moment_body(pivots[i], mass, turn4(q, w, ahead), gravity);
           kick = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
         }
+        if (IS_LOADED) {
+          Vec3 moment = vec3(load.torque);
+          if (pivoted) moment = add3(moment, cross3(lever_world(pivots[i], q), vec3(load.force)));
+          kick = add3(kick, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
+        }
         Vec3 w_body = unrotate3(q, w);
         if (gyroscopic) {
           w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, kick, params.gyroscopic_theta, params.dt);
@@ -42,13 +54,17 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
           w_body = add3(w_body, kick);
         }
         w = rotate3(q, w_body);
+      } else if (IS_LOADED) {
+        w = add3(w, scale3(params.dt, turn_by(motion, vec3(load.torque))));
       }
 
       // translation
       if (pivoted) {
         v = cross3(w, lever_world(pivots[i], q));
       } else {
-        v = add3(v, scale3(params.dt, gravity));
+        Vec3 pull = gravity;
+        if (IS_LOADED) pull = add3(pull, scale3(mass.inverse_mass, vec3(load.force)));
+        v = add3(v, scale3(params.dt, pull));
       }
 
       if (is_bad_velocity(v, w, params.speed_limit)) report_bad(counters, STATUS_BAD_FORCES, i);

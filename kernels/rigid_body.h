@@ -11,6 +11,11 @@
 #else
 #define IS_PIVOTED(pivots, i) false
 #endif
+#if FEATURE_LOADS
+#define IS_LOADED true
+#else
+#define IS_LOADED false
+#endif
 #if FEATURE_GYROSCOPIC
 #define IS_GYROSCOPIC(params, info) ((params).gyroscopic != 0u && (info).isotropic == 0u)
 #else

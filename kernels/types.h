@@ -205,6 +205,13 @@ INDEX_RECORD(HullEdge) { u32 vertex_a, vertex_b, face_left, face_right; };
 
 RECORD(MaterialPair) { real friction, restitution; };
 
+// What acts on a body during a step, world frame: N through the centre of mass, and N m about it. All zeros but in
+// worlds whose users load bodies (feature loads).
+RECORD(Load) {
+  real force[3], pad_f;
+  real torque[3], pad_t;
+};
+
 // ---- state -------------------------------------------------------------------------------------------------------
 
 // One line a body (64 bytes in float): all that a visit of a solver needs. The first half is all a central contact

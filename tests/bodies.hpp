@@ -22,7 +22,8 @@ struct BodySetup {
   Vector3 velocity = {0, 0, 0};
   Vector3 angular_velocity = {0, 0, 0};  // world frame
   bool pivoted = false;
-  Vector3 lever = {0, 0, 0};  // from the pivot to the centre of mass, body frame
+  Vector3 lever = {0, 0, 0};                      // from the pivot to the centre of mass, body frame
+  Vector3 force = {0, 0, 0}, torque = {0, 0, 0};  // of a user, world frame
 };
 
 struct MotionSetup {
@@ -118,6 +119,7 @@ InitialState<real> make_bodies(const std::vector<BodySetup>& bodies, const Motio
   for (const BodySetup& body : bodies) {
     const bool isotropic = body.inertia[0] == body.inertia[1] && body.inertia[1] == body.inertia[2];
     if (body.pivoted) state.features = with(state.features, Feature::pivots);
+    if (body.force != Vector3{} || body.torque != Vector3{}) state.features = with(state.features, Feature::loads);
     if (!isotropic && params.gyroscopic) state.features = with(state.features, Feature::gyroscopic);
   }
 
@@ -145,6 +147,10 @@ InitialState<real> make_bodies(const std::vector<BodySetup>& bodies, const Motio
       b.masses[i].inverse_inertia[k] = real(dynamic ? 1 / body.inertia[k] : 0);
       b.motions[i].v[k] = real(v[k]);
       b.motions[i].w[k] = real(body.angular_velocity[k]);
+    }
+    if (has(state.features, Feature::loads)) {
+      for (u32 k = 0; k < 3; ++k)
+        b.loads[i].force[k] = real(body.force[k]), b.loads[i].torque[k] = real(body.torque[k]);
     }
     const Vector3& x = body.position;
     const Quaternion& q = body.orientation;

@@ -39,7 +39,7 @@ std::vector<std::string> files(const std::string& folder, const std::set<std::st
 
 std::vector<std::string> sources() {
   std::vector<std::string> all;
-  for (const char* folder : {"kernels", "cpu_reference", "host", "tests", "bench"}) {
+  for (const char* folder : {"kernels", "cpu_reference", "host", "tests", "bench", "include"}) {
     for (std::string& file : files(folder, {".cl", ".h", ".hpp", ".cpp", ".def"})) all.push_back(std::move(file));
   }
   return all;
@@ -95,7 +95,7 @@ TEST(HouseRules, NoFileIsLong) {
 std::string module_of(const std::string& file) {
   if (file.rfind("host/simulation.", 0) == 0) return "simulation";
   for (const char* folder : {"host/scene", "host/device", "host/backends", "host/report", "host/problems",
-                             "host/record", "host/app", "cpu_reference/oracle"})
+                             "host/record", "host/world", "host/app", "cpu_reference/oracle"})
     if (file.rfind(std::string(folder) + "/", 0) == 0) return folder;
   return file.substr(0, file.find('/'));
 }
@@ -114,6 +114,10 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
       {"host/backends", {"kernels", "host", "cpu_reference", "host/scene", "host/device"}},
       {"simulation", {"kernels", "host", "host/scene", "host/backends"}},
       {"host/record", {"kernels", "host", "host/scene", "host/backends", "simulation"}},
+      {"include", {"kernels", "host", "host/scene"}},
+      {"host/world",
+       {"include", "kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record",
+        "simulation"}},
       {"host/app",
        {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "simulation"}},
   };
@@ -135,12 +139,19 @@ TEST(HouseRules, KernelsIncludeKernels) {
   }
 }
 
+// What the page of the library shows is an example that the tests build, but for its first line of comment.
+TEST(HouseRules, ThePageOfTheLibraryShowsATestedExample) {
+  std::string example = read_file(root / "examples/watch_a_scene.cpp");
+  example.erase(0, example.find('\n') + 1);
+  EXPECT_NE(read_file(root / "docs/library.md").find("```cpp\n" + example + "```"), std::string::npos);
+}
+
 // A path in the text of a document: a link, or a name in backticks that starts with a folder of the project. Names with
 // <placeholders> stand for many.
 TEST(HouseRules, DocumentsNameFilesThatExist) {
   std::vector<std::string> documents = files("docs", {".md"});
   for (const char* name : {"README.md", "CONTRIBUTING.md", "CHANGELOG.md"}) documents.push_back(name);
-  const std::string folders = "(?:\\.ci|bench|cmake|cpu_reference|docs|host|kernels|scenes|scripts|tests)";
+  const std::string folders = "(?:\\.ci|bench|cmake|cpu_reference|docs|examples|host|kernels|scenes|scripts|tests)";
   for (const std::string& document : documents) {
     ASSERT_TRUE(fs::exists(root / document)) << document;
     const std::string text = read_file(root / document);

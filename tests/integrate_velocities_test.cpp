@@ -176,6 +176,39 @@ TEST(IntegrateVelocities, GravityTurnsABodyAboutItsPivot) {
   }
 }
 
+TEST(IntegrateVelocities, AForceAndATorqueFromOutsideAct) {
+  std::vector<BodySetup> bodies(4);
+  bodies[1].mass = 4, bodies[1].force = {8, 0, 0};
+  bodies[2].inertia = {2, 4, 8}, bodies[2].torque = {4, 4, 4};
+  bodies[2].orientation = about({0, 0, 1}, std::acos(-1) / 2);  // its axis x along y of the world
+  bodies[3].kind = BODY_KINEMATIC, bodies[3].force = {1, 1, 1}, bodies[3].torque = {1, 1, 1};
+  for (const Gyroscopic gyroscopic : {Gyroscopic::none, Gyroscopic::explicit_}) {  // from rest they are one
+    const auto state = make_bodies<double>(bodies, {.dt = 0.5, .gyroscopic = gyroscopic, .gravities = {{0, 0, -2}}});
+    const Buffers<double> after = run_velocities(state, 1);
+    EXPECT_EQ(velocity(after, 0), (Vector3{0, 0, -1}));
+    EXPECT_EQ(velocity(after, 1), (Vector3{1, 0, -1}));
+    EXPECT_NEAR(length(angular_velocity(after, 2) - Vector3{0.5, 1, 0.25}), 0, 1e-15);
+    EXPECT_EQ(length(velocity(after, 3)) + length(angular_velocity(after, 3)), 0);
+  }
+}
+
+// The moment of a force at the centre of mass of a rod on a pivot is lever x force, as that of gravity is.
+TEST(IntegrateVelocities, AForceTurnsABodyAboutItsPivot) {
+  BodySetup rod;
+  rod.mass = 2;
+  rod.pivoted = true;
+  rod.lever = {0, 0, 0.5};
+  rod.inertia = {0.8, 0.8, 0.1};
+  rod.orientation = about({0, 1, 0}, std::acos(-1) / 2);
+  rod.position = {0.5, 0, 0};
+  const auto under_gravity = make_bodies<double>({rod}, {.dt = 0.125, .gravities = {{0, 0, -10}}});
+  rod.force = {0, 0, -20};
+  const auto under_force = make_bodies<double>({rod}, {.dt = 0.125, .gravities = {{0, 0, 0}}});
+  EXPECT_NEAR(length(angular_velocity(run_velocities(under_gravity, 1), 0) -
+                     angular_velocity(run_velocities(under_force, 1), 0)),
+              0, 1e-15);
+}
+
 TEST(IntegrateVelocities, NamesTheFirstBodyThatWentBad) {
   for (const double bad : {not_a_number, infinity, -infinity, 1e6, 1e30}) {
     std::vector<BodySetup> bodies(5);

@@ -36,6 +36,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::jacobi, "JACOBI"},
     {Feature::tolerance, "TOLERANCE"},
     {Feature::all_pairs, "ALL_PAIRS"},
+    {Feature::loads, "LOADS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

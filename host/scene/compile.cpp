@@ -271,6 +271,12 @@ void Compiler<real>::set_features() {
   Features& features = state_.features;
   const bool runge_kutta = settings.integrator == Integrator::runge_kutta;
   features = with(features, runge_kutta ? Feature::runge_kutta : Feature::time_stepping);
+  if (settings.loads) {
+    if (runge_kutta)
+      throw Error(Failure::input, worlds_[0].source + ": /settings/integrator",
+                  "runge_kutta knows no forces from outside; use trapezoidal");
+    features = with(features, Feature::loads);
+  }
   for (const Scene& scene : worlds_) {
     const bool touching = shapes_can_touch(scene);
     if (touching && scene.settings.events) features = with(features, Feature::events);

@@ -6,8 +6,8 @@
 #include <map>
 
 #include "host/scene/generators.hpp"
-#include "host/scene/mass_properties.hpp"
 #include "host/scene/read_hull.hpp"
+#include "host/scene/solid_body.hpp"
 
 namespace lockstep {
 
@@ -88,14 +88,6 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
   return shape;
 }
 
-// Sensors weigh nothing.
-std::vector<ShapeDescription> solid_shapes(const BodyDescription& body) {
-  std::vector<ShapeDescription> solid;
-  std::copy_if(body.shapes.begin(), body.shapes.end(), std::back_inserter(solid),
-               [](const ShapeDescription& shape) { return !shape.sensor; });
-  return solid;
-}
-
 Vector3 read_inertia(const JsonNode& node) {
   const Vector3 inertia = node.vector();
   for (const double moment : inertia) {
@@ -112,24 +104,6 @@ Vector3 read_inertia(const JsonNode& node) {
     }
   }
   return inertia;
-}
-
-// The file's frame has any origin and axes; a body's are its centre of mass and its principal axes.
-void move_to_principal_axes(const MassProperties& solid, BodyDescription& body) {
-  const PrincipalAxes axes = principal_axes(solid.inertia);
-  body.inertia = axes.moments;
-  const Quaternion back = {-axes.rotation[0], -axes.rotation[1], -axes.rotation[2], axes.rotation[3]};
-  const bool turned = axes.rotation != Quaternion{0, 0, 0, 1};
-  if (solid.center != Vector3{0, 0, 0}) {
-    body.position = exact::add(body.position, exact::rotate(body.orientation, solid.center));
-    for (ShapeDescription& shape : body.shapes) shape.offset = exact::subtract(shape.offset, solid.center);
-  }
-  if (!turned) return;
-  body.orientation = exact::unit(exact::multiply(body.orientation, axes.rotation));
-  for (ShapeDescription& shape : body.shapes) {
-    shape.offset = exact::rotate(back, shape.offset);
-    shape.rotation = exact::unit(exact::multiply(back, shape.rotation));
-  }
 }
 
 void read_mass(const JsonNode& node, BodyDescription& body) {
@@ -152,15 +126,11 @@ void read_mass(const JsonNode& node, BodyDescription& body) {
     body.inertia = read_inertia(node.at("inertia"));
     return;
   }
-  const std::vector<ShapeDescription> shapes = solid_shapes(body);
-  if (shapes.empty()) node.fail("needs \"mass\" and \"inertia\"; they follow from shapes, and it has none");
-  MassProperties solid = mass_properties(shapes, density);
-  if (node.has("mass")) {
-    for (double& moment : solid.inertia) moment *= body.mass / solid.mass;
-  } else {
-    body.mass = solid.mass;
-  }
-  move_to_principal_axes(solid, body);
+  if (!has_solid_shapes(body)) node.fail("needs \"mass\" and \"inertia\"; they follow from shapes, and it has none");
+  if (node.has("mass"))
+    make_solid_of_mass(body, body.mass);
+  else
+    make_solid(body, density);
 }
 
 void read_motion(const JsonNode& node, BodyDescription& body) {

@@ -35,7 +35,7 @@ inline constexpr std::pair<const char*, FrictionModel> friction_model_names[] = 
 enum class BroadPhase { automatic, grid, bvh };
 
 struct Material {
-  std::string name;
+  std::string name = {};
   double friction = 0.5, restitution = 0;
 };
 
@@ -52,14 +52,14 @@ struct ShapeDescription {
   double radius = 0;                     // sphere, capsule, cylinder
   double half_length = 0;                // capsule: of the core segment; cylinder: of the axis; along z
   Vector3 half_extents = {0, 0, 0};      // box
-  std::vector<Vector3> points;           // hull: the corners, in the shape's frame
+  std::vector<Vector3> points = {};      // hull: the corners, in the shape's frame
   u32 material = 0;                      // index into Scene::materials
   u32 category = 1, mask = 0xffffffffu;  // collision filter
   bool sensor = false;                   // tells what overlaps it and pushes nothing; has no mass
 };
 
 struct BodyDescription {
-  std::string name;  // may be empty
+  std::string name = {};  // may be empty
   BodyKind kind = BODY_DYNAMIC;
   double mass = 0;               // kg; 0 for static and kinematic bodies
   Vector3 inertia = {0, 0, 0};   // principal moments about the centre of mass, kg m^2
@@ -70,7 +70,7 @@ struct BodyDescription {
   bool pivoted = false;
   Vector3 lever = {0, 0, 0};  // from the pivot to the centre of mass, body frame; the pivot follows from the pose
   bool continuous = false;    // its impacts are looked for within the step
-  std::vector<ShapeDescription> shapes;
+  std::vector<ShapeDescription> shapes = {};
 };
 
 struct JointDescription {
@@ -110,6 +110,7 @@ struct Settings {
   double speed_limit = 1e5;  // m/s
   BroadPhase broad_phase = BroadPhase::automatic;
   bool events = false;              // tell who begins and ceases to touch
+  bool loads = false;               // forces and torques from outside; no setting of files
   std::string precision = "float";  // what a run uses unless it is told
 };
 

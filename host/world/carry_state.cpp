@@ -1,0 +1,117 @@
+#include "host/world/carry_state.hpp"
+
+#include <algorithm>
+
+#include "host/scene/step_params.hpp"
+
+namespace lockstep {
+
+namespace {
+
+constexpr u32 in_blocks(u32 count) { return (count + PACK - 1) / PACK * PACK; }
+
+// Which shape each old one has become. The shapes of a body stand together, in their order.
+template <class real>
+std::vector<u32> new_shapes(const InitialState<real>& old, std::span<const u32> new_body,
+                            const InitialState<real>& now) {
+  std::vector<u32> first(now.sizes.bodies, NONE);
+  for (u32 s = now.sizes.shapes; s-- > 0;) first[now.buffers.shape_infos[s].body] = s;
+  std::vector<u32> became(old.sizes.shapes, NONE);
+  u32 of_body = 0;
+  for (u32 s = 0; s < old.sizes.shapes; ++s) {
+    const u32 body = old.buffers.shape_infos[s].body;
+    of_body = s > 0 && old.buffers.shape_infos[s - 1].body == body ? of_body + 1 : 0;
+    if (new_body[body] != NONE && first[new_body[body]] != NONE) became[s] = first[new_body[body]] + of_body;
+  }
+  return became;
+}
+
+// Of a pair that is a record's, the one it has become; false where it is gone.
+template <class Record>
+bool rename(Record& record, const std::vector<u32>& new_shape) {
+  record.shape_a = new_shape[record.shape_a];
+  record.shape_b = new_shape[record.shape_b];
+  return record.shape_a != NONE && record.shape_b != NONE;
+}
+
+template <class real>
+void carry_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape, InitialState<real>& state) {
+  std::vector<ContactKey> keys;
+  std::vector<ContactImpulse<real>> impulses;
+  for (u32 k = 0; k < from.cached_count[0]; ++k) {
+    ContactKey key = from.cached_keys[k];
+    if (!rename(key, new_shape)) continue;
+    keys.push_back(key);
+    impulses.push_back(from.cached_impulses[k]);
+  }
+  std::vector<Pair> touching;
+  const bool told = !from.touching_count.empty() && has(state.features, Feature::events);
+  for (u32 k = 0; told && k < from.touching_count[0]; ++k) {
+    Pair pair = from.touching[k];
+    if (rename(pair, new_shape)) touching.push_back(pair);
+  }
+  state.sizes.contacts = std::max(state.sizes.contacts, in_blocks(static_cast<u32>(keys.size())));
+  state.sizes.pairs = std::max(state.sizes.pairs, in_blocks(static_cast<u32>(touching.size())));
+  set_sizes(state.params, state.sizes);
+  resize(state.buffers, state.sizes, state.features);
+  Buffers<real>& to = state.buffers;
+  to.cached_count[0] = static_cast<u32>(keys.size());
+  std::ranges::copy(keys, to.cached_keys.begin());
+  std::ranges::copy(impulses, to.cached_impulses.begin());
+  if (!told) return;
+  to.touching_count[0] = static_cast<u32>(touching.size());
+  std::ranges::copy(touching, to.touching.begin());
+}
+
+struct Lane {
+  u32 block = NONE, lane = 0;
+};
+
+std::vector<Lane> lanes_of(const std::vector<JointLanes>& blocks, u32 joints) {
+  std::vector<Lane> lanes(joints);
+  for (u32 b = 0; b < blocks.size(); ++b)
+    for (u32 l = 0; l < PACK; ++l)
+      if (blocks[b].joint[l] != NONE) lanes[blocks[b].joint[l]] = {b, l};
+  return lanes;
+}
+
+template <class real>
+void carry_joints(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_joint,
+                  InitialState<real>& state) {
+  const std::vector<Lane> before = lanes_of(old.buffers.joint_lanes, old.sizes.joints);
+  const std::vector<Lane> after = lanes_of(state.buffers.joint_lanes, state.sizes.joints);
+  for (u32 j = 0; j < old.sizes.joints; ++j) {
+    if (new_joint[j] == NONE) continue;
+    const Lane was = before[j], is = after[new_joint[j]];
+    const JointImpulseBlock<real>& source = from.joint_impulses[was.block];
+    JointImpulseBlock<real>& target = state.buffers.joint_impulses[is.block];
+    for (u32 row = 0; row < JOINT_ROWS; ++row) target.locked[row][is.lane] = source.locked[row][was.lane];
+    target.free[is.lane] = source.free[was.lane];
+  }
+}
+
+}  // namespace
+
+template <class real>
+void carry_state(const InitialState<real>& old, const Buffers<real>& persistent, std::span<const u32> new_body,
+                 std::span<const u32> new_joint, InitialState<real>& state) {
+  Buffers<real>& to = state.buffers;
+  to.step_index = persistent.step_index;
+  for (u32 i = 0; i < old.sizes.bodies; ++i) {
+    if (new_body[i] == NONE) continue;
+    to.positions[new_body[i]] = persistent.positions[i];
+    to.orientations[new_body[i]] = persistent.orientations[i];
+    to.motions[new_body[i]] = persistent.motions[i];
+  }
+  if (has(old.features, Feature::contacts) && has(state.features, Feature::contacts))
+    carry_contacts(persistent, new_shapes(old, new_body, state), state);
+  if (has(old.features, Feature::joints) && has(state.features, Feature::joints))
+    carry_joints(old, persistent, new_joint, state);
+}
+
+template void carry_state<float>(const InitialState<float>&, const Buffers<float>&, std::span<const u32>,
+                                 std::span<const u32>, InitialState<float>&);
+template void carry_state<double>(const InitialState<double>&, const Buffers<double>&, std::span<const u32>,
+                                  std::span<const u32>, InitialState<double>&);
+
+}  // namespace lockstep

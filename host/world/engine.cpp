@@ -1,0 +1,184 @@
+#include "host/world/engine.hpp"
+
+#include "host/backends/device_backend.hpp"
+#include "host/backends/reference_backend.hpp"
+#include "host/record/checkpoint.hpp"
+#include "host/report/report.hpp"
+#include "host/simulation.hpp"
+#include "host/world/carry_state.hpp"
+#include "host/world/turning.hpp"
+
+namespace lockstep {
+
+namespace {
+
+template <class real>
+Vector3 vector(const real* p) {
+  return {double(p[0]), double(p[1]), double(p[2])};
+}
+
+template <class real>
+Quaternion quaternion(const Vec4<real>& q) {
+  return {double(q.x), double(q.y), double(q.z), double(q.w)};
+}
+
+template <class real>
+void store(const Vector3& from, real* to) {
+  for (unsigned k = 0; k < 3; ++k) to[k] = static_cast<real>(from[k]);
+}
+
+template <class real>
+class EngineOf final : public Engine {
+ public:
+  EngineOf(const Scene& scene, const WorldOptions& options, EngineOf* before, const Renaming& renaming)
+      : constants_(compile<real>(scene)), dt_(scene.settings.dt) {
+    if (before) {
+      Backend<real>& backend = before->simulation_->backend();
+      const std::vector<Buffer> wanted = persistent_buffers(backend.features());
+      carry_state(before->constants_, backend.download(wanted), renaming.bodies, renaming.joints, constants_);
+    }
+    std::unique_ptr<Backend<real>> backend;
+    DeviceOptions device_options;
+    device_options.threads = options.threads;
+    if (const auto device = select_device(options.device))
+      backend = std::make_unique<DeviceBackend<real>>(constants_, *device, device_options);
+    else
+      backend = std::make_unique<ReferenceBackend<real>>(constants_);
+    simulation_ = std::make_unique<Simulation<real>>(std::move(backend), constants_.params,
+                                                     constants_.buffers.step_index.front());
+  }
+
+  void step() override { simulation_->step(); }
+  u32 steps_done() const override { return simulation_->steps_done(); }
+  std::uint64_t state_hash() override { return combined_state_hash(simulation_->world_hashes()); }
+
+  std::vector<Pose> poses() override {
+    const Buffers<real>& b = download({Buffer::positions, Buffer::orientations});
+    std::vector<Pose> poses(b.positions.size());
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      poses[i] = {vector(&b.positions[i].x), quaternion(b.orientations[i])};
+    return poses;
+  }
+
+  std::vector<Twist> velocities() override {
+    const Buffers<real>& b = download({Buffer::motions});
+    std::vector<Twist> velocities(constants_.sizes.bodies);
+    for (std::size_t i = 0; i < velocities.size(); ++i)
+      velocities[i] = {vector(b.motions[i].v), vector(b.motions[i].w)};
+    return velocities;
+  }
+
+  std::vector<EngineContact> contacts() override;
+
+  std::vector<EngineEvent> events() override {
+    std::vector<EngineEvent> events;
+    for (const Event& event : simulation_->events())
+      events.push_back({static_cast<EventKind>(event.kind), event.body_a, event.body_b});
+    return events;
+  }
+
+  std::optional<EngineHit> cast_ray(const RayQuery& ray) override {
+    const RayHit hit = simulation_->cast_rays({&ray, 1})[0];
+    if (!hit.hit) return std::nullopt;
+    return EngineHit{hit.body, hit.distance, hit.point, hit.normal};
+  }
+
+  void set_velocities(const std::map<u32, Twist>& velocities) override {
+    if (velocities.empty()) return;
+    Buffers<real> now;
+    now.motions = download({Buffer::motions}).motions;
+    for (const auto& [body, velocity] : velocities) {
+      store(velocity.linear, now.motions[body].v);
+      store(velocity.angular, now.motions[body].w);
+    }
+    simulation_->backend().upload(Buffer::motions, now);
+  }
+
+  void set_loads(const std::map<u32, Wrench>& loads) override {
+    if (loads.empty() && !is_loaded_) return;
+    Buffers<real> now;
+    now.loads.resize(constants_.sizes.bodies);
+    for (const auto& [body, load] : loads) {
+      store(load.force, now.loads[body].force);
+      store(load.torque, now.loads[body].torque);
+    }
+    simulation_->backend().upload(Buffer::loads, now);
+    is_loaded_ = !loads.empty();
+  }
+
+  Twist after_impulse(u32 body, const Vector3& impulse, const Vector3& point) override;
+  Twist velocity_to(u32 body, const Pose& target) override;
+
+ private:
+  const Buffers<real>& download(std::initializer_list<Buffer> wanted) {
+    return simulation_->backend().download(std::span(wanted.begin(), wanted.size()));
+  }
+
+  InitialState<real> constants_;  // and the state that the simulation started from
+  std::unique_ptr<Simulation<real>> simulation_;
+  double dt_;  // of a step
+  bool is_loaded_ = false;
+};
+
+template <class real>
+std::vector<EngineContact> EngineOf<real>::contacts() {
+  if (!has(constants_.features, Feature::contacts)) return {};
+  const Buffers<real>& b = download(
+      {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points, Buffer::cached_impulses});
+  std::vector<EngineContact> contacts(simulation_->counters()[COUNTER_CONTACTS]);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& contact = b.contacts[i];
+    const ContactPoint<real>& point = b.contact_points[i];
+    const Quaternion turn_a = quaternion(b.orientations[contact.body_a]);
+    const Quaternion turn_b = quaternion(b.orientations[contact.body_b]);
+    const Vector3 at_a =
+        exact::add(vector(&b.positions[contact.body_a].x), exact::rotate(turn_a, vector(point.anchor_a)));
+    const Vector3 at_b =
+        exact::add(vector(&b.positions[contact.body_b].x), exact::rotate(turn_b, vector(point.anchor_b)));
+    Vector3 normal = vector(point.normal);
+    if (contact.normal == NORMAL_OF_A) normal = exact::rotate(turn_a, normal);
+    if (contact.normal == NORMAL_OF_B) normal = exact::rotate(turn_b, normal);
+    if (contact.normal == NORMAL_BETWEEN && at_a != at_b) normal = exact::unit(exact::subtract(at_a, at_b));
+    const ContactImpulse<real>& impulse = b.cached_impulses[i];  // the lists share their order
+    contacts[i] = {contact.body_a, contact.body_b, exact::subtract(at_a, exact::scale(double(point.radius_a), normal)),
+                   normal, exact::add(exact::scale(double(impulse.normal), normal), vector(&impulse.tangent_x))};
+  }
+  return contacts;
+}
+
+template <class real>
+Twist EngineOf<real>::after_impulse(u32 body, const Vector3& impulse, const Vector3& point) {
+  const Buffers<real>& b = download({Buffer::positions, Buffer::orientations, Buffer::motions});
+  const Mass<real>& mass = constants_.buffers.masses[body];
+  const Quaternion q = quaternion(b.orientations[body]), back = {-q[0], -q[1], -q[2], q[3]};
+  const bool pivoted = has(constants_.features, Feature::pivots) && constants_.buffers.pivots[body].pivoted != real(0);
+  const Vector3 center = vector(&b.positions[body].x);
+  const Vector3 about = pivoted ? vector(constants_.buffers.pivots[body].point_world) : center;
+  const Vector3 moment = exact::rotate(back, exact::cross(exact::subtract(point, about), impulse));
+  const Vector3 inverse = vector(mass.inverse_inertia);
+  const Vector3 kick = exact::rotate(q, {inverse[0] * moment[0], inverse[1] * moment[1], inverse[2] * moment[2]});
+  Twist after = {vector(b.motions[body].v), exact::add(vector(b.motions[body].w), kick)};
+  after.linear = pivoted ? exact::cross(after.angular, exact::subtract(center, about))
+                         : exact::add(after.linear, exact::scale(double(mass.inverse_mass), impulse));
+  return after;
+}
+
+template <class real>
+Twist EngineOf<real>::velocity_to(u32 body, const Pose& target) {
+  const Buffers<real>& b = download({Buffer::positions, Buffer::orientations});
+  const Vector3 way = exact::subtract(target.position, vector(&b.positions[body].x));
+  const u32 substeps = constants_.params.substeps;
+  return {exact::scale(1 / dt_, way),
+          turning_velocity(quaternion(b.orientations[body]), target.orientation, dt_ / substeps, substeps)};
+}
+
+}  // namespace
+
+std::unique_ptr<Engine> make_engine(const Scene& scene, const WorldOptions& options, Engine* before,
+                                    const Renaming& renaming) {
+  if (scene.settings.precision == "double")
+    return std::make_unique<EngineOf<double>>(scene, options, static_cast<EngineOf<double>*>(before), renaming);
+  return std::make_unique<EngineOf<float>>(scene, options, static_cast<EngineOf<float>*>(before), renaming);
+}
+
+}  // namespace lockstep

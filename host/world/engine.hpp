@@ -1,0 +1,61 @@
+// What a World runs on: a simulation of its bodies as they are now, in the precision of the run. Bodies are named by
+// their place in the scene; numbers are in double.
+#pragma once
+
+#include <map>
+#include <memory>
+
+#include "host/simulation.hpp"
+#include "include/lockstep/world.hpp"
+
+namespace lockstep {
+
+struct EngineContact {
+  u32 body_a, body_b;
+  Vector3 point, normal, impulse;  // as in BodyContact
+};
+struct EngineEvent {
+  EventKind kind;
+  u32 body_a, body_b;
+};
+struct EngineHit {
+  u32 body;
+  double distance;
+  Vector3 point, normal;
+};
+
+/// Which body and joint of the new scene each of the old one has become; NONE: it is gone.
+struct Renaming {
+  std::vector<u32> bodies, joints;
+};
+
+class Engine {
+ public:
+  virtual ~Engine() = default;
+
+  virtual void step() = 0;
+  virtual u32 steps_done() const = 0;
+  virtual std::uint64_t state_hash() = 0;
+
+  virtual std::vector<Pose> poses() = 0;
+  virtual std::vector<Twist> velocities() = 0;
+  virtual std::vector<EngineContact> contacts() = 0;
+  virtual std::vector<EngineEvent> events() = 0;
+  virtual std::optional<EngineHit> cast_ray(const RayQuery& ray) = 0;
+
+  /// Overwrites those of some bodies.
+  virtual void set_velocities(const std::map<u32, Twist>& velocities) = 0;
+  /// What acts from now on; on bodies that are not named, nothing. Only where the scene's settings ask for loads.
+  virtual void set_loads(const std::map<u32, Wrench>& loads) = 0;
+  /// The velocity that a dynamic body has after an impulse at a point: v + J / m and w + I^-1 (arm x J), about its
+  /// centre of mass or its pivot.
+  virtual Twist after_impulse(u32 body, const Vector3& impulse, const Vector3& point) = 0;
+  /// The velocity that moves a body evenly to a pose in a step.
+  virtual Twist velocity_to(u32 body, const Pose& target) = 0;
+};
+
+/// A new one; what `before` knows of the bodies that stay lives on (host/world/carry_state.hpp).
+std::unique_ptr<Engine> make_engine(const Scene& scene, const WorldOptions& options, Engine* before,
+                                    const Renaming& renaming);
+
+}  // namespace lockstep

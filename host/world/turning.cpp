@@ -1,0 +1,29 @@
+#include "host/world/turning.hpp"
+
+namespace lockstep {
+
+namespace {
+
+// The angle in [0, pi/2] of a sine and a cosine that are not negative: phi + sin(angle - phi) converges cubically, and
+// the difference needs no arcsine.
+double angle_of(double sine, double cosine) {
+  double angle = sine;
+  for (int i = 0; i < 5; ++i) angle += sine * exact::cosine(angle) - cosine * exact::sine(angle);
+  return angle;
+}
+
+}  // namespace
+
+Vector3 turning_velocity(const Quaternion& from, const Quaternion& to, double dt, u32 substeps) {
+  const Quaternion back = {-from[0], -from[1], -from[2], from[3]};
+  Quaternion turn = exact::multiply(to, back);
+  if (turn[3] < 0)
+    for (double& x : turn) x = -x;
+  const Vector3 axis = {turn[0], turn[1], turn[2]};
+  const double sine = exact::length(axis), scale = exact::length(turn);
+  if (sine == 0) return {0, 0, 0};
+  const double part = angle_of(sine / scale, turn[3] / scale) / substeps;  // half the angle of a sub-step
+  return exact::scale(2 / dt * (exact::sine(part) / exact::cosine(part)) / sine, axis);
+}
+
+}  // namespace lockstep

@@ -1,0 +1,355 @@
+#include "include/lockstep/world.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "host/scene/read.hpp"
+#include "host/world/engine.hpp"
+
+namespace lockstep {
+
+namespace {
+
+template <std::size_t n>
+void expect_finite(const std::array<double, n>& values, const char* what) {
+  if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
+    throw Error(Failure::input, what, "must be finite");
+}
+
+void expect_finite(const Wrench& load) {
+  expect_finite(load.force, "force");
+  expect_finite(load.torque, "torque");
+}
+
+void expect_finite(const Twist& velocity) {
+  expect_finite(velocity.linear, "velocity");
+  expect_finite(velocity.angular, "angular velocity");
+}
+
+void expect_unit(const Quaternion& q) {
+  const double length = exact::length(q);
+  if (!(std::abs(length - 1) < 1e-6)) throw Error(Failure::input, "orientation", "must be a unit quaternion");
+}
+
+// What a scene file would be refused for, of a body that was made in code; compile() asks for the rest.
+void expect_sense(const BodyDescription& body, const Scene& scene) {
+  const std::string where = body.name.empty() ? "body" : "body \"" + body.name + "\"";
+  const auto expect = [&](bool good, const char* rule) {
+    if (!good) throw Error(Failure::input, where, rule);
+  };
+  expect_finite(body.position, where.c_str());
+  expect_unit(body.orientation);
+  if (body.kind == BODY_DYNAMIC) {
+    expect(std::isfinite(body.mass) && body.mass > 0, "must have a mass > 0; make_solid() gives it that of its shapes");
+    const Vector3& I = body.inertia;
+    expect(I[0] > 0 && I[1] > 0 && I[2] > 0,
+           "must have moments of inertia > 0; make_solid() gives it those of its shapes");
+    for (unsigned i = 0; i < 3; ++i)
+      expect(I[i] <= (I[(i + 1) % 3] + I[(i + 2) % 3]) * (1 + 1e-9), "breaks the triangle inequality of real inertias");
+  }
+  for (const ShapeDescription& shape : body.shapes) {
+    expect(shape.kind != SHAPE_PLANE || body.kind == BODY_STATIC, "has a plane, and only static bodies may");
+    expect(shape.material < std::max<std::size_t>(scene.materials.size(), 1), "has a material that the scene does not");
+  }
+}
+
+Wrench sum(const Wrench& a, const Wrench& b) { return {exact::add(a.force, b.force), exact::add(a.torque, b.torque)}; }
+
+}  // namespace
+
+std::function<Wrench(double)> load_table(std::vector<std::pair<double, Wrench>> rows) {
+  if (rows.empty()) throw Error(Failure::input, "load table", "has no rows");
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    expect_finite(rows[i].second);
+    if (!std::isfinite(rows[i].first) || (i > 0 && !(rows[i].first > rows[i - 1].first)))
+      throw Error(Failure::input, "load table, row " + std::to_string(i), "times must rise");
+  }
+  return [rows = std::move(rows)](double time) -> Wrench {
+    const auto next = std::ranges::upper_bound(rows, time, {}, &std::pair<double, Wrench>::first);
+    if (next == rows.begin()) return rows.front().second;
+    if (next == rows.end()) return rows.back().second;
+    const auto& [t0, load0] = *(next - 1);
+    const auto& [t1, load1] = *next;
+    const double s = (time - t0) / (t1 - t0);
+    const auto between = [s](const Vector3& a, const Vector3& b) {
+      return exact::add(exact::scale(1 - s, a), exact::scale(s, b));
+    };
+    return {between(load0.force, load1.force), between(load0.torque, load1.torque)};
+  };
+}
+
+struct World::Parts {
+  Scene scene;  // of the bodies as they are now; poses and velocities as they came
+  WorldOptions options;
+  std::vector<BodyHandle> handles;  // of the scene's bodies
+  std::vector<u32> index_of;        // by id; NONE: removed
+
+  std::unique_ptr<Engine> engine;
+  Renaming renaming;  // from the engine's bodies and joints to the scene's
+  bool changed = true;
+  std::vector<BodyHandle> stepped;  // whom the engine's last step was about
+
+  std::map<u32, std::function<Wrench(double)>> loads;  // by id
+  std::map<u32, Wrench> forces;                        // by id, for the next step
+  std::map<u32, Pose> targets;                         // by id, of kinematic bodies, for the next step
+  std::set<u32> arrived;                               // ids that stand still from the next step on
+
+  std::vector<Pose> poses;
+  std::vector<Twist> velocities;
+  std::vector<BodyContact> contacts;
+  std::vector<BodyEvent> events;
+  bool kept = true;  // the contacts and events of the last step are here; else the engine has them
+
+  // Nothing has become anything else.
+  void reset_renaming() {
+    renaming.bodies.resize(scene.bodies.size());
+    renaming.joints.resize(scene.joints.size());
+    for (u32 i = 0; i < renaming.bodies.size(); ++i) renaming.bodies[i] = i;
+    for (u32 j = 0; j < renaming.joints.size(); ++j) renaming.joints[j] = j;
+  }
+
+  // The engine, made anew where bodies have come or gone.
+  Engine& ready() {
+    if (changed) {
+      if (scene.bodies.empty()) throw Error(Failure::input, "world", "has no bodies; add one");
+      keep_contacts_and_events();
+      engine = make_engine(scene, options, engine.get(), renaming);
+      reset_renaming();
+      changed = false;
+    }
+    return *engine;
+  }
+
+  void keep_contacts_and_events() {
+    if (std::exchange(kept, true)) return;
+    contacts.clear();
+    for (const EngineContact& contact : engine->contacts())
+      contacts.push_back(
+          {stepped[contact.body_a], stepped[contact.body_b], contact.point, contact.normal, contact.impulse});
+    events.clear();
+    for (const EngineEvent& event : engine->events())
+      events.push_back({event.kind, stepped[event.body_a], stepped[event.body_b]});
+  }
+
+  u32 index(BodyHandle body) const {
+    const u32 index = body.id < index_of.size() ? index_of[body.id] : NONE;
+    if (index == NONE) throw Error(Failure::input, "body " + std::to_string(body.id), "is not in this world any more");
+    return index;
+  }
+
+  u32 index_of_kind(BodyHandle body, std::initializer_list<BodyKind> kinds, const char* rule) const {
+    const u32 i = index(body);
+    if (std::ranges::find(kinds, scene.bodies[i].kind) == kinds.end())
+      throw Error(Failure::input, "body " + std::to_string(body.id), rule);
+    return i;
+  }
+  u32 index_of_dynamic(BodyHandle body) const {
+    return index_of_kind(body, {BODY_DYNAMIC}, "is not dynamic, nothing from outside moves it; give it a velocity");
+  }
+
+  void add(const BodyDescription& body) {
+    handles.push_back({static_cast<u32>(index_of.size())});
+    index_of.push_back(static_cast<u32>(scene.bodies.size()));
+    scene.bodies.push_back(body);
+    changed = true;
+  }
+
+  // Kernels for forces are only built where there are any.
+  void ask_for_loads() {
+    if (std::exchange(scene.settings.loads, true)) return;
+    changed = true;
+  }
+
+  void act() {
+    Engine& now = ready();
+    std::map<u32, Twist> velocities_now;
+    for (const u32 id : arrived) velocities_now[index_of[id]] = {};
+    arrived.clear();
+    for (const auto& [id, pose] : targets) {
+      velocities_now[index_of[id]] = now.velocity_to(index_of[id], pose);
+      arrived.insert(id);
+    }
+    targets.clear();
+    now.set_velocities(velocities_now);
+    if (!scene.settings.loads) return;
+    std::map<u32, Wrench> acting;
+    const double middle = (now.steps_done() + 0.5) * scene.settings.dt;
+    for (const auto& [id, load] : loads) {
+      acting[index_of[id]] = load(middle);
+      expect_finite(acting[index_of[id]]);
+    }
+    for (const auto& [id, force] : forces) acting[index_of[id]] = sum(acting[index_of[id]], force);
+    forces.clear();
+    now.set_loads(acting);
+  }
+};
+
+World::World(Scene scene, const WorldOptions& options) : parts_(std::make_unique<Parts>()) {
+  Parts& p = *parts_;
+  p.options = options;
+  std::vector<BodyDescription> bodies;
+  std::swap(bodies, scene.bodies);
+  p.scene = std::move(scene);
+  if (!options.precision.empty()) p.scene.settings.precision = options.precision;
+  if (p.scene.settings.precision != "float" && p.scene.settings.precision != "double")
+    throw Error(Failure::input, "precision", "must be float or double, is " + p.scene.settings.precision);
+  for (const BodyDescription& body : bodies) add(body);
+  p.reset_renaming();
+  if (!bodies.empty()) p.ready();
+}
+
+World World::load(const std::string& path_or_name, const WorldOptions& options) {
+  return World(read_scene(path_or_name), options);
+}
+
+World::World(World&&) noexcept = default;
+World& World::operator=(World&&) noexcept = default;
+World::~World() = default;
+
+BodyHandle World::add(const BodyDescription& body) {
+  expect_sense(body, parts_->scene);
+  parts_->add(body);
+  return parts_->handles.back();
+}
+
+void World::remove(BodyHandle body) {
+  Parts& p = *parts_;
+  const u32 gone = p.index(body);
+  const auto rename = [](std::vector<u32>& names, u32 removed) {
+    for (u32& name : names) name = name == removed || name == NONE ? NONE : name - (name > removed);
+  };
+  for (u32 j = static_cast<u32>(p.scene.joints.size()); j-- > 0;) {
+    JointDescription& joint = p.scene.joints[j];
+    if (joint.body_a == gone || joint.body_b == gone) {
+      p.scene.joints.erase(p.scene.joints.begin() + j);
+      rename(p.renaming.joints, j);
+      continue;
+    }
+    for (u32* side : {&joint.body_a, &joint.body_b})
+      if (*side != NONE && *side > gone) --*side;
+  }
+  p.scene.bodies.erase(p.scene.bodies.begin() + gone);
+  p.handles.erase(p.handles.begin() + gone);
+  rename(p.renaming.bodies, gone);
+  rename(p.index_of, gone);
+  p.loads.erase(body.id);
+  p.forces.erase(body.id);
+  p.targets.erase(body.id);
+  p.arrived.erase(body.id);
+  p.changed = true;
+}
+
+bool World::contains(BodyHandle body) const {
+  return body.id < parts_->index_of.size() && parts_->index_of[body.id] != NONE;
+}
+
+std::optional<BodyHandle> World::find(const std::string& name) const {
+  const auto found = std::ranges::find(parts_->scene.bodies, name, &BodyDescription::name);
+  if (found == parts_->scene.bodies.end()) return std::nullopt;
+  return parts_->handles[static_cast<std::size_t>(found - parts_->scene.bodies.begin())];
+}
+
+std::span<const BodyHandle> World::bodies() const { return parts_->handles; }
+
+const BodyDescription& World::description(BodyHandle body) const { return parts_->scene.bodies[parts_->index(body)]; }
+
+void World::step(u32 count) {
+  for (u32 i = 0; i < count; ++i) {
+    parts_->act();
+    parts_->engine->step();
+    parts_->kept = false;
+  }
+  if (count > 0) parts_->stepped = parts_->handles;
+}
+
+u32 World::steps_done() const { return parts_->engine ? parts_->engine->steps_done() : 0; }
+double World::time() const { return steps_done() * parts_->scene.settings.dt; }
+
+std::span<const Pose> World::poses() { return parts_->poses = parts_->ready().poses(); }
+std::span<const Twist> World::velocities() { return parts_->velocities = parts_->ready().velocities(); }
+
+Pose World::pose(BodyHandle body) {
+  const u32 index = parts_->index(body);
+  return poses()[index];
+}
+
+Twist World::velocity(BodyHandle body) {
+  const u32 index = parts_->index(body);
+  return velocities()[index];
+}
+
+std::span<const BodyContact> World::contacts() {
+  parts_->keep_contacts_and_events();
+  return parts_->contacts;
+}
+
+std::span<const BodyEvent> World::events() {
+  parts_->keep_contacts_and_events();
+  return parts_->events;
+}
+
+std::optional<BodyHit> World::cast_ray(const Vector3& origin, const Vector3& direction, double length, u32 mask) {
+  RayQuery ray;
+  ray.origin = origin;
+  ray.direction = direction;
+  ray.length = length;
+  ray.mask = mask;
+  const std::optional<EngineHit> hit = parts_->ready().cast_ray(ray);
+  if (!hit) return std::nullopt;
+  return BodyHit{parts_->handles[hit->body], hit->distance, hit->point, hit->normal};
+}
+
+std::uint64_t World::state_hash() { return parts_->ready().state_hash(); }
+
+void World::apply_impulse(BodyHandle body, const Vector3& impulse, const Vector3& point) {
+  const u32 index = parts_->index_of_dynamic(body);
+  expect_finite(impulse, "impulse");
+  expect_finite(point, "point");
+  Engine& engine = parts_->ready();
+  engine.set_velocities({{index, engine.after_impulse(index, impulse, point)}});
+}
+
+void World::apply_impulse(BodyHandle body, const Vector3& impulse) {
+  apply_impulse(body, impulse, pose(body).position);
+}
+
+void World::apply_force(BodyHandle body, const Vector3& force, const Vector3& point) {
+  expect_finite(point, "point");
+  const Vector3 arm = exact::subtract(point, pose(body).position);
+  apply(body, {force, exact::cross(arm, force)});
+}
+
+void World::apply(BodyHandle body, const Wrench& wrench) {
+  parts_->index_of_dynamic(body);
+  expect_finite(wrench);
+  parts_->ask_for_loads();
+  Wrench& now = parts_->forces[body.id];
+  now = sum(now, wrench);
+}
+
+void World::set_load(BodyHandle body, std::function<Wrench(double time)> load) {
+  parts_->index_of_dynamic(body);
+  if (!load) {
+    parts_->loads.erase(body.id);
+    return;
+  }
+  parts_->ask_for_loads();
+  parts_->loads[body.id] = std::move(load);
+}
+
+void World::set_velocity(BodyHandle body, const Twist& velocity) {
+  const u32 index = parts_->index_of_kind(body, {BODY_DYNAMIC, BODY_KINEMATIC}, "is static and does not move");
+  expect_finite(velocity);
+  parts_->arrived.erase(body.id);
+  parts_->ready().set_velocities({{index, velocity}});
+}
+
+void World::set_kinematic_target(BodyHandle body, const Pose& target) {
+  parts_->index_of_kind(body, {BODY_KINEMATIC}, "is not kinematic; only such bodies go where they are told");
+  expect_finite(target.position, "target");
+  expect_unit(target.orientation);
+  parts_->targets[body.id] = target;
+}
+
+}  // namespace lockstep

@@ -1,0 +1,143 @@
+// Lockstep as a library: a world of rigid bodies that a program builds, steps, looks at and acts upon
+// (docs/library.md). SI units, z up, quaternions x y z w. Everything is deterministic: the same calls in the same order
+// give the same bits on every device. Whatever goes wrong is an Error with one line that says where and what would cure
+// it.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/error.hpp"
+#include "host/scene/scene.hpp"
+#include "host/scene/solid_body.hpp"
+
+namespace lockstep {
+
+/// A body of a World. A handle stays good until its body is removed and is never given to another one.
+struct BodyHandle {
+  u32 id = NONE;
+  bool operator==(const BodyHandle&) const = default;
+};
+
+struct Pose {
+  Vector3 position = {0, 0, 0};  // of the centre of mass, m
+  Quaternion orientation = {0, 0, 0, 1};
+};
+
+/// Velocity of the centre of mass, m/s, and angular velocity, rad/s; world frame.
+struct Twist {
+  Vector3 linear = {0, 0, 0}, angular = {0, 0, 0};
+};
+
+/// What acts on a body: a force through its centre of mass, N, and a torque, N m; world frame.
+struct Wrench {
+  Vector3 force = {0, 0, 0}, torque = {0, 0, 0};
+};
+
+/// A point at which two bodies touched, or could have, in the last step.
+struct BodyContact {
+  BodyHandle a, b;
+  Vector3 point;    // on the surface of a at the end of the step, world frame, m
+  Vector3 normal;   // from b to a, unit
+  Vector3 impulse;  // on a, of the last sub-step, N s
+};
+
+/// Two bodies began or ceased to touch in the last step, or entered or left a sensor (then a has the sensor).
+struct BodyEvent {
+  EventKind kind;
+  BodyHandle a, b;
+};
+
+/// The nearest surface on a ray.
+struct BodyHit {
+  BodyHandle body;
+  double distance = 0;  // from the origin, m
+  Vector3 point, normal;
+};
+
+struct WorldOptions {
+  std::string device = "auto";  // as `--device`
+  std::string precision = {};   // "float" or "double"; empty: what the scene says
+  u32 threads = 0;              // of a CPU device; 0: all
+};
+
+/// A load that follows a table: rows of (time, s; load) with rising times, straight lines between them, the first and
+/// the last value before and after. For World::set_load. Throws Error where it is empty or times do not rise.
+std::function<Wrench(double)> load_table(std::vector<std::pair<double, Wrench>> rows);
+
+class World {
+ public:
+  /// A scene made in code or by read_scene(). Throws Error (input) for one that makes no sense, Error (device) where
+  /// the device cannot be used.
+  explicit World(Scene scene, const WorldOptions& options = {});
+  /// A scene file, or a built-in scene by its name.
+  static World load(const std::string& path_or_name, const WorldOptions& options = {});
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+  ~World();
+
+  // ---- bodies
+
+  /// Adds a body; takes effect with the next step or question. What others do to each other is not disturbed. Adding
+  /// and removing cost time in proportion to the whole scene, once for all changes between two steps. Throws Error
+  /// (input) for one that makes no sense. make_solid() gives a body the mass of its shapes.
+  BodyHandle add(const BodyDescription& body);
+  /// Removes a body and the joints that hold it. Nothing tells that it ceased to touch.
+  void remove(BodyHandle body);
+  bool contains(BodyHandle body) const;
+  /// By its name in the scene; nothing where there is none.
+  std::optional<BodyHandle> find(const std::string& name) const;
+  /// All of them, oldest first: the order of poses() and velocities().
+  std::span<const BodyHandle> bodies() const;
+  const BodyDescription& description(BodyHandle body) const;
+
+  // ---- time
+
+  /// So many time steps of the scene's `dt`. Throws Error naming body, stage and step where a velocity goes bad.
+  void step(u32 count = 1);
+  u32 steps_done() const;
+  double time() const;  // s
+
+  // ---- what is; spans hold until the next call that is not const
+
+  std::span<const Pose> poses();
+  std::span<const Twist> velocities();
+  Pose pose(BodyHandle body);
+  Twist velocity(BodyHandle body);
+  /// Of the last step, ordered by the bodies' shapes.
+  std::span<const BodyContact> contacts();
+  /// Of the last step; asked for by the scene's setting `events` or by a sensor (docs/events.md).
+  std::span<const BodyEvent> events();
+  /// What a ray from `origin` meets first, of the shapes in the categories of `mask`; nothing within `length` is
+  /// nothing. In a world whose shapes cannot touch each other there is nothing to ask, and an Error (input).
+  std::optional<BodyHit> cast_ray(const Vector3& origin, const Vector3& direction, double length = 1e6,
+                                  u32 mask = 0xffffffffu);
+  /// Of everything that lives on between steps; equal where every bit is.
+  std::uint64_t state_hash();
+
+  // ---- what acts; on dynamic bodies, but for set_velocity and set_kinematic_target
+
+  /// At once. `point` is where it acts, world frame.
+  void apply_impulse(BodyHandle body, const Vector3& impulse, const Vector3& point);
+  void apply_impulse(BodyHandle body, const Vector3& impulse);
+  /// During the next step, spread over its sub-steps; several add up.
+  void apply_force(BodyHandle body, const Vector3& force, const Vector3& point);
+  void apply(BodyHandle body, const Wrench& wrench);
+  /// Until it is replaced or taken away (an empty function): a function of time, taken in the middle of each step.
+  void set_load(BodyHandle body, std::function<Wrench(double time)> load);
+  /// Of a dynamic or kinematic body.
+  void set_velocity(BodyHandle body, const Twist& velocity);
+  /// A kinematic body moves evenly so that it is there at the end of the next step, to rounding, and then stands still.
+  void set_kinematic_target(BodyHandle body, const Pose& target);
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace lockstep
