@@ -151,7 +151,7 @@ Legend Frames::legend() const {
   }
   bool any_still = false;
   for (u32 body = 0; body < model_.bodies(); ++body) any_still = any_still || !model_.movable(body);
-  if (any_still) legend.entries.push_back({{still_color}, "moved by no force"});
+  if (any_still) legend.entries.push_back({{still_color}, "static or driven"});
   if (!by_body && nothing_touches_) legend.entries.push_back({{untouched}, "touches nothing"});
   if (options_.contacts) legend.entries.push_back({{contact_color}, "contact"});
   if (options_.forces)

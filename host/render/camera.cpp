@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 namespace {
 
 // Margin that a framed region leaves around itself, as a share of half the picture.
-constexpr double margin = 0.14;
+constexpr double margin = 0.1;
 
 double quantile(std::vector<double> values, double share) {
   const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
@@ -32,8 +32,8 @@ Vector3d median(std::span<const Extent* const> extents) {
 }
 
 void extend(Region& region, const Extent& extent) {
-  region.extend(extent.center - Vector3d::Constant(extent.radius));
-  region.extend(extent.center + Vector3d::Constant(extent.radius));
+  region.extend(extent.center - extent.half);
+  region.extend(extent.center + extent.half);
 }
 
 }  // namespace
@@ -81,7 +81,7 @@ Region region_of(std::span<const Extent> extents) {
   if (!movable.empty()) {
     const Vector3d middle = median(movable);
     std::vector<double> distances;
-    for (const Extent* extent : movable) distances.push_back((extent->center - middle).norm() + extent->radius);
+    for (const Extent* extent : movable) distances.push_back((extent->center - middle).norm() + extent->half.norm());
     const double usual = 3 * quantile(distances, 0.9);
     for (std::size_t i = 0; i < movable.size(); ++i) {
       if (distances[i] <= usual) extend(region, *movable[i]);
@@ -91,7 +91,7 @@ Region region_of(std::span<const Extent> extents) {
   const Region moving = region;
   for (const Extent& extent : extents) {
     if (extent.movable) continue;
-    const bool fits = moving.isEmpty() || (extent.radius < size && moving.exteriorDistance(extent.center) < size);
+    const bool fits = moving.isEmpty() || (extent.half.norm() < size && moving.exteriorDistance(extent.center) < size);
     if (fits) extend(region, extent);
   }
   return region;
@@ -102,8 +102,8 @@ Camera frame_region(const Region& region, double aspect) {
   if (region.isEmpty()) return camera;
   const Vector3d half = 0.5 * region.diagonal().cwiseMax(Vector3d::Constant(1e-3));
   camera.target = region.center();
-  // from the front, which is the longer side, and a little from the right
-  const Vector3d from = (half.x() >= half.y() ? Vector3d(0.5, -1, 0.4) : Vector3d(1, -0.5, 0.4)).normalized();
+  // across the longer side, from where the sun is
+  const Vector3d from = (half.x() >= half.y() ? Vector3d(0.5, -1, 0.4) : Vector3d(-1, -0.6, 0.4)).normalized();
   camera.position = camera.target + from;
   const Matrix3d axes = camera.axes();
   const double up = camera.half_height() * (1 - margin), sideways = up * aspect;

@@ -31,10 +31,9 @@ struct Camera {
 /// What a picture is to show.
 using Region = Eigen::AlignedBox3d;
 
-/// A ball that moves, or stands, in a scene.
+/// The box around something that moves, or stands, in a scene.
 struct Extent {
-  Eigen::Vector3d center;
-  double radius;
+  Eigen::Vector3d center, half;
   bool movable;
 };
 

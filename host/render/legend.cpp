@@ -24,19 +24,15 @@ struct Layout {
 int whole(double x) { return static_cast<int>(std::lround(x)); }
 
 std::vector<double> ticks(const Legend::Scale& scale) {
-  std::vector<double> at;
   const double range = scale.high - scale.low;
-  const int steps = scale.whole ? std::clamp(whole(range), 1, 5) : 4;
-  for (int i = 0; i <= steps; ++i) {
-    const double value = scale.low + range * i / steps;
-    at.push_back(scale.whole ? std::round(value) : value);
-  }
-  at.erase(std::unique(at.begin(), at.end()), at.end());
+  const double step = scale.whole ? std::max(std::ceil(range / 5), 1.0) : range / 4;
+  std::vector<double> at;
+  for (int i = 0; i * step <= range * (1 + 1e-9); ++i) at.push_back(scale.low + i * step);
   return at;
 }
 
 std::string label(const Legend::Scale& scale, double value) {
-  return fmt::format("{:.3g}{}", value, scale.exceeded && value == scale.high ? "+" : "");
+  return fmt::format("{:.3g}{}", value, scale.exceeded && value >= scale.high * (1 - 1e-9) ? "+" : "");
 }
 
 // Low values on the left, a mark and a number at each tick.
@@ -82,7 +78,7 @@ Place draw_legend(Picture& picture, const Legend& legend) {
     const double swatches = static_cast<double>(entry.colors.size()) * 1.1 * layout.text + 0.6 * layout.text;
     width = std::max(width, swatches + text_width(entry.text, layout.text));
   }
-  double height = layout.text + (legend.scale ? layout.line + 1.2 * layout.text : 0) +
+  double height = layout.text + (legend.scale ? layout.line + 1.5 * layout.text : 0) +
                   layout.line * static_cast<double>(legend.entries.size());
   // the numbers at the ends of a scale are wider than it is
   const double side = layout.pad + (legend.scale ? layout.text : 0);
@@ -96,7 +92,7 @@ Place draw_legend(Picture& picture, const Legend& legend) {
   Place bar;
   if (legend.scale) {
     bar = draw_scale(picture, *legend.scale, layout, left, whole(y), whole(width));
-    y += layout.line + 1.2 * layout.text;
+    y += layout.line + 1.5 * layout.text;
   }
   for (const Legend::Entry& entry : legend.entries) {
     draw_entry(picture, entry, layout, left, whole(y));

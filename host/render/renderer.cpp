@@ -97,10 +97,12 @@ struct Renderer::Parts {
     shadow_map.begin();
     shadow.use();
     shadow.set("u_view_projection", view.to_shadow);
+    gl.Enable(GL_CULL_FACE);
     gl.Enable(GL_POLYGON_OFFSET_FILL);
     gl.PolygonOffset(1.5f, 2);
     instances.draw();
     gl.Disable(GL_POLYGON_OFFSET_FILL);
+    gl.Disable(GL_CULL_FACE);
   }
 
   void draw_sky(const Drawing& drawing, const View& view) const {
@@ -183,6 +185,12 @@ Picture Renderer::Parts::draw(const Drawing& drawing) {
   const View view = view_of(drawing, static_cast<double>(width) / height);
   std::vector<Solid> opaque, glass;
   for (const Solid& s : drawing.solids) (s.alpha < 1 ? glass : opaque).push_back(s);
+  // what is in front first: what is behind it need not be lit
+  const Vector3f eye = drawing.camera.position.cast<float>();
+  const auto square_distance = [&](const Solid& s) { return (s.position - eye).squaredNorm(); };
+  const auto nearer = [&](const Solid& a, const Solid& b) { return square_distance(a) < square_distance(b); };
+  std::stable_sort(opaque.begin(), opaque.end(), nearer);
+  std::stable_sort(glass.rbegin(), glass.rend(), nearer);
 
   gl.Enable(GL_DEPTH_TEST);
   gl.DepthFunc(GL_LEQUAL);
@@ -190,9 +198,9 @@ Picture Renderer::Parts::draw(const Drawing& drawing) {
   draw_shadows(view);
   shadow_map.bind();
   target.begin();
-  draw_sky(drawing, view);
   draw_solids(drawing, view);
   draw_planes(drawing, view, true);
+  draw_sky(drawing, view);
   gl.Enable(GL_BLEND);
   gl.BlendFunc(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA);
   gl.DepthMask(GL_FALSE);

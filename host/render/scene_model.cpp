@@ -30,6 +30,16 @@ Pattern pattern_of(ShapeKind kind) {
   }
 }
 
+// Half the edges of the box around a shape, in its frame; of a sphere in any.
+Vector3f half_size(ShapeKind kind, const Vector3f& size) {
+  switch (kind) {
+    case SHAPE_SPHERE: return Vector3f::Constant(size.x());
+    case SHAPE_CAPSULE: return {size.x(), size.x(), size.x() + size.y()};
+    case SHAPE_CYLINDER: return {size.x(), size.x(), size.y()};
+    default: return size;
+  }
+}
+
 // Half the edges of the box of this mass and these moments about its centre; none shorter than a twentieth of the
 // longest, so that what has no thickness is seen.
 Vector3f box_of_moments(double mass, const Vector3d& moments) {
@@ -75,8 +85,7 @@ void SceneModel::add_shapes(const Buffers<real>& scene) {
     const ShapeInfo& info = scene.shape_infos[i];
     const real* q = shape.rotation;
     parts_.push_back({info.body, static_cast<ShapeKind>(info.kind), info.hull, vector(shape.offset),
-                      quaternion(q[0], q[1], q[2], q[3]), vector(shape.size), static_cast<float>(shape.reach),
-                      (info.flags & SHAPE_IS_SENSOR) != 0});
+                      quaternion(q[0], q[1], q[2], q[3]), vector(shape.size), (info.flags & SHAPE_IS_SENSOR) != 0});
   }
 }
 
@@ -110,11 +119,11 @@ void SceneModel::add_bare_body(const Buffers<real>& scene, u32 body) {
   Vector3f half = box_of_moments(double(mass.mass), moments.cwiseMax(0));
   const bool is_point = half.maxCoeff() < 0.02f * length;
   if (is_point) half.setConstant(0.06f * length);
-  parts_.push_back({body, is_point ? SHAPE_SPHERE : SHAPE_BOX, 0, Vector3f::Zero(), Quaternionf::Identity(), half,
-                    half.norm(), false});
+  parts_.push_back(
+      {body, is_point ? SHAPE_SPHERE : SHAPE_BOX, 0, Vector3f::Zero(), Quaternionf::Identity(), half, false});
   if (length <= 0) return;
   parts_.push_back({body, SHAPE_CYLINDER, 0, -0.5f * lever, Quaternionf::FromTwoVectors(Vector3f::UnitZ(), lever),
-                    Vector3f(0.015f * length, 0.5f * length, 0), 0.5f * length, false});
+                    Vector3f(0.015f * length, 0.5f * length, 0), false});
 }
 
 void SceneModel::add_meshes_to(Renderer& renderer) {
@@ -132,7 +141,10 @@ std::vector<Extent> SceneModel::extents(std::span<const Pose> poses) const {
     if (part.kind == SHAPE_PLANE) continue;
     const Pose& pose = poses[part.body];
     const Vector3f center = pose.position + pose.rotation * part.offset;
-    if (center.allFinite()) extents.push_back({center.cast<double>(), double(part.reach), movable_[part.body]});
+    if (!center.allFinite()) continue;
+    Vector3f half = half_size(part.kind, part.size);
+    if (part.kind != SHAPE_SPHERE) half = (pose.rotation * part.rotation).toRotationMatrix().cwiseAbs() * half;
+    extents.push_back({center.cast<double>(), half.cast<double>(), movable_[part.body]});
   }
   return extents;
 }

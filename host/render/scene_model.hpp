@@ -37,7 +37,7 @@ class SceneModel {
   /// Unit; z where there is no gravity.
   const Eigen::Vector3f& up() const { return up_; }
 
-  /// The balls around the shapes of bodies that stand so.
+  /// The boxes around the shapes of bodies that stand so.
   std::vector<Extent> extents(std::span<const Pose> poses) const;
 
   /// Adds the bodies to a drawing, each in its colour. `patterned`: with marks that show how they are turned.
@@ -51,7 +51,6 @@ class SceneModel {
     Eigen::Vector3f offset;
     Eigen::Quaternionf rotation;
     Eigen::Vector3f size;  // as Shape::size
-    float reach;
     bool sensor;
   };
 
