@@ -199,5 +199,13 @@ TEST_F(RenderCommand, RefusesWhatARecordingDoesNotHold) {
   expect_refused("render " + record + " --at 6", 2, "there is no step 6 here, only 0 to 5");
 }
 
+// A planted difference is in tests/difference_test.cpp; here there is none.
+TEST_F(RenderCommand, CheckDrawsOnlyWhatDiffers) {
+  const Outcome outcome = run("check spheres_small --steps 3 --picture " + folder("a.png"));
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_FALSE(fs::exists(file("a.png")));
+  expect_refused("check spheres_small --picture /nowhere/a.png", 2, "/nowhere/a.png: the picture cannot be written");
+}
+
 }  // namespace
 }  // namespace lockstep

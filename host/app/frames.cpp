@@ -100,17 +100,17 @@ Drawing Frames::drawing_of(const Snapshot& snapshot) const {
   Drawing drawing;
   drawing.camera = camera_;
   drawing.region = region_;
-  std::vector<Color> colors(model_.bodies(), still_color);
+  std::vector<Look> looks(model_.bodies());
   for (u32 body = 0; body < model_.bodies(); ++body) {
     if (!model_.movable(body)) continue;
     if (options_.color_by == ColorBy::body) {
-      colors[body] = body_color(model_.id(body));
+      looks[body].color = body_color(model_.id(body));
     } else {
       const double value = double(snapshot.values[body]);
-      colors[body] = std::isnan(value) ? untouched : scale_color(value / scale_.high);
+      looks[body].color = std::isnan(value) ? untouched : scale_color(value / scale_.high);
     }
   }
-  model_.draw(snapshot.poses, colors, options_.color_by == ColorBy::body, drawing);
+  model_.draw(snapshot.poses, looks, options_.color_by == ColorBy::body, drawing);
   add_marks(snapshot, drawing);
   return drawing;
 }
@@ -155,7 +155,7 @@ Legend Frames::legend() const {
   if (!by_body && nothing_touches_) legend.entries.push_back({{untouched}, "touches nothing"});
   if (options_.contacts) legend.entries.push_back({{contact_color}, "contact"});
   if (options_.forces)
-    legend.entries.push_back({{force_color}, fmt::format("force, 1 m for {:.3g} N", newtons_a_metre_)});
+    legend.entries.push_back({{force_color}, fmt::format("force, 1 m for {:.4g} N", newtons_a_metre_)});
   if (options_.joints) legend.entries.push_back({{anchor_color}, "joint, and its axis"});
   return legend;
 }

@@ -20,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr u32 widest = 3840, highest = 2160, smallest = 64;
-constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
 
 void read_size(const std::string& text, FrameOptions& frames) {
   const char* const end = text.data() + text.size();

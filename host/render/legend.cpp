@@ -32,7 +32,7 @@ std::vector<double> ticks(const Legend::Scale& scale) {
 }
 
 std::string label(const Legend::Scale& scale, double value) {
-  return fmt::format("{:.3g}{}", value, scale.exceeded && value >= scale.high * (1 - 1e-9) ? "+" : "");
+  return fmt::format("{:.4g}{}", value, scale.exceeded && value >= scale.high * (1 - 1e-9) ? "+" : "");
 }
 
 // Low values on the left, a mark and a number at each tick.

@@ -1,7 +1,7 @@
 // A picture in memory, and what is drawn on it by the processor.
 #pragma once
 
-#include <string>
+#include <string_view>
 #include <vector>
 
 #include "host/render/colors.hpp"
@@ -26,6 +26,9 @@ struct Picture {
   /// Pixels [x0, x1) x [y0, y1).
   void fill(int x0, int y0, int x1, int y1, const Color& color, double alpha = 1);
 };
+
+/// What every PNG file begins with.
+inline constexpr std::string_view png_signature = "\x89PNG\r\n\x1a\n";
 
 /// The bytes of a PNG file; the same picture gives the same ones.
 std::vector<unsigned char> encode_png(const Picture& picture);

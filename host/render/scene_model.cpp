@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace lockstep {
 
@@ -136,9 +137,17 @@ bool SceneModel::has_planes() const {
 }
 
 std::vector<Extent> SceneModel::extents(std::span<const Pose> poses) const {
+  std::vector<u32> all(bodies());
+  std::iota(all.begin(), all.end(), 0u);
+  return extents(poses, all);
+}
+
+std::vector<Extent> SceneModel::extents(std::span<const Pose> poses, std::span<const u32> bodies) const {
+  std::vector<bool> asked(movable_.size(), false);
+  for (const u32 body : bodies) asked[body] = true;
   std::vector<Extent> extents;
   for (const Part& part : parts_) {
-    if (part.kind == SHAPE_PLANE) continue;
+    if (part.kind == SHAPE_PLANE || !asked[part.body]) continue;
     const Pose& pose = poses[part.body];
     const Vector3f center = pose.position + pose.rotation * part.offset;
     if (!center.allFinite()) continue;
@@ -164,17 +173,19 @@ void SceneModel::draw_capsule(const Part& part, const Solid& solid, Drawing& dra
   drawing.solids.push_back(piece);
 }
 
-void SceneModel::draw(std::span<const Pose> poses, std::span<const Color> colors, bool patterned,
+void SceneModel::draw(std::span<const Pose> poses, std::span<const Look> looks, bool patterned,
                       Drawing& drawing) const {
   drawing.up = up_;
   for (const Part& part : parts_) {
     const Pose& pose = poses[part.body];
+    const Look& look = looks[part.body];
+    if (!look.shown) continue;
     Solid solid;
     solid.position = pose.position + pose.rotation * part.offset;
     solid.rotation = pose.rotation * part.rotation;
     if (!solid.position.allFinite()) continue;
-    solid.color = colors[part.body];
-    solid.alpha = part.sensor ? 0.3f : 1;
+    solid.color = look.color;
+    solid.alpha = part.sensor ? 0.3f : look.alpha;
     const bool is_box = part.kind == SHAPE_BOX;  // stacked boxes of one colour need their edges
     solid.pattern = patterned || is_box ? pattern_of(part.kind) : Pattern::none;
     switch (part.kind) {

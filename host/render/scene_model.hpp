@@ -19,6 +19,13 @@ struct Pose {
 template <class real>
 std::vector<Pose> poses_of(const std::vector<Vec4<real>>& positions, const std::vector<Vec4<real>>& orientations);
 
+/// How a body looks.
+struct Look {
+  Color color = still_color;
+  float alpha = 1;
+  bool shown = true;
+};
+
 class SceneModel {
  public:
   /// From the constant buffers of a scene. A body without shapes is drawn as the box that has its mass and moments, one
@@ -39,9 +46,11 @@ class SceneModel {
 
   /// The boxes around the shapes of bodies that stand so.
   std::vector<Extent> extents(std::span<const Pose> poses) const;
+  /// Of these bodies alone.
+  std::vector<Extent> extents(std::span<const Pose> poses, std::span<const u32> bodies) const;
 
-  /// Adds the bodies to a drawing, each in its colour. `patterned`: with marks that show how they are turned.
-  void draw(std::span<const Pose> poses, std::span<const Color> colors, bool patterned, Drawing& drawing) const;
+  /// Adds the bodies to a drawing. `patterned`: with marks that show how they are turned.
+  void draw(std::span<const Pose> poses, std::span<const Look> looks, bool patterned, Drawing& drawing) const;
 
  private:
   struct Part {

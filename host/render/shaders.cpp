@@ -119,7 +119,7 @@ void main() {
   if (u_is_floor != 0) {
     vec3 ground = lit(mix(vec3(0.80, 0.80, 0.79), vec3(0.46, 0.49, 0.53), line), v_world, u_normal, 0.0);
     float fog = 1.0 - exp(-distance * distance / (u_fog * u_fog));
-    color = vec4(mix(ground, sky(0.0), fog), behind ? 0.25 : 1.0);
+    color = vec4(mix(ground, sky(sight.z / distance), fog), behind ? 0.25 : 1.0);
     return;
   }
   float shown = 1.0 - smoothstep(0.85 * u_top, u_top, v_world.z);
