@@ -204,6 +204,7 @@ TEST_F(RenderCommand, CheckDrawsOnlyWhatDiffers) {
   const Outcome outcome = run("check spheres_small --steps 3 --picture " + folder("a.png"));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_FALSE(fs::exists(file("a.png")));
+  expect_refused("verify x.h5 --picture /nowhere/a.png", 2, "/nowhere/a.png: the picture cannot be written");
   expect_refused("check spheres_small --picture /nowhere/a.png", 2, "/nowhere/a.png: the picture cannot be written");
 }
 

@@ -1,13 +1,13 @@
 #include <fmt/format.h>
 
 #include "host/app/commands.hpp"
+#include "host/app/mismatch_picture.hpp"
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/start.hpp"
 #include "host/backends/checked_backend.hpp"
 #include "host/error.hpp"
 #include "host/record/whole_file.hpp"
-#include "host/render/difference.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
 #include "host/world_hash.hpp"
@@ -26,26 +26,6 @@ struct CheckCommand : SceneOptions {
   std::string picture;
   bool quiet = false;
 };
-
-constexpr u32 picture_width = 1280, picture_height = 720;
-
-// Draws both states as they are where they part.
-template <class real>
-void draw_mismatch(const Mismatch& mismatch, CheckedBackend<real>& backend, const Scene& scene,
-                   const std::string& path) {
-  const Difference& d = mismatch.difference();
-  const Buffers<real>& reference = backend.reference_buffers();
-  const Buffers<real>& device = backend.device_buffers(d, difference_buffers(backend.features()));
-  const std::string_view where = d.stage == Stage::count ? "all sub-steps as one launch" : info(d.stage).name;
-  const DifferencePlace place = place_of(d.buffer, d.element, d.word, reference);
-  const Picture picture = draw_difference(device, reference, SceneModel(compile_shapes<real>(scene)), place,
-                                          {fmt::format("{}, step {}, {}", scene.name, d.step, where),
-                                           fmt::format("{}[{}] word {}", info(d.buffer).name, d.element, d.word),
-                                           "device    " + d.device_value, "reference " + d.reference_value},
-                                          picture_width, picture_height);
-  replace_file(path, encode_png(picture));
-  fmt::print(stderr, "lockstep: {}: both states, where they part\n", path);
-}
 
 // Throws Mismatch at the first word that differs; the hash of the state is compared as a last stage.
 template <class real>
@@ -66,7 +46,8 @@ void check_scene(const Scene& scene, const CheckCommand& options, const DeviceIn
         progress.update(step + 1);
       }
     } catch (const Mismatch& mismatch) {
-      if (!options.picture.empty()) draw_mismatch(mismatch, backend, scene, options.picture);
+      if (!options.picture.empty())
+        draw_mismatch(mismatch, backend, SceneModel(compile_shapes<real>(scene)), scene.name, options.picture);
       throw;
     }
   }

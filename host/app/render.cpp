@@ -6,6 +6,7 @@
 #include "host/app/frames.hpp"
 #include "host/app/interrupt.hpp"
 #include "host/app/progress.hpp"
+#include "host/app/recorded_model.hpp"
 #include "host/app/render_options.hpp"
 #include "host/app/start.hpp"
 #include "host/backends/reference_backend.hpp"
@@ -124,20 +125,6 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   if (!options.quiet) fmt::print("state hash {}\n", hash_text(combined_state_hash(simulation.world_hashes())));
 }
 
-// The constants of a recording's bodies, and shapes that were not simulated where the scene's text has them.
-template <class real>
-SceneModel model_of(const InitialState<real>& start, const RecordingLabel& label) {
-  if (!has(start.features, Feature::contacts)) {
-    try {
-      const Buffers<real> shapes = compile_shapes<real>(parse_scene(label.scene_text, label.scene));
-      if (shapes.body_infos.size() == start.buffers.body_infos.size()) return SceneModel(shapes);
-    } catch (const Error&) {
-      // a mesh of the scene may be somewhere else by now: bodies are drawn by their moments
-    }
-  }
-  return SceneModel(start.buffers);
-}
-
 template <class real>
 Snapshot snapshot_of(const RecordingReader& recording, const InitialState<real>& start, u32 step,
                      const FrameOptions& options) {
@@ -174,7 +161,7 @@ void render_recording(const RecordingReader& recording, const RenderOptions& opt
       shown_steps(options.shown, first, first + recording.steps(), dt, !options.frames.film.empty());
   expect_pictures_writable(options, file_name(label.scene), shown.front());
   const FrameOptions frame = frame_options(options, parse_camera(label.scene_text, options.scene), dt);
-  Frames frames(frame, model_of(start, label), file_name(label.scene), dt);
+  Frames frames(frame, recorded_model(start, label), file_name(label.scene), dt);
   {
     const Interrupt interrupt;
     Progress progress(static_cast<u32>(shown.size()), !options.quiet);
