@@ -91,6 +91,7 @@ struct Renderer::Parts {
     program.set("u_bias", 1.6f * view.nearest_texel);
     program.set("u_pixel", static_cast<float>(2 * drawing.camera.half_height() / height));
     program.set("u_fog", 5 * view.distance);
+    program.set("u_line", std::max(1.0f, static_cast<float>(height) / 720));
   }
 
   void draw_shadows(const View& view) const {

@@ -20,6 +20,7 @@ uniform float u_texel;     // of the shadow map, in its coordinates
 uniform float u_bias;      // m, along the normal
 uniform float u_pixel;     // size of a pixel at a distance of 1 m
 uniform float u_fog;       // m: where the ground begins to fade
+uniform float u_line;      // width of a thin line, in pixels
 
 vec3 sky(float height) {  // sine of the angle above the horizon
   vec3 horizon = vec3(0.885, 0.905, 0.925);
@@ -114,8 +115,8 @@ void main() {
   float distance = length(sight);
   bool behind = dot(sight, u_normal) > 0.0;
   vec2 footprint = max(fwidth(v_metres), vec2(1e-7));
-  float line = max(0.55 * lines(1.0, 1.0, footprint), 0.75 * lines(10.0, 1.8, footprint));
-  if (min(footprint.x, footprint.y) < 0.016) line = max(line, 0.22 * lines(0.1, 0.8, footprint));
+  float line = max(0.55 * lines(1.0, u_line, footprint), 0.75 * lines(10.0, 1.8 * u_line, footprint));
+  if (min(footprint.x, footprint.y) < 0.016) line = max(line, 0.22 * lines(0.1, 0.8 * u_line, footprint));
   if (u_is_floor != 0) {
     vec3 ground = lit(mix(vec3(0.80, 0.80, 0.79), vec3(0.46, 0.49, 0.53), line), v_world, u_normal, 0.0);
     float fog = 1.0 - exp(-distance * distance / (u_fog * u_fog));
@@ -164,7 +165,7 @@ void main() {
     vec3 inset = v_scale.xyz - abs(v_local);
     float edge = max(min(inset.x, inset.y), min(max(inset.x, inset.y), inset.z));
     float least = min(v_scale.x, min(v_scale.y, v_scale.z));
-    float width = max(0.7 * pixel, 0.012 * least);
+    float width = max(0.7 * u_line * pixel, 0.012 * least);
     float line = 1.0 - smoothstep(width - 0.5 * pixel, width + 0.8 * pixel, edge);
     albedo *= 1.0 - 0.38 * line * smoothstep(2.0, 7.0, least / pixel);
   } else if (v_scale.w >= 2.0) {
