@@ -65,6 +65,9 @@ TEST_F(RenderCommand, DrawsTheStepsThatAreAskedFor) {
   render(common + folder("d") + " --fps 25");  // of 0.01 s a step
   EXPECT_EQ(files_in("d"), (std::set<std::string>{"spheres_small_000000.png", "spheres_small_000004.png",
                                                   "spheres_small_000008.png", "spheres_small_000012.png"}));
+  render(std::string("slide_to_roll") + small + "--dt 0.01 --steps 400 --fps 0.5 --out " + folder("e"));
+  EXPECT_EQ(files_in("e"), (std::set<std::string>{"slide_to_roll_000000.png", "slide_to_roll_000200.png",
+                                                  "slide_to_roll_000400.png"}));
 }
 
 TEST_F(RenderCommand, GivesTheSameBytesAgain) {

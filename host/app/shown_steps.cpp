@@ -26,7 +26,11 @@ std::vector<u32> spread(u32 frames, u32 first, u32 last) {
 std::vector<u32> by_time(double rate, u32 first, u32 last, double dt) {
   std::vector<u32> steps;
   const double stride = 1 / (rate * dt);
-  for (double at = first; at <= last + 1e-6; at += stride) steps.push_back(static_cast<u32>(std::lround(at)));
+  for (u32 i = 0;; ++i) {
+    const double at = std::round(first + i * stride);  // a dt in float is a little off: the last one counts
+    if (at > last) break;
+    steps.push_back(static_cast<u32>(at));
+  }
   return steps;
 }
 
