@@ -95,7 +95,7 @@ TEST(HouseRules, NoFileIsLong) {
 std::string module_of(const std::string& file) {
   if (file.rfind("host/simulation.", 0) == 0) return "simulation";
   for (const char* folder : {"host/scene", "host/device", "host/backends", "host/report", "host/problems",
-                             "host/record", "host/world", "host/app", "cpu_reference/oracle"})
+                             "host/record", "host/render", "host/world", "host/app", "cpu_reference/oracle"})
     if (file.rfind(std::string(folder) + "/", 0) == 0) return folder;
   return file.substr(0, file.find('/'));
 }
@@ -111,6 +111,7 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
       {"host/device", {"kernels", "host"}},
       {"host/report", {"kernels", "host"}},
       {"host/problems", {"kernels", "host", "host/report", "cpu_reference/oracle"}},
+      {"host/render", {"kernels", "host"}},
       {"host/backends", {"kernels", "host", "cpu_reference", "host/scene", "host/device"}},
       {"simulation", {"kernels", "host", "host/scene", "host/backends"}},
       {"host/record", {"kernels", "host", "host/scene", "host/backends", "simulation"}},
@@ -119,7 +120,8 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
        {"include", "kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record",
         "simulation"}},
       {"host/app",
-       {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "simulation"}},
+       {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "host/render",
+        "simulation"}},
   };
   for (const std::string& file : sources()) {
     const std::string module = module_of(file);

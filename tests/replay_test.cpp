@@ -20,7 +20,15 @@ class ReplayTest : public testing::Test {
     const RecordingReader recording(path_);
     u32 told = 0;
     try {
-      replay<float>(recording, target, [&](u32 done) { told = done; });
+      const auto done = [&](u32 now) { told = now; };
+      replay<float>(recording, target, done, [&](const Mismatch& mismatch, CheckedBackend<float>& backend) {
+        const Difference& d = mismatch.difference();
+        const Buffer wanted[] = {d.buffer};
+        EXPECT_EQ(d.buffer, Buffer::motions);
+        EXPECT_NE(backend.device_buffers(d, wanted).motions[d.element].v[2],
+                  backend.reference_buffers().motions[d.element].v[2]);
+        ++partings_;
+      });
     } catch (const Error& error) {
       EXPECT_EQ(error.failure(), Failure::comparison);
       return error.what();
@@ -46,6 +54,7 @@ class ReplayTest : public testing::Test {
 
   const TemporaryFolder folder_;
   const std::string path_ = folder_.file("x.h5");
+  mutable int partings_ = 0;  // told of
 };
 
 DeviceOptions launch(u32 lanes, u32 work_group) {
@@ -92,6 +101,7 @@ TEST_F(ReplayTest, GoesOnWhereTheRecordingBegan) {
 TEST_F(ReplayTest, NamesTheStageAndTheWordOfADeviceThatDiffers) {
   record_scene<float>(path_, scene, steps);
   const std::string line = outcome({test_device(), fused()});
+  EXPECT_EQ(partings_, 1);
   EXPECT_EQ(line.rfind("step ", 0), 0u) << line;
   EXPECT_NE(line.find(", integrate_velocities: motions["), std::string::npos) << line;
   EXPECT_NE(line.find("] word 2: device 0x"), std::string::npos) << line;

@@ -209,6 +209,7 @@ struct Probe {
 
 const Probe probes[] = {
     {"/properties", R"({"qqqqqqqq": 0})"},
+    {"/$defs/camera/properties", R"({"camera": {"qqqqqqqq": 0}})"},
     {"/$defs/settings/properties", R"({"settings": {"qqqqqqqq": 0}})"},
     {"/$defs/settings/properties/integrator/enum", R"({"settings": {"integrator": "qqqqqqqq"}})"},
     {"/$defs/settings/properties/gyroscopic/enum", R"({"settings": {"gyroscopic": "qqqqqqqq"}})"},

@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include "host/app/commands.hpp"
+#include "host/app/mismatch_picture.hpp"
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/start.hpp"
 #include "host/backends/checked_backend.hpp"
 #include "host/error.hpp"
+#include "host/record/whole_file.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
 #include "host/world_hash.hpp"
@@ -20,40 +22,52 @@ u32 stages_that_run(Features features) {
   return count;
 }
 
+struct CheckCommand : SceneOptions {
+  std::string picture;
+  bool quiet = false;
+};
+
 // Throws Mismatch at the first word that differs; the hash of the state is compared as a last stage.
 template <class real>
-void check_scene(const Scene& scene, const SceneOptions& options, const DeviceInfo& device, bool quiet) {
+void check_scene(const Scene& scene, const CheckCommand& options, const DeviceInfo& device) {
   Start<real> start = make_start<real>(scene, options);
   const StepParams<real> params = start.state.params;
   auto owned = std::make_unique<CheckedBackend<real>>(std::move(start.state), device, options.device_options,
                                                       CheckOptions{.fused = true});
-  const CheckedBackend<real>& backend = *owned;
+  CheckedBackend<real>& backend = *owned;
   Simulation<real> simulation(std::move(owned), params, start.steps_done);
 
   const u32 steps = scene.settings.steps - start.steps_done;
   {
-    Progress progress(steps, !quiet);
-    for (u32 step = 0; step < steps; ++step) {
-      simulation.step();
-      progress.update(step + 1);
+    Progress progress(steps, !options.quiet);
+    try {
+      for (u32 step = 0; step < steps; ++step) {
+        simulation.step();
+        progress.update(step + 1);
+      }
+    } catch (const Mismatch& mismatch) {
+      if (!options.picture.empty())
+        draw_mismatch(mismatch, backend, SceneModel(compile_shapes<real>(scene)), scene.name, options.picture);
+      throw;
     }
   }
   const std::vector<WorldHash> hashes = simulation.world_hashes();
-  if (quiet) return;
+  if (options.quiet) return;
   fmt::print("{}, {}, {} against the reference: {} steps, {} stages, {} words compared: equal\n", scene.name,
              device.name, scene.settings.precision, steps, stages_that_run(backend.features()),
              backend.words_compared());
   fmt::print("state hash {}\n", hash_text(combined_state_hash(hashes)));
 }
 
-void check(const SceneOptions& options, bool quiet) {
+void check(const CheckCommand& options) {
+  expect_writable(options.picture, "the picture", png_signature);
   const std::optional<DeviceInfo> device = device_of(options);
   if (!device)
     throw Error(Failure::input, "check",
                 "compares an OpenCL device with the reference; the reference alone has nothing to "
                 "be compared with");
   const Scene scene = read_scene_with(options);
-  with_precision(scene, [&](auto real) { check_scene<decltype(real)>(scene, options, *device, quiet); });
+  with_precision(scene, [&](auto real) { check_scene<decltype(real)>(scene, options, *device); });
 }
 
 }  // namespace
@@ -61,12 +75,12 @@ void check(const SceneOptions& options, bool quiet) {
 void add_check(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
       "check", "Run a device and the reference in lockstep; name the first stage, buffer, index and word that differ");
-  const auto options = std::make_shared<SceneOptions>();
-  const auto quiet = std::make_shared<bool>(false);
+  const auto options = std::make_shared<CheckCommand>();
   add_scene_options(*command, *options);
-  command->add_flag("--quiet", *quiet, "No progress bar, and no line where all is equal");
+  command->add_option("--picture", options->picture, "Where they differ, draw both states into this PNG file");
+  command->add_flag("--quiet", options->quiet, "No progress bar, and no line where all is equal");
   command->footer("Example:\n  lockstep check spheres8000 --steps 20 --lanes 8");
-  command->callback([options, quiet] { check(*options, *quiet); });
+  command->callback([options] { check(*options); });
 }
 
 }  // namespace lockstep::app

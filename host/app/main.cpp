@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   app::add_run(program);
   app::add_check(program);
   app::add_verify(program);
+  app::add_render(program);
 
   try {
     program.parse(argc, argv);

@@ -1,32 +1,44 @@
 #include <fmt/format.h>
 
 #include "host/app/commands.hpp"
+#include "host/app/mismatch_picture.hpp"
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
+#include "host/app/recorded_model.hpp"
 #include "host/error.hpp"
 #include "host/record/replay.hpp"
+#include "host/record/whole_file.hpp"
 
 namespace lockstep::app {
 
 namespace {
 
 struct VerifyOptions : TargetOptions {
-  std::string recording;
+  std::string recording, picture;
   bool quiet = false;
 };
 
+template <class real>
+void replay_and_draw(const RecordingReader& recording, const ReplayTarget& target, const VerifyOptions& options) {
+  Progress progress(recording.steps(), !options.quiet);
+  const auto done = [&](u32 steps) { progress.update(steps); };
+  const auto parting = [&](const Mismatch& mismatch, CheckedBackend<real>& backend) {
+    if (options.picture.empty()) return;
+    const RecordingLabel& label = recording.label();
+    draw_mismatch(mismatch, backend, recorded_model(recording.start<real>(), label), label.scene, options.picture);
+  };
+  replay<real>(recording, target, done, parting);
+}
+
 void verify(const VerifyOptions& options) {
+  expect_writable(options.picture, "the picture", png_signature);
   const ReplayTarget target = {device_of(options), options.device_options};
   const RecordingReader recording(options.recording);
   if (recording.steps() == 0) throw Error(Failure::input, options.recording, "holds no step yet");
-  {
-    Progress progress(recording.steps(), !options.quiet);
-    const auto done = [&](u32 steps) { progress.update(steps); };
-    if (recording.precision() == "double")
-      replay<double>(recording, target, done);
-    else
-      replay<float>(recording, target, done);
-  }
+  if (recording.precision() == "double")
+    replay_and_draw<double>(recording, target, options);
+  else
+    replay_and_draw<float>(recording, target, options);
   if (options.quiet) return;
   const RecordingLabel& label = recording.label();
   fmt::print("{}, {}, recorded on {}, replayed on {}: {} steps, every state hash equal\n", label.scene,
@@ -43,6 +55,8 @@ void add_verify(CLI::App& program) {
   const auto options = std::make_shared<VerifyOptions>();
   command->add_option("recording", options->recording, "A file of `lockstep run --record`")->required();
   add_target_options(*command, *options);
+  command->add_option("--picture", options->picture,
+                      "Where device and reference part, draw both states into this PNG file");
   command->add_flag("--quiet", options->quiet, "No progress bar, and no line where all is equal");
   command->footer("Example:\n  lockstep verify heap.h5 --device reference");
   command->callback([options] { verify(*options); });

@@ -63,6 +63,10 @@ class CheckedBackend final : public Backend<real> {
   std::size_t words_compared() const { return words_compared_; }
 
   const Buffers<real>& reference_buffers() { return reference_.buffers(); }
+  /// What the device has that differed.
+  const Buffers<real>& device_buffers(const Difference& difference, std::span<const Buffer> wanted) {
+    return difference.stage == Stage::count ? fused_->download(wanted) : device_.download(wanted);
+  }
 
  private:
   void poison_outputs(Stage stage, const StepParams<real>& params);

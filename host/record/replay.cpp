@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "host/backends/checked_backend.hpp"
 #include "host/backends/words.hpp"
 #include "host/record/checkpoint.hpp"
 #include "host/record/recording_tables.hpp"
@@ -16,8 +15,8 @@ namespace {
 template <class real>
 class Replay {
  public:
-  Replay(const RecordingReader& recording, const ReplayTarget& target)
-      : recording_(recording), target_(target), start_(recording.start<real>()) {}
+  Replay(const RecordingReader& recording, const ReplayTarget& target, const Parting<real>& parting)
+      : recording_(recording), target_(target), parting_(parting), start_(recording.start<real>()) {}
 
   void run(const std::function<void(u32)>& done) const {
     Simulation<real> simulation = simulate(start_);
@@ -77,9 +76,15 @@ class Replay {
   void check(const InitialState<real>& before) const {
     const std::optional<DeviceInfo> device = target_.device ? target_.device : select_device("auto");
     if (!device) return;
-    auto backend =
-        std::make_unique<CheckedBackend<real>>(before, *device, target_.options, CheckOptions{.fused = true});
-    Simulation<real>(std::move(backend), before.params, before.buffers.step_index.front()).step();
+    auto owned = std::make_unique<CheckedBackend<real>>(before, *device, target_.options, CheckOptions{.fused = true});
+    CheckedBackend<real>& backend = *owned;
+    Simulation<real> simulation(std::move(owned), before.params, before.buffers.step_index.front());
+    try {
+      simulation.step();
+    } catch (const Mismatch& mismatch) {
+      if (parting_) parting_(mismatch, backend);
+      throw;
+    }
   }
 
   void compare_bodies(const InitialState<real>& before, u32 row, const std::string& where) const {
@@ -115,17 +120,21 @@ class Replay {
 
   const RecordingReader& recording_;
   const ReplayTarget& target_;
+  const Parting<real>& parting_;
   const InitialState<real> start_;
 };
 
 }  // namespace
 
 template <class real>
-void replay(const RecordingReader& recording, const ReplayTarget& target, const std::function<void(u32)>& done) {
-  Replay<real>(recording, target).run(done);
+void replay(const RecordingReader& recording, const ReplayTarget& target, const std::function<void(u32)>& done,
+            const Parting<real>& parting) {
+  Replay<real>(recording, target, parting).run(done);
 }
 
-template void replay<float>(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&);
-template void replay<double>(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&);
+template void replay(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&,
+                     const Parting<float>&);
+template void replay(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&,
+                     const Parting<double>&);
 
 }  // namespace lockstep

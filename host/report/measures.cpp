@@ -65,30 +65,12 @@ WorldMeasures measure_world(const Buffers<real>& buffers, Features features, u32
   return result;
 }
 
-// Signed distance between the surfaces of the two shapes where they met at the start of the step, with the bodies as
-// they stand now; negative where they overlap.
-template <class real>
-double gap(const Buffers<real>& buffers, u32 i) {
-  const Contact& contact = buffers.contacts[i];
-  const ContactPoint<real>& point = buffers.contact_points[i];
-  const Quaterniond turn_a = rotation(buffers.orientations[contact.body_a]);
-  const Quaterniond turn_b = rotation(buffers.orientations[contact.body_b]);
-  const Vector3d d = vector3(buffers.positions[contact.body_a]) + turn_a * vector3(point.anchor_a) -
-                     vector3(buffers.positions[contact.body_b]) - turn_b * vector3(point.anchor_b);
-  const double radii = double(point.radius_a) + double(point.radius_b);
-  if (contact.normal == NORMAL_BETWEEN) return d.norm() - radii;
-  Vector3d normal = vector3(point.normal);
-  if (contact.normal == NORMAL_OF_A) normal = turn_a * normal;
-  if (contact.normal == NORMAL_OF_B) normal = turn_b * normal;
-  return normal.dot(d) - radii;
-}
-
 template <class real>
 Penetration penetration(const Buffers<real>& buffers, u32 contacts) {
   Penetration result;
   double sum = 0;
   for (u32 i = 0; i < contacts; ++i) {
-    const double depth = -gap(buffers, i);
+    const double depth = -contact_gap(buffers, i);
     if (depth <= 0) continue;
     ++result.touching;
     sum += depth;
@@ -124,6 +106,22 @@ WorstContact name_joint(const Buffers<real>& buffers, const JointInfo& joint) {
 }
 
 }  // namespace
+
+template <class real>
+double contact_gap(const Buffers<real>& buffers, u32 index) {
+  const Contact& contact = buffers.contacts[index];
+  const ContactPoint<real>& point = buffers.contact_points[index];
+  const Quaterniond turn_a = rotation(buffers.orientations[contact.body_a]);
+  const Quaterniond turn_b = rotation(buffers.orientations[contact.body_b]);
+  const Vector3d d = vector3(buffers.positions[contact.body_a]) + turn_a * vector3(point.anchor_a) -
+                     vector3(buffers.positions[contact.body_b]) - turn_b * vector3(point.anchor_b);
+  const double radii = double(point.radius_a) + double(point.radius_b);
+  if (contact.normal == NORMAL_BETWEEN) return d.norm() - radii;
+  Vector3d normal = vector3(point.normal);
+  if (contact.normal == NORMAL_OF_A) normal = turn_a * normal;
+  if (contact.normal == NORMAL_OF_B) normal = turn_b * normal;
+  return normal.dot(d) - radii;
+}
 
 double Measures::energy() const {
   double sum = 0;
@@ -181,6 +179,7 @@ bool momentum_is_conserved(const Buffers<real>& buffers, Features features) {
 }
 
 #define INSTANTIATE(real)                                                                        \
+  template double contact_gap(const Buffers<real>&, u32);                                        \
   template Measures measure(const Buffers<real>&, const Sizes&, Features, std::span<const u32>); \
   template bool momentum_is_conserved(const Buffers<real>&, Features);
 INSTANTIATE(float)

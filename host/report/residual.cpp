@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace lockstep {
 
@@ -89,15 +90,7 @@ struct Sums {
   double largest = 0;                  // of the sizes of what impulses add to one block's velocity
   double count = 0;
   double last = 0;  // the largest defect velocity of the last contact or joint
-
-  void find_worst(u32 index, bool is_joint, Residual& result) {
-    if (last > result.defect_max) {
-      result.defect_max = last;
-      result.worst = index;
-      result.worst_is_joint = is_joint;
-    }
-    last = 0;
-  }
+  DefectVelocities each;
 };
 
 void add_contact(const SystemContact& c, const SystemBody& a, const SystemBody& b, const Change& da, const Change& db,
@@ -235,7 +228,47 @@ void add_joint(const SystemJoint& j, const SystemBody& a, const SystemBody& b, c
       1);
 }
 
+Sums sums_of(const ContactSystem& system) {
+  const std::vector<Change> change = changes(system);
+  Sums sums;
+  sums.each = {std::vector<double>(system.contacts.size(), 0.0), std::vector<double>(system.joints.size(), 0.0)};
+  for (const SystemPatch& p : system.patches) {
+    const SystemContact& c = system.contacts[p.first];
+    add_patch(p, system.contacts, system.bodies[c.body_a], system.bodies[c.body_b], change[c.body_a], change[c.body_b],
+              sums);
+    sums.each.contacts[p.first] = std::exchange(sums.last, 0);
+  }
+  for (u32 i = 0; i < (system.patches.empty() ? system.contacts.size() : 0); ++i) {
+    const SystemContact& c = system.contacts[i];
+    add_contact(c, system.bodies[c.body_a], system.bodies[c.body_b], change[c.body_a], change[c.body_b], sums);
+    sums.each.contacts[i] = std::exchange(sums.last, 0);
+  }
+  for (u32 i = 0; i < system.joints.size(); ++i) {
+    const SystemJoint& j = system.joints[i];
+    add_joint(j, system.bodies[j.body_a], system.bodies[j.body_b], change[j.body_a], change[j.body_b], sums);
+    sums.each.joints[i] = std::exchange(sums.last, 0);
+  }
+  return sums;
+}
+
+// The first of the largest, contacts before joints.
+void find_worst(const DefectVelocities& each, Residual& result) {
+  result.worst_is_joint = each.contacts.empty();
+  const auto look = [&](const std::vector<double>& defects, bool is_joint) {
+    for (u32 i = 0; i < defects.size(); ++i) {
+      if (!(defects[i] > result.defect_max)) continue;
+      result.defect_max = defects[i];
+      result.worst = i;
+      result.worst_is_joint = is_joint;
+    }
+  };
+  look(each.contacts, false);
+  look(each.joints, true);
+}
+
 }  // namespace
+
+DefectVelocities defect_velocities(const ContactSystem& system) { return sums_of(system).each; }
 
 Vector3d project_on_cone(const Vector3d& impulse, const Vector3d& normal, double friction) {
   const double n = impulse.dot(normal);
@@ -251,26 +284,8 @@ Vector3d project_on_cone(const Vector3d& impulse, const Vector3d& normal, double
 Residual residual(const ContactSystem& system, double roundoff) {
   Residual result;
   if (system.contacts.empty() && system.joints.empty()) return result;
-  const std::vector<Change> change = changes(system);
-  Sums sums;
-  result.worst_is_joint = system.contacts.empty();
-  for (const SystemPatch& p : system.patches) {
-    const SystemContact& c = system.contacts[p.first];
-    add_patch(p, system.contacts, system.bodies[c.body_a], system.bodies[c.body_b], change[c.body_a], change[c.body_b],
-              sums);
-    sums.find_worst(p.first, false, result);
-  }
-  for (u32 i = 0; i < (system.patches.empty() ? system.contacts.size() : 0); ++i) {
-    const SystemContact& c = system.contacts[i];
-    add_contact(c, system.bodies[c.body_a], system.bodies[c.body_b], change[c.body_a], change[c.body_b], sums);
-    sums.find_worst(i, false, result);
-  }
-  for (u32 i = 0; i < system.joints.size(); ++i) {
-    const SystemJoint& j = system.joints[i];
-    add_joint(j, system.bodies[j.body_a], system.bodies[j.body_b], change[j.body_a], change[j.body_b], sums);
-    sums.find_worst(i, true, result);
-  }
-
+  const Sums sums = sums_of(system);
+  find_worst(sums.each, result);
   result.defect_rms = std::sqrt(sums.w / sums.count);
   result.scale = sums.q > 0 ? std::sqrt(sums.q / sums.count) : std::sqrt(sums.wr / sums.count);
   if (result.scale > 0) {

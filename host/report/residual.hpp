@@ -24,6 +24,13 @@ struct Residual {
 /// the canonical one of a cone for each contact. `roundoff` is 2^-24 where the solver worked in float, 2^-53 in double.
 Residual residual(const ContactSystem& system, double roundoff);
 
+/// The largest defect velocity of each contact, or pair in contact where they rub as patches (said of its first
+/// contact; 0 of the others), and of each joint, by index into the system, m/s.
+struct DefectVelocities {
+  std::vector<double> contacts, joints;
+};
+DefectVelocities defect_velocities(const ContactSystem& system);
+
 /// The nearest point of the Coulomb cone { |t| <= mu n } about the unit vector `normal`.
 Eigen::Vector3d project_on_cone(const Eigen::Vector3d& impulse, const Eigen::Vector3d& normal, double friction);
 

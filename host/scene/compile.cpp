@@ -66,8 +66,7 @@ class Compiler {
   explicit Compiler(std::span<const Scene> worlds) : worlds_(worlds) {}
 
   InitialState<real> run() {
-    expect_room();
-    for (u32 world = 0; world < worlds_.size(); ++world) add_world(world);
+    add_worlds();
     buffers().motions.push_back({});  // the null body behind the last one
     set_features();
     set_sizes();
@@ -77,9 +76,18 @@ class Compiler {
     return std::move(state_);
   }
 
+  Buffers<real> shapes() {
+    add_worlds();
+    return std::move(state_.buffers);
+  }
+
  private:
   Buffers<real>& buffers() { return state_.buffers; }
 
+  void add_worlds() {
+    expect_room();
+    for (u32 world = 0; world < worlds_.size(); ++world) add_world(world);
+  }
   void expect_room() const;
   void add_world(u32 world);
   void add_body(const BodyDescription& body, u32 world, u32 id, const Origin& origin);
@@ -369,6 +377,13 @@ InitialState<real> compile(std::span<const Scene> worlds) {
   return Compiler<real>(worlds).run();
 }
 
+template <class real>
+Buffers<real> compile_shapes(const Scene& scene) {
+  return Compiler<real>(std::span<const Scene>(&scene, 1)).shapes();
+}
+
+template Buffers<float> compile_shapes<float>(const Scene&);
+template Buffers<double> compile_shapes<double>(const Scene&);
 template InitialState<float> compile<float>(std::span<const Scene>);
 template InitialState<double> compile<double>(std::span<const Scene>);
 

@@ -135,6 +135,17 @@ std::vector<MaterialPairRule> read_material_pairs(const JsonNode& array, const s
   return rules;
 }
 
+CameraDescription read_camera(const JsonNode& node) {
+  node.expect_object({"position", "target", "fov_deg"});
+  CameraDescription camera = {node.at("position").vector(), node.at("target").vector()};
+  if (camera.position == camera.target) node.at("target").fail("is where the camera is; it has to look somewhere");
+  if (node.has("fov_deg")) {
+    camera.fov_deg = node.at("fov_deg").number();
+    if (!(camera.fov_deg >= 1 && camera.fov_deg <= 150)) node.at("fov_deg").must_be("1 .. 150");
+  }
+  return camera;
+}
+
 void expect_different_names(const JsonNode& array, const std::vector<BodyDescription>& bodies) {
   std::unordered_map<std::string_view, std::size_t> index_of;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -169,14 +180,15 @@ std::string read_file(const std::string& path) {
 Scene parse_scene(const std::string& text, const std::string& source) {
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
-  root.expect_object(
-      {"$schema", "name", "description", "gravity", "settings", "materials", "material_pairs", "bodies", "joints"});
+  root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
+                      "bodies", "joints"});
   Scene scene;
   scene.source = source;
   scene.text = text;
   scene.name = root.has("name") ? root.at("name").text() : stem(source);
   if (root.has("description")) scene.description = root.at("description").text();
   if (root.has("gravity")) scene.gravity = root.at("gravity").vector();
+  if (root.has("camera")) scene.camera = read_camera(root.at("camera"));
   if (root.has("settings")) scene.settings = read_settings(root.at("settings"));
   if (root.has("materials")) scene.materials = read_materials(root.at("materials"));
   if (scene.materials.empty()) scene.materials.push_back({"default"});
@@ -195,6 +207,13 @@ Scene parse_scene(const std::string& text, const std::string& source) {
   }
   scene.joints = resolve_joints(list.joints, scene.bodies);
   return scene;
+}
+
+std::optional<CameraDescription> parse_camera(const std::string& text, const std::string& source) {
+  const nlohmann::json document = parse_json(text, source);
+  const JsonNode root(document, source);
+  if (!root.is_object() || !root.has("camera")) return std::nullopt;
+  return read_camera(root.at("camera"));
 }
 
 Scene read_scene(const std::string& path_or_name) {

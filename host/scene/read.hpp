@@ -15,6 +15,9 @@ Scene read_scene(const std::string& path_or_name);
 /// Reads a scene from JSON text; `source` stands for the file in errors.
 Scene parse_scene(const std::string& text, const std::string& source);
 
+/// The camera alone, which may have been asked for in a scene that was read elsewhere: its meshes need not be there.
+std::optional<CameraDescription> parse_camera(const std::string& text, const std::string& source);
+
 struct SceneListing {
   std::string name, description;
 };

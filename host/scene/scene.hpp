@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -124,6 +125,12 @@ inline void use_solver(Settings& settings, Solver solver) {
 inline const char* name_of(Solver solver) { return solver_names[static_cast<u32>(solver)].first; }
 inline const char* name_of(FrictionModel model) { return friction_model_names[static_cast<u32>(model)].first; }
 
+/// Where pictures are taken from; no part of what is simulated.
+struct CameraDescription {
+  Vector3 position, target;
+  double fov_deg = 35;  // of the height of a picture
+};
+
 struct Scene {
   std::string name, source;  // the file's stem and path
   std::string description;   // one line: what a viewer should see
@@ -134,6 +141,7 @@ struct Scene {
   std::vector<MaterialPairRule> material_pairs;
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
+  std::optional<CameraDescription> camera;  // none: framed automatically
 };
 
 }  // namespace lockstep

@@ -1,0 +1,204 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/app/commands.hpp"
+#include "host/app/frames.hpp"
+#include "host/app/interrupt.hpp"
+#include "host/app/progress.hpp"
+#include "host/app/recorded_model.hpp"
+#include "host/app/render_options.hpp"
+#include "host/app/start.hpp"
+#include "host/backends/reference_backend.hpp"
+#include "host/error.hpp"
+#include "host/record/recording_reader.hpp"
+#include "host/report/report.hpp"
+#include "host/scene/read.hpp"
+#include "host/simulation.hpp"
+#include "host/world_hash.hpp"
+
+namespace lockstep::app {
+
+namespace {
+
+Camera camera_of(const CameraDescription& description) {
+  const auto vector = [](const Vector3& v) { return Eigen::Vector3d(v[0], v[1], v[2]); };
+  return {vector(description.position), vector(description.target), description.fov_deg};
+}
+
+// Names of pictures begin with that of the scene, which may be anything.
+std::string file_name(std::string scene) {
+  std::replace(scene.begin(), scene.end(), '/', '_');
+  return scene;
+}
+
+FrameOptions frame_options(const RenderOptions& options, const std::optional<CameraDescription>& of_scene, double dt) {
+  FrameOptions frames = options.frames;
+  frames.film_rate = film_rate(options.shown, dt);
+  frames.camera = options.camera;
+  if (!frames.camera && of_scene) frames.camera = camera_of(*of_scene);
+  return frames;
+}
+
+void say_what_was_made(const Frames& frames, const RenderOptions& options) {
+  if (options.quiet) return;
+  const u32 count = frames.count();
+  const std::string what = options.frames.film.empty()
+                               ? fmt::format("{} picture{} in {}/", count, count == 1 ? "" : "s", options.frames.folder)
+                               : fmt::format("{}, {} pictures", options.frames.film, count);
+  fmt::print("{}, {}x{}, {}: {:.1f} ms a picture to draw, {:.1f} ms to write\n", what, options.frames.width,
+             options.frames.height, frames.driver(), frames.draw_ms() / std::max(count, 1u),
+             frames.write_ms() / std::max(count, 1u));
+}
+
+template <class real>
+std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options) {
+  const std::optional<DeviceInfo> device = device_of(options);
+  if (device) return std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
+  return std::make_unique<ReferenceBackend<real>>(state);
+}
+
+// What a picture needs of the state after a step.
+template <class real>
+Snapshot snapshot_of(Simulation<real>& simulation, const Buffers<real>& constants, const FrameOptions& options) {
+  Backend<real>& backend = simulation.backend();
+  const Features features = backend.features();
+  std::vector<Buffer> wanted = value_buffers(options.color_by, features);
+  wanted.insert(wanted.end(), {Buffer::positions, Buffer::orientations});
+  const bool touching = has(features, Feature::contacts) && (options.contacts || options.forces);
+  if (touching) wanted.insert(wanted.end(), contact_mark_buffers.begin(), contact_mark_buffers.end());
+  std::sort(wanted.begin(), wanted.end());
+  wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+  const Buffers<real>& now = backend.download(wanted);
+  Snapshot snapshot;
+  snapshot.step = simulation.steps_done();
+  snapshot.poses = poses_of(now.positions, now.orientations);
+  snapshot.values = body_values(options.color_by, now, backend.sizes().bodies, features, simulation.counters());
+  if (touching)
+    snapshot.contacts = contact_marks(now, simulation.counters()[COUNTER_CONTACTS], double(simulation.params().dt));
+  if (options.joints) snapshot.joints = joint_marks(constants, now.positions, now.orientations);
+  return snapshot;
+}
+
+// Simulates up to the last step that is shown.
+template <class real>
+void simulate(Simulation<real>& simulation, const std::vector<u32>& shown, const Buffers<real>& constants,
+              const RenderOptions& options, Frames& frames) {
+  const Interrupt interrupt;
+  const u32 first = simulation.steps_done();
+  Progress progress(shown.back() - first, !options.quiet);
+  for (auto next = shown.begin(); next != shown.end() && !Interrupt::asked();) {
+    while (simulation.steps_done() < *next && !Interrupt::asked()) {
+      simulation.step();
+      progress.update(simulation.steps_done() - first);
+    }
+    if (simulation.steps_done() < *next) break;
+    frames.add(snapshot_of(simulation, constants, options.frames));
+    ++next;
+  }
+}
+
+template <class real>
+void render_scene(const Scene& scene, const RenderOptions& options) {
+  Start<real> start = make_start<real>(scene, options);
+  const double dt = double(start.state.params.dt) * start.state.params.substeps;
+  const std::vector<u32> shown =
+      shown_steps(options.shown, start.steps_done, scene.settings.steps, dt, !options.frames.film.empty());
+  const Buffers<real> constants = start.state.buffers;
+  if (options.frames.color_by == ColorBy::color && has(start.state.features, Feature::jacobi))
+    throw Error(Failure::input, "--color-by color", "jacobi visits all contacts at once: there are no colours");
+  expect_pictures_writable(options, file_name(scene.name), shown.front());
+  Frames frames(frame_options(options, scene.camera, dt), SceneModel(compile_shapes<real>(scene)),
+                file_name(scene.name), dt);
+  const StepParams<real> params = start.state.params;
+  std::unique_ptr<Backend<real>> backend = make_backend(start.state, options);
+  start.state = {};
+  Simulation<real> simulation(std::move(backend), params, start.steps_done);
+  try {
+    simulate(simulation, shown, constants, options, frames);
+  } catch (const Error&) {
+    frames.finish();  // what there is shows how it went bad
+    throw;
+  }
+  frames.finish();
+  say_what_was_made(frames, options);
+  if (!options.quiet) fmt::print("state hash {}\n", hash_text(combined_state_hash(simulation.world_hashes())));
+}
+
+template <class real>
+Snapshot snapshot_of(const RecordingReader& recording, const InitialState<real>& start, u32 step,
+                     const FrameOptions& options) {
+  const u32 bodies = start.sizes.bodies, before = start.buffers.step_index.front();
+  Buffers<real> now;
+  now.positions = start.buffers.positions;
+  now.orientations = start.buffers.orientations;
+  now.motions = start.buffers.motions;
+  if (step > before) {
+    const u32 row = step - before - 1;
+    const std::vector<real> x = recording.bodies<real>(0, row), q = recording.bodies<real>(1, row);
+    const std::vector<real> v = recording.bodies<real>(2, row);
+    for (u32 i = 0; i < bodies; ++i) {
+      now.positions[i] = {x[3 * i], x[3 * i + 1], x[3 * i + 2], 0};
+      now.orientations[i] = {q[4 * i], q[4 * i + 1], q[4 * i + 2], q[4 * i + 3]};
+      std::copy_n(&v[3 * i], 3, now.motions[i].v);
+    }
+  }
+  Snapshot snapshot;
+  snapshot.step = step;
+  snapshot.poses = poses_of(now.positions, now.orientations);
+  snapshot.values = body_values(options.color_by, now, bodies, 0, Counters());
+  if (options.joints) snapshot.joints = joint_marks(start.buffers, now.positions, now.orientations);
+  return snapshot;
+}
+
+template <class real>
+void render_recording(const RecordingReader& recording, const RenderOptions& options) {
+  const InitialState<real> start = recording.start<real>();
+  const RecordingLabel& label = recording.label();
+  const double dt = double(start.params.dt) * start.params.substeps;
+  const u32 first = start.buffers.step_index.front();
+  const std::vector<u32> shown =
+      shown_steps(options.shown, first, first + recording.steps(), dt, !options.frames.film.empty());
+  expect_pictures_writable(options, file_name(label.scene), shown.front());
+  const FrameOptions frame = frame_options(options, parse_camera(label.scene_text, options.scene), dt);
+  Frames frames(frame, recorded_model(start, label), file_name(label.scene), dt);
+  {
+    const Interrupt interrupt;
+    Progress progress(static_cast<u32>(shown.size()), !options.quiet);
+    for (u32 i = 0; i < shown.size() && !Interrupt::asked(); ++i) {
+      frames.add(snapshot_of(recording, start, shown[i], frame));
+      progress.update(i + 1);
+    }
+  }
+  frames.finish();
+  say_what_was_made(frames, options);
+}
+
+void render(const CLI::App& command, RenderOptions& options) {
+  finish_render_options(command, options);
+  if (is_recording(options.scene)) {
+    expect_recording_suffices(command, options);
+    const RecordingReader recording(options.scene);
+    if (recording.precision() == "double")
+      render_recording<double>(recording, options);
+    else
+      render_recording<float>(recording, options);
+    return;
+  }
+  const Scene scene = read_scene_with(options);
+  with_precision(scene, [&](auto real) { render_scene<decltype(real)>(scene, options); });
+}
+
+}  // namespace
+
+void add_render(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("render", "Draw pictures or a film of a scene or a recording");
+  const auto options = std::make_shared<RenderOptions>();
+  add_render_options(*command, *options);
+  command->footer(
+      "Example:\n  lockstep render pyramid20 --at 300\n"
+      "  lockstep render heap.h5 --video heap.mp4 --color-by speed");
+  command->callback([command, options] { render(*command, *options); });
+}
+
+}  // namespace lockstep::app

@@ -1,0 +1,116 @@
+#include "host/render/marks.hpp"
+
+#include <algorithm>
+
+namespace lockstep {
+
+using Eigen::Quaternionf;
+using Eigen::Vector3f;
+
+namespace {
+
+template <class real>
+Vector3f vector(const real* p) {
+  return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+}
+template <class real>
+Quaternionf quaternion(const Vec4<real>& q) {
+  return Quaternionf(static_cast<float>(q.w), static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z))
+      .normalized();
+}
+
+// A contact that is not the first of its pair has the colour of the first.
+u32 color_of(const std::vector<u32>& colors, u32 contact) {
+  while (contact > 0 && colors[contact] == COLOR_OF_FIRST) --contact;
+  return colors[contact];
+}
+
+float pixel_at(const Drawing& drawing, u32 height, const Vector3f& place) {
+  const double distance = (place.cast<double>() - drawing.camera.position).norm();
+  return static_cast<float>(2 * drawing.camera.half_height() / height * distance);
+}
+
+}  // namespace
+
+template <class real>
+std::vector<ContactMark> contact_marks(const Buffers<real>& buffers, u32 contacts, double dt) {
+  std::vector<ContactMark> marks(contacts);
+  for (u32 i = 0; i < contacts; ++i) {
+    const Contact& contact = buffers.contacts[i];
+    const ContactPoint<real>& point = buffers.contact_points[i];
+    const Quaternionf turn_a = quaternion(buffers.orientations[contact.body_a]);
+    const Quaternionf turn_b = quaternion(buffers.orientations[contact.body_b]);
+    const Vector3f at_a = vector(&buffers.positions[contact.body_a].x) + turn_a * vector(point.anchor_a);
+    const Vector3f at_b = vector(&buffers.positions[contact.body_b].x) + turn_b * vector(point.anchor_b);
+    Vector3f normal = vector(point.normal);
+    if (contact.normal == NORMAL_OF_A) normal = turn_a * normal;
+    if (contact.normal == NORMAL_OF_B) normal = turn_b * normal;
+    if (contact.normal == NORMAL_BETWEEN && at_a != at_b) normal = (at_a - at_b).normalized();
+    const ContactImpulse<real>& impulse = buffers.cached_impulses[i];  // the lists share their order
+    const Vector3f push = static_cast<float>(impulse.normal) * normal + vector(&impulse.tangent_x);
+    marks[i] = {at_a - static_cast<float>(point.radius_a) * normal, push / static_cast<float>(dt),
+                buffers.contact_colors.empty() ? 0 : color_of(buffers.contact_colors, i)};
+  }
+  return marks;
+}
+
+template <class real>
+std::vector<JointMark> joint_marks(const Buffers<real>& constants, const std::vector<Vec4<real>>& positions,
+                                   const std::vector<Vec4<real>>& orientations) {
+  std::vector<JointMark> marks;
+  for (std::size_t i = 0; i < constants.joints.size(); ++i) {
+    const JointInfo& info = constants.joint_infos[i];
+    const Joint<real>& joint = constants.joints[i];
+    const auto side = [&](u32 body, const real* anchor, Vector3f& center, Vector3f& at) {
+      const bool is_world = body >= positions.size();
+      center = is_world ? vector(anchor) : vector(&positions[body].x);
+      at = is_world ? vector(anchor) : Vector3f(center + quaternion(orientations[body]) * vector(anchor));
+    };
+    JointMark mark = {};
+    side(info.body_a, joint.anchor_a, mark.center_a, mark.anchor_a);
+    side(info.body_b, joint.anchor_b, mark.center_b, mark.anchor_b);
+    mark.axis.setZero();
+    if (info.kind == JOINT_HINGE || info.kind == JOINT_SLIDER) {
+      const real* q = joint.frame_a;
+      const Quaternionf frame = quaternion(Vec4<real>{q[0], q[1], q[2], q[3]});
+      const Quaternionf body =
+          info.body_a < positions.size() ? quaternion(orientations[info.body_a]) : Quaternionf::Identity();
+      mark.axis = body * (frame * Vector3f::UnitZ());
+    }
+    marks.push_back(mark);
+  }
+  return marks;
+}
+
+void add_ball(Drawing& drawing, u32 height, const Vector3f& at, float pixels, const Color& color) {
+  Solid ball;
+  ball.position = at;
+  ball.scale.setConstant(0.5f * pixels * pixel_at(drawing, height, at));
+  ball.color = color;
+  drawing.marks.push_back(ball);
+}
+
+void add_line(Drawing& drawing, u32 height, const Vector3f& from, const Vector3f& to, float pixels,
+              const Color& color) {
+  const Vector3f along = to - from;
+  const float length = along.norm();
+  if (!(length > 0)) return;
+  Solid line;
+  line.form = Form::cylinder;
+  line.position = 0.5f * (from + to);
+  line.rotation = Quaternionf::FromTwoVectors(Vector3f::UnitZ(), along);
+  const float radius = 0.5f * pixels * pixel_at(drawing, height, line.position);
+  line.scale = {radius, radius, 0.5f * length};
+  line.color = color;
+  drawing.marks.push_back(line);
+}
+
+#define INSTANTIATE(real)                                                                           \
+  template std::vector<ContactMark> contact_marks(const Buffers<real>&, u32, double);               \
+  template std::vector<JointMark> joint_marks(const Buffers<real>&, const std::vector<Vec4<real>>&, \
+                                              const std::vector<Vec4<real>>&);
+INSTANTIATE(float)
+INSTANTIATE(double)
+#undef INSTANTIATE
+
+}  // namespace lockstep

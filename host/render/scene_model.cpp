@@ -1,0 +1,221 @@
+#include "host/render/scene_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace lockstep {
+
+using Eigen::Quaternionf;
+using Eigen::Vector3d;
+using Eigen::Vector3f;
+
+namespace {
+
+template <class real>
+Vector3f vector(const real* p) {
+  return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
+}
+template <class real>
+Quaternionf quaternion(real x, real y, real z, real w) {
+  return Quaternionf(static_cast<float>(w), static_cast<float>(x), static_cast<float>(y), static_cast<float>(z))
+      .normalized();
+}
+
+Pattern pattern_of(ShapeKind kind) {
+  switch (kind) {
+    case SHAPE_SPHERE: return Pattern::fields;
+    case SHAPE_BOX: return Pattern::edges;
+    case SHAPE_CYLINDER: return Pattern::wedges;
+    default: return Pattern::none;
+  }
+}
+
+// Half the edges of the box around a shape, in its frame; of a sphere in any.
+Vector3f half_size(ShapeKind kind, const Vector3f& size) {
+  switch (kind) {
+    case SHAPE_SPHERE: return Vector3f::Constant(size.x());
+    case SHAPE_CAPSULE: return {size.x(), size.x(), size.x() + size.y()};
+    case SHAPE_CYLINDER: return {size.x(), size.x(), size.y()};
+    default: return size;
+  }
+}
+
+// Half the edges of the box of this mass and these moments about its centre; none shorter than a twentieth of the
+// longest, so that what has no thickness is seen.
+Vector3f box_of_moments(double mass, const Vector3d& moments) {
+  const double sum = 0.5 * moments.sum();
+  Vector3d half;
+  for (int i = 0; i < 3; ++i) half[i] = std::sqrt(std::max(3 * (sum - moments[i]) / mass, 0.0));
+  return half.cwiseMax(0.05 * half.maxCoeff()).cast<float>();
+}
+
+}  // namespace
+
+template <class real>
+std::vector<Pose> poses_of(const std::vector<Vec4<real>>& positions, const std::vector<Vec4<real>>& orientations) {
+  std::vector<Pose> poses(positions.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const Vec4<real>& q = orientations[i];
+    poses[i] = {vector(&positions[i].x), quaternion(q.x, q.y, q.z, q.w)};
+  }
+  return poses;
+}
+
+template <class real>
+SceneModel::SceneModel(const Buffers<real>& scene) {
+  for (const BodyInfo& info : scene.body_infos) {
+    movable_.push_back(info.kind == BODY_DYNAMIC);
+    ids_.push_back(info.id);
+  }
+  const Vector3f gravity = scene.gravities.empty() ? Vector3f::Zero() : vector(&scene.gravities[0].x);
+  if (gravity.norm() > 0) up_ = -gravity.normalized();
+  add_hulls(scene);
+  add_shapes(scene);
+  std::vector<bool> has_shape(movable_.size(), false);
+  for (const Part& part : parts_) has_shape[part.body] = true;
+  for (u32 body = 0; body < bodies(); ++body) {
+    if (!has_shape[body] && movable_[body]) add_bare_body(scene, body);
+  }
+}
+
+template <class real>
+void SceneModel::add_shapes(const Buffers<real>& scene) {
+  for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
+    const Shape<real>& shape = scene.shapes[i];
+    const ShapeInfo& info = scene.shape_infos[i];
+    const real* q = shape.rotation;
+    parts_.push_back({info.body, static_cast<ShapeKind>(info.kind), info.hull, vector(shape.offset),
+                      quaternion(q[0], q[1], q[2], q[3]), vector(shape.size), (info.flags & SHAPE_IS_SENSOR) != 0});
+  }
+}
+
+template <class real>
+void SceneModel::add_hulls(const Buffers<real>& scene) {
+  for (const Hull& hull : scene.hulls) {
+    std::vector<Vector3f> points;
+    for (u32 i = 0; i < hull.vertex_count; ++i) points.push_back(vector(&scene.hull_vertices[hull.first_vertex + i].x));
+    std::vector<u32> first = {0}, corners;
+    for (u32 i = 0; i < hull.face_count; ++i) {
+      const HullFace& face = scene.hull_faces[hull.first_face + i];
+      for (u32 k = 0; k < face.corner_count; ++k) corners.push_back(scene.hull_corners[face.first_corner + k]);
+      first.push_back(static_cast<u32>(corners.size()));
+    }
+    hulls_.push_back(polytope_mesh(points, first, corners));
+  }
+}
+
+template <class real>
+void SceneModel::add_bare_body(const Buffers<real>& scene, u32 body) {
+  const Mass<real>& mass = scene.masses[body];
+  Vector3d moments(double(mass.inertia[0]), double(mass.inertia[1]), double(mass.inertia[2]));
+  Vector3f lever = Vector3f::Zero();
+  if (!scene.pivots.empty() && scene.pivots[body].pivoted != real(0)) {
+    lever = vector(scene.pivots[body].lever_body);
+    const Vector3d l = lever.cast<double>();
+    for (int i = 0; i < 3; ++i) moments[i] -= double(mass.mass) * (l.squaredNorm() - l[i] * l[i]);
+  }
+  const float length = lever.norm();
+  // moments that rounding left of a point, seen from a pivot, are no size
+  Vector3f half = box_of_moments(double(mass.mass), moments.cwiseMax(0));
+  const bool is_point = half.maxCoeff() < 0.02f * length;
+  if (is_point) half.setConstant(0.06f * length);
+  parts_.push_back(
+      {body, is_point ? SHAPE_SPHERE : SHAPE_BOX, 0, Vector3f::Zero(), Quaternionf::Identity(), half, false});
+  if (length <= 0) return;
+  parts_.push_back({body, SHAPE_CYLINDER, 0, -0.5f * lever, Quaternionf::FromTwoVectors(Vector3f::UnitZ(), lever),
+                    Vector3f(0.015f * length, 0.5f * length, 0), false});
+}
+
+void SceneModel::add_meshes_to(Renderer& renderer) {
+  hull_numbers_.clear();
+  for (const Mesh& hull : hulls_) hull_numbers_.push_back(renderer.add_hull(hull));
+}
+
+bool SceneModel::has_planes() const {
+  return std::any_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.kind == SHAPE_PLANE; });
+}
+
+std::vector<Extent> SceneModel::extents(std::span<const Pose> poses) const {
+  std::vector<u32> all(bodies());
+  std::iota(all.begin(), all.end(), 0u);
+  return extents(poses, all);
+}
+
+std::vector<Extent> SceneModel::extents(std::span<const Pose> poses, std::span<const u32> bodies) const {
+  std::vector<bool> asked(movable_.size(), false);
+  for (const u32 body : bodies) asked[body] = true;
+  std::vector<Extent> extents;
+  for (const Part& part : parts_) {
+    if (part.kind == SHAPE_PLANE || !asked[part.body]) continue;
+    const Pose& pose = poses[part.body];
+    const Vector3f center = pose.position + pose.rotation * part.offset;
+    if (!center.allFinite()) continue;
+    Vector3f half = half_size(part.kind, part.size);
+    if (part.kind != SHAPE_SPHERE) half = (pose.rotation * part.rotation).toRotationMatrix().cwiseAbs() * half;
+    extents.push_back({center.cast<double>(), half.cast<double>(), movable_[part.body]});
+  }
+  return extents;
+}
+
+void SceneModel::draw_capsule(const Part& part, const Solid& solid, Drawing& drawing) const {
+  const float radius = part.size.x(), half = part.size.y();
+  Solid piece = solid;
+  piece.form = Form::tube;
+  piece.scale = {radius, radius, half};
+  drawing.solids.push_back(piece);
+  piece.form = Form::hemisphere;
+  piece.scale.setConstant(radius);
+  piece.position = solid.position + solid.rotation * Vector3f(0, 0, half);
+  drawing.solids.push_back(piece);
+  piece.position = solid.position - solid.rotation * Vector3f(0, 0, half);
+  piece.rotation = solid.rotation * Quaternionf(0, 1, 0, 0);  // half a turn about x
+  drawing.solids.push_back(piece);
+}
+
+void SceneModel::draw(std::span<const Pose> poses, std::span<const Look> looks, bool patterned,
+                      Drawing& drawing) const {
+  drawing.up = up_;
+  for (const Part& part : parts_) {
+    const Pose& pose = poses[part.body];
+    const Look& look = looks[part.body];
+    if (!look.shown) continue;
+    Solid solid;
+    solid.position = pose.position + pose.rotation * part.offset;
+    solid.rotation = pose.rotation * part.rotation;
+    if (!solid.position.allFinite()) continue;
+    solid.color = look.color;
+    solid.alpha = part.sensor ? 0.3f : look.alpha;
+    const bool is_box = part.kind == SHAPE_BOX;  // stacked boxes of one colour need their edges
+    solid.pattern = patterned || is_box ? pattern_of(part.kind) : Pattern::none;
+    switch (part.kind) {
+      case SHAPE_PLANE:
+        if (!part.sensor) drawing.planes.push_back({solid.position, solid.rotation});
+        continue;
+      case SHAPE_CAPSULE: draw_capsule(part, solid, drawing); continue;
+      case SHAPE_SPHERE: solid.scale.setConstant(part.size.x()); break;
+      case SHAPE_BOX:
+        solid.form = Form::box;
+        solid.scale = part.size;
+        break;
+      case SHAPE_CYLINDER:
+        solid.form = Form::cylinder;
+        solid.scale = {part.size.x(), part.size.x(), part.size.y()};
+        break;
+      default:
+        solid.form = Form::hull;
+        solid.hull = hull_numbers_[part.hull];
+        break;
+    }
+    drawing.solids.push_back(solid);
+  }
+}
+
+#define INSTANTIATE(real)                                                                              \
+  template std::vector<Pose> poses_of(const std::vector<Vec4<real>>&, const std::vector<Vec4<real>>&); \
+  template SceneModel::SceneModel(const Buffers<real>&);
+INSTANTIATE(float)
+INSTANTIATE(double)
+#undef INSTANTIATE
+
+}  // namespace lockstep
