@@ -32,6 +32,8 @@ int main(int argc, char** argv) {
   app::add_run(program);
   app::add_check(program);
   app::add_verify(program);
+  app::add_solve(program);
+  app::add_export(program);
 
   try {
     program.parse(argc, argv);
