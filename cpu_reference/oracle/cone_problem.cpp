@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <stdexcept>
 
@@ -45,7 +46,10 @@ SparseMatrix BlockMatrix::sparse() const {
 SparseMatrix BlockMatrix::skew() const {
   const SparseMatrix w = sparse();
   SparseMatrix result = 0.5 * (w - SparseMatrix(w.transpose()));
-  result.prune([](Eigen::Index, Eigen::Index, double value) { return value != 0; });
+  double largest = 0;
+  for (const Matrix3d& b : block) largest = std::max(largest, b.cwiseAbs().maxCoeff());
+  const double rounding = 1e-12 * largest;
+  result.prune([&](Eigen::Index, Eigen::Index, double value) { return std::abs(value) > rounding; });
   return result;
 }
 
@@ -104,7 +108,7 @@ ConeProblem local_form(const GlobalConeProblem& problem) {
     joints->first = problem.first.empty() ? rows_one_by_one(problem.g.cols()) : problem.first;
   }
   if (problem.dimension == 2) return embed_plane(w, q, problem.mu, std::move(joints));
-  return {block_matrix(w), q, problem.mu, std::move(joints)};
+  return {block_matrix(w), q, problem.mu, std::move(joints), VelocityForm{problem.m, problem.h}};
 }
 
 ConeProblem embed_plane(const SparseMatrix& w, const VectorXd& q, const VectorXd& mu, std::optional<Bilateral> joints) {
@@ -134,6 +138,7 @@ ConeProblem embed_plane(const SparseMatrix& w, const VectorXd& q, const VectorXd
 JointElimination::JointElimination(const ConeProblem& problem) : reduced_(problem) {
   if (!problem.joints) return;
   reduced_.joints.reset();
+  reduced_.velocities.reset();  // those of W alone
   v_ = problem.joints->v;
   s_ = problem.joints->s;
   // joints are few, and redundant ones common: a dense factorisation that tells its rank
@@ -168,6 +173,7 @@ ConeProblem reordered(const ConeProblem& problem, std::span<const std::uint32_t>
     return from_triplets(matrix.rows(), matrix.cols(), triplets);
   };
   ConeProblem result = problem;
+  result.velocities.reset();
   result.w = block_matrix(moved(problem.w.sparse(), true));
   if (result.joints) result.joints->v = moved(problem.joints->v, false);
   for (std::uint32_t i = 0; i < order.size(); ++i) {

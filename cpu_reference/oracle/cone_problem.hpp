@@ -48,7 +48,7 @@ struct BlockMatrix {
     return 0.5 * (on_diagonal(i) + on_diagonal(i).transpose());
   }
 
-  /// (this - this^T) / 2
+  /// (this - this^T) / 2, without what is nothing but rounding.
   SparseMatrix skew() const;
 
   /// As ordinary sparse and dense matrices.
@@ -66,12 +66,18 @@ struct Bilateral {
   std::vector<std::uint32_t> first;  // of each block of rows, and the end
 };
 
+/// Where W comes from, W = H^T M^-1 H: of use where contacts have more rows than there are velocities.
+struct VelocityForm {
+  SparseMatrix m, h;
+};
+
 /// The local form.
 struct ConeProblem {
   BlockMatrix w;
   Eigen::VectorXd q;   // 3n: the velocities without impulses, m/s
   Eigen::VectorXd mu;  // n
   std::optional<Bilateral> joints;
+  std::optional<VelocityForm> velocities = {};
 
   std::uint32_t contacts() const { return static_cast<std::uint32_t>(mu.size()); }
 };

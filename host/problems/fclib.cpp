@@ -171,7 +171,7 @@ void read_local(const Group& group, ConeFile& file) {
   if (file.dimension == 2)
     file.problem = oracle::embed_plane(w, q, mu, std::move(joints));
   else
-    file.problem = {oracle::block_matrix(w), q, mu, std::move(joints)};
+    file.problem = {oracle::block_matrix(w), q, mu, std::move(joints), {}};
 }
 
 void read_global(const Group& group, ConeFile& file) {

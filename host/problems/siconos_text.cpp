@@ -158,7 +158,7 @@ ConeFile read_siconos_text(const std::string& path, std::string_view text) {
   if (dimension == 2)
     file.problem = oracle::embed_plane(w, q, mu);
   else
-    file.problem = {oracle::block_matrix(w), q, mu, {}};
+    file.problem = {oracle::block_matrix(w), q, mu, {}, {}};
   return file;
 }
 

@@ -56,6 +56,21 @@ TEST(ConeSolvers, AgreeOnAHeap) {
   }
 }
 
+// What factorises through the velocities gives the same without knowing them.
+TEST(ConeSolvers, AgreeWithAndWithoutVelocities) {
+  const ConeProblem problem = local_form(random_heap(5, 20, 0.2, 2));
+  ASSERT_LT(problem.velocities->m.rows(), problem.q.size());
+  ConeProblem without = problem;
+  without.velocities.reset();
+  for (const auto solve : {admm, newton, proximal_point}) {
+    VectorXd r, other;
+    EXPECT_EQ(solve(problem, limits, r).stop, Stop::tolerance);
+    EXPECT_EQ(solve(without, limits, other).stop, Stop::tolerance);
+    const VectorXd u = problem.w.times(r) + problem.q;
+    EXPECT_LT((problem.w.times(other) + problem.q - u).norm(), 1e-6 * u.norm());
+  }
+}
+
 TEST(ConeSolvers, SolveStrongFriction) {
   for (const double mu : {0.8, 2.0}) {
     const ConeProblem problem = local_form(random_heap(5, 12, mu, 7));
@@ -145,6 +160,7 @@ TEST(ConeSolvers, GiveTheBestIterateAndStopWhenTold) {
 // Nearly symmetric, as some files are: solved as it stands.
 TEST(ConeSolvers, SolveWhatIsNotQuiteSymmetric) {
   ConeProblem problem = local_form(random_heap(5, 12, 0.3, 4));
+  problem.velocities.reset();
   for (std::uint32_t i = 0; i < 3; ++i) {
     Eigen::Matrix3d& block = problem.w.block[problem.w.diagonal[i]];
     block(1, 2) += 1e-3 * block.norm();

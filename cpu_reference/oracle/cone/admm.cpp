@@ -41,7 +41,7 @@ SolveReport admm(const ConeProblem& problem, const SolveLimits& limits, VectorXd
   if (watch.look(z, 0)) return watch.finish(r);
   double sigma = 0.1;
   VectorXd d = metric(mobility, sigma);
-  ShiftedCholesky cholesky(problem.w);
+  ShiftedCholesky cholesky(problem);
   const SparseMatrix skew = problem.w.skew();
   if (!cholesky.factorize(d)) {
     watch.give_up();

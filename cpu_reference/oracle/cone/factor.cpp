@@ -15,7 +15,17 @@ constexpr Eigen::Index dense_up_to = 6000;
 
 }  // namespace
 
-ShiftedCholesky::ShiftedCholesky(const BlockMatrix& w) : w_(w.sparse() - w.skew()) {
+ShiftedCholesky::ShiftedCholesky(const ConeProblem& problem) {
+  if (problem.velocities && problem.velocities->m.rows() < problem.q.size()) {
+    by_velocities_ = true;
+    w_ = problem.velocities->m;
+    h_ = problem.velocities->h;
+    h_t_ = h_.transpose();
+    SparseMatrix pattern = w_ + SparseMatrix(h_ * h_t_);
+    sparse_cholesky_.analyzePattern(pattern);
+    return;
+  }
+  w_ = problem.w.sparse() - problem.w.skew();
   const Eigen::Index n = w_.rows();
   SparseMatrix identity(n, n);
   identity.setIdentity();
@@ -27,11 +37,17 @@ ShiftedCholesky::ShiftedCholesky(const BlockMatrix& w) : w_(w.sparse() - w.skew(
 }
 
 bool ShiftedCholesky::factorize(const VectorXd& d) {
+  d_ = d;
   if (dense_) {
     MatrixXd shifted = dense_w_;
     shifted.diagonal() += d;
     dense_cholesky_.compute(shifted);
     return dense_cholesky_.info() == Eigen::Success;
+  }
+  if (by_velocities_) {
+    const SparseMatrix scaled = d.cwiseInverse().asDiagonal() * h_t_;
+    sparse_cholesky_.factorize(w_ + SparseMatrix(h_ * scaled));
+    return sparse_cholesky_.info() == Eigen::Success;
   }
   SparseMatrix shifted = w_;
   shifted.diagonal() += d;
@@ -41,7 +57,9 @@ bool ShiftedCholesky::factorize(const VectorXd& d) {
 
 VectorXd ShiftedCholesky::solve(const VectorXd& b) const {
   if (dense_) return dense_cholesky_.solve(b);
-  return sparse_cholesky_.solve(b);
+  if (!by_velocities_) return sparse_cholesky_.solve(b);
+  const VectorXd y = b.cwiseQuotient(d_), v = sparse_cholesky_.solve(h_ * y);
+  return y - (h_t_ * v).cwiseQuotient(d_);
 }
 
 bool solve_square(const SparseMatrix& j, const VectorXd& b, VectorXd& x) {
