@@ -7,7 +7,7 @@ namespace lockstep {
 namespace {
 
 TEST_F(CommandLine, HelpsWithAnExampleForEachCommand) {
-  for (const char* command : {"devices", "scenes", "run", "check", "verify", "render"}) {
+  for (const char* command : {"devices", "scenes", "run", "check", "verify", "render", "solve", "export"}) {
     const Outcome outcome = run(std::string(command) + " --help");
     EXPECT_EQ(outcome.status, 0);
     EXPECT_NE(outcome.out.find(std::string("Example:\n  lockstep ") + command), std::string::npos) << outcome.out;

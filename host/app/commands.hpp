@@ -12,5 +12,7 @@ void add_run(CLI::App& program);
 void add_check(CLI::App& program);
 void add_verify(CLI::App& program);
 void add_render(CLI::App& program);
+void add_solve(CLI::App& program);
+void add_export(CLI::App& program);
 
 }  // namespace lockstep::app

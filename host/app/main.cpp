@@ -33,6 +33,8 @@ int main(int argc, char** argv) {
   app::add_check(program);
   app::add_verify(program);
   app::add_render(program);
+  app::add_solve(program);
+  app::add_export(program);
 
   try {
     program.parse(argc, argv);

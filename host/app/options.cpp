@@ -11,8 +11,6 @@
 
 namespace lockstep::app {
 
-namespace {
-
 const CLI::Validator positive(
     [](const std::string& text) {
       double value = 0;
@@ -20,6 +18,8 @@ const CLI::Validator positive(
       return good ? std::string() : "must be a number > 0, is '" + text + "'";
     },
     "> 0");
+
+namespace {
 
 const CLI::Validator not_negative(
     [](const std::string& text) {

@@ -11,6 +11,9 @@
 
 namespace lockstep::app {
 
+/// A finite number above zero.
+extern const CLI::Validator positive;
+
 struct TargetOptions {
   std::string device = "auto";
   DeviceOptions device_options;

@@ -1,0 +1,18 @@
+// A problem as it comes, with its joints: they are taken out, the rest is solved, and all of it measured.
+#pragma once
+
+#include "cpu_reference/oracle/cone/solvers.hpp"
+#include "cpu_reference/oracle/error.hpp"
+
+namespace lockstep::oracle {
+
+struct ConeAnswer {
+  Eigen::VectorXd r, l;  // impulses of contacts and of joints
+  ConeError error;       // of the whole problem
+  SolveReport report;    // its residual is that of the whole problem
+};
+
+/// Throws std::runtime_error where joints contradict each other.
+ConeAnswer solve_whole(const ConeProblem& problem, const ConeSolver& solver, const SolveLimits& limits);
+
+}  // namespace lockstep::oracle

@@ -1,0 +1,130 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <nlohmann/json.hpp>
+
+#include "cpu_reference/oracle/cone/whole.hpp"
+#include "host/app/commands.hpp"
+#include "host/app/options.hpp"
+#include "host/app/report_file.hpp"
+#include "host/error.hpp"
+#include "host/problems/cone_file.hpp"
+
+namespace lockstep::app {
+
+namespace {
+
+struct SolveOptions {
+  std::string problem, solver = "auto", report;
+  oracle::SolveLimits limits = {.tolerance = 1e-8, .iterations = 1'000'000, .seconds = 60};
+  bool quiet = false;
+};
+
+std::vector<std::string> solver_names_known() {
+  std::vector<std::string> names;
+  for (const oracle::ConeSolver& solver : oracle::cone_solvers()) names.emplace_back(solver.name);
+  return names;
+}
+
+std::string solver_descriptions() {
+  std::string text = "Solvers:\n";
+  for (const oracle::ConeSolver& solver : oracle::cone_solvers())
+    text += fmt::format("  {:<20}{}\n", solver.name, solver.description);
+  return text + "Example:\n  lockstep solve problem.hdf5 --solver admm --tolerance 1e-6";
+}
+
+Eigen::Index joint_rows(const oracle::ConeProblem& problem) { return problem.joints ? problem.joints->s.size() : 0; }
+
+// Where the largest defect sits.
+std::string worst_place(const oracle::ConeProblem& problem, const oracle::ConeError& error) {
+  if (error.worst < problem.contacts()) return fmt::format("contact {}", error.worst);
+  return fmt::format("joint block {}", error.worst - problem.contacts());
+}
+
+std::string to_json(const SolveOptions& options, const ConeFile& file, const oracle::ConeAnswer& answer) {
+  const oracle::ConeError& error = answer.error;
+  const nlohmann::ordered_json json = {{"problem", options.problem},
+                                       {"form", file.form},
+                                       {"contacts", file.problem.contacts()},
+                                       {"joint_rows", joint_rows(file.problem)},
+                                       {"solver", options.solver},
+                                       {"tolerance", options.limits.tolerance},
+                                       {"stop", oracle::stop_name(answer.report.stop)},
+                                       {"converged", error.residual <= options.limits.tolerance},
+                                       {"iterations", answer.report.iterations},
+                                       {"seconds", answer.report.seconds},
+                                       {"residual", error.residual},
+                                       {"residual_floor", error.rounding},
+                                       {"defect_velocity_max", error.defect_max},
+                                       {"natural_map", error.natural_map},
+                                       {"natural_largest", error.natural_largest},
+                                       {"alart_curnier", error.alart_curnier},
+                                       {"jean_moreau", error.jean_moreau},
+                                       {"merit_1", error.merit_1}};
+  return json.dump(2) + "\n";
+}
+
+void print_table(const SolveOptions& options, const ConeFile& file, const oracle::ConeAnswer& answer) {
+  const oracle::ConeError& error = answer.error;
+  const auto row = [](const char* label, const std::string& value) { fmt::print("  {:<26}{}\n", label, value); };
+  const auto number = [&](const char* label, double value) { row(label, fmt::format("{:.3g}", value)); };
+  fmt::print("{}\n", options.problem);
+  row("problem",
+      fmt::format("{}, {} contacts, {} rows of joints", file.form, file.problem.contacts(), joint_rows(file.problem)));
+  row("solver", options.solver);
+  row("stopped by", std::string(oracle::stop_name(answer.report.stop)));
+  row("iterations", fmt::format("{}", answer.report.iterations));
+  row("time", fmt::format("{:.4g} s", answer.report.seconds));
+  row("residual", fmt::format("{:.3g}  (rounding alone {:.1g})", error.residual, error.rounding));
+  row("largest defect velocity", fmt::format("{:.3g} m/s, {}", error.defect_max, worst_place(file.problem, error)));
+  number("natural map / |q|", error.natural_map);
+  number("natural map / largest", error.natural_largest);
+  number("Alart-Curnier / |q|", error.alart_curnier);
+  number("Jean-Moreau / |q|", error.jean_moreau);
+  number("FCLIB MERIT_1", error.merit_1);
+  if (!file.stored) return;
+  const oracle::ConeError stored = oracle::cone_error(file.problem, file.stored->r, file.stored->l);
+  row("residual of the stored", fmt::format("{:.3g}", stored.residual));
+}
+
+void solve(const SolveOptions& options) {
+  ReportFile report(options.report);
+  const ConeFile file = read_cone_file(options.problem);
+  oracle::ConeAnswer answer;
+  try {
+    answer = oracle::solve_whole(file.problem, *oracle::find_cone_solver(options.solver), options.limits);
+  } catch (const std::runtime_error& error) {
+    throw Error(Failure::input, options.problem, error.what());
+  }
+  report.write(to_json(options, file, answer));
+  if (!options.quiet) print_table(options, file, answer);
+  if (answer.error.residual <= options.limits.tolerance) return;
+  throw Error(Failure::comparison, options.problem,
+              fmt::format("{} left a residual of {:.3g}, {:.3g} was asked for ({}); try {}", options.solver,
+                          answer.error.residual, options.limits.tolerance, oracle::stop_name(answer.report.stop),
+                          answer.report.stop == oracle::Stop::limit ? "more --iterations or --seconds"
+                                                                    : "another --solver or a larger --tolerance"));
+}
+
+}  // namespace
+
+void add_solve(CLI::App& program) {
+  CLI::App* command = program.add_subcommand("solve", "Solve a frictional contact problem from a file, in double");
+  const auto options = std::make_shared<SolveOptions>();
+  command->add_option("problem", options->problem, "An FCLIB file (.hdf5) or a text file of Siconos (.dat)")
+      ->required();
+  command->add_option("--solver", options->solver, "Which of those below")
+      ->check(CLI::IsMember(solver_names_known()))
+      ->capture_default_str();
+  command->add_option("--tolerance", options->limits.tolerance, "Of the residual (docs/error_measures.md)")
+      ->check(positive)
+      ->capture_default_str();
+  command->add_option("--iterations", options->limits.iterations, "At most")->check(positive)->capture_default_str();
+  command->add_option("--seconds", options->limits.seconds, "At most")->check(positive)->capture_default_str();
+  command->add_option("--report", options->report, "Write the figures to this file as JSON");
+  command->add_flag("--quiet", options->quiet, "No table");
+  command->footer(solver_descriptions());
+  command->callback([options] { solve(*options); });
+}
+
+}  // namespace lockstep::app

@@ -1,0 +1,190 @@
+// Siconos's text format of a frictional contact problem: numbers between blanks,
+//   dimension (2 or 3), contacts n, storage of the matrix,
+//   storage 0: rows, columns, rows, columns, the matrix column by column
+//   storage 1: rows, columns, blocks b, block rows, block columns, ends of block rows, ends of block columns,
+//              length of the row index and the index, b and the column of each block, then of each block its number and
+//              its entries column by column
+//   q, mu, and a last 0 where no solution follows.
+#include <fmt/format.h>
+
+#include <charconv>
+
+#include "host/problems/formats.hpp"
+
+namespace lockstep {
+
+namespace {
+
+using Eigen::VectorXd;
+using oracle::SparseMatrix;
+
+class Numbers {
+ public:
+  Numbers(const std::string& path, std::string_view text) : path_(path), text_(text) {}
+
+  /// A whole number from `least` to `most`.
+  long long count(const std::string& place, long long least, long long most) {
+    const std::string_view word = next(place);
+    long long value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    if (error != std::errc() || end != word.data() + word.size() || value < least || value > most)
+      refuse(place, fmt::format("must be a whole number from {} to {}, is '{}'", least, most, word.substr(0, 40)));
+    return value;
+  }
+
+  double number(const std::string& place) {
+    std::string_view word = next(place);
+    if (word.starts_with('+')) word.remove_prefix(1);
+    double value = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
+    // what is too small for a double counts as zero
+    if (error == std::errc::result_out_of_range && end == word.data() + word.size() && !word.empty() &&
+        word.find("e-") != word.npos)
+      return 0;
+    if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
+      refuse(place, fmt::format("must be a finite number, is '{}'; write the file anew", word.substr(0, 40)));
+    return value;
+  }
+
+  VectorXd vector(const std::string& place, long long size) {
+    expect_room(place, size);
+    VectorXd values(size);
+    for (long long i = 0; i < size; ++i) values[i] = number(place);
+    return values;
+  }
+
+  /// Refused where what is left is too short to hold so many numbers.
+  void expect_room(const std::string& place, long long size) {
+    if (static_cast<unsigned long long>(size) > text_.size() - at_)
+      refuse(place, fmt::format("{} numbers are announced, the file is too short for them", size));
+  }
+
+  bool more() {
+    skip();
+    return at_ < text_.size();
+  }
+
+  [[noreturn]] void refuse(const std::string& place, const std::string& what) const {
+    refuse_problem(path_, fmt::format("line {}: {}", line_, place), what);
+  }
+
+ private:
+  static bool blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
+
+  void skip() {
+    for (; at_ < text_.size() && blank(text_[at_]); ++at_) line_ += text_[at_] == '\n';
+  }
+
+  std::string_view next(const std::string& place) {
+    skip();
+    if (at_ == text_.size()) refuse(place, "the file ends here; it may be cut short");
+    const std::size_t start = at_;
+    while (at_ < text_.size() && !blank(text_[at_])) ++at_;
+    return text_.substr(start, at_ - start);
+  }
+
+  const std::string& path_;
+  const std::string_view text_;
+  std::size_t at_ = 0;
+  long long line_ = 1;
+};
+
+using Triplets = std::vector<Eigen::Triplet<double>>;
+
+Triplets dense_matrix(Numbers& numbers, long long size) {
+  Triplets triplets;
+  for (const char* place : {"rows of the stored matrix", "columns of the stored matrix"})
+    numbers.count(place, size, size);
+  numbers.expect_room("the matrix", size * size);
+  for (long long column = 0; column < size; ++column) {
+    for (long long row = 0; row < size; ++row)
+      triplets.emplace_back(int(row), int(column), numbers.number("the matrix"));
+  }
+  return triplets;
+}
+
+Triplets block_matrix(Numbers& numbers, long long dimension, long long contacts) {
+  const long long most = contacts * contacts;
+  const long long blocks = numbers.count("number of blocks", 0, most);
+  numbers.expect_room("the blocks", blocks * dimension * dimension);
+  for (const char* place : {"block rows", "block columns"}) numbers.count(place, contacts, contacts);
+  for (const char* place : {"ends of block rows", "ends of block columns"}) {
+    for (long long i = 1; i <= contacts; ++i) numbers.count(place, i * dimension, i * dimension);
+  }
+  const long long rows = numbers.count("length of the row index", contacts + 1, contacts + 1);
+  numbers.count("length of the column index", blocks, blocks);
+  std::vector<long long> first, column;
+  for (long long i = 0; i < rows; ++i) {
+    const long long least = first.empty() ? 0 : first.back();
+    first.push_back(numbers.count("row index", least, first.empty() ? 0 : blocks));
+  }
+  if (first.back() != blocks) numbers.refuse("row index", "ends before the last block");
+  for (long long i = 0; i < blocks; ++i) column.push_back(numbers.count("column index", 0, contacts - 1));
+  Triplets triplets;
+  for (long long row = 0; row < contacts; ++row) {
+    for (long long k = first[row]; k < first[row + 1]; ++k) {
+      if (k > first[row] && column[k] <= column[k - 1])
+        numbers.refuse("column index", fmt::format("columns must rise within row {}", row));
+      numbers.count("number of a block", k, k);
+      const std::string place = fmt::format("block {}", k);
+      for (long long c = 0; c < dimension; ++c) {
+        for (long long r = 0; r < dimension; ++r)
+          triplets.emplace_back(int(row * dimension + r), int(column[k] * dimension + c), numbers.number(place));
+      }
+    }
+  }
+  return triplets;
+}
+
+}  // namespace
+
+ConeFile read_siconos_text(const std::string& path, std::string_view text) {
+  Numbers numbers(path, text);
+  ConeFile file;
+  const long long dimension = numbers.count("the dimension", 2, 3);
+  const long long contacts = numbers.count("number of contacts", 0, most_contacts), size = dimension * contacts;
+  const long long storage = numbers.count("storage of the matrix (0 dense, 1 by blocks)", 0, 1);
+  for (const char* place : {"rows", "columns"}) numbers.count(place, size, size);
+  const Triplets triplets = storage == 0 ? dense_matrix(numbers, size) : block_matrix(numbers, dimension, contacts);
+  SparseMatrix w(size, size);
+  w.setFromTriplets(triplets.begin(), triplets.end());
+  const VectorXd q = numbers.vector("q", size), mu = numbers.vector("mu", contacts);
+  expect_friction(path, "mu", mu);
+  expect_symmetric(path, "the matrix", w);
+  if (numbers.more()) numbers.count("the end (a single 0 may stand there)", 0, 0);
+  if (numbers.more()) numbers.refuse("the end", "more numbers follow than the problem has");
+  file.form = storage == 0 ? "Siconos text, dense" : "Siconos text, by blocks";
+  file.dimension = static_cast<std::uint32_t>(dimension);
+  if (dimension == 2)
+    file.problem = oracle::embed_plane(w, q, mu);
+  else
+    file.problem = {oracle::block_matrix(w), q, mu, {}, {}};
+  return file;
+}
+
+std::string encode_siconos_text(const oracle::ConeProblem& problem) {
+  if (problem.joints) throw Error(Failure::input, "Siconos text", "cannot hold joints; write an .hdf5 file");
+  const oracle::BlockMatrix& w = problem.w;
+  const std::uint32_t n = w.rows();
+  std::string text = fmt::format("3\n{}\n1\n{}\n{}\n{}\n{}\n{}\n", n, 3 * n, 3 * n, w.block.size(), n, n);
+  const auto row = [&](const auto& numbers) {
+    for (const auto& number : numbers) text += fmt::format("{}\t", number);
+    text += '\n';
+  };
+  std::vector<std::uint32_t> ends;
+  for (std::uint32_t i = 1; i <= n; ++i) ends.push_back(3 * i);
+  row(ends);
+  row(ends);
+  text += fmt::format("{}\n{}\n", n + 1, w.block.size());
+  row(w.first);
+  row(w.column);
+  for (std::size_t k = 0; k < w.block.size(); ++k) {
+    text += fmt::format("{}\n", k);
+    for (int i = 0; i < 9; ++i) text += fmt::format("{:.17g}\n", w.block[k].data()[i]);
+  }
+  row(problem.q);
+  row(problem.mu);
+  return text;
+}
+
+}  // namespace lockstep

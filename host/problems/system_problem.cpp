@@ -1,0 +1,231 @@
+#include "host/problems/system_problem.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include "host/error.hpp"
+
+namespace lockstep {
+
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using oracle::SparseMatrix;
+
+// What a body can do: a column of `linear` and of `angular` for each of its velocities, with the mass that resists it.
+struct Freedom {
+  u32 first = 0;
+  Eigen::Matrix3Xd linear, angular;
+  VectorXd mass, velocity;
+};
+
+Freedom freedom_of(const SystemBody& body, u32 first) {
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> turning(body.inverse_inertia);
+  std::vector<int> axes;
+  for (int k = 0; k < 3; ++k) {
+    if (turning.eigenvalues()[k] > 1e-12 * turning.eigenvalues()[2]) axes.push_back(k);
+  }
+  const int moves = body.inverse_mass > 0 ? 3 : 0, count = moves + int(axes.size());
+  Freedom freedom;
+  freedom.first = first;
+  freedom.linear = freedom.angular = Eigen::Matrix3Xd::Zero(3, count);
+  freedom.mass = freedom.velocity = VectorXd::Zero(count);
+  for (int k = 0; k < moves; ++k) {
+    freedom.linear.col(k) = Vector3d::Unit(k);
+    freedom.mass[k] = 1 / body.inverse_mass;
+    freedom.velocity[k] = body.v[k];
+  }
+  for (int k = moves; k < count; ++k) {
+    const int axis = axes[std::size_t(k - moves)];
+    freedom.angular.col(k) = turning.eigenvectors().col(axis);
+    freedom.mass[k] = 1 / turning.eigenvalues()[axis];
+    freedom.velocity[k] = freedom.angular.col(k).dot(body.w);
+  }
+  return freedom;
+}
+
+// One side of a constraint: what its rows see of a body, linear * v + angular * w.
+struct Side {
+  u32 body;
+  Eigen::MatrixX3d linear, angular;
+};
+
+class Assembly {
+ public:
+  explicit Assembly(const ContactSystem& system) : system_(system) {
+    for (const SystemBody& body : system.bodies) {
+      freedoms_.push_back(freedom_of(body, velocities_));
+      velocities_ += static_cast<u32>(freedoms_.back().mass.size());
+    }
+    for (const Freedom& freedom : freedoms_) {
+      for (Eigen::Index k = 0; k < freedom.mass.size(); ++k)
+        mass(freedom.first + k, freedom.first + k, freedom.mass[k]);
+    }
+    for (const Freedom& freedom : freedoms_) {
+      for (const double v : freedom.velocity) v_.push_back(v);
+    }
+  }
+
+  /// Entries of H or G in columns from `column` on; returns what the rows see of velocities that cannot change.
+  VectorXd add(std::vector<Eigen::Triplet<double>>& matrix, Eigen::Index column, const std::vector<Side>& sides) const {
+    VectorXd fixed = VectorXd::Zero(sides[0].linear.rows());
+    for (const Side& side : sides) {
+      const Freedom& freedom = freedoms_[side.body];
+      const MatrixXd rows = side.linear * freedom.linear + side.angular * freedom.angular;
+      const SystemBody& body = system_.bodies[side.body];
+      fixed += side.linear * body.v + side.angular * body.w - rows * freedom.velocity;
+      for (Eigen::Index k = 0; k < rows.cols(); ++k) {
+        for (Eigen::Index i = 0; i < rows.rows(); ++i)
+          matrix.emplace_back(int(freedom.first + k), int(column + i), rows(i, k));
+      }
+    }
+    return fixed;
+  }
+
+  /// J M^-1 J^T of the rows alone.
+  MatrixXd mobility(const std::vector<Side>& sides) const {
+    MatrixXd k = MatrixXd::Zero(sides[0].linear.rows(), sides[0].linear.rows());
+    for (const Side& side : sides) {
+      const SystemBody& body = system_.bodies[side.body];
+      k += body.inverse_mass * side.linear * side.linear.transpose() +
+           side.angular * body.inverse_inertia * side.angular.transpose();
+    }
+    return k;
+  }
+
+  void mass(Eigen::Index row, Eigen::Index column, double value) { m_.emplace_back(int(row), int(column), value); }
+
+  /// A further velocity, of no body.
+  u32 add_velocity(double v) {
+    v_.push_back(v);
+    return velocities_++;
+  }
+
+  SparseMatrix matrix(const std::vector<Eigen::Triplet<double>>& triplets, Eigen::Index columns) const {
+    SparseMatrix result(velocities_, columns);
+    result.setFromTriplets(triplets.begin(), triplets.end());
+    return result;
+  }
+  SparseMatrix masses() const { return matrix(m_, velocities_); }
+  VectorXd velocities() const { return Eigen::Map<const VectorXd>(v_.data(), Eigen::Index(v_.size())); }
+
+ private:
+  const ContactSystem& system_;
+  std::vector<Freedom> freedoms_;
+  u32 velocities_ = 0;
+  std::vector<Eigen::Triplet<double>> m_;
+  std::vector<double> v_;
+};
+
+Matrix3d cross_matrix(const Vector3d& a) {
+  Matrix3d m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
+// Rows of directions, at the ends of arms: w x arm = -[arm] w.
+Side side_at(u32 body, const Eigen::MatrixX3d& directions, const Vector3d& arm, double sign) {
+  return {body, sign * directions, -sign * directions * cross_matrix(arm)};
+}
+
+struct Joints {
+  std::vector<Eigen::Triplet<double>> g;
+  std::vector<double> b, l;
+  std::vector<u32> first = {0};
+};
+
+void expect_plain(const SystemJoint& j, const std::string& where) {
+  const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
+  if (j.free != FREE_NOTHING && (bounded || j.motor_impulse > 0))
+    throw Error(Failure::input, where,
+                fmt::format("joint {} has a motor or limits, which FCLIB has no rows for; take them away", j.joint));
+}
+
+// The sides of the locked rows of a joint, b against a, angular rows as velocities; and what they carry.
+void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& assembly, Joints& joints) {
+  const SystemBody &a = system.bodies[j.body_a], &b = system.bodies[j.body_b];
+  const Matrix3d turning = a.inverse_inertia + b.inverse_inertia;
+  const double turning_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(turning, Eigen::EigenvaluesOnly).eigenvalues()(2);
+  const double radius = turning_max > 0 ? std::sqrt((a.inverse_mass + b.inverse_mass) / turning_max) : 0;
+  std::vector<u32> rows;
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    if ((j.locked >> i & 1) != 0 && (i < 3 || radius > 0)) rows.push_back(i);
+  }
+  const auto count = static_cast<Eigen::Index>(rows.size());
+  if (count == 0) return;
+  Eigen::MatrixX3d linear = Eigen::MatrixX3d::Zero(count, 3), angular = linear;
+  VectorXd l(count), bias(count);
+  Eigen::Index linear_rows = 0;
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const u32 row = rows[std::size_t(i)];
+    const double size = row < 3 ? 1 : radius;
+    (row < 3 ? linear : angular).row(i) = size * j.axes.col(row % 3).transpose();
+    linear_rows += row < 3;
+    l[i] = j.impulse[row] / size;
+    bias[i] = j.bias[row] * size;
+  }
+  Side on_a = side_at(j.body_a, linear, j.arm_a, -1), on_b = side_at(j.body_b, linear, j.arm_b, 1);
+  on_a.angular -= angular;
+  on_b.angular += angular;
+  const auto column = static_cast<Eigen::Index>(joints.b.size());
+  const VectorXd constant = assembly.add(joints.g, column, {on_a, on_b}) + bias;
+  if (j.softness > 0) {
+    const MatrixXd compliance = j.softness * assembly.mobility({on_a, on_b}), mass = compliance.inverse();
+    const VectorXd give = compliance * l;
+    for (Eigen::Index i = 0; i < count; ++i) {
+      const u32 velocity = assembly.add_velocity(give[i]);
+      joints.g.emplace_back(int(velocity), int(column + i), 1.0);
+      for (Eigen::Index k = 0; k < count; ++k) assembly.mass(velocity, velocity + k - i, mass(i, k));
+    }
+  }
+  joints.b.insert(joints.b.end(), constant.begin(), constant.end());
+  joints.l.insert(joints.l.end(), l.begin(), l.end());
+  if (linear_rows > 0) joints.first.push_back(static_cast<u32>(column + linear_rows));
+  if (linear_rows < count) joints.first.push_back(static_cast<u32>(column + count));
+}
+
+}  // namespace
+
+SystemProblem problem_of(const ContactSystem& system, const std::string& where) {
+  for (const SystemJoint& j : system.joints) expect_plain(j, where);
+  Assembly assembly(system);
+  const auto n = static_cast<Eigen::Index>(system.contacts.size());
+  SystemProblem result;
+  oracle::GlobalConeProblem& problem = result.problem;
+  problem.w = VectorXd::Zero(3 * n);
+  problem.mu = VectorXd::Zero(n);
+  result.impulses.r = VectorXd::Zero(3 * n);
+  std::vector<Eigen::Triplet<double>> h;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const SystemContact& c = system.contacts[std::size_t(i)];
+    Matrix3d frame;  // rows: normal and two tangents
+    frame.row(0) = c.normal.transpose();
+    frame.row(1) = c.normal.unitOrthogonal().transpose();
+    frame.row(2) = c.normal.cross(c.normal.unitOrthogonal()).transpose();
+    problem.w.segment<3>(3 * i) =
+        assembly.add(h, 3 * i, {side_at(c.body_a, frame, c.arm_a, 1), side_at(c.body_b, frame, c.arm_b, -1)});
+    problem.w[3 * i] += c.bias;
+    problem.mu[i] = c.friction;
+    result.impulses.r.segment<3>(3 * i) = frame * c.impulse;
+  }
+  Joints joints;
+  for (const SystemJoint& j : system.joints) add_joint(j, system, assembly, joints);
+  const auto rows = static_cast<Eigen::Index>(joints.b.size());
+  problem.m = assembly.masses();
+  problem.h = assembly.matrix(h, 3 * n);
+  problem.g = assembly.matrix(joints.g, rows);
+  problem.b = Eigen::Map<const VectorXd>(joints.b.data(), rows);
+  if (rows > 0) problem.first = joints.first;
+  result.impulses.l = Eigen::Map<const VectorXd>(joints.l.data(), rows);
+  // what the bodies moved like before the impulses of the step
+  problem.f = problem.m * assembly.velocities() - problem.h * result.impulses.r - problem.g * result.impulses.l;
+  return result;
+}
+
+}  // namespace lockstep

@@ -1,0 +1,22 @@
+// The constraint system of a step as a frictional contact problem in its global form.
+#pragma once
+
+#include "host/problems/cone_file.hpp"
+#include "host/report/contact_system.hpp"
+
+namespace lockstep {
+
+struct SystemProblem {
+  oracle::GlobalConeProblem problem;
+  StoredImpulses impulses;  // what the solver of the step found
+};
+
+/// Velocities are those of bodies that can move: of the centre of mass in the world frame, and about the principal axes
+/// that they can turn about; velocities that nothing changes go into w and b. Of a joint the linear and the angular
+/// locked rows are a block each, angular velocities times the radius of gyration, so that all of them are in m/s; a
+/// soft row moves against a velocity of its own, whose mass is its compliance. Throws Error (input), naming it, for a
+/// joint with a motor or limits, which FCLIB has no row for. Contacts that rub as patches become cones with the
+/// impulses that were spread over them.
+SystemProblem problem_of(const ContactSystem& system, const std::string& where);
+
+}  // namespace lockstep
