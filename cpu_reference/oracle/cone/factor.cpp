@@ -31,7 +31,7 @@ ShiftedCholesky::ShiftedCholesky(const ConeProblem& problem) {
   identity.setIdentity();
   w_ += 0.0 * identity;  // every diagonal entry is stored
   sparse_cholesky_.analyzePattern(w_);
-  const double stored = double(sparse_cholesky_.matrixL().nestedExpression().nonZeros());
+  const double stored = double(sparse_cholesky_.stored());
   dense_ = n <= dense_up_to && stored > dense_from * 0.5 * double(n) * double(n);
   if (dense_) dense_w_ = w_;
 }

@@ -8,6 +8,11 @@
 
 namespace lockstep::oracle {
 
+/// Eigen's factorisation, which tells how full it becomes before it is made.
+struct SparseCholesky : Eigen::SimplicialLLT<SparseMatrix> {
+  Eigen::Index stored() const { return m_matrix.nonZeros(); }
+};
+
 /// Cholesky factorisation of the symmetric part of W + D, D = diag(d) > 0, for several d. Where W = H^T M^-1 H is known
 /// and there are fewer velocities than rows, by Woodbury's formula
 ///   (W + D)^-1 = D^-1 - D^-1 H^T (M + H D^-1 H^T)^-1 H D^-1.
@@ -24,7 +29,7 @@ class ShiftedCholesky {
   SparseMatrix w_;        // or M
   SparseMatrix h_, h_t_;  // H and its transpose
   Eigen::VectorXd d_;
-  Eigen::SimplicialLLT<SparseMatrix> sparse_cholesky_;
+  SparseCholesky sparse_cholesky_;
   Eigen::MatrixXd dense_w_;
   Eigen::LLT<Eigen::MatrixXd> dense_cholesky_;
 };
