@@ -7,29 +7,28 @@
 #include "host/app/commands.hpp"
 #include "host/app/options.hpp"
 #include "host/app/report_file.hpp"
+#include "host/app/solve_options.hpp"
 #include "host/error.hpp"
 #include "host/problems/cone_file.hpp"
+#include "host/problems/lcp_text.hpp"
 
 namespace lockstep::app {
 
 namespace {
 
-struct SolveOptions {
-  std::string problem, solver = "auto", report;
-  oracle::SolveLimits limits = {.tolerance = 1e-8, .iterations = 1'000'000, .seconds = 60};
-  bool quiet = false;
-};
-
 std::vector<std::string> solver_names_known() {
   std::vector<std::string> names;
   for (const oracle::ConeSolver& solver : oracle::cone_solvers()) names.emplace_back(solver.name);
+  for (std::string& name : lcp_solver_names()) names.push_back(std::move(name));
   return names;
 }
 
 std::string solver_descriptions() {
-  std::string text = "Solvers:\n";
+  std::string text = "Solvers of contact problems:\n";
   for (const oracle::ConeSolver& solver : oracle::cone_solvers())
     text += fmt::format("  {:<20}{}\n", solver.name, solver.description);
+  text += fmt::format("Solvers of linear complementarity problems (docs/lcp.md):\n  auto, {}\n",
+                      fmt::join(lcp_solver_names(), ", "));
   return text + "Example:\n  lockstep solve problem.hdf5 --solver admm --tolerance 1e-6";
 }
 
@@ -88,30 +87,43 @@ void print_table(const SolveOptions& options, const ConeFile& file, const oracle
 }
 
 void solve(const SolveOptions& options) {
+  if (is_lcp_text(options.problem)) return solve_lcp(options);
+  const oracle::ConeSolver* solver = oracle::find_cone_solver(options.solver);
+  if (!solver)
+    throw Error(Failure::input, options.problem,
+                "is a contact problem, and " + options.solver + " is for linear complementarity problems; try auto");
   ReportFile report(options.report);
   const ConeFile file = read_cone_file(options.problem);
   oracle::ConeAnswer answer;
   try {
-    answer = oracle::solve_whole(file.problem, *oracle::find_cone_solver(options.solver), options.limits);
+    answer = oracle::solve_whole(file.problem, *solver, options.limits);
   } catch (const std::runtime_error& error) {
     throw Error(Failure::input, options.problem, error.what());
   }
   report.write(to_json(options, file, answer));
   if (!options.quiet) print_table(options, file, answer);
-  if (answer.error.residual <= options.limits.tolerance) return;
-  throw Error(Failure::comparison, options.problem,
-              fmt::format("{} left a residual of {:.3g}, {:.3g} was asked for ({}); try {}", options.solver,
-                          answer.error.residual, options.limits.tolerance, oracle::stop_name(answer.report.stop),
-                          answer.report.stop == oracle::Stop::limit ? "more --iterations or --seconds"
-                                                                    : "another --solver or a larger --tolerance"));
+  answer.report.residual = answer.error.residual;  // of the whole problem, joints and all
+  expect_solved(options, options.solver, answer.report);
 }
 
 }  // namespace
 
+void expect_solved(const SolveOptions& options, const std::string& solver, const oracle::SolveReport& report) {
+  if (report.residual <= options.limits.tolerance) return;
+  throw Error(Failure::comparison, options.problem,
+              fmt::format("{} left a residual of {:.3g}, {:.3g} was asked for ({}); try {}", solver, report.residual,
+                          options.limits.tolerance, oracle::stop_name(report.stop),
+                          report.stop == oracle::Stop::limit ? "more --iterations or --seconds"
+                                                             : "another --solver or a larger --tolerance"));
+}
+
 void add_solve(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("solve", "Solve a frictional contact problem from a file, in double");
+  CLI::App* command =
+      program.add_subcommand("solve", "Solve a contact or a linear complementarity problem from a file, in double");
   const auto options = std::make_shared<SolveOptions>();
-  command->add_option("problem", options->problem, "An FCLIB file (.hdf5) or a text file of Siconos (.dat)")
+  command
+      ->add_option("problem", options->problem,
+                   "An FCLIB file (.hdf5), or a contact or complementarity problem as text (.dat)")
       ->required();
   command->add_option("--solver", options->solver, "Which of those below")
       ->check(CLI::IsMember(solver_names_known()))

@@ -62,6 +62,12 @@ class Words {
 
 }  // namespace
 
+bool is_lcp_text(const std::filesystem::path& path) {
+  std::ifstream file(path);
+  long unknowns = 0, storage = -1;
+  return file >> unknowns >> storage && unknowns >= 0 && storage == 0;
+}
+
 oracle::lcp::Lcp read_lcp_text(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file || std::filesystem::is_directory(path)) throw Error(Failure::input, path.string(), "cannot be read");

@@ -13,6 +13,10 @@
 
 namespace lockstep {
 
+/// Whether a file is one, as far as its first two numbers say: of contact problems the second is the number of
+/// contacts.
+bool is_lcp_text(const std::filesystem::path& path);
+
 /// Throws Error, one line with the file and the line in it, where the file is missing, ends early, holds a number that
 /// is none or not finite, or contradicts itself about its size.
 oracle::lcp::Lcp read_lcp_text(const std::filesystem::path& path);
