@@ -39,8 +39,8 @@ std::optional<Found> find_mismatch(const std::vector<KernelPatch>& patches, int 
 TEST(CheckedBackend, FindsNothingWhereTheTwinsAgree) { EXPECT_FALSE(find_mismatch({}, 40, true)); }
 
 TEST(CheckedBackend, NamesAPlantedFma) {
-  const KernelPatch fused = {"integrate_velocities.cl", "v = add3(v, scale3(params.dt, gravity));",
-                             "v.z = fma(params.dt, gravity.z, v.z);"};
+  const KernelPatch fused = {"integrate_velocities.cl", "v = add3(v, scale3(params.dt, pull));",
+                             "v.z = fma(params.dt, pull.z, v.z);"};
   const auto found = find_mismatch({fused}, 40);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->difference.stage, Stage::integrate_velocities);

@@ -68,7 +68,7 @@ DeviceOptions launch(u32 lanes, u32 work_group) {
 DeviceOptions fused() {
   DeviceOptions options;
   options.patches = {
-      {"integrate_velocities.cl", "v = add3(v, scale3(params.dt, gravity));", "v.z = fma(params.dt, gravity.z, v.z);"}};
+      {"integrate_velocities.cl", "v = add3(v, scale3(params.dt, pull));", "v.z = fma(params.dt, pull.z, v.z);"}};
   return options;
 }
 

@@ -42,7 +42,7 @@ TEST_F(CommandLine, TellsWhereASolveDidNotGetThere) {
 
 TEST_F(CommandLine, SolvesComplementarityProblems) {
   // M = [2 1; 1 2], q = [-5, -6]: z = (4/3, 7/3)
-  std::ofstream(file("lcp.dat")) << "2\n0\n2\n2\n2 1 1 2\n-5 -6\n";
+  std::ofstream(file("lcp.dat")) << "2\n0 2 2\n2 2\n2 1 1 2\n-5 -6\n";
   const std::string path = file("lcp.dat").string(), report = file("lcp.json").string();
   for (const char* solver : {"auto", "lemke", "keller", "pgs", "enumeration"}) {
     const Outcome solved = run("solve " + path + " --solver " + solver + " --report " + report);
@@ -52,11 +52,11 @@ TEST_F(CommandLine, SolvesComplementarityProblems) {
     EXPECT_NEAR(json["solution"][0], 4.0 / 3, 1e-7);
     EXPECT_NEAR(json["solution"][1], 7.0 / 3, 1e-7);
   }
-  std::ofstream(file("none.dat")) << "1\n0\n1\n1\n0\n-1\n";  // 0 z - 1 >= 0
+  std::ofstream(file("none.dat")) << "1\n0 1 1\n1 1\n0\n-1\n";  // 0 z - 1 >= 0
   EXPECT_EQ(run("solve " + file("none.dat").string()).status, 1);
   expect_refused("solve " + path + " --solver admm", 2, "is not for those; try enumeration, lemke");
-  std::ofstream(file("cut.dat")) << "2\n0\n2\n2\n2 1 1";
-  expect_refused("solve " + file("cut.dat").string(), 2, "cut.dat:5: the file ends");
+  std::ofstream(file("cut.dat")) << "2\n0 2 2\n2 2\n2 1 1";
+  expect_refused("solve " + file("cut.dat").string(), 2, "cut.dat:4: the file ends");
   std::ofstream(file("cone.dat")) << "3 1 0 3 3 3 3  15 -1 -2  -1 14 1  -2 1 16  -1 2 3  0.1";
   expect_refused("solve " + file("cone.dat").string() + " --solver lemke", 2, "is a contact problem");
 }
