@@ -20,7 +20,7 @@ struct Found {
   DifferencePlace place;
   Difference difference;
   Picture picture;
-  std::vector<Pose> device_poses, reference_poses;
+  std::vector<Placement> device_poses, reference_poses;
 };
 
 // What stepping a scene under a patch finds, drawn.

@@ -134,6 +134,20 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
   }
 }
 
+// Two types of one name in one namespace are one to the linker, which takes the functions of either for both.
+TEST(HouseRules, ATypeOfAHeaderHasOneHome) {
+  std::map<std::string, std::string> homes;
+  for (const char* folder : {"host", "include"}) {
+    for (const std::string& file : files(folder, {".hpp"})) {
+      for (const std::string& type : matches(read_file(root / file), R"(\n(?:struct|class) (\w+)[^;{]*\{)")) {
+        const auto [home, is_new] = homes.emplace(type, file);
+        EXPECT_TRUE(is_new) << type << " is in " << home->second << " and in " << file;
+      }
+    }
+  }
+  EXPECT_GT(homes.size(), 100u);
+}
+
 TEST(HouseRules, KernelsIncludeKernels) {
   for (const std::string& file : files("kernels", {".cl", ".h"})) {
     for (const std::string& included : matches(read_file(root / file), "(?:^|\\n)#include \"([^\"]+)\""))

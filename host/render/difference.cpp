@@ -41,7 +41,7 @@ void add_lane(DifferencePlace& place, std::size_t block, u32 lane, const Buffers
 }
 
 // Whether two poses can be told apart in a picture of something so large.
-bool seen_apart(const Pose& a, const Pose& b, double size) {
+bool seen_apart(const Placement& a, const Placement& b, double size) {
   return double((a.position - b.position).norm()) > 0.002 * size || a.rotation.angularDistance(b.rotation) > 0.01f;
 }
 
@@ -52,9 +52,9 @@ Vector3f velocity_of(const Buffers<real>& state, u32 body) {
 }
 
 // Four times as wide as the bodies that it is about.
-Region around(const SceneModel& model, const DifferencePlace& place, const std::vector<Pose>& a,
-              const std::vector<Pose>& b) {
-  const auto add = [&](Region& region, const std::vector<Pose>& poses) {
+Region around(const SceneModel& model, const DifferencePlace& place, const std::vector<Placement>& a,
+              const std::vector<Placement>& b) {
+  const auto add = [&](Region& region, const std::vector<Placement>& poses) {
     for (const Extent& extent : model.extents(poses, place.bodies)) {
       region.extend(extent.center - extent.half);
       region.extend(extent.center + extent.half);
@@ -124,8 +124,8 @@ Picture draw_difference(const Buffers<real>& device, const Buffers<real>& refere
                         const DifferencePlace& place, const std::vector<std::string>& caption, u32 width, u32 height) {
   Renderer renderer(width, height);
   model.add_meshes_to(renderer);
-  const std::vector<Pose> device_poses = poses_of(device.positions, device.orientations);
-  const std::vector<Pose> poses = poses_of(reference.positions, reference.orientations);
+  const std::vector<Placement> device_poses = poses_of(device.positions, device.orientations);
+  const std::vector<Placement> poses = poses_of(reference.positions, reference.orientations);
   Drawing drawing;
   drawing.region = around(model, place, device_poses, poses);
   drawing.camera = frame_region(drawing.region, static_cast<double>(width) / height);
@@ -142,7 +142,7 @@ Picture draw_difference(const Buffers<real>& device, const Buffers<real>& refere
   model.draw(device_poses, device_looks, false, drawing);
 
   const float unit = static_cast<float>(height) / 720;
-  const auto mark = [&](const Buffers<real>& state, const std::vector<Pose>& at, const Color& color, float wide) {
+  const auto mark = [&](const Buffers<real>& state, const std::vector<Placement>& at, const Color& color, float wide) {
     for (const u32 body : place.bodies) {
       const float seconds = 0.25f * static_cast<float>(drawing.region.diagonal().norm()) /
                             std::max(velocity_of(reference, body).norm(), 1e-6f);

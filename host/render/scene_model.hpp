@@ -11,13 +11,13 @@
 namespace lockstep {
 
 /// Where a body is.
-struct Pose {
+struct Placement {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Quaternionf rotation = Eigen::Quaternionf::Identity();
 };
 
 template <class real>
-std::vector<Pose> poses_of(const std::vector<Vec4<real>>& positions, const std::vector<Vec4<real>>& orientations);
+std::vector<Placement> poses_of(const std::vector<Vec4<real>>& positions, const std::vector<Vec4<real>>& orientations);
 
 /// How a body looks.
 struct Look {
@@ -45,12 +45,12 @@ class SceneModel {
   const Eigen::Vector3f& up() const { return up_; }
 
   /// The boxes around the shapes of bodies that stand so.
-  std::vector<Extent> extents(std::span<const Pose> poses) const;
+  std::vector<Extent> extents(std::span<const Placement> poses) const;
   /// Of these bodies alone.
-  std::vector<Extent> extents(std::span<const Pose> poses, std::span<const u32> bodies) const;
+  std::vector<Extent> extents(std::span<const Placement> poses, std::span<const u32> bodies) const;
 
   /// Adds the bodies to a drawing. `patterned`: with marks that show how they are turned.
-  void draw(std::span<const Pose> poses, std::span<const Look> looks, bool patterned, Drawing& drawing) const;
+  void draw(std::span<const Placement> poses, std::span<const Look> looks, bool patterned, Drawing& drawing) const;
 
  private:
   struct Part {
