@@ -2,22 +2,15 @@
 
 #include <algorithm>
 
+#include "host/contact_place.hpp"
+#include "host/render/in_float.hpp"
+
 namespace lockstep {
 
 using Eigen::Quaternionf;
 using Eigen::Vector3f;
 
 namespace {
-
-template <class real>
-Vector3f vector(const real* p) {
-  return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
-}
-template <class real>
-Quaternionf quaternion(const Vec4<real>& q) {
-  return Quaternionf(static_cast<float>(q.w), static_cast<float>(q.x), static_cast<float>(q.y), static_cast<float>(q.z))
-      .normalized();
-}
 
 // A contact that is not the first of its pair has the colour of the first.
 u32 color_of(const std::vector<u32>& colors, u32 contact) {
@@ -36,19 +29,9 @@ template <class real>
 std::vector<ContactMark> contact_marks(const Buffers<real>& buffers, u32 contacts, double dt) {
   std::vector<ContactMark> marks(contacts);
   for (u32 i = 0; i < contacts; ++i) {
-    const Contact& contact = buffers.contacts[i];
-    const ContactPoint<real>& point = buffers.contact_points[i];
-    const Quaternionf turn_a = quaternion(buffers.orientations[contact.body_a]);
-    const Quaternionf turn_b = quaternion(buffers.orientations[contact.body_b]);
-    const Vector3f at_a = vector(&buffers.positions[contact.body_a].x) + turn_a * vector(point.anchor_a);
-    const Vector3f at_b = vector(&buffers.positions[contact.body_b].x) + turn_b * vector(point.anchor_b);
-    Vector3f normal = vector(point.normal);
-    if (contact.normal == NORMAL_OF_A) normal = turn_a * normal;
-    if (contact.normal == NORMAL_OF_B) normal = turn_b * normal;
-    if (contact.normal == NORMAL_BETWEEN && at_a != at_b) normal = (at_a - at_b).normalized();
-    const ContactImpulse<real>& impulse = buffers.cached_impulses[i];  // the lists share their order
-    const Vector3f push = static_cast<float>(impulse.normal) * normal + vector(&impulse.tangent_x);
-    marks[i] = {at_a - static_cast<float>(point.radius_a) * normal, push / static_cast<float>(dt),
+    const ContactPlace place = contact_place(buffers, i);
+    const Eigen::Vector3d force = contact_impulse(buffers, i, place) / dt;
+    marks[i] = {place.point().cast<float>(), force.cast<float>(),
                 buffers.contact_colors.empty() ? 0 : color_of(buffers.contact_colors, i)};
   }
   return marks;
@@ -63,8 +46,8 @@ std::vector<JointMark> joint_marks(const Buffers<real>& constants, const std::ve
     const Joint<real>& joint = constants.joints[i];
     const auto side = [&](u32 body, const real* anchor, Vector3f& center, Vector3f& at) {
       const bool is_world = body >= positions.size();
-      center = is_world ? vector(anchor) : vector(&positions[body].x);
-      at = is_world ? vector(anchor) : Vector3f(center + quaternion(orientations[body]) * vector(anchor));
+      center = is_world ? vector3f(anchor) : vector3f(positions[body]);
+      at = is_world ? vector3f(anchor) : Vector3f(center + rotationf(orientations[body]) * vector3f(anchor));
     };
     JointMark mark = {};
     side(info.body_a, joint.anchor_a, mark.center_a, mark.anchor_a);
@@ -72,9 +55,9 @@ std::vector<JointMark> joint_marks(const Buffers<real>& constants, const std::ve
     mark.axis.setZero();
     if (info.kind == JOINT_HINGE || info.kind == JOINT_SLIDER) {
       const real* q = joint.frame_a;
-      const Quaternionf frame = quaternion(Vec4<real>{q[0], q[1], q[2], q[3]});
+      const Quaternionf frame = rotationf(q);
       const Quaternionf body =
-          info.body_a < positions.size() ? quaternion(orientations[info.body_a]) : Quaternionf::Identity();
+          info.body_a < positions.size() ? rotationf(orientations[info.body_a]) : Quaternionf::Identity();
       mark.axis = body * (frame * Vector3f::UnitZ());
     }
     marks.push_back(mark);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "host/render/in_float.hpp"
+
 namespace lockstep {
 
 using Eigen::Quaternionf;
@@ -11,16 +13,6 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 namespace {
-
-template <class real>
-Vector3f vector(const real* p) {
-  return {static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2])};
-}
-template <class real>
-Quaternionf quaternion(real x, real y, real z, real w) {
-  return Quaternionf(static_cast<float>(w), static_cast<float>(x), static_cast<float>(y), static_cast<float>(z))
-      .normalized();
-}
 
 Pattern pattern_of(ShapeKind kind) {
   switch (kind) {
@@ -57,7 +49,7 @@ std::vector<Placement> poses_of(const std::vector<Vec4<real>>& positions, const 
   std::vector<Placement> poses(positions.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Vec4<real>& q = orientations[i];
-    poses[i] = {vector(&positions[i].x), quaternion(q.x, q.y, q.z, q.w)};
+    poses[i] = {vector3f(positions[i]), rotationf(q)};
   }
   return poses;
 }
@@ -68,7 +60,7 @@ SceneModel::SceneModel(const Buffers<real>& scene) {
     movable_.push_back(info.kind == BODY_DYNAMIC);
     ids_.push_back(info.id);
   }
-  const Vector3f gravity = scene.gravities.empty() ? Vector3f::Zero() : vector(&scene.gravities[0].x);
+  const Vector3f gravity = scene.gravities.empty() ? Vector3f::Zero() : vector3f(scene.gravities[0]);
   if (gravity.norm() > 0) up_ = -gravity.normalized();
   add_hulls(scene);
   add_shapes(scene);
@@ -85,8 +77,8 @@ void SceneModel::add_shapes(const Buffers<real>& scene) {
     const Shape<real>& shape = scene.shapes[i];
     const ShapeInfo& info = scene.shape_infos[i];
     const real* q = shape.rotation;
-    parts_.push_back({info.body, static_cast<ShapeKind>(info.kind), info.hull, vector(shape.offset),
-                      quaternion(q[0], q[1], q[2], q[3]), vector(shape.size), (info.flags & SHAPE_IS_SENSOR) != 0});
+    parts_.push_back({info.body, static_cast<ShapeKind>(info.kind), info.hull, vector3f(shape.offset), rotationf(q),
+                      vector3f(shape.size), (info.flags & SHAPE_IS_SENSOR) != 0});
   }
 }
 
@@ -94,7 +86,7 @@ template <class real>
 void SceneModel::add_hulls(const Buffers<real>& scene) {
   for (const Hull& hull : scene.hulls) {
     std::vector<Vector3f> points;
-    for (u32 i = 0; i < hull.vertex_count; ++i) points.push_back(vector(&scene.hull_vertices[hull.first_vertex + i].x));
+    for (u32 i = 0; i < hull.vertex_count; ++i) points.push_back(vector3f(scene.hull_vertices[hull.first_vertex + i]));
     std::vector<u32> first = {0}, corners;
     for (u32 i = 0; i < hull.face_count; ++i) {
       const HullFace& face = scene.hull_faces[hull.first_face + i];
@@ -111,7 +103,7 @@ void SceneModel::add_bare_body(const Buffers<real>& scene, u32 body) {
   Vector3d moments(double(mass.inertia[0]), double(mass.inertia[1]), double(mass.inertia[2]));
   Vector3f lever = Vector3f::Zero();
   if (!scene.pivots.empty() && scene.pivots[body].pivoted != real(0)) {
-    lever = vector(scene.pivots[body].lever_body);
+    lever = vector3f(scene.pivots[body].lever_body);
     const Vector3d l = lever.cast<double>();
     for (int i = 0; i < 3; ++i) moments[i] -= double(mass.mass) * (l.squaredNorm() - l[i] * l[i]);
   }

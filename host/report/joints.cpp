@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/report/in_double.hpp"
+#include "host/in_double.hpp"
 
 namespace lockstep {
 

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 
-#include "host/report/in_double.hpp"
+#include "host/contact_place.hpp"
+#include "host/in_double.hpp"
 
 namespace lockstep {
 
@@ -70,7 +71,7 @@ Penetration penetration(const Buffers<real>& buffers, u32 contacts) {
   Penetration result;
   double sum = 0;
   for (u32 i = 0; i < contacts; ++i) {
-    const double depth = -contact_gap(buffers, i);
+    const double depth = -contact_place(buffers, i).gap();
     if (depth <= 0) continue;
     ++result.touching;
     sum += depth;
@@ -106,22 +107,6 @@ WorstContact name_joint(const Buffers<real>& buffers, const JointInfo& joint) {
 }
 
 }  // namespace
-
-template <class real>
-double contact_gap(const Buffers<real>& buffers, u32 index) {
-  const Contact& contact = buffers.contacts[index];
-  const ContactPoint<real>& point = buffers.contact_points[index];
-  const Quaterniond turn_a = rotation(buffers.orientations[contact.body_a]);
-  const Quaterniond turn_b = rotation(buffers.orientations[contact.body_b]);
-  const Vector3d d = vector3(buffers.positions[contact.body_a]) + turn_a * vector3(point.anchor_a) -
-                     vector3(buffers.positions[contact.body_b]) - turn_b * vector3(point.anchor_b);
-  const double radii = double(point.radius_a) + double(point.radius_b);
-  if (contact.normal == NORMAL_BETWEEN) return d.norm() - radii;
-  Vector3d normal = vector3(point.normal);
-  if (contact.normal == NORMAL_OF_A) normal = turn_a * normal;
-  if (contact.normal == NORMAL_OF_B) normal = turn_b * normal;
-  return normal.dot(d) - radii;
-}
 
 double Measures::energy() const {
   double sum = 0;
@@ -179,7 +164,6 @@ bool momentum_is_conserved(const Buffers<real>& buffers, Features features) {
 }
 
 #define INSTANTIATE(real)                                                                        \
-  template double contact_gap(const Buffers<real>&, u32);                                        \
   template Measures measure(const Buffers<real>&, const Sizes&, Features, std::span<const u32>); \
   template bool momentum_is_conserved(const Buffers<real>&, Features);
 INSTANTIATE(float)

@@ -50,11 +50,6 @@ struct Measures {
 /// The buffers that measure() reads in a scene of these features.
 std::vector<Buffer> measured_buffers(Features features);
 
-/// Signed distance between the surfaces of the two shapes of a listed contact where they met at the start of the step,
-/// with the bodies as they stand now, m; negative where they overlap.
-template <class real>
-double contact_gap(const Buffers<real>& buffers, u32 contact);
-
 /// Measures the state after a step (or before the first one, with counters of zero).
 template <class real>
 Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features features, std::span<const u32> counters);

@@ -2,6 +2,7 @@
 
 #include "host/backends/device_backend.hpp"
 #include "host/backends/reference_backend.hpp"
+#include "host/contact_place.hpp"
 #include "host/record/checkpoint.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
@@ -16,6 +17,8 @@ template <class real>
 Vector3 vector(const real* p) {
   return {double(p[0]), double(p[1]), double(p[2])};
 }
+
+Vector3 vector(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 template <class real>
 Quaternion quaternion(const Vec4<real>& q) {
@@ -106,8 +109,16 @@ class EngineOf final : public Engine {
     is_loaded_ = !loads.empty();
   }
 
-  Twist after_impulse(u32 body, const Vector3& impulse, const Vector3& point) override;
-  Twist velocity_to(u32 body, const Pose& target) override;
+  Twist rounded(const Twist& velocity) const override {
+    real v[3], w[3];
+    store(velocity.linear, v);
+    store(velocity.angular, w);
+    return {vector(v), vector(w)};
+  }
+
+  Twist after_impulse(u32 body, const Pose& pose, const Twist& velocity, const Vector3& impulse,
+                      const Vector3& point) const override;
+  Twist velocity_between(const Pose& now, const Pose& target) const override;
 
  private:
   const Buffers<real>& download(std::initializer_list<Buffer> wanted) {
@@ -127,49 +138,34 @@ std::vector<EngineContact> EngineOf<real>::contacts() {
       {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points, Buffer::cached_impulses});
   std::vector<EngineContact> contacts(simulation_->counters()[COUNTER_CONTACTS]);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Contact& contact = b.contacts[i];
-    const ContactPoint<real>& point = b.contact_points[i];
-    const Quaternion turn_a = quaternion(b.orientations[contact.body_a]);
-    const Quaternion turn_b = quaternion(b.orientations[contact.body_b]);
-    const Vector3 at_a =
-        exact::add(vector(&b.positions[contact.body_a].x), exact::rotate(turn_a, vector(point.anchor_a)));
-    const Vector3 at_b =
-        exact::add(vector(&b.positions[contact.body_b].x), exact::rotate(turn_b, vector(point.anchor_b)));
-    Vector3 normal = vector(point.normal);
-    if (contact.normal == NORMAL_OF_A) normal = exact::rotate(turn_a, normal);
-    if (contact.normal == NORMAL_OF_B) normal = exact::rotate(turn_b, normal);
-    if (contact.normal == NORMAL_BETWEEN && at_a != at_b) normal = exact::unit(exact::subtract(at_a, at_b));
-    const ContactImpulse<real>& impulse = b.cached_impulses[i];  // the lists share their order
-    contacts[i] = {contact.body_a, contact.body_b, exact::subtract(at_a, exact::scale(double(point.radius_a), normal)),
-                   normal, exact::add(exact::scale(double(impulse.normal), normal), vector(&impulse.tangent_x))};
+    const ContactPlace place = contact_place(b, static_cast<u32>(i));
+    contacts[i] = {b.contacts[i].body_a, b.contacts[i].body_b, vector(place.point()), vector(place.normal),
+                   vector(contact_impulse(b, static_cast<u32>(i), place))};
   }
   return contacts;
 }
 
 template <class real>
-Twist EngineOf<real>::after_impulse(u32 body, const Vector3& impulse, const Vector3& point) {
-  const Buffers<real>& b = download({Buffer::positions, Buffer::orientations, Buffer::motions});
+Twist EngineOf<real>::after_impulse(u32 body, const Pose& pose, const Twist& velocity, const Vector3& impulse,
+                                    const Vector3& point) const {
   const Mass<real>& mass = constants_.buffers.masses[body];
-  const Quaternion q = quaternion(b.orientations[body]), back = {-q[0], -q[1], -q[2], q[3]};
+  const Quaternion &q = pose.orientation, back = {-q[0], -q[1], -q[2], q[3]};
   const bool pivoted = has(constants_.features, Feature::pivots) && constants_.buffers.pivots[body].pivoted != real(0);
-  const Vector3 center = vector(&b.positions[body].x);
-  const Vector3 about = pivoted ? vector(constants_.buffers.pivots[body].point_world) : center;
+  const Vector3 about = pivoted ? vector(constants_.buffers.pivots[body].point_world) : pose.position;
   const Vector3 moment = exact::rotate(back, exact::cross(exact::subtract(point, about), impulse));
   const Vector3 inverse = vector(mass.inverse_inertia);
   const Vector3 kick = exact::rotate(q, {inverse[0] * moment[0], inverse[1] * moment[1], inverse[2] * moment[2]});
-  Twist after = {vector(b.motions[body].v), exact::add(vector(b.motions[body].w), kick)};
-  after.linear = pivoted ? exact::cross(after.angular, exact::subtract(center, about))
+  Twist after = {velocity.linear, exact::add(velocity.angular, kick)};
+  after.linear = pivoted ? exact::cross(after.angular, exact::subtract(pose.position, about))
                          : exact::add(after.linear, exact::scale(double(mass.inverse_mass), impulse));
   return after;
 }
 
 template <class real>
-Twist EngineOf<real>::velocity_to(u32 body, const Pose& target) {
-  const Buffers<real>& b = download({Buffer::positions, Buffer::orientations});
-  const Vector3 way = exact::subtract(target.position, vector(&b.positions[body].x));
+Twist EngineOf<real>::velocity_between(const Pose& now, const Pose& target) const {
   const u32 substeps = constants_.params.substeps;
-  return {exact::scale(1 / dt_, way),
-          turning_velocity(quaternion(b.orientations[body]), target.orientation, dt_ / substeps, substeps)};
+  return {exact::scale(1 / dt_, exact::subtract(target.position, now.position)),
+          turning_velocity(now.orientation, target.orientation, dt_ / substeps, substeps)};
 }
 
 }  // namespace

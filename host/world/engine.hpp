@@ -45,13 +45,16 @@ class Engine {
 
   /// Overwrites those of some bodies.
   virtual void set_velocities(const std::map<u32, Twist>& velocities) = 0;
+  /// As the precision of the run holds it.
+  virtual Twist rounded(const Twist& velocity) const = 0;
   /// What acts from now on; on bodies that are not named, nothing. Only where the scene's settings ask for loads.
   virtual void set_loads(const std::map<u32, Wrench>& loads) = 0;
-  /// The velocity that a dynamic body has after an impulse at a point: v + J / m and w + I^-1 (arm x J), about its
-  /// centre of mass or its pivot.
-  virtual Twist after_impulse(u32 body, const Vector3& impulse, const Vector3& point) = 0;
-  /// The velocity that moves a body evenly to a pose in a step.
-  virtual Twist velocity_to(u32 body, const Pose& target) = 0;
+  /// The velocity that a dynamic body of this pose and velocity has after an impulse at a point: v + J / m and
+  /// w + I^-1 (arm x J), about its centre of mass or its pivot.
+  virtual Twist after_impulse(u32 body, const Pose& pose, const Twist& velocity, const Vector3& impulse,
+                              const Vector3& point) const = 0;
+  /// The velocity that moves a body evenly from one pose to another in a step.
+  virtual Twist velocity_between(const Pose& now, const Pose& target) const = 0;
 };
 
 /// A new one; what `before` knows of the bodies that stay lives on (host/world/carry_state.hpp).

@@ -95,8 +95,10 @@ struct World::Parts {
   std::map<u32, Pose> targets;                         // by id, of kinematic bodies, for the next step
   std::set<u32> arrived;                               // ids that stand still from the next step on
 
+  // what the engine holds now, read at most once between two steps, and velocities that it does not have yet
   std::vector<Pose> poses;
   std::vector<Twist> velocities;
+  std::map<u32, Twist> new_velocities;  // by index
   std::vector<BodyContact> contacts;
   std::vector<BodyEvent> events;
   bool kept = true;  // the contacts and events of the last step are here; else the engine has them
@@ -114,11 +116,41 @@ struct World::Parts {
     if (changed) {
       if (scene.bodies.empty()) throw Error(Failure::input, "world", "has no bodies; add one");
       keep_contacts_and_events();
+      hand_over_velocities();
+      forget_state();
       engine = make_engine(scene, options, engine.get(), renaming);
       reset_renaming();
       changed = false;
     }
     return *engine;
+  }
+
+  void forget_state() {
+    poses.clear();
+    velocities.clear();
+  }
+
+  // Their indices are those of the bodies that the engine has, whatever has come or gone since.
+  void hand_over_velocities() {
+    if (engine) engine->set_velocities(new_velocities);
+    new_velocities.clear();
+  }
+
+  const std::vector<Pose>& poses_now() {
+    Engine& now = ready();
+    if (poses.empty()) poses = now.poses();
+    return poses;
+  }
+
+  const std::vector<Twist>& velocities_now() {
+    Engine& now = ready();
+    if (velocities.empty()) velocities = now.velocities();
+    return velocities;
+  }
+
+  void set_velocity(u32 index, const Twist& velocity) {
+    velocities_now();
+    velocities[index] = new_velocities[index] = engine->rounded(velocity);
   }
 
   void keep_contacts_and_events() {
@@ -163,15 +195,14 @@ struct World::Parts {
 
   void act() {
     Engine& now = ready();
-    std::map<u32, Twist> velocities_now;
-    for (const u32 id : arrived) velocities_now[index_of[id]] = {};
+    for (const u32 id : arrived) set_velocity(index_of[id], {});
     arrived.clear();
     for (const auto& [id, pose] : targets) {
-      velocities_now[index_of[id]] = now.velocity_to(index_of[id], pose);
+      set_velocity(index_of[id], now.velocity_between(poses_now()[index_of[id]], pose));
       arrived.insert(id);
     }
     targets.clear();
-    now.set_velocities(velocities_now);
+    hand_over_velocities();
     if (!scene.settings.loads) return;
     std::map<u32, Wrench> acting;
     const double middle = (now.steps_done() + 0.5) * scene.settings.dt;
@@ -258,6 +289,7 @@ void World::step(u32 count) {
   for (u32 i = 0; i < count; ++i) {
     parts_->act();
     parts_->engine->step();
+    parts_->forget_state();
     parts_->kept = false;
   }
   if (count > 0) parts_->stepped = parts_->handles;
@@ -266,8 +298,8 @@ void World::step(u32 count) {
 u32 World::steps_done() const { return parts_->engine ? parts_->engine->steps_done() : 0; }
 double World::time() const { return steps_done() * parts_->scene.settings.dt; }
 
-std::span<const Pose> World::poses() { return parts_->poses = parts_->ready().poses(); }
-std::span<const Twist> World::velocities() { return parts_->velocities = parts_->ready().velocities(); }
+std::span<const Pose> World::poses() { return parts_->poses_now(); }
+std::span<const Twist> World::velocities() { return parts_->velocities_now(); }
 
 Pose World::pose(BodyHandle body) {
   const u32 index = parts_->index(body);
@@ -300,14 +332,20 @@ std::optional<BodyHit> World::cast_ray(const Vector3& origin, const Vector3& dir
   return BodyHit{parts_->handles[hit->body], hit->distance, hit->point, hit->normal};
 }
 
-std::uint64_t World::state_hash() { return parts_->ready().state_hash(); }
+std::uint64_t World::state_hash() {
+  Engine& engine = parts_->ready();
+  parts_->hand_over_velocities();
+  return engine.state_hash();
+}
 
 void World::apply_impulse(BodyHandle body, const Vector3& impulse, const Vector3& point) {
   const u32 index = parts_->index_of_dynamic(body);
   expect_finite(impulse, "impulse");
   expect_finite(point, "point");
   Engine& engine = parts_->ready();
-  engine.set_velocities({{index, engine.after_impulse(index, impulse, point)}});
+  const Pose& pose = parts_->poses_now()[index];
+  const Twist& velocity = parts_->velocities_now()[index];
+  parts_->set_velocity(index, engine.after_impulse(index, pose, velocity, impulse, point));
 }
 
 void World::apply_impulse(BodyHandle body, const Vector3& impulse) {
@@ -342,7 +380,7 @@ void World::set_velocity(BodyHandle body, const Twist& velocity) {
   const u32 index = parts_->index_of_kind(body, {BODY_DYNAMIC, BODY_KINEMATIC}, "is static and does not move");
   expect_finite(velocity);
   parts_->arrived.erase(body.id);
-  parts_->ready().set_velocities({{index, velocity}});
+  parts_->set_velocity(index, velocity);
 }
 
 void World::set_kinematic_target(BodyHandle body, const Pose& target) {

@@ -5,18 +5,12 @@
 // where beta > 1 starts anew, with p = 0. Lengths are those of z / s, so that they do not depend on units.
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/lcp/splitting.hpp"
-#include "cpu_reference/oracle/lcp/watch.hpp"
 
 namespace lockstep::oracle::lcp {
 
 SolveReport nncg(const BoxedLcp& problem, const SolveLimits& limits, VectorXd& z) {
   Watch watch(problem, limits);
-  start_from(z, problem.size());
-  if (watch.start(z)) return watch.finish(z);
-  if (!has_diagonal(problem.m)) {
-    watch.end(Stop::infeasible);
-    return watch.finish(z);
-  }
+  if (!may_sweep(problem, watch, z)) return watch.finish(z);
   VectorXd p = VectorXd::Zero(z.size());
   double before = 0;  // |g|^2
   bool stop = false;

@@ -11,7 +11,6 @@
 
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/lcp/splitting.hpp"
-#include "cpu_reference/oracle/lcp/watch.hpp"
 
 namespace lockstep::oracle::lcp {
 
@@ -74,12 +73,7 @@ VectorXd minimize_on_active_set(const BoxedLcp& p, const VectorXd& scale, const 
 
 SolveReport pgs_sm(const BoxedLcp& problem, const SolveLimits& limits, VectorXd& z) {
   Watch watch(problem, limits);
-  start_from(z, problem.size());
-  if (watch.start(z)) return watch.finish(z);
-  if (!has_diagonal(problem.m)) {
-    watch.end(Stop::infeasible);
-    return watch.finish(z);
-  }
+  if (!may_sweep(problem, watch, z)) return watch.finish(z);
   do {
     for (int k = 0; k < sweeps; ++k) gauss_seidel_sweep(problem, 1, z);
     double best = watch.measure()(z);

@@ -13,7 +13,6 @@
 #include <algorithm>
 
 #include "cpu_reference/oracle/lcp/solvers.hpp"
-#include "cpu_reference/oracle/lcp/watch.hpp"
 
 namespace lockstep::oracle::lcp {
 
@@ -24,12 +23,7 @@ constexpr double over_relaxation = 1.3;
 template <class Sweep>
 SolveReport iterate(const BoxedLcp& problem, const SolveLimits& limits, VectorXd& z, Sweep&& sweep) {
   Watch watch(problem, limits);
-  start_from(z, problem.size());
-  if (watch.start(z)) return watch.finish(z);
-  if (!has_diagonal(problem.m)) {
-    watch.end(Stop::infeasible);
-    return watch.finish(z);
-  }
+  if (!may_sweep(problem, watch, z)) return watch.finish(z);
   do {
     sweep(z);
   } while (!watch.stop_after(z));
@@ -55,13 +49,21 @@ double gershgorin(const MatrixXd& m) {
   return most;
 }
 
-}  // namespace
-
 bool has_diagonal(const MatrixXd& m) {
   for (Index i = 0; i < m.rows(); ++i) {
     if (m(i, i) < 0 || (m(i, i) == 0 && (!m.row(i).isZero(0) || !m.col(i).isZero(0)))) return false;
   }
   return true;
+}
+
+}  // namespace
+
+bool may_sweep(const BoxedLcp& problem, Watch& watch, VectorXd& z) {
+  start_from(z, problem.size());
+  if (watch.start(z)) return false;
+  if (has_diagonal(problem.m)) return true;
+  watch.end(Stop::infeasible);
+  return false;
 }
 
 void gauss_seidel_sweep(const BoxedLcp& problem, double relaxation, VectorXd& z) {
