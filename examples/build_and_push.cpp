@@ -1,5 +1,5 @@
-// Builds a scene in code: a crate on a floor, pushed by a force that grows with time until it slips, and a lift. With an
-// argument it records what happens there, for `lockstep verify` and `lockstep render`.
+// Builds a scene in code: a crate on a floor, pushed by a force that grows with time until it slips, and a lift. With
+// an argument it records what happens there, for `lockstep verify` and `lockstep render`.
 #include <cmath>
 #include <cstdio>
 #include <lockstep/world.hpp>
