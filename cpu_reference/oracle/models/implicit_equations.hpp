@@ -122,116 +122,146 @@ struct RowSizes {
   std::vector<Vector3d> across;  // of contacts, what the first tangent is made of
 };
 
-/// The left side of all equations in m/s, in the order of the unknowns. `held`: the y at which the step is linearised;
-/// null: the nonlinear step.
+/// The left side of all equations in m/s, in the order of the unknowns.
 template <class T>
-Eigen::Matrix<T, Eigen::Dynamic, 1> equations(const ImplicitSystem& system, const RowSizes& sizes,
-                                              const Eigen::Matrix<T, Eigen::Dynamic, 1>& y, const VectorXd* held) {
-  const double dt = system.dt;
-  std::vector<BodyAt<T>> now, before;  // before: with the velocities that led to the held pose
-  std::vector<Vec3<T>> push, twist;    // impulses and moments about the centre of mass
-  Index next = 0;
-  for (const ImplicitBody& body : system.bodies) {
+class Equations {
+ public:
+  using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+
+  /// `held`: the y at which the step is linearised; null: the nonlinear step. All are kept by reference.
+  Equations(const ImplicitSystem& system, const RowSizes& sizes, const Vector& y, const VectorXd* held)
+      : system_(system), sizes_(sizes), y_(y), held_(held), f_(y.size()) {
+    for (const ImplicitBody& body : system.bodies) place(body);
+    for (std::size_t i = 0; i < system.contacts.size(); ++i) add_contact(i);
+    for (std::size_t i = 0; i < system.joints.size(); ++i) add_joint(i);
+    next_ = 0;
+    for (std::size_t i = 0; i < system.bodies.size(); ++i) add_body(i);
+  }
+
+  const Vector& left_side() const { return f_; }
+
+ private:
+  Vec3<T> unknown(Index at) const { return y_.template segment<3>(at); }
+
+  void place(const ImplicitBody& body) {
+    const double dt = system_.dt;
     const bool moves = body.mass > 0;
-    const Vec3<T> v = moves ? Vec3<T>(y.template segment<3>(next)) : as<T>(Vector3d::Zero());
-    const Vec3<T> w = moves ? Vec3<T>(y.template segment<3>(next + 3)) : as<T>(Vector3d::Zero());
-    now.push_back(body_at<T>(body, v, w, dt));
-    if (held) {
-      const Vector3d held_v = moves ? Vector3d(held->segment<3>(next)) : Vector3d(Vector3d::Zero());
-      const Vector3d held_w = moves ? Vector3d(held->segment<3>(next + 3)) : Vector3d(Vector3d::Zero());
-      before.push_back(body_at<T>(body, as<T>(held_v), as<T>(held_w), dt));
-      now.back().x = before.back().x;
-      now.back().r = before.back().r;
+    const Vec3<T> zero = as<T>(Vector3d::Zero());
+    now_.push_back(moves ? body_at<T>(body, unknown(next_), unknown(next_ + 3), dt) : body_at<T>(body, zero, zero, dt));
+    if (held_) {
+      const Vector3d v = moves ? held_->segment<3>(next_).eval() : Vector3d::Zero().eval();
+      const Vector3d w = moves ? held_->segment<3>(next_ + 3).eval() : Vector3d::Zero().eval();
+      before_.push_back(body_at<T>(body, as<T>(v), as<T>(w), dt));
+      now_.back().x = before_.back().x;
+      now_.back().r = before_.back().r;
     }
-    push.push_back(as<T>(Vector3d(dt * body.force)));
-    twist.push_back(as<T>(Vector3d(dt * body.torque)));
-    next += moves ? 6 : 0;
+    push_.push_back(as<T>(Vector3d(dt * body.force)));
+    twist_.push_back(as<T>(Vector3d(dt * body.torque)));
+    next_ += moves ? 6 : 0;
   }
-  Eigen::Matrix<T, Eigen::Dynamic, 1> f(y.size());
-  const auto give = [&](std::size_t body, const Vec3<T>& arm, const Vec3<T>& impulse, const Vec3<T>& moment) {
-    push[body] += impulse;
-    twist[body] += arm.cross(impulse) + moment;
-  };
-  const Vec3<T> none = as<T>(Vector3d::Zero());
 
-  for (std::size_t i = 0; i < system.contacts.size(); ++i, next += 3) {
-    const SurfaceContact& contact = system.contacts[i];
-    const BodyAt<T>&a = now[contact.body_a], &b = now[contact.body_b];
-    ContactAt<T> c = contact_at(contact, a, b, sizes.across[i]);
+  void give(std::size_t body, const Vec3<T>& arm, const Vec3<T>& impulse, const Vec3<T>& moment) {
+    push_[body] += impulse;
+    twist_[body] += arm.cross(impulse) + moment;
+  }
+
+  void add_contact(std::size_t i) {
+    const SurfaceContact& contact = system_.contacts[i];
+    const BodyAt<T>&a = now_[contact.body_a], &b = now_[contact.body_b];
+    ContactAt<T> c = contact_at(contact, a, b, sizes_.across[i]);
     const Vec3<T> u = velocity_between(a, c.arm_a, b, c.arm_b);
-    if (held) {
-      const Vec3<T> then = velocity_between(before[contact.body_a], c.arm_a, before[contact.body_b], c.arm_b);
-      c.gap = T(c.gap + T(dt) * T(c.normal.dot(u - then)));
+    if (held_) {
+      const Vec3<T> then = velocity_between(before_[contact.body_a], c.arm_a, before_[contact.body_b], c.arm_b);
+      c.gap = T(c.gap + T(system_.dt) * T(c.normal.dot(u - then)));
     }
-    const T closing = T(c.gap / T(dt)), rho = T(1 / sizes.mobility[i]);
-    const T p_n = y[next], p_1 = y[next + 1], p_2 = y[next + 2];
-    const T nu_1 = T(c.tangent_1.dot(u)), nu_2 = T(c.tangent_2.dot(u));
-    const T x_n = T(p_n - rho * closing), x_1 = T(p_1 - rho * nu_1), x_2 = T(p_2 - rho * nu_2);
-    const bool touches = value_of(x_n) > 0;
-    const double radius = touches ? contact.friction * value_of(x_n) : 0;
-    const double length = std::hypot(value_of(x_1), value_of(x_2));
-    f[next] = touches ? closing : T(p_n / rho);
-    if (length <= radius && touches) {
-      f[next + 1] = nu_1;
-      f[next + 2] = nu_2;
-    } else if (touches && length > 0) {
-      const T share = T(T(contact.friction) * x_n / root(T(x_1 * x_1 + x_2 * x_2)));
-      f[next + 1] = T(T(p_1 - share * x_1) / rho);
-      f[next + 2] = T(T(p_2 - share * x_2) / rho);
-    } else {
-      f[next + 1] = T(p_1 / rho);
-      f[next + 2] = T(p_2 / rho);
-    }
-    const Vec3<T> impulse = c.normal * p_n + c.tangent_1 * p_1 + c.tangent_2 * p_2;
-    give(contact.body_a, c.arm_a, impulse, none);
-    give(contact.body_b, c.arm_b, -impulse, none);
+    const Vec3<T> p = unknown(next_);
+    rub(contact.friction, T(1 / sizes_.mobility[i]), p, T(c.gap / T(system_.dt)), T(c.tangent_1.dot(u)),
+        T(c.tangent_2.dot(u)));
+    const Vec3<T> impulse = c.normal * p[0] + c.tangent_1 * p[1] + c.tangent_2 * p[2];
+    const Vec3<T> no_moment = as<T>(Vector3d::Zero());
+    give(contact.body_a, c.arm_a, impulse, no_moment);
+    give(contact.body_b, c.arm_b, -impulse, no_moment);
+    next_ += 3;
   }
 
-  for (std::size_t i = 0; i < system.joints.size(); ++i) {
-    const ImplicitJoint& joint = system.joints[i];
-    const BodyAt<T>&a = now[joint.body_a], &b = now[joint.body_b];
+  // (42, 43): p_n = max(0, x_n), p_f = P_D(mu max(0, x_n))(x_f), x = p - rho (closing, nu)
+  void rub(double friction, const T& rho, const Vec3<T>& p, const T& closing, const T& nu_1, const T& nu_2) {
+    const T x_n = T(p[0] - rho * closing), x_1 = T(p[1] - rho * nu_1), x_2 = T(p[2] - rho * nu_2);
+    const double length = std::hypot(value_of(x_1), value_of(x_2));
+    if (!(value_of(x_n) > 0)) {
+      for (int k = 0; k < 3; ++k) f_[next_ + k] = T(p[k] / rho);
+      return;
+    }
+    f_[next_] = closing;
+    if (length <= friction * value_of(x_n)) {
+      f_[next_ + 1] = nu_1;
+      f_[next_ + 2] = nu_2;
+    } else {
+      const T share = T(T(friction) * x_n / root(T(x_1 * x_1 + x_2 * x_2)));
+      f_[next_ + 1] = T(T(p[1] - share * x_1) / rho);
+      f_[next_ + 2] = T(T(p[2] - share * x_2) / rho);
+    }
+  }
+
+  void add_joint(std::size_t i) {
+    const ImplicitJoint& joint = system_.joints[i];
+    const BodyAt<T>&a = now_[joint.body_a], &b = now_[joint.body_b];
+    const T dt = T(system_.dt);
     JointAt<T> j = joint_at(joint, a, b);
     const Vec3<T> u = velocity_between(a, j.arm_a, b, j.arm_b), turn = a.w - b.w;
-    if (held) {
-      const BodyAt<T>&then_a = before[joint.body_a], &then_b = before[joint.body_b];
+    if (held_) {
+      const BodyAt<T>&then_a = before_[joint.body_a], &then_b = before_[joint.body_b];
       const Vec3<T> du = u - velocity_between(then_a, j.arm_a, then_b, j.arm_b), dw = turn - then_a.w + then_b.w;
-      j.error += du * T(dt);
-      j.tilt_1 = T(j.tilt_1 + T(dt) * T(j.across_1.dot(dw)));
-      j.tilt_2 = T(j.tilt_2 + T(dt) * T(j.across_2.dot(dw)));
+      j.error += du * dt;
+      j.tilt_1 = T(j.tilt_1 + dt * T(j.across_1.dot(dw)));
+      j.tilt_2 = T(j.tilt_2 + dt * T(j.across_2.dot(dw)));
     }
-    f.template segment<3>(next) = j.error * T(1 / dt);
-    const Vec3<T> impulse = y.template segment<3>(next);
-    Vec3<T> moment = none;
-    next += 3;
-    if (joint.hinge) {
-      const double radius = sizes.radius[i];
-      f[next] = T(j.tilt_1 * T(radius / dt));
-      f[next + 1] = T(j.tilt_2 * T(radius / dt));
-      // rubbing: |p| <= dry dt, against the turning (44)
-      const double rho = 1 / sizes.mobility[system.contacts.size() + i], most = dt * joint.dry;
-      const T p = y[next + 2], nu = T(j.axis.dot(turn)), x = T(p - T(rho) * nu);
-      const double over = std::abs(value_of(x)) - most;
-      f[next + 2] = over <= 0 ? T(nu * T(radius)) : T(T(p - T(value_of(x) > 0 ? most : -most)) * T(radius / rho));
-      moment = j.across_1 * y[next] + j.across_2 * y[next + 1] + j.axis * p;
-      next += 3;
-    }
+    f_.template segment<3>(next_) = j.error * T(1 / system_.dt);
+    const Vec3<T> impulse = unknown(next_);
+    Vec3<T> moment = as<T>(Vector3d::Zero());
+    next_ += 3;
+    if (joint.hinge) moment = add_hinge(i, j, T(j.axis.dot(turn)));
     give(joint.body_a, j.arm_a, impulse, moment);
     give(joint.body_b, j.arm_b, -impulse, -moment);
   }
 
-  next = 0;
-  for (std::size_t k = 0; k < system.bodies.size(); ++k) {
-    const ImplicitBody& body = system.bodies[k];
-    if (!(body.mass > 0)) continue;
-    const Mat3<T> half = now[k].r * as<T>(body.inertia), inertia = half * now[k].r.transpose();
-    const Vec3<T> w = held ? before[k].w : now[k].w, spin = inertia * w;
-    const Vec3<T> gained = inertia * (now[k].w - as<T>(body.w)) + w.cross(spin) * T(dt);
-    const double turning = std::sqrt(body.mass * body.inertia.diagonal().maxCoeff());
-    f.template segment<3>(next) = now[k].v - as<T>(body.v) - push[k] * T(1 / body.mass);
-    f.template segment<3>(next + 3) = (gained - twist[k]) * T(1 / turning);
-    next += 6;
+  // Two axes that stay parallel, and dry friction of at most dt times `dry` against the turning nu (44).
+  Vec3<T> add_hinge(std::size_t i, const JointAt<T>& j, const T& nu) {
+    const double radius = sizes_.radius[i], rho = 1 / sizes_.mobility[system_.contacts.size() + i];
+    const double most = system_.dt * system_.joints[i].dry;
+    const Vec3<T> p = unknown(next_);
+    f_[next_] = T(j.tilt_1 * T(radius / system_.dt));
+    f_[next_ + 1] = T(j.tilt_2 * T(radius / system_.dt));
+    const double x = value_of(T(p[2] - T(rho) * nu));
+    if (std::abs(x) <= most)
+      f_[next_ + 2] = T(nu * T(radius));
+    else
+      f_[next_ + 2] = T(T(p[2] - T(x > 0 ? most : -most)) * T(radius / rho));
+    next_ += 3;
+    return j.across_1 * p[0] + j.across_2 * p[1] + j.axis * p[2];
   }
-  return f;
-}
+
+  // (39), with what has been given to the body by now
+  void add_body(std::size_t i) {
+    const ImplicitBody& body = system_.bodies[i];
+    if (!(body.mass > 0)) return;
+    const Mat3<T> half = now_[i].r * as<T>(body.inertia), inertia = half * now_[i].r.transpose();
+    const Vec3<T> w = held_ ? before_[i].w : now_[i].w, spin = inertia * w;
+    const Vec3<T> gained = inertia * (now_[i].w - as<T>(body.w)) + w.cross(spin) * T(system_.dt);
+    const double turning = std::sqrt(body.mass * body.inertia.diagonal().maxCoeff());
+    f_.template segment<3>(next_) = now_[i].v - as<T>(body.v) - push_[i] * T(1 / body.mass);
+    f_.template segment<3>(next_ + 3) = (gained - twist_[i]) * T(1 / turning);
+    next_ += 6;
+  }
+
+  const ImplicitSystem& system_;
+  const RowSizes& sizes_;
+  const Vector& y_;
+  const VectorXd* held_;
+  Vector f_;
+  Index next_ = 0;
+  std::vector<BodyAt<T>> now_, before_;  // before: with the velocities that led to the held pose
+  std::vector<Vec3<T>> push_, twist_;    // impulses, and moments about the centre of mass
+};
 
 }  // namespace lockstep::oracle::models

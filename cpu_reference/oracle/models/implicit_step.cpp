@@ -74,12 +74,12 @@ class Solver {
   }
 
   double residual(const VectorXd& y, const VectorXd* held) const {
-    const VectorXd f = equations<double>(system_, sizes_, y, held);
+    const VectorXd f = Equations<double>(system_, sizes_, y, held).left_side();
     const double largest = f.size() > 0 ? f.cwiseAbs().maxCoeff() : 0;
     return speed_ > 0 ? largest / speed_ : largest;
   }
 
-  // Newton's method; `held` as in equations(). True where the tolerance was reached, in `x` the best.
+  // Newton's method; `held` as in Equations. True where the tolerance was reached, in `x` the best.
   bool newton(VectorXd& x, const VectorXd* held, double tolerance, SolveReport* report) {
     VectorXd best = x;
     double least = residual(x, held);
@@ -120,7 +120,7 @@ class Solver {
     const Index n = x.size();
     Numbers numbers(n);
     for (Index i = 0; i < n; ++i) numbers[i] = Number(x[i], n, i);
-    const Numbers f = equations<Number>(system_, sizes_, numbers, held);
+    const Numbers f = Equations<Number>(system_, sizes_, numbers, held).left_side();
     VectorXd values(n);
     MatrixXd jacobian = MatrixXd::Zero(n, n);
     for (Index i = 0; i < n; ++i) {
@@ -132,7 +132,7 @@ class Solver {
     const double merit = values.norm();
     for (double length = 1; length > 1e-4; length *= 0.5) {
       const VectorXd next = x + length * d;
-      if (equations<double>(system_, sizes_, next, held).norm() >= (1 - 1e-4 * length) * merit) continue;
+      if (Equations<double>(system_, sizes_, next, held).left_side().norm() >= (1 - 1e-4 * length) * merit) continue;
       x = next;
       return true;
     }
