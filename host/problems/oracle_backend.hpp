@@ -25,7 +25,7 @@ class OracleBackend final : public ReferenceBackend<double> {
   const Unsolved& unsolved() const { return unsolved_; }
 
  private:
-  /// Throws what the solver does.
+  /// A system gets 60 s. Throws what the solver does.
   void work(Stage stage, const StepParams<double>& params) override;
 
   const SystemSolver solver_;
