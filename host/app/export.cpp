@@ -1,6 +1,9 @@
 #include <fmt/format.h>
 
+#include <bit>
+
 #include "cpu_reference/oracle/error.hpp"
+#include "cpu_reference/oracle/models/model_size.hpp"
 #include "host/app/commands.hpp"
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
@@ -19,7 +22,8 @@ namespace {
 struct ExportOptions : SceneOptions {
   std::string output;
   u32 at = 0;
-  bool local = false, quiet = false;
+  std::size_t directions = 4;
+  bool local = false, sizes = false, quiet = false;
 };
 
 template <class real>
@@ -31,7 +35,7 @@ std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, con
 
 // The system that the last sub-step of step `at` solved.
 template <class real>
-SystemProblem system_at(const Scene& scene, const ExportOptions& options) {
+ContactSystem system_at(const Scene& scene, const ExportOptions& options) {
   Start<real> start = make_start<real>(scene, options);
   if (!has(start.state.features, Feature::contacts) && !has(start.state.features, Feature::joints))
     throw Error(Failure::input, scene.name, "has neither contacts nor joints, there is nothing to solve in it");
@@ -45,19 +49,62 @@ SystemProblem system_at(const Scene& scene, const ExportOptions& options) {
   }
   Backend<real>& backend = simulation.backend();
   const Buffers<real>& buffers = backend.download(measured_buffers(backend.features()));
-  return problem_of(contact_system(buffers, simulation.counters()), fmt::format("{}, step {}", scene.name, options.at));
+  return contact_system(buffers, simulation.counters());
+}
+
+void print_sizes(const ContactSystem& system, const std::string& title, std::size_t directions) {
+  std::vector<bool> touches(system.bodies.size());
+  for (const SystemContact& c : system.contacts) touches[c.body_a] = touches[c.body_b] = true;
+  oracle::models::SceneSize size = {
+      .joints = system.joints.size(), .contacts = system.contacts.size(), .directions = directions};
+  for (std::size_t i = 0; i < system.bodies.size(); ++i) {
+    const bool moves = system.bodies[i].inverse_mass > 0 || !system.bodies[i].inverse_inertia.isZero(0);
+    size.bodies += moves;
+    size.touching_bodies += moves && touches[i];
+  }
+  const oracle::models::ModelSizes models = model_sizes(size);
+  fmt::print("{}: {} bodies that move, {} of them in contact; {} joints, {} contacts; pyramids of {} sides\n", title,
+             size.bodies, size.touching_bodies, size.joints, size.contacts, directions);
+  const auto row = [](const char* model, std::size_t unknowns, const char* what) {
+    fmt::print("  {:<18}{:>10}  {}\n", model, unknowns, what);
+  };
+  fmt::print("  {:<18}{:>10}\n", "model", "unknowns");
+  row("Model-dNCP", models.dncp, "the continuous model");
+  row("Model-mNCP", models.mncp, "the nonlinear implicit step");
+  row("Model-mLCP", models.mlcp, "the linear step with a friction pyramid");
+  row("Model-LCP", models.lcp, "without velocities and joints");
+  row("Model-DCA-mLCP1", models.dca_mlcp1, "reduced coordinates");
+  row("Model-DCA-mLCP2", models.dca_mlcp2, "reduced coordinates");
+  row("Model-DCA-LCP", models.dca_lcp, "reduced coordinates");
+  const auto others =
+      std::ranges::count_if(system.joints, [](const SystemJoint& j) { return std::popcount(j.locked) != 5; });
+  if (others > 0)
+    fmt::print("  counted as if each joint had one degree of freedom and dry friction; {} of {} have another number\n",
+               others, size.joints);
 }
 
 void export_system(const ExportOptions& options) {
-  expect_writable(options.output, "the problem", "\x89HDF");
+  if (options.output.empty() && !options.sizes)
+    throw Error(Failure::input, "--output", "is missing: name the file to write, or ask for --sizes");
+  // what it writes over, it has written itself: FCLIB's signature, or the first line of the text, its dimension
+  if (!options.output.empty())
+    expect_writable(options.output, "the problem", options.output.ends_with(".dat") ? "3\n" : "\x89HDF");
   Scene scene = read_scene_with(options);
   scene.settings.steps = std::max(scene.settings.steps, options.at + 1);  // it is not the scene's end that counts
-  SystemProblem system;
-  with_precision(scene, [&](auto real) { system = system_at<decltype(real)>(scene, options); });
+  ContactSystem solved;
+  with_precision(scene, [&](auto real) { solved = system_at<decltype(real)>(scene, options); });
   const std::string title = fmt::format("{}, step {}", scene.name, options.at);
+  if (options.sizes) print_sizes(solved, title, options.directions);
+  if (options.output.empty()) return;
+  const SystemProblem system = problem_of(solved, title);
   const oracle::ConeProblem local = oracle::local_form(system.problem);
-  replace_file(options.output, options.local ? encode_fclib(local, title, system.impulses)
-                                             : encode_fclib(system.problem, title, system.impulses));
+  if (options.output.ends_with(".dat")) {
+    const std::string text = encode_siconos_text(local);
+    replace_file(options.output, {reinterpret_cast<const unsigned char*>(text.data()), text.size()});
+  } else {
+    replace_file(options.output, options.local ? encode_fclib(local, title, system.impulses)
+                                               : encode_fclib(system.problem, title, system.impulses));
+  }
   if (options.quiet) return;
   fmt::print("{}: {} contacts, {} rows of joints, {} velocities; residual of the step's own impulses {:.3g}\n", title,
              system.problem.mu.size(), system.problem.g.cols(), system.problem.m.rows(),
@@ -71,10 +118,19 @@ void add_export(CLI::App& program) {
   const auto options = std::make_shared<ExportOptions>();
   add_scene_options(*command, *options);
   command->add_option("--at", options->at, "The step, counted from 1")->required()->check(positive);
-  command->add_option("-o,--output", options->output, "The file to write (.hdf5)")->required();
+  command->add_option("-o,--output", options->output,
+                      "The file to write: FCLIB, or as text for Siconos where it ends in .dat");
   command->add_flag("--local", options->local, "W, q instead of M, f, H, w");
+  command->add_flag("--sizes", options->sizes,
+                    "Print how many unknowns each model of the survey has for this step (docs/lcp.md); --output may be "
+                    "left out then");
+  command->add_option("--directions", options->directions, "Sides of the friction pyramids that --sizes counts with")
+      ->check(CLI::Range(3, 256))
+      ->capture_default_str();
   command->add_flag("--quiet", options->quiet, "No progress bar and no line");
-  command->footer("Example:\n  lockstep export wall --at 100 -o wall.hdf5\n  lockstep solve wall.hdf5");
+  command->footer(
+      "Examples:\n  lockstep export wall --at 100 -o wall.hdf5\n  lockstep solve wall.hdf5\n"
+      "  lockstep export rag_doll --at 100 --sizes");
   command->callback([options] { export_system(*options); });
 }
 

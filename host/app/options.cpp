@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "host/error.hpp"
+#include "host/problems/system_solvers.hpp"
 #include "host/scene/read.hpp"
 
 namespace lockstep::app {
@@ -43,6 +44,29 @@ CLI::Validator one_of(const std::pair<const char*, Choice> (&names)[count]) {
   return CLI::Validator(take, fmt::format("{}", fmt::join(known, "|")));
 }
 
+// Names of both kinds are one list for the user.
+void add_solver_or_oracle(CLI::App& command, std::optional<Solver>& solver, std::string& oracle) {
+  std::vector<std::string> oracles = system_solver_names();
+  const auto take = [&solver, &oracle](const std::string& name) {
+    const auto found = std::ranges::find(solver_names, name, &std::pair<const char*, Solver>::first);
+    if (found != std::end(solver_names))
+      solver = found->second;
+    else
+      oracle = name;
+  };
+  const auto known = [oracles](const std::string& name) {
+    const bool sweeps =
+        std::ranges::find(solver_names, name, &std::pair<const char*, Solver>::first) != std::end(solver_names);
+    if (sweeps || std::ranges::find(oracles, name) != oracles.end()) return std::string();
+    return fmt::format("must be one of gauss_seidel, small_steps, jacobi, {}, is '{}'", fmt::join(oracles, ", "), name);
+  };
+  command
+      .add_option_function<std::string>(
+          "--solver", take,
+          "Contact solver instead of the scene's: gauss_seidel, small_steps, jacobi; or an oracle, see below")
+      ->check(CLI::Validator(known, "NAME"));
+}
+
 }  // namespace
 
 void add_target_options(CLI::App& command, TargetOptions& options) {
@@ -64,7 +88,7 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
   staged->group(group)->excludes(fused);
 }
 
-void add_scene_options(CLI::App& command, SceneOptions& options) {
+void add_scene_options(CLI::App& command, SceneOptions& options, std::string* oracle) {
   command.add_option("scene", options.scene, "A built-in scene (lockstep scenes) or a JSON file")->required();
   CLI::Option* steps = command.add_option("--steps", options.steps, "Time steps")->check(positive);
   command.add_option("--time", options.time, "Simulated time instead of steps, s")->check(positive)->excludes(steps);
@@ -75,8 +99,11 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       .add_option("--tolerance", options.tolerance,
                   "End the iterations of a sub-step at one that changes velocities by no more, m/s; 0: do not")
       ->check(not_negative);
-  command.add_option("--solver", options.solver, "Contact solver instead of the scene's")
-      ->transform(one_of(solver_names));
+  if (oracle)
+    add_solver_or_oracle(command, options.solver, *oracle);
+  else
+    command.add_option("--solver", options.solver, "Contact solver instead of the scene's")
+        ->transform(one_of(solver_names));
   command.add_option("--friction-model", options.friction_model, "Friction model instead of the scene's")
       ->transform(one_of(friction_model_names));
   command.add_option("--precision", options.precision, "float or double instead of what the scene asks for")

@@ -31,7 +31,9 @@ struct SceneOptions : TargetOptions {
 };
 
 void add_target_options(CLI::App& command, TargetOptions& options);
-void add_scene_options(CLI::App& command, SceneOptions& options);
+/// `oracle`: where the name goes of a solver in the place of the sweeps (host/problems/system_solvers.hpp); null for
+/// commands that take none.
+void add_scene_options(CLI::App& command, SceneOptions& options, std::string* oracle = nullptr);
 
 /// The scene with the settings that the command line asks for.
 Scene read_scene_with(const SceneOptions& options);

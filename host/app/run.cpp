@@ -6,6 +6,7 @@
 #include "host/app/commands.hpp"
 #include "host/app/event_log.hpp"
 #include "host/app/interrupt.hpp"
+#include "host/app/oracle_run.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/recording.hpp"
 #include "host/app/report_file.hpp"
@@ -22,19 +23,26 @@ namespace lockstep::app {
 namespace {
 
 struct RunOptions : SceneOptions {
+  OracleOptions oracle;
   std::string report, events, record, checkpoint;
   bool quiet = false;
 };
 
 // Makes the backend and says in the report what it is, and whether it can be trusted with the bits.
 template <class real>
-std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options,
+std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const RunOptions& options,
                                             Report& report) {
   const std::optional<DeviceInfo> device = device_of(options);
   if (!device) {
     if (options.device == "auto")
       fmt::print(stderr, "lockstep: there is no OpenCL device here; the plain C++ reference takes its place\n");
     report.device = "reference";
+    if constexpr (sizeof(real) == 8) {
+      const OracleOptions& oracle = options.oracle;
+      if (!oracle.solver.empty())
+        return std::make_unique<OracleBackend>(state, find_system_solver(oracle.solver, oracle.directions),
+                                               options.device_options.profile);
+    }
     return std::make_unique<ReferenceBackend<real>>(state, options.device_options.profile);
   }
   auto backend = std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
@@ -121,8 +129,13 @@ void write_checkpoint(Simulation<real>& simulation, const std::string& scene, co
   replace_file(path, encode_checkpoint(label, state, backend.features()));
 }
 
+struct Outcome {
+  Report report;
+  Unsolved unsolved;  // of an oracle
+};
+
 template <class real>
-Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
+Outcome run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   Start<real> start = make_start<real>(scene, options);
   const InitialState<real>& state = start.state;
   Recorder recorder = make_recorder(state);
@@ -130,7 +143,7 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   Report report;
   report.scene = scene.name;
   report.precision = scene.settings.precision;
-  report.solver = name_of(scene.settings.solver);
+  report.solver = options.oracle.solver.empty() ? name_of(scene.settings.solver) : options.oracle.solver;
   report.friction_model = name_of(scene.settings.friction_model);
   report.worlds = state.sizes.worlds;
   report.bodies = state.sizes.bodies;
@@ -171,20 +184,27 @@ Report run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   const std::vector<WorldHash> hashes = simulation.world_hashes();
   report.state_hash = combined_state_hash(hashes);
   report.pose_hash = combined_pose_hash(hashes);
-  return report;
+  const auto* oracle = dynamic_cast<const OracleBackend*>(&simulation.backend());
+  return {report, oracle ? oracle->unsolved() : Unsolved()};
 }
 
-void run(const RunOptions& options) {
+void run(RunOptions options) {
   ReportFile file(options.report);
   expect_writable(options.record, "the recording", recording_signature);
   expect_writable(options.checkpoint, "the checkpoint", checkpoint_signature);
   Scene scene = read_scene_with(options);
+  if (!options.oracle.solver.empty()) {
+    if (!options.record.empty())
+      throw Error(Failure::input, "--record", "no device could verify the steps of an oracle; leave --record out");
+    prepare_for_oracle(options.oracle, options, scene);
+  }
   scene.settings.events = scene.settings.events || !options.events.empty();
   EventLog log(options.events, scene);
   with_precision(scene, [&](auto real) {
-    const Report report = run_scene<decltype(real)>(scene, options, log);
+    const auto [report, unsolved] = run_scene<decltype(real)>(scene, options, log);
     file.write(to_json(report));
     if (!options.quiet) fmt::print("{}", to_table(report));
+    expect_all_solved(scene.name, options.oracle, report.tolerance, unsolved);
   });
 }
 
@@ -193,14 +213,14 @@ void run(const RunOptions& options) {
 void add_run(CLI::App& program) {
   CLI::App* command = program.add_subcommand("run", "Simulate a scene and report speed beside error");
   const auto options = std::make_shared<RunOptions>();
-  add_scene_options(*command, *options);
+  add_scene_options(*command, *options, &options->oracle.solver);
+  add_oracle_options(*command, options->oracle);
   command->add_option("--report", options->report, "Write the figures to this file as JSON (docs/error_measures.md)");
   command->add_option("--events", options->events, "Write who begins and ceases to touch, a JSON object a line");
   command->add_option("--record", options->record, "Record every step in this HDF5 file, for `lockstep verify`");
   command->add_option("--checkpoint", options->checkpoint, "Keep the state that the run ends with, for --resume");
   command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");
   command->add_flag("--quiet", options->quiet, "No progress bar and no table");
-  command->footer("Example:\n  lockstep run spheres8000 --steps 120 --report out.json");
   command->callback([options] { run(*options); });
 }
 

@@ -40,26 +40,35 @@ std::string worst_place(const oracle::ConeProblem& problem, const oracle::ConeEr
   return fmt::format("joint block {}", error.worst - problem.contacts());
 }
 
+// Of the impulses that the file carries.
+std::optional<oracle::ConeError> error_of_stored(const ConeFile& file) {
+  if (!file.stored) return {};
+  return oracle::cone_error(file.problem, file.stored->r, file.stored->l);
+}
+
 std::string to_json(const SolveOptions& options, const ConeFile& file, const oracle::ConeAnswer& answer) {
   const oracle::ConeError& error = answer.error;
-  const nlohmann::ordered_json json = {{"problem", options.problem},
-                                       {"form", file.form},
-                                       {"contacts", file.problem.contacts()},
-                                       {"joint_rows", joint_rows(file.problem)},
-                                       {"solver", options.solver},
-                                       {"tolerance", options.limits.tolerance},
-                                       {"stop", oracle::stop_name(answer.report.stop)},
-                                       {"converged", error.residual <= options.limits.tolerance},
-                                       {"iterations", answer.report.iterations},
-                                       {"seconds", answer.report.seconds},
-                                       {"residual", error.residual},
-                                       {"residual_floor", error.rounding},
-                                       {"defect_velocity_max", error.defect_max},
-                                       {"natural_map", error.natural_map},
-                                       {"natural_largest", error.natural_largest},
-                                       {"alart_curnier", error.alart_curnier},
-                                       {"jean_moreau", error.jean_moreau},
-                                       {"merit_1", error.merit_1}};
+  const std::optional<oracle::ConeError> stored = error_of_stored(file);
+  nlohmann::ordered_json json = {{"problem", options.problem},
+                                 {"form", file.form},
+                                 {"contacts", file.problem.contacts()},
+                                 {"joint_rows", joint_rows(file.problem)},
+                                 {"solver", options.solver},
+                                 {"tolerance", options.limits.tolerance},
+                                 {"stop", oracle::stop_name(answer.report.stop)},
+                                 {"converged", error.residual <= options.limits.tolerance},
+                                 {"iterations", answer.report.iterations},
+                                 {"seconds", answer.report.seconds},
+                                 {"residual", error.residual},
+                                 {"residual_floor", error.rounding},
+                                 {"defect_velocity_max", error.defect_max},
+                                 {"natural_map", error.natural_map},
+                                 {"natural_largest", error.natural_largest},
+                                 {"alart_curnier", error.alart_curnier},
+                                 {"jean_moreau", error.jean_moreau},
+                                 {"merit_1", error.merit_1}};
+  json["stored_residual"] = stored ? nlohmann::json(stored->residual) : nlohmann::json(nullptr);
+  json["stored_natural_map"] = stored ? nlohmann::json(stored->natural_map) : nlohmann::json(nullptr);
   return json.dump(2) + "\n";
 }
 
@@ -81,9 +90,7 @@ void print_table(const SolveOptions& options, const ConeFile& file, const oracle
   number("Alart-Curnier / |q|", error.alart_curnier);
   number("Jean-Moreau / |q|", error.jean_moreau);
   number("FCLIB MERIT_1", error.merit_1);
-  if (!file.stored) return;
-  const oracle::ConeError stored = oracle::cone_error(file.problem, file.stored->r, file.stored->l);
-  row("residual of the stored", fmt::format("{:.3g}", stored.residual));
+  if (const auto stored = error_of_stored(file)) number("residual of the stored", stored->residual);
 }
 
 void solve(const SolveOptions& options) {

@@ -14,7 +14,7 @@ void ReferenceBackend<real>::run(Stage stage, const StepParams<real>& params) {
   if (!runs(stage, features_)) return;
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = profile_ ? Clock::now() : Clock::time_point();
-  reference::run_stage(stage, buffers_, params);
+  work(stage, params);
   if (profile_) seconds_[static_cast<u32>(stage)] += std::chrono::duration<double>(Clock::now() - start).count();
 }
 

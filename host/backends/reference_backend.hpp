@@ -8,7 +8,7 @@
 namespace lockstep {
 
 template <class real>
-class ReferenceBackend final : public Backend<real> {
+class ReferenceBackend : public Backend<real> {
  public:
   explicit ReferenceBackend(InitialState<real> state, bool profile = false);
 
@@ -24,6 +24,10 @@ class ReferenceBackend final : public Backend<real> {
   std::array<double, stage_count> stage_seconds() const override { return seconds_; }
 
   Buffers<real>& buffers() { return buffers_; }
+
+ protected:
+  /// The work of a stage that the scene asks for.
+  virtual void work(Stage stage, const StepParams<real>& params) { reference::run_stage(stage, buffers_, params); }
 
  private:
   Buffers<real> buffers_;

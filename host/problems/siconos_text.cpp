@@ -7,9 +7,8 @@
 //   q, mu, and a last 0 where no solution follows.
 #include <fmt/format.h>
 
-#include <charconv>
-
 #include "host/problems/formats.hpp"
+#include "host/problems/number_text.hpp"
 
 namespace lockstep {
 
@@ -18,80 +17,9 @@ namespace {
 using Eigen::VectorXd;
 using oracle::SparseMatrix;
 
-class Numbers {
- public:
-  Numbers(const std::string& path, std::string_view text) : path_(path), text_(text) {}
-
-  /// A whole number from `least` to `most`.
-  long long count(const std::string& place, long long least, long long most) {
-    const std::string_view word = next(place);
-    long long value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size() || value < least || value > most)
-      refuse(place, fmt::format("must be a whole number from {} to {}, is '{}'", least, most, word.substr(0, 40)));
-    return value;
-  }
-
-  double number(const std::string& place) {
-    std::string_view word = next(place);
-    if (word.starts_with('+')) word.remove_prefix(1);
-    double value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    // what is too small for a double counts as zero
-    if (error == std::errc::result_out_of_range && end == word.data() + word.size() && !word.empty() &&
-        word.find("e-") != word.npos)
-      return 0;
-    if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(value))
-      refuse(place, fmt::format("must be a finite number, is '{}'; write the file anew", word.substr(0, 40)));
-    return value;
-  }
-
-  VectorXd vector(const std::string& place, long long size) {
-    expect_room(place, size);
-    VectorXd values(size);
-    for (long long i = 0; i < size; ++i) values[i] = number(place);
-    return values;
-  }
-
-  /// Refused where what is left is too short to hold so many numbers.
-  void expect_room(const std::string& place, long long size) {
-    if (static_cast<unsigned long long>(size) > text_.size() - at_)
-      refuse(place, fmt::format("{} numbers are announced, the file is too short for them", size));
-  }
-
-  bool more() {
-    skip();
-    return at_ < text_.size();
-  }
-
-  [[noreturn]] void refuse(const std::string& place, const std::string& what) const {
-    refuse_problem(path_, fmt::format("line {}: {}", line_, place), what);
-  }
-
- private:
-  static bool blank(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
-
-  void skip() {
-    for (; at_ < text_.size() && blank(text_[at_]); ++at_) line_ += text_[at_] == '\n';
-  }
-
-  std::string_view next(const std::string& place) {
-    skip();
-    if (at_ == text_.size()) refuse(place, "the file ends here; it may be cut short");
-    const std::size_t start = at_;
-    while (at_ < text_.size() && !blank(text_[at_])) ++at_;
-    return text_.substr(start, at_ - start);
-  }
-
-  const std::string& path_;
-  const std::string_view text_;
-  std::size_t at_ = 0;
-  long long line_ = 1;
-};
-
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
-Triplets dense_matrix(Numbers& numbers, long long size) {
+Triplets dense_matrix(NumberText& numbers, long long size) {
   Triplets triplets;
   for (const char* place : {"rows of the stored matrix", "columns of the stored matrix"})
     numbers.count(place, size, size);
@@ -103,7 +31,7 @@ Triplets dense_matrix(Numbers& numbers, long long size) {
   return triplets;
 }
 
-Triplets block_matrix(Numbers& numbers, long long dimension, long long contacts) {
+Triplets block_matrix(NumberText& numbers, long long dimension, long long contacts) {
   const long long most = contacts * contacts;
   const long long blocks = numbers.count("number of blocks", 0, most);
   numbers.expect_room("the blocks", blocks * dimension * dimension);
@@ -139,7 +67,7 @@ Triplets block_matrix(Numbers& numbers, long long dimension, long long contacts)
 }  // namespace
 
 ConeFile read_siconos_text(const std::string& path, std::string_view text) {
-  Numbers numbers(path, text);
+  NumberText numbers(path, text);
   ConeFile file;
   const long long dimension = numbers.count("the dimension", 2, 3);
   const long long contacts = numbers.count("number of contacts", 0, most_contacts), size = dimension * contacts;

@@ -147,24 +147,34 @@ void expect_plain(const SystemJoint& j, const std::string& where) {
                 fmt::format("joint {} has a motor or limits, which FCLIB has no rows for; take them away", j.joint));
 }
 
-// The sides of the locked rows of a joint, b against a, angular rows as velocities; and what they carry.
-void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& assembly, Joints& joints) {
+// A locked row of a joint that some velocity is seen by, and the velocity in m/s that stands for a unit of it.
+struct JointRow {
+  u32 row;
+  double size;
+};
+
+std::vector<JointRow> rows_of(const SystemJoint& j, const ContactSystem& system) {
   const SystemBody &a = system.bodies[j.body_a], &b = system.bodies[j.body_b];
   const Matrix3d turning = a.inverse_inertia + b.inverse_inertia;
   const double turning_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(turning, Eigen::EigenvaluesOnly).eigenvalues()(2);
   const double radius = turning_max > 0 ? std::sqrt((a.inverse_mass + b.inverse_mass) / turning_max) : 0;
-  std::vector<u32> rows;
+  std::vector<JointRow> rows;
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
-    if ((j.locked >> i & 1) != 0 && (i < 3 || radius > 0)) rows.push_back(i);
+    if ((j.locked >> i & 1) != 0 && (i < 3 || radius > 0)) rows.push_back({i, i < 3 ? 1 : radius});
   }
+  return rows;
+}
+
+// The sides of the locked rows of a joint, b against a, angular rows as velocities; and what they carry.
+void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& assembly, Joints& joints) {
+  const std::vector<JointRow> rows = rows_of(j, system);
   const auto count = static_cast<Eigen::Index>(rows.size());
   if (count == 0) return;
   Eigen::MatrixX3d linear = Eigen::MatrixX3d::Zero(count, 3), angular = linear;
   VectorXd l(count), bias(count);
   Eigen::Index linear_rows = 0;
   for (Eigen::Index i = 0; i < count; ++i) {
-    const u32 row = rows[std::size_t(i)];
-    const double size = row < 3 ? 1 : radius;
+    const auto [row, size] = rows[std::size_t(i)];
     (row < 3 ? linear : angular).row(i) = size * j.axes.col(row % 3).transpose();
     linear_rows += row < 3;
     l[i] = j.impulse[row] / size;
@@ -190,6 +200,20 @@ void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& asse
   if (linear_rows < count) joints.first.push_back(static_cast<u32>(column + count));
 }
 
+// Rows: the normal and two tangents.
+Matrix3d frame_of(const SystemContact& c) {
+  Matrix3d frame;
+  frame.row(0) = c.normal.transpose();
+  frame.row(1) = c.normal.unitOrthogonal().transpose();
+  frame.row(2) = c.normal.cross(c.normal.unitOrthogonal()).transpose();
+  return frame;
+}
+
+void push(SystemBody& body, const Vector3d& arm, const Vector3d& impulse, const Vector3d& moment) {
+  body.v += body.inverse_mass * impulse;
+  body.w += body.inverse_inertia * (arm.cross(impulse) + moment);
+}
+
 }  // namespace
 
 SystemProblem problem_of(const ContactSystem& system, const std::string& where) {
@@ -204,10 +228,7 @@ SystemProblem problem_of(const ContactSystem& system, const std::string& where) 
   std::vector<Eigen::Triplet<double>> h;
   for (Eigen::Index i = 0; i < n; ++i) {
     const SystemContact& c = system.contacts[std::size_t(i)];
-    Matrix3d frame;  // rows: normal and two tangents
-    frame.row(0) = c.normal.transpose();
-    frame.row(1) = c.normal.unitOrthogonal().transpose();
-    frame.row(2) = c.normal.cross(c.normal.unitOrthogonal()).transpose();
+    const Matrix3d frame = frame_of(c);
     problem.w.segment<3>(3 * i) =
         assembly.add(h, 3 * i, {side_at(c.body_a, frame, c.arm_a, 1), side_at(c.body_b, frame, c.arm_b, -1)});
     problem.w[3 * i] += c.bias;
@@ -226,6 +247,37 @@ SystemProblem problem_of(const ContactSystem& system, const std::string& where) 
   // what the bodies moved like before the impulses of the step
   problem.f = problem.m * assembly.velocities() - problem.h * result.impulses.r - problem.g * result.impulses.l;
   return result;
+}
+
+SystemImpulses impulses_of(const ContactSystem& system, const StoredImpulses& impulses) {
+  SystemImpulses result;
+  for (const SystemContact& c : system.contacts)
+    result.contacts.push_back(frame_of(c).transpose() *
+                              impulses.r.segment<3>(3 * static_cast<Eigen::Index>(result.contacts.size())));
+  Eigen::Index next = 0;
+  for (const SystemJoint& j : system.joints) {
+    Rows& rows = result.joints.emplace_back(Rows::Zero());
+    for (const auto& [row, size] : rows_of(j, system)) rows[row] = size * impulses.l[next++];
+  }
+  return result;
+}
+
+void set_impulses(ContactSystem& system, const SystemImpulses& impulses) {
+  for (std::size_t i = 0; i < system.contacts.size(); ++i) {
+    SystemContact& c = system.contacts[i];
+    const Vector3d change = impulses.contacts[i] - c.impulse;
+    push(system.bodies[c.body_a], c.arm_a, change, Vector3d::Zero());
+    push(system.bodies[c.body_b], c.arm_b, -change, Vector3d::Zero());
+    c.impulse = impulses.contacts[i];
+  }
+  for (std::size_t i = 0; i < system.joints.size(); ++i) {
+    SystemJoint& j = system.joints[i];
+    const Rows change = impulses.joints[i] - j.impulse;
+    const Vector3d impulse = j.axes * change.head<3>(), moment = j.axes * change.tail<3>();
+    push(system.bodies[j.body_a], j.arm_a, -impulse, -moment);
+    push(system.bodies[j.body_b], j.arm_b, impulse, moment);
+    j.impulse = impulses.joints[i];
+  }
 }
 
 }  // namespace lockstep

@@ -19,4 +19,16 @@ struct SystemProblem {
 /// impulses that were spread over them.
 SystemProblem problem_of(const ContactSystem& system, const std::string& where);
 
+/// Impulses of a problem_of() this system as the system has them: of its contacts in the world frame, N s, and of the
+/// rows of its joints, N s and N m s.
+struct SystemImpulses {
+  std::vector<Eigen::Vector3d> contacts;
+  std::vector<Rows> joints;
+};
+SystemImpulses impulses_of(const ContactSystem& system, const StoredImpulses& impulses);
+
+/// Gives the contacts and joints of a system these impulses, and its bodies the velocities that they have with them
+/// instead of those before.
+void set_impulses(ContactSystem& system, const SystemImpulses& impulses);
+
 }  // namespace lockstep

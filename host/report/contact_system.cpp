@@ -30,14 +30,6 @@ Eigen::Vector3d vector_at(const real (*field)[PACK], u32 lane) {
   return {double(field[0][lane]), double(field[1][lane]), double(field[2][lane])};
 }
 
-// The tangents that the solver recomputes from a normal (kernels/frame.h), as columns.
-Eigen::Matrix<double, 3, 2> tangents(const Eigen::Vector3d& n) {
-  const double sign = n.z() < 0 ? -1 : 1, a = -1 / (sign + n.z()), b = n.x() * n.y() * a;
-  Eigen::Matrix<double, 3, 2> t;
-  t << 1 + sign * n.x() * n.x() * a, b, sign * b, sign + n.y() * n.y() * a, -sign * n.x(), -n.y();
-  return t;
-}
-
 template <class real>
 SystemPatch system_patch(const Buffers<real>& buffers, u32 block, u32 lane) {
   const PatchBlock<real>& data = buffers.patch_blocks[block];
@@ -49,7 +41,7 @@ SystemPatch system_patch(const Buffers<real>& buffers, u32 block, u32 lane) {
   p.arm_a = {double(data.arm_a_x[lane]), double(data.arm_a_y[lane]), double(data.arm_a_z[lane])};
   p.arm_b = {double(data.arm_b_x[lane]), double(data.arm_b_y[lane]), double(data.arm_b_z[lane])};
   p.friction = double(data.friction[lane]);
-  p.impulse = tangents(p.normal) * Eigen::Vector2d(impulses.tangent_1[lane], impulses.tangent_2[lane]);
+  p.impulse = solver_tangents(p.normal) * Eigen::Vector2d(impulses.tangent_1[lane], impulses.tangent_2[lane]);
   p.twist = double(impulses.twist[lane]);
   for (u32 k = 0; k < p.count; ++k) p.levers[k] = double(data.lever[k][lane]);
   return p;
@@ -94,6 +86,13 @@ SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
 }
 
 }  // namespace
+
+Eigen::Matrix<double, 3, 2> solver_tangents(const Eigen::Vector3d& n) {
+  const double sign = n.z() < 0 ? -1 : 1, a = -1 / (sign + n.z()), b = n.x() * n.y() * a;
+  Eigen::Matrix<double, 3, 2> t;
+  t << 1 + sign * n.x() * n.x() * a, b, sign * b, sign + n.y() * n.y() * a, -sign * n.x(), -n.y();
+  return t;
+}
 
 template <class real>
 ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> counters) {

@@ -66,6 +66,9 @@ struct ContactSystem {
   std::vector<SystemJoint> joints;
 };
 
+/// The tangents that the solver recomputes from a unit normal (kernels/frame.h), as columns.
+Eigen::Matrix<double, 3, 2> solver_tangents(const Eigen::Vector3d& normal);
+
 /// The system that the last sub-step solved, from the buffers `contact_system_buffers` of the step's end.
 template <class real>
 ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> counters);

@@ -40,20 +40,24 @@ TEST(LcpText, ReadsColumnsThenTheVector) {
 }
 
 TEST(LcpText, RefusesWhatIsNone) {
-  EXPECT_EQ(refusal(""), "p.dat:1: the file ends where the number of unknowns should stand");
-  EXPECT_EQ(refusal("two"), "p.dat:1: the number of unknowns: not a whole number: two");
-  EXPECT_EQ(refusal("-1"), "p.dat:1: the number of unknowns must be 0 to 10000, is -1");
-  EXPECT_EQ(refusal("99999999999999999999"),
-            "p.dat:1: the number of unknowns: not a whole number: 99999999999999999999");
-  EXPECT_EQ(refusal("2\n1"), "p.dat:2: only dense matrices (storage 0) are read, this is 1");
-  EXPECT_EQ(refusal("2\n0\n2\n3"), "p.dat:4: the number of columns must be 2, is 3");
-  EXPECT_EQ(refusal("2\n0\n2\n2\n3 2\n"), "p.dat:5: the number of rows once more must be 2, is 3");
-  EXPECT_EQ(refusal("2\n0\n2\n2\n2 2\n1 2\n3"), "p.dat:7: the file ends where M(1, 1) should stand");
-  EXPECT_EQ(refusal("2\n0\n2\n2\n2 2\n1 2\n3 4\n5"), "p.dat:8: the file ends where q(1) should stand");
-  EXPECT_EQ(refusal("2\n0\n2\n2\n2 2\n1 2\n3 nan\n5 6"), "p.dat:7: M(1, 1): must be finite, is nan");
-  EXPECT_EQ(refusal("2\n0\n2\n2\n2 2\n1 2\n3 4\n5 inf"), "p.dat:8: q(1): must be finite, is inf");
-  EXPECT_EQ(refusal("2\n0\n2\n2\n2 2\n1 2\n3 4x\n5 6"), "p.dat:7: M(1, 1): not a number: 4x");
-  EXPECT_EQ(refusal("1\n0\n1\n1\n1 1\n1e999 1"), "p.dat:6: M(0, 0): not a number: 1e999");
+  EXPECT_EQ(refusal(""), "p.dat: line 1: number of unknowns: the file ends here; it may be cut short");
+  const std::string unknowns = "p.dat: line 1: number of unknowns: must be a whole number from 0 to 10000, is ";
+  EXPECT_EQ(refusal("two"), unknowns + "'two'");
+  EXPECT_EQ(refusal("-1"), unknowns + "'-1'");
+  EXPECT_EQ(refusal("99999999999999999999"), unknowns + "'99999999999999999999'");
+  EXPECT_EQ(refusal("2\n1"), "p.dat: line 2: storage of the matrix (0 dense): must be 0, is '1'");
+  EXPECT_EQ(refusal("2\n0\n2\n3"), "p.dat: line 4: columns: must be 2, is '3'");
+  EXPECT_EQ(refusal("2\n0\n2\n2\n3 2\n"), "p.dat: line 5: rows once more: must be 2, is '3'");
+  EXPECT_EQ(refusal("9\n0\n9\n9\n9 9\n1 2"),
+            "p.dat: line 5: the matrix: 81 numbers are announced, the file is too short for them");
+  const std::string start = "2\n0\n2\n2\n2 2\n1 2\n3";
+  EXPECT_EQ(refusal(start + "    "), "p.dat: line 7: M(1, 1): the file ends here; it may be cut short");
+  EXPECT_EQ(refusal(start + " 4\n5"), "p.dat: line 8: q(1): the file ends here; it may be cut short");
+  const std::string rule = ": must be a finite number, is '", cure = "'; write the file anew";
+  EXPECT_EQ(refusal(start + " nan\n5 6"), "p.dat: line 7: M(1, 1)" + rule + "nan" + cure);
+  EXPECT_EQ(refusal(start + " 4\n5 inf"), "p.dat: line 8: q(1)" + rule + "inf" + cure);
+  EXPECT_EQ(refusal(start + " 4x\n5 6"), "p.dat: line 7: M(1, 1)" + rule + "4x" + cure);
+  EXPECT_EQ(refusal("1\n0\n1\n1\n1 1\n1e999 1"), "p.dat: line 6: M(0, 0)" + rule + "1e999" + cure);
 }
 
 TEST(LcpText, RefusesWhatCannotBeRead) {

@@ -56,9 +56,29 @@ TEST_F(CommandLine, SolvesComplementarityProblems) {
   EXPECT_EQ(run("solve " + file("none.dat").string()).status, 1);
   expect_refused("solve " + path + " --solver admm", 2, "is not for those; try enumeration, lemke");
   std::ofstream(file("cut.dat")) << "2\n0 2 2\n2 2\n2 1 1";
-  expect_refused("solve " + file("cut.dat").string(), 2, "cut.dat:4: the file ends");
+  expect_refused("solve " + file("cut.dat").string(), 2, "cut.dat: line 4: M(1, 1): the file ends");
   std::ofstream(file("cone.dat")) << "3 1 0 3 3 3 3  15 -1 -2  -1 14 1  -2 1 16  -1 2 3  0.1";
   expect_refused("solve " + file("cone.dat").string() + " --solver lemke", 2, "is a contact problem");
+}
+
+// The tables of 3.6 and 3.7 for ten bodies, of which nine rest on others, and a scene with motors.
+TEST_F(CommandLine, PrintsModelSizes) {
+  const Outcome stack = run("export box_stack --at 3 --sizes --directions 6 --quiet --device reference");
+  ASSERT_EQ(stack.status, 0) << stack.err;
+  EXPECT_NE(stack.out.find("box_stack, step 3: 10 bodies that move, 10 of them in contact; 0 joints, 40 contacts"),
+            std::string::npos)
+      << stack.out;
+  const auto unknowns = [](const std::string& text, const std::string& model) {
+    const std::size_t at = text.find("  " + model + " ");
+    return at == std::string::npos ? -1 : std::stoi(text.substr(at + 2 + model.size()));
+  };
+  EXPECT_EQ(unknowns(stack.out, "Model-mNCP"), 4 * 40 + 13 * 10);
+  EXPECT_EQ(unknowns(stack.out, "Model-mLCP"), (2 + 6) * 40 + 6 * 10);
+  EXPECT_EQ(unknowns(stack.out, "Model-LCP"), (2 + 6) * 40);
+  EXPECT_EQ(unknowns(stack.out, "Model-DCA-mLCP1"), (2 + 6) * 40 + 12 + 6 * 10);
+  const Outcome jointed = run("export rover --at 1 --sizes --quiet --device reference");
+  EXPECT_EQ(jointed.status, 0) << jointed.err;
+  EXPECT_GT(unknowns(jointed.out, "Model-mLCP"), unknowns(jointed.out, "Model-LCP"));
 }
 
 TEST_F(CommandLine, RefusesToSolveAndExportInOneLine) {

@@ -6,9 +6,11 @@ namespace lockstep::oracle {
 
 // Without its joints a contact is less mobile, and U another velocity, so that a residual is not the same with them and
 // without. What is missing in the one is asked for in the other.
-ConeAnswer solve_whole(const ConeProblem& problem, const ConeSolver& solver, const SolveLimits& limits) {
+ConeAnswer solve_whole(const ConeProblem& problem, const ConeSolver& solver, const SolveLimits& limits,
+                       const Eigen::VectorXd& r) {
   const JointElimination elimination(problem);
   ConeAnswer answer;
+  answer.r = r;
   SolveLimits left = limits;
   for (int attempt = 0; attempt < 5; ++attempt) {
     const SolveReport part = solver.solve(elimination.reduced(), left, answer.r);

@@ -12,7 +12,9 @@ struct ConeAnswer {
   SolveReport report;    // its residual is that of the whole problem
 };
 
-/// Throws std::runtime_error where joints contradict each other.
-ConeAnswer solve_whole(const ConeProblem& problem, const ConeSolver& solver, const SolveLimits& limits);
+/// Starts from the impulses `r` of the contacts (empty: zero). Throws std::runtime_error where joints contradict each
+/// other.
+ConeAnswer solve_whole(const ConeProblem& problem, const ConeSolver& solver, const SolveLimits& limits,
+                       const Eigen::VectorXd& r = {});
 
 }  // namespace lockstep::oracle

@@ -144,4 +144,9 @@ VectorXd FrictionPyramid::velocities(const VectorXd& x) const {
   return JointElimination(rows_, system_).velocities(rows, x.head(rows.rows()));
 }
 
+VectorXd FrictionPyramid::joint_impulses(const VectorXd& x) const {
+  const MatrixXd rows = impulse_rows();
+  return JointElimination(rows_, system_).joint_impulses(rows, x.head(rows.rows()));
+}
+
 }  // namespace lockstep::oracle::models

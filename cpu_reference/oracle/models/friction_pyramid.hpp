@@ -40,6 +40,9 @@ class FrictionPyramid {
   /// The velocities of all bodies, 6 after another, from an x of `reduced`.
   VectorXd velocities(const VectorXd& x) const;
 
+  /// What the joints' rows carry then, N s and N m s.
+  VectorXd joint_impulses(const VectorXd& x) const;
+
   Index size() const { return normals_ + 2 * dry_ + normals_ * directions_ + dry_ + normals_; }
 
  private:

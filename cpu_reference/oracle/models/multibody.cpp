@@ -90,7 +90,8 @@ JointElimination::JointElimination(const Rows& rows, const Multibody& system) : 
   inverse_ = qr.inverse();
   VectorXd u = rows.joint * rows.free_velocity;
   for (Index i = 0; i < n; ++i) u[i] += system.joint_rows[std::size_t(i)].bias;
-  velocity_ -= inverse_mass_joints_ * joints_answer(u);
+  alone_ = -joints_answer(u);
+  velocity_ += inverse_mass_joints_ * alone_;
 }
 
 MatrixXd JointElimination::joints_answer(const MatrixXd& u) const {
@@ -108,6 +109,11 @@ VectorXd JointElimination::free_velocity(const MatrixXd& jacobian) const { retur
 VectorXd JointElimination::velocities(const MatrixXd& jacobian, const VectorXd& impulses) const {
   const VectorXd change = rows_.inertia_times(jacobian) * impulses;
   return velocity_ + change - inverse_mass_joints_ * joints_answer(rows_.joint * change);
+}
+
+VectorXd JointElimination::joint_impulses(const MatrixXd& jacobian, const VectorXd& impulses) const {
+  if (rows_.joint.rows() == 0) return {};
+  return alone_ - joints_answer(rows_.joint * (rows_.inertia_times(jacobian) * impulses));
 }
 
 }  // namespace lockstep::oracle::models

@@ -84,8 +84,9 @@ class JointElimination {
   MatrixXd delassus(const MatrixXd& jacobian) const;
   VectorXd free_velocity(const MatrixXd& jacobian) const;
 
-  /// The velocities of all bodies after these impulses of rows J.
+  /// The velocities of all bodies after these impulses of rows J, and what the joints' rows answer, N s and N m s.
   VectorXd velocities(const MatrixXd& jacobian, const VectorXd& impulses) const;
+  VectorXd joint_impulses(const MatrixXd& jacobian, const VectorXd& impulses) const;
 
  private:
   MatrixXd joints_answer(const MatrixXd& joint_velocities) const;  // G^-1 x
@@ -94,7 +95,8 @@ class JointElimination {
   MatrixXd inverse_mass_joints_;  // M^-1 J_b^T
   MatrixXd inverse_;              // G^-1, scaled to a unit diagonal of G
   VectorXd scale_;
-  VectorXd velocity_;  // of all bodies, the joints alone acting
+  VectorXd alone_;     // impulses of the joints, they alone acting
+  VectorXd velocity_;  // of all bodies then
 };
 
 }  // namespace lockstep::oracle::models

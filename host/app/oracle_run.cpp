@@ -1,0 +1,70 @@
+#include "host/app/oracle_run.hpp"
+
+#include <fmt/format.h>
+
+#include "cpu_reference/oracle/cone/solvers.hpp"
+#include "host/error.hpp"
+
+namespace lockstep::app {
+
+namespace {
+
+std::string oracle_descriptions() {
+  std::string text =
+      "Oracles solve the constraint system of each sub-step in double, on the reference, to the residual --tolerance\n"
+      "(1e-10 unless given) in --iterations at most (100000):\n";
+  for (const oracle::ConeSolver& solver : oracle::cone_solvers())
+    text += fmt::format("  {:<20}{}\n", solver.name, solver.description);
+  return text +
+         "  pyramid_NAME        Model-LCP, friction in a pyramid of --directions sides, by enumeration, lemke, "
+         "keller,\n"
+         "                      baraff, murty, jacobi, damped_jacobi, pgs, psor, pgs_sm, nncg or fischer_newton\n"
+         "  box_NAME            the boxed model, by baraff or one of those after murty\n"
+         "docs/solvers_oracle.md and docs/lcp.md say which one when.\n";
+}
+
+}  // namespace
+
+void add_oracle_options(CLI::App& command, OracleOptions& options) {
+  command.add_option("--directions", options.directions, "Sides of the friction pyramid of --solver pyramid_NAME")
+      ->check(CLI::Range(3, 256))
+      ->capture_default_str();
+  command.footer(oracle_descriptions() +
+                 "Examples:\n  lockstep run spheres8000 --steps 120 --report out.json\n"
+                 "  lockstep run incline --solver auto --tolerance 1e-12");
+}
+
+void prepare_for_oracle(const OracleOptions& oracle, SceneOptions& options, Scene& scene) {
+  const auto expect = [&](bool good, const char* option, const char* what) {
+    if (!good) throw Error(Failure::input, option, fmt::format("{} is an oracle, {}", oracle.solver, what));
+  };
+  expect(options.device == "auto" || options.device == "reference", "--device",
+         "which runs on the reference only; leave --device out");
+  expect(options.precision != "float", "--precision", "which works in double only; leave --precision out");
+  expect(options.friction_model != FrictionModel::patches, "--friction-model",
+         "for which friction is at each contact; leave --friction-model out");
+  options.device = "reference";
+  Settings& settings = scene.settings;
+  if (settings.solver != Solver::gauss_seidel) {
+    use_solver(settings, Solver::gauss_seidel);
+    settings.substeps = options.substeps.value_or(settings.substeps);
+  }
+  settings.precision = "double";
+  settings.friction_model = FrictionModel::cones;
+  settings.iterations = options.iterations.value_or(100'000);
+  settings.tolerance = options.tolerance.value_or(1e-10);
+  expect(settings.tolerance > 0, "--tolerance", "which needs a residual > 0 to end at");
+}
+
+void expect_all_solved(const std::string& scene, const OracleOptions& oracle, double tolerance,
+                       const Unsolved& unsolved) {
+  if (unsolved.count == 0) return;
+  throw Error(
+      Failure::comparison, scene,
+      fmt::format("{} left more than a residual of {:.3g} in {} sub-steps, {:.3g} at worst in step {} ({}); try "
+                  "another --solver, more --iterations or a larger --tolerance",
+                  oracle.solver, tolerance, unsolved.count, unsolved.worst_residual, unsolved.worst_step,
+                  oracle::stop_name(unsolved.worst_stop)));
+}
+
+}  // namespace lockstep::app

@@ -1,0 +1,35 @@
+// The reference with an oracle in the place of its sweeps: step-level truth (docs/solvers_oracle.md).
+#pragma once
+
+#include "host/backends/reference_backend.hpp"
+#include "host/problems/system_solvers.hpp"
+
+namespace lockstep {
+
+/// The sub-steps that an oracle left with a residual larger than what was asked for, and the worst of them.
+struct Unsolved {
+  u32 count = 0, worst_step = 0;
+  double worst_residual = 0;
+  oracle::Stop worst_stop = oracle::Stop::tolerance;
+};
+
+/// Runs every stage as the reference does but `solve_constraints`: there the constraint system as it stands is solved,
+/// to a residual of StepParams::tolerance and in StepParams::iterations at most, and the impulses are applied. For
+/// states compiled with Solver::gauss_seidel and FrictionModel::cones: hard contacts, each in a cone. COUNTER_SWEEPS
+/// counts the oracle's iterations.
+class OracleBackend final : public ReferenceBackend<double> {
+ public:
+  OracleBackend(InitialState<double> state, SystemSolver solver, bool profile = false)
+      : ReferenceBackend(std::move(state), profile), solver_(std::move(solver)) {}
+
+  const Unsolved& unsolved() const { return unsolved_; }
+
+ private:
+  /// A system gets 60 s. Throws what the solver does.
+  void work(Stage stage, const StepParams<double>& params) override;
+
+  const SystemSolver solver_;
+  Unsolved unsolved_;
+};
+
+}  // namespace lockstep

@@ -1,0 +1,138 @@
+#include "host/problems/system_solvers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "cpu_reference/oracle/cone/whole.hpp"
+#include "cpu_reference/oracle/lcp/solvers.hpp"
+#include "cpu_reference/oracle/models/friction_box.hpp"
+#include "cpu_reference/oracle/models/friction_pyramid.hpp"
+#include "host/error.hpp"
+#include "host/problems/multibody.hpp"
+#include "host/problems/system_problem.hpp"
+
+namespace lockstep {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::VectorXd;
+using oracle::SolveLimits;
+using oracle::SolveReport;
+namespace lcp = oracle::lcp;
+namespace models = oracle::models;
+
+// What takes minutes a step is no longer of use. Joints are taken out by dense factorisations, and complementarity
+// problems are dense.
+constexpr Index most_contacts_of_cones = 4000, most_joint_rows = 1500, most_unknowns = 3000;
+
+void expect_moderate(const std::string& where, Index count, Index most, const char* what) {
+  if (count > most)
+    throw Error(
+        Failure::input, where,
+        fmt::format("{} {} are too many for this solver, which takes {}; take a smaller scene, or a solver that "
+                    "sweeps",
+                    count, what, most));
+}
+
+SolveReport solve_cones(const oracle::ConeSolver& solver, ContactSystem& system, const SolveLimits& limits,
+                        const std::string& where) {
+  const SystemProblem problem = problem_of(system, where);
+  expect_moderate(where, problem.problem.mu.size(), most_contacts_of_cones, "contacts");
+  expect_moderate(where, problem.problem.g.cols(), most_joint_rows, "rows of joints");
+  oracle::ConeAnswer answer;
+  try {
+    answer = oracle::solve_whole(oracle::local_form(problem.problem), solver, limits, problem.impulses.r);
+  } catch (const std::runtime_error& error) {
+    throw Error(Failure::input, where, std::string(error.what()) + "; a solver that sweeps finds a middle way");
+  }
+  set_impulses(system, impulses_of(system, {answer.r, answer.l}));
+  return answer.report;
+}
+
+// Of a pyramid or a box: the impulses of its solution.
+template <class Model>
+void take_over(const Model& model, const VectorXd& z, ContactSystem& system) {
+  SystemImpulses impulses;
+  for (std::size_t i = 0; i < system.contacts.size(); ++i) impulses.contacts.push_back(model.impulse(i, z));
+  const VectorXd of_joints = model.joint_impulses(z);
+  Index next = 0;
+  for (const SystemJoint& j : system.joints) {
+    Rows& rows = impulses.joints.emplace_back(Rows::Zero());
+    for (u32 row = 0; row < JOINT_ROWS; ++row) {
+      if ((j.locked >> row & 1) != 0) rows[row] = of_joints[next++];
+    }
+  }
+  set_impulses(system, impulses);
+}
+
+// Joints and contacts that these models do not have are said with the step that has them.
+models::Multibody multibody_at(const ContactSystem& system, const std::string& where) {
+  try {
+    return multibody(system);
+  } catch (const Error& error) {
+    throw Error(error.failure(), where, error.what());
+  }
+}
+
+SolveReport solve_pyramid(const lcp::NamedSolver& solver, int directions, ContactSystem& system,
+                          const SolveLimits& limits, const std::string& where) {
+  const models::Multibody bodies = multibody_at(system, where);
+  const models::FrictionPyramid pyramid(bodies, directions);
+  expect_moderate(where, pyramid.size(), most_unknowns, "unknowns");
+  VectorXd z;
+  SolveReport report;
+  try {
+    report = solver.solve(pyramid.reduced(), limits, z);
+  } catch (const Error& error) {
+    throw Error(error.failure(), where, error.what());
+  }
+  if (z.size() == pyramid.size()) take_over(pyramid, z, system);
+  return report;
+}
+
+SolveReport solve_box(const lcp::NamedBoxedSolver& solver, ContactSystem& system, const SolveLimits& limits,
+                      const std::string& where) {
+  const models::Multibody bodies = multibody_at(system, where);
+  const models::FrictionBox box(bodies);
+  const lcp::BoxedLcp problem = box.boxed();
+  expect_moderate(where, problem.size(), most_unknowns, "unknowns");
+  VectorXd z;
+  const SolveReport report = solver.solve(problem, limits, z);
+  if (z.size() == problem.size()) take_over(box, z, system);
+  return report;
+}
+
+}  // namespace
+
+std::vector<std::string> system_solver_names() {
+  std::vector<std::string> names;
+  for (const oracle::ConeSolver& solver : oracle::cone_solvers()) names.emplace_back(solver.name);
+  for (const lcp::NamedSolver& solver : lcp::solvers()) names.push_back("pyramid_" + std::string(solver.name));
+  for (const lcp::NamedBoxedSolver& solver : lcp::boxed_solvers()) names.push_back("box_" + std::string(solver.name));
+  return names;
+}
+
+SystemSolver find_system_solver(const std::string& name, int directions) {
+  if (const oracle::ConeSolver* solver = oracle::find_cone_solver(name)) {
+    return [solver](ContactSystem& system, const SolveLimits& limits, const std::string& where) {
+      return solve_cones(*solver, system, limits, where);
+    };
+  }
+  for (const lcp::NamedSolver& solver : lcp::solvers()) {
+    if (name == "pyramid_" + std::string(solver.name))
+      return [&solver, directions](ContactSystem& system, const SolveLimits& limits, const std::string& where) {
+        return solve_pyramid(solver, directions, system, limits, where);
+      };
+  }
+  for (const lcp::NamedBoxedSolver& solver : lcp::boxed_solvers()) {
+    if (name == "box_" + std::string(solver.name))
+      return [&solver](ContactSystem& system, const SolveLimits& limits, const std::string& where) {
+        return solve_box(solver, system, limits, where);
+      };
+  }
+  return {};
+}
+
+}  // namespace lockstep

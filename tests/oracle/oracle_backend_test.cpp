@@ -1,0 +1,169 @@
+// Steps whose constraint systems are solved by oracles: to the residual asked for, and what that says of the sweeps.
+#include "host/problems/oracle_backend.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "host/error.hpp"
+#include "host/report/measures.hpp"
+#include "host/scene/read.hpp"
+#include "host/simulation.hpp"
+#include "tests/command_line.hpp"
+
+namespace lockstep {
+namespace {
+
+Scene hard_scene(const std::string& name) {
+  Scene scene = read_scene(name);
+  use_solver(scene.settings, Solver::gauss_seidel);
+  scene.settings.precision = "double";
+  return scene;
+}
+
+struct Stepper {
+  Stepper(Scene scene, const std::string& oracle) {
+    if (!oracle.empty()) {
+      scene.settings.tolerance = 1e-11;
+      scene.settings.iterations = 100'000;
+    }
+    const InitialState<double> state = compile<double>(scene);
+    std::unique_ptr<Backend<double>> backend;
+    if (oracle.empty())
+      backend = std::make_unique<ReferenceBackend<double>>(state);
+    else
+      backend = std::make_unique<OracleBackend>(state, find_system_solver(oracle, 4));
+    simulation = std::make_unique<Simulation<double>>(std::move(backend), state.params);
+  }
+
+  /// One more step, and how well its problem is solved.
+  Residual step() {
+    simulation->step();
+    Backend<double>& backend = simulation->backend();
+    const Buffers<double>& buffers = backend.download(measured_buffers(backend.features()));
+    return residual(contact_system(buffers, simulation->counters()), 0x1p-53);
+  }
+
+  double distance(Stepper& other) {
+    const Buffer wanted[] = {Buffer::motions};
+    const auto& mine = simulation->backend().download(wanted).motions;
+    const auto& others = other.simulation->backend().download(wanted).motions;
+    double largest = 0;
+    for (std::size_t i = 0; i < mine.size(); ++i) {
+      for (int k = 0; k < 3; ++k)
+        largest = std::max({largest, std::abs(mine[i].v[k] - others[i].v[k]), std::abs(mine[i].w[k] - others[i].w[k])});
+    }
+    return largest;
+  }
+
+  std::unique_ptr<Simulation<double>> simulation;
+};
+
+TEST(OracleBackend, LeavesTheResidualThatWasAskedFor) {
+  for (const char* name : {"incline", "slide_to_roll", "box_stack", "pendulum_chain"}) {
+    Stepper run(hard_scene(name), "auto");
+    for (int i = 0; i < 20; ++i) EXPECT_LE(run.step().relative, 1.1e-11) << name << ", step " << i;
+    EXPECT_EQ(static_cast<OracleBackend&>(run.simulation->backend()).unsolved().count, 0u) << name;
+  }
+}
+
+// The first step from rest, where velocities are unique: sweeps come as near to the oracle as their residual is small.
+// In a column ten high a defect at one contact moves what is above it; it counts up to a few dozen times.
+TEST(OracleBackend, IsWhatSweepsApproach) {
+  for (const char* name : {"incline", "box_stack"}) {
+    Stepper exact(hard_scene(name), "auto");
+    exact.step();
+    std::vector<double> apart;
+    for (const u32 iterations : {5u, 500u, 20000u}) {
+      Scene scene = hard_scene(name);
+      scene.settings.iterations = iterations;
+      Stepper swept(scene, "");
+      const Residual left = swept.step();
+      apart.push_back(swept.distance(exact));
+      EXPECT_LE(apart.back(), 100 * left.relative * left.scale + 1e-9) << name << ", " << iterations;
+      EXPECT_GE(apart.back(), 0.01 * left.defect_max - 1e-9) << name << ", " << iterations;
+    }
+    EXPECT_GT(apart[0], 1e-3) << name;
+    EXPECT_LE(apart[2], 1e-2 * apart[0]) << name;
+  }
+}
+
+// A ball sliding along x has one contact, whose friction is along a side of pyramid and box: all models agree.
+TEST(OracleBackend, TakesSolversOfEveryModel) {
+  Stepper exact(hard_scene("slide_to_roll"), "auto");
+  for (int i = 0; i < 5; ++i) exact.step();
+  for (const std::string& name : system_solver_names()) {
+    const bool other_model = name == "ccp_apgd";
+    const bool for_pyramids =
+        name == "pyramid_lemke" || name == "pyramid_enumeration" || name == "pyramid_fischer_newton";
+    const bool out_of_reach = (name.starts_with("pyramid_") && !for_pyramids) || name == "box_fischer_newton";
+    if (other_model || out_of_reach) continue;
+    Stepper run(hard_scene("slide_to_roll"), name);
+    for (int i = 0; i < 5; ++i) run.step();
+    EXPECT_LE(run.distance(exact), 1e-9) << name;
+  }
+  EXPECT_FALSE(find_system_solver("magic", 4));
+}
+
+TEST(OracleBackend, JointsAreThoseOfEveryModel) {
+  Stepper cones(hard_scene("pendulum_chain"), "auto"), pyramids(hard_scene("pendulum_chain"), "pyramid_lemke"),
+      boxes(hard_scene("pendulum_chain"), "box_baraff");
+  for (int i = 0; i < 30; ++i) {
+    cones.step();
+    EXPECT_LE(pyramids.step().relative, 1e-10);
+    EXPECT_LE(boxes.step().relative, 1e-10);
+  }
+  EXPECT_LE(pyramids.distance(cones), 1e-8);
+  EXPECT_LE(boxes.distance(cones), 1e-8);
+}
+
+TEST(OracleBackend, TellsWhatItLeftUnsolved) {
+  Scene scene = hard_scene("box_stack");
+  scene.settings.tolerance = 1e-11;
+  scene.settings.iterations = 3;
+  const InitialState<double> state = compile<double>(scene);
+  OracleBackend* backend = new OracleBackend(state, find_system_solver("nsgs", 4));
+  Simulation<double> simulation(std::unique_ptr<Backend<double>>(backend), state.params);
+  for (int i = 0; i < 2; ++i) simulation.step();
+  EXPECT_EQ(backend->unsolved().count, 2u);
+  EXPECT_GT(backend->unsolved().worst_residual, 1e-3);
+  EXPECT_EQ(backend->unsolved().worst_stop, oracle::Stop::limit);
+}
+
+TEST_F(CommandLine, RunsWithAnOracle) {
+  const nlohmann::json exact = report_of("box_stack --solver auto --steps 5");
+  EXPECT_EQ(exact["solver"], "auto");
+  EXPECT_EQ(exact["device"], "reference");
+  EXPECT_EQ(exact["precision"], "double");
+  EXPECT_EQ(exact["friction_model"], "cones");
+  EXPECT_EQ(exact["substeps"], 1) << "the sub-steps are for solvers that sweep little";
+  EXPECT_LE(exact["residual_max"], 1.1e-10);
+  EXPECT_GT(report_of("box_stack --solver gauss_seidel --device reference --steps 5")["residual_max"], 1e-3);
+  EXPECT_LE(report_of("incline --solver pyramid_lemke --directions 8 --steps 5")["residual_max"], 1e-10)
+      << "down the slope is one of the directions";
+
+  const std::string report = file("ccp.json").string();
+  const Outcome relaxed = run("run incline --solver ccp_apgd --steps 5 --quiet --report " + report);
+  EXPECT_EQ(relaxed.status, 1);
+  EXPECT_NE(relaxed.err.find("ccp_apgd left more than a residual of 1e-10 in 5 sub-steps"), std::string::npos);
+  EXPECT_GT(nlohmann::json::parse(read_file(report))["residual_max"], 1e-3);
+
+  EXPECT_NE(run("run --help").out.find("pyramid_NAME"), std::string::npos);
+}
+
+TEST_F(CommandLine, RefusesOraclesInOneLine) {
+  expect_refused("run box_stack --solver magic", 2, "must be one of gauss_seidel, small_steps, jacobi, auto, nsgs");
+  expect_refused("run box_stack --solver auto --device cpu", 2, "--device: auto is an oracle");
+  expect_refused("run box_stack --solver auto --precision float", 2, "--precision: auto is an oracle");
+  expect_refused("run box_stack --solver auto --friction-model patches", 2, "--friction-model: auto is an oracle");
+  expect_refused("run box_stack --solver auto --tolerance 0", 2, "--tolerance: auto is an oracle");
+  expect_refused("run box_stack --solver auto --record x.h5", 2, "--record: ");
+  expect_refused("run box_stack --solver pyramid_lemke --directions 2", 2, "--directions");
+  expect_refused("run pyramid100 --solver auto --steps 1 --quiet", 2, "40000 contacts are too many");
+  expect_refused("run rover --solver auto --steps 1 --quiet", 2, "step 0, solve_constraints: joint 0 has a motor");
+  expect_refused("run bricard --solver pyramid_lemke --steps 1 --quiet", 2, "closed loop");
+  expect_refused("export box_stack --at 1 --solver auto -o x.hdf5", 2, "--solver");
+}
+
+}  // namespace
+}  // namespace lockstep
