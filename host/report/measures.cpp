@@ -159,8 +159,11 @@ Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features feat
 template <class real>
 bool momentum_is_conserved(const Buffers<real>& buffers, Features features) {
   if (has(features, Feature::pivots) || !joints_conserve_momentum(buffers)) return false;
-  return std::all_of(buffers.shape_infos.begin(), buffers.shape_infos.end(),
-                     [&](const ShapeInfo& shape) { return buffers.body_infos[shape.body].kind == BODY_DYNAMIC; });
+  const auto moves = [&](u32 body) { return buffers.body_infos[body].kind == BODY_DYNAMIC; };
+  return buffers.plane_bodies.empty() &&
+         std::all_of(buffers.particle_bodies.begin(), buffers.particle_bodies.end(), moves) &&
+         std::all_of(buffers.shape_infos.begin(), buffers.shape_infos.end(),
+                     [&](const ShapeInfo& shape) { return moves(shape.body); });
 }
 
 #define INSTANTIATE(real)                                                                        \
