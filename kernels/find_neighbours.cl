@@ -15,6 +15,7 @@ typedef struct Search {
   global const Cell* cells;
   global const u32* starts;
   global const u32* items;
+  global const u32* owners;
   global const u32* joined_starts;
   global const u32* joined_bodies;
 } Search;
@@ -38,14 +39,16 @@ static inline bool are_neighbours(const Search* s, StepParams params, u32 i, u32
 // Counts the neighbours of particle i, and writes them where there is a list.
 static inline u32 search_neighbours(const Search* s, StepParams params, u32 i, global u32* list) {
   const Cell cell = s->cells[i];
-  const BodyInfo info = s->body_infos[s->bodies[i]];
+  const u32 body = s->bodies[i];
+  const BodyInfo info = s->body_infos[body];
   u32 count = 0u;
   if (cell.bucket == NONE || info.kind != BODY_DYNAMIC) return 0u;
   for (i32 z = cell.z - 1; z <= cell.z + 1; ++z) {
     for (i32 y = cell.y - 1; y <= cell.y + 1; ++y) {
       const u32 row = row_hash(y, z, info.world);
       for (i32 x = cell.x - 1; x <= cell.x + 1; ++x) {
-        const u32 bucket = bucket_of(x, row, params.buckets);
+        const u32 bucket = bucket_of(x, row, params.buckets), owner = s->owners[bucket];
+        if (owner == NONE || owner == body) continue;
         for (u32 k = s->starts[bucket]; k < s->starts[bucket + 1u]; ++k) {
           const u32 j = s->items[k];
           const Cell other = s->cells[j];
@@ -60,15 +63,31 @@ static inline u32 search_neighbours(const Search* s, StepParams params, u32 i, g
   return count;
 }
 
+// Whose particles a bucket holds: of one body, of several (which is no body's index), or of none. Most are one body's,
+// and a particle has nothing to look for in those of its own.
+kernel void find_neighbours_owners(global const u32* particle_bodies, global const u32* particle_starts,
+                                   global const u32* particle_items, global u32* bucket_owners,
+                                   const StepParams params) {
+  FOR_EACH(k, params.buckets) {
+    u32 owner = NONE;
+    for (u32 slot = particle_starts[k]; slot < particle_starts[k + 1u]; ++slot) {
+      const u32 body = particle_bodies[particle_items[slot]];
+      owner = owner == NONE || owner == body ? body : params.bodies;
+    }
+    bucket_owners[k] = owner;
+  }
+}
+
 kernel void find_neighbours_count(global const ParticleLaw* particle_laws, global const BodyInfo* body_infos,
                                   global const u32* body_particles, global const u32* particle_bodies,
                                   global const Vec4* particle_places, global const Vec4* particle_velocities,
                                   global const Cell* particle_cells, global const u32* particle_starts,
-                                  global const u32* particle_items, global const u32* joined_starts,
-                                  global const u32* joined_bodies, global u32* neighbour_starts,
-                                  const StepParams params) {
-  const Search s = {particle_laws,  body_infos,      particle_bodies, particle_places, particle_velocities,
-                    particle_cells, particle_starts, particle_items,  joined_starts,   joined_bodies};
+                                  global const u32* particle_items, global const u32* bucket_owners,
+                                  global const u32* joined_starts, global const u32* joined_bodies,
+                                  global u32* neighbour_starts, const StepParams params) {
+  const Search s = {particle_laws,       body_infos,     particle_bodies, particle_places,
+                    particle_velocities, particle_cells, particle_starts, particle_items,
+                    bucket_owners,       joined_starts,  joined_bodies};
   const u32 particles = body_particles[params.bodies];
   FOR_EACH(i, particles + 1u) { neighbour_starts[i] = i < particles ? search_neighbours(&s, params, i, 0) : 0u; }
 }
@@ -78,11 +97,13 @@ kernel void find_neighbours_write(global const ParticleLaw* particle_laws, globa
                                   global const u32* body_particles, global const u32* particle_bodies,
                                   global const Vec4* particle_places, global const Vec4* particle_velocities,
                                   global const Cell* particle_cells, global const u32* particle_starts,
-                                  global const u32* particle_items, global const u32* joined_starts,
-                                  global const u32* joined_bodies, global const u32* neighbour_starts,
-                                  global u32* neighbours, global u32* counters, const StepParams params) {
-  const Search s = {particle_laws,  body_infos,      particle_bodies, particle_places, particle_velocities,
-                    particle_cells, particle_starts, particle_items,  joined_starts,   joined_bodies};
+                                  global const u32* particle_items, global const u32* bucket_owners,
+                                  global const u32* joined_starts, global const u32* joined_bodies,
+                                  global const u32* neighbour_starts, global u32* neighbours, global u32* counters,
+                                  const StepParams params) {
+  const Search s = {particle_laws,       body_infos,     particle_bodies, particle_places,
+                    particle_velocities, particle_cells, particle_starts, particle_items,
+                    bucket_owners,       joined_starts,  joined_bodies};
   const u32 particles = body_particles[params.bodies], total = neighbour_starts[particles];
   const bool full = total > params.pair_capacity;
   if (get_global_id(0) == 0) {

@@ -185,6 +185,20 @@ TEST(Particles, ByConstraintsABoxRestsOnTheFaceThatItsShapeHas) {
   EXPECT_LT(length(velocity(run.now(), 1)), 1e-3);
 }
 
+TEST(Particles, PicturesShowShapesParticlesOrBoth) {
+  const Scene scene = read_scene("particles_rest");
+  const u32 particles = compile<float>(scene).sizes.particles, shapes = 5, planes = 1;
+  EXPECT_GT(particles, 100u);
+  EXPECT_EQ(compile_shapes<float>(scene).shapes.size(), shapes);
+  EXPECT_EQ(compile_shapes<float>(scene, Shown::particles).shapes.size(), planes + particles);
+  const Buffers<float> both = compile_shapes<float>(scene, Shown::both);
+  EXPECT_EQ(both.shapes.size(), shapes + particles);
+  u32 translucent = 0;
+  for (const ShapeInfo& shape : both.shape_infos) translucent += (shape.flags & SHAPE_IS_SENSOR) != 0;
+  EXPECT_EQ(translucent, shapes - planes);
+  EXPECT_EQ(both.hulls.size(), 1u) << "the mesh";
+}
+
 // A world of constraints and one of springs cannot be one batch.
 TEST(Particles, ABatchHasOneModel) {
   std::vector<Scene> worlds = {lively_particles(), lively_particles()};

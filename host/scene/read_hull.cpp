@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "host/scene/hull.hpp"
@@ -55,7 +56,13 @@ void read_hull(const JsonNode& node, ShapeDescription& shape) {
 void read_solid_mesh(const JsonNode& node, ShapeDescription& shape) {
   if (node.has("points")) node.at("points").fail("belongs to a hull; give \"mesh\"");
   const double scale = node.has("scale") ? node.at("scale").positive() : 1;
-  TriangleMesh mesh = welded(read_mesh_file(node.at("mesh"), scale));
+  TriangleMesh mesh = read_mesh_file(node.at("mesh"), scale);
+  for (const Vector3& v : mesh.vertices) {
+    for (const double x : v)
+      if (!(std::abs(x) < 1e15))
+        node.at("mesh").fail(fmt::format("must be finite and below 1e15 m, has the coordinate {}", x));
+  }
+  mesh = welded(mesh);
   if (const std::string flaw = flaw_of(mesh); !flaw.empty()) node.at("mesh").fail(flaw);
   shape.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
 }

@@ -171,11 +171,6 @@ TriangleMesh welded(const TriangleMesh& mesh) {
 }
 
 std::string flaw_of(const TriangleMesh& mesh) {
-  constexpr double largest = 1e15;
-  for (const Vector3& v : mesh.vertices) {
-    for (const double x : v)
-      if (!(std::abs(x) < largest)) return fmt::format("must be finite and below 1e15 m, has the coordinate {}", x);
-  }
   if (mesh.triangles.empty()) return "has no triangles; give a mesh that bounds a solid";
   if (const std::string flaw = flaw_of_edges(mesh); !flaw.empty()) return flaw;
   const double volume = volume_moments(mesh).volume;

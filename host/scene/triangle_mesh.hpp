@@ -10,7 +10,7 @@
 namespace lockstep {
 
 /// Makes vertices at one place one, as files often give a corner once for each triangle, and drops triangles that have
-/// two corners there.
+/// two corners there. All vertices must be finite.
 TriangleMesh welded(const TriangleMesh& mesh);
 
 /// Why a welded mesh bounds no solid: it has an edge without two triangles, triangles turned against each other, a side

@@ -31,6 +31,8 @@ void launch_sort_particles(Launcher& launcher) {
 
 void launch_find_neighbours(Launcher& launcher) {
   const Sizes& sizes = launcher.plan().sizes;
+  launcher.scratch("bucket_owners", sizes.buckets);
+  launcher.run("find_neighbours_owners", sizes.buckets);
   launcher.run("find_neighbours_count", sizes.particles + 1);
   launcher.scan("neighbour_starts", sizes.particles + 1);
   launcher.run("find_neighbours_write", sizes.particles);
