@@ -61,7 +61,7 @@ std::string stage_rows(const Report& report) {
 
 std::string contact_rows(const Report& report) {
   std::string text;
-  if (report.contacts_max > 0)
+  if (report.contacts_max > 0 || report.max_penetration_m > 0)
     text += row("penetration max, mean",
                 fmt::format("{:.3g} mm, {:.3g} mm", 1e3 * report.max_penetration_m, 1e3 * report.mean_penetration_m));
   if (report.residual_median)
