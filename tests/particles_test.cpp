@@ -240,6 +240,22 @@ TEST(Particles, TwinsAgreeThroughWholeSteps) {
   expect_twins_agree(compile<double>(lively_particles(3)), 5);
 }
 
+// Forces of a user come on top of those of particles, and joined bodies do not push each other.
+TEST(Particles, TwinsAgreeWithLoadsAndJoints) {
+  Scene scene = lively_particles(1, 2);
+  scene.settings.loads = true;
+  scene.joints.push_back({.name = "", .body_a = 2, .body_b = 3, .anchor_a = {0.1, 0, 0.1}, .anchor_b = {0.1, 0, 0.1}});
+  InitialState<float> state = compile<float>(scene);
+  for (u32 i = 0; i < state.sizes.bodies; ++i)
+    state.buffers.loads[i].force[1] = 3, state.buffers.loads[i].torque[2] = 1;
+  expect_twins_agree(state, 3, launch_options({{1, 0}, {16, 7}}));
+  const auto speed_of = [](const InitialState<float>& from) { return velocity(run_steps(from, 1), 5)[1]; };
+  const double pushed = speed_of(state);
+  for (Load<float>& load : state.buffers.loads) load = {};
+  EXPECT_NEAR(pushed - speed_of(state), state.params.dt * state.params.substeps * 3 / state.buffers.masses[5].mass,
+              1e-5);
+}
+
 TEST(Particles, WhatParticlesCannotDoIsRefused) {
   const auto refusal = [](Scene scene) {
     try {
