@@ -1,11 +1,12 @@
-// Builds a scene in code: a crate on a floor, pushed by a force that grows with time until it slips, and a lift.
+// Builds a scene in code: a crate on a floor, pushed by a force that grows with time until it slips, and a lift. With
+// an argument it records what happens there, for `lockstep verify` and `lockstep render`.
 #include <cmath>
 #include <cstdio>
 #include <lockstep/world.hpp>
 
 using namespace lockstep;
 
-int main() {
+int main(int argc, char** argv) {
   Scene scene;
   scene.name = "crate";
   scene.settings.solver = Solver::small_steps;
@@ -33,6 +34,7 @@ int main() {
 
   // 20 N more every second; friction holds 0.5 x 20 kg x 9.81 m/s^2 = 98.1 N
   world.set_load(pushed, load_table({{0, {}}, {10, {.force = {200, 0, 0}}}}));
+  if (argc > 1) world.record(argv[1]);
   while (world.velocity(pushed).linear[0] < 0.01) {
     world.set_kinematic_target(platform, {.position = {5, 0, 0.1 + 0.1 * world.time()}});
     world.step();

@@ -13,6 +13,24 @@ class Failures : public CommandLine {
   std::string limited(const std::string& limit, const std::string& arguments) const {
     return "trap '' XFSZ; ulimit " + limit + "; exec " + program(arguments);
   }
+
+  // With a device that is lost at this call of this OpenCL function.
+  Outcome run_until_lost(const std::string& function, u32 call, const std::string& arguments) const {
+    return run_command("LD_PRELOAD=" LOCKSTEP_LOST_DEVICE " LOCKSTEP_LOST_IN=" + function +
+                       " LOCKSTEP_LOST_AT=" + std::to_string(call) + " " + program(arguments));
+  }
+
+  // The recording of a run that failed with `outcome`: it says why it ends, and its steps are those of the true run.
+  u32 expect_true_steps(const fs::path& path, const Outcome& outcome) const {
+    EXPECT_EQ(outcome.status, 3);
+    const RecordingReader recording(path);
+    EXPECT_EQ("lockstep: " + recording.outcome() + "\n", outcome.err);
+    if (recording.steps() == 0) return 0;
+    const Outcome verified = run("verify --device reference " + path.string());
+    EXPECT_EQ(verified.status, 0) << verified.err;
+    EXPECT_NE(verified.out.find("every state hash equal"), std::string::npos) << verified.out;
+    return recording.steps();
+  }
 };
 
 TEST_F(Failures, AFullDiskEndsTheRunWithAWholeRecording) {
@@ -81,6 +99,47 @@ TEST_F(Failures, AHomeThatCannotBeWrittenIsNoHindrance) {
                                       program("run slide_to_roll --device auto --steps 5"));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.err, "");
+}
+
+TEST_F(Failures, ALostDeviceLeavesItsRecordingWholeOnTheDevice) {
+  const std::pair<std::string, u32> losses[] = {
+      {"clEnqueueNDRangeKernel", 1000}, {"clEnqueueReadBuffer", 100}, {"clFinish", 3}};
+  for (const auto& [function, call] : losses) {
+    SCOPED_TRACE(function);
+    const fs::path record = file(function + ".h5");
+    const Outcome outcome = run_until_lost(
+        function, call, "run spheres_small --steps 300 --quiet --device cpu --record " + record.string());
+    EXPECT_NE(outcome.err.find(function + " failed: CL_"), std::string::npos) << outcome.err;
+    const u32 steps = expect_true_steps(record, outcome);
+    EXPECT_GT(steps, 0u);
+    EXPECT_LT(steps, 300u);
+  }
+}
+
+// Two layers of bars fly at each other until each bar of one meets each of the other: lists outgrow their first room
+// in flight. Every buffer that is made fails in turn, from the device's first on.
+TEST_F(Failures, ADeviceWithoutRoomForMoreLeavesItsRecordingWholeOnTheDevice) {
+  std::ofstream(file("bars.json")) << R"({"gravity": [0, 0, 0], "settings": {"dt": 0.01}, "bodies": [
+    {"generator": "line", "count": 30, "step": [0.2, 0, 0], "bodies": [
+      {"mass": 1, "position": [-3, 0, 0], "shapes": [{"type": "box", "size": [0.1, 8, 0.1]}]}]},
+    {"generator": "line", "count": 30, "step": [0, 0.2, 0], "bodies": [
+      {"mass": 1, "position": [0, -3, 0.2], "velocity": [0, 0, -1],
+       "shapes": [{"type": "box", "size": [8, 0.1, 0.1]}]}]}]})";
+  const fs::path record = file("bars.h5");
+  const std::string command =
+      "run " + file("bars.json").string() + " --steps 20 --quiet --device cpu --record " + record.string();
+  u32 in_flight = 0;
+  for (u32 call = 1;; call += 6) {
+    SCOPED_TRACE(call);
+    fs::remove(record);
+    const Outcome outcome = run_until_lost("clCreateBuffer", call, command);
+    if (outcome.status == 0) break;
+    EXPECT_EQ(outcome.status, 3);
+    EXPECT_NE(outcome.err.find("clCreateBuffer failed: CL_MEM_OBJECT_ALLOCATION_FAILURE"), std::string::npos)
+        << outcome.err;
+    if (fs::exists(record)) in_flight += expect_true_steps(record, outcome) > 0;
+  }
+  EXPECT_GT(in_flight, 0u);
 }
 
 TEST_F(Failures, TooLittleMemoryIsSaid) {

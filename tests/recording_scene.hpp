@@ -1,7 +1,7 @@
 // Recordings for tests: of a built-in scene, made in one go.
 #pragma once
 
-#include "host/record/recording_writer.hpp"
+#include "host/record/record_step.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 #include "tests/stage_harness.hpp"
@@ -23,11 +23,7 @@ Simulation<real> simulation_of(const InitialState<real>& state, const DeviceOpti
 template <class real>
 void record_step(RecordingWriter<real>& writer, Simulation<real>& simulation) {
   simulation.step();
-  simulation.backend().run(Stage::hash_state, simulation.params());
-  const Counters& counters = simulation.counters();
-  const StepRow row = {simulation.steps_done(), counters[COUNTER_PAIRS], counters[COUNTER_CONTACTS],
-                       simulation.redone(), 0.5};
-  writer.add(row, simulation.backend().download(RecordingWriter<real>::wanted()));
+  record_step(writer, simulation, 0.5);
 }
 
 template <class real>

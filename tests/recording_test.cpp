@@ -158,7 +158,8 @@ TEST(Recording, ThatCannotBeMadeLeavesTheOldOne) {
 
 // ---- killed --------------------------------------------------------------------------------------------------------
 
-// LOCKSTEP_KILLS=50 kills as many, LOCKSTEP_KILL_DEVICE=cpu on another device than the reference.
+// Each is killed at a random moment after its recording was begun. LOCKSTEP_KILLS=50 kills as many,
+// LOCKSTEP_KILL_DEVICE=cpu on another device than the reference.
 TEST(Recording, IsAPrefixOfTheRunAfterAKillAtAnyMoment) {
   const char *kills = std::getenv("LOCKSTEP_KILLS"), *device = std::getenv("LOCKSTEP_KILL_DEVICE");
   const int rounds = kills ? std::atoi(kills) : 6;
@@ -171,9 +172,12 @@ TEST(Recording, IsAPrefixOfTheRunAfterAKillAtAnyMoment) {
     const std::string path = folder.file("x.h5");
     ChildProgram program({"run", "spheres_small", "--steps", "1000000", "--quiet", "--device",
                           device ? device : "reference", "--record", path});
-    std::this_thread::sleep_for(std::chrono::milliseconds(30 + random() % 700));
+    while (!std::filesystem::exists(path)) {
+      ASSERT_TRUE(program.runs()) << "it ended before its recording was begun";
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(random() % 700));
     EXPECT_TRUE(WIFSIGNALED(program.end(SIGKILL))) << "it ended before it was killed";
-    if (!std::filesystem::exists(path)) continue;  // killed before there was anything to record
     const RecordingReader recording(path);
     EXPECT_EQ(recording.outcome(), "running");
     EXPECT_EQ(recording.start<float>().sizes.bodies, truth.backend().sizes().bodies);

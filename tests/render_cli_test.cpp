@@ -2,6 +2,7 @@
 #include <set>
 #include <utility>
 
+#include "include/lockstep/world.hpp"
 #include "kernels/types.h"
 #include "tests/command_line.hpp"
 
@@ -105,6 +106,23 @@ TEST_F(RenderCommand, ARecordingLooksAsTheRunDid) {
     render(record + " --size 160x120 --at 0,7 --color-by speed --show joints --out " + folder("record"));
     EXPECT_EQ(read_file(folder("scene") + name), read_file(folder("record") + name));
   }
+}
+
+// There is no scene file then.
+TEST_F(RenderCommand, DrawsTheRecordingOfAWorldMadeInCode) {
+  Scene scene;
+  scene.name = "thrown";
+  BodyDescription ball;
+  ball.shapes.push_back({.kind = SHAPE_SPHERE, .radius = 1});
+  make_solid(ball, 1000);
+  World world(scene, {.device = "reference"});
+  world.set_velocity(world.add(ball), {.linear = {1, 0, 9}});
+  world.record(folder("thrown.h5"));
+  world.step(5);
+  world.end_recording();
+  render(folder("thrown.h5") + " --size 160x120 --at 1,5 --out " + folder("out"));
+  EXPECT_NE(read_file(folder("out") + "/thrown_000001.png"), read_file(folder("out") + "/thrown_000005.png"));
+  EXPECT_EQ(run("verify --device reference " + folder("thrown.h5")).status, 0);
 }
 
 TEST_F(RenderCommand, TakesTheCameraOfTheSceneOrOfTheCommand) {

@@ -32,16 +32,6 @@ std::unique_ptr<RecordingWriter<real>> make_recording(const std::string& path, c
   return std::make_unique<RecordingWriter<real>>(path, label, start);
 }
 
-template <class real>
-void record_step(RecordingWriter<real>& recording, Simulation<real>& simulation, double milliseconds) {
-  Backend<real>& backend = simulation.backend();
-  backend.run(Stage::hash_state, simulation.params());
-  const Counters& counters = simulation.counters();
-  recording.add(StepRow{simulation.steps_done(), counters[COUNTER_PAIRS], counters[COUNTER_CONTACTS],
-                        simulation.redone(), milliseconds},
-                backend.download(RecordingWriter<real>::wanted()));
-}
-
 MeasureRow measure_row(u32 step, const Measures& measures) {
   constexpr double none = std::numeric_limits<double>::quiet_NaN();
   MeasureRow row;
@@ -59,8 +49,7 @@ MeasureRow measure_row(u32 step, const Measures& measures) {
 
 #define INSTANTIATE(real)                                                                                              \
   template std::unique_ptr<RecordingWriter<real>> make_recording(const std::string&, const Scene&, const std::string&, \
-                                                                 const DeviceOptions&, const InitialState<real>&);     \
-  template void record_step(RecordingWriter<real>&, Simulation<real>&, double);
+                                                                 const DeviceOptions&, const InitialState<real>&);
 INSTANTIATE(float)
 INSTANTIATE(double)
 #undef INSTANTIATE

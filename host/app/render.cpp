@@ -160,7 +160,9 @@ void render_recording(const RecordingReader& recording, const RenderOptions& opt
   const std::vector<u32> shown =
       shown_steps(options.shown, first, first + recording.steps(), dt, !options.frames.film.empty());
   expect_pictures_writable(options, file_name(label.scene), shown.front());
-  const FrameOptions frame = frame_options(options, parse_camera(label.scene_text, options.scene), dt);
+  // a world that was made in code has no text
+  const auto camera = label.scene_text.empty() ? std::nullopt : parse_camera(label.scene_text, options.scene);
+  const FrameOptions frame = frame_options(options, camera, dt);
   Frames frames(frame, recorded_model(start, label, options.frames.shown), file_name(label.scene), dt);
   {
     const Interrupt interrupt;

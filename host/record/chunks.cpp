@@ -119,4 +119,17 @@ void GrowingRows::append(const void* rows, hsize_t count, ChunkPacker& packer) {
   rows_ += count;
 }
 
+void GrowingRows::append_any(const void* rows, hsize_t count) {
+  std::vector<hsize_t> extent = {rows_ + count}, start(1 + row_.size(), 0), added = {count};
+  extent.insert(extent.end(), row_.begin(), row_.end());
+  added.insert(added.end(), row_.begin(), row_.end());
+  start[0] = rows_;
+  h5::check(H5Dset_extent(dataset_, extent.data()));
+  const h5::Handle type(H5Dget_type(dataset_)), in_file(H5Dget_space(dataset_)), in_memory = h5::space(added);
+  h5::check(H5Sselect_hyperslab(in_file, H5S_SELECT_SET, start.data(), nullptr, added.data(), nullptr));
+  h5::check(H5Dwrite(dataset_, type, in_memory, in_file, H5P_DEFAULT, rows));
+  h5::check(H5Dflush(dataset_));
+  rows_ += count;
+}
+
 }  // namespace lockstep

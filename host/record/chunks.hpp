@@ -43,6 +43,9 @@ class GrowingRows {
   /// this returns.
   void append(const void* rows, hsize_t count, ChunkPacker& packer);
 
+  /// Appends any number of rows; a chunk that was not full is written again.
+  void append_any(const void* rows, hsize_t count);
+
   /// Leaves the dataset as the file has it: closing it could write.
   void abandon() { dataset_.release(); }
 

@@ -16,6 +16,7 @@ namespace {
 
 // Bodies times steps of a batch: a few hundred kilobytes of each table.
 constexpr std::size_t batch_bodies = 1u << 16, longest_batch = 64;
+constexpr hsize_t input_chunk = 256;
 // What is written at the end takes the place of this in the file.
 constexpr const char* running = "running";
 constexpr std::size_t outcome_length = 512;
@@ -77,11 +78,12 @@ void Batch<real>::clear() {
   orientations.clear();
   motions.clear();
   measures.clear();
+  inputs.clear();
 }
 
 template <class real>
 RecordingFile<real>::RecordingFile(const std::string& path, const RecordingLabel& label,
-                                   const InitialState<real>& start)
+                                   const InitialState<real>& start, Inputs inputs)
     : unfinished_(path + ".part"),
       file_(create(unfinished_.path)),
       bodies_(start.sizes.bodies),
@@ -92,6 +94,7 @@ RecordingFile<real>::RecordingFile(const std::string& path, const RecordingLabel
   state_hashes_ = GrowingRows(file_, "state_hashes", H5T_STD_U64LE, {worlds}, batch_steps_);
   pose_hashes_ = GrowingRows(file_, "pose_hashes", H5T_STD_U64LE, {worlds}, batch_steps_);
   measures_ = GrowingRows(file_, "measures", measure_row_type(), {}, 1);
+  if (inputs == Inputs::recorded) inputs_ = GrowingRows(file_, "inputs", input_row_type(), {}, input_chunk);
   for (std::size_t i = 0; i < std::size(body_tables); ++i)
     tables_[i] =
         GrowingRows(file_, body_tables[i].name, h5::file_type<real>(), {bodies, body_tables[i].columns}, batch_steps_);
@@ -103,6 +106,7 @@ RecordingFile<real>::RecordingFile(const std::string& path, const RecordingLabel
 template <class real>
 void RecordingFile<real>::write(const Batch<real>& batch) {
   write_bodies(batch);
+  if (!batch.inputs.empty()) inputs_.append_any(batch.inputs.data(), batch.inputs.size());
   if (!batch.steps.empty()) {
     state_hashes_.append(batch.state_hashes.data(), batch.steps.size(), packer_);
     pose_hashes_.append(batch.pose_hashes.data(), batch.steps.size(), packer_);
@@ -142,7 +146,7 @@ void RecordingFile<real>::close(const std::string& outcome) {
 
 template <class real>
 void RecordingFile<real>::abandon() {
-  for (GrowingRows* rows : {&steps_, &state_hashes_, &pose_hashes_, &measures_}) rows->abandon();
+  for (GrowingRows* rows : {&steps_, &state_hashes_, &pose_hashes_, &measures_, &inputs_}) rows->abandon();
   for (GrowingRows& table : tables_) table.abandon();
   file_.release();
 }

@@ -15,6 +15,7 @@ struct Batch {
   std::vector<Vec4<real>> positions, orientations;       // of each step and body
   std::vector<Motion<real>> motions;
   std::vector<MeasureRow> measures;
+  std::vector<InputRow> inputs;
 
   void clear();
 };
@@ -33,7 +34,7 @@ struct UnfinishedFile {
 template <class real>
 class RecordingFile {
  public:
-  RecordingFile(const std::string& path, const RecordingLabel& label, const InitialState<real>& start);
+  RecordingFile(const std::string& path, const RecordingLabel& label, const InitialState<real>& start, Inputs inputs);
 
   /// Steps of a full batch; only the last one may have fewer.
   std::size_t batch_steps() const { return batch_steps_; }
@@ -51,7 +52,7 @@ class RecordingFile {
   UnfinishedFile unfinished_;
   h5::Handle file_;
   std::size_t bodies_, batch_steps_;
-  GrowingRows steps_, state_hashes_, pose_hashes_, measures_;
+  GrowingRows steps_, state_hashes_, pose_hashes_, measures_, inputs_;
   GrowingRows tables_[4];  // body_tables
   ChunkPacker packer_;
   std::vector<real> columns_;

@@ -1,6 +1,7 @@
 #include "host/record/recording_reader.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "host/error.hpp"
@@ -69,12 +70,12 @@ h5::Handle open_table(hid_t file, const char* name, hid_t type, const std::vecto
 
 RecordingReader::RecordingReader(const std::string& path)
     : path_(path), file_(reading(path, [&] { return open_file(path); })) {
-  reading(path_, [&] { read_head(), read_steps(); });
+  reading(path_, [&] { read_head(), read_steps(), read_inputs(); });
 }
 
 RecordingReader::RecordingReader(std::span<const unsigned char> bytes, const std::string& path)
     : path_(path), file_(reading(path, [&] { return h5::open_image(bytes); })) {
-  reading(path_, [&] { read_head(), read_steps(); });
+  reading(path_, [&] { read_head(), read_steps(), read_inputs(); });
 }
 
 void RecordingReader::read_head() {
@@ -108,6 +109,27 @@ void RecordingReader::read_steps() {
   pose_hashes_ = read_hashes("pose_hashes");
 }
 
+// Of the steps that are there; what was done before the next one may be there already.
+void RecordingReader::read_inputs() {
+  if (!h5::has(file_, "inputs")) return;
+  const h5::Handle type = input_row_type(), dataset = open_table(file_, "inputs", type, {0});
+  const hsize_t rows = h5::extent_of(dataset)[0];
+  if (rows > most_words) throw h5::Failed("inputs has more rows than there can be");
+  if (H5Dget_storage_size(dataset) * 1000 < rows) throw h5::Failed("inputs is not all there");
+  inputs_.resize(rows);
+  if (rows > 0) read_rows(dataset, type, 0, rows, inputs_.data());
+  const u32 last = rows_.empty() ? 0 : rows_.back().step;
+  const auto is_later = [last](const InputRow& row) { return row.step == 0 || row.step > last; };
+  inputs_.erase(std::find_if(inputs_.begin(), inputs_.end(), is_later), inputs_.end());
+  for (std::size_t i = 0; i < inputs_.size(); ++i) {
+    const InputRow& row = inputs_[i];
+    const auto is_bad = [](double x) { return !std::isfinite(x); };
+    if (row.step < rows_[0].step || (i > 0 && row.step < inputs_[i - 1].step) || row.kind > InputKind::load ||
+        std::any_of(row.linear, row.linear + 3, is_bad) || std::any_of(row.angular, row.angular + 3, is_bad))
+      throw h5::Failed("inputs[" + std::to_string(i) + "] makes no sense");
+  }
+}
+
 std::vector<std::uint64_t> RecordingReader::read_hashes(const char* name) const {
   const std::vector<hsize_t> extent = h5::extent_of(h5::open_dataset(file_, name));
   if (extent.size() != 2 || extent[1] == 0 || extent[1] > most_words || extent[1] * steps() > most_words)
@@ -139,6 +161,10 @@ InitialState<real> RecordingReader::start() const {
     if (state_hashes_.size() != std::size_t{steps()} * state.sizes.worlds ||
         pose_hashes_.size() != state_hashes_.size())
       throw h5::Failed("the hashes are not those of so many worlds");
+    for (const InputRow& row : inputs_) {
+      if (row.body >= state.sizes.bodies || (row.kind == InputKind::load && !has(state.features, Feature::loads)))
+        throw h5::Failed("inputs are of another scene");
+    }
     return state;
   });
 }

@@ -31,6 +31,9 @@ class RecordingReader {
   const std::vector<std::uint64_t>& state_hashes() const { return state_hashes_; }
   const std::vector<std::uint64_t>& pose_hashes() const { return pose_hashes_; }
 
+  /// What was done to bodies from outside before each of the steps, in order; nothing in a run that went by itself.
+  const std::vector<InputRow>& inputs() const { return inputs_; }
+
   /// What the run began with. `real` must be the precision.
   template <class real>
   InitialState<real> start() const;
@@ -42,6 +45,7 @@ class RecordingReader {
  private:
   void read_head();
   void read_steps();
+  void read_inputs();
   std::vector<std::uint64_t> read_hashes(const char* name) const;
 
   std::string path_;
@@ -49,6 +53,7 @@ class RecordingReader {
   RecordingLabel label_;
   std::string version_, precision_, outcome_;
   std::vector<StepRow> rows_;
+  std::vector<InputRow> inputs_;
   std::vector<std::uint64_t> state_hashes_, pose_hashes_;
 };
 

@@ -9,6 +9,7 @@ namespace lockstep {
 /// The types of rows in files; they are laid out as in memory.
 h5::Handle step_row_type();
 h5::Handle measure_row_type();
+h5::Handle input_row_type();
 
 /// Columns of the tables of bodies, rows (steps) x bodies x columns.
 struct BodyTable {

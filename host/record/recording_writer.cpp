@@ -15,9 +15,9 @@ namespace lockstep {
 template <class real>
 class RecordingWriter<real>::Thread {
  public:
-  Thread(const std::string& path, const RecordingLabel& label, const InitialState<real>& start)
+  Thread(const std::string& path, const RecordingLabel& label, const InitialState<real>& start, Inputs inputs)
       : path_(path),
-        file_(guarded([&] { return RecordingFile<real>(path, label, start); })),
+        file_(guarded([&] { return RecordingFile<real>(path, label, start, inputs); })),
         bodies_(start.sizes.bodies) {
     writes_ = true;
     thread_ = std::thread([this] { run(); });
@@ -37,6 +37,7 @@ class RecordingWriter<real>::Thread {
     if (filling_.steps.size() == file_.batch_steps()) hand_over();
   }
   void add(const MeasureRow& row) { filling_.measures.push_back(row); }
+  void add(const InputRow& row) { filling_.inputs.push_back(row); }
 
   void close(const std::string& outcome) {
     hand_over();
@@ -122,8 +123,8 @@ class RecordingWriter<real>::Thread {
 
 template <class real>
 RecordingWriter<real>::RecordingWriter(const std::string& path, const RecordingLabel& label,
-                                       const InitialState<real>& start)
-    : thread_(std::make_unique<Thread>(path, label, start)) {}
+                                       const InitialState<real>& start, Inputs inputs)
+    : thread_(std::make_unique<Thread>(path, label, start, inputs)) {}
 
 template <class real>
 RecordingWriter<real>::~RecordingWriter() {
@@ -146,6 +147,11 @@ void RecordingWriter<real>::add(const StepRow& row, const Buffers<real>& buffers
 
 template <class real>
 void RecordingWriter<real>::add(const MeasureRow& row) {
+  thread_->add(row);
+}
+
+template <class real>
+void RecordingWriter<real>::add(const InputRow& row) {
   thread_->add(row);
 }
 

@@ -18,7 +18,8 @@ template <class real>
 class RecordingWriter {
  public:
   /// `start` is what the simulation starts from. Replaces the file. Throws Error (device) where it cannot be written.
-  RecordingWriter(const std::string& path, const RecordingLabel& label, const InitialState<real>& start);
+  RecordingWriter(const std::string& path, const RecordingLabel& label, const InitialState<real>& start,
+                  Inputs inputs = Inputs::none);
   /// Closes the recording; what went wrong then is lost.
   ~RecordingWriter();
 
@@ -28,6 +29,8 @@ class RecordingWriter {
   /// One more step. The writing is done by another thread; throws Error (device) where it failed.
   void add(const StepRow& row, const Buffers<real>& buffers);
   void add(const MeasureRow& row);
+  /// Before the step that it names; of a recording that has inputs.
+  void add(const InputRow& row);
 
   /// Writes what is left and how the run ended. Throws Error (device) where that fails.
   void close(const std::string& outcome);

@@ -3,8 +3,9 @@
 #include <algorithm>
 
 #include "host/backends/words.hpp"
-#include "host/record/checkpoint.hpp"
+#include "host/record/inputs.hpp"
 #include "host/record/recording_tables.hpp"
+#include "host/record/state_now.hpp"
 #include "host/simulation.hpp"
 #include "host/world_hash.hpp"
 
@@ -20,7 +21,9 @@ class Replay {
 
   void run(const std::function<void(u32)>& done) const {
     Simulation<real> simulation = simulate(start_);
+    std::vector<Load<real>> loads = start_.buffers.loads;
     for (u32 row = 0; row < recording_.steps(); ++row) {
+      act(inputs_before(row), simulation.backend(), loads);
       simulation.step();
       const std::vector<WorldHash> hashes = simulation.world_hashes();
       for (u32 world = 0; world < hashes.size(); ++world) {
@@ -43,26 +46,29 @@ class Replay {
     return Simulation<real>(std::move(backend), state.params, state.buffers.step_index.front());
   }
 
-  // The state that a number of steps lead to.
-  InitialState<real> state_after(u32 steps) const {
+  // What was done to bodies before the step of a row.
+  std::span<const InputRow> inputs_before(u32 row) const {
+    const std::vector<InputRow>& all = recording_.inputs();
+    const u32 step = recording_.rows()[row].step;
+    return {std::ranges::lower_bound(all, step, {}, &InputRow::step),
+            std::ranges::upper_bound(all, step, {}, &InputRow::step)};
+  }
+
+  // The state from which the step of a row starts, with what was done to bodies before it.
+  InitialState<real> state_before(u32 row) const {
     Simulation<real> simulation = simulate(start_);
-    for (u32 i = 0; i < steps; ++i) simulation.step();
-    Backend<real>& backend = simulation.backend();
-    InitialState<real> state = start_;
-    state.sizes = backend.sizes();
-    state.params = simulation.params();
-    resize(state.buffers, state.sizes, state.features);
-    const Buffers<real>& now = backend.download(persistent_buffers(state.features));
-#define BUFFER(name, ...) \
-  if (info(Buffer::name).lifetime == Lifetime::persistent) state.buffers.name = now.name;
-#include "host/buffers.def"
-#undef BUFFER
-    return state;
+    std::vector<Load<real>> loads = start_.buffers.loads;
+    for (u32 i = 0; i < row; ++i) {
+      act(inputs_before(i), simulation.backend(), loads);
+      simulation.step();
+    }
+    act(inputs_before(row), simulation.backend(), loads);
+    return state_now(start_, simulation);
   }
 
   [[noreturn]] void explain(u32 row, u32 world, const WorldHash& here) const {
     const u32 step = recording_.rows()[row].step - 1;  // as every message counts, from 0
-    const InitialState<real> before = state_after(row);
+    const InitialState<real> before = state_before(row);
     check(before);
     const std::string where = "step " + std::to_string(step);
     compare_bodies(before, row, where);

@@ -65,6 +65,16 @@ class NewFile {
   int descriptor_ = -1;
 };
 
+// Whether a file of this name could be made, tried under another one: who waits for the file is not to find it empty.
+bool can_be_made(const std::string& path) {
+  std::string name = path + ".XXXXXX";
+  const int descriptor = mkstemp(name.data());
+  if (descriptor < 0) return false;
+  ::close(descriptor);
+  ::unlink(name.c_str());
+  return true;
+}
+
 }  // namespace
 
 void expect_writable(const std::string& path, const std::string& what, std::string_view signature) {
@@ -72,14 +82,12 @@ void expect_writable(const std::string& path, const std::string& what, std::stri
   const auto refuse = [&](const std::string& why) { throw Error(Failure::input, path, why); };
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  const bool made = status.type() == fs::file_type::not_found;
-  if (!made && status.type() != fs::file_type::regular) refuse(what + " cannot be written: it is no file");
+  const bool is_new = status.type() == fs::file_type::not_found;
+  if (!is_new && status.type() != fs::file_type::regular) refuse(what + " cannot be written: it is no file");
   errno = 0;
-  if (!std::ofstream(path, std::ios::app)) refuse(what + " cannot be written: " + std::strerror(errno));
-  if (made) {
-    fs::remove(path, error);
-    return;
-  }
+  if (!(is_new ? can_be_made(path) : static_cast<bool>(std::ofstream(path, std::ios::app))))
+    refuse(what + " cannot be written: " + std::strerror(errno));
+  if (is_new) return;
   std::string start(signature.size(), '\0');
   std::ifstream(path, std::ios::binary).read(start.data(), static_cast<std::streamsize>(start.size()));
   if (fs::file_size(path, error) > 0 && start != signature)

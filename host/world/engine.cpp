@@ -1,9 +1,15 @@
 #include "host/world/engine.hpp"
 
+#include <algorithm>
+#include <chrono>
+
 #include "host/backends/device_backend.hpp"
 #include "host/backends/reference_backend.hpp"
 #include "host/contact_place.hpp"
 #include "host/record/checkpoint.hpp"
+#include "host/record/inputs.hpp"
+#include "host/record/record_step.hpp"
+#include "host/record/state_now.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
 #include "host/world/carry_state.hpp"
@@ -49,9 +55,10 @@ class EngineOf final : public Engine {
       backend = std::make_unique<ReferenceBackend<real>>(constants_);
     simulation_ = std::make_unique<Simulation<real>>(std::move(backend), constants_.params,
                                                      constants_.buffers.step_index.front());
+    loads_ = constants_.buffers.loads;
   }
 
-  void step() override { simulation_->step(); }
+  void step() override;
   u32 steps_done() const override { return simulation_->steps_done(); }
   std::uint64_t state_hash() override { return combined_state_hash(simulation_->world_hashes()); }
 
@@ -87,26 +94,34 @@ class EngineOf final : public Engine {
   }
 
   void set_velocities(const std::map<u32, Twist>& velocities) override {
-    if (velocities.empty()) return;
-    Buffers<real> now;
-    now.motions = download({Buffer::motions}).motions;
-    for (const auto& [body, velocity] : velocities) {
-      store(velocity.linear, now.motions[body].v);
-      store(velocity.angular, now.motions[body].w);
-    }
-    simulation_->backend().upload(Buffer::motions, now);
+    std::vector<InputRow> inputs;
+    for (const auto& [body, velocity] : velocities)
+      inputs.push_back(input(body, InputKind::velocity, velocity.linear, velocity.angular));
+    act_and_record(inputs);
   }
 
   void set_loads(const std::map<u32, Wrench>& loads) override {
-    if (loads.empty() && !is_loaded_) return;
-    Buffers<real> now;
-    now.loads.resize(constants_.sizes.bodies);
-    for (const auto& [body, load] : loads) {
-      store(load.force, now.loads[body].force);
-      store(load.torque, now.loads[body].torque);
+    std::vector<InputRow> inputs;
+    for (u32 body = 0; body < loads_.size(); ++body) {
+      const auto load = loads.find(body);
+      const Wrench wanted = load == loads.end() ? Wrench{} : load->second;
+      const InputRow row = input(body, InputKind::load, wanted.force, wanted.torque);
+      if (!std::equal(row.linear, row.linear + 3, loads_[body].force) ||
+          !std::equal(row.angular, row.angular + 3, loads_[body].torque))
+        inputs.push_back(row);
     }
-    simulation_->backend().upload(Buffer::loads, now);
-    is_loaded_ = !loads.empty();
+    act_and_record(inputs);
+  }
+
+  void record(const std::string& path, const Scene& scene) override {
+    end_recording();
+    const RecordingLabel label = {scene.name, simulation_->backend().name(), "{}", scene.text};
+    recording_ =
+        std::make_unique<RecordingWriter<real>>(path, label, state_now(constants_, *simulation_), Inputs::recorded);
+  }
+
+  void end_recording() override {
+    if (const auto recording = std::move(recording_)) recording->close("finished");
   }
 
   Twist rounded(const Twist& velocity) const override {
@@ -125,11 +140,40 @@ class EngineOf final : public Engine {
     return simulation_->backend().download(std::span(wanted.begin(), wanted.size()));
   }
 
+  InputRow input(u32 body, InputKind kind, const Vector3& linear, const Vector3& angular) const {
+    InputRow row = {.step = simulation_->steps_done() + 1, .body = body, .kind = kind};
+    for (unsigned k = 0; k < 3; ++k) {
+      row.linear[k] = static_cast<real>(linear[k]);
+      row.angular[k] = static_cast<real>(angular[k]);
+    }
+    return row;
+  }
+
+  void act_and_record(const std::vector<InputRow>& inputs) {
+    act(std::span<const InputRow>(inputs), simulation_->backend(), loads_);
+    if (!recording_) return;
+    for (const InputRow& row : inputs) recording_->add(row);
+  }
+
   InitialState<real> constants_;  // and the state that the simulation started from
   std::unique_ptr<Simulation<real>> simulation_;
-  double dt_;  // of a step
-  bool is_loaded_ = false;
+  double dt_;                      // of a step
+  std::vector<Load<real>> loads_;  // that act on each body, in a scene with loads
+  std::unique_ptr<RecordingWriter<real>> recording_;
 };
+
+template <class real>
+void EngineOf<real>::step() {
+  const auto begin = std::chrono::steady_clock::now();
+  try {
+    simulation_->step();
+  } catch (const Error& error) {
+    if (const auto recording = std::move(recording_)) recording->close(error.what());
+    throw;
+  }
+  const std::chrono::duration<double, std::milli> ms = std::chrono::steady_clock::now() - begin;
+  if (recording_) record_step(*recording_, *simulation_, ms.count());
+}
 
 template <class real>
 std::vector<EngineContact> EngineOf<real>::contacts() {

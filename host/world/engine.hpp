@@ -49,6 +49,12 @@ class Engine {
   virtual Twist rounded(const Twist& velocity) const = 0;
   /// What acts from now on; on bodies that are not named, nothing. Only where the scene's settings ask for loads.
   virtual void set_loads(const std::map<u32, Wrench>& loads) = 0;
+  /// Records the steps from now on, with what is done to bodies (docs/recordings.md). Throws Error (device) where the
+  /// file cannot be written.
+  virtual void record(const std::string& path, const Scene& scene) = 0;
+  /// Closes the recording, if there is one.
+  virtual void end_recording() = 0;
+
   /// The velocity that a dynamic body of this pose and velocity has after an impulse at a point: v + J / m and
   /// w + I^-1 (arm x J), about its centre of mass or its pivot.
   virtual Twist after_impulse(u32 body, const Pose& pose, const Twist& velocity, const Vector3& impulse,

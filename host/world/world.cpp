@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
+#include "host/record/recording_writer.hpp"
+#include "host/record/whole_file.hpp"
 #include "host/scene/read.hpp"
 #include "host/world/engine.hpp"
 
@@ -103,6 +106,10 @@ struct World::Parts {
   std::vector<BodyEvent> events;
   bool kept = true;  // the contacts and events of the last step are here; else the engine has them
 
+  std::string recording;       // the path of its first file; empty: nothing is recorded
+  u32 recording_files = 0;     // so far
+  bool recording_due = false;  // with the next step another one begins
+
   // Nothing has become anything else.
   void reset_renaming() {
     renaming.bodies.resize(scene.bodies.size());
@@ -118,11 +125,25 @@ struct World::Parts {
       keep_contacts_and_events();
       hand_over_velocities();
       forget_state();
+      if (engine) engine->end_recording();
       engine = make_engine(scene, options, engine.get(), renaming);
       reset_renaming();
       changed = false;
+      recording_due = !recording.empty();
     }
     return *engine;
+  }
+
+  // A file is of the same bodies throughout.
+  void begin_recording() {
+    if (!std::exchange(recording_due, false)) return;
+    std::filesystem::path path = recording;
+    if (++recording_files > 1) {
+      const std::string number = "." + std::to_string(recording_files), kind = path.extension().string();
+      path.replace_extension(number + kind);
+      expect_writable(path.string(), "the recording", recording_signature);
+    }
+    engine->record(path.string(), scene);
   }
 
   void forget_state() {
@@ -195,6 +216,7 @@ struct World::Parts {
 
   void act() {
     Engine& now = ready();
+    begin_recording();
     for (const u32 id : arrived) set_velocity(index_of[id], {});
     arrived.clear();
     for (const auto& [id, pose] : targets) {
@@ -336,6 +358,21 @@ std::uint64_t World::state_hash() {
   Engine& engine = parts_->ready();
   parts_->hand_over_velocities();
   return engine.state_hash();
+}
+
+void World::record(const std::string& path) {
+  if (path.empty()) throw Error(Failure::input, "recording", "must have a path");
+  expect_writable(path, "the recording", recording_signature);
+  end_recording();
+  parts_->recording = path;
+  parts_->recording_files = 0;
+  parts_->recording_due = true;
+}
+
+void World::end_recording() {
+  parts_->recording.clear();
+  parts_->recording_due = false;
+  if (parts_->engine) parts_->engine->end_recording();
 }
 
 void World::apply_impulse(BodyHandle body, const Vector3& impulse, const Vector3& point) {

@@ -120,6 +120,17 @@ class World {
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();
 
+  // ---- what is kept
+
+  /// Records every step from now on, with what is done to bodies, into a file of HDF5 that `lockstep verify` replays on
+  /// any device and `lockstep render` draws (docs/recordings.md). A file is of the same bodies throughout: after some
+  /// have come or gone, and from the first force on, run.h5 goes on in run.2.h5, run.3.h5, ... Replaces recordings of
+  /// these names, and ends the one that goes on. Throws Error (input) where a file of another kind is in the way; where
+  /// the disk does not take it, step() throws Error (device).
+  void record(const std::string& path);
+  /// Closes the recording, as the end of the world does. Throws Error (device) where that fails.
+  void end_recording();
+
   // ---- what acts; on dynamic bodies, but for set_velocity and set_kinematic_target
 
   /// At once. `point` is where it acts, world frame.

@@ -18,7 +18,7 @@ const std::string path = "/dev/shm/lockstep_fuzz_" + std::to_string(getpid()) + 
 // Two steps of a scene with a body, a plane and a contact; what they did is all zeros.
 std::vector<unsigned char> make_good() {
   const InitialState<float> state = compile<float>(read_scene("slide_to_roll"));
-  RecordingFile<float> file(path, {"slide_to_roll", "a device", "{}", "{}"}, state);
+  RecordingFile<float> file(path, {"slide_to_roll", "a device", "{}", "{}"}, state, Inputs::recorded);
   Batch<float> batch;
   for (u32 step = 1; step <= 2; ++step) batch.steps.push_back({step, 1, 1, 0, 0.5});
   batch.state_hashes.resize(2 * state.sizes.worlds);
@@ -27,6 +27,8 @@ std::vector<unsigned char> make_good() {
   batch.orientations.resize(2 * state.sizes.bodies);
   batch.motions.resize(2 * state.sizes.bodies);
   batch.measures.resize(1);
+  batch.inputs.push_back({.step = 1});
+  batch.inputs.push_back({.step = 2, .body = 1});
   file.write(batch);
   file.close("finished");
   return read_whole_file(path);
