@@ -1,6 +1,7 @@
 #include "host/scene/compile_particles.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "host/scene/particle_law.hpp"
 #include "host/scene/sample_particles.hpp"
@@ -39,11 +40,12 @@ void expect_stable(const Scene& scene, const BodyDescription& body, const std::v
   const double step = scene.settings.dt / scene.settings.substeps;
   if (step <= longest) return;
   const Origin origin = {scene, &body};
-  const double substeps = scene.settings.dt / longest;
+  const double enough = 0.999 * longest;  // also when said in four digits
   origin.fail(fmt::format(
       "its particles of the stiffness {} N/m need sub-steps of at most {:.4g} s, dt / substeps is {:.4g} s; set dt to "
       "{:.4g} or substeps to {:.0f}",
-      scene.particles->stiffness, longest, step, longest * scene.settings.substeps, substeps + 1));
+      scene.particles->stiffness, longest, step, enough * scene.settings.substeps,
+      std::ceil(scene.settings.dt / enough)));
 }
 
 const std::vector<std::vector<Vector3>>& particles_of(ParticleSampler& sampler, const Origin& origin) {
