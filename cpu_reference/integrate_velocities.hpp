@@ -3,7 +3,8 @@
 //   v' = v + dt (g + f / m)                                                             Newton, survey eq. 7
 //   I (w' - w) + dt w_th x I w_th = dt tau,   w_th = (1 - th) w + th w'                 Euler, survey eq. 8
 //
-// with the force f and the torque tau that a user puts on the body (Load), taken at the old orientation.
+// with the force f and the torque tau that a user, and the particles of other bodies, put on the body (Load), taken at
+// the old orientation.
 //
 // Euler's equation is solved in the body frame, for the components of w' in the frame that has turned by then; they
 // are written back as seen from the old orientation, and integrate_positions turns them with the body.
@@ -19,6 +20,18 @@
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
+
+/// What acts on body i: of a user, of its particles, or of both.
+template <class real>
+Load<real> load_of(const Buffers<real>& b, u32 i) {
+  if (b.particle_loads.empty()) return b.loads.empty() ? Load<real>{} : b.loads[i];
+  Load<real> load = b.particle_loads[i];
+  if (!b.loads.empty()) {
+    store3(load.force, add3(vec3(b.loads[i].force), vec3(load.force)));
+    store3(load.torque, add3(vec3(b.loads[i].torque), vec3(load.torque)));
+  }
+  return load;
+}
 
 template <class real>
 void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
@@ -38,8 +51,8 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
       const Vec3<real> gravity = vec3_of(b.gravities[info.world]);
       const bool pivoted = is_pivoted(b.pivots, i);
       const bool gyroscopic = is_gyroscopic(params, info);
-      const bool loaded = !b.loads.empty();
-      const Load<real> load = loaded ? b.loads[i] : Load<real>{};
+      const bool loaded = !b.loads.empty() || !b.particle_loads.empty();
+      const Load<real> load = load_of(b, i);
 
       // rotation, in the body frame: kick is dt I^-1 tau
       if (pivoted || gyroscopic) {

@@ -84,6 +84,9 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::volumes: return sizes.volumes;
     case Domain::volume_ends: return std::size_t{sizes.volumes} + 1;
     case Domain::overlaps: return sizes.overlaps;
+    case Domain::particles: return sizes.particles;
+    case Domain::particle_ends: return std::size_t{sizes.particles} + 1;
+    case Domain::particle_planes: return sizes.particle_planes;
   }
   return 0;
 }

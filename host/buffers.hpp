@@ -47,7 +47,10 @@ enum class Domain : u32 {
   rays,
   volumes,
   volume_ends,
-  overlaps
+  overlaps,
+  particles,
+  particle_ends,
+  particle_planes
 };
 
 enum class Lifetime : u32 { constant, persistent, transient };
@@ -89,6 +92,7 @@ struct Sizes {
   u32 pairs = 0, contacts = 0, blocks = 0, rows = 0;
   u32 joints = 0, joint_phases = 0, joint_blocks = 0, joined = 0;
   u32 rays = 0, volumes = 0, overlaps = 0;
+  u32 particles = 0, particle_planes = 0;
 
   bool operator==(const Sizes&) const = default;
 };

@@ -1,4 +1,4 @@
-// Files that travel inside the library: kernels and scenes (cmake/embed.cmake).
+// Files that travel inside the library: kernels, scenes and their meshes (cmake/embed.cmake).
 #pragma once
 
 #include <span>
@@ -12,5 +12,6 @@ struct EmbeddedFile {
 
 std::span<const EmbeddedFile> embedded_kernels();
 std::span<const EmbeddedFile> embedded_scenes();
+std::span<const EmbeddedFile> embedded_meshes();
 
 }  // namespace lockstep

@@ -33,6 +33,7 @@ enum class Feature : u32 {
   tolerance = 1u << 22,    // a sub-step ends its sweeps when they change little
   all_pairs = 1u << 23,    // ... or from comparing all shapes: one of the three wherever there are contacts
   loads = 1u << 24,        // forces and torques act on bodies from outside
+  particles = 1u << 25,    // bodies push each other by particles, with springs and dampers; shapes do not touch
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

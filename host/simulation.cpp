@@ -67,11 +67,13 @@ template <class real>
 void refuse_trouble(Backend<real>& backend, const Counters& counters, u32 step) {
   for (const Trouble& trouble : troubles) {
     if (!(counters[COUNTER_STATUS] & trouble.bit)) continue;
-    // a pose goes bad in the stage that moves it
+    // a pose goes bad in the stage that moves it, and particles have a grid of their own
     const bool flies = has(backend.features(), Feature::runge_kutta);
-    const Stage stage = trouble.stage != Stage::count ? trouble.stage
-                        : flies                       ? Stage::integrate_free_flight
-                                                      : Stage::integrate_positions;
+    const bool pushed = has(backend.features(), Feature::particles);
+    const Stage stage = trouble.bit == STATUS_OUT_OF_GRID && pushed ? Stage::sort_particles
+                        : trouble.stage != Stage::count             ? trouble.stage
+                        : flies                                     ? Stage::integrate_free_flight
+                                                                    : Stage::integrate_positions;
     throw Error(Failure::comparison, "step " + std::to_string(step) + ", " + std::string(info(stage).name),
                 name_of_body(backend, counters) + ": " + trouble.what);
   }

@@ -29,7 +29,14 @@ void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::split_bodies, p);
   backend.run(Stage::pack_points, p);
 
+  // or bodies push each other by their particles
+  backend.run(Stage::bound_particles, p);
+  backend.run(Stage::sort_particles, p);
+  backend.run(Stage::find_neighbours, p);
+
   for (p.substep = 0; p.substep < p.substeps; ++p.substep) {
+    backend.run(Stage::push_particles, p);
+    backend.run(Stage::sum_particles, p);
     backend.run(Stage::integrate_velocities, p);
     backend.run(Stage::prepare_joints, p);
     backend.run(Stage::prepare_contacts, p);
@@ -38,6 +45,7 @@ void step(Backend& backend, StepParams<real> p) {
     backend.run(Stage::integrate_positions, p);
     backend.run(Stage::relax_constraints, p);
     backend.run(Stage::integrate_free_flight, p);
+    backend.run(Stage::place_particles, p);
     backend.run(Stage::mark_touching, p);
   }
 

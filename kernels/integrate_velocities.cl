@@ -5,17 +5,25 @@
 #include "rigid_body.h"
 #include "types.h"
 
-static inline Load load_of(global const Load* loads, u32 i) {
+// Of a user, of particles, or of both.
+static inline Load load_of(global const Load* loads, global const Load* particle_loads, u32 i) {
   const Load none = {{(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0}, (real)0};
-  if (IS_LOADED) return loads[i];
-  return none;
+  if (!FEATURE_PARTICLES) return IS_LOADED ? loads[i] : none;
+  Load load = particle_loads[i];
+  if (FEATURE_LOADS) {
+    const Load more = loads[i];
+    store3(load.force, add3(vec3(more.force), vec3(load.force)));
+    store3(load.torque, add3(vec3(more.torque), vec3(load.torque)));
+  }
+  return load;
 }
 
 // The formulas and their sources are in cpu_reference/integrate_velocities.hpp.
 kernel void integrate_velocities(const StepParams params, global const BodyInfo* body_infos,
                                  global const Vec4* gravities, global const Mass* masses, global const Pivot* pivots,
-                                 global const Load* loads, global const Vec4* orientations,
-                                 global Velocity* previous_velocities, global Motion* motions, global u32* counters) {
+                                 global const Load* loads, global const Load* particle_loads,
+                                 global const Vec4* orientations, global Velocity* previous_velocities,
+                                 global Motion* motions, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
 
   FOR_EACH(i, params.bodies) {
@@ -32,7 +40,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
       const Vec3 gravity = vec3_of(gravities[info.world]);
       const bool pivoted = IS_PIVOTED(pivots, i);
       const bool gyroscopic = IS_GYROSCOPIC(params, info);
-      const Load load = load_of(loads, i);
+      const Load load = load_of(loads, particle_loads, i);
 
       // rotation, in the body frame: kick is dt I^-1 tau
       if (pivoted || gyroscopic) {

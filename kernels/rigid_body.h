@@ -11,7 +11,7 @@
 #else
 #define IS_PIVOTED(pivots, i) false
 #endif
-#if FEATURE_LOADS
+#if FEATURE_LOADS || FEATURE_PARTICLES
 #define IS_LOADED true
 #else
 #define IS_LOADED false

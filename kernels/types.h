@@ -62,7 +62,8 @@ enum ShapeKind {
   SHAPE_CYLINDER = 3,
   SHAPE_HULL = 4,
   SHAPE_PLANE = 5,
-  SHAPE_KINDS = 6
+  SHAPE_KINDS = 6,
+  SHAPE_MESH = 6  // of scenes alone: any closed mesh, which is simulated as particles
 };
 // What the normal of a contact turns with while the bodies move through the sub-steps of a step.
 enum NormalFrame {
@@ -210,6 +211,22 @@ RECORD(MaterialPair) { real friction, restitution; };
 RECORD(Load) {
   real force[3], pad_f;
   real torque[3], pad_t;
+};
+
+// How the particles of a world push (feature particles; cpu_reference/particle.hpp).
+RECORD(ParticleLaw) {
+  real radius;         // m
+  real stiffness;      // N/m
+  real damping;        // 2 zeta sqrt(stiffness): times the root of the effective mass it is in N s/m
+  real shear_damping;  // as the damping
+  real friction;
+  real pad[3];
+};
+
+// A plane that particles rest on, in the frame of its body.
+RECORD(ParticlePlane) {
+  real point[3], pad_p;
+  real normal[3], pad_n;  // unit, out of the solid
 };
 
 // ---- state -------------------------------------------------------------------------------------------------------

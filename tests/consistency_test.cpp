@@ -74,6 +74,14 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
       {"rag_doll", [](State& s) { s.buffers.joint_phases.back() = 1000; }, nullptr},
       {"rag_doll", [](State& s) { s.buffers.joined_starts.back() = 1000; }, nullptr},
       {"rag_doll", [](State& s) { s.buffers.joined_bodies[0] = 1000; }, "joined_bodies[0]: is no body"},
+      {"particles_rest", [](State& s) { s.buffers.world_ranges[0].plane_count = 2; },
+       "world_ranges[0]: reaches beyond what there is"},
+      {"particles_rest", [](State& s) { s.buffers.body_particles[2] = 0xffffffffu; }, nullptr},
+      {"particles_rest", [](State& s) { --s.buffers.body_particles[5]; },
+       "body_particles[5]: is not the number of particles"},
+      {"particles_rest", [](State& s) { s.buffers.particle_bodies[7] = 4; },
+       "particle_bodies[7]: is not the body that has the particle"},
+      {"particles_rest", [](State& s) { s.buffers.plane_bodies[0] = 5; }, "plane_bodies[0]: is no body"},
   };
   for (const Damage& damage : damages) {
     State state = compiled(damage.scene);

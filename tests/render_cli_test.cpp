@@ -184,7 +184,8 @@ TEST_F(RenderCommand, RefusesWhatMakesNoSense) {
   for (const char* size : {"12x12", "1280", "1280x", "x720", "axb", "3841x2160", "1280x-720", "1280x720x3"})
     expect_refused(scene + "--size " + size, 2, "--size: must be WIDTHxHEIGHT");
   expect_refused(scene + "--color-by mood", 2, "--color-by: must be one of body, speed, contacts, color, penetration");
-  expect_refused(scene + "--show contacts,ghosts", 2, "--show: must be some of contacts, forces, joints");
+  expect_refused(scene + "--show contacts,ghosts", 2,
+                 "--show: must be some of contacts, forces, joints, particles, shapes");
   expect_refused(scene + "--at 100000", 2, "--at: there is no step 100000 here");
   expect_refused(scene + "--at 3 --every 2", 2, "--at");
   expect_refused(scene + "--frames 0", 2, "--frames");

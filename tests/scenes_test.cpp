@@ -211,6 +211,9 @@ const Probe probes[] = {
     {"/properties", R"({"qqqqqqqq": 0})"},
     {"/$defs/camera/properties", R"({"camera": {"qqqqqqqq": 0}})"},
     {"/$defs/settings/properties", R"({"settings": {"qqqqqqqq": 0}})"},
+    {"/$defs/particles/properties", R"({"particles": {"qqqqqqqq": 0}})"},
+    {"/$defs/particles/properties/model/enum", R"({"particles": {"radius": 1, "model": "qqqqqqqq"}})"},
+    {"/$defs/particles/properties/sampling/enum", R"({"particles": {"radius": 1, "sampling": "qqqqqqqq"}})"},
     {"/$defs/settings/properties/integrator/enum", R"({"settings": {"integrator": "qqqqqqqq"}})"},
     {"/$defs/settings/properties/gyroscopic/enum", R"({"settings": {"gyroscopic": "qqqqqqqq"}})"},
     {"/$defs/settings/properties/precision/enum", R"({"settings": {"precision": "qqqqqqqq"}})"},
@@ -266,6 +269,9 @@ TEST(Scenes, DefaultsOfTheSchemaAreThoseOfTheReader) {
   EXPECT_EQ(keys["margin"]["default"], s.margin);
   EXPECT_EQ(keys["speed_limit"]["default"], s.speed_limit);
   EXPECT_EQ(keys["precision"]["default"], s.precision);
+  const nlohmann::json& particles = schema["$defs"]["particles"]["properties"];
+  EXPECT_EQ(particles["restitution"]["default"], ParticleSettings().restitution);
+  EXPECT_EQ(particles["friction"]["default"], ParticleSettings().friction);
   EXPECT_EQ(schema["$defs"]["material"]["properties"]["friction"]["default"], Material().friction);
   EXPECT_EQ(schema["$defs"]["material"]["properties"]["restitution"]["default"], Material().restitution);
 }

@@ -12,6 +12,7 @@
 #include "host/render/marks.hpp"
 #include "host/render/scene_model.hpp"
 #include "host/render/video.hpp"
+#include "host/scene/compile.hpp"
 
 namespace lockstep::app {
 
@@ -21,6 +22,7 @@ struct FrameOptions {
   double film_rate = 30;
   ColorBy color_by = ColorBy::body;
   bool contacts = false, forces = false, joints = false;  // marks
+  Shown shown = Shown::shapes;                            // of bodies that are particles
   std::optional<Camera> camera;                           // none: framed automatically
   std::optional<double> scale;                            // the number of the brightest colour
   bool plain = false;                                     // without legend and caption

@@ -9,6 +9,6 @@ namespace lockstep::app {
 
 /// From what the run began with; shapes that were not simulated are those of the scene's text, where it can be read.
 template <class real>
-SceneModel recorded_model(const InitialState<real>& start, const RecordingLabel& label);
+SceneModel recorded_model(const InitialState<real>& start, const RecordingLabel& label, Shown shown = Shown::shapes);
 
 }  // namespace lockstep::app

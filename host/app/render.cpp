@@ -108,7 +108,7 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   if (options.frames.color_by == ColorBy::color && has(start.state.features, Feature::jacobi))
     throw Error(Failure::input, "--color-by color", "jacobi visits all contacts at once: there are no colours");
   expect_pictures_writable(options, file_name(scene.name), shown.front());
-  Frames frames(frame_options(options, scene.camera, dt), SceneModel(compile_shapes<real>(scene)),
+  Frames frames(frame_options(options, scene.camera, dt), SceneModel(compile_shapes<real>(scene, options.frames.shown)),
                 file_name(scene.name), dt);
   const StepParams<real> params = start.state.params;
   std::unique_ptr<Backend<real>> backend = make_backend(start.state, options);
@@ -163,7 +163,7 @@ void render_recording(const RecordingReader& recording, const RenderOptions& opt
   // a world that was made in code has no text
   const auto camera = label.scene_text.empty() ? std::nullopt : parse_camera(label.scene_text, options.scene);
   const FrameOptions frame = frame_options(options, camera, dt);
-  Frames frames(frame, recorded_model(start, label), file_name(label.scene), dt);
+  Frames frames(frame, recorded_model(start, label, options.frames.shown), file_name(label.scene), dt);
   {
     const Interrupt interrupt;
     Progress progress(static_cast<u32>(shown.size()), !options.quiet);

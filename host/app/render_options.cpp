@@ -50,6 +50,7 @@ void read_color_by(const std::string& text, FrameOptions& frames) {
 }
 
 void read_show(const std::vector<std::string>& words, FrameOptions& frames) {
+  bool shapes = false, particles = false;
   for (const std::string& word : words) {
     if (word == "contacts")
       frames.contacts = true;
@@ -57,10 +58,17 @@ void read_show(const std::vector<std::string>& words, FrameOptions& frames) {
       frames.forces = true;
     else if (word == "joints")
       frames.joints = true;
+    else if (word == "particles")
+      particles = true;
+    else if (word == "shapes")
+      shapes = true;
     else
-      throw Error(Failure::input, "--show",
-                  fmt::format("must be some of contacts, forces, joints, separated by commas, is '{}'", word));
+      throw Error(
+          Failure::input, "--show",
+          fmt::format("must be some of contacts, forces, joints, particles, shapes, separated by commas, is '{}'",
+                      word));
   }
+  if (particles) frames.shown = shapes ? Shown::both : Shown::particles;
 }
 
 void read_camera(RenderOptions& options) {
@@ -94,7 +102,11 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
           ->capture_default_str(),
       command.add_option("--scale", options.frames.scale, "The number that the brightest colour stands for")
           ->check(CLI::PositiveNumber),
-      command.add_option("--show", options.show, "contacts, forces, joints: marks on top")->delimiter(','),
+      command
+          .add_option(
+              "--show", options.show,
+              "contacts, forces, joints: marks on top; particles, shapes: one or both of bodies that are particles")
+          ->delimiter(','),
       command.add_option("--from", options.from, "Where the camera is, x,y,z in m, instead of the scene's")
           ->delimiter(','),
       command.add_option("--to", options.to, "What it looks at")->delimiter(','),

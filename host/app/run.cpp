@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 
@@ -16,6 +17,7 @@
 #include "host/error.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/report.hpp"
+#include "host/scene/sample_particles.hpp"
 #include "host/simulation.hpp"
 
 namespace lockstep::app {
@@ -64,7 +66,8 @@ Recorder make_recorder(const InitialState<real>& state) {
   const Counters nothing_yet = {};
   return Recorder(measure(state.buffers, state.sizes, state.features, nothing_yet),
                   momentum_is_conserved(state.buffers, state.features),
-                  !has(state.features, Feature::contacts) && joints_conserve_energy(state.buffers));
+                  !has(state.features, Feature::contacts) && !has(state.features, Feature::particles) &&
+                      joints_conserve_energy(state.buffers));
 }
 
 // Who is told what a run does.
@@ -134,6 +137,21 @@ struct Outcome {
   Unsolved unsolved;  // of an oracle
 };
 
+void describe_particles(const Scene& scene, Report& report) {
+  ParticleSampler sampler(*scene.particles);
+  std::string refusal;  // the scene is compiled: there is none
+  double count = 0, center = 0, inertia = 0;
+  for (const BodyDescription& body : scene.bodies) {
+    const ParticleFit fit = fit_of(body, sampler.of(body, refusal), scene.particles->radius);
+    count += static_cast<double>(fit.count);
+    center = std::max(center, fit.center_error);
+    inertia = std::max(inertia, fit.inertia_error);
+  }
+  report.particles = count;
+  report.particle_center_error_m = center;
+  report.particle_inertia_error = inertia;
+}
+
 template <class real>
 Outcome run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
   Start<real> start = make_start<real>(scene, options);
@@ -155,6 +173,7 @@ Outcome run_scene(const Scene& scene, const RunOptions& options, EventLog& log) 
   report.iterations = scene.settings.iterations;
   report.tolerance = scene.settings.tolerance;
 
+  if (scene.particles) describe_particles(scene, report);
   const StepParams<real> params = state.params;
   const u32 steps = scene.settings.steps;
   std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);

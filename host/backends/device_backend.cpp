@@ -26,7 +26,7 @@ u32 lanes_for(const DeviceInfo& device, u32 asked) {
 // share out.
 constexpr u32 small_contacts = 1024;
 
-// Up to this many bodies, shapes and joints one work-group does all sub-steps (docs/performance.md).
+// Up to this many bodies, shapes, particles and joints one work-group does all sub-steps (docs/performance.md).
 constexpr u32 fused_parts = 256;
 
 bool is_small(const Sizes& sizes, u32 contacts) { return contacts <= small_contacts && sizes.joints <= small_contacts; }
@@ -101,7 +101,7 @@ cl::CommandQueue make_queue(Device& device, bool profile) {
 
 bool fuses_substeps(const Sizes& sizes, const DeviceOptions& options) {
   if (options.profile || !options.only.empty()) return false;
-  return options.fused.value_or(std::max({sizes.bodies, sizes.shapes, sizes.joints}) <= fused_parts);
+  return options.fused.value_or(std::max({sizes.bodies, sizes.shapes, sizes.joints, sizes.particles}) <= fused_parts);
 }
 
 template <class real>

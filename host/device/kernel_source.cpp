@@ -206,8 +206,8 @@ namespace {
 
 // A file that is no stage of its own belongs to those who launch its kernels.
 bool is_wanted_helper(std::string_view name, Features features) {
-  if (name == "scan.cl") return has(features, Feature::contacts);
-  if (name == "radix_sort.cl") return has(features, Feature::bvh);
+  if (name == "scan.cl") return has(features, Feature::contacts) || has(features, Feature::particles);
+  if (name == "radix_sort.cl") return has(features, Feature::bvh) || has(features, Feature::particles);
   if (name == "mean_parts.cl") return has(features, Feature::jacobi);
   return false;  // the canary has a program of its own
 }

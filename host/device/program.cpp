@@ -37,6 +37,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::tolerance, "TOLERANCE"},
     {Feature::all_pairs, "ALL_PAIRS"},
     {Feature::loads, "LOADS"},
+    {Feature::particles, "PARTICLES"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

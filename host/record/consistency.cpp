@@ -107,6 +107,23 @@ void expect_joints(const Buffers<real>& b, const Sizes& sizes) {
     if (b.joined_bodies[k] >= sizes.bodies) refuse(Buffer::joined_bodies, k, "is no body");
 }
 
+template <class real>
+void expect_particles(const Buffers<real>& b, const Sizes& sizes) {
+  for (std::size_t w = 0; w < b.world_ranges.size(); ++w) {
+    if (!is_range(b.world_ranges[w].first_plane, b.world_ranges[w].plane_count, sizes.particle_planes))
+      refuse(Buffer::world_ranges, w, "reaches beyond what there is");
+  }
+  expect_starts(Buffer::body_particles, b.body_particles, sizes.particles);
+  if (b.body_particles.back() != sizes.particles)
+    refuse(Buffer::body_particles, b.body_particles.size() - 1, "is not the number of particles");
+  for (u32 body = 0; body < sizes.bodies; ++body) {
+    for (u32 i = b.body_particles[body]; i < b.body_particles[body + 1]; ++i)
+      if (b.particle_bodies[i] != body) refuse(Buffer::particle_bodies, i, "is not the body that has the particle");
+  }
+  for (std::size_t k = 0; k < b.plane_bodies.size(); ++k)
+    if (b.plane_bodies[k] >= sizes.bodies) refuse(Buffer::plane_bodies, k, "is no body");
+}
+
 }  // namespace
 
 template <class real>
@@ -115,6 +132,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_shapes(state.buffers, state.sizes);
   expect_hulls(state.buffers, state.sizes);
   expect_joints(state.buffers, state.sizes);
+  if (has(state.features, Feature::particles)) expect_particles(state.buffers, state.sizes);
 }
 
 template <class real>

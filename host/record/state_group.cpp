@@ -56,8 +56,10 @@ Sizes stored_sizes(hid_t group, Features features) {
   const u32 phases = stored_rows(group, Buffer::joint_phases);  // one more than there are
   sizes.joint_phases = phases > 0 ? phases - 1 : 0;
   sizes.joined = stored_rows(group, Buffer::joined_bodies);
+  sizes.particles = stored_rows(group, Buffer::particle_bodies);
+  sizes.particle_planes = stored_rows(group, Buffer::plane_bodies);
   if (sizes.worlds == 0 || sizes.bodies == 0) throw h5::Failed("has no bodies");
-  if (sizes.shapes > (NONE >> 8)) throw h5::Failed("has more shapes than there can be");
+  if (std::max(sizes.shapes, sizes.particles) > (NONE >> 8)) throw h5::Failed("has more shapes than there can be");
   set_first_capacities(sizes, features);
   return sizes;
 }

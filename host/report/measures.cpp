@@ -4,6 +4,7 @@
 
 #include "host/contact_place.hpp"
 #include "host/in_double.hpp"
+#include "host/report/particle_overlap.hpp"
 
 namespace lockstep {
 
@@ -123,6 +124,12 @@ std::vector<Buffer> measured_buffers(Features features) {
          {Buffer::joint_infos, Buffer::joints, Buffer::joint_lanes, Buffer::joint_blocks, Buffer::joint_impulses})
       buffers.push_back(buffer);
   }
+  if (has(features, Feature::particles)) {
+    for (const Buffer buffer :
+         {Buffer::particle_laws, Buffer::particle_bodies, Buffer::particle_offsets, Buffer::particle_planes,
+          Buffer::plane_bodies, Buffer::neighbour_starts, Buffer::neighbours})
+      buffers.push_back(buffer);
+  }
   if (has(features, Feature::contacts)) {
     for (const Buffer buffer : {Buffer::shape_infos, Buffer::contacts, Buffer::contact_points, Buffer::contact_slots,
                                 Buffer::contact_blocks, Buffer::cached_impulses})
@@ -145,6 +152,7 @@ Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features feat
   if (has(features, Feature::joints)) result.joint_drift = joint_drift(buffers);
   if (has(features, Feature::contacts)) result.contacts = counters[COUNTER_CONTACTS];
   if (result.contacts > 0) result.penetration = penetration(buffers, result.contacts);
+  if (has(features, Feature::particles)) result.penetration = particle_overlap(buffers);
   if (result.contacts > 0 || has(features, Feature::joints)) {
     const double roundoff = sizeof(real) == 4 ? 0x1p-24 : 0x1p-53;
     const ContactSystem system = contact_system(buffers, counters);
@@ -159,8 +167,11 @@ Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features feat
 template <class real>
 bool momentum_is_conserved(const Buffers<real>& buffers, Features features) {
   if (has(features, Feature::pivots) || !joints_conserve_momentum(buffers)) return false;
-  return std::all_of(buffers.shape_infos.begin(), buffers.shape_infos.end(),
-                     [&](const ShapeInfo& shape) { return buffers.body_infos[shape.body].kind == BODY_DYNAMIC; });
+  const auto moves = [&](u32 body) { return buffers.body_infos[body].kind == BODY_DYNAMIC; };
+  return buffers.plane_bodies.empty() &&
+         std::all_of(buffers.particle_bodies.begin(), buffers.particle_bodies.end(), moves) &&
+         std::all_of(buffers.shape_infos.begin(), buffers.shape_infos.end(),
+                     [&](const ShapeInfo& shape) { return moves(shape.body); });
 }
 
 #define INSTANTIATE(real)                                                                        \

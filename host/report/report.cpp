@@ -61,12 +61,15 @@ std::string stage_rows(const Report& report) {
 
 std::string contact_rows(const Report& report) {
   std::string text;
-  if (report.contacts_max > 0)
+  if (report.contacts_max > 0 || report.max_penetration_m > 0)
     text += row("penetration max, mean",
                 fmt::format("{:.3g} mm, {:.3g} mm", 1e3 * report.max_penetration_m, 1e3 * report.mean_penetration_m));
   if (report.residual_median)
     text += row("residual median, max", fmt::format("{:.3g}, {:.3g}  (rounding: {:.1g})", *report.residual_median,
                                                     *report.residual_max, *report.residual_floor));
+  if (report.particles)
+    text += row("particles", fmt::format("{:.0f}, centres within {:.3g} mm, inertias within {:.3g}", *report.particles,
+                                         1e3 * *report.particle_center_error_m, *report.particle_inertia_error));
   if (report.model_error)
     text += row("model error", fmt::format("{:.3g}  (of friction as patches)", *report.model_error));
   if (report.defect_velocity_max.value_or(0) > 0)
@@ -121,6 +124,9 @@ std::string to_json(const Report& report) {
                {"energy_error", number_or_null(report.energy_error)},
                {"momentum_error", number_or_null(report.momentum_error)},
                {"model_error", number_or_null(report.model_error)},
+               {"particles", number_or_null(report.particles)},
+               {"particle_center_error_m", number_or_null(report.particle_center_error_m)},
+               {"particle_inertia_error", number_or_null(report.particle_inertia_error)},
                {"state_hash", hash_text(report.state_hash)},
                {"pose_hash", hash_text(report.pose_hash)}};
   for (u32 kind = 0; kind < EVENT_KINDS; ++kind)

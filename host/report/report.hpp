@@ -41,6 +41,10 @@ struct Report {
   std::optional<double> joint_drift_max_m, joint_angle_max_rad, momentum_error, energy_error, model_error;
   double energy_initial_j = 0, energy_final_j = 0;
 
+  // of bodies as particles: how many there are, and the worst of how their centres of mass and their inertias, each
+  // particle of a body taken as equally heavy, differ from those of the bodies
+  std::optional<double> particles, particle_center_error_m, particle_inertia_error;
+
   std::optional<std::array<std::uint64_t, EVENT_KINDS>> events;  // by EventKind, where the scene asks for them
 
   std::uint64_t state_hash = 0, pose_hash = 0;

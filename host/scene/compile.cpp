@@ -8,6 +8,7 @@
 #include "host/error.hpp"
 #include "host/scene/broad_phase.hpp"
 #include "host/scene/compile_joints.hpp"
+#include "host/scene/compile_particles.hpp"
 #include "host/scene/hull_tables.hpp"
 #include "host/scene/rounding.hpp"
 #include "host/scene/step_params.hpp"
@@ -71,6 +72,7 @@ class Compiler {
     set_features();
     set_sizes();
     compile_joints(worlds_, state_);
+    if (has(state_.features, Feature::particles)) compile_particles(worlds_, state_);
     resize(state_.buffers, state_.sizes, state_.features);
     state_.params = make_params<real>(worlds_[0], state_.sizes, state_.features);
     return std::move(state_);
@@ -224,6 +226,13 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
       if (!refusal.empty()) origin.fail(refusal);
       break;
     }
+    case SHAPE_MESH: {
+      const Vector3 half = half_extents_of(shape.mesh->vertices);
+      for (unsigned i = 0; i < 3; ++i) record.size[i] = rounded<real>(half[i], "half the size", origin);
+      buffers().shape_infos.back().kind = SHAPE_HULL;
+      buffers().shape_infos.back().hull = hulls_.find_or_add(shape.mesh, buffers());
+      break;
+    }
     default: break;  // a plane has no size
   }
   record.reach = shape_reach<real>(shape.kind, record.size);
@@ -286,7 +295,9 @@ void Compiler<real>::set_features() {
     features = with(features, Feature::loads);
   }
   for (const Scene& scene : worlds_) {
-    const bool touching = shapes_can_touch(scene);
+    const bool pushing = is_penalty(scene);  // by particles instead of shapes
+    if (pushing) features = with(features, Feature::particles);
+    const bool touching = !pushing && shapes_can_touch(scene);
     if (touching && scene.settings.events) features = with(features, Feature::events);
     if (touching) features = with(features, Feature::contacts);
     if (touching && runge_kutta) {
@@ -364,7 +375,8 @@ void Compiler<real>::set_sizes() {
 void set_first_capacities(Sizes& sizes, Features features) {
   sizes.buckets = 64;
   while (sizes.buckets < 2 * sizes.shapes) sizes.buckets *= 2;
-  sizes.pairs = 8 * sizes.shapes + 64;
+  while (sizes.buckets < sizes.particles) sizes.buckets *= 2;
+  sizes.pairs = std::max(8 * sizes.shapes, 4 * sizes.particles) + 64;
   sizes.contacts = sizes.pairs * (has(features, Feature::manifolds) ? 2 : 1);
   // each colour, and the overflow, may end in a block that is not full
   sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;
@@ -374,16 +386,23 @@ void set_first_capacities(Sizes& sizes, Features features) {
 template <class real>
 InitialState<real> compile(std::span<const Scene> worlds) {
   if (worlds.empty()) throw Error(Failure::input, "", "a batch needs at least one world");
-  return Compiler<real>(worlds).run();
+  const auto constrained = [](const Scene& scene) { return scene.particles && !is_penalty(scene); };
+  if (std::none_of(worlds.begin(), worlds.end(), constrained)) return Compiler<real>(worlds).run();
+  std::vector<Scene> spheres;
+  for (const Scene& scene : worlds)
+    spheres.push_back(constrained(scene) ? with_particles_as_shapes(scene, false) : scene);
+  return Compiler<real>(spheres).run();
 }
 
 template <class real>
-Buffers<real> compile_shapes(const Scene& scene) {
-  return Compiler<real>(std::span<const Scene>(&scene, 1)).shapes();
+Buffers<real> compile_shapes(const Scene& scene, Shown shown) {
+  if (!scene.particles || shown == Shown::shapes) return Compiler<real>(std::span<const Scene>(&scene, 1)).shapes();
+  const Scene spheres = with_particles_as_shapes(scene, shown == Shown::both);
+  return Compiler<real>(std::span<const Scene>(&spheres, 1)).shapes();
 }
 
-template Buffers<float> compile_shapes<float>(const Scene&);
-template Buffers<double> compile_shapes<double>(const Scene&);
+template Buffers<float> compile_shapes<float>(const Scene&, Shown);
+template Buffers<double> compile_shapes<double>(const Scene&, Shown);
 template InitialState<float> compile<float>(std::span<const Scene>);
 template InitialState<double> compile<double>(std::span<const Scene>);
 

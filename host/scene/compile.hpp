@@ -29,10 +29,14 @@ InitialState<real> compile(const Scene& scene) {
   return compile<real>(std::span<const Scene>(&scene, 1));
 }
 
+/// What of bodies that are particles is shown: the shapes that they stand for, or the particles, or the particles
+/// within translucent shapes.
+enum class Shown { shapes, particles, both };
+
 /// The constants of bodies and shapes alone, in the order of compile(): those too that are not simulated because no
 /// shape of the scene can touch another. For pictures.
 template <class real>
-Buffers<real> compile_shapes(const Scene& scene);
+Buffers<real> compile_shapes(const Scene& scene, Shown shown = Shown::shapes);
 
 /// First guesses for the lists of so many shapes; a step that needs more asks for it and is redone. A sphere in a dense
 /// pile has about 6 contacts that it owns, and pairs are little more than contacts.

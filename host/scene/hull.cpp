@@ -239,23 +239,35 @@ Vector3 half_extents_of(const std::vector<Vector3>& points) {
   return half;
 }
 
+namespace {
+
+// Of the tetrahedron from the origin to a triangle, counter-clockwise seen from outside.
+void add_tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c, VolumeMoments& m) {
+  constexpr unsigned row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+  const double volume = dot(a, cross(b, c)) / 6;
+  const Vector3 sum = exact::add(exact::add(a, b), c);
+  m.volume += volume;
+  m.first = exact::add(m.first, exact::scale(volume / 4, sum));
+  for (unsigned k = 0; k < 6; ++k) {
+    const unsigned r = row[k], s = column[k];
+    m.second[k] += volume / 20 * (a[r] * a[s] + b[r] * b[s] + c[r] * c[s] + sum[r] * sum[s]);
+  }
+}
+
+}  // namespace
+
 VolumeMoments volume_moments(const ConvexHull& hull) {
   VolumeMoments m;
-  constexpr unsigned row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
   for (const std::vector<u32>& face : hull.faces) {
-    const Vector3& a = hull.vertices[face[0]];
-    for (std::size_t i = 1; i + 1 < face.size(); ++i) {
-      const Vector3 &b = hull.vertices[face[i]], &c = hull.vertices[face[i + 1]];
-      const double volume = dot(a, cross(b, c)) / 6;
-      const Vector3 sum = exact::add(exact::add(a, b), c);
-      m.volume += volume;
-      m.first = exact::add(m.first, exact::scale(volume / 4, sum));
-      for (unsigned k = 0; k < 6; ++k) {
-        const unsigned r = row[k], s = column[k];
-        m.second[k] += volume / 20 * (a[r] * a[s] + b[r] * b[s] + c[r] * c[s] + sum[r] * sum[s]);
-      }
-    }
+    for (std::size_t i = 1; i + 1 < face.size(); ++i)
+      add_tetrahedron(hull.vertices[face[0]], hull.vertices[face[i]], hull.vertices[face[i + 1]], m);
   }
+  return m;
+}
+
+VolumeMoments volume_moments(const TriangleMesh& mesh) {
+  VolumeMoments m;
+  for (const auto& [a, b, c] : mesh.triangles) add_tetrahedron(mesh.vertices[a], mesh.vertices[b], mesh.vertices[c], m);
   return m;
 }
 

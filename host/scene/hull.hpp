@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/exact_math.hpp"
+#include "host/scene/scene.hpp"
 #include "kernels/types.h"
 
 namespace lockstep {
@@ -48,5 +48,6 @@ struct VolumeMoments {
   std::array<double, 6> second = {};
 };
 VolumeMoments volume_moments(const ConvexHull& hull);
+VolumeMoments volume_moments(const TriangleMesh& mesh);
 
 }  // namespace lockstep

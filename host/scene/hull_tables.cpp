@@ -40,6 +40,19 @@ u32 HullIndex::find_or_add(const std::vector<Vector3>& points, Buffers<real>& bu
   return known_[points] = static_cast<u32>(buffers.hulls.size() - 1);
 }
 
+template <class real>
+u32 HullIndex::find_or_add(const std::shared_ptr<const TriangleMesh>& mesh, Buffers<real>& buffers) {
+  const auto found = known_meshes_.find(mesh);
+  if (found != known_meshes_.end()) return found->second;
+  ConvexHull faces;  // no planes and no edges: nothing collides with it
+  faces.vertices = mesh->vertices;
+  for (const auto& triangle : mesh->triangles) faces.faces.emplace_back(triangle.begin(), triangle.end());
+  append(faces, buffers);
+  return known_meshes_[mesh] = static_cast<u32>(buffers.hulls.size() - 1);
+}
+
+template u32 HullIndex::find_or_add(const std::shared_ptr<const TriangleMesh>&, Buffers<float>&);
+template u32 HullIndex::find_or_add(const std::shared_ptr<const TriangleMesh>&, Buffers<double>&);
 template u32 HullIndex::find_or_add(const std::vector<Vector3>&, Buffers<float>&, std::string&);
 template u32 HullIndex::find_or_add(const std::vector<Vector3>&, Buffers<double>&, std::string&);
 

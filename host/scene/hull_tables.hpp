@@ -18,7 +18,12 @@ class HullIndex {
   template <class real>
   u32 find_or_add(const std::vector<Vector3>& points, Buffers<real>& buffers, std::string& refusal);
 
+  /// The same of a mesh, which pictures draw as they draw a hull.
+  template <class real>
+  u32 find_or_add(const std::shared_ptr<const TriangleMesh>& mesh, Buffers<real>& buffers);
+
  private:
+  std::map<std::shared_ptr<const TriangleMesh>, u32> known_meshes_;
   std::map<std::vector<Vector3>, u32> known_;
 };
 

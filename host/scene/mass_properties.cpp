@@ -42,10 +42,13 @@ std::array<double, 6> of_point(double mass, const Vector3& d) {
           -mass * d[0] * d[1],           -mass * d[0] * d[2],           -mass * d[1] * d[2]};
 }
 
-// Of a convex hull: the integrals of its volume about its own centre.
-MassProperties of_hull(const std::vector<Vector3>& points, double density) {
+ConvexHull hull_of(const std::vector<Vector3>& points) {
   std::string refusal;
-  const VolumeMoments m = volume_moments(convex_hull(points, refusal));
+  return convex_hull(points, refusal);
+}
+
+// Of a polyhedron: the integrals of its volume about its own centre.
+MassProperties of_volume(const VolumeMoments& m, double density) {
   MassProperties own;
   if (!(m.volume > 0)) return own;
   own.mass = m.volume * density;
@@ -92,7 +95,8 @@ MassProperties own_properties(const ShapeDescription& shape, double density) {
       }
       break;
     }
-    case SHAPE_HULL: own = of_hull(shape.points, density); break;
+    case SHAPE_HULL: own = of_volume(volume_moments(hull_of(shape.points)), density); break;
+    case SHAPE_MESH: own = of_volume(volume_moments(*shape.mesh), density); break;
     default: break;  // a plane has no mass
   }
   return own;

@@ -1,32 +1,57 @@
+#include "host/scene/mesh.hpp"
+
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <stdexcept>
 
-#include "host/scene/read_hull.hpp"
+#include "host/embedded.hpp"
 
 namespace lockstep {
 
-std::vector<Vector3> mesh_vertices(const std::string& path) {
+namespace {
+
+const EmbeddedFile* find_embedded(const std::string& path) {
+  const auto files = embedded_meshes();
+  const auto found = std::find_if(files.begin(), files.end(), [&](const EmbeddedFile& f) { return f.name == path; });
+  return found == files.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+bool is_embedded_mesh(const std::string& path) { return find_embedded(path) != nullptr; }
+
+TriangleMesh read_mesh(const std::string& path) {
   Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(path, aiProcess_PreTransformVertices | aiProcess_JoinIdenticalVertices);
+  const unsigned steps = aiProcess_PreTransformVertices | aiProcess_JoinIdenticalVertices | aiProcess_Triangulate;
+  const EmbeddedFile* embedded = find_embedded(path);
+  const aiScene* scene = embedded != nullptr
+                             ? importer.ReadFileFromMemory(embedded->text.data(), embedded->text.size(), steps, "obj")
+                             : importer.ReadFile(path, steps);
   if (scene == nullptr) {
     std::string reason = importer.GetErrorString();
     for (char& c : reason)
       if (c == '\n' || c == '\r') c = ' ';
     throw std::runtime_error(reason);
   }
-  std::vector<Vector3> points;
+  TriangleMesh whole;
   for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
     const aiMesh& mesh = *scene->mMeshes[m];
+    const u32 first = static_cast<u32>(whole.vertices.size());
     for (unsigned i = 0; i < mesh.mNumVertices; ++i) {
       const aiVector3D& v = mesh.mVertices[i];
-      points.push_back({static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)});
+      whole.vertices.push_back({static_cast<double>(v.x), static_cast<double>(v.y), static_cast<double>(v.z)});
+    }
+    for (unsigned i = 0; i < mesh.mNumFaces; ++i) {
+      const aiFace& face = mesh.mFaces[i];  // points and lines bound nothing
+      if (face.mNumIndices == 3)
+        whole.triangles.push_back({first + face.mIndices[0], first + face.mIndices[1], first + face.mIndices[2]});
     }
   }
-  if (points.empty()) throw std::runtime_error("it holds no mesh");
-  return points;
+  if (whole.vertices.empty()) throw std::runtime_error("it holds no mesh");
+  return whole;
 }
 
 }  // namespace lockstep

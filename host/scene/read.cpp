@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "host/embedded.hpp"
+#include "host/scene/particle_law.hpp"
 #include "host/scene/read_bodies.hpp"
 
 namespace lockstep {
@@ -146,6 +147,35 @@ CameraDescription read_camera(const JsonNode& node) {
   return camera;
 }
 
+ParticleSettings read_particles(const JsonNode& node) {
+  node.expect_object({"radius", "model", "sampling", "stiffness", "restitution", "friction"});
+  ParticleSettings p;
+  p.radius = node.at("radius").positive();
+  if (node.has("model")) {
+    p.model = node.at("model").choice<ParticleModel>(
+        "model", {{"penalty", ParticleModel::penalty}, {"constraints", ParticleModel::constraints}});
+  }
+  if (node.has("sampling")) {
+    p.sampling =
+        node.at("sampling").choice<Sampling>("sampling", {{"surface", Sampling::surface}, {"solid", Sampling::solid}});
+  }
+  if (p.model == ParticleModel::constraints) {
+    for (const char* key : {"stiffness", "restitution", "friction"}) {
+      if (node.has(key))
+        node.at(key).fail("belongs to the model penalty; materials say how constraints rub and bounce");
+    }
+    return p;
+  }
+  p.stiffness = node.at("stiffness").positive();
+  if (node.has("restitution")) {
+    p.restitution = node.at("restitution").number();
+    if (!(p.restitution >= least_restitution && p.restitution <= 1))
+      node.at("restitution").must_be(fmt::format("{} .. 1", least_restitution));
+  }
+  if (node.has("friction")) p.friction = node.at("friction").not_negative();
+  return p;
+}
+
 void expect_different_names(const JsonNode& array, const std::vector<BodyDescription>& bodies) {
   std::unordered_map<std::string_view, std::size_t> index_of;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
@@ -181,7 +211,7 @@ Scene parse_scene(const std::string& text, const std::string& source) {
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
-                      "bodies", "joints"});
+                      "bodies", "joints", "particles"});
   Scene scene;
   scene.source = source;
   scene.text = text;
@@ -196,7 +226,8 @@ Scene parse_scene(const std::string& text, const std::string& source) {
     scene.material_pairs = read_material_pairs(root.at("material_pairs"), scene.materials);
   }
   Categories categories;
-  Names names = {scene.materials, categories};
+  if (root.has("particles")) scene.particles = read_particles(root.at("particles"));
+  Names names = {scene.materials, categories, scene.particles.has_value()};
   BodyList list = read_bodies(root.at("bodies"), names);
   scene.bodies = std::move(list.bodies);
   if (scene.bodies.empty()) root.at("bodies").fail("is empty; a scene needs a body");

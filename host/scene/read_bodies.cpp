@@ -24,6 +24,7 @@ const std::map<ShapeKind, std::vector<const char*>> size_keys = {
     {SHAPE_SPHERE, {"radius"}}, {SHAPE_CAPSULE, {"radius", "length"}},
     {SHAPE_BOX, {"size"}},      {SHAPE_CYLINDER, {"radius", "length"}},
     {SHAPE_HULL, {}},           {SHAPE_PLANE, {}},
+    {SHAPE_MESH, {}},
 };
 
 void read_size(const JsonNode& node, ShapeDescription& shape) {
@@ -45,7 +46,8 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
                                                            {"box", SHAPE_BOX},
                                                            {"cylinder", SHAPE_CYLINDER},
                                                            {"hull", SHAPE_HULL},
-                                                           {"plane", SHAPE_PLANE}});
+                                                           {"plane", SHAPE_PLANE},
+                                                           {"mesh", SHAPE_MESH}});
   const std::string kind = node.at("type").text();
   const auto& keys = size_keys.at(shape.kind);
   for (const char* key : {"radius", "length", "size"}) {
@@ -67,8 +69,12 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
   if (node.has("rotation")) shape.rotation = read_orientation(node.at("rotation"));
 
   if (shape.kind == SHAPE_HULL) read_hull(node, shape);
+  if (shape.kind == SHAPE_MESH) {
+    if (!names.particles) node.fail("collides by particles; give the scene \"particles\", or make it a hull");
+    read_solid_mesh(node, shape);
+  }
   for (const char* key : {"points", "mesh", "scale"}) {
-    if (shape.kind != SHAPE_HULL && node.has(key))
+    if (shape.kind != SHAPE_HULL && shape.kind != SHAPE_MESH && node.has(key))
       node.at(key).fail(fmt::format("does not belong to a {}; remove it", kind));
   }
 

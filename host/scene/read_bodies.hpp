@@ -52,6 +52,7 @@ struct BodyList {
 struct Names {
   const std::vector<Material>& materials;
   Categories& categories;
+  bool particles = false;  // whether bodies are particles, as meshes must be
 };
 
 /// Reads the array of bodies and generators, in file order; the copies of a generator stand where it stands.

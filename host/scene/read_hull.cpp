@@ -2,9 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <filesystem>
 
 #include "host/scene/hull.hpp"
+#include "host/scene/mesh.hpp"
+#include "host/scene/triangle_mesh.hpp"
 
 namespace lockstep {
 
@@ -16,18 +19,18 @@ std::vector<Vector3> read_points(const JsonNode& array) {
   return points;
 }
 
-std::vector<Vector3> read_mesh(const JsonNode& name, double scale) {
+TriangleMesh read_mesh_file(const JsonNode& name, double scale) {
   const std::filesystem::path path = std::filesystem::path(name.source()).parent_path() / name.text();
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
     name.fail(fmt::format("names the directory {}; give a mesh file in it", path.string()));
-  if (!std::filesystem::is_regular_file(path, ignored))
+  if (!is_embedded_mesh(path.string()) && !std::filesystem::is_regular_file(path, ignored))
     name.fail(fmt::format("names no file: {} does not exist; a mesh is looked for from the folder of the scene",
                           path.string()));
   try {
-    std::vector<Vector3> points = mesh_vertices(path.string());
-    for (Vector3& p : points) p = exact::scale(scale, p);
-    return points;
+    TriangleMesh mesh = read_mesh(path.string());
+    for (Vector3& p : mesh.vertices) p = exact::scale(scale, p);
+    return mesh;
   } catch (const std::runtime_error& error) {
     name.fail(fmt::format("cannot be read as a mesh: {}", error.what()));
   }
@@ -40,7 +43,7 @@ void read_hull(const JsonNode& node, ShapeDescription& shape) {
   if (node.has("points") && node.has("scale")) node.at("scale").fail("belongs to a mesh; scale the points instead");
   const JsonNode source = node.at(node.has("points") ? "points" : "mesh");
   const double scale = node.has("scale") ? node.at("scale").positive() : 1;
-  const std::vector<Vector3> given = node.has("points") ? read_points(source) : read_mesh(source, scale);
+  const std::vector<Vector3> given = node.has("points") ? read_points(source) : read_mesh_file(source, scale).vertices;
   std::string refusal;
   ConvexHull hull = convex_hull(given, refusal);
   if (!refusal.empty()) source.fail(refusal);
@@ -48,6 +51,20 @@ void read_hull(const JsonNode& node, ShapeDescription& shape) {
   for (Vector3& v : hull.vertices) v = exact::subtract(v, center);
   shape.points = std::move(hull.vertices);
   shape.offset = exact::add(shape.offset, exact::rotate(shape.rotation, center));
+}
+
+void read_solid_mesh(const JsonNode& node, ShapeDescription& shape) {
+  if (node.has("points")) node.at("points").fail("belongs to a hull; give \"mesh\"");
+  const double scale = node.has("scale") ? node.at("scale").positive() : 1;
+  TriangleMesh mesh = read_mesh_file(node.at("mesh"), scale);
+  for (const Vector3& v : mesh.vertices) {
+    for (const double x : v)
+      if (!(std::abs(x) < 1e15))
+        node.at("mesh").fail(fmt::format("must be finite and below 1e15 m, has the coordinate {}", x));
+  }
+  mesh = welded(mesh);
+  if (const std::string flaw = flaw_of(mesh); !flaw.empty()) node.at("mesh").fail(flaw);
+  shape.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
 }
 
 }  // namespace lockstep

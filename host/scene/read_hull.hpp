@@ -1,4 +1,4 @@
-// The shape "hull" of a scene file: from points, or from the vertices of a mesh.
+// The shapes "hull" and "mesh" of a scene file: from points, from the vertices of a mesh file or from its triangles.
 #pragma once
 
 #include "host/scene/json_node.hpp"
@@ -10,8 +10,7 @@ namespace lockstep {
 /// that holds them.
 void read_hull(const JsonNode& node, ShapeDescription& shape);
 
-/// The vertices of all meshes of a file, as they stand in its scene (assimp: obj, stl, ply, gltf and others). Throws
-/// std::runtime_error where it holds none.
-std::vector<Vector3> mesh_vertices(const std::string& path);
+/// Sets the mesh of a shape of the kind mesh. Refuses one that bounds no solid.
+void read_solid_mesh(const JsonNode& node, ShapeDescription& shape);
 
 }  // namespace lockstep

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -35,6 +36,23 @@ inline constexpr std::pair<const char*, FrictionModel> friction_model_names[] = 
 /// How candidate pairs are found. `automatic` takes the tree where shapes differ much in size.
 enum class BroadPhase { automatic, grid, bvh };
 
+/// What bodies of particles push with: springs and dampers (Harada 2008), or the contacts of the solvers.
+enum class ParticleModel { penalty, constraints };
+
+/// Where the particles of a body are: on its surface, or all through it.
+enum class Sampling { surface, solid };
+
+/// Bodies as particles (docs/particles.md). All lie within the shapes that they stand for, and touch their surfaces.
+struct ParticleSettings {
+  double radius = 0;  // m
+  ParticleModel model = ParticleModel::penalty;
+  Sampling sampling = Sampling::surface;
+  // of the penalty model
+  double stiffness = 0;      // N/m, of two particles that overlap
+  double restitution = 0.5;  // of two particles that are bodies of their own
+  double friction = 0.5;
+};
+
 struct Material {
   std::string name = {};
   double friction = 0.5, restitution = 0;
@@ -46,17 +64,24 @@ struct MaterialPairRule {
   double friction, restitution;
 };
 
+/// Triangles are counter-clockwise seen from outside; m, in the frame of the shape.
+struct TriangleMesh {
+  std::vector<Vector3> vertices;
+  std::vector<std::array<u32, 3>> triangles;
+};
+
 struct ShapeDescription {
   ShapeKind kind = SHAPE_SPHERE;
   Vector3 offset = {0, 0, 0};  // in the body frame, m
   Quaternion rotation = {0, 0, 0, 1};
-  double radius = 0;                     // sphere, capsule, cylinder
-  double half_length = 0;                // capsule: of the core segment; cylinder: of the axis; along z
-  Vector3 half_extents = {0, 0, 0};      // box
-  std::vector<Vector3> points = {};      // hull: the corners, in the shape's frame
-  u32 material = 0;                      // index into Scene::materials
-  u32 category = 1, mask = 0xffffffffu;  // collision filter
-  bool sensor = false;                   // tells what overlaps it and pushes nothing; has no mass
+  double radius = 0;                              // sphere, capsule, cylinder
+  double half_length = 0;                         // capsule: of the core segment; cylinder: of the axis; along z
+  Vector3 half_extents = {0, 0, 0};               // box
+  std::vector<Vector3> points = {};               // hull: the corners, in the shape's frame
+  std::shared_ptr<const TriangleMesh> mesh = {};  // mesh: closed, and the same for all copies of the shape
+  u32 material = 0;                               // index into Scene::materials
+  u32 category = 1, mask = 0xffffffffu;           // collision filter
+  bool sensor = false;                            // tells what overlaps it and pushes nothing; has no mass
 };
 
 struct BodyDescription {
@@ -141,7 +166,8 @@ struct Scene {
   std::vector<MaterialPairRule> material_pairs;
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
-  std::optional<CameraDescription> camera;  // none: framed automatically
+  std::optional<ParticleSettings> particles;  // none: bodies collide by their shapes
+  std::optional<CameraDescription> camera;    // none: framed automatically
 };
 
 }  // namespace lockstep

@@ -1,0 +1,31 @@
+// Where the particles are at the start of a step, and how far one of them can come in it: r + h (|v| + |w| |a|) for one
+// at the arm a. The largest sizes the cells of the grid, as in update_bounds.
+#pragma once
+
+#include <algorithm>
+
+#include "cpu_reference/particle.hpp"
+
+namespace lockstep::reference {
+
+/// A particle that has no finite place raises STATUS_OUT_OF_GRID.
+template <class real>
+void bound_particles(Buffers<real>& b, const StepParams<real>& params) {
+  const real h = step_length(params);
+  for (u32 i = 0; i < b.particle_bodies.size(); ++i) {
+    place_particle(b, i);
+    const u32 body = b.particle_bodies[i];
+    const Motion<real>& motion = b.motions[body];
+    const real speed = length3(vec3(motion.v)) + length3(vec3(motion.w)) * length3(vec3_of(b.particle_offsets[i]));
+    const real extent = b.particle_laws[b.body_infos[body].world].radius + h * speed;
+    const Vec3<real> x = vec3_of(b.particle_places[i]);
+    if (is_finite(x.x) && is_finite(x.y) && is_finite(x.z) && is_finite(extent)) {
+      b.counters[COUNTER_MAX_EXTENT] = std::max(b.counters[COUNTER_MAX_EXTENT], extent_bits(extent));
+    } else {
+      b.counters[COUNTER_STATUS] |= STATUS_OUT_OF_GRID;
+      b.counters[COUNTER_BAD_BODY] = std::max(b.counters[COUNTER_BAD_BODY], NONE - body);
+    }
+  }
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,14 @@
+// Where the particles are, and how fast, after a sub-step that another one follows.
+#pragma once
+
+#include "cpu_reference/particle.hpp"
+
+namespace lockstep::reference {
+
+template <class real>
+void place_particles(Buffers<real>& b, const StepParams<real>& params) {
+  if (step_is_void(b.counters) || params.substep + 1 == params.substeps) return;
+  for (u32 i = 0; i < b.particle_bodies.size(); ++i) place_particle(b, i);
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,59 @@
+#include "host/report/particle_overlap.hpp"
+
+#include <algorithm>
+
+#include "host/in_double.hpp"
+
+namespace lockstep {
+
+namespace {
+
+using Eigen::Vector3d;
+
+// Depths that were met so far.
+struct Depths {
+  double most = 0, sum = 0;
+  u32 count = 0;
+
+  void add(double depth) {
+    if (depth <= 0) return;
+    most = std::max(most, depth);
+    sum += depth;
+    ++count;
+  }
+};
+
+}  // namespace
+
+template <class real>
+Penetration particle_overlap(const Buffers<real>& b) {
+  Depths depths;
+  std::vector<Vector3d> places;
+  for (std::size_t i = 0; i < b.particle_bodies.size(); ++i) {
+    const u32 body = b.particle_bodies[i];
+    places.push_back(vector3(b.positions[body]) + rotation(b.orientations[body]) * vector3(b.particle_offsets[i]));
+  }
+  for (u32 i = 0; i < places.size(); ++i) {
+    const BodyInfo& info = b.body_infos[b.particle_bodies[i]];
+    if (info.kind != BODY_DYNAMIC) continue;
+    const double radius = double(b.particle_laws[info.world].radius);
+    const WorldRange& world = b.world_ranges[info.world];
+    for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k) {
+      const u32 body = b.plane_bodies[k];
+      const auto turn = rotation(b.orientations[body]);
+      const Vector3d point = vector3(b.positions[body]) + turn * vector3(b.particle_planes[k].point);
+      depths.add(radius - (turn * vector3(b.particle_planes[k].normal)).dot(places[i] - point));
+    }
+    for (u32 k = b.neighbour_starts[i]; k < b.neighbour_starts[i + 1]; ++k) {
+      const u32 j = b.neighbours[k];
+      const bool is_twice = b.body_infos[b.particle_bodies[j]].kind == BODY_DYNAMIC;
+      if (!is_twice || i < j) depths.add(2 * radius - (places[j] - places[i]).norm());
+    }
+  }
+  return {depths.most, depths.count > 0 ? depths.sum / depths.count : 0, depths.count};
+}
+
+template Penetration particle_overlap<float>(const Buffers<float>&);
+template Penetration particle_overlap<double>(const Buffers<double>&);
+
+}  // namespace lockstep

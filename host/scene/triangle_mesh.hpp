@@ -1,0 +1,46 @@
+// Closed triangle meshes: what makes one a solid, and where it is close to a point. In exact arithmetic
+// (exact_math.hpp).
+#pragma once
+
+#include <string>
+#include <unordered_map>
+
+#include "host/scene/scene.hpp"
+
+namespace lockstep {
+
+/// Makes vertices at one place one, as files often give a corner once for each triangle, and drops triangles that have
+/// two corners there. All vertices must be finite.
+TriangleMesh welded(const TriangleMesh& mesh);
+
+/// Why a welded mesh bounds no solid: it has an edge without two triangles, triangles turned against each other, a side
+/// turned in or triangles that cut each other; with a place, and what to do. Nothing where it is good.
+std::string flaw_of(const TriangleMesh& mesh);
+
+/// The triangles of a mesh by the cells of a lattice, for questions about points.
+class MeshSearch {
+ public:
+  /// Distances are asked for up to about `reach`, m. Keeps a reference to the mesh.
+  MeshSearch(const TriangleMesh& mesh, double reach);
+
+  struct Nearest {
+    bool found = false;
+    double distance = 0;
+    Vector3 point = {0, 0, 0};
+  };
+  /// The point of the surface nearest to p, where one is within `reach` of it, m.
+  Nearest nearest(const Vector3& p, double reach) const;
+
+  /// Whether p is inside: an odd number of triangles is below it.
+  bool contains(const Vector3& p) const;
+
+ private:
+  using Cells = std::unordered_map<std::uint64_t, std::vector<u32>>;
+  const std::vector<u32>& at(const Cells& cells, long x, long y, long z) const;
+
+  const TriangleMesh& mesh_;
+  double size_;
+  Cells cells_, columns_;
+};
+
+}  // namespace lockstep
