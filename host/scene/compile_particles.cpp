@@ -10,8 +10,6 @@ namespace lockstep {
 
 namespace {
 
-constexpr std::size_t most_particles = NONE >> 8;  // lists are several times as long
-
 [[noreturn]] void refuse(const Scene& scene, const char* place, const std::string& what) {
   throw Error(Failure::input, scene.source + ": " + place, what);
 }

@@ -58,9 +58,9 @@ void add_box(const Vector3& half, double spacing, bool solid, Points& points) {
   const auto is_end = [&](unsigned k, double i) { return i == 0 || i == steps[k]; };
   for (double x = 0; x <= steps[0]; ++x) {
     for (double y = 0; y <= steps[1]; ++y) {
-      for (double z = 0; z <= steps[2]; ++z) {
-        if (solid || is_end(0, x) || is_end(1, y) || is_end(2, z)) points.push_back({at(0, x), at(1, y), at(2, z)});
-      }
+      // within a surface only the two ends
+      const bool whole = solid || is_end(0, x) || is_end(1, y) || steps[2] == 0;
+      for (double z = 0; z <= steps[2]; z += whole ? 1 : steps[2]) points.push_back({at(0, x), at(1, y), at(2, z)});
     }
   }
 }
@@ -79,6 +79,26 @@ double thickness(const ShapeDescription& shape) {
   if (shape.kind == SHAPE_BOX) return std::min({shape.half_extents[0], shape.half_extents[1], shape.half_extents[2]});
   if (shape.kind == SHAPE_CYLINDER) return std::min(shape.radius, shape.half_length);
   return shape.radius;
+}
+
+// Half the extents of a box about the shape.
+Vector3 half_extents_of(const ShapeDescription& shape) {
+  if (shape.kind == SHAPE_BOX) return shape.half_extents;
+  if (shape.kind == SHAPE_HULL || shape.kind == SHAPE_MESH) {
+    const Points& corners = shape.kind == SHAPE_HULL ? shape.points : shape.mesh->vertices;
+    Vector3 low = corners[0], high = low;
+    for (const Vector3& p : corners)
+      for (unsigned k = 0; k < 3; ++k) low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
+    return exact::scale(0.5, exact::subtract(high, low));
+  }
+  const double end = shape.kind == SHAPE_SPHERE ? 0 : shape.half_length;
+  return {shape.radius, shape.radius, shape.kind == SHAPE_CAPSULE ? shape.radius + end : std::max(shape.radius, end)};
+}
+
+// About how many there will be: those of the box about the shape.
+double expected_particles(const ShapeDescription& shape, double radius, bool solid) {
+  const Vector3 n = exact::scale(1 / radius, half_extents_of(shape));
+  return solid ? n[0] * n[1] * n[2] : 2 * (n[0] * n[1] + n[1] * n[2] + n[2] * n[0]);
 }
 
 // In the frame of the shape: layers of which each is two radii below the last.
@@ -126,6 +146,11 @@ std::vector<double> key_of(const BodyDescription& body) {
 std::vector<Vector3> sample_particles(const ShapeDescription& shape, const ParticleSettings& settings,
                                       std::string& refusal) {
   const bool solid = settings.sampling == Sampling::solid;
+  if (const double expected = expected_particles(shape, settings.radius, solid); expected > most_particles) {
+    refusal = fmt::format("needs about {:.3g} particles of the radius {:.6g} m, more than {}; make them larger",
+                          expected, settings.radius, most_particles);
+    return {};
+  }
   Points points;
   if (shape.kind == SHAPE_MESH) {
     points = sample_mesh(*shape.mesh, settings.radius, settings.sampling, refusal);
