@@ -129,7 +129,7 @@ void add_export(CLI::App& program) {
       ->capture_default_str();
   command->add_flag("--quiet", options->quiet, "No progress bar and no line");
   command->footer(
-      "Examples:\n  lockstep export wall --at 100 -o wall.hdf5\n  lockstep solve wall.hdf5\n"
+      "Example:\n  lockstep export wall --at 100 -o wall.hdf5\n  lockstep solve wall.hdf5\n"
       "  lockstep export rag_doll --at 100 --sizes");
   command->callback([options] { export_system(*options); });
 }

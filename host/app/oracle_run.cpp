@@ -30,7 +30,7 @@ void add_oracle_options(CLI::App& command, OracleOptions& options) {
       ->check(CLI::Range(3, 256))
       ->capture_default_str();
   command.footer(oracle_descriptions() +
-                 "Examples:\n  lockstep run spheres8000 --steps 120 --report out.json\n"
+                 "Example:\n  lockstep run spheres8000 --steps 120 --report out.json\n"
                  "  lockstep run incline --solver auto --tolerance 1e-12");
 }
 
