@@ -301,6 +301,26 @@ TEST(World, JointsThatStayKeepTheirImpulses) {
   EXPECT_EQ(whole.state_hash(), cut.state_hash());
 }
 
+// Bodies that push each other by particles: what comes and goes far away leaves every bit of the others.
+TEST(World, BodiesAsParticlesComeAndGo) {
+  Scene scene = ground_scene();
+  use_solver(scene.settings, Solver::gauss_seidel);
+  scene.settings.dt = 0.001;
+  scene.particles = ParticleSettings{.radius = 0.1, .stiffness = 4000};
+  World alone(scene, in_double()), busy(scene, in_double());
+  const BodyHandle box = alone.add(box_at({0, 0, 0.6})), same = busy.add(box_at({0, 0, 0.6}));
+  const BodyHandle guest = busy.add(ball_at({40, 0, 1}));
+  for (int i = 0; i < 200; ++i) {
+    alone.step();
+    busy.step();
+    if (i == 10) busy.add(box_at({-40, 0, 2}));
+    if (i == 30) busy.remove(guest);
+    ASSERT_EQ(alone.pose(box).position, busy.pose(same).position) << i;
+    ASSERT_EQ(alone.velocity(box).linear, busy.velocity(same).linear) << i;
+  }
+  EXPECT_NEAR(alone.pose(box).position[2], 0.5, 0.05) << "on the floor";
+}
+
 TEST(World, AnEmptyWorldIsFilledAndEmptiedAgain) {
   World world(Scene{}, {.device = "reference"});
   EXPECT_EQ(refusal([&] { world.step(); }), "world: has no bodies; add one");

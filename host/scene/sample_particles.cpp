@@ -86,6 +86,7 @@ Vector3 half_extents_of(const ShapeDescription& shape) {
   if (shape.kind == SHAPE_BOX) return shape.half_extents;
   if (shape.kind == SHAPE_HULL || shape.kind == SHAPE_MESH) {
     const Points& corners = shape.kind == SHAPE_HULL ? shape.points : shape.mesh->vertices;
+    if (corners.empty()) return {0, 0, 0};
     Vector3 low = corners[0], high = low;
     for (const Vector3& p : corners)
       for (unsigned k = 0; k < 3; ++k) low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
@@ -93,12 +94,6 @@ Vector3 half_extents_of(const ShapeDescription& shape) {
   }
   const double end = shape.kind == SHAPE_SPHERE ? 0 : shape.half_length;
   return {shape.radius, shape.radius, shape.kind == SHAPE_CAPSULE ? shape.radius + end : std::max(shape.radius, end)};
-}
-
-// About how many there will be: those of the box about the shape.
-double expected_particles(const ShapeDescription& shape, double radius, bool solid) {
-  const Vector3 n = exact::scale(1 / radius, half_extents_of(shape));
-  return solid ? n[0] * n[1] * n[2] : 2 * (n[0] * n[1] + n[1] * n[2] + n[2] * n[0]);
 }
 
 // In the frame of the shape: layers of which each is two radii below the last.
@@ -143,10 +138,15 @@ std::vector<double> key_of(const BodyDescription& body) {
 
 }  // namespace
 
+double expected_particles(const ShapeDescription& shape, const ParticleSettings& settings) {
+  const Vector3 n = exact::scale(1 / settings.radius, half_extents_of(shape));
+  return settings.sampling == Sampling::solid ? n[0] * n[1] * n[2] : 2 * (n[0] * n[1] + n[1] * n[2] + n[2] * n[0]);
+}
+
 std::vector<Vector3> sample_particles(const ShapeDescription& shape, const ParticleSettings& settings,
                                       std::string& refusal) {
   const bool solid = settings.sampling == Sampling::solid;
-  if (const double expected = expected_particles(shape, settings.radius, solid); expected > most_particles) {
+  if (const double expected = expected_particles(shape, settings); expected > most_particles) {
     refusal = fmt::format("needs about {:.3g} particles of the radius {:.6g} m, more than {}; make them larger",
                           expected, settings.radius, most_particles);
     return {};

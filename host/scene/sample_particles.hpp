@@ -12,6 +12,9 @@ namespace lockstep {
 /// That a scene can have; lists are several times as long.
 inline constexpr u32 most_particles = NONE >> 8;
 
+/// About how many a bounded shape will have: those of the box about it.
+double expected_particles(const ShapeDescription& shape, const ParticleSettings& settings);
+
 /// The centres of the particles of one bounded shape, in the frame of its body, m. Where particles of this radius do
 /// not fit, none, and `refusal` says why and what to do.
 std::vector<Vector3> sample_particles(const ShapeDescription& shape, const ParticleSettings& settings,
