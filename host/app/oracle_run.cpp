@@ -4,6 +4,7 @@
 
 #include "cpu_reference/oracle/cone/solvers.hpp"
 #include "host/error.hpp"
+#include "host/scene/compile_particles.hpp"
 
 namespace lockstep::app {
 
@@ -43,6 +44,7 @@ void prepare_for_oracle(const OracleOptions& oracle, SceneOptions& options, Scen
   expect(options.precision != "float", "--precision", "which works in double only; leave --precision out");
   expect(options.friction_model != FrictionModel::patches, "--friction-model",
          "for which friction is at each contact; leave --friction-model out");
+  expect(!is_penalty(scene), "--solver", "and springs between particles leave it nothing to solve; leave --solver out");
   options.device = "reference";
   Settings& settings = scene.settings;
   if (settings.solver != Solver::gauss_seidel) {

@@ -156,6 +156,7 @@ TEST_F(CommandLine, RefusesOraclesInOneLine) {
   expect_refused("run box_stack --solver auto --device cpu", 2, "--device: auto is an oracle");
   expect_refused("run box_stack --solver auto --precision float", 2, "--precision: auto is an oracle");
   expect_refused("run box_stack --solver auto --friction-model patches", 2, "--friction-model: auto is an oracle");
+  expect_refused("run particles_rest --solver auto", 2, "--solver: auto is an oracle");
   expect_refused("run box_stack --solver auto --tolerance 0", 2, "--tolerance: auto is an oracle");
   expect_refused("run box_stack --solver auto --record x.h5", 2, "--record: ");
   expect_refused("run box_stack --solver pyramid_lemke --directions 2", 2, "--directions");
