@@ -98,7 +98,8 @@ TEST_F(RenderCommand, ARecordingLooksAsTheRunDid) {
   // the last one's shape is not simulated: it can touch nothing
   std::ofstream(file("ball.json")) << R"({"camera": {"position": [0, -9, 3], "target": [0, 0, 1]},
                                           "bodies": [{"mass": 1, "shapes": [{"type": "sphere", "radius": 1}]}]})";
-  for (const std::string& scene : {std::string("spheres_small"), std::string("rag_doll"), folder("ball.json")}) {
+  for (const std::string& scene :
+       {std::string("spheres_small"), std::string("rag_doll"), std::string("particles_rest"), folder("ball.json")}) {
     SCOPED_TRACE(scene);
     const std::string record = folder("x.h5"), name = "/" + fs::path(scene).stem().string() + "_000007.png";
     EXPECT_EQ(run("run " + scene + " --steps 10 --quiet --device reference --record " + record).status, 0);

@@ -246,7 +246,7 @@ TEST(SampleParticles, AreTheSameEachTimeAndForCopies) {
 TEST(SampleParticles, WhatIsTooFineIsRefusedAtOnce) {
   std::string refusal;
   EXPECT_TRUE(sample_particles(primitive(SHAPE_BOX), {.radius = 1e-6}, refusal).empty());
-  EXPECT_EQ(refusal, "needs about 1.5e+12 particles of the radius 1e-06 m, more than 16777215; make them larger");
+  EXPECT_EQ(refusal, "needs about 3.34e+12 particles of the radius 1e-06 m, more than 16777215; make them larger");
   refusal.clear();
   EXPECT_TRUE(sample_particles(mesh_shape(torus(0.35, 0.15, 24, 12)), {.radius = 1e-6}, refusal).empty());
   EXPECT_NE(refusal.find("make them larger"), std::string::npos) << refusal;

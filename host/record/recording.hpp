@@ -9,13 +9,14 @@
 
 namespace lockstep {
 
-inline constexpr u32 recording_format = 1;
+inline constexpr u32 recording_format = 2;
 
 /// What a recording says of itself.
 struct RecordingLabel {
   std::string scene, device;
-  std::string options;     // as the command line gave them
-  std::string scene_text;  // of the scene file
+  std::string options;      // as the command line gave them
+  std::string scene_text;   // of the scene file; empty of a world that was made in code
+  std::string source = {};  // the path of that file, from which meshes are looked for
 };
 
 /// A row of `steps`.

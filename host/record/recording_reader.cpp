@@ -88,6 +88,7 @@ void RecordingReader::read_head() {
   label_.scene = h5::read_text_attribute(file_, "scene");
   label_.device = h5::read_text_attribute(file_, "device");
   label_.options = h5::read_text_attribute(file_, "options");
+  label_.source = h5::read_text_attribute(file_, "source");
   label_.scene_text = h5::read_text(file_, "scene_text");
   outcome_ = h5::read_text_attribute(file_, "outcome");
 }

@@ -115,7 +115,7 @@ class EngineOf final : public Engine {
 
   void record(const std::string& path, const Scene& scene) override {
     end_recording();
-    const RecordingLabel label = {scene.name, simulation_->backend().name(), "{}", scene.text};
+    const RecordingLabel label = {scene.name, simulation_->backend().name(), "{}", scene.text, scene.source};
     recording_ =
         std::make_unique<RecordingWriter<real>>(path, label, state_now(constants_, *simulation_), Inputs::recorded);
   }
