@@ -187,9 +187,11 @@ DeviceBackend<real>::DeviceBackend(const InitialState<real>& state, const Device
                                    const DeviceOptions& options)
     : parts_(opencl_guard(device.name, [&] { return std::make_unique<Parts>(state, device, options); })) {}
 
-// At the end, when every kernel that was wanted has run. A binary that cannot be had is built again next time.
+// Waits for what is under way, also after a failure: a driver that still builds a kernel when the process ends may
+// abort it. Then every kernel that was wanted has run. A binary that cannot be had is built again next time.
 template <class real>
 DeviceBackend<real>::~DeviceBackend() {
+  clFinish(parts_->queue());
   try {
     if (parts_->program) save_program(parts_->device, *parts_->program);
     for (BuiltProgram* program : parts_->enabled) save_program(parts_->device, *program);
