@@ -15,7 +15,7 @@ bool is_small(const Scene& scene) {
     for (const ShapeDescription& shape : body.shapes)
       if (scene.particles && shape.kind != SHAPE_PLANE) particles += expected_particles(shape, *scene.particles);
   }
-  return scene.bodies.size() <= 5000 && particles <= 20'000;
+  return scene.bodies.size() <= 5000 && particles <= 2'000;
 }
 
 }  // namespace
