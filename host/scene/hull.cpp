@@ -172,6 +172,19 @@ ConvexHull assemble(const std::vector<Vector3>& points, std::vector<std::vector<
   return hull;
 }
 
+// Of the tetrahedron from the origin to a triangle, counter-clockwise seen from outside.
+void add_tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c, VolumeMoments& m) {
+  constexpr unsigned row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
+  const double volume = dot(a, cross(b, c)) / 6;
+  const Vector3 sum = exact::add(exact::add(a, b), c);
+  m.volume += volume;
+  m.first = exact::add(m.first, exact::scale(volume / 4, sum));
+  for (unsigned k = 0; k < 6; ++k) {
+    const unsigned r = row[k], s = column[k];
+    m.second[k] += volume / 20 * (a[r] * a[s] + b[r] * b[s] + c[r] * c[s] + sum[r] * sum[s]);
+  }
+}
+
 }  // namespace
 
 ConvexHull convex_hull(const std::vector<Vector3>& given, std::string& refusal) {
@@ -238,23 +251,6 @@ Vector3 half_extents_of(const std::vector<Vector3>& points) {
     for (unsigned i = 0; i < 3; ++i) half[i] = std::max(half[i], std::abs(p[i]));
   return half;
 }
-
-namespace {
-
-// Of the tetrahedron from the origin to a triangle, counter-clockwise seen from outside.
-void add_tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c, VolumeMoments& m) {
-  constexpr unsigned row[6] = {0, 1, 2, 0, 0, 1}, column[6] = {0, 1, 2, 1, 2, 2};
-  const double volume = dot(a, cross(b, c)) / 6;
-  const Vector3 sum = exact::add(exact::add(a, b), c);
-  m.volume += volume;
-  m.first = exact::add(m.first, exact::scale(volume / 4, sum));
-  for (unsigned k = 0; k < 6; ++k) {
-    const unsigned r = row[k], s = column[k];
-    m.second[k] += volume / 20 * (a[r] * a[s] + b[r] * b[s] + c[r] * c[s] + sum[r] * sum[s]);
-  }
-}
-
-}  // namespace
 
 VolumeMoments volume_moments(const ConvexHull& hull) {
   VolumeMoments m;

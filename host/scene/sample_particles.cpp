@@ -82,18 +82,15 @@ double thickness(const ShapeDescription& shape) {
 }
 
 // Half the extents of a box about the shape.
-Vector3 half_extents_of(const ShapeDescription& shape) {
-  if (shape.kind == SHAPE_BOX) return shape.half_extents;
-  if (shape.kind == SHAPE_HULL || shape.kind == SHAPE_MESH) {
-    const Points& corners = shape.kind == SHAPE_HULL ? shape.points : shape.mesh->vertices;
-    if (corners.empty()) return {0, 0, 0};
-    Vector3 low = corners[0], high = low;
-    for (const Vector3& p : corners)
-      for (unsigned k = 0; k < 3; ++k) low[k] = std::min(low[k], p[k]), high[k] = std::max(high[k], p[k]);
-    return exact::scale(0.5, exact::subtract(high, low));
+Vector3 box_about(const ShapeDescription& shape) {
+  switch (shape.kind) {
+    case SHAPE_BOX: return shape.half_extents;
+    case SHAPE_HULL: return half_extents_of(shape.points);
+    case SHAPE_MESH: return half_extents_of(shape.mesh->vertices);
+    case SHAPE_CYLINDER: return {shape.radius, shape.radius, shape.half_length};
+    case SHAPE_CAPSULE: return {shape.radius, shape.radius, shape.radius + shape.half_length};
+    default: return {shape.radius, shape.radius, shape.radius};
   }
-  const double end = shape.kind == SHAPE_SPHERE ? 0 : shape.half_length;
-  return {shape.radius, shape.radius, shape.kind == SHAPE_CAPSULE ? shape.radius + end : std::max(shape.radius, end)};
 }
 
 // In the frame of the shape: layers of which each is two radii below the last.
@@ -139,7 +136,7 @@ std::vector<double> key_of(const BodyDescription& body) {
 }  // namespace
 
 double expected_particles(const ShapeDescription& shape, const ParticleSettings& settings) {
-  const Vector3 n = exact::scale(1 / settings.radius, half_extents_of(shape));
+  const Vector3 n = exact::scale(1 / settings.radius, box_about(shape));
   return settings.sampling == Sampling::solid ? n[0] * n[1] * n[2] : 2 * (n[0] * n[1] + n[1] * n[2] + n[2] * n[0]);
 }
 
