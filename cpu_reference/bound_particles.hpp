@@ -2,8 +2,6 @@
 // at the arm a. The largest sizes the cells of the grid, as in update_bounds.
 #pragma once
 
-#include <algorithm>
-
 #include "cpu_reference/particle.hpp"
 
 namespace lockstep::reference {
@@ -19,12 +17,8 @@ void bound_particles(Buffers<real>& b, const StepParams<real>& params) {
     const real speed = length3(vec3(motion.v)) + length3(vec3(motion.w)) * length3(vec3_of(b.particle_offsets[i]));
     const real extent = b.particle_laws[b.body_infos[body].world].radius + h * speed;
     const Vec3<real> x = vec3_of(b.particle_places[i]);
-    if (is_finite(x.x) && is_finite(x.y) && is_finite(x.z) && is_finite(extent)) {
-      b.counters[COUNTER_MAX_EXTENT] = std::max(b.counters[COUNTER_MAX_EXTENT], extent_bits(extent));
-    } else {
-      b.counters[COUNTER_STATUS] |= STATUS_OUT_OF_GRID;
-      b.counters[COUNTER_BAD_BODY] = std::max(b.counters[COUNTER_BAD_BODY], NONE - body);
-    }
+    const bool finite = is_finite(x.x) && is_finite(x.y) && is_finite(x.z) && is_finite(extent);
+    note_extent(finite, extent, body, b.counters);
   }
 }
 

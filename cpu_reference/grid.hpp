@@ -1,7 +1,9 @@
 // The uniform grid of the broad phase, and how far shapes can come in a step. kernels/grid.h is the twin.
 #pragma once
 
+#include <algorithm>
 #include <bit>
+#include <vector>
 
 #include "cpu_reference/shapes/manifold.hpp"
 
@@ -29,6 +31,17 @@ Vec3<real> point_velocity(const Motion<real>& motion, Vec3<real> arm) {
 template <class real>
 u32 extent_bits(real extent) {
   return std::bit_cast<u32>(float(extent) * 1.000001f);
+}
+
+/// Raises the largest extent; a body without a finite one leaves the grid.
+template <class real>
+void note_extent(bool finite, real extent, u32 body, std::vector<u32>& counters) {
+  if (finite) {
+    counters[COUNTER_MAX_EXTENT] = std::max(counters[COUNTER_MAX_EXTENT], extent_bits(extent));
+  } else {
+    counters[COUNTER_STATUS] |= STATUS_OUT_OF_GRID;
+    counters[COUNTER_BAD_BODY] = std::max(counters[COUNTER_BAD_BODY], NONE - body);
+  }
 }
 
 /// Two shapes that are to be paired are no farther apart than one cell, whatever their sizes and speeds. The factor

@@ -69,13 +69,8 @@ void update_bounds(Buffers<real>& b, const StepParams<real>& params) {
     const bool finite = is_finite(center.x) && is_finite(center.y) && is_finite(center.z) && is_finite(extent) &&
                         is_finite(half.x) && is_finite(half.y) && is_finite(half.z);
     b.bounds[i] = {};
-    if (finite) {
-      b.bounds[i] = {{center.x, center.y, center.z}, extent, {half.x, half.y, half.z}, shape.reach};
-      b.counters[COUNTER_MAX_EXTENT] = std::max(b.counters[COUNTER_MAX_EXTENT], extent_bits(extent));
-    } else {
-      b.counters[COUNTER_STATUS] |= STATUS_OUT_OF_GRID;
-      b.counters[COUNTER_BAD_BODY] = std::max(b.counters[COUNTER_BAD_BODY], NONE - body);
-    }
+    if (finite) b.bounds[i] = {{center.x, center.y, center.z}, extent, {half.x, half.y, half.z}, shape.reach};
+    note_extent(finite, extent, body, b.counters);
   }
 }
 

@@ -20,13 +20,8 @@ kernel void bound_particles(global const ParticleLaw* particle_laws, global cons
     const real speed = length3(v) + length3(w) * length3(vec3_of(particle_offsets[i]));
     const real extent = particle_laws[body_infos[body].world].radius + h * speed;
     const Vec3 x = vec3_of(particle_places[i]);
-    if (is_finite(x.x) && is_finite(x.y) && is_finite(x.z) && is_finite(extent)) {
-      const u32 bits = extent_bits(extent);
-      largest = bits > largest ? bits : largest;
-    } else {
-      atomic_or(&counters[COUNTER_STATUS], (u32)STATUS_OUT_OF_GRID);
-      atomic_max(&counters[COUNTER_BAD_BODY], NONE - body);
-    }
+    const bool finite = is_finite(x.x) && is_finite(x.y) && is_finite(x.z) && is_finite(extent);
+    note_extent(finite, extent, body, &largest, counters);
   }
   if (largest > 0u) atomic_max(&counters[COUNTER_MAX_EXTENT], largest);
 }

@@ -20,6 +20,17 @@ static inline Vec3 point_velocity(global const Motion* motion, Vec3 arm) {
 // A float that is no smaller than the extent, as bits: those of positive floats are ordered as integers are.
 static inline u32 extent_bits(real extent) { return as_uint((float)extent * 1.000001f); }
 
+// Raises the largest extent that a work-item has met; a body without a finite one leaves the grid.
+static inline void note_extent(bool finite, real extent, u32 body, u32* largest, global u32* counters) {
+  if (finite) {
+    const u32 bits = extent_bits(extent);
+    *largest = bits > *largest ? bits : *largest;
+  } else {
+    atomic_or(&counters[COUNTER_STATUS], (u32)STATUS_OUT_OF_GRID);
+    atomic_max(&counters[COUNTER_BAD_BODY], NONE - body);
+  }
+}
+
 // Two shapes that are to be paired are no farther apart than one cell, whatever their sizes and speeds. The factor
 // covers the rounding of the pair test.
 static inline real cell_size(StepParams params, u32 max_extent_bits) {

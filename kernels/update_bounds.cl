@@ -71,13 +71,7 @@ kernel void update_bounds(global const ShapeInfo* shape_infos, global const Shap
     bound.box[2] = finite ? half_extents.z : (real)0;
     bound.reach = finite ? reach : (real)0;
     bounds[i] = bound;
-    if (finite) {
-      const u32 bits = extent_bits(extent);
-      largest = bits > largest ? bits : largest;
-    } else {
-      atomic_or(&counters[COUNTER_STATUS], (u32)STATUS_OUT_OF_GRID);
-      atomic_max(&counters[COUNTER_BAD_BODY], NONE - body);
-    }
+    note_extent(finite, extent, body, &largest, counters);
   }
   if (largest > 0u) atomic_max(&counters[COUNTER_MAX_EXTENT], largest);
 }
