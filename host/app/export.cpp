@@ -114,7 +114,8 @@ void export_system(const ExportOptions& options) {
 }  // namespace
 
 void add_export(CLI::App& program) {
-  CLI::App* command = program.add_subcommand("export", "Write the constraint system of a step as an FCLIB file");
+  CLI::App* command = program.add_subcommand(
+      "export", "Write the constraint system of a step to a file, or print its size in each model");
   const auto options = std::make_shared<ExportOptions>();
   add_scene_options(*command, *options);
   command->add_option("--at", options->at, "The step, counted from 1")->required()->check(positive);

@@ -26,7 +26,8 @@ int main(int argc, char** argv) {
       "  lockstep scenes\n"
       "  lockstep run slide_to_roll\n"
       "  lockstep check slide_to_roll --steps 200\n"
-      "Exit status: 0 good, 1 a comparison failed, 2 bad usage or bad input, 3 device failure.");
+      "Exit status: 0 good, 1 a comparison failed, a problem was left unsolved or a run went bad, 2 bad usage or bad\n"
+      "input, 3 device failure.");
   app::add_devices(program);
   app::add_scenes(program);
   app::add_run(program);

@@ -137,12 +137,28 @@ struct Outcome {
   Unsolved unsolved;  // of an oracle
 };
 
-void describe_particles(const Scene& scene, Report& report) {
-  ParticleSampler sampler(*scene.particles);
-  std::string refusal;  // the scene is compiled: there is none
+// The particles of each body, as they were compiled: with the model constraints they are its spheres.
+template <class real>
+std::vector<std::vector<Vector3>> particles_of(const Buffers<real>& b) {
+  std::vector<std::vector<Vector3>> particles(b.body_infos.size());
+  const auto add = [&](u32 body, const real* p) {
+    particles[body].push_back({double(p[0]), double(p[1]), double(p[2])});
+  };
+  for (std::size_t i = 0; i < b.particle_bodies.size(); ++i) add(b.particle_bodies[i], &b.particle_offsets[i].x);
+  for (std::size_t i = 0; i < b.shapes.size(); ++i)
+    if (b.shape_infos[i].kind == SHAPE_SPHERE) add(b.shape_infos[i].body, b.shapes[i].offset);
+  return particles;
+}
+
+template <class real>
+void describe_particles(const Scene& scene, const InitialState<real>& state, Report& report) {
+  // spheres that can touch nothing are not compiled
+  const bool compiled = has(state.features, Feature::particles) || has(state.features, Feature::contacts);
+  const std::vector<std::vector<Vector3>> particles =
+      compiled ? particles_of(state.buffers) : particles_of(compile_shapes<real>(scene, Shown::particles));
   double count = 0, center = 0, inertia = 0;
-  for (const BodyDescription& body : scene.bodies) {
-    const ParticleFit fit = fit_of(body, sampler.of(body, refusal), scene.particles->radius);
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    const ParticleFit fit = fit_of(scene.bodies[i], {particles[i]}, scene.particles->radius);
     count += static_cast<double>(fit.count);
     center = std::max(center, fit.center_error);
     inertia = std::max(inertia, fit.inertia_error);
@@ -173,7 +189,7 @@ Outcome run_scene(const Scene& scene, const RunOptions& options, EventLog& log) 
   report.iterations = scene.settings.iterations;
   report.tolerance = scene.settings.tolerance;
 
-  if (scene.particles) describe_particles(scene, report);
+  if (scene.particles) describe_particles(scene, state, report);
   const StepParams<real> params = state.params;
   const u32 steps = scene.settings.steps;
   std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
