@@ -111,6 +111,21 @@ void resize(Buffers<real>& buffers, const Sizes& sizes, Features features) {
   });
 }
 
+template <class real>
+Buffers<real>::Buffers() = default;
+template <class real>
+Buffers<real>::Buffers(const Buffers&) = default;
+template <class real>
+Buffers<real>::Buffers(Buffers&&) noexcept = default;
+template <class real>
+Buffers<real>& Buffers<real>::operator=(const Buffers&) = default;
+template <class real>
+Buffers<real>& Buffers<real>::operator=(Buffers&&) noexcept = default;
+template <class real>
+Buffers<real>::~Buffers() = default;
+
+template struct Buffers<float>;
+template struct Buffers<double>;
 template void resize<float>(Buffers<float>&, const Sizes&, Features);
 template void resize<double>(Buffers<double>&, const Sizes&, Features);
 

@@ -77,9 +77,17 @@ struct BufferInfo {
   }
 };
 
-/// Storage of the reference backend, and the host's image of what a scene compiles to.
+/// Storage of the reference backend, and the host's image of what a scene compiles to. Copies are made in one place:
+/// with so many members they are most of what a file that makes one compiles.
 template <class real>
 struct Buffers {
+  Buffers();
+  Buffers(const Buffers&);
+  Buffers(Buffers&&) noexcept;
+  Buffers& operator=(const Buffers&);
+  Buffers& operator=(Buffers&&) noexcept;
+  ~Buffers();
+
 #define BUFFER(name, element, ...) std::vector<element> name;
 #include "host/buffers.def"
 #undef BUFFER

@@ -73,7 +73,9 @@ TEST(BadRecordings, WhatIsNoFileOfHdf5IsRefused) {
                                   "\x89PNG\r\n\x1a\n", "\x89HDF\r\n\x1a\n"})
     EXPECT_EQ(text(words).rfind(unreadable, 0), 0u) << words;
   EXPECT_EQ(text(std::string(100000, '[')).rfind(unreadable, 0), 0u);
-  EXPECT_EQ(text(std::string("\x89HDF\r\n\x1a\n") + std::string(5000, '\0')).rfind(unreadable, 0), 0u);
+  std::string empty_inside = "\x89HDF\r\n\x1a\n";
+  empty_inside.append(5000, '\0');
+  EXPECT_EQ(text(empty_inside).rfind(unreadable, 0), 0u);
 }
 
 TEST(BadRecordings, TornOnesAreRefused) {
