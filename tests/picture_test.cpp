@@ -3,6 +3,7 @@
 #include <png.h>
 
 #include <cmath>
+#include <set>
 
 #include "host/backends/reference_backend.hpp"
 #include "host/render/legend.hpp"
@@ -116,6 +117,17 @@ TEST(Colors, GoFromDarkToBright) {
     EXPECT_GT(luminance, last);
     last = luminance;
   }
+}
+
+TEST(Colors, OfEightRunningBodiesAllDiffer) {
+  std::set<std::vector<Color>> orders;
+  for (u32 first = 0; first < 800; first += 8) {
+    std::vector<Color> order;
+    for (u32 id = first; id < first + 8; ++id) order.push_back(body_color(id));
+    EXPECT_EQ(std::set<Color>(order.begin(), order.end()).size(), body_colors().size());
+    orders.insert(order);
+  }
+  EXPECT_GT(orders.size(), 16u) << "no stripes";
 }
 
 TEST(Legend, RoundsItsScaleUp) {

@@ -25,11 +25,15 @@ constexpr Color viridis[] = {hex(0x440154), hex(0x472d7b), hex(0x3b528b), hex(0x
 std::span<const Color> body_colors() { return bodies; }
 
 Color body_color(u32 id) {
-  // the finalizer of MurmurHash3: a lattice of bodies shows no stripes
-  u32 h = id + 0x9e3779b9u;
+  // each run of eight ids has all eight colours, in an order of its own, so that a lattice of bodies shows no stripes:
+  // the finalizer of MurmurHash3 says where it begins, and in what steps it goes around
+  constexpr u32 count = static_cast<u32>(std::size(bodies));
+  u32 h = id / count + 0x9e3779b9u;
   h = (h ^ (h >> 16)) * 0x85ebca6bu;
   h = (h ^ (h >> 13)) * 0xc2b2ae35u;
-  return bodies[(h ^ (h >> 16)) % std::size(bodies)];
+  h ^= h >> 16;
+  const u32 stride = 2 * (h >> 8) + 1;
+  return bodies[(h + stride * id) % count];
 }
 
 Color scale_color(double share) {

@@ -14,7 +14,7 @@ using Color = std::array<float, 3>;
 /// What immovable bodies have whatever the others show.
 inline constexpr Color still_color = {0.60f, 0.62f, 0.64f};
 
-/// One of a few colours that go together, by the id of a body; neighbours differ.
+/// One of a few colours that go together, by the id of a body: those of the ids 8 k to 8 k + 7 all differ.
 Color body_color(u32 id);
 
 /// All of these.
