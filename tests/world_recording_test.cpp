@@ -38,8 +38,8 @@ Scene ground() {
   return scene;
 }
 
-// Everything that can be done to a world, in 30 steps; bodies come in step 12 and go in step 20, the first force acts
-// in step 6.
+// Everything that can be done to a world, in 30 steps; bodies come in step 12 and go in step 20, a joint comes in step
+// 25, the first force acts in step 6.
 std::uint64_t busy_life(const WorldOptions& options, const std::string& path) {
   World world(ground(), options);
   const BodyHandle box = world.add(box_at({0, 0, 0.3})), ball = world.add(ball_at({2, 0, 0.3}));
@@ -56,6 +56,7 @@ std::uint64_t busy_life(const WorldOptions& options, const std::string& path) {
     if (i == 12) world.add(ball_at({0, 2, 1}));
     if (i == 16) world.set_load(box, {});
     if (i == 20) world.remove(ball);
+    if (i == 25) world.add(JointDescription{.kind = JOINT_BALL, .anchor_a = {4, 0, 2}, .anchor_b = {4, 0, 2}}, box);
     world.set_kinematic_target(platform, {{4 - 0.01 * i, 0, 0.3}, {0, 0, std::sin(0.01 * i), std::cos(0.01 * i)}});
     world.step();
   }
@@ -72,7 +73,7 @@ class WorldRecording : public testing::Test {
   void expect_replays(int number, u32 first_step, u32 steps, const ReplayTarget& target) const {
     SCOPED_TRACE(number);
     const RecordingReader recording(file(number));
-    EXPECT_EQ(recording.outcome(), number == 4 ? "stopped" : "finished");
+    EXPECT_EQ(recording.outcome(), number == 5 ? "stopped" : "finished");
     ASSERT_EQ(recording.steps(), steps);
     EXPECT_EQ(recording.rows()[0].step, first_step);
     u32 replayed = 0;
@@ -85,8 +86,9 @@ class WorldRecording : public testing::Test {
     expect_replays<real>(1, 1, 6, target);   // the first force
     expect_replays<real>(2, 7, 6, target);   // a body comes
     expect_replays<real>(3, 13, 8, target);  // a body goes
-    expect_replays<real>(4, 21, 10, target);
-    EXPECT_FALSE(std::filesystem::exists(file(5)));
+    expect_replays<real>(4, 21, 5, target);  // a joint comes
+    expect_replays<real>(5, 26, 5, target);
+    EXPECT_FALSE(std::filesystem::exists(file(6)));
   }
 
   // Changes a row of `inputs` of the first file.

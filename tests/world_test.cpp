@@ -11,66 +11,12 @@
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 #include "host/world/turning.hpp"
+#include "tests/library_worlds.hpp"
 
 namespace lockstep {
 namespace {
 
 constexpr double pi = 3.14159265358979;
-
-WorldOptions in_double() { return {.device = "reference", .precision = "double"}; }
-
-BodyDescription floor_body() {
-  BodyDescription floor;
-  floor.name = "floor";
-  floor.kind = BODY_STATIC;
-  floor.shapes.push_back({.kind = SHAPE_PLANE});
-  return floor;
-}
-
-BodyDescription box_at(const Vector3& position, double mass = 2) {
-  BodyDescription box;
-  box.position = position;
-  box.shapes.push_back({.kind = SHAPE_BOX, .half_extents = {0.5, 0.5, 0.5}});
-  make_solid_of_mass(box, mass);
-  return box;
-}
-
-BodyDescription ball_at(const Vector3& position) {
-  BodyDescription ball;
-  ball.position = position;
-  ball.shapes.push_back({.kind = SHAPE_SPHERE, .radius = 0.5});
-  make_solid(ball, 1000);
-  return ball;
-}
-
-Scene ground_scene(double friction = 0.5) {
-  Scene scene;
-  scene.name = "ground";
-  scene.source = "ground";
-  scene.settings.dt = 0.01;
-  use_solver(scene.settings, Solver::small_steps);
-  scene.materials = {{.name = "stuff", .friction = friction, .restitution = 0}};
-  scene.bodies.push_back(floor_body());
-  return scene;
-}
-
-Scene empty_scene(double dt = 0.01) {
-  Scene scene;
-  scene.name = scene.source = "space";
-  scene.settings.dt = dt;
-  scene.gravity = {0, 0, 0};
-  return scene;
-}
-
-std::string refusal(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.failure(), Failure::input);
-    return error.what();
-  }
-  return "accepted";
-}
 
 // ---- a world is a simulation
 

@@ -1,6 +1,7 @@
 #include "host/scene/compile_joints.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "host/error.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -13,20 +14,25 @@ namespace {
 
 Quaternion back(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
 
-// The pose of a body as the state has it at load; of the world the identity.
+// The pose of a body for which a joint was described; of the world the identity.
 struct Stand {
   Vector3 position = {0, 0, 0};
   Quaternion orientation = {0, 0, 0, 1};
 
-  Stand(const Scene& scene, u32 body) {
-    if (body == NONE) return;
-    position = scene.bodies[body].position;
-    orientation = scene.bodies[body].orientation;
-  }
   Vector3 inside(const Vector3& point) const {
     return exact::rotate(back(orientation), exact::subtract(point, position));
   }
 };
+
+std::pair<Stand, Stand> stands(const Scene& scene, const JointDescription& joint) {
+  std::pair<Stand, Stand> both;
+  const auto at_load = [&](u32 body) { return Stand{scene.bodies[body].position, scene.bodies[body].orientation}; };
+  const std::optional<JointStand>& given = joint.stand;
+  if (joint.body_a != NONE) both.first = given ? Stand{given->position_a, given->orientation_a} : at_load(joint.body_a);
+  if (joint.body_b != NONE)
+    both.second = given ? Stand{given->position_b, given->orientation_b} : at_load(joint.body_b);
+  return both;
+}
 
 template <class real>
 void store(real* to, const Vec4<real>& from, unsigned count) {
@@ -50,7 +56,7 @@ void set_softness(const Settings& settings, const JointDescription& in, const Or
 
 template <class real>
 Joint<real> make_joint(const Settings& settings, const Scene& scene, const JointDescription& in, const Origin& origin) {
-  const Stand a(scene, in.body_a), b(scene, in.body_b);
+  const auto [a, b] = stands(scene, in);
   const Quaternion frame = exact::turn_of_z_to(in.axis);
   Joint<real> out = {};
   store(out.anchor_a, rounded<real>(a.inside(in.anchor_a), "anchor", origin), 3);

@@ -99,19 +99,26 @@ struct BodyDescription {
   std::vector<ShapeDescription> shapes = {};
 };
 
+/// Where the two bodies of a joint stand when its anchors and its axis are given; that of the world does not matter.
+struct JointStand {
+  Vector3 position_a = {0, 0, 0}, position_b = {0, 0, 0};
+  Quaternion orientation_a = {0, 0, 0, 1}, orientation_b = {0, 0, 0, 1};
+};
+
 struct JointDescription {
-  std::string name;  // may be empty
+  std::string name = {};  // may be empty
   JointKind kind = JOINT_BALL;
   u32 body_a = NONE, body_b = NONE;  // indices into Scene::bodies; NONE is the world
-  Vector3 anchor_a = {0, 0, 0};      // world frame, at load; the same point but for a distance joint
+  Vector3 anchor_a = {0, 0, 0};      // world frame; the same point but for a distance joint
   Vector3 anchor_b = {0, 0, 0};
-  Vector3 axis = {0, 0, 1};  // world frame, at load; need not be unit
+  Vector3 axis = {0, 0, 1};  // world frame; need not be unit
   bool limited = false;
   double low = 0, high = 0;                 // m or rad
   double motor_speed = 0, motor_force = 0;  // m/s and N, rad/s and N m; a force of 0 is no motor
   bool collide = false;                     // the two bodies may collide with each other
   double frequency = 0;                     // Hz, of a joint that is a spring; 0 where it is rigid
   double damping = 1;                       // of that spring, in parts of the critical one
+  std::optional<JointStand> stand = {};     // none: anchors and axis are given for the poses at load
 };
 
 struct Settings {

@@ -9,53 +9,11 @@
 #include "host/record/whole_file.hpp"
 #include "host/scene/read.hpp"
 #include "host/world/engine.hpp"
+#include "host/world/sense.hpp"
 
 namespace lockstep {
 
 namespace {
-
-template <std::size_t n>
-void expect_finite(const std::array<double, n>& values, const char* what) {
-  if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
-    throw Error(Failure::input, what, "must be finite");
-}
-
-void expect_finite(const Wrench& load) {
-  expect_finite(load.force, "force");
-  expect_finite(load.torque, "torque");
-}
-
-void expect_finite(const Twist& velocity) {
-  expect_finite(velocity.linear, "velocity");
-  expect_finite(velocity.angular, "angular velocity");
-}
-
-void expect_unit(const Quaternion& q) {
-  const double length = exact::length(q);
-  if (!(std::abs(length - 1) < 1e-6)) throw Error(Failure::input, "orientation", "must be a unit quaternion");
-}
-
-// What a scene file would be refused for, of a body that was made in code; compile() asks for the rest.
-void expect_sense(const BodyDescription& body, const Scene& scene) {
-  const std::string where = body.name.empty() ? "body" : "body \"" + body.name + "\"";
-  const auto expect = [&](bool good, const char* rule) {
-    if (!good) throw Error(Failure::input, where, rule);
-  };
-  expect_finite(body.position, where.c_str());
-  expect_unit(body.orientation);
-  if (body.kind == BODY_DYNAMIC) {
-    expect(std::isfinite(body.mass) && body.mass > 0, "must have a mass > 0; make_solid() gives it that of its shapes");
-    const Vector3& I = body.inertia;
-    expect(I[0] > 0 && I[1] > 0 && I[2] > 0,
-           "must have moments of inertia > 0; make_solid() gives it those of its shapes");
-    for (unsigned i = 0; i < 3; ++i)
-      expect(I[i] <= (I[(i + 1) % 3] + I[(i + 2) % 3]) * (1 + 1e-9), "breaks the triangle inequality of real inertias");
-  }
-  for (const ShapeDescription& shape : body.shapes) {
-    expect(shape.kind != SHAPE_PLANE || body.kind == BODY_STATIC, "has a plane, and only static bodies may");
-    expect(shape.material < std::max<std::size_t>(scene.materials.size(), 1), "has a material that the scene does not");
-  }
-}
 
 Wrench sum(const Wrench& a, const Wrench& b) { return {exact::add(a.force, b.force), exact::add(a.torque, b.torque)}; }
 
@@ -85,8 +43,10 @@ std::function<Wrench(double)> load_table(std::vector<std::pair<double, Wrench>> 
 struct World::Parts {
   Scene scene;  // of the bodies as they are now; poses and velocities as they came
   WorldOptions options;
-  std::vector<BodyHandle> handles;  // of the scene's bodies
-  std::vector<u32> index_of;        // by id; NONE: removed
+  std::vector<BodyHandle> handles;         // of the scene's bodies
+  std::vector<u32> index_of;               // by id; NONE: removed
+  std::vector<JointHandle> joint_handles;  // of its joints, likewise
+  std::vector<u32> joint_index_of;
 
   std::unique_ptr<Engine> engine;
   Renaming renaming;  // from the engine's bodies and joints to the scene's
@@ -208,6 +168,44 @@ struct World::Parts {
     changed = true;
   }
 
+  u32 index(JointHandle joint) const {
+    const u32 index = joint.id < joint_index_of.size() ? joint_index_of[joint.id] : NONE;
+    if (index == NONE)
+      throw Error(Failure::input, "joint " + std::to_string(joint.id), "is not in this world any more");
+    return index;
+  }
+
+  JointHandle name_joint(u32 index) {
+    joint_handles.push_back({static_cast<u32>(joint_index_of.size())});
+    joint_index_of.push_back(index);
+    return joint_handles.back();
+  }
+
+  JointHandle add(JointDescription joint) {
+    expect_sense(joint, scene);
+    if (engine && engine->steps_done() > 0) {
+      const auto now = [&](u32 body) { return body == NONE ? Pose{} : poses_now()[body]; };
+      const Pose a = now(joint.body_a), b = now(joint.body_b);
+      joint.stand = {a.position, b.position, a.orientation, b.orientation};
+    }
+    scene.joints.push_back(std::move(joint));
+    changed = true;
+    return name_joint(static_cast<u32>(scene.joints.size()) - 1);
+  }
+
+  void remove_joint(u32 gone) {
+    scene.joints.erase(scene.joints.begin() + gone);
+    joint_handles.erase(joint_handles.begin() + gone);
+    rename(renaming.joints, gone);
+    rename(joint_index_of, gone);
+    changed = true;
+  }
+
+  // One of what is named is gone, and those behind it have moved up.
+  static void rename(std::vector<u32>& names, u32 gone) {
+    for (u32& name : names) name = name == gone || name == NONE ? NONE : name - (name > gone);
+  }
+
   // Kernels for forces are only built where there are any.
   void ask_for_loads() {
     if (std::exchange(scene.settings.loads, true)) return;
@@ -248,6 +246,7 @@ World::World(Scene scene, const WorldOptions& options) : parts_(std::make_unique
   if (p.scene.settings.precision != "float" && p.scene.settings.precision != "double")
     throw Error(Failure::input, "precision", "must be float or double, is " + p.scene.settings.precision);
   for (const BodyDescription& body : bodies) add(body);
+  for (u32 j = 0; j < p.scene.joints.size(); ++j) p.name_joint(j);
   p.reset_renaming();
   if (!bodies.empty()) p.ready();
 }
@@ -269,14 +268,10 @@ BodyHandle World::add(const BodyDescription& body) {
 void World::remove(BodyHandle body) {
   Parts& p = *parts_;
   const u32 gone = p.index(body);
-  const auto rename = [](std::vector<u32>& names, u32 removed) {
-    for (u32& name : names) name = name == removed || name == NONE ? NONE : name - (name > removed);
-  };
   for (u32 j = static_cast<u32>(p.scene.joints.size()); j-- > 0;) {
     JointDescription& joint = p.scene.joints[j];
     if (joint.body_a == gone || joint.body_b == gone) {
-      p.scene.joints.erase(p.scene.joints.begin() + j);
-      rename(p.renaming.joints, j);
+      p.remove_joint(j);
       continue;
     }
     for (u32* side : {&joint.body_a, &joint.body_b})
@@ -284,8 +279,8 @@ void World::remove(BodyHandle body) {
   }
   p.scene.bodies.erase(p.scene.bodies.begin() + gone);
   p.handles.erase(p.handles.begin() + gone);
-  rename(p.renaming.bodies, gone);
-  rename(p.index_of, gone);
+  p.rename(p.renaming.bodies, gone);
+  p.rename(p.index_of, gone);
   p.loads.erase(body.id);
   p.forces.erase(body.id);
   p.targets.erase(body.id);
@@ -306,6 +301,38 @@ std::optional<BodyHandle> World::find(const std::string& name) const {
 std::span<const BodyHandle> World::bodies() const { return parts_->handles; }
 
 const BodyDescription& World::description(BodyHandle body) const { return parts_->scene.bodies[parts_->index(body)]; }
+
+JointHandle World::add(const JointDescription& joint, BodyHandle a, BodyHandle b) {
+  JointDescription named = joint;
+  named.body_a = parts_->index(a);
+  named.body_b = parts_->index(b);
+  return parts_->add(std::move(named));
+}
+
+JointHandle World::add(const JointDescription& joint, BodyHandle a) {
+  JointDescription named = joint;
+  named.body_a = parts_->index(a);
+  named.body_b = NONE;
+  return parts_->add(std::move(named));
+}
+
+void World::remove(JointHandle joint) { parts_->remove_joint(parts_->index(joint)); }
+
+bool World::contains(JointHandle joint) const {
+  return joint.id < parts_->joint_index_of.size() && parts_->joint_index_of[joint.id] != NONE;
+}
+
+std::optional<JointHandle> World::find_joint(const std::string& name) const {
+  const auto found = std::ranges::find(parts_->scene.joints, name, &JointDescription::name);
+  if (found == parts_->scene.joints.end()) return std::nullopt;
+  return parts_->joint_handles[static_cast<std::size_t>(found - parts_->scene.joints.begin())];
+}
+
+std::span<const JointHandle> World::joints() const { return parts_->joint_handles; }
+
+const JointDescription& World::description(JointHandle joint) const {
+  return parts_->scene.joints[parts_->index(joint)];
+}
 
 void World::step(u32 count) {
   for (u32 i = 0; i < count; ++i) {

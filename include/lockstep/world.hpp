@@ -24,6 +24,12 @@ struct BodyHandle {
   bool operator==(const BodyHandle&) const = default;
 };
 
+/// A joint of a World, as a BodyHandle is a body.
+struct JointHandle {
+  u32 id = NONE;
+  bool operator==(const JointHandle&) const = default;
+};
+
 struct Pose {
   Vector3 position = {0, 0, 0};  // of the centre of mass, m
   Quaternion orientation = {0, 0, 0, 1};
@@ -96,6 +102,22 @@ class World {
   std::span<const BodyHandle> bodies() const;
   const BodyDescription& description(BodyHandle body) const;
 
+  // ---- joints
+
+  /// Holds two bodies together as they stand now, or one to the world: anchors and axis of the description are in the
+  /// world frame of this moment, a rod is as long as it is now, the angle of a hinge and the way of a slider count from
+  /// here; which bodies it names does not matter. Takes effect, and costs, as adding a body does. Throws Error (input)
+  /// for a joint that makes no sense.
+  JointHandle add(const JointDescription& joint, BodyHandle a, BodyHandle b);
+  JointHandle add(const JointDescription& joint, BodyHandle a);
+  void remove(JointHandle joint);
+  bool contains(JointHandle joint) const;
+  /// By its name in the scene; nothing where there is none.
+  std::optional<JointHandle> find_joint(const std::string& name) const;
+  /// All of them, oldest first.
+  std::span<const JointHandle> joints() const;
+  const JointDescription& description(JointHandle joint) const;
+
   // ---- time
 
   /// So many time steps of the scene's `dt`. Throws Error naming body, stage and step where a velocity goes bad.
@@ -123,10 +145,10 @@ class World {
   // ---- what is kept
 
   /// Records every step from now on, with what is done to bodies, into a file of HDF5 that `lockstep verify` replays on
-  /// any device and `lockstep render` draws (docs/recordings.md). A file is of the same bodies throughout: after some
-  /// have come or gone, and from the first force on, run.h5 goes on in run.2.h5, run.3.h5, ... Replaces recordings of
-  /// these names, and ends the one that goes on. Throws Error (input) where a file of another kind is in the way; where
-  /// the disk does not take it, step() throws Error (device).
+  /// any device and `lockstep render` draws (docs/recordings.md). A file is of the same bodies and joints
+  /// throughout: after some have come or gone, and from the first force on, run.h5 goes on in run.2.h5, run.3.h5, ...
+  /// Replaces recordings of these names, and ends the one that goes on. Throws Error (input) where a file of another
+  /// kind is in the way; where the disk does not take it, step() throws Error (device).
   void record(const std::string& path);
   /// Closes the recording, as the end of the world does. Throws Error (device) where that fails.
   void end_recording();

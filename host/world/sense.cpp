@@ -1,0 +1,72 @@
+#include "host/world/sense.hpp"
+
+#include "host/scene/joint_kinds.hpp"
+
+namespace lockstep {
+
+void expect_finite(const Wrench& load) {
+  expect_finite(load.force, "force");
+  expect_finite(load.torque, "torque");
+}
+
+void expect_finite(const Twist& velocity) {
+  expect_finite(velocity.linear, "velocity");
+  expect_finite(velocity.angular, "angular velocity");
+}
+
+void expect_unit(const Quaternion& q) {
+  const double length = exact::length(q);
+  if (!(std::abs(length - 1) < 1e-6)) throw Error(Failure::input, "orientation", "must be a unit quaternion");
+}
+
+void expect_sense(const BodyDescription& body, const Scene& scene) {
+  const std::string where = body.name.empty() ? "body" : "body \"" + body.name + "\"";
+  const auto expect = [&](bool good, const char* rule) {
+    if (!good) throw Error(Failure::input, where, rule);
+  };
+  expect_finite(body.position, where.c_str());
+  expect_unit(body.orientation);
+  if (body.kind == BODY_DYNAMIC) {
+    expect(std::isfinite(body.mass) && body.mass > 0, "must have a mass > 0; make_solid() gives it that of its shapes");
+    const Vector3& I = body.inertia;
+    expect(I[0] > 0 && I[1] > 0 && I[2] > 0,
+           "must have moments of inertia > 0; make_solid() gives it those of its shapes");
+    for (unsigned i = 0; i < 3; ++i)
+      expect(I[i] <= (I[(i + 1) % 3] + I[(i + 2) % 3]) * (1 + 1e-9), "breaks the triangle inequality of real inertias");
+  }
+  for (const ShapeDescription& shape : body.shapes) {
+    expect(shape.kind != SHAPE_PLANE || body.kind == BODY_STATIC, "has a plane, and only static bodies may");
+    expect(shape.material < std::max<std::size_t>(scene.materials.size(), 1), "has a material that the scene does not");
+  }
+}
+
+void expect_sense(const JointDescription& joint, const Scene& scene) {
+  const std::string where = joint.name.empty() ? "joint" : "joint \"" + joint.name + "\"";
+  const auto expect = [&](bool good, const char* rule) {
+    if (!good) throw Error(Failure::input, where, rule);
+  };
+  const auto is_dynamic = [&](u32 body) { return body != NONE && scene.bodies[body].kind == BODY_DYNAMIC; };
+  expect(joint.body_a != joint.body_b, "names one body twice; a joint holds two");
+  expect(is_dynamic(joint.body_a) || is_dynamic(joint.body_b), "one of its two bodies must be dynamic");
+  for (const u32 body : {joint.body_a, joint.body_b})
+    expect(body == NONE || !scene.bodies[body].pivoted,
+           "holds a body with a lever; give that a ball joint to the world instead");
+  expect_finite(joint.anchor_a, where.c_str());
+  expect_finite(joint.anchor_b, where.c_str());
+  expect_finite(joint.axis, where.c_str());
+  expect(joint.kind < JOINT_KINDS, "is of an unknown kind");
+  const JointFree free = free_of(joint.kind);
+  const bool has_axis = joint.kind == JOINT_HINGE || joint.kind == JOINT_SLIDER;
+  expect(!has_axis || joint.axis != Vector3{0, 0, 0}, "must have an axis that is not zero");
+  expect_finite(std::array{joint.low, joint.high, joint.motor_speed, joint.motor_force, joint.frequency, joint.damping},
+                where.c_str());
+  expect(free != FREE_NOTHING || (!joint.limited && joint.motor_force == 0), "has nothing to limit or to drive");
+  expect(joint.low <= joint.high, "must not have a low limit above the high one");
+  expect(free != FREE_LENGTH || joint.low >= 0, "must have limits >= 0: a distance is never below");
+  expect(free != FREE_ANGLE || (joint.low >= -exact::pi && joint.high <= exact::pi),
+         "must have limits within -pi .. pi: there the angle of a hinge is told");
+  expect(joint.motor_force >= 0 && joint.frequency >= 0 && joint.damping >= 0,
+         "must have no negative motor force, frequency or damping");
+}
+
+}  // namespace lockstep

@@ -1,0 +1,67 @@
+// Worlds of the library and bodies for them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <functional>
+
+#include "include/lockstep/world.hpp"
+
+namespace lockstep {
+
+inline WorldOptions in_double() { return {.device = "reference", .precision = "double"}; }
+
+inline BodyDescription floor_body() {
+  BodyDescription floor;
+  floor.name = "floor";
+  floor.kind = BODY_STATIC;
+  floor.shapes.push_back({.kind = SHAPE_PLANE});
+  return floor;
+}
+
+inline BodyDescription box_at(const Vector3& position, double mass = 2) {
+  BodyDescription box;
+  box.position = position;
+  box.shapes.push_back({.kind = SHAPE_BOX, .half_extents = {0.5, 0.5, 0.5}});
+  make_solid_of_mass(box, mass);
+  return box;
+}
+
+inline BodyDescription ball_at(const Vector3& position) {
+  BodyDescription ball;
+  ball.position = position;
+  ball.shapes.push_back({.kind = SHAPE_SPHERE, .radius = 0.5});
+  make_solid(ball, 1000);
+  return ball;
+}
+
+inline Scene ground_scene(double friction = 0.5) {
+  Scene scene;
+  scene.name = "ground";
+  scene.source = "ground";
+  scene.settings.dt = 0.01;
+  use_solver(scene.settings, Solver::small_steps);
+  scene.materials = {{.name = "stuff", .friction = friction, .restitution = 0}};
+  scene.bodies.push_back(floor_body());
+  return scene;
+}
+
+inline Scene empty_scene(double dt = 0.01) {
+  Scene scene;
+  scene.name = scene.source = "space";
+  scene.settings.dt = dt;
+  scene.gravity = {0, 0, 0};
+  return scene;
+}
+
+inline std::string refusal(const std::function<void()>& call) {
+  try {
+    call();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure(), Failure::input);
+    return error.what();
+  }
+  return "accepted";
+}
+
+}  // namespace lockstep

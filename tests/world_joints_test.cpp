@@ -1,0 +1,131 @@
+// Joints that come to a world of the library, and go.
+#include <cmath>
+
+#include "tests/library_worlds.hpp"
+
+namespace lockstep {
+namespace {
+
+JointDescription ball_joint(const Vector3& anchor) {
+  return {.name = "shoulder", .kind = JOINT_BALL, .anchor_a = anchor, .anchor_b = anchor};
+}
+
+TEST(WorldJoints, AJointThatIsAddedAtFirstIsThatOfTheScene) {
+  Scene scene = empty_scene();
+  scene.gravity = {0, 0, -9.81};
+  scene.bodies = {box_at({0, 0, 0}), box_at({2, 0, 0})};
+  World late(scene, in_double());
+  scene.joints = {ball_joint({1, 0, 0.5}), ball_joint({0, 1, 0.5})};
+  scene.joints[0].body_a = 0, scene.joints[0].body_b = 1;
+  scene.joints[1].name = "nail";
+  scene.joints[1].body_a = 0;
+  World early(scene, in_double());
+  const JointHandle shoulder = late.add(ball_joint({1, 0, 0.5}), late.bodies()[0], late.bodies()[1]);
+  late.add(scene.joints[1], late.bodies()[0]);
+  early.step(40);
+  late.step(40);
+  EXPECT_EQ(late.state_hash(), early.state_hash());
+  EXPECT_EQ(late.joints().size(), 2u);
+  EXPECT_EQ(early.joints().size(), 2u);
+  EXPECT_EQ(late.find_joint("shoulder"), shoulder);
+  EXPECT_EQ(late.description(*late.find_joint("nail")).body_b, NONE);
+  EXPECT_FALSE(late.find_joint("hip"));
+}
+
+// A turning, flying box is caught by its corner: from there on it is the pendulum that begins so.
+TEST(WorldJoints, AJointThatIsAddedLaterHoldsTheBodyWhereItIsThen) {
+  Scene scene = empty_scene(0.002);
+  use_solver(scene.settings, Solver::small_steps);
+  scene.gravity = {0, 0, -9.81};
+  scene.bodies = {box_at({0, 0, 0})};
+  scene.bodies[0].velocity = {1, 0, 2};
+  scene.bodies[0].angular_velocity = {0, 3, 1};
+  World world(scene, in_double());
+  const BodyHandle box = world.bodies()[0];
+  world.step(100);
+  const Pose then = world.pose(box);
+  scene.bodies[0].position = then.position;
+  scene.bodies[0].orientation = then.orientation;
+  scene.bodies[0].velocity = world.velocity(box).linear;
+  scene.bodies[0].angular_velocity = world.velocity(box).angular;
+  const Vector3 nail = exact::add(then.position, exact::rotate(then.orientation, {0.5, 0.5, 0.5}));
+  JointDescription hinge = ball_joint(nail);
+  hinge.kind = JOINT_HINGE;
+  hinge.axis = {0, 1, 0.2};
+  world.add(hinge, box);
+  hinge.body_a = 0;
+  scene.joints = {hinge};
+  World pendulum(scene, in_double());
+  for (int i = 0; i < 300; ++i) {
+    world.step();
+    pendulum.step();
+    const Pose a = world.pose(box), b = pendulum.pose(pendulum.bodies()[0]);
+    for (unsigned k = 0; k < 3; ++k) ASSERT_NEAR(a.position[k], b.position[k], 1e-11) << i;
+    for (unsigned k = 0; k < 4; ++k) ASSERT_NEAR(a.orientation[k], b.orientation[k], 1e-11) << i;
+    const Vector3 corner = exact::add(a.position, exact::rotate(a.orientation, {0.5, 0.5, 0.5}));
+    ASSERT_LT(exact::length(exact::subtract(corner, nail)), 1e-3) << i;
+  }
+}
+
+TEST(WorldJoints, JointsGoAndHandlesStayGood) {
+  Scene scene = empty_scene();
+  World world(scene, in_double());
+  const BodyHandle a = world.add(box_at({0, 0, 0})), b = world.add(box_at({2, 0, 0})), c = world.add(box_at({4, 0, 0}));
+  const JointHandle first = world.add(ball_joint({1, 0, 0}), a, b), second = world.add(ball_joint({3, 0, 0}), b, c);
+  world.set_velocity(c, {{1, 0, 0}, {0, 0, 0}});
+  world.step(10);
+  EXPECT_NEAR(world.velocity(a).linear[0], 1.0 / 3, 1e-2) << "it pulls both";
+  world.remove(first);
+  EXPECT_FALSE(world.contains(first));
+  EXPECT_TRUE(world.contains(second));
+  EXPECT_EQ(world.joints().size(), 1u);
+  const double left = world.velocity(a).linear[0];
+  world.set_velocity(c, {{2, 0, 0}, {0, 0, 0}});
+  world.step(10);
+  EXPECT_EQ(world.velocity(a).linear[0], left) << "nothing holds it";
+  EXPECT_NEAR(world.velocity(b).linear[0], world.velocity(c).linear[0], 1e-2);
+  world.remove(c);
+  EXPECT_FALSE(world.contains(second)) << "it went with its body";
+  EXPECT_NE(world.add(ball_joint({1, 0, 0}), a, b), first) << "never given twice";
+  EXPECT_EQ(refusal([&] { world.remove(first); }), "joint 0: is not in this world any more");
+  world.step();
+}
+
+TEST(WorldJoints, JointsThatMakeNoSenseAreRefused) {
+  World world(ground_scene(), in_double());
+  const BodyHandle box = world.add(box_at({0, 0, 1})), other = world.add(box_at({3, 0, 1}));
+  const BodyHandle floor = *world.find("floor");
+  const auto refused = [&](const std::function<void(JointDescription&)>& change) {
+    JointDescription joint = ball_joint({1.5, 0, 1});
+    joint.kind = JOINT_HINGE;
+    change(joint);
+    return refusal([&] { world.add(joint, box, other); });
+  };
+  EXPECT_EQ(refused([](JointDescription&) {}), "accepted");
+  EXPECT_EQ(refused([](JointDescription& joint) {
+              joint.axis = {0, 0, 0};
+            }),
+            "joint \"shoulder\": must have an axis that is not zero");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.anchor_b[1] = std::nan(""); }),
+            "joint \"shoulder\": must be finite");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.limited = true, joint.low = 1, joint.high = 0; }),
+            "joint \"shoulder\": must not have a low limit above the high one");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.limited = true, joint.low = -4; }),
+            "joint \"shoulder\": must have limits within -pi .. pi: there the angle of a hinge is told");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.kind = JOINT_BALL, joint.motor_force = 1; }),
+            "joint \"shoulder\": has nothing to limit or to drive");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.damping = -1; }),
+            "joint \"shoulder\": must have no negative motor force, frequency or damping");
+  EXPECT_EQ(refusal([&] {
+              world.add(ball_joint({0, 0, 0}), box, box);
+            }),
+            "joint \"shoulder\": names one body twice; a joint holds two");
+  EXPECT_EQ(refusal([&] {
+              world.add(ball_joint({0, 0, 0}), floor);
+            }),
+            "joint \"shoulder\": one of its two bodies must be dynamic");
+  world.step(3);
+}
+
+}  // namespace
+}  // namespace lockstep
