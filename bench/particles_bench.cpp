@@ -1,7 +1,7 @@
 // Bodies as particles: speed against number, and error against radius.
 //   particles_bench speed [COUNT...]   balls of about 150 particles each that touch their six neighbours, float, one
 //                                      sub-step a step; default 10000 100000 1000000
-//   particles_bench error              a ball on a plane and on a slope, double, on the reference
+//   particles_bench error              balls on each other and on a slope, boxes on slopes, double, on the reference
 #include <fmt/format.h>
 #include <sys/resource.h>
 
@@ -107,6 +107,27 @@ void speed(const std::vector<u32>& counts) {
   }
 }
 
+BodyDescription slope_of(double sine, double cosine) {
+  BodyDescription slope;
+  slope.kind = BODY_STATIC;
+  slope.shapes.emplace_back();
+  slope.shapes[0].kind = SHAPE_PLANE;
+  slope.shapes[0].rotation = exact::turn_of_z_to({sine, 0, cosine});
+  return slope;
+}
+
+/// On the reference in double.
+struct Trial {
+  explicit Trial(const Scene& scene) : Trial(compile<double>(scene)) {}
+  explicit Trial(const InitialState<double>& state)
+      : Trial(std::make_unique<ReferenceBackend<double>>(state), state.params) {}
+  Trial(std::unique_ptr<ReferenceBackend<double>> backend, const StepParams<double>& params)
+      : now(backend->buffers()), simulation(std::move(backend), params) {}
+
+  const Buffers<double>& now;
+  Simulation<double> simulation;
+};
+
 /// A ball of radius 0.3 m on a slope of this sine, stepped for a second.
 struct Rolling {
   double height, acceleration;
@@ -117,21 +138,14 @@ Rolling roll(double radius, double sine) {
   scene.source = "particles_bench";
   scene.particles = {.radius = radius, .stiffness = 1e5, .restitution = 1, .friction = 0.8};
   scene.settings = {.dt = 5e-5, .margin = 0.25 * radius};
-  BodyDescription slope;
-  slope.kind = BODY_STATIC;
-  slope.shapes.emplace_back();
-  slope.shapes[0].kind = SHAPE_PLANE;
-  slope.shapes[0].rotation = exact::turn_of_z_to({sine, 0, cosine});
-  scene.bodies = {slope, ball(0.3, 4, {0.3 * sine, 0, 0.3 * cosine})};
+  scene.bodies = {slope_of(sine, cosine), ball(0.3, 4, {0.3 * sine, 0, 0.3 * cosine})};
   // no symmetry of the particles lies along the slope
   scene.bodies[1].orientation = exact::turn({1, 0.3, 0.2}, exact::sine(0.4), exact::cosine(0.4));
-  const InitialState<double> state = compile<double>(scene);
-  auto made = std::make_unique<ReferenceBackend<double>>(state);
-  const Buffers<double>& b = made->buffers();
-  Simulation<double> simulation(std::move(made), state.params);
+  Trial trial(scene);
+  const Buffers<double>& b = trial.now;
   const auto steps = [&](u32 count, double& height) {
     for (u32 i = 0; i < count; ++i) {
-      simulation.step();
+      trial.simulation.step();
       height += (b.positions[1].x * sine + b.positions[1].z * cosine) / count;
     }
     return b.motions[1].v[0] * cosine - b.motions[1].v[2] * sine;
@@ -141,13 +155,92 @@ Rolling roll(double radius, double sine) {
   return {height, (second - first) / 0.8};
 }
 
-// Exact: the height is the radius but for what the springs give, the acceleration 5/7 g sin.
+/// How deep two balls of radius 0.3 m, turned at random, are in each other when their first particles touch.
+struct Depth {
+  double mean = 0, most = 0;
+};
+Depth depth_at_first_touch(double radius) {
+  ParticleSampler sampler({.radius = radius});
+  std::string refusal;
+  const std::vector<Vector3> particles = sampler.of(ball(0.3, 4, {}), refusal)[0];
+  const auto near_the_top = [&](u32 trial) {  // the two highest radii below it: what else there is comes later
+    exact::LcgByIndex random(trial);
+    const double angle = 3 * random.next();
+    const Vector3 axis = {random.next_symmetric(), random.next_symmetric(), random.next_symmetric()};
+    const Quaternion turn = exact::turn(axis, std::sin(angle), std::cos(angle));
+    std::vector<Vector3> top;
+    for (const Vector3& p : particles)
+      if (const Vector3 turned = exact::rotate(turn, p); turned[2] > 0.3 - 3 * radius) top.push_back(turned);
+    return top;
+  };
+  constexpr u32 trials = 500;
+  Depth depth;
+  for (u32 trial = 0; trial < trials; ++trial) {
+    const std::vector<Vector3> below = near_the_top(2 * trial), above = near_the_top(2 * trial + 1);
+    double farthest = 0;  // of the two centres, one above the other
+    for (const Vector3& p : below) {
+      for (const Vector3& q : above) {  // upside down
+        const double x = p[0] - q[0], y = p[1] + q[1], rest = 4 * radius * radius - x * x - y * y;
+        if (rest >= 0) farthest = std::max(farthest, p[2] + q[2] + std::sqrt(rest));
+      }
+    }
+    depth.mean += (0.6 - farthest) / trials;
+    depth.most = std::max(depth.most, 0.6 - farthest);
+  }
+  return depth;
+}
+
+/// The steepest slope, by its tangent, on which a box of 0.2 m x 0.2 m and this height still stands after 2 s.
+double steepest(double radius, double height, double friction, double low, double high) {
+  const auto stands = [&](double tangent) {
+    const double cosine = 1 / std::sqrt(1 + tangent * tangent), sine = tangent * cosine;
+    Scene scene;
+    scene.source = "particles_bench";
+    // as stiff for the area at every radius, so that the springs give alike
+    scene.particles = {.radius = radius,
+                       .stiffness = 4e7 * radius * radius,
+                       .restitution = 0.3,
+                       .friction = friction,
+                       .shear_stiffness = 2e7 * radius * radius};
+    scene.settings = {.dt = 5e-4, .margin = 0.25 * radius};
+    BodyDescription box;
+    box.shapes.emplace_back();
+    box.shapes[0].kind = SHAPE_BOX;
+    box.shapes[0].half_extents = {0.1, 0.1, height / 2};
+    make_solid_of_mass(box, 8);
+    box.position = {height / 2 * sine, 0, height / 2 * cosine};
+    box.orientation = exact::turn_of_z_to({sine, 0, cosine});
+    scene.bodies = {slope_of(sine, cosine), box};
+    Trial trial(scene);
+    const auto is_where_it_was = [&] {
+      const Vec4<double>&x = trial.now.positions[1], &q = trial.now.orientations[1];
+      const double down = x.x * cosine - x.z * sine,
+                   turned = std::abs(q.y * box.orientation[3] - q.w * box.orientation[1]);
+      return std::abs(down) < 0.01 && turned < 0.1;
+    };
+    for (u32 i = 0; i < 4000 && is_where_it_was(); ++i) trial.simulation.step();
+    return is_where_it_was();
+  };
+  while (high - low > 5e-4) {
+    const double middle = 0.5 * (low + high);
+    (stands(middle) ? low : high) = middle;
+  }
+  return 0.5 * (low + high);
+}
+
+// Exact: the height is the radius but for what the springs give, the acceleration 5/7 g sin; balls touch when they do;
+// a box slips at the coefficient of friction, and tips where its width is over its height.
 void error() {
-  fmt::print("particle_radius_m,height_error_m,acceleration_error\n");
+  fmt::print(
+      "particle_radius_m,height_error_m,acceleration_error,touch_depth_mean_m,touch_depth_max_m,tipping_tangent_error,"
+      "slipping_tangent_error\n");
   const double sine = std::sin(0.2), expected = 5.0 / 7 * 9.81 * sine;
   for (const double radius : {0.04, 0.02, 0.01, 0.005}) {
     const Rolling rolling = roll(radius, sine);
-    fmt::print("{},{:.3g},{:.4f}\n", radius, 0.3 - rolling.height, rolling.acceleration / expected - 1);
+    const Depth depth = depth_at_first_touch(radius);
+    fmt::print("{},{:.3g},{:.4f},{:.3g},{:.3g},{:.4f},{:.4f}\n", radius, 0.3 - rolling.height,
+               rolling.acceleration / expected - 1, depth.mean, depth.most, steepest(radius, 0.4, 2, 0.1, 0.7) - 0.5,
+               steepest(radius, 0.2, 0.4, 0.2, 0.6) - 0.4);
     std::fflush(stdout);
   }
 }

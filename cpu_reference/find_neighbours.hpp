@@ -1,5 +1,6 @@
-// Which particles of other bodies can touch a particle within the step: of each particle of a dynamic body a list of
-// its own, in order of their indices, so that it can add up what acts on it.
+// Which particles of other bodies, and which planes, can touch a particle within the step: of each particle of a
+// dynamic body a list of its own, in order of their indices, so that it can add up what acts on it. Planes come behind
+// all particles: plane k is `particles` + k.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +20,18 @@ bool are_neighbours(const Buffers<real>& b, const StepParams<real>& params, u32 
   return within_reach(params, length3(d) - real(2) * b.particle_laws[world].radius, length3(u));
 }
 
-/// Appends the neighbours of particle i, cell by cell.
+template <class real>
+bool is_near_plane(const Buffers<real>& b, const StepParams<real>& params, u32 i, u32 k) {
+  const u32 body = b.particle_bodies[i], body_p = b.plane_bodies[k];
+  if (are_joined(b, body, body_p)) return false;
+  const Vec3<real> x = vec3_of(b.particle_places[i]);
+  const PlaneNow<real> plane = plane_now(b, k);
+  const Vec3<real> there = point_velocity(b.motions[body_p], sub3(x, vec3_of(b.positions[body_p])));
+  const real gap = dot3(plane.normal, sub3(x, plane.point)) - b.particle_laws[b.body_infos[body].world].radius;
+  return within_reach(params, gap, length3(sub3(vec3_of(b.particle_velocities[i]), there)));
+}
+
+/// Appends the neighbours of particle i: particles cell by cell, then planes.
 template <class real>
 void search_neighbours(const Buffers<real>& b, const StepParams<real>& params, u32 i, std::vector<u32>& found) {
   const Cell cell = b.particle_cells[i];
@@ -38,6 +50,9 @@ void search_neighbours(const Buffers<real>& b, const StepParams<real>& params, u
       }
     }
   }
+  const WorldRange& world = b.world_ranges[info.world];
+  for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k)
+    if (is_near_plane(b, params, i, k)) found.push_back(static_cast<u32>(b.particle_bodies.size()) + k);
 }
 
 /// Where the lists are longer than the capacity of pairs none is kept, and the step is void.

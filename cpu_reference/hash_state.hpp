@@ -1,10 +1,11 @@
 // Two 64-bit hashes of each world: of all persistent state, and of the poses alone. Equal hashes mean equal bits.
 //
-// A record is what a persistent buffer says about one body, one cached contact or one joint. Its words are chained
-// through a mixer, after the kind of record and the world-local id (of a contact: the ids of its two shapes and the
-// feature), so that nothing depends on where in an array a record or a world stands, nor on capacities. A float is one
-// word, a double two, low word first. The hash is the sum of the records, taken for the low and for the high 32 bits on
-// its own, without a carry between them: a sum has no order, and OpenCL 1.2 adds atomically in 32 bits only.
+// A record is what a persistent buffer says about one body, one cached contact, one joint or one spring. Its words are
+// chained through a mixer, after the kind of record and the world-local id (of a contact: the ids of its two shapes and
+// the feature; of a spring: its two particles by their bodies), so that nothing depends on where in an array a record
+// or a world stands, nor on capacities. A float is one word, a double two, low word first. The hash is the sum of the
+// records, taken for the low and for the high 32 bits on its own, without a carry between them: a sum has no order, and
+// OpenCL 1.2 adds atomically in 32 bits only.
 //
 // The mixer is the finaliser of SplitMix64 (Steele, Lea, Flood 2014, with the multipliers of Stafford's variant 13).
 #pragma once
@@ -108,6 +109,31 @@ void hash_state_joints(Buffers<real>& b) {
   }
 }
 
+/// A particle, or a plane, by the id of its body and its number there.
+template <class real>
+u64 hash_spring_end(const Buffers<real>& b, u64 h, u32 end) {
+  const u32 particles = static_cast<u32>(b.particle_bodies.size());
+  if (end < particles) {
+    const u32 body = b.particle_bodies[end];
+    return hash_word(hash_word(h, b.body_infos[body].id), end - b.body_particles[body]);
+  }
+  const u32 plane = end - particles, body = b.plane_bodies[plane];
+  u32 before = 0;
+  while (before < plane && b.plane_bodies[plane - before - 1] == body) ++before;
+  return hash_word(hash_word(h, b.body_infos[body].id), NONE - before);
+}
+
+template <class real>
+void hash_state_springs(Buffers<real>& b) {
+  const u32 count = b.spring_count.empty() ? 0 : b.spring_count[0];
+  for (u32 k = 0; k < count; ++k) {
+    const SpringKey key = b.spring_keys[k];
+    u64 h = hash_spring_end(b, hash_start(HASHED_SPRING), key.particle);
+    h = hash_words(hash_spring_end(b, h, key.partner), b.spring_stretches[k]);
+    hash_add_state(b.world_hashes[b.body_infos[b.particle_bodies[key.particle]].world], h);
+  }
+}
+
 template <class real>
 void hash_state(Buffers<real>& b, const StepParams<real>& params) {
   hash_state_steps(b, params);
@@ -115,6 +141,7 @@ void hash_state(Buffers<real>& b, const StepParams<real>& params) {
   hash_state_contacts(b);
   hash_state_touching(b);
   hash_state_joints(b);
+  hash_state_springs(b);
 }
 
 }  // namespace lockstep::reference

@@ -87,6 +87,7 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::particles: return sizes.particles;
     case Domain::particle_ends: return std::size_t{sizes.particles} + 1;
     case Domain::particle_planes: return sizes.particle_planes;
+    case Domain::springs: return sizes.pairs;
   }
   return 0;
 }

@@ -50,7 +50,8 @@ enum class Domain : u32 {
   overlaps,
   particles,
   particle_ends,
-  particle_planes
+  particle_planes,
+  springs
 };
 
 enum class Lifetime : u32 { constant, persistent, transient };

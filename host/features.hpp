@@ -27,13 +27,14 @@ enum class Feature : u32 {
   queries = 1u << 16,        // rays or volumes were asked about: switched on while the simulation runs
   soft_contacts = 1u << 17,  // contacts that overlap are springs, and a sweep takes back what they added
   joints = 1u << 18,
-  soft_joints = 1u << 19,  // joints are springs too
-  patches = 1u << 20,      // the contacts of a pair rub as one
-  jacobi = 1u << 21,       // pairs in contact are solved all at once, each on parts of its bodies; no colours
-  tolerance = 1u << 22,    // a sub-step ends its sweeps when they change little
-  all_pairs = 1u << 23,    // ... or from comparing all shapes: one of the three wherever there are contacts
-  loads = 1u << 24,        // forces and torques act on bodies from outside
-  particles = 1u << 25,    // bodies push each other by particles, with springs and dampers; shapes do not touch
+  soft_joints = 1u << 19,    // joints are springs too
+  patches = 1u << 20,        // the contacts of a pair rub as one
+  jacobi = 1u << 21,         // pairs in contact are solved all at once, each on parts of its bodies; no colours
+  tolerance = 1u << 22,      // a sub-step ends its sweeps when they change little
+  all_pairs = 1u << 23,      // ... or from comparing all shapes: one of the three wherever there are contacts
+  loads = 1u << 24,          // forces and torques act on bodies from outside
+  particles = 1u << 25,      // bodies push each other by particles, with springs and dampers; shapes do not touch
+  shear_springs = 1u << 26,  // particles remember how far they were sheared
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -33,6 +33,7 @@ void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::bound_particles, p);
   backend.run(Stage::sort_particles, p);
   backend.run(Stage::find_neighbours, p);
+  backend.run(Stage::match_springs, p);
 
   for (p.substep = 0; p.substep < p.substeps; ++p.substep) {
     backend.run(Stage::push_particles, p);
@@ -51,6 +52,7 @@ void step(Backend& backend, StepParams<real> p) {
 
   backend.run(Stage::spread_patches, p);
   backend.run(Stage::store_impulses, p);
+  backend.run(Stage::store_springs, p);
   backend.run(Stage::find_events, p);
   backend.run(Stage::end_step, p);
 }

@@ -1,12 +1,14 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "common.h"
-#include "rigid_body.h"
+#include "particle.h"
 #include "shapes/reach.h"
 #include "sort.h"
 #include "types.h"
 
 // What a search reads.
 typedef struct Search {
+  u32 particles;
+  global const WorldRange* worlds;
   global const ParticleLaw* laws;
   global const BodyInfo* body_infos;
   global const u32* bodies;
@@ -18,6 +20,11 @@ typedef struct Search {
   global const u32* owners;
   global const u32* joined_starts;
   global const u32* joined_bodies;
+  global const ParticlePlane* planes;
+  global const u32* plane_bodies;
+  global const Vec4* positions;
+  global const Vec4* orientations;
+  global const Motion* motions;
 } Search;
 
 static inline bool are_joined(const Search* s, u32 body_a, u32 body_b) {
@@ -36,7 +43,17 @@ static inline bool are_neighbours(const Search* s, StepParams params, u32 i, u32
   return within_reach(params, length3(d) - (real)2 * s->laws[world].radius, length3(u));
 }
 
-// Counts the neighbours of particle i, and writes them where there is a list.
+static inline bool is_near_plane(const Search* s, StepParams params, u32 i, u32 k) {
+  const u32 body = s->bodies[i], body_p = s->plane_bodies[k];
+  if (are_joined(s, body, body_p)) return false;
+  const Vec3 x = vec3_of(s->places[i]), x_p = vec3_of(s->positions[body_p]);
+  const PlaneNow plane = plane_now(s->planes[k], x_p, quat(s->orientations[body_p]));
+  const Vec3 there = point_velocity(&s->motions[body_p], sub3(x, x_p));
+  const real gap = dot3(plane.normal, sub3(x, plane.point)) - s->laws[s->body_infos[body].world].radius;
+  return within_reach(params, gap, length3(sub3(vec3_of(s->velocities[i]), there)));
+}
+
+// Counts the neighbours of particle i, and writes them where there is a list: particles by cells, planes in order.
 static inline u32 search_neighbours(const Search* s, StepParams params, u32 i, global u32* list) {
   const Cell cell = s->cells[i];
   const u32 body = s->bodies[i];
@@ -60,6 +77,13 @@ static inline u32 search_neighbours(const Search* s, StepParams params, u32 i, g
       }
     }
   }
+  if (list != 0) sort_ascending(list, count);
+  const WorldRange world = s->worlds[info.world];
+  for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k) {
+    if (!is_near_plane(s, params, i, k)) continue;
+    if (list != 0) list[count] = s->particles + k;
+    ++count;
+  }
   return count;
 }
 
@@ -78,33 +102,39 @@ kernel void find_neighbours_owners(global const u32* particle_bodies, global con
   }
 }
 
-kernel void find_neighbours_count(global const ParticleLaw* particle_laws, global const BodyInfo* body_infos,
-                                  global const u32* body_particles, global const u32* particle_bodies,
+kernel void find_neighbours_count(global const WorldRange* world_ranges, global const ParticleLaw* particle_laws,
+                                  global const BodyInfo* body_infos, global const u32* body_particles,
+                                  global const u32* particle_bodies, global const ParticlePlane* particle_planes,
+                                  global const u32* plane_bodies, global const Vec4* positions,
+                                  global const Vec4* orientations, global const Motion* motions,
                                   global const Vec4* particle_places, global const Vec4* particle_velocities,
                                   global const Cell* particle_cells, global const u32* particle_starts,
                                   global const u32* particle_items, global const u32* bucket_owners,
                                   global const u32* joined_starts, global const u32* joined_bodies,
                                   global u32* neighbour_starts, const StepParams params) {
-  const Search s = {particle_laws,       body_infos,     particle_bodies, particle_places,
-                    particle_velocities, particle_cells, particle_starts, particle_items,
-                    bucket_owners,       joined_starts,  joined_bodies};
   const u32 particles = body_particles[params.bodies];
+  const Search s = {particles,       world_ranges,        particle_laws,  body_infos,      particle_bodies,
+                    particle_places, particle_velocities, particle_cells, particle_starts, particle_items,
+                    bucket_owners,   joined_starts,       joined_bodies,  particle_planes, plane_bodies,
+                    positions,       orientations,        motions};
   FOR_EACH(i, particles + 1u) { neighbour_starts[i] = i < particles ? search_neighbours(&s, params, i, 0) : 0u; }
 }
 
 // After the scan of neighbour_starts.
-kernel void find_neighbours_write(global const ParticleLaw* particle_laws, global const BodyInfo* body_infos,
-                                  global const u32* body_particles, global const u32* particle_bodies,
-                                  global const Vec4* particle_places, global const Vec4* particle_velocities,
-                                  global const Cell* particle_cells, global const u32* particle_starts,
-                                  global const u32* particle_items, global const u32* bucket_owners,
-                                  global const u32* joined_starts, global const u32* joined_bodies,
-                                  global const u32* neighbour_starts, global u32* neighbours, global u32* counters,
-                                  const StepParams params) {
-  const Search s = {particle_laws,       body_infos,     particle_bodies, particle_places,
-                    particle_velocities, particle_cells, particle_starts, particle_items,
-                    bucket_owners,       joined_starts,  joined_bodies};
-  const u32 particles = body_particles[params.bodies], total = neighbour_starts[particles];
+kernel void find_neighbours_write(
+    global const WorldRange* world_ranges, global const ParticleLaw* particle_laws, global const BodyInfo* body_infos,
+    global const u32* body_particles, global const u32* particle_bodies, global const ParticlePlane* particle_planes,
+    global const u32* plane_bodies, global const Vec4* positions, global const Vec4* orientations,
+    global const Motion* motions, global const Vec4* particle_places, global const Vec4* particle_velocities,
+    global const Cell* particle_cells, global const u32* particle_starts, global const u32* particle_items,
+    global const u32* bucket_owners, global const u32* joined_starts, global const u32* joined_bodies,
+    global const u32* neighbour_starts, global u32* neighbours, global u32* counters, const StepParams params) {
+  const u32 particles = body_particles[params.bodies];
+  const Search s = {particles,       world_ranges,        particle_laws,  body_infos,      particle_bodies,
+                    particle_places, particle_velocities, particle_cells, particle_starts, particle_items,
+                    bucket_owners,   joined_starts,       joined_bodies,  particle_planes, plane_bodies,
+                    positions,       orientations,        motions};
+  const u32 total = neighbour_starts[particles];
   const bool full = total > params.pair_capacity;
   if (get_global_id(0) == 0) {
     counters[COUNTER_PAIRS_NEEDED] = total;
@@ -114,6 +144,6 @@ kernel void find_neighbours_write(global const ParticleLaw* particle_laws, globa
   FOR_EACH(i, full ? 0u : particles) {
     if (neighbour_starts[i + 1u] == neighbour_starts[i]) continue;
     global u32* list = neighbours + neighbour_starts[i];
-    sort_ascending(list, search_neighbours(&s, params, i, list));
+    search_neighbours(&s, params, i, list);
   }
 }

@@ -216,3 +216,36 @@ kernel void hash_state_joints(const StepParams params, global const JointInfo* j
   hash_hand_over(&sum, world_hashes);
 }
 #endif
+
+#if FEATURE_SHEAR_SPRINGS
+static inline ulong hash_spring_end(ulong h, u32 end, u32 particles, global const BodyInfo* body_infos,
+                                    global const u32* body_particles, global const u32* particle_bodies,
+                                    global const u32* plane_bodies) {
+  if (end < particles) {
+    const u32 body = particle_bodies[end];
+    return hash_word(hash_word(h, body_infos[body].id), end - body_particles[body]);
+  }
+  const u32 plane = end - particles, body = plane_bodies[plane];
+  u32 before = 0u;
+  while (before < plane && plane_bodies[plane - before - 1u] == body) ++before;
+  return hash_word(hash_word(h, body_infos[body].id), NONE - before);
+}
+
+kernel void hash_state_springs(const StepParams params, global const BodyInfo* body_infos,
+                               global const u32* body_particles, global const u32* particle_bodies,
+                               global const u32* plane_bodies, global const u32* spring_count,
+                               global const SpringKey* spring_keys, global const Vec4* spring_stretches,
+                               global WorldHash* world_hashes) {
+  const u32 particles = body_particles[params.bodies], stretch_words = (u32)(sizeof(Vec4) / sizeof(u32));
+  HashSum sum = hash_nothing();
+  FOR_EACH(k, spring_count[0]) {
+    const SpringKey key = spring_keys[k];
+    hash_enter(&sum, body_infos[particle_bodies[key.particle]].world, world_hashes);
+    ulong h = hash_start(HASHED_SPRING);
+    h = hash_spring_end(h, key.particle, particles, body_infos, body_particles, particle_bodies, plane_bodies);
+    h = hash_spring_end(h, key.partner, particles, body_infos, body_particles, particle_bodies, plane_bodies);
+    hash_add_state(&sum, hash_words(h, (global const u32*)&spring_stretches[k], stretch_words));
+  }
+  hash_hand_over(&sum, world_hashes);
+}
+#endif

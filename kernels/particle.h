@@ -25,21 +25,54 @@ static inline void place_particle(u32 i, global const u32* particle_bodies, glob
   particle_velocities[i] = vec4_of(point_velocity(&motions[body], arm), (real)0);
 }
 
+typedef struct PlaneNow {
+  Vec3 point, normal;
+} PlaneNow;
+
+static inline PlaneNow plane_now(ParticlePlane plane, Vec3 position, Quat orientation) {
+  PlaneNow now;
+  now.point = add3(position, rotate3(orientation, vec3(plane.point)));
+  now.normal = rotate3(orientation, vec3(plane.normal));
+  return now;
+}
+
+typedef struct Touch {
+  real overlap;
+  Vec3 n, arm, u;
+  real mass;
+} Touch;
+
 typedef struct Push {
   Vec3 force, moment;
 } Push;
 
-static inline Push push_of(ParticleLaw law, Vec3 n, real overlap, Vec3 arm, Vec3 u, real mass) {
-  const real root = sqrt(mass);
-  const real u_n = dot3(n, u);
-  const real pressure = law.stiffness * overlap - law.damping * root * u_n;
+// The stretch is carried on by a sub-step.
+static inline Push push_of(ParticleLaw law, Touch touch, real dt, Vec3* stretch) {
+  const real root = sqrt(touch.mass);
+  const real u_n = dot3(touch.n, touch.u);
+  const real pressure = law.stiffness * touch.overlap - law.damping * root * u_n;
   const real normal = pressure > (real)0 ? pressure : (real)0;
-  Vec3 shear = scale3(law.shear_damping * root, sub3(u, scale3(u_n, n)));
+  const Vec3 slide = sub3(touch.u, scale3(u_n, touch.n));
+  const Vec3 damper = scale3(law.shear_damping * root, slide);
+  Vec3 shear = damper;
+#if FEATURE_SHEAR_SPRINGS
+  const bool springs = law.shear_stiffness > (real)0;
+  if (springs) {
+    const Vec3 turned = sub3(*stretch, scale3(dot3(touch.n, *stretch), touch.n));
+    *stretch = add3(turned, scale3(dt, slide));
+    shear = add3(scale3(law.shear_stiffness, *stretch), damper);
+  }
+#endif
   const real size = length3(shear), most = law.friction * normal;
-  if (size > most) shear = scale3(most / size, shear);
+  if (size > most) {
+    shear = scale3(most / size, shear);
+#if FEATURE_SHEAR_SPRINGS
+    if (springs) *stretch = scale3((real)1 / law.shear_stiffness, sub3(shear, damper));
+#endif
+  }
   Push push;
-  push.force = sub3(shear, scale3(normal, n));
-  push.moment = cross3(arm, push.force);
+  push.force = sub3(shear, scale3(normal, touch.n));
+  push.moment = cross3(touch.arm, push.force);
   return push;
 }
 

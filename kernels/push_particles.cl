@@ -3,61 +3,88 @@
 #include "particle.h"
 #include "types.h"
 
-static inline void add_push(Push* sum, Push push) {
-  sum->force = add3(sum->force, push.force);
-  sum->moment = add3(sum->moment, push.moment);
-}
-
 static inline Vec3 spin_of(global const Motion* motion) { return make3(motion->w[0], motion->w[1], motion->w[2]); }
 
-kernel void push_particles(global const WorldRange* world_ranges, global const ParticleLaw* particle_laws,
-                           global const real* particle_shares, global const BodyInfo* body_infos,
-                           global const u32* body_particles, global const u32* particle_bodies,
-                           global const ParticlePlane* particle_planes, global const u32* plane_bodies,
-                           global const Vec4* positions, global const Vec4* orientations, global const Motion* motions,
+// What a push reads.
+typedef struct Pushed {
+  global const real* shares;
+  global const u32* bodies;
+  global const Vec4* places;
+  global const Vec4* velocities;
+  global const ParticlePlane* planes;
+  global const u32* plane_bodies;
+  global const Vec4* positions;
+  global const Vec4* orientations;
+  global const Motion* motions;
+} Pushed;
+
+static inline Touch touch_of_plane(const Pushed* p, ParticleLaw law, u32 i, u32 k) {
+  const u32 body = p->bodies[i], body_p = p->plane_bodies[k];
+  const Vec3 x = vec3_of(p->places[i]), x_p = vec3_of(p->positions[body_p]);
+  const PlaneNow plane = plane_now(p->planes[k], x_p, quat(p->orientations[body_p]));
+  Touch touch;
+  touch.overlap = law.radius - dot3(plane.normal, sub3(x, plane.point));
+  touch.n = scale3((real)-1, plane.normal);
+  touch.arm = scale3((real)0.5 * touch.overlap - law.radius, plane.normal);
+  const Vec3 there = point_velocity(&p->motions[body_p], sub3(add3(x, touch.arm), x_p));
+  const Vec3 here = add3(vec3_of(p->velocities[i]), cross3(spin_of(&p->motions[body]), touch.arm));
+  touch.u = sub3(there, here);
+  touch.mass = (real)1 / p->shares[body];
+  return touch;
+}
+
+static inline Touch touch_of_neighbour(const Pushed* p, ParticleLaw law, u32 i, u32 j) {
+  const Vec3 d = sub3(vec3_of(p->places[j]), vec3_of(p->places[i]));
+  const real distance_ij = length3(d);
+  const u32 body_i = p->bodies[i], body_j = p->bodies[j];
+  Touch touch;
+  touch.overlap = distance_ij > (real)0 ? (real)2 * law.radius - distance_ij : (real)0;
+  touch.n = scale3((real)1 / distance_ij, d);
+  const real lever = (real)0.5 * distance_ij;
+  touch.arm = scale3(lever, touch.n);
+  const Vec3 here = add3(vec3_of(p->velocities[i]), cross3(spin_of(&p->motions[body_i]), touch.arm));
+  const Vec3 there = add3(vec3_of(p->velocities[j]), cross3(spin_of(&p->motions[body_j]), scale3(-lever, touch.n)));
+  touch.u = sub3(there, here);
+  touch.mass = (real)1 / (p->shares[body_i] + p->shares[body_j]);
+  return touch;
+}
+
+kernel void push_particles(global const ParticleLaw* particle_laws, global const real* particle_shares,
+                           global const BodyInfo* body_infos, global const u32* body_particles,
+                           global const u32* particle_bodies, global const ParticlePlane* particle_planes,
+                           global const u32* plane_bodies, global const Vec4* positions,
+                           global const Vec4* orientations, global const Motion* motions,
                            global const Vec4* particle_places, global const Vec4* particle_velocities,
-                           global const u32* neighbour_starts, global const u32* neighbours,
+                           global const u32* neighbour_starts, global const u32* neighbours, global Vec4* stretches,
                            global Vec4* particle_forces, global Vec4* particle_moments, global const u32* counters,
                            const StepParams params) {
   if (STEP_IS_VOID(counters)) return;
-  FOR_EACH(i, body_particles[params.bodies]) {
-    const u32 body = particle_bodies[i];
-    const BodyInfo info = body_infos[body];
-    const ParticleLaw law = particle_laws[info.world];
+  const Pushed p = {particle_shares,     particle_bodies, particle_places,
+                    particle_velocities, particle_planes, plane_bodies,
+                    positions,           orientations,    motions};
+  const u32 particles = body_particles[params.bodies];
+  FOR_EACH(i, particles) {
+    const u32 begin = neighbour_starts[i], end = neighbour_starts[i + 1u];
     const Vec3 zero = make3((real)0, (real)0, (real)0);
     Push sum = {zero, zero};
-    if (info.kind == BODY_DYNAMIC) {
-      const Vec3 x = vec3_of(particle_places[i]), v = vec3_of(particle_velocities[i]), w = spin_of(&motions[body]);
-      const real share = particle_shares[body];
-
-      const WorldRange world = world_ranges[info.world];
-      for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k) {
-        const u32 body_p = plane_bodies[k];
-        const Vec3 x_p = vec3_of(positions[body_p]);
-        const Quat q = quat(orientations[body_p]);
-        const ParticlePlane plane = particle_planes[k];
-        const Vec3 normal = rotate3(q, vec3(plane.normal));
-        const Vec3 point = add3(x_p, rotate3(q, vec3(plane.point)));
-        const real overlap = law.radius - dot3(normal, sub3(x, point));
-        if (!(overlap > (real)0)) continue;
-        const Vec3 arm = scale3((real)0.5 * overlap - law.radius, normal);
-        const Vec3 there = point_velocity(&motions[body_p], sub3(add3(x, arm), x_p));
-        const Vec3 here = add3(v, cross3(w, arm));
-        add_push(&sum, push_of(law, scale3((real)-1, normal), overlap, arm, sub3(there, here), (real)1 / share));
-      }
-
-      for (u32 k = neighbour_starts[i]; k < neighbour_starts[i + 1u]; ++k) {
+    if (begin < end) {
+      const ParticleLaw law = particle_laws[body_infos[particle_bodies[i]].world];
+      for (u32 k = begin; k < end; ++k) {
         const u32 j = neighbours[k];
-        const Vec3 d = sub3(vec3_of(particle_places[j]), x);
-        const real distance_ij = length3(d), overlap = (real)2 * law.radius - distance_ij;
-        if (!(overlap > (real)0) || !(distance_ij > (real)0)) continue;
-        const u32 other = particle_bodies[j];
-        const Vec3 n = scale3((real)1 / distance_ij, d);
-        const real lever = (real)0.5 * distance_ij;
-        const Vec3 arm = scale3(lever, n);
-        const Vec3 here = add3(v, cross3(w, arm));
-        const Vec3 there = add3(vec3_of(particle_velocities[j]), cross3(spin_of(&motions[other]), scale3(-lever, n)));
-        add_push(&sum, push_of(law, n, overlap, arm, sub3(there, here), (real)1 / (share + particle_shares[other])));
+        const Touch touch =
+            j < particles ? touch_of_neighbour(&p, law, i, j) : touch_of_plane(&p, law, i, j - particles);
+        Vec3 stretch = zero;  // of what does not touch
+        if (touch.overlap > (real)0) {
+#if FEATURE_SHEAR_SPRINGS
+          if (law.shear_stiffness > (real)0) stretch = vec3_of(stretches[k]);
+#endif
+          const Push push = push_of(law, touch, params.dt, &stretch);
+          sum.force = add3(sum.force, push.force);
+          sum.moment = add3(sum.moment, push.moment);
+        }
+#if FEATURE_SHEAR_SPRINGS
+        if (law.shear_stiffness > (real)0) stretches[k] = vec4_of(stretch, (real)0);
+#endif
       }
     }
     particle_forces[i] = vec4_of(sum.force, (real)0);

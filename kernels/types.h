@@ -220,7 +220,8 @@ RECORD(ParticleLaw) {
   real damping;        // 2 zeta sqrt(stiffness): times the root of the effective mass it is in N s/m
   real shear_damping;  // as the damping
   real friction;
-  real pad[3];
+  real shear_stiffness;  // N/m; 0: nothing remembers how far it was sheared
+  real pad[2];
 };
 
 // A plane that particles rest on, in the frame of its body.
@@ -228,6 +229,10 @@ RECORD(ParticlePlane) {
   real point[3], pad_p;
   real normal[3], pad_n;  // unit, out of the solid
 };
+
+// What a particle of a dynamic body may push: another particle, or a plane, `particles` + its index. Springs are kept
+// in this order.
+INDEX_RECORD(SpringKey) { u32 particle, partner; };
 
 // ---- state -------------------------------------------------------------------------------------------------------
 
@@ -337,7 +342,8 @@ enum HashedRecord {
   HASHED_MOTION = 4,
   HASHED_CONTACT = 5,
   HASHED_TOUCH = 6,
-  HASHED_JOINT = 7
+  HASHED_JOINT = 7,
+  HASHED_SPRING = 8
 };
 
 // ---- the packed constraint stream: canonical cones ----------------------------------------------------------------

@@ -76,6 +76,7 @@ TEST(Checkpoint, GoingOnFromAnyTenthStepEndsAlike) {
   expect_resume_is_exact<float>("spheres_small", 60);
   expect_resume_is_exact<float>("sensor_gate", 60);
   expect_resume_is_exact<float>("rover", 40);
+  expect_resume_is_exact<float>("particles_slope", 20);
   expect_resume_is_exact<double>("slabs", 30);
   expect_resume_is_exact<double>("heavy_top", 50);
 }

@@ -114,6 +114,18 @@ TEST(Consistency, ListsThatPointNowhereOrAreOutOfOrderAreRefused) {
   EXPECT_EQ(with_pairs({{0, 1}, {0, 2}}), "accepted");
   EXPECT_EQ(with_pairs({{0, 1}, {0, 1}}), "touching[1]: is out of order");
   EXPECT_EQ(with_pairs({{0, 1}, {0xffffffffu, 1}}), "touching[1]: has no such shapes");
+
+  const auto with_springs = [](std::vector<SpringKey> keys) {
+    State state = compiled("particles_slope");
+    state.buffers.spring_count[0] = static_cast<u32>(keys.size());
+    std::copy(keys.begin(), keys.end(), state.buffers.spring_keys.begin());
+    return refusal_of(state);
+  };
+  const u32 particles = compiled("particles_slope").sizes.particles;
+  EXPECT_EQ(with_springs({{0, 1}, {0, particles}}), "accepted");
+  EXPECT_EQ(with_springs({{0, 1}, {0, particles + 1}}), "spring_keys[1]: has no such particles");
+  EXPECT_EQ(with_springs({{0, 1}, {particles, 1}}), "spring_keys[1]: has no such particles");
+  EXPECT_EQ(with_springs({{1, 7}, {1, 6}}), "spring_keys[1]: is out of order");
 }
 
 }  // namespace

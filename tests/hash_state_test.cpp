@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "tests/bodies.hpp"
+#include "tests/particle_scenes.hpp"
 #include "tests/stage_harness.hpp"
 
 namespace lockstep {
@@ -156,6 +157,28 @@ TEST(HashState, OrderOfRecordsDoesNotCount) {
   EXPECT_EQ(hashes(other), hashes(start));
 }
 
+// Of springs between particles each word counts, and who they are between, to their own world alone.
+TEST(HashState, SpringsCountByTheirParticles) {
+  const InitialState<float> start = lively_state<float>(2, sprung);
+  const std::vector<Hash> before = hashes(start);
+  const u32 last = start.buffers.spring_count[0] - 1;
+  EXPECT_EQ(start.buffers.body_infos[start.buffers.particle_bodies[start.buffers.spring_keys[last].particle]].world,
+            1u);
+  const auto expect_seen = [&](const auto& change) {
+    InitialState<float> other = start;
+    change(other.buffers.spring_keys[last], other.buffers.spring_stretches[last]);
+    const std::vector<Hash> after = hashes(other);
+    EXPECT_EQ(after[0], before[0]);
+    EXPECT_NE(after[1].first, before[1].first);
+    EXPECT_EQ(after[1].second, before[1].second) << "no pose";
+  };
+  expect_seen([](SpringKey&, Vec4<float>& stretch) { stretch.x += 1; });
+  expect_seen([](SpringKey&, Vec4<float>& stretch) { stretch.z += 1; });
+  expect_seen([](SpringKey& key, Vec4<float>&) { --key.particle; });
+  expect_seen([](SpringKey& key, Vec4<float>&) { --key.partner; });
+  expect_seen([&](SpringKey& key, Vec4<float>&) { key.partner = start.sizes.particles + 3; });
+}
+
 TEST(HashState, ScenesWithoutContactsHaveAHashToo) {
   const auto state = make_bodies<float>(mixed_bodies(false), {.gravities = {{0, 0, -1}, {0, 0, -1}}});
   EXPECT_NE(hashes(state)[0], hashes(state)[1]);
@@ -178,6 +201,11 @@ TEST(HashState, KernelMatchesReference) {
   expect_hashes_agree(worlds_with_contacts<float>(mixed_bodies(false), 2));
   expect_hashes_agree(worlds_with_contacts<double>(mixed_bodies(false), 2));
   expect_hashes_agree(make_bodies<float>(mixed_bodies(true), {.gravities = {{0, 0, -1}, {0, 0, -1}}}));
+}
+
+TEST(HashState, KernelMatchesReferenceForSprings) {
+  expect_hashes_agree(lively_state<float>(2, sprung));
+  expect_hashes_agree(lively_state<double>(2, sprung));
 }
 
 // Lanes take sixteen neighbours at once where they are of one world.

@@ -74,10 +74,17 @@ inline Scene lively_particles(u32 substeps = 1, u32 side = 3) {
   return scene;
 }
 
+/// The same with springs along the surfaces.
+inline Scene sprung(Scene scene) {
+  scene.particles->shear_stiffness = 0.7 * scene.particles->stiffness;
+  return scene;
+}
+
 /// Two worlds of them, some steps on.
 template <class real>
-InitialState<real> lively_state(u32 steps = 3) {
-  const std::vector<Scene> worlds = {lively_particles(), lively_particles(1, 2)};
+InitialState<real> lively_state(
+    u32 steps = 3, Scene (*change)(Scene) = [](Scene scene) { return scene; }) {
+  const std::vector<Scene> worlds = {change(lively_particles()), change(lively_particles(1, 2))};
   InitialState<real> state = compile<real>(worlds);
   ReferenceBackend<real> backend(state);
   for (u32 i = 0; i < steps; ++i) step(backend, state.params);
@@ -86,8 +93,8 @@ InitialState<real> lively_state(u32 steps = 3) {
 }
 
 inline const std::vector<Stage> particle_stages = {
-    Stage::begin_step,     Stage::bound_particles, Stage::sort_particles, Stage::find_neighbours,
-    Stage::push_particles, Stage::sum_particles,   Stage::place_particles};
+    Stage::begin_step,     Stage::bound_particles, Stage::sort_particles,  Stage::find_neighbours, Stage::match_springs,
+    Stage::push_particles, Stage::sum_particles,   Stage::place_particles, Stage::store_springs};
 
 /// Runs the stages of particles before `stage` in the reference, then that one on both sides; returns the reference's
 /// buffers after it.

@@ -93,35 +93,59 @@ TEST(Particles, ABoxRestsOnTheSpringsOfItsFace) {
 }
 
 /// A block on a slope of this tangent, at rest in its springs.
-Scene block_on_slope(double tangent, double friction) {
+Scene block_on_slope(double tangent, double friction, double shear_stiffness = 0) {
   const double cosine = 1 / std::sqrt(1 + tangent * tangent), sine = tangent * cosine;
   const double overlap = 4 * g * cosine / (16 * 1e4);
   BodyDescription block = solid_body(box_shape({0.2, 0.2, 0.1}), 4, {0, 0, 0});
   block.position = {(0.1 - overlap) * sine, 0, (0.1 - overlap) * cosine};
   block.orientation = exact::turn_of_z_to({sine, 0, cosine});
-  return particle_scene({floor_body({0, 0, 0}, {sine, 0, cosine}), block},
-                        {.radius = 0.05, .stiffness = 1e4, .restitution = 0.3, .friction = friction}, 2e-4);
+  return particle_scene(
+      {floor_body({0, 0, 0}, {sine, 0, cosine}), block},
+      {.radius = 0.05, .stiffness = 1e4, .restitution = 0.3, .friction = friction, .shear_stiffness = shear_stiffness},
+      2e-4);
 }
 
-// Below tan(alpha) = mu the dampers hold the block back to a creep that does not grow; beyond it slides with
-// g (sin - mu cos).
-TEST(Particles, ABlockSlipsAtTheAngleOfFriction) {
+// Below tan(alpha) = mu the dampers hold the block back to a creep that does not grow, and springs along the surface
+// stop it; beyond it slides with g (sin - mu cos).
+void expect_slip_at_the_angle_of_friction(double shear_stiffness) {
   const double mu = 0.5;
   for (const double part : {0.98, 1.02}) {
     SCOPED_TRACE(part);
-    Trial run(block_on_slope(part * mu, mu));
+    Trial run(block_on_slope(part * mu, mu, shear_stiffness));
     run.steps(2500);
     const double first = length(velocity(run.now(), 1));
     run.steps(2500);
     const double second = length(velocity(run.now(), 1));
     const double cosine = 1 / std::sqrt(1 + part * mu * part * mu), sine = part * mu * cosine;
-    if (part < 1) {
+    if (part < 1 && shear_stiffness > 0) {
+      EXPECT_LT(second, 1e-9);
+    } else if (part < 1) {
       EXPECT_LT(first, 0.1);
       EXPECT_NEAR(second, first, 1e-5);
     } else {
       EXPECT_NEAR((second - first) / 0.5, g * (sine - mu * cosine), 0.02 * g * (sine - mu * cosine));
     }
   }
+}
+
+TEST(Particles, ABlockSlipsAtTheAngleOfFriction) {
+  expect_slip_at_the_angle_of_friction(0);
+  expect_slip_at_the_angle_of_friction(5e3);
+}
+
+// m g sin is carried by the 16 springs of the particles below: each is stretched by m g sin / 16 k_t.
+TEST(Particles, SpringsAlongTheSurfaceCarryABlockOnASlope) {
+  const double tangent = 0.2, stiffness = 5e3;
+  Trial run(block_on_slope(tangent, 0.5, stiffness));
+  run.steps(4000);
+  EXPECT_LT(length(velocity(run.now(), 1)), 1e-12);
+  ASSERT_EQ(run.now().spring_count[0], 16u);
+  double carried = 0;
+  for (u32 k = 0; k < 16; ++k) {
+    const Vec4<double>& stretch = run.now().spring_stretches[k];
+    carried += stiffness * length({stretch.x, stretch.y, stretch.z});
+  }
+  EXPECT_NEAR(carried, 4 * g * tangent / std::sqrt(1 + tangent * tangent), 1e-6);
 }
 
 TEST(Particles, ABallOfParticlesRollsDownASlope) {
@@ -211,7 +235,7 @@ TEST(Particles, ABatchHasOneModel) {
 
 // A list that was too short costs the step again and no bit.
 TEST(Particles, AStepThatRanOutOfRoomIsRedoneToTheSameBits) {
-  InitialState<float> state = compile<float>(lively_particles(2));
+  InitialState<float> state = compile<float>(sprung(lively_particles(2)));
   const auto hashes = [](InitialState<float> from) {
     Simulation<float> simulation(std::make_unique<ReferenceBackend<float>>(from), from.params);
     for (u32 i = 0; i < 3; ++i) simulation.step();
@@ -228,7 +252,7 @@ TEST(Particles, AStepThatRanOutOfRoomIsRedoneToTheSameBits) {
 
 // A world in a batch has the bits that it has alone.
 TEST(Particles, AWorldOfABatchIsAsItIsAlone) {
-  const std::vector<Scene> worlds = {lively_particles(1, 2), lively_particles(1, 3)};
+  const std::vector<Scene> worlds = {sprung(lively_particles(1, 2)), sprung(lively_particles(1, 3))};
   const auto hash = [](const InitialState<float>& state, u32 world) {
     Simulation<float> simulation(std::make_unique<ReferenceBackend<float>>(state), state.params);
     for (u32 i = 0; i < 5; ++i) simulation.step();
@@ -241,6 +265,7 @@ TEST(Particles, AWorldOfABatchIsAsItIsAlone) {
 TEST(Particles, TwinsAgreeThroughWholeSteps) {
   expect_twins_agree(compile<float>(lively_particles(2)), 5);
   expect_twins_agree(compile<double>(lively_particles(3)), 5);
+  expect_twins_agree(compile<float>(sprung(lively_particles(2))), 5);
 }
 
 // Forces of a user come on top of those of particles, and joined bodies do not push each other.

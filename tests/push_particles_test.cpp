@@ -46,26 +46,87 @@ TEST(PushParticles, WhatRollsDoesNotRub) {
   EXPECT_NEAR(after.particle_forces[0].y, 0, 1e-12);
 }
 
+/// What one sub-step makes of a stretch, where the second ball passes at this speed along y.
+struct Sheared {
+  double force, stretch;
+  Vector3 along;
+};
+Sheared shear(double speed, Vector3 stretch) {
+  InitialState<double> state = two_balls({0, speed, 0}, {0, 0, 0}, 0.3);
+  state.features = with(state.features, Feature::shear_springs);
+  state.buffers.particle_laws[0].shear_stiffness = 500;
+  resize(state.buffers, state.sizes, state.features);
+  state.buffers = after_particle_stage(Stage::match_springs, state);
+  state.buffers.stretches[0] = {stretch[0], stretch[1], stretch[2], 0};
+  ReferenceBackend<double> backend(state);
+  backend.run(Stage::push_particles, state.params);
+  const Buffers<double>& after = backend.buffers();
+  return {after.particle_forces[0].y, after.stretches[0].y, vector_of(after.stretches[0])};
+}
+
+TEST(PushParticles, ASpringAlongTheSurfaceRemembersTheSlip) {
+  const InitialState<double> state = two_balls({0, 1e-3, 0}, {0, 0, 0}, 0.3);
+  const double damper = 1e-3 * state.buffers.particle_laws[0].shear_damping * std::sqrt(1 / (1 + 1.0 / 3));
+  const Sheared first = shear(1e-3, {0, 0, 0});
+  EXPECT_NEAR(first.stretch, 1e-3 * 1e-3, 1e-18) << "dt times the slip";
+  EXPECT_NEAR(first.force, 500 * 1e-6 + damper, 1e-12);
+  const Sheared later = shear(1e-3, {0, 2e-3, 0});
+  EXPECT_NEAR(later.stretch, 2e-3 + 1e-6, 1e-16);
+  EXPECT_NEAR(later.force, 500 * (2e-3 + 1e-6) + damper, 1e-12);
+  EXPECT_NEAR(shear(0, {0, 2e-3, 0}).force, 500 * 2e-3, 1e-12) << "also at rest";
+}
+
+TEST(PushParticles, AStretchedSpringTurnsIntoThePlaneOfTheContact) {
+  EXPECT_NEAR(length(shear(0, {7e-3, 1e-3, 2e-3}).along - Vector3{0, 1e-3, 2e-3}), 0, 1e-17);
+}
+
+TEST(PushParticles, WhereSurfacesSlideTheSpringGivesCoulombsForceAndNoMore) {
+  const Sheared still = shear(0, {0, 1, 0});
+  EXPECT_NEAR(still.force, 0.3 * 10, 1e-12);
+  EXPECT_NEAR(still.stretch, 0.3 * 10 / 500, 1e-15);
+  const double damper =
+      2 * double(two_balls({0, 0, 0}).buffers.particle_laws[0].shear_damping) * std::sqrt(1 / (1 + 1.0 / 3));
+  const Sheared moving = shear(2, {0, 1, 0});
+  EXPECT_NEAR(moving.force, 0.3 * 10, 1e-12);
+  EXPECT_NEAR(moving.stretch, (0.3 * 10 - damper) / 500, 1e-15) << "with the damper";
+}
+
+TEST(PushParticles, WhatPartsForgets) {
+  InitialState<double> state = two_balls({0, 0, 0});
+  state.features = with(state.features, Feature::shear_springs);
+  state.buffers.particle_laws[0].shear_stiffness = 500;
+  resize(state.buffers, state.sizes, state.features);
+  state.buffers.positions[1].x = 0.201;
+  state.buffers = after_particle_stage(Stage::match_springs, state);
+  ASSERT_EQ(state.buffers.counters[COUNTER_PAIRS], 2u) << "near, and apart";
+  state.buffers.stretches[0].y = 1;
+  ReferenceBackend<double> backend(state);
+  backend.run(Stage::push_particles, state.params);
+  EXPECT_EQ(backend.buffers().stretches[0].y, 0);
+}
+
 // To the last bit, so that momentum is lost to rounding of sums alone.
 template <class real>
 void expect_action_is_reaction() {
-  InitialState<real> state = lively_state<real>(0);
-  ReferenceBackend<real> backend(state);
-  for (const Stage stage : {Stage::begin_step, Stage::bound_particles, Stage::sort_particles, Stage::find_neighbours})
-    backend.run(stage, state.params);
-  Buffers<real> b = backend.buffers();
+  InitialState<real> state = lively_state<real>(2, sprung);
+  const Buffers<real> b = after_particle_stage(Stage::match_springs, state);
+  const auto stretch_of = [&](u32 one, u32 two) {
+    const auto first = b.neighbours.begin() + b.neighbour_starts[one];
+    return b
+        .stretches[std::find(first, b.neighbours.begin() + b.neighbour_starts[one + 1], two) - b.neighbours.begin()];
+  };
   u32 pairs = 0;
   for (u32 i = 0; i < state.sizes.particles; ++i) {
     for (u32 k = b.neighbour_starts[i]; k < b.neighbour_starts[i + 1]; ++k) {
       const u32 j = b.neighbours[k];
-      if (b.body_infos[b.particle_bodies[j]].kind != BODY_DYNAMIC) continue;
+      if (j >= state.sizes.particles || b.body_infos[b.particle_bodies[j]].kind != BODY_DYNAMIC) continue;
       const auto alone = [&](u32 one, u32 two) {  // the list of particle `one` holds `two` alone
         InitialState<real> pair = state;
         pair.buffers = b;
         std::fill(pair.buffers.neighbour_starts.begin(), pair.buffers.neighbour_starts.end(), 0u);
         for (u32 n = one + 1; n < pair.buffers.neighbour_starts.size(); ++n) pair.buffers.neighbour_starts[n] = 1;
         pair.buffers.neighbours[0] = two;
-        for (WorldRange& world : pair.buffers.world_ranges) world.plane_count = 0;
+        pair.buffers.stretches[0] = stretch_of(one, two);
         ReferenceBackend<real> one_pair(pair);
         one_pair.run(Stage::push_particles, pair.params);
         return one_pair.buffers().particle_forces[one];
@@ -91,6 +152,8 @@ TEST(PushParticles, KernelMatchesReference) {
   for (const Vec4<float>& force : after.particle_forces) pushed += force.x != 0;
   EXPECT_GT(pushed, 100u);
   expect_particle_twins_agree(Stage::push_particles, lively_state<double>());
+  expect_particle_twins_agree(Stage::push_particles, lively_state<float>(3, sprung));
+  expect_particle_twins_agree(Stage::push_particles, lively_state<double>(3, sprung));
 }
 
 TEST(PushParticles, AVoidStepIsLeftAlone) {

@@ -248,11 +248,13 @@ TEST(World, JointsThatStayKeepTheirImpulses) {
 }
 
 // Bodies that push each other by particles: what comes and goes far away leaves every bit of the others.
+// Springs along the surfaces remember, whoever came and went in between.
 TEST(World, BodiesAsParticlesComeAndGo) {
   Scene scene = ground_scene();
+  scene.gravity = {1, 0, -9.81};
   use_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.dt = 0.001;
-  scene.particles = ParticleSettings{.radius = 0.1, .stiffness = 4000};
+  scene.particles = ParticleSettings{.radius = 0.1, .stiffness = 4000, .shear_stiffness = 2000};
   World alone(scene, in_double()), busy(scene, in_double());
   const BodyHandle box = alone.add(box_at({0, 0, 0.6})), same = busy.add(box_at({0, 0, 0.6}));
   const BodyHandle guest = busy.add(ball_at({40, 0, 1}));

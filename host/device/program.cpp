@@ -38,6 +38,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::all_pairs, "ALL_PAIRS"},
     {Feature::loads, "LOADS"},
     {Feature::particles, "PARTICLES"},
+    {Feature::shear_springs, "SHEAR_SPRINGS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -154,6 +154,16 @@ void expect_consistent_lists(const InitialState<real>& state) {
     if (std::max(pair.shape_a, pair.shape_b) >= shapes) refuse(Buffer::touching, k, "has no such shapes");
     if (k > 0 && pair_of(pair) <= pair_of(b.touching[k - 1])) refuse(Buffer::touching, k, "is out of order");
   }
+  const u32 particles = state.sizes.particles, planes = state.sizes.particle_planes;
+  const u32 springs = b.spring_count.empty() ? 0 : b.spring_count[0];
+  if (springs > b.spring_keys.size()) refuse(Buffer::spring_count, 0, "is more than there are");
+  for (u32 k = 0; k < springs; ++k) {
+    const SpringKey &key = b.spring_keys[k], &last = b.spring_keys[k > 0 ? k - 1 : 0];
+    if (key.particle >= particles || key.partner >= particles + planes)
+      refuse(Buffer::spring_keys, k, "has no such particles");
+    if (k > 0 && std::pair(key.particle, key.partner) <= std::pair(last.particle, last.partner))
+      refuse(Buffer::spring_keys, k, "is out of order");
+  }
 }
 
 #define INSTANTIATE(real)                                                     \

@@ -99,7 +99,8 @@ template <class real>
 void read_persistent(hid_t group, InitialState<real>& state) {
   const auto in_blocks = [](u32 count) { return (count + PACK - 1) / PACK * PACK; };
   state.sizes.contacts = std::max(state.sizes.contacts, in_blocks(stored_rows(group, Buffer::cached_keys)));
-  state.sizes.pairs = std::max(state.sizes.pairs, in_blocks(stored_rows(group, Buffer::touching)));
+  for (const Buffer list : {Buffer::touching, Buffer::spring_keys})
+    state.sizes.pairs = std::max(state.sizes.pairs, in_blocks(stored_rows(group, list)));
   set_sizes(state.params, state.sizes);
   resize(state.buffers, state.sizes, state.features);
   for_each_buffer(state.buffers, [&](Buffer buffer, auto& elements) {

@@ -46,6 +46,7 @@ Penetration particle_overlap(const Buffers<real>& b) {
     }
     for (u32 k = b.neighbour_starts[i]; k < b.neighbour_starts[i + 1]; ++k) {
       const u32 j = b.neighbours[k];
+      if (j >= places.size()) break;  // a plane
       const bool is_twice = b.body_infos[b.particle_bodies[j]].kind == BODY_DYNAMIC;
       if (!is_twice || i < j) depths.add(2 * radius - (places[j] - places[i]).norm());
     }

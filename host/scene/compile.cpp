@@ -297,6 +297,7 @@ void Compiler<real>::set_features() {
   for (const Scene& scene : worlds_) {
     const bool pushing = is_penalty(scene);  // by particles instead of shapes
     if (pushing) features = with(features, Feature::particles);
+    if (pushing && scene.particles->shear_stiffness > 0) features = with(features, Feature::shear_springs);
     const bool touching = !pushing && shapes_can_touch(scene);
     if (touching && scene.settings.events) features = with(features, Feature::events);
     if (touching) features = with(features, Feature::contacts);

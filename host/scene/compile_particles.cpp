@@ -42,8 +42,8 @@ void expect_stable(const Scene& scene, const BodyDescription& body, const std::v
   origin.fail(fmt::format(
       "its particles of the stiffness {} N/m need sub-steps of at most {:.4g} s, dt / substeps is {:.4g} s; set dt to "
       "{:.4g} or substeps to {:.0f}",
-      scene.particles->stiffness, longest, step, enough * scene.settings.substeps,
-      std::ceil(scene.settings.dt / enough)));
+      std::max(scene.particles->stiffness, scene.particles->shear_stiffness), longest, step,
+      enough * scene.settings.substeps, std::ceil(scene.settings.dt / enough)));
 }
 
 const std::vector<std::vector<Vector3>>& particles_of(ParticleSampler& sampler, const Origin& origin) {

@@ -93,6 +93,8 @@ ParticleLaw<real> particle_law(const ParticleSettings& s, const Origin& origin) 
   law.damping = static_cast<real>(2 * damping_ratio(s.restitution) * root);
   law.shear_damping = static_cast<real>(2 * shear_damping_ratio * root);
   law.friction = rounded<real>(s.friction, "particles: friction", origin);
+  if (s.shear_stiffness > 0)
+    law.shear_stiffness = rounded_positive<real>(s.shear_stiffness, "particles: shear_stiffness", origin);
   return law;
 }
 
@@ -104,9 +106,10 @@ double longest_stable_step(const BodyDescription& body, const std::vector<std::v
   const double flat = most_side_by_side(body, particles, settings.radius);
   const double contacts = std::max(2 * flat, yield_of(body, particles));
   const double ratio = std::max(damping, shear_damping_ratio);
-  const double square = settings.stiffness / body.mass;  // of the frequency of one contact, 1/s^2
+  const double stiffest = std::max(settings.stiffness, settings.shear_stiffness);
   // in a chain neighbours move against each other: h^2 4 n k/m + 2 h 4 n c/m < 4
-  const double spring = 4 * contacts * square, damper = 4 * contacts * 2 * ratio * exact::square_root(square / flat);
+  const double spring = 4 * contacts * stiffest / body.mass;
+  const double damper = 4 * contacts * 2 * ratio * exact::square_root(settings.stiffness / (body.mass * flat));
   return (exact::square_root(damper * damper + 4 * spring) - damper) / spring;
 }
 

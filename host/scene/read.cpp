@@ -148,7 +148,7 @@ CameraDescription read_camera(const JsonNode& node) {
 }
 
 ParticleSettings read_particles(const JsonNode& node) {
-  node.expect_object({"radius", "model", "sampling", "stiffness", "restitution", "friction"});
+  node.expect_object({"radius", "model", "sampling", "stiffness", "restitution", "friction", "shear_stiffness"});
   ParticleSettings p;
   p.radius = node.at("radius").positive();
   if (node.has("model")) {
@@ -160,7 +160,7 @@ ParticleSettings read_particles(const JsonNode& node) {
         node.at("sampling").choice<Sampling>("sampling", {{"surface", Sampling::surface}, {"solid", Sampling::solid}});
   }
   if (p.model == ParticleModel::constraints) {
-    for (const char* key : {"stiffness", "restitution", "friction"}) {
+    for (const char* key : {"stiffness", "restitution", "friction", "shear_stiffness"}) {
       if (node.has(key))
         node.at(key).fail("belongs to the model penalty; materials say how constraints rub and bounce");
     }
@@ -173,6 +173,7 @@ ParticleSettings read_particles(const JsonNode& node) {
       node.at("restitution").must_be(fmt::format("{} .. 1", least_restitution));
   }
   if (node.has("friction")) p.friction = node.at("friction").not_negative();
+  if (node.has("shear_stiffness")) p.shear_stiffness = node.at("shear_stiffness").not_negative();
   return p;
 }
 

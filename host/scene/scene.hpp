@@ -51,6 +51,7 @@ struct ParticleSettings {
   double stiffness = 0;      // N/m, of two particles that overlap
   double restitution = 0.5;  // of two particles that are bodies of their own
   double friction = 0.5;
+  double shear_stiffness = 0;  // N/m, of what remembers how far two were sheared; 0: nothing does
 };
 
 struct Material {

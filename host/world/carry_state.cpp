@@ -63,6 +63,44 @@ void carry_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape
   std::ranges::copy(touching, to.touching.begin());
 }
 
+// Which particle or plane each old one has become: those of a body stand together, in their order.
+template <class real>
+std::vector<u32> new_spring_ends(const InitialState<real>& old, std::span<const u32> new_body,
+                                 const InitialState<real>& now) {
+  std::vector<u32> became;
+  for (u32 i = 0; i < old.sizes.particles; ++i) {
+    const u32 body = old.buffers.particle_bodies[i], is = new_body[body];
+    became.push_back(is == NONE ? NONE : now.buffers.body_particles[is] + (i - old.buffers.body_particles[body]));
+  }
+  const std::vector<u32>&were = old.buffers.plane_bodies, &are = now.buffers.plane_bodies;
+  for (u32 k = 0; k < were.size(); ++k) {
+    const auto first = std::ranges::find(are, new_body[were[k]]);
+    const auto of_body = std::ranges::find(were, were[k]);
+    became.push_back(first == are.end() ? NONE
+                                        : now.sizes.particles + static_cast<u32>(first - are.begin()) +
+                                              (k - static_cast<u32>(of_body - were.begin())));
+  }
+  return became;
+}
+
+template <class real>
+void carry_springs(const Buffers<real>& from, const std::vector<u32>& new_end, InitialState<real>& state) {
+  std::vector<SpringKey> keys;
+  std::vector<Vec4<real>> stretches;
+  for (u32 k = 0; k < from.spring_count[0]; ++k) {
+    const SpringKey key = {new_end[from.spring_keys[k].particle], new_end[from.spring_keys[k].partner]};
+    if (key.particle == NONE || key.partner == NONE) continue;
+    keys.push_back(key);
+    stretches.push_back(from.spring_stretches[k]);
+  }
+  state.sizes.pairs = std::max(state.sizes.pairs, in_blocks(static_cast<u32>(keys.size())));
+  set_sizes(state.params, state.sizes);
+  resize(state.buffers, state.sizes, state.features);
+  state.buffers.spring_count[0] = static_cast<u32>(keys.size());
+  std::ranges::copy(keys, state.buffers.spring_keys.begin());
+  std::ranges::copy(stretches, state.buffers.spring_stretches.begin());
+}
+
 struct Lane {
   u32 block = NONE, lane = 0;
 };
@@ -105,6 +143,8 @@ void carry_state(const InitialState<real>& old, const Buffers<real>& persistent,
   }
   if (has(old.features, Feature::contacts) && has(state.features, Feature::contacts))
     carry_contacts(persistent, new_shapes(old, new_body, state), state);
+  if (has(old.features, Feature::shear_springs) && has(state.features, Feature::shear_springs))
+    carry_springs(persistent, new_spring_ends(old, new_body, state), state);
   if (has(old.features, Feature::joints) && has(state.features, Feature::joints))
     carry_joints(old, persistent, new_joint, state);
 }

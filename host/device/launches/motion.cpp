@@ -29,6 +29,7 @@ void launch_hash_state(Launcher& launcher) {
   if (has(plan.features, Feature::contacts)) run("hash_state_contacts", plan.contacts);
   if (has(plan.features, Feature::joints)) run("hash_state_joints", plan.sizes.joint_blocks * PACK);
   if (has(plan.features, Feature::events)) run("hash_state_touching", plan.pairs);
+  if (has(plan.features, Feature::shear_springs)) run("hash_state_springs", plan.pairs);
 }
 
 }  // namespace lockstep

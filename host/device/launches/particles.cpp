@@ -38,10 +38,19 @@ void launch_find_neighbours(Launcher& launcher) {
   launcher.run("find_neighbours_write", sizes.particles);
 }
 
+void launch_match_springs(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  launcher.scratch("spring_starts", std::size_t{plan.sizes.particles} + 1);
+  launcher.run("match_springs_index", plan.pairs + 1);
+  launcher.run("match_springs", plan.sizes.particles);
+}
+
 void launch_push_particles(Launcher& launcher) { launcher.run("push_particles", launcher.plan().sizes.particles); }
 
 void launch_sum_particles(Launcher& launcher) { launcher.run("sum_particles", launcher.plan().sizes.bodies); }
 
 void launch_place_particles(Launcher& launcher) { launcher.run("place_particles", launcher.plan().sizes.particles); }
+
+void launch_store_springs(Launcher& launcher) { launcher.run("store_springs", launcher.plan().sizes.particles); }
 
 }  // namespace lockstep
