@@ -40,6 +40,10 @@ struct Damage {
 
 TEST(Consistency, IndicesThatPointNowhereAreRefused) {
   const Damage damages[] = {
+      {"box_stack", [](State& s) { s.features = with(s.features, Feature::shear_springs); },
+       "features: are those of no scene"},
+      {"free_flight", [](State& s) { s.features = with(s.features, Feature::jacobi); },
+       "features: are those of no scene"},
       {"box_stack", [](State& s) { s.buffers.world_ranges[0].body_count = 99; },
        "world_ranges[0]: reaches beyond what there is"},
       {"box_stack", [](State& s) { s.buffers.world_ranges[0].first_shape = 0xffffffffu; },

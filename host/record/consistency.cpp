@@ -12,6 +12,23 @@ namespace {
   throw h5::Failed(std::string(info(buffer).name) + "[" + std::to_string(record) + "]: " + what);
 }
 
+// Features whose stages and buffers are nothing without those of another.
+constexpr std::pair<Feature, Feature> needs[] = {
+    {Feature::manifolds, Feature::contacts},  {Feature::capsules, Feature::contacts},
+    {Feature::boxes, Feature::contacts},      {Feature::cylinders, Feature::contacts},
+    {Feature::hulls, Feature::contacts},      {Feature::grid, Feature::contacts},
+    {Feature::bvh, Feature::contacts},        {Feature::all_pairs, Feature::contacts},
+    {Feature::events, Feature::contacts},     {Feature::sensors, Feature::events},
+    {Feature::continuous, Feature::contacts}, {Feature::soft_contacts, Feature::contacts},
+    {Feature::patches, Feature::contacts},    {Feature::jacobi, Feature::contacts},
+    {Feature::soft_joints, Feature::joints},  {Feature::shear_springs, Feature::particles},
+};
+
+void expect_features(Features features) {
+  for (const auto& [feature, needed] : needs)
+    if (has(features, feature) && !has(features, needed)) throw h5::Failed("features: are those of no scene");
+}
+
 bool is_range(u32 first, u32 count, u32 size) { return first <= size && count <= size - first; }
 
 // The shapes of a scene whose shapes cannot touch are counted, and not there.
@@ -128,6 +145,7 @@ void expect_particles(const Buffers<real>& b, const Sizes& sizes) {
 
 template <class real>
 void expect_consistent_constants(const InitialState<real>& state) {
+  expect_features(state.features);
   expect_bodies(state.buffers, state.sizes, has(state.features, Feature::contacts));
   expect_shapes(state.buffers, state.sizes);
   expect_hulls(state.buffers, state.sizes);
