@@ -128,20 +128,21 @@ Vector3 closest_point(const Vector3& p, const Vector3& a, const Vector3& b, cons
   return add(a, add(scale(vb / whole, ab), scale(vc / whole, ac)));
 }
 
-// On which side of the edge from a to b the point is, seen along z: the same answer for both triangles at the edge,
-// also where it runs through the point.
-bool is_left(const Vector3& p, const TriangleMesh& mesh, u32 a, u32 b) {
-  if (a > b) return !is_left(p, mesh, b, a);
-  const Vector3 &from = mesh.vertices[a], &to = mesh.vertices[b];
-  return (to[0] - from[0]) * (p[1] - from[1]) - (to[1] - from[1]) * (p[0] - from[0]) > 0;
+// On which side of the line from a to b the point is, seen along z. Both triangles at an edge get the same answer, and
+// so do edges above each other: it is worked out from the end that comes first. A point on the line counts as moved by
+// a trifle along x and by less along y, so that all triangles agree on where it is.
+bool is_left(const Vector3& p, const Vector3& a, const Vector3& b) {
+  if (std::pair(b[0], b[1]) < std::pair(a[0], a[1])) return !is_left(p, b, a);
+  const double x = b[0] - a[0], y = b[1] - a[1], side = x * (p[1] - a[1]) - y * (p[0] - a[0]);
+  return side != 0 ? side > 0 : y != 0 ? y < 0 : x > 0;
 }
 
-// Whether the triangle is below the point, along z.
+// Whether the triangle is below the point, along z; one that stands upright is not.
 bool is_below(const TriangleMesh& mesh, const std::array<u32, 3>& t, const Vector3& p) {
-  const bool left = is_left(p, mesh, t[0], t[1]);
-  if (is_left(p, mesh, t[1], t[2]) != left || is_left(p, mesh, t[2], t[0]) != left) return false;
-  const Vector3& a = mesh.vertices[t[0]];
-  const Vector3 n = cross(subtract(mesh.vertices[t[1]], a), subtract(mesh.vertices[t[2]], a));
+  const Vector3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+  const Vector3 n = cross(subtract(b, a), subtract(c, a));
+  const bool left = is_left(p, a, b);
+  if (n[2] == 0 || is_left(p, b, c) != left || is_left(p, c, a) != left) return false;
   const double side = dot(n, subtract(p, a));
   return n[2] > 0 ? side > 0 : side < 0;
 }
