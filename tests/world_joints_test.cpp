@@ -67,6 +67,24 @@ TEST(WorldJoints, AJointThatIsAddedLaterHoldsTheBodyWhereItIsThen) {
   }
 }
 
+// A body that came since the last step stands where it was put, one whose index has changed where it is; and what stand
+// a description brings along does not matter.
+TEST(WorldJoints, HoldBodiesThatHaveJustCome) {
+  World world(empty_scene(), in_double());
+  const BodyHandle gone = world.add(box_at({0, 9, 0})), old = world.add(box_at({0, 0, 0}));
+  world.set_velocity(old, {{1, 0, 0}, {0, 0, 0}});
+  world.step(100);
+  world.remove(gone);
+  const BodyHandle young = world.add(box_at({3, 0, 0}));
+  JointDescription joint = ball_joint({2, 0, 0});
+  joint.stand = {{5, 5, 5}, {6, 6, 6}};
+  world.add(joint, old, young);
+  world.step(50);
+  EXPECT_NEAR(world.pose(old).position[0], 1.25, 1e-2) << "at half the speed, both";
+  EXPECT_NEAR(world.pose(young).position[0], 3.25, 1e-2);
+  EXPECT_NEAR(world.velocity(young).linear[0], 0.5, 1e-3);
+}
+
 TEST(WorldJoints, JointsGoAndHandlesStayGood) {
   Scene scene = empty_scene();
   World world(scene, in_double());

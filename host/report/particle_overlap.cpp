@@ -23,6 +23,15 @@ struct Depths {
   }
 };
 
+// Of a particle at x.
+template <class real>
+double depth_in_plane(const Buffers<real>& b, u32 plane, const Vector3d& x, double radius) {
+  const u32 body = b.plane_bodies[plane];
+  const auto turn = rotation(b.orientations[body]);
+  const Vector3d point = vector3(b.positions[body]) + turn * vector3(b.particle_planes[plane].point);
+  return radius - (turn * vector3(b.particle_planes[plane].normal)).dot(x - point);
+}
+
 }  // namespace
 
 template <class real>
@@ -37,16 +46,12 @@ Penetration particle_overlap(const Buffers<real>& b) {
     const BodyInfo& info = b.body_infos[b.particle_bodies[i]];
     if (info.kind != BODY_DYNAMIC) continue;
     const double radius = double(b.particle_laws[info.world].radius);
-    const WorldRange& world = b.world_ranges[info.world];
-    for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k) {
-      const u32 body = b.plane_bodies[k];
-      const auto turn = rotation(b.orientations[body]);
-      const Vector3d point = vector3(b.positions[body]) + turn * vector3(b.particle_planes[k].point);
-      depths.add(radius - (turn * vector3(b.particle_planes[k].normal)).dot(places[i] - point));
-    }
     for (u32 k = b.neighbour_starts[i]; k < b.neighbour_starts[i + 1]; ++k) {
       const u32 j = b.neighbours[k];
-      if (j >= places.size()) break;  // a plane
+      if (j >= places.size()) {
+        depths.add(depth_in_plane(b, j - static_cast<u32>(places.size()), places[i], radius));
+        continue;
+      }
       const bool is_twice = b.body_infos[b.particle_bodies[j]].kind == BODY_DYNAMIC;
       if (!is_twice || i < j) depths.add(2 * radius - (places[j] - places[i]).norm());
     }

@@ -1,7 +1,6 @@
 #include "host/scene/compile_joints.hpp"
 
 #include <algorithm>
-#include <utility>
 
 #include "host/error.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -14,24 +13,23 @@ namespace {
 
 Quaternion back(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
 
-// The pose of a body for which a joint was described; of the world the identity.
-struct Stand {
-  Vector3 position = {0, 0, 0};
-  Quaternion orientation = {0, 0, 0, 1};
+// Where the bodies of a joint stand for its anchors and its axis: where they are at load unless it says otherwise.
+JointStand stand_of(const Scene& scene, const JointDescription& joint) {
+  JointStand stand;
+  if (joint.stand) stand = *joint.stand;
+  const auto place = [&](u32 body, Vector3& position, Quaternion& orientation) {
+    if (body == NONE) position = {0, 0, 0}, orientation = {0, 0, 0, 1};
+    if (body == NONE || joint.stand) return;
+    position = scene.bodies[body].position;
+    orientation = scene.bodies[body].orientation;
+  };
+  place(joint.body_a, stand.position_a, stand.orientation_a);
+  place(joint.body_b, stand.position_b, stand.orientation_b);
+  return stand;
+}
 
-  Vector3 inside(const Vector3& point) const {
-    return exact::rotate(back(orientation), exact::subtract(point, position));
-  }
-};
-
-std::pair<Stand, Stand> stands(const Scene& scene, const JointDescription& joint) {
-  std::pair<Stand, Stand> both;
-  const auto at_load = [&](u32 body) { return Stand{scene.bodies[body].position, scene.bodies[body].orientation}; };
-  const std::optional<JointStand>& given = joint.stand;
-  if (joint.body_a != NONE) both.first = given ? Stand{given->position_a, given->orientation_a} : at_load(joint.body_a);
-  if (joint.body_b != NONE)
-    both.second = given ? Stand{given->position_b, given->orientation_b} : at_load(joint.body_b);
-  return both;
+Vector3 inside(const Vector3& position, const Quaternion& orientation, const Vector3& point) {
+  return exact::rotate(back(orientation), exact::subtract(point, position));
 }
 
 template <class real>
@@ -56,13 +54,13 @@ void set_softness(const Settings& settings, const JointDescription& in, const Or
 
 template <class real>
 Joint<real> make_joint(const Settings& settings, const Scene& scene, const JointDescription& in, const Origin& origin) {
-  const auto [a, b] = stands(scene, in);
+  const JointStand stand = stand_of(scene, in);
   const Quaternion frame = exact::turn_of_z_to(in.axis);
   Joint<real> out = {};
-  store(out.anchor_a, rounded<real>(a.inside(in.anchor_a), "anchor", origin), 3);
-  store(out.anchor_b, rounded<real>(b.inside(in.anchor_b), "anchor", origin), 3);
-  store(out.frame_a, rounded<real>(exact::unit(exact::multiply(back(a.orientation), frame))), 4);
-  store(out.frame_b, rounded<real>(exact::unit(exact::multiply(back(b.orientation), frame))), 4);
+  store(out.anchor_a, rounded<real>(inside(stand.position_a, stand.orientation_a, in.anchor_a), "anchor", origin), 3);
+  store(out.anchor_b, rounded<real>(inside(stand.position_b, stand.orientation_b, in.anchor_b), "anchor", origin), 3);
+  store(out.frame_a, rounded<real>(exact::unit(exact::multiply(back(stand.orientation_a), frame))), 4);
+  store(out.frame_b, rounded<real>(exact::unit(exact::multiply(back(stand.orientation_b), frame))), 4);
   set_softness(settings, in, origin, out);
   out.limited = in.limited;
   out.low = rounded<real>(in.low, "limits", origin);

@@ -181,11 +181,20 @@ struct World::Parts {
     return joint_handles.back();
   }
 
+  // Where a body of the scene stands, without making the engine anew for those that it does not have yet.
+  Pose standing(u32 index) {
+    if (index == NONE) return {};
+    if (!changed) return poses_now()[index];
+    const auto had = std::ranges::find(renaming.bodies, index);
+    if (had == renaming.bodies.end()) return {scene.bodies[index].position, scene.bodies[index].orientation};
+    return engine->poses()[static_cast<std::size_t>(had - renaming.bodies.begin())];
+  }
+
   JointHandle add(JointDescription joint) {
     expect_sense(joint, scene);
+    joint.stand.reset();
     if (engine && engine->steps_done() > 0) {
-      const auto now = [&](u32 body) { return body == NONE ? Pose{} : poses_now()[body]; };
-      const Pose a = now(joint.body_a), b = now(joint.body_b);
+      const Pose a = standing(joint.body_a), b = standing(joint.body_b);
       joint.stand = {a.position, b.position, a.orientation, b.orientation};
     }
     scene.joints.push_back(std::move(joint));
