@@ -9,11 +9,21 @@
 #include "host/record/whole_file.hpp"
 #include "host/scene/read.hpp"
 #include "host/world/engine.hpp"
+#include "host/world/handles.hpp"
 #include "host/world/sense.hpp"
 
 namespace lockstep {
 
 namespace {
+
+// The handle of what has this name.
+template <class Item, class Handle>
+std::optional<Handle> find_named(const std::vector<Item>& items, const Handles<Handle>& handles,
+                                 const std::string& name) {
+  const auto found = std::ranges::find(items, name, &Item::name);
+  if (found == items.end()) return std::nullopt;
+  return handles[static_cast<std::size_t>(found - items.begin())];
+}
 
 Wrench sum(const Wrench& a, const Wrench& b) { return {exact::add(a.force, b.force), exact::add(a.torque, b.torque)}; }
 
@@ -43,10 +53,8 @@ std::function<Wrench(double)> load_table(std::vector<std::pair<double, Wrench>> 
 struct World::Parts {
   Scene scene;  // of the bodies as they are now; poses and velocities as they came
   WorldOptions options;
-  std::vector<BodyHandle> handles;         // of the scene's bodies
-  std::vector<u32> index_of;               // by id; NONE: removed
-  std::vector<JointHandle> joint_handles;  // of its joints, likewise
-  std::vector<u32> joint_index_of;
+  Handles<BodyHandle> bodies{"body"};    // of the scene's bodies
+  Handles<JointHandle> joints{"joint"};  // of its joints
 
   std::unique_ptr<Engine> engine;
   Renaming renaming;  // from the engine's bodies and joints to the scene's
@@ -145,14 +153,8 @@ struct World::Parts {
       events.push_back({event.kind, stepped[event.body_a], stepped[event.body_b]});
   }
 
-  u32 index(BodyHandle body) const {
-    const u32 index = body.id < index_of.size() ? index_of[body.id] : NONE;
-    if (index == NONE) throw Error(Failure::input, "body " + std::to_string(body.id), "is not in this world any more");
-    return index;
-  }
-
   u32 index_of_kind(BodyHandle body, std::initializer_list<BodyKind> kinds, const char* rule) const {
-    const u32 i = index(body);
+    const u32 i = bodies.index(body);
     if (std::ranges::find(kinds, scene.bodies[i].kind) == kinds.end())
       throw Error(Failure::input, "body " + std::to_string(body.id), rule);
     return i;
@@ -161,24 +163,10 @@ struct World::Parts {
     return index_of_kind(body, {BODY_DYNAMIC}, "is not dynamic, nothing from outside moves it; give it a velocity");
   }
 
-  void add(const BodyDescription& body) {
-    handles.push_back({static_cast<u32>(index_of.size())});
-    index_of.push_back(static_cast<u32>(scene.bodies.size()));
+  BodyHandle add(const BodyDescription& body) {
     scene.bodies.push_back(body);
     changed = true;
-  }
-
-  u32 index(JointHandle joint) const {
-    const u32 index = joint.id < joint_index_of.size() ? joint_index_of[joint.id] : NONE;
-    if (index == NONE)
-      throw Error(Failure::input, "joint " + std::to_string(joint.id), "is not in this world any more");
-    return index;
-  }
-
-  JointHandle name_joint(u32 index) {
-    joint_handles.push_back({static_cast<u32>(joint_index_of.size())});
-    joint_index_of.push_back(index);
-    return joint_handles.back();
+    return bodies.add();
   }
 
   // Where a body of the scene stands, without making the engine anew for those that it does not have yet.
@@ -199,21 +187,17 @@ struct World::Parts {
     }
     scene.joints.push_back(std::move(joint));
     changed = true;
-    return name_joint(static_cast<u32>(scene.joints.size()) - 1);
+    return joints.add();
   }
 
   void remove_joint(u32 gone) {
     scene.joints.erase(scene.joints.begin() + gone);
-    joint_handles.erase(joint_handles.begin() + gone);
-    rename(renaming.joints, gone);
-    rename(joint_index_of, gone);
+    joints.remove(gone);
+    rename_without(renaming.joints, gone);
     changed = true;
   }
 
-  // One of what is named is gone, and those behind it have moved up.
-  static void rename(std::vector<u32>& names, u32 gone) {
-    for (u32& name : names) name = name == gone || name == NONE ? NONE : name - (name > gone);
-  }
+  u32 index_of(u32 id) const { return bodies.index({id}); }
 
   // Kernels for forces are only built where there are any.
   void ask_for_loads() {
@@ -224,10 +208,10 @@ struct World::Parts {
   void act() {
     Engine& now = ready();
     begin_recording();
-    for (const u32 id : arrived) set_velocity(index_of[id], {});
+    for (const u32 id : arrived) set_velocity(index_of(id), {});
     arrived.clear();
     for (const auto& [id, pose] : targets) {
-      set_velocity(index_of[id], now.velocity_between(poses_now()[index_of[id]], pose));
+      set_velocity(index_of(id), now.velocity_between(poses_now()[index_of(id)], pose));
       arrived.insert(id);
     }
     targets.clear();
@@ -236,10 +220,10 @@ struct World::Parts {
     std::map<u32, Wrench> acting;
     const double middle = (now.steps_done() + 0.5) * scene.settings.dt;
     for (const auto& [id, load] : loads) {
-      acting[index_of[id]] = load(middle);
-      expect_finite(acting[index_of[id]]);
+      acting[index_of(id)] = load(middle);
+      expect_finite(acting[index_of(id)]);
     }
-    for (const auto& [id, force] : forces) acting[index_of[id]] = sum(acting[index_of[id]], force);
+    for (const auto& [id, force] : forces) acting[index_of(id)] = sum(acting[index_of(id)], force);
     forces.clear();
     now.set_loads(acting);
   }
@@ -255,7 +239,7 @@ World::World(Scene scene, const WorldOptions& options) : parts_(std::make_unique
   if (p.scene.settings.precision != "float" && p.scene.settings.precision != "double")
     throw Error(Failure::input, "precision", "must be float or double, is " + p.scene.settings.precision);
   for (const BodyDescription& body : bodies) add(body);
-  for (u32 j = 0; j < p.scene.joints.size(); ++j) p.name_joint(j);
+  for (std::size_t j = 0; j < p.scene.joints.size(); ++j) p.joints.add();
   p.reset_renaming();
   if (!bodies.empty()) p.ready();
 }
@@ -270,13 +254,12 @@ World::~World() = default;
 
 BodyHandle World::add(const BodyDescription& body) {
   expect_sense(body, parts_->scene);
-  parts_->add(body);
-  return parts_->handles.back();
+  return parts_->add(body);
 }
 
 void World::remove(BodyHandle body) {
   Parts& p = *parts_;
-  const u32 gone = p.index(body);
+  const u32 gone = p.bodies.index(body);
   for (u32 j = static_cast<u32>(p.scene.joints.size()); j-- > 0;) {
     JointDescription& joint = p.scene.joints[j];
     if (joint.body_a == gone || joint.body_b == gone) {
@@ -287,9 +270,8 @@ void World::remove(BodyHandle body) {
       if (*side != NONE && *side > gone) --*side;
   }
   p.scene.bodies.erase(p.scene.bodies.begin() + gone);
-  p.handles.erase(p.handles.begin() + gone);
-  p.rename(p.renaming.bodies, gone);
-  p.rename(p.index_of, gone);
+  p.bodies.remove(gone);
+  rename_without(p.renaming.bodies, gone);
   p.loads.erase(body.id);
   p.forces.erase(body.id);
   p.targets.erase(body.id);
@@ -297,50 +279,44 @@ void World::remove(BodyHandle body) {
   p.changed = true;
 }
 
-bool World::contains(BodyHandle body) const {
-  return body.id < parts_->index_of.size() && parts_->index_of[body.id] != NONE;
-}
+bool World::contains(BodyHandle body) const { return parts_->bodies.contains(body); }
 
 std::optional<BodyHandle> World::find(const std::string& name) const {
-  const auto found = std::ranges::find(parts_->scene.bodies, name, &BodyDescription::name);
-  if (found == parts_->scene.bodies.end()) return std::nullopt;
-  return parts_->handles[static_cast<std::size_t>(found - parts_->scene.bodies.begin())];
+  return find_named(parts_->scene.bodies, parts_->bodies, name);
 }
 
-std::span<const BodyHandle> World::bodies() const { return parts_->handles; }
+std::span<const BodyHandle> World::bodies() const { return parts_->bodies.all(); }
 
-const BodyDescription& World::description(BodyHandle body) const { return parts_->scene.bodies[parts_->index(body)]; }
+const BodyDescription& World::description(BodyHandle body) const {
+  return parts_->scene.bodies[parts_->bodies.index(body)];
+}
 
 JointHandle World::add(const JointDescription& joint, BodyHandle a, BodyHandle b) {
   JointDescription named = joint;
-  named.body_a = parts_->index(a);
-  named.body_b = parts_->index(b);
+  named.body_a = parts_->bodies.index(a);
+  named.body_b = parts_->bodies.index(b);
   return parts_->add(std::move(named));
 }
 
 JointHandle World::add(const JointDescription& joint, BodyHandle a) {
   JointDescription named = joint;
-  named.body_a = parts_->index(a);
+  named.body_a = parts_->bodies.index(a);
   named.body_b = NONE;
   return parts_->add(std::move(named));
 }
 
-void World::remove(JointHandle joint) { parts_->remove_joint(parts_->index(joint)); }
+void World::remove(JointHandle joint) { parts_->remove_joint(parts_->joints.index(joint)); }
 
-bool World::contains(JointHandle joint) const {
-  return joint.id < parts_->joint_index_of.size() && parts_->joint_index_of[joint.id] != NONE;
-}
+bool World::contains(JointHandle joint) const { return parts_->joints.contains(joint); }
 
 std::optional<JointHandle> World::find_joint(const std::string& name) const {
-  const auto found = std::ranges::find(parts_->scene.joints, name, &JointDescription::name);
-  if (found == parts_->scene.joints.end()) return std::nullopt;
-  return parts_->joint_handles[static_cast<std::size_t>(found - parts_->scene.joints.begin())];
+  return find_named(parts_->scene.joints, parts_->joints, name);
 }
 
-std::span<const JointHandle> World::joints() const { return parts_->joint_handles; }
+std::span<const JointHandle> World::joints() const { return parts_->joints.all(); }
 
 const JointDescription& World::description(JointHandle joint) const {
-  return parts_->scene.joints[parts_->index(joint)];
+  return parts_->scene.joints[parts_->joints.index(joint)];
 }
 
 void World::step(u32 count) {
@@ -350,7 +326,7 @@ void World::step(u32 count) {
     parts_->forget_state();
     parts_->kept = false;
   }
-  if (count > 0) parts_->stepped = parts_->handles;
+  if (count > 0) parts_->stepped = parts_->bodies.all();
 }
 
 u32 World::steps_done() const { return parts_->engine ? parts_->engine->steps_done() : 0; }
@@ -360,12 +336,12 @@ std::span<const Pose> World::poses() { return parts_->poses_now(); }
 std::span<const Twist> World::velocities() { return parts_->velocities_now(); }
 
 Pose World::pose(BodyHandle body) {
-  const u32 index = parts_->index(body);
+  const u32 index = parts_->bodies.index(body);
   return poses()[index];
 }
 
 Twist World::velocity(BodyHandle body) {
-  const u32 index = parts_->index(body);
+  const u32 index = parts_->bodies.index(body);
   return velocities()[index];
 }
 
@@ -387,7 +363,7 @@ std::optional<BodyHit> World::cast_ray(const Vector3& origin, const Vector3& dir
   ray.mask = mask;
   const std::optional<EngineHit> hit = parts_->ready().cast_ray(ray);
   if (!hit) return std::nullopt;
-  return BodyHit{parts_->handles[hit->body], hit->distance, hit->point, hit->normal};
+  return BodyHit{parts_->bodies[hit->body], hit->distance, hit->point, hit->normal};
 }
 
 std::uint64_t World::state_hash() {

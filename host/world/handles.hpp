@@ -1,0 +1,54 @@
+// Handles of what stands in a list, where things go from the middle and come at the end.
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "host/error.hpp"
+#include "include/lockstep/world.hpp"
+
+namespace lockstep {
+
+/// One of what `names` names by its place is gone: it is named NONE, and those behind it have moved up.
+inline void rename_without(std::vector<u32>& names, u32 gone) {
+  for (u32& name : names) name = name == gone || name == NONE ? NONE : name - (name > gone);
+}
+
+/// A handle stays good while its thing moves up the list, and is never given to another one.
+template <class Handle>
+class Handles {
+ public:
+  /// `what` one is called where it is asked for and not there.
+  explicit Handles(const char* what) : what_(what) {}
+
+  /// Of what has come to the end of the list.
+  Handle add() {
+    all_.push_back({static_cast<u32>(index_of_.size())});
+    index_of_.push_back(static_cast<u32>(all_.size()) - 1);
+    return all_.back();
+  }
+  void remove(u32 index) {
+    all_.erase(all_.begin() + index);
+    rename_without(index_of_, index);
+  }
+
+  bool contains(Handle handle) const { return handle.id < index_of_.size() && index_of_[handle.id] != NONE; }
+  /// Throws Error (input) where it is gone.
+  u32 index(Handle handle) const {
+    if (!contains(handle))
+      throw Error(Failure::input, what_ + " " + std::to_string(handle.id), "is not in this world any more");
+    return index_of_[handle.id];
+  }
+
+  Handle operator[](std::size_t index) const { return all_[index]; }
+  const std::vector<Handle>& all() const { return all_; }
+
+ private:
+  std::string what_;
+  std::vector<Handle> all_;    // in the order of the list
+  std::vector<u32> index_of_;  // by id; NONE: removed
+};
+
+}  // namespace lockstep
