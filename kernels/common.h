@@ -7,7 +7,7 @@
 // Loops over `count` items with any number of work-items: the launch plan can size the grid as it likes. Where lanes
 // say that the device is a CPU a work-item takes neighbours, which lie on one page; elsewhere it takes every n-th, so
 // that work-items that run together read together.
-#if LANES > 1
+#if EACH_TAKES_NEIGHBOURS
 #define FOR_EACH(i, count) for (u32 i = each_begin(count), i##_end = each_end(count); i < i##_end; ++i)
 static inline u32 each_share(u32 count) {
   const u32 size = (u32)get_global_size(0);
@@ -25,11 +25,5 @@ static inline u32 each_end(u32 count) {
 
 // Stages that write persistent state leave it alone once a list was full: the step is redone.
 #define STEP_IS_VOID(counters) (((counters)[COUNTER_STATUS] & STATUS_FULL) != 0u)
-// The solver's sweeps do nothing either once one of their sub-step has settled.
-#if FEATURE_TOLERANCE
-#define SWEEP_IS_VOID(counters) (STEP_IS_VOID(counters) || (counters)[COUNTER_SETTLED] != 0u)
-#else
-#define SWEEP_IS_VOID(counters) STEP_IS_VOID(counters)
-#endif
 
 #endif

@@ -16,7 +16,7 @@ static inline ulong hash_words(ulong h, global const u32* words, u32 count) {
   return h;
 }
 
-#if LANES > 1
+#if EACH_TAKES_NEIGHBOURS
 // The same of sixteen neighbours at once, whose records of `count` words follow each other.
 static inline ulong16 hash_word_16(ulong16 h, uint16 word) {
   h = (h + 0x9e3779b97f4a7c15UL) ^ convert_ulong16(word);
@@ -78,7 +78,7 @@ static inline void hash_add_pose(HashSum* sum, ulong h) {
   sum->pose_high += (u32)(h >> 32);
 }
 
-#if LANES > 1
+#if EACH_TAKES_NEIGHBOURS
 static inline void hash_add_state_16(HashSum* sum, ulong16 h) {
   sum->state_low += hash_total_16(convert_uint16(h));
   sum->state_high += hash_total_16(convert_uint16(h >> 32));
@@ -109,7 +109,7 @@ kernel void hash_state_bodies(const StepParams params, global const BodyInfo* bo
     const u32 vec4_words = (u32)(sizeof(Vec4) / sizeof(u32));
     const u32 motion_words = (u32)(sizeof(Motion) / sizeof(u32));
     hash_enter(&sum, body_infos[i].world, world_hashes);
-#if LANES > 1
+#if EACH_TAKES_NEIGHBOURS
     // the bodies of a world follow each other
     if (i_end - i >= 16u && body_infos[i + 15u].world == sum.world) {
       const uint16 ids = hash_load_16(&body_infos[i].id, (u32)(sizeof(BodyInfo) / sizeof(u32)));
@@ -152,7 +152,7 @@ kernel void hash_state_contacts(global const BodyInfo* body_infos, global const 
     const ShapeInfo shape_a = shape_infos[key.shape_a];
     const u32 impulse_words = (u32)(sizeof(ContactImpulse) / sizeof(u32));
     hash_enter(&sum, body_infos[shape_a.body].world, world_hashes);
-#if LANES > 1
+#if EACH_TAKES_NEIGHBOURS
     // contacts are ordered by shape a, and shapes by world
     if (i_end - i >= 16u && body_infos[shape_infos[cached_keys[i + 15u].shape_a].body].world == sum.world) {
       u32 id_a[16], id_b[16];
@@ -197,7 +197,6 @@ kernel void hash_state_touching(global const BodyInfo* body_infos, global const 
   hash_hand_over(&sum, world_hashes);
 }
 
-#if FEATURE_JOINTS
 kernel void hash_state_joints(const StepParams params, global const JointInfo* joint_infos,
                               global const JointLanes* joint_lanes, global const JointImpulseBlock* joint_impulses,
                               global WorldHash* world_hashes) {
@@ -215,9 +214,7 @@ kernel void hash_state_joints(const StepParams params, global const JointInfo* j
   }
   hash_hand_over(&sum, world_hashes);
 }
-#endif
 
-#if FEATURE_SHEAR_SPRINGS
 static inline ulong hash_spring_end(ulong h, u32 end, u32 particles, global const BodyInfo* body_infos,
                                     global const u32* body_particles, global const u32* particle_bodies,
                                     global const u32* plane_bodies) {
@@ -248,4 +245,3 @@ kernel void hash_state_springs(const StepParams params, global const BodyInfo* b
   }
   hash_hand_over(&sum, world_hashes);
 }
-#endif

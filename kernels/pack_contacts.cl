@@ -7,7 +7,7 @@
 #include "types.h"
 
 #if FEATURE_MANIFOLDS
-#define PACK_CLASSES PAIR_POINTS
+#define PACK_CLASSES MANIFOLD_POINTS
 #else
 #define PACK_CLASSES 1u
 #endif

@@ -7,6 +7,13 @@
 #include "common.h"
 #include "lanes.h"
 
+// Once a sweep has settled, those behind it in the sub-step do nothing either.
+#if FEATURE_TOLERANCE
+#define SWEEP_IS_VOID(counters) (STEP_IS_VOID(counters) || (counters)[COUNTER_SETTLED] != 0u)
+#else
+#define SWEEP_IS_VOID(counters) STEP_IS_VOID(counters)
+#endif
+
 #if FEATURE_TOLERANCE
 
 // In each lane, of x and what was found so far; an x that is no number does not count.

@@ -31,13 +31,6 @@ typedef REAL real;
 #define COLOR_OF_FIRST (MAX_COLORS + 1u)
 // Points at which two shapes can touch.
 #define MANIFOLD_POINTS 4u
-#ifdef __OPENCL_VERSION__
-#if FEATURE_MANIFOLDS
-#define PAIR_POINTS MANIFOLD_POINTS
-#else
-#define PAIR_POINTS 1u  // spheres and planes meet at one
-#endif
-#endif
 // Blocks from which on a colour is worth a launch of its own.
 #define LARGE_COLOR 32u
 // Items that one work-item counts, scans or places in the list primitives.

@@ -102,6 +102,7 @@ TEST_F(ProgramCacheTest, AFolderThatCannotBeWrittenIsNoCache) {
 
 TEST_F(ProgramCacheTest, AProgramFromDiskRunsAsTheOneThatWasBuilt) {
   ::setenv("LOCKSTEP_CACHE", folder_.c_str(), 1);
+  ::setenv("POCL_KERNEL_CACHE", "0", 1);  // else it is pocl that keeps programs
   const std::string text =
       "kernel void seven(global uint* out) { out[get_global_id(0)] = 7u * (uint)get_global_id(0); }\n";
   const auto run = [&](bool expected_from_disk) {
@@ -126,6 +127,10 @@ TEST_F(ProgramCacheTest, AProgramFromDiskRunsAsTheOneThatWasBuilt) {
   ProgramCache(folder_).store(key, {1, 2, 3});
   run(false);
   run(true);
+  ProgramCache(folder_).store(key, {1, 2, 3});
+  ::unsetenv("POCL_KERNEL_CACHE");
+  run(false);
+  EXPECT_EQ(ProgramCache(folder_).load(key)->size(), 3u) << "pocl keeps its own";
   ::unsetenv("LOCKSTEP_CACHE");
 }
 

@@ -109,6 +109,43 @@ TEST(WorldJoints, JointsGoAndHandlesStayGood) {
   world.step();
 }
 
+// A cube of 2 kg and edge 1 m on an axle through its centre, I = m a^2 / 6: a torque M that is not yet enough changes
+// its angular velocity by M / I dt in a step. The world, b, turns against it.
+TEST(WorldJoints, MotorsAreDrivenOtherwiseWhileAWorldRuns) {
+  World world(empty_scene(0.01), in_double());
+  const BodyHandle box = world.add(box_at({0, 0, 0}));
+  JointDescription hinge = ball_joint({0, 0, 0});
+  hinge.kind = JOINT_HINGE;
+  const JointHandle axle = world.add(hinge, box);
+  const auto turns = [&] { return world.velocity(box).angular[2]; };
+  world.step(10);
+  EXPECT_EQ(turns(), 0);
+  world.set_motor(axle, -2, 1);
+  world.step(50);
+  EXPECT_NEAR(turns(), 1.5, 1e-12) << "1 N m / (1/3 kg m^2), half a second";
+  world.step(50);
+  EXPECT_NEAR(turns(), 2, 1e-12) << "there";
+  world.set_motor(axle, 1, 2);
+  world.step(10);
+  EXPECT_NEAR(turns(), 1.4, 1e-12) << "braked by 6 rad/s^2";
+  EXPECT_EQ(world.description(axle).motor_force, 2);
+  const BodyHandle other = world.add(box_at({9, 0, 0}));
+  world.step(10);
+  EXPECT_NEAR(turns(), 0.8, 1e-12) << "also of a world made anew";
+  world.set_motor(axle, 0, 0);
+  world.remove(other);
+  world.set_motor(axle, 0, 0);
+  world.step(10);
+  EXPECT_NEAR(turns(), 0.8, 1e-12) << "let go";
+  EXPECT_EQ(refusal([&] { world.set_motor(axle, std::nan(""), 1); }), "joint \"shoulder\": must be finite");
+  EXPECT_EQ(refusal([&] { world.set_motor(axle, 0, -1); }),
+            "joint \"shoulder\": must have no negative motor force, frequency or damping");
+  const JointHandle socket = world.add(ball_joint({0, 0, 0}), box);
+  EXPECT_EQ(refusal([&] { world.set_motor(socket, 0, 1); }), "joint \"shoulder\": has nothing to limit or to drive");
+  world.remove(axle);
+  EXPECT_EQ(refusal([&] { world.set_motor(axle, 0, 0); }), "joint 0: is not in this world any more");
+}
+
 TEST(WorldJoints, JointsThatMakeNoSenseAreRefused) {
   World world(ground_scene(), in_double());
   const BodyHandle box = world.add(box_at({0, 0, 1})), other = world.add(box_at({3, 0, 1}));

@@ -156,7 +156,9 @@ TEST_F(WorldRecording, RefusesInputsThatMakeNoSense) {
   EXPECT_EQ(refusal(), unreadable + "inputs are of another scene");
   change_input(1, [](InputRow& row) { row.body = 1, row.kind = InputKind::load; });  // the first force comes later
   EXPECT_EQ(refusal(), unreadable + "inputs are of another scene");
-  change_input(1, [](InputRow& row) { row.kind = static_cast<InputKind>(2); });
+  change_input(1, [](InputRow& row) { row.kind = InputKind::motor; });  // there is no joint
+  EXPECT_EQ(refusal(), unreadable + "inputs are of another scene");
+  change_input(1, [](InputRow& row) { row.kind = static_cast<InputKind>(3); });
   EXPECT_EQ(refusal(), unreadable + "inputs[1] makes no sense");
   change_input(1, [](InputRow& row) { row.kind = InputKind::velocity, row.angular[2] = std::nan(""); });
   EXPECT_EQ(refusal(), unreadable + "inputs[1] makes no sense");
@@ -182,6 +184,48 @@ TEST_F(WorldRecording, EndsWhereAskedToAndLeavesOtherFilesAlone) {
   world.step();
   world.end_recording();
   EXPECT_EQ(RecordingReader(file(1)).rows()[0].step, 6u);
+}
+
+// A motor that is driven otherwise before steps 4 and 8, and a body that comes before step 12.
+std::uint64_t steered_life(const WorldOptions& options, const std::string& path) {
+  World world(ground(), options);
+  const BodyHandle box = world.add(box_at({0, 0, 2}));
+  const JointHandle axle =
+      world.add(JointDescription{.kind = JOINT_HINGE, .anchor_a = {0, 0, 2}, .anchor_b = {0, 0, 2}}, box);
+  world.record(path);
+  for (int i = 0; i < 14; ++i) {
+    if (i == 3) world.set_motor(axle, 5, 2000);
+    if (i == 7) world.set_motor(axle, -1, 10000);
+    if (i == 11) world.add(ball_at({0, 2, 1}));
+    world.step();
+  }
+  EXPECT_GT(std::abs(world.velocity(box).angular[2]), 0.5);
+  return world.state_hash();
+}
+
+TEST_F(WorldRecording, KnowsHowMotorsAreDriven) {
+  steered_life({.device = "reference", .precision = "float"}, file(1));
+  const std::vector<InputRow> inputs = RecordingReader(file(1)).inputs();
+  ASSERT_EQ(inputs.size(), 2u);
+  EXPECT_EQ(inputs[0].kind, InputKind::motor);
+  EXPECT_EQ(inputs[0].step, 4u);
+  EXPECT_EQ(inputs[0].linear[0], 5);
+  EXPECT_EQ(inputs[1].linear[1], 10000);
+  const auto replay_both = [&](const ReplayTarget& target) {
+    for (int number : {1, 2}) replay<float>(RecordingReader(file(number)), target, [](u32) {});
+  };
+  replay_both({});
+  replay_both({select_device("cpu"), {}});
+  change_input(1, [](InputRow& row) { row.linear[0] = -1.5; });
+  try {
+    replay<float>(RecordingReader(file(1)), {}, [](u32) {});
+    ADD_FAILURE() << "replayed";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure(), Failure::comparison);
+    EXPECT_EQ(std::string(error.what()).rfind("step 7: ", 0), 0u) << error.what();
+  }
+  change_input(1, [](InputRow& row) { row.linear[1] = -1; });
+  EXPECT_EQ(refusal(), file(1) + ": is no recording that this program reads: inputs are of another scene");
 }
 
 // More inputs than a chunk holds, in batches of steps.

@@ -66,17 +66,28 @@ std::optional<cl::Program> from_binary(const Device& device, const std::vector<u
   }
 }
 
+// pocl has a cache of its own, and compiles every kernel once more where its binary is asked for.
+bool driver_keeps_programs(const DeviceInfo& device) {
+  const char* cache = std::getenv("POCL_KERNEL_CACHE");
+  return device.platform == "Portable Computing Language" && !(cache && std::string_view(cache) == "0");
+}
+
 }  // namespace
 
-std::string build_options(const DeviceInfo& device, const ProgramOptions& options) {
-  std::string text = "-cl-std=CL1.2";
-  text += options.double_precision ? " -DREAL=double -DREAL_IS_DOUBLE=1" : " -DREAL=float -DREAL_IS_DOUBLE=0";
-  text += " -DLANES=" + std::to_string(options.lanes);
+std::string build_options(const DeviceInfo& device, const ProgramOptions& options, std::string_view text) {
+  std::string all = "-cl-std=CL1.2";
+  const auto define = [&](const std::string& name, const std::string& value) {
+    if (text.find(name) != std::string_view::npos) all += " -D" + name + "=" + value;
+  };
+  define("REAL_IS_DOUBLE", options.double_precision ? "1" : "0");
+  define("REAL", options.double_precision ? "double" : "float");
+  define("LANES", std::to_string(options.lanes));
+  define("EACH_TAKES_NEIGHBOURS", options.lanes > 1 ? "1" : "0");
   for (const FeatureName& feature : feature_names)
-    text += std::string(" -DFEATURE_") + feature.name + (has(options.features, feature.feature) ? "=1" : "=0");
-  if (device.correct_divide_sqrt) text += " -cl-fp32-correctly-rounded-divide-sqrt";
-  if (const char* more = std::getenv("LOCKSTEP_CL_OPTIONS")) text += std::string(" ") + more;
-  return text;
+    define(std::string("FEATURE_") + feature.name, has(options.features, feature.feature) ? "1" : "0");
+  if (device.correct_divide_sqrt) all += " -cl-fp32-correctly-rounded-divide-sqrt";
+  if (const char* more = std::getenv("LOCKSTEP_CL_OPTIONS")) all += std::string(" ") + more;
+  return all;
 }
 
 std::string program_preamble(const ProgramOptions& options) {
@@ -88,7 +99,7 @@ std::string program_preamble(const ProgramOptions& options) {
 BuiltProgram& build_program(Device& device, const std::string& text, const ProgramOptions& options) {
   if (options.double_precision && !device.info.fp64)
     throw Error(Failure::device, device.info.name, "has no double precision, run with --precision float");
-  const std::string with = build_options(device.info, options);
+  const std::string with = build_options(device.info, options, text);
   const std::string whole = program_preamble(options) + text;
   BuiltProgram& built = device.programs[with + "\n" + whole];
   if (built.program() != nullptr) return built;
@@ -108,7 +119,7 @@ BuiltProgram& build_program(Device& device, const std::string& text, const Progr
 
 void save_program(const Device& device, BuiltProgram& built) {
   const ProgramCache cache = ProgramCache::of_user();
-  if (!cache.exists() || built.on_disk || built.program() == nullptr) return;
+  if (!cache.exists() || built.on_disk || built.program() == nullptr || driver_keeps_programs(device.info)) return;
   built.on_disk = true;
   const auto binaries = opencl_guard("reading back the program of " + device.info.name,
                                      [&] { return built.program.getInfo<CL_PROGRAM_BINARIES>(); });

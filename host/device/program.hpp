@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "host/device/device.hpp"
@@ -15,8 +16,10 @@ struct ProgramOptions {
   u32 lanes = 1;
 };
 
-/// The -D and -cl options of a build on this device; $LOCKSTEP_CL_OPTIONS is appended (oclgrind needs -cl-opt-disable).
-std::string build_options(const DeviceInfo& device, const ProgramOptions& options);
+/// The -D and -cl options of a build of `text` on this device; $LOCKSTEP_CL_OPTIONS is appended (oclgrind needs
+/// -cl-opt-disable). Only what the text names is defined, so that scenes share the programs in which they do not
+/// differ.
+std::string build_options(const DeviceInfo& device, const ProgramOptions& options, std::string_view text);
 
 /// What every program starts with: contraction off, and double where it is asked for.
 std::string program_preamble(const ProgramOptions& options);
@@ -26,8 +29,8 @@ std::string program_preamble(const ProgramOptions& options);
 /// has none.
 BuiltProgram& build_program(Device& device, const std::string& text, const ProgramOptions& options);
 
-/// Puts the program on disk, unless it came from there. After kernels have run: pocl adds the code that it specialised
-/// for their work-group sizes. (pocl also takes some seconds to add code for all other sizes: not before a step.)
+/// Puts the program on disk, unless it came from there or the driver keeps what it builds itself, as pocl does. After
+/// kernels have run, so that what a driver built only then is among it.
 void save_program(const Device& device, BuiltProgram& built);
 
 }  // namespace lockstep

@@ -14,27 +14,32 @@ void store(const double from[3], real to[3]) {
 }  // namespace
 
 template <class real>
-void act(std::span<const InputRow> inputs, Backend<real>& backend, std::vector<Load<real>>& loads) {
-  const auto any = [&](InputKind kind) {
-    return std::any_of(inputs.begin(), inputs.end(), [kind](const InputRow& row) { return row.kind == kind; });
-  };
-  Buffers<real> now;
-  const bool velocities = any(InputKind::velocity), forces = any(InputKind::load);
+void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& held) {
+  const auto any = [&](InputKind kind) { return std::ranges::find(inputs, kind, &InputRow::kind) != inputs.end(); };
   const Buffer motions[] = {Buffer::motions};
-  if (velocities) now.motions = backend.download(motions).motions;
-  if (forces) now.loads.swap(loads);
+  if (any(InputKind::velocity)) held.motions = backend.download(motions).motions;
   for (const InputRow& row : inputs) {
-    real* linear = row.kind == InputKind::load ? now.loads[row.body].force : now.motions[row.body].v;
-    real* angular = row.kind == InputKind::load ? now.loads[row.body].torque : now.motions[row.body].w;
-    store(row.linear, linear);
-    store(row.angular, angular);
+    switch (row.kind) {
+      case InputKind::velocity:
+        store(row.linear, held.motions[row.body].v);
+        store(row.angular, held.motions[row.body].w);
+        break;
+      case InputKind::load:
+        store(row.linear, held.loads[row.body].force);
+        store(row.angular, held.loads[row.body].torque);
+        break;
+      case InputKind::motor:
+        held.joints[row.body].motor_speed = static_cast<real>(row.linear[0]);
+        held.joints[row.body].motor_force = static_cast<real>(row.linear[1]);
+        break;
+    }
   }
-  if (velocities) backend.upload(Buffer::motions, now);
-  if (forces) backend.upload(Buffer::loads, now);
-  if (forces) now.loads.swap(loads);
+  if (any(InputKind::velocity)) backend.upload(Buffer::motions, held);
+  if (any(InputKind::load)) backend.upload(Buffer::loads, held);
+  if (any(InputKind::motor)) backend.upload(Buffer::joints, held);
 }
 
-template void act(std::span<const InputRow>, Backend<float>&, std::vector<Load<float>>&);
-template void act(std::span<const InputRow>, Backend<double>&, std::vector<Load<double>>&);
+template void act(std::span<const InputRow>, Backend<float>&, Buffers<float>&);
+template void act(std::span<const InputRow>, Backend<double>&, Buffers<double>&);
 
 }  // namespace lockstep

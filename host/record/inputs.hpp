@@ -1,5 +1,5 @@
-// What is done to bodies from outside while a simulation runs: done in the first place, and done again from a
-// recording.
+// What is done to bodies and joints from outside while a simulation runs: done in the first place, and done again from
+// a recording.
 #pragma once
 
 #include "host/record/recording.hpp"
@@ -7,9 +7,9 @@
 
 namespace lockstep {
 
-/// Does it, before a step: overwrites velocities and lets loads act. `loads` is the caller's copy of what acts on each
-/// body, empty in a scene without Feature::loads.
+/// Does it, before a step: overwrites velocities, lets loads act and drives motors otherwise. `held` is the caller's
+/// copy of the `loads`, empty in a scene without them, and the `joints` that the backend holds, and is kept up.
 template <class real>
-void act(std::span<const InputRow> inputs, Backend<real>& backend, std::vector<Load<real>>& loads);
+void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& held);
 
 }  // namespace lockstep

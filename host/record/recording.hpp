@@ -39,17 +39,17 @@ struct MeasureRow {
 /// Whether a recording has a table of what is done to bodies from outside.
 enum class Inputs { none, recorded };
 
-enum class InputKind : u32 { velocity = 0, load = 1 };
+enum class InputKind : u32 { velocity = 0, load = 1, motor = 2 };
 
-/// A row of `inputs`: what was done to a body from outside before a step. A velocity replaces that of the body; a load
-/// acts from this step on, until another one does.
+/// A row of `inputs`: what was done to a body or a joint from outside before a step. A velocity replaces that of the
+/// body; a load acts from this step on, until another one does; a joint's motor is this one until it is another.
 struct InputRow {
   u32 step = 0;  // the number of the step that is the first to feel it, as in StepRow
-  u32 body = 0;
+  u32 body = 0;  // of a motor, the joint
   InputKind kind = InputKind::velocity;
   u32 reserved = 0;  // 0
-  double linear[3] = {0, 0, 0},
-         angular[3] = {0, 0, 0};  // m/s and rad/s, or N and N m; world frame, as the run holds them
+  // As the run holds them: m/s and rad/s, or N and N m, world frame; of a motor its speed and force (Joint) in linear.
+  double linear[3] = {0, 0, 0}, angular[3] = {0, 0, 0};
 };
 
 }  // namespace lockstep

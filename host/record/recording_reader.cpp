@@ -125,7 +125,7 @@ void RecordingReader::read_inputs() {
   for (std::size_t i = 0; i < inputs_.size(); ++i) {
     const InputRow& row = inputs_[i];
     const auto is_bad = [](double x) { return !std::isfinite(x); };
-    if (row.step < rows_[0].step || (i > 0 && row.step < inputs_[i - 1].step) || row.kind > InputKind::load ||
+    if (row.step < rows_[0].step || (i > 0 && row.step < inputs_[i - 1].step) || row.kind > InputKind::motor ||
         std::any_of(row.linear, row.linear + 3, is_bad) || std::any_of(row.angular, row.angular + 3, is_bad))
       throw h5::Failed("inputs[" + std::to_string(i) + "] makes no sense");
   }
@@ -163,7 +163,9 @@ InitialState<real> RecordingReader::start() const {
         pose_hashes_.size() != state_hashes_.size())
       throw h5::Failed("the hashes are not those of so many worlds");
     for (const InputRow& row : inputs_) {
-      if (row.body >= state.sizes.bodies || (row.kind == InputKind::load && !has(state.features, Feature::loads)))
+      const bool motor = row.kind == InputKind::motor;
+      if (row.body >= (motor ? state.sizes.joints : state.sizes.bodies) || (motor && row.linear[1] < 0) ||
+          (row.kind == InputKind::load && !has(state.features, Feature::loads)))
         throw h5::Failed("inputs are of another scene");
     }
     return state;

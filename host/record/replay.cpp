@@ -21,9 +21,9 @@ class Replay {
 
   void run(const std::function<void(u32)>& done) const {
     Simulation<real> simulation = simulate(start_);
-    std::vector<Load<real>> loads = start_.buffers.loads;
+    Buffers<real> held = start_.buffers;
     for (u32 row = 0; row < recording_.steps(); ++row) {
-      act(inputs_before(row), simulation.backend(), loads);
+      act(inputs_before(row), simulation.backend(), held);
       simulation.step();
       const std::vector<WorldHash> hashes = simulation.world_hashes();
       for (u32 world = 0; world < hashes.size(); ++world) {
@@ -46,7 +46,7 @@ class Replay {
     return Simulation<real>(std::move(backend), state.params, state.buffers.step_index.front());
   }
 
-  // What was done to bodies before the step of a row.
+  // What was done before the step of a row.
   std::span<const InputRow> inputs_before(u32 row) const {
     const std::vector<InputRow>& all = recording_.inputs();
     const u32 step = recording_.rows()[row].step;
@@ -54,15 +54,15 @@ class Replay {
             std::ranges::upper_bound(all, step, {}, &InputRow::step)};
   }
 
-  // The state from which the step of a row starts, with what was done to bodies before it.
+  // The state from which the step of a row starts, with what was done before it.
   InitialState<real> state_before(u32 row) const {
     Simulation<real> simulation = simulate(start_);
-    std::vector<Load<real>> loads = start_.buffers.loads;
+    Buffers<real> held = start_.buffers;
     for (u32 i = 0; i < row; ++i) {
-      act(inputs_before(i), simulation.backend(), loads);
+      act(inputs_before(i), simulation.backend(), held);
       simulation.step();
     }
-    act(inputs_before(row), simulation.backend(), loads);
+    act(inputs_before(row), simulation.backend(), held);
     return state_now(start_, simulation);
   }
 

@@ -14,7 +14,9 @@ InitialState<real> state_now(const InitialState<real>& start, Simulation<real>& 
   state.params = simulation.params();
   resize(state.buffers, state.sizes, state.features);
   std::vector<Buffer> wanted = persistent_buffers(state.features);
-  if (has(state.features, Feature::loads)) wanted.push_back(Buffer::loads);
+  // what inputs change, though no step does
+  for (const Buffer buffer : {Buffer::loads, Buffer::joints})
+    if (has(state.features, info(buffer).feature)) wanted.push_back(buffer);
   const Buffers<real>& now = backend.download(wanted);
 #define BUFFER(name, ...) \
   if (std::find(wanted.begin(), wanted.end(), Buffer::name) != wanted.end()) state.buffers.name = now.name;

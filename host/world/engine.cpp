@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 
 #include "host/backends/device_backend.hpp"
 #include "host/backends/reference_backend.hpp"
@@ -55,7 +56,6 @@ class EngineOf final : public Engine {
       backend = std::make_unique<ReferenceBackend<real>>(constants_);
     simulation_ = std::make_unique<Simulation<real>>(std::move(backend), constants_.params,
                                                      constants_.buffers.step_index.front());
-    loads_ = constants_.buffers.loads;
   }
 
   void step() override;
@@ -102,15 +102,22 @@ class EngineOf final : public Engine {
 
   void set_loads(const std::map<u32, Wrench>& loads) override {
     std::vector<InputRow> inputs;
-    for (u32 body = 0; body < loads_.size(); ++body) {
+    for (u32 body = 0; body < constants_.buffers.loads.size(); ++body) {
       const auto load = loads.find(body);
       const Wrench wanted = load == loads.end() ? Wrench{} : load->second;
       const InputRow row = input(body, InputKind::load, wanted.force, wanted.torque);
-      if (!std::equal(row.linear, row.linear + 3, loads_[body].force) ||
-          !std::equal(row.angular, row.angular + 3, loads_[body].torque))
+      const Load<real>& acts = constants_.buffers.loads[body];
+      if (!std::equal(row.linear, row.linear + 3, acts.force) || !std::equal(row.angular, row.angular + 3, acts.torque))
         inputs.push_back(row);
     }
     act_and_record(inputs);
+  }
+
+  void set_motor(u32 joint, double speed, double force) override {
+    const InputRow row = input(joint, InputKind::motor, {speed, force, 0}, {0, 0, 0});
+    if (!std::isfinite(row.linear[0]) || !std::isfinite(row.linear[1]))
+      throw Error(Failure::input, "motor", "has a speed or a force that the run's precision does not hold");
+    act_and_record({row});
   }
 
   void record(const std::string& path, const Scene& scene) override {
@@ -150,15 +157,14 @@ class EngineOf final : public Engine {
   }
 
   void act_and_record(const std::vector<InputRow>& inputs) {
-    act(std::span<const InputRow>(inputs), simulation_->backend(), loads_);
+    act(std::span<const InputRow>(inputs), simulation_->backend(), constants_.buffers);
     if (!recording_) return;
     for (const InputRow& row : inputs) recording_->add(row);
   }
 
-  InitialState<real> constants_;  // and the state that the simulation started from
+  InitialState<real> constants_;  // and the state that the simulation started from, but loads and motors of now
   std::unique_ptr<Simulation<real>> simulation_;
-  double dt_;                      // of a step
-  std::vector<Load<real>> loads_;  // that act on each body, in a scene with loads
+  double dt_;  // of a step
   std::unique_ptr<RecordingWriter<real>> recording_;
 };
 

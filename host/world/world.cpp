@@ -307,6 +307,17 @@ JointHandle World::add(const JointDescription& joint, BodyHandle a) {
 
 void World::remove(JointHandle joint) { parts_->remove_joint(parts_->joints.index(joint)); }
 
+void World::set_motor(JointHandle joint, double speed, double force) {
+  Parts& p = *parts_;
+  const u32 index = p.joints.index(joint);
+  JointDescription driven = p.scene.joints[index];
+  driven.motor_speed = speed;
+  driven.motor_force = force;
+  expect_sense(driven, p.scene);
+  p.ready().set_motor(index, speed, force);
+  p.scene.joints[index] = std::move(driven);
+}
+
 bool World::contains(JointHandle joint) const { return parts_->joints.contains(joint); }
 
 std::optional<JointHandle> World::find_joint(const std::string& name) const {

@@ -110,6 +110,9 @@ class World {
   /// for a joint that makes no sense.
   JointHandle add(const JointDescription& joint, BodyHandle a, BodyHandle b);
   JointHandle add(const JointDescription& joint, BodyHandle a);
+  /// Drives a hinge, a slider or a distance from now on: `speed` of b against a, rad/s or m/s, by a torque or force of
+  /// at most `force`, N m or N; 0: not at all. Costs no more than an impulse.
+  void set_motor(JointHandle joint, double speed, double force);
   void remove(JointHandle joint);
   bool contains(JointHandle joint) const;
   /// By its name in the scene; nothing where there is none.
@@ -144,8 +147,8 @@ class World {
 
   // ---- what is kept
 
-  /// Records every step from now on, with what is done to bodies, into a file of HDF5 that `lockstep verify` replays on
-  /// any device and `lockstep render` draws (docs/recordings.md). A file is of the same bodies and joints
+  /// Records every step from now on, with what is done to bodies and motors, into a file of HDF5 that `lockstep verify`
+  /// replays on any device and `lockstep render` draws (docs/recordings.md). A file is of the same bodies and joints
   /// throughout: after some have come or gone, and from the first force on, run.h5 goes on in run.2.h5, run.3.h5, ...
   /// Replaces recordings of these names, and ends the one that goes on. Throws Error (input) where a file of another
   /// kind is in the way; where the disk does not take it, step() throws Error (device).

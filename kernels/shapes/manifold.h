@@ -4,6 +4,12 @@
 
 #include "math.h"
 
+#if FEATURE_MANIFOLDS
+#define PAIR_POINTS MANIFOLD_POINTS
+#else
+#define PAIR_POINTS 1u  // spheres and planes meet at one
+#endif
+
 // A body's frame in the world.
 typedef struct Pose {
   Vec3 position;
