@@ -81,8 +81,7 @@ TEST(CheckedBackend, PoisonShowsAWordThatAStageLeavesOut) {
 }
 
 TEST(CheckedBackend, TwinsAgreeHoweverTheStepIsLaunched) {
-  std::vector<DeviceOptions> launches =
-      launch_options({{1, 0}, {1, 1}, {1, 5}, {8, 4}, {8, 16}, {16, 0}, {16, 1}, {16, 7}});
+  std::vector<DeviceOptions> launches = all_launch_options();
   DeviceOptions one_thread;
   one_thread.threads = 1;
   launches.push_back(one_thread);

@@ -39,10 +39,11 @@ inline std::vector<DeviceOptions> launch_options(std::initializer_list<std::pair
   return all;
 }
 
-/// The ways to launch that a test tries, none of which may change a bit: all lane counts; the smallest, the usual and
-/// an odd work-group. No more, as each builds the kernels anew; CheckedBackend.TwinsAgreeHoweverTheStepIsLaunched has
-/// others.
-inline std::vector<DeviceOptions> all_launch_options() { return launch_options({{1, 1}, {8, 0}, {16, 7}}); }
+/// The ways to launch that a test tries, none of which may change a bit: all lane counts, small and odd and usual
+/// work-groups.
+inline std::vector<DeviceOptions> all_launch_options() {
+  return launch_options({{1, 0}, {1, 1}, {8, 4}, {16, 0}, {16, 7}});
+}
 
 /// Every second one in double: the ways to launch are the same, and each builds the kernels anew.
 template <class real>
