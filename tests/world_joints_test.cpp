@@ -140,6 +140,9 @@ TEST(WorldJoints, MotorsAreDrivenOtherwiseWhileAWorldRuns) {
   EXPECT_EQ(refusal([&] { world.set_motor(axle, std::nan(""), 1); }), "joint \"shoulder\": must be finite");
   EXPECT_EQ(refusal([&] { world.set_motor(axle, 0, -1); }),
             "joint \"shoulder\": must have no negative motor force, frequency or damping");
+  World coarse(empty_scene(), {.device = "reference", .precision = "float"});
+  const JointHandle weak = coarse.add(hinge, coarse.add(box_at({0, 0, 0})));
+  EXPECT_EQ(refusal([&] { coarse.set_motor(weak, 0, 1e300); }), "joint 0: has a motor that float numbers cannot hold");
   const JointHandle socket = world.add(ball_joint({0, 0, 0}), box);
   EXPECT_EQ(refusal([&] { world.set_motor(socket, 0, 1); }), "joint \"shoulder\": has nothing to limit or to drive");
   world.remove(axle);

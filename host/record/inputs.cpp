@@ -14,15 +14,24 @@ void store(const double from[3], real to[3]) {
 }  // namespace
 
 template <class real>
+Buffers<real> held_by_inputs(const Buffers<real>& state) {
+  Buffers<real> held;
+  held.loads = state.loads;
+  held.joints = state.joints;
+  return held;
+}
+
+template <class real>
 void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& held) {
   const auto any = [&](InputKind kind) { return std::ranges::find(inputs, kind, &InputRow::kind) != inputs.end(); };
   const Buffer motions[] = {Buffer::motions};
-  if (any(InputKind::velocity)) held.motions = backend.download(motions).motions;
+  Buffers<real> moving;
+  if (any(InputKind::velocity)) moving.motions = backend.download(motions).motions;
   for (const InputRow& row : inputs) {
     switch (row.kind) {
       case InputKind::velocity:
-        store(row.linear, held.motions[row.body].v);
-        store(row.angular, held.motions[row.body].w);
+        store(row.linear, moving.motions[row.body].v);
+        store(row.angular, moving.motions[row.body].w);
         break;
       case InputKind::load:
         store(row.linear, held.loads[row.body].force);
@@ -34,11 +43,13 @@ void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>
         break;
     }
   }
-  if (any(InputKind::velocity)) backend.upload(Buffer::motions, held);
+  if (any(InputKind::velocity)) backend.upload(Buffer::motions, moving);
   if (any(InputKind::load)) backend.upload(Buffer::loads, held);
   if (any(InputKind::motor)) backend.upload(Buffer::joints, held);
 }
 
+template Buffers<float> held_by_inputs(const Buffers<float>&);
+template Buffers<double> held_by_inputs(const Buffers<double>&);
 template void act(std::span<const InputRow>, Backend<float>&, Buffers<float>&);
 template void act(std::span<const InputRow>, Backend<double>&, Buffers<double>&);
 

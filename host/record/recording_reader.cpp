@@ -66,6 +66,13 @@ h5::Handle open_table(hid_t file, const char* name, hid_t type, const std::vecto
   return dataset;
 }
 
+// Whether this can be done to the bodies or the joints of the scene.
+template <class real>
+bool fits(const InputRow& row, const InitialState<real>& state) {
+  if (row.kind == InputKind::motor) return row.body < state.sizes.joints && row.linear[1] >= 0;
+  return row.body < state.sizes.bodies && (row.kind != InputKind::load || has(state.features, Feature::loads));
+}
+
 }  // namespace
 
 RecordingReader::RecordingReader(const std::string& path)
@@ -163,10 +170,7 @@ InitialState<real> RecordingReader::start() const {
         pose_hashes_.size() != state_hashes_.size())
       throw h5::Failed("the hashes are not those of so many worlds");
     for (const InputRow& row : inputs_) {
-      const bool motor = row.kind == InputKind::motor;
-      if (row.body >= (motor ? state.sizes.joints : state.sizes.bodies) || (motor && row.linear[1] < 0) ||
-          (row.kind == InputKind::load && !has(state.features, Feature::loads)))
-        throw h5::Failed("inputs are of another scene");
+      if (!fits(row, state)) throw h5::Failed("inputs are of another scene");
     }
     return state;
   });

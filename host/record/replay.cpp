@@ -21,7 +21,7 @@ class Replay {
 
   void run(const std::function<void(u32)>& done) const {
     Simulation<real> simulation = simulate(start_);
-    Buffers<real> held = start_.buffers;
+    Buffers<real> held = held_by_inputs(start_.buffers);
     for (u32 row = 0; row < recording_.steps(); ++row) {
       act(inputs_before(row), simulation.backend(), held);
       simulation.step();
@@ -57,7 +57,7 @@ class Replay {
   // The state from which the step of a row starts, with what was done before it.
   InitialState<real> state_before(u32 row) const {
     Simulation<real> simulation = simulate(start_);
-    Buffers<real> held = start_.buffers;
+    Buffers<real> held = held_by_inputs(start_.buffers);
     for (u32 i = 0; i < row; ++i) {
       act(inputs_before(i), simulation.backend(), held);
       simulation.step();

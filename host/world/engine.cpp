@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 
 #include "host/backends/device_backend.hpp"
 #include "host/backends/reference_backend.hpp"
@@ -113,11 +112,14 @@ class EngineOf final : public Engine {
     act_and_record(inputs);
   }
 
-  void set_motor(u32 joint, double speed, double force) override {
-    const InputRow row = input(joint, InputKind::motor, {speed, force, 0}, {0, 0, 0});
-    if (!std::isfinite(row.linear[0]) || !std::isfinite(row.linear[1]))
-      throw Error(Failure::input, "motor", "has a speed or a force that the run's precision does not hold");
-    act_and_record({row});
+  void set_motors(std::span<const JointDescription> joints) override {
+    std::vector<InputRow> inputs;
+    for (u32 j = 0; j < joints.size(); ++j) {
+      const InputRow row = input(j, InputKind::motor, {joints[j].motor_speed, joints[j].motor_force, 0}, {0, 0, 0});
+      const Joint<real>& driven = constants_.buffers.joints[j];
+      if (row.linear[0] != driven.motor_speed || row.linear[1] != driven.motor_force) inputs.push_back(row);
+    }
+    act_and_record(inputs);
   }
 
   void record(const std::string& path, const Scene& scene) override {

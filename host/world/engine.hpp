@@ -49,8 +49,8 @@ class Engine {
   virtual Twist rounded(const Twist& velocity) const = 0;
   /// What acts from now on; on bodies that are not named, nothing. Only where the scene's settings ask for loads.
   virtual void set_loads(const std::map<u32, Wrench>& loads) = 0;
-  /// What drives a joint from now on (JointDescription).
-  virtual void set_motor(u32 joint, double speed, double force) = 0;
+  /// What drives the joints from now on: the motors of the scene's joints, which are those of the engine.
+  virtual void set_motors(std::span<const JointDescription> joints) = 0;
   /// Records the steps from now on, with what is done to bodies (docs/recordings.md). Throws Error (device) where the
   /// file cannot be written.
   virtual void record(const std::string& path, const Scene& scene) = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <set>
 
 #include "host/record/recording_writer.hpp"
@@ -65,6 +66,7 @@ struct World::Parts {
   std::map<u32, Wrench> forces;                        // by id, for the next step
   std::map<u32, Pose> targets;                         // by id, of kinematic bodies, for the next step
   std::set<u32> arrived;                               // ids that stand still from the next step on
+  bool motors_set = false;                             // some joint may be driven otherwise than the engine knows
 
   // what the engine holds now, read at most once between two steps, and velocities that it does not have yet
   std::vector<Pose> poses;
@@ -216,6 +218,7 @@ struct World::Parts {
     }
     targets.clear();
     hand_over_velocities();
+    if (std::exchange(motors_set, false)) now.set_motors(scene.joints);
     if (!scene.settings.loads) return;
     std::map<u32, Wrench> acting;
     const double middle = (now.steps_done() + 0.5) * scene.settings.dt;
@@ -314,8 +317,11 @@ void World::set_motor(JointHandle joint, double speed, double force) {
   driven.motor_speed = speed;
   driven.motor_force = force;
   expect_sense(driven, p.scene);
-  p.ready().set_motor(index, speed, force);
+  constexpr double most = std::numeric_limits<float>::max();
+  if (p.scene.settings.precision == "float" && (std::abs(speed) > most || force > most))
+    throw Error(Failure::input, "joint " + std::to_string(joint.id), "has a motor that float numbers cannot hold");
   p.scene.joints[index] = std::move(driven);
+  p.motors_set = true;
 }
 
 bool World::contains(JointHandle joint) const { return parts_->joints.contains(joint); }

@@ -111,7 +111,8 @@ class World {
   JointHandle add(const JointDescription& joint, BodyHandle a, BodyHandle b);
   JointHandle add(const JointDescription& joint, BodyHandle a);
   /// Drives a hinge, a slider or a distance from now on: `speed` of b against a, rad/s or m/s, by a torque or force of
-  /// at most `force`, N m or N; 0: not at all. Costs no more than an impulse.
+  /// at most `force`, N m or N; 0: not at all. Takes effect with the next step.
+  /// Throws Error (input) for a joint that has nothing to drive and for a motor that makes no sense.
   void set_motor(JointHandle joint, double speed, double force);
   void remove(JointHandle joint);
   bool contains(JointHandle joint) const;
