@@ -101,6 +101,17 @@ class WorldRecording : public testing::Test {
     h5::check(H5Dwrite(table, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, rows.data()));
   }
 
+  // The replay of the first file does not go through, and says so in a line that begins like this.
+  void expect_parts(const std::string& begin) const {
+    try {
+      replay<float>(RecordingReader(file(1)), {}, [](u32) {});
+      ADD_FAILURE() << "replayed";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure(), Failure::comparison);
+      EXPECT_TRUE(std::string(error.what()).starts_with(begin)) << error.what();
+    }
+  }
+
   std::string refusal() const {
     try {
       RecordingReader(file(1)).start<float>();
@@ -139,13 +150,7 @@ TEST_F(WorldRecording, WithAnotherInputHasAnotherRun) {
   EXPECT_EQ(ball->linear[0], 1);
   EXPECT_EQ(ball->angular[1], 3);
   change_input(static_cast<std::size_t>(ball - inputs.begin()), [](InputRow& row) { row.linear[0] = 1.5; });
-  try {
-    replay<float>(RecordingReader(file(1)), {}, [](u32) {});
-    ADD_FAILURE() << "replayed";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.failure(), Failure::comparison);
-    EXPECT_EQ(std::string(error.what()).rfind("step 2: positions[2] word 0: recorded ", 0), 0u) << error.what();
-  }
+  expect_parts("step 2: positions[2] word 0: recorded ");
 }
 
 TEST_F(WorldRecording, RefusesInputsThatMakeNoSense) {
@@ -217,13 +222,7 @@ TEST_F(WorldRecording, KnowsHowMotorsAreDriven) {
   replay_both({});
   replay_both({select_device("cpu"), {}});
   change_input(1, [](InputRow& row) { row.linear[0] = -1.5; });
-  try {
-    replay<float>(RecordingReader(file(1)), {}, [](u32) {});
-    ADD_FAILURE() << "replayed";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.failure(), Failure::comparison);
-    EXPECT_EQ(std::string(error.what()).rfind("step 7: ", 0), 0u) << error.what();
-  }
+  expect_parts("step 7: ");
   change_input(1, [](InputRow& row) { row.linear[1] = -1; });
   EXPECT_EQ(refusal(), file(1) + ": is no recording that this program reads: inputs are of another scene");
 }
