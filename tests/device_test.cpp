@@ -104,6 +104,28 @@ TEST(DeviceBackend, KeepsStateWhenListsGrow) {
   EXPECT_EQ(read.positions[4].x, 4);
 }
 
+TEST(DeviceBackend, FewBodiesTakeTheThreadThatCalls) {
+  const DeviceInfo device = test_device();
+  const auto name = [&](u32 bodies, u32 threads) {
+    InitialState<float> state = five_bodies();
+    state.sizes.bodies = bodies;
+    DeviceOptions options;
+    options.threads = threads;
+    options.only = {Stage::begin_step};
+    return DeviceBackend<float>(state, device, options).name();
+  };
+  EXPECT_EQ(name(257, 0), device.name);
+  EXPECT_EQ(name(5, 2), device.name);
+  EXPECT_EQ(name(5, 0) != device.name, runs_in_caller(device));
+  if (runs_in_caller(device)) {
+    EXPECT_EQ(name(256, 0), name(257, 1));
+  }
+  const bool is_pocl_3 = device.platform == "Portable Computing Language" && device.driver_version.starts_with("3.");
+  if (is_pocl_3 && device.type == DeviceType::cpu && !std::getenv("POCL_DEVICES")) {
+    EXPECT_TRUE(runs_in_caller(device));
+  }
+}
+
 TEST(DeviceBackend, RefusesLanesThatThereAreNot) {
   DeviceOptions options;
   options.lanes = 3;

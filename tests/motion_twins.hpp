@@ -7,15 +7,7 @@
 namespace lockstep {
 
 /// Motion stages have no lanes: only the work-groups vary.
-inline std::vector<DeviceOptions> motion_launches() {
-  std::vector<DeviceOptions> all;
-  for (const u32 work_group : {0u, 1u, 7u}) {
-    DeviceOptions options;
-    options.work_group = work_group;
-    all.push_back(options);
-  }
-  return all;
-}
+inline std::vector<DeviceOptions> motion_launches() { return launch_options({{0, 0}, {0, 1}, {0, 7}}); }
 
 /// Runs the stage, on the device and in the reference, on mixed_bodies() in full flight: every way to take the
 /// gyroscopic moment, with and without pivots, some bodies gone bad.

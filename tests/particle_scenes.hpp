@@ -105,8 +105,7 @@ Buffers<real> expect_particle_twins_agree(Stage stage, InitialState<real> state)
     if (earlier == stage) break;
     before.run(earlier, state.params);
   }
-  return run_one_stage(stage, before.buffers(), state.sizes, state.features, state.params,
-                       launch_options({{1, 0}, {1, 1}, {8, 4}, {16, 0}, {16, 7}}));
+  return run_one_stage(stage, before.buffers(), state.sizes, state.features, state.params, all_launch_options());
 }
 
 /// Everything that the stages before `stage`, and it, make of a state.

@@ -39,7 +39,7 @@ class FakeBackend final : public Backend<float> {
   const Sizes& sizes() const override { return sizes_; }
   Features features() const override { return static_cast<u32>(Feature::time_stepping); }
   std::string name() const override { return "fake"; }
-  std::array<double, stage_count> stage_seconds() const override { return {}; }
+  StageSeconds stage_seconds() const override { return {}; }
 
   StepParams<float> last_params = {};
 

@@ -28,13 +28,15 @@ inline DeviceInfo test_device() {
   return *device;
 }
 
-/// From lane counts and work-groups.
+/// From lane counts and work-groups. Kernels are optimised, as they are for users, for usual work-groups (0) alone: for
+/// others they are built in a third of the time, and no bit may depend on that either.
 inline std::vector<DeviceOptions> launch_options(std::initializer_list<std::pair<u32, u32>> list) {
   std::vector<DeviceOptions> all;
   for (const auto& [lanes, work_group] : list) {
     all.emplace_back();
     all.back().lanes = lanes;
     all.back().work_group = work_group;
+    all.back().optimize = work_group == 0;
   }
   return all;
 }
@@ -42,7 +44,7 @@ inline std::vector<DeviceOptions> launch_options(std::initializer_list<std::pair
 /// The ways to launch that a test tries, none of which may change a bit: all lane counts, small and odd and usual
 /// work-groups.
 inline std::vector<DeviceOptions> all_launch_options() {
-  return launch_options({{1, 0}, {1, 1}, {8, 4}, {16, 0}, {16, 7}});
+  return launch_options({{1, 7}, {16, 0}, {8, 0}, {1, 1}, {16, 7}});
 }
 
 /// Every second one in double: the ways to launch are the same, and each builds the kernels anew.
@@ -55,7 +57,7 @@ std::vector<DeviceOptions> launches_in(std::vector<DeviceOptions> launches) {
 
 inline std::string describe(const DeviceOptions& options) {
   return "lanes " + std::to_string(options.lanes) + ", work-group " + std::to_string(options.work_group) +
-         ", threads " + std::to_string(options.threads);
+         ", threads " + std::to_string(options.threads) + (options.optimize ? "" : ", not optimised");
 }
 
 /// Steps under CheckedBackend, with poisoned outputs, for every launch option: fails with the first word that differs.

@@ -77,6 +77,7 @@ struct Watchers {
   EventLog& log;
   Progress& progress;
   RecordingWriter<real>* recording;  // may be null
+  StageSeconds& first_step;
 };
 
 // Steps the simulation until `steps` are done or the program is asked to end, the clock running during the steps alone.
@@ -92,6 +93,7 @@ void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) 
     simulation.step();
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
     watchers.recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
+    if (step == first) watchers.first_step = backend.stage_seconds();
     if (has(backend.features(), Feature::tolerance)) watchers.recorder.sweeps(simulation.counters()[COUNTER_SWEEPS]);
     if (watchers.recording) record_step(*watchers.recording, simulation, ms.count());
     if (is_measured(step - first, steps - first)) {
@@ -103,6 +105,25 @@ void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) 
     for (const Event& event : simulation.events()) watchers.log.add(event);
     watchers.progress.update(step + 1 - first);
   }
+}
+
+// The mean of a step without the first one: in each stage that took any time, and in none.
+template <class real>
+std::vector<std::pair<std::string, double>> stage_times(const Backend<real>& backend, const StageSeconds& first_step,
+                                                        const Report& report) {
+  if (report.steps < 2) return {};
+  const StageSeconds seconds = backend.stage_seconds();
+  const double steps = report.steps - 1;
+  std::vector<std::pair<std::string, double>> times;
+  double rest = (report.ms_total - report.ms_first_step) / steps;
+  for (u32 s = 0; s < seconds.size(); ++s) {
+    const double ms = 1e3 * (seconds[s] - first_step[s]) / steps;
+    if (ms == 0) continue;
+    times.emplace_back(s < stage_count ? info(static_cast<Stage>(s)).name : "sub_steps", ms);
+    rest -= ms;
+  }
+  times.emplace_back("outside_of_stages", rest);
+  return times;
 }
 
 // The recording says how the run ended, whatever ended it.
@@ -197,10 +218,11 @@ Outcome run_scene(const Scene& scene, const RunOptions& options, EventLog& log) 
   const SceneIdentity identity = options.checkpoint.empty() ? SceneIdentity() : identity_of(state);
   start.state = {};  // all have what they need of it
   Simulation<real> simulation(std::move(backend), params, start.steps_done);
+  StageSeconds first_step = {};
   {
     const Interrupt interrupt;
     Progress progress(report.steps, !options.quiet);
-    simulate_and_close(simulation, steps, {recorder, log, progress, recording.get()});
+    simulate_and_close(simulation, steps, {recorder, log, progress, recording.get(), first_step});
   }
   report.interrupted = simulation.steps_done() < steps;
   report.steps = simulation.steps_done() - start.steps_done;
@@ -208,14 +230,7 @@ Outcome run_scene(const Scene& scene, const RunOptions& options, EventLog& log) 
   recorder.finish(report);
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();
-  if (options.device_options.profile) {
-    const auto seconds = simulation.backend().stage_seconds();
-    for (u32 s = 0; s < stage_count; ++s) {
-      const Stage stage = static_cast<Stage>(s);
-      if (runs(stage, simulation.backend().features()))
-        report.stage_ms.emplace_back(info(stage).name, 1e3 * seconds[s] / std::max(report.steps, 1u));
-    }
-  }
+  if (options.device_options.profile) report.stage_ms = stage_times(simulation.backend(), first_step, report);
   const std::vector<WorldHash> hashes = simulation.world_hashes();
   report.state_hash = combined_state_hash(hashes);
   report.pose_hash = combined_pose_hash(hashes);

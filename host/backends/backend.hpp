@@ -11,6 +11,9 @@ namespace lockstep {
 
 using Counters = std::array<u32, COUNTER_COUNT>;
 
+/// By Stage; the last one is all sub-steps, where they are one launch.
+using StageSeconds = std::array<double, stage_count + 1>;
+
 template <class real>
 class Backend {
  public:
@@ -41,8 +44,8 @@ class Backend {
   /// "reference", or the device's name.
   virtual std::string name() const = 0;
 
-  /// Seconds spent in each stage since the start, by Stage; zeros unless profiling was asked for.
-  virtual std::array<double, stage_count> stage_seconds() const = 0;
+  /// Seconds spent in each stage since the start; zeros unless profiling was asked for.
+  virtual StageSeconds stage_seconds() const = 0;
 };
 
 }  // namespace lockstep

@@ -57,7 +57,7 @@ class CheckedBackend final : public Backend<real> {
   const Sizes& sizes() const override { return device_.sizes(); }
   Features features() const override { return device_.features(); }
   std::string name() const override { return device_.name() + " checked by the reference"; }
-  std::array<double, stage_count> stage_seconds() const override { return device_.stage_seconds(); }
+  StageSeconds stage_seconds() const override { return device_.stage_seconds(); }
 
   /// Words found equal so far.
   std::size_t words_compared() const { return words_compared_; }

@@ -26,8 +26,17 @@ u32 lanes_for(const DeviceInfo& device, u32 asked) {
 // share out.
 constexpr u32 small_contacts = 1024;
 
-// Up to this many bodies, shapes, particles and joints one work-group does all sub-steps (docs/performance.md).
-constexpr u32 fused_parts = 256;
+// Up to this many bodies, shapes, particles and joints one work-group does all sub-steps, and no thread of a CPU device
+// is woken (docs/performance.md).
+constexpr u32 few_parts = 256;
+
+bool has_few_parts(const Sizes& sizes) {
+  return std::max({sizes.bodies, sizes.shapes, sizes.joints, sizes.particles}) <= few_parts;
+}
+
+u32 threads_for(const DeviceInfo& device, const Sizes& sizes, u32 asked) {
+  return asked == 0 && has_few_parts(sizes) && runs_in_caller(device) ? 1 : asked;
+}
 
 bool is_small(const Sizes& sizes, u32 contacts) { return contacts <= small_contacts && sizes.joints <= small_contacts; }
 
@@ -100,27 +109,28 @@ cl::CommandQueue make_queue(Device& device, bool profile) {
 }  // namespace
 
 bool fuses_substeps(const Sizes& sizes, const DeviceOptions& options) {
-  if (options.profile || !options.only.empty()) return false;
-  return options.fused.value_or(std::max({sizes.bodies, sizes.shapes, sizes.joints, sizes.particles}) <= fused_parts);
+  if (!options.only.empty()) return false;
+  return options.fused.value_or(!options.profile && has_few_parts(sizes));
 }
 
 template <class real>
 struct DeviceBackend<real>::Parts {
-  Parts(const InitialState<real>& state, const DeviceInfo& info, const DeviceOptions& options)
-      : device(open_device(info, options.threads)),
+  Parts(const InitialState<real>& state, const DeviceInfo& info, const DeviceOptions& wanted)
+      : device(open_device(info, threads_for(info, state.sizes, wanted.threads))),
         sizes(state.sizes),
         features(state.features),
-        lanes(lanes_for<real>(info, options.lanes)),
-        queue(make_queue(device, options.profile)),
-        patches(options.patches),
-        kernels(kernels_of(features, options)),
-        fused(fuses_substeps(sizes, options)
+        lanes(lanes_for<real>(info, wanted.lanes)),
+        queue(make_queue(device, wanted.profile)),
+        options(wanted),
+        kernels(kernels_of(features, wanted)),
+        fused(fuses_substeps(sizes, wanted)
                   ? std::optional(fuse_substeps(kernels.signatures, fused_plan(first_plan(state, lanes))))
                   : std::nullopt),
-        program(build(device, fused ? kernels.text + fused->text : kernels.text, {features, sizeof(real) == 8, lanes})),
+        program(build(device, fused ? kernels.text + fused->text : kernels.text,
+                      {features, sizeof(real) == 8, lanes, wanted.optimize})),
         memory(device, queue),
         launcher(device, queue, program ? program->program : cl::Program(), kernels.signatures, memory,
-                 options.work_group, options.profile) {
+                 wanted.work_group, wanted.profile) {
     resize(host, sizes, features);
     for_each_buffer(state.buffers, [&](Buffer buffer, const auto& elements) {
       if (elements.empty()) return;
@@ -161,7 +171,7 @@ struct DeviceBackend<real>::Parts {
   Features features;
   u32 lanes;
   cl::CommandQueue queue;
-  std::vector<KernelPatch> patches;
+  DeviceOptions options;
   Kernels kernels;
   std::optional<FusedSubsteps> fused;
   BuiltProgram* program;               // null where no stage has kernels
@@ -169,7 +179,7 @@ struct DeviceBackend<real>::Parts {
   DeviceMemory memory;
   DeviceLauncher launcher;
   Buffers<real> host;
-  std::array<double, stage_count> seconds = {};
+  StageSeconds seconds = {};
 };
 
 // From the start of a stage's first command to the end of its last.
@@ -249,14 +259,15 @@ template <class real>
 void DeviceBackend<real>::enable(Feature feature) {
   if (has(parts_->features, feature)) return;
   parts_->features = with(parts_->features, feature);
-  DeviceOptions options;
-  options.patches = parts_->patches;
+  DeviceOptions options = parts_->options;
+  options.only.clear();
   for (u32 s = 0; s < stage_count; ++s) {
     if (info(static_cast<Stage>(s)).feature == feature) options.only.push_back(static_cast<Stage>(s));
   }
   const Features compiled = with(with(parts_->features, Feature::manifolds), Feature::boxes);
   const Kernels kernels = kernels_of(compiled, options);
-  parts_->enabled.push_back(build(parts_->device, kernels.text, {compiled, sizeof(real) == 8, parts_->lanes}));
+  parts_->enabled.push_back(
+      build(parts_->device, kernels.text, {compiled, sizeof(real) == 8, parts_->lanes, options.optimize}));
   parts_->launcher.add(parts_->enabled.back()->program, kernels.signatures);
 }
 
@@ -317,7 +328,7 @@ std::string DeviceBackend<real>::name() const {
 }
 
 template <class real>
-std::array<double, stage_count> DeviceBackend<real>::stage_seconds() const {
+StageSeconds DeviceBackend<real>::stage_seconds() const {
   opencl_guard([&] { return parts_->where(); },
                [&] {
                  parts_->queue.finish();

@@ -16,13 +16,14 @@ namespace lockstep {
 struct DeviceOptions {
   u32 lanes = 0;              // contacts per work-item in the solve kernels: 1, 8 or 16
   u32 work_group = 0;         // work-items per work-group
-  u32 threads = 0;            // compute units of a CPU device
-  bool profile = false;       // measure stage_seconds(); stages run one by one
+  u32 threads = 0;            // compute units of a CPU device; unset, a small scene takes the thread that calls
+  bool profile = false;       // measure stage_seconds(); sub-steps are one launch only where `fused` says so
   std::optional<bool> fused;  // all sub-steps in one launch of one work-group; unset: where the scene is small
 
   // for tests
   std::vector<KernelPatch> patches;  // changes to the kernels
   std::vector<Stage> only;           // build the kernels of these stages alone
+  bool optimize = true;              // false: kernels that are built sooner and run slower
 };
 
 /// Whether a backend made with these options runs all sub-steps in one launch.
@@ -47,7 +48,7 @@ class DeviceBackend final : public Backend<real> {
   const Sizes& sizes() const override;
   Features features() const override;
   std::string name() const override;
-  std::array<double, stage_count> stage_seconds() const override;
+  StageSeconds stage_seconds() const override;
 
   u32 lanes() const;
 

@@ -21,7 +21,7 @@ class ReferenceBackend : public Backend<real> {
   const Sizes& sizes() const override { return sizes_; }
   Features features() const override { return features_; }
   std::string name() const override { return "reference"; }
-  std::array<double, stage_count> stage_seconds() const override { return seconds_; }
+  StageSeconds stage_seconds() const override { return seconds_; }
 
   Buffers<real>& buffers() { return buffers_; }
 
@@ -34,7 +34,7 @@ class ReferenceBackend : public Backend<real> {
   Sizes sizes_;
   Features features_;
   bool profile_;
-  std::array<double, stage_count> seconds_ = {};
+  StageSeconds seconds_ = {};
 };
 
 }  // namespace lockstep

@@ -42,9 +42,7 @@ std::string DeviceLauncher::where(std::string_view kernel) const {
 void DeviceLauncher::begin(Stage stage, std::span<const std::byte> params) {
   stage_ = stage;
   stage_has_begun_ = true;
-  if (std::ranges::equal(params_, params)) return;
   params_.assign(params.begin(), params.end());
-  ++params_id_;
 }
 
 void DeviceLauncher::run(std::string_view name, u32 items, std::initializer_list<Argument> arguments) {
@@ -86,7 +84,15 @@ DeviceLauncher::Kernel& DeviceLauncher::find(std::string_view name) {
   return kernel;
 }
 
+bool DeviceLauncher::is_bound(const Kernel& kernel, std::initializer_list<Argument> arguments) const {
+  const std::optional<Binding>& last = kernel.binding;
+  return last && last->stage == stage_ && last->memory == memory_.version() &&
+         std::ranges::equal(last->arguments, arguments) && last->params == params_;
+}
+
 void DeviceLauncher::bind(Kernel& kernel, std::initializer_list<Argument> arguments) {
+  if (is_bound(kernel, arguments)) return;
+  kernel.binding.reset();
   for (const Argument& argument : arguments)
     if (std::ranges::find(kernel.signature.parameters, argument.parameter, &KernelParameter::name) ==
         kernel.signature.parameters.end())
@@ -95,14 +101,13 @@ void DeviceLauncher::bind(Kernel& kernel, std::initializer_list<Argument> argume
                [&] {
                  for (u32 i = 0; i < kernel.bound.size(); ++i) bind_parameter(kernel, i, arguments);
                });
+  kernel.binding = {stage_, memory_.version(), arguments, params_};
 }
 
 void DeviceLauncher::bind_parameter(Kernel& kernel, u32 index, std::initializer_list<Argument> arguments) {
   const KernelParameter& parameter = kernel.signature.parameters[index];
   if (parameter.kind == KernelParameter::Kind::params) {
-    if (kernel.bound[index].params == params_id_) return;
     kernel.handle.setArg(index, params_.size(), params_.data());
-    kernel.bound[index].params = params_id_;
     return;
   }
   const auto* given = std::find_if(arguments.begin(), arguments.end(),

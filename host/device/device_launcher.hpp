@@ -42,10 +42,17 @@ class DeviceLauncher final : public Launcher {
  private:
   // What a parameter is bound to now, to leave alone what has not changed.
   struct Bound {
-    std::optional<Buffer> buffer;         // of that name
-    std::uint64_t array = 0, params = 0;  // numbers of the contents, 0 for none yet
+    std::optional<Buffer> buffer;  // of that name
+    std::uint64_t array = 0;       // its number, 0 for none yet
     std::optional<u32> value;
     Stage stage = Stage::count;  // whose access was checked
+  };
+  // What all of them were bound for: for the same again there is nothing to look at.
+  struct Binding {
+    Stage stage;
+    std::uint64_t memory;
+    std::vector<Argument> arguments;
+    std::vector<std::byte> params;
   };
   struct Kernel {
     KernelSignature signature;
@@ -53,11 +60,13 @@ class DeviceLauncher final : public Launcher {
     cl::Kernel handle;
     std::size_t max_work_group = 1;
     std::vector<Bound> bound;
+    std::optional<Binding> binding;
   };
 
   std::string where(std::string_view kernel) const;
   Kernel& find(std::string_view name);
   void bind(Kernel& kernel, std::initializer_list<Argument> arguments);
+  bool is_bound(const Kernel& kernel, std::initializer_list<Argument> arguments) const;
   void bind_parameter(Kernel& kernel, u32 index, std::initializer_list<Argument> arguments);
   void bind_value(Kernel& kernel, u32 index, const Argument* given);
   void bind_array(Kernel& kernel, u32 index, const Argument* given);
@@ -73,7 +82,6 @@ class DeviceLauncher final : public Launcher {
   Stage stage_ = Stage::count;
   bool stage_has_begun_ = false;
   std::vector<std::byte> params_;
-  std::uint64_t params_id_ = 0;
   std::vector<Span> spans_;
 };
 

@@ -29,6 +29,9 @@ class DeviceMemory {
   /// The buffer or scratch array of that name, or null.
   const DeviceArray* find(std::string_view name) const;
 
+  /// Changes whenever an array is made anew.
+  std::uint64_t version() const { return last_id_; }
+
   /// Makes room for `bytes` bytes, zeroed behind the first `kept` bytes, which stay as they are.
   void allocate(Buffer buffer, std::size_t bytes, std::size_t kept);
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 
 #include "host/device/device.hpp"
 
@@ -11,7 +12,7 @@ namespace {
 
 struct Listing {
   std::vector<DeviceInfo> infos;
-  std::vector<cl::Device> handles;
+  std::vector<DeviceHandles> handles;
 };
 
 // Strings of some drivers end in blanks or a NUL of their own.
@@ -19,6 +20,26 @@ std::string trimmed(std::string text) {
   while (!text.empty() && (text.back() == ' ' || text.back() == '\0')) text.pop_back();
   return text;
 }
+
+// Asks pocl 3 for both of its CPU devices: `pthread` and, without threads, `basic`. It has the second one only where
+// the environment names it when devices are first listed; the environment is left as it was, and a user's word stands.
+class AskForBoth {
+ public:
+  explicit AskForBoth(const cl::Platform& platform)
+      : asks_(platform.getInfo<CL_PLATFORM_VERSION>().find("PoCL 3.") != std::string::npos && !std::getenv(variable)) {
+    if (asks_) ::setenv(variable, "pthread basic", 0);
+  }
+  AskForBoth(const AskForBoth&) = delete;
+  AskForBoth& operator=(const AskForBoth&) = delete;
+  ~AskForBoth() {
+    if (asks_) ::unsetenv(variable);
+  }
+  bool is_threadless(const cl::Device& device) const { return asks_ && device_name(device).starts_with("basic-"); }
+
+ private:
+  static constexpr const char* variable = "POCL_DEVICES";
+  bool asks_;
+};
 
 DeviceType type_of(const cl::Device& device) {
   const cl_device_type type = device.getInfo<CL_DEVICE_TYPE>();
@@ -30,7 +51,7 @@ DeviceInfo describe(const cl::Device& device, const std::string& platform, u32 i
   const cl_device_fp_config single = device.getInfo<CL_DEVICE_SINGLE_FP_CONFIG>();
   DeviceInfo info;
   info.index = index;
-  info.name = trimmed(device.getInfo<CL_DEVICE_NAME>());
+  info.name = device_name(device);
   info.vendor = trimmed(device.getInfo<CL_DEVICE_VENDOR>());
   info.platform = platform;
   info.driver_version = trimmed(device.getInfo<CL_DRIVER_VERSION>());
@@ -60,23 +81,34 @@ std::vector<cl::Platform> platforms() {
   return found;
 }
 
-std::vector<cl::Device> devices_of(const cl::Platform& platform) {
+std::vector<DeviceHandles> devices_of(const cl::Platform& platform) {
+  const AskForBoth both(platform);
   std::vector<cl::Device> found;
   platform.getDevices(CL_DEVICE_TYPE_ALL, &found);
-  return found;
+  cl::Device threadless;
+  std::vector<DeviceHandles> devices;
+  for (const cl::Device& device : found) {
+    if (both.is_threadless(device))
+      threadless = device;
+    else
+      devices.push_back({device, {}});
+  }
+  for (DeviceHandles& handles : devices)
+    if (type_of(handles.device) == DeviceType::cpu) handles.threadless = threadless;
+  return devices;
 }
 
 Listing make_listing() {
   Listing listing;
   for (const cl::Platform& platform : or_nothing(platforms)) {
-    for (const cl::Device& device : or_nothing([&] { return devices_of(platform); })) {
+    for (const DeviceHandles& handles : or_nothing([&] { return devices_of(platform); })) {
       const std::vector<DeviceInfo> info = or_nothing([&] {
         const std::string name = trimmed(platform.getInfo<CL_PLATFORM_NAME>());
-        return std::vector<DeviceInfo>{describe(device, name, static_cast<u32>(listing.infos.size()))};
+        return std::vector<DeviceInfo>{describe(handles.device, name, static_cast<u32>(listing.infos.size()))};
       });
       if (info.empty()) continue;
       listing.infos.push_back(info.front());
-      listing.handles.push_back(device);
+      listing.handles.push_back(handles);
     }
   }
   return listing;
@@ -102,7 +134,9 @@ DeviceInfo need(DeviceType type, const char* name) {
 }  // namespace
 
 const std::vector<DeviceInfo>& list_devices() { return listing().infos; }
-const std::vector<cl::Device>& device_handles() { return listing().handles; }
+const std::vector<DeviceHandles>& device_handles() { return listing().handles; }
+std::string device_name(const cl::Device& device) { return trimmed(device.getInfo<CL_DEVICE_NAME>()); }
+bool runs_in_caller(const DeviceInfo& device) { return device_handles().at(device.index).threadless() != nullptr; }
 
 std::optional<DeviceInfo> select_device(std::string_view choice) {
   if (choice == "reference") return std::nullopt;

@@ -23,8 +23,13 @@ struct DeviceInfo {
   bool denormals = false;            // keeps float denormals
 };
 
-/// Every device of every platform; empty where there is no OpenCL at all.
+/// Every device of every platform; empty where there is no OpenCL at all. pocl's second device for the same processor,
+/// without threads, is no device of its own here (runs_in_caller()).
 const std::vector<DeviceInfo>& list_devices();
+
+/// Whether one thread of the device can be the one that waits for it: true of a CPU device by pocl 3, unless
+/// $POCL_DEVICES says which devices pocl has.
+bool runs_in_caller(const DeviceInfo& device);
 
 /// "auto" (a GPU if there is one, else a CPU device, else the reference), "gpu", "cpu", "reference", or an index of
 /// list_devices(). Nothing: the reference. Throws Error (input) for another word, Error (device) where there is no such

@@ -1,6 +1,7 @@
 #include "host/device/kernel_source.hpp"
 
 #include <algorithm>
+#include <unordered_map>
 
 #include "host/embedded.hpp"
 #include "host/error.hpp"
@@ -111,9 +112,13 @@ std::optional<Stage> stage_named(std::string_view name) {
 }
 
 std::optional<Buffer> buffer_named(std::string_view name) {
-  for (u32 i = 0; i < buffer_count; ++i)
-    if (info(static_cast<Buffer>(i)).name == name) return static_cast<Buffer>(i);
-  return std::nullopt;
+  static const auto by_name = [] {
+    std::unordered_map<std::string_view, Buffer> all;
+    for (u32 i = 0; i < buffer_count; ++i) all.emplace(info(static_cast<Buffer>(i)).name, static_cast<Buffer>(i));
+    return all;
+  }();
+  const auto found = by_name.find(name);
+  return found == by_name.end() ? std::nullopt : std::optional(found->second);
 }
 
 KernelSources::KernelSources(std::vector<KernelFile> files) : files_(std::move(files)) {}

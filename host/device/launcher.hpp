@@ -31,6 +31,7 @@ struct LaunchPlan {
 struct Argument {
   std::string_view parameter;
   std::variant<u32, std::string_view> value;
+  bool operator==(const Argument&) const = default;
 };
 
 /// Arrays of u32 words for a sort: what is to be sorted, and as much room besides.

@@ -85,6 +85,7 @@ std::string build_options(const DeviceInfo& device, const ProgramOptions& option
   define("EACH_TAKES_NEIGHBOURS", options.lanes > 1 ? "1" : "0");
   for (const FeatureName& feature : feature_names)
     define(std::string("FEATURE_") + feature.name, has(options.features, feature.feature) ? "1" : "0");
+  if (!options.optimize) all += " -cl-opt-disable";
   if (device.correct_divide_sqrt) all += " -cl-fp32-correctly-rounded-divide-sqrt";
   if (const char* more = std::getenv("LOCKSTEP_CL_OPTIONS")) all += std::string(" ") + more;
   return all;

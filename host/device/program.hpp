@@ -14,6 +14,7 @@ struct ProgramOptions {
   Features features = 0;
   bool double_precision = false;
   u32 lanes = 1;
+  bool optimize = true;
 };
 
 /// The -D and -cl options of a build of `text` on this device; $LOCKSTEP_CL_OPTIONS is appended (oclgrind needs

@@ -54,7 +54,7 @@ std::string stage_rows(const Report& report) {
   for (const auto& [stage, ms] : report.stage_ms) sum += ms;
   std::string text;
   for (const auto& [stage, ms] : report.stage_ms) {
-    if (ms > 0) text += row("  " + stage, fmt::format("{:.4f} ms  {:.1f} %", ms, 100 * ms / sum));
+    text += row("  " + stage, fmt::format("{:.4f} ms  {:.1f} %", ms, 100 * ms / sum));
   }
   return text;
 }

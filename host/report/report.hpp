@@ -25,10 +25,10 @@ struct Report {
   double tolerance = 0;      // m/s; 0 where all iterations are made
   u32 contacts_max = 0, steps_redone = 0, steps_measured = 0;
 
-  // speed: median and p99 leave the first step out, which warms up
+  // speed: all but the total leave the first step out, which warms up
   double ms_per_step_median = 0, ms_per_step_p99 = 0, ms_first_step = 0, ms_total = 0;
-  std::vector<std::pair<std::string, double>>
-      stage_ms;  // mean of a step, in the order of the pipeline; empty unless profiled
+  // mean of a step, in the order of the pipeline, and then what it takes besides; empty unless profiled
+  std::vector<std::pair<std::string, double>> stage_ms;
 
   std::optional<double> sweeps_median, sweeps_max;  // of a step, in all its sub-steps; where a tolerance ends them
 
