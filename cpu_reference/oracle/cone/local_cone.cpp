@@ -13,6 +13,7 @@
 #include <limits>
 
 #include "cpu_reference/oracle/cone/cone.hpp"
+#include "cpu_reference/oracle/dense.hpp"
 
 namespace lockstep::oracle {
 
@@ -34,17 +35,16 @@ struct LocalCone::Slip {
 };
 
 LocalCone::LocalCone(const Matrix3d& w, double mu) : w_(w), mu_(mu) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> whole(0.5 * (w + w.transpose()));
-  mobility_ = whole.eigenvalues()(2);
+  mobility_ = largest_eigenvalue(0.5 * (w + w.transpose()));
   if (!(w(0, 0) > nothing * mobility_)) {  // nothing moves along the normal
     mobility_ = 0;
     return;
   }
   const Vector2d h = w.bottomLeftCorner<2, 1>();
   const Matrix2d a = w.bottomRightCorner<2, 2>() - h * h.transpose() / w(0, 0);
-  const Eigen::SelfAdjointEigenSolver<Matrix2d> eigen(0.5 * (a + a.transpose()));
-  a_ = eigen.eigenvalues().cwiseMax(0);
-  frame_ = eigen.eigenvectors();
+  const SymmetricEigen eigen = symmetric_eigen<2>(0.5 * (a + a.transpose()));
+  a_ = eigen.values.cwiseMax(0);
+  frame_ = eigen.vectors;
   h_ = frame_.transpose() * h;
 }
 
