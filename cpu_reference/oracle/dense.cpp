@@ -36,6 +36,12 @@ VectorXd solve_or_least_norm(const MatrixXd& a, const VectorXd& b, double regula
 
 VectorXd solve_by_least_squares(const MatrixXd& a, const VectorXd& b) { return a.colPivHouseholderQr().solve(b); }
 
+std::optional<MatrixXd> inverse_if_regular(const MatrixXd& a) {
+  const Eigen::FullPivLU<MatrixXd> lu(a);
+  if (!lu.isInvertible()) return {};
+  return lu.inverse();
+}
+
 RankAndInverse rank_and_inverse(const MatrixXd& a, double zero) {
   Eigen::ColPivHouseholderQR<MatrixXd> qr(a);
   qr.setThreshold(zero);

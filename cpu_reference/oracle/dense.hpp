@@ -30,6 +30,9 @@ Eigen::VectorXd solve_or_least_norm(const Eigen::MatrixXd& a, const Eigen::Vecto
 /// An x that makes |a x - b| least, by QR with column pivoting; 0 in columns that say nothing new.
 Eigen::VectorXd solve_by_least_squares(const Eigen::MatrixXd& a, const Eigen::VectorXd& b);
 
+/// The inverse of a square matrix by LU with full pivoting; nothing where it is singular, as far as rounding lets see.
+std::optional<Eigen::MatrixXd> inverse_if_regular(const Eigen::MatrixXd& a);
+
 /// The rank of a square matrix by QR with column pivoting, a pivot up to `zero` times the largest counting as 0, and
 /// its inverse where that is full; elsewhere the inverse is empty.
 struct RankAndInverse {

@@ -32,7 +32,8 @@ Vector3d projected(const Vector3d& r, const Vector3d& u, double mu, bool of_impu
 }  // namespace
 
 ResidualMeter::ResidualMeter(const ConeProblem& problem) : problem_(problem), mobility_(problem.contacts()) {
-  for (std::uint32_t i = 0; i < problem.contacts(); ++i) mobility_[i] = largest_eigenvalue(problem.w.symmetric_diagonal(i));
+  for (std::uint32_t i = 0; i < problem.contacts(); ++i)
+    mobility_[i] = largest_eigenvalue(problem.w.symmetric_diagonal(i));
   q_rms_ = problem.contacts() > 0 ? problem.q.norm() / std::sqrt(double(problem.contacts())) : 0;
 }
 
