@@ -1,11 +1,12 @@
 #include "cpu_reference/oracle/cone_problem.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
+
+#include "cpu_reference/oracle/dense.hpp"
 
 namespace lockstep::oracle {
 
@@ -142,12 +143,12 @@ JointElimination::JointElimination(const ConeProblem& problem) : reduced_(proble
   v_ = problem.joints->v;
   s_ = problem.joints->s;
   // joints are few, and redundant ones common: a dense factorisation that tells its rank
-  const Eigen::SelfAdjointEigenSolver<MatrixXd> eigen{MatrixXd(problem.joints->r)};
-  VectorXd inverse = eigen.eigenvalues();
+  const SymmetricEigen eigen = symmetric_eigen<Eigen::Dynamic>(problem.joints->r);
+  VectorXd inverse = eigen.values;
   const double zero = 1e-12 * (inverse.size() > 0 ? inverse.cwiseAbs().maxCoeff() : 0);
   for (double& value : inverse) value = value > zero ? 1 / value : 0;
-  inverse_ = eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
-  const MatrixXd answer = inverse_ * MatrixXd(v_.transpose());
+  inverse_ = product(eigen.vectors * inverse.asDiagonal(), eigen.vectors.transpose());
+  const MatrixXd answer = product(inverse_, v_.transpose());
   const double left = (problem.joints->r * (inverse_ * s_) - s_).norm();
   if (left > 1e-6 * s_.norm()) throw std::runtime_error("the joints contradict each other");
   const SparseMatrix correction = MatrixXd(v_ * answer).sparseView();

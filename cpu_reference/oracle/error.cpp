@@ -1,23 +1,18 @@
 #include "cpu_reference/oracle/error.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include "cpu_reference/oracle/cone/cone.hpp"
+#include "cpu_reference/oracle/dense.hpp"
 
 namespace lockstep::oracle {
 
 namespace {
 
-using Eigen::Matrix3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
-
-double largest_eigenvalue(const Matrix3d& w) {
-  return Eigen::SelfAdjointEigenSolver<Matrix3d>(0.5 * (w + w.transpose()), Eigen::EigenvaluesOnly).eigenvalues()(2);
-}
 
 // Of a contact between immovable bodies, which no impulse could change, the defect is 0.
 double defect_velocity(const Vector3d& r, const Vector3d& u, double mu, double mobility) {
@@ -37,7 +32,8 @@ Vector3d projected(const Vector3d& r, const Vector3d& u, double mu, bool of_impu
 }  // namespace
 
 ResidualMeter::ResidualMeter(const ConeProblem& problem) : problem_(problem), mobility_(problem.contacts()) {
-  for (std::uint32_t i = 0; i < problem.contacts(); ++i) mobility_[i] = largest_eigenvalue(problem.w.on_diagonal(i));
+  for (std::uint32_t i = 0; i < problem.contacts(); ++i)
+    mobility_[i] = largest_eigenvalue(problem.w.symmetric_diagonal(i));
   q_rms_ = problem.contacts() > 0 ? problem.q.norm() / std::sqrt(double(problem.contacts())) : 0;
 }
 

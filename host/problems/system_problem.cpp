@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
 
+#include "cpu_reference/oracle/dense.hpp"
 #include "host/error.hpp"
 
 namespace lockstep {
@@ -26,10 +25,10 @@ struct Freedom {
 };
 
 Freedom freedom_of(const SystemBody& body, u32 first) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> turning(body.inverse_inertia);
+  const oracle::SymmetricEigen turning = oracle::symmetric_eigen<3>(body.inverse_inertia);
   std::vector<int> axes;
   for (int k = 0; k < 3; ++k) {
-    if (turning.eigenvalues()[k] > 1e-12 * turning.eigenvalues()[2]) axes.push_back(k);
+    if (turning.values[k] > 1e-12 * turning.values[2]) axes.push_back(k);
   }
   const int moves = body.inverse_mass > 0 ? 3 : 0, count = moves + int(axes.size());
   Freedom freedom;
@@ -43,8 +42,8 @@ Freedom freedom_of(const SystemBody& body, u32 first) {
   }
   for (int k = moves; k < count; ++k) {
     const int axis = axes[std::size_t(k - moves)];
-    freedom.angular.col(k) = turning.eigenvectors().col(axis);
-    freedom.mass[k] = 1 / turning.eigenvalues()[axis];
+    freedom.angular.col(k) = turning.vectors.col(axis);
+    freedom.mass[k] = 1 / turning.values[axis];
     freedom.velocity[k] = freedom.angular.col(k).dot(body.w);
   }
   return freedom;
@@ -156,7 +155,7 @@ struct JointRow {
 std::vector<JointRow> rows_of(const SystemJoint& j, const ContactSystem& system) {
   const SystemBody &a = system.bodies[j.body_a], &b = system.bodies[j.body_b];
   const Matrix3d turning = a.inverse_inertia + b.inverse_inertia;
-  const double turning_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(turning, Eigen::EigenvaluesOnly).eigenvalues()(2);
+  const double turning_max = oracle::largest_eigenvalue(turning);
   const double radius = turning_max > 0 ? std::sqrt((a.inverse_mass + b.inverse_mass) / turning_max) : 0;
   std::vector<JointRow> rows;
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
@@ -186,7 +185,8 @@ void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& asse
   const auto column = static_cast<Eigen::Index>(joints.b.size());
   const VectorXd constant = assembly.add(joints.g, column, {on_a, on_b}) + bias;
   if (j.softness > 0) {
-    const MatrixXd compliance = j.softness * assembly.mobility({on_a, on_b}), mass = compliance.inverse();
+    const MatrixXd compliance = j.softness * assembly.mobility({on_a, on_b});
+    const MatrixXd mass = oracle::solve_by_lu(compliance, MatrixXd(MatrixXd::Identity(count, count)));
     const VectorXd give = compliance * l;
     for (Eigen::Index i = 0; i < count; ++i) {
       const u32 velocity = assembly.add_velocity(give[i]);

@@ -2,6 +2,8 @@
 
 #include <Eigen/SparseLU>
 
+#include "cpu_reference/oracle/dense.hpp"
+
 namespace lockstep::oracle {
 
 namespace {
@@ -69,7 +71,7 @@ bool solve_square(const SparseMatrix& j, const VectorXd& b, VectorXd& x) {
     return true;
   }
   if (n <= 100 || (n <= dense_up_to && double(j.nonZeros()) > 0.1 * double(n) * double(n))) {
-    x = Eigen::PartialPivLU<MatrixXd>(MatrixXd(j)).solve(b);
+    x = solve_by_lu(MatrixXd(j), b);
     return x.allFinite();
   }
   Eigen::SparseLU<SparseMatrix> lu(j);

@@ -13,11 +13,13 @@
 #include <limits>
 
 #include "cpu_reference/oracle/cone/cone.hpp"
+#include "cpu_reference/oracle/dense.hpp"
 
 namespace lockstep::oracle {
 
 using Eigen::Matrix2d;
 using Eigen::Matrix3d;
+using Eigen::Matrix4d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
@@ -25,6 +27,19 @@ namespace {
 
 // An eigenvalue of A that is nothing but rounding.
 constexpr double nothing = 1e-13;
+
+// The real parts of the eigenvalues of a companion matrix, which is of Hessenberg form as it stands.
+Eigen::Vector4d real_parts(const Matrix4d& companion) {
+  const double size = companion.cwiseAbs().maxCoeff();
+  Eigen::RealSchur<Matrix4d> schur;
+  schur.computeFromHessenberg(companion / size, Matrix4d::Identity(), false);
+  const Matrix4d t = schur.matrixT() * size;
+  Eigen::Vector4d real = t.diagonal();
+  for (int i = 0; i < 3; ++i) {
+    if (t(i + 1, i) != 0) real[i] = real[i + 1] = t(i + 1, i + 1) + 0.5 * (t(i, i) - t(i + 1, i + 1));  // a pair
+  }
+  return real;
+}
 
 }  // namespace
 
@@ -34,17 +49,16 @@ struct LocalCone::Slip {
 };
 
 LocalCone::LocalCone(const Matrix3d& w, double mu) : w_(w), mu_(mu) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> whole(0.5 * (w + w.transpose()));
-  mobility_ = whole.eigenvalues()(2);
+  mobility_ = largest_eigenvalue(0.5 * (w + w.transpose()));
   if (!(w(0, 0) > nothing * mobility_)) {  // nothing moves along the normal
     mobility_ = 0;
     return;
   }
   const Vector2d h = w.bottomLeftCorner<2, 1>();
   const Matrix2d a = w.bottomRightCorner<2, 2>() - h * h.transpose() / w(0, 0);
-  const Eigen::SelfAdjointEigenSolver<Matrix2d> eigen(0.5 * (a + a.transpose()));
-  a_ = eigen.eigenvalues().cwiseMax(0);
-  frame_ = eigen.eigenvectors();
+  const SymmetricEigen eigen = symmetric_eigen<2>(0.5 * (a + a.transpose()));
+  a_ = eigen.values.cwiseMax(0);
+  frame_ = eigen.vectors;
   h_ = frame_.transpose() * h;
 }
 
@@ -149,12 +163,11 @@ Vector3d LocalCone::enumerate(const Vector3d& q) const {
     quartic[i] -= beta[0] * beta[0] * square_2[i] + beta[1] * beta[1] * square_1[i];
   }
   // roots of a polynomial: eigenvalues of its companion matrix
-  Eigen::Matrix4d companion = Eigen::Matrix4d::Zero();
+  Matrix4d companion = Matrix4d::Zero();
   for (int i = 0; i < 4; ++i) companion(i, 3) = -quartic[i] / quartic[4];
   for (int i = 0; i < 3; ++i) companion(i + 1, i) = 1;
   if (!companion.allFinite()) return solve(q);
-  for (const std::complex<double>& root : companion.eigenvalues()) {
-    double x = root.real();
+  for (double x : real_parts(companion)) {
     for (int polish = 0; polish < 3; ++polish) {
       const double value = (((quartic[4] * x + quartic[3]) * x + quartic[2]) * x + quartic[1]) * x + quartic[0];
       const double slope = ((4 * quartic[4] * x + 3 * quartic[3]) * x + 2 * quartic[2]) * x + quartic[1];

@@ -3,7 +3,6 @@
 //   friction  r_t = argmin 1/2 r_t W_tt r_t + (q_t + W_tn r_n) r_t,  |r_t,i| <= mu_i r_n,i
 // each a convex quadratic programme, solved by Gauss-Seidel from where it was left, as accurately as the whole needs by
 // then. A fixed point solves the contact problem; that there is convergence to one is not promised.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "cpu_reference/oracle/cone/solvers.hpp"
 #include "cpu_reference/oracle/cone/start.hpp"
 #include "cpu_reference/oracle/cone/watch.hpp"
+#include "cpu_reference/oracle/dense.hpp"
 
 namespace lockstep::oracle {
 
@@ -28,27 +28,27 @@ constexpr std::uint32_t patience = 100, most_sweeps = 200;
 // 1 / |t| is nearly a straight line of lambda (More and Sorensen 1983).
 class Disc {
  public:
-  explicit Disc(const Matrix2d& a) : eigen_(a) {}
+  explicit Disc(const Matrix2d& a) : eigen_(symmetric_eigen<2>(a)) {}
 
   Vector2d solve(const Vector2d& b_world, double radius) const {
-    if (radius <= 0 || eigen_.eigenvalues()[1] <= 0) return Vector2d::Zero();
-    const Vector2d b = eigen_.eigenvectors().transpose() * b_world;
-    const double least = 1e-13 * eigen_.eigenvalues()[1];
-    double lambda = std::max(0.0, least - eigen_.eigenvalues()[0]);
+    if (radius <= 0 || eigen_.values[1] <= 0) return Vector2d::Zero();
+    const Vector2d b = eigen_.vectors.transpose() * b_world;
+    const double least = 1e-13 * eigen_.values[1];
+    double lambda = std::max(0.0, least - eigen_.values[0]);
     Vector2d t;
     for (int iteration = 0; iteration < 50; ++iteration) {
-      const Vector2d a = eigen_.eigenvalues().array() + lambda;
+      const Vector2d a = eigen_.values.array() + lambda;
       t = -b.cwiseQuotient(a);
       const double length = t.norm();
       if (length <= radius * (1 + 1e-15)) break;
       // the function is convex and the iteration comes from the left: no safeguard is needed
       lambda += (length / radius - 1) * length * length / (t.array().square() / a.array()).sum();
     }
-    return eigen_.eigenvectors() * project_on_disc(t, radius);
+    return eigen_.vectors * project_on_disc(t, radius);
   }
 
  private:
-  Eigen::SelfAdjointEigenSolver<Matrix2d> eigen_;
+  SymmetricEigen<2> eigen_;
 };
 
 // The two programmes; a sweep returns the sum of squares of the changes of velocity that it made of its own rows.

@@ -3,9 +3,7 @@
 // that is, q in the cone of the columns of C = [ 1_F  -M_A ]. Where M_AA is regular it has one candidate. Where it is
 // not, non-negative least squares decide (Lawson, Hanson, "Solving Least Squares Problems", 1974, chapter 23): q is in
 // the cone if and only if its nearest point of the cone is q itself. So no solution is missed, whatever the matrix.
-#include <Eigen/LU>
-#include <Eigen/QR>
-
+#include "cpu_reference/oracle/dense.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/lcp/watch.hpp"
 
@@ -28,7 +26,7 @@ VectorXd non_negative_least_squares(const MatrixXd& c, const VectorXd& b, double
     if (n == 0 || gradient.maxCoeff(&enter) <= zero) break;
     passive.push_back(enter);
     while (!passive.empty()) {
-      const VectorXd y = MatrixXd(c(Eigen::all, passive)).colPivHouseholderQr().solve(b);
+      const VectorXd y = solve_by_least_squares(c(Eigen::all, passive), b);
       double step = 1;
       for (std::size_t k = 0; k < passive.size(); ++k) {
         if (y[Index(k)] <= 0) step = std::min(step, x[passive[k]] / (x[passive[k]] - y[Index(k)]));
@@ -54,9 +52,8 @@ VectorXd candidate(const Lcp& p, const std::vector<Index>& a, double zero) {
   const Index n = p.size();
   VectorXd z = VectorXd::Zero(n);
   if (a.empty()) return z;
-  const Eigen::FullPivLU<MatrixXd> lu(MatrixXd(p.m(a, a)));
-  if (lu.isInvertible() && lu.rcond() > regular) {
-    z(a) = VectorXd(lu.solve(VectorXd(-p.q(a))));
+  if (const auto z_a = solve_if_regular(p.m(a, a), -p.q(a), regular)) {
+    z(a) = *z_a;
     return z;
   }
   MatrixXd c = MatrixXd::Identity(n, n);

@@ -9,11 +9,10 @@
 // The t on the left is missing in the survey's (77): without it halving t changes only the right side, which rises to
 // Psi(z), and the test says nothing about the step that is taken. With it some t passes whenever the slope is negative:
 // Psi(z + t d) = Psi + t grad Psi . d + o(t), and c < 1.
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 
+#include "cpu_reference/oracle/dense.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/lcp/watch.hpp"
 
@@ -67,12 +66,6 @@ bool search_line(const Fischer& fischer, const VectorXd& f, double slope, const 
   return false;
 }
 
-VectorXd newton_direction(const MatrixXd& j, const VectorXd& f) {
-  const Eigen::PartialPivLU<MatrixXd> lu(j);
-  if (lu.rcond() > regular) return lu.solve(-f);
-  return j.completeOrthogonalDecomposition().solve(-f);
-}
-
 }  // namespace
 
 SolveReport fischer_newton(const BoxedLcp& problem, const SolveLimits& limits, VectorXd& z) {
@@ -100,7 +93,7 @@ SolveReport fischer_newton(const BoxedLcp& problem, const SolveLimits& limits, V
   while (true) {
     const VectorXd f = fischer.value(x);
     const MatrixXd j = fischer.jacobian(x);
-    const VectorXd gradient = j.transpose() * f, d = newton_direction(j, f);
+    const VectorXd gradient = j.transpose() * f, d = solve_or_least_norm(j, -f, regular);
     if (!search_line(fischer, f, gradient.dot(d), d, x) &&
         !search_line(fischer, f, -gradient.squaredNorm(), -gradient, x)) {
       watch.end(Stop::stall);  // Psi is stationary, or rounding hides its fall

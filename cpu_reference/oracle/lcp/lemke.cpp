@@ -9,10 +9,10 @@
 // then rounding, a pivot on it spoils the tableau, and the path ends in a ray that is none, or in a basis that solves
 // nothing. So pivots below 1e-6 are not made, and a path that did not arrive is tried again with another covering
 // vector d. Only where every path ends in a ray is the problem called infeasible.
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
+#include "cpu_reference/oracle/dense.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/lcp/watch.hpp"
 
@@ -99,10 +99,7 @@ class Tableau {
     std::erase_if(rows, [&](Index i) { return now_(i, by) / now_(i, column) > least + tie * (1 + std::abs(least)); });
   }
 
-  void refresh() {
-    const Eigen::PartialPivLU<MatrixXd> lu(MatrixXd(original_(Eigen::all, basis_)));
-    now_ = lu.solve(original_);
-  }
+  void refresh() { now_ = solve_by_lu(original_(Eigen::all, basis_), original_); }
 
   Index n_;
   MatrixXd original_, now_;

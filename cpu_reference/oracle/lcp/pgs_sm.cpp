@@ -5,10 +5,9 @@
 // projected, and the set guessed again from what was found, a few times; what comes out is taken where it is better
 // than what the sweeps left. Here a row of friction at its bound moves with its normal, z_t = +-mu z_n, so that the
 // right guess gives the solution itself (the paper freezes these bounds): the column of n becomes M_.n +- mu M_.t.
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 
+#include "cpu_reference/oracle/dense.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/lcp/splitting.hpp"
 
@@ -57,9 +56,7 @@ VectorXd minimize_on_active_set(const BoxedLcp& p, const VectorXd& scale, const 
       if (tied[std::size_t(i)] != 0) start[i] = tied[std::size_t(i)] * start[p.normal[std::size_t(i)]];
     }
     const VectorXd defect = scale(free).cwiseProduct(VectorXd((p.m * start + p.q)(free)));
-    const Eigen::PartialPivLU<MatrixXd> lu(scaled);
-    const VectorXd change =
-        lu.rcond() > regular ? VectorXd(lu.solve(-defect)) : scaled.completeOrthogonalDecomposition().solve(-defect);
+    const VectorXd change = solve_or_least_norm(scaled, -defect, regular);
     for (std::size_t k = 0; k < free.size(); ++k) x[free[k]] = start[free[k]] + scale[free[k]] * change[Index(k)];
   }
   for (Index i = 0; i < n; ++i) {

@@ -1,7 +1,8 @@
 #include "cpu_reference/oracle/lcp/watch.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
+
+#include "cpu_reference/oracle/dense.hpp"
 
 namespace lockstep::oracle::lcp {
 
@@ -20,7 +21,7 @@ VectorXd solve_again(const Lcp& p, const VectorXd& x) {
     if (x[i] > 0) a.push_back(i);
   }
   VectorXd again = VectorXd::Zero(x.size());
-  if (!a.empty()) again(a) = VectorXd(MatrixXd(p.m(a, a)).partialPivLu().solve(VectorXd(-p.q(a))));
+  if (!a.empty()) again(a) = solve_by_lu(p.m(a, a), VectorXd(-p.q(a)));
   return again.cwiseMax(0);
 }
 

@@ -2,6 +2,8 @@
 
 #include <limits>
 
+#include "cpu_reference/oracle/dense.hpp"
+
 namespace lockstep::oracle::models {
 
 FrictionBox::FrictionBox(const Multibody& system) : system_(system), rows_(system) {
@@ -19,7 +21,7 @@ lcp::BoxedLcp FrictionBox::boxed() const {
   const double infinity = std::numeric_limits<double>::infinity();
   const Index contacts = rows_.normal.rows(), dry = 3 * contacts, joint = dry + rows_.dry.rows(), n = all_.rows();
   lcp::BoxedLcp p;
-  p.m = all_ * rows_.inertia_times(all_);
+  p.m = product(all_, rows_.inertia_times(all_));
   p.m = (0.5 * (p.m + p.m.transpose())).eval();
   p.q = all_ * rows_.free_velocity;
   p.low = VectorXd::Zero(n);

@@ -1,11 +1,11 @@
 #include "cpu_reference/oracle/models/friction_pyramid.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 #include <numbers>
 #include <string>
 
+#include "cpu_reference/oracle/dense.hpp"
 #include "host/error.hpp"
 
 namespace lockstep::oracle::models {
@@ -51,7 +51,7 @@ MatrixXd FrictionPyramid::impulse_rows() const {
   }
   for (Index i = 0; i < normals_; ++i) {
     rows.middleRows(normals_ + 2 * dry_ + i * directions_, directions_) =
-        circle_.transpose() * rows_.tangent.middleRows(2 * i, 2);
+        transposed_product(circle_, rows_.tangent.middleRows(2 * i, 2));
   }
   return rows;
 }
@@ -92,11 +92,11 @@ MixedLcp FrictionPyramid::mixed() const {
     };
     if (body.inverse_mass > 0) add(6 * Index(k), Eigen::Matrix3d::Identity() / body.inverse_mass);
     if (body.inverse_inertia.isZero(0)) continue;
-    const Eigen::FullPivLU<Eigen::Matrix3d> lu(body.inverse_inertia);
-    if (!lu.isInvertible())
+    const auto m = inverse_if_regular(body.inverse_inertia);
+    if (!m)
       throw Error(Failure::input, "body " + std::to_string(k),
                   "turns about some axes only: Model-mLCP has no inertia for it");
-    add(6 * Index(k) + 3, lu.inverse());
+    add(6 * Index(k) + 3, *m);
   }
   const Index u = Index(moving.size()), p = rows_.joint.rows();
   MatrixXd mass = MatrixXd::Zero(u, u);

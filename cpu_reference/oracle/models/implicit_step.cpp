@@ -1,11 +1,10 @@
 #include "cpu_reference/oracle/models/implicit_step.hpp"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <chrono>
 #include <unsupported/Eigen/AutoDiff>
 
+#include "cpu_reference/oracle/dense.hpp"
 #include "cpu_reference/oracle/models/implicit_equations.hpp"
 
 namespace lockstep::oracle::models {
@@ -40,7 +39,7 @@ RowSizes row_sizes(const ImplicitSystem& system) {
   for (const ImplicitJoint& j : system.joints) {
     const ImplicitBody &a = system.bodies[j.body_a], &b = system.bodies[j.body_b];
     const Eigen::Matrix3d turning = inverse_inertia(a) + inverse_inertia(b);
-    const double largest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(turning).eigenvalues()(2);
+    const double largest = largest_eigenvalue(turning);
     sizes.radius.push_back(std::sqrt((inverse_mass(a) + inverse_mass(b)) / largest));
     const Vector3d axis = a.q * j.axis_a;
     sizes.mobility.push_back(axis.dot(turning * axis));
@@ -128,7 +127,7 @@ class Solver {
       if (f[i].derivatives().size() == n) jacobian.row(i) = f[i].derivatives().transpose();
     }
     // of what is redundant, the least change
-    const VectorXd d = -jacobian.completeOrthogonalDecomposition().solve(values);
+    const VectorXd d = -solve_by_least_norm(jacobian, values);
     const double merit = values.norm();
     for (double length = 1; length > 1e-4; length *= 0.5) {
       const VectorXd next = x + length * d;

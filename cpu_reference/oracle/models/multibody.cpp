@@ -1,10 +1,10 @@
 #include "cpu_reference/oracle/models/multibody.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/QR>
 #include <cmath>
 #include <string>
 
+#include "cpu_reference/oracle/dense.hpp"
 #include "host/error.hpp"
 
 namespace lockstep::oracle::models {
@@ -74,20 +74,19 @@ JointElimination::JointElimination(const Rows& rows, const Multibody& system) : 
   velocity_ = rows.free_velocity;
   inverse_mass_joints_ = rows.inertia_times(rows.joint);
   if (n == 0) return;
-  const MatrixXd g = rows.joint * inverse_mass_joints_;
+  const MatrixXd g = product(rows.joint, inverse_mass_joints_);
   scale_ = VectorXd::Ones(n);
   for (Index i = 0; i < n; ++i) {
     if (g(i, i) > 0) scale_[i] = 1 / std::sqrt(g(i, i));
   }
-  Eigen::ColPivHouseholderQR<MatrixXd> qr(scale_.asDiagonal() * g * scale_.asDiagonal());
-  qr.setThreshold(full_rank);
-  if (qr.rank() < n) {
+  const auto [rank, inverse] = rank_and_inverse(scale_.asDiagonal() * g * scale_.asDiagonal(), full_rank);
+  if (rank < n) {
     throw Error(
         Failure::input, "joints",
-        "their " + std::to_string(n) + " rows have rank " + std::to_string(qr.rank()) +
+        "their " + std::to_string(n) + " rows have rank " + std::to_string(rank) +
             ": a closed loop, or rows that say the same; Model-LCP needs independent rows, Model-mLCP does not");
   }
-  inverse_ = qr.inverse();
+  inverse_ = inverse;
   VectorXd u = rows.joint * rows.free_velocity;
   for (Index i = 0; i < n; ++i) u[i] += system.joint_rows[std::size_t(i)].bias;
   alone_ = -joints_answer(u);
@@ -95,13 +94,13 @@ JointElimination::JointElimination(const Rows& rows, const Multibody& system) : 
 }
 
 MatrixXd JointElimination::joints_answer(const MatrixXd& u) const {
-  return scale_.asDiagonal() * (inverse_ * (scale_.asDiagonal() * u));
+  return scale_.asDiagonal() * product(inverse_, scale_.asDiagonal() * u);
 }
 
 MatrixXd JointElimination::delassus(const MatrixXd& jacobian) const {
-  const MatrixXd mobility = rows_.inertia_times(jacobian), coupling = rows_.joint * mobility;
-  MatrixXd w = jacobian * mobility - coupling.transpose() * joints_answer(coupling);
-  return 0.5 * (w + w.transpose().eval());
+  const MatrixXd mobility = rows_.inertia_times(jacobian), coupling = product(rows_.joint, mobility);
+  const MatrixXd w = product(jacobian, mobility) - transposed_product(coupling, joints_answer(coupling));
+  return 0.5 * (w + w.transpose());
 }
 
 VectorXd JointElimination::free_velocity(const MatrixXd& jacobian) const { return jacobian * velocity_; }
