@@ -28,15 +28,13 @@ inline DeviceInfo test_device() {
   return *device;
 }
 
-/// From lane counts and work-groups. Kernels are optimised, as they are for users, for usual work-groups (0) alone: for
-/// others they are built in a third of the time, and no bit may depend on that either.
+/// From lane counts and work-groups.
 inline std::vector<DeviceOptions> launch_options(std::initializer_list<std::pair<u32, u32>> list) {
   std::vector<DeviceOptions> all;
   for (const auto& [lanes, work_group] : list) {
     all.emplace_back();
     all.back().lanes = lanes;
     all.back().work_group = work_group;
-    all.back().optimize = work_group == 0;
   }
   return all;
 }
@@ -47,9 +45,14 @@ inline std::vector<DeviceOptions> all_launch_options() {
   return launch_options({{1, 7}, {16, 0}, {8, 0}, {1, 1}, {16, 7}});
 }
 
-/// Every second one in double: the ways to launch are the same, and each builds the kernels anew.
+/// Every second one in double: the ways to launch are the same, and each builds the kernels anew. Those that a user
+/// gets are optimised, with usual lanes and work-groups (0); the others are built in a third of the time, and no bit
+/// may depend on that either.
 template <class real>
 std::vector<DeviceOptions> launches_in(std::vector<DeviceOptions> launches) {
+  const u32 usual_lanes = sizeof(real) == 4 ? 16 : 8;
+  for (DeviceOptions& launch : launches)
+    launch.optimize = launch.work_group == 0 && (launch.lanes == 0 || launch.lanes == usual_lanes);
   if (sizeof(real) == 4) return launches;
   for (std::size_t i = 1; i < launches.size(); ++i) launches.erase(launches.begin() + std::ptrdiff_t(i));
   return launches;
