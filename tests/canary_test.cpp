@@ -17,8 +17,10 @@ TEST(Canary, KernelMatchesReference) {
   for (const u32 lanes : {1u, 8u, 16u}) {
     for (const bool double_precision : {false, true}) {
       if (double_precision && !test_device().fp64) continue;
-      EXPECT_EQ(describe(run_canary(test_device(), double_precision, lanes)), "bit-exact")
-          << "lanes " << lanes << (double_precision ? " double" : " float");
+      for (const u32 threads : {0u, 1u}) {
+        EXPECT_EQ(describe(run_canary(test_device(), double_precision, lanes, threads)), "bit-exact")
+            << "lanes " << lanes << (double_precision ? " double" : " float") << ", threads " << threads;
+      }
     }
   }
 }
@@ -39,7 +41,7 @@ TEST(Canary, NamesAPlantedFailure) {
   };
   for (const Planted& plant : planted) {
     const KernelPatch patch[] = {{"canary.cl", plant.from, plant.to}};
-    const CanaryVerdict verdict = run_canary(test_device(), false, 1, patch);
+    const CanaryVerdict verdict = run_canary(test_device(), false, 1, 0, patch);
     EXPECT_EQ(verdict.contraction_ok, plant.contraction) << plant.from;
     EXPECT_EQ(verdict.division_ok, plant.division) << plant.from;
     EXPECT_EQ(verdict.sqrt_ok, plant.sqrt) << plant.from;

@@ -79,7 +79,11 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
       ->check(CLI::IsMember({1, 8, 16}))
       ->group(group);
   command.add_option("--work-group", device.work_group, "Work-items per work-group")->check(positive)->group(group);
-  command.add_option("--threads", device.threads, "Compute units of a CPU device")->check(positive)->group(group);
+  command
+      .add_option("--threads", device.threads,
+                  "Compute units of a CPU device; unset, all of them, or for few bodies the thread that calls")
+      ->check(positive)
+      ->group(group);
   CLI::Option* fused = command.add_flag_callback(
       "--fused", [&device] { device.fused = true; }, "All sub-steps as one launch, whatever the scene's size");
   CLI::Option* staged = command.add_flag_callback(

@@ -48,7 +48,7 @@ std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, con
     return std::make_unique<ReferenceBackend<real>>(state, options.device_options.profile);
   }
   auto backend = std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
-  const CanaryVerdict verdict = run_canary(*device, sizeof(real) == 8, backend->lanes());
+  const CanaryVerdict verdict = run_canary(*device, sizeof(real) == 8, backend->lanes(), backend->threads());
   report.device = backend->name();
   report.bit_exact = verdict.bit_exact();
   report.canary = describe(verdict);
@@ -109,8 +109,8 @@ void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) 
 
 // The mean of a step without the first one: in each stage that took any time, and in none.
 template <class real>
-std::vector<std::pair<std::string, double>> stage_times(const Backend<real>& backend, const StageSeconds& first_step,
-                                                        const Report& report) {
+std::vector<std::pair<std::string, double>> mean_step(const Backend<real>& backend, const StageSeconds& first_step,
+                                                      const Report& report) {
   if (report.steps < 2) return {};
   const StageSeconds seconds = backend.stage_seconds();
   const double steps = report.steps - 1;
@@ -230,7 +230,7 @@ Outcome run_scene(const Scene& scene, const RunOptions& options, EventLog& log) 
   recorder.finish(report);
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();
-  if (options.device_options.profile) report.stage_ms = stage_times(simulation.backend(), first_step, report);
+  if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
   const std::vector<WorldHash> hashes = simulation.world_hashes();
   report.state_hash = combined_state_hash(hashes);
   report.pose_hash = combined_pose_hash(hashes);

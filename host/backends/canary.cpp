@@ -94,12 +94,12 @@ std::string describe(const CanaryVerdict& verdict) {
   return text + " " + verdict.first_failure;
 }
 
-CanaryVerdict run_canary(const DeviceInfo& info, bool double_precision, u32 lanes,
+CanaryVerdict run_canary(const DeviceInfo& info, bool double_precision, u32 lanes, u32 threads,
                          std::span<const KernelPatch> patches) {
-  static std::map<std::tuple<u32, bool, u32>, CanaryVerdict> known;
-  const std::tuple key = {info.index, double_precision, lanes};
+  static std::map<std::tuple<u32, bool, u32, u32>, CanaryVerdict> known;
+  const std::tuple key = {info.index, double_precision, lanes, threads};
   if (const auto found = known.find(key); patches.empty() && found != known.end()) return found->second;
-  Device& device = open_device(info);
+  Device& device = open_device(info, threads);
   const CanaryVerdict verdict =
       double_precision ? judge<double>(device, lanes, patches) : judge<float>(device, lanes, patches);
   if (patches.empty()) known[key] = verdict;

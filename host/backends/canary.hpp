@@ -23,10 +23,10 @@ struct CanaryVerdict {
 /// "bit-exact", or "not bit-exact: division; ...the first failure".
 std::string describe(const CanaryVerdict& verdict);
 
-/// Runs the canary for programs of this precision and lane count on every compute unit of the device. The verdict is
-/// kept for the process; `patches` are for tests and make it run anew. Throws Error (device) where the device cannot
-/// run it at all.
-CanaryVerdict run_canary(const DeviceInfo& device, bool double_precision, u32 lanes,
+/// Runs the canary for programs of this precision and lane count on every compute unit of the device, or on as many
+/// `threads` of it as open_device() gives. The verdict is kept for the process; `patches` are for tests and make it run
+/// anew. Throws Error (device) where the device cannot run it at all.
+CanaryVerdict run_canary(const DeviceInfo& device, bool double_precision, u32 lanes, u32 threads = 0,
                          std::span<const KernelPatch> patches = {});
 
 }  // namespace lockstep

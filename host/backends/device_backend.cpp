@@ -116,7 +116,8 @@ bool fuses_substeps(const Sizes& sizes, const DeviceOptions& options) {
 template <class real>
 struct DeviceBackend<real>::Parts {
   Parts(const InitialState<real>& state, const DeviceInfo& info, const DeviceOptions& wanted)
-      : device(open_device(info, threads_for(info, state.sizes, wanted.threads))),
+      : threads(threads_for(info, state.sizes, wanted.threads)),
+        device(open_device(info, threads)),
         sizes(state.sizes),
         features(state.features),
         lanes(lanes_for<real>(info, wanted.lanes)),
@@ -166,6 +167,7 @@ struct DeviceBackend<real>::Parts {
   std::string where() const { return device.info.name; }
   void add_spans();
 
+  u32 threads;
   Device& device;
   Sizes sizes;
   Features features;
@@ -340,6 +342,11 @@ StageSeconds DeviceBackend<real>::stage_seconds() const {
 template <class real>
 u32 DeviceBackend<real>::lanes() const {
   return parts_->lanes;
+}
+
+template <class real>
+u32 DeviceBackend<real>::threads() const {
+  return parts_->threads;
 }
 
 template class DeviceBackend<float>;

@@ -51,6 +51,7 @@ class DeviceBackend final : public Backend<real> {
   StageSeconds stage_seconds() const override;
 
   u32 lanes() const;
+  u32 threads() const;  // as open_device() takes them
 
   /// Fills a buffer with a byte, to see that a stage writes all of it.
   void poison(Buffer buffer, unsigned char byte);
