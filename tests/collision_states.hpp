@@ -103,12 +103,12 @@ inline std::vector<std::vector<BodyDescription>> worlds_of_all_kinds() {
 }
 
 /// Launches that the collision kernels are run with.
-inline std::vector<DeviceOptions> launches() { return launch_options({{1, 7}, {16, 0}, {8, 0}, {16, 64}}); }
+inline std::vector<DeviceOptions> launches() { return launch_options({{1, 0}, {1, 7}, {8, 1}, {16, 64}}); }
 
 /// Launches that whole steps with all shapes are run with: few, since each builds a large program.
 template <class real>
 std::vector<DeviceOptions> launches_of_a_step() {
-  return launch_options({{1, 7}, {sizeof(real) == 8 ? 8 : 16, 0}});
+  return launch_options({{1, 7}, {sizeof(real) == 8 ? 8 : 16, 64}});
 }
 
 /// Runs the stages before `stage` in the reference, and then this one in both.

@@ -14,7 +14,8 @@ std::vector<GoldenCase> golden_cases() {
 }
 
 template <class real>
-void run_on_device(GoldenCase& golden, const DeviceOptions& options) {
+void run_on_device(GoldenCase& golden, DeviceOptions options) {
+  options.optimize = are_usual<real>(options.lanes);
   run_case<real>(golden, [&](const InitialState<real>& state) {
     return std::make_unique<DeviceBackend<real>>(state, test_device(), options);
   });
@@ -26,7 +27,6 @@ DeviceOptions options(u32 lanes, u32 work_group, u32 threads, std::optional<bool
   result.work_group = work_group;
   result.threads = threads;
   result.fused = fused;
-  result.optimize = lanes == 0;  // as users get them; others are built in a third of the time
   return result;
 }
 

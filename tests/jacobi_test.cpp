@@ -44,7 +44,7 @@ TYPED_TEST(Jacobi, JointsMatchTheReference) {
   ASSERT_TRUE(has(state.features, Feature::jacobi));
   EXPECT_FALSE(runs(Stage::color_contacts, state.features));
   EXPECT_FALSE(runs(Stage::relax_constraints, state.features));
-  expect_twins_agree(state, 60, launch_options({{16, 0}}));
+  expect_twins_agree(state, 60, launch_options({{16, 7}}));
 }
 
 // What one pair takes from a body the others see only after the mean, and what all of them do adds up.

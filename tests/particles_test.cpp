@@ -276,7 +276,7 @@ TEST(Particles, TwinsAgreeWithLoadsAndJoints) {
   InitialState<float> state = compile<float>(scene);
   for (u32 i = 0; i < state.sizes.bodies; ++i)
     state.buffers.loads[i].force[1] = 3, state.buffers.loads[i].torque[2] = 1;
-  expect_twins_agree(state, 3, launch_options({{0, 0}, {1, 7}}));
+  expect_twins_agree(state, 3, launch_options({{1, 0}, {16, 7}}));
   const auto speed_of = [](const InitialState<float>& from) { return velocity(run_steps(from, 1), 5)[1]; };
   const double pushed = speed_of(state);
   for (Load<float>& load : state.buffers.loads) load = {};
