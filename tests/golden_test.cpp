@@ -31,7 +31,7 @@ DeviceOptions options(u32 lanes, u32 work_group, u32 threads, std::optional<bool
 }
 
 // The launch that a device chooses, and three others.
-const DeviceOptions launches[] = {options(0, 0, 0), options(1, 0, 0, true), options(8, 5, 0, false),
+const DeviceOptions launches[] = {options(0, 0, 0), options(1, 0, 2, true), options(8, 5, 2, false),
                                   options(16, 64, 1, false)};
 
 class Golden : public testing::TestWithParam<std::size_t> {};

@@ -52,10 +52,14 @@ bool are_usual(u32 lanes) {
   return lanes == 0 || lanes == (sizeof(real) == 4 ? 16 : 8);
 }
 
-/// Every second one in double: the ways to launch are the same, and each builds the kernels anew.
+/// With all threads where a test does not say: a few bodies alone would take the one that calls, and nothing may depend
+/// on the others. Every second one in double: the ways to launch are the same, and each builds the kernels anew.
 template <class real>
 std::vector<DeviceOptions> launches_in(std::vector<DeviceOptions> launches) {
-  for (DeviceOptions& launch : launches) launch.optimize = are_usual<real>(launch.lanes);
+  for (DeviceOptions& launch : launches) {
+    launch.optimize = are_usual<real>(launch.lanes);
+    if (launch.threads == 0) launch.threads = test_device().compute_units;
+  }
   if (sizeof(real) == 4) return launches;
   for (std::size_t i = 1; i < launches.size(); ++i) launches.erase(launches.begin() + std::ptrdiff_t(i));
   return launches;

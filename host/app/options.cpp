@@ -141,6 +141,8 @@ std::optional<DeviceInfo> device_of(const TargetOptions& options) {
   if (!device && (wanted.lanes || wanted.work_group || wanted.threads || wanted.fused))
     throw Error(Failure::input, "--lanes --work-group --threads --fused --staged",
                 "are for OpenCL devices; this runs on the reference");
+  if (device && device->type != DeviceType::cpu && wanted.threads)
+    throw Error(Failure::input, "--threads", "is for CPU devices; leave it out on " + device->name);
   return device;
 }
 

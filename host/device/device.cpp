@@ -8,11 +8,13 @@ namespace lockstep {
 
 namespace {
 
-// A part of a CPU device with so many compute units; the whole device where it has no more anyway.
-cl::Device part_of(const DeviceHandles& handles, u32 threads) {
+// A part of a CPU device with so many compute units; the whole device where it has no more anyway, or is none.
+cl::Device part_of(const DeviceInfo& info, u32 threads) {
+  const DeviceHandles& handles = device_handles().at(info.index);
   if (threads == 1 && handles.threadless() != nullptr) return handles.threadless;
   const cl::Device& whole = handles.device;
-  if (threads == 0 || threads >= whole.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>()) return whole;
+  if (info.type != DeviceType::cpu || threads == 0 || threads >= whole.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>())
+    return whole;
   const cl_device_partition_property by_counts[] = {CL_DEVICE_PARTITION_BY_COUNTS,
                                                     static_cast<cl_device_partition_property>(threads),
                                                     CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
@@ -24,7 +26,7 @@ cl::Device part_of(const DeviceHandles& handles, u32 threads) {
 std::unique_ptr<Device> open(const DeviceInfo& info, u32 threads) {
   auto device = std::make_unique<Device>();
   device->info = info;
-  device->handle = part_of(device_handles().at(info.index), threads);
+  device->handle = part_of(info, threads);
   device->info.name = device_name(device->handle);
   device->context = cl::Context(device->handle);
   device->compute_units = device->handle.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();
