@@ -53,9 +53,8 @@ void check_scene(const Scene& scene, const CheckCommand& options, const DeviceIn
   }
   const std::vector<WorldHash> hashes = simulation.world_hashes();
   if (options.quiet) return;
-  fmt::print("{}, {}, {} against the reference: {} steps, {} stages, {} words compared: equal\n", scene.name,
-             device.name, scene.settings.precision, steps, stages_that_run(backend.features()),
-             backend.words_compared());
+  fmt::print("{}, {}, {}: {} steps, {} stages, {} words compared: equal\n", scene.name, backend.name(),
+             scene.settings.precision, steps, stages_that_run(backend.features()), backend.words_compared());
   fmt::print("state hash {}\n", hash_text(combined_state_hash(hashes)));
 }
 

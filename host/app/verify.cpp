@@ -19,7 +19,8 @@ struct VerifyOptions : TargetOptions {
 };
 
 template <class real>
-void replay_and_draw(const RecordingReader& recording, const ReplayTarget& target, const VerifyOptions& options) {
+std::string replay_and_draw(const RecordingReader& recording, const ReplayTarget& target,
+                            const VerifyOptions& options) {
   Progress progress(recording.steps(), !options.quiet);
   const auto done = [&](u32 steps) { progress.update(steps); };
   const auto parting = [&](const Mismatch& mismatch, CheckedBackend<real>& backend) {
@@ -27,7 +28,7 @@ void replay_and_draw(const RecordingReader& recording, const ReplayTarget& targe
     const RecordingLabel& label = recording.label();
     draw_mismatch(mismatch, backend, recorded_model(recording.start<real>(), label), label.scene, options.picture);
   };
-  replay<real>(recording, target, done, parting);
+  return replay<real>(recording, target, done, parting);
 }
 
 void verify(const VerifyOptions& options) {
@@ -35,15 +36,13 @@ void verify(const VerifyOptions& options) {
   const ReplayTarget target = {device_of(options), options.device_options};
   const RecordingReader recording(options.recording);
   if (recording.steps() == 0) throw Error(Failure::input, options.recording, "holds no step yet");
-  if (recording.precision() == "double")
-    replay_and_draw<double>(recording, target, options);
-  else
-    replay_and_draw<float>(recording, target, options);
+  const std::string replayed_on = recording.precision() == "double"
+                                      ? replay_and_draw<double>(recording, target, options)
+                                      : replay_and_draw<float>(recording, target, options);
   if (options.quiet) return;
   const RecordingLabel& label = recording.label();
   fmt::print("{}, {}, recorded on {}, replayed on {}: {} steps, every state hash equal\n", label.scene,
-             recording.precision(), label.device, target.device ? target.device->name : "the reference",
-             recording.steps());
+             recording.precision(), label.device, replayed_on, recording.steps());
   if (recording.outcome() == "running") fmt::print("the run was not over yet, or was killed\n");
 }
 

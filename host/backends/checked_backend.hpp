@@ -56,7 +56,7 @@ class CheckedBackend final : public Backend<real> {
   void upload(Buffer buffer, const Buffers<real>& buffers) override;
   const Sizes& sizes() const override { return device_.sizes(); }
   Features features() const override { return device_.features(); }
-  std::string name() const override { return device_.name() + " checked by the reference"; }
+  std::string name() const override { return device_.name() + " against the reference"; }
   StageSeconds stage_seconds() const override { return device_.stage_seconds(); }
 
   /// Words found equal so far.

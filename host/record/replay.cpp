@@ -19,7 +19,7 @@ class Replay {
   Replay(const RecordingReader& recording, const ReplayTarget& target, const Parting<real>& parting)
       : recording_(recording), target_(target), parting_(parting), start_(recording.start<real>()) {}
 
-  void run(const std::function<void(u32)>& done) const {
+  std::string run(const std::function<void(u32)>& done) const {
     Simulation<real> simulation = simulate(start_);
     Buffers<real> held = held_by_inputs(start_.buffers);
     for (u32 row = 0; row < recording_.steps(); ++row) {
@@ -34,6 +34,7 @@ class Replay {
       }
       done(row + 1);
     }
+    return simulation.backend().name();
   }
 
  private:
@@ -133,14 +134,14 @@ class Replay {
 }  // namespace
 
 template <class real>
-void replay(const RecordingReader& recording, const ReplayTarget& target, const std::function<void(u32)>& done,
-            const Parting<real>& parting) {
-  Replay<real>(recording, target, parting).run(done);
+std::string replay(const RecordingReader& recording, const ReplayTarget& target, const std::function<void(u32)>& done,
+                   const Parting<real>& parting) {
+  return Replay<real>(recording, target, parting).run(done);
 }
 
-template void replay(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&,
-                     const Parting<float>&);
-template void replay(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&,
-                     const Parting<double>&);
+template std::string replay(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&,
+                            const Parting<float>&);
+template std::string replay(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&,
+                            const Parting<double>&);
 
 }  // namespace lockstep
