@@ -8,7 +8,7 @@ namespace lockstep {
 
 namespace {
 
-// A part of a CPU device with so many compute units; the whole device where it has no more anyway, or is none.
+// A part of a CPU device with so many compute units; the whole device where it has no more anyway, or is no CPU.
 cl::Device part_of(const DeviceInfo& info, u32 threads) {
   const DeviceHandles& handles = device_handles().at(info.index);
   if (threads == 1 && handles.threadless() != nullptr) return handles.threadless;
