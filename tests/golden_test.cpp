@@ -14,8 +14,7 @@ std::vector<GoldenCase> golden_cases() {
 }
 
 template <class real>
-void run_on_device(GoldenCase& golden, DeviceOptions options) {
-  options.optimize = are_usual<real>(options.lanes);
+void run_on_device(GoldenCase& golden, const DeviceOptions& options) {
   run_case<real>(golden, [&](const InitialState<real>& state) {
     return std::make_unique<DeviceBackend<real>>(state, test_device(), options);
   });

@@ -45,8 +45,8 @@ inline std::vector<DeviceOptions> all_launch_options() {
   return launch_options({{1, 0}, {1, 1}, {8, 4}, {16, 0}, {16, 7}});
 }
 
-/// Whether users of a CPU get these lanes. Tests optimise kernels for them; those for others are built in a third of
-/// the time as they are, and no bit may depend on that either.
+/// Whether users of a CPU get these lanes. Tests of stages optimise kernels for them; those for others are built in a
+/// third of the time as they are, and no bit may depend on that either. Golden scenes are optimised with all lanes.
 template <class real>
 bool are_usual(u32 lanes) {
   return lanes == 0 || lanes == (sizeof(real) == 4 ? 16 : 8);
