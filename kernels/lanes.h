@@ -34,7 +34,6 @@ typedef LANES_JOIN(uint, LANES) lane_u32;
 #define LANE_LOAD(p) LANES_JOIN(vload, LANES)(0, p)
 #define LANE_STORE(x, p) LANES_JOIN(vstore, LANES)(x, 0, p)
 #define LANE_LOAD_U32(p) LANES_JOIN(vload, LANES)(0, p)
-#define LANE_ANY(x) any(x)
 // Bit k of a word is lane k of a mask.
 #define LANE_BITS(mask) lane_bits(LANES_JOIN(convert_int, LANES)(mask))
 static inline u32 lane_bits(LANES_JOIN(int, LANES) mask) {
@@ -50,11 +49,24 @@ static inline u32 lane_bits(LANES_JOIN(int, LANES) mask) {
 }
 // A comparison of u32 lanes as a mask for lanes of reals.
 #if REAL_IS_DOUBLE
-typedef LANES_JOIN(long, LANES) lane_mask;
+#define LANE_INT(n) LANES_JOIN(long, n)
 #define LANE_MASK(x) LANES_JOIN(convert_long, LANES)(x)
 #else
-typedef LANES_JOIN(int, LANES) lane_mask;
+#define LANE_INT(n) LANES_JOIN(int, n)
 #define LANE_MASK(x) (x)
+#endif
+typedef LANE_INT(LANES) lane_mask;
+// pocl makes a jump for each pair of lanes of any() and all().
+static inline bool any8(LANE_INT(8) mask) {
+  const LANE_INT(4) bits4 = mask.lo | mask.hi;
+  const LANE_INT(2) bits2 = bits4.lo | bits4.hi;
+  return (bits2.x | bits2.y) != 0;
+}
+#if LANES == 8
+#define LANE_ANY(mask) any8(mask)
+#else
+#define LANE_ANY(mask) lane_any(mask)
+static inline bool lane_any(lane_mask mask) { return any8(mask.lo | mask.hi); }
 #endif
 
 #endif
@@ -120,7 +132,7 @@ static inline Rows8 gather8(global const Real8* lines, u32 stride, const u32* in
 
 static inline void scatter8(Rows8 components, global Real8* lines, u32 stride, global const u32* indices) {
   const Rows8 m = transpose8(components);
-  if (all(components.r3 > (Real8)0)) {
+  if (!any8(!(components.r3 > (Real8)0))) {
     LINE(0) = m.r0, LINE(1) = m.r1, LINE(2) = m.r2, LINE(3) = m.r3;
     LINE(4) = m.r4, LINE(5) = m.r5, LINE(6) = m.r6, LINE(7) = m.r7;
   } else {
