@@ -147,15 +147,15 @@ static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 
 #if FEATURE_PATCHES
   // the rest is the patch's
   const Lane3 n_a = lane_cross3(arm_a, n), n_b = lane_cross3(arm_b, n);
-  const lane share = lane_dot3(n_a, lane_spin(*a, general, n_a)) + lane_dot3(n_b, lane_spin(*b, general, n_b));
+  const lane share = lane_dot3(n_a, lane_turn_by(*a, n_a)) + lane_dot3(n_b, lane_turn_by(*b, n_b));
   w->nn = general ? inverse_mass + share : w->nn;
   w->t11 = w->t22 = (lane)0;
 #elif FEATURE_GENERAL_CONTACTS
   const Lane3 n_a = lane_cross3(arm_a, n), t1_a = lane_cross3(arm_a, t1), t2_a = lane_cross3(arm_a, t2);
   const Lane3 n_b = lane_cross3(arm_b, n), t1_b = lane_cross3(arm_b, t1), t2_b = lane_cross3(arm_b, t2);
-  const Lane3 spin_n_a = lane_spin(*a, general, n_a), spin_n_b = lane_spin(*b, general, n_b);
-  const Lane3 spin_1_a = lane_spin(*a, general, t1_a), spin_1_b = lane_spin(*b, general, t1_b);
-  const Lane3 spin_2_a = lane_spin(*a, general, t2_a), spin_2_b = lane_spin(*b, general, t2_b);
+  const Lane3 spin_n_a = lane_turn_by(*a, n_a), spin_n_b = lane_turn_by(*b, n_b);
+  const Lane3 spin_1_a = lane_turn_by(*a, t1_a), spin_1_b = lane_turn_by(*b, t1_b);
+  const Lane3 spin_2_a = lane_turn_by(*a, t2_a), spin_2_b = lane_turn_by(*b, t2_b);
   w->nn = general ? inverse_mass + (lane_dot3(n_a, spin_n_a) + lane_dot3(n_b, spin_n_b)) : w->nn;
   w->t11 = general ? inverse_mass + (lane_dot3(t1_a, spin_1_a) + lane_dot3(t1_b, spin_1_b)) : w->t11;
   w->t22 = general ? inverse_mass + (lane_dot3(t2_a, spin_2_a) + lane_dot3(t2_b, spin_2_b)) : w->t22;
@@ -177,11 +177,14 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
   lane_tangents(n, &t1, &t2);
   const Lane3 arm_a = prepare_central_arm(general, a->motion.inverse_mass, n, now.arm_a);
   const Lane3 arm_b = prepare_central_arm(general, b->motion.inverse_mass, n, now.arm_b);
-  const lane u_old = lane_dot3(n, prepare_velocity(a->old_v, a->old_w, arm_a, b->old_v, b->old_w, arm_b));
-  const lane u_free = lane_dot3(n, prepare_velocity(a->motion.v, a->motion.w, arm_a, b->motion.v, b->motion.w, arm_b));
-  const lane friction = LANE_LOAD(points->friction + first);
+  const lane friction = LANE_LOAD(points->friction + first), restitution = LANE_LOAD(points->restitution + first);
+  lane u_old = (lane)0, u_free = (lane)0;  // of no weight where theta is 1 and nothing bounces
+  if (params.theta < (real)1 || LANE_ANY(restitution > (lane)0)) {
+    u_old = lane_dot3(n, prepare_velocity(a->old_v, a->old_w, arm_a, b->old_v, b->old_w, arm_b));
+    u_free = lane_dot3(n, prepare_velocity(a->motion.v, a->motion.w, arm_a, b->motion.v, b->motion.w, arm_b));
+  }
   lane softness;
-  const lane bias = prepare_bias(params, now.gap, u_old, u_free, LANE_LOAD(points->restitution + first), &softness);
+  const lane bias = prepare_bias(params, now.gap, u_old, u_free, restitution, &softness);
   LaneDelassus w;
   prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
   const LaneCone r = prepare_impulse(params.substep, first, t1, t2, friction, starts, block, impulses);
