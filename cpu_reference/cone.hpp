@@ -47,34 +47,37 @@ ConeVector<real> solve_central(ConeVector<real> q, real w_nn, real w_tt, real fr
 
 /// Full W. With r_n eliminated by u_n = 0 a slip obeys (A + lambda I) r_t = -b, A = W_tt - W_tn W_nt / w_nn,
 /// b = q_t - W_tn q_n / w_nn, for the lambda >= 0 at which |r_t| = mu r_n. Like the secular equation of a trust region
-/// (More and Sorensen 1983), mu r_n / |r_t| - 1 is almost linear in lambda: Newton from 0, kept inside a bracket.
+/// (More and Sorensen 1983), mu r_n / |r_t| - 1 is almost linear in lambda: Newton from 0, kept inside a bracket. It
+/// looks at r times det(A + lambda I), a ratio that needs no division by the determinant.
 template <class real>
 ConeVector<real> solve_general(ConeVector<real> q, const Delassus<real>& w, real friction) {
   if (!(q.normal < 0)) return {0, 0, 0};
-  const real g1 = w.n1 / w.nn, g2 = w.n2 / w.nn;
+  const real inverse_nn = real(1) / w.nn, g1 = w.n1 * inverse_nn, g2 = w.n2 * inverse_nn;
   const real a11 = w.t11 - g1 * w.n1, a22 = w.t22 - g2 * w.n2, a12 = w.t12 - g1 * w.n2;
   const real b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal;
-  const real alone = -q.normal / w.nn;
+  const real alone = -q.normal * inverse_nn;
 
-  real lambda = 0, low = 0;
-  real high = (std::fabs(b1) + std::fabs(b2)) * (w.nn + friction * (std::fabs(w.n1) + std::fabs(w.n2))) /
-              (friction * -q.normal);
+  real lambda = 0, low = 0, high = 0;
   real p1, p2, length;
   for (int step = 0;; ++step) {
-    const real x = a11 + lambda, y = a22 + lambda;
-    const real inverse = real(1) / (x * y - a12 * a12);
-    p1 = (a12 * b2 - y * b1) * inverse;
-    p2 = (a12 * b1 - x * b2) * inverse;
+    const real x = a11 + lambda, y = a22 + lambda, determinant = x * y - a12 * a12;
+    p1 = a12 * b2 - y * b1;
+    p2 = a12 * b1 - x * b2;
     const real squared = p1 * p1 + p2 * p2;
+    const real normal = alone * determinant - (g1 * p1 + g2 * p2), limit = friction * normal;
+    if (step == 0) {
+      const real inverse = real(1) / determinant;
+      if (limit >= 0 && squared <= limit * limit) return {normal * inverse, p1 * inverse, p2 * inverse};
+      high = (std::fabs(b1) + std::fabs(b2)) * (w.nn + friction * (std::fabs(w.n1) + std::fabs(w.n2))) /
+             (friction * -q.normal);
+    }
     length = std::sqrt(squared);
-    const real normal = alone - (g1 * p1 + g2 * p2);
-    const real excess = length - friction * normal;
-    if (step == 0 && excess <= 0) return {normal, p1, p2};
+    const real excess = length - limit;
     if (step == cone_steps<real> || !(std::fabs(excess) > cone_tolerance<real> * length)) break;
 
-    // derivatives in lambda: of r_t, of r_n, of mu r_n / |r_t|
-    const real d1 = (a12 * p2 - y * p1) * inverse, d2 = (a12 * p1 - x * p2) * inverse;
-    const real slope = friction * (-(g1 * d1 + g2 * d2) - normal * ((p1 * d1 + p2 * d2) / squared));
+    // derivatives in lambda: of r_n times the determinant, and of mu r_n / |r_t| times |r_t| times it
+    const real rate = alone * (x + y) + (g1 * b1 + g2 * b2);
+    const real slope = friction * (rate + normal * ((p1 * b1 + p2 * b2) / squared));
     low = excess > 0 ? lambda : low;
     high = excess > 0 ? high : lambda;
     real next = lambda + excess / slope;

@@ -47,36 +47,37 @@ static inline LaneCone lane_solve_central(LaneCone q, lane w_nn, lane w_tt, lane
 // In the `general` lanes.
 static inline LaneCone lane_solve_general(lane_mask general, LaneCone q, LaneDelassus w, lane friction) {
   const LaneCone none = lane_make_cone((lane)0, (lane)0, (lane)0);
-  const lane g1 = w.n1 / w.nn, g2 = w.n2 / w.nn;
+  const lane inverse_nn = (lane)1 / w.nn, g1 = w.n1 * inverse_nn, g2 = w.n2 * inverse_nn;
   const lane a11 = w.t11 - g1 * w.n1, a22 = w.t22 - g2 * w.n2, a12 = w.t12 - g1 * w.n2;
   const lane b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal;
-  const lane alone = -q.normal / w.nn;
+  const lane alone = -q.normal * inverse_nn;
 
-  lane lambda = (lane)0, low = (lane)0;
-  lane high = (fabs(b1) + fabs(b2)) * (w.nn + friction * (fabs(w.n1) + fabs(w.n2))) / (friction * -q.normal);
+  lane lambda = (lane)0, low = (lane)0, high = (lane)0;
   lane p1, p2, length;
   LaneCone without_slip;
   lane_mask slips;
   for (int step = 0;; ++step) {
-    const lane x = a11 + lambda, y = a22 + lambda;
-    const lane inverse = (lane)1 / (x * y - a12 * a12);
-    p1 = (a12 * b2 - y * b1) * inverse;
-    p2 = (a12 * b1 - x * b2) * inverse;
+    const lane x = a11 + lambda, y = a22 + lambda, determinant = x * y - a12 * a12;
+    p1 = a12 * b2 - y * b1;
+    p2 = a12 * b1 - x * b2;
     const lane squared = p1 * p1 + p2 * p2;
-    length = sqrt(squared);
-    const lane normal = alone - (g1 * p1 + g2 * p2);
-    const lane excess = length - friction * normal;
+    const lane normal = alone * determinant - (g1 * p1 + g2 * p2), limit = friction * normal;
     if (step == 0) {
-      without_slip = lane_select_cone(q.normal < (lane)0, lane_make_cone(normal, p1, p2), none);
-      slips = (q.normal < (lane)0) & !(excess <= (lane)0);
+      const lane_mask pushes = q.normal < (lane)0;
+      const lane inverse = (lane)1 / determinant;
+      without_slip = lane_select_cone(pushes, lane_make_cone(normal * inverse, p1 * inverse, p2 * inverse), none);
+      slips = pushes & !((limit >= (lane)0) & (squared <= limit * limit));
       if (!LANE_ANY(slips & general)) return without_slip;
+      high = (fabs(b1) + fabs(b2)) * (w.nn + friction * (fabs(w.n1) + fabs(w.n2))) / (friction * -q.normal);
     }
+    length = sqrt(squared);
+    const lane excess = length - limit;
     const lane_mask searches = fabs(excess) > (lane)CONE_TOLERANCE * length;
     if (step == CONE_STEPS || !LANE_ANY(searches & slips & general)) break;
 
-    // derivatives in lambda: of r_t, of r_n, of mu r_n / |r_t|
-    const lane d1 = (a12 * p2 - y * p1) * inverse, d2 = (a12 * p1 - x * p2) * inverse;
-    const lane slope = friction * (-(g1 * d1 + g2 * d2) - normal * ((p1 * d1 + p2 * d2) / squared));
+    // derivatives in lambda: of r_n times the determinant, and of mu r_n / |r_t| times |r_t| times it
+    const lane rate = alone * (x + y) + (g1 * b1 + g2 * b2);
+    const lane slope = friction * (rate + normal * ((p1 * b1 + p2 * b2) / squared));
     low = excess > (lane)0 ? lambda : low;
     high = excess > (lane)0 ? high : lambda;
     lane next = lambda + excess / slope;
