@@ -114,11 +114,11 @@ TEST(DeviceBackend, FewBodiesTakeTheThreadThatCalls) {
     options.only = {Stage::begin_step};
     return DeviceBackend<float>(state, device, options).name();
   };
-  EXPECT_EQ(name(257, 0), device.name);
+  EXPECT_EQ(name(513, 0), device.name);
   EXPECT_EQ(name(5, 2), device.name);
   EXPECT_EQ(name(5, 0) != device.name, runs_in_caller(device));
   if (runs_in_caller(device)) {
-    EXPECT_EQ(name(256, 0), name(257, 1));
+    EXPECT_EQ(name(512, 0), name(513, 1));
   }
   const bool is_pocl_3 = device.platform == "Portable Computing Language" && device.driver_version.starts_with("3.");
   if (is_pocl_3 && device.type == DeviceType::cpu && !std::getenv("POCL_DEVICES")) {

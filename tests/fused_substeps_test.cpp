@@ -42,11 +42,11 @@ TEST(FusedSubsteps, CallTheKernelsOfTheStagesOfASubStep) {
 // A work-group is too little for many parts of any kind: bodies without a shape count as well.
 TEST(FusedSubsteps, AreForSmallScenes) {
   Sizes small;
-  small.bodies = small.shapes = small.joints = 256;
+  small.bodies = small.shapes = small.joints = 512;
   EXPECT_TRUE(fuses_substeps(small, {}));
   for (u32 Sizes::*parts : {&Sizes::bodies, &Sizes::shapes, &Sizes::joints}) {
     Sizes large = small;
-    large.*parts = 257;
+    large.*parts = 513;
     EXPECT_FALSE(fuses_substeps(large, {}));
     DeviceOptions options;
     options.fused = true;

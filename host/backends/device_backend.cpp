@@ -28,7 +28,7 @@ constexpr u32 small_contacts = 1024;
 
 // Up to this many bodies, shapes, particles and joints one work-group does all sub-steps, and no thread of a CPU device
 // is woken (docs/performance.md).
-constexpr u32 few_parts = 256;
+constexpr u32 few_parts = 512;
 
 bool has_few_parts(const Sizes& sizes) {
   return std::max({sizes.bodies, sizes.shapes, sizes.joints, sizes.particles}) <= few_parts;
