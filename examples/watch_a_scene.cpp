@@ -10,5 +10,7 @@ int main() {
   const lockstep::Twist velocity = world.velocity(ball);
   std::printf("after %.2f s at x = %.3f m, %.3f m/s, turning at %.3f rad/s\n", world.time(), pose.position[0],
               velocity.linear[0], velocity.angular[1]);
-  std::printf("state %016llx, the same on every device\n", static_cast<unsigned long long>(world.state_hash()));
+  const lockstep::WorldDevice device = world.device();
+  std::printf("state %016llx on %s\n", static_cast<unsigned long long>(world.state_hash()), device.name.c_str());
+  if (!device.bit_exact) std::printf("other devices may get another: %s\n", device.canary.c_str());
 }

@@ -6,12 +6,15 @@
 
 #include <cmath>
 
+#include "host/backends/canary.hpp"
+#include "host/backends/device_backend.hpp"
 #include "host/backends/reference_backend.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 #include "host/world/turning.hpp"
 #include "tests/library_worlds.hpp"
+#include "tests/stage_harness.hpp"
 
 namespace lockstep {
 namespace {
@@ -30,6 +33,22 @@ TEST(World, HasTheBitsOfASimulation) {
   EXPECT_EQ(world.state_hash(), combined_state_hash(simulation.world_hashes()));
   EXPECT_EQ(world.steps_done(), 30u);
   EXPECT_NEAR(world.time(), 30 * scene.settings.dt, 1e-12);
+}
+
+// By the canary of the device that computes: for a few bodies the thread that calls, where the driver can do so.
+TEST(World, SaysWhatItComputesOn) {
+  const WorldDevice reference = World::load("box_stack", {.device = "reference"}).device();
+  EXPECT_EQ(reference.name, "reference");
+  EXPECT_TRUE(reference.bit_exact);
+
+  const DeviceInfo info = test_device();
+  const InitialState<float> state = compile<float>(read_scene("box_stack"));
+  const DeviceBackend<float> backend(state, info);
+  const CanaryVerdict verdict = run_canary(info, false, backend.lanes(), backend.threads());
+  const WorldDevice device = World::load("box_stack", {.device = std::to_string(info.index)}).device();
+  EXPECT_EQ(device.name, backend.name());
+  EXPECT_EQ(device.bit_exact, verdict.bit_exact());
+  EXPECT_EQ(device.canary, describe(verdict));
 }
 
 TEST(World, FindsBodiesByName) {

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <chrono>
+#include <functional>
 
+#include "host/backends/canary.hpp"
 #include "host/backends/device_backend.hpp"
 #include "host/backends/reference_backend.hpp"
 #include "host/contact_place.hpp"
@@ -49,12 +51,22 @@ class EngineOf final : public Engine {
     std::unique_ptr<Backend<real>> backend;
     DeviceOptions device_options;
     device_options.threads = options.threads;
-    if (const auto device = select_device(options.device))
-      backend = std::make_unique<DeviceBackend<real>>(constants_, *device, device_options);
-    else
+    if (const auto device = select_device(options.device)) {
+      auto on_device = std::make_unique<DeviceBackend<real>>(constants_, *device, device_options);
+      canary_ = [info = *device, lanes = on_device->lanes(), threads = on_device->threads()] {
+        return run_canary(info, sizeof(real) == 8, lanes, threads);
+      };
+      backend = std::move(on_device);
+    } else {
       backend = std::make_unique<ReferenceBackend<real>>(constants_);
+    }
     simulation_ = std::make_unique<Simulation<real>>(std::move(backend), constants_.params,
                                                      constants_.buffers.step_index.front());
+  }
+
+  WorldDevice device() const override {
+    const CanaryVerdict verdict = canary_ ? canary_() : CanaryVerdict();
+    return {simulation_->backend().name(), verdict.bit_exact(), describe(verdict)};
   }
 
   void step() override;
@@ -166,7 +178,8 @@ class EngineOf final : public Engine {
 
   InitialState<real> constants_;  // and the state that the simulation started from, but loads and motors of now
   std::unique_ptr<Simulation<real>> simulation_;
-  double dt_;  // of a step
+  std::function<CanaryVerdict()> canary_;  // of the device that computes; empty: the reference does
+  double dt_;                              // of a step
   std::unique_ptr<RecordingWriter<real>> recording_;
 };
 

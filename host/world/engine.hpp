@@ -33,6 +33,8 @@ class Engine {
  public:
   virtual ~Engine() = default;
 
+  virtual WorldDevice device() const = 0;
+
   virtual void step() = 0;
   virtual u32 steps_done() const = 0;
   virtual std::uint64_t state_hash() = 0;

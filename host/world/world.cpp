@@ -383,6 +383,8 @@ std::optional<BodyHit> World::cast_ray(const Vector3& origin, const Vector3& dir
   return BodyHit{parts_->bodies[hit->body], hit->distance, hit->point, hit->normal};
 }
 
+WorldDevice World::device() { return parts_->ready().device(); }
+
 std::uint64_t World::state_hash() {
   Engine& engine = parts_->ready();
   parts_->hand_over_velocities();

@@ -72,6 +72,13 @@ struct WorldOptions {
   u32 threads = 0;              // of a CPU device; 0: all
 };
 
+/// What a world computes on.
+struct WorldDevice {
+  std::string name;       // as `lockstep devices` has it, or "reference"
+  bool bit_exact = true;  // its bits are those of every other device, by what the canary found (docs/bit_exactness.md)
+  std::string canary = "bit-exact";  // the same in words, with the first thing that differs
+};
+
 /// A load that follows a table: rows of (time, s; load) with rising times, straight lines between them, the first and
 /// the last value before and after. For World::set_load. Throws Error where it is empty or times do not rise.
 std::function<Wrench(double)> load_table(std::vector<std::pair<double, Wrench>> rows);
@@ -86,6 +93,9 @@ class World {
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
   ~World();
+
+  /// Runs the canary when first asked, a small kernel, once in a process. Throws Error (device) where it cannot run.
+  WorldDevice device();
 
   // ---- bodies
 
