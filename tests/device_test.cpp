@@ -106,9 +106,11 @@ TEST(DeviceBackend, KeepsStateWhenListsGrow) {
 
 TEST(DeviceBackend, FewBodiesTakeTheThreadThatCalls) {
   const DeviceInfo device = test_device();
-  const auto name = [&](u32 bodies, u32 threads) {
+  const auto name = [&](u32 bodies, u32 threads, u32 hulls = 0) {
     InitialState<float> state = five_bodies();
     state.sizes.bodies = bodies;
+    state.sizes.shapes = hulls;
+    if (hulls > 0) state.features = with(state.features, Feature::hulls);
     DeviceOptions options;
     options.threads = threads;
     options.only = {Stage::begin_step};
@@ -119,6 +121,8 @@ TEST(DeviceBackend, FewBodiesTakeTheThreadThatCalls) {
   EXPECT_EQ(name(5, 0) != device.name, runs_in_caller(device));
   if (runs_in_caller(device)) {
     EXPECT_EQ(name(512, 0), name(513, 1));
+    EXPECT_EQ(name(128, 0, 128), name(5, 0));
+    EXPECT_EQ(name(129, 0, 129), device.name);  // two hulls take longer than a thread to wake
   }
   const bool is_pocl_3 = device.platform == "Portable Computing Language" && device.driver_version.starts_with("3.");
   if (is_pocl_3 && device.type == DeviceType::cpu && !std::getenv("POCL_DEVICES")) {

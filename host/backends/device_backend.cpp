@@ -34,8 +34,16 @@ bool has_few_parts(const Sizes& sizes) {
   return std::max({sizes.bodies, sizes.shapes, sizes.joints, sizes.particles}) <= few_parts;
 }
 
-u32 threads_for(const DeviceInfo& device, const Sizes& sizes, u32 asked) {
-  return asked == 0 && has_few_parts(sizes) && runs_in_caller(device) ? 1 : asked;
+// Pairs of cylinders and hulls take microseconds each: of more shapes than this they are worth a thread to wake.
+constexpr u32 few_dear_shapes = 128;
+
+bool is_for_one_thread(const Sizes& sizes, Features features) {
+  const bool dear = has(features, Feature::cylinders) || has(features, Feature::hulls);
+  return has_few_parts(sizes) && (!dear || sizes.shapes <= few_dear_shapes);
+}
+
+u32 threads_for(const DeviceInfo& device, const Sizes& sizes, Features features, u32 asked) {
+  return asked == 0 && is_for_one_thread(sizes, features) && runs_in_caller(device) ? 1 : asked;
 }
 
 bool is_small(const Sizes& sizes, u32 contacts) { return contacts <= small_contacts && sizes.joints <= small_contacts; }
@@ -116,7 +124,7 @@ bool fuses_substeps(const Sizes& sizes, const DeviceOptions& options) {
 template <class real>
 struct DeviceBackend<real>::Parts {
   Parts(const InitialState<real>& state, const DeviceInfo& info, const DeviceOptions& wanted)
-      : threads(threads_for(info, state.sizes, wanted.threads)),
+      : threads(threads_for(info, state.sizes, state.features, wanted.threads)),
         device(open_device(info, threads)),
         sizes(state.sizes),
         features(state.features),
