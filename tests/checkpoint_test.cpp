@@ -142,6 +142,15 @@ TEST(Checkpoint, OfSomethingElseIsRefused) {
   EXPECT_EQ(refusal(checkpoint_after<double>(5, "spheres_small")), "x.h5: is in double; ask for --precision double");
 }
 
+// What a file says of itself stands in one line, whatever it is.
+TEST(Checkpoint, OfASceneWithAStrangeNameIsRefusedInOneLine) {
+  const InitialState<float> state = compile<float>(read_scene("sensor_gate"));
+  const std::string name = "two\nlines \xff";
+  const Bytes bytes =
+      encode_checkpoint<float>({name, "a device", identity_of(state), 0}, state.buffers, state.features);
+  EXPECT_EQ(refusal(bytes), "x.h5: is a checkpoint of scene \"two\\nlines \\ufffd\", not of \"spheres_small\"");
+}
+
 TEST(Checkpoint, OfAnotherVersionOfTheSceneIsRefused) {
   Scene scene = read_scene("spheres_small");
   scene.bodies.back().mass *= 2;

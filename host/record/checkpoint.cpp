@@ -9,6 +9,7 @@
 #include "host/record/consistency.hpp"
 #include "host/record/content_hash.hpp"
 #include "host/record/state_group.hpp"
+#include "host/scene/json_node.hpp"
 
 namespace lockstep {
 
@@ -67,12 +68,12 @@ void expect_same_scene(const CheckpointLabel& label, const std::string& scene, c
                        const std::string& path) {
   const SceneIdentity here = identity_of(state);
   if (label.identity == here) return;
-  if (label.scene != scene) refuse(path, "is a checkpoint of scene \"" + label.scene + "\", not of \"" + scene + "\"");
+  if (label.scene != scene) refuse(path, "is a checkpoint of scene " + quote(label.scene) + ", not of " + quote(scene));
   if (label.identity.settings != here.settings)
     refuse(path,
            "was made with other settings; give the same --dt, --substeps, --iterations, --tolerance, --solver, "
            "--friction-model and --events");
-  refuse(path, "was made of another version of scene \"" + scene + "\"");
+  refuse(path, "was made of another version of scene " + quote(scene));
 }
 
 }  // namespace
@@ -137,6 +138,7 @@ CheckpointLabel resume_from(std::span<const unsigned char> bytes, const std::str
     label.identity.constants = h5::read_attribute<std::uint64_t>(file, "scene_identity");
     label.state_hash = h5::read_attribute<std::uint64_t>(file, "state_hash");
     const std::string precision = h5::read_text_attribute(file, "precision");
+    if (precision != "float" && precision != "double") throw h5::Failed("precision is neither float nor double");
     if (precision != (sizeof(real) == 8 ? "double" : "float"))
       refuse(path, "is in " + precision + "; ask for --precision " + precision);
     expect_same_scene(label, scene, state, path);

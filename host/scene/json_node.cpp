@@ -160,7 +160,8 @@ json parse_json(const std::string& text, const std::string& source) {
 }
 
 std::string quote(const std::string& text) {
-  return shortened(json(text).dump(-1, ' ', true), longest_quote);  // escapes all but printable ASCII
+  // escapes all but printable ASCII, and shows what is no text at all as such
+  return shortened(json(text).dump(-1, ' ', true, json::error_handler_t::replace), longest_quote);
 }
 
 std::string suggestion(const std::string& unknown, const std::vector<std::string>& names) {
