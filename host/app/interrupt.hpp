@@ -1,5 +1,5 @@
-// Ctrl-C, or a request to end: a run stops after its step, and what it wrote is closed. A second one ends the program
-// at once.
+// Ctrl-C, or a request to end: a run stops after its step, and what it wrote is closed. Another one, more than a second
+// later, ends the program at once.
 #pragma once
 
 namespace lockstep::app {
