@@ -3,20 +3,19 @@
 #include <time.h>
 
 #include <csignal>
-#include <ctime>
 
 namespace lockstep::app {
 
 namespace {
 
 volatile std::sig_atomic_t asked_to_end = 0;
-std::timespec asked_at;
+timespec asked_at;
 
 // timeout(1), supervisors and terminals send a request twice in a moment: the program, and its group.
 constexpr double one_request = 1;  // s
 
 extern "C" void ask_to_end(int signal) {
-  std::timespec now;
+  timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
   if (asked_to_end == 0) {
     asked_at = now;

@@ -137,8 +137,7 @@ CheckpointLabel resume_from(std::span<const unsigned char> bytes, const std::str
     label.identity.settings = h5::read_attribute<std::uint64_t>(file, "settings_identity");
     label.identity.constants = h5::read_attribute<std::uint64_t>(file, "scene_identity");
     label.state_hash = h5::read_attribute<std::uint64_t>(file, "state_hash");
-    const std::string precision = h5::read_text_attribute(file, "precision");
-    if (precision != "float" && precision != "double") throw h5::Failed("precision is neither float nor double");
+    const std::string precision = read_precision(file);
     if (precision != (sizeof(real) == 8 ? "double" : "float"))
       refuse(path, "is in " + precision + "; ask for --precision " + precision);
     expect_same_scene(label, scene, state, path);

@@ -90,8 +90,7 @@ void RecordingReader::read_head() {
   if (format != recording_format)
     throw h5::Failed("it has format " + std::to_string(format) + ", wanted is " + std::to_string(recording_format));
   version_ = h5::read_text_attribute(file_, "version");
-  precision_ = h5::read_text_attribute(file_, "precision");
-  if (precision_ != "float" && precision_ != "double") throw h5::Failed("precision is neither float nor double");
+  precision_ = read_precision(file_);
   label_.scene = h5::read_text_attribute(file_, "scene");
   label_.device = h5::read_text_attribute(file_, "device");
   label_.options = h5::read_text_attribute(file_, "options");

@@ -66,6 +66,12 @@ Sizes stored_sizes(hid_t group, Features features) {
 
 }  // namespace
 
+std::string read_precision(hid_t file) {
+  std::string precision = h5::read_text_attribute(file, "precision");
+  if (precision != "float" && precision != "double") throw h5::Failed("precision is neither float nor double");
+  return precision;
+}
+
 template <class real>
 void write_constants(hid_t group, const InitialState<real>& state) {
   h5::write_attribute(group, "features", state.features);

@@ -7,6 +7,9 @@
 
 namespace lockstep {
 
+/// What a file says its numbers are: "float" or "double". Throws h5::Failed for anything else.
+std::string read_precision(hid_t file);
+
 /// The constant buffers, the features and the settings: what does not change while a scene is simulated.
 template <class real>
 void write_constants(hid_t group, const InitialState<real>& state);
