@@ -94,8 +94,9 @@ TEST(HouseRules, NoFileIsLong) {
 // The module of a file: its folder, but for the simulation, which stands above the backends it drives.
 std::string module_of(const std::string& file) {
   if (file.rfind("host/simulation.", 0) == 0) return "simulation";
-  for (const char* folder : {"host/scene", "host/device", "host/backends", "host/report", "host/problems",
-                             "host/record", "host/render", "host/world", "host/app", "cpu_reference/oracle"})
+  for (const char* folder :
+       {"host/scene", "host/device", "host/backends", "host/report", "host/problems", "host/record", "host/render",
+        "host/cases", "host/world", "host/app", "cpu_reference/oracle"})
     if (file.rfind(std::string(folder) + "/", 0) == 0) return folder;
   return file.substr(0, file.find('/'));
 }
@@ -116,13 +117,15 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
       {"host/record", {"kernels", "host", "host/scene", "host/backends", "simulation"}},
       {"host/problems",
        {"kernels", "host", "host/scene", "host/backends", "host/report", "host/record", "cpu_reference/oracle"}},
+      {"host/cases",
+       {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/problems", "simulation"}},
       {"include", {"kernels", "host", "host/scene"}},
       {"host/world",
        {"include", "kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record",
         "simulation"}},
       {"host/app",
        {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "host/render",
-        "host/problems", "simulation", "cpu_reference/oracle"}},
+        "host/problems", "host/cases", "simulation", "cpu_reference/oracle"}},
   };
   for (const std::string& file : sources()) {
     const std::string module = module_of(file);

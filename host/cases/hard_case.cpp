@@ -1,0 +1,58 @@
+#include "host/cases/hard_case.hpp"
+
+namespace lockstep {
+
+namespace {
+
+Method swept(Solver solver, double dt, std::initializer_list<u32> counts, u32 Setting::*count) {
+  Method method = {name_of(solver),
+                   [solver](Settings& settings) {
+                     if (settings.solver != solver) use_solver(settings, solver);
+                   },
+                   {},
+                   {}};
+  for (const u32 n : counts) {
+    method.ladder.push_back({.dt = dt});
+    method.ladder.back().*count = n;
+  }
+  return method;
+}
+
+}  // namespace
+
+std::vector<Setting> steps_of(std::initializer_list<double> dts) {
+  std::vector<Setting> ladder;
+  for (const double dt : dts) ladder.push_back({.dt = dt});
+  return ladder;
+}
+
+Method gauss_seidel(double dt, std::initializer_list<u32> iterations) {
+  return swept(Solver::gauss_seidel, dt, iterations, &Setting::iterations);
+}
+Method small_steps(double dt, std::initializer_list<u32> substeps) {
+  return swept(Solver::small_steps, dt, substeps, &Setting::substeps);
+}
+Method jacobi(double dt, std::initializer_list<u32> iterations) {
+  return swept(Solver::jacobi, dt, iterations, &Setting::iterations);
+}
+
+Method oracle(std::initializer_list<double> dts) {
+  return {"oracle",
+          [](Settings& settings) {
+            use_solver(settings, Solver::gauss_seidel);
+            settings.friction_model = FrictionModel::cones;
+          },
+          "auto", steps_of(dts)};
+}
+
+const std::vector<HardCase>& hard_cases() {
+  static const std::vector<HardCase> cases = [] {
+    std::vector<HardCase> all;
+    for (const auto& kind : {motion_cases, contact_cases, standing_cases, crowd_cases, linkage_cases})
+      for (HardCase& one : kind()) all.push_back(std::move(one));
+    return all;
+  }();
+  return cases;
+}
+
+}  // namespace lockstep

@@ -1,0 +1,52 @@
+// The hard cases: scenes with an exact answer, and what is compared with it. `lockstep bench` runs them all, each by
+// several methods at several settings: the speed of a method against its error.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "host/cases/trial.hpp"
+
+namespace lockstep {
+
+struct CaseError {
+  std::string quantity, unit;  // the unit is empty for a plain number
+  double exact, error;         // the exact value, and |computed - exact|
+};
+
+struct HardCase {
+  std::string name;  // on the command line
+  std::string says;  // one line: what happens, and what is exact
+  std::vector<Method> methods;
+  /// Runs the case; the same quantities in the same order each time, the first is the one to plot.
+  std::function<std::vector<CaseError>(Trial&)> run;
+};
+
+/// Every case, in the order of docs/bench.md.
+const std::vector<HardCase>& hard_cases();
+
+// by kind, a file each
+std::vector<HardCase> motion_cases();    // one body without contact
+std::vector<HardCase> contact_cases();   // friction and bounces of single bodies
+std::vector<HardCase> standing_cases();  // what is built at rest
+std::vector<HardCase> crowd_cases();     // many bodies with an answer for all of them
+std::vector<HardCase> linkage_cases();   // joints
+
+// what the files share
+
+inline CaseError compare(const std::string& quantity, const std::string& unit, double exact, double computed) {
+  return {quantity, unit, exact, computed > exact ? computed - exact : exact - computed};
+}
+
+/// A ladder of time steps.
+std::vector<Setting> steps_of(std::initializer_list<double> dts);
+
+/// The solvers of the device by what makes them finer, at one time step, s.
+Method gauss_seidel(double dt, std::initializer_list<u32> iterations);
+Method small_steps(double dt, std::initializer_list<u32> substeps);
+Method jacobi(double dt, std::initializer_list<u32> iterations);
+/// Exact solutions of the contact problem of each step: what is left is the time step's. In double, on the reference.
+Method oracle(std::initializer_list<double> dts);
+
+}  // namespace lockstep

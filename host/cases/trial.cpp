@@ -1,0 +1,139 @@
+#include "host/cases/trial.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+
+#include "host/backends/device_backend.hpp"
+#include "host/error.hpp"
+#include "host/problems/oracle_backend.hpp"
+#include "host/simulation.hpp"
+
+namespace lockstep {
+
+namespace {
+
+constexpr double oracle_residual = 1e-10;
+constexpr u32 oracle_iterations = 100'000;
+constexpr u32 looks = 50;  // at the residual, in a run
+
+template <class real>
+class SeenIn final : public Seen {
+ public:
+  SeenIn(double time, Simulation<real>& simulation) : Seen(time), simulation_(simulation) {}
+
+  BodyState body(u32 index) override {
+    if (poses_ == nullptr) {
+      constexpr Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::motions};
+      poses_ = &simulation_.backend().download(wanted);
+    }
+    const auto &x = poses_->positions[index], &q = poses_->orientations[index];
+    const auto& m = poses_->motions[index];
+    return {{x.x, x.y, x.z}, {m.v[0], m.v[1], m.v[2]}, {m.w[0], m.w[1], m.w[2]}, {q.x, q.y, q.z, q.w}};
+  }
+
+  const Measures& measures() override {
+    if (!measures_) {
+      Backend<real>& backend = simulation_.backend();
+      measures_ = measure(backend.download(measured_buffers(backend.features())), backend.sizes(), backend.features(),
+                          simulation_.counters());
+    }
+    return *measures_;
+  }
+
+ private:
+  Simulation<real>& simulation_;
+  const Buffers<real>* poses_ = nullptr;
+  std::optional<Measures> measures_;
+};
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<long>(values.size() / 2);
+  std::ranges::nth_element(values, middle);
+  return *middle;
+}
+
+template <class real>
+std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const std::string& oracle,
+                                            const std::optional<DeviceInfo>& device) {
+  if constexpr (sizeof(real) == 8)
+    if (!oracle.empty()) return std::make_unique<OracleBackend>(state, find_system_solver(oracle, 4));
+  if (device) return std::make_unique<DeviceBackend<real>>(state, *device);
+  return std::make_unique<ReferenceBackend<real>>(state);
+}
+
+// Lets the push act on its body in the steps to come.
+template <class real>
+void act(const Push& push, double time, Buffers<real>& buffers, Backend<real>& backend) {
+  const Vector3 force = push.force(time);
+  Load<real>& load = buffers.loads[push.body];
+  for (int k = 0; k < 3; ++k) load.force[k] = static_cast<real>(force[k]);
+  backend.upload(Buffer::loads, buffers);
+}
+
+}  // namespace
+
+Vector3 BodyState::w_body() const { return exact::rotate({-q[0], -q[1], -q[2], q[3]}, w); }
+
+Settings Trial::settings_for(const Scene& scene) const {
+  Settings settings = scene.settings;
+  if (method_.choose) method_.choose(settings);
+  if (setting_.dt > 0) settings.dt = setting_.dt;
+  if (setting_.substeps > 0) settings.substeps = setting_.substeps;
+  if (setting_.iterations > 0) settings.iterations = setting_.iterations;
+  settings.precision = precision_;
+  if (!method_.oracle.empty()) {
+    settings.tolerance = oracle_residual;
+    settings.iterations = oracle_iterations;
+  }
+  return settings;
+}
+
+void Trial::run(const Scene& scene, double duration, const std::function<bool(Seen&)>& visit,
+                const std::optional<Push>& push) {
+  Scene mine = scene;
+  mine.settings = settings_for(scene);
+  mine.settings.loads = push.has_value();
+  if (precision_ == "double")
+    run_in<double>(mine, duration, visit, push);
+  else
+    run_in<float>(mine, duration, visit, push);
+}
+
+template <class real>
+void Trial::run_in(const Scene& scene, double duration, const std::function<bool(Seen&)>& visit,
+                   const std::optional<Push>& push) {
+  using Clock = std::chrono::steady_clock;
+  InitialState<real> state = compile<real>(scene);
+  Simulation<real> simulation(make_backend(state, method_.oracle, device_), state.params);
+  const double dt = scene.settings.dt;
+  const auto steps = static_cast<u32>(std::lround(duration / dt));
+  const bool solves = has(state.features, Feature::contacts) || has(state.features, Feature::joints);
+  bool going = visit(*std::make_unique<SeenIn<real>>(0, simulation));
+  for (u32 i = 1; going && i <= steps; ++i) {
+    if (push) act(*push, (i - 1) * dt, state.buffers, simulation.backend());
+    const Clock::time_point start = Clock::now();
+    simulation.step();
+    if (i > 1) ms_.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
+    SeenIn<real> now(i * dt, simulation);
+    if (solves && i % std::max(1u, steps / looks) == 0)
+      if (const auto& residual = now.measures().residual) residuals_.push_back(residual->relative);
+    going = visit(now);
+  }
+  if (const auto* oracle = dynamic_cast<const OracleBackend*>(&simulation.backend()))
+    if (const Unsolved& left = oracle->unsolved(); left.count > 0)
+      throw Error(Failure::comparison, scene.name,
+                  fmt::format("{} left {} sub-steps unsolved, {:.3g} at worst", method_.oracle, left.count,
+                              left.worst_residual));
+}
+
+double Trial::ms_per_step() const { return ms_.empty() ? 0 : median(ms_); }
+
+std::optional<double> Trial::residual() const {
+  return residuals_.empty() ? std::nullopt : std::optional(median(residuals_));
+}
+
+}  // namespace lockstep
