@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "bench/stand.hpp"
+#include "host/cases/stand.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep::bench {
+namespace lockstep {
 namespace {
 
 // Of the scene: 27 stones; radius of the centre line 1 m.
@@ -91,7 +91,7 @@ Stood stand_finely(double thickness) {
   scene.settings.substeps = 128;
   scene.settings.slop = 1e-5;
   scene.settings.steps = 300;
-  return stand<float>(scene);
+  return stand(scene);
 }
 
 TEST(Arch, LimitIsThatOfTheLiterature) {
@@ -104,7 +104,7 @@ TEST(Arch, ScenesHaveTheThicknessTheyTell) {
   expect_stones_of("arch_thin", 0.095);
 }
 
-TEST(Arch, ThinOneFalls) { EXPECT_GT(stand<float>(read_scene("arch_thin")).moved, 0.5); }
+TEST(Arch, ThinOneFalls) { EXPECT_GT(stand(read_scene("arch_thin")).moved, 0.5); }
 
 TEST(Arch, StandsAboveTheLimitAndFallsBelow) {
   EXPECT_LT(stand_finely(1.03 * least_thickness()).moved, 0.005);
@@ -112,4 +112,4 @@ TEST(Arch, StandsAboveTheLimitAndFallsBelow) {
 }
 
 }  // namespace
-}  // namespace lockstep::bench
+}  // namespace lockstep

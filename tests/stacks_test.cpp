@@ -1,10 +1,10 @@
 // Scenes that are built at rest stay as they were built: ten seconds of the reference at their own settings.
 #include <gtest/gtest.h>
 
-#include "bench/stand.hpp"
+#include "host/cases/stand.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep::bench {
+namespace lockstep {
 namespace {
 
 Scene ten_seconds_of(const std::string& name) {
@@ -23,7 +23,7 @@ void expect_at_rest(const Stood& stood) {
 
 class StacksStand : public testing::TestWithParam<const char*> {};
 
-TEST_P(StacksStand, ForTenSeconds) { expect_at_rest(stand<float>(ten_seconds_of(GetParam()))); }
+TEST_P(StacksStand, ForTenSeconds) { expect_at_rest(stand(ten_seconds_of(GetParam()))); }
 
 INSTANTIATE_TEST_SUITE_P(All, StacksStand,
                          testing::Values("pyramid20", "wall", "box_stack", "box_stack20", "three_cubes", "card_house",
@@ -33,7 +33,7 @@ INSTANTIATE_TEST_SUITE_P(All, StacksStand,
 // 512 kg on top of a stack that begins with 1 kg.
 TEST(StacksStand, MassRatioOf512) {
   const Scene scene = ten_seconds_of("mass_ratio");
-  for (const Stood& stood : {stand<float>(scene), stand<double>(scene)}) {
+  for (const Stood& stood : {stand(scene), stand(scene, "double")}) {
     EXPECT_LT(stood.moved, 0.01);
     EXPECT_LT(stood.deepest_of_all, 4e-3);
   }
@@ -43,7 +43,7 @@ TEST(StacksStand, MassRatioOf512) {
 TEST(StacksStand, MassRatioOfAMillion) {
   Scene scene = ten_seconds_of("two_cubes");
   scene.settings.steps = 60;
-  for (const Stood& stood : {stand<float>(scene), stand<double>(scene)}) {
+  for (const Stood& stood : {stand(scene), stand(scene, "double")}) {
     EXPECT_LT(stood.moved, 0.01);
     EXPECT_LT(stood.mean_depth, 0.5e-3);
     EXPECT_LT(stood.deepest_of_all, 2e-3);
@@ -59,11 +59,11 @@ TEST(CardHouse, NeedsTheFrictionThatItsLeaningCardsAskFor) {
     SCOPED_TRACE(substeps);
     scene.settings.substeps = substeps;
     scene.materials[0].friction = 0.6;
-    EXPECT_LT(stand<float>(scene).moved, 0.01);
+    EXPECT_LT(stand(scene).moved, 0.01);
     scene.materials[0].friction = 0.45;
-    EXPECT_GT(stand<float>(scene).moved, 0.1);
+    EXPECT_GT(stand(scene).moved, 0.1);
   }
 }
 
 }  // namespace
-}  // namespace lockstep::bench
+}  // namespace lockstep

@@ -14,5 +14,6 @@ void add_verify(CLI::App& program);
 void add_render(CLI::App& program);
 void add_solve(CLI::App& program);
 void add_export(CLI::App& program);
+void add_bench(CLI::App& program);
 
 }  // namespace lockstep::app

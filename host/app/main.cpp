@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
   app::add_render(program);
   app::add_solve(program);
   app::add_export(program);
+  app::add_bench(program);
 
   try {
     program.parse(argc, argv);

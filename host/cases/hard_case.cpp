@@ -4,13 +4,14 @@ namespace lockstep {
 
 namespace {
 
+std::function<void(Settings&)> choice_of(Solver solver) {
+  return [solver](Settings& settings) {
+    if (settings.solver != solver) use_solver(settings, solver);
+  };
+}
+
 Method swept(Solver solver, double dt, std::initializer_list<u32> counts, u32 Setting::*count) {
-  Method method = {name_of(solver),
-                   [solver](Settings& settings) {
-                     if (settings.solver != solver) use_solver(settings, solver);
-                   },
-                   {},
-                   {}};
+  Method method = {name_of(solver), choice_of(solver), {}, {}};
   for (const u32 n : counts) {
     method.ladder.push_back({.dt = dt});
     method.ladder.back().*count = n;
@@ -24,6 +25,15 @@ std::vector<Setting> steps_of(std::initializer_list<double> dts) {
   std::vector<Setting> ladder;
   for (const double dt : dts) ladder.push_back({.dt = dt});
   return ladder;
+}
+
+Method by_step(Solver solver, Integrator integrator, std::initializer_list<double> dts) {
+  const auto choose = [=](Settings& settings) {
+    choice_of(solver)(settings);
+    settings.integrator = integrator;
+  };
+  const char* moved = integrator == Integrator::trapezoidal ? "trapezoidal" : "semi-implicit";
+  return {std::string(name_of(solver)) + ", " + moved, choose, {}, steps_of(dts)};
 }
 
 Method gauss_seidel(double dt, std::initializer_list<u32> iterations) {

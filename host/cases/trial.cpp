@@ -23,7 +23,7 @@ constexpr u32 looks = 50;  // at the residual, in a run
 template <class real>
 class SeenIn final : public Seen {
  public:
-  SeenIn(double time, Simulation<real>& simulation) : Seen(time), simulation_(simulation) {}
+  SeenIn(double now, Simulation<real>& simulation) : Seen(now), simulation_(simulation) {}
 
   BodyState body(u32 index) override {
     if (poses_ == nullptr) {
@@ -95,7 +95,7 @@ Settings Trial::settings_for(const Scene& scene) const {
 void Trial::run(const Scene& scene, double duration, const std::function<bool(Seen&)>& visit,
                 const std::optional<Push>& push) {
   Scene mine = scene;
-  mine.settings = settings_for(scene);
+  mine.settings = settings_ = settings_for(scene);
   mine.settings.loads = push.has_value();
   if (precision_ == "double")
     run_in<double>(mine, duration, visit, push);

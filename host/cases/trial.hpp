@@ -38,7 +38,7 @@ struct BodyState {
 /// The state after a step; what is asked of it is fetched then.
 class Seen {
  public:
-  explicit Seen(double time) : time(time) {}
+  explicit Seen(double now) : time(now) {}
   virtual ~Seen() = default;
 
   virtual BodyState body(u32 index) = 0;
@@ -68,6 +68,11 @@ class Trial {
   /// The settings that run() gives a scene.
   Settings settings_for(const Scene& scene) const;
 
+  /// Those of the last run().
+  const Settings& settings() const { return settings_; }
+  /// Whether so many sweeps were made in each sub-step: there was something to solve, and it was not for an oracle.
+  bool swept() const { return method_.oracle.empty() && !residuals_.empty(); }
+
   // of all that was run: the wall time of a step, ms (median; the first of each run warms up and is left out), steps
   // timed, and the residual (median of some fifty looks a run, where there were contacts or joints)
   double ms_per_step() const;
@@ -83,6 +88,7 @@ class Trial {
   const Setting setting_;
   const std::string precision_;
   const std::optional<DeviceInfo> device_;
+  Settings settings_;
   std::vector<double> ms_, residuals_;
 };
 

@@ -1,0 +1,222 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "host/app/bench_results.hpp"
+#include "host/app/commands.hpp"
+#include "host/backends/canary.hpp"
+#include "host/error.hpp"
+#include "host/scene/read.hpp"
+
+namespace lockstep::app {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+struct BenchOptions {
+  std::vector<std::string> cases, devices = {"auto"}, precisions = {"float", "double"}, methods;
+  std::string out = "out/bench";
+  std::size_t settings = 100;
+  u32 repetitions = 1;
+  bool list = false;
+};
+
+std::vector<std::string> names_of(const std::vector<HardCase>& cases) {
+  std::vector<std::string> names;
+  for (const HardCase& one : cases) names.push_back(one.name);
+  return names;
+}
+
+std::vector<const HardCase*> chosen(const BenchOptions& options) {
+  std::vector<const HardCase*> cases;
+  if (options.cases.empty())
+    for (const HardCase& one : hard_cases()) cases.push_back(&one);
+  for (const std::string& name : options.cases) {
+    const auto found = std::ranges::find(hard_cases(), name, &HardCase::name);
+    if (found == hard_cases().end())
+      throw Error(Failure::input, name,
+                  fmt::format("there is no such case; there are {}", fmt::join(names_of(hard_cases()), ", ")));
+    cases.push_back(&*found);
+  }
+  return cases;
+}
+
+// A name that is no method of any of the cases is a mistake.
+void expect_methods(const std::vector<const HardCase*>& cases, const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    const auto has = [&](const HardCase* one) {
+      return std::ranges::find(one->methods, name, &Method::name) != one->methods.end();
+    };
+    if (std::ranges::none_of(cases, has))
+      throw Error(Failure::input, "--method", "none of the cases has a method '" + name + "'");
+  }
+}
+
+// Where the figures go: a table that is whole after every trial, a page and an object that are after every case.
+class BenchFiles {
+ public:
+  BenchFiles(const std::string& folder, std::string machine) : folder_(folder), machine_(std::move(machine)) {
+    std::error_code error;
+    fs::create_directories(folder_, error);
+    if (error) throw Error(Failure::input, folder, "the folder cannot be made: " + error.message());
+    table_.open(folder_ / "bench.csv");
+    if (!(table_ << csv_header() << std::flush))
+      throw Error(Failure::input, (folder_ / "bench.csv").string(), "cannot be written");
+  }
+
+  void add(const BenchCase& benched, const BenchTrial& trial) {
+    if (!(table_ << to_csv(benched, trial) << std::flush)) fail("bench.csv");
+  }
+
+  void add(const BenchCase& benched) {
+    const fs::path plot = folder_ / (benched.name + ".svg");
+    std::stringstream svg;
+    if (plots_ && write_plot(benched, plot.string())) svg << std::ifstream(plot).rdbuf();
+    cases_.push_back(benched);
+    drawn_.push_back(svg.str());
+    write("bench.json", to_json(cases_));
+    write("index.html", to_html(cases_, drawn_, machine_));
+  }
+
+  bool plots() const { return plots_; }
+
+ private:
+  void write(const char* name, const std::string& text) {
+    if (!(std::ofstream(folder_ / name) << text << std::flush)) fail(name);
+  }
+  [[noreturn]] void fail(const char* name) const {
+    throw Error(Failure::device, (folder_ / name).string(), "cannot be written to its end");
+  }
+
+  const fs::path folder_;
+  const std::string machine_;
+  const bool plots_ = can_plot();
+  std::ofstream table_;
+  std::vector<BenchCase> cases_;
+  std::vector<std::string> drawn_;
+};
+
+BenchTrial try_once(const HardCase& one, const Method& method, const Setting& setting, const std::string& precision,
+                    const std::optional<DeviceInfo>& device) {
+  Trial trial(method, setting, precision, device);
+  BenchTrial found = {.device = device ? device->name : "reference", .precision = precision, .method = method.name};
+  try {
+    found.errors = one.run(trial);
+  } catch (const Error& error) {
+    if (error.failure() == Failure::device) throw;
+    found.failure = error.what();
+  }
+  found.dt = trial.settings().dt;
+  found.substeps = trial.settings().substeps;
+  if (trial.swept()) found.sweeps = trial.settings().iterations;
+  found.ms_per_step = trial.ms_per_step();
+  found.steps = trial.steps();
+  found.residual = trial.residual();
+  return found;
+}
+
+// The fastest of all repetitions: what slows a run down is other work on the machine. The errors are the same.
+BenchTrial try_out(const HardCase& one, const Method& method, const Setting& setting, const std::string& precision,
+                   const std::optional<DeviceInfo>& device, u32 repetitions) {
+  BenchTrial best = try_once(one, method, setting, precision, device);
+  for (u32 i = 1; i < repetitions && best.failure.empty(); ++i) {
+    BenchTrial again = try_once(one, method, setting, precision, device);
+    if (again.ms_per_step < best.ms_per_step) best = std::move(again);
+  }
+  return best;
+}
+
+void print(const BenchTrial& t) {
+  fmt::print("  {:<28} {:<7} {:>9.3g} {:>6} {:>7} {:>10.3g} {:>10.3g}  ", t.method, t.precision, t.dt, t.substeps,
+             t.sweeps ? std::to_string(*t.sweeps) : "", t.ms_per_step, t.ms_per_second());
+  if (t.failure.empty())
+    fmt::print("{:>10.3g}  {}\n", t.errors[0].error, t.residual ? fmt::format("{:.2g}", *t.residual) : "");
+  else
+    fmt::print("{}\n", t.failure);
+  std::fflush(stdout);
+}
+
+void bench(const HardCase& one, const BenchOptions& options, const std::vector<std::optional<DeviceInfo>>& devices,
+           BenchFiles& files) {
+  BenchCase benched = {one.name, one.says, {}};
+  fmt::print("{}: {}\n  {:<28} {:<7} {:>9} {:>6} {:>7} {:>10} {:>10}  {:>10}  residual\n", one.name, one.says, "method",
+             "", "dt", "sub-st", "sweeps", "ms/step", "ms/s", "error");
+  const auto run = [&](const Method& method, const std::string& precision, const std::optional<DeviceInfo>& device) {
+    for (std::size_t i = 0; i < std::min(options.settings, method.ladder.size()); ++i) {
+      benched.trials.push_back(try_out(one, method, method.ladder[i], precision, device, options.repetitions));
+      print(benched.trials.back());
+      files.add(benched, benched.trials.back());
+    }
+  };
+  for (const Method& method : one.methods) {
+    if (!options.methods.empty() && std::ranges::find(options.methods, method.name) == options.methods.end()) continue;
+    for (const std::string& precision : options.precisions) {
+      if (!method.oracle.empty()) {  // double, on the reference
+        if (precision == "double") run(method, precision, std::nullopt);
+        continue;
+      }
+      for (const std::optional<DeviceInfo>& device : devices)
+        if (!device || device->fp64 || precision == "float") run(method, precision, device);
+    }
+  }
+  files.add(benched);
+}
+
+// The devices in words, with what the canary says of each.
+std::string describe(const std::vector<std::optional<DeviceInfo>>& devices) {
+  std::vector<std::string> words;
+  for (const std::optional<DeviceInfo>& device : devices)
+    words.push_back(device ? fmt::format("{} ({})", device->name, lockstep::describe(run_canary(*device, false, 1)))
+                           : "the plain C++ reference");
+  return fmt::format("{}", fmt::join(words, " and "));
+}
+
+void run(const BenchOptions& options) {
+  const std::vector<const HardCase*> cases = chosen(options);
+  if (options.list) {
+    for (const HardCase* one : cases) fmt::print("{:<20}{}\n", one->name, one->says);
+    return;
+  }
+  expect_methods(cases, options.methods);
+  std::vector<std::optional<DeviceInfo>> devices;
+  for (const std::string& name : options.devices) devices.push_back(select_device(name));
+  BenchFiles files(options.out, describe(devices));
+  for (const HardCase* one : cases) bench(*one, options, devices, files);
+  fmt::print("figures in {0}/bench.csv and bench.json, {1} in {0}/index.html\n", options.out,
+             files.plots() ? "plots" : "without plots (install gnuplot for them) a page");
+}
+
+}  // namespace
+
+void add_bench(CLI::App& program) {
+  CLI::App* command =
+      program.add_subcommand("bench", "Speed against error: hard cases with exact answers, by every method");
+  const auto options = std::make_shared<BenchOptions>();
+  command->add_option("cases", options->cases, "Which (--list); all unless named");
+  command->add_option("--device", options->devices, "auto, gpu, cpu, reference, or an index; several may be given")
+      ->capture_default_str();
+  command->add_option("--precision", options->precisions, "float, double, or both")
+      ->check(CLI::IsMember({"float", "double"}))
+      ->capture_default_str();
+  command->add_option("--method", options->methods, "Only these methods, as the tables name them");
+  command->add_option("--settings", options->settings, "Only so many settings of each method, the cheapest first")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--repetitions", options->repetitions, "Runs of each trial; the fastest counts")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--out", options->out, "The folder for tables, plots and the page")->capture_default_str();
+  command->add_flag("--list", options->list, "Say what there is, run nothing");
+  command->footer(
+      "Error is measured against exact answers (docs/bench.md). ms/s is what a second of simulated time costs.\n"
+      "Examples:\n  lockstep bench                         # all of it: about a quarter of an hour on two cores\n"
+      "  lockstep bench slide_to_roll pyramid20 --precision float");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace lockstep::app

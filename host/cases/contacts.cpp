@@ -1,0 +1,187 @@
+// Single bodies in contact: friction and bounces, with answers in closed form.
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "host/cases/hard_case.hpp"
+#include "host/scene/read.hpp"
+
+namespace lockstep {
+
+namespace {
+
+using exact::length;
+using exact::subtract;
+
+constexpr double g = 9.81;
+
+u32 first_dynamic(const Scene& scene) {
+  u32 i = 0;
+  while (scene.bodies[i].kind != BODY_DYNAMIC) ++i;
+  return i;
+}
+
+/// A ball that bounces for ever shorter times: when it comes to rest, and how far it travelled.
+std::vector<CaseError> zeno_ball(const std::string& name, double restitution, Trial& trial) {
+  const Scene scene = read_scene(name);
+  const u32 ball = first_dynamic(scene);
+  const double h = 1, fall = std::sqrt(2 * h / g), rest = fall * (1 + restitution) / (1 - restitution);
+  const double path = h * (1 + restitution * restitution) / (1 - restitution * restitution);
+  const double dt = trial.settings_for(scene).dt;
+  double travelled = 0, last_moving = 0, last_z = 0;
+  trial.run(scene, rest + 1, [&](Seen& seen) {
+    const BodyState s = seen.body(ball);
+    if (seen.time > 0) travelled += std::abs(s.x[2] - last_z);
+    last_z = s.x[2];
+    if (length(s.v) > 2 * g * dt) last_moving = seen.time;
+    return true;
+  });
+  return {compare("path", "m", path, travelled), compare("time to rest", "s", rest, last_moving)};
+}
+
+/// A sphere that starts sliding and ends rolling.
+std::vector<CaseError> slide_to_roll(Trial& trial) {
+  const Scene scene = read_scene("slide_to_roll");
+  const u32 ball = first_dynamic(scene);
+  const double v0 = 5, mu = 0.2, radius = scene.bodies[ball].shapes[0].radius;
+  const double rolls = 2 * v0 / (7 * mu * g), distance = 12 * v0 * v0 / (49 * mu * g);
+  const double dt = trial.settings_for(scene).dt;
+  double start = 0, speed = 0, time = -1, way = 0, last_slip = v0, last_x = 0;
+  trial.run(scene, 1.0, [&](Seen& seen) {
+    const BodyState s = seen.body(ball);
+    if (seen.time == 0) last_x = start = s.x[0];
+    const double slip = s.v[0] - s.w[1] * radius;
+    if (time < 0 && slip < 1e-4 * v0) {  // when the slip, falling at a steady rate, came to nothing
+      const double rate = 3.5 * mu * g;
+      const double part = std::min(1.0, last_slip / (rate * dt));
+      time = seen.time - dt + part * dt;
+      way = last_x + part * (s.x[0] - last_x) - start;
+    }
+    last_slip = slip;
+    last_x = s.x[0];
+    speed = s.v[0];
+    return true;
+  });
+  return {compare("rolls after", "m", distance, way), compare("rolls from", "s", rolls, time),
+          compare("speed at the end", "m/s", 5.0 / 7.0 * v0, speed)};
+}
+
+/// A sphere on a slope of 30 degrees that is rough enough to roll.
+std::vector<CaseError> sphere_on_slope(Trial& trial) {
+  const Scene scene = read_scene("sphere_on_slope");
+  const u32 ball = first_dynamic(scene);
+  const double exact = 5.0 / 7.0 * g * std::sin(std::numbers::pi / 6);
+  Vector3 start = {};
+  double way = 0, speed = 0;
+  trial.run(scene, 1.0, [&](Seen& seen) {
+    const BodyState s = seen.body(ball);
+    if (seen.time == 0) start = s.x;
+    way = length(subtract(s.x, start));
+    speed = length(s.v);
+    return true;
+  });
+  return {compare("acceleration from the speed", "m/s^2", exact, speed),
+          compare("acceleration from the way", "m/s^2", exact, 2 * way)};
+}
+
+/// Boxes on a slope of 20 degrees: those with less friction than tan(20) slide, the others stick.
+std::vector<CaseError> incline(Trial& trial) {
+  const Scene scene = read_scene("incline");
+  const double angle = std::numbers::pi / 9, duration = 2;
+  struct Box {
+    u32 body;
+    double friction;
+    Vector3 start;
+    double way = 0, speed = 0;
+  };
+  std::vector<Box> boxes;
+  for (const MaterialPairRule& pair : scene.material_pairs) {
+    const auto body = std::ranges::find(scene.bodies, scene.materials[pair.material_b].name, &BodyDescription::name);
+    boxes.push_back({static_cast<u32>(body - scene.bodies.begin()), pair.friction, body->position});
+  }
+  trial.run(scene, duration, [&](Seen& seen) {
+    for (Box& box : boxes) {
+      const BodyState s = seen.body(box.body);
+      box.way = length(subtract(s.x, box.start));
+      box.speed = length(s.v);
+    }
+    return true;
+  });
+  CaseError slides = {"acceleration of the worst that slides", "m/s^2", 0, -1},
+            sticks = {"way of the worst that sticks", "m", 0, -1};
+  for (const Box& box : boxes) {
+    const double exact = g * (std::sin(angle) - box.friction * std::cos(angle));
+    CaseError& worst = exact > 0 ? slides : sticks;
+    const CaseError error = exact > 0 ? compare(worst.quantity, worst.unit, exact, box.speed / duration)
+                                      : compare(worst.quantity, worst.unit, 0, box.way);
+    if (error.error > worst.error) worst = error;
+  }
+  return {slides, sticks};
+}
+
+/// The smallest friction at which the sphere on the slope rolls without slipping, found by bisection.
+std::vector<CaseError> rolling_threshold(Trial& trial) {
+  Scene scene = read_scene("sphere_on_slope");
+  const u32 ball = first_dynamic(scene);
+  const double radius = scene.bodies[ball].shapes[0].radius, dt = trial.settings_for(scene).dt;
+  double slips = 0.1, rolls = 0.3;
+  for (int i = 0; i < 20; ++i) {
+    const double mu = (slips + rolls) / 2;
+    for (Material& material : scene.materials) material.friction = mu;
+    scene.material_pairs.clear();
+    double slip = 0;
+    trial.run(scene, 0.5, [&](Seen& seen) {
+      const BodyState s = seen.body(ball);
+      slip = length(s.v) - length(s.w) * radius;
+      return true;
+    });
+    (slip > 1e-3 * g * dt + 1e-5 ? slips : rolls) = mu;
+  }
+  return {compare("least friction that rolls", "", 2.0 / 7.0 * std::tan(std::numbers::pi / 6), rolls)};
+}
+
+}  // namespace
+
+std::vector<HardCase> contact_cases() {
+  using std::bind_front;
+  const auto trapezoidal = [](std::initializer_list<double> dts) {
+    return by_step(Solver::gauss_seidel, Integrator::trapezoidal, dts);
+  };
+  const auto semi_implicit = [](std::initializer_list<double> dts) {
+    return by_step(Solver::gauss_seidel, Integrator::semi_implicit_euler, dts);
+  };
+  const auto soft = [](std::initializer_list<double> dts) {
+    return by_step(Solver::small_steps, Integrator::semi_implicit_euler, dts);
+  };
+  return {
+      {"zeno_ball",
+       "A ball bounces with e = 0.5: at rest after 1.354571 s, on a path of 5/3 m",
+       {trapezoidal({0.004, 0.002, 0.001, 0.0005}), semi_implicit({0.004, 0.002, 0.001, 0.0005})},
+       bind_front(zeno_ball, "zeno_ball", 0.5)},
+      {"zeno_ball_bouncy",
+       "The same with e = 0.8: at rest after 4.063713 s, on a path of 41/9 m",
+       {trapezoidal({0.004, 0.002, 0.001, 0.0005}), semi_implicit({0.004, 0.002, 0.001, 0.0005})},
+       bind_front(zeno_ball, "zeno_ball_bouncy", 0.8)},
+      {"slide_to_roll",
+       "A ball slides at 5 m/s, and rolls from 0.728120 s and 3.120514 m on with 5/7 of its speed",
+       {trapezoidal({0.02, 0.01, 0.005, 0.0025}), semi_implicit({0.02, 0.01, 0.005, 0.0025}),
+        soft({0.02, 0.01, 0.005, 0.0025}), oracle({0.02, 0.01, 0.005})},
+       slide_to_roll},
+      {"sphere_on_slope",
+       "A ball rolls down 30 degrees with 3.503571 m/s^2",
+       {trapezoidal({0.02, 0.01, 0.005, 0.0025}), semi_implicit({0.02, 0.01, 0.005, 0.0025}),
+        soft({0.02, 0.01, 0.005, 0.0025}), oracle({0.02, 0.01, 0.005})},
+       sphere_on_slope},
+      {"rolling_threshold",
+       "The least friction at which that ball rolls is 0.164957",
+       {trapezoidal({0.02, 0.01, 0.005}), semi_implicit({0.02, 0.01, 0.005}), oracle({0.02, 0.01, 0.005})},
+       rolling_threshold},
+      {"incline",
+       "Boxes on 20 degrees slide exactly where their friction is less than tan(20)",
+       {gauss_seidel(0.01, {5, 20, 80, 320}), jacobi(0.01, {30, 120, 480}), soft({0.02, 0.01, 0.005}),
+        oracle({0.02, 0.01})},
+       incline},
+  };
+}
+
+}  // namespace lockstep

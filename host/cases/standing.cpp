@@ -1,0 +1,65 @@
+// What is built at rest, and is to stay where it was built; and heaps, which are to come to rest.
+#include "host/cases/hard_case.hpp"
+#include "host/cases/stand.hpp"
+#include "host/scene/read.hpp"
+
+namespace lockstep {
+
+namespace {
+
+std::vector<CaseError> stands(const std::string& name, double duration, Trial& trial) {
+  const Stood stood = stand(read_scene(name), duration, trial);
+  return {{"moved, the farthest", "m", 0, stood.moved},
+          {"overlap in the last second, mean", "m", 0, stood.mean_depth},
+          {"overlap in the last second, deepest", "m", 0, stood.deepest},
+          {"kinetic energy of a body in the last second, most", "J", 0, stood.kinetic}};
+}
+
+// What has fallen and should lie: overlap first, for it does not end where it started.
+std::vector<CaseError> lies(const std::string& name, double duration, Trial& trial) {
+  std::vector<CaseError> errors = stands(name, duration, trial);
+  errors.erase(errors.begin());
+  return errors;
+}
+
+HardCase standing(const std::string& name, const std::string& says, double duration, std::vector<Method> methods) {
+  return {name, says, std::move(methods), [=](Trial& trial) { return stands(name, duration, trial); }};
+}
+
+HardCase lying(const std::string& name, const std::string& says, double duration, std::vector<Method> methods) {
+  return {name, says, std::move(methods), [=](Trial& trial) { return lies(name, duration, trial); }};
+}
+
+constexpr double frame = 1.0 / 60;
+
+}  // namespace
+
+std::vector<HardCase> standing_cases() {
+  return {
+      standing("pyramid20", "A pyramid of 210 cubes stands for ten seconds", 10,
+               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 4, 5, 8, 12}), jacobi(frame, {30, 120})}),
+      standing("wall", "A wall of 400 bricks stands for ten seconds", 10,
+               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 5, 8, 12})}),
+      standing("box_stack20", "A column of 20 cubes stands for ten seconds", 10,
+               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {5, 10, 14, 20, 28}), oracle({frame})}),
+      standing("mass_ratio", "512 kg stand on 1 kg, with eight masses between them, for ten seconds", 10,
+               {gauss_seidel(frame, {100, 1000}), small_steps(frame, {16, 24, 32, 48, 64}), oracle({frame})}),
+      standing("growing_stack", "Cubes of 1 to 32 m stand on each other, the largest at the top, for ten seconds", 10,
+               {gauss_seidel(frame, {100, 1000}), small_steps(frame, {64, 128, 256, 512}), oracle({frame})}),
+      standing("heavy_top_pyramid", "A pyramid of ten rows carries a cube 300 times as heavy for ten seconds", 10,
+               {gauss_seidel(frame, {40, 160}), small_steps(frame, {8, 16, 32})}),
+      standing("pyramid100", "A pyramid of 5,050 cubes stands for five seconds", 5,
+               {gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 10, 15})}),
+      standing("two_cubes", "A tonne stands on a gram, for a second", 1, {small_steps(frame, {1024, 2048, 4096})}),
+      standing("card_house", "A house of 40 cards stands for ten seconds", 10,
+               {gauss_seidel(frame, {40, 160}), small_steps(frame, {5, 8, 16, 32})}),
+      standing("arch", "27 stones without mortar stand in an arch for ten seconds", 10,
+               {gauss_seidel(frame, {100, 400}), small_steps(frame, {20, 24, 40, 64})}),
+      lying("box_heap", "4,096 cubes fall into a box and are a heap at rest after ten seconds", 10,
+            {gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}), jacobi(frame, {30})}),
+      lying("spheres8000", "8,000 spheres fall into a box and lie still after ten seconds", 10,
+            {gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}), jacobi(frame, {30})}),
+  };
+}
+
+}  // namespace lockstep
