@@ -31,7 +31,7 @@ void record_scene(const std::string& path, const std::string& scene, u32 steps,
                   const DeviceOptions* options = nullptr) {
   const InitialState<real> state = compile<real>(read_scene(scene));
   Simulation<real> simulation = simulation_of(state, options);
-  RecordingWriter<real> writer(path, {scene, "a device", "{}", read_scene(scene).text}, state);
+  RecordingWriter<real> writer(path, {scene, "a device\nin two lines", "{}", read_scene(scene).text}, state);
   for (u32 i = 0; i < steps; ++i) record_step(writer, simulation);
   writer.close("finished");
 }

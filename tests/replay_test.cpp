@@ -117,7 +117,7 @@ TEST_F(ReplayTest, NamesTheWordOfARecordingThatDiffers) {
   EXPECT_NE(line.find("] word "), std::string::npos) << line;
   EXPECT_NE(line.find(": recorded 0x"), std::string::npos) << line;
   EXPECT_NE(line.find(", here 0x"), std::string::npos) << line;
-  EXPECT_NE(line.find("look at what recorded it: a device, version"), std::string::npos) << line;
+  EXPECT_NE(line.find("look at what recorded it: \"a device\\nin two lines\", version"), std::string::npos) << line;
 }
 
 TEST_F(ReplayTest, NamesAFlippedHash) {

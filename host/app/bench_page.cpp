@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <span>
 
 #include "host/app/bench_results.hpp"
 
@@ -22,9 +23,8 @@ svg { max-width: 100%; height: auto; }
 table { border-collapse: collapse; font-size: .85rem; }
 th, td { padding: .2rem .7rem; text-align: right; border-bottom: 1px solid #eee; white-space: nowrap; }
 th { font-weight: 600; border-bottom-color: #999; vertical-align: bottom; white-space: normal; }
-td:first-child, th:first-child, td.failed { text-align: left; }
+td:first-child, th:first-child, td.failed, td.word { text-align: left; }
 td.failed { color: #a02010; white-space: normal; }
-nav { columns: 14rem; }
 .wide { overflow-x: auto; }
 summary { cursor: pointer; margin: .5rem 0; }
 a { color: #0b6fa4; }
@@ -63,27 +63,52 @@ std::string row_of(const BenchTrial& t, std::size_t quantities) {
   return row + fmt::format("<td>{}</td></tr>\n", t.residual ? fmt::format("{:.2g}", *t.residual) : "");
 }
 
+std::string in_words(const CaseError& e) {
+  return escaped(e.quantity) + (e.unit.empty() ? "" : ", " + escaped(e.unit));
+}
+
 // A table for each device.
 std::string tables_of(const BenchCase& benched) {
   std::vector<std::string> devices;
   for (const BenchTrial& t : benched.trials)
     if (std::ranges::find(devices, t.device) == devices.end()) devices.push_back(t.device);
-  const auto whole = std::ranges::find_if(benched.trials, [](const BenchTrial& t) { return !t.errors.empty(); });
-  const std::vector<CaseError> quantities = whole == benched.trials.end() ? std::vector<CaseError>() : whole->errors;
+  const std::span<const CaseError> quantities = benched.quantities();
   std::string text;
   for (const std::string& device : devices) {
     text += fmt::format(
         "<p>{}</p>\n<div class=\"wide\"><table>\n<tr><th>method</th><th>precision</th><th>dt, s</th><th>sub-steps</th>"
         "<th>sweeps</th><th>ms a step</th><th>ms a second</th>",
         escaped(device));
-    for (const CaseError& e : quantities)
-      text += fmt::format("<th>{}{}</th>", escaped(e.quantity), e.unit.empty() ? "" : ", " + escaped(e.unit));
+    for (const CaseError& e : quantities) text += fmt::format("<th>{}</th>", in_words(e));
     text += "<th>residual</th></tr>\n";
     for (const BenchTrial& t : benched.trials)
       if (t.device == device) text += row_of(t, quantities.size());
     text += "</table></div>\n";
   }
   return text;
+}
+
+// What came closest in a precision, and at what cost.
+std::string closest(const BenchCase& benched, const std::string& precision) {
+  const BenchTrial* best = nullptr;
+  for (const BenchTrial& t : benched.trials)
+    if (t.precision == precision && !t.errors.empty() && (!best || t.errors[0].error < best->errors[0].error))
+      best = &t;
+  if (best == nullptr) return "<td></td><td></td><td></td>";
+  return fmt::format("<td>{:.2g}</td><td>{:.3g}</td><td class=\"word\">{}</td>", best->errors[0].error,
+                     best->ms_per_second(), escaped(best->method));
+}
+
+std::string overview(const std::vector<BenchCase>& cases) {
+  std::string text =
+      "<div class=\"wide\"><table>\n<tr><th>case</th><th>quantity</th><th>least error, float</th><th>ms a second</th>"
+      "<th>by</th><th>least error, double</th><th>ms a second</th><th>by</th></tr>\n";
+  for (const BenchCase& benched : cases) {
+    const std::string quantity = benched.quantities().empty() ? "" : in_words(benched.quantities()[0]);
+    text += fmt::format("<tr><td><a href=\"#{0}\">{0}</a></td><td class=\"word\">{1}</td>{2}{3}</tr>\n",
+                        escaped(benched.name), quantity, closest(benched, "float"), closest(benched, "double"));
+  }
+  return text + "</table></div>\n";
 }
 
 }  // namespace
@@ -97,11 +122,9 @@ std::string to_html(const std::vector<BenchCase>& cases, const std::vector<std::
       "and to the left is better: the error of the first quantity of the table, over the wall time that a second of "
       "simulated time takes. Times are medians over the steps of a run; errors are those of every device that is "
       "bit-exact."
-      "</p>\n<nav><ul>\n",
+      "</p>\n",
       escaped(machine));
-  for (const BenchCase& benched : cases)
-    page += fmt::format("<li><a href=\"#{0}\">{0}</a></li>\n", escaped(benched.name));
-  page += "</ul></nav>\n";
+  page += overview(cases);
   for (std::size_t i = 0; i < cases.size(); ++i) {
     page += fmt::format(
         "<h2 id=\"{0}\">{0}</h2>\n<p>{1}.</p>\n{2}\n<details{3}><summary>Figures</summary>\n{4}</details>\n",

@@ -48,8 +48,7 @@ std::vector<Line> lines_of(const BenchCase& benched) {
 
 std::string script_of(const BenchCase& benched, const std::vector<Line>& lines) {
   constexpr const char* colors[] = {"#0b6fa4", "#c1441e", "#3d8b37", "#7b4fa3", "#a07900", "#555555"};
-  const CaseError& plotted =
-      std::ranges::find_if(benched.trials, [](const BenchTrial& t) { return !t.errors.empty(); })->errors[0];
+  const CaseError& plotted = benched.quantities()[0];
   std::string script =
       "set terminal svg size 820,400 dynamic noenhanced font 'sans-serif,13' background '#ffffff'\n"
       "set logscale xy\nset format '%.0e'\nset grid lc rgb '#dddddd'\nset border 3\nset tics nomirror\n"

@@ -20,6 +20,12 @@ std::string number(const std::optional<double>& value) { return value ? fmt::for
 
 }  // namespace
 
+std::span<const CaseError> BenchCase::quantities() const {
+  for (const BenchTrial& t : trials)
+    if (!t.errors.empty()) return t.errors;
+  return {};
+}
+
 std::string csv_header() {
   return "case,device,precision,method,dt_s,substeps,sweeps,steps,ms_per_step,ms_per_second,quantity,unit,exact,"
          "error,"

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,9 @@ struct BenchTrial {
 struct BenchCase {
   std::string name, says;
   std::vector<BenchTrial> trials;
+
+  /// What is compared, as any trial has it that did not fail; the first is the one to plot.
+  std::span<const CaseError> quantities() const;
 };
 
 /// A line for each quantity of a trial, one for a trial that failed.

@@ -46,6 +46,15 @@ Method jacobi(double dt, std::initializer_list<u32> iterations) {
   return swept(Solver::jacobi, dt, iterations, &Setting::iterations);
 }
 
+Method with_patches(Method method) {
+  method.name += ", patches";
+  method.choose = [choose = method.choose](Settings& settings) {
+    choose(settings);
+    settings.friction_model = FrictionModel::patches;
+  };
+  return method;
+}
+
 Method oracle(std::initializer_list<double> dts) {
   return {"oracle",
           [](Settings& settings) {

@@ -48,6 +48,8 @@ Method small_steps(double dt, std::initializer_list<u32> substeps);
 Method jacobi(double dt, std::initializer_list<u32> iterations);
 /// One of them by the time step, with an integrator that it goes with; sweeps and sub-steps as they are meant to be.
 Method by_step(Solver solver, Integrator integrator, std::initializer_list<double> dts);
+/// The method with friction by patches instead of a cone at each point.
+Method with_patches(Method method);
 /// Exact solutions of the contact problem of each step: what is left is the time step's. In double, on the reference.
 Method oracle(std::initializer_list<double> dts);
 

@@ -37,9 +37,11 @@ constexpr double frame = 1.0 / 60;
 std::vector<HardCase> standing_cases() {
   return {
       standing("pyramid20", "A pyramid of 210 cubes stands for ten seconds", 10,
-               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 4, 5, 8, 12}), jacobi(frame, {30, 120})}),
+               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 4, 5, 8, 12}),
+                with_patches(small_steps(frame, {3, 4, 5, 8, 12})), jacobi(frame, {30, 120})}),
       standing("wall", "A wall of 400 bricks stands for ten seconds", 10,
-               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 5, 8, 12})}),
+               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 5, 8, 12}),
+                with_patches(small_steps(frame, {3, 5, 8, 12}))}),
       standing("box_stack20", "A column of 20 cubes stands for ten seconds", 10,
                {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {5, 10, 14, 20, 28}), oracle({frame})}),
       standing("mass_ratio", "512 kg stand on 1 kg, with eight masses between them, for ten seconds", 10,
@@ -56,7 +58,8 @@ std::vector<HardCase> standing_cases() {
       standing("arch", "27 stones without mortar stand in an arch for ten seconds", 10,
                {gauss_seidel(frame, {100, 400}), small_steps(frame, {20, 24, 40, 64})}),
       lying("box_heap", "4,096 cubes fall into a box and are a heap at rest after ten seconds", 10,
-            {gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}), jacobi(frame, {30})}),
+            {gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}), with_patches(small_steps(frame, {5, 8})),
+             jacobi(frame, {30})}),
       lying("spheres8000", "8,000 spheres fall into a box and lie still after ten seconds", 10,
             {gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}), jacobi(frame, {30})}),
   };

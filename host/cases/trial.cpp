@@ -112,7 +112,8 @@ void Trial::run_in(const Scene& scene, double duration, const std::function<bool
   const double dt = scene.settings.dt;
   const auto steps = static_cast<u32>(std::lround(duration / dt));
   const bool solves = has(state.features, Feature::contacts) || has(state.features, Feature::joints);
-  bool going = visit(*std::make_unique<SeenIn<real>>(0, simulation));
+  SeenIn<real> first(0, simulation);
+  bool going = visit(first);
   for (u32 i = 1; going && i <= steps; ++i) {
     if (push) act(*push, (i - 1) * dt, state.buffers, simulation.backend());
     const Clock::time_point start = Clock::now();

@@ -6,6 +6,7 @@
 #include "host/record/inputs.hpp"
 #include "host/record/recording_tables.hpp"
 #include "host/record/state_now.hpp"
+#include "host/scene/json_node.hpp"
 #include "host/simulation.hpp"
 #include "host/world_hash.hpp"
 
@@ -119,9 +120,9 @@ class Replay {
 
   // Here device and reference agree, so that it is the recording that is another.
   [[noreturn]] void fail(const std::string& where, const std::string& what) const {
-    std::string line = what +
-                       "; device and reference agree here, so look at what recorded it: " + recording_.label().device +
-                       ", version " + recording_.version();
+    std::string line =
+        what + "; device and reference agree here, so look at what recorded it: " + quote(recording_.label().device) +
+        ", version " + quote(recording_.version());
     throw Error(Failure::comparison, where, line);
   }
 
