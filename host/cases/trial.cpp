@@ -23,7 +23,7 @@ constexpr u32 looks = 50;  // at the residual, in a run
 template <class real>
 class SeenIn final : public Seen {
  public:
-  SeenIn(double time, Simulation<real>& simulation) : Seen(time), simulation_(simulation) {}
+  SeenIn(double seconds, Simulation<real>& simulation) : Seen(seconds), simulation_(simulation) {}
 
   BodyState body(u32 index) override {
     if (poses_ == nullptr) {

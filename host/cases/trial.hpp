@@ -38,7 +38,7 @@ struct BodyState {
 /// The state after a step; what is asked of it is fetched then.
 class Seen {
  public:
-  explicit Seen(double time) : time(time) {}
+  explicit Seen(double seconds) : time(seconds) {}
   virtual ~Seen() = default;
 
   virtual BodyState body(u32 index) = 0;
