@@ -27,6 +27,7 @@ const Bound bounds[] = {
     {"bouncing", "gauss_seidel, semi-implicit", {.dt = 4e-3, .iterations = 1}, "float", {6e3, 1.5}},
     {"bouncing", "small_steps", {.dt = 4e-3, .substeps = 4}, "float", {400, 0.5}},
     {"six66", "gauss_seidel", {.dt = 0.016, .iterations = 10}, "float", {3e-5}},
+    {"elastic666", "small_steps", {.dt = 8e-3, .substeps = 4}, "float", {4e5}},
     {"rolling", "gauss_seidel", {.dt = 1e-3, .iterations = 10}, "double", {5e-10}},
     {"rolling", "gauss_seidel", {.dt = 1e-3, .iterations = 10}, "float", {3e-7}},
     {"rolling", "small_steps", {.dt = 4e-3, .substeps = 5}, "double", {5e-7}},
