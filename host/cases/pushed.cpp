@@ -1,0 +1,102 @@
+// What a force from outside moves over rough ground.
+#include <cmath>
+
+#include "host/cases/hard_case.hpp"
+#include "host/cases/stick_slip.hpp"
+#include "host/scene/read.hpp"
+
+namespace lockstep {
+
+namespace {
+
+constexpr double g = 9.81;
+
+double square_distance(const Vector3& a, const Vector3& b) {
+  double sum = 0;
+  for (int k = 0; k < 3; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
+  return sum;
+}
+
+u32 body_named(const Scene& scene, const std::string& name) {
+  u32 i = 0;
+  while (scene.bodies[i].name != name) ++i;
+  return i;
+}
+
+/// SimBenchmark's rolling test: 150 N draw a slab of 10 kg over the ground, mu = 0.4, and 25 balls of 1 kg, mu = 0.8,
+/// roll on it. A ball gains 2/7 of what the slab does. Published is the mean over time of the slab's squared velocity
+/// error and the balls' mean one: RaiSim 4.1e-7, Bullet 5.7e-9, MuJoCo 2.4e-3, ODE and DART 3.145, whose pyramids do
+/// not let the slab move.
+std::vector<CaseError> rolling(Trial& trial) {
+  const Scene scene = read_scene("rolling25");
+  const u32 slab = body_named(scene, "slab"), first = slab + 1, balls = 25;
+  const double force = 150, slab_mass = 10, ball_mass = 1;
+  const Vector3 along = {0.5, std::sqrt(0.75), 0};
+  const double rubs = 0.4 * (slab_mass + balls * ball_mass) * g;                                 // N, under the slab
+  const double pull = (force - rubs) / slab_mass / (3.5 / ball_mass + balls / slab_mass);        // N, on a ball
+  const double of_slab = (force - rubs - balls * pull) / slab_mass, of_ball = pull / ball_mass;  // m/s^2
+  const auto at = [&](double acceleration, double time) {
+    return Vector3{acceleration * time * along[0], acceleration * time * along[1], 0};
+  };
+  double sum = 0;
+  u32 seen = 0;
+  trial.run(
+      scene, 4,
+      [&](Seen& now) {
+        if (now.time == 0) return true;
+        double of_balls = 0;
+        for (u32 i = 0; i < balls; ++i) of_balls += square_distance(now.body(first + i).v, at(of_ball, now.time));
+        sum += square_distance(now.body(slab).v, at(of_slab, now.time)) + of_balls / balls;
+        ++seen;
+        return true;
+      },
+      Push{slab, [&](double) {
+             return Vector3{force * along[0], force * along[1], 0};
+           }});
+  return {{"mean squared velocity error", "m^2/s^2", 0, sum / seen}};
+}
+
+/// A block of 1 kg under 8 cos t N along x, of which friction takes up 7.848.
+std::vector<CaseError> oscillating_push(Trial& trial) {
+  const Scene scene = read_scene("pushed_block");
+  const double push = 8, duration = 10, dt = trial.settings_for(scene).dt;
+  const StickSlip exact(push, 0.8 * g, duration);
+  const u32 block = body_named(scene, "block");
+  double sum = 0, place = 0;
+  u32 seen = 0;
+  trial.run(
+      scene, duration,
+      [&](Seen& now) {
+        const BodyState state = now.body(block);
+        sum += std::abs(state.v[0] - exact.speed(now.time));
+        place = state.x[0];
+        ++seen;
+        return true;
+      },
+      // A step holds its force. That of its middle is the mean over the step up to dt^2; that of its start would make
+      // every method one of first order.
+      Push{block, [&](double time) {
+             return Vector3{push * std::cos(time + dt / 2), 0, 0};
+           }});
+  return {compare("place after 10 s", "m", exact.place(duration), place), {"mean speed error", "m/s", 0, sum / seen}};
+}
+
+}  // namespace
+
+std::vector<HardCase> pushed_cases() {
+  return {
+      {"rolling",
+       "25 balls roll on a slab that is drawn askew over rough ground: their accelerations",
+       {gauss_seidel(1e-3, {2, 5, 10, 20, 50}), jacobi(1e-3, {10, 30, 100}), small_steps(1e-3, {1, 2, 5, 10}),
+        oracle({4e-3, 1e-3})},
+       rolling},
+      // one pair of shapes: jacobi is gauss_seidel here
+      {"oscillating_push",
+       "a block slips and sticks by turns under a force that goes to and fro: where and when",
+       {gauss_seidel(1e-3, {2, 5, 10, 20, 50, 100}), small_steps(1e-3, {1, 2, 5, 10}),
+        oracle({4e-3, 2e-3, 1e-3, 5e-4})},
+       oscillating_push},
+  };
+}
+
+}  // namespace lockstep

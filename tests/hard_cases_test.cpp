@@ -1,0 +1,105 @@
+// The hard cases, each held to a bound at one setting on the reference: a few times what it was measured to be.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <set>
+
+#include "host/cases/hard_case.hpp"
+#include "host/cases/stick_slip.hpp"
+
+namespace lockstep {
+namespace {
+
+struct Bound {
+  std::string name, method;
+  Setting setting;
+  std::string precision;
+  std::vector<double> bounds;  // for each quantity of the case, in its order
+};
+
+void PrintTo(const Bound& bound, std::ostream* out) { *out << bound.name << " by " << bound.method; }
+
+const Bound bounds[] = {
+    {"bouncing", "gauss_seidel", {.dt = 4e-3, .iterations = 1}, "double", {1e-18, 0.2}},
+    {"bouncing", "gauss_seidel", {.dt = 4e-3, .iterations = 1}, "float", {0.004, 0.2}},
+    {"bouncing", "gauss_seidel, semi-implicit", {.dt = 4e-3, .iterations = 1}, "float", {6e3, 1.5}},
+    {"bouncing", "small_steps", {.dt = 4e-3, .substeps = 4}, "float", {400, 0.5}},
+    {"six66", "gauss_seidel", {.dt = 0.016, .iterations = 10}, "float", {3e-5}},
+    {"elastic666", "small_steps", {.dt = 8e-3, .substeps = 4}, "float", {4e5}},
+    {"rolling", "gauss_seidel", {.dt = 1e-3, .iterations = 10}, "double", {5e-10}},
+    {"rolling", "gauss_seidel", {.dt = 1e-3, .iterations = 10}, "float", {3e-7}},
+    {"rolling", "small_steps", {.dt = 4e-3, .substeps = 5}, "double", {5e-7}},
+    {"rolling", "jacobi", {.dt = 1e-3, .iterations = 30}, "float", {3e-6}},
+    {"rolling", "oracle", {.dt = 0.02}, "double", {1e-19}},
+    {"oscillating_push", "gauss_seidel", {.dt = 1e-3, .iterations = 20}, "double", {5e-5, 2e-5}},
+    {"oscillating_push", "gauss_seidel", {.dt = 1e-3, .iterations = 20}, "float", {5e-5, 2e-5}},
+    {"oscillating_push", "small_steps", {.dt = 1e-3, .substeps = 10}, "float", {2e-4, 2e-5}},
+    {"oscillating_push", "oracle", {.dt = 2e-3}, "double", {2e-7, 2e-7}},
+    {"chain64", "small_steps", {.dt = 1.0 / 60, .substeps = 32}, "float", {5e-3, 0.02}},
+    {"chain200", "small_steps", {.dt = 1.0 / 60, .substeps = 32}, "float", {0.015, 0.4}},
+    {"bricard", "small_steps", {.dt = 0.01, .substeps = 16}, "double", {0.015, 1.2e-4, 0.015}},
+    {"pendulum_chain", "small_steps", {.dt = 0.005, .substeps = 16}, "double", {0.02, 5e-4, 1e-14}},
+};
+
+class HardCases : public testing::TestWithParam<Bound> {};
+
+TEST_P(HardCases, StaysWithinItsBound) {
+  const Bound& bound = GetParam();
+  const auto one = std::ranges::find(hard_cases(), bound.name, &HardCase::name);
+  ASSERT_NE(one, hard_cases().end());
+  const auto method = std::ranges::find(one->methods, bound.method, &Method::name);
+  ASSERT_NE(method, one->methods.end());
+  Trial trial(*method, bound.setting, bound.precision, std::nullopt);
+  const std::vector<CaseError> errors = one->run(trial);
+  ASSERT_EQ(errors.size(), bound.bounds.size());
+  for (std::size_t i = 0; i < errors.size(); ++i) EXPECT_LT(errors[i].error, bound.bounds[i]) << errors[i].quantity;
+}
+
+INSTANTIATE_TEST_SUITE_P(All, HardCases, testing::ValuesIn(bounds), [](const testing::TestParamInfo<Bound>& bound) {
+  std::string letters;
+  for (const char c : bound.param.name + '_' + bound.param.method + '_' + bound.param.precision) {
+    if (std::isalnum(static_cast<unsigned char>(c)) || c == '_') letters += c;
+  }
+  return letters;
+});
+
+TEST(HardCases, HaveLaddersAndNamesOfTheirOwn) {
+  std::set<std::string> names;
+  for (const HardCase& one : hard_cases()) {
+    EXPECT_TRUE(names.insert(one.name).second) << one.name;
+    std::set<std::string> methods;
+    for (const Method& method : one.methods) {
+      EXPECT_FALSE(method.ladder.empty()) << one.name << " by " << method.name;
+      EXPECT_TRUE(methods.insert(method.name).second) << one.name << " by " << method.name;
+    }
+    EXPECT_FALSE(methods.empty()) << one.name;
+  }
+}
+
+// Against steps of 1 us by Coulomb's law: the exact impulse of the push, from which friction takes what it can.
+void expect_as_integrated(double push, double friction) {
+  const double duration = 10, dt = 1e-6;
+  const StickSlip exact(push, friction, duration);
+  double speed = 0, place = 0, worst_speed = 0, worst_place = 0;
+  for (int i = 1; i <= 10'000'000; ++i) {
+    const double time = i * dt, old = speed;
+    speed += push * std::cos(time - dt / 2) * dt;
+    speed = std::copysign(std::max(0.0, std::abs(speed) - friction * dt), speed);
+    place += (old + speed) / 2 * dt;
+    if (i % 1000 != 0) continue;
+    worst_speed = std::max(worst_speed, std::abs(speed - exact.speed(time)));
+    worst_place = std::max(worst_place, std::abs(place - exact.place(time)));
+  }
+  EXPECT_LT(worst_speed, 1e-5);
+  EXPECT_LT(worst_place, 1e-5);
+}
+
+TEST(StickSlip, IsWhatFineStepsFind) {
+  expect_as_integrated(8, 7.848);  // sticks between slides
+  expect_as_integrated(8, 1);      // turns at once
+}
+
+}  // namespace
+}  // namespace lockstep
