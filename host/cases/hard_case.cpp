@@ -7,6 +7,7 @@ namespace {
 std::function<void(Settings&)> choice_of(Solver solver) {
   return [solver](Settings& settings) {
     if (settings.solver != solver) use_solver(settings, solver);
+    if (solver == Solver::small_steps) settings.integrator = Integrator::semi_implicit_euler;  // no other goes with it
   };
 }
 
@@ -55,13 +56,12 @@ Method with_patches(Method method) {
   return method;
 }
 
-Method oracle(std::initializer_list<double> dts) {
-  return {"oracle",
-          [](Settings& settings) {
-            use_solver(settings, Solver::gauss_seidel);
-            settings.friction_model = FrictionModel::cones;
-          },
-          "auto", steps_of(dts)};
+Method oracle(const std::string& solver, std::initializer_list<double> dts) {
+  const auto choose = [](Settings& settings) {
+    use_solver(settings, Solver::gauss_seidel);
+    settings.friction_model = FrictionModel::cones;
+  };
+  return {"oracle " + solver, choose, solver, steps_of(dts)};
 }
 
 const std::vector<HardCase>& hard_cases() {

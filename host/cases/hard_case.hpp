@@ -51,7 +51,8 @@ Method jacobi(double dt, std::initializer_list<u32> iterations);
 Method by_step(Solver solver, Integrator integrator, std::initializer_list<double> dts);
 /// The method with friction by patches instead of a cone at each point.
 Method with_patches(Method method);
-/// Exact solutions of the contact problem of each step: what is left is the time step's. In double, on the reference.
-Method oracle(std::initializer_list<double> dts);
+/// The contact problem of each step solved to 1e-10 (host/problems/system_solvers.hpp), so that what is left is the
+/// time step's and the friction model's: `auto` has Coulomb's cones. In double, on the reference.
+Method oracle(const std::string& solver, std::initializer_list<double> dts);
 
 }  // namespace lockstep

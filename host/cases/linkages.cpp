@@ -12,9 +12,9 @@ namespace {
 /// What the weights of all bodies could do at most on the way to the origin, from which each mechanism hangs, J: what a
 /// change of the energy is measured by, for the energy itself may be 0.
 double range_of_energy(const Scene& scene) {
-  const auto length = [](const Vector3& a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); };
   double range = 0;
-  for (const BodyDescription& body : scene.bodies) range += body.mass * length(scene.gravity) * length(body.position);
+  for (const BodyDescription& body : scene.bodies)
+    range += body.mass * exact::length(scene.gravity) * exact::length(body.position);
   return range;
 }
 
@@ -58,30 +58,28 @@ std::vector<CaseError> hinges(const std::string& name, Trial& trial) {
 }  // namespace
 
 std::vector<HardCase> linkage_cases() {
-  const auto named = [](const std::string& name, auto* run) {
-    return [name, run](Trial& trial) { return run(name, trial); };
-  };
+  using std::bind_front;
   // Hard joints are closed by velocities that stay. In a chain that hangs, short steps bear it; in what swings for ever
   // they add up, and gauss_seidel bursts within seconds at any setting that was tried, so that it is left out there.
   const double frame = 1.0 / 60;
   return {
       {"chain64",
-       "a chain of 64 links swings down with 100 times the mass of a link at its end",
+       "A chain of 64 links swings down with 100 times the mass of a link at its end",
        {small_steps(frame, {16, 32, 64, 128, 256}), gauss_seidel(1e-3, {10, 30, 100})},
-       named("chain64", chain)},
+       bind_front(chain, "chain64")},
       {"chain200",
-       "a chain of 50 links swings down with 200 times the mass of a link at its end",
+       "A chain of 50 links swings down with 200 times the mass of a link at its end",
        {small_steps(frame, {8, 16, 32, 64, 128}), gauss_seidel(1e-3, {10, 30, 100})},
-       named("chain200", chain)},
+       bind_front(chain, "chain200")},
       // an oracle refuses it: joints that are more than needed contradict each other but for rounding
       {"bricard",
-       "a linkage of six hinges, four of them more than it needs, swings for ever",
+       "A linkage of six hinges, four of them more than it needs, swings for ever",
        {small_steps(0.01, {8, 16, 32, 64})},
-       named("bricard", hinges)},
+       bind_front(hinges, "bricard")},
       {"pendulum_chain",
-       "six rods hinged end to end swing in one plane, chaotic and of one energy",
-       {small_steps(0.005, {8, 16, 32, 64}), oracle({1e-3, 5e-4})},
-       named("pendulum_chain", hinges)},
+       "Six rods hinged end to end swing in one plane, chaotic and of one energy",
+       {small_steps(0.005, {8, 16, 32, 64}), oracle("auto", {1e-3, 5e-4})},
+       bind_front(hinges, "pendulum_chain")},
   };
 }
 
