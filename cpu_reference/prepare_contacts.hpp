@@ -6,7 +6,9 @@
 //   overlapping:     Baumgarte, a share of the penetration beyond the slop is taken back at a bounded speed; soft
 //                    contacts are damped springs: u_n + bias + softness r_n >= 0 (Catto, Soft Constraints, GDC 2011);
 //   restitution:     a contact that closes in this sub-step faster than the threshold leaves at e times that speed
-//                    (Newton): u_n >= -e u_old.
+//                    (Newton): u_n >= -e u_old. The same law lets a hard contact that parts faster come to close again,
+//                    where others press it together (Moreau 1988): an impulse adds r_n (u_n + u_old) / 2 of energy, and
+//                    to stop such a contact would be a gain.
 // The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2), M that of the pair's parts of its bodies
 // where they are split (cpu_reference/visit_parts.hpp). Impulses start from the last step, later
 // from the last sub-step, turned with the contact through the world frame and put back into the cone.
@@ -59,6 +61,11 @@ NormalLaw<real> normal_law(const StepParams<real>& p, real gap, real u_old, real
     const real push_out = gap > 0 ? real(0) : law.bias;
     const bool bounces = bounce < push_out;
     law = {bounces ? bounce : push_out, law.soft && !bounces};
+  }
+  const bool parts = u_old > p.restitution_threshold && u_old > -law.bias;
+  if (restitution > 0 && parts && !(p.softness > 0)) {
+    const real closing = restitution * u_old;
+    law.bias = closing > law.bias ? closing : law.bias;
   }
   return law;
 }

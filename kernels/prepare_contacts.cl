@@ -102,7 +102,12 @@ static inline lane prepare_bias(const StepParams p, lane gap, lane u_old, lane u
   const lane least = open ? (lane)0 : push_out;
   const lane_mask bounces = may_bounce & (bounce < least);
   *softness = open | bounces ? (lane)0 : (lane)p.softness;
-  return bounces ? bounce : (may_bounce ? least : (open ? closing : push_out));
+  const lane bias = bounces ? bounce : (may_bounce ? least : (open ? closing : push_out));
+  if (p.softness > (real)0) return bias;
+  const lane closing_again = restitution * u_old;
+  const lane_mask may_close =
+      (restitution > (lane)0) & (u_old > (lane)p.restitution_threshold) & (u_old > -bias) & (closing_again > bias);
+  return may_close ? closing_again : bias;
 }
 
 // The velocities of a against b at the ends of the arms.

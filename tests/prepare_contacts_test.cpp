@@ -174,6 +174,25 @@ TYPED_TEST(PrepareContacts, BiasBouncesWhatArrivesFastEnough) {
   EXPECT_NEAR(bias_of(state), -0.2 * (0.1 - 1e-4) * 60, 200 * tolerance<real>);
 }
 
+// What parts may come to close at e times its speed (Moreau's law), unless it is pushed apart faster than it parts, or
+// is soft.
+TYPED_TEST(PrepareContacts, BiasLetsCloseWhatParts) {
+  using real = TypeParam;
+  InitialState<real> state = sphere_over_ground<real>(0, -2, 0.5);
+  EXPECT_NEAR(bias_of(state), 1, tolerance<real>);
+  state.params.restitution_threshold = 3;
+  EXPECT_EQ(bias_of(state), 0);
+  state.params.restitution_threshold = 0;
+  state.params.softness = real(0.1);
+  EXPECT_EQ(bias_of(state), 0);
+  state = sphere_over_ground<real>(0.01, -2, 0.5);
+  EXPECT_NEAR(bias_of(state), 1, tolerance<real>);    // more than 0.01 * 60
+  state = sphere_over_ground<real>(-0.1, -0.5, 0.5);  // deep: pushed out at 0.2 * 0.1 * 60
+  EXPECT_NEAR(bias_of(state), -0.2 * (0.1 - 1e-4) * 60, 200 * tolerance<real>);
+  state = sphere_over_ground<real>(-0.1, -2, 0.5);
+  EXPECT_NEAR(bias_of(state), 1, tolerance<real>);
+}
+
 // The friction impulse is a vector in the world: in a frame that has turned with the normal it is the same vector, put
 // into the tangent plane.
 TYPED_TEST(PrepareContacts, ImpulsesSurviveATurnedFrame) {
