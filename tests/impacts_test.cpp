@@ -1,6 +1,8 @@
 // Impacts of several contacts in one step: Newton's law with Moreau's reading of it keeps what a common e promises.
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "host/cases/trial.hpp"
 #include "host/scene/read.hpp"
 
@@ -53,6 +55,35 @@ TEST_P(Impacts, OfSeveralContactsGiveNoEnergy) {
   EXPECT_NEAR(upper[1], 3 * e, 1e-5);
   EXPECT_NEAR(lower[2], e * e, 1e-5);  // and bounces
   EXPECT_NEAR(upper[2], 3 * e, 1e-5);
+}
+
+// 64 balls that all touch, with velocities at random: in one step the energy stays with e = 1, and falls below.
+TEST(Impacts, OfALatticeKeepTheEnergyThatTheyPromise) {
+  Scene scene = parse_scene(R"({
+    "description": "a lattice of balls that touch", "gravity": [0, 0, 0],
+    "settings": {"dt": 0.001, "iterations": 2000, "precision": "double"},
+    "materials": [{"name": "all", "friction": 0}],
+    "bodies": [{"generator": "grid", "counts": [4, 4, 4], "spacing": [1, 1, 1],
+                "bodies": [{"name": "ball", "mass": 1, "shapes": [{"type": "sphere", "radius": 0.5}]}]}]})",
+                            "impacts_test");
+  std::mt19937 random(1);
+  for (BodyDescription& ball : scene.bodies)
+    for (double& v : ball.velocity) v = static_cast<double>(random()) / 2147483648.0 - 1;
+  const Method hard = {.name = "gauss_seidel", .ladder = {}};
+  for (const double e : {1.0, 0.7, 0.3}) {
+    scene.materials[0].restitution = e;
+    Trial trial(hard, {}, "double", std::nullopt);
+    double before = 0, after = 0;
+    trial.run(scene, 0.001, [&](Seen& now) {
+      (now.time == 0 ? before : after) = now.measures().energy();
+      return true;
+    });
+    if (e == 1)
+      EXPECT_NEAR(after, before, 1e-9 * before);
+    else
+      EXPECT_LT(after, 0.98 * before) << e;
+    EXPECT_GT(after, 0.99 * e * e * before) << e;
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Impacts,
