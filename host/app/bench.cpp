@@ -168,12 +168,23 @@ void bench(const HardCase& one, const BenchOptions& options, const std::vector<s
   files.add(benched);
 }
 
-// The devices in words, with what the canary says of each.
-std::string describe(const std::vector<std::optional<DeviceInfo>>& devices) {
+// The devices in words, with what the canary says of each in every precision.
+std::string machine_of(const std::vector<std::optional<DeviceInfo>>& devices,
+                       const std::vector<std::string>& precisions) {
   std::vector<std::string> words;
-  for (const std::optional<DeviceInfo>& device : devices)
-    words.push_back(device ? fmt::format("{} ({})", device->name, lockstep::describe(run_canary(*device, false, 1)))
-                           : "the plain C++ reference");
+  for (const std::optional<DeviceInfo>& device : devices) {
+    if (!device) {
+      words.push_back("the plain C++ reference");
+      continue;
+    }
+    std::vector<std::string> verdicts;
+    for (const std::string& precision : precisions) {
+      const bool is_double = precision == "double";
+      if (is_double && !device->fp64) continue;
+      verdicts.push_back(fmt::format("{}: {}", precision, verdict_in_words(*device, is_double)));
+    }
+    words.push_back(fmt::format("{} ({})", device->name, fmt::join(verdicts, ", ")));
+  }
   return fmt::format("{}", fmt::join(words, " and "));
 }
 
@@ -186,7 +197,7 @@ void run(const BenchOptions& options) {
   expect_methods(cases, options.methods);
   std::vector<std::optional<DeviceInfo>> devices;
   for (const std::string& name : options.devices) devices.push_back(select_device(name));
-  BenchFiles files(options.out, describe(devices));
+  BenchFiles files(options.out, machine_of(devices, options.precisions));
   for (const HardCase* one : cases) bench(*one, options, devices, files);
   fmt::print("figures in {0}/bench.csv and bench.json, {1} in {0}/index.html\n", options.out,
              files.plots() ? "plots" : "without plots (install gnuplot for them) a page");

@@ -4,7 +4,6 @@
 
 #include "host/app/commands.hpp"
 #include "host/backends/canary.hpp"
-#include "host/error.hpp"
 
 namespace lockstep::app {
 
@@ -19,25 +18,12 @@ const char* type_name(DeviceType type) {
   return "";
 }
 
-// The verdict for programs of this precision, over all lane counts.
-std::string canary(const DeviceInfo& device, bool double_precision) {
-  try {
-    for (const u32 lanes : {1u, 8u, 16u}) {
-      const CanaryVerdict verdict = run_canary(device, double_precision, lanes);
-      if (!verdict.bit_exact()) return fmt::format("{} (lanes {})", describe(verdict), lanes);
-    }
-    return "bit-exact";
-  } catch (const Error& error) {
-    return fmt::format("cannot run it: {}", error.what());
-  }
-}
-
 void print_device(const DeviceInfo& device) {
   fmt::print("{}  {} ({}, {} compute units, native float width {})\n", device.index, device.name,
              type_name(device.type), device.compute_units, device.float_width);
   fmt::print("   platform   {}, {}, driver {}\n", device.platform, device.opencl_version, device.driver_version);
-  fmt::print("   canary     float: {}\n", canary(device, false));
-  fmt::print("              double: {}\n", device.fp64 ? canary(device, true) : "not offered");
+  fmt::print("   canary     float: {}\n", verdict_in_words(device, false));
+  fmt::print("              double: {}\n", device.fp64 ? verdict_in_words(device, true) : "not offered");
   fmt::print("   promises   {}; {}\n",
              device.correct_divide_sqrt ? "correctly rounded division and square root"
                                         : "does NOT promise correctly rounded division and square root",

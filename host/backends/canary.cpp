@@ -8,6 +8,7 @@
 #include "cpu_reference/canary.hpp"
 #include "host/backends/words.hpp"
 #include "host/device/program.hpp"
+#include "host/error.hpp"
 #include "kernels/canary.h"
 
 namespace lockstep {
@@ -104,6 +105,18 @@ CanaryVerdict run_canary(const DeviceInfo& info, bool double_precision, u32 lane
       double_precision ? judge<double>(device, lanes, patches) : judge<float>(device, lanes, patches);
   if (patches.empty()) known[key] = verdict;
   return verdict;
+}
+
+std::string verdict_in_words(const DeviceInfo& device, bool double_precision) {
+  try {
+    for (const u32 lanes : {1u, 8u, 16u}) {
+      const CanaryVerdict verdict = run_canary(device, double_precision, lanes);
+      if (!verdict.bit_exact()) return describe(verdict) + " (lanes " + std::to_string(lanes) + ")";
+    }
+    return "bit-exact";
+  } catch (const Error& error) {
+    return std::string("cannot run the canary: ") + error.what();
+  }
 }
 
 }  // namespace lockstep

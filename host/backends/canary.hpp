@@ -29,4 +29,7 @@ std::string describe(const CanaryVerdict& verdict);
 CanaryVerdict run_canary(const DeviceInfo& device, bool double_precision, u32 lanes, u32 threads = 0,
                          std::span<const KernelPatch> patches = {});
 
+/// "bit-exact", or what is not, of programs of this precision over all lane counts, on all compute units.
+std::string verdict_in_words(const DeviceInfo& device, bool double_precision);
+
 }  // namespace lockstep
