@@ -140,6 +140,50 @@ std::vector<CaseError> rolling_threshold(Trial& trial) {
   return {compare("least friction that rolls", "", 2.0 / 7.0 * std::tan(std::numbers::pi / 6), rolls)};
 }
 
+/// A disk of radius r and thickness 2 d that leans at `lean` and rolls on its rim, its centre at rest. It turns about
+/// the line from the centre to the contact, and the weight turns its angular momentum round:
+///   W^2 = m g (r cos - d sin) / (sin (I_d cos - I_a (d / r) sin)),  4 g / (r sin) of a thin one.
+std::vector<CaseError> euler_disk(Trial& trial) {
+  const Scene scene = read_scene("euler_disk");
+  const u32 disk = first_dynamic(scene);
+  const BodyDescription& body = scene.bodies[disk];
+  const double lean = std::numbers::pi / 18, duration = 0.2;
+  const double s = std::sin(lean), c = std::cos(lean), r = body.shapes[0].radius, d = body.shapes[0].half_length;
+  const double rate =
+      std::sqrt(body.mass * g * (r * c - d * s) / (s * (body.inertia[0] * c - body.inertia[2] * (d / r) * s)));
+  double turned = 0, last = 0, strayed = 0;
+  trial.run(scene, duration, [&](Seen& seen) {
+    const BodyState state = seen.body(disk);
+    const Vector3 axis = exact::rotate(state.q, {0, 0, 1});
+    const double azimuth = std::atan2(axis[1], axis[0]);
+    if (seen.time > 0) turned += std::remainder(azimuth - last, 2 * std::numbers::pi);
+    last = azimuth;
+    strayed = std::max(strayed, length(subtract(state.x, body.position)));
+    return true;
+  });
+  return {compare("rate of the lean", "rad/s", rate, turned / duration),
+          {"way of the centre, the farthest", "m", 0, strayed}};
+}
+
+/// The slope at which a box topples, found by bisection of the direction of gravity.
+std::vector<CaseError> leaning_box(Trial& trial) {
+  Scene scene = read_scene("leaning_box");
+  const u32 box = first_dynamic(scene);
+  const Vector3 half = scene.bodies[box].shapes[0].half_extents;
+  double stands = 0.4, topples = 0.55;  // rad
+  for (int i = 0; i < 22; ++i) {
+    const double slope = (stands + topples) / 2;
+    scene.gravity = {g * std::sin(slope), 0, -g * std::cos(slope)};
+    double upright = 1;
+    trial.run(scene, 4, [&](Seen& seen) {
+      upright = exact::rotate(seen.body(box).q, {0, 0, 1})[2];
+      return upright > 0.8;
+    });
+    (upright > 0.8 ? stands : topples) = slope;
+  }
+  return {compare("slope at which it topples", "rad", std::atan(half[0] / half[2]), topples)};
+}
+
 }  // namespace
 
 std::vector<HardCase> contact_cases() {
@@ -181,6 +225,15 @@ std::vector<HardCase> contact_cases() {
        {gauss_seidel(0.01, {5, 20, 80, 320}), jacobi(0.01, {30, 120, 480}), soft({0.02, 0.01, 0.005}),
         oracle("auto", {0.02, 0.01})},
        incline},
+      {"euler_disk",
+       "A disk that leans at 10 degrees rolls on its rim with its centre at rest: it goes round at 77.71 rad/s",
+       {trapezoidal({0.001, 0.0005, 0.00025, 0.000125}), semi_implicit({0.001, 0.0005, 0.00025, 0.000125}),
+        soft({0.001, 0.0005, 0.00025})},
+       euler_disk},
+      {"leaning_box",
+       "A box half as wide as it is high topples on slopes of more than 26.565 degrees",
+       {gauss_seidel(0.005, {10, 50}), soft({0.01, 0.005, 0.0025}), oracle("auto", {0.01, 0.005})},
+       leaning_box},
   };
 }
 
