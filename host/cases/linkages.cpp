@@ -71,10 +71,10 @@ std::vector<HardCase> linkage_cases() {
        "A chain of 50 links swings down with 200 times the mass of a link at its end",
        {small_steps(frame, {8, 16, 32, 64, 128}), gauss_seidel(1e-3, {10, 30, 100})},
        bind_front(chain, "chain200")},
-      // an oracle refuses it: joints that are more than needed contradict each other but for rounding
+      // the oracle refuses it: joints that are more than needed contradict each other but for rounding
       {"bricard",
        "A linkage of six hinges, four of them more than it needs, swings for ever",
-       {small_steps(0.01, {8, 16, 32, 64})},
+       {small_steps(0.01, {8, 16, 32, 64}), oracle("auto", {0.01})},
        bind_front(hinges, "bricard")},
       {"pendulum_chain",
        "Six rods hinged end to end swing in one plane, chaotic and of one energy",
