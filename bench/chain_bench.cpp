@@ -11,17 +11,11 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <chrono>
-#include <cmath>
 #include <optional>
 
-#include "host/backends/device_backend.hpp"
-#include "host/backends/reference_backend.hpp"
+#include "host/cases/swing.hpp"
 #include "host/error.hpp"
-#include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
-#include "host/simulation.hpp"
 
 namespace {
 
@@ -35,53 +29,16 @@ struct Options {
   std::vector<u32> substeps, iterations;
 };
 
-template <class real>
-double energy_range(const Buffers<real>& b) {
-  double range = 0;
-  for (std::size_t i = 0; i < b.masses.size(); ++i) {
-    const auto &x = b.positions[i], &g = b.gravities[b.body_infos[i].world];
-    range += double(b.masses[i].mass) * std::hypot(double(g.x), double(g.y), double(g.z)) *
-             std::hypot(double(x.x), double(x.y), double(x.z));
-  }
-  return range;
-}
-
-template <class real>
 void run(const Scene& scene, const Options& options) {
-  InitialState<real> state = compile<real>(scene);
-  const double range = energy_range(state.buffers);
-  const Counters none = {};
-  const double first = measure(state.buffers, state.sizes, state.features, none).energy();
-  const StepParams<real> params = state.params;
-  std::unique_ptr<Backend<real>> backend;
-  if (const auto device = select_device(options.device))
-    backend = std::make_unique<DeviceBackend<real>>(state, *device, DeviceOptions{});
-  else
-    backend = std::make_unique<ReferenceBackend<real>>(state);
-  Simulation<real> simulation(std::move(backend), params);
-
-  const std::vector<Buffer> wanted = measured_buffers(state.features);
-  std::vector<double> ms;
-  double highest = 0, lowest = 0, separation = 0;
+  const Method as_it_is = {.name = scene.name, .ladder = {}};
+  Trial trial(as_it_is, {}, options.precision, select_device(options.device));
   try {
-    for (u32 step = 0; step < options.steps; ++step) {
-      const auto start = std::chrono::steady_clock::now();
-      simulation.step();
-      ms.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
-      const Measures now = measure(simulation.backend().download(wanted), simulation.backend().sizes(), state.features,
-                                   simulation.counters());
-      const double change = (now.energy() - first) / range;
-      highest = std::max(highest, change);
-      lowest = std::min(lowest, change);
-      separation = std::max(separation, now.joint_drift ? now.joint_drift->separation : 0);
-    }
+    const Swung swung = swing(scene, options.steps * scene.settings.dt, trial);
+    fmt::print("{:4} {:3}  separation {:.5f} m  energy {:+.4f} .. {:+.4f}  {:.4f} ms a step\n", scene.settings.substeps,
+               scene.settings.iterations, swung.separation, -swung.lost, swung.gained, trial.ms_per_step());
   } catch (const Error& error) {
     fmt::print("{:4} {:3}  {}\n", scene.settings.substeps, scene.settings.iterations, error.what());
-    return;
   }
-  std::ranges::sort(ms);
-  fmt::print("{:4} {:3}  separation {:.5f} m  energy {:+.4f} .. {:+.4f}  {:.4f} ms a step\n", scene.settings.substeps,
-             scene.settings.iterations, separation, lowest, highest, ms[ms.size() / 2]);
   std::fflush(stdout);
 }
 
@@ -115,7 +72,7 @@ int main(int argc, char** argv) {
       for (const u32 iterations : options.iterations) {
         scene.settings.substeps = substeps;
         scene.settings.iterations = iterations;
-        options.precision == "double" ? run<double>(scene, options) : run<float>(scene, options);
+        run(scene, options);
       }
     }
   } catch (const std::exception& error) {

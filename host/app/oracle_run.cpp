@@ -47,26 +47,19 @@ void prepare_for_oracle(const OracleOptions& oracle, SceneOptions& options, Scen
   expect(!is_penalty(scene), "--solver", "and springs between particles leave it nothing to solve; leave --solver out");
   options.device = "reference";
   Settings& settings = scene.settings;
-  if (settings.solver != Solver::gauss_seidel) {
-    use_solver(settings, Solver::gauss_seidel);
-    settings.substeps = options.substeps.value_or(settings.substeps);
-  }
-  settings.precision = "double";
-  settings.friction_model = FrictionModel::cones;
-  settings.iterations = options.iterations.value_or(100'000);
-  settings.tolerance = options.tolerance.value_or(1e-10);
+  use_oracle(settings);
+  settings.substeps = options.substeps.value_or(settings.substeps);
+  settings.iterations = options.iterations.value_or(settings.iterations);
+  settings.tolerance = options.tolerance.value_or(settings.tolerance);
   expect(settings.tolerance > 0, "--tolerance", "which needs a residual > 0 to end at");
 }
 
 void expect_all_solved(const std::string& scene, const OracleOptions& oracle, double tolerance,
                        const Unsolved& unsolved) {
   if (unsolved.count == 0) return;
-  throw Error(
-      Failure::comparison, scene,
-      fmt::format("{} left more than a residual of {:.3g} in {} sub-steps, {:.3g} at worst in step {} ({}); try "
-                  "another --solver, more --iterations or a larger --tolerance",
-                  oracle.solver, tolerance, unsolved.count, unsolved.worst_residual, unsolved.worst_step,
-                  oracle::stop_name(unsolved.worst_stop)));
+  throw Error(Failure::comparison, scene,
+              fmt::format("{} {}; try another --solver, more --iterations or a larger --tolerance", oracle.solver,
+                          in_words(unsolved, tolerance)));
 }
 
 }  // namespace lockstep::app

@@ -15,12 +15,6 @@ using exact::subtract;
 
 constexpr double g = 9.81;
 
-u32 first_dynamic(const Scene& scene) {
-  u32 i = 0;
-  while (scene.bodies[i].kind != BODY_DYNAMIC) ++i;
-  return i;
-}
-
 /// A ball that bounces for ever shorter times: when it comes to rest, and how far it travelled.
 std::vector<CaseError> zeno_ball(const std::string& name, double restitution, Trial& trial) {
   const Scene scene = read_scene(name);

@@ -9,17 +9,10 @@ namespace lockstep {
 
 namespace {
 
-/// The balls of a scene, from `first` on.
-u32 first_ball(const Scene& scene) {
-  u32 i = 0;
-  while (scene.bodies[i].kind != BODY_DYNAMIC) ++i;
-  return i;
-}
-
 /// Kinetic and potential energy, J, the latter over the height 0. A ball is an isotropic body.
 double energy_of_balls(const Scene& scene, Seen& now) {
   double sum = 0;
-  for (u32 i = first_ball(scene); i < scene.bodies.size(); ++i) {
+  for (u32 i = first_dynamic(scene); i < scene.bodies.size(); ++i) {
     const BodyDescription& ball = scene.bodies[i];
     const BodyState state = now.body(i);
     double moves = 0, turns = 0;
@@ -58,7 +51,7 @@ class EnergyError {
 /// height is 5 - g s^2 / 2, s the time from the nearest top.
 std::vector<CaseError> bouncing(Trial& trial) {
   const Scene scene = read_scene("elastic_balls");
-  const u32 ball = first_ball(scene);
+  const u32 ball = first_dynamic(scene);
   const double top = scene.bodies[ball].position[2], g = -scene.gravity[2];
   const double period = 2 * std::sqrt(2 * (top - scene.bodies[ball].shapes[0].radius) / g);
   EnergyError energy(scene);
@@ -105,7 +98,7 @@ double squared_penetrations(std::vector<Vector3>& centres, double radius) {
 /// Published at dt 1e-3: RaiSim 1.35e-4 m^2, ODE 1.55e-4, MuJoCo 0.095, Bullet 0.38.
 std::vector<CaseError> six66(Trial& trial) {
   const Scene scene = read_scene("balls666");
-  const u32 first = first_ball(scene);
+  const u32 first = first_dynamic(scene);
   std::vector<Vector3> centres(scene.bodies.size() - first);
   double sum = 0;
   u32 seen = 0;

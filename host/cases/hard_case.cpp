@@ -22,6 +22,12 @@ Method swept(Solver solver, double dt, std::initializer_list<u32> counts, u32 Se
 
 }  // namespace
 
+u32 first_dynamic(const Scene& scene) {
+  u32 i = 0;
+  while (scene.bodies[i].kind != BODY_DYNAMIC) ++i;
+  return i;
+}
+
 std::vector<Setting> steps_of(std::initializer_list<double> dts) {
   std::vector<Setting> ladder;
   for (const double dt : dts) ladder.push_back({.dt = dt});
@@ -57,11 +63,7 @@ Method with_patches(Method method) {
 }
 
 Method oracle(const std::string& solver, std::initializer_list<double> dts) {
-  const auto choose = [](Settings& settings) {
-    use_solver(settings, Solver::gauss_seidel);
-    settings.friction_model = FrictionModel::cones;
-  };
-  return {"oracle " + solver, choose, solver, steps_of(dts)};
+  return {"oracle " + solver, nullptr, solver, steps_of(dts)};
 }
 
 const std::vector<HardCase>& hard_cases() {

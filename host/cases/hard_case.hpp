@@ -40,6 +40,9 @@ inline CaseError compare(const std::string& quantity, const std::string& unit, d
   return {quantity, unit, exact, computed > exact ? computed - exact : exact - computed};
 }
 
+/// The index of the first body that can move; there has to be one.
+u32 first_dynamic(const Scene& scene);
+
 /// A ladder of time steps.
 std::vector<Setting> steps_of(std::initializer_list<double> dts);
 

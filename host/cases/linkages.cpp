@@ -1,56 +1,25 @@
 // Mechanisms of rigid joints without friction: no joint comes apart, and the energy is constant.
 #include <algorithm>
-#include <cmath>
 
 #include "host/cases/hard_case.hpp"
+#include "host/cases/swing.hpp"
 #include "host/scene/read.hpp"
 
 namespace lockstep {
 
 namespace {
 
-/// What the weights of all bodies could do at most on the way to the origin, from which each mechanism hangs, J: what a
-/// change of the energy is measured by, for the energy itself may be 0.
-double range_of_energy(const Scene& scene) {
-  double range = 0;
-  for (const BodyDescription& body : scene.bodies)
-    range += body.mass * exact::length(scene.gravity) * exact::length(body.position);
-  return range;
-}
-
-/// The largest of a whole run.
-struct Worst {
-  double separation = 0, angle = 0;  // m, rad, of a joint
-  double energy = 0;                 // in parts of its range
-};
-
-Worst watch(const std::string& name, double duration, Trial& trial) {
-  const Scene scene = read_scene(name);
-  const double range = range_of_energy(scene);
-  Worst worst;
-  double first = 0;
-  trial.run(scene, duration, [&](Seen& now) {
-    const Measures& measures = now.measures();
-    if (now.time == 0) first = measures.energy();
-    worst.separation = std::max(worst.separation, measures.joint_drift->separation);
-    worst.angle = std::max(worst.angle, measures.joint_drift->angle);
-    worst.energy = std::max(worst.energy, std::abs(measures.energy() - first) / range);
-    return true;
-  });
-  return worst;
-}
-
 /// Ball joints: what matters first is that the chain holds.
 std::vector<CaseError> chain(const std::string& name, Trial& trial) {
-  const Worst worst = watch(name, 5, trial);
+  const Swung worst = swing(read_scene(name), 5, trial);
   return {{"largest separation of a joint", "m", 0, worst.separation},
-          {"largest change of energy in its range", "", 0, worst.energy}};
+          {"largest change of energy in its range", "", 0, std::max(worst.gained, worst.lost)}};
 }
 
 /// Hinges, on a motion that never ends.
 std::vector<CaseError> hinges(const std::string& name, Trial& trial) {
-  const Worst worst = watch(name, 10, trial);
-  return {{"largest change of energy in its range", "", 0, worst.energy},
+  const Swung worst = swing(read_scene(name), 10, trial);
+  return {{"largest change of energy in its range", "", 0, std::max(worst.gained, worst.lost)},
           {"largest separation of a joint", "m", 0, worst.separation},
           {"largest angle of a joint", "rad", 0, worst.angle}};
 }

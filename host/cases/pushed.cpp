@@ -12,15 +12,8 @@ namespace {
 constexpr double g = 9.81;
 
 double square_distance(const Vector3& a, const Vector3& b) {
-  double sum = 0;
-  for (int k = 0; k < 3; ++k) sum += (a[k] - b[k]) * (a[k] - b[k]);
-  return sum;
-}
-
-u32 body_named(const Scene& scene, const std::string& name) {
-  u32 i = 0;
-  while (scene.bodies[i].name != name) ++i;
-  return i;
+  const Vector3 between = exact::subtract(a, b);
+  return exact::dot(between, between);
 }
 
 /// SimBenchmark's rolling test: 150 N draw a slab of 10 kg over the ground, mu = 0.4, and 25 balls of 1 kg, mu = 0.8,
@@ -29,7 +22,7 @@ u32 body_named(const Scene& scene, const std::string& name) {
 /// not let the slab move.
 std::vector<CaseError> rolling(Trial& trial) {
   const Scene scene = read_scene("rolling25");
-  const u32 slab = body_named(scene, "slab"), first = slab + 1, balls = 25;
+  const u32 slab = first_dynamic(scene), first = slab + 1, balls = 25;
   const double force = 150, slab_mass = 10, ball_mass = 1;
   const Vector3 along = {0.5, std::sqrt(0.75), 0};
   const double rubs = 0.4 * (slab_mass + balls * ball_mass) * g;                                 // N, under the slab
@@ -61,7 +54,7 @@ std::vector<CaseError> oscillating_push(Trial& trial) {
   const Scene scene = read_scene("pushed_block");
   const double push = 8, duration = 10, dt = trial.settings_for(scene).dt;
   const StickSlip exact(push, 0.8 * g, duration);
-  const u32 block = body_named(scene, "block");
+  const u32 block = first_dynamic(scene);
   double sum = 0, place = 0;
   u32 seen = 0;
   trial.run(

@@ -1,7 +1,5 @@
 #include "host/cases/trial.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -16,8 +14,6 @@ namespace lockstep {
 
 namespace {
 
-constexpr double oracle_residual = 1e-10;
-constexpr u32 oracle_iterations = 100'000;
 constexpr u32 looks = 50;  // at the residual, in a run
 
 template <class real>
@@ -85,10 +81,7 @@ Settings Trial::settings_for(const Scene& scene) const {
   if (setting_.substeps > 0) settings.substeps = setting_.substeps;
   if (setting_.iterations > 0) settings.iterations = setting_.iterations;
   settings.precision = precision_;
-  if (!method_.oracle.empty()) {
-    settings.tolerance = oracle_residual;
-    settings.iterations = oracle_iterations;
-  }
+  if (!method_.oracle.empty()) use_oracle(settings);
   return settings;
 }
 
@@ -97,7 +90,7 @@ void Trial::run(const Scene& scene, double duration, const std::function<bool(Se
   Scene mine = scene;
   mine.settings = settings_ = settings_for(scene);
   mine.settings.loads = push.has_value();
-  if (precision_ == "double")
+  if (settings_.precision == "double")
     run_in<double>(mine, duration, visit, push);
   else
     run_in<float>(mine, duration, visit, push);
@@ -126,9 +119,7 @@ void Trial::run_in(const Scene& scene, double duration, const std::function<bool
   }
   if (const auto* oracle = dynamic_cast<const OracleBackend*>(&simulation.backend()))
     if (const Unsolved& left = oracle->unsolved(); left.count > 0)
-      throw Error(Failure::comparison, scene.name,
-                  fmt::format("{} left {} sub-steps unsolved, {:.3g} at worst", method_.oracle, left.count,
-                              left.worst_residual));
+      throw Error(Failure::comparison, scene.name, method_.oracle + " " + in_words(left, scene.settings.tolerance));
 }
 
 double Trial::ms_per_step() const { return ms_.empty() ? 0 : median(ms_); }

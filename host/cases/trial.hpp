@@ -55,7 +55,8 @@ struct Push {
 
 class Trial {
  public:
-  /// `device`: nothing for the reference, where oracles run too. `precision`: "float" or "double".
+  /// `device`: nothing for the reference. `precision`: "float" or "double". Oracles run in double on the reference,
+  /// whatever is asked for.
   Trial(const Method& method, const Setting& setting, std::string precision, std::optional<DeviceInfo> device)
       : method_(method), setting_(setting), precision_(std::move(precision)), device_(std::move(device)) {}
 

@@ -1,5 +1,7 @@
 #include "host/problems/oracle_backend.hpp"
 
+#include <fmt/format.h>
+
 #include "host/report/contact_system.hpp"
 
 namespace lockstep {
@@ -37,6 +39,20 @@ void write_back(const ContactSystem& system, Buffers<double>& buffers) {
 }
 
 }  // namespace
+
+std::string in_words(const Unsolved& unsolved, double tolerance) {
+  return fmt::format("left more than a residual of {:.3g} in {} sub-steps, {:.3g} at worst in step {} ({})", tolerance,
+                     unsolved.count, unsolved.worst_residual, unsolved.worst_step,
+                     oracle::stop_name(unsolved.worst_stop));
+}
+
+void use_oracle(Settings& settings) {
+  if (settings.solver != Solver::gauss_seidel) use_solver(settings, Solver::gauss_seidel);
+  settings.precision = "double";
+  settings.friction_model = FrictionModel::cones;
+  settings.iterations = 100'000;
+  settings.tolerance = 1e-10;
+}
 
 void OracleBackend::work(Stage stage, const StepParams<double>& params) {
   Buffers<double>& b = buffers();

@@ -13,6 +13,13 @@ struct Unsolved {
   oracle::Stop worst_stop = oracle::Stop::tolerance;
 };
 
+/// "left more than a residual of 1e-10 in 3 sub-steps, 2e-9 at worst in step 7 (iterations)".
+std::string in_words(const Unsolved& unsolved, double tolerance);
+
+/// Makes settings those of an oracle: double, hard contacts in cones, a residual of 1e-10 in 100,000 iterations at
+/// most.
+void use_oracle(Settings& settings);
+
 /// Runs every stage as the reference does but `solve_constraints`: there the constraint system as it stands is solved,
 /// to a residual of StepParams::tolerance and in StepParams::iterations at most, and the impulses are applied. For
 /// states compiled with Solver::gauss_seidel and FrictionModel::cones: hard contacts, each in a cone. COUNTER_SWEEPS
