@@ -5,16 +5,18 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
 
-#include "bench/apart.hpp"
 #include "bench/bullet_world.hpp"
 #include "bench/overlap.hpp"
 #include "host/backends/device_backend.hpp"
+#include "host/cases/apart.hpp"
 #include "host/error.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
@@ -33,8 +35,9 @@ struct Result {
 
 /// Steps with a function and keeps the time of each call; after each, outside of it, looks at the joints.
 template <class Step, class Poses>
-std::vector<std::vector<double>> time_steps(const Scene& scene, Step&& step, Poses&& poses) {
-  std::vector<double> ms, last;
+nlohmann::json time_steps(const Scene& scene, Step&& step, Poses&& poses) {
+  std::vector<double> ms;
+  std::vector<std::array<double, 7>> last;
   double separation = 0;
   for (u32 i = 0; i < scene.settings.steps; ++i) {
     const auto begin = Clock::now();
@@ -42,18 +45,18 @@ std::vector<std::vector<double>> time_steps(const Scene& scene, Step&& step, Pos
     ms.push_back(std::chrono::duration<double, std::milli>(Clock::now() - begin).count());
     if (!scene.joints.empty()) separation = std::max(separation, bench::joint_separation(scene, poses()));
   }
-  for (const bench::BodyPose& pose : poses()) {
-    last.insert(last.end(), pose.position.begin(), pose.position.end());
-    last.insert(last.end(), pose.orientation.begin(), pose.orientation.end());
-  }
-  return {ms, last, {separation}};
+  for (const auto& [x, q] : poses()) last.push_back({x[0], x[1], x[2], q[0], q[1], q[2], q[3]});
+  return {{"ms", ms}, {"poses", last}, {"separation", separation}};
 }
 
-Result result_of(const bench::Apart& apart) {
-  Result result = {apart.values[0], {}, apart.values[2][0], apart.peak_memory};
-  const std::vector<double>& x = apart.values[1];
-  for (std::size_t i = 0; i < x.size(); i += 7)
-    result.poses.push_back({{x[i], x[i + 1], x[i + 2]}, {x[i + 3], x[i + 4], x[i + 5], x[i + 6]}});
+/// In a process of its own, so that engines do not share memory.
+Result run(const std::function<nlohmann::json()>& steps) {
+  Result result;
+  const nlohmann::json found = run_apart(steps, &result.peak_memory);
+  result.ms = found["ms"].get<std::vector<double>>();
+  result.separation = found["separation"];
+  for (const auto& p : found["poses"].get<std::vector<std::array<double, 7>>>())
+    result.poses.push_back({{p[0], p[1], p[2]}, {p[3], p[4], p[5], p[6]}});
   return result;
 }
 
@@ -67,7 +70,7 @@ std::unique_ptr<DeviceBackend<float>> open_backend(const InitialState<float>& st
 }
 
 Result run_lockstep(const Scene& scene, u32 threads) {
-  return result_of(bench::run_apart([&] {
+  return run([&] {
     const auto state = compile<float>(scene);
     Simulation<float> simulation(open_backend(state, threads, false), state.params);
     const auto poses = [&] {
@@ -82,21 +85,21 @@ Result run_lockstep(const Scene& scene, u32 threads) {
     };
     return time_steps(
         scene, [&] { simulation.step(); }, poses);
-  }));
+  });
 }
 
 Result run_bullet(const Scene& scene) {
-  return result_of(bench::run_apart([&] {
+  return run([&] {
     bench::BulletWorld world(scene);
     return time_steps(
         scene, [&] { world.step(); }, [&] { return world.poses(); });
-  }));
+  });
 }
 
 /// What the parts of a step share of its device time, in percent: candidate pairs, contacts of them, colours and
 /// blocks, sub-steps, the rest.
 std::string shares(const Scene& scene, u32 threads) {
-  const bench::Apart apart = bench::run_apart([&]() -> std::vector<std::vector<double>> {
+  const std::vector<double> parts = run_apart([&]() -> nlohmann::json {
     const auto state = compile<float>(scene);
     Simulation<float> simulation(open_backend(state, threads, true), state.params);
     simulation.step();  // warms up
@@ -113,9 +116,8 @@ std::string shares(const Scene& scene, u32 threads) {
                                                                                   : 4;
       parts[part] += last[s] - first[s];
     }
-    return {parts};
+    return parts;
   });
-  const std::vector<double>& parts = apart.values[0];
   const double sum = std::accumulate(parts.begin(), parts.end(), 0.0);
   std::string text;
   for (const double part : parts) text += fmt::format(",{:.0f}", 100 * part / sum);

@@ -5,11 +5,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "host/app/bench_results.hpp"
 #include "host/app/commands.hpp"
 #include "host/backends/canary.hpp"
+#include "host/cases/apart.hpp"
 #include "host/error.hpp"
 #include "host/scene/read.hpp"
 
@@ -58,6 +60,38 @@ void expect_methods(const std::vector<const HardCase*>& cases, const std::vector
   }
 }
 
+// What there is to say of a device.
+struct BenchDevice {
+  std::string choice, name;  // as the command line has it, and in words
+  bool fp64 = true;
+  std::string verdicts = {};  // of the canary, in every precision; none of the reference
+
+  std::string in_words() const {
+    return verdicts.empty() ? "the plain C++ reference" : fmt::format("{} ({})", name, verdicts);
+  }
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(BenchDevice, choice, name, fp64, verdicts)
+
+BenchDevice ask(const std::string& choice, const std::vector<std::string>& precisions) {
+  const std::optional<DeviceInfo> device = select_device(choice);
+  if (!device) return {choice, "reference"};
+  std::vector<std::string> verdicts;
+  for (const std::string& precision : precisions)
+    if (precision == "float" || device->fp64)
+      verdicts.push_back(fmt::format("{}: {}", precision, verdict_in_words(*device, precision == "double")));
+  return {choice, device->name, device->fp64, fmt::format("{}", fmt::join(verdicts, ", "))};
+}
+
+// OpenCL is asked by a process apart, so that this one can start others.
+std::vector<BenchDevice> ask_all(const BenchOptions& options) {
+  const nlohmann::json devices = run_apart([&] {
+    std::vector<BenchDevice> asked;
+    for (const std::string& choice : options.devices) asked.push_back(ask(choice, options.precisions));
+    return asked;
+  });
+  return devices.get<std::vector<BenchDevice>>();
+}
+
 // Where the figures go: a table that is whole after every trial, a page and an object that are after every case.
 class BenchFiles {
  public:
@@ -103,9 +137,9 @@ class BenchFiles {
 };
 
 BenchTrial try_once(const HardCase& one, const Method& method, const Setting& setting, const std::string& precision,
-                    const std::optional<DeviceInfo>& device) {
-  Trial trial(method, setting, precision, device);
-  BenchTrial found = {.device = device ? device->name : "reference", .precision = precision, .method = method.name};
+                    const BenchDevice& device) {
+  Trial trial(method, setting, precision, select_device(device.choice));
+  BenchTrial found = {.device = device.name, .precision = precision, .method = method.name};
   try {
     found.errors = one.run(trial);
   } catch (const Error& error) {
@@ -121,12 +155,14 @@ BenchTrial try_once(const HardCase& one, const Method& method, const Setting& se
   return found;
 }
 
-// The fastest of all repetitions: what slows a run down is other work on the machine. The errors are the same.
+// The fastest of all repetitions, each in a process of its own: what slows a run down is other work on the machine.
+// The errors are the same.
 BenchTrial try_out(const HardCase& one, const Method& method, const Setting& setting, const std::string& precision,
-                   const std::optional<DeviceInfo>& device, u32 repetitions) {
-  BenchTrial best = try_once(one, method, setting, precision, device);
+                   const BenchDevice& device, u32 repetitions) {
+  const auto work = [&] { return to_json(try_once(one, method, setting, precision, device)); };
+  BenchTrial best = trial_of(run_apart(work));
   for (u32 i = 1; i < repetitions && best.failure.empty(); ++i) {
-    BenchTrial again = try_once(one, method, setting, precision, device);
+    BenchTrial again = trial_of(run_apart(work));
     if (again.ms_per_step < best.ms_per_step) best = std::move(again);
   }
   return best;
@@ -142,12 +178,13 @@ void print(const BenchTrial& t) {
   std::fflush(stdout);
 }
 
-void bench(const HardCase& one, const BenchOptions& options, const std::vector<std::optional<DeviceInfo>>& devices,
+void bench(const HardCase& one, const BenchOptions& options, const std::vector<BenchDevice>& devices,
            BenchFiles& files) {
+  const BenchDevice reference = {"reference", "reference"};
   BenchCase benched = {one.name, one.says, {}};
   fmt::print("{}: {}\n  {:<28} {:<7} {:>9} {:>6} {:>7} {:>10} {:>10}  {:>10}  residual\n", one.name, one.says, "method",
              "", "dt", "sub-st", "sweeps", "ms/step", "ms/s", "error");
-  const auto run = [&](const Method& method, const std::string& precision, const std::optional<DeviceInfo>& device) {
+  const auto run = [&](const Method& method, const std::string& precision, const BenchDevice& device) {
     for (std::size_t i = 0; i < std::min(options.settings, method.ladder.size()); ++i) {
       benched.trials.push_back(try_out(one, method, method.ladder[i], precision, device, options.repetitions));
       print(benched.trials.back());
@@ -158,34 +195,14 @@ void bench(const HardCase& one, const BenchOptions& options, const std::vector<s
     if (!options.methods.empty() && std::ranges::find(options.methods, method.name) == options.methods.end()) continue;
     for (const std::string& precision : options.precisions) {
       if (!method.oracle.empty()) {  // double, on the reference
-        if (precision == "double") run(method, precision, std::nullopt);
+        if (precision == "double") run(method, precision, reference);
         continue;
       }
-      for (const std::optional<DeviceInfo>& device : devices)
-        if (!device || device->fp64 || precision == "float") run(method, precision, device);
+      for (const BenchDevice& device : devices)
+        if (device.fp64 || precision == "float") run(method, precision, device);
     }
   }
   files.add(benched);
-}
-
-// The devices in words, with what the canary says of each in every precision.
-std::string machine_of(const std::vector<std::optional<DeviceInfo>>& devices,
-                       const std::vector<std::string>& precisions) {
-  std::vector<std::string> words;
-  for (const std::optional<DeviceInfo>& device : devices) {
-    if (!device) {
-      words.push_back("the plain C++ reference");
-      continue;
-    }
-    std::vector<std::string> verdicts;
-    for (const std::string& precision : precisions) {
-      const bool is_double = precision == "double";
-      if (is_double && !device->fp64) continue;
-      verdicts.push_back(fmt::format("{}: {}", precision, verdict_in_words(*device, is_double)));
-    }
-    words.push_back(fmt::format("{} ({})", device->name, fmt::join(verdicts, ", ")));
-  }
-  return fmt::format("{}", fmt::join(words, " and "));
 }
 
 void run(const BenchOptions& options) {
@@ -195,9 +212,10 @@ void run(const BenchOptions& options) {
     return;
   }
   expect_methods(cases, options.methods);
-  std::vector<std::optional<DeviceInfo>> devices;
-  for (const std::string& name : options.devices) devices.push_back(select_device(name));
-  BenchFiles files(options.out, machine_of(devices, options.precisions));
+  const std::vector<BenchDevice> devices = ask_all(options);
+  std::vector<std::string> words;
+  for (const BenchDevice& device : devices) words.push_back(device.in_words());
+  BenchFiles files(options.out, fmt::format("{}", fmt::join(words, " and ")));
   for (const HardCase* one : cases) bench(*one, options, devices, files);
   fmt::print("figures in {0}/bench.csv and bench.json, {1} in {0}/index.html\n", options.out,
              files.plots() ? "plots" : "without plots (install gnuplot for them) a page");

@@ -1,6 +1,7 @@
 // What `lockstep bench` found, and the files that say so: a table, an object and a page with plots.
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -37,6 +38,9 @@ struct BenchCase {
 std::string csv_header();
 std::string to_csv(const BenchCase& benched, const BenchTrial& trial);
 
+/// An object of a trial, and the trial of such an object, the same but for quotients.
+nlohmann::ordered_json to_json(const BenchTrial& trial);
+BenchTrial trial_of(const nlohmann::json& object);
 std::string to_json(const std::vector<BenchCase>& cases);
 
 /// Whether gnuplot is here to plot.
