@@ -99,7 +99,7 @@ Result run_bullet(const Scene& scene) {
 /// What the parts of a step share of its device time, in percent: candidate pairs, contacts of them, colours and
 /// blocks, sub-steps, the rest.
 std::string shares(const Scene& scene, u32 threads) {
-  const std::vector<double> parts = run_apart([&]() -> nlohmann::json {
+  const std::vector<double> seconds = run_apart([&]() -> nlohmann::json {
     const auto state = compile<float>(scene);
     Simulation<float> simulation(open_backend(state, threads, true), state.params);
     simulation.step();  // warms up
@@ -118,9 +118,9 @@ std::string shares(const Scene& scene, u32 threads) {
     }
     return parts;
   });
-  const double sum = std::accumulate(parts.begin(), parts.end(), 0.0);
+  const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
   std::string text;
-  for (const double part : parts) text += fmt::format(",{:.0f}", 100 * part / sum);
+  for (const double part : seconds) text += fmt::format(",{:.0f}", 100 * part / sum);
   return text;
 }
 
