@@ -13,8 +13,13 @@
 // The free coordinate x has one more row, with velocity u_f and impulse r_f = r_m + r_l:
 //   motor    u_f = motor_speed as far as |r_m| <= motor_force dt reaches
 //   limits   low <= x + dt u_f <= high while x is between; outside of them a share of what x is beyond is taken back
-// Both together are `slowest <= u_f <= fastest` in the visit (cpu_reference/joints/visit_joint.hpp), which solves the
-// row together with the locked ones: `coupling` is what its impulse does to them, `response` what they answer.
+//   spring   r_l = -h (k (x + theta h u_f - rest) + c u_f), that is u_f + rate (x - rest) + yield r_l = 0, with
+//            yield = 1 / (h (theta h k + c)) and rate = h k yield (host/scene/compile_joints.cpp). At theta 1/2 it
+//            keeps its energy at any stiffness: the map of one oscillation has determinant 1 and trace 2 / (1 + h^2 k /
+//            2 m)
+// Limits, or the spring, are `slowest <= u_f <= fastest` in the visit (cpu_reference/joints/visit_joint.hpp), which
+// solves the row together with the locked ones: `coupling` is what its impulse does to them, `response` what they
+// answer.
 #pragma once
 
 #include "cpu_reference/joints/factor.hpp"
@@ -34,6 +39,11 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, real turning, real dt) 
   FreeLaw<real> law = {-real(JOINT_UNBOUNDED), real(JOINT_UNBOUNDED), 0};
   if (joint.limited == 0) return law;
   const real above = x - joint.low, below = joint.high - x;
+  if (joint.yield > 0) {
+    law.slowest = -(joint.rate * above);
+    law.fastest = law.slowest;
+    return law;
+  }
   if (joint.low == joint.high) {
     law.slowest = -(joint.correction * above / dt + turning);
     law.fastest = law.slowest;
@@ -136,7 +146,7 @@ void clear_joint(JointBlock<real>& block, u32 lane) {
   const real none[JOINT_ROWS] = {}, no_turning[JOINT_ROWS + 1] = {};
   write_joint(block, lane, {}, {}, none, no_turning, none, none);
   for (real* field : {block.softness, block.spring, block.own, block.shared, block.motor_speed, block.motor_impulse,
-                      block.slowest, block.fastest, block.give})
+                      block.slowest, block.fastest, block.give, block.yield})
     field[lane] = 0;
 }
 
@@ -167,7 +177,7 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
     coupling[i] = locked && is_free ? m.coupling[i] : real(0);
     response[i] = coupling[i];
   }
-  const bool equal = joint.limited != 0 && joint.low == joint.high;
+  const bool equal = joint.limited != 0 && joint.low == joint.high && !(joint.yield > 0);
   turning[JOINT_ROWS] = equal ? ahead * turning[JOINT_ROWS] : real(0);
   solve_factor(factor, response);
   real shared = 0;
@@ -184,6 +194,7 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   block.slowest[lane] = law.slowest;
   block.fastest[lane] = law.fastest;
   block.give[lane] = law.give;
+  block.yield[lane] = joint.yield;
 }
 
 template <class real>

@@ -35,6 +35,7 @@ enum class Feature : u32 {
   loads = 1u << 24,          // forces and torques act on bodies from outside
   particles = 1u << 25,      // bodies push each other by particles, with springs and dampers; shapes do not touch
   shear_springs = 1u << 26,  // particles remember how far they were sheared
+  joint_springs = 1u << 27,  // springs act on free coordinates of joints
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -16,7 +16,7 @@ enum JointKind {
   JOINT_KINDS
 };
 
-// The coordinate of a joint that limits and a motor act on.
+// The coordinate of a joint that limits, a motor and a spring act on.
 enum JointFree {
   FREE_NOTHING = 0,  // there is none
   FREE_ANGLE = 1,    // by which b is turned against a about the axis, -pi .. pi, from how they stood at load
@@ -32,12 +32,13 @@ RECORD(Joint) {
   real softness;     // in parts of the joint's Delassus block; 0 where it is hard
   real frame_a[4];   // joint to body a
   real frame_b[4];   // joint to body b
-  real low, high;    // limits of the free coordinate, m or rad; equal ones lock it
+  real low, high;    // limits of the free coordinate, m or rad; equal ones lock it, or are where its spring rests
   real motor_speed;  // m/s or rad/s, of b against a
   real motor_force;  // N or N m that the motor has at most; 0 without
   real limited;      // 1 or 0
   real spring;       // 1 where softness is meant, not only a way to solve: it is not relaxed
-  real pad[2];
+  real rate;         // of the free coordinate's spring: u + rate (x - low) + yield r = 0, 1/s
+  real yield;        // 1/kg or 1/(kg m^2); 0 where there is no such spring
 };
 
 INDEX_RECORD(JointInfo) {
@@ -78,6 +79,7 @@ RECORD(JointBlock) {
   real motor_impulse[PACK];           // the motor has at most
   real slowest[PACK], fastest[PACK];  // bounds of the free velocity
   real give[PACK];                    // softness of these bounds, in parts of the free row's own
+  real yield[PACK];                   // of its spring: both bounds are the speed at which that would not push
 };
 
 // Kept from step to step: along the axes of the joint's frame in a.

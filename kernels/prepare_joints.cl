@@ -10,7 +10,10 @@ static inline void joint_free_law(const Joint joint, real x, real turning, real 
   real slowest = -(real)JOINT_UNBOUNDED, fastest = (real)JOINT_UNBOUNDED, give = (real)0;
   if (joint.limited != (real)0) {
     const real above = x - joint.low, below = joint.high - x;
-    if (joint.low == joint.high) {
+    if (joint.yield > (real)0) {
+      slowest = -(joint.rate * above);
+      fastest = slowest;
+    } else if (joint.low == joint.high) {
       slowest = -(joint.correction * above / dt + turning);
       fastest = slowest;
       give = joint.softness;
@@ -111,6 +114,7 @@ static inline void joint_clear(u32 lane, global JointBlock* block) {
   block->slowest[lane] = (real)0;
   block->fastest[lane] = (real)0;
   block->give[lane] = (real)0;
+  block->yield[lane] = (real)0;
 }
 
 static inline void prepare_joint(const StepParams params, const JointInfo info, const Joint joint, Vec3 x_a, Quat q_a,
@@ -134,7 +138,7 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
     coupling[i] = locked && is_free ? column[i] : (real)0;
     response[i] = coupling[i];
   }
-  const bool equal = joint.limited != (real)0 && joint.low == joint.high;
+  const bool equal = joint.limited != (real)0 && joint.low == joint.high && !(joint.yield > (real)0);
   turning[JOINT_ROWS] = equal ? ahead * turning[JOINT_ROWS] : (real)0;
   solve_factor(&factor, response);
   real shared = (real)0;
@@ -147,6 +151,7 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
   block->shared[lane] = shared;
   block->motor_speed[lane] = joint.motor_speed;
   block->motor_impulse[lane] = joint.motor_force * params.dt;
+  block->yield[lane] = joint.yield;
   joint_free_law(joint, now.coordinate, turning[JOINT_ROWS], params.dt, lane, block);
 }
 

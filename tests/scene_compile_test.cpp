@@ -348,6 +348,16 @@ TEST(SceneCompile, NumbersThatThePrecisionCannotHoldAreRefused) {
             "test.json: dt / substeps and its inverse must fit float, is 1e-300");
   EXPECT_EQ(refusal(scene_of(brick, R"(, "gravity": [0, 0, -1e300])")),
             "test.json: gravity must fit float, is -1e+300");
+  const auto sprung = [](const std::string& stiffness) {
+    return scene_of(R"({"name": "a", "mass": 1, "inertia": [1, 2, 3]})",
+                    R"(, "joints": [{"type": "slider", "bodies": ["world", "a"], "anchor": [0, 0, 0],
+                                     "axis": [0, 0, 1], "spring": {"stiffness": )" +
+                        stiffness + "}}]");
+  };
+  EXPECT_EQ(refusal(sprung("1e30")), "accepted");
+  EXPECT_EQ(refusal<double>(sprung("1e60")), "accepted");
+  EXPECT_EQ(refusal(sprung("1e60")),
+            "test.json: joint 0: dt (dt stiffness + damping) of a spring must fit float, is 2.777777777777778e+56");
   // finite in the file, no longer so after the arithmetic
   EXPECT_EQ(refusal<double>(scene_of(R"({"density": 1e300, "shapes": [{"type": "sphere", "radius": 1e100}]})")),
             "test.json: body 0: mass must fit double, is inf");

@@ -144,9 +144,28 @@ TEST(WorldJoints, MotorsAreDrivenOtherwiseWhileAWorldRuns) {
   const JointHandle weak = coarse.add(hinge, coarse.add(box_at({0, 0, 0})));
   EXPECT_EQ(refusal([&] { coarse.set_motor(weak, 0, 1e300); }), "joint 0: has a motor that float numbers cannot hold");
   const JointHandle socket = world.add(ball_joint({0, 0, 0}), box);
-  EXPECT_EQ(refusal([&] { world.set_motor(socket, 0, 1); }), "joint \"shoulder\": has nothing to limit or to drive");
+  EXPECT_EQ(refusal([&] { world.set_motor(socket, 0, 1); }),
+            "joint \"shoulder\": has nothing to limit, to drive or to push by a spring");
   world.remove(axle);
   EXPECT_EQ(refusal([&] { world.set_motor(axle, 0, 0); }), "joint 0: is not in this world any more");
+}
+
+// A box of 2 kg that has fallen for a while comes onto a spring, and to rest k x = m g below where it was then.
+TEST(WorldJoints, ASpringThatComesLaterCarries) {
+  Scene scene = empty_scene(0.005);
+  scene.gravity = {0, 0, -10};
+  World world(scene, in_double());
+  const BodyHandle box = world.add(box_at({0, 0, 0}));
+  world.step(20);
+  const double height = world.pose(box).position[2];
+  JointDescription slider = ball_joint({0, 0, 0});
+  slider.kind = JOINT_SLIDER;
+  slider.axis = {0, 0, -1};
+  slider.spring = {.stiffness = 100, .damping = 30};
+  world.add(slider, box);
+  world.step(1000);
+  EXPECT_NEAR(world.pose(box).position[2], height - 0.2, 1e-9);
+  EXPECT_NEAR(world.velocity(box).linear[2], 0, 1e-9);
 }
 
 TEST(WorldJoints, JointsThatMakeNoSenseAreRefused) {
@@ -171,9 +190,15 @@ TEST(WorldJoints, JointsThatMakeNoSenseAreRefused) {
   EXPECT_EQ(refused([](JointDescription& joint) { joint.limited = true, joint.low = -4; }),
             "joint \"shoulder\": must have limits within -pi .. pi: there the angle of a hinge is told");
   EXPECT_EQ(refused([](JointDescription& joint) { joint.kind = JOINT_BALL, joint.motor_force = 1; }),
-            "joint \"shoulder\": has nothing to limit or to drive");
+            "joint \"shoulder\": has nothing to limit, to drive or to push by a spring");
   EXPECT_EQ(refused([](JointDescription& joint) { joint.damping = -1; }),
             "joint \"shoulder\": must have no negative motor force, frequency or damping");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.spring = {.stiffness = -1}; }),
+            "joint \"shoulder\": must have a spring with a stiffness or a damping above 0, and neither below");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.limited = true, joint.spring = {.stiffness = 1}; }),
+            "joint \"shoulder\": must not have both limits and a spring; give one of them to a joint of its own");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.spring = {.stiffness = 1, .rest = 4}; }),
+            "joint \"shoulder\": must have a spring that rests within -pi .. pi: there the angle of a hinge is told");
   EXPECT_EQ(refusal([&] {
               world.add(ball_joint({0, 0, 0}), box, box);
             }),

@@ -5,8 +5,11 @@
 //   the locked rows alone would change their impulses by   d0 = -g K^-1 (u + bias + turning) - s g r,   g = 1 / (1 + s)
 //   the free row then moves at                             q + e r_f,   e = own - g shared
 //   its impulse brings it to the motor's speed, as far as the motor reaches, and into its bounds
+//   beside a spring of yield y a push moves it by e y / (e + y) only, and none leaves it at  s + (q - s) y / (e + y),
+//   where s is the speed at which the spring would not push
 //   the locked rows answer                                 d = d0 - g response (change of r_f)
-// The relaxing sweep asks joints that are not meant to be springs to be hard, without correction.
+// The relaxing sweep asks joints that are not meant to be springs to be hard, without correction; the springs of free
+// coordinates push in it as before.
 #pragma once
 
 #include "cpu_reference/joints/factor.hpp"
@@ -73,7 +76,8 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   const real softness = share * block.softness[lane];
   const real g = real(1) / (real(1) + softness);
   real slowest = block.slowest[lane], fastest = block.fastest[lane];
-  if (relaxed && !(spring > 0)) {  // a bound that excludes rest is a correction
+  const real yield = block.yield[lane];
+  if (relaxed && !(spring > 0) && !(yield > 0)) {  // a bound that excludes rest is a correction
     const bool equal = slowest == fastest;
     const real still = -block.turning[JOINT_ROWS][lane];
     slowest = equal ? still : (slowest > 0 ? real(0) : slowest);
@@ -102,10 +106,13 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   const real old = impulses.free[lane];
   const real e = block.own[lane] - g * block.shared[lane];
   const real q = before - e * old;  // without any impulse of the free row
-  const real reach = e * block.motor_impulse[lane];
+  const bool sprung = yield > 0;
+  const real left = sprung ? yield / (e + yield) : real(1);  // of a push, beside the spring
+  const real idle = sprung ? slowest + left * (q - slowest) : q;
+  const real reach = left * (e * block.motor_impulse[lane]);
   const real wanted = block.motor_speed[lane];
-  const real driven = wanted < q - reach ? q - reach : (wanted > q + reach ? q + reach : wanted);
-  const real bounded = bounded_speed(driven, slowest, fastest, share * block.give[lane]);
+  const real driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
+  const real bounded = sprung ? driven : bounded_speed(driven, slowest, fastest, share * block.give[lane]);
   const real r_free = e > 0 ? (bounded - q) / e : real(0);
   const real change = r_free - old;
 

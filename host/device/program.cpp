@@ -39,6 +39,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::loads, "LOADS"},
     {Feature::particles, "PARTICLES"},
     {Feature::shear_springs, "SHEAR_SPRINGS"},
+    {Feature::joint_springs, "JOINT_SPRINGS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

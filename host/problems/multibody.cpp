@@ -24,7 +24,7 @@ void check(const ContactSystem& system) {
     const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
     if (j.softness > 0) refuse(where, "is a spring; the models of the oracles have rigid joints");
     if (j.free != FREE_NOTHING && (bounded || j.motor_impulse > 0))
-      refuse(where, "has a motor or a limit; the models of the oracles have free joints");
+      refuse(where, "has a motor, a limit or a spring; the models of the oracles have free joints");
   }
 }
 

@@ -142,8 +142,9 @@ struct Joints {
 void expect_plain(const SystemJoint& j, const std::string& where) {
   const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
   if (j.free != FREE_NOTHING && (bounded || j.motor_impulse > 0))
-    throw Error(Failure::input, where,
-                fmt::format("joint {} has a motor or limits, which FCLIB has no rows for; take them away", j.joint));
+    throw Error(
+        Failure::input, where,
+        fmt::format("joint {} has a motor, limits or a spring, which FCLIB has no rows for; take them away", j.joint));
 }
 
 // A locked row of a joint that some velocity is seen by, and the velocity in m/s that stands for a unit of it.

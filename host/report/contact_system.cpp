@@ -76,7 +76,8 @@ SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
   j.slowest = double(data.slowest[lane]);
   j.fastest = double(data.fastest[lane]);
   j.give = double(data.give[lane]);
-  if (!relaxed) return j;
+  j.yield = double(data.yield[lane]);
+  if (!relaxed || j.yield > 0) return j;
   const double still = -double(data.turning[JOINT_ROWS][lane]);
   const bool equal = j.slowest == j.fastest;
   j.slowest = equal ? still : std::min(j.slowest, 0.0);

@@ -55,6 +55,7 @@ struct SystemJoint {
   double motor_speed = 0, motor_impulse = 0;
   double slowest = 0, fastest = 0;  // bounds of the free velocity
   double give = 0;                  // their softness, in parts of the mobility
+  double yield = 0;                 // of its spring, which both bounds are the rest of; 0 where there is none
   double free_mobility = 0;         // of the free row while the locked rows answer
   u32 joint = 0;                    // index into the joints it came from
 };

@@ -46,7 +46,8 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
 
   JointDrift drift;
   drift.separation = locked_length(frame_a.conjugate() * d, info.locked & 7);
-  if (info.free == FREE_LENGTH) drift.separation = beyond(d.norm(), double(joint.low), double(joint.high));
+  if (info.free == FREE_LENGTH && !(joint.yield > 0))
+    drift.separation = beyond(d.norm(), double(joint.low), double(joint.high));
   const bool all_angles = info.locked >> 3 == 7, axis_only = info.locked >> 3 == 3;
   if (all_angles) drift.angle = 2 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
   const Vector3d axis = turn * Vector3d::UnitZ();
@@ -70,7 +71,8 @@ JointDrift joint_drift(const Buffers<real>& buffers) {
 template <class real>
 bool joints_conserve_energy(const Buffers<real>& buffers) {
   return std::ranges::all_of(buffers.joints, [](const Joint<real>& joint) {
-    return joint.motor_force == 0 && joint.spring == 0 && (joint.limited == 0 || joint.low == joint.high);
+    const bool equal = joint.low == joint.high;
+    return joint.motor_force == 0 && joint.spring == 0 && joint.yield == 0 && (joint.limited == 0 || equal);
   });
 }
 

@@ -188,7 +188,13 @@ Rows own_velocity(const SystemJoint& j, const SystemBody& a, const SystemBody& b
 
 // The velocity that the law of the free row wants, q + e r where r is what the motor and the bounds make of it.
 double wanted_speed(const SystemJoint& j, double u) {
-  const double q = u - j.free_mobility * j.free_impulse, reach = j.free_mobility * j.motor_impulse;
+  const double e = j.free_mobility, q = u - e * j.free_impulse;
+  if (j.yield > 0) {
+    const double left = j.yield / (e + j.yield), idle = j.slowest + left * (q - j.slowest);
+    const double reach = left * e * j.motor_impulse;
+    return std::clamp(j.motor_speed, idle - reach, idle + reach);
+  }
+  const double reach = e * j.motor_impulse;
   const double driven = std::clamp(j.motor_speed, q - reach, q + reach);
   return driven + (std::clamp(driven, j.slowest, j.fastest) - driven) / (1 + j.give);
 }

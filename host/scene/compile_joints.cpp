@@ -52,6 +52,20 @@ void set_softness(const Settings& settings, const JointDescription& in, const Or
   out.spring = spring;
 }
 
+// The spring of the free coordinate, taken at the end of a sub-step, or in its middle where the integrator is of second
+// order and energy is to stay (cpu_reference/prepare_joints.hpp).
+template <class real>
+void set_spring(const Settings& settings, const JointSpring& in, const Origin& origin, Joint<real>& out) {
+  const double h = settings.dt / settings.substeps;
+  const double theta = settings.integrator == Integrator::trapezoidal ? 0.5 : 1;
+  const double stiff = theta * h * in.stiffness + in.damping;
+  out.limited = 1;
+  out.low = out.high = rounded<real>(in.rest, "the rest of a spring", origin);
+  out.rate = rounded<real>(in.stiffness / stiff, "the stiffness of a spring", origin);
+  rounded_positive<real>(h * stiff, "dt (dt stiffness + damping) of a spring", origin);
+  out.yield = static_cast<real>(1 / (h * stiff));
+}
+
 template <class real>
 Joint<real> make_joint(const Settings& settings, const Scene& scene, const JointDescription& in, const Origin& origin) {
   const JointStand stand = stand_of(scene, in);
@@ -65,7 +79,8 @@ Joint<real> make_joint(const Settings& settings, const Scene& scene, const Joint
   out.limited = in.limited;
   out.low = rounded<real>(in.low, "limits", origin);
   out.high = rounded<real>(in.high, "limits", origin);
-  if (in.kind == JOINT_DISTANCE && !in.limited) {  // a rod
+  if (in.spring) set_spring(settings, *in.spring, origin, out);
+  if (in.kind == JOINT_DISTANCE && !in.limited && !in.spring) {  // a rod
     out.limited = 1;
     out.low = out.high = rounded<real>(exact::length(exact::subtract(in.anchor_b, in.anchor_a)), "anchors", origin);
   }
@@ -159,11 +174,13 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
       const u32 body_b = joint.body_b == NONE ? null_body : first_body + joint.body_b;
       b.joint_infos.push_back({body_a, body_b, world, id, static_cast<u32>(joint.kind), locked_rows(joint.kind),
                                static_cast<u32>(free_of(joint.kind)), 0});
-      b.joints.push_back(make_joint<real>(settings, scene, joint, {scene}));
+      b.joints.push_back(make_joint<real>(settings, scene, joint, {scene, nullptr, &joint}));
       if (joint.collide || body_a == null_body || body_b == null_body) continue;
       joined.push_back({body_a, body_b});
       joined.push_back({body_b, body_a});
     }
+    if (std::ranges::any_of(scene.joints, [](const JointDescription& joint) { return joint.spring.has_value(); }))
+      state.features = with(state.features, Feature::joint_springs);
   }
   if (b.joints.empty()) return;
   lay_out_joints(b);

@@ -25,7 +25,7 @@ inline u32 locked_rows(JointKind kind) {
   return rows[kind];
 }
 
-/// The coordinate of a kind that limits and a motor act on.
+/// The coordinate of a kind that limits, a motor and a spring act on.
 inline JointFree free_of(JointKind kind) {
   constexpr JointFree free[] = {
 #define JOINT_KIND(name, NAME, linear, angular, free) free,

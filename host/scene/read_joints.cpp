@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <unordered_map>
 
 #include "host/scene/joint_kinds.hpp"
@@ -67,6 +68,27 @@ void read_motor(const JsonNode& node, JointFree free, JointDescription& joint) {
   joint.motor_force = motor.at(turns ? "max_torque" : "max_force").positive();
 }
 
+void read_spring(const JsonNode& node, JointFree free, JointDescription& joint) {
+  if (!node.has("spring")) return;
+  const JsonNode spring = node.at("spring");
+  if (joint.limited) spring.fail("does not go with limits; give one of them to a joint of its own");
+  if (free == FREE_ANGLE)
+    spring.expect_object({"stiffness", "damping", "rest", "rest_deg"});
+  else
+    spring.expect_object({"stiffness", "damping", "rest"});
+  JointSpring& s = joint.spring.emplace();
+  if (spring.has("stiffness")) s.stiffness = spring.at("stiffness").not_negative();
+  if (spring.has("damping")) s.damping = spring.at("damping").not_negative();
+  if (s.stiffness == 0 && s.damping == 0) spring.fail("needs a stiffness or a damping above 0");
+  if (free == FREE_LENGTH) s.rest = exact::length(exact::subtract(joint.anchor_b, joint.anchor_a));
+  const bool in_degrees = spring.has("rest_deg");
+  if (!in_degrees && !spring.has("rest")) return;
+  s.rest = free == FREE_ANGLE ? angle_at(spring, "rest", "rest_deg") : spring.at("rest").number();
+  if (free == FREE_LENGTH && s.rest < 0) spring.at("rest").fail("a distance is never below 0");
+  if (free == FREE_ANGLE && std::abs(s.rest) > exact::pi)
+    spring.at(in_degrees ? "rest_deg" : "rest").fail("the angle of a hinge is told from -180 to 180 degrees");
+}
+
 void read_place(const JsonNode& node, const char* kind, JointDescription& joint) {
   if (joint.kind == JOINT_DISTANCE) {
     refuse_keys(node, kind, {"anchor"});
@@ -89,7 +111,7 @@ void read_place(const JsonNode& node, const char* kind, JointDescription& joint)
 
 NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   node.expect_object({"type", "name", "bodies", "anchor", "anchors", "axis", "limits", "limits_deg", "motor", "collide",
-                      "frequency", "damping"});
+                      "spring", "frequency", "damping"});
   NamedJoint named = {{}, {}, {false, false}, node};
   JointDescription& joint = named.joint;
   joint.kind = node.at("type").choice<JointKind>("joint", joint_names);
@@ -108,10 +130,11 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
 
   read_place(node, kind, joint);
   const JointFree free = free_of(joint.kind);
-  if (free == FREE_NOTHING) refuse_keys(node, kind, {"limits", "motor"});
+  if (free == FREE_NOTHING) refuse_keys(node, kind, {"limits", "motor", "spring"});
   if (free != FREE_ANGLE) refuse_keys(node, kind, {"limits_deg"});
   read_limits(node, free, joint);
   read_motor(node, free, joint);
+  read_spring(node, free, joint);
   if (node.has("collide")) joint.collide = node.at("collide").boolean();
   if (node.has("frequency")) joint.frequency = node.at("frequency").positive();
   if (node.has("damping")) {

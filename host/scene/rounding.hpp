@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <string>
 
@@ -13,18 +14,22 @@
 
 namespace lockstep {
 
-/// Where a number comes from, for errors: the scene, and the body where there is one.
+/// Where a number comes from, for errors: the scene, and the body or the joint where there is one.
 struct Origin {
   const Scene& scene;
   const BodyDescription* body = nullptr;
+  const JointDescription* joint = nullptr;
 
   [[noreturn]] void fail(const std::string& what) const {
     std::string where = scene.source;
-    if (body != nullptr) {
-      where += fmt::format(": body {}", body - scene.bodies.data());
-      if (!body->name.empty()) where += fmt::format(" ({})", quote(body->name));
-    }
+    if (body != nullptr) where += place("body", body - scene.bodies.data(), body->name);
+    if (joint != nullptr) where += place("joint", joint - scene.joints.data(), joint->name);
     throw Error(Failure::input, where, what);
+  }
+
+ private:
+  static std::string place(const char* what, std::ptrdiff_t index, const std::string& name) {
+    return fmt::format(": {} {}", what, index) + (name.empty() ? "" : fmt::format(" ({})", quote(name)));
   }
 };
 

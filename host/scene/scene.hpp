@@ -106,6 +106,13 @@ struct JointStand {
   Quaternion orientation_a = {0, 0, 0, 1}, orientation_b = {0, 0, 0, 1};
 };
 
+/// Pushes the free coordinate x of a joint by -stiffness (x - rest) - damping x'.
+struct JointSpring {
+  double stiffness = 0;  // N/m, N m/rad
+  double damping = 0;    // N s/m, N m s/rad
+  double rest = 0;       // m, rad
+};
+
 struct JointDescription {
   std::string name = {};  // may be empty
   JointKind kind = JOINT_BALL;
@@ -116,9 +123,10 @@ struct JointDescription {
   bool limited = false;
   double low = 0, high = 0;                 // m or rad
   double motor_speed = 0, motor_force = 0;  // m/s and N, rad/s and N m; a force of 0 is no motor
+  std::optional<JointSpring> spring = {};   // instead of limits
   bool collide = false;                     // the two bodies may collide with each other
-  double frequency = 0;                     // Hz, of a joint that is a spring; 0 where it is rigid
-  double damping = 1;                       // of that spring, in parts of the critical one
+  double frequency = 0;                     // Hz, of a joint that is soft as a whole; 0 where it is rigid
+  double damping = 1;                       // of that, in parts of the critical one
   std::optional<JointStand> stand = {};     // none: anchors and axis are given for the poses at load
 };
 

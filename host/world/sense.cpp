@@ -60,13 +60,23 @@ void expect_sense(const JointDescription& joint, const Scene& scene) {
   expect(!has_axis || joint.axis != Vector3{0, 0, 0}, "must have an axis that is not zero");
   expect_finite(std::array{joint.low, joint.high, joint.motor_speed, joint.motor_force, joint.frequency, joint.damping},
                 where.c_str());
-  expect(free != FREE_NOTHING || (!joint.limited && joint.motor_force == 0), "has nothing to limit or to drive");
+  expect(free != FREE_NOTHING || (!joint.limited && joint.motor_force == 0 && !joint.spring),
+         "has nothing to limit, to drive or to push by a spring");
   expect(joint.low <= joint.high, "must not have a low limit above the high one");
   expect(free != FREE_LENGTH || joint.low >= 0, "must have limits >= 0: a distance is never below");
   expect(free != FREE_ANGLE || (joint.low >= -exact::pi && joint.high <= exact::pi),
          "must have limits within -pi .. pi: there the angle of a hinge is told");
   expect(joint.motor_force >= 0 && joint.frequency >= 0 && joint.damping >= 0,
          "must have no negative motor force, frequency or damping");
+  if (!joint.spring) return;
+  const JointSpring& spring = *joint.spring;
+  expect_finite(std::array{spring.stiffness, spring.damping, spring.rest}, where.c_str());
+  expect(!joint.limited, "must not have both limits and a spring; give one of them to a joint of its own");
+  expect(spring.stiffness >= 0 && spring.damping >= 0 && spring.stiffness + spring.damping > 0,
+         "must have a spring with a stiffness or a damping above 0, and neither below");
+  expect(free != FREE_LENGTH || spring.rest >= 0, "must have a spring that rests at >= 0: a distance is never below");
+  expect(free != FREE_ANGLE || (spring.rest >= -exact::pi && spring.rest <= exact::pi),
+         "must have a spring that rests within -pi .. pi: there the angle of a hinge is told");
 }
 
 }  // namespace lockstep

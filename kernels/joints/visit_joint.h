@@ -72,8 +72,15 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
   const lane softness = share * LANE_LOAD(block->softness + first);
   const lane g = (lane)1 / ((lane)1 + softness);
   lane slowest = LANE_LOAD(block->slowest + first), fastest = LANE_LOAD(block->fastest + first);
+#if FEATURE_JOINT_SPRINGS
+  const lane yield = LANE_LOAD(block->yield + first);
+#endif
   if (purpose == VISIT_RELAX) {
-    const lane_mask kept = spring > (lane)0, equal = slowest == fastest;
+    lane_mask kept = spring > (lane)0;
+    const lane_mask equal = slowest == fastest;
+#if FEATURE_JOINT_SPRINGS
+    kept = kept | (yield > (lane)0);
+#endif
     const lane still = -LANE_LOAD(block->turning[JOINT_ROWS] + first);
     slowest = kept ? slowest : (equal ? still : (slowest > (lane)0 ? (lane)0 : slowest));
     fastest = kept ? fastest : (equal ? still : (fastest < (lane)0 ? (lane)0 : fastest));
@@ -99,10 +106,18 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
   const lane old = LANE_LOAD(impulses->free + first);
   const lane e = LANE_LOAD(block->own + first) - g * LANE_LOAD(block->shared + first);
   const lane q = before - e * old;
-  const lane reach = e * LANE_LOAD(block->motor_impulse + first);
+  lane idle = q, reach = e * LANE_LOAD(block->motor_impulse + first);
+#if FEATURE_JOINT_SPRINGS
+  const lane left = yield > (lane)0 ? yield / (e + yield) : (lane)1;
+  idle = yield > (lane)0 ? slowest + left * (q - slowest) : q;
+  reach = left * reach;
+#endif
   const lane wanted = LANE_LOAD(block->motor_speed + first);
-  const lane driven = wanted < q - reach ? q - reach : (wanted > q + reach ? q + reach : wanted);
-  const lane bounded = lane_bounded_speed(driven, slowest, fastest, share * LANE_LOAD(block->give + first));
+  const lane driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
+  lane bounded = lane_bounded_speed(driven, slowest, fastest, share * LANE_LOAD(block->give + first));
+#if FEATURE_JOINT_SPRINGS
+  bounded = yield > (lane)0 ? driven : bounded;
+#endif
   const lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
   const lane change = r_free - old;
 

@@ -95,6 +95,8 @@ inline Scene random_joints(u32 seed, u32 bodies, u32 joints) {
       joint.low = random.between(-0.2, 0.1);
       joint.high = random.bits() % 4 == 0 ? joint.low : joint.low + random.between(0, 0.3);
     }
+    if (is_free && !joint.limited && random.bits() % 2 == 0)
+      joint.spring = {random.between(0, 100), random.between(0.1, 2), random.between(0, 0.3)};
     if (is_free && random.bits() % 2 == 0) {
       joint.motor_speed = random.between(-2, 2);
       joint.motor_force = random.between(1, 50);

@@ -1,0 +1,167 @@
+// Springs on the free coordinate of a joint.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "host/scene/joint_kinds.hpp"
+#include "tests/joints/joint_scene.hpp"
+
+namespace lockstep::test {
+namespace {
+
+template <class real>
+class JointSprings : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(JointSprings, Precisions);
+
+constexpr double dt = 1.0 / 240;
+constexpr double inertia = 0.1;
+
+// A body of 1 kg whose coordinate stands at `x`, with nothing but the spring.
+Scene sprung(JointKind kind, const JointSpring& spring, double x) {
+  Scene scene = joint_scene({bare_body({0, 0, 0})}, {joint_of(kind, NONE, 0, {0, 0, 0})}, dt);
+  scene.gravity = {0, 0, 0};
+  scene.settings.integrator = Integrator::trapezoidal;
+  scene.joints[0].spring = spring;
+  scene.joints[0].stand = JointStand{};  // where the coordinate of a hinge and a slider is 0
+  if (kind == JOINT_SLIDER) scene.bodies[0].position = {0, 0, x};
+  if (kind == JOINT_HINGE) scene.bodies[0].orientation = {0, 0, std::sin(x / 2), std::cos(x / 2)};
+  if (kind == JOINT_DISTANCE) scene.bodies[0].position = {x, 0, 0};
+  return scene;
+}
+
+template <class real>
+double coordinate(JointKind kind, const Buffers<real>& b) {
+  if (kind == JOINT_HINGE) return 2 * std::atan2(double(b.orientations[0].z), double(b.orientations[0].w));
+  return kind == JOINT_SLIDER ? double(b.positions[0].z) : double(b.positions[0].x);
+}
+
+template <class real>
+double speed(JointKind kind, const Buffers<real>& b) {
+  if (kind == JOINT_HINGE) return double(b.motions[0].w[2]);
+  return double(b.motions[0].v[kind == JOINT_SLIDER ? 2 : 0]);
+}
+
+// x_n = x_0 cos(n f), with cos f = 1 / (1 + h^2 k / 2 m): never more and never less, however stiff it is. (A step turns
+// a body by 2 atan(h w / 2), so that a hinge does so for small swings.)
+TYPED_TEST(JointSprings, SwingForEverWithTheTrapezoidalRule) {
+  using real = TypeParam;
+  for (const JointKind kind : {JOINT_SLIDER, JOINT_HINGE, JOINT_DISTANCE}) {
+    const bool turns = kind == JOINT_HINGE;
+    const double m = turns ? inertia : 1, rest = kind == JOINT_DISTANCE ? 1 : 0.1, swing = turns ? 1e-3 : 0.3;
+    const double rounding = turns ? 0.01 * swing : sizeof(real) == 4 ? 1e-4 : 1e-11;
+    for (const double stiffness : {3.0, 3e3, 3e6}) {
+      const Scene scene = sprung(kind, {.stiffness = stiffness, .rest = rest}, rest + swing);
+      const double turn = std::acos(1 / (1 + dt * dt * stiffness / (2 * m)));
+      watch_steps<real>(scene, 200, [&](const Buffers<real>& b, u32 i) {
+        EXPECT_NEAR(coordinate(kind, b), rest + swing * std::cos((i + 1) * turn), rounding)
+            << name_of(kind) << ' ' << stiffness << ' ' << i;
+      });
+    }
+  }
+}
+
+// m x'' + c x' + k x = 0 from x_0 at rest: with d = c / 2 m and w = sqrt(k / m - d^2)
+//   x = x_0 e^-dt (cos wt + d/w sin wt).
+TYPED_TEST(JointSprings, DampedSwingIsTheExactOneToSecondOrder) {
+  const double k = 40, c = 1.5, d = c / 2, w = std::sqrt(k - d * d), swing = 0.3;
+  const auto worst = [&](double h) {
+    Scene scene = sprung(JOINT_SLIDER, {.stiffness = k, .damping = c}, swing);
+    scene.settings.dt = h;
+    double error = 0;
+    watch_steps<TypeParam>(scene, static_cast<u32>(std::lround(2 / h)), [&](const Buffers<TypeParam>& b, u32 i) {
+      const double t = (i + 1) * h, exact = swing * std::exp(-d * t) * (std::cos(w * t) + d / w * std::sin(w * t));
+      error = std::max(error, std::abs(coordinate(JOINT_SLIDER, b) - exact));
+    });
+    return error;
+  };
+  EXPECT_LT(worst(dt), 0.012 * swing);
+  EXPECT_LT(worst(dt / 4), 0.26 * worst(dt));
+}
+
+// A dashpot alone: v_n = v_0 / (1 + h c / m)^n.
+TYPED_TEST(JointSprings, DashpotSlowsAsItShould) {
+  using real = TypeParam;
+  const double c = 30;
+  for (const JointKind kind : {JOINT_SLIDER, JOINT_HINGE, JOINT_DISTANCE}) {
+    const double m = kind == JOINT_HINGE ? inertia : 1;
+    Scene scene = sprung(kind, {.damping = c}, 0.5);
+    scene.bodies[0].velocity = {kind == JOINT_DISTANCE ? 2.0 : 0.0, 0, kind == JOINT_SLIDER ? 2.0 : 0.0};
+    scene.bodies[0].angular_velocity = {0, 0, kind == JOINT_HINGE ? 2.0 : 0.0};
+    watch_steps<real>(scene, 50, [&](const Buffers<real>& b, u32 i) {
+      EXPECT_NEAR(speed(kind, b), 2 / std::pow(1 + dt * c / m, i + 1.0), sizeof(real) == 4 ? 2e-6 : 1e-13)
+          << name_of(kind) << ' ' << i;
+    });
+  }
+}
+
+// A weight comes to rest where k x = m g, by every solver, and neither the relaxing sweep nor a soft joint moves it.
+TYPED_TEST(JointSprings, CarryAWeight) {
+  using real = TypeParam;
+  const double k = 200, rest = 0.05;
+  Scene scene = sprung(JOINT_SLIDER, {.stiffness = k, .damping = 30, .rest = rest}, 0);
+  scene.gravity = {0, 0, -9.81};
+  scene.settings.integrator = Integrator::semi_implicit_euler;
+  Scene soft = with_small_steps(scene, 4), jacobi = scene;
+  soft.joints[0].frequency = 20;
+  use_solver(jacobi.settings, Solver::jacobi);
+  for (const Scene& each : {scene, with_small_steps(scene, 4), soft, jacobi}) {
+    const Buffers<real> b = after_steps<real>(each, 1000);
+    EXPECT_NEAR(coordinate(JOINT_SLIDER, b), rest - 9.81 / k, sizeof(real) == 4 ? 2e-6 : 1e-12);
+    EXPECT_NEAR(double(b.joint_impulses[0].free[0]), 9.81 * dt / each.settings.substeps,
+                sizeof(real) == 4 ? 1e-6 : 1e-13);
+  }
+}
+
+// A motor pushes as far as its force reaches, F = k x; and before that at its speed, the spring or not.
+TYPED_TEST(JointSprings, YieldToAMotor) {
+  using real = TypeParam;
+  const double k = 400, force = 60;
+  for (const bool small : {false, true}) {
+    Scene scene = sprung(JOINT_SLIDER, {.stiffness = k, .damping = 40}, 0);
+    scene.settings.integrator = Integrator::semi_implicit_euler;
+    scene.joints[0].motor_speed = 0.5;
+    scene.joints[0].motor_force = force;
+    if (small) scene = with_small_steps(scene, 4);
+    watch_steps<real>(scene, 720, [&](const Buffers<real>& b, u32 i) {
+      // k x + c v stays below the force until x = (60 - 20) / 400
+      const double time = (i + 1) * dt;
+      if (time > 0.02 && time < 0.19) {
+        EXPECT_NEAR(speed(JOINT_SLIDER, b), 0.5, 1e-5) << i;
+      }
+      if (i == 719) {
+        EXPECT_NEAR(coordinate(JOINT_SLIDER, b), force / k, 1e-5);
+      }
+    });
+  }
+}
+
+// Two bodies on a spring between them: their centre stays, and they swing with the reduced mass.
+TYPED_TEST(JointSprings, ActOnBothBodies) {
+  using real = TypeParam;
+  const double k = 50, heavy = 3;
+  Scene scene = sprung(JOINT_DISTANCE, {.stiffness = k, .rest = 1}, 0);
+  scene.bodies.push_back(bare_body({1.4, 0, 0}));
+  scene.bodies[0].mass = heavy;
+  scene.joints[0].body_a = 0;
+  scene.joints[0].body_b = 1;
+  scene.joints[0].stand.reset();
+  scene.joints[0].anchor_b = {1.4, 0, 0};
+  const double m = heavy / (heavy + 1), turn = std::acos(1 / (1 + dt * dt * k / (2 * m)));
+  const double rounding = sizeof(real) == 4 ? 1e-4 : 1e-12;
+  watch_steps<real>(scene, 200, [&](const Buffers<real>& b, u32 i) {
+    const double x0 = double(b.positions[0].x), x1 = double(b.positions[1].x);
+    EXPECT_NEAR(x1 - x0, 1 + 0.4 * std::cos((i + 1) * turn), rounding) << i;
+    EXPECT_NEAR(heavy * x0 + x1, 1.4, rounding) << i;
+  });
+}
+
+TEST(SpringsOfJoints, CostNothingWhereThereAreNone) {
+  Scene scene = sprung(JOINT_SLIDER, {.stiffness = 1}, 0);
+  EXPECT_TRUE(has(compile<float>(scene).features, Feature::joint_springs));
+  scene.joints[0].spring.reset();
+  EXPECT_FALSE(has(compile<float>(scene).features, Feature::joint_springs));
+}
+
+}  // namespace
+}  // namespace lockstep::test
