@@ -7,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "host/cases/fly_ball.hpp"
 #include "host/cases/hard_case.hpp"
 #include "host/cases/stick_slip.hpp"
 
@@ -61,6 +62,16 @@ const Bound bounds[] = {
     {"oscillating_push", "gauss_seidel", {.dt = 1e-3, .iterations = 20}, "float", {5e-5, 2e-5}},
     {"oscillating_push", "small_steps", {.dt = 1e-3, .substeps = 10}, "float", {2e-4, 2e-5}},
     {"oscillating_push", "oracle auto", {.dt = 2e-3}, "double", {2e-7, 2e-7}},
+    {"capstan", "gauss_seidel", {.dt = 0.002, .iterations = 50}, "float", {8e-4}},
+    {"capstan", "small_steps", {.dt = 0.002, .substeps = 16}, "double", {8e-4}},
+    {"squeezed", "gauss_seidel", {.dt = 1.0 / 60, .iterations = 10}, "float", {2, 1e-12}},
+    {"squeezed", "small_steps", {.dt = 1.0 / 60, .substeps = 16}, "float", {0.5, 1e-12}},
+    {"hanging_chain", "small_steps", {.dt = 1.0 / 60, .substeps = 16}, "float", {4e-3, 3e-3, 4e-3}},
+    {"hanging_chain", "gauss_seidel", {.dt = 1.0 / 60, .iterations = 100}, "double", {4e-3, 2e-5, 3e-4}},
+    {"hanging_chain", "oracle auto", {.dt = 1.0 / 60}, "double", {1e-12, 1e-12, 1e-11}},
+    {"squeezer", "small_steps", {.dt = 1e-4, .substeps = 16}, "double", {0.2}},
+    {"squeezer", "small_steps", {.dt = 1e-4, .substeps = 16}, "float", {0.4}},
+    {"governor", "small_steps", {.dt = 0.005, .substeps = 16}, "float", {1e-3, 0.3}},
     {"chain64", "small_steps", {.dt = 1.0 / 60, .substeps = 32}, "float", {5e-3, 0.02}},
     {"chain200", "small_steps", {.dt = 1.0 / 60, .substeps = 32}, "float", {0.015, 0.4}},
     {"bricard", "small_steps", {.dt = 0.01, .substeps = 16}, "double", {0.015, 1.2e-4, 0.015}},
@@ -156,6 +167,58 @@ void expect_as_integrated(double push, double friction) {
 TEST(StickSlip, IsWhatFineStepsFind) {
   expect_as_integrated(8, 7.848);  // sticks between slides
   expect_as_integrated(8, 1);      // turns at once
+}
+
+constexpr FlyBallParameters fly_ball = {.ball_mass = 5,
+                                        .ball_inertia = 0.02,
+                                        .collar_mass = 1,
+                                        .spindle_inertia = 0.02,
+                                        .arm = 1,
+                                        .link = 0.4,
+                                        .offset = 0.1,
+                                        .angle = 0.5,
+                                        .spin = 4,
+                                        .torque = 3,
+                                        .stiffness = 800,
+                                        .damping = 40,
+                                        .gravity = 9.81};
+
+TEST(FlyBall, IsOfFourthOrder) {
+  const auto at_end = [](double step) {
+    FlyBall ball(fly_ball);
+    ball.run_to(0.5, step);
+    return ball.travel();
+  };
+  const double exact = at_end(2e-4);
+  EXPECT_NEAR((at_end(0.01) - exact) / (at_end(0.005) - exact), 16, 1);
+}
+
+// Watt's governor: balls without size on the axis balance where spin^2 = (1 + M link / (m arm)) g / (arm cos angle).
+TEST(FlyBall, BalancesWhereWattsGovernorDoes) {
+  FlyBallParameters p = fly_ball;
+  p.ball_inertia = p.offset = p.torque = p.stiffness = 0;
+  FlyBall ball(p);
+  ball.run_to(120, 1e-3);
+  const double cosine = std::cos(p.angle) - ball.travel() / (2 * p.link);
+  const double ratio = p.collar_mass * p.link / (p.ball_mass * p.arm);
+  EXPECT_GT(std::abs(ball.travel()), 0.01);
+  EXPECT_NEAR(ball.spin() * ball.spin(), (1 + ratio) * p.gravity / (p.arm * cosine), 1e-6);
+  const double turning = p.spindle_inertia + 2 * p.ball_mass * p.arm * p.arm * (1 - cosine * cosine);
+  const double at_first = p.spindle_inertia + 2 * p.ball_mass * std::pow(p.arm * std::sin(p.angle), 2);
+  EXPECT_NEAR(turning * ball.spin(), at_first * p.spin, 1e-9);  // nothing turns it
+}
+
+// At rest the forces that act along the path of the arms cancel: what flies out, weights and spring.
+TEST(FlyBall, ComesToRestAgainstItsSpring) {
+  FlyBallParameters p = fly_ball;
+  p.torque = 0;
+  FlyBall ball(p);
+  ball.run_to(120, 1e-3);
+  const double x = ball.travel(), cosine = std::cos(p.angle) - x / (2 * p.link), sine = std::sqrt(1 - cosine * cosine);
+  const double out = 2 * p.ball_mass * ball.spin() * ball.spin() * (p.offset + p.arm * sine) * p.arm * cosine;
+  const double down = 2 * (p.ball_mass * p.arm + p.collar_mass * p.link) * p.gravity * sine;
+  EXPECT_GT(std::abs(x), 0.01);
+  EXPECT_NEAR(out, down + 2 * p.link * sine * p.stiffness * x, 1e-6);
 }
 
 }  // namespace

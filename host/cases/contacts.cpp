@@ -1,5 +1,6 @@
-// Single bodies in contact: friction and bounces, with answers in closed form.
+// A few bodies in contact: friction and bounces, with answers in closed form.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -13,7 +14,7 @@ namespace {
 using exact::length;
 using exact::subtract;
 
-constexpr double g = 9.81;
+constexpr double g = 9.81, frame = 1.0 / 60;
 
 /// A ball that bounces for ever shorter times: when it comes to rest, and how far it travelled.
 std::vector<CaseError> zeno_ball(const std::string& name, double restitution, Trial& trial) {
@@ -178,6 +179,48 @@ std::vector<CaseError> leaning_box(Trial& trial) {
   return {compare("slope at which it topples", "rad", std::atan(half[0] / half[2]), topples)};
 }
 
+/// A rope of 20 beads half round a bollard: the ratio of the pulls at its ends at which it slips, found by bisection.
+/// At each bead the rope turns by d, and the friction there carries what the pull grows by:
+///   (1 + mu tan d/2) / (1 - mu tan d/2),  e^(mu pi) for a rope without beads.
+/// It is loaded at once, so that a rope that gives takes up its stretch first, and soft contacts let it creep: it slips
+/// if after a while it gathers speed.
+std::vector<CaseError> capstan(Trial& trial) {
+  Scene scene = read_scene("capstan");
+  const u32 last = first_dynamic(scene) + 19;
+  const double turn = std::numbers::pi / 20, rise = 0.3 * std::tan(turn / 2), quarter = 0.1, most = 0.03;
+  double sticks = 2.2, slips = 3;
+  for (int i = 0; i < 22; ++i) {
+    scene.joints.back().motor_force = (sticks + slips) / 2;
+    double way = 0;                   // m
+    std::array<double, 5> ways = {};  // at the ends of the quarters
+    trial.run(scene, 4 * quarter, [&](Seen& seen) {
+      way = length(subtract(seen.body(last).x, scene.bodies[last].position));
+      ways[static_cast<std::size_t>(std::ceil(seen.time / quarter - 1e-9))] = way;
+      return way < most;
+    });
+    const double before = (ways[2] - ways[1]) / quarter, after = (ways[4] - ways[3]) / quarter;  // m/s
+    const bool gathers = after > 1.05 * before && after - before > 2e-6;
+    (way >= most || gathers ? slips : sticks) = scene.joints.back().motor_force;
+  }
+  return {compare("ratio of pulls at which it slips", "", std::pow((1 + rise) / (1 - rise), 20), slips)};
+}
+
+/// Two plates that nothing stops close in on a box until there is no room for it: no velocity of it is right. It is to
+/// be no faster than the plates make it, and the report is to say that the contacts were not solved.
+std::vector<CaseError> squeezed(Trial& trial) {
+  const Scene scene = read_scene("squeezed");
+  const u32 box = first_dynamic(scene);
+  const double closing = 0.1;  // m/s, of each plate
+  double fastest = 0, told = 0;
+  trial.run(scene, 2, [&](Seen& seen) {
+    fastest = std::max(fastest, length(seen.body(box).v));
+    if (const auto& residual = seen.measures().residual) told = std::max(told, residual->defect_max);
+    return true;
+  });
+  return {{"speed of the box beyond that of the plates", "m/s", closing, std::max(0.0, fastest - closing)},
+          {"defect that the report does not tell", "m/s", closing, std::max(0.0, closing - told)}};
+}
+
 }  // namespace
 
 std::vector<HardCase> contact_cases() {
@@ -228,6 +271,14 @@ std::vector<HardCase> contact_cases() {
        "A box half as wide as it is high topples on slopes of more than 26.565 degrees",
        {gauss_seidel(0.005, {10, 50}), soft({0.01, 0.005, 0.0025}), oracle("auto", {0.01, 0.005})},
        leaning_box},
+      {"capstan",
+       "A rope of 20 beads half round a bollard, mu = 0.3, slips where one end is drawn 2.571774 times as hard",
+       {gauss_seidel(0.002, {10, 50, 200, 1000}), small_steps(0.002, {4, 16, 64}), jacobi(0.002, {30, 300})},
+       capstan},
+      {"squeezed",
+       "Two plates that nothing stops close in on a box: it is not shot away, and the report tells of it",
+       {gauss_seidel(frame, {10, 100}), small_steps(frame, {4, 16}), jacobi(frame, {30})},
+       squeezed},
   };
 }
 

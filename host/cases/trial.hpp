@@ -42,6 +42,8 @@ class Seen {
   virtual ~Seen() = default;
 
   virtual BodyState body(u32 index) = 0;
+  /// What the locked rows of a joint of the scene pushed its second body with in the last sub-step: N, world frame.
+  virtual Vector3 joint_force(u32 index) = 0;
   virtual const Measures& measures() = 0;
 
   const double time;  // s
