@@ -95,8 +95,8 @@ std::string build_options(const DeviceInfo& device, const ProgramOptions& option
 std::string program_preamble(const ProgramOptions& options) {
   std::string text = "#pragma OPENCL FP_CONTRACT OFF\n";
   if (options.double_precision) text += "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n";
-  // lanes may be wider than a CPU's registers: functions pass them in memory then, all compiled for the same CPU
-  if (options.lanes > 1) text += "#ifdef __clang__\n#pragma clang diagnostic ignored \"-Wpsabi\"\n#endif\n";
+  // vectors may be wider than a CPU's registers: functions pass them in memory then, all compiled for the same CPU
+  text += "#ifdef __clang__\n#pragma clang diagnostic ignored \"-Wpsabi\"\n#endif\n";
   return text;
 }
 
