@@ -243,7 +243,7 @@ void add_bench(CLI::App& program) {
   command->add_flag("--list", options->list, "Say what there is, run nothing");
   command->footer(
       "Error is measured against exact answers (docs/bench.md). ms/s is what a second of simulated time costs.\n"
-      "Examples:\n  lockstep bench                         # all of it: about half an hour on two cores\n"
+      "Examples:\n  lockstep bench                         # all of it: about an hour on two cores\n"
       "  lockstep bench slide_to_roll pyramid20 --precision float");
   command->callback([options] { run(*options); });
 }
