@@ -36,6 +36,7 @@ class Turned {
 /// Andrews' squeezing mechanism: its seven angles after 0.03 s, as the test set for initial value problem solvers gives
 /// them (Mazzia, Magherini, Test Set for IVP Solvers, release 2.4), in its order and as it counts them: the angles of
 /// the cranks K1, K3, K5 and K7 from the x axis, those of the couplers K2, K4 and K6 from the cranks that carry them.
+/// The error is the root of the sum of their squared errors.
 std::vector<CaseError> squeezer(Trial& trial) {
   const Scene scene = read_scene("squeezer");
   // beta, Theta, gamma, Phi, delta, Omega, epsilon
@@ -55,7 +56,7 @@ std::vector<CaseError> squeezer(Trial& trial) {
   });
   double squares = 0;
   for (std::size_t i = 0; i < 7; ++i) squares += std::pow(start[i] + angle[i] - exact_end[i], 2);
-  return {{"angles after 0.03 s, root of the squared errors", "rad", exact_end[0], std::sqrt(squares)}};
+  return {{"angles after 0.03 s", "rad", exact_end[0], std::sqrt(squares)}};
 }
 
 /// What the bodies and joints of the scene are in the governor's own coordinates.
@@ -94,8 +95,8 @@ std::vector<CaseError> governor(Trial& trial) {
     spin = std::max(spin, std::abs(seen.body(spindle).w[2] - exact.spin()));
     return true;
   });
-  return {{"way of the collar, the largest error in 5 s", "m", exact.travel(), travel},
-          {"spin, the largest error in 5 s", "rad/s", exact.spin(), spin}};
+  return {{"way of the collar, at worst in 5 s", "m", exact.travel(), travel},
+          {"spin, at worst in 5 s", "rad/s", exact.spin(), spin}};
 }
 
 }  // namespace
