@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "host/cases/hard_case.hpp"
@@ -15,6 +16,15 @@ using exact::length;
 using exact::subtract;
 
 constexpr double g = 9.81, frame = 1.0 / 60;
+
+/// Where an answer turns from no to yes, by halving what lies between: the least yes that is known then.
+double bisect(double no, double yes, int halvings, const std::function<bool(double)>& answer) {
+  for (int i = 0; i < halvings; ++i) {
+    const double middle = (no + yes) / 2;
+    (answer(middle) ? yes : no) = middle;
+  }
+  return yes;
+}
 
 /// A ball that bounces for ever shorter times: when it comes to rest, and how far it travelled.
 std::vector<CaseError> zeno_ball(const std::string& name, double restitution, Trial& trial) {
@@ -119,9 +129,7 @@ std::vector<CaseError> rolling_threshold(Trial& trial) {
   Scene scene = read_scene("sphere_on_slope");
   const u32 ball = first_dynamic(scene);
   const double radius = scene.bodies[ball].shapes[0].radius, dt = trial.settings_for(scene).dt;
-  double slips = 0.1, rolls = 0.3;
-  for (int i = 0; i < 20; ++i) {
-    const double mu = (slips + rolls) / 2;
+  const double least = bisect(0.1, 0.3, 20, [&](double mu) {
     for (Material& material : scene.materials) material.friction = mu;
     scene.material_pairs.clear();
     double slip = 0;
@@ -130,9 +138,9 @@ std::vector<CaseError> rolling_threshold(Trial& trial) {
       slip = length(s.v) - length(s.w) * radius;
       return true;
     });
-    (slip > 1e-3 * g * dt + 1e-5 ? slips : rolls) = mu;
-  }
-  return {compare("least friction that rolls", "", 2.0 / 7.0 * std::tan(std::numbers::pi / 6), rolls)};
+    return !(slip > 1e-3 * g * dt + 1e-5);
+  });
+  return {compare("least friction that rolls", "", 2.0 / 7.0 * std::tan(std::numbers::pi / 6), least)};
 }
 
 /// A disk of radius r and thickness 2 d that leans at `lean` and rolls on its rim, its centre at rest. It turns about
@@ -165,17 +173,15 @@ std::vector<CaseError> leaning_box(Trial& trial) {
   Scene scene = read_scene("leaning_box");
   const u32 box = first_dynamic(scene);
   const Vector3 half = scene.bodies[box].shapes[0].half_extents;
-  double stands = 0.4, topples = 0.55;  // rad
-  for (int i = 0; i < 22; ++i) {
-    const double slope = (stands + topples) / 2;
+  const double topples = bisect(0.4, 0.55, 22, [&](double slope) {
     scene.gravity = {g * std::sin(slope), 0, -g * std::cos(slope)};
     double upright = 1;
     trial.run(scene, 4, [&](Seen& seen) {
       upright = exact::rotate(seen.body(box).q, {0, 0, 1})[2];
       return upright > 0.8;
     });
-    (upright > 0.8 ? stands : topples) = slope;
-  }
+    return !(upright > 0.8);
+  });
   return {compare("slope at which it topples", "rad", std::atan(half[0] / half[2]), topples)};
 }
 
@@ -188,9 +194,8 @@ std::vector<CaseError> capstan(Trial& trial) {
   Scene scene = read_scene("capstan");
   const u32 last = first_dynamic(scene) + 19;
   const double turn = std::numbers::pi / 20, rise = 0.3 * std::tan(turn / 2), quarter = 0.1, most = 0.03;
-  double sticks = 2.2, slips = 3;
-  for (int i = 0; i < 22; ++i) {
-    scene.joints.back().motor_force = (sticks + slips) / 2;
+  const double slips = bisect(2.2, 3, 22, [&](double ratio) {
+    scene.joints.back().motor_force = ratio;
     double way = 0;                   // m
     std::array<double, 5> ways = {};  // at the ends of the quarters
     trial.run(scene, 4 * quarter, [&](Seen& seen) {
@@ -200,8 +205,8 @@ std::vector<CaseError> capstan(Trial& trial) {
     });
     const double before = (ways[2] - ways[1]) / quarter, after = (ways[4] - ways[3]) / quarter;  // m/s
     const bool gathers = after > 1.05 * before && after - before > 2e-6;
-    (way >= most || gathers ? slips : sticks) = scene.joints.back().motor_force;
-  }
+    return way >= most || gathers;
+  });
   return {compare("ratio of pulls at which it slips", "", std::pow((1 + rise) / (1 - rise), 20), slips)};
 }
 

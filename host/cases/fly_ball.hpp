@@ -4,7 +4,8 @@
 namespace lockstep {
 
 /// Two balls on arms hinged to a spindle that a torque drives; links from the arms lift a collar on the spindle against
-/// a spring and a damper. Arms and links weigh nothing. All at rest against the spindle at first, the spring unloaded.
+/// a spring and a damper. Arms and links weigh nothing. At first all turns with the spindle and moves
+/// in no other way, and the spring is unloaded.
 struct FlyBallParameters {
   double ball_mass, ball_inertia;  // kg; kg m^2 about any axis through its centre
   double collar_mass;              // kg
