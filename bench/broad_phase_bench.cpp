@@ -161,8 +161,8 @@ void bench_sort(const DeviceInfo& info, u32 threads) {
   const auto signatures = sources.signatures(files);
   DeviceMemory memory(device, queue);
   memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
-  DeviceLauncher launcher(device, queue, build_program(device, sources.assemble(files), {}).program, signatures, memory,
-                          0, false);
+  DeviceLauncher launcher(device, queue, memory, 0, false);
+  launcher.add(build_program(device, sources.assemble(files), {}).program, signatures);
   launcher.plan().lanes = 16;  // as on any CPU device
   launcher.begin(Stage::begin_step, {});
   for (const u32 count : {1u << 16, 1u << 20, 1u << 22}) {

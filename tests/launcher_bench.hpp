@@ -21,8 +21,8 @@ struct LauncherBench {
         names(std::move(files)),
         signatures(sources.signatures(names)),
         memory(device, queue),
-        launcher(device, queue, build_program(device, sources.assemble(names), {}).program, signatures, memory,
-                 work_group, profile) {
+        launcher(device, queue, memory, work_group, profile) {
+    launcher.add(build_program(device, sources.assemble(names), {}).program, signatures);
     memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
     launcher.begin(Stage::begin_step, {});
   }

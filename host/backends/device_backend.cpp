@@ -1,6 +1,7 @@
 #include "host/backends/device_backend.hpp"
 
 #include <algorithm>
+#include <map>
 #include <utility>
 
 #include "host/device/device_launcher.hpp"
@@ -90,22 +91,19 @@ void visit_buffer(Buffer wanted, Buffers<real>& buffers, Visitor&& visit) {
 #undef BUFFER
 }
 
+// What the stages that run are compiled from.
 struct Kernels {
-  std::string text;
+  KernelSources sources;
+  std::vector<std::string> files;
   std::vector<KernelSignature> signatures;
 };
 
 Kernels kernels_of(Features features, const DeviceOptions& options) {
-  const KernelSources sources = KernelSources::embedded(options.patches);
-  const std::vector<std::string> files = stage_files(sources, features, options.only);
-  Kernels kernels = {sources.assemble(files), sources.signatures(files)};
-  check_stage_table(kernels.signatures);
-  return kernels;
-}
-
-// Nothing where no stage has kernels.
-BuiltProgram* build(Device& device, const std::string& text, const ProgramOptions& options) {
-  return text.empty() ? nullptr : &build_program(device, text, options);
+  KernelSources sources = KernelSources::embedded(options.patches);
+  std::vector<std::string> files = stage_files(sources, features, options.only);
+  std::vector<KernelSignature> signatures = sources.signatures(files);
+  check_stage_table(signatures);
+  return {std::move(sources), std::move(files), std::move(signatures)};
 }
 
 cl::CommandQueue make_queue(Device& device, bool profile) {
@@ -135,11 +133,9 @@ struct DeviceBackend<real>::Parts {
         fused(fuses_substeps(sizes, wanted)
                   ? std::optional(fuse_substeps(kernels.signatures, fused_plan(first_plan(state, lanes))))
                   : std::nullopt),
-        program(build(device, fused ? kernels.text + fused->text : kernels.text,
-                      {features, sizeof(real) == 8, lanes, wanted.optimize})),
         memory(device, queue),
-        launcher(device, queue, program ? program->program : cl::Program(), kernels.signatures, memory,
-                 wanted.work_group, wanted.profile) {
+        launcher(device, queue, memory, wanted.work_group, wanted.profile) {
+    build_apart(kernels, features);
     resize(host, sizes, features);
     for_each_buffer(state.buffers, [&](Buffer buffer, const auto& elements) {
       if (elements.empty()) return;
@@ -148,8 +144,25 @@ struct DeviceBackend<real>::Parts {
     });
     launcher.plan() = first_plan(state, lanes);
     if (!fused) return;
-    launcher.add(program->program, std::span(&fused->signature, 1));
+    build(kernels, features, fused->files, fused->text);
+    launcher.add(programs.back()->program, std::span(&fused->signature, 1));
     make_room_for_fused();
+  }
+
+  // The files whose kernels no fused one calls, those together that differ alike from scene to scene.
+  void build_apart(const Kernels& all, Features compiled) {
+    std::map<Differ, std::vector<std::string>> programs_of;
+    for (const std::string& file : all.files)
+      if (!fused || std::ranges::count(fused->files, file) == 0)
+        programs_of[differ(all.sources.assemble(std::span(&file, 1)))].push_back(file);
+    for (const auto& [by, files] : programs_of) build(all, compiled, files);
+  }
+
+  // The named files, and what follows them, as one program.
+  void build(const Kernels& all, Features compiled, std::span<const std::string> files, const std::string& more = {}) {
+    programs.push_back(&build_program(device, all.sources.assemble(files) + more,
+                                      {compiled, sizeof(real) == 8, lanes, options.optimize}));
+    launcher.add(programs.back()->program, all.sources.signatures(files));
   }
 
   // The same kernel, after the plan has changed: with other numbers and more room.
@@ -184,8 +197,7 @@ struct DeviceBackend<real>::Parts {
   DeviceOptions options;
   Kernels kernels;
   std::optional<FusedSubsteps> fused;
-  BuiltProgram* program;               // null where no stage has kernels
-  std::vector<BuiltProgram*> enabled;  // of features that were added later
+  std::vector<BuiltProgram*> programs;
   DeviceMemory memory;
   DeviceLauncher launcher;
   Buffers<real> host;
@@ -213,8 +225,7 @@ template <class real>
 DeviceBackend<real>::~DeviceBackend() {
   clFinish(parts_->queue());
   try {
-    if (parts_->program) save_program(parts_->device, *parts_->program);
-    for (BuiltProgram* program : parts_->enabled) save_program(parts_->device, *program);
+    for (BuiltProgram* program : parts_->programs) save_program(parts_->device, *program);
   } catch (const Error&) {
   }
 }
@@ -275,10 +286,7 @@ void DeviceBackend<real>::enable(Feature feature) {
     if (info(static_cast<Stage>(s)).feature == feature) options.only.push_back(static_cast<Stage>(s));
   }
   const Features compiled = with(with(parts_->features, Feature::manifolds), Feature::boxes);
-  const Kernels kernels = kernels_of(compiled, options);
-  parts_->enabled.push_back(
-      build(parts_->device, kernels.text, {compiled, sizeof(real) == 8, parts_->lanes, options.optimize}));
-  parts_->launcher.add(parts_->enabled.back()->program, kernels.signatures);
+  parts_->build_apart(kernels_of(compiled, options), compiled);
 }
 
 template <class real>

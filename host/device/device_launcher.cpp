@@ -15,14 +15,12 @@ constexpr std::size_t gpu_groups_per_unit = 32;
 
 }  // namespace
 
-DeviceLauncher::DeviceLauncher(Device& device, cl::CommandQueue queue, const cl::Program& program,
-                               std::span<const KernelSignature> signatures, DeviceMemory& memory, u32 work_group,
+DeviceLauncher::DeviceLauncher(Device& device, cl::CommandQueue queue, DeviceMemory& memory, u32 work_group,
                                bool profile)
     : device_(device), queue_(std::move(queue)), memory_(memory), profile_(profile) {
   const bool cpu = device.info.type == DeviceType::cpu;
   work_group_ = work_group > 0 ? work_group : cpu ? cpu_work_group : gpu_work_group;
   fused_work_group_ = work_group > 0 ? work_group : cpu ? cpu_fused_work_group : gpu_fused_work_group;
-  add(program, signatures);
 }
 
 void DeviceLauncher::add(const cl::Program& program, std::span<const KernelSignature> signatures) {

@@ -17,10 +17,9 @@ namespace lockstep {
 class DeviceLauncher final : public Launcher {
  public:
   /// `work_group` 0: chosen for the device. `profile`: keep the events of what is launched.
-  DeviceLauncher(Device& device, cl::CommandQueue queue, const cl::Program& program,
-                 std::span<const KernelSignature> signatures, DeviceMemory& memory, u32 work_group, bool profile);
+  DeviceLauncher(Device& device, cl::CommandQueue queue, DeviceMemory& memory, u32 work_group, bool profile);
 
-  /// Kernels of another program; those that are known by name stay as they are.
+  /// Kernels of a program; those that are known by name stay as they are.
   void add(const cl::Program& program, std::span<const KernelSignature> signatures);
 
   /// Before the launches of a stage, or of all sub-steps (Stage::count): their parameters, and what they are a part of.

@@ -26,7 +26,7 @@ class Writer final : public Launcher {
   FusedSubsteps finish(std::vector<Stage> stages);
 
  private:
-  const KernelSignature& find(std::string_view kernel) const;
+  const KernelSignature& find(std::string_view kernel);
   std::string argument(const KernelParameter& parameter, std::initializer_list<Argument> given);
   void declare(const std::string& array, std::string type);
 
@@ -36,9 +36,10 @@ class Writer final : public Launcher {
   std::string declarations_, calls_;
 };
 
-const KernelSignature& Writer::find(std::string_view kernel) const {
+const KernelSignature& Writer::find(std::string_view kernel) {
   const auto found = std::ranges::find(kernels_, kernel, &KernelSignature::name);
   if (found == kernels_.end()) throw Error(Failure::device, kernel_name, "there is no kernel " + std::string(kernel));
+  if (std::ranges::count(fused_.files, found->file) == 0) fused_.files.push_back(found->file);
   return *found;
 }
 

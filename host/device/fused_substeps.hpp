@@ -21,9 +21,10 @@ struct FusedSubsteps {
 
   std::vector<Stage> stages;  // that it stands for, in the order of a sub-step
   KernelSignature signature;
-  std::string text;              // of the kernel; follows the text of those that it calls
-  std::vector<u32> values;       // the numbers that launches give their kernels; a scratch array, `fused_values`
-  std::vector<Scratch> scratch;  // the arrays that the launches ask for, and that of the values
+  std::vector<std::string> files;  // whose kernels it calls
+  std::string text;                // of the kernel; follows that of the files
+  std::vector<u32> values;         // the numbers that launches give their kernels; a scratch array, `fused_values`
+  std::vector<Scratch> scratch;    // the arrays that the launches ask for, and that of the values
 
   bool stands_for(Stage stage) const;
 };

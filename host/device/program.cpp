@@ -92,6 +92,13 @@ std::string build_options(const DeviceInfo& device, const ProgramOptions& option
   return all;
 }
 
+Differ differ(std::string_view text) {
+  const auto names = [&](std::string_view name) { return text.find(name) != std::string_view::npos; };
+  if (names("FEATURE_BOXES")) return Differ::by_shapes;
+  if (names("FEATURE_GENERAL_CONTACTS")) return Differ::by_contacts;
+  return names("FEATURE_") ? Differ::by_bodies : Differ::in_nothing;
+}
+
 std::string program_preamble(const ProgramOptions& options) {
   std::string text = "#pragma OPENCL FP_CONTRACT OFF\n";
   if (options.double_precision) text += "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n";

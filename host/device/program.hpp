@@ -22,6 +22,12 @@ struct ProgramOptions {
 /// differ.
 std::string build_options(const DeviceInfo& device, const ProgramOptions& options, std::string_view text);
 
+/// By what kernels differ from scene to scene: by the first of these that `text` names a feature of. Kernels that
+/// differ alike make one program, so that a scene takes from the driver's cache what others before it have built; a
+/// program for each file would share more, but a driver takes its time to find each.
+enum class Differ { by_shapes, by_contacts, by_bodies, in_nothing };
+Differ differ(std::string_view text);
+
 /// What every program starts with: contraction off, and double where it is asked for.
 std::string program_preamble(const ProgramOptions& options);
 
