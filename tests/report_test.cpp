@@ -62,7 +62,7 @@ std::vector<u32> one_contact() {
 }
 
 TEST(Measures, ReadTheContactOfABallOnAPlane) {
-  const Measures m = measure(ball_on_plane(0.49), ball_sizes, ball_features, one_contact());
+  const Measures m = measure(ball_on_plane(0.49), ball_sizes, ball_features, {}, one_contact());
   EXPECT_NEAR(m.penetration.max, 0.01, 1e-15);
   EXPECT_NEAR(m.penetration.mean, 0.01, 1e-15);
   EXPECT_EQ(m.penetration.touching, 1u);
@@ -84,7 +84,7 @@ TEST(Measures, ResidualOfAStackFallsWithIterations) {
     for (int i = 0; i < 3; ++i) simulation.step();
     Backend<double>& backend = simulation.backend();
     const Buffers<double>& buffers = backend.download(measured_buffers(backend.features()));
-    const Measures m = measure(buffers, backend.sizes(), backend.features(), simulation.counters());
+    const Measures m = measure(buffers, backend.sizes(), backend.features(), state.params, simulation.counters());
     EXPECT_EQ(m.contacts, 10u);
     return m.residual ? m.residual->relative : 1;
   };
@@ -93,7 +93,7 @@ TEST(Measures, ResidualOfAStackFallsWithIterations) {
 }
 
 TEST(Measures, DoNotCountAGapAsPenetration) {
-  const Measures m = measure(ball_on_plane(0.51), ball_sizes, ball_features, one_contact());
+  const Measures m = measure(ball_on_plane(0.51), ball_sizes, ball_features, {}, one_contact());
   EXPECT_EQ(m.penetration.touching, 0u);
   EXPECT_EQ(m.penetration.max, 0);
 }
@@ -101,7 +101,7 @@ TEST(Measures, DoNotCountAGapAsPenetration) {
 TEST(Measures, MechanicsOfASpinningBall) {
   Buffers<double> b = ball_on_plane(3);
   b.motions[0].w[0] = 4;
-  const Measures m = measure(b, ball_sizes, ball_features, std::vector<u32>(COUNTER_COUNT));
+  const Measures m = measure(b, ball_sizes, ball_features, {}, std::vector<u32>(COUNTER_COUNT));
   ASSERT_EQ(m.worlds.size(), 1u);
   EXPECT_DOUBLE_EQ(m.worlds[0].kinetic, 0.5 * 2 * 0.0625 + 0.5 * 0.2 * 16);
   EXPECT_DOUBLE_EQ(m.worlds[0].potential, 2 * 10 * 3);
@@ -120,7 +120,7 @@ TEST(Measures, AngularMomentumHoldsTheOrbit) {
   b.motions[0].v[1] = 3;
   b.motions[0].v[2] = 0;
   b.motions[1].v[1] = -3;
-  const Measures m = measure(b, ball_sizes, ball_features, std::vector<u32>(COUNTER_COUNT));
+  const Measures m = measure(b, ball_sizes, ball_features, {}, std::vector<u32>(COUNTER_COUNT));
   EXPECT_DOUBLE_EQ(m.worlds[0].momentum.norm(), 0);
   EXPECT_DOUBLE_EQ(m.worlds[0].angular_momentum.z(), 2 * 2 * 3);
 }
@@ -134,12 +134,12 @@ TEST(Measures, APivotedBodyTurnsAboutItsPivot) {
   b.motions[0].w[0] = 3;
   b.motions[0].v[1] = 3;  // w x lever
   const Features features = with(ball_features, Feature::pivots);
-  const Measures m = measure(b, ball_sizes, features, std::vector<u32>(COUNTER_COUNT));
+  const Measures m = measure(b, ball_sizes, features, {}, std::vector<u32>(COUNTER_COUNT));
   EXPECT_DOUBLE_EQ(m.worlds[0].kinetic, 0.5 * 2.2 * 9);
   ASSERT_TRUE(m.pivot_drift);
   EXPECT_NEAR(*m.pivot_drift, 0, 1e-15);
   b.positions[0].z = 0.125;
-  EXPECT_NEAR(*measure(b, ball_sizes, features, std::vector<u32>(COUNTER_COUNT)).pivot_drift, 0.125, 1e-15);
+  EXPECT_NEAR(*measure(b, ball_sizes, features, {}, std::vector<u32>(COUNTER_COUNT)).pivot_drift, 0.125, 1e-15);
 }
 
 Measures moving(double momentum, double kinetic, double potential) {

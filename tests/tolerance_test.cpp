@@ -215,7 +215,8 @@ Solved solved_to(InitialState<double> state, double tolerance) {
   const Buffers<double> after = run_steps(state, 1);
   Counters counters;
   std::copy_n(after.counters.begin(), counters.size(), counters.begin());
-  return {measure(after, state.sizes, state.features, counters).residual->relative, counters[COUNTER_SWEEPS]};
+  return {measure(after, state.sizes, state.features, state.params, counters).residual->relative,
+          counters[COUNTER_SWEEPS]};
 }
 
 // Decade by decade more sweeps, and less is left of the problem.

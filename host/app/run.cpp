@@ -64,10 +64,10 @@ bool is_measured(u32 step, u32 steps) {
 template <class real>
 Recorder make_recorder(const InitialState<real>& state) {
   const Counters nothing_yet = {};
-  return Recorder(measure(state.buffers, state.sizes, state.features, nothing_yet),
+  return Recorder(measure(state.buffers, state.sizes, state.features, state.params, nothing_yet),
                   momentum_is_conserved(state.buffers, state.features),
                   !has(state.features, Feature::contacts) && !has(state.features, Feature::particles) &&
-                      joints_conserve_energy(state.buffers));
+                      joints_conserve_energy(state.buffers, state.params));
 }
 
 // Who is told what a run does.
@@ -98,7 +98,8 @@ void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) 
     if (watchers.recording) record_step(*watchers.recording, simulation, ms.count());
     if (is_measured(step - first, steps - first)) {
       const Buffers<real>& buffers = backend.download(wanted);
-      const Measures measures = measure(buffers, backend.sizes(), backend.features(), simulation.counters());
+      const Measures measures =
+          measure(buffers, backend.sizes(), backend.features(), simulation.params(), simulation.counters());
       if (watchers.recording) watchers.recording->add(measure_row(step + 1, measures));
       watchers.recorder.observe(step, (step + 1 - first) * dt, measures);
     }

@@ -51,7 +51,7 @@ class SeenIn final : public Seen {
     if (!measures_) {
       Backend<real>& backend = simulation_.backend();
       measures_ = measure(backend.download(measured_buffers(backend.features())), backend.sizes(), backend.features(),
-                          simulation_.counters());
+                          simulation_.params(), simulation_.counters());
     }
     return *measures_;
   }

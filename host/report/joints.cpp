@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numbers>
 
 #include "host/in_double.hpp"
 
@@ -34,18 +36,37 @@ double locked_length(Vector3d rows, u32 locked) {
   return rows.norm();
 }
 
+// Of b's side of a joint against a's, in the frame of a.
+struct Offset {
+  Vector3d d;  // of the anchors
+  Quaterniond turn;
+};
+
 template <class real>
-JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
+Offset offset_of(const Buffers<real>& buffers, u32 index) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
   const Stand a = stand_of(buffers, info.body_a), b = stand_of(buffers, info.body_b);
   const Vector3d d =
       b.position + b.orientation * vector3(joint.anchor_b) - a.position - a.orientation * vector3(joint.anchor_a);
   const Quaterniond frame_a = a.orientation * rotation(joint.frame_a);
-  const Quaterniond turn = frame_a.conjugate() * b.orientation * rotation(joint.frame_b);
+  return {frame_a.conjugate() * d, frame_a.conjugate() * b.orientation * rotation(joint.frame_b)};
+}
+
+double coordinate(const Offset& offset, u32 free) {
+  if (free == FREE_TRAVEL) return offset.d.z();
+  if (free == FREE_LENGTH) return offset.d.norm();
+  return std::remainder(2 * std::atan2(offset.turn.z(), offset.turn.w()), 2 * std::numbers::pi);
+}
+
+template <class real>
+JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
+  const JointInfo& info = buffers.joint_infos[index];
+  const Joint<real>& joint = buffers.joints[index];
+  const auto [d, turn] = offset_of(buffers, index);
 
   JointDrift drift;
-  drift.separation = locked_length(frame_a.conjugate() * d, info.locked & 7);
+  drift.separation = locked_length(d, info.locked & 7);
   if (info.free == FREE_LENGTH && !(joint.yield > 0))
     drift.separation = beyond(d.norm(), double(joint.low), double(joint.high));
   const bool all_angles = info.locked >> 3 == 7, axis_only = info.locked >> 3 == 3;
@@ -68,11 +89,25 @@ JointDrift joint_drift(const Buffers<real>& buffers) {
   return drift;
 }
 
+// The law of a spring is compiled to rate = k / (theta h k + c) and yield = 1 / (h (theta h k + c)).
 template <class real>
-bool joints_conserve_energy(const Buffers<real>& buffers) {
-  return std::ranges::all_of(buffers.joints, [](const Joint<real>& joint) {
+double spring_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
+  const Joint<real>& joint = buffers.joints[index];
+  if (joint.yield == 0) return 0;
+  const double stretch = coordinate(offset_of(buffers, index), buffers.joint_infos[index].free) - double(joint.low);
+  const double stiffness = double(joint.rate) / (double(joint.yield) * double(params.dt));
+  return 0.5 * stiffness * stretch * stretch;
+}
+
+template <class real>
+bool joints_conserve_energy(const Buffers<real>& buffers, const StepParams<real>& params) {
+  const double theta = params.theta > 0 ? double(params.theta) : 1;
+  const double undamped = 1 / (theta * double(params.dt));  // the rate of a spring without a damper
+  const double rounding = 4 * double(std::numeric_limits<real>::epsilon());
+  return std::ranges::all_of(buffers.joints, [&](const Joint<real>& joint) {
+    const bool damped = joint.yield > 0 && double(joint.rate) < (1 - rounding) * undamped;
     const bool equal = joint.low == joint.high;
-    return joint.motor_force == 0 && joint.spring == 0 && joint.yield == 0 && (joint.limited == 0 || equal);
+    return joint.motor_force == 0 && joint.spring == 0 && !damped && (joint.limited == 0 || equal);
   });
 }
 
@@ -86,9 +121,10 @@ bool joints_conserve_momentum(const Buffers<real>& buffers) {
   });
 }
 
-#define INSTANTIATE(real)                                     \
-  template JointDrift joint_drift(const Buffers<real>&);      \
-  template bool joints_conserve_energy(const Buffers<real>&); \
+#define INSTANTIATE(real)                                                              \
+  template JointDrift joint_drift(const Buffers<real>&);                               \
+  template double spring_energy(const Buffers<real>&, const StepParams<real>&, u32);   \
+  template bool joints_conserve_energy(const Buffers<real>&, const StepParams<real>&); \
   template bool joints_conserve_momentum(const Buffers<real>&);
 INSTANTIATE(float)
 INSTANTIATE(double)

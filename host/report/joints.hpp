@@ -15,9 +15,14 @@ struct JointDrift {
 template <class real>
 JointDrift joint_drift(const Buffers<real>& buffers);
 
-/// Whether joints neither take energy up nor give it: no motors, no springs, no limits but equal ones.
+/// k (x - rest)^2 / 2 of the spring on the free coordinate x of a joint, J; 0 where it has none.
 template <class real>
-bool joints_conserve_energy(const Buffers<real>& buffers);
+double spring_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 joint);
+
+/// Whether joints neither take energy up nor give it: no motors, no dampers, none that are soft, no limits but equal
+/// ones.
+template <class real>
+bool joints_conserve_energy(const Buffers<real>& buffers, const StepParams<real>& params);
 
 /// Whether every joint holds two dynamic bodies.
 template <class real>

@@ -144,9 +144,14 @@ std::vector<Buffer> measured_buffers(Features features) {
 }
 
 template <class real>
-Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features features, std::span<const u32> counters) {
+Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features features, const StepParams<real>& params,
+                 std::span<const u32> counters) {
   Measures result;
   for (u32 world = 0; world < sizes.worlds; ++world) result.worlds.push_back(measure_world(buffers, features, world));
+  if (has(features, Feature::joint_springs)) {
+    for (u32 i = 0; i < sizes.joints; ++i)
+      result.worlds[buffers.joint_infos[i].world].potential += spring_energy(buffers, params, i);
+  }
   if (has(features, Feature::pivots)) result.pivot_drift = pivot_drift(buffers, sizes.bodies);
 
   if (has(features, Feature::joints)) result.joint_drift = joint_drift(buffers);
@@ -174,8 +179,9 @@ bool momentum_is_conserved(const Buffers<real>& buffers, Features features) {
                      [&](const ShapeInfo& shape) { return moves(shape.body); });
 }
 
-#define INSTANTIATE(real)                                                                        \
-  template Measures measure(const Buffers<real>&, const Sizes&, Features, std::span<const u32>); \
+#define INSTANTIATE(real)                                                                          \
+  template Measures measure(const Buffers<real>&, const Sizes&, Features, const StepParams<real>&, \
+                            std::span<const u32>);                                                 \
   template bool momentum_is_conserved(const Buffers<real>&, Features);
 INSTANTIATE(float)
 INSTANTIATE(double)

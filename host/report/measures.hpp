@@ -17,7 +17,7 @@ namespace lockstep {
 struct WorldMeasures {
   double mass = 0;                                             // kg
   double kinetic = 0;                                          // J
-  double potential = 0;                                        // -m g . x, J
+  double potential = 0;                                        // -m g . x, and of joints' springs, J
   Eigen::Vector3d momentum = Eigen::Vector3d::Zero();          // kg m/s
   Eigen::Vector3d angular_momentum = Eigen::Vector3d::Zero();  // about the centre of mass of the world, kg m^2/s
   Eigen::Vector3d weight = Eigen::Vector3d::Zero();            // M g, N
@@ -52,7 +52,8 @@ std::vector<Buffer> measured_buffers(Features features);
 
 /// Measures the state after a step (or before the first one, with counters of zero).
 template <class real>
-Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features features, std::span<const u32> counters);
+Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features features, const StepParams<real>& params,
+                 std::span<const u32> counters);
 
 /// Whether nothing outside the dynamic bodies can give them momentum, gravity aside: no shapes on immovable bodies, no
 /// joints to them, no pivots.

@@ -67,7 +67,7 @@ TYPED_TEST(BallJointIn, MomentumIsConserved) {
       const InitialState<real> start = compile<real>(scene);
       const Counters none = {};
       const auto world = [&](const Buffers<real>& buffers) {
-        return measure(buffers, start.sizes, start.features, none).worlds[0];
+        return measure(buffers, start.sizes, start.features, start.params, none).worlds[0];
       };
       const WorldMeasures before = world(start.buffers), after = world(after_steps<real>(scene, 240));
       // the integrator turns the bodies under their angular velocity: that is the gyroscopic moment, of first order
@@ -88,7 +88,7 @@ TYPED_TEST(BallJointIn, AngularMomentumIsConserved) {
   const InitialState<real> start = compile<real>(scene);
   const Counters none = {};
   const auto angular = [&](const Buffers<real>& buffers) {
-    return measure(buffers, start.sizes, start.features, none).worlds[0].angular_momentum;
+    return measure(buffers, start.sizes, start.features, start.params, none).worlds[0].angular_momentum;
   };
   const double size = angular(start.buffers).norm();
   EXPECT_LT((angular(after_steps<real>(scene, 300)) - angular(start.buffers)).norm(),

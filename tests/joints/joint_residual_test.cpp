@@ -9,7 +9,7 @@ namespace {
 Residual residual_after(const Scene& scene, u32 steps) {
   const InitialState<double> state = compile<double>(scene);
   const Counters none = {};
-  return *measure(after_steps<double>(scene, steps), state.sizes, state.features, none).residual;
+  return *measure(after_steps<double>(scene, steps), state.sizes, state.features, state.params, none).residual;
 }
 
 Scene chain(u32 links, u32 iterations) {
@@ -48,7 +48,7 @@ TEST(JointResidual, DefectIsTheVelocityThatIsLeft) {
   Buffers<double> b = after_steps<double>(scene, 1);
   b.motions[0].v[1] += 0.25;
   const Counters none = {};
-  const Residual r = *measure(b, state.sizes, state.features, none).residual;
+  const Residual r = *measure(b, state.sizes, state.features, state.params, none).residual;
   EXPECT_NEAR(r.defect_max, 0.25, 1e-12);
 }
 

@@ -22,7 +22,7 @@ u32 body_named(const Scene& scene, const std::string& name) {
 template <class real>
 double energy(const InitialState<real>& state, const Buffers<real>& buffers) {
   const Counters none = {};
-  return measure(buffers, state.sizes, state.features, none).energy();
+  return measure(buffers, state.sizes, state.features, state.params, none).energy();
 }
 
 // The ring has one motion, which it keeps: six hinges of five bodies are four too many, and do no harm.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "host/report/measures.hpp"
 #include "host/scene/joint_kinds.hpp"
 #include "tests/joints/joint_scene.hpp"
 
@@ -58,6 +59,54 @@ TYPED_TEST(JointSprings, SwingForEverWithTheTrapezoidalRule) {
             << name_of(kind) << ' ' << stiffness << ' ' << i;
       });
     }
+  }
+}
+
+// With v_n = -x_0 (2 / h) tan(f / 2) sin(n f) the energy of that swing goes between k x_0^2 / 2 and 1 / (1 + h^2 k / 4
+// m) of it.
+TYPED_TEST(JointSprings, EnergyGoesBetweenSpringAndBody) {
+  using real = TypeParam;
+  for (const JointKind kind : {JOINT_SLIDER, JOINT_HINGE, JOINT_DISTANCE}) {
+    const bool turns = kind == JOINT_HINGE;
+    const double m = turns ? inertia : 1, rest = kind == JOINT_DISTANCE ? 1 : 0.1, swing = turns ? 1e-3 : 0.3;
+    const double rounding = turns ? 0.02 : sizeof(real) == 4 ? 1e-3 : 1e-10;
+    for (const double stiffness : {3.0, 3e3, 3e6}) {
+      const Scene scene = sprung(kind, {.stiffness = stiffness, .rest = rest}, rest + swing);
+      const InitialState<real> state = compile<real>(scene);
+      const Counters none = {};
+      const auto energy = [&](const Buffers<real>& b) {
+        return measure(b, state.sizes, state.features, state.params, none).energy();
+      };
+      const double whole = stiffness * swing * swing / 2, a = dt * dt * stiffness / (2 * m),
+                   turn = std::acos(1 / (1 + a));
+      EXPECT_NEAR(energy(state.buffers), whole, rounding * whole);
+      EXPECT_TRUE(joints_conserve_energy(state.buffers, state.params));
+      watch_steps<real>(scene, 200, [&](const Buffers<real>& b, u32 i) {
+        const double s = std::sin((i + 1) * turn);
+        EXPECT_NEAR(energy(b), whole * (1 - s * s * a / (2 + a)), rounding * whole)
+            << name_of(kind) << ' ' << stiffness << ' ' << i;
+      });
+    }
+  }
+}
+
+TYPED_TEST(JointSprings, DampersDoNotConserveEnergy) {
+  using real = TypeParam;
+  const auto conserves = [](const JointSpring& spring, double h, Integrator integrator = Integrator::trapezoidal) {
+    Scene scene = sprung(JOINT_SLIDER, spring, 0.3);
+    scene.settings.integrator = integrator;
+    scene.settings.dt = h;
+    const InitialState<real> state = compile<real>(scene);
+    return joints_conserve_energy(state.buffers, state.params);
+  };
+  for (const double h : {1.0 / 1000, 1.0 / 240, 1.0 / 60, 0.007, 0.03}) {
+    for (const double stiffness : {0.7, 3.3e2, 1e7}) {
+      EXPECT_TRUE(conserves({.stiffness = stiffness}, h)) << h << ' ' << stiffness;
+      EXPECT_FALSE(conserves({.stiffness = stiffness, .damping = 1e-5 * h * stiffness}, h)) << h << ' ' << stiffness;
+    }
+    EXPECT_FALSE(conserves({.damping = 1}, h)) << h;
+    for (const Integrator integrator : {Integrator::semi_implicit_euler, Integrator::explicit_euler})
+      EXPECT_TRUE(conserves({.stiffness = 40}, h, integrator)) << h;
   }
 }
 
