@@ -1,13 +1,16 @@
 // Writes the law of each joint for a sub-step. With u the velocities of the locked rows, b against a in the joint's
 // frame, and r their impulses (survey 2.2; K = J M^-1 J^T of the joint alone):
-//   u + correction error / dt + (3/2 - theta) dt u' + softness K r = 0
+//   u + correction error / dt + dt/2 u' + softness K r = 0
 // Hard joints (softness 0) take back a share of the error by a velocity that stays (Baumgarte); soft ones are damped
 // springs (Catto, Soft Constraints, GDC 2011), whose push is relaxed after the bodies have moved.
 //
 // u' is the rate at which the velocity of a row would change if the bodies went on with their velocities: the anchors
 // run on circles and the axes turn. Where it is counted the error of a step is of third order, and energy stays: at
 // theta 1 the positions are those of SHAKE (Ryckaert, Ciccotti, Berendsen 1977).
-// Where a body turns by a radian in the step there is nothing to foresee, and less of u' is taken: it is divided by
+// The axes and arms are those at (1 - theta) dt, when what the old velocities move is done: at theta 1/2 in the middle
+// of the step, between the velocities that the impulses tell apart. Along the axes of its start what swings would gain
+// energy at each step, in first order. The error and the free coordinate are those of the start.
+// Where a body turns by a radian in the step there is nothing to foresee, and less of either is taken: dt is divided by
 // 1 + dt^2 (w_a^2 + w_b^2).
 //
 // The free coordinate x has one more row, with velocity u_f and impulse r_f = r_m + r_l:
@@ -150,6 +153,21 @@ void clear_joint(JointBlock<real>& block, u32 lane) {
     field[lane] = 0;
 }
 
+/// The pose after `time` with the velocities that the body has.
+template <class real>
+void move_on(const Motion<real>& motion, real time, Vec3<real>& x, Quat<real>& q) {
+  x = add3(x, scale3(time, vec3(motion.v)));
+  q = turn4(q, vec3(motion.w), time);
+}
+
+/// The axes and arms of `later`, what is off and the free coordinate of `now`.
+template <class real>
+JointNow<real> with_error_of(const JointNow<real>& now, JointNow<real> later) {
+  for (u32 i = 0; i < JOINT_ROWS; ++i) later.error[i] = now.error[i];
+  later.coordinate = now.coordinate;
+  return later;
+}
+
 template <class real>
 void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 index, u32 lane,
                    JointBlock<real>& block) {
@@ -159,16 +177,23 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   Quat<real> q_a, q_b;
   joint_pose(buffers, params, info.body_a, x_a, q_a);
   joint_pose(buffers, params, info.body_b, x_b, q_b);
-  const JointNow<real> now = joint_now(joint, info, x_a, q_a, x_b, q_b);
   const Motion<real>&a = buffers.motions[info.body_a], &b = buffers.motions[info.body_b];
+  const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
+  const real foreseen = params.dt / (real(1) + angle);
+  JointNow<real> now = joint_now(joint, info, x_a, q_a, x_b, q_b);
+  if (params.theta != real(1)) {
+    const real lead = (real(1) - params.theta) * foreseen;
+    move_on(a, lead, x_a, q_a);
+    move_on(b, lead, x_b, q_b);
+    now = with_error_of(now, joint_now(joint, info, x_a, q_a, x_b, q_b));
+  }
   const JointMobility<real> m = joint_mobility(now, info.free, a, b);
   const JointFactor<real> factor = factorise(m.k, info.locked);
 
   const bool is_free = info.free != FREE_NOTHING;
   real turning[JOINT_ROWS + 1];
   row_rates(now, info, a, b, turning);
-  const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
-  const real ahead = (real(1.5) - params.theta) * params.dt / (real(1) + angle);
+  const real ahead = real(0.5) * foreseen;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1) != 0;

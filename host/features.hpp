@@ -36,6 +36,7 @@ enum class Feature : u32 {
   particles = 1u << 25,      // bodies push each other by particles, with springs and dampers; shapes do not touch
   shear_springs = 1u << 26,  // particles remember how far they were sheared
   joint_springs = 1u << 27,  // springs act on free coordinates of joints
+  joints_ahead = 1u << 28,   // joints act along axes of later than the start of a sub-step: theta is not 1
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

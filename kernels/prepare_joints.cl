@@ -117,9 +117,30 @@ static inline void joint_clear(u32 lane, global JointBlock* block) {
   block->yield[lane] = (real)0;
 }
 
+#if FEATURE_JOINTS_AHEAD
+static inline void joint_move_on(Motion motion, real time, Vec3* x, Quat* q) {
+  *x = add3(*x, scale3(time, vec3(motion.v)));
+  *q = turn4(*q, vec3(motion.w), time);
+}
+
+static inline JointNow joint_with_error_of(JointNow now, JointNow later) {
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) later.error[i] = now.error[i];
+  later.coordinate = now.coordinate;
+  return later;
+}
+#endif
+
 static inline void prepare_joint(const StepParams params, const JointInfo info, const Joint joint, Vec3 x_a, Quat q_a,
                                  Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane, global JointBlock* block) {
-  const JointNow now = joint_now(joint, info.locked, info.free, x_a, q_a, x_b, q_b);
+  const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
+  const real foreseen = params.dt / ((real)1 + angle);
+  JointNow now = joint_now(joint, info.locked, info.free, x_a, q_a, x_b, q_b);
+#if FEATURE_JOINTS_AHEAD
+  const real lead = ((real)1 - params.theta) * foreseen;
+  joint_move_on(a, lead, &x_a, &q_a);
+  joint_move_on(b, lead, &x_b, &q_b);
+  now = joint_with_error_of(now, joint_now(joint, info.locked, info.free, x_a, q_a, x_b, q_b));
+#endif
   real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], own;
   joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &own);
   JointFactor factor;
@@ -128,8 +149,7 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
   const bool is_free = info.free != FREE_NOTHING;
   real turning[JOINT_ROWS + 1u];
   joint_row_rates(&now, info.free, a, b, turning);
-  const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
-  const real ahead = ((real)1.5 - params.theta) * params.dt / ((real)1 + angle);
+  const real ahead = (real)0.5 * foreseen;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1u) != 0u;

@@ -71,11 +71,16 @@ const Bound bounds[] = {
     {"hanging_chain", "oracle auto", {.dt = 1.0 / 60}, "double", {1e-12, 1e-12, 1e-11}},
     {"squeezer", "small_steps", {.dt = 1e-4, .substeps = 16}, "double", {0.2}},
     {"squeezer", "small_steps", {.dt = 1e-4, .substeps = 16}, "float", {0.4}},
+    {"squeezer", "gauss_seidel, trapezoidal, uncorrected", {.dt = 2.5e-5}, "double", {0.017}},
+    {"squeezer", "gauss_seidel, trapezoidal, uncorrected", {.dt = 2.5e-5}, "float", {0.017}},
+    {"governor", "gauss_seidel, trapezoidal, uncorrected", {.dt = 5e-4}, "float", {1.5e-4, 0.06}},
     {"governor", "small_steps", {.dt = 0.005, .substeps = 16}, "float", {1e-3, 0.3}},
     {"chain64", "small_steps", {.dt = 1.0 / 60, .substeps = 32}, "float", {5e-3, 0.02}},
     {"chain200", "small_steps", {.dt = 1.0 / 60, .substeps = 32}, "float", {0.015, 0.4}},
     {"bricard", "small_steps", {.dt = 0.01, .substeps = 16}, "double", {0.015, 1.2e-4, 0.015}},
+    {"bricard", "gauss_seidel, trapezoidal, uncorrected", {.dt = 1e-3}, "float", {0.005, 6e-5, 7e-3}},
     {"pendulum_chain", "small_steps", {.dt = 0.005, .substeps = 16}, "double", {0.02, 5e-4, 1e-14}},
+    {"pendulum_chain", "gauss_seidel, trapezoidal, uncorrected", {.dt = 5e-4}, "double", {3e-3, 1e-3, 1e-14}},
 };
 
 std::vector<CaseError> errors_of(const std::string& name, const std::string& method, const Setting& setting,

@@ -53,6 +53,12 @@ TYPED_TEST(PrepareJoints, KernelMatchesReference) {
   using real = TypeParam;
   run_joint_twins<real>(Stage::prepare_joints, random_joints(1, 40, 90));
   run_joint_twins<real>(Stage::prepare_joints, with_small_steps(random_joints(2, 300, 700), 2));
+  for (const Integrator integrator : {Integrator::trapezoidal, Integrator::explicit_euler}) {
+    Scene scene = random_joints(10, 40, 90);
+    scene.settings.integrator = integrator;
+    EXPECT_TRUE(has(compile<real>(scene).features, Feature::joints_ahead));
+    run_joint_twins<real>(Stage::prepare_joints, scene);
+  }
 }
 
 // What sweeps the joints belongs to stages that they share with the contacts.
@@ -70,6 +76,8 @@ TYPED_TEST(PrepareJoints, StepsMatchReference) {
   using real = TypeParam;
   Scene scene = random_joints(5, 30, 40);
   scene.settings.iterations = 3;
+  expect_twins_agree(compile<real>(scene), 5);
+  scene.settings.integrator = Integrator::trapezoidal;
   expect_twins_agree(compile<real>(scene), 5);
 }
 

@@ -40,6 +40,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::particles, "PARTICLES"},
     {Feature::shear_springs, "SHEAR_SPRINGS"},
     {Feature::joint_springs, "JOINT_SPRINGS"},
+    {Feature::joints_ahead, "JOINTS_AHEAD"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

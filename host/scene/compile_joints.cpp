@@ -187,6 +187,8 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
   list_joined(std::move(joined), b);
 
   state.features = with(state.features, Feature::joints);
+  if (settings.integrator != Integrator::semi_implicit_euler)
+    state.features = with(state.features, Feature::joints_ahead);
   state.features = with(state.features, Feature::general_contacts);  // the visit reads whole lines of bodies
   if (settings.solver == Solver::small_steps) state.features = with(state.features, Feature::soft_joints);
   if (settings.integrator == Integrator::runge_kutta)
