@@ -42,6 +42,9 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
   const Damage damages[] = {
       {"box_stack", [](State& s) { s.features = with(s.features, Feature::shear_springs); },
        "features: are those of no scene"},
+      {"rover", [](State& s) { s.features = with(s.features, Feature::joints_ahead); },
+       "features: are those of no scene"},
+      {"rover", [](State& s) { s.params.theta = 0.5f; }, "features: are those of no scene"},
       {"free_flight", [](State& s) { s.features = with(s.features, Feature::jacobi); },
        "features: are those of no scene"},
       {"box_stack", [](State& s) { s.buffers.world_ranges[0].body_count = 99; },

@@ -14,20 +14,32 @@ namespace {
 
 // Features whose stages and buffers are nothing without those of another.
 constexpr std::pair<Feature, Feature> needs[] = {
-    {Feature::manifolds, Feature::contacts},  {Feature::capsules, Feature::contacts},
-    {Feature::boxes, Feature::contacts},      {Feature::cylinders, Feature::contacts},
-    {Feature::hulls, Feature::contacts},      {Feature::grid, Feature::contacts},
-    {Feature::bvh, Feature::contacts},        {Feature::all_pairs, Feature::contacts},
-    {Feature::events, Feature::contacts},     {Feature::sensors, Feature::events},
-    {Feature::continuous, Feature::contacts}, {Feature::soft_contacts, Feature::contacts},
-    {Feature::patches, Feature::contacts},    {Feature::jacobi, Feature::contacts},
-    {Feature::soft_joints, Feature::joints},  {Feature::joint_springs, Feature::joints},
-    {Feature::joints_ahead, Feature::joints}, {Feature::shear_springs, Feature::particles},
+    {Feature::manifolds, Feature::contacts},
+    {Feature::capsules, Feature::contacts},
+    {Feature::boxes, Feature::contacts},
+    {Feature::cylinders, Feature::contacts},
+    {Feature::hulls, Feature::contacts},
+    {Feature::grid, Feature::contacts},
+    {Feature::bvh, Feature::contacts},
+    {Feature::all_pairs, Feature::contacts},
+    {Feature::events, Feature::contacts},
+    {Feature::sensors, Feature::events},
+    {Feature::continuous, Feature::contacts},
+    {Feature::soft_contacts, Feature::contacts},
+    {Feature::patches, Feature::contacts},
+    {Feature::jacobi, Feature::contacts},
+    {Feature::soft_joints, Feature::joints},
+    {Feature::joint_springs, Feature::joints},
+    {Feature::shear_springs, Feature::particles},
 };
 
-void expect_features(Features features) {
-  for (const auto& [feature, needed] : needs)
-    if (has(features, feature) && !has(features, needed)) throw h5::Failed("features: are those of no scene");
+template <class real>
+void expect_features(const InitialState<real>& state) {
+  const Features features = state.features;
+  const bool ahead = has(features, Feature::joints) && state.params.theta != real(1);
+  bool fit = ahead == has(features, Feature::joints_ahead);
+  for (const auto& [feature, needed] : needs) fit = fit && (!has(features, feature) || has(features, needed));
+  if (!fit) throw h5::Failed("features: are those of no scene");
 }
 
 bool is_range(u32 first, u32 count, u32 size) { return first <= size && count <= size - first; }
@@ -146,7 +158,7 @@ void expect_particles(const Buffers<real>& b, const Sizes& sizes) {
 
 template <class real>
 void expect_consistent_constants(const InitialState<real>& state) {
-  expect_features(state.features);
+  expect_features(state);
   expect_bodies(state.buffers, state.sizes, has(state.features, Feature::contacts));
   expect_shapes(state.buffers, state.sizes);
   expect_hulls(state.buffers, state.sizes);

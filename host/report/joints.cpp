@@ -101,8 +101,8 @@ double spring_energy(const Buffers<real>& buffers, const StepParams<real>& param
 
 template <class real>
 bool joints_conserve_energy(const Buffers<real>& buffers, const StepParams<real>& params) {
-  const double theta = params.theta > 0 ? double(params.theta) : 1;
-  const double undamped = 1 / (theta * double(params.dt));  // the rate of a spring without a damper
+  const double theta = params.theta > 0 ? double(params.theta) : 1;  // explicit Euler takes springs implicitly too
+  const double undamped = 1 / (theta * double(params.dt));           // the rate of a spring without a damper
   const double rounding = 4 * double(std::numeric_limits<real>::epsilon());
   return std::ranges::all_of(buffers.joints, [&](const Joint<real>& joint) {
     const bool damped = joint.yield > 0 && double(joint.rate) < (1 - rounding) * undamped;

@@ -62,8 +62,8 @@ TYPED_TEST(JointSprings, SwingForEverWithTheTrapezoidalRule) {
   }
 }
 
-// With v_n = -x_0 (2 / h) tan(f / 2) sin(n f) the energy of that swing goes between k x_0^2 / 2 and 1 / (1 + h^2 k / 4
-// m) of it.
+// The velocity of that swing is v_n = -x_0 (2 / h) tan(f / 2) sin(n f), so that with a = h^2 k / 2 m its energy is
+// k x_0^2 / 2 (1 - sin^2(n f) a / (2 + a)).
 TYPED_TEST(JointSprings, EnergyGoesBetweenSpringAndBody) {
   using real = TypeParam;
   for (const JointKind kind : {JOINT_SLIDER, JOINT_HINGE, JOINT_DISTANCE}) {
