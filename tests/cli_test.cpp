@@ -66,6 +66,7 @@ TEST_F(CommandLine, ListsScenesAndDevices) {
   EXPECT_EQ(devices.status, 0);
   EXPECT_NE(devices.out.find("auto is "), std::string::npos) << devices.out;
   EXPECT_NE(devices.out.find("bit-exact"), std::string::npos) << devices.out;
+  EXPECT_NE(devices.out.find("OpenGL ES 3"), std::string::npos) << devices.out;
 }
 
 TEST_F(CommandLine, EndsARunWithATable) {

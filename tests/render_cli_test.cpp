@@ -1,4 +1,7 @@
 // `lockstep render` as a user meets it. It needs EGL: where there is none the tests fail, and say what to install.
+#include <dlfcn.h>
+#include <link.h>
+
 #include <set>
 #include <utility>
 
@@ -178,6 +181,42 @@ TEST_F(RenderCommand, SaysWhereThereIsNoEglAndWorksOtherwise) {
   EXPECT_NE(outcome.err.find("install libegl1"), std::string::npos) << outcome.err;
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   EXPECT_EQ(run_command(program + "run spheres_small --steps 2 --quiet --device reference").status, 0);
+  const Outcome devices = run_command(program + "devices");
+  EXPECT_EQ(devices.status, 0);
+  EXPECT_NE(devices.out.find("pictures   none: "), std::string::npos) << devices.out;
+}
+
+// EGL 1.5 finds the functions of OpenGL ES by itself.
+TEST_F(RenderCommand, NeedsNoLibraryOfOpenGlBesideEgl) {
+  fs::create_directory(file("lib"));
+  std::ofstream(file("lib") / "libGLESv2.so.2") << "not a library";
+  const std::string options = std::string("render spheres_small --at 1") + small + "--out ";
+  const Outcome outcome =
+      run_command("LD_LIBRARY_PATH=" + folder("lib") + " " LOCKSTEP_PROGRAM " " + options + folder("a"));
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(run(options + folder("b")).status, 0);
+  EXPECT_EQ(read_file(folder("a") + "/spheres_small_000001.png"), read_file(folder("b") + "/spheres_small_000001.png"));
+}
+
+// As on a server with a GPU: the driver has devices, with or without contexts that need no surface, and nothing else.
+TEST_F(RenderCommand, DrawsOnADeviceOfEglWhereThereIsNoDisplay) {
+  void* egl = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
+  const link_map* map = nullptr;
+  ASSERT_TRUE(egl != nullptr && dlinfo(egl, RTLD_DI_LINKMAP, &map) == 0) << dlerror();
+  const std::string options = std::string("render spheres_small --at 1") + small + "--out ",
+                    picture = "/spheres_small_000001.png";
+  EXPECT_EQ(run(options + folder("usual")).status, 0);
+  const auto draw = [&](const std::string& lacks) {
+    return run_command("LD_LIBRARY_PATH=" LOCKSTEP_HEADLESS_EGL " LOCKSTEP_EGL=" + std::string(map->l_name) +
+                       " LOCKSTEP_EGL_LACKS='EGL_MESA_platform_surfaceless " + lacks + "' " LOCKSTEP_PROGRAM " " +
+                       options + folder(lacks));
+  };
+  for (const std::string lacks : {"none", "EGL_KHR_surfaceless_context"}) {
+    const Outcome outcome = draw(lacks);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(read_file(folder(lacks) + picture), read_file(folder("usual") + picture)) << lacks;
+  }
+  EXPECT_EQ(draw("EGL_EXT_platform_device").status, 3) << "the displays of devices are all that there is";
 }
 
 TEST_F(RenderCommand, RefusesWhatMakesNoSense) {

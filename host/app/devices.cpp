@@ -4,6 +4,8 @@
 
 #include "host/app/commands.hpp"
 #include "host/backends/canary.hpp"
+#include "host/error.hpp"
+#include "host/render/renderer.hpp"
 
 namespace lockstep::app {
 
@@ -30,12 +32,21 @@ void print_device(const DeviceInfo& device) {
              device.denormals ? "keeps denormals" : "does NOT keep denormals");
 }
 
+std::string pictures() {
+  try {
+    return picture_driver();
+  } catch (const Error& error) {
+    return std::string("none: ") + error.what();
+  }
+}
+
 void list() {
   const std::vector<DeviceInfo>& devices = list_devices();
   for (const DeviceInfo& device : devices) print_device(device);
   if (devices.empty()) fmt::print("no OpenCL device (Debian: apt-get install pocl-opencl-icd)\n");
   fmt::print("reference  plain C++, one thread: what every device is compared with\n");
   const std::optional<DeviceInfo> chosen = select_device("auto");
+  fmt::print("pictures   {}\n", pictures());
   fmt::print("auto is {}\n", chosen ? fmt::format("{}  {}", chosen->index, chosen->name) : "the reference");
 }
 

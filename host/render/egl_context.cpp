@@ -19,11 +19,11 @@ namespace {
                   "the GPU's driver");
 }
 
-void* open_library(const char* name) {
-  void* library = dlopen(name, RTLD_NOW | RTLD_LOCAL);
+void* open_egl() {
+  void* library = dlopen("libEGL.so.1", RTLD_NOW | RTLD_LOCAL);
   if (library == nullptr) {
     const char* why = dlerror();
-    no_egl(why != nullptr ? why : std::string(name) + " cannot be loaded");
+    no_egl(why != nullptr ? why : "libEGL.so.1 cannot be loaded");
   }
   return library;
 }
@@ -79,12 +79,13 @@ struct EglContext::Egl {
   PFNEGLQUERYDEVICESEXTPROC query_devices = nullptr;
   PFNEGLQUERYDEVICESTRINGEXTPROC query_device_string = nullptr;
 
-  /// Displays in the order in which they are worth trying: GPUs, Mesa without a screen, what there is.
+  /// Displays in the order in which they are worth trying: GPUs, Mesa without a screen, processors that draw, what
+  /// there is.
   std::vector<EGLDisplay> displays() const {
-    std::vector<EGLDisplay> found;
+    std::vector<EGLDisplay> found, slow;
     const char* client = query_string(EGL_NO_DISPLAY, EGL_EXTENSIONS);
-    const auto add = [&](EGLDisplay display) {
-      if (display != EGL_NO_DISPLAY) found.push_back(display);
+    const auto add = [](std::vector<EGLDisplay>& to, EGLDisplay display) {
+      if (display != EGL_NO_DISPLAY) to.push_back(display);
     };
     if (get_platform_display != nullptr && query_devices != nullptr && query_device_string != nullptr &&
         lists(client, "EGL_EXT_platform_device")) {
@@ -92,13 +93,14 @@ struct EglContext::Egl {
       EGLint count = 0;
       if (query_devices(16, devices, &count) != EGL_TRUE) count = 0;
       for (EGLint i = 0; i < count; ++i) {
-        if (!lists(query_device_string(devices[i], EGL_EXTENSIONS), "EGL_MESA_device_software"))
-          add(get_platform_display(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
+        const bool software = lists(query_device_string(devices[i], EGL_EXTENSIONS), "EGL_MESA_device_software");
+        add(software ? slow : found, get_platform_display(EGL_PLATFORM_DEVICE_EXT, devices[i], nullptr));
       }
     }
     if (get_platform_display != nullptr && lists(client, "EGL_MESA_platform_surfaceless"))
-      add(get_platform_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
-    add(get_display(EGL_DEFAULT_DISPLAY));
+      add(found, get_platform_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
+    found.insert(found.end(), slow.begin(), slow.end());
+    add(found, get_display(EGL_DEFAULT_DISPLAY));
     return found;
   }
 };
@@ -106,16 +108,20 @@ struct EglContext::Egl {
 EglContext::EglContext() {
   // Mesa's EGL talks about drivers it has tried; what is wrong is said here, in one line
   setenv("EGL_LOG_LEVEL", "fatal", 0);
-  egl_library_ = open_library("libEGL.so.1");
-  gles_library_ = open_library("libGLESv2.so.2");
+  egl_library_ = open_egl();
+  gles_library_ = dlopen("libGLESv2.so.2", RTLD_NOW | RTLD_LOCAL);  // EGL 1.5 finds all functions without it
   const Egl egl(egl_library_);
   terminate_ = egl.terminate;
   make_current_ = egl.make_current;
   for (const EGLDisplay display : egl.displays()) {
     if (!open(egl, display)) continue;
     load_functions(egl);
-    const GLubyte* name = gl_.GetString(GL_RENDERER);
-    renderer_ = name != nullptr ? reinterpret_cast<const char*>(name) : "unknown";
+    const auto text = [&](GLenum what) {
+      const GLubyte* told = gl_.GetString(what);
+      return std::string(told != nullptr ? reinterpret_cast<const char*>(told) : "unknown");
+    };
+    renderer_ = text(GL_RENDERER);
+    version_ = text(GL_VERSION);
     return;
   }
   no_egl("no driver here offers it");
@@ -149,7 +155,7 @@ bool EglContext::open(const Egl& egl, EGLDisplay display) {
 void EglContext::load_functions(const Egl& egl) {
 #define GL_FUNCTION(name)                                                                                   \
   egl.find("gl" #name, gl_.name);                                                                           \
-  if (gl_.name == nullptr)                                                                                  \
+  if (gl_.name == nullptr && gles_library_ != nullptr)                                                      \
     gl_.name = reinterpret_cast<decltype(gl_.name)>(dlsym(gles_library_, "gl" #name)); /* before EGL 1.5 */ \
   if (gl_.name == nullptr) no_egl("the driver lacks gl" #name);
 #include "host/render/gl_functions.def"

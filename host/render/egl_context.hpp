@@ -19,6 +19,8 @@ class EglContext {
   const Gl& gl() const { return gl_; }
   /// What draws, as the driver calls itself.
   const std::string& renderer() const { return renderer_; }
+  /// And which OpenGL ES it speaks, by which release of the driver.
+  const std::string& version() const { return version_; }
 
  private:
   struct Egl;  // the functions of EGL itself
@@ -33,7 +35,7 @@ class EglContext {
   decltype(&::eglTerminate) terminate_ = nullptr;
   decltype(&::eglMakeCurrent) make_current_ = nullptr;
   Gl gl_;
-  std::string renderer_;
+  std::string renderer_, version_;
 };
 
 }  // namespace lockstep

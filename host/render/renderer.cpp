@@ -143,6 +143,7 @@ struct Renderer::Parts {
       plane.set("u_is_floor", floors ? 1 : 0);
       plane.set("u_top",
                 static_cast<float>(drawing.region.isEmpty() ? 1 : drawing.region.max().z()) + 0.1f * view.radius);
+      plane.set("u_fade", 0.15f * view.radius);
       plane.set("u_reach", 2.5f * view.radius);
       gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     }
@@ -222,5 +223,10 @@ const std::string& Renderer::driver() const { return parts_->context.renderer();
 u32 Renderer::add_hull(const Mesh& mesh) { return parts_->instances.add_hull(mesh); }
 
 Picture Renderer::draw(const Drawing& drawing) { return parts_->draw(drawing); }
+
+std::string picture_driver() {
+  const EglContext context;
+  return context.renderer() + ", " + context.version();
+}
 
 }  // namespace lockstep

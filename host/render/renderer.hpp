@@ -31,4 +31,7 @@ class Renderer {
   std::unique_ptr<Parts> parts_;
 };
 
+/// What draws pictures here and which OpenGL ES it speaks, as the driver has it. Throws as Renderer does.
+std::string picture_driver();
+
 }  // namespace lockstep

@@ -96,7 +96,7 @@ uniform vec4 u_cuts[8];
 uniform int u_cut_count;
 uniform vec3 u_normal, u_center_world;
 uniform int u_is_floor;
-uniform float u_top, u_reach;  // m: where walls end, upwards and sideways
+uniform float u_top, u_fade, u_reach;  // m: where walls end, upwards, over which height, and sideways
 out vec4 color;
 
 // The share of a pixel that lines of this width (in pixels) cover, every `spacing` metres; none where they crowd.
@@ -109,12 +109,12 @@ float lines(float spacing, float width, vec2 footprint) {
 }
 
 void main() {
+  vec2 footprint = max(fwidth(v_metres), vec2(1e-7));  // while no neighbour has left: there are no derivatives after that
   for (int i = 0; i < u_cut_count; ++i)
     if (dot(u_cuts[i].xyz, v_world) < u_cuts[i].w) discard;
   vec3 sight = v_world - u_eye;
   float distance = length(sight);
   bool behind = dot(sight, u_normal) > 0.0;
-  vec2 footprint = max(fwidth(v_metres), vec2(1e-7));
   float line = max(0.55 * lines(1.0, u_line, footprint), 0.75 * lines(10.0, 1.8 * u_line, footprint));
   if (min(footprint.x, footprint.y) < 0.016) line = max(line, 0.22 * lines(0.1, 0.8 * u_line, footprint));
   if (u_is_floor != 0) {
@@ -123,7 +123,7 @@ void main() {
     color = vec4(mix(ground, sky(sight.z / distance), fog), behind ? 0.25 : 1.0);
     return;
   }
-  float shown = 1.0 - smoothstep(0.85 * u_top, u_top, v_world.z);
+  float shown = 1.0 - smoothstep(u_top - u_fade, u_top, v_world.z);
   shown *= 1.0 - smoothstep(0.8 * u_reach, u_reach, length(v_world - u_center_world));
   color = behind ? vec4(vec3(0.35, 0.40, 0.46), 0.30 * line * shown)
                  : vec4(mix(vec3(0.93, 0.95, 0.97), vec3(0.38, 0.43, 0.50), line), (0.22 + 0.4 * line) * shown);
