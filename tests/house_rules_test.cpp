@@ -143,7 +143,7 @@ TEST(HouseRules, ATypeOfAHeaderHasOneHome) {
   std::map<std::string, std::string> homes;
   for (const char* folder : {"host", "include"}) {
     for (const std::string& file : files(folder, {".hpp"})) {
-      for (const std::string& type : matches(read_file(root / file), R"(\n(?:struct|class) (\w+)[^;{]*\{)")) {
+      for (const std::string& type : matches(read_file(root / file), R"(\n(?:struct|class) ([\w:]*\w)[^;{]*\{)")) {
         const auto [home, is_new] = homes.emplace(type, file);
         EXPECT_TRUE(is_new) << type << " is in " << home->second << " and in " << file;
       }

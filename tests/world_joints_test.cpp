@@ -168,6 +168,121 @@ TEST(WorldJoints, ASpringThatComesLaterCarries) {
   EXPECT_NEAR(world.velocity(box).linear[2], 0, 1e-9);
 }
 
+// ---- what joints tell
+
+Scene heavy_scene(double dt = 0.01) {
+  Scene scene = empty_scene(dt);
+  use_solver(scene.settings, Solver::small_steps);
+  scene.gravity = {0, 0, -9.81};
+  return scene;
+}
+
+// A beam of 6 kg and 2 m, nailed to the world at one end and held level there: m g down, m g l / 2 about the nail.
+TEST(WorldJoints, AFixedJointTellsWhatItCarries) {
+  World world(heavy_scene(), in_double());
+  BodyDescription beam;
+  beam.position = {1, 0, 5};
+  beam.orientation = exact::turn({0, 0, 1}, std::sin(0.3), std::cos(0.3));  // its own axes are not the world's
+  beam.shapes.push_back({.kind = SHAPE_BOX, .half_extents = {0.1, 0.1, 0.1}});
+  make_solid_of_mass(beam, 6);
+  const BodyHandle body = world.add(beam);
+  JointDescription nail = ball_joint({0, 0, 5});
+  nail.kind = JOINT_FIXED;
+  const JointHandle joint = world.add(nail, body);
+  EXPECT_EQ(exact::length(world.state(joint).force), 0);
+  world.step(200);
+  const JointState state = world.state(joint);  // on its second side, the world
+  const double weight = 6 * 9.81;
+  EXPECT_NEAR(state.force[2], -weight, 1e-4 * weight);
+  EXPECT_NEAR(std::hypot(state.force[0], state.force[1]), 0, 1e-4 * weight);
+  EXPECT_NEAR(state.torque[1], weight, 1e-3 * weight);  // r x F = (1, 0, 0) x (0, 0, -m g)
+  EXPECT_LT(state.separation, 1e-3);
+  EXPECT_LT(state.angle, 1e-3);
+  EXPECT_EQ(state.coordinate, 0);
+  EXPECT_EQ(state.speed, 0);
+  EXPECT_EQ(state.drive, 0);
+}
+
+// A wheel of a given moment about a fixed axis under a constant torque: w = M t / I, angle = M t^2 / 2 I.
+TEST(WorldJoints, AHingeTellsItsAngleItsRateAndItsMotor) {
+  World world(empty_scene(1e-3), in_double());
+  const BodyHandle wheel = world.add(box_at({0, 0, 0}, 6));  // I = 1
+  JointDescription hinge = ball_joint({0, 0, 0});
+  hinge.kind = JOINT_HINGE;
+  hinge.axis = {0, 1, 0};
+  const JointHandle axle = world.add(hinge, wheel);
+  world.set_motor(axle, 1000, 0.5);  // never gets there: all that it has
+  world.step(1000);
+  const JointState state = world.state(axle);
+  EXPECT_NEAR(std::abs(state.speed), 0.5, 1e-9);
+  EXPECT_NEAR(std::abs(state.coordinate), 0.25, 1e-3);
+  EXPECT_NEAR(std::abs(state.drive), 0.5, 1e-9);
+  EXPECT_GT(state.speed * state.coordinate, 0);
+  EXPECT_GT(state.speed * state.drive, 0);
+  world.set_motor(axle, 0, 0);
+  world.step();
+  EXPECT_NEAR(world.state(axle).drive, 0, 1e-12);
+}
+
+// What hangs on a rod, and what a slider moves up evenly: both carry the weight.
+TEST(WorldJoints, ARodAndASliderTellWhatTheyPullWith) {
+  World world(heavy_scene(), in_double());
+  const BodyHandle hanging = world.add(box_at({0, 0, 3}, 2)), lifted = world.add(box_at({9, 0, 3}, 2));
+  JointDescription rod;
+  rod.kind = JOINT_DISTANCE;
+  rod.anchor_a = {0, 0, 3};
+  rod.anchor_b = {0, 0, 7};
+  rod.limited = true;
+  rod.low = rod.high = 4;
+  const JointHandle up = world.add(rod, hanging);
+  JointDescription rail = ball_joint({9, 0, 3});
+  rail.kind = JOINT_SLIDER;
+  rail.axis = {0, 0, 1};
+  const JointHandle lift = world.add(rail, lifted);
+  world.set_motor(lift, -0.5, 1000);  // of the world against the box: the box goes up
+  world.step(200);
+  const JointState pulled = world.state(up), raised = world.state(lift);
+  EXPECT_NEAR(pulled.coordinate, 4, 1e-3);
+  EXPECT_NEAR(pulled.speed, 0, 1e-6);
+  EXPECT_NEAR(pulled.drive, -2 * 9.81, 1e-3);  // on the world, away from the box would be positive
+  EXPECT_NEAR(raised.coordinate, -1, 1e-2);
+  EXPECT_NEAR(raised.speed, -0.5, 1e-6);
+  EXPECT_NEAR(raised.drive, -2 * 9.81, 1e-3);
+  EXPECT_NEAR(world.velocity(lifted).linear[2], 0.5, 1e-6);
+}
+
+// ---- bodies that are put elsewhere
+
+// A double pendulum begins a second time, all of it turned about the vertical: its joints hold it as they did, and it
+// swings as it did, turned.
+TEST(WorldJoints, WhatIsPlacedAsItBeganSwingsAsItDid) {
+  const Quaternion turn = exact::turn({0, 0, 1}, std::sin(0.4), std::cos(0.4));
+  for (const bool joined_late : {false, true}) {
+    Scene scene = heavy_scene(0.002);
+    scene.bodies = {box_at({1, 0, 0}), box_at({2, 0, 0.5})};
+    JointDescription shoulder = ball_joint({0, 0, 0}), elbow = ball_joint({1.5, 0.5, 0.25});
+    shoulder.body_a = elbow.body_b = 0;
+    elbow.body_a = 1;
+    if (!joined_late) scene.joints = {shoulder, elbow};
+    World world(scene, in_double());
+    const BodyHandle upper = world.bodies()[0], lower = world.bodies()[1];
+    if (joined_late) {
+      world.add(shoulder, upper);
+      world.add(elbow, lower, upper);
+    }
+    world.step(150);
+    const Pose first = world.pose(lower);
+    world.step(250);
+    for (const BodyHandle body : {upper, lower})
+      world.place(body, {exact::rotate(turn, world.description(body).position), turn});
+    for (const JointHandle joint : world.joints()) EXPECT_LT(world.state(joint).separation, 1e-12);
+    EXPECT_EQ(exact::length(world.velocity(lower).linear), 0);
+    world.step(150);
+    const Vector3 expected = exact::rotate(turn, first.position);
+    EXPECT_LT(exact::length(exact::subtract(world.pose(lower).position, expected)), 1e-5);
+  }
+}
+
 TEST(WorldJoints, JointsThatMakeNoSenseAreRefused) {
   World world(ground_scene(), in_double());
   const BodyHandle box = world.add(box_at({0, 0, 1})), other = world.add(box_at({3, 0, 1}));

@@ -299,53 +299,41 @@ TEST(World, AnEmptyWorldIsFilledAndEmptiedAgain) {
   world.step();
 }
 
-// ---- what it tells
+// ---- bodies that are put elsewhere
 
-TEST(World, ContactsCarryTheWeight) {
+// From there it falls as any body does that is let go with that velocity; who lay on it falls, too, and none else
+// moves.
+TEST(World, PutsABodyElsewhere) {
   World world(ground_scene(), in_double());
-  const BodyHandle box = world.add(box_at({0, 0, 0.5}, 3));
-  world.step(200);
-  Vector3 sum = {0, 0, 0};
-  EXPECT_EQ(world.contacts().size(), 4u);
-  for (const BodyContact& contact : world.contacts()) {
-    EXPECT_EQ(contact.a, box);
-    EXPECT_EQ(contact.b, *world.find("floor"));
-    EXPECT_NEAR(contact.normal[2], 1, 1e-9);
-    EXPECT_NEAR(contact.point[2], 0, 1e-3);
-    EXPECT_NEAR(std::abs(contact.point[0]), 0.5, 1e-3);
-    sum = exact::add(sum, contact.impulse);
-  }
-  EXPECT_NEAR(sum[2] / (0.01 / 5), 3 * 9.81, 1e-3);
-  const std::vector<BodyContact> before(world.contacts().begin(), world.contacts().end());
-  world.add(box_at({9, 0, 9}));
-  world.poses();  // made anew; the last step is still the last step
-  EXPECT_EQ(world.contacts().size(), before.size());
+  const BodyHandle lower = world.add(box_at({0, 0, 0.5})), upper = world.add(box_at({0, 0, 1.5}));
+  const BodyHandle far = world.add(box_at({20, 0, 0.5}));
+  world.step(50);
+  const Pose still = world.pose(far);
+  world.place(lower, {.position = {5, 0, 30}}, {.linear = {1, 0, 2}, .angular = {0, 0, 3}});
+  EXPECT_EQ(world.pose(lower).position, (Vector3{5, 0, 30}));
+  EXPECT_EQ(world.velocity(lower).linear, (Vector3{1, 0, 2}));
+  EXPECT_EQ(world.steps_done(), 50u);
+  world.step(20);  // 0.2 s in 100 sub-steps: z falls by g t^2 / 2 (1 + 1/100)
+  EXPECT_NEAR(world.pose(lower).position[0], 5.2, 1e-12);
+  EXPECT_NEAR(world.pose(lower).position[2], 30 + 2 * 0.2 - 0.5 * 9.81 * 0.04 * 1.01, 1e-9);
+  EXPECT_NEAR(world.velocity(lower).angular[2], 3, 1e-12);
+  EXPECT_NEAR(world.pose(upper).position[2], 1.5 - 0.5 * 9.81 * 0.04 * 1.01, 2e-3);
+  EXPECT_LT(exact::length(exact::subtract(world.pose(far).position, still.position)), 1e-6);
 }
 
-TEST(World, EventsAndRaysNameBodies) {
+TEST(World, PutsImmovableBodiesElsewhere) {
   Scene scene = ground_scene();
-  scene.settings.events = true;
   World world(scene, in_double());
-  const BodyHandle first = world.add(box_at({0, 0, 0.51})), gone = world.add(box_at({5, 0, 0.51}));
-  const BodyHandle last = world.add(box_at({9, 0, 2.5}));
-  world.remove(gone);
-  std::vector<BodyHandle> landed;
-  for (int i = 0; i < 100; ++i) {
-    world.step();
-    for (const BodyEvent& event : world.events()) {
-      EXPECT_EQ(event.kind, EVENT_CONTACT_BEGIN);
-      const bool floor_first = event.a == *world.find("floor");
-      landed.push_back(floor_first ? event.b : event.a);
-    }
-  }
-  EXPECT_EQ(landed, (std::vector<BodyHandle>{first, last}));
-  const std::optional<BodyHit> hit = world.cast_ray({9, 0, 10}, {0, 0, -2});
-  ASSERT_TRUE(hit);
-  EXPECT_EQ(hit->body, last);
-  EXPECT_NEAR(hit->distance, 9, 1e-3);
-  EXPECT_NEAR(hit->normal[2], 1, 1e-9);
-  EXPECT_EQ(world.cast_ray({5, 0, 10}, {0, 0, -1})->body, *world.find("floor"));
-  EXPECT_FALSE(world.cast_ray({5, 0, 10}, {0, 0, 1}));
+  BodyDescription table = box_at({0, 0, 5});
+  table.kind = BODY_STATIC, table.mass = 0, table.inertia = {0, 0, 0};
+  const BodyHandle fixed = world.add(table), box = world.add(box_at({0, 0, 6}));
+  world.step(20);
+  EXPECT_NEAR(world.pose(box).position[2], 6, 2e-3);
+  world.place(fixed, {.position = {0, 9, 5}});
+  world.step(20);
+  EXPECT_NEAR(world.pose(box).position[2], 6 - 0.5 * 9.81 * 0.04 * 1.01, 2e-3);
+  EXPECT_EQ(refusal([&] { world.place(fixed, {}, {.linear = {1, 0, 0}}); }), "body 1: is static and does not move");
+  EXPECT_EQ(refusal([&] { world.place(box, {{0, 0, 0}, {0, 0, 0, 2}}); }), "orientation: must be a unit quaternion");
 }
 
 // ---- the same everywhere
@@ -368,6 +356,9 @@ std::uint64_t eventful_life(const WorldOptions& options) {
     if (i % 7 == 3)
       world.apply_impulse(boxes.back(), {0.5, 1, 2}, exact::add(world.pose(boxes.back()).position, {0.1, 0.2, 0}));
     if (i == 40) world.remove(boxes[1]);
+    if (i == 50) world.place(boxes[2], {.position = {-3, 0.1, 2}}, {.linear = {1, 0, 0}});
+    for (const std::optional<BodyHit>& hit : world.cast_rays(std::vector<BodyRay>(3, {{0.1, 0.1, 9}, {0, 0.01, -1}})))
+      if (hit) all = all * 31 + static_cast<std::uint64_t>(hit->distance * 1e6);
     world.set_kinematic_target(
         platform, {{4 - 0.03 * i, 0, 0.2}, exact::turn({0, 0, 1}, std::sin(0.01 * i), std::cos(0.01 * i))});
     world.step();

@@ -8,6 +8,7 @@
 #include "host/backends/device_backend.hpp"
 #include "host/error.hpp"
 #include "host/problems/oracle_backend.hpp"
+#include "host/report/joints.hpp"
 #include "host/simulation.hpp"
 
 namespace lockstep {
@@ -19,8 +20,7 @@ constexpr u32 looks = 50;  // at the residual, in a run
 template <class real>
 class SeenIn final : public Seen {
  public:
-  SeenIn(double now, double substep, Simulation<real>& simulation)
-      : Seen(now), substep_(substep), simulation_(simulation) {}
+  SeenIn(double now, Simulation<real>& simulation) : Seen(now), simulation_(simulation) {}
 
   BodyState body(u32 index) override {
     if (poses_ == nullptr) {
@@ -33,18 +33,11 @@ class SeenIn final : public Seen {
   }
 
   Vector3 joint_force(u32 index) override {
-    constexpr Buffer wanted[] = {Buffer::joint_lanes, Buffer::joint_blocks, Buffer::joint_impulses};
-    const Buffers<real>& b = simulation_.backend().download(wanted);
-    Vector3 force = {0, 0, 0};
-    for (u32 slot = 0; slot < b.joint_lanes.size() * PACK; ++slot) {
-      const u32 block = slot / PACK, lane = slot % PACK;
-      if (b.joint_lanes[block].joint[lane] != index) continue;
-      for (u32 i = 0; i < 9; ++i) {
-        const double impulse = double(b.joint_impulses[block].locked[i / 3][lane]);
-        force[i % 3] += impulse * double(b.joint_blocks[block].axes[i][lane]) / substep_;
-      }
-    }
-    return force;
+    constexpr Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::motions,       Buffer::joint_infos,
+                                 Buffer::joints,    Buffer::joint_lanes,  Buffer::joint_impulses};
+    const Eigen::Vector3d force =
+        measure_joint(simulation_.backend().download(wanted), simulation_.params(), index).force;
+    return {force.x(), force.y(), force.z()};
   }
 
   const Measures& measures() override {
@@ -57,7 +50,6 @@ class SeenIn final : public Seen {
   }
 
  private:
-  const double substep_;  // s
   Simulation<real>& simulation_;
   const Buffers<real>* poses_ = nullptr;
   std::optional<Measures> measures_;
@@ -119,17 +111,17 @@ void Trial::run_in(const Scene& scene, double duration, const std::function<bool
   using Clock = std::chrono::steady_clock;
   InitialState<real> state = compile<real>(scene);
   Simulation<real> simulation(make_backend(state, method_.oracle, device_), state.params);
-  const double dt = scene.settings.dt, substep = dt / scene.settings.substeps;
+  const double dt = scene.settings.dt;
   const auto steps = static_cast<u32>(std::lround(duration / dt));
   const bool solves = has(state.features, Feature::contacts) || has(state.features, Feature::joints);
-  SeenIn<real> first(0, substep, simulation);
+  SeenIn<real> first(0, simulation);
   bool going = visit(first);
   for (u32 i = 1; going && i <= steps; ++i) {
     if (push) act(*push, (i - 1) * dt, state.buffers, simulation.backend());
     const Clock::time_point start = Clock::now();
     simulation.step();
     if (i > 1) ms_.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
-    SeenIn<real> now(i * dt, substep, simulation);
+    SeenIn<real> now(i * dt, simulation);
     going = visit(now);
     const bool looks_now = i % std::max(1u, steps / looks) == 0 || (!going && residuals_.empty());
     if (solves && looks_now)

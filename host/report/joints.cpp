@@ -60,6 +60,13 @@ double coordinate(const Offset& offset, u32 free) {
 }
 
 template <class real>
+u32 joint_slot(const Buffers<real>& buffers, u32 joint) {
+  u32 slot = 0;
+  while (buffers.joint_lanes[slot / PACK].joint[slot % PACK] != joint) ++slot;
+  return slot;
+}
+
+template <class real>
 JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
@@ -87,6 +94,35 @@ JointDrift joint_drift(const Buffers<real>& buffers) {
     drift.angle = std::max(drift.angle, one.angle);
   }
   return drift;
+}
+
+template <class real>
+JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
+  const JointInfo& info = buffers.joint_infos[index];
+  const Joint<real>& joint = buffers.joints[index];
+  const Stand at_a = stand_of(buffers, info.body_a), at_b = stand_of(buffers, info.body_b);
+  const Motion<real>&a = buffers.motions[info.body_a], &b = buffers.motions[info.body_b];
+  const Offset offset = offset_of(buffers, index);
+  const Quaterniond frame = at_a.orientation * rotation(joint.frame_a);
+
+  JointMeasures measures;
+  measures.drift = drift_of(buffers, index);
+  const Vector3d turning = vector3(b.w) - vector3(a.w);
+  const Vector3d arm_b = at_b.orientation * vector3(joint.anchor_b), arm_a = at_b.position + arm_b - at_a.position;
+  const Vector3d velocity = vector3(b.v) + vector3(b.w).cross(arm_b) - vector3(a.v) - vector3(a.w).cross(arm_a);
+  const Vector3d axis = frame * Vector3d::UnitZ(), along = frame * offset.d.normalized();
+  if (info.free != FREE_NOTHING) measures.coordinate = coordinate(offset, info.free);
+  if (info.free == FREE_ANGLE) measures.speed = axis.dot(turning);
+  if (info.free == FREE_TRAVEL) measures.speed = axis.dot(velocity);
+  if (info.free == FREE_LENGTH) measures.speed = along.dot(velocity);
+
+  const u32 slot = joint_slot(buffers, index), block = slot / PACK, lane = slot % PACK;
+  const JointImpulseBlock<real>& impulses = buffers.joint_impulses[block];
+  const auto locked = [&](u32 row) { return double(impulses.locked[row][lane]) / double(params.dt); };
+  measures.force = frame * Vector3d(locked(0), locked(1), locked(2));
+  measures.torque = frame * Vector3d(locked(3), locked(4), locked(5));
+  measures.drive = double(impulses.free[lane]) / double(params.dt);
+  return measures;
 }
 
 // The law of a spring is compiled to rate = k / (theta h k + c) and yield = 1 / (h (theta h k + c)).
@@ -121,10 +157,11 @@ bool joints_conserve_momentum(const Buffers<real>& buffers) {
   });
 }
 
-#define INSTANTIATE(real)                                                              \
-  template JointDrift joint_drift(const Buffers<real>&);                               \
-  template double spring_energy(const Buffers<real>&, const StepParams<real>&, u32);   \
-  template bool joints_conserve_energy(const Buffers<real>&, const StepParams<real>&); \
+#define INSTANTIATE(real)                                                                   \
+  template JointMeasures measure_joint(const Buffers<real>&, const StepParams<real>&, u32); \
+  template JointDrift joint_drift(const Buffers<real>&);                                    \
+  template double spring_energy(const Buffers<real>&, const StepParams<real>&, u32);        \
+  template bool joints_conserve_energy(const Buffers<real>&, const StepParams<real>&);      \
   template bool joints_conserve_momentum(const Buffers<real>&);
 INSTANTIATE(float)
 INSTANTIATE(double)

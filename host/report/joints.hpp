@@ -1,6 +1,8 @@
 // What is measured on joints, in double (docs/error_measures.md).
 #pragma once
 
+#include <Eigen/Core>
+
 #include "host/buffers.hpp"
 
 namespace lockstep {
@@ -14,6 +16,18 @@ struct JointDrift {
 /// At the poses of the step's end.
 template <class real>
 JointDrift joint_drift(const Buffers<real>& buffers);
+
+/// Of one joint: how it stands, and what it did in the last sub-step. World frame, SI units.
+struct JointMeasures {
+  double coordinate = 0, speed = 0;  // of its free coordinate, m or rad; 0 where it has none
+  double drive = 0;                  // N or N m: of motor, limits or spring along it
+  Eigen::Vector3d force, torque;     // of the locked rows, on b at its anchor, N and N m
+  JointDrift drift;
+};
+
+/// Along the axes of now, with which the impulses turn.
+template <class real>
+JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 joint);
 
 /// k (x - rest)^2 / 2 of the spring on the free coordinate x of a joint, J; 0 where it has none.
 template <class real>

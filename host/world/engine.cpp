@@ -12,6 +12,7 @@
 #include "host/record/inputs.hpp"
 #include "host/record/record_step.hpp"
 #include "host/record/state_now.hpp"
+#include "host/report/joints.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
 #include "host/world/carry_state.hpp"
@@ -98,11 +99,23 @@ class EngineOf final : public Engine {
     return events;
   }
 
-  std::optional<EngineHit> cast_ray(const RayQuery& ray) override {
-    const RayHit hit = simulation_->cast_rays({&ray, 1})[0];
-    if (!hit.hit) return std::nullopt;
-    return EngineHit{hit.body, hit.distance, hit.point, hit.normal};
+  std::vector<std::optional<EngineHit>> cast_rays(std::span<const RayQuery> rays) override {
+    std::vector<std::optional<EngineHit>> hits;
+    for (const RayHit& hit : simulation_->cast_rays(rays)) {
+      hits.emplace_back();
+      if (hit.hit) hits.back() = {hit.body, hit.shape - first_shape(hit.body), hit.distance, hit.point, hit.normal};
+    }
+    return hits;
   }
+
+  std::vector<u32> bodies_in(const VolumeQuery& volume) override {
+    std::vector<u32> bodies;
+    for (const Overlap& overlap : simulation_->find_overlaps({&volume, 1}))
+      if (bodies.empty() || bodies.back() != overlap.body) bodies.push_back(overlap.body);
+    return bodies;
+  }
+
+  JointState joint_state(u32 joint) override;
 
   void set_velocities(const std::map<u32, Twist>& velocities) override {
     std::vector<InputRow> inputs;
@@ -161,6 +174,12 @@ class EngineOf final : public Engine {
     return simulation_->backend().download(std::span(wanted.begin(), wanted.size()));
   }
 
+  // The shapes of a body stand together, in the order of its description.
+  u32 first_shape(u32 body) const {
+    return static_cast<u32>(std::ranges::lower_bound(constants_.buffers.shape_infos, body, {}, &ShapeInfo::body) -
+                            constants_.buffers.shape_infos.begin());
+  }
+
   InputRow input(u32 body, InputKind kind, const Vector3& linear, const Vector3& angular) const {
     InputRow row = {.step = simulation_->steps_done() + 1, .body = body, .kind = kind};
     for (unsigned k = 0; k < 3; ++k) {
@@ -204,10 +223,24 @@ std::vector<EngineContact> EngineOf<real>::contacts() {
   std::vector<EngineContact> contacts(simulation_->counters()[COUNTER_CONTACTS]);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const ContactPlace place = contact_place(b, static_cast<u32>(i));
-    contacts[i] = {b.contacts[i].body_a, b.contacts[i].body_b, vector(place.point()), vector(place.normal),
+    const Contact& contact = b.contacts[i];
+    contacts[i] = {contact.body_a,
+                   contact.body_b,
+                   contact.shape_a - first_shape(contact.body_a),
+                   contact.shape_b - first_shape(contact.body_b),
+                   vector(place.point()),
+                   vector(place.normal),
                    vector(contact_impulse(b, static_cast<u32>(i), place))};
   }
   return contacts;
+}
+
+template <class real>
+JointState EngineOf<real>::joint_state(u32 joint) {
+  const Buffers<real>& b = download({Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::joint_infos,
+                                     Buffer::joints, Buffer::joint_lanes, Buffer::joint_impulses});
+  const JointMeasures of = measure_joint(b, simulation_->params(), joint);
+  return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
 }
 
 template <class real>

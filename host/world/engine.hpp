@@ -11,7 +11,7 @@
 namespace lockstep {
 
 struct EngineContact {
-  u32 body_a, body_b;
+  u32 body_a, body_b, shape_a, shape_b;
   Vector3 point, normal, impulse;  // as in BodyContact
 };
 struct EngineEvent {
@@ -19,7 +19,7 @@ struct EngineEvent {
   u32 body_a, body_b;
 };
 struct EngineHit {
-  u32 body;
+  u32 body, shape;
   double distance;
   Vector3 point, normal;
 };
@@ -43,7 +43,10 @@ class Engine {
   virtual std::vector<Twist> velocities() = 0;
   virtual std::vector<EngineContact> contacts() = 0;
   virtual std::vector<EngineEvent> events() = 0;
-  virtual std::optional<EngineHit> cast_ray(const RayQuery& ray) = 0;
+  virtual std::vector<std::optional<EngineHit>> cast_rays(std::span<const RayQuery> rays) = 0;
+  /// In order, each once.
+  virtual std::vector<u32> bodies_in(const VolumeQuery& volume) = 0;
+  virtual JointState joint_state(u32 joint) = 0;
 
   /// Overwrites those of some bodies.
   virtual void set_velocities(const std::map<u32, Twist>& velocities) = 0;

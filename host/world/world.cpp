@@ -1,17 +1,9 @@
-#include "include/lockstep/world.hpp"
-
-#include <algorithm>
+// Bodies and joints that come and go, time, and what acts.
 #include <cmath>
-#include <filesystem>
 #include <limits>
-#include <set>
 
-#include "host/record/recording_writer.hpp"
-#include "host/record/whole_file.hpp"
 #include "host/scene/read.hpp"
-#include "host/world/engine.hpp"
-#include "host/world/handles.hpp"
-#include "host/world/sense.hpp"
+#include "host/world/parts.hpp"
 
 namespace lockstep {
 
@@ -25,8 +17,6 @@ std::optional<Handle> find_named(const std::vector<Item>& items, const Handles<H
   if (found == items.end()) return std::nullopt;
   return handles[static_cast<std::size_t>(found - items.begin())];
 }
-
-Wrench sum(const Wrench& a, const Wrench& b) { return {exact::add(a.force, b.force), exact::add(a.torque, b.torque)}; }
 
 }  // namespace
 
@@ -50,187 +40,6 @@ std::function<Wrench(double)> load_table(std::vector<std::pair<double, Wrench>> 
     return {between(load0.force, load1.force), between(load0.torque, load1.torque)};
   };
 }
-
-struct World::Parts {
-  Scene scene;  // of the bodies as they are now; poses and velocities as they came
-  WorldOptions options;
-  Handles<BodyHandle> bodies{"body"};    // of the scene's bodies
-  Handles<JointHandle> joints{"joint"};  // of its joints
-
-  std::unique_ptr<Engine> engine;
-  Renaming renaming;  // from the engine's bodies and joints to the scene's
-  bool changed = true;
-  std::vector<BodyHandle> stepped;  // whom the engine's last step was about
-
-  std::map<u32, std::function<Wrench(double)>> loads;  // by id
-  std::map<u32, Wrench> forces;                        // by id, for the next step
-  std::map<u32, Pose> targets;                         // by id, of kinematic bodies, for the next step
-  std::set<u32> arrived;                               // ids that stand still from the next step on
-  bool motors_set = false;                             // some joint may be driven otherwise than the engine knows
-
-  // what the engine holds now, read at most once between two steps, and velocities that it does not have yet
-  std::vector<Pose> poses;
-  std::vector<Twist> velocities;
-  std::map<u32, Twist> new_velocities;  // by index
-  std::vector<BodyContact> contacts;
-  std::vector<BodyEvent> events;
-  bool kept = true;  // the contacts and events of the last step are here; else the engine has them
-
-  std::string recording;       // the path of its first file; empty: nothing is recorded
-  u32 recording_files = 0;     // so far
-  bool recording_due = false;  // with the next step another one begins
-
-  // Nothing has become anything else.
-  void reset_renaming() {
-    renaming.bodies.resize(scene.bodies.size());
-    renaming.joints.resize(scene.joints.size());
-    for (u32 i = 0; i < renaming.bodies.size(); ++i) renaming.bodies[i] = i;
-    for (u32 j = 0; j < renaming.joints.size(); ++j) renaming.joints[j] = j;
-  }
-
-  // The engine, made anew where bodies have come or gone.
-  Engine& ready() {
-    if (changed) {
-      if (scene.bodies.empty()) throw Error(Failure::input, "world", "has no bodies; add one");
-      keep_contacts_and_events();
-      hand_over_velocities();
-      forget_state();
-      if (engine) engine->end_recording();
-      engine = make_engine(scene, options, engine.get(), renaming);
-      reset_renaming();
-      changed = false;
-      recording_due = !recording.empty();
-    }
-    return *engine;
-  }
-
-  // A file is of the same bodies throughout.
-  void begin_recording() {
-    if (!std::exchange(recording_due, false)) return;
-    std::filesystem::path path = recording;
-    if (++recording_files > 1) {
-      const std::string number = "." + std::to_string(recording_files), kind = path.extension().string();
-      path.replace_extension(number + kind);
-      expect_writable(path.string(), "the recording", recording_signature);
-    }
-    engine->record(path.string(), scene);
-  }
-
-  void forget_state() {
-    poses.clear();
-    velocities.clear();
-  }
-
-  // Their indices are those of the bodies that the engine has, whatever has come or gone since.
-  void hand_over_velocities() {
-    if (engine) engine->set_velocities(new_velocities);
-    new_velocities.clear();
-  }
-
-  const std::vector<Pose>& poses_now() {
-    Engine& now = ready();
-    if (poses.empty()) poses = now.poses();
-    return poses;
-  }
-
-  const std::vector<Twist>& velocities_now() {
-    Engine& now = ready();
-    if (velocities.empty()) velocities = now.velocities();
-    return velocities;
-  }
-
-  void set_velocity(u32 index, const Twist& velocity) {
-    velocities_now();
-    velocities[index] = new_velocities[index] = engine->rounded(velocity);
-  }
-
-  void keep_contacts_and_events() {
-    if (std::exchange(kept, true)) return;
-    contacts.clear();
-    for (const EngineContact& contact : engine->contacts())
-      contacts.push_back(
-          {stepped[contact.body_a], stepped[contact.body_b], contact.point, contact.normal, contact.impulse});
-    events.clear();
-    for (const EngineEvent& event : engine->events())
-      events.push_back({event.kind, stepped[event.body_a], stepped[event.body_b]});
-  }
-
-  u32 index_of_kind(BodyHandle body, std::initializer_list<BodyKind> kinds, const char* rule) const {
-    const u32 i = bodies.index(body);
-    if (std::ranges::find(kinds, scene.bodies[i].kind) == kinds.end())
-      throw Error(Failure::input, "body " + std::to_string(body.id), rule);
-    return i;
-  }
-  u32 index_of_dynamic(BodyHandle body) const {
-    return index_of_kind(body, {BODY_DYNAMIC}, "is not dynamic, nothing from outside moves it; give it a velocity");
-  }
-
-  BodyHandle add(const BodyDescription& body) {
-    scene.bodies.push_back(body);
-    changed = true;
-    return bodies.add();
-  }
-
-  // Where a body of the scene stands, without making the engine anew for those that it does not have yet.
-  Pose standing(u32 index) {
-    if (index == NONE) return {};
-    if (!changed) return poses_now()[index];
-    const auto had = std::ranges::find(renaming.bodies, index);
-    if (had == renaming.bodies.end()) return {scene.bodies[index].position, scene.bodies[index].orientation};
-    return engine->poses()[static_cast<std::size_t>(had - renaming.bodies.begin())];
-  }
-
-  JointHandle add(JointDescription joint) {
-    expect_sense(joint, scene);
-    joint.stand.reset();
-    if (engine && engine->steps_done() > 0) {
-      const Pose a = standing(joint.body_a), b = standing(joint.body_b);
-      joint.stand = {a.position, b.position, a.orientation, b.orientation};
-    }
-    scene.joints.push_back(std::move(joint));
-    changed = true;
-    return joints.add();
-  }
-
-  void remove_joint(u32 gone) {
-    scene.joints.erase(scene.joints.begin() + gone);
-    joints.remove(gone);
-    rename_without(renaming.joints, gone);
-    changed = true;
-  }
-
-  u32 index_of(u32 id) const { return bodies.index({id}); }
-
-  // Kernels for forces are only built where there are any.
-  void ask_for_loads() {
-    if (std::exchange(scene.settings.loads, true)) return;
-    changed = true;
-  }
-
-  void act() {
-    Engine& now = ready();
-    begin_recording();
-    for (const u32 id : arrived) set_velocity(index_of(id), {});
-    arrived.clear();
-    for (const auto& [id, pose] : targets) {
-      set_velocity(index_of(id), now.velocity_between(poses_now()[index_of(id)], pose));
-      arrived.insert(id);
-    }
-    targets.clear();
-    hand_over_velocities();
-    if (std::exchange(motors_set, false)) now.set_motors(scene.joints);
-    if (!scene.settings.loads) return;
-    std::map<u32, Wrench> acting;
-    const double middle = (now.steps_done() + 0.5) * scene.settings.dt;
-    for (const auto& [id, load] : loads) {
-      acting[index_of(id)] = load(middle);
-      expect_finite(acting[index_of(id)]);
-    }
-    for (const auto& [id, force] : forces) acting[index_of(id)] = sum(acting[index_of(id)], force);
-    forces.clear();
-    now.set_loads(acting);
-  }
-};
 
 World::World(Scene scene, const WorldOptions& options) : parts_(std::make_unique<Parts>()) {
   Parts& p = *parts_;
@@ -280,6 +89,22 @@ void World::remove(BodyHandle body) {
   p.targets.erase(body.id);
   p.arrived.erase(body.id);
   p.changed = true;
+}
+
+void World::place(BodyHandle body, const Pose& pose, const Twist& velocity) {
+  Parts& p = *parts_;
+  const u32 index = p.bodies.index(body);
+  const std::string where = "body " + std::to_string(body.id);
+  expect_finite(pose.position, "place");
+  expect_unit(pose.orientation);
+  expect_finite(velocity);
+  const BodyDescription& placed = p.scene.bodies[index];
+  if (placed.pivoted) throw Error(Failure::input, where, "hangs from its pivot by a lever and has no other place");
+  const bool moves = velocity.linear != Vector3{0, 0, 0} || velocity.angular != Vector3{0, 0, 0};
+  if (placed.kind == BODY_STATIC && moves) throw Error(Failure::input, where, "is static and does not move");
+  p.targets.erase(body.id);
+  p.arrived.erase(body.id);
+  p.place(index, pose, velocity);
 }
 
 bool World::contains(BodyHandle body) const { return parts_->bodies.contains(body); }
@@ -348,48 +173,6 @@ void World::step(u32 count) {
 
 u32 World::steps_done() const { return parts_->engine ? parts_->engine->steps_done() : 0; }
 double World::time() const { return steps_done() * parts_->scene.settings.dt; }
-
-std::span<const Pose> World::poses() { return parts_->poses_now(); }
-std::span<const Twist> World::velocities() { return parts_->velocities_now(); }
-
-Pose World::pose(BodyHandle body) {
-  const u32 index = parts_->bodies.index(body);
-  return poses()[index];
-}
-
-Twist World::velocity(BodyHandle body) {
-  const u32 index = parts_->bodies.index(body);
-  return velocities()[index];
-}
-
-std::span<const BodyContact> World::contacts() {
-  parts_->keep_contacts_and_events();
-  return parts_->contacts;
-}
-
-std::span<const BodyEvent> World::events() {
-  parts_->keep_contacts_and_events();
-  return parts_->events;
-}
-
-std::optional<BodyHit> World::cast_ray(const Vector3& origin, const Vector3& direction, double length, u32 mask) {
-  RayQuery ray;
-  ray.origin = origin;
-  ray.direction = direction;
-  ray.length = length;
-  ray.mask = mask;
-  const std::optional<EngineHit> hit = parts_->ready().cast_ray(ray);
-  if (!hit) return std::nullopt;
-  return BodyHit{parts_->bodies[hit->body], hit->distance, hit->point, hit->normal};
-}
-
-WorldDevice World::device() { return parts_->ready().device(); }
-
-std::uint64_t World::state_hash() {
-  Engine& engine = parts_->ready();
-  parts_->hand_over_velocities();
-  return engine.state_hash();
-}
 
 void World::record(const std::string& path) {
   if (path.empty()) throw Error(Failure::input, "recording", "must have a path");

@@ -48,9 +48,10 @@ struct Wrench {
 /// A point at which two bodies touched, or could have, in the last step.
 struct BodyContact {
   BodyHandle a, b;
-  Vector3 point;    // on the surface of a at the end of the step, world frame, m
-  Vector3 normal;   // from b to a, unit
-  Vector3 impulse;  // on a, of the last sub-step, N s
+  u32 shape_a, shape_b;  // by their places in the bodies' descriptions
+  Vector3 point;         // on the surface of a at the end of the step, world frame, m
+  Vector3 normal;        // from b to a, unit
+  Vector3 impulse;       // on a, of the last sub-step, N s
 };
 
 /// Two bodies began or ceased to touch in the last step, or entered or left a sensor (then a has the sensor).
@@ -59,11 +60,29 @@ struct BodyEvent {
   BodyHandle a, b;
 };
 
+/// A question: what does a ray meet first?
+struct BodyRay {
+  Vector3 origin = {0, 0, 0}, direction = {1, 0, 0};  // the direction need not be unit
+  double length = 1e6;                                // how far to look, m
+  u32 mask = 0xffffffffu;                             // of categories of shapes
+};
+
 /// The nearest surface on a ray.
 struct BodyHit {
   BodyHandle body;
+  u32 shape = 0;        // by its place in the body's description
   double distance = 0;  // from the origin, m
   Vector3 point, normal;
+};
+
+/// How a joint stands, and what it does. World frame; forces are those of the last sub-step, 0 before the first.
+struct JointState {
+  double coordinate = 0;  // angle of a hinge, rad; way of a slider or length of a distance joint, m; of others 0
+  double speed = 0;       // its rate, rad/s, m/s
+  double drive = 0;       // by motor, limits or spring, along the coordinate; N m, N
+  Vector3 force = {0, 0, 0},
+          torque = {0, 0, 0};        // of the joint, on b at its anchor; on a the opposite; drive not in it
+  double separation = 0, angle = 0;  // by how much it is open where it should not be, m, rad
 };
 
 struct WorldOptions {
@@ -105,6 +124,10 @@ class World {
   BodyHandle add(const BodyDescription& body);
   /// Removes a body and the joints that hold it. Nothing tells that it ceased to touch.
   void remove(BodyHandle body);
+  /// Puts a body somewhere else, of any kind but with a lever: as though it were removed and added again, with this
+  /// velocity, but that its handle, its joints and its load stay. Costs as adding does. Joints that then stand open
+  /// are pulled together: place all that hang together.
+  void place(BodyHandle body, const Pose& pose, const Twist& velocity = {});
   bool contains(BodyHandle body) const;
   /// By its name in the scene; nothing where there is none.
   std::optional<BodyHandle> find(const std::string& name) const;
@@ -131,6 +154,7 @@ class World {
   /// All of them, oldest first.
   std::span<const JointHandle> joints() const;
   const JointDescription& description(JointHandle joint) const;
+  JointState state(JointHandle joint);
 
   // ---- time
 
@@ -153,6 +177,12 @@ class World {
   /// nothing. In a world whose shapes cannot touch each other there is nothing to ask, and an Error (input).
   std::optional<BodyHit> cast_ray(const Vector3& origin, const Vector3& direction, double length = 1e6,
                                   u32 mask = 0xffffffffu);
+  /// The same for many rays, in their order: one launch, where as many calls would be one each.
+  std::vector<std::optional<BodyHit>> cast_rays(std::span<const BodyRay> rays);
+  /// Bodies with a shape, of the categories of `mask`, that overlaps a sphere, or a box; oldest first. Sensors are not
+  /// met. Refused where cast_ray() is.
+  std::vector<BodyHandle> overlapping_sphere(const Vector3& center, double radius, u32 mask = 0xffffffffu);
+  std::vector<BodyHandle> overlapping_box(const Pose& pose, const Vector3& half_extents, u32 mask = 0xffffffffu);
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();
 

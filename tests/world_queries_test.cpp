@@ -1,0 +1,110 @@
+// What a world tells between two steps: contacts, events, rays and volumes.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/library_worlds.hpp"
+
+namespace lockstep {
+namespace {
+
+TEST(World, ContactsCarryTheWeight) {
+  World world(ground_scene(), in_double());
+  const BodyHandle box = world.add(box_at({0, 0, 0.5}, 3));
+  world.step(200);
+  Vector3 sum = {0, 0, 0};
+  EXPECT_EQ(world.contacts().size(), 4u);
+  for (const BodyContact& contact : world.contacts()) {
+    EXPECT_EQ(contact.a, box);
+    EXPECT_EQ(contact.b, *world.find("floor"));
+    EXPECT_NEAR(contact.normal[2], 1, 1e-9);
+    EXPECT_NEAR(contact.point[2], 0, 1e-3);
+    EXPECT_NEAR(std::abs(contact.point[0]), 0.5, 1e-3);
+    sum = exact::add(sum, contact.impulse);
+  }
+  EXPECT_NEAR(sum[2] / (0.01 / 5), 3 * 9.81, 1e-3);
+  const std::vector<BodyContact> before(world.contacts().begin(), world.contacts().end());
+  world.add(box_at({9, 0, 9}));
+  world.poses();  // made anew; the last step is still the last step
+  EXPECT_EQ(world.contacts().size(), before.size());
+}
+
+TEST(World, EventsAndRaysNameBodies) {
+  Scene scene = ground_scene();
+  scene.settings.events = true;
+  World world(scene, in_double());
+  const BodyHandle first = world.add(box_at({0, 0, 0.51})), gone = world.add(box_at({5, 0, 0.51}));
+  const BodyHandle last = world.add(box_at({9, 0, 2.5}));
+  world.remove(gone);
+  std::vector<BodyHandle> landed;
+  for (int i = 0; i < 100; ++i) {
+    world.step();
+    for (const BodyEvent& event : world.events()) {
+      EXPECT_EQ(event.kind, EVENT_CONTACT_BEGIN);
+      const bool floor_first = event.a == *world.find("floor");
+      landed.push_back(floor_first ? event.b : event.a);
+    }
+  }
+  EXPECT_EQ(landed, (std::vector<BodyHandle>{first, last}));
+  const std::optional<BodyHit> hit = world.cast_ray({9, 0, 10}, {0, 0, -2});
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(hit->body, last);
+  EXPECT_NEAR(hit->distance, 9, 1e-3);
+  EXPECT_NEAR(hit->normal[2], 1, 1e-9);
+  EXPECT_EQ(world.cast_ray({5, 0, 10}, {0, 0, -1})->body, *world.find("floor"));
+  EXPECT_FALSE(world.cast_ray({5, 0, 10}, {0, 0, 1}));
+}
+
+// A dumbbell lies across a floor: two of its three shapes touch it.
+TEST(World, NamesTheShapesOfCompounds) {
+  World world(ground_scene(), in_double());
+  BodyDescription dumbbell;
+  dumbbell.position = {0, 0, 0.5};
+  dumbbell.shapes = {{.kind = SHAPE_BOX, .half_extents = {1, 0.1, 0.1}},
+                     {.kind = SHAPE_SPHERE, .offset = {1, 0, 0}, .radius = 0.5},
+                     {.kind = SHAPE_SPHERE, .offset = {-1, 0, 0}, .radius = 0.5}};
+  make_solid(dumbbell, 1000);
+  world.add(box_at({9, 0, 0.5}));
+  const BodyHandle body = world.add(dumbbell);
+  world.step(10);
+  std::vector<u32> touching;
+  for (const BodyContact& contact : world.contacts()) {
+    if (contact.a == body) touching.push_back(contact.shape_a);
+    if (contact.b == body) touching.push_back(contact.shape_b);
+  }
+  std::ranges::sort(touching);
+  EXPECT_EQ(touching, (std::vector<u32>{1, 2}));
+  const std::vector<BodyRay> rays = {{.origin = {-1, 0, 5}, .direction = {0, 0, -1}},
+                                     {.origin = {0, 0, 5}, .direction = {0, 0, -1}},
+                                     {.origin = {9, 0, 5}, .direction = {0, 0, 1}},
+                                     {.origin = {1, 0, 5}, .direction = {0, 0, -1}}};
+  const std::vector<std::optional<BodyHit>> hits = world.cast_rays(rays);
+  ASSERT_EQ(hits.size(), 4u);
+  EXPECT_EQ(hits[0]->shape, 2u);
+  EXPECT_EQ(hits[1]->shape, 0u);
+  EXPECT_FALSE(hits[2]);
+  EXPECT_EQ(hits[3]->shape, 1u);
+  EXPECT_EQ(hits[3]->body, body);
+  EXPECT_TRUE(world.cast_rays({}).empty());
+}
+
+TEST(World, TellsWhoIsInAVolume) {
+  World world(ground_scene(), in_double());
+  const BodyHandle floor = *world.find("floor");
+  const BodyHandle first = world.add(box_at({0, 0, 5})), second = world.add(box_at({1.2, 0, 5}));
+  BodyDescription hidden = box_at({2.4, 0, 5});
+  hidden.shapes[0].category = 4;
+  const BodyHandle third = world.add(hidden);
+  using Found = std::vector<BodyHandle>;
+  EXPECT_EQ(world.overlapping_sphere({0.6, 0, 5}, 0.09), Found());  // gaps of 0.1 on either side
+  EXPECT_EQ(world.overlapping_sphere({0.6, 0, 5}, 0.11), (Found{first, second}));
+  EXPECT_EQ(world.overlapping_sphere({1.8, 0, 5}, 0.11, 4), Found{third});
+  EXPECT_EQ(world.overlapping_sphere({0, 0, 0.2}, 0.3), Found{floor});
+  // a rod through all three, straight and then turned by a right angle
+  EXPECT_EQ(world.overlapping_box({.position = {1.2, 0, 5}}, {2, 0.1, 0.1}), (Found{first, second, third}));
+  const Quaternion across = exact::turn({0, 0, 1}, std::sqrt(0.5), std::sqrt(0.5));
+  EXPECT_EQ(world.overlapping_box({{1.2, 0, 5}, across}, {2, 0.1, 0.1}), Found{second});
+  EXPECT_EQ(refusal([&] { world.overlapping_sphere({0, 0, 0}, -1); }), "volume 0: must have a size > 0");
+}
+
+}  // namespace
+}  // namespace lockstep
