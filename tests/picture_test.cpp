@@ -160,6 +160,26 @@ TEST(Legend, ShowsTheColoursOfItsScale) {
   }
 }
 
+// Beside the paper, and in the margins of it, there is no ink.
+TEST(Legend, HoldsTheLongNumbersOfItsScale) {
+  Picture picture(960, 540);
+  Legend legend = {"short", Legend::Scale{0, 1.25e-4, true, false}, {}};
+  const Place bar = draw_legend(picture, legend);
+  const u32 below = static_cast<u32>(bar.y1) + 12;  // among the numbers
+  u32 first = 960, last = 0, paper_from = 960, paper_to = 0;
+  for (u32 x = 0; x < 960; ++x) {
+    for (u32 y = below - 4; y < below + 4; ++y) {
+      const int shade = picture.at(x, y)[0];
+      if (shade > 150) paper_from = std::min(paper_from, x), paper_to = std::max(paper_to, x);
+      if (shade > 20 && shade < 150) first = std::min(first, x), last = std::max(last, x);
+    }
+  }
+  EXPECT_GT(first, paper_from + 4);
+  EXPECT_LT(first, static_cast<u32>(bar.x0));
+  EXPECT_GT(last, static_cast<u32>(bar.x1));
+  EXPECT_LT(last + 4, paper_to);
+}
+
 TEST(Legend, FitsIntoASmallPicture) {
   Picture picture(64, 64);
   Legend legend = {"a title that is much too long for it", Legend::Scale(), {{{still_color}, "an entry"}}};

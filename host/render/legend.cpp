@@ -16,9 +16,9 @@ constexpr double paper_alpha = 0.78;
 
 // Sizes in pixels that follow from that of the picture.
 struct Layout {
-  double text, line, pad;
+  double text, number, line, pad;
   explicit Layout(const Picture& picture)
-      : text(std::clamp(picture.height / 52.0, 7.0, 40.0)), line(1.75 * text), pad(0.9 * text) {}
+      : text(std::clamp(picture.height / 52.0, 7.0, 40.0)), number(0.85 * text), line(1.75 * text), pad(0.9 * text) {}
 };
 
 int whole(double x) { return static_cast<int>(std::lround(x)); }
@@ -35,6 +35,12 @@ std::string label(const Legend::Scale& scale, double value) {
   return fmt::format("{:.4g}{}", value, scale.exceeded && value >= scale.high * (1 - 1e-9) ? "+" : "");
 }
 
+double widest_label(const Legend::Scale& scale, const Layout& layout) {
+  double width = 0;
+  for (const double value : ticks(scale)) width = std::max(width, text_width(label(scale, value), layout.number));
+  return width;
+}
+
 // Low values on the left, a mark and a number at each tick.
 Place draw_scale(Picture& picture, const Legend::Scale& scale, const Layout& layout, int x0, int y0, int width) {
   const Place bar = {x0, y0, x0 + width, y0 + whole(1.1 * layout.text)};
@@ -44,8 +50,8 @@ Place draw_scale(Picture& picture, const Legend::Scale& scale, const Layout& lay
     const double x = bar.x0 + share * (width - 1);
     picture.fill(whole(x), bar.y1, whole(x) + 1, bar.y1 + whole(0.4 * layout.text), ink);
     const std::string text = label(scale, value);
-    draw_text(picture, x - 0.5 * text_width(text, 0.85 * layout.text), bar.y1 + 0.65 * layout.text, 0.85 * layout.text,
-              ink, text);
+    draw_text(picture, x - 0.5 * text_width(text, layout.number), bar.y1 + 0.65 * layout.text, layout.number, ink,
+              text);
   }
   return bar;
 }
@@ -73,15 +79,19 @@ double round_scale(double value) {
 
 Place draw_legend(Picture& picture, const Legend& legend) {
   const Layout layout(picture);
-  double width = std::max(text_width(legend.title, layout.text), legend.scale ? 15 * layout.text : 0.0);
+  double width = text_width(legend.title, layout.text), number = 0;
+  if (legend.scale) {
+    number = widest_label(*legend.scale, layout);
+    const double gaps = static_cast<double>(ticks(*legend.scale).size()) - 1;
+    width = std::max({width, 15 * layout.text, gaps * (number + 0.8 * layout.text)});
+  }
   for (const Legend::Entry& entry : legend.entries) {
     const double swatches = static_cast<double>(entry.colors.size()) * 1.1 * layout.text + 0.6 * layout.text;
     width = std::max(width, swatches + text_width(entry.text, layout.text));
   }
   double height = layout.text + (legend.scale ? layout.line + 1.5 * layout.text : 0) +
                   layout.line * static_cast<double>(legend.entries.size());
-  // the numbers at the ends of a scale are wider than it is
-  const double side = layout.pad + (legend.scale ? layout.text : 0);
+  const double side = layout.pad + 0.5 * number;  // half of a number stands out at either end of its scale
   const int x1 = static_cast<int>(picture.width) - whole(layout.pad), y0 = whole(layout.pad);
   const int x0 = x1 - whole(width + 2 * side);
   picture.fill(x0, y0, x1, y0 + whole(height + 2 * layout.pad), paper, paper_alpha);
