@@ -1,7 +1,8 @@
 // Writes the law of each joint for a sub-step. With u the velocities of the locked rows, b against a in the joint's
 // frame, and r their impulses (survey 2.2; K = J M^-1 J^T of the joint alone):
 //   u + correction error / dt + dt/2 u' + softness K r = 0
-// Hard joints (softness 0) take back a share of the error by a velocity that stays (Baumgarte); soft ones are damped
+// Hard joints (softness 0) take nothing back: they are closed by poses once the bodies have moved
+// (cpu_reference/close_joints.hpp); or a share of the error, by a velocity that stays (Baumgarte). Soft ones are damped
 // springs (Catto, Soft Constraints, GDC 2011), whose push is relaxed after the bodies have moved.
 //
 // u' is the rate at which the velocity of a row would change if the bodies went on with their velocities: the anchors
@@ -27,6 +28,7 @@
 
 #include "cpu_reference/joints/factor.hpp"
 #include "cpu_reference/joints/joint_now.hpp"
+#include "cpu_reference/joints/mobility.hpp"
 #include "cpu_reference/joints/visit_joint.hpp"
 
 namespace lockstep::reference {
@@ -57,45 +59,6 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, real turning, real dt) 
   law.fastest = below > 0 ? below / dt : joint.correction * below / dt;
   law.give = above < 0 || below < 0 ? joint.softness : real(0);
   return law;
-}
-
-/// J M^-1 J^T of the joint: row and column JOINT_ROWS are the free row's.
-template <class real>
-struct JointMobility {
-  real k[JOINT_ROWS][JOINT_ROWS];
-  real coupling[JOINT_ROWS];
-  real own;
-};
-
-template <class real>
-JointMobility<real> joint_mobility(const JointNow<real>& now, u32 free, const Motion<real>& a, const Motion<real>& b) {
-  Vec3<real> moment_a[JOINT_ROWS + 1], moment_b[JOINT_ROWS + 1];
-  for (u32 i = 0; i < 3; ++i) {
-    moment_a[i] = cross3(now.arm_a, now.axes[i]);
-    moment_b[i] = cross3(now.arm_b, now.axes[i]);
-    moment_a[i + 3] = now.axes[i];
-    moment_b[i + 3] = now.axes[i];
-  }
-  const bool angular = free == FREE_ANGLE;
-  moment_a[JOINT_ROWS] = angular ? now.free_axis : cross3(now.arm_a, now.free_axis);
-  moment_b[JOINT_ROWS] = angular ? now.free_axis : cross3(now.arm_b, now.free_axis);
-
-  const real inverse_mass = a.inverse_mass + b.inverse_mass;
-  JointMobility<real> m;
-  for (u32 j = 0; j <= JOINT_ROWS; ++j) {
-    const Vec3<real> spun_a = turn_by(a, moment_a[j]), spun_b = turn_by(b, moment_b[j]);
-    for (u32 i = 0; i <= j; ++i) {
-      const real share = dot3(moment_a[i], spun_a) + dot3(moment_b[i], spun_b);
-      const real entry = i == j && (j < 3 || (j == JOINT_ROWS && !angular)) ? inverse_mass + share : share;
-      if (j < JOINT_ROWS)
-        m.k[j][i] = entry;
-      else if (i < JOINT_ROWS)
-        m.coupling[i] = entry;
-      else
-        m.own = entry;
-    }
-  }
-  return m;
 }
 
 /// The rate u' of each row at the present velocities; the last is that of the free row. With the anchor of b at d from

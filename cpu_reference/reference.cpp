@@ -4,6 +4,7 @@
 #include "cpu_reference/bound_particles.hpp"
 #include "cpu_reference/build_tree.hpp"
 #include "cpu_reference/cast_rays.hpp"
+#include "cpu_reference/close_joints.hpp"
 #include "cpu_reference/collide.hpp"
 #include "cpu_reference/color_contacts.hpp"
 #include "cpu_reference/compare_shapes.hpp"

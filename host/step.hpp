@@ -44,6 +44,7 @@ void step(Backend& backend, StepParams<real> p) {
     backend.run(Stage::warm_start, p);
     backend.run(Stage::solve_constraints, p);
     backend.run(Stage::integrate_positions, p);
+    backend.run(Stage::close_joints, p);
     backend.run(Stage::relax_constraints, p);
     backend.run(Stage::integrate_free_flight, p);
     backend.run(Stage::place_particles, p);

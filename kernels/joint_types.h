@@ -27,7 +27,7 @@ enum JointFree {
 // The frame of a joint is fixed in both bodies, and was one at load.
 RECORD(Joint) {
   real anchor_a[3];  // from the centre of mass of a, body frame
-  real correction;   // share of the error that a sub-step takes back
+  real correction;   // share of the error that a sub-step takes back by a velocity
   real anchor_b[3];  // of b
   real softness;     // in parts of the joint's Delassus block; 0 where it is hard
   real frame_a[4];   // joint to body a

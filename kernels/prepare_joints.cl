@@ -3,6 +3,7 @@
 #include "common.h"
 #include "joints/factor.h"
 #include "joints/joint_now.h"
+#include "joints/mobility.h"
 #include "types.h"
 
 static inline void joint_free_law(const Joint joint, real x, real turning, real dt, u32 lane,
@@ -26,35 +27,6 @@ static inline void joint_free_law(const Joint joint, real x, real turning, real 
   block->slowest[lane] = slowest;
   block->fastest[lane] = fastest;
   block->give[lane] = give;
-}
-
-// J M^-1 J^T of the joint.
-static inline void joint_mobility(const JointNow* now, bool angular, Motion a, Motion b, real k[JOINT_ROWS][JOINT_ROWS],
-                                  real coupling[JOINT_ROWS], real* own) {
-  Vec3 moment_a[JOINT_ROWS + 1u], moment_b[JOINT_ROWS + 1u];
-  for (u32 i = 0u; i < 3u; ++i) {
-    moment_a[i] = cross3(now->arm_a, now->axes[i]);
-    moment_b[i] = cross3(now->arm_b, now->axes[i]);
-    moment_a[i + 3u] = now->axes[i];
-    moment_b[i + 3u] = now->axes[i];
-  }
-  moment_a[JOINT_ROWS] = angular ? now->free_axis : cross3(now->arm_a, now->free_axis);
-  moment_b[JOINT_ROWS] = angular ? now->free_axis : cross3(now->arm_b, now->free_axis);
-
-  const real inverse_mass = a.inverse_mass + b.inverse_mass;
-  for (u32 j = 0u; j <= JOINT_ROWS; ++j) {
-    const Vec3 spun_a = turn_by(a, moment_a[j]), spun_b = turn_by(b, moment_b[j]);
-    for (u32 i = 0u; i <= j; ++i) {
-      const real share = dot3(moment_a[i], spun_a) + dot3(moment_b[i], spun_b);
-      const real entry = i == j && (j < 3u || (j == JOINT_ROWS && !angular)) ? inverse_mass + share : share;
-      if (j < JOINT_ROWS)
-        k[j][i] = entry;
-      else if (i < JOINT_ROWS)
-        coupling[i] = entry;
-      else
-        *own = entry;
-    }
-  }
 }
 
 // The rate of each row at the present velocities.

@@ -430,6 +430,7 @@ RECORD(StepParams) {
   u32 overlap_capacity;
   u32 row_capacity;
   u32 joint_blocks;
+  u32 position_sweeps;  // over the joints, once the bodies have moved: they close them by their poses
 };
 
 #ifdef __cplusplus

@@ -44,6 +44,7 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
        "features: are those of no scene"},
       {"rover", [](State& s) { s.features = with(s.features, Feature::joints_ahead); },
        "features: are those of no scene"},
+      {"rover", [](State& s) { s.params.position_sweeps = 2; }, "features: are those of no scene"},
       {"rover", [](State& s) { s.params.theta = 0.5f; }, "features: are those of no scene"},
       {"free_flight", [](State& s) { s.features = with(s.features, Feature::jacobi); },
        "features: are those of no scene"},

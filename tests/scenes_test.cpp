@@ -263,6 +263,8 @@ TEST(Scenes, DefaultsOfTheSchemaAreThoseOfTheReader) {
   EXPECT_EQ(keys["restitution_threshold"]["default"], s.restitution_threshold);
   EXPECT_EQ(keys["correction"]["default"], s.correction);
   EXPECT_EQ(keys["correction_limit"]["default"], s.correction_limit);
+  EXPECT_EQ(keys["stabilization"]["default"], stabilization_names[static_cast<u32>(s.stabilization)].first);
+  EXPECT_EQ(keys["position_sweeps"]["default"], s.position_sweeps);
   EXPECT_EQ(keys["joint_frequency"]["default"], s.joint_frequency);
   EXPECT_EQ(keys["joint_damping"]["default"], s.joint_damping);
   EXPECT_EQ(keys["slop"]["default"], s.slop);

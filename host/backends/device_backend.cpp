@@ -64,6 +64,7 @@ LaunchPlan first_plan(const InitialState<real>& state, u32 lanes) {
   plan.small = is_small(sizes, has(plan.features, Feature::contacts) ? sizes.contacts : 0);
   plan.joint_phases = state.buffers.joint_phases;
   plan.iterations = state.params.iterations;
+  plan.position_sweeps = state.params.position_sweeps;
   return plan;
 }
 

@@ -189,7 +189,7 @@ std::vector<CaseError> leaning_box(Trial& trial) {
 /// At each bead the rope turns by d, and the friction there carries what the pull grows by:
 ///   (1 + mu tan d/2) / (1 - mu tan d/2),  e^(mu pi) for a rope without beads.
 /// It is loaded at once, so that a rope that gives takes up its stretch first, and soft contacts let it creep: it slips
-/// if after a while it gathers speed.
+/// if after a while it gathers speed. (One that draws itself together slows down by that.)
 std::vector<CaseError> capstan(Trial& trial) {
   Scene scene = read_scene("capstan");
   const u32 last = first_dynamic(scene) + 19;
@@ -203,7 +203,7 @@ std::vector<CaseError> capstan(Trial& trial) {
       ways[static_cast<std::size_t>(std::ceil(seen.time / quarter - 1e-9))] = way;
       return way < most;
     });
-    const double before = (ways[2] - ways[1]) / quarter, after = (ways[4] - ways[3]) / quarter;  // m/s
+    const double before = std::max(0.0, (ways[2] - ways[1]) / quarter), after = (ways[4] - ways[3]) / quarter;  // m/s
     const bool gathers = after > 1.05 * before && after - before > 2e-6;
     return way >= most || gathers;
   });

@@ -53,16 +53,6 @@ Method jacobi(double dt, std::initializer_list<u32> iterations) {
   return swept(Solver::jacobi, dt, iterations, &Setting::iterations);
 }
 
-Method swinging(std::initializer_list<double> dts) {
-  Method method = by_step(Solver::gauss_seidel, Integrator::trapezoidal, dts);
-  method.name += ", uncorrected";
-  method.choose = [choose = method.choose](Settings& settings) {
-    choose(settings);
-    settings.correction = 0;
-  };
-  return method;
-}
-
 Method with_patches(Method method) {
   method.name += ", patches";
   method.choose = [choose = method.choose](Settings& settings) {

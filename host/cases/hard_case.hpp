@@ -53,9 +53,6 @@ Method small_steps(double dt, std::initializer_list<u32> substeps);
 Method jacobi(double dt, std::initializer_list<u32> iterations);
 /// One of them by the time step, with an integrator that it goes with; sweeps and sub-steps as they are meant to be.
 Method by_step(Solver solver, Integrator integrator, std::initializer_list<double> dts);
-/// gauss_seidel by the time step for what swings: by the trapezoidal rule, and with joints that nothing closes, as the
-/// velocity that would do it stays and adds up.
-Method swinging(std::initializer_list<double> dts);
 /// The method with friction by patches instead of a cone at each point.
 Method with_patches(Method method);
 /// The contact problem of each step solved to 1e-10 (host/problems/system_solvers.hpp), so that what is left is the

@@ -41,6 +41,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::shear_springs, "SHEAR_SPRINGS"},
     {Feature::joint_springs, "JOINT_SPRINGS"},
     {Feature::joints_ahead, "JOINTS_AHEAD"},
+    {Feature::closed_joints, "CLOSED_JOINTS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

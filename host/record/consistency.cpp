@@ -14,30 +14,23 @@ namespace {
 
 // Features whose stages and buffers are nothing without those of another.
 constexpr std::pair<Feature, Feature> needs[] = {
-    {Feature::manifolds, Feature::contacts},
-    {Feature::capsules, Feature::contacts},
-    {Feature::boxes, Feature::contacts},
-    {Feature::cylinders, Feature::contacts},
-    {Feature::hulls, Feature::contacts},
-    {Feature::grid, Feature::contacts},
-    {Feature::bvh, Feature::contacts},
-    {Feature::all_pairs, Feature::contacts},
-    {Feature::events, Feature::contacts},
-    {Feature::sensors, Feature::events},
-    {Feature::continuous, Feature::contacts},
-    {Feature::soft_contacts, Feature::contacts},
-    {Feature::patches, Feature::contacts},
-    {Feature::jacobi, Feature::contacts},
-    {Feature::soft_joints, Feature::joints},
-    {Feature::joint_springs, Feature::joints},
-    {Feature::shear_springs, Feature::particles},
+    {Feature::manifolds, Feature::contacts},   {Feature::capsules, Feature::contacts},
+    {Feature::boxes, Feature::contacts},       {Feature::cylinders, Feature::contacts},
+    {Feature::hulls, Feature::contacts},       {Feature::grid, Feature::contacts},
+    {Feature::bvh, Feature::contacts},         {Feature::all_pairs, Feature::contacts},
+    {Feature::events, Feature::contacts},      {Feature::sensors, Feature::events},
+    {Feature::continuous, Feature::contacts},  {Feature::soft_contacts, Feature::contacts},
+    {Feature::patches, Feature::contacts},     {Feature::jacobi, Feature::contacts},
+    {Feature::soft_joints, Feature::joints},   {Feature::joint_springs, Feature::joints},
+    {Feature::closed_joints, Feature::joints}, {Feature::shear_springs, Feature::particles},
 };
 
 template <class real>
 void expect_features(const InitialState<real>& state) {
   const Features features = state.features;
   const bool ahead = has(features, Feature::joints) && state.params.theta != real(1);
-  bool fit = ahead == has(features, Feature::joints_ahead);
+  bool fit = ahead == has(features, Feature::joints_ahead) &&
+             has(features, Feature::closed_joints) == (state.params.position_sweeps > 0);
   for (const auto& [feature, needed] : needs) fit = fit && (!has(features, feature) || has(features, needed));
   if (!fit) throw h5::Failed("features: are those of no scene");
 }

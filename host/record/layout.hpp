@@ -24,10 +24,11 @@ void for_each_setting(Params& p, Visitor&& visit) {
   visit("tolerance", p.tolerance);
   visit("iterations", p.iterations);
   visit("substeps", p.substeps);
+  visit("position_sweeps", p.position_sweeps);
   visit("gyroscopic", p.gyroscopic);
 }
-// 14 settings; bodies, shapes, worlds, buckets, five capacities, substep, queries and joint_blocks
-static_assert(sizeof(StepParams<float>) == (14 + 12) * sizeof(u32), "for_each_setting: is there a new parameter?");
+// 15 settings; bodies, shapes, worlds, buckets, five capacities, substep, queries and joint_blocks
+static_assert(sizeof(StepParams<float>) == (15 + 12) * sizeof(u32), "for_each_setting: is there a new parameter?");
 
 // A record in words: as many as it has, of `real` or, where it holds integers, of u32.
 template <class real>

@@ -43,7 +43,7 @@ template <class real>
 void set_softness(const Settings& settings, const JointDescription& in, const Origin& origin, Joint<real>& out) {
   const bool spring = in.frequency > 0;
   const double h = settings.dt / settings.substeps;
-  Correction correction = {settings.correction, 0};
+  Correction correction = {settings.stabilization == Stabilization::velocities ? settings.correction : 0, 0};
   if (spring) correction = spring_correction(h, in.frequency, in.damping);
   if (!spring && settings.solver == Solver::small_steps)
     correction = spring_correction(h, settings.joint_frequency, settings.joint_damping);
@@ -191,6 +191,9 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
     state.features = with(state.features, Feature::joints_ahead);
   state.features = with(state.features, Feature::general_contacts);  // the visit reads whole lines of bodies
   if (settings.solver == Solver::small_steps) state.features = with(state.features, Feature::soft_joints);
+  const bool hard = std::ranges::any_of(b.joints, [](const Joint<real>& joint) { return joint.spring == 0; });
+  if (hard && settings.solver != Solver::small_steps && settings.stabilization == Stabilization::positions)
+    state.features = with(state.features, Feature::closed_joints);
   if (settings.integrator == Integrator::runge_kutta)
     throw Error(Failure::input, worlds[0].source + ": /settings/integrator",
                 "runge_kutta is for bodies that nothing holds, and this scene has joints; use trapezoidal");

@@ -37,6 +37,8 @@ Settings read_settings(const JsonNode& node) {
                       "restitution_threshold",
                       "correction",
                       "correction_limit",
+                      "stabilization",
+                      "position_sweeps",
                       "slop",
                       "margin",
                       "speed_limit",
@@ -72,6 +74,10 @@ Settings read_settings(const JsonNode& node) {
   if (node.has("restitution_threshold")) s.restitution_threshold = node.at("restitution_threshold").not_negative();
   if (node.has("correction")) s.correction = node.at("correction").share();
   if (node.has("correction_limit")) s.correction_limit = node.at("correction_limit").not_negative();
+  if (node.has("stabilization")) {
+    s.stabilization = node.at("stabilization").choice<Stabilization>("stabilization", stabilization_names);
+  }
+  if (node.has("position_sweeps")) s.position_sweeps = node.at("position_sweeps").integer(1, 100000);
   if (node.has("contact_frequency")) s.contact_frequency = node.at("contact_frequency").positive();
   if (node.has("contact_damping")) s.contact_damping = node.at("contact_damping").positive();
   if (node.has("joint_frequency")) s.joint_frequency = node.at("joint_frequency").positive();

@@ -33,6 +33,13 @@ enum class FrictionModel { cones, patches };
 inline constexpr std::pair<const char*, FrictionModel> friction_model_names[] = {{"cones", FrictionModel::cones},
                                                                                  {"patches", FrictionModel::patches}};
 
+/// How joints that have come apart are closed, but for those of small_steps and those that are soft on purpose: by
+/// velocities, which take back the share `correction` of the error in a sub-step and stay (Baumgarte), or by moving the
+/// bodies once a sub-step has moved them, their velocities left alone (cpu_reference/close_joints.hpp).
+enum class Stabilization { velocities, positions };
+inline constexpr std::pair<const char*, Stabilization> stabilization_names[] = {
+    {"velocities", Stabilization::velocities}, {"positions", Stabilization::positions}};
+
 /// How candidate pairs are found. `automatic` takes the tree where shapes differ much in size.
 enum class BroadPhase { automatic, grid, bvh };
 
@@ -143,6 +150,8 @@ struct Settings {
   double restitution_threshold = 0;  // m/s
   double correction = 0.2;           // Baumgarte: share of the penetration taken back in a sub-step
   double correction_limit = 3;       // m/s
+  Stabilization stabilization = Stabilization::positions;
+  u32 position_sweeps = 2;  // over the joints in a sub-step, where they are closed by positions
   double contact_frequency = std::numeric_limits<double>::max();  // Hz, of a soft contact; see step_params.cpp
   double contact_damping = 5;                                     // of a soft contact, in parts of the critical damping
   double joint_frequency = 1000;  // the same of the springs by which small_steps closes joints

@@ -62,6 +62,7 @@ StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features fe
   set_sizes(p, sizes);
   p.iterations = settings.iterations;
   p.substeps = settings.substeps;
+  if (has(features, Feature::closed_joints)) p.position_sweeps = settings.position_sweeps;
   return p;
 }
 

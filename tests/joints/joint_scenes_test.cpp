@@ -67,6 +67,30 @@ TEST(JointScenes, BricardSwingsOn) {
   EXPECT_GT(turned, 1);
 }
 
+// The piston is where the crank's angle puts it: x = r cos + sqrt(l^2 - r^2 sin^2). The flap knocks at its stops and
+// the bob stays on its rod.
+TEST(JointScenes, SliderCrankGoesAsItsGeometrySays) {
+  const Scene scene = read_scene("slider_crank");
+  const u32 crank = body_named(scene, "crank"), piston = body_named(scene, "piston"), flap = body_named(scene, "flap"),
+            bob = body_named(scene, "bob");
+  const auto angle = [](const Buffers<double>& b, u32 body) {
+    return 2 * std::atan2(b.orientations[body].y, b.orientations[body].w);
+  };
+  const double stop = scene.joints[5].high;
+  double leaned = 0;
+  watch_steps<double>(scene, 1500, [&](const Buffers<double>& b, u32 i) {
+    const double turned = angle(b, crank), side = 0.5 * std::sin(turned);
+    const Vector3 place = position(b, piston);
+    EXPECT_NEAR(place[0], 0.5 * std::cos(turned) + std::sqrt(1.5 * 1.5 - side * side), 1e-3);
+    EXPECT_NEAR(length(position(b, bob) - place - Vector3{0, 0, -0.15}), 0.75, 1e-3);
+    leaned = std::max(leaned, std::abs(std::remainder(angle(b, flap), 6.283185307179586)));
+    EXPECT_LT(joint_drift(b).separation, 1e-3);
+    if (i < 50) return;
+    EXPECT_NEAR(angular_velocity(b, crank)[1], 6, 0.2);  // less when the flap knocks
+  });
+  EXPECT_NEAR(leaned, stop, 0.02);
+}
+
 TEST(JointScenes, RoverDrivesOverItsBumps) {
   const Scene scene = read_scene("rover");
   const u32 chassis = body_named(scene, "chassis");

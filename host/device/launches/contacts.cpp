@@ -166,6 +166,12 @@ void launch_relax_constraints(Launcher& launcher) {
   sweep(launcher, "relax_color", "relax_tail", {{"first_color", plan.colors}, {"joint_phase_count", 0u}});
 }
 
+void launch_close_joints(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  const u32 passes = is_large(plan, 0) ? plan.position_sweeps : 1;  // a work-group alone makes all sweeps
+  for (u32 i = 0; i < passes; ++i) sweep_joints(launcher, "close_joint_phase", "close_joint_tail");
+}
+
 void launch_spread_patches(Launcher& launcher) { launcher.run("spread_patches", launcher.plan().blocks * PACK); }
 
 void launch_store_impulses(Launcher& launcher) { launcher.run("store_impulses", launcher.plan().contacts); }

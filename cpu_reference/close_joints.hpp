@@ -1,0 +1,100 @@
+// Once a sub-step has moved the bodies, moves those of each joint back to where it is whole, and leaves their
+// velocities alone (post-stabilisation: Cline and Pai, Post-Stabilization for Rigid Body Simulation with Contact and
+// Constraints, 2003; here by sweeps of nonlinear Gauss-Seidel over the joints, colour after colour). With the error e
+// of its locked rows at the present poses, and K = J M^-1 J^T of the joint alone, a visit moves its bodies by
+//   K d = -e,   x += M^-1 J^T d,   q turned by the angular part
+// the least displacement, weighed by masses, that closes the joint to first order. It pushes as an impulse does, equal
+// and opposite at b's anchor: the common centre of mass stays, and the displacements have no angular moment together.
+//
+// A free coordinate outside of its limits is brought to the nearer one, counted with what closing the locked rows does
+// to it: as in the visit of the solver (cpu_reference/joints/visit_joint.hpp). Joints that are soft on purpose, and
+// springs of free coordinates, are not touched.
+//
+// The inverse inertias are those of the sub-step's start, on both sides of K: what the turn since then changes of them
+// changes which displacement is taken, not that it closes the joint.
+#pragma once
+
+#include "cpu_reference/joints/factor.hpp"
+#include "cpu_reference/joints/mobility.hpp"
+
+namespace lockstep::reference {
+
+/// How far the free coordinate has to move into its limits.
+template <class real>
+real way_into_limits(const Joint<real>& joint, real x) {
+  if (joint.limited == 0 || joint.yield > 0) return 0;
+  return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : real(0));
+}
+
+/// Moves a body by an impulse and a moment, as displacements. Bodies that cannot move are never written (contract
+/// rule 9).
+template <class real>
+void displace(Buffers<real>& buffers, u32 body, Vec3<real> x, Quat<real> q, Vec3<real> impulse, Vec3<real> moment) {
+  const Motion<real>& motion = buffers.motions[body];
+  if (!(motion.inverse_mass > 0)) return;
+  x = add3(x, scale3(motion.inverse_mass, impulse));
+  q = turn4(q, turn_by(motion, moment), real(1));
+  if (is_bad_pose(x, q)) report_bad(buffers.counters, STATUS_BAD_POSE, body);
+  Vec4<real>& position = buffers.positions[body];
+  position.x = x.x;
+  position.y = x.y;
+  position.z = x.z;
+  buffers.orientations[body] = make_vec4(q);
+}
+
+template <class real>
+void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
+  const JointInfo& info = buffers.joint_infos[index];
+  const Joint<real>& joint = buffers.joints[index];
+  if (joint.spring > 0) return;
+  Vec3<real> x_a, x_b;
+  Quat<real> q_a, q_b;
+  joint_pose(buffers, params, info.body_a, x_a, q_a);
+  joint_pose(buffers, params, info.body_b, x_b, q_b);
+  const JointNow<real> now = joint_now(joint, info, x_a, q_a, x_b, q_b);
+  const JointMobility<real> m =
+      joint_mobility(now, info.free, buffers.motions[info.body_a], buffers.motions[info.body_b]);
+  const JointFactor<real> factor = factorise(m.k, info.locked);
+
+  const bool is_free = info.free != FREE_NOTHING;
+  real d[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    const bool locked = (info.locked >> i & 1) != 0;
+    d[i] = locked ? -now.error[i] : real(0);
+    coupling[i] = locked && is_free ? m.coupling[i] : real(0);
+    response[i] = coupling[i];
+  }
+  solve_factor(factor, d);
+  solve_factor(factor, response);
+  real x = now.coordinate, shared = 0;
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    x = x + coupling[i] * d[i];
+    shared = shared + coupling[i] * response[i];
+  }
+  const real e = is_free ? m.own - shared : real(0);
+  const real d_free = e > 0 ? way_into_limits(joint, x) / e : real(0);
+  for (u32 i = 0; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
+
+  const bool angular = info.free == FREE_ANGLE;
+  Vec3<real> impulse = add3(add3(scale3(d[0], now.axes[0]), scale3(d[1], now.axes[1])), scale3(d[2], now.axes[2]));
+  Vec3<real> moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(d[5], now.axes[2]));
+  impulse = add3(impulse, scale3(angular ? real(0) : d_free, now.free_axis));
+  moment = add3(moment, scale3(angular ? d_free : real(0), now.free_axis));
+  displace(buffers, info.body_a, x_a, q_a, scale3(real(-1), impulse),
+           scale3(real(-1), add3(cross3(now.arm_a, impulse), moment)));
+  displace(buffers, info.body_b, x_b, q_b, impulse, add3(cross3(now.arm_b, impulse), moment));
+}
+
+template <class real>
+void close_joints(Buffers<real>& buffers, const StepParams<real>& params) {
+  if (step_is_void(buffers.counters)) return;
+  for (u32 sweep = 0; sweep < params.position_sweeps; ++sweep) {
+    for (const JointLanes& lanes : buffers.joint_lanes) {
+      for (const u32 joint : lanes.joint) {
+        if (joint != NONE) close_joint(buffers, params, joint);
+      }
+    }
+  }
+}
+
+}  // namespace lockstep::reference

@@ -1,0 +1,37 @@
+// What impulses along the rows of a joint do to the velocities of its rows. cpu_reference/joints/mobility.hpp is the
+// twin.
+#ifndef LOCKSTEP_JOINT_MOBILITY_H
+#define LOCKSTEP_JOINT_MOBILITY_H
+
+#include "joints/joint_now.h"
+
+// J M^-1 J^T of the joint; `coupling` and `own` are the column of its free row.
+static inline void joint_mobility(const JointNow* now, bool angular, Motion a, Motion b, real k[JOINT_ROWS][JOINT_ROWS],
+                                  real coupling[JOINT_ROWS], real* own) {
+  Vec3 moment_a[JOINT_ROWS + 1u], moment_b[JOINT_ROWS + 1u];
+  for (u32 i = 0u; i < 3u; ++i) {
+    moment_a[i] = cross3(now->arm_a, now->axes[i]);
+    moment_b[i] = cross3(now->arm_b, now->axes[i]);
+    moment_a[i + 3u] = now->axes[i];
+    moment_b[i + 3u] = now->axes[i];
+  }
+  moment_a[JOINT_ROWS] = angular ? now->free_axis : cross3(now->arm_a, now->free_axis);
+  moment_b[JOINT_ROWS] = angular ? now->free_axis : cross3(now->arm_b, now->free_axis);
+
+  const real inverse_mass = a.inverse_mass + b.inverse_mass;
+  for (u32 j = 0u; j <= JOINT_ROWS; ++j) {
+    const Vec3 spun_a = turn_by(a, moment_a[j]), spun_b = turn_by(b, moment_b[j]);
+    for (u32 i = 0u; i <= j; ++i) {
+      const real share = dot3(moment_a[i], spun_a) + dot3(moment_b[i], spun_b);
+      const real entry = i == j && (j < 3u || (j == JOINT_ROWS && !angular)) ? inverse_mass + share : share;
+      if (j < JOINT_ROWS)
+        k[j][i] = entry;
+      else if (i < JOINT_ROWS)
+        coupling[i] = entry;
+      else
+        *own = entry;
+    }
+  }
+}
+
+#endif
