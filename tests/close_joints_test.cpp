@@ -226,6 +226,22 @@ TYPED_TEST(CloseJoints, RedundantLoopsConverge) {
   EXPECT_LT(gap(closed(state, 16384)), sizeof(real) == 4 ? 2e-4 : 1e-6);
 }
 
+TYPED_TEST(CloseJoints, AWorldOfABatchIsAsItIsAlone) {
+  using real = TypeParam;
+  const std::vector<Scene> worlds = {closed_by_positions(random_joints(7, 9, 12), 2),
+                                     closed_by_positions(random_joints(8, 20, 30), 2)};
+  const auto after = [](const InitialState<real>& state) {
+    ReferenceBackend<real> backend(state);
+    for (int i = 0; i < 3; ++i) step(backend, state.params);
+    return backend.buffers();
+  };
+  const Buffers<real> batch = after(compile<real>(worlds)), alone = after(compile<real>(worlds[1]));
+  for (u32 i = 0; i < 20; ++i) {
+    EXPECT_EQ(position(batch, 9 + i), position(alone, i)) << i;
+    EXPECT_EQ(orientation(batch, 9 + i), orientation(alone, i)) << i;
+  }
+}
+
 TYPED_TEST(CloseJoints, VoidStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = disturbed<real>(closed_by_positions(random_joints(6, 20, 30), 2), 0.05, 6);
