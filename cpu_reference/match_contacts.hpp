@@ -1,5 +1,10 @@
 // Warm start across steps: a contact begins with the impulse that the contact of the same shapes and feature ended the
 // last step with (Catto, Iterative Dynamics with Temporal Coherence, 2005).
+//
+// Two shapes that lie on each other change features while they settle: a face becomes two edges and a face again, a
+// corner the crossing of two edges in the same place. Where contacts are soft, a sub-step has a sweep or two, too few
+// to find a load from nothing; so what the contacts of a pair carried whose features are gone is handed over: to the
+// new ones of the pair, in equal parts, or to all of them where none is new. The pair goes on with the sum that it had.
 #pragma once
 
 #include <algorithm>
@@ -9,20 +14,70 @@
 
 namespace lockstep::reference {
 
-/// New contacts begin with zero. The cache is ordered as contacts are.
+inline bool is_before(const ContactKey& key, const Contact& contact) {
+  return std::tie(key.shape_a, key.shape_b, key.feature) < std::tie(contact.shape_a, contact.shape_b, contact.feature);
+}
+template <class A, class B>
+bool is_same_pair(const A& a, const B& b) {
+  return a.shape_a == b.shape_a && a.shape_b == b.shape_b;
+}
+
+template <class real>
+ContactImpulse<real> add_share(const ContactImpulse<real>& to, real share, const ContactImpulse<real>& r) {
+  return {to.normal + share * r.normal, to.tangent_x + share * r.tangent_x, to.tangent_y + share * r.tangent_y,
+          to.tangent_z + share * r.tangent_z};
+}
+
+/// What the last step knew about a contact: the first key that is not before it, which is its own or none.
+struct KnownContact {
+  u32 key;
+  bool known;
+};
+template <class real>
+KnownContact known_contact(const Buffers<real>& b, const Contact& contact) {
+  const auto end = b.cached_keys.begin() + b.cached_count[0];
+  const auto key = std::lower_bound(b.cached_keys.begin(), end, contact, is_before);
+  const bool known = key != end && is_same_pair(*key, contact) && key->feature == contact.feature;
+  return {static_cast<u32>(key - b.cached_keys.begin()), known};
+}
+
+/// Hands over what the pair has lost. Contacts first .. end - 1 are those of a pair, in the order of their features, as
+/// the keys are.
+template <class real>
+void hand_over(Buffers<real>& b, u32 first, u32 end) {
+  Contact start = b.contacts[first];
+  start.feature = 0;
+  ContactImpulse<real> lost = {0, 0, 0, 0};
+  u32 known = 0, contact = first;
+  const u32 begin = known_contact(b, start).key, keys = b.cached_count[0];
+  u32 key = begin;
+  for (; key < keys && is_same_pair(b.cached_keys[key], start); ++key) {
+    while (contact < end && b.contacts[contact].feature < b.cached_keys[key].feature) ++contact;
+    const bool stays = contact < end && b.contacts[contact].feature == b.cached_keys[key].feature;
+    known += stays ? 1 : 0;
+    if (!stays) lost = add_share(lost, real(1), b.cached_impulses[key]);
+  }
+  if (known == key - begin) return;
+  const u32 fresh = end - first - known;
+  const real share = real(1) / real(fresh > 0 ? fresh : end - first);
+  for (u32 i = first; i < end; ++i) {
+    const bool takes = fresh == 0 || !known_contact(b, b.contacts[i]).known;
+    if (takes) b.start_impulses[i] = add_share(b.start_impulses[i], share, lost);
+  }
+}
+
+/// New contacts begin with zero, or with what is handed over. The cache is ordered as contacts are.
 template <class real>
 void match_contacts(Buffers<real>& b, const StepParams<real>&) {
-  const auto before = [](const ContactKey& key, const Contact& contact) {
-    return std::tie(key.shape_a, key.shape_b, key.feature) <
-           std::tie(contact.shape_a, contact.shape_b, contact.feature);
-  };
-  const auto end = b.cached_keys.begin() + b.cached_count[0];
-  for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
-    const Contact& contact = b.contacts[i];
-    const auto key = std::lower_bound(b.cached_keys.begin(), end, contact, before);
-    const bool known = key != end && key->shape_a == contact.shape_a && key->shape_b == contact.shape_b &&
-                       key->feature == contact.feature;
-    b.start_impulses[i] = known ? b.cached_impulses[key - b.cached_keys.begin()] : ContactImpulse<real>{0, 0, 0, 0};
+  const u32 count = b.counters[COUNTER_CONTACTS];
+  for (u32 i = 0; i < count; ++i) {
+    const KnownContact before = known_contact(b, b.contacts[i]);
+    b.start_impulses[i] = before.known ? b.cached_impulses[before.key] : ContactImpulse<real>{0, 0, 0, 0};
+  }
+  if (b.softness_blocks.empty()) return;
+  for (u32 first = 0, end = 0; first < count; first = end) {
+    while (end < count && is_same_pair(b.contacts[end], b.contacts[first])) ++end;
+    hand_over(b, first, end);
   }
 }
 

@@ -1,5 +1,5 @@
 #pragma OPENCL FP_CONTRACT OFF
-// A sweep that takes back what soft contacts gave to push overlap apart (cpu_reference/relax_constraints.hpp).
+// Sweeps that take back what soft contacts gave to push overlap apart (cpu_reference/relax_constraints.hpp).
 #include "common.h"
 #include "joints/visit_joint.h"
 #include "sweep_contacts.h"
@@ -36,19 +36,24 @@ kernel void relax_color(const u32 color, global const u32* color_starts, global 
   visit_color(VISIT_RELAX, color, color_starts, &stream);
 }
 
-// One work-group: the joints' first phases, the colours from `first_color` on and the overflow.
-kernel void relax_tail(const u32 first_color, const u32 joint_phase_count, global const u32* color_starts,
-                       global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                       global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                       global PatchImpulse* patch_impulses, global const u32* joint_phases,
-                       global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                       global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
+// One work-group: `sweeps` sweeps over the joints' first phases, the colours from `first_color` on and the overflow.
+kernel void relax_tail(const u32 first_color, const u32 joint_phase_count, const u32 sweeps,
+                       global const u32* color_starts, global const BlockBodies* block_bodies,
+                       global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                       global const SoftnessBlock* softness_blocks, global const PatchBlock* patch_blocks,
+                       global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
+                       global const u32* joint_phases, global const JointLanes* joint_lanes,
+                       global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
+                       global Motion* motions, global u32* counters) {
   const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
                                 impulse_blocks, patch_impulses, motions,        counters};
+  const u32 joint_phases_here = STEP_IS_VOID(counters) ? 0u : joint_phase_count;
+  u32 sweep = 0u;
+  do {
 #if FEATURE_JOINTS
-  sweep_joints(VISIT_RELAX, 0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
-               joint_blocks, joint_impulses, motions, counters);
+    sweep_joints(VISIT_RELAX, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+                 counters);
 #endif
-  visit_tail(VISIT_RELAX, first_color, color_starts, &stream, counters);
+    visit_tail(VISIT_RELAX, first_color, color_starts, &stream, counters);
+  } while (++sweep < sweeps);
 }

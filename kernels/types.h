@@ -423,6 +423,7 @@ RECORD(StepParams) {
   u32 buckets;  // of the grid, a power of two
   u32 pair_capacity, contact_capacity, block_capacity;
   u32 iterations;
+  u32 relaxations;  // sweeps that take back what soft contacts and joints added
   u32 substeps;
   u32 substep;     // index of the running sub-step
   u32 gyroscopic;  // 0: none (left out), 1: at gyroscopic_theta

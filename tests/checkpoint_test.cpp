@@ -136,9 +136,10 @@ TEST(Checkpoint, OfSomethingElseIsRefused) {
             "x.h5: is a checkpoint of scene \"spheres_small\", not of \"slide_to_roll\"");
   Settings settings = read_scene("spheres_small").settings;
   settings.iterations = 11;
-  EXPECT_EQ(refusal(good, "spheres_small", &settings),
-            "x.h5: was made with other settings; give the same --dt, --substeps, --iterations, --tolerance, --solver, "
-            "--friction-model and --events");
+  EXPECT_EQ(
+      refusal(good, "spheres_small", &settings),
+      "x.h5: was made with other settings; give the same --dt, --substeps, --iterations, --relaxations, --tolerance, "
+      "--solver, --friction-model and --events");
   EXPECT_EQ(refusal(checkpoint_after<double>(5, "spheres_small")), "x.h5: is in double; ask for --precision double");
 }
 

@@ -79,6 +79,17 @@ TEST(FusedSubsteps, TakeANumberOfSweepsThatChanges) {
   }
 }
 
+TEST(FusedSubsteps, TakeANumberOfRelaxingSweepsThatChanges) {
+  InitialState<float> state = compile<float>(read_scene("box_stack"));
+  DeviceOptions options;
+  options.fused = true;
+  CheckedBackend<float> backend(state, test_device(), options, {.fused = true});
+  for (const u32 relaxations : {1u, 3u, 2u}) {
+    state.params.relaxations = relaxations;
+    for (int i = 0; i < 5; ++i) step(backend, state.params);
+  }
+}
+
 // The stages have a work-group for every 16 bodies, so that only the fused kernel goes wrong.
 TEST(FusedSubsteps, AreSeenToDiffer) {
   const InitialState<float> state = compile<float>(read_scene("spheres_small"));

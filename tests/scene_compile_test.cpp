@@ -270,6 +270,7 @@ TEST(SceneCompile, ParametersFollowTheSettings) {
   EXPECT_EQ(params(R"("dt": 0.01, "substeps": 3)").dt, static_cast<float>(0.01 / 3));
   EXPECT_EQ(params(R"("dt": 0.01, "substeps": 3)").substeps, 3u);
   EXPECT_EQ(params(R"("iterations": 17)").iterations, 17u);
+  EXPECT_EQ(params(R"("relaxations": 3)").relaxations, 3u);
 }
 
 TEST(SceneCompile, BuffersHaveTheirCapacities) {

@@ -56,7 +56,7 @@ TEST(SceneReader, DefaultsAreThoseOfTheDescription) {
 
 TEST(SceneReader, EverySettingIsRead) {
   const Scene scene = with_bodies(R"({"type": "static"})", R"(, "gravity": [1, 2, 3], "settings": {
-      "dt": 0.125, "steps": 7, "substeps": 3, "iterations": 4, "tolerance": 0.03125, "integrator": "trapezoidal", "gyroscopic": "midpoint",
+      "dt": 0.125, "steps": 7, "substeps": 3, "iterations": 4, "relaxations": 6, "tolerance": 0.03125, "integrator": "trapezoidal", "gyroscopic": "midpoint",
       "restitution_threshold": 0.5, "correction": 0.25, "correction_limit": 2,
       "stabilization": "velocities", "position_sweeps": 5, "slop": 0.001, "margin": 0.01,
       "speed_limit": 50, "broad_phase": "bvh", "precision": "double"})");
@@ -66,6 +66,7 @@ TEST(SceneReader, EverySettingIsRead) {
   EXPECT_EQ(s.steps, 7u);
   EXPECT_EQ(s.substeps, 3u);
   EXPECT_EQ(s.iterations, 4u);
+  EXPECT_EQ(s.relaxations, 6u);
   EXPECT_EQ(s.tolerance, 0.03125);
   EXPECT_EQ(s.integrator, Integrator::trapezoidal);
   EXPECT_EQ(s.gyroscopic, Gyroscopic::midpoint);

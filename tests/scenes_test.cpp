@@ -260,6 +260,7 @@ TEST(Scenes, DefaultsOfTheSchemaAreThoseOfTheReader) {
   EXPECT_EQ(keys["steps"]["default"], s.steps);
   EXPECT_EQ(keys["substeps"]["default"], s.substeps);
   EXPECT_EQ(keys["iterations"]["default"], s.iterations);
+  EXPECT_EQ(keys["relaxations"]["default"], s.relaxations);
   EXPECT_EQ(keys["restitution_threshold"]["default"], s.restitution_threshold);
   EXPECT_EQ(keys["correction"]["default"], s.correction);
   EXPECT_EQ(keys["correction_limit"]["default"], s.correction_limit);

@@ -214,6 +214,7 @@ InitialState<real> make_worlds(const std::vector<std::vector<BodyDescription>>& 
   p.speed_limit = real(1e5);
   set_sizes(p, sizes);
   p.iterations = 10;
+  p.relaxations = 1;
   p.substeps = 1;
   return state;
 }

@@ -100,6 +100,10 @@ void add_scene_options(CLI::App& command, SceneOptions& options, std::string* or
   command.add_option("--substeps", options.substeps, "Sub-steps of a step")->check(positive);
   command.add_option("--iterations", options.iterations, "Solver iterations of a sub-step")->check(positive);
   command
+      .add_option("--relaxations", options.relaxations,
+                  "Sweeps that take back what the springs of small_steps added in a sub-step")
+      ->check(positive);
+  command
       .add_option("--tolerance", options.tolerance,
                   "End the iterations of a sub-step at one that changes velocities by no more, m/s; 0: do not")
       ->check(not_negative);
@@ -125,6 +129,7 @@ Scene read_scene_with(const SceneOptions& options) {
   settings.friction_model = options.friction_model.value_or(settings.friction_model);
   settings.substeps = options.substeps.value_or(settings.substeps);
   settings.iterations = options.iterations.value_or(settings.iterations);
+  settings.relaxations = options.relaxations.value_or(settings.relaxations);
   settings.tolerance = options.tolerance.value_or(settings.tolerance);
   if (!options.precision.empty()) settings.precision = options.precision;
   if (options.time) {

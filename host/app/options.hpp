@@ -21,7 +21,7 @@ struct TargetOptions {
 
 struct SceneOptions : TargetOptions {
   std::string scene;
-  std::optional<u32> steps, substeps, iterations;
+  std::optional<u32> steps, substeps, iterations, relaxations;
   std::optional<double> time, dt;   // s
   std::optional<double> tolerance;  // m/s
   std::optional<Solver> solver;

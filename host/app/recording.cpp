@@ -12,6 +12,7 @@ std::string options_text(const Settings& settings, const DeviceOptions& options)
                                        {"dt", settings.dt},
                                        {"substeps", settings.substeps},
                                        {"iterations", settings.iterations},
+                                       {"relaxations", settings.relaxations},
                                        {"tolerance", settings.tolerance},
                                        {"solver", name_of(settings.solver)},
                                        {"friction_model", name_of(settings.friction_model)},

@@ -22,6 +22,7 @@ struct LaunchPlan {
   std::vector<u32> joint_phases;            // the first block of each phase of the joints, and the end
   u32 iterations = 0;                       // sweeps of the contact solver
   u32 position_sweeps = 0;                  // over the joints, that close them
+  u32 relaxations = 1;                      // relaxing sweeps
   u32 real_words = 1;                       // u32 words of a real: 1 in float, 2 in double
   u32 lanes = 1;                            // contacts per work-item in the solve kernels: 1, 8 or 16
   bool small = false;                       // the whole contact solve fits one work-group

@@ -71,8 +71,8 @@ void expect_same_scene(const CheckpointLabel& label, const std::string& scene, c
   if (label.scene != scene) refuse(path, "is a checkpoint of scene " + quote(label.scene) + ", not of " + quote(scene));
   if (label.identity.settings != here.settings)
     refuse(path,
-           "was made with other settings; give the same --dt, --substeps, --iterations, --tolerance, --solver, "
-           "--friction-model and --events");
+           "was made with other settings; give the same --dt, --substeps, --iterations, --relaxations, --tolerance, "
+           "--solver, --friction-model and --events");
   refuse(path, "was made of another version of scene " + quote(scene));
 }
 

@@ -23,12 +23,13 @@ void for_each_setting(Params& p, Visitor&& visit) {
   visit("speed_limit", p.speed_limit);
   visit("tolerance", p.tolerance);
   visit("iterations", p.iterations);
+  visit("relaxations", p.relaxations);
   visit("substeps", p.substeps);
   visit("position_sweeps", p.position_sweeps);
   visit("gyroscopic", p.gyroscopic);
 }
-// 15 settings; bodies, shapes, worlds, buckets, five capacities, substep, queries and joint_blocks
-static_assert(sizeof(StepParams<float>) == (15 + 12) * sizeof(u32), "for_each_setting: is there a new parameter?");
+// 16 settings; bodies, shapes, worlds, buckets, five capacities, substep, queries and joint_blocks
+static_assert(sizeof(StepParams<float>) == (16 + 12) * sizeof(u32), "for_each_setting: is there a new parameter?");
 
 // A record in words: as many as it has, of `real` or, where it holds integers, of u32.
 template <class real>

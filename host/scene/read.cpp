@@ -31,6 +31,7 @@ Settings read_settings(const JsonNode& node) {
                       "joint_damping",
                       "substeps",
                       "iterations",
+                      "relaxations",
                       "tolerance",
                       "integrator",
                       "gyroscopic",
@@ -56,6 +57,7 @@ Settings read_settings(const JsonNode& node) {
   }
   if (node.has("substeps")) s.substeps = node.at("substeps").integer(1, 10000);
   if (node.has("iterations")) s.iterations = node.at("iterations").integer(1, 100000);
+  if (node.has("relaxations")) s.relaxations = node.at("relaxations").integer(1, 1000);
   if (node.has("tolerance")) s.tolerance = node.at("tolerance").not_negative();
   if (node.has("integrator")) {
     s.integrator = node.at("integrator")

@@ -144,6 +144,7 @@ struct Settings {
   FrictionModel friction_model = FrictionModel::cones;
   u32 substeps = 1;
   u32 iterations = 10;
+  u32 relaxations = 1;   // of small_steps
   double tolerance = 0;  // m/s; 0: as many sweeps as `iterations` says
   Integrator integrator = Integrator::semi_implicit_euler;
   Gyroscopic gyroscopic = Gyroscopic::implicit;

@@ -61,6 +61,7 @@ StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features fe
   if (settings.tolerance > 0) p.tolerance = rounded_positive<real>(settings.tolerance, "tolerance", origin);
   set_sizes(p, sizes);
   p.iterations = settings.iterations;
+  p.relaxations = settings.relaxations;
   p.substeps = settings.substeps;
   if (has(features, Feature::closed_joints)) p.position_sweeps = settings.position_sweeps;
   return p;

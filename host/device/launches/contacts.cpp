@@ -161,9 +161,14 @@ void launch_solve_constraints(Launcher& launcher) {
 void launch_relax_constraints(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   if (is_fused(plan))
-    return launcher.run_group("relax_tail", {{"first_color", 0u}, {"joint_phase_count", plan.sizes.joint_phases}});
-  sweep_joints(launcher, "relax_joints", "relax_joint_tail");
-  sweep(launcher, "relax_color", "relax_tail", {{"first_color", plan.colors}, {"joint_phase_count", 0u}});
+    return launcher.run_group(
+        "relax_tail",
+        {{"first_color", 0u}, {"joint_phase_count", plan.sizes.joint_phases}, {"sweeps", plan.relaxations}});
+  for (u32 i = 0; i < plan.relaxations; ++i) {
+    sweep_joints(launcher, "relax_joints", "relax_joint_tail");
+    sweep(launcher, "relax_color", "relax_tail",
+          {{"first_color", plan.colors}, {"joint_phase_count", 0u}, {"sweeps", 1u}});
+  }
 }
 
 void launch_close_joints(Launcher& launcher) {
