@@ -14,14 +14,8 @@ kernel void match_contacts_index(global const u32* cached_count, global const Co
   }
 }
 
-static inline bool match_before(ContactKey key, Contact contact) {
-  if (key.shape_b != contact.shape_b) return key.shape_b < contact.shape_b;
-  return key.feature < contact.feature;
-}
-
-#if FEATURE_SOFT_CONTACTS
-static inline bool match_is_pair(u32 shape_a, u32 shape_b, const Contact contact) {
-  return shape_a == contact.shape_a && shape_b == contact.shape_b;
+static inline bool match_is_pair(const Contact a, const Contact b) {
+  return a.shape_a == b.shape_a && a.shape_b == b.shape_b;
 }
 
 static inline ContactImpulse match_add_share(ContactImpulse to, real share, ContactImpulse r) {
@@ -32,57 +26,51 @@ static inline ContactImpulse match_add_share(ContactImpulse to, real share, Cont
   return to;
 }
 
-// What contact i starts from where its pair has lost others; `key` is the first that is not before it, `begin` and
-// `end` those of its shape a.
-static inline ContactImpulse match_hand_over(u32 i, u32 contact_count, global const Contact* contacts, u32 key,
-                                             u32 begin, u32 end, global const ContactKey* cached_keys,
-                                             global const ContactImpulse* cached_impulses, bool known,
-                                             ContactImpulse own) {
-  const Contact contact = contacts[i];
-  u32 first_key = key, first = i, last = i + 1u;
-  while (first_key > begin && cached_keys[first_key - 1u].shape_b == contact.shape_b) --first_key;
-  while (first > 0u && match_is_pair(contacts[first - 1u].shape_a, contacts[first - 1u].shape_b, contact)) --first;
-  while (last < contact_count && match_is_pair(contacts[last].shape_a, contacts[last].shape_b, contact)) ++last;
-
-  ContactImpulse lost = {(real)0, (real)0, (real)0, (real)0};
-  u32 stay = 0u, at = first, k = first_key;
-  for (; k < end && cached_keys[k].shape_b == contact.shape_b; ++k) {
-    while (at < last && contacts[at].feature < cached_keys[k].feature) ++at;
-    const bool stays = at < last && contacts[at].feature == cached_keys[k].feature;
-    stay += stays ? 1u : 0u;
-    if (!stays) lost = match_add_share(lost, (real)1, cached_impulses[k]);
-  }
-  const u32 fresh = last - first - stay;
-  if (stay == k - first_key || (fresh > 0u && known)) return own;
-  return match_add_share(own, (real)1 / (real)(fresh > 0u ? fresh : last - first), lost);
-}
-#endif
-
+// The first contact of a pair does the work of all: contacts and keys are in the same order.
 kernel void match_contacts(global const Contact* contacts, global const ContactKey* cached_keys,
                            global const ContactImpulse* cached_impulses, global const u32* cached_starts,
                            global ContactImpulse* start_impulses, global const u32* counters) {
-  FOR_EACH(i, counters[COUNTER_CONTACTS]) {
-    const Contact contact = contacts[i];
-    const u32 end = cached_starts[contact.shape_a + 1u];
-    // the first key of the shape that is not before the contact
-    const u32 begin = cached_starts[contact.shape_a];
-    u32 low = begin, high = end;
-    while (low < high) {
-      const u32 middle = low + (high - low) / 2u;
-      if (match_before(cached_keys[middle], contact)) {
-        low = middle + 1u;
+  const u32 count = counters[COUNTER_CONTACTS];
+  const ContactImpulse none = {(real)0, (real)0, (real)0, (real)0};
+  FOR_EACH(first, count) {
+    const Contact pair = contacts[first];
+    if (first > 0u && match_is_pair(contacts[first - 1u], pair)) continue;
+    const u32 end = cached_starts[pair.shape_a + 1u];
+    u32 key = cached_starts[pair.shape_a], high = end;
+    while (key < high) {
+      const u32 middle = key + (high - key) / 2u;
+      if (cached_keys[middle].shape_b < pair.shape_b) {
+        key = middle + 1u;
       } else {
         high = middle;
       }
     }
-    ContactImpulse impulse = {(real)0, (real)0, (real)0, (real)0};
-    const bool known =
-        low < end && cached_keys[low].shape_b == contact.shape_b && cached_keys[low].feature == contact.feature;
-    if (known) impulse = cached_impulses[low];
+
+    ContactImpulse lost = none;
+    u32 gone = 0u, known = 0u, fresh = 0u;  // `known`: a bit for each contact
+    u32 last = first;
+    for (; last < count && match_is_pair(contacts[last], pair); ++last) {
+      const u32 feature = contacts[last].feature;
+      for (; key < end && cached_keys[key].shape_b == pair.shape_b && cached_keys[key].feature < feature; ++key) {
+        lost = match_add_share(lost, (real)1, cached_impulses[key]);
+        ++gone;
+      }
+      const bool is_known =
+          key < end && cached_keys[key].shape_b == pair.shape_b && cached_keys[key].feature == feature;
+      start_impulses[last] = is_known ? cached_impulses[key] : none;
+      known |= is_known ? 1u << (last - first) : 0u;
+      fresh += is_known ? 0u : 1u;
+      key += is_known ? 1u : 0u;
+    }
 #if FEATURE_SOFT_CONTACTS
-    impulse = match_hand_over(i, counters[COUNTER_CONTACTS], contacts, low, begin, end, cached_keys, cached_impulses,
-                              known, impulse);
+    for (; key < end && cached_keys[key].shape_b == pair.shape_b; ++key, ++gone)
+      lost = match_add_share(lost, (real)1, cached_impulses[key]);
+    if (gone == 0u) continue;
+    const real share = (real)1 / (real)(fresh > 0u ? fresh : last - first);
+    for (u32 i = first; i < last; ++i) {
+      const bool takes = fresh == 0u || (known >> (i - first) & 1u) == 0u;
+      if (takes) start_impulses[i] = match_add_share(start_impulses[i], share, lost);
+    }
 #endif
-    start_impulses[i] = impulse;
   }
 }

@@ -65,7 +65,7 @@ const Bound bounds[] = {
     {"capstan", "gauss_seidel", {.dt = 0.002, .iterations = 50}, "float", {8e-4}},
     {"capstan", "small_steps", {.dt = 0.002, .substeps = 16}, "double", {8e-4}},
     {"squeezed", "gauss_seidel", {.dt = 1.0 / 60, .iterations = 10}, "float", {2, 1e-12}},
-    {"squeezed", "small_steps", {.dt = 1.0 / 60, .substeps = 16}, "float", {0.5, 1e-12}},
+    {"squeezed", "small_steps", {.dt = 1.0 / 60, .substeps = 16}, "float", {8, 1e-12}},
     {"hanging_chain", "small_steps", {.dt = 1.0 / 60, .substeps = 16}, "float", {4e-3, 3e-3, 4e-3}},
     {"hanging_chain", "gauss_seidel", {.dt = 1.0 / 60, .iterations = 100}, "double", {4e-3, 3e-4, 8e-4}},
     {"hanging_chain", "oracle auto", {.dt = 1.0 / 60}, "double", {1e-12, 1e-12, 1e-11}},
