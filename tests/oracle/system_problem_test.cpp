@@ -75,7 +75,7 @@ TEST(SystemProblem, OfJointsHasTheReportsResidual) {
 }
 
 TEST(SystemProblem, CanBeSolvedFarBetterThanTheStepDid) {
-  for (const char* name : {"mass_ratio", "box_stack"}) {
+  for (const char* name : {"dominoes", "box_stack"}) {
     const SystemProblem system = problem_of(step_of<float>(name, 40).system, name);
     const oracle::ConeProblem problem = oracle::local_form(system.problem);
     const double before = oracle::cone_error(problem, system.impulses.r, system.impulses.l).residual;
