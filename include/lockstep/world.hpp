@@ -80,8 +80,8 @@ struct JointState {
   double coordinate = 0;  // angle of a hinge, rad; way of a slider or length of a distance joint, m; of others 0
   double speed = 0;       // its rate, rad/s, m/s
   double drive = 0;       // by motor, limits or spring, along the coordinate; N m, N
-  Vector3 force = {0, 0, 0},
-          torque = {0, 0, 0};        // of the joint, on b at its anchor; on a the opposite; drive not in it
+  // of the joint, but for `drive`, on its second body at that one's anchor; on the first it is the opposite; N, N m
+  Vector3 force = {0, 0, 0}, torque = {0, 0, 0};
   double separation = 0, angle = 0;  // by how much it is open where it should not be, m, rad
 };
 
