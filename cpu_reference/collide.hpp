@@ -56,14 +56,17 @@ HullTables<real> collide_tables(const Buffers<real>& b) {
           b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
 }
 
-/// How the two meet, about the centre of shape a.
 template <class real>
-Manifold<real> collide_sides(const Buffers<real>& buffers, const Side<real>& a, const Side<real>& b, real limit) {
-  return collide_shapes(
-      a.info.kind, Placed<real>{{0, 0, 0}, shape_rotation(a.pose, a.shape), vec3(a.shape.size), a.info.hull},
-      b.info.kind,
-      Placed<real>{collide_center_b(a, b), shape_rotation(b.pose, b.shape), vec3(b.shape.size), b.info.hull},
-      collide_tables(buffers), limit);
+Placed<real> collide_place(const Side<real>& side, Vec3<real> center, bool alone) {
+  return {center, shape_rotation(side.pose, side.shape), vec3(side.shape.size), side.info.hull, alone};
+}
+
+/// How the two meet, about the centre of shape a. `alone`: facets are taken for themselves.
+template <class real>
+Manifold<real> collide_sides(const Buffers<real>& buffers, const Side<real>& a, const Side<real>& b, real limit,
+                             bool alone) {
+  return collide_shapes(a.info.kind, collide_place(a, {0, 0, 0}, alone), b.info.kind,
+                        collide_place(b, collide_center_b(a, b), alone), collide_tables(buffers), limit);
 }
 
 template <class real>
@@ -99,6 +102,11 @@ Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, co
 }
 
 template <class real>
+bool collide_is_facet(const Buffers<real>& buffers, const Side<real>& side) {
+  return is_facet(side.info.kind, collide_place(side, {0, 0, 0}, false), collide_tables(buffers));
+}
+
+template <class real>
 Side<real> collide_moved(const Side<real>& side, const Mover<real>& mover, real time) {
   const Pose<real> pose = advance_pose(mover, time);
   return {side.info, side.shape, side.motion, pose, rotate3(pose.orientation, vec3(side.shape.offset))};
@@ -119,21 +127,23 @@ void collide_add_core(const Buffers<real>& buffers, const Side<real>& a, const S
   if (middle_gap(m, of_a, center_b) < time_left * speed) add_core(m, of_a, radius);
 }
 
-/// The points at the impact, or at the end of the step where the two do not meet before; `m` is the manifold at the
-/// start of the step.
+/// The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
+/// may be beside it: until it is there the facet is taken for itself.
 template <class real>
 Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
-                                 const Side<real>& b, Manifold<real> m, real limit) {
+                                 const Side<real>& b, real limit) {
   const real h = step_length(params);
+  Manifold<real> m = collide_sides(buffers, a, b, limit, true);
   const Mover<real> mover_a = make_mover(a.info, a.shape, a.motion, a.pose);
   const Mover<real> mover_b = make_mover(b.info, b.shape, b.motion, b.pose);
   real time = 0;
   for (u32 round = 0; round < advance_rounds && m.count > 0 && time < h && closest_gap(m) > params.slop; ++round) {
     time = advance_time(time, closest_gap(m), closing_speed(mover_a, mover_b, m.normal, h), h);
-    m = collide_sides(buffers, collide_moved(a, mover_a, time), collide_moved(b, mover_b, time), limit);
+    m = collide_sides(buffers, collide_moved(a, mover_a, time), collide_moved(b, mover_b, time), limit, true);
   }
   const Side<real> at_a = time > 0 ? collide_moved(a, mover_a, time) : a;
   const Side<real> at_b = time > 0 ? collide_moved(b, mover_b, time) : b;
+  if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b)) m = collide_sides(buffers, at_a, at_b, limit, false);
   m = collide_keep(params, m, at_a, at_b, h - time);
   collide_add_core(buffers, at_a, at_b, h - time, m);
   if (time > 0) bring_back(m, mover_a, mover_b, time);
@@ -147,9 +157,8 @@ Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>
   const u32 flags = a.info.flags | b.info.flags;
   if ((flags & SHAPE_IS_SENSOR) != 0) return no_manifold<real>();
   const real limit = collide_limit(params, a, b, add3(a.arm, collide_apart(a, b)));
-  const Manifold<real> m = collide_sides(buffers, a, b, limit);
-  if ((flags & SHAPE_IS_CONTINUOUS) != 0) return collide_at_impact(buffers, params, a, b, m, limit);
-  return collide_keep(params, m, a, b, step_length(params));
+  if ((flags & SHAPE_IS_CONTINUOUS) != 0) return collide_at_impact(buffers, params, a, b, limit);
+  return collide_keep(params, collide_sides(buffers, a, b, limit, false), a, b, step_length(params));
 }
 
 /// The points of a manifold in the frames of the bodies.

@@ -32,12 +32,13 @@ static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, cons
   return side;
 }
 
-static inline Placed collide_place(const Side* side, Vec3 center) {
+static inline Placed collide_place(const Side* side, Vec3 center, bool alone) {
   Placed placed;
   placed.center = center;
   placed.rotation = shape_rotation(side->pose, side->shape);
   placed.size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
   placed.hull = side->hull;
+  placed.alone = alone;
   return placed;
 }
 
@@ -57,9 +58,10 @@ static inline Vec3 collide_center_b(const Side* a, const Side* b) {
   return sub3(b->arm, add3(a->arm, collide_apart(a, b)));
 }
 
-static inline Manifold collide_sides(const Side* a, const Side* b, HullTables tables, real limit) {
-  return collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0)), b->kind,
-                        collide_place(b, collide_center_b(a, b)), tables, limit);
+// `alone`: facets are taken for themselves.
+static inline Manifold collide_sides(const Side* a, const Side* b, HullTables tables, real limit, bool alone) {
+  return collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0), alone), b->kind,
+                        collide_place(b, collide_center_b(a, b), alone), tables, limit);
 }
 
 static inline bool collide_in_reach(StepParams params, const Manifold* m, u32 k, const Side* a, const Side* b,
@@ -111,11 +113,16 @@ static inline void collide_add_core(const Side* a, const Side* b, HullTables tab
 }
 #endif
 
-// The points at the impact, or at the end of the step where the two do not meet before; `m` is the manifold at the
-// start of the step.
+static inline bool collide_is_facet(const Side* side, HullTables tables) {
+  return is_facet(side->kind, collide_place(side, make3((real)0, (real)0, (real)0), false), tables);
+}
+
+// The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
+// may be beside it: until it is there the facet is taken for itself.
 static inline void collide_at_impact(StepParams params, const Side* a, const Side* b, HullTables tables, real limit,
                                      Manifold* m) {
   const real h = step_length(params);
+  *m = collide_sides(a, b, tables, limit, true);
   const Mover mover_a = make_mover(a->kind, a->shape, a->motion, a->pose);
   const Mover mover_b = make_mover(b->kind, b->shape, b->motion, b->pose);
   Side moved_a = *a, moved_b = *b;
@@ -124,8 +131,10 @@ static inline void collide_at_impact(StepParams params, const Side* a, const Sid
     time = advance_time(time, closest_gap(m), closing_speed(&mover_a, &mover_b, m->normal, h), h);
     moved_a = collide_moved(a, &mover_a, time);
     moved_b = collide_moved(b, &mover_b, time);
-    *m = collide_sides(&moved_a, &moved_b, tables, limit);
+    *m = collide_sides(&moved_a, &moved_b, tables, limit, true);
   }
+  if (collide_is_facet(a, tables) || collide_is_facet(b, tables))
+    *m = collide_sides(&moved_a, &moved_b, tables, limit, false);
   collide_keep(params, m, &moved_a, &moved_b, h - time);
 #if FEATURE_MANIFOLDS
   collide_add_core(&moved_a, &moved_b, tables, h - time, m);
@@ -137,13 +146,14 @@ static inline void collide_at_impact(StepParams params, const Side* a, const Sid
 static inline Manifold collide_pair(StepParams params, const Side* a, const Side* b, HullTables tables) {
   if (IS_SENSOR(*a) || IS_SENSOR(*b)) return no_manifold();
   const real limit = collide_limit(params, a, b, add3(a->arm, collide_apart(a, b)));
-  Manifold m = collide_sides(a, b, tables, limit);
+  Manifold m;
 #if FEATURE_CONTINUOUS
   if (((a->flags | b->flags) & SHAPE_IS_CONTINUOUS) != 0u) {
     collide_at_impact(params, a, b, tables, limit, &m);
     return m;
   }
 #endif
+  m = collide_sides(a, b, tables, limit, false);
   collide_keep(params, &m, a, b, step_length(params));
   return m;
 }

@@ -19,6 +19,7 @@ static inline bool volume_overlaps(global const Shape* volume, QueryFilter filte
   placed.rotation = make4(volume->rotation[0], volume->rotation[1], volume->rotation[2], volume->rotation[3]);
   placed.size = make3(volume->size[0], volume->size[1], volume->size[2]);
   placed.hull = 0u;
+  placed.alone = false;
   return shapes_overlap(filter.kind, placed, info.kind, other, tables);
 }
 

@@ -56,7 +56,8 @@ enum ShapeKind {
   SHAPE_HULL = 4,
   SHAPE_PLANE = 5,
   SHAPE_KINDS = 6,
-  SHAPE_MESH = 6  // of scenes alone: any closed mesh, which is simulated as particles
+  SHAPE_MESH = 6,  // of scenes alone: any closed mesh, which is simulated as particles
+  SHAPE_FACET = 7  // of scenes alone: a triangle of a surface, which is simulated as a hull of one face
 };
 // What the normal of a contact turns with while the bodies move through the sub-steps of a step.
 enum NormalFrame {
@@ -183,11 +184,16 @@ RECORD(Shape) {
 
 // A convex hull in the frame of its shape. Ranges of the tables hull_vertices, hull_planes and hull_faces (an entry a
 // face), hull_edges, hull_corners.
+// A facet, a triangle of a surface, is a hull of one face, and its tables go on behind that (feature facets). Edge k,
+// from vertex k to the next, has the face on its left and plane 1 + k on its right: the normal on the other side where
+// the two meet like a roof, what is across the edge where there is no other side, the facet's own normal where they
+// meet flat or like a gutter. The corners of face 1 + k are the vertices around vertex k, where that sticks out.
 INDEX_RECORD(Hull) {
   u32 first_vertex, vertex_count;
   u32 first_face, face_count;
   u32 first_edge, edge_count;
-  u32 pad[2];
+  u32 owned;  // of a facet: bit k its edge k, bit 3 + k its vertex k, where no other facet tells of contacts there
+  u32 pad;
 };
 
 // The corners of a face, counter-clockwise seen from outside: hull_corners[first_corner ...], each an index of a vertex

@@ -16,6 +16,7 @@ namespace lockstep::reference {
 template <class real>
 Meeting<real> cylinder_try(const Cylinder<real>& c, const Polytope<real>& p, Meeting<real> best, Vec3<real> normal,
                            Vec3<real> at_c, Vec3<real> at_p, real tolerance) {
+  if (!facet_yields(p, into_frame(p.axes, normal))) return best;
   const real gap =
       dot3(normal, sub3(c.center, p.center)) - cylinder_reach(c, scale3(real(-1), normal)) - poly_reach(p, normal);
   const real off = dot3(normal, sub3(at_c, at_p)) - gap;
@@ -33,6 +34,7 @@ Meeting<real> cylinder_try_flats(const Cylinder<real>& c, const Polytope<real>& 
   for (u32 f = 0; f < p.faces && !(best.gap > limit); ++f) {
     const Vec4<real> plane = poly_own_plane(p, f);
     const Vec3<real> normal = out_of_frame(p.axes, Vec3<real>{plane.x, plane.y, plane.z});
+    if (!facet_looks_at(p, dot3(normal, apart) - plane.w)) continue;
     const real gap = dot3(normal, apart) - plane.w - cylinder_reach(c, scale3(real(-1), normal));
     const Vec3<real> on_c = cylinder_support(c, scale3(real(-1), normal));
     best = meeting_offer(best, gap, normal, NORMAL_OF_B, on_c, sub3(on_c, scale3(gap, normal)), real(0));
@@ -40,6 +42,7 @@ Meeting<real> cylinder_try_flats(const Cylinder<real>& c, const Polytope<real>& 
   for (u32 end = 0; end < 2 && !(best.gap > limit); ++end) {
     const Vec3<real> normal = scale3(end == 0 ? real(1) : real(-1), c.axes.z);
     const Vec3<real> own = into_frame(p.axes, normal);
+    if (!facet_yields(p, own)) continue;
     const Vec3<real> vertex = poly_vertex(p, poly_support(p, own));
     const real gap = dot3(normal, sub3(c.center, vertex)) - c.half_length;
     best = meeting_offer(best, gap, normal, NORMAL_OF_A, add3(vertex, scale3(gap, normal)), vertex, tolerance);

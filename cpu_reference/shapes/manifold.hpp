@@ -14,13 +14,15 @@ struct Pose {
   Quat<real> orientation;
 };
 
-/// A shape in the world; `size` as Shape says, `hull` an index into the tables of hulls.
+/// A shape in the world; `size` as Shape says, `hull` an index into the tables of hulls. `alone`: a facet is taken for
+/// itself, not for a part of its surface, as bodies on their way to it ask for (facet.hpp).
 template <class real>
 struct Placed {
   Vec3<real> center;
   Quat<real> rotation;
   Vec3<real> size;
   u32 hull;
+  bool alone = false;
 };
 
 /// The tables that convex hulls are read from (kernels/types.h).

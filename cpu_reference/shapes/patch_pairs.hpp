@@ -102,17 +102,22 @@ Meeting<real> meet_other_face(u32 kind_a, const Placed<real>& a, u32 kind_b, con
                               : poly_meet_face_of_a(one, other, none, limit, tolerance);
 }
 
+/// Where the surfaces face each other along the best normal that there is.
 template <class real>
-Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+Manifold<real> touch_at_best(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
                              const HullTables<real>& tables, real limit) {
   const real tolerance = shape_tolerance(a, b);
   const real core_a = patch_core_radius(kind_a, a);
+  const bool facet = is_facet(kind_a, a, tables) || is_facet(kind_b, b, tables);
   Meeting<real> meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
+  if (facet && !(meeting.gap > real(-1e29))) return no_manifold<real>();  // no direction counts
   if (meeting.gap > limit + core_a) return no_manifold<real>();
   for (u32 attempt = 0;; ++attempt) {
     const Manifold<real> m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
     const bool alone = m.count == 1 && m.points[0].feature == 0 && meeting.frame != NORMAL_FIXED;
-    if (!alone || attempt == 1) return m;
+    if (!alone) return m;
+    // what is beside a facet its neighbours meet
+    if (attempt == 1) return facet ? no_manifold<real>() : m;
     if (meeting.place > meeting.gap - tolerance) {
       // nothing is over the face: along its normal the points of the crossing are less deep than along their own
       const Vec3<real> n = meeting.place_normal;
@@ -123,9 +128,27 @@ Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, cons
     }
     // a face of the other shape may be as good a normal but for rounding, and have something over it
     const Meeting<real> other = meet_other_face(kind_a, a, kind_b, b, tables, meeting.frame, limit, tolerance);
-    if (!(other.gap > meeting.gap - real(4) * tolerance)) return m;
+    if (!(other.gap > meeting.gap - real(4) * tolerance)) return facet ? no_manifold<real>() : m;
     meeting = other;
   }
+}
+
+/// Whether a shape tells of a contact along a normal that points out of it.
+template <class real>
+bool shape_tells(u32 kind, const Placed<real>& shape, const HullTables<real>& tables, Vec3<real> normal) {
+  if (!is_facet(kind, shape, tables)) return true;
+  const Polytope<real> facet = polytope_of(kind, shape, tables);
+  return facet_tells(facet, into_frame(facet.axes, normal));
+}
+
+template <class real>
+Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+                             const HullTables<real>& tables, real limit) {
+  const Manifold<real> m = touch_at_best(kind_a, a, kind_b, b, tables, limit);
+  if (m.count == 0 || !shape_tells(kind_a, a, tables, scale3(real(-1), m.normal)) ||
+      !shape_tells(kind_b, b, tables, m.normal))
+    return no_manifold<real>();
+  return m;
 }
 
 }  // namespace lockstep::reference

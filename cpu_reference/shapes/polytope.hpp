@@ -27,8 +27,15 @@ struct Polytope {
   Vec3<real> size;
   u32 vertices, faces, edges;  // how many
   u32 first_vertex, first_face, first_edge;
+  bool facet;  // its surface goes on around it (facet.hpp)
+  u32 owned;   // of a facet, as Hull::owned
   HullTables<real> tables;
 };
+
+template <class real>
+bool is_facet(u32 kind, const Placed<real>& shape, const HullTables<real>& tables) {
+  return kind == SHAPE_HULL && !shape.alone && tables.hulls[shape.hull].face_count == 1;
+}
 
 template <class real>
 Polytope<real> polytope_of(u32 kind, const Placed<real>& shape, const HullTables<real>& tables) {
@@ -43,6 +50,8 @@ Polytope<real> polytope_of(u32 kind, const Placed<real>& shape, const HullTables
   p.first_vertex = 0;
   p.first_face = 0;
   p.first_edge = 0;
+  p.facet = is_facet(kind, shape, tables);
+  p.owned = 0;
   p.tables = tables;
   if (kind == SHAPE_HULL) {
     const Hull hull = tables.hulls[shape.hull];
@@ -52,6 +61,7 @@ Polytope<real> polytope_of(u32 kind, const Placed<real>& shape, const HullTables
     p.first_vertex = hull.first_vertex;
     p.first_face = hull.first_face;
     p.first_edge = hull.first_edge;
+    p.owned = hull.owned;
   }
   return p;
 }
@@ -216,37 +226,6 @@ Meeting<real> meeting_offer(Meeting<real> best, real gap, Vec3<real> normal, u32
     best.at_b = at_b;
     best.place = gap;
     best.place_normal = normal;
-  }
-  return best;
-}
-
-/// Of the faces of p the one that q is farthest in front of, and the vertex of q that is nearest to it.
-template <class real>
-struct FaceQuery {
-  real gap;
-  Vec3<real> normal;  // out of p, world
-  u32 vertex;
-};
-
-/// Stops at the first gap above the limit.
-template <class real>
-FaceQuery<real> poly_face_query(const Polytope<real>& p, const Polytope<real>& q, real limit) {
-  FaceQuery<real> best;
-  best.gap = real(-1e30);
-  best.normal = Vec3<real>{0, 0, 1};
-  best.vertex = 0;
-  const Vec3<real> apart = sub3(q.center, p.center);
-  for (u32 f = 0; f < p.faces && !(best.gap > limit); ++f) {
-    const Vec4<real> plane = poly_own_plane(p, f);
-    const Vec3<real> normal = out_of_frame(p.axes, Vec3<real>{plane.x, plane.y, plane.z});
-    const Vec3<real> down = into_frame(q.axes, scale3(real(-1), normal));
-    const u32 vertex = poly_support(q, down);
-    const real gap = dot3(normal, apart) - dot3(down, poly_own_vertex(q, vertex)) - plane.w;
-    if (gap > best.gap) {
-      best.gap = gap;
-      best.normal = normal;
-      best.vertex = vertex;
-    }
   }
   return best;
 }

@@ -6,29 +6,40 @@
 // apart it may also be the line between the closest points of two edges.
 #pragma once
 
-#include "cpu_reference/shapes/polytope.hpp"
+#include "cpu_reference/shapes/facet.hpp"
 
 namespace lockstep::reference {
 
-/// An edge in some frame, with the normals of the faces beside it.
+/// Of the faces of p the one that q is farthest in front of, and the vertex of q that is nearest to it.
 template <class real>
-struct EdgeSpan {
-  Vec3<real> start, along, left, right;
+struct FaceQuery {
+  real gap;
+  Vec3<real> normal;  // out of p, world
+  u32 vertex;
 };
 
+/// Stops at the first gap above the limit. Where none of the faces counts the gap is -1e30.
 template <class real>
-EdgeSpan<real> poly_own_edge(const Polytope<real>& p, u32 e) {
-  const HullEdge edge = poly_edge(p, e);
-  EdgeSpan<real> span;
-  span.start = poly_own_vertex(p, edge.vertex_a);
-  span.along = sub3(poly_own_vertex(p, edge.vertex_b), span.start);
-  span.left = Vec3<real>{0, 0, 0};
-  span.right = span.left;
-  if (p.faces > 0) {
-    span.left = poly_own_normal(p, edge.face_left);
-    span.right = poly_own_normal(p, edge.face_right);
+FaceQuery<real> poly_face_query(const Polytope<real>& p, const Polytope<real>& q, real limit) {
+  FaceQuery<real> best;
+  best.gap = real(-1e30);
+  best.normal = Vec3<real>{0, 0, 1};
+  best.vertex = 0;
+  const Vec3<real> apart = sub3(q.center, p.center);
+  for (u32 f = 0; f < p.faces && !(best.gap > limit); ++f) {
+    const Vec4<real> plane = poly_own_plane(p, f);
+    const Vec3<real> normal = out_of_frame(p.axes, Vec3<real>{plane.x, plane.y, plane.z});
+    const Vec3<real> down = into_frame(q.axes, scale3(real(-1), normal));
+    if (!facet_looks_at(p, dot3(normal, apart) - plane.w) || !facet_yields(q, down)) continue;
+    const u32 vertex = poly_support(q, down);
+    const real gap = dot3(normal, apart) - dot3(down, poly_own_vertex(q, vertex)) - plane.w;
+    if (gap > best.gap) {
+      best.gap = gap;
+      best.normal = normal;
+      best.vertex = vertex;
+    }
   }
-  return span;
+  return best;
 }
 
 template <class real>
@@ -132,6 +143,7 @@ Meeting<real> poly_closest_edges(const Polytope<real>& a, const Polytope<real>& 
       const real distance = dot3(d, d);
       if (!(distance <= real(1.00001) * least) || !(distance > 0)) continue;
       const Vec3<real> along = out_of_frame(b.axes, scale3(real(1) / std::sqrt(distance), d));
+      if (!facets_yield(a, b, along)) continue;
       const real bound = polytopes_bound(a, b, along);
       if (!(bound > gap) && !(distance < real(0.99999) * least)) continue;
       least = distance;

@@ -23,6 +23,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::patches, Feature::contacts},     {Feature::jacobi, Feature::contacts},
     {Feature::soft_joints, Feature::joints},   {Feature::joint_springs, Feature::joints},
     {Feature::closed_joints, Feature::joints}, {Feature::shear_springs, Feature::particles},
+    {Feature::facets, Feature::hulls},
 };
 
 template <class real>
@@ -74,6 +75,28 @@ void expect_shapes(const Buffers<real>& b, const Sizes& sizes) {
   }
 }
 
+// Its tables go on behind its one face (kernels/types.h).
+template <class real>
+void expect_facet(const Buffers<real>& b, const Sizes& sizes, std::size_t h) {
+  const Hull& hull = b.hulls[h];
+  if (hull.vertex_count != 3 || hull.edge_count != 3 || !is_range(hull.first_face, 4, sizes.hull_faces))
+    refuse(Buffer::hulls, h, "is no facet");
+  for (u32 k = 0; k < 4; ++k) {
+    const u32 f = hull.first_face + k;
+    const HullFace& face = b.hull_faces[f];
+    if (!is_range(face.first_corner, face.corner_count, sizes.hull_corners) || (k == 0 && face.corner_count != 3))
+      refuse(Buffer::hull_faces, f, "reaches beyond what there is");
+    const u32 vertices = k == 0 ? 3 : sizes.hull_vertices - hull.first_vertex;
+    for (u32 i = face.first_corner; i < face.first_corner + face.corner_count; ++i)
+      if (b.hull_corners[i] >= vertices) refuse(Buffer::hull_corners, i, "is no vertex of its hull");
+  }
+  for (u32 k = 0; k < 3; ++k) {
+    const HullEdge& edge = b.hull_edges[hull.first_edge + k];
+    if (edge.vertex_a != k || edge.vertex_b != (k + 1) % 3 || edge.face_left != 0 || edge.face_right != 1 + k)
+      refuse(Buffer::hull_edges, hull.first_edge + k, "is no edge of a facet");
+  }
+}
+
 template <class real>
 void expect_hulls(const Buffers<real>& b, const Sizes& sizes) {
   for (std::size_t h = 0; h < b.hulls.size(); ++h) {
@@ -82,6 +105,10 @@ void expect_hulls(const Buffers<real>& b, const Sizes& sizes) {
         !is_range(hull.first_face, hull.face_count, sizes.hull_faces) ||
         !is_range(hull.first_edge, hull.edge_count, sizes.hull_edges) || hull.vertex_count == 0)
       refuse(Buffer::hulls, h, "reaches beyond what there is");
+    if (hull.face_count == 1) {
+      expect_facet(b, sizes, h);
+      continue;
+    }
     for (u32 f = hull.first_face; f < hull.first_face + hull.face_count; ++f) {
       const HullFace& face = b.hull_faces[f];
       if (!is_range(face.first_corner, face.corner_count, sizes.hull_corners) || face.corner_count < 3)

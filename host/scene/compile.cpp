@@ -12,6 +12,7 @@
 #include "host/scene/hull_tables.hpp"
 #include "host/scene/rounding.hpp"
 #include "host/scene/step_params.hpp"
+#include "host/scene/surface.hpp"
 #include "host/scene/touching.hpp"
 
 namespace lockstep {
@@ -56,7 +57,8 @@ real shape_reach(ShapeKind kind, const real (&size)[4]) {
     case SHAPE_CAPSULE: return static_cast<real>((a + b) * 1.000001);
     case SHAPE_CYLINDER: return static_cast<real>(exact::square_root(a * a + b * b) * 1.000001);
     case SHAPE_BOX:
-    case SHAPE_HULL: return static_cast<real>(exact::length(Vector3{a, b, c}) * 1.000001);
+    case SHAPE_HULL:
+    case SHAPE_FACET: return static_cast<real>(exact::length(Vector3{a, b, c}) * 1.000001);
     default: return 0;
   }
 }
@@ -233,6 +235,17 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
       buffers().shape_infos.back().hull = hulls_.find_or_add(shape.mesh, buffers());
       break;
     }
+    case SHAPE_FACET: {
+      std::vector<Vector3> corners;
+      const Vector3 middle = middle_of_facet(*shape.surface, shape.facet);
+      for (const u32 corner : shape.surface->mesh.triangles[shape.facet])
+        corners.push_back(exact::subtract(shape.surface->mesh.vertices[corner], middle));
+      const Vector3 half = half_extents_of(corners);
+      for (unsigned i = 0; i < 3; ++i) record.size[i] = rounded<real>(half[i], "half the size", origin);
+      buffers().shape_infos.back().kind = SHAPE_HULL;
+      buffers().shape_infos.back().hull = hulls_.find_or_add(shape.surface, shape.facet, buffers());
+      break;
+    }
     default: break;  // a plane has no size
   }
   record.reach = shape_reach<real>(shape.kind, record.size);
@@ -271,6 +284,7 @@ Features shape_features(const BodyDescription& body) {
       case SHAPE_BOX: features = with(features, Feature::boxes); break;
       case SHAPE_CYLINDER: features = with(features, Feature::cylinders); break;
       case SHAPE_HULL: features = with(features, Feature::hulls); break;
+      case SHAPE_FACET: features = with(with(features, Feature::hulls), Feature::facets); break;
       default: continue;
     }
     features = with(features, Feature::manifolds);

@@ -8,6 +8,7 @@
 #include "host/scene/generators.hpp"
 #include "host/scene/read_hull.hpp"
 #include "host/scene/solid_body.hpp"
+#include "host/scene/surface.hpp"
 
 namespace lockstep {
 
@@ -24,7 +25,7 @@ const std::map<ShapeKind, std::vector<const char*>> size_keys = {
     {SHAPE_SPHERE, {"radius"}}, {SHAPE_CAPSULE, {"radius", "length"}},
     {SHAPE_BOX, {"size"}},      {SHAPE_CYLINDER, {"radius", "length"}},
     {SHAPE_HULL, {}},           {SHAPE_PLANE, {}},
-    {SHAPE_MESH, {}},
+    {SHAPE_MESH, {}},           {SHAPE_FACET, {}},
 };
 
 void read_size(const JsonNode& node, ShapeDescription& shape) {
@@ -38,8 +39,8 @@ void read_size(const JsonNode& node, ShapeDescription& shape) {
 }
 
 ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& names) {
-  node.expect_object({"type", "radius", "length", "size", "points", "mesh", "scale", "offset", "normal", "rotation",
-                      "material", "category", "collides_with", "sensor"});
+  node.expect_object({"type", "radius", "length", "size", "points", "mesh", "scale", "heights", "spacing", "offset",
+                      "normal", "rotation", "material", "category", "collides_with", "sensor"});
   ShapeDescription shape;
   shape.kind = node.at("type").choice<ShapeKind>("shape", {{"sphere", SHAPE_SPHERE},
                                                            {"capsule", SHAPE_CAPSULE},
@@ -47,7 +48,8 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
                                                            {"cylinder", SHAPE_CYLINDER},
                                                            {"hull", SHAPE_HULL},
                                                            {"plane", SHAPE_PLANE},
-                                                           {"mesh", SHAPE_MESH}});
+                                                           {"mesh", SHAPE_MESH},
+                                                           {"height_field", SHAPE_FACET}});
   const std::string kind = node.at("type").text();
   const auto& keys = size_keys.at(shape.kind);
   for (const char* key : {"radius", "length", "size"}) {
@@ -69,12 +71,28 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
   if (node.has("rotation")) shape.rotation = read_orientation(node.at("rotation"));
 
   if (shape.kind == SHAPE_HULL) read_hull(node, shape);
-  if (shape.kind == SHAPE_MESH) {
-    if (!names.particles) node.fail("collides by particles; give the scene \"particles\", or make it a hull");
-    read_solid_mesh(node, shape);
+  if (shape.kind == SHAPE_MESH && names.particles) read_solid_mesh(node, shape);
+  if (shape.kind == SHAPE_MESH && !names.particles) {
+    if (body_kind == BODY_DYNAMIC)
+      node.fail(
+          "of a dynamic body collides by particles; give the scene \"particles\", make it a hull, or its body static or "
+          "kinematic");
+    read_surface(node, shape);
   }
+  if (shape.kind == SHAPE_FACET) {
+    if (body_kind == BODY_DYNAMIC)
+      node.fail("a height field has no end below and thus no mass; its body must be static or kinematic, is dynamic");
+    if (names.particles) node.fail("knows no particles; make it a closed mesh, or give the scene no \"particles\"");
+    read_height_field(node, shape);
+  }
+  if (shape.surface && node.has("sensor"))
+    node.at("sensor").fail(fmt::format("does not belong to a {}, which has no inside; remove it", kind));
   for (const char* key : {"points", "mesh", "scale"}) {
     if (shape.kind != SHAPE_HULL && shape.kind != SHAPE_MESH && node.has(key))
+      node.at(key).fail(fmt::format("does not belong to a {}; remove it", kind));
+  }
+  for (const char* key : {"heights", "spacing"}) {
+    if (shape.kind != SHAPE_FACET && node.has(key))
       node.at(key).fail(fmt::format("does not belong to a {}; remove it", kind));
   }
 
@@ -190,8 +208,14 @@ BodyDescription read_body(const JsonNode& node, Names& names) {
         "body type", {{"static", BODY_STATIC}, {"kinematic", BODY_KINEMATIC}, {"dynamic", BODY_DYNAMIC}});
   }
   if (node.has("shapes")) {
-    for (const JsonNode& shape : node.at("shapes").elements())
-      body.shapes.push_back(read_shape(shape, body.kind, names));
+    for (const JsonNode& entry : node.at("shapes").elements()) {
+      ShapeDescription shape = read_shape(entry, body.kind, names);
+      if (!shape.surface) {
+        body.shapes.push_back(std::move(shape));
+        continue;
+      }
+      for (ShapeDescription& facet : facets_of(shape)) body.shapes.push_back(std::move(facet));
+    }
   }
   if (node.has("position")) body.position = node.at("position").vector();
   if (node.has("orientation")) body.orientation = read_orientation(node.at("orientation"));

@@ -7,6 +7,7 @@
 
 #include "host/scene/hull.hpp"
 #include "host/scene/mesh.hpp"
+#include "host/scene/surface.hpp"
 #include "host/scene/triangle_mesh.hpp"
 
 namespace lockstep {
@@ -36,6 +37,18 @@ TriangleMesh read_mesh_file(const JsonNode& name, double scale) {
   }
 }
 
+TriangleMesh read_finite_mesh(const JsonNode& node) {
+  if (node.has("points")) node.at("points").fail("belongs to a hull; give \"mesh\"");
+  const double scale = node.has("scale") ? node.at("scale").positive() : 1;
+  TriangleMesh mesh = read_mesh_file(node.at("mesh"), scale);
+  for (const Vector3& v : mesh.vertices) {
+    for (const double x : v)
+      if (!(std::abs(x) < 1e15))
+        node.at("mesh").fail(fmt::format("must be finite and below 1e15 m, has the coordinate {}", x));
+  }
+  return mesh;
+}
+
 }  // namespace
 
 void read_hull(const JsonNode& node, ShapeDescription& shape) {
@@ -54,17 +67,33 @@ void read_hull(const JsonNode& node, ShapeDescription& shape) {
 }
 
 void read_solid_mesh(const JsonNode& node, ShapeDescription& shape) {
-  if (node.has("points")) node.at("points").fail("belongs to a hull; give \"mesh\"");
-  const double scale = node.has("scale") ? node.at("scale").positive() : 1;
-  TriangleMesh mesh = read_mesh_file(node.at("mesh"), scale);
-  for (const Vector3& v : mesh.vertices) {
-    for (const double x : v)
-      if (!(std::abs(x) < 1e15))
-        node.at("mesh").fail(fmt::format("must be finite and below 1e15 m, has the coordinate {}", x));
-  }
-  mesh = welded(mesh);
+  const TriangleMesh mesh = welded(read_finite_mesh(node));
   if (const std::string flaw = flaw_of(mesh); !flaw.empty()) node.at("mesh").fail(flaw);
-  shape.mesh = std::make_shared<const TriangleMesh>(std::move(mesh));
+  shape.mesh = std::make_shared<const TriangleMesh>(mesh);
+}
+
+void read_surface(const JsonNode& node, ShapeDescription& shape) {
+  std::string flaw;
+  shape.surface = make_surface(read_finite_mesh(node), flaw);
+  if (!flaw.empty()) node.at("mesh").fail(flaw);
+}
+
+void read_height_field(const JsonNode& node, ShapeDescription& shape) {
+  const double spacing = node.at("spacing").positive();
+  const std::vector<JsonNode> rows = node.at("heights").elements();
+  if (rows.size() < 2) node.at("heights").must_be("at least two rows of numbers");
+  std::vector<std::vector<double>> heights;
+  for (const JsonNode& row : rows) {
+    heights.emplace_back();
+    for (const JsonNode& height : row.elements()) heights.back().push_back(height.number());
+    const std::size_t length = heights.front().size();
+    if (length < 2) row.must_be("at least two numbers");
+    if (heights.back().size() != length)
+      row.fail(fmt::format("has {} heights, and the first row {}; give all rows as many", heights.back().size(), length));
+  }
+  std::string flaw;
+  shape.surface = make_surface(height_field(heights, spacing), flaw);
+  if (!flaw.empty()) node.at("heights").fail(flaw);
 }
 
 }  // namespace lockstep

@@ -1,4 +1,5 @@
-// The shapes "hull" and "mesh" of a scene file: from points, from the vertices of a mesh file or from its triangles.
+// The shapes "hull", "mesh" and "height_field" of a scene file: from points, from the vertices of a mesh file, from its
+// triangles or from heights.
 #pragma once
 
 #include "host/scene/json_node.hpp"
@@ -12,5 +13,9 @@ void read_hull(const JsonNode& node, ShapeDescription& shape);
 
 /// Sets the mesh of a shape of the kind mesh. Refuses one that bounds no solid.
 void read_solid_mesh(const JsonNode& node, ShapeDescription& shape);
+
+/// Sets the surface of a shape that is to be one of triangles (surface.hpp), from a mesh file or from heights.
+void read_surface(const JsonNode& node, ShapeDescription& shape);
+void read_height_field(const JsonNode& node, ShapeDescription& shape);
 
 }  // namespace lockstep

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "host/scene/hull.hpp"
 
@@ -14,25 +13,10 @@ namespace {
 
 using exact::add, exact::cross, exact::dot, exact::scale, exact::subtract;
 
-std::string place_of(const Vector3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
-
-// Which triangle runs along an edge from its first to its second vertex.
-using Edges = std::map<std::pair<u32, u32>, u32>;
-
 std::string flaw_of_edges(const TriangleMesh& mesh) {
-  Edges edges;
-  for (u32 t = 0; t < mesh.triangles.size(); ++t) {
-    for (unsigned k = 0; k < 3; ++k) {
-      const u32 a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
-      const auto [other, is_new] = edges.try_emplace({a, b}, t);
-      if (!is_new) {
-        return fmt::format(
-            "its triangles {} and {} run the same way along the edge from {} to {}, so that one is turned around or "
-            "more than two meet; make it a surface whose triangles are all counter-clockwise seen from outside",
-            other->second, t, place_of(mesh.vertices[a]), place_of(mesh.vertices[b]));
-      }
-    }
-  }
+  std::string flaw;
+  const TrianglesAtEdges edges = triangles_at_edges(mesh, flaw);
+  if (!flaw.empty()) return flaw;
   for (const auto& [edge, triangle] : edges) {
     if (edges.count({edge.second, edge.first})) continue;
     return fmt::format("is open: triangle {} has no neighbour at its edge from {} to {}; close the hole", triangle,
@@ -154,6 +138,25 @@ std::uint64_t key_of(long x, long y, long z) {
 }
 
 }  // namespace
+
+std::string place_of(const Vector3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
+
+TrianglesAtEdges triangles_at_edges(const TriangleMesh& mesh, std::string& flaw) {
+  TrianglesAtEdges edges;
+  for (u32 t = 0; t < mesh.triangles.size(); ++t) {
+    for (unsigned k = 0; k < 3; ++k) {
+      const u32 a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
+      const auto [other, is_new] = edges.try_emplace({a, b}, t);
+      if (is_new) continue;
+      flaw = fmt::format(
+          "its triangles {} and {} run the same way along the edge from {} to {}, so that one is turned around or "
+          "more than two meet; make it a surface whose triangles are all counter-clockwise seen from outside",
+          other->second, t, place_of(mesh.vertices[a]), place_of(mesh.vertices[b]));
+      return edges;
+    }
+  }
+  return edges;
+}
 
 TriangleMesh welded(const TriangleMesh& mesh) {
   TriangleMesh result;

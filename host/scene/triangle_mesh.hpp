@@ -2,6 +2,7 @@
 // (exact_math.hpp).
 #pragma once
 
+#include <map>
 #include <string>
 #include <unordered_map>
 
@@ -12,6 +13,15 @@ namespace lockstep {
 /// Makes vertices at one place one, as files often give a corner once for each triangle, and drops triangles that have
 /// two corners there. All vertices must be finite.
 TriangleMesh welded(const TriangleMesh& mesh);
+
+/// A place as messages tell it, m.
+std::string place_of(const Vector3& p);
+
+/// Which triangle runs along an edge from its first to its second vertex.
+using TrianglesAtEdges = std::map<std::pair<u32, u32>, u32>;
+
+/// Of a welded mesh. Where two triangles run the same way along an edge `flaw` says so.
+TrianglesAtEdges triangles_at_edges(const TriangleMesh& mesh, std::string& flaw);
 
 /// Why a welded mesh bounds no solid: it has an edge without two triangles, triangles turned against each other, a side
 /// turned in or triangles that cut each other; with a place, and what to do. Nothing where it is good.

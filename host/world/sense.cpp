@@ -1,6 +1,7 @@
 #include "host/world/sense.hpp"
 
 #include "host/scene/joint_kinds.hpp"
+#include "host/scene/surface.hpp"
 
 namespace lockstep {
 
@@ -36,6 +37,10 @@ void expect_sense(const BodyDescription& body, const Scene& scene) {
   }
   for (const ShapeDescription& shape : body.shapes) {
     expect(shape.kind != SHAPE_PLANE || body.kind == BODY_STATIC, "has a plane, and only static bodies may");
+    expect(shape.kind != SHAPE_FACET || body.kind != BODY_DYNAMIC,
+           "has facets of a surface, and only static and kinematic bodies may");
+    expect(shape.kind != SHAPE_FACET || (shape.surface && shape.facet < shape.surface->facets.size()),
+           "has a facet of no surface; facets_of() gives them");
     expect(shape.material < std::max<std::size_t>(scene.materials.size(), 1), "has a material that the scene does not");
   }
 }

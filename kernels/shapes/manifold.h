@@ -16,12 +16,13 @@ typedef struct Pose {
   Quat orientation;
 } Pose;
 
-// A shape in the world.
+// A shape in the world. `alone`: a facet is taken for itself, not for a part of its surface.
 typedef struct Placed {
   Vec3 center;
   Quat rotation;
   Vec3 size;
   u32 hull;
+  bool alone;
 } Placed;
 
 typedef struct HullTables {

@@ -12,6 +12,7 @@ static inline Placed place_shape(Pose pose, global const Shape* shape, u32 hull,
   placed.rotation = shape_rotation(pose, shape);
   placed.size = make3(shape->size[0], shape->size[1], shape->size[2]);
   placed.hull = hull;
+  placed.alone = false;
   return placed;
 }
 

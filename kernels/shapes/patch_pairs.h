@@ -99,15 +99,20 @@ static inline Meeting meet_other_face(u32 kind_a, Placed a, u32 kind_b, Placed b
                               : poly_meet_face_of_a(&one, &other, none, limit, tolerance);
 }
 
-static inline Manifold patches_touch(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
+// Where the surfaces face each other along the best normal that there is.
+static inline Manifold touch_at_best(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
   const real tolerance = shape_tolerance(a, b);
   const real core_a = patch_core_radius(kind_a, a);
+  const bool facet = is_facet(kind_a, a, tables) || is_facet(kind_b, b, tables);
   Meeting meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
+  if (facet && !(meeting.gap > (real)-1e29)) return no_manifold();  // no direction counts
   if (meeting.gap > limit + core_a) return no_manifold();
   for (u32 attempt = 0;; ++attempt) {
     const Manifold m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
     const bool alone = m.count == 1 && m.points[0].feature == 0 && meeting.frame != NORMAL_FIXED;
-    if (!alone || attempt == 1) return m;
+    if (!alone) return m;
+    // what is beside a facet its neighbours meet
+    if (attempt == 1) return facet ? no_manifold() : m;
     if (meeting.place > meeting.gap - tolerance) {
       // nothing is over the face: along its normal the points of the crossing are less deep than along their own
       const Vec3 n = meeting.place_normal;
@@ -118,9 +123,28 @@ static inline Manifold patches_touch(u32 kind_a, Placed a, u32 kind_b, Placed b,
     }
     // a face of the other shape may be as good a normal but for rounding, and have something over it
     const Meeting other = meet_other_face(kind_a, a, kind_b, b, tables, meeting.frame, limit, tolerance);
-    if (!(other.gap > meeting.gap - (real)4 * tolerance)) return m;
+    if (!(other.gap > meeting.gap - (real)4 * tolerance)) return facet ? no_manifold() : m;
     meeting = other;
   }
+}
+
+// Whether a shape tells of a contact along a normal that points out of it.
+static inline bool shape_tells(u32 kind, Placed shape, HullTables tables, Vec3 normal) {
+#if FEATURE_FACETS
+  if (is_facet(kind, shape, tables)) {
+    const Polytope facet = polytope_of(kind, shape, tables);
+    return facet_tells(&facet, into_frame(facet.axes, normal));
+  }
+#endif
+  return true;
+}
+
+static inline Manifold patches_touch(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
+  const Manifold m = touch_at_best(kind_a, a, kind_b, b, tables, limit);
+  if (m.count == 0u || !shape_tells(kind_a, a, tables, scale3((real)-1, m.normal)) ||
+      !shape_tells(kind_b, b, tables, m.normal))
+    return no_manifold();
+  return m;
 }
 
 #endif

@@ -21,8 +21,20 @@ typedef struct Polytope {
   Vec3 size;
   u32 vertices, faces, edges;  // how many
   u32 first_vertex, first_face, first_edge;
+#if FEATURE_FACETS
+  bool facet;  // its surface goes on around it (facet.h)
+  u32 owned;   // of a facet, as Hull::owned
+#endif
   HullTables tables;
 } Polytope;
+
+static inline bool is_facet(u32 kind, Placed shape, HullTables tables) {
+#if FEATURE_FACETS
+  return kind == SHAPE_HULL && !shape.alone && tables.hulls[shape.hull].face_count == 1u;
+#else
+  return false;
+#endif
+}
 
 static inline Polytope polytope_of(u32 kind, Placed shape, HullTables tables) {
   Polytope p;
@@ -36,6 +48,10 @@ static inline Polytope polytope_of(u32 kind, Placed shape, HullTables tables) {
   p.first_vertex = 0;
   p.first_face = 0;
   p.first_edge = 0;
+#if FEATURE_FACETS
+  p.facet = is_facet(kind, shape, tables);
+  p.owned = 0u;
+#endif
   p.tables = tables;
   if (FEATURE_HULLS && kind == SHAPE_HULL) {
     const Hull hull = tables.hulls[shape.hull];
@@ -45,6 +61,9 @@ static inline Polytope polytope_of(u32 kind, Placed shape, HullTables tables) {
     p.first_vertex = hull.first_vertex;
     p.first_face = hull.first_face;
     p.first_edge = hull.first_edge;
+#if FEATURE_FACETS
+    p.owned = hull.owned;
+#endif
   }
   return p;
 }
@@ -194,35 +213,6 @@ static inline Meeting meeting_offer(Meeting best, real gap, Vec3 normal, u32 fra
     best.at_b = at_b;
     best.place = gap;
     best.place_normal = normal;
-  }
-  return best;
-}
-
-// Of the faces of p the one that q is farthest in front of, and the vertex of q that is nearest to it.
-typedef struct FaceQuery {
-  real gap;
-  Vec3 normal;  // out of p, world
-  u32 vertex;
-} FaceQuery;
-
-// Stops at the first gap above the limit.
-static inline FaceQuery poly_face_query(const Polytope* p, const Polytope* q, real limit) {
-  FaceQuery best;
-  best.gap = (real)-1e30;
-  best.normal = make3((real)0, (real)0, (real)1);
-  best.vertex = 0;
-  const Vec3 apart = sub3(q->center, p->center);
-  for (u32 f = 0; f < p->faces && !(best.gap > limit); ++f) {
-    const Vec4 plane = poly_own_plane(p, f);
-    const Vec3 normal = out_of_frame(p->axes, make3(plane.x, plane.y, plane.z));
-    const Vec3 down = into_frame(q->axes, scale3((real)-1, normal));
-    const u32 vertex = poly_support(q, down);
-    const real gap = dot3(normal, apart) - dot3(down, poly_own_vertex(q, vertex)) - plane.w;
-    if (gap > best.gap) {
-      best.gap = gap;
-      best.normal = normal;
-      best.vertex = vertex;
-    }
   }
   return best;
 }

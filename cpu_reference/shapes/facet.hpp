@@ -1,0 +1,94 @@
+// Facets: the triangles of a surface, each a polytope of one face that knows what is around it, so that bodies slide over
+// where facets meet as over one surface. kernels/shapes/facet.h is the twin.
+//
+// A direction is the normal of a contact with a surface only where the surface does not rise on the other side of it:
+// the normal of a facet over its inside, what is between the normals of two facets at an edge where they meet like a
+// roof, and at a corner that sticks out what all that is around it falls away from. All facets there know it; one of
+// them, whose own the edge or the corner is, tells of the contact. Surfaces have one side: a facet's normal does not
+// count against shapes whose centre is behind it.
+#pragma once
+
+#include "cpu_reference/shapes/polytope.hpp"
+
+namespace lockstep::reference {
+
+/// An edge in some frame, with the normals of the faces beside it.
+template <class real>
+struct EdgeSpan {
+  Vec3<real> start, along, left, right;
+};
+
+template <class real>
+EdgeSpan<real> poly_own_edge(const Polytope<real>& p, u32 e) {
+  const HullEdge edge = poly_edge(p, e);
+  EdgeSpan<real> span;
+  span.start = poly_own_vertex(p, edge.vertex_a);
+  span.along = sub3(poly_own_vertex(p, edge.vertex_b), span.start);
+  span.left = Vec3<real>{0, 0, 0};
+  span.right = span.left;
+  if (p.faces > 0) {
+    span.left = poly_own_normal(p, edge.face_left);
+    span.right = poly_own_normal(p, edge.face_right);
+  }
+  return span;
+}
+
+/// What a direction may be off being across an edge, or above a neighbour, as a sine.
+template <class real>
+inline constexpr real facet_slack = real(1e-3);
+
+/// Whether all that is around a corner falls away from a unit direction; where it does not stick out nothing does.
+template <class real>
+bool corner_yields(const Polytope<real>& p, Vec3<real> own, u32 vertex) {
+  const HullFace around = p.tables.faces[p.first_face + 1 + vertex];
+  const Vec3<real> corner = poly_own_vertex(p, vertex);
+  for (u32 k = 0; k < around.corner_count; ++k) {
+    const Vec3<real> d = sub3(poly_own_vertex(p, p.tables.corners[around.first_corner + k]), corner);
+    if (dot3(own, d) > facet_slack<real> * length3(d)) return false;
+  }
+  return around.corner_count > 0;
+}
+
+/// Whether a unit direction is across an edge and between the normals on both sides, where these meet like a roof.
+template <class real>
+bool edge_yields(const Polytope<real>& p, u32 e, Vec3<real> own) {
+  const EdgeSpan<real> edge = poly_own_edge(p, e);
+  const bool roof = edge.left.x != edge.right.x || edge.left.y != edge.right.y || edge.left.z != edge.right.z;
+  const real along = dot3(own, edge.along), slack = facet_slack<real> * length3(edge.along);
+  if (!roof || along > slack || -along > slack) return false;
+  return dot3(own, cross3(edge.along, edge.left)) > -slack && dot3(own, cross3(edge.right, edge.along)) > -slack;
+}
+
+/// Whether a unit direction out of p, own coordinates, may be the normal of a contact other than with its inside.
+template <class real>
+bool facet_yields(const Polytope<real>& p, Vec3<real> own) {
+  if (!p.facet) return true;
+  const u32 vertex = poly_support(p, own), before = vertex == 0 ? 2 : vertex - 1;
+  return corner_yields(p, own, vertex) || edge_yields(p, vertex, own) || edge_yields(p, before, own);
+}
+
+/// The same of both sides of a contact; the normal points from b to a, world.
+template <class real>
+bool facets_yield(const Polytope<real>& a, const Polytope<real>& b, Vec3<real> normal) {
+  return facet_yields(a, into_frame(a.axes, scale3(real(-1), normal))) && facet_yields(b, into_frame(b.axes, normal));
+}
+
+/// Whether it is p that tells of a contact along a unit direction out of it, own coordinates, which yields or is nearly
+/// its normal.
+template <class real>
+bool facet_tells(const Polytope<real>& p, Vec3<real> own) {
+  const Vec3<real> off = sub3(own, poly_own_normal(p, 0));
+  if (length3(off) < real(2) * facet_slack<real>) return true;
+  const u32 vertex = poly_support(p, own), before = vertex == 0 ? 2 : vertex - 1;
+  if (edge_yields(p, vertex, own)) return (p.owned >> vertex & 1) != 0;
+  if (edge_yields(p, before, own)) return (p.owned >> before & 1) != 0;
+  return (p.owned >> (3 + vertex) & 1) != 0;
+}
+
+/// Whether a face of p counts against a shape whose centre is at a height above it.
+template <class real>
+bool facet_looks_at(const Polytope<real>& p, real height) {
+  return !p.facet || height >= 0;
+}
+
+}  // namespace lockstep::reference

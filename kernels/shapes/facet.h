@@ -1,0 +1,76 @@
+// Facets: the triangles of a surface, each a polytope of one face that knows what is around it, so that bodies slide over
+// where facets meet as over one surface. cpu_reference/shapes/facet.hpp is the twin and says more.
+#ifndef LOCKSTEP_FACET_H
+#define LOCKSTEP_FACET_H
+
+#include "shapes/edge_span.h"
+
+#if FEATURE_FACETS
+// What a direction may be off being across an edge, or above a neighbour, as a sine.
+#define FACET_SLACK ((real)1e-3)
+
+// Whether all that is around a corner falls away from a unit direction; where it does not stick out nothing does.
+static inline bool corner_yields(const Polytope* p, Vec3 own, u32 vertex) {
+  const HullFace around = p->tables.faces[p->first_face + 1u + vertex];
+  const Vec3 corner = poly_own_vertex(p, vertex);
+  for (u32 k = 0u; k < around.corner_count; ++k) {
+    const Vec3 d = sub3(poly_own_vertex(p, p->tables.corners[around.first_corner + k]), corner);
+    if (dot3(own, d) > FACET_SLACK * length3(d)) return false;
+  }
+  return around.corner_count > 0u;
+}
+
+// Whether a unit direction is across an edge and between the normals on both sides, where these meet like a roof.
+static inline bool edge_yields(const Polytope* p, u32 e, Vec3 own) {
+  const EdgeSpan edge = poly_own_edge(p, e);
+  const bool roof = edge.left.x != edge.right.x || edge.left.y != edge.right.y || edge.left.z != edge.right.z;
+  const real along = dot3(own, edge.along), slack = FACET_SLACK * length3(edge.along);
+  if (!roof || along > slack || -along > slack) return false;
+  return dot3(own, cross3(edge.along, edge.left)) > -slack && dot3(own, cross3(edge.right, edge.along)) > -slack;
+}
+#endif
+
+// Whether a unit direction out of p, own coordinates, may be the normal of a contact other than with its inside.
+static inline bool facet_yields(const Polytope* p, Vec3 own) {
+#if FEATURE_FACETS
+  if (!p->facet) return true;
+  const u32 vertex = poly_support(p, own), before = vertex == 0u ? 2u : vertex - 1u;
+  return corner_yields(p, own, vertex) || edge_yields(p, vertex, own) || edge_yields(p, before, own);
+#else
+  return true;
+#endif
+}
+
+// The same of both sides of a contact; the normal points from b to a, world.
+static inline bool facets_yield(const Polytope* a, const Polytope* b, Vec3 normal) {
+#if FEATURE_FACETS
+  return facet_yields(a, into_frame(a->axes, scale3((real)-1, normal))) &&
+         facet_yields(b, into_frame(b->axes, normal));
+#else
+  return true;
+#endif
+}
+
+#if FEATURE_FACETS
+// Whether it is p that tells of a contact along a unit direction out of it, own coordinates, which yields or is nearly
+// its normal.
+static inline bool facet_tells(const Polytope* p, Vec3 own) {
+  const Vec3 off = sub3(own, poly_own_normal(p, 0u));
+  if (length3(off) < (real)2 * FACET_SLACK) return true;
+  const u32 vertex = poly_support(p, own), before = vertex == 0u ? 2u : vertex - 1u;
+  if (edge_yields(p, vertex, own)) return (p->owned >> vertex & 1u) != 0u;
+  if (edge_yields(p, before, own)) return (p->owned >> before & 1u) != 0u;
+  return (p->owned >> (3u + vertex) & 1u) != 0u;
+}
+#endif
+
+// Whether a face of p counts against a shape whose centre is at a height above it.
+static inline bool facet_looks_at(const Polytope* p, real height) {
+#if FEATURE_FACETS
+  return !p->facet || height >= (real)0;
+#else
+  return true;
+#endif
+}
+
+#endif
