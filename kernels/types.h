@@ -187,7 +187,8 @@ RECORD(Shape) {
 // A facet, a triangle of a surface, is a hull of one face, and its tables go on behind that (feature facets). Edge k,
 // from vertex k to the next, has the face on its left and plane 1 + k on its right: the normal on the other side where
 // the two meet like a roof, what is across the edge where there is no other side, the facet's own normal where they
-// meet flat or like a gutter. The corners of face 1 + k are the vertices around vertex k, where that sticks out.
+// meet flat or like a gutter. The corners of face 1 + k are the vertices around vertex k, where none rises above it and
+// not all are level.
 INDEX_RECORD(Hull) {
   u32 first_vertex, vertex_count;
   u32 first_face, face_count;

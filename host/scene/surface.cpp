@@ -103,12 +103,16 @@ void SurfaceMaker::find_corner(u32 t, unsigned k) {
   around.erase(std::unique(around.begin(), around.end()), around.end());
   if (sum == Vector3{0, 0, 0}) return;
   const Vector3 up = unit(sum);
-  const bool sticks_out = std::all_of(around.begin(), around.end(), [&](u32 v) {
-    return dot(up, unit(subtract(mesh().vertices[v], mesh().vertices[vertex]))) < -least_bend;
-  });
-  if (!sticks_out) return;
+  double lowest = 1, highest = -1;  // sines
+  for (const u32 v : around) {
+    const double slope = dot(up, unit(subtract(mesh().vertices[v], mesh().vertices[vertex])));
+    lowest = std::min(lowest, slope);
+    highest = std::max(highest, slope);
+  }
+  if (lowest > -least_bend || highest > least_bend) return;  // flat, or not the highest place
   surface_.facets[t].around[k] = std::move(around);
-  if (t == at_vertex_[vertex].front()) surface_.facets[t].owned |= 8u << k;
+  // on a straight ridge the edges tell
+  if (highest < -least_bend && t == at_vertex_[vertex].front()) surface_.facets[t].owned |= 8u << k;
 }
 
 }  // namespace
