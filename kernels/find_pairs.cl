@@ -23,10 +23,12 @@ static inline CellWindow make_window(const Searcher* me, u32 max_extent, StepPar
   return window;
 }
 
-// The buckets of a row of cells are one piece of the list, or two where they run over the end of the table. `later`:
-// find only shapes of larger index.
+// Which shapes of a row a search finds; of the first search those that are sought are always among them.
+enum RowSearch { ROW_ALL, ROW_LATER, ROW_SOUGHT };  // all, those of larger index, no others
+
+// The buckets of a row of cells are one piece of the list, or two where they run over the end of the table.
 static inline void search_row(const PairSearch* s, const Searcher* me, const CellWindow* window, i32 y, i32 z,
-                              bool later, global const u32* bucket_starts, StepParams params, Finds* finds) {
+                              u32 which, global const u32* bucket_starts, StepParams params, Finds* finds) {
   const u32 first = bucket_of(window->low_x, row_hash(y, z, me->info.body.world), params.buckets);
   const u32 past = first + window->span;
   u32 place = bucket_starts[first];
@@ -39,10 +41,11 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
       for (; hits != 0u; hits &= hits - 1u) {
         const PlaceInfo other = s->place_infos[place + lowest_bit(hits)];
         // other rows may share the buckets of this one
-        if (other.cell_y != y || other.cell_z != z || (later && other.index <= me->info.index)) continue;
+        if (other.cell_y != y || other.cell_z != z) continue;
+        const bool later = other.index > me->info.index, sought = finds->list == 0 && is_sought(other.body);
+        if (!sought && (which == ROW_SOUGHT || (which == ROW_LATER && !later))) continue;
         if (!is_pair(s, me->info.shape, other.shape, me->info.body, other.body)) continue;
-        const bool mine = me->info.index < other.index;
-        add_pair(finds, mine ? me->info.index : other.index, mine ? other.index : me->info.index);
+        add_pair(finds, later ? me->info.index : other.index, later ? other.index : me->info.index);
       }
     }
     if (wrapped == 0u) return;
@@ -57,11 +60,16 @@ static inline void search_cells(const PairSearch* s, StepParams params, u32 plac
                                 u32 max_extent, Finds* finds) {
   const Searcher me = make_searcher(s, params, place);
   const CellWindow window = make_window(&me, max_extent, params);
-  const bool all = finds->list != 0;
-  for (i32 z = all ? window.low_z : me.info.cell_z; z <= window.high_z; ++z) {
+  const bool all = finds->list != 0, around = all || FEATURE_FACETS;
+  if (!all && is_sought(me.info.body)) return;
+  for (i32 z = around ? window.low_z : me.info.cell_z; z <= window.high_z; ++z) {
     const bool own_layer = z == me.info.cell_z;
-    for (i32 y = own_layer && !all ? me.info.cell_y : window.low_y; y <= window.high_y; ++y)
-      search_row(s, &me, &window, y, z, all || (own_layer && y == me.info.cell_y), bucket_starts, params, finds);
+    for (i32 y = own_layer && !around ? me.info.cell_y : window.low_y; y <= window.high_y; ++y) {
+      const bool before = z < me.info.cell_z || (own_layer && y < me.info.cell_y);
+      const bool in_list = all || (own_layer && y == me.info.cell_y);
+      search_row(s, &me, &window, y, z, in_list ? ROW_LATER : before ? ROW_SOUGHT : ROW_ALL, bucket_starts, params,
+                 finds);
+    }
   }
   search_planes(s, &me, finds);
 }

@@ -65,6 +65,7 @@ typedef struct PairSearch {
 // The shape that looks for others.
 typedef struct Searcher {
   PlaceInfo info;
+  u32 place;
   Vec3 center, velocity;
   real reach, extent, margin, h;
 #if FEATURE_MANIFOLDS
@@ -83,6 +84,10 @@ static inline bool is_pair(const PairSearch* s, ShapeInfo a, ShapeInfo b, BodyIn
 #endif
   return may_touch(a, b, body_a, body_b);
 }
+
+// Surfaces are many shapes that cannot move: where there are any, only what can move looks for others in the first
+// search, and for what cannot on all sides.
+static inline bool is_sought(BodyInfo body) { return FEATURE_FACETS && body.kind != BODY_DYNAMIC; }
 
 // Where a search puts what it finds. In the first one each pair is found once, from either side, and given to its
 // owner: counts[owner] and the first FOUND of found[owner]. In the second one a shape fills the list of its own
@@ -189,6 +194,7 @@ static inline Searcher make_searcher(const PairSearch* s, StepParams params, u32
   const u32 shapes = params.shapes;
   Searcher me;
   me.info = s->place_infos[place];
+  me.place = place;
   me.extent = mine[PLACE(PLACE_EXTENT, shapes)];
   me.margin = params.margin;
   me.h = step_length(params);

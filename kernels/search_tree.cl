@@ -33,9 +33,13 @@ static inline void search_run(const PairSearch* s, const Searcher* me, u32 run, 
     const u32 mine = (bits >> k) & ((2u << (LANES - 1u)) - 1u);
     if (mine == 0u) continue;
     for (u32 hits = mine & shapes_in_reach(s, me, run * PACK + k, shapes); hits != 0u; hits &= hits - 1u) {
-      const PlaceInfo other = s->place_infos[run * PACK + k + lowest_bit(hits)];
+      const u32 place = run * PACK + k + lowest_bit(hits);
+      const PlaceInfo other = s->place_infos[place];
       const bool is_owner = me->info.index < other.index;
       if (all && !is_owner) continue;
+#if FEATURE_FACETS
+      if (!all && place <= me->place && !is_sought(other.body)) continue;
+#endif
       if (!is_pair(s, me->info.shape, other.shape, me->info.body, other.body)) continue;
       add_pair(finds, is_owner ? me->info.index : other.index, is_owner ? other.index : me->info.index);
     }
@@ -69,9 +73,10 @@ static inline void search_nodes(const PairSearch* s, const TreeShape* tree, glob
   if (!(me.extent > (real)0)) return;
   const TreeBox box = searcher_box(&me);
   const bool all = finds->list != 0;
+  if (!all && is_sought(me.info.body)) return;
   const WorldRange world = s->world_ranges[me.info.body.world];
   const u32 last = world.first_shape + world.shape_count - 1u;
-  const u32 first = all ? world.first_shape : place + 1u;
+  const u32 first = all || FEATURE_FACETS ? world.first_shape : place + 1u;
   u32 rest[TREE_LEVELS];
   u32 level = tree->levels - 1u, block = 0u;
   bool arrives = first <= last;
