@@ -15,6 +15,7 @@
 #include "host/error.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/solid_body.hpp"
+#include "host/scene/surface.hpp"
 
 namespace lockstep {
 
