@@ -143,7 +143,8 @@ Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<
   }
   const Side<real> at_a = time > 0 ? collide_moved(a, mover_a, time) : a;
   const Side<real> at_b = time > 0 ? collide_moved(b, mover_b, time) : b;
-  if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b)) m = collide_sides(buffers, at_a, at_b, limit, false);
+  if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b))
+    m = collide_sides(buffers, at_a, at_b, limit, false);
   m = collide_keep(params, m, at_a, at_b, h - time);
   collide_add_core(buffers, at_a, at_b, h - time, m);
   if (time > 0) bring_back(m, mover_a, mover_b, time);

@@ -67,8 +67,11 @@ static inline void search_cells(const PairSearch* s, StepParams params, u32 plac
     for (i32 y = own_layer && !around ? me.info.cell_y : window.low_y; y <= window.high_y; ++y) {
       const bool before = z < me.info.cell_z || (own_layer && y < me.info.cell_y);
       const bool in_list = all || (own_layer && y == me.info.cell_y);
-      search_row(s, &me, &window, y, z, in_list ? ROW_LATER : before ? ROW_SOUGHT : ROW_ALL, bucket_starts, params,
-                 finds);
+      search_row(s, &me, &window, y, z,
+                 in_list  ? ROW_LATER
+                 : before ? ROW_SOUGHT
+                          : ROW_ALL,
+                 bucket_starts, params, finds);
     }
   }
   search_planes(s, &me, finds);

@@ -1,5 +1,5 @@
-// Facets: the triangles of a surface, each a polytope of one face that knows what is around it, so that bodies slide over
-// where facets meet as over one surface. kernels/shapes/facet.h is the twin.
+// Facets: the triangles of a surface, each a polytope of one face that knows what is around it, so that bodies slide
+// over where facets meet as over one surface. kernels/shapes/facet.h is the twin.
 //
 // A direction is the normal of a contact with a surface only where the surface does not rise on the other side of it:
 // the normal of a facet over its inside, what is between the normals of two facets at an edge where they meet like a

@@ -33,6 +33,12 @@ Vector3f half_size(ShapeKind kind, const Vector3f& size) {
   }
 }
 
+template <class real>
+bool is_facet(const Buffers<real>& scene, std::size_t shape) {
+  const ShapeInfo& info = scene.shape_infos[shape];
+  return info.kind == SHAPE_HULL && scene.hulls[info.hull].face_count == 1;
+}
+
 // Half the edges of the box of this mass and these moments about its centre; none shorter than a twentieth of the
 // longest, so that what has no thickness is seen.
 Vector3f box_of_moments(double mass, const Vector3d& moments) {
@@ -64,6 +70,7 @@ SceneModel::SceneModel(const Buffers<real>& scene) {
   if (gravity.norm() > 0) up_ = -gravity.normalized();
   add_hulls(scene);
   add_shapes(scene);
+  add_surfaces(scene);
   std::vector<bool> has_shape(movable_.size(), false);
   for (const Part& part : parts_) has_shape[part.body] = true;
   for (u32 body = 0; body < bodies(); ++body) {
@@ -74,6 +81,7 @@ SceneModel::SceneModel(const Buffers<real>& scene) {
 template <class real>
 void SceneModel::add_shapes(const Buffers<real>& scene) {
   for (std::size_t i = 0; i < scene.shapes.size(); ++i) {
+    if (is_facet(scene, i)) continue;
     const Shape<real>& shape = scene.shapes[i];
     const ShapeInfo& info = scene.shape_infos[i];
     const real* q = shape.rotation;
@@ -82,9 +90,44 @@ void SceneModel::add_shapes(const Buffers<real>& scene) {
   }
 }
 
+// The facets of a body in a row are drawn as one mesh, in its frame but for the middle.
+template <class real>
+void SceneModel::add_surfaces(const Buffers<real>& scene) {
+  const std::size_t shapes = scene.shapes.size();
+  for (std::size_t i = 0; i < shapes;) {
+    const u32 body = scene.shape_infos[i].body;
+    std::vector<Vector3f> points;
+    std::vector<u32> first = {0}, corners;
+    for (; i < shapes && scene.shape_infos[i].body == body && is_facet(scene, i); ++i) {
+      const Hull& hull = scene.hulls[scene.shape_infos[i].hull];
+      const Shape<real>& shape = scene.shapes[i];
+      for (u32 k = 0; k < 3; ++k) {
+        corners.push_back(static_cast<u32>(points.size()));
+        points.push_back(vector3f(shape.offset) +
+                         rotationf(&shape.rotation[0]) * vector3f(scene.hull_vertices[hull.first_vertex + k]));
+      }
+      first.push_back(static_cast<u32>(corners.size()));
+    }
+    if (points.empty()) {
+      ++i;
+      continue;
+    }
+    Eigen::AlignedBox3f box;
+    for (const Vector3f& p : points) box.extend(p);
+    for (Vector3f& p : points) p -= box.center();
+    parts_.push_back({body, SHAPE_HULL, static_cast<u32>(hulls_.size()), box.center(), Quaternionf::Identity(),
+                      0.5f * box.sizes(), false});
+    hulls_.push_back(polytope_mesh(points, first, corners));
+  }
+}
+
 template <class real>
 void SceneModel::add_hulls(const Buffers<real>& scene) {
   for (const Hull& hull : scene.hulls) {
+    if (hull.face_count == 1) {  // a facet: add_surfaces()
+      hulls_.emplace_back();
+      continue;
+    }
     std::vector<Vector3f> points;
     for (u32 i = 0; i < hull.vertex_count; ++i) points.push_back(vector3f(scene.hull_vertices[hull.first_vertex + i]));
     std::vector<u32> first = {0}, corners;
@@ -121,7 +164,7 @@ void SceneModel::add_bare_body(const Buffers<real>& scene, u32 body) {
 
 void SceneModel::add_meshes_to(Renderer& renderer) {
   hull_numbers_.clear();
-  for (const Mesh& hull : hulls_) hull_numbers_.push_back(renderer.add_hull(hull));
+  for (const Mesh& hull : hulls_) hull_numbers_.push_back(hull.indices.empty() ? 0 : renderer.add_hull(hull));
 }
 
 bool SceneModel::has_planes() const {

@@ -66,6 +66,8 @@ class SceneModel {
   template <class real>
   void add_shapes(const Buffers<real>& scene);
   template <class real>
+  void add_surfaces(const Buffers<real>& scene);
+  template <class real>
   void add_hulls(const Buffers<real>& scene);
   template <class real>
   void add_bare_body(const Buffers<real>& scene, u32 body);

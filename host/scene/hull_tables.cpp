@@ -14,14 +14,8 @@ Vec4<real> entry(const Vector3& v, double w) {
 template <class real>
 void append(const ConvexHull& hull, Buffers<real>& b) {
   const auto count = [](const auto& elements) { return static_cast<u32>(elements.size()); };
-  b.hulls.push_back({count(b.hull_vertices),
-                     count(hull.vertices),
-                     count(b.hull_faces),
-                     count(hull.faces),
-                     count(b.hull_edges),
-                     count(hull.edges),
-                     0,
-                     0});
+  b.hulls.push_back({count(b.hull_vertices), count(hull.vertices), count(b.hull_faces), count(hull.faces),
+                     count(b.hull_edges), count(hull.edges), 0, 0});
   for (const Vector3& v : hull.vertices) b.hull_vertices.push_back(entry<real>(v, 0));
   for (const ConvexHull::Plane& plane : hull.planes) b.hull_planes.push_back(entry<real>(plane.normal, plane.offset));
   for (const std::vector<u32>& face : hull.faces) {

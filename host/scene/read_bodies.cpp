@@ -75,7 +75,8 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
   if (shape.kind == SHAPE_MESH && !names.particles) {
     if (body_kind == BODY_DYNAMIC)
       node.fail(
-          "of a dynamic body collides by particles; give the scene \"particles\", make it a hull, or its body static or "
+          "of a dynamic body collides by particles; give the scene \"particles\", make it a hull, or its body static "
+          "or "
           "kinematic");
     read_surface(node, shape);
   }

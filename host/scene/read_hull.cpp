@@ -89,7 +89,8 @@ void read_height_field(const JsonNode& node, ShapeDescription& shape) {
     const std::size_t length = heights.front().size();
     if (length < 2) row.must_be("at least two numbers");
     if (heights.back().size() != length)
-      row.fail(fmt::format("has {} heights, and the first row {}; give all rows as many", heights.back().size(), length));
+      row.fail(
+          fmt::format("has {} heights, and the first row {}; give all rows as many", heights.back().size(), length));
   }
   std::string flaw;
   shape.surface = make_surface(height_field(heights, spacing), flaw);

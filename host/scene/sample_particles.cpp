@@ -143,6 +143,10 @@ double expected_particles(const ShapeDescription& shape, const ParticleSettings&
 std::vector<Vector3> sample_particles(const ShapeDescription& shape, const ParticleSettings& settings,
                                       std::string& refusal) {
   const bool solid = settings.sampling == Sampling::solid;
+  if (shape.kind == SHAPE_FACET) {
+    refusal = "is a facet of a surface, which knows no particles; make it a closed mesh";
+    return {};
+  }
   if (const double expected = expected_particles(shape, settings); expected > most_particles) {
     refusal = fmt::format("needs about {:.3g} particles of the radius {:.6g} m, more than {}; make them larger",
                           expected, settings.radius, most_particles);

@@ -1,5 +1,5 @@
-// Facets: the triangles of a surface, each a polytope of one face that knows what is around it, so that bodies slide over
-// where facets meet as over one surface. cpu_reference/shapes/facet.hpp is the twin and says more.
+// Facets: the triangles of a surface, each a polytope of one face that knows what is around it, so that bodies slide
+// over where facets meet as over one surface. cpu_reference/shapes/facet.hpp is the twin and says more.
 #ifndef LOCKSTEP_FACET_H
 #define LOCKSTEP_FACET_H
 
@@ -44,8 +44,7 @@ static inline bool facet_yields(const Polytope* p, Vec3 own) {
 // The same of both sides of a contact; the normal points from b to a, world.
 static inline bool facets_yield(const Polytope* a, const Polytope* b, Vec3 normal) {
 #if FEATURE_FACETS
-  return facet_yields(a, into_frame(a->axes, scale3((real)-1, normal))) &&
-         facet_yields(b, into_frame(b->axes, normal));
+  return facet_yields(a, into_frame(a->axes, scale3((real)-1, normal))) && facet_yields(b, into_frame(b->axes, normal));
 #else
   return true;
 #endif

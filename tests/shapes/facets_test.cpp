@@ -43,9 +43,10 @@ const Quaternion lying = exact::turn({0, 1, 0}, std::sqrt(0.5), std::sqrt(0.5));
 
 std::vector<BodyDescription> sliders() {
   const ShapeDescription rock = {
-      .kind = SHAPE_HULL, .points = {{0.3, 0, -0.25}, {-0.3, 0.3, -0.25}, {-0.3, -0.3, -0.25}, {0.3, 0, 0.25}, {-0.3, 0, 0.25}}};
-  BodyDescription rolling = solid({.kind = SHAPE_CYLINDER, .radius = 0.2, .half_length = 0.3}, {0.03, 0.02, 0.2},
-                                  {0, 2, 0}, lying);
+      .kind = SHAPE_HULL,
+      .points = {{0.3, 0, -0.25}, {-0.3, 0.3, -0.25}, {-0.3, -0.3, -0.25}, {0.3, 0, 0.25}, {-0.3, 0, 0.25}}};
+  BodyDescription rolling =
+      solid({.kind = SHAPE_CYLINDER, .radius = 0.2, .half_length = 0.3}, {0.03, 0.02, 0.2}, {0, 2, 0}, lying);
   rolling.angular_velocity = {-10, 0, 0};
   return {solid(sphere(0.25), {0.03, 0.02, 0.25}, {2, 0.3, 0}),
           solid(box({0.3, 0.2, 0.2}), {0.03, 0.02, 0.2}, {3, 0.4, 0}),
@@ -101,8 +102,7 @@ TEST(Facets, ABoxOnARidge) {
   const BodyDescription still = solid(box({0.2, 0.2, 0.1}), {0, 0.1, 0.1});
   World resting(scene_of({roof, still}), in_double());
   resting.step(240);
-  for (unsigned k = 0; k < 3; ++k)
-    EXPECT_NEAR(resting.pose(resting.bodies()[1]).position[k], still.position[k], 1e-9);
+  for (unsigned k = 0; k < 3; ++k) EXPECT_NEAR(resting.pose(resting.bodies()[1]).position[k], still.position[k], 1e-9);
   World world(scene_of({roof, solid(box({0.2, 0.2, 0.1}), {-0.1, 0.1, 0.1}, {1, 0, 0})}, 0, 1.0 / 2400), in_double());
   for (int i = 0; i < 100; ++i) {
     world.step();
@@ -155,8 +155,10 @@ TEST(Facets, ABallAndACube) {
     for (std::size_t t = 0; t < 12; ++t) {
       const Shape<double>& shape = state.buffers.shapes[t];
       const reference::Placed<double> ball = {{p[0], p[1], p[2]}, {0, 0, 0, 1}, {0.3, 0, 0}, 0};
-      const reference::Placed<double> facet = {
-          {shape.offset[0], shape.offset[1], shape.offset[2]}, {0, 0, 0, 1}, {0.5, 0.5, 0.5}, state.buffers.shape_infos[t].hull};
+      const reference::Placed<double> facet = {{shape.offset[0], shape.offset[1], shape.offset[2]},
+                                               {0, 0, 0, 1},
+                                               {0.5, 0.5, 0.5},
+                                               state.buffers.shape_infos[t].hull};
       const reference::Manifold<double> m =
           reference::collide_shapes(SHAPE_SPHERE, ball, SHAPE_HULL, facet, tables, 10.0);
       if (m.count == 0) continue;
@@ -180,11 +182,11 @@ TEST(Facets, ACubeOfTrianglesCarriesWhatACubeCarries) {
   BodyDescription whole = box_at({0, 0, 0.5});
   whole.kind = BODY_STATIC;
   const BodyDescription facets = surface_body(cube_mesh(0.5), {0, 0, 0.5});
-  const std::vector<BodyDescription> bodies = {solid(box({0.8, 0.2, 0.1}), {0.1, 0.1, 1.1}),
-                                               solid(box({0.3, 0.3, 0.3}), {0.15, 0.2, 1.3}),
-                                               solid({.kind = SHAPE_CYLINDER, .radius = 0.3, .half_length = 0.2}, {0.2, 0.1, 1.2}),
-                                               solid({.kind = SHAPE_CAPSULE, .radius = 0.1, .half_length = 0.6}, {0.1, 0.05, 1.1}, {0, 0, 0}, lying),
-                                               solid(box({0.1, 0.1, 0.1}), {0.3, 0.3, 1.1}, {0.3, 0, 0})};
+  const std::vector<BodyDescription> bodies = {
+      solid(box({0.8, 0.2, 0.1}), {0.1, 0.1, 1.1}), solid(box({0.3, 0.3, 0.3}), {0.15, 0.2, 1.3}),
+      solid({.kind = SHAPE_CYLINDER, .radius = 0.3, .half_length = 0.2}, {0.2, 0.1, 1.2}),
+      solid({.kind = SHAPE_CAPSULE, .radius = 0.1, .half_length = 0.6}, {0.1, 0.05, 1.1}, {0, 0, 0}, lying),
+      solid(box({0.1, 0.1, 0.1}), {0.3, 0.3, 1.1}, {0.3, 0, 0})};
   for (std::size_t n = 0; n < bodies.size(); ++n) {
     SCOPED_TRACE(n);
     World on_box(scene_of({whole, bodies[n]}), in_double()), on_facets(scene_of({facets, bodies[n]}), in_double());
@@ -219,8 +221,9 @@ TEST(Facets, BulletsDoNotPass) {
       Vector3 target = {random.between(-4, 4), random.between(-4, 4), 0};
       if (n % 3 == 0) target = {0, n % 2 ? 0.5 : 0.6, 0};  // on the ridge: a vertex, an edge
       const Vector3 way = {random.between(-3, 3), random.between(-3, 3), random.between(-3, -6)};
-      BodyDescription bullet = n % 2 ? solid(sphere(0.02), exact::subtract(target, way), exact::scale(100, way))
-                                     : solid(box({0.03, 0.02, 0.01}), exact::subtract(target, way), exact::scale(100, way));
+      BodyDescription bullet =
+          n % 2 ? solid(sphere(0.02), exact::subtract(target, way), exact::scale(100, way))
+                : solid(box({0.03, 0.02, 0.01}), exact::subtract(target, way), exact::scale(100, way));
       bullet.continuous = true;
       Scene scene = scene_of({ground, bullet}, 0, 1.0 / 60);
       World world(scene, in_double());
