@@ -75,15 +75,15 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
   if (shape.kind == SHAPE_MESH && !names.particles) {
     if (body_kind == BODY_DYNAMIC)
       node.fail(
-          "of a dynamic body collides by particles; give the scene \"particles\", make it a hull, or its body static "
-          "or "
-          "kinematic");
+          "is the mesh of a dynamic body, which collides by particles; give the scene \"particles\", or make it a hull, "
+          "or the body static or kinematic");
     read_surface(node, shape);
   }
   if (shape.kind == SHAPE_FACET) {
     if (body_kind == BODY_DYNAMIC)
-      node.fail("a height field has no end below and thus no mass; its body must be static or kinematic, is dynamic");
-    if (names.particles) node.fail("knows no particles; make it a closed mesh, or give the scene no \"particles\"");
+      node.fail("a height field has no mass; its body must be static or kinematic, is dynamic");
+    if (names.particles) 
+      node.fail("a height field knows no particles; make it a closed mesh, or give the scene no \"particles\"");
     read_height_field(node, shape);
   }
   if (shape.surface && node.has("sensor"))
