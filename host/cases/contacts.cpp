@@ -89,6 +89,29 @@ std::vector<CaseError> sphere_on_slope(Trial& trial) {
           compare("acceleration from the way", "m/s^2", exact, 2 * way)};
 }
 
+/// A slope of 20 degrees made of triangles: what rolls and what slides goes down it as on a plane.
+std::vector<CaseError> slope_of_triangles(Trial& trial) {
+  const Scene scene = read_scene("slope_of_triangles");
+  const double angle = std::numbers::pi / 9, duration = 1.5;
+  const double rolls = 5.0 / 7.0 * g * std::sin(angle), slides = g * (std::sin(angle) - 0.2 * std::cos(angle));
+  constexpr u32 ball = 1, box = 2, drum = 3;
+  std::array<double, 4> speed = {};
+  double aside = 0;
+  trial.run(scene, duration, [&](Seen& seen) {
+    for (const u32 body : {ball, box, drum}) {
+      const BodyState s = seen.body(body);
+      speed[body] = s.v[0] * std::cos(angle) - s.v[2] * std::sin(angle);
+      const double off = std::abs(s.v[0] * std::sin(angle) + s.v[2] * std::cos(angle));
+      aside = std::max({aside, std::abs(s.v[1]), off});
+    }
+    return true;
+  });
+  return {compare("acceleration of the ball", "m/s^2", rolls, speed[ball] / duration),
+          compare("acceleration of the box", "m/s^2", slides, speed[box] / duration),
+          compare("acceleration of the drum", "m/s^2", slides, speed[drum] / duration),
+          compare("fastest to the side or off the slope", "m/s", 0, aside)};
+}
+
 /// Boxes on a slope of 20 degrees: those with less friction than tan(20) slide, the others stick.
 std::vector<CaseError> incline(Trial& trial) {
   const Scene scene = read_scene("incline");
@@ -267,6 +290,11 @@ std::vector<HardCase> contact_cases() {
        {gauss_seidel(0.01, {5, 20, 80, 320}), jacobi(0.01, {30, 120, 480}), soft({0.02, 0.01, 0.005}),
         oracle("auto", {0.02, 0.01})},
        incline},
+      {"slope_of_triangles",
+       "A ball rolls and a box and a drum slide down 20 degrees of triangles as down a plane",
+       {trapezoidal({0.02, 0.01, 0.005}), semi_implicit({0.02, 0.01, 0.005}), soft({0.02, 0.01, 0.005}),
+        oracle("auto", {0.02, 0.01})},
+       slope_of_triangles},
       {"euler_disk",
        "A disk that leans at 10 degrees rolls on its rim with its centre at rest: it goes round at 77.71 rad/s",
        {trapezoidal({0.001, 0.0005, 0.00025, 0.000125}), semi_implicit({0.001, 0.0005, 0.00025, 0.000125}),
