@@ -102,13 +102,39 @@ Meeting<real> meet_other_face(u32 kind_a, const Placed<real>& a, u32 kind_b, con
                               : poly_meet_face_of_a(one, other, none, limit, tolerance);
 }
 
+/// How far the core of a shape reaches from its centre along a direction, times the direction's length.
+template <class real>
+real core_reach(u32 kind, const Placed<real>& shape, const HullTables<real>& tables, Vec3<real> direction) {
+  if (kind == SHAPE_CYLINDER) return cylinder_reach(cylinder_of(shape), direction);
+  return poly_reach(polytope_of(kind, shape, tables), direction);
+}
+
+/// Whether the core of a shape is farther than the limit from a facet, as the facet's normal or a direction across one
+/// of its edges tells: most of those whose boxes meet are.
+template <class real>
+bool facet_is_far(u32 kind, const Placed<real>& shape, const Placed<real>& facet, const HullTables<real>& tables,
+                  real limit) {
+  const Polytope<real> triangle = polytope_of(SHAPE_HULL, facet, tables);
+  const Vec3<real> normal = poly_own_normal(triangle, 0);
+  for (u32 k = 0; k < 4; ++k) {
+    const EdgeSpan<real> edge = poly_own_edge(triangle, k < 3 ? k : 0);
+    const Vec3<real> out = out_of_frame(triangle.axes, k < 3 ? cross3(edge.along, normal) : normal);
+    const Vec3<real> from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
+    const real gap = dot3(out, sub3(shape.center, from)) - core_reach(kind, shape, tables, scale3(real(-1), out));
+    if (gap > limit * length3(out)) return true;
+  }
+  return false;
+}
+
 /// Where the surfaces face each other along the best normal that there is.
 template <class real>
 Manifold<real> touch_at_best(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
                              const HullTables<real>& tables, real limit) {
   const real tolerance = shape_tolerance(a, b);
   const real core_a = patch_core_radius(kind_a, a);
-  const bool facet = is_facet(kind_a, a, tables) || is_facet(kind_b, b, tables);
+  const bool facet_a = is_facet(kind_a, a, tables), facet_b = is_facet(kind_b, b, tables), facet = facet_a || facet_b;
+  if (facet_a && facet_is_far(kind_b, b, a, tables, limit)) return no_manifold<real>();
+  if (facet_b && facet_is_far(kind_a, a, b, tables, limit + core_a)) return no_manifold<real>();
   Meeting<real> meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
   if (facet && !(meeting.gap > real(-1e29))) return no_manifold<real>();  // no direction counts
   if (meeting.gap > limit + core_a) return no_manifold<real>();

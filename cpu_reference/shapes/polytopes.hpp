@@ -30,10 +30,10 @@ FaceQuery<real> poly_face_query(const Polytope<real>& p, const Polytope<real>& q
     const Vec4<real> plane = poly_own_plane(p, f);
     const Vec3<real> normal = out_of_frame(p.axes, Vec3<real>{plane.x, plane.y, plane.z});
     const Vec3<real> down = into_frame(q.axes, scale3(real(-1), normal));
-    if (!facet_looks_at(p, dot3(normal, apart) - plane.w) || !facet_yields(q, down)) continue;
+    if (!facet_looks_at(p, dot3(normal, apart) - plane.w)) continue;
     const u32 vertex = poly_support(q, down);
     const real gap = dot3(normal, apart) - dot3(down, poly_own_vertex(q, vertex)) - plane.w;
-    if (gap > best.gap) {
+    if (gap > best.gap && facet_yields(q, down)) {
       best.gap = gap;
       best.normal = normal;
       best.vertex = vertex;

@@ -99,11 +99,44 @@ static inline Meeting meet_other_face(u32 kind_a, Placed a, u32 kind_b, Placed b
                               : poly_meet_face_of_a(&one, &other, none, limit, tolerance);
 }
 
+#if FEATURE_FACETS
+// How far the core of a shape reaches from its centre along a direction, times the direction's length.
+static inline real core_reach(u32 kind, Placed shape, HullTables tables, Vec3 direction) {
+#if FEATURE_CYLINDERS
+  if (kind == SHAPE_CYLINDER) {
+    const Cylinder cylinder = cylinder_of(shape);
+    return cylinder_reach(&cylinder, direction);
+  }
+#endif
+  const Polytope polytope = polytope_of(kind, shape, tables);
+  return poly_reach(&polytope, direction);
+}
+
+// Whether the core of a shape is farther than the limit from a facet, as the facet's normal or a direction across one
+// of its edges tells: most of those whose boxes meet are.
+static inline bool facet_is_far(u32 kind, Placed shape, Placed facet, HullTables tables, real limit) {
+  const Polytope triangle = polytope_of(SHAPE_HULL, facet, tables);
+  const Vec3 normal = poly_own_normal(&triangle, 0u);
+  for (u32 k = 0u; k < 4u; ++k) {
+    const EdgeSpan edge = poly_own_edge(&triangle, k < 3u ? k : 0u);
+    const Vec3 out = out_of_frame(triangle.axes, k < 3u ? cross3(edge.along, normal) : normal);
+    const Vec3 from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
+    const real gap = dot3(out, sub3(shape.center, from)) - core_reach(kind, shape, tables, scale3((real)-1, out));
+    if (gap > limit * length3(out)) return true;
+  }
+  return false;
+}
+#endif
+
 // Where the surfaces face each other along the best normal that there is.
 static inline Manifold touch_at_best(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
   const real tolerance = shape_tolerance(a, b);
   const real core_a = patch_core_radius(kind_a, a);
-  const bool facet = is_facet(kind_a, a, tables) || is_facet(kind_b, b, tables);
+  const bool facet_a = is_facet(kind_a, a, tables), facet_b = is_facet(kind_b, b, tables), facet = facet_a || facet_b;
+#if FEATURE_FACETS
+  if (facet_a && facet_is_far(kind_b, b, a, tables, limit)) return no_manifold();
+  if (facet_b && facet_is_far(kind_a, a, b, tables, limit + core_a)) return no_manifold();
+#endif
   Meeting meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
   if (facet && !(meeting.gap > (real)-1e29)) return no_manifold();  // no direction counts
   if (meeting.gap > limit + core_a) return no_manifold();

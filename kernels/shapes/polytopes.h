@@ -28,10 +28,10 @@ static inline FaceQuery poly_face_query(const Polytope* p, const Polytope* q, re
     const Vec4 plane = poly_own_plane(p, f);
     const Vec3 normal = out_of_frame(p->axes, make3(plane.x, plane.y, plane.z));
     const Vec3 down = into_frame(q->axes, scale3((real)-1, normal));
-    if (!facet_looks_at(p, dot3(normal, apart) - plane.w) || !facet_yields(q, down)) continue;
+    if (!facet_looks_at(p, dot3(normal, apart) - plane.w)) continue;
     const u32 vertex = poly_support(q, down);
     const real gap = dot3(normal, apart) - dot3(down, poly_own_vertex(q, vertex)) - plane.w;
-    if (gap > best.gap) {
+    if (gap > best.gap && facet_yields(q, down)) {
       best.gap = gap;
       best.normal = normal;
       best.vertex = vertex;
