@@ -35,18 +35,14 @@ void push(models::Body& body, const Vector3d& arm, const Vector3d& impulse, cons
 
 // Row i of a joint, b against a: along or about an axis of its frame. The oracles' rows are a against b: so b is first.
 models::Row joint_row(const SystemJoint& j, u32 i) {
-  const Vector3d axis = j.axes.col(i % 3);
+  const Rows unit = Rows::Unit(i);
+  const Vector3d push = push_of(j, unit), moment = moment_of(j, unit);
   models::Row row;
   row.body_a = j.body_b;
   row.body_b = j.body_a;
-  if (i < 3) {
-    row.linear = axis;
-    row.angular_a = j.arm_b.cross(axis);
-    row.angular_b = -j.arm_a.cross(axis);
-  } else {
-    row.angular_a = axis;
-    row.angular_b = -axis;
-  }
+  row.linear = push;
+  row.angular_a = j.arm_b.cross(push) + moment;
+  row.angular_b = -j.arm_a.cross(push) - moment;
   return row;
 }
 
@@ -62,7 +58,7 @@ models::Multibody multibody(const ContactSystem& system) {
     push(result.bodies[c.body_b], c.arm_b, c.impulse, Vector3d::Zero());
   }
   for (const SystemJoint& j : system.joints) {
-    const Vector3d impulse = j.axes * j.impulse.head<3>(), moment = j.axes * j.impulse.tail<3>();
+    const Vector3d impulse = push_of(j, j.impulse), moment = moment_of(j, j.impulse);
     push(result.bodies[j.body_a], j.arm_a, impulse, moment);
     push(result.bodies[j.body_b], j.arm_b, -impulse, -moment);
     for (u32 i = 0; i < JOINT_ROWS; ++i) {

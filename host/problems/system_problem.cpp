@@ -175,7 +175,8 @@ void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& asse
   Eigen::Index linear_rows = 0;
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto [row, size] = rows[std::size_t(i)];
-    (row < 3 ? linear : angular).row(i) = size * j.axes.col(row % 3).transpose();
+    linear.row(i) = size * push_of(j, Rows::Unit(row)).transpose();
+    angular.row(i) = size * moment_of(j, Rows::Unit(row)).transpose();
     linear_rows += row < 3;
     l[i] = j.impulse[row] / size;
     bias[i] = j.bias[row] * size;
@@ -274,7 +275,7 @@ void set_impulses(ContactSystem& system, const SystemImpulses& impulses) {
   for (std::size_t i = 0; i < system.joints.size(); ++i) {
     SystemJoint& j = system.joints[i];
     const Rows change = impulses.joints[i] - j.impulse;
-    const Vector3d impulse = j.axes * change.head<3>(), moment = j.axes * change.tail<3>();
+    const Vector3d impulse = push_of(j, change), moment = moment_of(j, change);
     push(system.bodies[j.body_a], j.arm_a, -impulse, -moment);
     push(system.bodies[j.body_b], j.arm_b, impulse, moment);
     j.impulse = impulses.joints[i];
