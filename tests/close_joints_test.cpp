@@ -157,15 +157,16 @@ double coordinate(const Buffers<real>& b) {
   const JointInfo& info = b.joint_infos[0];
   const auto q = [&](u32 i) { return reference::quat(b.orientations[i]); };
   const auto x = [&](u32 i) { return reference::vec3_of(b.positions[i]); };
-  return double(reference::joint_now(b.joints[0], info, reference::joint_rise(b, 0), x(0), q(0), x(1), q(1)).coordinate);
+  return double(
+      reference::joint_now(b.joints[0], info, reference::joint_rise(b, 0), x(0), q(0), x(1), q(1)).coordinate);
 }
 
 // A coordinate beyond a limit comes back to it, with all else that is off; within the limits it is left alone.
 TYPED_TEST(CloseJoints, LimitsAreKept) {
   using real = TypeParam;
   const double rounding = sizeof(real) == 4 ? 1e-6 : 1e-14;
-  for (const JointKind kind : {JOINT_HINGE, JOINT_SLIDER, JOINT_DISTANCE, JOINT_CYLINDRICAL, JOINT_PLANAR,
-                               JOINT_UNIVERSAL, JOINT_SCREW}) {
+  for (const JointKind kind :
+       {JOINT_HINGE, JOINT_SLIDER, JOINT_DISTANCE, JOINT_CYLINDRICAL, JOINT_PLANAR, JOINT_UNIVERSAL, JOINT_SCREW}) {
     SCOPED_TRACE(name_of(kind));
     Scene scene = pair_of(kind);
     const double start = kind == JOINT_DISTANCE ? coordinate(compile<double>(scene).buffers) : 0;

@@ -144,7 +144,8 @@ void expect_plain(const SystemJoint& j, const std::string& where) {
   if (j.free != FREE_NOTHING && (bounded || j.motor_impulse > 0))
     throw Error(
         Failure::input, where,
-        fmt::format("joint {} has a motor, limits or a spring, which FCLIB has no rows for; take them away", j.joint));
+        fmt::format("joint {} has a motor, friction, limits or a spring, which FCLIB has no rows for; take them away",
+                    j.joint));
 }
 
 // A locked row of a joint that some velocity is seen by, and the velocity in m/s that stands for a unit of it.
@@ -275,10 +276,13 @@ void set_impulses(ContactSystem& system, const SystemImpulses& impulses) {
   for (std::size_t i = 0; i < system.joints.size(); ++i) {
     SystemJoint& j = system.joints[i];
     const Rows change = impulses.joints[i] - j.impulse;
-    const Vector3d impulse = push_of(j, change), moment = moment_of(j, change);
+    const double free_change = impulses.free.empty() ? 0 : impulses.free[i] - j.free_impulse;
+    const Vector3d impulse = push_of(j, change) + free_push_of(j, free_change);
+    const Vector3d moment = moment_of(j, change) + free_moment_of(j, free_change);
     push(system.bodies[j.body_a], j.arm_a, -impulse, -moment);
     push(system.bodies[j.body_b], j.arm_b, impulse, moment);
     j.impulse = impulses.joints[i];
+    j.free_impulse += free_change;
   }
 }
 

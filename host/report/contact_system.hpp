@@ -68,6 +68,21 @@ inline Eigen::Vector3d moment_of(const SystemJoint& joint, const Rows& rows) {
   return joint.axes * rows.tail<3>() - joint.rise * rows[2] * joint.axes.col(2);
 }
 
+/// Whether dry friction acts on the free row, or a motor that wants it to stand still.
+inline bool has_friction(const SystemJoint& joint) {
+  return joint.free != FREE_NOTHING && joint.motor_impulse > 0 && joint.motor_speed == 0;
+}
+
+/// The same for the free row, along or about its axis.
+inline Eigen::Vector3d free_push_of(const SystemJoint& joint, double impulse) {
+  return joint.free == FREE_NOTHING || joint.free == FREE_ANGLE ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                                                                : Eigen::Vector3d(impulse * joint.free_axis);
+}
+inline Eigen::Vector3d free_moment_of(const SystemJoint& joint, double impulse) {
+  return joint.free == FREE_ANGLE ? Eigen::Vector3d(impulse * joint.free_axis)
+                                  : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
+
 struct ContactSystem {
   std::vector<SystemBody> bodies;
   std::vector<SystemContact> contacts;

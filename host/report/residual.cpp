@@ -34,11 +34,10 @@ Vector3d relative_velocity(const At& at, const Vector3d& v_a, const Vector3d& w_
 
 // The impulse and the moment of all rows of a joint on b, or of the locked ones alone.
 Vector3d joint_impulse(const SystemJoint& j, bool with_free) {
-  const bool linear = with_free && j.free != FREE_NOTHING && j.free != FREE_ANGLE;
-  return push_of(j, j.impulse) + (linear ? j.free_impulse : 0) * j.free_axis;
+  return push_of(j, j.impulse) + free_push_of(j, with_free ? j.free_impulse : 0);
 }
 Vector3d joint_moment(const SystemJoint& j, bool with_free) {
-  return moment_of(j, j.impulse) + (with_free && j.free == FREE_ANGLE ? j.free_impulse : 0) * j.free_axis;
+  return moment_of(j, j.impulse) + free_moment_of(j, with_free ? j.free_impulse : 0);
 }
 
 // What all impulses together did to the bodies, M^-1 J^T r, and the sizes of what was added up.

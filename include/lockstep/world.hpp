@@ -77,8 +77,8 @@ struct BodyHit {
 
 /// How a joint stands, and what it does. World frame; forces are those of the last sub-step, 0 before the first.
 struct JointState {
-  // angle of a hinge, planar, universal (first arm) or screw joint (with its turns), rad; way of a slider or cylindrical
-  // joint or length of a distance joint, m; of others 0
+  // angle of a hinge, planar, universal (first arm) or screw joint (with its turns), rad; way of a slider or
+  // cylindrical joint or length of a distance joint, m; of others 0
   double coordinate = 0;
   double speed = 0;  // its rate, rad/s, m/s
   double drive = 0;  // by motor, friction, limits or spring, along the coordinate; N m, N
@@ -145,8 +145,8 @@ class World {
   /// for a joint that makes no sense.
   JointHandle add(const JointDescription& joint, BodyHandle a, BodyHandle b);
   JointHandle add(const JointDescription& joint, BodyHandle a);
-  /// Drives the free angle, way or distance of a joint (docs/scene_format.md) from now on: `speed` of b against a, rad/s
-  /// or m/s, by a torque or force of at most `force`, N m or N; 0: not at all. Takes effect with the next step.
+  /// Drives the free angle, way or distance of a joint (docs/scene_format.md) from now on: `speed` of b against a,
+  /// rad/s or m/s, by a torque or force of at most `force`, N m or N; 0: not at all. Takes effect with the next step.
   /// Throws Error (input) for a joint that has nothing to drive or has friction, and for a motor that makes no sense.
   void set_motor(JointHandle joint, double speed, double force);
   void remove(JointHandle joint);

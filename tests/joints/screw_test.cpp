@@ -42,7 +42,7 @@ TYPED_TEST(ScrewJoint, ANutFallsAsItsThreadLets) {
         ASSERT_NEAR(double(b.motions[0].v[2]), v, relative * std::abs(v)) << i;
         ASSERT_NEAR(double(b.motions[0].w[2]), v * two_pi / pitch, relative * std::abs(v * two_pi / pitch)) << i;
         const JointMeasures joint = measure_joint(b, state.params, 0);
-        ASSERT_LT(joint.drift.separation, 1e-5) << i;
+        ASSERT_LT(joint.drift.separation, 1e-4) << i;
         ASSERT_NEAR(joint.coordinate, position(b, 0)[2] * two_pi / pitch, 1e-4 * two_pi / std::abs(pitch)) << i;
       });
       if (std::abs(pitch) == 0.5) {
@@ -94,7 +94,7 @@ TYPED_TEST(ScrewJoint, ASpringWindsUp) {
   using real = TypeParam;
   const double pitch = 0.3, angle = -2.25 * two_pi, k = -9.81 * pitch / two_pi / angle;
   Scene scene = nut(pitch);
-  scene.joints[0].spring = {.stiffness = k, .damping = 0.1, .rest = 0};
+  scene.joints[0].spring = {.stiffness = k, .damping = 0.05, .rest = 0};
   const InitialState<real> state = compile<real>(scene);
   const Buffers<real> b = after_steps<real>(scene, 4800);
   EXPECT_NEAR(measure_joint(b, state.params, 0).coordinate, angle, 1e-3);
@@ -105,7 +105,8 @@ TYPED_TEST(ScrewJoint, ASpringWindsUp) {
 TYPED_TEST(ScrewJoint, FreeBoltAndNutKeepTheirMomenta) {
   using real = TypeParam;
   const double pitch = 0.2;
-  BodyDescription bolt = bare_body({0, 0, 0}, {0.1, 0.1, 0.03}), turned = bare_body({0, 0, 0.5}, {0.012, 0.012, moment});
+  BodyDescription bolt = bare_body({0, 0, 0}, {0.1, 0.1, 0.03}),
+                  turned = bare_body({0, 0, 0.5}, {0.012, 0.012, moment});
   bolt.mass = 3;
   turned.angular_velocity = {0, 0, 8};
   Scene scene = joint_scene({bolt, turned}, {joint_of(JOINT_SCREW, 0, 1, {0, 0, 0.2})}, dt);

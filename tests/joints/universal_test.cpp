@@ -72,8 +72,8 @@ TYPED_TEST(UniversalJoint, SwingsAboutBothArmsAndDoesNotTwist) {
   const Vector3 moments = {0.1, 0.2, 0.05};
   for (const u32 arm : {0u, 1u}) {
     SCOPED_TRACE(arm);
-    Scene scene = joint_scene({bare_body({0, 0, -1}, moments)}, {cross_of(NONE, 0, {0, 0, 0}, {1, 0, 0}, {0, 1, 0})},
-                              dt);
+    Scene scene =
+        joint_scene({bare_body({0, 0, -1}, moments)}, {cross_of(NONE, 0, {0, 0, 0}, {1, 0, 0}, {0, 1, 0})}, dt);
     const double rate = std::sqrt(9.81 / (moments[arm] + 1)), swing = 0.02;
     scene.bodies[0].angular_velocity = {arm == 0 ? swing * rate : 0, arm == 1 ? swing * rate : 0, 0.5};
     scene.bodies[0].velocity = {arm == 1 ? -swing * rate : 0, arm == 0 ? swing * rate : 0, 0};
@@ -92,8 +92,8 @@ TYPED_TEST(UniversalJoint, SwingsAboutBothArmsAndDoesNotTwist) {
 // The first arm has the angle that a motor drives and limits stop, here while the body hangs askew on the second.
 TYPED_TEST(UniversalJoint, MotorAndLimitsActOnTheFirstArm) {
   using real = TypeParam;
-  Scene scene = joint_scene({bare_body({0, 0, 0}, {0.3, 0.3, 0.3})},
-                            {cross_of(NONE, 0, {0, 0, 0}, {0, 0, 1}, {0, 1, 0})}, dt);
+  Scene scene =
+      joint_scene({bare_body({0, 0, 0}, {0.3, 0.3, 0.3})}, {cross_of(NONE, 0, {0, 0, 0}, {0, 0, 1}, {0, 1, 0})}, dt);
   scene.joints[0].motor_speed = 2;
   scene.joints[0].motor_force = 1.5;
   scene.joints[0].limited = true;
