@@ -51,7 +51,7 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
   Quat<real> q_a, q_b;
   joint_pose(buffers, params, info.body_a, x_a, q_a);
   joint_pose(buffers, params, info.body_b, x_b, q_b);
-  const JointNow<real> now = joint_now(joint, info, x_a, q_a, x_b, q_b);
+  const JointNow<real> now = joint_now(joint, info, joint_rise(buffers, index), x_a, q_a, x_b, q_b);
   const JointMobility<real> m =
       joint_mobility(now, info.free, buffers.motions[info.body_a], buffers.motions[info.body_b]);
   const JointFactor<real> factor = factorise(m.k, info.locked);
@@ -77,7 +77,8 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
 
   const bool angular = info.free == FREE_ANGLE;
   Vec3<real> impulse = add3(add3(scale3(d[0], now.axes[0]), scale3(d[1], now.axes[1])), scale3(d[2], now.axes[2]));
-  Vec3<real> moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(d[5], now.axes[2]));
+  const real about_z = now.rise != 0 ? -(now.rise * d[2]) : d[5];
+  Vec3<real> moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(about_z, now.axes[2]));
   impulse = add3(impulse, scale3(angular ? real(0) : d_free, now.free_axis));
   moment = add3(moment, scale3(angular ? d_free : real(0), now.free_axis));
   displace(buffers, info.body_a, x_a, q_a, scale3(real(-1), impulse),

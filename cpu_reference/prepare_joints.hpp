@@ -14,8 +14,11 @@
 // Where a body turns by a radian in the step there is nothing to foresee, and less of either is taken: dt is divided by
 // 1 + dt^2 (w_a^2 + w_b^2).
 //
+// The row of z of a screw is that of its thread, u_z - rise w_z, its impulse a force and a moment in one. The axes of a
+// universal joint are those of its cross, which turns against a with w_z about z.
+//
 // The free coordinate x has one more row, with velocity u_f and impulse r_f = r_m + r_l:
-//   motor    u_f = motor_speed as far as |r_m| <= motor_force dt reaches
+//   motor    u_f = motor_speed as far as |r_m| <= motor_force dt reaches; dry friction is a motor of speed 0
 //   limits   low <= x + dt u_f <= high while x is between; outside of them a share of what x is beyond is taken back
 //   spring   r_l = -h (k (x + theta h u_f - rest) + c u_f), that is u_f + rate (x - rest) + yield r_l = 0, with
 //            yield = 1 / (h (theta h k + c)) and rate = h k yield (host/scene/compile_joints.cpp). At theta 1/2 it
@@ -70,11 +73,15 @@ void row_rates(const JointNow<real>& now, const JointInfo& info, const Motion<re
   const Vec3<real> on_a = cross3(w_a, now.arm_a), on_b = cross3(w_b, now.arm_b);
   const Vec3<real> u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
   const Vec3<real> rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3(real(2), cross3(w_a, u)));
-  const Vec3<real> turn_rate = cross3(sub3(w_b, w_a), w_a);
+  const Vec3<real> w = sub3(w_b, w_a);
+  const bool crosses = LOCKS_CROSS(info.locked);
+  const Vec3<real> w_axes = crosses ? add3(w_a, scale3(dot3(now.axes[2], w), now.axes[2])) : w_a;
+  const Vec3<real> turn_rate = cross3(w, w_axes);
   for (u32 i = 0; i < 3; ++i) {
     rates[i] = dot3(now.axes[i], rate);
     rates[i + 3] = dot3(now.axes[i], turn_rate);
   }
+  if (now.rise != 0) rates[2] = rates[2] - now.rise * rates[5];
   rates[JOINT_ROWS] = dot3(now.free_axis, info.free == FREE_ANGLE ? turn_rate : rate);
   if (info.free == FREE_LENGTH && now.coordinate > 0) {  // the direction turns too
     const real along = dot3(now.free_axis, u);
@@ -112,7 +119,7 @@ void clear_joint(JointBlock<real>& block, u32 lane) {
   const real none[JOINT_ROWS] = {}, no_turning[JOINT_ROWS + 1] = {};
   write_joint(block, lane, {}, {}, none, no_turning, none, none);
   for (real* field : {block.softness, block.spring, block.own, block.shared, block.motor_speed, block.motor_impulse,
-                      block.slowest, block.fastest, block.give, block.yield})
+                      block.slowest, block.fastest, block.give, block.yield, block.rise})
     field[lane] = 0;
 }
 
@@ -143,12 +150,13 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   const Motion<real>&a = buffers.motions[info.body_a], &b = buffers.motions[info.body_b];
   const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params.dt / (real(1) + angle);
-  JointNow<real> now = joint_now(joint, info, x_a, q_a, x_b, q_b);
+  const real rise = joint_rise(buffers, index);
+  JointNow<real> now = joint_now(joint, info, rise, x_a, q_a, x_b, q_b);
   if (params.theta != real(1)) {
     const real lead = (real(1) - params.theta) * foreseen;
     move_on(a, lead, x_a, q_a);
     move_on(b, lead, x_b, q_b);
-    now = with_error_of(now, joint_now(joint, info, x_a, q_a, x_b, q_b));
+    now = with_error_of(now, joint_now(joint, info, rise, x_a, q_a, x_b, q_b));
   }
   const JointMobility<real> m = joint_mobility(now, info.free, a, b);
   const JointFactor<real> factor = factorise(m.k, info.locked);
@@ -183,6 +191,7 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   block.fastest[lane] = law.fastest;
   block.give[lane] = law.give;
   block.yield[lane] = joint.yield;
+  block.rise[lane] = now.rise;
 }
 
 template <class real>

@@ -38,7 +38,8 @@ enum class Feature : u32 {
   joint_springs = 1u << 27,  // springs act on free coordinates of joints
   joints_ahead = 1u << 28,   // joints act along axes of later than the start of a sub-step: theta is not 1
   closed_joints = 1u << 29,  // joints are closed by the poses of their bodies, once these have moved
-  facets = 1u << 30,         // some hulls are triangles of a surface
+  screws = 1u << 30,         // some joint ties travel to angle
+  facets = 1u << 31,         // some hulls are triangles of a surface
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -8,6 +8,8 @@
 #define JOINT_LOWER 15u
 // A bound of the free velocity that bounds nothing, m/s or rad/s.
 #define JOINT_UNBOUNDED 1e30f
+// Whether of the angles only that about y of a cross is locked: a universal joint's.
+#define LOCKS_CROSS(locked) ((locked) >> 3 == 2u)
 
 enum JointKind {
 #define JOINT_KIND(name, NAME, ...) JOINT_##NAME,
@@ -16,12 +18,13 @@ enum JointKind {
   JOINT_KINDS
 };
 
-// The coordinate of a joint that limits, a motor and a spring act on.
+// The coordinate of a joint that limits, a motor, a spring and friction act on.
 enum JointFree {
   FREE_NOTHING = 0,  // there is none
-  FREE_ANGLE = 1,    // by which b is turned against a about the axis, -pi .. pi, from how they stood at load
-  FREE_TRAVEL = 2,   // of b's anchor from a's, along the axis
-  FREE_LENGTH = 3    // from anchor to anchor
+  FREE_ANGLE = 1,   // by which b is turned against a about the axis, -pi .. pi, from how they stood at load; of a screw
+                    // with its whole turns, of a universal joint that of its cross
+  FREE_TRAVEL = 2,  // of b's anchor from a's, along the axis
+  FREE_LENGTH = 3   // from anchor to anchor
 };
 
 // The frame of a joint is fixed in both bodies, and was one at load.
@@ -34,7 +37,7 @@ RECORD(Joint) {
   real frame_b[4];   // joint to body b
   real low, high;    // limits of the free coordinate, m or rad; equal ones lock it, or are where its spring rests
   real motor_speed;  // m/s or rad/s, of b against a
-  real motor_force;  // N or N m that the motor has at most; 0 without
+  real motor_force;  // N or N m that the motor has at most; 0 without. Dry friction is a motor that wants 0
   real limited;      // 1 or 0
   real spring;       // 1 where softness is meant, not only a way to solve: it is not relaxed
   real rate;         // of the free coordinate's spring: u + rate (x - low) + yield r = 0, 1/s
@@ -61,7 +64,7 @@ INDEX_RECORD(JointLanes) {
 // What a sub-step solves, world frame. Velocities are those of b against a, impulses act on b and their opposite on a,
 // at b's anchor.
 RECORD(JointBlock) {
-  real axes[9][PACK];                    // x, y, z of the joint's frame in a
+  real axes[9][PACK];                    // x, y, z of the joint's frame in a, or of its cross
   real arm_a[3][PACK];                   // from the centre of mass of a to the anchor of b
   real arm_b[3][PACK];                   // from that of b
   real lower[JOINT_LOWER][PACK];         // K = L D L^T of the locked rows, K = J M^-1 J^T: L below its diagonal of ones
@@ -80,9 +83,10 @@ RECORD(JointBlock) {
   real slowest[PACK], fastest[PACK];  // bounds of the free velocity
   real give[PACK];                    // softness of these bounds, in parts of the free row's own
   real yield[PACK];                   // of its spring: both bounds are the speed at which that would not push
+  real rise[PACK];                    // of a screw, m a radian, 0 of others: its row of z is u_z - rise w_z
 };
 
-// Kept from step to step: along the axes of the joint's frame in a.
+// Kept from step to step: along the axes of the joint's frame in a, or of its cross.
 RECORD(JointImpulseBlock) { real locked[JOINT_ROWS][PACK], free[PACK]; };
 
 #endif

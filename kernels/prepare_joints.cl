@@ -30,19 +30,23 @@ static inline void joint_free_law(const Joint joint, real x, real turning, real 
 }
 
 // The rate of each row at the present velocities.
-static inline void joint_row_rates(const JointNow* now, u32 free_kind, Motion a, Motion b,
+static inline void joint_row_rates(const JointNow* now, const JointInfo info, Motion a, Motion b,
                                    real rates[JOINT_ROWS + 1u]) {
   const Vec3 w_a = vec3(a.w), w_b = vec3(b.w);
   const Vec3 on_a = cross3(w_a, now->arm_a), on_b = cross3(w_b, now->arm_b);
   const Vec3 u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
   const Vec3 rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3((real)2, cross3(w_a, u)));
-  const Vec3 turn_rate = cross3(sub3(w_b, w_a), w_a);
+  const Vec3 w = sub3(w_b, w_a);
+  const bool crosses = LOCKS_CROSS(info.locked);
+  const Vec3 w_axes = crosses ? add3(w_a, scale3(dot3(now->axes[2], w), now->axes[2])) : w_a;
+  const Vec3 turn_rate = cross3(w, w_axes);
   for (u32 i = 0u; i < 3u; ++i) {
     rates[i] = dot3(now->axes[i], rate);
     rates[i + 3u] = dot3(now->axes[i], turn_rate);
   }
-  rates[JOINT_ROWS] = dot3(now->free_axis, free_kind == FREE_ANGLE ? turn_rate : rate);
-  if (free_kind == FREE_LENGTH && now->coordinate > (real)0) {
+  if (now->rise != (real)0) rates[2] = rates[2] - now->rise * rates[5];
+  rates[JOINT_ROWS] = dot3(now->free_axis, info.free == FREE_ANGLE ? turn_rate : rate);
+  if (info.free == FREE_LENGTH && now->coordinate > (real)0) {
     const real along = dot3(now->free_axis, u);
     rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / now->coordinate;
   }
@@ -87,6 +91,7 @@ static inline void joint_clear(u32 lane, global JointBlock* block) {
   block->fastest[lane] = (real)0;
   block->give[lane] = (real)0;
   block->yield[lane] = (real)0;
+  block->rise[lane] = (real)0;
 }
 
 #if FEATURE_JOINTS_AHEAD
@@ -102,16 +107,16 @@ static inline JointNow joint_with_error_of(JointNow now, JointNow later) {
 }
 #endif
 
-static inline void prepare_joint(const StepParams params, const JointInfo info, const Joint joint, Vec3 x_a, Quat q_a,
-                                 Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane, global JointBlock* block) {
+static inline void prepare_joint(const StepParams params, const JointInfo info, const Joint joint, real rise, Vec3 x_a,
+                                 Quat q_a, Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane, global JointBlock* block) {
   const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params.dt / ((real)1 + angle);
-  JointNow now = joint_now(joint, info.locked, info.free, x_a, q_a, x_b, q_b);
+  JointNow now = joint_now(joint, info.locked, info.free, rise, x_a, q_a, x_b, q_b);
 #if FEATURE_JOINTS_AHEAD
   const real lead = ((real)1 - params.theta) * foreseen;
   joint_move_on(a, lead, &x_a, &q_a);
   joint_move_on(b, lead, &x_b, &q_b);
-  now = joint_with_error_of(now, joint_now(joint, info.locked, info.free, x_a, q_a, x_b, q_b));
+  now = joint_with_error_of(now, joint_now(joint, info.locked, info.free, rise, x_a, q_a, x_b, q_b));
 #endif
   real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], own;
   joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &own);
@@ -120,7 +125,7 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
 
   const bool is_free = info.free != FREE_NOTHING;
   real turning[JOINT_ROWS + 1u];
-  joint_row_rates(&now, info.free, a, b, turning);
+  joint_row_rates(&now, info, a, b, turning);
   const real ahead = (real)0.5 * foreseen;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
@@ -144,13 +149,15 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
   block->motor_speed[lane] = joint.motor_speed;
   block->motor_impulse[lane] = joint.motor_force * params.dt;
   block->yield[lane] = joint.yield;
+  block->rise[lane] = rise;
   joint_free_law(joint, now.coordinate, turning[JOINT_ROWS], params.dt, lane, block);
 }
 
 kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
                            global const Motion* motions, global const JointInfo* joint_infos,
-                           global const Joint* joints, global const JointLanes* joint_lanes,
-                           global JointBlock* joint_blocks, global const u32* counters) {
+                           global const Joint* joints, global const real* screw_rises,
+                           global const JointLanes* joint_lanes, global JointBlock* joint_blocks,
+                           global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   FOR_EACH(slot, params.joint_blocks * PACK) {
     const u32 lane = slot % PACK, index = joint_lanes[slot / PACK].joint[lane];
@@ -171,7 +178,7 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
       x_b = vec3_of(positions[info.body_b]);
       q_b = quat(orientations[info.body_b]);
     }
-    prepare_joint(params, info, joints[index], x_a, q_a, x_b, q_b, motions[info.body_a], motions[info.body_b], lane,
-                  block);
+    prepare_joint(params, info, joints[index], joint_rise(screw_rises, index), x_a, q_a, x_b, q_b, motions[info.body_a],
+                  motions[info.body_b], lane, block);
   }
 }

@@ -61,7 +61,9 @@ Scene pair_of(JointKind kind) {
   a.mass = 2;
   a.orientation = exact::unit(Quaternion{0.3, -0.2, 0.5, 1});
   JointDescription joint = joint_of(kind, 0, 1, {0.5, 0.1, 0}, {1, 1, 0.5});
+  joint.second_axis = {1, -1, 0};
   if (kind == JOINT_DISTANCE) joint.anchor_b = {1, 0.8, 0};
+  if (kind == JOINT_SCREW) joint.pitch = -0.8;
   return closed_by_positions(joint_scene({a, b}, {joint}, 0.01), 1);
 }
 
@@ -155,14 +157,16 @@ double coordinate(const Buffers<real>& b) {
   const JointInfo& info = b.joint_infos[0];
   const auto q = [&](u32 i) { return reference::quat(b.orientations[i]); };
   const auto x = [&](u32 i) { return reference::vec3_of(b.positions[i]); };
-  return double(reference::joint_now(b.joints[0], info, x(0), q(0), x(1), q(1)).coordinate);
+  return double(
+      reference::joint_now(b.joints[0], info, reference::joint_rise(b, 0), x(0), q(0), x(1), q(1)).coordinate);
 }
 
 // A coordinate beyond a limit comes back to it, with all else that is off; within the limits it is left alone.
 TYPED_TEST(CloseJoints, LimitsAreKept) {
   using real = TypeParam;
   const double rounding = sizeof(real) == 4 ? 1e-6 : 1e-14;
-  for (const JointKind kind : {JOINT_HINGE, JOINT_SLIDER, JOINT_DISTANCE}) {
+  for (const JointKind kind :
+       {JOINT_HINGE, JOINT_SLIDER, JOINT_DISTANCE, JOINT_CYLINDRICAL, JOINT_PLANAR, JOINT_UNIVERSAL, JOINT_SCREW}) {
     SCOPED_TRACE(name_of(kind));
     Scene scene = pair_of(kind);
     const double start = kind == JOINT_DISTANCE ? coordinate(compile<double>(scene).buffers) : 0;

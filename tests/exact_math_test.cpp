@@ -124,6 +124,23 @@ TEST(ExactMath, ZIsTurnedToAnyDirection) {
   }
 }
 
+TEST(ExactMath, FramesAreTurnedToTwoDirections) {
+  const Vector3 x = {1, 0, 0}, z = {0, 0, 1};
+  EXPECT_EQ(exact::turn_of_frame_to(z, x), (Quaternion{0, 0, 0, 1}));
+  EXPECT_EQ(exact::turn_of_frame_to(z, {-3, 0, 0}), (Quaternion{0, 0, 1, 0}));
+  for (std::uint32_t i = 0; i < 1000; ++i) {
+    exact::LcgByIndex random(i);
+    const Vector3 n = {random.next_symmetric(), random.next_symmetric(), random.next_symmetric()};
+    const Vector3 m = {random.next_symmetric(), random.next_symmetric(), random.next_symmetric()};
+    const Vector3 along = exact::unit(n), across = exact::subtract(m, exact::scale(exact::dot(along, m), along));
+    EXPECT_TRUE(exact::perpendicular(n, across));
+    EXPECT_FALSE(exact::perpendicular(n, exact::add(across, exact::scale(1e-4 * exact::length(across), along))));
+    const Quaternion q = exact::turn_of_frame_to(n, m);
+    EXPECT_LT(error_of_turn(q, z, along), 3e-15) << i;
+    EXPECT_LT(error_of_turn(q, x, exact::unit(across)), 1e-13) << i;
+  }
+}
+
 TEST(ExactMath, HamiltonProductTurnsByTheRightFactorFirst) {
   const Quaternion a = exact::unit(Quaternion{0.1, -0.4, 0.3, 0.8}), b = exact::unit(Quaternion{0.5, 0.2, -0.1, 0.6});
   const Vector3 v = {0.3, -2, 1.5};

@@ -168,6 +168,47 @@ TEST(WorldJoints, ASpringThatComesLaterCarries) {
   EXPECT_NEAR(world.velocity(box).linear[2], 0, 1e-9);
 }
 
+// Friction stays what it is while others are driven, and needs the row that a motor would have.
+TEST(WorldJoints, FrictionIsNoMotorThatCanBeSet) {
+  World world(empty_scene(0.01), in_double());
+  const BodyHandle wheel = world.add(box_at({0, 0, 0})), other = world.add(box_at({9, 0, 0}));
+  JointDescription hinge = ball_joint({0, 0, 0});
+  hinge.kind = JOINT_HINGE;
+  hinge.friction = 0.1;
+  const JointHandle axle = world.add(hinge, wheel);
+  hinge.friction = 0;
+  hinge.anchor_a = hinge.anchor_b = {9, 0, 0};
+  const JointHandle driven = world.add(hinge, other);
+  world.set_velocity(wheel, {{0, 0, 0}, {0, 0, 1}});
+  world.step(10);
+  world.set_motor(driven, 1, 1);
+  world.step(10);
+  EXPECT_NEAR(world.velocity(wheel).angular[2], 1 - 0.2 * 0.1 * 3, 1e-12) << "0.1 N m on 1/3 kg m^2";
+  EXPECT_NEAR(std::abs(world.state(axle).drive), 0.1, 1e-12);
+  EXPECT_EQ(refusal([&] { world.set_motor(axle, 1, 1); }),
+            "joint \"shoulder\": must not have both a motor and friction; take this off the motor's force");
+}
+
+// A nut is run up its thread by a torque, turns over turns; a new screw has kernels built that know of screws.
+TEST(WorldJoints, AScrewThatComesLaterTellsItsTurns) {
+  World world(empty_scene(0.001), in_double());
+  const BodyHandle nut = world.add(box_at({0, 0, 0}));  // 2 kg, 1/3 kg m^2
+  world.step(2);
+  JointDescription screw = ball_joint({0, 0, 0});
+  screw.kind = JOINT_SCREW;
+  screw.pitch = 0.1;
+  const JointHandle thread = world.add(screw, nut);
+  world.set_motor(thread, 1000, 5);
+  world.step(2000);
+  const double pi = 3.141592653589793, rise = 0.1 / (2 * pi), moment = 1.0 / 3 + 2 * rise * rise;
+  const JointState state = world.state(thread);  // of the world against the nut
+  EXPECT_NEAR(state.speed, 2 * 5 / moment, 1e-9);
+  EXPECT_NEAR(state.coordinate, 2 * 5 / moment, 5e-3 + 2e-3 * 5 / moment);  // M t^2 / 2 I
+  EXPECT_NEAR(world.pose(nut).position[2], -rise * state.coordinate, 1e-9);
+  EXPECT_GT(state.coordinate, 4 * 2 * pi);
+  EXPECT_LT(state.separation, 1e-9);
+}
+
 // ---- what joints tell
 
 Scene heavy_scene(double dt = 0.01) {
@@ -306,6 +347,24 @@ TEST(WorldJoints, JointsThatMakeNoSenseAreRefused) {
             "joint \"shoulder\": must have limits within -pi .. pi: there the angle of a hinge is told");
   EXPECT_EQ(refused([](JointDescription& joint) { joint.kind = JOINT_BALL, joint.motor_force = 1; }),
             "joint \"shoulder\": has nothing to limit, to drive or to push by a spring");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.kind = JOINT_BALL, joint.friction = 1; }),
+            "joint \"shoulder\": has nothing to limit, to drive or to push by a spring");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.friction = -1; }),
+            "joint \"shoulder\": must have no negative friction");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.kind = JOINT_SCREW; }),
+            "joint \"shoulder\": must have a pitch that is not 0");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.kind = JOINT_SCREW, joint.pitch = std::nan(""); }),
+            "joint \"shoulder\": must be finite");
+  EXPECT_EQ(refused([](JointDescription& joint) {
+              joint.kind = JOINT_UNIVERSAL, joint.second_axis = {1, 0, 1};
+            }),
+            "joint \"shoulder\": must have a second axis that is perpendicular to the first");
+  EXPECT_EQ(refused([](JointDescription& joint) { joint.kind = JOINT_PLANAR, joint.limited = true, joint.low = -4; }),
+            "joint \"shoulder\": must have limits within -pi .. pi: there the angle of a planar joint is told");
+  EXPECT_EQ(refused([](JointDescription& joint) {
+              joint.kind = JOINT_SCREW, joint.pitch = 1, joint.limited = true, joint.low = -40;
+            }),
+            "accepted");
   EXPECT_EQ(refused([](JointDescription& joint) { joint.damping = -1; }),
             "joint \"shoulder\": must have no negative motor force, frequency or damping");
   EXPECT_EQ(refused([](JointDescription& joint) { joint.spring = {.stiffness = -1}; }),

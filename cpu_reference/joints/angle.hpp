@@ -21,4 +21,12 @@ real turn_angle(real z, real w) {
   return real(16) * (t - t * s * sum);
 }
 
+/// atan2(y, x): the angle of a direction in the plane, -pi .. pi; r is its length. By tan(angle / 2) = y / (r + x), and
+/// (r - x) / y where x is below 0, so that nothing cancels.
+template <class real>
+real direction_angle(real x, real y, real r) {
+  if (!(x < 0)) return turn_angle(y, r + x);
+  return y < 0 ? turn_angle(x - r, -y) : turn_angle(r - x, y);
+}
+
 }  // namespace lockstep::reference

@@ -1,4 +1,13 @@
 // Where a joint stands at the present poses of its bodies. kernels/joints/joint_now.h is the twin.
+//
+// A universal joint (Cardan's or Hooke's) has a cross, whose first arm is z of the frame on a and whose second is x of
+// the frame on b. The locked angle keeps them perpendicular: with n = z_a x x_b the error is -z_a . x_b, and its rate
+// n . (w_b - w_a). The joint's frame is that of the cross, (n x z_a, n, z_a): it turns with z_a in a, by the angle of
+// the first arm, so that the locked row is that of y. (Shabana, Computational Dynamics, 2010, 3.3 has the conditions.)
+//
+// A screw ties what a hinge and a slider leave free: travel = rise angle, rise = pitch / 2 pi. Whole turns are not
+// remembered: of all that its thread allows the angle is the one nearest to what the travel says, right as long as a
+// step leaves less than half a pitch of error.
 #pragma once
 
 #include "cpu_reference/joints/angle.hpp"
@@ -14,10 +23,11 @@ template <class real>
 struct JointNow {
   Vec3<real> axes[3];
   Vec3<real> arm_a, arm_b;
-  real error[JOINT_ROWS];  // m; rad: twice the vector part of the turn from a's frame to b's, or where only two angles
-                           // are locked the sine by which b's axis is off
+  real error[JOINT_ROWS];  // m; rad: twice the vector part of the turn from a's frame to b's, or where fewer angles are
+                           // locked the sine by which b's axis is off
   Vec3<real> free_axis;
   real coordinate;  // the free one, m or rad
+  real rise;        // of a screw, m a radian; 0 of others
 };
 
 /// The pose of a body; of the null body that of the world.
@@ -27,8 +37,26 @@ void joint_pose(const Buffers<real>& b, const StepParams<real>& params, u32 body
   q = body < params.bodies ? quat(b.orientations[body]) : Quat<real>{0, 0, 0, 1};
 }
 
+/// What a scene without screws has none of.
 template <class real>
-JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, Vec3<real> x_a, Quat<real> q_a,
+real joint_rise(const Buffers<real>& b, u32 index) {
+  return b.screw_rises.empty() ? real(0) : b.screw_rises[index];
+}
+
+/// Turns the frame in a about z to that of the cross; `second` is the second arm in that frame.
+template <class real>
+void turn_to_cross(JointNow<real>& now, Vec3<real> second) {
+  const real level = std::sqrt(second.x * second.x + second.y * second.y);
+  now.coordinate = direction_angle(second.x, second.y, level);
+  if (!(level > 0)) return;  // both arms are one
+  const real c = second.x / level, s = second.y / level;
+  const Vec3<real> x = now.axes[0], y = now.axes[1];
+  now.axes[0] = add3(scale3(c, x), scale3(s, y));
+  now.axes[1] = sub3(scale3(c, y), scale3(s, x));
+}
+
+template <class real>
+JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, real rise, Vec3<real> x_a, Quat<real> q_a,
                          Vec3<real> x_b, Quat<real> q_b) {
   JointNow<real> now = {};
   const Quat<real> frame_a =
@@ -41,7 +69,6 @@ JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, Vec3<r
   now.arm_b = rotate3(q_b, vec3(joint.anchor_b));
   now.arm_a = add3(sub3(x_b, x_a), now.arm_b);
   const Vec3<real> d = sub3(now.arm_a, rotate3(q_a, vec3(joint.anchor_a)));
-  for (u32 i = 0; i < 3; ++i) now.error[i] = dot3(now.axes[i], d);
 
   Quat<real> turn = multiply4(Quat<real>{-frame_a.x, -frame_a.y, -frame_a.z, frame_a.w}, frame_b);
   if (turn.w < 0) turn = {-turn.x, -turn.y, -turn.z, -turn.w};
@@ -49,18 +76,30 @@ JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, Vec3<r
     now.error[3] = real(2) * turn.x;
     now.error[4] = real(2) * turn.y;
     now.error[5] = real(2) * turn.z;
+  } else if (LOCKS_CROSS(info.locked)) {
+    const Vec3<real> second = rotate3(turn, Vec3<real>{1, 0, 0});
+    now.error[4] = -second.z;
+    turn_to_cross(now, second);
   } else {
     const Vec3<real> axis_b = rotate3(turn, Vec3<real>{0, 0, 1});
     now.error[3] = -axis_b.y;
     now.error[4] = axis_b.x;
   }
+  for (u32 i = 0; i < 3; ++i) now.error[i] = dot3(now.axes[i], d);
 
   now.free_axis = now.axes[2];
-  if (info.free == FREE_ANGLE) now.coordinate = turn_angle(turn.z, turn.w);
+  if (info.free == FREE_ANGLE && !LOCKS_CROSS(info.locked)) now.coordinate = turn_angle(turn.z, turn.w);
   if (info.free == FREE_TRAVEL) now.coordinate = now.error[2];
   if (info.free == FREE_LENGTH) {
     now.coordinate = length3(d);
     if (now.coordinate > 0) now.free_axis = {d.x / now.coordinate, d.y / now.coordinate, d.z / now.coordinate};
+  }
+  now.rise = rise;
+  if (rise != 0) {
+    const real whole_turn = real(6.283185307179586);
+    const real turns = std::floor((now.error[2] / rise - now.coordinate) / whole_turn + real(0.5));
+    now.coordinate = now.coordinate + whole_turn * turns;
+    now.error[2] = now.error[2] - rise * now.coordinate;
   }
   return now;
 }

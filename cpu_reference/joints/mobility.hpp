@@ -22,6 +22,10 @@ JointMobility<real> joint_mobility(const JointNow<real>& now, u32 free, const Mo
     moment_a[i + 3] = now.axes[i];
     moment_b[i + 3] = now.axes[i];
   }
+  if (now.rise != 0) {  // the thread turns what it pushes: u_z - rise w_z
+    moment_a[2] = sub3(moment_a[2], scale3(now.rise, now.axes[2]));
+    moment_b[2] = sub3(moment_b[2], scale3(now.rise, now.axes[2]));
+  }
   const bool angular = free == FREE_ANGLE;
   moment_a[JOINT_ROWS] = angular ? now.free_axis : cross3(now.arm_a, now.free_axis);
   moment_b[JOINT_ROWS] = angular ? now.free_axis : cross3(now.arm_b, now.free_axis);

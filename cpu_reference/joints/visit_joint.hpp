@@ -25,14 +25,16 @@ Vec3<real> joint_vector(const real (*field)[PACK], u32 lane) {
   return {field[0][lane], field[1][lane], field[2][lane]};
 }
 
-/// Impulses of the rows on b, their opposite on a. Bodies that cannot move are never written (contract rule 9).
+/// Impulses of the rows on b, their opposite on a. That of a screw's thread turns what it pushes. Bodies that cannot
+/// move are never written (contract rule 9).
 template <class real>
 void push_joint(const JointBlock<real>& block, u32 free, u32 lane, const real (&r)[JOINT_ROWS], real r_free,
                 Motion<real>& a, Motion<real>& b) {
   const Vec3<real> x = joint_vector(block.axes, lane), y = joint_vector(block.axes + 3, lane),
                    z = joint_vector(block.axes + 6, lane), along = joint_vector(block.free_axis, lane);
   Vec3<real> impulse = add3(add3(scale3(r[0], x), scale3(r[1], y)), scale3(r[2], z));
-  Vec3<real> moment = add3(add3(scale3(r[3], x), scale3(r[4], y)), scale3(r[5], z));
+  const real about_z = block.rise[lane] != 0 ? -(block.rise[lane] * r[2]) : r[5];
+  Vec3<real> moment = add3(add3(scale3(r[3], x), scale3(r[4], y)), scale3(about_z, z));
   const bool angular = free == FREE_ANGLE;
   impulse = add3(impulse, scale3(angular ? real(0) : r_free, along));
   moment = add3(moment, scale3(angular ? r_free : real(0), along));
@@ -93,6 +95,8 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
     d[i] = -(dot3(axis, u) + share * block.bias[i][lane] + block.turning[i][lane]);
     d[i + 3] = -(dot3(axis, w) + share * block.bias[i + 3][lane] + block.turning[i + 3][lane]);
   }
+  const real rise = block.rise[lane];
+  if (rise != 0) d[2] = d[2] + rise * dot3(joint_vector(block.axes + 6, lane), w);
   JointFactor<real> factor;
   for (u32 i = 0; i < JOINT_LOWER; ++i) factor.lower[i] = block.lower[i][lane];
   for (u32 i = 0; i < JOINT_ROWS; ++i) factor.inverse_pivot[i] = block.inverse_pivot[i][lane];

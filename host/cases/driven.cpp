@@ -7,6 +7,7 @@
 #include "host/cases/fly_ball.hpp"
 #include "host/cases/hard_case.hpp"
 #include "host/error.hpp"
+#include "host/report/joints.hpp"
 #include "host/scene/read.hpp"
 
 namespace lockstep {
@@ -99,6 +100,56 @@ std::vector<CaseError> governor(Trial& trial) {
           {"spin, at worst in 5 s", "rad/s", exact.spin(), spin}};
 }
 
+/// Two crosses between three shafts, the first of which a motor turns evenly. With theta its angle from where the arm
+/// of its cross lies in the plane of the shafts, and cos(beta) = 4/5, the slanting one has w cos(beta) / (1 -
+/// sin(beta)^2 cos(theta)^2) (Cardan's joint), and the last turns as the first does.
+std::vector<CaseError> cardan_shaft(Trial& trial) {
+  const Scene scene = read_scene("cardan_shaft");
+  const u32 middle = body_called(scene, "middle"), driven = body_called(scene, "driven");
+  const double w = scene.joints[0].motor_speed, c = 0.8, s = 0.6;
+  double slanting = 0, last = 0, separation = 0;
+  trial.run(scene, 5, [&](Seen& seen) {
+    const double across = std::cos(w * seen.time), exact = w * c / (1 - s * s * across * across);
+    slanting = std::max(slanting, std::abs(exact::dot(seen.body(middle).w, {c, 0, s}) - exact));
+    last = std::max(last, std::abs(seen.body(driven).w[0] - w));
+    separation = std::max(separation, seen.measures().joint_drift->separation);
+    return true;
+  });
+  return {{"rate of the slanting shaft, at worst in 5 s", "rad/s", w / c, slanting},
+          {"rate of the last shaft, at worst in 5 s", "rad/s", w, last},
+          {"largest separation of a joint", "m", 0, separation}};
+}
+
+/// Nuts on vertical spindles, each with the acceleration (g - 2 pi M / (m pitch)) / (1 + I (2 pi / pitch)^2 / m) by its
+/// weight m g and its dry friction M, where that does not hold it. In 1.5 s none gets to the foot.
+std::vector<CaseError> screw_nut(Trial& trial) {
+  const Scene scene = read_scene("screw_nut");
+  const double duration = 1.5;
+  std::vector<double> exact;
+  for (const JointDescription& joint : scene.joints) {
+    const BodyDescription& nut = scene.bodies[joint.body_b];
+    const Quaternion& q = nut.orientation;
+    const Vector3 axis = exact::rotate({-q[0], -q[1], -q[2], q[3]}, {0, 0, 1});
+    double moment = 0;
+    for (unsigned k = 0; k < 3; ++k) moment += axis[k] * axis[k] * nut.inertia[k];
+    const double turn = 2 * exact::pi / std::abs(joint.pitch);  // rad/m
+    const double pull = std::max(-scene.gravity[2] - turn * joint.friction / nut.mass, 0.0);
+    exact.push_back(pull / (1 + moment * turn * turn / nut.mass) * duration * duration / 2);
+  }
+  std::vector<double> way(exact.size());
+  trial.run(scene, duration, [&](Seen& seen) {
+    for (u32 i = 0; i < way.size(); ++i) {
+      const u32 body = scene.joints[i].body_b;
+      way[i] = scene.bodies[body].position[2] - seen.body(body).x[2];
+    }
+    return true;
+  });
+  return {compare("way of the free nut in 1.5 s", "m", exact[0], way[0]),
+          compare("way of the left-handed nut in 1.5 s", "m", exact[1], way[1]),
+          compare("way of the rubbed nut in 1.5 s", "m", exact[2], way[2]),
+          compare("way of the locked nut in 1.5 s", "m", exact[3], way[3])};
+}
+
 }  // namespace
 
 std::vector<HardCase> driven_cases() {
@@ -114,6 +165,14 @@ std::vector<HardCase> driven_cases() {
        "A fly-ball governor is spun up against a stiff spring and damper: its collar and its spin",
        {small_steps(0.005, {4, 16, 64}), trapezoidal({2e-3, 1e-3, 5e-4, 2.5e-4})},
        governor},
+      {"cardan_shaft",
+       "Three shafts and two crosses: the slanting shaft turns by Cardan's formula, the last as evenly as the first",
+       {small_steps(0.005, {1, 4, 16, 64}), trapezoidal({1e-2, 5e-3, 2.5e-3, 1.25e-3})},
+       cardan_shaft},
+      {"screw_nut",
+       "Nuts run down their threads as their weight, their moment and dry friction let them",
+       {small_steps(0.01, {1, 4, 16, 64}), trapezoidal({2e-2, 1e-2, 5e-3, 2.5e-3})},
+       screw_nut},
   };
 }
 

@@ -42,6 +42,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::joint_springs, "JOINT_SPRINGS"},
     {Feature::joints_ahead, "JOINTS_AHEAD"},
     {Feature::closed_joints, "CLOSED_JOINTS"},
+    {Feature::screws, "SCREWS"},
     {Feature::facets, "FACETS"},
 };
 

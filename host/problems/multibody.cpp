@@ -23,8 +23,8 @@ void check(const ContactSystem& system) {
     const std::string where = "joint " + std::to_string(j.joint);
     const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
     if (j.softness > 0) refuse(where, "is a spring; the models of the oracles have rigid joints");
-    if (j.free != FREE_NOTHING && (bounded || j.motor_impulse > 0))
-      refuse(where, "has a motor, a limit or a spring; the models of the oracles have free joints");
+    if (j.free != FREE_NOTHING && (bounded || (j.motor_impulse > 0 && j.motor_speed != 0)))
+      refuse(where, "has a motor, a limit or a spring; the models of the oracles have free joints, or dry friction");
   }
 }
 
@@ -33,20 +33,15 @@ void push(models::Body& body, const Vector3d& arm, const Vector3d& impulse, cons
   body.w += body.inverse_inertia * (arm.cross(impulse) + moment);
 }
 
-// Row i of a joint, b against a: along or about an axis of its frame. The oracles' rows are a against b: so b is first.
-models::Row joint_row(const SystemJoint& j, u32 i) {
-  const Vector3d axis = j.axes.col(i % 3);
+// A row of a joint, b against a, by what a unit of its impulse pushes with. The oracles' rows are a against b: so b is
+// first.
+models::Row joint_row(const SystemJoint& j, const Vector3d& push, const Vector3d& moment) {
   models::Row row;
   row.body_a = j.body_b;
   row.body_b = j.body_a;
-  if (i < 3) {
-    row.linear = axis;
-    row.angular_a = j.arm_b.cross(axis);
-    row.angular_b = -j.arm_a.cross(axis);
-  } else {
-    row.angular_a = axis;
-    row.angular_b = -axis;
-  }
+  row.linear = push;
+  row.angular_a = j.arm_b.cross(push) + moment;
+  row.angular_b = -j.arm_a.cross(push) - moment;
   return row;
 }
 
@@ -62,12 +57,17 @@ models::Multibody multibody(const ContactSystem& system) {
     push(result.bodies[c.body_b], c.arm_b, c.impulse, Vector3d::Zero());
   }
   for (const SystemJoint& j : system.joints) {
-    const Vector3d impulse = j.axes * j.impulse.head<3>(), moment = j.axes * j.impulse.tail<3>();
+    const Vector3d impulse = push_of(j, j.impulse) + free_push_of(j, j.free_impulse);
+    const Vector3d moment = moment_of(j, j.impulse) + free_moment_of(j, j.free_impulse);
     push(result.bodies[j.body_a], j.arm_a, impulse, moment);
     push(result.bodies[j.body_b], j.arm_b, -impulse, -moment);
     for (u32 i = 0; i < JOINT_ROWS; ++i) {
-      if ((j.locked >> i & 1) != 0) result.joint_rows.push_back({joint_row(j, i), j.bias[i]});
+      const Rows unit = Rows::Unit(i);
+      if ((j.locked >> i & 1) != 0)
+        result.joint_rows.push_back({joint_row(j, push_of(j, unit), moment_of(j, unit)), j.bias[i]});
     }
+    if (has_friction(j))
+      result.dry_rows.push_back({joint_row(j, free_push_of(j, 1), free_moment_of(j, 1)), j.motor_impulse});
   }
   return result;
 }

@@ -34,6 +34,7 @@ void write_back(const ContactSystem& system, Buffers<double>& buffers) {
     if (buffers.joint_lanes[slot / PACK].joint[slot % PACK] == NONE) continue;
     JointImpulseBlock<double>& block = buffers.joint_impulses[slot / PACK];
     for (u32 row = 0; row < JOINT_ROWS; ++row) block.locked[row][slot % PACK] = joint->impulse[row];
+    block.free[slot % PACK] = joint->free_impulse;
     ++joint;
   }
 }

@@ -144,7 +144,8 @@ void expect_plain(const SystemJoint& j, const std::string& where) {
   if (j.free != FREE_NOTHING && (bounded || j.motor_impulse > 0))
     throw Error(
         Failure::input, where,
-        fmt::format("joint {} has a motor, limits or a spring, which FCLIB has no rows for; take them away", j.joint));
+        fmt::format("joint {} has a motor, friction, limits or a spring, which FCLIB has no rows for; take them away",
+                    j.joint));
 }
 
 // A locked row of a joint that some velocity is seen by, and the velocity in m/s that stands for a unit of it.
@@ -175,7 +176,8 @@ void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& asse
   Eigen::Index linear_rows = 0;
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto [row, size] = rows[std::size_t(i)];
-    (row < 3 ? linear : angular).row(i) = size * j.axes.col(row % 3).transpose();
+    linear.row(i) = size * push_of(j, Rows::Unit(row)).transpose();
+    angular.row(i) = size * moment_of(j, Rows::Unit(row)).transpose();
     linear_rows += row < 3;
     l[i] = j.impulse[row] / size;
     bias[i] = j.bias[row] * size;
@@ -274,10 +276,13 @@ void set_impulses(ContactSystem& system, const SystemImpulses& impulses) {
   for (std::size_t i = 0; i < system.joints.size(); ++i) {
     SystemJoint& j = system.joints[i];
     const Rows change = impulses.joints[i] - j.impulse;
-    const Vector3d impulse = j.axes * change.head<3>(), moment = j.axes * change.tail<3>();
+    const double free_change = impulses.free.empty() ? 0 : impulses.free[i] - j.free_impulse;
+    const Vector3d impulse = push_of(j, change) + free_push_of(j, free_change);
+    const Vector3d moment = moment_of(j, change) + free_moment_of(j, free_change);
     push(system.bodies[j.body_a], j.arm_a, -impulse, -moment);
     push(system.bodies[j.body_b], j.arm_b, impulse, moment);
     j.impulse = impulses.joints[i];
+    j.free_impulse += free_change;
   }
 }
 

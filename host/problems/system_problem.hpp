@@ -15,8 +15,8 @@ struct SystemProblem {
 /// that they can turn about; velocities that nothing changes go into w and b. Of a joint the linear and the angular
 /// locked rows are a block each, angular velocities times the radius of gyration, so that all of them are in m/s; a
 /// soft row moves against a velocity of its own, whose mass is its compliance. Throws Error (input), naming it, for a
-/// joint with a motor, limits or a spring, which FCLIB has no row for. Contacts that rub as patches become cones with
-/// the impulses that were spread over them.
+/// joint with a motor, friction, limits or a spring, which FCLIB has no row for. Contacts that rub as patches become
+/// cones with the impulses that were spread over them.
 SystemProblem problem_of(const ContactSystem& system, const std::string& where);
 
 /// Impulses of a problem_of() this system as the system has them: of its contacts in the world frame, N s, and of the
@@ -24,6 +24,7 @@ SystemProblem problem_of(const ContactSystem& system, const std::string& where);
 struct SystemImpulses {
   std::vector<Eigen::Vector3d> contacts;
   std::vector<Rows> joints;
+  std::vector<double> free = {};  // of their free rows; empty: as they were
 };
 SystemImpulses impulses_of(const ContactSystem& system, const StoredImpulses& impulses);
 

@@ -56,13 +56,14 @@ template <class Model>
 void take_over(const Model& model, const VectorXd& z, ContactSystem& system) {
   SystemImpulses impulses;
   for (std::size_t i = 0; i < system.contacts.size(); ++i) impulses.contacts.push_back(model.impulse(i, z));
-  const VectorXd of_joints = model.joint_impulses(z);
-  Index next = 0;
+  const VectorXd of_joints = model.joint_impulses(z), of_friction = model.dry_impulses(z);
+  Index next = 0, next_dry = 0;
   for (const SystemJoint& j : system.joints) {
     Rows& rows = impulses.joints.emplace_back(Rows::Zero());
     for (u32 row = 0; row < JOINT_ROWS; ++row) {
       if ((j.locked >> row & 1) != 0) rows[row] = of_joints[next++];
     }
+    impulses.free.push_back(has_friction(j) ? of_friction[next_dry++] : 0);
   }
   set_impulses(system, impulses);
 }

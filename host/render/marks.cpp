@@ -53,7 +53,7 @@ std::vector<JointMark> joint_marks(const Buffers<real>& constants, const std::ve
     side(info.body_a, joint.anchor_a, mark.center_a, mark.anchor_a);
     side(info.body_b, joint.anchor_b, mark.center_b, mark.anchor_b);
     mark.axis.setZero();
-    if (info.kind == JOINT_HINGE || info.kind == JOINT_SLIDER) {
+    if (info.free == FREE_ANGLE || info.free == FREE_TRAVEL) {
       const real* q = joint.frame_a;
       const Quaternionf frame = rotationf(q);
       const Quaternionf body =

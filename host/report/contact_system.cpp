@@ -60,6 +60,7 @@ SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
   j.locked = info.locked;
   j.free = info.free;
   for (int i = 0; i < 3; ++i) j.axes.col(i) = vector_at(data.axes + 3 * i, lane).normalized();
+  j.rise = double(data.rise[lane]);
   j.arm_a = vector_at(data.arm_a, lane);
   j.arm_b = vector_at(data.arm_b, lane);
   j.free_axis = vector_at(data.free_axis, lane);

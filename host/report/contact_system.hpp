@@ -44,6 +44,7 @@ using Rows = Eigen::Matrix<double, JOINT_ROWS, 1>;
 struct SystemJoint {
   u32 body_a = 0, body_b = 0;
   Eigen::Matrix3d axes;          // columns: x, y, z of the joint's frame
+  double rise = 0;               // of a screw, m a radian: its row of z is u_z - rise w_z
   Eigen::Vector3d arm_a, arm_b;  // from the centre of mass to the point where the impulses act, m
   u32 locked = 0;                // bit of each locked row
   Rows bias;                     // u + bias + softness K r = 0 in the locked rows, b against a
@@ -59,6 +60,28 @@ struct SystemJoint {
   double free_mobility = 0;         // of the free row while the locked rows answer
   u32 joint = 0;                    // index into the joints it came from
 };
+
+/// The linear and the angular part of the rows of a joint together, b against a: what an impulse `rows` pushes with at
+/// the ends of the arms, and the moment that it has there.
+inline Eigen::Vector3d push_of(const SystemJoint& joint, const Rows& rows) { return joint.axes * rows.head<3>(); }
+inline Eigen::Vector3d moment_of(const SystemJoint& joint, const Rows& rows) {
+  return joint.axes * rows.tail<3>() - joint.rise * rows[2] * joint.axes.col(2);
+}
+
+/// Whether dry friction acts on the free row, or a motor that wants it to stand still.
+inline bool has_friction(const SystemJoint& joint) {
+  return joint.free != FREE_NOTHING && joint.motor_impulse > 0 && joint.motor_speed == 0;
+}
+
+/// The same for the free row, along or about its axis.
+inline Eigen::Vector3d free_push_of(const SystemJoint& joint, double impulse) {
+  return joint.free == FREE_NOTHING || joint.free == FREE_ANGLE ? Eigen::Vector3d(Eigen::Vector3d::Zero())
+                                                                : Eigen::Vector3d(impulse * joint.free_axis);
+}
+inline Eigen::Vector3d free_moment_of(const SystemJoint& joint, double impulse) {
+  return joint.free == FREE_ANGLE ? Eigen::Vector3d(impulse * joint.free_axis)
+                                  : Eigen::Vector3d(Eigen::Vector3d::Zero());
+}
 
 struct ContactSystem {
   std::vector<SystemBody> bodies;

@@ -53,10 +53,30 @@ Offset offset_of(const Buffers<real>& buffers, u32 index) {
   return {frame_a.conjugate() * d, frame_a.conjugate() * b.orientation * rotation(joint.frame_b)};
 }
 
-double coordinate(const Offset& offset, u32 free) {
-  if (free == FREE_TRAVEL) return offset.d.z();
-  if (free == FREE_LENGTH) return offset.d.norm();
-  return std::remainder(2 * std::atan2(offset.turn.z(), offset.turn.w()), 2 * std::numbers::pi);
+constexpr double whole_turn = 2 * std::numbers::pi;
+
+// Travel of a screw for a radian; 0 of other joints.
+template <class real>
+double rise_of(const Buffers<real>& buffers, u32 index) {
+  return buffers.screw_rises.empty() ? 0 : double(buffers.screw_rises[index]);
+}
+
+// The second arm of the cross of a universal joint, in the frame of a: the first is z.
+Vector3d second_arm(const Offset& offset) { return offset.turn * Vector3d::UnitX(); }
+
+// That of a screw with the whole turns that its travel tells.
+double coordinate(const Offset& offset, const JointInfo& info, double rise) {
+  if (info.free == FREE_TRAVEL) return offset.d.z();
+  if (info.free == FREE_LENGTH) return offset.d.norm();
+  if (LOCKS_CROSS(info.locked)) return std::atan2(second_arm(offset).y(), second_arm(offset).x());
+  const double angle = std::remainder(2 * std::atan2(offset.turn.z(), offset.turn.w()), whole_turn);
+  return rise == 0 ? angle : angle + whole_turn * std::round((offset.d.z() / rise - angle) / whole_turn);
+}
+
+// The joint's axes in the world: those of its frame in a, or of its cross.
+Eigen::Matrix3d axes_of(const Quaterniond& frame, const Offset& offset, const JointInfo& info) {
+  const double angle = LOCKS_CROSS(info.locked) ? coordinate(offset, info, 0) : 0;
+  return (frame * Eigen::AngleAxisd(angle, Vector3d::UnitZ())).toRotationMatrix();
 }
 
 template <class real>
@@ -70,7 +90,10 @@ template <class real>
 JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
-  const auto [d, turn] = offset_of(buffers, index);
+  const Offset offset = offset_of(buffers, index);
+  Vector3d d = offset.d;
+  const Quaterniond& turn = offset.turn;
+  if (const double rise = rise_of(buffers, index); rise != 0) d.z() -= rise * coordinate(offset, info, rise);
 
   JointDrift drift;
   drift.separation = locked_length(d, info.locked & 7);
@@ -79,6 +102,7 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const bool all_angles = info.locked >> 3 == 7, axis_only = info.locked >> 3 == 3;
   if (all_angles) drift.angle = 2 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
   const Vector3d axis = turn * Vector3d::UnitZ();
+  if (LOCKS_CROSS(info.locked)) drift.angle = std::asin(std::clamp(std::abs(second_arm(offset).z()), 0.0, 1.0));
   if (axis_only) drift.angle = std::atan2(std::hypot(axis.x(), axis.y()), axis.z());
   return drift;
 }
@@ -104,14 +128,16 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
   const Motion<real>&a = buffers.motions[info.body_a], &b = buffers.motions[info.body_b];
   const Offset offset = offset_of(buffers, index);
   const Quaterniond frame = at_a.orientation * rotation(joint.frame_a);
+  const Eigen::Matrix3d axes = axes_of(frame, offset, info);
+  const double rise = rise_of(buffers, index);
 
   JointMeasures measures;
   measures.drift = drift_of(buffers, index);
   const Vector3d turning = vector3(b.w) - vector3(a.w);
   const Vector3d arm_b = at_b.orientation * vector3(joint.anchor_b), arm_a = at_b.position + arm_b - at_a.position;
   const Vector3d velocity = vector3(b.v) + vector3(b.w).cross(arm_b) - vector3(a.v) - vector3(a.w).cross(arm_a);
-  const Vector3d axis = frame * Vector3d::UnitZ(), along = frame * offset.d.normalized();
-  if (info.free != FREE_NOTHING) measures.coordinate = coordinate(offset, info.free);
+  const Vector3d axis = axes.col(2), along = frame * offset.d.normalized();
+  if (info.free != FREE_NOTHING) measures.coordinate = coordinate(offset, info, rise);
   if (info.free == FREE_ANGLE) measures.speed = axis.dot(turning);
   if (info.free == FREE_TRAVEL) measures.speed = axis.dot(velocity);
   if (info.free == FREE_LENGTH) measures.speed = along.dot(velocity);
@@ -119,8 +145,8 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
   const u32 slot = joint_slot(buffers, index), block = slot / PACK, lane = slot % PACK;
   const JointImpulseBlock<real>& impulses = buffers.joint_impulses[block];
   const auto locked = [&](u32 row) { return double(impulses.locked[row][lane]) / double(params.dt); };
-  measures.force = frame * Vector3d(locked(0), locked(1), locked(2));
-  measures.torque = frame * Vector3d(locked(3), locked(4), locked(5));
+  measures.force = axes * Vector3d(locked(0), locked(1), locked(2));
+  measures.torque = axes * Vector3d(locked(3), locked(4), locked(5) - rise * locked(2));
   measures.drive = double(impulses.free[lane]) / double(params.dt);
   return measures;
 }
@@ -130,7 +156,8 @@ template <class real>
 double spring_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
   const Joint<real>& joint = buffers.joints[index];
   if (joint.yield == 0) return 0;
-  const double stretch = coordinate(offset_of(buffers, index), buffers.joint_infos[index].free) - double(joint.low);
+  const double stretch =
+      coordinate(offset_of(buffers, index), buffers.joint_infos[index], rise_of(buffers, index)) - double(joint.low);
   const double stiffness = double(joint.rate) / (double(joint.yield) * double(params.dt));
   return 0.5 * stiffness * stretch * stretch;
 }

@@ -9,8 +9,9 @@ namespace lockstep {
 
 /// How far joints are from their place: the largest of all.
 struct JointDrift {
-  double separation = 0;  // m: of the anchors along locked directions, or of a distance from its limits
-  double angle = 0;       // rad: of the turn about locked directions
+  double separation = 0;  // m: of the anchors along locked directions, of a distance from its limits, or of the travel
+                          // of a screw from what its angle says
+  double angle = 0;       // rad: of the turn about locked directions, or of a cross from a right angle
 };
 
 /// At the poses of the step's end.
@@ -20,7 +21,7 @@ JointDrift joint_drift(const Buffers<real>& buffers);
 /// Of one joint: how it stands, and what it did in the last sub-step. World frame, SI units.
 struct JointMeasures {
   double coordinate = 0, speed = 0;  // of its free coordinate, m or rad; 0 where it has none
-  double drive = 0;                  // N or N m: of motor, limits or spring along it
+  double drive = 0;                  // N or N m: of motor, friction, limits or spring along it
   Eigen::Vector3d force, torque;     // of the locked rows, on b at its anchor, N and N m
   JointDrift drift;
 };

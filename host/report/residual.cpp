@@ -34,11 +34,10 @@ Vector3d relative_velocity(const At& at, const Vector3d& v_a, const Vector3d& w_
 
 // The impulse and the moment of all rows of a joint on b, or of the locked ones alone.
 Vector3d joint_impulse(const SystemJoint& j, bool with_free) {
-  const bool linear = with_free && j.free != FREE_NOTHING && j.free != FREE_ANGLE;
-  return j.axes * j.impulse.head<3>() + (linear ? j.free_impulse : 0) * j.free_axis;
+  return push_of(j, j.impulse) + free_push_of(j, with_free ? j.free_impulse : 0);
 }
 Vector3d joint_moment(const SystemJoint& j, bool with_free) {
-  return j.axes * j.impulse.tail<3>() + (with_free && j.free == FREE_ANGLE ? j.free_impulse : 0) * j.free_axis;
+  return moment_of(j, j.impulse) + free_moment_of(j, with_free ? j.free_impulse : 0);
 }
 
 // What all impulses together did to the bodies, M^-1 J^T r, and the sizes of what was added up.
@@ -171,6 +170,7 @@ JointRows joint_rows(const SystemJoint& j, const Vector3d& v_a, const Vector3d& 
   const Vector3d turn = w_b - w_a;
   JointRows rows;
   rows.locked << j.axes.transpose() * u, j.axes.transpose() * turn;
+  rows.locked[2] -= j.rise * rows.locked[5];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     if ((j.locked >> i & 1) == 0) rows.locked[i] = 0;
   }

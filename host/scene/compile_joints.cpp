@@ -1,6 +1,7 @@
 #include "host/scene/compile_joints.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "host/error.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -69,7 +70,8 @@ void set_spring(const Settings& settings, const JointSpring& in, const Origin& o
 template <class real>
 Joint<real> make_joint(const Settings& settings, const Scene& scene, const JointDescription& in, const Origin& origin) {
   const JointStand stand = stand_of(scene, in);
-  const Quaternion frame = exact::turn_of_z_to(in.axis);
+  const Quaternion frame =
+      in.kind == JOINT_UNIVERSAL ? exact::turn_of_frame_to(in.axis, in.second_axis) : exact::turn_of_z_to(in.axis);
   Joint<real> out = {};
   store(out.anchor_a, rounded<real>(inside(stand.position_a, stand.orientation_a, in.anchor_a), "anchor", origin), 3);
   store(out.anchor_b, rounded<real>(inside(stand.position_b, stand.orientation_b, in.anchor_b), "anchor", origin), 3);
@@ -84,9 +86,19 @@ Joint<real> make_joint(const Settings& settings, const Scene& scene, const Joint
     out.limited = 1;
     out.low = out.high = rounded<real>(exact::length(exact::subtract(in.anchor_b, in.anchor_a)), "anchors", origin);
   }
-  out.motor_speed = rounded<real>(in.motor_speed, "the speed of a motor", origin);
-  out.motor_force = rounded<real>(in.motor_force, "the force of a motor", origin);
+  const JointDrive drive = drive_of(in);
+  out.motor_speed = rounded<real>(drive.speed, "the speed of a motor", origin);
+  out.motor_force = rounded<real>(drive.force, "the force of a motor, or of friction", origin);
   return out;
+}
+
+// Travel of a screw for a radian; 0 of other joints.
+template <class real>
+real make_rise(const JointDescription& in, const Origin& origin) {
+  if (in.kind != JOINT_SCREW) return 0;
+  const double rise = in.pitch / (2 * exact::pi);
+  rounded_positive<real>(std::abs(rise), "pitch / 2 pi of a screw", origin);
+  return static_cast<real>(rise);
 }
 
 // Greedy in the order of ids, so that a world has the colours it has alone. A body that cannot move takes none.
@@ -175,6 +187,7 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
       b.joint_infos.push_back({body_a, body_b, world, id, static_cast<u32>(joint.kind), locked_rows(joint.kind),
                                static_cast<u32>(free_of(joint.kind)), 0});
       b.joints.push_back(make_joint<real>(settings, scene, joint, {scene, nullptr, &joint}));
+      b.screw_rises.push_back(make_rise<real>(joint, {scene, nullptr, &joint}));
       if (joint.collide || body_a == null_body || body_b == null_body) continue;
       joined.push_back({body_a, body_b});
       joined.push_back({body_b, body_a});
@@ -182,6 +195,10 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
     if (std::ranges::any_of(scene.joints, [](const JointDescription& joint) { return joint.spring.has_value(); }))
       state.features = with(state.features, Feature::joint_springs);
   }
+  if (std::ranges::any_of(b.screw_rises, [](real rise) { return rise != 0; }))
+    state.features = with(state.features, Feature::screws);
+  else
+    b.screw_rises.clear();
   if (b.joints.empty()) return;
   lay_out_joints(b);
   list_joined(std::move(joined), b);

@@ -156,6 +156,21 @@ Quaternion turn_of_z_to(const Vector3& direction) {
   return multiply(unit({n[1], -n[0], 0, 1 - n[2]}), {1, 0, 0, 0});
 }
 
+Quaternion turn_of_frame_to(const Vector3& z, const Vector3& x) {
+  const Quaternion q = turn_of_z_to(z);
+  const Vector3 n = rotate({-q[0], -q[1], -q[2], q[3]}, unit(x));
+  const double r = square_root(n[0] * n[0] + n[1] * n[1]);
+  // half of the angle of n about z: its tangent is n_y / (r + n_x), or (r - n_x) / n_y where n_x is below 0
+  const double side = n[1] < 0 ? -1 : 1;
+  const Quaternion about_z = n[0] < 0 ? unit({0, 0, side * (r - n[0]), side * n[1]}) : unit({0, 0, n[1], r + n[0]});
+  return multiply(q, about_z);
+}
+
+bool perpendicular(const Vector3& a, const Vector3& b) {
+  const double cosine = dot(unit(a), unit(b));
+  return cosine <= 1e-6 && cosine >= -1e-6;
+}
+
 double sphere_inertia(double mass, double radius) { return 0.4 * mass * radius * radius; }
 double sphere_mass(double density, double radius) { return 4.0 / 3 * pi * (radius * radius * radius) * density; }
 

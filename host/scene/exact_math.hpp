@@ -54,6 +54,11 @@ Quaternion turn_by_euler_degrees(const Vector3& angles);
 /// the shortest turn elsewhere.
 Quaternion turn_of_z_to(const Vector3& direction);
 
+/// A rotation that takes the z axis to `z`, and the x axis to what of `x` is perpendicular to it; neither need be unit.
+Quaternion turn_of_frame_to(const Vector3& z, const Vector3& x);
+/// Whether `a` and `b`, of any lengths but 0, are perpendicular, within 1e-6 rad.
+bool perpendicular(const Vector3& a, const Vector3& b);
+
 /// Of a solid sphere about its centre: 2/5 m r^2.
 double sphere_inertia(double mass, double radius);
 /// Of a solid sphere: 4/3 pi r^3 times the density.

@@ -1,6 +1,7 @@
 // The table of joint kinds (kernels/joint_kinds.def) for the host.
 #pragma once
 
+#include <string>
 #include <utility>
 
 #include "kernels/types.h"
@@ -15,6 +16,12 @@ inline constexpr std::pair<const char*, JointKind> joint_names[] = {
 
 inline const char* name_of(JointKind kind) { return joint_names[kind].first; }
 
+/// As a noun: a hinge, a planar joint.
+inline std::string noun_of(JointKind kind) {
+  const bool is_noun = kind == JOINT_HINGE || kind == JOINT_SLIDER || kind == JOINT_SCREW;
+  return std::string(name_of(kind)) + (is_noun ? "" : " joint");
+}
+
 /// Bits of the rows that a kind locks: linear x, y, z, angular x, y, z.
 inline u32 locked_rows(JointKind kind) {
   constexpr u32 rows[] = {
@@ -25,7 +32,7 @@ inline u32 locked_rows(JointKind kind) {
   return rows[kind];
 }
 
-/// The coordinate of a kind that limits, a motor and a spring act on.
+/// The coordinate of a kind that limits, a motor, a spring and friction act on.
 inline JointFree free_of(JointKind kind) {
   constexpr JointFree free[] = {
 #define JOINT_KIND(name, NAME, linear, angular, free) free,
@@ -34,5 +41,11 @@ inline JointFree free_of(JointKind kind) {
   };
   return free[kind];
 }
+
+/// Whether a kind has an axis, z of its frame: a universal joint has two.
+inline bool has_axis(JointKind kind) { return free_of(kind) == FREE_ANGLE || free_of(kind) == FREE_TRAVEL; }
+
+/// Whether the angle of a kind is told from -pi to pi; that of a screw goes on over its turns.
+inline bool is_told_in_one_turn(JointKind kind) { return free_of(kind) == FREE_ANGLE && kind != JOINT_SCREW; }
 
 }  // namespace lockstep

@@ -34,6 +34,10 @@ double angle_at(const JsonNode& node, const char* radians, const char* degrees) 
   return node.has(degrees) ? node.at(degrees).number() * degree : node.at(radians).number();
 }
 
+void refuse_far_angle(const JsonNode& node, JointKind kind, const char* what) {
+  node.fail(fmt::format("the angle of a {} is told from -180 to 180 degrees{}", noun_of(kind), what));
+}
+
 void read_limits(const JsonNode& node, JointFree free, JointDescription& joint) {
   if (node.has("limits") && node.has("limits_deg")) node.fail("has both \"limits\" and \"limits_deg\"; give one");
   const char* key = node.has("limits_deg") ? "limits_deg" : "limits";
@@ -50,8 +54,8 @@ void read_limits(const JsonNode& node, JointFree free, JointDescription& joint) 
   const double scale = node.has("limits_deg") ? degree : 1;
   joint.low *= scale;
   joint.high *= scale;
-  if (joint.low < -exact::pi || joint.high > exact::pi)
-    limits.fail("the angle of a hinge is told from -180 to 180 degrees; limits must lie there");
+  if (is_told_in_one_turn(joint.kind) && (joint.low < -exact::pi || joint.high > exact::pi))
+    refuse_far_angle(limits, joint.kind, "; limits must lie there");
 }
 
 void read_motor(const JsonNode& node, JointFree free, JointDescription& joint) {
@@ -66,6 +70,15 @@ void read_motor(const JsonNode& node, JointFree free, JointDescription& joint) {
     joint.motor_speed = motor.at("speed").number();
   }
   joint.motor_force = motor.at(turns ? "max_torque" : "max_force").positive();
+}
+
+void read_friction(const JsonNode& node, JointFree free, JointDescription& joint) {
+  if (!node.has("friction")) return;
+  joint.friction = node.at("friction").not_negative();
+  if (node.has("motor"))
+    node.at("friction")
+        .fail(fmt::format("does not go with a motor; take it off the motor's {}, or give it to a joint of its own",
+                          free == FREE_ANGLE ? "\"max_torque\"" : "\"max_force\""));
 }
 
 void read_spring(const JsonNode& node, JointFree free, JointDescription& joint) {
@@ -85,8 +98,8 @@ void read_spring(const JsonNode& node, JointFree free, JointDescription& joint) 
   if (!in_degrees && !spring.has("rest")) return;
   s.rest = free == FREE_ANGLE ? angle_at(spring, "rest", "rest_deg") : spring.at("rest").number();
   if (free == FREE_LENGTH && s.rest < 0) spring.at("rest").fail("a distance is never below 0");
-  if (free == FREE_ANGLE && std::abs(s.rest) > exact::pi)
-    spring.at(in_degrees ? "rest_deg" : "rest").fail("the angle of a hinge is told from -180 to 180 degrees");
+  if (is_told_in_one_turn(joint.kind) && std::abs(s.rest) > exact::pi)
+    refuse_far_angle(spring.at(in_degrees ? "rest_deg" : "rest"), joint.kind, "");
 }
 
 void read_place(const JsonNode& node, const char* kind, JointDescription& joint) {
@@ -102,16 +115,43 @@ void read_place(const JsonNode& node, const char* kind, JointDescription& joint)
     need_keys(node, kind, {"anchor"});
     joint.anchor_a = joint.anchor_b = node.at("anchor").vector();
   }
-  const bool has_axis = joint.kind == JOINT_HINGE || joint.kind == JOINT_SLIDER;
-  if (!has_axis) return refuse_keys(node, kind, {"axis"});
+}
+
+Vector3 direction(const JsonNode& node) {
+  const Vector3 v = node.vector();
+  if (v == Vector3{0, 0, 0}) node.fail("must not be zero: it is a direction");
+  return v;
+}
+
+void read_axes(const JsonNode& node, const char* kind, JointDescription& joint) {
+  if (joint.kind == JOINT_UNIVERSAL) {
+    refuse_keys(node, kind, {"axis"});
+    need_keys(node, kind, {"axes"});
+    const JsonNode axes = node.at("axes");
+    const std::vector<JsonNode> pair = axes.elements();
+    if (pair.size() != 2) axes.must_be("an array of 2 directions, one on either body");
+    joint.axis = direction(pair[0]);
+    joint.second_axis = direction(pair[1]);
+    if (!exact::perpendicular(joint.axis, joint.second_axis))
+      axes.fail("must be perpendicular: they are the arms of a cross");
+    return;
+  }
+  refuse_keys(node, kind, {"axes"});
+  if (!has_axis(joint.kind)) return refuse_keys(node, kind, {"axis"});
   need_keys(node, kind, {"axis"});
-  joint.axis = node.at("axis").vector();
-  if (joint.axis == Vector3{0, 0, 0}) node.at("axis").fail("must not be zero: it is a direction");
+  joint.axis = direction(node.at("axis"));
+}
+
+void read_pitch(const JsonNode& node, const char* kind, JointDescription& joint) {
+  if (joint.kind != JOINT_SCREW) return refuse_keys(node, kind, {"pitch"});
+  need_keys(node, kind, {"pitch"});
+  joint.pitch = node.at("pitch").number();
+  if (joint.pitch == 0) node.at("pitch").fail("must not be 0: what turns without travel is a hinge");
 }
 
 NamedJoint read_joint(const JsonNode& node, bool in_generator) {
-  node.expect_object({"type", "name", "bodies", "anchor", "anchors", "axis", "limits", "limits_deg", "motor", "collide",
-                      "spring", "frequency", "damping"});
+  node.expect_object({"type", "name", "bodies", "anchor", "anchors", "axis", "axes", "pitch", "limits", "limits_deg",
+                      "motor", "friction", "collide", "spring", "frequency", "damping"});
   NamedJoint named = {{}, {}, {false, false}, node};
   JointDescription& joint = named.joint;
   joint.kind = node.at("type").choice<JointKind>("joint", joint_names);
@@ -129,11 +169,14 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   }
 
   read_place(node, kind, joint);
+  read_axes(node, kind, joint);
+  read_pitch(node, kind, joint);
   const JointFree free = free_of(joint.kind);
-  if (free == FREE_NOTHING) refuse_keys(node, kind, {"limits", "motor", "spring"});
+  if (free == FREE_NOTHING) refuse_keys(node, kind, {"limits", "motor", "friction", "spring"});
   if (free != FREE_ANGLE) refuse_keys(node, kind, {"limits_deg"});
   read_limits(node, free, joint);
   read_motor(node, free, joint);
+  read_friction(node, free, joint);
   read_spring(node, free, joint);
   if (node.has("collide")) joint.collide = node.at("collide").boolean();
   if (node.has("frequency")) joint.frequency = node.at("frequency").positive();

@@ -130,16 +130,29 @@ struct JointDescription {
   u32 body_a = NONE, body_b = NONE;  // indices into Scene::bodies; NONE is the world
   Vector3 anchor_a = {0, 0, 0};      // world frame; the same point but for a distance joint
   Vector3 anchor_b = {0, 0, 0};
-  Vector3 axis = {0, 0, 1};  // world frame; need not be unit
+  Vector3 axis = {0, 0, 1};         // world frame; need not be unit. Of a universal joint the one that a carries
+  Vector3 second_axis = {1, 0, 0};  // of a universal joint, perpendicular to the first: the one that b carries
+  double pitch = 0;                 // of a screw, m a turn; left-handed below 0
   bool limited = false;
   double low = 0, high = 0;                 // m or rad
   double motor_speed = 0, motor_force = 0;  // m/s and N, rad/s and N m; a force of 0 is no motor
+  double friction = 0;                      // N or N m, dry, instead of a motor
   std::optional<JointSpring> spring = {};   // instead of limits
   bool collide = false;                     // the two bodies may collide with each other
   double frequency = 0;                     // Hz, of a joint that is soft as a whole; 0 where it is rigid
   double damping = 1;                       // of that, in parts of the critical one
   std::optional<JointStand> stand = {};     // none: anchors and axis are given for the poses at load
 };
+
+/// What drives the free coordinate of a joint: towards a speed, with at most a force.
+struct JointDrive {
+  double speed = 0, force = 0;
+};
+
+/// Its motor; or dry friction (Coulomb's, survey 3.1), which is a motor that wants it to stand still.
+inline JointDrive drive_of(const JointDescription& joint) {
+  return joint.friction > 0 ? JointDrive{0, joint.friction} : JointDrive{joint.motor_speed, joint.motor_force};
+}
 
 struct Settings {
   double dt = 1.0 / 60;

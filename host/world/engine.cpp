@@ -140,7 +140,8 @@ class EngineOf final : public Engine {
   void set_motors(std::span<const JointDescription> joints) override {
     std::vector<InputRow> inputs;
     for (u32 j = 0; j < joints.size(); ++j) {
-      const InputRow row = input(j, InputKind::motor, {joints[j].motor_speed, joints[j].motor_force, 0}, {0, 0, 0});
+      const JointDrive drive = drive_of(joints[j]);
+      const InputRow row = input(j, InputKind::motor, {drive.speed, drive.force, 0}, {0, 0, 0});
       const Joint<real>& driven = constants_.buffers.joints[j];
       if (row.linear[0] != driven.motor_speed || row.linear[1] != driven.motor_force) inputs.push_back(row);
     }
@@ -238,7 +239,7 @@ std::vector<EngineContact> EngineOf<real>::contacts() {
 template <class real>
 JointState EngineOf<real>::joint_state(u32 joint) {
   const Buffers<real>& b = download({Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::joint_infos,
-                                     Buffer::joints, Buffer::joint_lanes, Buffer::joint_impulses});
+                                     Buffer::joints, Buffer::screw_rises, Buffer::joint_lanes, Buffer::joint_impulses});
   const JointMeasures of = measure_joint(b, simulation_->params(), joint);
   return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
 }

@@ -47,7 +47,7 @@ void expect_sense(const BodyDescription& body, const Scene& scene) {
 
 void expect_sense(const JointDescription& joint, const Scene& scene) {
   const std::string where = joint.name.empty() ? "joint" : "joint \"" + joint.name + "\"";
-  const auto expect = [&](bool good, const char* rule) {
+  const auto expect = [&](bool good, const std::string& rule) {
     if (!good) throw Error(Failure::input, where, rule);
   };
   const auto is_dynamic = [&](u32 body) { return body != NONE && scene.bodies[body].kind == BODY_DYNAMIC; };
@@ -61,18 +61,28 @@ void expect_sense(const JointDescription& joint, const Scene& scene) {
   expect_finite(joint.axis, where.c_str());
   expect(joint.kind < JOINT_KINDS, "is of an unknown kind");
   const JointFree free = free_of(joint.kind);
-  const bool has_axis = joint.kind == JOINT_HINGE || joint.kind == JOINT_SLIDER;
-  expect(!has_axis || joint.axis != Vector3{0, 0, 0}, "must have an axis that is not zero");
-  expect_finite(std::array{joint.low, joint.high, joint.motor_speed, joint.motor_force, joint.frequency, joint.damping},
+  expect(!has_axis(joint.kind) || joint.axis != Vector3{0, 0, 0}, "must have an axis that is not zero");
+  if (joint.kind == JOINT_UNIVERSAL) {
+    expect_finite(joint.second_axis, where.c_str());
+    expect(joint.second_axis != Vector3{0, 0, 0} && exact::perpendicular(joint.axis, joint.second_axis),
+           "must have a second axis that is perpendicular to the first");
+  }
+  expect_finite(std::array{joint.low, joint.high, joint.motor_speed, joint.motor_force, joint.friction, joint.frequency,
+                           joint.damping, joint.pitch},
                 where.c_str());
-  expect(free != FREE_NOTHING || (!joint.limited && joint.motor_force == 0 && !joint.spring),
+  expect(joint.kind != JOINT_SCREW || joint.pitch != 0, "must have a pitch that is not 0");
+  expect(free != FREE_NOTHING || (!joint.limited && joint.motor_force == 0 && joint.friction == 0 && !joint.spring),
          "has nothing to limit, to drive or to push by a spring");
   expect(joint.low <= joint.high, "must not have a low limit above the high one");
   expect(free != FREE_LENGTH || joint.low >= 0, "must have limits >= 0: a distance is never below");
-  expect(free != FREE_ANGLE || (joint.low >= -exact::pi && joint.high <= exact::pi),
-         "must have limits within -pi .. pi: there the angle of a hinge is told");
+  const bool told = is_told_in_one_turn(joint.kind);
+  const std::string there = " within -pi .. pi: there the angle of a " + noun_of(joint.kind) + " is told";
+  expect(!told || (joint.low >= -exact::pi && joint.high <= exact::pi), "must have limits" + there);
   expect(joint.motor_force >= 0 && joint.frequency >= 0 && joint.damping >= 0,
          "must have no negative motor force, frequency or damping");
+  expect(joint.friction >= 0, "must have no negative friction");
+  expect(joint.friction == 0 || joint.motor_force == 0,
+         "must not have both a motor and friction; take this off the motor's force");
   if (!joint.spring) return;
   const JointSpring& spring = *joint.spring;
   expect_finite(std::array{spring.stiffness, spring.damping, spring.rest}, where.c_str());
@@ -80,8 +90,7 @@ void expect_sense(const JointDescription& joint, const Scene& scene) {
   expect(spring.stiffness >= 0 && spring.damping >= 0 && spring.stiffness + spring.damping > 0,
          "must have a spring with a stiffness or a damping above 0, and neither below");
   expect(free != FREE_LENGTH || spring.rest >= 0, "must have a spring that rests at >= 0: a distance is never below");
-  expect(free != FREE_ANGLE || (spring.rest >= -exact::pi && spring.rest <= exact::pi),
-         "must have a spring that rests within -pi .. pi: there the angle of a hinge is told");
+  expect(!told || (spring.rest >= -exact::pi && spring.rest <= exact::pi), "must have a spring that rests" + there);
 }
 
 }  // namespace lockstep

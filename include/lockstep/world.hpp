@@ -78,9 +78,11 @@ struct BodyHit {
 
 /// How a joint stands, and what it does. World frame; forces are those of the last sub-step, 0 before the first.
 struct JointState {
-  double coordinate = 0;  // angle of a hinge, rad; way of a slider or length of a distance joint, m; of others 0
-  double speed = 0;       // its rate, rad/s, m/s
-  double drive = 0;       // by motor, limits or spring, along the coordinate; N m, N
+  // angle of a hinge, planar, universal (first arm) or screw joint (with its turns), rad; way of a slider or
+  // cylindrical joint or length of a distance joint, m; of others 0
+  double coordinate = 0;
+  double speed = 0;  // its rate, rad/s, m/s
+  double drive = 0;  // by motor, friction, limits or spring, along the coordinate; N m, N
   // of the joint, but for `drive`, on its second body at that one's anchor; on the first it is the opposite; N, N m
   Vector3 force = {0, 0, 0}, torque = {0, 0, 0};
   double separation = 0, angle = 0;  // by how much it is open where it should not be, m, rad
@@ -144,9 +146,9 @@ class World {
   /// for a joint that makes no sense.
   JointHandle add(const JointDescription& joint, BodyHandle a, BodyHandle b);
   JointHandle add(const JointDescription& joint, BodyHandle a);
-  /// Drives a hinge, a slider or a distance from now on: `speed` of b against a, rad/s or m/s, by a torque or force of
-  /// at most `force`, N m or N; 0: not at all. Takes effect with the next step.
-  /// Throws Error (input) for a joint that has nothing to drive and for a motor that makes no sense.
+  /// Drives the free angle, way or distance of a joint (docs/scene_format.md) from now on: `speed` of b against a,
+  /// rad/s or m/s, by a torque or force of at most `force`, N m or N; 0: not at all. Takes effect with the next step.
+  /// Throws Error (input) for a joint that has nothing to drive or has friction, and for a motor that makes no sense.
   void set_motor(JointHandle joint, double speed, double force);
   void remove(JointHandle joint);
   bool contains(JointHandle joint) const;

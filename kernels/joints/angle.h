@@ -17,4 +17,10 @@ static inline real turn_angle(real z, real w) {
   return (real)16 * (t - t * s * sum);
 }
 
+// atan2(y, x); r is the length of (x, y).
+static inline real direction_angle(real x, real y, real r) {
+  if (!(x < (real)0)) return turn_angle(y, r + x);
+  return y < (real)0 ? turn_angle(x - r, -y) : turn_angle(r - x, y);
+}
+
 #endif

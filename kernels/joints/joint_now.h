@@ -12,11 +12,32 @@ typedef struct JointNow {
   real error[JOINT_ROWS];
   Vec3 free_axis;
   real coordinate;
+  real rise;
 } JointNow;
 
 static inline Quat joint_frame(const real* q) { return make4(q[0], q[1], q[2], q[3]); }
 
-static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, Vec3 x_a, Quat q_a, Vec3 x_b, Quat q_b) {
+// Of no other scene does a kernel know screws.
+static inline real joint_rise(global const real* screw_rises, u32 index) {
+#if FEATURE_SCREWS
+  return screw_rises[index];
+#else
+  return (real)0;
+#endif
+}
+
+static inline void turn_to_cross(JointNow* now, Vec3 second) {
+  const real level = sqrt(second.x * second.x + second.y * second.y);
+  now->coordinate = direction_angle(second.x, second.y, level);
+  if (!(level > (real)0)) return;
+  const real c = second.x / level, s = second.y / level;
+  const Vec3 x = now->axes[0], y = now->axes[1];
+  now->axes[0] = add3(scale3(c, x), scale3(s, y));
+  now->axes[1] = sub3(scale3(c, y), scale3(s, x));
+}
+
+static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, real rise, Vec3 x_a, Quat q_a, Vec3 x_b,
+                                 Quat q_b) {
   JointNow now;
   const Quat frame_a = multiply4(q_a, joint_frame(joint.frame_a));
   const Quat frame_b = multiply4(q_b, joint_frame(joint.frame_b));
@@ -26,7 +47,7 @@ static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, V
   now.arm_b = rotate3(q_b, vec3(joint.anchor_b));
   now.arm_a = add3(sub3(x_b, x_a), now.arm_b);
   const Vec3 d = sub3(now.arm_a, rotate3(q_a, vec3(joint.anchor_a)));
-  for (u32 i = 0u; i < 3u; ++i) now.error[i] = dot3(now.axes[i], d);
+  now.coordinate = (real)0;
 
   Quat turn = multiply4(make4(-frame_a.x, -frame_a.y, -frame_a.z, frame_a.w), frame_b);
   if (turn.w < (real)0) turn = make4(-turn.x, -turn.y, -turn.z, -turn.w);
@@ -34,21 +55,34 @@ static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, V
     now.error[3] = (real)2 * turn.x;
     now.error[4] = (real)2 * turn.y;
     now.error[5] = (real)2 * turn.z;
+  } else if (LOCKS_CROSS(locked)) {
+    const Vec3 second = rotate3(turn, make3((real)1, (real)0, (real)0));
+    now.error[3] = (real)0;
+    now.error[4] = -second.z;
+    now.error[5] = (real)0;
+    turn_to_cross(&now, second);
   } else {
     const Vec3 axis_b = rotate3(turn, make3((real)0, (real)0, (real)1));
     now.error[3] = -axis_b.y;
     now.error[4] = axis_b.x;
     now.error[5] = (real)0;
   }
+  for (u32 i = 0u; i < 3u; ++i) now.error[i] = dot3(now.axes[i], d);
 
   now.free_axis = now.axes[2];
-  now.coordinate = (real)0;
-  if (free_kind == FREE_ANGLE) now.coordinate = turn_angle(turn.z, turn.w);
+  if (free_kind == FREE_ANGLE && !LOCKS_CROSS(locked)) now.coordinate = turn_angle(turn.z, turn.w);
   if (free_kind == FREE_TRAVEL) now.coordinate = now.error[2];
   if (free_kind == FREE_LENGTH) {
     now.coordinate = length3(d);
     if (now.coordinate > (real)0)
       now.free_axis = make3(d.x / now.coordinate, d.y / now.coordinate, d.z / now.coordinate);
+  }
+  now.rise = rise;
+  if (rise != (real)0) {
+    const real whole_turn = (real)6.283185307179586;
+    const real turns = floor((now.error[2] / rise - now.coordinate) / whole_turn + (real)0.5);
+    now.coordinate = now.coordinate + whole_turn * turns;
+    now.error[2] = now.error[2] - rise * now.coordinate;
   }
   return now;
 }

@@ -15,6 +15,10 @@ static inline void joint_mobility(const JointNow* now, bool angular, Motion a, M
     moment_a[i + 3u] = now->axes[i];
     moment_b[i + 3u] = now->axes[i];
   }
+  if (now->rise != (real)0) {
+    moment_a[2] = sub3(moment_a[2], scale3(now->rise, now->axes[2]));
+    moment_b[2] = sub3(moment_b[2], scale3(now->rise, now->axes[2]));
+  }
   moment_a[JOINT_ROWS] = angular ? now->free_axis : cross3(now->arm_a, now->free_axis);
   moment_b[JOINT_ROWS] = angular ? now->free_axis : cross3(now->arm_b, now->free_axis);
 

@@ -31,7 +31,12 @@ static inline void lane_push_joint(global const JointBlock* block, lane_mask ang
   const Lane3 x = lane_joint_vector(block->axes, first), y = lane_joint_vector(block->axes + 3, first);
   const Lane3 z = lane_joint_vector(block->axes + 6, first), along = lane_joint_vector(block->free_axis, first);
   Lane3 impulse = lane_add3(lane_add3(lane_scale3(r[0], x), lane_scale3(r[1], y)), lane_scale3(r[2], z));
-  Lane3 moment = lane_add3(lane_add3(lane_scale3(r[3], x), lane_scale3(r[4], y)), lane_scale3(r[5], z));
+  lane about_z = r[5];
+#if FEATURE_SCREWS
+  const lane rise = LANE_LOAD(block->rise + first);
+  about_z = rise != (lane)0 ? -(rise * r[2]) : about_z;
+#endif
+  Lane3 moment = lane_add3(lane_add3(lane_scale3(r[3], x), lane_scale3(r[4], y)), lane_scale3(about_z, z));
   impulse = lane_add3(impulse, lane_scale3(angular ? (lane)0 : r_free, along));
   moment = lane_add3(moment, lane_scale3(angular ? r_free : (lane)0, along));
   const Lane3 arm_a = lane_joint_vector(block->arm_a, first), arm_b = lane_joint_vector(block->arm_b, first);
@@ -96,6 +101,10 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
     d[i + 3u] = -(lane_dot3(axis, w) + share * LANE_LOAD(block->bias[i + 3u] + first) +
                   LANE_LOAD(block->turning[i + 3u] + first));
   }
+#if FEATURE_SCREWS
+  const lane rise = LANE_LOAD(block->rise + first);
+  d[2] = rise != (lane)0 ? d[2] + rise * lane_dot3(lane_joint_vector(block->axes + 6, first), w) : d[2];
+#endif
   lane_solve_factor(block, first, d);
   lane before = lane_dot3(lane_joint_vector(block->free_axis, first), lane_select3(angular, w, u));
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {

@@ -16,6 +16,18 @@ TEST(TurnAngle, IsTwiceTheArcTangent) {
   }
 }
 
+TEST(DirectionAngle, IsThatOfTheCLibrary) {
+  for (int i = -20000; i <= 20000; ++i) {
+    const double angle = 3.141592653589793 * i / 20000, size = 1 + 0.3 * std::sin(7.0 * i);
+    const double x = size * std::cos(angle), y = size * std::sin(angle);
+    EXPECT_NEAR(reference::direction_angle(x, y, size), std::atan2(y, x), 2e-15) << angle;
+    const float x_f = float(x), y_f = float(y);
+    EXPECT_NEAR(double(reference::direction_angle(x_f, y_f, std::sqrt(x_f * x_f + y_f * y_f))), std::atan2(y_f, x_f),
+                2e-6)
+        << angle;
+  }
+}
+
 TEST(TurnAngle, OfNoQuaternionIsZero) { EXPECT_EQ(reference::turn_angle(0.0, 0.0), 0.0); }
 
 }  // namespace

@@ -60,7 +60,9 @@ TYPED_TEST(BallJointIn, MomentumIsConserved) {
       a.angular_velocity = {0.3, -1, 0.2};
       b.angular_velocity = {1, 2, -0.4};
       JointDescription joint = joint_of(static_cast<JointKind>(kind), 0, 1, {0.5, 0, 0.1}, {1, 1, 0});
+      joint.second_axis = {1, -1, 0};
       if (kind == JOINT_DISTANCE) joint.anchor_b = {1, 0.5, 0};
+      if (kind == JOINT_SCREW) joint.pitch = 0.4;
       Scene scene = joint_scene({a, b}, {joint}, 1.0 / 240);
       scene.gravity = {0, 0, 0};
       if (substeps > 1) scene = with_small_steps(scene, substeps);

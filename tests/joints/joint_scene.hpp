@@ -1,6 +1,7 @@
 // Scenes of bodies and joints for the tests, without a file.
 #pragma once
 
+#include "host/scene/joint_kinds.hpp"
 #include "tests/stage_harness.hpp"
 #include "tests/worlds.hpp"
 
@@ -62,7 +63,7 @@ Buffers<real> after_steps(const Scene& scene, u32 steps) {
 }
 
 /// Bodies in motion, one of five of them static, and joints of all kinds between random pairs of them and the world:
-/// with limits, motors and springs. Where the geometry is nonsense only twins can be compared.
+/// with limits, motors, friction and springs. Where the geometry is nonsense only twins can be compared.
 inline Scene random_joints(u32 seed, u32 bodies, u32 joints) {
   Random random(seed);
   Scene scene;
@@ -88,8 +89,10 @@ inline Scene random_joints(u32 seed, u32 bodies, u32 joints) {
     if (random.bits() % 2 == 0) std::swap(a, b);
     JointDescription joint =
         joint_of(static_cast<JointKind>(i % JOINT_KINDS), a, b, random.vector(2), {1, random.between(-1, 1), 0.3});
+    joint.second_axis = {joint.axis[1], -1, 0};
     if (joint.kind == JOINT_DISTANCE) joint.anchor_b = random.vector(2);
-    const bool is_free = joint.kind == JOINT_HINGE || joint.kind == JOINT_SLIDER || joint.kind == JOINT_DISTANCE;
+    if (joint.kind == JOINT_SCREW) joint.pitch = random.between(0.5, 2) * (random.bits() % 2 == 0 ? 1 : -1);
+    const bool is_free = free_of(joint.kind) != FREE_NOTHING;
     if (is_free && random.bits() % 2 == 0) {
       joint.limited = true;
       joint.low = random.between(-0.2, 0.1);
@@ -100,6 +103,8 @@ inline Scene random_joints(u32 seed, u32 bodies, u32 joints) {
     if (is_free && random.bits() % 2 == 0) {
       joint.motor_speed = random.between(-2, 2);
       joint.motor_force = random.between(1, 50);
+    } else if (is_free && random.bits() % 2 == 0) {
+      joint.friction = random.between(1, 20);
     }
     if (random.bits() % 4 == 0) joint.frequency = random.between(1, 10);
     scene.joints.push_back(joint);
@@ -109,7 +114,7 @@ inline Scene random_joints(u32 seed, u32 bodies, u32 joints) {
 
 /// Two bodies, the second of which can move, and one joint between them; one sweep.
 inline Scene one_random_joint(u32 seed) {
-  Scene scene = random_joints(seed, 2, 5);
+  Scene scene = random_joints(seed, 2, JOINT_KINDS);
   scene.bodies[1].kind = BODY_DYNAMIC;
   if (scene.bodies[1].mass == 0) scene.bodies[1].mass = 1;
   scene.joints = {scene.joints[seed % JOINT_KINDS]};

@@ -117,6 +117,43 @@ TEST(OracleBackend, JointsAreThoseOfEveryModel) {
   EXPECT_LE(boxes.distance(cones), 1e-8);
 }
 
+// Crosses, and the threads of screws.
+TEST(OracleBackend, JointsOfTwoFramesAreThoseOfEveryModel) {
+  for (const char* name : {"cardan_shaft", "screw_nut"}) {
+    SCOPED_TRACE(name);
+    Scene scene = hard_scene(name);
+    for (JointDescription& joint : scene.joints) {
+      joint.limited = false;
+      joint.motor_force = joint.friction = 0;
+    }
+    scene.settings.iterations = 1000;
+    Stepper swept(scene, ""), cones(scene, "auto"), pyramids(scene, "pyramid_lemke");
+    for (int i = 0; i < 30; ++i) {
+      EXPECT_LE(swept.step().relative, 1e-8);
+      EXPECT_LE(cones.step().relative, 1e-10);
+      EXPECT_LE(pyramids.step().relative, 1e-10);
+    }
+    EXPECT_LE(cones.distance(swept), 1e-6);
+    EXPECT_LE(pyramids.distance(cones), 1e-8);
+  }
+}
+
+// Of the nuts one slides and one sticks; cones know of no friction in joints.
+TEST(OracleBackend, PyramidsAndBoxesKnowFrictionInJoints) {
+  Scene scene = hard_scene("screw_nut");
+  for (JointDescription& joint : scene.joints) joint.limited = false;
+  scene.settings.iterations = 100;
+  Stepper swept(scene, ""), pyramids(scene, "pyramid_lemke"), boxes(scene, "box_baraff");
+  for (int i = 0; i < 30; ++i) {
+    EXPECT_LE(swept.step().relative, 1e-10);
+    EXPECT_LE(pyramids.step().relative, 1e-10);
+    EXPECT_LE(boxes.step().relative, 1e-10);
+  }
+  EXPECT_LE(pyramids.distance(swept), 1e-8);
+  EXPECT_LE(boxes.distance(swept), 1e-8);
+  EXPECT_THROW(Stepper(scene, "auto").step(), Error);
+}
+
 TEST(OracleBackend, TellsWhatItLeftUnsolved) {
   Scene scene = hard_scene("box_stack");
   scene.settings.tolerance = 1e-11;

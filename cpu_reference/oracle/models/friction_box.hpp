@@ -22,6 +22,7 @@ class FrictionBox {
   Vector3d impulse(std::size_t contact, const VectorXd& z) const;
   VectorXd velocities(const VectorXd& z) const;
   VectorXd joint_impulses(const VectorXd& z) const { return z.tail(rows_.joint.rows()); }
+  VectorXd dry_impulses(const VectorXd& z) const { return z.segment(3 * rows_.normal.rows(), rows_.dry.rows()); }
 
  private:
   const Multibody& system_;

@@ -139,6 +139,12 @@ Vector3d FrictionPyramid::impulse(std::size_t contact, const VectorXd& x) const 
   return x[i] * normal + tangents(normal) * friction;
 }
 
+VectorXd FrictionPyramid::dry_impulses(const VectorXd& x) const {
+  VectorXd impulses(dry_);
+  for (Index k = 0; k < dry_; ++k) impulses[k] = x[normals_ + 2 * k] - x[normals_ + 2 * k + 1];
+  return impulses;
+}
+
 VectorXd FrictionPyramid::velocities(const VectorXd& x) const {
   const MatrixXd rows = impulse_rows();
   return JointElimination(rows_, system_).velocities(rows, x.head(rows.rows()));

@@ -43,6 +43,9 @@ class FrictionPyramid {
   /// What the joints' rows carry then, N s and N m s.
   VectorXd joint_impulses(const VectorXd& x) const;
 
+  /// What dry friction in joints does, N s and N m s.
+  VectorXd dry_impulses(const VectorXd& x) const;
+
   Index size() const { return normals_ + 2 * dry_ + normals_ * directions_ + dry_ + normals_; }
 
  private:
