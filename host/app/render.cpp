@@ -9,7 +9,6 @@
 #include "host/app/recorded_model.hpp"
 #include "host/app/render_options.hpp"
 #include "host/app/start.hpp"
-#include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
 #include "host/record/recording_reader.hpp"
 #include "host/report/report.hpp"
@@ -49,13 +48,6 @@ void say_what_was_made(const Frames& frames, const RenderOptions& options) {
   fmt::print("{}, {}x{}, {}: {:.1f} ms a picture to draw, {:.1f} ms to write\n", what, options.frames.width,
              options.frames.height, frames.driver(), frames.draw_ms() / std::max(count, 1u),
              frames.write_ms() / std::max(count, 1u));
-}
-
-template <class real>
-std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options) {
-  const std::optional<DeviceInfo> device = device_of(options);
-  if (device) return std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
-  return std::make_unique<ReferenceBackend<real>>(state);
 }
 
 // What a picture needs of the state after a step.
