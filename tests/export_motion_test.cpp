@@ -233,6 +233,28 @@ TEST_F(CommandLine, ASceneMovesAsItsRecordingDoes) {
   EXPECT_EQ(read_whole_file(a), read_whole_file(b));
 }
 
+// A robot's file in the place of a scene: what is said of scenes is true of it.
+TEST_F(CommandLine, ARobotIsRunRecordedVerifiedDrawnAndExported) {
+  const std::string robot = file("arm.urdf"), recording = file("x.h5"), glb = file("x.glb");
+  std::ofstream(robot) << R"(<robot name="arm"><link name="world"/><link name="rod"><inertial><origin xyz="0 0 -0.5"/>
+      <mass value="1"/><inertia ixx="0.08" iyy="0.08" izz="0.01"/></inertial>
+      <collision><origin xyz="0 0 -0.5"/><geometry><capsule radius="0.1" length="0.8"/></geometry></collision></link>
+    <joint name="pivot" type="continuous"><parent link="world"/><child link="rod"/><origin rpy="0 1 0"/>
+      <axis xyz="0 1 0"/></joint></robot>)";
+  ASSERT_EQ(run("run " + robot + " --steps 20 --device reference --quiet --record " + recording).status, 0);
+  EXPECT_EQ(run("verify " + recording + " --device reference").status, 0);
+  const Outcome drawn = run("render " + recording + " --at 20 --size 96x64 --out " + file("pictures").string());
+  EXPECT_EQ(drawn.status, 0) << drawn.err;
+  EXPECT_TRUE(fs::exists(file("pictures/arm_000020.png")));
+  ASSERT_EQ(run("export " + recording + " --quiet -o " + glb).status, 0);
+  const Glb exported(glb);
+  const json& nodes = exported.document["nodes"];
+  EXPECT_TRUE(std::any_of(nodes.begin(), nodes.end(), [](const json& n) { return n.value("name", "") == "arm/rod"; }));
+  EXPECT_EQ(exported.document["animations"][0]["channels"].size(), 2u);
+  std::ofstream(robot) << "<robot name=\"arm\">\n<link name=\"a\"/>\n</robot>\n";
+  expect_refused("run " + robot, 2, "arm.urdf:2: <link> \"a\": needs an <inertial>");
+}
+
 TEST_F(CommandLine, RefusesMotionsThatCannotBeWritten) {
   const std::string glb = file("x.glb"), recording = file("x.h5");
   expect_refused("export box_stack -o " + file("x.gltf").string(), 2, ".glb");

@@ -117,7 +117,7 @@ void add_export(CLI::App& program) {
       "export", "Write a motion as glTF, or the constraint system of a step, or print its size in each model");
   const auto options = std::make_shared<ExportOptions>();
   add_scene_options(*command, *options);
-  command->get_option("scene")->description("A built-in scene, a JSON file, or for a motion a recording");
+  command->get_option("scene")->description("A built-in scene, a JSON or URDF file, or for a motion a recording");
   command->add_option("-o,--output", options->output,
                       "The file to write: a motion where it ends in .glb; else a system as FCLIB, or as text for "
                       "Siconos where it ends in .dat");

@@ -153,7 +153,8 @@ void render_recording(const RecordingReader& recording, const RenderOptions& opt
       shown_steps(options.shown, first, first + recording.steps(), dt, !options.frames.film.empty());
   expect_pictures_writable(options, file_name(label.scene), shown.front());
   // a world that was made in code has no text
-  const auto camera = label.scene_text.empty() ? std::nullopt : parse_camera(label.scene_text, options.scene);
+  const std::string& source = label.source.empty() ? options.scene : label.source;
+  const auto camera = label.scene_text.empty() ? std::nullopt : parse_camera(label.scene_text, source);
   const FrameOptions frame = frame_options(options, camera, dt);
   Frames frames(frame, recorded_model(start, label, options.frames.shown), file_name(label.scene), dt);
   {

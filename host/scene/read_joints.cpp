@@ -27,13 +27,6 @@ void need_keys(const JsonNode& node, const char* kind, std::initializer_list<con
   }
 }
 
-// A number in radians or, under the other key, in degrees.
-double angle_at(const JsonNode& node, const char* radians, const char* degrees) {
-  if (node.has(radians) && node.has(degrees))
-    node.fail(fmt::format("has both {} and {}; give one", quote(radians), quote(degrees)));
-  return node.has(degrees) ? node.at(degrees).number() * degree : node.at(radians).number();
-}
-
 void read_limits(const JsonNode& node, JointFree free, JointDescription& joint) {
   if (node.has("limits") && node.has("limits_deg")) node.fail("has both \"limits\" and \"limits_deg\"; give one");
   const char* key = node.has("limits_deg") ? "limits_deg" : "limits";
@@ -133,8 +126,7 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   if (free == FREE_NOTHING) refuse_keys(node, kind, {"limits", "motor", "spring"});
   if (free != FREE_ANGLE) refuse_keys(node, kind, {"limits_deg"});
   read_limits(node, free, joint);
-  read_motor(node, free, joint);
-  read_spring(node, free, joint);
+  read_drive(node, joint);
   if (node.has("collide")) joint.collide = node.at("collide").boolean();
   if (node.has("frequency")) joint.frequency = node.at("frequency").positive();
   if (node.has("damping")) {
@@ -145,6 +137,17 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
 }
 
 }  // namespace
+
+double angle_at(const JsonNode& node, const char* radians, const char* degrees) {
+  if (node.has(radians) && node.has(degrees))
+    node.fail(fmt::format("has both {} and {}; give one", quote(radians), quote(degrees)));
+  return node.has(degrees) ? node.at(degrees).number() * degree : node.at(radians).number();
+}
+
+void read_drive(const JsonNode& node, JointDescription& joint) {
+  read_motor(node, free_of(joint.kind), joint);
+  read_spring(node, free_of(joint.kind), joint);
+}
 
 std::vector<NamedJoint> read_joints(const JsonNode& array, bool in_generator) {
   std::vector<NamedJoint> joints;

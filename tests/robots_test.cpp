@@ -1,0 +1,475 @@
+// Robots from URDF files: what becomes of links and joints, and the exact line that each kind of bad file is refused
+// with.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "host/error.hpp"
+#include "host/record/identity.hpp"
+#include "host/report/joints.hpp"
+#include "host/report/measures.hpp"
+#include "host/scene/mass_properties.hpp"
+#include "host/scene/read.hpp"
+#include "tests/recording_scene.hpp"
+#include "tests/temporary_folder.hpp"
+
+namespace lockstep {
+namespace {
+
+// A scene of a robot in "robot.urdf", and what is said of it there.
+class Robots : public testing::Test {
+ protected:
+  Scene scene_of(const std::string& robot, const std::string& use = "", const std::string& more = "") const {
+    std::ofstream(folder_.file("robot.urdf")) << robot;
+    return parse_scene(R"({"robots": [{"file": "robot.urdf", "name": "r")" + use + "}]" + more + "}",
+                       folder_.file("scene.json"));
+  }
+
+  // The line that a robot is refused with, the folder left out; "accepted" where it is not.
+  std::string refusal(const std::string& robot, const std::string& use = "") const {
+    try {
+      scene_of(robot, use);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure(), Failure::input);
+      std::string line = error.what();
+      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
+      for (std::size_t at; (at = line.find(folder_.file(""))) != std::string::npos;)
+        line.erase(at, folder_.file("").size());
+      return line;
+    }
+    return "accepted";
+  }
+
+  const TemporaryFolder folder_;
+};
+
+std::string robot(const std::string& inside) { return "<robot name=\"x\">\n" + inside + "\n</robot>\n"; }
+
+const std::string unit_inertial = R"(<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1"/></inertial>)";
+
+std::string link(const std::string& name, const std::string& inside = unit_inertial) {
+  return "<link name=\"" + name + "\">" + inside + "</link>\n";
+}
+
+std::string joint(const std::string& type, const std::string& parent, const std::string& child,
+                  const std::string& inside = "") {
+  return "<joint name=\"" + parent + "_" + child + "\" type=\"" + type + "\"><parent link=\"" + parent +
+         "\"/><child link=\"" + child + "\"/>" + inside + "</joint>\n";
+}
+
+template <class real>
+WorldHash hash_after(const Scene& scene, u32 steps) {
+  const InitialState<real> state = compile<real>(scene);
+  Simulation<real> simulation = simulation_of(state);
+  for (u32 i = 0; i < steps; ++i) simulation.step();
+  return simulation.world_hashes().front();
+}
+
+// The same two rods in both languages: the same constants, the same state after 100 steps.
+TEST_F(Robots, ADoublePendulumIsThatOfTheSceneFormat) {
+  const std::string rod = R"(<inertial><origin xyz="0 0 -0.25"/><mass value="2"/>
+      <inertia ixx="0.0625" iyy="0.0625" izz="0.001953125"/></inertial>
+    <collision><origin xyz="0 0 -0.25"/><geometry><box size="0.0625 0.0625 0.5"/></geometry></collision>)";
+  const std::string settings = R"(, "settings": {"integrator": "trapezoidal"})";
+  const Scene urdf = scene_of(robot(link("world", "") + link("upper", rod) + link("lower", rod) +
+                                    joint("continuous", "world", "upper",
+                                          R"(<origin xyz="0 0 2"/><axis xyz="0 1 0"/><dynamics damping="0.125"/>)") +
+                                    joint("revolute", "upper", "lower", R"(<origin xyz="0 0 -0.5"/><axis xyz="0 1 0"/>
+                                          <limit lower="-2" upper="1.5" effort="1" velocity="1"/>)")),
+                              "", settings);
+  const Scene json = parse_scene(R"({"bodies": [
+      {"name": "a", "mass": 2, "inertia": [0.0625, 0.0625, 0.001953125], "position": [0, 0, 1.75],
+       "shapes": [{"type": "box", "size": [0.0625, 0.0625, 0.5]}]},
+      {"name": "b", "mass": 2, "inertia": [0.0625, 0.0625, 0.001953125], "position": [0, 0, 1.25],
+       "shapes": [{"type": "box", "size": [0.0625, 0.0625, 0.5]}]}],
+    "joints": [
+      {"type": "hinge", "bodies": ["world", "a"], "anchor": [0, 0, 2], "axis": [0, 1, 0], "spring": {"damping": 0.125}},
+      {"type": "hinge", "bodies": ["a", "b"], "anchor": [0, 0, 1.5], "axis": [0, 1, 0], "limits": [-2, 1.5]}])" +
+                                     settings + "}",
+                                 "json.json");
+  ASSERT_EQ(urdf.bodies.size(), 2u) << "a root without shapes that does not move is the fixed frame";
+  EXPECT_EQ(urdf.bodies[0].name, "r/upper");
+  EXPECT_EQ(urdf.joints[1].name, "r/upper_lower");
+  EXPECT_EQ(identity_of(compile<float>(urdf)), identity_of(compile<float>(json)));
+  EXPECT_EQ(identity_of(compile<double>(urdf)), identity_of(compile<double>(json)));
+  const WorldHash a = hash_after<float>(urdf, 100), b = hash_after<float>(json, 100);
+  EXPECT_EQ(a.state_high, b.state_high);
+  EXPECT_EQ(a.state_low, b.state_low);
+}
+
+using Tensor = std::array<double, 6>;  // xx, yy, zz, xy, xz, yz
+
+// R diag(moments) R^T of a body.
+Tensor tensor_of(const BodyDescription& body) {
+  MassProperties own;
+  own.inertia = {body.inertia[0], body.inertia[1], body.inertia[2], 0, 0, 0};
+  return placed(own, {0, 0, 0}, body.orientation).inertia;
+}
+
+TEST_F(Robots, ATensorWithProductsIsTurnedToItsPrincipalAxes) {
+  const Tensor given = {0.03, 0.04, 0.05, 0.002, -0.004, 0.006};
+  const Scene scene = scene_of(robot(link("a", R"(<inertial><mass value="3"/><inertia ixx="0.03" iyy="0.04" izz="0.05"
+      ixy="0.002" ixz="-0.004" iyz="0.006"/></inertial>
+      <collision><origin xyz="1 2 3"/><geometry><sphere radius="0.1"/></geometry></collision>)")));
+  const BodyDescription& body = scene.bodies.at(0);
+  const Tensor found = tensor_of(body);
+  for (unsigned i = 0; i < 6; ++i) EXPECT_NEAR(found[i], given[i], 1e-16) << i;
+  EXPECT_NEAR(body.inertia[0] + body.inertia[1] + body.inertia[2], 0.12, 1e-15);
+  const Vector3 ball = exact::rotate(body.orientation, body.shapes.at(0).offset);  // stays where it is
+  for (unsigned i = 0; i < 3; ++i) EXPECT_NEAR(ball[i], i + 1.0, 1e-14);
+}
+
+TEST_F(Robots, TheOriginOfAnInertialTurnsItsTensor) {
+  // a quarter turn about z: x becomes y
+  const Scene scene = scene_of(robot(link("a", R"(<inertial><origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>
+      <mass value="3"/><inertia ixx="0.03" iyy="0.04" izz="0.05"/></inertial>)")),
+                               R"(, "position": [10, 0, 0])");
+  const Tensor found = tensor_of(scene.bodies.at(0));
+  const Tensor expected = {0.04, 0.03, 0.05, 0, 0, 0};
+  for (unsigned i = 0; i < 6; ++i) EXPECT_NEAR(found[i], expected[i], 1e-16) << i;
+  EXPECT_EQ(scene.bodies[0].position, (Vector3{11, 2, 3}));
+}
+
+TEST_F(Robots, LinksFixedToEachOtherAreOneBody) {
+  const auto point = [](const std::string& name) {
+    return link(name, R"(<inertial><mass value="2"/><inertia ixx="0.1" iyy="0.1" izz="0.1"/></inertial>
+      <collision><geometry><sphere radius="0.1"/></geometry></collision>)");
+  };
+  const Scene scene = scene_of(robot(point("a") + link("frame", "") + point("b") +
+                                     joint("fixed", "a", "frame", R"(<origin xyz="0 1 0"/>)") +
+                                     joint("fixed", "frame", "b", R"(<origin xyz="0 1 0"/>)")));
+  ASSERT_EQ(scene.bodies.size(), 1u);
+  const BodyDescription& body = scene.bodies[0];
+  EXPECT_EQ(body.name, "r/a");
+  EXPECT_EQ(body.mass, 4);
+  EXPECT_EQ(body.position, (Vector3{0, 1, 0}));
+  EXPECT_EQ(body.inertia, (Vector3{4.2, 0.2, 4.2}));  // 2 (0.1 + 2 * 1^2) across
+  ASSERT_EQ(body.shapes.size(), 2u);
+  EXPECT_EQ(body.shapes[0].offset, (Vector3{0, -1, 0}));
+  EXPECT_EQ(body.shapes[1].offset, (Vector3{0, 1, 0}));
+  EXPECT_TRUE(scene.joints.empty());
+}
+
+TEST_F(Robots, TheRootIsFreeUnlessItIsHeld) {
+  const std::string ball = R"(<collision><geometry><sphere radius="0.1"/></geometry></collision>)";
+  const std::string arm = link("arm") + joint("continuous", "root", "arm");
+  const Scene free = scene_of(robot(link("root", unit_inertial + ball) + arm));
+  EXPECT_EQ(free.bodies.at(0).kind, BODY_DYNAMIC);
+  const Scene held = scene_of(robot(link("root", ball) + arm), R"(, "fixed": true, "position": [0, 0, 5])");
+  EXPECT_EQ(held.bodies.at(0).kind, BODY_STATIC);
+  EXPECT_EQ(held.bodies.at(0).position, (Vector3{0, 0, 5}));
+  EXPECT_EQ(held.joints.at(0).body_a, 0u);
+  const Scene world = scene_of(robot(link("world", ball) + link("arm") + joint("continuous", "world", "arm")));
+  EXPECT_EQ(world.bodies.at(0).kind, BODY_STATIC);
+  const Scene floating = scene_of(robot(link("root") + link("b") + joint("floating", "root", "b")));
+  EXPECT_EQ(floating.bodies.size(), 2u);
+  EXPECT_TRUE(floating.joints.empty());
+}
+
+// The coordinate of the first joint of a scene at its start, and after so many steps.
+double coordinate_after(const Scene& scene, u32 steps, u32 joint = 0) {
+  const InitialState<double> state = compile<double>(scene);
+  if (steps == 0) return measure_joint(state.buffers, state.params, joint).coordinate;
+  Simulation<double> simulation = simulation_of(state);
+  for (u32 i = 0; i < steps; ++i) simulation.step();
+  return measure_joint(simulation.backend().download(measured_buffers(state.features)), simulation.params(), joint)
+      .coordinate;
+}
+
+const std::string arm_along_x = R"(<inertial><origin xyz="0.5 0.1 0"/><mass value="1"/>
+    <inertia ixx="0.02" ixy="0.003" iyy="0.05" izz="0.06"/></inertial>)";
+
+TEST_F(Robots, JointsStartWhereTheSceneSays) {
+  const std::string turning = robot(link("world", "") + link("a", arm_along_x) + link("b", arm_along_x) +
+                                    joint("continuous", "world", "a", R"(<axis xyz="0 0 1"/>)") +
+                                    joint("revolute", "a", "b", R"(<origin xyz="1 0 0" rpy="0.3 0.2 0.1"/>
+                                          <axis xyz="0 2 0"/><limit lower="-1" upper="1"/>)"));
+  const Scene turned = scene_of(turning, R"(, "joints": [{"name": "world_a", "start_deg": 90},
+                                             {"name": "a_b", "start": -0.75}])");
+  EXPECT_NEAR(coordinate_after(turned, 0), exact::pi / 2, 1e-12);
+  EXPECT_NEAR(coordinate_after(turned, 0, 1), -0.75, 1e-12);
+  const Vector3 a = turned.bodies.at(0).position;  // (0.5, 0.1) turned by 90 degrees
+  EXPECT_NEAR(a[0], -0.1, 1e-15);
+  EXPECT_NEAR(a[1], 0.5, 1e-15);
+  const Scene plain = scene_of(turning);
+  EXPECT_NEAR(coordinate_after(plain, 0, 1), 0, 1e-12);
+
+  const Scene slid = scene_of(robot(link("world", "") + link("a", arm_along_x) +
+                                    joint("prismatic", "world", "a", R"(<origin rpy="0 0 1.5707963267948966"/>
+                                          <limit lower="-1" upper="2"/>)")),
+                              R"(, "joints": [{"name": "world_a", "start": 0.5}])");
+  EXPECT_NEAR(coordinate_after(slid, 0), 0.5, 1e-12);
+  EXPECT_NEAR(slid.bodies.at(0).position[1], 1, 1e-15);  // x of the joint is y of the world
+}
+
+TEST_F(Robots, LimitsHold) {
+  const Scene scene =
+      scene_of(robot(link("world", "") + link("a", arm_along_x) + joint("revolute", "world", "a", R"(<axis xyz="0 1 0"/>
+                                           <limit lower="-0.5" upper="0.5"/>)")));
+  EXPECT_NEAR(coordinate_after(scene, 300), 0.5, 1e-3) << "an arm along x falls by turning about y";
+}
+
+// A torque of m g l = 1 * 9.81 * 0.5 N m is what friction has to hold.
+TEST_F(Robots, DryFrictionHoldsAnArmThatIsLightEnough) {
+  const auto with = [&](double friction) {
+    return scene_of(robot(link("world", "") + link("a", arm_along_x) +
+                          joint("continuous", "world", "a",
+                                R"(<axis xyz="0 1 0"/><dynamics friction=")" + std::to_string(friction) + "\"/>")));
+  };
+  EXPECT_NEAR(coordinate_after(with(5.0), 100), 0, 1e-3);
+  EXPECT_GT(coordinate_after(with(4.8), 100), 0.01);
+}
+
+TEST_F(Robots, WhatAJointHasTooMuchOfGetsAJointOfItsOwn) {
+  const auto joints = [&](const std::string& type, const std::string& dynamics, const std::string& use) {
+    return scene_of(robot(link("world", "") + link("a") +
+                          joint(type, "world", "a", R"(<limit lower="-1" upper="1"/>)" + dynamics)),
+                    use.empty() ? "" : R"(, "joints": [{"name": "world_a", )" + use + "}]")
+        .joints;
+  };
+  EXPECT_EQ(joints("revolute", "", "").size(), 1u);
+  const auto damped = joints("revolute", R"(<dynamics damping="2" friction="3"/>)", "");
+  ASSERT_EQ(damped.size(), 2u);
+  EXPECT_TRUE(damped[0].limited);
+  EXPECT_EQ(damped[0].motor_force, 3);
+  EXPECT_EQ(damped[0].motor_speed, 0);
+  EXPECT_FALSE(damped[0].spring);
+  EXPECT_EQ(damped[1].spring.value().damping, 2);
+  EXPECT_FALSE(damped[1].limited);
+  const auto wheel = joints("continuous", R"(<dynamics damping="2"/>)", R"("spring": {"stiffness": 5, "damping": 1})");
+  ASSERT_EQ(wheel.size(), 1u);
+  EXPECT_FALSE(wheel[0].limited);
+  EXPECT_EQ(wheel[0].spring.value().damping, 3);
+  const auto driven = joints("continuous", R"(<dynamics friction="3"/>)", R"("motor": {"speed": 4, "max_torque": 9})");
+  ASSERT_EQ(driven.size(), 2u);
+  EXPECT_EQ(driven[0].motor_speed, 4);
+  EXPECT_EQ(driven[0].motor_force, 9);
+  EXPECT_EQ(driven[1].motor_speed, 0);
+  EXPECT_EQ(driven[1].motor_force, 3);
+}
+
+TEST_F(Robots, ShapesAreThoseOfTheSceneFormat) {
+  const auto shape = [&](const std::string& geometry) {
+    return scene_of(robot(link("a", unit_inertial + "<collision><origin xyz=\"1 0 0\"/><geometry>" + geometry +
+                                        "</geometry></collision>")),
+                    R"(, "material": "ice", "category": "robots", "collides_with": ["default"])",
+                    R"(, "materials": [{"name": "wood"}, {"name": "ice", "friction": 0}],
+                       "bodies": [{"type": "static", "shapes": [{"type": "plane"}]}])")
+        .bodies.at(1)
+        .shapes.at(0);
+  };
+  const ShapeDescription box = shape(R"(<box size="2 4 6"/>)");
+  EXPECT_EQ(box.kind, SHAPE_BOX);
+  EXPECT_EQ(box.half_extents, (Vector3{1, 2, 3}));
+  EXPECT_EQ(box.offset, (Vector3{1, 0, 0}));
+  EXPECT_EQ(box.material, 1u);
+  EXPECT_EQ(box.category, 2u);
+  EXPECT_EQ(box.mask, 1u);
+  const ShapeDescription cylinder = shape(R"(<cylinder radius="0.5" length="3"/>)");
+  EXPECT_EQ(cylinder.kind, SHAPE_CYLINDER);
+  EXPECT_EQ(cylinder.radius, 0.5);
+  EXPECT_EQ(cylinder.half_length, 1.5);
+  EXPECT_EQ(shape(R"(<capsule radius="0.5" length="3"/>)").kind, SHAPE_CAPSULE);
+  EXPECT_EQ(shape(R"(<sphere radius="0.5"/>)").radius, 0.5);
+}
+
+TEST_F(Robots, MeshesBecomeHullsFoundFromTheFileOrItsPackage) {
+  std::filesystem::create_directories(folder_.file("arm/urdf"));
+  std::filesystem::create_directories(folder_.file("arm/meshes"));
+  std::ofstream(folder_.file("arm/meshes/wedge.obj")) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n";
+  for (const char* name : {"package://arm/meshes/wedge.obj", "../meshes/wedge.obj"}) {
+    const std::string mesh =
+        "<collision><geometry><mesh filename=\"" + std::string(name) + "\" scale=\"2 4 -6\"/></geometry></collision>";
+    const std::string file = folder_.file("arm/urdf/arm.urdf");
+    std::ofstream(file) << robot(link("a", unit_inertial + mesh));
+    const Scene scene = read_scene(file);
+    EXPECT_EQ(scene.name, "arm");
+    const ShapeDescription& shape = scene.bodies.at(0).shapes.at(0);
+    EXPECT_EQ(shape.kind, SHAPE_HULL);
+    EXPECT_EQ(shape.points.size(), 4u);
+    EXPECT_EQ(shape.offset, (Vector3{1, 2, -3})) << "the middle of its box";
+  }
+}
+
+TEST_F(Robots, ARobotAloneIsAScene) {
+  const std::string path = folder_.file("alone.urdf");
+  std::ofstream(path) << robot(link("a") + link("b") + joint("continuous", "a", "b"));
+  const Scene scene = read_scene(path);
+  EXPECT_EQ(scene.name, "alone");
+  EXPECT_EQ(scene.bodies.size(), 2u);
+  EXPECT_EQ(scene.bodies[0].name, "x/a");
+  compile<float>(scene);
+  EXPECT_FALSE(parse_camera(scene.text, scene.source));
+}
+
+TEST_F(Robots, JointsOfTheSceneHoldLinks) {
+  const Scene scene = scene_of(robot(link("a")), "", R"(, "joints": [{"type": "ball", "bodies": ["world", "r/a"],
+                                                                      "anchor": [0, 0, 1]}])");
+  EXPECT_EQ(scene.joints.at(0).body_b, 0u);
+}
+
+struct Bad {
+  std::string robot, line;
+};
+
+TEST_F(Robots, EachKindOfBadFileIsRefusedInOneLine) {
+  const std::string a = link("a"), ab = link("a") + link("b");
+  const auto inertial = [](const std::string& inside) {
+    return robot(link("a", "<inertial>" + inside + "</inertial>"));
+  };
+  const auto collision = [](const std::string& inside) {
+    return robot(link("a", "<collision>" + inside + "</collision>"));
+  };
+  const auto inertia = [&](const std::string& moments) {
+    return inertial("<mass value=\"1\"/><inertia " + moments + "/>");
+  };
+  const std::string limit = R"(<limit lower="-1" upper="1"/>)";
+  const Bad bad[] = {
+      {"", "robot.urdf:0: not XML: XML_ERROR_EMPTY_DOCUMENT"},
+      {"<robot name=\"x\">\n<link>\n", "robot.urdf:2: not XML: XML_ERROR_PARSING"},
+      {"<robot name=\"x\">\n</rob>\n", "robot.urdf:1: not XML: XML_ERROR_MISMATCHED_ELEMENT"},
+      {"<sdf/>", "robot.urdf:1: <sdf>: is no <robot>, as the first element of a URDF file must be"},
+      {"<robot/>", "robot.urdf:1: <robot>: needs the attribute \"name\""},
+      {"<robot name=\"\"/>", "robot.urdf:1: <robot> name: must not be empty"},
+      {"<robot name=\"a&#10;b\"/>", "robot.urdf:1: <robot> name: must be a text of one line in UTF-8, is \"a\\nb\""},
+      {"<robot name=\"\xff\"/>", "robot.urdf:1: <robot> name: must be a text of one line in UTF-8, is \"\\ufffd\""},
+      {"<robot name=\"x\" name=\"y\"/>", "robot.urdf:1: not XML: XML_ERROR_PARSING_ATTRIBUTE"},
+      {robot(""), "robot.urdf:1: <robot>: has no <link>; a robot needs one"},
+      {robot(a + "<jont/>"), "robot.urdf:3: <jont>: is no element of <robot>; did you mean \"joint\"?"},
+      {robot("<xacro:macro/>"), "robot.urdf:2: <xacro:macro>: is to be expanded first: xacro x.urdf.xacro > x.urdf"},
+      {robot("<link/>"), "robot.urdf:2: <link>: needs the attribute \"name\""},
+      {robot(a + a), "robot.urdf:3: <link> name: names the link \"a\" again; names must differ"},
+      {robot(link("a", "<inertal/>")), "robot.urdf:2: <inertal>: is no element of <link>; did you mean \"inertial\"?"},
+      {robot(link("a", "")),
+       "robot.urdf:2: <link> \"a\": needs an <inertial>, or a link with one fixed to it; a root that does not move is "
+       "called \"world\", or is \"fixed\" in the scene"},
+      {robot(a + link("b", "") + joint("floating", "a", "b")),
+       "robot.urdf:3: <link> \"b\": needs an <inertial>, or a link with one fixed to it, to move"},
+      {robot(link("a", unit_inertial + unit_inertial)), "robot.urdf:2: <inertial>: stands twice in <link>; remove one"},
+      {inertial(""), "robot.urdf:2: <inertial>: needs the element <mass>"},
+      {inertial("<mass value=\"1\"/>"), "robot.urdf:2: <inertial>: needs the element <inertia>"},
+      {inertial("<mass value=\"-1\"/><inertia/>"), "robot.urdf:2: <mass> value: must be > 0, is -1"},
+      {inertial("<mass value=\"1kg\"/><inertia/>"), "robot.urdf:2: <mass> value: must be a finite number, is \"1kg\""},
+      {inertial("<mass value=\"nan\"/><inertia/>"), "robot.urdf:2: <mass> value: must be a finite number, is \"nan\""},
+      {inertial("<mass value=\"1e999\"/><inertia/>"),
+       "robot.urdf:2: <mass> value: must be a finite number, is \"1e999\""},
+      {inertia("ixx=\"1\" iyy=\"1\""), "robot.urdf:2: <inertia>: needs the attribute \"izz\""},
+      {inertia("ixx=\"1\" iyy=\"1\" izz=\"1\" izx=\"0\""),
+       "robot.urdf:2: <inertia>: unknown attribute \"izx\"; did you mean \"ixx\"?"},
+      {inertia("ixx=\"1\" iyy=\"1\" izz=\"0\""), "robot.urdf:2: <inertia> izz: must be > 0, is 0"},
+      {inertia("ixx=\"1\" iyy=\"1\" izz=\"1\" ixy=\"2\""),
+       "robot.urdf:2: <inertia>: must be positive definite, has the principal moment -1"},
+      {inertia("ixx=\"1\" iyy=\"1\" izz=\"3\""),
+       "robot.urdf:2: <inertia>: must keep the triangle inequality of real bodies, its principal moment 3 is more than "
+       "2, the sum of the others"},
+      {inertial("<origin xyz=\"1 2\"/><mass value=\"1\"/><inertia/>"),
+       "robot.urdf:2: <origin> xyz: must be 3 finite numbers, is \"1 2\""},
+      {inertial("<origin xyz=\"1 2 3 4\"/><mass value=\"1\"/><inertia/>"),
+       "robot.urdf:2: <origin> xyz: must be 3 finite numbers, is \"1 2 3 4\""},
+      {inertial("<origin rpy=\"0 1e9 0\"/><mass value=\"1\"/><inertia/>"),
+       "robot.urdf:2: <origin> rpy: must be in -10000 .. 10000 rad, is 1000000000"},
+      {collision(""), "robot.urdf:2: <collision>: needs the element <geometry>"},
+      {collision("<geometry/>"), "robot.urdf:2: <geometry>: must hold one shape, has 0; give each a <collision>"},
+      {collision("<geometry><cone/></geometry>"),
+       "robot.urdf:2: <cone>: is no element of <geometry>; known: box, cylinder, sphere, capsule, mesh"},
+      {collision("<geometry><sphere radius=\"0\"/></geometry>"), "robot.urdf:2: <sphere> radius: must be > 0, is 0"},
+      {collision("<geometry><cylinder radius=\"1\"/></geometry>"),
+       "robot.urdf:2: <cylinder>: needs the attribute \"length\""},
+      {collision("<geometry><box size=\"1 -2 3\"/></geometry>"),
+       "robot.urdf:2: <box> size: must be > 0 along each axis, is -2"},
+      {collision("<geometry><mesh filename=\"none.stl\"/></geometry>"),
+       "robot.urdf:2: <mesh> filename: names no file: \"none.stl\" does not exist; a mesh is looked for from the "
+       "folder "
+       "of the robot's file"},
+      {collision("<geometry><mesh filename=\"package://none/x.stl\"/></geometry>"),
+       "robot.urdf:2: <mesh> filename: \"package://none/x.stl\" is in no folder above the robot's file; keep the robot "
+       "in its package, or give a path from its file"},
+      {collision("<geometry><mesh filename=\"http://x/x.stl\"/></geometry>"),
+       "robot.urdf:2: <mesh> filename: \"http://x/x.stl\" is no file here; give a path from the robot's file"},
+      {collision("<geometry><mesh filename=\"x.stl\" scale=\"1 0 1\"/></geometry>"),
+       "robot.urdf:2: <mesh> scale: must not be 0: the mesh would be flat"},
+      {robot(ab + "<joint name=\"j\"/>"), "robot.urdf:4: <joint>: needs the attribute \"type\""},
+      {robot(ab + joint("hinge", "a", "b")),
+       "robot.urdf:4: <joint> type: unknown joint \"hinge\"; known: fixed, revolute, continuous, prismatic, floating"},
+      {robot(ab + joint("planar", "a", "b")),
+       "robot.urdf:4: <joint> type: planar joints are not simulated; make it of two prismatic ones and a continuous "
+       "one"},
+      {robot(ab + "<joint name=\"j\" type=\"fixed\"><child link=\"b\"/></joint>"),
+       "robot.urdf:4: <joint>: needs the element <parent>"},
+      {robot(a + joint("fixed", "a", "c")), "robot.urdf:3: <child> link: unknown link \"c\"; did you mean \"a\"?"},
+      {robot(ab + joint("revolute", "a", "b")), "robot.urdf:4: <joint>: needs the element <limit>"},
+      {robot(ab + joint("prismatic", "a", "b", R"(<limit lower="1" upper="-1"/>)")),
+       "robot.urdf:4: <limit>: lower must not be above upper, they are 1 and -1"},
+      {robot(ab + joint("revolute", "a", "b", R"(<limit lower="-6" upper="6"/>)")),
+       "robot.urdf:4: <limit>: angles are told from -pi to pi, the limits are -6 and 6; narrow them, or make the joint "
+       "continuous"},
+      {robot(ab + joint("revolute", "a", "b", limit + R"(<axis xyz="0 0 0"/>)")),
+       "robot.urdf:4: <axis> xyz: must not be zero: it is a direction"},
+      {robot(ab + joint("revolute", "a", "b", limit + R"(<dynamics damping="-1"/>)")),
+       "robot.urdf:4: <dynamics> damping: must be >= 0, is -1"},
+      {robot(ab + joint("revolute", "a", "b", limit + R"(<mimic joint="k"/>)")),
+       "robot.urdf:4: <mimic>: joints that follow another one are not simulated; remove it, and give the joint a "
+       "spring "
+       "in the scene"},
+      {robot(ab + joint("fixed", "a", "b") + joint("fixed", "a", "b")),
+       "robot.urdf:5: <joint> name: names the joint \"a_b\" again; names must differ"},
+      {robot(ab),
+       "robot.urdf:3: <link> \"b\": is held by no joint, nor is the link \"a\"; a robot is one tree, join them"},
+      {robot(ab + joint("fixed", "a", "b") + joint("fixed", "b", "a")),
+       "robot.urdf:1: <robot>: has no link that is no child of a joint; its joints go round in a ring"},
+      {robot(ab + link("c") + joint("fixed", "a", "c") + joint("fixed", "b", "c")),
+       "robot.urdf:6: <joint> \"b_c\": the link \"c\" is the child of the joint \"a_c\" already; a robot is a tree"},
+      {robot(ab + link("c") + joint("fixed", "b", "c") + joint("fixed", "c", "b")),
+       "robot.urdf:3: <link> \"b\": is in a ring of joints; a robot is a tree"},
+  };
+  for (const Bad& file : bad) EXPECT_EQ(refusal(file.robot), file.line) << file.robot;
+}
+
+TEST_F(Robots, WhatASceneSaysWrongOfARobotIsRefused) {
+  const std::string good = robot(link("a") + link("b") + joint("fixed", "a", "b") + link("c") +
+                                 joint("prismatic", "a", "c", R"(<limit lower="0" upper="1"/>)"));
+  EXPECT_EQ(refusal(good), "accepted");
+  const auto said = [&](const std::string& joints) { return refusal(good, ", \"joints\": [" + joints + "]"); };
+  const std::pair<std::string, std::string> bad[] = {
+      {refusal(good, R"(, "colour": 1)"),
+       "scene.json: /robots/0: unknown key \"colour\"; known: file, name, position, orientation, fixed, material, "
+       "category, collides_with, joints"},
+      {refusal(good, R"(, "material": "ice")"),
+       "scene.json: /robots/0/material: unknown material \"ice\"; known: default"},
+      {said(R"({"name": "a_d"})"),
+       "scene.json: /robots/0/joints/0/name: unknown joint that moves \"a_d\"; did you mean \"a_c\"?"},
+      {said(R"({"name": "a_b"})"),
+       "scene.json: /robots/0/joints/0/name: unknown joint that moves \"a_b\"; did you mean \"a_c\"?"},
+      {said(R"({"name": "a_c"}, {"name": "a_c"})"),
+       "scene.json: /robots/0/joints/1/name: names the joint \"a_c\" again; say all in one place"},
+      {said(R"({"name": "a_c", "start_deg": 1})"),
+       "scene.json: /robots/0/joints/0/start_deg: belongs to a joint that turns; give \"start\""},
+      {said(R"({"name": "a_c", "motor": {"speed": 1, "max_torque": 1}})"),
+       "scene.json: /robots/0/joints/0/motor: unknown key \"max_torque\"; did you mean "
+       "\"max_force\"?"},
+  };
+  for (const auto& [found, expected] : bad) EXPECT_EQ(found, expected);
+  const auto refusal_of = [&](const std::string& text) -> std::string {
+    try {
+      parse_scene(text, "s.json");
+    } catch (const Error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(
+      refusal_of(R"({"robots": [{"file": "none.urdf"}]})"),
+      "s.json: /robots/0/file: names no file: \"none.urdf\" does not exist; a robot is looked for from the folder "
+      "of the scene");
+  EXPECT_EQ(refusal_of(R"({"robots": [{"file": "x.xml"}]})"),
+            "s.json: /robots/0/file: must be the name of a .urdf file, is \"x.xml\"");
+  EXPECT_EQ(refusal_of(R"({"robots": []})"), "s.json: /robots: is empty; a scene needs a body");
+  EXPECT_EQ(refusal_of(R"({})"), "s.json: needs the key \"bodies\"");
+  const std::string twice = R"({"file": "scenes/robots/sweeper.urdf", "fixed": true})";
+  EXPECT_EQ(refusal_of("{\"robots\": [" + twice + "," + twice + "]}"),
+            "s.json: /robots: bodies 0 and 4 are both named \"sweeper/pedestal\"; names must differ");
+}
+
+}  // namespace
+}  // namespace lockstep
