@@ -249,6 +249,19 @@ TEST_F(Robots, WhatAJointHasTooMuchOfGetsAJointOfItsOwn) {
   EXPECT_EQ(driven[1].motor_force, 3);
 }
 
+// Limits that are never met change nothing, though they make two joints of one.
+TEST_F(Robots, TwoJointsInThePlaceOfOneSwingAsOneDoes) {
+  const auto swung = [&](const std::string& type) {
+    return coordinate_after(scene_of(robot(link("world", "") + link("a", arm_along_x) +
+                                           joint(type, "world", "a", R"(<axis xyz="0 1 0"/><dynamics damping="1"/>
+                                                 <limit lower="-3" upper="3"/>)"))),
+                            40);
+  };
+  const double one = swung("continuous"), two = swung("revolute");
+  EXPECT_GT(one, 0.5);
+  EXPECT_NEAR(two, one, 1e-6);
+}
+
 TEST_F(Robots, ShapesAreThoseOfTheSceneFormat) {
   const auto shape = [&](const std::string& geometry) {
     return scene_of(robot(link("a", unit_inertial + "<collision><origin xyz=\"1 0 0\"/><geometry>" + geometry +
@@ -342,14 +355,19 @@ TEST_F(Robots, EachKindOfBadFileIsRefusedInOneLine) {
       {robot(a + a), "robot.urdf:3: <link> name: names the link \"a\" again; names must differ"},
       {robot(link("a", "<inertal/>")), "robot.urdf:2: <inertal>: is no element of <link>; did you mean \"inertial\"?"},
       {robot(link("a", "")),
-       "robot.urdf:2: <link> \"a\": needs an <inertial>, or a link with one fixed to it; a root that does not move is "
-       "called \"world\", or is \"fixed\" in the scene"},
+       "robot.urdf:2: <link> \"a\": has no mass; give it an <inertial>, or fix a link with one to it; a root that does "
+       "not "
+       "move is called \"world\", or is \"fixed\" in the scene"},
       {robot(a + link("b", "") + joint("floating", "a", "b")),
-       "robot.urdf:3: <link> \"b\": needs an <inertial>, or a link with one fixed to it, to move"},
+       "robot.urdf:3: <link> \"b\": has no mass; give it an <inertial>, or fix a link with one to it"},
+      {inertial("<mass value=\"0\"/><inertia ixx=\"0\" iyy=\"0\" izz=\"0\"/>"),
+       "robot.urdf:2: <link> \"a\": has no mass; give it an <inertial>, or fix a link with one to it; a root that does "
+       "not "
+       "move is called \"world\", or is \"fixed\" in the scene"},
       {robot(link("a", unit_inertial + unit_inertial)), "robot.urdf:2: <inertial>: stands twice in <link>; remove one"},
       {inertial(""), "robot.urdf:2: <inertial>: needs the element <mass>"},
       {inertial("<mass value=\"1\"/>"), "robot.urdf:2: <inertial>: needs the element <inertia>"},
-      {inertial("<mass value=\"-1\"/><inertia/>"), "robot.urdf:2: <mass> value: must be > 0, is -1"},
+      {inertial("<mass value=\"-1\"/><inertia/>"), "robot.urdf:2: <mass> value: must be >= 0, is -1"},
       {inertial("<mass value=\"1kg\"/><inertia/>"), "robot.urdf:2: <mass> value: must be a finite number, is \"1kg\""},
       {inertial("<mass value=\"nan\"/><inertia/>"), "robot.urdf:2: <mass> value: must be a finite number, is \"nan\""},
       {inertial("<mass value=\"1e999\"/><inertia/>"),

@@ -101,9 +101,10 @@ class Assembly {
         body.kind = BODY_STATIC;
       } else if (solids_[i].empty()) {
         throw Error(Failure::input, link.place,
-                    i == robot_.root ? "needs an <inertial>, or a link with one fixed to it; a root that does not move "
-                                       "is called \"world\", or is \"fixed\" in the scene"
-                                     : "needs an <inertial>, or a link with one fixed to it, to move");
+                    i == robot_.root
+                        ? "has no mass; give it an <inertial>, or fix a link with one to it; a root that does not move "
+                          "is called \"world\", or is \"fixed\" in the scene"
+                        : "has no mass; give it an <inertial>, or fix a link with one to it");
       } else {
         const MassProperties solid = together(solids_[i]);
         make_solid_of(body, solid.mass, solid.center, solid.inertia);

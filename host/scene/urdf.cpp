@@ -45,7 +45,8 @@ void read_origin(const XmlNode& node, Vector3& position, Quaternion& orientation
 
 // ---- links ---------------------------------------------------------------------------------------------------------
 
-MassProperties read_inertial(const XmlNode& node) {
+// Nothing where the mass is 0, as many files have it for what is a frame alone.
+std::optional<MassProperties> read_inertial(const XmlNode& node) {
   node.expect_attributes({});
   node.expect_children({"origin", "mass", "inertia"});
   Vector3 position = {0, 0, 0};
@@ -53,10 +54,11 @@ MassProperties read_inertial(const XmlNode& node) {
   read_origin(node, position, orientation);
   const XmlNode mass = node.needed_child("mass"), inertia = node.needed_child("inertia");
   mass.expect_attributes({"value"});
+  if (mass.not_negative("value") == 0) return std::nullopt;
   inertia.expect_attributes({"ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
   const auto product = [&](const char* name) { return inertia.has(name) ? inertia.number(name) : 0; };
   MassProperties own;
-  own.mass = mass.positive("value");
+  own.mass = mass.number("value");
   own.inertia = {inertia.positive("ixx"), inertia.positive("iyy"), inertia.positive("izz"),
                  product("ixy"),          product("ixz"),          product("iyz")};
   const Vector3 moments = principal_axes(own.inertia).moments;
@@ -211,7 +213,7 @@ void read_limit(const XmlNode& node, RobotJoint& joint) {
   const bool turns = joint.kind == RobotJointKind::revolute;
   if (!turns && joint.kind != RobotJointKind::prismatic) return;
   const XmlNode limit = node.needed_child("limit");
-  limit.expect_attributes({"lower", "upper", "effort", "velocity"});
+  limit.expect_attributes({"lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"});
   if (limit.has("lower")) joint.low = limit.number("lower");
   if (limit.has("upper")) joint.high = limit.number("upper");
   if (joint.low > joint.high)
@@ -226,7 +228,7 @@ void read_limit(const XmlNode& node, RobotJoint& joint) {
 RobotJoint read_joint(const XmlNode& node, const LinkNumbers& numbers) {
   node.expect_attributes({"name", "type"});
   node.expect_children({"origin", "parent", "child", "axis", "limit", "dynamics", "mimic"},
-                       {"calibration", "safety_controller"});
+                       {"calibration", "safety_controller", "joint_properties"});
   RobotJoint joint;
   joint.name = node.text("name");
   joint.place = fmt::format("{} {}", node.place(), quote(joint.name));
