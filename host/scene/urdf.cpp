@@ -9,6 +9,7 @@
 #include <unordered_map>
 
 #include "host/error.hpp"
+#include "host/scene/few_corners.hpp"
 #include "host/scene/hull.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/scene/mesh.hpp"
@@ -121,7 +122,9 @@ void read_mesh_hull(const XmlNode& node, ShapeDescription& shape) {
   }
   for (Vector3& p : points) p = {scale[0] * p[0], scale[1] * p[1], scale[2] * p[2]};
   shape.kind = SHAPE_HULL;
-  if (const std::string refusal = set_hull(points, shape); !refusal.empty()) node.fail("filename", refusal);
+  std::string refusal = set_hull(points, shape);
+  if (!refusal.empty()) refusal = set_hull(few_corners(points), shape);
+  if (!refusal.empty()) node.fail("filename", refusal);
 }
 
 ShapeDescription read_collision(const XmlNode& node) {
