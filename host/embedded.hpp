@@ -1,4 +1,4 @@
-// Files that travel inside the library: kernels, scenes and their meshes (cmake/embed.cmake).
+// Files that travel inside the library: kernels, scenes, their meshes and robots (cmake/embed.cmake).
 #pragma once
 
 #include <span>
@@ -13,5 +13,6 @@ struct EmbeddedFile {
 std::span<const EmbeddedFile> embedded_kernels();
 std::span<const EmbeddedFile> embedded_scenes();
 std::span<const EmbeddedFile> embedded_meshes();
+std::span<const EmbeddedFile> embedded_robots();
 
 }  // namespace lockstep

@@ -8,6 +8,7 @@
 
 #include "host/error.hpp"
 #include "host/scene/compile.hpp"
+#include "host/scene/few_corners.hpp"
 #include "host/scene/mass_properties.hpp"
 #include "host/scene/read.hpp"
 #include "tests/shapes/oracle.hpp"
@@ -203,6 +204,43 @@ TEST(ConvexHull, IsReadFromAMesh) {
     }
   }
   std::filesystem::remove_all(folder);
+}
+
+// Points of an ellipsoid: all of them are corners.
+std::vector<Vector3> round_cloud(int count, const Vector3& half) {
+  std::vector<Vector3> points;
+  for (Vector3 p : cloud(7, count, 1)) {
+    p = exact::unit(p);
+    points.push_back({half[0] * p[0] + 10, half[1] * p[1], half[2] * p[2]});
+  }
+  return points;
+}
+
+TEST(FewCorners, HullARoundCloudNearly) {
+  const Vector3 half = {1, 0.2, 0.05};
+  std::vector<Vector3> all = round_cloud(5000, half);
+  const std::vector<Vector3> few = few_corners(all);
+  EXPECT_EQ(few.size(), most_hull_vertices);
+  const ConvexHull hull = hull_of(few);
+  EXPECT_EQ(hull.vertices.size(), most_hull_vertices);
+  // in parts of its half sizes, as the ball of radius 1 that it is then
+  std::vector<Vector3> ball = few;
+  for (Vector3& p : ball) p = {(p[0] - 10) / half[0], p[1] / half[1], p[2] / half[2]};
+  double least = 1;
+  for (const ConvexHull::Plane& plane : hull_of(ball).planes) least = std::min(least, plane.offset);
+  EXPECT_GT(least, 0.96);
+  EXPECT_LT(least, 0.98);
+  std::reverse(all.begin(), all.end());
+  EXPECT_EQ(few_corners(all), few);
+}
+
+TEST(FewCorners, LeaveWhatHasFewAlone) {
+  std::vector<Vector3> points = box_corners({1, 2, 3});
+  EXPECT_EQ(few_corners(points), points);
+  for (const Vector3& p : cloud(3, 5000, 0.9)) points.push_back(p);
+  EXPECT_EQ(hull_of(few_corners(points)).vertices, hull_of(points).vertices);
+  points[20][1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(few_corners(points).size(), points.size()) << "to be refused";
 }
 
 }  // namespace

@@ -111,12 +111,29 @@ std::string as_gltf() {
          base64(bytes) + "\"}]}";
 }
 
+std::string as_dae() {
+  std::string numbers, corners;
+  for (unsigned i = 0; i < 8; ++i) numbers += spaced(i);
+  for (const Corners& t : triangles)
+    for (const unsigned corner : t) corners += " " + std::to_string(corner);
+  return R"(<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+    <asset><unit meter="1"/><up_axis>Z_UP</up_axis></asset>
+    <library_geometries><geometry id="brick"><mesh>
+      <source id="places"><float_array id="numbers" count="24">)" +
+         numbers + R"(</float_array><technique_common><accessor source="#numbers" count="8" stride="3">
+        <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
+        </accessor></technique_common></source>
+      <vertices id="corners"><input semantic="POSITION" source="#places"/></vertices>
+      <triangles count="12"><input semantic="VERTEX" source="#corners" offset="0"/><p>)" +
+         corners + R"(</p></triangles></mesh></geometry></library_geometries>
+    <library_visual_scenes><visual_scene id="all"><node><instance_geometry url="#brick"/></node></visual_scene>
+    </library_visual_scenes><scene><instance_visual_scene url="#all"/></scene></COLLADA>)";
+}
+
 TEST(MeshFiles, ABrickIsTheSameSolidInAllOfThem) {
-  const std::pair<const char*, std::string> files[] = {{"brick.obj", as_obj()},
-                                                       {"brick.ply", as_ply()},
-                                                       {"text.stl", as_stl_text()},
-                                                       {"brick.stl", as_stl()},
-                                                       {"brick.gltf", as_gltf()}};
+  const std::pair<const char*, std::string> files[] = {{"brick.obj", as_obj()},     {"brick.ply", as_ply()},
+                                                       {"text.stl", as_stl_text()}, {"brick.stl", as_stl()},
+                                                       {"brick.gltf", as_gltf()},   {"z_up.dae", as_dae()}};
   const TemporaryFolder folder;
   std::optional<std::vector<Vector3>> particles;
   for (const auto& [name, content] : files) {

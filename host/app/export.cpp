@@ -5,10 +5,11 @@
 #include "cpu_reference/oracle/error.hpp"
 #include "cpu_reference/oracle/models/model_size.hpp"
 #include "host/app/commands.hpp"
+#include "host/app/export_motion.hpp"
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
+#include "host/app/render_options.hpp"
 #include "host/app/start.hpp"
-#include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
 #include "host/problems/system_problem.hpp"
 #include "host/record/whole_file.hpp"
@@ -19,30 +20,22 @@ namespace lockstep::app {
 
 namespace {
 
-struct ExportOptions : SceneOptions {
-  std::string output;
-  u32 at = 0;
+struct ExportOptions : MotionOptions {
+  std::optional<u32> at;
   std::size_t directions = 4;
-  bool local = false, sizes = false, quiet = false;
+  bool local = false, sizes = false;
 };
 
+// The system that the last sub-step of a step solved.
 template <class real>
-std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options) {
-  const std::optional<DeviceInfo> device = device_of(options);
-  if (!device) return std::make_unique<ReferenceBackend<real>>(state);
-  return std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
-}
-
-// The system that the last sub-step of step `at` solved.
-template <class real>
-ContactSystem system_at(const Scene& scene, const ExportOptions& options) {
+ContactSystem system_at(const Scene& scene, u32 step, const ExportOptions& options) {
   Start<real> start = make_start<real>(scene, options);
   if (!has(start.state.features, Feature::contacts) && !has(start.state.features, Feature::joints))
     throw Error(Failure::input, scene.name, "has neither contacts nor joints, there is nothing to solve in it");
   Simulation<real> simulation(make_backend(start.state, options), start.state.params, start.steps_done);
   {
-    Progress progress(options.at, !options.quiet);
-    while (simulation.steps_done() < options.at) {
+    Progress progress(step, !options.quiet);
+    while (simulation.steps_done() < step) {
       simulation.step();
       progress.update(simulation.steps_done());
     }
@@ -84,16 +77,22 @@ void print_sizes(const ContactSystem& system, const std::string& title, std::siz
 }
 
 void export_system(const ExportOptions& options) {
+  if (options.fps) throw Error(Failure::input, "--fps", "is for a motion: let the name of the --output end in .glb");
+  if (is_recording(options.scene))
+    throw Error(Failure::input, options.scene,
+                "is a recording, it has no constraint systems; export its motion (-o x.glb), or a step of its scene");
+  if (!options.at)
+    throw Error(Failure::input, "--at", "is missing: the step whose system is written; a motion's name ends in .glb");
   if (options.output.empty() && !options.sizes)
     throw Error(Failure::input, "--output", "is missing: name the file to write, or ask for --sizes");
   // what it writes over, it has written itself: FCLIB's signature, or the first line of the text, its dimension
   if (!options.output.empty())
     expect_writable(options.output, "the problem", options.output.ends_with(".dat") ? "3\n" : "\x89HDF");
   Scene scene = read_scene_with(options);
-  scene.settings.steps = std::max(scene.settings.steps, options.at + 1);  // it is not the scene's end that counts
+  scene.settings.steps = std::max(scene.settings.steps, *options.at + 1);  // it is not the scene's end that counts
   ContactSystem solved;
-  with_precision(scene, [&](auto real) { solved = system_at<decltype(real)>(scene, options); });
-  const std::string title = fmt::format("{}, step {}", scene.name, options.at);
+  with_precision(scene, [&](auto real) { solved = system_at<decltype(real)>(scene, *options.at, options); });
+  const std::string title = fmt::format("{}, step {}", scene.name, *options.at);
   if (options.sizes) print_sizes(solved, title, options.directions);
   if (options.output.empty()) return;
   const SystemProblem system = problem_of(solved, title);
@@ -115,24 +114,40 @@ void export_system(const ExportOptions& options) {
 
 void add_export(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
-      "export", "Write the constraint system of a step to a file, or print its size in each model");
+      "export", "Write a motion as glTF, or the constraint system of a step, or print its size in each model");
   const auto options = std::make_shared<ExportOptions>();
   add_scene_options(*command, *options);
-  command->add_option("--at", options->at, "The step, counted from 1")->required()->check(positive);
+  command->get_option("scene")->description("A built-in scene, a JSON or URDF file, or for a motion a recording");
   command->add_option("-o,--output", options->output,
-                      "The file to write: FCLIB, or as text for Siconos where it ends in .dat");
-  command->add_flag("--local", options->local, "W, q instead of M, f, H, w");
-  command->add_flag("--sizes", options->sizes,
-                    "Print how many unknowns each model of the survey has for this step (docs/lcp.md); --output may be "
-                    "left out then");
+                      "The file to write: a motion where it ends in .glb; else a system as FCLIB, or as text for "
+                      "Siconos where it ends in .dat");
+  command->add_flag("--quiet", options->quiet, "No progress bar and no line");
+  command
+      ->add_option("--fps", options->fps,
+                   "Keyframes a second of simulated time, 60 unless told; at most as many as there are steps")
+      ->check(CLI::Range(0.001, 1e6))
+      ->group("A motion");
+  const std::string group = "The system of a step";
+  command->add_option("--at", options->at, "The step, counted from 1")->check(positive)->group(group);
+  command->add_flag("--local", options->local, "W, q instead of M, f, H, w")->group(group);
+  command
+      ->add_flag("--sizes", options->sizes,
+                 "Print how many unknowns each model of the survey has for this step (docs/lcp.md); --output may be "
+                 "left out then")
+      ->group(group);
   command->add_option("--directions", options->directions, "Sides of the friction pyramids that --sizes counts with")
       ->check(CLI::Range(3, 256))
-      ->capture_default_str();
-  command->add_flag("--quiet", options->quiet, "No progress bar and no line");
+      ->capture_default_str()
+      ->group(group);
   command->footer(
-      "Example:\n  lockstep export wall --at 100 -o wall.hdf5\n  lockstep solve wall.hdf5\n"
-      "  lockstep export rag_doll --at 100 --sizes");
-  command->callback([options] { export_system(*options); });
+      "Example:\n  lockstep export heap.h5 -o heap.glb\n  lockstep export wall --at 100 -o wall.hdf5\n"
+      "  lockstep solve wall.hdf5\n  lockstep export rag_doll --at 100 --sizes");
+  command->callback([command, options] {
+    if (is_motion(options->output))
+      export_motion(*command, *options);
+    else
+      export_system(*options);
+  });
 }
 
 }  // namespace lockstep::app

@@ -93,7 +93,8 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
 }
 
 void add_scene_options(CLI::App& command, SceneOptions& options, std::string* oracle) {
-  command.add_option("scene", options.scene, "A built-in scene (lockstep scenes) or a JSON file")->required();
+  command.add_option("scene", options.scene, "A built-in scene (lockstep scenes), a JSON file or a robot (.urdf)")
+      ->required();
   CLI::Option* steps = command.add_option("--steps", options.steps, "Time steps")->check(positive);
   command.add_option("--time", options.time, "Simulated time instead of steps, s")->check(positive)->excludes(steps);
   command.add_option("--dt", options.dt, "Length of a step, s")->check(positive);

@@ -9,7 +9,6 @@
 #include "host/app/recorded_model.hpp"
 #include "host/app/render_options.hpp"
 #include "host/app/start.hpp"
-#include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
 #include "host/record/recording_reader.hpp"
 #include "host/report/report.hpp"
@@ -49,13 +48,6 @@ void say_what_was_made(const Frames& frames, const RenderOptions& options) {
   fmt::print("{}, {}x{}, {}: {:.1f} ms a picture to draw, {:.1f} ms to write\n", what, options.frames.width,
              options.frames.height, frames.driver(), frames.draw_ms() / std::max(count, 1u),
              frames.write_ms() / std::max(count, 1u));
-}
-
-template <class real>
-std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options) {
-  const std::optional<DeviceInfo> device = device_of(options);
-  if (device) return std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
-  return std::make_unique<ReferenceBackend<real>>(state);
 }
 
 // What a picture needs of the state after a step.
@@ -161,7 +153,8 @@ void render_recording(const RecordingReader& recording, const RenderOptions& opt
       shown_steps(options.shown, first, first + recording.steps(), dt, !options.frames.film.empty());
   expect_pictures_writable(options, file_name(label.scene), shown.front());
   // a world that was made in code has no text
-  const auto camera = label.scene_text.empty() ? std::nullopt : parse_camera(label.scene_text, options.scene);
+  const std::string& source = label.source.empty() ? options.scene : label.source;
+  const auto camera = label.scene_text.empty() ? std::nullopt : parse_camera(label.scene_text, source);
   const FrameOptions frame = frame_options(options, camera, dt);
   Frames frames(frame, recorded_model(start, label, options.frames.shown), file_name(label.scene), dt);
   {

@@ -139,14 +139,18 @@ bool is_recording(const std::string& path) {
   return start == recording_signature || fs::path(path).extension() == ".h5";
 }
 
-void expect_recording_suffices(const CLI::App& command, const RenderOptions& options) {
-  const std::set<std::string> mine = {"scene", "out",   "video", "size",   "color-by", "scale", "show",  "from", "to",
-                                      "fov",   "plain", "at",    "frames", "every",    "fps",   "quiet", "help"};
+void expect_nothing_simulated(const CLI::App& command, const std::string& recording, const std::set<std::string>& own) {
   for (const CLI::Option* option : command.get_options()) {
-    if (option->count() > 0 && mine.count(option->get_single_name()) == 0)
-      throw Error(Failure::input, options.scene,
+    if (option->count() > 0 && own.count(option->get_single_name()) == 0)
+      throw Error(Failure::input, recording,
                   option->get_name() + " is for what is simulated; a recording is only drawn");
   }
+}
+
+void expect_recording_suffices(const CLI::App& command, const RenderOptions& options) {
+  expect_nothing_simulated(command, options.scene,
+                           {"scene", "out", "video", "size", "color-by", "scale", "show", "from", "to", "fov", "plain",
+                            "at", "frames", "every", "fps", "quiet", "help"});
   const std::string cure = ", a recording has poses and velocities only; render its scene instead";
   if (needs_contacts(options.frames.color_by))
     throw Error(Failure::input, options.scene, "--color-by " + options.color_by + " needs contacts" + cure);

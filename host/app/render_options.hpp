@@ -1,6 +1,8 @@
 // What the command `render` is told.
 #pragma once
 
+#include <set>
+
 #include "host/app/frames.hpp"
 #include "host/app/options.hpp"
 #include "host/app/shown_steps.hpp"
@@ -25,6 +27,9 @@ void finish_render_options(const CLI::App& command, RenderOptions& options);
 
 /// Whether the scene that is asked for is a recording.
 bool is_recording(const std::string& path);
+
+/// Throws Error (input) where the command line has options other than `own`: the rest is for what is simulated.
+void expect_nothing_simulated(const CLI::App& command, const std::string& recording, const std::set<std::string>& own);
 
 /// Throws Error (input) where more is asked of a recording than it holds.
 void expect_recording_suffices(const CLI::App& command, const RenderOptions& options);

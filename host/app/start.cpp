@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
 #include "host/record/whole_file.hpp"
 
@@ -21,7 +22,16 @@ Start<real> make_start(const Scene& scene, const SceneOptions& options) {
   return start;
 }
 
+template <class real>
+std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options) {
+  const std::optional<DeviceInfo> device = device_of(options);
+  if (device) return std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
+  return std::make_unique<ReferenceBackend<real>>(state);
+}
+
 template Start<float> make_start<float>(const Scene&, const SceneOptions&);
 template Start<double> make_start<double>(const Scene&, const SceneOptions&);
+template std::unique_ptr<Backend<float>> make_backend(const InitialState<float>&, const SceneOptions&);
+template std::unique_ptr<Backend<double>> make_backend(const InitialState<double>&, const SceneOptions&);
 
 }  // namespace lockstep::app

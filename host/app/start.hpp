@@ -17,4 +17,8 @@ struct Start {
 template <class real>
 Start<real> make_start(const Scene& scene, const SceneOptions& options);
 
+/// On the device that the options name, or the reference.
+template <class real>
+std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options);
+
 }  // namespace lockstep::app

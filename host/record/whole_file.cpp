@@ -17,54 +17,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A file without a name yet: gone again unless it gets one.
-class NewFile {
- public:
-  explicit NewFile(const std::string& path) : path_(path), name_(path + ".XXXXXX") {
-    descriptor_ = mkstemp(name_.data());
-    if (descriptor_ < 0) fail();
-    open_to_others();
-  }
-  ~NewFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-    if (!name_.empty()) ::unlink(name_.c_str());
-  }
-  NewFile(const NewFile&) = delete;
-  NewFile& operator=(const NewFile&) = delete;
-
-  void write(std::span<const unsigned char> bytes) {
-    while (!bytes.empty()) {
-      const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) fail();
-      bytes = bytes.subspan(static_cast<std::size_t>(written));
-    }
-  }
-
-  void put_in_place() {
-    if (::fsync(descriptor_) != 0) fail();
-    const int closed = ::close(descriptor_);
-    descriptor_ = -1;
-    if (closed != 0 || std::rename(name_.c_str(), path_.c_str()) != 0) fail();
-    name_.clear();
-  }
-
- private:
-  [[noreturn]] void fail() const {
-    throw Error(Failure::device, path_, std::string("cannot be written: ") + std::strerror(errno));
-  }
-
-  // mkstemp gives a file to its owner alone; others are made as the user's mask says
-  void open_to_others() const {
-    const mode_t mask = ::umask(0);
-    ::umask(mask);
-    if (::fchmod(descriptor_, 0666 & ~mask) != 0) fail();
-  }
-
-  std::string path_, name_;
-  int descriptor_ = -1;
-};
-
 // Whether a file of this name could be made, tried under another one: who waits for the file is not to find it empty.
 bool can_be_made(const std::string& path) {
   std::string name = path + ".XXXXXX";
@@ -76,6 +28,55 @@ bool can_be_made(const std::string& path) {
 }
 
 }  // namespace
+
+NewFile::NewFile(const std::string& path) : path_(path), name_(path + ".XXXXXX") {
+  descriptor_ = mkstemp(name_.data());
+  if (descriptor_ < 0) fail();
+  open_to_others();
+}
+
+NewFile::~NewFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+  if (!name_.empty()) ::unlink(name_.c_str());
+}
+
+void NewFile::write(std::span<const unsigned char> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor_, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail();
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+}
+
+void NewFile::write_at(std::uint64_t offset, std::span<const unsigned char> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::pwrite(descriptor_, bytes.data(), bytes.size(), static_cast<off_t>(offset));
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) fail();
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+    offset += static_cast<std::uint64_t>(written);
+  }
+}
+
+void NewFile::put_in_place() {
+  if (::fsync(descriptor_) != 0) fail();
+  const int closed = ::close(descriptor_);
+  descriptor_ = -1;
+  if (closed != 0 || std::rename(name_.c_str(), path_.c_str()) != 0) fail();
+  name_.clear();
+}
+
+void NewFile::fail() const {
+  throw Error(Failure::device, path_, std::string("cannot be written: ") + std::strerror(errno));
+}
+
+// mkstemp gives a file to its owner alone; others are made as the user's mask says
+void NewFile::open_to_others() const {
+  const mode_t mask = ::umask(0);
+  ::umask(mask);
+  if (::fchmod(descriptor_, 0666 & ~mask) != 0) fail();
+}
 
 void expect_writable(const std::string& path, const std::string& what, std::string_view signature) {
   if (path.empty()) return;

@@ -1,8 +1,10 @@
 // Files that are there whole or not at all.
 #pragma once
 
+#include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace lockstep {
@@ -11,8 +13,30 @@ namespace lockstep {
 /// that does not start with `signature`. An empty path is always good.
 void expect_writable(const std::string& path, const std::string& what, std::string_view signature);
 
-/// Writes beside the file and then puts it in its place, so that a crash leaves the old one or the new one. Throws
-/// Error (device) where the disk does not take it.
+/// A file that gets its name when it is whole, so that a crash leaves the old one or the new one; gone again unless it
+/// gets it. Everything throws Error (device) where the disk does not take it.
+class NewFile {
+ public:
+  explicit NewFile(const std::string& path);
+  ~NewFile();
+  NewFile(const NewFile&) = delete;
+  NewFile& operator=(const NewFile&) = delete;
+
+  /// Behind what was written so last.
+  void write(std::span<const unsigned char> bytes);
+  /// Anywhere, in any order.
+  void write_at(std::uint64_t offset, std::span<const unsigned char> bytes);
+  void put_in_place();
+
+ private:
+  [[noreturn]] void fail() const;
+  void open_to_others() const;
+
+  std::string path_, name_;
+  int descriptor_ = -1;
+};
+
+/// The same with all its bytes at once.
 void replace_file(const std::string& path, std::span<const unsigned char> bytes);
 
 /// Throws Error (input) where there is no such file or it cannot be read to its end.

@@ -208,42 +208,62 @@ void SceneModel::draw_capsule(const Part& part, const Solid& solid, Drawing& dra
   drawing.solids.push_back(piece);
 }
 
+void SceneModel::draw_part(const Part& part, const Placement& pose, const Look& look, bool patterned,
+                           Drawing& drawing) const {
+  Solid solid;
+  solid.position = pose.position + pose.rotation * part.offset;
+  solid.rotation = pose.rotation * part.rotation;
+  if (!solid.position.allFinite()) return;
+  solid.color = look.color;
+  solid.alpha = part.sensor ? 0.3f : look.alpha;
+  const bool is_box = part.kind == SHAPE_BOX;  // stacked boxes of one colour need their edges
+  solid.pattern = patterned || is_box ? pattern_of(part.kind) : Pattern::none;
+  switch (part.kind) {
+    case SHAPE_PLANE:
+      if (!part.sensor) drawing.planes.push_back({solid.position, solid.rotation});
+      return;
+    case SHAPE_CAPSULE: draw_capsule(part, solid, drawing); return;
+    case SHAPE_SPHERE: solid.scale.setConstant(part.size.x()); break;
+    case SHAPE_BOX:
+      solid.form = Form::box;
+      solid.scale = part.size;
+      break;
+    case SHAPE_CYLINDER:
+      solid.form = Form::cylinder;
+      solid.scale = {part.size.x(), part.size.x(), part.size.y()};
+      break;
+    default:
+      solid.form = Form::hull;
+      solid.hull = part.hull;
+      break;
+  }
+  drawing.solids.push_back(solid);
+}
+
 void SceneModel::draw(std::span<const Placement> poses, std::span<const Look> looks, bool patterned,
                       Drawing& drawing) const {
   drawing.up = up_;
+  const std::size_t before = drawing.solids.size();
   for (const Part& part : parts_) {
-    const Placement& pose = poses[part.body];
-    const Look& look = looks[part.body];
-    if (!look.shown) continue;
-    Solid solid;
-    solid.position = pose.position + pose.rotation * part.offset;
-    solid.rotation = pose.rotation * part.rotation;
-    if (!solid.position.allFinite()) continue;
-    solid.color = look.color;
-    solid.alpha = part.sensor ? 0.3f : look.alpha;
-    const bool is_box = part.kind == SHAPE_BOX;  // stacked boxes of one colour need their edges
-    solid.pattern = patterned || is_box ? pattern_of(part.kind) : Pattern::none;
-    switch (part.kind) {
-      case SHAPE_PLANE:
-        if (!part.sensor) drawing.planes.push_back({solid.position, solid.rotation});
-        continue;
-      case SHAPE_CAPSULE: draw_capsule(part, solid, drawing); continue;
-      case SHAPE_SPHERE: solid.scale.setConstant(part.size.x()); break;
-      case SHAPE_BOX:
-        solid.form = Form::box;
-        solid.scale = part.size;
-        break;
-      case SHAPE_CYLINDER:
-        solid.form = Form::cylinder;
-        solid.scale = {part.size.x(), part.size.x(), part.size.y()};
-        break;
-      default:
-        solid.form = Form::hull;
-        solid.hull = hull_numbers_[part.hull];
-        break;
-    }
-    drawing.solids.push_back(solid);
+    if (looks[part.body].shown) draw_part(part, poses[part.body], looks[part.body], patterned, drawing);
   }
+  for (std::size_t i = before; i < drawing.solids.size(); ++i) {
+    Solid& solid = drawing.solids[i];
+    if (solid.form == Form::hull) solid.hull = hull_numbers_[solid.hull];
+  }
+}
+
+std::vector<OwnSolids> SceneModel::own_solids(std::span<const Look> looks) const {
+  std::vector<OwnSolids> own(bodies());
+  for (const Part& part : parts_) {
+    if (!looks[part.body].shown) continue;
+    Drawing drawing;
+    draw_part(part, {}, looks[part.body], false, drawing);
+    OwnSolids& body = own[part.body];
+    body.solids.insert(body.solids.end(), drawing.solids.begin(), drawing.solids.end());
+    body.planes.insert(body.planes.end(), drawing.planes.begin(), drawing.planes.end());
+  }
+  return own;
 }
 
 #define INSTANTIATE(real)                                                                                   \

@@ -26,6 +26,12 @@ struct Look {
   bool shown = true;
 };
 
+/// What there is of a body, in its frame.
+struct OwnSolids {
+  std::vector<Solid> solids;
+  std::vector<PlaneSurface> planes;
+};
+
 class SceneModel {
  public:
   /// From the constant buffers of a scene. A body without shapes is drawn as the box that has its mass and moments, one
@@ -43,6 +49,10 @@ class SceneModel {
   bool has_planes() const;
   /// Unit; z where there is no gravity.
   const Eigen::Vector3f& up() const { return up_; }
+
+  /// What each body looks like where no renderer has the meshes: Solid::hull is the number of one of them.
+  std::vector<OwnSolids> own_solids(std::span<const Look> looks) const;
+  std::span<const Mesh> hulls() const { return hulls_; }
 
   /// The boxes around the shapes of bodies that stand so.
   std::vector<Extent> extents(std::span<const Placement> poses) const;
@@ -71,11 +81,12 @@ class SceneModel {
   void add_hulls(const Buffers<real>& scene);
   template <class real>
   void add_bare_body(const Buffers<real>& scene, u32 body);
+  void draw_part(const Part& part, const Placement& pose, const Look& look, bool patterned, Drawing& drawing) const;
   void draw_capsule(const Part& part, const Solid& solid, Drawing& drawing) const;
 
   std::vector<Part> parts_;
   std::vector<Mesh> hulls_;
-  std::vector<u32> hull_numbers_;
+  std::vector<u32> hull_numbers_;  // the renderer's
   std::vector<bool> movable_;
   std::vector<u32> ids_;
   Eigen::Vector3f up_ = Eigen::Vector3f::UnitZ();

@@ -245,6 +245,17 @@ Vector3 center_of_box(const std::vector<Vector3>& points) {
   return exact::scale(0.5, exact::add(low, high));
 }
 
+std::string set_hull(const std::vector<Vector3>& points, ShapeDescription& shape) {
+  std::string refusal;
+  ConvexHull hull = convex_hull(points, refusal);
+  if (!refusal.empty()) return refusal;
+  const Vector3 center = center_of_box(hull.vertices);
+  for (Vector3& v : hull.vertices) v = exact::subtract(v, center);
+  shape.points = std::move(hull.vertices);
+  shape.offset = exact::add(shape.offset, exact::rotate(shape.rotation, center));
+  return {};
+}
+
 Vector3 half_extents_of(const std::vector<Vector3>& points) {
   Vector3 half = {0, 0, 0};
   for (const Vector3& p : points)

@@ -34,6 +34,10 @@ struct ConvexHull {
 /// The hull of points; where they have none, an empty one, and `refusal` says why and what to do.
 ConvexHull convex_hull(const std::vector<Vector3>& points, std::string& refusal);
 
+/// Gives a shape the hull of these points, which stand in its frame, and moves its origin to the middle of the box that
+/// holds them. Where they have none it is left alone, and what is returned says why and what to do; else that is empty.
+std::string set_hull(const std::vector<Vector3>& points, ShapeDescription& shape);
+
 /// The middle of the smallest box along the axes that holds the points.
 Vector3 center_of_box(const std::vector<Vector3>& points);
 

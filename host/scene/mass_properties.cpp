@@ -104,21 +104,16 @@ MassProperties own_properties(const ShapeDescription& shape, double density) {
 
 }  // namespace
 
-MassProperties mass_properties(const ShapeDescription& shape, double density) {
-  MassProperties own = own_properties(shape, density);
-  own.center = exact::add(shape.offset, exact::rotate(shape.rotation, own.center));
-  own.inertia = turned(own.inertia, shape.rotation);
-  return own;
+MassProperties placed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation) {
+  return {own.mass, exact::add(offset, exact::rotate(rotation, own.center)), turned(own.inertia, rotation)};
 }
 
-MassProperties mass_properties(const std::vector<ShapeDescription>& shapes, double density) {
-  if (shapes.size() == 1) return mass_properties(shapes[0], density);
-  std::vector<MassProperties> parts;
+MassProperties together(const std::vector<MassProperties>& parts) {
+  if (parts.size() == 1) return parts[0];
   MassProperties whole;
-  for (const ShapeDescription& shape : shapes) {
-    parts.push_back(mass_properties(shape, density));
-    whole.mass += parts.back().mass;
-    whole.center = exact::add(whole.center, exact::scale(parts.back().mass, parts.back().center));
+  for (const MassProperties& part : parts) {
+    whole.mass += part.mass;
+    whole.center = exact::add(whole.center, exact::scale(part.mass, part.center));
   }
   if (whole.mass > 0) whole.center = exact::scale(1 / whole.mass, whole.center);
   for (const MassProperties& part : parts) {
@@ -126,6 +121,16 @@ MassProperties mass_properties(const std::vector<ShapeDescription>& shapes, doub
     for (unsigned i = 0; i < 6; ++i) whole.inertia[i] += part.inertia[i] + more[i];
   }
   return whole;
+}
+
+MassProperties mass_properties(const ShapeDescription& shape, double density) {
+  return placed(own_properties(shape, density), shape.offset, shape.rotation);
+}
+
+MassProperties mass_properties(const std::vector<ShapeDescription>& shapes, double density) {
+  std::vector<MassProperties> parts;
+  for (const ShapeDescription& shape : shapes) parts.push_back(mass_properties(shape, density));
+  return together(parts);
 }
 
 PrincipalAxes principal_axes(const std::array<double, 6>& inertia) {

@@ -21,6 +21,12 @@ MassProperties mass_properties(const ShapeDescription& shape, double density);
 /// Of all the shapes together.
 MassProperties mass_properties(const std::vector<ShapeDescription>& shapes, double density);
 
+/// The same solid where its frame stands so in another one.
+MassProperties placed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation);
+
+/// Of solids that are one, all in the same frame.
+MassProperties together(const std::vector<MassProperties>& parts);
+
 /// The rotation from principal axes to the given ones, and the principal moments: Jacobi's method (Golub and Van Loan,
 /// Matrix Computations, 8.5). A diagonal matrix is its own answer, with the identity.
 struct PrincipalAxes {

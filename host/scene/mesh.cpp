@@ -1,5 +1,6 @@
 #include "host/scene/mesh.hpp"
 
+#include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
@@ -25,6 +26,7 @@ bool is_embedded_mesh(const std::string& path) { return find_embedded(path) != n
 
 TriangleMesh read_mesh(const std::string& path) {
   Assimp::Importer importer;
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);  // numbers as the file gives them
   const unsigned steps = aiProcess_PreTransformVertices | aiProcess_JoinIdenticalVertices | aiProcess_Triangulate;
   const EmbeddedFile* embedded = find_embedded(path);
   const aiScene* scene = embedded != nullptr

@@ -4,21 +4,20 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <string_view>
 #include <unordered_map>
 
 #include "host/embedded.hpp"
 #include "host/scene/particle_law.hpp"
 #include "host/scene/read_bodies.hpp"
+#include "host/scene/read_robots.hpp"
+#include "host/scene/text_file.hpp"
 
 namespace lockstep {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::size_t largest_file = 64u << 20;
 
 Settings read_settings(const JsonNode& node) {
   node.expect_object({"dt",
@@ -198,29 +197,14 @@ void expect_different_names(const JsonNode& array, const std::vector<BodyDescrip
 
 std::string stem(const std::string& path) { return fs::path(path).stem().string(); }
 
-std::string read_file(const std::string& path) {
-  std::error_code ignored;
-  if (fs::is_directory(path, ignored)) throw Error(Failure::input, path, "is a directory, must be a JSON file");
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw Error(Failure::input, path, "cannot be opened for reading; check its permissions");
-  std::string text, piece(1u << 16, '\0');
-  while (file.read(piece.data(), static_cast<std::streamsize>(piece.size())), file.gcount() > 0) {
-    text.append(piece, 0, static_cast<std::size_t>(file.gcount()));
-    if (text.size() > largest_file) {
-      throw Error(Failure::input, path, "is larger than 64 MiB; place many bodies with generators");
-    }
-  }
-  if (file.bad()) throw Error(Failure::input, path, "cannot be read to its end");
-  return text;
-}
-
 }  // namespace
 
 Scene parse_scene(const std::string& text, const std::string& source) {
+  if (is_urdf(source)) return robot_scene(text, source);
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
-                      "bodies", "joints", "particles"});
+                      "bodies", "joints", "particles", "robots"});
   Scene scene;
   scene.source = source;
   scene.text = text;
@@ -237,19 +221,24 @@ Scene parse_scene(const std::string& text, const std::string& source) {
   Categories categories;
   if (root.has("particles")) scene.particles = read_particles(root.at("particles"));
   Names names = {scene.materials, categories, scene.particles.has_value()};
-  BodyList list = read_bodies(root.at("bodies"), names);
-  scene.bodies = std::move(list.bodies);
-  if (scene.bodies.empty()) root.at("bodies").fail("is empty; a scene needs a body");
-  expect_different_names(root.at("bodies"), scene.bodies);
-  categories.expect_all_owned();
+  const bool has_robots = root.has("robots");
+  BodyList list;
+  if (root.has("bodies") || !has_robots) list = read_bodies(root.at("bodies"), names);
   if (root.has("joints")) {
     for (NamedJoint& joint : read_joints(root.at("joints"), false)) list.joints.push_back(std::move(joint));
   }
-  scene.joints = resolve_joints(list.joints, scene.bodies);
+  scene.bodies = std::move(list.bodies);
+  if (has_robots) read_robots(root.at("robots"), names, scene);
+  const JsonNode of_bodies = root.at(root.has("bodies") ? "bodies" : "robots");
+  if (scene.bodies.empty()) of_bodies.fail("is empty; a scene needs a body");
+  expect_different_names(of_bodies, scene.bodies);
+  categories.expect_all_owned();
+  for (JointDescription& joint : resolve_joints(list.joints, scene.bodies)) scene.joints.push_back(std::move(joint));
   return scene;
 }
 
 std::optional<CameraDescription> parse_camera(const std::string& text, const std::string& source) {
+  if (is_urdf(source)) return std::nullopt;
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   if (!root.is_object() || !root.has("camera")) return std::nullopt;
@@ -269,7 +258,7 @@ Scene read_scene(const std::string& path_or_name) {
                 is_path ? "no such file; 'lockstep scenes' lists the built-in ones"
                         : "no such file, and no built-in scene has this name; " + suggestion(path_or_name, names));
   }
-  return parse_scene(read_file(path_or_name), path_or_name);
+  return parse_scene(read_text_file(path_or_name), path_or_name);
 }
 
 std::vector<SceneListing> built_in_scenes() {

@@ -1,4 +1,5 @@
-// Scene files: JSON as docs/scene_format.md and scenes/scene.schema.json describe it.
+// Scene files: JSON as docs/scene_format.md and scenes/scene.schema.json describe it, or a robot alone (.urdf,
+// docs/formats.md).
 #pragma once
 
 #include <string>
@@ -12,7 +13,7 @@ namespace lockstep {
 /// value".
 Scene read_scene(const std::string& path_or_name);
 
-/// Reads a scene from JSON text; `source` stands for the file in errors.
+/// Reads a scene from JSON text, or from URDF where `source`, which stands for the file in errors, ends in .urdf.
 Scene parse_scene(const std::string& text, const std::string& source);
 
 /// The camera alone, which may have been asked for in a scene that was read elsewhere: its meshes need not be there.

@@ -14,12 +14,6 @@ namespace lockstep {
 
 namespace {
 
-std::vector<std::string> names_of(const std::vector<Material>& materials) {
-  std::vector<std::string> names;
-  for (const Material& material : materials) names.push_back(material.name);
-  return names;
-}
-
 // The keys that give a kind of shape its size.
 const std::map<ShapeKind, std::vector<const char*>> size_keys = {
     {SHAPE_SPHERE, {"radius"}}, {SHAPE_CAPSULE, {"radius", "length"}},
@@ -97,13 +91,7 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
       node.at(key).fail(fmt::format("does not belong to a {}; remove it", kind));
   }
 
-  if (node.has("material")) {
-    const JsonNode name = node.at("material");
-    const std::vector<std::string> known = names_of(names.materials);
-    const auto found = std::find(known.begin(), known.end(), name.text());
-    if (found == known.end()) name.unknown("material", name.text(), known);
-    shape.material = static_cast<u32>(found - known.begin());
-  }
+  if (node.has("material")) shape.material = read_material(node.at("material"), names);
   if (node.has("category")) shape.category = names.categories.own(node.at("category"));
   if (node.has("collides_with")) {
     shape.mask = 0;
@@ -260,6 +248,14 @@ void Categories::expect_all_owned() const {
   for (const Category& category : categories_) {
     if (!category.owned) category.first.unknown("category", category.name, owned);
   }
+}
+
+u32 read_material(const JsonNode& name, const Names& names) {
+  std::vector<std::string> known;
+  for (const Material& material : names.materials) known.push_back(material.name);
+  const auto found = std::find(known.begin(), known.end(), name.text());
+  if (found == known.end()) name.unknown("material", name.text(), known);
+  return static_cast<u32>(found - known.begin());
 }
 
 Vector3 read_direction(const JsonNode& node) {

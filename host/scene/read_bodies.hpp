@@ -61,6 +61,9 @@ BodyList read_bodies(const JsonNode& array, Names& names);
 /// A turn: a quaternion [x, y, z, w], {"axis", "angle" | "angle_deg"} or {"euler_deg"}.
 Quaternion read_orientation(const JsonNode& node);
 
+/// The number of a material that is called so.
+u32 read_material(const JsonNode& name, const Names& names);
+
 /// A vector that is not zero.
 Vector3 read_direction(const JsonNode& node);
 

@@ -57,13 +57,7 @@ void read_hull(const JsonNode& node, ShapeDescription& shape) {
   const JsonNode source = node.at(node.has("points") ? "points" : "mesh");
   const double scale = node.has("scale") ? node.at("scale").positive() : 1;
   const std::vector<Vector3> given = node.has("points") ? read_points(source) : read_mesh_file(source, scale).vertices;
-  std::string refusal;
-  ConvexHull hull = convex_hull(given, refusal);
-  if (!refusal.empty()) source.fail(refusal);
-  const Vector3 center = center_of_box(hull.vertices);
-  for (Vector3& v : hull.vertices) v = exact::subtract(v, center);
-  shape.points = std::move(hull.vertices);
-  shape.offset = exact::add(shape.offset, exact::rotate(shape.rotation, center));
+  if (const std::string refusal = set_hull(given, shape); !refusal.empty()) source.fail(refusal);
 }
 
 void read_solid_mesh(const JsonNode& node, ShapeDescription& shape) {

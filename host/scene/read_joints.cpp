@@ -27,13 +27,6 @@ void need_keys(const JsonNode& node, const char* kind, std::initializer_list<con
   }
 }
 
-// A number in radians or, under the other key, in degrees.
-double angle_at(const JsonNode& node, const char* radians, const char* degrees) {
-  if (node.has(radians) && node.has(degrees))
-    node.fail(fmt::format("has both {} and {}; give one", quote(radians), quote(degrees)));
-  return node.has(degrees) ? node.at(degrees).number() * degree : node.at(radians).number();
-}
-
 void refuse_far_angle(const JsonNode& node, JointKind kind, const char* what) {
   node.fail(fmt::format("the angle of a {} is told from -180 to 180 degrees{}", noun_of(kind), what));
 }
@@ -175,9 +168,7 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   if (free == FREE_NOTHING) refuse_keys(node, kind, {"limits", "motor", "friction", "spring"});
   if (free != FREE_ANGLE) refuse_keys(node, kind, {"limits_deg"});
   read_limits(node, free, joint);
-  read_motor(node, free, joint);
-  read_friction(node, free, joint);
-  read_spring(node, free, joint);
+  read_drive(node, joint);
   if (node.has("collide")) joint.collide = node.at("collide").boolean();
   if (node.has("frequency")) joint.frequency = node.at("frequency").positive();
   if (node.has("damping")) {
@@ -188,6 +179,18 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
 }
 
 }  // namespace
+
+double angle_at(const JsonNode& node, const char* radians, const char* degrees) {
+  if (node.has(radians) && node.has(degrees))
+    node.fail(fmt::format("has both {} and {}; give one", quote(radians), quote(degrees)));
+  return node.has(degrees) ? node.at(degrees).number() * degree : node.at(radians).number();
+}
+
+void read_drive(const JsonNode& node, JointDescription& joint) {
+  read_motor(node, free_of(joint.kind), joint);
+  read_friction(node, free_of(joint.kind), joint);
+  read_spring(node, free_of(joint.kind), joint);
+}
 
 std::vector<NamedJoint> read_joints(const JsonNode& array, bool in_generator) {
   std::vector<NamedJoint> joints;

@@ -21,6 +21,12 @@ struct NamedJoint {
 /// Reads an array of joints. In a generator a name may end in "+1".
 std::vector<NamedJoint> read_joints(const JsonNode& array, bool in_generator);
 
+/// Reads the keys "motor", "friction" and "spring" of a joint whose kind, anchors and limits are known.
+void read_drive(const JsonNode& node, JointDescription& joint);
+
+/// An angle in radians or, under the other key, in degrees; one of the two must be there.
+double angle_at(const JsonNode& node, const char* radians, const char* degrees);
+
 /// The joints of one copy of a generator, of `copies`: names of the template's bodies get the copy's number, places are
 /// shifted. A joint to the copy behind the last one is left out.
 void add_copied_joints(const std::vector<NamedJoint>& templates, const std::vector<BodyDescription>& bodies, u32 number,

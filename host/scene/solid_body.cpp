@@ -51,4 +51,9 @@ void make_solid_of_mass(BodyDescription& body, double mass) {
   move_to_principal_axes(solid, body);
 }
 
+void make_solid_of(BodyDescription& body, double mass, const Vector3& center, const std::array<double, 6>& inertia) {
+  body.mass = mass;
+  move_to_principal_axes({mass, center, inertia}, body);
+}
+
 }  // namespace lockstep

@@ -16,4 +16,8 @@ void make_solid(BodyDescription& body, double density);
 /// The same with the density that makes it so heavy, kg.
 void make_solid_of_mass(BodyDescription& body, double mass);
 
+/// The same where mass, centre (m) and inertia matrix about it (xx, yy, zz, xy, xz, yz; kg m^2) are given, in the frame
+/// of the shapes.
+void make_solid_of(BodyDescription& body, double mass, const Vector3& center, const std::array<double, 6>& inertia);
+
 }  // namespace lockstep

@@ -1,0 +1,129 @@
+#include "host/scene/read_robots.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <map>
+
+#include "host/embedded.hpp"
+#include "host/scene/joint_kinds.hpp"
+#include "host/scene/text_file.hpp"
+
+namespace lockstep {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// Those of the built-in scenes are in the library.
+Robot read_robot_file(const JsonNode& name) {
+  const fs::path path = fs::path(name.source()).parent_path() / name.text();
+  for (const EmbeddedFile& file : embedded_robots())
+    if (file.name == path.string()) return parse_urdf(std::string(file.text), path.string());
+  std::error_code ignored;
+  if (!is_urdf(path.string())) name.must_be("the name of a .urdf file");
+  if (!fs::is_regular_file(path, ignored))
+    name.fail(fmt::format("names no file: {} does not exist; a robot is looked for from the folder of the scene",
+                          quote(name.text())));
+  return parse_urdf(read_text_file(path.string()), path.string());
+}
+
+// What the scene says of a joint, in the words that the scene's own joints have.
+void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, std::vector<bool>& said) {
+  node.expect_object({"name", "start", "start_deg", "motor", "spring"});
+  std::vector<std::string> known;
+  for (const RobotJoint& joint : robot.joints)
+    if (kind_of(joint.kind)) known.push_back(joint.name);
+  const JsonNode name = node.at("name");
+  const auto found = std::find_if(robot.joints.begin(), robot.joints.end(), [&](const RobotJoint& joint) {
+    return joint.name == name.text() && kind_of(joint.kind);
+  });
+  if (found == robot.joints.end()) name.unknown("joint that moves", name.text(), known);
+  const auto number = static_cast<std::size_t>(found - robot.joints.begin());
+  if (said[number]) name.fail(fmt::format("names the joint {} again; say all in one place", quote(name.text())));
+  said[number] = true;
+  RobotDrive& drive = use.drives[number];
+  JointDescription joint;
+  joint.kind = *kind_of(found->kind);
+  const bool turns = free_of(joint.kind) == FREE_ANGLE;
+  if (!turns && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
+  if (node.has("start") || node.has("start_deg"))
+    drive.start = turns ? angle_at(node, "start", "start_deg") : node.at("start").number();
+  if (turns && std::abs(drive.start) > exact::pi)
+    node.at(node.has("start") ? "start" : "start_deg").fail("the angle of a joint is told from -180 to 180 degrees");
+  read_drive(node, joint);
+  const bool has_rest = joint.spring && (node.at("spring").has("rest") || node.at("spring").has("rest_deg"));
+  if (joint.spring && !has_rest) joint.spring->rest = drive.start;
+  drive.motor_speed = joint.motor_speed;
+  drive.motor_force = joint.motor_force;
+  drive.spring = joint.spring;
+}
+
+void add(RobotParts parts, Scene& scene) {
+  const u32 first = static_cast<u32>(scene.bodies.size());
+  for (BodyDescription& body : parts.bodies) scene.bodies.push_back(std::move(body));
+  for (JointDescription& joint : parts.joints) {
+    for (u32* body : {&joint.body_a, &joint.body_b})
+      if (*body != NONE) *body += first;
+    scene.joints.push_back(std::move(joint));
+  }
+}
+
+}  // namespace
+
+void read_robots(const JsonNode& array, Names& names, Scene& scene) {
+  std::map<std::string, Robot> robots;  // each file once
+  double shapes = 0;
+  const auto count_shapes = [&shapes](const std::vector<BodyDescription>& bodies) {
+    for (const BodyDescription& body : bodies) shapes += static_cast<double>(body.shapes.size());
+  };
+  count_shapes(scene.bodies);
+  for (const JsonNode& node : array.elements()) {
+    node.expect_object(
+        {"file", "name", "position", "orientation", "fixed", "material", "category", "collides_with", "joints"});
+    const JsonNode file = node.at("file");
+    const auto known = robots.find(file.text());
+    const Robot& robot =
+        known != robots.end() ? known->second : robots.emplace(file.text(), read_robot_file(file)).first->second;
+    RobotUse use;
+    use.name = node.has("name") ? node.at("name").text() : robot.name;
+    if (node.has("position")) use.position = node.at("position").vector();
+    if (node.has("orientation")) use.orientation = read_orientation(node.at("orientation"));
+    if (node.has("fixed")) use.fixed = node.at("fixed").boolean();
+    if (node.has("material")) use.material = read_material(node.at("material"), names);
+    if (node.has("category")) use.category = names.categories.own(node.at("category"));
+    if (node.has("collides_with")) {
+      use.mask = 0;
+      for (const JsonNode& name : node.at("collides_with").elements()) use.mask |= names.categories.partner(name);
+    }
+    use.drives.resize(robot.joints.size());
+    std::vector<bool> said(robot.joints.size(), false);
+    if (node.has("joints")) {
+      for (const JsonNode& joint : node.at("joints").elements()) read_robot_joint(joint, robot, use, said);
+    }
+    RobotParts parts = make_robot(robot, use);
+    count_shapes(parts.bodies);
+    BodyList().expect_room(node, static_cast<double>(scene.bodies.size() + parts.bodies.size()), shapes);
+    add(std::move(parts), scene);
+  }
+}
+
+Scene robot_scene(const std::string& text, const std::string& source) {
+  const Robot robot = parse_urdf(text, source);
+  Scene scene;
+  scene.source = source;
+  scene.text = text;
+  scene.name = fs::path(source).stem().string();
+  scene.description = fmt::format("The robot {}, alone", robot.name);
+  scene.materials.push_back({"default"});
+  RobotUse use;
+  use.name = robot.name;
+  use.drives.resize(robot.joints.size());
+  add(make_robot(robot, use), scene);
+  if (scene.bodies.empty()) throw Error(Failure::input, source, "has no link that moves or touches anything");
+  return scene;
+}
+
+}  // namespace lockstep

@@ -1,0 +1,15 @@
+// The robots of a scene file, and scenes that are a robot alone.
+#pragma once
+
+#include "host/scene/read_bodies.hpp"
+#include "host/scene/robot.hpp"
+
+namespace lockstep {
+
+/// Reads the array "robots": bodies and joints are added to those of the scene.
+void read_robots(const JsonNode& array, Names& names, Scene& scene);
+
+/// A scene of the robot of a URDF text, as it stands in its file, with all defaults.
+Scene robot_scene(const std::string& text, const std::string& source);
+
+}  // namespace lockstep

@@ -1,0 +1,192 @@
+#include "host/scene/robot.hpp"
+
+#include <fmt/format.h>
+
+#include "host/error.hpp"
+#include "host/scene/json_node.hpp"
+#include "host/scene/solid_body.hpp"
+
+namespace lockstep {
+
+namespace {
+
+// Of a frame in another one.
+struct Pose {
+  Vector3 position = {0, 0, 0};
+  Quaternion orientation = {0, 0, 0, 1};
+};
+
+Pose operator*(const Pose& outer, const Pose& inner) {
+  return {exact::add(outer.position, exact::rotate(outer.orientation, inner.position)),
+          exact::unit(exact::multiply(outer.orientation, inner.orientation))};
+}
+
+Pose inverse(const Pose& pose) {
+  const Quaternion& q = pose.orientation;
+  const Quaternion back = {-q[0], -q[1], -q[2], q[3]};
+  return {exact::scale(-1, exact::rotate(back, pose.position)), back};
+}
+
+// How far the child's frame has gone from where the joint is at 0, in that frame.
+Pose moved(const RobotJoint& joint, double by) {
+  if (by == 0) return {};
+  if (joint.kind == RobotJointKind::prismatic) return {exact::scale(by, exact::unit(joint.axis))};
+  return {{0, 0, 0}, exact::turn(joint.axis, exact::sine(0.5 * by), exact::cosine(0.5 * by))};
+}
+
+class Assembly {
+ public:
+  Assembly(const Robot& robot, const RobotUse& use)
+      : robot_(robot),
+        use_(use),
+        head_(robot.links.size()),
+        in_head_(robot.links.size()),
+        poses_(robot.links.size()),
+        body_(robot.links.size(), NONE) {
+    place_links();
+    gather();
+    make_bodies();
+    make_joints();
+  }
+
+  RobotParts take() { return std::move(parts_); }
+
+ private:
+  // A link that is fixed to its parent is part of the parent's body, whose frame is that of its first link, the head.
+  void place_links() {
+    head_[robot_.root] = robot_.root;
+    poses_[robot_.root] = {use_.position, use_.orientation};
+    for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
+      const RobotJoint& joint = robot_.joints[i];
+      const bool fixed = joint.kind == RobotJointKind::fixed;
+      const Pose own = {joint.position, joint.orientation};
+      head_[joint.child] = fixed ? head_[joint.parent] : joint.child;
+      if (fixed) in_head_[joint.child] = in_head_[joint.parent] * own;
+      poses_[joint.child] = poses_[joint.parent] * own * moved(joint, use_.drives[i].start);
+    }
+  }
+
+  // Masses and shapes of all links of a body, in the frame of its head.
+  void gather() {
+    solids_.resize(robot_.links.size());
+    shapes_.resize(robot_.links.size());
+    for (u32 i = 0; i < robot_.links.size(); ++i) {
+      const RobotLink& link = robot_.links[i];
+      const Pose& at = in_head_[i];
+      if (link.inertial) solids_[head_[i]].push_back(placed(*link.inertial, at.position, at.orientation));
+      for (ShapeDescription shape : link.shapes) {
+        const Pose stands = at * Pose{shape.offset, shape.rotation};
+        shape.offset = stands.position;
+        if (shape.kind != SHAPE_SPHERE) shape.rotation = stands.orientation;
+        shape.material = use_.material;
+        shape.category = use_.category;
+        shape.mask = use_.mask;
+        shapes_[head_[i]].push_back(std::move(shape));
+      }
+    }
+  }
+
+  void make_bodies() {
+    for (u32 i = 0; i < robot_.links.size(); ++i) {
+      if (head_[i] != i) continue;
+      const RobotLink& link = robot_.links[i];
+      const bool is_still = i == robot_.root && (use_.fixed || link.name == "world");
+      if (is_still && shapes_[i].empty()) continue;  // its joints are to the fixed frame
+      BodyDescription body;
+      body.name = use_.name + "/" + link.name;
+      body.position = poses_[i].position;
+      body.orientation = poses_[i].orientation;
+      body.shapes = std::move(shapes_[i]);
+      if (is_still) {
+        body.kind = BODY_STATIC;
+      } else if (solids_[i].empty()) {
+        throw Error(Failure::input, link.place,
+                    i == robot_.root
+                        ? "has no mass; give it an <inertial>, or fix a link with one to it; a root that does not move "
+                          "is called \"world\", or is \"fixed\" in the scene"
+                        : "has no mass; give it an <inertial>, or fix a link with one to it");
+      } else {
+        const MassProperties solid = together(solids_[i]);
+        make_solid_of(body, solid.mass, solid.center, solid.inertia);
+      }
+      body_[i] = static_cast<u32>(parts_.bodies.size());
+      parts_.bodies.push_back(std::move(body));
+    }
+  }
+
+  void make_joints() {
+    for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
+      const std::optional<JointKind> kind = kind_of(robot_.joints[i].kind);
+      if (kind) add_joint(robot_.joints[i], *kind, use_.drives[i]);
+    }
+  }
+
+  // The engine's joint has limits or a spring, and a motor or friction; what is more gets a joint of its own.
+  void add_joint(const RobotJoint& in, JointKind kind, const RobotDrive& drive) {
+    JointDescription joint;
+    joint.name = use_.name + "/" + in.name;
+    joint.kind = kind;
+    joint.body_a = body_[head_[in.parent]];
+    joint.body_b = body_[in.child];
+    const Pose zero = poses_[in.parent] * Pose{in.position, in.orientation};
+    joint.anchor_a = joint.anchor_b = zero.position;
+    joint.axis = exact::rotate(zero.orientation, in.axis);
+    if (drive.start != 0) joint.stand = stand_at(zero, joint, in.child);
+    JointDescription more = joint;
+    joint.limited = in.kind == RobotJointKind::revolute || in.kind == RobotJointKind::prismatic;
+    joint.low = in.low;
+    joint.high = in.high;
+    std::optional<JointSpring> spring = drive.spring;
+    if (in.damping > 0) {
+      if (!spring) spring.emplace();
+      spring->damping += in.damping;
+    }
+    (joint.limited ? more : joint).spring = spring;
+    joint.motor_speed = drive.motor_speed;
+    joint.motor_force = drive.motor_force;
+    (drive.motor_force > 0 ? more : joint).friction = in.friction;
+    const bool needs_more = more.spring || more.friction > 0;
+    parts_.joints.push_back(std::move(joint));
+    if (needs_more) parts_.joints.push_back(std::move(more));
+  }
+
+  // Where the two bodies of a joint would stand with the joint at 0, its parent where it is.
+  JointStand stand_at(const Pose& zero, const JointDescription& joint, u32 child) const {
+    JointStand stand;
+    if (joint.body_a != NONE) {
+      stand.position_a = parts_.bodies[joint.body_a].position;
+      stand.orientation_a = parts_.bodies[joint.body_a].orientation;
+    }
+    const BodyDescription& body = parts_.bodies[joint.body_b];
+    const Pose b = zero * (inverse(poses_[child]) * Pose{body.position, body.orientation});
+    stand.position_b = b.position;
+    stand.orientation_b = b.orientation;
+    return stand;
+  }
+
+  const Robot& robot_;
+  const RobotUse& use_;
+  // of each link
+  std::vector<u32> head_;
+  std::vector<Pose> in_head_, poses_;  // in the frame of the head; in the world
+  std::vector<u32> body_;              // of heads
+  std::vector<std::vector<MassProperties>> solids_;
+  std::vector<std::vector<ShapeDescription>> shapes_;
+  RobotParts parts_;
+};
+
+}  // namespace
+
+RobotParts make_robot(const Robot& robot, const RobotUse& use) { return Assembly(robot, use).take(); }
+
+std::optional<JointKind> kind_of(RobotJointKind kind) {
+  switch (kind) {
+    case RobotJointKind::revolute:
+    case RobotJointKind::continuous: return JOINT_HINGE;
+    case RobotJointKind::prismatic: return JOINT_SLIDER;
+    case RobotJointKind::planar: return JOINT_PLANAR;
+    default: return std::nullopt;
+  }
+}
+
+}  // namespace lockstep

@@ -1,0 +1,41 @@
+// A robot as bodies and joints: links that are fixed to each other become one body.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/scene/urdf.hpp"
+
+namespace lockstep {
+
+/// What a scene adds to a joint of a robot.
+struct RobotDrive {
+  double start = 0;                         // rad or m: where it stands at load
+  double motor_speed = 0, motor_force = 0;  // as of JointDescription
+  std::optional<JointSpring> spring = {};
+};
+
+/// How a scene uses a robot.
+struct RobotUse {
+  std::string name;              // bodies and joints are called NAME/LINK and NAME/JOINT
+  Vector3 position = {0, 0, 0};  // of the frame of the root link
+  Quaternion orientation = {0, 0, 0, 1};
+  bool fixed = false;  // the root link does not move; one that is called "world" never does
+  u32 material = 0, category = 1, mask = 0xffffffffu;  // of all shapes
+  std::vector<RobotDrive> drives;                      // one for each joint of the robot
+};
+
+/// Joints name bodies by their place among these.
+struct RobotParts {
+  std::vector<BodyDescription> bodies;
+  std::vector<JointDescription> joints;
+};
+
+/// Throws Error (input) where a body that moves has no mass.
+RobotParts make_robot(const Robot& robot, const RobotUse& use);
+
+/// What of an engine's joint a joint of a robot is; nothing for those that are fixed or floating.
+std::optional<JointKind> kind_of(RobotJointKind kind);
+
+}  // namespace lockstep

@@ -1,0 +1,152 @@
+#include "host/scene/xml_node.hpp"
+
+#include <fmt/format.h>
+#include <tinyxml2.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "host/error.hpp"
+#include "host/scene/json_node.hpp"
+
+namespace lockstep {
+
+namespace {
+
+bool is_among(std::string_view word, std::initializer_list<std::string_view> words) {
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+std::string nearest(std::string_view word, std::initializer_list<std::string_view> known) {
+  return suggestion(std::string(word), std::vector<std::string>(known.begin(), known.end()));
+}
+
+// Names come from the file: keep a line a line, and short.
+std::string in_brackets(std::string_view name) {
+  const std::string quoted = quote(std::string(name));
+  return "<" + quoted.substr(1, quoted.size() - 2) + ">";
+}
+
+bool is_utf8(const std::string& words) {
+  try {
+    static_cast<void>(nlohmann::json(words).dump());
+    return true;
+  } catch (const nlohmann::json::type_error&) {
+    return false;
+  }
+}
+
+}  // namespace
+
+std::string XmlNode::place() const {
+  return fmt::format("{}:{}: {}", *source_, element_->GetLineNum(), in_brackets(element_->Name()));
+}
+
+void XmlNode::fail(const std::string& what) const { throw Error(Failure::input, place(), what); }
+
+void XmlNode::fail(const char* attribute, const std::string& what) const {
+  throw Error(Failure::input, place() + " " + attribute, what);
+}
+
+std::string XmlNode::name() const { return element_->Name(); }
+
+void XmlNode::expect_attributes(std::initializer_list<std::string_view> known) const {
+  for (const auto* a = element_->FirstAttribute(); a != nullptr; a = a->Next()) {
+    const std::string_view word = a->Name();
+    if (!is_among(word, known) && word.find(':') == word.npos && word != "xmlns")
+      fail(fmt::format("unknown attribute {}; {}", quote(a->Name()), nearest(word, known)));
+  }
+}
+
+void XmlNode::expect_children(std::initializer_list<std::string_view> known,
+                              std::initializer_list<std::string_view> ignored) const {
+  for (const auto* e = element_->FirstChildElement(); e != nullptr; e = e->NextSiblingElement()) {
+    const std::string_view word = e->Name();
+    if (word.starts_with("xacro:")) XmlNode(*e, *source_).fail("is to be expanded first: xacro x.urdf.xacro > x.urdf");
+    if (!is_among(word, known) && !is_among(word, ignored) && word.find(':') == word.npos)
+      XmlNode(*e, *source_)
+          .fail(fmt::format("is no element of {}; {}", in_brackets(element_->Name()), nearest(word, known)));
+  }
+}
+
+std::vector<XmlNode> XmlNode::children(const char* name) const {
+  std::vector<XmlNode> nodes;
+  for (const auto* e = element_->FirstChildElement(name); e != nullptr; e = e->NextSiblingElement(name))
+    nodes.emplace_back(*e, *source_);
+  return nodes;
+}
+
+std::optional<XmlNode> XmlNode::child(const char* name) const {
+  const tinyxml2::XMLElement* found = element_->FirstChildElement(name);
+  if (found == nullptr) return std::nullopt;
+  if (const auto* other = found->NextSiblingElement(name))
+    XmlNode(*other, *source_).fail(fmt::format("stands twice in {}; remove one", in_brackets(element_->Name())));
+  return XmlNode(*found, *source_);
+}
+
+XmlNode XmlNode::needed_child(const char* name) const {
+  const std::optional<XmlNode> found = child(name);
+  if (!found) fail(fmt::format("needs the element <{}>", name));
+  return *found;
+}
+
+bool XmlNode::has(const char* attribute) const { return element_->Attribute(attribute) != nullptr; }
+
+std::string XmlNode::value(const char* attribute) const {
+  const char* words = element_->Attribute(attribute);
+  if (words == nullptr) fail(fmt::format("needs the attribute {}", quote(attribute)));
+  return words;
+}
+
+std::string XmlNode::text(const char* attribute) const {
+  std::string words = value(attribute);
+  if (words.empty()) fail(attribute, "must not be empty");
+  const bool one_line = std::none_of(words.begin(), words.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; });
+  if (!one_line || !is_utf8(words))
+    fail(attribute, fmt::format("must be a text of one line in UTF-8, is {}", quote(words)));
+  return words;
+}
+
+// The nearest doubles, whatever the locale.
+std::vector<double> XmlNode::numbers(const char* attribute, std::size_t count) const {
+  const std::string words = value(attribute);
+  const char *at = words.data(), *end = at + words.size();
+  const auto skip_spaces = [&] {
+    while (at != end && (*at == ' ' || *at == '\t' || *at == '\n' || *at == '\r')) ++at;
+  };
+  std::vector<double> values;
+  bool good = true;
+  for (skip_spaces(); at != end && good; skip_spaces()) {
+    if (*at == '+') ++at;
+    double value = 0;
+    const auto [next, error] = std::from_chars(at, end, value);
+    good = error == std::errc() && std::isfinite(value) && values.size() < count;
+    at = next;
+    values.push_back(value);
+  }
+  if (good && values.size() == count) return values;
+  fail(attribute, fmt::format("must be {}, is {}",
+                              count == 1 ? "a finite number" : fmt::format("{} finite numbers", count), quote(words)));
+}
+
+double XmlNode::number(const char* attribute) const { return numbers(attribute, 1)[0]; }
+
+double XmlNode::positive(const char* attribute) const {
+  const double x = number(attribute);
+  if (!(x > 0)) fail(attribute, fmt::format("must be > 0, is {}", x));
+  return x;
+}
+
+double XmlNode::not_negative(const char* attribute) const {
+  const double x = number(attribute);
+  if (!(x >= 0)) fail(attribute, fmt::format("must be >= 0, is {}", x));
+  return x;
+}
+
+Vector3 XmlNode::vector(const char* attribute) const {
+  const std::vector<double> v = numbers(attribute, 3);
+  return {v[0], v[1], v[2]};
+}
+
+}  // namespace lockstep

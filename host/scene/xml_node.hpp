@@ -1,0 +1,61 @@
+// An element of an XML document, read strictly. Every refusal is one line, "file:LINE: <element> attribute: rule, is
+// VALUE".
+#pragma once
+
+#include <initializer_list>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "host/scene/exact_math.hpp"
+
+namespace tinyxml2 {
+class XMLElement;
+}
+
+namespace lockstep {
+
+class XmlNode {
+ public:
+  XmlNode(const tinyxml2::XMLElement& element, const std::string& source) : element_(&element), source_(&source) {}
+
+  /// "file:LINE: <element>".
+  std::string place() const;
+  /// Throws Error (input): `what` is said of this element, or of one of its attributes.
+  [[noreturn]] void fail(const std::string& what) const;
+  [[noreturn]] void fail(const char* attribute, const std::string& what) const;
+
+  std::string name() const;
+  /// The file that the document stands in.
+  const std::string& source() const { return *source_; }
+
+  /// Refuses attributes other than these.
+  void expect_attributes(std::initializer_list<std::string_view> known) const;
+  /// Refuses elements within it other than `known`; those of `ignored`, and those of other namespaces, are for other
+  /// programs.
+  void expect_children(std::initializer_list<std::string_view> known,
+                       std::initializer_list<std::string_view> ignored = {}) const;
+
+  /// All elements within it, or those of a name.
+  std::vector<XmlNode> children(const char* name = nullptr) const;
+  /// The one of this name; refuses two.
+  std::optional<XmlNode> child(const char* name) const;
+  XmlNode needed_child(const char* name) const;
+
+  bool has(const char* attribute) const;
+  std::string text(const char* attribute) const;  // UTF-8 of one line, not empty
+  double number(const char* attribute) const;     // finite
+  double positive(const char* attribute) const;   // > 0
+  double not_negative(const char* attribute) const;
+  Vector3 vector(const char* attribute) const;  // three numbers with spaces between them
+
+ private:
+  std::string value(const char* attribute) const;
+  std::vector<double> numbers(const char* attribute, std::size_t count) const;
+
+  const tinyxml2::XMLElement* element_;
+  const std::string* source_;
+};
+
+}  // namespace lockstep
