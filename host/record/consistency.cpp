@@ -14,26 +14,16 @@ namespace {
 
 // Features whose stages and buffers are nothing without those of another.
 constexpr std::pair<Feature, Feature> needs[] = {
-    {Feature::manifolds, Feature::contacts},
-    {Feature::capsules, Feature::contacts},
-    {Feature::boxes, Feature::contacts},
-    {Feature::cylinders, Feature::contacts},
-    {Feature::hulls, Feature::contacts},
-    {Feature::grid, Feature::contacts},
-    {Feature::bvh, Feature::contacts},
-    {Feature::all_pairs, Feature::contacts},
-    {Feature::events, Feature::contacts},
-    {Feature::sensors, Feature::events},
-    {Feature::continuous, Feature::contacts},
-    {Feature::soft_contacts, Feature::contacts},
-    {Feature::patches, Feature::contacts},
-    {Feature::jacobi, Feature::contacts},
-    {Feature::soft_joints, Feature::joints},
-    {Feature::joint_springs, Feature::joints},
-    {Feature::closed_joints, Feature::joints},
-    {Feature::screws, Feature::joints},
-    {Feature::facets, Feature::hulls},
-    {Feature::shear_springs, Feature::particles},
+    {Feature::manifolds, Feature::contacts},   {Feature::capsules, Feature::contacts},
+    {Feature::boxes, Feature::contacts},       {Feature::cylinders, Feature::contacts},
+    {Feature::hulls, Feature::contacts},       {Feature::grid, Feature::contacts},
+    {Feature::bvh, Feature::contacts},         {Feature::all_pairs, Feature::contacts},
+    {Feature::events, Feature::contacts},      {Feature::sensors, Feature::events},
+    {Feature::continuous, Feature::contacts},  {Feature::soft_contacts, Feature::contacts},
+    {Feature::patches, Feature::contacts},     {Feature::jacobi, Feature::contacts},
+    {Feature::soft_joints, Feature::joints},   {Feature::joint_springs, Feature::joints},
+    {Feature::closed_joints, Feature::joints}, {Feature::screws, Feature::joints},
+    {Feature::facets, Feature::hulls},         {Feature::shear_springs, Feature::particles},
 };
 
 template <class real>

@@ -69,14 +69,15 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
   if (shape.kind == SHAPE_MESH && !names.particles) {
     if (body_kind == BODY_DYNAMIC)
       node.fail(
-          "is the mesh of a dynamic body, which collides by particles; give the scene \"particles\", or make it a hull, "
+          "is the mesh of a dynamic body, which collides by particles; give the scene \"particles\", or make it a "
+          "hull, "
           "or the body static or kinematic");
     read_surface(node, shape);
   }
   if (shape.kind == SHAPE_FACET) {
     if (body_kind == BODY_DYNAMIC)
       node.fail("a height field has no mass; its body must be static or kinematic, is dynamic");
-    if (names.particles) 
+    if (names.particles)
       node.fail("a height field knows no particles; make it a closed mesh, or give the scene no \"particles\"");
     read_height_field(node, shape);
   }

@@ -183,12 +183,10 @@ RobotLink read_link(const XmlNode& node) {
 using LinkNumbers = std::unordered_map<std::string, u32>;
 
 RobotJointKind read_kind(const XmlNode& node) {
-  constexpr std::pair<const char*, RobotJointKind> kinds[] = {{"fixed", RobotJointKind::fixed},
-                                                              {"revolute", RobotJointKind::revolute},
-                                                              {"continuous", RobotJointKind::continuous},
-                                                              {"prismatic", RobotJointKind::prismatic},
-                                                              {"planar", RobotJointKind::planar},
-                                                              {"floating", RobotJointKind::floating}};
+  constexpr std::pair<const char*, RobotJointKind> kinds[] = {
+      {"fixed", RobotJointKind::fixed},           {"revolute", RobotJointKind::revolute},
+      {"continuous", RobotJointKind::continuous}, {"prismatic", RobotJointKind::prismatic},
+      {"planar", RobotJointKind::planar},         {"floating", RobotJointKind::floating}};
   const std::string word = node.text("type");
   std::vector<std::string> names;
   for (const auto& [name, kind] : kinds) {
