@@ -2,6 +2,7 @@
 // by the tree, and the sort that the tree is built with.
 //   broad_phase_bench [COUNT...]     bodies; default 10000 100000 1000000
 //   broad_phase_bench ratio [COUNT]  grid against tree while the largest of the spheres grows; default 50000 bodies
+//   broad_phase_bench surface        1000 spheres on grounds of up to 131072 triangles; nanoseconds per shape
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -17,6 +18,8 @@
 #include "host/device/device_launcher.hpp"
 #include "host/device/program.hpp"
 #include "host/error.hpp"
+#include "host/scene/compile.hpp"
+#include "host/scene/surface.hpp"
 
 namespace lockstep::bench {
 namespace {
@@ -105,6 +108,34 @@ std::vector<double> mixed_radii(u32 count) {
   return radii;
 }
 
+/// A thousand spheres on a waved ground of squares of 0.5 m, `points` each way.
+InitialState<float> on_surface(u32 points, Feature search) {
+  Scene scene;
+  scene.source = "surface";
+  scene.settings.broad_phase = search == Feature::grid ? BroadPhase::grid : BroadPhase::bvh;
+  std::vector<std::vector<double>> rows(points, std::vector<double>(points));
+  for (u32 j = 0; j < points; ++j)
+    for (u32 i = 0; i < points; ++i) rows[j][i] = 0.1 * ((i * i + 3 * j) % 5);
+  std::string flaw;
+  ShapeDescription ground;
+  ground.surface = make_surface(height_field(rows, 0.5), flaw);
+  scene.bodies.emplace_back();
+  scene.bodies.back().kind = BODY_STATIC;
+  scene.bodies.back().shapes = facets_of(ground);
+  Random random(points);
+  const double half = 0.25 * (points - 1);
+  for (u32 i = 0; i < 1000; ++i) {
+    BodyDescription ball;
+    ball.mass = 1;
+    ball.inertia = {0.016, 0.016, 0.016};
+    ball.position = {half * (2 * random.next() - 1), half * (2 * random.next() - 1), 0.5};
+    ball.shapes.emplace_back();
+    ball.shapes.back().radius = 0.2;
+    scene.bodies.push_back(std::move(ball));
+  }
+  return compile<float>(std::span<const Scene>(&scene, 1));
+}
+
 struct Timing {
   double seconds = 1e9, processor = 1e9;
   u32 pairs = 0;
@@ -144,13 +175,27 @@ Timing measure(const InitialState<float>& state, const DeviceInfo& device, u32 t
   return timing;
 }
 
+void print_row(const char* sizes, const char* order, Feature search, u32 shapes, u32 threads, const Timing& timing) {
+  fmt::print("{},{},{},{},{},{:.1f},{:.1f},{},{}\n", sizes, order, search == Feature::grid ? "grid" : "tree", shapes,
+             threads, 1e9 * timing.seconds / shapes, 1e9 * timing.processor / shapes, timing.pairs, timing.stages);
+  std::fflush(stdout);
+}
+
 void report(const char* sizes, const char* order, Feature search, const std::vector<double>& radii,
             const DeviceInfo& device, u32 threads) {
   const Timing timing = measure(spheres(radii, std::strcmp(order, "layers") == 0, search), device, threads);
-  fmt::print("{},{},{},{},{},{:.1f},{:.1f},{},{}\n", sizes, order, search == Feature::grid ? "grid" : "tree",
-             radii.size(), threads, 1e9 * timing.seconds / double(radii.size()),
-             1e9 * timing.processor / double(radii.size()), timing.pairs, timing.stages);
-  std::fflush(stdout);
+  print_row(sizes, order, search, static_cast<u32>(radii.size()), threads, timing);
+}
+
+void bench_surface(const DeviceInfo& device) {
+  for (const u32 points : {33u, 129u, 257u}) {
+    for (const Feature search : {Feature::grid, Feature::bvh}) {
+      const InitialState<float> state = on_surface(points, search);
+      for (u32 threads = 1; threads <= 2; ++threads)
+        print_row("1000 spheres on triangles", "rows", search, state.sizes.shapes, threads,
+                  measure(state, device, threads));
+    }
+  }
 }
 
 void bench_sort(const DeviceInfo& info, u32 threads) {
@@ -207,6 +252,7 @@ int main(int argc, char** argv) try {
   program.add_option("count", counts, "bodies")->capture_default_str()->check(CLI::Range(2u, 100000000u));
   CLI::App* ratio = program.add_subcommand("ratio", "grid against tree while the largest of the spheres grows");
   ratio->add_option("count", spheres, "bodies")->capture_default_str()->check(CLI::Range(2u, 100000000u));
+  CLI::App* surface = program.add_subcommand("surface", "1000 spheres on grounds of triangles");
   CLI11_PARSE(program, argc, argv);
   const auto device = select_device("cpu");
   if (!device)
@@ -214,6 +260,10 @@ int main(int argc, char** argv) try {
   fmt::print("sizes,order,search,bodies,threads,ns_per_body,processor_ns_per_body,pairs,stages_ms\n");
   if (*ratio) {
     bench::bench_ratio(*device, spheres);
+    return 0;
+  }
+  if (*surface) {
+    bench::bench_surface(*device);
     return 0;
   }
   for (u32 threads = 1; threads <= std::max(1u, std::thread::hardware_concurrency()); threads *= 2) {

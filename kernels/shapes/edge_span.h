@@ -1,4 +1,4 @@
-// An edge of a polytope. cpu_reference/shapes/polytopes.hpp is the twin.
+// An edge of a polytope. cpu_reference/shapes/edge_span.hpp is the twin.
 #ifndef LOCKSTEP_EDGE_SPAN_H
 #define LOCKSTEP_EDGE_SPAN_H
 
