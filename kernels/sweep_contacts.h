@@ -70,8 +70,10 @@ static inline void visit_tail(const u32 purpose, u32 first_color, global const u
   const u32 phases = contact_phases(counters);
   u32 phase = min(first_color, counters[COUNTER_COLORS]);
   do {
-    const u32 begin = phase_begin(phase, color_starts, counters);
-    const u32 items = phase < phases ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
+    // scenes of joints alone have no colours, nor where they start
+    const bool is_there = phase < phases;
+    const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
+    const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
       visit_item(purpose, begin, item, s);
     barrier(CLK_GLOBAL_MEM_FENCE);
