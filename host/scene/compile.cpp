@@ -236,11 +236,7 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
       break;
     }
     case SHAPE_FACET: {
-      std::vector<Vector3> corners;
-      const Vector3 middle = middle_of_facet(*shape.surface, shape.facet);
-      for (const u32 corner : shape.surface->mesh.triangles[shape.facet])
-        corners.push_back(exact::subtract(shape.surface->mesh.vertices[corner], middle));
-      const Vector3 half = half_extents_of(corners);
+      const Vector3 half = half_extents_of(corners_of_facet(*shape.surface, shape.facet));
       for (unsigned i = 0; i < 3; ++i) record.size[i] = rounded<real>(half[i], "half the size", origin);
       buffers().shape_infos.back().kind = SHAPE_HULL;
       buffers().shape_infos.back().hull = hulls_.find_or_add(shape.surface, shape.facet, buffers());

@@ -30,13 +30,11 @@ template <class real>
 void append(const Surface& surface, u32 index, Buffers<real>& b) {
   const auto count = [](const auto& elements) { return static_cast<u32>(elements.size()); };
   const Facet& facet = surface.facets[index];
-  const std::vector<Vector3>& vertices = surface.mesh.vertices;
-  const std::array<u32, 3>& corners = surface.mesh.triangles[index];
   const Vector3 middle = middle_of_facet(surface, index);
-  const auto own = [&](u32 vertex) { return exact::subtract(vertices[vertex], middle); };
   b.hulls.push_back({count(b.hull_vertices), 3, count(b.hull_faces), 1, count(b.hull_edges), 3, facet.owned, 0});
-  for (const u32 corner : corners) b.hull_vertices.push_back(entry<real>(own(corner), 0));
-  b.hull_planes.push_back(entry<real>(facet.normal, exact::dot(facet.normal, own(corners[0]))));
+  const std::vector<Vector3> corners = corners_of_facet(surface, index);
+  for (const Vector3& corner : corners) b.hull_vertices.push_back(entry<real>(corner, 0));
+  b.hull_planes.push_back(entry<real>(facet.normal, exact::dot(facet.normal, corners[0])));
   b.hull_faces.push_back({count(b.hull_corners), 3});
   b.hull_corners.insert(b.hull_corners.end(), {0, 1, 2});
   u32 vertex_count = 3;
@@ -45,7 +43,7 @@ void append(const Surface& surface, u32 index, Buffers<real>& b) {
     b.hull_planes.push_back(entry<real>(facet.across[k], 0));
     b.hull_faces.push_back({count(b.hull_corners), count(facet.around[k])});
     for (const u32 vertex : facet.around[k]) {
-      b.hull_vertices.push_back(entry<real>(own(vertex), 0));
+      b.hull_vertices.push_back(entry<real>(exact::subtract(surface.mesh.vertices[vertex], middle), 0));
       b.hull_corners.push_back(vertex_count++);
     }
   }

@@ -70,8 +70,7 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
     if (body_kind == BODY_DYNAMIC)
       node.fail(
           "is the mesh of a dynamic body, which collides by particles; give the scene \"particles\", or make it a "
-          "hull, "
-          "or the body static or kinematic");
+          "hull, or the body static or kinematic");
     read_surface(node, shape);
   }
   if (shape.kind == SHAPE_FACET) {

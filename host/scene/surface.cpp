@@ -128,6 +128,14 @@ Vector3 middle_of_facet(const Surface& surface, u32 facet) {
   return center_of_box({surface.mesh.vertices[a], surface.mesh.vertices[b], surface.mesh.vertices[c]});
 }
 
+std::vector<Vector3> corners_of_facet(const Surface& surface, u32 facet) {
+  const Vector3 middle = middle_of_facet(surface, facet);
+  std::vector<Vector3> corners;
+  for (const u32 corner : surface.mesh.triangles[facet])
+    corners.push_back(subtract(surface.mesh.vertices[corner], middle));
+  return corners;
+}
+
 std::vector<ShapeDescription> facets_of(const ShapeDescription& whole) {
   std::vector<ShapeDescription> facets;
   for (u32 t = 0; t < whole.surface->facets.size(); ++t) {

@@ -29,6 +29,9 @@ std::shared_ptr<const Surface> make_surface(const TriangleMesh& mesh, std::strin
 /// The middle of the box around a facet, where the origin of its shape is.
 Vector3 middle_of_facet(const Surface& surface, u32 facet);
 
+/// Its corners, seen from there.
+std::vector<Vector3> corners_of_facet(const Surface& surface, u32 facet);
+
 /// The facets as shapes of a body, each as `whole` but for its kind and place: offset and rotation of `whole` are those
 /// of the surface.
 std::vector<ShapeDescription> facets_of(const ShapeDescription& whole);
