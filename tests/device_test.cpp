@@ -69,7 +69,7 @@ InitialState<float> five_bodies() {
   state.sizes.worlds = 1;
   state.sizes.bodies = 5;
   state.sizes.pairs = state.sizes.contacts = state.sizes.blocks = state.sizes.rows = 16;
-  state.features = with(static_cast<u32>(Feature::contacts), Feature::time_stepping);
+  state.features = with(static_cast<Features>(Feature::contacts), Feature::time_stepping);
   resize(state.buffers, state.sizes, state.features);
   for (u32 i = 0; i < 5; ++i) state.buffers.positions[i] = {float(i), 1, 2, 3};
   for (u32 i = 0; i < 16; ++i) state.buffers.cached_keys[i] = {i, i, i, i};

@@ -44,7 +44,8 @@ Buffers<double> ball_on_plane(double z) {
   return b;
 }
 
-constexpr Features ball_features = static_cast<u32>(Feature::contacts) | static_cast<u32>(Feature::time_stepping);
+constexpr Features ball_features =
+    static_cast<Features>(Feature::contacts) | static_cast<Features>(Feature::time_stepping);
 constexpr Sizes ball_sizes = {.worlds = 1,
                               .bodies = 2,
                               .shapes = 2,

@@ -37,7 +37,7 @@ class FakeBackend final : public Backend<float> {
   const Buffers<float>& download(std::span<const Buffer>) override { return buffers_; }
   void upload(Buffer, const Buffers<float>&) override {}
   const Sizes& sizes() const override { return sizes_; }
-  Features features() const override { return static_cast<u32>(Feature::time_stepping); }
+  Features features() const override { return static_cast<Features>(Feature::time_stepping); }
   std::string name() const override { return "fake"; }
   StageSeconds stage_seconds() const override { return {}; }
 

@@ -179,7 +179,7 @@ void add_body(InitialState<real>& state, u32 world, u32 id, const BodyDescriptio
 template <class real>
 InitialState<real> make_worlds(const std::vector<std::vector<BodyDescription>>& worlds, u32 pairs) {
   InitialState<real> state;
-  state.features = with(with(with(static_cast<u32>(Feature::contacts), Feature::grid), Feature::general_contacts),
+  state.features = with(with(with(static_cast<Features>(Feature::contacts), Feature::grid), Feature::general_contacts),
                         Feature::time_stepping);
   Buffers<real>& b = state.buffers;
   for (u32 w = 0; w < worlds.size(); ++w) {

@@ -9,7 +9,7 @@
 
 namespace lockstep {
 
-inline constexpr u32 recording_format = 2;
+inline constexpr u32 recording_format = 3;
 
 /// What a recording says of itself.
 struct RecordingLabel {

@@ -82,7 +82,7 @@ void write_constants(hid_t group, const InitialState<real>& state) {
 template <class real>
 InitialState<real> read_constants(hid_t group) {
   InitialState<real> state;
-  state.features = h5::read_attribute<u32>(group, "features");
+  state.features = h5::read_attribute<Features>(group, "features");
   for_each_setting(state.params, [&](const char* name, auto& value) {
     value = h5::read_attribute<std::decay_t<decltype(value)>>(group, name);
   });
