@@ -35,6 +35,16 @@ void shared_sort(Chosen<real>& chosen) {
   }
 }
 
+/// Whether the points of a meeting are over each other along their normal, but for a hundredth of a size. Those of the
+/// direction that separates two shapes best are; where a facet leaves that one to a neighbour (facet.hpp), the best of
+/// the others may be told by points far beside each other.
+template <class real>
+bool is_in_line(const Meeting<real>& meeting, real size) {
+  const Vec3<real> d = sub3(meeting.at_a, meeting.at_b), n = meeting.place_normal;
+  const Vec3<real> beside = sub3(d, scale3(dot3(n, d), n));
+  return dot3(beside, beside) <= real(1e-4) * (size * size);
+}
+
 /// Up to four points: the deepest, the farthest from it, the farthest from their line, the farthest outside of the
 /// triangle; then those that enclose most. `meeting` is the deepest point where the patches show none as deep. `scale`
 /// is the size of the smaller shape.
@@ -56,7 +66,8 @@ Manifold<real> share_patches(const Patch<real>& a, const Patch<real>& b, real ra
   }
   // the farthest point of a shape need not lie over the face that it is farthest behind: other points come first
   const bool sure = meeting.frame == NORMAL_FIXED || meeting.place > real(-1e29);
-  if (valid == 0 || (sure && meeting.gap < deepest - real(2) * tolerance)) {
+  const bool deeper = sure && meeting.gap < deepest - real(2) * tolerance;
+  if (valid == 0 || (deeper && is_in_line(meeting, scale))) {
     chosen.points[0].on_a = meeting.at_a;
     chosen.points[0].on_b = meeting.at_b;
     chosen.points[0].gap = meeting.gap;

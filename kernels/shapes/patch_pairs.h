@@ -142,8 +142,9 @@ static inline Manifold touch_at_best(u32 kind_a, Placed a, u32 kind_b, Placed b,
   if (meeting.gap > limit + core_a) return no_manifold();
   for (u32 attempt = 0;; ++attempt) {
     const Manifold m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
-    const bool alone = m.count == 1 && m.points[0].feature == 0 && meeting.frame != NORMAL_FIXED;
-    if (!alone) return m;
+    const bool alone = m.count == 1 && m.points[0].feature == 0;
+    if (facet && alone && !is_in_line(&meeting, smaller_size(a, b))) return no_manifold();
+    if (!alone || meeting.frame == NORMAL_FIXED) return m;
     // what is beside a facet its neighbours meet
     if (attempt == 1) return facet ? no_manifold() : m;
     if (meeting.place > meeting.gap - tolerance) {

@@ -32,6 +32,13 @@ static inline void shared_sort(Chosen* chosen) {
   }
 }
 
+// Whether the points of a meeting are over each other along their normal, but for a hundredth of a size.
+static inline bool is_in_line(const Meeting* meeting, real size) {
+  const Vec3 d = sub3(meeting->at_a, meeting->at_b), n = meeting->place_normal;
+  const Vec3 beside = sub3(d, scale3(dot3(n, d), n));
+  return dot3(beside, beside) <= (real)1e-4 * (size * size);
+}
+
 // Up to four points: the deepest, the farthest from it, the farthest from their line, the farthest outside of the
 // triangle; then those that enclose most. `meeting` is the deepest point where the patches show none as deep. `scale`
 // is the size of the smaller shape.
@@ -58,7 +65,8 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
   }
   // the farthest point of a shape need not lie over the face that it is farthest behind: other points come first
   const bool sure = meeting->frame == NORMAL_FIXED || meeting->place > (real)-1e29;
-  if (valid == 0 || (sure && meeting->gap < deepest - (real)2 * tolerance)) {
+  const bool deeper = sure && meeting->gap < deepest - (real)2 * tolerance;
+  if (valid == 0 || (deeper && is_in_line(meeting, scale))) {
     chosen.points[0].on_a = meeting->at_a;
     chosen.points[0].on_b = meeting->at_b;
     chosen.points[0].gap = meeting->gap;

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "cpu_reference/collide.hpp"
+#include "cpu_reference/shapes/overlap.hpp"
 #include "host/scene/compile.hpp"
 #include "tests/library_worlds.hpp"
 #include "tests/stage_harness.hpp"
@@ -174,6 +175,69 @@ TEST(Facets, ABallAndACube) {
     EXPECT_EQ(nearest, 1) << p[0] << " " << p[1] << " " << p[2];
   }
   EXPECT_GT(std::min(faces, std::min(edges, corners)), 300);
+}
+
+// Rods and bars at random on hills and in them: what is told of a facet is of points on the ground over points of the
+// body, and an overlap only of points that are under the ground. So nothing is told by what is beside a facet.
+TEST(Facets, ContactsAreWhereGroundAndBodyAre) {
+  const auto height = [](double x, double y) { return 0.4 * std::sin(1.7 * x) * std::cos(1.3 * y) - 0.05 * x * x; };
+  const TriangleMesh mesh = hills(13, 0.5, height);
+  const auto ground = [&](double x, double y) {  // of the triangle that is there
+    double best = -1e30;
+    for (const auto& [i, j, k] : mesh.triangles) {
+      const Vector3 &a = mesh.vertices[i], &b = mesh.vertices[j], &c = mesh.vertices[k];
+      const double twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+      const double u = ((x - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (y - a[1])) / twice;
+      const double v = ((b[0] - a[0]) * (y - a[1]) - (x - a[0]) * (b[1] - a[1])) / twice;
+      if (u > -1e-9 && v > -1e-9 && u + v < 1 + 1e-9) best = a[2] + u * (b[2] - a[2]) + v * (c[2] - a[2]);
+    }
+    return best;
+  };
+  std::vector<BodyDescription> bodies = {surface_body(mesh)};
+  for (const ShapeDescription& shape :
+       {ShapeDescription{.kind = SHAPE_CYLINDER, .radius = 0.09, .half_length = 0.3}, box({0.35, 0.1, 0.06}),
+        ShapeDescription{.kind = SHAPE_CAPSULE, .radius = 0.1, .half_length = 0.25},
+        ShapeDescription{.kind = SHAPE_HULL,
+        .points = {{0.3, 0, 0}, {-0.3, 0.2, 0.1}, {-0.3, -0.2, 0.1}, {0, 0.1, -0.2}, {0, -0.1, -0.2}}}})
+    bodies.push_back(solid(shape, {0, 0, 9}));
+  const Scene scene = scene_of(bodies);
+  const InitialState<double> state = compile<double>(std::span<const Scene>(&scene, 1));
+  const reference::HullTables<double> tables = reference::collide_tables(state.buffers);
+  const auto placed = [&](u32 shape, const Vector3& p, const Quaternion& q) {
+    const reference::Pose<double> pose = {{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
+    return reference::place_shape(pose, state.buffers.shapes[shape], state.buffers.shape_infos[shape].hull, {0, 0, 0});
+  };
+  test::Random random(21);
+  const u32 facets = static_cast<u32>(mesh.triangles.size());
+  int apart = 0, deep = 0;
+  for (int n = 0; n < 400; ++n) {
+    const u32 shape = facets + static_cast<u32>(n) % 4, kind = state.buffers.shape_infos[shape].kind;
+    const double x = random.between(-1.5, 1.5), y = random.between(-1.5, 1.5);
+    const reference::Placed<double> body =
+        placed(shape, {x, y, ground(x, y) + random.between(-0.05, 0.4)}, random.turn());
+    for (u32 t = 0; t < facets; ++t) {
+      const reference::Placed<double> facet = placed(t, {0, 0, 0}, {0, 0, 0, 1});
+      const bool first = kind < SHAPE_HULL;  // pairs are stored in the order of kinds
+      const reference::Manifold<double> m = first
+                                                ? reference::collide_shapes(kind, body, SHAPE_HULL, facet, tables, 0.2)
+                                                : reference::collide_shapes(SHAPE_HULL, facet, kind, body, tables, 0.2);
+      for (u32 k = 0; k < m.count; ++k) {
+        const double gap = reference::gap_at(m, k);
+        const reference::ManifoldPoint<double>& point = m.points[k];
+        const auto on_a = reference::sub3(point.anchor_a, reference::scale3(m.radius_a, m.normal));
+        const auto on_b = reference::add3(point.anchor_b, reference::scale3(m.radius_b, m.normal));
+        const auto on_body = first ? on_a : on_b, on_ground = first ? on_b : on_a;
+        ASSERT_NEAR(on_ground.z, ground(on_ground.x, on_ground.y), 1e-9) << n << " " << t;
+        const auto d = reference::sub3(on_a, on_b);
+        ASSERT_NEAR(reference::length3(reference::sub3(d, reference::scale3(gap, m.normal))), 0, 1e-2) << n << " " << t;
+        if (gap < -1e-3) {
+          ASSERT_LT(on_body.z, ground(on_body.x, on_body.y)) << n << " " << t << " " << gap;
+        }
+        ++(gap < -1e-3 ? deep : apart);
+      }
+    }
+  }
+  EXPECT_GT(std::min(apart, deep), 100);
 }
 
 // Boxes, capsules and cylinders fall on each side, edge and corner of a cube of triangles as on a cube. What is left of
