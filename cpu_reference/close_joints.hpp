@@ -51,7 +51,7 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
   Quat<real> q_a, q_b;
   joint_pose(buffers, params, info.body_a, x_a, q_a);
   joint_pose(buffers, params, info.body_b, x_b, q_b);
-  const JointNow<real> now = joint_now(joint, info, joint_rise(buffers, index), x_a, q_a, x_b, q_b);
+  const JointNow<real> now = joint_now(joint, info, joint_sizes(buffers, index), x_a, q_a, x_b, q_b);
   const JointMobility<real> m =
       joint_mobility(now, info.free, buffers.motions[info.body_a], buffers.motions[info.body_b]);
   const JointFactor<real> factor = factorise(m.k, info.locked);

@@ -66,14 +66,18 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, real turning, real dt) 
 
 /// The rate u' of each row at the present velocities; the last is that of the free row. With the anchor of b at d from
 /// that of a, in the frame that turns with a: d' = u and d'' = w_b x (w_b x arm_b) - w_a x (w_a x arm_a) - 2 w_a x u.
+/// With w = w_b - w_a, the rows of a skate turn with b instead, which takes w x u off; the part of the arms of what
+/// rolls that goes down to where it touches turns with a, which takes w x (w x down) off.
 template <class real>
 void row_rates(const JointNow<real>& now, const JointInfo& info, const Motion<real>& a, const Motion<real>& b,
                real (&rates)[JOINT_ROWS + 1]) {
   const Vec3<real> w_a = vec3(a.w), w_b = vec3(b.w);
   const Vec3<real> on_a = cross3(w_a, now.arm_a), on_b = cross3(w_b, now.arm_b);
   const Vec3<real> u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
-  const Vec3<real> rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3(real(2), cross3(w_a, u)));
+  Vec3<real> rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3(real(2), cross3(w_a, u)));
   const Vec3<real> w = sub3(w_b, w_a);
+  if (LOCKS_SKATE(info.locked)) rate = sub3(rate, cross3(w, u));
+  if (now.radius > 0) rate = sub3(rate, cross3(w, cross3(w, scale3(-now.radius, now.axes[2]))));
   const bool crosses = LOCKS_CROSS(info.locked);
   const Vec3<real> w_axes = crosses ? add3(w_a, scale3(dot3(now.axes[2], w), now.axes[2])) : w_a;
   const Vec3<real> turn_rate = cross3(w, w_axes);
@@ -150,13 +154,13 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   const Motion<real>&a = buffers.motions[info.body_a], &b = buffers.motions[info.body_b];
   const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params.dt / (real(1) + angle);
-  const real rise = joint_rise(buffers, index);
-  JointNow<real> now = joint_now(joint, info, rise, x_a, q_a, x_b, q_b);
+  const JointSizes<real> sizes = joint_sizes(buffers, index);
+  JointNow<real> now = joint_now(joint, info, sizes, x_a, q_a, x_b, q_b);
   if (params.theta != real(1)) {
     const real lead = (real(1) - params.theta) * foreseen;
     move_on(a, lead, x_a, q_a);
     move_on(b, lead, x_b, q_b);
-    now = with_error_of(now, joint_now(joint, info, rise, x_a, q_a, x_b, q_b));
+    now = with_error_of(now, joint_now(joint, info, sizes, x_a, q_a, x_b, q_b));
   }
   const JointMobility<real> m = joint_mobility(now, info.free, a, b);
   const JointFactor<real> factor = factorise(m.k, info.locked);

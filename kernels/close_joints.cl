@@ -26,7 +26,7 @@ static inline void closing_displace(u32 body, Motion motion, Vec3 x, Quat q, Vec
   orientations[body] = make_vec4(q);
 }
 
-static inline void close_joint(u32 bodies, const JointInfo info, const Joint joint, real rise,
+static inline void close_joint(u32 bodies, const JointInfo info, const Joint joint, JointSizes sizes,
                                global const Motion* motions, global Vec4* positions, global Vec4* orientations,
                                global u32* counters) {
   if (joint.spring > (real)0) return;
@@ -42,7 +42,7 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
     q_b = quat(orientations[info.body_b]);
   }
   const Motion a = motions[info.body_a], b = motions[info.body_b];
-  const JointNow now = joint_now(joint, info.locked, info.free, rise, x_a, q_a, x_b, q_b);
+  const JointNow now = joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
   real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], own;
   joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &own);
   JointFactor factor;
@@ -69,7 +69,7 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
 
   const bool angular = info.free == FREE_ANGLE;
   Vec3 impulse = add3(add3(scale3(d[0], now.axes[0]), scale3(d[1], now.axes[1])), scale3(d[2], now.axes[2]));
-  const real about_z = rise != (real)0 ? -(rise * d[2]) : d[5];
+  const real about_z = now.rise != (real)0 ? -(now.rise * d[2]) : d[5];
   Vec3 moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(about_z, now.axes[2]));
   impulse = add3(impulse, scale3(angular ? (real)0 : d_free, now.free_axis));
   moment = add3(moment, scale3(angular ? d_free : (real)0, now.free_axis));
@@ -82,14 +82,15 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
 // One phase: blocks begin .. end - 1, whose joints share no movable body.
 kernel void close_joint_phase(const StepParams params, const u32 begin, const u32 end,
                               global const JointLanes* joint_lanes, global const JointInfo* joint_infos,
-                              global const Joint* joints, global const real* screw_rises, global const Motion* motions,
-                              global Vec4* positions, global Vec4* orientations, global u32* counters) {
+                              global const Joint* joints, global const real* screw_rises,
+                              global const real* rolling_radii, global const Motion* motions, global Vec4* positions,
+                              global Vec4* orientations, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   FOR_EACH(slot, (end - begin) * PACK) {
     const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
     if (index == NONE) continue;
-    close_joint(params.bodies, joint_infos[index], joints[index], joint_rise(screw_rises, index), motions, positions,
-                orientations, counters);
+    close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_rises, rolling_radii, index),
+                motions, positions, orientations, counters);
   }
 }
 
@@ -97,8 +98,9 @@ kernel void close_joint_phase(const StepParams params, const u32 begin, const u3
 kernel void close_joint_tail(const StepParams params, const u32 first_phase, const u32 phases,
                              global const u32* joint_phases, global const JointLanes* joint_lanes,
                              global const JointInfo* joint_infos, global const Joint* joints,
-                             global const real* screw_rises, global const Motion* motions, global Vec4* positions,
-                             global Vec4* orientations, global u32* counters) {
+                             global const real* screw_rises, global const real* rolling_radii,
+                             global const Motion* motions, global Vec4* positions, global Vec4* orientations,
+                             global u32* counters) {
   const u32 sweeps = first_phase == 0u ? params.position_sweeps : 1u, count = phases - first_phase;
   const u32 visits = STEP_IS_VOID(counters) ? 0u : sweeps * count;
   u32 visit = 0u;
@@ -108,8 +110,8 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
     for (u32 slot = (u32)get_local_id(0); slot < (end - begin) * PACK; slot += (u32)get_local_size(0)) {
       const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
       if (index == NONE) continue;
-      close_joint(params.bodies, joint_infos[index], joints[index], joint_rise(screw_rises, index), motions, positions,
-                  orientations, counters);
+      close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_rises, rolling_radii, index),
+                  motions, positions, orientations, counters);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++visit < visits);

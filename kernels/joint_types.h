@@ -10,6 +10,8 @@
 #define JOINT_UNBOUNDED 1e30f
 // Whether of the angles only that about y of a cross is locked: a universal joint's.
 #define LOCKS_CROSS(locked) ((locked) >> 3 == 2u)
+// Whether nothing but the velocity along an axis of b is locked: a skate's.
+#define LOCKS_SKATE(locked) ((locked) == 4u)
 
 enum JointKind {
 #define JOINT_KIND(name, NAME, ...) JOINT_##NAME,

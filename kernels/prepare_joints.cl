@@ -35,8 +35,12 @@ static inline void joint_row_rates(const JointNow* now, const JointInfo info, Mo
   const Vec3 w_a = vec3(a.w), w_b = vec3(b.w);
   const Vec3 on_a = cross3(w_a, now->arm_a), on_b = cross3(w_b, now->arm_b);
   const Vec3 u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
-  const Vec3 rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3((real)2, cross3(w_a, u)));
+  Vec3 rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3((real)2, cross3(w_a, u)));
   const Vec3 w = sub3(w_b, w_a);
+#if FEATURE_NON_HOLONOMIC
+  if (LOCKS_SKATE(info.locked)) rate = sub3(rate, cross3(w, u));
+  if (now->radius > (real)0) rate = sub3(rate, cross3(w, cross3(w, scale3(-now->radius, now->axes[2]))));
+#endif
   const bool crosses = LOCKS_CROSS(info.locked);
   const Vec3 w_axes = crosses ? add3(w_a, scale3(dot3(now->axes[2], w), now->axes[2])) : w_a;
   const Vec3 turn_rate = cross3(w, w_axes);
@@ -107,16 +111,17 @@ static inline JointNow joint_with_error_of(JointNow now, JointNow later) {
 }
 #endif
 
-static inline void prepare_joint(const StepParams params, const JointInfo info, const Joint joint, real rise, Vec3 x_a,
-                                 Quat q_a, Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane, global JointBlock* block) {
+static inline void prepare_joint(const StepParams params, const JointInfo info, const Joint joint, JointSizes sizes,
+                                 Vec3 x_a, Quat q_a, Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane,
+                                 global JointBlock* block) {
   const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params.dt / ((real)1 + angle);
-  JointNow now = joint_now(joint, info.locked, info.free, rise, x_a, q_a, x_b, q_b);
+  JointNow now = joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
 #if FEATURE_JOINTS_AHEAD
   const real lead = ((real)1 - params.theta) * foreseen;
   joint_move_on(a, lead, &x_a, &q_a);
   joint_move_on(b, lead, &x_b, &q_b);
-  now = joint_with_error_of(now, joint_now(joint, info.locked, info.free, rise, x_a, q_a, x_b, q_b));
+  now = joint_with_error_of(now, joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b));
 #endif
   real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], own;
   joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &own);
@@ -149,13 +154,13 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
   block->motor_speed[lane] = joint.motor_speed;
   block->motor_impulse[lane] = joint.motor_force * params.dt;
   block->yield[lane] = joint.yield;
-  block->rise[lane] = rise;
+  block->rise[lane] = sizes.rise;
   joint_free_law(joint, now.coordinate, turning[JOINT_ROWS], params.dt, lane, block);
 }
 
 kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
                            global const Motion* motions, global const JointInfo* joint_infos,
-                           global const Joint* joints, global const real* screw_rises,
+                           global const Joint* joints, global const real* screw_rises, global const real* rolling_radii,
                            global const JointLanes* joint_lanes, global JointBlock* joint_blocks,
                            global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
@@ -178,7 +183,7 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
       x_b = vec3_of(positions[info.body_b]);
       q_b = quat(orientations[info.body_b]);
     }
-    prepare_joint(params, info, joints[index], joint_rise(screw_rises, index), x_a, q_a, x_b, q_b, motions[info.body_a],
-                  motions[info.body_b], lane, block);
+    prepare_joint(params, info, joints[index], joint_sizes(screw_rises, rolling_radii, index), x_a, q_a, x_b, q_b,
+                  motions[info.body_a], motions[info.body_b], lane, block);
   }
 }

@@ -64,6 +64,7 @@ Scene pair_of(JointKind kind) {
   joint.second_axis = {1, -1, 0};
   if (kind == JOINT_DISTANCE) joint.anchor_b = {1, 0.8, 0};
   if (kind == JOINT_SCREW) joint.pitch = -0.8;
+  if (kind == JOINT_ROLLING) joint.radius = 0.3;
   return closed_by_positions(joint_scene({a, b}, {joint}, 0.01), 1);
 }
 
@@ -100,6 +101,7 @@ TYPED_TEST(CloseJoints, StepsMatchReference) {
 TYPED_TEST(CloseJoints, OneVisitClosesAJointToSecondOrder) {
   using real = TypeParam;
   for (u32 kind = 0; kind < JOINT_KINDS; ++kind) {
+    if (kind == JOINT_SKATE) continue;  // it is never off
     SCOPED_TRACE(name_of(static_cast<JointKind>(kind)));
     const Scene scene = pair_of(static_cast<JointKind>(kind));
     const InitialState<real> wide = disturbed<real>(scene, 0.04, 7), narrow = disturbed<real>(scene, 0.02, 7);
@@ -117,6 +119,7 @@ TYPED_TEST(CloseJoints, DisplacementsOfFreeBodiesBalance) {
   using real = TypeParam;
   const double rounding = sizeof(real) == 4 ? 1e-6 : 1e-15;
   for (u32 kind = 0; kind < JOINT_KINDS; ++kind) {
+    if (kind == JOINT_SKATE) continue;  // it is never off
     SCOPED_TRACE(name_of(static_cast<JointKind>(kind)));
     const InitialState<real> state = disturbed<real>(pair_of(static_cast<JointKind>(kind)), 0.1, 8);
     const Buffers<real> after = closed(state, 1);
@@ -158,7 +161,7 @@ double coordinate(const Buffers<real>& b) {
   const auto q = [&](u32 i) { return reference::quat(b.orientations[i]); };
   const auto x = [&](u32 i) { return reference::vec3_of(b.positions[i]); };
   return double(
-      reference::joint_now(b.joints[0], info, reference::joint_rise(b, 0), x(0), q(0), x(1), q(1)).coordinate);
+      reference::joint_now(b.joints[0], info, reference::joint_sizes(b, 0), x(0), q(0), x(1), q(1)).coordinate);
 }
 
 // A coordinate beyond a limit comes back to it, with all else that is off; within the limits it is left alone.

@@ -8,6 +8,12 @@
 // A screw ties what a hinge and a slider leave free: travel = rise angle, rise = pitch / 2 pi. Whole turns are not
 // remembered: of all that its thread allows the angle is the one nearest to what the travel says, right as long as a
 // step leaves less than half a pitch of error.
+//
+// Two kinds lock velocities that no condition on poses stands for (non-holonomic, survey 2.2), and are never off in
+// them. A skate may not move along the axis, which is fixed in b: its edge turns with it. A ball that rolls has b's
+// anchor in its centre, and its arms end where it touches, a radius down the axis, the normal of a plane that is fixed
+// in a: what of b is there does not move against what of a is there. In the plane that is a velocity alone; across it
+// the centre keeps its height.
 #pragma once
 
 #include "cpu_reference/joints/angle.hpp"
@@ -17,8 +23,8 @@
 namespace lockstep::reference {
 
 /// World frame. The axes are fixed in a, and what b's anchor and frame are in them is the joint's error. Both arms end
-/// at b's anchor: there the impulses act, on both bodies, so that a joint that has come apart still keeps the angular
-/// momentum, and the velocity of a linear row is exactly the rate of its error.
+/// at b's anchor, or where b rolls: there the impulses act, on both bodies, so that a joint that has come apart still
+/// keeps the angular momentum, and the velocity of a linear row is exactly the rate of its error.
 template <class real>
 struct JointNow {
   Vec3<real> axes[3];
@@ -28,6 +34,7 @@ struct JointNow {
   Vec3<real> free_axis;
   real coordinate;  // the free one, m or rad
   real rise;        // of a screw, m a radian; 0 of others
+  real radius;      // of what rolls, m; 0 of others
 };
 
 /// The pose of a body; of the null body that of the world.
@@ -37,10 +44,17 @@ void joint_pose(const Buffers<real>& b, const StepParams<real>& params, u32 body
   q = body < params.bodies ? quat(b.orientations[body]) : Quat<real>{0, 0, 0, 1};
 }
 
-/// What a scene without screws has none of.
+/// What only some joints have; 0 of the others, and of all in scenes that have none.
 template <class real>
-real joint_rise(const Buffers<real>& b, u32 index) {
-  return b.screw_rises.empty() ? real(0) : b.screw_rises[index];
+struct JointSizes {
+  real rise;    // of a screw, m a radian
+  real radius;  // of what rolls, m
+};
+
+template <class real>
+JointSizes<real> joint_sizes(const Buffers<real>& b, u32 index) {
+  return {b.screw_rises.empty() ? real(0) : b.screw_rises[index],
+          b.rolling_radii.empty() ? real(0) : b.rolling_radii[index]};
 }
 
 /// Turns the frame in a about z to that of the cross; `second` is the second arm in that frame.
@@ -56,8 +70,8 @@ void turn_to_cross(JointNow<real>& now, Vec3<real> second) {
 }
 
 template <class real>
-JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, real rise, Vec3<real> x_a, Quat<real> q_a,
-                         Vec3<real> x_b, Quat<real> q_b) {
+JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, JointSizes<real> sizes, Vec3<real> x_a,
+                         Quat<real> q_a, Vec3<real> x_b, Quat<real> q_b) {
   JointNow<real> now = {};
   const Quat<real> frame_a =
       multiply4(q_a, Quat<real>{joint.frame_a[0], joint.frame_a[1], joint.frame_a[2], joint.frame_a[3]});
@@ -94,12 +108,26 @@ JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, real r
     now.coordinate = length3(d);
     if (now.coordinate > 0) now.free_axis = {d.x / now.coordinate, d.y / now.coordinate, d.z / now.coordinate};
   }
-  now.rise = rise;
-  if (rise != 0) {
+  now.rise = sizes.rise;
+  if (sizes.rise != 0) {
     const real whole_turn = real(6.283185307179586);
-    const real turns = std::floor((now.error[2] / rise - now.coordinate) / whole_turn + real(0.5));
+    const real turns = std::floor((now.error[2] / sizes.rise - now.coordinate) / whole_turn + real(0.5));
     now.coordinate = now.coordinate + whole_turn * turns;
-    now.error[2] = now.error[2] - rise * now.coordinate;
+    now.error[2] = now.error[2] - sizes.rise * now.coordinate;
+  }
+  if (LOCKS_SKATE(info.locked)) {
+    now.axes[0] = rotate3(frame_b, Vec3<real>{1, 0, 0});
+    now.axes[1] = rotate3(frame_b, Vec3<real>{0, 1, 0});
+    now.axes[2] = rotate3(frame_b, Vec3<real>{0, 0, 1});
+    now.error[2] = 0;
+  }
+  now.radius = sizes.radius;
+  if (sizes.radius > 0) {
+    const Vec3<real> down = scale3(-sizes.radius, now.axes[2]);
+    now.arm_a = add3(now.arm_a, down);
+    now.arm_b = add3(now.arm_b, down);
+    now.error[0] = 0;
+    now.error[1] = 0;
   }
   return now;
 }

@@ -43,6 +43,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::joints_ahead, "JOINTS_AHEAD"},
     {Feature::closed_joints, "CLOSED_JOINTS"},
     {Feature::screws, "SCREWS"},
+    {Feature::non_holonomic, "NON_HOLONOMIC"},
     {Feature::facets, "FACETS"},
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/record/hdf5.hpp"
+#include "host/scene/joint_kinds.hpp"
 
 namespace lockstep {
 
@@ -14,16 +15,27 @@ namespace {
 
 // Features whose stages and buffers are nothing without those of another.
 constexpr std::pair<Feature, Feature> needs[] = {
-    {Feature::manifolds, Feature::contacts},   {Feature::capsules, Feature::contacts},
-    {Feature::boxes, Feature::contacts},       {Feature::cylinders, Feature::contacts},
-    {Feature::hulls, Feature::contacts},       {Feature::grid, Feature::contacts},
-    {Feature::bvh, Feature::contacts},         {Feature::all_pairs, Feature::contacts},
-    {Feature::events, Feature::contacts},      {Feature::sensors, Feature::events},
-    {Feature::continuous, Feature::contacts},  {Feature::soft_contacts, Feature::contacts},
-    {Feature::patches, Feature::contacts},     {Feature::jacobi, Feature::contacts},
-    {Feature::soft_joints, Feature::joints},   {Feature::joint_springs, Feature::joints},
-    {Feature::closed_joints, Feature::joints}, {Feature::screws, Feature::joints},
-    {Feature::facets, Feature::hulls},         {Feature::shear_springs, Feature::particles},
+    {Feature::manifolds, Feature::contacts},
+    {Feature::capsules, Feature::contacts},
+    {Feature::boxes, Feature::contacts},
+    {Feature::cylinders, Feature::contacts},
+    {Feature::hulls, Feature::contacts},
+    {Feature::grid, Feature::contacts},
+    {Feature::bvh, Feature::contacts},
+    {Feature::all_pairs, Feature::contacts},
+    {Feature::events, Feature::contacts},
+    {Feature::sensors, Feature::events},
+    {Feature::continuous, Feature::contacts},
+    {Feature::soft_contacts, Feature::contacts},
+    {Feature::patches, Feature::contacts},
+    {Feature::jacobi, Feature::contacts},
+    {Feature::soft_joints, Feature::joints},
+    {Feature::joint_springs, Feature::joints},
+    {Feature::closed_joints, Feature::joints},
+    {Feature::screws, Feature::joints},
+    {Feature::non_holonomic, Feature::joints},
+    {Feature::facets, Feature::hulls},
+    {Feature::shear_springs, Feature::particles},
 };
 
 template <class real>
@@ -141,6 +153,9 @@ void expect_joints(const Buffers<real>& b, const Sizes& sizes) {
     if (joint.world >= sizes.worlds) refuse(Buffer::joint_infos, j, "is of a world that there is not");
     if (joint.kind >= JOINT_KINDS || joint.free > FREE_LENGTH || joint.locked >> JOINT_ROWS != 0)
       refuse(Buffer::joint_infos, j, "is of an unknown kind");
+    const JointKind kind = static_cast<JointKind>(joint.kind);
+    if ((is_non_holonomic(kind) || LOCKS_SKATE(joint.locked)) && b.rolling_radii.empty())
+      refuse(Buffer::joint_infos, j, "locks velocities alone, of which the features say nothing");
   }
   for (std::size_t k = 0; k < b.joint_lanes.size(); ++k) {
     const JointLanes& lanes = b.joint_lanes[k];

@@ -52,6 +52,10 @@ std::vector<JointMark> joint_marks(const Buffers<real>& constants, const std::ve
     JointMark mark = {};
     side(info.body_a, joint.anchor_a, mark.center_a, mark.anchor_a);
     side(info.body_b, joint.anchor_b, mark.center_b, mark.anchor_b);
+    if (info.kind == JOINT_SKATE || info.kind == JOINT_ROLLING) {  // nothing of a stays beside what skates or rolls
+      mark.center_a = mark.center_b;
+      mark.anchor_a = mark.anchor_b;
+    }
     mark.axis.setZero();
     if (info.free == FREE_ANGLE || info.free == FREE_TRAVEL) {
       const real* q = joint.frame_a;

@@ -64,6 +64,18 @@ double rise_of(const Buffers<real>& buffers, u32 index) {
 // The second arm of the cross of a universal joint, in the frame of a: the first is z.
 Vector3d second_arm(const Offset& offset) { return offset.turn * Vector3d::UnitX(); }
 
+// Of what rolls; 0 of other joints.
+template <class real>
+double radius_of(const Buffers<real>& buffers, u32 index) {
+  return buffers.rolling_radii.empty() ? 0 : double(buffers.rolling_radii[index]);
+}
+
+// The rows of which a pose can tell that they are violated: what rolls keeps its height alone, a skate keeps nothing.
+u32 told_rows(const JointInfo& info) {
+  if (info.kind == JOINT_ROLLING) return info.locked & 4u;
+  return info.kind == JOINT_SKATE ? 0u : info.locked;
+}
+
 // That of a screw with the whole turns that its travel tells.
 double coordinate(const Offset& offset, const JointInfo& info, double rise) {
   if (info.free == FREE_TRAVEL) return offset.d.z();
@@ -73,8 +85,9 @@ double coordinate(const Offset& offset, const JointInfo& info, double rise) {
   return rise == 0 ? angle : angle + whole_turn * std::round((offset.d.z() / rise - angle) / whole_turn);
 }
 
-// The joint's axes in the world: those of its frame in a, or of its cross.
+// The joint's axes in the world: those of its frame in a, or of its cross; of a skate those of its frame in b.
 Eigen::Matrix3d axes_of(const Quaterniond& frame, const Offset& offset, const JointInfo& info) {
+  if (info.kind == JOINT_SKATE) return (frame * offset.turn).toRotationMatrix();
   const double angle = LOCKS_CROSS(info.locked) ? coordinate(offset, info, 0) : 0;
   return (frame * Eigen::AngleAxisd(angle, Vector3d::UnitZ())).toRotationMatrix();
 }
@@ -96,7 +109,7 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   if (const double rise = rise_of(buffers, index); rise != 0) d.z() -= rise * coordinate(offset, info, rise);
 
   JointDrift drift;
-  drift.separation = locked_length(d, info.locked & 7);
+  drift.separation = locked_length(d, told_rows(info) & 7);
   if (info.free == FREE_LENGTH && !(joint.yield > 0))
     drift.separation = beyond(d.norm(), double(joint.low), double(joint.high));
   const bool all_angles = info.locked >> 3 == 7, axis_only = info.locked >> 3 == 3;
@@ -147,6 +160,7 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
   const auto locked = [&](u32 row) { return double(impulses.locked[row][lane]) / double(params.dt); };
   measures.force = axes * Vector3d(locked(0), locked(1), locked(2));
   measures.torque = axes * Vector3d(locked(3), locked(4), locked(5) - rise * locked(2));
+  measures.torque -= radius_of(buffers, index) * axis.cross(measures.force);  // what rolls is held where it touches
   measures.drive = double(impulses.free[lane]) / double(params.dt);
   return measures;
 }

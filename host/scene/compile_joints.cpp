@@ -48,6 +48,7 @@ void set_softness(const Settings& settings, const JointDescription& in, const Or
   if (spring) correction = spring_correction(h, in.frequency, in.damping);
   if (!spring && settings.solver == Solver::small_steps)
     correction = spring_correction(h, settings.joint_frequency, settings.joint_damping);
+  if (is_non_holonomic(in.kind)) correction.softness = 0;  // what slipped would not come back
   out.correction = rounded<real>(correction.share, "the correction of a joint", origin);
   out.softness = rounded<real>(correction.softness, "the softness of a joint", origin);
   out.spring = spring;
@@ -99,6 +100,11 @@ real make_rise(const JointDescription& in, const Origin& origin) {
   const double rise = in.pitch / (2 * exact::pi);
   rounded_positive<real>(std::abs(rise), "pitch / 2 pi of a screw", origin);
   return static_cast<real>(rise);
+}
+
+template <class real>
+real make_radius(const JointDescription& in, const Origin& origin) {
+  return in.kind == JOINT_ROLLING ? rounded_positive<real>(in.radius, "the radius of what rolls", origin) : real(0);
 }
 
 // Greedy in the order of ids, so that a world has the colours it has alone. A body that cannot move takes none.
@@ -188,6 +194,7 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
                                static_cast<u32>(free_of(joint.kind)), 0});
       b.joints.push_back(make_joint<real>(settings, scene, joint, {scene, nullptr, &joint}));
       b.screw_rises.push_back(make_rise<real>(joint, {scene, nullptr, &joint}));
+      b.rolling_radii.push_back(make_radius<real>(joint, {scene, nullptr, &joint}));
       if (joint.collide || body_a == null_body || body_b == null_body) continue;
       joined.push_back({body_a, body_b});
       joined.push_back({body_b, body_a});
@@ -199,6 +206,11 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
     state.features = with(state.features, Feature::screws);
   else
     b.screw_rises.clear();
+  const auto rolls = [](const JointInfo& joint) { return is_non_holonomic(static_cast<JointKind>(joint.kind)); };
+  if (std::ranges::any_of(b.joint_infos, rolls))
+    state.features = with(state.features, Feature::non_holonomic);
+  else
+    b.rolling_radii.clear();
   if (b.joints.empty()) return;
   lay_out_joints(b);
   list_joined(std::move(joined), b);

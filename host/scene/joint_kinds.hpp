@@ -18,7 +18,7 @@ inline const char* name_of(JointKind kind) { return joint_names[kind].first; }
 
 /// As a noun: a hinge, a planar joint.
 inline std::string noun_of(JointKind kind) {
-  const bool is_noun = kind == JOINT_HINGE || kind == JOINT_SLIDER || kind == JOINT_SCREW;
+  const bool is_noun = kind == JOINT_HINGE || kind == JOINT_SLIDER || kind == JOINT_SCREW || kind == JOINT_SKATE;
   return std::string(name_of(kind)) + (is_noun ? "" : " joint");
 }
 
@@ -42,8 +42,13 @@ inline JointFree free_of(JointKind kind) {
   return free[kind];
 }
 
+/// Whether a kind locks velocities that no condition on poses stands for (survey 2.2).
+inline bool is_non_holonomic(JointKind kind) { return kind == JOINT_SKATE || kind == JOINT_ROLLING; }
+
 /// Whether a kind has an axis, z of its frame: a universal joint has two.
-inline bool has_axis(JointKind kind) { return free_of(kind) == FREE_ANGLE || free_of(kind) == FREE_TRAVEL; }
+inline bool has_axis(JointKind kind) {
+  return free_of(kind) == FREE_ANGLE || free_of(kind) == FREE_TRAVEL || is_non_holonomic(kind);
+}
 
 /// Whether the angle of a kind is told from -pi to pi; that of a screw goes on over its turns.
 inline bool is_told_in_one_turn(JointKind kind) { return free_of(kind) == FREE_ANGLE && kind != JOINT_SCREW; }

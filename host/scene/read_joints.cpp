@@ -142,9 +142,15 @@ void read_pitch(const JsonNode& node, const char* kind, JointDescription& joint)
   if (joint.pitch == 0) node.at("pitch").fail("must not be 0: what turns without travel is a hinge");
 }
 
+void read_radius(const JsonNode& node, const char* kind, JointDescription& joint) {
+  if (joint.kind != JOINT_ROLLING) return refuse_keys(node, kind, {"radius"});
+  need_keys(node, kind, {"radius"});
+  joint.radius = node.at("radius").positive();
+}
+
 NamedJoint read_joint(const JsonNode& node, bool in_generator) {
-  node.expect_object({"type", "name", "bodies", "anchor", "anchors", "axis", "axes", "pitch", "limits", "limits_deg",
-                      "motor", "friction", "collide", "spring", "frequency", "damping"});
+  node.expect_object({"type", "name", "bodies", "anchor", "anchors", "axis", "axes", "pitch", "radius", "limits",
+                      "limits_deg", "motor", "friction", "collide", "spring", "frequency", "damping"});
   NamedJoint named = {{}, {}, {false, false}, node};
   JointDescription& joint = named.joint;
   joint.kind = node.at("type").choice<JointKind>("joint", joint_names);
@@ -164,12 +170,14 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   read_place(node, kind, joint);
   read_axes(node, kind, joint);
   read_pitch(node, kind, joint);
+  read_radius(node, kind, joint);
   const JointFree free = free_of(joint.kind);
   if (free == FREE_NOTHING) refuse_keys(node, kind, {"limits", "motor", "friction", "spring"});
   if (free != FREE_ANGLE) refuse_keys(node, kind, {"limits_deg"});
   read_limits(node, free, joint);
   read_drive(node, joint);
   if (node.has("collide")) joint.collide = node.at("collide").boolean();
+  if (is_non_holonomic(joint.kind)) refuse_keys(node, kind, {"frequency", "damping"});
   if (node.has("frequency")) joint.frequency = node.at("frequency").positive();
   if (node.has("damping")) {
     if (!node.has("frequency")) node.at("damping").fail("goes with \"frequency\"; give both");

@@ -238,8 +238,9 @@ std::vector<EngineContact> EngineOf<real>::contacts() {
 
 template <class real>
 JointState EngineOf<real>::joint_state(u32 joint) {
-  const Buffers<real>& b = download({Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::joint_infos,
-                                     Buffer::joints, Buffer::screw_rises, Buffer::joint_lanes, Buffer::joint_impulses});
+  const Buffers<real>& b =
+      download({Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::joint_infos, Buffer::joints,
+                Buffer::screw_rises, Buffer::rolling_radii, Buffer::joint_lanes, Buffer::joint_impulses});
   const JointMeasures of = measure_joint(b, simulation_->params(), joint);
   return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
 }

@@ -68,9 +68,11 @@ void expect_sense(const JointDescription& joint, const Scene& scene) {
            "must have a second axis that is perpendicular to the first");
   }
   expect_finite(std::array{joint.low, joint.high, joint.motor_speed, joint.motor_force, joint.friction, joint.frequency,
-                           joint.damping, joint.pitch},
+                           joint.damping, joint.pitch, joint.radius},
                 where.c_str());
   expect(joint.kind != JOINT_SCREW || joint.pitch != 0, "must have a pitch that is not 0");
+  expect(joint.kind != JOINT_ROLLING || joint.radius > 0, "must have a radius > 0");
+  expect(!is_non_holonomic(joint.kind) || joint.frequency == 0, "cannot be soft: what slipped would not come back");
   expect(free != FREE_NOTHING || (!joint.limited && joint.motor_force == 0 && joint.friction == 0 && !joint.spring),
          "has nothing to limit, to drive or to push by a spring");
   expect(joint.low <= joint.high, "must not have a low limit above the high one");

@@ -12,18 +12,25 @@ typedef struct JointNow {
   real error[JOINT_ROWS];
   Vec3 free_axis;
   real coordinate;
-  real rise;
+  real rise, radius;
 } JointNow;
+
+typedef struct JointSizes {
+  real rise, radius;
+} JointSizes;
 
 static inline Quat joint_frame(const real* q) { return make4(q[0], q[1], q[2], q[3]); }
 
-// Of no other scene does a kernel know screws.
-static inline real joint_rise(global const real* screw_rises, u32 index) {
+// Kernels of other scenes know of no screws and nothing that rolls.
+static inline JointSizes joint_sizes(global const real* screw_rises, global const real* rolling_radii, u32 index) {
+  JointSizes sizes = {(real)0, (real)0};
 #if FEATURE_SCREWS
-  return screw_rises[index];
-#else
-  return (real)0;
+  sizes.rise = screw_rises[index];
 #endif
+#if FEATURE_NON_HOLONOMIC
+  sizes.radius = rolling_radii[index];
+#endif
+  return sizes;
 }
 
 static inline void turn_to_cross(JointNow* now, Vec3 second) {
@@ -36,8 +43,8 @@ static inline void turn_to_cross(JointNow* now, Vec3 second) {
   now->axes[1] = sub3(scale3(c, y), scale3(s, x));
 }
 
-static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, real rise, Vec3 x_a, Quat q_a, Vec3 x_b,
-                                 Quat q_b) {
+static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, JointSizes sizes, Vec3 x_a, Quat q_a,
+                                 Vec3 x_b, Quat q_b) {
   JointNow now;
   const Quat frame_a = multiply4(q_a, joint_frame(joint.frame_a));
   const Quat frame_b = multiply4(q_b, joint_frame(joint.frame_b));
@@ -77,13 +84,29 @@ static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, r
     if (now.coordinate > (real)0)
       now.free_axis = make3(d.x / now.coordinate, d.y / now.coordinate, d.z / now.coordinate);
   }
-  now.rise = rise;
-  if (rise != (real)0) {
+  now.rise = sizes.rise;
+  if (sizes.rise != (real)0) {
     const real whole_turn = (real)6.283185307179586;
-    const real turns = floor((now.error[2] / rise - now.coordinate) / whole_turn + (real)0.5);
+    const real turns = floor((now.error[2] / sizes.rise - now.coordinate) / whole_turn + (real)0.5);
     now.coordinate = now.coordinate + whole_turn * turns;
-    now.error[2] = now.error[2] - rise * now.coordinate;
+    now.error[2] = now.error[2] - sizes.rise * now.coordinate;
   }
+  now.radius = sizes.radius;
+#if FEATURE_NON_HOLONOMIC
+  if (LOCKS_SKATE(locked)) {
+    now.axes[0] = rotate3(frame_b, make3((real)1, (real)0, (real)0));
+    now.axes[1] = rotate3(frame_b, make3((real)0, (real)1, (real)0));
+    now.axes[2] = rotate3(frame_b, make3((real)0, (real)0, (real)1));
+    now.error[2] = (real)0;
+  }
+  if (sizes.radius > (real)0) {
+    const Vec3 down = scale3(-sizes.radius, now.axes[2]);
+    now.arm_a = add3(now.arm_a, down);
+    now.arm_b = add3(now.arm_b, down);
+    now.error[0] = (real)0;
+    now.error[1] = (real)0;
+  }
+#endif
   return now;
 }
 

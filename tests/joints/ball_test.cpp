@@ -63,6 +63,7 @@ TYPED_TEST(BallJointIn, MomentumIsConserved) {
       joint.second_axis = {1, -1, 0};
       if (kind == JOINT_DISTANCE) joint.anchor_b = {1, 0.5, 0};
       if (kind == JOINT_SCREW) joint.pitch = 0.4;
+      if (kind == JOINT_ROLLING) joint.radius = 0.2;
       Scene scene = joint_scene({a, b}, {joint}, 1.0 / 240);
       scene.gravity = {0, 0, 0};
       if (substeps > 1) scene = with_small_steps(scene, substeps);

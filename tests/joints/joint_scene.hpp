@@ -92,6 +92,7 @@ inline Scene random_joints(u32 seed, u32 bodies, u32 joints) {
     joint.second_axis = {joint.axis[1], -1, 0};
     if (joint.kind == JOINT_DISTANCE) joint.anchor_b = random.vector(2);
     if (joint.kind == JOINT_SCREW) joint.pitch = random.between(0.5, 2) * (random.bits() % 2 == 0 ? 1 : -1);
+    if (joint.kind == JOINT_ROLLING) joint.radius = random.between(0.2, 1);
     const bool is_free = free_of(joint.kind) != FREE_NOTHING;
     if (is_free && random.bits() % 2 == 0) {
       joint.limited = true;
@@ -106,7 +107,7 @@ inline Scene random_joints(u32 seed, u32 bodies, u32 joints) {
     } else if (is_free && random.bits() % 2 == 0) {
       joint.friction = random.between(1, 20);
     }
-    if (random.bits() % 4 == 0) joint.frequency = random.between(1, 10);
+    if (random.bits() % 4 == 0 && !is_non_holonomic(joint.kind)) joint.frequency = random.between(1, 10);
     scene.joints.push_back(joint);
   }
   return scene;

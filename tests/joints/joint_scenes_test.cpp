@@ -70,6 +70,7 @@ TEST(JointScenes, JointsThatNothingClosesOpenInSecondOrder) {
       joint.second_axis = {1, -0.5, 0};
       if (kind == JOINT_DISTANCE) joint.anchor_b = {1, 0.8, 0};
       if (kind == JOINT_SCREW) joint.pitch = 0.8;
+      if (kind == JOINT_ROLLING) joint.radius = 0.2;
       Scene scene = joint_scene({a, b}, {joint}, dt);
       scene.settings.stabilization = Stabilization::velocities;
       scene.settings.correction = 0;
