@@ -44,6 +44,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::closed_joints, "CLOSED_JOINTS"},
     {Feature::screws, "SCREWS"},
     {Feature::facets, "FACETS"},
+    {Feature::impact_laws, "IMPACT_LAWS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -24,6 +24,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::soft_joints, Feature::joints},   {Feature::joint_springs, Feature::joints},
     {Feature::closed_joints, Feature::joints}, {Feature::screws, Feature::joints},
     {Feature::facets, Feature::hulls},         {Feature::shear_springs, Feature::particles},
+    {Feature::impact_laws, Feature::contacts},
 };
 
 template <class real>

@@ -1,0 +1,84 @@
+#include "host/scene/impact_laws.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/error.hpp"
+
+namespace lockstep {
+
+namespace {
+
+const char* name_of(ImpactLaw law) { return impact_law_names[law].first; }
+
+[[noreturn]] void refuse(const Scene& scene, const std::string& place, const std::string& what) {
+  throw Error(Failure::input, scene.source + ": " + place, what);
+}
+
+void expect_range(const Scene& scene, const std::string& owner, const std::optional<double>& e) {
+  if (!e || (*e >= -1 && *e <= 1)) return;
+  refuse(scene, owner + "/tangential_restitution", fmt::format("must be in -1 .. 1, is {}", *e));
+}
+
+void expect_its_law(const Scene& scene, const std::string& owner, const PairLaw& pair, const std::optional<double>& e) {
+  if (!e || pair.law == IMPACT_CHATTERJEE_RUINA) return;
+  refuse(
+      scene, owner + "/tangential_restitution",
+      fmt::format("belongs to the law chatterjee_ruina, and this is {}; name that law as impact_law, or leave this out",
+                  name_of(pair.law)));
+}
+
+std::optional<double> larger(const std::optional<double>& a, const std::optional<double>& b) {
+  return a && b ? std::max(*a, *b) : a ? a : b;
+}
+
+}  // namespace
+
+std::vector<PairLaw> impact_laws_of(const Scene& scene) {
+  std::vector<Material> materials = scene.materials;
+  if (materials.empty()) materials.emplace_back();
+  const std::size_t count = materials.size();
+  std::vector<PairLaw> laws(count * count);
+  std::vector<bool> disagree(count * count, false);
+  for (std::size_t a = 0; a < count; ++a) {
+    const std::string owner = fmt::format("/materials/{}", a);
+    expect_range(scene, owner, materials[a].tangential_restitution);
+    expect_its_law(scene, owner, {materials[a].impact_law.value_or(IMPACT_NEWTON)},
+                   materials[a].tangential_restitution);
+    for (std::size_t b = 0; b < count; ++b) {
+      const std::optional<ImpactLaw>&of_a = materials[a].impact_law, &of_b = materials[b].impact_law;
+      PairLaw& pair = laws[a * count + b];
+      pair.law = of_a ? *of_a : of_b.value_or(IMPACT_NEWTON);
+      if (pair.law == IMPACT_CHATTERJEE_RUINA)
+        pair.tangential_restitution =
+            larger(materials[a].tangential_restitution, materials[b].tangential_restitution).value_or(0);
+      disagree[a * count + b] = of_a && of_b && *of_a != *of_b;
+    }
+  }
+  for (std::size_t i = 0; i < scene.material_pairs.size(); ++i) {
+    const MaterialPairRule& rule = scene.material_pairs[i];
+    const std::string owner = fmt::format("/material_pairs/{}", i);
+    const std::size_t there = rule.material_a * count + rule.material_b;
+    PairLaw pair = laws[there];
+    if (rule.impact_law) {
+      pair = {*rule.impact_law, 0};
+      disagree[there] = disagree[rule.material_b * count + rule.material_a] = false;
+    }
+    expect_range(scene, owner, rule.tangential_restitution);
+    expect_its_law(scene, owner, pair, rule.tangential_restitution);
+    pair.tangential_restitution = rule.tangential_restitution.value_or(pair.tangential_restitution);
+    laws[there] = laws[rule.material_b * count + rule.material_a] = pair;
+  }
+  for (std::size_t b = 0; b < count; ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      if (!disagree[a * count + b]) continue;
+      refuse(scene, fmt::format("/materials/{}/impact_law", b),
+             fmt::format("is {}, and that of \"{}\" is {}; say in material_pairs which of them the two have",
+                         name_of(*materials[b].impact_law), materials[a].name, name_of(*materials[a].impact_law)));
+    }
+  }
+  return laws;
+}
+
+}  // namespace lockstep
