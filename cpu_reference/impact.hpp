@@ -96,7 +96,7 @@ struct PhaseEnd {
 };
 
 template <class real>
-PhaseEnd<real> phase_end(bool by_work, real u_n, real rate, real owed, real far) {
+PhaseEnd<real> impact_phase(bool by_work, real u_n, real rate, real owed, real far) {
   const bool compresses = u_n < 0 || (!(u_n > 0) && rate < 0);
   const real to_zero = compresses == (rate > 0) ? std::fabs(u_n / rate) : far;
   const real squared = u_n * u_n + real(2) * rate * owed;
@@ -131,7 +131,7 @@ SlidePiece<real> slide_piece(ConeVector<real> u, real speed, const Delassus<real
   const real d1 = (a1 / stop + s1) / friction, d2 = (a2 / stop + s2) / friction;
   const real turn = std::fabs(d1 * e2 - d2 * e1);
   const ImpactPiece<real> straight = impact_piece(w, -friction * d1, -friction * d2);
-  if (stop < far && stop <= phase_end(by_work, u.normal, straight.rate.normal, owed, far).impulse &&
+  if (stop < far && stop <= impact_phase(by_work, u.normal, straight.rate.normal, owed, far).impulse &&
       turn <= slide_turn<real> && d1 * e1 + d2 * e2 > 0)
     return {straight, stop, true};
 
@@ -141,7 +141,7 @@ SlidePiece<real> slide_piece(ConeVector<real> u, real speed, const Delassus<real
   const real stiff = friction * (w.t11 * e2 * e2 - real(2) * w.t12 * e1 * e2 + w.t22 * e1 * e1);
   const real ratio = slide_turn<real> * stiff / std::fabs(turns);
   const real until = speed / (stiff / ratio + (gains < 0 ? -gains : real(0)));
-  const real phase = phase_end(by_work, u.normal, first.rate.normal, owed, far).impulse;
+  const real phase = impact_phase(by_work, u.normal, first.rate.normal, owed, far).impulse;
   const real reach = until < far ? until : far;
   const real half = real(0.5) * (phase < reach ? phase : reach);
   const real ahead = speed + half * gains, aside = half * turns / (real(1) + half * stiff / speed);
@@ -175,7 +175,7 @@ ImpactOutcome<real> follow_impact(ConeVector<real> u, const Delassus<real>& w, c
       reach = slide.reach;
       stops = slide.stops;
     }
-    const PhaseEnd<real> end = phase_end(by_work, u.normal, piece.rate.normal, owed, far);
+    const PhaseEnd<real> end = impact_phase(by_work, u.normal, piece.rate.normal, owed, far);
     const bool ends = end.impulse <= reach;
     const real p = ends ? end.impulse : reach;
     const real measure = by_work ? p * (u.normal + real(0.5) * p * piece.rate.normal) : p;

@@ -77,11 +77,12 @@ typedef struct LanePhase {
   lane_mask compresses, pays;
 } LanePhase;
 
-static inline LanePhase phase_end(lane_mask by_work, lane u_n, lane rate, lane owed, lane far) {
+static inline LanePhase impact_phase(lane_mask by_work, lane u_n, lane rate, lane owed, lane far) {
   const lane_mask rises = rate > (lane)0;
   LanePhase end;
   end.compresses = (u_n < (lane)0) | (!(u_n > (lane)0) & (rate < (lane)0));
-  const lane to_zero = (end.compresses & rises) | (!end.compresses & !rises) ? fabs(u_n / rate) : far;
+  const lane_mask turns = (end.compresses & rises) | (!end.compresses & !rises);
+  const lane to_zero = turns ? fabs(u_n / rate) : far;
   const lane squared = u_n * u_n + (lane)2 * rate * owed;
   const lane by_work_impulse = squared >= (lane)0 ? (lane)2 * owed / (u_n + sqrt(squared)) : far;
   const lane wanted = owed > (lane)0 ? (by_work ? by_work_impulse : owed) : (lane)0;
@@ -111,7 +112,7 @@ static inline LaneSlide slide_piece(LaneCone u, lane speed, const LaneDelassus* 
   const lane d1 = (a1 / stop + s1) / friction, d2 = (a2 / stop + s2) / friction;
   const lane turn = fabs(d1 * e2 - d2 * e1);
   const LanePiece straight = impact_piece(w, -friction * d1, -friction * d2);
-  slide.stops = (stop < far) & (stop <= phase_end(by_work, u.normal, straight.rate.normal, owed, far).impulse) &
+  slide.stops = (stop < far) & (stop <= impact_phase(by_work, u.normal, straight.rate.normal, owed, far).impulse) &
                 (turn <= SLIDE_TURN) & (d1 * e1 + d2 * e2 > (lane)0);
 
   const LanePiece first = impact_piece(w, -friction * e1, -friction * e2);
@@ -120,7 +121,7 @@ static inline LaneSlide slide_piece(LaneCone u, lane speed, const LaneDelassus* 
   const lane stiff = friction * (w->t11 * e2 * e2 - (lane)2 * w->t12 * e1 * e2 + w->t22 * e1 * e1);
   const lane ratio = SLIDE_TURN * stiff / fabs(turns);
   const lane until = speed / (stiff / ratio + (gains < (lane)0 ? -gains : (lane)0));
-  const lane phase = phase_end(by_work, u.normal, first.rate.normal, owed, far).impulse;
+  const lane phase = impact_phase(by_work, u.normal, first.rate.normal, owed, far).impulse;
   const lane reach = until < far ? until : far;
   const lane half_way = (lane)0.5 * (phase < reach ? phase : reach);
   const lane ahead = speed + half_way * gains, aside = half_way * turns / ((lane)1 + half_way * stiff / speed);
@@ -158,14 +159,15 @@ static inline LaneOutcome follow_impact(lane_mask hit, LaneCone u, const LaneDel
       reach = slides ? slide.reach : reach;
       stops = slides & slide.stops;
     }
-    const LanePhase end = phase_end(m->by_work, u.normal, piece.rate.normal, owed, far);
+    const LanePhase end = impact_phase(m->by_work, u.normal, piece.rate.normal, owed, far);
     const lane_mask ends = end.impulse <= reach;
     const lane p = ends ? end.impulse : reach;
     const lane measure = m->by_work ? p * (u.normal + (lane)0.5 * p * piece.rate.normal) : p;
     const lane next_owed = end.compresses ? owed + share * fabs(measure) : owed - measure;
     const LaneCone next_r = lane_make_cone(r.normal + p, r.tangent_1 + p * piece.t1, r.tangent_2 + p * piece.t2);
     LaneCone next_u;
-    next_u.normal = ends & !end.pays ? (lane)0 : u.normal + p * piece.rate.normal;
+    const lane_mask stands = ends & !end.pays;
+    next_u.normal = stands ? (lane)0 : u.normal + p * piece.rate.normal;
     stops = stops & !ends;
     next_u.tangent_1 = stops ? (lane)0 : u.tangent_1 + p * piece.rate.tangent_1;
     next_u.tangent_2 = stops ? (lane)0 : u.tangent_2 + p * piece.rate.tangent_2;
@@ -229,10 +231,11 @@ static inline LaneTarget lane_target(const LaneOutcome* o, const LaneDelassus* w
   const lane_mask rubs = rubbed > (lane)0;
   const lane d1 = rubs ? r.tangent_1 / rubbed : (lane)0, d2 = rubs ? r.tangent_2 / rubbed : (lane)0;
   const lane against = -(u.tangent_1 * d1 + u.tangent_2 * d2);
-  const lane kept = slides & (against > (lane)0) ? against : (lane)0;
+  const lane_mask keeps = slides & (against > (lane)0), spares = slides & (rubbed < friction * r.normal);
+  const lane kept = keeps ? against : (lane)0;
   LaneTarget target;
   target.bias = lane_make_cone(-u.normal, -(u.tangent_1 + kept * d1), -(u.tangent_2 + kept * d2));
-  target.friction = slides & (rubbed < friction * r.normal) ? rubbed / r.normal : friction;
+  target.friction = spares ? rubbed / r.normal : friction;
   return target;
 }
 

@@ -60,6 +60,12 @@ void expect_bodies(const Buffers<real>& b, const Sizes& sizes, bool touching) {
 }
 
 template <class real>
+void expect_impact_laws(const Buffers<real>& b) {
+  for (std::size_t k = 0; k < b.impact_pairs.size(); ++k)
+    if (b.impact_pairs[k].law >= IMPACT_LAWS) refuse(Buffer::impact_pairs, k, "is of an unknown law");
+}
+
+template <class real>
 void expect_shapes(const Buffers<real>& b, const Sizes& sizes) {
   for (std::size_t i = 0; i < b.shape_infos.size(); ++i) {
     const ShapeInfo& shape = b.shape_infos[i];
@@ -182,6 +188,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_features(state);
   expect_bodies(state.buffers, state.sizes, has(state.features, Feature::contacts));
   expect_shapes(state.buffers, state.sizes);
+  expect_impact_laws(state.buffers);
   expect_hulls(state.buffers, state.sizes);
   expect_joints(state.buffers, state.sizes);
   if (has(state.features, Feature::particles)) expect_particles(state.buffers, state.sizes);

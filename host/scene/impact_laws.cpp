@@ -40,43 +40,28 @@ std::vector<PairLaw> impact_laws_of(const Scene& scene) {
   if (materials.empty()) materials.emplace_back();
   const std::size_t count = materials.size();
   std::vector<PairLaw> laws(count * count);
-  std::vector<bool> disagree(count * count, false);
   for (std::size_t a = 0; a < count; ++a) {
     const std::string owner = fmt::format("/materials/{}", a);
-    expect_range(scene, owner, materials[a].tangential_restitution);
-    expect_its_law(scene, owner, {materials[a].impact_law.value_or(IMPACT_NEWTON)},
-                   materials[a].tangential_restitution);
+    const std::optional<double>& own = materials[a].tangential_restitution;
+    expect_range(scene, owner, own);
+    expect_its_law(scene, owner, {materials[a].impact_law.value_or(IMPACT_NEWTON)}, own);
     for (std::size_t b = 0; b < count; ++b) {
-      const std::optional<ImpactLaw>&of_a = materials[a].impact_law, &of_b = materials[b].impact_law;
       PairLaw& pair = laws[a * count + b];
-      pair.law = of_a ? *of_a : of_b.value_or(IMPACT_NEWTON);
+      pair.law =
+          std::max(materials[a].impact_law.value_or(IMPACT_NEWTON), materials[b].impact_law.value_or(IMPACT_NEWTON));
       if (pair.law == IMPACT_CHATTERJEE_RUINA)
-        pair.tangential_restitution =
-            larger(materials[a].tangential_restitution, materials[b].tangential_restitution).value_or(0);
-      disagree[a * count + b] = of_a && of_b && *of_a != *of_b;
+        pair.tangential_restitution = larger(own, materials[b].tangential_restitution).value_or(0);
     }
   }
   for (std::size_t i = 0; i < scene.material_pairs.size(); ++i) {
     const MaterialPairRule& rule = scene.material_pairs[i];
     const std::string owner = fmt::format("/material_pairs/{}", i);
-    const std::size_t there = rule.material_a * count + rule.material_b;
-    PairLaw pair = laws[there];
-    if (rule.impact_law) {
-      pair = {*rule.impact_law, 0};
-      disagree[there] = disagree[rule.material_b * count + rule.material_a] = false;
-    }
+    PairLaw pair = laws[rule.material_a * count + rule.material_b];
+    if (rule.impact_law) pair = {*rule.impact_law, 0};
     expect_range(scene, owner, rule.tangential_restitution);
     expect_its_law(scene, owner, pair, rule.tangential_restitution);
     pair.tangential_restitution = rule.tangential_restitution.value_or(pair.tangential_restitution);
-    laws[there] = laws[rule.material_b * count + rule.material_a] = pair;
-  }
-  for (std::size_t b = 0; b < count; ++b) {
-    for (std::size_t a = 0; a < b; ++a) {
-      if (!disagree[a * count + b]) continue;
-      refuse(scene, fmt::format("/materials/{}/impact_law", b),
-             fmt::format("is {}, and that of \"{}\" is {}; say in material_pairs which of them the two have",
-                         name_of(*materials[b].impact_law), materials[a].name, name_of(*materials[a].impact_law)));
-    }
+    laws[rule.material_a * count + rule.material_b] = laws[rule.material_b * count + rule.material_a] = pair;
   }
   return laws;
 }

@@ -12,10 +12,10 @@ struct PairLaw {
   double tangential_restitution = 0;
 };
 
-/// Of materials a and b at a * count + b; a scene without materials has one. A law that one of the two names is that of
-/// both, tangential restitution the larger of those named; rules of the scene override both. Throws Error (input),
-/// naming the place, where two materials that name different laws have no rule, and for a tangential restitution that
-/// is not in -1 .. 1 or whose law has none.
+/// Of materials a and b at a * count + b; a scene without materials has one. Of two laws the later in the order of
+/// ImpactLaw holds, which is Newton's where none is named, of tangential restitutions the larger; rules of the scene
+/// override both. Throws Error (input), naming the place, for a tangential restitution that is not in -1 .. 1 or whose
+/// law has none.
 std::vector<PairLaw> impact_laws_of(const Scene& scene);
 
 }  // namespace lockstep
