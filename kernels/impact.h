@@ -214,7 +214,7 @@ static inline LaneOutcome lane_impact(lane_mask hit, LaneCone u, const LaneDelas
   const LaneOutcome followed = follow_impact(follows, u, w, m);
   outcome.impulse = lane_select_cone(m->combines, outcome.impulse, followed.impulse);
   outcome.velocity = lane_select_cone(m->combines, outcome.velocity, followed.velocity);
-  outcome.slides = (m->combines & outcome.slides) | (!m->combines & followed.slides);
+  outcome.slides = (m->combines & outcome.slides) | (follows & followed.slides);
   return outcome;
 }
 
