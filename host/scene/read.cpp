@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "host/embedded.hpp"
+#include "host/scene/impact_laws.hpp"
 #include "host/scene/particle_law.hpp"
 #include "host/scene/read_bodies.hpp"
 #include "host/scene/read_robots.hpp"
@@ -228,6 +229,7 @@ Scene parse_scene(const std::string& text, const std::string& source) {
   if (root.has("material_pairs")) {
     scene.material_pairs = read_material_pairs(root.at("material_pairs"), scene.materials);
   }
+  static_cast<void>(impact_laws_of(scene));  // refuses what does not go together
   Categories categories;
   if (root.has("particles")) scene.particles = read_particles(root.at("particles"));
   Names names = {scene.materials, categories, scene.particles.has_value()};
