@@ -7,11 +7,12 @@
 
 namespace lockstep::reference {
 
+/// The index of the pair of materials that meet.
 template <class real>
-const MaterialPair<real>& material_of(const Buffers<real>& buffers, const Contact& contact) {
+u32 materials_of(const Buffers<real>& buffers, const Contact& contact) {
   const WorldRange& world = buffers.world_ranges[contact.world];
   const u32 a = buffers.shape_infos[contact.shape_a].material, b = buffers.shape_infos[contact.shape_b].material;
-  return buffers.material_pairs[world.first_material_pair + a * world.material_count + b];
+  return world.first_material_pair + a * world.material_count + b;
 }
 
 template <class real>
@@ -38,24 +39,37 @@ void write_point(PointBlock<real>& block, StartBlock<real>& starts, u32 lane, co
 }
 
 template <class real>
+void write_impact(ImpactBlock<real>& block, u32 lane, ImpactPair<real> pair) {
+  block.tangential_restitution[lane] = pair.tangential_restitution;
+  block.law[lane] = pair.law;
+}
+
+template <class real>
 void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
   if (step_is_void(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
     const BlockBodies& bodies = buffers.block_bodies[block];
     for (u32 k = 0; k < buffers.block_rows[block].count; ++k) {
-      PointBlock<real>& points = buffers.point_blocks[buffers.block_rows[block].first + k];
-      StartBlock<real>& starts = buffers.start_blocks[buffers.block_rows[block].first + k];
+      const u32 row = buffers.block_rows[block].first + k;
+      PointBlock<real>& points = buffers.point_blocks[row];
+      StartBlock<real>& starts = buffers.start_blocks[row];
+      ImpactBlock<real>* impacts = buffers.impact_blocks.empty() ? nullptr : &buffers.impact_blocks[row];
       for (u32 lane = 0; lane < PACK; ++lane) {
         if (k >= bodies.count[lane]) {
           write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, ContactImpulse<real>{});
+          if (impacts) write_impact(*impacts, lane, {});
           continue;
         }
         const u32 i = bodies.contact[lane] + k;
         const Contact& contact = buffers.contacts[i];
-        MaterialPair<real> material = material_of(buffers, contact);
+        const u32 pair = materials_of(buffers, contact);
+        MaterialPair<real> material = buffers.material_pairs[pair];
         if (contact.feature == CORE_FEATURE) material.restitution = 0;
         write_point(points, starts, lane, buffers.contact_points[i], contact.normal, material,
                     buffers.start_impulses[i]);
+        if (impacts)
+          write_impact(*impacts, lane,
+                       contact.feature == CORE_FEATURE ? ImpactPair<real>{} : buffers.impact_pairs[pair]);
       }
     }
   }

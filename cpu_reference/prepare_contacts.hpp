@@ -8,7 +8,12 @@
 //   restitution:     a contact that closes in this sub-step faster than the threshold leaves at e times that speed
 //                    (Newton): u_n >= -e u_old. The same law lets a hard contact that parts faster come to close again,
 //                    where others press it together (Moreau 1988): an impulse adds r_n (u_n + u_old) / 2 of energy, and
-//                    to stop such a contact would be a gain.
+//                    to stop such a contact would be a gain;
+//   other laws of impact (cpu_reference/impact.hpp): what is hit gets the impulse P of its law for itself alone, from
+//   the
+//                    velocity u after the forces, with the part of e that the approach has that is not of these forces.
+//                    All rows are biased so that P solves them: with no other contact, impulse and outcome are the
+//                    law's.
 // The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2), M that of the pair's parts of its bodies
 // where they are split (cpu_reference/visit_parts.hpp). Impulses start from the last step, later
 // from the last sub-step, turned with the contact through the world frame and put back into the cone.
@@ -17,6 +22,7 @@
 #include "cpu_reference/cone.hpp"
 #include "cpu_reference/contact_now.hpp"
 #include "cpu_reference/frame.hpp"
+#include "cpu_reference/impact.hpp"
 #include "cpu_reference/prepare_patch.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/visit_contact.hpp"
@@ -70,6 +76,14 @@ NormalLaw<real> normal_law(const StepParams<real>& p, real gap, real u_old, real
   return law;
 }
 
+/// Whether a contact closes in this sub-step at a speed that is more than what forces add to it in the sub-step: what
+/// is slower rests, and friction that holds what rests is not to aim at the end of an impact.
+template <class real>
+bool is_hit(const StepParams<real>& p, real gap, real u_old, real u_free) {
+  const real gap_free = gap + p.dt * ((real(1) - p.theta) * u_old + p.theta * u_free);
+  return gap_free < 0 && u_old < -p.restitution_threshold && u_free < 0 && !(u_free < real(2) * u_old);
+}
+
 template <class real>
 void clear_lane(ContactBlock<real>& block, ImpulseBlock<real>& impulses, u32 lane) {
   for (real* field : {block.normal_x, block.normal_y, block.normal_z,  block.arm_a_x,      block.arm_a_y,
@@ -101,7 +115,7 @@ ContactPoint<real> contact_point_of(const PointBlock<real>& p, u32 lane) {
 
 /// Returns the softness of the contact.
 template <class real>
-real prepare_contact(const Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies,
+real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, const BlockBodies& bodies,
                      const PairMotions<real>& motions, u32 lane, u32 row, ContactBlock<real>& block,
                      ImpulseBlock<real>& impulses) {
   const u32 a = bodies.body_a[lane], b = bodies.body_b[lane];
@@ -119,8 +133,9 @@ real prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
   const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
   const real u_old = dot3(
       n, sub3(add3(vec3(old_a.v), cross3(vec3(old_a.w), arm_a)), add3(vec3(old_b.v), cross3(vec3(old_b.w), arm_b))));
-  const real u_free = dot3(n, sub3(add3(vec3(motion_a.v), cross3(vec3(motion_a.w), arm_a)),
-                                   add3(vec3(motion_b.v), cross3(vec3(motion_b.w), arm_b))));
+  const Vec3<real> free = sub3(add3(vec3(motion_a.v), cross3(vec3(motion_a.w), arm_a)),
+                               add3(vec3(motion_b.v), cross3(vec3(motion_b.w), arm_b)));
+  const real u_free = dot3(n, free);
   const real friction = points.friction[lane];
   const ContactImpulse<real> start = start_impulse(params, buffers.start_blocks[row], block, impulses, lane);
   const Vec3<real> tangent = {start.tangent_x, start.tangent_y, start.tangent_z};
@@ -156,9 +171,27 @@ real prepare_contact(const Buffers<real>& buffers, const StepParams<real>& param
   block.arm_b_x[lane] = arm_b.x;
   block.arm_b_y[lane] = arm_b.y;
   block.arm_b_z[lane] = arm_b.z;
-  const NormalLaw<real> law = normal_law(params, now.gap, u_old, u_free, points.restitution[lane]);
+  NormalLaw<real> law = normal_law(params, now.gap, u_old, u_free, points.restitution[lane]);
+  ImpactTarget<real> target = {{0, 0, 0}, friction};
+  if (!buffers.impact_blocks.empty()) {
+    const ImpactBlock<real>& impacts = buffers.impact_blocks[row];
+    const u32 kind = impacts.law[lane];
+    if (kind != IMPACT_NEWTON && is_hit(params, now.gap, u_old, u_free)) {
+      const real share = u_old > u_free ? u_old / u_free : real(1);
+      const ImpactMaterial<real> material = {kind, friction, share * points.restitution[lane],
+                                             impacts.tangential_restitution[lane]};
+      const Delassus<real> w = {w_nn, w_11, w_22, w_n1, w_n2, w_12};
+      target = target_of(impact({u_free, dot3(free, t1), dot3(free, t2)}, w, material), w, friction);
+      law = normal_law(params, now.gap, u_old, u_free, real(0));
+      const real least = now.gap > 0 ? real(0) : law.bias;
+      const bool bounces = target.bias.normal < least;
+      law = {bounces ? target.bias.normal : least, law.soft && !bounces};
+    }
+    buffers.slide_blocks[row].bias_1[lane] = target.bias.tangent_1;
+    buffers.slide_blocks[row].bias_2[lane] = target.bias.tangent_2;
+  }
   block.bias[lane] = law.bias;
-  block.friction[lane] = friction;
+  block.friction[lane] = target.friction;
   block.w_nn[lane] = w_nn;
   block.w_11[lane] = w_11;
   block.w_22[lane] = w_22;
@@ -187,6 +220,8 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
                                      impulses);
         else
           clear_lane(block_row, impulses, lane);
+        if (k >= bodies.count[lane] && !buffers.slide_blocks.empty())
+          buffers.slide_blocks[row].bias_1[lane] = buffers.slide_blocks[row].bias_2[lane] = 0;
         if (!buffers.softness_blocks.empty()) buffers.softness_blocks[row].softness[lane] = softness;
       }
     }

@@ -9,18 +9,25 @@
 namespace lockstep::reference {
 
 /// The law of the normal velocity, u_n + bias + softness r_n >= 0: soft contacts relax into hard ones without a bias
-/// (cpu_reference/relax_constraints.hpp).
+/// (cpu_reference/relax_constraints.hpp). Tangential biases are those of impacts.
 template <class real>
 struct LawNow {
-  real bias, softness;
+  ConeVector<real> bias;
+  real softness;
 };
 
 template <class real>
 LawNow<real> law_now(Purpose purpose, const Buffers<real>& buffers, u32 row, u32 lane) {
-  const real bias = buffers.contact_blocks[row].bias[lane];
+  // -0 adds nothing, not even to the sign of a zero
+  ConeVector<real> bias = {buffers.contact_blocks[row].bias[lane], real(-0.0), real(-0.0)};
+  if (!buffers.slide_blocks.empty()) {
+    bias.tangent_1 = buffers.slide_blocks[row].bias_1[lane];
+    bias.tangent_2 = buffers.slide_blocks[row].bias_2[lane];
+  }
   const real softness = buffers.softness_blocks.empty() ? real(0) : buffers.softness_blocks[row].softness[lane];
   if (purpose == Purpose::solve) return {bias, softness};
-  return {softness > 0 ? real(0) : bias, 0};
+  if (softness > 0) bias.normal = 0;
+  return {bias, 0};
 }
 
 /// Visits a pair, its contacts one after another. Returns the largest of the squares of by how much the visits changed
@@ -43,7 +50,7 @@ real visit_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
     return change;
   }
   const auto visit = [&](const auto& contact, LawNow<real> law, auto& impulses) {
-    return visit_normal(contact, law.bias, law.softness, impulses, lane, a, b);
+    return visit_normal(contact, law.bias.normal, law.softness, impulses, lane, a, b);
   };
   visit_each(visit);
   change = larger(visit_rubbing(buffers.patch_blocks[block], buffers.impulse_blocks, first, count,

@@ -2,7 +2,7 @@
 // LANES pairs of shapes at a time.
 //
 // Blocked projected Gauss-Seidel (survey 4.3; Jourdan, Alart, Jean 1998): with the impulses of all others held,
-//   u = relative velocity at the contact point,  q = u + bias n - W r_old,
+//   u = relative velocity at the contact point,  q = u + bias - W r_old,
 // the contact's own problem is solved exactly (cpu_reference/cone.hpp) and the change r - r_old is given to the bodies.
 // A soft contact solves it with its softness added to w_nn. By how much a visit changed relative velocities is
 // |W (r - r_old)|: what the contact's law was violated by until then (cpu_reference/solve_constraints.hpp).
@@ -98,8 +98,8 @@ real contact_change(const Delassus<real>& w, u32 kind, ConeVector<real> d) {
 
 /// Returns the square of by how much it changed the relative velocity.
 template <class real>
-real visit_contact(const ContactBlock<real>& block, real bias, real softness, ImpulseBlock<real>& impulses, u32 kind,
-                   u32 lane, Motion<real>& a, Motion<real>& b) {
+real visit_contact(const ContactBlock<real>& block, ConeVector<real> bias, real softness, ImpulseBlock<real>& impulses,
+                   u32 kind, u32 lane, Motion<real>& a, Motion<real>& b) {
   const ContactFrame<real> c = contact_frame<real>(block, lane);
   const ConeVector<real> old = impulse_of(impulses, lane);
   const real friction = block.friction[lane];
@@ -107,7 +107,8 @@ real visit_contact(const ContactBlock<real>& block, real bias, real softness, Im
                             block.w_n1[lane], block.w_n2[lane], block.w_12[lane]};
 
   const Vec3<real> u = velocity_at(c.arm_a, c.arm_b, a, b);
-  const real u_n = dot3(c.normal, u) + bias, u_1 = dot3(c.tangent_1, u), u_2 = dot3(c.tangent_2, u);
+  const real u_n = dot3(c.normal, u) + bias.normal;
+  const real u_1 = dot3(c.tangent_1, u) + bias.tangent_1, u_2 = dot3(c.tangent_2, u) + bias.tangent_2;
   ConeVector<real> r;
   if (kind == BLOCK_GENERAL) {
     const ConeVector<real> q = {u_n - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),

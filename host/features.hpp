@@ -40,7 +40,7 @@ enum class Feature : std::uint64_t {
   closed_joints = 1ull << 29,  // joints are closed by the poses of their bodies, once these have moved
   screws = 1ull << 30,         // some joint ties travel to angle
   facets = 1ull << 31,         // some hulls are triangles of a surface
-  // bit 32: impact_laws
+  impact_laws = 1ull << 32,    // some materials bounce by another law than Newton's
   non_holonomic = 1ull << 33,  // some joints lock velocities alone: skates, and what rolls
   // what needs one of several
   constraints = contacts | joints,

@@ -26,10 +26,12 @@ static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, rea
 }
 
 kernel void pack_points(global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
-                        global const MaterialPair* material_pairs, global const Contact* contacts,
-                        global const ContactPoint* contact_points, global const ContactImpulse* start_impulses,
-                        global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                        global PointBlock* point_blocks, global StartBlock* start_blocks, global const u32* counters) {
+                        global const MaterialPair* material_pairs, global const ImpactPair* impact_pairs,
+                        global const Contact* contacts, global const ContactPoint* contact_points,
+                        global const ContactImpulse* start_impulses, global const BlockBodies* block_bodies,
+                        global const BlockRows* block_rows, global PointBlock* point_blocks,
+                        global StartBlock* start_blocks, global ImpactBlock* impact_blocks,
+                        global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const ContactPoint no_point = {
       {(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0, (real)0}};
@@ -41,9 +43,9 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
     for (u32 k = 0u; k < count; ++k) {
       const Contact contact = contacts[first + k];
       const WorldRange world = world_ranges[contact.world];
-      const MaterialPair pair =
-          material_pairs[world.first_material_pair + shape_infos[contact.shape_a].material * world.material_count +
-                         shape_infos[contact.shape_b].material];
+      const u32 materials = world.first_material_pair + shape_infos[contact.shape_a].material * world.material_count +
+                            shape_infos[contact.shape_b].material;
+      const MaterialPair pair = material_pairs[materials];
 #if FEATURE_CONTINUOUS
       const real restitution = contact.feature == CORE_FEATURE ? (real)0 : pair.restitution;
 #else
@@ -51,9 +53,25 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #endif
       pack_point(lane, contact_points[first + k], contact.normal, pair.friction, restitution, start_impulses[first + k],
                  point_blocks + rows.first + k, start_blocks + rows.first + k);
+#if FEATURE_IMPACT_LAWS
+      const ImpactPair impact = impact_pairs[materials];
+#if FEATURE_CONTINUOUS
+      const bool bounces = contact.feature != CORE_FEATURE;
+#else
+      const bool bounces = true;
+#endif
+      global ImpactBlock* impacts = impact_blocks + rows.first + k;
+      impacts->tangential_restitution[lane] = bounces ? impact.tangential_restitution : (real)0;
+      impacts->law[lane] = bounces ? impact.law : (u32)IMPACT_NEWTON;
+#endif
     }
-    for (u32 k = count; k < rows.count; ++k)
+    for (u32 k = count; k < rows.count; ++k) {
       pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, no_impulse, point_blocks + rows.first + k,
                  start_blocks + rows.first + k);
+#if FEATURE_IMPACT_LAWS
+      impact_blocks[rows.first + k].tangential_restitution[lane] = (real)0;
+      impact_blocks[rows.first + k].law[lane] = (u32)IMPACT_NEWTON;
+#endif
+    }
   }
 }

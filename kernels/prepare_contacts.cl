@@ -3,6 +3,7 @@
 // the law, cpu_reference/contact_now.hpp where a contact stands by now).
 #include "common.h"
 #include "cone.h"
+#include "impact.h"
 #include "lane_quads.h"
 #include "prepare_patch.h"
 #include "types.h"
@@ -170,11 +171,44 @@ static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 
 #endif
 }
 
+#if FEATURE_IMPACT_LAWS
+// The laws of impact of the lanes that are hit: what they ask of their velocities, and the friction of their cones.
+static inline void prepare_impacts(const StepParams p, u32 first, lane_mask there, lane gap, lane u_old, LaneCone free,
+                                   const LaneDelassus* w, lane restitution, global const ImpactBlock* impacts,
+                                   lane* bias, lane* softness, LaneTarget* target) {
+  const lane_u32 law = LANE_LOAD_U32(impacts->law + first);
+  const lane gap_free = gap + (lane)p.dt * ((lane)((real)1 - p.theta) * u_old + (lane)p.theta * free.normal);
+  const lane_mask hit = there & LANE_MASK(law != (lane_u32)IMPACT_NEWTON) & (gap_free < (lane)0) &
+                        (u_old < (lane)-p.restitution_threshold) & (free.normal < (lane)0) &
+                        !(free.normal < (lane)2 * u_old);
+  if (!LANE_ANY(hit)) return;
+  const lane share = u_old > free.normal ? u_old / free.normal : (lane)1;
+  LaneImpactMaterial material;
+  material.by_work = LANE_MASK(law == (lane_u32)IMPACT_STRONGE);
+  material.combines = LANE_MASK(law == (lane_u32)IMPACT_CHATTERJEE_RUINA);
+  material.friction = target->friction;
+  material.restitution = share * restitution;
+  material.tangential_restitution = LANE_LOAD(impacts->tangential_restitution + first);
+  const LaneOutcome outcome = lane_impact(hit, free, w, &material);
+  const LaneTarget aim = lane_target(&outcome, w, target->friction);
+  lane own_softness;
+  const lane rests = prepare_bias(p, gap, u_old, free.normal, (lane)0, &own_softness);
+  const lane least = gap > (lane)0 ? (lane)0 : rests;
+  const lane_mask bounces = aim.bias.normal < least;
+  *bias = hit ? (bounces ? aim.bias.normal : least) : *bias;
+  *softness = hit ? (bounces ? (lane)0 : own_softness) : *softness;
+  target->bias.tangent_1 = hit ? aim.bias.tangent_1 : target->bias.tangent_1;
+  target->bias.tangent_2 = hit ? aim.bias.tangent_2 : target->bias.tangent_2;
+  target->friction = hit ? aim.friction : target->friction;
+}
+#endif
+
 // The laws of a row of contacts, in the lanes where there are any.
 static inline void prepare_row(const StepParams params, u32 first, lane_mask there, lane_mask general,
                                const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
-                               global const StartBlock* starts, global ContactBlock* block,
-                               global SoftnessBlock* softness_block, global ImpulseBlock* impulses) {
+                               global const StartBlock* starts, global const ImpactBlock* impacts,
+                               global ContactBlock* block, global SoftnessBlock* softness_block,
+                               global SlideBlock* slides, global ImpulseBlock* impulses) {
   PrepareNow now;
   prepare_now(first, points, a, b, &now);
   const Lane3 n = now.normal;
@@ -184,15 +218,35 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
   const Lane3 arm_b = prepare_central_arm(general, b->motion.inverse_mass, n, now.arm_b);
   const lane friction = LANE_LOAD(points->friction + first), restitution = LANE_LOAD(points->restitution + first);
   lane u_old = (lane)0, u_free = (lane)0;  // of no weight where theta is 1 and nothing bounces
-  if (params.theta < (real)1 || LANE_ANY(restitution > (lane)0)) {
+#if FEATURE_IMPACT_LAWS
+  const bool counts = true;
+#else
+  const bool counts = params.theta < (real)1 || LANE_ANY(restitution > (lane)0);
+#endif
+  Lane3 free = lane_make3((lane)0, (lane)0, (lane)0);
+  if (counts) {
     u_old = lane_dot3(n, prepare_velocity(a->old_v, a->old_w, arm_a, b->old_v, b->old_w, arm_b));
-    u_free = lane_dot3(n, prepare_velocity(a->motion.v, a->motion.w, arm_a, b->motion.v, b->motion.w, arm_b));
+    free = prepare_velocity(a->motion.v, a->motion.w, arm_a, b->motion.v, b->motion.w, arm_b);
+    u_free = lane_dot3(n, free);
   }
   lane softness;
-  const lane bias = prepare_bias(params, now.gap, u_old, u_free, restitution, &softness);
+  lane bias = prepare_bias(params, now.gap, u_old, u_free, restitution, &softness);
   LaneDelassus w;
   prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
   const LaneCone r = prepare_impulse(params.substep, first, t1, t2, friction, starts, block, impulses);
+#if FEATURE_IMPACT_LAWS
+  LaneTarget target;
+  target.bias = lane_make_cone((lane)0, (lane)0, (lane)0);
+  target.friction = friction;
+  prepare_impacts(params, first, there, now.gap, u_old,
+                  lane_make_cone(u_free, lane_dot3(free, t1), lane_dot3(free, t2)), &w, restitution, impacts, &bias,
+                  &softness, &target);
+  lane_store_where(there, target.bias.tangent_1, slides->bias_1 + first);
+  lane_store_where(there, target.bias.tangent_2, slides->bias_2 + first);
+  lane_store_where(there, target.friction, block->friction + first);
+#else
+  lane_store_where(there, friction, block->friction + first);
+#endif
 
   lane_store_where(there, n.x, block->normal_x + first);
   lane_store_where(there, n.y, block->normal_y + first);
@@ -204,7 +258,6 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
   lane_store_where(there, arm_b.y, block->arm_b_y + first);
   lane_store_where(there, arm_b.z, block->arm_b_z + first);
   lane_store_where(there, bias, block->bias + first);
-  lane_store_where(there, friction, block->friction + first);
   lane_store_where(there, w.nn, block->w_nn + first);
   lane_store_where(there, w.t11, block->w_11 + first);
   lane_store_where(there, w.t22, block->w_22 + first);
@@ -222,9 +275,10 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
 kernel void prepare_contacts(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
                              global const Motion* motions, global const Velocity* previous_velocities,
                              global const PointBlock* point_blocks, global const StartBlock* start_blocks,
-                             global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                             global const PartBlock* part_blocks, global ContactBlock* contact_blocks,
-                             global ImpulseBlock* impulse_blocks, global SoftnessBlock* softness_blocks,
+                             global const ImpactBlock* impact_blocks, global const BlockBodies* block_bodies,
+                             global const BlockRows* block_rows, global const PartBlock* part_blocks,
+                             global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
+                             global SoftnessBlock* softness_blocks, global SlideBlock* slide_blocks,
                              global PatchBlock* patch_blocks, global PatchImpulse* patch_impulses,
                              global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
@@ -243,8 +297,8 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
 #endif
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
-      prepare_row(params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, contact_blocks + row,
-                  softness_blocks + row, impulse_blocks + row);
+      prepare_row(params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
+                  contact_blocks + row, softness_blocks + row, slide_blocks + row, impulse_blocks + row);
     }
 #if FEATURE_PATCHES
     prepare_patches(params.substep, first, rows.count, count, &a.motion, &b.motion, contact_blocks + rows.first,

@@ -29,12 +29,12 @@ kernel void solve_joint_tail(const u32 first_phase, const u32 phases, global con
 // One colour of a sweep.
 kernel void solve_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                        global const SoftnessBlock* softness_blocks, global const PatchBlock* patch_blocks,
-                        global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
-                        global Motion* motions, global u32* counters) {
+                        global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
+                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
-  const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
-                                impulse_blocks, patch_impulses, motions,        counters};
+  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks, slide_blocks,
+                                patch_blocks, impulse_blocks, patch_impulses, motions,         counters};
   visit_color(VISIT_SOLVE, color, color_starts, &stream);
 }
 
@@ -43,13 +43,13 @@ kernel void solve_color(const u32 color, global const u32* color_starts, global 
 kernel void solve_tail(const StepParams params, const u32 first_color, const u32 joint_phase_count, const u32 sweeps,
                        const u32 whole, global const u32* color_starts, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                       global const SoftnessBlock* softness_blocks, global const PatchBlock* patch_blocks,
-                       global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
-                       global const u32* joint_phases, global const JointLanes* joint_lanes,
-                       global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
-                       global Motion* motions, global u32* counters) {
-  const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
-                                impulse_blocks, patch_impulses, motions,        counters};
+                       global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
+                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                       global PatchImpulse* patch_impulses, global const u32* joint_phases,
+                       global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
+                       global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
+  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks, slide_blocks,
+                                patch_blocks, impulse_blocks, patch_impulses, motions,         counters};
   const u32 joint_phases_here = SWEEP_IS_VOID(counters) ? 0u : joint_phase_count;
   u32 sweep = 0u;
   do {
@@ -92,12 +92,13 @@ static inline void solve_item(u32 item, const ContactStream* s, global const Par
 // A sweep over all pairs; mean_parts follows.
 kernel void solve_parts(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                         global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                        global const PatchBlock* patch_blocks, global const PartBlock* part_blocks,
-                        global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
-                        global Velocity* body_parts, global Motion* motions, global u32* counters) {
+                        global const SlideBlock* slide_blocks, global const PatchBlock* patch_blocks,
+                        global const PartBlock* part_blocks, global ImpulseBlock* impulse_blocks,
+                        global PatchImpulse* patch_impulses, global Velocity* body_parts, global Motion* motions,
+                        global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
-  const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
-                                impulse_blocks, patch_impulses, motions,        counters};
+  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks, slide_blocks,
+                                patch_blocks, impulse_blocks, patch_impulses, motions,         counters};
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, part_blocks, body_parts);
 }
 
@@ -105,14 +106,14 @@ kernel void solve_parts(global const BlockBodies* block_bodies, global const Blo
 kernel void solve_parts_group(const StepParams params, const u32 bodies, const u32 joint_phase_count, const u32 sweeps,
                               global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                               global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                              global const PatchBlock* patch_blocks, global const PartBlock* part_blocks,
-                              global const u32* part_starts, global ImpulseBlock* impulse_blocks,
-                              global PatchImpulse* patch_impulses, global const u32* joint_phases,
-                              global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                              global JointImpulseBlock* joint_impulses, global Velocity* body_parts,
-                              global Motion* motions, global u32* counters) {
-  const ContactStream stream = {block_bodies,   block_rows,     contact_blocks, softness_blocks, patch_blocks,
-                                impulse_blocks, patch_impulses, motions,        counters};
+                              global const SlideBlock* slide_blocks, global const PatchBlock* patch_blocks,
+                              global const PartBlock* part_blocks, global const u32* part_starts,
+                              global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
+                              global const u32* joint_phases, global const JointLanes* joint_lanes,
+                              global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
+                              global Velocity* body_parts, global Motion* motions, global u32* counters) {
+  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks, slide_blocks,
+                                patch_blocks, impulse_blocks, patch_impulses, motions,         counters};
   const bool is_void = STEP_IS_VOID(counters);
   const u32 items = is_void ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_void ? 0u : bodies;
   const u32 joint_phases_here = is_void ? 0u : joint_phase_count;

@@ -12,6 +12,7 @@ typedef struct ContactStream {
   global const BlockRows* rows;
   global const ContactBlock* contacts;
   global const SoftnessBlock* softness;
+  global const SlideBlock* slides;
   global const PatchBlock* patches;
   global ImpulseBlock* impulses;
   global PatchImpulse* patch_impulses;
@@ -27,7 +28,8 @@ static inline void visit_lanes(const u32 purpose, u32 block, u32 first, const Co
   visit_patches(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses,
                 s->patches + block, s->patch_impulses + block, a, b, &change);
 #else
-  visit_pairs(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses, a, b, &change);
+  visit_pairs(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->slides, s->impulses, a, b,
+              &change);
 #endif
 #if FEATURE_TOLERANCE
   if (purpose == VISIT_SOLVE) note_change(change, s->counters);

@@ -85,6 +85,15 @@ enum EventKind {
 // the Delassus block is diagonal and the cone problem has a closed form. Padding lanes have inverse masses of zero.
 enum BlockKind { BLOCK_PADDING = 0, BLOCK_CENTRAL = 1, BLOCK_GENERAL = 2 };
 
+// What an impact obeys (cpu_reference/impact.hpp).
+enum ImpactLaw {
+  IMPACT_NEWTON = 0,
+  IMPACT_POISSON = 1,
+  IMPACT_STRONGE = 2,
+  IMPACT_CHATTERJEE_RUINA = 3,
+  IMPACT_LAWS = 4
+};
+
 // Words of the `counters` buffer, zeroed by begin_step.
 enum Counter {
   COUNTER_STATUS = 0,        // StatusBit, or-ed
@@ -205,6 +214,12 @@ INDEX_RECORD(HullFace) { u32 first_corner, corner_count; };
 INDEX_RECORD(HullEdge) { u32 vertex_a, vertex_b, face_left, face_right; };
 
 RECORD(MaterialPair) { real friction, restitution; };
+
+// Beside it, where some pair has a law of impact of its own (feature impact_laws).
+RECORD(ImpactPair) {
+  real tangential_restitution;
+  u32 law, pad;  // ImpactLaw
+};
 
 // What acts on a body during a step, world frame: N through the centre of mass, and N m about it. All zeros but in
 // worlds whose users load bodies (feature loads).
@@ -368,6 +383,14 @@ RECORD(PointBlock) {
   real friction[PACK], restitution[PACK];
   u32 frame[PACK];  // NormalFrame
 };
+
+// The laws of impact of a row of contacts (feature impact_laws), and the velocity that the law adds to the tangential
+// ones of a sub-step, m/s: an impact that ends in a slide to elsewhere ends at -bias.
+RECORD(ImpactBlock) {
+  real tangential_restitution[PACK];
+  u32 law[PACK];  // ImpactLaw
+};
+RECORD(SlideBlock) { real bias_1[PACK], bias_2[PACK]; };
 
 // The impulses that a row of contacts starts the step from (ContactImpulse).
 RECORD(StartBlock) { real normal[PACK], tangent_x[PACK], tangent_y[PACK], tangent_z[PACK]; };

@@ -166,8 +166,8 @@ static inline lane lane_contact_change(lane_mask general, global const ContactBl
 
 // One Gauss-Seidel visit of a row of contacts. `change` keeps the largest of the squared changes of velocities.
 static inline void visit_row(const u32 purpose, u32 first, lane_mask general, global const ContactBlock* block,
-                             global const SoftnessBlock* softness_block, global ImpulseBlock* impulses, LaneBody* a,
-                             LaneBody* b, lane* change) {
+                             global const SoftnessBlock* softness_block, global const SlideBlock* slides,
+                             global ImpulseBlock* impulses, LaneBody* a, LaneBody* b, lane* change) {
   const LaneContact c = lane_contact(block, first);
   const LaneCone old = lane_impulse(impulses, first);
   const lane friction = LANE_LOAD(block->friction + first);
@@ -175,7 +175,13 @@ static inline void visit_row(const u32 purpose, u32 first, lane_mask general, gl
   const lane w_nn = law.w_nn, own_nn = w_nn + law.softness, w_11 = LANE_LOAD(block->w_11 + first);
 
   const Lane3 u = lane_velocity_at(c.arm_a, c.arm_b, a, b);
-  const lane u_n = lane_dot3(c.normal, u) + law.bias, u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
+  const lane u_n = lane_dot3(c.normal, u) + law.bias;
+#if FEATURE_IMPACT_LAWS
+  const lane u_1 = lane_dot3(c.tangent_1, u) + LANE_LOAD(slides->bias_1 + first);
+  const lane u_2 = lane_dot3(c.tangent_2, u) + LANE_LOAD(slides->bias_2 + first);
+#else
+  const lane u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
+#endif
   LaneCone r = lane_make_cone((lane)0, (lane)0, (lane)0);
   if (LANE_ANY(!general)) {
     const LaneCone q = lane_make_cone(u_n - w_nn * old.normal, u_1 - w_11 * old.tangent_1, u_2 - w_11 * old.tangent_2);
@@ -221,16 +227,17 @@ static inline lane_mask lane_general(global const BlockBodies* bodies, u32 first
 // Visits the pairs in lanes first .. first + LANES - 1 of a block, the contacts of a pair one after another.
 static inline void visit_pairs(const u32 purpose, u32 first, global const BlockBodies* bodies, BlockRows rows,
                                global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                               global ImpulseBlock* impulse_blocks, LaneBody* a, LaneBody* b, lane* change) {
+                               global const SlideBlock* slide_blocks, global ImpulseBlock* impulse_blocks, LaneBody* a,
+                               LaneBody* b, lane* change) {
   const lane_mask general = lane_general(bodies, first);
   visit_row(purpose, first, general, contact_blocks + rows.first, softness_blocks + rows.first,
-            impulse_blocks + rows.first, a, b, change);
+            slide_blocks + rows.first, impulse_blocks + rows.first, a, b, change);
 #if FEATURE_MANIFOLDS
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   for (u32 k = 1u; k < rows.count; ++k) {
     LaneBody next_a = *a, next_b = *b;
     visit_row(purpose, first, general, contact_blocks + rows.first + k, softness_blocks + rows.first + k,
-              impulse_blocks + rows.first + k, &next_a, &next_b, change);
+              slide_blocks + rows.first + k, impulse_blocks + rows.first + k, &next_a, &next_b, change);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
     visit_keep(there, next_a, a);
     visit_keep(there, next_b, b);

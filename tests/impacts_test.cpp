@@ -86,6 +86,56 @@ TEST(Impacts, OfALatticeKeepTheEnergyThatTheyPromise) {
   }
 }
 
+// Boxes thrown at the ground, a third of them flat, by each law: what a step gains of their energy, at most. Newton's
+// law gains some, as it must with friction; the others promise nothing for several blows at once, and gain none here
+// (docs/impacts.md).
+TEST(Impacts, OfThrownBoxesByEachLaw) {
+  Scene scene = parse_scene(R"({
+    "description": "boxes thrown at the ground", "gravity": [0, 0, 0],
+    "settings": {"dt": 0.002, "iterations": 200, "precision": "double", "correction": 0},
+    "materials": [{"name": "all", "friction": 0.5, "restitution": 0.8}],
+    "bodies": [
+      {"name": "ground", "type": "static", "shapes": [{"type": "plane"}]},
+      {"generator": "grid", "counts": [8, 8, 1], "spacing": [0.6, 0.6, 1],
+       "bodies": [{"name": "box", "density": 1000, "position": [0, 0, 0.5],
+                   "shapes": [{"type": "box", "size": [0.4, 0.3, 0.2]}]}]}]})",
+                            "impacts_test");
+  std::mt19937 random(5);
+  const auto any = [&] { return static_cast<double>(random()) / 2147483648.0 - 1; };
+  for (std::size_t i = 1; i < scene.bodies.size(); ++i) {
+    BodyDescription& box = scene.bodies[i];
+    box.velocity = {2 * any(), 2 * any(), -2 + any()};
+    if (i % 3 == 0) continue;  // falls flat
+    box.angular_velocity = {5 * any(), 5 * any(), 5 * any()};
+  }
+  const Method hard = {.name = "gauss_seidel", .ladder = {}};
+  for (const auto& [name, law] : impact_law_names) {
+    scene.materials[0].impact_law = law;
+    scene.materials[0].tangential_restitution = {};
+    if (law == IMPACT_CHATTERJEE_RUINA) scene.materials[0].tangential_restitution = 0.5;
+    Trial trial(hard, {}, "double", std::nullopt);
+    double first = 0, last = 0, gain = 0;
+    trial.run(scene, 0.6, [&](Seen& now) {
+      const double energy = now.measures().energy();
+      if (now.time == 0)
+        first = energy;
+      else
+        gain = std::max(gain, energy - last);
+      last = energy;
+      return true;
+    });
+    EXPECT_LT(last, 0.8 * first) << name;
+    EXPECT_GT(last, 0.2 * first) << name;
+    if (law == IMPACT_NEWTON) {
+      EXPECT_GT(gain, 3e-4 * first);
+      EXPECT_LT(gain, 4e-3 * first);
+    } else {
+      EXPECT_LT(gain, 1e-12 * first) << name;
+    }
+    EXPECT_LT(*trial.residual(), 1e-4) << name;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(All, Impacts,
                          testing::Values(Case{1, Integrator::semi_implicit_euler, "float"},
                                          Case{1, Integrator::trapezoidal, "double"},

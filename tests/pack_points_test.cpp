@@ -31,10 +31,22 @@ InitialState<real> random_points(u32 seed, u32 bodies, u32 pairs) {
   return state;
 }
 
+// The same with a law of impact for the pair, and some contacts that keep cores from passing.
+template <class real>
+InitialState<real> with_impact_laws(InitialState<real> state) {
+  state.features = with(with(state.features, Feature::impact_laws), Feature::continuous);
+  resize(state.buffers, state.sizes, state.features);
+  state.buffers.impact_pairs.front() = {real(0.25), IMPACT_CHATTERJEE_RUINA, 0};
+  for (u32 i = 0; i < state.buffers.counters[COUNTER_CONTACTS]; i += 7)
+    state.buffers.contacts[i].feature = CORE_FEATURE;
+  return state;
+}
+
 TYPED_TEST(PackPoints, KernelMatchesReference) {
   using real = TypeParam;
   run_twins(Stage::pack_points, random_points<real>(1, 40, 90));
   run_twins(Stage::pack_points, random_points<real>(2, 900, 3000));
+  run_twins(Stage::pack_points, with_impact_laws(random_points<real>(5, 60, 300)));
 }
 
 // Each contact finds its own point, material and impulse in its slot; what is not a contact's is zero.
@@ -75,6 +87,19 @@ TYPED_TEST(PackPoints, CoresDoNotBounce) {
   reference::run_stage(Stage::pack_points, b, state.params);
   EXPECT_EQ(b.point_blocks[b.contact_slots[0] / PACK].restitution[b.contact_slots[0] % PACK], 0);
   EXPECT_EQ(b.point_blocks[b.contact_slots[1] / PACK].restitution[b.contact_slots[1] % PACK], 1);
+}
+
+TYPED_TEST(PackPoints, ContactsHaveTheLawOfTheirMaterials) {
+  using real = TypeParam;
+  InitialState<real> state = with_impact_laws(random_points<real>(6, 10, 20));
+  Buffers<real>& b = state.buffers;
+  reference::run_stage(Stage::pack_points, b, state.params);
+  for (u32 i = 0; i < 2; ++i) {  // the first is a core's
+    const ImpactBlock<real>& impacts = b.impact_blocks[b.contact_slots[i] / PACK];
+    const u32 lane = b.contact_slots[i] % PACK;
+    EXPECT_EQ(impacts.law[lane], i == 0 ? u32{IMPACT_NEWTON} : u32{IMPACT_CHATTERJEE_RUINA});
+    EXPECT_EQ(impacts.tangential_restitution[lane], i == 0 ? real(0) : real(0.25));
+  }
 }
 
 }  // namespace

@@ -67,6 +67,77 @@ TYPED_TEST(PrepareContacts, KernelMatchesReference) {
   run_twins(Stage::prepare_contacts, state);
 }
 
+// The pile with laws, friction and restitution at random, some of it central, in bodies split into parts and soft too.
+template <class real>
+InitialState<real> pile_of_laws(Feature further, real softness) {
+  InitialState<real> state = mixed_pile<real>();
+  state.features = with(with(state.features, Feature::impact_laws), further);
+  state.params.softness = softness;
+  resize(state.buffers, state.sizes, state.features);
+  run_until_prepared(state);
+  Random random(31);
+  Buffers<real>& b = state.buffers;
+  for (u32 row = 0; row < b.counters[COUNTER_ROWS]; ++row) {
+    for (u32 lane = 0; lane < PACK; ++lane) {
+      b.impact_blocks[row].law[lane] = random.bits() % IMPACT_LAWS;
+      b.impact_blocks[row].tangential_restitution[lane] = real(random.between(-1, 1));
+      b.point_blocks[row].restitution[lane] = random.bits() % 4 == 0 ? real(0) : real(random.between(0, 1));
+      b.point_blocks[row].friction[lane] = random.bits() % 6 == 0 ? real(0) : real(random.between(0, 1.5));
+    }
+  }
+  for (Velocity<real>& v : b.previous_velocities) {  // fast enough for blows
+    for (real& x : v.v) x *= 3;
+    for (real& x : v.w) x *= 3;
+  }
+  for (Motion<real>& m : b.motions) {
+    for (real& x : m.v) x *= 3;
+    for (real& x : m.w) x *= 3;
+  }
+  return state;
+}
+
+TYPED_TEST(PrepareContacts, LawsOfImpactMatchTheReference) {
+  using real = TypeParam;
+  for (const auto& [further, softness] :
+       {std::pair{Feature::always, 0.0}, {Feature::jacobi, 0.0}, {Feature::soft_contacts, 0.3}}) {
+    InitialState<real> state = pile_of_laws<real>(further, real(softness));
+    run_twins(Stage::prepare_contacts, state);
+    reference::run_stage(Stage::prepare_contacts, state.buffers, state.params);
+    u32 slides = 0;
+    for (u32 row = 0; row < state.buffers.counters[COUNTER_ROWS]; ++row)
+      for (u32 lane = 0; lane < PACK; ++lane) slides += state.buffers.slide_blocks[row].bias_1[lane] != 0 ? 1u : 0u;
+    EXPECT_GT(slides, 20u);
+  }
+}
+
+// The first step after a blow: what rests is not hit, what closes slowly bounces by Newton's law, what is hit gets the
+// outcome of its law.
+TYPED_TEST(PrepareContacts, LawsOfImpactActOnBlows) {
+  using real = TypeParam;
+  const auto slide_of = [](double gap, double speed, double drag) {
+    InitialState<real> state = sphere_over_ground<real>(gap, speed, 1);
+    state.features = with(state.features, Feature::impact_laws);
+    resize(state.buffers, state.sizes, state.features);
+    state.buffers.impact_pairs[0] = {1, IMPACT_CHATTERJEE_RUINA, 0};
+    state.buffers.gravities[0] = {0, 0, real(-drag), 0};
+    state.buffers.motions[0].v[0] = real(0.25);
+    run_until_prepared(state);
+    return std::pair{double(state.buffers.contact_blocks[0].bias[0]), double(state.buffers.slide_blocks[0].bias_1[0])};
+  };
+  const auto [bias, slide] = slide_of(0, 2, 0);
+  EXPECT_NEAR(bias, -2, tolerance<real>);
+  EXPECT_NEAR(slide, 0.25, tolerance<real>);                      // the slip turns round, to -0.25
+  const auto [still_bias, still_slide] = slide_of(0, 0.1, 9.81);  // 9.81 / 60 m/s are more than 0.1
+  EXPECT_NEAR(still_bias, -0.1, tolerance<real>);
+  EXPECT_EQ(still_slide, 0);
+  const auto [heavy_bias, heavy_slide] = slide_of(0, 2, 9.81);  // forces of the sub-step do not bounce
+  EXPECT_NEAR(heavy_bias, -2, 2 * tolerance<real>);
+  EXPECT_NEAR(heavy_slide, 0.25, tolerance<real>);
+  const auto [far_bias, far_slide] = slide_of(0.1, 2, 0);  // not in this step
+  EXPECT_NEAR(far_bias, 6, 1e-4);
+  EXPECT_EQ(far_slide, 0);
+}
+
 TYPED_TEST(PrepareContacts, DelassusBlockOfASphere) {
   using real = TypeParam;
   // on an immovable plane: w_nn = 1/m, w_tt = 1/m + r^2 / (2/5 m r^2) = 3.5/m

@@ -339,6 +339,38 @@ TEST(SceneCompile, RungeKuttaIsForBodiesThatCannotTouch) {
   EXPECT_EQ(refusal(scene_of(ball, R"(, "settings": {"integrator": "runge_kutta"})")), "accepted");
 }
 
+// Of two laws the later in the order of ImpactLaw holds, of tangential restitutions the larger, and rules override
+// both.
+TEST(SceneCompile, LawsOfImpactCombine) {
+  const std::string bodies = ball + "," + ground;
+  const InitialState<double> state = compile<double>(scene_of(bodies, R"(, "materials": [
+      {"name": "a"}, {"name": "b", "impact_law": "stronge"},
+      {"name": "c", "impact_law": "chatterjee_ruina", "tangential_restitution": -0.5}],
+      "material_pairs": [{"materials": ["c", "a"], "friction": 1, "restitution": 0, "impact_law": "poisson"},
+                         {"materials": ["c", "b"], "friction": 1, "restitution": 0, "tangential_restitution": 0.25}])"));
+  EXPECT_TRUE(has(state.features, Feature::impact_laws));
+  const u32 laws[] = {IMPACT_NEWTON,  IMPACT_STRONGE,          IMPACT_POISSON,
+                      IMPACT_STRONGE, IMPACT_STRONGE,          IMPACT_CHATTERJEE_RUINA,
+                      IMPACT_POISSON, IMPACT_CHATTERJEE_RUINA, IMPACT_CHATTERJEE_RUINA};
+  const double tangential[] = {0, 0, 0, 0, 0, 0.25, 0, 0.25, -0.5};
+  ASSERT_EQ(state.buffers.impact_pairs.size(), std::size(laws));
+  for (std::size_t k = 0; k < std::size(laws); ++k) {
+    EXPECT_EQ(state.buffers.impact_pairs[k].law, laws[k]) << k;
+    EXPECT_EQ(state.buffers.impact_pairs[k].tangential_restitution, tangential[k]) << k;
+  }
+  const InitialState<double> plain = compile<double>(scene_of(bodies));
+  EXPECT_FALSE(has(plain.features, Feature::impact_laws));
+  EXPECT_TRUE(plain.buffers.impact_pairs.empty());
+}
+
+TEST(SceneCompile, PatchesKnowNewtonsLawAlone) {
+  EXPECT_EQ(
+      refusal(scene_of(ball + "," + ground, R"(, "settings": {"friction_model": "patches"},
+                             "materials": [{"name": "a", "impact_law": "poisson"}])")),
+      "test.json: /settings/friction_model: patches know Newton's law of impact alone, and materials of this scene "
+      "have another; use cones");
+}
+
 TEST(SceneCompile, NumbersThatThePrecisionCannotHoldAreRefused) {
   const std::string far = R"({"name": "far", "type": "static", "position": [0, 1e39, 0]})";
   EXPECT_EQ(refusal(scene_of(far)), "test.json: body 0 (\"far\"): position must fit float, is 1e+39");

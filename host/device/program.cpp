@@ -45,6 +45,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::screws, "SCREWS"},
     {Feature::non_holonomic, "NON_HOLONOMIC"},
     {Feature::facets, "FACETS"},
+    {Feature::impact_laws, "IMPACT_LAWS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -52,7 +52,7 @@ models::Multibody multibody(const ContactSystem& system) {
   models::Multibody result;
   for (const SystemBody& b : system.bodies) result.bodies.push_back({b.inverse_mass, b.inverse_inertia, b.v, b.w});
   for (const SystemContact& c : system.contacts) {
-    result.contacts.push_back({c.body_a, c.body_b, c.normal, c.arm_a, c.arm_b, c.bias, c.friction});
+    result.contacts.push_back({c.body_a, c.body_b, c.normal, c.arm_a, c.arm_b, c.bias, c.friction, c.slide});
     push(result.bodies[c.body_a], c.arm_a, -c.impulse, Vector3d::Zero());
     push(result.bodies[c.body_b], c.arm_b, c.impulse, Vector3d::Zero());
   }

@@ -234,7 +234,7 @@ SystemProblem problem_of(const ContactSystem& system, const std::string& where) 
     const Matrix3d frame = frame_of(c);
     problem.w.segment<3>(3 * i) =
         assembly.add(h, 3 * i, {side_at(c.body_a, frame, c.arm_a, 1), side_at(c.body_b, frame, c.arm_b, -1)});
-    problem.w[3 * i] += c.bias;
+    problem.w.segment<3>(3 * i) += frame * (c.bias * c.normal + c.slide);
     problem.mu[i] = c.friction;
     result.impulses.r.segment<3>(3 * i) = frame * c.impulse;
   }

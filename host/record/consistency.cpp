@@ -15,27 +15,17 @@ namespace {
 
 // Features whose stages and buffers are nothing without those of another.
 constexpr std::pair<Feature, Feature> needs[] = {
-    {Feature::manifolds, Feature::contacts},
-    {Feature::capsules, Feature::contacts},
-    {Feature::boxes, Feature::contacts},
-    {Feature::cylinders, Feature::contacts},
-    {Feature::hulls, Feature::contacts},
-    {Feature::grid, Feature::contacts},
-    {Feature::bvh, Feature::contacts},
-    {Feature::all_pairs, Feature::contacts},
-    {Feature::events, Feature::contacts},
-    {Feature::sensors, Feature::events},
-    {Feature::continuous, Feature::contacts},
-    {Feature::soft_contacts, Feature::contacts},
-    {Feature::patches, Feature::contacts},
-    {Feature::jacobi, Feature::contacts},
-    {Feature::soft_joints, Feature::joints},
-    {Feature::joint_springs, Feature::joints},
-    {Feature::closed_joints, Feature::joints},
-    {Feature::screws, Feature::joints},
-    {Feature::non_holonomic, Feature::joints},
-    {Feature::facets, Feature::hulls},
-    {Feature::shear_springs, Feature::particles},
+    {Feature::manifolds, Feature::contacts},   {Feature::capsules, Feature::contacts},
+    {Feature::boxes, Feature::contacts},       {Feature::cylinders, Feature::contacts},
+    {Feature::hulls, Feature::contacts},       {Feature::grid, Feature::contacts},
+    {Feature::bvh, Feature::contacts},         {Feature::all_pairs, Feature::contacts},
+    {Feature::events, Feature::contacts},      {Feature::sensors, Feature::events},
+    {Feature::continuous, Feature::contacts},  {Feature::soft_contacts, Feature::contacts},
+    {Feature::patches, Feature::contacts},     {Feature::jacobi, Feature::contacts},
+    {Feature::soft_joints, Feature::joints},   {Feature::joint_springs, Feature::joints},
+    {Feature::closed_joints, Feature::joints}, {Feature::screws, Feature::joints},
+    {Feature::facets, Feature::hulls},         {Feature::shear_springs, Feature::particles},
+    {Feature::impact_laws, Feature::contacts}, {Feature::non_holonomic, Feature::joints},
 };
 
 template <class real>
@@ -68,6 +58,12 @@ void expect_bodies(const Buffers<real>& b, const Sizes& sizes, bool touching) {
     if (b.body_infos[i].world >= sizes.worlds) refuse(Buffer::body_infos, i, "is of a world that there is not");
     if (b.body_infos[i].kind > BODY_DYNAMIC) refuse(Buffer::body_infos, i, "is of an unknown kind");
   }
+}
+
+template <class real>
+void expect_impact_laws(const Buffers<real>& b) {
+  for (std::size_t k = 0; k < b.impact_pairs.size(); ++k)
+    if (b.impact_pairs[k].law >= IMPACT_LAWS) refuse(Buffer::impact_pairs, k, "is of an unknown law");
 }
 
 template <class real>
@@ -196,6 +192,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_features(state);
   expect_bodies(state.buffers, state.sizes, has(state.features, Feature::contacts));
   expect_shapes(state.buffers, state.sizes);
+  expect_impact_laws(state.buffers);
   expect_hulls(state.buffers, state.sizes);
   expect_joints(state.buffers, state.sizes);
   if (has(state.features, Feature::particles)) expect_particles(state.buffers, state.sizes);

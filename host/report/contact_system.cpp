@@ -117,6 +117,10 @@ ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> 
     c.arm_a = {double(data.arm_a_x[lane]), double(data.arm_a_y[lane]), double(data.arm_a_z[lane])};
     c.arm_b = {double(data.arm_b_x[lane]), double(data.arm_b_y[lane]), double(data.arm_b_z[lane])};
     c.bias = relaxed_bias(buffers, row, lane);
+    if (!buffers.slide_blocks.empty()) {
+      const SlideBlock<real>& slides = buffers.slide_blocks[row];
+      c.slide = solver_tangents(c.normal) * Eigen::Vector2d(slides.bias_1[lane], slides.bias_2[lane]);
+    }
     c.friction = double(data.friction[lane]);
     c.impulse =
         double(stored.normal) * c.normal + Eigen::Vector3d(stored.tangent_x, stored.tangent_y, stored.tangent_z);

@@ -19,13 +19,14 @@ struct SystemBody {
 };
 
 struct SystemContact {
-  u32 body_a = 0, body_b = 0;    // into ContactSystem::bodies
-  Eigen::Vector3d normal;        // from b to a, unit
-  Eigen::Vector3d arm_a, arm_b;  // from the centre of mass to the contact point, m
-  double bias = 0;               // m/s: u_n + bias >= 0
-  double friction = 0;           // mu
-  Eigen::Vector3d impulse;       // on a, N s
-  u32 contact = 0;               // index into the contact list it came from
+  u32 body_a = 0, body_b = 0;                       // into ContactSystem::bodies
+  Eigen::Vector3d normal;                           // from b to a, unit
+  Eigen::Vector3d arm_a, arm_b;                     // from the centre of mass to the contact point, m
+  double bias = 0;                                  // m/s: u_n + bias >= 0
+  Eigen::Vector3d slide = Eigen::Vector3d::Zero();  // m/s, added to u in the tangent plane: of a law of impact
+  double friction = 0;                              // mu
+  Eigen::Vector3d impulse;                          // on a, N s
+  u32 contact = 0;                                  // index into the contact list it came from
 };
 
 /// What the contacts of a pair share where they rub as one; their own impulses are spread of it.

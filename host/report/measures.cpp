@@ -135,6 +135,7 @@ std::vector<Buffer> measured_buffers(Features features) {
                                 Buffer::contact_blocks, Buffer::cached_impulses})
       buffers.push_back(buffer);
     if (has(features, Feature::soft_contacts)) buffers.push_back(Buffer::softness_blocks);
+    if (has(features, Feature::impact_laws)) buffers.push_back(Buffer::slide_blocks);
     if (has(features, Feature::patches)) {
       for (const Buffer buffer : {Buffer::block_bodies, Buffer::patch_blocks, Buffer::patch_impulses})
         buffers.push_back(buffer);

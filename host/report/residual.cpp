@@ -94,7 +94,7 @@ struct Sums {
 
 void add_contact(const SystemContact& c, const SystemBody& a, const SystemBody& b, const Change& da, const Change& db,
                  Sums& sums) {
-  const Vector3d u = relative_velocity(c, a.v, a.w, b.v, b.w) + c.bias * c.normal;
+  const Vector3d u = relative_velocity(c, a.v, a.w, b.v, b.w) + c.bias * c.normal + c.slide;
   const Vector3d wr = relative_velocity(c, da.v, da.w, db.v, db.w);
   sums.q += (u - wr).squaredNorm();
   sums.wr += wr.squaredNorm();

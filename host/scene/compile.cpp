@@ -10,6 +10,7 @@
 #include "host/scene/compile_joints.hpp"
 #include "host/scene/compile_particles.hpp"
 #include "host/scene/hull_tables.hpp"
+#include "host/scene/impact_laws.hpp"
 #include "host/scene/rounding.hpp"
 #include "host/scene/step_params.hpp"
 #include "host/scene/surface.hpp"
@@ -104,6 +105,7 @@ class Compiler {
   std::span<const Scene> worlds_;
   InitialState<real> state_;
   HullIndex hulls_;
+  bool other_laws_ = false;  // of impact than Newton's
 };
 
 template <class real>
@@ -270,6 +272,11 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
     buffers().material_pairs[first + rule.material_a * materials.size() + rule.material_b] = pair;
     buffers().material_pairs[first + rule.material_b * materials.size() + rule.material_a] = pair;
   }
+  for (const PairLaw& pair : impact_laws_of(scene)) {
+    const real e = rounded<real>(pair.tangential_restitution, "tangential restitution", origin);
+    buffers().impact_pairs.push_back({e, static_cast<u32>(pair.law), 0});
+    other_laws_ = other_laws_ || pair.law != IMPACT_NEWTON;
+  }
 }
 
 Features shape_features(const BodyDescription& body) {
@@ -330,6 +337,12 @@ void Compiler<real>::set_features() {
     }
   }
   if (has(features, Feature::contacts)) features = with(features, broad_phase());
+  if (has(features, Feature::contacts) && other_laws_) {
+    if (settings.friction_model == FrictionModel::patches)
+      throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",
+                  "patches know Newton's law of impact alone, and materials of this scene have another; use cones");
+    features = with(features, Feature::impact_laws);
+  }
   if (has(features, Feature::contacts) && settings.friction_model == FrictionModel::patches)
     features = with(with(features, Feature::patches), Feature::general_contacts);
   if (has(features, Feature::contacts) && settings.solver == Solver::jacobi) features = with(features, Feature::jacobi);

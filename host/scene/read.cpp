@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "host/embedded.hpp"
+#include "host/scene/impact_laws.hpp"
 #include "host/scene/particle_law.hpp"
 #include "host/scene/read_bodies.hpp"
 #include "host/scene/read_robots.hpp"
@@ -99,10 +100,18 @@ Settings read_settings(const JsonNode& node) {
   return s;
 }
 
+// Of a material or a pair of them; what goes with what: host/scene/impact_laws.cpp.
+template <class Owner>
+void read_impact_law(const JsonNode& node, Owner& owner) {
+  if (node.has("impact_law"))
+    owner.impact_law = node.at("impact_law").choice<ImpactLaw>("law of impact", impact_law_names);
+  if (node.has("tangential_restitution")) owner.tangential_restitution = node.at("tangential_restitution").number();
+}
+
 std::vector<Material> read_materials(const JsonNode& array) {
   std::vector<Material> materials;
   for (const JsonNode& node : array.elements()) {
-    node.expect_object({"name", "friction", "restitution"});
+    node.expect_object({"name", "friction", "restitution", "impact_law", "tangential_restitution"});
     Material material;
     material.name = node.at("name").text();
     for (const Material& other : materials) {
@@ -112,6 +121,7 @@ std::vector<Material> read_materials(const JsonNode& array) {
     }
     if (node.has("friction")) material.friction = node.at("friction").not_negative();
     if (node.has("restitution")) material.restitution = node.at("restitution").share();
+    read_impact_law(node, material);
     materials.push_back(material);
   }
   return materials;
@@ -122,7 +132,7 @@ std::vector<MaterialPairRule> read_material_pairs(const JsonNode& array, const s
   for (const Material& material : materials) names.push_back(material.name);
   std::vector<MaterialPairRule> rules;
   for (const JsonNode& node : array.elements()) {
-    node.expect_object({"materials", "friction", "restitution"});
+    node.expect_object({"materials", "friction", "restitution", "impact_law", "tangential_restitution"});
     const std::vector<JsonNode> pair = node.at("materials").elements();
     if (pair.size() != 2) node.at("materials").must_be("an array of 2 material names");
     u32 index[2];
@@ -131,8 +141,9 @@ std::vector<MaterialPairRule> read_material_pairs(const JsonNode& array, const s
       if (found == names.end()) pair[i].unknown("material", pair[i].text(), names);
       index[i] = static_cast<u32>(found - names.begin());
     }
-    const MaterialPairRule rule = {std::min(index[0], index[1]), std::max(index[0], index[1]),
-                                   node.at("friction").not_negative(), node.at("restitution").share()};
+    MaterialPairRule rule = {std::min(index[0], index[1]), std::max(index[0], index[1]),
+                             node.at("friction").not_negative(), node.at("restitution").share()};
+    read_impact_law(node, rule);
     for (const MaterialPairRule& other : rules) {
       if (other.material_a == rule.material_a && other.material_b == rule.material_b) {
         node.at("materials").fail("gives a rule for this pair again; keep one");
@@ -218,6 +229,7 @@ Scene parse_scene(const std::string& text, const std::string& source) {
   if (root.has("material_pairs")) {
     scene.material_pairs = read_material_pairs(root.at("material_pairs"), scene.materials);
   }
+  static_cast<void>(impact_laws_of(scene));  // refuses what does not go together
   Categories categories;
   if (root.has("particles")) scene.particles = read_particles(root.at("particles"));
   Names names = {scene.materials, categories, scene.particles.has_value()};

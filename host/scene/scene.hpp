@@ -61,15 +61,25 @@ struct ParticleSettings {
   double shear_stiffness = 0;  // N/m, of what remembers how far two were sheared; 0: nothing does
 };
 
+inline constexpr std::pair<const char*, ImpactLaw> impact_law_names[] = {{"newton", IMPACT_NEWTON},
+                                                                         {"poisson", IMPACT_POISSON},
+                                                                         {"stronge", IMPACT_STRONGE},
+                                                                         {"chatterjee_ruina", IMPACT_CHATTERJEE_RUINA}};
+
 struct Material {
   std::string name = {};
   double friction = 0.5, restitution = 0;
+  std::optional<ImpactLaw> impact_law = {};           // none: that of the other material, or Newton's
+  std::optional<double> tangential_restitution = {};  // -1 .. 1, of Chatterjee and Ruina's law
 };
 
-/// Overrides what the two materials combine to (friction: geometric mean; restitution: the larger).
+/// Overrides what the two materials combine to (friction: geometric mean; restitution: the larger; the law of impact
+/// that either names, host/scene/impact_laws.hpp).
 struct MaterialPairRule {
   u32 material_a, material_b;
   double friction, restitution;
+  std::optional<ImpactLaw> impact_law = {};
+  std::optional<double> tangential_restitution = {};
 };
 
 /// Triangles are counter-clockwise seen from outside; m, in the frame of the shape.

@@ -29,7 +29,9 @@ lcp::BoxedLcp FrictionBox::boxed() const {
   p.normal.assign(std::size_t(n), -1);
   p.friction = VectorXd::Zero(n);
   for (Index i = 0; i < contacts; ++i) {
-    p.q[3 * i] += system_.contacts[std::size_t(i)].bias;
+    const Contact& c = system_.contacts[std::size_t(i)];
+    p.q[3 * i] += c.bias;
+    p.q.segment<2>(3 * i + 1) += tangents(c.normal).transpose() * c.slide;
     for (const Index t : {3 * i + 1, 3 * i + 2}) {
       p.normal[std::size_t(t)] = 3 * i;
       p.friction[t] = system_.contacts[std::size_t(i)].friction;

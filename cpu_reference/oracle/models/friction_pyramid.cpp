@@ -74,7 +74,12 @@ MatrixXd FrictionPyramid::couplings() const {
 
 VectorXd FrictionPyramid::constants() const {
   VectorXd a = VectorXd::Zero(size());
-  for (Index i = 0; i < normals_; ++i) a[i] = system_.contacts[std::size_t(i)].bias;
+  for (Index i = 0; i < normals_; ++i) {
+    const Contact& c = system_.contacts[std::size_t(i)];
+    const Eigen::Vector2d slide = tangents(c.normal).transpose() * c.slide;
+    a[i] = c.bias;
+    a.segment(normals_ + 2 * dry_ + i * directions_, directions_) = circle_.transpose() * slide;
+  }
   for (Index k = 0; k < dry_; ++k)
     a[normals_ + 2 * dry_ + normals_ * directions_ + k] = system_.dry_rows[std::size_t(k)].limit;
   return a;

@@ -26,6 +26,7 @@ struct Contact {
   Vector3d arm_a = Vector3d::Zero(), arm_b = Vector3d::Zero();  // from the centre of mass to the point, m
   double bias = 0;                                              // m/s: u_n + bias >= 0, C / dt + dC/dt of eq 49
   double friction = 0;                                          // mu
+  Vector3d slide = Vector3d::Zero();  // m/s, added to u in the tangent plane: of a law of impact
 };
 
 /// u = linear . (v_a - v_b) + angular_a . w_a + angular_b . w_b
