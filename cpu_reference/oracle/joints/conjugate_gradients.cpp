@@ -14,9 +14,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of |c - R x| / |c|.
-constexpr double accuracy = 1e-14;
-
 // As Eigen wants a preconditioner to look like.
 class JointBlocks {
  public:
@@ -68,7 +65,8 @@ template <class Preconditioner>
 class ConjugateGradients final : public JointSolver {
  public:
   template <class Prepare>
-  ConjugateGradients(const GlobalConeProblem& problem, Prepare&& prepare) : r_(joint_mobility(problem)) {
+  ConjugateGradients(const GlobalConeProblem& problem, double accuracy, Prepare&& prepare)
+      : r_(joint_mobility(problem)) {
     prepare(gradients_.preconditioner());
     gradients_.setTolerance(accuracy);
     gradients_.compute(r_);
@@ -82,13 +80,13 @@ class ConjugateGradients final : public JointSolver {
 
 }  // namespace
 
-std::unique_ptr<JointSolver> make_pcg(const GlobalConeProblem& problem) {
+std::unique_ptr<JointSolver> make_pcg(const GlobalConeProblem& problem, double accuracy) {
   return std::make_unique<ConjugateGradients<JointBlocks>>(
-      problem, [&](JointBlocks& blocks) { blocks.set_blocks(joint_blocks(problem)); });
+      problem, accuracy, [&](JointBlocks& blocks) { blocks.set_blocks(joint_blocks(problem)); });
 }
 
-std::unique_ptr<JointSolver> make_ichol(const GlobalConeProblem& problem) {
-  return std::make_unique<ConjugateGradients<Eigen::IncompleteCholesky<double>>>(problem, [](auto&) {});
+std::unique_ptr<JointSolver> make_ichol(const GlobalConeProblem& problem, double accuracy) {
+  return std::make_unique<ConjugateGradients<Eigen::IncompleteCholesky<double>>>(problem, accuracy, [](auto&) {});
 }
 
 }  // namespace lockstep::oracle

@@ -10,8 +10,10 @@ namespace lockstep::oracle {
 namespace {
 
 constexpr std::array methods = {
-    JointMethod{"ldlt", "Baraff's factorisation along the tree of bodies and joints", make_joint_ldlt},
-    JointMethod{"sparse", "CHOLMOD's supernodal Cholesky factorisation, on several cores", make_supernodal},
+    JointMethod{"ldlt", "Baraff's factorisation along the tree of bodies and joints",
+                [](const GlobalConeProblem& p, double) { return make_joint_ldlt(p); }},
+    JointMethod{"sparse", "CHOLMOD's supernodal Cholesky factorisation, on several cores",
+                [](const GlobalConeProblem& p, double) { return make_supernodal(p); }},
     JointMethod{"pcg", "conjugate gradients, preconditioned joint by joint", make_pcg},
     JointMethod{"ichol", "conjugate gradients, preconditioned by an incomplete Cholesky factorisation", make_ichol},
 };

@@ -24,8 +24,9 @@ SparseMatrix inverse_times(const SparseMatrix& m, const SparseMatrix& a);
 
 struct JointMethod {
   std::string_view name, description;
-  /// Of a problem with joints. Throws std::runtime_error where M is not positive definite.
-  std::unique_ptr<JointSolver> (*make)(const GlobalConeProblem& problem);
+  /// Of a problem with joints. `accuracy`: |c - R x| / |c| at which one that iterates may end. Throws
+  /// std::runtime_error where M is not positive definite.
+  std::unique_ptr<JointSolver> (*make)(const GlobalConeProblem& problem, double accuracy);
 };
 
 /// `ldlt`, `sparse`, `pcg` and `ichol`.
@@ -35,7 +36,7 @@ const JointMethod& joint_method(std::string_view name);
 // a file each
 std::unique_ptr<JointSolver> make_joint_ldlt(const GlobalConeProblem& problem);
 std::unique_ptr<JointSolver> make_supernodal(const GlobalConeProblem& problem);
-std::unique_ptr<JointSolver> make_pcg(const GlobalConeProblem& problem);
-std::unique_ptr<JointSolver> make_ichol(const GlobalConeProblem& problem);
+std::unique_ptr<JointSolver> make_pcg(const GlobalConeProblem& problem, double accuracy);
+std::unique_ptr<JointSolver> make_ichol(const GlobalConeProblem& problem, double accuracy);
 
 }  // namespace lockstep::oracle
