@@ -21,6 +21,7 @@ std::string oracle_descriptions() {
   for (const oracle::MixedSolver& solver : oracle::mixed_solvers())
     text += fmt::format("  {:<20}{}\n", solver.name, solver.description);
   return text +
+         "  impulse_based       joints closed at the end of each sub-step, by predicting it; contacts beside them\n"
          "Other models:\n"
          "  pyramid_NAME        Model-LCP, friction in a pyramid of --directions sides, by enumeration, lemke, "
          "keller,\n"

@@ -301,9 +301,13 @@ WholeSystemProblem whole_problem_of(const ContactSystem& system) {
     result.impulses.r.segment<3>(3 * i) = frame * c.impulse;
   }
   Joints joints;
-  for (const SystemJoint& j : system.joints) {
+  for (u32 i = 0; i < system.joints.size(); ++i) {
+    const SystemJoint& j = system.joints[i];
     add_joint(j, system, assembly, joints);
+    for (const auto& [row, size] : rows_of(j, system)) result.locked.push_back({i, row, size});
     add_free_row(j, system, assembly, joints);
+    const WholeSystemProblem::Row free = {i, JOINT_ROWS, free_size(j, system)};
+    if (has_free_row(j) && free.size > 0) (free_is_locked(j) ? result.locked : result.bounded).push_back(free);
   }
   const auto rows = static_cast<Eigen::Index>(joints.b.size());
   problem.m = assembly.masses();

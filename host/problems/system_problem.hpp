@@ -25,6 +25,14 @@ SystemProblem problem_of(const ContactSystem& system, const std::string& where);
 struct WholeSystemProblem {
   oracle::MixedProblem problem;
   oracle::MixedImpulses impulses;
+
+  /// Where a column of G or D comes from, and the velocity in m/s that stands for a unit of the row's.
+  struct Row {
+    u32 joint = 0;  // into ContactSystem::joints
+    u32 row = 0;    // JOINT_ROWS: the free one
+    double size = 0;
+  };
+  std::vector<Row> locked, bounded;  // of G, of D
 };
 WholeSystemProblem whole_problem_of(const ContactSystem& system);
 

@@ -134,7 +134,7 @@ TEST(BoundedLaw, IsThatOfMotorsLimitsAndSprings) {
 TEST(MixedSolvers, SolveStepsOfScenes) {
   for (const char* name : {"rover", "rag_doll", "sweeper", "capstan", "governor", "slider_crank", "hanging_chain",
                            "screw_nut", "cardan_shaft", "pendulum_chain"}) {
-    for (const char* solver : {"mixed_ldlt", "articulated"}) {
+    for (const char* solver : {"mixed_ldlt", "mixed_articulated"}) {
       SCOPED_TRACE(std::string(name) + ", " + solver);
       Scene scene = read_scene(name);
       use_oracle(scene.settings);
@@ -156,7 +156,7 @@ TEST_F(CommandLine, SolvesJointsAsAPart) {
   EXPECT_LE(report_of("rover --solver mixed_ldlt --steps 30 --tolerance 1e-9")["residual_max"], 1.1e-9);
   const std::string problem = file("chain.hdf5").string();
   ASSERT_EQ(run("export pendulum_chain --at 5 -o " + problem).status, 0);
-  for (const char* name : {"mixed_ldlt", "mixed_sparse", "mixed_pcg", "mixed_ichol", "articulated"})
+  for (const char* name : {"mixed_ldlt", "mixed_sparse", "mixed_pcg", "mixed_ichol", "mixed_articulated"})
     EXPECT_EQ(run("solve " + problem + " --tolerance 1e-10 --quiet --solver " + name).status, 0) << name;
   ASSERT_EQ(run("export pendulum_chain --at 5 --local -o " + problem).status, 0);
   expect_refused("solve " + problem + " --solver mixed_ldlt", 2, "local form");

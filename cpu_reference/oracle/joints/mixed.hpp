@@ -7,6 +7,8 @@
 // joints there are, however long the chains are that they hold together.
 #pragma once
 
+#include <memory>
+
 #include "cpu_reference/oracle/cone_problem.hpp"
 #include "cpu_reference/oracle/solve.hpp"
 
@@ -43,7 +45,7 @@ struct MixedSolver {
   bool articulated;         // whether a contact feels all that hangs on its bodies
 };
 
-/// Names begin with `mixed_`, but for `articulated`: there each contact and bounded row is visited as mobile as joints
+/// Of `mixed_articulated` each contact and bounded row is visited as mobile as joints
 /// let it be, and what it does moves all bodies of its mechanism at once. Sweeps are those of `nsgs` on W - V R^-1 V^T
 /// then, which is not formed; each has to remember what it does to every body that hangs on it.
 std::span<const MixedSolver> mixed_solvers();
@@ -51,9 +53,31 @@ std::span<const MixedSolver> mixed_solvers();
 /// Null where there is none of this name.
 const MixedSolver* find_mixed_solver(std::string_view name);
 
-/// Starts from the impulses given (those that are empty: zero), and leaves the best that it saw. The residual is that
-/// of docs/error_measures.md. Throws std::runtime_error where M is not positive definite or the problem is in the
-/// plane.
+class MixedState;
+
+/// Sweeps over one problem, that can be taken up again once its f, b, w or laws have changed.
+class MixedSweeps {
+ public:
+  /// The problem must outlive it. Starts from the impulses given (those that are empty: zero). Throws
+  /// std::runtime_error where M is not positive definite or the problem is in the plane.
+  MixedSweeps(const MixedProblem& problem, const MixedSolver& solver, MixedImpulses start);
+  ~MixedSweeps();
+
+  /// Goes on to the residual of docs/error_measures.md, and stands at the best that it saw. Velocities are measured
+  /// against those that the problem had at the start.
+  SolveReport run(const SolveLimits& limits);
+
+  const MixedImpulses& impulses() const;
+  Eigen::VectorXd joint_rates() const;  // G^T v
+  Eigen::VectorXd row_rates() const;    // D^T v
+
+ private:
+  const MixedProblem& problem_;
+  const MixedSolver& solver_;
+  std::unique_ptr<MixedState> state_;
+};
+
+/// From the impulses given to the best that sweeps find. Throws what MixedSweeps does.
 SolveReport solve_mixed(const MixedProblem& problem, const MixedSolver& solver, const SolveLimits& limits,
                         MixedImpulses& impulses);
 

@@ -105,7 +105,6 @@ MixedState::MixedState(const MixedProblem& problem, const JointMethod& joints, b
   scale_ = q.squaredNorm() + s.squaredNorm() + VectorXd(p_.d.transpose() * free_).squaredNorm();
   x_ = {start_of(start.r, cones.h.cols()), start_of(start.l, cones.g.cols()), start_of(start.z, p_.d.cols())};
   v_ = velocities(x_);
-  close_joints();
 }
 
 VectorXd MixedState::velocities(const MixedImpulses& x) const {
@@ -138,10 +137,9 @@ void MixedState::close_joints() {
   v_ += moves_l_ * change;
 }
 
-void MixedState::restart(const MixedImpulses& x) {
+void MixedState::set(const MixedImpulses& x) {
   x_ = x;
   v_ = velocities(x_);
-  close_joints();
 }
 
 VectorXd MixedState::velocity_sizes() const {

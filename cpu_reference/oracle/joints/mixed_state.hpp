@@ -50,12 +50,13 @@ class MixedState {
   /// joints did, their impulses too.
   void settle();
 
-  /// Goes on from these impulses.
-  void restart(const MixedImpulses& x);
+  /// Impulses, and velocities with them.
+  void set(const MixedImpulses& x);
 
   /// That of docs/error_measures.md, but that defects count as none which rounding makes.
   double residual() const;
   const MixedImpulses& impulses() const { return x_; }
+  const Eigen::VectorXd& velocity() const { return v_; }
 
  private:
   Eigen::VectorXd velocities(const MixedImpulses& x) const;
