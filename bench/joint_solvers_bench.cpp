@@ -43,15 +43,27 @@ std::string ball(const std::string& a, const std::string& b, double x, double y,
 
 std::string name_of(int k) { return fmt::format("b{}", k); }
 
-// Scenes of `count` boxes on ball joints: in a row from the world, as a binary tree, as a net of `count` in rows of 10.
+// Scenes of `count` boxes on ball joints, hung on the world: in a row, as a binary tree, as a net in rows of ten on two
+// of its corners.
 std::string jointed(const std::string& kind, int count) {
   std::string bodies, joints;
   const auto add = [](std::string& list, const std::string& item) { list += (list.empty() ? "" : ",\n") + item; };
   for (int k = 0; k < count; ++k) {
-    const double x = kind == "net" ? 0.5 * (k % 10) : 0.5 * k, y = kind == "net" ? 0.5 * (k / 10) : 0.1 * (k % 3);
+    // of a tree: a level to the right of its parent, to the left or to the right of it
+    int level = 0, aside = 0;
+    for (int up = k; kind == "tree" && up > 0; up = (up - 1) / 2, ++level) aside += up % 2 == 0 ? 1 : -1;
+    double x = 0.5 * k, y = 0.1 * (k % 3);
+    if (kind == "net") {
+      x = 0.5 * (k % 10);
+      y = 0.5 * (k / 10);
+    } else if (kind == "tree") {
+      x = 0.5 * level;
+      y = 0.2 * aside;
+    }
     add(bodies, link(k, x, y, 0, false));
-    if (kind == "chain") add(joints, ball(k == 0 ? "world" : name_of(k - 1), name_of(k), x - 0.25, y, 0.05));
-    if (kind == "tree") add(joints, ball(k == 0 ? "world" : name_of((k - 1) / 2), name_of(k), x - 0.25, y, 0.05));
+    if (k == 0 || (kind == "net" && k == 9)) add(joints, ball("world", name_of(k), x - 0.25, y, 0.05));
+    if (kind == "chain" && k > 0) add(joints, ball(name_of(k - 1), name_of(k), x - 0.25, y, 0.05));
+    if (kind == "tree" && k > 0) add(joints, ball(name_of((k - 1) / 2), name_of(k), x - 0.25, y, 0.05));
     if (kind == "net" && k % 10 > 0) add(joints, ball(name_of(k - 1), name_of(k), x - 0.25, y, 0.05));
     if (kind == "net" && k >= 10) add(joints, ball(name_of(k - 10), name_of(k), x, y - 0.25, 0.05));
   }

@@ -17,9 +17,9 @@
 namespace lockstep {
 namespace {
 
-class Run {
+class Stepped {
  public:
-  Run(Scene scene, const std::string& oracle, double dt) {
+  Stepped(Scene scene, const std::string& oracle, double dt) {
     const Integrator integrator = scene.settings.integrator;
     use_oracle(scene.settings);
     scene.settings.integrator = integrator;
@@ -52,7 +52,7 @@ TEST(ImpulseBackend, ClosesJointsAtTheEndOfEachStep) {
   for (const char* name : {"pendulum_chain", "chain64", "hanging_chain", "bricard", "slider_crank", "cardan_shaft",
                            "screw_nut", "governor"}) {
     SCOPED_TRACE(name);
-    Run run(read_scene(name), impulse_based, 4e-3);
+    Stepped run(read_scene(name), impulse_based, 4e-3);
     for (int i = 0; i < 250; ++i) {
       const JointDrift drift = *run.step().joint_drift;
       ASSERT_LE(drift.separation, 1e-9) << "step " << i;
@@ -66,7 +66,7 @@ TEST(ImpulseBackend, ClosesJointsAtTheEndOfEachStep) {
 TEST(ImpulseBackend, ClosesWhatVelocitiesLeaveOpen) {
   Scene scene = read_scene("pendulum_chain");
   scene.settings.position_sweeps = 1;
-  Run predicted(scene, impulse_based, 4e-3), swept(scene, "mixed_ldlt", 4e-3);
+  Stepped predicted(scene, impulse_based, 4e-3), swept(scene, "mixed_ldlt", 4e-3);
   double of_impulses = 0, of_velocities = 0;
   for (int i = 0; i < 250; ++i) {
     of_impulses = std::max(of_impulses, predicted.step().joint_drift->separation);
@@ -86,7 +86,7 @@ TEST(ImpulseBackend, SwingsWithTheRightPeriod) {
   const double inertia = 0.02 + 0.25 * 0.25, exact = 4 * std::sqrt(inertia / (9.81 * 0.25)) * 1.85407467730137;
   std::vector<double> errors;
   for (const double dt : {2e-3, 1e-3}) {
-    Run run(scene, impulse_based, dt);
+    Stepped run(scene, impulse_based, dt);
     // crosses the lowest point at T/4, and every T/2 later
     double before = 0.25, crossed = 0;
     int crossings = 0;
@@ -109,7 +109,7 @@ TEST(ImpulseBackend, SwingsWithTheRightPeriod) {
 TEST(ImpulseBackend, KeepsEnergy) {
   std::vector<double> worst;
   for (const double dt : {4e-3, 2e-3, 1e-3}) {
-    Run run(read_scene("pendulum_chain"), impulse_based, dt);
+    Stepped run(read_scene("pendulum_chain"), impulse_based, dt);
     const double first = run.measures().energy();
     double change = 0;
     for (int i = 0; i < std::lround(3 / dt); ++i) change = std::max(change, std::abs(run.step().energy() - first));
@@ -123,7 +123,7 @@ TEST(ImpulseBackend, KeepsEnergy) {
 // A limp figure falls over a beam: contacts are inequalities beside the joints, and give way no more than with any
 // solver of hard contacts.
 TEST(ImpulseBackend, KeepsContactsApart) {
-  Run predicted(read_scene("rag_doll"), impulse_based, 4e-3), swept(read_scene("rag_doll"), "mixed_ldlt", 4e-3);
+  Stepped predicted(read_scene("rag_doll"), impulse_based, 4e-3), swept(read_scene("rag_doll"), "mixed_ldlt", 4e-3);
   double deepest = 0, deepest_swept = 0, drift = 0;
   u32 most = 0;
   for (int i = 0; i < 400; ++i) {
@@ -142,7 +142,7 @@ TEST(ImpulseBackend, KeepsContactsApart) {
 TEST(ImpulseBackend, NeedsVelocitiesThatMoveBodies) {
   Scene scene = read_scene("pendulum_chain");
   scene.settings.integrator = Integrator::explicit_euler;
-  Run run(scene, impulse_based, 1e-3);
+  Stepped run(scene, impulse_based, 1e-3);
   EXPECT_THROW(run.step(), Error);
 }
 

@@ -33,7 +33,11 @@ SparseMatrix inverse_times(const SparseMatrix& m, const SparseMatrix& a) {
   if (is_diagonal(m)) {
     const Eigen::VectorXd mass = m.diagonal();
     if (mass.size() > 0 && !(mass.minCoeff() > 0)) throw std::runtime_error("M is not positive definite");
-    return mass.cwiseInverse().asDiagonal() * a;
+    SparseMatrix result = a;  // entry by entry: Eigen's product takes the whole diagonal up for each column
+    for (int k = 0; k < result.outerSize(); ++k) {
+      for (SparseMatrix::InnerIterator entry(result, k); entry; ++entry) entry.valueRef() /= mass[entry.row()];
+    }
+    return result;
   }
   const Eigen::SimplicialLLT<SparseMatrix> cholesky(m);
   if (cholesky.info() != Eigen::Success) throw std::runtime_error("M is not positive definite");
