@@ -23,13 +23,14 @@ SparseMatrix from_triplets(Eigen::Index rows, Eigen::Index columns, const Triple
   return matrix;
 }
 
-std::vector<std::uint32_t> rows_one_by_one(Eigen::Index rows) {
-  std::vector<std::uint32_t> first(static_cast<std::size_t>(rows) + 1);
+}  // namespace
+
+std::vector<std::uint32_t> joint_blocks(const GlobalConeProblem& problem) {
+  if (!problem.first.empty()) return problem.first;
+  std::vector<std::uint32_t> first(static_cast<std::size_t>(problem.g.cols()) + 1);
   std::iota(first.begin(), first.end(), 0u);
   return first;
 }
-
-}  // namespace
 
 SparseMatrix BlockMatrix::sparse() const {
   Triplets triplets;
@@ -106,7 +107,7 @@ ConeProblem local_form(const GlobalConeProblem& problem) {
     joints->v = SparseMatrix(problem.h.transpose()) * joint_answer;
     joints->r = SparseMatrix(problem.g.transpose()) * joint_answer;
     joints->s = problem.g.transpose() * free + problem.b;
-    joints->first = problem.first.empty() ? rows_one_by_one(problem.g.cols()) : problem.first;
+    joints->first = joint_blocks(problem);
   }
   if (problem.dimension == 2) return embed_plane(w, q, problem.mu, std::move(joints));
   return {block_matrix(w), q, problem.mu, std::move(joints), VelocityForm{problem.m, problem.h}};

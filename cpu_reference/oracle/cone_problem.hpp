@@ -89,8 +89,12 @@ struct GlobalConeProblem {
   Eigen::VectorXd f, w, mu;
   SparseMatrix g;  // no columns: no joints
   Eigen::VectorXd b;
-  std::vector<std::uint32_t> first;  // of each block of columns of G, and the end; empty: each is one of its own
+  std::vector<std::uint32_t> first;        // of each block of columns of G, and the end; empty: each is one of its own
+  std::vector<std::uint32_t> bodies = {};  // the first velocity of each body and the end of the last; empty: not known
 };
+
+/// The blocks of columns of G: `first`, or each of its own.
+std::vector<std::uint32_t> joint_blocks(const GlobalConeProblem& problem);
 
 /// Assembles W, and V and R where there are joints, from a sparse Cholesky factorisation of M. Throws
 /// std::runtime_error where M is not positive definite.

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "cpu_reference/oracle/cone/solvers.hpp"
+#include "cpu_reference/oracle/joints/mixed.hpp"
 #include "host/error.hpp"
 #include "host/scene/compile_particles.hpp"
 
@@ -16,7 +17,12 @@ std::string oracle_descriptions() {
       "(1e-10 unless given) in --iterations at most (100000):\n";
   for (const oracle::ConeSolver& solver : oracle::cone_solvers())
     text += fmt::format("  {:<20}{}\n", solver.name, solver.description);
+  text += "Those that take motors, limits and springs of joints too:\n";
+  for (const oracle::MixedSolver& solver : oracle::mixed_solvers())
+    text += fmt::format("  {:<20}{}\n", solver.name, solver.description);
   return text +
+         "  impulse_based       joints closed at the end of each sub-step, by predicting it; contacts beside them\n"
+         "Other models:\n"
          "  pyramid_NAME        Model-LCP, friction in a pyramid of --directions sides, by enumeration, lemke, "
          "keller,\n"
          "                      baraff, murty, jacobi, damped_jacobi, pgs, psor, pgs_sm, nncg or fischer_newton\n"

@@ -42,8 +42,7 @@ std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, con
     if constexpr (sizeof(real) == 8) {
       const OracleOptions& oracle = options.oracle;
       if (!oracle.solver.empty())
-        return std::make_unique<OracleBackend>(state, find_system_solver(oracle.solver, oracle.directions),
-                                               options.device_options.profile);
+        return make_oracle_backend(state, oracle.solver, oracle.directions, options.device_options.profile);
     }
     return std::make_unique<ReferenceBackend<real>>(state, options.device_options.profile);
   }

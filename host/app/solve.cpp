@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cpu_reference/oracle/cone/whole.hpp"
+#include "cpu_reference/oracle/joints/mixed.hpp"
 #include "host/app/commands.hpp"
 #include "host/app/options.hpp"
 #include "host/app/report_file.hpp"
@@ -19,6 +20,7 @@ namespace {
 std::vector<std::string> solver_names_known() {
   std::vector<std::string> names;
   for (const oracle::ConeSolver& solver : oracle::cone_solvers()) names.emplace_back(solver.name);
+  for (const oracle::MixedSolver& solver : oracle::mixed_solvers()) names.emplace_back(solver.name);
   for (std::string& name : lcp_solver_names()) names.push_back(std::move(name));
   return names;
 }
@@ -26,6 +28,9 @@ std::vector<std::string> solver_names_known() {
 std::string solver_descriptions() {
   std::string text = "Solvers of contact problems:\n";
   for (const oracle::ConeSolver& solver : oracle::cone_solvers())
+    text += fmt::format("  {:<20}{}\n", solver.name, solver.description);
+  text += "Of those in the global form, joints as a part of their own:\n";
+  for (const oracle::MixedSolver& solver : oracle::mixed_solvers())
     text += fmt::format("  {:<20}{}\n", solver.name, solver.description);
   text += fmt::format("Solvers of linear complementarity problems (docs/lcp.md):\n  auto, {}\n",
                       fmt::join(lcp_solver_names(), ", "));
@@ -93,17 +98,36 @@ void print_table(const SolveOptions& options, const ConeFile& file, const oracle
   if (const auto stored = error_of_stored(file)) number("residual of the stored", stored->residual);
 }
 
+oracle::ConeAnswer solve_in_parts(const ConeFile& file, const oracle::MixedSolver& solver,
+                                  const oracle::SolveLimits& limits) {
+  if (!file.global)
+    throw std::runtime_error("is in the local form, and mixed solvers need the bodies of the global one; try auto");
+  const oracle::MixedProblem problem = {*file.global, oracle::SparseMatrix(file.global->m.rows(), 0), {}};
+  oracle::MixedImpulses impulses;
+  oracle::ConeAnswer answer;
+  answer.report = oracle::solve_mixed(problem, solver, limits, impulses);
+  answer.r = impulses.r;
+  answer.l = impulses.l;
+  answer.error = oracle::cone_error(file.problem, answer.r, answer.l);
+  return answer;
+}
+
+oracle::ConeAnswer solve_by_name(const SolveOptions& options, const ConeFile& file) {
+  if (const oracle::MixedSolver* mixed = oracle::find_mixed_solver(options.solver))
+    return solve_in_parts(file, *mixed, options.limits);
+  if (const oracle::ConeSolver* solver = oracle::find_cone_solver(options.solver))
+    return oracle::solve_whole(file.problem, *solver, options.limits);
+  throw std::runtime_error("is a contact problem, and " + options.solver +
+                           " is for linear complementarity problems; try auto");
+}
+
 void solve(const SolveOptions& options) {
   if (is_lcp_text(options.problem)) return solve_lcp(options);
-  const oracle::ConeSolver* solver = oracle::find_cone_solver(options.solver);
-  if (!solver)
-    throw Error(Failure::input, options.problem,
-                "is a contact problem, and " + options.solver + " is for linear complementarity problems; try auto");
   ReportFile report(options.report);
   const ConeFile file = read_cone_file(options.problem);
   oracle::ConeAnswer answer;
   try {
-    answer = oracle::solve_whole(file.problem, *solver, options.limits);
+    answer = solve_by_name(options, file);
   } catch (const std::runtime_error& error) {
     throw Error(Failure::input, options.problem, error.what());
   }

@@ -65,7 +65,7 @@ template <class real>
 std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const std::string& oracle,
                                             const std::optional<DeviceInfo>& device) {
   if constexpr (sizeof(real) == 8)
-    if (!oracle.empty()) return std::make_unique<OracleBackend>(state, find_system_solver(oracle, 4));
+    if (!oracle.empty()) return make_oracle_backend(state, oracle, 4);
   if (device) return std::make_unique<DeviceBackend<real>>(state, *device);
   return std::make_unique<ReferenceBackend<real>>(state);
 }

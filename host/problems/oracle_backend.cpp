@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "host/problems/impulse_backend.hpp"
 #include "host/report/contact_system.hpp"
 
 namespace lockstep {
@@ -10,7 +11,8 @@ namespace {
 
 constexpr double most_seconds = 60;  // for one system
 
-// Velocities and impulses of a system, which was made from the same buffers.
+}  // namespace
+
 void write_back(const ContactSystem& system, Buffers<double>& buffers) {
   for (std::size_t i = 0; i < system.bodies.size(); ++i) {
     const SystemBody& body = system.bodies[i];
@@ -39,8 +41,6 @@ void write_back(const ContactSystem& system, Buffers<double>& buffers) {
   }
 }
 
-}  // namespace
-
 std::string in_words(const Unsolved& unsolved, double tolerance) {
   return fmt::format("left more than a residual of {:.3g} in {} sub-steps, {:.3g} at worst in step {} ({})", tolerance,
                      unsolved.count, unsolved.worst_residual, unsolved.worst_step,
@@ -64,8 +64,8 @@ void OracleBackend::work(Stage stage, const StepParams<double>& params) {
   ContactSystem system = contact_system(b, b.counters);
   if (system.contacts.empty() && system.joints.empty()) return;
   const u32 step = b.step_index.front();
-  const oracle::SolveReport report = solver_(system, {params.tolerance, params.iterations, most_seconds},
-                                             "step " + std::to_string(step) + ", solve_constraints");
+  const oracle::SolveReport report = solve(system, params, {params.tolerance, params.iterations, most_seconds},
+                                           "step " + std::to_string(step) + ", solve_constraints");
   write_back(system, b);
   b.counters[COUNTER_SWEEPS] += report.iterations;
   if (report.residual <= params.tolerance) return;
@@ -74,6 +74,23 @@ void OracleBackend::work(Stage stage, const StepParams<double>& params) {
   unsolved_.worst_residual = report.residual;
   unsolved_.worst_step = step;
   unsolved_.worst_stop = report.stop;
+}
+
+oracle::SolveReport OracleBackend::solve(ContactSystem& system, const StepParams<double>&,
+                                         const oracle::SolveLimits& limits, const std::string& where) {
+  return solver_(system, limits, where);
+}
+
+std::vector<std::string> oracle_names() {
+  std::vector<std::string> names = system_solver_names();
+  names.emplace_back(impulse_based);
+  return names;
+}
+
+std::unique_ptr<OracleBackend> make_oracle_backend(InitialState<double> state, const std::string& name, int directions,
+                                                   bool profile) {
+  if (name == impulse_based) return std::make_unique<ImpulseBackend>(std::move(state), profile);
+  return std::make_unique<OracleBackend>(std::move(state), find_system_solver(name, directions), profile);
 }
 
 }  // namespace lockstep

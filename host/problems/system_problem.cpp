@@ -111,6 +111,14 @@ class Assembly {
     result.setFromTriplets(triplets.begin(), triplets.end());
     return result;
   }
+  /// The first velocity of each body, and the end of the last.
+  std::vector<u32> bodies() const {
+    std::vector<u32> first;
+    for (const Freedom& freedom : freedoms_) first.push_back(freedom.first);
+    first.push_back(freedoms_.empty() ? 0 : freedoms_.back().first + u32(freedoms_.back().mass.size()));
+    return first;
+  }
+
   SparseMatrix masses() const { return matrix(m_, velocities_); }
   VectorXd velocities() const { return Eigen::Map<const VectorXd>(v_.data(), Eigen::Index(v_.size())); }
 
@@ -137,11 +145,22 @@ struct Joints {
   std::vector<Eigen::Triplet<double>> g;
   std::vector<double> b, l;
   std::vector<u32> first = {0};
+  // rows with bounded impulses
+  std::vector<Eigen::Triplet<double>> d;
+  std::vector<oracle::BoundedLaw> laws;
+  std::vector<double> z;
 };
 
-void expect_plain(const SystemJoint& j, const std::string& where) {
+bool has_free_row(const SystemJoint& j) {
   const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);
-  if (j.free != FREE_NOTHING && (bounded || j.motor_impulse > 0))
+  return j.free != FREE_NOTHING && (bounded || j.motor_impulse > 0);
+}
+
+// A free row whose velocity is said, as far as it does not give way: as a locked one.
+bool free_is_locked(const SystemJoint& j) { return j.motor_impulse == 0 && j.slowest == j.fastest; }
+
+void expect_plain(const SystemJoint& j, const std::string& where) {
+  if (has_free_row(j))
     throw Error(
         Failure::input, where,
         fmt::format("joint {} has a motor, friction, limits or a spring, which FCLIB has no rows for; take them away",
@@ -154,11 +173,15 @@ struct JointRow {
   double size;
 };
 
-std::vector<JointRow> rows_of(const SystemJoint& j, const ContactSystem& system) {
+double radius_of(const SystemJoint& j, const ContactSystem& system) {
   const SystemBody &a = system.bodies[j.body_a], &b = system.bodies[j.body_b];
   const Matrix3d turning = a.inverse_inertia + b.inverse_inertia;
   const double turning_max = oracle::largest_eigenvalue(turning);
-  const double radius = turning_max > 0 ? std::sqrt((a.inverse_mass + b.inverse_mass) / turning_max) : 0;
+  return turning_max > 0 ? std::sqrt((a.inverse_mass + b.inverse_mass) / turning_max) : 0;
+}
+
+std::vector<JointRow> rows_of(const SystemJoint& j, const ContactSystem& system) {
+  const double radius = radius_of(j, system);
   std::vector<JointRow> rows;
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     if ((j.locked >> i & 1) != 0 && (i < 3 || radius > 0)) rows.push_back({i, i < 3 ? 1 : radius});
@@ -203,6 +226,46 @@ void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& asse
   if (linear_rows < count) joints.first.push_back(static_cast<u32>(column + count));
 }
 
+// What stands for a unit of the free row's velocity, in m/s; 0 where nothing moves it.
+double free_size(const SystemJoint& j, const ContactSystem& system) {
+  if (j.free_mobility <= 0) return 0;
+  return j.free == FREE_ANGLE ? radius_of(j, system) : 1;
+}
+
+void add_free_row(const SystemJoint& j, const ContactSystem& system, Assembly& assembly, Joints& joints) {
+  const double size = free_size(j, system);
+  if (!has_free_row(j) || size == 0) return;
+  const Eigen::MatrixX3d linear = size * free_push_of(j, 1).transpose();
+  const Eigen::MatrixX3d angular = size * free_moment_of(j, 1).transpose();
+  Side on_a = side_at(j.body_a, linear, j.arm_a, -1), on_b = side_at(j.body_b, linear, j.arm_b, 1);
+  on_a.angular -= angular;
+  on_b.angular += angular;
+  const double give = size * size * j.give * j.free_mobility, yield = size * size * j.yield;
+  if (free_is_locked(j)) {
+    const auto column = static_cast<Eigen::Index>(joints.b.size());
+    const double fixed = assembly.add(joints.g, column, {on_a, on_b})[0];
+    joints.b.push_back(fixed - size * j.slowest);
+    joints.l.push_back(j.free_impulse / size);
+    joints.first.push_back(static_cast<u32>(column + 1));
+    const double compliance = yield > 0 ? yield : give;
+    if (compliance > 0) {
+      const u32 velocity = assembly.add_velocity(compliance * joints.l.back());
+      joints.g.emplace_back(int(velocity), int(column), 1.0);
+      assembly.mass(velocity, velocity, 1 / compliance);
+    }
+    return;
+  }
+  const double fixed = assembly.add(joints.d, static_cast<Eigen::Index>(joints.z.size()), {on_a, on_b})[0];
+  joints.laws.push_back({.speed = size * j.motor_speed - fixed,
+                         .reach = j.motor_impulse / size,
+                         .slowest = size * j.slowest - fixed,
+                         .fastest = size * j.fastest - fixed,
+                         .give = give,
+                         .yield = yield,
+                         .mobility = size * size * j.free_mobility});
+  joints.z.push_back(j.free_impulse / size);
+}
+
 // Rows: the normal and two tangents.
 Matrix3d frame_of(const SystemContact& c) {
   Matrix3d frame;
@@ -219,12 +282,11 @@ void push(SystemBody& body, const Vector3d& arm, const Vector3d& impulse, const 
 
 }  // namespace
 
-SystemProblem problem_of(const ContactSystem& system, const std::string& where) {
-  for (const SystemJoint& j : system.joints) expect_plain(j, where);
+WholeSystemProblem whole_problem_of(const ContactSystem& system) {
   Assembly assembly(system);
   const auto n = static_cast<Eigen::Index>(system.contacts.size());
-  SystemProblem result;
-  oracle::GlobalConeProblem& problem = result.problem;
+  WholeSystemProblem result;
+  oracle::GlobalConeProblem& problem = result.problem.cones;
   problem.w = VectorXd::Zero(3 * n);
   problem.mu = VectorXd::Zero(n);
   result.impulses.r = VectorXd::Zero(3 * n);
@@ -239,30 +301,57 @@ SystemProblem problem_of(const ContactSystem& system, const std::string& where) 
     result.impulses.r.segment<3>(3 * i) = frame * c.impulse;
   }
   Joints joints;
-  for (const SystemJoint& j : system.joints) add_joint(j, system, assembly, joints);
+  for (u32 i = 0; i < system.joints.size(); ++i) {
+    const SystemJoint& j = system.joints[i];
+    add_joint(j, system, assembly, joints);
+    for (const auto& [row, size] : rows_of(j, system)) result.locked.push_back({i, row, size});
+    add_free_row(j, system, assembly, joints);
+    const WholeSystemProblem::Row free = {i, JOINT_ROWS, free_size(j, system)};
+    if (has_free_row(j) && free.size > 0) (free_is_locked(j) ? result.locked : result.bounded).push_back(free);
+  }
   const auto rows = static_cast<Eigen::Index>(joints.b.size());
   problem.m = assembly.masses();
   problem.h = assembly.matrix(h, 3 * n);
   problem.g = assembly.matrix(joints.g, rows);
   problem.b = Eigen::Map<const VectorXd>(joints.b.data(), rows);
-  if (rows > 0) problem.first = joints.first;
   result.impulses.l = Eigen::Map<const VectorXd>(joints.l.data(), rows);
-  // what the bodies moved like before the impulses of the step
-  problem.f = problem.m * assembly.velocities() - problem.h * result.impulses.r - problem.g * result.impulses.l;
+  if (rows > 0) problem.first = joints.first;
+  problem.bodies = assembly.bodies();
+  const auto bounded = static_cast<Eigen::Index>(joints.z.size());
+  result.problem.d = assembly.matrix(joints.d, bounded);
+  result.problem.laws = std::move(joints.laws);
+  result.impulses.z = Eigen::Map<const VectorXd>(joints.z.data(), bounded);
+  // velocities without the impulses of the step
+  problem.f = problem.m * assembly.velocities() - problem.h * result.impulses.r - problem.g * result.impulses.l -
+              result.problem.d * result.impulses.z;
   return result;
 }
 
-SystemImpulses impulses_of(const ContactSystem& system, const StoredImpulses& impulses) {
+SystemProblem problem_of(const ContactSystem& system, const std::string& where) {
+  for (const SystemJoint& j : system.joints) expect_plain(j, where);
+  WholeSystemProblem whole = whole_problem_of(system);
+  return {std::move(whole.problem.cones), {std::move(whole.impulses.r), std::move(whole.impulses.l)}};
+}
+
+SystemImpulses impulses_of(const ContactSystem& system, const oracle::MixedImpulses& impulses) {
   SystemImpulses result;
   for (const SystemContact& c : system.contacts)
     result.contacts.push_back(frame_of(c).transpose() *
                               impulses.r.segment<3>(3 * static_cast<Eigen::Index>(result.contacts.size())));
-  Eigen::Index next = 0;
+  Eigen::Index next = 0, next_bounded = 0;
   for (const SystemJoint& j : system.joints) {
     Rows& rows = result.joints.emplace_back(Rows::Zero());
     for (const auto& [row, size] : rows_of(j, system)) rows[row] = size * impulses.l[next++];
+    const double size = free_size(j, system);
+    double& free = result.free.emplace_back(0);
+    if (has_free_row(j) && size > 0)
+      free = size * (free_is_locked(j) ? impulses.l[next++] : impulses.z[next_bounded++]);
   }
   return result;
+}
+
+SystemImpulses impulses_of(const ContactSystem& system, const StoredImpulses& impulses) {
+  return impulses_of(system, oracle::MixedImpulses{impulses.r, impulses.l, {}});
 }
 
 void set_impulses(ContactSystem& system, const SystemImpulses& impulses) {

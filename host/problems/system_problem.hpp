@@ -1,6 +1,7 @@
 // The constraint system of a step as a frictional contact problem in its global form.
 #pragma once
 
+#include "cpu_reference/oracle/joints/mixed.hpp"
 #include "host/problems/cone_file.hpp"
 #include "host/report/contact_system.hpp"
 
@@ -19,6 +20,22 @@ struct SystemProblem {
 /// cones with the impulses that were spread over them.
 SystemProblem problem_of(const ContactSystem& system, const std::string& where);
 
+/// The same with all that a joint can have: motors, friction and limits become bounded rows; springs, and limits that
+/// are equal, locked ones, unless a motor or friction acts beside them.
+struct WholeSystemProblem {
+  oracle::MixedProblem problem;
+  oracle::MixedImpulses impulses;
+
+  /// Where a column of G or D comes from, and the velocity in m/s that stands for a unit of the row's.
+  struct Row {
+    u32 joint = 0;  // into ContactSystem::joints
+    u32 row = 0;    // JOINT_ROWS: the free one
+    double size = 0;
+  };
+  std::vector<Row> locked, bounded;  // of G, of D
+};
+WholeSystemProblem whole_problem_of(const ContactSystem& system);
+
 /// Impulses of a problem_of() this system as the system has them: of its contacts in the world frame, N s, and of the
 /// rows of its joints, N s and N m s.
 struct SystemImpulses {
@@ -27,6 +44,8 @@ struct SystemImpulses {
   std::vector<double> free = {};  // of their free rows; empty: as they were
 };
 SystemImpulses impulses_of(const ContactSystem& system, const StoredImpulses& impulses);
+/// Of a whole_problem_of() this system, with those of free rows.
+SystemImpulses impulses_of(const ContactSystem& system, const oracle::MixedImpulses& impulses);
 
 /// Gives the contacts and joints of a system these impulses, and its bodies the velocities that they have with them
 /// instead of those before.

@@ -25,7 +25,8 @@ namespace models = oracle::models;
 
 // What takes minutes a step is no longer of use. Joints are taken out by dense factorisations, and complementarity
 // problems are dense.
-constexpr Index most_contacts_of_cones = 4000, most_joint_rows = 1500, most_unknowns = 3000;
+constexpr Index most_contacts_of_cones = 4000, most_contacts_in_parts = 100'000, most_joint_rows = 1500,
+                most_unknowns = 3000;
 
 void expect_moderate(const std::string& where, Index count, Index most, const char* what) {
   if (count > most)
@@ -47,8 +48,19 @@ SolveReport solve_cones(const oracle::ConeSolver& solver, ContactSystem& system,
   } catch (const std::runtime_error& error) {
     throw Error(Failure::input, where, std::string(error.what()) + "; a solver that sweeps finds a middle way");
   }
-  set_impulses(system, impulses_of(system, {answer.r, answer.l}));
+  set_impulses(system, impulses_of(system, StoredImpulses{answer.r, answer.l}));
   return answer.report;
+}
+
+// All that a step has, and no size at which a dense factorisation would end.
+SolveReport solve_in_parts(const oracle::MixedSolver& solver, ContactSystem& system, const SolveLimits& limits,
+                           const std::string& where) {
+  expect_moderate(where, Index(system.contacts.size()), most_contacts_in_parts, "contacts");
+  const WholeSystemProblem whole = whole_problem_of(system);
+  oracle::MixedImpulses impulses = whole.impulses;
+  const SolveReport report = oracle::solve_mixed(whole.problem, solver, limits, impulses);
+  set_impulses(system, impulses_of(system, impulses));
+  return report;
 }
 
 // Of a pyramid or a box: the impulses of its solution.
@@ -110,6 +122,7 @@ SolveReport solve_box(const lcp::NamedBoxedSolver& solver, ContactSystem& system
 std::vector<std::string> system_solver_names() {
   std::vector<std::string> names;
   for (const oracle::ConeSolver& solver : oracle::cone_solvers()) names.emplace_back(solver.name);
+  for (const oracle::MixedSolver& solver : oracle::mixed_solvers()) names.emplace_back(solver.name);
   for (const lcp::NamedSolver& solver : lcp::solvers()) names.push_back("pyramid_" + std::string(solver.name));
   for (const lcp::NamedBoxedSolver& solver : lcp::boxed_solvers()) names.push_back("box_" + std::string(solver.name));
   return names;
@@ -119,6 +132,11 @@ SystemSolver find_system_solver(const std::string& name, int directions) {
   if (const oracle::ConeSolver* solver = oracle::find_cone_solver(name)) {
     return [solver](ContactSystem& system, const SolveLimits& limits, const std::string& where) {
       return solve_cones(*solver, system, limits, where);
+    };
+  }
+  if (const oracle::MixedSolver* solver = oracle::find_mixed_solver(name)) {
+    return [solver](ContactSystem& system, const SolveLimits& limits, const std::string& where) {
+      return solve_in_parts(*solver, system, limits, where);
     };
   }
   for (const lcp::NamedSolver& solver : lcp::solvers()) {

@@ -1,4 +1,5 @@
-// The oracles that solve the constraint system of a step, by name: those of Coulomb's cone, and those of linear
+// The oracles that solve the constraint system of a step, by name: those of Coulomb's cone, also with joints as a part
+// of their own, and those of linear
 // complementarity problems on the friction pyramid (Model-LCP) and the friction box (M9), which are other models.
 #pragma once
 
@@ -18,7 +19,7 @@ namespace lockstep {
 using SystemSolver =
     std::function<oracle::SolveReport(ContactSystem& system, const oracle::SolveLimits&, const std::string& where)>;
 
-/// Names of cone solvers, pyramid_NAME and box_NAME.
+/// Names of cone solvers, of mixed ones (joints/mixed.hpp), pyramid_NAME and box_NAME.
 std::vector<std::string> system_solver_names();
 
 /// `directions`: sides of the friction pyramid, at least 3. Empty where there is none of this name.

@@ -6,20 +6,19 @@
 
 namespace lockstep::oracle {
 
-Watch::Watch(const ConeProblem& problem, const SolveLimits& limits, std::uint32_t patience)
-    : problem_(problem), limits_(limits), patience_(patience), meter_(problem) {
+Progress::Progress(const SolveLimits& limits, std::uint32_t patience) : limits_(limits), patience_(patience) {
   report_.residual = gained_at_ = std::numeric_limits<double>::infinity();
 }
 
-double Watch::seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
+double Progress::seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
-bool Watch::look(const Eigen::VectorXd& r, std::uint32_t iterations) {
-  last_ = meter_.residual(r, problem_.w.times(r) + problem_.q);
+bool Progress::look(const Eigen::VectorXd& x, double residual, std::uint32_t iterations) {
+  last_ = residual;
   report_.iterations = iterations;
   report_.residuals.push_back(last_);
   if (last_ < report_.residual || best_.size() == 0) {
     report_.residual = last_;
-    best_ = r;
+    best_ = x;
   }
   ++looks_since_gain_;
   if (report_.residual < 0.99 * gained_at_) {
@@ -38,14 +37,14 @@ bool Watch::look(const Eigen::VectorXd& r, std::uint32_t iterations) {
   return iterations >= limits_.iterations || seconds() >= limits_.seconds;
 }
 
-bool Watch::look_seldom(const Eigen::VectorXd& r, std::uint32_t iterations) {
+bool Progress::is_due(std::uint32_t iterations) {
   if (iterations < next_look_ && iterations < limits_.iterations) return false;
   next_look_ = iterations + std::clamp(iterations / 10, 1u, 50u);
-  return look(r, iterations);
+  return true;
 }
 
-SolveReport Watch::finish(Eigen::VectorXd& r) {
-  if (best_.size() > 0) r = best_;
+SolveReport Progress::finish(Eigen::VectorXd& x) {
+  if (best_.size() > 0) x = best_;
   report_.seconds = seconds();
   return report_;
 }

@@ -1,0 +1,92 @@
+// Joints by conjugate gradients (survey 4.2.2: "sub-blocks"), which take a singular R as it is as long as c lies in its
+// range. Preconditioned by the inverse of each joint's own block of R, or by an incomplete Cholesky factorisation (Lin
+// and More, Incomplete Cholesky factorizations with limited memory, 1999; Eigen).
+#include <Eigen/IterativeLinearSolvers>
+
+#include "cpu_reference/oracle/dense.hpp"
+#include "cpu_reference/oracle/joints/joint_solver.hpp"
+
+namespace lockstep::oracle {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// As Eigen wants a preconditioner to look like.
+class JointBlocks {
+ public:
+  using StorageIndex = int;
+  enum { ColsAtCompileTime = Eigen::Dynamic, MaxColsAtCompileTime = Eigen::Dynamic };
+
+  void set_blocks(std::vector<std::uint32_t> first) { first_ = std::move(first); }
+
+  template <class Matrix>
+  JointBlocks& analyzePattern(const Matrix&) {
+    return *this;
+  }
+  template <class Matrix>
+  JointBlocks& compute(const Matrix& r) {
+    return factorize(r);
+  }
+  template <class Matrix>
+  JointBlocks& factorize(const Matrix& r) {
+    inverse_.clear();
+    for (std::size_t block = 0; block + 1 < first_.size(); ++block) {
+      const Index first = first_[block], size = first_[block + 1] - first;
+      MatrixXd own = MatrixXd(r.block(first, first, size, size));
+      const SymmetricEigen eigen = symmetric_eigen<Eigen::Dynamic>(own);
+      VectorXd inverse = eigen.values;
+      // a row that says nothing new is left as it is
+      for (double& value : inverse) value = value > 1e-12 * eigen.values.maxCoeff() ? 1 / value : 1;
+      inverse_.push_back(product(eigen.vectors * inverse.asDiagonal(), eigen.vectors.transpose()));
+    }
+    return *this;
+  }
+
+  template <class Vector>
+  VectorXd solve(const Vector& b) const {
+    VectorXd x(b.size());
+    for (std::size_t block = 0; block < inverse_.size(); ++block) {
+      const Index first = first_[block], size = inverse_[block].rows();
+      x.segment(first, size).noalias() = inverse_[block].lazyProduct(b.segment(first, size));
+    }
+    return x;
+  }
+  Eigen::ComputationInfo info() const { return Eigen::Success; }
+
+ private:
+  std::vector<std::uint32_t> first_;
+  std::vector<MatrixXd> inverse_;
+};
+
+template <class Preconditioner>
+class ConjugateGradients final : public JointSolver {
+ public:
+  template <class Prepare>
+  ConjugateGradients(const GlobalConeProblem& problem, double accuracy, Prepare&& prepare)
+      : r_(joint_mobility(problem)) {
+    prepare(gradients_.preconditioner());
+    gradients_.setTolerance(accuracy);
+    gradients_.compute(r_);
+  }
+  VectorXd solve(const VectorXd& c) const override { return gradients_.solve(c); }
+
+ private:
+  const SparseMatrix r_;
+  Eigen::ConjugateGradient<SparseMatrix, Eigen::Lower | Eigen::Upper, Preconditioner> gradients_;
+};
+
+}  // namespace
+
+std::unique_ptr<JointSolver> make_pcg(const GlobalConeProblem& problem, double accuracy) {
+  return std::make_unique<ConjugateGradients<JointBlocks>>(
+      problem, accuracy, [&](JointBlocks& blocks) { blocks.set_blocks(joint_blocks(problem)); });
+}
+
+std::unique_ptr<JointSolver> make_ichol(const GlobalConeProblem& problem, double accuracy) {
+  return std::make_unique<ConjugateGradients<Eigen::IncompleteCholesky<double>>>(problem, accuracy, [](auto&) {});
+}
+
+}  // namespace lockstep::oracle

@@ -1,0 +1,67 @@
+#include "cpu_reference/oracle/joints/joint_ldlt.hpp"
+
+#include "cpu_reference/oracle/dense.hpp"
+
+namespace lockstep::oracle {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// Of the largest eigenvalue of S: below it rows say nothing new. What the forest answers is good to some 1e-14 of it.
+constexpr double redundant = 1e-11;
+
+}  // namespace
+
+JointLdlt::JointLdlt(const SparseMatrix& m, const SparseMatrix& g, const Mechanism& mechanism)
+    : tree_(m, g, mechanism) {
+  const auto count = static_cast<Index>(tree_.left_out().size());
+  if (count == 0) return;
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Index k = 0; k < count; ++k) {
+    for (SparseMatrix::InnerIterator entry(g, tree_.left_out()[std::size_t(k)]); entry; ++entry)
+      entries.emplace_back(int(entry.row()), int(k), entry.value());
+  }
+  closing_ = SparseMatrix(m.rows(), count);
+  closing_.setFromTriplets(entries.begin(), entries.end());
+  MatrixXd s(count, count);
+  for (Index k = 0; k < count; ++k) {
+    VectorXd v = closing_.col(k), l = VectorXd::Zero(g.cols());
+    tree_.solve(v, l);
+    s.col(k) = closing_.transpose() * v;
+  }
+  const SymmetricEigen eigen = symmetric_eigen<Eigen::Dynamic>(MatrixXd(0.5 * (s + s.transpose())));
+  VectorXd inverse = eigen.values;
+  const double zero = redundant * inverse.cwiseAbs().maxCoeff();
+  for (double& value : inverse) value = value > zero ? 1 / value : 0;
+  inverse_ = product(eigen.vectors * inverse.asDiagonal(), eigen.vectors.transpose());
+}
+
+void JointLdlt::solve(VectorXd& v, VectorXd& l) const {
+  const std::vector<Index>& left_out = tree_.left_out();
+  if (left_out.empty()) return tree_.solve(v, l);
+  const VectorXd h = v, s = l;
+  tree_.solve(v, l);
+  VectorXd rate = closing_.transpose() * v;
+  for (std::size_t k = 0; k < left_out.size(); ++k) rate[Index(k)] += s[left_out[k]];
+  const VectorXd closing = -inverse_ * rate;
+  v = h + closing_ * closing;
+  l = s;
+  tree_.solve(v, l);
+  for (std::size_t k = 0; k < left_out.size(); ++k) l[left_out[k]] = closing[Index(k)];
+}
+
+VectorXd JointLdlt::solve(const VectorXd& c) const {
+  VectorXd v = VectorXd::Zero(tree_.velocities()), l = -c;
+  solve(v, l);
+  return l;
+}
+
+std::unique_ptr<JointSolver> make_joint_ldlt(const GlobalConeProblem& problem) {
+  return std::make_unique<JointLdlt>(problem.m, problem.g,
+                                     mechanism_of(problem.m, problem.g, problem.bodies, joint_blocks(problem)));
+}
+
+}  // namespace lockstep::oracle

@@ -1,0 +1,208 @@
+#include "host/problems/impulse_backend.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/error.hpp"
+#include "host/problems/system_problem.hpp"
+
+namespace lockstep {
+
+namespace {
+
+using Row = WholeSystemProblem::Row;
+
+constexpr double closed = 1e-11;  // m, rad
+constexpr u32 most_predictions = 40, most_in_vain = 3;
+constexpr u32 most_sweeps = 5000;  // for one prediction: the next one takes them up
+
+// Where each joint of the system is in the blocks: in their order.
+std::vector<u32> slots_of(const Buffers<double>& buffers) {
+  std::vector<u32> slots;
+  for (u32 slot = 0; slot < buffers.joint_lanes.size() * PACK; ++slot) {
+    if (buffers.joint_lanes[slot / PACK].joint[slot % PACK] != NONE) slots.push_back(slot);
+  }
+  return slots;
+}
+
+// Whether the row is to be closed: neither it nor its joint is a spring, or gives way.
+bool closes(const SystemJoint& j, const Row& row) {
+  return row.row == JOINT_ROWS ? j.yield == 0 && j.give == 0 : j.softness == 0;
+}
+
+// A joint at the predicted end, in parts of the time step: the velocity that its gaps stand for.
+struct Predicted {
+  const JointBlock<double>& block;
+  u32 lane;
+
+  double gap(u32 row) const {
+    // of a locked coordinate: prepare_joints adds what the turning of bodies does, which a prediction has in it
+    if (row == JOINT_ROWS) return -(block.slowest[lane] + block.turning[JOINT_ROWS][lane]);
+    return block.bias[row][lane];
+  }
+  double slowest() const { return block.slowest[lane]; }
+  double fastest() const { return block.fastest[lane]; }
+};
+
+// What the end of a sub-step, as it is predicted, asks of the velocities at its start.
+class Correction {
+ public:
+  Correction(const ContactSystem& system, const Buffers<double>& buffers, const StepParams<double>& params)
+      : system_(system),
+        slots_(slots_of(buffers)),
+        dt_(params.dt),
+        theta_(params.theta),
+        whole_(whole_problem_of(system)) {
+    asked_ = whole_.problem.cones.b;
+    laws_ = whole_.problem.laws;
+  }
+
+  WholeSystemProblem& whole() { return whole_; }
+
+  /// The largest gap, m or rad, of joints and beyond limits.
+  double gap(const std::vector<JointBlock<double>>& blocks) const {
+    double largest = 0;
+    for (const Row& row : whole_.locked) {
+      if (closes(system_.joints[row.joint], row)) largest = std::max(largest, std::abs(at(blocks, row).gap(row.row)));
+    }
+    for (const Row& row : whole_.bounded) {
+      const SystemJoint& j = system_.joints[row.joint];
+      if (!closes(j, row)) continue;
+      if (is_low(j)) largest = std::max(largest, at(blocks, row).slowest());
+      if (is_high(j)) largest = std::max(largest, -at(blocks, row).fastest());
+    }
+    return dt_ * largest;
+  }
+
+  /// Asks that velocities change so that the gaps close: a change of 1 moves the end by theta dt.
+  void ask(const std::vector<JointBlock<double>>& blocks, const oracle::MixedSweeps& sweeps) {
+    const Eigen::VectorXd rates = sweeps.joint_rates(), row_rates = sweeps.row_rates();
+    for (std::size_t k = 0; k < whole_.locked.size(); ++k) {
+      const Row& row = whole_.locked[k];
+      if (!closes(system_.joints[row.joint], row)) continue;
+      whole_.problem.cones.b[Eigen::Index(k)] =
+          row.size * at(blocks, row).gap(row.row) / theta_ - rates[Eigen::Index(k)];
+    }
+    for (std::size_t k = 0; k < whole_.bounded.size(); ++k) {
+      const Row& row = whole_.bounded[k];
+      const SystemJoint& j = system_.joints[row.joint];
+      oracle::BoundedLaw& law = whole_.problem.laws[k];
+      if (!closes(j, row)) continue;
+      const double rate = row_rates[Eigen::Index(k)], size = row.size / theta_;
+      if (is_low(j)) law.slowest = rate + size * at(blocks, row).slowest();
+      if (is_high(j)) law.fastest = std::max(law.slowest, rate + size * at(blocks, row).fastest());
+    }
+  }
+
+  /// Writes what was asked for to where the report looks for it.
+  void write(std::vector<JointBlock<double>>& blocks) const {
+    for (std::size_t k = 0; k < whole_.locked.size(); ++k) {
+      const Row& row = whole_.locked[k];
+      const double change = (whole_.problem.cones.b[Eigen::Index(k)] - asked_[Eigen::Index(k)]) / row.size;
+      JointBlock<double>& block = blocks[slots_[row.joint] / PACK];
+      const u32 lane = slots_[row.joint] % PACK;
+      if (row.row == JOINT_ROWS) {
+        block.slowest[lane] -= change;
+        block.fastest[lane] -= change;
+      } else {
+        block.bias[row.row][lane] += change;
+      }
+    }
+    for (std::size_t k = 0; k < whole_.bounded.size(); ++k) {
+      const Row& row = whole_.bounded[k];
+      JointBlock<double>& block = blocks[slots_[row.joint] / PACK];
+      const u32 lane = slots_[row.joint] % PACK;
+      block.slowest[lane] += (whole_.problem.laws[k].slowest - laws_[k].slowest) / row.size;
+      block.fastest[lane] += (whole_.problem.laws[k].fastest - laws_[k].fastest) / row.size;
+    }
+  }
+
+ private:
+  static bool is_low(const SystemJoint& j) { return j.slowest > -double(JOINT_UNBOUNDED); }
+  static bool is_high(const SystemJoint& j) { return j.fastest < double(JOINT_UNBOUNDED); }
+  Predicted at(const std::vector<JointBlock<double>>& blocks, const Row& row) const {
+    const u32 slot = slots_[row.joint];
+    return {blocks[slot / PACK], slot % PACK};
+  }
+
+  const ContactSystem& system_;
+  const std::vector<u32> slots_;
+  const double dt_, theta_;
+  WholeSystemProblem whole_;
+  Eigen::VectorXd asked_;                 // b, before any prediction
+  std::vector<oracle::BoundedLaw> laws_;  // likewise
+};
+
+}  // namespace
+
+void ImpulseBackend::work(Stage stage, const StepParams<double>& params) {
+  if (stage == Stage::close_joints) return;  // they are closed
+  OracleBackend::work(stage, params);
+}
+
+// The joints' blocks as they would be at the end of the sub-step, their gaps as velocities that close them in its time.
+std::vector<JointBlock<double>> ImpulseBackend::predict(const StepParams<double>& params) {
+  Buffers<double>& b = buffers();
+  const auto positions = b.positions;
+  const auto orientations = b.orientations;
+  const auto motions = b.motions;
+  const auto blocks = b.joint_blocks;
+  const auto joints = b.joints;
+  ReferenceBackend::work(Stage::integrate_positions, params);
+  for (Joint<double>& joint : b.joints) joint.correction = 1;
+  ReferenceBackend::work(Stage::prepare_joints, params);
+  auto predicted = std::move(b.joint_blocks);
+  b.positions = positions;
+  b.orientations = orientations;
+  b.motions = motions;
+  b.joint_blocks = blocks;
+  b.joints = joints;
+  return predicted;
+}
+
+oracle::SolveReport ImpulseBackend::solve(ContactSystem& system, const StepParams<double>& params,
+                                          const oracle::SolveLimits& limits, const std::string& where) {
+  if (!(params.theta > 0))
+    throw Error(
+        Failure::input, where,
+        "explicit Euler moves bodies by their old velocities, which no impulse changes; take another integrator");
+  Correction correction(system, buffers(), params);
+  WholeSystemProblem& whole = correction.whole();
+  oracle::MixedSweeps sweeps(whole.problem, *oracle::find_mixed_solver("mixed_ldlt"), whole.impulses);
+  oracle::SolveLimits few = limits;
+  few.iterations = std::min(few.iterations, most_sweeps);
+  oracle::SolveReport report;
+  double least = 0;
+  u32 in_vain = 0;
+  for (u32 predictions = 0;; ++predictions) {
+    set_impulses(system, impulses_of(system, sweeps.impulses()));
+    write_back(system, buffers());
+    const auto end = system.joints.empty() ? std::vector<JointBlock<double>>() : predict(params);
+    const double gap = correction.gap(end);
+    if (predictions > 0 && gap <= closed) {
+      // of joints alone nothing else is asked: rows of loops that agree at the end only contradict each other before
+      if (system.contacts.empty() && whole.problem.laws.empty()) {
+        report.stop = oracle::Stop::tolerance;
+        report.residual = std::min(report.residual, limits.tolerance);
+      }
+      break;
+    }
+    in_vain = predictions == 0 || gap < 0.5 * least ? 0 : in_vain + 1;
+    least = predictions == 0 ? gap : std::min(least, gap);
+    if (predictions == most_predictions || in_vain == most_in_vain) {
+      report.stop = oracle::Stop::stall;
+      report.residual = std::max(report.residual, gap / params.dt);
+      break;
+    }
+    correction.ask(end, sweeps);
+    const oracle::SolveReport part = sweeps.run(few);
+    report.stop = part.stop;
+    report.iterations += part.iterations;
+    report.residual = part.residual;
+    report.seconds += part.seconds;
+  }
+  correction.write(buffers().joint_blocks);
+  return report;
+}
+
+}  // namespace lockstep
