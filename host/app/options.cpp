@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "host/error.hpp"
-#include "host/problems/system_solvers.hpp"
+#include "host/problems/reduced_backend.hpp"
 #include "host/scene/read.hpp"
 
 namespace lockstep::app {
@@ -46,7 +46,7 @@ CLI::Validator one_of(const std::pair<const char*, Choice> (&names)[count]) {
 
 // Names of both kinds are one list for the user.
 void add_solver_or_oracle(CLI::App& command, std::optional<Solver>& solver, std::string& oracle) {
-  std::vector<std::string> oracles = system_solver_names();
+  std::vector<std::string> oracles = oracle_names();
   const auto take = [&solver, &oracle](const std::string& name) {
     const auto found = std::ranges::find(solver_names, name, &std::pair<const char*, Solver>::first);
     if (found != std::end(solver_names))

@@ -42,8 +42,7 @@ std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, con
     if constexpr (sizeof(real) == 8) {
       const OracleOptions& oracle = options.oracle;
       if (!oracle.solver.empty())
-        return std::make_unique<OracleBackend>(state, find_system_solver(oracle.solver, oracle.directions),
-                                               options.device_options.profile);
+        return make_oracle(state, oracle.solver, oracle.directions, options.device_options.profile);
     }
     return std::make_unique<ReferenceBackend<real>>(state, options.device_options.profile);
   }
@@ -98,8 +97,9 @@ void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) 
     if (watchers.recording) record_step(*watchers.recording, simulation, ms.count());
     if (is_measured(step - first, steps - first)) {
       const Buffers<real>& buffers = backend.download(wanted);
-      const Measures measures =
+      Measures measures =
           measure(buffers, backend.sizes(), backend.features(), simulation.params(), simulation.counters());
+      take_own_residual(backend, measures);
       if (watchers.recording) watchers.recording->add(measure_row(step + 1, measures));
       watchers.recorder.observe(step, (step + 1 - first) * dt, measures);
     }

@@ -24,16 +24,25 @@ void use_oracle(Settings& settings);
 /// to a residual of StepParams::tolerance and in StepParams::iterations at most, and the impulses are applied. For
 /// states compiled with Solver::gauss_seidel and FrictionModel::cones: hard contacts, each in a cone. COUNTER_SWEEPS
 /// counts the oracle's iterations.
-class OracleBackend final : public ReferenceBackend<double> {
+class OracleBackend : public ReferenceBackend<double> {
  public:
   OracleBackend(InitialState<double> state, SystemSolver solver, bool profile = false)
       : ReferenceBackend(std::move(state), profile), solver_(std::move(solver)) {}
 
   const Unsolved& unsolved() const { return unsolved_; }
 
- private:
+ protected:
   /// A system gets 60 s. Throws what the solver does.
   void work(Stage stage, const StepParams<double>& params) override;
+
+  static oracle::SolveLimits limits_of(const StepParams<double>& params);
+  /// Counts what a solve took, and whether it got to where it was to get.
+  void note(const oracle::SolveReport& report, const StepParams<double>& params);
+  /// Gives a contact of the buffers its impulse on a, world frame, N s.
+  void write_impulse(const SystemContact& contact, const Eigen::Vector3d& impulse);
+
+ private:
+  void write_back(const ContactSystem& system);
 
   const SystemSolver solver_;
   Unsolved unsolved_;

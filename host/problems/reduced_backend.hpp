@@ -1,0 +1,61 @@
+// The reference with articulated bodies in reduced coordinates in the place of joints that are solved and closed
+// (docs/solvers_oracle.md).
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "host/problems/oracle_backend.hpp"
+#include "host/problems/reduced_solvers.hpp"
+#include "host/problems/reduced_system.hpp"
+#include "host/report/measures.hpp"
+
+namespace lockstep {
+
+/// Runs the stages of the reference but for the bodies that joints hold: their velocities, impulses and poses are those
+/// of a Step in reduced coordinates, from their poses and velocities at the start of each sub-step, so that the state
+/// of the simulation is in the buffers alone. Stages that start joints from old impulses or close them have nothing to
+/// do. For states as OracleBackend takes them. Throws Error (input) for joints that are soft on purpose.
+class ReducedBackend final : public OracleBackend {
+ public:
+  ReducedBackend(InitialState<double> state, ReducedSolver solver, bool profile = false);
+
+  /// How well the last sub-step's cones were solved, in reduced coordinates; nothing before the first.
+  std::optional<Residual> residual() const;
+  /// The largest error of a closure after the last sub-step, m or rad.
+  double open() const { return open_; }
+
+ private:
+  void work(Stage stage, const StepParams<double>& params) override;
+  void start(const StepParams<double>& params);
+  void solve(const StepParams<double>& params);
+  void finish();
+  void write_twists(const std::vector<oracle::articulated::Vector6>& twists, bool links_only);
+  void write_impulses(const ContactSystem& system, const oracle::articulated::Demand& demand);
+
+  const ReducedSolver solver_;
+  const oracle::articulated::System system_;
+  const oracle::articulated::Tree tree_;
+  const oracle::articulated::Laws laws_;
+  std::unique_ptr<oracle::articulated::Step> step_;
+  std::optional<ReducedAnswer> answer_;
+  double open_ = 0;
+};
+
+/// An oracle in the place of the sweeps, by a name of oracle_names(); `directions`: sides of its friction pyramid.
+std::unique_ptr<OracleBackend> make_oracle(InitialState<double> state, const std::string& name, int directions,
+                                           bool profile = false);
+std::vector<std::string> oracle_names();
+
+/// Puts the residual of a backend that measures its own in the place of that of the constraint system.
+template <class real>
+void take_own_residual(const Backend<real>& backend, Measures& measures) {
+  if constexpr (sizeof(real) == sizeof(double)) {
+    if (const auto* reduced = dynamic_cast<const ReducedBackend*>(&backend)) {
+      measures.residual = reduced->residual();
+      measures.worst = std::nullopt;
+    }
+  }
+}
+
+}  // namespace lockstep
