@@ -36,7 +36,7 @@ void ReducedBackend::solve(const StepParams<double>& params) {
   Buffers<double>& b = buffers();
   if (has(features(), Feature::contacts)) ReferenceBackend::work(Stage::store_impulses, params);
   const ContactSystem system = contact_system(b, b.counters);
-  const Demand demand = demand_of(system, b, laws_, *step_);
+  demand_ = demand_of(system, b, laws_, *step_);
   VectorXd first(3 * Index(system.contacts.size()));
   for (std::size_t i = 0; i < system.contacts.size(); ++i) {
     const SystemContact& c = system.contacts[i];
@@ -44,13 +44,13 @@ void ReducedBackend::solve(const StepParams<double>& params) {
     first.segment<3>(3 * Index(i)) << c.normal.dot(c.impulse), rubbing;
   }
   const Index rows = first.size();
-  first.conservativeResize(reduced_rows(*step_, demand).size());
+  first.conservativeResize(reduced_rows(*step_, demand_).size());
   first.tail(first.size() - rows).setZero();
   const std::string where = "step " + std::to_string(b.step_index.front()) + ", solve_constraints";
-  answer_ = solver_(*step_, demand, first, limits_of(params), where);
+  answer_ = solver_(*step_, demand_, first, limits_of(params), where);
   push(*step_, answer_->problem, answer_->impulses);
   write_twists(step_->twists(), false);
-  write_impulses(system, demand);
+  write_impulses(system);
   note(answer_->report, params);
 }
 
@@ -66,7 +66,7 @@ void ReducedBackend::write_twists(const std::vector<Vector6>& twists, bool links
   }
 }
 
-void ReducedBackend::write_impulses(const ContactSystem& system, const Demand& demand) {
+void ReducedBackend::write_impulses(const ContactSystem& system) {
   Buffers<double>& b = buffers();
   for (std::size_t i = 0; i < system.contacts.size(); ++i) {
     const SystemContact& c = system.contacts[i];
@@ -74,7 +74,7 @@ void ReducedBackend::write_impulses(const ContactSystem& system, const Demand& d
     const Vector3d impulse = r[0] * c.normal + oracle::models::tangents(c.normal) * r.tail<2>();
     write_impulse(c, impulse);
   }
-  const std::vector<JointPush> pushes = joint_pushes(*step_, laws_, demand, answer_->problem, answer_->impulses);
+  const std::vector<JointPush> pushes = joint_pushes(*step_, laws_, demand_, answer_->problem, answer_->impulses);
   for (u32 slot = 0; slot < b.joint_lanes.size() * PACK; ++slot) {
     const u32 joint = b.joint_lanes[slot / PACK].joint[slot % PACK];
     if (joint == NONE) continue;
@@ -129,7 +129,23 @@ std::optional<Residual> ReducedBackend::residual() const {
   residual.scale = error.scale;
   residual.rounding = error.rounding;
   residual.natural_map = error.natural_map;
+  residual.worst_is_joint = error.worst >= p.contacts();
+  residual.worst = error.worst;
+  if (residual.worst_is_joint)
+    residual.worst = u32(demand_.bounds[p.bound_of[error.worst - std::size_t(p.contacts())]].joint);
   return residual;
+}
+
+WorstContact ReducedBackend::place_of(const Residual& residual) {
+  const Buffers<double>& b = buffers();
+  const auto id = [&](u32 body) { return body < b.body_infos.size() ? b.body_infos[body].id : NONE; };
+  if (residual.worst_is_joint) {
+    const JointInfo& joint = b.joint_infos[residual.worst];
+    return {joint.world, id(joint.body_a), id(joint.body_b), NONE, NONE};
+  }
+  const Contact& contact = b.contacts[residual.worst];
+  return {contact.world, id(contact.body_a), id(contact.body_b), b.shape_infos[contact.shape_a].id,
+          b.shape_infos[contact.shape_b].id};
 }
 
 std::unique_ptr<OracleBackend> make_oracle(InitialState<double> state, const std::string& name, int directions,

@@ -20,8 +20,11 @@ class ReducedBackend final : public OracleBackend {
  public:
   ReducedBackend(InitialState<double> state, ReducedSolver solver, bool profile = false);
 
-  /// How well the last sub-step's cones were solved, in reduced coordinates; nothing before the first.
+  /// How well the last sub-step's cones were solved, in reduced coordinates, limits counted as contacts; nothing before
+  /// the first. Its `worst` is a contact, or a joint that has limits.
   std::optional<Residual> residual() const;
+  /// Where that is.
+  WorstContact place_of(const Residual& residual);
   /// The largest error of a closure after the last sub-step, m or rad.
   double open() const { return open_; }
 
@@ -31,13 +34,14 @@ class ReducedBackend final : public OracleBackend {
   void solve(const StepParams<double>& params);
   void finish();
   void write_twists(const std::vector<oracle::articulated::Vector6>& twists, bool links_only);
-  void write_impulses(const ContactSystem& system, const oracle::articulated::Demand& demand);
+  void write_impulses(const ContactSystem& system);
 
   const ReducedSolver solver_;
   const oracle::articulated::System system_;
   const oracle::articulated::Tree tree_;
   const oracle::articulated::Laws laws_;
   std::unique_ptr<oracle::articulated::Step> step_;
+  oracle::articulated::Demand demand_;
   std::optional<ReducedAnswer> answer_;
   double open_ = 0;
 };
@@ -49,11 +53,13 @@ std::vector<std::string> oracle_names();
 
 /// Puts the residual of a backend that measures its own in the place of that of the constraint system.
 template <class real>
-void take_own_residual(const Backend<real>& backend, Measures& measures) {
+void take_own_residual(Backend<real>& backend, Measures& measures) {
   if constexpr (sizeof(real) == sizeof(double)) {
-    if (const auto* reduced = dynamic_cast<const ReducedBackend*>(&backend)) {
+    if (auto* reduced = dynamic_cast<ReducedBackend*>(&backend)) {
       measures.residual = reduced->residual();
       measures.worst = std::nullopt;
+      if (measures.residual && measures.residual->defect_max > 0)
+        measures.worst = reduced->place_of(*measures.residual);
     }
   }
 }

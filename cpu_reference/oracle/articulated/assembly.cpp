@@ -141,12 +141,7 @@ Assembly assembled(const Kinematics& at, std::size_t number, const LinkVectors& 
 
 Assembly assembled(const Step& step, std::vector<std::size_t> handles) {
   const Tree& tree = step.tree();
-  const Kinematics& at = step.kinematics();
-  LinkVectors momentum, carried;
-  for (std::size_t i = 0; i < tree.size(); ++i) {
-    momentum.push_back(at.momentum(i, step.twists()[tree.link(i).body]));
-    carried.push_back(at.carried(i));
-  }
+  const LinkVectors none(tree.size(), Vector6::Zero());
   keep_once(handles);
   std::erase_if(handles, [&](std::size_t body) { return !moves(tree.system(), body); });
   Assembly all;
@@ -156,7 +151,7 @@ Assembly assembled(const Step& step, std::vector<std::size_t> handles) {
       const std::size_t link = tree.link_of(body);
       if (link != no_link && tree.link(link).tree == t) mine.push_back(body);
     }
-    if (!mine.empty()) all = beside(all, assembled(at, t, momentum, carried, mine));
+    if (!mine.empty()) all = beside(all, assembled(step.kinematics(), t, none, {}, mine));
   }
   for (const std::size_t body : handles) {
     if (tree.link_of(body) != no_link) continue;
@@ -164,9 +159,11 @@ Assembly assembled(const Step& step, std::vector<std::size_t> handles) {
     Matrix6 inverse = Matrix6::Zero();
     inverse.topLeftCorner<3, 3>().diagonal().setConstant(lone.inverse_mass);
     inverse.bottomRightCorner<3, 3>() = lone.inverse_inertia;
-    all = beside(all, {{body}, inverse, step.twists()[body]});
+    all = beside(all, {{body}, inverse, Vector6::Zero()});
   }
-  return kept(all, handles);
+  all = kept(all, handles);
+  for (std::size_t i = 0; i < handles.size(); ++i) all.free.segment<6>(6 * Index(i)) = step.twists()[handles[i]];
+  return all;
 }
 
 AssembledProblem assembled_problem(const Step& step, const Demand& demand, const std::vector<std::size_t>& more) {

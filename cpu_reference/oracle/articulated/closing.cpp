@@ -53,17 +53,16 @@ ErrorRows with_limits(ErrorRows all, const std::vector<Limit>& limits, const Tre
   return all;
 }
 
-Closed close_loops(const Tree& tree, const std::vector<Closure>& closures, const std::vector<Limit>* limits,
+double close_loops(const Tree& tree, const std::vector<Closure>& closures, const std::vector<Limit>* limits,
                    Configuration& configuration) {
-  Closed result = {VectorXd::Zero(tree.freedoms())};
-  if (closures.empty() && (limits == nullptr || limits->empty())) return result;
+  if (closures.empty() && (limits == nullptr || limits->empty())) return 0;
   const std::vector<Vector6> still(configuration.poses.size(), Vector6::Zero());
   const VectorXd none = VectorXd::Zero(tree.freedoms());
   for (int iteration = 0;; ++iteration) {
     ErrorRows off = closure_rows(closures, tree, configuration);
     if (limits != nullptr) off = with_limits(std::move(off), *limits, tree, configuration);
-    result.open = off.largest();
-    if (result.open <= closed || iteration == most_iterations) return result;
+    const double open = off.largest();
+    if (open <= closed || iteration == most_iterations) return open;
     const Kinematics at(tree, configuration, still, none);
     const ArticulatedInertia inertia(at);
     const std::vector<LoneBody> lone(configuration.poses.size());
@@ -76,7 +75,6 @@ Closed close_loops(const Tree& tree, const std::vector<Closure>& closures, const
     VectorXd way = none;
     mobility.push(wrenches, twists, way);
     configuration = moved(tree, configuration, way, still, 1);
-    result.way += way;
   }
 }
 

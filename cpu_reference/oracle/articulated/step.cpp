@@ -8,12 +8,17 @@ namespace lockstep::oracle::articulated {
 
 namespace {
 
-constexpr int most_iterations = 30;  // of the fixed point; a step that turns by little needs five
+constexpr int most_iterations = 30;  // of the fixed point; a step that turns by little needs five or six
 
 std::vector<Row> spring_rows(const std::vector<Spring>& springs, const Tree& tree, const Configuration& at) {
   std::vector<Row> rows;
   for (const Spring& spring : springs) rows.push_back(acting_row(tree.system().joints[spring.joint], at));
   return rows;
+}
+
+// Angular velocity keeps its components in the body while that turns.
+void carry(const Pose& from, const Pose& to, Vector6& twist) {
+  twist.tail<3>() = (to.q * (from.q.conjugate() * twist.tail<3>())).eval();
 }
 
 VectorXd velocities(const std::vector<Row>& rows, const std::vector<Vector6>& twists) {
@@ -53,95 +58,134 @@ VectorXd held_rates(const Kinematics& at, const std::vector<Row>& rows, const Ve
 Step::Step(const Tree& tree, const Laws& laws, StepStart start)
     : tree_(tree), laws_(laws), start_(std::move(start)), from_(measured(tree, start_.poses)) {
   close_loops(tree_, laws_.closures, nullptr, from_);
-  const VectorXd none = VectorXd::Zero(tree_.freedoms());
-  const Kinematics still(tree_, from_, start_.twists, none);
-  old_rates_ = gripped_rates(ArticulatedInertia(still), start_.twists);
-  old_rates_ = held_rates(still, closure_rows(laws_.closures, tree_, from_).rows, old_rates_, start_.twists);
+  const Kinematics still(tree_, from_, start_.twists, VectorXd::Zero(tree_.freedoms()));
+  VectorXd rates = gripped_rates(ArticulatedInertia(still), start_.twists);
+  rates = held_rates(still, closure_rows(laws_.closures, tree_, from_).rows, rates, start_.twists);
+  start_.twists = twists_at(still, rates, start_.twists);
 
-  VectorXd change = none, best = none;
+  // a first guess by the accelerations at the start
+  const Kinematics now(tree_, from_, start_.twists, rates);
+  LinkVectors forces, products;
+  for (std::size_t i = 0; i < tree_.size(); ++i) {
+    forces.push_back(start_.wrenches[tree_.link(i).body] - (start_.gyroscopic ? 1.0 : 0.0) * now.gyroscopic(i));
+    products.push_back(now.link(i).product);
+  }
+  const VectorXd kick = start_.dt * ArticulatedInertia(now).solve(forces, {}, products).rates;
+  VectorXd guess = rates + start_.theta * kick, half = rates + 0.5 * kick, best = guess, best_half = half;
   double least = -1;
   for (int i = 0; i < most_iterations; ++i) {
-    accelerate(change);
-    const VectorXd next = rates_ - old_rates_;
-    const double moved_by = (next - change).norm();
-    change = next;
-    if (moved_by <= 1e-14 * (old_rates_.norm() + next.norm())) return;
-    if (least >= 0 && moved_by > 2 * least) break;  // turns too far in a step to converge
-    if (least < 0 || moved_by < least) least = moved_by, best = next;
+    go(guess, half);
+    const double off = (mean() - guess).norm();
+    if (off <= 1e-13 * (rates.norm() + guess.norm())) return;
+    if (least >= 0 && off > 2 * least) break;  // turns too far in a step to converge
+    if (least < 0 || off < least) least = off, best = guess, best_half = half;
+    guess = mean();
+    half = rates_ + 0.5 * change_;
   }
-  accelerate(best);
+  go(best, best_half);
 }
 
-void Step::accelerate(const VectorXd& change) {
-  const double h = start_.dt, lead = 2 * start_.theta * (1 - start_.theta) * h;
-  const bool leads = lead > 0;
-  at_ = std::make_unique<Configuration>(leads ? moved(tree_, from_, old_rates_ + 0.5 * change, start_.twists, lead)
-                                              : from_);
-  kinematics_ = std::make_unique<Kinematics>(tree_, *at_, start_.twists, old_rates_ + 0.5 * change);
+void Step::go(const VectorXd& way, const VectorXd& half) {
+  const double h = start_.dt;
+  at_ = std::make_unique<Configuration>(moved(tree_, from_, way, start_.twists, 0.5 * h));
+  kinematics_ = std::make_unique<Kinematics>(tree_, *at_, start_.twists, half);
   inertia_ = std::make_unique<ArticulatedInertia>(*kinematics_);
   impulses_.assign(start_.poses.size(), Vector6::Zero());
-  LinkVectors on_links(tree_.size());
-  products_.resize(tree_.size());
+  old_twists_ = start_.twists;
+  LinkVectors pushes(tree_.size()), momentum(tree_.size()), carried(tree_.size());
   for (std::size_t i = 0; i < tree_.size(); ++i) {
     const std::size_t body = tree_.link(i).body;
-    impulses_[body] = h * start_.wrenches[body];
-    if (start_.gyroscopic) impulses_[body] -= h * kinematics_->gyroscopic(i);
-    on_links[i] = impulses_[body];
-    products_[i] = h * kinematics_->link(i).product;
+    if (start_.gyroscopic) carry(from_.poses[body], at_->poses[body], old_twists_[body]);
+    pushes[i] = h * start_.wrenches[body];
+    if (start_.gyroscopic) pushes[i] -= h * kinematics_->gyroscopic(i);
+    impulses_[body] = pushes[i];
+    momentum[i] = kinematics_->momentum(i, old_twists_[body]);
+    carried[i] = kinematics_->carried(i);
   }
-  rates_ = old_rates_ + inertia_->solve(on_links, {}, products_).rates;
-  twists_ = twists_at(*kinematics_, rates_, start_.twists);
+  rates_ = inertia_->solve(momentum, {}, carried).rates;
+  const TreeAnswer pushed = inertia_->solve(pushes);
+  change_ = pushed.rates;
 
-  bilateral_rows_ = closure_rows(laws_.closures, tree_, *at_).rows;
-  const std::size_t closures = bilateral_rows_.size();
+  const std::vector<Row> closures = closure_rows(laws_.closures, tree_, *at_).rows;
+  bilateral_rows_ = closures;
   for (const Row& row : spring_rows(laws_.springs, tree_, *at_)) bilateral_rows_.push_back(row);
-  bilateral_impulses_ = VectorXd::Zero(Index(bilateral_rows_.size()));
-  if (bilateral_rows_.empty()) return;
-  MatrixXd r = jacobian(bilateral_rows_, twists_.size()) * mobility().answers(bilateral_rows_);
+  const Index held = Index(closures.size()), all = Index(bilateral_rows_.size());
+  bilateral_impulses_ = VectorXd::Zero(all);
+  MatrixXd r;
+  VectorXd unheld;
+  if (all > 0) {
+    r = jacobian(bilateral_rows_, start_.poses.size()) * mobility().answers(bilateral_rows_);
+    unheld = mobility().unheld(bilateral_rows_);
+  }
+  if (held > 0) {
+    const VectorXd u = velocities(closures, twists_at(*kinematics_, rates_, old_twists_));
+    const VectorXd holding = BilateralRows(r.topLeftCorner(held, held), unheld.head(held)).answer(u);
+    std::vector<Vector6> wrenches(start_.poses.size(), Vector6::Zero()), unused = old_twists_;
+    add_impulses(closures, holding, wrenches);
+    mobility().push(wrenches, unused, rates_);
+    for (std::size_t body = 0; body < wrenches.size(); ++body) impulses_[body] += 2 * wrenches[body];
+    bilateral_impulses_.head(held) = 2 * holding;
+  }
+
+  twists_ = twists_at(*kinematics_, rates_, old_twists_);
+  std::vector<Vector6> changes(start_.poses.size(), Vector6::Zero());
+  for (std::size_t i = 0; i < tree_.size(); ++i) {
+    const std::size_t body = tree_.link(i).body;
+    changes[body] = pushed.twist[i];
+    twists_[body] = 2 * twists_[body] - old_twists_[body] + changes[body];
+  }
+  if (all == 0) return;
   VectorXd s = velocities(bilateral_rows_, twists_);
-  if (leads)
-    s.head(Index(closures)) +=
-        velocities(bilateral_rows_, twists_at(*kinematics_, old_rates_, start_.twists)).head(Index(closures));
+  s.head(held) = velocities(closures, changes);
+  // a trapezoidal step has the mean rate (u + u') / 2 in the law of springs: all of it times two
+  const double parts = start_.theta == 0.5 ? 2 : 1;
   for (std::size_t i = 0; i < laws_.springs.size(); ++i) {
     const Spring& spring = laws_.springs[i];
+    const Index row = held + Index(i);
     const Joint& joint = tree_.system().joints[spring.joint];
     const double x = acting_coordinate(joint, stand(joint, pose_of(from_, joint.body_a), pose_of(from_, joint.body_b)));
-    s[Index(closures + i)] += spring.rate * (x - spring.rest);
-    r(Index(closures + i), Index(closures + i)) += spring.yield;
+    if (parts == 2) s[row] += velocity(bilateral_rows_[std::size_t(row)], old_twists_);
+    s[row] += parts * spring.rate * (x - spring.rest);
+    r(row, row) += parts * spring.yield;
   }
-  bilateral_ = BilateralRows(r, mobility().unheld(bilateral_rows_));
-  const VectorXd impulses = bilateral_.answer(s);
-  push({}, {}, impulses);
+  bilateral_ = BilateralRows(r, unheld);
+  push({}, {}, bilateral_.answer(s));
 }
 
 void Step::push(const std::vector<Row>& rows, const VectorXd& impulses, const VectorXd& bilateral_impulses) {
   std::vector<Vector6> wrenches(twists_.size(), Vector6::Zero());
   add_impulses(rows, impulses, wrenches);
   add_impulses(bilateral_rows_, bilateral_impulses, wrenches);
-  mobility().push(wrenches, twists_, rates_);
+  mobility().push(wrenches, twists_, change_);
   for (std::size_t body = 0; body < wrenches.size(); ++body) impulses_[body] += wrenches[body];
   bilateral_impulses_ += bilateral_impulses;
 }
 
 LinkVectors Step::carried() const {
-  LinkVectors on_links(tree_.size());
-  for (std::size_t i = 0; i < tree_.size(); ++i) on_links[i] = impulses_[tree_.link(i).body];
-  return inertia_->solve(on_links, {}, products_).carried;
+  LinkVectors on_links(tree_.size()), products(tree_.size());
+  for (std::size_t i = 0; i < tree_.size(); ++i) {
+    const std::size_t body = tree_.link(i).body;
+    on_links[i] = 2 * kinematics_->momentum(i, old_twists_[body]) + impulses_[body];
+    products[i] = 2 * kinematics_->carried(i);
+  }
+  return inertia_->solve(on_links, {}, products).carried;
 }
 
 Step::End Step::finish(const std::vector<Pose>& poses) {
-  const VectorXd mean = (1 - start_.theta) * old_rates_ + start_.theta * rates_;
-  Configuration to = moved(tree_, from_, mean, start_.twists, start_.dt);
+  Configuration to = moved(tree_, from_, mean(), start_.twists, start_.dt);
   for (std::size_t body = 0; body < poses.size(); ++body) {
     if (tree_.link_of(body) == no_link) to.poses[body] = poses[body];
   }
   close_trees(tree_, to);
-  Closed closed = close_loops(tree_, laws_.closures, nullptr, to);
-  if (start_.theta == 1) rates_ += closed.way / start_.dt;
-  if (!laws_.limits.empty()) closed = close_loops(tree_, laws_.closures, &laws_.limits, to);
-  const Kinematics at(tree_, to, start_.twists, rates_);
-  rates_ = held_rates(at, closure_rows(laws_.closures, tree_, to).rows, rates_, start_.twists);
-  return {to.poses, twists_at(at, rates_, start_.twists), closed.open};
+  const double open = close_loops(tree_, laws_.closures, nullptr, to);
+  if (!laws_.limits.empty()) close_loops(tree_, laws_.closures, &laws_.limits, to);
+  if (start_.gyroscopic) {
+    for (const Link& link : tree_.links()) carry(at_->poses[link.body], to.poses[link.body], twists_[link.body]);
+  }
+  const Kinematics at(tree_, to, start_.twists, VectorXd::Zero(tree_.freedoms()));
+  VectorXd rates = gripped_rates(ArticulatedInertia(at), twists_);
+  rates = held_rates(at, closure_rows(laws_.closures, tree_, to).rows, rates, start_.twists);
+  return {to.poses, twists_at(at, rates, start_.twists), open};
 }
 
 }  // namespace lockstep::oracle::articulated

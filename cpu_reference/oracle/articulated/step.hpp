@@ -1,16 +1,19 @@
-// One sub-step of articulated bodies in reduced coordinates. With q the coordinates, r their rates, h the sub-step and
-// the integrator's theta as in the stages (0 explicit, 1 semi-implicit, 1/2 trapezoidal):
-//   r' = r + h a + M^-1 J^T p,    q' = q + h ((1 - theta) r + theta r')
-// where a are the accelerations by the articulated-body algorithm. They are taken at q + 2 theta (1 - theta) h r_mean
-// (the start, or the middle of a trapezoidal step) and, as far as they depend on rates, at the mean (r + r + h a) / 2,
-// by fixed point: of second order and symmetric in time at theta 1/2, where what swings keeps its energy. p are
-// impulses of contacts, bounds and drives, found by somebody else (reduced_problem.hpp).
+// One sub-step of articulated bodies in reduced coordinates. With q the coordinates, r their rates, J of V = J r and h
+// the sub-step, all of it where the step is half done, P the projection V -> r by the articulated-body algorithm (of
+// all rates those whose twists are nearest to V, weighed by the inertia) and the integrator's theta as in the stages:
+//   r_0 = P V,   dr = P M^-1 (h F + J_c^T p),   q' = q + h (r_0 + theta dr),   V' = 2 J r_0 - V + J dr
+// That is: the mean twist obeys the joints where the step is half done, so that what they carry does no work, and the
+// energy changes by the work of F and p alone. At the end twists are projected once more, on what the joints allow
+// there, which takes energy of fourth order in h and never gives any. Second order at theta 1/2; at theta 1 a kick and
+// a drift. V holds v in the world's axes and w in those of the body, which turn with it, F the moment -w x I w of the
+// mean w: as in cpu_reference/gyroscopic.hpp at the midpoint. Half way depends on the end, by fixed point. p are
+// impulses of contacts, bounds and drives, found by somebody else (reduced_problem.hpp) where the step is half done
+// without them.
 //
-// Joints of trees hold by themselves. Rows G of joints that close loops, of rods and locked coordinates, and springs
-// are solved with the accelerations: G r' = 0, of a trapezoidal step G (r + r') = 0; a spring of rate and yield as in
-// cpu_reference/prepare_joints.hpp. Then loops are closed in the coordinates, by Newton's method along M^-1 G^T, and
-// the rates are brought back to G r' = 0 where the bodies are by then (post-stabilisation; Cline and Pai 2003). At
-// theta 1 what closing moved is a velocity too: that is the step of RATTLE (Andersen 1983).
+// Joints of trees hold by themselves. Rows G of joints that close loops, of rods and of locked coordinates are held by
+// r_0 and dr each, G r = 0; a spring is solved with dr, its rate and yield as in cpu_reference/prepare_joints.hpp. At
+// the end loops are closed in the coordinates, by Newton's method along M^-1 G^T, and the twists projected on G r = 0
+// where the bodies are by then (post-stabilisation; Cline and Pai 2003).
 #pragma once
 
 #include <memory>
@@ -26,7 +29,7 @@ struct Closure {
   double at = 0;
 };
 
-/// u + rate (x - rest) + yield r = 0 of the acting coordinate x and its rate u.
+/// u + rate (x - rest) + yield r = 0 of the acting coordinate x at the start and its rate u, at theta 1/2 the mean one.
 struct Spring {
   std::size_t joint = 0;
   double rate = 0, rest = 0, yield = 0;
@@ -55,14 +58,14 @@ struct StepStart {
 
 class Step {
  public:
-  /// Moves the rates without impulses from outside. Tree and laws are kept by reference.
+  /// Half the step, without impulses from outside. Tree and laws are kept by reference.
   Step(const Tree& tree, const Laws& laws, StepStart start);
   Step(const Step&) = delete;
 
   const Tree& tree() const { return tree_; }
   const StepStart& given() const { return start_; }
 
-  /// Where rows are to be taken, and the twists there, of all bodies, with the rates as they now are.
+  /// Where the step is half done: where rows are to be taken; and V', of all bodies, as it now is.
   const Configuration& at() const { return *at_; }
   const Kinematics& kinematics() const { return *kinematics_; }
   const std::vector<Vector6>& twists() const { return twists_; }
@@ -91,18 +94,20 @@ class Step {
   End finish(const std::vector<Pose>& poses);
 
  private:
-  void accelerate(const VectorXd& change);
+  /// Everything but the end, where the mean rates are `way` and those of the gyroscopic moment `half`.
+  void go(const VectorXd& way, const VectorXd& half);
+  VectorXd mean() const { return rates_ + start_.theta * change_; }
 
   const Tree& tree_;
   const Laws& laws_;
   StepStart start_;
   Configuration from_;
-  VectorXd old_rates_, rates_;
+  VectorXd rates_, change_;  // r_0 and dr
   std::unique_ptr<Configuration> at_;
   std::unique_ptr<Kinematics> kinematics_;
   std::unique_ptr<ArticulatedInertia> inertia_;
-  std::vector<Vector6> impulses_, twists_;  // of each body in the step, but for bilateral rows in the first
-  LinkVectors products_;                    // times dt
+  std::vector<Vector6> impulses_;             // on each body: h F and what rows push with, twice those that hold r_0
+  std::vector<Vector6> old_twists_, twists_;  // V and V', of all bodies
   std::vector<Row> bilateral_rows_;
   BilateralRows bilateral_;
   VectorXd bilateral_impulses_;
@@ -111,7 +116,7 @@ class Step {
 /// Twists of all bodies at these rates; those of no links are kept.
 std::vector<Vector6> twists_at(const Kinematics& at, const VectorXd& rates, std::vector<Vector6> twists);
 
-/// Rates brought to where the rows' velocities are zero, with least change of energy.
+/// Rates brought to where the rows' velocities are zero, with the least change of twists, weighed by the inertia.
 VectorXd held_rates(const Kinematics& at, const std::vector<Row>& rows, const VectorXd& rates,
                     const std::vector<Vector6>& twists);
 
