@@ -151,6 +151,12 @@ std::vector<Vector6> pushed(const Case& c, const ReducedProblem& problem, const 
   return twists;
 }
 
+// Whether every row can be moved by its own impulse: where a tree holds a body fast, rounding alone is its mobility.
+bool gives_way(const ReducedProblem& problem) {
+  const VectorXd own = problem.w.diagonal();
+  return own.minCoeff() > 1e-9 * own.maxCoeff();
+}
+
 double distance(const std::vector<Vector6>& twists, const VectorXd& velocities) {
   double most = 0;
   for (std::size_t i = 0; i < twists.size(); ++i)
@@ -185,7 +191,7 @@ TEST(DcaModels, AllComeToTheVelocitiesOfModelLcp) {
     const models::FrictionPyramid in_maximal(maximal, 4);
     VectorXd x;
     const Stop stop = lcp::lemke(in_maximal.reduced(), {.tolerance = 1e-12}, x).stop;
-    if (stop == Stop::infeasible) continue;  // a body that cannot give way
+    if (stop == Stop::infeasible || !gives_way(reduced_problem(*c.step, c.demand))) continue;
     ASSERT_EQ(stop, Stop::tolerance) << "seed " << seed;
     ++solved;
     const VectorXd velocities = in_maximal.velocities(x);
@@ -196,21 +202,41 @@ TEST(DcaModels, AllComeToTheVelocitiesOfModelLcp) {
     const AssembledProblem problem = assembled_problem(*c.step, c.demand, bodies);
     const ReducedPyramid pyramid(problem.problem, 4);
     VectorXd y;
-    ASSERT_EQ(lcp::lemke(pyramid.lcp(), {.tolerance = 1e-12}, y).stop, Stop::tolerance);
+    ASSERT_EQ(lcp::lemke(pyramid.lcp(), {.tolerance = 1e-12}, y).stop, Stop::tolerance) << "seed " << seed;
     EXPECT_LT(distance(pushed(c, problem.problem, pyramid.impulses(y)), velocities), 1e-9) << "seed " << seed;
+  }
+  EXPECT_GE(solved, 5);
+}
 
+// With their velocities eliminated, w = V_0 + Y x, the mixed models are the third.
+TEST(DcaModels, MixedModelsAreTheLcpWithVelocitiesKept) {
+  int solved = 0;
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    Case c(seed + 50, 10, 6, 0.2);
+    c.rub(0.05);
+    std::vector<std::size_t> bodies = touched(*c.tree, c.demand);
+    const std::vector<std::size_t> ends = terminals(*c.tree);
+    bodies.insert(bodies.end(), ends.begin(), ends.end());
+    const AssembledProblem problem = assembled_problem(*c.step, c.demand, bodies);
+    const ReducedPyramid pyramid(problem.problem, 4);
+    const lcp::Lcp plain = pyramid.lcp();
+    VectorXd x;
+    const Stop stop = lcp::lemke(plain, {.tolerance = 1e-12}, x).stop;
     for (const models::MixedLcp& mixed : {dca_mlcp1(problem, pyramid, bodies), dca_mlcp2(problem, pyramid, ends)}) {
+      EXPECT_LT((mixed.f + mixed.b * mixed.c - plain.m).norm(), 1e-10 * plain.m.norm()) << "seed " << seed;
+      EXPECT_LT((mixed.a + mixed.b * mixed.r - plain.q).norm(), 1e-10 * plain.q.norm()) << "seed " << seed;
+      if (stop != Stop::tolerance || !gives_way(problem.problem)) continue;
       VectorXd z;
-      const SolveReport report = lcp::fischer_newton(mixed.stacked(), {.tolerance = 1e-12}, z);
-      EXPECT_LT(report.residual, 1e-11) << "seed " << seed;
+      if (lcp::fischer_newton(mixed.stacked(), {.tolerance = 1e-12}, z).stop != Stop::tolerance) continue;
+      ++solved;
       const std::vector<Vector6> twists = pushed(c, problem.problem, pyramid.impulses(z.head(pyramid.size())));
-      EXPECT_LT(distance(twists, velocities), 1e-8) << "seed " << seed;
-      // the velocities among the unknowns are those of their bodies
-      const std::size_t last = std::size_t(mixed.r.size()) / 6 - 1;
-      EXPECT_LT((z.tail<6>() - twists[ends[1]]).norm(), 1e-8) << last;
+      const std::vector<Vector6> by_lemke = pushed(c, problem.problem, pyramid.impulses(x));
+      for (std::size_t i = 0; i < twists.size(); ++i)
+        EXPECT_LT((twists[i] - by_lemke[i]).norm(), 1e-9) << "seed " << seed << ", body " << i;
+      EXPECT_LT((z.tail<6>() - twists[ends[1]]).norm(), 1e-9) << "seed " << seed << ": the velocity kept is the body's";
     }
   }
-  EXPECT_GE(solved, 4);
+  EXPECT_GE(solved, 8) << "of 16, by a method without a promise on pyramids";
 }
 
 // One body touches at several points, two are touched, one joint of one degree of freedom rubs.

@@ -17,9 +17,9 @@ ErrorRows closure_rows(const std::vector<Closure>& closures, const Tree& tree, c
 /// The same with the limits that a configuration is beyond.
 ErrorRows with_limits(ErrorRows closed, const std::vector<Limit>& limits, const Tree& tree, const Configuration& at);
 
-/// Moves the configuration, in each iteration by the least that takes the errors of its rows away to first order, weighed
-/// by the inertia, until none is above 1e-13 or for 20 iterations. `limits`: null, or to be kept as well. Returns the
-/// largest error that is left.
+/// Moves the configuration, in each iteration by the least that takes the errors of its rows away to first order,
+/// weighed by the inertia, until none is above 1e-13 or for 20 iterations. `limits`: null, or to be kept as well.
+/// Returns the largest error that is left.
 double close_loops(const Tree& tree, const std::vector<Closure>& closures, const std::vector<Limit>* limits,
                    Configuration& configuration);
 

@@ -108,6 +108,9 @@ models::MixedLcp dca_mlcp2(const AssembledProblem& all, const ReducedPyramid& py
   m.b = unknowns_of(pyramid, k, p.size());
   MatrixXd w = MatrixXd::Zero(p.size(), p.size());
   w.topRows(rubbed) = MatrixXd(p.w).topRows(rubbed) - product(k, answers);
+  // what only the terminals move cannot move while they are held: rounding there would pass for a mobility
+  const VectorXd size = p.w.diagonal().cwiseMax(0).cwiseSqrt();
+  w = (w.array().abs() <= 1e-12 * (size * size.transpose()).array()).select(0, w);
   VectorXd q = VectorXd::Zero(p.size());
   q.head(rubbed) = p.q.head(rubbed) - k * m.r;
   m.f += transposed_product(pyramid.spread(), product(w, pyramid.spread()));

@@ -1,5 +1,6 @@
 #include "cpu_reference/oracle/articulated/step.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "cpu_reference/oracle/articulated/closing.hpp"
@@ -8,6 +9,7 @@ namespace lockstep::oracle::articulated {
 
 namespace {
 
+constexpr double unfelt = 1e-3;      // of a tree's energy of motion, given in a step
 constexpr int most_iterations = 30;  // of the fixed point; a step that turns by little needs five or six
 
 std::vector<Row> spring_rows(const std::vector<Spring>& springs, const Tree& tree, const Configuration& at) {
@@ -171,6 +173,17 @@ LinkVectors Step::carried() const {
   return inertia_->solve(on_links, {}, products).carried;
 }
 
+double Step::given_by_bends(std::size_t number, const Configuration& to) const {
+  const std::vector<Vector6> straight = twists_at(*kinematics_, mean(), start_.twists);
+  double work = 0;
+  for (std::size_t i = tree_.starts()[number]; i < tree_.starts()[number + 1]; ++i) {
+    const std::size_t body = tree_.link(i).body;
+    const Vector3d way = start_.dt * straight[body].head<3>() - (to.poses[body].x - from_.poses[body].x);
+    work += start_.wrenches[body].head<3>().dot(way);
+  }
+  return work;
+}
+
 Step::End Step::finish(const std::vector<Pose>& poses) {
   Configuration to = moved(tree_, from_, mean(), start_.twists, start_.dt);
   for (std::size_t body = 0; body < poses.size(); ++body) {
@@ -185,7 +198,22 @@ Step::End Step::finish(const std::vector<Pose>& poses) {
   const Kinematics at(tree_, to, start_.twists, VectorXd::Zero(tree_.freedoms()));
   VectorXd rates = gripped_rates(ArticulatedInertia(at), twists_);
   rates = held_rates(at, closure_rows(laws_.closures, tree_, to).rows, rates, start_.twists);
-  return {to.poses, twists_at(at, rates, start_.twists), open};
+  End end = {to.poses, twists_at(at, rates, start_.twists), open};
+  // loops have trees move together: none is scaled alone
+  for (std::size_t t = 0; laws_.closures.empty() && t + 1 < tree_.starts().size(); ++t) {
+    const Link& root = tree_.link(tree_.starts()[t]);
+    if (root.joint == no_link || at.carried(tree_.starts()[t]) != Vector6::Zero()) continue;
+    double energy = 0;
+    for (std::size_t i = tree_.starts()[t]; i < tree_.starts()[t + 1]; ++i) {
+      const Vector6& twist = end.twists[tree_.link(i).body];
+      energy += 0.5 * twist.dot(at.momentum(i, twist));
+    }
+    const double given = given_by_bends(t, to);
+    if (!(given > unfelt * energy)) continue;
+    const double share = std::sqrt(std::max(0.25, 1 - given / energy));
+    for (std::size_t i = tree_.starts()[t]; i < tree_.starts()[t + 1]; ++i) end.twists[tree_.link(i).body] *= share;
+  }
+  return end;
 }
 
 }  // namespace lockstep::oracle::articulated

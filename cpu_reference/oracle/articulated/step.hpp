@@ -4,7 +4,7 @@
 //   r_0 = P V,   dr = P M^-1 (h F + J_c^T p),   q' = q + h (r_0 + theta dr),   V' = 2 J r_0 - V + J dr
 // That is: the mean twist obeys the joints where the step is half done, so that what they carry does no work, and the
 // energy changes by the work of F and p alone. At the end twists are projected once more, on what the joints allow
-// there, which takes energy of fourth order in h and never gives any. Second order at theta 1/2; at theta 1 a kick and
+// there, which takes energy of sixth order in h and never gives any. Second order at theta 1/2; at theta 1 a kick and
 // a drift. V holds v in the world's axes and w in those of the body, which turn with it, F the moment -w x I w of the
 // mean w: as in cpu_reference/gyroscopic.hpp at the midpoint. Half way depends on the end, by fixed point. p are
 // impulses of contacts, bounds and drives, found by somebody else (reduced_problem.hpp) where the step is half done
@@ -14,6 +14,10 @@
 // r_0 and dr each, G r = 0; a spring is solved with dr, its rate and yield as in cpu_reference/prepare_joints.hpp. At
 // the end loops are closed in the coordinates, by Newton's method along M^-1 G^T, and the twists projected on G r = 0
 // where the bodies are by then (post-stabilisation; Cline and Pai 2003).
+//
+// Weights work along straight lines, h J_m r, and bodies of a long step go along arcs. Where that gives a tree that
+// hangs from what stands more than a thousandth of its energy of motion in a step, its rates are scaled to give it
+// back; such a step turns a joint by a quarter of a radian and more.
 #pragma once
 
 #include <memory>
@@ -97,6 +101,8 @@ class Step {
   /// Everything but the end, where the mean rates are `way` and those of the gyroscopic moment `half`.
   void go(const VectorXd& way, const VectorXd& half);
   VectorXd mean() const { return rates_ + start_.theta * change_; }
+  /// What F did not do on the way that the links of a tree went, and did to their twists, J.
+  double given_by_bends(std::size_t number, const Configuration& to) const;
 
   const Tree& tree_;
   const Laws& laws_;
