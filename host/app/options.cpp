@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "host/error.hpp"
-#include "host/problems/oracle_backend.hpp"
+#include "host/problems/oracles.hpp"
 #include "host/scene/read.hpp"
 
 namespace lockstep::app {

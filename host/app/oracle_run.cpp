@@ -27,6 +27,10 @@ std::string oracle_descriptions() {
          "keller,\n"
          "                      baraff, murty, jacobi, damped_jacobi, pgs, psor, pgs_sm, nncg or fischer_newton\n"
          "  box_NAME            the boxed model, by baraff or one of those after murty\n"
+         "  reduced_NAME        joints in reduced coordinates, which never open, with cones by one of the first names\n"
+         "  reduced_pyramid_NAME  the same with friction pyramids (Model-DCA-LCP); also as mixed problems with "
+         "velocities\n"
+         "                      of some bodies, by reduced_mlcp1_fischer_newton and reduced_mlcp2_fischer_newton\n"
          "docs/solvers_oracle.md and docs/lcp.md say which one when.\n";
 }
 

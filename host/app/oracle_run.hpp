@@ -2,12 +2,12 @@
 #pragma once
 
 #include "host/app/options.hpp"
-#include "host/problems/oracle_backend.hpp"
+#include "host/problems/reduced_backend.hpp"
 
 namespace lockstep::app {
 
 struct OracleOptions {
-  std::string solver;  // of host/problems/system_solvers.hpp; empty: the scene's own
+  std::string solver;  // of oracle_names(); empty: the scene's own
   int directions = 4;  // of friction pyramids
 };
 

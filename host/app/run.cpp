@@ -15,6 +15,7 @@
 #include "host/backends/canary.hpp"
 #include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
+#include "host/problems/oracles.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/sample_particles.hpp"
@@ -42,7 +43,7 @@ std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, con
     if constexpr (sizeof(real) == 8) {
       const OracleOptions& oracle = options.oracle;
       if (!oracle.solver.empty())
-        return make_oracle_backend(state, oracle.solver, oracle.directions, options.device_options.profile);
+        return make_oracle(state, oracle.solver, oracle.directions, options.device_options.profile);
     }
     return std::make_unique<ReferenceBackend<real>>(state, options.device_options.profile);
   }
@@ -97,8 +98,9 @@ void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) 
     if (watchers.recording) record_step(*watchers.recording, simulation, ms.count());
     if (is_measured(step - first, steps - first)) {
       const Buffers<real>& buffers = backend.download(wanted);
-      const Measures measures =
+      Measures measures =
           measure(buffers, backend.sizes(), backend.features(), simulation.params(), simulation.counters());
+      take_own_residual(backend, measures);
       if (watchers.recording) watchers.recording->add(measure_row(step + 1, measures));
       watchers.recorder.observe(step, (step + 1 - first) * dt, measures);
     }

@@ -66,6 +66,14 @@ Method oracle(const std::string& solver, std::initializer_list<double> dts) {
   return {"oracle " + solver, nullptr, solver, steps_of(dts)};
 }
 
+Method reduced(std::initializer_list<double> dts) {
+  const auto choose = [](Settings& settings) {
+    choice_of(Solver::gauss_seidel)(settings);
+    settings.integrator = Integrator::trapezoidal;
+  };
+  return {"oracle reduced_auto", choose, "reduced_auto", steps_of(dts)};
+}
+
 const std::vector<HardCase>& hard_cases() {
   static const std::vector<HardCase> cases = [] {
     std::vector<HardCase> all;

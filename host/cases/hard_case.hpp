@@ -60,5 +60,8 @@ Method with_patches(Method method);
 /// The contact problem of each step solved to 1e-10 (host/problems/system_solvers.hpp), so that what is left is the
 /// time step's and the friction model's: `auto` has Coulomb's cones. In double, on the reference.
 Method oracle(const std::string& solver, std::initializer_list<double> dts);
+/// The same with joints in reduced coordinates, by the trapezoidal rule: no joint of a tree opens, so that what is left
+/// is the time step's.
+Method reduced(std::initializer_list<double> dts);
 
 }  // namespace lockstep

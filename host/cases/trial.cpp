@@ -7,7 +7,8 @@
 
 #include "host/backends/device_backend.hpp"
 #include "host/error.hpp"
-#include "host/problems/oracle_backend.hpp"
+#include "host/problems/oracles.hpp"
+#include "host/problems/reduced_backend.hpp"
 #include "host/report/joints.hpp"
 #include "host/simulation.hpp"
 
@@ -45,6 +46,7 @@ class SeenIn final : public Seen {
       Backend<real>& backend = simulation_.backend();
       measures_ = measure(backend.download(measured_buffers(backend.features())), backend.sizes(), backend.features(),
                           simulation_.params(), simulation_.counters());
+      take_own_residual(backend, *measures_);
     }
     return *measures_;
   }
@@ -65,7 +67,7 @@ template <class real>
 std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const std::string& oracle,
                                             const std::optional<DeviceInfo>& device) {
   if constexpr (sizeof(real) == 8)
-    if (!oracle.empty()) return make_oracle_backend(state, oracle, 4);
+    if (!oracle.empty()) return make_oracle(state, oracle, 4);
   if (device) return std::make_unique<DeviceBackend<real>>(state, *device);
   return std::make_unique<ReferenceBackend<real>>(state);
 }

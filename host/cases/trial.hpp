@@ -23,7 +23,7 @@ struct Setting {
 struct Method {
   std::string name;                                 // as legends have it
   std::function<void(Settings&)> choose = nullptr;  // makes a scene's settings those of the method; null: leaves them
-  std::string oracle = {};                          // of host/problems/system_solvers.hpp, in the place of the sweeps
+  std::string oracle = {};                          // of oracle_names(), in the place of the sweeps
   std::vector<Setting> ladder;                      // settings from cheap to dear
 };
 

@@ -160,8 +160,8 @@ std::vector<JointBlock<double>> ImpulseBackend::predict(const StepParams<double>
   return predicted;
 }
 
-oracle::SolveReport ImpulseBackend::solve(ContactSystem& system, const StepParams<double>& params,
-                                          const oracle::SolveLimits& limits, const std::string& where) {
+oracle::SolveReport ImpulseBackend::solve_system(ContactSystem& system, const StepParams<double>& params,
+                                                 const std::string& where) {
   if (!(params.theta > 0))
     throw Error(
         Failure::input, where,
@@ -169,6 +169,7 @@ oracle::SolveReport ImpulseBackend::solve(ContactSystem& system, const StepParam
   Correction correction(system, buffers(), params);
   WholeSystemProblem& whole = correction.whole();
   oracle::MixedSweeps sweeps(whole.problem, *oracle::find_mixed_solver("mixed_ldlt"), whole.impulses);
+  const oracle::SolveLimits limits = limits_of(params);
   oracle::SolveLimits few = limits;
   few.iterations = std::min(few.iterations, most_sweeps);
   oracle::SolveReport report;
@@ -176,7 +177,7 @@ oracle::SolveReport ImpulseBackend::solve(ContactSystem& system, const StepParam
   u32 in_vain = 0;
   for (u32 predictions = 0;; ++predictions) {
     set_impulses(system, impulses_of(system, sweeps.impulses()));
-    write_back(system, buffers());
+    write_back(system);
     const auto end = system.joints.empty() ? std::vector<JointBlock<double>>() : predict(params);
     const double gap = correction.gap(end);
     if (predictions > 0 && gap <= closed) {

@@ -28,8 +28,8 @@ class ImpulseBackend final : public OracleBackend {
 
  private:
   void work(Stage stage, const StepParams<double>& params) override;
-  oracle::SolveReport solve(ContactSystem& system, const StepParams<double>& params, const oracle::SolveLimits& limits,
-                            const std::string& where) override;
+  oracle::SolveReport solve_system(ContactSystem& system, const StepParams<double>& params,
+                                   const std::string& where) override;
   std::vector<JointBlock<double>> predict(const StepParams<double>& params);
 };
 

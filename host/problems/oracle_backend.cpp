@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "host/problems/impulse_backend.hpp"
 #include "host/report/contact_system.hpp"
 
 namespace lockstep {
@@ -12,34 +11,6 @@ namespace {
 constexpr double most_seconds = 60;  // for one system
 
 }  // namespace
-
-void write_back(const ContactSystem& system, Buffers<double>& buffers) {
-  for (std::size_t i = 0; i < system.bodies.size(); ++i) {
-    const SystemBody& body = system.bodies[i];
-    if (body.inverse_mass == 0 && body.inverse_inertia.isZero(0)) continue;
-    Motion<double>& motion = buffers.motions[i];
-    for (int k = 0; k < 3; ++k) {
-      motion.v[k] = body.v[k];
-      motion.w[k] = body.w[k];
-    }
-  }
-  for (const SystemContact& c : system.contacts) {
-    const u32 slot = buffers.contact_slots[c.contact];
-    ImpulseBlock<double>& block = buffers.impulse_blocks[slot / PACK];
-    const Eigen::Vector2d rubbing = solver_tangents(c.normal).transpose() * c.impulse;
-    block.normal[slot % PACK] = c.normal.dot(c.impulse);
-    block.tangent_1[slot % PACK] = rubbing[0];
-    block.tangent_2[slot % PACK] = rubbing[1];
-  }
-  auto joint = system.joints.begin();
-  for (u32 slot = 0; slot < buffers.joint_lanes.size() * PACK; ++slot) {
-    if (buffers.joint_lanes[slot / PACK].joint[slot % PACK] == NONE) continue;
-    JointImpulseBlock<double>& block = buffers.joint_impulses[slot / PACK];
-    for (u32 row = 0; row < JOINT_ROWS; ++row) block.locked[row][slot % PACK] = joint->impulse[row];
-    block.free[slot % PACK] = joint->free_impulse;
-    ++joint;
-  }
-}
 
 std::string in_words(const Unsolved& unsolved, double tolerance) {
   return fmt::format("left more than a residual of {:.3g} in {} sub-steps, {:.3g} at worst in step {} ({})", tolerance,
@@ -55,6 +26,52 @@ void use_oracle(Settings& settings) {
   settings.tolerance = 1e-10;
 }
 
+oracle::SolveLimits OracleBackend::limits_of(const StepParams<double>& params) {
+  return {params.tolerance, params.iterations, most_seconds};
+}
+
+void OracleBackend::write_impulse(const SystemContact& c, const Eigen::Vector3d& impulse) {
+  const u32 slot = buffers().contact_slots[c.contact];
+  ImpulseBlock<double>& block = buffers().impulse_blocks[slot / PACK];
+  const Eigen::Vector2d rubbing = solver_tangents(c.normal).transpose() * impulse;
+  block.normal[slot % PACK] = c.normal.dot(impulse);
+  block.tangent_1[slot % PACK] = rubbing[0];
+  block.tangent_2[slot % PACK] = rubbing[1];
+}
+
+// Velocities and impulses of a system, which was made from the same buffers.
+void OracleBackend::write_back(const ContactSystem& system) {
+  Buffers<double>& b = buffers();
+  for (std::size_t i = 0; i < system.bodies.size(); ++i) {
+    const SystemBody& body = system.bodies[i];
+    if (body.inverse_mass == 0 && body.inverse_inertia.isZero(0)) continue;
+    Motion<double>& motion = b.motions[i];
+    for (int k = 0; k < 3; ++k) {
+      motion.v[k] = body.v[k];
+      motion.w[k] = body.w[k];
+    }
+  }
+  for (const SystemContact& c : system.contacts) write_impulse(c, c.impulse);
+  auto joint = system.joints.begin();
+  for (u32 slot = 0; slot < b.joint_lanes.size() * PACK; ++slot) {
+    if (b.joint_lanes[slot / PACK].joint[slot % PACK] == NONE) continue;
+    JointImpulseBlock<double>& block = b.joint_impulses[slot / PACK];
+    for (u32 row = 0; row < JOINT_ROWS; ++row) block.locked[row][slot % PACK] = joint->impulse[row];
+    block.free[slot % PACK] = joint->free_impulse;
+    ++joint;
+  }
+}
+
+void OracleBackend::note(const oracle::SolveReport& report, const StepParams<double>& params) {
+  buffers().counters[COUNTER_SWEEPS] += report.iterations;
+  if (report.residual <= params.tolerance) return;
+  ++unsolved_.count;
+  if (report.residual <= unsolved_.worst_residual) return;
+  unsolved_.worst_residual = report.residual;
+  unsolved_.worst_step = buffers().step_index.front();
+  unsolved_.worst_stop = report.stop;
+}
+
 void OracleBackend::work(Stage stage, const StepParams<double>& params) {
   Buffers<double>& b = buffers();
   if (stage != Stage::solve_constraints || (b.counters[COUNTER_STATUS] & STATUS_FULL) != 0)
@@ -63,34 +80,15 @@ void OracleBackend::work(Stage stage, const StepParams<double>& params) {
   if (has(features(), Feature::contacts)) ReferenceBackend::work(Stage::store_impulses, params);
   ContactSystem system = contact_system(b, b.counters);
   if (system.contacts.empty() && system.joints.empty()) return;
-  const u32 step = b.step_index.front();
-  const oracle::SolveReport report = solve(system, params, {params.tolerance, params.iterations, most_seconds},
-                                           "step " + std::to_string(step) + ", solve_constraints");
-  write_back(system, b);
-  b.counters[COUNTER_SWEEPS] += report.iterations;
-  if (report.residual <= params.tolerance) return;
-  ++unsolved_.count;
-  if (report.residual <= unsolved_.worst_residual) return;
-  unsolved_.worst_residual = report.residual;
-  unsolved_.worst_step = step;
-  unsolved_.worst_stop = report.stop;
+  const oracle::SolveReport report =
+      solve_system(system, params, "step " + std::to_string(b.step_index.front()) + ", solve_constraints");
+  write_back(system);
+  note(report, params);
 }
 
-oracle::SolveReport OracleBackend::solve(ContactSystem& system, const StepParams<double>&,
-                                         const oracle::SolveLimits& limits, const std::string& where) {
-  return solver_(system, limits, where);
-}
-
-std::vector<std::string> oracle_names() {
-  std::vector<std::string> names = system_solver_names();
-  names.emplace_back(impulse_based);
-  return names;
-}
-
-std::unique_ptr<OracleBackend> make_oracle_backend(InitialState<double> state, const std::string& name, int directions,
-                                                   bool profile) {
-  if (name == impulse_based) return std::make_unique<ImpulseBackend>(std::move(state), profile);
-  return std::make_unique<OracleBackend>(std::move(state), find_system_solver(name, directions), profile);
+oracle::SolveReport OracleBackend::solve_system(ContactSystem& system, const StepParams<double>& params,
+                                                const std::string& where) {
+  return solver_(system, limits_of(params), where);
 }
 
 }  // namespace lockstep

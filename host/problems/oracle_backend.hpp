@@ -1,8 +1,6 @@
 // The reference with an oracle in the place of its sweeps: step-level truth (docs/solvers_oracle.md).
 #pragma once
 
-#include <memory>
-
 #include "host/backends/reference_backend.hpp"
 #include "host/problems/system_solvers.hpp"
 
@@ -37,23 +35,21 @@ class OracleBackend : public ReferenceBackend<double> {
   /// A system gets 60 s. Throws what the solver does.
   void work(Stage stage, const StepParams<double>& params) override;
 
-  /// Gives the system its impulses and velocities.
-  virtual oracle::SolveReport solve(ContactSystem& system, const StepParams<double>& params,
-                                    const oracle::SolveLimits& limits, const std::string& where);
+  static oracle::SolveLimits limits_of(const StepParams<double>& params);
+  /// Counts what a solve took, and whether it got to where it was to get.
+  void note(const oracle::SolveReport& report, const StepParams<double>& params);
+  /// Gives a contact of the buffers its impulse on a, world frame, N s.
+  void write_impulse(const SystemContact& contact, const Eigen::Vector3d& impulse);
+  /// Gives the buffers that a system was made from its velocities and impulses.
+  void write_back(const ContactSystem& system);
 
  private:
+  /// Gives the system its impulses and velocities.
+  virtual oracle::SolveReport solve_system(ContactSystem& system, const StepParams<double>& params,
+                                           const std::string& where);
+
   const SystemSolver solver_;
   Unsolved unsolved_;
 };
-
-/// Velocities and impulses of a system, which was made from the same buffers.
-void write_back(const ContactSystem& system, Buffers<double>& buffers);
-
-/// All that can take the place of the sweeps: system_solver_names(), and impulse_based (impulse_backend.hpp).
-std::vector<std::string> oracle_names();
-
-/// `name`: one of them; `directions`: as for find_system_solver().
-std::unique_ptr<OracleBackend> make_oracle_backend(InitialState<double> state, const std::string& name, int directions,
-                                                   bool profile = false);
 
 }  // namespace lockstep

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "host/error.hpp"
+#include "host/problems/oracles.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
@@ -26,7 +27,7 @@ class Stepped {
     scene.settings.dt = dt;
     scene.settings.substeps = 1;
     const InitialState<double> state = compile<double>(scene);
-    auto made = make_oracle_backend(state, oracle, 4);
+    auto made = make_oracle(state, oracle, 4);
     backend_ = made.get();
     simulation_ = std::make_unique<Simulation<double>>(std::move(made), state.params);
   }

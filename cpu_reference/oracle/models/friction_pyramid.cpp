@@ -25,22 +25,42 @@ lcp::BoxedLcp MixedLcp::stacked() const {
   return p;
 }
 
+Eigen::Matrix2Xd pyramid_directions(int directions) {
+  if (directions < 3) {
+    throw Error(Failure::input, "friction pyramid",
+                "needs at least 3 directions to span a plane, not " + std::to_string(directions));
+  }
+  Eigen::Matrix2Xd circle(2, directions);
+  for (Index j = 0; j < directions; ++j) {
+    const double angle = 2 * std::numbers::pi * double(j) / directions;
+    circle.col(j) << std::cos(angle), std::sin(angle);
+  }
+  return circle;
+}
+
+MatrixXd pyramid_couplings(const VectorXd& friction, Index dry, Index directions, Index size) {
+  const Index n = friction.size(), alpha_dry = n, alpha = alpha_dry + 2 * dry;
+  const Index beta_dry = alpha + n * directions, beta = beta_dry + dry;
+  MatrixXd f = MatrixXd::Zero(size, size);
+  for (Index k = 0; k < dry; ++k) {
+    f.col(beta_dry + k).segment(alpha_dry + 2 * k, 2).setOnes();
+    f.row(beta_dry + k).segment(alpha_dry + 2 * k, 2).setConstant(-1);
+  }
+  for (Index i = 0; i < n; ++i) {
+    f.col(beta + i).segment(alpha + i * directions, directions).setOnes();
+    f.row(beta + i).segment(alpha + i * directions, directions).setConstant(-1);
+    f(beta + i, i) = friction[i];
+  }
+  return f;
+}
+
 FrictionPyramid::FrictionPyramid(const Multibody& system, int directions)
     : system_(system),
       rows_(system),
       directions_(directions),
       normals_(Index(system.contacts.size())),
-      dry_(Index(system.dry_rows.size())) {
-  if (directions < 3) {
-    throw Error(Failure::input, "friction pyramid",
-                "needs at least 3 directions to span a plane, not " + std::to_string(directions));
-  }
-  circle_.resize(2, directions);
-  for (Index j = 0; j < directions_; ++j) {
-    const double angle = 2 * std::numbers::pi * double(j) / directions;
-    circle_.col(j) << std::cos(angle), std::sin(angle);
-  }
-}
+      dry_(Index(system.dry_rows.size())),
+      circle_(pyramid_directions(directions)) {}
 
 MatrixXd FrictionPyramid::impulse_rows() const {
   MatrixXd rows(normals_ + 2 * dry_ + normals_ * directions_, rows_.normal.cols());
@@ -57,19 +77,9 @@ MatrixXd FrictionPyramid::impulse_rows() const {
 }
 
 MatrixXd FrictionPyramid::couplings() const {
-  MatrixXd f = MatrixXd::Zero(size(), size());
-  const Index alpha_dry = normals_, alpha = alpha_dry + 2 * dry_;
-  const Index beta_dry = alpha + normals_ * directions_, beta = beta_dry + dry_;
-  for (Index k = 0; k < dry_; ++k) {
-    f.col(beta_dry + k).segment(alpha_dry + 2 * k, 2).setOnes();
-    f.row(beta_dry + k).segment(alpha_dry + 2 * k, 2).setConstant(-1);
-  }
-  for (Index i = 0; i < normals_; ++i) {
-    f.col(beta + i).segment(alpha + i * directions_, directions_).setOnes();
-    f.row(beta + i).segment(alpha + i * directions_, directions_).setConstant(-1);
-    f(beta + i, i) = system_.contacts[std::size_t(i)].friction;
-  }
-  return f;
+  VectorXd friction(normals_);
+  for (Index i = 0; i < normals_; ++i) friction[i] = system_.contacts[std::size_t(i)].friction;
+  return pyramid_couplings(friction, dry_, directions_, size());
 }
 
 VectorXd FrictionPyramid::constants() const {

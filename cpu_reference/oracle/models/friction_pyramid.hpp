@@ -21,6 +21,14 @@ struct MixedLcp {
   lcp::BoxedLcp stacked() const;
 };
 
+/// cos(2 pi j / n_d), sin(2 pi j / n_d), a column each. Throws Error for fewer than 3.
+Eigen::Matrix2Xd pyramid_directions(int directions);
+
+/// What couples the unknowns of a pyramid without any motion, F of (26): e beta in the rows of alpha, mu p_n - e^T
+/// alpha in those of beta; `friction`: mu of each contact. Of `size` unknowns those behind the survey's are coupled
+/// with none.
+MatrixXd pyramid_couplings(const VectorXd& friction, Index dry, Index directions, Index size);
+
 class FrictionPyramid {
  public:
   /// Directions are cos(2 pi j / n_d) t_1 + sin(2 pi j / n_d) t_2 with the tangents of the contact. Throws Error for

@@ -1,0 +1,81 @@
+#include "cpu_reference/oracle/articulated/closing.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace lockstep::oracle::articulated {
+
+namespace {
+
+constexpr double closed = 1e-13;  // m, rad
+constexpr int most_iterations = 20;
+
+JointStand stand_at(const Joint& joint, const Configuration& at) {
+  return stand(joint, pose_of(at, joint.body_a), pose_of(at, joint.body_b));
+}
+
+}  // namespace
+
+double ErrorRows::largest() const {
+  double most = 0;
+  for (const double e : errors) most = std::max(most, std::abs(e));
+  return most;
+}
+
+ErrorRows closure_rows(const std::vector<Closure>& closures, const Tree& tree, const Configuration& at) {
+  ErrorRows all;
+  for (const Closure& closure : closures) {
+    const Joint& joint = tree.system().joints[closure.joint];
+    const JointStand s = stand_at(joint, at);
+    if (closure.locked) {
+      const LockedRows locked = locked_rows(joint, s);
+      for (const Row& row : rows_of(joint, at)) all.rows.push_back(row);
+      for (int k = 0; k < 6; ++k) {
+        if ((locked.mask >> k & 1) != 0) all.errors.push_back(locked.error[k]);
+      }
+    }
+    if (closure.fixed) {
+      all.rows.push_back(acting_row(joint, at));
+      all.errors.push_back(acting_coordinate(joint, s) - closure.at);
+    }
+  }
+  return all;
+}
+
+ErrorRows with_limits(ErrorRows all, const std::vector<Limit>& limits, const Tree& tree, const Configuration& at) {
+  for (const Limit& limit : limits) {
+    const Joint& joint = tree.system().joints[limit.joint];
+    const double x = acting_coordinate(joint, stand_at(joint, at)), inside = std::clamp(x, limit.low, limit.high);
+    if (x == inside) continue;
+    all.rows.push_back(acting_row(joint, at));
+    all.errors.push_back(x - inside);
+  }
+  return all;
+}
+
+double close_loops(const Tree& tree, const std::vector<Closure>& closures, const std::vector<Limit>* limits,
+                   Configuration& configuration) {
+  if (closures.empty() && (limits == nullptr || limits->empty())) return 0;
+  const std::vector<Vector6> still(configuration.poses.size(), Vector6::Zero());
+  const VectorXd none = VectorXd::Zero(tree.freedoms());
+  for (int iteration = 0;; ++iteration) {
+    ErrorRows off = closure_rows(closures, tree, configuration);
+    if (limits != nullptr) off = with_limits(std::move(off), *limits, tree, configuration);
+    const double open = off.largest();
+    if (open <= closed || iteration == most_iterations) return open;
+    const Kinematics at(tree, configuration, still, none);
+    const ArticulatedInertia inertia(at);
+    const std::vector<LoneBody> lone(configuration.poses.size());
+    const Mobility mobility(inertia, lone);
+    const SparseMatrix j = jacobian(off.rows, configuration.poses.size());
+    const BilateralRows rows(j * mobility.answers(off.rows), mobility.unheld(off.rows));
+    const VectorXd impulses = rows.answer(Eigen::Map<const VectorXd>(off.errors.data(), Index(off.errors.size())));
+    std::vector<Vector6> wrenches = still, twists = still;
+    add_impulses(off.rows, impulses, wrenches);
+    VectorXd way = none;
+    mobility.push(wrenches, twists, way);
+    configuration = moved(tree, configuration, way, still, 1);
+  }
+}
+
+}  // namespace lockstep::oracle::articulated

@@ -1,0 +1,122 @@
+#include "cpu_reference/oracle/articulated/reduced_cones.hpp"
+
+#include <cmath>
+
+namespace lockstep::oracle::articulated {
+
+namespace {
+
+constexpr int changes_at_once = 20, most_changes = 200;
+
+// Rows of bounds stand alone in the problem, as the first of three in that of cones.
+Index cone_row(const ReducedProblem& p, Index row) {
+  return row < p.first_bound() ? row : p.first_bound() + 3 * (row - p.first_bound());
+}
+
+ConeProblem cones_of(const ReducedProblem& p, const SparseMatrix& w, const VectorXd& q) {
+  const Index cones = p.contacts() + p.bounds(), rows = p.first_drive();
+  std::vector<Eigen::Triplet<double>> triplets;
+  for (int k = 0; k < rows; ++k) {
+    for (SparseMatrix::InnerIterator entry(w, k); entry; ++entry) {
+      if (entry.row() < rows) triplets.emplace_back(int(cone_row(p, entry.row())), int(cone_row(p, k)), entry.value());
+    }
+  }
+  for (Index i = p.first_bound(); i < rows; ++i) {
+    const double own = w.coeff(i, i), mobile = own > 0 ? own : 1;
+    for (Index t = 1; t < 3; ++t) triplets.emplace_back(int(cone_row(p, i) + t), int(cone_row(p, i) + t), mobile);
+  }
+  SparseMatrix spread(3 * cones, 3 * cones);
+  spread.setFromTriplets(triplets.begin(), triplets.end());
+  ConeProblem problem;
+  problem.w = block_matrix(spread);
+  problem.q = VectorXd::Zero(3 * cones);
+  for (Index i = 0; i < rows; ++i) problem.q[cone_row(p, i)] = q[i];
+  problem.mu = VectorXd::Zero(cones);
+  problem.mu.head(p.contacts()) = p.friction;
+  return problem;
+}
+
+// Drives: 0 holds, 1 and -1 push with all they have.
+using States = std::vector<int>;
+
+struct Held {
+  std::vector<Index> rows;  // of drives that hold
+  MatrixXd coupling;        // of all rows with them
+  BilateralRows own;
+  VectorXd pushed;  // impulses of the others
+};
+
+Held held_by(const ReducedProblem& p, const States& states) {
+  Held held;
+  held.pushed = VectorXd::Zero(p.size());
+  for (Index d = 0; d < p.drives(); ++d) {
+    if (states[std::size_t(d)] == 0) held.rows.push_back(p.first_drive() + d);
+    held.pushed[p.first_drive() + d] = states[std::size_t(d)] * p.reach[d];
+  }
+  held.coupling.resize(p.size(), Index(held.rows.size()));
+  for (std::size_t k = 0; k < held.rows.size(); ++k) held.coupling.col(Index(k)) = p.w.col(held.rows[k]);
+  VectorXd unheld(Index(held.rows.size()));
+  for (std::size_t k = 0; k < held.rows.size(); ++k) unheld[Index(k)] = p.unheld[held.rows[k] - p.first_drive()];
+  held.own = BilateralRows(held.coupling(held.rows, Eigen::all), unheld);
+  return held;
+}
+
+// Whether a drive is to change over, and to what.
+bool next_state(double impulse, double velocity, double reach, double rounding, int& state) {
+  const int before = state;
+  if (state == 0 && std::abs(impulse) > reach * (1 + 1e-12))
+    state = impulse > 0 ? 1 : -1;
+  else if (state != 0 && state * velocity > rounding)
+    state = 0;
+  return state != before;
+}
+
+}  // namespace
+
+ConeProblem cone_problem(const ReducedProblem& problem) { return cones_of(problem, problem.w, problem.q); }
+
+SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& p, const SolveLimits& limits,
+                                VectorXd& r) {
+  const Index cones = p.contacts() + p.bounds(), rows = p.first_drive();
+  SolveReport sum;
+  sum.stop = Stop::tolerance;
+  VectorXd of_cones = VectorXd::Zero(3 * cones);
+  if (r.size() == p.size()) {
+    for (Index i = 0; i < rows; ++i) of_cones[cone_row(p, i)] = r[i];
+  }
+  States states(std::size_t(p.drives()), 0);
+  for (int change = 0; change < most_changes; ++change) {
+    const Held held = held_by(p, states);
+    VectorXd q = p.q + p.w * held.pushed;
+    SparseMatrix w = p.w;
+    if (!held.rows.empty()) {
+      q += held.coupling * held.own.answer(VectorXd(q(held.rows)));
+      w += SparseMatrix(MatrixXd(held.coupling * held.own.answer(MatrixXd(held.coupling.transpose()))).sparseView());
+    }
+    if (cones > 0) {
+      const SolveReport part = solver.solve(cones_of(p, w, q), limits, of_cones);
+      sum.iterations += part.iterations;
+      sum.seconds += part.seconds;
+      sum.residual = part.residual;
+      sum.stop = part.stop;
+    }
+    r = held.pushed;
+    for (Index i = 0; i < rows; ++i) r[i] = of_cones[cone_row(p, i)];
+    const VectorXd unheld = p.w * r + p.q;
+    if (!held.rows.empty()) r(held.rows) = held.own.answer(VectorXd(unheld(held.rows)));
+
+    const VectorXd u = p.w * r + p.q;
+    bool changed = false;
+    for (Index d = 0; d < p.drives() && !(changed && change > changes_at_once); ++d) {
+      const Index row = rows + d;
+      const double rounding = 1e-12 * (std::abs(p.q[row]) + p.reach[d] * p.w.coeff(row, row));
+      changed |= next_state(r[row], u[row], p.reach[d], rounding, states[std::size_t(d)]);
+    }
+    if (!changed) return sum;
+  }
+  sum.stop = Stop::stall;
+  sum.residual = 1;
+  return sum;
+}
+
+}  // namespace lockstep::oracle::articulated

@@ -1,0 +1,219 @@
+#include "cpu_reference/oracle/articulated/step.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "cpu_reference/oracle/articulated/closing.hpp"
+
+namespace lockstep::oracle::articulated {
+
+namespace {
+
+constexpr double unfelt = 1e-3;      // of a tree's energy of motion, given in a step
+constexpr int most_iterations = 30;  // of the fixed point; a step that turns by little needs five or six
+
+std::vector<Row> spring_rows(const std::vector<Spring>& springs, const Tree& tree, const Configuration& at) {
+  std::vector<Row> rows;
+  for (const Spring& spring : springs) rows.push_back(acting_row(tree.system().joints[spring.joint], at));
+  return rows;
+}
+
+// Angular velocity keeps its components in the body while that turns.
+void carry(const Pose& from, const Pose& to, Vector6& twist) {
+  twist.tail<3>() = (to.q * (from.q.conjugate() * twist.tail<3>())).eval();
+}
+
+VectorXd velocities(const std::vector<Row>& rows, const std::vector<Vector6>& twists) {
+  VectorXd u(Index(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) u[Index(i)] = velocity(rows[i], twists);
+  return u;
+}
+
+}  // namespace
+
+std::vector<Vector6> twists_at(const Kinematics& at, const VectorXd& rates, std::vector<Vector6> twists) {
+  const Tree& tree = at.tree();
+  for (std::size_t i = 0; i < tree.size(); ++i) {
+    const Link& link = tree.link(i);
+    const Vector6 own = at.link(i).motion * rates.segment(link.first, link.freedoms);
+    const Vector6 parent =
+        link.parent == no_link ? at.carried(i) : twist_at(twists[tree.link(link.parent).body], at.link(i).from_parent);
+    twists[link.body] = parent + own;
+  }
+  return twists;
+}
+
+VectorXd held_rates(const Kinematics& at, const std::vector<Row>& rows, const VectorXd& rates,
+                    const std::vector<Vector6>& twists) {
+  if (rows.empty()) return rates;
+  const ArticulatedInertia inertia(at);
+  const std::vector<LoneBody> lone(twists.size());
+  const Mobility mobility(inertia, lone);
+  const BilateralRows bilateral(jacobian(rows, twists.size()) * mobility.answers(rows), mobility.unheld(rows));
+  std::vector<Vector6> wrenches(twists.size(), Vector6::Zero()), changed = twists;
+  add_impulses(rows, bilateral.answer(velocities(rows, twists_at(at, rates, twists))), wrenches);
+  VectorXd held = rates;
+  mobility.push(wrenches, changed, held);
+  return held;
+}
+
+Step::Step(const Tree& tree, const Laws& laws, StepStart start)
+    : tree_(tree), laws_(laws), start_(std::move(start)), from_(measured(tree, start_.poses)) {
+  close_loops(tree_, laws_.closures, nullptr, from_);
+  const Kinematics still(tree_, from_, start_.twists, VectorXd::Zero(tree_.freedoms()));
+  VectorXd rates = gripped_rates(ArticulatedInertia(still), start_.twists);
+  rates = held_rates(still, closure_rows(laws_.closures, tree_, from_).rows, rates, start_.twists);
+  start_.twists = twists_at(still, rates, start_.twists);
+
+  // a first guess by the accelerations at the start
+  const Kinematics now(tree_, from_, start_.twists, rates);
+  LinkVectors forces, products;
+  for (std::size_t i = 0; i < tree_.size(); ++i) {
+    forces.push_back(start_.wrenches[tree_.link(i).body] - (start_.gyroscopic ? 1.0 : 0.0) * now.gyroscopic(i));
+    products.push_back(now.link(i).product);
+  }
+  const VectorXd kick = start_.dt * ArticulatedInertia(now).solve(forces, {}, products).rates;
+  VectorXd guess = rates + start_.theta * kick, half = rates + 0.5 * kick, best = guess, best_half = half;
+  double least = -1;
+  for (int i = 0; i < most_iterations; ++i) {
+    go(guess, half);
+    const double off = (mean() - guess).norm();
+    if (off <= 1e-13 * (rates.norm() + guess.norm())) return;
+    if (least >= 0 && off > 2 * least) break;  // turns too far in a step to converge
+    if (least < 0 || off < least) least = off, best = guess, best_half = half;
+    guess = mean();
+    half = rates_ + 0.5 * change_;
+  }
+  go(best, best_half);
+}
+
+void Step::go(const VectorXd& way, const VectorXd& half) {
+  const double h = start_.dt;
+  at_ = std::make_unique<Configuration>(moved(tree_, from_, way, start_.twists, 0.5 * h));
+  kinematics_ = std::make_unique<Kinematics>(tree_, *at_, start_.twists, half);
+  inertia_ = std::make_unique<ArticulatedInertia>(*kinematics_);
+  impulses_.assign(start_.poses.size(), Vector6::Zero());
+  old_twists_ = start_.twists;
+  LinkVectors pushes(tree_.size()), momentum(tree_.size()), carried(tree_.size());
+  for (std::size_t i = 0; i < tree_.size(); ++i) {
+    const std::size_t body = tree_.link(i).body;
+    if (start_.gyroscopic) carry(from_.poses[body], at_->poses[body], old_twists_[body]);
+    pushes[i] = h * start_.wrenches[body];
+    if (start_.gyroscopic) pushes[i] -= h * kinematics_->gyroscopic(i);
+    impulses_[body] = pushes[i];
+    momentum[i] = kinematics_->momentum(i, old_twists_[body]);
+    carried[i] = kinematics_->carried(i);
+  }
+  rates_ = inertia_->solve(momentum, {}, carried).rates;
+  const TreeAnswer pushed = inertia_->solve(pushes);
+  change_ = pushed.rates;
+
+  const std::vector<Row> closures = closure_rows(laws_.closures, tree_, *at_).rows;
+  bilateral_rows_ = closures;
+  for (const Row& row : spring_rows(laws_.springs, tree_, *at_)) bilateral_rows_.push_back(row);
+  const Index held = Index(closures.size()), all = Index(bilateral_rows_.size());
+  bilateral_impulses_ = VectorXd::Zero(all);
+  MatrixXd r;
+  VectorXd unheld;
+  if (all > 0) {
+    r = jacobian(bilateral_rows_, start_.poses.size()) * mobility().answers(bilateral_rows_);
+    unheld = mobility().unheld(bilateral_rows_);
+  }
+  if (held > 0) {
+    const VectorXd u = velocities(closures, twists_at(*kinematics_, rates_, old_twists_));
+    const VectorXd holding = BilateralRows(r.topLeftCorner(held, held), unheld.head(held)).answer(u);
+    std::vector<Vector6> wrenches(start_.poses.size(), Vector6::Zero()), unused = old_twists_;
+    add_impulses(closures, holding, wrenches);
+    mobility().push(wrenches, unused, rates_);
+    for (std::size_t body = 0; body < wrenches.size(); ++body) impulses_[body] += 2 * wrenches[body];
+    bilateral_impulses_.head(held) = 2 * holding;
+  }
+
+  twists_ = twists_at(*kinematics_, rates_, old_twists_);
+  std::vector<Vector6> changes(start_.poses.size(), Vector6::Zero());
+  for (std::size_t i = 0; i < tree_.size(); ++i) {
+    const std::size_t body = tree_.link(i).body;
+    changes[body] = pushed.twist[i];
+    twists_[body] = 2 * twists_[body] - old_twists_[body] + changes[body];
+  }
+  if (all == 0) return;
+  VectorXd s = velocities(bilateral_rows_, twists_);
+  s.head(held) = velocities(closures, changes);
+  // a trapezoidal step has the mean rate (u + u') / 2 in the law of springs: all of it times two
+  const double parts = start_.theta == 0.5 ? 2 : 1;
+  for (std::size_t i = 0; i < laws_.springs.size(); ++i) {
+    const Spring& spring = laws_.springs[i];
+    const Index row = held + Index(i);
+    const Joint& joint = tree_.system().joints[spring.joint];
+    const double x = acting_coordinate(joint, stand(joint, pose_of(from_, joint.body_a), pose_of(from_, joint.body_b)));
+    if (parts == 2) s[row] += velocity(bilateral_rows_[std::size_t(row)], old_twists_);
+    s[row] += parts * spring.rate * (x - spring.rest);
+    r(row, row) += parts * spring.yield;
+  }
+  bilateral_ = BilateralRows(r, unheld);
+  push({}, {}, bilateral_.answer(s));
+}
+
+void Step::push(const std::vector<Row>& rows, const VectorXd& impulses, const VectorXd& bilateral_impulses) {
+  std::vector<Vector6> wrenches(twists_.size(), Vector6::Zero());
+  add_impulses(rows, impulses, wrenches);
+  add_impulses(bilateral_rows_, bilateral_impulses, wrenches);
+  mobility().push(wrenches, twists_, change_);
+  for (std::size_t body = 0; body < wrenches.size(); ++body) impulses_[body] += wrenches[body];
+  bilateral_impulses_ += bilateral_impulses;
+}
+
+LinkVectors Step::carried() const {
+  LinkVectors on_links(tree_.size()), products(tree_.size());
+  for (std::size_t i = 0; i < tree_.size(); ++i) {
+    const std::size_t body = tree_.link(i).body;
+    on_links[i] = 2 * kinematics_->momentum(i, old_twists_[body]) + impulses_[body];
+    products[i] = 2 * kinematics_->carried(i);
+  }
+  return inertia_->solve(on_links, {}, products).carried;
+}
+
+double Step::given_by_bends(std::size_t number, const Configuration& to) const {
+  const std::vector<Vector6> straight = twists_at(*kinematics_, mean(), start_.twists);
+  double work = 0;
+  for (std::size_t i = tree_.starts()[number]; i < tree_.starts()[number + 1]; ++i) {
+    const std::size_t body = tree_.link(i).body;
+    const Vector3d way = start_.dt * straight[body].head<3>() - (to.poses[body].x - from_.poses[body].x);
+    work += start_.wrenches[body].head<3>().dot(way);
+  }
+  return work;
+}
+
+Step::End Step::finish(const std::vector<Pose>& poses) {
+  Configuration to = moved(tree_, from_, mean(), start_.twists, start_.dt);
+  for (std::size_t body = 0; body < poses.size(); ++body) {
+    if (tree_.link_of(body) == no_link) to.poses[body] = poses[body];
+  }
+  close_trees(tree_, to);
+  const double open = close_loops(tree_, laws_.closures, nullptr, to);
+  if (!laws_.limits.empty()) close_loops(tree_, laws_.closures, &laws_.limits, to);
+  if (start_.gyroscopic) {
+    for (const Link& link : tree_.links()) carry(at_->poses[link.body], to.poses[link.body], twists_[link.body]);
+  }
+  const Kinematics at(tree_, to, start_.twists, VectorXd::Zero(tree_.freedoms()));
+  VectorXd rates = gripped_rates(ArticulatedInertia(at), twists_);
+  rates = held_rates(at, closure_rows(laws_.closures, tree_, to).rows, rates, start_.twists);
+  End end = {to.poses, twists_at(at, rates, start_.twists), open};
+  // loops have trees move together: none is scaled alone
+  for (std::size_t t = 0; laws_.closures.empty() && t + 1 < tree_.starts().size(); ++t) {
+    const Link& root = tree_.link(tree_.starts()[t]);
+    if (root.joint == no_link || at.carried(tree_.starts()[t]) != Vector6::Zero()) continue;
+    double energy = 0;
+    for (std::size_t i = tree_.starts()[t]; i < tree_.starts()[t + 1]; ++i) {
+      const Vector6& twist = end.twists[tree_.link(i).body];
+      energy += 0.5 * twist.dot(at.momentum(i, twist));
+    }
+    const double given = given_by_bends(t, to);
+    if (!(given > unfelt * energy)) continue;
+    const double share = std::sqrt(std::max(0.25, 1 - given / energy));
+    for (std::size_t i = tree_.starts()[t]; i < tree_.starts()[t + 1]; ++i) end.twists[tree_.link(i).body] *= share;
+  }
+  return end;
+}
+
+}  // namespace lockstep::oracle::articulated

@@ -1,0 +1,62 @@
+// The reference with articulated bodies in reduced coordinates in the place of joints that are solved and closed
+// (docs/solvers_oracle.md).
+#pragma once
+
+#include <memory>
+#include <optional>
+
+#include "host/problems/oracle_backend.hpp"
+#include "host/problems/reduced_solvers.hpp"
+#include "host/problems/reduced_system.hpp"
+#include "host/report/measures.hpp"
+
+namespace lockstep {
+
+/// Runs the stages of the reference but for the bodies that joints hold: their velocities, impulses and poses are those
+/// of a Step in reduced coordinates, from their poses and velocities at the start of each sub-step, so that the state
+/// of the simulation is in the buffers alone. Stages that start joints from old impulses or close them have nothing to
+/// do. For states as OracleBackend takes them. Throws Error (input) for joints that are soft on purpose.
+class ReducedBackend final : public OracleBackend {
+ public:
+  ReducedBackend(InitialState<double> state, ReducedSolver solver, bool profile = false);
+
+  /// How well the last sub-step's cones were solved, in reduced coordinates, limits counted as contacts; nothing before
+  /// the first. Its `worst` is a contact, or a joint that has limits.
+  std::optional<Residual> residual() const;
+  /// Where that is.
+  WorstContact place_of(const Residual& residual);
+  /// The largest error of a closure after the last sub-step, m or rad.
+  double open() const { return open_; }
+
+ private:
+  void work(Stage stage, const StepParams<double>& params) override;
+  void start(const StepParams<double>& params);
+  void solve(const StepParams<double>& params);
+  void finish();
+  void write_twists(const std::vector<oracle::articulated::Vector6>& twists, bool links_only);
+  void write_impulses(const ContactSystem& system);
+
+  const ReducedSolver solver_;
+  const oracle::articulated::System system_;
+  const oracle::articulated::Tree tree_;
+  const oracle::articulated::Laws laws_;
+  std::unique_ptr<oracle::articulated::Step> step_;
+  oracle::articulated::Demand demand_;
+  std::optional<ReducedAnswer> answer_;
+  double open_ = 0;
+};
+
+/// Puts the residual of a backend that measures its own in the place of that of the constraint system.
+template <class real>
+void take_own_residual(Backend<real>& backend, Measures& measures) {
+  if constexpr (sizeof(real) == sizeof(double)) {
+    if (auto* reduced = dynamic_cast<ReducedBackend*>(&backend)) {
+      measures.residual = reduced->residual();
+      measures.worst = std::nullopt;
+      if (measures.residual && measures.residual->defect_max > 0)
+        measures.worst = reduced->place_of(*measures.residual);
+    }
+  }
+}
+
+}  // namespace lockstep
