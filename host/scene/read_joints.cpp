@@ -142,6 +142,8 @@ void read_pitch(const JsonNode& node, const char* kind, JointDescription& joint)
   if (joint.pitch == 0) node.at("pitch").fail("must not be 0: what turns without travel is a hinge");
 }
 
+}  // namespace
+
 NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   node.expect_object({"type", "name", "bodies", "anchor", "anchors", "axis", "axes", "pitch", "limits", "limits_deg",
                       "motor", "friction", "collide", "spring", "frequency", "damping"});
@@ -177,8 +179,6 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   }
   return named;
 }
-
-}  // namespace
 
 double angle_at(const JsonNode& node, const char* radians, const char* degrees) {
   if (node.has(radians) && node.has(degrees))

@@ -172,7 +172,8 @@ void World::step(u32 count) {
 }
 
 u32 World::steps_done() const { return parts_->engine ? parts_->engine->steps_done() : 0; }
-double World::time() const { return steps_done() * parts_->scene.settings.dt; }
+double World::time() const { return steps_done() * time_step(); }
+double World::time_step() const { return parts_->scene.settings.dt; }
 
 void World::record(const std::string& path) {
   if (path.empty()) throw Error(Failure::input, "recording", "must have a path");
