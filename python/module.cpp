@@ -32,6 +32,16 @@ void add_error(py::module_& module) {
   });
 }
 
+// Arrays of NumPy 2 are laid out otherwise, which pybind11 knows from 2.12 on; before, numbers would be wrong in silence.
+void expect_known_numpy() {
+#if PYBIND11_VERSION_HEX < 0x020C0000
+  const std::string version = py::module_::import("numpy").attr("__version__").cast<std::string>();
+  if (std::stoi(version) < 2) return;
+  throw py::import_error("lockstep was built with a pybind11 that does not know NumPy " + version +
+                         "; use NumPy 1, or build it with pybind11 2.12 or later");
+#endif
+}
+
 py::dict scenes() {
   py::dict found;
   for (const SceneListing& scene : built_in_scenes()) found[py::str(scene.name)] = scene.description;
@@ -50,6 +60,7 @@ std::vector<std::string> devices() {
 
 PYBIND11_MODULE(lockstep, module) {
   using namespace lockstep::python;
+  expect_known_numpy();
   module.doc() =
       "Rigid bodies in OpenCL and in plain C++ with the same bits.\n\n"
       "    import lockstep\n"

@@ -200,7 +200,7 @@ std::string stem(const std::string& path) { return fs::path(path).stem().string(
 }  // namespace
 
 Scene parse_scene(const std::string& text, const std::string& source, u32 seed) {
-  if (is_urdf(source)) return robot_scene(text, source);
+  if (is_robot(source)) return robot_scene(text, source);
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
@@ -260,7 +260,7 @@ JointDescription parse_joint(const std::string& text, const std::string& source)
 }
 
 std::optional<CameraDescription> parse_camera(const std::string& text, const std::string& source) {
-  if (is_urdf(source)) return std::nullopt;
+  if (is_robot(source)) return std::nullopt;
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   if (!root.is_object() || !root.has("camera")) return std::nullopt;

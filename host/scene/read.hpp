@@ -1,5 +1,5 @@
 // Scene files: JSON as docs/scene_format.md and scenes/scene.schema.json describe it, or a robot alone (.urdf,
-// docs/formats.md).
+// .xml; docs/formats.md).
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace lockstep {
 /// the file plus `seed` times seed_stride, modulo 2^32.
 Scene read_scene(const std::string& path_or_name, u32 seed = 0);
 
-/// Reads a scene from JSON text, or from URDF where `source`, which stands for the file in errors, ends in .urdf.
+/// Reads a scene from JSON text, or a robot where `source`, which stands for the file in errors, ends in .urdf or .xml.
 Scene parse_scene(const std::string& text, const std::string& source, u32 seed = 0);
 
 /// The camera alone, which may have been asked for in a scene that was read elsewhere: its meshes need not be there.

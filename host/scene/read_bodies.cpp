@@ -250,6 +250,13 @@ u32 Categories::own(const JsonNode& name) {
 
 u32 Categories::partner(const JsonNode& name) { return 1u << (&find(name) - categories_.data()); }
 
+u32 Categories::add(const JsonNode& place, const std::string& name) {
+  if (categories_.empty()) categories_.push_back({"default", place, true});
+  if (categories_.size() == 32) place.fail("brings the scene to more than 32 categories, \"default\" among them");
+  categories_.push_back({name, place, true});
+  return 1u << (categories_.size() - 1);
+}
+
 void Categories::expect_all_owned() const {
   std::vector<std::string> owned;
   for (const Category& category : categories_) {

@@ -28,6 +28,8 @@ class Categories {
   u32 own(const JsonNode& name);
   /// The bit of a category that a shape collides with.
   u32 partner(const JsonNode& name);
+  /// The bit of a new category of some shapes, which nothing else calls so.
+  u32 add(const JsonNode& place, const std::string& name);
   /// Refuses partners that no shape belongs to.
   void expect_all_owned() const;
 
@@ -55,7 +57,7 @@ struct BodyList {
 
 /// What bodies refer to by name.
 struct Names {
-  const std::vector<Material>& materials;
+  const std::vector<Material>& materials;  // those of the file; robots may bring more
   Categories& categories;
   bool particles = false;  // whether bodies are particles, as meshes must be
   u32 seed = 0;            // of all that is drawn at random

@@ -84,6 +84,9 @@ void World::remove(BodyHandle body) {
   p.scene.bodies.erase(p.scene.bodies.begin() + gone);
   p.bodies.remove(gone);
   rename_without(p.renaming.bodies, gone);
+  std::erase_if(p.scene.passing, [gone](const auto& pair) { return pair[0] == gone || pair[1] == gone; });
+  for (auto& pair : p.scene.passing)
+    for (u32& side : pair) side -= side > gone;
   p.loads.erase(body.id);
   p.forces.erase(body.id);
   p.targets.erase(body.id);
