@@ -4,8 +4,8 @@
     bench/worlds.py > bench/results/MACHINE/worlds.csv
     bench/worlds.py --device gpu --scenes rag_doll --worlds 1 1024 --ranks 1
 
-Each row is one run of `lockstep run SCENE --worlds N`, under mpirun where ranks are more than one; times are those of the
-slowest rank, without the first step.
+Each row is one run of `lockstep run SCENE --worlds N`, under mpirun where ranks are more than one; times are the
+median of the steps of the slowest rank.
 """
 import argparse
 import json
@@ -41,11 +41,10 @@ for scene in options.scenes:
                 subprocess.run(command, check=True, env=environment)
                 with open(path) as file:
                     r = json.load(file)
-            seconds = 1e-3 * (r["ms_total"] - r["ms_first_step"])
-            rate = worlds * (r["steps"] - 1) / seconds
+            per_second = 1e3 / r["ms_per_step_median"]
             print(
                 f"{scene},{r['device']},{r['precision']},{ranks},{worlds},{r['bodies']},{r['steps']},{r['ms_per_step_median']:.4f},"
-                f"{rate:.1f},{r['body_steps_per_second']:.4g},{r['state_hash']}",
+                f"{worlds * per_second:.1f},{r['bodies'] * per_second:.4g},{r['state_hash']}",
                 flush=True,
             )
             if hashes.setdefault((scene, worlds), r["state_hash"]) != r["state_hash"]:

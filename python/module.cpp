@@ -32,7 +32,8 @@ void add_error(py::module_& module) {
   });
 }
 
-// Arrays of NumPy 2 are laid out otherwise, which pybind11 knows from 2.12 on; before, numbers would be wrong in silence.
+// Arrays of NumPy 2 are laid out otherwise, which pybind11 knows from 2.12 on; before, numbers would be wrong in
+// silence.
 void expect_known_numpy() {
 #if PYBIND11_VERSION_HEX < 0x020C0000
   const std::string version = py::module_::import("numpy").attr("__version__").cast<std::string>();

@@ -32,13 +32,13 @@ std::string of_geom(const std::string& inside) {
   return in_world("<body name=\"a\"><freejoint/><geom " + inside + "/></body>");
 }
 std::string beside(const std::string& more) {
-  return file("<worldbody><body name=\"a\"><joint name=\"j\"/><geom size=\"1\"/></body></worldbody>" + more);
+  return file("<worldbody><body name=\"a\"><joint name=\"j\"/><geom size=\"1\"/></body></worldbody>\n" + more);
 }
 
 TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
   const std::string inertial = "<freejoint/><inertial pos=\"0 0 0\" ";
   const Bad bad[] = {
-      {"<mujoco>", "robot.xml:1: not XML: XML_ERROR_PARSING"},
+      {"<mujoco>", "robot.xml:1: not XML: XML_ERROR_MISMATCHED_ELEMENT"},
       {"<robot/>", "robot.xml:1: <robot>: is no <mujoco>, as the first element of an MJCF file must be"},
       {file("<include file=\"x.xml\"/>"),
        "robot.xml:2: <include>: is not followed; let MuJoCo write all into one file: mj_saveLastXML"},
@@ -46,7 +46,8 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
       {beside("<tendon><fixed name=\"t\" stiffness=\"3\"/></tendon>"),
        "robot.xml:3: <fixed> stiffness: is of a tendon that pulls, and those are not simulated; remove it"},
       {file("<tendons/>"),
-       "robot.xml:2: <tendons>: is no element of <mujoco>; known: compiler, option, default, asset, worldbody, contact, "
+       "robot.xml:2: <tendons>: is no element of <mujoco>; known: compiler, option, default, asset, worldbody, "
+       "contact, "
        "equality, actuator"},
       {file("<compiler coordinate=\"global\"/>"),
        "robot.xml:2: <compiler> coordinate: must be local; MuJoCo 2.3 converts"},
@@ -102,7 +103,7 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
        "robot.xml:2: <geom> fromto: must be two points, they are one"},
       {of_geom("type=\"plane\" size=\"1 1 1\""),
        "robot.xml:2: <geom>: is a plane, which has no mass; its body must be fixed to the world"},
-      {of_geom("type=\"mesh\" mesh=\"m\""), "robot.xml:2: <geom> mesh: unknown mesh \"m\"; known: "},
+      {of_geom("type=\"mesh\" mesh=\"m\""), "robot.xml:2: <geom> mesh: unknown mesh \"m\"; there are none"},
       {of_geom("size=\"1\" quat=\"0 0 0 0\""), "robot.xml:2: <geom> quat: must not be zero"},
       {of_geom("size=\"1\" quat=\"1 0 0 0\" euler=\"0 0 0\""),
        "robot.xml:2: <geom> euler: stands beside quat; give one orientation"},
@@ -116,13 +117,13 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
        "the robot's file and the compiler's meshdir"},
       {file("<asset><mesh name=\"m\" vertex=\"0 0 0 1 0 0 0 1 0 1 1 0\"/></asset><worldbody><body><freejoint/>"
             "<geom type=\"mesh\" mesh=\"m\"/></body></worldbody>"),
-       "robot.xml:2: <mesh> vertex: lie in a plane; a hull needs a volume"},
+       "robot.xml:2: <mesh> vertex: its points lie in a plane; give it a thickness, or use a box"},
       {file("<default><geom size=\"1\"/><geom size=\"2\"/></default>"),
        "robot.xml:2: <geom>: stands twice in <default>; give it once"},
       {file("<default><default/></default>"), "robot.xml:2: <default>: needs the attribute \"class\""},
       {beside("<actuator><motor/></actuator>"), "robot.xml:3: <motor>: needs the attribute \"joint\""},
       {beside("<actuator><motor joint=\"k\"/></actuator>"),
-       "robot.xml:3: <motor> joint: unknown joint \"k\"; known: j"},
+       "robot.xml:3: <motor> joint: unknown joint \"k\"; did you mean \"j\"?"},
       {beside("<actuator><motor tendon=\"t\"/></actuator>"),
        "robot.xml:3: <motor> tendon: is nothing that is driven here; only joints are"},
       {beside("<actuator><muscle joint=\"j\"/></actuator>"),
@@ -141,14 +142,17 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
       {beside("<contact><pair geom1=\"x\" geom2=\"y\"/></contact>"),
        "robot.xml:3: <pair>: is not read; contype and conaffinity of geoms say who touches"},
       {beside("<contact><exclude body1=\"a\" body2=\"b\"/></contact>"),
-       "robot.xml:3: <exclude> body2: unknown body \"b\"; known: a, world"},
+       "robot.xml:3: <exclude> body2: unknown body \"b\"; did you mean \"a\"?"},
   };
   for (const auto& [text, line] : bad) EXPECT_EQ(refusal(text), line) << text;
   EXPECT_EQ(refusal(beside("")), "accepted");
 }
 
 TEST(BadMjcf, WhatIsForOtherProgramsIsPassedOver) {
-  EXPECT_EQ(refusal(beside("<tendon><fixed name=\"t\"/></tendon><visual/><statistic/><sensor><gyro/></sensor><keyframe/><custom/><size/>")), "accepted");
+  EXPECT_EQ(
+      refusal(beside("<tendon><fixed "
+                     "name=\"t\"/></tendon><visual/><statistic/><sensor><gyro/></sensor><keyframe/><custom/><size/>")),
+      "accepted");
   EXPECT_EQ(refusal(in_body("<site/><camera/><light/><freejoint/>")), "accepted");
 }
 

@@ -86,7 +86,7 @@ class Assembly {
     }
   }
 
-  // As the scene says; else as the file does, whose classes have other bits here. All else in the scene is touched.
+  // As the scene says; else as the file does, whose classes have other bits here, the first that of "default".
   void set_contacts(ShapeDescription& shape) const {
     if (!robot_.contacts) {
       shape.material = use_.material.value_or(0);
