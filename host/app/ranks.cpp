@@ -21,6 +21,12 @@ int launched() {
   return 1;
 }
 
+}  // namespace
+
+#ifdef LOCKSTEP_MPI
+
+namespace {
+
 struct Failed {
   Failure failure;
   std::string line;
@@ -41,8 +47,6 @@ std::vector<Failed> failure_of(const std::function<void()>& work) {
 }
 
 }  // namespace
-
-#ifdef LOCKSTEP_MPI
 
 Ranks::Ranks() {
   if (launched() <= 1) return;
