@@ -162,8 +162,8 @@ TEST_F(BadRobots, WhatASceneSaysWrongOfARobotIsRefused) {
       refusal_of(R"({"robots": [{"file": "none.urdf"}]})"),
       "s.json: /robots/0/file: names no file: \"none.urdf\" does not exist; a robot is looked for from the folder "
       "of the scene");
-  EXPECT_EQ(refusal_of(R"({"robots": [{"file": "x.xml"}]})"),
-            "s.json: /robots/0/file: must be the name of a .urdf file, is \"x.xml\"");
+  EXPECT_EQ(refusal_of(R"({"robots": [{"file": "x.obj"}]})"),
+            "s.json: /robots/0/file: must be the name of a .urdf or .xml file, is \"x.obj\"");
   EXPECT_EQ(refusal_of(R"({"robots": []})"), "s.json: /robots: is empty; a scene needs a body");
   EXPECT_EQ(refusal_of(R"({})"), "s.json: needs the key \"bodies\"");
   const std::string twice = R"({"file": "scenes/robots/sweeper.urdf", "fixed": true})";

@@ -39,7 +39,7 @@ std::vector<std::string> files(const std::string& folder, const std::set<std::st
 
 std::vector<std::string> sources() {
   std::vector<std::string> all;
-  for (const char* folder : {"kernels", "cpu_reference", "host", "tests", "bench", "include"}) {
+  for (const char* folder : {"kernels", "cpu_reference", "host", "tests", "bench", "include", "python"}) {
     for (std::string& file : files(folder, {".cl", ".h", ".hpp", ".cpp", ".def"})) all.push_back(std::move(file));
   }
   return all;
@@ -126,6 +126,7 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
       {"host/app",
        {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "host/render",
         "host/problems", "host/cases", "simulation", "cpu_reference/oracle"}},
+      {"python", {"include", "kernels", "host", "host/scene", "host/device"}},
   };
   for (const std::string& file : sources()) {
     const std::string module = module_of(file);
@@ -166,12 +167,22 @@ TEST(HouseRules, ThePageOfTheLibraryShowsATestedExample) {
   EXPECT_NE(read_file(root / "docs/library.md").find("```cpp\n" + example + "```"), std::string::npos);
 }
 
+// So does that of the Python module.
+TEST(HouseRules, ThePageOfPythonShowsATestedExample) {
+  const std::string page = read_file(root / "docs/python.md");
+  for (const char* file : {"examples/drop_and_watch.py", "examples/balance_a_pole.py"}) {
+    const std::string example = read_file(root / file);
+    EXPECT_NE(page.find("```python\n" + example + "```"), std::string::npos) << file;
+  }
+}
+
 // A path in the text of a document: a link, or a name in backticks that starts with a folder of the project. Names with
 // <placeholders> stand for many.
 TEST(HouseRules, DocumentsNameFilesThatExist) {
   std::vector<std::string> documents = files("docs", {".md"});
   for (const char* name : {"README.md", "CONTRIBUTING.md", "CHANGELOG.md"}) documents.push_back(name);
-  const std::string folders = "(?:\\.ci|bench|cmake|cpu_reference|docs|examples|host|kernels|scenes|scripts|tests)";
+  const std::string folders =
+      "(?:\\.ci|bench|cmake|cpu_reference|docs|examples|host|kernels|python|scenes|scripts|tests)";
   for (const std::string& document : documents) {
     ASSERT_TRUE(fs::exists(root / document)) << document;
     const std::string text = read_file(root / document);

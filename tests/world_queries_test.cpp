@@ -28,6 +28,53 @@ TEST(World, ContactsCarryTheWeight) {
   EXPECT_EQ(world.contacts().size(), before.size());
 }
 
+TEST(World, ErrorsTellEnergyMomentumAndOverlap) {
+  World world(ground_scene(), in_double());
+  const BodyHandle box = world.add(box_at({0, 0, 2}, 3));
+  world.set_velocity(box, {{1, 0, 0}, {0, 0, 2}});
+  const StepErrors flying = world.errors();
+  EXPECT_NEAR(flying.kinetic, 0.5 * 3 + 0.5 * world.description(box).inertia[2] * 4, 1e-12);
+  EXPECT_NEAR(flying.potential, 3 * 9.81 * 2, 1e-12);
+  EXPECT_NEAR(flying.momentum[0], 3, 1e-12);
+  EXPECT_FALSE(flying.residual);
+  EXPECT_FALSE(flying.joint_separation);
+  world.place(box, {.position = {0, 0, 0.5}});
+  world.step(100);
+  const StepErrors lying = world.errors();
+  EXPECT_EQ(lying.contacts, 4u);
+  EXPECT_NEAR(lying.max_penetration, 0.5 - world.pose(box).position[2], 1e-6) << "it lies flat";
+  ASSERT_TRUE(lying.residual);
+  EXPECT_LT(*lying.residual, 1e-3);
+  EXPECT_LT(lying.kinetic, 1e-6);
+}
+
+// What joints do for two bodies: they do not collide, whatever else does.
+TEST(World, PassingBodiesStayThoseThatTheyWere) {
+  Scene scene = ground_scene();
+  const auto dynamic = [&](const Vector3& at) { return box_at(at); };
+  scene.bodies.push_back(dynamic({0, 0, 0.5}));
+  scene.bodies.push_back(dynamic({8, 0, 0.5}));
+  scene.bodies.push_back(dynamic({0.5, 0, 0.5}));  // overlaps the first
+  JointDescription pin;
+  pin.body_a = 2;
+  pin.anchor_a = pin.anchor_b = {8, 0, 0.5};
+  scene.joints.push_back(pin);
+  scene.passing.push_back({1, 3});
+  World world(scene, in_double());
+  const BodyHandle first = world.bodies()[1], pinned = world.bodies()[2], last = world.bodies()[3];
+  world.step(20);
+  EXPECT_NEAR(world.pose(last).position[0], 0.5, 1e-4) << "they pass";
+  const BodyHandle held = world.add(dynamic({16, 0, 0.5}));
+  pin.anchor_a = pin.anchor_b = {16, 0, 0.5};
+  world.add(pin, held);
+  world.remove(pinned);
+  world.step(20);
+  EXPECT_NEAR(world.pose(last).position[0], 0.5, 1e-4) << "the others have moved up the list";
+  world.remove(first);
+  world.step();
+  EXPECT_EQ(world.bodies().size(), 3u);
+}
+
 TEST(World, EventsAndRaysNameBodies) {
   Scene scene = ground_scene();
   scene.settings.events = true;

@@ -5,6 +5,7 @@
 #include <new>
 
 #include "host/app/commands.hpp"
+#include "host/app/ranks.hpp"
 #include "host/error.hpp"
 
 namespace {
@@ -49,6 +50,8 @@ int main(int argc, char** argv) {
                            : fmt::format("{} (try --help)", error.what()));
   } catch (const CLI::ParseError& error) {
     return fail(2, std::string(error.what()) + " (try --help)");
+  } catch (const app::SilentExit& exit) {
+    return exit.status;
   } catch (const Error& error) {
     return fail(static_cast<int>(error.failure()), error.what());
   } catch (const std::bad_alloc&) {

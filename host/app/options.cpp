@@ -93,7 +93,8 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
 }
 
 void add_scene_options(CLI::App& command, SceneOptions& options, std::string* oracle) {
-  command.add_option("scene", options.scene, "A built-in scene (lockstep scenes), a JSON file or a robot (.urdf)")
+  command
+      .add_option("scene", options.scene, "A built-in scene (lockstep scenes), a JSON file or a robot (.urdf, .xml)")
       ->required();
   CLI::Option* steps = command.add_option("--steps", options.steps, "Time steps")->check(positive);
   command.add_option("--time", options.time, "Simulated time instead of steps, s")->check(positive)->excludes(steps);
@@ -117,12 +118,13 @@ void add_scene_options(CLI::App& command, SceneOptions& options, std::string* or
       ->transform(one_of(friction_model_names));
   command.add_option("--precision", options.precision, "float or double instead of what the scene asks for")
       ->check(CLI::IsMember({"float", "double"}));
+  command.add_option("--seed", options.seed, "Draw what the scene draws at random otherwise: 0 is as its file has it");
   command.add_option("--resume", options.resume, "Go on from this checkpoint; --steps counts from the beginning");
   add_target_options(command, options);
 }
 
 Scene read_scene_with(const SceneOptions& options) {
-  Scene scene = read_scene(options.scene);
+  Scene scene = read_scene(options.scene, options.seed);
   Settings& settings = scene.settings;
   settings.dt = options.dt.value_or(settings.dt);
   settings.steps = options.steps.value_or(settings.steps);

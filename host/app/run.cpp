@@ -12,6 +12,7 @@
 #include "host/app/recording.hpp"
 #include "host/app/report_file.hpp"
 #include "host/app/start.hpp"
+#include "host/app/worlds.hpp"
 #include "host/backends/canary.hpp"
 #include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
@@ -28,6 +29,7 @@ namespace {
 struct RunOptions : SceneOptions {
   OracleOptions oracle;
   std::string report, events, record, checkpoint;
+  u32 worlds = 1;
   bool quiet = false;
 };
 
@@ -157,6 +159,7 @@ void write_checkpoint(Simulation<real>& simulation, const std::string& scene, co
 
 struct Outcome {
   Report report;
+  std::vector<WorldHash> hashes;
   Unsolved unsolved;  // of an oracle
 };
 
@@ -186,14 +189,15 @@ void describe_particles(const Scene& scene, const InitialState<real>& state, Rep
     center = std::max(center, fit.center_error);
     inertia = std::max(inertia, fit.inertia_error);
   }
-  report.particles = count;
+  report.particles = count * report.worlds;
   report.particle_center_error_m = center;
   report.particle_inertia_error = inertia;
 }
 
 template <class real>
-Outcome run_scene(const Scene& scene, const RunOptions& options, EventLog& log) {
-  Start<real> start = make_start<real>(scene, options);
+Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, EventLog& log) {
+  const Scene& scene = worlds[0];
+  Start<real> start = make_start<real>(worlds, options);
   const InitialState<real>& state = start.state;
   Recorder recorder = make_recorder(state);
 
@@ -233,18 +237,17 @@ Outcome run_scene(const Scene& scene, const RunOptions& options, EventLog& log) 
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();
   if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
-  const std::vector<WorldHash> hashes = simulation.world_hashes();
-  report.state_hash = combined_state_hash(hashes);
-  report.pose_hash = combined_pose_hash(hashes);
   const auto* oracle = dynamic_cast<const OracleBackend*>(&simulation.backend());
-  return {report, oracle ? oracle->unsolved() : Unsolved()};
+  return {report, simulation.world_hashes(), oracle ? oracle->unsolved() : Unsolved()};
 }
 
-void run(RunOptions options) {
-  ReportFile file(options.report);
+// The worlds of this rank, which may have none.
+Outcome run_share(RunOptions& options, const Share& share) {
+  if (share.count == 0) return {};
   expect_writable(options.record, "the recording", recording_signature);
   expect_writable(options.checkpoint, "the checkpoint", checkpoint_signature);
-  Scene scene = read_scene_with(options);
+  std::vector<Scene> worlds = read_worlds(options, share);
+  Scene& scene = worlds[0];
   if (!options.oracle.solver.empty()) {
     if (!options.record.empty())
       throw Error(Failure::input, "--record", "no device could verify the steps of an oracle; leave --record out");
@@ -252,12 +255,52 @@ void run(RunOptions options) {
   }
   scene.settings.events = scene.settings.events || !options.events.empty();
   EventLog log(options.events, scene);
-  with_precision(scene, [&](auto real) {
-    const auto [report, unsolved] = run_scene<decltype(real)>(scene, options, log);
-    file.write(to_json(report));
-    if (!options.quiet) fmt::print("{}", to_table(report));
-    expect_all_solved(scene.name, options.oracle, report.tolerance, unsolved);
+  Outcome outcome;
+  try {
+    with_precision(scene, [&](auto real) { outcome = run_scene<decltype(real)>(worlds, options, log); });
+  } catch (const Error& error) {
+    if (error.failure() != Failure::comparison || worlds.size() == 1) throw;
+    throw Error(error.failure(), "",
+                fmt::format("{}; world 0 is that of --seed {}, those after it have the seeds that follow", error.what(),
+                            options.seed + share.first));
+  }
+  return outcome;
+}
+
+void expect_one_world(const RunOptions& options) {
+  const std::pair<const char*, bool> asked[] = {{"--record", !options.record.empty()},
+                                                {"--checkpoint", !options.checkpoint.empty()},
+                                                {"--resume", !options.resume.empty()},
+                                                {"--events", !options.events.empty()},
+                                                {"--solver", !options.oracle.solver.empty()}};
+  for (const auto& [name, is_there] : asked) {
+    if (!is_there) continue;
+    throw Error(Failure::input, name,
+                std::string(name) == "--solver"
+                    ? "an oracle solves one world; leave out --worlds, and run it without mpirun"
+                    : "is of one world: leave out --worlds and run it without mpirun, with "
+                      "--seed K for world K");
+  }
+}
+
+void run(RunOptions options) {
+  const Ranks ranks;
+  const bool is_first = ranks.rank() == 0;
+  std::optional<ReportFile> file;
+  Outcome outcome;
+  ranks.together([&] {
+    if (options.worlds > 1 || ranks.size() > 1) expect_one_world(options);
+    if (is_first) file.emplace(options.report);
+    RunOptions mine = options;
+    mine.quiet = options.quiet || !is_first;
+    spread_devices(ranks, mine);
+    outcome = run_share(mine, share_of(options.worlds, ranks));
   });
+  const Report report = merged(ranks, outcome.report, outcome.hashes);
+  if (!is_first) return;
+  file->write(to_json(report));
+  if (!options.quiet) fmt::print("{}", to_table(report));
+  expect_all_solved(report.scene, options.oracle, report.tolerance, outcome.unsolved);
 }
 
 }  // namespace
@@ -267,6 +310,12 @@ void add_run(CLI::App& program) {
   const auto options = std::make_shared<RunOptions>();
   add_scene_options(*command, *options, &options->oracle.solver);
   add_oracle_options(*command, options->oracle);
+  command
+      ->add_option("--worlds", options->worlds,
+                   "So many worlds at once, each with the bits that it has alone: --seed and those that follow it. "
+                   "mpirun shares them out")
+      ->check(CLI::Range(1u, 10000000u))
+      ->capture_default_str();
   command->add_option("--report", options->report, "Write the figures to this file as JSON (docs/error_measures.md)");
   command->add_option("--events", options->events, "Write who begins and ceases to touch, a JSON object a line");
   command->add_option("--record", options->record, "Record every step in this HDF5 file, for `lockstep verify`");

@@ -9,10 +9,11 @@
 namespace lockstep::app {
 
 template <class real>
-Start<real> make_start(const Scene& scene, const SceneOptions& options) {
+Start<real> make_start(std::span<const Scene> worlds, const SceneOptions& options) {
   Start<real> start;
-  start.state = compile<real>(scene);
+  start.state = compile<real>(worlds);
   if (options.resume.empty()) return start;
+  const Scene& scene = worlds[0];
   resume_from(read_whole_file(options.resume), options.resume, scene.name, start.state);
   start.steps_done = start.state.buffers.step_index.front();
   if (start.steps_done >= scene.settings.steps)
@@ -29,8 +30,8 @@ std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, con
   return std::make_unique<ReferenceBackend<real>>(state);
 }
 
-template Start<float> make_start<float>(const Scene&, const SceneOptions&);
-template Start<double> make_start<double>(const Scene&, const SceneOptions&);
+template Start<float> make_start<float>(std::span<const Scene>, const SceneOptions&);
+template Start<double> make_start<double>(std::span<const Scene>, const SceneOptions&);
 template std::unique_ptr<Backend<float>> make_backend(const InitialState<float>&, const SceneOptions&);
 template std::unique_ptr<Backend<double>> make_backend(const InitialState<double>&, const SceneOptions&);
 

@@ -1,6 +1,8 @@
 // What a run starts from: a compiled scene, or the state of a checkpoint of it.
 #pragma once
 
+#include <span>
+
 #include "host/app/options.hpp"
 #include "host/record/checkpoint.hpp"
 
@@ -15,7 +17,11 @@ struct Start {
 /// Throws Error (input) where the checkpoint that the options name is none of this scene, or is as far as the run is to
 /// go.
 template <class real>
-Start<real> make_start(const Scene& scene, const SceneOptions& options);
+Start<real> make_start(std::span<const Scene> worlds, const SceneOptions& options);
+template <class real>
+Start<real> make_start(const Scene& scene, const SceneOptions& options) {
+  return make_start<real>(std::span(&scene, 1), options);
+}
 
 /// On the device that the options name, or the reference.
 template <class real>

@@ -59,6 +59,9 @@ System articulated_system(const Buffers<double>& b) {
     if (from.spring > 0)
       throw Error(Failure::input, fmt::format("joint {}", info.id),
                   "has a \"frequency\": in reduced coordinates joints are rigid; take it away");
+    if (info.kind == JOINT_SKATE || info.kind == JOINT_ROLLING)
+      throw Error(Failure::input, fmt::format("joint {}", info.id),
+                  "holds velocities that no coordinates stand for; take a solver that is not in reduced coordinates");
     oracle::articulated::Joint joint;
     for (const u32 body : {info.body_a, info.body_b}) {
       if (system.bodies[body].mass > 0) system.bodies[body].held = true;

@@ -89,6 +89,7 @@ std::string to_json(const Report& report) {
                {"precision", report.precision},
                {"solver", report.solver},
                {"friction_model", report.friction_model},
+               {"ranks", report.ranks},
                {"worlds", report.worlds},
                {"bodies", report.bodies},
                {"joints", report.joints},
@@ -106,6 +107,7 @@ std::string to_json(const Report& report) {
                {"ms_per_step_p99", report.ms_per_step_p99},
                {"ms_first_step", report.ms_first_step},
                {"ms_total", report.ms_total},
+               {"body_steps_per_second", report.body_steps_per_second()},
                {"sweeps_median", number_or_null(report.sweeps_median)},
                {"sweeps_max", number_or_null(report.sweeps_max)},
                {"stage_ms", stage_times(report)},
@@ -129,14 +131,19 @@ std::string to_json(const Report& report) {
                {"particle_inertia_error", number_or_null(report.particle_inertia_error)},
                {"state_hash", hash_text(report.state_hash)},
                {"pose_hash", hash_text(report.pose_hash)}};
+  json["world_state_hashes"] = Json::array();
+  for (const std::uint64_t hash : report.world_state_hashes) json["world_state_hashes"].push_back(hash_text(hash));
   for (u32 kind = 0; kind < EVENT_KINDS; ++kind)
     json[event_keys[kind]] = report.events ? Json((*report.events)[kind]) : Json(nullptr);
   return json.dump(2) + "\n";
 }
 
 std::string to_table(const Report& report) {
-  std::string text = fmt::format("{} on {}, {}, {} bodies, {} steps of {:g} ms\n", report.scene, report.device,
-                                 report.precision, report.bodies, report.steps, 1e3 * report.dt);
+  const std::string ranks = report.ranks > 1 ? fmt::format(" on {} ranks", report.ranks) : "";
+  const std::string worlds =
+      report.worlds > 1 || report.ranks > 1 ? fmt::format(" {} worlds{},", report.worlds, ranks) : "";
+  std::string text = fmt::format("{} on {}, {},{} {} bodies, {} steps of {:g} ms\n", report.scene, report.device,
+                                 report.precision, worlds, report.bodies, report.steps, 1e3 * report.dt);
   if (report.first_step > 0) text += fmt::format("from a checkpoint after {} steps\n", report.first_step);
   if (report.interrupted) text += "interrupted: the steps that were asked for are not all done\n";
   if (!report.bit_exact) text += fmt::format("the canary says: {}\n", report.canary);
@@ -145,6 +152,7 @@ std::string to_table(const Report& report) {
                                                    report.ms_per_step_p99, report.ms_first_step));
   const double simulated = report.dt * report.steps;
   text += row("simulated / wall time", fmt::format("{:.3g} s / {:.3g} s", simulated, 1e-3 * report.ms_total));
+  if (!worlds.empty()) text += row("body steps a second", fmt::format("{:.4g}", report.body_steps_per_second()));
   if (report.sweeps_median)
     text += row("sweeps a step median, max", fmt::format("{}, {}  (at most {})", *report.sweeps_median,
                                                          *report.sweeps_max, report.substeps * report.iterations));

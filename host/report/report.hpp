@@ -19,6 +19,7 @@ struct Report {
   std::string scene, device, precision, solver, friction_model;
   bool bit_exact = true;             // what the canary says of the device
   std::string canary = "bit-exact";  // the same in words
+  u32 ranks = 1;                     // processes that shared the worlds out
   u32 worlds = 0, bodies = 0, joints = 0, first_step = 0, steps = 0, substeps = 0, iterations = 0;
   bool interrupted = false;  // ended before its last step because it was asked to
   double dt = 0;             // of a step, s
@@ -48,6 +49,10 @@ struct Report {
   std::optional<std::array<std::uint64_t, EVENT_KINDS>> events;  // by EventKind, where the scene asks for them
 
   std::uint64_t state_hash = 0, pose_hash = 0;
+  std::vector<std::uint64_t> world_state_hashes;  // where there are several
+
+  /// Steps of a body in a second of wall time, without the first step.
+  double body_steps_per_second() const;
 };
 
 /// Gathers the figures of a run, step by step.

@@ -199,6 +199,10 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
       joined.push_back({body_a, body_b});
       joined.push_back({body_b, body_a});
     }
+    for (const auto& [a, partner] : scene.passing) {
+      joined.push_back({first_body + a, first_body + partner});
+      joined.push_back({first_body + partner, first_body + a});
+    }
     if (std::ranges::any_of(scene.joints, [](const JointDescription& joint) { return joint.spring.has_value(); }))
       state.features = with(state.features, Feature::joint_springs);
   }

@@ -24,12 +24,14 @@ struct Jitter {
 
 enum class Randoms { lcg_by_index };
 
-Jitter read_jitter(const JsonNode& node) {
+Jitter read_jitter(const JsonNode& node, Names& names) {
   node.expect_object({"generator", "seed", "amplitude", "order"});
   Jitter jitter;
   node.at("generator").choice<Randoms>("generator", {{"lcg_by_index", Randoms::lcg_by_index}});
   jitter.amplitude = node.at("amplitude").vector();
   if (node.has("seed")) jitter.seed = node.at("seed").integer(0, NONE);
+  jitter.seed += names.seed * seed_stride;
+  names.seeded = true;
   if (node.has("order")) {
     const std::string order = node.at("order").text();
     std::string sorted = order;
@@ -164,7 +166,7 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
   }
   Lattice lattice = kind == Kind::grid ? read_grid(node) : kind == Kind::line ? read_line(node) : read_pyramid(node);
   if (node.has("origin")) lattice.origin = node.at("origin").vector();
-  const Jitter jitter = node.has("jitter") ? read_jitter(node.at("jitter")) : Jitter{};
+  const Jitter jitter = node.has("jitter") ? read_jitter(node.at("jitter"), names) : Jitter{};
 
   const BodyList templates = read_templates(node, names);
   std::vector<NamedJoint> joints = templates.joints;

@@ -210,8 +210,8 @@ std::string stem(const std::string& path) { return fs::path(path).stem().string(
 
 }  // namespace
 
-Scene parse_scene(const std::string& text, const std::string& source) {
-  if (is_urdf(source)) return robot_scene(text, source);
+Scene parse_scene(const std::string& text, const std::string& source, u32 seed) {
+  if (is_robot(source)) return robot_scene(text, source);
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
@@ -232,7 +232,7 @@ Scene parse_scene(const std::string& text, const std::string& source) {
   static_cast<void>(impact_laws_of(scene));  // refuses what does not go together
   Categories categories;
   if (root.has("particles")) scene.particles = read_particles(root.at("particles"));
-  Names names = {scene.materials, categories, scene.particles.has_value()};
+  Names names = {scene.materials, categories, scene.particles.has_value(), seed};
   const bool has_robots = root.has("robots");
   BodyList list;
   if (root.has("bodies") || !has_robots) list = read_bodies(root.at("bodies"), names);
@@ -245,23 +245,45 @@ Scene parse_scene(const std::string& text, const std::string& source) {
   if (scene.bodies.empty()) of_bodies.fail("is empty; a scene needs a body");
   expect_different_names(of_bodies, scene.bodies);
   categories.expect_all_owned();
+  scene.categories = categories.names();
+  scene.seeded = names.seeded;
   for (JointDescription& joint : resolve_joints(list.joints, scene.bodies)) scene.joints.push_back(std::move(joint));
   return scene;
 }
 
+BodyDescription parse_body(const std::string& text, const std::string& source, Scene& scene) {
+  const nlohmann::json document = parse_json(text, source);
+  const JsonNode root(document, source);
+  Categories categories(scene.categories, root);
+  Names names = {scene.materials, categories, scene.particles.has_value()};
+  BodyDescription body = read_body(root, names);
+  categories.expect_all_owned();
+  scene.categories = categories.names();
+  return body;
+}
+
+JointDescription parse_joint(const std::string& text, const std::string& source) {
+  nlohmann::json document = parse_json(text, source);
+  const JsonNode root(document, source);
+  if (!root.is_object()) root.must_be("an object");
+  if (root.has("bodies")) root.at("bodies").fail("is left out here: the bodies are given beside the joint");
+  document["bodies"] = {"a", "b"};
+  return read_joint(root, false).joint;
+}
+
 std::optional<CameraDescription> parse_camera(const std::string& text, const std::string& source) {
-  if (is_urdf(source)) return std::nullopt;
+  if (is_robot(source)) return std::nullopt;
   const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   if (!root.is_object() || !root.has("camera")) return std::nullopt;
   return read_camera(root.at("camera"));
 }
 
-Scene read_scene(const std::string& path_or_name) {
+Scene read_scene(const std::string& path_or_name, u32 seed) {
   std::vector<std::string> names;
   for (const EmbeddedFile& file : embedded_scenes()) {
     names.push_back(stem(std::string(file.name)));
-    if (names.back() == path_or_name) return parse_scene(std::string(file.text), std::string(file.name));
+    if (names.back() == path_or_name) return parse_scene(std::string(file.text), std::string(file.name), seed);
   }
   std::error_code ignored;
   if (!fs::exists(path_or_name, ignored)) {
@@ -270,7 +292,7 @@ Scene read_scene(const std::string& path_or_name) {
                 is_path ? "no such file; 'lockstep scenes' lists the built-in ones"
                         : "no such file, and no built-in scene has this name; " + suggestion(path_or_name, names));
   }
-  return parse_scene(read_text_file(path_or_name), path_or_name);
+  return parse_scene(read_text_file(path_or_name), path_or_name, seed);
 }
 
 std::vector<SceneListing> built_in_scenes() {

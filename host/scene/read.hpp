@@ -1,5 +1,5 @@
 // Scene files: JSON as docs/scene_format.md and scenes/scene.schema.json describe it, or a robot alone (.urdf,
-// docs/formats.md).
+// .xml; docs/formats.md).
 #pragma once
 
 #include <string>
@@ -10,14 +10,22 @@
 namespace lockstep {
 
 /// Reads a scene from a path, or a built-in scene by its name. Throws Error (input) with "file: /json/path: rule and
-/// value".
-Scene read_scene(const std::string& path_or_name);
+/// value". With another seed than 0 what it draws at random is drawn otherwise: jitters take as their seed the one in
+/// the file plus `seed` times seed_stride, modulo 2^32.
+Scene read_scene(const std::string& path_or_name, u32 seed = 0);
 
-/// Reads a scene from JSON text, or from URDF where `source`, which stands for the file in errors, ends in .urdf.
-Scene parse_scene(const std::string& text, const std::string& source);
+/// Reads a scene from JSON text, or a robot where `source`, which stands for the file in errors, ends in .urdf or .xml.
+Scene parse_scene(const std::string& text, const std::string& source, u32 seed = 0);
 
 /// The camera alone, which may have been asked for in a scene that was read elsewhere: its meshes need not be there.
 std::optional<CameraDescription> parse_camera(const std::string& text, const std::string& source);
+
+/// One more body for a scene, in the words of its file: JSON of an entry of "bodies" that is no generator. Materials
+/// and categories have the names of the scene, and a new category becomes one of it. Throws Error (input).
+BodyDescription parse_body(const std::string& text, const std::string& source, Scene& scene);
+
+/// The same of a joint, but for the key "bodies", which it must not have: the caller knows them.
+JointDescription parse_joint(const std::string& text, const std::string& source);
 
 struct SceneListing {
   std::string name, description;

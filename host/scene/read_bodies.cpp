@@ -187,6 +187,8 @@ void read_pivot(const JsonNode& node, BodyDescription& body) {
   }
 }
 
+}  // namespace
+
 BodyDescription read_body(const JsonNode& node, Names& names) {
   node.expect_object({"name", "type", "mass", "density", "inertia", "position", "orientation", "velocity",
                       "angular_velocity", "angular_velocity_body", "pivot", "lever", "continuous", "shapes"});
@@ -217,7 +219,15 @@ BodyDescription read_body(const JsonNode& node, Names& names) {
   return body;
 }
 
-}  // namespace
+Categories::Categories(const std::vector<std::string>& names, const JsonNode& document) {
+  for (const std::string& name : names) categories_.push_back({name, document, true});
+}
+
+std::vector<std::string> Categories::names() const {
+  std::vector<std::string> names;
+  for (const Category& category : categories_) names.push_back(category.name);
+  return names;
+}
 
 Categories::Category& Categories::find(const JsonNode& name) {
   const std::string word = name.text();
@@ -239,6 +249,13 @@ u32 Categories::own(const JsonNode& name) {
 }
 
 u32 Categories::partner(const JsonNode& name) { return 1u << (&find(name) - categories_.data()); }
+
+u32 Categories::add(const JsonNode& place, const std::string& name) {
+  if (categories_.empty()) categories_.push_back({"default", place, true});
+  if (categories_.size() == 32) place.fail("brings the scene to more than 32 categories, \"default\" among them");
+  categories_.push_back({name, place, true});
+  return 1u << (categories_.size() - 1);
+}
 
 void Categories::expect_all_owned() const {
   std::vector<std::string> owned;

@@ -19,10 +19,17 @@ constexpr double most_degrees = 1e6;
 /// Names of collision categories, mapped to bits in the order in which the file mentions them; bit 0 is "default".
 class Categories {
  public:
+  Categories() = default;
+  /// Those of a scene that was read from `document`.
+  Categories(const std::vector<std::string>& names, const JsonNode& document);
+  /// In the order of their bits.
+  std::vector<std::string> names() const;
   /// The bit of a shape's own category.
   u32 own(const JsonNode& name);
   /// The bit of a category that a shape collides with.
   u32 partner(const JsonNode& name);
+  /// The bit of a new category of some shapes, which nothing else calls so.
+  u32 add(const JsonNode& place, const std::string& name);
   /// Refuses partners that no shape belongs to.
   void expect_all_owned() const;
 
@@ -50,10 +57,18 @@ struct BodyList {
 
 /// What bodies refer to by name.
 struct Names {
-  const std::vector<Material>& materials;
+  const std::vector<Material>& materials;  // those of the file; robots may bring more
   Categories& categories;
   bool particles = false;  // whether bodies are particles, as meshes must be
+  u32 seed = 0;            // of all that is drawn at random
+  bool seeded = false;     // something was
 };
+
+/// Copies of a generator count up from their seed: those of two seeds do not meet.
+constexpr u32 seed_stride = 1000003;
+
+/// Reads a body that no generator places.
+BodyDescription read_body(const JsonNode& node, Names& names);
 
 /// Reads the array of bodies and generators, in file order; the copies of a generator stand where it stands.
 BodyList read_bodies(const JsonNode& array, Names& names);

@@ -147,6 +147,7 @@ void read_radius(const JsonNode& node, const char* kind, JointDescription& joint
   need_keys(node, kind, {"radius"});
   joint.radius = node.at("radius").positive();
 }
+}  // namespace
 
 NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   node.expect_object({"type", "name", "bodies", "anchor", "anchors", "axis", "axes", "pitch", "radius", "limits",
@@ -185,8 +186,6 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
   }
   return named;
 }
-
-}  // namespace
 
 double angle_at(const JsonNode& node, const char* radians, const char* degrees) {
   if (node.has(radians) && node.has(degrees))

@@ -18,7 +18,10 @@ struct NamedJoint {
   JsonNode node;
 };
 
-/// Reads an array of joints. In a generator a name may end in "+1".
+/// Reads a joint. In a generator a name may end in "+1".
+NamedJoint read_joint(const JsonNode& node, bool in_generator);
+
+/// Reads an array of them.
 std::vector<NamedJoint> read_joints(const JsonNode& array, bool in_generator);
 
 /// Reads the keys "motor", "friction" and "spring" of a joint whose kind, anchors and limits are known.

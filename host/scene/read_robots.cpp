@@ -9,7 +9,9 @@
 
 #include "host/embedded.hpp"
 #include "host/scene/joint_kinds.hpp"
+#include "host/scene/mjcf.hpp"
 #include "host/scene/text_file.hpp"
+#include "host/scene/urdf.hpp"
 
 namespace lockstep {
 
@@ -17,17 +19,24 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// How long a robot that says its time step runs, unless the run is told.
+constexpr double shown_seconds = 5;
+
+Robot parse_robot(const std::string& text, const std::string& source) {
+  return is_mjcf(source) ? parse_mjcf(text, source) : parse_urdf(text, source);
+}
+
 // Those of the built-in scenes are in the library.
 Robot read_robot_file(const JsonNode& name) {
   const fs::path path = fs::path(name.source()).parent_path() / name.text();
   for (const EmbeddedFile& file : embedded_robots())
-    if (file.name == path.string()) return parse_urdf(std::string(file.text), path.string());
+    if (file.name == path.string()) return parse_robot(std::string(file.text), path.string());
   std::error_code ignored;
-  if (!is_urdf(path.string())) name.must_be("the name of a .urdf file");
+  if (!is_robot(path.string())) name.must_be("the name of a .urdf or .xml file");
   if (!fs::is_regular_file(path, ignored))
     name.fail(fmt::format("names no file: {} does not exist; a robot is looked for from the folder of the scene",
                           quote(name.text())));
-  return parse_urdf(read_text_file(path.string()), path.string());
+  return parse_robot(read_text_file(path.string()), path.string());
 }
 
 // What the scene says of a joint, in the words that the scene's own joints have.
@@ -47,6 +56,8 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   RobotDrive& drive = use.drives[number];
   JointDescription joint;
   joint.kind = *kind_of(found->kind);
+  if (joint.kind == JOINT_BALL || joint.kind == JOINT_UNIVERSAL)
+    node.fail("is a joint with more than one axis; nothing starts or drives it from here");
   const bool turns = free_of(joint.kind) == FREE_ANGLE;
   if (!turns && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
   if (node.has("start") || node.has("start_deg"))
@@ -61,6 +72,21 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   drive.spring = joint.spring;
 }
 
+// What a robot says of its contacts becomes materials, rules for pairs of them and categories of the scene.
+void bring_contacts(const Robot& robot, RobotUse& use, Scene& scene) {
+  if (!robot.contacts) return;
+  use.first_material = static_cast<u32>(scene.materials.size());
+  for (Material material : robot.contacts->materials) {
+    material.name = use.name + "/" + material.name;
+    scene.materials.push_back(std::move(material));
+  }
+  for (MaterialPairRule rule : robot.contacts->pairs) {
+    rule.material_a += use.first_material;
+    rule.material_b += use.first_material;
+    scene.material_pairs.push_back(rule);
+  }
+}
+
 void add(RobotParts parts, Scene& scene) {
   const u32 first = static_cast<u32>(scene.bodies.size());
   for (BodyDescription& body : parts.bodies) scene.bodies.push_back(std::move(body));
@@ -69,6 +95,7 @@ void add(RobotParts parts, Scene& scene) {
       if (*body != NONE) *body += first;
     scene.joints.push_back(std::move(joint));
   }
+  for (const auto& [a, b] : parts.passing) scene.passing.push_back({first + a, first + b});
 }
 
 }  // namespace
@@ -95,9 +122,13 @@ void read_robots(const JsonNode& array, Names& names, Scene& scene) {
     if (node.has("material")) use.material = read_material(node.at("material"), names);
     if (node.has("category")) use.category = names.categories.own(node.at("category"));
     if (node.has("collides_with")) {
-      use.mask = 0;
-      for (const JsonNode& name : node.at("collides_with").elements()) use.mask |= names.categories.partner(name);
+      u32 mask = 0;
+      for (const JsonNode& name : node.at("collides_with").elements()) mask |= names.categories.partner(name);
+      use.mask = mask;
     }
+    bring_contacts(robot, use, scene);
+    for (u32 k = 1; robot.contacts && !use.category && k < robot.contacts->classes; ++k)
+      use.classes.push_back(names.categories.add(file, use.name + "/" + std::to_string(k)));
     use.drives.resize(robot.joints.size());
     std::vector<bool> said(robot.joints.size(), false);
     if (node.has("joints")) {
@@ -111,19 +142,33 @@ void read_robots(const JsonNode& array, Names& names, Scene& scene) {
 }
 
 Scene robot_scene(const std::string& text, const std::string& source) {
-  const Robot robot = parse_urdf(text, source);
+  const Robot robot = parse_robot(text, source);
   Scene scene;
   scene.source = source;
   scene.text = text;
   scene.name = fs::path(source).stem().string();
   scene.description = fmt::format("The robot {}, alone", robot.name);
-  scene.materials.push_back({"default"});
+  if (robot.gravity) scene.gravity = *robot.gravity;
+  if (robot.dt) {
+    // light links between the joints of a body and stiff actuators want more than a few sweeps
+    use_solver(scene.settings, Solver::small_steps);
+    scene.settings.substeps = 10;
+    scene.settings.dt = *robot.dt;
+    scene.settings.steps = static_cast<u32>(std::clamp(std::round(shown_seconds / *robot.dt), 1.0, 1e9));
+  }
   RobotUse use;
   use.name = robot.name;
   use.drives.resize(robot.joints.size());
+  if (robot.contacts)
+    bring_contacts(robot, use, scene);
+  else
+    scene.materials.push_back({"default"});
+  for (u32 k = 1; robot.contacts && k < robot.contacts->classes; ++k) use.classes.push_back(1u << k);
   add(make_robot(robot, use), scene);
   if (scene.bodies.empty()) throw Error(Failure::input, source, "has no link that moves or touches anything");
   return scene;
 }
+
+bool is_robot(const std::string& path) { return is_urdf(path) || is_mjcf(path); }
 
 }  // namespace lockstep

@@ -9,7 +9,10 @@ namespace lockstep {
 /// Reads the array "robots": bodies and joints are added to those of the scene.
 void read_robots(const JsonNode& array, Names& names, Scene& scene);
 
-/// A scene of the robot of a URDF text, as it stands in its file, with all defaults.
+/// A scene of the robot of a URDF or MJCF text, as it stands in its file, with all defaults.
 Scene robot_scene(const std::string& text, const std::string& source);
+
+/// Whether a file of this name is a robot's.
+bool is_robot(const std::string& path);
 
 }  // namespace lockstep

@@ -30,8 +30,10 @@ Pose inverse(const Pose& pose) {
 // How far the child's frame has gone from where the joint is at 0, in that frame.
 Pose moved(const RobotJoint& joint, double by) {
   if (by == 0) return {};
-  if (joint.kind == RobotJointKind::prismatic) return {exact::scale(by, exact::unit(joint.axis))};
-  return {{0, 0, 0}, exact::turn(joint.axis, exact::sine(0.5 * by), exact::cosine(0.5 * by))};
+  if (joint.kind == RobotJointKind::prismatic || joint.kind == RobotJointKind::sliding)
+    return {exact::scale(by, exact::unit(joint.axis))};
+  const Quaternion turn = exact::turn(joint.axis, exact::sine(0.5 * by), exact::cosine(0.5 * by));
+  return {exact::subtract(joint.anchor, exact::rotate(turn, joint.anchor)), turn};
 }
 
 class Assembly {
@@ -78,12 +80,28 @@ class Assembly {
         const Pose stands = at * Pose{shape.offset, shape.rotation};
         shape.offset = stands.position;
         if (shape.kind != SHAPE_SPHERE) shape.rotation = stands.orientation;
-        shape.material = use_.material;
-        shape.category = use_.category;
-        shape.mask = use_.mask;
+        set_contacts(shape);
         shapes_[head_[i]].push_back(std::move(shape));
       }
     }
+  }
+
+  // As the scene says; else as the file does, whose classes have other bits here, the first that of "default".
+  void set_contacts(ShapeDescription& shape) const {
+    if (!robot_.contacts) {
+      shape.material = use_.material.value_or(0);
+      shape.category = use_.category.value_or(1);
+      shape.mask = use_.mask.value_or(0xffffffffu);
+      return;
+    }
+    u32 category = 0, passed = 0;
+    for (u32 k = 0; k < use_.classes.size(); ++k) {
+      if (shape.category >> k & 1) category |= use_.classes[k];
+      if (!(shape.mask >> k & 1)) passed |= use_.classes[k];
+    }
+    shape.material = use_.material.value_or(use_.first_material + shape.material);
+    shape.category = use_.category.value_or(category);
+    shape.mask = use_.mask.value_or(~passed);
   }
 
   void make_bodies() {
@@ -119,6 +137,26 @@ class Assembly {
       const std::optional<JointKind> kind = kind_of(robot_.joints[i].kind);
       if (kind) add_joint(robot_.joints[i], *kind, use_.drives[i]);
     }
+    for (const RobotLoop& loop : robot_.loops) add_loop(loop);
+    for (const auto& [a, b] : robot_.passing) {
+      const u32 body_a = body_[head_[a]], body_b = body_[head_[b]];
+      if (body_a != NONE && body_b != NONE && body_a != body_b) parts_.passing.push_back({body_a, body_b});
+    }
+  }
+
+  // At load its two sides are where the joints at 0 have them, so that it is open where others have started elsewhere.
+  void add_loop(const RobotLoop& loop) {
+    JointDescription joint;
+    joint.name = use_.name + "/" + loop.name;
+    joint.kind = loop.turns ? JOINT_BALL : JOINT_FIXED;
+    joint.body_a = body_[head_[loop.a]];
+    joint.body_b = body_[head_[loop.b]];
+    if (joint.body_a == joint.body_b)
+      throw Error(Failure::input, loop.place, "holds two links that are one body already; remove it");
+    const Pose& at = poses_[loop.a];
+    joint.anchor_a = joint.anchor_b = exact::add(at.position, exact::rotate(at.orientation, loop.anchor));
+    joint.collide = true;
+    parts_.joints.push_back(std::move(joint));
   }
 
   // The engine's joint has limits or a spring, and a motor or friction; what is more gets a joint of its own.
@@ -129,18 +167,16 @@ class Assembly {
     joint.body_a = body_[head_[in.parent]];
     joint.body_b = body_[in.child];
     const Pose zero = poses_[in.parent] * Pose{in.position, in.orientation};
-    joint.anchor_a = joint.anchor_b = zero.position;
+    joint.anchor_a = joint.anchor_b = exact::add(zero.position, exact::rotate(zero.orientation, in.anchor));
     joint.axis = exact::rotate(zero.orientation, in.axis);
+    if (kind == JOINT_UNIVERSAL) joint.second_axis = exact::rotate(zero.orientation, in.second_axis);
+    joint.collide = in.collide;
     if (drive.start != 0) joint.stand = stand_at(zero, joint, in.child);
-    JointDescription more = joint;
+    JointDescription more = joint, lock = joint;
     joint.limited = in.kind == RobotJointKind::revolute || in.kind == RobotJointKind::prismatic;
     joint.low = in.low;
     joint.high = in.high;
-    std::optional<JointSpring> spring = drive.spring;
-    if (in.damping > 0) {
-      if (!spring) spring.emplace();
-      spring->damping += in.damping;
-    }
+    const std::optional<JointSpring> spring = spring_of(in, drive);
     (joint.limited ? more : joint).spring = spring;
     joint.motor_speed = drive.motor_speed;
     joint.motor_force = drive.motor_force;
@@ -148,6 +184,29 @@ class Assembly {
     const bool needs_more = more.spring || more.friction > 0;
     parts_.joints.push_back(std::move(joint));
     if (needs_more) parts_.joints.push_back(std::move(more));
+    if (!in.locked_at) return;
+    lock.limited = true;
+    lock.low = lock.high = *in.locked_at;
+    parts_.joints.push_back(std::move(lock));
+  }
+
+  // Springs side by side are one, and so are dampers.
+  static std::optional<JointSpring> spring_of(const RobotJoint& in, const RobotDrive& drive) {
+    std::optional<JointSpring> spring = drive.spring ? drive.spring : in.servo;
+    if (in.spring && spring) {
+      const double stiffness = spring->stiffness + in.spring->stiffness;
+      if (stiffness > 0)
+        spring->rest = (spring->stiffness * spring->rest + in.spring->stiffness * in.spring->rest) / stiffness;
+      spring->stiffness = stiffness;
+      spring->damping += in.spring->damping;
+    } else if (in.spring) {
+      spring = in.spring;
+    }
+    if (in.damping > 0) {
+      if (!spring) spring.emplace();
+      spring->damping += in.damping;
+    }
+    return spring;
   }
 
   // Where the two bodies of a joint would stand with the joint at 0, its parent where it is.
@@ -183,7 +242,10 @@ std::optional<JointKind> kind_of(RobotJointKind kind) {
   switch (kind) {
     case RobotJointKind::revolute:
     case RobotJointKind::continuous: return JOINT_HINGE;
-    case RobotJointKind::prismatic: return JOINT_SLIDER;
+    case RobotJointKind::prismatic:
+    case RobotJointKind::sliding: return JOINT_SLIDER;
+    case RobotJointKind::ball: return JOINT_BALL;
+    case RobotJointKind::universal: return JOINT_UNIVERSAL;
     case RobotJointKind::planar: return JOINT_PLANAR;
     default: return std::nullopt;
   }

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/urdf.hpp"
+#include "host/scene/robot_model.hpp"
 
 namespace lockstep {
 
@@ -22,14 +22,18 @@ struct RobotUse {
   Vector3 position = {0, 0, 0};  // of the frame of the root link
   Quaternion orientation = {0, 0, 0, 1};
   bool fixed = false;  // the root link does not move; one that is called "world" never does
-  u32 material = 0, category = 1, mask = 0xffffffffu;  // of all shapes
-  std::vector<RobotDrive> drives;                      // one for each joint of the robot
+  // of all shapes; of those of a robot that says it itself only where they are given
+  std::optional<u32> material, category, mask;
+  u32 first_material = 0;           // of those that the robot brings
+  std::vector<u32> classes = {1u};  // the bits that its classes of shapes have here
+  std::vector<RobotDrive> drives;   // one for each joint of the robot
 };
 
 /// Joints name bodies by their place among these.
 struct RobotParts {
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
+  std::vector<std::array<u32, 2>> passing;
 };
 
 /// Throws Error (input) where a body that moves has no mass.

@@ -214,12 +214,16 @@ struct Scene {
   std::string name, source;  // the file's stem and path
   std::string description;   // one line: what a viewer should see
   std::string text;          // of the file, as it was read
+  bool seeded = false;       // some of it was drawn from the seed that it was read with
   Vector3 gravity = {0, 0, -9.81};
   Settings settings;
   std::vector<Material> materials;
   std::vector<MaterialPairRule> material_pairs;
+  std::vector<std::string> categories;  // of shapes by name, in the order of their bits; empty: "default" alone
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
+  std::vector<std::array<u32, 2>>
+      passing;  // bodies that pass through each other, as those of a joint do; goes with joints
   std::optional<ParticleSettings> particles;  // none: bodies collide by their shapes
   std::optional<CameraDescription> camera;    // none: framed automatically
 };

@@ -109,7 +109,7 @@ std::string XmlNode::text(const char* attribute) const {
 }
 
 // The nearest doubles, whatever the locale.
-std::vector<double> XmlNode::numbers(const char* attribute, std::size_t count) const {
+std::vector<double> XmlNode::numbers(const char* attribute, std::size_t least, std::size_t most) const {
   const std::string words = value(attribute);
   const char *at = words.data(), *end = at + words.size();
   const auto skip_spaces = [&] {
@@ -121,16 +121,19 @@ std::vector<double> XmlNode::numbers(const char* attribute, std::size_t count) c
     if (*at == '+') ++at;
     double value = 0;
     const auto [next, error] = std::from_chars(at, end, value);
-    good = error == std::errc() && std::isfinite(value) && values.size() < count;
+    good = error == std::errc() && std::isfinite(value) && values.size() < most;
     at = next;
     values.push_back(value);
   }
-  if (good && values.size() == count) return values;
-  fail(attribute, fmt::format("must be {}, is {}",
-                              count == 1 ? "a finite number" : fmt::format("{} finite numbers", count), quote(words)));
+  if (good && values.size() >= least) return values;
+  const std::string count = least == most    ? fmt::format("{}", most)
+                            : most > 1000000 ? fmt::format("{} or more", least)
+                                             : fmt::format("{} to {}", least, most);
+  fail(attribute,
+       fmt::format("must be {}, is {}", most == 1 ? "a finite number" : count + " finite numbers", quote(words)));
 }
 
-double XmlNode::number(const char* attribute) const { return numbers(attribute, 1)[0]; }
+double XmlNode::number(const char* attribute) const { return numbers(attribute, 1, 1)[0]; }
 
 double XmlNode::positive(const char* attribute) const {
   const double x = number(attribute);
@@ -145,7 +148,7 @@ double XmlNode::not_negative(const char* attribute) const {
 }
 
 Vector3 XmlNode::vector(const char* attribute) const {
-  const std::vector<double> v = numbers(attribute, 3);
+  const std::vector<double> v = numbers(attribute, 3, 3);
   return {v[0], v[1], v[2]};
 }
 

@@ -49,10 +49,11 @@ class XmlNode {
   double positive(const char* attribute) const;   // > 0
   double not_negative(const char* attribute) const;
   Vector3 vector(const char* attribute) const;  // three numbers with spaces between them
+  /// So many numbers, with spaces between them.
+  std::vector<double> numbers(const char* attribute, std::size_t least, std::size_t most) const;
 
  private:
   std::string value(const char* attribute) const;
-  std::vector<double> numbers(const char* attribute, std::size_t count) const;
 
   const tinyxml2::XMLElement* element_;
   const std::string* source_;

@@ -13,6 +13,7 @@
 #include "host/record/record_step.hpp"
 #include "host/record/state_now.hpp"
 #include "host/report/joints.hpp"
+#include "host/report/measures.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
 #include "host/world/carry_state.hpp"
@@ -116,6 +117,7 @@ class EngineOf final : public Engine {
   }
 
   JointState joint_state(u32 joint) override;
+  StepErrors errors() override;
 
   void set_velocities(const std::map<u32, Twist>& velocities) override {
     std::vector<InputRow> inputs;
@@ -243,6 +245,31 @@ JointState EngineOf<real>::joint_state(u32 joint) {
                 Buffer::screw_rises, Buffer::rolling_radii, Buffer::joint_lanes, Buffer::joint_impulses});
   const JointMeasures of = measure_joint(b, simulation_->params(), joint);
   return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
+}
+
+template <class real>
+StepErrors EngineOf<real>::errors() {
+  Backend<real>& backend = simulation_->backend();
+  const Buffers<real>& b = backend.download(measured_buffers(backend.features()));
+  const Measures of = measure(b, backend.sizes(), backend.features(), simulation_->params(), simulation_->counters());
+  const WorldMeasures& world = of.worlds[0];
+  StepErrors errors;
+  errors.kinetic = world.kinetic;
+  errors.potential = world.potential;
+  errors.momentum = vector(world.momentum);
+  errors.angular_momentum = vector(world.angular_momentum);
+  errors.contacts = of.contacts;
+  errors.max_penetration = of.penetration.max;
+  errors.mean_penetration = of.penetration.mean;
+  if (of.residual) {
+    errors.residual = of.residual->relative;
+    errors.defect_velocity = of.residual->defect_max;
+  }
+  if (of.joint_drift) {
+    errors.joint_separation = of.joint_drift->separation;
+    errors.joint_angle = of.joint_drift->angle;
+  }
+  return errors;
 }
 
 template <class real>

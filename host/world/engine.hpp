@@ -47,6 +47,7 @@ class Engine {
   /// In order, each once.
   virtual std::vector<u32> bodies_in(const VolumeQuery& volume) = 0;
   virtual JointState joint_state(u32 joint) = 0;
+  virtual StepErrors errors() = 0;
 
   /// Overwrites those of some bodies.
   virtual void set_velocities(const std::map<u32, Twist>& velocities) = 0;

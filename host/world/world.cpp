@@ -84,6 +84,9 @@ void World::remove(BodyHandle body) {
   p.scene.bodies.erase(p.scene.bodies.begin() + gone);
   p.bodies.remove(gone);
   rename_without(p.renaming.bodies, gone);
+  std::erase_if(p.scene.passing, [gone](const auto& pair) { return pair[0] == gone || pair[1] == gone; });
+  for (auto& pair : p.scene.passing)
+    for (u32& side : pair) side -= side > gone;
   p.loads.erase(body.id);
   p.forces.erase(body.id);
   p.targets.erase(body.id);
@@ -172,7 +175,8 @@ void World::step(u32 count) {
 }
 
 u32 World::steps_done() const { return parts_->engine ? parts_->engine->steps_done() : 0; }
-double World::time() const { return steps_done() * parts_->scene.settings.dt; }
+double World::time() const { return steps_done() * time_step(); }
+double World::time_step() const { return parts_->scene.settings.dt; }
 
 void World::record(const std::string& path) {
   if (path.empty()) throw Error(Failure::input, "recording", "must have a path");

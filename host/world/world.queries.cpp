@@ -61,6 +61,12 @@ JointState World::state(JointHandle joint) {
   return engine.joint_state(index);
 }
 
+StepErrors World::errors() {
+  Engine& engine = parts_->ready();
+  parts_->hand_over_velocities();
+  return engine.errors();
+}
+
 WorldDevice World::device() { return parts_->ready().device(); }
 
 std::uint64_t World::state_hash() {

@@ -88,6 +88,17 @@ struct JointState {
   double separation = 0, angle = 0;  // by how much it is open where it should not be, m, rad
 };
 
+/// How good the last step was, in double and outside of it; docs/error_measures.md has the formulas.
+struct StepErrors {
+  double kinetic = 0, potential = 0;                    // J, of the dynamic bodies; -m g . x, and of joints' springs
+  Vector3 momentum = {0, 0, 0};                         // kg m/s
+  Vector3 angular_momentum = {0, 0, 0};                 // about the centre of mass of all, kg m^2/s
+  u32 contacts = 0;                                     // points, of which some only could have touched
+  double max_penetration = 0, mean_penetration = 0;     // m
+  std::optional<double> residual, defect_velocity;      // of the contact problem; m/s; none without one
+  std::optional<double> joint_separation, joint_angle;  // how far joints are open at most, m, rad; none without joints
+};
+
 struct WorldOptions {
   std::string device = "auto";  // as `--device`
   std::string precision = {};   // "float" or "double"; empty: what the scene says
@@ -164,7 +175,8 @@ class World {
   /// So many time steps of the scene's `dt`. Throws Error naming body, stage and step where a velocity goes bad.
   void step(u32 count = 1);
   u32 steps_done() const;
-  double time() const;  // s
+  double time() const;       // s
+  double time_step() const;  // the scene's `dt`, s
 
   // ---- what is; spans hold until the next call that is not const
 
@@ -186,6 +198,8 @@ class World {
   /// met. Refused where cast_ray() is.
   std::vector<BodyHandle> overlapping_sphere(const Vector3& center, double radius, u32 mask = 0xffffffffu);
   std::vector<BodyHandle> overlapping_box(const Pose& pose, const Vector3& half_extents, u32 mask = 0xffffffffu);
+  /// Of the state as it is and the contacts of the last step; of none where bodies have come or gone since.
+  StepErrors errors();
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();
 

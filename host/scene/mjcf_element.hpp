@@ -1,0 +1,75 @@
+// Elements of an MJCF document: their attributes may stand in default classes, and their orientations may be said in
+// five ways, in angles that the element <compiler> chooses.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/scene/xml_node.hpp"
+
+namespace lockstep {
+
+struct MjcfCompiler {
+  bool degrees = true, autolimits = true;
+  enum class FromGeoms { never, where_needed, always } inertia = FromGeoms::where_needed;
+  double least_mass = 0, least_inertia = 0, total_mass = 0;  // kg, kg m^2; total 0: as it is
+  std::string euler = "xyz";                                 // small letters: about axes that turn along
+  std::string mesh_folder;
+};
+
+/// An element, and below it, nearest first, the defaults that it has by its class.
+class MjcfElement {
+ public:
+  MjcfElement(const XmlNode& node, std::vector<XmlNode> defaults) : node_(node), defaults_(std::move(defaults)) {}
+
+  const XmlNode& node() const { return node_; }
+  bool has(const char* attribute) const { return holder(attribute).has(attribute); }
+  /// Where the attribute stands; the element itself where it is nowhere, which then refuses to be read.
+  const XmlNode& holder(const char* attribute) const;
+
+  double number(const char* attribute, double otherwise) const;
+  double not_negative(const char* attribute, double otherwise) const;
+  Vector3 vector(const char* attribute, const Vector3& otherwise) const;
+  std::string text(const char* attribute, const std::string& otherwise) const;
+  /// A switch: true, false, or auto, which is nothing.
+  std::optional<bool> choice(const char* attribute) const;
+  /// Refuses one that is there and not 0: `what` says what to do.
+  void expect_zero(const char* attribute, const char* what) const;
+
+  /// An angle in radians.
+  double radians(const char* attribute, double otherwise, const MjcfCompiler& compiler) const;
+  /// The attributes quat, axisangle, xyaxes, zaxis and euler, of which one may be there; else no turn.
+  Quaternion orientation(const MjcfCompiler& compiler) const;
+
+ private:
+  XmlNode node_;
+  std::vector<XmlNode> defaults_;
+};
+
+/// The attributes that say where something stands.
+#define MJCF_PLACE "pos", "quat", "axisangle", "xyaxes", "zaxis", "euler"
+
+/// The tree of <default> elements.
+class MjcfDefaults {
+ public:
+  /// All that the document has at its top.
+  explicit MjcfDefaults(const XmlNode& top);
+  /// An element of a kind ("geom"), by its own class, else by that of the body around it.
+  MjcfElement element(const XmlNode& node, const std::string& body_class, const char* kind) const;
+  /// Refuses a class that there is not.
+  std::size_t find(const XmlNode& node, const char* attribute, const std::string& name) const;
+
+ private:
+  struct Class {
+    std::string name;
+    std::optional<std::size_t> parent;
+    std::map<std::string, XmlNode> elements;
+  };
+  void add(const XmlNode& node, std::optional<std::size_t> parent);
+
+  std::vector<Class> classes_;
+};
+
+}  // namespace lockstep

@@ -1,0 +1,125 @@
+#include "host/scene/mjcf_joints.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/scene/json_node.hpp"
+
+namespace lockstep {
+
+namespace {
+
+void read_range(const MjcfElement& element, const MjcfCompiler& compiler, bool turns, MjcfJoint& out) {
+  const bool has_range = element.has("range");
+  const std::optional<bool> said = element.choice("limited");
+  if (!said.value_or(compiler.autolimits && has_range)) return;
+  const XmlNode& holder = element.holder("range");
+  const std::vector<double> range = holder.numbers("range", 2, 2);
+  const double unit = turns && compiler.degrees ? exact::pi / 180 : 1;
+  RobotJoint& joint = out.joint;
+  joint.low = range[0] * unit - out.reference;
+  joint.high = range[1] * unit - out.reference;
+  if (joint.low > joint.high)
+    holder.fail("range", fmt::format("must not begin above its end, is {} to {}", range[0], range[1]));
+  if (turns && (joint.low < -exact::pi || joint.high > exact::pi))
+    holder.fail("range",
+                fmt::format("angles are told from -180 to 180 degrees from where the joint is at load, and this "
+                            "goes from {:.6g} to {:.6g}; narrow it, or make it limited=\"false\"",
+                            joint.low * 180 / exact::pi, joint.high * 180 / exact::pi));
+  joint.kind = turns ? RobotJointKind::revolute : RobotJointKind::prismatic;
+}
+
+// Only its axis, its place and, where it is to be part of another one, nothing that acts.
+bool is_plain(const MjcfJoint& in, RobotJointKind kind, const std::set<std::string>& used) {
+  const RobotJoint& joint = in.joint;
+  return joint.kind == kind && !used.contains(joint.name) && joint.damping == 0 && joint.friction == 0 && !joint.spring;
+}
+
+}  // namespace
+
+MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compiler, std::size_t number) {
+  const XmlNode& node = element.node();
+  node.expect_attributes({"name",
+                          "class",
+                          "type",
+                          "group",
+                          "pos",
+                          "axis",
+                          "springdamper",
+                          "solreflimit",
+                          "solimplimit",
+                          "solreffriction",
+                          "solimpfriction",
+                          "stiffness",
+                          "range",
+                          "limited",
+                          "actuatorfrcrange",
+                          "actuatorfrclimited",
+                          "actuatorgravcomp",
+                          "margin",
+                          "ref",
+                          "springref",
+                          "armature",
+                          "damping",
+                          "frictionloss",
+                          "user"});
+  node.expect_children({});
+  MjcfJoint out;
+  RobotJoint& joint = out.joint;
+  joint.name = node.has("name") ? node.text("name") : fmt::format("joint_{}", number);
+  joint.place = fmt::format("{} {}", node.place(), quote(joint.name));
+  const std::string type = element.text("type", "hinge");
+  if (type != "hinge" && type != "slide" && type != "ball" && type != "free")
+    element.holder("type").fail(
+        "type", fmt::format("unknown joint {}; {}", quote(type), suggestion(type, {"hinge", "slide", "ball", "free"})));
+  if (type == "free") {
+    joint.kind = RobotJointKind::floating;
+    return out;
+  }
+  element.expect_zero("springdamper", "is not read; give stiffness and damping");
+  joint.anchor = element.vector("pos", {0, 0, 0});
+  if (type == "ball") {
+    joint.kind = RobotJointKind::ball;
+    for (const char* attribute : {"stiffness", "damping", "frictionloss"})
+      element.expect_zero(attribute, "belongs to a joint with one axis, a ball has none; set it to 0 here");
+    if (element.choice("limited").value_or(compiler.autolimits && element.has("range")))
+      node.fail("is a ball with limits, which are not simulated; give limited=\"false\", or hinges in its place");
+    return out;
+  }
+  const bool turns = type == "hinge";
+  joint.kind = turns ? RobotJointKind::continuous : RobotJointKind::sliding;
+  joint.axis = element.vector("axis", {0, 0, 1});
+  if (joint.axis == Vector3{0, 0, 0}) element.holder("axis").fail("axis", "must not be zero: it is a direction");
+  const auto coordinate = [&](const char* attribute) {
+    return turns ? element.radians(attribute, 0, compiler) : element.number(attribute, 0);
+  };
+  out.reference = coordinate("ref");
+  read_range(element, compiler, turns, out);
+  joint.damping = element.not_negative("damping", 0);
+  joint.friction = element.not_negative("frictionloss", 0);
+  const double stiffness = element.not_negative("stiffness", 0);
+  if (stiffness > 0) joint.spring = JointSpring{stiffness, 0, coordinate("springref") - out.reference};
+  return out;
+}
+
+std::vector<MjcfJoint> combined(std::vector<MjcfJoint> joints, const std::set<std::string>& used) {
+  const auto across = [&](std::size_t a, std::size_t b) {
+    return exact::perpendicular(joints[a].joint.axis, joints[b].joint.axis);
+  };
+  const bool all_across = joints.size() == 3 && across(0, 1) && across(0, 2) && across(1, 2);
+  if (all_across && is_plain(joints[0], RobotJointKind::sliding, used) &&
+      is_plain(joints[1], RobotJointKind::sliding, used) && joints[2].joint.kind == RobotJointKind::continuous) {
+    joints[2].joint.kind = RobotJointKind::planar;
+    return {joints[2]};
+  }
+  if (joints.size() == 2 && across(0, 1) && joints[0].joint.kind == RobotJointKind::continuous &&
+      is_plain(joints[1], RobotJointKind::continuous, used) && joints[0].joint.anchor == joints[1].joint.anchor) {
+    joints[0].joint.kind = RobotJointKind::universal;
+    joints[0].joint.second_axis = joints[1].joint.axis;
+    return {joints[0]};
+  }
+  return joints;
+}
+
+}  // namespace lockstep

@@ -1,0 +1,72 @@
+// A robot as its file describes it, whatever the format: links, each in a frame of its own, and joints that make a tree
+// of them.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "host/scene/mass_properties.hpp"
+#include "host/scene/scene.hpp"
+
+namespace lockstep {
+
+/// All in the frame of the link.
+struct RobotLink {
+  std::string name, place;                 // the place is for messages
+  std::optional<MassProperties> inertial;  // none: it has no mass of its own
+  std::vector<ShapeDescription> shapes;    // materials and filters as Robot::contacts says
+};
+
+/// `sliding` is prismatic without limits, `continuous` is revolute without.
+enum class RobotJointKind { fixed, revolute, continuous, prismatic, sliding, planar, floating, ball, universal };
+
+struct RobotJoint {
+  std::string name, place;
+  RobotJointKind kind = RobotJointKind::fixed;
+  u32 parent = 0, child = 0;     // links
+  Vector3 position = {0, 0, 0};  // of the child's frame in the parent's, where the joint is at 0
+  Quaternion orientation = {0, 0, 0, 1};
+  // in the child's frame; axes need not be unit
+  Vector3 anchor = {0, 0, 0}, axis = {1, 0, 0};
+  Vector3 second_axis = {0, 1, 0};         // of a universal joint: the one that the child carries
+  double low = 0, high = 0;                // rad or m; of revolute and prismatic ones
+  double damping = 0, friction = 0;        // N m s/rad and N m, or N s/m and N
+  std::optional<JointSpring> spring = {};  // always there
+  std::optional<JointSpring> servo = {};   // an actuator's, as long as the scene gives no spring
+  std::optional<double> locked_at = {};    // the coordinate does not leave this
+  bool collide = false;                    // its two bodies may touch
+};
+
+/// Holds two links of a tree together, so that it has a ring.
+struct RobotLoop {
+  std::string name, place;
+  bool turns = false;  // about the anchor, as a ball does; else nothing moves
+  u32 a = 0, b = 0;
+  Vector3 anchor = {0, 0, 0};  // in the frame of a, with all joints at 0
+};
+
+/// How shapes touch, where the file says it: their materials are indices into these, and their categories and masks
+/// have a bit for each of the classes.
+struct RobotContacts {
+  std::vector<Material> materials;
+  std::vector<MaterialPairRule> pairs;
+  u32 classes = 1;
+};
+
+struct Robot {
+  std::string name;
+  std::vector<RobotLink> links;
+  std::vector<RobotJoint> joints;  // a parent before its children
+  u32 root = 0;                    // the link that is no child
+  std::vector<RobotLoop> loops;
+  std::vector<std::array<u32, 2>> passing;  // links that pass through each other
+  std::optional<RobotContacts> contacts;    // none: as the scene says
+  // where a robot is a scene of its own
+  std::optional<Vector3> gravity;
+  std::optional<double> dt;
+};
+
+}  // namespace lockstep

@@ -1,0 +1,82 @@
+// The module itself: its error, what there is to simulate, and on what.
+#include "host/device/devices.hpp"
+#include "host/scene/read.hpp"
+#include "python/bindings.hpp"
+
+namespace lockstep::python {
+
+namespace {
+
+const char* name_of(Failure failure) {
+  switch (failure) {
+    case Failure::comparison: return "comparison";
+    case Failure::input: return "input";
+    default: return "device";
+  }
+}
+
+void add_error(py::module_& module) {
+  static py::exception<Error> error(module, "Error");
+  error.attr("__doc__") =
+      "What went wrong, in one line that says where and what would cure it.\n\n"
+      "`failure` is 'input' for what makes no sense, 'comparison' for a run that went bad, 'device' for one that a\n"
+      "device or a disk did not take.";
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const Error& failed) {
+      const py::object instance = py::reinterpret_borrow<py::object>(error)(failed.what());
+      instance.attr("failure") = name_of(failed.failure());
+      PyErr_SetObject(error.ptr(), instance.ptr());
+    }
+  });
+}
+
+// Arrays of NumPy 2 are laid out otherwise, which pybind11 knows from 2.12 on; before, numbers would be wrong in
+// silence.
+void expect_known_numpy() {
+#if PYBIND11_VERSION_HEX < 0x020C0000
+  const std::string version = py::module_::import("numpy").attr("__version__").cast<std::string>();
+  if (std::stoi(version) < 2) return;
+  throw py::import_error("lockstep was built with a pybind11 that does not know NumPy " + version +
+                         "; use NumPy 1, or build it with pybind11 2.12 or later");
+#endif
+}
+
+py::dict scenes() {
+  py::dict found;
+  for (const SceneListing& scene : built_in_scenes()) found[py::str(scene.name)] = scene.description;
+  return found;
+}
+
+std::vector<std::string> devices() {
+  std::vector<std::string> names;
+  for (const DeviceInfo& device : list_devices()) names.push_back(device.name);
+  return names;
+}
+
+}  // namespace
+
+}  // namespace lockstep::python
+
+PYBIND11_MODULE(lockstep, module) {
+  using namespace lockstep::python;
+  expect_known_numpy();
+  module.doc() =
+      "Rigid bodies in OpenCL and in plain C++ with the same bits.\n\n"
+      "    import lockstep\n"
+      "    world = lockstep.World.load('slide_to_roll')\n"
+      "    world.step(60)\n"
+      "    print(world.time, world.poses()[-1], world.state_hash())\n\n"
+      "SI units, z up, quaternions x y z w, the world frame unless it says otherwise. The same calls in the same "
+      "order\n"
+      "give the same bits on every device. Whatever goes wrong is a lockstep.Error; an argument of the wrong type is "
+      "a\n"
+      "TypeError. docs/python.md has more.";
+  add_error(module);
+  module.def("scenes", &scenes, "The built-in scenes: a dict from names to what a viewer should see.");
+  module.def("devices", &devices,
+             "Names of the OpenCL devices here, by their index; without any there is 'reference'.");
+  add_records(module);
+  add_world(module);
+}

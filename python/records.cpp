@@ -1,0 +1,158 @@
+// Handles of bodies and joints, and what a world answers.
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "python/bindings.hpp"
+
+namespace lockstep::python {
+
+namespace {
+
+// NumPy's view of BodyContact and BodyHit, handles as their numbers.
+struct ContactRow {
+  u32 a, b, shape_a, shape_b;
+  double point[3], normal[3], impulse[3];
+};
+struct HitRow {
+  bool hit;
+  u32 body, shape;
+  double distance, point[3], normal[3];
+};
+
+template <std::size_t n>
+void store(const std::array<double, n>& from, double* to) {
+  for (std::size_t i = 0; i < n; ++i) to[i] = from[i];
+}
+
+const char* name_of(EventKind kind) {
+  switch (kind) {
+    case EVENT_CONTACT_BEGIN: return "begin";
+    case EVENT_CONTACT_END: return "end";
+    case EVENT_SENSOR_ENTER: return "enter";
+    default: return "leave";
+  }
+}
+
+template <class Handle>
+void add_handle(py::module_& module, const char* name, const char* doc) {
+  py::class_<Handle>(module, name, doc)
+      .def(py::init([](u32 id) { return Handle{id}; }), py::arg("id"))
+      .def_readonly("id", &Handle::id, "Its number, which no other one of its world is given.")
+      .def(
+          "__eq__", [](const Handle& a, const Handle& b) { return a == b; }, py::is_operator())
+      .def("__hash__", [](const Handle& handle) { return std::hash<u32>()(handle.id); })
+      .def("__repr__", [name](const Handle& handle) { return fmt::format("lockstep.{}({})", name, handle.id); });
+}
+
+}  // namespace
+
+void add_records(py::module_& module) {
+  PYBIND11_NUMPY_DTYPE(ContactRow, a, b, shape_a, shape_b, point, normal, impulse);
+  PYBIND11_NUMPY_DTYPE(HitRow, hit, body, shape, distance, point, normal);
+
+  add_handle<BodyHandle>(module, "Body",
+                         "A body of a World. Good until the body is removed, and never given to another one.");
+  add_handle<JointHandle>(module, "Joint", "A joint of a World, as a Body is a body.");
+
+  py::class_<BodyEvent>(module, "Event",
+                        "Two bodies began or ceased to touch in the last step, or entered or left a sensor.")
+      .def_property_readonly(
+          "kind", [](const BodyEvent& event) { return name_of(event.kind); }, "'begin', 'end', 'enter' or 'leave'.")
+      .def_readonly("a", &BodyEvent::a, "A Body; of 'enter' and 'leave' the one with the sensor.")
+      .def_readonly("b", &BodyEvent::b, "The other Body.")
+      .def("__repr__", [](const BodyEvent& event) {
+        return fmt::format("<lockstep.Event {} of {} and {}>", name_of(event.kind), event.a.id, event.b.id);
+      });
+
+  py::class_<BodyHit>(module, "Hit", "The nearest surface on a ray.")
+      .def_readonly("body", &BodyHit::body, "The Body that it is of.")
+      .def_readonly("shape", &BodyHit::shape, "By its place in the body's description.")
+      .def_readonly("distance", &BodyHit::distance, "From the origin, m.")
+      .def_property_readonly(
+          "point", [](const BodyHit& hit) { return to_array(hit.point); }, "Shape (3,), m.")
+      .def_property_readonly(
+          "normal", [](const BodyHit& hit) { return to_array(hit.normal); }, "Shape (3,), unit.");
+
+  py::class_<JointState>(module, "JointState",
+                         "How a joint stands, and what it does. Forces are those of the last sub-step, 0 before the "
+                         "first; world frame.")
+      .def_readonly("coordinate", &JointState::coordinate,
+                    "Angle of a hinge, planar, universal or screw joint, rad; way of a slider or cylindrical joint or "
+                    "length of a distance joint, m; of others 0.")
+      .def_readonly("speed", &JointState::speed, "Its rate, rad/s or m/s.")
+      .def_readonly("drive", &JointState::drive,
+                    "What motor, friction, limits or spring give along the coordinate, N m or N.")
+      .def_property_readonly(
+          "force", [](const JointState& state) { return to_array(state.force); },
+          "Of the joint, but for `drive`, on its second body, at that one's anchor. Shape (3,), N.")
+      .def_property_readonly(
+          "torque", [](const JointState& state) { return to_array(state.torque); }, "Shape (3,), N m.")
+      .def_readonly("separation", &JointState::separation, "How far it is open where it should not be, m.")
+      .def_readonly("angle", &JointState::angle, "The same of turning, rad.");
+
+  py::class_<StepErrors>(module, "StepErrors",
+                         "How good the last step was, measured in double and outside of it (docs/error_measures.md).")
+      .def_readonly("kinetic", &StepErrors::kinetic, "Kinetic energy of the dynamic bodies, J.")
+      .def_readonly("potential", &StepErrors::potential, "-m g . x of them, and of joints' springs, J.")
+      .def_property_readonly(
+          "energy", [](const StepErrors& errors) { return errors.kinetic + errors.potential; }, "The sum, J.")
+      .def_property_readonly(
+          "momentum", [](const StepErrors& errors) { return to_array(errors.momentum); }, "Shape (3,), kg m/s.")
+      .def_property_readonly(
+          "angular_momentum", [](const StepErrors& errors) { return to_array(errors.angular_momentum); },
+          "About the centre of mass of all, shape (3,), kg m^2/s.")
+      .def_readonly("contacts", &StepErrors::contacts, "Contact points, of which some only could have touched.")
+      .def_readonly("max_penetration", &StepErrors::max_penetration, "m.")
+      .def_readonly("mean_penetration", &StepErrors::mean_penetration, "Over the contacts that overlap, m.")
+      .def_readonly("residual", &StepErrors::residual, "Of the contact problem; None where there was none.")
+      .def_readonly("defect_velocity", &StepErrors::defect_velocity, "The largest, m/s; None where there was none.")
+      .def_readonly("joint_separation", &StepErrors::joint_separation,
+                    "How far joints are open at most, m; None without joints.")
+      .def_readonly("joint_angle", &StepErrors::joint_angle, "The same of turning, rad; None without joints.")
+      .def("__repr__", [](const StepErrors& errors) {
+        return fmt::format("<lockstep.StepErrors energy {:.6g} J, penetration {:.3g} m, residual {}>",
+                           errors.kinetic + errors.potential, errors.max_penetration,
+                           errors.residual ? fmt::format("{:.3g}", *errors.residual) : "none");
+      });
+
+  py::class_<WorldDevice>(module, "Device", "What a world computes on.")
+      .def_readonly("name", &WorldDevice::name, "As `lockstep devices` has it, or 'reference'.")
+      .def_readonly("bit_exact", &WorldDevice::bit_exact, "Its bits are those of every other device.")
+      .def_readonly("canary", &WorldDevice::canary, "The same in words, with the first thing that differs.")
+      .def("__repr__", [](const WorldDevice& device) {
+        return fmt::format("<lockstep.Device {}, {}>", device.name, device.canary);
+      });
+}
+
+py::array to_array(std::span<const BodyContact> contacts) {
+  py::array_t<ContactRow> rows(static_cast<py::ssize_t>(contacts.size()));
+  ContactRow* row = rows.mutable_data();
+  for (const BodyContact& contact : contacts) {
+    *row = {contact.a.id, contact.b.id, contact.shape_a, contact.shape_b, {}, {}, {}};
+    store(contact.point, row->point);
+    store(contact.normal, row->normal);
+    store(contact.impulse, row->impulse);
+    ++row;
+  }
+  return rows;
+}
+
+py::array to_array(std::span<const std::optional<BodyHit>> hits) {
+  py::array_t<HitRow> rows(static_cast<py::ssize_t>(hits.size()));
+  HitRow* row = rows.mutable_data();
+  for (const std::optional<BodyHit>& hit : hits) {
+    *row = {hit.has_value(), NONE, NONE, std::numeric_limits<double>::infinity(), {}, {}};
+    if (hit) {
+      row->body = hit->body.id;
+      row->shape = hit->shape;
+      row->distance = hit->distance;
+      store(hit->point, row->point);
+      store(hit->normal, row->normal);
+    }
+    ++row;
+  }
+  return rows;
+}
+
+}  // namespace lockstep::python

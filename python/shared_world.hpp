@@ -1,0 +1,54 @@
+// A world as Python has it: the library's, the names that its bodies use, and a guard against two threads.
+#pragma once
+
+#include <utility>
+
+#include "host/scene/read.hpp"
+#include "python/bindings.hpp"
+
+namespace lockstep::python {
+
+class SharedWorld {
+ public:
+  SharedWorld(const Scene& scene, const WorldOptions& options) : world_(scene, options) {
+    words_.materials = scene.materials;
+    words_.categories = scene.categories;
+    words_.particles = scene.particles;
+  }
+
+  /// Throws Error (input) while it is stepped: by another thread, or from a load that is asked for by step().
+  World& use() {
+    if (stepping_) throw Error(Failure::input, "world", "is being stepped; ask and act between two steps");
+    return world_;
+  }
+
+  /// Other Python threads run meanwhile.
+  void step(u32 count) {
+    World& world = use();
+    const Stepping stepping(stepping_);
+    const py::gil_scoped_release released;
+    world.step(count);
+  }
+
+  BodyHandle add_body(const std::string& text) { return use().add(parse_body(text, "body", words_)); }
+
+ private:
+  // Set and unset by who has Python's lock.
+  struct Stepping {
+    explicit Stepping(bool& flag) : flag_(flag) { flag_ = true; }
+    ~Stepping() { flag_ = false; }
+    bool& flag_;
+  };
+
+  World world_;
+  Scene words_;  // of materials and categories; has no bodies
+  bool stepping_ = false;
+};
+
+using WorldClass = py::class_<SharedWorld>;
+
+/// Each adds its part of the class.
+void add_questions(WorldClass& world);
+void add_actions(WorldClass& world);
+
+}  // namespace lockstep::python

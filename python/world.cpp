@@ -1,0 +1,193 @@
+// The class World: how it is made, which bodies and joints it has, and time.
+#include <fmt/format.h>
+
+#include "host/scene/joint_kinds.hpp"
+#include "python/shared_world.hpp"
+
+namespace lockstep::python {
+
+namespace {
+
+WorldOptions options_of(const py::object& device, const std::string& precision, u32 threads) {
+  return {py::str(device).cast<std::string>(), precision, threads};
+}
+
+template <class Handle>
+Handle found(const std::optional<Handle>& handle, const char* what, const std::string& name) {
+  if (!handle) throw Error(Failure::input, "world", fmt::format("has no {} of the name '{}'", what, name));
+  return *handle;
+}
+
+const char* name_of(BodyKind kind) {
+  return kind == BODY_STATIC ? "static" : kind == BODY_KINEMATIC ? "kinematic" : "dynamic";
+}
+
+template <class Handle>
+py::list list_of(std::span<const Handle> handles) {
+  py::list list;
+  for (const Handle handle : handles) list.append(py::cast(handle));
+  return list;
+}
+
+void add_making(WorldClass& world) {
+  world
+      .def(py::init([](const py::object& scene, const py::object& device, const std::string& precision, u32 threads,
+                       const std::string& source, u32 seed) {
+             return std::make_unique<SharedWorld>(parse_scene(json_text(scene), source, seed),
+                                                  options_of(device, precision, threads));
+           }),
+           py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
+           py::arg("threads") = 0, py::arg("source") = "scene.json", py::arg("seed") = 0,
+           "A world of a scene: a dict, or JSON text, as docs/scene_format.md describes it.\n\n"
+           "device: 'auto', 'gpu', 'cpu', 'reference', or the index of one of lockstep.devices().\n"
+           "precision: 'float' or 'double'; '' is what the scene says.\n"
+           "threads: of a CPU device; 0 is all.\n"
+           "source: stands for the file in errors; meshes and robots are looked for from its folder. One that ends in\n"
+           "'.urdf' is a robot.\n"
+           "seed: of what the scene draws at random, as --seed.")
+      .def_static(
+          "load",
+          [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
+             u32 seed) {
+            return std::make_unique<SharedWorld>(read_scene(path_or_name, seed),
+                                                 options_of(device, precision, threads));
+          },
+          py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
+          py::arg("threads") = 0, py::arg("seed") = 0,
+          "A world of a scene file, a robot, or a built-in scene by its name.")
+      .def_property_readonly(
+          "device", [](SharedWorld& shared) { return shared.use().device(); },
+          "What it computes on, a Device. Runs the canary when first asked, a small kernel, once in a process.");
+}
+
+void add_bodies(WorldClass& world) {
+  world
+      .def_property_readonly(
+          "bodies", [](SharedWorld& shared) { return list_of(shared.use().bodies()); },
+          "All bodies, oldest first: the rows of poses() and velocities(). A new list of Body.")
+      .def(
+          "body",
+          [](SharedWorld& shared, const std::string& name) { return found(shared.use().find(name), "body", name); },
+          py::arg("name"), "The body of this name in the scene.")
+      .def(
+          "add_body", [](SharedWorld& shared, const py::object& body) { return shared.add_body(json_text(body)); },
+          py::arg("body"),
+          "Adds a body: a dict, or JSON text, as an entry of 'bodies' in a scene file. Takes effect with the next "
+          "step\n"
+          "or question, and costs time in proportion to the whole scene, once for all changes between two steps.")
+      .def(
+          "remove", [](SharedWorld& shared, BodyHandle body) { shared.use().remove(body); }, py::arg("body"),
+          "Removes a body and the joints that hold it.")
+      .def(
+          "place",
+          [](SharedWorld& shared, BodyHandle body, const Vector3& position, const Quaternion& orientation,
+             const Vector3& velocity, const Vector3& angular_velocity) {
+            shared.use().place(body, {position, orientation}, {velocity, angular_velocity});
+          },
+          py::arg("body"), py::arg("position"), py::arg("orientation") = Quaternion{0, 0, 0, 1},
+          py::arg("velocity") = Vector3{0, 0, 0}, py::arg("angular_velocity") = Vector3{0, 0, 0},
+          "Puts a body somewhere else, as though it were removed and added again, but that it, its joints and its "
+          "load\n"
+          "stay. Position of the centre of mass, m; quaternion x y z w; m/s; rad/s.")
+      .def(
+          "contains", [](SharedWorld& shared, BodyHandle body) { return shared.use().contains(body); }, py::arg("body"),
+          "Whether it is there still.")
+      .def(
+          "name", [](SharedWorld& shared, BodyHandle body) { return shared.use().description(body).name; },
+          py::arg("body"), "Its name in the scene, '' without one.")
+      .def(
+          "kind", [](SharedWorld& shared, BodyHandle body) { return name_of(shared.use().description(body).kind); },
+          py::arg("body"), "'static', 'kinematic' or 'dynamic'.")
+      .def(
+          "mass", [](SharedWorld& shared, BodyHandle body) { return shared.use().description(body).mass; },
+          py::arg("body"), "kg; 0 of one that is not dynamic.")
+      .def(
+          "inertia",
+          [](SharedWorld& shared, BodyHandle body) { return to_array(shared.use().description(body).inertia); },
+          py::arg("body"), "Principal moments about the centre of mass, shape (3,), kg m^2.");
+}
+
+void add_joints(WorldClass& world) {
+  world
+      .def_property_readonly(
+          "joints", [](SharedWorld& shared) { return list_of(shared.use().joints()); },
+          "All joints, oldest first. A new list of Joint.")
+      .def(
+          "joint",
+          [](SharedWorld& shared, const std::string& name) {
+            return found(shared.use().find_joint(name), "joint", name);
+          },
+          py::arg("name"), "The joint of this name in the scene.")
+      .def(
+          "add_joint",
+          [](SharedWorld& shared, const py::object& joint, BodyHandle a, const std::optional<BodyHandle>& b) {
+            const JointDescription description = parse_joint(json_text(joint), "joint");
+            return b ? shared.use().add(description, a, *b) : shared.use().add(description, a);
+          },
+          py::arg("joint"), py::arg("a"), py::arg("b") = py::none(),
+          "Holds two bodies together as they stand now, or one to the world: a dict, or JSON text, as an entry of\n"
+          "'joints' in a scene file but for 'bodies'. Anchors and axes are in the world frame of this moment.")
+      .def(
+          "remove", [](SharedWorld& shared, JointHandle joint) { shared.use().remove(joint); }, py::arg("joint"),
+          "Removes a joint.")
+      .def(
+          "contains", [](SharedWorld& shared, JointHandle joint) { return shared.use().contains(joint); },
+          py::arg("joint"), "Whether it is there still.")
+      .def(
+          "name", [](SharedWorld& shared, JointHandle joint) { return shared.use().description(joint).name; },
+          py::arg("joint"), "Its name in the scene, '' without one.")
+      .def(
+          "kind",
+          [](SharedWorld& shared, JointHandle joint) {
+            return lockstep::name_of(shared.use().description(joint).kind);
+          },
+          py::arg("joint"), "'ball', 'hinge' and so on, as in a scene file.")
+      .def(
+          "joint_state", [](SharedWorld& shared, JointHandle joint) { return shared.use().state(joint); },
+          py::arg("joint"), "How it stands and what it does, a JointState.")
+      .def(
+          "set_motor",
+          [](SharedWorld& shared, JointHandle joint, double speed, double force) {
+            shared.use().set_motor(joint, speed, force);
+          },
+          py::arg("joint"), py::arg("speed"), py::arg("force"),
+          "Drives its free angle, way or distance from now on: `speed` of the second body against the first, rad/s or\n"
+          "m/s, by at most `force`, N m or N; 0: not at all.");
+}
+
+void add_time(WorldClass& world) {
+  world
+      .def("step", &SharedWorld::step, py::arg("count") = 1,
+           "So many time steps of the scene's `dt`. Other threads of Python run meanwhile.")
+      .def_property_readonly(
+          "steps_done", [](SharedWorld& shared) { return shared.use().steps_done(); }, "Steps since the beginning.")
+      .def_property_readonly(
+          "time", [](SharedWorld& shared) { return shared.use().time(); }, "s.")
+      .def_property_readonly(
+          "time_step", [](SharedWorld& shared) { return shared.use().time_step(); }, "The scene's `dt`, s.")
+      .def(
+          "record", [](SharedWorld& shared, const std::string& path) { shared.use().record(path); }, py::arg("path"),
+          "Records every step from now on in a file of HDF5 that `lockstep verify` replays and `lockstep render` "
+          "draws\n"
+          "(docs/recordings.md). When bodies come and go, and from the first force on, run.h5 goes on in run.2.h5.")
+      .def(
+          "end_recording", [](SharedWorld& shared) { shared.use().end_recording(); },
+          "Closes the recording, as the end of the world does.");
+}
+
+}  // namespace
+
+void add_world(py::module_& module) {
+  WorldClass world(module, "World",
+                   "A world of rigid bodies. SI units, z up, quaternions x y z w, world frame.\n\n"
+                   "Arrays that it gives are copies, for what they were copied from goes with the next step; poses()\n"
+                   "and velocities() can fill one of yours. One thread at a time may use a world.");
+  add_making(world);
+  add_bodies(world);
+  add_joints(world);
+  add_time(world);
+  add_questions(world);
+  add_actions(world);
+}
+
+}  // namespace lockstep::python

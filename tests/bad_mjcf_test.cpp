@@ -1,0 +1,160 @@
+// MJCF files that are none, or that describe what cannot be: the exact line that each kind is refused with.
+#include <gtest/gtest.h>
+
+#include "host/error.hpp"
+#include "host/scene/compile.hpp"
+#include "host/scene/read.hpp"
+
+namespace lockstep {
+namespace {
+
+struct Bad {
+  std::string file, line;
+};
+
+std::string refusal(const std::string& file) {
+  try {
+    compile<float>(parse_scene(file, "robot.xml"));
+  } catch (const Error& error) {
+    EXPECT_EQ(error.failure(), Failure::input);
+    return error.what();
+  }
+  return "accepted";
+}
+
+std::string file(const std::string& inside) { return "<mujoco>\n" + inside + "\n</mujoco>"; }
+std::string in_world(const std::string& inside) { return file("<worldbody>" + inside + "</worldbody>"); }
+std::string in_body(const std::string& inside) {
+  return in_world("<body name=\"a\">" + inside + "<geom size=\"1\"/></body>");
+}
+std::string of_joint(const std::string& inside) { return in_body("<joint name=\"j\" " + inside + "/>"); }
+std::string of_geom(const std::string& inside) {
+  return in_world("<body name=\"a\"><freejoint/><geom " + inside + "/></body>");
+}
+std::string beside(const std::string& more) {
+  return file("<worldbody><body name=\"a\"><joint name=\"j\"/><geom size=\"1\"/></body></worldbody>\n" + more);
+}
+
+TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
+  const std::string inertial = "<freejoint/><inertial pos=\"0 0 0\" ";
+  const Bad bad[] = {
+      {"<mujoco>", "robot.xml:1: not XML: XML_ERROR_MISMATCHED_ELEMENT"},
+      {"<robot/>", "robot.xml:1: <robot>: is no <mujoco>, as the first element of an MJCF file must be"},
+      {file("<include file=\"x.xml\"/>"),
+       "robot.xml:2: <include>: is not followed; let MuJoCo write all into one file: mj_saveLastXML"},
+      {file(""), "robot.xml:1: <mujoco>: has no bodies and no geoms in a <worldbody>; a robot needs some"},
+      {beside("<tendon><fixed name=\"t\" stiffness=\"3\"/></tendon>"),
+       "robot.xml:3: <fixed> stiffness: is of a tendon that pulls, and those are not simulated; remove it"},
+      {file("<tendons/>"),
+       "robot.xml:2: <tendons>: is no element of <mujoco>; known: compiler, option, default, asset, worldbody, "
+       "contact, "
+       "equality, actuator"},
+      {file("<compiler coordinate=\"global\"/>"),
+       "robot.xml:2: <compiler> coordinate: must be local; MuJoCo 2.3 converts"},
+      {file("<compiler angle=\"grad\"/>"), "robot.xml:2: <compiler> angle: must be degree or radian, is \"grad\""},
+      {file("<compiler eulerseq=\"xy\"/>"),
+       "robot.xml:2: <compiler> eulerseq: must be three of the letters xyzXYZ, is \"xy\""},
+      {file("<option timestep=\"0\"/>"), "robot.xml:2: <option> timestep: must be > 0, is 0"},
+      {file("<option density=\"1.2\"/>"),
+       "robot.xml:2: <option> density: is of air or water, which are not simulated; set it to 0"},
+      {in_world("<bdy/>"), "robot.xml:2: <bdy>: is no element of <worldbody>; did you mean \"body\"?"},
+      {in_body("<composite/>"),
+       "robot.xml:2: <composite>: is no element of <body>; known: inertial, joint, freejoint, geom, body"},
+      {in_world("<body childclass=\"x\"/>"), "robot.xml:2: <body> childclass: unknown class \"x\"; known: main"},
+      {in_world("<body name=\"a\"/><body name=\"a\"/>"),
+       "robot.xml:2: <body> name: names the body \"a\" again; names must differ"},
+      {in_world("<body name=\"a\"><joint/></body>"),
+       "robot.xml:2: <body> \"a\": has no mass; give it an <inertial>, or fix a link with one to it"},
+      {in_world("<body><geom size=\"1\"/><body><freejoint/><geom size=\"1\"/></body></body>"),
+       "robot.xml:2: <freejoint>: is free, and its body is part of another one; only those of the world are"},
+      {in_body("<freejoint/><joint/>"),
+       "robot.xml:2: <joint>: stands beside a free joint; a body that is free has no other joint"},
+      {in_body("<joint name=\"j\"/><joint name=\"j\" axis=\"1 0 1\"/>"),
+       "robot.xml:2: <joint> \"j\": has the name of another joint; names must differ"},
+      {in_body(inertial + "mass=\"1\"/>"), "robot.xml:2: <inertial>: needs the attribute \"diaginertia\""},
+      {in_body(inertial + "mass=\"1\" diaginertia=\"1 1 3\"/>"),
+       "robot.xml:2: <inertial>: must keep the triangle inequality of real bodies, its principal moment 3 is more than "
+       "2, the sum of the others"},
+      {in_body(inertial + "mass=\"1\" fullinertia=\"1 1 1 2 0 0\"/>"),
+       "robot.xml:2: <inertial>: must have moments > 0, has the principal moment -1"},
+      {of_joint("type=\"hing\""), "robot.xml:2: <joint> type: unknown joint \"hing\"; did you mean \"hinge\"?"},
+      {of_joint("axis=\"0 0 0\""), "robot.xml:2: <joint> axis: must not be zero: it is a direction"},
+      {of_joint("damping=\"-1\""), "robot.xml:2: <joint> damping: must be >= 0, is -1"},
+      {of_joint("range=\"30 20\""), "robot.xml:2: <joint> range: must not begin above its end, is 30 to 20"},
+      {of_joint("range=\"-200 0\""),
+       "robot.xml:2: <joint> range: angles are told from -180 to 180 degrees from where the joint is at load, and this "
+       "goes from -200 to 0; narrow it, or make it limited=\"false\""},
+      {of_joint("limited=\"true\""), "robot.xml:2: <joint>: needs the attribute \"range\""},
+      {of_joint("limited=\"yes\""), "robot.xml:2: <joint> limited: must be true, false or auto, is \"yes\""},
+      {of_joint("type=\"ball\" damping=\"1\""),
+       "robot.xml:2: <joint> damping: belongs to a joint with one axis, a ball has none; set it to 0 here"},
+      {of_joint("type=\"ball\" range=\"0 30\""),
+       "robot.xml:2: <joint>: is a ball with limits, which are not simulated; give limited=\"false\", or hinges in its "
+       "place"},
+      {of_joint("axes=\"1 0 0\""), "robot.xml:2: <joint>: unknown attribute \"axes\"; did you mean \"axis\"?"},
+      {of_geom(""), "robot.xml:2: <geom>: needs the attribute \"size\""},
+      {of_geom("size=\"-1\""), "robot.xml:2: <geom> size: must be > 0, is -1"},
+      {of_geom("size=\"1\" type=\"ellipsoid\""),
+       "robot.xml:2: <geom> type: \"ellipsoid\" is no shape here: plane, hfield, sphere, capsule, cylinder, box and "
+       "mesh "
+       "are; make it a mesh, or one of these"},
+      {of_geom("type=\"box\" size=\"1 1\""), "robot.xml:2: <geom> size: must be 3 finite numbers, is \"1 1\""},
+      {of_geom("type=\"capsule\" size=\"1\" fromto=\"1 1 1 1 1 1\""),
+       "robot.xml:2: <geom> fromto: must be two points, they are one"},
+      {of_geom("type=\"plane\" size=\"1 1 1\""),
+       "robot.xml:2: <geom>: is a plane, which has no mass; its body must be fixed to the world"},
+      {of_geom("type=\"mesh\" mesh=\"m\""), "robot.xml:2: <geom> mesh: unknown mesh \"m\"; there are none"},
+      {of_geom("size=\"1\" quat=\"0 0 0 0\""), "robot.xml:2: <geom> quat: must not be zero"},
+      {of_geom("size=\"1\" quat=\"1 0 0 0\" euler=\"0 0 0\""),
+       "robot.xml:2: <geom> euler: stands beside quat; give one orientation"},
+      {of_geom("size=\"1\" euler=\"0 0 1e9\""),
+       "robot.xml:2: <geom> euler: must be in -1000000 .. 1000000, is 1000000000"},
+      {of_geom("size=\"1\" friction=\"-1\""), "robot.xml:2: <geom> friction: must be >= 0"},
+      {of_geom("size=\"1\" contype=\"1.5\""), "robot.xml:2: <geom> contype: must be an integer of 32 bits, is 1.5"},
+      {file("<asset><mesh file=\"nothing.stl\"/></asset>"),
+       "robot.xml:2: <mesh> file: names no file: \"nothing.stl\" does not exist; a mesh is looked for from the folder "
+       "of "
+       "the robot's file and the compiler's meshdir"},
+      {file("<asset><mesh name=\"m\" vertex=\"0 0 0 1 0 0 0 1 0 1 1 0\"/></asset><worldbody><body><freejoint/>"
+            "<geom type=\"mesh\" mesh=\"m\"/></body></worldbody>"),
+       "robot.xml:2: <mesh> vertex: its points lie in a plane; give it a thickness, or use a box"},
+      {file("<default><geom size=\"1\"/><geom size=\"2\"/></default>"),
+       "robot.xml:2: <geom>: stands twice in <default>; give it once"},
+      {file("<default><default/></default>"), "robot.xml:2: <default>: needs the attribute \"class\""},
+      {beside("<actuator><motor/></actuator>"), "robot.xml:3: <motor>: needs the attribute \"joint\""},
+      {beside("<actuator><motor joint=\"k\"/></actuator>"),
+       "robot.xml:3: <motor> joint: unknown joint \"k\"; did you mean \"j\"?"},
+      {beside("<actuator><motor tendon=\"t\"/></actuator>"),
+       "robot.xml:3: <motor> tendon: is nothing that is driven here; only joints are"},
+      {beside("<actuator><muscle joint=\"j\"/></actuator>"),
+       "robot.xml:3: <muscle>: is no element of <actuator>; known: motor, position, velocity, damper, general"},
+      {beside("<actuator><general joint=\"j\" biastype=\"affine\" biasprm=\"1 0 0\"/></actuator>"),
+       "robot.xml:3: <general> biasprm: must be 0 -kp -kv, of a spring and a damper"},
+      {beside("<equality><joint joint1=\"j\" joint2=\"j\"/></equality>"),
+       "robot.xml:3: <joint> joint2: joints that follow another one are not simulated; remove it, and give the joint a "
+       "spring"},
+      {beside("<equality><weld body1=\"a\" body2=\"a\"/></equality>"),
+       "robot.xml:3: <weld>: names one body twice; it holds two"},
+      {beside("<equality><weld site1=\"a\" site2=\"a\"/></equality>"),
+       "robot.xml:3: <weld> site1: sites are not read; give body1 and body2"},
+      {beside("<equality><weld body1=\"a\" relpose=\"0 0 1 1 0 0 0\"/></equality>"),
+       "robot.xml:3: <weld> relpose: is not read: bodies are held as they stand at load; leave it out"},
+      {beside("<contact><pair geom1=\"x\" geom2=\"y\"/></contact>"),
+       "robot.xml:3: <pair>: is not read; contype and conaffinity of geoms say who touches"},
+      {beside("<contact><exclude body1=\"a\" body2=\"b\"/></contact>"),
+       "robot.xml:3: <exclude> body2: unknown body \"b\"; did you mean \"a\"?"},
+  };
+  for (const auto& [text, line] : bad) EXPECT_EQ(refusal(text), line) << text;
+  EXPECT_EQ(refusal(beside("")), "accepted");
+}
+
+TEST(BadMjcf, WhatIsForOtherProgramsIsPassedOver) {
+  EXPECT_EQ(
+      refusal(beside("<tendon><fixed "
+                     "name=\"t\"/></tendon><visual/><statistic/><sensor><gyro/></sensor><keyframe/><custom/><size/>")),
+      "accepted");
+  EXPECT_EQ(refusal(in_body("<site/><camera/><light/><freejoint/>")), "accepted");
+}
+
+}  // namespace
+}  // namespace lockstep

@@ -1,0 +1,81 @@
+"""What is refused, and in which words; and that all is described."""
+import inspect
+import unittest
+
+import lockstep
+
+BALL = {"mass": 2, "shapes": [{"type": "sphere", "radius": 0.5}]}
+
+
+class Errors(unittest.TestCase):
+    def refusal(self, make):
+        with self.assertRaises(lockstep.Error) as caught:
+            make()
+        self.assertEqual(caught.exception.failure, "input")
+        line = str(caught.exception)
+        self.assertNotIn("\n", line)
+        return line
+
+    def test_scenes(self):
+        def world_of(scene, **more):
+            return lambda: lockstep.World(scene, **more)
+
+        self.assertEqual(
+            self.refusal(world_of({"bodies": [{**BALL, "mass": -1}]})), "scene.json: /bodies/0/mass: must be > 0, is -1"
+        )
+        self.assertIn("here.json: /bodies: is empty", self.refusal(world_of({"bodies": []}, source="here.json")))
+        self.assertIn("not JSON", self.refusal(world_of("{")))
+        self.assertIn('not JSON: line 1, column 22', self.refusal(world_of({"bodies": [{**BALL, "mass": float("nan")}]})))
+        self.assertIn("unknown key", self.refusal(world_of({"bodies": [BALL], "robot": []})))
+        self.assertIn("no built-in scene", self.refusal(lambda: lockstep.World.load("nothing_of_the_kind")))
+        self.assertIn("precision", self.refusal(world_of({"bodies": [BALL]}, precision="half")))
+        self.assertIn("device", self.refusal(world_of({"bodies": [BALL]}, device="abacus")))
+
+    def test_bodies_and_joints(self):
+        world = lockstep.World({"bodies": [BALL]}, device="reference")
+        ball = world.bodies[0]
+        self.assertEqual(self.refusal(lambda: world.add_body({"mass": 0})), "body: /mass: must be > 0, is 0")
+        self.assertIn("unknown key", self.refusal(lambda: world.add_body({"generator": "line"})))
+        self.assertIn(
+            "unknown material", self.refusal(lambda: world.add_body({**BALL, "shapes": [{"type": "sphere", "radius": 1, "material": "x"}]}))
+        )
+        self.assertEqual(self.refusal(lambda: world.body("nobody")), "world: has no body of the name 'nobody'")
+        self.assertIn("has no joint", self.refusal(lambda: world.joint("none")))
+        self.assertIn("/bodies", self.refusal(lambda: world.add_joint({"type": "ball", "bodies": ["a", "b"]}, ball)))
+        self.assertIn("unknown joint", self.refusal(lambda: world.add_joint({"type": "hing"}, ball)))
+        self.assertIn("body 7", self.refusal(lambda: world.pose(lockstep.Body(7))))
+        self.assertIn("finite", self.refusal(lambda: world.apply_impulse(ball, [float("inf"), 0, 0])))
+        self.assertIn("kinematic", self.refusal(lambda: world.set_kinematic_target(ball, [0, 0, 0])))
+        self.assertIn("times must rise", self.refusal(lambda: world.set_load_table(ball, [1, 0], [[0] * 6] * 2)))
+        self.assertIn("(n, 3)", self.refusal(lambda: world.cast_rays([[0, 0, 0]], [[0, 0]])))
+        with self.assertRaises(TypeError):
+            world.pose("ball")
+        with self.assertRaises(TypeError):
+            lockstep.World({"bodies": [object()]})
+
+    def test_a_run_that_goes_bad(self):
+        world = lockstep.World({"bodies": [{**BALL, "velocity": [1, 0, 0]}], "settings": {"speed_limit": 5}})
+        with self.assertRaisesRegex(lockstep.Error, "body 0") as caught:
+            world.step(600)
+        self.assertEqual(caught.exception.failure, "comparison")
+
+    def test_everything_is_described(self):
+        for name, thing in inspect.getmembers(lockstep):
+            if name.startswith("__"):
+                continue
+            self.assertTrue(inspect.getdoc(thing), name)
+            if inspect.isclass(thing) and not issubclass(thing, Exception):
+                for member, value in vars(thing).items():
+                    if not member.startswith("__"):
+                        self.assertTrue(inspect.getdoc(value), f"{name}.{member}")
+
+
+class Lists(unittest.TestCase):
+    def test_scenes_and_devices(self):
+        self.assertIn("slide_to_roll", lockstep.scenes())
+        self.assertTrue(all(lockstep.scenes().values()))
+        self.assertIsInstance(lockstep.devices(), list)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,111 @@
+// Many worlds of one scene from the command line, alone and shared out over ranks of MPI.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "tests/command_line.hpp"
+
+namespace lockstep {
+namespace {
+
+class Worlds : public CommandLine {
+ protected:
+  // What a run that ends well reports. `before`: what starts it.
+  nlohmann::json report(const std::string& arguments, const std::string& before = "") const {
+    const Outcome outcome = run_command(before + LOCKSTEP_PROGRAM " run " + arguments + " --quiet --report " +
+                                        file("report.json").string());
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return nlohmann::json::parse(read_file(file("report.json")), nullptr, false);
+  }
+
+  // A heap that a seed draws otherwise: balls of two layers over a plane.
+  std::string seeded_scene() const {
+    std::ofstream(file("heap.json")) << R"({"settings": {"steps": 60}, "bodies": [
+      {"type": "static", "shapes": [{"type": "plane"}]},
+      {"generator": "grid", "counts": [3, 3, 2], "spacing": [0.6, 0.6, 0.7], "origin": [0, 0, 0.6],
+       "jitter": {"generator": "lcg_by_index", "seed": 7, "amplitude": [0.2, 0.2, 0.05]},
+       "bodies": [{"density": 500, "shapes": [{"type": "sphere", "radius": 0.25}]}]}]})";
+    return file("heap.json").string();
+  }
+};
+
+TEST_F(Worlds, EachHasTheBitsThatItHasAlone) {
+  const std::string scene = seeded_scene();
+  for (const std::string device : {"reference", "auto"}) {
+    const nlohmann::json batch = report(scene + " --worlds 3 --seed 5 --device " + device);
+    EXPECT_EQ(batch["worlds"], 3);
+    EXPECT_EQ(batch["bodies"], 3 * 19);
+    EXPECT_GT(batch["body_steps_per_second"], 0);
+    ASSERT_EQ(batch["world_state_hashes"].size(), 3u);
+    for (unsigned k = 0; k < 3; ++k) {
+      const nlohmann::json alone = report(scene + " --device reference --seed " + std::to_string(5 + k));
+      EXPECT_EQ(batch["world_state_hashes"][k], alone["state_hash"]) << device << " " << k;
+    }
+    EXPECT_NE(batch["world_state_hashes"][0], batch["world_state_hashes"][1]) << "a seed draws another heap";
+  }
+}
+
+TEST_F(Worlds, SeedZeroIsTheSceneOfTheFile) {
+  const std::string scene = seeded_scene();
+  EXPECT_EQ(report(scene + " --device reference")["state_hash"],
+            report(scene + " --device reference --seed 0")["state_hash"]);
+}
+
+TEST_F(Worlds, OfASceneWithoutChanceAllAreAlike) {
+  const nlohmann::json batch = report("slide_to_roll --steps 50 --worlds 4 --device reference");
+  const nlohmann::json alone = report("slide_to_roll --steps 50 --device reference");
+  for (const nlohmann::json& hash : batch["world_state_hashes"]) EXPECT_EQ(hash, alone["state_hash"]);
+  EXPECT_TRUE(alone["world_state_hashes"].empty());
+}
+
+TEST_F(Worlds, WhatIsOfOneWorldIsRefusedForSeveral) {
+  for (const std::string option : {"--record x.h5", "--checkpoint x", "--resume x", "--events x"})
+    expect_refused("run slide_to_roll --worlds 2 " + option, 2, "is of one world");
+  expect_refused("run slide_to_roll --worlds 2 --solver auto", 2, "an oracle solves one world");
+  expect_refused("run slide_to_roll --worlds 0", 2, "--worlds");
+  expect_refused("run spheres8000 --worlds 100000", 2, "--worlds: that is");
+}
+
+#ifdef LOCKSTEP_MPIRUN
+// As root and on few cores, as a build machine is.
+std::string on_ranks(unsigned ranks) {
+  return "OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 " LOCKSTEP_MPIRUN
+         " --oversubscribe --bind-to none -n " +
+         std::to_string(ranks) + " ";
+}
+
+TEST_F(Worlds, HashesDoNotDependOnTheRanks) {
+  const std::string scene = seeded_scene();
+  for (const std::string device : {"reference", "auto"}) {
+    const std::string arguments = scene + " --worlds 7 --device " + device;
+    const nlohmann::json alone = report(arguments);
+    for (const unsigned ranks : {1u, 2u, 3u}) {
+      const nlohmann::json shared = report(arguments, on_ranks(ranks));
+      EXPECT_EQ(shared["ranks"], ranks);
+      for (const char* key : {"state_hash", "pose_hash", "world_state_hashes", "worlds", "bodies"})
+        EXPECT_EQ(shared[key], alone[key]) << key << " on " << ranks << " ranks, " << device;
+      EXPECT_EQ(shared["max_penetration_m"], alone["max_penetration_m"]);
+      EXPECT_NEAR(double(shared["energy_final_j"]), double(alone["energy_final_j"]),
+                  1e-9 * double(alone["energy_final_j"]));
+    }
+  }
+}
+
+TEST_F(Worlds, RanksMayHaveNothingToDo) {
+  const nlohmann::json shared = report("slide_to_roll --steps 20 --device reference", on_ranks(3));
+  EXPECT_EQ(shared["ranks"], 3);
+  EXPECT_EQ(shared["state_hash"], report("slide_to_roll --steps 20 --device reference")["state_hash"]);
+}
+
+TEST_F(Worlds, WhatGoesWrongIsToldOnce) {
+  const Outcome missing = run_command(on_ranks(2) + LOCKSTEP_PROGRAM " run nothing_of_the_kind --worlds 4");
+  EXPECT_EQ(missing.status, 2) << missing.err;
+  const std::string line = "lockstep: nothing_of_the_kind: no such file";
+  const std::size_t at = missing.err.find(line);
+  ASSERT_NE(at, std::string::npos) << missing.err;
+  EXPECT_EQ(missing.err.find(line, at + 1), std::string::npos) << missing.err;
+}
+#endif
+
+}  // namespace
+}  // namespace lockstep
