@@ -128,7 +128,7 @@ StepStart step_start(const Buffers<double>& b, const StepParams<double>& params,
 Demand demand_of(const ContactSystem& system, const Buffers<double>& b, const Laws& laws, const Step& step) {
   Demand demand;
   for (const SystemContact& c : system.contacts)
-    demand.contacts.push_back({c.body_a, c.body_b, c.normal, c.arm_a, c.arm_b, c.bias, c.friction});
+    demand.contacts.push_back({c.body_a, c.body_b, c.normal, c.arm_a, c.arm_b, c.bias, c.friction, c.slide});
   const double infinite = std::numeric_limits<double>::infinity(), dt = step.given().dt;
   for (const Limit& limit : laws.limits) {
     const double x = coordinate_of(step, limit.joint);

@@ -30,7 +30,7 @@ ReducedProblem reduced_rows(const Step& step, const Demand& demand) {
     const Eigen::Matrix<double, 3, 2> t = models::tangents(c.normal);
     for (const Vector3d& direction : {c.normal, Vector3d(t.col(0)), Vector3d(t.col(1))})
       p.rows.push_back(contact_row(c, direction));
-    constants.insert(constants.end(), {c.bias, 0, 0});
+    constants.insert(constants.end(), {c.bias, t.col(0).dot(c.slide), t.col(1).dot(c.slide)});
     p.friction[Index(i)] = c.friction;
   }
   for (std::size_t i = 0; i < demand.bounds.size(); ++i) {
