@@ -139,7 +139,7 @@ TEST(BadRecordings, ForeignAndChangedOnesAreRefused) {
   const std::vector<Change> changes = {
       {"nothing", [](hid_t) {}, "accepted"},
       {"no format", [](hid_t f) { remove_attribute(f, "format"); }, "has no attribute format"},
-      {"a later format", [](hid_t f) { replace_attribute(f, "format", u32{9}); }, "it has format 9, wanted is 2"},
+      {"a later format", [](hid_t f) { replace_attribute(f, "format", u32{9}); }, "it has format 9, wanted is 3"},
       {"a format of another type", [](hid_t f) { replace_attribute(f, "format", 1.0); }, "format is of another type"},
       {"a format in words", [](hid_t f) { replace_attribute(f, "format", std::string("one")); },
        "format is of another type"},
@@ -175,7 +175,8 @@ TEST(BadRecordings, ForeignAndChangedOnesAreRefused) {
        scene_hash},
       {"no features", [](hid_t f) { remove_attribute(h5::open_group(f, "compiled_scene"), "features"); },
        "has no attribute features"},
-      {"all features", [](hid_t f) { replace_attribute(h5::open_group(f, "compiled_scene"), "features", ~u32{0}); },
+      {"all features",
+       [](hid_t f) { replace_attribute(h5::open_group(f, "compiled_scene"), "features", ~Features{0}); },
        "has no dataset pivots"},
       {"another mass", [](hid_t f) { flip(f, "compiled_scene/masses"); }, scene_hash},
       {"another body", [](hid_t f) { flip(f, "compiled_scene/body_infos"); }, scene_hash},

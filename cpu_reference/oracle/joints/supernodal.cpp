@@ -3,7 +3,8 @@
 // threads. R rather than the indefinite K, for R asks for no pivots: the pattern alone orders it. Loops need no care;
 // redundant rows make R singular, and then R + delta is factorised and refined by
 //   x <- x + (R + delta)^-1 (c - R x),
-// which converges to a solution, for all that c has of the null space is rounding.
+// which converges to a solution, for all that c has of the null space is rounding. Whether a singular R
+// factorises by itself is rounding too, and impulses are then without bounds: its pivots tell.
 #include <Eigen/CholmodSupport>
 #include <stdexcept>
 
@@ -17,6 +18,13 @@ using Eigen::VectorXd;
 
 constexpr int most_refinements = 30;
 constexpr double accuracy = 1e-14;  // of |c - R x| / |c|
+constexpr double singular = 1e-13;  // a condition that is rounding
+
+class Factor : public Eigen::CholmodSupernodalLLT<SparseMatrix> {
+ public:
+  /// The square of the ratio of the least and the largest entry of L's diagonal.
+  double condition() { return cholmod_rcond(m_cholmodFactor, &cholmod()); }
+};
 
 class Supernodal final : public JointSolver {
  public:
@@ -27,7 +35,7 @@ class Supernodal final : public JointSolver {
     for (const double delta : {0.0, 1e-12, 1e-10, 1e-8}) {
       cholmod_.setShift(delta * largest);
       cholmod_.factorize(r_);
-      if (cholmod_.info() == Eigen::Success) return;
+      if (cholmod_.info() == Eigen::Success && (delta > 0 || cholmod_.condition() > singular)) return;
     }
     throw std::runtime_error("the joints' rows cannot be factorised");
   }
@@ -45,7 +53,7 @@ class Supernodal final : public JointSolver {
 
  private:
   const SparseMatrix r_;
-  Eigen::CholmodSupernodalLLT<SparseMatrix> cholmod_;
+  Factor cholmod_;
 };
 
 }  // namespace
