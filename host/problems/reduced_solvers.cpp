@@ -6,6 +6,7 @@
 #include "cpu_reference/oracle/articulated/reduced_cones.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "host/error.hpp"
+#include "host/problems/system_solvers.hpp"
 
 namespace lockstep {
 
@@ -19,15 +20,6 @@ namespace lcp = oracle::lcp;
 
 // What takes minutes a step is no longer of use; complementarity problems are dense.
 constexpr Index most_contacts = 4000, most_unknowns = 3000;
-
-void expect_moderate(const std::string& where, Index count, Index most, const char* what) {
-  if (count > most)
-    throw Error(
-        Failure::input, where,
-        fmt::format("{} {} are too many for this solver, which takes {}; take a smaller scene, or a solver that "
-                    "sweeps",
-                    count, what, most));
-}
 
 ReducedAnswer solve_cones(const oracle::ConeSolver& solver, const Step& step, const Demand& demand,
                           const VectorXd& start, const SolveLimits& limits, const std::string& where) {

@@ -28,15 +28,6 @@ namespace models = oracle::models;
 constexpr Index most_contacts_of_cones = 4000, most_contacts_in_parts = 100'000, most_joint_rows = 1500,
                 most_unknowns = 3000;
 
-void expect_moderate(const std::string& where, Index count, Index most, const char* what) {
-  if (count > most)
-    throw Error(
-        Failure::input, where,
-        fmt::format("{} {} are too many for this solver, which takes {}; take a smaller scene, or a solver that "
-                    "sweeps",
-                    count, what, most));
-}
-
 SolveReport solve_cones(const oracle::ConeSolver& solver, ContactSystem& system, const SolveLimits& limits,
                         const std::string& where) {
   const SystemProblem problem = problem_of(system, where);
@@ -118,6 +109,15 @@ SolveReport solve_box(const lcp::NamedBoxedSolver& solver, ContactSystem& system
 }
 
 }  // namespace
+
+void expect_moderate(const std::string& where, Eigen::Index count, Eigen::Index most, const char* what) {
+  if (count > most)
+    throw Error(
+        Failure::input, where,
+        fmt::format("{} {} are too many for this solver, which takes {}; take a smaller scene, or a solver that "
+                    "sweeps",
+                    count, what, most));
+}
 
 std::vector<std::string> system_solver_names() {
   std::vector<std::string> names;

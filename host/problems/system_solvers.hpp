@@ -1,8 +1,9 @@
 // The oracles that solve the constraint system of a step, by name: those of Coulomb's cone, also with joints as a part
-// of their own, and those of linear
-// complementarity problems on the friction pyramid (Model-LCP) and the friction box (M9), which are other models.
+// of their own, and those of linear complementarity problems on the friction pyramid (Model-LCP) and the friction box
+// (M9), which are other models.
 #pragma once
 
+#include <Eigen/Core>
 #include <functional>
 #include <string>
 #include <vector>
@@ -24,5 +25,8 @@ std::vector<std::string> system_solver_names();
 
 /// `directions`: sides of the friction pyramid, at least 3. Empty where there is none of this name.
 SystemSolver find_system_solver(const std::string& name, int directions);
+
+/// Throws Error (input) that starts with `where` for more contacts, rows or unknowns (`what`) than a solver takes.
+void expect_moderate(const std::string& where, Eigen::Index count, Eigen::Index most, const char* what);
 
 }  // namespace lockstep
