@@ -38,6 +38,38 @@ ConeVector<real> clamp_to_cone(ConeVector<real> r, real friction) {
   return {r.normal, scale * r.tangent_1, scale * r.tangent_2};
 }
 
+/// The inverse of a symmetric 2 x 2 block of two tangents.
+template <class real>
+struct DiscInverse {
+  real xx, xy, yy;
+};
+template <class real>
+struct DiscVector {
+  real x, y;
+};
+
+/// What an impulse (or a moment) does to the velocities of its rows.
+template <class real>
+DiscVector<real> disc_velocity(real x, real y, const DiscInverse<real>& inverse) {
+  const real determinant = inverse.xx * inverse.yy - inverse.xy * inverse.xy;
+  return {(inverse.yy * x - inverse.xy * y) / determinant, (inverse.xx * y - inverse.xy * x) / determinant};
+}
+
+/// The next impulse in a disc of the radius `limit`, from the old one and the velocity u with it. What sticks is found
+/// at once, r - W^-1 u; what slips by a step of projection, P(r - rho u), which comes to rest only where it is opposed
+/// to u (W^-1 u has another direction), with rho = 2 / trace W.
+template <class real>
+DiscVector<real> rub_disc(real old_x, real old_y, real u_x, real u_y, const DiscInverse<real>& inverse, real limit) {
+  const real stick_x = old_x - (inverse.xx * u_x + inverse.xy * u_y);
+  const real stick_y = old_y - (inverse.xy * u_x + inverse.yy * u_y);
+  if (!(std::sqrt(stick_x * stick_x + stick_y * stick_y) > limit)) return {stick_x, stick_y};
+  const real rho = real(2) * (inverse.xx * inverse.yy - inverse.xy * inverse.xy) / (inverse.xx + inverse.yy);
+  const real slip_x = old_x - rho * u_x, slip_y = old_y - rho * u_y;
+  const real length = std::sqrt(slip_x * slip_x + slip_y * slip_y);
+  const real scale = length > limit ? limit / length : real(1);
+  return {scale * slip_x, scale * slip_y};
+}
+
 /// W diagonal and isotropic in the tangent plane: normal and friction decouple.
 template <class real>
 ConeVector<real> solve_central(ConeVector<real> q, real w_nn, real w_tt, real friction) {

@@ -80,6 +80,7 @@ void hash_state_contacts(Buffers<real>& b) {
     h = hash_word(h, key.feature);
     h = hash_word(h, key.pad);
     h = hash_words(h, b.cached_impulses[i]);
+    if (!b.cached_moments.empty()) h = hash_words(h, b.cached_moments[i]);
     hash_add_state(b.world_hashes[b.body_infos[shape_a.body].world], h);
   }
 }

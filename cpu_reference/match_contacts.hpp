@@ -28,6 +28,11 @@ ContactImpulse<real> add_share(const ContactImpulse<real>& to, real share, const
           to.tangent_z + share * r.tangent_z};
 }
 
+template <class real>
+Vec4<real> add_share(const Vec4<real>& to, real share, const Vec4<real>& m) {
+  return {to.x + share * m.x, to.y + share * m.y, to.z + share * m.z, 0};
+}
+
 /// What the last step knew about a contact: the first key that is not before it, which is its own or none.
 struct KnownContact {
   u32 key;
@@ -47,7 +52,9 @@ template <class real>
 void hand_over(Buffers<real>& b, u32 first, u32 end) {
   Contact start = b.contacts[first];
   start.feature = 0;
+  const bool turns = !b.cached_moments.empty();
   ContactImpulse<real> lost = {0, 0, 0, 0};
+  Vec4<real> lost_moment = {0, 0, 0, 0};
   u32 known = 0, contact = first;
   const u32 begin = known_contact(b, start).key, keys = b.cached_count[0];
   u32 key = begin;
@@ -56,6 +63,7 @@ void hand_over(Buffers<real>& b, u32 first, u32 end) {
     const bool stays = contact < end && b.contacts[contact].feature == b.cached_keys[key].feature;
     known += stays ? 1 : 0;
     if (!stays) lost = add_share(lost, real(1), b.cached_impulses[key]);
+    if (!stays && turns) lost_moment = add_share(lost_moment, real(1), b.cached_moments[key]);
   }
   if (known == key - begin) return;
   const u32 fresh = end - first - known;
@@ -63,6 +71,7 @@ void hand_over(Buffers<real>& b, u32 first, u32 end) {
   for (u32 i = first; i < end; ++i) {
     const bool takes = fresh == 0 || !known_contact(b, b.contacts[i]).known;
     if (takes) b.start_impulses[i] = add_share(b.start_impulses[i], share, lost);
+    if (takes && turns) b.start_moments[i] = add_share(b.start_moments[i], share, lost_moment);
   }
 }
 
@@ -73,6 +82,8 @@ void match_contacts(Buffers<real>& b, const StepParams<real>&) {
   for (u32 i = 0; i < count; ++i) {
     const KnownContact before = known_contact(b, b.contacts[i]);
     b.start_impulses[i] = before.known ? b.cached_impulses[before.key] : ContactImpulse<real>{0, 0, 0, 0};
+    if (!b.cached_moments.empty())
+      b.start_moments[i] = before.known ? b.cached_moments[before.key] : Vec4<real>{0, 0, 0, 0};
   }
   if (b.softness_blocks.empty()) return;
   for (u32 first = 0, end = 0; first < count; first = end) {

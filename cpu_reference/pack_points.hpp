@@ -45,6 +45,21 @@ void write_impact(ImpactBlock<real>& block, u32 lane, ImpactPair<real> pair) {
 }
 
 template <class real>
+void write_turn(TurnPointBlock<real>& block, u32 lane, TurnPair<real> pair, const Vec4<real>& moment) {
+  block.spin_radius[lane] = pair.spin_radius;
+  block.roll_lever[lane] = pair.roll_lever;
+  block.moment_x[lane] = moment.x;
+  block.moment_y[lane] = moment.y;
+  block.moment_z[lane] = moment.z;
+}
+
+template <class real>
+void write_hold(HoldBlock<real>& block, u32 lane, HoldPair<real> pair) {
+  block.friction[lane] = pair.friction;
+  block.speed[lane] = pair.speed;
+}
+
+template <class real>
 void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
   if (step_is_void(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
@@ -54,10 +69,14 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
       PointBlock<real>& points = buffers.point_blocks[row];
       StartBlock<real>& starts = buffers.start_blocks[row];
       ImpactBlock<real>* impacts = buffers.impact_blocks.empty() ? nullptr : &buffers.impact_blocks[row];
+      TurnPointBlock<real>* turns = buffers.turn_points.empty() ? nullptr : &buffers.turn_points[row];
+      HoldBlock<real>* holds = buffers.hold_blocks.empty() ? nullptr : &buffers.hold_blocks[row];
       for (u32 lane = 0; lane < PACK; ++lane) {
         if (k >= bodies.count[lane]) {
           write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, ContactImpulse<real>{});
           if (impacts) write_impact(*impacts, lane, {});
+          if (turns) write_turn(*turns, lane, {}, Vec4<real>{});
+          if (holds) write_hold(*holds, lane, {});
           continue;
         }
         const u32 i = bodies.contact[lane] + k;
@@ -67,6 +86,8 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
         if (contact.feature == CORE_FEATURE) material.restitution = 0;
         write_point(points, starts, lane, buffers.contact_points[i], contact.normal, material,
                     buffers.start_impulses[i]);
+        if (turns) write_turn(*turns, lane, buffers.turn_pairs[pair], buffers.start_moments[i]);
+        if (holds) write_hold(*holds, lane, buffers.hold_pairs[pair]);
         if (impacts)
           write_impact(*impacts, lane,
                        contact.feature == CORE_FEATURE ? ImpactPair<real>{} : buffers.impact_pairs[pair]);

@@ -10,10 +10,11 @@
 //                    where others press it together (Moreau 1988): an impulse adds r_n (u_n + u_old) / 2 of energy, and
 //                    to stop such a contact would be a gain;
 //   other laws of impact (cpu_reference/impact.hpp): what is hit gets the impulse P of its law for itself alone, from
-//   the
-//                    velocity u after the forces, with the part of e that the approach has that is not of these forces.
-//                    All rows are biased so that P solves them: with no other contact, impulse and outcome are the
-//                    law's.
+//                    the velocity u after the forces, with the part of e that the approach has that is not of these
+//                    forces. All rows are biased so that P solves them: with no other contact, impulse and outcome are
+//                    the law's.
+// Friction is that of what holds where the contact slid slower than a speed at the start of the sub-step (feature
+// static_friction), and of what slides elsewhere.
 // The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2), M that of the pair's parts of its bodies
 // where they are split (cpu_reference/visit_parts.hpp). Impulses start from the last step, later
 // from the last sub-step, turned with the contact through the world frame and put back into the cone.
@@ -24,6 +25,7 @@
 #include "cpu_reference/frame.hpp"
 #include "cpu_reference/impact.hpp"
 #include "cpu_reference/prepare_patch.hpp"
+#include "cpu_reference/prepare_turn.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/visit_contact.hpp"
 #include "cpu_reference/visit_parts.hpp"
@@ -93,6 +95,55 @@ void clear_lane(ContactBlock<real>& block, ImpulseBlock<real>& impulses, u32 lan
     field[lane] = 0;
 }
 
+/// J M^-1 J^T of a contact in its frame. Where its pair rubs as one, all but w_nn is the patch's.
+template <class real>
+Delassus<real> contact_delassus(const ContactFrame<real>& c, bool central, bool rubs_as_one,
+                                const PairMotions<real>& motions) {
+  const Motion<real>&a = motions.a, &b = motions.b;
+  const real inverse_mass = a.inverse_mass + b.inverse_mass;
+  Delassus<real> w = {inverse_mass, 0, 0, 0, 0, 0};
+  if (central) {
+    if (rubs_as_one) return w;
+    w.t11 = inverse_mass + dot3(c.arm_a, c.arm_a) * a.inertia_xx + dot3(c.arm_b, c.arm_b) * b.inertia_xx;
+    w.t22 = w.t11;
+    return w;
+  }
+  const auto share = [&](Vec3<real> d, Vec3<real> e) {
+    return angular_share(a, c.arm_a, d, e) + angular_share(b, c.arm_b, d, e);
+  };
+  w.nn = inverse_mass + share(c.normal, c.normal);
+  if (rubs_as_one) return w;
+  w.t11 = inverse_mass + share(c.tangent_1, c.tangent_1);
+  w.t22 = inverse_mass + share(c.tangent_2, c.tangent_2);
+  w.n1 = share(c.normal, c.tangent_1);
+  w.n2 = share(c.normal, c.tangent_2);
+  w.t12 = share(c.tangent_1, c.tangent_2);
+  return w;
+}
+
+/// What a contact aims at that is hit by another law than Newton's, `free` its velocity after the forces; `law` becomes
+/// that of the normal velocity.
+template <class real>
+ImpactTarget<real> hit_target(const StepParams<real>& p, real gap, real u_old, ConeVector<real> free,
+                              const Delassus<real>& w, const ImpactMaterial<real>& material, NormalLaw<real>& law) {
+  const real share = u_old > free.normal ? u_old / free.normal : real(1);
+  ImpactMaterial<real> shared = material;
+  shared.restitution = share * material.restitution;
+  const ImpactTarget<real> target = target_of(impact(free, w, shared), w, material.friction);
+  law = normal_law(p, gap, u_old, free.normal, real(0));
+  const real least = gap > 0 ? real(0) : law.bias;
+  const bool bounces = target.bias.normal < least;
+  law = {bounces ? target.bias.normal : least, law.soft && !bounces};
+  return target;
+}
+
+/// mu of what holds, or of what slid at the start of the sub-step.
+template <class real>
+real friction_now(const HoldBlock<real>& hold, real sliding, Vec3<real> old, Vec3<real> t1, Vec3<real> t2, u32 lane) {
+  const real u_1 = dot3(t1, old), u_2 = dot3(t2, old);
+  return std::sqrt(u_1 * u_1 + u_2 * u_2) > hold.speed[lane] ? sliding : hold.friction[lane];
+}
+
 /// The impulse that a contact starts from: normal part, and tangential part as a world vector.
 template <class real>
 ContactImpulse<real> start_impulse(const StepParams<real>& params, const StartBlock<real>& starts,
@@ -131,37 +182,33 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const Vec3<real> arm_b = central ? central_arm(motion_b, n, now.arm_b) : now.arm_b;
 
   const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
-  const real u_old = dot3(
-      n, sub3(add3(vec3(old_a.v), cross3(vec3(old_a.w), arm_a)), add3(vec3(old_b.v), cross3(vec3(old_b.w), arm_b))));
+  const Vec3<real> old =
+      sub3(add3(vec3(old_a.v), cross3(vec3(old_a.w), arm_a)), add3(vec3(old_b.v), cross3(vec3(old_b.w), arm_b)));
+  const real u_old = dot3(n, old);
   const Vec3<real> free = sub3(add3(vec3(motion_a.v), cross3(vec3(motion_a.w), arm_a)),
                                add3(vec3(motion_b.v), cross3(vec3(motion_b.w), arm_b)));
   const real u_free = dot3(n, free);
-  const real friction = points.friction[lane];
+  const real friction = buffers.hold_blocks.empty()
+                            ? points.friction[lane]
+                            : friction_now(buffers.hold_blocks[row], points.friction[lane], old, t1, t2, lane);
   const ContactImpulse<real> start = start_impulse(params, buffers.start_blocks[row], block, impulses, lane);
   const Vec3<real> tangent = {start.tangent_x, start.tangent_y, start.tangent_z};
-  const ConeVector<real> r =
-      clamp_to_cone({start.normal > 0 ? start.normal : real(0), dot3(tangent, t1), dot3(tangent, t2)}, friction);
+  ConeVector<real> r = {start.normal > 0 ? start.normal : real(0), dot3(tangent, t1), dot3(tangent, t2)};
 
-  const real inverse_mass = motion_a.inverse_mass + motion_b.inverse_mass;
-  real w_nn = inverse_mass, w_11 = 0, w_22 = 0, w_n1 = 0, w_n2 = 0, w_12 = 0;
-  const bool rubs_as_one = !buffers.patch_blocks.empty();  // the rest is the patch's
-  if (central && !rubs_as_one) {
-    w_11 = inverse_mass + dot3(arm_a, arm_a) * motion_a.inertia_xx + dot3(arm_b, arm_b) * motion_b.inertia_xx;
-    w_22 = w_11;
-  } else if (!central) {
-    const auto share = [&](Vec3<real> d, Vec3<real> e) {
-      return angular_share(motion_a, arm_a, d, e) + angular_share(motion_b, arm_b, d, e);
-    };
-    w_nn = inverse_mass + share(n, n);
-    if (!rubs_as_one) {
-      w_11 = inverse_mass + share(t1, t1);
-      w_22 = inverse_mass + share(t2, t2);
-      w_n1 = share(n, t1);
-      w_n2 = share(n, t2);
-      w_12 = share(t1, t2);
-    }
+  const ContactFrame<real> frame = {n, t1, t2, arm_a, arm_b};
+  const Delassus<real> w = contact_delassus(frame, central, !buffers.patch_blocks.empty(), motions);
+
+  if (buffers.turn_blocks.empty()) {
+    r = clamp_to_cone(r, friction);
+  } else {
+    const TurnPointBlock<real>& turning = buffers.turn_points[row];
+    TurnBlock<real>& turn = buffers.turn_blocks[row];
+    TurnImpulse<real>& turns = buffers.turn_impulses[row];
+    const Vec3<real> moment = start_moment(params, turning, block, turn, turns, lane);
+    const SpinVector<real> cone =
+        prepare_turn(turning, frame, bodies.kind[lane], motions, w.nn, r, moment, friction, turn, turns, lane);
+    r = {cone.normal, cone.tangent_1, cone.tangent_2};
   }
-
   block.normal_x[lane] = n.x;
   block.normal_y[lane] = n.y;
   block.normal_z[lane] = n.z;
@@ -175,33 +222,25 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   ImpactTarget<real> target = {{0, 0, 0}, friction};
   if (!buffers.impact_blocks.empty()) {
     const ImpactBlock<real>& impacts = buffers.impact_blocks[row];
-    const u32 kind = impacts.law[lane];
-    if (kind != IMPACT_NEWTON && is_hit(params, now.gap, u_old, u_free)) {
-      const real share = u_old > u_free ? u_old / u_free : real(1);
-      const ImpactMaterial<real> material = {kind, friction, share * points.restitution[lane],
-                                             impacts.tangential_restitution[lane]};
-      const Delassus<real> w = {w_nn, w_11, w_22, w_n1, w_n2, w_12};
-      target = target_of(impact({u_free, dot3(free, t1), dot3(free, t2)}, w, material), w, friction);
-      law = normal_law(params, now.gap, u_old, u_free, real(0));
-      const real least = now.gap > 0 ? real(0) : law.bias;
-      const bool bounces = target.bias.normal < least;
-      law = {bounces ? target.bias.normal : least, law.soft && !bounces};
-    }
+    const ImpactMaterial<real> material = {impacts.law[lane], friction, points.restitution[lane],
+                                           impacts.tangential_restitution[lane]};
+    if (material.law != IMPACT_NEWTON && is_hit(params, now.gap, u_old, u_free))
+      target = hit_target(params, now.gap, u_old, {u_free, dot3(free, t1), dot3(free, t2)}, w, material, law);
     buffers.slide_blocks[row].bias_1[lane] = target.bias.tangent_1;
     buffers.slide_blocks[row].bias_2[lane] = target.bias.tangent_2;
   }
   block.bias[lane] = law.bias;
   block.friction[lane] = target.friction;
-  block.w_nn[lane] = w_nn;
-  block.w_11[lane] = w_11;
-  block.w_22[lane] = w_22;
-  block.w_n1[lane] = w_n1;
-  block.w_n2[lane] = w_n2;
-  block.w_12[lane] = w_12;
+  block.w_nn[lane] = w.nn;
+  block.w_11[lane] = w.t11;
+  block.w_22[lane] = w.t22;
+  block.w_n1[lane] = w.n1;
+  block.w_n2[lane] = w.n2;
+  block.w_12[lane] = w.t12;
   impulses.normal[lane] = r.normal;
   impulses.tangent_1[lane] = r.tangent_1;
   impulses.tangent_2[lane] = r.tangent_2;
-  return law.soft ? params.softness * w_nn : real(0);
+  return law.soft ? params.softness * w.nn : real(0);
 }
 
 template <class real>
@@ -220,6 +259,8 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
                                      impulses);
         else
           clear_lane(block_row, impulses, lane);
+        if (k >= bodies.count[lane] && !buffers.turn_blocks.empty())
+          clear_lane(buffers.turn_blocks[row], buffers.turn_impulses[row], lane);
         if (k >= bodies.count[lane] && !buffers.slide_blocks.empty())
           buffers.slide_blocks[row].bias_1[lane] = buffers.slide_blocks[row].bias_2[lane] = 0;
         if (!buffers.softness_blocks.empty()) buffers.softness_blocks[row].softness[lane] = softness;

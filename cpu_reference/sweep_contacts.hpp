@@ -5,6 +5,7 @@
 #include "cpu_reference/visit_contact.hpp"
 #include "cpu_reference/visit_parts.hpp"
 #include "cpu_reference/visit_patch.hpp"
+#include "cpu_reference/visit_turn.hpp"
 
 namespace lockstep::reference {
 
@@ -40,16 +41,19 @@ real visit_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
   const auto visit_each = [&](auto&& visit) {
     for (u32 row = first; row < first + count; ++row) {
       const LawNow<real> law = law_now(purpose, buffers, row, lane);
-      change = larger(visit(buffers.contact_blocks[row], law, buffers.impulse_blocks[row]), change);
+      change = larger(visit(row, law, buffers.contact_blocks[row], buffers.impulse_blocks[row]), change);
     }
   };
   if (buffers.patch_blocks.empty()) {
-    visit_each([&](const auto& contact, LawNow<real> law, auto& impulses) {
-      return visit_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);
+    visit_each([&](u32 row, LawNow<real> law, const auto& contact, auto& impulses) {
+      if (buffers.turn_blocks.empty())
+        return visit_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);
+      return visit_turning(contact, buffers.turn_blocks[row], law.bias, law.softness, impulses,
+                           buffers.turn_impulses[row], bodies.kind[lane], lane, a, b);
     });
     return change;
   }
-  const auto visit = [&](const auto& contact, LawNow<real> law, auto& impulses) {
+  const auto visit = [&](u32, LawNow<real> law, const auto& contact, auto& impulses) {
     return visit_normal(contact, law.bias.normal, law.softness, impulses, lane, a, b);
   };
   visit_each(visit);
@@ -72,6 +76,9 @@ void start_pair(const Buffers<real>& buffers, u32 block, u32 lane, Motion<real>&
     else
       push(contact_frame<real>(buffers.contact_blocks[row], lane), bodies.kind[lane],
            impulse_of(buffers.impulse_blocks[row], lane), a, b);
+    if (!buffers.turn_blocks.empty())
+      start_turning(buffers.contact_blocks[row], buffers.turn_blocks[row], buffers.turn_impulses[row],
+                    bodies.kind[lane], lane, a, b);
   }
   if (rubs_as_one) start_rubbing(buffers.patch_blocks[block], buffers.patch_impulses[block], lane, a, b);
 }

@@ -71,11 +71,27 @@ void push_at(Vec3<real> arm_a, Vec3<real> arm_b, u32 kind, Vec3<real> impulse, M
   }
 }
 
+/// A moment on a, its opposite on b.
+template <class real>
+void twist_by(u32 kind, Vec3<real> moment, Motion<real>& a, Motion<real>& b) {
+  if (a.inverse_mass > 0) store3(a.w, add3(vec3(a.w), spin(a, kind, moment)));
+  if (b.inverse_mass > 0) store3(b.w, sub3(vec3(b.w), spin(b, kind, moment)));
+}
+
 template <class real>
 void push(const ContactFrame<real>& c, u32 kind, ConeVector<real> r, Motion<real>& a, Motion<real>& b) {
   const Vec3<real> impulse =
       add3(add3(scale3(r.normal, c.normal), scale3(r.tangent_1, c.tangent_1)), scale3(r.tangent_2, c.tangent_2));
   push_at(c.arm_a, c.arm_b, kind, impulse, a, b);
+}
+
+/// The moment on a of a contact that resists turning, N m s.
+template <class real>
+Vec3<real> turning_moment(const ContactFrame<real>& c, const TurnBlock<real>& turn, const TurnImpulse<real>& turns,
+                          u32 lane) {
+  return add3(
+      add3(scale3(turn.spin_radius[lane] * turns.spin[lane], c.normal), scale3(turns.roll_1[lane], c.tangent_1)),
+      scale3(turns.roll_2[lane], c.tangent_2));
 }
 
 /// The larger of a change and those before it; what is no number does not count.

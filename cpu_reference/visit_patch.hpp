@@ -4,10 +4,8 @@
 //   |t| <= mu sum r_k,   |twist| <= mu sum lever_k r_k    (Macklin et al. 2019 and most engines bound them so).
 // What the sweeps of the solver and the warm start share. kernels/visit_patch.h is the twin, LANES pairs at a time.
 //
-// One after another, each with the impulses of the others held: the normals, the twist, the friction, and the normals
-// again, since friction at the centre turns the bodies against them. Friction that
-// sticks is found at once, t - W^-1 u; friction that slips by a step of projection, P(t - rho u), which comes to rest
-// only where it is opposed to u (W^-1 u has another direction), with rho = 2 / trace W.
+// One after another, each with the impulses of the others held: the normals, the twist, the friction (rub_disc), and
+// the normals again, since friction at the centre turns the bodies against them.
 #pragma once
 
 #include <vector>
@@ -19,13 +17,6 @@ namespace lockstep::reference {
 template <class real>
 void push_patch(const ContactFrame<real>& c, real r_1, real r_2, Motion<real>& a, Motion<real>& b) {
   push_at(c.arm_a, c.arm_b, BLOCK_GENERAL, add3(scale3(r_1, c.tangent_1), scale3(r_2, c.tangent_2)), a, b);
-}
-
-/// A moment on a, its opposite on b.
-template <class real>
-void twist_by(Vec3<real> moment, Motion<real>& a, Motion<real>& b) {
-  if (a.inverse_mass > 0) store3(a.w, add3(vec3(a.w), turn_by(a, moment)));
-  if (b.inverse_mass > 0) store3(b.w, sub3(vec3(b.w), turn_by(b, moment)));
 }
 
 /// The normal row of one contact. Returns the square of by how much it changed the normal velocity.
@@ -43,16 +34,17 @@ real visit_normal(const ContactBlock<real>& block, real bias, real softness, Imp
   return change * change;
 }
 
+template <class real>
+DiscInverse<real> rubbing_inverse(const PatchBlock<real>& block, u32 lane) {
+  return {block.inverse_11[lane], block.inverse_12[lane], block.inverse_22[lane]};
+}
+
 /// The larger of the squares of what changes of friction and twist make of the relative velocity: W is the inverse of
 /// what the block holds, and the turn counts at the radius of gyration of the two bodies about the normal.
 template <class real>
 real rubbing_change(const PatchBlock<real>& block, u32 lane, real d_1, real d_2, real d_twist, const Motion<real>& a,
                     const Motion<real>& b) {
-  const real inverse_11 = block.inverse_11[lane], inverse_12 = block.inverse_12[lane];
-  const real inverse_22 = block.inverse_22[lane];
-  const real determinant = inverse_11 * inverse_22 - inverse_12 * inverse_12;
-  const real u_1 = (inverse_22 * d_1 - inverse_12 * d_2) / determinant;
-  const real u_2 = (inverse_11 * d_2 - inverse_12 * d_1) / determinant;
+  const auto [u_1, u_2] = disc_velocity(d_1, d_2, rubbing_inverse(block, lane));
   const real turned = d_twist * d_twist * (a.inverse_mass + b.inverse_mass) / block.inverse_twist[lane];
   return larger(u_1 * u_1 + u_2 * u_2, larger(turned, real(0)));
 }
@@ -75,21 +67,12 @@ real visit_rubbing(const PatchBlock<real>& block, const std::vector<ImpulseBlock
   const real wanted = old_twist - block.inverse_twist[lane] * dot3(c.normal, sub3(vec3(a.w), vec3(b.w)));
   const real twist = wanted > reach ? reach : (wanted < -reach ? -reach : wanted);
   impulses.twist[lane] = twist;
-  twist_by(scale3(twist - old_twist, c.normal), a, b);
+  twist_by(BLOCK_GENERAL, scale3(twist - old_twist, c.normal), a, b);
 
   const Vec3<real> u = velocity_at(c.arm_a, c.arm_b, a, b);
-  const real u_1 = dot3(c.tangent_1, u), u_2 = dot3(c.tangent_2, u);
   const real old_1 = impulses.tangent_1[lane], old_2 = impulses.tangent_2[lane];
-  const real inverse_11 = block.inverse_11[lane], inverse_12 = block.inverse_12[lane];
-  const real inverse_22 = block.inverse_22[lane];
-  const real stick_1 = old_1 - (inverse_11 * u_1 + inverse_12 * u_2);
-  const real stick_2 = old_2 - (inverse_12 * u_1 + inverse_22 * u_2);
-  const bool sticks = !(std::sqrt(stick_1 * stick_1 + stick_2 * stick_2) > limit);
-  const real rho = real(2) * (inverse_11 * inverse_22 - inverse_12 * inverse_12) / (inverse_11 + inverse_22);
-  const real slip_1 = old_1 - rho * u_1, slip_2 = old_2 - rho * u_2;
-  const real length = std::sqrt(slip_1 * slip_1 + slip_2 * slip_2);
-  const real scale = length > limit ? limit / length : real(1);
-  const real r_1 = sticks ? stick_1 : scale * slip_1, r_2 = sticks ? stick_2 : scale * slip_2;
+  const auto [r_1, r_2] =
+      rub_disc(old_1, old_2, dot3(c.tangent_1, u), dot3(c.tangent_2, u), rubbing_inverse(block, lane), limit);
   impulses.tangent_1[lane] = r_1;
   impulses.tangent_2[lane] = r_2;
   push_patch(c, r_1 - old_1, r_2 - old_2, a, b);
@@ -107,7 +90,7 @@ template <class real>
 void start_rubbing(const PatchBlock<real>& block, const PatchImpulse<real>& impulses, u32 lane, Motion<real>& a,
                    Motion<real>& b) {
   const ContactFrame<real> c = contact_frame<real>(block, lane);
-  twist_by(scale3(impulses.twist[lane], c.normal), a, b);
+  twist_by(BLOCK_GENERAL, scale3(impulses.twist[lane], c.normal), a, b);
   push_patch(c, impulses.tangent_1[lane], impulses.tangent_2[lane], a, b);
 }
 

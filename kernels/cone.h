@@ -36,6 +36,37 @@ static inline LaneCone lane_clamp_to_cone(LaneCone r, lane friction) {
   return lane_make_cone(r.normal, scale * r.tangent_1, scale * r.tangent_2);
 }
 
+// Of two tangents: an impulse or a velocity, and the inverse of their block.
+typedef struct LaneDisc {
+  lane x, y;
+} LaneDisc;
+
+typedef struct LaneDiscInverse {
+  lane xx, xy, yy;
+} LaneDiscInverse;
+
+static inline LaneDisc lane_disc_velocity(lane x, lane y, LaneDiscInverse inverse) {
+  const lane determinant = inverse.xx * inverse.yy - inverse.xy * inverse.xy;
+  LaneDisc u;
+  u.x = (inverse.yy * x - inverse.xy * y) / determinant;
+  u.y = (inverse.xx * y - inverse.xy * x) / determinant;
+  return u;
+}
+
+static inline LaneDisc lane_rub_disc(LaneDisc old, LaneDisc u, LaneDiscInverse inverse, lane limit) {
+  const lane stick_x = old.x - (inverse.xx * u.x + inverse.xy * u.y);
+  const lane stick_y = old.y - (inverse.xy * u.x + inverse.yy * u.y);
+  const lane_mask slips = sqrt(stick_x * stick_x + stick_y * stick_y) > limit;
+  const lane rho = (lane)2 * (inverse.xx * inverse.yy - inverse.xy * inverse.xy) / (inverse.xx + inverse.yy);
+  const lane slip_x = old.x - rho * u.x, slip_y = old.y - rho * u.y;
+  const lane length = sqrt(slip_x * slip_x + slip_y * slip_y);
+  const lane scale = length > limit ? limit / length : (lane)1;
+  LaneDisc r;
+  r.x = slips ? scale * slip_x : stick_x;
+  r.y = slips ? scale * slip_y : stick_y;
+  return r;
+}
+
 // Padding has w_nn = 0 and q = 0: it takes off.
 static inline LaneCone lane_solve_central(LaneCone q, lane w_nn, lane w_tt, lane friction) {
   const LaneCone none = lane_make_cone((lane)0, (lane)0, (lane)0);

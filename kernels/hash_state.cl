@@ -145,12 +145,14 @@ kernel void hash_state_bodies(const StepParams params, global const BodyInfo* bo
 
 kernel void hash_state_contacts(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                                 global const u32* cached_count, global const ContactKey* cached_keys,
-                                global const ContactImpulse* cached_impulses, global WorldHash* world_hashes) {
+                                global const ContactImpulse* cached_impulses, global const Vec4* cached_moments,
+                                global WorldHash* world_hashes) {
   HashSum sum = hash_nothing();
   FOR_EACH(i, cached_count[0]) {
     const ContactKey key = cached_keys[i];
     const ShapeInfo shape_a = shape_infos[key.shape_a];
     const u32 impulse_words = (u32)(sizeof(ContactImpulse) / sizeof(u32));
+    const u32 moment_words = (u32)(sizeof(Vec4) / sizeof(u32));
     hash_enter(&sum, body_infos[shape_a.body].world, world_hashes);
 #if EACH_TAKES_NEIGHBOURS
     // contacts are ordered by shape a, and shapes by world
@@ -166,6 +168,9 @@ kernel void hash_state_contacts(global const BodyInfo* body_infos, global const 
       contacts_16 = hash_word_16(contacts_16, hash_load_16(&cached_keys[i].feature, key_words));
       contacts_16 = hash_word_16(contacts_16, hash_load_16(&cached_keys[i].pad, key_words));
       contacts_16 = hash_words_16(contacts_16, (global const u32*)&cached_impulses[i], impulse_words);
+#if FEATURE_TURNING_FRICTION
+      contacts_16 = hash_words_16(contacts_16, (global const u32*)&cached_moments[i], moment_words);
+#endif
       hash_add_state_16(&sum, contacts_16);
       i += 15u;
       continue;
@@ -177,6 +182,9 @@ kernel void hash_state_contacts(global const BodyInfo* body_infos, global const 
     h = hash_word(h, key.feature);
     h = hash_word(h, key.pad);
     h = hash_words(h, (global const u32*)&cached_impulses[i], impulse_words);
+#if FEATURE_TURNING_FRICTION
+    h = hash_words(h, (global const u32*)&cached_moments[i], moment_words);
+#endif
     hash_add_state(&sum, h);
   }
   hash_hand_over(&sum, world_hashes);

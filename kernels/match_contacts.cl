@@ -26,12 +26,29 @@ static inline ContactImpulse match_add_share(ContactImpulse to, real share, Cont
   return to;
 }
 
+// Where no contact resists turning there are no moments.
+#if FEATURE_TURNING_FRICTION
+#define MATCH_MOMENT(key) cached_moments[key]
+#else
+#define MATCH_MOMENT(key) no_moment
+#endif
+
+static inline Vec4 match_add_moment(Vec4 to, real share, Vec4 m) {
+  to.x = to.x + share * m.x;
+  to.y = to.y + share * m.y;
+  to.z = to.z + share * m.z;
+  to.w = (real)0;
+  return to;
+}
+
 // The first contact of a pair does the work of all: contacts and keys are in the same order.
 kernel void match_contacts(global const Contact* contacts, global const ContactKey* cached_keys,
-                           global const ContactImpulse* cached_impulses, global const u32* cached_starts,
-                           global ContactImpulse* start_impulses, global const u32* counters) {
+                           global const ContactImpulse* cached_impulses, global const Vec4* cached_moments,
+                           global const u32* cached_starts, global ContactImpulse* start_impulses,
+                           global Vec4* start_moments, global const u32* counters) {
   const u32 count = counters[COUNTER_CONTACTS];
   const ContactImpulse none = {(real)0, (real)0, (real)0, (real)0};
+  const Vec4 no_moment = {(real)0, (real)0, (real)0, (real)0};
   FOR_EACH(first, count) {
     const Contact pair = contacts[first];
     if (first > 0u && match_is_pair(contacts[first - 1u], pair)) continue;
@@ -47,29 +64,39 @@ kernel void match_contacts(global const Contact* contacts, global const ContactK
     }
 
     ContactImpulse lost = none;
+    Vec4 lost_moment = no_moment;
     u32 gone = 0u, known = 0u, fresh = 0u;  // `known`: a bit for each contact
     u32 last = first;
     for (; last < count && match_is_pair(contacts[last], pair); ++last) {
       const u32 feature = contacts[last].feature;
       for (; key < end && cached_keys[key].shape_b == pair.shape_b && cached_keys[key].feature < feature; ++key) {
         lost = match_add_share(lost, (real)1, cached_impulses[key]);
+        lost_moment = match_add_moment(lost_moment, (real)1, MATCH_MOMENT(key));
         ++gone;
       }
       const bool is_known =
           key < end && cached_keys[key].shape_b == pair.shape_b && cached_keys[key].feature == feature;
       start_impulses[last] = is_known ? cached_impulses[key] : none;
+#if FEATURE_TURNING_FRICTION
+      start_moments[last] = is_known ? cached_moments[key] : no_moment;
+#endif
       known |= is_known ? 1u << (last - first) : 0u;
       fresh += is_known ? 0u : 1u;
       key += is_known ? 1u : 0u;
     }
 #if FEATURE_SOFT_CONTACTS
-    for (; key < end && cached_keys[key].shape_b == pair.shape_b; ++key, ++gone)
+    for (; key < end && cached_keys[key].shape_b == pair.shape_b; ++key, ++gone) {
       lost = match_add_share(lost, (real)1, cached_impulses[key]);
+      lost_moment = match_add_moment(lost_moment, (real)1, MATCH_MOMENT(key));
+    }
     if (gone == 0u) continue;
     const real share = (real)1 / (real)(fresh > 0u ? fresh : last - first);
     for (u32 i = first; i < last; ++i) {
       const bool takes = fresh == 0u || (known >> (i - first) & 1u) == 0u;
       if (takes) start_impulses[i] = match_add_share(start_impulses[i], share, lost);
+#if FEATURE_TURNING_FRICTION
+      if (takes) start_moments[i] = match_add_moment(start_moments[i], share, lost_moment);
+#endif
     }
 #endif
   }

@@ -6,6 +6,7 @@
 #include "impact.h"
 #include "lane_quads.h"
 #include "prepare_patch.h"
+#include "prepare_turn.h"
 #include "types.h"
 #include "visit_contact.h"
 #include "visit_parts.h"
@@ -123,10 +124,9 @@ static inline Lane3 prepare_central_arm(lane_mask general, lane inverse_mass, La
   return lane_select3(general, arm, central);
 }
 
-// The impulses to start from, of the last step or sub-step, put back into the cones over the turned frames.
-static inline LaneCone prepare_impulse(u32 substep, u32 first, Lane3 t1, Lane3 t2, lane friction,
-                                       global const StartBlock* starts, global const ContactBlock* block,
-                                       global const ImpulseBlock* impulses) {
+// The impulses to start from, of the last step or sub-step, over the turned frames.
+static inline LaneCone prepare_impulse(u32 substep, u32 first, Lane3 t1, Lane3 t2, global const StartBlock* starts,
+                                       global const ContactBlock* block, global const ImpulseBlock* impulses) {
   lane normal;
   Lane3 tangent;
   if (substep == 0u) {
@@ -140,7 +140,7 @@ static inline LaneCone prepare_impulse(u32 substep, u32 first, Lane3 t1, Lane3 t
     tangent = lane_add3(lane_scale3(old.tangent_1, old_t1), lane_scale3(old.tangent_2, old_t2));
   }
   normal = normal > (lane)0 ? normal : (lane)0;
-  return lane_clamp_to_cone(lane_make_cone(normal, lane_dot3(tangent, t1), lane_dot3(tangent, t2)), friction);
+  return lane_make_cone(normal, lane_dot3(tangent, t1), lane_dot3(tangent, t2));
 }
 
 static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 t2, Lane3 arm_a, Lane3 arm_b,
@@ -207,8 +207,10 @@ static inline void prepare_impacts(const StepParams p, u32 first, lane_mask ther
 static inline void prepare_row(const StepParams params, u32 first, lane_mask there, lane_mask general,
                                const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
                                global const StartBlock* starts, global const ImpactBlock* impacts,
+                               global const TurnPointBlock* turn_points, global const HoldBlock* holds,
                                global ContactBlock* block, global SoftnessBlock* softness_block,
-                               global SlideBlock* slides, global ImpulseBlock* impulses) {
+                               global SlideBlock* slides, global TurnBlock* turn, global ImpulseBlock* impulses,
+                               global TurnImpulse* turns) {
   PrepareNow now;
   prepare_now(first, points, a, b, &now);
   const Lane3 n = now.normal;
@@ -216,16 +218,23 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
   lane_tangents(n, &t1, &t2);
   const Lane3 arm_a = prepare_central_arm(general, a->motion.inverse_mass, n, now.arm_a);
   const Lane3 arm_b = prepare_central_arm(general, b->motion.inverse_mass, n, now.arm_b);
-  const lane friction = LANE_LOAD(points->friction + first), restitution = LANE_LOAD(points->restitution + first);
+  const lane restitution = LANE_LOAD(points->restitution + first);
+  lane friction = LANE_LOAD(points->friction + first);
   lane u_old = (lane)0, u_free = (lane)0;  // of no weight where theta is 1 and nothing bounces
-#if FEATURE_IMPACT_LAWS
+#if FEATURE_IMPACT_LAWS || FEATURE_STATIC_FRICTION
   const bool counts = true;
 #else
   const bool counts = params.theta < (real)1 || LANE_ANY(restitution > (lane)0);
 #endif
   Lane3 free = lane_make3((lane)0, (lane)0, (lane)0);
   if (counts) {
-    u_old = lane_dot3(n, prepare_velocity(a->old_v, a->old_w, arm_a, b->old_v, b->old_w, arm_b));
+    const Lane3 old = prepare_velocity(a->old_v, a->old_w, arm_a, b->old_v, b->old_w, arm_b);
+    u_old = lane_dot3(n, old);
+#if FEATURE_STATIC_FRICTION
+    const lane old_1 = lane_dot3(t1, old), old_2 = lane_dot3(t2, old);
+    const lane_mask slid = sqrt(old_1 * old_1 + old_2 * old_2) > LANE_LOAD(holds->speed + first);
+    friction = slid ? friction : LANE_LOAD(holds->friction + first);
+#endif
     free = prepare_velocity(a->motion.v, a->motion.w, arm_a, b->motion.v, b->motion.w, arm_b);
     u_free = lane_dot3(n, free);
   }
@@ -233,7 +242,16 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
   lane bias = prepare_bias(params, now.gap, u_old, u_free, restitution, &softness);
   LaneDelassus w;
   prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
-  const LaneCone r = prepare_impulse(params.substep, first, t1, t2, friction, starts, block, impulses);
+  LaneCone r = prepare_impulse(params.substep, first, t1, t2, starts, block, impulses);
+#if FEATURE_TURNING_FRICTION
+  const LaneContact by_now = {n, t1, t2, arm_a, arm_b};
+  const Lane3 moment = turn_start(params.substep, first, turn_points, block, turn, turns);
+  const LaneSpin start = prepare_turn(first, there, general, by_now, &a->motion, &b->motion, w.nn, r, moment, friction,
+                                      turn_points, turn, turns);
+  r = lane_make_cone(start.normal, start.tangent_1, start.tangent_2);
+#else
+  r = lane_clamp_to_cone(r, friction);
+#endif
 #if FEATURE_IMPACT_LAWS
   LaneTarget target;
   target.bias = lane_make_cone((lane)0, (lane)0, (lane)0);
@@ -275,10 +293,12 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
 kernel void prepare_contacts(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
                              global const Motion* motions, global const Velocity* previous_velocities,
                              global const PointBlock* point_blocks, global const StartBlock* start_blocks,
-                             global const ImpactBlock* impact_blocks, global const BlockBodies* block_bodies,
+                             global const ImpactBlock* impact_blocks, global const TurnPointBlock* turn_points,
+                             global const HoldBlock* hold_blocks, global const BlockBodies* block_bodies,
                              global const BlockRows* block_rows, global const PartBlock* part_blocks,
                              global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
                              global SoftnessBlock* softness_blocks, global SlideBlock* slide_blocks,
+                             global TurnBlock* turn_blocks, global TurnImpulse* turn_impulses,
                              global PatchBlock* patch_blocks, global PatchImpulse* patch_impulses,
                              global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
@@ -298,7 +318,8 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
       prepare_row(params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
-                  contact_blocks + row, softness_blocks + row, slide_blocks + row, impulse_blocks + row);
+                  turn_points + row, hold_blocks + row, contact_blocks + row, softness_blocks + row, slide_blocks + row,
+                  turn_blocks + row, impulse_blocks + row, turn_impulses + row);
     }
 #if FEATURE_PATCHES
     prepare_patches(params.substep, first, rows.count, count, &a.motion, &b.motion, contact_blocks + rows.first,

@@ -30,26 +30,26 @@ kernel void solve_joint_tail(const u32 first_phase, const u32 phases, global con
 kernel void solve_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                        global const TurnBlock* turn_blocks, global const PatchBlock* patch_blocks,
+                        global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
                         global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
-  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks, slide_blocks,
-                                patch_blocks, impulse_blocks, patch_impulses, motions,         counters};
+  const ContactStream stream = CONTACT_STREAM;
   visit_color(VISIT_SOLVE, color, color_starts, &stream);
 }
 
 // One work-group: `sweeps` sweeps over the joints' first phases, the colours from `first_color` on and the overflow.
 // `whole`: 1 where nothing else belongs to these sweeps.
 kernel void solve_tail(const StepParams params, const u32 first_color, const u32 joint_phase_count, const u32 sweeps,
-                       const u32 whole, global const u32* color_starts, global const BlockBodies* block_bodies,
+                       const u32 whole, global const u32* color_starts, global const u32* joint_phases,
+                       global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
+                       global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                        global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                       global PatchImpulse* patch_impulses, global const u32* joint_phases,
-                       global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                       global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
-  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks, slide_blocks,
-                                patch_blocks, impulse_blocks, patch_impulses, motions,         counters};
+                       global const TurnBlock* turn_blocks, global const PatchBlock* patch_blocks,
+                       global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
+                       global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+  const ContactStream stream = CONTACT_STREAM;
   const u32 joint_phases_here = SWEEP_IS_VOID(counters) ? 0u : joint_phase_count;
   u32 sweep = 0u;
   do {
@@ -90,30 +90,30 @@ static inline void solve_item(u32 item, const ContactStream* s, global const Par
 }
 
 // A sweep over all pairs; mean_parts follows.
-kernel void solve_parts(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+kernel void solve_parts(global const PartBlock* part_blocks, global Velocity* body_parts,
+                        global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                         global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                        global const SlideBlock* slide_blocks, global const PatchBlock* patch_blocks,
-                        global const PartBlock* part_blocks, global ImpulseBlock* impulse_blocks,
-                        global PatchImpulse* patch_impulses, global Velocity* body_parts, global Motion* motions,
+                        global const SlideBlock* slide_blocks, global const TurnBlock* turn_blocks,
+                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                        global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
                         global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
-  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks, slide_blocks,
-                                patch_blocks, impulse_blocks, patch_impulses, motions,         counters};
+  const ContactStream stream = CONTACT_STREAM;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, part_blocks, body_parts);
 }
 
 // One work-group: `sweeps` sweeps over the joints' first phases and all pairs.
 kernel void solve_parts_group(const StepParams params, const u32 bodies, const u32 joint_phase_count, const u32 sweeps,
-                              global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                              global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                              global const SlideBlock* slide_blocks, global const PatchBlock* patch_blocks,
                               global const PartBlock* part_blocks, global const u32* part_starts,
-                              global ImpulseBlock* impulse_blocks, global PatchImpulse* patch_impulses,
                               global const u32* joint_phases, global const JointLanes* joint_lanes,
                               global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
-                              global Velocity* body_parts, global Motion* motions, global u32* counters) {
-  const ContactStream stream = {block_bodies, block_rows,     contact_blocks, softness_blocks, slide_blocks,
-                                patch_blocks, impulse_blocks, patch_impulses, motions,         counters};
+                              global Velocity* body_parts, global const BlockBodies* block_bodies,
+                              global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                              global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
+                              global const TurnBlock* turn_blocks, global const PatchBlock* patch_blocks,
+                              global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
+                              global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+  const ContactStream stream = CONTACT_STREAM;
   const bool is_void = STEP_IS_VOID(counters);
   const u32 items = is_void ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_void ? 0u : bodies;
   const u32 joint_phases_here = is_void ? 0u : joint_phase_count;

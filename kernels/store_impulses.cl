@@ -6,8 +6,10 @@
 
 kernel void store_impulses(global const Contact* contacts, global const u32* contact_slots,
                            global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
+                           global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
                            global u32* cached_count, global ContactKey* cached_keys,
-                           global ContactImpulse* cached_impulses, global const u32* counters) {
+                           global ContactImpulse* cached_impulses, global Vec4* cached_moments,
+                           global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   if (get_global_id(0) == 0) cached_count[0] = counters[COUNTER_CONTACTS];
   FOR_EACH(i, counters[COUNTER_CONTACTS]) {
@@ -15,7 +17,8 @@ kernel void store_impulses(global const Contact* contacts, global const u32* con
     global const ContactBlock* block = contact_blocks + contact_slots[i] / PACK;
     global const ImpulseBlock* impulses = impulse_blocks + contact_slots[i] / PACK;
     Vec3 t1, t2;
-    tangents(make3(block->normal_x[lane], block->normal_y[lane], block->normal_z[lane]), &t1, &t2);
+    const Vec3 n = make3(block->normal_x[lane], block->normal_y[lane], block->normal_z[lane]);
+    tangents(n, &t1, &t2);
     const Vec3 t = add3(scale3(impulses->tangent_1[lane], t1), scale3(impulses->tangent_2[lane], t2));
     cached_keys[i].shape_a = contacts[i].shape_a;
     cached_keys[i].shape_b = contacts[i].shape_b;
@@ -25,5 +28,14 @@ kernel void store_impulses(global const Contact* contacts, global const u32* con
     cached_impulses[i].tangent_x = t.x;
     cached_impulses[i].tangent_y = t.y;
     cached_impulses[i].tangent_z = t.z;
+#if FEATURE_TURNING_FRICTION
+    global const TurnImpulse* turns = turn_impulses + contact_slots[i] / PACK;
+    const real spin = turn_blocks[contact_slots[i] / PACK].spin_radius[lane] * turns->spin[lane];
+    const Vec3 m = add3(add3(scale3(spin, n), scale3(turns->roll_1[lane], t1)), scale3(turns->roll_2[lane], t2));
+    cached_moments[i].x = m.x;
+    cached_moments[i].y = m.y;
+    cached_moments[i].z = m.z;
+    cached_moments[i].w = (real)0;
+#endif
   }
 }

@@ -5,6 +5,7 @@
 
 #include "visit_contact.h"
 #include "visit_patch.h"
+#include "visit_turn.h"
 
 // All that a visit reads and writes; those that the scene has no need of are null.
 typedef struct ContactStream {
@@ -13,14 +14,54 @@ typedef struct ContactStream {
   global const ContactBlock* contacts;
   global const SoftnessBlock* softness;
   global const SlideBlock* slides;
+  global const TurnBlock* turns;
   global const PatchBlock* patches;
   global ImpulseBlock* impulses;
+  global TurnImpulse* turn_impulses;
   global PatchImpulse* patch_impulses;
   global Motion* motions;
   global u32* counters;
 } ContactStream;
 
-// Visits the pairs in lanes first .. first + LANES - 1 of a block.
+// Of the parameters of a kernel, which are called as the buffers are.
+#define CONTACT_STREAM                                                                                  \
+  {                                                                                                     \
+    block_bodies, block_rows, contact_blocks, softness_blocks, slide_blocks, turn_blocks, patch_blocks, \
+        impulse_blocks, turn_impulses, patch_impulses, motions, counters                                \
+  }
+
+// One visit of row `row` of a block.
+static inline void visit_row_of(const u32 purpose, u32 first, u32 row, lane_mask general, const ContactStream* s,
+                                LaneBody* a, LaneBody* b, lane* change) {
+#if FEATURE_TURNING_FRICTION
+  visit_turning_row(first, general, lane_law(purpose, s->contacts + row, s->softness + row, first), s->contacts + row,
+                    s->slides + row, s->turns + row, s->impulses + row, s->turn_impulses + row, a, b, change);
+#else
+  visit_row(purpose, first, general, s->contacts + row, s->softness + row, s->slides + row, s->impulses + row, a, b,
+            change);
+#endif
+}
+
+// Visits the pairs in lanes first .. first + LANES - 1 of a block, the contacts of a pair one after another.
+static inline void visit_pairs(const u32 purpose, u32 first, u32 block, const ContactStream* s, LaneBody* a,
+                               LaneBody* b, lane* change) {
+  global const BlockBodies* bodies = s->bodies + block;
+  const BlockRows rows = s->rows[block];
+  const lane_mask general = lane_general(bodies, first);
+  visit_row_of(purpose, first, rows.first, general, s, a, b, change);
+#if FEATURE_MANIFOLDS
+  const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
+  for (u32 k = 1u; k < rows.count; ++k) {
+    LaneBody next_a = *a, next_b = *b;
+    visit_row_of(purpose, first, rows.first + k, general, s, &next_a, &next_b, change);
+    const lane_mask there = LANE_MASK(count > (lane_u32)k);
+    visit_keep(there, next_a, a);
+    visit_keep(there, next_b, b);
+  }
+#endif
+}
+
+// The same, or their patches.
 static inline void visit_lanes(const u32 purpose, u32 block, u32 first, const ContactStream* s, LaneBody* a,
                                LaneBody* b) {
   lane change = (lane)0;
@@ -28,8 +69,7 @@ static inline void visit_lanes(const u32 purpose, u32 block, u32 first, const Co
   visit_patches(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses,
                 s->patches + block, s->patch_impulses + block, a, b, &change);
 #else
-  visit_pairs(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->slides, s->impulses, a, b,
-              &change);
+  visit_pairs(purpose, first, block, s, a, b, &change);
 #endif
 #if FEATURE_TOLERANCE
   if (purpose == VISIT_SOLVE) note_change(change, s->counters);

@@ -117,6 +117,12 @@ static inline void lane_push_at(Lane3 arm_a, Lane3 arm_b, lane_mask general, Lan
   b->w = lane_sub3(b->w, lane_spin(*b, general, lane_cross3(arm_b, impulse)));
 }
 
+// A moment on a, its opposite on b.
+static inline void lane_twist_by(lane_mask general, Lane3 moment, LaneBody* a, LaneBody* b) {
+  a->w = lane_add3(a->w, lane_spin(*a, general, moment));
+  b->w = lane_sub3(b->w, lane_spin(*b, general, moment));
+}
+
 static inline void lane_push(LaneContact c, lane_mask general, LaneCone r, LaneBody* a, LaneBody* b) {
   const Lane3 impulse = lane_add3(lane_add3(lane_scale3(r.normal, c.normal), lane_scale3(r.tangent_1, c.tangent_1)),
                                   lane_scale3(r.tangent_2, c.tangent_2));
@@ -222,47 +228,6 @@ static inline void visit_keep(lane_mask there, LaneBody next, LaneBody* body) {
 
 static inline lane_mask lane_general(global const BlockBodies* bodies, u32 first) {
   return LANE_MASK(LANE_LOAD_U32(bodies->kind + first) == (lane_u32)BLOCK_GENERAL);
-}
-
-// Visits the pairs in lanes first .. first + LANES - 1 of a block, the contacts of a pair one after another.
-static inline void visit_pairs(const u32 purpose, u32 first, global const BlockBodies* bodies, BlockRows rows,
-                               global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                               global const SlideBlock* slide_blocks, global ImpulseBlock* impulse_blocks, LaneBody* a,
-                               LaneBody* b, lane* change) {
-  const lane_mask general = lane_general(bodies, first);
-  visit_row(purpose, first, general, contact_blocks + rows.first, softness_blocks + rows.first,
-            slide_blocks + rows.first, impulse_blocks + rows.first, a, b, change);
-#if FEATURE_MANIFOLDS
-  const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
-  for (u32 k = 1u; k < rows.count; ++k) {
-    LaneBody next_a = *a, next_b = *b;
-    visit_row(purpose, first, general, contact_blocks + rows.first + k, softness_blocks + rows.first + k,
-              slide_blocks + rows.first + k, impulse_blocks + rows.first + k, &next_a, &next_b, change);
-    const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    visit_keep(there, next_a, a);
-    visit_keep(there, next_b, b);
-  }
-#endif
-}
-
-// Gives the bodies the impulses that the contacts start from.
-static inline void start_pairs(u32 first, global const BlockBodies* bodies, BlockRows rows,
-                               global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
-                               LaneBody* a, LaneBody* b) {
-  const lane_mask general = lane_general(bodies, first);
-  lane_push(lane_contact(contact_blocks + rows.first, first), general, lane_impulse(impulse_blocks + rows.first, first),
-            a, b);
-#if FEATURE_MANIFOLDS
-  const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
-  for (u32 k = 1u; k < rows.count; ++k) {
-    LaneBody next_a = *a, next_b = *b;
-    lane_push(lane_contact(contact_blocks + rows.first + k, first), general,
-              lane_impulse(impulse_blocks + rows.first + k, first), &next_a, &next_b);
-    const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    visit_keep(there, next_a, a);
-    visit_keep(there, next_b, b);
-  }
-#endif
 }
 
 #endif

@@ -18,10 +18,11 @@ static inline void lane_push_patch(LaneContact c, lane r_1, lane r_2, LaneBody* 
                b);
 }
 
-// A moment on a, its opposite on b.
-static inline void lane_twist_by(Lane3 moment, LaneBody* a, LaneBody* b) {
-  a->w = lane_add3(a->w, lane_turn_by(*a, moment));
-  b->w = lane_sub3(b->w, lane_turn_by(*b, moment));
+static inline LaneDiscInverse lane_rubbing_inverse(global const PatchBlock* block, u32 first) {
+  LaneDiscInverse inverse;
+  inverse.xx = LANE_LOAD(block->inverse_11 + first), inverse.xy = LANE_LOAD(block->inverse_12 + first);
+  inverse.yy = LANE_LOAD(block->inverse_22 + first);
+  return inverse;
 }
 
 // A row of normals; returns their impulses. `change` keeps the largest of the squared changes of velocities.
@@ -48,13 +49,9 @@ static inline lane visit_normals(const u32 purpose, u32 first, global const Cont
 // holds, and the turn counts at the radius of gyration of the two bodies about the normal.
 static inline lane lane_rubbing_change(global const PatchBlock* block, u32 first, lane d_1, lane d_2, lane d_twist,
                                        const LaneBody* a, const LaneBody* b) {
-  const lane inverse_11 = LANE_LOAD(block->inverse_11 + first), inverse_12 = LANE_LOAD(block->inverse_12 + first);
-  const lane inverse_22 = LANE_LOAD(block->inverse_22 + first);
-  const lane determinant = inverse_11 * inverse_22 - inverse_12 * inverse_12;
-  const lane u_1 = (inverse_22 * d_1 - inverse_12 * d_2) / determinant;
-  const lane u_2 = (inverse_11 * d_2 - inverse_12 * d_1) / determinant;
+  const LaneDisc u = lane_disc_velocity(d_1, d_2, lane_rubbing_inverse(block, first));
   const lane turned = d_twist * d_twist * (a->inverse_mass + b->inverse_mass) / LANE_LOAD(block->inverse_twist + first);
-  return lane_larger(u_1 * u_1 + u_2 * u_2, lane_larger(turned, (lane)0));
+  return lane_larger(u.x * u.x + u.y * u.y, lane_larger(turned, (lane)0));
 }
 #endif
 
@@ -69,26 +66,18 @@ static inline void visit_rubbing(u32 first, lane load, lane moment, global const
   const lane wanted = old_twist - LANE_LOAD(block->inverse_twist + first) * lane_dot3(c.normal, lane_sub3(a->w, b->w));
   const lane twist = wanted > reach ? reach : (wanted < -reach ? -reach : wanted);
   LANE_STORE(twist, impulses->twist + first);
-  lane_twist_by(lane_scale3(twist - old_twist, c.normal), a, b);
+  lane_twist_by(LANE_EACH, lane_scale3(twist - old_twist, c.normal), a, b);
 
   const Lane3 u = lane_velocity_at(c.arm_a, c.arm_b, a, b);
-  const lane u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
-  const lane old_1 = LANE_LOAD(impulses->tangent_1 + first), old_2 = LANE_LOAD(impulses->tangent_2 + first);
-  const lane inverse_11 = LANE_LOAD(block->inverse_11 + first), inverse_12 = LANE_LOAD(block->inverse_12 + first);
-  const lane inverse_22 = LANE_LOAD(block->inverse_22 + first);
-  const lane stick_1 = old_1 - (inverse_11 * u_1 + inverse_12 * u_2);
-  const lane stick_2 = old_2 - (inverse_12 * u_1 + inverse_22 * u_2);
-  const lane_mask slips = sqrt(stick_1 * stick_1 + stick_2 * stick_2) > limit;
-  const lane rho = (lane)2 * (inverse_11 * inverse_22 - inverse_12 * inverse_12) / (inverse_11 + inverse_22);
-  const lane slip_1 = old_1 - rho * u_1, slip_2 = old_2 - rho * u_2;
-  const lane length = sqrt(slip_1 * slip_1 + slip_2 * slip_2);
-  const lane scale = length > limit ? limit / length : (lane)1;
-  const lane r_1 = slips ? scale * slip_1 : stick_1, r_2 = slips ? scale * slip_2 : stick_2;
-  LANE_STORE(r_1, impulses->tangent_1 + first);
-  LANE_STORE(r_2, impulses->tangent_2 + first);
-  lane_push_patch(c, r_1 - old_1, r_2 - old_2, a, b);
+  LaneDisc old, slip;
+  old.x = LANE_LOAD(impulses->tangent_1 + first), old.y = LANE_LOAD(impulses->tangent_2 + first);
+  slip.x = lane_dot3(c.tangent_1, u), slip.y = lane_dot3(c.tangent_2, u);
+  const LaneDisc r = lane_rub_disc(old, slip, lane_rubbing_inverse(block, first), limit);
+  LANE_STORE(r.x, impulses->tangent_1 + first);
+  LANE_STORE(r.y, impulses->tangent_2 + first);
+  lane_push_patch(c, r.x - old.x, r.y - old.y, a, b);
 #if FEATURE_TOLERANCE
-  *change = lane_larger(lane_rubbing_change(block, first, r_1 - old_1, r_2 - old_2, twist - old_twist, a, b), *change);
+  *change = lane_larger(lane_rubbing_change(block, first, r.x - old.x, r.y - old.y, twist - old_twist, a, b), *change);
 #endif
 }
 
@@ -137,7 +126,7 @@ static inline void start_patches(u32 first, global const BlockBodies* bodies, Bl
   }
 #endif
   const LaneContact c = lane_patch(patch, first);
-  lane_twist_by(lane_scale3(LANE_LOAD(patch_impulse->twist + first), c.normal), a, b);
+  lane_twist_by(LANE_EACH, lane_scale3(LANE_LOAD(patch_impulse->twist + first), c.normal), a, b);
   lane_push_patch(c, LANE_LOAD(patch_impulse->tangent_1 + first), LANE_LOAD(patch_impulse->tangent_2 + first), a, b);
 }
 

@@ -29,27 +29,59 @@ kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global cons
 }
 #endif
 
+static inline void start_row(u32 first, u32 row, lane_mask general, global const ContactBlock* contact_blocks,
+                             global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
+                             global const TurnImpulse* turn_impulses, LaneBody* a, LaneBody* b) {
+  const LaneContact c = lane_contact(contact_blocks + row, first);
+  lane_push(c, general, lane_impulse(impulse_blocks + row, first), a, b);
+#if FEATURE_TURNING_FRICTION
+  lane_twist_by(general, lane_turning_moment(c, turn_blocks + row, turn_impulses + row, first), a, b);
+#endif
+}
+
+static inline void start_pairs(u32 first, global const BlockBodies* bodies, BlockRows rows,
+                               global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
+                               global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
+                               LaneBody* a, LaneBody* b) {
+  const lane_mask general = lane_general(bodies, first);
+  start_row(first, rows.first, general, contact_blocks, impulse_blocks, turn_blocks, turn_impulses, a, b);
+#if FEATURE_MANIFOLDS
+  const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
+  for (u32 k = 1u; k < rows.count; ++k) {
+    LaneBody next_a = *a, next_b = *b;
+    start_row(first, rows.first + k, general, contact_blocks, impulse_blocks, turn_blocks, turn_impulses, &next_a,
+              &next_b);
+    const lane_mask there = LANE_MASK(count > (lane_u32)k);
+    visit_keep(there, next_a, a);
+    visit_keep(there, next_b, b);
+  }
+#endif
+}
+
 static inline void start_lanes(u32 block, u32 first, global const BlockBodies* block_bodies,
                                global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                               global const ImpulseBlock* impulse_blocks, global const PatchBlock* patch_blocks,
+                               global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
+                               global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
                                global const PatchImpulse* patch_impulses, LaneBody* a, LaneBody* b) {
 #if FEATURE_PATCHES
   start_patches(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, patch_blocks + block,
                 patch_impulses + block, a, b);
 #else
-  start_pairs(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, a, b);
+  start_pairs(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, turn_blocks,
+              turn_impulses, a, b);
 #endif
 }
 
 static inline void start_item(u32 begin, u32 item, global const BlockBodies* block_bodies,
                               global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                              global const ImpulseBlock* impulse_blocks, global const PatchBlock* patch_blocks,
+                              global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
+                              global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
                               global const PatchImpulse* patch_impulses, global Motion* motions) {
   const u32 block = begin + item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
   global const BlockBodies* bodies = block_bodies + block;
   LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
-  start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, patch_blocks, patch_impulses, &a,
-              &b);
+  start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses,
+              patch_blocks, patch_impulses, &a, &b);
   lane_store_bodies(a, motions, bodies->body_a + first);
   lane_store_bodies(b, motions, bodies->body_b + first);
 }
@@ -57,13 +89,14 @@ static inline void start_item(u32 begin, u32 item, global const BlockBodies* blo
 // One colour.
 kernel void warm_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                       global const ImpulseBlock* impulse_blocks, global const PatchBlock* patch_blocks,
+                       global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
+                       global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
                        global const PatchImpulse* patch_impulses, global Motion* motions, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
   FOR_EACH(item, items) {
-    start_item(begin, item, block_bodies, block_rows, contact_blocks, impulse_blocks, patch_blocks, patch_impulses,
-               motions);
+    start_item(begin, item, block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses,
+               patch_blocks, patch_impulses, motions);
   }
 }
 
@@ -71,6 +104,7 @@ kernel void warm_color(const u32 color, global const u32* color_starts, global c
 kernel void warm_tail(const u32 first_color, const u32 joint_phase_count, global const u32* color_starts,
                       global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                       global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
+                      global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
                       global const u32* joint_phases, global const JointLanes* joint_lanes,
                       global const JointBlock* joint_blocks, global const JointImpulseBlock* joint_impulses,
@@ -87,8 +121,8 @@ kernel void warm_tail(const u32 first_color, const u32 joint_phase_count, global
     const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
     const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
-      start_item(begin, item, block_bodies, block_rows, contact_blocks, impulse_blocks, patch_blocks, patch_impulses,
-                 motions);
+      start_item(begin, item, block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses,
+                 patch_blocks, patch_impulses, motions);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++phase < phases);
@@ -98,6 +132,7 @@ kernel void warm_tail(const u32 first_color, const u32 joint_phase_count, global
 // All pairs at once, on parts of their bodies; mean_parts follows.
 kernel void warm_parts(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                        global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
+                       global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
                        global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
                        global const PartBlock* part_blocks, global Velocity* body_parts, global const Motion* motions,
                        global const u32* counters) {
@@ -108,8 +143,8 @@ kernel void warm_parts(global const BlockBodies* block_bodies, global const Bloc
     global const PartBlock* parts = part_blocks + block;
     LaneBody a = part_load(motions, bodies->body_a + first, parts->parts_a + first);
     LaneBody b = part_load(motions, bodies->body_b + first, parts->parts_b + first);
-    start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, patch_blocks, patch_impulses,
-                &a, &b);
+    start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses,
+                patch_blocks, patch_impulses, &a, &b);
     part_store(a, body_parts, parts->place_a + first);
     part_store(b, body_parts, parts->place_b + first);
   }

@@ -42,7 +42,10 @@ ContactSystem system_at(const Scene& scene, u32 step, const ExportOptions& optio
   }
   Backend<real>& backend = simulation.backend();
   const Buffers<real>& buffers = backend.download(measured_buffers(backend.features()));
-  return contact_system(buffers, simulation.counters());
+  ContactSystem system = contact_system(buffers, simulation.counters());
+  if (!system.turns.empty())
+    throw Error(Failure::input, scene.name, "has torsional or rolling friction, and a contact of a problem file has none");
+  return system;
 }
 
 void print_sizes(const ContactSystem& system, const std::string& title, std::size_t directions) {

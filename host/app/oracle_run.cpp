@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "cpu_reference/oracle/cone/solvers.hpp"
 #include "cpu_reference/oracle/joints/mixed.hpp"
 #include "host/error.hpp"
 #include "host/scene/compile_particles.hpp"
+#include "host/scene/friction_pairs.hpp"
 
 namespace lockstep::app {
 
@@ -54,6 +57,8 @@ void prepare_for_oracle(const OracleOptions& oracle, SceneOptions& options, Scen
   expect(options.precision != "float", "--precision", "which works in double only; leave --precision out");
   expect(options.friction_model != FrictionModel::patches, "--friction-model",
          "for which friction is at each contact; leave --friction-model out");
+  expect(std::ranges::none_of(friction_pairs_of(scene), &PairFriction::turns), "--solver",
+         "whose cones know no torsional or rolling friction, which materials of this scene have; leave --solver out");
   expect(!is_penalty(scene), "--solver", "and springs between particles leave it nothing to solve; leave --solver out");
   options.device = "reference";
   Settings& settings = scene.settings;

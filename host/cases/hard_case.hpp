@@ -36,6 +36,7 @@ std::vector<HardCase> pushed_cases();      // a force from outside over rough gr
 std::vector<HardCase> linkage_cases();     // joints
 std::vector<HardCase> driven_cases();      // motors and springs
 std::vector<HardCase> unslipping_cases();  // skates, and what rolls
+std::vector<HardCase> turning_cases();     // contacts that resist turning
 
 // what the files share
 

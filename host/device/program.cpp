@@ -46,6 +46,8 @@ constexpr FeatureName feature_names[] = {
     {Feature::non_holonomic, "NON_HOLONOMIC"},
     {Feature::facets, "FACETS"},
     {Feature::impact_laws, "IMPACT_LAWS"},
+    {Feature::turning_friction, "TURNING_FRICTION"},
+    {Feature::static_friction, "STATIC_FRICTION"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -31,6 +31,19 @@ Eigen::Vector3d vector_at(const real (*field)[PACK], u32 lane) {
 }
 
 template <class real>
+SystemTurn system_turn(const TurnBlock<real>& block, const Vec4<real>& stored, const Eigen::Vector3d& normal,
+                       u32 lane) {
+  const Eigen::Vector3d moment(double(stored.x), double(stored.y), double(stored.z));
+  SystemTurn turn;
+  turn.spin_radius = double(block.spin_radius[lane]);
+  turn.roll_lever = double(block.roll_lever[lane]);
+  const double about = moment.dot(normal);
+  turn.spin = turn.spin_radius > 0 ? about / turn.spin_radius : 0;
+  turn.roll = moment - about * normal;
+  return turn;
+}
+
+template <class real>
 SystemPatch system_patch(const Buffers<real>& buffers, u32 block, u32 lane) {
   const PatchBlock<real>& data = buffers.patch_blocks[block];
   const PatchImpulse<real>& impulses = buffers.patch_impulses[block];
@@ -125,6 +138,8 @@ ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> 
     c.impulse =
         double(stored.normal) * c.normal + Eigen::Vector3d(stored.tangent_x, stored.tangent_y, stored.tangent_z);
     system.contacts.push_back(c);
+    if (!buffers.turn_blocks.empty())
+      system.turns.push_back(system_turn(buffers.turn_blocks[row], buffers.cached_moments[i], c.normal, lane));
   }
   for (u32 slot = 0; slot < (buffers.patch_blocks.empty() ? 0 : counters[COUNTER_BLOCKS] * PACK); ++slot) {
     if (buffers.block_bodies[slot / PACK].count[slot % PACK] > 0)

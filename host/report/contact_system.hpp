@@ -29,6 +29,14 @@ struct SystemContact {
   u32 contact = 0;                                  // index into the contact list it came from
 };
 
+/// How a contact resists turning (cpu_reference/visit_turn.hpp).
+struct SystemTurn {
+  double spin_radius = 0;                          // m; 0: it spins freely
+  double roll_lever = 0;                           // m; 0: it rolls freely
+  double spin = 0;                                 // N s: the moment about the normal, on a, at the spin radius
+  Eigen::Vector3d roll = Eigen::Vector3d::Zero();  // the rest of the moment, on a, N m s
+};
+
 /// What the contacts of a pair share where they rub as one; their own impulses are spread of it.
 struct SystemPatch {
   u32 first = 0, count = 0;                      // contacts of the pair, into ContactSystem::contacts
@@ -87,6 +95,7 @@ inline Eigen::Vector3d free_moment_of(const SystemJoint& joint, double impulse) 
 struct ContactSystem {
   std::vector<SystemBody> bodies;
   std::vector<SystemContact> contacts;
+  std::vector<SystemTurn> turns;     // one for each contact, or none where none resists turning
   std::vector<SystemPatch> patches;  // where the scene's friction model is `patches`: each contact belongs to one
   std::vector<SystemJoint> joints;
 };

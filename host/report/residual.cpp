@@ -58,6 +58,13 @@ struct Change {
 
 std::vector<Change> changes(const ContactSystem& system) {
   std::vector<Change> result(system.bodies.size());
+  for (std::size_t i = 0; i < system.turns.size(); ++i) {
+    const SystemContact& c = system.contacts[i];
+    const SystemTurn& turn = system.turns[i];
+    const Vector3d moment = turn.spin_radius * turn.spin * c.normal + turn.roll;
+    result[c.body_a].add(system.bodies[c.body_a], Vector3d::Zero(), Vector3d::Zero(), moment);
+    result[c.body_b].add(system.bodies[c.body_b], Vector3d::Zero(), Vector3d::Zero(), -moment);
+  }
   for (const SystemContact& c : system.contacts) {
     const Vector3d impulse = system.patches.empty() ? c.impulse : Vector3d(c.impulse.dot(c.normal) * c.normal);
     result[c.body_a].add(system.bodies[c.body_a], c.arm_a, impulse);
@@ -81,6 +88,32 @@ Vector3d defect(const SystemContact& c, const Vector3d& u, double rho) {
   const Vector3d u_t = u - u.dot(c.normal) * c.normal;
   const Vector3d u_hat = u + c.friction * u_t.norm() * c.normal;
   return c.impulse - project_on_cone(c.impulse - rho * u_hat, c.normal, c.friction);
+}
+
+// The nearest point of the cone, with any number of tangents.
+template <class Vector>
+Vector project(const Vector& impulse, const Vector& normal, double friction) {
+  const double n = impulse.dot(normal);
+  const Vector tangent = impulse - n * normal;
+  const double t = tangent.norm();
+  if (n >= 0 && t <= friction * n) return impulse;  // inside
+  if (friction * t <= -n) return Vector::Zero();    // in the polar cone
+  const double on_cone = (n + friction * t) / (1 + friction * friction);
+  if (t == 0) return on_cone * normal;
+  return on_cone * (normal + friction / t * tangent);
+}
+
+// The impulse of a contact and, where it resists turning, of its spin; or their velocities.
+using Vector4d = Eigen::Vector4d;
+Vector4d with_spin(const Vector3d& of_contact, double spin) {
+  return {of_contact[0], of_contact[1], of_contact[2], spin};
+}
+
+// F of a cone of slip and spin, the same law with one tangent more.
+Vector4d spin_defect(const SystemContact& c, const SystemTurn& turn, const Vector4d& u, double rho) {
+  const Vector4d n = with_spin(c.normal, 0), r = with_spin(c.impulse, turn.spin);
+  const Vector4d u_hat = u + c.friction * (u - u.dot(n) * n).norm() * n;
+  return r - project(Vector4d(r - rho * u_hat), n, c.friction);
 }
 
 // What the blocks of a system add up to.
@@ -109,6 +142,58 @@ void add_contact(const SystemContact& c, const SystemBody& a, const SystemBody& 
   const double w = defect(c, u, 1 / lambda_max).norm() * lambda_max;
   sums.w += w * w;
   sums.last = w;
+}
+
+// A contact that resists turning: slip and spin are one cone, rolling is a disc whose velocity becomes that of the mass
+// at its radius of gyration.
+void add_turning(const SystemContact& c, const SystemTurn& turn, const SystemBody& a, const SystemBody& b,
+                 const Change& da, const Change& db, Sums& sums) {
+  const auto cone_velocity = [&](const Vector3d& v_a, const Vector3d& w_a, const Vector3d& v_b, const Vector3d& w_b) {
+    return with_spin(relative_velocity(c, v_a, w_a, v_b, w_b), turn.spin_radius * c.normal.dot(w_a - w_b));
+  };
+  const Vector4d u = cone_velocity(a.v, a.w, b.v, b.w) + with_spin(c.bias * c.normal + c.slide, 0);
+  const Vector4d wr = cone_velocity(da.v, da.w, db.v, db.w);
+  sums.q += (u - wr).squaredNorm();
+  sums.wr += wr.squaredNorm();
+  sums.f += spin_defect(c, turn, u, 1).squaredNorm();
+  sums.largest =
+      std::max(sums.largest, da.v_size + da.w_size * c.arm_a.norm() + db.v_size + db.w_size * c.arm_b.norm());
+  sums.count += 1;
+
+  const Matrix3d turning = a.inverse_inertia + b.inverse_inertia;
+  Eigen::Matrix4d w_ii = Eigen::Matrix4d::Zero();
+  w_ii.topLeftCorner<3, 3>() = point_mobility(a, c.arm_a) + point_mobility(b, c.arm_b);
+  const Vector3d spun_a = turn.spin_radius * a.inverse_inertia * c.normal;
+  const Vector3d spun_b = turn.spin_radius * b.inverse_inertia * c.normal;
+  w_ii.topRightCorner<3, 1>() = spun_a.cross(c.arm_a) + spun_b.cross(c.arm_b);
+  w_ii.bottomLeftCorner<1, 3>() = w_ii.topRightCorner<3, 1>().transpose();
+  w_ii(3, 3) = turn.spin_radius * c.normal.dot(spun_a + spun_b);
+  const double lambda_max =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(w_ii, Eigen::EigenvaluesOnly).eigenvalues()(3);
+  if (lambda_max <= 0) return;  // two immovable bodies
+  sums.last = spin_defect(c, turn, u, 1 / lambda_max).norm() * lambda_max;
+  sums.w += sums.last * sums.last;
+  if (turn.roll_lever == 0) return;
+
+  const Matrix3d plane = Matrix3d::Identity() - c.normal * c.normal.transpose();
+  const double turning_max =
+      Eigen::SelfAdjointEigenSolver<Matrix3d>(plane * turning * plane, Eigen::EigenvaluesOnly).eigenvalues()(2);
+  if (turning_max <= 0) return;
+  const double radius = std::sqrt((a.inverse_mass + b.inverse_mass) / turning_max);
+  const double limit = turn.roll_lever * c.impulse.dot(c.normal);
+  const Vector3d rolling = plane * (a.w - b.w), rolling_wr = plane * (da.w - db.w);
+  const auto roll = [&](double rho) {
+    const Vector3d t = turn.roll - rho * rolling;
+    const double length = t.norm();
+    return (turn.roll - (length > limit ? limit / length : 1) * t).norm();
+  };
+  const double w = radius * turning_max * roll(1 / turning_max);
+  sums.w += w * w;
+  sums.q += radius * radius * (rolling - rolling_wr).squaredNorm();
+  sums.wr += radius * radius * rolling_wr.squaredNorm();
+  sums.f += roll(1) * roll(1);
+  sums.count += 1;
+  sums.last = std::max(sums.last, w);
 }
 
 // The normal row of each contact; one friction block and one twist, bounded by what presses. The twist's velocity
@@ -246,7 +331,11 @@ Sums sums_of(const ContactSystem& system) {
   }
   for (u32 i = 0; i < (system.patches.empty() ? system.contacts.size() : 0); ++i) {
     const SystemContact& c = system.contacts[i];
-    add_contact(c, system.bodies[c.body_a], system.bodies[c.body_b], change[c.body_a], change[c.body_b], sums);
+    const SystemBody &a = system.bodies[c.body_a], &b = system.bodies[c.body_b];
+    if (system.turns.empty())
+      add_contact(c, a, b, change[c.body_a], change[c.body_b], sums);
+    else
+      add_turning(c, system.turns[i], a, b, change[c.body_a], change[c.body_b], sums);
     sums.each.contacts[i] = std::exchange(sums.last, 0);
   }
   for (u32 i = 0; i < system.joints.size(); ++i) {
@@ -277,14 +366,7 @@ void find_worst(const DefectVelocities& each, Residual& result) {
 DefectVelocities defect_velocities(const ContactSystem& system) { return sums_of(system).each; }
 
 Vector3d project_on_cone(const Vector3d& impulse, const Vector3d& normal, double friction) {
-  const double n = impulse.dot(normal);
-  const Vector3d tangent = impulse - n * normal;
-  const double t = tangent.norm();
-  if (n >= 0 && t <= friction * n) return impulse;  // inside
-  if (friction * t <= -n) return Vector3d::Zero();  // in the polar cone
-  const double on_cone = (n + friction * t) / (1 + friction * friction);
-  if (t == 0) return on_cone * normal;
-  return on_cone * (normal + friction / t * tangent);
+  return project(impulse, normal, friction);
 }
 
 Residual residual(const ContactSystem& system, double roundoff) {

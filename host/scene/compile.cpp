@@ -9,6 +9,7 @@
 #include "host/scene/broad_phase.hpp"
 #include "host/scene/compile_joints.hpp"
 #include "host/scene/compile_particles.hpp"
+#include "host/scene/friction_pairs.hpp"
 #include "host/scene/hull_tables.hpp"
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/rounding.hpp"
@@ -106,6 +107,8 @@ class Compiler {
   InitialState<real> state_;
   HullIndex hulls_;
   bool other_laws_ = false;  // of impact than Newton's
+  bool turning_ = false;     // some materials resist turning
+  bool holding_ = false;     // some hold by more than they slide with
 };
 
 template <class real>
@@ -257,21 +260,26 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
   if (materials.empty()) materials.emplace_back();
   const std::size_t first = buffers().material_pairs.size();
   const Origin origin = {scene};
-  for (const Material& a : materials) {
-    for (const Material& b : materials) {
-      // of equal materials the root is the friction itself, to the bit
-      const double friction = exact::square_root(a.friction * b.friction);
-      buffers().material_pairs.push_back(
-          {rounded<real>(friction, "friction", origin),
-           rounded<real>(std::max(a.restitution, b.restitution), "restitution", origin)});
-    }
+  for (const PairFriction& pair : friction_pairs_of(scene)) {
+    buffers().material_pairs.push_back({rounded<real>(pair.sliding, "friction", origin), 0});
+    buffers().turn_pairs.push_back({rounded<real>(pair.spin_radius, "torsional friction", origin),
+                                    rounded<real>(pair.roll_lever, "rolling friction", origin)});
+    buffers().hold_pairs.push_back({rounded<real>(pair.holding, "static friction", origin),
+                                    rounded<real>(pair.holding_speed, "holding speed", origin)});
+    turning_ = turning_ || pair.turns();
+    holding_ = holding_ || pair.holds();
   }
-  for (const MaterialPairRule& rule : scene.material_pairs) {
-    const MaterialPair<real> pair = {rounded<real>(rule.friction, "friction", origin),
-                                     rounded<real>(rule.restitution, "restitution", origin)};
-    buffers().material_pairs[first + rule.material_a * materials.size() + rule.material_b] = pair;
-    buffers().material_pairs[first + rule.material_b * materials.size() + rule.material_a] = pair;
+  const auto restitution = [&](std::size_t a, std::size_t b) -> real& {
+    return buffers().material_pairs[first + a * materials.size() + b].restitution;
+  };
+  for (std::size_t a = 0; a < materials.size(); ++a) {
+    for (std::size_t b = 0; b < materials.size(); ++b)
+      restitution(a, b) =
+          rounded<real>(std::max(materials[a].restitution, materials[b].restitution), "restitution", origin);
   }
+  for (const MaterialPairRule& rule : scene.material_pairs)
+    restitution(rule.material_a, rule.material_b) = restitution(rule.material_b, rule.material_a) =
+        rounded<real>(rule.restitution, "restitution", origin);
   for (const PairLaw& pair : impact_laws_of(scene)) {
     const real e = rounded<real>(pair.tangential_restitution, "tangential restitution", origin);
     buffers().impact_pairs.push_back({e, static_cast<u32>(pair.law), 0});
@@ -342,6 +350,15 @@ void Compiler<real>::set_features() {
       throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",
                   "patches know Newton's law of impact alone, and materials of this scene have another; use cones");
     features = with(features, Feature::impact_laws);
+  }
+  if (has(features, Feature::contacts) && (turning_ || holding_)) {
+    if (settings.friction_model == FrictionModel::patches)
+      throw Error(
+          Failure::input, worlds_[0].source + ": /settings/friction_model",
+          "patches have a twist of their own and one friction, and materials of this scene have static, torsional "
+          "or rolling friction; use cones");
+    if (turning_) features = with(features, Feature::turning_friction);
+    if (holding_) features = with(features, Feature::static_friction);
   }
   if (has(features, Feature::contacts) && settings.friction_model == FrictionModel::patches)
     features = with(with(features, Feature::patches), Feature::general_contacts);

@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "host/embedded.hpp"
+#include "host/scene/friction_pairs.hpp"
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/particle_law.hpp"
 #include "host/scene/read_bodies.hpp"
@@ -108,10 +109,21 @@ void read_impact_law(const JsonNode& node, Owner& owner) {
   if (node.has("tangential_restitution")) owner.tangential_restitution = node.at("tangential_restitution").number();
 }
 
+// Of a material or a pair of them; what goes with what: host/scene/friction_pairs.cpp.
+FurtherFriction read_further_friction(const JsonNode& node) {
+  FurtherFriction owner;
+  if (node.has("static_friction")) owner.static_friction = node.at("static_friction").not_negative();
+  if (node.has("holding_speed")) owner.holding_speed = node.at("holding_speed").not_negative();
+  if (node.has("torsional_friction")) owner.torsional_friction = node.at("torsional_friction").not_negative();
+  if (node.has("rolling_friction")) owner.rolling_friction = node.at("rolling_friction").not_negative();
+  return owner;
+}
+
 std::vector<Material> read_materials(const JsonNode& array) {
   std::vector<Material> materials;
   for (const JsonNode& node : array.elements()) {
-    node.expect_object({"name", "friction", "restitution", "impact_law", "tangential_restitution"});
+    node.expect_object({"name", "friction", "restitution", "impact_law", "tangential_restitution", "static_friction",
+                        "holding_speed", "torsional_friction", "rolling_friction"});
     Material material;
     material.name = node.at("name").text();
     for (const Material& other : materials) {
@@ -122,6 +134,7 @@ std::vector<Material> read_materials(const JsonNode& array) {
     if (node.has("friction")) material.friction = node.at("friction").not_negative();
     if (node.has("restitution")) material.restitution = node.at("restitution").share();
     read_impact_law(node, material);
+    material.further = read_further_friction(node);
     materials.push_back(material);
   }
   return materials;
@@ -132,7 +145,8 @@ std::vector<MaterialPairRule> read_material_pairs(const JsonNode& array, const s
   for (const Material& material : materials) names.push_back(material.name);
   std::vector<MaterialPairRule> rules;
   for (const JsonNode& node : array.elements()) {
-    node.expect_object({"materials", "friction", "restitution", "impact_law", "tangential_restitution"});
+    node.expect_object({"materials", "friction", "restitution", "impact_law", "tangential_restitution",
+                        "static_friction", "holding_speed", "torsional_friction", "rolling_friction"});
     const std::vector<JsonNode> pair = node.at("materials").elements();
     if (pair.size() != 2) node.at("materials").must_be("an array of 2 material names");
     u32 index[2];
@@ -144,6 +158,7 @@ std::vector<MaterialPairRule> read_material_pairs(const JsonNode& array, const s
     MaterialPairRule rule = {std::min(index[0], index[1]), std::max(index[0], index[1]),
                              node.at("friction").not_negative(), node.at("restitution").share()};
     read_impact_law(node, rule);
+    rule.further = read_further_friction(node);
     for (const MaterialPairRule& other : rules) {
       if (other.material_a == rule.material_a && other.material_b == rule.material_b) {
         node.at("materials").fail("gives a rule for this pair again; keep one");
@@ -229,7 +244,8 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed) 
   if (root.has("material_pairs")) {
     scene.material_pairs = read_material_pairs(root.at("material_pairs"), scene.materials);
   }
-  static_cast<void>(impact_laws_of(scene));  // refuses what does not go together
+  static_cast<void>(friction_pairs_of(scene));  // both refuse
+  static_cast<void>(impact_laws_of(scene));     // what does not go together
   Categories categories;
   if (root.has("particles")) scene.particles = read_particles(root.at("particles"));
   Names names = {scene.materials, categories, scene.particles.has_value(), seed};

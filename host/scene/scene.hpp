@@ -66,11 +66,21 @@ inline constexpr std::pair<const char*, ImpactLaw> impact_law_names[] = {{"newto
                                                                          {"stronge", IMPACT_STRONGE},
                                                                          {"chatterjee_ruina", IMPACT_CHATTERJEE_RUINA}};
 
+/// What a material, or a rule for a pair of them, may say of friction beside mu (host/scene/friction_pairs.hpp).
+struct FurtherFriction {
+  std::optional<double> static_friction = {};  // mu of what holds, >= that of what slides
+  std::optional<double> holding_speed = {};    // m/s: what slides slower than this holds
+  std::optional<double> torsional_friction =
+      {};                                       // m: a spin about the normal is resisted by this times the normal force
+  std::optional<double> rolling_friction = {};  // m: the same of rolling
+};
+
 struct Material {
   std::string name = {};
   double friction = 0.5, restitution = 0;
   std::optional<ImpactLaw> impact_law = {};           // none: that of the other material, or Newton's
   std::optional<double> tangential_restitution = {};  // -1 .. 1, of Chatterjee and Ruina's law
+  FurtherFriction further = {};
 };
 
 /// Overrides what the two materials combine to (friction: geometric mean; restitution: the larger; the law of impact
@@ -80,6 +90,7 @@ struct MaterialPairRule {
   double friction, restitution;
   std::optional<ImpactLaw> impact_law = {};
   std::optional<double> tangential_restitution = {};
+  FurtherFriction further = {};
 };
 
 /// Triangles are counter-clockwise seen from outside; m, in the frame of the shape.

@@ -38,11 +38,14 @@ template <class real>
 void carry_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape, InitialState<real>& state) {
   std::vector<ContactKey> keys;
   std::vector<ContactImpulse<real>> impulses;
+  std::vector<Vec4<real>> moments;
+  const bool turns = !from.cached_moments.empty() && has(state.features, Feature::turning_friction);
   for (u32 k = 0; k < from.cached_count[0]; ++k) {
     ContactKey key = from.cached_keys[k];
     if (!rename(key, new_shape)) continue;
     keys.push_back(key);
     impulses.push_back(from.cached_impulses[k]);
+    if (turns) moments.push_back(from.cached_moments[k]);
   }
   std::vector<Pair> touching;
   const bool told = !from.touching_count.empty() && has(state.features, Feature::events);
@@ -58,6 +61,7 @@ void carry_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape
   to.cached_count[0] = static_cast<u32>(keys.size());
   std::ranges::copy(keys, to.cached_keys.begin());
   std::ranges::copy(impulses, to.cached_impulses.begin());
+  std::ranges::copy(moments, to.cached_moments.begin());
   if (!told) return;
   to.touching_count[0] = static_cast<u32>(touching.size());
   std::ranges::copy(touching, to.touching.begin());

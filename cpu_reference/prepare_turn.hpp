@@ -1,0 +1,68 @@
+// What a contact that resists turning asks of its bodies in a sub-step (cpu_reference/visit_turn.hpp): the part of the
+// Delassus block that its spin has, and the inverse of the block of rolling; and what it starts from, the moment of the
+// last step or sub-step, turned with the contact through the world frame. kernels/prepare_turn.h is the twin.
+#pragma once
+
+#include "cpu_reference/visit_parts.hpp"
+#include "cpu_reference/visit_turn.hpp"
+
+namespace lockstep::reference {
+
+template <class real>
+void clear_lane(TurnBlock<real>& block, TurnImpulse<real>& impulses, u32 lane) {
+  for (real* field :
+       {block.spin_radius, block.roll_lever, block.w_ss, block.w_ns, block.w_1s, block.w_2s, block.inverse_11,
+        block.inverse_12, block.inverse_22, impulses.spin, impulses.roll_1, impulses.roll_2})
+    field[lane] = 0;
+}
+
+/// The moment that a contact starts from, world frame; `contact`, `block` and `impulses` still hold the last sub-step.
+template <class real>
+Vec3<real> start_moment(const StepParams<real>& params, const TurnPointBlock<real>& points,
+                        const ContactBlock<real>& contact, const TurnBlock<real>& block,
+                        const TurnImpulse<real>& impulses, u32 lane) {
+  if (params.substep == 0) return {points.moment_x[lane], points.moment_y[lane], points.moment_z[lane]};
+  return turning_moment(contact_frame<real>(contact, lane), block, impulses, lane);
+}
+
+/// `c` is the contact by now, `moment` what it starts from. Returns the start of its cone: `r`, and the spin.
+template <class real>
+SpinVector<real> prepare_turn(const TurnPointBlock<real>& points, const ContactFrame<real>& c, u32 kind,
+                              const PairMotions<real>& motions, real w_nn, ConeVector<real> r, Vec3<real> moment,
+                              real friction, TurnBlock<real>& block, TurnImpulse<real>& impulses, u32 lane) {
+  const Motion<real>&a = motions.a, &b = motions.b;
+  const real radius = points.spin_radius[lane], lever = points.roll_lever[lane];
+  const Vec3<real> n = c.normal, t1 = c.tangent_1, t2 = c.tangent_2;
+  const Vec3<real> spun_a = spin(a, kind, n), spun_b = spin(b, kind, n);
+  const auto shared = [&](Vec3<real> axis) {
+    return radius * (dot3(cross3(c.arm_a, axis), spun_a) + dot3(cross3(c.arm_b, axis), spun_b));
+  };
+  const bool spins = radius > 0, general = spins && kind == BLOCK_GENERAL;
+  block.spin_radius[lane] = radius;
+  block.roll_lever[lane] = lever;
+  block.w_ss[lane] = spins ? radius * radius * (dot3(n, spun_a) + dot3(n, spun_b)) : w_nn;
+  block.w_ns[lane] = general ? shared(n) : real(0);
+  block.w_1s[lane] = general ? shared(t1) : real(0);
+  block.w_2s[lane] = general ? shared(t2) : real(0);
+
+  const Vec3<real> rolled_a = spin(a, kind, t2), rolled_b = spin(b, kind, t2);
+  const real w_11 = dot3(t1, spin(a, kind, t1)) + dot3(t1, spin(b, kind, t1));
+  const real w_22 = dot3(t2, rolled_a) + dot3(t2, rolled_b), w_12 = dot3(t1, rolled_a) + dot3(t1, rolled_b);
+  const bool rolls = lever > 0;
+  const real inverse = real(1) / (w_11 * w_22 - w_12 * w_12);
+  block.inverse_11[lane] = rolls ? w_22 * inverse : real(0);
+  block.inverse_12[lane] = rolls ? -w_12 * inverse : real(0);
+  block.inverse_22[lane] = rolls ? w_11 * inverse : real(0);
+
+  const SpinVector<real> start =
+      clamp_to_spin_cone({r.normal, r.tangent_1, r.tangent_2, spins ? dot3(moment, n) / radius : real(0)}, friction);
+  const real roll_1 = dot3(moment, t1), roll_2 = dot3(moment, t2);
+  const real length = std::sqrt(roll_1 * roll_1 + roll_2 * roll_2), limit = lever * start.normal;
+  const real scale = length > limit ? limit / length : real(1);
+  impulses.spin[lane] = start.spin;
+  impulses.roll_1[lane] = scale * roll_1;
+  impulses.roll_2[lane] = scale * roll_2;
+  return start;
+}
+
+}  // namespace lockstep::reference

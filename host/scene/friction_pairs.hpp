@@ -1,0 +1,27 @@
+// How the materials of a scene rub where they meet.
+#pragma once
+
+#include <vector>
+
+#include "host/scene/scene.hpp"
+
+namespace lockstep {
+
+struct PairFriction {
+  double sliding = 0;        // mu of what slides
+  double holding = 0;        // mu of what slides slower than holding_speed; no less than `sliding`
+  double holding_speed = 0;  // m/s
+  double spin_radius = 0;    // m: the moment about the normal is a part of friction there (kernels/types.h, TurnPair)
+  double roll_lever = 0;     // m
+
+  bool turns() const { return spin_radius > 0 || roll_lever > 0; }
+  bool holds() const { return holding > sliding; }
+};
+
+/// Of materials a and b at a * count + b; a scene without materials has one. Coefficients of two materials combine to
+/// their geometric mean, levers and speeds to the larger; rules of the scene override what they name, and a rule's
+/// friction the static one too. Where there is no friction nothing resists a spin. Throws Error (input), naming the
+/// place, for a static friction below the other, and for a torsional friction of what has none.
+std::vector<PairFriction> friction_pairs_of(const Scene& scene);
+
+}  // namespace lockstep

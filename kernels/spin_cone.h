@@ -1,0 +1,109 @@
+// The one-contact problem of friction that resists slip and spin together, solved exactly in each lane.
+// cpu_reference/spin_cone.hpp is the twin and states the problem.
+#ifndef LOCKSTEP_SPIN_CONE_H
+#define LOCKSTEP_SPIN_CONE_H
+
+#include "cone.h"
+
+#if FEATURE_TURNING_FRICTION
+
+#define SPIN_CONE_STEPS (REAL_IS_DOUBLE ? 10 : 8)
+
+typedef struct LaneSpin {
+  lane normal, tangent_1, tangent_2, spin;
+} LaneSpin;
+
+typedef struct LaneSpinDelassus {
+  lane nn, t11, t22, n1, n2, t12, ss, ns, s1, s2;
+} LaneSpinDelassus;
+
+static inline LaneSpin lane_make_spin(lane normal, lane tangent_1, lane tangent_2, lane spin) {
+  LaneSpin r;
+  r.normal = normal;
+  r.tangent_1 = tangent_1;
+  r.tangent_2 = tangent_2;
+  r.spin = spin;
+  return r;
+}
+
+static inline LaneSpin lane_select_spin(lane_mask mask, LaneSpin a, LaneSpin b) {
+  return lane_make_spin(mask ? a.normal : b.normal, mask ? a.tangent_1 : b.tangent_1, mask ? a.tangent_2 : b.tangent_2,
+                        mask ? a.spin : b.spin);
+}
+
+static inline LaneSpin lane_clamp_to_spin_cone(LaneSpin r, lane friction) {
+  const lane length = sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2 + r.spin * r.spin);
+  const lane limit = friction * r.normal;
+  const lane scale = length > limit ? limit / length : (lane)1;
+  return lane_make_spin(r.normal, scale * r.tangent_1, scale * r.tangent_2, scale * r.spin);
+}
+
+// Padding has q = 0: it takes off.
+static inline LaneSpin lane_solve_spin_cone(LaneSpin q, LaneSpinDelassus w, lane friction) {
+  const LaneSpin none = lane_make_spin((lane)0, (lane)0, (lane)0, (lane)0);
+  const lane inverse_nn = (lane)1 / w.nn, alone = -q.normal;
+  const lane g1 = w.n1 * inverse_nn, g2 = w.n2 * inverse_nn, g3 = w.ns * inverse_nn;
+  const lane a11 = (w.t11 - g1 * w.n1) * inverse_nn, a22 = (w.t22 - g2 * w.n2) * inverse_nn;
+  const lane a33 = (w.ss - g3 * w.ns) * inverse_nn, a12 = (w.t12 - g1 * w.n2) * inverse_nn;
+  const lane a13 = (w.s1 - g1 * w.ns) * inverse_nn, a23 = (w.s2 - g2 * w.ns) * inverse_nn;
+  const lane b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal, b3 = q.spin - g3 * q.normal;
+
+  lane lambda = (lane)0, low = (lane)0, high = (lane)0;
+  lane p1, p2, p3, length;
+  LaneSpin without_slip;
+  lane_mask slips;
+  for (int step = 0;; ++step) {
+    const lane x = a11 + lambda, y = a22 + lambda, z = a33 + lambda;
+    const lane c11 = y * z - a23 * a23, c22 = x * z - a13 * a13, c33 = x * y - a12 * a12;
+    const lane c12 = a13 * a23 - a12 * z, c13 = a12 * a23 - a13 * y, c23 = a12 * a13 - a23 * x;
+    const lane determinant = x * c11 + a12 * c12 + a13 * c13;
+    p1 = -(c11 * b1 + c12 * b2 + c13 * b3);
+    p2 = -(c12 * b1 + c22 * b2 + c23 * b3);
+    p3 = -(c13 * b1 + c23 * b2 + c33 * b3);
+    const lane squared = p1 * p1 + p2 * p2 + p3 * p3;
+    const lane normal = alone * determinant - (g1 * p1 + g2 * p2 + g3 * p3), limit = friction * normal;
+    if (step == 0) {
+      const lane_mask pushes = q.normal < (lane)0;
+      const lane inverse = inverse_nn / determinant;
+      without_slip =
+          lane_select_spin(pushes, lane_make_spin(normal * inverse, p1 * inverse, p2 * inverse, p3 * inverse), none);
+      slips = pushes & !((limit >= (lane)0) & (squared <= limit * limit));
+      if (!LANE_ANY(slips)) return without_slip;
+      high = (fabs(b1) + fabs(b2) + fabs(b3)) * ((lane)1 + friction * (fabs(g1) + fabs(g2) + fabs(g3))) /
+             (friction * alone);
+    }
+    length = sqrt(squared);
+    const lane excess = length - limit;
+    const lane_mask searches = fabs(excess) > (lane)CONE_TOLERANCE * length;
+    if (step == SPIN_CONE_STEPS || !LANE_ANY(searches & slips)) break;
+
+    // derivatives in lambda, as in lane_solve_general
+    const lane d1 = a12 * b2 + a13 * b3 - (y + z) * b1, d2 = a12 * b1 + a23 * b3 - (x + z) * b2;
+    const lane d3 = a13 * b1 + a23 * b2 - (x + y) * b3;
+    const lane rate = alone * (c11 + c22 + c33) - (g1 * d1 + g2 * d2 + g3 * d3);
+    const lane slope = friction * (rate - normal * ((p1 * d1 + p2 * d2 + p3 * d3) / squared));
+    low = excess > (lane)0 ? lambda : low;
+    high = excess > (lane)0 ? high : lambda;
+    lane next = lambda + excess / slope;
+    next = next < low ? low : next;
+    next = next > high ? high : next;
+    next = slope > (lane)0 ? next : (lane)0.5 * (low + high);
+    lambda = searches ? next : lambda;  // a lane that has arrived stays while others search
+  }
+
+  // On the ray that was found the impulse is put exactly onto the cone, and u_n to zero.
+  const lane_mask found = length > (lane)0;
+  lane e1 = found ? p1 / length : (lane)0, e2 = found ? p2 / length : (lane)0, e3 = found ? p3 / length : (lane)0;
+  lane along = w.nn + friction * (w.n1 * e1 + w.n2 * e2 + w.ns * e3);
+  const lane_mask pushes = along > (lane)0;
+  e1 = pushes ? e1 : (lane)0;
+  e2 = pushes ? e2 : (lane)0;
+  e3 = pushes ? e3 : (lane)0;
+  along = pushes ? along : w.nn;
+  const lane normal = -q.normal / along, rubs = friction * normal;
+  return lane_select_spin(slips, lane_make_spin(normal, rubs * e1, rubs * e2, rubs * e3), without_slip);
+}
+
+#endif
+
+#endif
