@@ -3,6 +3,7 @@
 // a contact are zero.
 #pragma once
 
+#include "cpu_reference/math.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -60,6 +61,22 @@ void write_hold(HoldBlock<real>& block, u32 lane, HoldPair<real> pair) {
 }
 
 template <class real>
+void write_grain(GrainBlock<real>& block, u32 lane, GrainPair<real> pair, Vec3<real> along) {
+  block.x[lane] = along.x;
+  block.y[lane] = along.y;
+  block.z[lane] = along.z;
+  block.across[lane] = pair.across;
+  block.side[lane] = pair.side;
+}
+
+/// Along the grain, the x axis of the shape whose it is, in the frame of its body.
+template <class real>
+Vec3<real> grain_along(const Buffers<real>& buffers, const Contact& contact, GrainPair<real> pair) {
+  const real* q = buffers.shapes[pair.side == 0 ? contact.shape_a : contact.shape_b].rotation;
+  return rotate3(Quat<real>{q[0], q[1], q[2], q[3]}, Vec3<real>{1, 0, 0});
+}
+
+template <class real>
 void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
   if (step_is_void(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
@@ -71,12 +88,14 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
       ImpactBlock<real>* impacts = buffers.impact_blocks.empty() ? nullptr : &buffers.impact_blocks[row];
       TurnPointBlock<real>* turns = buffers.turn_points.empty() ? nullptr : &buffers.turn_points[row];
       HoldBlock<real>* holds = buffers.hold_blocks.empty() ? nullptr : &buffers.hold_blocks[row];
+      GrainBlock<real>* grains = buffers.grain_blocks.empty() ? nullptr : &buffers.grain_blocks[row];
       for (u32 lane = 0; lane < PACK; ++lane) {
         if (k >= bodies.count[lane]) {
           write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, ContactImpulse<real>{});
           if (impacts) write_impact(*impacts, lane, {});
           if (turns) write_turn(*turns, lane, {}, Vec4<real>{});
           if (holds) write_hold(*holds, lane, {});
+          if (grains) write_grain(*grains, lane, {}, Vec3<real>{0, 0, 0});
           continue;
         }
         const u32 i = bodies.contact[lane] + k;
@@ -88,6 +107,9 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
                     buffers.start_impulses[i]);
         if (turns) write_turn(*turns, lane, buffers.turn_pairs[pair], buffers.start_moments[i]);
         if (holds) write_hold(*holds, lane, buffers.hold_pairs[pair]);
+        if (grains)
+          write_grain(*grains, lane, buffers.grain_pairs[pair],
+                      grain_along(buffers, contact, buffers.grain_pairs[pair]));
         if (impacts)
           write_impact(*impacts, lane,
                        contact.feature == CORE_FEATURE ? ImpactPair<real>{} : buffers.impact_pairs[pair]);

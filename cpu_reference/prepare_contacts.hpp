@@ -205,8 +205,13 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
     TurnBlock<real>& turn = buffers.turn_blocks[row];
     TurnImpulse<real>& turns = buffers.turn_impulses[row];
     const Vec3<real> moment = start_moment(params, turning, block, turn, turns, lane);
-    const SpinVector<real> cone =
-        prepare_turn(turning, frame, bodies.kind[lane], motions, w.nn, r, moment, friction, turn, turns, lane);
+    Ellipse<real> ellipse;
+    const bool is_round = buffers.grain_blocks.empty();
+    if (!is_round)
+      ellipse = prepare_ellipse(buffers.grain_blocks[row], frame, pose_a.orientation, pose_b.orientation,
+                                buffers.ellipse_blocks[row], lane);
+    const SpinVector<real> cone = prepare_turn(turning, frame, bodies.kind[lane], motions, w.nn, r, moment, friction,
+                                               is_round ? nullptr : &ellipse, turn, turns, lane);
     r = {cone.normal, cone.tangent_1, cone.tangent_2};
   }
   block.normal_x[lane] = n.x;
@@ -261,6 +266,7 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
           clear_lane(block_row, impulses, lane);
         if (k >= bodies.count[lane] && !buffers.turn_blocks.empty())
           clear_lane(buffers.turn_blocks[row], buffers.turn_impulses[row], lane);
+        if (k >= bodies.count[lane] && !buffers.ellipse_blocks.empty()) clear_lane(buffers.ellipse_blocks[row], lane);
         if (k >= bodies.count[lane] && !buffers.slide_blocks.empty())
           buffers.slide_blocks[row].bias_1[lane] = buffers.slide_blocks[row].bias_2[lane] = 0;
         if (!buffers.softness_blocks.empty()) buffers.softness_blocks[row].softness[lane] = softness;

@@ -16,6 +16,11 @@ void clear_lane(TurnBlock<real>& block, TurnImpulse<real>& impulses, u32 lane) {
     field[lane] = 0;
 }
 
+template <class real>
+void clear_lane(EllipseBlock<real>& block, u32 lane) {
+  block.s_11[lane] = block.s_12[lane] = block.s_22[lane] = 0;
+}
+
 /// The moment that a contact starts from, world frame; `contact`, `block` and `impulses` still hold the last sub-step.
 template <class real>
 Vec3<real> start_moment(const StepParams<real>& params, const TurnPointBlock<real>& points,
@@ -25,11 +30,28 @@ Vec3<real> start_moment(const StepParams<real>& params, const TurnPointBlock<rea
   return turning_moment(contact_frame<real>(contact, lane), block, impulses, lane);
 }
 
+/// The ellipse of a contact by now: its grain in the tangent plane. Where the grain is along the normal the cone is
+/// round.
+template <class real>
+Ellipse<real> prepare_ellipse(const GrainBlock<real>& grain, const ContactFrame<real>& c, Quat<real> q_a,
+                              Quat<real> q_b, EllipseBlock<real>& block, u32 lane) {
+  const Vec3<real> along =
+      rotate3(grain.side[lane] == 0 ? q_a : q_b, Vec3<real>{grain.x[lane], grain.y[lane], grain.z[lane]});
+  const real d_1 = dot3(c.tangent_1, along), d_2 = dot3(c.tangent_2, along), squared = d_1 * d_1 + d_2 * d_2;
+  const bool is_oval = squared > real(1e-6);
+  const real across = is_oval ? grain.across[lane] : real(1), more = is_oval ? (real(1) - across) / squared : real(0);
+  block.s_11[lane] = across + more * (d_1 * d_1);
+  block.s_12[lane] = more * (d_1 * d_2);
+  block.s_22[lane] = across + more * (d_2 * d_2);
+  return ellipse_of(block, lane);
+}
+
 /// `c` is the contact by now, `moment` what it starts from. Returns the start of its cone: `r`, and the spin.
 template <class real>
 SpinVector<real> prepare_turn(const TurnPointBlock<real>& points, const ContactFrame<real>& c, u32 kind,
                               const PairMotions<real>& motions, real w_nn, ConeVector<real> r, Vec3<real> moment,
-                              real friction, TurnBlock<real>& block, TurnImpulse<real>& impulses, u32 lane) {
+                              real friction, const Ellipse<real>* ellipse, TurnBlock<real>& block,
+                              TurnImpulse<real>& impulses, u32 lane) {
   const Motion<real>&a = motions.a, &b = motions.b;
   const real radius = points.spin_radius[lane], lever = points.roll_lever[lane];
   const Vec3<real> n = c.normal, t1 = c.tangent_1, t2 = c.tangent_2;
@@ -54,8 +76,11 @@ SpinVector<real> prepare_turn(const TurnPointBlock<real>& points, const ContactF
   block.inverse_12[lane] = rolls ? -w_12 * inverse : real(0);
   block.inverse_22[lane] = rolls ? w_11 * inverse : real(0);
 
-  const SpinVector<real> start =
-      clamp_to_spin_cone({r.normal, r.tangent_1, r.tangent_2, spins ? dot3(moment, n) / radius : real(0)}, friction);
+  SpinVector<real> start = {r.normal, r.tangent_1, r.tangent_2, spins ? dot3(moment, n) / radius : real(0)};
+  if (ellipse)
+    start = stretch(*ellipse, clamp_to_spin_cone(shrink(*ellipse, start), friction));
+  else
+    start = clamp_to_spin_cone(start, friction);
   const real roll_1 = dot3(moment, t1), roll_2 = dot3(moment, t2);
   const real length = std::sqrt(roll_1 * roll_1 + roll_2 * roll_2), limit = lever * start.normal;
   const real scale = length > limit ? limit / length : real(1);

@@ -27,6 +27,40 @@ struct SpinDelassus {
 template <class real>
 constexpr int spin_cone_steps = sizeof(real) == 8 ? 10 : 8;
 
+/// S of an ellipse of friction (kernels/friction_types.h), the unit matrix of a round cone: with r_t = S r'_t and
+/// u'_t = S u_t the cone of r' is round, and its block is S W S.
+template <class real>
+struct Ellipse {
+  real s_11 = 1, s_12 = 0, s_22 = 1;
+};
+
+template <class real>
+SpinVector<real> stretch(const Ellipse<real>& s, SpinVector<real> r) {
+  return {r.normal, s.s_11 * r.tangent_1 + s.s_12 * r.tangent_2, s.s_12 * r.tangent_1 + s.s_22 * r.tangent_2, r.spin};
+}
+
+template <class real>
+SpinVector<real> shrink(const Ellipse<real>& s, SpinVector<real> r) {
+  const real determinant = s.s_11 * s.s_22 - s.s_12 * s.s_12;
+  return {r.normal, (s.s_22 * r.tangent_1 - s.s_12 * r.tangent_2) / determinant,
+          (s.s_11 * r.tangent_2 - s.s_12 * r.tangent_1) / determinant, r.spin};
+}
+
+template <class real>
+SpinDelassus<real> stretch(const Ellipse<real>& s, const SpinDelassus<real>& w) {
+  const real w_11 = w.t11 * s.s_11 + w.t12 * s.s_12, w_12 = w.t11 * s.s_12 + w.t12 * s.s_22;  // rows of W S
+  const real w_21 = w.t12 * s.s_11 + w.t22 * s.s_12, w_22 = w.t12 * s.s_12 + w.t22 * s.s_22;
+  SpinDelassus<real> r = w;
+  r.t11 = s.s_11 * w_11 + s.s_12 * w_21;
+  r.t12 = s.s_11 * w_12 + s.s_12 * w_22;
+  r.t22 = s.s_12 * w_12 + s.s_22 * w_22;
+  r.n1 = s.s_11 * w.n1 + s.s_12 * w.n2;
+  r.n2 = s.s_12 * w.n1 + s.s_22 * w.n2;
+  r.s1 = s.s_11 * w.s1 + s.s_12 * w.s2;
+  r.s2 = s.s_12 * w.s1 + s.s_22 * w.s2;
+  return r;
+}
+
 /// The nearest tangent and spin in the cone over the same normal impulse.
 template <class real>
 SpinVector<real> clamp_to_spin_cone(SpinVector<real> r, real friction) {

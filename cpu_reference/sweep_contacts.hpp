@@ -48,7 +48,8 @@ real visit_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
     visit_each([&](u32 row, LawNow<real> law, const auto& contact, auto& impulses) {
       if (buffers.turn_blocks.empty())
         return visit_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);
-      return visit_turning(contact, buffers.turn_blocks[row], law.bias, law.softness, impulses,
+      const EllipseBlock<real>* ellipse = buffers.ellipse_blocks.empty() ? nullptr : &buffers.ellipse_blocks[row];
+      return visit_turning(contact, buffers.turn_blocks[row], ellipse, law.bias, law.softness, impulses,
                            buffers.turn_impulses[row], bodies.kind[lane], lane, a, b);
     });
     return change;

@@ -33,12 +33,17 @@ SpinVector<real> multiply(const SpinDelassus<real>& w, SpinVector<real> r) {
           w.ns * r.normal + w.s1 * r.tangent_1 + w.s2 * r.tangent_2 + w.ss * r.spin};
 }
 
-/// Returns the square of by how much it changed the relative velocity; rolling counts at the radius of gyration of the
-/// two bodies.
 template <class real>
-real visit_turning(const ContactBlock<real>& block, const TurnBlock<real>& turn, ConeVector<real> bias, real softness,
-                   ImpulseBlock<real>& impulses, TurnImpulse<real>& turns, u32 kind, u32 lane, Motion<real>& a,
-                   Motion<real>& b) {
+Ellipse<real> ellipse_of(const EllipseBlock<real>& block, u32 lane) {
+  return {block.s_11[lane], block.s_12[lane], block.s_22[lane]};
+}
+
+/// `ellipse`: none where the cone is round. Returns the square of by how much it changed the relative velocity; rolling
+/// counts at the radius of gyration of the two bodies.
+template <class real>
+real visit_turning(const ContactBlock<real>& block, const TurnBlock<real>& turn, const EllipseBlock<real>* ellipse,
+                   ConeVector<real> bias, real softness, ImpulseBlock<real>& impulses, TurnImpulse<real>& turns,
+                   u32 kind, u32 lane, Motion<real>& a, Motion<real>& b) {
   const ContactFrame<real> c = contact_frame<real>(block, lane);
   const ConeVector<real> cone = impulse_of(impulses, lane);
   const SpinVector<real> old = {cone.normal, cone.tangent_1, cone.tangent_2, turns.spin[lane]};
@@ -51,7 +56,14 @@ real visit_turning(const ContactBlock<real>& block, const TurnBlock<real>& turn,
                               dot3(c.tangent_1, u) + bias.tangent_1 - own.tangent_1,
                               dot3(c.tangent_2, u) + bias.tangent_2 - own.tangent_2,
                               radius * dot3(c.normal, sub3(vec3(a.w), vec3(b.w))) - own.spin};
-  const SpinVector<real> r = solve_spin_cone(q, spin_delassus(block, turn, softness, lane), block.friction[lane]);
+  const SpinDelassus<real> soft = spin_delassus(block, turn, softness, lane);
+  SpinVector<real> r;
+  if (ellipse) {
+    const Ellipse<real> s = ellipse_of(*ellipse, lane);
+    r = stretch(s, solve_spin_cone(stretch(s, q), stretch(s, soft), block.friction[lane]));
+  } else {
+    r = solve_spin_cone(q, soft, block.friction[lane]);
+  }
   impulses.normal[lane] = r.normal;
   impulses.tangent_1[lane] = r.tangent_1;
   impulses.tangent_2[lane] = r.tangent_2;

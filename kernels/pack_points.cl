@@ -1,6 +1,7 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Lays what a sub-step needs of each contact beside its lane (cpu_reference/pack_points.hpp).
 #include "common.h"
+#include "math.h"
 #include "types.h"
 
 static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, real friction, real restitution,
@@ -42,15 +43,32 @@ static inline void pack_hold(u32 lane, HoldPair pair, global HoldBlock* block) {
 }
 #endif
 
+#if FEATURE_ELLIPTIC_FRICTION
+static inline void pack_grain(u32 lane, GrainPair pair, Vec3 along, global GrainBlock* block) {
+  block->x[lane] = along.x;
+  block->y[lane] = along.y;
+  block->z[lane] = along.z;
+  block->across[lane] = pair.across;
+  block->side[lane] = pair.side;
+}
+
+// Along the grain, the x axis of the shape whose it is, in the frame of its body.
+static inline Vec3 pack_along(const Shape shape) {
+  const Quat q = make4(shape.rotation[0], shape.rotation[1], shape.rotation[2], shape.rotation[3]);
+  return rotate3(q, make3((real)1, (real)0, (real)0));
+}
+#endif
+
 kernel void pack_points(global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
                         global const MaterialPair* material_pairs, global const ImpactPair* impact_pairs,
                         global const TurnPair* turn_pairs, global const HoldPair* hold_pairs,
-                        global const Contact* contacts, global const ContactPoint* contact_points,
-                        global const ContactImpulse* start_impulses, global const Vec4* start_moments,
-                        global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                        global PointBlock* point_blocks, global StartBlock* start_blocks,
-                        global ImpactBlock* impact_blocks, global TurnPointBlock* turn_points,
-                        global HoldBlock* hold_blocks, global const u32* counters) {
+                        global const GrainPair* grain_pairs, global const Shape* shapes, global const Contact* contacts,
+                        global const ContactPoint* contact_points, global const ContactImpulse* start_impulses,
+                        global const Vec4* start_moments, global const BlockBodies* block_bodies,
+                        global const BlockRows* block_rows, global PointBlock* point_blocks,
+                        global StartBlock* start_blocks, global ImpactBlock* impact_blocks,
+                        global TurnPointBlock* turn_points, global HoldBlock* hold_blocks,
+                        global GrainBlock* grain_blocks, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const ContactPoint no_point = {
       {(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0, (real)0}};
@@ -78,6 +96,11 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #if FEATURE_STATIC_FRICTION
       pack_hold(lane, hold_pairs[materials], hold_blocks + rows.first + k);
 #endif
+#if FEATURE_ELLIPTIC_FRICTION
+      const GrainPair grain = grain_pairs[materials];
+      pack_grain(lane, grain, pack_along(shapes[grain.side == 0u ? contact.shape_a : contact.shape_b]),
+                 grain_blocks + rows.first + k);
+#endif
 #if FEATURE_IMPACT_LAWS
       const ImpactPair impact = impact_pairs[materials];
 #if FEATURE_CONTINUOUS
@@ -101,6 +124,10 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #if FEATURE_STATIC_FRICTION
       const HoldPair none = {(real)0, (real)0};
       pack_hold(lane, none, hold_blocks + rows.first + k);
+#endif
+#if FEATURE_ELLIPTIC_FRICTION
+      const GrainPair no_grain = {(real)0, 0u, 0u};
+      pack_grain(lane, no_grain, make3((real)0, (real)0, (real)0), grain_blocks + rows.first + k);
 #endif
 #if FEATURE_IMPACT_LAWS
       impact_blocks[rows.first + k].tangential_restitution[lane] = (real)0;

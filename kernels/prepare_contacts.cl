@@ -208,9 +208,10 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
                                const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
                                global const StartBlock* starts, global const ImpactBlock* impacts,
                                global const TurnPointBlock* turn_points, global const HoldBlock* holds,
-                               global ContactBlock* block, global SoftnessBlock* softness_block,
-                               global SlideBlock* slides, global TurnBlock* turn, global ImpulseBlock* impulses,
-                               global TurnImpulse* turns) {
+                               global const GrainBlock* grains, global ContactBlock* block,
+                               global SoftnessBlock* softness_block, global SlideBlock* slides, global TurnBlock* turn,
+                               global ImpulseBlock* impulses, global TurnImpulse* turns,
+                               global EllipseBlock* ellipses) {
   PrepareNow now;
   prepare_now(first, points, a, b, &now);
   const Lane3 n = now.normal;
@@ -246,8 +247,12 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
 #if FEATURE_TURNING_FRICTION
   const LaneContact by_now = {n, t1, t2, arm_a, arm_b};
   const Lane3 moment = turn_start(params.substep, first, turn_points, block, turn, turns);
+  LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1};
+#if FEATURE_ELLIPTIC_FRICTION
+  ellipse = prepare_ellipse(first, there, by_now, a->orientation, b->orientation, grains, ellipses);
+#endif
   const LaneSpin start = prepare_turn(first, there, general, by_now, &a->motion, &b->motion, w.nn, r, moment, friction,
-                                      turn_points, turn, turns);
+                                      &ellipse, turn_points, turn, turns);
   r = lane_make_cone(start.normal, start.tangent_1, start.tangent_2);
 #else
   r = lane_clamp_to_cone(r, friction);
@@ -294,11 +299,12 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
                              global const Motion* motions, global const Velocity* previous_velocities,
                              global const PointBlock* point_blocks, global const StartBlock* start_blocks,
                              global const ImpactBlock* impact_blocks, global const TurnPointBlock* turn_points,
-                             global const HoldBlock* hold_blocks, global const BlockBodies* block_bodies,
-                             global const BlockRows* block_rows, global const PartBlock* part_blocks,
-                             global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
-                             global SoftnessBlock* softness_blocks, global SlideBlock* slide_blocks,
-                             global TurnBlock* turn_blocks, global TurnImpulse* turn_impulses,
+                             global const HoldBlock* hold_blocks, global const GrainBlock* grain_blocks,
+                             global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                             global const PartBlock* part_blocks, global ContactBlock* contact_blocks,
+                             global ImpulseBlock* impulse_blocks, global SoftnessBlock* softness_blocks,
+                             global SlideBlock* slide_blocks, global TurnBlock* turn_blocks,
+                             global TurnImpulse* turn_impulses, global EllipseBlock* ellipse_blocks,
                              global PatchBlock* patch_blocks, global PatchImpulse* patch_impulses,
                              global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
@@ -318,8 +324,9 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
       prepare_row(params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
-                  turn_points + row, hold_blocks + row, contact_blocks + row, softness_blocks + row, slide_blocks + row,
-                  turn_blocks + row, impulse_blocks + row, turn_impulses + row);
+                  turn_points + row, hold_blocks + row, grain_blocks + row, contact_blocks + row, softness_blocks + row,
+                  slide_blocks + row, turn_blocks + row, impulse_blocks + row, turn_impulses + row,
+                  ellipse_blocks + row);
     }
 #if FEATURE_PATCHES
     prepare_patches(params.substep, first, rows.count, count, &a.motion, &b.motion, contact_blocks + rows.first,

@@ -3,6 +3,7 @@
 #ifndef LOCKSTEP_PREPARE_TURN_H
 #define LOCKSTEP_PREPARE_TURN_H
 
+#include "lane_math.h"
 #include "visit_turn.h"
 
 #if FEATURE_TURNING_FRICTION
@@ -19,11 +20,34 @@ static inline lane turn_shared(lane radius, LaneContact c, Lane3 axis, Lane3 spu
   return radius * (lane_dot3(lane_cross3(c.arm_a, axis), spun_a) + lane_dot3(lane_cross3(c.arm_b, axis), spun_b));
 }
 
+#if FEATURE_ELLIPTIC_FRICTION
+// The ellipses of a row of contacts by now.
+static inline LaneEllipse prepare_ellipse(u32 first, lane_mask there, LaneContact c, LaneQuat q_a, LaneQuat q_b,
+                                          global const GrainBlock* grain, global EllipseBlock* block) {
+  const Lane3 own = lane_load_xyz(grain->x + first, grain->y + first, grain->z + first);
+  const lane_mask of_a = LANE_MASK(LANE_LOAD_U32(grain->side + first) == (lane_u32)0);
+  const Lane3 along = lane_select3(of_a, lane_rotate3(q_a, own), lane_rotate3(q_b, own));
+  const lane d_1 = lane_dot3(c.tangent_1, along), d_2 = lane_dot3(c.tangent_2, along);
+  const lane squared = d_1 * d_1 + d_2 * d_2;
+  const lane_mask is_oval = squared > (lane)(real)1e-6;
+  const lane across = is_oval ? LANE_LOAD(grain->across + first) : (lane)1;
+  const lane more = is_oval ? ((lane)1 - across) / squared : (lane)0;
+  LaneEllipse s;
+  s.s_11 = across + more * (d_1 * d_1);
+  s.s_12 = more * (d_1 * d_2);
+  s.s_22 = across + more * (d_2 * d_2);
+  lane_store_where(there, s.s_11, block->s_11 + first);
+  lane_store_where(there, s.s_12, block->s_12 + first);
+  lane_store_where(there, s.s_22, block->s_22 + first);
+  return s;
+}
+#endif
+
 // `c` is a row of contacts by now, `moment` what it starts from. Returns the start of its cone: `r`, and the spin.
 static inline LaneSpin prepare_turn(u32 first, lane_mask there, lane_mask general, LaneContact c, const LaneBody* a,
                                     const LaneBody* b, lane w_nn, LaneCone r, Lane3 moment, lane friction,
-                                    global const TurnPointBlock* points, global TurnBlock* block,
-                                    global TurnImpulse* impulses) {
+                                    const LaneEllipse* ellipse, global const TurnPointBlock* points,
+                                    global TurnBlock* block, global TurnImpulse* impulses) {
   const lane radius = LANE_LOAD(points->spin_radius + first), lever = LANE_LOAD(points->roll_lever + first);
   const Lane3 n = c.normal, t1 = c.tangent_1, t2 = c.tangent_2;
   const Lane3 spun_a = lane_spin(*a, general, n), spun_b = lane_spin(*b, general, n);
@@ -47,7 +71,12 @@ static inline LaneSpin prepare_turn(u32 first, lane_mask there, lane_mask genera
   lane_store_where(there, rolls ? w_11 * inverse : (lane)0, block->inverse_22 + first);
 
   const lane spin = spins ? lane_dot3(moment, n) / radius : (lane)0;
-  const LaneSpin start = lane_clamp_to_spin_cone(lane_make_spin(r.normal, r.tangent_1, r.tangent_2, spin), friction);
+  LaneSpin start = lane_make_spin(r.normal, r.tangent_1, r.tangent_2, spin);
+#if FEATURE_ELLIPTIC_FRICTION
+  start = lane_stretch(*ellipse, lane_clamp_to_spin_cone(lane_shrink(*ellipse, start), friction));
+#else
+  start = lane_clamp_to_spin_cone(start, friction);
+#endif
   const lane roll_1 = lane_dot3(moment, t1), roll_2 = lane_dot3(moment, t2);
   const lane length = sqrt(roll_1 * roll_1 + roll_2 * roll_2), limit = lever * start.normal;
   const lane scale = length > limit ? limit / length : (lane)1;

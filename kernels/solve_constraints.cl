@@ -30,9 +30,10 @@ kernel void solve_joint_tail(const u32 first_phase, const u32 phases, global con
 kernel void solve_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                        global const TurnBlock* turn_blocks, global const PatchBlock* patch_blocks,
-                        global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
-                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+                        global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
+                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                        global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
+                        global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
   visit_color(VISIT_SOLVE, color, color_starts, &stream);
@@ -46,9 +47,10 @@ kernel void solve_tail(const StepParams params, const u32 first_color, const u32
                        global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                        global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                       global const TurnBlock* turn_blocks, global const PatchBlock* patch_blocks,
-                       global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
-                       global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+                       global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
+                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                       global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
+                       global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const u32 joint_phases_here = SWEEP_IS_VOID(counters) ? 0u : joint_phase_count;
   u32 sweep = 0u;
@@ -94,9 +96,9 @@ kernel void solve_parts(global const PartBlock* part_blocks, global Velocity* bo
                         global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                         global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
                         global const SlideBlock* slide_blocks, global const TurnBlock* turn_blocks,
-                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                        global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                        global u32* counters) {
+                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                        global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
+                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, part_blocks, body_parts);
@@ -110,9 +112,10 @@ kernel void solve_parts_group(const StepParams params, const u32 bodies, const u
                               global Velocity* body_parts, global const BlockBodies* block_bodies,
                               global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                               global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                              global const TurnBlock* turn_blocks, global const PatchBlock* patch_blocks,
-                              global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
-                              global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+                              global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
+                              global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                              global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses,
+                              global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const bool is_void = STEP_IS_VOID(counters);
   const u32 items = is_void ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_void ? 0u : bodies;

@@ -38,6 +38,38 @@ static inline LaneSpin lane_clamp_to_spin_cone(LaneSpin r, lane friction) {
   return lane_make_spin(r.normal, scale * r.tangent_1, scale * r.tangent_2, scale * r.spin);
 }
 
+// S of an ellipse of friction.
+typedef struct LaneEllipse {
+  lane s_11, s_12, s_22;
+} LaneEllipse;
+
+#if FEATURE_ELLIPTIC_FRICTION
+static inline LaneSpin lane_stretch(LaneEllipse s, LaneSpin r) {
+  return lane_make_spin(r.normal, s.s_11 * r.tangent_1 + s.s_12 * r.tangent_2,
+                        s.s_12 * r.tangent_1 + s.s_22 * r.tangent_2, r.spin);
+}
+
+static inline LaneSpin lane_shrink(LaneEllipse s, LaneSpin r) {
+  const lane determinant = s.s_11 * s.s_22 - s.s_12 * s.s_12;
+  return lane_make_spin(r.normal, (s.s_22 * r.tangent_1 - s.s_12 * r.tangent_2) / determinant,
+                        (s.s_11 * r.tangent_2 - s.s_12 * r.tangent_1) / determinant, r.spin);
+}
+
+static inline LaneSpinDelassus lane_stretch_block(LaneEllipse s, LaneSpinDelassus w) {
+  const lane w_11 = w.t11 * s.s_11 + w.t12 * s.s_12, w_12 = w.t11 * s.s_12 + w.t12 * s.s_22;
+  const lane w_21 = w.t12 * s.s_11 + w.t22 * s.s_12, w_22 = w.t12 * s.s_12 + w.t22 * s.s_22;
+  LaneSpinDelassus r = w;
+  r.t11 = s.s_11 * w_11 + s.s_12 * w_21;
+  r.t12 = s.s_11 * w_12 + s.s_12 * w_22;
+  r.t22 = s.s_12 * w_12 + s.s_22 * w_22;
+  r.n1 = s.s_11 * w.n1 + s.s_12 * w.n2;
+  r.n2 = s.s_12 * w.n1 + s.s_22 * w.n2;
+  r.s1 = s.s_11 * w.s1 + s.s_12 * w.s2;
+  r.s2 = s.s_12 * w.s1 + s.s_22 * w.s2;
+  return r;
+}
+#endif
+
 // Padding has q = 0: it takes off.
 static inline LaneSpin lane_solve_spin_cone(LaneSpin q, LaneSpinDelassus w, lane friction) {
   const LaneSpin none = lane_make_spin((lane)0, (lane)0, (lane)0, (lane)0);

@@ -15,6 +15,7 @@ typedef struct ContactStream {
   global const SoftnessBlock* softness;
   global const SlideBlock* slides;
   global const TurnBlock* turns;
+  global const EllipseBlock* ellipses;
   global const PatchBlock* patches;
   global ImpulseBlock* impulses;
   global TurnImpulse* turn_impulses;
@@ -24,10 +25,10 @@ typedef struct ContactStream {
 } ContactStream;
 
 // Of the parameters of a kernel, which are called as the buffers are.
-#define CONTACT_STREAM                                                                                  \
-  {                                                                                                     \
-    block_bodies, block_rows, contact_blocks, softness_blocks, slide_blocks, turn_blocks, patch_blocks, \
-        impulse_blocks, turn_impulses, patch_impulses, motions, counters                                \
+#define CONTACT_STREAM                                                                                    \
+  {                                                                                                       \
+    block_bodies, block_rows, contact_blocks, softness_blocks, slide_blocks, turn_blocks, ellipse_blocks, \
+        patch_blocks, impulse_blocks, turn_impulses, patch_impulses, motions, counters                    \
   }
 
 // One visit of row `row` of a block.
@@ -35,7 +36,8 @@ static inline void visit_row_of(const u32 purpose, u32 first, u32 row, lane_mask
                                 LaneBody* a, LaneBody* b, lane* change) {
 #if FEATURE_TURNING_FRICTION
   visit_turning_row(first, general, lane_law(purpose, s->contacts + row, s->softness + row, first), s->contacts + row,
-                    s->slides + row, s->turns + row, s->impulses + row, s->turn_impulses + row, a, b, change);
+                    s->slides + row, s->turns + row, s->ellipses + row, s->impulses + row, s->turn_impulses + row, a, b,
+                    change);
 #else
   visit_row(purpose, first, general, s->contacts + row, s->softness + row, s->slides + row, s->impulses + row, a, b,
             change);

@@ -221,18 +221,6 @@ RECORD(ImpactPair) {
   u32 law, pad;  // ImpactLaw
 };
 
-// Beside it, where some pair resists turning (feature turning_friction; cpu_reference/visit_turn.hpp).
-RECORD(TurnPair) {
-  real spin_radius;  // m: |(r_t, moment about the normal / spin_radius)| <= mu r_n; 0: it spins freely
-  real roll_lever;   // m: |moment in the tangent plane| <= roll_lever r_n; 0: it rolls freely
-};
-
-// Beside it, where some pair holds by more than it slides with (feature static_friction).
-RECORD(HoldPair) {
-  real friction;  // mu of what slides slower than `speed`
-  real speed;     // m/s
-};
-
 // What acts on a body during a step, world frame: N through the centre of mass, and N m about it. All zeros but in
 // worlds whose users load bodies (feature loads).
 RECORD(Load) {
@@ -404,15 +392,6 @@ RECORD(ImpactBlock) {
 };
 RECORD(SlideBlock) { real bias_1[PACK], bias_2[PACK]; };
 
-// How a row of contacts resists turning, and the moments that it starts the step from, world frame, N m s (feature
-// turning_friction).
-RECORD(TurnPointBlock) {
-  real spin_radius[PACK], roll_lever[PACK];
-  real moment_x[PACK], moment_y[PACK], moment_z[PACK];
-};
-// Its static friction (feature static_friction).
-RECORD(HoldBlock) { real friction[PACK], speed[PACK]; };
-
 // The impulses that a row of contacts starts the step from (ContactImpulse).
 RECORD(StartBlock) { real normal[PACK], tangent_x[PACK], tangent_y[PACK], tangent_z[PACK]; };
 
@@ -431,15 +410,7 @@ RECORD(SoftnessBlock) { real softness[PACK]; };
 
 RECORD(ImpulseBlock) { real normal[PACK], tangent_1[PACK], tangent_2[PACK]; };
 
-// The rows of turning of a row of contacts (feature turning_friction): of the spin about the normal, whose velocity is
-// spin_radius w_n, the part of the Delassus block, 1/kg; of rolling about the tangents the inverse of theirs, kg m^2.
-RECORD(TurnBlock) {
-  real spin_radius[PACK], roll_lever[PACK];                   // m
-  real w_ss[PACK], w_ns[PACK], w_1s[PACK], w_2s[PACK];        // w_ss is w_nn where nothing resists the spin
-  real inverse_11[PACK], inverse_12[PACK], inverse_22[PACK];  // 0 where nothing resists rolling
-};
-// N s at the spin radius, N m s.
-RECORD(TurnImpulse) { real spin[PACK], roll_1[PACK], roll_2[PACK]; };
+#include "friction_types.h"
 
 // What the contacts of each pair share in a scene of patches: one friction block and a twist at the centre of pressure.
 RECORD(PatchBlock) {

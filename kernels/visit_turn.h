@@ -26,6 +26,16 @@ static inline LaneSpin lane_multiply_spin(LaneSpinDelassus w, LaneSpin r) {
                         w.ns * r.normal + w.s1 * r.tangent_1 + w.s2 * r.tangent_2 + w.ss * r.spin);
 }
 
+#if FEATURE_ELLIPTIC_FRICTION
+static inline LaneEllipse lane_ellipse(global const EllipseBlock* block, u32 first) {
+  LaneEllipse s;
+  s.s_11 = LANE_LOAD(block->s_11 + first);
+  s.s_12 = LANE_LOAD(block->s_12 + first);
+  s.s_22 = LANE_LOAD(block->s_22 + first);
+  return s;
+}
+#endif
+
 // The moments on a of the contacts of a row, N m s.
 static inline Lane3 lane_turning_moment(LaneContact c, global const TurnBlock* turn, global const TurnImpulse* turns,
                                         u32 first) {
@@ -37,8 +47,8 @@ static inline Lane3 lane_turning_moment(LaneContact c, global const TurnBlock* t
 // One visit of a row of contacts: the `law` of their normal velocities, `slides` of the tangential ones.
 static inline void visit_turning_row(u32 first, lane_mask general, LaneLaw law, global const ContactBlock* block,
                                      global const SlideBlock* slides, global const TurnBlock* turn,
-                                     global ImpulseBlock* impulses, global TurnImpulse* turns, LaneBody* a, LaneBody* b,
-                                     lane* change) {
+                                     global const EllipseBlock* ellipse, global ImpulseBlock* impulses,
+                                     global TurnImpulse* turns, LaneBody* a, LaneBody* b, lane* change) {
   const LaneContact c = lane_contact(block, first);
   const LaneCone cone = lane_impulse(impulses, first);
   const LaneSpin old = lane_make_spin(cone.normal, cone.tangent_1, cone.tangent_2, LANE_LOAD(turns->spin + first));
@@ -59,7 +69,13 @@ static inline void visit_turning_row(u32 first, lane_mask general, LaneLaw law, 
   q.spin = radius * lane_dot3(c.normal, lane_sub3(a->w, b->w)) - own.spin;
   LaneSpinDelassus soft = w;
   soft.nn = w.nn + law.softness;
-  const LaneSpin r = lane_solve_spin_cone(q, soft, LANE_LOAD(block->friction + first));
+  const lane friction = LANE_LOAD(block->friction + first);
+#if FEATURE_ELLIPTIC_FRICTION
+  const LaneEllipse s = lane_ellipse(ellipse, first);
+  const LaneSpin r = lane_stretch(s, lane_solve_spin_cone(lane_stretch(s, q), lane_stretch_block(s, soft), friction));
+#else
+  const LaneSpin r = lane_solve_spin_cone(q, soft, friction);
+#endif
   LANE_STORE(r.normal, impulses->normal + first);
   LANE_STORE(r.tangent_1, impulses->tangent_1 + first);
   LANE_STORE(r.tangent_2, impulses->tangent_2 + first);

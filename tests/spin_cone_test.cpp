@@ -42,8 +42,8 @@ Problem random_problem(Random& random) {
   }
   Problem p;
   p.w = j * inverse.asDiagonal() * j.transpose();
-  p.q = {-random.between(0, 1), random.between(-1, 1), random.between(-1, 1), radius * random.between(-20, 20)};
-  p.mu = random.between(0, 1.5);
+  p.q = {-random.between(0, 1), random.between(-1, 1), random.between(-1, 1), radius * random.between(-5, 5)};
+  p.mu = random.between(0, 3);
   return p;
 }
 

@@ -11,9 +11,6 @@
 namespace lockstep {
 namespace {
 
-using test::all_launch_options;
-using test::expect_twins_agree;
-
 constexpr double radius = 0.1, gravity = 9.81;
 
 // A solid ball on a plane that is tilted by `slope` (gravity turns).

@@ -48,6 +48,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::impact_laws, "IMPACT_LAWS"},
     {Feature::turning_friction, "TURNING_FRICTION"},
     {Feature::static_friction, "STATIC_FRICTION"},
+    {Feature::elliptic_friction, "ELLIPTIC_FRICTION"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -39,6 +39,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::non_holonomic, Feature::joints},
     {Feature::turning_friction, Feature::contacts},
     {Feature::static_friction, Feature::contacts},
+    {Feature::elliptic_friction, Feature::turning_friction},
 };
 
 template <class real>

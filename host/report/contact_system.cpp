@@ -44,6 +44,14 @@ SystemTurn system_turn(const TurnBlock<real>& block, const Vec4<real>& stored, c
 }
 
 template <class real>
+Eigen::Matrix3d stretch_of(const EllipseBlock<real>& block, const Eigen::Vector3d& normal, u32 lane) {
+  const Eigen::Matrix<double, 3, 2> t = solver_tangents(normal);
+  Eigen::Matrix2d s;
+  s << double(block.s_11[lane]), double(block.s_12[lane]), double(block.s_12[lane]), double(block.s_22[lane]);
+  return normal * normal.transpose() + t * s * t.transpose();
+}
+
+template <class real>
 SystemPatch system_patch(const Buffers<real>& buffers, u32 block, u32 lane) {
   const PatchBlock<real>& data = buffers.patch_blocks[block];
   const PatchImpulse<real>& impulses = buffers.patch_impulses[block];
@@ -140,6 +148,8 @@ ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> 
     system.contacts.push_back(c);
     if (!buffers.turn_blocks.empty())
       system.turns.push_back(system_turn(buffers.turn_blocks[row], buffers.cached_moments[i], c.normal, lane));
+    if (!buffers.ellipse_blocks.empty())
+      system.turns.back().stretch = stretch_of(buffers.ellipse_blocks[row], c.normal, lane);
   }
   for (u32 slot = 0; slot < (buffers.patch_blocks.empty() ? 0 : counters[COUNTER_BLOCKS] * PACK); ++slot) {
     if (buffers.block_bodies[slot / PACK].count[slot % PACK] > 0)

@@ -151,11 +151,16 @@ void add_turning(const SystemContact& c, const SystemTurn& turn, const SystemBod
   const auto cone_velocity = [&](const Vector3d& v_a, const Vector3d& w_a, const Vector3d& v_b, const Vector3d& w_b) {
     return with_spin(relative_velocity(c, v_a, w_a, v_b, w_b), turn.spin_radius * c.normal.dot(w_a - w_b));
   };
-  const Vector4d u = cone_velocity(a.v, a.w, b.v, b.w) + with_spin(c.bias * c.normal + c.slide, 0);
-  const Vector4d wr = cone_velocity(da.v, da.w, db.v, db.w);
+  // of a cone that is not round all is told as it is where it is
+  Eigen::Matrix4d e = Eigen::Matrix4d::Identity();
+  e.topLeftCorner<3, 3>() = turn.stretch;
+  SystemContact round = c;
+  round.impulse = turn.stretch.inverse() * c.impulse;
+  const Vector4d u = e * (cone_velocity(a.v, a.w, b.v, b.w) + with_spin(c.bias * c.normal + c.slide, 0));
+  const Vector4d wr = e * cone_velocity(da.v, da.w, db.v, db.w);
   sums.q += (u - wr).squaredNorm();
   sums.wr += wr.squaredNorm();
-  sums.f += spin_defect(c, turn, u, 1).squaredNorm();
+  sums.f += spin_defect(round, turn, u, 1).squaredNorm();
   sums.largest =
       std::max(sums.largest, da.v_size + da.w_size * c.arm_a.norm() + db.v_size + db.w_size * c.arm_b.norm());
   sums.count += 1;
@@ -169,9 +174,9 @@ void add_turning(const SystemContact& c, const SystemTurn& turn, const SystemBod
   w_ii.bottomLeftCorner<1, 3>() = w_ii.topRightCorner<3, 1>().transpose();
   w_ii(3, 3) = turn.spin_radius * c.normal.dot(spun_a + spun_b);
   const double lambda_max =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(w_ii, Eigen::EigenvaluesOnly).eigenvalues()(3);
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(e * w_ii * e, Eigen::EigenvaluesOnly).eigenvalues()(3);
   if (lambda_max <= 0) return;  // two immovable bodies
-  sums.last = spin_defect(c, turn, u, 1 / lambda_max).norm() * lambda_max;
+  sums.last = spin_defect(round, turn, u, 1 / lambda_max).norm() * lambda_max;
   sums.w += sums.last * sums.last;
   if (turn.roll_lever == 0) return;
 

@@ -107,7 +107,8 @@ class Compiler {
   InitialState<real> state_;
   HullIndex hulls_;
   bool other_laws_ = false;  // of impact than Newton's
-  bool turning_ = false;     // some materials resist turning
+  bool turning_ = false;     // some materials resist turning, or have a grain
+  bool grained_ = false;     // some have a grain
   bool holding_ = false;     // some hold by more than they slide with
 };
 
@@ -266,7 +267,10 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
                                     rounded<real>(pair.roll_lever, "rolling friction", origin)});
     buffers().hold_pairs.push_back({rounded<real>(pair.holding, "static friction", origin),
                                     rounded<real>(pair.holding_speed, "holding speed", origin)});
-    turning_ = turning_ || pair.turns();
+    buffers().grain_pairs.push_back(
+        {rounded<real>(pair.across, "friction across", origin), pair.grain_of_b ? 1u : 0u, 0});
+    turning_ = turning_ || pair.turns() || pair.has_grain();
+    grained_ = grained_ || pair.has_grain();
     holding_ = holding_ || pair.holds();
   }
   const auto restitution = [&](std::size_t a, std::size_t b) -> real& {
@@ -359,6 +363,10 @@ void Compiler<real>::set_features() {
           "or rolling friction; use cones");
     if (turning_) features = with(features, Feature::turning_friction);
     if (holding_) features = with(features, Feature::static_friction);
+    if (grained_ && other_laws_)
+      throw Error(Failure::input, worlds_[0].source + ": /materials",
+                  "laws of impact know one mu in all directions, and materials of this scene have friction_across too");
+    if (grained_) features = with(features, Feature::elliptic_friction);
   }
   if (has(features, Feature::contacts) && settings.friction_model == FrictionModel::patches)
     features = with(with(features, Feature::patches), Feature::general_contacts);

@@ -21,6 +21,8 @@ void expect_sense(const Scene& scene, const std::string& place, double friction,
   if (owner.static_friction && *owner.static_friction < friction)
     refuse("static_friction",
            fmt::format("must be >= the friction of what slides, {}, is {}", friction, *owner.static_friction));
+  if (owner.friction_across && !(*owner.friction_across > 0 && friction > 0))
+    refuse("friction_across", "must be > 0, beside a friction > 0 along the grain");
   if (owner.holding_speed && !owner.static_friction)
     refuse("holding_speed", "is up to where static_friction holds; give that too, or leave this out");
   if (owner.torsional_friction.value_or(0) > 0 && friction == 0)
@@ -44,6 +46,11 @@ PairFriction meet(const Material& material_a, const Material& material_b) {
   pair.spin_radius =
       spin_radius(std::max(a.torsional_friction.value_or(0), b.torsional_friction.value_or(0)), pair.sliding);
   pair.roll_lever = std::max(a.rolling_friction.value_or(0), b.rolling_friction.value_or(0));
+  const auto grain = [](const Material& m) { return m.further.friction_across.value_or(m.friction) / m.friction; };
+  const auto has_grain = [](const Material& m) { return m.further.friction_across && m.friction > 0; };
+  pair.grain_of_b = !has_grain(material_a) && has_grain(material_b);
+  pair.across = exact::square_root((has_grain(material_a) ? grain(material_a) : 1) *
+                                   (has_grain(material_b) ? grain(material_b) : 1));
   return pair;
 }
 

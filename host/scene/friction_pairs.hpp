@@ -14,14 +14,19 @@ struct PairFriction {
   double spin_radius = 0;    // m: the moment about the normal is a part of friction there (kernels/types.h, TurnPair)
   double roll_lever = 0;     // m
 
+  double across = 1;        // mu across the grain, in parts of that along it
+  bool grain_of_b = false;  // whose the grain is
+
   bool turns() const { return spin_radius > 0 || roll_lever > 0; }
+  bool has_grain() const { return across != 1; }
   bool holds() const { return holding > sliding; }
 };
 
 /// Of materials a and b at a * count + b; a scene without materials has one. Coefficients of two materials combine to
-/// their geometric mean, levers and speeds to the larger; rules of the scene override what they name, and a rule's
-/// friction the static one too. Where there is no friction nothing resists a spin. Throws Error (input), naming the
-/// place, for a static friction below the other, and for a torsional friction of what has none.
+/// their geometric mean, levers and speeds to the larger; of two grains that of a counts. Rules of the scene override
+/// what they name, and a rule's friction the static one too. Where there is no friction nothing resists a spin. Throws
+/// Error (input), naming the place, for a static friction below the other, and for a torsional friction of what has
+/// none.
 std::vector<PairFriction> friction_pairs_of(const Scene& scene);
 
 }  // namespace lockstep

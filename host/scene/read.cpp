@@ -116,6 +116,7 @@ FurtherFriction read_further_friction(const JsonNode& node) {
   if (node.has("holding_speed")) owner.holding_speed = node.at("holding_speed").not_negative();
   if (node.has("torsional_friction")) owner.torsional_friction = node.at("torsional_friction").not_negative();
   if (node.has("rolling_friction")) owner.rolling_friction = node.at("rolling_friction").not_negative();
+  if (node.has("friction_across")) owner.friction_across = node.at("friction_across").not_negative();
   return owner;
 }
 
@@ -123,7 +124,7 @@ std::vector<Material> read_materials(const JsonNode& array) {
   std::vector<Material> materials;
   for (const JsonNode& node : array.elements()) {
     node.expect_object({"name", "friction", "restitution", "impact_law", "tangential_restitution", "static_friction",
-                        "holding_speed", "torsional_friction", "rolling_friction"});
+                        "holding_speed", "torsional_friction", "rolling_friction", "friction_across"});
     Material material;
     material.name = node.at("name").text();
     for (const Material& other : materials) {

@@ -73,6 +73,7 @@ struct FurtherFriction {
   std::optional<double> torsional_friction =
       {};                                       // m: a spin about the normal is resisted by this times the normal force
   std::optional<double> rolling_friction = {};  // m: the same of rolling
+  std::optional<double> friction_across = {};   // mu across the grain, the x axis of shapes; mu is that along it
 };
 
 struct Material {

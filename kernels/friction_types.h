@@ -1,0 +1,57 @@
+// The records of friction beyond one mu: a part of types.h, which includes it in its place. Of two materials, beside
+// MaterialPair; of rows of contacts, beside PointBlock as the step finds them and beside ContactBlock as a sub-step
+// does.
+#ifndef LOCKSTEP_FRICTION_TYPES_H
+#define LOCKSTEP_FRICTION_TYPES_H
+
+// ---- what resists turning (feature turning_friction; cpu_reference/visit_turn.hpp) ------------------------------
+
+RECORD(TurnPair) {
+  real spin_radius;  // m: |(r_t, moment about the normal / spin_radius)| <= mu r_n; 0: it spins freely
+  real roll_lever;   // m: |moment in the tangent plane| <= roll_lever r_n; 0: it rolls freely
+};
+
+RECORD(TurnPointBlock) {
+  real spin_radius[PACK], roll_lever[PACK];
+  real moment_x[PACK], moment_y[PACK], moment_z[PACK];  // to start the step from, world frame, N m s
+};
+
+// Of the spin, whose velocity is spin_radius w_n, the part of the Delassus block, 1/kg; of rolling about the tangents
+// the inverse of theirs, kg m^2.
+RECORD(TurnBlock) {
+  real spin_radius[PACK], roll_lever[PACK];
+  real w_ss[PACK], w_ns[PACK], w_1s[PACK], w_2s[PACK];        // w_ss is w_nn where nothing resists the spin
+  real inverse_11[PACK], inverse_12[PACK], inverse_22[PACK];  // 0 where nothing resists rolling
+};
+
+// N s at the spin radius, N m s.
+RECORD(TurnImpulse) { real spin[PACK], roll_1[PACK], roll_2[PACK]; };
+
+// ---- what holds by more than it slides with (feature static_friction) ---------------------------------------------
+
+RECORD(HoldPair) {
+  real friction;  // mu of what slides slower than `speed`
+  real speed;     // m/s
+};
+
+RECORD(HoldBlock) { real friction[PACK], speed[PACK]; };
+
+// ---- what rubs more along a grain than across it, or less (feature elliptic_friction) -----------------------------
+
+// mu is that along the grain, the x axis of a shape.
+RECORD(GrainPair) {
+  real across;    // in parts of mu; 1: no grain
+  u32 side, pad;  // 0: the grain is that of shape a, 1: of shape b
+};
+
+RECORD(GrainBlock) {
+  real x[PACK], y[PACK], z[PACK];  // along the grain, unit, in the frame of the body whose it is
+  real across[PACK];
+  u32 side[PACK];
+};
+
+// S, symmetric, in the tangent plane: mu along the grain and mu across it are the axes of the ellipse |S^-1 r_t| <= mu
+// r_n.
+RECORD(EllipseBlock) { real s_11[PACK], s_12[PACK], s_22[PACK]; };
+
+#endif
