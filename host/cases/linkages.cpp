@@ -55,9 +55,6 @@ std::vector<CaseError> hanging_chain(Trial& trial) {
 
 std::vector<HardCase> linkage_cases() {
   using std::bind_front;
-  const auto trapezoidal = [](std::initializer_list<double> dts) {
-    return by_step(Solver::gauss_seidel, Integrator::trapezoidal, dts);
-  };
   const double frame = 1.0 / 60;
   return {
       {"hanging_chain",
