@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "bench/median.hpp"
 #include "cpu_reference/oracle/articulated/assembly.hpp"
 #include "cpu_reference/oracle/dense.hpp"
 
@@ -43,8 +44,7 @@ double median_us(Work&& work) {
     work();
     times.push_back(std::chrono::duration<double, std::micro>(std::chrono::steady_clock::now() - start).count());
   }
-  std::ranges::nth_element(times, times.begin() + 10);
-  return times[10];
+  return lockstep::bench::median(times);
 }
 
 VectorXd dense(const Kinematics& at, const LinkVectors& wrench) {

@@ -8,6 +8,7 @@
 #include <chrono>
 #include <functional>
 
+#include "bench/median.hpp"
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "cpu_reference/oracle/dense.hpp"
 #include "cpu_reference/oracle/joints/joint_solver.hpp"
@@ -24,11 +25,6 @@ using Clock = std::chrono::steady_clock;
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-double median(std::vector<double> values) {
-  std::ranges::nth_element(values, values.begin() + static_cast<long>(values.size() / 2));
-  return values[values.size() / 2];
 }
 
 std::string link(int k, double x, double y, double z, bool collides) {
@@ -120,20 +116,16 @@ void print_joints(const std::string& kind, int count, const oracle::GlobalConePr
     left = (c - r * x).norm() / c.norm();
     if (spent > 5000) break;
   }
-  fmt::print("{},{},{},{},{:.4f},{:.4f},{:.1e}\n", kind, count, problem.g.cols(), method, median(factor_ms),
-             median(solve_ms), left);
+  fmt::print("{},{},{},{},{:.4f},{:.4f},{:.1e}\n", kind, count, problem.g.cols(), method, bench::median(factor_ms),
+             bench::median(solve_ms), left);
   std::fflush(stdout);
 }
 
 // What takes joints out for the solvers of cones: the eigenvalues of R, dense.
 class Dense final : public oracle::JointSolver {
  public:
-  explicit Dense(const oracle::GlobalConeProblem& problem) {
-    const auto eigen = oracle::symmetric_eigen<Eigen::Dynamic>(Eigen::MatrixXd(oracle::joint_mobility(problem)));
-    Eigen::VectorXd inverse = eigen.values;
-    for (double& value : inverse) value = value > 1e-12 * eigen.values.maxCoeff() ? 1 / value : 0;
-    inverse_ = oracle::product(eigen.vectors * inverse.asDiagonal(), eigen.vectors.transpose());
-  }
+  explicit Dense(const oracle::GlobalConeProblem& problem)
+      : inverse_(oracle::pseudo_inverse(Eigen::MatrixXd(oracle::joint_mobility(problem)), 1e-12)) {}
   Eigen::VectorXd solve(const Eigen::VectorXd& c) const override { return inverse_ * c; }
 
  private:
@@ -166,7 +158,7 @@ void print_solve(const std::string& problem, const oracle::MixedProblem& p, std:
     ms.push_back(ms_since(start));
   }
   fmt::print("{},{},{},{},{},{:g},{},{},{:.3f},{:.2e}\n", problem, p.cones.mu.size(), p.cones.g.cols(), p.laws.size(),
-             solver, tolerance, oracle::stop_name(report.stop), report.iterations, median(ms), report.residual);
+             solver, tolerance, oracle::stop_name(report.stop), report.iterations, bench::median(ms), report.residual);
   std::fflush(stdout);
 }
 

@@ -14,6 +14,7 @@
 #include <optional>
 
 #include "bench/bullet_world.hpp"
+#include "bench/median.hpp"
 #include "bench/overlap.hpp"
 #include "host/backends/device_backend.hpp"
 #include "host/cases/apart.hpp"
@@ -24,6 +25,7 @@
 namespace {
 
 using namespace lockstep;
+using bench::median;
 using Clock = std::chrono::steady_clock;
 
 struct Result {
@@ -122,11 +124,6 @@ std::string shares(const Scene& scene, u32 threads) {
   std::string text;
   for (const double part : seconds) text += fmt::format(",{:.0f}", 100 * part / sum);
   return text;
-}
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
 }
 
 /// One row: the medians over the repetitions of the mean step, of the mean of the last 100, of the slowest

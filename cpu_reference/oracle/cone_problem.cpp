@@ -144,11 +144,7 @@ JointElimination::JointElimination(const ConeProblem& problem) : reduced_(proble
   v_ = problem.joints->v;
   s_ = problem.joints->s;
   // joints are few, and redundant ones common: a dense factorisation that tells its rank
-  const SymmetricEigen eigen = symmetric_eigen<Eigen::Dynamic>(problem.joints->r);
-  VectorXd inverse = eigen.values;
-  const double zero = 1e-12 * (inverse.size() > 0 ? inverse.cwiseAbs().maxCoeff() : 0);
-  for (double& value : inverse) value = value > zero ? 1 / value : 0;
-  inverse_ = product(eigen.vectors * inverse.asDiagonal(), eigen.vectors.transpose());
+  inverse_ = pseudo_inverse(problem.joints->r, 1e-12);
   const MatrixXd answer = product(inverse_, v_.transpose());
   const double left = (problem.joints->r * (inverse_ * s_) - s_).norm();
   if (left > 1e-6 * s_.norm()) throw std::runtime_error("the joints contradict each other");

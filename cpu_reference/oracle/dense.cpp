@@ -58,6 +58,14 @@ template SymmetricEigen<2> symmetric_eigen(const Eigen::Matrix2d& a);
 template SymmetricEigen<3> symmetric_eigen(const Eigen::Matrix3d& a);
 template SymmetricEigen<Eigen::Dynamic> symmetric_eigen(const MatrixXd& a);
 
+MatrixXd pseudo_inverse(const MatrixXd& a, double zero) {
+  if (a.size() == 0) return a;
+  const SymmetricEigen<Eigen::Dynamic> eigen = symmetric_eigen<Eigen::Dynamic>(a);
+  const double least = zero * eigen.values.lpNorm<Eigen::Infinity>();
+  const VectorXd inverse = (eigen.values.array() > least).select(eigen.values.cwiseInverse(), 0);
+  return product(eigen.vectors * inverse.asDiagonal(), eigen.vectors.transpose());
+}
+
 double largest_eigenvalue(const Matrix3d& a) {
   return Eigen::SelfAdjointEigenSolver<Matrix3d>(a, Eigen::EigenvaluesOnly).eigenvalues()(2);
 }

@@ -50,6 +50,10 @@ struct SymmetricEigen {
 template <int Size>
 SymmetricEigen<Size> symmetric_eigen(const Eigen::Matrix<double, Size, Size>& a);  // Size: 2, 3 or Eigen::Dynamic
 
+/// The pseudo-inverse of a symmetric matrix; eigenvalues up to `zero` times the largest in size count as 0, and so do
+/// those below 0. The lower triangle counts.
+Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a, double zero);
+
 /// The largest eigenvalue of a symmetric matrix; the lower triangle counts.
 double largest_eigenvalue(const Eigen::Matrix3d& a);
 

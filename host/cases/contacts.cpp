@@ -253,15 +253,6 @@ std::vector<CaseError> squeezed(Trial& trial) {
 
 std::vector<HardCase> contact_cases() {
   using std::bind_front;
-  const auto trapezoidal = [](std::initializer_list<double> dts) {
-    return by_step(Solver::gauss_seidel, Integrator::trapezoidal, dts);
-  };
-  const auto semi_implicit = [](std::initializer_list<double> dts) {
-    return by_step(Solver::gauss_seidel, Integrator::semi_implicit_euler, dts);
-  };
-  const auto soft = [](std::initializer_list<double> dts) {
-    return by_step(Solver::small_steps, Integrator::semi_implicit_euler, dts);
-  };
   return {
       {"zeno_ball",
        "A ball bounces with e = 0.5: at rest after 1.354571 s, on a path of 5/3 m",

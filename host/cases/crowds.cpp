@@ -114,15 +114,12 @@ std::vector<CaseError> six66(Trial& trial) {
 }  // namespace
 
 std::vector<HardCase> crowd_cases() {
-  const auto hard = [](Integrator integrator, std::initializer_list<double> dts) {
-    return by_step(Solver::gauss_seidel, integrator, dts);
-  };
   return {
       // a ball has one contact at a time, which one visit solves: more sweeps, jacobi and oracles change nothing
       {"bouncing",
        "49 elastic balls bounce for 20 s: their energy is constant",
-       {hard(Integrator::trapezoidal, {8e-3, 4e-3, 2e-3, 1e-3}),
-        hard(Integrator::semi_implicit_euler, {8e-3, 4e-3, 2e-3, 1e-3}), small_steps(1e-3, {2, 5, 10, 20})},
+       {trapezoidal({8e-3, 4e-3, 2e-3, 1e-3}), semi_implicit({8e-3, 4e-3, 2e-3, 1e-3}),
+        small_steps(1e-3, {2, 5, 10, 20})},
        bouncing},
       // no oracle: ten thousand systems of some hundred contacts take it minutes
       {"six66",
@@ -132,7 +129,7 @@ std::vector<HardCase> crowd_cases() {
       // exact solutions of each step come out alike, so the ladder is one of time steps
       {"elastic666",
        "A lattice of 216 elastic balls falls and bursts: its energy is constant",
-       {hard(Integrator::trapezoidal, {4e-3, 2e-3, 1e-3, 5e-4}), small_steps(1e-3, {2, 5, 10})},
+       {trapezoidal({4e-3, 2e-3, 1e-3, 5e-4}), small_steps(1e-3, {2, 5, 10})},
        elastic666},
   };
 }

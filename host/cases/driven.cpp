@@ -153,9 +153,6 @@ std::vector<CaseError> screw_nut(Trial& trial) {
 }  // namespace
 
 std::vector<HardCase> driven_cases() {
-  const auto trapezoidal = [](std::initializer_list<double> dts) {
-    return by_step(Solver::gauss_seidel, Integrator::trapezoidal, dts);
-  };
   return {
       {"squeezer",
        "Andrews' mechanism of seven bodies: where a torque has turned it after 0.03 s",

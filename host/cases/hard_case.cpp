@@ -20,6 +20,16 @@ Method swept(Solver solver, double dt, std::initializer_list<u32> counts, u32 Se
   return method;
 }
 
+// By the time step, with an integrator; sweeps and sub-steps as they are meant to be.
+Method by_step(Solver solver, Integrator integrator, std::initializer_list<double> dts) {
+  const auto choose = [=](Settings& settings) {
+    choice_of(solver)(settings);
+    settings.integrator = integrator;
+  };
+  const char* moved = integrator == Integrator::trapezoidal ? "trapezoidal" : "semi-implicit";
+  return {std::string(name_of(solver)) + ", " + moved, choose, {}, steps_of(dts)};
+}
+
 }  // namespace
 
 u32 first_dynamic(const Scene& scene) {
@@ -34,13 +44,14 @@ std::vector<Setting> steps_of(std::initializer_list<double> dts) {
   return ladder;
 }
 
-Method by_step(Solver solver, Integrator integrator, std::initializer_list<double> dts) {
-  const auto choose = [=](Settings& settings) {
-    choice_of(solver)(settings);
-    settings.integrator = integrator;
-  };
-  const char* moved = integrator == Integrator::trapezoidal ? "trapezoidal" : "semi-implicit";
-  return {std::string(name_of(solver)) + ", " + moved, choose, {}, steps_of(dts)};
+Method trapezoidal(std::initializer_list<double> dts) {
+  return by_step(Solver::gauss_seidel, Integrator::trapezoidal, dts);
+}
+Method semi_implicit(std::initializer_list<double> dts) {
+  return by_step(Solver::gauss_seidel, Integrator::semi_implicit_euler, dts);
+}
+Method soft(std::initializer_list<double> dts) {
+  return by_step(Solver::small_steps, Integrator::semi_implicit_euler, dts);
 }
 
 Method gauss_seidel(double dt, std::initializer_list<u32> iterations) {

@@ -54,8 +54,10 @@ std::vector<Setting> steps_of(std::initializer_list<double> dts);
 Method gauss_seidel(double dt, std::initializer_list<u32> iterations);
 Method small_steps(double dt, std::initializer_list<u32> substeps);
 Method jacobi(double dt, std::initializer_list<u32> iterations);
-/// One of them by the time step, with an integrator that it goes with; sweeps and sub-steps as they are meant to be.
-Method by_step(Solver solver, Integrator integrator, std::initializer_list<double> dts);
+/// By the time step, s; sweeps and sub-steps as they are meant to be.
+Method trapezoidal(std::initializer_list<double> dts);    // gauss_seidel
+Method semi_implicit(std::initializer_list<double> dts);  // gauss_seidel, Euler
+Method soft(std::initializer_list<double> dts);           // small_steps
 /// The method with friction by patches instead of a cone at each point.
 Method with_patches(Method method);
 /// The contact problem of each step solved to 1e-10 (host/problems/system_solvers.hpp), so that what is left is the

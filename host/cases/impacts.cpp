@@ -88,12 +88,6 @@ std::vector<CaseError> superball(Trial& trial) {
 }  // namespace
 
 std::vector<HardCase> impact_cases() {
-  const auto trapezoidal = [](std::initializer_list<double> dts) {
-    return by_step(Solver::gauss_seidel, Integrator::trapezoidal, dts);
-  };
-  const auto soft = [](std::initializer_list<double> dts) {
-    return by_step(Solver::small_steps, Integrator::semi_implicit_euler, dts);
-  };
   return {
       {"eccentric_impacts",
        "Bodies hit the ground beside their centres: Routh's cases, and one that gains 0.095862 J by Newton's law alone",

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "host/error.hpp"
 #include "host/problems/system_problem.hpp"
@@ -14,6 +15,7 @@ using Row = WholeSystemProblem::Row;
 
 constexpr double closed = 1e-11;  // m, rad
 constexpr u32 most_predictions = 40, most_in_vain = 3;
+constexpr double gain = 0.9;       // of a gap: one that shrinks by less is in vain
 constexpr u32 most_sweeps = 5000;  // for one prediction: the next one takes them up
 
 // Where each joint of the system is in the blocks: in their order.
@@ -53,11 +55,17 @@ class Correction {
         dt_(params.dt),
         theta_(params.theta),
         whole_(whole_problem_of(system)) {
-    asked_ = whole_.problem.cones.b;
-    laws_ = whole_.problem.laws;
+    first_ = asked();
   }
 
   WholeSystemProblem& whole() { return whole_; }
+
+  /// The velocities that joints and bounded rows are to have.
+  struct Asked {
+    Eigen::VectorXd b;
+    std::vector<oracle::BoundedLaw> laws;
+  };
+  Asked asked() const { return {whole_.problem.cones.b, whole_.problem.laws}; }
 
   /// The largest gap, m or rad, of joints and beyond limits.
   double gap(const std::vector<JointBlock<double>>& blocks) const {
@@ -95,10 +103,10 @@ class Correction {
   }
 
   /// Writes what was asked for to where the report looks for it.
-  void write(std::vector<JointBlock<double>>& blocks) const {
+  void write(const Asked& asked, std::vector<JointBlock<double>>& blocks) const {
     for (std::size_t k = 0; k < whole_.locked.size(); ++k) {
       const Row& row = whole_.locked[k];
-      const double change = (whole_.problem.cones.b[Eigen::Index(k)] - asked_[Eigen::Index(k)]) / row.size;
+      const double change = (asked.b[Eigen::Index(k)] - first_.b[Eigen::Index(k)]) / row.size;
       JointBlock<double>& block = blocks[slots_[row.joint] / PACK];
       const u32 lane = slots_[row.joint] % PACK;
       if (row.row == JOINT_ROWS) {
@@ -112,8 +120,8 @@ class Correction {
       const Row& row = whole_.bounded[k];
       JointBlock<double>& block = blocks[slots_[row.joint] / PACK];
       const u32 lane = slots_[row.joint] % PACK;
-      block.slowest[lane] += (whole_.problem.laws[k].slowest - laws_[k].slowest) / row.size;
-      block.fastest[lane] += (whole_.problem.laws[k].fastest - laws_[k].fastest) / row.size;
+      block.slowest[lane] += (asked.laws[k].slowest - first_.laws[k].slowest) / row.size;
+      block.fastest[lane] += (asked.laws[k].fastest - first_.laws[k].fastest) / row.size;
     }
   }
 
@@ -129,8 +137,7 @@ class Correction {
   const std::vector<u32> slots_;
   const double dt_, theta_;
   WholeSystemProblem whole_;
-  Eigen::VectorXd asked_;                 // b, before any prediction
-  std::vector<oracle::BoundedLaw> laws_;  // likewise
+  Asked first_;  // before any prediction
 };
 
 }  // namespace
@@ -172,14 +179,23 @@ oracle::SolveReport ImpulseBackend::solve_system(ContactSystem& system, const St
   const oracle::SolveLimits limits = limits_of(params);
   oracle::SolveLimits few = limits;
   few.iterations = std::min(few.iterations, most_sweeps);
+  const auto apply = [&](const oracle::MixedImpulses& impulses) {
+    set_impulses(system, impulses_of(system, impulses));
+    write_back(system);
+  };
+  struct {
+    double gap;
+    oracle::MixedImpulses impulses;
+    Correction::Asked asked;
+  } best = {std::numeric_limits<double>::infinity(), sweeps.impulses(), correction.asked()};
   oracle::SolveReport report;
-  double least = 0;
   u32 in_vain = 0;
   for (u32 predictions = 0;; ++predictions) {
-    set_impulses(system, impulses_of(system, sweeps.impulses()));
-    write_back(system);
+    apply(sweeps.impulses());
     const auto end = system.joints.empty() ? std::vector<JointBlock<double>>() : predict(params);
     const double gap = correction.gap(end);
+    in_vain = gap < gain * best.gap ? 0 : in_vain + 1;
+    if (predictions > 0 && gap < best.gap) best = {gap, sweeps.impulses(), correction.asked()};
     if (predictions > 0 && gap <= closed) {
       // of joints alone nothing else is asked: rows of loops that agree at the end only contradict each other before
       if (system.contacts.empty() && whole.problem.laws.empty()) {
@@ -188,11 +204,10 @@ oracle::SolveReport ImpulseBackend::solve_system(ContactSystem& system, const St
       }
       break;
     }
-    in_vain = predictions == 0 || gap < 0.5 * least ? 0 : in_vain + 1;
-    least = predictions == 0 ? gap : std::min(least, gap);
     if (predictions == most_predictions || in_vain == most_in_vain) {
+      apply(best.impulses);
       report.stop = oracle::Stop::stall;
-      report.residual = std::max(report.residual, gap / params.dt);
+      report.residual = std::max(report.residual, best.gap / params.dt);
       break;
     }
     correction.ask(end, sweeps);
@@ -202,7 +217,7 @@ oracle::SolveReport ImpulseBackend::solve_system(ContactSystem& system, const St
     report.residual = part.residual;
     report.seconds += part.seconds;
   }
-  correction.write(buffers().joint_blocks);
+  correction.write(best.asked, buffers().joint_blocks);
   return report;
 }
 

@@ -4,6 +4,7 @@
 
 #include "cpu_reference/oracle/articulated/reduced_cones.hpp"
 #include "cpu_reference/oracle/error.hpp"
+#include "host/in_double.hpp"
 
 namespace lockstep {
 
@@ -88,10 +89,8 @@ void ReducedBackend::finish() {
   Buffers<double>& b = buffers();
   if (tree_.size() == 0) return;
   std::vector<Pose> poses(b.body_infos.size() + 1);
-  for (std::size_t i = 0; i < b.body_infos.size(); ++i) {
-    const Vec4<double>&x = b.positions[i], &q = b.orientations[i];
-    poses[i] = {{x.x, x.y, x.z}, Quaterniond(q.w, q.x, q.y, q.z)};
-  }
+  for (std::size_t i = 0; i < b.body_infos.size(); ++i)
+    poses[i] = {vector3(b.positions[i]), rotation(b.orientations[i])};
   const Step::End end = step_->finish(poses);
   open_ = end.open;
   for (std::size_t i = 0; i < b.body_infos.size(); ++i) {
@@ -114,15 +113,8 @@ std::optional<Residual> ReducedBackend::residual() const {
   const ReducedProblem& p = answer_->problem;
   Residual residual;
   if (p.first_drive() == 0) return residual;
-  // what drives push with is given
-  ReducedProblem given = p;
-  const Index drives = p.drives();
-  given.q += p.w.rightCols(drives) * answer_->impulses.tail(drives);
-  const oracle::ConeProblem cones = cone_problem(given);
-  VectorXd r = VectorXd::Zero(3 * Index(cones.contacts()));
-  for (Index i = 0; i < p.first_drive(); ++i)
-    r[i < p.first_bound() ? i : p.first_bound() + 3 * (i - p.first_bound())] = answer_->impulses[i];
-  const oracle::ConeError error = oracle::cone_error(cones, r);
+  const oracle::ConeError error =
+      oracle::cone_error(cone_problem(p, answer_->impulses), cone_impulses(p, answer_->impulses));
   residual.relative = error.residual;
   residual.defect_max = error.defect_max;
   residual.defect_rms = error.defect_rms;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "host/error.hpp"
+#include "host/in_double.hpp"
 
 namespace lockstep {
 
@@ -26,22 +27,17 @@ JointType type_of(u32 kind) {
   }
 }
 
-Vector3d vector_of(const double* p) { return {p[0], p[1], p[2]}; }
-Quaterniond turn_of(const double* p) { return Quaterniond(p[3], p[0], p[1], p[2]).normalized(); }
-
-Vector6 twist_of(const double* v, const double* w) { return spatial(vector_of(v), vector_of(w)); }
-
 Vector6 load_on(const Buffers<double>& b, u32 i) {
   Vector6 load = Vector6::Zero();
-  if (!b.loads.empty()) load += spatial(vector_of(b.loads[i].force), vector_of(b.loads[i].torque));
+  if (!b.loads.empty()) load += spatial(vector3(b.loads[i].force), vector3(b.loads[i].torque));
   if (!b.particle_loads.empty())
-    load += spatial(vector_of(b.particle_loads[i].force), vector_of(b.particle_loads[i].torque));
+    load += spatial(vector3(b.particle_loads[i].force), vector3(b.particle_loads[i].torque));
   return load;
 }
 
 double coordinate_of(const Step& step, std::size_t joint) {
   const auto& j = step.tree().system().joints[joint];
-  return acting_coordinate(j, stand(j, pose_of(step.from(), j.body_a), pose_of(step.from(), j.body_b)));
+  return acting_coordinate(j, stand(j, step.from()));
 }
 
 }  // namespace
@@ -50,7 +46,7 @@ System articulated_system(const Buffers<double>& b) {
   System system;
   for (std::size_t i = 0; i < b.body_infos.size(); ++i) {
     const bool dynamic = b.body_infos[i].kind == BODY_DYNAMIC;
-    system.bodies.push_back({dynamic ? b.masses[i].mass : 0, vector_of(b.masses[i].inertia), false});
+    system.bodies.push_back({dynamic ? b.masses[i].mass : 0, vector3(b.masses[i].inertia), false});
   }
   system.bodies.push_back({});
   for (std::size_t j = 0; j < b.joints.size(); ++j) {
@@ -69,10 +65,10 @@ System articulated_system(const Buffers<double>& b) {
     joint.body_a = info.body_a;
     joint.body_b = info.body_b;
     joint.type = type_of(info.kind);
-    joint.anchor_a = vector_of(from.anchor_a);
-    joint.anchor_b = vector_of(from.anchor_b);
-    joint.frame_a = turn_of(from.frame_a);
-    joint.frame_b = turn_of(from.frame_b);
+    joint.anchor_a = vector3(from.anchor_a);
+    joint.anchor_b = vector3(from.anchor_b);
+    joint.frame_a = rotation(from.frame_a);
+    joint.frame_b = rotation(from.frame_b);
     joint.rise = b.screw_rises.empty() ? 0 : b.screw_rises[j];
     system.joints.push_back(joint);
   }
@@ -106,17 +102,15 @@ StepStart step_start(const Buffers<double>& b, const StepParams<double>& params,
   start.theta = params.theta;
   start.gyroscopic = params.gyroscopic != 0;
   for (u32 i = 0; i + 1 < bodies; ++i) {
-    const Vec4<double>&x = b.positions[i], &q = b.orientations[i];
     const Motion<double>& motion = b.motions[i];
-    start.poses[i] = {{x.x, x.y, x.z}, Quaterniond(q.w, q.x, q.y, q.z).normalized()};
+    start.poses[i] = {vector3(b.positions[i]), rotation(b.orientations[i])};
     if (tree.link_of(i) != no_link) {
-      const Vec4<double>& gravity = b.gravities[b.body_infos[i].world];
-      start.twists[i] = twist_of(b.previous_velocities[i].v, b.previous_velocities[i].w);
+      start.twists[i] = spatial(vector3(b.previous_velocities[i].v), vector3(b.previous_velocities[i].w));
       start.wrenches[i] = load_on(b, i);
-      start.wrenches[i].head<3>() += b.masses[i].mass * Vector3d(gravity.x, gravity.y, gravity.z);
+      start.wrenches[i].head<3>() += b.masses[i].mass * vector3(b.gravities[b.body_infos[i].world]);
       continue;
     }
-    start.twists[i] = twist_of(motion.v, motion.w);
+    start.twists[i] = spatial(vector3(motion.v), vector3(motion.w));
     LoneBody& lone = start.lone[i];
     lone.inverse_mass = motion.inverse_mass;
     lone.inverse_inertia << motion.inertia_xx, motion.inertia_xy, motion.inertia_xz, motion.inertia_xy,
@@ -155,7 +149,7 @@ std::vector<JointPush> joint_pushes(const Step& step, const Laws& laws, const De
     const Link& link = tree.link(i);
     if (link.joint == no_link) continue;
     const auto& joint = joints[link.joint];
-    const JointStand s = stand(joint, pose_of(step.at(), joint.body_a), pose_of(step.at(), joint.body_b));
+    const JointStand s = stand(joint, step.at());
     const Vector6 on_b =
         (link.child_is_b ? 1.0 : -1.0) * wrench_from(carried[i], step.at().poses[link.body].x - s.point);
     const unsigned mask = locked_rows(joint, s).mask;
@@ -167,7 +161,7 @@ std::vector<JointPush> joint_pushes(const Step& step, const Laws& laws, const De
   Index next = 0;
   for (const Closure& closure : laws.closures) {
     const auto& joint = joints[closure.joint];
-    const JointStand s = stand(joint, pose_of(step.at(), joint.body_a), pose_of(step.at(), joint.body_b));
+    const JointStand s = stand(joint, step.at());
     const unsigned mask = closure.locked ? locked_rows(joint, s).mask : 0;
     for (int k = 0; k < 6; ++k) {
       if ((mask >> k & 1) != 0) pushes[closure.joint].locked[k] = step.bilateral_impulses()[next++];

@@ -130,12 +130,6 @@ class Assembly {
   std::vector<double> v_;
 };
 
-Matrix3d cross_matrix(const Vector3d& a) {
-  Matrix3d m;
-  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return m;
-}
-
 // Rows of directions, at the ends of arms: w x arm = -[arm] w.
 Side side_at(u32 body, const Eigen::MatrixX3d& directions, const Vector3d& arm, double sign) {
   return {body, sign * directions, -sign * directions * cross_matrix(arm)};

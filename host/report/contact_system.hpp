@@ -101,6 +101,13 @@ struct ContactSystem {
   std::vector<SystemJoint> joints;
 };
 
+/// [a] with [a] b = a x b.
+inline Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& a) {
+  Eigen::Matrix3d m;
+  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
+  return m;
+}
+
 /// The tangents that the solver recomputes from a unit normal (kernels/frame.h), as columns.
 Eigen::Matrix<double, 3, 2> solver_tangents(const Eigen::Vector3d& normal);
 

@@ -137,12 +137,6 @@ std::optional<double> Recorder::energy_error() const {
   return deviation.relative();
 }
 
-double Report::body_steps_per_second() const {
-  const bool alone = steps < 2;
-  const double ms = alone ? ms_total : ms_total - ms_first_step;
-  return ms > 0 ? 1e3 * bodies * (alone ? steps : steps - 1) / ms : 0;
-}
-
 std::uint64_t combined_state_hash(std::span<const WorldHash> worlds) {
   std::uint64_t hash = 0;
   for (const WorldHash& world : worlds) hash = mix(hash) ^ state_hash(world);

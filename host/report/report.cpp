@@ -82,6 +82,12 @@ std::string contact_rows(const Report& report) {
 
 }  // namespace
 
+double Report::body_steps_per_second() const {
+  const bool alone = steps < 2;
+  const double ms = alone ? ms_total : ms_total - ms_first_step;
+  return ms > 0 ? 1e3 * bodies * (alone ? steps : steps - 1) / ms : 0;
+}
+
 std::string to_json(const Report& report) {
   Json json = {{"scene", report.scene},
                {"device", report.device},

@@ -13,12 +13,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Matrix3d cross_matrix(const Vector3d& a) {
-  Matrix3d m;
-  m << 0, -a.z(), a.y(), a.z(), 0, -a.x(), -a.y(), a.x(), 0;
-  return m;
-}
-
 // What an impulse at `arm` does to the velocity of the point at `arm`, per unit of impulse.
 Matrix3d point_mobility(const SystemBody& body, const Vector3d& arm) {
   const Matrix3d r = cross_matrix(arm);

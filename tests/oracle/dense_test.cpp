@@ -76,5 +76,15 @@ TEST(Dense, EigenvaluesRise) {
   EXPECT_LE((any.values - eigen.values).norm(), 1e-14);
 }
 
+// The inverse on what a matrix does not lose, and nothing of what it does: A X A = A, X A X = X.
+TEST(Dense, PseudoInversesLeaveOutWhatIsLost) {
+  const MatrixXd root = MatrixXd::Random(6, 4), a = root * root.transpose(), x = pseudo_inverse(a, 1e-12);
+  EXPECT_LE((a * x * a - a).norm(), 1e-12 * a.norm());
+  EXPECT_LE((x * a * x - x).norm(), 1e-12 * x.norm());
+  EXPECT_LE((x - x.transpose()).norm(), 1e-13 * x.norm());
+  EXPECT_EQ(pseudo_inverse(MatrixXd::Zero(3, 3), 1e-12).norm(), 0);
+  EXPECT_EQ(pseudo_inverse(MatrixXd(), 1e-12).size(), 0);
+}
+
 }  // namespace
 }  // namespace lockstep::oracle

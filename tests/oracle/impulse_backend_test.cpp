@@ -121,6 +121,97 @@ TEST(ImpulseBackend, KeepsEnergy) {
   EXPECT_LE(worst[2], 0.75 * worst[0]);
 }
 
+// Links hang in line under a weight that holds them taut, each bent by a little against the next: while
+// T < 4 I / (h^2 l) they swing so to and fro, beyond it that grows from step to step (impulse_backend.hpp).
+TEST(ImpulseBackend, HoldsTensionUpToTheLimitOfItsStep) {
+  const double dt = 2e-3, length = 0.1, inertia = 1e-4, bend = 1e-6, limit = 4 * inertia / (dt * dt * length);
+  const u32 links = 10;
+  const auto largest_bend = [&](double tension) {
+    Scene scene;
+    scene.settings.integrator = Integrator::semi_implicit_euler;
+    const auto add = [&](double z, double half_length, double mass, double turn) {
+      BodyDescription& body = scene.bodies.emplace_back();
+      body.mass = mass;
+      body.inertia = {inertia, inertia, inertia};
+      body.position = {0, 0, z};
+      body.orientation = {0, std::sin(turn / 2), 0, std::cos(turn / 2)};
+      JointDescription& joint = scene.joints.emplace_back();
+      joint.kind = JOINT_BALL;
+      joint.body_a = scene.bodies.size() == 1 ? NONE : u32(scene.bodies.size() - 2);
+      joint.body_b = u32(scene.bodies.size() - 1);
+      joint.anchor_a = joint.anchor_b = {-half_length * std::sin(turn), 0, z + half_length * std::cos(turn)};
+    };
+    // 1 g a link and a weight of a tonne: the tension is that of the weight all along, and the weight hardly moves
+    for (u32 i = 0; i < links; ++i) add(-length * (i + 0.5), length / 2, 1e-3, i % 2 == 0 ? bend : -bend);
+    add(-length * links, 0, 1e3, 0);
+    scene.gravity = {0, 0, -tension / 1e3};
+    Stepped run(scene, impulse_based, dt);
+    double largest = 0;
+    for (int i = 0; i < 300; ++i) {
+      run.step();
+      for (u32 k = 0; k < links; ++k) largest = std::max(largest, 2 * std::abs(run.buffers().orientations[k].y));
+      if (largest > 1e3 * bend) break;
+    }
+    return largest;
+  };
+  EXPECT_LT(largest_bend(0.9 * limit), 10 * bend);
+  EXPECT_GT(largest_bend(1.1 * limit), 1e3 * bend);
+}
+
+// A body on a slider without weight: driven by a motor of little force, m v = F t up to its speed; on a spring,
+// x = v / w sin(w t) to first order; and at a stop, which it does not pass.
+TEST(ImpulseBackend, KnowsMotorsSpringsAndLimits) {
+  Scene scene;
+  scene.settings.integrator = Integrator::semi_implicit_euler;
+  scene.gravity = {0, 0, 0};
+  BodyDescription& body = scene.bodies.emplace_back();
+  body.mass = 2;
+  body.inertia = {1, 1, 1};
+  JointDescription& joint = scene.joints.emplace_back();
+  joint.kind = JOINT_SLIDER;
+  joint.body_b = 0;
+  joint.axis = {1, 0, 0};
+  const double dt = 1e-3;
+  const auto speed = [](Stepped& run) { return run.buffers().motions[0].v[0]; };
+
+  Scene motor = scene;
+  motor.joints[0].motor_speed = 0.5;
+  motor.joints[0].motor_force = 4;
+  Stepped driven(motor, impulse_based, dt);
+  for (int i = 1; i <= 500; ++i) {
+    driven.step();
+    ASSERT_NEAR(speed(driven), std::min(4.0 / 2 * dt * i, 0.5), 1e-12) << i;
+  }
+
+  body.velocity = {1, 0, 0};
+  Scene spring = scene;
+  spring.joints[0].spring = {50, 0, 0};
+  std::vector<double> errors;
+  for (const double step : {2 * dt, dt}) {
+    Stepped sprung(spring, impulse_based, step);
+    double worst = 0;
+    for (int i = 1; i <= std::lround(1 / step); ++i) {
+      sprung.step();
+      worst = std::max(worst, std::abs(sprung.buffers().positions[0].x - std::sin(5 * step * i) / 5));
+    }
+    errors.push_back(worst);
+  }
+  EXPECT_LE(errors[1], 2.5e-3) << "springs are implicit: they lose h w^2 t / 2 of their swing";
+  EXPECT_NEAR(errors[0] / errors[1], 2, 0.2) << "first order";
+
+  Scene stop = scene;
+  stop.joints[0].limited = true;
+  stop.joints[0].low = -0.5;
+  stop.joints[0].high = 0.2503;  // between two steps
+  Stepped stopped(stop, impulse_based, dt);
+  for (int i = 0; i < 400; ++i) {
+    stopped.step();
+    ASSERT_LE(stopped.buffers().positions[0].x, 0.2503 + 1e-11) << i;
+  }
+  EXPECT_NEAR(stopped.buffers().positions[0].x, 0.2503, 1e-11);
+  EXPECT_NEAR(speed(stopped), 0, 1e-12);
+}
+
 // A limp figure falls over a beam: contacts are inequalities beside the joints, and give way no more than with any
 // solver of hard contacts.
 TEST(ImpulseBackend, KeepsContactsApart) {

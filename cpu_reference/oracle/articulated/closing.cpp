@@ -10,10 +10,6 @@ namespace {
 constexpr double closed = 1e-13;  // m, rad
 constexpr int most_iterations = 20;
 
-JointStand stand_at(const Joint& joint, const Configuration& at) {
-  return stand(joint, pose_of(at, joint.body_a), pose_of(at, joint.body_b));
-}
-
 }  // namespace
 
 double ErrorRows::largest() const {
@@ -26,10 +22,11 @@ ErrorRows closure_rows(const std::vector<Closure>& closures, const Tree& tree, c
   ErrorRows all;
   for (const Closure& closure : closures) {
     const Joint& joint = tree.system().joints[closure.joint];
-    const JointStand s = stand_at(joint, at);
+    const JointStand s = stand(joint, at);
     if (closure.locked) {
+      const std::vector<Row> rows = rows_of(joint, at);
+      all.rows.insert(all.rows.end(), rows.begin(), rows.end());
       const LockedRows locked = locked_rows(joint, s);
-      for (const Row& row : rows_of(joint, at)) all.rows.push_back(row);
       for (int k = 0; k < 6; ++k) {
         if ((locked.mask >> k & 1) != 0) all.errors.push_back(locked.error[k]);
       }
@@ -45,7 +42,7 @@ ErrorRows closure_rows(const std::vector<Closure>& closures, const Tree& tree, c
 ErrorRows with_limits(ErrorRows all, const std::vector<Limit>& limits, const Tree& tree, const Configuration& at) {
   for (const Limit& limit : limits) {
     const Joint& joint = tree.system().joints[limit.joint];
-    const double x = acting_coordinate(joint, stand_at(joint, at)), inside = std::clamp(x, limit.low, limit.high);
+    const double x = acting_coordinate(joint, stand(joint, at)), inside = std::clamp(x, limit.low, limit.high);
     if (x == inside) continue;
     all.rows.push_back(acting_row(joint, at));
     all.errors.push_back(x - inside);

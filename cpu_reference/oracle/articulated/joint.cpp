@@ -12,12 +12,6 @@ constexpr double whole_turn = 2 * std::numbers::pi;
 Quaterniond about_x(double angle) { return {std::cos(angle / 2), std::sin(angle / 2), 0, 0}; }
 Quaterniond about_z(double angle) { return {std::cos(angle / 2), 0, 0, std::sin(angle / 2)}; }
 
-Quaterniond turn_by(const Vector3d& angles) {
-  const double angle = angles.norm();
-  const double half = angle / 2, s = angle > 1e-8 ? std::sin(half) / angle : 0.5;
-  return Quaterniond(std::cos(half), s * angles.x(), s * angles.y(), s * angles.z()).normalized();
-}
-
 double angle_about_z(const Quaterniond& turn) { return std::remainder(2 * std::atan2(turn.z(), turn.w()), whole_turn); }
 
 // The joint's part of the way from a to b: offset and turn, in the frame in a.
@@ -43,6 +37,11 @@ Way way_of(const Joint& joint, const Coordinates& c) {
 }
 
 }  // namespace
+
+Quaterniond turn_by(const Vector3d& angles) {
+  const double angle = angles.norm(), s = angle > 1e-8 ? std::sin(angle / 2) / angle : 0.5;
+  return {std::cos(angle / 2), s * angles.x(), s * angles.y(), s * angles.z()};
+}
 
 Index freedoms(JointType type) {
   switch (type) {

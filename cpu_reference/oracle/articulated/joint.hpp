@@ -40,6 +40,9 @@ struct Coordinates {
   Quaterniond turn = Quaterniond::Identity();  // of a ball, from the frame in b to the frame in a
 };
 
+/// The turn about an axis by an angle, rad: the length of their product `angles`.
+Quaterniond turn_by(const Vector3d& angles);
+
 /// How many coordinates a joint has; a distance joint is in no tree and has none.
 Index freedoms(JointType type);
 

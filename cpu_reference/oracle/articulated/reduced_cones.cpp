@@ -73,17 +73,22 @@ bool next_state(double impulse, double velocity, double reach, double rounding, 
 
 }  // namespace
 
-ConeProblem cone_problem(const ReducedProblem& problem) { return cones_of(problem, problem.w, problem.q); }
+ConeProblem cone_problem(const ReducedProblem& p, const VectorXd& r) {
+  return cones_of(p, p.w, p.q + p.w.rightCols(p.drives()) * r.tail(p.drives()));
+}
+
+VectorXd cone_impulses(const ReducedProblem& p, const VectorXd& r) {
+  VectorXd of_cones = VectorXd::Zero(3 * (p.contacts() + p.bounds()));
+  for (Index i = 0; i < p.first_drive(); ++i) of_cones[cone_row(p, i)] = r[i];
+  return of_cones;
+}
 
 SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& p, const SolveLimits& limits,
                                 VectorXd& r) {
   const Index cones = p.contacts() + p.bounds(), rows = p.first_drive();
   SolveReport sum;
   sum.stop = Stop::tolerance;
-  VectorXd of_cones = VectorXd::Zero(3 * cones);
-  if (r.size() == p.size()) {
-    for (Index i = 0; i < rows; ++i) of_cones[cone_row(p, i)] = r[i];
-  }
+  VectorXd of_cones = r.size() == p.size() ? cone_impulses(p, r) : VectorXd(VectorXd::Zero(3 * cones));
   States states(std::size_t(p.drives()), 0);
   for (int change = 0; change < most_changes; ++change) {
     const Held held = held_by(p, states);

@@ -7,8 +7,10 @@
 namespace lockstep::oracle::articulated {
 
 /// The problem as one of cones: a bound is a contact without friction, whose tangents are as mobile as it is and
-/// coupled with nothing. Drives are not in it.
-ConeProblem cone_problem(const ReducedProblem& problem);
+/// coupled with nothing. Drives are not in it: they push with what they have in `impulses`, of all rows.
+ConeProblem cone_problem(const ReducedProblem& problem, const VectorXd& impulses);
+/// What of these is of cones, as that problem has them.
+VectorXd cone_impulses(const ReducedProblem& problem, const VectorXd& impulses);
 
 /// Impulses of all rows, from `r` on where that has the right size. Each drive holds its speed, or pushes with all its
 /// reach; those that would have to reach farther, or push the wrong way, change over until none does (an active set):

@@ -54,13 +54,8 @@ struct Search {
   std::size_t next = 0, trees = 0;
 };
 
-Quaterniond turned(const Quaterniond& q, const Vector3d& angles) {
-  const double angle = angles.norm(), s = angle > 1e-8 ? std::sin(angle / 2) / angle : 0.5;
-  return (Quaterniond(std::cos(angle / 2), s * angles.x(), s * angles.y(), s * angles.z()) * q).normalized();
-}
-
 Pose moved_pose(const Pose& pose, const Vector6& twist, double dt) {
-  return {pose.x + dt * twist.head<3>(), turned(pose.q, dt * twist.tail<3>())};
+  return {pose.x + dt * twist.head<3>(), (turn_by(dt * twist.tail<3>()) * pose.q).normalized()};
 }
 
 }  // namespace
@@ -108,13 +103,17 @@ Pose pose_of(const Configuration& configuration, std::size_t body) {
   return body == world ? Pose() : configuration.poses[body];
 }
 
+JointStand stand(const Joint& joint, const Configuration& at) {
+  return stand(joint, pose_of(at, joint.body_a), pose_of(at, joint.body_b));
+}
+
 Configuration measured(const Tree& tree, std::vector<Pose> poses) {
   Configuration c = {std::move(poses), std::vector<Coordinates>(tree.size())};
   for (std::size_t i = 0; i < tree.size(); ++i) {
     const Link& link = tree.link(i);
     if (link.joint == no_link) continue;
     const Joint& joint = tree.joint_of(link);
-    c.coordinates[i] = measured(joint, stand(joint, pose_of(c, joint.body_a), pose_of(c, joint.body_b)));
+    c.coordinates[i] = measured(joint, stand(joint, c));
   }
   close_trees(tree, c);
   return c;

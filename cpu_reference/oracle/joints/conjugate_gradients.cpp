@@ -35,12 +35,8 @@ class JointBlocks {
     inverse_.clear();
     for (std::size_t block = 0; block + 1 < first_.size(); ++block) {
       const Index first = first_[block], size = first_[block + 1] - first;
-      MatrixXd own = MatrixXd(r.block(first, first, size, size));
-      const SymmetricEigen eigen = symmetric_eigen<Eigen::Dynamic>(own);
-      VectorXd inverse = eigen.values;
-      // a row that says nothing new is left as it is
-      for (double& value : inverse) value = value > 1e-12 * eigen.values.maxCoeff() ? 1 / value : 1;
-      inverse_.push_back(product(eigen.vectors * inverse.asDiagonal(), eigen.vectors.transpose()));
+      // what says nothing new in a joint's own block says nothing in R
+      inverse_.push_back(pseudo_inverse(MatrixXd(r.block(first, first, size, size)), 1e-12));
     }
     return *this;
   }

@@ -32,11 +32,7 @@ JointLdlt::JointLdlt(const SparseMatrix& m, const SparseMatrix& g, const Mechani
     tree_.solve(v, l);
     s.col(k) = closing_.transpose() * v;
   }
-  const SymmetricEigen eigen = symmetric_eigen<Eigen::Dynamic>(MatrixXd(0.5 * (s + s.transpose())));
-  VectorXd inverse = eigen.values;
-  const double zero = redundant * inverse.cwiseAbs().maxCoeff();
-  for (double& value : inverse) value = value > zero ? 1 / value : 0;
-  inverse_ = product(eigen.vectors * inverse.asDiagonal(), eigen.vectors.transpose());
+  inverse_ = pseudo_inverse(0.5 * (s + s.transpose()), redundant);
 }
 
 void JointLdlt::solve(VectorXd& v, VectorXd& l) const {
