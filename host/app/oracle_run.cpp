@@ -55,6 +55,7 @@ void prepare_for_oracle(const OracleOptions& oracle, SceneOptions& options, Scen
   expect(options.friction_model != FrictionModel::patches, "--friction-model",
          "for which friction is at each contact; leave --friction-model out");
   expect(!is_penalty(scene), "--solver", "and springs between particles leave it nothing to solve; leave --solver out");
+  expect(!scene.settings.sleeping, "--sleeping", "and solves for everybody; give --sleeping off");
   options.device = "reference";
   Settings& settings = scene.settings;
   use_oracle(settings);
