@@ -161,18 +161,18 @@ TEST(Sleeping, ABallWakesTheIslandItHitsInThatStepAndNoOther) {
   EXPECT_GT(state_of(simulation).positions[1].x, 0.1f);  // it was hit indeed
 }
 
-// A ball so light that it changes nothing, which wakes a column of ten.
+// A ball so light that it changes nothing, which wakes a column of five.
 TEST(Sleeping, AStackThatWakesDoesNotJolt) {
   for (const char* solver : {"gauss_seidel", "small_steps", "jacobi"}) {
-    const std::string fly = R"({"mass": 1e-6, "position": [0, 0, 14], "shapes": [{"type": "sphere", "radius": 0.1}]})";
+    const std::string fly = R"({"mass": 1e-6, "position": [0, 0, 35], "shapes": [{"type": "sphere", "radius": 0.1}]})";
     const std::string settings = R"("sleeping": {"after": 0.25}, "solver": ")" + std::string(solver) + "\"";
-    Simulation<float> simulation = on_reference(compile<float>(scene_of(column(0, 10) + ", " + fly, settings)));
+    Simulation<float> simulation = on_reference(compile<float>(scene_of(column(0, 5) + ", " + fly, settings)));
     while (simulation.wakings() == 0) {
-      ASSERT_LT(simulation.steps_done(), 200u) << solver;
+      ASSERT_LT(simulation.steps_done(), 300u) << solver;
       simulation.step();
     }
     double fastest = 0;
-    for (u32 body = 1; body <= 10; ++body) {
+    for (u32 body = 1; body <= 5; ++body) {
       const Motion<float>& m = state_of(simulation).motions[body];
       fastest = std::max({fastest, double(std::abs(m.v[0])), double(std::abs(m.v[1])), double(std::abs(m.v[2]))});
     }
@@ -190,10 +190,12 @@ TEST(Sleeping, NothingBeginsOrCeasesToTouchBySleepOrByWaking) {
     simulation.step();
     for (const Event& event : simulation.events()) events.push_back(event);
   }
-  ASSERT_EQ(events.size(), 1u);  // the ball and the first box
-  EXPECT_EQ(events[0].kind, u32(EVENT_CONTACT_BEGIN));
-  EXPECT_EQ(events[0].body_a, 1u);
-  EXPECT_EQ(events[0].body_b, 7u);
+  for (const Event& event : events) EXPECT_EQ(std::max(event.body_a, event.body_b), 7u) << event.step;
+  // in the step of the impact the ball and the first box, and nobody else
+  ASSERT_EQ(simulation.events().size(), 1u);
+  EXPECT_EQ(simulation.events()[0].kind, u32(EVENT_CONTACT_BEGIN));
+  EXPECT_EQ(simulation.events()[0].body_a, 1u);
+  EXPECT_EQ(simulation.events()[0].body_b, 7u);
 }
 
 TEST(Sleeping, ASensorGoesOnFeelingWhatSleeps) {
@@ -228,9 +230,10 @@ TEST(Sleeping, WhatJointsHoldIsOneIslandAndKeepsItsImpulses) {
   for (const char* solver : {"gauss_seidel", "small_steps"}) {
     const std::string settings = R"("sleeping": {"after": 0.5}, "solver": ")" + std::string(solver) + "\"";
     Simulation<float> simulation = on_reference(compile<float>(scene_of(bodies, settings, joints + "]")));
-    for (u32 i = 0; i < 31; ++i) simulation.step();
-    EXPECT_EQ(simulation.counters()[COUNTER_ASLEEP], 0u) << solver;
-    simulation.step();
+    while (simulation.counters()[COUNTER_ASLEEP] == 0) {
+      ASSERT_LT(simulation.steps_done(), 300u) << solver;
+      simulation.step();
+    }
     ASSERT_EQ(simulation.counters()[COUNTER_ASLEEP], 3u) << solver;
     EXPECT_EQ(simulation.counters()[COUNTER_ISLANDS], 1u) << solver;
     const Buffer wanted[] = {Buffer::joint_impulses, Buffer::sleepers};

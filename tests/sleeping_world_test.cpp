@@ -97,15 +97,15 @@ TEST(SleepingWorld, AMotorThatIsSetOtherwiseWakesWhatItDrives) {
   hinge.anchor_a = hinge.anchor_b = {0, 0, 3};
   hinge.axis = {0, 1, 0};
   hinge.motor_speed = 0;
-  hinge.motor_force = 1000;
+  hinge.motor_force = 1e6;
   const JointHandle joint = world.add(hinge, body);
   world.step(40);
   ASSERT_TRUE(world.is_asleep(body));
-  world.set_motor(joint, 1, 1000);
+  world.set_motor(joint, 1, 1e6);
   world.step();
   EXPECT_FALSE(world.is_asleep(body));
   EXPECT_NEAR(std::abs(world.velocity(body).angular[1]), 1, 0.01);
-  world.set_motor(joint, 0, 1000);
+  world.set_motor(joint, 0, 1e6);
   world.step(40);
   ASSERT_TRUE(world.is_asleep(body));
   world.remove(joint);
