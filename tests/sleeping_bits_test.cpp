@@ -11,7 +11,7 @@ namespace {
 
 // Piles that fall asleep, a ball that comes late and wakes one of them, and boxes that tumble on.
 std::string tumblers() {
-  std::string bodies = column(0, 3) + ", " + column(4, 2) + ", " + ball(-4, 0.5, R"(, "velocity": [6, 0, 0])");
+  std::string bodies = column(0, 2) + ", " + column(4, 2) + ", " + ball(-4, 0.5, R"(, "velocity": [6, 0, 0])");
   for (int i = 0; i < 5; ++i)
     bodies += ", " + box(20 + 1.2 * i, 4 + 1.5 * (i % 3), R"(, "angular_velocity": [0.3, 1, 0.2])");
   return bodies;
@@ -76,7 +76,7 @@ TEST(SleepingBits, DoNotDependOnHowAStepIsRun) {
   EXPECT_EQ(hash_after(on_device(tight)), expected);
 }
 
-// Bodies are 0 the plane, 1-3 and 4-5 the piles, 6 the ball, 7-11 those that tumble.
+// Bodies are 0 the plane, 1-2 and 3-4 the piles, 5 the ball, 6-10 those that tumble.
 TEST(SleepingBits, OfWhatIsAwakeAreThoseWithoutSleep) {
   for (const char* solver : solvers) {
     SCOPED_TRACE(solver);
@@ -88,15 +88,15 @@ TEST(SleepingBits, OfWhatIsAwakeAreThoseWithoutSleep) {
       without.step();
       asleep_steps += sleeps(with, 1) ? 1 : 0;
       const Buffers<float>&a = state_of(with), &b = state_of(without);
-      for (u32 body = 6; body <= 11; ++body) {
-        if (body == 6 && with.wakings() > 0) continue;  // it has touched what slept
+      for (u32 body = 5; body <= 10; ++body) {
+        if (body == 5 && with.wakings() > 0) continue;  // it has touched what slept
         if (a.sleepers[body].island != NONE) continue;  // tumbling ends
         ASSERT_EQ(std::memcmp(&a.positions[body], &b.positions[body], sizeof a.positions[0]), 0) << i << " " << body;
         ASSERT_EQ(std::memcmp(&a.orientations[body], &b.orientations[body], sizeof a.positions[0]), 0) << i;
         ASSERT_EQ(std::memcmp(&a.motions[body], &b.motions[body], sizeof a.motions[0]), 0) << i << " " << body;
       }
     }
-    EXPECT_GT(asleep_steps, 20u);
+    EXPECT_GT(asleep_steps, 10u);
     EXPECT_GT(with.wakings(), 0u);
   }
 }
@@ -159,7 +159,7 @@ TEST(SleepingBits, GoOnFromACheckpointWithSleepers) {
     }
     whole.step();
   }
-  EXPECT_GT(*std::max_element(asleep.begin(), asleep.end()), 4u);
+  EXPECT_GE(*std::max_element(asleep.begin(), asleep.end()), 4u);
   for (const auto& bytes : checkpoints) {
     InitialState<float> resumed = state;
     const CheckpointLabel label = resume_from(bytes, "x.h5", "x", resumed);
