@@ -35,6 +35,29 @@ TEST(SleepingBits, TwinsAgreeWhileIslandsFallAsleepAndWake) {
   expect_twins_agree(in_double, 50, launch_options({{8, 0}}));
 }
 
+// A door that hangs at rest by a hinge with limits, beside it a box on a spring; a ball comes and knocks the door open.
+TEST(SleepingBits, TwinsAgreeWithJointsThatSleep) {
+  const std::string bodies = R"({"name": "door", "mass": 2, "position": [0, 0.5, 1.5],
+    "shapes": [{"type": "box", "size": [0.1, 1, 1]}]}, {"name": "box", "mass": 1, "position": [5, 0, 2], "shapes": [
+    {"type": "box", "size": [0.5, 0.5, 0.5]}]}, )" +
+                             ball(-3.5, 1.5, R"(, "velocity": [6, 0, 3])");
+  const std::string joints = R"(, "joints": [
+    {"type": "hinge", "bodies": ["world", "door"], "anchor": [0, 0, 1.5], "axis": [0, 0, 1], "limits_deg": [-90, 90]},
+    {"type": "slider", "bodies": ["world", "box"], "anchor": [5, 0, 2], "axis": [1, 0, 0],
+     "spring": {"stiffness": 100, "damping": 10}}])";
+  for (const char* solver : {"gauss_seidel", "small_steps", "jacobi"}) {
+    SCOPED_TRACE(solver);
+    const auto state = compile<float>(scene_of(bodies, with_solver(solver, 0.2), joints));
+    expect_twins_agree(state, 45, launch_options({{1, 3}, {16, 0}}));
+    Simulation<float> simulation = on_reference(state);
+    for (u32 i = 0; i < 25; ++i) simulation.step();
+    EXPECT_EQ(simulation.counters()[COUNTER_ASLEEP], 2u);
+    for (u32 i = 0; i < 20; ++i) simulation.step();
+    EXPECT_EQ(simulation.wakings(), 1u);
+    EXPECT_EQ(simulation.counters()[COUNTER_ASLEEP], 1u);
+  }
+}
+
 TEST(SleepingBits, TwinsAgreeInEachBroadPhaseWithEventsAndSensors) {
   const std::string gate = R"({"type": "static", "position": [0, 0, 0.5], "shapes": [
     {"type": "box", "size": [3, 3, 3], "sensor": true}]}, )";

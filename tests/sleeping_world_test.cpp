@@ -1,6 +1,7 @@
 // Sleepers in the library: what a user does wakes those it is done to.
 #include <cmath>
 
+#include "tests/command_line.hpp"
 #include "tests/library_worlds.hpp"
 
 namespace lockstep {
@@ -118,6 +119,31 @@ TEST(SleepingWorld, NobodySleepsUnasked) {
   const BodyHandle body = world.add(box_at({0, 0, 0.5}));
   world.step(200);
   EXPECT_FALSE(world.is_asleep(body));
+}
+
+using SleepingWorldRecorded = CommandLine;
+
+TEST_F(SleepingWorldRecorded, WhatAUserWakesIsReplayed) {
+  const std::string path = file("sleepers.h5").string();
+  {
+    Scene scene = sleepy_scene();
+    scene.settings.loads = true;
+    World world(scene, in_double());
+    const BodyHandle body = world.add(box_at({0, 0, 0.5})), other = world.add(box_at({5, 0, 0.5}));
+    world.record(path);
+    world.step(40);
+    ASSERT_TRUE(world.is_asleep(body));
+    world.apply_impulse(body, {0.5, 0, 0});
+    world.step(5);
+    world.apply(other, {{0, 0, 5}, {0, 0, 0}});
+    world.step(40);
+    ASSERT_TRUE(world.is_asleep(other));
+    world.end_recording();
+  }
+  for (const char* device : {"reference", "auto"}) {
+    const Outcome outcome = run("verify " + path + " --device " + device);
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+  }
 }
 
 // Waking by other hands than the simulation's own is replayed: the state stays what the twins make of it.
