@@ -16,6 +16,7 @@
 
 #include "cpu_reference/joints/factor.hpp"
 #include "cpu_reference/joints/mobility.hpp"
+#include "cpu_reference/sleep.hpp"
 
 namespace lockstep::reference {
 
@@ -46,7 +47,7 @@ template <class real>
 void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
-  if (joint.spring > 0) return;
+  if (joint.spring > 0 || joint_sleeps(buffers, info)) return;
   Vec3<real> x_a, x_b;
   Quat<real> q_a, q_b;
   joint_pose(buffers, params, info.body_a, x_a, q_a);

@@ -8,6 +8,10 @@
 // apart in the order. So the parallel rounds of Jones and Plassmann (SIAM J. Sci. Comput. 14, 1993), which find the
 // same colours from the order as a priority, need no more of them than with random priorities (measured: fewer), and a
 // serial sweep needs no sorting.
+//
+// Where islands sleep, the contacts of one are not to get other colours because those of another are not there: ranks
+// tell how many contacts there are before, but which of two comes first does not depend on others. So classes there are
+// a hash of the ids of both shapes, and within a class the order is that of the list.
 #pragma once
 
 #include <algorithm>
@@ -22,6 +26,19 @@ namespace lockstep::reference {
 /// Place in the order: distinct for distinct ranks.
 inline u32 color_place(u32 rank) { return rank * 39u % 64u << 26 | rank >> 6; }
 
+/// Where islands sleep: ranks are below 2^26 by what fits into memory.
+inline u32 color_place_of_shapes(u32 id_a, u32 id_b, u32 rank) {
+  u32 h = id_a * 0x9e3779b1u + id_b * 0x85ebca77u;
+  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
+  return h >> 26 << 26 | rank;
+}
+
+template <class real>
+u32 color_place_of(const Buffers<real>& b, const Contact& contact) {
+  if (b.sleepers.empty()) return color_place(contact.rank);
+  return color_place_of_shapes(b.shape_infos[contact.shape_a].id, b.shape_infos[contact.shape_b].id, contact.rank);
+}
+
 template <class real>
 void color_contacts(Buffers<real>& buffers, const StepParams<real>&) {
   std::vector<u32> order;
@@ -32,7 +49,8 @@ void color_contacts(Buffers<real>& buffers, const StepParams<real>&) {
       buffers.contact_colors[i] = COLOR_OF_FIRST;
   }
   std::sort(order.begin(), order.end(), [&](u32 i, u32 j) {
-    const u32 place_i = color_place(buffers.contacts[i].rank), place_j = color_place(buffers.contacts[j].rank);
+    const u32 place_i = color_place_of(buffers, buffers.contacts[i]),
+              place_j = color_place_of(buffers, buffers.contacts[j]);
     return place_i != place_j ? place_i < place_j : i < j;  // equal only in worlds that do not meet
   });
 

@@ -1,7 +1,8 @@
 // Who began and who ceased to touch in this step: the pairs that touch now, against those of the step before.
 //
 // Two shapes touch where one of their contacts does (mark_touching); a sensor and a shape touch where they overlap at
-// the end of the step. Both lists are ordered by (shape_a, shape_b), and so are the events.
+// the end of the step. Both lists are ordered by (shape_a, shape_b), and so are the events. What sleeps goes on to
+// touch what it touched, though the pairs of the step leave it out.
 #pragma once
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/shapes/overlap.hpp"
+#include "cpu_reference/sleep.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -45,6 +47,12 @@ Event make_event(const Buffers<real>& b, Pair pair, bool begins) {
   return {kind, b.step_index[0], body_a.world, body_a.id, info_a.id, body_b.id, info_b.id, 0};
 }
 
+/// Whether a pair that touched is left out by the broad phase because both sides rest.
+template <class real>
+bool pair_sleeps(const Buffers<real>& b, Pair pair) {
+  return !looks_for_others(b, pair.shape_a) && !looks_for_others(b, pair.shape_b);
+}
+
 inline bool pair_before(Pair p, Pair q) {
   return p.shape_a != q.shape_a ? p.shape_a < q.shape_a : p.shape_b < q.shape_b;
 }
@@ -57,21 +65,27 @@ void find_events(Buffers<real>& b, const StepParams<real>&) {
     if (pair_touches(b, p)) now.push_back(b.pairs[p]);
   }
 
+  std::vector<Pair> after;
   const u32 count = static_cast<u32>(now.size()), before = b.touching_count[0];
   u32 events = 0;
   for (u32 i = 0, j = 0; i < count || j < before;) {
     if (j == before || (i < count && pair_before(now[i], b.touching[j]))) {
+      after.push_back(now[i]);
       b.events[events++] = make_event(b, now[i++], true);
     } else if (i == count || pair_before(b.touching[j], now[i])) {
-      b.events[events++] = make_event(b, b.touching[j++], false);
+      if (pair_sleeps(b, b.touching[j]))
+        after.push_back(b.touching[j++]);
+      else
+        b.events[events++] = make_event(b, b.touching[j++], false);
     } else {
+      after.push_back(now[i]);
       ++i, ++j;
     }
   }
-  b.counters[COUNTER_TOUCHES] = count;
+  b.counters[COUNTER_TOUCHES] = static_cast<u32>(after.size());
   b.counters[COUNTER_EVENTS] = events;
-  b.touching_count[0] = count;
-  std::copy(now.begin(), now.end(), b.touching.begin());
+  b.touching_count[0] = static_cast<u32>(after.size());
+  std::copy(after.begin(), after.end(), b.touching.begin());
 }
 
 }  // namespace lockstep::reference

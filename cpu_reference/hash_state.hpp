@@ -1,6 +1,6 @@
 // Two 64-bit hashes of each world: of all persistent state, and of the poses alone. Equal hashes mean equal bits.
 //
-// A record is what a persistent buffer says about one body, one cached contact, one joint or one spring. Its words are
+// A record is what a persistent buffer says about one body, one contact, one joint or one spring. Its words are
 // chained through a mixer, after the kind of record and the world-local id (of a contact: the ids of its two shapes and
 // the feature; of a spring: its two particles by their bodies), so that nothing depends on where in an array a record
 // or a world stands, nor on capacities. A float is one word, a double two, low word first. The hash is the sum of the
@@ -68,21 +68,41 @@ void hash_state_bodies(Buffers<real>& b, const StepParams<real>& params) {
   }
 }
 
+/// Contacts by their keys: those of the cache, or of sleepers.
 template <class real>
-void hash_state_contacts(Buffers<real>& b) {
-  const u32 count = b.cached_count.empty() ? 0 : b.cached_count[0];
-  for (u32 i = 0; i < count; ++i) {
-    const ContactKey key = b.cached_keys[i];
+void hash_state_keys(Buffers<real>& b, HashedRecord record, const std::vector<u32>& count,
+                     const std::vector<ContactKey>& keys, const std::vector<ContactImpulse<real>>& impulses,
+                     const std::vector<Vec4<real>>& moments) {
+  for (u32 i = 0; i < (count.empty() ? 0 : count[0]); ++i) {
+    const ContactKey key = keys[i];
     const ShapeInfo shape_a = b.shape_infos[key.shape_a];
-    u64 h = hash_start(HASHED_CONTACT);
+    u64 h = hash_start(record);
     h = hash_word(h, shape_a.id);
     h = hash_word(h, b.shape_infos[key.shape_b].id);
     h = hash_word(h, key.feature);
     h = hash_word(h, key.pad);
-    h = hash_words(h, b.cached_impulses[i]);
-    if (!b.cached_moments.empty()) h = hash_words(h, b.cached_moments[i]);
+    h = hash_words(h, impulses[i]);
+    if (!moments.empty()) h = hash_words(h, moments[i]);
     hash_add_state(b.world_hashes[b.body_infos[shape_a.body].world], h);
   }
+}
+
+template <class real>
+void hash_state_contacts(Buffers<real>& b) {
+  hash_state_keys(b, HASHED_CONTACT, b.cached_count, b.cached_keys, b.cached_impulses, b.cached_moments);
+}
+
+/// An island by the id of the body that it is named by.
+template <class real>
+void hash_state_sleepers(Buffers<real>& b) {
+  for (u32 i = 0; i < b.sleepers.size(); ++i) {
+    const Sleeper sleeper = b.sleepers[i];
+    u64 h = hash_word(hash_start(HASHED_SLEEPER), b.body_infos[i].id);
+    h = hash_word(h, sleeper.still);
+    h = hash_word(h, sleeper.island < ISLAND_WAKES ? b.body_infos[sleeper.island].id : sleeper.island);
+    hash_add_state(b.world_hashes[b.body_infos[i].world], h);
+  }
+  hash_state_keys(b, HASHED_SLEPT, b.slept_count, b.slept_keys, b.slept_impulses, b.slept_moments);
 }
 
 template <class real>
@@ -140,6 +160,7 @@ void hash_state(Buffers<real>& b, const StepParams<real>& params) {
   hash_state_steps(b, params);
   hash_state_bodies(b, params);
   hash_state_contacts(b);
+  hash_state_sleepers(b);
   hash_state_touching(b);
   hash_state_joints(b);
   hash_state_springs(b);

@@ -12,6 +12,7 @@
 #pragma once
 
 #include "cpu_reference/rigid_body.hpp"
+#include "cpu_reference/sleep.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -22,7 +23,7 @@ void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
 
   for (u32 i = 0; i < params.bodies; ++i) {
     const BodyInfo info = b.body_infos[i];
-    if (info.kind == BODY_STATIC) continue;
+    if (info.kind == BODY_STATIC || is_asleep(b, i)) continue;
     const bool dynamic = info.kind == BODY_DYNAMIC;
     const bool pivoted = dynamic && is_pivoted(b.pivots, i);
     const bool carried = dynamic && is_gyroscopic(params, info) && params.theta != real(1);

@@ -17,6 +17,7 @@
 
 #include "cpu_reference/gyroscopic.hpp"
 #include "cpu_reference/rigid_body.hpp"
+#include "cpu_reference/sleep.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -47,7 +48,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
     b.previous_velocities[i] = make_velocity(v, w);
     set_inverse_inertia(motion, mass, info, q);
 
-    if (info.kind == BODY_DYNAMIC) {
+    if (info.kind == BODY_DYNAMIC && !is_asleep(b, i)) {
       const Vec3<real> gravity = vec3_of(b.gravities[info.world]);
       const bool pivoted = is_pivoted(b.pivots, i);
       const bool gyroscopic = is_gyroscopic(params, info);

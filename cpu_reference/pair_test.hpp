@@ -13,6 +13,7 @@
 
 #include "cpu_reference/shapes/reach.hpp"
 #include "cpu_reference/shapes/sphere_plane.hpp"
+#include "cpu_reference/sleep.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -53,6 +54,7 @@ template <class real>
 bool is_pair(const Buffers<real>& b, u32 i, u32 j) {
   const ShapeInfo &a = b.shape_infos[i], &c = b.shape_infos[j];
   if (are_joined(b, a.body, c.body)) return false;
+  if (!looks_for_others(b, i) && !looks_for_others(b, j)) return false;
   return may_touch(a, c, b.body_infos[a.body], b.body_infos[c.body]);
 }
 

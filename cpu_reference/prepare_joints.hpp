@@ -33,6 +33,7 @@
 #include "cpu_reference/joints/joint_now.hpp"
 #include "cpu_reference/joints/mobility.hpp"
 #include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/sleep.hpp"
 
 namespace lockstep::reference {
 
@@ -93,7 +94,7 @@ void row_rates(const JointNow<real>& now, const JointInfo& info, const Motion<re
   }
 }
 
-/// All that follows from the geometry; that of padding is zero.
+/// All that follows from the geometry; that of padding, and of joints that sleep, is zero: a visit changes nothing.
 template <class real>
 void write_joint(JointBlock<real>& block, u32 lane, const JointNow<real>& now, const JointFactor<real>& factor,
                  const real (&bias)[JOINT_ROWS], const real (&turning)[JOINT_ROWS + 1],
@@ -204,7 +205,7 @@ void prepare_joints(Buffers<real>& buffers, const StepParams<real>& params) {
   for (u32 block = 0; block < params.joint_blocks; ++block) {
     for (u32 lane = 0; lane < PACK; ++lane) {
       const u32 joint = buffers.joint_lanes[block].joint[lane];
-      if (joint == NONE)
+      if (joint == NONE || joint_sleeps(buffers, buffers.joint_infos[joint]))
         clear_joint(buffers.joint_blocks[block], lane);
       else
         prepare_joint(buffers, params, joint, lane, buffers.joint_blocks[block]);

@@ -9,6 +9,7 @@
 #include "cpu_reference/color_contacts.hpp"
 #include "cpu_reference/compare_shapes.hpp"
 #include "cpu_reference/end_step.hpp"
+#include "cpu_reference/fall_asleep.hpp"
 #include "cpu_reference/find_events.hpp"
 #include "cpu_reference/find_neighbours.hpp"
 #include "cpu_reference/find_overlaps.hpp"
@@ -38,6 +39,7 @@
 #include "cpu_reference/store_springs.hpp"
 #include "cpu_reference/sum_particles.hpp"
 #include "cpu_reference/update_bounds.hpp"
+#include "cpu_reference/wake_islands.hpp"
 #include "cpu_reference/warm_start.hpp"
 
 namespace lockstep::reference {

@@ -70,7 +70,8 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::pairs: return sizes.pairs;
     case Domain::pair_ends: return std::size_t{sizes.pairs} + 1;
     case Domain::contacts:
-    case Domain::cached: return sizes.contacts;
+    case Domain::cached:
+    case Domain::slept: return sizes.contacts;
     case Domain::colors: return MAX_COLORS + 2;
     case Domain::blocks: return sizes.blocks;
     case Domain::rows: return sizes.rows;

@@ -38,6 +38,7 @@ enum class Domain : u32 {
   blocks,
   rows,
   cached,
+  slept,
   joints,
   joint_phases,
   joint_blocks,

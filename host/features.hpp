@@ -42,12 +42,15 @@ enum class Feature : std::uint64_t {
   facets = 1ull << 31,             // some hulls are triangles of a surface
   impact_laws = 1ull << 32,        // some materials bounce by another law than Newton's
   non_holonomic = 1ull << 33,      // some joints lock velocities alone: skates, and what rolls
+  sleeping = 1ull << 34,           // islands of bodies that have been slow for long sleep until they are touched
   turning_friction = 1ull << 36,   // some contacts resist rolling, or spinning about their normal
   static_friction = 1ull << 37,    // some hold by more than they slide with
   elliptic_friction = 1ull << 38,  // some rub more along a grain than across it; it comes with turning_friction
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,
+  // what needs both
+  turning_sleepers = turning_friction | sleeping,
 };
 
 using Features = std::uint64_t;  // a set: bits of Feature

@@ -81,28 +81,52 @@ void refuse_trouble(Backend<real>& backend, const Counters& counters, u32 step) 
 
 }  // namespace
 
+// Lists that were too short.
+template <class real>
+void Simulation<real>::make_longer(u32 status) {
+  Sizes sizes = backend_->sizes();
+  if (status & STATUS_PAIRS_FULL) sizes.pairs = roomier(sizes.pairs, counters_[COUNTER_PAIRS_NEEDED]);
+  if (status & STATUS_CONTACTS_FULL) sizes.contacts = roomier(sizes.contacts, counters_[COUNTER_CONTACTS_NEEDED]);
+  if (status & STATUS_BLOCKS_FULL) sizes.blocks = roomier(sizes.blocks, counters_[COUNTER_BLOCKS_NEEDED]);
+  if (status & STATUS_ROWS_FULL) sizes.rows = roomier(sizes.rows, counters_[COUNTER_ROWS_NEEDED]);
+  backend_->grow(sizes);
+  params_.pair_capacity = sizes.pairs;
+  params_.contact_capacity = sizes.contacts;
+  params_.block_capacity = sizes.blocks;
+  params_.row_capacity = sizes.rows;
+  ++redone_;
+}
+
+// Nothing moved at the end of the last step, nothing was in contact with anything that did, and nobody has touched the
+// state since: a step would change no more than the number of steps (tests/sleeping_test.cpp compares the bits).
+template <class real>
+bool Simulation<real>::is_at_rest() const {
+  return has(backend_->features(), Feature::sleeping) && stepped_ && uploads_at_end_ == backend_->uploads() &&
+         counters_[COUNTER_MOVING] == 0 && counters_[COUNTER_CONTACTS] == 0;
+}
+
 template <class real>
 void Simulation<real>::step() {
+  if (is_at_rest()) {
+    backend_->run(Stage::end_step, params_);
+    counters_ = backend_->counters();
+    counters_[COUNTER_EVENTS] = 0;
+    ++steps_done_;
+    return;
+  }
   for (;;) {
     lockstep::step(*backend_, params_);
     counters_ = backend_->counters();
     const u32 status = counters_[COUNTER_STATUS];
     // out of the grid, neighbours cannot be told apart and no list is long enough
-    if (!(status & STATUS_FULL) || (status & STATUS_OUT_OF_GRID)) break;
-    Sizes sizes = backend_->sizes();
-    if (status & STATUS_PAIRS_FULL) sizes.pairs = roomier(sizes.pairs, counters_[COUNTER_PAIRS_NEEDED]);
-    if (status & STATUS_CONTACTS_FULL) sizes.contacts = roomier(sizes.contacts, counters_[COUNTER_CONTACTS_NEEDED]);
-    if (status & STATUS_BLOCKS_FULL) sizes.blocks = roomier(sizes.blocks, counters_[COUNTER_BLOCKS_NEEDED]);
-    if (status & STATUS_ROWS_FULL) sizes.rows = roomier(sizes.rows, counters_[COUNTER_ROWS_NEEDED]);
-    backend_->grow(sizes);
-    params_.pair_capacity = sizes.pairs;
-    params_.contact_capacity = sizes.contacts;
-    params_.block_capacity = sizes.blocks;
-    params_.row_capacity = sizes.rows;
-    ++redone_;
+    if (!(status & STATUS_VOID) || (status & STATUS_OUT_OF_GRID)) break;
+    if (status & STATUS_FULL) make_longer(status);
+    if (status & STATUS_WOKEN) ++wakings_;
   }
   refuse_trouble(*backend_, counters_, steps_done_);
   ++steps_done_;
+  stepped_ = true;
+  uploads_at_end_ = backend_->uploads();
 }
 
 template <class real>

@@ -51,7 +51,8 @@ class Simulation {
       : backend_(std::move(backend)), params_(params), steps_done_(steps_done) {}
 
   /// One time step. A list that was too short is made longer and the step redone, with the same bits as if it had been
-  /// long enough. Throws Error naming body, stage and step when a velocity or a pose goes bad.
+  /// long enough; a step in which bodies wake is redone with them awake. Where everything sleeps, the step only counts.
+  /// Throws Error naming body, stage and step when a velocity or a pose goes bad.
   void step();
 
   /// Hashes of the persistent state and of the poses of each world, computed where the state is.
@@ -73,17 +74,22 @@ class Simulation {
   const StepParams<real>& params() const { return params_; }
   const Counters& counters() const { return counters_; }  // of the last step
   u32 steps_done() const { return steps_done_; }
-  u32 redone() const { return redone_; }  // steps that had to be redone so far
+  u32 redone() const { return redone_; }    // times that a step was redone for want of room
+  u32 wakings() const { return wakings_; }  // and because bodies woke in it
 
  private:
   void make_room(Sizes wanted);
+  void make_longer(u32 status);
+  bool is_at_rest() const;
 
   std::unique_ptr<Backend<real>> backend_;
   std::vector<ShapeInfo> shape_infos_;  // for queries
   std::vector<BodyInfo> body_infos_;
   StepParams<real> params_;
   Counters counters_ = {};
-  u32 steps_done_, redone_ = 0;
+  u32 steps_done_, redone_ = 0, wakings_ = 0;
+  bool stepped_ = false;    // the counters are those of a step that this simulation did
+  u32 uploads_at_end_ = 0;  // of the backend, when the last step had been done
 };
 
 }  // namespace lockstep

@@ -6,8 +6,8 @@
 namespace lockstep {
 
 /// One time step. Each line is one stage: a kernel and a reference function of the same name. A stage that the scene's
-/// features do not ask for is skipped by the backend. A step that runs out of room (STATUS_FULL) leaves the persistent
-/// buffers as they were, so that it can be redone.
+/// features do not ask for is skipped by the backend. A step that runs out of room, or wakes somebody (STATUS_VOID),
+/// leaves the persistent buffers as they were but for who sleeps, so that it can be redone.
 template <class Backend, class real>
 void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::begin_step, p);
@@ -21,6 +21,7 @@ void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::build_tree, p);
   backend.run(Stage::search_tree, p);
   backend.run(Stage::collide, p);
+  backend.run(Stage::wake_islands, p);
   backend.run(Stage::match_contacts, p);
 
   // contacts of one colour share no movable body, so that a colour is solved at once; or all are, on parts of bodies
@@ -55,6 +56,7 @@ void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::store_impulses, p);
   backend.run(Stage::store_springs, p);
   backend.run(Stage::find_events, p);
+  backend.run(Stage::fall_asleep, p);
   backend.run(Stage::end_step, p);
 }
 

@@ -4,6 +4,7 @@
 #include "joints/factor.h"
 #include "joints/joint_now.h"
 #include "joints/mobility.h"
+#include "sleep.h"
 #include "types.h"
 
 static inline real closing_way_into_limits(const Joint joint, real x) {
@@ -83,12 +84,13 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
 kernel void close_joint_phase(const StepParams params, const u32 begin, const u32 end,
                               global const JointLanes* joint_lanes, global const JointInfo* joint_infos,
                               global const Joint* joints, global const real* screw_rises,
-                              global const real* rolling_radii, global const Motion* motions, global Vec4* positions,
-                              global Vec4* orientations, global u32* counters) {
+                              global const real* rolling_radii, global const Motion* motions,
+                              global const Sleeper* sleepers, global Vec4* positions, global Vec4* orientations,
+                              global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   FOR_EACH(slot, (end - begin) * PACK) {
     const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
-    if (index == NONE) continue;
+    if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
     close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_rises, rolling_radii, index),
                 motions, positions, orientations, counters);
   }
@@ -109,7 +111,7 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
     const u32 begin = joint_phases[phase], end = visit < visits ? joint_phases[phase + 1u] : begin;
     for (u32 slot = (u32)get_local_id(0); slot < (end - begin) * PACK; slot += (u32)get_local_size(0)) {
       const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
-      if (index == NONE) continue;
+      if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
       close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_rises, rolling_radii, index),
                   motions, positions, orientations, counters);
     }

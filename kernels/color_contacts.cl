@@ -11,12 +11,26 @@
 #define COLOR_CLASS_BITS 6u
 #define COLOR_CLASSES (1u << COLOR_CLASS_BITS)
 
+#if FEATURE_SLEEPING
+// Where islands sleep, the class is a hash of the ids of both shapes; ranks are below 2^26.
+static inline u32 color_class_of(Contact contact, global const ShapeInfo* shape_infos) {
+  u32 h = shape_infos[contact.shape_a].id * 0x9e3779b1u + shape_infos[contact.shape_b].id * 0x85ebca77u;
+  h = (h ^ (h >> 15)) * 0x2c1b3c6du;
+  return h >> (32u - COLOR_CLASS_BITS);
+}
+#endif
+
 // The class that is the place-th in the order; 23 is the inverse of 39 modulo 64.
 static inline u32 color_class(u32 place) { return place * 23u % COLOR_CLASSES; }
 
 // The order of the contacts of a world, as a falling priority: never 0 ("no bid") or COLOR_FULL.
-static inline u32 color_priority(u32 rank) {
+static inline u32 color_priority(Contact contact, global const ShapeInfo* shape_infos) {
+  const u32 rank = contact.rank;
+#if FEATURE_SLEEPING
+  const u32 place = color_class_of(contact, shape_infos) << (32u - COLOR_CLASS_BITS) | rank;
+#else
   const u32 place = rank * 39u % COLOR_CLASSES << (32u - COLOR_CLASS_BITS) | rank >> COLOR_CLASS_BITS;
+#endif
   return 0xfffffffeu - place;
 }
 
@@ -53,8 +67,41 @@ static inline u32 color_first_contact(u32 world, u32 count, global const Contact
   return begin;
 }
 
+// The lowest colour that is free for the pair that contact i is the first of.
+static inline void color_give(u32 i, global const BodyInfo* body_infos, global const Contact* contacts,
+                              global u32* body_colors, global u32* contact_colors) {
+  const u32 a = contacts[i].body_a, b = contacts[i].body_b;
+  const bool dynamic_a = body_infos[a].kind == BODY_DYNAMIC, dynamic_b = body_infos[b].kind == BODY_DYNAMIC;
+  const u32 color = color_lowest_free(a, dynamic_a, b, dynamic_b, body_colors);
+  contact_colors[i] = color;
+  if (dynamic_a && color < MAX_COLORS) color_take(color, a, body_colors);
+  if (dynamic_b && color < MAX_COLORS) color_take(color, b, body_colors);
+}
+
+#if FEATURE_SLEEPING
+// The first contacts of pairs among first .. end - 1, sorted by class; how many they are. Of a class they stay in
+// order.
+static inline u32 color_sort(u32 first, u32 end, global const ShapeInfo* shape_infos, global const Contact* contacts,
+                             global u32* color_order, global u32* contact_colors) {
+  u32 starts[COLOR_CLASSES + 1u];
+  for (u32 place = 0u; place <= COLOR_CLASSES; ++place) starts[place] = 0u;
+  for (u32 i = first; i < end; ++i) {
+    contact_colors[i] = COLOR_OF_FIRST;
+    if (pair_contact_is_first(contacts, i)) ++starts[color_class_of(contacts[i], shape_infos) + 1u];
+  }
+  for (u32 place = 0u; place < COLOR_CLASSES; ++place) starts[place + 1u] += starts[place];
+  const u32 count = starts[COLOR_CLASSES];
+  for (u32 i = first; i < end; ++i) {
+    if (!pair_contact_is_first(contacts, i)) continue;
+    color_order[first + starts[color_class_of(contacts[i], shape_infos)]++] = i;
+  }
+  return count;
+}
+#endif
+
 kernel void color_worlds(const StepParams params, global const WorldRange* world_ranges,
-                         global const BodyInfo* body_infos, global const Contact* contacts, global u32* body_colors,
+                         global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                         global const Contact* contacts, global u32* body_colors, global u32* color_order,
                          global u32* contact_colors, global const u32* counters) {
   FOR_EACH(world, params.worlds) {
     const u32 first_word = 2u * world_ranges[world].first_body;
@@ -62,20 +109,20 @@ kernel void color_worlds(const StepParams params, global const WorldRange* world
 
     const u32 first = color_first_contact(world, counters[COUNTER_CONTACTS], contacts);
     const u32 end = color_first_contact(world + 1u, counters[COUNTER_CONTACTS], contacts);
+#if FEATURE_SLEEPING
+    const u32 count = color_sort(first, end, shape_infos, contacts, color_order, contact_colors);
+    for (u32 k = 0u; k < count; ++k)
+      color_give(color_order[first + k], body_infos, contacts, body_colors, contact_colors);
+#else
     for (u32 place = 0u; place < COLOR_CLASSES; ++place) {
       for (u32 i = first + color_class(place); i < end; i += COLOR_CLASSES) {
-        if (!pair_contact_is_first(contacts, i)) {
+        if (pair_contact_is_first(contacts, i))
+          color_give(i, body_infos, contacts, body_colors, contact_colors);
+        else
           contact_colors[i] = COLOR_OF_FIRST;
-          continue;
-        }
-        const u32 a = contacts[i].body_a, b = contacts[i].body_b;
-        const bool dynamic_a = body_infos[a].kind == BODY_DYNAMIC, dynamic_b = body_infos[b].kind == BODY_DYNAMIC;
-        const u32 color = color_lowest_free(a, dynamic_a, b, dynamic_b, body_colors);
-        contact_colors[i] = color;
-        if (dynamic_a && color < MAX_COLORS) color_take(color, a, body_colors);
-        if (dynamic_b && color < MAX_COLORS) color_take(color, b, body_colors);
       }
     }
+#endif
   }
 }
 
@@ -95,8 +142,8 @@ static inline void color_lose(u32 priority, u32 body, global u32* next_bids, glo
 // One round over all contacts; 1 where some contact lost and bids again. Bids lie in three arrays that change roles, so
 // that a round needs one launch: bids of round k are cleared in round k - 2, made in k - 1 and read in k.
 static inline u32 color_bid(u32 round, u32 first, u32 stride, u32 count, u32 bodies, global const BodyInfo* body_infos,
-                            global const Contact* contacts, global u32* body_colors, global u32* contact_colors,
-                            global u32* color_bids) {
+                            global const ShapeInfo* shape_infos, global const Contact* contacts,
+                            global u32* body_colors, global u32* contact_colors, global u32* color_bids) {
   global const u32* bids = color_bids + (round % 3u) * bodies;
   global u32* next_bids = color_bids + ((round + 1u) % 3u) * bodies;
   global u32* later_bids = color_bids + ((round + 2u) % 3u) * bodies;
@@ -105,7 +152,7 @@ static inline u32 color_bid(u32 round, u32 first, u32 stride, u32 count, u32 bod
     if (contact_colors[i] != NONE) continue;
     const u32 a = contacts[i].body_a, b = contacts[i].body_b;
     const bool dynamic_a = body_infos[a].kind == BODY_DYNAMIC, dynamic_b = body_infos[b].kind == BODY_DYNAMIC;
-    const u32 priority = color_priority(contacts[i].rank);
+    const u32 priority = color_priority(contacts[i], shape_infos);
     const u32 bid_a = dynamic_a ? bids[a] : priority, bid_b = dynamic_b ? bids[b] : priority;
     if (bid_a == COLOR_FULL || bid_b == COLOR_FULL) {
       contact_colors[i] = MAX_COLORS;
@@ -137,23 +184,26 @@ kernel void color_start(const StepParams params, global const Contact* contacts,
 
 // color_rounds: one more than the last round that somebody lost.
 kernel void color_round(const StepParams params, const u32 round, global const BodyInfo* body_infos,
-                        global const Contact* contacts, global u32* body_colors, global u32* contact_colors,
-                        global u32* color_bids, global u32* color_rounds, global const u32* counters) {
+                        global const ShapeInfo* shape_infos, global const Contact* contacts, global u32* body_colors,
+                        global u32* contact_colors, global u32* color_bids, global u32* color_rounds,
+                        global const u32* counters) {
   const u32 lost = color_bid(round, (u32)get_global_id(0), (u32)get_global_size(0), counters[COUNTER_CONTACTS],
-                             params.bodies, body_infos, contacts, body_colors, contact_colors, color_bids);
+                             params.bodies, body_infos, shape_infos, contacts, body_colors, contact_colors, color_bids);
   if (lost != 0u) color_rounds[0] = round + 1u;
 }
 
 // One work-group: the rounds from `first_round` on, until nobody loses. In each round the highest bidder wins.
 kernel void color_tail(const StepParams params, const u32 first_round, global const BodyInfo* body_infos,
-                       global const Contact* contacts, global u32* body_colors, global u32* contact_colors,
-                       global u32* color_bids, global u32* color_rounds, global const u32* counters) {
+                       global const ShapeInfo* shape_infos, global const Contact* contacts, global u32* body_colors,
+                       global u32* contact_colors, global u32* color_bids, global u32* color_rounds,
+                       global const u32* counters) {
   for (u32 round = first_round;; ++round) {
     const u32 rounds = color_rounds[0];
     barrier(CLK_GLOBAL_MEM_FENCE);
     if (rounds != round) break;
-    const u32 lost = color_bid(round, (u32)get_local_id(0), (u32)get_local_size(0), counters[COUNTER_CONTACTS],
-                               params.bodies, body_infos, contacts, body_colors, contact_colors, color_bids);
+    const u32 lost =
+        color_bid(round, (u32)get_local_id(0), (u32)get_local_size(0), counters[COUNTER_CONTACTS], params.bodies,
+                  body_infos, shape_infos, contacts, body_colors, contact_colors, color_bids);
     if (lost != 0u) color_rounds[0] = round + 1u;
     barrier(CLK_GLOBAL_MEM_FENCE);
   }

@@ -13,6 +13,7 @@ static inline void search_later_shapes(const PairSearch* s, u32 place, StepParam
     if (end - first < LANES) hits &= (1u << (end - first)) - 1u;
     for (; hits != 0u; hits &= hits - 1u) {
       const PlaceInfo other = s->place_infos[first + lowest_bit(hits)];
+      if (!one_looks(me.info.looks, other.looks)) continue;
       if (is_pair(s, me.info.shape, other.shape, me.info.body, other.body)) add_pair(finds, me.info.index, other.index);
     }
   }
@@ -23,17 +24,17 @@ static inline void search_later_shapes(const PairSearch* s, u32 place, StepParam
 kernel void compare_shapes(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                            global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
                            global const Vec4* positions, global const Vec4* orientations, global const Motion* motions,
-                           global const Bound* bounds, global real* places, global PlaceInfo* place_infos,
-                           global PlaneInfo* plane_infos, global u32* shape_places, global const u32* joined_starts,
-                           global const u32* joined_bodies, global u32* found_partners, global u32* pair_starts,
-                           global Pair* pairs, global u32* counters, const StepParams params) {
+                           global const Sleeper* sleepers, global const Bound* bounds, global real* places,
+                           global PlaceInfo* place_infos, global PlaneInfo* plane_infos, global u32* shape_places,
+                           global const u32* joined_starts, global const u32* joined_bodies, global u32* found_partners,
+                           global u32* pair_starts, global Pair* pairs, global u32* counters, const StepParams params) {
   const Cell no_cell = {0, 0, 0, NONE};
   FOR_EACH(i, params.shapes) {
-    gather_place(i, i, no_cell, body_infos, shape_infos, positions, motions, bounds, places, place_infos, shape_places,
-                 params.shapes);
+    gather_place(i, i, no_cell, body_infos, shape_infos, positions, motions, sleepers, bounds, places, place_infos,
+                 shape_places, params.shapes, params.bodies);
   }
-  gather_planes(world_ranges, shape_infos, shapes, planes, positions, orientations, motions, plane_infos, pair_starts,
-                params);
+  gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
+                plane_infos, pair_starts, params);
   barrier(CLK_GLOBAL_MEM_FENCE);
 
   const PairSearch s = {world_ranges, body_infos,  shape_infos, planes,        positions,    motions,

@@ -4,6 +4,7 @@
 #include "common.h"
 #include "shapes/overlap.h"
 #include "shapes/reach.h"
+#include "sleep.h"
 #include "types.h"
 
 #if FEATURE_SENSORS
@@ -104,22 +105,46 @@ static inline u32 events_place(const TouchLists* lists, u32 k, bool* known) {
   return is_now ? k + place : k - lists->now + place + (*known ? 1u : 0u);
 }
 
-// 1 for each place of the merged list that is an event, and 0 behind the last one for the total.
-kernel void find_events_compare(global const u32* touching_count, global const Pair* touching,
-                                global const Pair* touching_now, global const u32* pair_starts,
-                                global const u32* touch_slots, global const u32* touching_starts,
-                                global u32* event_slots, global const u32* counters) {
+#if FEATURE_SLEEPING
+// Whether a pair that touched is left out by the broad phase because both sides rest.
+static inline bool events_pair_sleeps(Pair pair, u32 bodies, global const BodyInfo* body_infos,
+                                      global const ShapeInfo* shape_infos, global const Motion* motions,
+                                      global const Sleeper* sleepers) {
+  return !looks_for_others(shape_infos[pair.shape_a], bodies, body_infos, motions, sleepers) &&
+         !looks_for_others(shape_infos[pair.shape_b], bodies, body_infos, motions, sleepers);
+}
+#endif
+
+// 1 for each place of the merged list that is an event, and 0 behind the last one for the total. Where bodies sleep,
+// touch_stays has the same of what touches now.
+kernel void find_events_compare(const StepParams params, global const BodyInfo* body_infos,
+                                global const ShapeInfo* shape_infos, global const Motion* motions,
+                                global const Sleeper* sleepers, global const u32* touching_count,
+                                global const Pair* touching, global const Pair* touching_now,
+                                global const u32* pair_starts, global const u32* touch_slots,
+                                global const u32* touching_starts, global u32* event_slots, global u32* touch_stays,
+                                global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const u32 now = counters[COUNTER_TOUCHES], before = touching_count[0];
   const TouchLists lists = {now, before, touching_now, touching, pair_starts, touch_slots, touching_starts};
   FOR_EACH(k, now + before + 1u) {
-    if (k == now + before) {
-      event_slots[k] = 0u;
-    } else {
+    bool is_event = false, stays = false;
+    u32 place = k;
+    if (k < now + before) {
       bool known;
-      const u32 place = events_place(&lists, k, &known);
-      event_slots[place] = known ? 0u : 1u;
+      place = events_place(&lists, k, &known);
+      is_event = !known;
+      stays = k < now;
+#if FEATURE_SLEEPING
+      if (!stays && !known)
+        stays = events_pair_sleeps(touching[k - now], params.bodies, body_infos, shape_infos, motions, sleepers);
+      is_event = is_event && (k < now || !stays);
+#endif
     }
+    event_slots[place] = is_event ? 1u : 0u;
+#if FEATURE_SLEEPING
+    touch_stays[place] = stays ? 1u : 0u;
+#endif
   }
 }
 
@@ -137,7 +162,7 @@ kernel void find_events_write(global const BodyInfo* body_infos, global const Sh
   FOR_EACH(k, now + before) {
     bool known;
     const u32 place = events_place(&lists, k, &known);
-    if (known) continue;
+    if (event_slots[place + 1u] == event_slots[place]) continue;
     const bool begins = k < now;
     const Pair pair = begins ? touching_now[k] : touching[k - now];
     const bool turned = IS_SENSOR(shape_infos[pair.shape_b]);
@@ -165,3 +190,33 @@ kernel void find_events_keep(global const Pair* touching_now, global u32* touchi
   if (get_global_id(0) == 0) touching_count[0] = now;
   FOR_EACH(i, now) { touching[i] = touching_now[i]; }
 }
+
+#if FEATURE_SLEEPING
+// Or, after the scan of touch_stays, the last two: in its place goes what touches now, and what sleepers touch.
+kernel void find_events_merge(global const u32* touching_count, global const Pair* touching,
+                              global const Pair* touching_now, global const u32* pair_starts,
+                              global const u32* touch_slots, global const u32* touching_starts,
+                              global const u32* touch_stays, global Pair* touching_after, global const u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+  const u32 now = counters[COUNTER_TOUCHES], before = touching_count[0];
+  const TouchLists lists = {now, before, touching_now, touching, pair_starts, touch_slots, touching_starts};
+  FOR_EACH(k, now + before) {
+    bool known;
+    const u32 place = events_place(&lists, k, &known);
+    if (touch_stays[place + 1u] > touch_stays[place])
+      touching_after[touch_stays[place]] = k < now ? touching_now[k] : touching[k - now];
+  }
+}
+
+// One work-group: all items know how many there were before one of them says how many there are.
+kernel void find_events_replace(global const u32* touch_stays, global const Pair* touching_after,
+                                global u32* touching_count, global Pair* touching, global u32* counters) {
+  const bool is_void = STEP_IS_VOID(counters);
+  const u32 count = is_void ? 0u : touch_stays[counters[COUNTER_TOUCHES] + touching_count[0]];
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  FOR_EACH(i, count) { touching[i] = touching_after[i]; }
+  if (is_void || get_local_id(0) != 0) return;
+  counters[COUNTER_TOUCHES] = count;
+  touching_count[0] = count;
+}
+#endif

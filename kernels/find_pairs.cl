@@ -42,8 +42,9 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
         const PlaceInfo other = s->place_infos[place + lowest_bit(hits)];
         // other rows may share the buckets of this one
         if (other.cell_y != y || other.cell_z != z) continue;
-        const bool later = other.index > me->info.index, sought = finds->list == 0 && is_sought(other.body);
+        const bool later = other.index > me->info.index, sought = finds->list == 0 && is_sought(&other);
         if (!sought && (which == ROW_SOUGHT || (which == ROW_LATER && !later))) continue;
+        if (!one_looks(me->info.looks, other.looks)) continue;
         if (!is_pair(s, me->info.shape, other.shape, me->info.body, other.body)) continue;
         add_pair(finds, later ? me->info.index : other.index, later ? other.index : me->info.index);
       }
@@ -59,9 +60,12 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
 static inline void search_cells(const PairSearch* s, StepParams params, u32 place, global const u32* bucket_starts,
                                 u32 max_extent, Finds* finds) {
   const Searcher me = make_searcher(s, params, place);
+  const bool all = finds->list != 0, around = all || SEARCHES_AROUND;
+  if (!all && is_sought(&me.info)) {
+    if (FEATURE_SLEEPING) search_planes(s, &me, finds);  // some may move
+    return;
+  }
   const CellWindow window = make_window(&me, max_extent, params);
-  const bool all = finds->list != 0, around = all || FEATURE_FACETS;
-  if (!all && is_sought(me.info.body)) return;
   for (i32 z = around ? window.low_z : me.info.cell_z; z <= window.high_z; ++z) {
     const bool own_layer = z == me.info.cell_z;
     for (i32 y = own_layer && !around ? me.info.cell_y : window.low_y; y <= window.high_y; ++y) {
@@ -81,18 +85,18 @@ static inline void search_cells(const PairSearch* s, StepParams params, u32 plac
 kernel void find_pairs_gather(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                               global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
                               global const Vec4* positions, global const Vec4* orientations,
-                              global const Motion* motions, global const Bound* bounds, global const Cell* cells,
-                              global const u32* bucket_items, global real* places, global PlaceInfo* place_infos,
-                              global PlaneInfo* plane_infos, global u32* shape_places, global u32* pair_starts,
-                              const StepParams params) {
+                              global const Motion* motions, global const Sleeper* sleepers, global const Bound* bounds,
+                              global const Cell* cells, global const u32* bucket_items, global real* places,
+                              global PlaceInfo* place_infos, global PlaneInfo* plane_infos, global u32* shape_places,
+                              global u32* pair_starts, const StepParams params) {
   FOR_EACH(place, params.shapes) {
     const u32 i = bucket_items[place];
     if (i == NONE) continue;
-    gather_place(place, i, cells[i], body_infos, shape_infos, positions, motions, bounds, places, place_infos,
-                 shape_places, params.shapes);
+    gather_place(place, i, cells[i], body_infos, shape_infos, positions, motions, sleepers, bounds, places, place_infos,
+                 shape_places, params.shapes, params.bodies);
   }
-  gather_planes(world_ranges, shape_infos, shapes, planes, positions, orientations, motions, plane_infos, pair_starts,
-                params);
+  gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
+                plane_infos, pair_starts, params);
 }
 
 kernel void find_pairs_search(global const WorldRange* world_ranges, global const BodyInfo* body_infos,

@@ -143,48 +143,79 @@ kernel void hash_state_bodies(const StepParams params, global const BodyInfo* bo
   hash_hand_over(&sum, world_hashes);
 }
 
-kernel void hash_state_contacts(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                                global const u32* cached_count, global const ContactKey* cached_keys,
-                                global const ContactImpulse* cached_impulses, global const Vec4* cached_moments,
-                                global WorldHash* world_hashes) {
+// Contacts by their keys: those of the cache, or of sleepers.
+static inline void hash_keys(u32 record, u32 count, global const BodyInfo* body_infos,
+                             global const ShapeInfo* shape_infos, global const ContactKey* keys,
+                             global const ContactImpulse* key_impulses, global const Vec4* key_moments,
+                             global WorldHash* world_hashes) {
   HashSum sum = hash_nothing();
-  FOR_EACH(i, cached_count[0]) {
-    const ContactKey key = cached_keys[i];
+  FOR_EACH(i, count) {
+    const ContactKey key = keys[i];
     const ShapeInfo shape_a = shape_infos[key.shape_a];
     const u32 impulse_words = (u32)(sizeof(ContactImpulse) / sizeof(u32));
     const u32 moment_words = (u32)(sizeof(Vec4) / sizeof(u32));
     hash_enter(&sum, body_infos[shape_a.body].world, world_hashes);
 #if EACH_TAKES_NEIGHBOURS
     // contacts are ordered by shape a, and shapes by world
-    if (i_end - i >= 16u && body_infos[shape_infos[cached_keys[i + 15u].shape_a].body].world == sum.world) {
+    if (i_end - i >= 16u && body_infos[shape_infos[keys[i + 15u].shape_a].body].world == sum.world) {
       u32 id_a[16], id_b[16];
       for (u32 k = 0u; k < 16u; ++k) {
-        id_a[k] = shape_infos[cached_keys[i + k].shape_a].id;
-        id_b[k] = shape_infos[cached_keys[i + k].shape_b].id;
+        id_a[k] = shape_infos[keys[i + k].shape_a].id;
+        id_b[k] = shape_infos[keys[i + k].shape_b].id;
       }
       const u32 key_words = (u32)(sizeof(ContactKey) / sizeof(u32));
-      ulong16 contacts_16 = hash_word_16((ulong16)(hash_start(HASHED_CONTACT)), vload16(0, id_a));
+      ulong16 contacts_16 = hash_word_16((ulong16)(hash_start(record)), vload16(0, id_a));
       contacts_16 = hash_word_16(contacts_16, vload16(0, id_b));
-      contacts_16 = hash_word_16(contacts_16, hash_load_16(&cached_keys[i].feature, key_words));
-      contacts_16 = hash_word_16(contacts_16, hash_load_16(&cached_keys[i].pad, key_words));
-      contacts_16 = hash_words_16(contacts_16, (global const u32*)&cached_impulses[i], impulse_words);
+      contacts_16 = hash_word_16(contacts_16, hash_load_16(&keys[i].feature, key_words));
+      contacts_16 = hash_word_16(contacts_16, hash_load_16(&keys[i].pad, key_words));
+      contacts_16 = hash_words_16(contacts_16, (global const u32*)&key_impulses[i], impulse_words);
 #if FEATURE_TURNING_FRICTION
-      contacts_16 = hash_words_16(contacts_16, (global const u32*)&cached_moments[i], moment_words);
+      contacts_16 = hash_words_16(contacts_16, (global const u32*)&key_moments[i], moment_words);
 #endif
       hash_add_state_16(&sum, contacts_16);
       i += 15u;
       continue;
     }
 #endif
-    ulong h = hash_start(HASHED_CONTACT);
+    ulong h = hash_start(record);
     h = hash_word(h, shape_a.id);
     h = hash_word(h, shape_infos[key.shape_b].id);
     h = hash_word(h, key.feature);
     h = hash_word(h, key.pad);
-    h = hash_words(h, (global const u32*)&cached_impulses[i], impulse_words);
+    h = hash_words(h, (global const u32*)&key_impulses[i], impulse_words);
 #if FEATURE_TURNING_FRICTION
-    h = hash_words(h, (global const u32*)&cached_moments[i], moment_words);
+    h = hash_words(h, (global const u32*)&key_moments[i], moment_words);
 #endif
+    hash_add_state(&sum, h);
+  }
+  hash_hand_over(&sum, world_hashes);
+}
+
+kernel void hash_state_contacts(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                                global const u32* cached_count, global const ContactKey* cached_keys,
+                                global const ContactImpulse* cached_impulses, global const Vec4* cached_moments,
+                                global WorldHash* world_hashes) {
+  hash_keys(HASHED_CONTACT, cached_count[0], body_infos, shape_infos, cached_keys, cached_impulses, cached_moments,
+            world_hashes);
+}
+
+kernel void hash_state_slept(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                             global const u32* slept_count, global const ContactKey* slept_keys,
+                             global const ContactImpulse* slept_impulses, global const Vec4* slept_moments,
+                             global WorldHash* world_hashes) {
+  hash_keys(HASHED_SLEPT, slept_count[0], body_infos, shape_infos, slept_keys, slept_impulses, slept_moments,
+            world_hashes);
+}
+
+kernel void hash_state_sleepers(const StepParams params, global const BodyInfo* body_infos,
+                                global const Sleeper* sleepers, global WorldHash* world_hashes) {
+  HashSum sum = hash_nothing();
+  FOR_EACH(i, params.bodies) {
+    const Sleeper sleeper = sleepers[i];
+    hash_enter(&sum, body_infos[i].world, world_hashes);
+    ulong h = hash_word(hash_start(HASHED_SLEEPER), body_infos[i].id);
+    h = hash_word(h, sleeper.still);
+    h = hash_word(h, sleeper.island < ISLAND_WAKES ? body_infos[sleeper.island].id : sleeper.island);
     hash_add_state(&sum, h);
   }
   hash_hand_over(&sum, world_hashes);

@@ -2,17 +2,19 @@
 #include "common.h"
 #include "math.h"
 #include "rigid_body.h"
+#include "sleep.h"
 #include "types.h"
 
 // The formulas and their sources are in cpu_reference/integrate_positions.hpp.
 kernel void integrate_positions(const StepParams params, global const BodyInfo* body_infos, global const Pivot* pivots,
-                                global const Velocity* previous_velocities, global Vec4* positions,
-                                global Vec4* orientations, global Motion* motions, global u32* counters) {
+                                global const Sleeper* sleepers, global const Velocity* previous_velocities,
+                                global Vec4* positions, global Vec4* orientations, global Motion* motions,
+                                global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
 
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];
-    if (info.kind == BODY_STATIC) continue;
+    if (info.kind == BODY_STATIC || IS_ASLEEP(sleepers, i)) continue;
     const bool dynamic = info.kind == BODY_DYNAMIC;
     const bool pivoted = dynamic && IS_PIVOTED(pivots, i);
     const bool carried = dynamic && IS_GYROSCOPIC(params, info) && params.theta != (real)1;

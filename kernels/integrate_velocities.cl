@@ -3,6 +3,7 @@
 #include "gyroscopic.h"
 #include "math.h"
 #include "rigid_body.h"
+#include "sleep.h"
 #include "types.h"
 
 // Of a user, of particles, or of both.
@@ -22,8 +23,8 @@ static inline Load load_of(global const Load* loads, global const Load* particle
 kernel void integrate_velocities(const StepParams params, global const BodyInfo* body_infos,
                                  global const Vec4* gravities, global const Mass* masses, global const Pivot* pivots,
                                  global const Load* loads, global const Load* particle_loads,
-                                 global const Vec4* orientations, global Velocity* previous_velocities,
-                                 global Motion* motions, global u32* counters) {
+                                 global const Sleeper* sleepers, global const Vec4* orientations,
+                                 global Velocity* previous_velocities, global Motion* motions, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
 
   FOR_EACH(i, params.bodies) {
@@ -36,7 +37,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
     previous_velocities[i] = make_velocity(v, w);
     set_inverse_inertia(&motion, mass, info, q);
 
-    if (info.kind == BODY_DYNAMIC) {
+    if (info.kind == BODY_DYNAMIC && !IS_ASLEEP(sleepers, i)) {
       const Vec3 gravity = vec3_of(gravities[info.world]);
       const bool pivoted = IS_PIVOTED(pivots, i);
       const bool gyroscopic = IS_GYROSCOPIC(params, info);

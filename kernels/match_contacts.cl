@@ -1,6 +1,7 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Finds the impulses that contacts start from (cpu_reference/match_contacts.hpp).
 #include "common.h"
+#include "sleep.h"
 #include "types.h"
 
 // Where the keys of each shape a begin: entry s is the number of keys whose shape_a is below s.
@@ -28,7 +29,7 @@ static inline ContactImpulse match_add_share(ContactImpulse to, real share, Cont
 
 // Where no contact resists turning there are no moments.
 #if FEATURE_TURNING_FRICTION
-#define MATCH_MOMENT(key) cached_moments[key]
+#define MATCH_MOMENT(key) moments[key]
 #else
 #define MATCH_MOMENT(key) no_moment
 #endif
@@ -41,22 +42,57 @@ static inline Vec4 match_add_moment(Vec4 to, real share, Vec4 m) {
   return to;
 }
 
+#if FEATURE_SLEEPING
+// How many keys have a shape a that is below this one.
+static inline u32 match_first_key(global const ContactKey* keys, u32 count, u32 shape_a) {
+  u32 low = 0u, high = count;
+  while (low < high) {
+    const u32 middle = low + (high - low) / 2u;
+    if (keys[middle].shape_a < shape_a) {
+      low = middle + 1u;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+#endif
+
 // The first contact of a pair does the work of all: contacts and keys are in the same order.
 kernel void match_contacts(global const Contact* contacts, global const ContactKey* cached_keys,
                            global const ContactImpulse* cached_impulses, global const Vec4* cached_moments,
-                           global const u32* cached_starts, global ContactImpulse* start_impulses,
-                           global Vec4* start_moments, global const u32* counters) {
+                           global const u32* cached_starts, global const Sleeper* sleepers,
+                           global const u32* slept_count, global const ContactKey* slept_keys,
+                           global const ContactImpulse* slept_impulses, global const Vec4* slept_moments,
+                           global ContactImpulse* start_impulses, global Vec4* start_moments,
+                           global const u32* counters) {
   const u32 count = counters[COUNTER_CONTACTS];
   const ContactImpulse none = {(real)0, (real)0, (real)0, (real)0};
   const Vec4 no_moment = {(real)0, (real)0, (real)0, (real)0};
   FOR_EACH(first, count) {
     const Contact pair = contacts[first];
     if (first > 0u && match_is_pair(contacts[first - 1u], pair)) continue;
-    const u32 end = cached_starts[pair.shape_a + 1u];
-    u32 key = cached_starts[pair.shape_a], high = end;
+    global const ContactKey* keys = cached_keys;
+    global const ContactImpulse* impulses = cached_impulses;
+#if FEATURE_TURNING_FRICTION
+    global const Vec4* moments = cached_moments;
+#endif
+    u32 key = cached_starts[pair.shape_a], end = cached_starts[pair.shape_a + 1u];
+#if FEATURE_SLEEPING
+    if (WAKES(sleepers, pair.body_a) || WAKES(sleepers, pair.body_b)) {
+      keys = slept_keys;
+      impulses = slept_impulses;
+#if FEATURE_TURNING_FRICTION
+      moments = slept_moments;
+#endif
+      key = match_first_key(slept_keys, slept_count[0], pair.shape_a);
+      end = match_first_key(slept_keys, slept_count[0], pair.shape_a + 1u);
+    }
+#endif
+    u32 high = end;
     while (key < high) {
       const u32 middle = key + (high - key) / 2u;
-      if (cached_keys[middle].shape_b < pair.shape_b) {
+      if (keys[middle].shape_b < pair.shape_b) {
         key = middle + 1u;
       } else {
         high = middle;
@@ -69,24 +105,23 @@ kernel void match_contacts(global const Contact* contacts, global const ContactK
     u32 last = first;
     for (; last < count && match_is_pair(contacts[last], pair); ++last) {
       const u32 feature = contacts[last].feature;
-      for (; key < end && cached_keys[key].shape_b == pair.shape_b && cached_keys[key].feature < feature; ++key) {
-        lost = match_add_share(lost, (real)1, cached_impulses[key]);
+      for (; key < end && keys[key].shape_b == pair.shape_b && keys[key].feature < feature; ++key) {
+        lost = match_add_share(lost, (real)1, impulses[key]);
         lost_moment = match_add_moment(lost_moment, (real)1, MATCH_MOMENT(key));
         ++gone;
       }
-      const bool is_known =
-          key < end && cached_keys[key].shape_b == pair.shape_b && cached_keys[key].feature == feature;
-      start_impulses[last] = is_known ? cached_impulses[key] : none;
+      const bool is_known = key < end && keys[key].shape_b == pair.shape_b && keys[key].feature == feature;
+      start_impulses[last] = is_known ? impulses[key] : none;
 #if FEATURE_TURNING_FRICTION
-      start_moments[last] = is_known ? cached_moments[key] : no_moment;
+      start_moments[last] = is_known ? moments[key] : no_moment;
 #endif
       known |= is_known ? 1u << (last - first) : 0u;
       fresh += is_known ? 0u : 1u;
       key += is_known ? 1u : 0u;
     }
 #if FEATURE_SOFT_CONTACTS
-    for (; key < end && cached_keys[key].shape_b == pair.shape_b; ++key, ++gone) {
-      lost = match_add_share(lost, (real)1, cached_impulses[key]);
+    for (; key < end && keys[key].shape_b == pair.shape_b; ++key, ++gone) {
+      lost = match_add_share(lost, (real)1, impulses[key]);
       lost_moment = match_add_moment(lost_moment, (real)1, MATCH_MOMENT(key));
     }
     if (gone == 0u) continue;

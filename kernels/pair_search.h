@@ -8,6 +8,7 @@
 #include "lanes.h"
 #include "shapes/reach.h"
 #include "shapes/sphere_plane.h"
+#include "sleep.h"
 #include "sort.h"
 
 // Partners of a shape that the first search keeps; where there are more, the shape searches for all of its own.
@@ -38,13 +39,14 @@ typedef struct PlaceInfo {
   BodyInfo body;
   u32 index;
   i32 cell_y, cell_z;  // of the grid
-  u32 pad;
+  u32 looks;           // 1 where it looks for others, 0 where it is only sought
 } PlaceInfo;
 
 // A plane in the world. What is farther from it than `slack` times what a shape can come in the step is out of reach.
 typedef struct PlaneInfo {
   real point[3], normal[3];
-  real slack, pad;
+  real slack;
+  u32 looks;
 } PlaneInfo;
 
 // What every search reads.
@@ -86,8 +88,15 @@ static inline bool is_pair(const PairSearch* s, ShapeInfo a, ShapeInfo b, BodyIn
 }
 
 // Surfaces are many shapes that cannot move: where there are any, only what can move looks for others in the first
-// search, and for what cannot on all sides.
-static inline bool is_sought(BodyInfo body) { return FEATURE_FACETS && body.kind != BODY_DYNAMIC; }
+// search, and for what cannot on all sides. The same where many sleep: only what is awake looks for others.
+#define SEARCHES_AROUND (FEATURE_FACETS || FEATURE_SLEEPING)
+static inline bool is_sought(const PlaceInfo* info) {
+  if (FEATURE_SLEEPING) return info->looks == 0u;
+  return FEATURE_FACETS && info->body.kind != BODY_DYNAMIC;
+}
+
+// Two shapes of which neither looks for others are no pair.
+static inline bool one_looks(u32 looks_a, u32 looks_b) { return !FEATURE_SLEEPING || (looks_a | looks_b) != 0u; }
 
 // Where a search puts what it finds. In the first one each pair is found once, from either side, and given to its
 // owner: counts[owner] and the first FOUND of found[owner]. In the second one a shape fills the list of its own
@@ -129,8 +138,9 @@ static inline real turning_speed(global const Bound* bound, u32 kind, global con
 // Puts shape i at a place. One without extent gets a reach that no other shape comes near.
 static inline void gather_place(u32 place, u32 i, Cell cell, global const BodyInfo* body_infos,
                                 global const ShapeInfo* shape_infos, global const Vec4* positions,
-                                global const Motion* motions, global const Bound* bounds, global real* places,
-                                global PlaceInfo* place_infos, global u32* shape_places, u32 shapes) {
+                                global const Motion* motions, global const Sleeper* sleepers,
+                                global const Bound* bounds, global real* places, global PlaceInfo* place_infos,
+                                global u32* shape_places, u32 shapes, u32 bodies) {
   shape_places[i] = place;
   const u32 body = shape_infos[i].body;
   global const Bound* bound = &bounds[i];
@@ -157,13 +167,18 @@ static inline void gather_place(u32 place, u32 i, Cell cell, global const BodyIn
   info.index = i;
   info.cell_y = cell.y;
   info.cell_z = cell.z;
-  info.pad = 0u;
+#if FEATURE_SLEEPING
+  info.looks = looks_for_others(info.shape, bodies, body_infos, motions, sleepers) ? 1u : 0u;
+#else
+  info.looks = 1u;
+#endif
   place_infos[place] = info;
 }
 
-static inline PlaneInfo make_plane_info(u32 plane, global const ShapeInfo* shape_infos, global const Shape* shapes,
+static inline PlaneInfo make_plane_info(u32 plane, global const BodyInfo* body_infos,
+                                        global const ShapeInfo* shape_infos, global const Shape* shapes,
                                         global const Vec4* positions, global const Vec4* orientations,
-                                        global const Motion* motions) {
+                                        global const Motion* motions, global const Sleeper* sleepers, u32 bodies) {
   const u32 body = shape_infos[plane].body;
   const Pose pose = make_pose(positions[body], orientations[body]);
   const Vec3 point = shape_center(pose, &shapes[plane]);
@@ -171,20 +186,25 @@ static inline PlaneInfo make_plane_info(u32 plane, global const ShapeInfo* shape
   const Vec3 v = make3(motions[body].v[0], motions[body].v[1], motions[body].v[2]);
   const Vec3 spin = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
   const bool still = dot3(v, v) + dot3(spin, spin) == (real)0;
-  const PlaneInfo info = {
-      {point.x, point.y, point.z}, {normal.x, normal.y, normal.z}, still ? (real)1.001 : (real)1e30, (real)0};
+  PlaneInfo info = {{point.x, point.y, point.z}, {normal.x, normal.y, normal.z}, still ? (real)1.001 : (real)1e30, 1u};
+#if FEATURE_SLEEPING
+  info.looks = looks_for_others(shape_infos[plane], bodies, body_infos, motions, sleepers) ? 1u : 0u;
+#endif
   return info;
 }
 
 // The planes of all worlds, and no pairs yet.
-static inline void gather_planes(global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
-                                 global const Shape* shapes, global const u32* planes, global const Vec4* positions,
+static inline void gather_planes(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
+                                 global const ShapeInfo* shape_infos, global const Shape* shapes,
+                                 global const u32* planes, global const Vec4* positions,
                                  global const Vec4* orientations, global const Motion* motions,
-                                 global PlaneInfo* plane_infos, global u32* pair_starts, StepParams params) {
+                                 global const Sleeper* sleepers, global PlaneInfo* plane_infos, global u32* pair_starts,
+                                 StepParams params) {
   FOR_EACH(w, params.worlds) {
     const WorldRange world = world_ranges[w];
     for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k)
-      plane_infos[k] = make_plane_info(planes[k], shape_infos, shapes, positions, orientations, motions);
+      plane_infos[k] = make_plane_info(planes[k], body_infos, shape_infos, shapes, positions, orientations, motions,
+                                       sleepers, params.bodies);
   }
   FOR_EACH(i, params.shapes + 1u) { pair_starts[i] = 0u; }
 }
@@ -246,6 +266,7 @@ static inline void search_planes(const PairSearch* s, const Searcher* me, Finds*
     const real gap = dot3(normal, sub3(me->center, point)) - me->reach;
     const u32 j = s->planes[k];
     if (gap + me->reach > plane.slack * (me->extent + me->margin)) continue;
+    if (!one_looks(me->info.looks, plane.looks)) continue;
     const ShapeInfo other = s->shape_infos[j];
     const u32 body_a = me->info.shape.body, body_b = other.body;
     if (!is_pair(s, me->info.shape, other, me->info.body, s->body_infos[body_b])) continue;

@@ -4,6 +4,7 @@
 #include "joints/factor.h"
 #include "joints/joint_now.h"
 #include "joints/mobility.h"
+#include "sleep.h"
 #include "types.h"
 
 static inline void joint_free_law(const Joint joint, real x, real turning, real dt, u32 lane,
@@ -62,7 +63,7 @@ static inline void joint_write3(Vec3 v, u32 lane, global real (*field)[PACK]) {
   field[2][lane] = v.z;
 }
 
-// All that follows from the geometry; that of padding is zero.
+// All that follows from the geometry; that of padding, and of joints that sleep, is zero.
 static inline void joint_write(const JointNow* now, const JointFactor* factor, const real* bias, const real* turning,
                                const real* coupling, const real* response, u32 lane, global JointBlock* block) {
   for (u32 i = 0u; i < 3u; ++i) joint_write3(now->axes[i], lane, block->axes + 3u * i);
@@ -159,15 +160,16 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
 }
 
 kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
-                           global const Motion* motions, global const JointInfo* joint_infos,
-                           global const Joint* joints, global const real* screw_rises, global const real* rolling_radii,
+                           global const Motion* motions, global const Sleeper* sleepers,
+                           global const JointInfo* joint_infos, global const Joint* joints,
+                           global const real* screw_rises, global const real* rolling_radii,
                            global const JointLanes* joint_lanes, global JointBlock* joint_blocks,
                            global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   FOR_EACH(slot, params.joint_blocks * PACK) {
     const u32 lane = slot % PACK, index = joint_lanes[slot / PACK].joint[lane];
     global JointBlock* block = joint_blocks + slot / PACK;
-    if (index == NONE) {
+    if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) {
       joint_clear(lane, block);
       continue;
     }

@@ -37,9 +37,10 @@ static inline void search_run(const PairSearch* s, const Searcher* me, u32 run, 
       const PlaceInfo other = s->place_infos[place];
       const bool is_owner = me->info.index < other.index;
       if (all && !is_owner) continue;
-#if FEATURE_FACETS
-      if (!all && place <= me->place && !is_sought(other.body)) continue;
+#if SEARCHES_AROUND
+      if (!all && place <= me->place && !is_sought(&other)) continue;
 #endif
+      if (!one_looks(me->info.looks, other.looks)) continue;
       if (!is_pair(s, me->info.shape, other.shape, me->info.body, other.body)) continue;
       add_pair(finds, is_owner ? me->info.index : other.index, is_owner ? other.index : me->info.index);
     }
@@ -71,12 +72,15 @@ static inline void search_nodes(const PairSearch* s, const TreeShape* tree, glob
                                 StepParams params, u32 place, Finds* finds) {
   const Searcher me = make_searcher(s, params, place);
   if (!(me.extent > (real)0)) return;
-  const TreeBox box = searcher_box(&me);
   const bool all = finds->list != 0;
-  if (!all && is_sought(me.info.body)) return;
+  if (!all && is_sought(&me.info)) {
+    if (FEATURE_SLEEPING) search_planes(s, &me, finds);  // some may move
+    return;
+  }
+  const TreeBox box = searcher_box(&me);
   const WorldRange world = s->world_ranges[me.info.body.world];
   const u32 last = world.first_shape + world.shape_count - 1u;
-  const u32 first = all || FEATURE_FACETS ? world.first_shape : place + 1u;
+  const u32 first = all || SEARCHES_AROUND ? world.first_shape : place + 1u;
   u32 rest[TREE_LEVELS];
   u32 level = tree->levels - 1u, block = 0u;
   bool arrives = first <= last;
@@ -109,16 +113,17 @@ static inline void search_nodes(const PairSearch* s, const TreeShape* tree, glob
 kernel void search_tree_gather(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                                global const ShapeInfo* shape_infos, global const Shape* shapes,
                                global const u32* planes, global const Vec4* positions, global const Vec4* orientations,
-                               global const Motion* motions, global const Bound* bounds, global const u32* tree_items,
-                               global real* places, global PlaceInfo* place_infos, global PlaneInfo* plane_infos,
-                               global u32* shape_places, global u32* pair_starts, const StepParams params) {
+                               global const Motion* motions, global const Sleeper* sleepers, global const Bound* bounds,
+                               global const u32* tree_items, global real* places, global PlaceInfo* place_infos,
+                               global PlaneInfo* plane_infos, global u32* shape_places, global u32* pair_starts,
+                               const StepParams params) {
   const Cell no_cell = {0, 0, 0, NONE};
   FOR_EACH(place, params.shapes) {
-    gather_place(place, tree_items[place], no_cell, body_infos, shape_infos, positions, motions, bounds, places,
-                 place_infos, shape_places, params.shapes);
+    gather_place(place, tree_items[place], no_cell, body_infos, shape_infos, positions, motions, sleepers, bounds,
+                 places, place_infos, shape_places, params.shapes, params.bodies);
   }
-  gather_planes(world_ranges, shape_infos, shapes, planes, positions, orientations, motions, plane_infos, pair_starts,
-                params);
+  gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
+                plane_infos, pair_starts, params);
 }
 
 kernel void search_tree_search(global const WorldRange* world_ranges, global const BodyInfo* body_infos,

@@ -115,7 +115,12 @@ enum Counter {
   COUNTER_SWEEPS = 16,        // sweeps of all sub-steps so far, where a tolerance ends them
   COUNTER_SWEEP_CHANGE = 17,  // bits of a float: the largest change of the sweep that runs, m/s; 0 between sub-steps
   COUNTER_SETTLED = 18,       // 1 once a sweep of the sub-step changed less than the tolerance; 0 between sub-steps
-  COUNTER_COUNT = 19
+  COUNTER_DROWSY = 19,        // 1 where some body has been slow for long enough to fall asleep
+  COUNTER_CHANGED = 20,       // 1 where bodies woke or fell asleep in the step
+  COUNTER_ASLEEP = 21,        // bodies asleep at the end of the step
+  COUNTER_ISLANDS = 22,       // islands asleep at the end of the step
+  COUNTER_MOVING = 23,        // bodies awake at the end of the step, and kinematic ones that move
+  COUNTER_COUNT = 24
 };
 
 enum StatusBit {
@@ -127,11 +132,14 @@ enum StatusBit {
   STATUS_BAD_CONTACTS = 32,  // integrate_positions: the same, after the contacts were solved
   STATUS_BAD_POSE = 64,      // integrate_positions or integrate_free_flight: a pose is not finite
   STATUS_BAD_FLIGHT = 128,   // integrate_free_flight: the same as STATUS_BAD_FORCES
-  STATUS_ROWS_FULL = 256
+  STATUS_ROWS_FULL = 256,
+  STATUS_WOKEN = 512  // wake_islands: what sleeps has been touched
 };
 // Any of these is found before a stage writes persistent state; the stages that do leave it alone, and the step is
 // redone with larger buffers.
 #define STATUS_FULL (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL | STATUS_BLOCKS_FULL | STATUS_ROWS_FULL)
+// And so is a step in which bodies wake, with them awake.
+#define STATUS_VOID (STATUS_FULL | STATUS_WOKEN)
 
 // ---- constant data of a scene ------------------------------------------------------------------------------------
 
@@ -239,6 +247,9 @@ RECORD(ParticleLaw) {
   real pad[2];
 };
 
+// Of a world: a body is slow below both (feature sleeping).
+RECORD(SleepLaw) { real speed, angular_speed; };  // m/s, rad/s
+
 // A plane that particles rest on, in the frame of its body.
 RECORD(ParticlePlane) {
   real point[3], pad_p;
@@ -261,6 +272,14 @@ RECORD(Motion) {
   real inertia_yy, inertia_zz, inertia_xy, inertia_xz, inertia_yz;
   real pad[3];
 };
+
+// How long a dynamic body has been slow, and what it sleeps with (feature sleeping; cpu_reference/sleep.hpp).
+INDEX_RECORD(Sleeper) {
+  u32 still;   // steps in a row; 0 of one that sleeps
+  u32 island;  // the smallest index of a body of its island; NONE of a body that is awake, and ISLAND_WAKES of one that
+               // has been woken since the last step
+};
+#define ISLAND_WAKES 0xfffffffeu
 
 RECORD(Velocity) {
   real v[3], pad_v;
@@ -358,7 +377,9 @@ enum HashedRecord {
   HASHED_CONTACT = 5,
   HASHED_TOUCH = 6,
   HASHED_JOINT = 7,
-  HASHED_SPRING = 8
+  HASHED_SPRING = 8,
+  HASHED_SLEEPER = 9,
+  HASHED_SLEPT = 10
 };
 
 // ---- the packed constraint stream: canonical cones ----------------------------------------------------------------

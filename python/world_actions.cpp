@@ -93,6 +93,9 @@ void add_actions(WorldClass& world) {
           py::arg("body"), py::arg("velocity"), py::arg("angular_velocity") = Vector3{0, 0, 0},
           "Of a dynamic or kinematic body, m/s and rad/s.")
       .def(
+          "wake", [](SharedWorld& shared, BodyHandle body) { shared.use().wake(body); }, py::arg("body"),
+          "Wakes the island that a dynamic body sleeps in, with the next step.")
+      .def(
           "set_kinematic_target",
           [](SharedWorld& shared, BodyHandle body, const Vector3& position, const Quaternion& orientation) {
             shared.use().set_kinematic_target(body, {position, orientation});

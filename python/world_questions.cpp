@@ -82,6 +82,9 @@ void add_states(WorldClass& world) {
           [](SharedWorld& shared, BodyHandle body) { return to_array(row_of(shared.use().velocity(body))); },
           py::arg("body"), "A row of velocities(), shape (6,).")
       .def(
+          "is_asleep", [](SharedWorld& shared, BodyHandle body) { return shared.use().is_asleep(body); },
+          py::arg("body"), "Whether a dynamic body sleeps (docs/sleeping.md).")
+      .def(
           "state_hash", [](SharedWorld& shared) { return fmt::format("{:016x}", shared.use().state_hash()); },
           "Of everything that lives on between steps, 16 hex digits as in the report of `lockstep run`; equal where\n"
           "every bit is.")

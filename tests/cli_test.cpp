@@ -107,6 +107,18 @@ TEST_F(CommandLine, OptionsReachTheSimulation) {
   EXPECT_GT(report_of("spheres_small --device reference --steps 20 --profile")["stage_ms"]["solve_constraints"], 0);
 }
 
+TEST_F(CommandLine, LetsWhatRestsSleep) {
+  const nlohmann::json asleep = report_of("box_stack --steps 120 --sleeping 0.5 --device reference");
+  EXPECT_EQ(asleep["asleep"], 10);
+  EXPECT_EQ(asleep["islands_asleep"], 1);
+  EXPECT_EQ(asleep["wakings"], 0);
+  EXPECT_TRUE(report_of("sleeping_piles --steps 2 --sleeping off --device reference")["asleep"].is_null());
+  expect_refused("run box_stack --sleeping soon", 2, "--sleeping: must be a number > 0, is 'soon'");
+  expect_refused("run sleeping_piles --solver auto", 2, "--sleeping: auto is an oracle");
+  expect_refused("run sleeping_piles --tolerance 0.001", 2, "/settings/sleeping: does not go with a tolerance");
+  expect_refused("run particles_pile --sleeping 1", 2, "/settings/sleeping: does not go with particles");
+}
+
 TEST_F(CommandLine, GoesOnFromACheckpoint) {
   const std::string checkpoint = file("a.h5").string();
   const nlohmann::json whole = report_of("spheres_small --device reference --steps 40");

@@ -16,7 +16,8 @@ constexpr double gravity = 9.81, along = 0.6, across = 0.2;
 
 // A thin slab with its grain along x of its shape, which `turned` turns about z, on a floor.
 Scene slab(double turned, Vector3 pull, Vector3 velocity, double dt) {
-  return parse_scene(fmt::format(R"({{
+  return parse_scene(
+      fmt::format(R"({{
       "description": "a slab with a grain", "gravity": [{}, {}, {}], "settings": {{"dt": {}, "iterations": 50}},
       "materials": [{{"name": "floor", "friction": 0.6}}, {{"name": "wood", "friction": 0.6, "friction_across": {}}}],
       "bodies": [
@@ -24,9 +25,8 @@ Scene slab(double turned, Vector3 pull, Vector3 velocity, double dt) {
         {{"name": "slab", "density": 500, "position": [0, 0, 0.005], "velocity": [{}, {}, 0],
          "shapes": [{{"type": "box", "size": [0.4, 0.4, 0.01], "material": "wood",
                      "rotation": {{"axis": [0, 0, 1], "angle_deg": {}}}}}]}}]}})",
-                                 pull[0], pull[1], pull[2], dt, across * across / along, velocity[0], velocity[1],
-                                 turned),
-                     "elliptic_friction_test");
+                  pull[0], pull[1], pull[2], dt, across * across / along, velocity[0], velocity[1], turned),
+      "elliptic_friction_test");
 }
 
 class EllipticFriction : public testing::TestWithParam<const char*> {

@@ -82,6 +82,21 @@ TEST(SceneReader, EverySettingIsRead) {
   EXPECT_EQ(s.precision, "double");
 }
 
+TEST(SceneReader, SleepingIsASwitchOrNumbers) {
+  const auto sleeping = [](const std::string& value) {
+    return with_bodies(R"({"type": "static"})", R"(, "settings": {"sleeping": )" + value + "}").settings.sleeping;
+  };
+  EXPECT_FALSE(sleeping("false"));
+  ASSERT_TRUE(sleeping("true"));
+  EXPECT_EQ(sleeping("true")->after, 0.5);
+  EXPECT_EQ(sleeping("true")->speed, 0.01);
+  EXPECT_EQ(sleeping("true")->angular_speed, 0.05);
+  const auto told = sleeping(R"({"after": 2, "speed": 0.125, "angular_speed": 0})");
+  EXPECT_EQ(told->after, 2);
+  EXPECT_EQ(told->speed, 0.125);
+  EXPECT_EQ(told->angular_speed, 0);
+}
+
 TEST(SceneReader, MassOfASphereFollowsFromItsDensity) {
   const Scene scene = with_bodies(R"({"density": 1000, "shapes": [{"type": "sphere", "radius": 0.1}]},
                      {"mass": 2, "shapes": [{"type": "sphere", "radius": 0.5}]},

@@ -117,7 +117,8 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   const real wanted = block.motor_speed[lane];
   const real driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
   const real bounded = sprung ? driven : bounded_speed(driven, slowest, fastest, share * block.give[lane]);
-  const real r_free = e > 0 ? (bounded - q) / e : real(0);
+  // a joint that sleeps has no mobility, and keeps its impulse
+  const real r_free = e > 0 ? (bounded - q) / e : (block.own[lane] > 0 ? real(0) : old);
   const real change = r_free - old;
 
   for (u32 i = 0; i < JOINT_ROWS; ++i) {

@@ -116,6 +116,10 @@ void add_scene_options(CLI::App& command, SceneOptions& options, std::string* or
         ->transform(one_of(solver_names));
   command.add_option("--friction-model", options.friction_model, "Friction model instead of the scene's")
       ->transform(one_of(friction_model_names));
+  command
+      .add_option("--sleeping", options.sleeping,
+                  "Let islands sleep whose bodies have been slow for so many seconds, or off; instead of the scene's")
+      ->check([](const std::string& text) { return text == "off" ? std::string() : positive(text); }, "S|off");
   command.add_option("--precision", options.precision, "float or double instead of what the scene asks for")
       ->check(CLI::IsMember({"float", "double"}));
   command.add_option("--seed", options.seed, "Draw what the scene draws at random otherwise: 0 is as its file has it");
@@ -134,6 +138,12 @@ Scene read_scene_with(const SceneOptions& options) {
   settings.iterations = options.iterations.value_or(settings.iterations);
   settings.relaxations = options.relaxations.value_or(settings.relaxations);
   settings.tolerance = options.tolerance.value_or(settings.tolerance);
+  if (options.sleeping == "off") {
+    settings.sleeping.reset();
+  } else if (!options.sleeping.empty()) {
+    if (!settings.sleeping) settings.sleeping.emplace();
+    settings.sleeping->after = std::stod(options.sleeping);
+  }
   if (!options.precision.empty()) settings.precision = options.precision;
   if (options.time) {
     const double steps = std::max(1.0, std::round(*options.time / settings.dt));

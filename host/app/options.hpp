@@ -26,6 +26,7 @@ struct SceneOptions : TargetOptions {
   std::optional<double> tolerance;  // m/s
   std::optional<Solver> solver;
   std::optional<FrictionModel> friction_model;
+  std::string sleeping;   // empty: as the scene says; off, or seconds
   std::string precision;  // empty: the scene's
   u32 seed = 0;           // of what the scene draws at random
   std::string resume;     // a checkpoint to start from; empty: the beginning

@@ -62,6 +62,7 @@ void prepare_for_oracle(const OracleOptions& oracle, SceneOptions& options, Scen
          "whose cones know no torsional or rolling friction and no grain, which materials of this scene have; leave "
          "--solver out");
   expect(!is_penalty(scene), "--solver", "and springs between particles leave it nothing to solve; leave --solver out");
+  expect(!scene.settings.sleeping, "--sleeping", "and solves for everybody; give --sleeping off");
   options.device = "reference";
   Settings& settings = scene.settings;
   use_oracle(settings);

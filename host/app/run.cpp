@@ -236,6 +236,11 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   recorder.finish(report);
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();
+  if (has(simulation.backend().features(), Feature::sleeping)) {
+    report.asleep = simulation.counters()[COUNTER_ASLEEP];
+    report.islands_asleep = simulation.counters()[COUNTER_ISLANDS];
+    report.wakings = simulation.wakings();
+  }
   if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
   const auto* oracle = dynamic_cast<const OracleBackend*>(&simulation.backend());
   return {report, simulation.world_hashes(), oracle ? oracle->unsolved() : Unsolved()};

@@ -24,6 +24,7 @@ struct Figures {
   double ms_median, ms_p99, ms_first, ms_total;
   double max_penetration, mean_penetration, energy_initial, energy_final;
   double worst_of[9];  // errors, in the order of worst_figures()
+  double sums_of[3];   // of sleepers, in the order of summed_figures()
   double defect;
   WorstContact worst;  // where it was, by worlds of the rank
   u32 worst_step;
@@ -33,6 +34,10 @@ std::vector<std::optional<double>*> worst_figures(Report& report) {
   return {&report.residual_median, &report.residual_max,      &report.residual_floor,
           &report.natural_map_max, &report.joint_drift_max_m, &report.joint_angle_max_rad,
           &report.momentum_error,  &report.energy_error,      &report.model_error};
+}
+
+std::vector<std::optional<double>*> summed_figures(Report& report) {
+  return {&report.asleep, &report.islands_asleep, &report.wakings};
 }
 
 Figures figures_of(Report report) {
@@ -55,6 +60,8 @@ Figures figures_of(Report report) {
   f.energy_final = report.energy_final_j;
   const auto figures = worst_figures(report);
   for (std::size_t i = 0; i < figures.size(); ++i) f.worst_of[i] = figures[i]->value_or(none);
+  const auto sums = summed_figures(report);
+  for (std::size_t i = 0; i < sums.size(); ++i) f.sums_of[i] = sums[i]->value_or(none);
   f.defect = report.defect_velocity_max.value_or(none);
   f.worst = report.worst.value_or(WorstContact{});
   f.worst_step = report.worst_step;
@@ -88,6 +95,9 @@ void merge(const Figures& f, Report& report) {
   const auto figures = worst_figures(report);
   for (std::size_t i = 0; i < figures.size(); ++i)
     if (!std::isnan(f.worst_of[i])) *figures[i] = std::max(figures[i]->value_or(f.worst_of[i]), f.worst_of[i]);
+  const auto sums = summed_figures(report);
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    if (!std::isnan(f.sums_of[i])) *sums[i] = sums[i]->value_or(0) + f.sums_of[i];
 }
 
 }  // namespace

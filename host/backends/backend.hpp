@@ -38,6 +38,9 @@ class Backend {
   /// Overwrites a buffer from the host's copy in `buffers`, for resuming and for tests.
   virtual void upload(Buffer buffer, const Buffers<real>& buffers) = 0;
 
+  /// How often a buffer has been overwritten: whoever knows the state by what it was asks whether it still is that.
+  u32 uploads() const { return uploads_; }
+
   virtual const Sizes& sizes() const = 0;
   virtual Features features() const = 0;
 
@@ -46,6 +49,9 @@ class Backend {
 
   /// Seconds spent in each stage since the start; zeros unless profiling was asked for.
   virtual StageSeconds stage_seconds() const = 0;
+
+ protected:
+  u32 uploads_ = 0;
 };
 
 }  // namespace lockstep

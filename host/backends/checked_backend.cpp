@@ -87,14 +87,14 @@ void CheckedBackend<real>::run_fused(Stage stage, const StepParams<real>& params
   fused_->run(stage, params);
   if (stage == Stage::begin_step) written_in_step_.clear();
   written_in_step_.insert(written.begin(), written.end());
-  const bool is_void = (reference_.buffers().counters[COUNTER_STATUS] & STATUS_FULL) != 0;
+  const bool is_void = (reference_.buffers().counters[COUNTER_STATUS] & STATUS_VOID) != 0;
   if (stage == Stage::end_step && !is_void)
     compare(*fused_, Stage::count, std::vector<Buffer>(written_in_step_.begin(), written_in_step_.end()));
 }
 
 template <class real>
 void CheckedBackend<real>::poison_outputs(Stage stage, const StepParams<real>& params) {
-  const bool step_is_void = (reference_.buffers().counters[COUNTER_STATUS] & STATUS_FULL) != 0;
+  const bool step_is_void = (reference_.buffers().counters[COUNTER_STATUS] & STATUS_VOID) != 0;
   if (params.substep > 0 || (step_is_void && stage != Stage::begin_step)) return;
   for_each_buffer(reference_.buffers(), [&](Buffer buffer, auto& elements) {
     const bool rewritten = info(buffer).lifetime == Lifetime::transient && buffer != Buffer::counters;
@@ -155,6 +155,7 @@ void CheckedBackend<real>::enable(Feature feature) {
 
 template <class real>
 void CheckedBackend<real>::upload(Buffer buffer, const Buffers<real>& buffers) {
+  ++this->uploads_;
   device_.upload(buffer, buffers);
   if (fused_) fused_->upload(buffer, buffers);
   reference_.upload(buffer, buffers);

@@ -317,6 +317,7 @@ const Buffers<real>& DeviceBackend<real>::download(std::span<const Buffer> wante
 
 template <class real>
 void DeviceBackend<real>::upload(Buffer buffer, const Buffers<real>& buffers) {
+  ++this->uploads_;
   opencl_guard([&] { return parts_->where(); },
                [&] {
                  for_each_buffer(buffers, [&](Buffer each, const auto& elements) {

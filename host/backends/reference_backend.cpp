@@ -33,6 +33,7 @@ void ReferenceBackend<real>::grow(const Sizes& sizes) {
 
 template <class real>
 void ReferenceBackend<real>::upload(Buffer wanted, const Buffers<real>& from) {
+  ++this->uploads_;
 #define BUFFER(name, ...) \
   if (wanted == Buffer::name) buffers_.name = from.name;
 #include "host/buffers.def"

@@ -44,6 +44,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::closed_joints, "CLOSED_JOINTS"},
     {Feature::screws, "SCREWS"},
     {Feature::non_holonomic, "NON_HOLONOMIC"},
+    {Feature::sleeping, "SLEEPING"},
     {Feature::facets, "FACETS"},
     {Feature::impact_laws, "IMPACT_LAWS"},
     {Feature::turning_friction, "TURNING_FRICTION"},

@@ -72,7 +72,7 @@ void expect_same_scene(const CheckpointLabel& label, const std::string& scene, c
   if (label.identity.settings != here.settings)
     refuse(path,
            "was made with other settings; give the same --dt, --substeps, --iterations, --relaxations, --tolerance, "
-           "--solver, --friction-model and --events");
+           "--solver, --friction-model, --sleeping and --events");
   refuse(path, "was made of another version of scene " + quote(scene));
 }
 

@@ -1,6 +1,7 @@
 #include "host/record/consistency.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "host/record/hdf5.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -46,7 +47,8 @@ template <class real>
 void expect_features(const InitialState<real>& state) {
   const Features features = state.features;
   const bool ahead = has(features, Feature::joints) && state.params.theta != real(1);
-  bool fit = ahead == has(features, Feature::joints_ahead) &&
+  const bool moves = has(features, Feature::time_stepping) && !has(features, Feature::particles);
+  bool fit = (moves || !has(features, Feature::sleeping)) && ahead == has(features, Feature::joints_ahead) &&
              has(features, Feature::closed_joints) == (state.params.position_sweeps > 0);
   for (const auto& [feature, needed] : needs) fit = fit && (!has(features, feature) || has(features, needed));
   if (!fit) throw h5::Failed("features: are those of no scene");
@@ -212,6 +214,24 @@ void expect_consistent_constants(const InitialState<real>& state) {
   if (has(state.features, Feature::particles)) expect_particles(state.buffers, state.sizes);
 }
 
+// An island is named by one of its bodies, which comes first.
+template <class real>
+void expect_sleepers(const Buffers<real>& b, u32 shapes) {
+  for (std::size_t i = 0; i < b.sleepers.size(); ++i) {
+    const u32 island = b.sleepers[i].island;
+    if (island < ISLAND_WAKES && (island > i || b.sleepers[island].island != island))
+      refuse(Buffer::sleepers, i, "sleeps in an island that there is not");
+  }
+  const u32 slept = b.slept_count.empty() ? 0 : b.slept_count[0];
+  if (slept > b.slept_keys.size()) refuse(Buffer::slept_count, 0, "is more than there are");
+  const auto place = [](const ContactKey& key) { return std::tuple(key.shape_a, key.shape_b, key.feature); };
+  for (u32 k = 0; k < slept; ++k) {
+    const ContactKey& key = b.slept_keys[k];
+    if (std::max(key.shape_a, key.shape_b) >= shapes) refuse(Buffer::slept_keys, k, "has no such shapes");
+    if (k > 0 && place(key) <= place(b.slept_keys[k - 1])) refuse(Buffer::slept_keys, k, "is out of order");
+  }
+}
+
 template <class real>
 void expect_consistent_lists(const InitialState<real>& state) {
   const Buffers<real>& b = state.buffers;
@@ -231,6 +251,7 @@ void expect_consistent_lists(const InitialState<real>& state) {
     if (std::max(pair.shape_a, pair.shape_b) >= shapes) refuse(Buffer::touching, k, "has no such shapes");
     if (k > 0 && pair_of(pair) <= pair_of(b.touching[k - 1])) refuse(Buffer::touching, k, "is out of order");
   }
+  expect_sleepers(b, shapes);
   const u32 particles = state.sizes.particles, planes = state.sizes.particle_planes;
   const u32 springs = b.spring_count.empty() ? 0 : b.spring_count[0];
   if (springs > b.spring_keys.size()) refuse(Buffer::spring_count, 0, "is more than there are");

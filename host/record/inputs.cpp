@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "host/sleepers.hpp"
+
 namespace lockstep {
 
 namespace {
@@ -9,6 +11,26 @@ namespace {
 template <class real>
 void store(const double from[3], real to[3]) {
   for (unsigned k = 0; k < 3; ++k) to[k] = static_cast<real>(from[k]);
+}
+
+// Whoever is acted on wakes.
+template <class real>
+void wake(std::span<const InputRow> inputs, Backend<real>& backend) {
+  if (inputs.empty() || !has(backend.features(), Feature::sleeping)) return;
+  const Buffer wanted[] = {Buffer::sleepers, Buffer::joint_infos};
+  const Buffers<real>& now = backend.download(wanted);
+  Buffers<real> woken;
+  woken.sleepers = now.sleepers;
+  bool any = false;
+  for (const InputRow& row : inputs) {
+    if (row.kind == InputKind::motor) {
+      const JointInfo& joint = now.joint_infos[row.body];
+      for (const u32 body : {joint.body_a, joint.body_b}) any = wake_island_of(woken.sleepers, body) || any;
+    } else {
+      any = wake_island_of(woken.sleepers, row.body) || any;
+    }
+  }
+  if (any) backend.upload(Buffer::sleepers, woken);
 }
 
 }  // namespace
@@ -24,6 +46,7 @@ Buffers<real> held_by_inputs(const Buffers<real>& state) {
 template <class real>
 void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& held) {
   const auto any = [&](InputKind kind) { return std::ranges::find(inputs, kind, &InputRow::kind) != inputs.end(); };
+  wake(inputs, backend);
   const Buffer motions[] = {Buffer::motions};
   Buffers<real> moving;
   if (any(InputKind::velocity)) moving.motions = backend.download(motions).motions;

@@ -50,6 +50,7 @@ std::size_t rows_in_use(Buffer buffer, const Buffers<real>& buffers, std::size_t
   const auto first = [](const std::vector<u32>& count) { return count.empty() ? 0 : count[0]; };
   switch (info(buffer).domain) {
     case Domain::cached: return std::min<std::size_t>(first(buffers.cached_count), capacity);
+    case Domain::slept: return std::min<std::size_t>(first(buffers.slept_count), capacity);
     case Domain::touches: return std::min<std::size_t>(first(buffers.touching_count), capacity);
     case Domain::springs: return std::min<std::size_t>(first(buffers.spring_count), capacity);
     default: return capacity;

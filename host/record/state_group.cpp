@@ -104,7 +104,8 @@ void write_persistent(hid_t group, const Buffers<real>& buffers, Features featur
 template <class real>
 void read_persistent(hid_t group, InitialState<real>& state) {
   const auto in_blocks = [](u32 count) { return (count + PACK - 1) / PACK * PACK; };
-  state.sizes.contacts = std::max(state.sizes.contacts, in_blocks(stored_rows(group, Buffer::cached_keys)));
+  for (const Buffer list : {Buffer::cached_keys, Buffer::slept_keys})
+    state.sizes.contacts = std::max(state.sizes.contacts, in_blocks(stored_rows(group, list)));
   for (const Buffer list : {Buffer::touching, Buffer::spring_keys})
     state.sizes.pairs = std::max(state.sizes.pairs, in_blocks(stored_rows(group, list)));
   set_sizes(state.params, state.sizes);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "host/sleepers.hpp"
+
 namespace lockstep {
 
 namespace {
@@ -108,6 +110,15 @@ SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
   return j;
 }
 
+// Joints of sleepers are not solved.
+template <class real>
+bool is_solved(const Buffers<real>& buffers, u32 joint) {
+  if (joint == NONE) return false;
+  const JointInfo& info = buffers.joint_infos[joint];
+  const auto sleeps = [&](u32 body) { return body < buffers.sleepers.size() && is_asleep(buffers.sleepers[body]); };
+  return !sleeps(info.body_a) && !sleeps(info.body_b);
+}
+
 }  // namespace
 
 Eigen::Matrix<double, 3, 2> solver_tangents(const Eigen::Vector3d& n) {
@@ -156,7 +167,7 @@ ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> 
       system.patches.push_back(system_patch(buffers, slot / PACK, slot % PACK));
   }
   for (u32 slot = 0; slot < buffers.joint_lanes.size() * PACK; ++slot) {
-    if (buffers.joint_lanes[slot / PACK].joint[slot % PACK] != NONE)
+    if (is_solved(buffers, buffers.joint_lanes[slot / PACK].joint[slot % PACK]))
       system.joints.push_back(system_joint(buffers, slot / PACK, slot % PACK));
   }
   return system;

@@ -124,6 +124,7 @@ std::vector<Buffer> measured_buffers(Features features) {
                                 Buffer::joint_lanes, Buffer::joint_blocks, Buffer::joint_impulses})
       buffers.push_back(buffer);
   }
+  if (has(features, Feature::sleeping)) buffers.push_back(Buffer::sleepers);
   if (has(features, Feature::particles)) {
     for (const Buffer buffer :
          {Buffer::particle_laws, Buffer::particle_bodies, Buffer::particle_offsets, Buffer::particle_planes,
@@ -166,6 +167,7 @@ Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features feat
   if (result.contacts > 0 || has(features, Feature::joints)) {
     const double roundoff = sizeof(real) == 4 ? 0x1p-24 : 0x1p-53;
     const ContactSystem system = contact_system(buffers, counters);
+    if (system.contacts.empty() && system.joints.empty()) return result;  // all joints sleep
     result.residual = residual(system, roundoff);
     result.worst = result.residual->worst_is_joint
                        ? name_joint(buffers, buffers.joint_infos[system.joints[result.residual->worst].joint])

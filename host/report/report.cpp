@@ -135,6 +135,9 @@ std::string to_json(const Report& report) {
                {"particles", number_or_null(report.particles)},
                {"particle_center_error_m", number_or_null(report.particle_center_error_m)},
                {"particle_inertia_error", number_or_null(report.particle_inertia_error)},
+               {"asleep", number_or_null(report.asleep)},
+               {"islands_asleep", number_or_null(report.islands_asleep)},
+               {"wakings", number_or_null(report.wakings)},
                {"state_hash", hash_text(report.state_hash)},
                {"pose_hash", hash_text(report.pose_hash)}};
   json["world_state_hashes"] = Json::array();
@@ -167,6 +170,9 @@ std::string to_table(const Report& report) {
   if (report.contacts_max > 0) text += row("contacts at most", fmt::format("{}", report.contacts_max));
   text += contact_rows(report);
   text += event_row(report);
+  if (report.asleep)
+    text += row("asleep at the end", fmt::format("{:.0f} bodies in {:.0f} islands; {:.0f} steps woke some",
+                                                 *report.asleep, *report.islands_asleep, *report.wakings));
   text += error_row(report.joints > 0 ? "joint drift" : "pivot drift", report.joint_drift_max_m, " m");
   if (report.joints > 0) text += error_row("joint angle error", report.joint_angle_max_rad, " rad");
   text += row("energy first, last", fmt::format("{:.6g} J, {:.6g} J", report.energy_initial_j, report.energy_final_j));

@@ -46,6 +46,9 @@ struct Report {
   // particle of a body taken as equally heavy, differ from those of the bodies
   std::optional<double> particles, particle_center_error_m, particle_inertia_error;
 
+  // of scenes with sleeping: bodies and islands that sleep at the end, steps begun anew because islands woke
+  std::optional<double> asleep, islands_asleep, wakings;
+
   std::optional<std::array<std::uint64_t, EVENT_KINDS>> events;  // by EventKind, where the scene asks for them
 
   std::uint64_t state_hash = 0, pose_hash = 0;

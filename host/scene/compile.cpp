@@ -75,6 +75,7 @@ class Compiler {
     buffers().motions.push_back({});  // the null body behind the last one
     set_features();
     set_sizes();
+    set_sleeping();
     compile_joints(worlds_, state_);
     if (has(state_.features, Feature::particles)) compile_particles(worlds_, state_);
     resize(state_.buffers, state_.sizes, state_.features);
@@ -102,6 +103,7 @@ class Compiler {
   void set_features();
   Feature broad_phase() const;
   void set_sizes();
+  void set_sleeping();
 
   std::span<const Scene> worlds_;
   InitialState<real> state_;
@@ -419,7 +421,39 @@ void Compiler<real>::set_sizes() {
   set_first_capacities(sizes, state_.features);
 }
 
+// Everybody is awake.
+template <class real>
+void Compiler<real>::set_sleeping() {
+  const Settings& settings = worlds_[0].settings;
+  if (!settings.sleeping) return;
+  const std::string place = worlds_[0].source + ": /settings/sleeping";
+  if (settings.integrator == Integrator::runge_kutta)
+    throw Error(Failure::input, place, "bodies of runge_kutta never rest; use another integrator or leave it out");
+  if (has(state_.features, Feature::particles))
+    throw Error(Failure::input, place,
+                "does not go with particles of the model penalty; use constraints or leave it out");
+  if (has(state_.features, Feature::tolerance))
+    throw Error(Failure::input, place,
+                "does not go with a tolerance, which ends the sweeps of all islands at once, so "
+                "that one would change the bits of another; leave out one of the two");
+  state_.features = with(state_.features, Feature::sleeping);
+  const Origin origin = {worlds_[0]};
+  const SleepSettings& law = *settings.sleeping;
+  const SleepLaw<real> rounded_law = {rounded<real>(law.speed, "sleeping/speed", origin),
+                                      rounded<real>(law.angular_speed, "sleeping/angular_speed", origin)};
+  buffers().sleep_laws.assign(worlds_.size(), rounded_law);
+  buffers().sleep_steps.assign(worlds_.size(), sleep_steps(law.after, settings.dt));
+  buffers().sleepers.assign(buffers().body_infos.size(), {0, NONE});
+}
+
 }  // namespace
+
+u32 sleep_steps(double after, double dt) {
+  const double steps = after / dt, whole = std::floor(steps);
+  // what is a whole number but for the rounding of both is meant to be one
+  const double wanted = steps - whole <= 1e-9 * whole ? whole : whole + 1;
+  return wanted < 1 ? 1u : wanted < double(NONE) ? static_cast<u32>(wanted) : NONE;
+}
 
 void set_first_capacities(Sizes& sizes, Features features) {
   sizes.buckets = 64;

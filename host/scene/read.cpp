@@ -21,6 +21,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// true and false stand for what is usual, and for none.
+std::optional<SleepSettings> read_sleeping(const JsonNode& node) {
+  SleepSettings sleeping;
+  if (!node.is_object()) return node.boolean() ? std::optional(sleeping) : std::nullopt;
+  node.expect_object({"after", "speed", "angular_speed"});
+  if (node.has("after")) sleeping.after = node.at("after").positive();
+  if (node.has("speed")) sleeping.speed = node.at("speed").not_negative();
+  if (node.has("angular_speed")) sleeping.angular_speed = node.at("angular_speed").not_negative();
+  return sleeping;
+}
+
 Settings read_settings(const JsonNode& node) {
   node.expect_object({"dt",
                       "steps",
@@ -46,6 +57,7 @@ Settings read_settings(const JsonNode& node) {
                       "speed_limit",
                       "broad_phase",
                       "events",
+                      "sleeping",
                       "precision"});
   Settings s;
   if (node.has("dt")) s.dt = node.at("dt").positive();
@@ -95,6 +107,7 @@ Settings read_settings(const JsonNode& node) {
                 "broad phase", {{"auto", BroadPhase::automatic}, {"grid", BroadPhase::grid}, {"bvh", BroadPhase::bvh}});
   }
   if (node.has("events")) s.events = node.at("events").boolean();
+  if (node.has("sleeping")) s.sleeping = read_sleeping(node.at("sleeping"));
   if (node.has("precision")) {
     s.precision = node.at("precision").choice<const char*>("precision", {{"float", "float"}, {"double", "double"}});
   }

@@ -177,6 +177,13 @@ inline JointDrive drive_of(const JointDescription& joint) {
   return joint.friction > 0 ? JointDrive{0, joint.friction} : JointDrive{joint.motor_speed, joint.motor_force};
 }
 
+/// When islands fall asleep (docs/sleeping.md).
+struct SleepSettings {
+  double after = 0.5;           // s that all bodies of an island have been slow
+  double speed = 0.01;          // m/s, of the centre of mass: a slow body has no more
+  double angular_speed = 0.05;  // rad/s
+};
+
 struct Settings {
   double dt = 1.0 / 60;
   u32 steps = 300;
@@ -201,9 +208,10 @@ struct Settings {
   double margin = 0.005;     // m
   double speed_limit = 1e5;  // m/s
   BroadPhase broad_phase = BroadPhase::automatic;
-  bool events = false;              // tell who begins and ceases to touch
-  bool loads = false;               // forces and torques from outside; no setting of files
-  std::string precision = "float";  // what a run uses unless it is told
+  bool events = false;                    // tell who begins and ceases to touch
+  std::optional<SleepSettings> sleeping;  // none: nobody sleeps
+  bool loads = false;                     // forces and torques from outside; no setting of files
+  std::string precision = "float";        // what a run uses unless it is told
 };
 
 /// Sets the solver, and the sub-steps and sweeps that it is meant to have.

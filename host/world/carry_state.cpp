@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/scene/step_params.hpp"
+#include "host/sleepers.hpp"
 
 namespace lockstep {
 
@@ -53,7 +54,19 @@ void carry_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape
     Pair pair = from.touching[k];
     if (rename(pair, new_shape)) touching.push_back(pair);
   }
-  state.sizes.contacts = std::max(state.sizes.contacts, in_blocks(static_cast<u32>(keys.size())));
+  std::vector<ContactKey> slept_keys;
+  std::vector<ContactImpulse<real>> slept_impulses;
+  std::vector<Vec4<real>> slept_moments;
+  const bool sleeping = !from.slept_count.empty() && has(state.features, Feature::sleeping);
+  for (u32 k = 0; sleeping && k < from.slept_count[0]; ++k) {
+    ContactKey key = from.slept_keys[k];
+    if (!rename(key, new_shape)) continue;
+    slept_keys.push_back(key);
+    slept_impulses.push_back(from.slept_impulses[k]);
+    if (turns) slept_moments.push_back(from.slept_moments[k]);
+  }
+  const std::size_t longest = std::max(keys.size(), slept_keys.size());
+  state.sizes.contacts = std::max(state.sizes.contacts, in_blocks(static_cast<u32>(longest)));
   state.sizes.pairs = std::max(state.sizes.pairs, in_blocks(static_cast<u32>(touching.size())));
   set_sizes(state.params, state.sizes);
   resize(state.buffers, state.sizes, state.features);
@@ -62,9 +75,80 @@ void carry_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape
   std::ranges::copy(keys, to.cached_keys.begin());
   std::ranges::copy(impulses, to.cached_impulses.begin());
   std::ranges::copy(moments, to.cached_moments.begin());
+  if (sleeping) {
+    to.slept_count[0] = static_cast<u32>(slept_keys.size());
+    std::ranges::copy(slept_keys, to.slept_keys.begin());
+    std::ranges::copy(slept_impulses, to.slept_impulses.begin());
+    std::ranges::copy(slept_moments, to.slept_moments.begin());
+  }
   if (!told) return;
   to.touching_count[0] = static_cast<u32>(touching.size());
   std::ranges::copy(touching, to.touching.begin());
+}
+
+// Who is held by a joint that has come or gone.
+template <class real>
+void wake_by_joints(const InitialState<real>& old, std::span<const u32> new_body, std::span<const u32> new_joint,
+                    const InitialState<real>& now, std::vector<Sleeper>& sleepers) {
+  std::vector<u32> old_body(now.sizes.bodies, NONE);
+  for (u32 i = 0; i < new_body.size(); ++i)
+    if (new_body[i] != NONE) old_body[new_body[i]] = i;
+  std::vector<bool> had(now.sizes.joints, false);
+  for (u32 j = 0; j < old.sizes.joints; ++j) {
+    if (new_joint[j] != NONE) had[new_joint[j]] = true;
+    if (new_joint[j] != NONE) continue;
+    for (const u32 body : {old.buffers.joint_infos[j].body_a, old.buffers.joint_infos[j].body_b})
+      wake_island_of(sleepers, body);
+  }
+  for (u32 j = 0; j < now.sizes.joints; ++j) {
+    if (had[j]) continue;
+    for (const u32 body : {now.buffers.joint_infos[j].body_a, now.buffers.joint_infos[j].body_b})
+      if (body < now.sizes.bodies && old_body[body] != NONE) wake_island_of(sleepers, old_body[body]);
+  }
+}
+
+// Those whose support has gone or is another wake, and so do all where something that cannot move has come: what it
+// touches is known only when they look.
+template <class real>
+void wake_by_bodies(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_body,
+                    const InitialState<real>& now, std::vector<Sleeper>& sleepers) {
+  for (u32 i = 0; i < old.sizes.bodies; ++i)
+    if (new_body[i] == NONE) wake_island_of(sleepers, i);
+  for (u32 k = 0; k < from.slept_count[0]; ++k) {
+    const u32 a = old.buffers.shape_infos[from.slept_keys[k].shape_a].body;
+    const u32 b = old.buffers.shape_infos[from.slept_keys[k].shape_b].body;
+    if (new_body[a] == NONE) wake_island_of(sleepers, b);
+    if (new_body[b] == NONE) wake_island_of(sleepers, a);
+  }
+  std::vector<bool> had(now.sizes.bodies, false);
+  for (const u32 i : new_body)
+    if (i != NONE) had[i] = true;
+  bool comes = false;
+  for (u32 i = 0; i < now.sizes.bodies; ++i)
+    comes = comes || (!had[i] && now.buffers.body_infos[i].kind != BODY_DYNAMIC);
+  for (u32 i = 0; comes && i < sleepers.size(); ++i) wake_island_of(sleepers, i);
+}
+
+// Islands that sleep on have the name of the body that is their first by now.
+template <class real>
+void carry_sleepers(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_body,
+                    std::span<const u32> new_joint, InitialState<real>& state) {
+  std::vector<Sleeper> sleepers = from.sleepers;
+  sleepers.resize(old.sizes.bodies);
+  wake_by_bodies(old, from, new_body, state, sleepers);
+  wake_by_joints(old, new_body, new_joint, state, sleepers);
+  std::vector<u32> names(old.sizes.bodies, NONE);
+  for (u32 i = 0; i < old.sizes.bodies; ++i) {
+    if (new_body[i] == NONE || !is_asleep(sleepers[i])) continue;
+    u32& name = names[sleepers[i].island];
+    name = std::min(name, new_body[i]);
+  }
+  for (u32 i = 0; i < old.sizes.bodies; ++i) {
+    if (new_body[i] == NONE) continue;
+    Sleeper& now = state.buffers.sleepers[new_body[i]];
+    now = sleepers[i];
+    if (is_asleep(now)) now.island = names[now.island];
+  }
 }
 
 // Which particle or plane each old one has become: those of a body stand together, in their order.
@@ -147,6 +231,8 @@ void carry_state(const InitialState<real>& old, const Buffers<real>& persistent,
   }
   if (has(old.features, Feature::contacts) && has(state.features, Feature::contacts))
     carry_contacts(persistent, new_shapes(old, new_body, state), state);
+  if (has(old.features, Feature::sleeping) && has(state.features, Feature::sleeping))
+    carry_sleepers(old, persistent, new_body, new_joint, state);
   if (has(old.features, Feature::shear_springs) && has(state.features, Feature::shear_springs))
     carry_springs(persistent, new_spring_ends(old, new_body, state), state);
   if (has(old.features, Feature::joints) && has(state.features, Feature::joints))

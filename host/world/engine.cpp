@@ -91,6 +91,14 @@ class EngineOf final : public Engine {
     return velocities;
   }
 
+  std::vector<bool> asleep() override {
+    std::vector<bool> asleep(constants_.sizes.bodies, false);
+    if (!has(constants_.features, Feature::sleeping)) return asleep;
+    const Buffers<real>& b = download({Buffer::sleepers});
+    for (std::size_t i = 0; i < asleep.size(); ++i) asleep[i] = b.sleepers[i].island < ISLAND_WAKES;
+    return asleep;
+  }
+
   std::vector<EngineContact> contacts() override;
 
   std::vector<EngineEvent> events() override {

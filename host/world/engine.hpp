@@ -41,6 +41,8 @@ class Engine {
 
   virtual std::vector<Pose> poses() = 0;
   virtual std::vector<Twist> velocities() = 0;
+  /// Of each body, whether it sleeps.
+  virtual std::vector<bool> asleep() = 0;
   virtual std::vector<EngineContact> contacts() = 0;
   virtual std::vector<EngineEvent> events() = 0;
   virtual std::vector<std::optional<EngineHit>> cast_rays(std::span<const RayQuery> rays) = 0;

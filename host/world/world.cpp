@@ -238,6 +238,12 @@ void World::set_velocity(BodyHandle body, const Twist& velocity) {
   parts_->set_velocity(index, velocity);
 }
 
+void World::wake(BodyHandle body) {
+  const u32 index = parts_->index_of_dynamic(body);
+  // whose velocity is set wakes, be it to what it was
+  parts_->set_velocity(index, parts_->velocities_now()[index]);
+}
+
 void World::set_kinematic_target(BodyHandle body, const Pose& target) {
   parts_->index_of_kind(body, {BODY_KINEMATIC}, "is not kinematic; only such bodies go where they are told");
   expect_finite(target.position, "target");

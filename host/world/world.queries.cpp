@@ -16,6 +16,11 @@ Twist World::velocity(BodyHandle body) {
   return velocities()[index];
 }
 
+bool World::is_asleep(BodyHandle body) {
+  const u32 index = parts_->bodies.index(body);
+  return parts_->ready().asleep()[index] && !parts_->new_velocities.contains(index);
+}
+
 std::span<const BodyContact> World::contacts() {
   parts_->keep_contacts_and_events();
   return parts_->contacts;

@@ -184,6 +184,9 @@ class World {
   std::span<const Twist> velocities();
   Pose pose(BodyHandle body);
   Twist velocity(BodyHandle body);
+  /// Whether a dynamic body sleeps (docs/sleeping.md); never where the scene's settings do not ask for sleeping. What
+  /// is done to a body, and what is done to those that touch it, wakes it with the next step.
+  bool is_asleep(BodyHandle body);
   /// Of the last step, ordered by the bodies' shapes.
   std::span<const BodyContact> contacts();
   /// Of the last step; asked for by the scene's setting `events` or by a sensor (docs/events.md).
@@ -226,6 +229,8 @@ class World {
   void set_load(BodyHandle body, std::function<Wrench(double time)> load);
   /// Of a dynamic or kinematic body.
   void set_velocity(BodyHandle body, const Twist& velocity);
+  /// Wakes the island that a dynamic body sleeps in, with the next step.
+  void wake(BodyHandle body);
   /// A kinematic body moves evenly so that it is there at the end of the next step, to rounding, and then stands still.
   void set_kinematic_target(BodyHandle body, const Pose& target);
 

@@ -127,7 +127,10 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
 #if FEATURE_JOINT_SPRINGS
   bounded = yield > (lane)0 ? driven : bounded;
 #endif
-  const lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
+  lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
+#if FEATURE_SLEEPING
+  r_free = LANE_LOAD(block->own + first) > (lane)0 ? r_free : old;  // of a joint that sleeps
+#endif
   const lane change = r_free - old;
 
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {

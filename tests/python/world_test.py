@@ -227,6 +227,18 @@ class ComeAndGo(unittest.TestCase):
         world.set_velocity(new, [1, 0, 0], [0, 0, 2])
         np.testing.assert_allclose(world.velocity(new), [1, 0, 0, 0, 0, 2])
 
+    def test_what_rests_sleeps_until_it_is_woken(self):
+        document = scene(GROUND, {**BALL, "position": [0, 0, 0.5]})
+        document["settings"] = {**document.get("settings", {}), "sleeping": {"after": 0.1}}
+        world = lockstep.World(document)
+        ball = world.bodies[1]
+        world.step(60)
+        self.assertTrue(world.is_asleep(ball))
+        np.testing.assert_array_equal(world.velocity(ball), np.zeros(6))
+        world.wake(ball)
+        world.step()
+        self.assertFalse(world.is_asleep(ball))
+
     def test_categories_are_those_of_the_scene(self):
         ghost = {"type": "sphere", "radius": 0.5, "category": "ghost", "collides_with": ["ghost"]}
         world = lockstep.World(scene(GROUND, {**BALL, "shapes": [ghost], "position": [0, 0, 4]}))

@@ -80,7 +80,12 @@ void solve_by_parts(Launcher& launcher) {
 
 void launch_color_contacts(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
-  if (plan.lanes > 1) return launcher.run("color_worlds", plan.sizes.worlds);  // a CPU: few threads, quick ones
+  if (plan.lanes > 1) {  // a CPU: few threads, quick ones
+    const bool sleeping = has(plan.features, Feature::sleeping);
+    if (sleeping) launcher.scratch("color_order", plan.sizes.contacts);
+    return launcher.run("color_worlds", plan.sizes.worlds,
+                        {{"color_order", std::string_view(sleeping ? "color_order" : "contact_colors")}});
+  }
   launcher.scratch("color_bids", std::size_t{3} * plan.sizes.bodies);
   launcher.scratch("color_rounds", 1);
   launcher.run("color_start", 2 * plan.sizes.bodies);

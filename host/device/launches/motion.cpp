@@ -27,6 +27,10 @@ void launch_hash_state(Launcher& launcher) {
   launcher.run("hash_state_steps", plan.sizes.worlds);
   run("hash_state_bodies", plan.sizes.bodies);
   if (has(plan.features, Feature::contacts)) run("hash_state_contacts", plan.contacts);
+  if (has(plan.features, Feature::sleeping)) {
+    run("hash_state_sleepers", plan.sizes.bodies);
+    if (has(plan.features, Feature::contacts)) run("hash_state_slept", plan.contacts);
+  }
   if (has(plan.features, Feature::joints)) run("hash_state_joints", plan.sizes.joint_blocks * PACK);
   if (has(plan.features, Feature::events)) run("hash_state_touching", plan.pairs);
   if (has(plan.features, Feature::shear_springs)) run("hash_state_springs", plan.pairs);

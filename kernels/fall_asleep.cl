@@ -1,0 +1,263 @@
+#pragma OPENCL FP_CONTRACT OFF
+// Counts how long bodies have been slow, and lets islands fall asleep (cpu_reference/fall_asleep.hpp).
+#include "common.h"
+#include "rigid_body.h"
+#include "sleep.h"
+#include "types.h"
+
+static inline bool is_drowsy(u32 body, u32 bodies, global const BodyInfo* body_infos, global const u32* sleep_steps,
+                             global const Sleeper* sleepers) {
+  if (body >= bodies || body_infos[body].kind != BODY_DYNAMIC) return false;
+  return sleepers[body].island == NONE && sleepers[body].still >= sleep_steps[body_infos[body].world];
+}
+
+// The first of five: those who are awake count on. Each body is a tree of its own, and nobody is disturbed.
+kernel void sleep_count(const StepParams params, global const BodyInfo* body_infos, global const SleepLaw* sleep_laws,
+                        global const u32* sleep_steps, global const Motion* motions, global Sleeper* sleepers,
+                        global u32* island_parents, global u32* disturbed_bodies, global u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+  bool drowsy = false, changed = false;
+  FOR_EACH(i, params.bodies) {
+    island_parents[i] = i;
+    disturbed_bodies[i] = 0u;
+    if (body_infos[i].kind != BODY_DYNAMIC || IS_ASLEEP(sleepers, i)) continue;
+    changed = changed || sleepers[i].island == ISLAND_WAKES;
+    const SleepLaw law = sleep_laws[body_infos[i].world];
+    const Motion motion = motions[i];
+    const Vec3 v = vec3(motion.v), w = vec3(motion.w);
+    const bool slow = dot3(v, v) <= law.speed * law.speed && dot3(w, w) <= law.angular_speed * law.angular_speed;
+    const u32 still = sleepers[i].still < NONE - 1u ? sleepers[i].still : NONE - 1u;
+    sleepers[i].island = NONE;
+    sleepers[i].still = slow ? still + 1u : 0u;
+    drowsy = drowsy || is_drowsy(i, params.bodies, body_infos, sleep_steps, sleepers);
+  }
+  if (drowsy) atomic_or(&counters[COUNTER_DROWSY], 1u);
+  if (changed) atomic_or(&counters[COUNTER_CHANGED], 1u);
+}
+
+// ---- trees of bodies: a parent has a smaller index, a root is its own. Work-items hook them together beside each
+// other, so that words are read and written by atomics alone; the smallest body of an island ends as its root whatever
+// the order.
+
+static inline u32 island_parent(u32 body, global u32* parents) { return atomic_or(&parents[body], 0u); }
+
+// The root as it is now; what is on the way is hung closer to it.
+static inline u32 island_root(u32 body, global u32* parents) {
+  u32 parent = island_parent(body, parents);
+  while (parent != body) {
+    const u32 above = island_parent(parent, parents);
+    atomic_min(&parents[body], above);
+    body = parent;
+    parent = above;
+  }
+  return body;
+}
+
+// Hooks the larger root under the smaller one; where that has been hooked by somebody else meanwhile, tries again.
+static inline void island_join(u32 a, u32 b, global u32* parents) {
+  u32 root_a = island_root(a, parents), root_b = island_root(b, parents);
+  while (root_a != root_b) {
+    const u32 high = root_a > root_b ? root_a : root_b, low = root_a > root_b ? root_b : root_a;
+    if (atomic_cmpxchg(&parents[high], high, low) == high) return;
+    root_a = island_root(high, parents);
+    root_b = island_root(low, parents);
+  }
+}
+
+static inline void sleep_meet(u32 a, u32 b, u32 bodies, global const BodyInfo* body_infos,
+                              global const u32* sleep_steps, global const Motion* motions,
+                              global const Sleeper* sleepers, global u32* island_parents,
+                              global u32* disturbed_bodies) {
+  const bool drowsy_a = is_drowsy(a, bodies, body_infos, sleep_steps, sleepers);
+  const bool drowsy_b = is_drowsy(b, bodies, body_infos, sleep_steps, sleepers);
+  if (drowsy_a && drowsy_b) {
+    island_join(a, b, island_parents);
+  } else if (drowsy_a) {
+    if (is_moving(b, bodies, body_infos, motions, sleepers)) atomic_or(&disturbed_bodies[a], 1u);
+  } else if (drowsy_b) {
+    if (is_moving(a, bodies, body_infos, motions, sleepers)) atomic_or(&disturbed_bodies[b], 1u);
+  }
+}
+
+kernel void sleep_join(const StepParams params, global const BodyInfo* body_infos, global const u32* sleep_steps,
+                       global const Motion* motions, global const Contact* contacts,
+                       global const JointLanes* joint_lanes, global const Sleeper* sleepers, global u32* island_parents,
+                       global u32* disturbed_bodies, global const u32* counters) {
+  if (STEP_IS_VOID(counters) || counters[COUNTER_DROWSY] == 0u) return;
+#if FEATURE_CONTACTS
+  FOR_EACH(i, counters[COUNTER_CONTACTS]) {
+    sleep_meet(contacts[i].body_a, contacts[i].body_b, params.bodies, body_infos, sleep_steps, motions, sleepers,
+               island_parents, disturbed_bodies);
+  }
+#endif
+#if FEATURE_JOINTS
+  FOR_EACH(slot, params.joint_blocks * PACK) {
+    global const JointLanes* lanes = joint_lanes + slot / PACK;
+    if (lanes->joint[slot % PACK] == NONE) continue;
+    sleep_meet(lanes->body_a[slot % PACK], lanes->body_b[slot % PACK], params.bodies, body_infos, sleep_steps, motions,
+               sleepers, island_parents, disturbed_bodies);
+  }
+#endif
+}
+
+// Who is disturbed disturbs the island.
+kernel void sleep_roots(const StepParams params, global u32* island_parents, global u32* disturbed_bodies,
+                        global const u32* counters) {
+  if (STEP_IS_VOID(counters) || counters[COUNTER_DROWSY] == 0u) return;
+  FOR_EACH(i, params.bodies) {
+    const u32 root = island_root(i, island_parents);
+    if (root != i && atomic_or(&disturbed_bodies[i], 0u) != 0u) atomic_or(&disturbed_bodies[root], 1u);
+  }
+}
+
+// Drowsy islands that nobody disturbs sleep; and who does is counted.
+kernel void sleep_apply(const StepParams params, global const BodyInfo* body_infos, global const u32* sleep_steps,
+                        global u32* island_parents, global const u32* disturbed_bodies, global Motion* motions,
+                        global Sleeper* sleepers, global u32* counters) {
+  if (STEP_IS_VOID(counters)) return;
+  u32 asleep = 0u, islands = 0u, moving = 0u;
+  bool changed = false;
+  FOR_EACH(i, params.bodies) {
+    if (is_drowsy(i, params.bodies, body_infos, sleep_steps, sleepers)) {
+      const u32 root = island_root(i, island_parents);
+      if (disturbed_bodies[root] == 0u) {
+        sleepers[i].still = 0u;
+        sleepers[i].island = root;
+        for (u32 k = 0u; k < 3u; ++k) {
+          motions[i].v[k] = (real)0;
+          motions[i].w[k] = (real)0;
+        }
+        changed = true;
+      }
+    }
+    asleep += IS_ASLEEP(sleepers, i) ? 1u : 0u;
+    islands += sleepers[i].island == i ? 1u : 0u;
+    moving += is_moving(i, params.bodies, body_infos, motions, sleepers) ? 1u : 0u;
+  }
+  if (asleep != 0u) atomic_add(&counters[COUNTER_ASLEEP], asleep);
+  if (islands != 0u) atomic_add(&counters[COUNTER_ISLANDS], islands);
+  if (moving != 0u) atomic_add(&counters[COUNTER_MOVING], moving);
+  if (changed) atomic_or(&counters[COUNTER_CHANGED], 1u);
+}
+
+// ---- what sleepers wake up with -----------------------------------------------------------------------------------
+
+#if FEATURE_CONTACTS
+static inline bool keep_is_before(u32 shape_a, u32 shape_b, u32 feature, u32 than_a, u32 than_b, u32 than_feature) {
+  if (shape_a != than_a) return shape_a < than_a;
+  return shape_b != than_b ? shape_b < than_b : feature < than_feature;
+}
+
+// How many of `count` keys are before a contact.
+static inline u32 keep_keys_before(global const ContactKey* keys, u32 count, Contact contact) {
+  u32 low = 0u, high = count;
+  while (low < high) {
+    const u32 middle = low + (high - low) / 2u;
+    const ContactKey key = keys[middle];
+    if (keep_is_before(key.shape_a, key.shape_b, key.feature, contact.shape_a, contact.shape_b, contact.feature))
+      low = middle + 1u;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+// How many of `count` contacts are before a key.
+static inline u32 keep_contacts_before(global const Contact* contacts, u32 count, ContactKey key) {
+  u32 low = 0u, high = count;
+  while (low < high) {
+    const u32 middle = low + (high - low) / 2u;
+    const Contact c = contacts[middle];
+    if (keep_is_before(c.shape_a, c.shape_b, c.feature, key.shape_a, key.shape_b, key.feature))
+      low = middle + 1u;
+    else
+      high = middle;
+  }
+  return low;
+}
+
+static inline bool keep_sleeps(u32 body_a, u32 body_b, global const Sleeper* sleepers) {
+  return IS_ASLEEP(sleepers, body_a) || IS_ASLEEP(sleepers, body_b);
+}
+
+// One work-group, the last: entry i of kept_contacts is the number of contacts before the i-th that stay, and so of
+// kept_keys; then each goes to its own place. keep_sums has two words a work-item and two more.
+kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact* contacts,
+                       global const ContactImpulse* cached_impulses, global const Vec4* cached_moments,
+                       global const Sleeper* sleepers, global u32* slept_count, global ContactKey* slept_keys,
+                       global ContactImpulse* slept_impulses, global Vec4* slept_moments, global u32* kept_contacts,
+                       global u32* kept_keys, global u32* keep_sums, global ContactKey* merged_keys,
+                       global ContactImpulse* merged_impulses, global Vec4* merged_moments,
+                       global const u32* counters) {
+  const bool merges = !STEP_IS_VOID(counters) && counters[COUNTER_CHANGED] != 0u;
+  const u32 count = merges ? counters[COUNTER_CONTACTS] : 0u, slept = merges ? slept_count[0] : 0u;
+  const u32 item = (u32)get_local_id(0), items = (u32)get_local_size(0);
+  const u32 contact_share = count / items + 1u, key_share = slept / items + 1u;
+  const u32 first_contact = min(item * contact_share, count), end_contact = min(first_contact + contact_share, count);
+  const u32 first_key = min(item * key_share, slept), end_key = min(first_key + key_share, slept);
+
+  u32 contact_sum = 0u, key_sum = 0u;
+  for (u32 i = first_contact; i < end_contact; ++i) {
+    kept_contacts[i] = contact_sum;
+    contact_sum += keep_sleeps(contacts[i].body_a, contacts[i].body_b, sleepers) ? 1u : 0u;
+  }
+  for (u32 k = first_key; k < end_key; ++k) {
+    kept_keys[k] = key_sum;
+    key_sum += keep_sleeps(shape_infos[slept_keys[k].shape_a].body, shape_infos[slept_keys[k].shape_b].body, sleepers)
+                   ? 1u
+                   : 0u;
+  }
+  keep_sums[2u * item] = contact_sum;
+  keep_sums[2u * item + 1u] = key_sum;
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  if (item == 0u) {
+    u32 contacts_before = 0u, keys_before = 0u;
+    for (u32 n = 0u; n < items; ++n) {
+      const u32 more_contacts = keep_sums[2u * n], more_keys = keep_sums[2u * n + 1u];
+      keep_sums[2u * n] = contacts_before;
+      keep_sums[2u * n + 1u] = keys_before;
+      contacts_before += more_contacts;
+      keys_before += more_keys;
+    }
+    kept_contacts[count] = contacts_before;
+    kept_keys[slept] = keys_before;
+  }
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  for (u32 i = first_contact; i < end_contact; ++i) kept_contacts[i] += keep_sums[2u * item];
+  for (u32 k = first_key; k < end_key; ++k) kept_keys[k] += keep_sums[2u * item + 1u];
+  barrier(CLK_GLOBAL_MEM_FENCE);
+
+  for (u32 i = item; i < count; i += items) {
+    if (kept_contacts[i + 1u] == kept_contacts[i]) continue;
+    const Contact contact = contacts[i];
+    const u32 place = kept_contacts[i] + kept_keys[keep_keys_before(slept_keys, slept, contact)];
+    merged_keys[place].shape_a = contact.shape_a;
+    merged_keys[place].shape_b = contact.shape_b;
+    merged_keys[place].feature = contact.feature;
+    merged_keys[place].pad = 0u;
+    merged_impulses[place] = cached_impulses[i];
+#if FEATURE_TURNING_FRICTION
+    merged_moments[place] = cached_moments[i];
+#endif
+  }
+  for (u32 k = item; k < slept; k += items) {
+    if (kept_keys[k + 1u] == kept_keys[k]) continue;
+    const u32 place = kept_keys[k] + kept_contacts[keep_contacts_before(contacts, count, slept_keys[k])];
+    merged_keys[place] = slept_keys[k];
+    merged_impulses[place] = slept_impulses[k];
+#if FEATURE_TURNING_FRICTION
+    merged_moments[place] = slept_moments[k];
+#endif
+  }
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  const u32 kept = kept_contacts[count] + kept_keys[slept];
+  for (u32 k = item; k < kept; k += items) {
+    slept_keys[k] = merged_keys[k];
+    slept_impulses[k] = merged_impulses[k];
+#if FEATURE_TURNING_FRICTION
+    slept_moments[k] = merged_moments[k];
+#endif
+  }
+  if (merges && item == 0u) slept_count[0] = kept;
+}
+#endif

@@ -1,0 +1,45 @@
+// Who sleeps, and who can disturb sleepers. cpu_reference/sleep.hpp is the twin.
+#ifndef LOCKSTEP_SLEEP_H
+#define LOCKSTEP_SLEEP_H
+
+#include "common.h"
+
+// What nobody of the scene does is compiled out: the test is a constant. Not for the null body.
+#if FEATURE_SLEEPING
+#define IS_ASLEEP(sleepers, body) ((sleepers)[body].island < ISLAND_WAKES)
+#define WAKES(sleepers, body) ((sleepers)[body].island == ISLAND_WAKES)
+#else
+#define IS_ASLEEP(sleepers, body) false
+#define WAKES(sleepers, body) false
+#endif
+
+static inline bool has_velocity(global const Motion* m) {
+  return m->v[0] != (real)0 || m->v[1] != (real)0 || m->v[2] != (real)0 || m->w[0] != (real)0 || m->w[1] != (real)0 ||
+         m->w[2] != (real)0;
+}
+
+// Whether the body, of so many, is awake, or kinematic and on its way.
+static inline bool is_moving(u32 body, u32 bodies, global const BodyInfo* body_infos, global const Motion* motions,
+                             global const Sleeper* sleepers) {
+  if (body >= bodies) return false;
+  const u32 kind = body_infos[body].kind;
+  return kind == BODY_DYNAMIC ? !IS_ASLEEP(sleepers, body) : kind == BODY_KINEMATIC && has_velocity(&motions[body]);
+}
+
+// Whether the broad phase asks what a shape of this kind may touch: a sensor feels sleepers too.
+static inline bool looks_for_others(ShapeInfo shape, u32 bodies, global const BodyInfo* body_infos,
+                                    global const Motion* motions, global const Sleeper* sleepers) {
+  return (shape.flags & SHAPE_IS_SENSOR) != 0u || is_moving(shape.body, bodies, body_infos, motions, sleepers);
+}
+
+// Whether the joint is of bodies that sleep.
+static inline bool joint_sleeps(JointInfo joint, u32 bodies, global const Sleeper* sleepers) {
+#if FEATURE_SLEEPING
+  return (joint.body_a < bodies && IS_ASLEEP(sleepers, joint.body_a)) ||
+         (joint.body_b < bodies && IS_ASLEEP(sleepers, joint.body_b));
+#else
+  return false;
+#endif
+}
+
+#endif

@@ -1,0 +1,167 @@
+// Sleepers in the library: what a user does wakes those it is done to.
+#include <cmath>
+
+#include "tests/command_line.hpp"
+#include "tests/library_worlds.hpp"
+
+namespace lockstep {
+namespace {
+
+Scene sleepy_scene() {
+  Scene scene = ground_scene();
+  scene.settings.sleeping = SleepSettings{.after = 0.2};
+  return scene;
+}
+
+// Two boxes on each other and one apart, asleep.
+struct Sleepers {
+  World world{sleepy_scene(), in_double()};
+  BodyHandle low = world.add(box_at({0, 0, 0.5})), high = world.add(box_at({0, 0, 1.5}));
+  BodyHandle apart = world.add(box_at({5, 0, 0.5}));
+
+  Sleepers() {
+    world.step(60);
+    expect_asleep(true, true);
+  }
+
+  void expect_asleep(bool pile, bool other) {
+    EXPECT_EQ(world.is_asleep(low), pile);
+    EXPECT_EQ(world.is_asleep(high), pile);
+    EXPECT_EQ(world.is_asleep(apart), other);
+  }
+};
+
+TEST(SleepingWorld, WhatIsDoneToABodyWakesItsIsland) {
+  const std::vector<std::function<void(World&, BodyHandle)>> deeds = {
+      [](World& world, BodyHandle body) {
+        world.apply_impulse(body, {0, 0, 0.01});
+      },
+      [](World& world, BodyHandle body) {
+        world.set_velocity(body, {{0.02, 0, 0}, {0, 0, 0}});
+      },
+      [](World& world, BodyHandle body) {
+        world.apply(body, {{1, 0, 0}, {0, 0, 0}});
+      },
+      [](World& world, BodyHandle body) { world.set_load(body, [](double) {
+                                            return Wrench{{0, 0, -1}, {0, 0, 0}};
+                                          }); },
+      [](World& world, BodyHandle body) { world.wake(body); },
+      [](World& world, BodyHandle body) { world.place(body, world.pose(body)); },
+  };
+  for (const auto& deed : deeds) {
+    Sleepers sleepers;
+    deed(sleepers.world, sleepers.high);
+    sleepers.world.step();
+    sleepers.expect_asleep(false, true);
+    sleepers.world.step(60);
+    sleepers.expect_asleep(true, true);  // and it falls asleep again, under a constant load too
+  }
+}
+
+TEST(SleepingWorld, WhereSupportGoesAwayWhatItBoreWakesAndFalls) {
+  Sleepers sleepers;
+  sleepers.world.remove(sleepers.low);
+  sleepers.world.step();
+  EXPECT_FALSE(sleepers.world.is_asleep(sleepers.high));
+  EXPECT_TRUE(sleepers.world.is_asleep(sleepers.apart));
+  EXPECT_LT(sleepers.world.velocity(sleepers.high).linear[2], -0.05);
+  sleepers.world.step(100);
+  EXPECT_NEAR(sleepers.world.pose(sleepers.high).position[2], 0.5, 0.002);
+  EXPECT_TRUE(sleepers.world.is_asleep(sleepers.high));
+}
+
+TEST(SleepingWorld, WhereTheFloorGoesAllWake) {
+  Sleepers sleepers;
+  sleepers.world.remove(*sleepers.world.find("floor"));
+  sleepers.world.step();
+  sleepers.expect_asleep(false, false);
+  EXPECT_LT(sleepers.world.velocity(sleepers.apart).linear[2], -0.05);
+}
+
+TEST(SleepingWorld, WhatComesAwayFromSleepersLeavesThemAlone) {
+  Sleepers sleepers;
+  sleepers.world.add(box_at({20, 0, 0.5}));
+  sleepers.world.step();
+  sleepers.expect_asleep(true, true);
+  // islands still are those that they were
+  sleepers.world.wake(sleepers.apart);
+  sleepers.world.step();
+  sleepers.expect_asleep(true, false);
+}
+
+TEST(SleepingWorld, AMotorThatIsSetOtherwiseWakesWhatItDrives) {
+  World world(sleepy_scene(), in_double());
+  BodyDescription wheel = ball_at({0, 0, 3});
+  const BodyHandle body = world.add(wheel);
+  JointDescription hinge;
+  hinge.kind = JOINT_HINGE;
+  hinge.anchor_a = hinge.anchor_b = {0, 0, 3};
+  hinge.axis = {0, 1, 0};
+  hinge.motor_speed = 0;
+  hinge.motor_force = 1e6;
+  const JointHandle joint = world.add(hinge, body);
+  world.step(40);
+  ASSERT_TRUE(world.is_asleep(body));
+  world.set_motor(joint, 1, 1e6);
+  world.step();
+  EXPECT_FALSE(world.is_asleep(body));
+  EXPECT_NEAR(std::abs(world.velocity(body).angular[1]), 1, 0.01);
+  world.set_motor(joint, 0, 1e6);
+  world.step(40);
+  ASSERT_TRUE(world.is_asleep(body));
+  world.remove(joint);
+  world.step();
+  EXPECT_FALSE(world.is_asleep(body));
+}
+
+TEST(SleepingWorld, NobodySleepsUnasked) {
+  World world(ground_scene(), in_double());
+  const BodyHandle body = world.add(box_at({0, 0, 0.5}));
+  world.step(200);
+  EXPECT_FALSE(world.is_asleep(body));
+}
+
+using SleepingWorldRecorded = CommandLine;
+
+TEST_F(SleepingWorldRecorded, WhatAUserWakesIsReplayed) {
+  const std::string path = file("sleepers.h5").string();
+  {
+    Scene scene = sleepy_scene();
+    scene.settings.loads = true;
+    World world(scene, in_double());
+    const BodyHandle body = world.add(box_at({0, 0, 0.5})), other = world.add(box_at({5, 0, 0.5}));
+    world.record(path);
+    world.step(40);
+    ASSERT_TRUE(world.is_asleep(body));
+    world.apply_impulse(body, {0.5, 0, 0});
+    world.step(5);
+    world.apply(other, {{0, 0, 5}, {0, 0, 0}});
+    world.step(40);
+    ASSERT_TRUE(world.is_asleep(other));
+    world.end_recording();
+  }
+  for (const char* device : {"reference", "auto"}) {
+    const Outcome outcome = run("verify " + path + " --device " + device);
+    EXPECT_EQ(outcome.status, 0) << outcome.out << outcome.err;
+  }
+}
+
+// Waking by other hands than the simulation's own is replayed: the state stays what the twins make of it.
+TEST(SleepingWorld, WhatWakesIsTheSameOnTheDevice) {
+  std::uint64_t hashes[2];
+  for (const char* device : {"reference", "auto"}) {
+    World world(sleepy_scene(), {.device = device, .precision = "float"});
+    const BodyHandle low = world.add(box_at({0, 0, 0.5})), high = world.add(box_at({0, 0, 1.5}));
+    world.add(box_at({5, 0, 0.5}));
+    world.step(60);
+    world.apply_impulse(high, {0.3, 0, 0});
+    world.step(3);
+    world.remove(low);
+    world.step(40);
+    hashes[std::string(device) == "auto"] = world.state_hash();
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+}  // namespace
+}  // namespace lockstep
