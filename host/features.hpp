@@ -42,6 +42,7 @@ enum class Feature : std::uint64_t {
   facets = 1ull << 31,         // some hulls are triangles of a surface
   impact_laws = 1ull << 32,    // some materials bounce by another law than Newton's
   non_holonomic = 1ull << 33,  // some joints lock velocities alone: skates, and what rolls
+  gradient = 1ull << 35,       // contacts and joints are solved as one convex problem, by descent along its gradient
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -53,6 +53,8 @@ std::vector<Setting> steps_of(std::initializer_list<double> dts);
 Method gauss_seidel(double dt, std::initializer_list<u32> iterations);
 Method small_steps(double dt, std::initializer_list<u32> substeps);
 Method jacobi(double dt, std::initializer_list<u32> iterations);
+Method gradient(double dt, std::initializer_list<u32> iterations);
+Method accelerated_gradient(double dt, std::initializer_list<u32> iterations);
 /// One of them by the time step, with an integrator that it goes with; sweeps and sub-steps as they are meant to be.
 Method by_step(Solver solver, Integrator integrator, std::initializer_list<double> dts);
 /// The method with friction by patches instead of a cone at each point.

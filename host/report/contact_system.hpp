@@ -89,6 +89,7 @@ struct ContactSystem {
   std::vector<SystemContact> contacts;
   std::vector<SystemPatch> patches;  // where the scene's friction model is `patches`: each contact belongs to one
   std::vector<SystemJoint> joints;
+  bool convex = false;  // solved in the convex relaxation, u_n + bias >= mu |u_t| (solvers along a gradient)
 };
 
 /// The tangents that the solver recomputes from a unit normal (kernels/frame.h), as columns.

@@ -7,6 +7,7 @@
 
 #include "host/error.hpp"
 #include "host/scene/broad_phase.hpp"
+#include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_joints.hpp"
 #include "host/scene/compile_particles.hpp"
 #include "host/scene/hull_tables.hpp"
@@ -75,6 +76,8 @@ class Compiler {
     set_features();
     set_sizes();
     compile_joints(worlds_, state_);
+    if (has(state_.features, Feature::gradient))
+      compile_gradient(worlds_[0].settings.solver == Solver::accelerated_gradient, state_);
     if (has(state_.features, Feature::particles)) compile_particles(worlds_, state_);
     resize(state_.buffers, state_.sizes, state_.features);
     state_.params = make_params<real>(worlds_[0], state_.sizes, state_.features);
@@ -348,6 +351,13 @@ void Compiler<real>::set_features() {
   if (has(features, Feature::contacts) && settings.solver == Solver::jacobi) features = with(features, Feature::jacobi);
   const bool jointed = std::ranges::any_of(worlds_, [](const Scene& scene) { return !scene.joints.empty(); });
   const bool constrained = has(features, Feature::contacts) || jointed;
+  if (constrained && is_gradient(settings.solver)) {
+    if (has(features, Feature::patches))
+      throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",
+                  "solvers along a gradient have a cone for each contact; leave patches out, or take gauss_seidel");
+    features = with(features, Feature::gradient);
+    if (has(features, Feature::contacts)) features = with(features, Feature::jacobi);
+  }
   if (constrained && settings.tolerance > 0) features = with(features, Feature::tolerance);
   if (constrained && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);
