@@ -1,5 +1,5 @@
-// What is solved along a gradient, in closed form: rest, weight, friction, and the lift that the convex relaxation gives
-// what slides.
+// What is solved along a gradient, in closed form: rest, weight, friction, and the lift that the convex relaxation
+// gives what slides.
 #include <gtest/gtest.h>
 
 #include "host/scene/read.hpp"
@@ -93,7 +93,8 @@ TEST(GradientSlope, WhatSlidesLiftsByMuTimesItsSpeed) {
 // The residual of the report is that of the convex problem; the model error says what Coulomb's law would.
 TEST(GradientSlope, TheReportTellsSolvingFromModelling) {
   const OnSlope slides(0.5, 0.2, 3000), sticks(0.4, 0.5, 3000);
-  const Residual sliding = residual_of(run_steps(slides.state, 10)), sticking = residual_of(run_steps(sticks.state, 10));
+  const Residual sliding = residual_of(run_steps(slides.state, 10)),
+                 sticking = residual_of(run_steps(sticks.state, 10));
   EXPECT_LT(sliding.relative, 1e-8);
   EXPECT_LT(sticking.relative, 1e-8);
   ASSERT_TRUE(sliding.model_error && sticking.model_error);
@@ -134,16 +135,18 @@ TYPED_TEST(GradientPhysics, AChainCarriesItsWeight) {
   for (u32 i = 0; i < links; ++i) EXPECT_NEAR(double(after.motions[i].v[2]), 0, sizeof(real) == 4 ? 1e-4 : 1e-9) << i;
 }
 
-// Motors, limits, springs, screws and dry friction have the same laws by both solvers, and joints alone have one answer.
+// Motors, limits, springs, screws and dry friction have the same laws by both solvers, and joints alone have one
+// answer.
 TEST(GradientJoints, EndWhereGaussSeidelDoes) {
-  for (const char* name : {"governor", "bricard", "pendulum_chain"}) {
+  for (const char* name : {"governor", "pendulum_chain", "screw_nut", "cardan_shaft", "slider_crank"}) {
     Scene scene = read_scene(name);
     const auto after = [&](Solver solver, u32 iterations) {
       use_solver(scene.settings, solver);
       scene.settings.iterations = iterations;
       return run_steps(compile<double>(scene), 2);
     };
-    const Buffers<double> sweeps = after(Solver::gauss_seidel, 20000), descent = after(Solver::accelerated_gradient, 20000);
+    const Buffers<double> sweeps = after(Solver::gauss_seidel, 20000),
+                          descent = after(Solver::accelerated_gradient, 20000);
     for (u32 i = 0; i < sweeps.body_infos.size(); ++i) {
       for (u32 k = 0; k < 3; ++k) {
         EXPECT_NEAR(descent.motions[i].v[k], sweeps.motions[i].v[k], 1e-7) << name << " " << i;

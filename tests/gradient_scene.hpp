@@ -46,9 +46,9 @@ inline double objective_of(const Buffers<double>& free, const Buffers<double>& s
                                         b.motions[bodies.body_b[lane]]);
         };
         const auto both = reference::add3(velocity(free), velocity(solved));
-        sum += 0.5 * (r.normal * (reference::dot3(c.normal, both) + 2 * contact.bias[lane]) +
-                      r.tangent_1 * reference::dot3(c.tangent_1, both) +
-                      r.tangent_2 * reference::dot3(c.tangent_2, both));
+        sum +=
+            0.5 * (r.normal * (reference::dot3(c.normal, both) + 2 * contact.bias[lane]) +
+                   r.tangent_1 * reference::dot3(c.tangent_1, both) + r.tangent_2 * reference::dot3(c.tangent_2, both));
       }
     }
   }

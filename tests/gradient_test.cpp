@@ -19,8 +19,8 @@ TYPED_TEST(Gradient, KernelMatchesReference) {
   using real = TypeParam;
   for (const bool accelerated : {false, true}) {
     for (const bool large : {false, true}) {
-      const InitialState<real> state = started_by_gradient(
-          large ? heap<real>(5, 400, 8192) : heap<real>(6, 12, 256), accelerated, large ? 12 : 30);
+      const InitialState<real> state =
+          started_by_gradient(large ? heap<real>(5, 400, 8192) : heap<real>(6, 12, 256), accelerated, large ? 12 : 30);
       ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], large ? 1000u : 20u);
       ASSERT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
       run_twins(Stage::solve_constraints, state);
@@ -33,9 +33,13 @@ TYPED_TEST(Gradient, CentralKernelMatchesReference) {
   using real = TypeParam;
   std::vector<BodyDescription> bodies = strewn_ball(200);
   InitialState<real> state = make_worlds<real>({bodies}, 1024);
-  ASSERT_FALSE(has(state.features, Feature::general_contacts));
   state.params.theta = 1;
-  run_twins(Stage::solve_constraints, started_by_gradient(state, true, 15));
+  state = started_by_gradient(state, true, 15);
+  for (u32 block = 0; block < state.buffers.counters[COUNTER_BLOCKS]; ++block) {
+    for (const u32 kind : state.buffers.block_bodies[block].kind) ASSERT_NE(kind, u32{BLOCK_GENERAL});
+  }
+  state.features &= ~static_cast<Features>(Feature::general_contacts);
+  run_twins(Stage::solve_constraints, state);
 }
 
 template <class real>
@@ -92,11 +96,11 @@ TYPED_TEST(Gradient, ToleranceMatchesTheReference) {
   for (const bool large : {false, true}) {
     for (const double tolerance : {0.3, 1e-9}) {
       InitialState<real> state = started_by_gradient(
-          large ? heap<real>(5, 400, 8192) : heap<real>(6, 12, 256), true, tolerance > 0.1 ? 400 : 8);
+          large ? heap<real>(5, 400, 8192, false) : heap<real>(6, 12, 256, false), true, tolerance > 0.1 ? 1000 : 8);
       state.features = with(state.features, Feature::tolerance);
       state.params.tolerance = real(tolerance);
       const Buffers<real> after = run_twins(Stage::solve_constraints, state);
-      EXPECT_EQ(after.counters[COUNTER_SWEEPS] < state.params.iterations, tolerance > 0.1)
+      EXPECT_EQ(after.counters[COUNTER_SWEEPS]<state.params.iterations, tolerance> 0.1)
           << after.counters[COUNTER_SWEEPS];
       EXPECT_EQ(after.counters[COUNTER_SETTLED], 0u);
     }
@@ -146,8 +150,10 @@ TYPED_TEST(Gradient, ConservesMomentum) {
 // ---- what a descent promises ---------------------------------------------------------------------------------------
 
 // Ready to be solved from no impulses, so that its velocities are the free ones.
-InitialState<double> prepared_by_gradient(bool accelerated, u32 count = 60) {
-  InitialState<double> state = heap<double>(8, count, 4096);
+// Nothing in it is held: where bodies are squeezed between some that cannot move no velocity is right, and the
+// objective has no least value.
+InitialState<double> prepared_by_gradient(bool accelerated) {
+  InitialState<double> state = heap<double>(8, 60, 4096, false);
   use_gradient(state, accelerated);
   run_until_prepared(state);
   return state;
@@ -183,7 +189,7 @@ TEST(GradientDescends, WithEachStep) {
 TEST(GradientDescends, FasterWithMomentum) {
   const double least = objective_after(prepared_by_gradient(true), 20000);
   const InitialState<double> plain = prepared_by_gradient(false), accelerated = prepared_by_gradient(true);
-  EXPECT_GT(least, 1.1 * objective_after(plain, 20));
+  EXPECT_LT(least, 1.1 * objective_after(plain, 20));  // negative
   const auto left = [&](const InitialState<double>& state, u32 iterations) {
     return (objective_after(state, iterations) - least) / std::abs(least);
   };
@@ -193,7 +199,7 @@ TEST(GradientDescends, FasterWithMomentum) {
   EXPECT_LT(left(accelerated, 1000), 1e-2 * after_plain);
 }
 
-// A column of boxes needs news from its foot: the residual of a hard stack after as many steps.
+// News of its weight has to pass through a column of boxes.
 TEST(GradientDescends, AColumnOfBoxes) {
   std::vector<BodyDescription> bodies = {plane_body()};
   for (u32 i = 0; i < 10; ++i) bodies.push_back(box_body({0, 0, 0.5 + i}, {0.5, 0.5, 0.5}));
@@ -205,10 +211,10 @@ TEST(GradientDescends, AColumnOfBoxes) {
     use_gradient(solved, accelerated, iterations);
     return residual_of(run_steps(solved, 1)).relative;
   };
-  const double plain = residual_after(false, 1000), accelerated = residual_after(true, 1000);
-  EXPECT_LT(plain, 0.2);
-  EXPECT_LT(accelerated, 1e-3 * plain);
-  EXPECT_LT(residual_after(true, 150), plain);
+  const double plain = residual_after(false, 100), accelerated = residual_after(true, 100);
+  EXPECT_LT(plain, 0.5);
+  EXPECT_LT(accelerated, 1e-2 * plain);
+  EXPECT_LT(accelerated, residual_after(false, 500));
 }
 
 }  // namespace

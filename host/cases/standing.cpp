@@ -59,10 +59,11 @@ constexpr double frame = 1.0 / 60;
 
 std::vector<HardCase> standing_cases() {
   return {
-      standing("pyramid20", "A pyramid of 210 cubes stands for ten seconds", 10,
-               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 4, 5, 8, 12}),
-                with_patches(small_steps(frame, {3, 4, 5, 8, 12})), jacobi(frame, {30, 120}), gradient(frame, {100, 400}),
-                accelerated_gradient(frame, {25, 50, 100, 200, 400}), oracle("auto", {frame})}),
+      standing(
+          "pyramid20", "A pyramid of 210 cubes stands for ten seconds", 10,
+          {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 4, 5, 8, 12}),
+           with_patches(small_steps(frame, {3, 4, 5, 8, 12})), jacobi(frame, {30, 120}), gradient(frame, {100, 400}),
+           accelerated_gradient(frame, {25, 50, 100, 200, 400}), oracle("auto", {frame})}),
       standing("wall", "A wall of 400 bricks stands for ten seconds", 10,
                {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 5, 8, 12}),
                 with_patches(small_steps(frame, {3, 5, 8, 12}))}),
