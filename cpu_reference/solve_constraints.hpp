@@ -1,6 +1,7 @@
 // Solves the contact problem by sweeps of blocked projected Gauss-Seidel (cpu_reference/visit_contact.hpp) in the fixed
 // order of colours: pairs of one colour share no movable body, so that their order within it cannot matter. In scenes
-// solved by Jacobi's method a sweep visits all pairs at once (cpu_reference/visit_parts.hpp), after the joints.
+// solved by Jacobi's method a sweep visits all pairs at once (cpu_reference/visit_parts.hpp), after the joints. Scenes
+// that are solved along a gradient have a schedule of their own (cpu_reference/gradient/solve_by_gradient.hpp).
 //
 // With a tolerance the first sweep in which no visit changes a relative velocity by more is the last of its sub-step. A
 // visit changes it by as much as its law was violated before, so that this measures what a sweep still finds to do; the
@@ -9,6 +10,7 @@
 
 #include <cmath>
 
+#include "cpu_reference/gradient/solve_by_gradient.hpp"
 #include "cpu_reference/joints/visit_joint.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
 
@@ -17,6 +19,7 @@ namespace lockstep::reference {
 template <class real>
 void solve_constraints(Buffers<real>& buffers, const StepParams<real>& params) {
   if (step_is_void(buffers.counters)) return;
+  if (!buffers.gradient_laws.empty()) return GradientDescent<real>(buffers, params).run();
   for (u32 sweep = 0; sweep < params.iterations; ++sweep) {
     const real of_joints = sweep_joints(Purpose::solve, buffers);
     const real change = larger(sweep_contacts(Purpose::solve, buffers), of_joints);

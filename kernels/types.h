@@ -37,6 +37,10 @@ typedef REAL real;
 #define CHUNK 256u
 // Words in which the sort counts the digits of a chunk of keys.
 #define SORT_DIGITS 512u
+// Values that a node of the tree adds which sums over the bodies of a world are made by.
+#define SUM_WIDTH 32u
+// By how much a descent lengthens its step after each that was good.
+#define DESCENT_GROWTH 1.125f
 // "No such body, contact or slot".
 #ifdef __cplusplus
 inline constexpr u32 NONE = 0xffffffffu;  // no macro: other libraries have enumerators of this name
@@ -452,6 +456,15 @@ RECORD(PartBlock) {
   real parts_a[PACK], parts_b[PACK];  // pairs that the body has; 0 of bodies that cannot move, and of padding
   u32 place_a[PACK], place_b[PACK];   // where the pair's copy of the body stands; NONE where it has none
 };
+
+// How a scene's convex problem is descended (feature gradient; cpu_reference/gradient/descent.hpp).
+INDEX_RECORD(GradientLaw) {
+  u32 accelerated;  // 1: with momentum; 0: straight along the projected gradient
+};
+
+// Where the sides of a block of joints stand among all sides of joints: those of body i are joint_part_starts[i] ...
+// joint_part_starts[i + 1] - 1, in the order of the joints (feature gradient). NONE of bodies that cannot move.
+INDEX_RECORD(JointParts) { u32 place_a[PACK], place_b[PACK]; };
 
   // ---- joints
   // --------------------------------------------------------------------------------------------------------

@@ -25,19 +25,31 @@ Vec3<real> joint_vector(const real (*field)[PACK], u32 lane) {
   return {field[0][lane], field[1][lane], field[2][lane]};
 }
 
-/// Impulses of the rows on b, their opposite on a. That of a screw's thread turns what it pushes. Bodies that cannot
-/// move are never written (contract rule 9).
+/// What impulses of the rows push with at b's anchor, N s, and the moment that they have there, N m s. That of a
+/// screw's thread turns what it pushes.
+template <class real>
+struct JointEffort {
+  Vec3<real> impulse, moment;
+};
+
+template <class real>
+JointEffort<real> joint_effort(const JointBlock<real>& block, u32 free, u32 lane, const real (&r)[JOINT_ROWS],
+                               real r_free) {
+  const Vec3<real> x = joint_vector(block.axes, lane), y = joint_vector(block.axes + 3, lane),
+                   z = joint_vector(block.axes + 6, lane), along = joint_vector(block.free_axis, lane);
+  const Vec3<real> impulse = add3(add3(scale3(r[0], x), scale3(r[1], y)), scale3(r[2], z));
+  const real about_z = block.rise[lane] != 0 ? -(block.rise[lane] * r[2]) : r[5];
+  const Vec3<real> moment = add3(add3(scale3(r[3], x), scale3(r[4], y)), scale3(about_z, z));
+  const bool angular = free == FREE_ANGLE;
+  return {add3(impulse, scale3(angular ? real(0) : r_free, along)),
+          add3(moment, scale3(angular ? r_free : real(0), along))};
+}
+
+/// Impulses of the rows on b, their opposite on a. Bodies that cannot move are never written (contract rule 9).
 template <class real>
 void push_joint(const JointBlock<real>& block, u32 free, u32 lane, const real (&r)[JOINT_ROWS], real r_free,
                 Motion<real>& a, Motion<real>& b) {
-  const Vec3<real> x = joint_vector(block.axes, lane), y = joint_vector(block.axes + 3, lane),
-                   z = joint_vector(block.axes + 6, lane), along = joint_vector(block.free_axis, lane);
-  Vec3<real> impulse = add3(add3(scale3(r[0], x), scale3(r[1], y)), scale3(r[2], z));
-  const real about_z = block.rise[lane] != 0 ? -(block.rise[lane] * r[2]) : r[5];
-  Vec3<real> moment = add3(add3(scale3(r[3], x), scale3(r[4], y)), scale3(about_z, z));
-  const bool angular = free == FREE_ANGLE;
-  impulse = add3(impulse, scale3(angular ? real(0) : r_free, along));
-  moment = add3(moment, scale3(angular ? r_free : real(0), along));
+  const auto [impulse, moment] = joint_effort(block, free, lane, r, r_free);
   if (a.inverse_mass > 0) {
     const Vec3<real> arm = joint_vector(block.arm_a, lane);
     store3(a.v, sub3(vec3(a.v), scale3(a.inverse_mass, impulse)));

@@ -58,12 +58,16 @@ void add_solver_or_oracle(CLI::App& command, std::optional<Solver>& solver, std:
     const bool sweeps =
         std::ranges::find(solver_names, name, &std::pair<const char*, Solver>::first) != std::end(solver_names);
     if (sweeps || std::ranges::find(oracles, name) != oracles.end()) return std::string();
-    return fmt::format("must be one of gauss_seidel, small_steps, jacobi, {}, is '{}'", fmt::join(oracles, ", "), name);
+    std::vector<std::string_view> all;
+    for (const auto& named : solver_names) all.push_back(named.first);
+    all.insert(all.end(), oracles.begin(), oracles.end());
+    return fmt::format("must be one of {}, is '{}'", fmt::join(all, ", "), name);
   };
   command
-      .add_option_function<std::string>(
-          "--solver", take,
-          "Contact solver instead of the scene's: gauss_seidel, small_steps, jacobi; or an oracle, see below")
+      .add_option_function<std::string>("--solver", take,
+                                        "Contact solver instead of the scene's: gauss_seidel, small_steps, jacobi, "
+                                        "gradient, accelerated_gradient; or an "
+                                        "oracle, see below")
       ->check(CLI::Validator(known, "NAME"));
 }
 

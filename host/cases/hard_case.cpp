@@ -64,6 +64,13 @@ Method jacobi(double dt, std::initializer_list<u32> iterations) {
   return swept(Solver::jacobi, dt, iterations, &Setting::iterations);
 }
 
+Method gradient(double dt, std::initializer_list<u32> iterations) {
+  return swept(Solver::gradient, dt, iterations, &Setting::iterations);
+}
+Method accelerated_gradient(double dt, std::initializer_list<u32> iterations) {
+  return swept(Solver::accelerated_gradient, dt, iterations, &Setting::iterations);
+}
+
 Method with_patches(Method method) {
   method.name += ", patches";
   method.choose = [choose = method.choose](Settings& settings) {

@@ -54,6 +54,8 @@ std::vector<Setting> steps_of(std::initializer_list<double> dts);
 Method gauss_seidel(double dt, std::initializer_list<u32> iterations);
 Method small_steps(double dt, std::initializer_list<u32> substeps);
 Method jacobi(double dt, std::initializer_list<u32> iterations);
+Method gradient(double dt, std::initializer_list<u32> iterations);
+Method accelerated_gradient(double dt, std::initializer_list<u32> iterations);
 /// By the time step, s; sweeps and sub-steps as they are meant to be.
 Method trapezoidal(std::initializer_list<double> dts);    // gauss_seidel
 Method semi_implicit(std::initializer_list<double> dts);  // gauss_seidel, Euler

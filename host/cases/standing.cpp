@@ -59,14 +59,17 @@ constexpr double frame = 1.0 / 60;
 
 std::vector<HardCase> standing_cases() {
   return {
-      standing("pyramid20", "A pyramid of 210 cubes stands for ten seconds", 10,
-               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 4, 5, 8, 12}),
-                with_patches(small_steps(frame, {3, 4, 5, 8, 12})), jacobi(frame, {30, 120}), oracle("auto", {frame})}),
+      standing(
+          "pyramid20", "A pyramid of 210 cubes stands for ten seconds", 10,
+          {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 4, 5, 8, 12}),
+           with_patches(small_steps(frame, {3, 4, 5, 8, 12})), jacobi(frame, {30, 120}), gradient(frame, {100, 400}),
+           accelerated_gradient(frame, {25, 50, 100, 200, 400}), oracle("auto", {frame})}),
       standing("wall", "A wall of 400 bricks stands for ten seconds", 10,
                {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 5, 8, 12}),
                 with_patches(small_steps(frame, {3, 5, 8, 12}))}),
       standing("box_stack20", "A column of 20 cubes stands for ten seconds", 10,
-               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {5, 10, 14, 20, 28}), oracle("auto", {frame})}),
+               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {5, 10, 14, 20, 28}),
+                accelerated_gradient(frame, {50, 200, 800}), oracle("auto", {frame})}),
       standing("mass_ratio", "512 kg stand on 1 kg, with eight masses between them, for ten seconds", 10,
                {gauss_seidel(frame, {100, 1000}), small_steps(frame, {16, 24, 32, 48, 64}), oracle("auto", {frame})}),
       standing("growing_stack", "Cubes of 1 to 32 m stand on each other, the largest at the top, for ten seconds", 10,
@@ -86,7 +89,7 @@ std::vector<HardCase> standing_cases() {
        kapla},
       lying("box_heap", "4,096 cubes fall into a box and are a heap at rest after ten seconds", 10,
             {gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}), with_patches(small_steps(frame, {5, 8})),
-             jacobi(frame, {30})}),
+             jacobi(frame, {30}), accelerated_gradient(frame, {50})}),
       lying("spheres8000", "8,000 spheres fall into a box and lie still after ten seconds", 10,
             {gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}), jacobi(frame, {30})}),
   };

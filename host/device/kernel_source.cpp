@@ -213,6 +213,7 @@ namespace {
 bool is_wanted_helper(std::string_view name, Features features) {
   if (name == "scan.cl") return has(features, Feature::contacts) || has(features, Feature::particles);
   if (name == "radix_sort.cl") return has(features, Feature::bvh) || has(features, Feature::particles);
+  if (name == "solve_by_gradient.cl") return has(features, Feature::gradient);
   if (name == "mean_parts.cl") return has(features, Feature::jacobi);
   return false;  // the canary has a program of its own
 }

@@ -35,6 +35,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::patches, "PATCHES"},
     {Feature::jacobi, "JACOBI"},
     {Feature::tolerance, "TOLERANCE"},
+    {Feature::gradient, "GRADIENT"},
     {Feature::all_pairs, "ALL_PAIRS"},
     {Feature::loads, "LOADS"},
     {Feature::particles, "PARTICLES"},

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "host/record/hdf5.hpp"
+#include "host/scene/compile_gradient.hpp"
 #include "host/scene/joint_kinds.hpp"
 
 namespace lockstep {
@@ -51,6 +52,9 @@ void expect_features(const InitialState<real>& state) {
   bool fit = (moves || !has(features, Feature::sleeping)) && ahead == has(features, Feature::joints_ahead) &&
              has(features, Feature::closed_joints) == (state.params.position_sweeps > 0);
   for (const auto& [feature, needed] : needs) fit = fit && (!has(features, feature) || has(features, needed));
+  const bool touching = has(features, Feature::contacts), jacobi = has(features, Feature::jacobi);
+  if (has(features, Feature::gradient))  // of contacts on parts of bodies, each in a cone, or of joints alone
+    fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !has(features, Feature::patches);
   if (!fit) throw h5::Failed("features: are those of no scene");
 }
 
@@ -184,6 +188,25 @@ void expect_joints(const Buffers<real>& b, const Sizes& sizes) {
     if (b.joined_bodies[k] >= sizes.bodies) refuse(Buffer::joined_bodies, k, "is no body");
 }
 
+// The places of the sides of joints follow from the joints.
+template <class real>
+void expect_gradient(const InitialState<real>& state) {
+  const Buffers<real>& b = state.buffers;
+  if (b.gradient_laws[0].accelerated > 1) refuse(Buffer::gradient_laws, 0, "is of an unknown kind");
+  InitialState<real> wanted;
+  wanted.buffers.body_infos = b.body_infos;
+  wanted.buffers.joint_infos = b.joint_infos;
+  wanted.buffers.joint_lanes = b.joint_lanes;
+  compile_gradient(false, wanted);
+  if (b.joint_part_starts != wanted.buffers.joint_part_starts)
+    refuse(Buffer::joint_part_starts, 0, "counts other joints than there are");
+  for (std::size_t k = 0; k < b.joint_parts.size(); ++k) {
+    const JointParts &found = b.joint_parts[k], &right = wanted.buffers.joint_parts[k];
+    if (!std::ranges::equal(found.place_a, right.place_a) || !std::ranges::equal(found.place_b, right.place_b))
+      refuse(Buffer::joint_parts, k, "stands among the parts of other bodies");
+  }
+}
+
 template <class real>
 void expect_particles(const Buffers<real>& b, const Sizes& sizes) {
   for (std::size_t w = 0; w < b.world_ranges.size(); ++w) {
@@ -211,6 +234,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_impact_laws(state.buffers);
   expect_hulls(state.buffers, state.sizes);
   expect_joints(state.buffers, state.sizes);
+  if (has(state.features, Feature::gradient)) expect_gradient(state);
   if (has(state.features, Feature::particles)) expect_particles(state.buffers, state.sizes);
 }
 

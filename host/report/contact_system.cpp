@@ -131,6 +131,7 @@ Eigen::Matrix<double, 3, 2> solver_tangents(const Eigen::Vector3d& n) {
 template <class real>
 ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> counters) {
   ContactSystem system;
+  system.convex = !buffers.gradient_laws.empty();
   system.bodies.reserve(buffers.motions.size());
   for (const Motion<real>& motion : buffers.motions) system.bodies.push_back(system_body(motion));
 

@@ -99,6 +99,7 @@ struct ContactSystem {
   std::vector<SystemTurn> turns;     // one for each contact, or none where none resists turning
   std::vector<SystemPatch> patches;  // where the scene's friction model is `patches`: each contact belongs to one
   std::vector<SystemJoint> joints;
+  bool convex = false;  // solved in the convex relaxation, u_n + bias >= mu |u_t| (solvers along a gradient)
 };
 
 /// [a] with [a] b = a x b.

@@ -71,7 +71,8 @@ std::string contact_rows(const Report& report) {
     text += row("particles", fmt::format("{:.0f}, centres within {:.3g} mm, inertias within {:.3g}", *report.particles,
                                          1e3 * *report.particle_center_error_m, *report.particle_inertia_error));
   if (report.model_error)
-    text += row("model error", fmt::format("{:.3g}  (of friction as patches)", *report.model_error));
+    text += row("model error",
+                fmt::format("{:.3g}  (of another model of friction than cones by Coulomb)", *report.model_error));
   if (report.defect_velocity_max.value_or(0) > 0)
     text +=
         row("worst defect", fmt::format("{:.3g} m/s in step {} between {} and {} of world {}",

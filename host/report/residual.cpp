@@ -77,10 +77,10 @@ std::vector<Change> changes(const ContactSystem& system) {
   return result;
 }
 
-// F = r - P_K(r - rho u^), with De Saxce's u^ = u + mu |u_t| n.
-Vector3d defect(const SystemContact& c, const Vector3d& u, double rho) {
+// F = r - P_K(r - rho u^), with De Saxce's u^ = u + mu |u_t| n; of the convex relaxation u^ = u.
+Vector3d defect(const SystemContact& c, const Vector3d& u, double rho, bool convex) {
   const Vector3d u_t = u - u.dot(c.normal) * c.normal;
-  const Vector3d u_hat = u + c.friction * u_t.norm() * c.normal;
+  const Vector3d u_hat = convex ? u : Vector3d(u + c.friction * u_t.norm() * c.normal);
   return c.impulse - project_on_cone(c.impulse - rho * u_hat, c.normal, c.friction);
 }
 
@@ -119,13 +119,13 @@ struct Sums {
   DefectVelocities each;
 };
 
-void add_contact(const SystemContact& c, const SystemBody& a, const SystemBody& b, const Change& da, const Change& db,
-                 Sums& sums) {
+void add_contact(const SystemContact& c, bool convex, const SystemBody& a, const SystemBody& b, const Change& da,
+                 const Change& db, Sums& sums) {
   const Vector3d u = relative_velocity(c, a.v, a.w, b.v, b.w) + c.bias * c.normal + c.slide;
   const Vector3d wr = relative_velocity(c, da.v, da.w, db.v, db.w);
   sums.q += (u - wr).squaredNorm();
   sums.wr += wr.squaredNorm();
-  sums.f += defect(c, u, 1).squaredNorm();
+  sums.f += defect(c, u, 1, convex).squaredNorm();
   sums.largest =
       std::max(sums.largest, da.v_size + da.w_size * c.arm_a.norm() + db.v_size + db.w_size * c.arm_b.norm());
   sums.count += 1;
@@ -133,7 +133,7 @@ void add_contact(const SystemContact& c, const SystemBody& a, const SystemBody& 
   const Matrix3d w_ii = point_mobility(a, c.arm_a) + point_mobility(b, c.arm_b);
   const double lambda_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(w_ii, Eigen::EigenvaluesOnly).eigenvalues()(2);
   if (lambda_max <= 0) return;  // two immovable bodies: nothing that an impulse could change
-  const double w = defect(c, u, 1 / lambda_max).norm() * lambda_max;
+  const double w = defect(c, u, 1 / lambda_max, convex).norm() * lambda_max;
   sums.w += w * w;
   sums.last = w;
 }
@@ -332,7 +332,7 @@ Sums sums_of(const ContactSystem& system) {
     const SystemContact& c = system.contacts[i];
     const SystemBody &a = system.bodies[c.body_a], &b = system.bodies[c.body_b];
     if (system.turns.empty())
-      add_contact(c, a, b, change[c.body_a], change[c.body_b], sums);
+      add_contact(c, system.convex, a, b, change[c.body_a], change[c.body_b], sums);
     else
       add_turning(c, system.turns[i], a, b, change[c.body_a], change[c.body_b], sums);
     sums.each.contacts[i] = std::exchange(sums.last, 0);
@@ -380,9 +380,10 @@ Residual residual(const ContactSystem& system, double roundoff) {
     result.rounding = roundoff * sums.largest / result.scale;
   }
   if (sums.q > 0) result.natural_map = std::sqrt(sums.f / sums.q);
-  if (!system.patches.empty()) {
+  if (!system.patches.empty() || (system.convex && !system.contacts.empty())) {
     ContactSystem canonical = system;
     canonical.patches.clear();
+    canonical.convex = false;
     result.model_error = residual(canonical, roundoff).relative - result.relative;
   }
   return result;

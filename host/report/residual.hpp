@@ -16,12 +16,14 @@ struct Residual {
   double scale = 0;        // U: rms of the free relative velocities, m/s
   double rounding = 0;     // what rounding alone makes of `relative`, for the unit roundoff given
   double natural_map = 0;  // |F| / |q| with rho = 1: the form of the literature; it depends on the units
-  // of patches: what `relative` is larger by where the same impulses face a cone for each contact
+  // of patches and of the convex relaxation: what `relative` is larger by where the same impulses face Coulomb's law in
+  // a cone for each contact
   std::optional<double> model_error = std::nullopt;
 };
 
-/// The residual of a solved system; where its contacts rub as patches, that of the problem of patches. Without them, of
-/// the canonical one of a cone for each contact. `roundoff` is 2^-24 where the solver worked in float, 2^-53 in double.
+/// The residual of a solved system; where its contacts rub as patches, that of the problem of patches, and where it was
+/// relaxed, that of the convex problem. Otherwise of the canonical one of a cone for each contact. `roundoff` is 2^-24
+/// where the solver worked in float, 2^-53 in double.
 Residual residual(const ContactSystem& system, double roundoff);
 
 /// The largest defect velocity of each contact, or pair in contact where they rub as patches (said of its first

@@ -7,6 +7,7 @@
 
 #include "host/error.hpp"
 #include "host/scene/broad_phase.hpp"
+#include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_joints.hpp"
 #include "host/scene/compile_particles.hpp"
 #include "host/scene/friction_pairs.hpp"
@@ -77,6 +78,8 @@ class Compiler {
     set_sizes();
     set_sleeping();
     compile_joints(worlds_, state_);
+    if (has(state_.features, Feature::gradient))
+      compile_gradient(worlds_[0].settings.solver == Solver::accelerated_gradient, state_);
     if (has(state_.features, Feature::particles)) compile_particles(worlds_, state_);
     resize(state_.buffers, state_.sizes, state_.features);
     state_.params = make_params<real>(worlds_[0], state_.sizes, state_.features);
@@ -375,6 +378,18 @@ void Compiler<real>::set_features() {
   if (has(features, Feature::contacts) && settings.solver == Solver::jacobi) features = with(features, Feature::jacobi);
   const bool jointed = std::ranges::any_of(worlds_, [](const Scene& scene) { return !scene.joints.empty(); });
   const bool constrained = has(features, Feature::contacts) || jointed;
+  if (constrained && is_gradient(settings.solver)) {
+    if (has(features, Feature::patches))
+      throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",
+                  "solvers along a gradient have a cone for each contact; leave patches out, or take gauss_seidel");
+    if (has(features, Feature::turning_friction))
+      throw Error(
+          Failure::input, worlds_[0].source + ": /settings/solver",
+          "solvers along a gradient know round cones of slip alone, and materials of this scene resist turning or "
+          "have a grain; take gauss_seidel");
+    features = with(features, Feature::gradient);
+    if (has(features, Feature::contacts)) features = with(features, Feature::jacobi);
+  }
   if (constrained && settings.tolerance > 0) features = with(features, Feature::tolerance);
   if (constrained && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);
@@ -427,6 +442,11 @@ void Compiler<real>::set_sleeping() {
   const Settings& settings = worlds_[0].settings;
   if (!settings.sleeping) return;
   const std::string place = worlds_[0].source + ": /settings/sleeping";
+  if (has(state_.features, Feature::gradient))
+    throw Error(
+        Failure::input, place,
+        "solvers along a gradient step all islands by one length, and an island that sleeps would change the others; "
+        "take gauss_seidel, jacobi or small_steps");
   if (settings.integrator == Integrator::runge_kutta)
     throw Error(Failure::input, place, "bodies of runge_kutta never rest; use another integrator or leave it out");
   if (has(state_.features, Feature::particles))

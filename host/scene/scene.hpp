@@ -22,10 +22,17 @@ enum class Gyroscopic { none, explicit_, implicit, midpoint };
 
 /// How contacts are solved: `gauss_seidel`, sweeps over hard contacts; `small_steps`, few sweeps in each of several
 /// sub-steps over soft contacts, and one that takes back what the springs added; `jacobi`, all hard contacts at once,
-/// each on parts of its bodies.
-enum class Solver { gauss_seidel, small_steps, jacobi };
+/// each on parts of its bodies; `gradient` and `accelerated_gradient`, hard contacts and joints as one convex
+/// problem, another model (cpu_reference/gradient/descent.hpp).
+enum class Solver { gauss_seidel, small_steps, jacobi, gradient, accelerated_gradient };
 inline constexpr std::pair<const char*, Solver> solver_names[] = {
-    {"gauss_seidel", Solver::gauss_seidel}, {"small_steps", Solver::small_steps}, {"jacobi", Solver::jacobi}};
+    {"gauss_seidel", Solver::gauss_seidel},
+    {"small_steps", Solver::small_steps},
+    {"jacobi", Solver::jacobi},
+    {"gradient", Solver::gradient},
+    {"accelerated_gradient", Solver::accelerated_gradient}};
+/// Whether it goes down a gradient.
+inline bool is_gradient(Solver solver) { return solver == Solver::gradient || solver == Solver::accelerated_gradient; }
 
 /// What rubs: each contact point in a `cone` of its own, exact Coulomb friction; or the contacts of two shapes as one
 /// `patch`, with one friction and one twist: cheaper, another model (cpu_reference/visit_patch.hpp).
@@ -218,7 +225,13 @@ struct Settings {
 inline void use_solver(Settings& settings, Solver solver) {
   settings.solver = solver;
   settings.substeps = solver == Solver::small_steps ? 5 : 1;
-  settings.iterations = solver == Solver::small_steps ? 1 : solver == Solver::jacobi ? 30 : 10;
+  switch (solver) {
+    case Solver::gauss_seidel: settings.iterations = 10; break;
+    case Solver::small_steps: settings.iterations = 1; break;
+    case Solver::jacobi: settings.iterations = 30; break;
+    case Solver::gradient: settings.iterations = 100; break;
+    case Solver::accelerated_gradient: settings.iterations = 50; break;
+  }
 }
 
 inline const char* name_of(Solver solver) { return solver_names[static_cast<u32>(solver)].first; }

@@ -25,20 +25,33 @@ static inline void lane_solve_factor(global const JointBlock* block, u32 first, 
   }
 }
 
-// Impulses of the rows on b, their opposite on a.
-static inline void lane_push_joint(global const JointBlock* block, lane_mask angular, u32 first, const lane* r,
-                                   lane r_free, LaneBody* a, LaneBody* b) {
+// What impulses of the rows push with at b's anchor, and the moment that they have there.
+typedef struct LaneEffort {
+  Lane3 impulse, moment;
+} LaneEffort;
+
+static inline LaneEffort lane_joint_effort(global const JointBlock* block, lane_mask angular, u32 first, const lane* r,
+                                           lane r_free) {
   const Lane3 x = lane_joint_vector(block->axes, first), y = lane_joint_vector(block->axes + 3, first);
   const Lane3 z = lane_joint_vector(block->axes + 6, first), along = lane_joint_vector(block->free_axis, first);
-  Lane3 impulse = lane_add3(lane_add3(lane_scale3(r[0], x), lane_scale3(r[1], y)), lane_scale3(r[2], z));
+  LaneEffort effort;
+  effort.impulse = lane_add3(lane_add3(lane_scale3(r[0], x), lane_scale3(r[1], y)), lane_scale3(r[2], z));
   lane about_z = r[5];
 #if FEATURE_SCREWS
   const lane rise = LANE_LOAD(block->rise + first);
   about_z = rise != (lane)0 ? -(rise * r[2]) : about_z;
 #endif
-  Lane3 moment = lane_add3(lane_add3(lane_scale3(r[3], x), lane_scale3(r[4], y)), lane_scale3(about_z, z));
-  impulse = lane_add3(impulse, lane_scale3(angular ? (lane)0 : r_free, along));
-  moment = lane_add3(moment, lane_scale3(angular ? r_free : (lane)0, along));
+  effort.moment = lane_add3(lane_add3(lane_scale3(r[3], x), lane_scale3(r[4], y)), lane_scale3(about_z, z));
+  effort.impulse = lane_add3(effort.impulse, lane_scale3(angular ? (lane)0 : r_free, along));
+  effort.moment = lane_add3(effort.moment, lane_scale3(angular ? r_free : (lane)0, along));
+  return effort;
+}
+
+// Impulses of the rows on b, their opposite on a.
+static inline void lane_push_joint(global const JointBlock* block, lane_mask angular, u32 first, const lane* r,
+                                   lane r_free, LaneBody* a, LaneBody* b) {
+  const LaneEffort effort = lane_joint_effort(block, angular, first, r, r_free);
+  const Lane3 impulse = effort.impulse, moment = effort.moment;
   const Lane3 arm_a = lane_joint_vector(block->arm_a, first), arm_b = lane_joint_vector(block->arm_b, first);
   a->v = lane_sub3(a->v, lane_scale3(a->inverse_mass, impulse));
   a->w = lane_sub3(a->w, lane_turn_by(*a, lane_add3(lane_cross3(arm_a, impulse), moment)));

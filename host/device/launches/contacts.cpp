@@ -3,6 +3,7 @@
 #include <string_view>
 
 #include "host/device/launcher.hpp"
+#include "host/device/launches/gradient.hpp"
 
 namespace lockstep {
 
@@ -148,6 +149,7 @@ void launch_warm_start(Launcher& launcher) {
 }
 
 void launch_solve_constraints(Launcher& launcher) {
+  if (has(launcher.plan().features, Feature::gradient)) return solve_by_gradient(launcher, is_fused(launcher.plan()));
   if (has(launcher.plan().features, Feature::jacobi)) return solve_by_parts(launcher);
   const LaunchPlan& plan = launcher.plan();
   if (is_fused(plan))

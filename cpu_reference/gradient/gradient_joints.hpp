@@ -1,0 +1,118 @@
+// A step of a joint along the projected gradient (cpu_reference/gradient/descent.hpp): what
+// cpu_reference/joints/visit_joint.hpp solves, for a joint that its impulses move sigma = D_j / (step K) times as
+// easily as they do. Its rows are not projected one by one: in its metric the locked ones and the free one, with its
+// motor, its limits and its spring, are one small problem, which the visit solves exactly.
+//   the locked rows alone     d0 = -g (K^-1 (u + bias + turning) + s y),   g = 1 / (sigma + s)
+//   the free row then moves at q + e r_f,   e = sigma (own - g sigma shared)
+//   the locked rows answer     d = d0 - g sigma response (change of r_f)
+// kernels/gradient/gradient_joints.h is the twin, LANES joints at a time.
+#pragma once
+
+#include "cpu_reference/gradient/gradient_pairs.hpp"
+#include "cpu_reference/joints/visit_joint.hpp"
+
+namespace lockstep::reference {
+
+template <class real>
+void take_joint_step(real beta, const JointImpulseBlock<real>& next, u32 lane, JointImpulseBlock<real>& r,
+                     JointImpulseBlock<real>& y) {
+  for (u32 i = 0; i < JOINT_ROWS; ++i) take_step(beta, next.locked[i][lane], r.locked[i][lane], y.locked[i][lane]);
+  take_step(beta, next.free[lane], r.free[lane], y.free[lane]);
+}
+
+/// What impulses of the rows do to the bodies, b the opposite of a but for its arm.
+template <class real>
+struct JointPush {
+  Vec3<real> impulse, moment_a, moment_b;  // on b, about its centre of mass; of a before the sign
+};
+
+template <class real>
+JointPush<real> joint_push(const JointBlock<real>& block, u32 free, u32 lane, const real (&r)[JOINT_ROWS],
+                           real r_free) {
+  const JointEffort<real> effort = joint_effort(block, free, lane, r, r_free);
+  const Vec3<real> arm_a = joint_vector(block.arm_a, lane), arm_b = joint_vector(block.arm_b, lane);
+  return {effort.impulse, add3(cross3(arm_a, effort.impulse), effort.moment),
+          add3(cross3(arm_b, effort.impulse), effort.moment)};
+}
+
+/// x K y of what two sets of impulses push: by the whole bodies, J.
+template <class real>
+real joint_product(const JointPush<real>& x, const JointPush<real>& y, const Motion<real>& a, const Motion<real>& b) {
+  return (a.inverse_mass + b.inverse_mass) * dot3(x.impulse, y.impulse) + dot3(x.moment_a, turn_by(a, y.moment_a)) +
+         dot3(x.moment_b, turn_by(b, y.moment_b));
+}
+
+/// As a body at rest would move.
+template <class real>
+Motion<real> moved_by(const Motion<real>& body, Vec3<real> impulse, Vec3<real> moment) {
+  Motion<real> moved = body;
+  store3(moved.v, scale3(body.inverse_mass, impulse));
+  store3(moved.w, turn_by(body, moment));
+  return moved;
+}
+
+/// The step of a joint from y to next. `sides` is D in parts of K.
+template <class real>
+PairStep<real> step_joint(const JointBlock<real>& block, u32 free, u32 lane, real sides, real step,
+                          const Motion<real>& a, const Motion<real>& b, const JointImpulseBlock<real>& r,
+                          const JointImpulseBlock<real>& y, JointImpulseBlock<real>& next) {
+  const real sigma = sides / step, softness = block.softness[lane];
+  const real g = real(1) / (sigma + softness);
+  const Vec3<real> arm_a = joint_vector(block.arm_a, lane), arm_b = joint_vector(block.arm_b, lane);
+  const Vec3<real> u = velocity_at(arm_b, arm_a, b, a), w = sub3(vec3(b.w), vec3(a.w));
+  real d[JOINT_ROWS];
+  for (u32 i = 0; i < 3; ++i) {
+    const Vec3<real> axis = joint_vector(block.axes + 3 * i, lane);
+    d[i] = -(dot3(axis, u) + block.bias[i][lane] + block.turning[i][lane]);
+    d[i + 3] = -(dot3(axis, w) + block.bias[i + 3][lane] + block.turning[i + 3][lane]);
+  }
+  const real rise = block.rise[lane];
+  if (rise != 0) d[2] = d[2] + rise * dot3(joint_vector(block.axes + 6, lane), w);
+  JointFactor<real> factor;
+  for (u32 i = 0; i < JOINT_LOWER; ++i) factor.lower[i] = block.lower[i][lane];
+  for (u32 i = 0; i < JOINT_ROWS; ++i) factor.inverse_pivot[i] = block.inverse_pivot[i][lane];
+  solve_factor(factor, d);
+  real before = dot3(joint_vector(block.free_axis, lane), free == FREE_ANGLE ? w : u);
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    d[i] = g * (d[i] - softness * y.locked[i][lane]);
+    before = before + sigma * (block.coupling[i][lane] * d[i]);
+  }
+
+  const real old = y.free[lane], own = block.own[lane], shared = block.shared[lane];
+  const real e = sigma * (own - g * sigma * shared);
+  const real q = before - e * old;
+  const real slowest = block.slowest[lane], fastest = block.fastest[lane], yield = block.yield[lane];
+  const bool sprung = yield > 0;
+  const real left = sprung ? yield / (e + yield) : real(1);
+  const real idle = sprung ? slowest + left * (q - slowest) : q;
+  const real reach = left * (e * block.motor_impulse[lane]);
+  const real wanted = block.motor_speed[lane];
+  const real driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
+  const real give = block.give[lane] * ((own - shared / (real(1) + softness)) / e);  // in parts of e
+  const real bounded = sprung ? driven : bounded_speed(driven, slowest, fastest, give);
+  const real r_free = e > 0 ? (bounded - q) / e : real(0);
+  const real change = r_free - old;
+
+  real ahead[JOINT_ROWS];
+  for (u32 i = 0; i < JOINT_ROWS; ++i) {
+    d[i] = d[i] - g * sigma * block.response[i][lane] * change;
+    next.locked[i][lane] = y.locked[i][lane] + d[i];
+    ahead[i] = next.locked[i][lane] - r.locked[i][lane];
+  }
+  next.free[lane] = r_free;
+  const JointPush<real> push = joint_push(block, free, lane, d, change);
+  const JointPush<real> along = joint_push(block, free, lane, ahead, r_free - r.free[lane]);
+
+  PairStep<real> out;
+  out.a = {sub3(Vec3<real>{0, 0, 0}, push.impulse), sub3(Vec3<real>{0, 0, 0}, push.moment_a), 0, 0};
+  out.b = {push.impulse, push.moment_b, 0, 0};
+  out.length = sides * joint_product(push, push, a, b);
+  out.uphill = -(sides * joint_product(push, along, a, b));
+  const Vec3<real> still = {0, 0, 0};
+  out.change = sigma * sigma *
+               joint_change(still, still, arm_a, arm_b, moved_by(a, out.a.impulse, out.a.moment),
+                            moved_by(b, push.impulse, push.moment_b));
+  return out;
+}
+
+}  // namespace lockstep::reference

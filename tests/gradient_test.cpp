@@ -1,0 +1,221 @@
+// Solvers along a gradient: the twins, what a step of the descent promises, and how fast it arrives.
+#include <gtest/gtest.h>
+
+#include <cstring>
+
+#include "tests/gradient_scene.hpp"
+#include "tests/jacobi_scene.hpp"
+
+namespace lockstep::test {
+namespace {
+
+template <class real>
+class Gradient : public testing::Test {};
+using Precisions = testing::Types<float, double>;
+TYPED_TEST_SUITE(Gradient, Precisions);
+
+// Small enough for one work-group, and not.
+TYPED_TEST(Gradient, KernelMatchesReference) {
+  using real = TypeParam;
+  for (const bool accelerated : {false, true}) {
+    for (const bool large : {false, true}) {
+      const InitialState<real> state =
+          started_by_gradient(large ? heap<real>(5, 400, 8192) : heap<real>(6, 12, 256), accelerated, large ? 12 : 30);
+      ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], large ? 1000u : 20u);
+      ASSERT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
+      run_twins(Stage::solve_constraints, state);
+    }
+  }
+}
+
+// Balls alone: central contacts, of which each pair has one.
+TYPED_TEST(Gradient, CentralKernelMatchesReference) {
+  using real = TypeParam;
+  std::vector<BodyDescription> bodies = strewn_ball(200);
+  InitialState<real> state = make_worlds<real>({bodies}, 1024);
+  state.params.theta = 1;
+  state = started_by_gradient(state, true, 15);
+  for (u32 block = 0; block < state.buffers.counters[COUNTER_BLOCKS]; ++block) {
+    for (const u32 kind : state.buffers.block_bodies[block].kind) ASSERT_NE(kind, u32{BLOCK_GENERAL});
+  }
+  state.features &= ~static_cast<Features>(Feature::general_contacts);
+  run_twins(Stage::solve_constraints, state);
+}
+
+template <class real>
+InitialState<real> three_worlds(std::initializer_list<u32> seeds) {
+  std::vector<std::vector<BodyDescription>> worlds;
+  for (const u32 seed : seeds) {
+    Random random(seed);
+    worlds.push_back({plane_body()});
+    for (u32 i = 0; i < 20 + 40 * (seed % 3); ++i) {
+      const Vector3 at = {random.between(-1, 1), random.between(-1, 1), random.between(0.2, 2)};
+      worlds.back().push_back(i % 2 == 0 ? sphere_body(at, 0.3) : box_body(at, {0.3, 0.2, 0.25}, random.turn()));
+      worlds.back().back().velocity = random.vector(1);
+    }
+  }
+  InitialState<real> state = make_worlds<real>(worlds, 4096);
+  state.sizes.blocks = state.params.block_capacity = state.sizes.rows = state.params.row_capacity = 2048;
+  resize(state.buffers, state.sizes, state.features);
+  state.params.theta = 1;
+  use_gradient(state);
+  return state;
+}
+
+// Each world chooses its own steps: it has the bits that it has alone.
+TYPED_TEST(Gradient, AWorldIsAsItIsAlone) {
+  using real = TypeParam;
+  for (const double tolerance : {0.0, 0.02}) {
+    InitialState<real> together = three_worlds<real>({0, 1, 2}), alone = three_worlds<real>({1});
+    for (InitialState<real>* state : {&together, &alone}) {
+      state->params.tolerance = real(tolerance);
+      if (tolerance > 0) state->features = with(state->features, Feature::tolerance);
+    }
+    const Buffers<real> all = run_steps(together, 3), one = run_steps(alone, 3);
+    const WorldRange& range = all.world_ranges[1];
+    ASSERT_EQ(range.body_count, alone.params.bodies);
+    ASSERT_GT(one.counters[COUNTER_CONTACTS], 40u);
+    for (u32 i = 0; i < range.body_count; ++i) {
+      EXPECT_EQ(std::memcmp(&all.motions[range.first_body + i], &one.motions[i], sizeof(Motion<real>)), 0) << i;
+    }
+    expect_twins_agree(together, 3, launch_options({{1, 7}, {16, 0}}));
+  }
+}
+
+TYPED_TEST(Gradient, StepsMatchTheReference) {
+  using real = TypeParam;
+  InitialState<real> state = heap<real>(7, 60, 4096);
+  use_gradient(state, true, 20);
+  std::vector<DeviceOptions> launches = all_launch_options();
+  launches.back().threads = 1;
+  expect_twins_agree(state, 6, launches);
+}
+
+TYPED_TEST(Gradient, ToleranceMatchesTheReference) {
+  using real = TypeParam;
+  for (const bool large : {false, true}) {
+    for (const double tolerance : {0.3, 1e-9}) {
+      InitialState<real> state = started_by_gradient(
+          large ? heap<real>(5, 400, 8192, false) : heap<real>(6, 12, 256, false), true, tolerance > 0.1 ? 1000 : 8);
+      state.features = with(state.features, Feature::tolerance);
+      state.params.tolerance = real(tolerance);
+      const Buffers<real> after = run_twins(Stage::solve_constraints, state);
+      EXPECT_EQ(after.counters[COUNTER_SWEEPS]<state.params.iterations, tolerance> 0.1)
+          << after.counters[COUNTER_SWEEPS];
+      EXPECT_EQ(after.counters[COUNTER_SETTLED], 0u);
+    }
+  }
+}
+
+TYPED_TEST(Gradient, VoidStepsWriteNothing) {
+  using real = TypeParam;
+  InitialState<real> state = started_by_gradient(heap<real>(9, 12, 256), true, 5);
+  state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;
+  const Buffers<real> after = run_twins(Stage::solve_constraints, state);
+  for (u32 i = 0; i < state.params.bodies; ++i)
+    EXPECT_EQ(std::memcmp(&after.motions[i], &state.buffers.motions[i], sizeof(Motion<real>)), 0) << i;
+}
+
+// What impulses give the bodies adds up: bodies that nothing else pushes keep their momentum.
+TYPED_TEST(Gradient, ConservesMomentum) {
+  using real = TypeParam;
+  std::vector<BodyDescription> bodies;
+  Random random(3);
+  for (u32 i = 0; i < 60; ++i) {
+    bodies.push_back(sphere_body(random.vector(1), 0.3, random.vector(3)));
+    bodies.back().mass = random.between(0.5, 2);
+    const double moment = bodies.back().mass * 0.4 * 0.09;
+    bodies.back().inertia = {moment, moment, moment};
+  }
+  InitialState<real> state = make_worlds<real>({bodies}, 2048);
+  use_gradient(state, true, 300);
+  state.buffers.gravities[0] = {0, 0, 0, 0};
+  run_until_prepared(state);
+  ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], 100u);
+  const auto [linear, angular] = momentum(state.buffers);
+  const Buffers<real> before = state.buffers;
+  reference::run_stage(Stage::solve_constraints, state.buffers, state.params);
+  const auto [linear_after, angular_after] = momentum(state.buffers);
+  const double rounding = sizeof(real) == 4 ? 5e-4 : 1e-12;
+  double change = 0;
+  for (u32 k = 0; k < 3; ++k) {
+    EXPECT_NEAR(linear_after[k], linear[k], rounding);
+    EXPECT_NEAR(angular_after[k], angular[k], rounding);
+  }
+  for (u32 i = 0; i < bodies.size(); ++i)
+    change = std::max(change, std::abs(double(state.buffers.motions[i].v[0] - before.motions[i].v[0])));
+  EXPECT_GT(change, 1);
+}
+
+// ---- what a descent promises ---------------------------------------------------------------------------------------
+
+// Ready to be solved from no impulses, so that its velocities are the free ones.
+// Nothing in it is held: where bodies are squeezed between some that cannot move no velocity is right, and the
+// objective has no least value.
+InitialState<double> prepared_by_gradient(bool accelerated) {
+  InitialState<double> state = heap<double>(8, 60, 4096, false);
+  use_gradient(state, accelerated);
+  run_until_prepared(state);
+  return state;
+}
+
+double objective_after(const InitialState<double>& state, u32 iterations) {
+  InitialState<double> solved = state;
+  solved.params.iterations = iterations;
+  reference::run_stage(Stage::solve_constraints, solved.buffers, solved.params);
+  return objective_of(state.buffers, solved.buffers);
+}
+
+// Steps that would lead uphill are not taken, however long they have become.
+TEST(GradientDescends, WithEachStep) {
+  const InitialState<double> state = prepared_by_gradient(false);
+  ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], 100u);
+  double last = 0, first = 0;
+  u32 stayed = 0;
+  for (u32 iterations = 1; iterations <= 100; ++iterations) {
+    const double now = objective_after(state, iterations);
+    EXPECT_LE(now, last + 1e-12 * std::abs(last)) << iterations;
+    stayed += now == last;
+    if (iterations == 1) first = now;
+    last = now;
+  }
+  EXPECT_LT(first, 0);
+  EXPECT_LT(last, 1.1 * first);  // both are negative
+  EXPECT_GT(stayed, 0u);         // there were steps that were not taken: this is what they are for
+  EXPECT_LT(stayed, 30u);
+}
+
+// Momentum does in tens of steps what takes hundreds without.
+TEST(GradientDescends, FasterWithMomentum) {
+  const double least = objective_after(prepared_by_gradient(true), 20000);
+  const InitialState<double> plain = prepared_by_gradient(false), accelerated = prepared_by_gradient(true);
+  EXPECT_LT(least, 1.1 * objective_after(plain, 20));  // negative
+  const auto left = [&](const InitialState<double>& state, u32 iterations) {
+    return (objective_after(state, iterations) - least) / std::abs(least);
+  };
+  const double after_plain = left(plain, 1000), after_accelerated = left(accelerated, 200);
+  EXPECT_GT(after_plain, 0);
+  EXPECT_LT(after_accelerated, after_plain) << "of " << least;
+  EXPECT_LT(left(accelerated, 1000), 1e-2 * after_plain);
+}
+
+// News of its weight has to pass through a column of boxes.
+TEST(GradientDescends, AColumnOfBoxes) {
+  std::vector<BodyDescription> bodies = {plane_body()};
+  for (u32 i = 0; i < 10; ++i) bodies.push_back(box_body({0, 0, 0.5 + i}, {0.5, 0.5, 0.5}));
+  InitialState<double> state = make_worlds<double>({bodies}, 64);
+  set_material(state, 0.5, 0);
+  state.params.theta = 1;
+  const auto residual_after = [&](bool accelerated, u32 iterations) {
+    InitialState<double> solved = state;
+    use_gradient(solved, accelerated, iterations);
+    return residual_of(run_steps(solved, 1)).relative;
+  };
+  const double plain = residual_after(false, 100), accelerated = residual_after(true, 100);
+  EXPECT_LT(plain, 0.5);
+  EXPECT_LT(accelerated, 1e-2 * plain);
+  EXPECT_LT(accelerated, residual_after(false, 500));
+}
+
+}  // namespace
+}  // namespace lockstep::test
