@@ -386,88 +386,11 @@ enum HashedRecord {
   HASHED_SLEPT = 10
 };
 
-// ---- the packed constraint stream: canonical cones ----------------------------------------------------------------
-
-// A block has PACK lanes, a pair in contact each. Its members belong to one colour: no two share a movable body.
-INDEX_RECORD(BlockBodies) {
-  u32 body_a[PACK], body_b[PACK];  // the null body (index bodies) for padding
-  u32 kind[PACK];                  // BlockKind
-  u32 contact[PACK];               // the first of the pair; NONE for padding
-  u32 count[PACK];                 // contacts of the pair; 0 for padding
-};
-
-// The rows of a block: row k, in contact_blocks and impulse_blocks, holds the k-th contact of each pair. Pairs of more
-// points come first, so that a block has as many rows as its first lane has points.
-INDEX_RECORD(BlockRows) { u32 first, count; };
-
-// A row of contacts as the step finds them (ContactPoint), with the material of each pair.
-RECORD(PointBlock) {
-  real anchor_a_x[PACK], anchor_a_y[PACK], anchor_a_z[PACK], radius_a[PACK];
-  real anchor_b_x[PACK], anchor_b_y[PACK], anchor_b_z[PACK], radius_b[PACK];
-  real normal_x[PACK], normal_y[PACK], normal_z[PACK];
-  real friction[PACK], restitution[PACK];
-  u32 frame[PACK];  // NormalFrame
-};
-
-// The laws of impact of a row of contacts (feature impact_laws), and the velocity that the law adds to the tangential
-// ones of a sub-step, m/s: an impact that ends in a slide to elsewhere ends at -bias.
-RECORD(ImpactBlock) {
-  real tangential_restitution[PACK];
-  u32 law[PACK];  // ImpactLaw
-};
-RECORD(SlideBlock) { real bias_1[PACK], bias_2[PACK]; };
-
-// The impulses that a row of contacts starts the step from (ContactImpulse).
-RECORD(StartBlock) { real normal[PACK], tangent_x[PACK], tangent_y[PACK], tangent_z[PACK]; };
-
-// A row of contacts as a sub-step sees them. The tangents are recomputed from the normal.
-RECORD(ContactBlock) {
-  real normal_x[PACK], normal_y[PACK], normal_z[PACK];  // world frame, from b to a
-  real arm_a_x[PACK], arm_a_y[PACK], arm_a_z[PACK];  // from the centre of mass of a to the contact point, world frame
-  real arm_b_x[PACK], arm_b_y[PACK], arm_b_z[PACK];
-  real bias[PACK];      // m/s, added to the normal relative velocity: u_n + bias >= 0
-  real friction[PACK];  // mu
-  real w_nn[PACK], w_11[PACK], w_22[PACK], w_n1[PACK], w_n2[PACK], w_12[PACK];  // Delassus block, 1/kg
-};
-
-// What is added to w_nn in the law of a soft contact, 1/kg: u_n + bias + softness r_n >= 0.
-RECORD(SoftnessBlock) { real softness[PACK]; };
-
-RECORD(ImpulseBlock) { real normal[PACK], tangent_1[PACK], tangent_2[PACK]; };
-
 #include "friction_types.h"
+#include "stream_types.h"
 
-// What the contacts of each pair share in a scene of patches: one friction block and a twist at the centre of pressure.
-RECORD(PatchBlock) {
-  real normal_x[PACK], normal_y[PACK], normal_z[PACK];  // world frame, from b to a
-  real arm_a_x[PACK], arm_a_y[PACK], arm_a_z[PACK];     // from the centre of mass of a to that of pressure, world frame
-  real arm_b_x[PACK], arm_b_y[PACK], arm_b_z[PACK];
-  real friction[PACK];                                        // mu
-  real lever[MANIFOLD_POINTS][PACK];                          // m, from the centre of pressure to each contact
-  real inverse_11[PACK], inverse_12[PACK], inverse_22[PACK];  // of the tangential Delassus block, kg
-  real inverse_twist[PACK];                                   // kg m^2
-};
-
-// What acts on a at the centre of pressure, its opposite on b: N s along the tangents, N m s about the normal.
-RECORD(PatchImpulse) { real tangent_1[PACK], tangent_2[PACK], twist[PACK]; };
-
-// The part of each body that a pair is solved on (feature jacobi): a body in contact is as many as it has pairs.
-RECORD(PartBlock) {
-  real parts_a[PACK], parts_b[PACK];  // pairs that the body has; 0 of bodies that cannot move, and of padding
-  u32 place_a[PACK], place_b[PACK];   // where the pair's copy of the body stands; NONE where it has none
-};
-
-// How a scene's convex problem is descended (feature gradient; cpu_reference/gradient/descent.hpp).
-INDEX_RECORD(GradientLaw) {
-  u32 accelerated;  // 1: with momentum; 0: straight along the projected gradient
-};
-
-// Where the sides of a block of joints stand among all sides of joints: those of body i are joint_part_starts[i] ...
-// joint_part_starts[i + 1] - 1, in the order of the joints (feature gradient). NONE of bodies that cannot move.
-INDEX_RECORD(JointParts) { u32 place_a[PACK], place_b[PACK]; };
-
-  // ---- joints
-  // --------------------------------------------------------------------------------------------------------
+// ---- joints
+// --------------------------------------------------------------------------------------------------------
 
 #include "joint_types.h"
 

@@ -10,6 +10,7 @@
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_joints.hpp"
 #include "host/scene/compile_particles.hpp"
+#include "host/scene/compile_sleeping.hpp"
 #include "host/scene/friction_pairs.hpp"
 #include "host/scene/hull_tables.hpp"
 #include "host/scene/impact_laws.hpp"
@@ -76,7 +77,7 @@ class Compiler {
     buffers().motions.push_back({});  // the null body behind the last one
     set_features();
     set_sizes();
-    set_sleeping();
+    if (worlds_[0].settings.sleeping) compile_sleeping(worlds_[0], state_);
     compile_joints(worlds_, state_);
     if (has(state_.features, Feature::gradient))
       compile_gradient(worlds_[0].settings.solver == Solver::accelerated_gradient, state_);
@@ -106,7 +107,6 @@ class Compiler {
   void set_features();
   Feature broad_phase() const;
   void set_sizes();
-  void set_sleeping();
 
   std::span<const Scene> worlds_;
   InitialState<real> state_;
@@ -436,44 +436,7 @@ void Compiler<real>::set_sizes() {
   set_first_capacities(sizes, state_.features);
 }
 
-// Everybody is awake.
-template <class real>
-void Compiler<real>::set_sleeping() {
-  const Settings& settings = worlds_[0].settings;
-  if (!settings.sleeping) return;
-  const std::string place = worlds_[0].source + ": /settings/sleeping";
-  if (has(state_.features, Feature::gradient))
-    throw Error(
-        Failure::input, place,
-        "solvers along a gradient step all islands by one length, and an island that sleeps would change the others; "
-        "take gauss_seidel, jacobi or small_steps");
-  if (settings.integrator == Integrator::runge_kutta)
-    throw Error(Failure::input, place, "bodies of runge_kutta never rest; use another integrator or leave it out");
-  if (has(state_.features, Feature::particles))
-    throw Error(Failure::input, place,
-                "does not go with particles of the model penalty; use constraints or leave it out");
-  if (has(state_.features, Feature::tolerance))
-    throw Error(Failure::input, place,
-                "does not go with a tolerance, which ends the sweeps of all islands at once, so "
-                "that one would change the bits of another; leave out one of the two");
-  state_.features = with(state_.features, Feature::sleeping);
-  const Origin origin = {worlds_[0]};
-  const SleepSettings& law = *settings.sleeping;
-  const SleepLaw<real> rounded_law = {rounded<real>(law.speed, "sleeping/speed", origin),
-                                      rounded<real>(law.angular_speed, "sleeping/angular_speed", origin)};
-  buffers().sleep_laws.assign(worlds_.size(), rounded_law);
-  buffers().sleep_steps.assign(worlds_.size(), sleep_steps(law.after, settings.dt));
-  buffers().sleepers.assign(buffers().body_infos.size(), {0, NONE});
-}
-
 }  // namespace
-
-u32 sleep_steps(double after, double dt) {
-  const double steps = after / dt, whole = std::floor(steps);
-  // what is a whole number but for the rounding of both is meant to be one
-  const double wanted = steps - whole <= 1e-9 * whole ? whole : whole + 1;
-  return wanted < 1 ? 1u : wanted < double(NONE) ? static_cast<u32>(wanted) : NONE;
-}
 
 void set_first_capacities(Sizes& sizes, Features features) {
   sizes.buckets = 64;

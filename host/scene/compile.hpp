@@ -38,9 +38,6 @@ enum class Shown { shapes, particles, both };
 template <class real>
 Buffers<real> compile_shapes(const Scene& scene, Shown shown = Shown::shapes);
 
-/// Steps of so many seconds that are `after` seconds or just more; at least one.
-u32 sleep_steps(double after, double dt);
-
 /// First guesses for the lists of so many shapes; a step that needs more asks for it and is redone. A sphere in a dense
 /// pile has about 6 contacts that it owns, and pairs are little more than contacts.
 void set_first_capacities(Sizes& sizes, Features features);

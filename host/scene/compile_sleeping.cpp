@@ -1,0 +1,48 @@
+#include "host/scene/compile_sleeping.hpp"
+
+#include <cmath>
+
+#include "host/error.hpp"
+#include "host/scene/rounding.hpp"
+
+namespace lockstep {
+
+u32 sleep_steps(double after, double dt) {
+  const double steps = after / dt, whole = std::floor(steps);
+  // what is a whole number but for the rounding of both is meant to be one
+  const double wanted = steps - whole <= 1e-9 * whole ? whole : whole + 1;
+  return wanted < 1 ? 1u : wanted < double(NONE) ? static_cast<u32>(wanted) : NONE;
+}
+
+template <class real>
+void compile_sleeping(const Scene& scene, InitialState<real>& state) {
+  const Settings& settings = scene.settings;
+  const std::string place = scene.source + ": /settings/sleeping";
+  if (has(state.features, Feature::gradient))
+    throw Error(
+        Failure::input, place,
+        "solvers along a gradient step all islands by one length, and an island that sleeps would change the others; "
+        "take gauss_seidel, jacobi or small_steps");
+  if (settings.integrator == Integrator::runge_kutta)
+    throw Error(Failure::input, place, "bodies of runge_kutta never rest; use another integrator or leave it out");
+  if (has(state.features, Feature::particles))
+    throw Error(Failure::input, place,
+                "does not go with particles of the model penalty; use constraints or leave it out");
+  if (has(state.features, Feature::tolerance))
+    throw Error(Failure::input, place,
+                "does not go with a tolerance, which ends the sweeps of all islands at once, so "
+                "that one would change the bits of another; leave out one of the two");
+  state.features = with(state.features, Feature::sleeping);
+  const Origin origin = {scene};
+  const SleepSettings& law = *settings.sleeping;
+  const SleepLaw<real> rounded_law = {rounded<real>(law.speed, "sleeping/speed", origin),
+                                      rounded<real>(law.angular_speed, "sleeping/angular_speed", origin)};
+  state.buffers.sleep_laws.assign(state.sizes.worlds, rounded_law);
+  state.buffers.sleep_steps.assign(state.sizes.worlds, sleep_steps(law.after, settings.dt));
+  state.buffers.sleepers.assign(state.buffers.body_infos.size(), {0, NONE});
+}
+
+template void compile_sleeping<float>(const Scene&, InitialState<float>&);
+template void compile_sleeping<double>(const Scene&, InitialState<double>&);
+
+}  // namespace lockstep
