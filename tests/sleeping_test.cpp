@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "host/scene/compile_sleeping.hpp"
 #include "tests/sleeping_scenes.hpp"
 
 namespace lockstep::test {
