@@ -29,7 +29,8 @@ constexpr Trouble troubles[] = {
     {STATUS_BAD_FORCES, Stage::integrate_velocities,
      "the forces make its velocity infinite, not a number or faster than the speed limit; try a shorter time step"},
     {STATUS_BAD_CONTACTS, Stage::integrate_positions,
-     "the contacts make its velocity infinite, not a number or faster than the speed limit; try a shorter time step"},
+     "contacts or joints make its velocity infinite, not a number or faster than the speed limit; try a shorter time "
+     "step"},
     {STATUS_BAD_POSE, Stage::count, "its pose is infinite or not a number; try a shorter time step"},
     {STATUS_BAD_FLIGHT, Stage::integrate_free_flight,
      "its velocity is infinite, not a number or faster than the speed limit; try a shorter time step"},

@@ -9,8 +9,8 @@
 // the points of the sub-step's start, so that the positions are those of SHAKE (Ryckaert, Ciccotti, Berendsen 1977).
 // That is explicit in what tension does to links that turn across it, and shares the limit of the leapfrog scheme,
 // h w < 2: a chain of links of length l and moment of inertia I (across, about their centres) under a tension T bends
-// to and fro with up to w = sqrt(T l / I), all joints standing still but for every other one, so that T has to stay
-// below 4 I / (h^2 l). Beyond it grows, and soon no impulse closes the joints.
+// to and fro with up to w = sqrt(T l / I), each link against the next about centres that stand still, so that T has to
+// stay below 4 I / (h^2 l). Beyond that it grows, and soon no impulse closes the joints.
 // Contacts, limits and motors are inequalities beside it: sweeps over them and the direct solve of the joints in turn
 // (joints/mixed.hpp), in each repetition. Limits of joints are met by the coordinate at the end as well.
 #pragma once

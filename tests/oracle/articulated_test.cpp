@@ -23,10 +23,10 @@ TEST(ArticulatedJoints, CoordinatesAndPosesAreEachOthersInverse) {
       Coordinates c = {3 * random.vector(1), random.turn()};
       if (type == JointType::screw) c.value[0] *= 10;  // whole turns
       const Pose b = pose_of_b(joint, a, c);
-      EXPECT_LT(distance(pose_of_a(joint, b, c), a), 1e-7) << int(type);
+      EXPECT_LT(distance(pose_of_a(joint, b, c), a), 1e-12) << int(type);
       const JointStand at = stand(joint, a, b);
       EXPECT_LT(locked_rows(joint, at).error.norm(), 1e-13) << int(type);
-      EXPECT_LT(distance(pose_of_b(joint, a, measured(joint, at)), b), 1e-7) << int(type);
+      EXPECT_LT(distance(pose_of_b(joint, a, measured(joint, at)), b), 1e-12) << int(type);
       EXPECT_LT((pose_of_b(joint, a, measured(joint, at)).x - b.x).norm(), 1e-13) << int(type);
     }
   }
@@ -80,14 +80,14 @@ TEST(ArticulatedKinematics, TwistsAndProductsAreDerivatives) {
       const Link& link = r.tree->link(i);
       const LinkKinematics& k = now.link(i);
       const Vector3d v = (later.poses[link.body].x - sooner.poses[link.body].x) / (2 * h);
-      EXPECT_LT((v - k.twist.head<3>()).norm(), 1e-7 * (1 + k.twist.norm()));
+      EXPECT_LT((v - k.twist.head<3>()).norm(), 1e-8 * (1 + k.twist.norm()));
       const Quaterniond turn = later.poses[link.body].q * sooner.poses[link.body].q.conjugate();
       const Vector3d w = (turn.w() < 0 ? -1 : 1) * turn.vec() / h;
-      EXPECT_LT((w - k.twist.tail<3>()).norm(), 1e-7 * (1 + k.twist.norm()));
+      EXPECT_LT((w - k.twist.tail<3>()).norm(), 1e-8 * (1 + k.twist.norm()));
       acceleration[i] = k.product;
       if (link.parent != no_link) acceleration[i] += twist_at(acceleration[link.parent], k.from_parent);
       const Vector6 difference = (then.link(i).twist - before.link(i).twist) / (2 * h);
-      EXPECT_LT((difference - acceleration[i]).norm(), 1e-6 * (1 + acceleration[i].norm())) << "seed " << seed;
+      EXPECT_LT((difference - acceleration[i]).norm(), 1e-8 * (1 + acceleration[i].norm())) << "seed " << seed;
     }
   }
 }
@@ -145,9 +145,9 @@ TEST(ArticulatedBodies, SolveTheDenseEquationsOfMotion) {
     const MatrixXd j = link_jacobian(at), m = masses(at);
     const VectorXd right = j.transpose() * (stacked(q.wrench) - m * stacked(products)) + q.effort;
     const VectorXd rates = solve_by_lu(MatrixXd(j.transpose() * m * j), right);
-    EXPECT_LT((answer.rates - rates).norm(), 1e-10 * (1 + rates.norm())) << "seed " << seed;
+    EXPECT_LT((answer.rates - rates).norm(), 1e-13 * (1 + rates.norm())) << "seed " << seed;
     const VectorXd twists = j * rates + stacked(products);
-    EXPECT_LT((stacked(answer.twist) - twists).norm(), 1e-10 * (1 + twists.norm())) << "seed " << seed;
+    EXPECT_LT((stacked(answer.twist) - twists).norm(), 1e-13 * (1 + twists.norm())) << "seed " << seed;
   }
 }
 
@@ -181,7 +181,7 @@ TEST(ArticulatedBodies, SolveTheEquationsOfMaximalCoordinates) {
     VectorXd f(n + m);
     f << stacked(q.wrench), Eigen::Map<const VectorXd>(right.data(), m);
     const VectorXd x = solve_by_lu(kkt, f);
-    EXPECT_LT((stacked(answer.twist) - x.head(n)).norm(), 1e-10 * (1 + x.head(n).norm())) << "seed " << seed;
+    EXPECT_LT((stacked(answer.twist) - x.head(n)).norm(), 1e-12 * (1 + x.head(n).norm())) << "seed " << seed;
     // what a joint carries is what its rows push the child with
     for (std::size_t i = 0, row = 0; i < r.tree->size(); ++i) {
       const Link& link = r.tree->link(i);
@@ -190,7 +190,7 @@ TEST(ArticulatedBodies, SolveTheEquationsOfMaximalCoordinates) {
       const Index locked = 6 - link.freedoms;
       for (Index k = 0; k < locked; ++k, ++row)
         carried += x[n + Index(row)] * (link.child_is_b ? rows[row].on_b : rows[row].on_a);
-      EXPECT_LT((answer.carried[i] - carried).norm(), 1e-9 * (1 + x.tail(m).norm())) << "seed " << seed;
+      EXPECT_LT((answer.carried[i] - carried).norm(), 1e-12 * (1 + x.tail(m).norm())) << "seed " << seed;
     }
   }
 }

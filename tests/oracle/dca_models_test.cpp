@@ -32,14 +32,14 @@ TEST(DivideAndConquer, AssembliesAnswerAsTheArticulatedBodyAlgorithm) {
       const Assembly a = assembled(at, t, wrench, product, handles);
       for (const std::size_t on : a.handles) {
         const std::size_t link = r.tree->link_of(on);
-        EXPECT_LT((a.free.segment<6>(a.first_row(on)) - unpushed.twist[link]).norm(), 1e-10);
+        EXPECT_LT((a.free.segment<6>(a.first_row(on)) - unpushed.twist[link]).norm(), 1e-12);
         for (int k = 0; k < 6; ++k) {
           LinkVectors pushed(r.tree->size(), Vector6::Zero());
           pushed[link] = Vector6::Unit(k);
           const TreeAnswer answer = inertia.solve(pushed);
           for (const std::size_t seen : a.handles) {
             const Vector6 twist = a.inverse_inertia.col(a.first_row(on) + k).segment<6>(a.first_row(seen));
-            EXPECT_LT((twist - answer.twist[r.tree->link_of(seen)]).norm(), 1e-10) << "seed " << seed;
+            EXPECT_LT((twist - answer.twist[r.tree->link_of(seen)]).norm(), 1e-12) << "seed " << seed;
           }
         }
       }
@@ -176,8 +176,8 @@ TEST(DcaModels, TheLcpIsThatOfMaximalCoordinates) {
     for (const ReducedProblem* problem : {&assembled.problem, &by_links}) {
       const lcp::Lcp reduced = ReducedPyramid(*problem, 4).lcp();
       ASSERT_EQ(reduced.size(), by_rows.size());
-      EXPECT_LT((reduced.m - by_rows.m).norm(), 1e-10 * by_rows.m.norm()) << "seed " << seed;
-      EXPECT_LT((reduced.q - by_rows.q).norm(), 1e-10 * by_rows.q.norm()) << "seed " << seed;
+      EXPECT_LT((reduced.m - by_rows.m).norm(), 1e-13 * by_rows.m.norm()) << "seed " << seed;
+      EXPECT_LT((reduced.q - by_rows.q).norm(), 1e-13 * by_rows.q.norm()) << "seed " << seed;
     }
   }
 }
@@ -203,7 +203,7 @@ TEST(DcaModels, AllComeToTheVelocitiesOfModelLcp) {
     const ReducedPyramid pyramid(problem.problem, 4);
     VectorXd y;
     ASSERT_EQ(lcp::lemke(pyramid.lcp(), {.tolerance = 1e-12}, y).stop, Stop::tolerance) << "seed " << seed;
-    EXPECT_LT(distance(pushed(c, problem.problem, pyramid.impulses(y)), velocities), 1e-9) << "seed " << seed;
+    EXPECT_LT(distance(pushed(c, problem.problem, pyramid.impulses(y)), velocities), 1e-12) << "seed " << seed;
   }
   EXPECT_GE(solved, 5);
 }
@@ -223,8 +223,8 @@ TEST(DcaModels, MixedModelsAreTheLcpWithVelocitiesKept) {
     VectorXd x;
     const Stop stop = lcp::lemke(plain, {.tolerance = 1e-12}, x).stop;
     for (const models::MixedLcp& mixed : {dca_mlcp1(problem, pyramid, bodies), dca_mlcp2(problem, pyramid, ends)}) {
-      EXPECT_LT((mixed.f + mixed.b * mixed.c - plain.m).norm(), 1e-10 * plain.m.norm()) << "seed " << seed;
-      EXPECT_LT((mixed.a + mixed.b * mixed.r - plain.q).norm(), 1e-10 * plain.q.norm()) << "seed " << seed;
+      EXPECT_LT((mixed.f + mixed.b * mixed.c - plain.m).norm(), 1e-12 * plain.m.norm()) << "seed " << seed;
+      EXPECT_LT((mixed.a + mixed.b * mixed.r - plain.q).norm(), 1e-13 * plain.q.norm()) << "seed " << seed;
       if (stop != Stop::tolerance || !gives_way(problem.problem)) continue;
       VectorXd z;
       if (lcp::fischer_newton(mixed.stacked(), {.tolerance = 1e-12}, z).stop != Stop::tolerance) continue;
@@ -232,8 +232,9 @@ TEST(DcaModels, MixedModelsAreTheLcpWithVelocitiesKept) {
       const std::vector<Vector6> twists = pushed(c, problem.problem, pyramid.impulses(z.head(pyramid.size())));
       const std::vector<Vector6> by_lemke = pushed(c, problem.problem, pyramid.impulses(x));
       for (std::size_t i = 0; i < twists.size(); ++i)
-        EXPECT_LT((twists[i] - by_lemke[i]).norm(), 1e-9) << "seed " << seed << ", body " << i;
-      EXPECT_LT((z.tail<6>() - twists[ends[1]]).norm(), 1e-9) << "seed " << seed << ": the velocity kept is the body's";
+        EXPECT_LT((twists[i] - by_lemke[i]).norm(), 1e-10) << "seed " << seed << ", body " << i;
+      EXPECT_LT((z.tail<6>() - twists[ends[1]]).norm(), 1e-10)
+          << "seed " << seed << ": the velocity kept is the body's";
     }
   }
   EXPECT_GE(solved, 8) << "of 16, by a method without a promise on pyramids";

@@ -90,7 +90,7 @@ TEST(MixedSolvers, AreGaussSeidelWithoutJoints) {
     MixedImpulses x;
     const oracle::SolveReport report = oracle::solve_mixed(problem, solver, few, x);
     EXPECT_EQ(report.iterations, 10u) << solver.name;
-    EXPECT_LE((x.r - r).norm(), 1e-12 * r.norm()) << solver.name;
+    EXPECT_LE((x.r - r).norm(), 1e-14 * r.norm()) << solver.name;
   }
 }
 
