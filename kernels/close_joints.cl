@@ -101,8 +101,8 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
                              global const u32* joint_phases, global const JointLanes* joint_lanes,
                              global const JointInfo* joint_infos, global const Joint* joints,
                              global const real* screw_rises, global const real* rolling_radii,
-                             global const Motion* motions, global Vec4* positions, global Vec4* orientations,
-                             global u32* counters) {
+                             global const Motion* motions, global const Sleeper* sleepers, global Vec4* positions,
+                             global Vec4* orientations, global u32* counters) {
   const u32 sweeps = first_phase == 0u ? params.position_sweeps : 1u, count = phases - first_phase;
   const u32 visits = STEP_IS_VOID(counters) ? 0u : sweeps * count;
   u32 visit = 0u;
