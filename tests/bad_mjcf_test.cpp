@@ -76,7 +76,7 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
        "robot.xml:2: <inertial>: must keep the triangle inequality of real bodies, its principal moment 3 is more than "
        "2, the sum of the others"},
       {in_body(inertial + "mass=\"1\" fullinertia=\"1 1 1 2 0 0\"/>"),
-       "robot.xml:2: <inertial>: must have moments > 0, has the principal moment -1"},
+       "robot.xml:2: <inertial>: must be positive definite, has the principal moment -1"},
       {of_joint("type=\"hing\""), "robot.xml:2: <joint> type: unknown joint \"hing\"; did you mean \"hinge\"?"},
       {of_joint("axis=\"0 0 0\""), "robot.xml:2: <joint> axis: must not be zero: it is a direction"},
       {of_joint("damping=\"-1\""), "robot.xml:2: <joint> damping: must be >= 0, is -1"},

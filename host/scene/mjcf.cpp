@@ -1,7 +1,6 @@
 #include "host/scene/mjcf.hpp"
 
 #include <fmt/format.h>
-#include <tinyxml2.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include "host/scene/mjcf_geoms.hpp"
 #include "host/scene/mjcf_joints.hpp"
 #include "host/scene/mjcf_links.hpp"
+#include "host/scene/robot_files.hpp"
 
 namespace lockstep {
 
@@ -71,20 +71,6 @@ void read_option(const XmlNode& top, Robot& robot) {
   }
 }
 
-// The largest eigenvalue and the others obey A + B >= C in real bodies; files have few digits.
-void expect_real(const XmlNode& node, const MassProperties& solid) {
-  const Vector3 moments = principal_axes(solid.inertia).moments;
-  for (unsigned i = 0; i < 3; ++i) {
-    if (!(moments[i] > 0)) node.fail(fmt::format("must have moments > 0, has the principal moment {:.6g}", moments[i]));
-    const double others = moments[(i + 1) % 3] + moments[(i + 2) % 3];
-    if (moments[i] > others * (1 + 1e-3))
-      node.fail(
-          fmt::format("must keep the triangle inequality of real bodies, its principal moment {:.6g} is more than "
-                      "{:.6g}, the sum of the others",
-                      moments[i], others));
-  }
-}
-
 std::optional<MassProperties> read_inertial(const XmlNode& node, const MjcfCompiler& compiler) {
   node.expect_attributes({"mass", "diaginertia", "fullinertia", MJCF_PLACE});
   node.expect_children({});
@@ -108,7 +94,7 @@ std::optional<MassProperties> read_inertial(const XmlNode& node, const MjcfCompi
 void expect_idle_tendons(const XmlNode& top, const MjcfDefaults& defaults) {
   for (const XmlNode& tendons : top.children("tendon")) {
     for (const XmlNode& node : tendons.children()) {
-      const MjcfElement tendon = defaults.element(node, "", "tendon");
+      const MjcfElement tendon = defaults.element(node, 0, "tendon");
       constexpr const char* cure = "is of a tendon that pulls, and those are not simulated; remove it";
       for (const char* attribute : {"stiffness", "damping", "frictionloss", "armature", "range"})
         tendon.expect_zero(attribute, cure);
@@ -133,7 +119,7 @@ class MjcfReader {
     names_.links.emplace("world", 0);
     for (const XmlNode& world : top.children("worldbody")) {
       world.expect_attributes({});
-      read_parts(world, 0, "", true);
+      read_parts(world, 0, 0, true);
     }
     if (robot_.joints.empty() && robot_.links[0].shapes.empty())
       top.fail("has no bodies and no geoms in a <worldbody>; a robot needs some");
@@ -146,7 +132,7 @@ class MjcfReader {
 
  private:
   // Geoms and bodies of a body, which is a link.
-  void read_parts(const XmlNode& node, u32 link, const std::string& body_class, bool is_still) {
+  void read_parts(const XmlNode& node, u32 link, std::size_t body_class, bool is_still) {
     const bool is_world = link == 0;
     if (is_world)
       node.expect_children({"geom", "body"}, {"site", "camera", "light"});
@@ -171,13 +157,12 @@ class MjcfReader {
       link.inertial = together(solids);
   }
 
-  void read_body(const XmlNode& node, u32 parent, const std::string& class_around, bool parent_is_still) {
+  void read_body(const XmlNode& node, u32 parent, std::size_t class_around, bool parent_is_still) {
     node.expect_attributes({"name", "childclass", "mocap", MJCF_PLACE, "gravcomp", "user", "sleep"});
     const MjcfElement element(node, {});
     if (element.choice("mocap").value_or(false)) node.fail("mocap", "is not read; make it a kinematic body of a scene");
     element.expect_zero("gravcomp", "is not simulated; leave it out");
-    const std::string body_class = node.has("childclass") ? node.text("childclass") : class_around;
-    if (node.has("childclass")) defaults_.find(node, "childclass", body_class);
+    const std::size_t body_class = node.has("childclass") ? defaults_.find(node, "childclass") : class_around;
     const std::string name = node.has("name") ? node.text("name") : fmt::format("body_{}", robot_.links.size());
     const std::string place = fmt::format("{} {}", node.place(), quote(name));
     const std::vector<MjcfJoint> joints = read_joints(node, body_class, parent);
@@ -214,7 +199,7 @@ class MjcfReader {
     if (joints.size() > 1 && head(before) != 0) robot_.passing.push_back({before, link});
   }
 
-  std::vector<MjcfJoint> read_joints(const XmlNode& node, const std::string& body_class, u32 parent) {
+  std::vector<MjcfJoint> read_joints(const XmlNode& node, std::size_t body_class, u32 parent) {
     std::vector<MjcfJoint> joints;
     for (const XmlNode& child : node.children()) {
       if (child.name() == "freejoint") {
@@ -252,14 +237,8 @@ class MjcfReader {
   void share_mass(u32 link, std::size_t joints) {
     std::optional<MassProperties>& own = robot_.links[link].inertial;
     if (joints < 2 || !own) return;
-    const auto part = [&](double share) {
-      MassProperties solid = *own;
-      solid.mass *= share;
-      for (double& moment : solid.inertia) moment *= share;
-      return solid;
-    };
-    for (u32 i = 1; i < joints; ++i) robot_.links[link - i].inertial = part(share_between);
-    own = part(1 - share_between * static_cast<double>(joints - 1));
+    for (u32 i = 1; i < joints; ++i) robot_.links[link - i].inertial = scaled(*own, share_between);
+    own = scaled(*own, 1 - share_between * static_cast<double>(joints - 1));
   }
 
   void set_total_mass() {
@@ -267,11 +246,8 @@ class MjcfReader {
     double mass = 0;
     for (const RobotLink& link : robot_.links) mass += link.inertial ? link.inertial->mass : 0;
     if (mass == 0) return;
-    for (RobotLink& link : robot_.links) {
-      if (!link.inertial) continue;
-      link.inertial->mass *= compiler_.total_mass / mass;
-      for (double& moment : link.inertial->inertia) moment *= compiler_.total_mass / mass;
-    }
+    for (RobotLink& link : robot_.links)
+      if (link.inertial) link.inertial = scaled(*link.inertial, compiler_.total_mass / mass);
   }
 
   const MjcfCompiler compiler_;
@@ -286,14 +262,8 @@ class MjcfReader {
 }  // namespace
 
 Robot parse_mjcf(const std::string& text, const std::string& source) {
-  tinyxml2::XMLDocument document;
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-    throw Error(Failure::input, fmt::format("{}:{}", source, document.ErrorLineNum()),
-                fmt::format("not XML: {}", document.ErrorName()));
-  const tinyxml2::XMLElement* element = document.RootElement();
-  if (element == nullptr) throw Error(Failure::input, source, "holds no element; a robot is a <mujoco>");
-  const XmlNode top(*element, source);
-  if (top.name() != "mujoco") top.fail("is no <mujoco>, as the first element of an MJCF file must be");
+  const XmlDocument document(text, source);
+  const XmlNode top = document.top("mujoco", "an MJCF file");
   top.expect_attributes({"model"});
   for (const XmlNode& node : top.children("include"))
     node.fail("is not followed; let MuJoCo write all into one file: mj_saveLastXML");

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <filesystem>
 
-#include "host/scene/few_corners.hpp"
 #include "host/scene/hull.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/scene/mesh.hpp"
+#include "host/scene/robot_files.hpp"
 #include "host/scene/surface.hpp"
 
 namespace lockstep {
@@ -23,22 +23,14 @@ Vector3 point_at(const std::vector<double>& values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
 
-// Of a solid of one kg/m^3.
-MassProperties scaled(MassProperties solid, double factor) {
-  solid.mass *= factor;
-  for (double& moment : solid.inertia) moment *= factor;
-  return solid;
-}
-
 template <class Value>
 const Value& find(const std::map<std::string, Value>& assets, const MjcfElement& geom, const char* kind) {
   const XmlNode& node = geom.holder(kind);
-  const std::string name = node.text(kind);
-  const auto found = assets.find(name);
+  const auto found = assets.find(node.text(kind));
   if (found != assets.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [other, value] : assets) known.push_back(other);
-  node.fail(kind, fmt::format("unknown {} {}; {}", kind, quote(name), suggestion(name, known)));
+  node.unknown(kind, kind, std::move(known));
 }
 
 }  // namespace
@@ -48,7 +40,7 @@ MjcfGeoms::MjcfGeoms(const XmlNode& top, const MjcfCompiler& compiler, const Mjc
   for (const XmlNode& assets : top.children("asset")) {
     assets.expect_attributes({});
     assets.expect_children({"mesh", "hfield"}, {"texture", "material", "skin", "model"});
-    for (const XmlNode& node : assets.children("mesh")) read_mesh_asset(defaults.element(node, "", "mesh"));
+    for (const XmlNode& node : assets.children("mesh")) read_mesh_asset(defaults.element(node, 0, "mesh"));
     for (const XmlNode& node : assets.children("hfield")) {
       node.expect_attributes({"name", "file", "content_type", "nrow", "ncol", "size", "elevation"});
       if (!fields_.emplace(node.text("name"), node).second) node.fail("name", "is that of another height field");
@@ -65,9 +57,7 @@ void MjcfGeoms::read_mesh_asset(const MjcfElement& asset) {
   for (const double s : mesh.scale)
     if (s == 0) asset.holder("scale").fail("scale", "must not be 0: the mesh would be flat");
   if (asset.has("refquat")) {
-    const std::vector<double> q = asset.holder("refquat").numbers("refquat", 4, 4);
-    if (q == std::vector<double>(4, 0)) node.fail("refquat", "must not be zero");
-    mesh.orientation = exact::unit(Quaternion{q[1], q[2], q[3], q[0]});
+    mesh.orientation = quaternion_of(asset.holder("refquat"), "refquat");
   }
   std::string name;
   if (node.has("file")) {
@@ -120,9 +110,8 @@ void MjcfGeoms::set_mesh(const MjcfElement& geom, ShapeDescription& shape,
   const TriangleMesh triangles = mesh_of(mesh);
   const ShapeDescription place = shape;
   shape.kind = SHAPE_HULL;
-  std::string refusal = set_hull(triangles.vertices, shape);
-  if (!refusal.empty()) refusal = set_hull(few_corners(triangles.vertices), shape);
-  if (!refusal.empty()) mesh.node.fail(mesh.path.empty() ? "vertex" : "file", refusal);
+  if (const std::string refusal = set_hull_of_many(triangles.vertices, shape); !refusal.empty())
+    mesh.node.fail(mesh.path.empty() ? "vertex" : "file", refusal);
   unit_solid = mass_properties(shape, 1);
   std::string flaw;
   if (triangles.triangles.empty() || !make_surface(triangles, flaw)) return;
@@ -207,8 +196,9 @@ u32 MjcfGeoms::surface_of(const MjcfElement& geom) {
     if (!(surface.friction >= 0)) geom.holder("friction").fail("friction", "must be >= 0");
   }
   const auto found = std::ranges::find(surfaces_, surface);
-  if (found == surfaces_.end()) surfaces_.push_back(surface);
-  return static_cast<u32>(std::ranges::find(surfaces_, surface) - surfaces_.begin());
+  if (found != surfaces_.end()) return static_cast<u32>(found - surfaces_.begin());
+  surfaces_.push_back(surface);
+  return static_cast<u32>(surfaces_.size()) - 1;
 }
 
 u32 MjcfGeoms::filter_of(const MjcfElement& geom, bool& touches) {

@@ -71,8 +71,7 @@ MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compil
   joint.place = fmt::format("{} {}", node.place(), quote(joint.name));
   const std::string type = element.text("type", "hinge");
   if (type != "hinge" && type != "slide" && type != "ball" && type != "free")
-    element.holder("type").fail(
-        "type", fmt::format("unknown joint {}; {}", quote(type), suggestion(type, {"hinge", "slide", "ball", "free"})));
+    element.holder("type").unknown("type", "joint", {"hinge", "slide", "ball", "free"});
   if (type == "free") {
     joint.kind = RobotJointKind::floating;
     return out;

@@ -13,14 +13,12 @@ namespace {
 template <class Value>
 const Value& find(const std::unordered_map<std::string, Value>& names, const XmlNode& node, const char* attribute,
                   const char* what) {
-  const std::string name = node.text(attribute);
-  const auto found = names.find(name);
+  const auto found = names.find(node.text(attribute));
   if (found != names.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [other, value] : names) known.push_back(other);
   std::sort(known.begin(), known.end());
-  if (known.size() > 64) known.resize(64);
-  node.fail(attribute, fmt::format("unknown {} {}; {}", what, quote(name), suggestion(name, known)));
+  node.unknown(attribute, what, std::move(known));
 }
 
 RobotJoint& joint_of(const XmlNode& node, const char* attribute, const MjcfNames& names, Robot& robot,
@@ -126,7 +124,7 @@ void read_mjcf_links(const XmlNode& top, const MjcfDefaults& defaults, const Mjc
   for (const XmlNode& actuators : top.children("actuator")) {
     actuators.expect_children({"motor", "position", "velocity", "damper", "general"});
     for (const XmlNode& node : actuators.children())
-      read_actuator(defaults.element(node, "", node.name().c_str()), names, robot);
+      read_actuator(defaults.element(node, 0, node.name().c_str()), names, robot);
   }
   for (const XmlNode& equalities : top.children("equality")) {
     equalities.expect_children({"connect", "weld", "joint"});
