@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 #include "host/device/devices.hpp"
 #include "host/error.hpp"
@@ -17,23 +20,26 @@ namespace {
 constexpr double most_bodies_of_batch = 50e6;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
+// Errors, of which a report of several ranks has the worst.
+std::array<std::optional<double>*, 13> worst_figures(Report& report) {
+  return {&report.residual_median,       &report.residual_max,      &report.residual_floor,
+          &report.natural_map_max,       &report.joint_drift_max_m, &report.joint_angle_max_rad,
+          &report.momentum_error,        &report.energy_error,      &report.model_error,
+          &report.sweeps_median,         &report.sweeps_max,        &report.particle_center_error_m,
+          &report.particle_inertia_error};
+}
+
 // What rank 0 has to know of the reports of others. A figure that does not apply is NaN.
 struct Figures {
   u32 worlds, bodies, joints, contacts_max, steps, steps_redone;
   u32 interrupted, bit_exact;
   double ms_median, ms_p99, ms_first, ms_total;
   double max_penetration, mean_penetration, energy_initial, energy_final;
-  double worst_of[9];  // errors, in the order of worst_figures()
-  double defect;
+  double particles, defect;
+  std::array<double, std::tuple_size_v<decltype(worst_figures(std::declval<Report&>()))>> worst_of;
   WorstContact worst;  // where it was, by worlds of the rank
   u32 worst_step;
 };
-
-std::vector<std::optional<double>*> worst_figures(Report& report) {
-  return {&report.residual_median, &report.residual_max,      &report.residual_floor,
-          &report.natural_map_max, &report.joint_drift_max_m, &report.joint_angle_max_rad,
-          &report.momentum_error,  &report.energy_error,      &report.model_error};
-}
 
 Figures figures_of(Report report) {
   Figures f = {};
@@ -55,6 +61,7 @@ Figures figures_of(Report report) {
   f.energy_final = report.energy_final_j;
   const auto figures = worst_figures(report);
   for (std::size_t i = 0; i < figures.size(); ++i) f.worst_of[i] = figures[i]->value_or(none);
+  f.particles = report.particles.value_or(none);
   f.defect = report.defect_velocity_max.value_or(none);
   f.worst = report.worst.value_or(WorstContact{});
   f.worst_step = report.worst_step;
@@ -85,6 +92,7 @@ void merge(const Figures& f, Report& report) {
     *mine = std::max(*mine, other);
   report.energy_initial_j += f.energy_initial;
   report.energy_final_j += f.energy_final;
+  if (report.particles) *report.particles += f.particles;
   const auto figures = worst_figures(report);
   for (std::size_t i = 0; i < figures.size(); ++i)
     if (!std::isnan(f.worst_of[i])) *figures[i] = std::max(figures[i]->value_or(f.worst_of[i]), f.worst_of[i]);
