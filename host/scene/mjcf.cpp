@@ -113,17 +113,21 @@ void read_option(const XmlNode& top, Robot& robot) {
   }
 }
 
-// A body has the compiler's least mass and principal moments at least; nothing where that is none.
+// A body has the compiler's least mass and principal moments at least; nothing where that is no mass.
 std::optional<MassProperties> bounded(MassProperties solid, const MjcfCompiler& compiler) {
   solid.mass = std::max(solid.mass, compiler.least_mass);
   if (solid.mass == 0) return std::nullopt;
+  if (compiler.least_inertia == 0) return solid;
   const PrincipalAxes own = principal_axes(solid.inertia);
   MassProperties about_axes;
-  for (unsigned i = 0; i < 3; ++i) about_axes.inertia[i] = std::max(own.moments[i], compiler.least_inertia);
-  if (about_axes.inertia[0] == own.moments[0] && about_axes.inertia[1] == own.moments[1] &&
-      about_axes.inertia[2] == own.moments[2])
-    return solid;
-  solid.inertia = placed(about_axes, {0, 0, 0}, own.rotation).inertia;
+  bool is_raised = false;
+  for (unsigned i = 0; i < 3; ++i) {
+    const double moment = own.moments[i];
+    const bool is_small = moment >= 0 && moment < compiler.least_inertia;  // below 0 it is none of a body
+    about_axes.inertia[i] = is_small ? compiler.least_inertia : moment;
+    is_raised = is_raised || is_small;
+  }
+  if (is_raised) solid.inertia = placed(about_axes, {0, 0, 0}, own.rotation).inertia;
   return solid;
 }
 
