@@ -56,17 +56,26 @@ HullTables<real> collide_tables(const Buffers<real>& b) {
           b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
 }
 
+/// `h`: what is left of the step, s.
 template <class real>
-Placed<real> collide_place(const Side<real>& side, Vec3<real> center, bool alone) {
-  return {center, shape_rotation(side.pose, side.shape), vec3(side.shape.size), side.info.hull, alone};
+Placed<real> collide_place(const Side<real>& side, Vec3<real> center, bool alone, real margin, real h) {
+  return {center,
+          shape_rotation(side.pose, side.shape),
+          vec3(side.shape.size),
+          side.info.hull,
+          alone,
+          scale3(h, point_velocity(side.motion, side.arm)),
+          scale3(h, vec3(side.motion.w)),
+          margin};
 }
 
 /// How the two meet, about the centre of shape a. `alone`: facets are taken for themselves.
 template <class real>
-Manifold<real> collide_sides(const Buffers<real>& buffers, const Side<real>& a, const Side<real>& b, real limit,
-                             bool alone) {
-  return collide_shapes(a.info.kind, collide_place(a, {0, 0, 0}, alone), b.info.kind,
-                        collide_place(b, collide_center_b(a, b), alone), collide_tables(buffers), limit);
+Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
+                             const Side<real>& b, real limit, bool alone, real h) {
+  return collide_shapes(a.info.kind, collide_place(a, {0, 0, 0}, alone, params.margin, h), b.info.kind,
+                        collide_place(b, collide_center_b(a, b), alone, params.margin, h), collide_tables(buffers),
+                        limit);
 }
 
 template <class real>
@@ -103,7 +112,7 @@ Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, co
 
 template <class real>
 bool collide_is_facet(const Buffers<real>& buffers, const Side<real>& side) {
-  return is_facet(side.info.kind, collide_place(side, {0, 0, 0}, false), collide_tables(buffers));
+  return is_facet(side.info.kind, collide_place(side, {0, 0, 0}, false, real(0), real(0)), collide_tables(buffers));
 }
 
 template <class real>
@@ -133,18 +142,19 @@ template <class real>
 Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                                  const Side<real>& b, real limit) {
   const real h = step_length(params);
-  Manifold<real> m = collide_sides(buffers, a, b, limit, true);
+  Manifold<real> m = collide_sides(buffers, params, a, b, limit, true, h);
   const Mover<real> mover_a = make_mover(a.info, a.shape, a.motion, a.pose);
   const Mover<real> mover_b = make_mover(b.info, b.shape, b.motion, b.pose);
   real time = 0;
   for (u32 round = 0; round < advance_rounds && m.count > 0 && time < h && closest_gap(m) > params.slop; ++round) {
     time = advance_time(time, closest_gap(m), closing_speed(mover_a, mover_b, m.normal, h), h);
-    m = collide_sides(buffers, collide_moved(a, mover_a, time), collide_moved(b, mover_b, time), limit, true);
+    m = collide_sides(buffers, params, collide_moved(a, mover_a, time), collide_moved(b, mover_b, time), limit, true,
+                      h);
   }
   const Side<real> at_a = time > 0 ? collide_moved(a, mover_a, time) : a;
   const Side<real> at_b = time > 0 ? collide_moved(b, mover_b, time) : b;
   if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b))
-    m = collide_sides(buffers, at_a, at_b, limit, false);
+    m = collide_sides(buffers, params, at_a, at_b, limit, false, h - time);
   m = collide_keep(params, m, at_a, at_b, h - time);
   collide_add_core(buffers, at_a, at_b, h - time, m);
   if (time > 0) bring_back(m, mover_a, mover_b, time);
@@ -159,7 +169,8 @@ Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>
   if ((flags & SHAPE_IS_SENSOR) != 0) return no_manifold<real>();
   const real limit = collide_limit(params, a, b, add3(a.arm, collide_apart(a, b)));
   if ((flags & SHAPE_IS_CONTINUOUS) != 0) return collide_at_impact(buffers, params, a, b, limit);
-  return collide_keep(params, collide_sides(buffers, a, b, limit, false), a, b, step_length(params));
+  const real h = step_length(params);
+  return collide_keep(params, collide_sides(buffers, params, a, b, limit, false, h), a, b, h);
 }
 
 /// The points of a manifold in the frames of the bodies.

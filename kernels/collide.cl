@@ -32,13 +32,17 @@ static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, cons
   return side;
 }
 
-static inline Placed collide_place(const Side* side, Vec3 center, bool alone) {
+// `h`: what is left of the step.
+static inline Placed collide_place(const Side* side, Vec3 center, bool alone, real margin, real h) {
   Placed placed;
   placed.center = center;
   placed.rotation = shape_rotation(side->pose, side->shape);
   placed.size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
   placed.hull = side->hull;
   placed.alone = alone;
+  placed.margin = margin;
+  placed.way = scale3(h, point_velocity(side->motion, side->arm));
+  placed.turn = scale3(h, make3(side->motion->w[0], side->motion->w[1], side->motion->w[2]));
   return placed;
 }
 
@@ -59,9 +63,10 @@ static inline Vec3 collide_center_b(const Side* a, const Side* b) {
 }
 
 // `alone`: facets are taken for themselves.
-static inline Manifold collide_sides(const Side* a, const Side* b, HullTables tables, real limit, bool alone) {
-  return collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0), alone), b->kind,
-                        collide_place(b, collide_center_b(a, b), alone), tables, limit);
+static inline Manifold collide_sides(StepParams params, const Side* a, const Side* b, HullTables tables, real limit,
+                                     bool alone, real h) {
+  return collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0), alone, params.margin, h), b->kind,
+                        collide_place(b, collide_center_b(a, b), alone, params.margin, h), tables, limit);
 }
 
 static inline bool collide_in_reach(StepParams params, const Manifold* m, u32 k, const Side* a, const Side* b,
@@ -114,7 +119,7 @@ static inline void collide_add_core(const Side* a, const Side* b, HullTables tab
 #endif
 
 static inline bool collide_is_facet(const Side* side, HullTables tables) {
-  return is_facet(side->kind, collide_place(side, make3((real)0, (real)0, (real)0), false), tables);
+  return is_facet(side->kind, collide_place(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0), tables);
 }
 
 // The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
@@ -122,7 +127,7 @@ static inline bool collide_is_facet(const Side* side, HullTables tables) {
 static inline void collide_at_impact(StepParams params, const Side* a, const Side* b, HullTables tables, real limit,
                                      Manifold* m) {
   const real h = step_length(params);
-  *m = collide_sides(a, b, tables, limit, true);
+  *m = collide_sides(params, a, b, tables, limit, true, h);
   const Mover mover_a = make_mover(a->kind, a->shape, a->motion, a->pose);
   const Mover mover_b = make_mover(b->kind, b->shape, b->motion, b->pose);
   Side moved_a = *a, moved_b = *b;
@@ -131,10 +136,10 @@ static inline void collide_at_impact(StepParams params, const Side* a, const Sid
     time = advance_time(time, closest_gap(m), closing_speed(&mover_a, &mover_b, m->normal, h), h);
     moved_a = collide_moved(a, &mover_a, time);
     moved_b = collide_moved(b, &mover_b, time);
-    *m = collide_sides(&moved_a, &moved_b, tables, limit, true);
+    *m = collide_sides(params, &moved_a, &moved_b, tables, limit, true, h);
   }
   if (collide_is_facet(a, tables) || collide_is_facet(b, tables))
-    *m = collide_sides(&moved_a, &moved_b, tables, limit, false);
+    *m = collide_sides(params, &moved_a, &moved_b, tables, limit, false, h - time);
   collide_keep(params, m, &moved_a, &moved_b, h - time);
 #if FEATURE_MANIFOLDS
   collide_add_core(&moved_a, &moved_b, tables, h - time, m);
@@ -153,8 +158,9 @@ static inline Manifold collide_pair(StepParams params, const Side* a, const Side
     return m;
   }
 #endif
-  m = collide_sides(a, b, tables, limit, false);
-  collide_keep(params, &m, a, b, step_length(params));
+  const real h = step_length(params);
+  m = collide_sides(params, a, b, tables, limit, false, h);
+  collide_keep(params, &m, a, b, h);
   return m;
 }
 

@@ -17,6 +17,14 @@ py::array_t<double> to_array(const std::array<double, n>& values) {
   return py::array_t<double>(static_cast<py::ssize_t>(n), values.data());
 }
 
+/// A new list of records or handles.
+template <class Records>
+py::list list_of(const Records& records) {
+  py::list list;
+  for (const auto& record : records) list.append(py::cast(record));
+  return list;
+}
+
 /// JSON of a dict, whose arrays may be NumPy's; text stays as it is.
 std::string json_text(const py::object& scene);
 

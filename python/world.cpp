@@ -22,29 +22,37 @@ const char* name_of(BodyKind kind) {
   return kind == BODY_STATIC ? "static" : kind == BODY_KINEMATIC ? "kinematic" : "dynamic";
 }
 
+// What is asked of a body and of a joint alike.
 template <class Handle>
-py::list list_of(std::span<const Handle> handles) {
-  py::list list;
-  for (const Handle handle : handles) list.append(py::cast(handle));
-  return list;
+void add_lifetime(WorldClass& world, const char* argument, const char* removes) {
+  world
+      .def(
+          "remove", [](SharedWorld& shared, Handle handle) { shared.use().remove(handle); }, py::arg(argument), removes)
+      .def(
+          "contains", [](SharedWorld& shared, Handle handle) { return shared.use().contains(handle); },
+          py::arg(argument), "Whether it is there still.")
+      .def(
+          "name", [](SharedWorld& shared, Handle handle) { return shared.use().description(handle).name; },
+          py::arg(argument), "Its name in the scene, '' without one.");
 }
 
 void add_making(WorldClass& world) {
   world
-      .def(py::init([](const py::object& scene, const py::object& device, const std::string& precision, u32 threads,
-                       const std::string& source, u32 seed) {
-             return std::make_unique<SharedWorld>(parse_scene(json_text(scene), source, seed),
-                                                  options_of(device, precision, threads));
-           }),
-           py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
-           py::arg("threads") = 0, py::arg("source") = "scene.json", py::arg("seed") = 0,
-           "A world of a scene: a dict, or JSON text, as docs/scene_format.md describes it.\n\n"
-           "device: 'auto', 'gpu', 'cpu', 'reference', or the index of one of lockstep.devices().\n"
-           "precision: 'float' or 'double'; '' is what the scene says.\n"
-           "threads: of a CPU device; 0 is all.\n"
-           "source: stands for the file in errors; meshes and robots are looked for from its folder. One that ends in\n"
-           "'.urdf' is a robot.\n"
-           "seed: of what the scene draws at random, as --seed.")
+      .def(
+          py::init([](const py::object& scene, const py::object& device, const std::string& precision, u32 threads,
+                      const std::string& source, u32 seed) {
+            return std::make_unique<SharedWorld>(parse_scene(json_text(scene), source, seed),
+                                                 options_of(device, precision, threads));
+          }),
+          py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
+          py::arg("threads") = 0, py::arg("source") = "scene.json", py::arg("seed") = 0,
+          "A world of a scene: a dict, or JSON text, as docs/scene_format.md describes it.\n\n"
+          "device: 'auto', 'gpu', 'cpu', 'reference', or the index of one of lockstep.devices().\n"
+          "precision: 'float' or 'double'; '' is what the scene says.\n"
+          "threads: of a CPU device; 0 is all.\n"
+          "source: stands for the file in errors; meshes and robots are looked for from its folder. Text whose source\n"
+          "ends in '.urdf' or '.xml' is a robot.\n"
+          "seed: of what the scene draws at random, as --seed.")
       .def_static(
           "load",
           [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
@@ -61,6 +69,7 @@ void add_making(WorldClass& world) {
 }
 
 void add_bodies(WorldClass& world) {
+  add_lifetime<BodyHandle>(world, "body", "Removes a body and the joints that hold it.");
   world
       .def_property_readonly(
           "bodies", [](SharedWorld& shared) { return list_of(shared.use().bodies()); },
@@ -76,9 +85,6 @@ void add_bodies(WorldClass& world) {
           "step\n"
           "or question, and costs time in proportion to the whole scene, once for all changes between two steps.")
       .def(
-          "remove", [](SharedWorld& shared, BodyHandle body) { shared.use().remove(body); }, py::arg("body"),
-          "Removes a body and the joints that hold it.")
-      .def(
           "place",
           [](SharedWorld& shared, BodyHandle body, const Vector3& position, const Quaternion& orientation,
              const Vector3& velocity, const Vector3& angular_velocity) {
@@ -89,12 +95,6 @@ void add_bodies(WorldClass& world) {
           "Puts a body somewhere else, as though it were removed and added again, but that it, its joints and its "
           "load\n"
           "stay. Position of the centre of mass, m; quaternion x y z w; m/s; rad/s.")
-      .def(
-          "contains", [](SharedWorld& shared, BodyHandle body) { return shared.use().contains(body); }, py::arg("body"),
-          "Whether it is there still.")
-      .def(
-          "name", [](SharedWorld& shared, BodyHandle body) { return shared.use().description(body).name; },
-          py::arg("body"), "Its name in the scene, '' without one.")
       .def(
           "kind", [](SharedWorld& shared, BodyHandle body) { return name_of(shared.use().description(body).kind); },
           py::arg("body"), "'static', 'kinematic' or 'dynamic'.")
@@ -108,6 +108,7 @@ void add_bodies(WorldClass& world) {
 }
 
 void add_joints(WorldClass& world) {
+  add_lifetime<JointHandle>(world, "joint", "Removes a joint.");
   world
       .def_property_readonly(
           "joints", [](SharedWorld& shared) { return list_of(shared.use().joints()); },
@@ -127,15 +128,6 @@ void add_joints(WorldClass& world) {
           py::arg("joint"), py::arg("a"), py::arg("b") = py::none(),
           "Holds two bodies together as they stand now, or one to the world: a dict, or JSON text, as an entry of\n"
           "'joints' in a scene file but for 'bodies'. Anchors and axes are in the world frame of this moment.")
-      .def(
-          "remove", [](SharedWorld& shared, JointHandle joint) { shared.use().remove(joint); }, py::arg("joint"),
-          "Removes a joint.")
-      .def(
-          "contains", [](SharedWorld& shared, JointHandle joint) { return shared.use().contains(joint); },
-          py::arg("joint"), "Whether it is there still.")
-      .def(
-          "name", [](SharedWorld& shared, JointHandle joint) { return shared.use().description(joint).name; },
-          py::arg("joint"), "Its name in the scene, '' without one.")
       .def(
           "kind",
           [](SharedWorld& shared, JointHandle joint) {

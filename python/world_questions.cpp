@@ -40,12 +40,6 @@ std::vector<BodyRay> rays_of(const Vectors& origins, const Vectors& directions, 
   return rays;
 }
 
-py::list list_of(const std::vector<BodyHandle>& bodies) {
-  py::list list;
-  for (const BodyHandle body : bodies) list.append(py::cast(body));
-  return list;
-}
-
 std::array<double, 7> row_of(const Pose& pose) {
   const auto& [p, q] = pose;
   return {p[0], p[1], p[2], q[0], q[1], q[2], q[3]};
@@ -104,12 +98,7 @@ void add_questions(WorldClass& world) {
           "their places in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, and\n"
           "impulse (3,) on a in the last sub-step, N s; world frame.")
       .def(
-          "events",
-          [](SharedWorld& shared) {
-            py::list list;
-            for (const BodyEvent& event : shared.use().events()) list.append(py::cast(event));
-            return list;
-          },
+          "events", [](SharedWorld& shared) { return list_of(shared.use().events()); },
           "Events of the last step, a list of Event; asked for by the scene's setting `events` or by a sensor.")
       .def(
           "cast_ray",

@@ -1,9 +1,7 @@
 // MJCF files that are none, or that describe what cannot be: the exact line that each kind is refused with.
-#include <gtest/gtest.h>
-
-#include "host/error.hpp"
 #include "host/scene/compile.hpp"
 #include "host/scene/read.hpp"
+#include "tests/refusal.hpp"
 
 namespace lockstep {
 namespace {
@@ -13,13 +11,7 @@ struct Bad {
 };
 
 std::string refusal(const std::string& file) {
-  try {
-    compile<float>(parse_scene(file, "robot.xml"));
-  } catch (const Error& error) {
-    EXPECT_EQ(error.failure(), Failure::input);
-    return error.what();
-  }
-  return "accepted";
+  return lockstep::refusal([&] { compile<float>(parse_scene(file, "robot.xml")); });
 }
 
 std::string file(const std::string& inside) { return "<mujoco>\n" + inside + "\n</mujoco>"; }
@@ -57,6 +49,10 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
       {file("<option timestep=\"0\"/>"), "robot.xml:2: <option> timestep: must be > 0, is 0"},
       {file("<option density=\"1.2\"/>"),
        "robot.xml:2: <option> density: is of air or water, which are not simulated; set it to 0"},
+      {file("<option timestp=\"1\"/>"),
+       "robot.xml:2: <option>: unknown attribute \"timestp\"; did you mean \"timestep\"?"},
+      {file("<option><flag contact=\"disable\"/></option>"),
+       "robot.xml:2: <flag> contact: is not read; take what it switches off out of the file"},
       {in_world("<bdy/>"), "robot.xml:2: <bdy>: is no element of <worldbody>; did you mean \"body\"?"},
       {in_body("<composite/>"),
        "robot.xml:2: <composite>: is no element of <body>; known: inertial, joint, freejoint, geom, body"},
@@ -76,7 +72,7 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
        "robot.xml:2: <inertial>: must keep the triangle inequality of real bodies, its principal moment 3 is more than "
        "2, the sum of the others"},
       {in_body(inertial + "mass=\"1\" fullinertia=\"1 1 1 2 0 0\"/>"),
-       "robot.xml:2: <inertial>: must have moments > 0, has the principal moment -1"},
+       "robot.xml:2: <inertial>: must be positive definite, has the principal moment -1"},
       {of_joint("type=\"hing\""), "robot.xml:2: <joint> type: unknown joint \"hing\"; did you mean \"hinge\"?"},
       {of_joint("axis=\"0 0 0\""), "robot.xml:2: <joint> axis: must not be zero: it is a direction"},
       {of_joint("damping=\"-1\""), "robot.xml:2: <joint> damping: must be >= 0, is -1"},
@@ -104,6 +100,10 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
       {of_geom("type=\"plane\" size=\"1 1 1\""),
        "robot.xml:2: <geom>: is a plane, which has no mass; its body must be fixed to the world"},
       {of_geom("type=\"mesh\" mesh=\"m\""), "robot.xml:2: <geom> mesh: unknown mesh \"m\"; there are none"},
+      {of_geom("mesh=\"m\""),
+       "robot.xml:2: <geom> mesh: is not fitted with other shapes; give the type mesh, or sizes"},
+      {of_geom("size=\"1\" fromto=\"0 0 0 1 0 0\""),
+       "robot.xml:2: <geom> fromto: is of capsules, cylinders and boxes; leave it out, and give pos"},
       {of_geom("size=\"1\" quat=\"0 0 0 0\""), "robot.xml:2: <geom> quat: must not be zero"},
       {of_geom("size=\"1\" quat=\"1 0 0 0\" euler=\"0 0 0\""),
        "robot.xml:2: <geom> euler: stands beside quat; give one orientation"},
@@ -120,6 +120,8 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
        "robot.xml:2: <mesh> vertex: its points lie in a plane; give it a thickness, or use a box"},
       {file("<default><geom size=\"1\"/><geom size=\"2\"/></default>"),
        "robot.xml:2: <geom>: stands twice in <default>; give it once"},
+      {beside("<default><joint dampng=\"1\"/></default>"),
+       "robot.xml:3: <joint>: unknown attribute \"dampng\"; did you mean \"damping\"?"},
       {file("<default><default/></default>"), "robot.xml:2: <default>: needs the attribute \"class\""},
       {beside("<actuator><motor/></actuator>"), "robot.xml:3: <motor>: needs the attribute \"joint\""},
       {beside("<actuator><motor joint=\"k\"/></actuator>"),
@@ -130,6 +132,11 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
        "robot.xml:3: <muscle>: is no element of <actuator>; known: motor, position, velocity, damper, general"},
       {beside("<actuator><general joint=\"j\" biastype=\"affine\" biasprm=\"1 0 0\"/></actuator>"),
        "robot.xml:3: <general> biasprm: must be 0 -kp -kv, of a spring and a damper"},
+      {beside("<actuator><position joint=\"j\" kpp=\"1\"/></actuator>"),
+       "robot.xml:3: <position>: unknown attribute \"kpp\"; did you mean \"kp\"?"},
+      {beside("<default><general gear=\"2\"/></default><actuator><position joint=\"j\"/></actuator>"),
+       "robot.xml:3: <general> gear: is a default of actuators of all kinds, and this class has a <position>; give it "
+       "in <default> <position>, or there"},
       {beside("<equality><joint joint1=\"j\" joint2=\"j\"/></equality>"),
        "robot.xml:3: <joint> joint2: joints that follow another one are not simulated; remove it, and give the joint a "
        "spring"},
@@ -143,6 +150,10 @@ TEST(BadMjcf, EachKindOfBadFileIsRefusedInOneLine) {
        "robot.xml:3: <pair>: is not read; contype and conaffinity of geoms say who touches"},
       {beside("<contact><exclude body1=\"a\" body2=\"b\"/></contact>"),
        "robot.xml:3: <exclude> body2: unknown body \"b\"; did you mean \"a\"?"},
+      {file("<worldbody><body name=\"a\"><freejoint/><geom size=\"1\"/></body><body name=\"b\"><freejoint/>"
+            "<geom size=\"1\"/></body></worldbody><contact><exclude body1=\"a\" body2=\"b\"/></contact>"),
+       "robot.xml: has bodies that are to pass through each other (<exclude>) and no joint, and the list of such pairs "
+       "is one of joints; give their geoms contype and conaffinity"},
   };
   for (const auto& [text, line] : bad) EXPECT_EQ(refusal(text), line) << text;
   EXPECT_EQ(refusal(beside("")), "accepted");

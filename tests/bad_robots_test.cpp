@@ -150,13 +150,8 @@ TEST_F(BadRobots, WhatASceneSaysWrongOfARobotIsRefused) {
        "\"max_force\"?"},
   };
   for (const auto& [found, expected] : bad) EXPECT_EQ(found, expected);
-  const auto refusal_of = [&](const std::string& text) -> std::string {
-    try {
-      parse_scene(text, "s.json");
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "accepted";
+  const auto refusal_of = [](const std::string& text) {
+    return lockstep::refusal([&] { parse_scene(text, "s.json"); });
   };
   EXPECT_EQ(
       refusal_of(R"({"robots": [{"file": "none.urdf"}]})"),

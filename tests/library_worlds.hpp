@@ -1,11 +1,8 @@
 // Worlds of the library and bodies for them.
 #pragma once
 
-#include <gtest/gtest.h>
-
-#include <functional>
-
 #include "include/lockstep/world.hpp"
+#include "tests/refusal.hpp"
 
 namespace lockstep {
 
@@ -52,16 +49,6 @@ inline Scene empty_scene(double dt = 0.01) {
   scene.settings.dt = dt;
   scene.gravity = {0, 0, 0};
   return scene;
-}
-
-inline std::string refusal(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.failure(), Failure::input);
-    return error.what();
-  }
-  return "accepted";
 }
 
 }  // namespace lockstep

@@ -105,6 +105,20 @@ TEST_F(Mjcf, MassesFollowFromGeoms) {
   EXPECT_EQ(body(total, "a").inertia, (Vector3{2, 2, 2}));
 }
 
+// Of files and of geoms alike; the principal moments of "said" are 0.021, 0.019 and 0.001.
+TEST_F(Mjcf, BoundsAreOfMassesAndPrincipalMoments) {
+  const Scene scene = world(R"(<body name="ball"><freejoint/><geom size="0.01"/></body>
+    <body name="said"><freejoint/><inertial pos="0 0 0" mass="1" fullinertia="0.02 0.02 0.003 0.001 0 0"/></body>
+    <body name="large"><freejoint/><geom size="0.5"/></body>)",
+                            R"(<compiler boundmass="0.5" boundinertia="0.01"/>)");
+  EXPECT_EQ(body(scene, "ball").mass, 0.5);
+  EXPECT_EQ(body(scene, "ball").inertia, (Vector3{0.01, 0.01, 0.01}));
+  Vector3 moments = body(scene, "said").inertia;
+  std::ranges::sort(moments);
+  for (unsigned i = 0; i < 3; ++i) EXPECT_NEAR(moments[i], (Vector3{0.01, 0.019, 0.021})[i], 1e-17) << i;
+  EXPECT_EQ(body(scene, "large").mass, exact::sphere_mass(1000, 0.5)) << "what is above them stays as it is";
+}
+
 TEST_F(Mjcf, OrientationsAreSaidInFiveWays) {
   // 30 degrees about z, and a capsule whose z axis is then compared
   const double s = std::sin(exact::pi / 12), c = std::cos(exact::pi / 12);
@@ -200,6 +214,14 @@ TEST_F(Mjcf, SeveralJointsOfABodyAreOneWhereOneDoes) {
       world(R"(<body name="a"><joint axis="1 0 0"/><joint name="b" axis="0 1 0"/>)" + unit_ball + "</body>",
             R"(<actuator><velocity joint="b"/></actuator>)");
   EXPECT_EQ(named.joints.size(), 2u) << "an actuator drives the second";
+  // joints without names are counted as they stand in the file, also those that became part of another
+  const Scene counted =
+      world(R"(<body name="a"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+      <joint axis="0 1 0"/>)" +
+            unit_ball + R"(</body><body name="b"><joint axis="1 0 0"/><joint axis="1 1 0"/>)" + unit_ball + "</body>");
+  ASSERT_EQ(counted.joints.size(), 3u);
+  EXPECT_EQ(counted.joints[0].name, "r/joint_2");
+  EXPECT_EQ(counted.joints[2].name, "r/joint_4");
 }
 
 TEST_F(Mjcf, OtherwiseLinksStandBetweenThem) {
@@ -336,7 +358,8 @@ TEST_F(Mjcf, ConstraintsCloseRings) {
   EXPECT_EQ(connect.joints[2].anchor_a, (Vector3{1, 0, 0}));
   ASSERT_EQ(connect.passing.size(), 1u);
   EXPECT_NEAR(joint_after(connect, 500, "j").coordinate, 0, 0.02) << "two arms that hold each other cannot fall";
-  EXPECT_EQ(held(R"(<weld body1="a" body2="b"/>)").joints[2].kind, JOINT_FIXED);
+  for (const std::string pose : {"", R"( relpose="0 1 0 0 0 0 0")"})  // MuJoCo's own default
+    EXPECT_EQ(held("<weld body1=\"a\" body2=\"b\"" + pose + "/>").joints[2].kind, JOINT_FIXED);
   EXPECT_EQ(held(R"(<weld body1="a"/>)").joints[2].body_b, NONE) << "to the world";
   EXPECT_EQ(held(R"(<weld body1="a" body2="b" active="false"/>)").joints.size(), 2u);
   const Scene locked = held(R"(<joint joint1="j" polycoef="0.25"/>)");
@@ -365,13 +388,14 @@ TEST_F(Mjcf, BodiesWithoutJointsArePartOfTheirParents) {
 
 TEST_F(Mjcf, EndsOfAGeomSayWhereItIs) {
   const Scene scene = world(R"(<body name="a"><freejoint/><geom type="capsule" size="0.1" fromto="1 0 0 1 4 0"/></body>
-    <body name="b"><freejoint/><geom type="box" size="0.1 0.2" fromto="0 0 0 0 0 4"/></body>)");
+    <body name="b"><freejoint/><geom type="box" size="0.1 0.2" fromto="0 0 0 0 0 4"/></body>)");  // square, as in
+                                                                                                  // MuJoCo
   const ShapeDescription& capsule = body(scene, "a").shapes.at(0);
   EXPECT_EQ(capsule.half_length, 2);
   const Vector3 along = exact::rotate(exact::multiply(body(scene, "a").orientation, capsule.rotation), {0, 0, 1});
   EXPECT_NEAR(std::abs(along[1]), 1, 1e-15);
   EXPECT_EQ(body(scene, "a").position, (Vector3{1, 2, 0}));
-  EXPECT_EQ(body(scene, "b").shapes.at(0).half_extents, (Vector3{0.1, 0.2, 2}));
+  EXPECT_EQ(body(scene, "b").shapes.at(0).half_extents, (Vector3{0.1, 0.1, 2}));
 }
 
 TEST_F(Mjcf, MeshesAndHeightFields) {

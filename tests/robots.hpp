@@ -6,8 +6,8 @@
 #include <fstream>
 #include <string>
 
-#include "host/error.hpp"
 #include "host/scene/read.hpp"
+#include "tests/refusal.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace lockstep {
@@ -23,17 +23,10 @@ class Robots : public testing::Test {
 
   // The line that a robot is refused with, the folder left out; "accepted" where it is not.
   std::string refusal(const std::string& robot, const std::string& use = "") const {
-    try {
-      scene_of(robot, use);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.failure(), Failure::input);
-      std::string line = error.what();
-      EXPECT_EQ(line.find('\n'), std::string::npos) << line;
-      for (std::size_t at; (at = line.find(folder_.file(""))) != std::string::npos;)
-        line.erase(at, folder_.file("").size());
-      return line;
-    }
-    return "accepted";
+    std::string line = lockstep::refusal([&] { scene_of(robot, use); });
+    for (std::size_t at; (at = line.find(folder_.file(""))) != std::string::npos;)
+      line.erase(at, folder_.file("").size());
+    return line;
   }
 
   const TemporaryFolder folder_;

@@ -91,6 +91,14 @@ TEST_F(Worlds, HashesDoNotDependOnTheRanks) {
   }
 }
 
+TEST_F(Worlds, FiguresOfParticlesAreThoseOfAllRanks) {
+  const std::string arguments = "particles_rest --steps 2 --worlds 3 --device reference";
+  const nlohmann::json alone = report(arguments), shared = report(arguments, on_ranks(2));
+  for (const char* key : {"particles", "particle_center_error_m", "particle_inertia_error"})
+    EXPECT_EQ(shared[key], alone[key]) << key;
+  EXPECT_GT(alone["particles"], 0);
+}
+
 TEST_F(Worlds, RanksMayHaveNothingToDo) {
   const nlohmann::json shared = report("slide_to_roll --steps 20 --device reference", on_ranks(3));
   EXPECT_EQ(shared["ranks"], 3);

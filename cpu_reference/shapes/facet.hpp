@@ -5,7 +5,8 @@
 // the normal of a facet over its inside, what is between the normals of two facets at an edge where they meet like a
 // roof, and at a corner that sticks out what all that is around it falls away from. All facets there know it; one of
 // them, whose own the edge or the corner is, tells of the contact. Surfaces have one side: a facet's normal does not
-// count against shapes whose centre is behind it.
+// count against shapes whose centre is behind it. What only is on its way to the inside of a facet, the facet tells
+// beside that.
 #pragma once
 
 #include "cpu_reference/shapes/edge_span.hpp"
@@ -28,13 +29,18 @@ bool corner_yields(const Polytope<real>& p, Vec3<real> own, u32 vertex) {
   return around.corner_count > 0;
 }
 
+/// Whether the facets at an edge meet like a roof.
+template <class real>
+bool is_roof(const EdgeSpan<real>& edge) {
+  return edge.left.x != edge.right.x || edge.left.y != edge.right.y || edge.left.z != edge.right.z;
+}
+
 /// Whether a unit direction is across an edge and between the normals on both sides, where these meet like a roof.
 template <class real>
 bool edge_yields(const Polytope<real>& p, u32 e, Vec3<real> own) {
   const EdgeSpan<real> edge = poly_own_edge(p, e);
-  const bool roof = edge.left.x != edge.right.x || edge.left.y != edge.right.y || edge.left.z != edge.right.z;
   const real along = dot3(own, edge.along), slack = facet_slack<real> * length3(edge.along);
-  if (!roof || along > slack || -along > slack) return false;
+  if (!is_roof(edge) || along > slack || -along > slack) return false;
   return dot3(own, cross3(edge.along, edge.left)) > -slack && dot3(own, cross3(edge.right, edge.along)) > -slack;
 }
 
@@ -62,6 +68,26 @@ bool facet_tells(const Polytope<real>& p, Vec3<real> own) {
   if (edge_yields(p, vertex, own)) return (p.owned >> vertex & 1) != 0;
   if (edge_yields(p, before, own)) return (p.owned >> before & 1) != 0;
   return (p.owned >> (3 + vertex) & 1) != 0;
+}
+
+/// Whether a facet holds what comes down on a point of it, own coordinates, and goes along `way` within the step, but
+/// for less than `margin`: it is over the inside, and does not leave. What leaves over an edge like a roof is held by
+/// another facet, if by any; over another edge there may be such a one next, and only what falls more than it goes
+/// along counts.
+template <class real>
+bool facet_holds(const Polytope<real>& p, Vec3<real> point, Vec3<real> way, real margin) {
+  const Vec3<real> out = poly_own_normal(p, 0);
+  const real down = dot3(out, way);
+  const bool falls = dot3(way, way) <= real(2) * (down * down);
+  bool holds = true;
+  for (u32 e = 0; e < 3; ++e) {
+    const EdgeSpan<real> edge = poly_own_edge(p, e);
+    const Vec3<real> side = cross3(out, edge.along);
+    const real now = dot3(side, sub3(point, edge.start)), then = now + dot3(side, way);
+    const real least = is_roof(edge) ? margin * length3(edge.along) : real(0);
+    holds = holds && now >= least && (then >= least || (falls && !is_roof(edge)));
+  }
+  return holds;
 }
 
 /// Whether a face of p counts against a shape whose centre is at a height above it.

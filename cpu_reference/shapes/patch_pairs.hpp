@@ -126,40 +126,6 @@ bool facet_is_far(u32 kind, const Placed<real>& shape, const Placed<real>& facet
   return false;
 }
 
-/// Where the surfaces face each other along the best normal that there is.
-template <class real>
-Manifold<real> touch_at_best(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
-                             const HullTables<real>& tables, real limit) {
-  const real tolerance = shape_tolerance(a, b);
-  const real core_a = patch_core_radius(kind_a, a);
-  const bool facet_a = is_facet(kind_a, a, tables), facet_b = is_facet(kind_b, b, tables), facet = facet_a || facet_b;
-  if (facet_a && facet_is_far(kind_b, b, a, tables, limit)) return no_manifold<real>();
-  if (facet_b && facet_is_far(kind_a, a, b, tables, limit + core_a)) return no_manifold<real>();
-  Meeting<real> meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
-  if (facet && !(meeting.gap > real(-1e29))) return no_manifold<real>();  // no direction counts
-  if (meeting.gap > limit + core_a) return no_manifold<real>();
-  for (u32 attempt = 0;; ++attempt) {
-    const Manifold<real> m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
-    const bool alone = m.count == 1 && m.points[0].feature == 0;
-    if (facet && alone && !is_in_line(meeting, smaller_size(a, b))) return no_manifold<real>();
-    if (!alone || meeting.frame == NORMAL_FIXED) return m;
-    // what is beside a facet its neighbours meet
-    if (attempt == 1) return facet ? no_manifold<real>() : m;
-    if (meeting.place > meeting.gap - tolerance) {
-      // nothing is over the face: along its normal the points of the crossing are less deep than along their own
-      const Vec3<real> n = meeting.place_normal;
-      const real radius_a = rolling_radius(kind_a, a, meeting.normal);
-      const real radius_b = rolling_radius(kind_b, b, meeting.normal);
-      return with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b),
-                        add3(meeting.at_a, scale3(radius_a - core_a, n)), sub3(meeting.at_b, scale3(radius_b, n)), 0);
-    }
-    // a face of the other shape may be as good a normal but for rounding, and have something over it
-    const Meeting<real> other = meet_other_face(kind_a, a, kind_b, b, tables, meeting.frame, limit, tolerance);
-    if (!(other.gap > meeting.gap - real(4) * tolerance)) return facet ? no_manifold<real>() : m;
-    meeting = other;
-  }
-}
-
 /// Whether a shape tells of a contact along a normal that points out of it.
 template <class real>
 bool shape_tells(u32 kind, const Placed<real>& shape, const HullTables<real>& tables, Vec3<real> normal) {
@@ -168,14 +134,84 @@ bool shape_tells(u32 kind, const Placed<real>& shape, const HullTables<real>& ta
   return facet_tells(facet, into_frame(facet.axes, normal));
 }
 
+/// Along the normal of a facet.
+template <class real>
+Meeting<real> meet_inside(const Placed<real>& facet, const HullTables<real>& tables, bool is_a) {
+  const Polytope<real> triangle = polytope_of(SHAPE_HULL, facet, tables);
+  Meeting<real> meeting = no_meeting<real>();
+  meeting.normal = out_of_frame(triangle.axes, scale3(is_a ? real(-1) : real(1), poly_own_normal(triangle, 0)));
+  meeting.frame = is_a ? NORMAL_OF_A : NORMAL_OF_B;
+  return meeting;
+}
+
+/// Of what a shape and a facet share along the facet's normal the points that it holds. Points that are behind the
+/// facet count where the centre of the shape is not.
+template <class real>
+Manifold<real> hold_inside(const Placed<real>& a, const Placed<real>& b, const HullTables<real>& tables, bool is_a,
+                           const Manifold<real>& shared, real limit) {
+  const Polytope<real> facet = polytope_of(SHAPE_HULL, is_a ? a : b, tables);
+  const Vec3<real> other = into_frame(facet.axes, sub3(is_a ? b.center : a.center, facet.center));
+  const bool in_front = facet_looks_at(facet, dot3(poly_own_normal(facet, 0), other) - poly_own_plane(facet, 0).w);
+  Manifold<real> m = manifold_along(shared.normal, shared.frame, shared.radius_a, shared.radius_b);
+  for (u32 k = 0; k < shared.count; ++k) {
+    const ManifoldPoint<real>& point = shared.points[k];
+    const real gap = gap_at(shared, k);
+    if (point.feature == 0 || gap > limit || (gap < 0 && !in_front)) continue;
+    const Vec3<real> at_a = sub3(point.anchor_a, scale3(shared.radius_a, shared.normal));
+    const Vec3<real> at_b = add3(point.anchor_b, scale3(shared.radius_b, shared.normal));
+    const Vec3<real> way =  // of a past b
+        sub3(add3(a.way, cross3(a.turn, sub3(at_a, a.center))), add3(b.way, cross3(b.turn, sub3(at_b, b.center))));
+    const Vec3<real> at = into_frame(facet.axes, sub3(is_a ? at_a : at_b, facet.center));
+    if (facet_holds(facet, at, into_frame(facet.axes, scale3(is_a ? real(-1) : real(1), way)), a.margin))
+      m = with_point(m, point.anchor_a, point.anchor_b, point.feature);
+  }
+  return m;
+}
+
+/// Where the surfaces face each other along the best normal that there is. A facet whose best normal is not its own to
+/// tell, or that has none, still tells what comes down on its inside.
 template <class real>
 Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
                              const HullTables<real>& tables, real limit) {
-  const Manifold<real> m = touch_at_best(kind_a, a, kind_b, b, tables, limit);
-  if (m.count == 0 || !shape_tells(kind_a, a, tables, scale3(real(-1), m.normal)) ||
-      !shape_tells(kind_b, b, tables, m.normal))
-    return no_manifold<real>();
-  return m;
+  const real tolerance = shape_tolerance(a, b);
+  const real core_a = patch_core_radius(kind_a, a);
+  const bool facet_a = is_facet(kind_a, a, tables), facet_b = is_facet(kind_b, b, tables), facet = facet_a || facet_b;
+  if (facet_a && facet_is_far(kind_b, b, a, tables, limit)) return no_manifold<real>();
+  if (facet_b && facet_is_far(kind_a, a, b, tables, limit + core_a)) return no_manifold<real>();
+  Meeting<real> meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
+  if (meeting.gap > limit + core_a) return no_manifold<real>();
+  bool inside = facet && !(meeting.gap > real(-1e29));  // no direction counts
+  if (inside) meeting = meet_inside(facet_a ? a : b, tables, facet_a);
+  for (u32 attempt = 0;; ++attempt) {
+    Manifold<real> m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
+    if (inside) return hold_inside(a, b, tables, facet_a, m, limit);
+    const bool alone = m.count == 1 && m.points[0].feature == 0;
+    bool found = !(facet && alone) || is_in_line(meeting, smaller_size(a, b));
+    if (found && alone && meeting.frame != NORMAL_FIXED) {
+      if (attempt == 1) {
+        found = !facet;  // what is beside a facet its neighbours meet
+      } else if (meeting.place > meeting.gap - tolerance) {
+        // nothing is over the face: along its normal the points of the crossing are less deep than along their own
+        const Vec3<real> n = meeting.place_normal;
+        const real radius_a = rolling_radius(kind_a, a, meeting.normal);
+        const real radius_b = rolling_radius(kind_b, b, meeting.normal);
+        m = with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b),
+                       add3(meeting.at_a, scale3(radius_a - core_a, n)), sub3(meeting.at_b, scale3(radius_b, n)), 0);
+      } else {
+        // a face of the other shape may be as good a normal but for rounding, and have something over it
+        const Meeting<real> other = meet_other_face(kind_a, a, kind_b, b, tables, meeting.frame, limit, tolerance);
+        if (other.gap > meeting.gap - real(4) * tolerance) {
+          meeting = other;
+          continue;
+        }
+        found = !facet;
+      }
+    }
+    if (found && shape_tells(kind_a, a, tables, scale3(real(-1), m.normal)) && shape_tells(kind_b, b, tables, m.normal))
+      return m;
+    inside = true;
+    meeting = meet_inside(facet_a ? a : b, tables, facet_a);
+  }
 }
 
 }  // namespace lockstep::reference

@@ -2,9 +2,10 @@
 // mpirun there is one, and MPI is not started.
 #pragma once
 
-#include <cstddef>
+#include <cstring>
 #include <functional>
 #include <string>
+#include <type_traits>
 #include <vector>
 
 #include "kernels/types.h"
@@ -41,8 +42,8 @@ class Ranks {
     std::vector<std::vector<Item>> all;
     for (const std::string& bytes :
          gather_bytes({reinterpret_cast<const char*>(mine.data()), mine.size() * sizeof(Item)})) {
-      const Item* items = reinterpret_cast<const Item*>(bytes.data());
-      all.emplace_back(items, items + bytes.size() / sizeof(Item));
+      all.emplace_back(bytes.size() / sizeof(Item));
+      std::memcpy(all.back().data(), bytes.data(), bytes.size());
     }
     return all;
   }

@@ -276,16 +276,14 @@ void expect_one_world(const RunOptions& options) {
   const std::pair<const char*, bool> asked[] = {{"--record", !options.record.empty()},
                                                 {"--checkpoint", !options.checkpoint.empty()},
                                                 {"--resume", !options.resume.empty()},
-                                                {"--events", !options.events.empty()},
-                                                {"--solver", !options.oracle.solver.empty()}};
-  for (const auto& [name, is_there] : asked) {
-    if (!is_there) continue;
-    throw Error(Failure::input, name,
-                std::string(name) == "--solver"
-                    ? "an oracle solves one world; leave out --worlds, and run it without mpirun"
-                    : "is of one world: leave out --worlds and run it without mpirun, with "
-                      "--seed K for world K");
-  }
+                                                {"--events", !options.events.empty()}};
+  for (const auto& [name, is_there] : asked)
+    if (is_there)
+      throw Error(Failure::input, name,
+                  "is of one world: leave out --worlds and run it without mpirun, with --seed K for world K");
+  if (!options.oracle.solver.empty())
+    throw Error(Failure::input, "--solver",
+                "an oracle solves one world; leave out --worlds, and run it without mpirun");
 }
 
 void run(RunOptions options) {

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
+#include <utility>
 
 #include "host/device/devices.hpp"
 #include "host/error.hpp"
@@ -17,28 +20,32 @@ namespace {
 constexpr double most_bodies_of_batch = 50e6;
 constexpr double none = std::numeric_limits<double>::quiet_NaN();
 
+// Errors, of which a report of several ranks has the worst.
+std::array<std::optional<double>*, 13> worst_figures(Report& report) {
+  return {&report.residual_median,       &report.residual_max,      &report.residual_floor,
+          &report.natural_map_max,       &report.joint_drift_max_m, &report.joint_angle_max_rad,
+          &report.momentum_error,        &report.energy_error,      &report.model_error,
+          &report.sweeps_median,         &report.sweeps_max,        &report.particle_center_error_m,
+          &report.particle_inertia_error};
+}
+
+// And what is counted, of which it has the sum.
+std::array<std::optional<double>*, 4> summed_figures(Report& report) {
+  return {&report.particles, &report.asleep, &report.islands_asleep, &report.wakings};
+}
+
 // What rank 0 has to know of the reports of others. A figure that does not apply is NaN.
 struct Figures {
   u32 worlds, bodies, joints, contacts_max, steps, steps_redone;
   u32 interrupted, bit_exact;
   double ms_median, ms_p99, ms_first, ms_total;
   double max_penetration, mean_penetration, energy_initial, energy_final;
-  double worst_of[9];  // errors, in the order of worst_figures()
-  double sums_of[3];   // of sleepers, in the order of summed_figures()
   double defect;
+  std::array<double, std::tuple_size_v<decltype(worst_figures(std::declval<Report&>()))>> worst_of;
+  std::array<double, std::tuple_size_v<decltype(summed_figures(std::declval<Report&>()))>> sums_of;
   WorstContact worst;  // where it was, by worlds of the rank
   u32 worst_step;
 };
-
-std::vector<std::optional<double>*> worst_figures(Report& report) {
-  return {&report.residual_median, &report.residual_max,      &report.residual_floor,
-          &report.natural_map_max, &report.joint_drift_max_m, &report.joint_angle_max_rad,
-          &report.momentum_error,  &report.energy_error,      &report.model_error};
-}
-
-std::vector<std::optional<double>*> summed_figures(Report& report) {
-  return {&report.asleep, &report.islands_asleep, &report.wakings};
-}
 
 Figures figures_of(Report report) {
   Figures f = {};

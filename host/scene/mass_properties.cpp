@@ -104,6 +104,12 @@ MassProperties own_properties(const ShapeDescription& shape, double density) {
 
 }  // namespace
 
+MassProperties scaled(MassProperties solid, double factor) {
+  solid.mass *= factor;
+  for (double& moment : solid.inertia) moment *= factor;
+  return solid;
+}
+
 MassProperties placed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation) {
   return {own.mass, exact::add(offset, exact::rotate(rotation, own.center)), turned(own.inertia, rotation)};
 }

@@ -21,6 +21,9 @@ MassProperties mass_properties(const ShapeDescription& shape, double density);
 /// Of all the shapes together.
 MassProperties mass_properties(const std::vector<ShapeDescription>& shapes, double density);
 
+/// One so many times as heavy.
+MassProperties scaled(MassProperties solid, double factor);
+
 /// The same solid where its frame stands so in another one.
 MassProperties placed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation);
 

@@ -1,7 +1,6 @@
 #include "host/scene/mjcf.hpp"
 
 #include <fmt/format.h>
-#include <tinyxml2.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include "host/scene/mjcf_geoms.hpp"
 #include "host/scene/mjcf_joints.hpp"
 #include "host/scene/mjcf_links.hpp"
+#include "host/scene/robot_files.hpp"
 
 namespace lockstep {
 
@@ -59,30 +59,76 @@ MjcfCompiler read_compiler(const XmlNode& top) {
   return compiler;
 }
 
+// Of those that switch off what moves bodies only gravity's is read.
+void read_flags(const XmlNode& node, Robot& robot) {
+  const auto is_off = [&](const char* attribute) { return node.has(attribute) && node.text(attribute) == "disable"; };
+  if (is_off("gravity")) robot.gravity = Vector3{0, 0, 0};
+  for (const char* attribute : {"constraint", "equality", "frictionloss", "limit", "contact", "passive", "spring",
+                                "damper", "actuation", "filterparent"})
+    if (is_off(attribute)) node.fail(attribute, "is not read; take what it switches off out of the file");
+}
+
 void read_option(const XmlNode& top, Robot& robot) {
   robot.dt = 0.002;
   robot.gravity = Vector3{0, 0, -9.81};
   for (const XmlNode& node : top.children("option")) {
+    node.expect_attributes({"timestep",
+                            "apirate",
+                            "impratio",
+                            "tolerance",
+                            "ls_tolerance",
+                            "ls_iterations",
+                            "noslip_tolerance",
+                            "noslip_iterations",
+                            "ccd_tolerance",
+                            "ccd_iterations",
+                            "mpr_tolerance",
+                            "mpr_iterations",
+                            "sleep_tolerance",
+                            "gravity",
+                            "wind",
+                            "magnetic",
+                            "density",
+                            "viscosity",
+                            "o_margin",
+                            "o_solref",
+                            "o_solimp",
+                            "o_friction",
+                            "integrator",
+                            "collision",
+                            "cone",
+                            "jacobian",
+                            "solver",
+                            "iterations",
+                            "sdf_iterations",
+                            "sdf_initpoints",
+                            "actuatorgroupdisable"});
+    node.expect_children({"flag"});
     const MjcfElement option(node, {});
     if (node.has("timestep")) robot.dt = node.positive("timestep");
     robot.gravity = option.vector("gravity", *robot.gravity);
     for (const char* attribute : {"density", "viscosity", "wind"})
       option.expect_zero(attribute, "is of air or water, which are not simulated; set it to 0");
+    for (const XmlNode& flags : node.children("flag")) read_flags(flags, robot);
   }
 }
 
-// The largest eigenvalue and the others obey A + B >= C in real bodies; files have few digits.
-void expect_real(const XmlNode& node, const MassProperties& solid) {
-  const Vector3 moments = principal_axes(solid.inertia).moments;
+// A body has the compiler's least mass and principal moments at least; nothing where that is no mass.
+std::optional<MassProperties> bounded(MassProperties solid, const MjcfCompiler& compiler) {
+  solid.mass = std::max(solid.mass, compiler.least_mass);
+  if (solid.mass == 0) return std::nullopt;
+  if (compiler.least_inertia == 0) return solid;
+  const PrincipalAxes own = principal_axes(solid.inertia);
+  MassProperties about_axes;
+  bool is_raised = false;
   for (unsigned i = 0; i < 3; ++i) {
-    if (!(moments[i] > 0)) node.fail(fmt::format("must have moments > 0, has the principal moment {:.6g}", moments[i]));
-    const double others = moments[(i + 1) % 3] + moments[(i + 2) % 3];
-    if (moments[i] > others * (1 + 1e-3))
-      node.fail(
-          fmt::format("must keep the triangle inequality of real bodies, its principal moment {:.6g} is more than "
-                      "{:.6g}, the sum of the others",
-                      moments[i], others));
+    const double moment = own.moments[i];
+    const bool is_small = moment >= 0 && moment < compiler.least_inertia;  // below 0 it is none of a body
+    about_axes.inertia[i] = is_small ? compiler.least_inertia : moment;
+    is_raised = is_raised || is_small;
   }
+  if (is_raised) solid.inertia = placed(about_axes, {0, 0, 0}, own.rotation).inertia;
+  return solid;
 }
 
 std::optional<MassProperties> read_inertial(const XmlNode& node, const MjcfCompiler& compiler) {
@@ -90,25 +136,26 @@ std::optional<MassProperties> read_inertial(const XmlNode& node, const MjcfCompi
   node.expect_children({});
   const MjcfElement element(node, {});
   MassProperties own;
-  own.mass = std::max(node.not_negative("mass"), compiler.least_mass);
-  if (own.mass == 0) return std::nullopt;
+  own.mass = node.not_negative("mass");
   if (node.has("fullinertia")) {
     if (node.has("diaginertia")) node.fail("fullinertia", "stands beside diaginertia; give one");
     const std::vector<double> all = node.numbers("fullinertia", 6, 6);  // xx yy zz xy xz yz
     std::copy(all.begin(), all.end(), own.inertia.begin());
   } else {
     const Vector3 moments = node.vector("diaginertia");
-    for (unsigned i = 0; i < 3; ++i) own.inertia[i] = std::max(moments[i], compiler.least_inertia);
+    std::copy(moments.begin(), moments.end(), own.inertia.begin());
   }
-  expect_real(node, own);
-  return placed(own, node.vector("pos"), element.orientation(compiler));
+  const std::optional<MassProperties> solid = bounded(own, compiler);
+  if (!solid) return std::nullopt;
+  expect_real(node, *solid);
+  return placed(*solid, node.vector("pos"), element.orientation(compiler));
 }
 
 // Tendons that only measure act on nothing, and are for other programs.
 void expect_idle_tendons(const XmlNode& top, const MjcfDefaults& defaults) {
   for (const XmlNode& tendons : top.children("tendon")) {
     for (const XmlNode& node : tendons.children()) {
-      const MjcfElement tendon = defaults.element(node, "", "tendon");
+      const MjcfElement tendon = defaults.element(node, 0, "tendon");
       constexpr const char* cure = "is of a tendon that pulls, and those are not simulated; remove it";
       for (const char* attribute : {"stiffness", "damping", "frictionloss", "armature", "range"})
         tendon.expect_zero(attribute, cure);
@@ -133,7 +180,7 @@ class MjcfReader {
     names_.links.emplace("world", 0);
     for (const XmlNode& world : top.children("worldbody")) {
       world.expect_attributes({});
-      read_parts(world, 0, "", true);
+      read_parts(world, 0, 0, true);
     }
     if (robot_.joints.empty() && robot_.links[0].shapes.empty())
       top.fail("has no bodies and no geoms in a <worldbody>; a robot needs some");
@@ -146,38 +193,35 @@ class MjcfReader {
 
  private:
   // Geoms and bodies of a body, which is a link.
-  void read_parts(const XmlNode& node, u32 link, const std::string& body_class, bool is_still) {
+  void read_parts(const XmlNode& node, u32 link, std::size_t body_class, bool is_still) {
     const bool is_world = link == 0;
     if (is_world)
       node.expect_children({"geom", "body"}, {"site", "camera", "light"});
     else
       node.expect_children({"inertial", "joint", "freejoint", "geom", "body"}, {"site", "camera", "light"});
+    using FromGeoms = MjcfCompiler::FromGeoms;
+    const std::optional<XmlNode> inertial = is_still ? std::nullopt : node.child("inertial");
+    const bool weighs = !is_still && (compiler_.inertia == FromGeoms::always ||
+                                      (compiler_.inertia == FromGeoms::where_needed && !inertial));
     std::vector<MassProperties> solids;
     for (const XmlNode& child : node.children("geom")) {
-      MjcfGeom geom = geoms_.read(defaults_.element(child, body_class, "geom"), is_still);
+      MjcfGeom geom = geoms_.read(defaults_.element(child, body_class, "geom"), is_still, weighs);
       for (ShapeDescription& shape : geom.shapes) robot_.links[link].shapes.push_back(std::move(shape));
       if (geom.solid) solids.push_back(*geom.solid);
     }
-    if (!is_still) set_mass(node, solids, robot_.links[link]);
+    if (inertial && !weighs)
+      robot_.links[link].inertial = read_inertial(*inertial, compiler_);
+    else if (!solids.empty())
+      robot_.links[link].inertial = bounded(together(solids), compiler_);
     for (const XmlNode& child : node.children("body")) read_body(child, link, body_class, is_still);
   }
 
-  void set_mass(const XmlNode& node, const std::vector<MassProperties>& solids, RobotLink& link) {
-    using FromGeoms = MjcfCompiler::FromGeoms;
-    const std::optional<XmlNode> inertial = node.child("inertial");
-    if (inertial && compiler_.inertia != FromGeoms::always)
-      link.inertial = read_inertial(*inertial, compiler_);
-    else if (!solids.empty() && compiler_.inertia != FromGeoms::never)
-      link.inertial = together(solids);
-  }
-
-  void read_body(const XmlNode& node, u32 parent, const std::string& class_around, bool parent_is_still) {
+  void read_body(const XmlNode& node, u32 parent, std::size_t class_around, bool parent_is_still) {
     node.expect_attributes({"name", "childclass", "mocap", MJCF_PLACE, "gravcomp", "user", "sleep"});
     const MjcfElement element(node, {});
     if (element.choice("mocap").value_or(false)) node.fail("mocap", "is not read; make it a kinematic body of a scene");
     element.expect_zero("gravcomp", "is not simulated; leave it out");
-    const std::string body_class = node.has("childclass") ? node.text("childclass") : class_around;
-    if (node.has("childclass")) defaults_.find(node, "childclass", body_class);
+    const std::size_t body_class = node.has("childclass") ? defaults_.find(node, "childclass") : class_around;
     const std::string name = node.has("name") ? node.text("name") : fmt::format("body_{}", robot_.links.size());
     const std::string place = fmt::format("{} {}", node.place(), quote(name));
     const std::vector<MjcfJoint> joints = read_joints(node, body_class, parent);
@@ -198,11 +242,10 @@ class MjcfReader {
       }
       joint.parent = link;
       joint.child = static_cast<u32>(robot_.links.size());
-      joint.collide = head(before) == 0;  // what is held by the world may touch what stands there
+      joint.collide = heads_[before] == 0;  // what is held by the world may touch what stands there
       robot_.links.push_back({is_last ? name : name + "." + joint.name, place, {}, {}});
       if (!joints.empty()) name_joint(joints[i]);
-      heads_.resize(robot_.links.size(), 0);
-      heads_[joint.child] = joint.kind == RobotJointKind::fixed ? head(link) : joint.child;
+      heads_.push_back(joint.kind == RobotJointKind::fixed ? heads_[link] : joint.child);
       link = joint.child;
       robot_.joints.push_back(std::move(joint));
     }
@@ -211,25 +254,25 @@ class MjcfReader {
     read_parts(node, link, body_class, parent_is_still && joints.empty());
     share_mass(link, joints.size());
     // several joints stand between it and its parent: it is no neighbour by a joint alone
-    if (joints.size() > 1 && head(before) != 0) robot_.passing.push_back({before, link});
+    if (joints.size() > 1 && heads_[before] != 0) robot_.passing.push_back({before, link});
   }
 
-  std::vector<MjcfJoint> read_joints(const XmlNode& node, const std::string& body_class, u32 parent) {
+  std::vector<MjcfJoint> read_joints(const XmlNode& node, std::size_t body_class, u32 parent) {
     std::vector<MjcfJoint> joints;
     for (const XmlNode& child : node.children()) {
       if (child.name() == "freejoint") {
         child.expect_attributes({"name", "group", "align"});
         MjcfJoint free;
         free.joint.kind = RobotJointKind::floating;
-        free.joint.name = child.has("name") ? child.text("name") : fmt::format("joint_{}", names_.joints.size());
+        free.joint.name = child.has("name") ? child.text("name") : fmt::format("joint_{}", joints_read_);
         free.joint.place = child.place();
         joints.push_back(std::move(free));
       } else if (child.name() == "joint") {
-        joints.push_back(read_mjcf_joint(defaults_.element(child, body_class, "joint"), compiler_,
-                                         names_.joints.size() + joints.size()));
+        joints.push_back(read_mjcf_joint(defaults_.element(child, body_class, "joint"), compiler_, joints_read_));
       } else {
         continue;
       }
+      ++joints_read_;
       const bool is_free = joints.back().joint.kind == RobotJointKind::floating;
       if (is_free && parent != 0)
         child.fail("is free, and its body is part of another one; only those of the world are");
@@ -245,21 +288,12 @@ class MjcfReader {
       throw Error(Failure::input, in.joint.place, "has the name of another joint; names must differ");
   }
 
-  // The first link of those that are fixed to each other.
-  u32 head(u32 link) const { return link < heads_.size() ? heads_[link] : 0; }
-
   // Links between the joints of one body have a part of it, so that no mass is added.
   void share_mass(u32 link, std::size_t joints) {
     std::optional<MassProperties>& own = robot_.links[link].inertial;
     if (joints < 2 || !own) return;
-    const auto part = [&](double share) {
-      MassProperties solid = *own;
-      solid.mass *= share;
-      for (double& moment : solid.inertia) moment *= share;
-      return solid;
-    };
-    for (u32 i = 1; i < joints; ++i) robot_.links[link - i].inertial = part(share_between);
-    own = part(1 - share_between * static_cast<double>(joints - 1));
+    for (u32 i = 1; i < joints; ++i) robot_.links[link - i].inertial = scaled(*own, share_between);
+    own = scaled(*own, 1 - share_between * static_cast<double>(joints - 1));
   }
 
   void set_total_mass() {
@@ -267,33 +301,25 @@ class MjcfReader {
     double mass = 0;
     for (const RobotLink& link : robot_.links) mass += link.inertial ? link.inertial->mass : 0;
     if (mass == 0) return;
-    for (RobotLink& link : robot_.links) {
-      if (!link.inertial) continue;
-      link.inertial->mass *= compiler_.total_mass / mass;
-      for (double& moment : link.inertial->inertia) moment *= compiler_.total_mass / mass;
-    }
+    for (RobotLink& link : robot_.links)
+      if (link.inertial) link.inertial = scaled(*link.inertial, compiler_.total_mass / mass);
   }
 
   const MjcfCompiler compiler_;
   const MjcfDefaults defaults_;
   MjcfGeoms geoms_;
   MjcfNames names_;
-  std::set<std::string> used_;  // joints that others name
-  std::vector<u32> heads_;
+  u32 joints_read_ = 0;
+  std::set<std::string> used_;    // joints that others name
+  std::vector<u32> heads_ = {0};  // of each link the first of those that are fixed to each other
   Robot robot_;
 };
 
 }  // namespace
 
 Robot parse_mjcf(const std::string& text, const std::string& source) {
-  tinyxml2::XMLDocument document;
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-    throw Error(Failure::input, fmt::format("{}:{}", source, document.ErrorLineNum()),
-                fmt::format("not XML: {}", document.ErrorName()));
-  const tinyxml2::XMLElement* element = document.RootElement();
-  if (element == nullptr) throw Error(Failure::input, source, "holds no element; a robot is a <mujoco>");
-  const XmlNode top(*element, source);
-  if (top.name() != "mujoco") top.fail("is no <mujoco>, as the first element of an MJCF file must be");
+  const XmlDocument document(text, source);
+  const XmlNode top = document.top("mujoco", "an MJCF file");
   top.expect_attributes({"model"});
   for (const XmlNode& node : top.children("include"))
     node.fail("is not followed; let MuJoCo write all into one file: mj_saveLastXML");

@@ -37,11 +37,7 @@ Quaternion read_euler(const XmlNode& node, const MjcfCompiler& compiler) {
 Quaternion read_orientation(const XmlNode& node, const char* attribute, const MjcfCompiler& compiler) {
   const std::string_view word = attribute;
   if (word == "euler") return read_euler(node, compiler);
-  if (word == "quat") {
-    const std::vector<double> q = node.numbers("quat", 4, 4);  // w x y z
-    if (q == std::vector<double>(4, 0)) node.fail("quat", "must not be zero");
-    return exact::unit(Quaternion{q[1], q[2], q[3], q[0]});
-  }
+  if (word == "quat") return quaternion_of(node, attribute);
   if (word == "axisangle") {
     const std::vector<double> a = node.numbers("axisangle", 4, 4);
     return turn(node, "axisangle", {a[0], a[1], a[2]}, a[3], compiler.degrees);
@@ -58,6 +54,17 @@ Quaternion read_orientation(const XmlNode& node, const char* attribute, const Mj
 }
 
 }  // namespace
+
+Quaternion quaternion_of(const XmlNode& node, const char* attribute) {
+  const std::vector<double> q = node.numbers(attribute, 4, 4);
+  if (q == std::vector<double>(4, 0)) node.fail(attribute, "must not be zero");
+  return exact::unit(Quaternion{q[1], q[2], q[3], q[0]});
+}
+
+void MjcfElement::expect_attributes(std::initializer_list<std::string_view> known) const {
+  node_.expect_attributes(known);
+  for (const XmlNode& node : defaults_) node.expect_attributes(known);
+}
 
 const XmlNode& MjcfElement::holder(const char* attribute) const {
   if (node_.has(attribute)) return node_;
@@ -144,21 +151,18 @@ void MjcfDefaults::add(const XmlNode& node, std::optional<std::size_t> parent) {
   }
 }
 
-std::size_t MjcfDefaults::find(const XmlNode& node, const char* attribute, const std::string& name) const {
+std::size_t MjcfDefaults::find(const XmlNode& node, const char* attribute) const {
+  const std::string name = node.text(attribute);
   std::vector<std::string> names;
   for (std::size_t i = 0; i < classes_.size(); ++i) {
     if (classes_[i].name == name) return i;
     names.push_back(classes_[i].name);
   }
-  node.fail(attribute, fmt::format("unknown class {}; {}", quote(name), suggestion(name, names)));
+  node.unknown(attribute, "class", std::move(names));
 }
 
-MjcfElement MjcfDefaults::element(const XmlNode& node, const std::string& body_class, const char* kind) const {
-  std::optional<std::size_t> at = 0;
-  if (node.has("class"))
-    at = find(node, "class", node.text("class"));
-  else if (!body_class.empty())
-    at = find(node, "childclass", body_class);
+MjcfElement MjcfDefaults::element(const XmlNode& node, std::size_t body_class, const char* kind) const {
+  std::optional<std::size_t> at = node.has("class") ? find(node, "class") : body_class;
   std::vector<XmlNode> defaults;
   for (; at; at = classes_[*at].parent) {
     const auto found = classes_[*at].elements.find(kind);

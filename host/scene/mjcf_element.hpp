@@ -26,6 +26,8 @@ class MjcfElement {
 
   const XmlNode& node() const { return node_; }
   bool has(const char* attribute) const { return holder(attribute).has(attribute); }
+  /// Refuses attributes other than these, in defaults too.
+  void expect_attributes(std::initializer_list<std::string_view> known) const;
   /// Where the attribute stands; the element itself where it is nowhere, which then refuses to be read.
   const XmlNode& holder(const char* attribute) const;
 
@@ -48,6 +50,9 @@ class MjcfElement {
   std::vector<XmlNode> defaults_;
 };
 
+/// An attribute of four numbers, w x y z; of any length but 0.
+Quaternion quaternion_of(const XmlNode& node, const char* attribute);
+
 /// The attributes that say where something stands.
 #define MJCF_PLACE "pos", "quat", "axisangle", "xyaxes", "zaxis", "euler"
 
@@ -56,10 +61,10 @@ class MjcfDefaults {
  public:
   /// All that the document has at its top.
   explicit MjcfDefaults(const XmlNode& top);
-  /// An element of a kind ("geom"), by its own class, else by that of the body around it.
-  MjcfElement element(const XmlNode& node, const std::string& body_class, const char* kind) const;
-  /// Refuses a class that there is not.
-  std::size_t find(const XmlNode& node, const char* attribute, const std::string& name) const;
+  /// An element of a kind ("geom"), by its own class, else by that of the body around it, which is 0 outside of bodies.
+  MjcfElement element(const XmlNode& node, std::size_t body_class, const char* kind) const;
+  /// The place of the class that an attribute names; refuses one that there is not.
+  std::size_t find(const XmlNode& node, const char* attribute) const;
 
  private:
   struct Class {

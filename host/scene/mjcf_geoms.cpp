@@ -7,10 +7,10 @@
 #include <cmath>
 #include <filesystem>
 
-#include "host/scene/few_corners.hpp"
 #include "host/scene/hull.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/scene/mesh.hpp"
+#include "host/scene/robot_files.hpp"
 #include "host/scene/surface.hpp"
 
 namespace lockstep {
@@ -23,22 +23,14 @@ Vector3 point_at(const std::vector<double>& values, std::size_t i) {
   return {values[3 * i], values[3 * i + 1], values[3 * i + 2]};
 }
 
-// Of a solid of one kg/m^3.
-MassProperties scaled(MassProperties solid, double factor) {
-  solid.mass *= factor;
-  for (double& moment : solid.inertia) moment *= factor;
-  return solid;
-}
-
 template <class Value>
 const Value& find(const std::map<std::string, Value>& assets, const MjcfElement& geom, const char* kind) {
   const XmlNode& node = geom.holder(kind);
-  const std::string name = node.text(kind);
-  const auto found = assets.find(name);
+  const auto found = assets.find(node.text(kind));
   if (found != assets.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [other, value] : assets) known.push_back(other);
-  node.fail(kind, fmt::format("unknown {} {}; {}", kind, quote(name), suggestion(name, known)));
+  node.unknown(kind, kind, std::move(known));
 }
 
 }  // namespace
@@ -48,7 +40,7 @@ MjcfGeoms::MjcfGeoms(const XmlNode& top, const MjcfCompiler& compiler, const Mjc
   for (const XmlNode& assets : top.children("asset")) {
     assets.expect_attributes({});
     assets.expect_children({"mesh", "hfield"}, {"texture", "material", "skin", "model"});
-    for (const XmlNode& node : assets.children("mesh")) read_mesh_asset(defaults.element(node, "", "mesh"));
+    for (const XmlNode& node : assets.children("mesh")) read_mesh_asset(defaults.element(node, 0, "mesh"));
     for (const XmlNode& node : assets.children("hfield")) {
       node.expect_attributes({"name", "file", "content_type", "nrow", "ncol", "size", "elevation"});
       if (!fields_.emplace(node.text("name"), node).second) node.fail("name", "is that of another height field");
@@ -58,16 +50,14 @@ MjcfGeoms::MjcfGeoms(const XmlNode& top, const MjcfCompiler& compiler, const Mjc
 
 void MjcfGeoms::read_mesh_asset(const MjcfElement& asset) {
   const XmlNode& node = asset.node();
-  node.expect_attributes({"name", "class", "file", "content_type", "vertex", "normal", "texcoord", "face", "scale",
-                          "refpos", "refquat", "smoothnormal", "maxhullvert", "inertia", "material",
-                          "octree_maxdepth"});
+  asset.expect_attributes({"name", "class", "file", "content_type", "vertex", "normal", "texcoord", "face", "scale",
+                           "refpos", "refquat", "smoothnormal", "maxhullvert", "inertia", "material",
+                           "octree_maxdepth"});
   Mesh mesh = {node, "", {}, asset.vector("scale", {1, 1, 1}), asset.vector("refpos", {0, 0, 0}), {0, 0, 0, 1}};
   for (const double s : mesh.scale)
     if (s == 0) asset.holder("scale").fail("scale", "must not be 0: the mesh would be flat");
   if (asset.has("refquat")) {
-    const std::vector<double> q = asset.holder("refquat").numbers("refquat", 4, 4);
-    if (q == std::vector<double>(4, 0)) node.fail("refquat", "must not be zero");
-    mesh.orientation = exact::unit(Quaternion{q[1], q[2], q[3], q[0]});
+    mesh.orientation = quaternion_of(asset.holder("refquat"), "refquat");
   }
   std::string name;
   if (node.has("file")) {
@@ -113,38 +103,38 @@ TriangleMesh MjcfGeoms::mesh_of(const Mesh& mesh) const {
   return triangles;
 }
 
-// Its hull touches, and what it holds weighs: of a mesh that is closed, else of the hull.
-void MjcfGeoms::set_mesh(const MjcfElement& geom, ShapeDescription& shape,
-                         std::optional<MassProperties>& unit_solid) const {
+// Its hull touches, and what it holds weighs: of a mesh that is closed, else of the hull. The mass is that of 1 kg/m^3.
+MassProperties MjcfGeoms::set_mesh(const MjcfElement& geom, ShapeDescription& shape, bool weighs) const {
   const Mesh& mesh = find(meshes_, geom, "mesh");
   const TriangleMesh triangles = mesh_of(mesh);
   const ShapeDescription place = shape;
   shape.kind = SHAPE_HULL;
-  std::string refusal = set_hull(triangles.vertices, shape);
-  if (!refusal.empty()) refusal = set_hull(few_corners(triangles.vertices), shape);
-  if (!refusal.empty()) mesh.node.fail(mesh.path.empty() ? "vertex" : "file", refusal);
-  unit_solid = mass_properties(shape, 1);
+  if (const std::string refusal = set_hull_of_many(triangles.vertices, shape); !refusal.empty())
+    mesh.node.fail(mesh.path.empty() ? "vertex" : "file", refusal);
+  if (!weighs) return {};
+  const MassProperties hull = mass_properties(shape, 1);
   std::string flaw;
-  if (triangles.triangles.empty() || !make_surface(triangles, flaw)) return;
+  if (triangles.triangles.empty() || !make_surface(triangles, flaw)) return hull;
   const VolumeMoments moments = volume_moments(triangles);
-  if (!(moments.volume > 0) || moments.volume > unit_solid->mass * 1.05) return;
+  if (!(moments.volume > 0) || moments.volume > hull.mass * 1.05) return hull;
   ShapeDescription solid = place;
   solid.kind = SHAPE_MESH;
   solid.mesh = std::make_shared<const TriangleMesh>(triangles);
-  unit_solid = mass_properties(solid, 1);
+  return mass_properties(solid, 1);
 }
 
 void MjcfGeoms::set_size(const MjcfElement& geom, const std::string& type, ShapeDescription& shape) const {
   const bool is_long = type == "capsule" || type == "cylinder";
-  const bool by_ends = geom.has("fromto") && (is_long || type == "box");
-  const std::size_t needed = type == "sphere" || (by_ends && is_long) ? 1 : is_long || by_ends ? 2 : 3;
+  const bool by_ends = geom.has("fromto");
+  if (by_ends && type == "sphere")
+    geom.holder("fromto").fail("fromto", "is of capsules, cylinders and boxes; leave it out, and give pos");
+  const std::size_t needed = type == "sphere" || by_ends ? 1 : is_long ? 2 : 3;
   const XmlNode& holder = geom.holder("size");
   if (!holder.has("size")) holder.fail("needs the attribute \"size\"");
-  std::vector<double> size = holder.numbers("size", type == "box" && by_ends ? 1 : needed, 3);
-  if (type == "box" && by_ends && size.size() == 1) size.push_back(size[0]);
+  const std::vector<double> size = holder.numbers("size", needed, 3);
   for (std::size_t i = 0; i < needed; ++i)
     if (!(size[i] > 0)) holder.fail("size", fmt::format("must be > 0, is {}", size[i]));
-  double half_length = needed >= 2 && is_long ? size[1] : 0;
+  double half_length = is_long && !by_ends ? size[1] : 0;
   if (by_ends) {
     const std::vector<double> ends = geom.holder("fromto").numbers("fromto", 6, 6);
     const Vector3 from = point_at(ends, 0), to = point_at(ends, 1), along = exact::subtract(from, to);
@@ -155,7 +145,10 @@ void MjcfGeoms::set_size(const MjcfElement& geom, const std::string& type, Shape
   }
   if (type == "box") {
     shape.kind = SHAPE_BOX;
-    shape.half_extents = {size[0], size[1], by_ends ? half_length : size[2]};
+    if (by_ends)
+      shape.half_extents = {size[0], size[0], half_length};  // a second size is not looked at
+    else
+      shape.half_extents = {size[0], size[1], size[2]};
     return;
   }
   shape.kind = type == "sphere" ? SHAPE_SPHERE : type == "capsule" ? SHAPE_CAPSULE : SHAPE_CYLINDER;
@@ -207,8 +200,9 @@ u32 MjcfGeoms::surface_of(const MjcfElement& geom) {
     if (!(surface.friction >= 0)) geom.holder("friction").fail("friction", "must be >= 0");
   }
   const auto found = std::ranges::find(surfaces_, surface);
-  if (found == surfaces_.end()) surfaces_.push_back(surface);
-  return static_cast<u32>(std::ranges::find(surfaces_, surface) - surfaces_.begin());
+  if (found != surfaces_.end()) return static_cast<u32>(found - surfaces_.begin());
+  surfaces_.push_back(surface);
+  return static_cast<u32>(surfaces_.size()) - 1;
 }
 
 u32 MjcfGeoms::filter_of(const MjcfElement& geom, bool& touches) {
@@ -229,14 +223,14 @@ u32 MjcfGeoms::filter_of(const MjcfElement& geom, bool& touches) {
   return static_cast<u32>(filters_.size()) - 1;
 }
 
-MjcfGeom MjcfGeoms::read(const MjcfElement& geom, bool is_still) {
+MjcfGeom MjcfGeoms::read(const MjcfElement& geom, bool is_still, bool weighs) {
   const XmlNode& node = geom.node();
-  node.expect_attributes({"name",     "class",  "type",     "contype",  "conaffinity", "condim",    "group",
+  geom.expect_attributes({"name",     "class",  "type",     "contype",  "conaffinity", "condim",    "group",
                           "priority", "size",   "material", "friction", "mass",        "density",   "shellinertia",
                           "solmix",   "solref", "solimp",   "margin",   "gap",         "fromto",    MJCF_PLACE,
                           "hfield",   "mesh",   "fitscale", "rgba",     "fluidshape",  "fluidcoef", "user"});
   node.expect_children({});
-  const std::string type = geom.text("type", geom.has("mesh") && node.has("mesh") ? "mesh" : "sphere");
+  const std::string type = geom.text("type", "sphere");
   constexpr const char* types[] = {"plane", "hfield", "sphere", "capsule", "cylinder", "box", "mesh"};
   if (std::ranges::find(types, type) == std::end(types))
     geom.holder("type").fail(
@@ -262,16 +256,21 @@ MjcfGeom MjcfGeoms::read(const MjcfElement& geom, bool is_still) {
     if (touches) out.shapes = type == "plane" ? std::vector{shape} : field_of(geom, shape);
     return out;
   }
-  std::optional<MassProperties> solid;  // of 1 kg/m^3
+  if (type == "mesh") find(meshes_, geom, "mesh");
+  const double density = geom.not_negative("density", 1000), given = geom.not_negative("mass", 0);
+  weighs = weighs && (geom.has("mass") ? given : density) > 0;
+  if (!touches && !weighs) return out;  // what is only looked at may have large meshes
+  MassProperties solid;                 // of 1 kg/m^3
   if (type == "mesh") {
-    set_mesh(geom, shape, solid);
+    solid = set_mesh(geom, shape, weighs);
   } else {
     set_size(geom, type, shape);
-    solid = mass_properties(shape, 1);
+    if (weighs) solid = mass_properties(shape, 1);
   }
-  const double mass =
-      geom.has("mass") ? geom.not_negative("mass", 0) : solid->mass * geom.not_negative("density", 1000);
-  if (mass > 0) out.solid = scaled(*solid, mass / solid->mass);
+  if (weighs) {
+    const double mass = geom.has("mass") ? given : solid.mass * density;
+    out.solid = scaled(solid, mass / solid.mass);
+  }
   if (touches) out.shapes.push_back(std::move(shape));
   return out;
 }

@@ -14,7 +14,7 @@ namespace lockstep {
 /// In the frame of its body.
 struct MjcfGeom {
   std::vector<ShapeDescription> shapes;  // none: it touches nothing; several: the triangles of a height field
-  std::optional<MassProperties> solid;   // none: it weighs nothing
+  std::optional<MassProperties> solid;   // none: it weighs nothing, or that is not wanted
 };
 
 class MjcfGeoms {
@@ -22,8 +22,8 @@ class MjcfGeoms {
   /// Of the <asset> elements of a document. Files are looked for from its folder.
   MjcfGeoms(const XmlNode& top, const MjcfCompiler& compiler, const MjcfDefaults& defaults);
 
-  /// `is_still`: of the world, or of a body that is fixed to it.
-  MjcfGeom read(const MjcfElement& geom, bool is_still);
+  /// `is_still`: of the world, or of a body that is fixed to it. `weighs`: its mass is wanted.
+  MjcfGeom read(const MjcfElement& geom, bool is_still, bool weighs);
   /// How all that were read touch each other. Gives the shapes of the links the masks that follow.
   RobotContacts contacts(std::vector<RobotLink>& links) const;
 
@@ -49,7 +49,7 @@ class MjcfGeoms {
 
   void read_mesh_asset(const MjcfElement& asset);
   TriangleMesh mesh_of(const Mesh& mesh) const;
-  void set_mesh(const MjcfElement& geom, ShapeDescription& shape, std::optional<MassProperties>& unit_solid) const;
+  MassProperties set_mesh(const MjcfElement& geom, ShapeDescription& shape, bool weighs) const;
   void set_size(const MjcfElement& geom, const std::string& type, ShapeDescription& shape) const;
   std::vector<ShapeDescription> field_of(const MjcfElement& geom, const ShapeDescription& whole) const;
   u32 surface_of(const MjcfElement& geom);

@@ -40,30 +40,30 @@ bool is_plain(const MjcfJoint& in, RobotJointKind kind, const std::set<std::stri
 
 MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compiler, std::size_t number) {
   const XmlNode& node = element.node();
-  node.expect_attributes({"name",
-                          "class",
-                          "type",
-                          "group",
-                          "pos",
-                          "axis",
-                          "springdamper",
-                          "solreflimit",
-                          "solimplimit",
-                          "solreffriction",
-                          "solimpfriction",
-                          "stiffness",
-                          "range",
-                          "limited",
-                          "actuatorfrcrange",
-                          "actuatorfrclimited",
-                          "actuatorgravcomp",
-                          "margin",
-                          "ref",
-                          "springref",
-                          "armature",
-                          "damping",
-                          "frictionloss",
-                          "user"});
+  element.expect_attributes({"name",
+                             "class",
+                             "type",
+                             "group",
+                             "pos",
+                             "axis",
+                             "springdamper",
+                             "solreflimit",
+                             "solimplimit",
+                             "solreffriction",
+                             "solimpfriction",
+                             "stiffness",
+                             "range",
+                             "limited",
+                             "actuatorfrcrange",
+                             "actuatorfrclimited",
+                             "actuatorgravcomp",
+                             "margin",
+                             "ref",
+                             "springref",
+                             "armature",
+                             "damping",
+                             "frictionloss",
+                             "user"});
   node.expect_children({});
   MjcfJoint out;
   RobotJoint& joint = out.joint;
@@ -71,8 +71,7 @@ MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compil
   joint.place = fmt::format("{} {}", node.place(), quote(joint.name));
   const std::string type = element.text("type", "hinge");
   if (type != "hinge" && type != "slide" && type != "ball" && type != "free")
-    element.holder("type").fail(
-        "type", fmt::format("unknown joint {}; {}", quote(type), suggestion(type, {"hinge", "slide", "ball", "free"})));
+    element.holder("type").unknown("type", "joint", {"hinge", "slide", "ball", "free"});
   if (type == "free") {
     joint.kind = RobotJointKind::floating;
     return out;

@@ -16,7 +16,7 @@ struct MjcfJoint {
   double reference = 0;  // the coordinate at load
 };
 
-/// `number`: of all joints so far, for one without a name.
+/// `number`: of the joints that the file had before it, for one without a name.
 MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compiler, std::size_t number);
 
 /// Joints that one of the engine does the work of, with all that they have: two slides and a hinge, all at right

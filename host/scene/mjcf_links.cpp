@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "host/scene/json_node.hpp"
 
@@ -13,14 +14,12 @@ namespace {
 template <class Value>
 const Value& find(const std::unordered_map<std::string, Value>& names, const XmlNode& node, const char* attribute,
                   const char* what) {
-  const std::string name = node.text(attribute);
-  const auto found = names.find(name);
+  const auto found = names.find(node.text(attribute));
   if (found != names.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [other, value] : names) known.push_back(other);
   std::sort(known.begin(), known.end());
-  if (known.size() > 64) known.resize(64);
-  node.fail(attribute, fmt::format("unknown {} {}; {}", what, quote(name), suggestion(name, known)));
+  node.unknown(attribute, what, std::move(known));
 }
 
 RobotJoint& joint_of(const XmlNode& node, const char* attribute, const MjcfNames& names, Robot& robot,
@@ -59,9 +58,33 @@ JointSpring read_servo(const MjcfElement& element, const std::string& kind) {
   return servo;
 }
 
+constexpr const char* actuator_kinds[] = {"motor", "position", "velocity", "damper", "general"};
+
+// In MuJoCo a class has one default for actuators of all kinds, here one for each kind.
+void expect_own_defaults(const XmlNode& node, const MjcfDefaults& defaults) {
+  for (const char* kind : actuator_kinds) {
+    if (node.name() == kind) continue;
+    const MjcfElement other = defaults.element(node, 0, kind);
+    for (const char* attribute : {"gear", "kp", "kv", "dyntype", "biastype", "biasprm"})
+      if (!node.has(attribute) && other.has(attribute))
+        other.holder(attribute).fail(attribute,
+                                     fmt::format("is a default of actuators of all kinds, and this class has "
+                                                 "a <{0}>; give it in <default> <{0}>, or there",
+                                                 node.name()));
+  }
+}
+
 void read_actuator(const MjcfElement& element, const MjcfNames& names, Robot& robot) {
   const XmlNode& node = element.node();
   const std::string kind = node.name();
+  element.expect_attributes({"name",      "class",       "group",       "nsample",      "interp",        "delay",
+                             "ctrlrange", "ctrllimited", "forcerange",  "forcelimited", "actrange",      "actlimited",
+                             "gear",      "lengthrange", "cranklength", "joint",        "jointinparent", "tendon",
+                             "cranksite", "slidersite",  "site",        "refsite",      "body",          "actdim",
+                             "dyntype",   "gaintype",    "biastype",    "dynprm",       "gainprm",       "biasprm",
+                             "actearly",  "kp",          "kv",          "dampratio",    "timeconst",     "inheritrange",
+                             "damping",   "armature",    "user"});
+  element.expect_zero("damping", "is not read; give it to the joint");
   for (const char* other : {"tendon", "site", "body", "jointinparent", "slidersite", "cranksite", "refsite"})
     if (node.has(other)) node.fail(other, "is nothing that is driven here; only joints are");
   if (!node.has("joint")) node.fail("needs the attribute \"joint\"");
@@ -106,9 +129,12 @@ void read_loop(const XmlNode& node, const MjcfNames& names, Robot& robot) {
   else
     node.expect_attributes(
         {"name", "class", "active", "solref", "solimp", "body1", "body2", "anchor", "relpose", "torquescale"});
-  if (node.has("relpose"))
-    for (const double value : node.numbers("relpose", 1, 7))
-      if (value != 0) node.fail("relpose", "is not read: bodies are held as they stand at load; leave it out");
+  if (node.has("relpose")) {
+    const std::vector<double> pose = node.numbers("relpose", 1, 7);  // a quaternion of 0 stands for that at load
+    if (std::any_of(pose.begin() + std::min<std::ptrdiff_t>(3, std::ssize(pose)), pose.end(),
+                    [](double x) { return x != 0; }))
+      node.fail("relpose", "is not read: bodies are held as they stand at load; leave it out");
+  }
   RobotLoop loop;
   loop.name = node.has("name") ? node.text("name") : fmt::format("loop_{}", robot.loops.size());
   loop.place = fmt::format("{} {}", node.place(), quote(loop.name));
@@ -125,8 +151,10 @@ void read_loop(const XmlNode& node, const MjcfNames& names, Robot& robot) {
 void read_mjcf_links(const XmlNode& top, const MjcfDefaults& defaults, const MjcfNames& names, Robot& robot) {
   for (const XmlNode& actuators : top.children("actuator")) {
     actuators.expect_children({"motor", "position", "velocity", "damper", "general"});
-    for (const XmlNode& node : actuators.children())
-      read_actuator(defaults.element(node, "", node.name().c_str()), names, robot);
+    for (const XmlNode& node : actuators.children()) {
+      expect_own_defaults(node, defaults);
+      read_actuator(defaults.element(node, 0, node.name().c_str()), names, robot);
+    }
   }
   for (const XmlNode& equalities : top.children("equality")) {
     equalities.expect_children({"connect", "weld", "joint"});

@@ -278,6 +278,7 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed) 
   scene.categories = categories.names();
   scene.seeded = names.seeded;
   for (JointDescription& joint : resolve_joints(list.joints, scene.bodies)) scene.joints.push_back(std::move(joint));
+  expect_joints_of_passing(scene);
   return scene;
 }
 

@@ -252,7 +252,8 @@ u32 Categories::partner(const JsonNode& name) { return 1u << (&find(name) - cate
 
 u32 Categories::add(const JsonNode& place, const std::string& name) {
   if (categories_.empty()) categories_.push_back({"default", place, true});
-  if (categories_.size() == 32) place.fail("brings the scene to more than 32 categories, \"default\" among them");
+  if (categories_.size() == 32)
+    place.fail("brings the scene to more than 32 categories, \"default\" among them; give the robot a \"category\"");
   categories_.push_back({name, place, true});
   return 1u << (categories_.size() - 1);
 }

@@ -72,9 +72,9 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   drive.spring = joint.spring;
 }
 
-// What a robot says of its contacts becomes materials, rules for pairs of them and categories of the scene.
+// What a robot says of its contacts becomes materials and rules for pairs of them, unless the scene has one for all.
 void bring_contacts(const Robot& robot, RobotUse& use, Scene& scene) {
-  if (!robot.contacts) return;
+  if (!robot.contacts || use.material) return;
   use.first_material = static_cast<u32>(scene.materials.size());
   for (Material material : robot.contacts->materials) {
     material.name = use.name + "/" + material.name;
@@ -166,7 +166,16 @@ Scene robot_scene(const std::string& text, const std::string& source) {
   for (u32 k = 1; robot.contacts && k < robot.contacts->classes; ++k) use.classes.push_back(1u << k);
   add(make_robot(robot, use), scene);
   if (scene.bodies.empty()) throw Error(Failure::input, source, "has no link that moves or touches anything");
+  expect_joints_of_passing(scene);
   return scene;
+}
+
+void expect_joints_of_passing(const Scene& scene) {
+  if (!scene.passing.empty() && scene.joints.empty())
+    throw Error(
+        Failure::input, scene.source,
+        "has bodies that are to pass through each other (<exclude>) and no joint, and the list of such pairs is "
+        "one of joints; give their geoms contype and conaffinity");
 }
 
 bool is_robot(const std::string& path) { return is_urdf(path) || is_mjcf(path); }

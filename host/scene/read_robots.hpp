@@ -12,6 +12,9 @@ void read_robots(const JsonNode& array, Names& names, Scene& scene);
 /// A scene of the robot of a URDF or MJCF text, as it stands in its file, with all defaults.
 Scene robot_scene(const std::string& text, const std::string& source);
 
+/// Refuses bodies that are to pass through each other in a scene without a joint: the list of them is one of joints.
+void expect_joints_of_passing(const Scene& scene);
+
 /// Whether a file of this name is a robot's.
 bool is_robot(const std::string& path);
 

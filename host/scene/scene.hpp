@@ -255,8 +255,8 @@ struct Scene {
   std::vector<std::string> categories;  // of shapes by name, in the order of their bits; empty: "default" alone
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
-  std::vector<std::array<u32, 2>>
-      passing;  // bodies that pass through each other, as those of a joint do; goes with joints
+  // bodies that pass through each other, as those of a joint do; goes with joints
+  std::vector<std::array<u32, 2>> passing;
   std::optional<ParticleSettings> particles;  // none: bodies collide by their shapes
   std::optional<CameraDescription> camera;    // none: framed automatically
 };

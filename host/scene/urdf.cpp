@@ -1,7 +1,6 @@
 #include "host/scene/urdf.hpp"
 
 #include <fmt/format.h>
-#include <tinyxml2.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,20 +8,15 @@
 #include <unordered_map>
 
 #include "host/error.hpp"
-#include "host/scene/few_corners.hpp"
-#include "host/scene/hull.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/scene/mesh.hpp"
-#include "host/scene/xml_node.hpp"
+#include "host/scene/robot_files.hpp"
 
 namespace lockstep {
 
 namespace {
 
 namespace fs = std::filesystem;
-
-// Moments are written with few digits: those of a plate miss the triangle inequality by as much.
-constexpr double digits_of_moments = 1e-3;
 
 void read_origin(const XmlNode& node, Vector3& position, Quaternion& orientation) {
   const std::optional<XmlNode> origin = node.child("origin");
@@ -62,17 +56,7 @@ std::optional<MassProperties> read_inertial(const XmlNode& node) {
   own.mass = mass.number("value");
   own.inertia = {inertia.positive("ixx"), inertia.positive("iyy"), inertia.positive("izz"),
                  product("ixy"),          product("ixz"),          product("iyz")};
-  const Vector3 moments = principal_axes(own.inertia).moments;
-  for (unsigned i = 0; i < 3; ++i) {
-    if (!(moments[i] > 0))
-      inertia.fail(fmt::format("must be positive definite, has the principal moment {:.6g}", moments[i]));
-    const double others = moments[(i + 1) % 3] + moments[(i + 2) % 3];
-    if (moments[i] > others * (1 + digits_of_moments))
-      inertia.fail(
-          fmt::format("must keep the triangle inequality of real bodies, its principal moment {:.6g} is more than "
-                      "{:.6g}, the sum of the others",
-                      moments[i], others));
-  }
+  expect_real(inertia, own);
   return placed(own, position, orientation);
 }
 
@@ -122,9 +106,7 @@ void read_mesh_hull(const XmlNode& node, ShapeDescription& shape) {
   }
   for (Vector3& p : points) p = {scale[0] * p[0], scale[1] * p[1], scale[2] * p[2]};
   shape.kind = SHAPE_HULL;
-  std::string refusal = set_hull(points, shape);
-  if (!refusal.empty()) refusal = set_hull(few_corners(points), shape);
-  if (!refusal.empty()) node.fail("filename", refusal);
+  if (const std::string refusal = set_hull_of_many(points, shape); !refusal.empty()) node.fail("filename", refusal);
 }
 
 ShapeDescription read_collision(const XmlNode& node) {
@@ -193,20 +175,18 @@ RobotJointKind read_kind(const XmlNode& node) {
     if (word == name) return kind;
     names.push_back(name);
   }
-  node.fail("type", fmt::format("unknown joint {}; {}", quote(word), suggestion(word, names)));
+  node.unknown("type", "joint", names);
 }
 
 u32 read_end(const XmlNode& joint, const char* end, const LinkNumbers& numbers) {
   const XmlNode node = joint.needed_child(end);
   node.expect_attributes({"link"});
-  const std::string name = node.text("link");
-  const auto found = numbers.find(name);
+  const auto found = numbers.find(node.text("link"));
   if (found != numbers.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [other, number] : numbers) known.push_back(other);
   std::sort(known.begin(), known.end());
-  if (known.size() > 64) known.resize(64);
-  node.fail("link", fmt::format("unknown link {}; {}", quote(name), suggestion(name, known)));
+  node.unknown("link", "link", std::move(known));
 }
 
 void read_limit(const XmlNode& node, RobotJoint& joint) {
@@ -298,14 +278,8 @@ void make_tree(const XmlNode& top, Robot& robot) {
 }  // namespace
 
 Robot parse_urdf(const std::string& text, const std::string& source) {
-  tinyxml2::XMLDocument document;
-  if (document.Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
-    throw Error(Failure::input, fmt::format("{}:{}", source, document.ErrorLineNum()),
-                fmt::format("not XML: {}", document.ErrorName()));
-  const tinyxml2::XMLElement* element = document.RootElement();
-  if (element == nullptr) throw Error(Failure::input, source, "holds no element; a robot is a <robot>");
-  const XmlNode top(*element, source);
-  if (top.name() != "robot") top.fail("is no <robot>, as the first element of a URDF file must be");
+  const XmlDocument document(text, source);
+  const XmlNode top = document.top("robot", "a URDF file");
   top.expect_attributes({"name", "version"});
   top.expect_children({"link", "joint"}, {"material", "transmission", "gazebo", "ros2_control", "sensor"});
   Robot robot;

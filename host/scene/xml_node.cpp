@@ -49,6 +49,13 @@ void XmlNode::fail(const char* attribute, const std::string& what) const {
   throw Error(Failure::input, place() + " " + attribute, what);
 }
 
+void XmlNode::unknown(const char* attribute, const std::string& kind, std::vector<std::string> names) const {
+  constexpr std::size_t most = 64;  // of a large robot
+  const std::string word = text(attribute);
+  if (names.size() > most) names.resize(most);
+  fail(attribute, fmt::format("unknown {} {}; {}", kind, quote(word), suggestion(word, names)));
+}
+
 std::string XmlNode::name() const { return element_->Name(); }
 
 void XmlNode::expect_attributes(std::initializer_list<std::string_view> known) const {
@@ -150,6 +157,24 @@ double XmlNode::not_negative(const char* attribute) const {
 Vector3 XmlNode::vector(const char* attribute) const {
   const std::vector<double> v = numbers(attribute, 3, 3);
   return {v[0], v[1], v[2]};
+}
+
+XmlDocument::XmlDocument(const std::string& text, const std::string& source)
+    : document_(std::make_unique<tinyxml2::XMLDocument>()), source_(source) {
+  if (document_->Parse(text.data(), text.size()) != tinyxml2::XML_SUCCESS)
+    throw Error(Failure::input, fmt::format("{}:{}", source, document_->ErrorLineNum()),
+                fmt::format("not XML: {}", document_->ErrorName()));
+}
+
+XmlDocument::~XmlDocument() = default;
+
+XmlNode XmlDocument::top(const char* name, const char* format) const {
+  const tinyxml2::XMLElement* element = document_->RootElement();
+  if (element == nullptr)
+    throw Error(Failure::input, source_, fmt::format("holds no element; {} begins with <{}>", format, name));
+  const XmlNode node(*element, source_);
+  if (node.name() != name) node.fail(fmt::format("is no <{}>, as the first element of {} must be", name, format));
+  return node;
 }
 
 }  // namespace lockstep

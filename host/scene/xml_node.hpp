@@ -1,8 +1,9 @@
-// An element of an XML document, read strictly. Every refusal is one line, "file:LINE: <element> attribute: rule, is
+// An XML document and its elements, read strictly. Every refusal is one line, "file:LINE: <element> attribute: rule, is
 // VALUE".
 #pragma once
 
 #include <initializer_list>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,8 +12,9 @@
 #include "host/scene/exact_math.hpp"
 
 namespace tinyxml2 {
+class XMLDocument;
 class XMLElement;
-}
+}  // namespace tinyxml2
 
 namespace lockstep {
 
@@ -25,6 +27,8 @@ class XmlNode {
   /// Throws Error (input): `what` is said of this element, or of one of its attributes.
   [[noreturn]] void fail(const std::string& what) const;
   [[noreturn]] void fail(const char* attribute, const std::string& what) const;
+  /// Throws Error: "unknown `kind` WORD", with the nearest of `names`.
+  [[noreturn]] void unknown(const char* attribute, const std::string& kind, std::vector<std::string> names) const;
 
   std::string name() const;
   /// The file that the document stands in.
@@ -57,6 +61,23 @@ class XmlNode {
 
   const tinyxml2::XMLElement* element_;
   const std::string* source_;
+};
+
+/// Holds what its nodes stand in.
+class XmlDocument {
+ public:
+  /// Throws Error (input) where `text` is not XML. `source` stands for the file in errors.
+  XmlDocument(const std::string& text, const std::string& source);
+  ~XmlDocument();
+  XmlDocument(const XmlDocument&) = delete;
+  XmlDocument& operator=(const XmlDocument&) = delete;
+
+  /// The first element. Refuses one of another name: `format` says what the file then is none of, "a URDF file".
+  XmlNode top(const char* name, const char* format) const;
+
+ private:
+  std::unique_ptr<tinyxml2::XMLDocument> document_;
+  const std::string source_;
 };
 
 }  // namespace lockstep

@@ -20,12 +20,16 @@ static inline bool corner_yields(const Polytope* p, Vec3 own, u32 vertex) {
   return around.corner_count > 0u;
 }
 
+// Whether the facets at an edge meet like a roof.
+static inline bool is_roof(const EdgeSpan* edge) {
+  return edge->left.x != edge->right.x || edge->left.y != edge->right.y || edge->left.z != edge->right.z;
+}
+
 // Whether a unit direction is across an edge and between the normals on both sides, where these meet like a roof.
 static inline bool edge_yields(const Polytope* p, u32 e, Vec3 own) {
   const EdgeSpan edge = poly_own_edge(p, e);
-  const bool roof = edge.left.x != edge.right.x || edge.left.y != edge.right.y || edge.left.z != edge.right.z;
   const real along = dot3(own, edge.along), slack = FACET_SLACK * length3(edge.along);
-  if (!roof || along > slack || -along > slack) return false;
+  if (!is_roof(&edge) || along > slack || -along > slack) return false;
   return dot3(own, cross3(edge.along, edge.left)) > -slack && dot3(own, cross3(edge.right, edge.along)) > -slack;
 }
 #endif
@@ -60,6 +64,23 @@ static inline bool facet_tells(const Polytope* p, Vec3 own) {
   if (edge_yields(p, vertex, own)) return (p->owned >> vertex & 1u) != 0u;
   if (edge_yields(p, before, own)) return (p->owned >> before & 1u) != 0u;
   return (p->owned >> (3u + vertex) & 1u) != 0u;
+}
+
+// Whether a facet holds what comes down on a point of it, own coordinates, and goes along `way` within the step, but
+// for less than `margin`.
+static inline bool facet_holds(const Polytope* p, Vec3 point, Vec3 way, real margin) {
+  const Vec3 out = poly_own_normal(p, 0u);
+  const real down = dot3(out, way);
+  const bool falls = dot3(way, way) <= (real)2 * (down * down);
+  bool holds = true;
+  for (u32 e = 0u; e < 3u; ++e) {
+    const EdgeSpan edge = poly_own_edge(p, e);
+    const Vec3 side = cross3(out, edge.along);
+    const real now = dot3(side, sub3(point, edge.start)), then = now + dot3(side, way);
+    const real least = is_roof(&edge) ? margin * length3(edge.along) : (real)0;
+    holds = holds && now >= least && (then >= least || (falls && !is_roof(&edge)));
+  }
+  return holds;
 }
 #endif
 

@@ -128,40 +128,6 @@ static inline bool facet_is_far(u32 kind, Placed shape, Placed facet, HullTables
 }
 #endif
 
-// Where the surfaces face each other along the best normal that there is.
-static inline Manifold touch_at_best(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
-  const real tolerance = shape_tolerance(a, b);
-  const real core_a = patch_core_radius(kind_a, a);
-  const bool facet_a = is_facet(kind_a, a, tables), facet_b = is_facet(kind_b, b, tables), facet = facet_a || facet_b;
-#if FEATURE_FACETS
-  if (facet_a && facet_is_far(kind_b, b, a, tables, limit)) return no_manifold();
-  if (facet_b && facet_is_far(kind_a, a, b, tables, limit + core_a)) return no_manifold();
-#endif
-  Meeting meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
-  if (facet && !(meeting.gap > (real)-1e29)) return no_manifold();  // no direction counts
-  if (meeting.gap > limit + core_a) return no_manifold();
-  for (u32 attempt = 0;; ++attempt) {
-    const Manifold m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
-    const bool alone = m.count == 1 && m.points[0].feature == 0;
-    if (facet && alone && !is_in_line(&meeting, smaller_size(a, b))) return no_manifold();
-    if (!alone || meeting.frame == NORMAL_FIXED) return m;
-    // what is beside a facet its neighbours meet
-    if (attempt == 1) return facet ? no_manifold() : m;
-    if (meeting.place > meeting.gap - tolerance) {
-      // nothing is over the face: along its normal the points of the crossing are less deep than along their own
-      const Vec3 n = meeting.place_normal;
-      const real radius_a = rolling_radius(kind_a, a, meeting.normal);
-      const real radius_b = rolling_radius(kind_b, b, meeting.normal);
-      return with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b),
-                        add3(meeting.at_a, scale3(radius_a - core_a, n)), sub3(meeting.at_b, scale3(radius_b, n)), 0);
-    }
-    // a face of the other shape may be as good a normal but for rounding, and have something over it
-    const Meeting other = meet_other_face(kind_a, a, kind_b, b, tables, meeting.frame, limit, tolerance);
-    if (!(other.gap > meeting.gap - (real)4 * tolerance)) return facet ? no_manifold() : m;
-    meeting = other;
-  }
-}
-
 // Whether a shape tells of a contact along a normal that points out of it.
 static inline bool shape_tells(u32 kind, Placed shape, HullTables tables, Vec3 normal) {
 #if FEATURE_FACETS
@@ -173,12 +139,90 @@ static inline bool shape_tells(u32 kind, Placed shape, HullTables tables, Vec3 n
   return true;
 }
 
-static inline Manifold patches_touch(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
-  const Manifold m = touch_at_best(kind_a, a, kind_b, b, tables, limit);
-  if (m.count == 0u || !shape_tells(kind_a, a, tables, scale3((real)-1, m.normal)) ||
-      !shape_tells(kind_b, b, tables, m.normal))
-    return no_manifold();
+#if FEATURE_FACETS
+// Along the normal of a facet.
+static inline Meeting meet_inside(Placed facet, HullTables tables, bool is_a) {
+  const Polytope triangle = polytope_of(SHAPE_HULL, facet, tables);
+  Meeting meeting = no_meeting();
+  meeting.normal = out_of_frame(triangle.axes, scale3(is_a ? (real)-1 : (real)1, poly_own_normal(&triangle, 0u)));
+  meeting.frame = is_a ? NORMAL_OF_A : NORMAL_OF_B;
+  return meeting;
+}
+
+// Of what a shape and a facet share along the facet's normal the points that it holds. Points that are behind the facet
+// count where the centre of the shape is not.
+static inline Manifold hold_inside(Placed a, Placed b, HullTables tables, bool is_a, const Manifold* shared,
+                                   real limit) {
+  const Polytope facet = polytope_of(SHAPE_HULL, is_a ? a : b, tables);
+  const Vec3 other = into_frame(facet.axes, sub3(is_a ? b.center : a.center, facet.center));
+  const bool in_front = facet_looks_at(&facet, dot3(poly_own_normal(&facet, 0u), other) - poly_own_plane(&facet, 0u).w);
+  Manifold m = manifold_along(shared->normal, shared->frame, shared->radius_a, shared->radius_b);
+  for (u32 k = 0u; k < shared->count; ++k) {
+    const ManifoldPoint point = shared->points[k];
+    const real gap = gap_at(shared, k);
+    if (point.feature == 0u || gap > limit || (gap < (real)0 && !in_front)) continue;
+    const Vec3 at_a = sub3(point.anchor_a, scale3(shared->radius_a, shared->normal));
+    const Vec3 at_b = add3(point.anchor_b, scale3(shared->radius_b, shared->normal));
+    const Vec3 way =  // of a past b
+        sub3(add3(a.way, cross3(a.turn, sub3(at_a, a.center))), add3(b.way, cross3(b.turn, sub3(at_b, b.center))));
+    const Vec3 at = into_frame(facet.axes, sub3(is_a ? at_a : at_b, facet.center));
+    if (facet_holds(&facet, at, into_frame(facet.axes, scale3(is_a ? (real)-1 : (real)1, way)), a.margin))
+      m = with_point(m, point.anchor_a, point.anchor_b, point.feature);
+  }
   return m;
+}
+#endif
+
+// Where the surfaces face each other along the best normal that there is. A facet whose best normal is not its own to
+// tell, or that has none, still tells what comes down on its inside.
+static inline Manifold patches_touch(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
+  const real tolerance = shape_tolerance(a, b);
+  const real core_a = patch_core_radius(kind_a, a);
+  const bool facet_a = is_facet(kind_a, a, tables), facet_b = is_facet(kind_b, b, tables), facet = facet_a || facet_b;
+#if FEATURE_FACETS
+  if (facet_a && facet_is_far(kind_b, b, a, tables, limit)) return no_manifold();
+  if (facet_b && facet_is_far(kind_a, a, b, tables, limit + core_a)) return no_manifold();
+#endif
+  Meeting meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
+  if (meeting.gap > limit + core_a) return no_manifold();
+#if FEATURE_FACETS
+  bool inside = facet && !(meeting.gap > (real)-1e29);  // no direction counts
+  if (inside) meeting = meet_inside(facet_a ? a : b, tables, facet_a);
+#endif
+  for (u32 attempt = 0u;; ++attempt) {
+    Manifold m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
+#if FEATURE_FACETS
+    if (inside) return hold_inside(a, b, tables, facet_a, &m, limit);
+#endif
+    const bool alone = m.count == 1u && m.points[0].feature == 0u;
+    bool found = !(facet && alone) || is_in_line(&meeting, smaller_size(a, b));
+    if (found && alone && meeting.frame != NORMAL_FIXED) {
+      if (attempt == 1u) {
+        found = !facet;  // what is beside a facet its neighbours meet
+      } else if (meeting.place > meeting.gap - tolerance) {
+        // nothing is over the face: along its normal the points of the crossing are less deep than along their own
+        const Vec3 n = meeting.place_normal;
+        const real radius_a = rolling_radius(kind_a, a, meeting.normal);
+        const real radius_b = rolling_radius(kind_b, b, meeting.normal);
+        m = with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b),
+                       add3(meeting.at_a, scale3(radius_a - core_a, n)), sub3(meeting.at_b, scale3(radius_b, n)), 0u);
+      } else {
+        // a face of the other shape may be as good a normal but for rounding, and have something over it
+        const Meeting other = meet_other_face(kind_a, a, kind_b, b, tables, meeting.frame, limit, tolerance);
+        if (other.gap > meeting.gap - (real)4 * tolerance) {
+          meeting = other;
+          continue;
+        }
+        found = !facet;
+      }
+    }
+    if (found && shape_tells(kind_a, a, tables, scale3((real)-1, m.normal)) && shape_tells(kind_b, b, tables, m.normal))
+      return m;
+#if FEATURE_FACETS
+    inside = true;
+    meeting = meet_inside(facet_a ? a : b, tables, facet_a);
+#endif
+  }
 }
 
 #endif
