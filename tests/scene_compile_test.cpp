@@ -201,6 +201,22 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
   EXPECT_TRUE(has(compiled(ball + "," + ground, by_jacobi), Feature::jacobi));
   EXPECT_EQ(compiled(ball + "," + ground, by_jacobi).params.iterations, 30u);
   EXPECT_FALSE(has(compiled(ball, by_jacobi), Feature::jacobi));  // nothing can touch
+  for (const bool accelerated : {false, true}) {
+    const std::string name = accelerated ? "accelerated_gradient" : "gradient";
+    const std::string settings = R"(, "settings": {"solver": ")" + name + "\"";
+    const auto state = compiled(ball + "," + ground, settings + "}");
+    EXPECT_TRUE(has(state.features, Feature::gradient));
+    EXPECT_TRUE(has(state.features, Feature::jacobi));  // on parts of bodies, without colours
+    EXPECT_EQ(state.params.iterations, accelerated ? 50u : 100u);
+    ASSERT_EQ(state.buffers.gradient_laws.size(), 1u);
+    EXPECT_EQ(state.buffers.gradient_laws[0].accelerated, accelerated ? 1u : 0u);
+    EXPECT_FALSE(has(compiled(ball, settings + "}"), Feature::gradient));
+    EXPECT_EQ(
+        refusal(scene_of(ball + "," + ground, settings + R"(, "friction_model": "patches"})")),
+        "test.json: /settings/friction_model: solvers along a gradient have a cone for each contact; leave patches "
+        "out, or take gauss_seidel");
+  }
+  EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.joint_part_starts.empty());
   EXPECT_TRUE(has(compiled(off_center_ball + "," + ground), Feature::general_contacts));
   EXPECT_TRUE(
       has(compiled(R"({"mass": 1, "inertia": [1, 1, 1.5], "shapes": [{"type": "sphere", "radius": 1}]},)" + ground),

@@ -38,7 +38,8 @@ Buffers<double> by_descent(Scene scene, u32 steps) {
 
 // Sliding and sticking boxes, a stack, a heap that falls, hinges and contacts together.
 TEST(GradientDescent, EndsWhereTheOracleDoes) {
-  const std::pair<const char*, u32> scenes[] = {{"incline", 5}, {"box_stack", 2}, {"slide_to_roll", 10}};
+  const std::pair<const char*, u32> scenes[] = {
+      {"incline", 5}, {"box_stack", 2}, {"slide_to_roll", 10}, {"wrecking_ball", 2}};
   for (const auto& [name, steps] : scenes) {
     const Scene scene = read_scene(name);
     const Buffers<double> oracle = by_oracle(scene, steps), descent = by_descent(scene, steps);
