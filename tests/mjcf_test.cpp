@@ -321,6 +321,24 @@ TEST_F(Mjcf, TheLargerFrictionCountsUnlessOneHasPriority) {
   EXPECT_EQ(friction("c", "c"), 0) << "without friction on both sides";
 }
 
+TEST_F(Mjcf, CondimSaysWhatElseRubs) {
+  const Scene scene = world(R"(<geom type="plane" size="1 1 1" friction="0.2 0.1 0.01"/>
+    <body name="a"><freejoint/><geom size="1" friction="0.7 0.02 0.3" condim="4"/></body>
+    <body name="b"><freejoint/><geom size="1" condim="6"/></body>)");
+  const auto met = [&](const std::string& a, const std::string& b) {
+    const u32 x = body(scene, a).shapes[0].material, y = body(scene, b).shapes[0].material;
+    for (const MaterialPairRule& rule : scene.material_pairs)
+      if (std::minmax(x, y) == std::minmax(rule.material_a, rule.material_b)) return rule.further;
+    return scene.materials[x].further;
+  };
+  EXPECT_EQ(met("world", "world").torsional_friction, std::nullopt);
+  EXPECT_EQ(met("world", "a").torsional_friction, 0.1);
+  EXPECT_EQ(met("world", "a").rolling_friction, std::nullopt);
+  EXPECT_EQ(met("a", "b").torsional_friction, 0.02);
+  EXPECT_EQ(met("a", "b").rolling_friction, 0.3);
+  EXPECT_EQ(met("b", "b").rolling_friction, 0.0001);
+}
+
 TEST_F(Mjcf, ActuatorsHoldTheirTarget) {
   // k_p gear^2 angle = m g l cos(angle), about y: an arm along x falls by positive angles
   const std::string arm =

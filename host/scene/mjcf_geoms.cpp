@@ -194,10 +194,14 @@ std::vector<ShapeDescription> MjcfGeoms::field_of(const MjcfElement& geom, const
 }
 
 u32 MjcfGeoms::surface_of(const MjcfElement& geom) {
-  Surface surface = {1, geom.number("condim", 3) != 1, geom.number("priority", 0)};
+  Surface surface;
+  surface.condim = geom.number("condim", 3);
+  surface.priority = geom.number("priority", 0);
   if (geom.has("friction")) {
-    surface.friction = geom.holder("friction").numbers("friction", 1, 3)[0];
-    if (!(surface.friction >= 0)) geom.holder("friction").fail("friction", "must be >= 0");
+    const std::vector<double> given = geom.holder("friction").numbers("friction", 1, 3);
+    std::ranges::copy(given, surface.friction.begin());
+    if (!std::ranges::all_of(given, [](double mu) { return mu >= 0; }))
+      geom.holder("friction").fail("friction", "must be >= 0");
   }
   const auto found = std::ranges::find(surfaces_, surface);
   if (found != surfaces_.end()) return static_cast<u32>(found - surfaces_.begin());
@@ -278,17 +282,25 @@ MjcfGeom MjcfGeoms::read(const MjcfElement& geom, bool is_still, bool weighs) {
 RobotContacts MjcfGeoms::contacts(std::vector<RobotLink>& links) const {
   RobotContacts contacts;
   contacts.classes = static_cast<u32>(filters_.size());
-  for (const Surface& surface : surfaces_)
-    contacts.materials.push_back(
-        {fmt::format("surface {}", contacts.materials.size()), surface.rubs ? surface.friction : 0, 0});
+  for (const Surface& surface : surfaces_) {
+    Material material = {fmt::format("surface {}", contacts.materials.size()), surface.sliding(), 0};
+    material.further = surface.further();
+    contacts.materials.push_back(material);
+  }
   if (contacts.materials.empty()) contacts.materials.push_back({"surface 0", 1, 0});
   for (u32 a = 0; a < surfaces_.size(); ++a) {
     for (u32 b = a + 1; b < surfaces_.size(); ++b) {
       const Surface &x = surfaces_[a], &y = surfaces_[b];
       const Surface& higher = x.priority > y.priority ? x : y;
-      const Surface both =
-          x.priority != y.priority ? higher : Surface{std::max(x.friction, y.friction), x.rubs || y.rubs, 0};
-      contacts.pairs.push_back({a, b, both.rubs ? both.friction : 0, 0});
+      Surface both = higher;
+      if (x.priority == y.priority) {
+        for (std::size_t i = 0; i < both.friction.size(); ++i)
+          both.friction[i] = std::max(x.friction[i], y.friction[i]);
+        both.condim = std::max(x.condim, y.condim);
+      }
+      MaterialPairRule rule = {a, b, both.sliding(), 0};
+      rule.further = both.further();
+      contacts.pairs.push_back(rule);
     }
   }
   std::vector<u32> masks(filters_.size(), 0);

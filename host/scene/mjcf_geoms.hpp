@@ -1,6 +1,7 @@
 // Geoms of MJCF as shapes with their masses, and the meshes and height fields that they are made of.
 #pragma once
 
+#include <array>
 #include <map>
 #include <optional>
 #include <string>
@@ -37,9 +38,17 @@ class MjcfGeoms {
   };
   // What rubs: of two geoms those of the higher priority say it, else the larger friction does.
   struct Surface {
-    double friction;
-    bool rubs;  // condim 1 does not
-    double priority;
+    std::array<double, 3> friction = {1, 0.005, 0.0001};  // sliding; torsional and rolling, m
+    double condim = 3;                                    // 1: none of them, 3: the first, 4: two, 6: all
+    double priority = 0;
+
+    double sliding() const { return condim >= 3 ? friction[0] : 0; }
+    FurtherFriction further() const {
+      FurtherFriction more;
+      if (condim >= 4 && friction[0] > 0) more.torsional_friction = friction[1];
+      if (condim >= 6) more.rolling_friction = friction[2];
+      return more;
+    }
     bool operator==(const Surface&) const = default;
   };
   struct Filter {
