@@ -184,10 +184,10 @@ TEST_F(Mjcf, JointsTurnAboutTheirOwnPlace) {
   EXPECT_EQ(joint.anchor_a, (Vector3{2, 0, 0}));
   EXPECT_NEAR(joint.low, -exact::pi / 12, 1e-15);
   EXPECT_NEAR(joint.high, exact::pi / 6, 1e-15);
-  EXPECT_NEAR(joint_after(scene, 1000, "j").coordinate, exact::pi / 6, 1e-3) << "it falls until the limit holds it";
+  EXPECT_NEAR(joint_after(scene, 1000, "j").coordinate, exact::pi / 6, 2e-5) << "it falls until the limit holds it";
   const Scene slide =
       world(R"(<body name="a"><joint name="j" type="slide" axis="0 0 2" range="-0.5 3"/>)" + unit_ball + "</body>");
-  EXPECT_NEAR(joint_after(slide, 1000, "j").coordinate, -0.5, 1e-3);
+  EXPECT_NEAR(joint_after(slide, 1000, "j").coordinate, -0.5, 1e-5);
 }
 
 TEST_F(Mjcf, SpringsOfJointsRestWhereTheyAreTold) {
@@ -195,7 +195,7 @@ TEST_F(Mjcf, SpringsOfJointsRestWhereTheyAreTold) {
   const Scene scene = world(R"(<body name="a"><joint name="j" type="slide" stiffness="100" springref="0.5" ref="0.2"
       damping="30"/>)" + unit_ball +
                             "</body>");
-  EXPECT_NEAR(joint_after(scene, 4000, "j").coordinate, 0.3 - 9.81 / 100, 1e-5);
+  EXPECT_NEAR(joint_after(scene, 4000, "j").coordinate, 0.3 - 9.81 / 100, 1e-12);
 }
 
 TEST_F(Mjcf, SeveralJointsOfABodyAreOneWhereOneDoes) {
@@ -345,13 +345,13 @@ TEST_F(Mjcf, ActuatorsHoldTheirTarget) {
       R"(<body name="a"><joint name="j" axis="0 1 0" damping="5"/><geom size="0.1" mass="1" pos="0.5 0 0"/></body>)";
   const Scene position = world(arm, R"(<actuator><position joint="j" kp="10" gear="2"/></actuator>)");
   const double angle = joint_after(position, 3000, "j").coordinate;
-  EXPECT_NEAR(40 * angle, 9.81 * 0.5 * std::cos(angle), 1e-3);
+  EXPECT_NEAR(40 * angle, 9.81 * 0.5 * std::cos(angle), 1e-11);
   const Scene general = world(arm, R"(<actuator><general joint="j" biastype="affine" biasprm="0 -40"/></actuator>)");
-  EXPECT_NEAR(joint_after(general, 3000, "j").coordinate, angle, 1e-6);
+  EXPECT_NEAR(joint_after(general, 3000, "j").coordinate, angle, 1e-11);
   // a velocity actuator is a damper: the speed at which it carries the weight
   const Scene velocity = world(R"(<body name="a"><joint name="j" type="slide"/>)" + unit_ball + "</body>",
                                R"(<actuator><velocity joint="j" kv="20"/><motor joint="j"/></actuator>)");
-  EXPECT_NEAR(joint_after(velocity, 1000, "j").speed, -9.81 / 20, 1e-4);
+  EXPECT_NEAR(joint_after(velocity, 1000, "j").speed, -9.81 / 20, 1e-12);
   // a spring of the scene takes the place of the actuator, not of the joint's own damping
   std::ofstream(folder_.file("robot.xml")) << "<mujoco><worldbody>" << arm << "</worldbody>"
                                            << R"(<actuator><position joint="j" kp="10"/></actuator></mujoco>)";
@@ -375,13 +375,13 @@ TEST_F(Mjcf, ConstraintsCloseRings) {
   EXPECT_EQ(connect.joints[2].kind, JOINT_BALL);
   EXPECT_EQ(connect.joints[2].anchor_a, (Vector3{1, 0, 0}));
   ASSERT_EQ(connect.passing.size(), 1u);
-  EXPECT_NEAR(joint_after(connect, 500, "j").coordinate, 0, 0.02) << "two arms that hold each other cannot fall";
+  EXPECT_NEAR(joint_after(connect, 500, "j").coordinate, 0, 0.01) << "two arms that hold each other cannot fall";
   for (const std::string pose : {"", R"( relpose="0 1 0 0 0 0 0")"})  // MuJoCo's own default
     EXPECT_EQ(held("<weld body1=\"a\" body2=\"b\"" + pose + "/>").joints[2].kind, JOINT_FIXED);
   EXPECT_EQ(held(R"(<weld body1="a"/>)").joints[2].body_b, NONE) << "to the world";
   EXPECT_EQ(held(R"(<weld body1="a" body2="b" active="false"/>)").joints.size(), 2u);
   const Scene locked = held(R"(<joint joint1="j" polycoef="0.25"/>)");
-  EXPECT_NEAR(joint_after(locked, 1000, "j").coordinate, 0.25, 2e-3);
+  EXPECT_NEAR(joint_after(locked, 1000, "j").coordinate, 0.25, 2e-5);
 }
 
 // A door on a hinge to the world meets the wall of the world; in URDF it would not.
@@ -389,7 +389,7 @@ TEST_F(Mjcf, WhatHangsFromTheWorldMayTouchIt) {
   const Scene scene = world(R"(<geom type="plane" size="1 1 1" pos="0 0 -0.5"/>
     <body name="a"><joint name="j" axis="0 1 0"/><geom type="sphere" size="0.1" pos="1 0 0" mass="1"/></body>)");
   ASSERT_EQ(scene.bodies.size(), 2u);
-  EXPECT_NEAR(joint_after(scene, 2000, "j").coordinate, std::asin(0.4), 2e-3) << "its ball lies on the ground";
+  EXPECT_NEAR(joint_after(scene, 2000, "j").coordinate, std::asin(0.4), 2e-4) << "its ball lies on the ground";
 }
 
 TEST_F(Mjcf, BodiesWithoutJointsArePartOfTheirParents) {
@@ -473,7 +473,7 @@ TEST_F(Mjcf, TheStriderStandsOnItsLegs) {
   const float after_three_seconds = height();
   EXPECT_GT(after_three_seconds, 0.5f);
   for (u32 i = 0; i < 200; ++i) simulation.step();
-  EXPECT_NEAR(height(), after_three_seconds, 1e-3);
+  EXPECT_NEAR(height(), after_three_seconds, 1e-5);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ std::string nearest(std::string_view word, std::initializer_list<std::string_vie
 // Names come from the file: keep a line a line, and short.
 std::string in_brackets(std::string_view name) {
   const std::string quoted = quote(std::string(name));
-  return "<" + quoted.substr(1, quoted.size() - 2) + ">";
+  return fmt::format("<{}>", std::string_view(quoted).substr(1, quoted.size() - 2));
 }
 
 bool is_utf8(const std::string& words) {
