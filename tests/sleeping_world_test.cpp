@@ -78,6 +78,19 @@ TEST(SleepingWorld, WhereTheFloorGoesAllWake) {
   EXPECT_LT(sleepers.world.velocity(sleepers.apart).linear[2], -0.05);
 }
 
+// Where a wall comes is not looked for on behalf of sleepers: they look themselves, and those it overlaps are pushed.
+TEST(SleepingWorld, WhereSomethingThatStandsComesAllWake) {
+  Sleepers sleepers;
+  BodyDescription wall = box_at({5.8, 0, 0.5});
+  wall.kind = BODY_STATIC;
+  sleepers.world.add(wall);
+  sleepers.world.step();
+  sleepers.expect_asleep(false, false);
+  sleepers.world.step(120);
+  EXPECT_LT(sleepers.world.pose(sleepers.apart).position[0], 4.9);
+  sleepers.expect_asleep(true, true);
+}
+
 TEST(SleepingWorld, WhatComesAwayFromSleepersLeavesThemAlone) {
   Sleepers sleepers;
   sleepers.world.add(box_at({20, 0, 0.5}));
