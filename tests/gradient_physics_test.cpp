@@ -34,6 +34,38 @@ TYPED_TEST(GradientPhysics, AColumnOfBallsBearsItsWeight) {
   }
 }
 
+// Two balls of different mass in a row: momentum, and the relative velocity times -e.
+TYPED_TEST(GradientPhysics, ImpactOfTwoBalls) {
+  using real = TypeParam;
+  BodyDescription left = sphere_body({0, 0, 0}, 0.5, {2, 0, 0}), right = sphere_body({1, 0, 0}, 0.5, {-1, 0, 0});
+  right.mass = 3;
+  InitialState<real> state = make_worlds<real>({{left, right}}, 16);
+  state.buffers.gravities[0] = {0, 0, 0, 0};
+  state.params.theta = 1;
+  set_material(state, 0, 0.5);
+  use_gradient(state, true, 200);
+  const Buffers<real> after = run_steps(state, 1);
+  const double common = (1 * 2 - 3 * 1) / 4.0, rounding = sizeof(real) == 4 ? 1e-5 : 1e-12;
+  EXPECT_NEAR(double(after.motions[0].v[0]), common - 3 / 4.0 * 0.5 * 3, rounding);
+  EXPECT_NEAR(double(after.motions[1].v[0]), common + 1 / 4.0 * 0.5 * 3, rounding);
+}
+
+// A box set down sliding is thrown up (tests/oracle/model_error_test.cpp): with friction exact and u_n = mu u_t in one
+// step, u_t = (v - mu g dt) / (1 + mu^2).
+TEST(GradientPhysicsInDouble, WhatIsSetDownSlidingIsThrownUp) {
+  InitialState<double> state =
+      make_worlds<double>({{plane_body(), box_body({0, 0, 0.1}, {0.3, 0.3, 0.1}, {0, 0, 0, 1})}}, 16);
+  state.buffers.motions[1].v[0] = 3;
+  state.params.theta = 1;
+  state.params.dt = 1e-3;
+  set_material(state, 0.5, 0);
+  use_gradient(state, true, 2000);
+  const Buffers<double> after = run_steps(state, 1);
+  const double along = (3 - 0.5 * g * 1e-3) / 1.25;
+  EXPECT_NEAR(after.motions[1].v[0], along, 1e-9);
+  EXPECT_NEAR(after.motions[1].v[2], 0.5 * along, 1e-9);
+}
+
 // A block of 1 kg on a slope; x down the slope, z off it.
 struct OnSlope {
   double angle, friction, dt = 1.0 / 60;

@@ -163,7 +163,7 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
   const LaneBody moved_a = lane_moved_by(&a, step_now.impulse_a, step_now.moment_a);
   const LaneBody moved_b = lane_moved_by(&b, push.impulse, push.moment_b);
   const lane squared = sigma * sigma * lane_joint_change(nothing, nothing, arm_a, arm_b, &moved_a, &moved_b);
-  descent_note(there & !world.settled & (squared > (lane)0) ? squared : (lane)0, worlds, descents);
+  descent_note((there & !world.settled & (squared > (lane)0)) ? squared : (lane)0, worlds, descents);
 #endif
   lane_store_parts(step_now, joint_sides, parts->place_a + first, parts->place_b + first);
 }
