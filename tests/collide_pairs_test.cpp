@@ -12,7 +12,8 @@ namespace {
 
 template <class real>
 BodyDescription body_at(u32 kind, const reference::Placed<real>& shape) {
-  const auto& [center, turn, size, hull, alone] = shape;
+  const auto &center = shape.center, &size = shape.size;
+  const auto& turn = shape.rotation;
   const Vector3 place = {center.x, center.y, center.z}, sizes = {size.x, size.y, size.z};
   const Quaternion orientation = {turn.x, turn.y, turn.z, turn.w};
   BodyDescription body = kind == SHAPE_PLANE    ? plane_body(place, orientation)

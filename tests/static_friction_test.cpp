@@ -72,7 +72,7 @@ TEST(FurtherFriction, OfTwoMaterialsIsWhatTheyCombineTo) {
   const InitialState<double> met = compile<double>(two_materials(a, b, ""));
   EXPECT_DOUBLE_EQ(met.buffers.material_pairs[1].friction, 0.4);
   EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[1].friction, 0.6);
-  EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[1].speed, 1e-3);
+  EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[1].speed, 1e-2);
   EXPECT_DOUBLE_EQ(met.buffers.turn_pairs[1].spin_radius, 0.01 / 0.4);
   EXPECT_DOUBLE_EQ(met.buffers.turn_pairs[1].roll_lever, 0.03);
   EXPECT_DOUBLE_EQ(met.buffers.turn_pairs[0].roll_lever, 0);

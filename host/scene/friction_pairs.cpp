@@ -11,8 +11,9 @@ namespace lockstep {
 
 namespace {
 
-// m/s: faster than what is left of a contact at rest by a few sweeps, slower than what the eye takes for a slide.
-constexpr double default_holding_speed = 1e-3;
+// m/s: faster than what is left of a contact at rest by a few sweeps, and than what gravity gives on a slope in the
+// first sub-step of a soft contact, which carries nothing yet; slower than what the eye takes for a slide.
+constexpr double default_holding_speed = 1e-2;
 
 void expect_sense(const Scene& scene, const std::string& place, double friction, const FurtherFriction& owner) {
   const auto refuse = [&](const char* key, const std::string& what) {

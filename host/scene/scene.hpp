@@ -215,10 +215,10 @@ struct Settings {
   double margin = 0.005;     // m
   double speed_limit = 1e5;  // m/s
   BroadPhase broad_phase = BroadPhase::automatic;
-  bool events = false;                    // tell who begins and ceases to touch
-  std::optional<SleepSettings> sleeping;  // none: nobody sleeps
-  bool loads = false;                     // forces and torques from outside; no setting of files
-  std::string precision = "float";        // what a run uses unless it is told
+  bool events = false;                         // tell who begins and ceases to touch
+  std::optional<SleepSettings> sleeping = {};  // none: nobody sleeps
+  bool loads = false;                          // forces and torques from outside; no setting of files
+  std::string precision = "float";             // what a run uses unless it is told
 };
 
 /// Sets the solver, and the sub-steps and sweeps that it is meant to have.
