@@ -25,7 +25,7 @@ struct SpinDelassus {
 
 /// Newton steps for the slip, at most (tests/spin_cone_test.cpp).
 template <class real>
-constexpr int spin_cone_steps = sizeof(real) == 8 ? 10 : 8;
+constexpr int spin_cone_steps = sizeof(real) == 8 ? 14 : 10;
 
 /// S of an ellipse of friction (kernels/friction_types.h), the unit matrix of a round cone: with r_t = S r'_t and
 /// u'_t = S u_t the cone of r' is round, and its block is S W S.

@@ -7,7 +7,7 @@
 
 #if FEATURE_TURNING_FRICTION
 
-#define SPIN_CONE_STEPS (REAL_IS_DOUBLE ? 10 : 8)
+#define SPIN_CONE_STEPS (REAL_IS_DOUBLE ? 14 : 10)
 
 typedef struct LaneSpin {
   lane normal, tangent_1, tangent_2, spin;
