@@ -20,7 +20,7 @@ kernel void sleep_count(const StepParams params, global const BodyInfo* body_inf
   FOR_EACH(i, params.bodies) {
     island_parents[i] = i;
     disturbed_bodies[i] = 0u;
-    if (body_infos[i].kind != BODY_DYNAMIC || IS_ASLEEP(sleepers, i)) continue;
+    if (body_infos[i].kind != BODY_DYNAMIC || is_asleep(sleepers, i)) continue;
     changed = changed || sleepers[i].island == ISLAND_WAKES;
     const SleepLaw law = sleep_laws[body_infos[i].world];
     const Motion motion = motions[i];
@@ -130,7 +130,7 @@ kernel void sleep_apply(const StepParams params, global const BodyInfo* body_inf
         changed = true;
       }
     }
-    asleep += IS_ASLEEP(sleepers, i) ? 1u : 0u;
+    asleep += is_asleep(sleepers, i) ? 1u : 0u;
     islands += sleepers[i].island == i ? 1u : 0u;
     moving += is_moving(i, params.bodies, body_infos, motions, sleepers) ? 1u : 0u;
   }
@@ -177,7 +177,7 @@ static inline u32 keep_contacts_before(global const Contact* contacts, u32 count
 }
 
 static inline bool keep_sleeps(u32 body_a, u32 body_b, global const Sleeper* sleepers) {
-  return IS_ASLEEP(sleepers, body_a) || IS_ASLEEP(sleepers, body_b);
+  return is_asleep(sleepers, body_a) || is_asleep(sleepers, body_b);
 }
 
 // One work-group, the last: entry i of kept_contacts is the number of contacts before the i-th that stay, and so of

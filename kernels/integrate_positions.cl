@@ -14,7 +14,7 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
 
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];
-    if (info.kind == BODY_STATIC || IS_ASLEEP(sleepers, i)) continue;
+    if (info.kind == BODY_STATIC || is_asleep(sleepers, i)) continue;
     const bool dynamic = info.kind == BODY_DYNAMIC;
     const bool pivoted = dynamic && IS_PIVOTED(pivots, i);
     const bool carried = dynamic && IS_GYROSCOPIC(params, info) && params.theta != (real)1;

@@ -37,7 +37,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
     previous_velocities[i] = make_velocity(v, w);
     set_inverse_inertia(&motion, mass, info, q);
 
-    if (info.kind == BODY_DYNAMIC && !IS_ASLEEP(sleepers, i)) {
+    if (info.kind == BODY_DYNAMIC && !is_asleep(sleepers, i)) {
       const Vec3 gravity = vec3_of(gravities[info.world]);
       const bool pivoted = IS_PIVOTED(pivots, i);
       const bool gyroscopic = IS_GYROSCOPIC(params, info);

@@ -79,7 +79,7 @@ kernel void match_contacts(global const Contact* contacts, global const ContactK
 #endif
     u32 key = cached_starts[pair.shape_a], end = cached_starts[pair.shape_a + 1u];
 #if FEATURE_SLEEPING
-    if (WAKES(sleepers, pair.body_a) || WAKES(sleepers, pair.body_b)) {
+    if (wakes(sleepers, pair.body_a) || wakes(sleepers, pair.body_b)) {
       keys = slept_keys;
       impulses = slept_impulses;
 #if FEATURE_TURNING_FRICTION

@@ -4,14 +4,22 @@
 
 #include "common.h"
 
-// What nobody of the scene does is compiled out: the test is a constant. Not for the null body.
+// What nobody of the scene does is compiled out. Not for the null body.
+static inline bool is_asleep(global const Sleeper* sleepers, u32 body) {
 #if FEATURE_SLEEPING
-#define IS_ASLEEP(sleepers, body) ((sleepers)[body].island < ISLAND_WAKES)
-#define WAKES(sleepers, body) ((sleepers)[body].island == ISLAND_WAKES)
+  return sleepers[body].island < ISLAND_WAKES;
 #else
-#define IS_ASLEEP(sleepers, body) false
-#define WAKES(sleepers, body) false
+  return false;
 #endif
+}
+
+static inline bool wakes(global const Sleeper* sleepers, u32 body) {
+#if FEATURE_SLEEPING
+  return sleepers[body].island == ISLAND_WAKES;
+#else
+  return false;
+#endif
+}
 
 static inline bool has_velocity(global const Motion* m) {
   return m->v[0] != (real)0 || m->v[1] != (real)0 || m->v[2] != (real)0 || m->w[0] != (real)0 || m->w[1] != (real)0 ||
@@ -23,7 +31,7 @@ static inline bool is_moving(u32 body, u32 bodies, global const BodyInfo* body_i
                              global const Sleeper* sleepers) {
   if (body >= bodies) return false;
   const u32 kind = body_infos[body].kind;
-  return kind == BODY_DYNAMIC ? !IS_ASLEEP(sleepers, body) : kind == BODY_KINEMATIC && has_velocity(&motions[body]);
+  return kind == BODY_DYNAMIC ? !is_asleep(sleepers, body) : kind == BODY_KINEMATIC && has_velocity(&motions[body]);
 }
 
 // Whether the broad phase asks what a shape of this kind may touch: a sensor feels sleepers too.
@@ -35,8 +43,8 @@ static inline bool looks_for_others(ShapeInfo shape, u32 bodies, global const Bo
 // Whether the joint is of bodies that sleep.
 static inline bool joint_sleeps(JointInfo joint, u32 bodies, global const Sleeper* sleepers) {
 #if FEATURE_SLEEPING
-  return (joint.body_a < bodies && IS_ASLEEP(sleepers, joint.body_a)) ||
-         (joint.body_b < bodies && IS_ASLEEP(sleepers, joint.body_b));
+  return (joint.body_a < bodies && is_asleep(sleepers, joint.body_a)) ||
+         (joint.body_b < bodies && is_asleep(sleepers, joint.body_b));
 #else
   return false;
 #endif

@@ -20,7 +20,7 @@ kernel void wake_clear(const StepParams params, global const u32* slept_count, g
 static inline void wake_meet(u32 body, u32 other, u32 bodies, global const BodyInfo* body_infos,
                              global const Motion* motions, global const Sleeper* sleepers, global u32* touched_islands,
                              global u32* counters) {
-  if (body >= bodies || !IS_ASLEEP(sleepers, body)) return;
+  if (body >= bodies || !is_asleep(sleepers, body)) return;
   if (!is_moving(other, bodies, body_infos, motions, sleepers)) return;
   atomic_or(&touched_islands[sleepers[body].island], 1u);
   atomic_or(&counters[COUNTER_STATUS], (u32)STATUS_WOKEN);
