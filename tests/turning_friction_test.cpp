@@ -168,6 +168,23 @@ TYPED_TEST(TurningTwins, AgreeByEverySolver) {
     expect_twins_agree(compile<TypeParam>(heap(settings)), 20, {DeviceOptions()});
 }
 
+// Moments wait with the impulses of sleepers; what a ball of the heap falls on wakes.
+TYPED_TEST(TurningTwins, AgreeWhereSomeSleep) {
+  const InitialState<TypeParam> state =
+      compile<TypeParam>(heap(R"(, "sleeping": {"after": 0.02, "speed": 0.5, "angular_speed": 4})"));
+  ReferenceBackend<TypeParam> backend(state);
+  u32 most = 0, woken = 0;
+  for (int i = 0; i < 60; ++i) {
+    step(backend, state.params);
+    most = std::max(most, backend.buffers().counters[COUNTER_ASLEEP]);
+    woken += (backend.buffers().counters[COUNTER_STATUS] & STATUS_WOKEN) != 0 ? 1u : 0u;
+  }
+  EXPECT_GT(most, 0u);
+  EXPECT_GT(woken, 0u);
+  EXPECT_GT(backend.buffers().slept_moments.size(), 0u);
+  expect_twins_agree(state, 60, {DeviceOptions()});
+}
+
 // Balls alone: the kernels know inertias of one number.
 TYPED_TEST(TurningTwins, AgreeOfCentralContacts) {
   Scene scene = heap("");

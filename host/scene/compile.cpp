@@ -364,8 +364,8 @@ void Compiler<real>::set_features() {
     if (settings.friction_model == FrictionModel::patches)
       throw Error(
           Failure::input, worlds_[0].source + ": /settings/friction_model",
-          "patches have a twist of their own and one friction, and materials of this scene have static, torsional "
-          "or rolling friction; use cones");
+          "patches have a twist of their own and one friction, and materials of this scene have static, torsional or "
+          "rolling friction, or a grain; use cones");
     if (turning_) features = with(features, Feature::turning_friction);
     if (holding_) features = with(features, Feature::static_friction);
     if (grained_ && other_laws_)
