@@ -139,7 +139,7 @@ TEST(Checkpoint, OfSomethingElseIsRefused) {
   EXPECT_EQ(
       refusal(good, "spheres_small", &settings),
       "x.h5: was made with other settings; give the same --dt, --substeps, --iterations, --relaxations, --tolerance, "
-      "--solver, --friction-model and --events");
+      "--solver, --friction-model, --sleeping and --events");
   EXPECT_EQ(refusal(checkpoint_after<double>(5, "spheres_small")), "x.h5: is in double; ask for --precision double");
 }
 
