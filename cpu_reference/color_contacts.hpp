@@ -26,7 +26,7 @@ namespace lockstep::reference {
 /// Place in the order: distinct for distinct ranks.
 inline u32 color_place(u32 rank) { return rank * 39u % 64u << 26 | rank >> 6; }
 
-/// Where islands sleep: ranks are below 2^26 by what fits into memory.
+/// Where islands sleep: a host sees to it that ranks have places (host/sleepers.hpp).
 inline u32 color_place_of_shapes(u32 id_a, u32 id_b, u32 rank) {
   u32 h = id_a * 0x9e3779b1u + id_b * 0x85ebca77u;
   h = (h ^ (h >> 15)) * 0x2c1b3c6du;

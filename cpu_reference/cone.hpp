@@ -77,6 +77,23 @@ ConeVector<real> solve_central(ConeVector<real> q, real w_nn, real w_tt, real fr
   return clamp_to_cone({-q.normal / w_nn, -q.tangent_1 / w_tt, -q.tangent_2 / w_tt}, friction);
 }
 
+/// Where the lambda of a slip is looked for.
+template <class real>
+struct SlipBracket {
+  real low, high;
+
+  /// The next lambda by Newton's method, from the excess at this one and its slope. Where it would leave the bracket,
+  /// it stops at the end; where the slope leads nowhere, the bracket is halved.
+  real next(real lambda, real excess, real slope) {
+    low = excess > 0 ? lambda : low;
+    high = excess > 0 ? high : lambda;
+    real next = lambda + excess / slope;
+    next = next < low ? low : next;
+    next = next > high ? high : next;
+    return slope > 0 ? next : real(0.5) * (low + high);
+  }
+};
+
 /// Full W. With r_n eliminated by u_n = 0 a slip obeys (A + lambda I) r_t = -b, A = W_tt - W_tn W_nt / w_nn,
 /// b = q_t - W_tn q_n / w_nn, for the lambda >= 0 at which |r_t| = mu r_n. Like the secular equation of a trust region
 /// (More and Sorensen 1983), mu r_n / |r_t| - 1 is almost linear in lambda: Newton from 0, kept inside a bracket. It
@@ -89,7 +106,8 @@ ConeVector<real> solve_general(ConeVector<real> q, const Delassus<real>& w, real
   const real b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal;
   const real alone = -q.normal * inverse_nn;
 
-  real lambda = 0, low = 0, high = 0;
+  real lambda = 0;
+  SlipBracket<real> bracket = {0, 0};
   real p1, p2, length;
   for (int step = 0;; ++step) {
     const real x = a11 + lambda, y = a22 + lambda, determinant = x * y - a12 * a12;
@@ -100,8 +118,8 @@ ConeVector<real> solve_general(ConeVector<real> q, const Delassus<real>& w, real
     if (step == 0) {
       const real inverse = real(1) / determinant;
       if (limit >= 0 && squared <= limit * limit) return {normal * inverse, p1 * inverse, p2 * inverse};
-      high = (std::fabs(b1) + std::fabs(b2)) * (w.nn + friction * (std::fabs(w.n1) + std::fabs(w.n2))) /
-             (friction * -q.normal);
+      bracket.high = (std::fabs(b1) + std::fabs(b2)) * (w.nn + friction * (std::fabs(w.n1) + std::fabs(w.n2))) /
+                     (friction * -q.normal);
     }
     length = std::sqrt(squared);
     const real excess = length - limit;
@@ -110,12 +128,7 @@ ConeVector<real> solve_general(ConeVector<real> q, const Delassus<real>& w, real
     // derivatives in lambda: of r_n times the determinant, and of mu r_n / |r_t| times |r_t| times it
     const real rate = alone * (x + y) + (g1 * b1 + g2 * b2);
     const real slope = friction * (rate + normal * ((p1 * b1 + p2 * b2) / squared));
-    low = excess > 0 ? lambda : low;
-    high = excess > 0 ? high : lambda;
-    real next = lambda + excess / slope;
-    next = next < low ? low : next;
-    next = next > high ? high : next;
-    lambda = slope > 0 ? next : real(0.5) * (low + high);
+    lambda = bracket.next(lambda, excess, slope);
   }
 
   // On the ray that was found the impulse is put exactly onto the cone, and u_n to zero.

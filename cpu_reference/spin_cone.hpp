@@ -82,7 +82,8 @@ SpinVector<real> solve_spin_cone(SpinVector<real> q, const SpinDelassus<real>& w
   const real a13 = (w.s1 - g1 * w.ns) * inverse_nn, a23 = (w.s2 - g2 * w.ns) * inverse_nn;
   const real b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal, b3 = q.spin - g3 * q.normal;
 
-  real lambda = 0, low = 0, high = 0;
+  real lambda = 0;
+  SlipBracket<real> bracket = {0, 0};
   real p1, p2, p3, length;
   for (int step = 0;; ++step) {
     const real x = a11 + lambda, y = a22 + lambda, z = a33 + lambda;
@@ -97,8 +98,8 @@ SpinVector<real> solve_spin_cone(SpinVector<real> q, const SpinDelassus<real>& w
     if (step == 0) {
       const real inverse = inverse_nn / determinant;
       if (limit >= 0 && squared <= limit * limit) return {normal * inverse, p1 * inverse, p2 * inverse, p3 * inverse};
-      high = (std::fabs(b1) + std::fabs(b2) + std::fabs(b3)) *
-             (real(1) + friction * (std::fabs(g1) + std::fabs(g2) + std::fabs(g3))) / (friction * alone);
+      bracket.high = (std::fabs(b1) + std::fabs(b2) + std::fabs(b3)) *
+                     (real(1) + friction * (std::fabs(g1) + std::fabs(g2) + std::fabs(g3))) / (friction * alone);
     }
     length = std::sqrt(squared);
     const real excess = length - limit;
@@ -109,12 +110,7 @@ SpinVector<real> solve_spin_cone(SpinVector<real> q, const SpinDelassus<real>& w
     const real d3 = a13 * b1 + a23 * b2 - (x + y) * b3;
     const real rate = alone * (c11 + c22 + c33) - (g1 * d1 + g2 * d2 + g3 * d3);
     const real slope = friction * (rate - normal * ((p1 * d1 + p2 * d2 + p3 * d3) / squared));
-    low = excess > 0 ? lambda : low;
-    high = excess > 0 ? high : lambda;
-    real next = lambda + excess / slope;
-    next = next < low ? low : next;
-    next = next > high ? high : next;
-    lambda = slope > 0 ? next : real(0.5) * (low + high);
+    lambda = bracket.next(lambda, excess, slope);
   }
 
   // On the ray that was found the impulse is put exactly onto the cone, and u_n to zero.

@@ -112,6 +112,15 @@ real contact_change(const Delassus<real>& w, u32 kind, ConeVector<real> d) {
   return u.normal * u.normal + u.tangent_1 * u.tangent_1 + u.tangent_2 * u.tangent_2;
 }
 
+/// A contact's relative velocity, its bias added, in its frame.
+template <class real>
+ConeVector<real> biased_velocity(const ContactFrame<real>& c, ConeVector<real> bias, const Motion<real>& a,
+                                 const Motion<real>& b) {
+  const Vec3<real> u = velocity_at(c.arm_a, c.arm_b, a, b);
+  return {dot3(c.normal, u) + bias.normal, dot3(c.tangent_1, u) + bias.tangent_1,
+          dot3(c.tangent_2, u) + bias.tangent_2};
+}
+
 /// Returns the square of by how much it changed the relative velocity.
 template <class real>
 real visit_contact(const ContactBlock<real>& block, ConeVector<real> bias, real softness, ImpulseBlock<real>& impulses,
@@ -122,9 +131,7 @@ real visit_contact(const ContactBlock<real>& block, ConeVector<real> bias, real 
   const Delassus<real> w = {block.w_nn[lane], block.w_11[lane], block.w_22[lane],
                             block.w_n1[lane], block.w_n2[lane], block.w_12[lane]};
 
-  const Vec3<real> u = velocity_at(c.arm_a, c.arm_b, a, b);
-  const real u_n = dot3(c.normal, u) + bias.normal;
-  const real u_1 = dot3(c.tangent_1, u) + bias.tangent_1, u_2 = dot3(c.tangent_2, u) + bias.tangent_2;
+  const auto [u_n, u_1, u_2] = biased_velocity(c, bias, a, b);
   ConeVector<real> r;
   if (kind == BLOCK_GENERAL) {
     const ConeVector<real> q = {u_n - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),

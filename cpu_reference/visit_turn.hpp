@@ -50,11 +50,9 @@ real visit_turning(const ContactBlock<real>& block, const TurnBlock<real>& turn,
   const SpinDelassus<real> w = spin_delassus(block, turn, real(0), lane);
   const real radius = turn.spin_radius[lane];
 
-  const Vec3<real> u = velocity_at(c.arm_a, c.arm_b, a, b);
+  const auto [u_n, u_1, u_2] = biased_velocity(c, bias, a, b);
   const SpinVector<real> own = multiply(w, old);
-  const SpinVector<real> q = {dot3(c.normal, u) + bias.normal - own.normal,
-                              dot3(c.tangent_1, u) + bias.tangent_1 - own.tangent_1,
-                              dot3(c.tangent_2, u) + bias.tangent_2 - own.tangent_2,
+  const SpinVector<real> q = {u_n - own.normal, u_1 - own.tangent_1, u_2 - own.tangent_2,
                               radius * dot3(c.normal, sub3(vec3(a.w), vec3(b.w))) - own.spin};
   const SpinDelassus<real> soft = spin_delassus(block, turn, softness, lane);
   SpinVector<real> r;

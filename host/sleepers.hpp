@@ -1,8 +1,10 @@
 // What a host does to sleepers (docs/sleeping.md).
 #pragma once
 
+#include <string>
 #include <vector>
 
+#include "host/error.hpp"
 #include "kernels/types.h"
 
 namespace lockstep {
@@ -17,6 +19,17 @@ inline bool wake_island_of(std::vector<Sleeper>& sleepers, u32 body) {
     if (sleeper.island == island) sleeper = {0, ISLAND_WAKES};
   }
   return true;
+}
+
+/// Where islands sleep the order of colours has this many places (kernels/color_contacts.cl).
+constexpr u32 places_of_contacts = (1u << 26) - 2;
+
+/// Throws Error (comparison), naming the step, for more contacts than have places.
+inline void expect_places_for(u32 contacts, u32 step) {
+  if (contacts <= places_of_contacts) return;
+  throw Error(Failure::comparison, "step " + std::to_string(step) + ", color_contacts",
+              std::to_string(contacts) + " contacts, of which " + std::to_string(places_of_contacts) +
+                  " have a place where bodies can sleep; run it with --sleeping off");
 }
 
 }  // namespace lockstep

@@ -12,7 +12,8 @@
 #define COLOR_CLASSES (1u << COLOR_CLASS_BITS)
 
 #if FEATURE_SLEEPING
-// Where islands sleep, the class is a hash of the ids of both shapes; ranks are below 2^26.
+// Where islands sleep, the class is a hash of the ids of both shapes; a host sees to it
+// that ranks have places (host/sleepers.hpp).
 static inline u32 color_class_of(Contact contact, global const ShapeInfo* shape_infos) {
   u32 h = shape_infos[contact.shape_a].id * 0x9e3779b1u + shape_infos[contact.shape_b].id * 0x85ebca77u;
   h = (h ^ (h >> 15)) * 0x2c1b3c6du;

@@ -74,6 +74,20 @@ static inline LaneCone lane_solve_central(LaneCone q, lane w_nn, lane w_tt, lane
   return lane_select_cone(q.normal < (lane)0, lane_clamp_to_cone(alone, friction), none);
 }
 
+// Where the lambda of a slip is looked for.
+typedef struct LaneBracket {
+  lane low, high;
+} LaneBracket;
+
+static inline lane lane_next_in(LaneBracket* bracket, lane lambda, lane excess, lane slope) {
+  bracket->low = excess > (lane)0 ? lambda : bracket->low;
+  bracket->high = excess > (lane)0 ? bracket->high : lambda;
+  lane next = lambda + excess / slope;
+  next = next < bracket->low ? bracket->low : next;
+  next = next > bracket->high ? bracket->high : next;
+  return slope > (lane)0 ? next : (lane)0.5 * (bracket->low + bracket->high);
+}
+
 #if FEATURE_GENERAL_CONTACTS
 // In the `general` lanes.
 static inline LaneCone lane_solve_general(lane_mask general, LaneCone q, LaneDelassus w, lane friction) {
@@ -83,7 +97,8 @@ static inline LaneCone lane_solve_general(lane_mask general, LaneCone q, LaneDel
   const lane b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal;
   const lane alone = -q.normal * inverse_nn;
 
-  lane lambda = (lane)0, low = (lane)0, high = (lane)0;
+  lane lambda = (lane)0;
+  LaneBracket bracket = {(lane)0, (lane)0};
   lane p1, p2, length;
   LaneCone without_slip;
   lane_mask slips;
@@ -99,7 +114,7 @@ static inline LaneCone lane_solve_general(lane_mask general, LaneCone q, LaneDel
       without_slip = lane_select_cone(pushes, lane_make_cone(normal * inverse, p1 * inverse, p2 * inverse), none);
       slips = pushes & !((limit >= (lane)0) & (squared <= limit * limit));
       if (!LANE_ANY(slips & general)) return without_slip;
-      high = (fabs(b1) + fabs(b2)) * (w.nn + friction * (fabs(w.n1) + fabs(w.n2))) / (friction * -q.normal);
+      bracket.high = (fabs(b1) + fabs(b2)) * (w.nn + friction * (fabs(w.n1) + fabs(w.n2))) / (friction * -q.normal);
     }
     length = sqrt(squared);
     const lane excess = length - limit;
@@ -109,12 +124,7 @@ static inline LaneCone lane_solve_general(lane_mask general, LaneCone q, LaneDel
     // derivatives in lambda: of r_n times the determinant, and of mu r_n / |r_t| times |r_t| times it
     const lane rate = alone * (x + y) + (g1 * b1 + g2 * b2);
     const lane slope = friction * (rate + normal * ((p1 * b1 + p2 * b2) / squared));
-    low = excess > (lane)0 ? lambda : low;
-    high = excess > (lane)0 ? high : lambda;
-    lane next = lambda + excess / slope;
-    next = next < low ? low : next;
-    next = next > high ? high : next;
-    next = slope > (lane)0 ? next : (lane)0.5 * (low + high);
+    const lane next = lane_next_in(&bracket, lambda, excess, slope);
     lambda = searches ? next : lambda;  // a lane that has arrived stays while others search
   }
 

@@ -80,7 +80,8 @@ static inline LaneSpin lane_solve_spin_cone(LaneSpin q, LaneSpinDelassus w, lane
   const lane a13 = (w.s1 - g1 * w.ns) * inverse_nn, a23 = (w.s2 - g2 * w.ns) * inverse_nn;
   const lane b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal, b3 = q.spin - g3 * q.normal;
 
-  lane lambda = (lane)0, low = (lane)0, high = (lane)0;
+  lane lambda = (lane)0;
+  LaneBracket bracket = {(lane)0, (lane)0};
   lane p1, p2, p3, length;
   LaneSpin without_slip;
   lane_mask slips;
@@ -101,8 +102,8 @@ static inline LaneSpin lane_solve_spin_cone(LaneSpin q, LaneSpinDelassus w, lane
           lane_select_spin(pushes, lane_make_spin(normal * inverse, p1 * inverse, p2 * inverse, p3 * inverse), none);
       slips = pushes & !((limit >= (lane)0) & (squared <= limit * limit));
       if (!LANE_ANY(slips)) return without_slip;
-      high = (fabs(b1) + fabs(b2) + fabs(b3)) * ((lane)1 + friction * (fabs(g1) + fabs(g2) + fabs(g3))) /
-             (friction * alone);
+      bracket.high = (fabs(b1) + fabs(b2) + fabs(b3)) * ((lane)1 + friction * (fabs(g1) + fabs(g2) + fabs(g3))) /
+                     (friction * alone);
     }
     length = sqrt(squared);
     const lane excess = length - limit;
@@ -114,12 +115,7 @@ static inline LaneSpin lane_solve_spin_cone(LaneSpin q, LaneSpinDelassus w, lane
     const lane d3 = a13 * b1 + a23 * b2 - (x + y) * b3;
     const lane rate = alone * (c11 + c22 + c33) - (g1 * d1 + g2 * d2 + g3 * d3);
     const lane slope = friction * (rate - normal * ((p1 * d1 + p2 * d2 + p3 * d3) / squared));
-    low = excess > (lane)0 ? lambda : low;
-    high = excess > (lane)0 ? high : lambda;
-    lane next = lambda + excess / slope;
-    next = next < low ? low : next;
-    next = next > high ? high : next;
-    next = slope > (lane)0 ? next : (lane)0.5 * (low + high);
+    const lane next = lane_next_in(&bracket, lambda, excess, slope);
     lambda = searches ? next : lambda;  // a lane that has arrived stays while others search
   }
 

@@ -153,6 +153,18 @@ static inline LaneLaw lane_law(const u32 purpose, global const ContactBlock* blo
   return law;
 }
 
+// The contacts' relative velocities, the bias of the normal ones and that of `slides` added, in their frames.
+static inline LaneCone lane_biased_velocity(LaneContact c, lane bias, global const SlideBlock* slides, u32 first,
+                                            const LaneBody* a, const LaneBody* b) {
+  const Lane3 u = lane_velocity_at(c.arm_a, c.arm_b, a, b);
+  LaneCone biased = lane_make_cone(lane_dot3(c.normal, u) + bias, lane_dot3(c.tangent_1, u), lane_dot3(c.tangent_2, u));
+#if FEATURE_IMPACT_LAWS
+  biased.tangent_1 = biased.tangent_1 + LANE_LOAD(slides->bias_1 + first);
+  biased.tangent_2 = biased.tangent_2 + LANE_LOAD(slides->bias_2 + first);
+#endif
+  return biased;
+}
+
 #if FEATURE_TOLERANCE
 // The square of what a change of its impulse makes of a contact's relative velocity: |W d|^2.
 static inline lane lane_contact_change(lane_mask general, global const ContactBlock* block, u32 first, LaneCone d) {
@@ -180,17 +192,11 @@ static inline void visit_row(const u32 purpose, u32 first, lane_mask general, gl
   const LaneLaw law = lane_law(purpose, block, softness_block, first);
   const lane w_nn = law.w_nn, own_nn = w_nn + law.softness, w_11 = LANE_LOAD(block->w_11 + first);
 
-  const Lane3 u = lane_velocity_at(c.arm_a, c.arm_b, a, b);
-  const lane u_n = lane_dot3(c.normal, u) + law.bias;
-#if FEATURE_IMPACT_LAWS
-  const lane u_1 = lane_dot3(c.tangent_1, u) + LANE_LOAD(slides->bias_1 + first);
-  const lane u_2 = lane_dot3(c.tangent_2, u) + LANE_LOAD(slides->bias_2 + first);
-#else
-  const lane u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
-#endif
+  const LaneCone u = lane_biased_velocity(c, law.bias, slides, first, a, b);
   LaneCone r = lane_make_cone((lane)0, (lane)0, (lane)0);
   if (LANE_ANY(!general)) {
-    const LaneCone q = lane_make_cone(u_n - w_nn * old.normal, u_1 - w_11 * old.tangent_1, u_2 - w_11 * old.tangent_2);
+    const LaneCone q = lane_make_cone(u.normal - w_nn * old.normal, u.tangent_1 - w_11 * old.tangent_1,
+                                      u.tangent_2 - w_11 * old.tangent_2);
     r = lane_solve_central(q, own_nn, w_11, friction);
   }
 #if FEATURE_GENERAL_CONTACTS
@@ -202,9 +208,10 @@ static inline void visit_row(const u32 purpose, u32 first, lane_mask general, gl
     w.n1 = LANE_LOAD(block->w_n1 + first);
     w.n2 = LANE_LOAD(block->w_n2 + first);
     w.t12 = LANE_LOAD(block->w_12 + first);
-    const LaneCone q = lane_make_cone(u_n - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),
-                                      u_1 - (w.n1 * old.normal + w.t11 * old.tangent_1 + w.t12 * old.tangent_2),
-                                      u_2 - (w.n2 * old.normal + w.t12 * old.tangent_1 + w.t22 * old.tangent_2));
+    const LaneCone q =
+        lane_make_cone(u.normal - (w.nn * old.normal + w.n1 * old.tangent_1 + w.n2 * old.tangent_2),
+                       u.tangent_1 - (w.n1 * old.normal + w.t11 * old.tangent_1 + w.t12 * old.tangent_2),
+                       u.tangent_2 - (w.n2 * old.normal + w.t12 * old.tangent_1 + w.t22 * old.tangent_2));
     w.nn = own_nn;
     r = lane_select_cone(general, lane_solve_general(general, q, w, friction), r);
   }

@@ -55,18 +55,10 @@ static inline void visit_turning_row(u32 first, lane_mask general, LaneLaw law, 
   LaneSpinDelassus w = lane_spin_delassus(block, turn, first);
   const lane radius = LANE_LOAD(turn->spin_radius + first);
 
-  const Lane3 u = lane_velocity_at(c.arm_a, c.arm_b, a, b);
+  const LaneCone u = lane_biased_velocity(c, law.bias, slides, first, a, b);
   const LaneSpin own = lane_multiply_spin(w, old);
-  LaneSpin q;
-  q.normal = lane_dot3(c.normal, u) + law.bias - own.normal;
-#if FEATURE_IMPACT_LAWS
-  q.tangent_1 = lane_dot3(c.tangent_1, u) + LANE_LOAD(slides->bias_1 + first) - own.tangent_1;
-  q.tangent_2 = lane_dot3(c.tangent_2, u) + LANE_LOAD(slides->bias_2 + first) - own.tangent_2;
-#else
-  q.tangent_1 = lane_dot3(c.tangent_1, u) - own.tangent_1;
-  q.tangent_2 = lane_dot3(c.tangent_2, u) - own.tangent_2;
-#endif
-  q.spin = radius * lane_dot3(c.normal, lane_sub3(a->w, b->w)) - own.spin;
+  const LaneSpin q = lane_make_spin(u.normal - own.normal, u.tangent_1 - own.tangent_1, u.tangent_2 - own.tangent_2,
+                                    radius * lane_dot3(c.normal, lane_sub3(a->w, b->w)) - own.spin);
   LaneSpinDelassus soft = w;
   soft.nn = w.nn + law.softness;
   const lane friction = LANE_LOAD(block->friction + first);

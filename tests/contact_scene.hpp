@@ -205,6 +205,28 @@ Buffers<real> run_steps(const InitialState<real>& state, int steps) {
   return backend.buffers();
 }
 
+/// Balls of 1 kg and half a metre, each on the one below, the lowest on the ground, at rest.
+template <class real>
+InitialState<real> column_of_balls(u32 height) {
+  std::vector<BodyDescription> bodies;
+  for (u32 i = 0; i < height; ++i) bodies.push_back(sphere_body({0, 0, 0.5 + i}, 0.5));
+  bodies.push_back(plane_body());
+  InitialState<real> state = make_worlds<real>({bodies}, 64);
+  state.params.theta = 1;
+  return state;
+}
+
+/// Each contact of the column carries what is above it, m g dt: to within `tolerance`, N s.
+template <class real>
+void expect_column_bears_its_weight(const Buffers<real>& after, u32 height, double tolerance) {
+  ASSERT_EQ(after.cached_count[0], height);
+  for (u32 i = 0; i < height; ++i) {
+    const ContactKey& key = after.cached_keys[i];
+    const u32 lower = key.shape_b == height ? 0 : std::max(key.shape_a, key.shape_b);
+    EXPECT_NEAR(double(after.cached_impulses[i].normal), (height - lower) * 9.81 / 60, tolerance) << i;
+  }
+}
+
 /// One stage on the device beside the reference, from these buffers, for every way to launch.
 template <class real>
 Buffers<real> run_twins(Stage stage, const InitialState<real>& state) {

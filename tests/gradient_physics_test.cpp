@@ -18,20 +18,9 @@ TYPED_TEST_SUITE(GradientPhysics, Precisions);
 
 TYPED_TEST(GradientPhysics, AColumnOfBallsBearsItsWeight) {
   using real = TypeParam;
-  const u32 height = 6;
-  std::vector<BodyDescription> bodies;
-  for (u32 i = 0; i < height; ++i) bodies.push_back(sphere_body({0, 0, 0.5 + i}, 0.5));
-  bodies.push_back(plane_body());
-  InitialState<real> state = make_worlds<real>({bodies}, 64);
-  state.params.theta = 1;
+  InitialState<real> state = column_of_balls<real>(6);
   use_gradient(state, true, 500);
-  const Buffers<real> after = run_steps(state, 1);
-  ASSERT_EQ(after.cached_count[0], height);
-  for (u32 i = 0; i < height; ++i) {
-    const ContactKey& key = after.cached_keys[i];
-    const u32 lower = key.shape_b == height ? 0 : std::max(key.shape_a, key.shape_b);
-    EXPECT_NEAR(double(after.cached_impulses[i].normal), (height - lower) * g / 60, sizeof(real) == 4 ? 1e-4 : 1e-9);
-  }
+  expect_column_bears_its_weight(run_steps(state, 1), 6, sizeof(real) == 4 ? 1e-4 : 1e-9);
 }
 
 // Two balls of different mass in a row: momentum, and the relative velocity times -e.

@@ -2,7 +2,9 @@
 #include <cmath>
 #include <cstring>
 
+#include "cpu_reference/color_contacts.hpp"
 #include "host/scene/compile_sleeping.hpp"
+#include "host/sleepers.hpp"
 #include "tests/sleeping_scenes.hpp"
 
 namespace lockstep::test {
@@ -10,10 +12,9 @@ namespace {
 
 constexpr u32 steps_of_half_a_second = 32;
 
-template <class real>
-bool is_slow(const Motion<real>& m) {
-  const auto square = [](const real(&a)[3]) { return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]; };
-  return square(m.v) <= real(0.01) * real(0.01) && square(m.w) <= real(0.05) * real(0.05);
+bool is_slow(const Motion<float>& m, float speed = 0.01f, float angular_speed = 0.05f) {
+  const auto square = [](const float(&a)[3]) { return a[0] * a[0] + a[1] * a[1] + a[2] * a[2]; };
+  return square(m.v) <= speed * speed && square(m.w) <= angular_speed * angular_speed;
 }
 
 TEST(Sleeping, AStackSleepsWhenAllHaveBeenSlowForTheTimeTold) {
@@ -90,18 +91,50 @@ TEST(Sleeping, AStepAtRestIsTheStep) {
   }
 }
 
+// Where it turns it is slow, but not for long enough; one that may sleep sooner does.
 TEST(Sleeping, APendulumDoesNotSleepWhereItTurns) {
-  const Scene scene = scene_of(R"({"name": "bob", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [1, 0, 5]})",
-                               R"("sleeping": {"after": 0.1})",
-                               R"(, "joints": [{"type": "ball", "bodies": ["world", "bob"], "anchor": [0, 0, 5]}])");
-  Simulation<float> simulation = on_reference(compile<float>(scene));
-  u32 slow = 0;
+  const auto pendulum = [](const char* after) {
+    return on_reference(compile<float>(
+        scene_of(R"({"name": "bob", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [1, 0, 5]})",
+                 R"("sleeping": {"speed": 0.3, "angular_speed": 0.3, "after": )" + std::string(after) + "}",
+                 R"(, "joints": [{"type": "ball", "bodies": ["world", "bob"], "anchor": [0, 0, 5]}])")));
+  };
+  Simulation<float> simulation = pendulum("0.1");
+  u32 turns = 0, slow_steps = 0, longest = 0;
   for (u32 i = 0; i < 640; ++i) {
     simulation.step();
-    slow += is_slow(state_of(simulation).motions[1]) ? 1 : 0;
+    const bool slow = is_slow(state_of(simulation).motions[1], 0.3f, 0.3f);
+    turns += slow && slow_steps == 0 ? 1 : 0;
+    slow_steps = slow ? slow_steps + 1 : 0;
+    longest = std::max(longest, slow_steps);
     ASSERT_FALSE(sleeps(simulation, 1)) << i;
   }
-  SUCCEED() << slow;
+  EXPECT_GE(turns, 8u);
+  EXPECT_GE(longest, 3u);
+  EXPECT_LT(longest, sleep_steps(0.1, 0.015625));
+
+  Simulation<float> sooner = pendulum("0.03");
+  while (!sleeps(sooner, 1)) {
+    ASSERT_LT(sooner.steps_done(), 200u);
+    sooner.step();
+  }
+}
+
+// The order of colours has an end where bodies can sleep; nobody goes past it in silence.
+TEST(Sleeping, HasPlacesForSoManyContacts) {
+  const u32 last = reference::color_place_of_shapes(0, 0, places_of_contacts - 1) & ((1u << 26) - 1);
+  EXPECT_EQ(last, places_of_contacts - 1);   // the rank is all there
+  EXPECT_LT(63u << 26 | last, 0xfffffffeu);  // and a priority remains in the last class
+  EXPECT_NO_THROW(expect_places_for(places_of_contacts, 7));
+  try {
+    expect_places_for(places_of_contacts + 1, 7);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "step 7, color_contacts: 67108863 contacts, of which 67108862 have a place where bodies can sleep; run "
+        "it with --sleeping off");
+  }
 }
 
 // The floor of a lift, and a belt: what they carry stays awake while they move, however slowly.

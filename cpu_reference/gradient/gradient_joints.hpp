@@ -61,17 +61,7 @@ PairStep<real> step_joint(const JointBlock<real>& block, u32 free, u32 lane, rea
   const Vec3<real> arm_a = joint_vector(block.arm_a, lane), arm_b = joint_vector(block.arm_b, lane);
   const Vec3<real> u = velocity_at(arm_b, arm_a, b, a), w = sub3(vec3(b.w), vec3(a.w));
   real d[JOINT_ROWS];
-  for (u32 i = 0; i < 3; ++i) {
-    const Vec3<real> axis = joint_vector(block.axes + 3 * i, lane);
-    d[i] = -(dot3(axis, u) + block.bias[i][lane] + block.turning[i][lane]);
-    d[i + 3] = -(dot3(axis, w) + block.bias[i + 3][lane] + block.turning[i + 3][lane]);
-  }
-  const real rise = block.rise[lane];
-  if (rise != 0) d[2] = d[2] + rise * dot3(joint_vector(block.axes + 6, lane), w);
-  JointFactor<real> factor;
-  for (u32 i = 0; i < JOINT_LOWER; ++i) factor.lower[i] = block.lower[i][lane];
-  for (u32 i = 0; i < JOINT_ROWS; ++i) factor.inverse_pivot[i] = block.inverse_pivot[i][lane];
-  solve_factor(factor, d);
+  solve_locked_rows(block, lane, real(1), u, w, d);
   real before = dot3(joint_vector(block.free_axis, lane), free == FREE_ANGLE ? w : u);
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     d[i] = g * (d[i] - softness * y.locked[i][lane]);
@@ -81,15 +71,8 @@ PairStep<real> step_joint(const JointBlock<real>& block, u32 free, u32 lane, rea
   const real old = y.free[lane], own = block.own[lane], shared = block.shared[lane];
   const real e = sigma * (own - g * sigma * shared);
   const real q = before - e * old;
-  const real slowest = block.slowest[lane], fastest = block.fastest[lane], yield = block.yield[lane];
-  const bool sprung = yield > 0;
-  const real left = sprung ? yield / (e + yield) : real(1);
-  const real idle = sprung ? slowest + left * (q - slowest) : q;
-  const real reach = left * (e * block.motor_impulse[lane]);
-  const real wanted = block.motor_speed[lane];
-  const real driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
   const real give = block.give[lane] * ((own - shared / (real(1) + softness)) / e);  // in parts of e
-  const real bounded = sprung ? driven : bounded_speed(driven, slowest, fastest, give);
+  const real bounded = free_speed(block, lane, e, q, block.slowest[lane], block.fastest[lane], give);
   const real r_free = e > 0 ? (bounded - q) / e : real(0);
   const real change = r_free - old;
 

@@ -71,9 +71,7 @@ void step_contact(const ContactBlock<real>& block, ConeVector<real> bias, real m
                   const ImpulseBlock<real>& y_block, ImpulseBlock<real>& next_block, PairStep<real>& out) {
   const ContactFrame<real> c = contact_frame<real>(block, lane);
   const ConeVector<real> y = impulse_of(y_block, lane), r = impulse_of(r_block, lane);
-  const Vec3<real> u = velocity_at(c.arm_a, c.arm_b, a, b);
-  const real u_n = dot3(c.normal, u) + bias.normal;
-  const real u_1 = dot3(c.tangent_1, u) + bias.tangent_1, u_2 = dot3(c.tangent_2, u) + bias.tangent_2;
+  const auto [u_n, u_1, u_2] = biased_velocity(c, bias, a, b);
   const real s = step / metric;
   const ConeVector<real> next =
       project_on_cone<real>({y.normal - s * u_n, y.tangent_1 - s * u_1, y.tangent_2 - s * u_2}, block.friction[lane]);

@@ -70,6 +70,38 @@ real bounded_speed(real u, real slowest, real fastest, real give) {
   return u;
 }
 
+/// What the locked rows alone would change their impulses by, were they hard: d = -K^-1 (u + bias + turning), from the
+/// velocity u and the angular velocity w of b against a. `share`: how much of the bias counts.
+template <class real>
+void solve_locked_rows(const JointBlock<real>& block, u32 lane, real share, Vec3<real> u, Vec3<real> w,
+                       real (&d)[JOINT_ROWS]) {
+  for (u32 i = 0; i < 3; ++i) {
+    const Vec3<real> axis = joint_vector(block.axes + 3 * i, lane);
+    d[i] = -(dot3(axis, u) + share * block.bias[i][lane] + block.turning[i][lane]);
+    d[i + 3] = -(dot3(axis, w) + share * block.bias[i + 3][lane] + block.turning[i + 3][lane]);
+  }
+  const real rise = block.rise[lane];
+  if (rise != 0) d[2] = d[2] + rise * dot3(joint_vector(block.axes + 6, lane), w);
+  JointFactor<real> factor;
+  for (u32 i = 0; i < JOINT_LOWER; ++i) factor.lower[i] = block.lower[i][lane];
+  for (u32 i = 0; i < JOINT_ROWS; ++i) factor.inverse_pivot[i] = block.inverse_pivot[i][lane];
+  solve_factor(factor, d);
+}
+
+/// The velocity that the free row gets, from its bounds and the mobility e with which it moves at q without an impulse:
+/// the motor brings it to its speed as far as it reaches, the spring or the bounds bring it back.
+template <class real>
+real free_speed(const JointBlock<real>& block, u32 lane, real e, real q, real slowest, real fastest, real give) {
+  const real yield = block.yield[lane];
+  const bool sprung = yield > 0;
+  const real left = sprung ? yield / (e + yield) : real(1);  // of a push, beside the spring
+  const real idle = sprung ? slowest + left * (q - slowest) : q;
+  const real reach = left * (e * block.motor_impulse[lane]);
+  const real wanted = block.motor_speed[lane];
+  const real driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
+  return sprung ? driven : bounded_speed(driven, slowest, fastest, give);
+}
+
 /// The square of by how much a visit changed the velocity of b against a, at b's anchor: u and w are what it was. A
 /// turn counts at a radius of gyration of the two bodies.
 template <class real>
@@ -90,8 +122,7 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   const real softness = share * block.softness[lane];
   const real g = real(1) / (real(1) + softness);
   real slowest = block.slowest[lane], fastest = block.fastest[lane];
-  const real yield = block.yield[lane];
-  if (relaxed && !(spring > 0) && !(yield > 0)) {  // a bound that excludes rest is a correction
+  if (relaxed && !(spring > 0) && !(block.yield[lane] > 0)) {  // a bound that excludes rest is a correction
     const bool equal = slowest == fastest;
     const real still = -block.turning[JOINT_ROWS][lane];
     slowest = equal ? still : (slowest > 0 ? real(0) : slowest);
@@ -99,20 +130,9 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   }
 
   const Vec3<real> arm_a = joint_vector(block.arm_a, lane), arm_b = joint_vector(block.arm_b, lane);
-  const Vec3<real> u = sub3(add3(vec3(b.v), cross3(vec3(b.w), arm_b)), add3(vec3(a.v), cross3(vec3(a.w), arm_a)));
-  const Vec3<real> w = sub3(vec3(b.w), vec3(a.w));
+  const Vec3<real> u = velocity_at(arm_b, arm_a, b, a), w = sub3(vec3(b.w), vec3(a.w));
   real d[JOINT_ROWS];
-  for (u32 i = 0; i < 3; ++i) {
-    const Vec3<real> axis = joint_vector(block.axes + 3 * i, lane);
-    d[i] = -(dot3(axis, u) + share * block.bias[i][lane] + block.turning[i][lane]);
-    d[i + 3] = -(dot3(axis, w) + share * block.bias[i + 3][lane] + block.turning[i + 3][lane]);
-  }
-  const real rise = block.rise[lane];
-  if (rise != 0) d[2] = d[2] + rise * dot3(joint_vector(block.axes + 6, lane), w);
-  JointFactor<real> factor;
-  for (u32 i = 0; i < JOINT_LOWER; ++i) factor.lower[i] = block.lower[i][lane];
-  for (u32 i = 0; i < JOINT_ROWS; ++i) factor.inverse_pivot[i] = block.inverse_pivot[i][lane];
-  solve_factor(factor, d);
+  solve_locked_rows(block, lane, share, u, w, d);
   real before = dot3(joint_vector(block.free_axis, lane), free == FREE_ANGLE ? w : u);
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     d[i] = g * (d[i] - softness * impulses.locked[i][lane]);
@@ -122,13 +142,7 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   const real old = impulses.free[lane];
   const real e = block.own[lane] - g * block.shared[lane];
   const real q = before - e * old;  // without any impulse of the free row
-  const bool sprung = yield > 0;
-  const real left = sprung ? yield / (e + yield) : real(1);  // of a push, beside the spring
-  const real idle = sprung ? slowest + left * (q - slowest) : q;
-  const real reach = left * (e * block.motor_impulse[lane]);
-  const real wanted = block.motor_speed[lane];
-  const real driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
-  const real bounded = sprung ? driven : bounded_speed(driven, slowest, fastest, share * block.give[lane]);
+  const real bounded = free_speed(block, lane, e, q, slowest, fastest, share * block.give[lane]);
   // a joint that sleeps has no mobility, and keeps its impulse
   const real r_free = e > 0 ? (bounded - q) / e : (block.own[lane] > 0 ? real(0) : old);
   const real change = r_free - old;

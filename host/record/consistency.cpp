@@ -53,8 +53,11 @@ void expect_features(const InitialState<real>& state) {
              has(features, Feature::closed_joints) == (state.params.position_sweeps > 0);
   for (const auto& [feature, needed] : needs) fit = fit && (!has(features, feature) || has(features, needed));
   const bool touching = has(features, Feature::contacts), jacobi = has(features, Feature::jacobi);
+  const bool turns = has(features, Feature::turning_friction), patches = has(features, Feature::patches);
   if (has(features, Feature::gradient))  // of contacts on parts of bodies, each in a cone, or of joints alone
-    fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !has(features, Feature::patches);
+    fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !patches && !turns;
+  fit = fit && !(patches && (turns || has(features, Feature::static_friction)));
+  fit = fit && !(has(features, Feature::impact_laws) && has(features, Feature::elliptic_friction));
   if (!fit) throw h5::Failed("features: are those of no scene");
 }
 

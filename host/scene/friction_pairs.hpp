@@ -17,8 +17,9 @@ struct PairFriction {
   double across = 1;        // mu across the grain, in parts of that along it
   bool grain_of_b = false;  // whose the grain is
 
-  bool turns() const { return spin_radius > 0 || roll_lever > 0; }
   bool has_grain() const { return across != 1; }
+  /// Whether there is more than a round cone of slip.
+  bool rubs_further() const { return spin_radius > 0 || roll_lever > 0 || has_grain(); }
   bool holds() const { return holding > sliding; }
 };
 

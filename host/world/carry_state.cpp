@@ -35,52 +35,56 @@ bool rename(Record& record, const std::vector<u32>& new_shape) {
   return record.shape_a != NONE && record.shape_b != NONE;
 }
 
+// Impulses of contacts, and their moments where they are kept, by pairs of shapes.
 template <class real>
-void carry_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape, InitialState<real>& state) {
+struct KeptImpulses {
   std::vector<ContactKey> keys;
   std::vector<ContactImpulse<real>> impulses;
   std::vector<Vec4<real>> moments;
-  const bool turns = !from.cached_moments.empty() && has(state.features, Feature::turning_friction);
-  for (u32 k = 0; k < from.cached_count[0]; ++k) {
-    ContactKey key = from.cached_keys[k];
-    if (!rename(key, new_shape)) continue;
-    keys.push_back(key);
-    impulses.push_back(from.cached_impulses[k]);
-    if (turns) moments.push_back(from.cached_moments[k]);
+
+  // Those of pairs that are still there.
+  KeptImpulses(u32 count, const std::vector<ContactKey>& from_keys, const std::vector<ContactImpulse<real>>& from,
+               const std::vector<Vec4<real>>& from_moments, const std::vector<u32>& new_shape) {
+    for (u32 k = 0; k < count; ++k) {
+      ContactKey key = from_keys[k];
+      if (!rename(key, new_shape)) continue;
+      keys.push_back(key);
+      impulses.push_back(from[k]);
+      if (!from_moments.empty()) moments.push_back(from_moments[k]);
+    }
   }
+
+  u32 count() const { return static_cast<u32>(keys.size()); }
+
+  void copy_to(std::vector<u32>& to_count, std::vector<ContactKey>& to_keys, std::vector<ContactImpulse<real>>& to,
+               std::vector<Vec4<real>>& to_moments) const {
+    to_count[0] = count();
+    std::ranges::copy(keys, to_keys.begin());
+    std::ranges::copy(impulses, to.begin());
+    if (!to_moments.empty()) std::ranges::copy(moments, to_moments.begin());
+  }
+};
+
+template <class real>
+void carry_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape, InitialState<real>& state) {
+  const KeptImpulses<real> cached(from.cached_count[0], from.cached_keys, from.cached_impulses, from.cached_moments,
+                                  new_shape);
+  const bool sleeping = !from.slept_count.empty() && has(state.features, Feature::sleeping);
+  const KeptImpulses<real> slept(sleeping ? from.slept_count[0] : 0, from.slept_keys, from.slept_impulses,
+                                 from.slept_moments, new_shape);
   std::vector<Pair> touching;
   const bool told = !from.touching_count.empty() && has(state.features, Feature::events);
   for (u32 k = 0; told && k < from.touching_count[0]; ++k) {
     Pair pair = from.touching[k];
     if (rename(pair, new_shape)) touching.push_back(pair);
   }
-  std::vector<ContactKey> slept_keys;
-  std::vector<ContactImpulse<real>> slept_impulses;
-  std::vector<Vec4<real>> slept_moments;
-  const bool sleeping = !from.slept_count.empty() && has(state.features, Feature::sleeping);
-  for (u32 k = 0; sleeping && k < from.slept_count[0]; ++k) {
-    ContactKey key = from.slept_keys[k];
-    if (!rename(key, new_shape)) continue;
-    slept_keys.push_back(key);
-    slept_impulses.push_back(from.slept_impulses[k]);
-    if (turns) slept_moments.push_back(from.slept_moments[k]);
-  }
-  const std::size_t longest = std::max(keys.size(), slept_keys.size());
-  state.sizes.contacts = std::max(state.sizes.contacts, in_blocks(static_cast<u32>(longest)));
+  state.sizes.contacts = std::max(state.sizes.contacts, in_blocks(std::max(cached.count(), slept.count())));
   state.sizes.pairs = std::max(state.sizes.pairs, in_blocks(static_cast<u32>(touching.size())));
   set_sizes(state.params, state.sizes);
   resize(state.buffers, state.sizes, state.features);
   Buffers<real>& to = state.buffers;
-  to.cached_count[0] = static_cast<u32>(keys.size());
-  std::ranges::copy(keys, to.cached_keys.begin());
-  std::ranges::copy(impulses, to.cached_impulses.begin());
-  std::ranges::copy(moments, to.cached_moments.begin());
-  if (sleeping) {
-    to.slept_count[0] = static_cast<u32>(slept_keys.size());
-    std::ranges::copy(slept_keys, to.slept_keys.begin());
-    std::ranges::copy(slept_impulses, to.slept_impulses.begin());
-    std::ranges::copy(slept_moments, to.slept_moments.begin());
-  }
+  cached.copy_to(to.cached_count, to.cached_keys, to.cached_impulses, to.cached_moments);
+  if (sleeping) slept.copy_to(to.slept_count, to.slept_keys, to.slept_impulses, to.slept_moments);
   if (!told) return;
   to.touching_count[0] = static_cast<u32>(touching.size());
   std::ranges::copy(touching, to.touching.begin());

@@ -16,6 +16,7 @@
 #include "host/report/measures.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
+#include "host/sleepers.hpp"
 #include "host/world/carry_state.hpp"
 #include "host/world/turning.hpp"
 
@@ -95,7 +96,7 @@ class EngineOf final : public Engine {
     std::vector<bool> asleep(constants_.sizes.bodies, false);
     if (!has(constants_.features, Feature::sleeping)) return asleep;
     const Buffers<real>& b = download({Buffer::sleepers});
-    for (std::size_t i = 0; i < asleep.size(); ++i) asleep[i] = b.sleepers[i].island < ISLAND_WAKES;
+    for (std::size_t i = 0; i < asleep.size(); ++i) asleep[i] = is_asleep(b.sleepers[i]);
     return asleep;
   }
 

@@ -97,17 +97,7 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
   const Lane3 arm_a = lane_joint_vector(block->arm_a, first), arm_b = lane_joint_vector(block->arm_b, first);
   const Lane3 u = lane_velocity_at(arm_b, arm_a, &b, &a), w = lane_sub3(b.w, a.w);
   lane d[JOINT_ROWS];
-  for (u32 i = 0u; i < 3u; ++i) {
-    const Lane3 axis = lane_joint_vector(block->axes + 3u * i, first);
-    d[i] = -(lane_dot3(axis, u) + LANE_LOAD(block->bias[i] + first) + LANE_LOAD(block->turning[i] + first));
-    d[i + 3u] =
-        -(lane_dot3(axis, w) + LANE_LOAD(block->bias[i + 3u] + first) + LANE_LOAD(block->turning[i + 3u] + first));
-  }
-#if FEATURE_SCREWS
-  const lane rise = LANE_LOAD(block->rise + first);
-  d[2] = rise != (lane)0 ? d[2] + rise * lane_dot3(lane_joint_vector(block->axes + 6, first), w) : d[2];
-#endif
-  lane_solve_factor(block, first, d);
+  lane_solve_locked_rows(block, first, (lane)1, u, w, d);
   lane before = lane_dot3(lane_joint_vector(block->free_axis, first), lane_select3(angular, w, u));
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     d[i] = g * (d[i] - softness * y[i]);
@@ -118,20 +108,8 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
   const lane e = sigma * (own - g * sigma * shared);
   const lane q = before - e * old;
   const lane slowest = LANE_LOAD(block->slowest + first), fastest = LANE_LOAD(block->fastest + first);
-  lane idle = q, reach = e * LANE_LOAD(block->motor_impulse + first);
-#if FEATURE_JOINT_SPRINGS
-  const lane yield = LANE_LOAD(block->yield + first);
-  const lane left = yield > (lane)0 ? yield / (e + yield) : (lane)1;
-  idle = yield > (lane)0 ? slowest + left * (q - slowest) : q;
-  reach = left * reach;
-#endif
-  const lane wanted = LANE_LOAD(block->motor_speed + first);
-  const lane driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
   const lane give = LANE_LOAD(block->give + first) * ((own - shared / ((lane)1 + softness)) / e);
-  lane bounded = lane_bounded_speed(driven, slowest, fastest, give);
-#if FEATURE_JOINT_SPRINGS
-  bounded = yield > (lane)0 ? driven : bounded;
-#endif
+  const lane bounded = lane_free_speed(block, first, e, q, slowest, fastest, give);
   const lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
   const lane change = r_free - old;
 

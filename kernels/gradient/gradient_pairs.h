@@ -73,17 +73,11 @@ static inline void gradient_step_row(u32 first, lane_mask there, LaneDescent wor
                      lane_ahead(world.moved, world.beta, reached.tangent_2, old.tangent_2, old_y.tangent_2));
   const lane friction = LANE_LOAD(block->friction + first), metric = LANE_LOAD(row->metric + first);
 
-  const Lane3 u = lane_velocity_at(c.arm_a, c.arm_b, a, b);
-  const lane u_n = lane_dot3(c.normal, u) + LANE_LOAD(block->bias + first);
-#if FEATURE_IMPACT_LAWS
-  const lane u_1 = lane_dot3(c.tangent_1, u) + LANE_LOAD(slides->bias_1 + first);
-  const lane u_2 = lane_dot3(c.tangent_2, u) + LANE_LOAD(slides->bias_2 + first);
-#else
-  const lane u_1 = lane_dot3(c.tangent_1, u), u_2 = lane_dot3(c.tangent_2, u);
-#endif
+  const LaneCone u = lane_biased_velocity(c, LANE_LOAD(block->bias + first), slides, first, a, b);
   const lane s = world.step / metric;
-  const LaneCone projected =
-      lane_project_on_cone(lane_make_cone(y.normal - s * u_n, y.tangent_1 - s * u_1, y.tangent_2 - s * u_2), friction);
+  const LaneCone down =
+      lane_make_cone(y.normal - s * u.normal, y.tangent_1 - s * u.tangent_1, y.tangent_2 - s * u.tangent_2);
+  const LaneCone projected = lane_project_on_cone(down, friction);
   const LaneCone next = lane_select_cone(there, lane_select_cone(world.settled, reached, projected), y);
   lane_store_impulse(r, impulses, first);
   lane_store_impulse(y, &row->y, first);

@@ -64,6 +64,42 @@ static inline lane lane_bounded_speed(lane u, lane slowest, lane fastest, lane g
   return u < slowest ? faster : (u > fastest ? slower : u);
 }
 
+// Fills d with what the locked rows alone would change their impulses by, were they hard.
+static inline void lane_solve_locked_rows(global const JointBlock* block, u32 first, lane share, Lane3 u, Lane3 w,
+                                          lane d[JOINT_ROWS]) {
+  for (u32 i = 0u; i < 3u; ++i) {
+    const Lane3 axis = lane_joint_vector(block->axes + 3u * i, first);
+    d[i] = -(lane_dot3(axis, u) + share * LANE_LOAD(block->bias[i] + first) + LANE_LOAD(block->turning[i] + first));
+    d[i + 3u] = -(lane_dot3(axis, w) + share * LANE_LOAD(block->bias[i + 3u] + first) +
+                  LANE_LOAD(block->turning[i + 3u] + first));
+  }
+#if FEATURE_SCREWS
+  const lane rise = LANE_LOAD(block->rise + first);
+  d[2] = rise != (lane)0 ? d[2] + rise * lane_dot3(lane_joint_vector(block->axes + 6, first), w) : d[2];
+#endif
+  lane_solve_factor(block, first, d);
+}
+
+// The velocity that the free row gets.
+static inline lane lane_free_speed(global const JointBlock* block, u32 first, lane e, lane q, lane slowest,
+                                   lane fastest, lane give) {
+  lane idle = q, reach = e * LANE_LOAD(block->motor_impulse + first);
+#if FEATURE_JOINT_SPRINGS
+  const lane yield = LANE_LOAD(block->yield + first);
+  const lane left = yield > (lane)0 ? yield / (e + yield) : (lane)1;
+  idle = yield > (lane)0 ? slowest + left * (q - slowest) : q;
+  reach = left * reach;
+#endif
+  const lane wanted = LANE_LOAD(block->motor_speed + first);
+  const lane driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
+  const lane bounded = lane_bounded_speed(driven, slowest, fastest, give);
+#if FEATURE_JOINT_SPRINGS
+  return yield > (lane)0 ? driven : bounded;
+#else
+  return bounded;
+#endif
+}
+
 static inline lane_mask lane_is_angular(global const JointLanes* lanes, u32 first) {
   return LANE_MASK(LANE_LOAD_U32(lanes->free + first) == (lane_u32)FREE_ANGLE);
 }
@@ -90,14 +126,11 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
   const lane softness = share * LANE_LOAD(block->softness + first);
   const lane g = (lane)1 / ((lane)1 + softness);
   lane slowest = LANE_LOAD(block->slowest + first), fastest = LANE_LOAD(block->fastest + first);
-#if FEATURE_JOINT_SPRINGS
-  const lane yield = LANE_LOAD(block->yield + first);
-#endif
   if (purpose == VISIT_RELAX) {
     lane_mask kept = spring > (lane)0;
     const lane_mask equal = slowest == fastest;
 #if FEATURE_JOINT_SPRINGS
-    kept = kept | (yield > (lane)0);
+    kept = kept | (LANE_LOAD(block->yield + first) > (lane)0);
 #endif
     const lane still = -LANE_LOAD(block->turning[JOINT_ROWS] + first);
     slowest = kept ? slowest : (equal ? still : (slowest > (lane)0 ? (lane)0 : slowest));
@@ -105,20 +138,9 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
   }
 
   const Lane3 arm_a = lane_joint_vector(block->arm_a, first), arm_b = lane_joint_vector(block->arm_b, first);
-  const Lane3 u = lane_sub3(lane_add3(b.v, lane_cross3(b.w, arm_b)), lane_add3(a.v, lane_cross3(a.w, arm_a)));
-  const Lane3 w = lane_sub3(b.w, a.w);
+  const Lane3 u = lane_velocity_at(arm_b, arm_a, &b, &a), w = lane_sub3(b.w, a.w);
   lane d[JOINT_ROWS];
-  for (u32 i = 0u; i < 3u; ++i) {
-    const Lane3 axis = lane_joint_vector(block->axes + 3u * i, first);
-    d[i] = -(lane_dot3(axis, u) + share * LANE_LOAD(block->bias[i] + first) + LANE_LOAD(block->turning[i] + first));
-    d[i + 3u] = -(lane_dot3(axis, w) + share * LANE_LOAD(block->bias[i + 3u] + first) +
-                  LANE_LOAD(block->turning[i + 3u] + first));
-  }
-#if FEATURE_SCREWS
-  const lane rise = LANE_LOAD(block->rise + first);
-  d[2] = rise != (lane)0 ? d[2] + rise * lane_dot3(lane_joint_vector(block->axes + 6, first), w) : d[2];
-#endif
-  lane_solve_factor(block, first, d);
+  lane_solve_locked_rows(block, first, share, u, w, d);
   lane before = lane_dot3(lane_joint_vector(block->free_axis, first), lane_select3(angular, w, u));
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     d[i] = g * (d[i] - softness * LANE_LOAD(impulses->locked[i] + first));
@@ -128,18 +150,8 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
   const lane old = LANE_LOAD(impulses->free + first);
   const lane e = LANE_LOAD(block->own + first) - g * LANE_LOAD(block->shared + first);
   const lane q = before - e * old;
-  lane idle = q, reach = e * LANE_LOAD(block->motor_impulse + first);
-#if FEATURE_JOINT_SPRINGS
-  const lane left = yield > (lane)0 ? yield / (e + yield) : (lane)1;
-  idle = yield > (lane)0 ? slowest + left * (q - slowest) : q;
-  reach = left * reach;
-#endif
-  const lane wanted = LANE_LOAD(block->motor_speed + first);
-  const lane driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
-  lane bounded = lane_bounded_speed(driven, slowest, fastest, share * LANE_LOAD(block->give + first));
-#if FEATURE_JOINT_SPRINGS
-  bounded = yield > (lane)0 ? driven : bounded;
-#endif
+  const lane give = share * LANE_LOAD(block->give + first);
+  const lane bounded = lane_free_speed(block, first, e, q, slowest, fastest, give);
   lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
 #if FEATURE_SLEEPING
   r_free = LANE_LOAD(block->own + first) > (lane)0 ? r_free : old;  // of a joint that sleeps
