@@ -36,27 +36,31 @@ void set_box(BoxBlock<real>& block, u32 k, TreeBox<real> box) {
   block.high_x[k] = box.high.x, block.high_y[k] = box.high.y, block.high_z[k] = box.high.z;
 }
 
+/// The levels above the lowest, of so many entries: boxes of the blocks below.
 template <class real>
-void build_tree(Buffers<real>& b, const StepParams<real>& params) {
-  // the lowest level: boxes of runs of shapes
-  u32 first = 0, entries = blocks_of(params.shapes);
-  for (u32 e = 0; e < blocks_of(entries) * PACK; ++e) {
-    TreeBox<real> box = empty_box<real>();
-    for (u32 place = e * PACK; place < std::min((e + 1) * PACK, params.shapes); ++place) {
-      const u32 i = b.tree_items[place];
-      if (b.bounds[i].extent > 0) box = united(box, swept_box(b, i, step_length(params)));
-    }
-    set_box(b.tree_blocks[e / PACK], e % PACK, box);
-  }
-  // above: boxes of the blocks below
-  while (entries > PACK) {
+void build_levels(BoxBlock<real>* blocks, u32 entries) {
+  for (u32 first = 0; entries > PACK;) {
     const u32 below = first;
     first += blocks_of(entries);
     entries = blocks_of(entries);
     for (u32 e = 0; e < blocks_of(entries) * PACK; ++e)
-      set_box(b.tree_blocks[first + e / PACK], e % PACK,
-              e < entries ? box_of_block(b.tree_blocks[below + e]) : empty_box<real>());
+      set_box(blocks[first + e / PACK], e % PACK, e < entries ? box_of_block(blocks[below + e]) : empty_box<real>());
   }
+}
+
+template <class real>
+void build_tree(Buffers<real>& b, const StepParams<real>& params) {
+  // the lowest level: boxes of runs of shapes
+  const u32 count = loose_count(params), runs = blocks_of(count);
+  for (u32 e = 0; e < blocks_of(runs) * PACK; ++e) {
+    TreeBox<real> box = empty_box<real>();
+    for (u32 place = e * PACK; place < std::min((e + 1) * PACK, count); ++place) {
+      const Bounded<real> shape = loose(b, b.tree_items[place]);
+      if (shape.bound.extent > 0) box = united(box, swept_box(b, shape, step_length(params)));
+    }
+    set_box(b.tree_blocks[e / PACK], e % PACK, box);
+  }
+  build_levels(b.tree_blocks.data(), runs);
 }
 
 }  // namespace lockstep::reference

@@ -64,6 +64,11 @@ struct TreeBox {
   Vec3<real> low, high;
 };
 
+template <class real>
+TreeBox<real> widened(const TreeBox<real>& box, real by) {
+  return {sub3(box.low, Vec3<real>{by, by, by}), add3(box.high, Vec3<real>{by, by, by})};
+}
+
 /// Covers the rounding of the pair test and of the box's own sides.
 template <class real>
 real box_reach(real center, real box) {
@@ -74,18 +79,52 @@ real box_reach(real center, real box) {
 /// Two shapes are no pair if these boxes are farther apart than the margin: of spheres that of the whole step, which
 /// says no more than their spheres; of others what cpu_reference/pair_test.hpp asks of the boxes, shared out.
 template <class real>
-TreeBox<real> swept_box(const Buffers<real>& b, u32 i, real h) {
-  const Bound<real>& bound = b.bounds[i];
-  const Vec3<real> center = bound_center(b, i);
+TreeBox<real> swept_box(const Buffers<real>& b, const Bounded<real>& of, real h) {
+  const Bound<real>& bound = of.bound;
+  const Vec3<real> center = of.center();
   Vec3<real> box = {bound.extent, bound.extent, bound.extent};
-  if (b.shape_infos[i].kind != SHAPE_SPHERE) {
-    const Vec3<real> v = center_velocity(b, i);
-    const real turning = turning_speed(b, i);
+  if (b.shape_infos[of.shape].kind != SHAPE_SPHERE) {
+    const Vec3<real> v = center_velocity(b, of);
+    const real turning = turning_speed(b, of);
     box = {bound.box[0] + h * (std::abs(v.x) + turning), bound.box[1] + h * (std::abs(v.y) + turning),
            bound.box[2] + h * (std::abs(v.z) + turning)};
   }
   const Vec3<real> reach = {box_reach(center.x, box.x), box_reach(center.y, box.y), box_reach(center.z, box.z)};
   return {sub3(center, reach), add3(center, reach)};
+}
+
+/// Calls visit(e) for each of the `entries` boxes of the lowest level for which, as for all above it, meets(block, k)
+/// is true of its block and its place there. Levels follow one another from the lowest up; each has a block for PACK
+/// entries.
+template <class real, class Meets, class Visit>
+void visit_tree(const BoxBlock<real>* blocks, u32 entries, Meets&& meets, Visit&& visit) {
+  struct Level {
+    u32 first, entries;
+  };
+  std::vector<Level> levels = {{0, entries}};
+  while (levels.back().entries > PACK)
+    levels.push_back({levels.back().first + blocks_of(levels.back().entries), blocks_of(levels.back().entries)});
+  const auto descend = [&](auto& self, std::size_t level, u32 block) -> void {
+    for (u32 k = 0; k < PACK; ++k) {
+      const u32 entry = block * PACK + k;
+      if (entry >= levels[level].entries || !meets(blocks[levels[level].first + block], k)) continue;
+      if (level == 0)
+        visit(entry);
+      else
+        self(self, level - 1, entry);  // below an entry is the block of its number
+    }
+  };
+  descend(descend, levels.size() - 1, 0);
+}
+
+/// The same for those that meet a box.
+template <class real, class Visit>
+void visit_boxes(const BoxBlock<real>* blocks, u32 entries, const TreeBox<real>& box, Visit&& visit) {
+  const auto meets = [&](const BoxBlock<real>& block, u32 k) {
+    return block.low_x[k] <= box.high.x && block.high_x[k] >= box.low.x && block.low_y[k] <= box.high.y &&
+           block.high_y[k] >= box.low.y && block.low_z[k] <= box.high.z && block.high_z[k] >= box.low.z;
+  };
+  visit_tree(blocks, entries, meets, visit);
 }
 
 }  // namespace lockstep::reference

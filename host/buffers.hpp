@@ -22,6 +22,10 @@ enum class Domain : u32 {
   body_masks,
   shapes,
   shape_ends,
+  loose,
+  shape_trees,
+  tree_shapes,
+  shape_tree_blocks,
   planes,
   hulls,
   hull_vertices,
@@ -98,12 +102,15 @@ struct Buffers {
 /// How many elements each domain can hold. Lists grow when a step or a query asks for more.
 struct Sizes {
   u32 worlds = 0, bodies = 0, shapes = 0, planes = 0, material_pairs = 0, buckets = 0;
+  u32 tree_shapes = 0, shape_trees = 0, shape_tree_blocks = 0;
   u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0;
   u32 pairs = 0, contacts = 0, blocks = 0, rows = 0;
   u32 joints = 0, joint_phases = 0, joint_blocks = 0, joined = 0;
   u32 rays = 0, volumes = 0, overlaps = 0;
   u32 particles = 0, particle_planes = 0;
 
+  /// Shapes that the broad phase looks at one by one: those of no tree.
+  u32 loose() const { return shapes - tree_shapes; }
   bool operator==(const Sizes&) const = default;
 };
 

@@ -1,46 +1,53 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "pair_search.h"
+#include "shape_trees.h"
 #include "types.h"
 
-// All shapes of larger index of the world, place by place: places are in the order of the shapes.
-static inline void search_later_shapes(const PairSearch* s, u32 place, StepParams params, Finds* finds) {
-  const Searcher me = make_searcher(s, params, place);
-  if (!(me.extent > (real)0)) return;
-  const WorldRange world = s->world_ranges[me.info.body.world];
-  const u32 end = world.first_shape + world.shape_count;
-  for (u32 first = place + 1u; first < end; first += LANES) {
-    u32 hits = shapes_in_reach(s, &me, first, params.shapes);
+// All loose shapes of larger index of the world, place by place: places are in the order of the shapes.
+static inline void search_later_shapes(const PairSearch* s, const Searcher* me, StepParams params, Finds* finds) {
+  if (!(me->extent > (real)0)) return;
+  const LooseRange world = loose_range(me->info.body.world, s->world_ranges, s->world_trees);
+  const u32 end = world.first + world.count;
+  for (u32 first = me->place == NONE ? world.first : me->place + 1u; first < end; first += LANES) {
+    u32 hits = shapes_in_reach(s, me, first, loose_count(params));
     if (end - first < LANES) hits &= (1u << (end - first)) - 1u;
     for (; hits != 0u; hits &= hits - 1u) {
       const PlaceInfo other = s->place_infos[first + lowest_bit(hits)];
-      if (!one_looks(me.info.looks, other.looks)) continue;
-      if (is_pair(s, me.info.shape, other.shape, me.info.body, other.body)) add_pair(finds, me.info.index, other.index);
+      if (other.index < me->info.index) continue;  // those in trees have no place among the others
+      if (!one_looks(me->info.looks, other.looks)) continue;
+      if (!is_pair(s, me->info.shape, other.shape, me->info.body, other.body)) continue;
+      add_pair(finds, me->info.index, other.index);
     }
   }
-  search_planes(s, &me, finds);
+  search_planes_and_trees(s, params, me, finds);
 }
 
 // One work-group.
 kernel void compare_shapes(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                            global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
-                           global const Vec4* positions, global const Vec4* orientations, global const Motion* motions,
+                           global const u32* loose_shapes, global const WorldTrees* world_trees,
+                           global const ShapeTree* shape_trees, global const u32* shape_tree_items,
+                           global const BoxBlock* shape_tree_blocks, global const Vec4* positions,
+                           global const Vec4* orientations, global const Motion* motions,
                            global const Sleeper* sleepers, global const Bound* bounds, global real* places,
                            global PlaceInfo* place_infos, global PlaneInfo* plane_infos, global u32* shape_places,
                            global const u32* joined_starts, global const u32* joined_bodies, global u32* found_partners,
                            global u32* pair_starts, global Pair* pairs, global u32* counters, const StepParams params) {
   const Cell no_cell = {0, 0, 0, NONE};
-  FOR_EACH(i, params.shapes) {
-    gather_place(i, i, no_cell, body_infos, shape_infos, positions, motions, sleepers, bounds, places, place_infos,
-                 shape_places, params.shapes, params.bodies);
+  FOR_EACH(k, loose_count(params)) {
+    gather_place(k, LOOSE_SHAPE(k), &bounds[k], no_cell, body_infos, shape_infos, positions, motions, sleepers, places,
+                 place_infos, shape_places, params);
   }
   gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
                 plane_infos, pair_starts, params);
   barrier(CLK_GLOBAL_MEM_FENCE);
 
-  const PairSearch s = {world_ranges, body_infos,  shape_infos, planes,        positions,    motions,
-                        places,       place_infos, plane_infos, joined_starts, joined_bodies};
+  const PairSearch s = PAIR_SEARCH;
   Finds finds = {pair_starts, found_partners, 0, 0u};
-  FOR_EACH(place, params.shapes) { search_later_shapes(&s, place, params, &finds); }
+  FOR_EACH(place, loose_count(params)) {
+    const Searcher me = make_searcher(&s, params, place);
+    search_later_shapes(&s, &me, params, &finds);
+  }
   barrier(CLK_GLOBAL_MEM_FENCE);
 
   if (get_local_id(0) == 0) {
@@ -60,7 +67,8 @@ kernel void compare_shapes(global const WorldRange* world_ranges, global const B
     if (count > FOUND) {
       partners = (global u32*)(pairs + start);
       Finds all = {0, 0, partners, 0u};
-      search_later_shapes(&s, i, params, &all);
+      const Searcher me = owner_of_list(&s, params, shape_places, i);
+      search_later_shapes(&s, &me, params, &all);
     }
     write_pairs(i, partners, count, pairs + start);
   }

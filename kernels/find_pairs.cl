@@ -1,5 +1,6 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "pair_search.h"
+#include "shape_trees.h"
 #include "types.h"
 
 // The cells in reach of a shape: a row of them has buckets in a row.
@@ -36,7 +37,7 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
   u32 wrapped = past > params.buckets ? bucket_starts[past - params.buckets] : 0u;
   for (;;) {
     for (; place < end; place += LANES) {
-      u32 hits = shapes_in_reach(s, me, place, params.shapes);
+      u32 hits = shapes_in_reach(s, me, place, loose_count(params));
       if (end - place < LANES) hits &= (1u << (end - place)) - 1u;
       for (; hits != 0u; hits &= hits - 1u) {
         const PlaceInfo other = s->place_infos[place + lowest_bit(hits)];
@@ -57,76 +58,81 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
 }
 
 // The first search looks at its own row and the rows behind it: who is before has this shape behind itself.
-static inline void search_cells(const PairSearch* s, StepParams params, u32 place, global const u32* bucket_starts,
-                                u32 max_extent, Finds* finds) {
-  const Searcher me = make_searcher(s, params, place);
+static inline void search_cells(const PairSearch* s, StepParams params, const Searcher* me,
+                                global const u32* bucket_starts, u32 max_extent, Finds* finds) {
   const bool all = finds->list != 0, around = all || SEARCHES_AROUND;
-  if (!all && is_sought(&me.info)) {
-    if (FEATURE_SLEEPING) search_planes(s, &me, finds);  // some may move
+  if (!all && is_sought(&me->info)) {
+    if (FEATURE_SLEEPING) search_planes_and_trees(s, params, me, finds);  // some may move
     return;
   }
-  const CellWindow window = make_window(&me, max_extent, params);
-  for (i32 z = around ? window.low_z : me.info.cell_z; z <= window.high_z; ++z) {
-    const bool own_layer = z == me.info.cell_z;
-    for (i32 y = own_layer && !around ? me.info.cell_y : window.low_y; y <= window.high_y; ++y) {
-      const bool before = z < me.info.cell_z || (own_layer && y < me.info.cell_y);
-      const bool in_list = all || (own_layer && y == me.info.cell_y);
-      search_row(s, &me, &window, y, z,
+  const CellWindow window = make_window(me, max_extent, params);
+  for (i32 z = around ? window.low_z : me->info.cell_z; z <= window.high_z; ++z) {
+    const bool own_layer = z == me->info.cell_z;
+    for (i32 y = own_layer && !around ? me->info.cell_y : window.low_y; y <= window.high_y; ++y) {
+      const bool before = z < me->info.cell_z || (own_layer && y < me->info.cell_y);
+      const bool in_list = all || (own_layer && y == me->info.cell_y);
+      search_row(s, me, &window, y, z,
                  in_list  ? ROW_LATER
                  : before ? ROW_SOUGHT
                           : ROW_ALL,
                  bucket_starts, params, finds);
     }
   }
-  search_planes(s, &me, finds);
+  search_planes_and_trees(s, params, me, finds);
 }
 
 // What searches read again and again: the shapes in the order of their buckets, and the planes.
 kernel void find_pairs_gather(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                               global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
-                              global const Vec4* positions, global const Vec4* orientations,
-                              global const Motion* motions, global const Sleeper* sleepers, global const Bound* bounds,
-                              global const Cell* cells, global const u32* bucket_items, global real* places,
-                              global PlaceInfo* place_infos, global PlaneInfo* plane_infos, global u32* shape_places,
-                              global u32* pair_starts, const StepParams params) {
-  FOR_EACH(place, params.shapes) {
-    const u32 i = bucket_items[place];
-    if (i == NONE) continue;
-    gather_place(place, i, cells[i], body_infos, shape_infos, positions, motions, sleepers, bounds, places, place_infos,
-                 shape_places, params.shapes, params.bodies);
+                              global const u32* loose_shapes, global const Vec4* positions,
+                              global const Vec4* orientations, global const Motion* motions,
+                              global const Sleeper* sleepers, global const Bound* bounds, global const Cell* cells,
+                              global const u32* bucket_items, global real* places, global PlaceInfo* place_infos,
+                              global PlaneInfo* plane_infos, global u32* shape_places, global u32* pair_starts,
+                              const StepParams params) {
+  FOR_EACH(place, loose_count(params)) {
+    const u32 k = bucket_items[place];
+    if (k == NONE) continue;
+    gather_place(place, LOOSE_SHAPE(k), &bounds[k], cells[k], body_infos, shape_infos, positions, motions, sleepers,
+                 places, place_infos, shape_places, params);
   }
   gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
                 plane_infos, pair_starts, params);
 }
 
 kernel void find_pairs_search(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
-                              global const ShapeInfo* shape_infos, global const u32* planes,
-                              global const Vec4* positions, global const Motion* motions,
+                              global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
+                              global const WorldTrees* world_trees, global const ShapeTree* shape_trees,
+                              global const u32* shape_tree_items, global const BoxBlock* shape_tree_blocks,
+                              global const Vec4* positions, global const Vec4* orientations,
+                              global const Motion* motions, global const Sleeper* sleepers,
                               global const u32* bucket_starts, global const u32* bucket_items,
                               global const real* places, global const PlaceInfo* place_infos,
                               global const PlaneInfo* plane_infos, global const u32* joined_starts,
                               global const u32* joined_bodies, global u32* found_partners, global u32* pair_starts,
                               global const u32* counters, const StepParams params) {
-  const PairSearch s = {world_ranges, body_infos,  shape_infos, planes,        positions,    motions,
-                        places,       place_infos, plane_infos, joined_starts, joined_bodies};
+  const PairSearch s = PAIR_SEARCH;
   Finds finds = {pair_starts, found_partners, 0, 0u};
-  FOR_EACH(place, params.shapes) {
-    if (bucket_items[place] != NONE)
-      search_cells(&s, params, place, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
+  FOR_EACH(place, loose_count(params)) {
+    if (bucket_items[place] == NONE) continue;
+    const Searcher me = make_searcher(&s, params, place);
+    search_cells(&s, params, &me, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
   }
 }
 
 // After the scan of pair_starts.
 kernel void find_pairs_write(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
-                             global const ShapeInfo* shape_infos, global const u32* planes,
-                             global const Vec4* positions, global const Motion* motions,
+                             global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
+                             global const WorldTrees* world_trees, global const ShapeTree* shape_trees,
+                             global const u32* shape_tree_items, global const BoxBlock* shape_tree_blocks,
+                             global const Vec4* positions, global const Vec4* orientations,
+                             global const Motion* motions, global const Sleeper* sleepers,
                              global const u32* bucket_starts, global const u32* shape_places, global const real* places,
                              global const PlaceInfo* place_infos, global const PlaneInfo* plane_infos,
                              global const u32* joined_starts, global const u32* joined_bodies,
                              global u32* found_partners, global const u32* pair_starts, global Pair* pairs,
                              global u32* counters, const StepParams params) {
-  const PairSearch s = {world_ranges, body_infos,  shape_infos, planes,        positions,    motions,
-                        places,       place_infos, plane_infos, joined_starts, joined_bodies};
+  const PairSearch s = PAIR_SEARCH;
   const bool full = tell_pairs(pair_starts[params.shapes], counters, params);
   FOR_EACH(i, full ? 0u : params.shapes) {
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;
@@ -134,7 +140,8 @@ kernel void find_pairs_write(global const WorldRange* world_ranges, global const
     if (count > FOUND) {
       partners = (global u32*)(pairs + start);
       Finds finds = {0, 0, partners, 0u};
-      search_cells(&s, params, shape_places[i], bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
+      const Searcher me = owner_of_list(&s, params, shape_places, i);
+      search_cells(&s, params, &me, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
     }
     write_pairs(i, partners, count, pairs + start);
   }

@@ -6,6 +6,8 @@
 #include "common.h"
 #include "grid.h"
 #include "lanes.h"
+#include "loose_shapes.h"
+#include "shape_bound.h"
 #include "shapes/reach.h"
 #include "shapes/sphere_plane.h"
 #include "sleep.h"
@@ -14,7 +16,7 @@
 // Partners of a shape that the first search keeps; where there are more, the shape searches for all of its own.
 #define FOUND 16u
 
-// The bounded shapes in the order in which a search meets them, one array a component: what the test needs of them.
+// The loose shapes in the order in which a search meets them, one array a component: what the test needs of them.
 // Arrays are PACK longer than there are shapes, so that all lanes can read. Two shapes that are both ROUND are spheres.
 enum PlaceComponent {
   PLACE_X,
@@ -31,7 +33,7 @@ enum PlaceComponent {
   PLACE_TURNING,
   PLACE_ROUND
 };
-#define PLACE(component, shapes) ((u32)(component) * ((shapes) + PACK))
+#define PLACE(component, count) ((u32)(component) * ((count) + PACK))
 
 // What else is known of a shape at a place, on one line.
 typedef struct PlaceInfo {
@@ -54,15 +56,30 @@ typedef struct PairSearch {
   global const WorldRange* world_ranges;
   global const BodyInfo* body_infos;
   global const ShapeInfo* shape_infos;
+  global const Shape* shapes;
   global const u32* planes;
+  global const WorldTrees* world_trees;
+  global const ShapeTree* shape_trees;
+  global const u32* shape_tree_items;
+  global const BoxBlock* shape_tree_blocks;
   global const Vec4* positions;
+  global const Vec4* orientations;
   global const Motion* motions;
+  global const Sleeper* sleepers;
   global const real* places;
   global const PlaceInfo* place_infos;
   global const PlaneInfo* plane_infos;
   global const u32* joined_starts;
   global const u32* joined_bodies;
 } PairSearch;
+
+// Of the parameters of a kernel, which are called as the buffers are.
+#define PAIR_SEARCH                                                                                      \
+  {                                                                                                      \
+    world_ranges, body_infos, shape_infos, shapes, planes, world_trees, shape_trees, shape_tree_items,   \
+        shape_tree_blocks, positions, orientations, motions, sleepers, places, place_infos, plane_infos, \
+        joined_starts, joined_bodies                                                                     \
+  }
 
 // The shape that looks for others.
 typedef struct Searcher {
@@ -136,30 +153,29 @@ static inline real turning_speed(global const Bound* bound, u32 kind, global con
 }
 
 // Puts shape i at a place. One without extent gets a reach that no other shape comes near.
-static inline void gather_place(u32 place, u32 i, Cell cell, global const BodyInfo* body_infos,
-                                global const ShapeInfo* shape_infos, global const Vec4* positions,
-                                global const Motion* motions, global const Sleeper* sleepers,
-                                global const Bound* bounds, global real* places, global PlaceInfo* place_infos,
-                                global u32* shape_places, u32 shapes, u32 bodies) {
+static inline void gather_place(u32 place, u32 i, global const Bound* bound, Cell cell,
+                                global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                                global const Vec4* positions, global const Motion* motions,
+                                global const Sleeper* sleepers, global real* places, global PlaceInfo* place_infos,
+                                global u32* shape_places, StepParams params) {
   shape_places[i] = place;
-  const u32 body = shape_infos[i].body;
-  global const Bound* bound = &bounds[i];
+  const u32 body = shape_infos[i].body, count = loose_count(params);
   const Vec3 velocity = center_velocity(bound, positions, motions, body);
   global real* mine = places + place;
-  mine[PLACE(PLACE_X, shapes)] = bound->center[0];
-  mine[PLACE(PLACE_Y, shapes)] = bound->center[1];
-  mine[PLACE(PLACE_Z, shapes)] = bound->center[2];
-  mine[PLACE(PLACE_REACH, shapes)] = bound->extent > (real)0 ? bound->reach : (real)-1e37;
-  mine[PLACE(PLACE_EXTENT, shapes)] = bound->extent;
-  mine[PLACE(PLACE_VX, shapes)] = velocity.x;
-  mine[PLACE(PLACE_VY, shapes)] = velocity.y;
-  mine[PLACE(PLACE_VZ, shapes)] = velocity.z;
+  mine[PLACE(PLACE_X, count)] = bound->center[0];
+  mine[PLACE(PLACE_Y, count)] = bound->center[1];
+  mine[PLACE(PLACE_Z, count)] = bound->center[2];
+  mine[PLACE(PLACE_REACH, count)] = bound->extent > (real)0 ? bound->reach : (real)-1e37;
+  mine[PLACE(PLACE_EXTENT, count)] = bound->extent;
+  mine[PLACE(PLACE_VX, count)] = velocity.x;
+  mine[PLACE(PLACE_VY, count)] = velocity.y;
+  mine[PLACE(PLACE_VZ, count)] = velocity.z;
 #if FEATURE_MANIFOLDS
-  mine[PLACE(PLACE_BOX_X, shapes)] = bound->box[0];
-  mine[PLACE(PLACE_BOX_Y, shapes)] = bound->box[1];
-  mine[PLACE(PLACE_BOX_Z, shapes)] = bound->box[2];
-  mine[PLACE(PLACE_TURNING, shapes)] = turning_speed(bound, shape_infos[i].kind, &motions[body]);
-  mine[PLACE(PLACE_ROUND, shapes)] = shape_infos[i].kind == SHAPE_SPHERE ? (real)1 : (real)0;
+  mine[PLACE(PLACE_BOX_X, count)] = bound->box[0];
+  mine[PLACE(PLACE_BOX_Y, count)] = bound->box[1];
+  mine[PLACE(PLACE_BOX_Z, count)] = bound->box[2];
+  mine[PLACE(PLACE_TURNING, count)] = turning_speed(bound, shape_infos[i].kind, &motions[body]);
+  mine[PLACE(PLACE_ROUND, count)] = shape_infos[i].kind == SHAPE_SPHERE ? (real)1 : (real)0;
 #endif
   PlaceInfo info;
   info.shape = shape_infos[i];
@@ -168,7 +184,7 @@ static inline void gather_place(u32 place, u32 i, Cell cell, global const BodyIn
   info.cell_y = cell.y;
   info.cell_z = cell.z;
 #if FEATURE_SLEEPING
-  info.looks = looks_for_others(info.shape, bodies, body_infos, motions, sleepers) ? 1u : 0u;
+  info.looks = looks_for_others(info.shape, params.bodies, body_infos, motions, sleepers) ? 1u : 0u;
 #else
   info.looks = 1u;
 #endif
@@ -211,41 +227,41 @@ static inline void gather_planes(global const WorldRange* world_ranges, global c
 
 static inline Searcher make_searcher(const PairSearch* s, StepParams params, u32 place) {
   global const real* mine = s->places + place;
-  const u32 shapes = params.shapes;
+  const u32 count = loose_count(params);
   Searcher me;
   me.info = s->place_infos[place];
   me.place = place;
-  me.extent = mine[PLACE(PLACE_EXTENT, shapes)];
+  me.extent = mine[PLACE(PLACE_EXTENT, count)];
   me.margin = params.margin;
   me.h = step_length(params);
-  me.center = make3(mine[PLACE(PLACE_X, shapes)], mine[PLACE(PLACE_Y, shapes)], mine[PLACE(PLACE_Z, shapes)]);
-  me.velocity = make3(mine[PLACE(PLACE_VX, shapes)], mine[PLACE(PLACE_VY, shapes)], mine[PLACE(PLACE_VZ, shapes)]);
-  me.reach = mine[PLACE(PLACE_REACH, shapes)];
+  me.center = make3(mine[PLACE(PLACE_X, count)], mine[PLACE(PLACE_Y, count)], mine[PLACE(PLACE_Z, count)]);
+  me.velocity = make3(mine[PLACE(PLACE_VX, count)], mine[PLACE(PLACE_VY, count)], mine[PLACE(PLACE_VZ, count)]);
+  me.reach = mine[PLACE(PLACE_REACH, count)];
 #if FEATURE_MANIFOLDS
-  me.box = make3(mine[PLACE(PLACE_BOX_X, shapes)], mine[PLACE(PLACE_BOX_Y, shapes)], mine[PLACE(PLACE_BOX_Z, shapes)]);
-  me.turning = mine[PLACE(PLACE_TURNING, shapes)];
-  me.round = mine[PLACE(PLACE_ROUND, shapes)];
+  me.box = make3(mine[PLACE(PLACE_BOX_X, count)], mine[PLACE(PLACE_BOX_Y, count)], mine[PLACE(PLACE_BOX_Z, count)]);
+  me.turning = mine[PLACE(PLACE_TURNING, count)];
+  me.round = mine[PLACE(PLACE_ROUND, count)];
 #endif
   return me;
 }
 
 // Bit k is set where the shape at `place` + k is in reach.
-static inline u32 shapes_in_reach(const PairSearch* s, const Searcher* me, u32 place, u32 shapes) {
+static inline u32 shapes_in_reach(const PairSearch* s, const Searcher* me, u32 place, u32 count) {
   global const real* other = s->places + place;
-  const lane dx = me->center.x - LANE_LOAD(other + PLACE(PLACE_X, shapes));
-  const lane dy = me->center.y - LANE_LOAD(other + PLACE(PLACE_Y, shapes));
-  const lane dz = me->center.z - LANE_LOAD(other + PLACE(PLACE_Z, shapes));
-  const lane ux = me->velocity.x - LANE_LOAD(other + PLACE(PLACE_VX, shapes));
-  const lane uy = me->velocity.y - LANE_LOAD(other + PLACE(PLACE_VY, shapes));
-  const lane uz = me->velocity.z - LANE_LOAD(other + PLACE(PLACE_VZ, shapes));
-  const lane gap = sqrt(dx * dx + dy * dy + dz * dz) - (me->reach + LANE_LOAD(other + PLACE(PLACE_REACH, shapes)));
+  const lane dx = me->center.x - LANE_LOAD(other + PLACE(PLACE_X, count));
+  const lane dy = me->center.y - LANE_LOAD(other + PLACE(PLACE_Y, count));
+  const lane dz = me->center.z - LANE_LOAD(other + PLACE(PLACE_Z, count));
+  const lane ux = me->velocity.x - LANE_LOAD(other + PLACE(PLACE_VX, count));
+  const lane uy = me->velocity.y - LANE_LOAD(other + PLACE(PLACE_VY, count));
+  const lane uz = me->velocity.z - LANE_LOAD(other + PLACE(PLACE_VZ, count));
+  const lane gap = sqrt(dx * dx + dy * dy + dz * dz) - (me->reach + LANE_LOAD(other + PLACE(PLACE_REACH, count)));
   const lane speed = sqrt(ux * ux + uy * uy + uz * uz);
 #if FEATURE_MANIFOLDS
-  const lane turning = me->turning + LANE_LOAD(other + PLACE(PLACE_TURNING, shapes));
-  const lane box_x = me->box.x + LANE_LOAD(other + PLACE(PLACE_BOX_X, shapes));
-  const lane box_y = me->box.y + LANE_LOAD(other + PLACE(PLACE_BOX_Y, shapes));
-  const lane box_z = me->box.z + LANE_LOAD(other + PLACE(PLACE_BOX_Z, shapes));
-  const lane both_round = me->round * LANE_LOAD(other + PLACE(PLACE_ROUND, shapes));
+  const lane turning = me->turning + LANE_LOAD(other + PLACE(PLACE_TURNING, count));
+  const lane box_x = me->box.x + LANE_LOAD(other + PLACE(PLACE_BOX_X, count));
+  const lane box_y = me->box.y + LANE_LOAD(other + PLACE(PLACE_BOX_Y, count));
+  const lane box_z = me->box.z + LANE_LOAD(other + PLACE(PLACE_BOX_Z, count));
+  const lane both_round = me->round * LANE_LOAD(other + PLACE(PLACE_ROUND, count));
   return LANE_BITS((gap <= me->margin + me->h * speed) &
                    ((both_round > (lane)0) | ((fabs(dx) <= box_x + me->margin + me->h * (fabs(ux) + turning)) &
                                               (fabs(dy) <= box_y + me->margin + me->h * (fabs(uy) + turning)) &
@@ -254,8 +270,6 @@ static inline u32 shapes_in_reach(const PairSearch* s, const Searcher* me, u32 p
   return LANE_BITS(gap <= me->margin + me->h * speed);
 #endif
 }
-
-static inline u32 lowest_bit(u32 bits) { return 31u - clz(bits & -bits); }
 
 static inline void search_planes(const PairSearch* s, const Searcher* me, Finds* finds) {
   const WorldRange world = s->world_ranges[me->info.body.world];

@@ -4,6 +4,7 @@
 #define LOCKSTEP_TREE_H
 
 #include "grid.h"
+#include "lanes.h"
 
 // Enough for every u32 number of shapes.
 #define TREE_LEVELS 8u
@@ -44,22 +45,20 @@ static inline u32 size_class(real extent, u32 max_extent_bits) {
 
 static inline u32 blocks_of(u32 count) { return (count + PACK - 1u) / PACK; }
 
-// The block at which each level starts, from the lowest up.
+// The block at which each level starts, from the lowest up; the lowest has so many entries.
 typedef struct TreeShape {
   u32 first[TREE_LEVELS];
   u32 levels;
 } TreeShape;
 
-static inline TreeShape tree_shape(u32 shapes) {
+static inline TreeShape tree_shape(u32 entries) {
   TreeShape tree;
-  tree.levels = 0u;
-  u32 first = 0u, entries = shapes;
-  do {
-    entries = blocks_of(entries);
-    tree.first[tree.levels] = first;
+  tree.levels = 1u;
+  tree.first[0] = 0u;
+  for (; entries > PACK; entries = blocks_of(entries)) {
+    tree.first[tree.levels] = tree.first[tree.levels - 1u] + blocks_of(entries);
     ++tree.levels;
-    first += blocks_of(entries);
-  } while (entries > PACK);
+  }
   return tree;
 }
 
@@ -89,6 +88,70 @@ static inline TreeBox swept_box(global const Bound* bound, u32 kind, global cons
   swept.low = sub3(center, reach);
   swept.high = add3(center, reach);
   return swept;
+}
+
+static inline TreeBox widened(TreeBox box, real by) {
+  const Vec3 all = make3(by, by, by);
+  box.low = sub3(box.low, all);
+  box.high = add3(box.high, all);
+  return box;
+}
+
+static inline u32 lowest_bit(u32 bits) { return 31u - clz(bits & -bits); }
+
+// Bit k is set where box k of a block meets this one.
+static inline u32 boxes_in_reach(global const BoxBlock* block, TreeBox box) {
+  u32 hits = 0u;
+  for (u32 k = 0u; k < PACK; k += LANES) {
+    const u32 bits =
+        LANE_BITS((LANE_LOAD(block->low_x + k) <= box.high.x) & (LANE_LOAD(block->high_x + k) >= box.low.x) &
+                  (LANE_LOAD(block->low_y + k) <= box.high.y) & (LANE_LOAD(block->high_y + k) >= box.low.y) &
+                  (LANE_LOAD(block->low_z + k) <= box.high.z) & (LANE_LOAD(block->high_z + k) >= box.low.z));
+    hits |= bits << k;
+  }
+  return hits;
+}
+
+// Bits of the entries of a block that hold any of the places first .. last, where each holds 2^shift.
+static inline u32 entries_between(u32 block, u32 shift, u32 first, u32 last) {
+  const u32 entry = block * PACK, from = first >> shift, to = last >> shift;
+  u32 bits = (1u << PACK) - 1u;
+  if (from > entry) bits = from - entry < PACK ? bits & ~((1u << (from - entry)) - 1u) : 0u;
+  if (to < entry) return 0u;
+  if (to - entry < PACK - 1u) bits &= (2u << (to - entry)) - 1u;
+  return bits;
+}
+
+// A way through a tree, from the top down: with the entries still to visit of each level on the way. Who walks says, as
+// bits, which entries of a block it arrives at are to be visited.
+typedef struct TreeWalk {
+  u32 rest[TREE_LEVELS];
+  u32 level, block;
+} TreeWalk;
+
+static inline TreeWalk tree_begin(const TreeShape* tree, u32 bits) {
+  TreeWalk walk;
+  walk.level = tree->levels - 1u;
+  walk.block = 0u;
+  walk.rest[walk.level] = bits;
+  return walk;
+}
+
+// The next entry, NONE behind the last. One that is not of the lowest level is the block that the walk arrives at.
+static inline u32 tree_next(TreeWalk* walk, const TreeShape* tree, bool* arrives) {
+  while (walk->rest[walk->level] == 0u) {
+    if (walk->level + 1u == tree->levels) return NONE;
+    ++walk->level;
+    walk->block /= PACK;
+  }
+  const u32 rest = walk->rest[walk->level], entry = walk->block * PACK + lowest_bit(rest);
+  walk->rest[walk->level] = rest & (rest - 1u);
+  *arrives = walk->level > 0u;
+  if (*arrives) {
+    --walk->level;
+    walk->block = entry;
+  }
+  return entry;
 }
 
 #endif

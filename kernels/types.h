@@ -77,6 +77,7 @@ enum ShapeFlag {
   SHAPE_IS_CENTRAL = 1,     // a sphere at the centre of mass
   SHAPE_IS_SENSOR = 2,      // what overlaps it is told, nothing is pushed
   SHAPE_IS_CONTINUOUS = 4,  // of a body whose impacts are looked for within the step
+  SHAPE_IS_IN_TREE = 8      // of a ShapeTree: the broad phase leaves it to the middle phase
 };
 enum EventKind {
   EVENT_CONTACT_BEGIN = 0,
@@ -154,6 +155,9 @@ INDEX_RECORD(WorldRange) {
   u32 first_material_pair, material_count;  // pair (m, n) is at first_material_pair + m * material_count + n
 };
 
+// Beside it, where some bodies have trees of shapes (feature shape_trees): ranges of `loose_shapes` and `shape_trees`.
+INDEX_RECORD(WorldTrees) { u32 first_loose, loose_count, first_tree, tree_count; };
+
 INDEX_RECORD(BodyInfo) {
   u32 world;
   u32 id;         // stable and local to the world: the only name of a body that keys and priorities may use
@@ -201,6 +205,17 @@ RECORD(Shape) {
   real reach;
   real rotation[4];
   real size[4];
+};
+
+// The shapes of a body that nothing pushes as a tree of boxes in the frame of the body (feature shape_trees): laid out
+// as the tree of bounds is (cpu_reference/tree.hpp), from boxes of single shapes up.
+RECORD(ShapeTree) {
+  u32 body;
+  u32 first_item, item_count;  // into shape_tree_items: indices of shapes, in the order of the boxes
+  u32 first_block;             // into shape_tree_blocks
+  real radius;                 // no point of a shape is farther from the centre of mass, m
+  real largest;                // nor from the origin of its shape
+  real pad[2];
 };
 
 // A convex hull in the frame of its shape. Ranges of the tables hull_vertices, hull_planes and hull_faces (an entry a
@@ -409,7 +424,8 @@ RECORD(StepParams) {
   real speed_limit;            // m/s, and rad/s times the largest extent is not limited
   real tolerance;              // m/s: a sweep that changes no velocity by more is the last of its sub-step; 0 for none
   u32 bodies, shapes, worlds;
-  u32 buckets;  // of the grid, a power of two
+  u32 tree_shapes;  // of the shapes, those in trees of their bodies; the others are loose
+  u32 buckets;      // of the grid, a power of two
   u32 pair_capacity, contact_capacity, block_capacity;
   u32 iterations;
   u32 relaxations;  // sweeps that take back what soft contacts and joints added

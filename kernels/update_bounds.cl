@@ -1,77 +1,23 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "common.h"
-#include "grid.h"
-#include "math.h"
-#include "shapes/manifold.h"
+#include "loose_shapes.h"
+#include "shape_bound.h"
 #include "types.h"
 
-#if FEATURE_MANIFOLDS
-
-#define BOUND_SLACK ((real)1.00001)
-
-static inline Vec3 box_half(Quat rotation, Vec3 size) {
-  const Vec3 x = absolute3(rotate3(rotation, make3(size.x, (real)0, (real)0)));
-  const Vec3 y = absolute3(rotate3(rotation, make3((real)0, size.y, (real)0)));
-  const Vec3 z = absolute3(rotate3(rotation, make3((real)0, (real)0, size.z)));
-  return add3(add3(x, y), z);
-}
-
-static inline Vec3 round_half(u32 kind, Vec3 axis, real radius, real half_length) {
-  const Vec3 along = scale3(half_length, absolute3(axis));
-  if (kind == SHAPE_CAPSULE) return add3(along, make3(radius, radius, radius));
-  const Vec3 square = make3(axis.x * axis.x, axis.y * axis.y, axis.z * axis.z);
-  const Vec3 across = make3(sqrt(square.y + square.z), sqrt(square.x + square.z), sqrt(square.x + square.y));
-  return add3(along, scale3(radius, across));
-}
-
-static inline Vec3 shape_half(u32 kind, global const Shape* shape, Quat rotation) {
-  if (kind == SHAPE_BOX || kind == SHAPE_HULL)
-    return scale3(BOUND_SLACK, box_half(rotation, make3(shape->size[0], shape->size[1], shape->size[2])));
-  if (kind == SHAPE_CAPSULE || kind == SHAPE_CYLINDER) {
-    const Vec3 axis = rotate3(rotation, make3((real)0, (real)0, (real)1));
-    return scale3(BOUND_SLACK, round_half(kind, axis, shape->size[0], shape->size[1]));
-  }
-  return make3(shape->reach, shape->reach, shape->reach);
-}
-
-#endif
-
 // A work-item takes many shapes, so that the one word of the largest extent is not fought over.
-kernel void update_bounds(global const ShapeInfo* shape_infos, global const Shape* shapes, global const Vec4* positions,
-                          global const Vec4* orientations, global const Motion* motions, global Bound* bounds,
-                          global u32* counters, const StepParams params) {
+kernel void update_bounds(global const ShapeInfo* shape_infos, global const Shape* shapes,
+                          global const u32* loose_shapes, global const Vec4* positions, global const Vec4* orientations,
+                          global const Motion* motions, global Bound* bounds, global u32* counters,
+                          const StepParams params) {
   const real h = step_length(params);
   u32 largest = 0u;
-  FOR_EACH(i, params.shapes) {
-    const u32 body = shape_infos[i].body, kind = shape_infos[i].kind;
-    const Pose pose = make_pose(positions[body], orientations[body]);
-    const Vec3 center = shape_center(pose, &shapes[i]);
-    const real reach = shapes[i].reach;
-#if FEATURE_MANIFOLDS
-    const Vec3 half_extents = shape_half(kind, &shapes[i], shape_rotation(pose, &shapes[i]));
-#else
-    const Vec3 half_extents = make3(reach, reach, reach);
-#endif
-    real extent = (real)0;
-    if (kind != SHAPE_PLANE) {
-      const Vec3 v = make3(motions[body].v[0], motions[body].v[1], motions[body].v[2]);
-      const Vec3 w = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
-      const real speed = length3(v) + length3(w) * length3(sub3(center, pose.position));
-      extent = reach + h * speed;
-    }
-    const bool finite = is_finite(center.x) && is_finite(center.y) && is_finite(center.z) && is_finite(extent) &&
-                        is_finite(half_extents.x) && is_finite(half_extents.y) && is_finite(half_extents.z);
+  FOR_EACH(k, loose_count(params)) {
+    const u32 i = LOOSE_SHAPE(k), body = shape_infos[i].body;
     Bound bound;
-    bound.center[0] = finite ? center.x : (real)0;
-    bound.center[1] = finite ? center.y : (real)0;
-    bound.center[2] = finite ? center.z : (real)0;
-    bound.extent = finite ? extent : (real)0;
-    bound.box[0] = finite ? half_extents.x : (real)0;
-    bound.box[1] = finite ? half_extents.y : (real)0;
-    bound.box[2] = finite ? half_extents.z : (real)0;
-    bound.reach = finite ? reach : (real)0;
-    bounds[i] = bound;
-    note_extent(finite, extent, body, &largest, counters);
+    const bool finite =
+        shape_bound(shape_infos[i].kind, &shapes[i], &positions[body], &orientations[body], &motions[body], h, &bound);
+    bounds[k] = bound;
+    note_extent(finite, bound.extent, body, &largest, counters);
   }
   if (largest > 0u) atomic_max(&counters[COUNTER_MAX_EXTENT], largest);
 }

@@ -1,10 +1,12 @@
 #include "host/record/consistency.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <tuple>
 
 #include "host/record/hdf5.hpp"
 #include "host/scene/compile_gradient.hpp"
+#include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/joint_kinds.hpp"
 
 namespace lockstep {
@@ -36,6 +38,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::closed_joints, Feature::joints},
     {Feature::screws, Feature::joints},
     {Feature::facets, Feature::hulls},
+    {Feature::shape_trees, Feature::contacts},
     {Feature::shear_springs, Feature::particles},
     {Feature::impact_laws, Feature::contacts},
     {Feature::non_holonomic, Feature::joints},
@@ -56,6 +59,7 @@ void expect_features(const InitialState<real>& state) {
   const bool turns = has(features, Feature::turning_friction), patches = has(features, Feature::patches);
   if (has(features, Feature::gradient))  // of contacts on parts of bodies, each in a cone, or of joints alone
     fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !patches && !turns;
+  fit = fit && has(features, Feature::shape_trees) == (state.sizes.tree_shapes > 0);
   fit = fit && !(patches && (turns || has(features, Feature::static_friction)));
   fit = fit && !(has(features, Feature::impact_laws) && has(features, Feature::elliptic_friction));
   if (!fit) throw h5::Failed("features: are those of no scene");
@@ -210,6 +214,31 @@ void expect_gradient(const InitialState<real>& state) {
   }
 }
 
+// They follow from bodies and shapes.
+template <class real>
+void expect_shape_trees(const InitialState<real>& state) {
+  const Buffers<real>& b = state.buffers;
+  InitialState<real> wanted;
+  wanted.buffers.world_ranges = b.world_ranges;
+  wanted.buffers.body_infos = b.body_infos;
+  wanted.buffers.shape_infos = b.shape_infos;
+  wanted.buffers.shapes = b.shapes;
+  for (ShapeInfo& shape : wanted.buffers.shape_infos) shape.flags &= ~u32{SHAPE_IS_IN_TREE};
+  compile_shape_trees(wanted);
+  const auto expect_same = [](Buffer buffer, const auto& found, const auto& right) {
+    if (found.size() != right.size()) refuse(buffer, found.size(), "is not the last of the trees of this scene");
+    for (std::size_t i = 0; i < found.size(); ++i)
+      if (std::memcmp(&found[i], &right[i], sizeof(found[i])) != 0) refuse(buffer, i, "is of no tree of this scene");
+  };
+  const Buffers<real>& right = wanted.buffers;
+  expect_same(Buffer::shape_infos, b.shape_infos, right.shape_infos);
+  expect_same(Buffer::loose_shapes, b.loose_shapes, right.loose_shapes);
+  expect_same(Buffer::world_trees, b.world_trees, right.world_trees);
+  expect_same(Buffer::shape_trees, b.shape_trees, right.shape_trees);
+  expect_same(Buffer::shape_tree_items, b.shape_tree_items, right.shape_tree_items);
+  expect_same(Buffer::shape_tree_blocks, b.shape_tree_blocks, right.shape_tree_blocks);
+}
+
 template <class real>
 void expect_particles(const Buffers<real>& b, const Sizes& sizes) {
   for (std::size_t w = 0; w < b.world_ranges.size(); ++w) {
@@ -234,6 +263,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_features(state);
   expect_bodies(state.buffers, state.sizes, has(state.features, Feature::contacts));
   expect_shapes(state.buffers, state.sizes);
+  if (has(state.features, Feature::contacts)) expect_shape_trees(state);
   expect_impact_laws(state.buffers);
   expect_hulls(state.buffers, state.sizes);
   expect_joints(state.buffers, state.sizes);

@@ -28,8 +28,8 @@ void for_each_setting(Params& p, Visitor&& visit) {
   visit("position_sweeps", p.position_sweeps);
   visit("gyroscopic", p.gyroscopic);
 }
-// 16 settings; bodies, shapes, worlds, buckets, five capacities, substep, queries and joint_blocks
-static_assert(sizeof(StepParams<float>) == (16 + 12) * sizeof(u32), "for_each_setting: is there a new parameter?");
+// 16 settings; bodies, shapes, worlds, tree_shapes, buckets, five capacities, substep, queries and joint_blocks
+static_assert(sizeof(StepParams<float>) == (16 + 13) * sizeof(u32), "for_each_setting: is there a new parameter?");
 
 // A record in words: as many as it has, of `real` or, where it holds integers, of u32.
 template <class real>

@@ -46,6 +46,9 @@ Sizes stored_sizes(hid_t group, Features features) {
   sizes.shapes = stored_rows(group, Buffer::shape_infos);
   sizes.planes = stored_rows(group, Buffer::planes);
   sizes.material_pairs = stored_rows(group, Buffer::material_pairs);
+  sizes.tree_shapes = stored_rows(group, Buffer::shape_tree_items);
+  sizes.shape_trees = stored_rows(group, Buffer::shape_trees);
+  sizes.shape_tree_blocks = stored_rows(group, Buffer::shape_tree_blocks);
   sizes.hulls = stored_rows(group, Buffer::hulls);
   sizes.hull_vertices = stored_rows(group, Buffer::hull_vertices);
   sizes.hull_faces = stored_rows(group, Buffer::hull_faces);
@@ -59,6 +62,7 @@ Sizes stored_sizes(hid_t group, Features features) {
   sizes.particles = stored_rows(group, Buffer::particle_bodies);
   sizes.particle_planes = stored_rows(group, Buffer::plane_bodies);
   if (sizes.worlds == 0 || sizes.bodies == 0) throw h5::Failed("has no bodies");
+  if (sizes.tree_shapes > sizes.shapes) throw h5::Failed("has more shapes in trees than shapes");
   if (std::max(sizes.shapes, sizes.particles) > (NONE >> 8)) throw h5::Failed("has more shapes than there can be");
   set_first_capacities(sizes, features);
   return sizes;

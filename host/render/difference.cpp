@@ -80,6 +80,9 @@ DifferencePlace place_of(Buffer buffer, std::size_t element, u32 word, const Buf
     case Domain::bodies:
     case Domain::body_lines: add_body(place, element, bodies); break;
     case Domain::shapes: add_shape(place, element, state); break;
+    case Domain::loose:
+      add_shape(place, element < state.loose_shapes.size() ? state.loose_shapes[element] : element, state);
+      break;
     case Domain::pairs:
       if (element < state.pairs.size()) {
         add_shape(place, state.pairs[element].shape_a, state);

@@ -10,6 +10,7 @@
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_joints.hpp"
 #include "host/scene/compile_particles.hpp"
+#include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/compile_sleeping.hpp"
 #include "host/scene/friction_pairs.hpp"
 #include "host/scene/hull_tables.hpp"
@@ -353,7 +354,10 @@ void Compiler<real>::set_features() {
       if (!isotropic && settings.gyroscopic != Gyroscopic::none) features = with(features, Feature::gyroscopic);
     }
   }
-  if (has(features, Feature::contacts)) features = with(features, broad_phase());
+  if (has(features, Feature::contacts)) {
+    compile_shape_trees(state_);
+    features = with(features, broad_phase());
+  }
   if (has(features, Feature::contacts) && other_laws_) {
     if (settings.friction_model == FrictionModel::patches)
       throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",
@@ -410,7 +414,7 @@ Feature Compiler<real>::broad_phase() const {
   std::vector<double> extents;
   for (std::size_t i = 0; i < state_.buffers.shapes.size(); ++i) {
     const ShapeInfo& shape = state_.buffers.shape_infos[i];
-    if (shape.kind == SHAPE_PLANE) continue;
+    if (shape.kind == SHAPE_PLANE || (shape.flags & SHAPE_IS_IN_TREE) != 0) continue;
     const Motion<real>& motion = state_.buffers.motions[shape.body];
     const Vector3 v = {double(motion.v[0]), double(motion.v[1]), double(motion.v[2])};
     extents.push_back(double(state_.buffers.shapes[i].reach) + settings.dt * exact::length(v));
@@ -440,9 +444,9 @@ void Compiler<real>::set_sizes() {
 
 void set_first_capacities(Sizes& sizes, Features features) {
   sizes.buckets = 64;
-  while (sizes.buckets < 2 * sizes.shapes) sizes.buckets *= 2;
+  while (sizes.buckets < 2 * sizes.loose()) sizes.buckets *= 2;
   while (sizes.buckets < sizes.particles) sizes.buckets *= 2;
-  sizes.pairs = std::max(8 * sizes.shapes, 4 * sizes.particles) + 64;
+  sizes.pairs = std::max(8 * sizes.loose(), 4 * sizes.particles) + 64;
   sizes.contacts = sizes.pairs * (has(features, Feature::manifolds) ? 2 : 1);
   // each colour, and the overflow, may end in a block that is not full
   sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;

@@ -19,6 +19,7 @@ template <class real>
 void set_sizes(StepParams<real>& p, const Sizes& sizes) {
   p.bodies = sizes.bodies;
   p.shapes = sizes.shapes;
+  p.tree_shapes = sizes.tree_shapes;
   p.worlds = sizes.worlds;
   p.buckets = sizes.buckets;
   p.pair_capacity = sizes.pairs;

@@ -24,8 +24,8 @@ void make_search_arrays(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   const u32 reals = has(plan.features, Feature::manifolds) ? shape_reals : sphere_reals;
   launcher.scratch("found_partners", std::size_t{plan.sizes.shapes} * found_per_shape);
-  launcher.scratch("places", (std::size_t{plan.sizes.shapes} + PACK) * reals * plan.real_words);
-  launcher.scratch("place_infos", std::size_t{plan.sizes.shapes} * place_info_words);
+  launcher.scratch("places", (std::size_t{plan.sizes.loose()} + PACK) * reals * plan.real_words);
+  launcher.scratch("place_infos", std::size_t{plan.sizes.loose()} * place_info_words);
   launcher.scratch("shape_places", plan.sizes.shapes);
   launcher.scratch("plane_infos", std::size_t{plan.sizes.planes} * plane_info_words);
 }
@@ -33,24 +33,24 @@ void make_search_arrays(Launcher& launcher) {
 }  // namespace
 
 void launch_update_bounds(Launcher& launcher) {
-  launcher.run("update_bounds", (launcher.plan().sizes.shapes + bounds_per_item - 1) / bounds_per_item);
+  launcher.run("update_bounds", (launcher.plan().sizes.loose() + bounds_per_item - 1) / bounds_per_item);
 }
 
 void launch_sort_cells(Launcher& launcher) {
   const Sizes& sizes = launcher.plan().sizes;
-  launcher.scratch("cell_arrivals", sizes.shapes);
+  launcher.scratch("cell_arrivals", sizes.loose());
   launcher.run("sort_cells_clear", sizes.buckets + 1);
-  launcher.run("sort_cells_count", sizes.shapes);
+  launcher.run("sort_cells_count", sizes.loose());
   launcher.scan("bucket_starts", sizes.buckets + 1);
-  launcher.run("sort_cells_fill", sizes.shapes);
+  launcher.run("sort_cells_fill", sizes.loose());
   launcher.run("sort_cells_order", sizes.buckets);
 }
 
 void launch_find_pairs(Launcher& launcher) {
   const Sizes& sizes = launcher.plan().sizes;
   make_search_arrays(launcher);
-  launcher.run("find_pairs_gather", sizes.shapes);
-  launcher.run("find_pairs_search", sizes.shapes);
+  launcher.run("find_pairs_gather", sizes.loose());
+  launcher.run("find_pairs_search", sizes.loose());
   launcher.scan("pair_starts", sizes.shapes + 1);
   launcher.run("find_pairs_write", sizes.shapes);
 }
@@ -62,26 +62,26 @@ void launch_compare_shapes(Launcher& launcher) {
 
 void launch_sort_shapes(Launcher& launcher) {
   const Sizes& sizes = launcher.plan().sizes;
-  for (const char* name : {"low_keys", "high_keys", "spare_keys", "spare_items"}) launcher.scratch(name, sizes.shapes);
+  for (const char* name : {"low_keys", "high_keys", "spare_keys", "spare_items"}) launcher.scratch(name, sizes.loose());
   launcher.run("sort_shapes_clear", sizes.worlds);
-  launcher.run("sort_shapes_bound", (sizes.shapes + CHUNK - 1) / CHUNK);
+  launcher.run("sort_shapes_bound", (sizes.loose() + CHUNK - 1) / CHUNK);
   // the last pass of all ends in tree_items
   const u32 world_bits = static_cast<u32>(std::bit_width(sizes.worlds - 1));
   const u32 passes =
       launcher.sort_passes(low_key_bits) + launcher.sort_passes(high_key_bits) + launcher.sort_passes(world_bits);
   SortArrays arrays = {"low_keys", "tree_items", "spare_keys", "spare_items"};
-  if (sizes.shapes > 1 && passes % 2 == 1) std::swap(arrays.values, arrays.spare_values);
-  launcher.run("sort_shapes_keys", sizes.shapes, {{"values", arrays.values}});
-  arrays = launcher.sort(arrays, sizes.shapes, low_key_bits);
-  launcher.run("sort_shapes_next", sizes.shapes, {{"values", arrays.values}, {"keys", arrays.keys}});
-  arrays = launcher.sort(arrays, sizes.shapes, high_key_bits);
+  if (sizes.loose() > 1 && passes % 2 == 1) std::swap(arrays.values, arrays.spare_values);
+  launcher.run("sort_shapes_keys", sizes.loose(), {{"values", arrays.values}});
+  arrays = launcher.sort(arrays, sizes.loose(), low_key_bits);
+  launcher.run("sort_shapes_next", sizes.loose(), {{"values", arrays.values}, {"keys", arrays.keys}});
+  arrays = launcher.sort(arrays, sizes.loose(), high_key_bits);
   if (world_bits == 0) return;
-  launcher.run("sort_shapes_worlds", sizes.shapes, {{"values", arrays.values}, {"keys", arrays.keys}});
-  launcher.sort(arrays, sizes.shapes, world_bits);
+  launcher.run("sort_shapes_worlds", sizes.loose(), {{"values", arrays.values}, {"keys", arrays.keys}});
+  launcher.sort(arrays, sizes.loose(), world_bits);
 }
 
 void launch_build_tree(Launcher& launcher) {
-  u32 below = 0, entries = blocks_of(launcher.plan().sizes.shapes);
+  u32 below = 0, entries = blocks_of(launcher.plan().sizes.loose());
   launcher.run("build_tree_runs", entries);
   while (entries > PACK) {
     launcher.run("build_tree_level", blocks_of(entries), {{"below", below}, {"entries", blocks_of(entries)}});
@@ -94,7 +94,7 @@ void launch_search_tree(Launcher& launcher) {
   const Sizes& sizes = launcher.plan().sizes;
   make_search_arrays(launcher);
   launcher.run("search_tree_gather", sizes.shapes);
-  launcher.run("search_tree_search", sizes.shapes);
+  launcher.run("search_tree_search", sizes.loose());
   launcher.scan("pair_starts", sizes.shapes + 1);
   launcher.run("search_tree_write", sizes.shapes);
 }
