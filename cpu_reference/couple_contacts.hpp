@@ -52,13 +52,13 @@ void couple_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
     std::sort(rows.begin(), rows.end());
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
     for (const u32 row : rows) {
-      if (pairs < buffers.tile_pairs.size()) buffers.tile_pairs[pairs] = {row, column};
+      if (pairs < buffers.coupled_tiles.size()) buffers.coupled_tiles[pairs] = {row, column};
       ++pairs;
     }
   }
   buffers.tile_starts.back() = pairs;
-  counters[COUNTER_TILE_PAIRS_NEEDED] = pairs;
-  if (pairs > buffers.tile_pairs.size()) counters[COUNTER_STATUS] |= STATUS_TILE_PAIRS_FULL;
+  counters[COUNTER_COUPLED_TILES_NEEDED] = pairs;
+  if (pairs > buffers.coupled_tiles.size()) counters[COUNTER_STATUS] |= STATUS_COUPLED_TILES_FULL;
 }
 
 }  // namespace lockstep::reference

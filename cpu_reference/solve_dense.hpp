@@ -92,7 +92,7 @@ void DenseSweeps<real>::couple(u32 i) {
   const ContactFrame<real>& frame = rows_[i].frame;
   const u32 column = tile_of(contact, i);
   for (u32 pair = buffers_.tile_starts[column]; pair < buffers_.tile_starts[column + 1]; ++pair) {
-    const ContactTile& tile = buffers_.contact_tiles[buffers_.tile_pairs[pair].row];
+    const ContactTile& tile = buffers_.contact_tiles[buffers_.coupled_tiles[pair].row];
     for (u32 j = tile.first; j < tile.first + tile.count; ++j) {
       if (!shares(j)) continue;
       if (j == i) rows_[i].own = static_cast<u32>(rows_[i].felt.size());

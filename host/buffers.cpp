@@ -79,7 +79,7 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::rows: return sizes.rows;
     case Domain::tiles: return tile_count(sizes.contacts, sizes.worlds);
     case Domain::tile_ends: return std::size_t{tile_count(sizes.contacts, sizes.worlds)} + 1;
-    case Domain::tile_pairs: return sizes.tile_pairs;
+    case Domain::coupled_tiles: return sizes.coupled_tiles;
     case Domain::joints: return sizes.joints;
     case Domain::joint_phases: return std::size_t{sizes.joint_phases} + 1;
     case Domain::joint_blocks: return sizes.joint_blocks;
@@ -105,7 +105,7 @@ std::size_t live(Domain domain, const Sizes& sizes, std::span<const u32> counter
     case Domain::contacts: return std::min(counters[COUNTER_CONTACTS], sizes.contacts);
     case Domain::blocks: return std::min(counters[COUNTER_BLOCKS], sizes.blocks);
     case Domain::rows: return std::min(counters[COUNTER_ROWS], sizes.rows);
-    case Domain::tile_pairs: return std::min(counters[COUNTER_TILE_PAIRS_NEEDED], sizes.tile_pairs);
+    case Domain::coupled_tiles: return std::min(counters[COUNTER_COUPLED_TILES_NEEDED], sizes.coupled_tiles);
     case Domain::cached: return std::min(cached_count, sizes.contacts);
     case Domain::events: return std::min<std::size_t>(counters[COUNTER_EVENTS], capacity(domain, sizes));
     default: return capacity(domain, sizes);

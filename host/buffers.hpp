@@ -39,7 +39,7 @@ enum class Domain : u32 {
   rows,
   tiles,
   tile_ends,
-  tile_pairs,
+  coupled_tiles,
   cached,
   slept,
   joints,
@@ -102,7 +102,7 @@ struct Buffers {
 struct Sizes {
   u32 worlds = 0, bodies = 0, shapes = 0, planes = 0, material_pairs = 0, buckets = 0;
   u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0;
-  u32 pairs = 0, contacts = 0, blocks = 0, rows = 0, tile_pairs = 0;
+  u32 pairs = 0, contacts = 0, blocks = 0, rows = 0, coupled_tiles = 0;
   u32 joints = 0, joint_phases = 0, joint_blocks = 0, joined = 0;
   u32 rays = 0, volumes = 0, overlaps = 0;
   u32 particles = 0, particle_planes = 0;

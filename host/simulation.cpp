@@ -93,8 +93,8 @@ void Simulation<real>::make_longer(u32 status) {
   if (status & STATUS_CONTACTS_FULL) sizes.contacts = roomier(sizes.contacts, counters_[COUNTER_CONTACTS_NEEDED]);
   if (status & STATUS_BLOCKS_FULL) sizes.blocks = roomier(sizes.blocks, counters_[COUNTER_BLOCKS_NEEDED]);
   if (status & STATUS_ROWS_FULL) sizes.rows = roomier(sizes.rows, counters_[COUNTER_ROWS_NEEDED]);
-  if (status & STATUS_TILE_PAIRS_FULL)
-    sizes.tile_pairs = roomier(sizes.tile_pairs, counters_[COUNTER_TILE_PAIRS_NEEDED]);
+  if (status & STATUS_COUPLED_TILES_FULL)
+    sizes.coupled_tiles = roomier(sizes.coupled_tiles, counters_[COUNTER_COUPLED_TILES_NEEDED]);
   backend_->grow(sizes);
   params_.pair_capacity = sizes.pairs;
   params_.contact_capacity = sizes.contacts;

@@ -68,9 +68,9 @@ kernel void couple_count(const StepParams params, global const Contact* contacts
   }
 }
 
-kernel void couple_fill(const StepParams params, const u32 tile_pair_capacity, global const Contact* contacts,
+kernel void couple_fill(const StepParams params, const u32 coupled_tile_capacity, global const Contact* contacts,
                         global const BodyInfo* body_infos, global const ContactTile* contact_tiles,
-                        global const u32* body_tiles, global const u32* tile_starts, global TilePair* tile_pairs,
+                        global const u32* body_tiles, global const u32* tile_starts, global CoupledTiles* coupled_tiles,
                         global u32* counters) {
   FOR_EACH(column, couple_tiles(params)) {
     const ContactTile tile = contact_tiles[column];
@@ -81,15 +81,15 @@ kernel void couple_fill(const StepParams params, const u32 tile_pair_capacity, g
     u32 place = tile_starts[column];
     for (u32 row = 0u; row < 32u * COUPLE_WORDS; ++row) {
       if ((rows[row / 32u] >> (row % 32u) & 1u) == 0u) continue;
-      if (place < tile_pair_capacity) {
-        tile_pairs[place].row = first + row;
-        tile_pairs[place].column = column;
+      if (place < coupled_tile_capacity) {
+        coupled_tiles[place].row = first + row;
+        coupled_tiles[place].column = column;
       }
       ++place;
     }
   }
   if (get_global_id(0) != 0) return;
   const u32 needed = tile_starts[couple_tiles(params)];
-  counters[COUNTER_TILE_PAIRS_NEEDED] = needed;
-  if (needed > tile_pair_capacity) atomic_or(&counters[COUNTER_STATUS], STATUS_TILE_PAIRS_FULL);
+  counters[COUNTER_COUPLED_TILES_NEEDED] = needed;
+  if (needed > coupled_tile_capacity) atomic_or(&counters[COUNTER_STATUS], STATUS_COUPLED_TILES_FULL);
 }

@@ -9,14 +9,14 @@
 // Once a sub-step: all blocks, an item LANES rows of a pair of tiles.
 kernel void dense_matrix(global const Contact* contacts, global const u32* contact_slots,
                          global const ContactBlock* contact_blocks, global const Motion* motions,
-                         global const ContactTile* contact_tiles, global const TilePair* tile_pairs,
+                         global const ContactTile* contact_tiles, global const CoupledTiles* coupled_tiles,
                          global DenseBlock* dense_blocks, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  FOR_EACH(item, counters[COUNTER_TILE_PAIRS_NEEDED] * ITEMS_PER_BLOCK) {
+  FOR_EACH(item, counters[COUNTER_COUPLED_TILES_NEEDED] * ITEMS_PER_BLOCK) {
     const u32 pair = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
-    const ContactTile column = contact_tiles[tile_pairs[pair].column];
+    const ContactTile column = contact_tiles[coupled_tiles[pair].column];
     DenseRows rows;
-    dense_load_rows(contact_tiles[tile_pairs[pair].row], first, contacts, contact_slots, contact_blocks, &rows);
+    dense_load_rows(contact_tiles[coupled_tiles[pair].row], first, contacts, contact_slots, contact_blocks, &rows);
     for (u32 k = 0u; k < column.count; ++k) {
       dense_column(k, column.first + k, first, &rows, contacts, contact_slots, contact_blocks, motions,
                    dense_blocks + pair);
@@ -68,7 +68,7 @@ kernel void dense_measure(const StepParams params, global const Contact* contact
 // A work-group a world: `sweeps` sweeps.
 kernel void dense_sweep(const StepParams params, const u32 sweeps, global const Contact* contacts,
                         global const ContactTile* contact_tiles, global const u32* tile_starts,
-                        global const TilePair* tile_pairs, global const DenseBlock* dense_blocks,
+                        global const CoupledTiles* coupled_tiles, global const DenseBlock* dense_blocks,
                         global DenseTile* dense_tiles, global u32* counters) {
   const DenseProblem problem = DENSE_PROBLEM;
   dense_sweep_worlds(sweeps, params.worlds, &problem);
@@ -136,7 +136,7 @@ kernel void solve_dense_group(const StepParams params, const u32 rounds, const u
                               global const Contact* contacts, global const u32* contact_slots,
                               global const ContactBlock* contact_blocks, global const SlideBlock* slide_blocks,
                               global const ContactTile* contact_tiles, global const u32* tile_starts,
-                              global const TilePair* tile_pairs, global const u32* color_starts,
+                              global const CoupledTiles* coupled_tiles, global const u32* color_starts,
                               global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                               global const u32* joint_phases, global const JointLanes* joint_lanes,
                               global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
@@ -144,7 +144,7 @@ kernel void solve_dense_group(const StepParams params, const u32 rounds, const u
                               global DenseBlock* dense_blocks, global DenseTile* dense_tiles,
                               global ImpulseBlock* dense_changes, global u32* counters) {
   const DenseProblem problem = DENSE_PROBLEM;
-  dense_matrix(contacts, contact_slots, contact_blocks, motions, contact_tiles, tile_pairs, dense_blocks, counters);
+  dense_matrix(contacts, contact_slots, contact_blocks, motions, contact_tiles, coupled_tiles, dense_blocks, counters);
   dense_measure(params, contacts, contact_slots, contact_blocks, slide_blocks, impulse_blocks, motions, contact_tiles,
                 dense_tiles, dense_changes, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);

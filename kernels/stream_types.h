@@ -77,7 +77,7 @@ INDEX_RECORD(ContactTile) { u32 first, count; };
 
 // Tiles of which some contacts share a movable body: what is done in `column` is felt in `row`. Those of a column are
 // tile_starts[column] ... tile_starts[column + 1] - 1, in the order of the rows, the column itself among them.
-INDEX_RECORD(TilePair) { u32 row, column; };
+INDEX_RECORD(CoupledTiles) { u32 row, column; };
 
 // How a scene's convex problem is descended (feature gradient; cpu_reference/gradient/descent.hpp).
 INDEX_RECORD(GradientLaw) {

@@ -46,13 +46,13 @@ void expect_definition(const Buffers<real>& b) {
     EXPECT_EQ(b.tile_starts[column], pair);
     for (u32 row = 0; row < b.contact_tiles.size(); ++row) {
       if (!wanted[column][row]) continue;
-      EXPECT_EQ(b.tile_pairs[pair].row, row);
-      EXPECT_EQ(b.tile_pairs[pair].column, column);
+      EXPECT_EQ(b.coupled_tiles[pair].row, row);
+      EXPECT_EQ(b.coupled_tiles[pair].column, column);
       ++pair;
     }
   }
   EXPECT_EQ(b.tile_starts.back(), pair);
-  EXPECT_EQ(b.counters[COUNTER_TILE_PAIRS_NEEDED], pair);
+  EXPECT_EQ(b.counters[COUNTER_COUPLED_TILES_NEEDED], pair);
 }
 
 TYPED_TEST(CoupleContacts, KernelMatchesReference) {
@@ -73,25 +73,28 @@ TYPED_TEST(CoupleContacts, AShortListIsTold) {
   InitialState<real> state = heap<real>(5, 100, 2048);
   use_dense(state);
   run_until_prepared(state);
-  const u32 needed = state.buffers.counters[COUNTER_TILE_PAIRS_NEEDED];
+  const u32 needed = state.buffers.counters[COUNTER_COUPLED_TILES_NEEDED];
   ASSERT_GT(needed, 20u);
-  state.sizes.tile_pairs = 20;
+  state.sizes.coupled_tiles = 20;
   const Buffers<real> after = run_twins(Stage::couple_contacts, state);
-  EXPECT_EQ(after.counters[COUNTER_STATUS], u32{STATUS_TILE_PAIRS_FULL});
-  EXPECT_EQ(after.counters[COUNTER_TILE_PAIRS_NEEDED], needed);
+  EXPECT_EQ(after.counters[COUNTER_STATUS], u32{STATUS_COUPLED_TILES_FULL});
+  EXPECT_EQ(after.counters[COUNTER_COUPLED_TILES_NEEDED], needed);
 }
 
 // More contacts of a world than its matrix is for: the body is named, and no tile is where another world's is.
 TYPED_TEST(CoupleContacts, AWorldThatIsTooDenseIsTold) {
   using real = TypeParam;
-  InitialState<real> state = make_worlds<real>({strewn_ball(40), strewn_ball(DENSE_CONTACTS + 1)}, 3 * DENSE_CONTACTS);
+  const auto [few, small_graph] = star(40);
+  const auto [many, large_graph] = star(DENSE_CONTACTS + 20);
+  InitialState<real> state = contact_graphs<real>({few, many, few}, {small_graph, large_graph, small_graph});
   use_dense(state);
-  run_until_prepared(state);
-  ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], DENSE_CONTACTS + 40);
-  state.buffers.counters[COUNTER_STATUS] = state.buffers.counters[COUNTER_BAD_BODY] = 0;
+  state.sizes.coupled_tiles = DENSE_CONTACTS / PACK * (DENSE_CONTACTS / PACK) + 100;
   const Buffers<real> after = run_twins(Stage::couple_contacts, state);
-  EXPECT_TRUE(after.counters[COUNTER_STATUS] & STATUS_TOO_DENSE);
-  EXPECT_GE(NONE - after.counters[COUNTER_BAD_BODY], 41u);  // of the second world
+  EXPECT_EQ(after.counters[COUNTER_STATUS], u32{STATUS_TOO_DENSE});
+  EXPECT_EQ(NONE - after.counters[COUNTER_BAD_BODY], 41 + DENSE_CONTACTS + 1);  // the first that is one too many
+  u32 placed = 0;
+  for (const ContactTile& tile : after.contact_tiles) placed += tile.count;
+  EXPECT_EQ(placed, DENSE_CONTACTS + 80);
 }
 
 }  // namespace

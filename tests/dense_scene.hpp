@@ -9,7 +9,7 @@ namespace lockstep::test {
 template <class real>
 void use_dense(InitialState<real>& state, u32 iterations = 10) {
   state.features = with(with(state.features, Feature::dense), Feature::general_contacts);
-  state.sizes.tile_pairs = 16 * tile_count(state.sizes.contacts, state.sizes.worlds);
+  state.sizes.coupled_tiles = 16 * tile_count(state.sizes.contacts, state.sizes.worlds);
   resize(state.buffers, state.sizes, state.features);
   state.params.iterations = iterations;
 }

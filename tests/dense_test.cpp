@@ -90,7 +90,7 @@ TYPED_TEST(Dense, ScenesMatchTheReference) {
 
 TYPED_TEST(Dense, VoidStepsWriteNothing) {
   using real = TypeParam;
-  for (const u32 status : {u32{STATUS_PAIRS_FULL}, u32{STATUS_TILE_PAIRS_FULL}, u32{STATUS_TOO_DENSE}}) {
+  for (const u32 status : {u32{STATUS_PAIRS_FULL}, u32{STATUS_COUPLED_TILES_FULL}, u32{STATUS_TOO_DENSE}}) {
     InitialState<real> state = started_dense(heap<real>(9, 12, 256), 5);
     state.buffers.counters[COUNTER_STATUS] = status;
     const Buffers<real> after = run_twins(Stage::solve_constraints, state);

@@ -458,7 +458,7 @@ void set_first_capacities(Sizes& sizes, Features features) {
   sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;
   sizes.rows = sizes.blocks;
   // a contact feels those of its own tile and of a few others
-  if (has(features, Feature::dense)) sizes.tile_pairs = 8 * tile_count(sizes.contacts, sizes.worlds);
+  if (has(features, Feature::dense)) sizes.coupled_tiles = 8 * tile_count(sizes.contacts, sizes.worlds);
 }
 
 template <class real>

@@ -11,7 +11,7 @@ typedef struct DenseProblem {
   global const Contact* contacts;
   global const ContactTile* contact_tiles;
   global const u32* tile_starts;
-  global const TilePair* tile_pairs;
+  global const CoupledTiles* coupled_tiles;
   global const DenseBlock* blocks;
   global DenseTile* tiles;
   global u32* counters;
@@ -19,7 +19,7 @@ typedef struct DenseProblem {
 
 // Of the parameters of a kernel.
 #define DENSE_PROBLEM \
-  { contacts, contact_tiles, tile_starts, tile_pairs, dense_blocks, dense_tiles, counters }
+  { contacts, contact_tiles, tile_starts, coupled_tiles, dense_blocks, dense_tiles, counters }
 
 #if LANES == 1
 #define DENSE_FIRST(x) (x)
@@ -81,7 +81,7 @@ static inline LaneCone dense_visit(u32 k, global const DenseBlock* own, global D
 // One work-item: the contacts of a tile one after another.
 static inline void dense_visit_tile(u32 tile, const DenseProblem* p) {
   u32 pair = p->tile_starts[tile];
-  while (p->tile_pairs[pair].row != tile) ++pair;
+  while (p->coupled_tiles[pair].row != tile) ++pair;
   global const DenseBlock* own = p->blocks + pair;
   global DenseTile* at = p->tiles + tile;
   const u32 count = p->contact_tiles[tile].count;
@@ -102,7 +102,7 @@ static inline void dense_visit_tile(u32 tile, const DenseProblem* p) {
 // What the other tiles feel of it: an item has LANES rows of one of them, which take its contacts in their order.
 static inline void dense_feel_tile(u32 tile, u32 item, const DenseProblem* p) {
   const u32 pair = p->tile_starts[tile] + item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
-  const u32 row = p->tile_pairs[pair].row, count = p->contact_tiles[tile].count;
+  const u32 row = p->coupled_tiles[pair].row, count = p->contact_tiles[tile].count;
   if (row == tile) return;
   global const real(*changes)[PACK] = p->tiles[tile].d;
   LaneCone u = dense_load(p->tiles[row].u, first);

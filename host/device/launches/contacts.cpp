@@ -83,7 +83,7 @@ void solve_by_parts(Launcher& launcher) {
 void solve_by_dense_matrix(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   const std::size_t block_reals = std::size_t{9} * PACK * PACK, tile_reals = std::size_t{10} * PACK;
-  launcher.scratch("dense_blocks", plan.sizes.tile_pairs * block_reals * plan.real_words);
+  launcher.scratch("dense_blocks", plan.sizes.coupled_tiles * block_reals * plan.real_words);
   launcher.scratch("dense_tiles", tile_count(plan.sizes.contacts, plan.sizes.worlds) * tile_reals * plan.real_words);
   launcher.scratch("dense_changes", std::size_t{plan.sizes.rows} * 3 * PACK * plan.real_words);
   const bool jointed = plan.sizes.joint_phases > 0, one_by_one = jointed || has(plan.features, Feature::tolerance);
@@ -97,7 +97,7 @@ void solve_by_dense_matrix(Launcher& launcher) {
     launcher.run("dense_finish", plan.contacts);
     sweep(launcher, "dense_give_color", "dense_give_tail", {{"first_color", plan.colors}});
   };
-  launcher.run("dense_matrix", plan.sizes.tile_pairs * (PACK / plan.lanes));
+  launcher.run("dense_matrix", plan.sizes.coupled_tiles * (PACK / plan.lanes));
   measure();
   for (u32 i = 0; i < rounds; ++i) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
@@ -165,7 +165,7 @@ void launch_couple_contacts(Launcher& launcher) {
   launcher.run("couple_mark", plan.contacts);
   launcher.run("couple_count", tiles);
   launcher.scan("tile_starts", tiles + 1);
-  launcher.run("couple_fill", tiles, {{"tile_pair_capacity", plan.sizes.tile_pairs}});
+  launcher.run("couple_fill", tiles, {{"coupled_tile_capacity", plan.sizes.coupled_tiles}});
 }
 
 void launch_pack_points(Launcher& launcher) { launcher.run("pack_points", launcher.plan().blocks * PACK); }
