@@ -88,6 +88,19 @@ TYPED_TEST(Dense, ScenesMatchTheReference) {
   }
 }
 
+// Too many of them for one work-group: sweeps by launches, and a tolerance that asks after each.
+TYPED_TEST(Dense, ManyDollsMatchTheReference) {
+  using real = TypeParam;
+  Scene scene = read_scene("rag_doll");
+  use_solver(scene.settings, Solver::dense_gauss_seidel);
+  scene.settings.iterations = 4;
+  scene.settings.tolerance = 0.02;
+  for (BodyDescription& body : scene.bodies) body.velocity[2] -= 8;
+  const InitialState<real> state = compile<real>(std::vector<Scene>(60, scene));
+  ASSERT_GE(state.buffers.joint_phases[1], LARGE_COLOR);
+  expect_twins_agree(state, 20, launch_options({{16, 0}, {1, 7}}));
+}
+
 TYPED_TEST(Dense, VoidStepsWriteNothing) {
   using real = TypeParam;
   for (const u32 status : {u32{STATUS_PAIRS_FULL}, u32{STATUS_COUPLED_TILES_FULL}, u32{STATUS_TOO_DENSE}}) {

@@ -32,6 +32,11 @@ static inline LaneCone dense_spread(global const real (*x)[PACK], u32 k) {
   return lane_make_cone((lane)x[0][k], (lane)x[1][k], (lane)x[2][k]);
 }
 
+// What has not changed is felt by none, as u is never -0: contacts that are open, most of all.
+static inline bool dense_is_still(global const real (*d)[PACK], u32 k) {
+  return d[0][k] == (real)0 && d[1][k] == (real)0 && d[2][k] == (real)0;
+}
+
 // u = u + W d of the rows in lanes first .. first + LANES - 1 of a tile.
 static inline void dense_feel(u32 k, u32 first, LaneCone d, global const DenseBlock* block, LaneCone* u) {
   global const real(*w)[3][PACK] = block->w[k];
@@ -88,6 +93,7 @@ static inline void dense_visit_tile(u32 tile, const DenseProblem* p) {
   lane change = (lane)0;
   for (u32 k = 0u; k < count; ++k) {
     const LaneCone d = dense_visit(k, own, at, &change);
+    if (dense_is_still(at->d, k)) continue;
     for (u32 first = 0u; first < PACK; first += LANES) {
       LaneCone u = dense_load(at->u, first);
       dense_feel(k, first, d, own, &u);
@@ -106,7 +112,9 @@ static inline void dense_feel_tile(u32 tile, u32 item, const DenseProblem* p) {
   if (row == tile) return;
   global const real(*changes)[PACK] = p->tiles[tile].d;
   LaneCone u = dense_load(p->tiles[row].u, first);
-  for (u32 k = 0u; k < count; ++k) dense_feel(k, first, dense_spread(changes, k), p->blocks + pair, &u);
+  for (u32 k = 0u; k < count; ++k) {
+    if (!dense_is_still(changes, k)) dense_feel(k, first, dense_spread(changes, k), p->blocks + pair, &u);
+  }
   dense_store(u, p->tiles[row].u, first);
 }
 
