@@ -96,7 +96,7 @@ TYPED_TEST(Dense, ManyDollsMatchTheReference) {
   scene.settings.iterations = 4;
   scene.settings.tolerance = 0.02;
   for (BodyDescription& body : scene.bodies) body.velocity[2] -= 8;
-  const InitialState<real> state = compile<real>(std::vector<Scene>(60, scene));
+  const InitialState<real> state = compile<real>(std::vector<Scene>(120, scene));
   ASSERT_GE(state.buffers.joint_phases[1], LARGE_COLOR);
   expect_twins_agree(state, 20, launch_options({{16, 0}, {1, 7}}));
 }

@@ -94,7 +94,7 @@ TEST(Simulation, NamesTheBodyTheStageAndTheStepThatWentBad) {
             "step 0, integrate_velocities: body 1 of world 1: the forces make its velocity infinite, not a number or "
             "faster than the speed limit; try a shorter time step");
   EXPECT_EQ(message_of_step(STATUS_TOO_DENSE, NONE - 1),
-            "step 0, couple_contacts: body 1 of world 0: its world has more than 4096 contacts, the most that "
+            "step 0, couple_contacts: body 0 of world 1: its world has more than 4096 contacts, the most that "
             "dense_gauss_seidel takes; take gauss_seidel");
   EXPECT_EQ(message_of_step(STATUS_BAD_POSE, NONE - 0),
             "step 0, integrate_positions: body 0 of world 0: its pose is infinite or not a number; try a shorter time "
