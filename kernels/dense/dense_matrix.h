@@ -95,17 +95,28 @@ static inline void dense_moved_side(lane_u32 bodies, u32 a, u32 b, DenseMoved mo
   *w = lane_select3(is_a, dense_splat(moved.w_a), lane_select3(is_b, dense_splat(moved.w_b), still));
 }
 
+// Whether any of the rows has a contact with the body, if that can move.
+static inline bool dense_any_has(const DenseRows* rows, u32 body, const Motion motion) {
+  const lane_u32 moving = (lane_u32)(motion.inverse_mass > (real)0 ? body : NONE - 1u);
+  const lane_mask has = LANE_MASK((rows->body_a == moving) | (rows->body_b == moving));
+  return LANE_ANY(has);
+}
+
 // Column k of a pair of tiles: the relative velocities of the rows, for an impulse of its contact along each axis.
 static inline void dense_column(u32 k, u32 contact, u32 first, const DenseRows* rows, global const Contact* contacts,
                                 global const u32* contact_slots, global const ContactBlock* contact_blocks,
                                 global const Motion* motions, global DenseBlock* out) {
   const u32 slot = contact_slots[contact], a = contacts[contact].body_a, b = contacts[contact].body_b;
+  const Motion motion_a = motions[a], motion_b = motions[b];
+  if (!dense_any_has(rows, a, motion_a) && !dense_any_has(rows, b, motion_b)) {
+    for (u32 i = 0u; i < 9u; ++i) LANE_STORE((lane)0, out->w[k][i / 3u][i % 3u] + first);
+    return;
+  }
   global const ContactBlock* block = contact_blocks + slot / PACK;
   const Vec3 arm_a = dense_arm_a(block, slot % PACK), arm_b = dense_arm_b(block, slot % PACK);
   Vec3 axes[3];
   axes[0] = dense_normal(block, slot % PACK);
   tangents(axes[0], &axes[1], &axes[2]);
-  const Motion motion_a = motions[a], motion_b = motions[b];
   for (u32 j = 0u; j < 3u; ++j) {
     const DenseMoved moved = dense_move(axes[j], arm_a, arm_b, motion_a, motion_b);
     Lane3 v_a, w_a, v_b, w_b;
