@@ -8,6 +8,7 @@
 #include "cpu_reference/collide.hpp"
 #include "cpu_reference/color_contacts.hpp"
 #include "cpu_reference/compare_shapes.hpp"
+#include "cpu_reference/couple_contacts.hpp"
 #include "cpu_reference/end_step.hpp"
 #include "cpu_reference/fall_asleep.hpp"
 #include "cpu_reference/find_events.hpp"

@@ -1,7 +1,8 @@
 // Solves the contact problem by sweeps of blocked projected Gauss-Seidel (cpu_reference/visit_contact.hpp) in the fixed
 // order of colours: pairs of one colour share no movable body, so that their order within it cannot matter. In scenes
 // solved by Jacobi's method a sweep visits all pairs at once (cpu_reference/visit_parts.hpp), after the joints. Scenes
-// that are solved along a gradient have a schedule of their own (cpu_reference/gradient/solve_by_gradient.hpp).
+// that are solved along a gradient, or by the dense matrix, have a schedule of their own
+// (cpu_reference/gradient/solve_by_gradient.hpp, cpu_reference/solve_dense.hpp).
 //
 // With a tolerance the first sweep in which no visit changes a relative velocity by more is the last of its sub-step. A
 // visit changes it by as much as its law was violated before, so that this measures what a sweep still finds to do; the
@@ -12,6 +13,7 @@
 
 #include "cpu_reference/gradient/solve_by_gradient.hpp"
 #include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/solve_dense.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
 
 namespace lockstep::reference {
@@ -20,6 +22,7 @@ template <class real>
 void solve_constraints(Buffers<real>& buffers, const StepParams<real>& params) {
   if (step_is_void(buffers.counters)) return;
   if (!buffers.gradient_laws.empty()) return GradientDescent<real>(buffers, params).run();
+  if (!buffers.contact_tiles.empty()) return DenseSweeps<real>(buffers).run(params);
   for (u32 sweep = 0; sweep < params.iterations; ++sweep) {
     const real of_joints = sweep_joints(Purpose::solve, buffers);
     const real change = larger(sweep_contacts(Purpose::solve, buffers), of_joints);

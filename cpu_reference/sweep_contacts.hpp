@@ -65,18 +65,19 @@ real visit_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
   return change;
 }
 
-/// Gives the bodies of a pair the impulses that its contacts start from.
+/// Gives the bodies of a pair these impulses of its contacts, and the moments of those that resist turning.
 template <class real>
-void start_pair(const Buffers<real>& buffers, u32 block, u32 lane, Motion<real>& a, Motion<real>& b) {
+void start_pair(const Buffers<real>& buffers, const std::vector<ImpulseBlock<real>>& impulses, u32 block, u32 lane,
+                Motion<real>& a, Motion<real>& b) {
   const BlockBodies& bodies = buffers.block_bodies[block];
   const u32 first = buffers.block_rows[block].first, end = first + bodies.count[lane];
   const bool rubs_as_one = !buffers.patch_blocks.empty();
   for (u32 row = first; row < end; ++row) {
     if (rubs_as_one)
-      start_normal(buffers.contact_blocks[row], buffers.impulse_blocks[row], lane, a, b);
+      start_normal(buffers.contact_blocks[row], impulses[row], lane, a, b);
     else
-      push(contact_frame<real>(buffers.contact_blocks[row], lane), bodies.kind[lane],
-           impulse_of(buffers.impulse_blocks[row], lane), a, b);
+      push(contact_frame<real>(buffers.contact_blocks[row], lane), bodies.kind[lane], impulse_of(impulses[row], lane),
+           a, b);
     if (!buffers.turn_blocks.empty())
       start_turning(buffers.contact_blocks[row], buffers.turn_blocks[row], buffers.turn_impulses[row],
                     bodies.kind[lane], lane, a, b);
@@ -106,8 +107,9 @@ real sweep_contacts(Purpose purpose, Buffers<real>& buffers) {
 /// Gives the bodies the impulses that the contacts start from.
 template <class real>
 void start_contacts(Buffers<real>& buffers) {
-  for_each_pair(buffers,
-                [&](u32 block, u32 lane, Motion<real>& a, Motion<real>& b) { start_pair(buffers, block, lane, a, b); });
+  for_each_pair(buffers, [&](u32 block, u32 lane, Motion<real>& a, Motion<real>& b) {
+    start_pair(buffers, buffers.impulse_blocks, block, lane, a, b);
+  });
 }
 
 }  // namespace lockstep::reference

@@ -48,6 +48,8 @@ u32 tree_block_count(u32 shapes) {
   return count;
 }
 
+u32 tile_count(u32 contacts, u32 worlds) { return contacts / PACK + worlds; }
+
 std::size_t capacity(Domain domain, const Sizes& sizes) {
   switch (domain) {
     case Domain::one: return 1;
@@ -79,6 +81,9 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::colors: return MAX_COLORS + 2;
     case Domain::blocks: return sizes.blocks;
     case Domain::rows: return sizes.rows;
+    case Domain::tiles: return tile_count(sizes.contacts, sizes.worlds);
+    case Domain::tile_ends: return std::size_t{tile_count(sizes.contacts, sizes.worlds)} + 1;
+    case Domain::coupled_tiles: return sizes.coupled_tiles;
     case Domain::joints: return sizes.joints;
     case Domain::joint_phases: return std::size_t{sizes.joint_phases} + 1;
     case Domain::joint_blocks: return sizes.joint_blocks;
@@ -104,6 +109,7 @@ std::size_t live(Domain domain, const Sizes& sizes, std::span<const u32> counter
     case Domain::contacts: return std::min(counters[COUNTER_CONTACTS], sizes.contacts);
     case Domain::blocks: return std::min(counters[COUNTER_BLOCKS], sizes.blocks);
     case Domain::rows: return std::min(counters[COUNTER_ROWS], sizes.rows);
+    case Domain::coupled_tiles: return std::min(counters[COUNTER_COUPLED_TILES_NEEDED], sizes.coupled_tiles);
     case Domain::cached: return std::min(cached_count, sizes.contacts);
     case Domain::events: return std::min<std::size_t>(counters[COUNTER_EVENTS], capacity(domain, sizes));
     default: return capacity(domain, sizes);

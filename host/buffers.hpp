@@ -41,6 +41,9 @@ enum class Domain : u32 {
   colors,
   blocks,
   rows,
+  tiles,
+  tile_ends,
+  coupled_tiles,
   cached,
   slept,
   joints,
@@ -104,7 +107,7 @@ struct Sizes {
   u32 worlds = 0, bodies = 0, shapes = 0, planes = 0, material_pairs = 0, buckets = 0;
   u32 tree_shapes = 0, shape_trees = 0, shape_tree_blocks = 0;
   u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0;
-  u32 pairs = 0, contacts = 0, blocks = 0, rows = 0;
+  u32 pairs = 0, contacts = 0, blocks = 0, rows = 0, coupled_tiles = 0;
   u32 joints = 0, joint_phases = 0, joint_blocks = 0, joined = 0;
   u32 rays = 0, volumes = 0, overlaps = 0;
   u32 particles = 0, particle_planes = 0;
@@ -116,6 +119,9 @@ struct Sizes {
 
 /// Blocks of all levels of the tree of bounds: a block of the lowest level holds the boxes of PACK runs of PACK shapes.
 u32 tree_block_count(u32 shapes);
+
+/// Tiles of so many contacts, of which each world begins one of its own.
+u32 tile_count(u32 contacts, u32 worlds);
 
 /// Elements that a buffer of this domain is allocated with.
 std::size_t capacity(Domain domain, const Sizes& sizes);

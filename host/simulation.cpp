@@ -27,6 +27,8 @@ struct Trouble {
 // In the order of the stages: the first one of a step is the cause of the others.
 constexpr Trouble troubles[] = {
     {STATUS_OUT_OF_GRID, Stage::sort_cells, "a shape is too far out for the collision grid, its cell has no number"},
+    {STATUS_TOO_DENSE, Stage::couple_contacts,
+     "its world has more than 4096 contacts, the most that dense_gauss_seidel takes; take gauss_seidel"},
     {STATUS_BAD_FORCES, Stage::integrate_velocities,
      "the forces make its velocity infinite, not a number or faster than the speed limit; try a shorter time step"},
     {STATUS_BAD_CONTACTS, Stage::integrate_positions,
@@ -91,6 +93,8 @@ void Simulation<real>::make_longer(u32 status) {
   if (status & STATUS_CONTACTS_FULL) sizes.contacts = roomier(sizes.contacts, counters_[COUNTER_CONTACTS_NEEDED]);
   if (status & STATUS_BLOCKS_FULL) sizes.blocks = roomier(sizes.blocks, counters_[COUNTER_BLOCKS_NEEDED]);
   if (status & STATUS_ROWS_FULL) sizes.rows = roomier(sizes.rows, counters_[COUNTER_ROWS_NEEDED]);
+  if (status & STATUS_COUPLED_TILES_FULL)
+    sizes.coupled_tiles = roomier(sizes.coupled_tiles, counters_[COUNTER_COUPLED_TILES_NEEDED]);
   backend_->grow(sizes);
   params_.pair_capacity = sizes.pairs;
   params_.contact_capacity = sizes.contacts;
@@ -121,7 +125,7 @@ void Simulation<real>::step() {
     counters_ = backend_->counters();
     const u32 status = counters_[COUNTER_STATUS];
     // out of the grid, neighbours cannot be told apart and no list is long enough
-    if (!(status & STATUS_VOID) || (status & STATUS_OUT_OF_GRID)) break;
+    if (!(status & STATUS_VOID) || (status & (STATUS_OUT_OF_GRID | STATUS_TOO_DENSE))) break;
     if (status & STATUS_FULL) make_longer(status);
     if (status & STATUS_WOKEN) ++wakings_;
   }

@@ -24,10 +24,12 @@ void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::wake_islands, p);
   backend.run(Stage::match_contacts, p);
 
-  // contacts of one colour share no movable body, so that a colour is solved at once; or all are, on parts of bodies
+  // contacts of one colour share no movable body, so that a colour is solved at once; or all are, on parts of bodies;
+  // or one after another, by the matrix of those that share bodies
   backend.run(Stage::color_contacts, p);
   backend.run(Stage::pack_contacts, p);
   backend.run(Stage::split_bodies, p);
+  backend.run(Stage::couple_contacts, p);
   backend.run(Stage::pack_points, p);
 
   // or bodies push each other by their particles

@@ -71,6 +71,14 @@ RECORD(PartBlock) {
   u32 place_a[PACK], place_b[PACK];   // where the pair's copy of the body stands; NONE where it has none
 };
 
+// A tile is PACK contacts of a world, in the order of their list; the last of a world may have fewer (feature dense).
+// Tiles of a world follow one another, and some that nobody has have a count of 0.
+INDEX_RECORD(ContactTile) { u32 first, count; };
+
+// Tiles of which some contacts share a movable body: what is done in `column` is felt in `row`. Those of a column are
+// tile_starts[column] ... tile_starts[column + 1] - 1, in the order of the rows, the column itself among them.
+INDEX_RECORD(CoupledTiles) { u32 row, column; };
+
 // How a scene's convex problem is descended (feature gradient; cpu_reference/gradient/descent.hpp).
 INDEX_RECORD(GradientLaw) {
   u32 accelerated;  // 1: with momentum; 0: straight along the projected gradient

@@ -31,6 +31,8 @@ typedef REAL real;
 #define COLOR_OF_FIRST (MAX_COLORS + 1u)
 // Points at which two shapes can touch.
 #define MANIFOLD_POINTS 4u
+// Contacts of a world that the dense solver takes, a multiple of 32 PACK.
+#define DENSE_CONTACTS 4096u
 // Blocks from which on a colour is worth a launch of its own.
 #define LARGE_COLOR 32u
 // Items that one work-item counts, scans or places in the list primitives.
@@ -125,7 +127,8 @@ enum Counter {
   COUNTER_ASLEEP = 21,        // bodies asleep at the end of the step
   COUNTER_ISLANDS = 22,       // islands asleep at the end of the step
   COUNTER_MOVING = 23,        // bodies awake at the end of the step, and kinematic ones that move
-  COUNTER_COUNT = 24
+  COUNTER_COUPLED_TILES_NEEDED = 24,  // pairs of tiles of contacts that share a movable body
+  COUNTER_COUNT = 25
 };
 
 enum StatusBit {
@@ -138,13 +141,16 @@ enum StatusBit {
   STATUS_BAD_POSE = 64,      // integrate_positions or integrate_free_flight: a pose is not finite
   STATUS_BAD_FLIGHT = 128,   // integrate_free_flight: the same as STATUS_BAD_FORCES
   STATUS_ROWS_FULL = 256,
-  STATUS_WOKEN = 512  // wake_islands: what sleeps has been touched
+  STATUS_WOKEN = 512,  // wake_islands: what sleeps has been touched
+  STATUS_COUPLED_TILES_FULL = 1024,
+  STATUS_TOO_DENSE = 2048  // couple_contacts: a world has more than DENSE_CONTACTS
 };
 // Any of these is found before a stage writes persistent state; the stages that do leave it alone, and the step is
 // redone with larger buffers.
-#define STATUS_FULL (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL | STATUS_BLOCKS_FULL | STATUS_ROWS_FULL)
-// And so is a step in which bodies wake, with them awake.
-#define STATUS_VOID (STATUS_FULL | STATUS_WOKEN)
+#define STATUS_FULL \
+  (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL | STATUS_BLOCKS_FULL | STATUS_ROWS_FULL | STATUS_COUPLED_TILES_FULL)
+// And so is a step in which bodies wake, with them awake. One that is too dense ends the run.
+#define STATUS_VOID (STATUS_FULL | STATUS_WOKEN | STATUS_TOO_DENSE)
 
 // ---- constant data of a scene ------------------------------------------------------------------------------------
 

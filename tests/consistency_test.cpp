@@ -56,6 +56,8 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
        "features: are those of no scene"},
       {"rolling_resistance", [](State& s) { s.features = with(s.features, Feature::patches); },
        "features: are those of no scene"},
+      {"box_stack", [](State& s) { s.features = with(with(s.features, Feature::dense), Feature::patches); },
+       "features: are those of no scene"},
       {"wrecking_ball", [](State& s) { s.buffers.gradient_laws[0].accelerated = 2; },
        "gradient_laws[0]: is of an unknown kind"},
       {"wrecking_ball", [](State& s) { s.buffers.joint_parts[0].place_b[0] = 99; },

@@ -87,8 +87,8 @@ template <class real>
 void run_until_prepared(InitialState<real>& state) {
   run_reference(state, {Stage::begin_step, Stage::update_bounds, Stage::sort_cells, Stage::find_pairs, Stage::collide,
                         Stage::match_contacts, Stage::color_contacts, Stage::pack_contacts});
-  for (const Stage stage :
-       {Stage::split_bodies, Stage::pack_points, Stage::integrate_velocities, Stage::prepare_contacts}) {
+  for (const Stage stage : {Stage::split_bodies, Stage::couple_contacts, Stage::pack_points,
+                            Stage::integrate_velocities, Stage::prepare_contacts}) {
     if (runs(stage, state.features)) reference::run_stage(stage, state.buffers, state.params);
   }
 }

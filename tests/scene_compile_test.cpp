@@ -216,6 +216,19 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
         "test.json: /settings/friction_model: solvers along a gradient have a cone for each contact; leave patches "
         "out, or take gauss_seidel");
   }
+  const std::string dense = R"(, "settings": {"solver": "dense_gauss_seidel")";
+  EXPECT_TRUE(has(compiled(ball + "," + ground, dense + "}"), Feature::dense));
+  EXPECT_TRUE(has(compiled(ball + "," + ground, dense + "}"), Feature::general_contacts));
+  EXPECT_GT(compiled(ball + "," + ground, dense + "}").sizes.coupled_tiles, 0u);
+  EXPECT_EQ(compiled(ball + "," + ground).sizes.coupled_tiles, 0u);
+  EXPECT_FALSE(has(compiled(ball, dense + "}"), Feature::dense));  // nothing can touch
+  EXPECT_EQ(refusal(scene_of(ball + "," + ground, dense + R"(, "friction_model": "patches"})")),
+            "test.json: /settings/friction_model: dense_gauss_seidel has a cone for each contact; leave patches out, "
+            "or take gauss_seidel");
+  const std::string rubber = R"(, "materials": [{"name": "rubber", "friction": 1, "rolling_friction": 0.01}])";
+  EXPECT_EQ(refusal(scene_of(ball + "," + ground, rubber + dense + "}")),
+            "test.json: /settings/solver: dense_gauss_seidel knows round cones of slip alone, and materials of this "
+            "scene resist turning or have a grain; take gauss_seidel");
   EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.joint_part_starts.empty());
   EXPECT_TRUE(has(compiled(off_center_ball + "," + ground), Feature::general_contacts));
   EXPECT_TRUE(

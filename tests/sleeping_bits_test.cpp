@@ -22,7 +22,7 @@ std::string with_solver(const std::string& name, double after) {
   return model + R"(, "sleeping": {"after": )" + std::to_string(after) + "}";
 }
 
-constexpr const char* solvers[] = {"gauss_seidel", "small_steps", "jacobi", "patches"};
+constexpr const char* solvers[] = {"gauss_seidel", "small_steps", "jacobi", "patches", "dense_gauss_seidel"};
 
 TEST(SleepingBits, TwinsAgreeWhileIslandsFallAsleepAndWake) {
   for (const char* solver : solvers) {
@@ -45,7 +45,7 @@ TEST(SleepingBits, TwinsAgreeWithJointsThatSleep) {
     {"type": "hinge", "bodies": ["world", "door"], "anchor": [0, 0, 1.5], "axis": [0, 0, 1], "limits_deg": [-90, 90]},
     {"type": "slider", "bodies": ["world", "box"], "anchor": [5, 0, 2], "axis": [1, 0, 0],
      "spring": {"stiffness": 100, "damping": 10}}])";
-  for (const char* solver : {"gauss_seidel", "small_steps", "jacobi"}) {
+  for (const char* solver : {"gauss_seidel", "small_steps", "jacobi", "dense_gauss_seidel"}) {
     SCOPED_TRACE(solver);
     const auto state = compile<float>(scene_of(bodies, with_solver(solver, 0.2), joints));
     expect_twins_agree(state, 45, launch_options({{1, 3}, {16, 0}}));

@@ -96,7 +96,7 @@ TYPED_TEST(Tolerance, JointsMatchTheReference) {
 // Whole steps of joints and contacts, in which nothing may depend on lanes, work-groups or threads.
 TYPED_TEST(Tolerance, StepsMatchTheReference) {
   using real = TypeParam;
-  for (const Solver solver : {Solver::gauss_seidel, Solver::small_steps, Solver::jacobi}) {
+  for (const Solver solver : {Solver::gauss_seidel, Solver::small_steps, Solver::jacobi, Solver::dense_gauss_seidel}) {
     Scene scene = read_scene("rag_doll");
     use_solver(scene.settings, solver);
     scene.settings.iterations = 20;

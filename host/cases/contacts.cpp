@@ -301,7 +301,7 @@ std::vector<HardCase> contact_cases() {
       {"capstan",
        "A rope of 20 beads half round a bollard, mu = 0.3, slips where one end is drawn 2.571774 times as hard",
        {gauss_seidel(0.002, {10, 50, 200, 1000}), small_steps(0.002, {4, 16, 64}), jacobi(0.002, {30, 300}),
-        accelerated_gradient(0.002, {50, 200, 1000})},
+        accelerated_gradient(0.002, {50, 200, 1000}), dense_gauss_seidel(0.002, {10, 50, 200, 1000})},
        capstan},
       {"squeezed",
        "Two plates that nothing stops close in on a box: it is not shot away, and the report tells of it",

@@ -70,6 +70,9 @@ Method gradient(double dt, std::initializer_list<u32> iterations) {
 Method accelerated_gradient(double dt, std::initializer_list<u32> iterations) {
   return swept(Solver::accelerated_gradient, dt, iterations, &Setting::iterations);
 }
+Method dense_gauss_seidel(double dt, std::initializer_list<u32> iterations) {
+  return swept(Solver::dense_gauss_seidel, dt, iterations, &Setting::iterations);
+}
 
 Method with_patches(Method method) {
   method.name += ", patches";

@@ -56,6 +56,7 @@ Method small_steps(double dt, std::initializer_list<u32> substeps);
 Method jacobi(double dt, std::initializer_list<u32> iterations);
 Method gradient(double dt, std::initializer_list<u32> iterations);
 Method accelerated_gradient(double dt, std::initializer_list<u32> iterations);
+Method dense_gauss_seidel(double dt, std::initializer_list<u32> iterations);
 /// By the time step, s; sweeps and sub-steps as they are meant to be.
 Method trapezoidal(std::initializer_list<double> dts);    // gauss_seidel
 Method semi_implicit(std::initializer_list<double> dts);  // gauss_seidel, Euler

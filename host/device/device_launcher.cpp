@@ -54,10 +54,14 @@ void DeviceLauncher::run(std::string_view name, u32 items, std::initializer_list
 }
 
 void DeviceLauncher::run_group(std::string_view name, std::initializer_list<Argument> arguments) {
+  run_groups(name, 1, arguments);
+}
+
+void DeviceLauncher::run_groups(std::string_view name, u32 groups, std::initializer_list<Argument> arguments) {
   Kernel& kernel = find(name);
   bind(kernel, arguments);
   const std::size_t local = std::min(fused_work_group_, kernel.max_work_group);
-  enqueue(kernel, local, local);
+  enqueue(kernel, std::max(groups, 1u) * local, local);
 }
 
 void DeviceLauncher::scratch(std::string_view name, std::size_t words) {

@@ -29,6 +29,7 @@ class DeviceLauncher final : public Launcher {
   const LaunchPlan& plan() const override { return plan_; }
   void run(std::string_view kernel, u32 items, std::initializer_list<Argument> arguments = {}) override;
   void run_group(std::string_view kernel, std::initializer_list<Argument> arguments = {}) override;
+  void run_groups(std::string_view kernel, u32 groups, std::initializer_list<Argument> arguments = {}) override;
   void scratch(std::string_view name, std::size_t words) override;
 
   /// The first and the last command of each stage since the last call, where `profile` was asked for.

@@ -20,6 +20,9 @@ class Writer final : public Launcher {
   void run(std::string_view kernel, u32, std::initializer_list<Argument> arguments) override {
     run_group(kernel, arguments);
   }
+  void run_groups(std::string_view kernel, u32, std::initializer_list<Argument> arguments) override {
+    run_group(kernel, arguments);
+  }
   void run_group(std::string_view kernel, std::initializer_list<Argument> arguments) override;
   void scratch(std::string_view name, std::size_t words) override;
 

@@ -36,6 +36,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::jacobi, "JACOBI"},
     {Feature::tolerance, "TOLERANCE"},
     {Feature::gradient, "GRADIENT"},
+    {Feature::dense, "DENSE"},
     {Feature::all_pairs, "ALL_PAIRS"},
     {Feature::loads, "LOADS"},
     {Feature::particles, "PARTICLES"},

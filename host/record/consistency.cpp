@@ -45,6 +45,8 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::turning_friction, Feature::contacts},
     {Feature::static_friction, Feature::contacts},
     {Feature::elliptic_friction, Feature::turning_friction},
+    {Feature::dense, Feature::contacts},
+    {Feature::dense, Feature::general_contacts},
 };
 
 template <class real>
@@ -59,6 +61,8 @@ void expect_features(const InitialState<real>& state) {
   const bool turns = has(features, Feature::turning_friction), patches = has(features, Feature::patches);
   if (has(features, Feature::gradient))  // of contacts on parts of bodies, each in a cone, or of joints alone
     fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !patches && !turns;
+  if (has(features, Feature::dense))  // of hard contacts on whole bodies, each in a cone
+    fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !patches && !turns;
   fit = fit && has(features, Feature::shape_trees) == (state.sizes.tree_shapes > 0);
   fit = fit && !(patches && (turns || has(features, Feature::static_friction)));
   fit = fit && !(has(features, Feature::impact_laws) && has(features, Feature::elliptic_friction));

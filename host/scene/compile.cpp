@@ -394,6 +394,16 @@ void Compiler<real>::set_features() {
     features = with(features, Feature::gradient);
     if (has(features, Feature::contacts)) features = with(features, Feature::jacobi);
   }
+  if (has(features, Feature::contacts) && settings.solver == Solver::dense_gauss_seidel) {
+    if (has(features, Feature::patches))
+      throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",
+                  "dense_gauss_seidel has a cone for each contact; leave patches out, or take gauss_seidel");
+    if (has(features, Feature::turning_friction))
+      throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
+                  "dense_gauss_seidel knows round cones of slip alone, and materials of this scene resist turning or "
+                  "have a grain; take gauss_seidel");
+    features = with(with(features, Feature::dense), Feature::general_contacts);
+  }
   if (constrained && settings.tolerance > 0) features = with(features, Feature::tolerance);
   if (constrained && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);
@@ -451,6 +461,8 @@ void set_first_capacities(Sizes& sizes, Features features) {
   // each colour, and the overflow, may end in a block that is not full
   sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;
   sizes.rows = sizes.blocks;
+  // a contact feels those of its own tile and of a few others
+  if (has(features, Feature::dense)) sizes.coupled_tiles = 8 * tile_count(sizes.contacts, sizes.worlds);
 }
 
 template <class real>

@@ -23,14 +23,16 @@ enum class Gyroscopic { none, explicit_, implicit, midpoint };
 /// How contacts are solved: `gauss_seidel`, sweeps over hard contacts; `small_steps`, few sweeps in each of several
 /// sub-steps over soft contacts, and one that takes back what the springs added; `jacobi`, all hard contacts at once,
 /// each on parts of its bodies; `gradient` and `accelerated_gradient`, hard contacts and joints as one convex
-/// problem, another model (cpu_reference/gradient/descent.hpp).
-enum class Solver { gauss_seidel, small_steps, jacobi, gradient, accelerated_gradient };
+/// problem, another model (cpu_reference/gradient/descent.hpp); `dense_gauss_seidel`, sweeps over hard contacts in the
+/// order of their list, by the dense Delassus matrix (cpu_reference/solve_dense.hpp).
+enum class Solver { gauss_seidel, small_steps, jacobi, gradient, accelerated_gradient, dense_gauss_seidel };
 inline constexpr std::pair<const char*, Solver> solver_names[] = {
     {"gauss_seidel", Solver::gauss_seidel},
     {"small_steps", Solver::small_steps},
     {"jacobi", Solver::jacobi},
     {"gradient", Solver::gradient},
-    {"accelerated_gradient", Solver::accelerated_gradient}};
+    {"accelerated_gradient", Solver::accelerated_gradient},
+    {"dense_gauss_seidel", Solver::dense_gauss_seidel}};
 /// Whether it goes down a gradient.
 inline bool is_gradient(Solver solver) { return solver == Solver::gradient || solver == Solver::accelerated_gradient; }
 
@@ -231,6 +233,7 @@ inline void use_solver(Settings& settings, Solver solver) {
     case Solver::jacobi: settings.iterations = 30; break;
     case Solver::gradient: settings.iterations = 100; break;
     case Solver::accelerated_gradient: settings.iterations = 50; break;
+    case Solver::dense_gauss_seidel: settings.iterations = 10; break;
   }
 }
 

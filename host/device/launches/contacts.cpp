@@ -1,4 +1,5 @@
 // Contacts and joints: colours, blocks, sweeps. A small scene takes one launch a stage, in one work-group.
+#include <algorithm>
 #include <initializer_list>
 #include <string_view>
 
@@ -77,6 +78,37 @@ void solve_by_parts(Launcher& launcher) {
   }
 }
 
+// The dense matrix, sweeps by it, and bodies that get what impulses have changed by. Joints take turns with the sweeps;
+// where no joint does, and no tolerance asks after each of them, one launch makes all.
+void solve_by_dense_matrix(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  const std::size_t block_reals = std::size_t{9} * PACK * PACK, tile_reals = std::size_t{10} * PACK;
+  launcher.scratch("dense_blocks", plan.sizes.coupled_tiles * block_reals * plan.real_words);
+  launcher.scratch("dense_tiles", tile_count(plan.sizes.contacts, plan.sizes.worlds) * tile_reals * plan.real_words);
+  launcher.scratch("dense_changes", std::size_t{plan.sizes.rows} * 3 * PACK * plan.real_words);
+  const bool jointed = plan.sizes.joint_phases > 0, one_by_one = jointed || has(plan.features, Feature::tolerance);
+  const u32 rounds = one_by_one ? plan.iterations : 1, sweeps = one_by_one ? 1 : plan.iterations;
+  if (is_fused(plan))
+    return launcher.run_group("solve_dense_group",
+                              {{"rounds", rounds}, {"sweeps", sweeps}, {"joint_phase_count", plan.sizes.joint_phases}});
+
+  const auto measure = [&] { launcher.run("dense_measure", std::max(plan.contacts, plan.blocks * PACK)); };
+  const auto give_to_bodies = [&] {
+    launcher.run("dense_finish", plan.contacts);
+    sweep(launcher, "dense_give_color", "dense_give_tail", {{"first_color", plan.colors}});
+  };
+  launcher.run("dense_matrix", plan.sizes.coupled_tiles * (PACK / plan.lanes));
+  measure();
+  for (u32 i = 0; i < rounds; ++i) {
+    sweep_joints(launcher, "solve_joints", "solve_joint_tail");
+    if (jointed) measure();
+    launcher.run_groups("dense_sweep", plan.sizes.worlds, {{"sweeps", sweeps}});
+    if (jointed) give_to_bodies();
+    if (one_by_one) end_sweep(launcher, i);
+  }
+  if (!jointed) give_to_bodies();
+}
+
 }  // namespace
 
 void launch_color_contacts(Launcher& launcher) {
@@ -124,6 +156,18 @@ void launch_split_bodies(Launcher& launcher) {
   launcher.run("split_order", plan.sizes.bodies);
 }
 
+void launch_couple_contacts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  const u32 tiles = tile_count(plan.sizes.contacts, plan.sizes.worlds);
+  const u32 words = plan.sizes.bodies * (DENSE_CONTACTS / PACK / 32);
+  launcher.scratch("body_tiles", words);
+  launcher.run("couple_clear", std::max(tiles, words));
+  launcher.run("couple_mark", plan.contacts);
+  launcher.run("couple_count", tiles);
+  launcher.scan("tile_starts", tiles + 1);
+  launcher.run("couple_fill", tiles, {{"coupled_tile_capacity", plan.sizes.coupled_tiles}});
+}
+
 void launch_pack_points(Launcher& launcher) { launcher.run("pack_points", launcher.plan().blocks * PACK); }
 
 void launch_prepare_contacts(Launcher& launcher) {
@@ -150,6 +194,7 @@ void launch_warm_start(Launcher& launcher) {
 
 void launch_solve_constraints(Launcher& launcher) {
   if (has(launcher.plan().features, Feature::gradient)) return solve_by_gradient(launcher, is_fused(launcher.plan()));
+  if (has(launcher.plan().features, Feature::dense)) return solve_by_dense_matrix(launcher);
   if (has(launcher.plan().features, Feature::jacobi)) return solve_by_parts(launcher);
   const LaunchPlan& plan = launcher.plan();
   if (is_fused(plan))
