@@ -35,6 +35,7 @@ enum class Domain : u32 {
   pair_ends,
   contacts,
   colors,
+  cell_ends,
   blocks,
   rows,
   cached,
@@ -109,6 +110,9 @@ struct Sizes {
 
 /// Blocks of all levels of the tree of bounds: a block of the lowest level holds the boxes of PACK runs of PACK shapes.
 u32 tree_block_count(u32 shapes);
+
+/// Places for the cells of one phase of a sweep, those of all worlds (cpu_reference/solver_cell.hpp).
+constexpr u32 cells_in_phase(u32 bodies, u32 worlds) { return bodies / CELL_BODIES + worlds; }
 
 /// Elements that a buffer of this domain is allocated with.
 std::size_t capacity(Domain domain, const Sizes& sizes);

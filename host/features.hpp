@@ -47,6 +47,7 @@ enum class Feature : std::uint64_t {
   turning_friction = 1ull << 36,  // some contacts resist rolling, or spinning about their normal
   static_friction = 1ull << 37,   // some hold by more than they slide with
   elliptic_friction = 1ull << 38,  // some rub more along a grain than across it; it comes with turning_friction
+  partitions = 1ull << 39,         // pairs in contact are solved cell by cell of a grid; what is in no cell by colours
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -145,8 +145,8 @@ void expect_capacities_change_nothing() {
 // Every list that grows in some scene: several points a pair, joints, events, patches, parts of bodies, a tree.
 TEST(Simulation, CapacitiesChangeNothingInAnyKindOfScene) {
   for (const char* name : {"slabs", "rover", "sensor_gate", "dominoes", "cylinders_and_hulls", "mixed_spheres"}) {
-    for (const Solver solver :
-         {Solver::gauss_seidel, Solver::small_steps, Solver::jacobi, Solver::accelerated_gradient}) {
+    for (const Solver solver : {Solver::gauss_seidel, Solver::small_steps, Solver::jacobi, Solver::accelerated_gradient,
+                                Solver::cell_gauss_seidel}) {
       for (const FrictionModel friction : {FrictionModel::cones, FrictionModel::patches}) {
         Scene scene = read_scene(name);
         if (!scene.joints.empty() && solver != scene.settings.solver) continue;   // not every solver holds its joints

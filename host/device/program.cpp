@@ -51,6 +51,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::turning_friction, "TURNING_FRICTION"},
     {Feature::static_friction, "STATIC_FRICTION"},
     {Feature::elliptic_friction, "ELLIPTIC_FRICTION"},
+    {Feature::partitions, "PARTITIONS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {
