@@ -64,19 +64,6 @@ static inline void color_take(u32 color, u32 body, global u32* body_colors) {
 
 // ---- in order -----------------------------------------------------------------------------------------------------
 
-// First contact of the worlds from `world` on.
-static inline u32 color_first_contact(u32 world, u32 count, global const Contact* contacts) {
-  u32 begin = 0u, end = count;
-  while (begin < end) {
-    const u32 middle = begin + (end - begin) / 2u;
-    if (contacts[middle].world < world)
-      begin = middle + 1u;
-    else
-      end = middle;
-  }
-  return begin;
-}
-
 // The lowest colour that is free for the pair that contact i is the first of.
 static inline void color_give(u32 i, global const BodyInfo* body_infos, global const Contact* contacts,
                               global u32* body_colors, global u32* contact_colors) {
@@ -117,8 +104,8 @@ kernel void color_worlds(const StepParams params, global const WorldRange* world
     const u32 first_word = 2u * world_ranges[world].first_body;
     for (u32 i = 0u; i < 2u * world_ranges[world].body_count; ++i) body_colors[first_word + i] = 0u;
 
-    const u32 first = color_first_contact(world, counters[COUNTER_CONTACTS], contacts);
-    const u32 end = color_first_contact(world + 1u, counters[COUNTER_CONTACTS], contacts);
+    const u32 first = first_contact_of_world(world, counters[COUNTER_CONTACTS], contacts);
+    const u32 end = first_contact_of_world(world + 1u, counters[COUNTER_CONTACTS], contacts);
 #if FEATURE_SLEEPING
     const u32 count = color_sort(first, end, shape_infos, contacts, cell_places, color_order, contact_colors);
     for (u32 k = 0u; k < count; ++k)

@@ -18,14 +18,20 @@
 #define SCHEDULE_POINTS 0x0fffffffu
 
 // Bits of the batches that a movable body is in; of the phase of the cell alone, as no other cell of it has the body.
-static inline global u32* schedule_batches_of(u32 cell, u32 body, const StepParams params,
-                                              global const BodyInfo* body_infos, global u32* body_batches) {
-  if (body_infos[body].kind != BODY_DYNAMIC) return 0;
-  return body_batches + 2u * (cell / cells_in_phase(params) * params.bodies + body);
+static inline global u32* schedule_batches_of(u32 body, global const BodyInfo* body_infos, global u32* phase_batches) {
+  return body_infos[body].kind == BODY_DYNAMIC ? phase_batches + 2u * body : 0;
+}
+static inline global u32* schedule_phase_batches(u32 cell, const StepParams params, global u32* body_batches) {
+  return body_batches + 2u * (cell / cells_in_phase(params) * params.bodies);
 }
 
-// Pairs that share the body may do so at once.
 static inline void schedule_clear_body(global u32* batches) {
+  if (!batches) return;
+  batches[0] = 0u;
+  batches[1] = 0u;
+}
+// Pairs that share the body do so at once.
+static inline void schedule_clear_shared(global u32* batches) {
   if (!batches) return;
   atomic_and(&batches[0], 0u);
   atomic_and(&batches[1], 0u);
@@ -62,22 +68,23 @@ kernel void schedule_cells(const StepParams params, global const BodyInfo* body_
                            global const u32* counters) {
   FOR_EACH(cell, CELL_PHASES * cells_in_phase(params)) {
     const u32 begin = cell_starts[cell], end = cell_starts[cell + 1u];
+    global u32* phase_batches = schedule_phase_batches(cell, params, body_batches);
     u32 sizes[CELL_BATCHES], pairs_of[MANIFOLD_POINTS + 1u] = {0u, 0u, 0u, 0u, 0u};
     u32 full[2] = {0u, 0u}, batches = 0u, rows = 0u;
     for (u32 k = begin; k < end; ++k) {
       const u32 i = cell_pairs[k], count = pair_contact_count(contacts, i, counters[COUNTER_CONTACTS]);
       cell_places[i] = SCHEDULE_WAITS | count;
       ++pairs_of[count];
-      schedule_clear_body(schedule_batches_of(cell, contacts[i].body_a, params, body_infos, body_batches));
-      schedule_clear_body(schedule_batches_of(cell, contacts[i].body_b, params, body_infos, body_batches));
+      schedule_clear_body(schedule_batches_of(contacts[i].body_a, body_infos, phase_batches));
+      schedule_clear_body(schedule_batches_of(contacts[i].body_b, body_infos, phase_batches));
     }
     for (u32 points = MANIFOLD_POINTS; points > 0u; --points) {
       for (u32 k = begin; k < end && pairs_of[points] > 0u; ++k) {
         const u32 i = cell_pairs[k];
         if (cell_places[i] != (SCHEDULE_WAITS | points)) continue;
         --pairs_of[points];
-        global u32* a = schedule_batches_of(cell, contacts[i].body_a, params, body_infos, body_batches);
-        global u32* b = schedule_batches_of(cell, contacts[i].body_b, params, body_infos, body_batches);
+        global u32* a = schedule_batches_of(contacts[i].body_a, body_infos, phase_batches);
+        global u32* b = schedule_batches_of(contacts[i].body_b, body_infos, phase_batches);
         const u32 batch = schedule_first_fit(full, a, b);
         cell_places[i] = NONE;
         if (batch == CELL_BATCHES) continue;
@@ -135,11 +142,12 @@ kernel void schedule_cells_by_groups(const StepParams params, global const BodyI
   u32 cell = (u32)get_group_id(0);
   do {
     const u32 begin = cell < cells ? cell_starts[cell] : 0u, end = cell < cells ? cell_starts[cell + 1u] : 0u;
+    global u32* phase_batches = schedule_phase_batches(cell, params, body_batches);
     for (u32 k = begin + id; k < end; k += size) {
       const u32 i = cell_pairs[k];
       cell_places[i] = SCHEDULE_WAITS | pair_contact_count(contacts, i, counters[COUNTER_CONTACTS]);
-      schedule_clear_body(schedule_batches_of(cell, contacts[i].body_a, params, body_infos, body_batches));
-      schedule_clear_body(schedule_batches_of(cell, contacts[i].body_b, params, body_infos, body_batches));
+      schedule_clear_shared(schedule_batches_of(contacts[i].body_a, body_infos, phase_batches));
+      schedule_clear_shared(schedule_batches_of(contacts[i].body_b, body_infos, phase_batches));
     }
     if (id == 0u) rows = 0u;
     u32 batch = 0u;
@@ -155,8 +163,8 @@ kernel void schedule_cells_by_groups(const StepParams params, global const BodyI
           const u32 i = cell_pairs[k], state = cell_places[i];
           if ((state & SCHEDULE_STATE) != SCHEDULE_WAITS) continue;
           const u32 body_a = contacts[i].body_a, body_b = contacts[i].body_b;
-          global const u32* a = schedule_batches_of(cell, body_a, params, body_infos, body_batches);
-          global const u32* b = schedule_batches_of(cell, body_b, params, body_infos, body_batches);
+          global const u32* a = schedule_batches_of(body_a, body_infos, phase_batches);
+          global const u32* b = schedule_batches_of(body_b, body_infos, phase_batches);
           if (schedule_has(a, batch) || schedule_has(b, batch)) continue;
           const u32 priority = schedule_priority(k - begin, state);
           schedule_bid(body_a, a, priority, bids);
@@ -168,8 +176,8 @@ kernel void schedule_cells_by_groups(const StepParams params, global const BodyI
           const u32 i = cell_pairs[k], state = cell_places[i];
           if ((state & SCHEDULE_STATE) != SCHEDULE_BIDS) continue;
           const u32 body_a = contacts[i].body_a, body_b = contacts[i].body_b;
-          global u32* a = schedule_batches_of(cell, body_a, params, body_infos, body_batches);
-          global u32* b = schedule_batches_of(cell, body_b, params, body_infos, body_batches);
+          global u32* a = schedule_batches_of(body_a, body_infos, phase_batches);
+          global u32* b = schedule_batches_of(body_b, body_infos, phase_batches);
           const u32 priority = schedule_priority(k - begin, state);
           const bool wins = schedule_wins(body_a, a, priority, bids) && schedule_wins(body_b, b, priority, bids);
           cell_places[i] = (wins ? SCHEDULE_CHOSEN : SCHEDULE_WAITS) | (state & SCHEDULE_POINTS);
@@ -202,8 +210,8 @@ kernel void schedule_cells_by_groups(const StepParams params, global const BodyI
         }
         left = 1u;
         cell_places[i] = SCHEDULE_WAITS | points;
-        schedule_flip(schedule_batches_of(cell, contacts[i].body_a, params, body_infos, body_batches), batch);
-        schedule_flip(schedule_batches_of(cell, contacts[i].body_b, params, body_infos, body_batches), batch);
+        schedule_flip(schedule_batches_of(contacts[i].body_a, body_infos, phase_batches), batch);
+        schedule_flip(schedule_batches_of(contacts[i].body_b, body_infos, phase_batches), batch);
       }
       SCHEDULE_BARRIER;
       if (more) ++batch;

@@ -224,7 +224,7 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
           Feature::general_contacts));
 }
 
-// Cells are four times as large as the median of the bodies that can move, each measured about its centre of mass.
+// Cells are six times as wide as the median of the bodies that can move.
 TEST(SceneCompile, CellsAreAsLargeAsTheSceneOrItsBodiesSay) {
   const std::string settings = R"(, "settings": {"solver": "cell_gauss_seidel")";
   const std::string large = R"({"mass": 1, "shapes": [{"type": "sphere", "radius": 7}]})";
@@ -234,7 +234,9 @@ TEST(SceneCompile, CellsAreAsLargeAsTheSceneOrItsBodiesSay) {
   const auto state = compiled(bodies, settings + "}");
   EXPECT_TRUE(has(state.features, Feature::partitions));
   ASSERT_EQ(state.buffers.cell_sizes.size(), 1u);
-  EXPECT_EQ(state.buffers.cell_sizes[0], 1);
+  EXPECT_EQ(state.buffers.cell_sizes[0], 1.5);
+  const std::string brick_of_2 = R"({"mass": 1, "shapes": [{"type": "box", "size": [1, 2, 3]}]})";
+  EXPECT_EQ(compiled(brick_of_2 + "," + ground, settings + "}").buffers.cell_sizes[0], 12);
   EXPECT_EQ(compiled(bodies, settings + R"(, "cell_size": 0.75})").buffers.cell_sizes[0], 0.75);
   EXPECT_FALSE(has(compiled(ball, settings + "}"), Feature::partitions));  // nothing can touch
   EXPECT_EQ(refusal(scene_of(bodies, settings + R"(, "sleeping": true})")),

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "host/scene/exact_math.hpp"
 #include "host/scene/rounding.hpp"
 
 namespace lockstep {
@@ -10,22 +9,34 @@ namespace lockstep {
 namespace {
 
 // Bodies along an edge of a cell (docs/solvers.md).
-constexpr double bodies_along_edge = 4;
+constexpr double bodies_along_edge = 6;
 
-// The diameters of spheres about the centres of mass that hold the bodies of a world which can move.
+// The mean of a shape's three widths along its axes.
 template <class real>
-std::vector<double> diameters_of(const WorldRange& world, const Buffers<real>& b) {
-  std::vector<double> diameters(world.body_count, 0);
+double width_of(u32 kind, const Shape<real>& shape) {
+  const double a = double(shape.size[0]), b = double(shape.size[1]), c = double(shape.size[2]);
+  switch (kind) {
+    case SHAPE_SPHERE: return 2 * a;
+    case SHAPE_CAPSULE: return 2 * (3 * a + b) / 3;
+    case SHAPE_CYLINDER: return 2 * (2 * a + b) / 3;
+    case SHAPE_BOX:
+    case SHAPE_HULL: return 2 * (a + b + c) / 3;
+    default: return 0;  // planes
+  }
+}
+
+// The widths of the bodies of a world that can move: of their widest shapes.
+template <class real>
+std::vector<double> widths_of(const WorldRange& world, const Buffers<real>& b) {
+  std::vector<double> widths(world.body_count, 0);
   for (u32 i = world.first_shape; i < world.first_shape + world.shape_count; ++i) {
     const ShapeInfo& info = b.shape_infos[i];
     if (b.body_infos[info.body].kind != BODY_DYNAMIC || (info.flags & SHAPE_IS_SENSOR) != 0) continue;
-    const Shape<real>& shape = b.shapes[i];
-    const Vector3 offset = {double(shape.offset[0]), double(shape.offset[1]), double(shape.offset[2])};
-    double& diameter = diameters[info.body - world.first_body];
-    diameter = std::max(diameter, 2 * (exact::length(offset) + double(shape.reach)));
+    double& width = widths[info.body - world.first_body];
+    width = std::max(width, width_of(info.kind, b.shapes[i]));
   }
-  std::erase(diameters, 0.0);
-  return diameters;
+  std::erase(widths, 0.0);
+  return widths;
 }
 
 // Bodies that are much larger than most are few: their pairs are in no cell.
@@ -44,7 +55,7 @@ void compile_partitions(std::span<const Scene> worlds, InitialState<real>& state
   b.cell_sizes.clear();
   for (std::size_t w = 0; w < worlds.size(); ++w) {
     const double wanted = worlds[0].settings.cell_size;
-    const double size = wanted > 0 ? wanted : bodies_along_edge * median_of(diameters_of(b.world_ranges[w], b));
+    const double size = wanted > 0 ? wanted : bodies_along_edge * median_of(widths_of(b.world_ranges[w], b));
     b.cell_sizes.push_back(rounded_positive<real>(size, "cell_size", {worlds[w]}));
   }
 }

@@ -6,7 +6,7 @@
 namespace lockstep {
 
 /// The size of the cells of each world, m, into a state that has all bodies and shapes: `settings.cell_size`, or a
-/// multiple of the size of the bodies that can move.
+/// multiple of the width of the bodies that can move, the median.
 template <class real>
 void compile_partitions(std::span<const Scene> worlds, InitialState<real>& state);
 

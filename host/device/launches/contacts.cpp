@@ -119,9 +119,12 @@ void launch_partition_contacts(Launcher& launcher) {
   const u32 cells = cell_count(plan);
   launcher.scratch("pair_cells", plan.sizes.contacts);
   launcher.scratch("pair_arrivals", plan.sizes.contacts);
-  launcher.run("partition_clear", std::max(cells + 1, plan.contacts));
+  launcher.scratch("cell_ends", cells);
+  launcher.scratch("body_cells", std::size_t{plan.sizes.bodies} * 4);
+  launcher.run("partition_bodies", std::max({plan.sizes.bodies, cells + 1, plan.contacts}));
   launcher.run("partition_count", plan.contacts);
   launcher.scan("cell_starts", cells + 1);
+  if (plan.lanes > 1) return launcher.run("partition_fill_worlds", plan.sizes.worlds);  // a CPU: few threads
   launcher.run("partition_fill", plan.contacts);
   launcher.run("partition_order", cells);
 }
