@@ -70,8 +70,9 @@ void make_room_for_parts(Launcher& launcher) {
 
 // Whether one work-group does all sweeps.
 bool is_fused(const LaunchPlan& plan) {
-  const bool colors_alone = !has(plan.features, Feature::partitions);
-  return (plan.small || (plan.colors == 0 && colors_alone)) && (plan.sizes.joint_phases == 0 || !is_large(plan, 0));
+  const bool in_cells = has(plan.features, Feature::partitions);
+  const bool few = in_cells ? plan.blocks < LARGE_COLOR * CELL_PHASES : plan.colors == 0;
+  return (plan.small || few) && (plan.sizes.joint_phases == 0 || !is_large(plan, 0));
 }
 
 // Behind each sweep of several launches.
