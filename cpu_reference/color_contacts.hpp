@@ -12,6 +12,8 @@
 // Where islands sleep, the contacts of one are not to get other colours because those of another are not there: ranks
 // tell how many contacts there are before, but which of two comes first does not depend on others. So classes there are
 // a hash of the ids of both shapes, and within a class the order is that of the list.
+//
+// Where pairs are solved in cells (cpu_reference/schedule_contacts.hpp), colours are for those that are in none.
 #pragma once
 
 #include <algorithm>
@@ -43,10 +45,13 @@ template <class real>
 void color_contacts(Buffers<real>& buffers, const StepParams<real>&) {
   std::vector<u32> order;
   for (u32 i = 0; i < buffers.counters[COUNTER_CONTACTS]; ++i) {
-    if (pair_contact_count(buffers, i) > 0)
-      order.push_back(i);
-    else
+    const bool in_cell = !buffers.cell_places.empty() && buffers.cell_places[i] != NONE;
+    if (pair_contact_count(buffers, i) == 0)
       buffers.contact_colors[i] = COLOR_OF_FIRST;
+    else if (in_cell)
+      buffers.contact_colors[i] = COLOR_OF_CELL;
+    else
+      order.push_back(i);
   }
   std::sort(order.begin(), order.end(), [&](u32 i, u32 j) {
     const u32 place_i = color_place_of(buffers, buffers.contacts[i]),

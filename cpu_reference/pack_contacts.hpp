@@ -5,10 +5,14 @@
 // lane, so that a block has as many rows as its first pair has contacts. Lanes that are left over read the null body
 // and solve nothing. A pair is `central` where neither body, if it moves, can tell the direction of its arm from the
 // normal: isotropic inertia, shape at the centre of mass.
+//
+// Where pairs are solved in cells, the blocks of these come first, cell by cell: a block for each batch of a schedule
+// (cpu_reference/schedule_contacts.hpp).
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <vector>
 
 #include "cpu_reference/math.hpp"
 #include "cpu_reference/pair_contacts.hpp"
@@ -30,6 +34,25 @@ u32 color_of_pair(const Buffers<real>& buffers, u32 i) {
   return buffers.part_blocks.empty() ? buffers.contact_colors[i] : 0;
 }
 
+/// Pairs that are laid out by colour; not those with a place in a cell.
+template <class real>
+bool has_color(const Buffers<real>& buffers, u32 i) {
+  return buffers.cell_places.empty() || buffers.cell_places[i] == NONE;
+}
+
+/// The slots of the pairs that have a place in a cell, by their first contacts.
+template <class real>
+std::vector<u32> cell_slots(const Buffers<real>& b) {
+  std::vector<u32> slots(b.cell_places.size(), NONE);
+  for (std::size_t cell = 0; cell + 1 < b.cell_starts.size(); ++cell) {
+    for (u32 k = b.cell_starts[cell]; k < b.cell_starts[cell + 1]; ++k) {
+      const u32 i = b.cell_pairs[k];
+      if (b.cell_places[i] != NONE) slots[i] = b.cell_blocks[cell] * PACK + b.cell_places[i];
+    }
+  }
+  return slots;
+}
+
 /// Numbers by colour and number of points.
 using PackTable = std::array<std::array<u32, MANIFOLD_POINTS + 1>, MAX_COLORS + 1>;
 
@@ -41,7 +64,9 @@ template <class real>
 PackTable pack_lay_out(Buffers<real>& buffers, const StepParams<real>& params, const PackTable& sizes) {
   auto& counters = buffers.counters;
   PackTable first_slots = {};
-  u32 block = 0, rows = 0, colors = 0, large_colors = 0;
+  u32 block = buffers.cell_blocks.empty() ? 0 : buffers.cell_blocks.back();
+  u32 rows = buffers.cell_rows.empty() ? 0 : buffers.cell_rows.back();
+  u32 colors = 0, large_colors = 0;
   for (u32 color = 0; color <= MAX_COLORS; ++color) {
     buffers.color_starts[color] = block;
     u32 slot = block * PACK;
@@ -74,9 +99,17 @@ void pack_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
   PackTable sizes = {};
   for (u32 i = 0; i < contact_count; ++i) {
     const u32 count = pair_contact_count(buffers, i);
-    if (count > 0) ++sizes[color_of_pair(buffers, i)][count];
+    if (count > 0 && has_color(buffers, i)) ++sizes[color_of_pair(buffers, i)][count];
   }
   PackTable slots = pack_lay_out(buffers, params, sizes);
+
+  const std::vector<u32> in_cells = cell_slots(buffers);
+  const auto next_slot = [&](u32 i, u32 count) {
+    if (!has_color(buffers, i)) return in_cells[i];
+    const u32 color = color_of_pair(buffers, i), slot = slots[color][count];
+    slots[color][count] += pack_stride(color);
+    return slot;
+  };
 
   const u32 blocks = buffers.counters[COUNTER_BLOCKS];
   for (u32 block = 0; block < blocks; ++block) {
@@ -91,9 +124,7 @@ void pack_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
   for (u32 i = 0; i < contact_count; ++i) {
     const u32 count = pair_contact_count(buffers, i);
     if (count == 0) continue;
-    const u32 color = color_of_pair(buffers, i);
-    const u32 slot = slots[color][count];
-    slots[color][count] += pack_stride(color);
+    const u32 slot = next_slot(i, count);
     if (slot / PACK >= blocks) {
       std::fill_n(buffers.contact_slots.begin() + i, count, NONE);
       continue;

@@ -79,6 +79,7 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::cached:
     case Domain::slept: return sizes.contacts;
     case Domain::colors: return MAX_COLORS + 2;
+    case Domain::cell_ends: return std::size_t{CELL_PHASES} * cells_in_phase(sizes.bodies, sizes.worlds) + 1;
     case Domain::blocks: return sizes.blocks;
     case Domain::rows: return sizes.rows;
     case Domain::tiles: return tile_count(sizes.contacts, sizes.worlds);

@@ -39,6 +39,7 @@ enum class Domain : u32 {
   pair_ends,
   contacts,
   colors,
+  cell_ends,
   blocks,
   rows,
   tiles,
@@ -122,6 +123,9 @@ u32 tree_block_count(u32 shapes);
 
 /// Tiles of so many contacts, of which each world begins one of its own.
 u32 tile_count(u32 contacts, u32 worlds);
+
+/// Places for the cells of one phase of a sweep, those of all worlds (cpu_reference/solver_cell.hpp).
+constexpr u32 cells_in_phase(u32 bodies, u32 worlds) { return bodies / CELL_BODIES + worlds; }
 
 /// Elements that a buffer of this domain is allocated with.
 std::size_t capacity(Domain domain, const Sizes& sizes);

@@ -47,6 +47,7 @@ enum class Feature : std::uint64_t {
   turning_friction = 1ull << 36,  // some contacts resist rolling, or spinning about their normal
   static_friction = 1ull << 37,   // some hold by more than they slide with
   elliptic_friction = 1ull << 38,  // some rub more along a grain than across it; it comes with turning_friction
+  partitions = 1ull << 39,         // pairs in contact are solved cell by cell of a grid; what is in no cell by colours
   dense = 1ull << 40,              // contacts are solved in the order of their list, by the dense Delassus matrix
   shape_trees = 1ull << 41,        // some bodies that nothing pushes have so many shapes that they keep a tree of them
   // what needs one of several

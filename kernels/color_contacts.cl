@@ -21,6 +21,15 @@ static inline u32 color_class_of(Contact contact, global const ShapeInfo* shape_
 }
 #endif
 
+// Of a contact before its pair has a colour: NONE, or what says that it needs none.
+static inline u32 color_at_first(u32 i, global const Contact* contacts, global const u32* cell_places) {
+  if (!pair_contact_is_first(contacts, i)) return COLOR_OF_FIRST;
+#if FEATURE_PARTITIONS
+  if (cell_places[i] != NONE) return COLOR_OF_CELL;
+#endif
+  return NONE;
+}
+
 // The class that is the place-th in the order; 23 is the inverse of 39 modulo 64.
 static inline u32 color_class(u32 place) { return place * 23u % COLOR_CLASSES; }
 
@@ -55,19 +64,6 @@ static inline void color_take(u32 color, u32 body, global u32* body_colors) {
 
 // ---- in order -----------------------------------------------------------------------------------------------------
 
-// First contact of the worlds from `world` on.
-static inline u32 color_first_contact(u32 world, u32 count, global const Contact* contacts) {
-  u32 begin = 0u, end = count;
-  while (begin < end) {
-    const u32 middle = begin + (end - begin) / 2u;
-    if (contacts[middle].world < world)
-      begin = middle + 1u;
-    else
-      end = middle;
-  }
-  return begin;
-}
-
 // The lowest colour that is free for the pair that contact i is the first of.
 static inline void color_give(u32 i, global const BodyInfo* body_infos, global const Contact* contacts,
                               global u32* body_colors, global u32* contact_colors) {
@@ -83,17 +79,17 @@ static inline void color_give(u32 i, global const BodyInfo* body_infos, global c
 // The first contacts of pairs among first .. end - 1, sorted by class; how many they are. Of a class they stay in
 // order.
 static inline u32 color_sort(u32 first, u32 end, global const ShapeInfo* shape_infos, global const Contact* contacts,
-                             global u32* color_order, global u32* contact_colors) {
+                             global const u32* cell_places, global u32* color_order, global u32* contact_colors) {
   u32 starts[COLOR_CLASSES + 1u];
   for (u32 place = 0u; place <= COLOR_CLASSES; ++place) starts[place] = 0u;
   for (u32 i = first; i < end; ++i) {
-    contact_colors[i] = COLOR_OF_FIRST;
-    if (pair_contact_is_first(contacts, i)) ++starts[color_class_of(contacts[i], shape_infos) + 1u];
+    contact_colors[i] = color_at_first(i, contacts, cell_places);
+    if (contact_colors[i] == NONE) ++starts[color_class_of(contacts[i], shape_infos) + 1u];
   }
   for (u32 place = 0u; place < COLOR_CLASSES; ++place) starts[place + 1u] += starts[place];
   const u32 count = starts[COLOR_CLASSES];
   for (u32 i = first; i < end; ++i) {
-    if (!pair_contact_is_first(contacts, i)) continue;
+    if (contact_colors[i] != NONE) continue;
     color_order[first + starts[color_class_of(contacts[i], shape_infos)]++] = i;
   }
   return count;
@@ -102,25 +98,23 @@ static inline u32 color_sort(u32 first, u32 end, global const ShapeInfo* shape_i
 
 kernel void color_worlds(const StepParams params, global const WorldRange* world_ranges,
                          global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                         global const Contact* contacts, global u32* body_colors, global u32* color_order,
-                         global u32* contact_colors, global const u32* counters) {
+                         global const Contact* contacts, global const u32* cell_places, global u32* body_colors,
+                         global u32* color_order, global u32* contact_colors, global const u32* counters) {
   FOR_EACH(world, params.worlds) {
     const u32 first_word = 2u * world_ranges[world].first_body;
     for (u32 i = 0u; i < 2u * world_ranges[world].body_count; ++i) body_colors[first_word + i] = 0u;
 
-    const u32 first = color_first_contact(world, counters[COUNTER_CONTACTS], contacts);
-    const u32 end = color_first_contact(world + 1u, counters[COUNTER_CONTACTS], contacts);
+    const u32 first = first_contact_of_world(world, counters[COUNTER_CONTACTS], contacts);
+    const u32 end = first_contact_of_world(world + 1u, counters[COUNTER_CONTACTS], contacts);
 #if FEATURE_SLEEPING
-    const u32 count = color_sort(first, end, shape_infos, contacts, color_order, contact_colors);
+    const u32 count = color_sort(first, end, shape_infos, contacts, cell_places, color_order, contact_colors);
     for (u32 k = 0u; k < count; ++k)
       color_give(color_order[first + k], body_infos, contacts, body_colors, contact_colors);
 #else
     for (u32 place = 0u; place < COLOR_CLASSES; ++place) {
       for (u32 i = first + color_class(place); i < end; i += COLOR_CLASSES) {
-        if (pair_contact_is_first(contacts, i))
-          color_give(i, body_infos, contacts, body_colors, contact_colors);
-        else
-          contact_colors[i] = COLOR_OF_FIRST;
+        contact_colors[i] = color_at_first(i, contacts, cell_places);
+        if (contact_colors[i] == NONE) color_give(i, body_infos, contacts, body_colors, contact_colors);
       }
     }
 #endif
@@ -171,16 +165,15 @@ static inline u32 color_bid(u32 round, u32 first, u32 stride, u32 count, u32 bod
   return lost;
 }
 
-kernel void color_start(const StepParams params, global const Contact* contacts, global u32* body_colors,
-                        global u32* contact_colors, global u32* color_bids, global u32* color_rounds,
-                        global const u32* counters) {
+kernel void color_start(const StepParams params, global const Contact* contacts, global const u32* cell_places,
+                        global u32* body_colors, global u32* contact_colors, global u32* color_bids,
+                        global u32* color_rounds, global const u32* counters) {
   if (get_global_id(0) == 0) color_rounds[0] = 0u;
   FOR_EACH(i, 2u * params.bodies) {
     body_colors[i] = 0u;
     color_bids[i] = 0u;
   }
-  FOR_EACH(i, counters[COUNTER_CONTACTS])
-  contact_colors[i] = pair_contact_is_first(contacts, i) ? NONE : COLOR_OF_FIRST;
+  FOR_EACH(i, counters[COUNTER_CONTACTS]) contact_colors[i] = color_at_first(i, contacts, cell_places);
 }
 
 // color_rounds: one more than the last round that somebody lost.

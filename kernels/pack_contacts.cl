@@ -1,9 +1,10 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Sorts the pairs in contact by colour and by number of points, in the order of the list, and lays them into blocks
-// (cpu_reference/pack_contacts.hpp). A counting sort over chunks of CHUNK contacts: pack_counts holds, key by key, a
-// word a chunk. A key is a colour and a class, that of the pairs with most points first.
+// Sorts the pairs in contact by colour and by number of points, in the order of the list, and lays them into blocks,
+// behind those of cells (cpu_reference/pack_contacts.hpp). A counting sort over chunks of CHUNK contacts: pack_counts
+// holds, key by key, a word a chunk. A key is a colour and a class, that of the pairs with most points first.
 #include "common.h"
 #include "pair_contacts.h"
+#include "solver_cell.h"
 #include "types.h"
 
 #if FEATURE_MANIFOLDS
@@ -24,6 +25,15 @@ static inline u32 pack_color(global const u32* contact_colors, u32 i) {
 #endif
 }
 
+// Pairs that are laid out by colour, how many contacts they have; 0 of others and where contact i is not the first.
+static inline u32 pack_count_of(u32 i, u32 contact_count, global const Contact* contacts,
+                                global const u32* contact_colors) {
+#if FEATURE_PARTITIONS
+  if (contact_colors[i] == COLOR_OF_CELL) return 0u;
+#endif
+  return pair_contact_count(contacts, i, contact_count);
+}
+
 static inline u32 pack_key(u32 color, u32 count) { return color * PACK_CLASSES + (PACK_CLASSES - count); }
 
 static inline void pack_count_chunk(u32 chunk, u32 chunks, u32 contact_count, global const Contact* contacts,
@@ -31,7 +41,7 @@ static inline void pack_count_chunk(u32 chunk, u32 chunks, u32 contact_count, gl
   for (u32 key = 0u; key < PACK_KEYS; ++key) pack_counts[key * chunks + chunk] = 0u;
   const u32 end = min((chunk + 1u) * CHUNK, contact_count);
   for (u32 i = chunk * CHUNK; i < end; ++i) {
-    const u32 count = pair_contact_count(contacts, i, contact_count);
+    const u32 count = pack_count_of(i, contact_count, contacts, contact_colors);
     if (count > 0u) ++pack_counts[pack_key(pack_color(contact_colors, i), count) * chunks + chunk];
   }
 }
@@ -44,10 +54,14 @@ static inline u32 pack_stride(u32 color) { return color == MAX_COLORS ? PACK : 1
 // From the scanned counts: where every colour starts; what to add to the place of a pair in the sorted order to find
 // its slot (of an overflow pair: its block); and what to add to the rows of a block's number of blocks to find its
 // first.
-static inline void pack_lay_out(u32 chunks, const StepParams params, global const u32* pack_counts,
-                                global u32* pack_offsets, global u32* pack_rows, global u32* color_starts,
-                                global u32* counters) {
+static inline void pack_lay_out(u32 chunks, const StepParams params, global const u32* cell_blocks,
+                                global const u32* cell_rows, global const u32* pack_counts, global u32* pack_offsets,
+                                global u32* pack_rows, global u32* color_starts, global u32* counters) {
   u32 block = 0u, row = 0u, colors = 0u, large_colors = 0u;
+#if FEATURE_PARTITIONS
+  block = cell_blocks[CELL_PHASES * cells_in_phase(params)];
+  row = cell_rows[CELL_PHASES * cells_in_phase(params)];
+#endif
   for (u32 color = 0u; color < PACK_COLORS; ++color) {
     const u32 stride = pack_stride(color);
     color_starts[color] = block;
@@ -116,6 +130,22 @@ static inline u32 pack_is_central(u32 body, u32 shape, global const BodyInfo* bo
   return body_infos[body].isotropic & shape_infos[shape].flags & SHAPE_IS_CENTRAL;
 }
 
+// Puts the pair that contact i is the first of into a slot; false where that is beyond the blocks.
+static inline bool pack_pair(u32 i, u32 count, u32 slot, u32 block_capacity, global const BodyInfo* body_infos,
+                             global const ShapeInfo* shape_infos, global const Contact* contacts,
+                             global u32* contact_slots, global BlockBodies* block_bodies) {
+  if (slot / PACK >= block_capacity) {
+    for (u32 k = 0u; k < count; ++k) contact_slots[i + k] = NONE;
+    return false;
+  }
+  const Contact c = contacts[i];
+  const u32 central = pack_is_central(c.body_a, c.shape_a, body_infos, shape_infos) &
+                      pack_is_central(c.body_b, c.shape_b, body_infos, shape_infos);
+  pack_write(slot, block_capacity, c.body_a, c.body_b, central != 0u ? BLOCK_CENTRAL : BLOCK_GENERAL, i, count,
+             block_bodies);
+  return true;
+}
+
 // The pairs of a chunk, and the rows of the blocks that they begin.
 static inline void pack_place_chunk(u32 chunk, u32 chunks, u32 contact_count, u32 block_capacity,
                                     global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
@@ -125,20 +155,13 @@ static inline void pack_place_chunk(u32 chunk, u32 chunks, u32 contact_count, u3
                                     global BlockBodies* block_bodies, global BlockRows* block_rows) {
   const u32 end = min((chunk + 1u) * CHUNK, contact_count);
   for (u32 i = chunk * CHUNK; i < end; ++i) {
-    const u32 count = pair_contact_count(contacts, i, contact_count);
+    const u32 count = pack_count_of(i, contact_count, contacts, contact_colors);
     if (count == 0u) continue;
     const u32 color = pack_color(contact_colors, i), key = pack_key(color, count);
     const u32 slot = (pack_counts[key * chunks + chunk]++ + pack_offsets[key]) * pack_stride(color);
-    if (slot / PACK >= block_capacity) {
-      for (u32 k = 0u; k < count; ++k) contact_slots[i + k] = NONE;
-      continue;
-    }
-    const Contact c = contacts[i];
-    const u32 central = pack_is_central(c.body_a, c.shape_a, body_infos, shape_infos) &
-                        pack_is_central(c.body_b, c.shape_b, body_infos, shape_infos);
-    pack_write(slot, block_capacity, c.body_a, c.body_b, central != 0u ? BLOCK_CENTRAL : BLOCK_GENERAL, i, count,
-               block_bodies);
-    if (slot % PACK == 0u) {
+    const bool is_there =
+        pack_pair(i, count, slot, block_capacity, body_infos, shape_infos, contacts, contact_slots, block_bodies);
+    if (is_there && slot % PACK == 0u) {
       block_rows[slot / PACK].first = pack_rows[key] + slot / PACK * count;
       block_rows[slot / PACK].count = count;
     }
@@ -154,6 +177,33 @@ static inline void pack_find_contacts(u32 slot, global const BlockBodies* block_
     contact_slots[block->contact[lane] + k] = (block_rows[slot / PACK].first + k) * PACK + lane;
 }
 
+#if FEATURE_PARTITIONS
+// The blocks of each cell: a batch of its schedule each.
+kernel void pack_cells(const StepParams params, global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                       global const Contact* contacts, global const u32* cell_starts, global const u32* cell_pairs,
+                       global const u32* cell_places, global const u32* cell_blocks, global const u32* cell_rows,
+                       global u32* contact_slots, global BlockBodies* block_bodies, global BlockRows* block_rows,
+                       global const u32* counters) {
+  FOR_EACH(cell, CELL_PHASES * cells_in_phase(params)) {
+    const u32 first_slot = cell_blocks[cell] * PACK, end_block = min(cell_blocks[cell + 1u], params.block_capacity);
+    for (u32 slot = first_slot; slot < end_block * PACK; ++slot)
+      pack_write(slot, params.block_capacity, params.bodies, params.bodies, BLOCK_PADDING, NONE, 0u, block_bodies);
+    for (u32 k = cell_starts[cell]; k < cell_starts[cell + 1u]; ++k) {
+      const u32 i = cell_pairs[k];
+      if (cell_places[i] == NONE) continue;
+      pack_pair(i, pair_contact_count(contacts, i, counters[COUNTER_CONTACTS]), first_slot + cell_places[i],
+                params.block_capacity, body_infos, shape_infos, contacts, contact_slots, block_bodies);
+    }
+    u32 row = cell_rows[cell];
+    for (u32 block = first_slot / PACK; block < end_block; ++block) {
+      block_rows[block].first = row;
+      block_rows[block].count = block_bodies[block].count[0];
+      row += block_rows[block].count;
+    }
+  }
+}
+#endif
+
 // ---- many work-groups ---------------------------------------------------------------------------------------------
 
 kernel void pack_count(global const Contact* contacts, global const u32* contact_colors, global u32* pack_counts,
@@ -164,11 +214,12 @@ kernel void pack_count(global const Contact* contacts, global const u32* contact
 }
 
 // One work-group. The scan has put the number of all pairs behind the counts.
-kernel void pack_starts(const StepParams params, global const u32* pack_counts, global u32* pack_offsets,
-                        global u32* pack_rows, global u32* color_starts, global BlockBodies* block_bodies,
-                        global u32* counters) {
+kernel void pack_starts(const StepParams params, global const u32* cell_blocks, global const u32* cell_rows,
+                        global const u32* pack_counts, global u32* pack_offsets, global u32* pack_rows,
+                        global u32* color_starts, global BlockBodies* block_bodies, global u32* counters) {
   const u32 chunks = PACK_CHUNKS(counters), lane = (u32)get_local_id(0);
-  if (lane == 0u) pack_lay_out(chunks, params, pack_counts, pack_offsets, pack_rows, color_starts, counters);
+  if (lane == 0u)
+    pack_lay_out(chunks, params, cell_blocks, cell_rows, pack_counts, pack_offsets, pack_rows, color_starts, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
   pack_pad(lane, (u32)get_local_size(0), chunks, params.bodies, params.block_capacity, pack_counts, color_starts,
            block_bodies);
@@ -193,10 +244,10 @@ kernel void pack_find(global const BlockBodies* block_bodies, global const Block
 
 // The whole stage. An item scans the counts of a colour.
 kernel void pack_small(const StepParams params, global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                       global const Contact* contacts, global const u32* contact_colors, global u32* pack_offsets,
-                       global u32* pack_rows, global u32* pack_counts, global u32* color_starts,
-                       global u32* contact_slots, global BlockBodies* block_bodies, global BlockRows* block_rows,
-                       global u32* counters) {
+                       global const Contact* contacts, global const u32* contact_colors, global const u32* cell_blocks,
+                       global const u32* cell_rows, global u32* pack_offsets, global u32* pack_rows,
+                       global u32* pack_counts, global u32* color_starts, global u32* contact_slots,
+                       global BlockBodies* block_bodies, global BlockRows* block_rows, global u32* counters) {
   const u32 contact_count = counters[COUNTER_CONTACTS], chunks = PACK_CHUNKS(counters);
   const u32 lane = (u32)get_local_id(0), lanes = (u32)get_local_size(0);
   for (u32 chunk = lane; chunk < chunks; chunk += lanes)
@@ -222,7 +273,8 @@ kernel void pack_small(const StepParams params, global const BodyInfo* body_info
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
 
-  if (lane == 0u) pack_lay_out(chunks, params, pack_counts, pack_offsets, pack_rows, color_starts, counters);
+  if (lane == 0u)
+    pack_lay_out(chunks, params, cell_blocks, cell_rows, pack_counts, pack_offsets, pack_rows, color_starts, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
   pack_pad(lane, lanes, chunks, params.bodies, params.block_capacity, pack_counts, color_starts, block_bodies);
   barrier(CLK_GLOBAL_MEM_FENCE);

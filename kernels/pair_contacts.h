@@ -27,4 +27,17 @@ static inline u32 pair_contact_count(global const Contact* contacts, u32 i, u32 
   return count;
 }
 
+// First contact of the worlds from `world` on.
+static inline u32 first_contact_of_world(u32 world, u32 count, global const Contact* contacts) {
+  u32 begin = 0u, end = count;
+  while (begin < end) {
+    const u32 middle = begin + (end - begin) / 2u;
+    if (contacts[middle].world < world)
+      begin = middle + 1u;
+    else
+      end = middle;
+  }
+  return begin;
+}
+
 #endif

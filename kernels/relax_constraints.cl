@@ -37,8 +37,8 @@ kernel void relax_color(const u32 color, global const u32* color_starts, global 
   visit_color(VISIT_RELAX, color, color_starts, &stream);
 }
 
-// One work-group: `sweeps` sweeps over the joints' first phases, the colours from `first_color` on and the overflow.
-kernel void relax_tail(const u32 first_color, const u32 joint_phase_count, const u32 sweeps,
+// One work-group: `sweeps` sweeps over the joints' first phases, the contacts' phases from `first_phase` on.
+kernel void relax_tail(const u32 first_phase, const u32 joint_phase_count, const u32 sweeps,
                        global const u32* color_starts, global const u32* joint_phases,
                        global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                        global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,
@@ -56,6 +56,6 @@ kernel void relax_tail(const u32 first_color, const u32 joint_phase_count, const
     sweep_joints(VISIT_RELAX, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);
 #endif
-    visit_tail(VISIT_RELAX, first_color, color_starts, &stream, counters);
+    visit_tail(VISIT_RELAX, first_phase, color_starts, &stream, counters);
   } while (++sweep < sweeps);
 }

@@ -1,8 +1,9 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Sweeps of blocked Gauss-Seidel over the colours, or of Jacobi's method over all pairs at once
+// Sweeps of blocked Gauss-Seidel over the colours, before them over cells, or of Jacobi's method over all pairs at once
 // (cpu_reference/solve_constraints.hpp).
 #include "common.h"
 #include "joints/visit_joint.h"
+#include "sweep_cells.h"
 #include "sweep_contacts.h"
 #include "types.h"
 #include "visit_parts.h"
@@ -39,18 +40,34 @@ kernel void solve_color(const u32 color, global const u32* color_starts, global 
   visit_color(VISIT_SOLVE, color, color_starts, &stream);
 }
 
-// One work-group: `sweeps` sweeps over the joints' first phases, the colours from `first_color` on and the overflow.
-// `whole`: 1 where nothing else belongs to these sweeps.
-kernel void solve_tail(const StepParams params, const u32 first_color, const u32 joint_phase_count, const u32 sweeps,
-                       const u32 whole, global const u32* color_starts, global const u32* joint_phases,
-                       global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
-                       global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,
-                       global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                       global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                       global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                       global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                       global u32* counters) {
+#if FEATURE_PARTITIONS
+// One phase of the cells.
+kernel void solve_cells(const StepParams params, const u32 phase, global const u32* cell_blocks,
+                        global const u32* color_starts, global const BlockBodies* block_bodies,
+                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                        global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
+                        global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
+                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                        global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
+                        global u32* counters) {
+  const ContactStream stream = CONTACT_STREAM;
+  visit_cell_phase(VISIT_SOLVE, cell_phase(phase, params, color_starts, counters), (u32)get_group_id(0),
+                   (u32)get_num_groups(0), cell_blocks, &stream);
+}
+#endif
+
+// One work-group: `sweeps` sweeps over the joints' first phases and the contacts' from `first_phase` on. `whole`: 1
+// where nothing else belongs to these sweeps.
+kernel void solve_tail(const StepParams params, const u32 first_phase, const u32 joint_phase_count, const u32 sweeps,
+                       const u32 whole, global const u32* color_starts, global const u32* cell_blocks,
+                       global const u32* joint_phases, global const JointLanes* joint_lanes,
+                       global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
+                       global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                       global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
+                       global const SlideBlock* slide_blocks, global const TurnBlock* turn_blocks,
+                       global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                       global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
+                       global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const u32 joint_phases_here = SWEEP_IS_VOID(counters) ? 0u : joint_phase_count;
   u32 sweep = 0u;
@@ -59,7 +76,11 @@ kernel void solve_tail(const StepParams params, const u32 first_color, const u32
     sweep_joints(VISIT_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);
 #endif
-    visit_tail(VISIT_SOLVE, first_color, color_starts, &stream, counters);
+#if FEATURE_PARTITIONS
+    visit_cell_tail(VISIT_SOLVE, first_phase, params, color_starts, cell_blocks, &stream, counters);
+#else
+    visit_tail(VISIT_SOLVE, first_phase, color_starts, &stream, counters);
+#endif
 #if FEATURE_TOLERANCE
     if (whole != 0u && group_has_settled(params.tolerance, counters)) break;
 #endif

@@ -100,7 +100,8 @@ kernel void dense_finish(const StepParams params, global const u32* contact_slot
 static inline void dense_give_item(u32 begin, u32 item, global const BlockBodies* block_bodies,
                                    global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                                    global const ImpulseBlock* dense_changes, global Motion* motions) {
-  start_item(begin, item, block_bodies, block_rows, contact_blocks, dense_changes, 0, 0, 0, 0, motions);
+  const StartStream stream = {block_bodies, block_rows, contact_blocks, dense_changes, 0, 0, 0, 0, motions};
+  start_item(begin, item, &stream);
 }
 
 // The bodies of a colour get the changes.

@@ -48,18 +48,35 @@ static inline void start_lanes(u32 block, u32 first, global const BlockBodies* b
 #endif
 }
 
-static inline void start_item(u32 begin, u32 item, global const BlockBodies* block_bodies,
-                              global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                              global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
-                              global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
-                              global const PatchImpulse* patch_impulses, global Motion* motions) {
+// All that an item reads and writes; those that the scene has no need of are null.
+typedef struct StartStream {
+  global const BlockBodies* bodies;
+  global const BlockRows* rows;
+  global const ContactBlock* contacts;
+  global const ImpulseBlock* impulses;
+  global const TurnBlock* turns;
+  global const TurnImpulse* turn_impulses;
+  global const PatchBlock* patches;
+  global const PatchImpulse* patch_impulses;
+  global Motion* motions;
+} StartStream;
+
+// Of the parameters of a kernel, which are called as the buffers are.
+#define START_STREAM                                                                                    \
+  {                                                                                                     \
+    block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses, patch_blocks, \
+        patch_impulses, motions                                                                         \
+  }
+
+static inline void start_item(u32 begin, u32 item, const StartStream* s) {
   const u32 block = begin + item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
-  global const BlockBodies* bodies = block_bodies + block;
-  LaneBody a = lane_load_bodies(motions, bodies->body_a + first), b = lane_load_bodies(motions, bodies->body_b + first);
-  start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses,
-              patch_blocks, patch_impulses, &a, &b);
-  lane_store_bodies(a, motions, bodies->body_a + first);
-  lane_store_bodies(b, motions, bodies->body_b + first);
+  global const BlockBodies* bodies = s->bodies + block;
+  LaneBody a = lane_load_bodies(s->motions, bodies->body_a + first);
+  LaneBody b = lane_load_bodies(s->motions, bodies->body_b + first);
+  start_lanes(block, first, s->bodies, s->rows, s->contacts, s->impulses, s->turns, s->turn_impulses, s->patches,
+              s->patch_impulses, &a, &b);
+  lane_store_bodies(a, s->motions, bodies->body_a + first);
+  lane_store_bodies(b, s->motions, bodies->body_b + first);
 }
 
 #endif

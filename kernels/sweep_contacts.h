@@ -107,12 +107,12 @@ static inline void visit_color(const u32 purpose, u32 color, global const u32* c
   FOR_EACH(item, items) visit_item(purpose, begin, item, s);
 }
 
-// One work-group: the colours from `first_color` on and the overflow. At least one round, as in all loops with a
+// One work-group: the phases from `first_phase` on. At least one round, as in all loops with a
 // barrier: what follows a barrier that may be skipped is compiled twice (docs/performance.md).
-static inline void visit_tail(const u32 purpose, u32 first_color, global const u32* color_starts,
+static inline void visit_tail(const u32 purpose, u32 first_phase, global const u32* color_starts,
                               const ContactStream* s, global const u32* counters) {
   const u32 phases = contact_phases(counters);
-  u32 phase = min(first_color, counters[COUNTER_COLORS]);
+  u32 phase = min(first_phase, counters[COUNTER_COLORS]);
   do {
     // scenes of joints alone have no colours, nor where they start
     const bool is_there = phase < phases;

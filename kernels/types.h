@@ -29,6 +29,14 @@ typedef REAL real;
 #define MAX_COLORS 64u
 // The colour of a contact that is not the first of its pair: the pair has that of the first.
 #define COLOR_OF_FIRST (MAX_COLORS + 1u)
+// The colour of a pair that has its place in the schedule of a cell (feature partitions).
+#define COLOR_OF_CELL (MAX_COLORS + 2u)
+// Cells whose coordinates are odd along the same axes are one phase of a sweep (feature partitions).
+#define CELL_PHASES 8u
+// Batches of PACK pairs in the schedule of a cell.
+#define CELL_BATCHES 64u
+// Bodies of a world for each of its places for cells, in a phase.
+#define CELL_BODIES 32u
 // Points at which two shapes can touch.
 #define MANIFOLD_POINTS 4u
 // Contacts of a world that the dense solver takes, a multiple of 32 PACK.

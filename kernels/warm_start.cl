@@ -3,6 +3,7 @@
 #include "common.h"
 #include "joints/visit_joint.h"
 #include "start_contacts.h"
+#include "sweep_cells.h"
 #include "types.h"
 #include "visit_parts.h"
 
@@ -36,15 +37,44 @@ kernel void warm_color(const u32 color, global const u32* color_starts, global c
                        global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
                        global const PatchImpulse* patch_impulses, global Motion* motions, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
+  const StartStream stream = START_STREAM;
   const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
-  FOR_EACH(item, items) {
-    start_item(begin, item, block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses,
-               patch_blocks, patch_impulses, motions);
-  }
+  FOR_EACH(item, items) start_item(begin, item, &stream);
 }
 
-// One work-group: the joints' first phases, the colours from `first_color` on and the overflow.
-kernel void warm_tail(const u32 first_color, const u32 joint_phase_count, global const u32* color_starts,
+#if FEATURE_PARTITIONS
+// As visit_cell_phase of kernels/sweep_cells.h.
+static inline void start_cell_phase(CellPhase phase, u32 group, u32 groups, global const u32* cell_blocks,
+                                    const StartStream* s) {
+  u32 base = phase.begin + group * CELL_TEAMS;
+  do {
+    const CellTeam team = cell_team(base, phase, cell_blocks);
+    u32 round = 0u;
+    do {
+      for (u32 item = team.member; item < cell_team_items(team, round); item += team.members)
+        start_item(team.first + round, item, s);
+      CELL_TEAM_BARRIER;
+    } while (++round < team.rounds);
+    base += groups * CELL_TEAMS;
+  } while (base < phase.end);
+}
+
+// One phase of the cells.
+kernel void warm_cells(const StepParams params, const u32 phase, global const u32* cell_blocks,
+                       global const u32* color_starts, global const BlockBodies* block_bodies,
+                       global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                       global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
+                       global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
+                       global const PatchImpulse* patch_impulses, global Motion* motions, global const u32* counters) {
+  const StartStream stream = START_STREAM;
+  start_cell_phase(cell_phase(phase, params, color_starts, counters), (u32)get_group_id(0), (u32)get_num_groups(0),
+                   cell_blocks, &stream);
+}
+#endif
+
+// One work-group: the joints' first phases and the contacts' from `first_phase` on.
+kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 joint_phase_count,
+                      global const u32* color_starts, global const u32* cell_blocks,
                       global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                       global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
                       global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
@@ -52,23 +82,30 @@ kernel void warm_tail(const u32 first_color, const u32 joint_phase_count, global
                       global const u32* joint_phases, global const JointLanes* joint_lanes,
                       global const JointBlock* joint_blocks, global const JointImpulseBlock* joint_impulses,
                       global Motion* motions, global const u32* counters) {
-  const u32 phases = contact_phases(counters);
+  const StartStream stream = START_STREAM;
 #if FEATURE_JOINTS
   start_joint_phases(0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
                      joint_impulses, motions);
 #endif
-  u32 phase = min(first_color, counters[COUNTER_COLORS]);
+#if FEATURE_PARTITIONS
+  u32 phase = min(first_phase, CELL_PHASES + counters[COUNTER_COLORS]);
+  do {
+    start_cell_phase(cell_phase(phase, params, color_starts, counters), 0u, 1u, cell_blocks, &stream);
+    barrier(CLK_GLOBAL_MEM_FENCE);
+  } while (++phase < cell_phases(counters));
+#else
+  const u32 phases = contact_phases(counters);
+  u32 phase = min(first_phase, counters[COUNTER_COLORS]);
   do {
     // scenes of joints alone have no colours, nor where they start
     const bool is_there = phase < phases;
     const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
     const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
-    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
-      start_item(begin, item, block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses,
-                 patch_blocks, patch_impulses, motions);
-    }
+    for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
+      start_item(begin, item, &stream);
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++phase < phases);
+#endif
 }
 
 #if FEATURE_JACOBI

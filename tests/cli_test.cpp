@@ -38,7 +38,7 @@ TEST_F(CommandLine, NamesADeviceThatIsNotThere) { expect_refused("run slide_to_r
 TEST_F(CommandLine, NamesTheChoicesThereAre) {
   expect_refused("run slabs --solver magic", 2,
                  "--solver: must be one of gauss_seidel, small_steps, jacobi, gradient, accelerated_gradient, "
-                 "dense_gauss_seidel, auto, nsgs");
+                 "dense_gauss_seidel, cell_gauss_seidel, auto, nsgs");
   expect_refused("run slabs --friction-model 1", 2, "--friction-model: must be one of cones, patches, is '1'");
 }
 

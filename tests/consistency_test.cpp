@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <limits>
 
 #include "host/record/hdf5.hpp"
 #include "host/scene/read.hpp"
@@ -58,6 +59,12 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
        "features: are those of no scene"},
       {"box_stack", [](State& s) { s.features = with(with(s.features, Feature::dense), Feature::patches); },
        "features: are those of no scene"},
+      {"cell_heap", [](State& s) { s.features = with(s.features, Feature::jacobi); },
+       "features: are those of no scene"},
+      {"cell_heap", [](State& s) { s.features = with(s.features, Feature::sleeping); },
+       "features: are those of no scene"},
+      {"cell_heap", [](State& s) { s.buffers.cell_sizes[0] = std::numeric_limits<float>::quiet_NaN(); },
+       "cell_sizes[0]: is no length"},
       {"wrecking_ball", [](State& s) { s.buffers.gradient_laws[0].accelerated = 2; },
        "gradient_laws[0]: is of an unknown kind"},
       {"wrecking_ball", [](State& s) { s.buffers.joint_parts[0].place_b[0] = 99; },

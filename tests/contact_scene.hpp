@@ -82,11 +82,22 @@ inline std::pair<std::vector<BodyKind>, Graph> star(u32 count, BodyKind hub = BO
   return {kinds, graph};
 }
 
+/// From contacts to blocks.
+template <class real>
+void lay_out(InitialState<real>& state) {
+  for (const Stage stage :
+       {Stage::partition_contacts, Stage::schedule_contacts, Stage::color_contacts, Stage::pack_contacts}) {
+    if (stage == Stage::color_contacts || runs(stage, state.features))
+      reference::run_stage(stage, state.buffers, state.params);
+  }
+}
+
 /// Everything of the first sub-step up to the packed constraint stream.
 template <class real>
 void run_until_prepared(InitialState<real>& state) {
   run_reference(state, {Stage::begin_step, Stage::update_bounds, Stage::sort_cells, Stage::find_pairs, Stage::collide,
-                        Stage::match_contacts, Stage::color_contacts, Stage::pack_contacts});
+                        Stage::match_contacts});
+  lay_out(state);
   for (const Stage stage : {Stage::split_bodies, Stage::couple_contacts, Stage::pack_points,
                             Stage::integrate_velocities, Stage::prepare_contacts}) {
     if (runs(stage, state.features)) reference::run_stage(stage, state.buffers, state.params);
@@ -112,7 +123,7 @@ InitialState<real> prepared(InitialState<real> state) {
       m.inertia_xy = m.inertia_xz = m.inertia_yz = b.body_infos[i].isotropic ? real(0) : real(0.2);
     }
   }
-  for (Stage stage : {Stage::color_contacts, Stage::pack_contacts}) reference::run_stage(stage, b, state.params);
+  lay_out(state);
   for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
     const u32 block = b.contact_slots[i] / PACK, lane = b.contact_slots[i] % PACK;
     ContactBlock<real>& c = b.contact_blocks[block];

@@ -230,10 +230,31 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
             "test.json: /settings/solver: dense_gauss_seidel knows round cones of slip alone, and materials of this "
             "scene resist turning or have a grain; take gauss_seidel");
   EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.joint_part_starts.empty());
+  EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.cell_sizes.empty());
   EXPECT_TRUE(has(compiled(off_center_ball + "," + ground), Feature::general_contacts));
   EXPECT_TRUE(
       has(compiled(R"({"mass": 1, "inertia": [1, 1, 1.5], "shapes": [{"type": "sphere", "radius": 1}]},)" + ground),
           Feature::general_contacts));
+}
+
+// Cells are six times as wide as the median of the bodies that can move.
+TEST(SceneCompile, CellsAreAsLargeAsTheSceneOrItsBodiesSay) {
+  const std::string settings = R"(, "settings": {"solver": "cell_gauss_seidel")";
+  const std::string large = R"({"mass": 1, "shapes": [{"type": "sphere", "radius": 7}]})";
+  const std::string small = R"({"mass": 1, "shapes": [{"type": "sphere", "radius": 0.125}]})";
+  const std::string still = R"({"type": "kinematic", "shapes": [{"type": "sphere", "radius": 3}]})";
+  const std::string bodies = ground + "," + small + "," + still + "," + small + "," + large + "," + small;
+  const auto state = compiled(bodies, settings + "}");
+  EXPECT_TRUE(has(state.features, Feature::partitions));
+  ASSERT_EQ(state.buffers.cell_sizes.size(), 1u);
+  EXPECT_EQ(state.buffers.cell_sizes[0], 1.5);
+  const std::string brick_of_2 = R"({"mass": 1, "shapes": [{"type": "box", "size": [1, 2, 3]}]})";
+  EXPECT_EQ(compiled(brick_of_2 + "," + ground, settings + "}").buffers.cell_sizes[0], 12);
+  EXPECT_EQ(compiled(bodies, settings + R"(, "cell_size": 0.75})").buffers.cell_sizes[0], 0.75);
+  EXPECT_FALSE(has(compiled(ball, settings + "}"), Feature::partitions));  // nothing can touch
+  EXPECT_EQ(refusal(scene_of(bodies, settings + R"(, "sleeping": true})")),
+            "test.json: /settings/sleeping: cell_gauss_seidel schedules all pairs of a cell together, and an island "
+            "that sleeps would change the others; take gauss_seidel, jacobi or small_steps");
 }
 
 TEST(SceneCompile, UnequalSizesAreSearchedInATree) {

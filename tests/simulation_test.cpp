@@ -150,7 +150,7 @@ void expect_capacities_change_nothing() {
 TEST(Simulation, CapacitiesChangeNothingInAnyKindOfScene) {
   for (const char* name : {"slabs", "rover", "sensor_gate", "dominoes", "cylinders_and_hulls", "mixed_spheres"}) {
     for (const Solver solver : {Solver::gauss_seidel, Solver::small_steps, Solver::jacobi, Solver::accelerated_gradient,
-                                Solver::dense_gauss_seidel}) {
+                                Solver::dense_gauss_seidel, Solver::cell_gauss_seidel}) {
       for (const FrictionModel friction : {FrictionModel::cones, FrictionModel::patches}) {
         Scene scene = read_scene(name);
         if (!scene.joints.empty() && solver != scene.settings.solver) continue;  // not every solver holds its joints

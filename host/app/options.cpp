@@ -66,7 +66,8 @@ void add_solver_or_oracle(CLI::App& command, std::optional<Solver>& solver, std:
   command
       .add_option_function<std::string>("--solver", take,
                                         "Contact solver instead of the scene's: gauss_seidel, small_steps, jacobi, "
-                                        "gradient, accelerated_gradient, dense_gauss_seidel; or an "
+                                        "gradient, accelerated_gradient, dense_gauss_seidel, "
+                                        "cell_gauss_seidel; or an "
                                         "oracle, see below")
       ->check(CLI::Validator(known, "NAME"));
 }

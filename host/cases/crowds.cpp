@@ -124,8 +124,9 @@ std::vector<HardCase> crowd_cases() {
       // no oracle: ten thousand systems of some hundred contacts take it minutes
       {"six66",
        "A lattice of 216 balls collapses: no two of them may overlap",
-       {gauss_seidel(1e-3, {5, 10, 20, 50}), jacobi(1e-3, {10, 30, 100}), accelerated_gradient(1e-3, {20, 50, 100}),
-        dense_gauss_seidel(1e-3, {5, 10, 20, 50}), small_steps(1e-3, {2, 5, 10})},
+       {gauss_seidel(1e-3, {5, 10, 20, 50}), cell_gauss_seidel(1e-3, {5, 10, 20, 50}), jacobi(1e-3, {10, 30, 100}),
+        accelerated_gradient(1e-3, {20, 50, 100}), dense_gauss_seidel(1e-3, {5, 10, 20, 50}),
+        small_steps(1e-3, {2, 5, 10})},
        six66},
       // exact solutions of each step come out alike, so the ladder is one of time steps
       {"elastic666",

@@ -57,6 +57,10 @@ Method soft(std::initializer_list<double> dts) {
 Method gauss_seidel(double dt, std::initializer_list<u32> iterations) {
   return swept(Solver::gauss_seidel, dt, iterations, &Setting::iterations);
 }
+Method cell_gauss_seidel(double dt, std::initializer_list<u32> iterations) {
+  return swept(Solver::cell_gauss_seidel, dt, iterations, &Setting::iterations);
+}
+
 Method small_steps(double dt, std::initializer_list<u32> substeps) {
   return swept(Solver::small_steps, dt, substeps, &Setting::substeps);
 }

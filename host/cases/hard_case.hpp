@@ -52,6 +52,7 @@ std::vector<Setting> steps_of(std::initializer_list<double> dts);
 
 /// The solvers of the device by what makes them finer, at one time step, s.
 Method gauss_seidel(double dt, std::initializer_list<u32> iterations);
+Method cell_gauss_seidel(double dt, std::initializer_list<u32> iterations);
 Method small_steps(double dt, std::initializer_list<u32> substeps);
 Method jacobi(double dt, std::initializer_list<u32> iterations);
 Method gradient(double dt, std::initializer_list<u32> iterations);

@@ -59,14 +59,15 @@ constexpr double frame = 1.0 / 60;
 
 std::vector<HardCase> standing_cases() {
   return {
-      standing("pyramid20", "A pyramid of 210 cubes stands for ten seconds", 10,
-               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 4, 5, 8, 12}),
-                with_patches(small_steps(frame, {3, 4, 5, 8, 12})), jacobi(frame, {30, 120}),
-                gradient(frame, {100, 400}), accelerated_gradient(frame, {25, 50, 100, 200, 400}),
-                dense_gauss_seidel(frame, {10, 40, 160}), oracle("auto", {frame})}),
+      standing(
+          "pyramid20", "A pyramid of 210 cubes stands for ten seconds", 10,
+          {gauss_seidel(frame, {10, 40, 160}), cell_gauss_seidel(frame, {10, 40, 160}),
+           small_steps(frame, {3, 4, 5, 8, 12}), with_patches(small_steps(frame, {3, 4, 5, 8, 12})),
+           jacobi(frame, {30, 120}), gradient(frame, {100, 400}), accelerated_gradient(frame, {25, 50, 100, 200, 400}),
+           dense_gauss_seidel(frame, {10, 40, 160}), oracle("auto", {frame})}),
       standing("wall", "A wall of 400 bricks stands for ten seconds", 10,
-               {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {3, 5, 8, 12}),
-                with_patches(small_steps(frame, {3, 5, 8, 12}))}),
+               {gauss_seidel(frame, {10, 40, 160}), cell_gauss_seidel(frame, {10, 40, 160}),
+                small_steps(frame, {3, 5, 8, 12}), with_patches(small_steps(frame, {3, 5, 8, 12}))}),
       standing("box_stack20", "A column of 20 cubes stands for ten seconds", 10,
                {gauss_seidel(frame, {10, 40, 160}), small_steps(frame, {5, 10, 14, 20, 28}),
                 accelerated_gradient(frame, {50, 200, 800}), dense_gauss_seidel(frame, {10, 40, 160}),
@@ -90,10 +91,11 @@ std::vector<HardCase> standing_cases() {
        {gauss_seidel(0.01, {40, 160}), small_steps(0.01, {4, 8, 16})},
        kapla},
       lying("box_heap", "4,096 cubes fall into a box and are a heap at rest after ten seconds", 10,
-            {gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}), with_patches(small_steps(frame, {5, 8})),
-             jacobi(frame, {30}), accelerated_gradient(frame, {50})}),
+            {gauss_seidel(frame, {10, 40}), cell_gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}),
+             with_patches(small_steps(frame, {5, 8})), jacobi(frame, {30}), accelerated_gradient(frame, {50})}),
       lying("spheres8000", "8,000 spheres fall into a box and lie still after ten seconds", 10,
-            {gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}), jacobi(frame, {30})}),
+            {gauss_seidel(frame, {10, 40}), cell_gauss_seidel(frame, {10, 40}), small_steps(frame, {5, 8}),
+             jacobi(frame, {30})}),
   };
 }
 

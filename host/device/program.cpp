@@ -52,6 +52,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::turning_friction, "TURNING_FRICTION"},
     {Feature::static_friction, "STATIC_FRICTION"},
     {Feature::elliptic_friction, "ELLIPTIC_FRICTION"},
+    {Feature::partitions, "PARTITIONS"},
     {Feature::shape_trees, "SHAPE_TREES"},
 };
 

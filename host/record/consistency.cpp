@@ -45,6 +45,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::turning_friction, Feature::contacts},
     {Feature::static_friction, Feature::contacts},
     {Feature::elliptic_friction, Feature::turning_friction},
+    {Feature::partitions, Feature::contacts},
     {Feature::dense, Feature::contacts},
     {Feature::dense, Feature::general_contacts},
 };
@@ -65,6 +66,9 @@ void expect_features(const InitialState<real>& state) {
     fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !patches && !turns;
   fit = fit && has(features, Feature::shape_trees) == (state.sizes.tree_shapes > 0);
   fit = fit && !(patches && (turns || has(features, Feature::static_friction)));
+  if (has(features, Feature::partitions))
+    fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !has(features, Feature::sleeping) &&
+          !has(features, Feature::dense);
   fit = fit && !(has(features, Feature::impact_laws) && has(features, Feature::elliptic_friction));
   if (!fit) throw h5::Failed("features: are those of no scene");
 }
@@ -244,6 +248,12 @@ void expect_shape_trees(const InitialState<real>& state) {
 }
 
 template <class real>
+void expect_cell_sizes(const Buffers<real>& b) {
+  for (std::size_t w = 0; w < b.cell_sizes.size(); ++w)
+    if (!(b.cell_sizes[w] > 0)) refuse(Buffer::cell_sizes, w, "is no length");
+}
+
+template <class real>
 void expect_particles(const Buffers<real>& b, const Sizes& sizes) {
   for (std::size_t w = 0; w < b.world_ranges.size(); ++w) {
     if (!is_range(b.world_ranges[w].first_plane, b.world_ranges[w].plane_count, sizes.particle_planes))
@@ -271,6 +281,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_impact_laws(state.buffers);
   expect_hulls(state.buffers, state.sizes);
   expect_joints(state.buffers, state.sizes);
+  expect_cell_sizes(state.buffers);
   if (has(state.features, Feature::gradient)) expect_gradient(state);
   if (has(state.features, Feature::particles)) expect_particles(state.buffers, state.sizes);
 }

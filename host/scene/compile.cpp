@@ -10,6 +10,7 @@
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_joints.hpp"
 #include "host/scene/compile_particles.hpp"
+#include "host/scene/compile_partitions.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/compile_sleeping.hpp"
 #include "host/scene/friction_pairs.hpp"
@@ -83,6 +84,7 @@ class Compiler {
     if (has(state_.features, Feature::gradient))
       compile_gradient(worlds_[0].settings.solver == Solver::accelerated_gradient, state_);
     if (has(state_.features, Feature::particles)) compile_particles(worlds_, state_);
+    if (has(state_.features, Feature::partitions)) compile_partitions(worlds_, state_);
     resize(state_.buffers, state_.sizes, state_.features);
     state_.params = make_params<real>(worlds_[0], state_.sizes, state_.features);
     return std::move(state_);
@@ -380,6 +382,8 @@ void Compiler<real>::set_features() {
   if (has(features, Feature::contacts) && settings.friction_model == FrictionModel::patches)
     features = with(with(features, Feature::patches), Feature::general_contacts);
   if (has(features, Feature::contacts) && settings.solver == Solver::jacobi) features = with(features, Feature::jacobi);
+  if (has(features, Feature::contacts) && settings.solver == Solver::cell_gauss_seidel)
+    features = with(features, Feature::partitions);
   const bool jointed = std::ranges::any_of(worlds_, [](const Scene& scene) { return !scene.joints.empty(); });
   const bool constrained = has(features, Feature::contacts) || jointed;
   if (constrained && is_gradient(settings.solver)) {

@@ -23,6 +23,10 @@ void compile_sleeping(const Scene& scene, InitialState<real>& state) {
         Failure::input, place,
         "solvers along a gradient step all islands by one length, and an island that sleeps would change the others; "
         "take gauss_seidel, jacobi or small_steps");
+  if (has(state.features, Feature::partitions))
+    throw Error(Failure::input, place,
+                "cell_gauss_seidel schedules all pairs of a cell together, and an island that sleeps would change the "
+                "others; take gauss_seidel, jacobi or small_steps");
   if (settings.integrator == Integrator::runge_kutta)
     throw Error(Failure::input, place, "bodies of runge_kutta never rest; use another integrator or leave it out");
   if (has(state.features, Feature::particles))

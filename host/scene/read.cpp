@@ -52,6 +52,7 @@ Settings read_settings(const JsonNode& node) {
                       "correction_limit",
                       "stabilization",
                       "position_sweeps",
+                      "cell_size",
                       "slop",
                       "margin",
                       "speed_limit",
@@ -92,6 +93,7 @@ Settings read_settings(const JsonNode& node) {
   if (node.has("stabilization")) {
     s.stabilization = node.at("stabilization").choice<Stabilization>("stabilization", stabilization_names);
   }
+  if (node.has("cell_size")) s.cell_size = node.at("cell_size").positive();
   if (node.has("position_sweeps")) s.position_sweeps = node.at("position_sweeps").integer(1, 100000);
   if (node.has("contact_frequency")) s.contact_frequency = node.at("contact_frequency").positive();
   if (node.has("contact_damping")) s.contact_damping = node.at("contact_damping").positive();

@@ -24,15 +24,25 @@ enum class Gyroscopic { none, explicit_, implicit, midpoint };
 /// sub-steps over soft contacts, and one that takes back what the springs added; `jacobi`, all hard contacts at once,
 /// each on parts of its bodies; `gradient` and `accelerated_gradient`, hard contacts and joints as one convex
 /// problem, another model (cpu_reference/gradient/descent.hpp); `dense_gauss_seidel`, sweeps over hard contacts in the
-/// order of their list, by the dense Delassus matrix (cpu_reference/solve_dense.hpp).
-enum class Solver { gauss_seidel, small_steps, jacobi, gradient, accelerated_gradient, dense_gauss_seidel };
+/// order of their list, by the dense Delassus matrix (cpu_reference/solve_dense.hpp); `cell_gauss_seidel`, sweeps over
+/// hard contacts in an order that comes from space (cpu_reference/solver_cell.hpp).
+enum class Solver {
+  gauss_seidel,
+  small_steps,
+  jacobi,
+  gradient,
+  accelerated_gradient,
+  dense_gauss_seidel,
+  cell_gauss_seidel
+};
 inline constexpr std::pair<const char*, Solver> solver_names[] = {
     {"gauss_seidel", Solver::gauss_seidel},
     {"small_steps", Solver::small_steps},
     {"jacobi", Solver::jacobi},
     {"gradient", Solver::gradient},
     {"accelerated_gradient", Solver::accelerated_gradient},
-    {"dense_gauss_seidel", Solver::dense_gauss_seidel}};
+    {"dense_gauss_seidel", Solver::dense_gauss_seidel},
+    {"cell_gauss_seidel", Solver::cell_gauss_seidel}};
 /// Whether it goes down a gradient.
 inline bool is_gradient(Solver solver) { return solver == Solver::gradient || solver == Solver::accelerated_gradient; }
 
@@ -202,6 +212,7 @@ struct Settings {
   u32 iterations = 10;
   u32 relaxations = 1;   // of small_steps
   double tolerance = 0;  // m/s; 0: as many sweeps as `iterations` says
+  double cell_size = 0;  // m, of cell_gauss_seidel; 0: by the sizes of the bodies
   Integrator integrator = Integrator::semi_implicit_euler;
   Gyroscopic gyroscopic = Gyroscopic::implicit;
   double restitution_threshold = 0;  // m/s
@@ -228,7 +239,8 @@ inline void use_solver(Settings& settings, Solver solver) {
   settings.solver = solver;
   settings.substeps = solver == Solver::small_steps ? 5 : 1;
   switch (solver) {
-    case Solver::gauss_seidel: settings.iterations = 10; break;
+    case Solver::gauss_seidel:
+    case Solver::cell_gauss_seidel: settings.iterations = 10; break;
     case Solver::small_steps: settings.iterations = 1; break;
     case Solver::jacobi: settings.iterations = 30; break;
     case Solver::gradient: settings.iterations = 100; break;

@@ -13,6 +13,22 @@ namespace {
 constexpr u32 contacts_per_item = 8;  // of a colouring round: few work-items write the word that says "not yet done"
 constexpr u32 rounds_per_color = 2;   // what colouring usually needs; the last work-group does the rest
 
+// Places for cells, those of all phases.
+u32 cell_count(const LaunchPlan& plan) { return CELL_PHASES * cells_in_phase(plan.sizes.bodies, plan.sizes.worlds); }
+
+// A launch for each phase of the cells.
+void sweep_cells(Launcher& launcher, std::string_view kernel) {
+  const LaunchPlan& plan = launcher.plan();
+  if (!has(plan.features, Feature::partitions)) return;
+  const u32 items = cell_count(plan) / CELL_PHASES * (plan.lanes > 1 ? 1 : PACK);
+  for (u32 phase = 0; phase < CELL_PHASES; ++phase) launcher.run(kernel, items, {{"phase", phase}});
+}
+
+// The first phase of the contacts that has no launch of its own.
+u32 first_tail_phase(const LaunchPlan& plan) {
+  return plan.colors + (has(plan.features, Feature::partitions) ? CELL_PHASES : 0);
+}
+
 // A launch for each colour that is worth one, then one work-group for the small colours and the overflow.
 void sweep(Launcher& launcher, std::string_view color_kernel, std::string_view tail_kernel,
            std::initializer_list<Argument> tail_arguments) {
@@ -54,7 +70,9 @@ void make_room_for_parts(Launcher& launcher) {
 
 // Whether one work-group does all sweeps.
 bool is_fused(const LaunchPlan& plan) {
-  return (plan.small || plan.colors == 0) && (plan.sizes.joint_phases == 0 || !is_large(plan, 0));
+  const bool in_cells = has(plan.features, Feature::partitions);
+  const bool few = in_cells ? plan.blocks < LARGE_COLOR * CELL_PHASES : plan.colors == 0;
+  return (plan.small || few) && (plan.sizes.joint_phases == 0 || !is_large(plan, 0));
 }
 
 // Behind each sweep of several launches.
@@ -128,8 +146,39 @@ void launch_color_contacts(Launcher& launcher) {
   launcher.run_group("color_tail", {{"first_round", rounds}});
 }
 
+void launch_partition_contacts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  const u32 cells = cell_count(plan);
+  launcher.scratch("pair_cells", plan.sizes.contacts);
+  launcher.scratch("pair_arrivals", plan.sizes.contacts);
+  launcher.scratch("cell_ends", cells);
+  launcher.scratch("body_cells", std::size_t{plan.sizes.bodies} * 4);
+  launcher.run("partition_bodies", std::max({plan.sizes.bodies, cells + 1, plan.contacts}));
+  launcher.run("partition_count", plan.contacts);
+  launcher.scan("cell_starts", cells + 1);
+  if (plan.lanes > 1) return launcher.run("partition_fill_worlds", plan.sizes.worlds);  // a CPU: few threads
+  launcher.run("partition_fill", plan.contacts);
+  launcher.run("partition_order", cells);
+}
+
+void launch_schedule_contacts(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  const u32 cells = cell_count(plan);
+  launcher.scratch("body_batches", std::size_t{plan.sizes.bodies} * CELL_PHASES * 2);
+  launcher.run("schedule_clear", plan.contacts);
+  if (plan.lanes > 1) {  // a CPU: few threads, quick ones
+    launcher.run("schedule_cells", cells);
+  } else {
+    launcher.scratch("pair_ranks", plan.sizes.contacts);
+    launcher.run("schedule_cells_by_groups", cells * PACK);
+  }
+  launcher.scan("cell_blocks", cells + 1);
+  launcher.scan("cell_rows", cells + 1);
+}
+
 void launch_pack_contacts(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
+  if (has(plan.features, Feature::partitions)) launcher.run("pack_cells", cell_count(plan));
   const u32 keys = (MAX_COLORS + 1) * (has(plan.features, Feature::manifolds) ? MANIFOLD_POINTS : 1);
   const u32 words = keys * (plan.sizes.contacts / CHUNK + 1) + 1;  // the sum of all behind them
   launcher.scratch("pack_counts", words);
@@ -187,9 +236,10 @@ void launch_warm_start(Launcher& launcher) {
     return pass_over_parts(launcher, "warm_parts");
   }
   if (is_fused(plan))
-    return launcher.run_group("warm_tail", {{"first_color", 0u}, {"joint_phase_count", plan.sizes.joint_phases}});
+    return launcher.run_group("warm_tail", {{"first_phase", 0u}, {"joint_phase_count", plan.sizes.joint_phases}});
   sweep_joints(launcher, "warm_joints", "warm_joint_tail");
-  sweep(launcher, "warm_color", "warm_tail", {{"first_color", plan.colors}, {"joint_phase_count", 0u}});
+  sweep_cells(launcher, "warm_cells");
+  sweep(launcher, "warm_color", "warm_tail", {{"first_phase", first_tail_phase(plan)}, {"joint_phase_count", 0u}});
 }
 
 void launch_solve_constraints(Launcher& launcher) {
@@ -198,14 +248,15 @@ void launch_solve_constraints(Launcher& launcher) {
   if (has(launcher.plan().features, Feature::jacobi)) return solve_by_parts(launcher);
   const LaunchPlan& plan = launcher.plan();
   if (is_fused(plan))
-    return launcher.run_group("solve_tail", {{"first_color", 0u},
+    return launcher.run_group("solve_tail", {{"first_phase", 0u},
                                              {"joint_phase_count", plan.sizes.joint_phases},
                                              {"sweeps", plan.iterations},
                                              {"whole", 1u}});
   for (u32 i = 0; i < plan.iterations; ++i) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
+    sweep_cells(launcher, "solve_cells");
     sweep(launcher, "solve_color", "solve_tail",
-          {{"first_color", plan.colors}, {"joint_phase_count", 0u}, {"sweeps", 1u}, {"whole", 0u}});
+          {{"first_phase", first_tail_phase(plan)}, {"joint_phase_count", 0u}, {"sweeps", 1u}, {"whole", 0u}});
     end_sweep(launcher, i);
   }
 }
@@ -215,11 +266,11 @@ void launch_relax_constraints(Launcher& launcher) {
   if (is_fused(plan))
     return launcher.run_group(
         "relax_tail",
-        {{"first_color", 0u}, {"joint_phase_count", plan.sizes.joint_phases}, {"sweeps", plan.relaxations}});
+        {{"first_phase", 0u}, {"joint_phase_count", plan.sizes.joint_phases}, {"sweeps", plan.relaxations}});
   for (u32 i = 0; i < plan.relaxations; ++i) {
     sweep_joints(launcher, "relax_joints", "relax_joint_tail");
     sweep(launcher, "relax_color", "relax_tail",
-          {{"first_color", plan.colors}, {"joint_phase_count", 0u}, {"sweeps", 1u}});
+          {{"first_phase", plan.colors}, {"joint_phase_count", 0u}, {"sweeps", 1u}});
   }
 }
 
