@@ -76,7 +76,7 @@ void set_box(BoxBlock<real>& block, u32 k, const Box& box) {
 template <class real>
 class Forest {
  public:
-  explicit Forest(InitialState<real>& state) : state_(state), b_(state.buffers) {}
+  explicit Forest(Buffers<real>& buffers) : b_(buffers) {}
 
   void add_world(u32 world) {
     const WorldRange range = b_.world_ranges[world];
@@ -132,6 +132,11 @@ class Forest {
 
     std::vector<Box> boxes;
     for (const u32 i : items) boxes.push_back(box_of(b_.shapes[i], b_.shape_infos[i].kind));
+    add_levels(std::move(boxes));
+  }
+
+  // From the lowest up, until one block holds all.
+  void add_levels(std::vector<Box> boxes) {
     for (;;) {
       std::vector<Box> above;
       for (std::size_t e = 0; e < boxes.size(); e += PACK) {
@@ -148,7 +153,6 @@ class Forest {
     }
   }
 
-  InitialState<real>& state_;
   Buffers<real>& b_;
 };
 
@@ -157,7 +161,7 @@ class Forest {
 template <class real>
 void compile_shape_trees(InitialState<real>& state) {
   Buffers<real>& b = state.buffers;
-  Forest<real> forest(state);
+  Forest<real> forest(b);
   for (u32 world = 0; world < b.world_ranges.size(); ++world) forest.add_world(world);
   if (b.shape_trees.empty()) {
     b.loose_shapes.clear();
