@@ -186,6 +186,30 @@ inline std::vector<BodyDescription> strewn_ball(u32 count) {
   return bodies;
 }
 
+/// The speed at which ball i of them leaves the large one, m/s.
+template <class real>
+double leaving_speed(const std::vector<BodyDescription>& strewn, const Buffers<real>& after, u32 i) {
+  double speed = 0;
+  for (u32 axis = 0; axis < 3; ++axis)
+    speed += double(after.motions[i].v[axis] - after.motions[0].v[axis]) * strewn[i].position[axis] / 10.25;
+  return speed;
+}
+
+/// No ball comes closer to the large one, and those that are pushed do not leave it; more are pushed than there are
+/// colours.
+template <class real>
+void expect_all_are_stopped(const std::vector<BodyDescription>& strewn, const Buffers<real>& after) {
+  u32 pushed = 0;
+  for (u32 k = 0; k + 1 < strewn.size(); ++k) {
+    const u32 ball = std::max(after.contacts[k].body_a, after.contacts[k].body_b);
+    EXPECT_GT(leaving_speed(strewn, after, ball), -1e-3) << ball;
+    if (!(after.cached_impulses[k].normal > real(1e-3))) continue;
+    EXPECT_LT(leaving_speed(strewn, after, ball), 1e-3) << ball;
+    ++pushed;
+  }
+  EXPECT_GT(pushed, MAX_COLORS);
+}
+
 /// Two spheres of different size and mass that touch, moving and turning; ready to be solved.
 template <class real>
 InitialState<real> pair_of_spheres() {
@@ -216,6 +240,80 @@ Buffers<real> run_steps(const InitialState<real>& state, int steps) {
   return backend.buffers();
 }
 
+/// The sum over the bodies of m v and of x cross m v + I w, about the origin; isotropic bodies only.
+template <class real>
+std::pair<Vector3, Vector3> momentum(const Buffers<real>& b) {
+  Vector3 linear = {}, angular = {};
+  for (u32 i = 0; i < b.body_infos.size(); ++i) {
+    if (b.body_infos[i].kind != BODY_DYNAMIC) continue;
+    const double m = double(b.masses[i].mass), inertia = double(b.masses[i].inertia[0]);
+    const auto &v = b.motions[i].v, &w = b.motions[i].w;
+    const Vector3 x = {double(b.positions[i].x), double(b.positions[i].y), double(b.positions[i].z)};
+    for (u32 k = 0; k < 3; ++k) {
+      const u32 k1 = (k + 1) % 3, k2 = (k + 2) % 3;
+      linear[k] += m * double(v[k]);
+      angular[k] += m * (x[k1] * double(v[k2]) - x[k2] * double(v[k1])) + inertia * double(w[k]);
+    }
+  }
+  return {linear, angular};
+}
+
+/// Sixty balls of random masses that fly into each other, turning, without weight.
+template <class real>
+InitialState<real> balls_that_collide() {
+  std::vector<BodyDescription> bodies;
+  Random random(3);
+  for (u32 i = 0; i < 60; ++i) {
+    bodies.push_back(sphere_body(random.vector(1), 0.3, random.vector(3)));
+    bodies.back().mass = random.between(0.5, 2);
+    const double moment = bodies.back().mass * 0.4 * 0.09;
+    bodies.back().inertia = {moment, moment, moment};
+    bodies.back().angular_velocity = random.vector(2);
+  }
+  InitialState<real> state = make_worlds<real>({bodies}, 2048);
+  state.buffers.gravities[0] = {0, 0, 0, 0};
+  return state;
+}
+
+/// What the solver makes of their velocities adds up, to within `rounding` (kg m/s, kg m^2/s); and it changes them. The
+/// state is prepared.
+template <class real>
+void expect_solving_keeps_momentum(InitialState<real> state, double rounding) {
+  ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], 100u);
+  const auto [linear, angular] = momentum(state.buffers);
+  const Buffers<real> before = state.buffers;
+  reference::run_stage(Stage::solve_constraints, state.buffers, state.params);
+  const auto [linear_after, angular_after] = momentum(state.buffers);
+  double change = 0;
+  for (u32 k = 0; k < 3; ++k) {
+    EXPECT_NEAR(linear_after[k], linear[k], rounding);
+    EXPECT_NEAR(angular_after[k], angular[k], rounding);
+  }
+  for (u32 i = 0; i < state.params.bodies; ++i)
+    change = std::max(change, std::abs(double(state.buffers.motions[i].v[0] - before.motions[i].v[0])));
+  EXPECT_GT(change, 1);
+}
+
+/// Balls of 1 and 3 kg that touch, the first at x, and come closer at 3 m/s; they bounce with half of that.
+template <class real>
+InitialState<real> balls_that_bounce(double x = 0) {
+  BodyDescription left = sphere_body({x, 0, 0}, 0.5, {2, 0, 0}), right = sphere_body({x + 1, 0, 0}, 0.5, {-1, 0, 0});
+  right.mass = 3;
+  InitialState<real> state = make_worlds<real>({{left, right}}, 16);
+  state.buffers.gravities[0] = {0, 0, 0, 0};
+  state.params.theta = 1;
+  set_material(state, 0, 0.5);
+  return state;
+}
+
+/// Momentum, and the relative velocity times -e: to within `rounding`, m/s.
+template <class real>
+void expect_they_bounced(const Buffers<real>& after, double rounding) {
+  const double common = (1 * 2 - 3 * 1) / 4.0;
+  EXPECT_NEAR(double(after.motions[0].v[0]), common - 3 / 4.0 * 0.5 * 3, rounding);
+  EXPECT_NEAR(double(after.motions[1].v[0]), common + 1 / 4.0 * 0.5 * 3, rounding);
+}
+
 /// Balls of 1 kg and half a metre, each on the one below, the lowest on the ground, at rest.
 template <class real>
 InitialState<real> column_of_balls(u32 height) {
@@ -242,24 +340,6 @@ void expect_column_bears_its_weight(const Buffers<real>& after, u32 height, doub
 template <class real>
 Buffers<real> run_twins(Stage stage, const InitialState<real>& state) {
   return run_one_stage<real>(stage, state.buffers, state.sizes, state.features, state.params);
-}
-
-/// The sum over the bodies of m v and of x cross m v + I w, about the origin; isotropic bodies only.
-template <class real>
-std::pair<Vector3, Vector3> momentum(const Buffers<real>& b) {
-  Vector3 linear = {}, angular = {};
-  for (u32 i = 0; i < b.body_infos.size(); ++i) {
-    if (b.body_infos[i].kind != BODY_DYNAMIC) continue;
-    const double m = double(b.masses[i].mass), inertia = double(b.masses[i].inertia[0]);
-    const auto &v = b.motions[i].v, &w = b.motions[i].w;
-    const Vector3 x = {double(b.positions[i].x), double(b.positions[i].y), double(b.positions[i].z)};
-    for (u32 k = 0; k < 3; ++k) {
-      const u32 k1 = (k + 1) % 3, k2 = (k + 2) % 3;
-      linear[k] += m * double(v[k]);
-      angular[k] += m * (x[k1] * double(v[k2]) - x[k2] * double(v[k1])) + inertia * double(w[k]);
-    }
-  }
-  return {linear, angular};
 }
 
 }  // namespace lockstep::test
