@@ -24,6 +24,8 @@ struct Trouble {
   const char* what;
 };
 
+static_assert(DENSE_CONTACTS == 4096, "say the new limit below");
+
 // In the order of the stages: the first one of a step is the cause of the others.
 constexpr Trouble troubles[] = {
     {STATUS_OUT_OF_GRID, Stage::sort_cells, "a shape is too far out for the collision grid, its cell has no number"},

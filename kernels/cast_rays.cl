@@ -63,9 +63,6 @@ typedef struct RayInTree {
   real reach, wider;
 } RayInTree;
 
-static inline lane lane_less(lane a, lane b) { return a < b ? a : b; }
-static inline lane lane_larger(lane a, lane b) { return a > b ? a : b; }
-
 // Bit k is set where the ray may meet box k of a block. One that runs along the side of a box, which is wider than what
 // it holds, may miss it: zero times infinity is no number, and counts for nothing.
 static inline u32 boxes_on_ray(global const BoxBlock* block, const RayInTree* ray) {

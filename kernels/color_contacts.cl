@@ -47,14 +47,12 @@ static inline u32 color_priority(Contact contact, global const ShapeInfo* shape_
 // A bid that outbids all: every colour of the body is taken, what is left on it goes to overflow.
 #define COLOR_FULL 0xffffffffu
 
-static inline u32 color_lowest_bit(u32 bits) { return 31u - clz(bits & (0u - bits)); }
-
 // Lowest colour that neither body has, MAX_COLORS where there is none.
 static inline u32 color_lowest_free(u32 a, bool dynamic_a, u32 b, bool dynamic_b, global const u32* body_colors) {
   const u32 low = (dynamic_a ? body_colors[2u * a] : 0u) | (dynamic_b ? body_colors[2u * b] : 0u);
-  if (~low != 0u) return color_lowest_bit(~low);
+  if (~low != 0u) return lowest_bit(~low);
   const u32 high = (dynamic_a ? body_colors[2u * a + 1u] : 0u) | (dynamic_b ? body_colors[2u * b + 1u] : 0u);
-  if (~high != 0u) return 32u + color_lowest_bit(~high);
+  if (~high != 0u) return 32u + lowest_bit(~high);
   return MAX_COLORS;
 }
 

@@ -23,6 +23,9 @@ static inline u32 each_end(u32 count) {
 #define FOR_EACH(i, count) for (u32 i = (u32)get_global_id(0); i < (count); i += (u32)get_global_size(0))
 #endif
 
+// Which bit; `bits` are not zero.
+static inline u32 lowest_bit(u32 bits) { return 31u - clz(bits & (0u - bits)); }
+
 // Stages that write persistent state leave it alone once a list was full or somebody woke: the step is redone.
 #define STEP_IS_VOID(counters) (((counters)[COUNTER_STATUS] & STATUS_VOID) != 0u)
 

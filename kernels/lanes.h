@@ -187,6 +187,12 @@ static inline LaneLines lane_gather(global const Motion* motions, u32 half_line,
   return lane_gather_lines((global const Real8*)motions + half_line, sizeof(Motion) / sizeof(Real8), bodies);
 }
 
+// ---- the larger and the less --------------------------------------------------------------------------------------
+
+// In each lane, of x and what was found so far; an x that is no number does not count.
+static inline lane lane_larger(lane x, lane so_far) { return x > so_far ? x : so_far; }
+static inline lane lane_less(lane x, lane so_far) { return x < so_far ? x : so_far; }
+
 // ---- vectors ------------------------------------------------------------------------------------------------------
 
 // A vector in each lane.

@@ -51,13 +51,11 @@ kernel void schedule_clear(global u32* cell_places, global const u32* counters) 
 
 // ---- in order -----------------------------------------------------------------------------------------------------
 
-static inline u32 schedule_lowest_bit(u32 bits) { return 31u - clz(bits & (0u - bits)); }
-
 // The first batch that is neither full nor has one of the bodies; CELL_BATCHES where there is none.
 static inline u32 schedule_first_fit(const u32* full, global const u32* a, global const u32* b) {
   for (u32 k = 0u; k < 2u; ++k) {
     const u32 free = ~(full[k] | (a ? a[k] : 0u) | (b ? b[k] : 0u));
-    if (free != 0u) return 32u * k + schedule_lowest_bit(free);
+    if (free != 0u) return 32u * k + lowest_bit(free);
   }
   return CELL_BATCHES;
 }

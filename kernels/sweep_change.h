@@ -16,9 +16,6 @@
 
 #if FEATURE_TOLERANCE
 
-// In each lane, of x and what was found so far; an x that is no number does not count.
-static inline lane lane_larger(lane x, lane so_far) { return x > so_far ? x : so_far; }
-
 static inline real lane_largest(lane x) {
 #if LANES == 1
   return x;

@@ -3,6 +3,7 @@
 #ifndef LOCKSTEP_TREE_H
 #define LOCKSTEP_TREE_H
 
+#include "common.h"
 #include "grid.h"
 #include "lanes.h"
 
@@ -96,8 +97,6 @@ static inline TreeBox widened(TreeBox box, real by) {
   box.high = add3(box.high, all);
   return box;
 }
-
-static inline u32 lowest_bit(u32 bits) { return 31u - clz(bits & -bits); }
 
 // Bit k is set where box k of a block meets this one.
 static inline u32 boxes_in_reach(global const BoxBlock* block, TreeBox box) {

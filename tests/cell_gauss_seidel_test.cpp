@@ -25,9 +25,7 @@ InitialState<real> prepared_cells(u32 seed, u32 count, u32 pairs, bool rubs_as_o
   if (rubs_as_one) state.features = with(state.features, Feature::patches);
   use_cells(state, 0.7);
   run_until_prepared(state);
-  Random random(seed);
-  for (auto& start : state.buffers.start_impulses)
-    start = {real(random.between(-0.2, 1)), real(random.between(-1, 1)), real(random.between(-1, 1)), 0};
+  draw_start_impulses(seed, state);
   reference::run_stage(Stage::pack_points, state.buffers, state.params);
   return state;
 }
@@ -72,9 +70,7 @@ TYPED_TEST(CellGaussSeidel, StepsMatchTheReference) {
   using real = TypeParam;
   InitialState<real> state = heap<real>(7, 60, 4096);
   use_cells(state, 0.9);
-  std::vector<DeviceOptions> launches = all_launch_options();
-  launches.back().threads = 1;
-  expect_twins_agree(state, 8, launches);
+  expect_twins_agree(state, 8, launches_of_all_threads_and_one());
   state.features = with(state.features, Feature::tolerance);
   state.params.tolerance = real(0.2);
   state.params.iterations = 20;
@@ -123,12 +119,7 @@ TYPED_TEST(CellGaussSeidel, WorldsDoNotMeet) {
   Scene scene = read_scene("cell_heap"), other = read_scene("spheres_small");
   other.settings = scene.settings;
   const InitialState<real> alone = compile<real>(scene), batch = compile<real>(std::vector<Scene>{other, scene, scene});
-  const Buffers<real> one = run_steps(alone, 60), all = run_steps(batch, 60);
-  const u32 first = batch.buffers.world_ranges[2].first_body;
-  for (u32 i = 0; i < alone.params.bodies; ++i) {
-    EXPECT_EQ(one.positions[i].z, all.positions[first + i].z) << i;
-    for (u32 k = 0; k < 3; ++k) EXPECT_EQ(one.motions[i].v[k], all.motions[first + i].v[k]) << i;
-  }
+  expect_world_is_as_alone(run_steps(batch, 60), 2, run_steps(alone, 60));
 }
 
 TYPED_TEST(CellGaussSeidel, ConservesMomentum) {
@@ -227,14 +218,7 @@ TEST(CellGaussSeidelConverges, WhereGaussSeidelDoes) {
   run_until_prepared(cells);
   ASSERT_GT(pairs_in_cells(cells.buffers), 30u);
   sweeps.params.iterations = cells.params.iterations = 20000;
-  reference::run_stage(Stage::solve_constraints, sweeps.buffers, sweeps.params);
-  reference::run_stage(Stage::solve_constraints, cells.buffers, cells.params);
-  for (u32 i = 0; i < sweeps.params.bodies; ++i) {
-    for (u32 k = 0; k < 3; ++k) {
-      EXPECT_NEAR(cells.buffers.motions[i].v[k], sweeps.buffers.motions[i].v[k], 1e-6) << i;
-      EXPECT_NEAR(cells.buffers.motions[i].w[k], sweeps.buffers.motions[i].w[k], 1e-5) << i;
-    }
-  }
+  expect_both_converge_alike(sweeps, cells);
 }
 
 // With friction the residual of the canonical problem falls with the sweeps.

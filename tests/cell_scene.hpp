@@ -15,15 +15,8 @@ void use_cells(InitialState<real>& state, double size) {
 /// Graphs of contacts whose bodies have places: cells of 1 m that hold one and many, and pairs that are in none.
 template <class real>
 InitialState<real> graphs_in_cells(u32 seed, std::initializer_list<std::pair<u32, u32>> bodies_and_contacts) {
-  Random random(seed);
-  std::vector<std::vector<BodyKind>> kinds;
-  std::vector<Graph> graphs;
-  for (const auto& [bodies, contacts] : bodies_and_contacts) {
-    const auto [world, graph] = random_graph(random, bodies, contacts);
-    kinds.push_back(world);
-    graphs.push_back(with_manifolds(random, graph));
-  }
-  InitialState<real> state = contact_graphs<real>(kinds, graphs);
+  InitialState<real> state = random_worlds<real>(seed, bodies_and_contacts);
+  Random random(seed + 1);
   for (Vec4<real>& at : state.buffers.positions)
     at = {real(random.between(-1.5, 1.5)), real(random.between(-1, 1)), real(random.between(0, 1)), 0};
   use_cells(state, 1);

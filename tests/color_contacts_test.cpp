@@ -12,19 +12,6 @@ class ColorContacts : public testing::Test {};
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(ColorContacts, Precisions);
 
-template <class real>
-InitialState<real> random_worlds(u32 seed, std::initializer_list<std::pair<u32, u32>> bodies_and_contacts) {
-  Random random(seed);
-  std::vector<std::vector<BodyKind>> kinds;
-  std::vector<Graph> graphs;
-  for (const auto& [bodies, contacts] : bodies_and_contacts) {
-    const auto [world, graph] = random_graph(random, bodies, contacts);
-    kinds.push_back(world);
-    graphs.push_back(with_manifolds(random, graph));
-  }
-  return contact_graphs<real>(kinds, graphs);
-}
-
 // Colours of pairs on the dynamic bodies, each at most once; smaller colours are only passed over where a body has
 // them.
 template <class real>

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "cpu_reference/pack_contacts.hpp"
@@ -73,6 +74,20 @@ inline Graph with_manifolds(Random& random, const Graph& graph) {
   return result;
 }
 
+/// Worlds of random contacts, one to four for each pair.
+template <class real>
+InitialState<real> random_worlds(u32 seed, std::initializer_list<std::pair<u32, u32>> bodies_and_contacts) {
+  Random random(seed);
+  std::vector<std::vector<BodyKind>> kinds;
+  std::vector<Graph> graphs;
+  for (const auto& [bodies, contacts] : bodies_and_contacts) {
+    const auto [world, graph] = random_graph(random, bodies, contacts);
+    kinds.push_back(world);
+    graphs.push_back(with_manifolds(random, graph));
+  }
+  return contact_graphs<real>(kinds, graphs);
+}
+
 /// A hub that touches `count` others.
 inline std::pair<std::vector<BodyKind>, Graph> star(u32 count, BodyKind hub = BODY_DYNAMIC) {
   std::vector<BodyKind> kinds(count + 1, BODY_DYNAMIC);
@@ -102,6 +117,24 @@ void run_until_prepared(InitialState<real>& state) {
                             Stage::integrate_velocities, Stage::prepare_contacts}) {
     if (runs(stage, state.features)) reference::run_stage(stage, state.buffers, state.params);
   }
+}
+
+/// Impulses for a warm start, as no step before would have left them.
+template <class real>
+void draw_start_impulses(u32 seed, InitialState<real>& state) {
+  Random random(seed);
+  for (auto& start : state.buffers.start_impulses)
+    start = {real(random.between(-0.2, 1)), real(random.between(-1, 1)), real(random.between(-1, 1)), 0};
+}
+
+/// Prepared, and with drawn impulses warm: ready for its first sweep.
+template <class real>
+InitialState<real> started(InitialState<real> state) {
+  run_until_prepared(state);
+  draw_start_impulses(7, state);
+  for (const Stage stage : {Stage::pack_points, Stage::prepare_contacts, Stage::warm_start})
+    reference::run_stage(stage, state.buffers, state.params);
+  return state;
 }
 
 /// A coloured and packed problem with random geometry, bodies in motion, impulses to start from; one of three contacts
@@ -334,6 +367,38 @@ void expect_column_bears_its_weight(const Buffers<real>& after, u32 height, doub
     const u32 lower = key.shape_b == height ? 0 : std::max(key.shape_a, key.shape_b);
     EXPECT_NEAR(double(after.cached_impulses[i].normal), (height - lower) * 9.81 / 60, tolerance) << i;
   }
+}
+
+/// The bodies of one world of several move with the bits that they have alone.
+template <class real>
+void expect_world_is_as_alone(const Buffers<real>& all, u32 world, const Buffers<real>& alone) {
+  const WorldRange& range = all.world_ranges[world];
+  ASSERT_EQ(range.body_count, alone.body_infos.size());
+  ASSERT_GT(alone.counters[COUNTER_CONTACTS], 40u);
+  for (u32 i = 0; i < range.body_count; ++i) {
+    EXPECT_EQ(std::memcmp(&all.positions[range.first_body + i], &alone.positions[i], sizeof(Vec4<real>)), 0) << i;
+    EXPECT_EQ(std::memcmp(&all.motions[range.first_body + i], &alone.motions[i], sizeof(Motion<real>)), 0) << i;
+  }
+}
+
+/// Both solve the same problem, each by its own number of sweeps, and end at the same velocities: m/s, rad/s.
+inline void expect_both_converge_alike(InitialState<double> one, InitialState<double> other) {
+  ASSERT_GT(one.buffers.counters[COUNTER_CONTACTS], 60u);
+  for (InitialState<double>* state : {&one, &other})
+    reference::run_stage(Stage::solve_constraints, state->buffers, state->params);
+  for (u32 i = 0; i < one.params.bodies; ++i) {
+    for (u32 k = 0; k < 3; ++k) {
+      EXPECT_NEAR(one.buffers.motions[i].v[k], other.buffers.motions[i].v[k], 1e-6) << i;
+      EXPECT_NEAR(one.buffers.motions[i].w[k], other.buffers.motions[i].w[k], 1e-5) << i;
+    }
+  }
+}
+
+/// Every way to launch, one of them by a single thread.
+inline std::vector<DeviceOptions> launches_of_all_threads_and_one() {
+  std::vector<DeviceOptions> launches = all_launch_options();
+  launches.back().threads = 1;
+  return launches;
 }
 
 /// One stage on the device beside the reference, from these buffers, for every way to launch.

@@ -57,7 +57,7 @@ void expect_definition(const Buffers<real>& b) {
 
 TYPED_TEST(CoupleContacts, KernelMatchesReference) {
   using real = TypeParam;
-  for (InitialState<real> state : {heap<real>(5, 200, 4096), dense_worlds<real>({2, 0, 1, 3, 0})}) {
+  for (InitialState<real> state : {heap<real>(5, 200, 4096), heaps<real>({60, 0, 30, 90, 0})}) {
     use_dense(state);
     run_until_prepared(state);
     ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], 200u);

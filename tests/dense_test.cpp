@@ -29,7 +29,7 @@ TYPED_TEST(Dense, KernelMatchesReference) {
 // A work-group for each of several worlds, some of which have no contacts.
 TYPED_TEST(Dense, WorldsMatchTheReference) {
   using real = TypeParam;
-  const InitialState<real> state = started_dense(dense_worlds<real>({3, 0, 1, 4, 0, 3, 1}), 3);
+  const InitialState<real> state = started_dense(heaps<real>({90, 0, 30, 120, 0, 90, 30}), 3);
   ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], 1024u);
   ASSERT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
   run_twins(Stage::solve_constraints, state);
@@ -37,15 +37,10 @@ TYPED_TEST(Dense, WorldsMatchTheReference) {
 
 TYPED_TEST(Dense, AWorldIsAsItIsAlone) {
   using real = TypeParam;
-  InitialState<real> together = dense_worlds<real>({1, 2, 0, 1}), alone = dense_worlds<real>({2});
+  InitialState<real> together = heaps<real>({30, 60, 0, 30}), alone = heaps<real>({60});
   use_dense(together);
   use_dense(alone);
-  const Buffers<real> all = run_steps(together, 3), one = run_steps(alone, 3);
-  const WorldRange& range = all.world_ranges[1];
-  ASSERT_EQ(range.body_count, alone.params.bodies);
-  ASSERT_GT(one.counters[COUNTER_CONTACTS], 40u);
-  for (u32 i = 0; i < range.body_count; ++i)
-    EXPECT_EQ(std::memcmp(&all.motions[range.first_body + i], &one.motions[i], sizeof(Motion<real>)), 0) << i;
+  expect_world_is_as_alone(run_steps(together, 3), 1, run_steps(alone, 3));
   expect_twins_agree(together, 3, launch_options({{1, 7}, {16, 0}}));
 }
 
@@ -53,9 +48,7 @@ TYPED_TEST(Dense, StepsMatchTheReference) {
   using real = TypeParam;
   InitialState<real> state = heap<real>(7, 60, 4096);
   use_dense(state, 5);
-  std::vector<DeviceOptions> launches = all_launch_options();
-  launches.back().threads = 1;
-  expect_twins_agree(state, 6, launches);
+  expect_twins_agree(state, 6, launches_of_all_threads_and_one());
 }
 
 TYPED_TEST(Dense, ToleranceMatchesTheReference) {

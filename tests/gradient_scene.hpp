@@ -21,13 +21,7 @@ void use_gradient(InitialState<real>& state, bool accelerated = true, u32 iterat
 template <class real>
 InitialState<real> started_by_gradient(InitialState<real> state, bool accelerated, u32 iterations) {
   use_gradient(state, accelerated, iterations);
-  run_until_prepared(state);
-  Random random(7);
-  for (auto& start : state.buffers.start_impulses)
-    start = {real(random.between(-0.2, 1)), real(random.between(-1, 1)), real(random.between(-1, 1)), 0};
-  for (const Stage stage : {Stage::pack_points, Stage::prepare_contacts, Stage::warm_start})
-    reference::run_stage(stage, state.buffers, state.params);
-  return state;
+  return started(std::move(state));
 }
 
 /// 1/2 r W r + q r of the contacts of a solved state, J; `free` has the velocities without impulses.

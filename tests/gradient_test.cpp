@@ -42,42 +42,17 @@ TYPED_TEST(Gradient, CentralKernelMatchesReference) {
   run_twins(Stage::solve_constraints, state);
 }
 
-template <class real>
-InitialState<real> three_worlds(std::initializer_list<u32> seeds) {
-  std::vector<std::vector<BodyDescription>> worlds;
-  for (const u32 seed : seeds) {
-    Random random(seed);
-    worlds.push_back({plane_body()});
-    for (u32 i = 0; i < 20 + 40 * (seed % 3); ++i) {
-      const Vector3 at = {random.between(-1, 1), random.between(-1, 1), random.between(0.2, 2)};
-      worlds.back().push_back(i % 2 == 0 ? sphere_body(at, 0.3) : box_body(at, {0.3, 0.2, 0.25}, random.turn()));
-      worlds.back().back().velocity = random.vector(1);
-    }
-  }
-  InitialState<real> state = make_worlds<real>(worlds, 4096);
-  state.sizes.blocks = state.params.block_capacity = state.sizes.rows = state.params.row_capacity = 2048;
-  resize(state.buffers, state.sizes, state.features);
-  state.params.theta = 1;
-  use_gradient(state);
-  return state;
-}
-
 // Each world chooses its own steps: it has the bits that it has alone.
 TYPED_TEST(Gradient, AWorldIsAsItIsAlone) {
   using real = TypeParam;
   for (const double tolerance : {0.0, 0.02}) {
-    InitialState<real> together = three_worlds<real>({0, 1, 2}), alone = three_worlds<real>({1});
+    InitialState<real> together = heaps<real>({20, 60, 100}), alone = heaps<real>({60});
     for (InitialState<real>* state : {&together, &alone}) {
+      use_gradient(*state);
       state->params.tolerance = real(tolerance);
       if (tolerance > 0) state->features = with(state->features, Feature::tolerance);
     }
-    const Buffers<real> all = run_steps(together, 3), one = run_steps(alone, 3);
-    const WorldRange& range = all.world_ranges[1];
-    ASSERT_EQ(range.body_count, alone.params.bodies);
-    ASSERT_GT(one.counters[COUNTER_CONTACTS], 40u);
-    for (u32 i = 0; i < range.body_count; ++i) {
-      EXPECT_EQ(std::memcmp(&all.motions[range.first_body + i], &one.motions[i], sizeof(Motion<real>)), 0) << i;
-    }
+    expect_world_is_as_alone(run_steps(together, 3), 1, run_steps(alone, 3));
     expect_twins_agree(together, 3, launch_options({{1, 7}, {16, 0}}));
   }
 }
@@ -86,9 +61,7 @@ TYPED_TEST(Gradient, StepsMatchTheReference) {
   using real = TypeParam;
   InitialState<real> state = heap<real>(7, 60, 4096);
   use_gradient(state, true, 20);
-  std::vector<DeviceOptions> launches = all_launch_options();
-  launches.back().threads = 1;
-  expect_twins_agree(state, 6, launches);
+  expect_twins_agree(state, 6, launches_of_all_threads_and_one());
 }
 
 TYPED_TEST(Gradient, ToleranceMatchesTheReference) {

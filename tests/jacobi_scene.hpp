@@ -35,6 +35,26 @@ InitialState<real> heap(u32 seed, u32 count, u32 pairs, bool grounded = true) {
   return state;
 }
 
+/// Worlds of so many balls and boxes that fall on the ground.
+template <class real>
+InitialState<real> heaps(std::initializer_list<u32> counts) {
+  std::vector<std::vector<BodyDescription>> worlds;
+  for (const u32 count : counts) {
+    Random random(count);
+    worlds.push_back({plane_body()});
+    for (u32 i = 0; i < count; ++i) {
+      const Vector3 at = {random.between(-1, 1), random.between(-1, 1), random.between(0.2, 2)};
+      worlds.back().push_back(i % 2 == 0 ? sphere_body(at, 0.3) : box_body(at, {0.3, 0.2, 0.25}, random.turn()));
+      worlds.back().back().velocity = random.vector(1);
+    }
+  }
+  InitialState<real> state = make_worlds<real>(worlds, 8192);
+  state.sizes.blocks = state.params.block_capacity = state.sizes.rows = state.params.row_capacity = 4096;
+  resize(state.buffers, state.sizes, state.features);
+  state.params.theta = 1;
+  return state;
+}
+
 /// Up to the packed constraint stream, with impulses to start from.
 template <class real>
 InitialState<real> prepared_heap(u32 seed, u32 count, u32 pairs, bool rubs_as_one) {
@@ -42,9 +62,7 @@ InitialState<real> prepared_heap(u32 seed, u32 count, u32 pairs, bool rubs_as_on
   if (rubs_as_one) state.features = with(state.features, Feature::patches);
   use_jacobi(state);
   run_until_prepared(state);
-  Random random(seed);
-  for (auto& start : state.buffers.start_impulses)
-    start = {real(random.between(-0.2, 1)), real(random.between(-1, 1)), real(random.between(-1, 1)), 0};
+  draw_start_impulses(seed, state);
   reference::run_stage(Stage::pack_points, state.buffers, state.params);
   return state;
 }

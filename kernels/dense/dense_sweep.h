@@ -4,6 +4,7 @@
 #define LOCKSTEP_DENSE_SWEEP_H
 
 #include "dense/dense_matrix.h"
+#include "pair_contacts.h"
 #include "sweep_change.h"
 
 // All that a sweep reads and writes.
@@ -118,27 +119,15 @@ static inline void dense_feel_tile(u32 tile, u32 item, const DenseProblem* p) {
   dense_store(u, p->tiles[row].u, first);
 }
 
-// The first contact of a world, or of those behind it.
-static inline u32 dense_first_contact(u32 world, const DenseProblem* p) {
-  u32 low = 0u, high = p->counters[COUNTER_CONTACTS];
-  while (low < high) {
-    const u32 middle = low + (high - low) / 2u;
-    if (p->contacts[middle].world < world)
-      low = middle + 1u;
-    else
-      high = middle;
-  }
-  return low;
-}
-
 // A work-group has a world for itself, and every n-th behind it. At least one round in each loop, as in all with a
 // barrier.
 static inline void dense_sweep_worlds(u32 sweeps, u32 worlds, const DenseProblem* p) {
+  const u32 contacts = p->counters[COUNTER_CONTACTS];
   u32 world = (u32)get_group_id(0);
   do {
     const bool is_there = world < worlds && !SWEEP_IS_VOID(p->counters);
-    const u32 first = is_there ? dense_first_contact(world, p) : 0u;
-    const u32 count = is_there ? dense_first_contact(world + 1u, p) - first : 0u;
+    const u32 first = is_there ? first_contact_of_world(world, contacts, p->contacts) : 0u;
+    const u32 count = is_there ? first_contact_of_world(world + 1u, contacts, p->contacts) - first : 0u;
     const u32 tiles = (count + PACK - 1u) / PACK, steps = sweeps * tiles;
     u32 step = 0u;
     do {

@@ -7,6 +7,7 @@
 #ifndef LOCKSTEP_POLYTOPES_H
 #define LOCKSTEP_POLYTOPES_H
 
+#include "common.h"
 #include "shapes/edge_lanes.h"
 #include "shapes/facet.h"
 
@@ -112,7 +113,7 @@ static inline Meeting poly_edge_query_in_lanes(const Polytope* a, const Polytope
     for (u32 first = 0u; first < edges_b.count; first += LANES) {
       u32 bits = arcs_crossing(&edge_a, a->faces > 0, &edges_b, first);
       for (; bits != 0u; bits &= bits - 1u)  // the lowest first
-        best = poly_cross_edges(a, b, &edge_a, first + 31u - clz(bits & (0u - bits)), best, tolerance);
+        best = poly_cross_edges(a, b, &edge_a, first + lowest_bit(bits), best, tolerance);
     }
   }
   return best;
