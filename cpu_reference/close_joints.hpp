@@ -10,10 +10,14 @@
 // to it: as in the visit of the solver (cpu_reference/joints/visit_joint.hpp). Joints that are soft on purpose, and
 // springs of free coordinates, are not touched.
 //
+// Joints of articulations are closed all at once, before that (cpu_reference/articulations/close_links.hpp).
+//
 // The inverse inertias are those of the sub-step's start, on both sides of K: what the turn since then changes of them
 // changes which displacement is taken, not that it closes the joint.
 #pragma once
 
+#include "cpu_reference/articulations/close_links.hpp"
+#include "cpu_reference/joints/displace.hpp"
 #include "cpu_reference/joints/factor.hpp"
 #include "cpu_reference/joints/mobility.hpp"
 #include "cpu_reference/sleep.hpp"
@@ -25,22 +29,6 @@ template <class real>
 real way_into_limits(const Joint<real>& joint, real x) {
   if (joint.limited == 0 || joint.yield > 0) return 0;
   return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : real(0));
-}
-
-/// Moves a body by an impulse and a moment, as displacements. Bodies that cannot move are never written (contract
-/// rule 9).
-template <class real>
-void displace(Buffers<real>& buffers, u32 body, Vec3<real> x, Quat<real> q, Vec3<real> impulse, Vec3<real> moment) {
-  const Motion<real>& motion = buffers.motions[body];
-  if (!(motion.inverse_mass > 0)) return;
-  x = add3(x, scale3(motion.inverse_mass, impulse));
-  q = turn4(q, turn_by(motion, moment), real(1));
-  if (is_bad_pose(x, q)) report_bad(buffers.counters, STATUS_BAD_POSE, body);
-  Vec4<real>& position = buffers.positions[body];
-  position.x = x.x;
-  position.y = x.y;
-  position.z = x.z;
-  buffers.orientations[body] = make_vec4(q);
 }
 
 template <class real>
@@ -91,9 +79,10 @@ template <class real>
 void close_joints(Buffers<real>& buffers, const StepParams<real>& params) {
   if (step_is_void(buffers.counters)) return;
   for (u32 sweep = 0; sweep < params.position_sweeps; ++sweep) {
+    close_articulations(buffers, params);
     for (const JointLanes& lanes : buffers.joint_lanes) {
       for (const u32 joint : lanes.joint) {
-        if (joint != NONE) close_joint(buffers, params, joint);
+        if (joint != NONE && buffers.joint_infos[joint].direct == 0) close_joint(buffers, params, joint);
       }
     }
   }

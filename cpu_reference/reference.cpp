@@ -10,6 +10,7 @@
 #include "cpu_reference/compare_shapes.hpp"
 #include "cpu_reference/couple_contacts.hpp"
 #include "cpu_reference/end_step.hpp"
+#include "cpu_reference/factor_articulations.hpp"
 #include "cpu_reference/fall_asleep.hpp"
 #include "cpu_reference/find_events.hpp"
 #include "cpu_reference/find_neighbours.hpp"

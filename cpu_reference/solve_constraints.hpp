@@ -4,6 +4,9 @@
 // that are solved along a gradient, or by the dense matrix, have a schedule of their own
 // (cpu_reference/gradient/solve_by_gradient.hpp, cpu_reference/solve_dense.hpp).
 //
+// Joints that are solved directly come first in each sweep, all those of a tree at once
+// (cpu_reference/articulations/solve_links.hpp); motors, limits and what closes a loop are left to the sweep.
+//
 // With a tolerance the first sweep in which no visit changes a relative velocity by more is the last of its sub-step. A
 // visit changes it by as much as its law was violated before, so that this measures what a sweep still finds to do; the
 // maximum over all visits does not depend on their order.
@@ -11,6 +14,7 @@
 
 #include <cmath>
 
+#include "cpu_reference/articulations/solve_links.hpp"
 #include "cpu_reference/gradient/solve_by_gradient.hpp"
 #include "cpu_reference/joints/visit_joint.hpp"
 #include "cpu_reference/solve_dense.hpp"
@@ -24,7 +28,8 @@ void solve_constraints(Buffers<real>& buffers, const StepParams<real>& params) {
   if (!buffers.gradient_laws.empty()) return GradientDescent<real>(buffers, params).run();
   if (!buffers.contact_tiles.empty()) return DenseSweeps<real>(buffers).run(params);
   for (u32 sweep = 0; sweep < params.iterations; ++sweep) {
-    const real of_joints = sweep_joints(Purpose::solve, buffers);
+    const real of_articulations = solve_articulations(buffers);
+    const real of_joints = larger(sweep_joints(Purpose::solve, buffers), of_articulations);
     const real change = larger(sweep_contacts(Purpose::solve, buffers), of_joints);
     if (!(params.tolerance > 0)) continue;
     ++buffers.counters[COUNTER_SWEEPS];

@@ -89,6 +89,9 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::joint_phases: return std::size_t{sizes.joint_phases} + 1;
     case Domain::joint_blocks: return sizes.joint_blocks;
     case Domain::joined: return sizes.joined;
+    case Domain::articulations: return sizes.articulations;
+    case Domain::links: return sizes.links;
+    case Domain::link_levels: return std::size_t{sizes.link_levels} + 1;
     case Domain::touches: return sizes.pairs;
     case Domain::events: return std::size_t{sizes.pairs} * 2;  // each pair that touches, and each that did
     case Domain::rays: return sizes.rays;

@@ -51,6 +51,9 @@ enum class Domain : u32 {
   joint_phases,
   joint_blocks,
   joined,
+  articulations,
+  links,
+  link_levels,
   touches,
   events,
   rays,
@@ -110,6 +113,7 @@ struct Sizes {
   u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0;
   u32 pairs = 0, contacts = 0, blocks = 0, rows = 0, coupled_tiles = 0;
   u32 joints = 0, joint_phases = 0, joint_blocks = 0, joined = 0;
+  u32 articulations = 0, links = 0, link_levels = 0;
   u32 rays = 0, volumes = 0, overlaps = 0;
   u32 particles = 0, particle_planes = 0;
 

@@ -1,6 +1,8 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Moves the bodies of each joint back to where it is whole (cpu_reference/close_joints.hpp states the method).
+#include "articulations/close_links.h"
 #include "common.h"
+#include "joints/displace.h"
 #include "joints/factor.h"
 #include "joints/joint_now.h"
 #include "joints/mobility.h"
@@ -12,36 +14,14 @@ static inline real closing_way_into_limits(const Joint joint, real x) {
   return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : (real)0);
 }
 
-// Bodies that cannot move are never written.
-static inline void closing_displace(u32 body, Motion motion, Vec3 x, Quat q, Vec3 impulse, Vec3 moment,
-                                    global Vec4* positions, global Vec4* orientations, global u32* counters) {
-  if (!(motion.inverse_mass > (real)0)) return;
-  x = add3(x, scale3(motion.inverse_mass, impulse));
-  q = turn4(q, turn_by(motion, moment), (real)1);
-  if (is_bad_pose(x, q)) report_bad(counters, STATUS_BAD_POSE, body);
-  Vec4 position = positions[body];
-  position.x = x.x;
-  position.y = x.y;
-  position.z = x.z;
-  positions[body] = position;
-  orientations[body] = make_vec4(q);
-}
-
 static inline void close_joint(u32 bodies, const JointInfo info, const Joint joint, JointSizes sizes,
                                global const Motion* motions, global Vec4* positions, global Vec4* orientations,
                                global u32* counters) {
   if (joint.spring > (real)0) return;
-  // the null body stands for the world
-  Vec3 x_a = make3((real)0, (real)0, (real)0), x_b = x_a;
-  Quat q_a = make4((real)0, (real)0, (real)0, (real)1), q_b = q_a;
-  if (info.body_a < bodies) {
-    x_a = vec3_of(positions[info.body_a]);
-    q_a = quat(orientations[info.body_a]);
-  }
-  if (info.body_b < bodies) {
-    x_b = vec3_of(positions[info.body_b]);
-    q_b = quat(orientations[info.body_b]);
-  }
+  Vec3 x_a, x_b;
+  Quat q_a, q_b;
+  joint_pose(info.body_a, bodies, positions, orientations, &x_a, &q_a);
+  joint_pose(info.body_b, bodies, positions, orientations, &x_b, &q_b);
   const Motion a = motions[info.body_a], b = motions[info.body_b];
   const JointNow now = joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
   real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], own;
@@ -74,10 +54,10 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
   Vec3 moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(about_z, now.axes[2]));
   impulse = add3(impulse, scale3(angular ? (real)0 : d_free, now.free_axis));
   moment = add3(moment, scale3(angular ? d_free : (real)0, now.free_axis));
-  closing_displace(info.body_a, a, x_a, q_a, scale3((real)-1, impulse),
-                   scale3((real)-1, add3(cross3(now.arm_a, impulse), moment)), positions, orientations, counters);
-  closing_displace(info.body_b, b, x_b, q_b, impulse, add3(cross3(now.arm_b, impulse), moment), positions, orientations,
-                   counters);
+  displace(info.body_a, a, x_a, q_a, scale3((real)-1, impulse),
+           scale3((real)-1, add3(cross3(now.arm_a, impulse), moment)), positions, orientations, counters);
+  displace(info.body_b, b, x_b, q_b, impulse, add3(cross3(now.arm_b, impulse), moment), positions, orientations,
+           counters);
 }
 
 // One phase: blocks begin .. end - 1, whose joints share no movable body.
@@ -96,6 +76,12 @@ kernel void close_joint_phase(const StepParams params, const u32 begin, const u3
   }
 }
 
+#if FEATURE_ARTICULATIONS
+#define SWEEPS_OF_TAIL(params) 1u  // articulations take turns with the sweeps
+#else
+#define SWEEPS_OF_TAIL(params) (params).position_sweeps
+#endif
+
 // One work-group: the phases from `first_phase` on; where those are all, every sweep.
 kernel void close_joint_tail(const StepParams params, const u32 first_phase, const u32 phases,
                              global const u32* joint_phases, global const JointLanes* joint_lanes,
@@ -103,7 +89,7 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
                              global const real* screw_rises, global const real* rolling_radii,
                              global const Motion* motions, global const Sleeper* sleepers, global Vec4* positions,
                              global Vec4* orientations, global u32* counters) {
-  const u32 sweeps = first_phase == 0u ? params.position_sweeps : 1u, count = phases - first_phase;
+  const u32 sweeps = first_phase == 0u ? SWEEPS_OF_TAIL(params) : 1u, count = phases - first_phase;
   const u32 visits = STEP_IS_VOID(counters) ? 0u : sweeps * count;
   u32 visit = 0u;
   do {
@@ -118,3 +104,84 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++visit < visits);
 }
+
+#if FEATURE_ARTICULATIONS
+static inline void close_link_up(u32 index, const StepParams params, global const LinkInfo* links,
+                                 global const JointInfo* joint_infos, global const Joint* joints,
+                                 global const real* screw_rises, global const real* rolling_radii,
+                                 global const Motion* motions, global const Vec4* positions,
+                                 global const Vec4* orientations, global LinkFactor* link_factors,
+                                 global LinkMotion* link_motions) {
+  const LinkInfo link = links[index];
+  global LinkFactor* f = link_factors + index;
+  u32 rows = 0u;  // one that floats has none, since it was factorised first
+  if (link.joint != NONE) {
+    const JointInfo info = joint_infos[link.joint];
+    Vec3 x_a, x_b;
+    Quat q_a, q_b;
+    joint_pose(info.body_a, params.bodies, positions, orientations, &x_a, &q_a);
+    joint_pose(info.body_b, params.bodies, positions, orientations, &x_b, &q_b);
+    const JointNow now = joint_now(joints[link.joint], info.locked, info.free,
+                                   joint_sizes(screw_rises, rolling_radii, link.joint), x_a, q_a, x_b, q_b);
+    rows = write_link_joint_now(link, info, joints[link.joint], now, f);
+  }
+  factorise_link(link, rows, motions[link.body], link_factors, f);
+  real off[LINK_ROWS];
+  for (u32 i = 0u; i < LINK_ROWS; ++i) off[i] = f->error[i];
+  ask_parent(link, off, link_factors, link_motions, f, link_motions + index);
+}
+
+// A work-group has an articulation for itself, and every n-th behind it: `sweeps` steps of Newton's method.
+kernel void close_articulations(const StepParams params, const u32 articulation_count, const u32 sweeps,
+                                global const Articulation* articulations, global const LinkInfo* links,
+                                global const u32* link_levels, global const JointInfo* joint_infos,
+                                global const Joint* joints, global const real* screw_rises,
+                                global const real* rolling_radii, global const Motion* motions,
+                                global const Sleeper* sleepers, global LinkFactor* link_factors,
+                                global LinkMotion* link_motions, global u32* articulation_turns, global Vec4* positions,
+                                global Vec4* orientations, global u32* counters) {
+  u32 tree = (u32)get_group_id(0);
+  do {
+    const bool is_there =
+        tree < articulation_count && !STEP_IS_VOID(counters) && !is_asleep(sleepers, articulations[tree].root);
+    const u32 first = is_there ? articulations[tree].first_level : 0u;
+    const u32 levels = is_there ? articulations[tree].level_count : 0u;
+    u32 sweep = 0u;
+    do {
+      if (is_there && get_local_id(0) == 0) articulation_turns[tree] = 0u;
+      u32 step = 0u;
+      do {  // from the leaves to the root
+        const u32 level = first + (step < levels ? levels - 1u - step : 0u), begin = link_levels[level];
+        const u32 end = step < levels ? link_levels[level + 1u] : begin;
+        for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0))
+          close_link_up(i, params, links, joint_infos, joints, screw_rises, rolling_radii, motions, positions,
+                        orientations, link_factors, link_motions);
+        barrier(CLK_GLOBAL_MEM_FENCE);
+      } while (++step < levels);
+      step = 0u;
+      do {
+        const u32 level = first + (step < levels ? step : 0u), begin = link_levels[level];
+        const u32 end = step < levels ? link_levels[level + 1u] : begin;
+        for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
+          real d[LINK_ROWS];
+          answer_parent(links[i], link_motions, link_factors + i, link_motions + i, d);
+          const float turn = (float)length3(read_twist(link_motions[i].change).angular);
+          atomic_max(&articulation_turns[tree], as_uint(turn));
+        }
+        barrier(CLK_GLOBAL_MEM_FENCE);
+      } while (++step < levels);
+      const real most = (real)0.1, largest = is_there ? (real)as_float(articulation_turns[tree]) : (real)0;
+      const real share = largest > most ? most / largest : (real)1;
+      const u32 begin = link_levels[first], end = link_levels[first + levels];
+      for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
+        const u32 body = links[i].body;
+        const Twist push = push_on_link(i, links[i], link_factors, link_motions);
+        displace(body, motions[body], vec3_of(positions[body]), quat(orientations[body]), scale3(share, push.linear),
+                 scale3(share, push.angular), positions, orientations, counters);
+      }
+      barrier(CLK_GLOBAL_MEM_FENCE);
+    } while (++sweep < sweeps);
+    tree += (u32)get_num_groups(0);
+  } while (tree < articulation_count);
+}
+#endif

@@ -53,7 +53,7 @@ INDEX_RECORD(JointInfo) {
   u32 kind;    // JointKind
   u32 locked;  // bit of each locked row
   u32 free;    // JointFree
-  u32 pad;
+  u32 direct;  // 1 where its articulation solves it alone, and sweeps leave it out
 };
 
 // A block has PACK lanes, a joint each, of one colour: no two share a movable body. Found at load.

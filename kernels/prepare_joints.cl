@@ -174,17 +174,10 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
       continue;
     }
     const JointInfo info = joint_infos[index];
-    // the null body stands for the world
-    Vec3 x_a = make3((real)0, (real)0, (real)0), x_b = x_a;
-    Quat q_a = make4((real)0, (real)0, (real)0, (real)1), q_b = q_a;
-    if (info.body_a < params.bodies) {
-      x_a = vec3_of(positions[info.body_a]);
-      q_a = quat(orientations[info.body_a]);
-    }
-    if (info.body_b < params.bodies) {
-      x_b = vec3_of(positions[info.body_b]);
-      q_b = quat(orientations[info.body_b]);
-    }
+    Vec3 x_a, x_b;
+    Quat q_a, q_b;
+    joint_pose(info.body_a, params.bodies, positions, orientations, &x_a, &q_a);
+    joint_pose(info.body_b, params.bodies, positions, orientations, &x_b, &q_b);
     prepare_joint(params, info, joints[index], joint_sizes(screw_rises, rolling_radii, index), x_a, q_a, x_b, q_b,
                   motions[info.body_a], motions[info.body_b], lane, block);
   }

@@ -1,6 +1,7 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Sweeps of blocked Gauss-Seidel over the colours, before them over cells, or of Jacobi's method over all pairs at once
 // (cpu_reference/solve_constraints.hpp).
+#include "articulations/solve_links.h"
 #include "common.h"
 #include "joints/visit_joint.h"
 #include "sweep_cells.h"
@@ -24,6 +25,19 @@ kernel void solve_joint_tail(const u32 first_phase, const u32 phases, global con
   if (SWEEP_IS_VOID(counters)) return;
   sweep_joints(VISIT_SOLVE, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                counters);
+}
+#endif
+
+#if FEATURE_ARTICULATIONS
+// A work-group an articulation.
+kernel void solve_articulations(const u32 articulation_count, global const Articulation* articulations,
+                                global const LinkInfo* links, global const u32* link_levels,
+                                global const LinkFactor* link_factors, global const JointInfo* joint_infos,
+                                global const Sleeper* sleepers, global LinkMotion* link_motions,
+                                global JointImpulseBlock* joint_impulses, global Motion* motions,
+                                global u32* counters) {
+  const Articulations all = ARTICULATIONS;
+  solve_articulation_groups(articulation_count, &all);
 }
 #endif
 
@@ -56,22 +70,32 @@ kernel void solve_cells(const StepParams params, const u32 phase, global const u
 }
 #endif
 
-// One work-group: `sweeps` sweeps over the joints' first phases and the contacts' from `first_phase` on. `whole`: 1
-// where nothing else belongs to these sweeps.
+// One work-group: `sweeps` sweeps over articulations, the joints' first phases and the contacts' from `first_phase` on.
+// `whole`: 1 where nothing else belongs to these sweeps.
 kernel void solve_tail(const StepParams params, const u32 first_phase, const u32 joint_phase_count, const u32 sweeps,
-                       const u32 whole, global const u32* color_starts, global const u32* cell_blocks,
-                       global const u32* joint_phases, global const JointLanes* joint_lanes,
-                       global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
-                       global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                       global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                       global const SlideBlock* slide_blocks, global const TurnBlock* turn_blocks,
-                       global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                       global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
-                       global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+                       const u32 whole, const u32 articulation_count, global const Articulation* articulations,
+                       global const LinkInfo* links, global const u32* link_levels,
+                       global const LinkFactor* link_factors, global LinkMotion* link_motions,
+                       global const JointInfo* joint_infos, global const Sleeper* sleepers,
+                       global const u32* color_starts, global const u32* cell_blocks, global const u32* joint_phases,
+                       global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
+                       global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,
+                       global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                       global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
+                       global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
+                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
+                       global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
+                       global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const u32 joint_phases_here = SWEEP_IS_VOID(counters) ? 0u : joint_phase_count;
+#if FEATURE_ARTICULATIONS
+  const Articulations all = ARTICULATIONS;
+#endif
   u32 sweep = 0u;
   do {
+#if FEATURE_ARTICULATIONS
+    solve_articulation_groups(articulation_count, &all);
+#endif
 #if FEATURE_JOINTS
     sweep_joints(VISIT_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);

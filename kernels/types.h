@@ -421,6 +421,7 @@ enum HashedRecord {
 // ---- joints
 // --------------------------------------------------------------------------------------------------------
 
+#include "articulation_types.h"
 #include "joint_types.h"
 
 // ---- parameters of a step, passed by value -------------------------------------------------------------------------

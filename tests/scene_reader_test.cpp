@@ -58,7 +58,7 @@ TEST(SceneReader, EverySettingIsRead) {
   const Scene scene = with_bodies(R"({"type": "static"})", R"(, "gravity": [1, 2, 3], "settings": {
       "dt": 0.125, "steps": 7, "substeps": 3, "iterations": 4, "relaxations": 6, "tolerance": 0.03125, "integrator": "trapezoidal", "gyroscopic": "midpoint",
       "restitution_threshold": 0.5, "correction": 0.25, "correction_limit": 2,
-      "stabilization": "velocities", "position_sweeps": 5, "cell_size": 1.5, "slop": 0.001, "margin": 0.01,
+      "joint_solver": "direct", "stabilization": "velocities", "position_sweeps": 5, "cell_size": 1.5, "slop": 0.001, "margin": 0.01,
       "speed_limit": 50, "broad_phase": "bvh", "precision": "double"})");
   const Settings& s = scene.settings;
   EXPECT_EQ(scene.gravity, (Vector3{1, 2, 3}));
@@ -73,6 +73,7 @@ TEST(SceneReader, EverySettingIsRead) {
   EXPECT_EQ(s.restitution_threshold, 0.5);
   EXPECT_EQ(s.correction, 0.25);
   EXPECT_EQ(s.correction_limit, 2);
+  EXPECT_EQ(s.joint_solver, JointSolver::direct);
   EXPECT_EQ(s.stabilization, Stabilization::velocities);
   EXPECT_EQ(s.position_sweeps, 5u);
   EXPECT_EQ(s.cell_size, 1.5);

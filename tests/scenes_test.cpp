@@ -267,6 +267,7 @@ TEST(Scenes, DefaultsOfTheSchemaAreThoseOfTheReader) {
   EXPECT_EQ(keys["restitution_threshold"]["default"], s.restitution_threshold);
   EXPECT_EQ(keys["correction"]["default"], s.correction);
   EXPECT_EQ(keys["correction_limit"]["default"], s.correction_limit);
+  EXPECT_EQ(keys["joint_solver"]["default"], name_of(s.joint_solver));
   EXPECT_EQ(keys["stabilization"]["default"], stabilization_names[static_cast<u32>(s.stabilization)].first);
   EXPECT_EQ(keys["position_sweeps"]["default"], s.position_sweeps);
   EXPECT_EQ(keys["joint_frequency"]["default"], s.joint_frequency);

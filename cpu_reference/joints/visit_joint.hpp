@@ -168,11 +168,13 @@ void for_each_joint_slot(const Buffers<real>& buffers, Visit&& visit) {
   }
 }
 
-/// One sweep over all joints. Returns the square of the largest change of a relative velocity.
+/// One sweep over all joints but those that their articulation solves alone. Returns the square of the largest change
+/// of a relative velocity.
 template <class real>
 real sweep_joints(Purpose purpose, Buffers<real>& buffers) {
   real change = 0;
   for_each_joint_slot(buffers, [&](const JointLanes& lanes, u32 block, u32 lane) {
+    if (buffers.joint_infos[lanes.joint[lane]].direct != 0) return;
     Motion<real>&a = buffers.motions[lanes.body_a[lane]], &b = buffers.motions[lanes.body_b[lane]];
     change = larger(
         visit_joint(purpose, buffers.joint_blocks[block], lanes.free[lane], lane, buffers.joint_impulses[block], a, b),

@@ -119,6 +119,10 @@ void add_scene_options(CLI::App& command, SceneOptions& options, std::string* or
   else
     command.add_option("--solver", options.solver, "Contact solver instead of the scene's")
         ->transform(one_of(solver_names));
+  command
+      .add_option("--joint-solver", options.joint_solver,
+                  "Joints by sweeps, or direct: all of a tree of bodies at once; instead of the scene's")
+      ->transform(one_of(joint_solver_names));
   command.add_option("--friction-model", options.friction_model, "Friction model instead of the scene's")
       ->transform(one_of(friction_model_names));
   command
@@ -138,6 +142,7 @@ Scene read_scene_with(const SceneOptions& options) {
   settings.dt = options.dt.value_or(settings.dt);
   settings.steps = options.steps.value_or(settings.steps);
   if (options.solver && *options.solver != settings.solver) use_solver(settings, *options.solver);
+  settings.joint_solver = options.joint_solver.value_or(settings.joint_solver);
   settings.friction_model = options.friction_model.value_or(settings.friction_model);
   settings.substeps = options.substeps.value_or(settings.substeps);
   settings.iterations = options.iterations.value_or(settings.iterations);

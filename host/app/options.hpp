@@ -25,6 +25,7 @@ struct SceneOptions : TargetOptions {
   std::optional<double> time, dt;   // s
   std::optional<double> tolerance;  // m/s
   std::optional<Solver> solver;
+  std::optional<JointSolver> joint_solver;
   std::optional<FrictionModel> friction_model;
   std::string sleeping;   // empty: as the scene says; off, or seconds
   std::string precision;  // empty: the scene's

@@ -15,6 +15,7 @@ std::string options_text(const Settings& settings, const DeviceOptions& options)
                                        {"relaxations", settings.relaxations},
                                        {"tolerance", settings.tolerance},
                                        {"solver", name_of(settings.solver)},
+                                       {"joint_solver", name_of(settings.joint_solver)},
                                        {"friction_model", name_of(settings.friction_model)},
                                        {"lanes", options.lanes},
                                        {"work_group", options.work_group},

@@ -205,6 +205,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   report.scene = scene.name;
   report.precision = scene.settings.precision;
   report.solver = options.oracle.solver.empty() ? name_of(scene.settings.solver) : options.oracle.solver;
+  report.joint_solver = name_of(scene.settings.joint_solver);
   report.friction_model = name_of(scene.settings.friction_model);
   report.worlds = state.sizes.worlds;
   report.bodies = state.sizes.bodies;

@@ -49,6 +49,18 @@ u32 threads_for(const DeviceInfo& device, const Sizes& sizes, Features features,
 
 bool is_small(const Sizes& sizes, u32 contacts) { return contacts <= small_contacts && sizes.joints <= small_contacts; }
 
+// Phases of joints that are not left to their articulations alone: the first ones.
+template <class real>
+u32 swept_joint_phases(const Buffers<real>& b) {
+  u32 phases = 0;
+  while (phases + 1 < b.joint_phases.size()) {
+    const u32 first_joint = b.joint_lanes[b.joint_phases[phases]].joint[0];
+    if (b.joint_infos[first_joint].direct != 0) break;
+    ++phases;
+  }
+  return phases;
+}
+
 template <class real>
 LaunchPlan first_plan(const InitialState<real>& state, u32 lanes) {
   const Sizes& sizes = state.sizes;
@@ -63,6 +75,7 @@ LaunchPlan first_plan(const InitialState<real>& state, u32 lanes) {
   plan.lanes = lanes;
   plan.small = is_small(sizes, has(plan.features, Feature::contacts) ? sizes.contacts : 0);
   plan.joint_phases = state.buffers.joint_phases;
+  plan.swept_joint_phases = swept_joint_phases(state.buffers);
   plan.iterations = state.params.iterations;
   plan.position_sweeps = state.params.position_sweeps;
   plan.relaxations = state.params.relaxations;

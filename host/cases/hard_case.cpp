@@ -6,7 +6,7 @@ namespace {
 
 std::function<void(Settings&)> choice_of(Solver solver) {
   return [solver](Settings& settings) {
-    if (settings.solver != solver) use_solver(settings, solver);
+    if (settings.solver != solver || settings.joint_solver != JointSolver::sweeps) use_solver(settings, solver);
     if (solver == Solver::small_steps) settings.integrator = Integrator::semi_implicit_euler;  // no other goes with it
   };
 }
@@ -83,6 +83,16 @@ Method with_patches(Method method) {
   method.choose = [choose = method.choose](Settings& settings) {
     choose(settings);
     settings.friction_model = FrictionModel::patches;
+  };
+  return method;
+}
+
+Method with_direct_joints(Method method, u32 iterations) {
+  method.name += ", direct";
+  method.choose = [choose = method.choose, iterations](Settings& settings) {
+    choose(settings);
+    settings.joint_solver = JointSolver::direct;
+    settings.iterations = iterations;
   };
   return method;
 }

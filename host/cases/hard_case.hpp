@@ -64,6 +64,8 @@ Method semi_implicit(std::initializer_list<double> dts);  // gauss_seidel, Euler
 Method soft(std::initializer_list<double> dts);           // small_steps
 /// The method with friction by patches instead of a cone at each point.
 Method with_patches(Method method);
+/// The method with the joints of trees solved directly, and so many sweeps where the ladder says nothing else.
+Method with_direct_joints(Method method, u32 iterations);
 /// The contact problem of each step solved to 1e-10 (host/problems/system_solvers.hpp), so that what is left is the
 /// time step's and the friction model's: `auto` has Coulomb's cones. In double, on the reference.
 Method oracle(const std::string& solver, std::initializer_list<double> dts);

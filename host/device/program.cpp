@@ -54,6 +54,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::elliptic_friction, "ELLIPTIC_FRICTION"},
     {Feature::partitions, "PARTITIONS"},
     {Feature::shape_trees, "SHAPE_TREES"},
+    {Feature::articulations, "ARTICULATIONS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cstring>
+#include <functional>
 #include <tuple>
 
 #include "host/record/hdf5.hpp"
+#include "host/scene/compile_articulations.hpp"
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -46,6 +48,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::static_friction, Feature::contacts},
     {Feature::elliptic_friction, Feature::turning_friction},
     {Feature::partitions, Feature::contacts},
+    {Feature::articulations, Feature::joints},
     {Feature::dense, Feature::contacts},
     {Feature::dense, Feature::general_contacts},
 };
@@ -64,6 +67,9 @@ void expect_features(const InitialState<real>& state) {
     fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !patches && !turns;
   if (has(features, Feature::dense))  // of hard contacts on whole bodies, each in a cone
     fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !patches && !turns;
+  if (has(features, Feature::articulations))  // of hard joints, in sweeps of Gauss-Seidel
+    fit = fit && !jacobi && !has(features, Feature::soft_joints) && !has(features, Feature::gradient) &&
+          !has(features, Feature::dense);
   fit = fit && has(features, Feature::shape_trees) == (state.sizes.tree_shapes > 0);
   fit = fit && !(patches && (turns || has(features, Feature::static_friction)));
   if (has(features, Feature::partitions))
@@ -203,6 +209,40 @@ void expect_joints(const Buffers<real>& b, const Sizes& sizes) {
     if (b.joined_bodies[k] >= sizes.bodies) refuse(Buffer::joined_bodies, k, "is no body");
 }
 
+template <class Record>
+void expect_same(Buffer buffer, const std::vector<Record>& found, const std::vector<Record>& right, const char* what) {
+  if (found.size() != right.size()) refuse(buffer, found.size(), "is not the last of this scene");
+  for (std::size_t i = 0; i < found.size(); ++i)
+    if (std::memcmp(&found[i], &right[i], sizeof(Record)) != 0) refuse(buffer, i, what);
+}
+
+// They follow from bodies and joints.
+template <class real>
+void expect_articulations(const InitialState<real>& state) {
+  const Buffers<real>& b = state.buffers;
+  Buffers<real> right;
+  right.body_infos = b.body_infos;
+  right.joint_infos = b.joint_infos;
+  right.joints = b.joints;
+  right.joint_lanes = b.joint_lanes;
+  if (has(state.features, Feature::articulations)) {
+    find_articulations(right);
+    place_link_joints(right);
+  }
+  for (std::size_t j = 0; j < b.joint_infos.size(); ++j) {
+    if (b.joint_infos[j].direct != (right.links.empty() ? 0 : right.joint_infos[j].direct))
+      refuse(Buffer::joint_infos, j, "is solved by nobody, or twice");
+  }
+  expect_same(Buffer::articulations, b.articulations, right.articulations, "is no articulation of this scene");
+  expect_same(Buffer::links, b.links, right.links, "is no link of this scene");
+  expect_same(Buffer::link_levels, b.link_levels, right.link_levels, "is no level of this scene");
+  const auto is_direct = [&](const JointLanes& lanes) {
+    return lanes.joint[0] != NONE && b.joint_infos[lanes.joint[0]].direct != 0;
+  };
+  if (!std::ranges::is_partitioned(b.joint_lanes, std::not_fn(is_direct)))
+    refuse(Buffer::joint_lanes, 0, "does not come before those that no sweep visits");
+}
+
 // The places of the sides of joints follow from the joints.
 template <class real>
 void expect_gradient(const InitialState<real>& state) {
@@ -233,18 +273,14 @@ void expect_shape_trees(const InitialState<real>& state) {
   wanted.buffers.shapes = b.shapes;
   for (ShapeInfo& shape : wanted.buffers.shape_infos) shape.flags &= ~u32{SHAPE_IS_IN_TREE};
   compile_shape_trees(wanted);
-  const auto expect_same = [](Buffer buffer, const auto& found, const auto& right) {
-    if (found.size() != right.size()) refuse(buffer, found.size(), "is not the last of the trees of this scene");
-    for (std::size_t i = 0; i < found.size(); ++i)
-      if (std::memcmp(&found[i], &right[i], sizeof(found[i])) != 0) refuse(buffer, i, "is of no tree of this scene");
-  };
   const Buffers<real>& right = wanted.buffers;
-  expect_same(Buffer::shape_infos, b.shape_infos, right.shape_infos);
-  expect_same(Buffer::loose_shapes, b.loose_shapes, right.loose_shapes);
-  expect_same(Buffer::world_trees, b.world_trees, right.world_trees);
-  expect_same(Buffer::shape_trees, b.shape_trees, right.shape_trees);
-  expect_same(Buffer::shape_tree_items, b.shape_tree_items, right.shape_tree_items);
-  expect_same(Buffer::shape_tree_blocks, b.shape_tree_blocks, right.shape_tree_blocks);
+  const char* other = "is of no tree of this scene";
+  expect_same(Buffer::shape_infos, b.shape_infos, right.shape_infos, other);
+  expect_same(Buffer::loose_shapes, b.loose_shapes, right.loose_shapes, other);
+  expect_same(Buffer::world_trees, b.world_trees, right.world_trees, other);
+  expect_same(Buffer::shape_trees, b.shape_trees, right.shape_trees, other);
+  expect_same(Buffer::shape_tree_items, b.shape_tree_items, right.shape_tree_items, other);
+  expect_same(Buffer::shape_tree_blocks, b.shape_tree_blocks, right.shape_tree_blocks, other);
 }
 
 template <class real>
@@ -281,6 +317,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   expect_impact_laws(state.buffers);
   expect_hulls(state.buffers, state.sizes);
   expect_joints(state.buffers, state.sizes);
+  expect_articulations(state);
   expect_cell_sizes(state.buffers);
   if (has(state.features, Feature::gradient)) expect_gradient(state);
   if (has(state.features, Feature::particles)) expect_particles(state.buffers, state.sizes);

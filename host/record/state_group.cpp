@@ -59,6 +59,10 @@ Sizes stored_sizes(hid_t group, Features features) {
   const u32 phases = stored_rows(group, Buffer::joint_phases);  // one more than there are
   sizes.joint_phases = phases > 0 ? phases - 1 : 0;
   sizes.joined = stored_rows(group, Buffer::joined_bodies);
+  sizes.articulations = stored_rows(group, Buffer::articulations);
+  sizes.links = stored_rows(group, Buffer::links);
+  const u32 level_ends = stored_rows(group, Buffer::link_levels);  // one more than there are levels
+  sizes.link_levels = level_ends > 0 ? level_ends - 1 : 0;
   sizes.particles = stored_rows(group, Buffer::particle_bodies);
   sizes.particle_planes = stored_rows(group, Buffer::plane_bodies);
   if (sizes.worlds == 0 || sizes.bodies == 0) throw h5::Failed("has no bodies");

@@ -95,6 +95,7 @@ std::string to_json(const Report& report) {
                {"bit_exact", report.bit_exact},
                {"precision", report.precision},
                {"solver", report.solver},
+               {"joint_solver", report.joint_solver},
                {"friction_model", report.friction_model},
                {"ranks", report.ranks},
                {"worlds", report.worlds},

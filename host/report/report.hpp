@@ -16,7 +16,7 @@ namespace lockstep {
 /// The figures of one run, and the keys of the report file. An empty optional is `null`: the figure does not apply.
 struct Report {
   // what was run; the first step is not 0 where a checkpoint was resumed
-  std::string scene, device, precision, solver, friction_model;
+  std::string scene, device, precision, solver, joint_solver, friction_model;
   bool bit_exact = true;             // what the canary says of the device
   std::string canary = "bit-exact";  // the same in words
   u32 ranks = 1;                     // processes that shared the worlds out

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/error.hpp"
+#include "host/scene/compile_articulations.hpp"
 #include "host/scene/joint_kinds.hpp"
 #include "host/scene/rounding.hpp"
 #include "host/scene/spring.hpp"
@@ -107,12 +108,17 @@ real make_radius(const JointDescription& in, const Origin& origin) {
   return in.kind == JOINT_ROLLING ? rounded_positive<real>(in.radius, "the radius of what rolls", origin) : real(0);
 }
 
-// Greedy in the order of ids, so that a world has the colours it has alone. A body that cannot move takes none.
+// Of the joints that are solved so, NONE of the others. Greedy in the order of ids, so that a world has the colours it
+// has alone. A body that cannot move takes none.
 template <class real>
-std::vector<u32> joint_colors(const Buffers<real>& b) {
+std::vector<u32> joint_colors(u32 direct, const Buffers<real>& b) {
   std::vector<std::uint64_t> taken(b.body_infos.size() + 1, 0);
   std::vector<u32> colors;
   for (const JointInfo& joint : b.joint_infos) {
+    if (joint.direct != direct) {
+      colors.push_back(NONE);
+      continue;
+    }
     std::uint64_t used = 0;
     const u32 bodies[] = {joint.body_a, joint.body_b};
     for (const u32 body : bodies) used |= taken[body];
@@ -138,8 +144,8 @@ JointLanes empty_lanes(u32 null_body) {
 
 // Each colour starts a block, which is a phase of the sweep; so does each joint that found no colour.
 template <class real>
-void lay_out_joints(Buffers<real>& b) {
-  const std::vector<u32> colors = joint_colors(b);
+void lay_out_joints(u32 direct, Buffers<real>& b) {
+  const std::vector<u32> colors = joint_colors(direct, b);
   const u32 null_body = static_cast<u32>(b.body_infos.size());
   for (u32 color = 0; color <= MAX_COLORS; ++color) {
     u32 count = 0;  // of the phase
@@ -157,7 +163,27 @@ void lay_out_joints(Buffers<real>& b) {
       lanes.free[lane] = joint.free;
     }
   }
+}
+
+// Those that sweeps visit come first.
+template <class real>
+void lay_out_joints(Buffers<real>& b) {
+  for (const u32 direct : {0u, 1u}) lay_out_joints(direct, b);
   b.joint_phases.push_back(static_cast<u32>(b.joint_lanes.size()));
+}
+
+template <class real>
+void set_articulations(const Scene& scene, InitialState<real>& state) {
+  const Solver solver = scene.settings.solver;
+  if (solver != Solver::gauss_seidel && solver != Solver::cell_gauss_seidel)
+    throw Error(Failure::input, scene.source + ": /settings/joint_solver",
+                "direct goes with the solvers gauss_seidel and cell_gauss_seidel; take one of them, or sweeps");
+  find_articulations(state.buffers);
+  if (state.buffers.links.empty()) return;
+  state.features = with(state.features, Feature::articulations);
+  state.sizes.articulations = static_cast<u32>(state.buffers.articulations.size());
+  state.sizes.links = static_cast<u32>(state.buffers.links.size());
+  state.sizes.link_levels = static_cast<u32>(state.buffers.link_levels.size()) - 1;
 }
 
 using BodyPair = std::pair<u32, u32>;
@@ -216,7 +242,9 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
   else
     b.rolling_radii.clear();
   if (b.joints.empty()) return;
+  if (settings.joint_solver == JointSolver::direct) set_articulations(worlds[0], state);
   lay_out_joints(b);
+  place_link_joints(b);
   list_joined(std::move(joined), b);
 
   state.features = with(state.features, Feature::joints);

@@ -50,6 +50,7 @@ Settings read_settings(const JsonNode& node) {
                       "restitution_threshold",
                       "correction",
                       "correction_limit",
+                      "joint_solver",
                       "stabilization",
                       "position_sweeps",
                       "cell_size",
@@ -90,6 +91,8 @@ Settings read_settings(const JsonNode& node) {
   if (node.has("restitution_threshold")) s.restitution_threshold = node.at("restitution_threshold").not_negative();
   if (node.has("correction")) s.correction = node.at("correction").share();
   if (node.has("correction_limit")) s.correction_limit = node.at("correction_limit").not_negative();
+  if (node.has("joint_solver"))
+    s.joint_solver = node.at("joint_solver").choice<JointSolver>("solver of joints", joint_solver_names);
   if (node.has("stabilization")) {
     s.stabilization = node.at("stabilization").choice<Stabilization>("stabilization", stabilization_names);
   }

@@ -59,6 +59,12 @@ enum class Stabilization { velocities, positions };
 inline constexpr std::pair<const char*, Stabilization> stabilization_names[] = {
     {"velocities", Stabilization::velocities}, {"positions", Stabilization::positions}};
 
+/// How joints are solved in each sweep: one after another, or all those of a tree of bodies at once, exactly
+/// (cpu_reference/articulations/link.hpp).
+enum class JointSolver { sweeps, direct };
+inline constexpr std::pair<const char*, JointSolver> joint_solver_names[] = {{"sweeps", JointSolver::sweeps},
+                                                                             {"direct", JointSolver::direct}};
+
 /// How candidate pairs are found. `automatic` takes the tree where shapes differ much in size.
 enum class BroadPhase { automatic, grid, bvh };
 
@@ -213,6 +219,7 @@ struct Settings {
   u32 relaxations = 1;   // of small_steps
   double tolerance = 0;  // m/s; 0: as many sweeps as `iterations` says
   double cell_size = 0;  // m, of cell_gauss_seidel; 0: by the sizes of the bodies
+  JointSolver joint_solver = JointSolver::sweeps;
   Integrator integrator = Integrator::semi_implicit_euler;
   Gyroscopic gyroscopic = Gyroscopic::implicit;
   double restitution_threshold = 0;  // m/s
@@ -234,10 +241,11 @@ struct Settings {
   std::string precision = "float";             // what a run uses unless it is told
 };
 
-/// Sets the solver, and the sub-steps and sweeps that it is meant to have.
+/// Sets the solver, and the sub-steps and sweeps that it is meant to have; joints are swept.
 inline void use_solver(Settings& settings, Solver solver) {
   settings.solver = solver;
   settings.substeps = solver == Solver::small_steps ? 5 : 1;
+  settings.joint_solver = JointSolver::sweeps;
   switch (solver) {
     case Solver::gauss_seidel:
     case Solver::cell_gauss_seidel: settings.iterations = 10; break;
@@ -250,6 +258,7 @@ inline void use_solver(Settings& settings, Solver solver) {
 }
 
 inline const char* name_of(Solver solver) { return solver_names[static_cast<u32>(solver)].first; }
+inline const char* name_of(JointSolver solver) { return joint_solver_names[static_cast<u32>(solver)].first; }
 inline const char* name_of(FrictionModel model) { return friction_model_names[static_cast<u32>(model)].first; }
 
 /// Where pictures are taken from; no part of what is simulated.

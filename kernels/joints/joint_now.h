@@ -15,6 +15,16 @@ typedef struct JointNow {
   real rise, radius;
 } JointNow;
 
+// The pose of a body, of so many; of the null body that of the world.
+static inline void joint_pose(u32 body, u32 bodies, global const Vec4* positions, global const Vec4* orientations,
+                              Vec3* x, Quat* q) {
+  *x = make3((real)0, (real)0, (real)0);
+  *q = make4((real)0, (real)0, (real)0, (real)1);
+  if (body >= bodies) return;
+  *x = vec3_of(positions[body]);
+  *q = quat(orientations[body]);
+}
+
 typedef struct JointSizes {
   real rise, radius;
 } JointSizes;

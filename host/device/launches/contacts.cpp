@@ -1,6 +1,7 @@
 // Contacts and joints: colours, blocks, sweeps. A small scene takes one launch a stage, in one work-group.
 #include <algorithm>
 #include <initializer_list>
+#include <ranges>
 #include <string_view>
 
 #include "host/device/launcher.hpp"
@@ -43,16 +44,26 @@ bool is_large(const LaunchPlan& plan, u32 joint_phase) {
   return plan.joint_phases[joint_phase + 1] - plan.joint_phases[joint_phase] >= LARGE_COLOR;
 }
 
-// The same for the joints, whose phases are known: the large ones come first.
-void sweep_joints(Launcher& launcher, std::string_view phase_kernel, std::string_view tail_kernel) {
+// The same for phases of joints, which are known: the large ones come first.
+void visit_joints(Launcher& launcher, u32 phase, u32 phases, std::string_view phase_kernel,
+                  std::string_view tail_kernel) {
   const LaunchPlan& plan = launcher.plan();
-  const u32 phases = plan.sizes.joint_phases;
-  u32 phase = 0;
   for (; phase < phases && is_large(plan, phase); ++phase) {
     const u32 begin = plan.joint_phases[phase], end = plan.joint_phases[phase + 1];
     launcher.run(phase_kernel, (end - begin) * (PACK / plan.lanes), {{"begin", begin}, {"end", end}});
   }
   if (phase < phases) launcher.run_group(tail_kernel, {{"first_phase", phase}, {"phases", phases}});
+}
+
+// Those that no articulation solves alone.
+void sweep_joints(Launcher& launcher, std::string_view phase_kernel, std::string_view tail_kernel) {
+  visit_joints(launcher, 0, launcher.plan().swept_joint_phases, phase_kernel, tail_kernel);
+}
+
+void warm_joints(Launcher& launcher) {
+  const u32 swept = launcher.plan().swept_joint_phases, all = launcher.plan().sizes.joint_phases;
+  visit_joints(launcher, 0, swept, "warm_joints", "warm_joint_tail");
+  visit_joints(launcher, swept, all, "warm_joints", "warm_joint_tail");
 }
 
 // A pass of Jacobi's method: all pairs at once on parts of their bodies, then the bodies whole again.
@@ -72,7 +83,9 @@ void make_room_for_parts(Launcher& launcher) {
 bool is_fused(const LaunchPlan& plan) {
   const bool in_cells = has(plan.features, Feature::partitions);
   const bool few = in_cells ? plan.blocks < LARGE_COLOR * CELL_PHASES : plan.colors == 0;
-  return (plan.small || few) && (plan.sizes.joint_phases == 0 || !is_large(plan, 0));
+  const auto is_large_phase = [&](u32 phase) { return is_large(plan, phase); };
+  return (plan.small || few) && plan.sizes.links < LARGE_COLOR * PACK &&
+         std::ranges::none_of(std::views::iota(0u, plan.sizes.joint_phases), is_large_phase);
 }
 
 // Behind each sweep of several launches.
@@ -88,7 +101,7 @@ void solve_by_parts(Launcher& launcher) {
   if (is_fused(plan))
     return launcher.run_group(
         "solve_parts_group",
-        {{"bodies", plan.sizes.bodies}, {"joint_phase_count", plan.sizes.joint_phases}, {"sweeps", plan.iterations}});
+        {{"bodies", plan.sizes.bodies}, {"joint_phase_count", plan.swept_joint_phases}, {"sweeps", plan.iterations}});
   for (u32 i = 0; i < plan.iterations; ++i) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
     pass_over_parts(launcher, "solve_parts");
@@ -108,7 +121,7 @@ void solve_by_dense_matrix(Launcher& launcher) {
   const u32 rounds = one_by_one ? plan.iterations : 1, sweeps = one_by_one ? 1 : plan.iterations;
   if (is_fused(plan))
     return launcher.run_group("solve_dense_group",
-                              {{"rounds", rounds}, {"sweeps", sweeps}, {"joint_phase_count", plan.sizes.joint_phases}});
+                              {{"rounds", rounds}, {"sweeps", sweeps}, {"joint_phase_count", plan.swept_joint_phases}});
 
   const auto measure = [&] { launcher.run("dense_measure", std::max(plan.contacts, plan.blocks * PACK)); };
   const auto give_to_bodies = [&] {
@@ -228,16 +241,21 @@ void launch_prepare_joints(Launcher& launcher) {
   launcher.run("prepare_joints", launcher.plan().sizes.joint_blocks * PACK);
 }
 
+void launch_factor_articulations(Launcher& launcher) {
+  const u32 count = launcher.plan().sizes.articulations;
+  launcher.run_groups("factor_articulations", count, {{"articulation_count", count}});
+}
+
 void launch_warm_start(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   if (has(plan.features, Feature::jacobi)) {
     make_room_for_parts(launcher);
-    sweep_joints(launcher, "warm_joints", "warm_joint_tail");
+    warm_joints(launcher);
     return pass_over_parts(launcher, "warm_parts");
   }
   if (is_fused(plan))
     return launcher.run_group("warm_tail", {{"first_phase", 0u}, {"joint_phase_count", plan.sizes.joint_phases}});
-  sweep_joints(launcher, "warm_joints", "warm_joint_tail");
+  warm_joints(launcher);
   sweep_cells(launcher, "warm_cells");
   sweep(launcher, "warm_color", "warm_tail", {{"first_phase", first_tail_phase(plan)}, {"joint_phase_count", 0u}});
 }
@@ -249,14 +267,22 @@ void launch_solve_constraints(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   if (is_fused(plan))
     return launcher.run_group("solve_tail", {{"first_phase", 0u},
-                                             {"joint_phase_count", plan.sizes.joint_phases},
+                                             {"articulation_count", plan.sizes.articulations},
+                                             {"joint_phase_count", plan.swept_joint_phases},
                                              {"sweeps", plan.iterations},
                                              {"whole", 1u}});
+  const u32 articulations = plan.sizes.articulations;
   for (u32 i = 0; i < plan.iterations; ++i) {
+    if (articulations > 0)
+      launcher.run_groups("solve_articulations", articulations, {{"articulation_count", articulations}});
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
     sweep_cells(launcher, "solve_cells");
     sweep(launcher, "solve_color", "solve_tail",
-          {{"first_phase", first_tail_phase(plan)}, {"joint_phase_count", 0u}, {"sweeps", 1u}, {"whole", 0u}});
+          {{"first_phase", first_tail_phase(plan)},
+           {"articulation_count", 0u},
+           {"joint_phase_count", 0u},
+           {"sweeps", 1u},
+           {"whole", 0u}});
     end_sweep(launcher, i);
   }
 }
@@ -266,7 +292,7 @@ void launch_relax_constraints(Launcher& launcher) {
   if (is_fused(plan))
     return launcher.run_group(
         "relax_tail",
-        {{"first_phase", 0u}, {"joint_phase_count", plan.sizes.joint_phases}, {"sweeps", plan.relaxations}});
+        {{"first_phase", 0u}, {"joint_phase_count", plan.swept_joint_phases}, {"sweeps", plan.relaxations}});
   for (u32 i = 0; i < plan.relaxations; ++i) {
     sweep_joints(launcher, "relax_joints", "relax_joint_tail");
     sweep(launcher, "relax_color", "relax_tail",
@@ -274,10 +300,19 @@ void launch_relax_constraints(Launcher& launcher) {
   }
 }
 
+// Articulations make all of theirs at once where nothing else is swept; so does a work-group that is alone.
 void launch_close_joints(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
-  const u32 passes = is_large(plan, 0) ? plan.position_sweeps : 1;  // a work-group alone makes all sweeps
-  for (u32 i = 0; i < passes; ++i) sweep_joints(launcher, "close_joint_phase", "close_joint_tail");
+  const u32 articulations = plan.sizes.articulations;
+  const bool alone = plan.swept_joint_phases == 0 || (articulations == 0 && !is_large(plan, 0));
+  const u32 passes = alone ? 1 : plan.position_sweeps;
+  if (articulations > 0) launcher.scratch("articulation_turns", articulations);
+  for (u32 i = 0; i < passes; ++i) {
+    if (articulations > 0)
+      launcher.run_groups("close_articulations", articulations,
+                          {{"articulation_count", articulations}, {"sweeps", plan.position_sweeps / passes}});
+    sweep_joints(launcher, "close_joint_phase", "close_joint_tail");
+  }
 }
 
 void launch_spread_patches(Launcher& launcher) { launcher.run("spread_patches", launcher.plan().blocks * PACK); }

@@ -1,0 +1,76 @@
+// Closes the joints of articulations by the poses of their bodies, all at once: one step of Newton's method, with what
+// is off instead of velocities (cpu_reference/close_joints.hpp). Where it would turn a body by more than a tenth of a
+// radian the tree goes that share of the way: what is far open, as joints are where links turn by a radian in a step,
+// is not told by its slope. kernels/articulations/close_links.h is the twin.
+#pragma once
+
+#include <algorithm>
+#include <bit>
+
+#include "cpu_reference/articulations/solve_links.hpp"
+#include "cpu_reference/joints/displace.hpp"
+#include "cpu_reference/joints/joint_now.hpp"
+
+namespace lockstep::reference {
+
+/// The joint of a link at the present poses. Returns the rows that are closed: springs are not, and limits that are
+/// apart are for sweeps.
+template <class real>
+u32 write_link_joint_now(const Buffers<real>& b, const StepParams<real>& params, const LinkInfo& link,
+                         LinkFactor<real>& f) {
+  const JointInfo& info = b.joint_infos[link.joint];
+  const Joint<real>& joint = b.joints[link.joint];
+  Vec3<real> x_a, x_b;
+  Quat<real> q_a, q_b;
+  joint_pose(b, params, info.body_a, x_a, q_a);
+  joint_pose(b, params, info.body_b, x_b, q_b);
+  const JointNow<real> now = joint_now(joint, info, joint_sizes(b, link.joint), x_a, q_a, x_b, q_b);
+  const bool rod = info.free != FREE_NOTHING && joint.limited != 0 && joint.low == joint.high && !(joint.yield > 0);
+  const real sign = link.is_b != 0 ? real(1) : real(-1);
+  for (u32 i = 0; i < 3; ++i) store3(f.axes[i], now.axes[i]);
+  store3(f.arm, link.is_b != 0 ? now.arm_b : now.arm_a);
+  store3(f.parent_arm, link.is_b != 0 ? now.arm_a : now.arm_b);
+  const bool angular = info.free == FREE_ANGLE;
+  store3(f.free_linear, scale3(angular ? real(0) : real(1), now.free_axis));
+  store3(f.free_angular, scale3(angular ? real(1) : real(0), now.free_axis));
+  f.rise = now.rise;
+  f.yield = 0;
+  for (u32 i = 0; i < JOINT_ROWS; ++i) f.error[i] = (info.locked >> i & 1) != 0 ? sign * now.error[i] : real(0);
+  f.error[JOINT_ROWS] = rod ? sign * (now.coordinate - joint.low) : real(0);
+  return info.locked | (rod ? 1u << JOINT_ROWS : 0u);
+}
+
+template <class real>
+void close_articulation(Buffers<real>& b, const StepParams<real>& params, const Articulation& tree) {
+  for_each_link_up(b, tree, [&](u32 i, const LinkInfo& link) {
+    LinkFactor<real>& f = b.link_factors[i];
+    // one that floats has no rows, since it was factorised first
+    const u32 rows = link.joint == NONE ? 0 : write_link_joint_now(b, params, link, f);
+    factorise_link(b, link, rows, f);
+    ask_parent(b, link, f, f.error, b.link_motions[i]);
+  });
+  u32 turn = 0;  // the largest, as the word of a float: those that are not negative are in order
+  for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
+    real d[LINK_ROWS];
+    answer_parent(b, link, b.link_factors[i], b.link_motions[i], d);
+    const real own = length3(read_twist(b.link_motions[i].change).angular);
+    turn = std::max(turn, std::bit_cast<u32>(static_cast<float>(own)));
+  });
+  const real most = real(0.1), largest = real(std::bit_cast<float>(turn));
+  const real share = largest > most ? most / largest : real(1);
+  for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
+    const Twist<real> push = push_on_link(b, i, link);
+    displace(b, link.body, vec3_of(b.positions[link.body]), quat(b.orientations[link.body]), scale3(share, push.linear),
+             scale3(share, push.angular));
+  });
+}
+
+/// All articulations that are awake.
+template <class real>
+void close_articulations(Buffers<real>& b, const StepParams<real>& params) {
+  for (const Articulation& tree : b.articulations) {
+    if (!is_asleep(b, tree.root)) close_articulation(b, params, tree);
+  }
+}
+
+}  // namespace lockstep::reference

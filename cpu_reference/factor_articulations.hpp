@@ -1,0 +1,53 @@
+// Factors of the equations of articulations, from what prepare_joints wrote of their joints. The free row of a joint is
+// one of them where it is locked too, or a spring acts on it, and no motor besides: a motor and limits that are apart
+// push as far as they need to, which is for sweeps (cpu_reference/joints/visit_joint.hpp). Where bodies sleep all of it
+// is zero.
+#pragma once
+
+#include "cpu_reference/articulations/link.hpp"
+#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/sleep.hpp"
+
+namespace lockstep::reference {
+
+/// The joint of a link, as the link feels it. Returns the rows that its articulation solves.
+template <class real>
+u32 write_link_joint(const Buffers<real>& b, const LinkInfo& link, LinkFactor<real>& f) {
+  const JointBlock<real>& block = b.joint_blocks[link.slot / PACK];
+  const u32 lane = link.slot % PACK;
+  const JointInfo& info = b.joint_infos[link.joint];
+  const real sign = link.is_b != 0 ? real(1) : real(-1);
+  const bool driven = block.motor_impulse[lane] > 0, held = block.slowest[lane] == block.fastest[lane];
+  const u32 rows = info.locked | (info.free != FREE_NOTHING && held && !driven ? 1u << JOINT_ROWS : 0u);
+  for (u32 i = 0; i < 3; ++i) store3(f.axes[i], joint_vector(block.axes + 3 * i, lane));
+  const Vec3<real> arm_a = joint_vector(block.arm_a, lane), arm_b = joint_vector(block.arm_b, lane);
+  store3(f.arm, link.is_b != 0 ? arm_b : arm_a);
+  store3(f.parent_arm, link.is_b != 0 ? arm_a : arm_b);
+  const Vec3<real> along = joint_vector(block.free_axis, lane);
+  const bool angular = info.free == FREE_ANGLE;
+  store3(f.free_linear, scale3(angular ? real(0) : real(1), along));
+  store3(f.free_angular, scale3(angular ? real(1) : real(0), along));
+  f.rise = block.rise[lane];
+  f.yield = block.yield[lane];
+  for (u32 i = 0; i < JOINT_ROWS; ++i) f.error[i] = sign * (block.bias[i][lane] + block.turning[i][lane]);
+  f.error[JOINT_ROWS] = -(sign * block.slowest[lane]);
+  return rows;
+}
+
+template <class real>
+void factor_articulations(Buffers<real>& b, const StepParams<real>&) {
+  if (step_is_void(b.counters)) return;
+  for (const Articulation& tree : b.articulations) {
+    const bool asleep = is_asleep(b, tree.root);
+    for_each_link_up(b, tree, [&](u32 i, const LinkInfo& link) {
+      LinkFactor<real>& f = b.link_factors[i];
+      f = {};
+      b.link_motions[i] = {};
+      if (asleep) return;
+      const u32 rows = link.joint == NONE ? 0 : write_link_joint(b, link, f);  // one that floats has none
+      factorise_link(b, link, rows, f);
+    });
+  }
+}
+
+}  // namespace lockstep::reference

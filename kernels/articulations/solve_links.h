@@ -1,0 +1,155 @@
+// Solves the rows of articulations with their factors, once up and once down.
+// cpu_reference/articulations/solve_links.hpp is the twin and says more.
+#ifndef LOCKSTEP_ARTICULATION_SOLVE_LINKS_H
+#define LOCKSTEP_ARTICULATION_SOLVE_LINKS_H
+
+#include "articulations/link.h"
+#include "sleep.h"
+#include "sweep_change.h"
+
+static inline void ask_parent(LinkInfo link, const real* off, global const LinkFactor* link_factors,
+                              global const LinkMotion* link_motions, global const LinkFactor* f, global LinkMotion* m) {
+  Twist force = no_twist();
+  for (u32 child = link.first_child; child < link.first_child + link.child_count; ++child) {
+    const Twist effort = read_twist(link_motions[child].effort);
+    force = sub_twist(force, effort_about(global_vec3(link_factors[child].parent_arm), effort));
+  }
+  write_twist(force, m->force);
+  real change[6], answer[LINK_ROWS];
+  spread_twist(force, change);
+  solve_rows(6u, f->inertia, change);
+  link_rows(f, twist_at(global_vec3(f->arm), make_twist(vec3(change), vec3(change + 3))), answer);
+  for (u32 i = 0u; i < LINK_ROWS; ++i) {
+    answer[i] = -(off[i] + answer[i]);
+    m->wanted[i] = answer[i];
+  }
+  solve_rows(LINK_ROWS, f->mobility, answer);
+  write_twist(link_effort(f, answer), m->effort);
+}
+
+static inline void answer_parent(LinkInfo link, global const LinkMotion* link_motions, global const LinkFactor* f,
+                                 global LinkMotion* m, real* d) {
+  const Twist parent = link.parent != NONE ? read_twist(link_motions[link.parent].change) : no_twist();
+  link_rows(f, twist_at(global_vec3(f->parent_arm), parent), d);
+  for (u32 i = 0u; i < LINK_ROWS; ++i) d[i] = m->wanted[i] + d[i];
+  solve_rows(LINK_ROWS, f->mobility, d);
+  const Twist effort = link_effort(f, d);
+  write_twist(effort, m->effort);
+  real change[6];
+  spread_twist(add_twist(read_twist(m->force), effort_about(global_vec3(f->arm), effort)), change);
+  solve_rows(6u, f->inertia, change);
+  for (u32 k = 0u; k < 6u; ++k) m->change[k] = change[k];
+}
+
+static inline Twist push_on_link(u32 index, LinkInfo link, global const LinkFactor* link_factors,
+                                 global const LinkMotion* link_motions) {
+  Twist push = effort_about(global_vec3(link_factors[index].arm), read_twist(link_motions[index].effort));
+  for (u32 child = link.first_child; child < link.first_child + link.child_count; ++child) {
+    const Twist effort = read_twist(link_motions[child].effort);
+    push = sub_twist(push, effort_about(global_vec3(link_factors[child].parent_arm), effort));
+  }
+  return push;
+}
+
+// All that a solve reads and writes.
+typedef struct Articulations {
+  global const Articulation* trees;
+  global const LinkInfo* links;
+  global const u32* levels;
+  global const LinkFactor* factors;
+  global const JointInfo* joint_infos;
+  global const Sleeper* sleepers;
+  global LinkMotion* link_motions;
+  global JointImpulseBlock* joint_impulses;
+  global Motion* motions;
+  global u32* counters;
+} Articulations;
+
+// Of the parameters of a kernel.
+#define ARTICULATIONS                                                                                              \
+  {                                                                                                                \
+    articulations, links, link_levels, link_factors, joint_infos, sleepers, link_motions, joint_impulses, motions, \
+        counters                                                                                                   \
+  }
+
+static inline void link_off(LinkInfo link, const Articulations* s, global const LinkFactor* f, real* off) {
+  for (u32 i = 0u; i < LINK_ROWS; ++i) off[i] = (real)0;
+  if (link.joint == NONE) return;
+  const JointInfo info = s->joint_infos[link.joint];
+  const Motion body = s->motions[link.body], other = s->motions[link.is_b != 0u ? info.body_a : info.body_b];
+  const Twist u = sub_twist(twist_at(global_vec3(f->arm), make_twist(vec3(body.v), vec3(body.w))),
+                            twist_at(global_vec3(f->parent_arm), make_twist(vec3(other.v), vec3(other.w))));
+  link_rows(f, u, off);
+  const real free = s->joint_impulses[link.slot / PACK].free[link.slot % PACK];
+  const real along = link.is_b != 0u ? free : -free;
+  off[JOINT_ROWS] = off[JOINT_ROWS] + f->yield * along;
+  for (u32 i = 0u; i < LINK_ROWS; ++i)
+    off[i] = f->mobility[ENTRY_INDEX(i, i)] > (real)0 ? off[i] + f->error[i] : (real)0;
+#if FEATURE_TOLERANCE
+  const Twist change = link_effort(f, off);
+  const real trace =
+      body.inertia_xx + body.inertia_yy + body.inertia_zz + other.inertia_xx + other.inertia_yy + other.inertia_zz;
+  const real squared = dot3(change.linear, change.linear) + (real)3 * (body.inverse_mass + other.inverse_mass) / trace *
+                                                                dot3(change.angular, change.angular);
+  note_change((lane)squared, s->counters);
+#endif
+}
+
+static inline void link_up(u32 index, const Articulations* s) {
+  const LinkInfo link = s->links[index];
+  real off[LINK_ROWS];
+  link_off(link, s, s->factors + index, off);
+  ask_parent(link, off, s->factors, s->link_motions, s->factors + index, s->link_motions + index);
+}
+
+static inline void link_down(u32 index, const Articulations* s) {
+  const LinkInfo link = s->links[index];
+  real d[LINK_ROWS];
+  answer_parent(link, s->link_motions, s->factors + index, s->link_motions + index, d);
+  if (link.joint == NONE) return;
+  global JointImpulseBlock* impulses = s->joint_impulses + link.slot / PACK;
+  const u32 lane_index = link.slot % PACK;
+  const real sign = link.is_b != 0u ? (real)1 : (real)-1;
+  for (u32 row = 0u; row < JOINT_ROWS; ++row)
+    impulses->locked[row][lane_index] = impulses->locked[row][lane_index] + sign * d[row];
+  impulses->free[lane_index] = impulses->free[lane_index] + sign * d[JOINT_ROWS];
+}
+
+static inline void link_push(u32 index, const Articulations* s) {
+  const LinkInfo link = s->links[index];
+  const Twist push = push_on_link(index, link, s->factors, s->link_motions);
+  Motion body = s->motions[link.body];
+  store3(body.v, add3(vec3(body.v), scale3(body.inverse_mass, push.linear)));
+  store3(body.w, add3(vec3(body.w), turn_by(body, push.angular)));
+  s->motions[link.body] = body;
+}
+
+// A work-group has an articulation for itself, and every n-th behind it. At least one round in each loop, as in all
+// with a barrier.
+static inline void solve_articulation_groups(u32 count, const Articulations* s) {
+  u32 tree = (u32)get_group_id(0);
+  do {
+    const bool is_there = tree < count && !SWEEP_IS_VOID(s->counters) && !is_asleep(s->sleepers, s->trees[tree].root);
+    const u32 first = is_there ? s->trees[tree].first_level : 0u, levels = is_there ? s->trees[tree].level_count : 0u;
+    u32 step = 0u;
+    do {  // from the leaves to the root
+      const u32 level = first + (step < levels ? levels - 1u - step : 0u), begin = s->levels[level];
+      const u32 end = step < levels ? s->levels[level + 1u] : begin;
+      for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) link_up(i, s);
+      barrier(CLK_GLOBAL_MEM_FENCE);
+    } while (++step < levels);
+    step = 0u;
+    do {
+      const u32 level = first + (step < levels ? step : 0u), begin = s->levels[level];
+      const u32 end = step < levels ? s->levels[level + 1u] : begin;
+      for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) link_down(i, s);
+      barrier(CLK_GLOBAL_MEM_FENCE);
+    } while (++step < levels);
+    const u32 begin = s->levels[first], end = s->levels[first + levels];
+    for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) link_push(i, s);
+    barrier(CLK_GLOBAL_MEM_FENCE);
+    tree += (u32)get_num_groups(0);
+  } while (tree < count);
+}
+
+#endif

@@ -1,0 +1,69 @@
+#pragma OPENCL FP_CONTRACT OFF
+// Factors of the equations of articulations (cpu_reference/factor_articulations.hpp).
+#include "articulations/link.h"
+#include "common.h"
+#include "sleep.h"
+#include "types.h"
+
+static inline Vec3 link_vector(global const real (*field)[PACK], u32 at) {
+  return make3(field[0][at], field[1][at], field[2][at]);
+}
+
+// The joint of a link, as prepare_joints wrote it: the rows that the articulation solves.
+static inline u32 write_link_joint(LinkInfo link, JointInfo info, global const JointBlock* block,
+                                   global LinkFactor* f) {
+  const u32 at = link.slot % PACK;
+  const real sign = link.is_b != 0u ? (real)1 : (real)-1;
+  const bool driven = block->motor_impulse[at] > (real)0, held = block->slowest[at] == block->fastest[at];
+  const u32 rows = info.locked | (info.free != FREE_NOTHING && held && !driven ? 1u << JOINT_ROWS : 0u);
+  for (u32 i = 0u; i < 3u; ++i) global_store3(f->axes[i], link_vector(block->axes + 3u * i, at));
+  const Vec3 arm_a = link_vector(block->arm_a, at), arm_b = link_vector(block->arm_b, at);
+  global_store3(f->arm, link.is_b != 0u ? arm_b : arm_a);
+  global_store3(f->parent_arm, link.is_b != 0u ? arm_a : arm_b);
+  write_free_axis(info.free == FREE_ANGLE, link_vector(block->free_axis, at), f);
+  f->rise = block->rise[at];
+  f->yield = block->yield[at];
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = sign * (block->bias[i][at] + block->turning[i][at]);
+  f->error[JOINT_ROWS] = -(sign * block->slowest[at]);
+  return rows;
+}
+
+static inline void clear_link(global LinkFactor* f, global LinkMotion* m) {
+  global real* of_f = (global real*)f;
+  global real* of_m = (global real*)m;
+  for (u32 i = 0u; i < sizeof(LinkFactor) / sizeof(real); ++i) of_f[i] = (real)0;
+  for (u32 i = 0u; i < sizeof(LinkMotion) / sizeof(real); ++i) of_m[i] = (real)0;
+}
+
+// A work-group has an articulation for itself, and every n-th behind it.
+kernel void factor_articulations(const u32 articulation_count, global const Articulation* articulations,
+                                 global const LinkInfo* links, global const u32* link_levels,
+                                 global const JointInfo* joint_infos, global const JointBlock* joint_blocks,
+                                 global const Sleeper* sleepers, global const Motion* motions,
+                                 global LinkFactor* link_factors, global LinkMotion* link_motions,
+                                 global const u32* counters) {
+  u32 tree = (u32)get_group_id(0);
+  do {
+    const bool is_there = tree < articulation_count && !STEP_IS_VOID(counters);
+    const bool asleep = is_there && is_asleep(sleepers, articulations[tree].root);
+    const u32 first = is_there ? articulations[tree].first_level : 0u;
+    const u32 levels = is_there ? articulations[tree].level_count : 0u;
+    u32 step = 0u;
+    do {  // from the leaves to the root
+      const u32 level = first + (step < levels ? levels - 1u - step : 0u), begin = link_levels[level];
+      const u32 end = step < levels ? link_levels[level + 1u] : begin;
+      for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
+        const LinkInfo link = links[i];
+        global LinkFactor* f = link_factors + i;
+        clear_link(f, link_motions + i);
+        if (asleep) continue;
+        u32 rows = 0u;  // one that floats has none
+        if (link.joint != NONE)
+          rows = write_link_joint(link, joint_infos[link.joint], joint_blocks + link.slot / PACK, f);
+        factorise_link(link, rows, motions[link.body], link_factors, f);
+      }
+      barrier(CLK_GLOBAL_MEM_FENCE);
+    } while (++step < levels);
+    tree += (u32)get_num_groups(0);
+  } while (tree < articulation_count);
+}

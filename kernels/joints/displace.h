@@ -1,0 +1,22 @@
+// Moves a body by an impulse and a moment, as displacements. cpu_reference/joints/displace.hpp is the twin.
+#ifndef LOCKSTEP_JOINT_DISPLACE_H
+#define LOCKSTEP_JOINT_DISPLACE_H
+
+#include "rigid_body.h"
+
+// Bodies that cannot move are never written.
+static inline void displace(u32 body, Motion motion, Vec3 x, Quat q, Vec3 impulse, Vec3 moment, global Vec4* positions,
+                            global Vec4* orientations, global u32* counters) {
+  if (!(motion.inverse_mass > (real)0)) return;
+  x = add3(x, scale3(motion.inverse_mass, impulse));
+  q = turn4(q, turn_by(motion, moment), (real)1);
+  if (is_bad_pose(x, q)) report_bad(counters, STATUS_BAD_POSE, body);
+  Vec4 position = positions[body];
+  position.x = x.x;
+  position.y = x.y;
+  position.z = x.z;
+  positions[body] = position;
+  orientations[body] = make_vec4(q);
+}
+
+#endif
