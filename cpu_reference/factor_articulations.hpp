@@ -19,15 +19,10 @@ u32 write_link_joint(const Buffers<real>& b, const LinkInfo& link, LinkFactor<re
   const real sign = link.is_b != 0 ? real(1) : real(-1);
   const bool driven = block.motor_impulse[lane] > 0, held = block.slowest[lane] == block.fastest[lane];
   const u32 rows = info.locked | (info.free != FREE_NOTHING && held && !driven ? 1u << JOINT_ROWS : 0u);
-  for (u32 i = 0; i < 3; ++i) store3(f.axes[i], joint_vector(block.axes + 3 * i, lane));
-  const Vec3<real> arm_a = joint_vector(block.arm_a, lane), arm_b = joint_vector(block.arm_b, lane);
-  store3(f.arm, link.is_b != 0 ? arm_b : arm_a);
-  store3(f.parent_arm, link.is_b != 0 ? arm_a : arm_b);
-  const Vec3<real> along = joint_vector(block.free_axis, lane);
-  const bool angular = info.free == FREE_ANGLE;
-  store3(f.free_linear, scale3(angular ? real(0) : real(1), along));
-  store3(f.free_angular, scale3(angular ? real(1) : real(0), along));
-  f.rise = block.rise[lane];
+  const Vec3<real> axes[] = {joint_vector(block.axes, lane), joint_vector(block.axes + 3, lane),
+                             joint_vector(block.axes + 6, lane)};
+  place_link_joint(link, info.free == FREE_ANGLE, axes, joint_vector(block.arm_a, lane),
+                   joint_vector(block.arm_b, lane), joint_vector(block.free_axis, lane), block.rise[lane], f);
   f.yield = block.yield[lane];
   for (u32 i = 0; i < JOINT_ROWS; ++i) f.error[i] = sign * (block.bias[i][lane] + block.turning[i][lane]);
   f.error[JOINT_ROWS] = -(sign * block.slowest[lane]);

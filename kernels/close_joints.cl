@@ -106,31 +106,6 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
 }
 
 #if FEATURE_ARTICULATIONS
-static inline void close_link_up(u32 index, const StepParams params, global const LinkInfo* links,
-                                 global const JointInfo* joint_infos, global const Joint* joints,
-                                 global const real* screw_rises, global const real* rolling_radii,
-                                 global const Motion* motions, global const Vec4* positions,
-                                 global const Vec4* orientations, global LinkFactor* link_factors,
-                                 global LinkMotion* link_motions) {
-  const LinkInfo link = links[index];
-  global LinkFactor* f = link_factors + index;
-  u32 rows = 0u;  // one that floats has none, since it was factorised first
-  if (link.joint != NONE) {
-    const JointInfo info = joint_infos[link.joint];
-    Vec3 x_a, x_b;
-    Quat q_a, q_b;
-    joint_pose(info.body_a, params.bodies, positions, orientations, &x_a, &q_a);
-    joint_pose(info.body_b, params.bodies, positions, orientations, &x_b, &q_b);
-    const JointNow now = joint_now(joints[link.joint], info.locked, info.free,
-                                   joint_sizes(screw_rises, rolling_radii, link.joint), x_a, q_a, x_b, q_b);
-    rows = write_link_joint_now(link, info, joints[link.joint], now, f);
-  }
-  factorise_link(link, rows, motions[link.body], link_factors, f);
-  real off[LINK_ROWS];
-  for (u32 i = 0u; i < LINK_ROWS; ++i) off[i] = f->error[i];
-  ask_parent(link, off, link_factors, link_motions, f, link_motions + index);
-}
-
 // A work-group has an articulation for itself, and every n-th behind it: `sweeps` steps of Newton's method.
 kernel void close_articulations(const StepParams params, const u32 articulation_count, const u32 sweeps,
                                 global const Articulation* articulations, global const LinkInfo* links,

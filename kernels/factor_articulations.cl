@@ -16,12 +16,10 @@ static inline u32 write_link_joint(LinkInfo link, JointInfo info, global const J
   const real sign = link.is_b != 0u ? (real)1 : (real)-1;
   const bool driven = block->motor_impulse[at] > (real)0, held = block->slowest[at] == block->fastest[at];
   const u32 rows = info.locked | (info.free != FREE_NOTHING && held && !driven ? 1u << JOINT_ROWS : 0u);
-  for (u32 i = 0u; i < 3u; ++i) global_store3(f->axes[i], link_vector(block->axes + 3u * i, at));
-  const Vec3 arm_a = link_vector(block->arm_a, at), arm_b = link_vector(block->arm_b, at);
-  global_store3(f->arm, link.is_b != 0u ? arm_b : arm_a);
-  global_store3(f->parent_arm, link.is_b != 0u ? arm_a : arm_b);
-  write_free_axis(info.free == FREE_ANGLE, link_vector(block->free_axis, at), f);
-  f->rise = block->rise[at];
+  Vec3 axes[3];
+  for (u32 i = 0u; i < 3u; ++i) axes[i] = link_vector(block->axes + 3u * i, at);
+  place_link_joint(link, info.free == FREE_ANGLE, axes, link_vector(block->arm_a, at), link_vector(block->arm_b, at),
+                   link_vector(block->free_axis, at), block->rise[at], f);
   f->yield = block->yield[at];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = sign * (block->bias[i][at] + block->turning[i][at]);
   f->error[JOINT_ROWS] = -(sign * block->slowest[at]);

@@ -11,6 +11,8 @@
 // coordinates.
 #pragma once
 
+#include <bit>
+
 #include "cpu_reference/rigid_body.hpp"
 #include "host/buffers.hpp"
 
@@ -65,9 +67,9 @@ template <class real>
 constexpr real least_pivot = sizeof(real) == 4 ? real(1e-6) : real(1e-14);
 
 /// Replaces K by its factor: L below the diagonal of ones, 1 / D on it. What is not in `rows` gets zeros.
-template <u32 n, class real>
-void factorise_rows(u32 rows, real* k) {
-  real pivots[n];
+template <class real>
+void factorise_rows(u32 n, u32 rows, real* k) {
+  real pivots[LINK_ROWS];
   for (u32 j = 0; j < n; ++j) {
     const bool in = (rows >> j & 1) != 0;
     real pivot = k[entry_index(j, j)];
@@ -85,32 +87,45 @@ void factorise_rows(u32 rows, real* k) {
 }
 
 /// Replaces b by L^-1 b.
-template <u32 n, class real>
-void solve_lower(const real* factor, real (&b)[n]) {
+template <class real>
+void solve_lower(u32 n, const real* factor, real* b) {
   for (u32 i = 1; i < n; ++i) {
     for (u32 m = 0; m < i; ++m) b[i] = b[i] - factor[entry_index(i, m)] * b[m];
   }
 }
 
 /// Replaces b by K^-1 b; what is not in the rows of the factor becomes zero.
-template <u32 n, class real>
-void solve_rows(const real* factor, real (&b)[n]) {
-  solve_lower(factor, b);
+template <class real>
+void solve_rows(u32 n, const real* factor, real* b) {
+  solve_lower(n, factor, b);
   for (u32 i = 0; i < n; ++i) b[i] = b[i] * factor[entry_index(i, i)];
-  for (u32 i = n - 1; i-- > 0;) {
+  for (u32 i = n; i-- > 0;) {
     for (u32 m = i + 1; m < n; ++m) b[i] = b[i] - factor[entry_index(m, i)] * b[m];
   }
 }
 
 /// x K^-1 y, from L^-1 x and L^-1 y.
-template <u32 n, class real>
-real product_by_factor(const real* factor, const real (&x)[n], const real (&y)[n]) {
+template <class real>
+real product_by_factor(u32 n, const real* factor, const real* x, const real* y) {
   real sum = 0;
   for (u32 i = 0; i < n; ++i) sum = sum + x[i] * y[i] * factor[entry_index(i, i)];
   return sum;
 }
 
 // ---- rows ----------------------------------------------------------------------------------------------------------
+
+/// Where the joint of a link is: its axes, the arms of both bodies, the axis of the free row, which is an angle's or a
+/// way's, and the rise of a screw.
+template <class real>
+void place_link_joint(const LinkInfo& link, bool angular, const Vec3<real> (&axes)[3], Vec3<real> arm_a,
+                      Vec3<real> arm_b, Vec3<real> free_axis, real rise, LinkFactor<real>& f) {
+  for (u32 i = 0; i < 3; ++i) store3(f.axes[i], axes[i]);
+  store3(f.arm, link.is_b != 0 ? arm_b : arm_a);
+  store3(f.parent_arm, link.is_b != 0 ? arm_a : arm_b);
+  store3(f.free_linear, scale3(angular ? real(0) : real(1), free_axis));
+  store3(f.free_angular, scale3(angular ? real(1) : real(0), free_axis));
+  f.rise = rise;
+}
 
 /// The velocities of the rows where the ends of the joint move so against each other.
 template <class real>
@@ -172,9 +187,10 @@ void factorise_link(const Buffers<real>& b, const LinkInfo& link, u32 rows, Link
   for (u32 child = link.first_child; child < link.first_child + link.child_count; ++child) {
     for (u32 k = 0; k < LINK_ENTRIES; ++k) f.inertia[k] = f.inertia[k] + b.link_factors[child].onto_parent[k];
   }
-  factorise_rows<6>(0x3f, f.inertia);
+  factorise_rows(6, 0x3f, f.inertia);
 
   real lower[LINK_ROWS][6], columns[6][LINK_ROWS] = {};
+  const u32 count = 32 - static_cast<u32>(std::countl_zero(rows));  // up to the last
   for (u32 r = 0; r < LINK_ROWS; ++r) {
     for (u32 s = 0; s <= r; ++s) f.mobility[entry_index(r, s)] = 0;
     if ((rows >> r & 1) == 0) continue;
@@ -183,20 +199,20 @@ void factorise_link(const Buffers<real>& b, const LinkInfo& link, u32 rows, Link
     write_twist(effort_about(vec3(f.parent_arm), effort), row);
     for (u32 k = 0; k < 6; ++k) columns[k][r] = row[k];
     write_twist(effort_about(vec3(f.arm), effort), lower[r]);
-    solve_lower<6>(f.inertia, lower[r]);
+    solve_lower(6, f.inertia, lower[r]);
     for (u32 s = 0; s <= r; ++s) {
-      if ((rows >> s & 1) != 0) f.mobility[entry_index(r, s)] = product_by_factor<6>(f.inertia, lower[r], lower[s]);
+      if ((rows >> s & 1) != 0) f.mobility[entry_index(r, s)] = product_by_factor(6, f.inertia, lower[r], lower[s]);
     }
   }
-  f.mobility[entry_index(JOINT_ROWS, JOINT_ROWS)] = f.mobility[entry_index(JOINT_ROWS, JOINT_ROWS)] + f.yield;
-  factorise_rows<LINK_ROWS>(rows, f.mobility);
+  if ((rows >> JOINT_ROWS & 1) != 0) f.mobility[ROW_ENTRIES - 1] = f.mobility[ROW_ENTRIES - 1] + f.yield;
+  factorise_rows(count, rows, f.mobility);
 
   for (real& entry : f.onto_parent) entry = 0;
   if (link.parent == NONE) return;
   for (u32 k = 0; k < 6; ++k) {
-    solve_lower<LINK_ROWS>(f.mobility, columns[k]);
+    solve_lower(count, f.mobility, columns[k]);
     for (u32 m = 0; m <= k; ++m)
-      f.onto_parent[entry_index(k, m)] = product_by_factor<LINK_ROWS>(f.mobility, columns[k], columns[m]);
+      f.onto_parent[entry_index(k, m)] = product_by_factor(count, f.mobility, columns[k], columns[m]);
   }
 }
 

@@ -19,6 +19,13 @@ Twist<real> twist_of(const Motion<real>& body) {
   return {vec3(body.v), vec3(body.w)};
 }
 
+template <class real>
+void solve_mobility(const LinkFactor<real>& f, real (&r)[LINK_ROWS]) {
+  u32 count = LINK_ROWS;
+  while (count > 0 && !(f.mobility[entry_index(count - 1, count - 1)] > 0)) r[--count] = 0;
+  solve_rows(count, f.mobility, r);
+}
+
 /// Upwards. `off`: the velocities, or distances, that the rows are to lose, link against parent.
 template <class real>
 void ask_parent(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<real>& f, const real (&off)[LINK_ROWS],
@@ -31,13 +38,13 @@ void ask_parent(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<r
   write_twist(force, m.force);
   real change[6], answer[LINK_ROWS];
   write_twist(force, change);
-  solve_rows<6>(f.inertia, change);
+  solve_rows(6, f.inertia, change);
   link_rows(f, twist_at(vec3(f.arm), read_twist(change)), answer);
   for (u32 i = 0; i < LINK_ROWS; ++i) {
     m.wanted[i] = -(off[i] + answer[i]);
     answer[i] = m.wanted[i];
   }
-  solve_rows<LINK_ROWS>(f.mobility, answer);
+  solve_mobility(f, answer);
   write_twist(link_effort(f, answer), m.effort);
 }
 
@@ -49,11 +56,11 @@ void answer_parent(const Buffers<real>& b, const LinkInfo& link, const LinkFacto
   if (link.parent != NONE) parent = read_twist(b.link_motions[link.parent].change);
   link_rows(f, twist_at(vec3(f.parent_arm), parent), d);
   for (u32 i = 0; i < LINK_ROWS; ++i) d[i] = m.wanted[i] + d[i];
-  solve_rows<LINK_ROWS>(f.mobility, d);
+  solve_mobility(f, d);
   const Twist<real> effort = link_effort(f, d);
   write_twist(effort, m.effort);
   write_twist(add_twist(read_twist(m.force), effort_about(vec3(f.arm), effort)), m.change);
-  solve_rows<6>(f.inertia, m.change);
+  solve_rows(6, f.inertia, m.change);
 }
 
 /// What its joint and those of its children push a link with, about its centre of mass.

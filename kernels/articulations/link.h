@@ -54,7 +54,7 @@ static inline Twist effort_about(Vec3 arm, Twist effort) {
 #define ENTRY_INDEX(i, j) ((i) * ((i) + 1u) / 2u + (j))
 #define LEAST_PIVOT (sizeof(real) == 4 ? (real)1e-6 : (real)1e-14)
 
-static inline void factorise_rows(const u32 n, u32 rows, real* k) {
+static inline void factorise_rows(u32 n, u32 rows, real* k) {
   real pivots[LINK_ROWS];
   for (u32 j = 0u; j < n; ++j) {
     const bool in = (rows >> j & 1u) != 0u;
@@ -84,7 +84,7 @@ static inline void solve_rows(const u32 n, global const real* factor, real* b) {
     for (u32 m = 0u; m < i; ++m) b[i] = b[i] - factor[ENTRY_INDEX(i, m)] * b[m];
   }
   for (u32 i = 0u; i < n; ++i) b[i] = b[i] * factor[ENTRY_INDEX(i, i)];
-  for (u32 i = n - 1u; i-- > 0u;) {
+  for (u32 i = n; i-- > 0u;) {
     for (u32 m = i + 1u; m < n; ++m) b[i] = b[i] - factor[ENTRY_INDEX(m, i)] * b[m];
   }
 }
@@ -96,6 +96,16 @@ static inline real product_by_factor(const u32 n, const real* factor, const real
 }
 
 // ---- rows ----------------------------------------------------------------------------------------------------------
+
+static inline void place_link_joint(LinkInfo link, bool angular, const Vec3* axes, Vec3 arm_a, Vec3 arm_b,
+                                    Vec3 free_axis, real rise, global LinkFactor* f) {
+  for (u32 i = 0u; i < 3u; ++i) global_store3(f->axes[i], axes[i]);
+  global_store3(f->arm, link.is_b != 0u ? arm_b : arm_a);
+  global_store3(f->parent_arm, link.is_b != 0u ? arm_a : arm_b);
+  global_store3(f->free_linear, scale3(angular ? (real)0 : (real)1, free_axis));
+  global_store3(f->free_angular, scale3(angular ? (real)1 : (real)0, free_axis));
+  f->rise = rise;
+}
 
 static inline void link_rows(global const LinkFactor* f, Twist u, real* rows) {
   for (u32 i = 0u; i < 3u; ++i) {
@@ -152,6 +162,7 @@ static inline void factorise_link(LinkInfo link, u32 rows, Motion body, global c
   factorise_rows(6u, 0x3fu, inertia);
   for (u32 k = 0u; k < LINK_ENTRIES; ++k) f->inertia[k] = inertia[k];
 
+  const u32 count = 32u - clz(rows);
   const Vec3 arm = global_vec3(f->arm), parent_arm = global_vec3(f->parent_arm);
   real lower[LINK_ROWS][6], columns[6][LINK_ROWS], mobility[ROW_ENTRIES];
   for (u32 r = 0u; r < LINK_ROWS; ++r) {
@@ -168,23 +179,17 @@ static inline void factorise_link(LinkInfo link, u32 rows, Motion body, global c
       if ((rows >> s & 1u) != 0u) mobility[ENTRY_INDEX(r, s)] = product_by_factor(6u, inertia, lower[r], lower[s]);
     }
   }
-  mobility[ENTRY_INDEX(JOINT_ROWS, JOINT_ROWS)] = mobility[ENTRY_INDEX(JOINT_ROWS, JOINT_ROWS)] + f->yield;
-  factorise_rows(LINK_ROWS, rows, mobility);
+  if ((rows >> JOINT_ROWS & 1u) != 0u) mobility[ROW_ENTRIES - 1u] = mobility[ROW_ENTRIES - 1u] + f->yield;
+  factorise_rows(count, rows, mobility);
   for (u32 k = 0u; k < ROW_ENTRIES; ++k) f->mobility[k] = mobility[k];
 
   for (u32 k = 0u; k < LINK_ENTRIES; ++k) f->onto_parent[k] = (real)0;
   if (link.parent == NONE) return;
   for (u32 k = 0u; k < 6u; ++k) {
-    solve_lower(LINK_ROWS, mobility, columns[k]);
+    solve_lower(count, mobility, columns[k]);
     for (u32 m = 0u; m <= k; ++m)
-      f->onto_parent[ENTRY_INDEX(k, m)] = product_by_factor(LINK_ROWS, mobility, columns[k], columns[m]);
+      f->onto_parent[ENTRY_INDEX(k, m)] = product_by_factor(count, mobility, columns[k], columns[m]);
   }
-}
-
-// The axis of the free row, of an angle or of a way.
-static inline void write_free_axis(bool angular, Vec3 axis, global LinkFactor* f) {
-  global_store3(f->free_linear, scale3(angular ? (real)0 : (real)1, axis));
-  global_store3(f->free_angular, scale3(angular ? (real)1 : (real)0, axis));
 }
 
 #endif

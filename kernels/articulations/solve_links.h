@@ -7,6 +7,12 @@
 #include "sleep.h"
 #include "sweep_change.h"
 
+static inline void solve_mobility(global const LinkFactor* f, real* r) {
+  u32 count = LINK_ROWS;
+  while (count > 0u && !(f->mobility[ENTRY_INDEX(count - 1u, count - 1u)] > (real)0)) r[--count] = (real)0;
+  solve_rows(count, f->mobility, r);
+}
+
 static inline void ask_parent(LinkInfo link, const real* off, global const LinkFactor* link_factors,
                               global const LinkMotion* link_motions, global const LinkFactor* f, global LinkMotion* m) {
   Twist force = no_twist();
@@ -23,7 +29,7 @@ static inline void ask_parent(LinkInfo link, const real* off, global const LinkF
     answer[i] = -(off[i] + answer[i]);
     m->wanted[i] = answer[i];
   }
-  solve_rows(LINK_ROWS, f->mobility, answer);
+  solve_mobility(f, answer);
   write_twist(link_effort(f, answer), m->effort);
 }
 
@@ -32,7 +38,7 @@ static inline void answer_parent(LinkInfo link, global const LinkMotion* link_mo
   const Twist parent = link.parent != NONE ? read_twist(link_motions[link.parent].change) : no_twist();
   link_rows(f, twist_at(global_vec3(f->parent_arm), parent), d);
   for (u32 i = 0u; i < LINK_ROWS; ++i) d[i] = m->wanted[i] + d[i];
-  solve_rows(LINK_ROWS, f->mobility, d);
+  solve_mobility(f, d);
   const Twist effort = link_effort(f, d);
   write_twist(effort, m->effort);
   real change[6];
