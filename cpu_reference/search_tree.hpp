@@ -12,10 +12,10 @@ void search_tree(Buffers<real>& b, const StepParams<real>& params) {
   const u32 count = loose_count(params);
   list_pairs(b, params, [&](u32, const Bounded<real>& me, std::vector<u32>& found) {
     const TreeBox<real> box = widened(swept_box(b, me, step_length(params)), params.margin * real(1.0001));
-    const auto [first, world_count] = loose_range(b, b.body_infos[b.shape_infos[me.shape].body].world);
+    const LooseRange range = loose_range(b, b.body_infos[b.shape_infos[me.shape].body].world);
     visit_boxes(b.tree_blocks.data(), blocks_of(count), box, [&](u32 run) {
       for (u32 place = run * PACK; place < std::min((run + 1) * PACK, count); ++place) {
-        if (place < first || place >= first + world_count) continue;
+        if (place < range.first || place >= range.first + range.count) continue;
         const Bounded<real> other = loose(b, b.tree_items[place]);
         if (other.shape > me.shape && are_pair(b, params, me, other)) found.push_back(other.shape);
       }
