@@ -126,18 +126,16 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
       if (is_there && get_local_id(0) == 0) articulation_turns[tree] = 0u;
       u32 step = 0u;
       do {  // from the leaves to the root
-        const u32 level = first + (step < levels ? levels - 1u - step : 0u), begin = link_levels[level];
-        const u32 end = step < levels ? link_levels[level + 1u] : begin;
-        for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0))
+        const LinkRange at = links_up(first, levels, step, link_levels);
+        for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0))
           close_link_up(i, params, links, joint_infos, joints, screw_rises, rolling_radii, motions, positions,
                         orientations, link_factors, link_motions);
         barrier(CLK_GLOBAL_MEM_FENCE);
       } while (++step < levels);
       step = 0u;
       do {
-        const u32 level = first + (step < levels ? step : 0u), begin = link_levels[level];
-        const u32 end = step < levels ? link_levels[level + 1u] : begin;
-        for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
+        const LinkRange at = links_down(first, levels, step, link_levels);
+        for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) {
           real d[LINK_ROWS];
           answer_parent(links[i], link_motions, link_factors + i, link_motions + i, d);
           const float turn = (float)length3(read_twist(link_motions[i].change).angular);

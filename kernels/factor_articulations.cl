@@ -48,9 +48,8 @@ kernel void factor_articulations(const u32 articulation_count, global const Arti
     const u32 levels = is_there ? articulations[tree].level_count : 0u;
     u32 step = 0u;
     do {  // from the leaves to the root
-      const u32 level = first + (step < levels ? levels - 1u - step : 0u), begin = link_levels[level];
-      const u32 end = step < levels ? link_levels[level + 1u] : begin;
-      for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
+      const LinkRange at = links_up(first, levels, step, link_levels);
+      for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) {
         const LinkInfo link = links[i];
         global LinkFactor* f = link_factors + i;
         clear_link(f, link_motions + i);

@@ -26,15 +26,21 @@ void solve_mobility(const LinkFactor<real>& f, real (&r)[LINK_ROWS]) {
   solve_rows(count, f.mobility, r);
 }
 
+/// Takes away what the joints of a link's children push them with, about the link's centre of mass.
+template <class real>
+Twist<real> without_children(const Buffers<real>& b, const LinkInfo& link, Twist<real> push) {
+  for (u32 child = link.first_child; child < link.first_child + link.child_count; ++child) {
+    const Twist<real> effort = read_twist(b.link_motions[child].effort);
+    push = sub_twist(push, effort_about(vec3(b.link_factors[child].parent_arm), effort));
+  }
+  return push;
+}
+
 /// Upwards. `off`: the velocities, or distances, that the rows are to lose, link against parent.
 template <class real>
 void ask_parent(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<real>& f, const real (&off)[LINK_ROWS],
                 LinkMotion<real>& m) {
-  Twist<real> force = {};
-  for (u32 child = link.first_child; child < link.first_child + link.child_count; ++child) {
-    const Twist<real> effort = read_twist(b.link_motions[child].effort);
-    force = sub_twist(force, effort_about(vec3(b.link_factors[child].parent_arm), effort));
-  }
+  const Twist<real> force = without_children(b, link, Twist<real>{});
   write_twist(force, m.force);
   real change[6], answer[LINK_ROWS];
   write_twist(force, change);
@@ -66,12 +72,8 @@ void answer_parent(const Buffers<real>& b, const LinkInfo& link, const LinkFacto
 /// What its joint and those of its children push a link with, about its centre of mass.
 template <class real>
 Twist<real> push_on_link(const Buffers<real>& b, u32 index, const LinkInfo& link) {
-  Twist<real> push = effort_about(vec3(b.link_factors[index].arm), read_twist(b.link_motions[index].effort));
-  for (u32 child = link.first_child; child < link.first_child + link.child_count; ++child) {
-    const Twist<real> effort = read_twist(b.link_motions[child].effort);
-    push = sub_twist(push, effort_about(vec3(b.link_factors[child].parent_arm), effort));
-  }
-  return push;
+  const Twist<real> effort = read_twist(b.link_motions[index].effort);
+  return without_children(b, link, effort_about(vec3(b.link_factors[index].arm), effort));
 }
 
 /// What the rows are off by at the present velocities. Returns the square of the relative velocity that goes with it;

@@ -192,4 +192,25 @@ static inline void factorise_link(LinkInfo link, u32 rows, Motion body, global c
   }
 }
 
+// ---- the order of a solve ------------------------------------------------------------------------------------------
+
+typedef struct LinkRange {
+  u32 begin, end;
+} LinkRange;
+
+static inline LinkRange links_of_level(u32 level, bool is_there, global const u32* link_levels) {
+  LinkRange range;
+  range.begin = link_levels[level];
+  range.end = is_there ? link_levels[level + 1u] : range.begin;
+  return range;
+}
+
+// Of so many levels, those of a step from the leaves to the root, or the other way round: none behind the last step.
+static inline LinkRange links_up(u32 first, u32 levels, u32 step, global const u32* link_levels) {
+  return links_of_level(first + (step < levels ? levels - 1u - step : 0u), step < levels, link_levels);
+}
+static inline LinkRange links_down(u32 first, u32 levels, u32 step, global const u32* link_levels) {
+  return links_of_level(first + (step < levels ? step : 0u), step < levels, link_levels);
+}
+
 #endif

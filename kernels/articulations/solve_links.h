@@ -13,13 +13,18 @@ static inline void solve_mobility(global const LinkFactor* f, real* r) {
   solve_rows(count, f->mobility, r);
 }
 
-static inline void ask_parent(LinkInfo link, const real* off, global const LinkFactor* link_factors,
-                              global const LinkMotion* link_motions, global const LinkFactor* f, global LinkMotion* m) {
-  Twist force = no_twist();
+static inline Twist without_children(LinkInfo link, global const LinkFactor* link_factors,
+                                     global const LinkMotion* link_motions, Twist push) {
   for (u32 child = link.first_child; child < link.first_child + link.child_count; ++child) {
     const Twist effort = read_twist(link_motions[child].effort);
-    force = sub_twist(force, effort_about(global_vec3(link_factors[child].parent_arm), effort));
+    push = sub_twist(push, effort_about(global_vec3(link_factors[child].parent_arm), effort));
   }
+  return push;
+}
+
+static inline void ask_parent(LinkInfo link, const real* off, global const LinkFactor* link_factors,
+                              global const LinkMotion* link_motions, global const LinkFactor* f, global LinkMotion* m) {
+  const Twist force = without_children(link, link_factors, link_motions, no_twist());
   write_twist(force, m->force);
   real change[6], answer[LINK_ROWS];
   spread_twist(force, change);
@@ -49,12 +54,8 @@ static inline void answer_parent(LinkInfo link, global const LinkMotion* link_mo
 
 static inline Twist push_on_link(u32 index, LinkInfo link, global const LinkFactor* link_factors,
                                  global const LinkMotion* link_motions) {
-  Twist push = effort_about(global_vec3(link_factors[index].arm), read_twist(link_motions[index].effort));
-  for (u32 child = link.first_child; child < link.first_child + link.child_count; ++child) {
-    const Twist effort = read_twist(link_motions[child].effort);
-    push = sub_twist(push, effort_about(global_vec3(link_factors[child].parent_arm), effort));
-  }
-  return push;
+  const Twist effort = read_twist(link_motions[index].effort);
+  return without_children(link, link_factors, link_motions, effort_about(global_vec3(link_factors[index].arm), effort));
 }
 
 // All that a solve reads and writes.
@@ -139,16 +140,14 @@ static inline void solve_articulation_groups(u32 count, const Articulations* s) 
     const u32 first = is_there ? s->trees[tree].first_level : 0u, levels = is_there ? s->trees[tree].level_count : 0u;
     u32 step = 0u;
     do {  // from the leaves to the root
-      const u32 level = first + (step < levels ? levels - 1u - step : 0u), begin = s->levels[level];
-      const u32 end = step < levels ? s->levels[level + 1u] : begin;
-      for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) link_up(i, s);
+      const LinkRange at = links_up(first, levels, step, s->levels);
+      for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) link_up(i, s);
       barrier(CLK_GLOBAL_MEM_FENCE);
     } while (++step < levels);
     step = 0u;
     do {
-      const u32 level = first + (step < levels ? step : 0u), begin = s->levels[level];
-      const u32 end = step < levels ? s->levels[level + 1u] : begin;
-      for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) link_down(i, s);
+      const LinkRange at = links_down(first, levels, step, s->levels);
+      for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) link_down(i, s);
       barrier(CLK_GLOBAL_MEM_FENCE);
     } while (++step < levels);
     const u32 begin = s->levels[first], end = s->levels[first + levels];
