@@ -7,10 +7,11 @@ namespace lockstep {
 namespace {
 
 TEST_F(CommandLine, HelpsWithAnExampleForEachCommand) {
-  for (const char* command : {"devices", "scenes", "run", "check", "verify", "render", "solve", "export"}) {
+  for (const char* command : {"devices", "scenes", "run", "check", "verify", "render", "solve", "export", "bench"}) {
     const Outcome outcome = run(std::string(command) + " --help");
     EXPECT_EQ(outcome.status, 0);
-    EXPECT_NE(outcome.out.find(std::string("Example:\n  lockstep ") + command), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find("Example"), std::string::npos) << outcome.out;
+    EXPECT_NE(outcome.out.find(std::string(":\n  lockstep ") + command), std::string::npos) << outcome.out;
   }
   EXPECT_EQ(run("--help").status, 0);
 }
@@ -155,6 +156,24 @@ TEST_F(CommandLine, ChecksADeviceAgainstTheReference) {
     EXPECT_NE(outcome.out.find("words compared: equal"), std::string::npos) << outcome.out;
   }
   expect_refused("check spheres_small --device reference", 2, "reference");
+}
+
+TEST_F(CommandLine, ChecksSeveralScenesAndNamesEachThatDiffers) {
+  const Outcome equal = run("check slide_to_roll spheres_small --steps 2");
+  EXPECT_EQ(equal.status, 0) << equal.err;
+  EXPECT_NE(equal.out.find("slide_to_roll, "), std::string::npos) << equal.out;
+  EXPECT_NE(equal.out.find("spheres_small, "), std::string::npos) << equal.out;
+  // sums in another order, as fast mathematics allows
+  const Outcome outcome = run_command("export LOCKSTEP_CL_OPTIONS=-cl-fast-relaxed-math; " LOCKSTEP_PROGRAM
+                                      " check free_flight free_flight --steps 3");
+  EXPECT_EQ(outcome.status, 1);
+  const std::string line = "free_flight, float: DIFFERENT: step 0, integrate_velocities: motions[";
+  const std::size_t first = outcome.out.find(line);
+  ASSERT_NE(first, std::string::npos) << outcome.out;
+  EXPECT_NE(outcome.out.find(line, first + 1), std::string::npos) << outcome.out;
+  EXPECT_EQ(outcome.err, "lockstep: check: 2 of 2 scenes differ\n");
+  expect_refused("check slide_to_roll nowhere", 2, "nowhere: no such file");
+  expect_refused("check slide_to_roll spheres_small --picture " + file("a.png").string(), 2, "--picture");
 }
 
 TEST_F(CommandLine, EventsAreWrittenALineEach) {

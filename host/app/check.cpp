@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <cstdio>
+
 #include "host/app/commands.hpp"
 #include "host/app/mismatch_picture.hpp"
 #include "host/app/options.hpp"
@@ -9,6 +11,7 @@
 #include "host/error.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/report.hpp"
+#include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 #include "host/world_hash.hpp"
 
@@ -23,6 +26,7 @@ u32 stages_that_run(Features features) {
 }
 
 struct CheckCommand : SceneOptions {
+  std::vector<std::string> names;
   std::string picture;
   bool quiet = false;
 };
@@ -58,15 +62,42 @@ void check_scene(const Scene& scene, const CheckCommand& options, const DeviceIn
   fmt::print("state hash {}\n", hash_text(combined_state_hash(hashes)));
 }
 
-void check(const CheckCommand& options) {
+std::vector<Scene> scenes_of(CheckCommand& options) {
+  if (options.names.empty())
+    for (const SceneListing& scene : built_in_scenes()) options.names.push_back(scene.name);
+  std::vector<Scene> scenes;
+  for (const std::string& name : options.names) {
+    options.scene = name;
+    scenes.push_back(read_scene_with(options));
+  }
+  return scenes;
+}
+
+void check(CheckCommand& options) {
   expect_writable(options.picture, "the picture", png_signature);
   const std::optional<DeviceInfo> device = device_of(options);
   if (!device)
     throw Error(Failure::input, "check",
                 "compares an OpenCL device with the reference; the reference alone has nothing to "
                 "be compared with");
-  const Scene scene = read_scene_with(options);
-  with_precision(scene, [&](auto real) { check_scene<decltype(real)>(scene, options, *device); });
+  const std::vector<Scene> scenes = scenes_of(options);
+  if (!options.picture.empty() && scenes.size() > 1)
+    throw Error(Failure::input, "--picture", "is of one scene: name it");
+
+  u32 different = 0;
+  for (const Scene& scene : scenes) {
+    try {
+      with_precision(scene, [&](auto real) { check_scene<decltype(real)>(scene, options, *device); });
+    } catch (const Mismatch& mismatch) {
+      if (scenes.size() == 1) throw;
+      // the others are compared all the same
+      fmt::print("{}, {}: DIFFERENT: {}\n", scene.name, scene.settings.precision, mismatch.what());
+      ++different;
+    }
+    std::fflush(stdout);
+  }
+  if (different)
+    throw Error(Failure::comparison, "check", fmt::format("{} of {} scenes differ", different, scenes.size()));
 }
 
 }  // namespace
@@ -75,10 +106,16 @@ void add_check(CLI::App& program) {
   CLI::App* command = program.add_subcommand(
       "check", "Run a device and the reference in lockstep; name the first stage, buffer, index and word that differ");
   const auto options = std::make_shared<CheckCommand>();
-  add_scene_options(*command, *options);
+  command->add_option("scenes", options->names,
+                      "Built-in scenes (lockstep scenes), JSON files or robots (.urdf, .xml); every built-in scene "
+                      "unless named");
+  add_setting_options(*command, *options);
   command->add_option("--picture", options->picture, "Where they differ, draw both states into this PNG file");
   command->add_flag("--quiet", options->quiet, "No progress bar, and no line where all is equal");
-  command->footer("Example:\n  lockstep check spheres8000 --steps 20 --lanes 8");
+  command->footer(
+      "Examples:\n"
+      "  lockstep check spheres8000 --steps 20 --lanes 8\n"
+      "  lockstep check --steps 20 --device 1     # every built-in scene, on another device");
   command->callback([options] { check(*options); });
 }
 

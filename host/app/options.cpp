@@ -101,6 +101,10 @@ void add_scene_options(CLI::App& command, SceneOptions& options, std::string* or
   command
       .add_option("scene", options.scene, "A built-in scene (lockstep scenes), a JSON file or a robot (.urdf, .xml)")
       ->required();
+  add_setting_options(command, options, oracle);
+}
+
+void add_setting_options(CLI::App& command, SceneOptions& options, std::string* oracle) {
   CLI::Option* steps = command.add_option("--steps", options.steps, "Time steps")->check(positive);
   command.add_option("--time", options.time, "Simulated time instead of steps, s")->check(positive)->excludes(steps);
   command.add_option("--dt", options.dt, "Length of a step, s")->check(positive);

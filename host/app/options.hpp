@@ -34,8 +34,10 @@ struct SceneOptions : TargetOptions {
 };
 
 void add_target_options(CLI::App& command, TargetOptions& options);
-/// `oracle`: where the name goes of a solver in the place of the sweeps (host/problems/system_solvers.hpp); null for
-/// commands that take none.
+/// What to change in a scene, where to start, and what to run it on. `oracle`: where the name goes of a solver in the
+/// place of the sweeps (host/problems/system_solvers.hpp); null for commands that take none.
+void add_setting_options(CLI::App& command, SceneOptions& options, std::string* oracle = nullptr);
+/// The scene's name too.
 void add_scene_options(CLI::App& command, SceneOptions& options, std::string* oracle = nullptr);
 
 /// The scene with the settings that the command line asks for.
