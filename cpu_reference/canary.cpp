@@ -51,6 +51,11 @@ real denormal(u32 set, u32 number) {
 }
 
 template <class real>
+real signed_zero(u32 set, u32 number) {
+  return value<real>(mix(set * 16u + number) >> 31, 0, 0, 0);
+}
+
+template <class real>
 real product(real a, real b) {
   return a * b;
 }
@@ -91,6 +96,20 @@ std::vector<real> canary(u32 count) {
     store(CANARY_DENORMAL_PRODUCT, tiny * a);
     store(CANARY_DENORMAL_QUOTIENT, y / real(3));
     store(CANARY_DENORMAL_ROOT, std::sqrt(std::fabs(x)));
+    store(CANARY_THIRD, p / real(3));
+
+    const real zero = signed_zero<real>(i, 11), other_zero = signed_zero<real>(i, 12);
+    store(CANARY_TIMES_ZERO, a * real(0));
+    store(CANARY_PLUS_ZERO, zero + real(0));
+    store(CANARY_ZERO_MINUS, real(0) - zero);
+    store(CANARY_LARGER_ZERO, zero > other_zero ? zero : other_zero);
+    store(CANARY_NEGATED_DIFFERENCE, -(zero - other_zero));
+    store(CANARY_SUM_TAKEN_BACK, (a + b) - a);
+    store(CANARY_SUM_OF_THREE, a + (b + c));
+    store(CANARY_COMMON_FACTOR, a * b + a * c);
+    store(CANARY_SCALED_TWICE, a * real(3) * real(5));
+    store(CANARY_QUOTIENT_TAKEN_BACK, p / q * q);
+    store(CANARY_ROOT_SQUARED, std::sqrt(std::fabs(p)) * std::sqrt(std::fabs(p)));
   }
   return results;
 }

@@ -59,6 +59,11 @@ static inline CanaryValue canary_denormal(CanaryWords set, u32 number) {
   return canary_value(canary_mix(high) >> 31, 0u * low, high, low);
 }
 
+static inline CanaryValue canary_zero(CanaryWords set, u32 number) {
+  const CanaryWords none = 0u * set;
+  return canary_value(canary_mix(set * 16u + number) >> 31, none, none, none);
+}
+
 static inline CanaryValue canary_product(CanaryValue a, CanaryValue b) { return a * b; }
 
 static inline void canary_store(global real* results, u32 number, u32 count, u32 set, CanaryValue value) {
@@ -117,5 +122,19 @@ kernel void canary(global real* results, u32 count) {
     canary_store(results, CANARY_DENORMAL_PRODUCT, count, set, tiny * a);
     canary_store(results, CANARY_DENORMAL_QUOTIENT, count, set, y / (real)3);
     canary_store(results, CANARY_DENORMAL_ROOT, count, set, sqrt(fabs(x)));
+    canary_store(results, CANARY_THIRD, count, set, p / (real)3);
+
+    const CanaryValue zero = canary_zero(sets, 11), other_zero = canary_zero(sets, 12);
+    canary_store(results, CANARY_TIMES_ZERO, count, set, a * (real)0);
+    canary_store(results, CANARY_PLUS_ZERO, count, set, zero + (real)0);
+    canary_store(results, CANARY_ZERO_MINUS, count, set, (real)0 - zero);
+    canary_store(results, CANARY_LARGER_ZERO, count, set, zero > other_zero ? zero : other_zero);
+    canary_store(results, CANARY_NEGATED_DIFFERENCE, count, set, -(zero - other_zero));
+    canary_store(results, CANARY_SUM_TAKEN_BACK, count, set, (a + b) - a);
+    canary_store(results, CANARY_SUM_OF_THREE, count, set, a + (b + c));
+    canary_store(results, CANARY_COMMON_FACTOR, count, set, a * b + a * c);
+    canary_store(results, CANARY_SCALED_TWICE, count, set, a * (real)3 * (real)5);
+    canary_store(results, CANARY_QUOTIENT_TAKEN_BACK, count, set, p / q * q);
+    canary_store(results, CANARY_ROOT_SQUARED, count, set, sqrt(fabs(p)) * sqrt(fabs(p)));
   }
 }

@@ -20,7 +20,19 @@ enum CanaryCase {
   CANARY_DENORMAL_PRODUCT = 13,
   CANARY_DENORMAL_QUOTIENT = 14,
   CANARY_DENORMAL_ROOT = 15,
-  CANARY_CASES = 16
+  CANARY_THIRD = 16,
+  CANARY_TIMES_ZERO = 17,  // algebra: what is the same of real numbers
+  CANARY_PLUS_ZERO = 18,
+  CANARY_ZERO_MINUS = 19,
+  CANARY_LARGER_ZERO = 20,
+  CANARY_NEGATED_DIFFERENCE = 21,
+  CANARY_SUM_TAKEN_BACK = 22,
+  CANARY_SUM_OF_THREE = 23,
+  CANARY_COMMON_FACTOR = 24,
+  CANARY_SCALED_TWICE = 25,
+  CANARY_QUOTIENT_TAKEN_BACK = 26,
+  CANARY_ROOT_SQUARED = 27,
+  CANARY_CASES = 28
 };
 
 // Exponents of the operands are spread over so many powers of two, symmetrically about 1.

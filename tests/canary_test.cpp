@@ -52,6 +52,32 @@ TEST(Canary, NamesAPlantedFailure) {
   EXPECT_TRUE(run_canary(test_device(), false, 1).bit_exact());
 }
 
+// What a compiler makes of a formula that takes floating-point numbers for real ones: each is told from the formula.
+TEST(Canary, NamesAFormulaThatBecameAnother) {
+  const struct {
+    const char *formula, *from, *to;
+  } rewritten[] = {
+      {"a * 0", "set, a * (real)0)", "set, fabs(a * (real)0))"},
+      {"zero + 0", "set, zero + (real)0)", "set, zero)"},
+      {"0 - zero", "set, (real)0 - zero)", "set, -zero)"},
+      {"zero > other ? zero : other", "zero > other_zero ? zero : other_zero", "other_zero < zero ? zero : zero"},
+      {"-(zero - other)", "-(zero - other_zero)", "other_zero - zero"},
+      {"(a + b) - a", "(a + b) - a", "b"},
+      {"a + (b + c)", "a + (b + c)", "(a + b) + c"},
+      {"a * b + a * c", "a * b + a * c", "a * (b + c)"},
+      {"a * 3 * 5", "a * (real)3 * (real)5", "a * (real)15"},
+      {"p / q * q", "p / q * q", "p"},
+      {"sqrt(p) * sqrt(p)", "sqrt(fabs(p)) * sqrt(fabs(p))", "fabs(p)"},
+  };
+  for (const auto& [formula, from, to] : rewritten) {
+    const KernelPatch patch[] = {{"canary.cl", from, to}};
+    const CanaryVerdict verdict = run_canary(test_device(), false, 1, 0, patch);
+    EXPECT_FALSE(verdict.algebra_ok) << formula;
+    EXPECT_EQ(verdict.first_failure.rfind(std::string(formula) + " of operand set", 0), 0u) << verdict.first_failure;
+    EXPECT_EQ(describe(verdict).rfind("not bit-exact: algebra; ", 0), 0u) << describe(verdict);
+  }
+}
+
 TEST(Canary, SeesAThreadThatRoundsOtherwise) {
   EXPECT_TRUE(reference::host_arithmetic_is_default());
   std::fesetround(FE_UPWARD);

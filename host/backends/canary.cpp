@@ -40,6 +40,18 @@ constexpr Case cases[CANARY_CASES] = {
     {&CanaryVerdict::denormals_ok, "tiny * a"},
     {&CanaryVerdict::denormals_ok, "denormal / 3"},
     {&CanaryVerdict::denormals_ok, "sqrt(denormal)"},
+    {&CanaryVerdict::division_ok, "p / 3"},
+    {&CanaryVerdict::algebra_ok, "a * 0"},
+    {&CanaryVerdict::algebra_ok, "zero + 0"},
+    {&CanaryVerdict::algebra_ok, "0 - zero"},
+    {&CanaryVerdict::algebra_ok, "zero > other ? zero : other"},
+    {&CanaryVerdict::algebra_ok, "-(zero - other)"},
+    {&CanaryVerdict::algebra_ok, "(a + b) - a"},
+    {&CanaryVerdict::algebra_ok, "a + (b + c)"},
+    {&CanaryVerdict::algebra_ok, "a * b + a * c"},
+    {&CanaryVerdict::algebra_ok, "a * 3 * 5"},
+    {&CanaryVerdict::algebra_ok, "p / q * q"},
+    {&CanaryVerdict::algebra_ok, "sqrt(p) * sqrt(p)"},
 };
 
 template <class real>
@@ -91,6 +103,7 @@ std::string describe(const CanaryVerdict& verdict) {
   if (!verdict.division_ok) text += " division,";
   if (!verdict.sqrt_ok) text += " square root,";
   if (!verdict.denormals_ok) text += " denormals,";
+  if (!verdict.algebra_ok) text += " algebra,";
   text.back() = ';';
   return text + " " + verdict.first_failure;
 }

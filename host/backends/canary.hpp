@@ -15,9 +15,10 @@ struct CanaryVerdict {
   bool division_ok = true;     // correctly rounded
   bool sqrt_ok = true;
   bool denormals_ok = true;   // kept, as operands and as results
+  bool algebra_ok = true;     // no formula became another that is the same of real numbers
   std::string first_failure;  // "a * b + c of operand set 17: device 0x... (..), reference 0x... (..)", or empty
 
-  bool bit_exact() const { return host_ok && contraction_ok && division_ok && sqrt_ok && denormals_ok; }
+  bool bit_exact() const { return host_ok && contraction_ok && division_ok && sqrt_ok && denormals_ok && algebra_ok; }
 };
 
 /// "bit-exact", or "not bit-exact: division; ...the first failure".
