@@ -103,7 +103,7 @@ inline std::vector<std::vector<BodyDescription>> worlds_of_all_kinds() {
 }
 
 /// Launches that the collision kernels are run with.
-inline std::vector<DeviceOptions> launches() { return launch_options({{1, 0}, {1, 7}, {8, 1}, {16, 64}}); }
+inline std::vector<DeviceOptions> launches() { return launch_options({{1, 7}, {8, 1}, {16, 64}}); }
 
 /// Launches that whole steps with all shapes are run with: few, since each builds a large program.
 template <class real>

@@ -29,18 +29,17 @@ DeviceOptions options(u32 lanes, u32 work_group, u32 threads, std::optional<bool
   return result;
 }
 
-// The launch that a device chooses, and three others.
-const DeviceOptions launches[] = {options(0, 0, 0), options(1, 0, 2, true), options(8, 5, 2, false),
-                                  options(16, 64, 1, false)};
+// The launch that a device chooses, and two others.
+const DeviceOptions launches[] = {options(0, 0, 0), options(1, 0, 2, true), options(8, 5, 1, false)};
 
 class Golden : public testing::TestWithParam<std::size_t> {};
 
-// Every case by the usual launch and by one of the others in turn: each builds the kernels anew, and the tests of the
-// stages try all of them.
+// Every case by the usual launch, every second one by one of the others in turn: each builds the kernels anew, and the
+// tests of the stages try all of them.
 TEST_P(Golden, HashesOfTheDevice) {
   const std::vector<GoldenCase> cases = golden_cases();
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (GetParam() != 0 && GetParam() != 1 + i % (std::size(launches) - 1)) continue;
+    if (GetParam() != 0 && 2 * (GetParam() - 1) != i % (2 * (std::size(launches) - 1))) continue;
     const GoldenCase& expected = cases[i];
     GoldenCase found = expected;
     if (expected.precision == "double")

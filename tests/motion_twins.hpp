@@ -6,8 +6,8 @@
 
 namespace lockstep {
 
-/// Motion stages have no lanes: only the work-groups vary.
-inline std::vector<DeviceOptions> motion_launches() { return launch_options({{0, 0}, {0, 1}, {0, 7}}); }
+/// Motion stages have no lanes: these say only whether a work-item takes neighbours.
+inline std::vector<DeviceOptions> motion_launches() { return launch_options({{0, 0}, {1, 7}}); }
 
 /// Runs the stage, on the device and in the reference, on mixed_bodies() in full flight: every way to take the
 /// gyroscopic moment, with and without pivots, some bodies gone bad.
