@@ -110,6 +110,7 @@ std::vector<real> canary(u32 count) {
     store(CANARY_SCALED_TWICE, a * real(3) * real(5));
     store(CANARY_QUOTIENT_TAKEN_BACK, p / q * q);
     store(CANARY_ROOT_SQUARED, std::sqrt(std::fabs(p)) * std::sqrt(std::fabs(p)));
+    store(CANARY_COMMON_START, (a - c) - (b - c));
   }
   return results;
 }

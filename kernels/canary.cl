@@ -136,5 +136,6 @@ kernel void canary(global real* results, u32 count) {
     canary_store(results, CANARY_SCALED_TWICE, count, set, a * (real)3 * (real)5);
     canary_store(results, CANARY_QUOTIENT_TAKEN_BACK, count, set, p / q * q);
     canary_store(results, CANARY_ROOT_SQUARED, count, set, sqrt(fabs(p)) * sqrt(fabs(p)));
+    canary_store(results, CANARY_COMMON_START, count, set, (a - c) - (b - c));
   }
 }

@@ -32,7 +32,8 @@ enum CanaryCase {
   CANARY_SCALED_TWICE = 25,
   CANARY_QUOTIENT_TAKEN_BACK = 26,
   CANARY_ROOT_SQUARED = 27,
-  CANARY_CASES = 28
+  CANARY_COMMON_START = 28,
+  CANARY_CASES = 29
 };
 
 // Exponents of the operands are spread over so many powers of two, symmetrically about 1.

@@ -68,6 +68,7 @@ TEST(Canary, NamesAFormulaThatBecameAnother) {
       {"a * 3 * 5", "a * (real)3 * (real)5", "a * (real)15"},
       {"p / q * q", "p / q * q", "p"},
       {"sqrt(p) * sqrt(p)", "sqrt(fabs(p)) * sqrt(fabs(p))", "fabs(p)"},
+      {"(a - c) - (b - c)", "(a - c) - (b - c)", "a - b"},
   };
   for (const auto& [formula, from, to] : rewritten) {
     const KernelPatch patch[] = {{"canary.cl", from, to}};

@@ -52,6 +52,7 @@ constexpr Case cases[CANARY_CASES] = {
     {&CanaryVerdict::algebra_ok, "a * 3 * 5"},
     {&CanaryVerdict::algebra_ok, "p / q * q"},
     {&CanaryVerdict::algebra_ok, "sqrt(p) * sqrt(p)"},
+    {&CanaryVerdict::algebra_ok, "(a - c) - (b - c)"},
 };
 
 template <class real>
