@@ -1,5 +1,6 @@
 #include "cpu_reference/canary.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cfenv>
 #include <cmath>
@@ -111,6 +112,12 @@ std::vector<real> canary(u32 count) {
     store(CANARY_QUOTIENT_TAKEN_BACK, p / q * q);
     store(CANARY_ROOT_SQUARED, std::sqrt(std::fabs(p)) * std::sqrt(std::fabs(p)));
     store(CANARY_COMMON_START, (a - c) - (b - c));
+  }
+  for (u32 i = 0; i < count; ++i) {
+    const u32 end = std::min(i + i % CANARY_TERMS, count);
+    real sum = 0;
+    for (u32 k = i; k < end; ++k) sum = sum + results[CANARY_SUM_OF_PRODUCT * count + k];
+    results[CANARY_SUM_IN_A_LOOP * count + i] = sum;
   }
   return results;
 }

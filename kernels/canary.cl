@@ -139,3 +139,13 @@ kernel void canary(global real* results, u32 count) {
     canary_store(results, CANARY_COMMON_START, count, set, (a - c) - (b - c));
   }
 }
+
+// Sums of what the canary has computed, of neighbours in memory.
+kernel void canary_sums(global real* results, u32 count) {
+  FOR_EACH(set, count) {
+    const u32 after = set + set % CANARY_TERMS, end = after < count ? after : count;
+    real sum = (real)0;
+    for (u32 i = set; i < end; ++i) sum = sum + results[CANARY_SUM_OF_PRODUCT * count + i];
+    results[CANARY_SUM_IN_A_LOOP * count + set] = sum;
+  }
+}

@@ -33,11 +33,15 @@ enum CanaryCase {
   CANARY_QUOTIENT_TAKEN_BACK = 26,
   CANARY_ROOT_SQUARED = 27,
   CANARY_COMMON_START = 28,
-  CANARY_CASES = 29
+  CANARY_SUM_IN_A_LOOP = 29,
+  CANARY_CASES = 30
 };
 
 // Exponents of the operands are spread over so many powers of two, symmetrically about 1.
 #define CANARY_NEAR 16u
 #define CANARY_FAR 64u
+
+// A sum in a loop has fewer terms than this.
+#define CANARY_TERMS 64u
 
 #endif

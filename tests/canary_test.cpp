@@ -69,6 +69,7 @@ TEST(Canary, NamesAFormulaThatBecameAnother) {
       {"p / q * q", "p / q * q", "p"},
       {"sqrt(p) * sqrt(p)", "sqrt(fabs(p)) * sqrt(fabs(p))", "fabs(p)"},
       {"(a - c) - (b - c)", "(a - c) - (b - c)", "a - b"},
+      {"a sum in a loop", "for (u32 i = set; i < end; ++i) sum", "for (u32 i = end; i-- > set;) sum"},
   };
   for (const auto& [formula, from, to] : rewritten) {
     const KernelPatch patch[] = {{"canary.cl", from, to}};

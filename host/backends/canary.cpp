@@ -17,7 +17,6 @@ namespace {
 
 // Enough work-groups for every worker thread and compute unit to get some.
 constexpr u32 sets_per_unit = 512, fewest_sets = 4096, most_sets = 65536;
-constexpr std::size_t work_group = 16;
 
 struct Case {
   bool CanaryVerdict::*verdict;
@@ -53,6 +52,7 @@ constexpr Case cases[CANARY_CASES] = {
     {&CanaryVerdict::algebra_ok, "p / q * q"},
     {&CanaryVerdict::algebra_ok, "sqrt(p) * sqrt(p)"},
     {&CanaryVerdict::algebra_ok, "(a - c) - (b - c)"},
+    {&CanaryVerdict::algebra_ok, "a sum in a loop"},
 };
 
 template <class real>
@@ -65,10 +65,14 @@ std::vector<real> device_results(Device& device, u32 count, u32 lanes, std::span
     const std::size_t bytes = results.size() * sizeof(real);
     const cl::CommandQueue queue(device.context, device.handle);
     const cl::Buffer buffer(device.context, CL_MEM_READ_WRITE, bytes);
-    cl::Kernel kernel(built.program, "canary");
-    kernel.setArg(0, buffer);
-    kernel.setArg(1, count);
-    queue.enqueueNDRangeKernel(kernel, cl::NullRange, count / lanes, work_group);
+    const auto launch = [&](const char* name, std::size_t items, std::size_t work_group) {
+      cl::Kernel kernel(built.program, name);
+      kernel.setArg(0, buffer);
+      kernel.setArg(1, count);
+      queue.enqueueNDRangeKernel(kernel, cl::NullRange, items, work_group);
+    };
+    launch("canary", count / lanes, 16);
+    launch("canary_sums", count, 1);  // alone: a compiler that makes vectors of work-items has a loop of its own for it
     queue.enqueueReadBuffer(buffer, CL_TRUE, 0, bytes, results.data());
     save_program(device, built);
     return results;
