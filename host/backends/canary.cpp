@@ -72,7 +72,7 @@ std::vector<real> device_results(Device& device, u32 count, u32 lanes, std::span
       queue.enqueueNDRangeKernel(kernel, cl::NullRange, items, work_group);
     };
     launch("canary", count / lanes, 16);
-    launch("canary_sums", count, 1);  // alone: a compiler that makes vectors of work-items has a loop of its own for it
+    launch("canary_sums", count, 1);  // where work-items make no vector, a compiler may make one of the loop
     queue.enqueueReadBuffer(buffer, CL_TRUE, 0, bytes, results.data());
     save_program(device, built);
     return results;
