@@ -2,6 +2,7 @@
 #include "tests/golden/golden.hpp"
 
 #include <fstream>
+#include <tuple>
 
 #include "host/backends/device_backend.hpp"
 #include "tests/stage_harness.hpp"
@@ -32,32 +33,42 @@ DeviceOptions options(u32 lanes, u32 work_group, u32 threads, std::optional<bool
 // The launch that a device chooses, and two others.
 const DeviceOptions launches[] = {options(0, 0, 0), options(1, 0, 2, true), options(8, 5, 1, false)};
 
-class Golden : public testing::TestWithParam<std::size_t> {};
+// Which launch, and which part of the cases: parts run side by side.
+class Golden : public testing::TestWithParam<std::tuple<std::size_t, std::size_t>> {};
+constexpr std::size_t parts = 6, launch_count = std::size(launches), others = launch_count - 1;
 
 // Every case by the usual launch, every second one by one of the others in turn: each builds the kernels anew, and the
 // tests of the stages try all of them.
+bool is_tried(std::size_t i, std::size_t launch) { return launch == 0 || i % (2 * others) == 2 * (launch - 1); }
+
 TEST_P(Golden, HashesOfTheDevice) {
+  const auto [launch, part] = GetParam();
   const std::vector<GoldenCase> cases = golden_cases();
   for (std::size_t i = 0; i < cases.size(); ++i) {
-    if (GetParam() != 0 && 2 * (GetParam() - 1) != i % (2 * (std::size(launches) - 1))) continue;
+    if (i / (2 * others) % parts != part || !is_tried(i, launch)) continue;
     const GoldenCase& expected = cases[i];
     GoldenCase found = expected;
     if (expected.precision == "double")
-      run_on_device<double>(found, launches[GetParam()]);
+      run_on_device<double>(found, launches[launch]);
     else
-      run_on_device<float>(found, launches[GetParam()]);
+      run_on_device<float>(found, launches[launch]);
     SCOPED_TRACE(expected.scene + " in " + expected.precision);
     EXPECT_EQ(found.state_hash, expected.state_hash);
     EXPECT_EQ(found.pose_hash, expected.pose_hash);
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(AllLaunches, Golden, testing::Range(std::size_t{0}, std::size(launches)),
-                         [](const testing::TestParamInfo<std::size_t>& launch) {
-                           const DeviceOptions& o = launches[launch.param];
-                           return "lanes" + std::to_string(o.lanes) + "_work_group" + std::to_string(o.work_group) +
-                                  "_threads" + std::to_string(o.threads);
-                         });
+std::string name_of(const testing::TestParamInfo<Golden::ParamType>& tried) {
+  const auto [launch, part] = tried.param;
+  const DeviceOptions& o = launches[launch];
+  return "lanes" + std::to_string(o.lanes) + "_work_group" + std::to_string(o.work_group) + "_threads" +
+         std::to_string(o.threads) + "_part" + std::to_string(part);
+}
+
+INSTANTIATE_TEST_SUITE_P(AllLaunches, Golden,
+                         testing::Combine(testing::Range(std::size_t{0}, launch_count),
+                                          testing::Range(std::size_t{0}, parts)),
+                         name_of);
 
 }  // namespace
 }  // namespace lockstep
