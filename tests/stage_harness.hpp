@@ -11,7 +11,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <utility>
 #include <vector>
@@ -52,15 +51,13 @@ bool are_usual(u32 lanes) {
 }
 
 /// With all threads where a test does not say: a few bodies alone would take the one that calls, and nothing may depend
-/// on the others. In double not with 16 lanes, which nobody gets there, unless the test tries no others.
+/// on the others.
 template <class real>
 std::vector<DeviceOptions> launches_in(std::vector<DeviceOptions> launches) {
   for (DeviceOptions& launch : launches) {
     launch.optimize = are_usual<real>(launch.lanes);
     if (launch.threads == 0) launch.threads = test_device().compute_units;
   }
-  const auto of_float = [](const DeviceOptions& launch) { return launch.lanes == 16; };
-  if (sizeof(real) == 8 && !std::ranges::all_of(launches, of_float)) std::erase_if(launches, of_float);
   return launches;
 }
 
