@@ -10,7 +10,7 @@ namespace lockstep::app {
 
 namespace {
 
-constexpr u32 width = 40;
+constexpr u32 bar_width = 40;
 constexpr std::chrono::milliseconds patience{1000}, interval{100};
 
 }  // namespace
@@ -20,7 +20,7 @@ Progress::Progress(u32 steps, bool shown)
 
 // Leaves the line empty for what is printed next.
 Progress::~Progress() {
-  if (drawn_) fmt::print(stderr, "\r{:{}}\r", "", width + 60);
+  if (drawn_) fmt::print(stderr, "\r{:{}}\r", "", bar_width + 60);
 }
 
 void Progress::update(u32 steps_done) {
@@ -30,8 +30,8 @@ void Progress::update(u32 steps_done) {
   drawn_ = true;
   const double share = static_cast<double>(steps_done) / steps_;
   const double seconds = std::chrono::duration<double>(now - start_).count();
-  const std::string done(static_cast<std::size_t>(share * width), '#');
-  fmt::print(stderr, "\r[{:<{}}] {} of {} steps, {:.0f} s left  ", done, width, steps_done, steps_,
+  const std::string done(static_cast<std::size_t>(share * bar_width), '#');
+  fmt::print(stderr, "\r[{:<{}}] {} of {} steps, {:.0f} s left  ", done, bar_width, steps_done, steps_,
              seconds / share - seconds);
   std::fflush(stderr);
 }

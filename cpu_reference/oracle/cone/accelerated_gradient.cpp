@@ -21,8 +21,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::uint32_t patience = 400;
-
 // rms of the defect velocity of the convex problem with this shift, over U
 double convex_residual(const ConeProblem& problem, const VectorXd& mobility, const VectorXd& r, const VectorXd& u,
                        const VectorXd& shift) {
@@ -38,7 +36,7 @@ double convex_residual(const ConeProblem& problem, const VectorXd& mobility, con
 }  // namespace
 
 SolveReport accelerated_gradient(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r, bool relaxed) {
-  Watch watch(problem, limits, patience);
+  Watch watch(problem, limits);
   const VectorXd& mobility = watch.meter().mobility();
   VectorXd x = start_of(problem, r), w_x = problem.w.times(x), y = x, w_y = w_x;
   VectorXd shift = VectorXd::Zero(x.size());

@@ -23,7 +23,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr std::uint32_t patience = 400;
 constexpr double relaxation = 1.6;
 
 // sigma lambda_max in each row; of a contact that nothing moves, one
@@ -36,7 +35,7 @@ VectorXd metric(const VectorXd& mobility, double sigma) {
 
 // `held`: of sigma; else it is balanced.
 SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r, std::optional<double> held) {
-  Watch watch(problem, limits, patience);
+  Watch watch(problem, limits);
   const VectorXd& mobility = watch.meter().mobility();
   VectorXd z = start_of(problem, r);
   if (watch.look(z, 0)) return watch.finish(r);

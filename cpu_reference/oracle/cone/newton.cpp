@@ -16,13 +16,12 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr std::uint32_t patience = 40;
 constexpr double least_damping = 1e-12, most_damping = 1e2;
 
 }  // namespace
 
 SolveReport newton(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r) {
-  Watch watch(problem, limits, patience);
+  Watch watch(problem, limits, 40);
   const VectorXd zero = VectorXd::Zero(problem.q.size());
   const NewtonProblem whole = {problem, watch.meter().mobility(), zero, zero};
   VectorXd x = start_of(problem, r), direction;

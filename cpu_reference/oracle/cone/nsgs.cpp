@@ -15,8 +15,6 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::uint32_t patience = 400;  // looks
-
 Vector3d visit(const LocalCone& cone, LocalSolver local, const Vector3d& q, const Vector3d& r) {
   switch (local) {
     case LocalSolver::enumeration: return cone.enumerate(q);
@@ -29,7 +27,7 @@ Vector3d visit(const LocalCone& cone, LocalSolver local, const Vector3d& q, cons
 }  // namespace
 
 SolveReport nsgs(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r, LocalSolver local) {
-  Watch watch(problem, limits, patience);
+  Watch watch(problem, limits);
   VectorXd x = start_of(problem, r);
   const BlockMatrix& w = problem.w;
   std::vector<LocalCone> cones;

@@ -14,12 +14,10 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr std::uint32_t patience = 400;
-
 }  // namespace
 
 SolveReport projected_gradient(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r) {
-  Watch watch(problem, limits, patience);
+  Watch watch(problem, limits);
   const VectorXd& mobility = watch.meter().mobility();
   VectorXd x = start_of(problem, r), change_of_u = problem.w.times(x);
   double step = 1;

@@ -17,7 +17,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr std::uint32_t patience = 60, most_steps = 25;  // of Newton for one outer iteration
+constexpr std::uint32_t most_steps = 25;  // of Newton for one outer iteration
 constexpr double least_alpha = 1e-12, most_alpha = 1e3;
 
 // Newton's method on one of the problems, to a share of the merit that it starts with. Returns its steps, 0 where it
@@ -47,7 +47,7 @@ std::uint32_t inner_newton(const NewtonProblem& newton, VectorXd& x, double shar
 }  // namespace
 
 SolveReport proximal_point(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r) {
-  Watch watch(problem, limits, patience);
+  Watch watch(problem, limits, 60);
   const VectorXd& mobility = watch.meter().mobility();
   VectorXd d(problem.q.size());
   for (std::uint32_t i = 0; i < problem.contacts(); ++i) d.segment<3>(3 * i).setConstant(mobility[i]);

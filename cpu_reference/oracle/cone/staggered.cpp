@@ -22,7 +22,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr std::uint32_t patience = 100, most_sweeps = 200;
+constexpr std::uint32_t most_sweeps = 200;
 
 // min 1/2 t A t + b t over the disc of a radius: (A + lambda) t = -b with lambda >= 0, |t| = radius where lambda > 0.
 // 1 / |t| is nearly a straight line of lambda (More and Sorensen 1983).
@@ -94,7 +94,7 @@ class Halves {
 }  // namespace
 
 SolveReport staggered(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r) {
-  Watch watch(problem, limits, patience);
+  Watch watch(problem, limits, 100);
   VectorXd x = start_of(problem, r);
   const Halves halves(problem);
   for (std::uint32_t round = 1; !watch.look(x, round - 1); ++round) {

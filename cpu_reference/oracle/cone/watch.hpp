@@ -47,7 +47,7 @@ class Progress {
 class Watch : public Progress {
  public:
   /// The problem must outlive it.
-  Watch(const ConeProblem& problem, const SolveLimits& limits, std::uint32_t patience)
+  Watch(const ConeProblem& problem, const SolveLimits& limits, std::uint32_t patience = 400)
       : Progress(limits, patience), problem_(problem), meter_(problem) {}
 
   bool look(const Eigen::VectorXd& r, std::uint32_t iterations) {

@@ -10,7 +10,6 @@
 // are frozen, and frozen anew after each solve until they stay: exact where that settles, which needs little friction
 // or little coupling.
 #include <cmath>
-#include <limits>
 
 #include "cpu_reference/oracle/lcp/principal_factor.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
@@ -22,7 +21,6 @@ namespace {
 
 constexpr double singular = 1e-11;
 constexpr double rounding = 1e-9;  // a w_r of this size may be rounding, where nothing moves it
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr int most_freezes = 200;
 
 // What stops a drive, and when.

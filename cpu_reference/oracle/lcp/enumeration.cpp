@@ -12,7 +12,6 @@ namespace lockstep::oracle::lcp {
 namespace {
 
 constexpr Index most_unknowns = 20;
-constexpr double regular = 1e-10;  // reciprocal condition number of an M_AA that counts as regular
 
 // min |C x - b| over x >= 0.
 VectorXd non_negative_least_squares(const MatrixXd& c, const VectorXd& b, double zero) {
@@ -52,7 +51,7 @@ VectorXd candidate(const Lcp& p, const std::vector<Index>& a, double zero) {
   const Index n = p.size();
   VectorXd z = VectorXd::Zero(n);
   if (a.empty()) return z;
-  if (const auto z_a = solve_if_regular(p.m(a, a), -p.q(a), regular)) {
+  if (const auto z_a = solve_if_regular(p.m(a, a), -p.q(a), 1e-10)) {
     z(a) = *z_a;
     return z;
   }

@@ -22,7 +22,6 @@ namespace {
 
 constexpr double sufficient_decrease = 1e-4;  // c
 constexpr double shortest_step = 0x1p-40;
-constexpr double regular = 1e-14;  // reciprocal condition number of J
 
 // F and J of a problem in which `free` rows are equations.
 struct Fischer {
@@ -93,7 +92,7 @@ SolveReport fischer_newton(const BoxedLcp& problem, const SolveLimits& limits, V
   while (true) {
     const VectorXd f = fischer.value(x);
     const MatrixXd j = fischer.jacobian(x);
-    const VectorXd gradient = j.transpose() * f, d = solve_or_least_norm(j, -f, regular);
+    const VectorXd gradient = j.transpose() * f, d = solve_or_least_norm(j, -f, 1e-14);
     if (!search_line(fischer, f, gradient.dot(d), d, x) &&
         !search_line(fischer, f, -gradient.squaredNorm(), -gradient, x)) {
       watch.end(Stop::stall);  // Psi is stationary, or rounding hides its fall

@@ -6,7 +6,6 @@
 // semidefinite M every drive lowers 1/2 z.Mz + q.z, so that no set A comes back, degenerate or not; and M_AA stays
 // positive definite: a row joins with w_r' > 0 only. Where nothing blocks a drive the objective has no bound, and w >=
 // 0 no solution.
-#include <limits>
 
 #include "cpu_reference/oracle/lcp/principal_factor.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
@@ -18,7 +17,6 @@ namespace {
 
 constexpr double singular = 1e-11;  // a rate w_r' that counts as 0
 constexpr double rounding = 1e-9;   // a w_r of this size may be rounding, where nothing moves it
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 // Drives row r until it has joined A. Says why it could not, `tolerance` if it could.
 Stop drive(DirectSolve& solve, PrincipalFactor& factor, Index r, double w_r, VectorXd& x) {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
 
 #include "host/error.hpp"
@@ -10,8 +9,6 @@
 namespace lockstep::oracle::lcp {
 
 namespace {
-
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 double largest(const VectorXd& x) { return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0; }
 

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <vector>
 
 #include "cpu_reference/oracle/solve.hpp"
@@ -13,6 +14,8 @@ namespace lockstep::oracle::lcp {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// w = M z + q,  0 <= z,  0 <= w,  z . w = 0.
 struct Lcp {

@@ -16,7 +16,6 @@ namespace lockstep::oracle::lcp {
 namespace {
 
 constexpr int sweeps = 10, subspace_steps = 4;
-constexpr double regular = 1e-12;  // reciprocal condition number
 
 void project(const BoxedLcp& p, VectorXd& z) {
   for (const bool frictional : {false, true}) {  // normals first: they bound the others
@@ -56,7 +55,7 @@ VectorXd minimize_on_active_set(const BoxedLcp& p, const VectorXd& scale, const 
       if (tied[std::size_t(i)] != 0) start[i] = tied[std::size_t(i)] * start[p.normal[std::size_t(i)]];
     }
     const VectorXd defect = scale(free).cwiseProduct(VectorXd((p.m * start + p.q)(free)));
-    const VectorXd change = solve_or_least_norm(scaled, -defect, regular);
+    const VectorXd change = solve_or_least_norm(scaled, -defect, 1e-12);
     for (std::size_t k = 0; k < free.size(); ++k) x[free[k]] = start[free[k]] + scale[free[k]] * change[Index(k)];
   }
   for (Index i = 0; i < n; ++i) {
