@@ -1,10 +1,10 @@
 // Factors of the equations of articulations, from what prepare_joints wrote of their joints. The free row of a joint is
 // one of them where it is locked too, or a spring acts on it, and no motor besides: a motor and limits that are apart
-// push as far as they need to, which is for sweeps (cpu_reference/joints/visit_joint.hpp). Where bodies sleep all of it
-// is zero.
+// push as far as they need to, which is for sweeps (cpu_reference/joints/visit_joint.hpp). Joints that close loops come
+// behind the links. Where bodies sleep all of it is zero.
 #pragma once
 
-#include "cpu_reference/articulations/link.hpp"
+#include "cpu_reference/articulations/closures.hpp"
 #include "cpu_reference/joints/visit_joint.hpp"
 #include "cpu_reference/sleep.hpp"
 
@@ -32,7 +32,8 @@ u32 write_link_joint(const Buffers<real>& b, const LinkInfo& link, LinkFactor<re
 template <class real>
 void factor_articulations(Buffers<real>& b, const StepParams<real>&) {
   if (step_is_void(b.counters)) return;
-  for (const Articulation& tree : b.articulations) {
+  for (u32 t = 0; t < b.articulations.size(); ++t) {
+    const Articulation& tree = b.articulations[t];
     const bool asleep = is_asleep(b, tree.root);
     for_each_link_up(b, tree, [&](u32 i, const LinkInfo& link) {
       LinkFactor<real>& f = b.link_factors[i];
@@ -42,6 +43,14 @@ void factor_articulations(Buffers<real>& b, const StepParams<real>&) {
       const u32 rows = link.joint == NONE ? 0 : write_link_joint(b, link, f);  // one that floats has none
       factorise_link(b, link, rows, f);
     });
+    const ClosureSet loops = closures_of(b, t);
+    clear_closures(b, loops);
+    if (asleep) continue;
+    for_each_closure(b, loops, [&](u32 k, const ClosureInfo& closure) {
+      const LinkInfo link = as_link(b, closure);
+      mark_rows(write_link_joint(b, link, b.closure_factors[k]), b.closure_factors[k]);
+    });
+    factor_closures(b, tree, loops);
   }
 }
 

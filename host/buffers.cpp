@@ -92,6 +92,9 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::articulations: return sizes.articulations;
     case Domain::links: return sizes.links;
     case Domain::link_levels: return std::size_t{sizes.link_levels} + 1;
+    case Domain::closures: return sizes.closures;
+    case Domain::closure_rows: return std::size_t{sizes.closures} * LINK_ROWS;
+    case Domain::closure_entries: return std::size_t{sizes.closures} * LINK_ROWS * CLOSURE_STRIDE;
     case Domain::touches: return sizes.pairs;
     case Domain::events: return std::size_t{sizes.pairs} * 2;  // each pair that touches, and each that did
     case Domain::rays: return sizes.rays;

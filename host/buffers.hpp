@@ -54,6 +54,9 @@ enum class Domain : u32 {
   articulations,
   links,
   link_levels,
+  closures,
+  closure_rows,
+  closure_entries,
   touches,
   events,
   rays,
@@ -113,7 +116,8 @@ struct Sizes {
   u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0;
   u32 pairs = 0, contacts = 0, blocks = 0, rows = 0, coupled_tiles = 0;
   u32 joints = 0, joint_phases = 0, joint_blocks = 0, joined = 0;
-  u32 articulations = 0, links = 0, link_levels = 0;
+  u32 articulations = 0, links = 0, link_levels = 0, closures = 0;
+  u32 closure_columns = 0;  // answers of links to rows of closures, of all articulations
   u32 rays = 0, volumes = 0, overlaps = 0;
   u32 particles = 0, particle_planes = 0;
 

@@ -51,6 +51,7 @@ enum class Feature : std::uint64_t {
   dense = 1ull << 40,              // contacts are solved in the order of their list, by the dense Delassus matrix
   shape_trees = 1ull << 41,        // some bodies that nothing pushes have so many shapes that they keep a tree of them
   articulations = 1ull << 42,      // joints of trees of bodies are solved all at once
+  closures = 1ull << 43,           // some of them close loops
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

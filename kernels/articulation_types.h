@@ -30,6 +30,23 @@ INDEX_RECORD(LinkInfo) {
   u32 pad;
 };
 
+// A joint that closes a loop: between two links, or between one and what cannot move. It is measured like the joint of
+// a link that is its body b and whose parent is its body a.
+INDEX_RECORD(ClosureInfo) {
+  u32 joint, slot;
+  u32 link_a, link_b;  // its bodies; NONE of what cannot move
+};
+
+// Joints that close loops of an articulation and are solved with it: none where there are more than MAX_CLOSURES.
+#define MAX_CLOSURES 16u
+#define CLOSURE_STRIDE (MAX_CLOSURES * LINK_ROWS)  // of the rows of their matrix
+
+INDEX_RECORD(ClosureSet) {
+  u32 first, count;
+  u32 first_column;  // less the first link of the articulation: of the answers to each row, one for each link
+  u32 links;         // of the articulation
+};
+
 // A link and its joint in a sub-step. Velocities are those of the link against its parent, impulses act on the link and
 // their opposite on the parent, at the joint. World frame.
 RECORD(LinkFactor) {
@@ -50,6 +67,7 @@ RECORD(LinkMotion) {
   real wanted[LINK_ROWS];  // velocity of the rows with the parent held, m/s and rad/s
   real effort[6];          // impulse and moment of the rows at the joint: with the parent held, then as it moves
   real change[6];          // of the velocity
+  real push[6];            // what joints that close loops push with, about the centre of mass
 };
 
 #endif

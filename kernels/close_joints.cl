@@ -113,14 +113,21 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
                                 global const Joint* joints, global const real* screw_rises,
                                 global const real* rolling_radii, global const Motion* motions,
                                 global const Sleeper* sleepers, global LinkFactor* link_factors,
-                                global LinkMotion* link_motions, global u32* articulation_turns, global Vec4* positions,
-                                global Vec4* orientations, global u32* counters) {
+                                global LinkMotion* link_motions, global const ClosureSet* closure_sets,
+                                global const ClosureInfo* closures, global LinkFactor* closure_factors,
+                                global real* closure_matrix, global real* closure_wanted,
+                                global LinkMotion* closure_columns, global u32* articulation_turns,
+                                global Vec4* positions, global Vec4* orientations, global u32* counters) {
+  const JointsNow now = JOINTS_NOW;
+  const Closures all = CLOSURES;
   u32 tree = (u32)get_group_id(0);
   do {
     const bool is_there =
         tree < articulation_count && !STEP_IS_VOID(counters) && !is_asleep(sleepers, articulations[tree].root);
     const u32 first = is_there ? articulations[tree].first_level : 0u;
     const u32 levels = is_there ? articulations[tree].level_count : 0u;
+    const u32 begin = link_levels[first], end = link_levels[first + levels];
+    const ClosureSet loops = closures_of(tree, is_there, &all);
     u32 sweep = 0u;
     do {
       if (is_there && get_local_id(0) == 0) articulation_turns[tree] = 0u;
@@ -128,24 +135,44 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
       do {  // from the leaves to the root
         const LinkRange at = links_up(first, levels, step, link_levels);
         for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0))
-          close_link_up(i, params, links, joint_infos, joints, screw_rises, rolling_radii, motions, positions,
-                        orientations, link_factors, link_motions);
+          factor_link_now(i, &now, links, motions, link_factors);
         barrier(CLK_GLOBAL_MEM_FENCE);
       } while (++step < levels);
-      step = 0u;
+#if FEATURE_CLOSURES
+      const LinkTree all_links = LINK_TREE(first, levels);
+      factor_closures_now(loops, &all, &now, &all_links, closure_columns);
+#endif
+      clear_pushes(loops, &all, link_motions);
+      const u32 passes = loops.count > 0u ? 2u : 1u;
+      u32 pass = 0u;
       do {
-        const LinkRange at = links_down(first, levels, step, link_levels);
-        for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) {
-          real d[LINK_ROWS];
-          answer_parent(links[i], link_motions, link_factors + i, link_motions + i, d);
-          const float turn = (float)length3(read_twist(link_motions[i].change).angular);
-          atomic_max(&articulation_turns[tree], as_uint(turn));
-        }
-        barrier(CLK_GLOBAL_MEM_FENCE);
-      } while (++step < levels);
+        step = 0u;
+        do {
+          const LinkRange at = links_up(first, levels, step, link_levels);
+          for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0))
+            ask_parent_of_errors(i, links, link_factors, link_motions);
+          barrier(CLK_GLOBAL_MEM_FENCE);
+        } while (++step < levels);
+        step = 0u;
+        do {
+          const LinkRange at = links_down(first, levels, step, link_levels);
+          for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) {
+            real d[LINK_ROWS];
+            answer_parent(i, links[i], link_factors, link_motions, d);
+          }
+          barrier(CLK_GLOBAL_MEM_FENCE);
+        } while (++step < levels);
+#if FEATURE_CLOSURES
+        solve_loops_now(pass + 1u == passes ? no_closures() : loops, &all, link_motions);
+#endif
+      } while (++pass < passes);
+      for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
+        const float turn = (float)length3(read_twist(link_motions[i].change).angular);
+        atomic_max(&articulation_turns[tree], as_uint(turn));
+      }
+      barrier(CLK_GLOBAL_MEM_FENCE);
       const real most = (real)0.1, largest = is_there ? (real)as_float(articulation_turns[tree]) : (real)0;
       const real share = largest > most ? most / largest : (real)1;
-      const u32 begin = link_levels[first], end = link_levels[first + levels];
       for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
         const u32 body = links[i].body;
         const Twist push = push_on_link(i, links[i], link_factors, link_motions);

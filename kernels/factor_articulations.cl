@@ -1,6 +1,6 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Factors of the equations of articulations (cpu_reference/factor_articulations.hpp).
-#include "articulations/link.h"
+#include "articulations/closures.h"
 #include "common.h"
 #include "sleep.h"
 #include "types.h"
@@ -26,12 +26,35 @@ static inline u32 write_link_joint(LinkInfo link, JointInfo info, global const J
   return rows;
 }
 
-static inline void clear_link(global LinkFactor* f, global LinkMotion* m) {
-  global real* of_f = (global real*)f;
-  global real* of_m = (global real*)m;
-  for (u32 i = 0u; i < sizeof(LinkFactor) / sizeof(real); ++i) of_f[i] = (real)0;
-  for (u32 i = 0u; i < sizeof(LinkMotion) / sizeof(real); ++i) of_m[i] = (real)0;
+static inline void clear_factor(global LinkFactor* f) {
+  global real* values = (global real*)f;
+  for (u32 i = 0u; i < sizeof(LinkFactor) / sizeof(real); ++i) values[i] = (real)0;
 }
+
+static inline void clear_motion(global LinkMotion* m) {
+  global real* values = (global real*)m;
+  for (u32 i = 0u; i < sizeof(LinkMotion) / sizeof(real); ++i) values[i] = (real)0;
+}
+
+#if FEATURE_CLOSURES
+static inline void write_closures(ClosureSet loops, bool asleep, const Closures* s, global const JointInfo* joint_infos,
+                                  global const JointBlock* joint_blocks) {
+  const u32 id = (u32)get_local_id(0), size = (u32)get_local_size(0);
+  for (u32 k = loops.first + id; k < loops.first + loops.count; k += size) {
+    global LinkFactor* f = s->factors + k;
+    clear_factor(f);
+    if (asleep) continue;
+    const LinkInfo link = as_link(s->closures[k], joint_infos);
+    mark_rows(write_link_joint(link, joint_infos[link.joint], joint_blocks + link.slot / PACK, f), f);
+  }
+  const u32 begin = loops.first * LINK_ROWS, end = begin + loops.count * LINK_ROWS;
+  for (u32 row = begin + id; row < end; row += size) {
+    s->wanted[row] = (real)0;
+    for (u32 i = 0u; i < CLOSURE_STRIDE; ++i) s->matrix[CLOSURE_ENTRY(row, i)] = (real)0;
+  }
+  barrier(CLK_GLOBAL_MEM_FENCE);
+}
+#endif
 
 // A work-group has an articulation for itself, and every n-th behind it.
 kernel void factor_articulations(const u32 articulation_count, global const Articulation* articulations,
@@ -39,7 +62,13 @@ kernel void factor_articulations(const u32 articulation_count, global const Arti
                                  global const JointInfo* joint_infos, global const JointBlock* joint_blocks,
                                  global const Sleeper* sleepers, global const Motion* motions,
                                  global LinkFactor* link_factors, global LinkMotion* link_motions,
+                                 global const ClosureSet* closure_sets, global const ClosureInfo* closures,
+                                 global LinkFactor* closure_factors, global real* closure_matrix,
+                                 global real* closure_wanted, global LinkMotion* closure_columns,
                                  global const u32* counters) {
+#if FEATURE_CLOSURES
+  const Closures all = CLOSURES;
+#endif
   u32 tree = (u32)get_group_id(0);
   do {
     const bool is_there = tree < articulation_count && !STEP_IS_VOID(counters);
@@ -52,7 +81,8 @@ kernel void factor_articulations(const u32 articulation_count, global const Arti
       for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) {
         const LinkInfo link = links[i];
         global LinkFactor* f = link_factors + i;
-        clear_link(f, link_motions + i);
+        clear_factor(f);
+        clear_motion(link_motions + i);
         if (asleep) continue;
         u32 rows = 0u;  // one that floats has none
         if (link.joint != NONE)
@@ -61,6 +91,12 @@ kernel void factor_articulations(const u32 articulation_count, global const Arti
       }
       barrier(CLK_GLOBAL_MEM_FENCE);
     } while (++step < levels);
+#if FEATURE_CLOSURES
+    const ClosureSet loops = closures_of(tree, is_there, &all);
+    write_closures(loops, asleep, &all, joint_infos, joint_blocks);
+    const LinkTree all_links = LINK_TREE(first, levels);
+    factor_closures(asleep ? no_closures() : loops, &all, &all_links, closure_columns);
+#endif
     tree += (u32)get_num_groups(0);
   } while (tree < articulation_count);
 }

@@ -34,8 +34,10 @@ kernel void solve_articulations(const u32 articulation_count, global const Artic
                                 global const LinkInfo* links, global const u32* link_levels,
                                 global const LinkFactor* link_factors, global const JointInfo* joint_infos,
                                 global const Sleeper* sleepers, global LinkMotion* link_motions,
-                                global JointImpulseBlock* joint_impulses, global Motion* motions,
-                                global u32* counters) {
+                                global const ClosureSet* closure_sets, global const ClosureInfo* closures,
+                                global const LinkFactor* closure_factors, global const real* closure_matrix,
+                                global real* closure_wanted, global JointImpulseBlock* joint_impulses,
+                                global Motion* motions, global u32* counters) {
   const Articulations all = ARTICULATIONS;
   solve_articulation_groups(articulation_count, &all);
 }
@@ -76,7 +78,9 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
                        const u32 whole, const u32 articulation_count, global const Articulation* articulations,
                        global const LinkInfo* links, global const u32* link_levels,
                        global const LinkFactor* link_factors, global LinkMotion* link_motions,
-                       global const JointInfo* joint_infos, global const Sleeper* sleepers,
+                       global const ClosureSet* closure_sets, global const ClosureInfo* closures,
+                       global const LinkFactor* closure_factors, global const real* closure_matrix,
+                       global real* closure_wanted, global const JointInfo* joint_infos, global const Sleeper* sleepers,
                        global const u32* color_starts, global const u32* cell_blocks, global const u32* joint_phases,
                        global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                        global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,

@@ -1,6 +1,11 @@
 // Trees of bodies whose joints are solved directly.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
+#include "cpu_reference/articulations/closures.hpp"
+#include "cpu_reference/joints/visit_joint.hpp"
 #include "tests/joints/joint_scene.hpp"
 
 namespace lockstep::test {
@@ -37,6 +42,106 @@ inline Scene random_tree(u32 seed, u32 bodies) {
     scene.joints.push_back(joint);
   }
   return solved_directly(scene);
+}
+
+/// The same with this many joints more, each of which closes a loop. Joints leave their bodies free to turn about at
+/// least one axis, so that hardly any row depends on others.
+inline Scene random_mechanism(u32 seed, u32 bodies, u32 loops) {
+  Random random(seed);
+  Scene scene = random_tree(seed, bodies);
+  for (JointDescription& joint : scene.joints) {
+    joint.kind = joint.body_a == NONE || random.bits() % 3 > 0 ? JOINT_BALL : JOINT_UNIVERSAL;
+    joint.spring = {};
+  }
+  for (u32 i = 0; i < loops; ++i) {
+    const JointKind kinds[] = {JOINT_BALL, JOINT_HINGE, JOINT_DISTANCE, JOINT_SKATE};
+    const u32 a = 2 + random.bits() % (bodies - 2), b = 2 + (a - 1 + random.bits() % (bodies - 3)) % (bodies - 2);
+    JointDescription joint =
+        joint_of(kinds[random.bits() % 4], i % 3 == 0 ? NONE : a, b, random.vector(2), random.vector(1));
+    joint.second_axis = {joint.axis[1], -joint.axis[0], 0};
+    if (joint.kind == JOINT_DISTANCE) {
+      joint.anchor_b = random.vector(2);
+      joint.spring = {random.between(0, 100), random.between(0.1, 2), random.between(0, 0.3)};
+    }
+    scene.joints.push_back(joint);
+  }
+  return scene;
+}
+
+/// A state in which impulses have gathered, just before the stage.
+template <class real>
+InitialState<real> state_before(Stage stage, const Scene& scene) {
+  InitialState<real> state = compile<real>(scene);
+  ReferenceBackend<real> backend(state);
+  step(backend, state.params);
+  for (const Stage each :
+       {Stage::begin_step, Stage::integrate_velocities, Stage::prepare_joints, Stage::factor_articulations,
+        Stage::warm_start, Stage::solve_constraints, Stage::integrate_positions, Stage::close_joints}) {
+    if (each == stage) break;
+    backend.run(each, state.params);
+  }
+  state.buffers = backend.buffers();
+  return state;
+}
+
+/// What the rows of trees, and of joints that close their loops, are off by: the largest, m/s and rad/s. Springs push
+/// against what they give way by.
+template <class real>
+double most_off(const Buffers<real>& b) {
+  double most = 0;
+  std::vector<LinkInfo> links = b.links;
+  for (const ClosureInfo& closure : b.closures) links.push_back(reference::as_link(b, closure));
+  for (const LinkInfo& link : links) {
+    if (link.joint == NONE) continue;
+    const JointInfo& info = b.joint_infos[link.joint];
+    const JointBlock<real>& block = b.joint_blocks[link.slot / PACK];
+    const u32 lane = link.slot % PACK;
+    const Motion<real>&body_a = b.motions[info.body_a], &body_b = b.motions[info.body_b];
+    const auto u = reference::velocity_at(reference::joint_vector(block.arm_b, lane),
+                                          reference::joint_vector(block.arm_a, lane), body_b, body_a);
+    const auto w = reference::sub3(reference::vec3(body_b.w), reference::vec3(body_a.w));
+    for (u32 row = 0; row < JOINT_ROWS; ++row) {
+      if ((info.locked >> row & 1) == 0) continue;
+      const auto axis = reference::joint_vector(block.axes + 3 * (row % 3), lane);
+      double off = double(reference::dot3(axis, row < 3 ? u : w)) + double(block.bias[row][lane]) +
+                   double(block.turning[row][lane]);
+      if (row == 2) off -= double(block.rise[lane]) * double(reference::dot3(axis, w));
+      most = std::max(most, std::abs(off));
+    }
+    if (info.free == FREE_NOTHING || block.slowest[lane] != block.fastest[lane]) continue;
+    const auto along = reference::joint_vector(block.free_axis, lane);
+    const double free = double(reference::dot3(along, info.free == FREE_ANGLE ? w : u));
+    const double push = double(block.yield[lane]) * double(b.joint_impulses[link.slot / PACK].free[lane]);
+    most = std::max(most, std::abs(free - double(block.slowest[lane]) + push));
+  }
+  return most;
+}
+
+/// One sweep leaves nothing off, and M (v - v before) is what the impulses of the joints push with: together the one
+/// solution.
+template <class real>
+void expect_one_solve_is_exact(Scene scene, double rounding) {
+  scene.settings.iterations = 1;
+  InitialState<real> state = state_before<real>(Stage::solve_constraints, scene);
+  Buffers<real> pushed = state.buffers;
+  EXPECT_GT(most_off(state.buffers), 0.1);
+  reference::run_stage(Stage::solve_constraints, state.buffers, state.params);
+  EXPECT_LT(most_off(state.buffers), rounding);
+  reference::for_each_joint_slot(pushed, [&](const JointLanes& lanes, u32 block, u32 lane) {
+    real change[JOINT_ROWS];
+    for (u32 row = 0; row < JOINT_ROWS; ++row)
+      change[row] =
+          state.buffers.joint_impulses[block].locked[row][lane] - pushed.joint_impulses[block].locked[row][lane];
+    const real free = state.buffers.joint_impulses[block].free[lane] - pushed.joint_impulses[block].free[lane];
+    reference::push_joint(pushed.joint_blocks[block], lanes.free[lane], lane, change, free,
+                          pushed.motions[lanes.body_a[lane]], pushed.motions[lanes.body_b[lane]]);
+  });
+  for (u32 i = 0; i < state.params.bodies; ++i) {
+    for (u32 k = 0; k < 3; ++k) {
+      EXPECT_NEAR(double(state.buffers.motions[i].v[k]), double(pushed.motions[i].v[k]), rounding) << i;
+      EXPECT_NEAR(double(state.buffers.motions[i].w[k]), double(pushed.motions[i].w[k]), rounding) << i;
+    }
+  }
 }
 
 }  // namespace lockstep::test

@@ -34,19 +34,41 @@ u32 write_link_joint_now(const Buffers<real>& b, const StepParams<real>& params,
   return info.locked | (rod ? 1u << JOINT_ROWS : 0u);
 }
 
+/// Once up, once down: how the links are to move.
 template <class real>
-void close_articulation(Buffers<real>& b, const StepParams<real>& params, const Articulation& tree) {
+void answer_errors(Buffers<real>& b, const Articulation& tree) {
+  for_each_link_up(b, tree,
+                   [&](u32 i, const LinkInfo&) { ask_parent(b, i, b.link_factors[i].error, b.link_motions.data()); });
+  for_each_link_down(b, tree, [&](u32 i, const LinkInfo&) {
+    real d[LINK_ROWS];
+    answer_parent(b, i, b.link_motions.data(), d);
+  });
+}
+
+template <class real>
+void close_articulation(Buffers<real>& b, const StepParams<real>& params, u32 index) {
+  const Articulation& tree = b.articulations[index];
+  const ClosureSet loops = closures_of(b, index);
   for_each_link_up(b, tree, [&](u32 i, const LinkInfo& link) {
     LinkFactor<real>& f = b.link_factors[i];
     // one that floats has no rows, since it was factorised first
     const u32 rows = link.joint == NONE ? 0 : write_link_joint_now(b, params, link, f);
     factorise_link(b, link, rows, f);
-    ask_parent(b, link, f, f.error, b.link_motions[i]);
   });
+  for_each_closure(b, loops, [&](u32 k, const ClosureInfo& closure) {
+    LinkFactor<real>& f = b.closure_factors[k];
+    mark_rows(write_link_joint_now(b, params, as_link(b, closure), f), f);
+  });
+  factor_closures(b, tree, loops);
+  clear_pushes(b, loops, b.link_motions.data());
+  answer_errors(b, tree);
+  if (loops.count > 0) {
+    for_each_closure(b, loops, [&](u32 k, const ClosureInfo&) { want_closed(b, k, b.closure_factors[k].error); });
+    solve_closures(b, loops);
+    answer_errors(b, tree);
+  }
   u32 turn = 0;  // the largest, as the word of a float: those that are not negative are in order
-  for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
-    real d[LINK_ROWS];
-    answer_parent(b, link, b.link_factors[i], b.link_motions[i], d);
+  for_each_link_down(b, tree, [&](u32 i, const LinkInfo&) {
     const real own = length3(read_twist(b.link_motions[i].change).angular);
     turn = std::max(turn, std::bit_cast<u32>(static_cast<float>(own)));
   });
@@ -62,8 +84,8 @@ void close_articulation(Buffers<real>& b, const StepParams<real>& params, const 
 /// All articulations that are awake.
 template <class real>
 void close_articulations(Buffers<real>& b, const StepParams<real>& params) {
-  for (const Articulation& tree : b.articulations) {
-    if (!is_asleep(b, tree.root)) close_articulation(b, params, tree);
+  for (u32 tree = 0; tree < b.articulations.size(); ++tree) {
+    if (!is_asleep(b, b.articulations[tree].root)) close_articulation(b, params, tree);
   }
 }
 

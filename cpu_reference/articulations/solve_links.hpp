@@ -1,14 +1,15 @@
 // Solves the rows of articulations with their factors (cpu_reference/articulations/link.hpp): once up, once down, exact
-// to rounding. With w the velocity that the rows are to lose, f what the children ask of a link:
+// to rounding. With w the velocity that the rows are to lose, f what the children ask of a link and what closures push:
 //   up     g = S^-1 (-w - j H^-1 f),  the parent is asked for -p^T g
 //   down   d = g + S^-1 p (change of the parent),  change = H^-1 (f + j^T d)
 //   then every body gets the impulses d of its joint and the opposite of its children's.
 // The changes that went down say which impulses are right; bodies are moved by the impulses themselves, so that
-// momentum is kept to rounding. A second solve finds what rounding left. kernels/articulations/solve_links.h is the
-// twin.
+// momentum is kept to rounding. A second solve finds what rounding left. Where joints close loops of a tree, the first
+// time up and down tells what they push with (cpu_reference/articulations/closures.hpp), the second makes the tree
+// answer that. kernels/articulations/solve_links.h is the twin.
 #pragma once
 
-#include "cpu_reference/articulations/link.hpp"
+#include "cpu_reference/articulations/closures.hpp"
 #include "cpu_reference/sleep.hpp"
 #include "cpu_reference/visit_contact.hpp"
 
@@ -19,61 +20,13 @@ Twist<real> twist_of(const Motion<real>& body) {
   return {vec3(body.v), vec3(body.w)};
 }
 
-template <class real>
-void solve_mobility(const LinkFactor<real>& f, real (&r)[LINK_ROWS]) {
-  u32 count = LINK_ROWS;
-  while (count > 0 && !(f.mobility[entry_index(count - 1, count - 1)] > 0)) r[--count] = 0;
-  solve_rows(count, f.mobility, r);
-}
-
-/// Takes away what the joints of a link's children push them with, about the link's centre of mass.
-template <class real>
-Twist<real> without_children(const Buffers<real>& b, const LinkInfo& link, Twist<real> push) {
-  for (u32 child = link.first_child; child < link.first_child + link.child_count; ++child) {
-    const Twist<real> effort = read_twist(b.link_motions[child].effort);
-    push = sub_twist(push, effort_about(vec3(b.link_factors[child].parent_arm), effort));
-  }
-  return push;
-}
-
-/// Upwards. `off`: the velocities, or distances, that the rows are to lose, link against parent.
-template <class real>
-void ask_parent(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<real>& f, const real (&off)[LINK_ROWS],
-                LinkMotion<real>& m) {
-  const Twist<real> force = without_children(b, link, Twist<real>{});
-  write_twist(force, m.force);
-  real change[6], answer[LINK_ROWS];
-  write_twist(force, change);
-  solve_rows(6, f.inertia, change);
-  link_rows(f, twist_at(vec3(f.arm), read_twist(change)), answer);
-  for (u32 i = 0; i < LINK_ROWS; ++i) {
-    m.wanted[i] = -(off[i] + answer[i]);
-    answer[i] = m.wanted[i];
-  }
-  solve_mobility(f, answer);
-  write_twist(link_effort(f, answer), m.effort);
-}
-
-/// Downwards. Returns the impulses of the rows.
-template <class real>
-void answer_parent(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<real>& f, LinkMotion<real>& m,
-                   real (&d)[LINK_ROWS]) {
-  Twist<real> parent = {};
-  if (link.parent != NONE) parent = read_twist(b.link_motions[link.parent].change);
-  link_rows(f, twist_at(vec3(f.parent_arm), parent), d);
-  for (u32 i = 0; i < LINK_ROWS; ++i) d[i] = m.wanted[i] + d[i];
-  solve_mobility(f, d);
-  const Twist<real> effort = link_effort(f, d);
-  write_twist(effort, m.effort);
-  write_twist(add_twist(read_twist(m.force), effort_about(vec3(f.arm), effort)), m.change);
-  solve_rows(6, f.inertia, m.change);
-}
-
-/// What its joint and those of its children push a link with, about its centre of mass.
+/// What its joint, those of its children and closures push a link with, about its centre of mass.
 template <class real>
 Twist<real> push_on_link(const Buffers<real>& b, u32 index, const LinkInfo& link) {
-  const Twist<real> effort = read_twist(b.link_motions[index].effort);
-  return without_children(b, link, effort_about(vec3(b.link_factors[index].arm), effort));
+  const LinkMotion<real>& m = b.link_motions[index];
+  Twist<real> push = effort_about(vec3(b.link_factors[index].arm), read_twist(m.effort));
+  if (!b.closure_sets.empty()) push = add_twist(push, read_twist(m.push));
+  return without_children(b, link, b.link_motions.data(), push);
 }
 
 /// What the rows are off by at the present velocities. Returns the square of the relative velocity that goes with it;
@@ -97,25 +50,55 @@ real link_off(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<rea
          real(3) * (body.inverse_mass + other.inverse_mass) / trace * dot3(change.angular, change.angular);
 }
 
-/// Returns the square of the largest change of a relative velocity.
+/// The impulses of the rows of a joint.
 template <class real>
-real solve_articulation(Buffers<real>& b, const Articulation& tree) {
+void add_impulses(Buffers<real>& b, u32 slot, bool is_b, const real (&d)[LINK_ROWS]) {
+  JointImpulseBlock<real>& impulses = b.joint_impulses[slot / PACK];
+  const u32 lane = slot % PACK;
+  const real sign = is_b ? real(1) : real(-1);
+  for (u32 row = 0; row < JOINT_ROWS; ++row) impulses.locked[row][lane] = impulses.locked[row][lane] + sign * d[row];
+  impulses.free[lane] = impulses.free[lane] + sign * d[JOINT_ROWS];
+}
+
+/// Once up, once down: the changes of the links, whose impulses are kept `last`. Returns the square of the largest
+/// change of a relative velocity.
+template <class real>
+real answer_velocities(Buffers<real>& b, const Articulation& tree, bool last) {
   real change = 0;
   for_each_link_up(b, tree, [&](u32 i, const LinkInfo& link) {
     real off[LINK_ROWS];
     change = larger(link_off(b, link, b.link_factors[i], off), change);
-    ask_parent(b, link, b.link_factors[i], off, b.link_motions[i]);
+    ask_parent(b, i, off, b.link_motions.data());
   });
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
     real d[LINK_ROWS];
-    answer_parent(b, link, b.link_factors[i], b.link_motions[i], d);
-    if (link.joint == NONE) return;
-    JointImpulseBlock<real>& impulses = b.joint_impulses[link.slot / PACK];
-    const u32 lane = link.slot % PACK;
-    const real sign = link.is_b != 0 ? real(1) : real(-1);
-    for (u32 row = 0; row < JOINT_ROWS; ++row) impulses.locked[row][lane] = impulses.locked[row][lane] + sign * d[row];
-    impulses.free[lane] = impulses.free[lane] + sign * d[JOINT_ROWS];
+    answer_parent(b, i, b.link_motions.data(), d);
+    if (last && link.joint != NONE) add_impulses(b, link.slot, link.is_b != 0, d);
   });
+  return change;
+}
+
+/// Returns the square of the largest change of a relative velocity.
+template <class real>
+real solve_articulation(Buffers<real>& b, u32 index) {
+  const Articulation& tree = b.articulations[index];
+  const ClosureSet loops = closures_of(b, index);
+  clear_pushes(b, loops, b.link_motions.data());
+  real change = answer_velocities(b, tree, loops.count == 0);
+  if (loops.count > 0) {
+    for_each_closure(b, loops, [&](u32 k, const ClosureInfo& closure) {
+      real off[LINK_ROWS];
+      change = larger(link_off(b, as_link(b, closure), b.closure_factors[k], off), change);
+      want_closed(b, k, off);
+    });
+    solve_closures(b, loops);
+    for_each_closure(b, loops, [&](u32 k, const ClosureInfo& closure) {
+      real d[LINK_ROWS];
+      for (u32 row = 0; row < LINK_ROWS; ++row) d[row] = b.closure_wanted[k * LINK_ROWS + row];
+      add_impulses(b, closure.slot, true, d);
+    });
+    answer_velocities(b, tree, true);
+  }
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
     Motion<real>& body = b.motions[link.body];
     const Twist<real> push = push_on_link(b, i, link);
@@ -129,8 +112,8 @@ real solve_articulation(Buffers<real>& b, const Articulation& tree) {
 template <class real>
 real solve_articulations(Buffers<real>& b) {
   real change = 0;
-  for (const Articulation& tree : b.articulations) {
-    if (!is_asleep(b, tree.root)) change = larger(solve_articulation(b, tree), change);
+  for (u32 tree = 0; tree < b.articulations.size(); ++tree) {
+    if (!is_asleep(b, b.articulations[tree].root)) change = larger(solve_articulation(b, tree), change);
   }
   return change;
 }

@@ -55,6 +55,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::partitions, "PARTITIONS"},
     {Feature::shape_trees, "SHAPE_TREES"},
     {Feature::articulations, "ARTICULATIONS"},
+    {Feature::closures, "CLOSURES"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

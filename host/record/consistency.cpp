@@ -49,6 +49,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::elliptic_friction, Feature::turning_friction},
     {Feature::partitions, Feature::contacts},
     {Feature::articulations, Feature::joints},
+    {Feature::closures, Feature::articulations},
     {Feature::dense, Feature::contacts},
     {Feature::dense, Feature::general_contacts},
 };
@@ -236,6 +237,8 @@ void expect_articulations(const InitialState<real>& state) {
   expect_same(Buffer::articulations, b.articulations, right.articulations, "is no articulation of this scene");
   expect_same(Buffer::links, b.links, right.links, "is no link of this scene");
   expect_same(Buffer::link_levels, b.link_levels, right.link_levels, "is no level of this scene");
+  expect_same(Buffer::closure_sets, b.closure_sets, right.closure_sets, "has other loops than this scene");
+  expect_same(Buffer::closures, b.closures, right.closures, "closes no loop of this scene");
   const auto is_direct = [&](const JointLanes& lanes) {
     return lanes.joint[0] != NONE && b.joint_infos[lanes.joint[0]].direct != 0;
   };

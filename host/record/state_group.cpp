@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/record/layout.hpp"
+#include "host/scene/compile_articulations.hpp"
 #include "host/scene/step_params.hpp"
 
 namespace lockstep {
@@ -63,6 +64,7 @@ Sizes stored_sizes(hid_t group, Features features) {
   sizes.links = stored_rows(group, Buffer::links);
   const u32 level_ends = stored_rows(group, Buffer::link_levels);  // one more than there are levels
   sizes.link_levels = level_ends > 0 ? level_ends - 1 : 0;
+  sizes.closures = stored_rows(group, Buffer::closures);
   sizes.particles = stored_rows(group, Buffer::particle_bodies);
   sizes.particle_planes = stored_rows(group, Buffer::plane_bodies);
   if (sizes.worlds == 0 || sizes.bodies == 0) throw h5::Failed("has no bodies");
@@ -101,6 +103,7 @@ InitialState<real> read_constants(hid_t group) {
     if (info(buffer).lifetime == Lifetime::constant && has(state.features, info(buffer).feature))
       read_buffer<real>(group, buffer, elements.data(), elements.size());
   });
+  state.sizes.closure_columns = count_closure_columns(state.buffers.closure_sets, state.sizes.links);
   return state;
 }
 

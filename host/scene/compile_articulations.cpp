@@ -1,6 +1,7 @@
 #include "host/scene/compile_articulations.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <tuple>
 
 namespace lockstep {
@@ -37,9 +38,13 @@ class Search {
       if (!joints_[body].empty()) add_root(body, NONE);
       spread();
     }
+    join_trees();
     std::ranges::stable_sort(found_, {}, [](const Found& f) { return std::tuple(f.tree, f.level); });
     return std::move(found_);
   }
+
+  /// Joints that close loops, and are few enough in each tree.
+  const std::vector<u32>& closures() const { return closures_; }
 
  private:
   std::array<u32, 2> ends(u32 joint) const { return {b_.joint_infos[joint].body_a, b_.joint_infos[joint].body_b}; }
@@ -65,13 +70,69 @@ class Search {
     }
   }
 
+  // Trees with a joint between them, that neither of them has, are one where its loops are few enough.
+  void join_trees() {
+    std::vector<u32> tree_of(joints_.size() + 1, NONE), joined(trees_);
+    std::vector<bool> is_in_tree(b_.joint_infos.size(), false);
+    for (const Found& f : found_) {
+      tree_of[f.body] = f.tree;
+      if (f.joint != NONE) is_in_tree[f.joint] = true;
+    }
+    std::iota(joined.begin(), joined.end(), 0u);
+    const auto first_of = [&](u32 tree) {
+      while (joined[tree] != tree) tree = joined[tree] = joined[joined[tree]];
+      return tree;
+    };
+    std::vector<std::pair<u32, u32>> loops;  // a tree, a joint
+    for (u32 joint = 0; joint < b_.joint_infos.size(); ++joint) {
+      if (!is_hard(joint) || is_in_tree[joint]) continue;
+      const auto [a, b] = ends(joint);
+      if (!moves(a) && !moves(b)) continue;
+      loops.emplace_back(tree_of[moves(a) ? a : b], joint);
+      if (!moves(a) || !moves(b)) continue;
+      const u32 one = first_of(tree_of[a]), other = first_of(tree_of[b]);
+      joined[std::max(one, other)] = std::min(one, other);
+    }
+    std::vector<u32> counts(trees_, 0);
+    for (const auto& [tree, joint] : loops) ++counts[first_of(tree)];
+    for (const auto& [tree, joint] : loops)
+      if (counts[first_of(tree)] <= MAX_CLOSURES) closures_.push_back(joint);
+    for (Found& f : found_)
+      if (counts[first_of(f.tree)] <= MAX_CLOSURES) f.tree = first_of(f.tree);
+  }
+
   const Buffers<real>& b_;
   std::vector<std::vector<u32>> joints_;  // of each body
   std::vector<bool> is_found_;
   std::vector<Found> found_;
+  std::vector<u32> closures_;
   std::size_t next_ = 0;
   u32 trees_ = 0;
 };
+
+// `link_of`: of each body, NONE of what cannot move.
+template <class real>
+void set_closures(const std::vector<u32>& joints, const std::vector<u32>& link_of, Buffers<real>& b) {
+  if (joints.empty()) return;
+  std::vector<std::pair<u32, u32>> loops;  // a link, a joint
+  for (const u32 joint : joints) {
+    const u32 link = link_of[b.joint_infos[joint].body_a];
+    loops.emplace_back(link != NONE ? link : link_of[b.joint_infos[joint].body_b], joint);
+  }
+  std::ranges::sort(loops);
+  u32 columns = static_cast<u32>(b.links.size());  // no less than a first link
+  for (const Articulation& tree : b.articulations) {
+    const u32 begin = b.link_levels[tree.first_level], end = b.link_levels[tree.first_level + tree.level_count];
+    const u32 first = static_cast<u32>(b.closures.size());
+    while (b.closures.size() < loops.size() && loops[b.closures.size()].first < end) {
+      const u32 joint = loops[b.closures.size()].second;
+      b.closures.push_back({joint, NONE, link_of[b.joint_infos[joint].body_a], link_of[b.joint_infos[joint].body_b]});
+    }
+    const u32 count = static_cast<u32>(b.closures.size()) - first;
+    b.closure_sets.push_back({first, count, columns - begin, end - begin});
+    columns += count * LINK_ROWS * (end - begin);
+  }
+}
 
 }  // namespace
 
@@ -80,9 +141,12 @@ void find_articulations(Buffers<real>& b) {
   b.articulations.clear();
   b.links.clear();
   b.link_levels.clear();
+  b.closure_sets.clear();
+  b.closures.clear();
   for (JointInfo& joint : b.joint_infos) joint.direct = 0;
-  std::vector<u32> link_of(b.body_infos.size(), NONE);
-  const std::vector<Found> found = Search<real>(b).run();
+  std::vector<u32> link_of(b.body_infos.size() + 1, NONE);
+  Search<real> search(b);
+  const std::vector<Found> found = search.run();
   for (u32 i = 0; i < found.size(); ++i) {
     const Found& f = found[i];
     const bool new_tree = i == 0 || found[i - 1].tree != f.tree, new_level = new_tree || found[i - 1].level != f.level;
@@ -97,6 +161,15 @@ void find_articulations(Buffers<real>& b) {
     b.links.push_back({f.body, parent, f.joint, NONE, 0, 0, is_b, 0});
   }
   if (!b.links.empty()) b.link_levels.push_back(static_cast<u32>(b.links.size()));
+  for (const u32 joint : search.closures())
+    if (b.joint_infos[joint].free == FREE_NOTHING) b.joint_infos[joint].direct = 1;
+  set_closures(search.closures(), link_of, b);
+}
+
+u32 count_closure_columns(std::span<const ClosureSet> sets, u32 links) {
+  u32 columns = links;
+  for (const ClosureSet& set : sets) columns += set.count * LINK_ROWS * set.links;
+  return sets.empty() ? 0 : columns;
 }
 
 template <class real>
@@ -107,6 +180,7 @@ void place_link_joints(Buffers<real>& b) {
     if (joint != NONE) slots[joint] = slot;
   }
   for (LinkInfo& link : b.links) link.slot = link.joint == NONE ? NONE : slots[link.joint];
+  for (ClosureInfo& closure : b.closures) closure.slot = slots[closure.joint];
 }
 
 template void find_articulations<float>(Buffers<float>&);

@@ -184,6 +184,10 @@ void set_articulations(const Scene& scene, InitialState<real>& state) {
   state.sizes.articulations = static_cast<u32>(state.buffers.articulations.size());
   state.sizes.links = static_cast<u32>(state.buffers.links.size());
   state.sizes.link_levels = static_cast<u32>(state.buffers.link_levels.size()) - 1;
+  if (state.buffers.closures.empty()) return;
+  state.features = with(state.features, Feature::closures);
+  state.sizes.closures = static_cast<u32>(state.buffers.closures.size());
+  state.sizes.closure_columns = count_closure_columns(state.buffers.closure_sets, state.sizes.links);
 }
 
 using BodyPair = std::pair<u32, u32>;

@@ -20,29 +20,68 @@ static inline u32 write_link_joint_now(LinkInfo link, JointInfo info, const Join
   return info.locked | (rod ? 1u << JOINT_ROWS : 0u);
 }
 
-static inline void close_link_up(u32 index, const StepParams params, global const LinkInfo* links,
-                                 global const JointInfo* joint_infos, global const Joint* joints,
-                                 global const real* screw_rises, global const real* rolling_radii,
-                                 global const Motion* motions, global const Vec4* positions,
-                                 global const Vec4* orientations, global LinkFactor* link_factors,
-                                 global LinkMotion* link_motions) {
+// All that is measured anew.
+typedef struct JointsNow {
+  u32 bodies;
+  global const JointInfo* infos;
+  global const Joint* joints;
+  global const real* screw_rises;
+  global const real* rolling_radii;
+  global const Vec4* positions;
+  global const Vec4* orientations;
+} JointsNow;
+
+// Of the parameters of a kernel.
+#define JOINTS_NOW \
+  { params.bodies, joint_infos, joints, screw_rises, rolling_radii, positions, orientations }
+
+static inline u32 write_joint_now(LinkInfo link, const JointsNow* s, global LinkFactor* f) {
+  const JointInfo info = s->infos[link.joint];
+  Vec3 x_a, x_b;
+  Quat q_a, q_b;
+  joint_pose(info.body_a, s->bodies, s->positions, s->orientations, &x_a, &q_a);
+  joint_pose(info.body_b, s->bodies, s->positions, s->orientations, &x_b, &q_b);
+  const JointNow now = joint_now(s->joints[link.joint], info.locked, info.free,
+                                 joint_sizes(s->screw_rises, s->rolling_radii, link.joint), x_a, q_a, x_b, q_b);
+  return write_link_joint_now(link, info, s->joints[link.joint], now, f);
+}
+
+static inline void factor_link_now(u32 index, const JointsNow* s, global const LinkInfo* links,
+                                   global const Motion* motions, global LinkFactor* link_factors) {
   const LinkInfo link = links[index];
   global LinkFactor* f = link_factors + index;
-  u32 rows = 0u;  // one that floats has none, since it was factorised first
-  if (link.joint != NONE) {
-    const JointInfo info = joint_infos[link.joint];
-    Vec3 x_a, x_b;
-    Quat q_a, q_b;
-    joint_pose(info.body_a, params.bodies, positions, orientations, &x_a, &q_a);
-    joint_pose(info.body_b, params.bodies, positions, orientations, &x_b, &q_b);
-    const JointNow now = joint_now(joints[link.joint], info.locked, info.free,
-                                   joint_sizes(screw_rises, rolling_radii, link.joint), x_a, q_a, x_b, q_b);
-    rows = write_link_joint_now(link, info, joints[link.joint], now, f);
-  }
+  // one that floats has no rows, since it was factorised first
+  const u32 rows = link.joint == NONE ? 0u : write_joint_now(link, s, f);
   factorise_link(link, rows, motions[link.body], link_factors, f);
-  real off[LINK_ROWS];
-  for (u32 i = 0u; i < LINK_ROWS; ++i) off[i] = f->error[i];
-  ask_parent(link, off, link_factors, link_motions, f, link_motions + index);
 }
+
+static inline void ask_parent_of_errors(u32 index, global const LinkInfo* links, global const LinkFactor* link_factors,
+                                        global LinkMotion* link_motions) {
+  real off[LINK_ROWS];
+  for (u32 i = 0u; i < LINK_ROWS; ++i) off[i] = link_factors[index].error[i];
+  ask_parent(index, links[index], off, link_factors, link_motions);
+}
+
+#if FEATURE_CLOSURES
+// A group: the closures of a tree whose links have their factors.
+static inline void factor_closures_now(ClosureSet loops, const Closures* all, const JointsNow* s, const LinkTree* tree,
+                                       global LinkMotion* closure_columns) {
+  for (u32 k = loops.first + (u32)get_local_id(0); k < loops.first + loops.count; k += (u32)get_local_size(0))
+    mark_rows(write_joint_now(as_link(all->closures[k], s->infos), s, all->factors + k), all->factors + k);
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  factor_closures(loops, all, tree, closure_columns);
+}
+
+// A group: what they push with, once the tree has answered what is off in it.
+static inline void solve_loops_now(ClosureSet loops, const Closures* all, global LinkMotion* link_motions) {
+  for (u32 k = loops.first + (u32)get_local_id(0); k < loops.first + loops.count; k += (u32)get_local_size(0)) {
+    real off[LINK_ROWS];
+    for (u32 i = 0u; i < LINK_ROWS; ++i) off[i] = all->factors[k].error[i];
+    want_closed(k, off, all, link_motions);
+  }
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  solve_closures(loops, all, link_motions);
+}
+#endif
 
 #endif

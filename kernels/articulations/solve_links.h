@@ -1,61 +1,19 @@
-// Solves the rows of articulations with their factors, once up and once down.
+// Solves the rows of articulations with their factors, once up and once down; twice where joints close loops.
 // cpu_reference/articulations/solve_links.hpp is the twin and says more.
 #ifndef LOCKSTEP_ARTICULATION_SOLVE_LINKS_H
 #define LOCKSTEP_ARTICULATION_SOLVE_LINKS_H
 
-#include "articulations/link.h"
+#include "articulations/closures.h"
 #include "sleep.h"
 #include "sweep_change.h"
 
-static inline void solve_mobility(global const LinkFactor* f, real* r) {
-  u32 count = LINK_ROWS;
-  while (count > 0u && !(f->mobility[ENTRY_INDEX(count - 1u, count - 1u)] > (real)0)) r[--count] = (real)0;
-  solve_rows(count, f->mobility, r);
-}
-
-static inline Twist without_children(LinkInfo link, global const LinkFactor* link_factors,
-                                     global const LinkMotion* link_motions, Twist push) {
-  for (u32 child = link.first_child; child < link.first_child + link.child_count; ++child) {
-    const Twist effort = read_twist(link_motions[child].effort);
-    push = sub_twist(push, effort_about(global_vec3(link_factors[child].parent_arm), effort));
-  }
-  return push;
-}
-
-static inline void ask_parent(LinkInfo link, const real* off, global const LinkFactor* link_factors,
-                              global const LinkMotion* link_motions, global const LinkFactor* f, global LinkMotion* m) {
-  const Twist force = without_children(link, link_factors, link_motions, no_twist());
-  write_twist(force, m->force);
-  real change[6], answer[LINK_ROWS];
-  spread_twist(force, change);
-  solve_rows(6u, f->inertia, change);
-  link_rows(f, twist_at(global_vec3(f->arm), make_twist(vec3(change), vec3(change + 3))), answer);
-  for (u32 i = 0u; i < LINK_ROWS; ++i) {
-    answer[i] = -(off[i] + answer[i]);
-    m->wanted[i] = answer[i];
-  }
-  solve_mobility(f, answer);
-  write_twist(link_effort(f, answer), m->effort);
-}
-
-static inline void answer_parent(LinkInfo link, global const LinkMotion* link_motions, global const LinkFactor* f,
-                                 global LinkMotion* m, real* d) {
-  const Twist parent = link.parent != NONE ? read_twist(link_motions[link.parent].change) : no_twist();
-  link_rows(f, twist_at(global_vec3(f->parent_arm), parent), d);
-  for (u32 i = 0u; i < LINK_ROWS; ++i) d[i] = m->wanted[i] + d[i];
-  solve_mobility(f, d);
-  const Twist effort = link_effort(f, d);
-  write_twist(effort, m->effort);
-  real change[6];
-  spread_twist(add_twist(read_twist(m->force), effort_about(global_vec3(f->arm), effort)), change);
-  solve_rows(6u, f->inertia, change);
-  for (u32 k = 0u; k < 6u; ++k) m->change[k] = change[k];
-}
-
 static inline Twist push_on_link(u32 index, LinkInfo link, global const LinkFactor* link_factors,
                                  global const LinkMotion* link_motions) {
-  const Twist effort = read_twist(link_motions[index].effort);
-  return without_children(link, link_factors, link_motions, effort_about(global_vec3(link_factors[index].arm), effort));
+  Twist push = effort_about(global_vec3(link_factors[index].arm), read_twist(link_motions[index].effort));
+#if FEATURE_CLOSURES
+  push = add_twist(push, read_twist(link_motions[index].push));
+#endif
+  return without_children(link, link_factors, link_motions, push);
 }
 
 // All that a solve reads and writes.
@@ -70,13 +28,14 @@ typedef struct Articulations {
   global JointImpulseBlock* joint_impulses;
   global Motion* motions;
   global u32* counters;
+  Closures loops;
 } Articulations;
 
 // Of the parameters of a kernel.
 #define ARTICULATIONS                                                                                              \
   {                                                                                                                \
     articulations, links, link_levels, link_factors, joint_infos, sleepers, link_motions, joint_impulses, motions, \
-        counters                                                                                                   \
+        counters, CLOSURES                                                                                         \
   }
 
 static inline void link_off(LinkInfo link, const Articulations* s, global const LinkFactor* f, real* off) {
@@ -106,21 +65,43 @@ static inline void link_up(u32 index, const Articulations* s) {
   const LinkInfo link = s->links[index];
   real off[LINK_ROWS];
   link_off(link, s, s->factors + index, off);
-  ask_parent(link, off, s->factors, s->link_motions, s->factors + index, s->link_motions + index);
+  ask_parent(index, link, off, s->factors, s->link_motions);
 }
 
-static inline void link_down(u32 index, const Articulations* s) {
-  const LinkInfo link = s->links[index];
-  real d[LINK_ROWS];
-  answer_parent(link, s->link_motions, s->factors + index, s->link_motions + index, d);
-  if (link.joint == NONE) return;
-  global JointImpulseBlock* impulses = s->joint_impulses + link.slot / PACK;
-  const u32 lane_index = link.slot % PACK;
-  const real sign = link.is_b != 0u ? (real)1 : (real)-1;
+static inline void add_impulses(u32 slot, bool is_b, const real* d, global JointImpulseBlock* joint_impulses) {
+  global JointImpulseBlock* impulses = joint_impulses + slot / PACK;
+  const u32 lane_index = slot % PACK;
+  const real sign = is_b ? (real)1 : (real)-1;
   for (u32 row = 0u; row < JOINT_ROWS; ++row)
     impulses->locked[row][lane_index] = impulses->locked[row][lane_index] + sign * d[row];
   impulses->free[lane_index] = impulses->free[lane_index] + sign * d[JOINT_ROWS];
 }
+
+// Impulses are kept the last time.
+static inline void link_down(u32 index, bool last, const Articulations* s) {
+  const LinkInfo link = s->links[index];
+  real d[LINK_ROWS];
+  answer_parent(index, link, s->factors, s->link_motions, d);
+  if (last && link.joint != NONE) add_impulses(link.slot, link.is_b != 0u, d, s->joint_impulses);
+}
+
+#if FEATURE_CLOSURES
+// A group: what the loops of a tree push with, once it has answered what is off in it.
+static inline void solve_loops(ClosureSet loops, const Articulations* s) {
+  for (u32 k = loops.first + (u32)get_local_id(0); k < loops.first + loops.count; k += (u32)get_local_size(0)) {
+    real off[LINK_ROWS];
+    link_off(as_link(s->loops.closures[k], s->joint_infos), s, s->loops.factors + k, off);
+    want_closed(k, off, &s->loops, s->link_motions);
+  }
+  barrier(CLK_GLOBAL_MEM_FENCE);
+  solve_closures(loops, &s->loops, s->link_motions);
+  for (u32 k = loops.first + (u32)get_local_id(0); k < loops.first + loops.count; k += (u32)get_local_size(0)) {
+    real d[LINK_ROWS];
+    for (u32 row = 0u; row < LINK_ROWS; ++row) d[row] = s->loops.wanted[k * LINK_ROWS + row];
+    add_impulses(s->loops.closures[k].slot, true, d, s->joint_impulses);
+  }
+}
+#endif
 
 static inline void link_push(u32 index, const Articulations* s) {
   const LinkInfo link = s->links[index];
@@ -138,18 +119,28 @@ static inline void solve_articulation_groups(u32 count, const Articulations* s) 
   do {
     const bool is_there = tree < count && !SWEEP_IS_VOID(s->counters) && !is_asleep(s->sleepers, s->trees[tree].root);
     const u32 first = is_there ? s->trees[tree].first_level : 0u, levels = is_there ? s->trees[tree].level_count : 0u;
-    u32 step = 0u;
-    do {  // from the leaves to the root
-      const LinkRange at = links_up(first, levels, step, s->levels);
-      for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) link_up(i, s);
-      barrier(CLK_GLOBAL_MEM_FENCE);
-    } while (++step < levels);
-    step = 0u;
+    const ClosureSet loops = closures_of(tree, is_there, &s->loops);
+    clear_pushes(loops, &s->loops, s->link_motions);
+    const u32 passes = loops.count > 0u ? 2u : 1u;
+    u32 pass = 0u;
     do {
-      const LinkRange at = links_down(first, levels, step, s->levels);
-      for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) link_down(i, s);
-      barrier(CLK_GLOBAL_MEM_FENCE);
-    } while (++step < levels);
+      const bool last = pass + 1u == passes;
+      u32 step = 0u;
+      do {  // from the leaves to the root
+        const LinkRange at = links_up(first, levels, step, s->levels);
+        for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) link_up(i, s);
+        barrier(CLK_GLOBAL_MEM_FENCE);
+      } while (++step < levels);
+      step = 0u;
+      do {
+        const LinkRange at = links_down(first, levels, step, s->levels);
+        for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) link_down(i, last, s);
+        barrier(CLK_GLOBAL_MEM_FENCE);
+      } while (++step < levels);
+#if FEATURE_CLOSURES
+      solve_loops(last ? no_closures() : loops, s);
+#endif
+    } while (++pass < passes);
     const u32 begin = s->levels[first], end = s->levels[first + levels];
     for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) link_push(i, s);
     barrier(CLK_GLOBAL_MEM_FENCE);

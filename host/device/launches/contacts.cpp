@@ -88,6 +88,13 @@ bool is_fused(const LaunchPlan& plan) {
          std::ranges::none_of(std::views::iota(0u, plan.sizes.joint_phases), is_large_phase);
 }
 
+// What links answer to the rows of joints that close loops.
+void make_room_for_closures(Launcher& launcher) {
+  const LaunchPlan& plan = launcher.plan();
+  const std::size_t words = sizeof(LinkMotion<float>) / sizeof(float) * plan.real_words;
+  launcher.scratch("closure_columns", std::max<std::size_t>(1, plan.sizes.closure_columns * words));
+}
+
 // Behind each sweep of several launches.
 void end_sweep(Launcher& launcher, u32 sweep) {
   const LaunchPlan& plan = launcher.plan();
@@ -243,6 +250,7 @@ void launch_prepare_joints(Launcher& launcher) {
 
 void launch_factor_articulations(Launcher& launcher) {
   const u32 count = launcher.plan().sizes.articulations;
+  make_room_for_closures(launcher);
   launcher.run_groups("factor_articulations", count, {{"articulation_count", count}});
 }
 
@@ -306,7 +314,10 @@ void launch_close_joints(Launcher& launcher) {
   const u32 articulations = plan.sizes.articulations;
   const bool alone = plan.swept_joint_phases == 0 || (articulations == 0 && !is_large(plan, 0));
   const u32 passes = alone ? 1 : plan.position_sweeps;
-  if (articulations > 0) launcher.scratch("articulation_turns", articulations);
+  if (articulations > 0) {
+    launcher.scratch("articulation_turns", articulations);
+    make_room_for_closures(launcher);
+  }
   for (u32 i = 0; i < passes; ++i) {
     if (articulations > 0)
       launcher.run_groups("close_articulations", articulations,
