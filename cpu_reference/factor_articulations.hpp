@@ -32,6 +32,7 @@ u32 write_link_joint(const Buffers<real>& b, const LinkInfo& link, LinkFactor<re
 template <class real>
 void factor_articulations(Buffers<real>& b, const StepParams<real>&) {
   if (step_is_void(b.counters)) return;
+  std::vector<LinkMotion<real>> columns = room_for_columns(b);
   for (u32 t = 0; t < b.articulations.size(); ++t) {
     const Articulation& tree = b.articulations[t];
     const bool asleep = is_asleep(b, tree.root);
@@ -50,7 +51,7 @@ void factor_articulations(Buffers<real>& b, const StepParams<real>&) {
       const LinkInfo link = as_link(b, closure);
       mark_rows(write_link_joint(b, link, b.closure_factors[k]), b.closure_factors[k]);
     });
-    factor_closures(b, tree, loops);
+    factor_closures(b, tree, loops, columns);
   }
 }
 

@@ -46,7 +46,8 @@ void answer_errors(Buffers<real>& b, const Articulation& tree) {
 }
 
 template <class real>
-void close_articulation(Buffers<real>& b, const StepParams<real>& params, u32 index) {
+void close_articulation(Buffers<real>& b, const StepParams<real>& params, u32 index,
+                        std::vector<LinkMotion<real>>& columns) {
   const Articulation& tree = b.articulations[index];
   const ClosureSet loops = closures_of(b, index);
   for_each_link_up(b, tree, [&](u32 i, const LinkInfo& link) {
@@ -59,7 +60,7 @@ void close_articulation(Buffers<real>& b, const StepParams<real>& params, u32 in
     LinkFactor<real>& f = b.closure_factors[k];
     mark_rows(write_link_joint_now(b, params, as_link(b, closure), f), f);
   });
-  factor_closures(b, tree, loops);
+  factor_closures(b, tree, loops, columns);
   clear_pushes(b, loops, b.link_motions.data());
   answer_errors(b, tree);
   if (loops.count > 0) {
@@ -84,8 +85,9 @@ void close_articulation(Buffers<real>& b, const StepParams<real>& params, u32 in
 /// All articulations that are awake.
 template <class real>
 void close_articulations(Buffers<real>& b, const StepParams<real>& params) {
+  std::vector<LinkMotion<real>> columns = room_for_columns(b);
   for (u32 tree = 0; tree < b.articulations.size(); ++tree) {
-    if (!is_asleep(b, b.articulations[tree].root)) close_articulation(b, params, tree);
+    if (!is_asleep(b, b.articulations[tree].root)) close_articulation(b, params, tree, columns);
   }
 }
 

@@ -139,14 +139,20 @@ void clear_closures(Buffers<real>& b, const ClosureSet& loops) {
   for (std::size_t i = closure_entry(begin, 0); i < closure_entry(end, 0); ++i) b.closure_matrix[i] = 0;
 }
 
+/// Room for what links do while columns are written; no closure pushes any of them yet.
+template <class real>
+std::vector<LinkMotion<real>> room_for_columns(const Buffers<real>& b) {
+  return std::vector<LinkMotion<real>>(b.closures.empty() ? 0 : b.links.size());
+}
+
 /// The matrix of an articulation whose links have their factors, and whose closures are written.
 template <class real>
-void factor_closures(Buffers<real>& b, const Articulation& tree, const ClosureSet& loops) {
+void factor_closures(Buffers<real>& b, const Articulation& tree, const ClosureSet& loops,
+                     std::vector<LinkMotion<real>>& motions) {
   const u32 n = loops.count * LINK_ROWS;
   if (n == 0) return;
   real* const w = b.closure_matrix.data() + closure_entry(loops.first * LINK_ROWS, 0);
   real* const whole = b.closure_wanted.data() + loops.first * LINK_ROWS;  // nothing is wanted yet
-  std::vector<LinkMotion<real>> motions(b.links.size());
   const real nothing[LINK_ROWS] = {};
   for (u32 j = 0; j < n; ++j) {
     const u32 of = loops.first + j / LINK_ROWS, row = j % LINK_ROWS;
