@@ -59,8 +59,8 @@ enum class Stabilization { velocities, positions };
 inline constexpr std::pair<const char*, Stabilization> stabilization_names[] = {
     {"velocities", Stabilization::velocities}, {"positions", Stabilization::positions}};
 
-/// How joints are solved in each sweep: one after another, or all those of a tree of bodies at once, exactly, with up to
-/// MAX_CLOSURES that close its loops (cpu_reference/articulations/link.hpp, closures.hpp).
+/// How joints are solved in each sweep: one after another, or all those of a tree of bodies at once, exactly, with up
+/// to MAX_CLOSURES that close its loops (cpu_reference/articulations/link.hpp, closures.hpp).
 enum class JointSolver { sweeps, direct };
 inline constexpr std::pair<const char*, JointSolver> joint_solver_names[] = {{"sweeps", JointSolver::sweeps},
                                                                              {"direct", JointSolver::direct}};
