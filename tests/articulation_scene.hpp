@@ -6,6 +6,7 @@
 
 #include "cpu_reference/articulations/closures.hpp"
 #include "cpu_reference/joints/visit_joint.hpp"
+#include "tests/contact_scene.hpp"
 #include "tests/joints/joint_scene.hpp"
 
 namespace lockstep::test {
@@ -82,6 +83,18 @@ InitialState<real> state_before(Stage stage, const Scene& scene) {
   }
   state.buffers = backend.buffers();
   return state;
+}
+
+/// The stages that solve trees and close them, on the device beside the reference.
+template <class real>
+void expect_stages_agree(const Scene& scene, Feature feature) {
+  for (const Stage stage : {Stage::factor_articulations, Stage::solve_constraints, Stage::close_joints}) {
+    SCOPED_TRACE(info(stage).name);
+    const InitialState<real> state = state_before<real>(stage, scene);
+    ASSERT_TRUE(has(state.features, feature));
+    ASSERT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
+    run_twins(stage, state);
+  }
 }
 
 /// What the rows of trees, and of joints that close their loops, are off by: the largest, m/s and rad/s. Springs push

@@ -1,14 +1,12 @@
 // Joints that close loops of trees, solved with them: the twins, which ones there are, and what they hold.
 #include <gtest/gtest.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <string>
 #include <vector>
 
-#include "host/scene/read.hpp"
 #include "tests/articulation_scene.hpp"
-#include "tests/contact_scene.hpp"
 
 namespace lockstep::test {
 namespace {
@@ -21,17 +19,9 @@ TYPED_TEST_SUITE(Closures, Precisions);
 // ---- the twins -----------------------------------------------------------------------------------------------------
 
 TYPED_TEST(Closures, KernelsMatchReference) {
-  using real = TypeParam;
   for (const Scene& scene : {random_mechanism(1, 20, 3), random_mechanism(2, 60, 16), random_mechanism(3, 900, 7),
-                             solved_directly(random_joints(4, 40, 30))}) {
-    for (const Stage stage : {Stage::factor_articulations, Stage::solve_constraints, Stage::close_joints}) {
-      SCOPED_TRACE(info(stage).name);
-      const InitialState<real> state = state_before<real>(stage, scene);
-      ASSERT_TRUE(has(state.features, Feature::closures));
-      ASSERT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
-      run_twins(stage, state);
-    }
-  }
+                             solved_directly(random_joints(4, 40, 30))})
+    expect_stages_agree<TypeParam>(scene, Feature::closures);
 }
 
 // In many worlds, in one launch and in several, with sub-steps and to a tolerance.

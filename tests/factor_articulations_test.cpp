@@ -5,7 +5,6 @@
 
 #include "host/scene/read.hpp"
 #include "tests/articulation_scene.hpp"
-#include "tests/contact_scene.hpp"
 
 namespace lockstep::test {
 namespace {
@@ -23,16 +22,7 @@ std::vector<Scene> scenes_with_trees() {
 }
 
 TYPED_TEST(FactorArticulations, KernelMatchesReference) {
-  using real = TypeParam;
-  for (const Scene& scene : scenes_with_trees()) {
-    for (const Stage stage : {Stage::factor_articulations, Stage::solve_constraints, Stage::close_joints}) {
-      SCOPED_TRACE(info(stage).name);
-      const InitialState<real> state = state_before<real>(stage, scene);
-      ASSERT_TRUE(has(state.features, Feature::articulations));
-      ASSERT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
-      run_twins(stage, state);
-    }
-  }
+  for (const Scene& scene : scenes_with_trees()) expect_stages_agree<TypeParam>(scene, Feature::articulations);
 }
 
 // With sub-steps, that small scenes run as one launch; with a tolerance; ahead of the step.
