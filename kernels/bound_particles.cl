@@ -9,7 +9,7 @@ kernel void bound_particles(global const ParticleLaw* particle_laws, global cons
                             global const Vec4* particle_offsets, global const Vec4* positions,
                             global const Vec4* orientations, global const Motion* motions, global Vec4* particle_places,
                             global Vec4* particle_velocities, global u32* counters, const StepParams params) {
-  const real h = step_length(params);
+  const real h = step_length(&params);
   u32 largest = 0u;
   FOR_EACH(i, body_particles[params.bodies]) {
     place_particle(i, particle_bodies, particle_offsets, positions, orientations, motions, particle_places,

@@ -33,14 +33,14 @@ static inline void set_box(global BoxBlock* block, u32 k, TreeBox box) {
 kernel void build_tree_runs(global const ShapeInfo* shape_infos, global const u32* loose_shapes,
                             global const Vec4* positions, global const Motion* motions, global const Bound* bounds,
                             global const u32* tree_items, global BoxBlock* tree_blocks, const StepParams params) {
-  const u32 count = loose_count(params);
+  const u32 count = loose_count(&params);
   FOR_EACH(e, blocks_of(blocks_of(count)) * PACK) {
     TreeBox box = empty_box();
     for (u32 place = e * PACK; place < (e + 1u) * PACK && place < count; ++place) {
       const u32 k = tree_items[place], i = LOOSE_SHAPE(k), body = shape_infos[i].body;
       if (bounds[k].extent > (real)0)
-        box = united(box,
-                     swept_box(&bounds[k], shape_infos[i].kind, &positions[body], &motions[body], step_length(params)));
+        box = united(
+            box, swept_box(&bounds[k], shape_infos[i].kind, &positions[body], &motions[body], step_length(&params)));
     }
     set_box(&tree_blocks[e / PACK], e % PACK, box);
   }

@@ -47,11 +47,11 @@ static inline Placed collide_place(const Side* side, Vec3 center, bool alone, re
 }
 
 // The largest gap that can matter.
-static inline real collide_limit(StepParams params, const Side* a, const Side* b, Vec3 arm_b) {
+static inline real collide_limit(const StepParams* params, const Side* a, const Side* b, Vec3 arm_b) {
   const Vec3 v = sub3(point_velocity(b->motion, arm_b), point_velocity(a->motion, a->arm));
   const Vec3 w = sub3(make3(b->motion->w[0], b->motion->w[1], b->motion->w[2]),
                       make3(a->motion->w[0], a->motion->w[1], a->motion->w[2]));
-  return params.margin + step_length(params) * (length3(v) + length3(w) * a->shape->reach);
+  return params->margin + step_length(params) * (length3(v) + length3(w) * a->shape->reach);
 }
 
 // From the centre of mass of b to that of a.
@@ -63,17 +63,17 @@ static inline Vec3 collide_center_b(const Side* a, const Side* b) {
 }
 
 // `alone`: facets are taken for themselves.
-static inline Manifold collide_sides(StepParams params, const Side* a, const Side* b, HullTables tables, real limit,
-                                     bool alone, real h) {
-  return collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0), alone, params.margin, h), b->kind,
-                        collide_place(b, collide_center_b(a, b), alone, params.margin, h), tables, limit);
+static inline Manifold collide_sides(const StepParams* params, const Side* a, const Side* b, HullTables tables,
+                                     real limit, bool alone, real h) {
+  return collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0), alone, params->margin, h), b->kind,
+                        collide_place(b, collide_center_b(a, b), alone, params->margin, h), tables, limit);
 }
 
-static inline bool collide_in_reach(StepParams params, const Manifold* m, u32 k, const Side* a, const Side* b,
+static inline bool collide_in_reach(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
                                     Vec3 apart, real time_left) {
   const Vec3 arm = add3(a->arm, sub3(m->points[k].anchor_a, scale3(m->radius_a, m->normal)));
   const real speed = approach_speed(m->normal, a->motion, arm, b->motion, add3(arm, apart));
-  return gap_at(m, k) <= params.margin + time_left * speed;
+  return gap_at(m, k) <= params->margin + time_left * speed;
 }
 
 // Puts one more point into a list that is ordered by feature.
@@ -84,7 +84,7 @@ static inline void collide_insert(Manifold* m, ManifoldPoint point) {
 }
 
 // The points that are in reach with so much time of the step left; each anchor is seen from the centre of its shape.
-static inline void collide_keep(StepParams params, Manifold* m, const Side* a, const Side* b, real time_left) {
+static inline void collide_keep(const StepParams* params, Manifold* m, const Side* a, const Side* b, real time_left) {
   const Vec3 apart = collide_apart(a, b), center_b = collide_center_b(a, b);
   const u32 found = m->count;
   m->count = 0u;
@@ -124,15 +124,15 @@ static inline bool collide_is_facet(const Side* side, HullTables tables) {
 
 // The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
 // may be beside it: until it is there the facet is taken for itself.
-static inline void collide_at_impact(StepParams params, const Side* a, const Side* b, HullTables tables, real limit,
-                                     Manifold* m) {
+static inline void collide_at_impact(const StepParams* params, const Side* a, const Side* b, HullTables tables,
+                                     real limit, Manifold* m) {
   const real h = step_length(params);
   *m = collide_sides(params, a, b, tables, limit, true, h);
   const Mover mover_a = make_mover(a->kind, a->shape, a->motion, a->pose);
   const Mover mover_b = make_mover(b->kind, b->shape, b->motion, b->pose);
   Side moved_a = *a, moved_b = *b;
   real time = (real)0;
-  for (u32 round = 0u; round < ADVANCE_ROUNDS && m->count > 0u && time < h && closest_gap(m) > params.slop; ++round) {
+  for (u32 round = 0u; round < ADVANCE_ROUNDS && m->count > 0u && time < h && closest_gap(m) > params->slop; ++round) {
     time = advance_time(time, closest_gap(m), closing_speed(&mover_a, &mover_b, m->normal, h), h);
     moved_a = collide_moved(a, &mover_a, time);
     moved_b = collide_moved(b, &mover_b, time);
@@ -148,7 +148,7 @@ static inline void collide_at_impact(StepParams params, const Side* a, const Sid
 }
 #endif
 
-static inline Manifold collide_pair(StepParams params, const Side* a, const Side* b, HullTables tables) {
+static inline Manifold collide_pair(const StepParams* params, const Side* a, const Side* b, HullTables tables) {
   if (IS_SENSOR(*a) || IS_SENSOR(*b)) return no_manifold();
   const real limit = collide_limit(params, a, b, add3(a->arm, collide_apart(a, b)));
   Manifold m;
@@ -165,7 +165,7 @@ static inline Manifold collide_pair(StepParams params, const Side* a, const Side
 }
 
 // Everything else about a pair is done for it alone.
-static inline void collide_alone(StepParams params, u32 p, Pair pair, HullTables tables, const SideTables* sides,
+static inline void collide_alone(const StepParams* params, u32 p, Pair pair, HullTables tables, const SideTables* sides,
                                  global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                                  global FoundContacts* found_contacts, global u32* contact_starts) {
   const Side a = collide_side(pair.shape_a, shape_infos, sides);
@@ -195,14 +195,14 @@ kernel void collide_pairs(global const BodyInfo* body_infos, global const ShapeI
 #if LANES > 1 && FEATURE_BOXES
     Tile tile;
     tile_sort(&tile, first, end, pairs, shape_infos);
-    tile_collide(params, &tile, &sides, body_infos, found_contacts, contact_starts);
+    tile_collide(&params, &tile, &sides, body_infos, found_contacts, contact_starts);
     const TileList* others = &tile.lists[TILE_OTHERS];
     for (u32 i = 0u; i < others->count; ++i) {
       const u32 p = first + others->at[i];
 #else
     for (u32 p = first; p < end; ++p) {
 #endif
-      collide_alone(params, p, pairs[p], tables, &sides, body_infos, shape_infos, found_contacts, contact_starts);
+      collide_alone(&params, p, pairs[p], tables, &sides, body_infos, shape_infos, found_contacts, contact_starts);
     }
   }
 }

@@ -86,7 +86,8 @@ LANE_INLINE LaneBox box_of_side(const LaneSide* side) {
 }
 
 // Finds the separating axes of pairs of boxes, and sorts those that can touch.
-static inline void tile_box_axes(StepParams params, Tile* tile, const SideTables* tables, global u32* contact_starts) {
+static inline void tile_box_axes(const StepParams* params, Tile* tile, const SideTables* tables,
+                                 global u32* contact_starts) {
   const TileList* boxes = &tile->lists[TILE_BOXES];
   for (u32 first = 0u; first < boxes->count; first += LANES) {
     LanePairs group;
@@ -112,7 +113,7 @@ static inline void tile_box_axes(StepParams params, Tile* tile, const SideTables
 }
 
 // The contacts of LANES pairs of one sort.
-static inline void tile_group(StepParams params, const Tile* tile, u32 sort, u32 first, const SideTables* tables,
+static inline void tile_group(const StepParams* params, const Tile* tile, u32 sort, u32 first, const SideTables* tables,
                               global const BodyInfo* body_infos, global FoundContacts* found_contacts,
                               global u32* contact_starts) {
   LanePairs group;
@@ -141,7 +142,7 @@ static inline void tile_group(StepParams params, const Tile* tile, u32 sort, u32
   lane_store_found(&sides, &m, points, &group, members, body_infos, found_contacts, contact_starts);
 }
 
-static inline void tile_collide(StepParams params, Tile* tile, const SideTables* tables,
+static inline void tile_collide(const StepParams* params, Tile* tile, const SideTables* tables,
                                 global const BodyInfo* body_infos, global FoundContacts* found_contacts,
                                 global u32* contact_starts) {
   tile_box_axes(params, tile, tables, contact_starts);

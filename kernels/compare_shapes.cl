@@ -4,7 +4,8 @@
 #include "types.h"
 
 // All loose shapes of larger index of the world, place by place: places are in the order of the shapes.
-static inline void search_later_shapes(const PairSearch* s, const Searcher* me, StepParams params, Finds* finds) {
+static inline void search_later_shapes(const PairSearch* s, const Searcher* me, const StepParams* params,
+                                       Finds* finds) {
   if (!(me->extent > (real)0)) return;
   const LooseRange world = loose_range(me->info.body.world, s->world_ranges, s->world_trees);
   const u32 end = world.first + world.count;
@@ -34,19 +35,19 @@ kernel void compare_shapes(global const WorldRange* world_ranges, global const B
                            global const u32* joined_starts, global const u32* joined_bodies, global u32* found_partners,
                            global u32* pair_starts, global Pair* pairs, global u32* counters, const StepParams params) {
   const Cell no_cell = {0, 0, 0, NONE};
-  FOR_EACH(k, loose_count(params)) {
+  FOR_EACH(k, loose_count(&params)) {
     gather_place(k, LOOSE_SHAPE(k), &bounds[k], no_cell, body_infos, shape_infos, positions, motions, sleepers, places,
-                 place_infos, shape_places, params);
+                 place_infos, shape_places, &params);
   }
   gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
-                plane_infos, pair_starts, params);
+                plane_infos, pair_starts, &params);
   barrier(CLK_GLOBAL_MEM_FENCE);
 
   const PairSearch s = PAIR_SEARCH;
   Finds finds = {pair_starts, found_partners, 0, 0u};
-  FOR_EACH(place, loose_count(params)) {
-    const Searcher me = make_searcher(&s, params, place);
-    search_later_shapes(&s, &me, params, &finds);
+  FOR_EACH(place, loose_count(&params)) {
+    const Searcher me = make_searcher(&s, &params, place);
+    search_later_shapes(&s, &me, &params, &finds);
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
 
@@ -60,15 +61,15 @@ kernel void compare_shapes(global const WorldRange* world_ranges, global const B
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
 
-  const bool full = tell_pairs(pair_starts[params.shapes], counters, params);
+  const bool full = tell_pairs(pair_starts[params.shapes], counters, &params);
   FOR_EACH(i, full ? 0u : params.shapes) {
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;
     global u32* partners = found_partners + i * FOUND;
     if (count > FOUND) {
       partners = (global u32*)(pairs + start);
       Finds all = {0, 0, partners, 0u};
-      const Searcher me = owner_of_list(&s, params, shape_places, i);
-      search_later_shapes(&s, &me, params, &all);
+      const Searcher me = owner_of_list(&s, &params, shape_places, i);
+      search_later_shapes(&s, &me, &params, &all);
     }
     write_pairs(i, partners, count, pairs + start);
   }

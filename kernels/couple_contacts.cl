@@ -8,11 +8,11 @@
 // Words of such a set.
 #define COUPLE_WORDS (DENSE_CONTACTS / PACK / 32u)
 
-static inline u32 couple_tiles(const StepParams params) { return params.contact_capacity / PACK + params.worlds; }
+static inline u32 couple_tiles(const StepParams* params) { return params->contact_capacity / PACK + params->worlds; }
 
 kernel void couple_clear(const StepParams params, global ContactTile* contact_tiles, global u32* body_tiles) {
   FOR_EACH(i, params.bodies * COUPLE_WORDS) body_tiles[i] = 0u;
-  FOR_EACH(tile, couple_tiles(params)) contact_tiles[tile].first = contact_tiles[tile].count = 0u;
+  FOR_EACH(tile, couple_tiles(&params)) contact_tiles[tile].first = contact_tiles[tile].count = 0u;
 }
 
 static inline void couple_note(u32 tile, u32 body, global const BodyInfo* body_infos, global u32* body_tiles) {
@@ -57,9 +57,9 @@ static inline void couple_rows(ContactTile tile, global const Contact* contacts,
 kernel void couple_count(const StepParams params, global const Contact* contacts, global const BodyInfo* body_infos,
                          global const ContactTile* contact_tiles, global const u32* body_tiles,
                          global u32* tile_starts) {
-  FOR_EACH(column, couple_tiles(params) + 1u) {
+  FOR_EACH(column, couple_tiles(&params) + 1u) {
     u32 count = 0u;
-    if (column < couple_tiles(params)) {
+    if (column < couple_tiles(&params)) {
       u32 rows[COUPLE_WORDS];
       couple_rows(contact_tiles[column], contacts, body_infos, body_tiles, rows);
       for (u32 word = 0u; word < COUPLE_WORDS; ++word) count += popcount(rows[word]);
@@ -72,7 +72,7 @@ kernel void couple_fill(const StepParams params, const u32 coupled_tile_capacity
                         global const BodyInfo* body_infos, global const ContactTile* contact_tiles,
                         global const u32* body_tiles, global const u32* tile_starts, global CoupledTiles* coupled_tiles,
                         global u32* counters) {
-  FOR_EACH(column, couple_tiles(params)) {
+  FOR_EACH(column, couple_tiles(&params)) {
     const ContactTile tile = contact_tiles[column];
     if (tile.count == 0u) continue;
     u32 rows[COUPLE_WORDS];
@@ -89,7 +89,7 @@ kernel void couple_fill(const StepParams params, const u32 coupled_tile_capacity
     }
   }
   if (get_global_id(0) != 0) return;
-  const u32 needed = tile_starts[couple_tiles(params)];
+  const u32 needed = tile_starts[couple_tiles(&params)];
   counters[COUNTER_COUPLED_TILES_NEEDED] = needed;
   if (needed > coupled_tile_capacity) atomic_or(&counters[COUNTER_STATUS], STATUS_COUPLED_TILES_FULL);
 }

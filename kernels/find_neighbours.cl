@@ -35,7 +35,7 @@ static inline bool are_joined(const Search* s, u32 body_a, u32 body_b) {
   return false;
 }
 
-static inline bool are_neighbours(const Search* s, StepParams params, u32 i, u32 j) {
+static inline bool are_neighbours(const Search* s, const StepParams* params, u32 i, u32 j) {
   const u32 body_i = s->bodies[i], body_j = s->bodies[j], world = s->body_infos[body_i].world;
   if (body_i == body_j || s->body_infos[body_j].world != world || are_joined(s, body_i, body_j)) return false;
   const Vec3 d = sub3(vec3_of(s->places[i]), vec3_of(s->places[j]));
@@ -43,7 +43,7 @@ static inline bool are_neighbours(const Search* s, StepParams params, u32 i, u32
   return within_reach(params, length3(d) - (real)2 * s->laws[world].radius, length3(u));
 }
 
-static inline bool is_near_plane(const Search* s, StepParams params, u32 i, u32 k) {
+static inline bool is_near_plane(const Search* s, const StepParams* params, u32 i, u32 k) {
   const u32 body = s->bodies[i], body_p = s->plane_bodies[k];
   if (are_joined(s, body, body_p)) return false;
   const Vec3 x = vec3_of(s->places[i]), x_p = vec3_of(s->positions[body_p]);
@@ -54,7 +54,7 @@ static inline bool is_near_plane(const Search* s, StepParams params, u32 i, u32 
 }
 
 // Counts the neighbours of particle i, and writes them where there is a list: particles by cells, planes in order.
-static inline u32 search_neighbours(const Search* s, StepParams params, u32 i, global u32* list) {
+static inline u32 search_neighbours(const Search* s, const StepParams* params, u32 i, global u32* list) {
   const Cell cell = s->cells[i];
   const u32 body = s->bodies[i];
   const BodyInfo info = s->body_infos[body];
@@ -64,7 +64,7 @@ static inline u32 search_neighbours(const Search* s, StepParams params, u32 i, g
     for (i32 y = cell.y - 1; y <= cell.y + 1; ++y) {
       const u32 row = row_hash(y, z, info.world);
       for (i32 x = cell.x - 1; x <= cell.x + 1; ++x) {
-        const u32 bucket = bucket_of(x, row, params.buckets), owner = s->owners[bucket];
+        const u32 bucket = bucket_of(x, row, params->buckets), owner = s->owners[bucket];
         if (owner == NONE || owner == body) continue;
         for (u32 k = s->starts[bucket]; k < s->starts[bucket + 1u]; ++k) {
           const u32 j = s->items[k];
@@ -117,7 +117,7 @@ kernel void find_neighbours_count(global const WorldRange* world_ranges, global 
                     particle_places, particle_velocities, particle_cells, particle_starts, particle_items,
                     bucket_owners,   joined_starts,       joined_bodies,  particle_planes, plane_bodies,
                     positions,       orientations,        motions};
-  FOR_EACH(i, particles + 1u) { neighbour_starts[i] = i < particles ? search_neighbours(&s, params, i, 0) : 0u; }
+  FOR_EACH(i, particles + 1u) { neighbour_starts[i] = i < particles ? search_neighbours(&s, &params, i, 0) : 0u; }
 }
 
 // After the scan of neighbour_starts.
@@ -144,6 +144,6 @@ kernel void find_neighbours_write(
   FOR_EACH(i, full ? 0u : particles) {
     if (neighbour_starts[i + 1u] == neighbour_starts[i]) continue;
     global u32* list = neighbours + neighbour_starts[i];
-    search_neighbours(&s, params, i, list);
+    search_neighbours(&s, &params, i, list);
   }
 }

@@ -9,7 +9,7 @@ typedef struct CellWindow {
   u32 span;  // buckets of a row
 } CellWindow;
 
-static inline CellWindow make_window(const Searcher* me, u32 max_extent, StepParams params) {
+static inline CellWindow make_window(const Searcher* me, u32 max_extent, const StepParams* params) {
   const real size = cell_size(params, max_extent);
   const real reach = pair_reach(params, me->extent, max_extent);
   CellWindow window;
@@ -20,7 +20,7 @@ static inline CellWindow make_window(const Searcher* me, u32 max_extent, StepPar
   window.low_z = cell_of(me->center.z - reach, size);
   window.high_z = cell_of(me->center.z + reach, size);
   const u32 length = (u32)(window.high_x - window.low_x) + 1u;
-  window.span = length < params.buckets ? length : params.buckets;
+  window.span = length < params->buckets ? length : params->buckets;
   return window;
 }
 
@@ -29,12 +29,12 @@ enum RowSearch { ROW_ALL, ROW_LATER, ROW_SOUGHT };  // all, those of larger inde
 
 // The buckets of a row of cells are one piece of the list, or two where they run over the end of the table.
 static inline void search_row(const PairSearch* s, const Searcher* me, const CellWindow* window, i32 y, i32 z,
-                              u32 which, global const u32* bucket_starts, StepParams params, Finds* finds) {
-  const u32 first = bucket_of(window->low_x, row_hash(y, z, me->info.body.world), params.buckets);
+                              u32 which, global const u32* bucket_starts, const StepParams* params, Finds* finds) {
+  const u32 first = bucket_of(window->low_x, row_hash(y, z, me->info.body.world), params->buckets);
   const u32 past = first + window->span;
   u32 place = bucket_starts[first];
-  u32 end = bucket_starts[past < params.buckets ? past : params.buckets];
-  u32 wrapped = past > params.buckets ? bucket_starts[past - params.buckets] : 0u;
+  u32 end = bucket_starts[past < params->buckets ? past : params->buckets];
+  u32 wrapped = past > params->buckets ? bucket_starts[past - params->buckets] : 0u;
   for (;;) {
     for (; place < end; place += LANES) {
       u32 hits = shapes_in_reach(s, me, place, loose_count(params));
@@ -58,7 +58,7 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
 }
 
 // The first search looks at its own row and the rows behind it: who is before has this shape behind itself.
-static inline void search_cells(const PairSearch* s, StepParams params, const Searcher* me,
+static inline void search_cells(const PairSearch* s, const StepParams* params, const Searcher* me,
                                 global const u32* bucket_starts, u32 max_extent, Finds* finds) {
   const bool all = finds->list != 0, around = all || SEARCHES_AROUND;
   if (!all && is_sought(&me->info)) {
@@ -90,14 +90,14 @@ kernel void find_pairs_gather(global const WorldRange* world_ranges, global cons
                               global const u32* bucket_items, global real* places, global PlaceInfo* place_infos,
                               global PlaneInfo* plane_infos, global u32* shape_places, global u32* pair_starts,
                               const StepParams params) {
-  FOR_EACH(place, loose_count(params)) {
+  FOR_EACH(place, loose_count(&params)) {
     const u32 k = bucket_items[place];
     if (k == NONE) continue;
     gather_place(place, LOOSE_SHAPE(k), &bounds[k], cells[k], body_infos, shape_infos, positions, motions, sleepers,
-                 places, place_infos, shape_places, params);
+                 places, place_infos, shape_places, &params);
   }
   gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
-                plane_infos, pair_starts, params);
+                plane_infos, pair_starts, &params);
 }
 
 kernel void find_pairs_search(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
@@ -113,10 +113,10 @@ kernel void find_pairs_search(global const WorldRange* world_ranges, global cons
                               global const u32* counters, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
   Finds finds = {pair_starts, found_partners, 0, 0u};
-  FOR_EACH(place, loose_count(params)) {
+  FOR_EACH(place, loose_count(&params)) {
     if (bucket_items[place] == NONE) continue;
-    const Searcher me = make_searcher(&s, params, place);
-    search_cells(&s, params, &me, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
+    const Searcher me = make_searcher(&s, &params, place);
+    search_cells(&s, &params, &me, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
   }
 }
 
@@ -133,15 +133,15 @@ kernel void find_pairs_write(global const WorldRange* world_ranges, global const
                              global u32* found_partners, global const u32* pair_starts, global Pair* pairs,
                              global u32* counters, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
-  const bool full = tell_pairs(pair_starts[params.shapes], counters, params);
+  const bool full = tell_pairs(pair_starts[params.shapes], counters, &params);
   FOR_EACH(i, full ? 0u : params.shapes) {
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;
     global u32* partners = found_partners + i * FOUND;
     if (count > FOUND) {
       partners = (global u32*)(pairs + start);
       Finds finds = {0, 0, partners, 0u};
-      const Searcher me = owner_of_list(&s, params, shape_places, i);
-      search_cells(&s, params, &me, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
+      const Searcher me = owner_of_list(&s, &params, shape_places, i);
+      search_cells(&s, &params, &me, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
     }
     write_pairs(i, partners, count, pairs + start);
   }

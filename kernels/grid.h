@@ -5,7 +5,7 @@
 #include "math.h"
 
 // Seconds of a whole step: contacts are found once for all its sub-steps.
-static inline real step_length(StepParams params) { return params.dt * (real)params.substeps; }
+static inline real step_length(const StepParams* params) { return params->dt * (real)params->substeps; }
 
 // False for NaN, infinities and what is about to become one.
 static inline bool is_finite(real x) { return fabs(x) <= (real)1e30; }
@@ -33,13 +33,13 @@ static inline void note_extent(bool finite, real extent, u32 body, u32* largest,
 
 // Two shapes that are to be paired are no farther apart than one cell, whatever their sizes and speeds. The factor
 // covers the rounding of the pair test.
-static inline real cell_size(StepParams params, u32 max_extent_bits) {
-  return ((real)2 * (real)as_float(max_extent_bits) + params.margin) * (real)1.0001;
+static inline real cell_size(const StepParams* params, u32 max_extent_bits) {
+  return ((real)2 * (real)as_float(max_extent_bits) + params->margin) * (real)1.0001;
 }
 
 // How far the centres can be apart of a shape of this extent and of any that it is paired with.
-static inline real pair_reach(StepParams params, real extent, u32 max_extent_bits) {
-  return (extent + (real)as_float(max_extent_bits) + params.margin) * (real)1.0001;
+static inline real pair_reach(const StepParams* params, real extent, u32 max_extent_bits) {
+  return (extent + (real)as_float(max_extent_bits) + params->margin) * (real)1.0001;
 }
 
 // Cells are numbered as far as a real (and an i32) tells neighbours apart.

@@ -70,15 +70,15 @@ LANE_INLINE Lane3 lane_point_velocity(const LaneSide* side, Lane3 arm) {
 }
 
 // As collide_limit.
-LANE_INLINE lane lane_limit(StepParams params, const LaneSides* s) {
+LANE_INLINE lane lane_limit(const StepParams* params, const LaneSides* s) {
   const Lane3 arm_b = lane_add3(s->a.arm, s->apart);
   const Lane3 v = lane_sub3(lane_point_velocity(&s->b, arm_b), lane_point_velocity(&s->a, s->a.arm));
   const Lane3 w = lane_sub3(s->b.w, s->a.w);
-  return LANE_OF(params.margin) + LANE_OF(step_length(params)) * (lane_length3(v) + lane_length3(w) * s->a.reach);
+  return LANE_OF(params->margin) + LANE_OF(step_length(params)) * (lane_length3(v) + lane_length3(w) * s->a.reach);
 }
 
 // As collide_keep: leaves out points that are out of reach; anchors of b are seen from its own centre.
-LANE_INLINE void lane_keep(StepParams params, const LaneSides* s, LaneManifold* m, u32 points) {
+LANE_INLINE void lane_keep(const StepParams* params, const LaneSides* s, LaneManifold* m, u32 points) {
   const lane h = LANE_OF(step_length(params)), zero = LANE_OF(0);
   const Lane3 inwards = lane_scale3(m->radius_a, m->normal);
   for (u32 k = 0u; k < points; ++k) {
@@ -86,7 +86,7 @@ LANE_INLINE void lane_keep(StepParams params, const LaneSides* s, LaneManifold* 
     const Lane3 u = lane_sub3(lane_point_velocity(&s->b, lane_add3(arm, s->apart)), lane_point_velocity(&s->a, arm));
     const lane approach = lane_dot3(m->normal, u), speed = approach > zero ? approach : zero;
     const lane gap = lane_dot3(m->normal, lane_sub3(m->anchor_a[k], m->anchor_b[k])) - m->radius_a - m->radius_b;
-    m->feature[k] = gap <= LANE_OF(params.margin) + h * speed ? m->feature[k] : LANE_OF(LANE_NO_FEATURE);
+    m->feature[k] = gap <= LANE_OF(params->margin) + h * speed ? m->feature[k] : LANE_OF(LANE_NO_FEATURE);
     m->anchor_b[k] = lane_sub3(m->anchor_b[k], s->b.center);
   }
 }

@@ -29,6 +29,6 @@ static inline LooseRange loose_range(u32 world, global const WorldRange* world_r
   return range;
 }
 
-static inline u32 loose_count(StepParams params) { return params.shapes - params.tree_shapes; }
+static inline u32 loose_count(const StepParams* params) { return params->shapes - params->tree_shapes; }
 
 #endif

@@ -54,7 +54,7 @@ static inline u32 pack_stride(u32 color) { return color == MAX_COLORS ? PACK : 1
 // From the scanned counts: where every colour starts; what to add to the place of a pair in the sorted order to find
 // its slot (of an overflow pair: its block); and what to add to the rows of a block's number of blocks to find its
 // first.
-static inline void pack_lay_out(u32 chunks, const StepParams params, global const u32* cell_blocks,
+static inline void pack_lay_out(u32 chunks, const StepParams* params, global const u32* cell_blocks,
                                 global const u32* cell_rows, global const u32* pack_counts, global u32* pack_offsets,
                                 global u32* pack_rows, global u32* color_starts, global u32* counters) {
   u32 block = 0u, row = 0u, colors = 0u, large_colors = 0u;
@@ -88,11 +88,11 @@ static inline void pack_lay_out(u32 chunks, const StepParams params, global cons
   counters[COUNTER_LARGE_COLORS] = large_colors;
   counters[COUNTER_OVERFLOW] = block - color_starts[MAX_COLORS];
   counters[COUNTER_BLOCKS_NEEDED] = block;
-  counters[COUNTER_BLOCKS] = min(block, params.block_capacity);
+  counters[COUNTER_BLOCKS] = min(block, params->block_capacity);
   counters[COUNTER_ROWS_NEEDED] = row;
-  counters[COUNTER_ROWS] = min(row, params.row_capacity);
-  if (block > params.block_capacity) counters[COUNTER_STATUS] |= STATUS_BLOCKS_FULL;
-  if (row > params.row_capacity) counters[COUNTER_STATUS] |= STATUS_ROWS_FULL;
+  counters[COUNTER_ROWS] = min(row, params->row_capacity);
+  if (block > params->block_capacity) counters[COUNTER_STATUS] |= STATUS_BLOCKS_FULL;
+  if (row > params->row_capacity) counters[COUNTER_STATUS] |= STATUS_ROWS_FULL;
 }
 
 static inline void pack_write(u32 slot, u32 block_capacity, u32 body_a, u32 body_b, u32 kind, u32 contact, u32 count,
@@ -184,7 +184,7 @@ kernel void pack_cells(const StepParams params, global const BodyInfo* body_info
                        global const u32* cell_places, global const u32* cell_blocks, global const u32* cell_rows,
                        global u32* contact_slots, global BlockBodies* block_bodies, global BlockRows* block_rows,
                        global const u32* counters) {
-  FOR_EACH(cell, CELL_PHASES * cells_in_phase(params)) {
+  FOR_EACH(cell, CELL_PHASES * cells_in_phase(&params)) {
     const u32 first_slot = cell_blocks[cell] * PACK, end_block = min(cell_blocks[cell + 1u], params.block_capacity);
     for (u32 slot = first_slot; slot < end_block * PACK; ++slot)
       pack_write(slot, params.block_capacity, params.bodies, params.bodies, BLOCK_PADDING, NONE, 0u, block_bodies);
@@ -219,7 +219,7 @@ kernel void pack_starts(const StepParams params, global const u32* cell_blocks, 
                         global u32* color_starts, global BlockBodies* block_bodies, global u32* counters) {
   const u32 chunks = PACK_CHUNKS(counters), lane = (u32)get_local_id(0);
   if (lane == 0u)
-    pack_lay_out(chunks, params, cell_blocks, cell_rows, pack_counts, pack_offsets, pack_rows, color_starts, counters);
+    pack_lay_out(chunks, &params, cell_blocks, cell_rows, pack_counts, pack_offsets, pack_rows, color_starts, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
   pack_pad(lane, (u32)get_local_size(0), chunks, params.bodies, params.block_capacity, pack_counts, color_starts,
            block_bodies);
@@ -274,7 +274,7 @@ kernel void pack_small(const StepParams params, global const BodyInfo* body_info
   barrier(CLK_GLOBAL_MEM_FENCE);
 
   if (lane == 0u)
-    pack_lay_out(chunks, params, cell_blocks, cell_rows, pack_counts, pack_offsets, pack_rows, color_starts, counters);
+    pack_lay_out(chunks, &params, cell_blocks, cell_rows, pack_counts, pack_offsets, pack_rows, color_starts, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
   pack_pad(lane, lanes, chunks, params.bodies, params.block_capacity, pack_counts, color_starts, block_bodies);
   barrier(CLK_GLOBAL_MEM_FENCE);

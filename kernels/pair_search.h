@@ -157,7 +157,7 @@ static inline void gather_place(u32 place, u32 i, global const Bound* bound, Cel
                                 global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                                 global const Vec4* positions, global const Motion* motions,
                                 global const Sleeper* sleepers, global real* places, global PlaceInfo* place_infos,
-                                global u32* shape_places, StepParams params) {
+                                global u32* shape_places, const StepParams* params) {
   shape_places[i] = place;
   const u32 body = shape_infos[i].body, count = loose_count(params);
   const Vec3 velocity = center_velocity(bound, positions, motions, body);
@@ -184,7 +184,7 @@ static inline void gather_place(u32 place, u32 i, global const Bound* bound, Cel
   info.cell_y = cell.y;
   info.cell_z = cell.z;
 #if FEATURE_SLEEPING
-  info.looks = looks_for_others(info.shape, params.bodies, body_infos, motions, sleepers) ? 1u : 0u;
+  info.looks = looks_for_others(info.shape, params->bodies, body_infos, motions, sleepers) ? 1u : 0u;
 #else
   info.looks = 1u;
 #endif
@@ -215,24 +215,24 @@ static inline void gather_planes(global const WorldRange* world_ranges, global c
                                  global const u32* planes, global const Vec4* positions,
                                  global const Vec4* orientations, global const Motion* motions,
                                  global const Sleeper* sleepers, global PlaneInfo* plane_infos, global u32* pair_starts,
-                                 StepParams params) {
-  FOR_EACH(w, params.worlds) {
+                                 const StepParams* params) {
+  FOR_EACH(w, params->worlds) {
     const WorldRange world = world_ranges[w];
     for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k)
       plane_infos[k] = make_plane_info(planes[k], body_infos, shape_infos, shapes, positions, orientations, motions,
-                                       sleepers, params.bodies);
+                                       sleepers, params->bodies);
   }
-  FOR_EACH(i, params.shapes + 1u) { pair_starts[i] = 0u; }
+  FOR_EACH(i, params->shapes + 1u) { pair_starts[i] = 0u; }
 }
 
-static inline Searcher make_searcher(const PairSearch* s, StepParams params, u32 place) {
+static inline Searcher make_searcher(const PairSearch* s, const StepParams* params, u32 place) {
   global const real* mine = s->places + place;
   const u32 count = loose_count(params);
   Searcher me;
   me.info = s->place_infos[place];
   me.place = place;
   me.extent = mine[PLACE(PLACE_EXTENT, count)];
-  me.margin = params.margin;
+  me.margin = params->margin;
   me.h = step_length(params);
   me.center = make3(mine[PLACE(PLACE_X, count)], mine[PLACE(PLACE_Y, count)], mine[PLACE(PLACE_Z, count)]);
   me.velocity = make3(mine[PLACE(PLACE_VX, count)], mine[PLACE(PLACE_VY, count)], mine[PLACE(PLACE_VZ, count)]);
@@ -292,8 +292,8 @@ static inline void search_planes(const PairSearch* s, const Searcher* me, Finds*
 }
 
 // The totals of the list, told by one work-item; true where the list is too short.
-static inline bool tell_pairs(u32 total, global u32* counters, StepParams params) {
-  const bool full = total > params.pair_capacity;
+static inline bool tell_pairs(u32 total, global u32* counters, const StepParams* params) {
+  const bool full = total > params->pair_capacity;
   if (get_global_id(0) == 0) {
     counters[COUNTER_PAIRS_NEEDED] = total;
     counters[COUNTER_PAIRS] = full ? 0u : total;

@@ -13,7 +13,7 @@ kernel void partition_bodies(const StepParams params, global const BodyInfo* bod
                              global const real* cell_sizes, global Cell* body_cells, global u32* cell_starts,
                              global u32* cell_pairs, global const u32* counters) {
   FOR_EACH(body, params.bodies) body_cells[body] = cell_of_body(body, body_infos, positions, cell_sizes);
-  FOR_EACH(k, CELL_PHASES * cells_in_phase(params) + 1u) cell_starts[k] = 0u;
+  FOR_EACH(k, CELL_PHASES * cells_in_phase(&params) + 1u) cell_starts[k] = 0u;
   FOR_EACH(i, counters[COUNTER_CONTACTS]) cell_pairs[i] = NONE;
 }
 
@@ -22,7 +22,7 @@ kernel void partition_count(const StepParams params, global const WorldRange* wo
                             global u32* pair_cells, global u32* pair_arrivals, global const u32* counters) {
   FOR_EACH(i, counters[COUNTER_CONTACTS]) {
     u32 cell = NONE;
-    if (pair_contact_is_first(contacts, i)) cell = cell_of_pair(params, contacts[i], world_ranges, body_cells);
+    if (pair_contact_is_first(contacts, i)) cell = cell_of_pair(&params, contacts[i], world_ranges, body_cells);
     if (cell != NONE) pair_arrivals[i] = atomic_inc(&cell_starts[cell]);
     pair_cells[i] = cell;
   }
@@ -33,7 +33,7 @@ kernel void partition_fill_worlds(const StepParams params, global const WorldRan
                                   global const u32* pair_cells, global u32* cell_ends, global u32* cell_pairs,
                                   global const u32* counters) {
   FOR_EACH(world, params.worlds) {
-    const u32 begin = first_cell_of_world(world, world_ranges), in_phase = cells_in_phase(params);
+    const u32 begin = first_cell_of_world(world, world_ranges), in_phase = cells_in_phase(&params);
     for (u32 phase = 0u; phase < CELL_PHASES; ++phase) {
       for (u32 k = 0u; k < cells_of_world(world, world_ranges); ++k)
         cell_ends[phase * in_phase + begin + k] = cell_starts[phase * in_phase + begin + k];
@@ -56,7 +56,7 @@ kernel void partition_fill(global const u32* cell_starts, global const u32* pair
 }
 
 kernel void partition_order(const StepParams params, global const u32* cell_starts, global u32* cell_pairs) {
-  FOR_EACH(cell, CELL_PHASES * cells_in_phase(params)) {
+  FOR_EACH(cell, CELL_PHASES * cells_in_phase(&params)) {
     const u32 start = cell_starts[cell];
     sort_ascending(cell_pairs + start, cell_starts[cell + 1u] - start);
   }

@@ -83,32 +83,32 @@ static inline void prepare_now(u32 first, global const PointBlock* points, const
 
 // What a contact asks of its normal velocity at the end of the sub-step: u_n + bias + softness r_n >= 0. The softness
 // is told in parts of w_nn.
-static inline lane prepare_bias(const StepParams p, lane gap, lane u_old, lane u_free, lane restitution,
+static inline lane prepare_bias(const StepParams* p, lane gap, lane u_old, lane u_free, lane restitution,
                                 lane* softness) {
-  const lane old_share = (lane)((real)1 - p.theta), dt = (lane)p.dt;
+  const lane old_share = (lane)((real)1 - p->theta), dt = (lane)p->dt;
   const lane_mask open = gap > (lane)0;
   lane closing;
-  if (p.theta > (real)0)
-    closing = (gap / dt + old_share * u_old) / (lane)p.theta;
+  if (p->theta > (real)0)
+    closing = (gap / dt + old_share * u_old) / (lane)p->theta;
   else
     closing = gap / dt + u_old;
   closing = closing > (lane)0 ? closing : (lane)0;
-  const lane depth = -gap - (lane)p.slop;
-  const lane speed = (lane)p.correction * (depth > (lane)0 ? depth : (lane)0) / dt;
-  const lane push_out = -(speed < (lane)p.correction_limit ? speed : (lane)p.correction_limit);
+  const lane depth = -gap - (lane)p->slop;
+  const lane speed = (lane)p->correction * (depth > (lane)0 ? depth : (lane)0) / dt;
+  const lane push_out = -(speed < (lane)p->correction_limit ? speed : (lane)p->correction_limit);
 
-  const lane gap_free = gap + dt * (old_share * u_old + (lane)p.theta * u_free);
+  const lane gap_free = gap + dt * (old_share * u_old + (lane)p->theta * u_free);
   const lane_mask may_bounce =
-      (restitution > (lane)0) & (u_old < (lane)-p.restitution_threshold) & (gap_free < (lane)0);
+      (restitution > (lane)0) & (u_old < (lane)-p->restitution_threshold) & (gap_free < (lane)0);
   const lane bounce = restitution * u_old;
   const lane least = open ? (lane)0 : push_out;
   const lane_mask bounces = may_bounce & (bounce < least);
-  *softness = open | bounces ? (lane)0 : (lane)p.softness;
+  *softness = open | bounces ? (lane)0 : (lane)p->softness;
   const lane bias = bounces ? bounce : (may_bounce ? least : (open ? closing : push_out));
-  if (p.softness > (real)0) return bias;
+  if (p->softness > (real)0) return bias;
   const lane closing_again = restitution * u_old;
   const lane_mask may_close =
-      (restitution > (lane)0) & (u_old > (lane)p.restitution_threshold) & (u_old > -bias) & (closing_again > bias);
+      (restitution > (lane)0) & (u_old > (lane)p->restitution_threshold) & (u_old > -bias) & (closing_again > bias);
   return may_close ? closing_again : bias;
 }
 
@@ -173,13 +173,13 @@ static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 
 
 #if FEATURE_IMPACT_LAWS
 // The laws of impact of the lanes that are hit: what they ask of their velocities, and the friction of their cones.
-static inline void prepare_impacts(const StepParams p, u32 first, lane_mask there, lane gap, lane u_old, LaneCone free,
+static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask there, lane gap, lane u_old, LaneCone free,
                                    const LaneDelassus* w, lane restitution, global const ImpactBlock* impacts,
                                    lane* bias, lane* softness, LaneTarget* target) {
   const lane_u32 law = LANE_LOAD_U32(impacts->law + first);
-  const lane gap_free = gap + (lane)p.dt * ((lane)((real)1 - p.theta) * u_old + (lane)p.theta * free.normal);
+  const lane gap_free = gap + (lane)p->dt * ((lane)((real)1 - p->theta) * u_old + (lane)p->theta * free.normal);
   const lane_mask hit = there & LANE_MASK(law != (lane_u32)IMPACT_NEWTON) & (gap_free < (lane)0) &
-                        (u_old < (lane)-p.restitution_threshold) & (free.normal < (lane)0) &
+                        (u_old < (lane)-p->restitution_threshold) & (free.normal < (lane)0) &
                         !(free.normal < (lane)2 * u_old);
   if (!LANE_ANY(hit)) return;
   const lane share = u_old > free.normal ? u_old / free.normal : (lane)1;
@@ -204,7 +204,7 @@ static inline void prepare_impacts(const StepParams p, u32 first, lane_mask ther
 #endif
 
 // The laws of a row of contacts, in the lanes where there are any.
-static inline void prepare_row(const StepParams params, u32 first, lane_mask there, lane_mask general,
+static inline void prepare_row(const StepParams* params, u32 first, lane_mask there, lane_mask general,
                                const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
                                global const StartBlock* starts, global const ImpactBlock* impacts,
                                global const TurnPointBlock* turn_points, global const HoldBlock* holds,
@@ -225,7 +225,7 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
 #if FEATURE_IMPACT_LAWS || FEATURE_STATIC_FRICTION
   const bool counts = true;
 #else
-  const bool counts = params.theta < (real)1 || LANE_ANY(restitution > (lane)0);
+  const bool counts = params->theta < (real)1 || LANE_ANY(restitution > (lane)0);
 #endif
   Lane3 free = lane_make3((lane)0, (lane)0, (lane)0);
   if (counts) {
@@ -243,10 +243,10 @@ static inline void prepare_row(const StepParams params, u32 first, lane_mask the
   lane bias = prepare_bias(params, now.gap, u_old, u_free, restitution, &softness);
   LaneDelassus w;
   prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
-  LaneCone r = prepare_impulse(params.substep, first, t1, t2, starts, block, impulses);
+  LaneCone r = prepare_impulse(params->substep, first, t1, t2, starts, block, impulses);
 #if FEATURE_TURNING_FRICTION
   const LaneContact by_now = {n, t1, t2, arm_a, arm_b};
-  const Lane3 moment = turn_start(params.substep, first, turn_points, block, turn, turns);
+  const Lane3 moment = turn_start(params->substep, first, turn_points, block, turn, turns);
   LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1};
 #if FEATURE_ELLIPTIC_FRICTION
   ellipse = prepare_ellipse(first, there, by_now, a->orientation, b->orientation, grains, ellipses);
@@ -323,7 +323,7 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
 #endif
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
-      prepare_row(params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
+      prepare_row(&params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
                   turn_points + row, hold_blocks + row, grain_blocks + row, contact_blocks + row, softness_blocks + row,
                   slide_blocks + row, turn_blocks + row, impulse_blocks + row, turn_impulses + row,
                   ellipse_blocks + row);

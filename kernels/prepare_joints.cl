@@ -112,14 +112,14 @@ static inline JointNow joint_with_error_of(JointNow now, JointNow later) {
 }
 #endif
 
-static inline void prepare_joint(const StepParams params, const JointInfo info, const Joint joint, JointSizes sizes,
+static inline void prepare_joint(const StepParams* params, const JointInfo info, const Joint joint, JointSizes sizes,
                                  Vec3 x_a, Quat q_a, Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane,
                                  global JointBlock* block) {
-  const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
-  const real foreseen = params.dt / ((real)1 + angle);
+  const real angle = params->dt * params->dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
+  const real foreseen = params->dt / ((real)1 + angle);
   JointNow now = joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
 #if FEATURE_JOINTS_AHEAD
-  const real lead = ((real)1 - params.theta) * foreseen;
+  const real lead = ((real)1 - params->theta) * foreseen;
   joint_move_on(a, lead, &x_a, &q_a);
   joint_move_on(b, lead, &x_b, &q_b);
   now = joint_with_error_of(now, joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b));
@@ -136,7 +136,7 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1u) != 0u;
-    bias[i] = locked ? joint.correction * now.error[i] / params.dt : (real)0;
+    bias[i] = locked ? joint.correction * now.error[i] / params->dt : (real)0;
     turning[i] = locked ? ahead * turning[i] : (real)0;
     coupling[i] = locked && is_free ? column[i] : (real)0;
     response[i] = coupling[i];
@@ -153,10 +153,10 @@ static inline void prepare_joint(const StepParams params, const JointInfo info, 
   block->own[lane] = is_free ? own : (real)0;
   block->shared[lane] = shared;
   block->motor_speed[lane] = joint.motor_speed;
-  block->motor_impulse[lane] = joint.motor_force * params.dt;
+  block->motor_impulse[lane] = joint.motor_force * params->dt;
   block->yield[lane] = joint.yield;
   block->rise[lane] = sizes.rise;
-  joint_free_law(joint, now.coordinate, turning[JOINT_ROWS], params.dt, lane, block);
+  joint_free_law(joint, now.coordinate, turning[JOINT_ROWS], params->dt, lane, block);
 }
 
 kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
@@ -178,7 +178,7 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
     Quat q_a, q_b;
     joint_pose(info.body_a, params.bodies, positions, orientations, &x_a, &q_a);
     joint_pose(info.body_b, params.bodies, positions, orientations, &x_b, &q_b);
-    prepare_joint(params, info, joints[index], joint_sizes(screw_rises, rolling_radii, index), x_a, q_a, x_b, q_b,
+    prepare_joint(&params, info, joints[index], joint_sizes(screw_rises, rolling_radii, index), x_a, q_a, x_b, q_b,
                   motions[info.body_a], motions[info.body_b], lane, block);
   }
 }

@@ -21,8 +21,8 @@
 static inline global u32* schedule_batches_of(u32 body, global const BodyInfo* body_infos, global u32* phase_batches) {
   return body_infos[body].kind == BODY_DYNAMIC ? phase_batches + 2u * body : 0;
 }
-static inline global u32* schedule_phase_batches(u32 cell, const StepParams params, global u32* body_batches) {
-  return body_batches + 2u * (cell / cells_in_phase(params) * params.bodies);
+static inline global u32* schedule_phase_batches(u32 cell, const StepParams* params, global u32* body_batches) {
+  return body_batches + 2u * (cell / cells_in_phase(params) * params->bodies);
 }
 
 static inline void schedule_clear_body(global u32* batches) {
@@ -64,9 +64,9 @@ kernel void schedule_cells(const StepParams params, global const BodyInfo* body_
                            global const u32* cell_starts, global const u32* cell_pairs, global u32* body_batches,
                            global u32* cell_places, global u32* cell_blocks, global u32* cell_rows,
                            global const u32* counters) {
-  FOR_EACH(cell, CELL_PHASES * cells_in_phase(params)) {
+  FOR_EACH(cell, CELL_PHASES * cells_in_phase(&params)) {
     const u32 begin = cell_starts[cell], end = cell_starts[cell + 1u];
-    global u32* phase_batches = schedule_phase_batches(cell, params, body_batches);
+    global u32* phase_batches = schedule_phase_batches(cell, &params, body_batches);
     u32 sizes[CELL_BATCHES], pairs_of[MANIFOLD_POINTS + 1u] = {0u, 0u, 0u, 0u, 0u};
     u32 full[2] = {0u, 0u}, batches = 0u, rows = 0u;
     for (u32 k = begin; k < end; ++k) {
@@ -136,11 +136,11 @@ kernel void schedule_cells_by_groups(const StepParams params, global const BodyI
                                      global u32* cell_places, global u32* cell_blocks, global u32* cell_rows,
                                      global const u32* counters) {
   local u32 bids[SCHEDULE_BODIES], rows, lost, left;
-  const u32 cells = CELL_PHASES * cells_in_phase(params), id = (u32)get_local_id(0), size = (u32)get_local_size(0);
+  const u32 cells = CELL_PHASES * cells_in_phase(&params), id = (u32)get_local_id(0), size = (u32)get_local_size(0);
   u32 cell = (u32)get_group_id(0);
   do {
     const u32 begin = cell < cells ? cell_starts[cell] : 0u, end = cell < cells ? cell_starts[cell + 1u] : 0u;
-    global u32* phase_batches = schedule_phase_batches(cell, params, body_batches);
+    global u32* phase_batches = schedule_phase_batches(cell, &params, body_batches);
     for (u32 k = begin + id; k < end; k += size) {
       const u32 i = cell_pairs[k];
       cell_places[i] = SCHEDULE_WAITS | pair_contact_count(contacts, i, counters[COUNTER_CONTACTS]);

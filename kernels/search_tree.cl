@@ -34,7 +34,7 @@ static inline u32 nodes_in_reach(const TreeShape* tree, global const BoxBlock* t
 
 // The first search looks at what comes later in the order: that are shapes of its size or larger ones.
 static inline void search_nodes(const PairSearch* s, const TreeShape* tree, global const BoxBlock* tree_blocks,
-                                StepParams params, const Searcher* me, Finds* finds) {
+                                const StepParams* params, const Searcher* me, Finds* finds) {
   if (!(me->extent > (real)0)) return;
   const bool all = finds->list != 0;
   if (!all && is_sought(&me->info)) {
@@ -65,13 +65,13 @@ kernel void search_tree_gather(global const WorldRange* world_ranges, global con
                                global real* places, global PlaceInfo* place_infos, global PlaneInfo* plane_infos,
                                global u32* shape_places, global u32* pair_starts, const StepParams params) {
   const Cell no_cell = {0, 0, 0, NONE};
-  FOR_EACH(place, loose_count(params)) {
+  FOR_EACH(place, loose_count(&params)) {
     const u32 k = tree_items[place];
     gather_place(place, LOOSE_SHAPE(k), &bounds[k], no_cell, body_infos, shape_infos, positions, motions, sleepers,
-                 places, place_infos, shape_places, params);
+                 places, place_infos, shape_places, &params);
   }
   gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
-                plane_infos, pair_starts, params);
+                plane_infos, pair_starts, &params);
 }
 
 kernel void search_tree_search(
@@ -83,11 +83,11 @@ kernel void search_tree_search(
     global const PlaceInfo* place_infos, global const PlaneInfo* plane_infos, global const u32* joined_starts,
     global const u32* joined_bodies, global u32* found_partners, global u32* pair_starts, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
-  const TreeShape tree = tree_shape(blocks_of(loose_count(params)));
+  const TreeShape tree = tree_shape(blocks_of(loose_count(&params)));
   Finds finds = {pair_starts, found_partners, 0, 0u};
-  FOR_EACH(place, loose_count(params)) {
-    const Searcher me = make_searcher(&s, params, place);
-    search_nodes(&s, &tree, tree_blocks, params, &me, &finds);
+  FOR_EACH(place, loose_count(&params)) {
+    const Searcher me = make_searcher(&s, &params, place);
+    search_nodes(&s, &tree, tree_blocks, &params, &me, &finds);
   }
 }
 
@@ -102,16 +102,16 @@ kernel void search_tree_write(
     global const u32* joined_starts, global const u32* joined_bodies, global u32* found_partners,
     global const u32* pair_starts, global Pair* pairs, global u32* counters, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
-  const TreeShape tree = tree_shape(blocks_of(loose_count(params)));
-  const bool full = tell_pairs(pair_starts[params.shapes], counters, params);
+  const TreeShape tree = tree_shape(blocks_of(loose_count(&params)));
+  const bool full = tell_pairs(pair_starts[params.shapes], counters, &params);
   FOR_EACH(i, full ? 0u : params.shapes) {
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;
     global u32* partners = found_partners + i * FOUND;
     if (count > FOUND) {
       partners = (global u32*)(pairs + start);
       Finds finds = {0, 0, partners, 0u};
-      const Searcher me = owner_of_list(&s, params, shape_places, i);
-      search_nodes(&s, &tree, tree_blocks, params, &me, &finds);
+      const Searcher me = owner_of_list(&s, &params, shape_places, i);
+      search_nodes(&s, &tree, tree_blocks, &params, &me, &finds);
     }
     write_pairs(i, partners, count, pairs + start);
   }

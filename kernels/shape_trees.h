@@ -26,7 +26,7 @@ static inline TreeBox searcher_box(const Searcher* me) {
 #if FEATURE_SHAPE_TREES
 
 // A shape of a tree as one that looks for others.
-static inline Searcher searcher_in_tree(const PairSearch* s, StepParams params, u32 i) {
+static inline Searcher searcher_in_tree(const PairSearch* s, const StepParams* params, u32 i) {
   const u32 body = s->shape_infos[i].body;
   global const Motion* motion = s->motions + body;
   Bound bound;
@@ -36,12 +36,12 @@ static inline Searcher searcher_in_tree(const PairSearch* s, StepParams params, 
   me.info.index = i;
   me.info.cell_y = me.info.cell_z = 0;
 #if FEATURE_SLEEPING
-  me.info.looks = is_moving(body, params.bodies, s->body_infos, s->motions, s->sleepers) ? 1u : 0u;
+  me.info.looks = is_moving(body, params->bodies, s->body_infos, s->motions, s->sleepers) ? 1u : 0u;
 #else
   me.info.looks = 1u;
 #endif
   me.place = NONE;
-  me.margin = params.margin;
+  me.margin = params->margin;
   me.h = step_length(params);
   shape_bound(me.info.shape.kind, s->shapes + i, s->positions + body, s->orientations + body, motion, me.h, &bound);
   me.center = make3(bound.center[0], bound.center[1], bound.center[2]);
@@ -95,7 +95,7 @@ static inline TreeBox box_in_tree(const PairSearch* s, ShapeTree tree, const Sea
   return widened(box, (me->extent + tree.largest) * (real)1.0001 + wider + turned);
 }
 
-static inline void search_shape_tree(const PairSearch* s, StepParams params, ShapeTree tree, const Searcher* me,
+static inline void search_shape_tree(const PairSearch* s, const StepParams* params, ShapeTree tree, const Searcher* me,
                                      Finds* finds) {
   const TreeBox box = box_in_tree(s, tree, me);
   const TreeShape shape = tree_shape(tree.item_count);
@@ -118,14 +118,14 @@ static inline void search_shape_tree(const PairSearch* s, StepParams params, Sha
 #endif
 
 // The partners of a shape of a body that is pushed among those in trees.
-static inline void search_shape_trees(const PairSearch* s, StepParams params, const Searcher* me, Finds* finds) {
+static inline void search_shape_trees(const PairSearch* s, const StepParams* params, const Searcher* me, Finds* finds) {
 #if FEATURE_SHAPE_TREES
   if (me->info.body.kind != BODY_DYNAMIC) return;
   const WorldTrees world = s->world_trees[me->info.body.world];
   for (u32 t = world.first_tree; t < world.first_tree + world.tree_count; ++t) {
     const ShapeTree tree = s->shape_trees[t];
 #if FEATURE_SLEEPING
-    if (me->info.looks == 0u && !is_moving(tree.body, params.bodies, s->body_infos, s->motions, s->sleepers)) continue;
+    if (me->info.looks == 0u && !is_moving(tree.body, params->bodies, s->body_infos, s->motions, s->sleepers)) continue;
 #endif
     search_shape_tree(s, params, tree, me, finds);
   }
@@ -133,13 +133,15 @@ static inline void search_shape_trees(const PairSearch* s, StepParams params, co
 }
 
 // What a search finds beside loose shapes.
-static inline void search_planes_and_trees(const PairSearch* s, StepParams params, const Searcher* me, Finds* finds) {
+static inline void search_planes_and_trees(const PairSearch* s, const StepParams* params, const Searcher* me,
+                                           Finds* finds) {
   search_planes(s, me, finds);
   search_shape_trees(s, params, me, finds);
 }
 
 // The one that shape i of a list that is too long searches as.
-static inline Searcher owner_of_list(const PairSearch* s, StepParams params, global const u32* shape_places, u32 i) {
+static inline Searcher owner_of_list(const PairSearch* s, const StepParams* params, global const u32* shape_places,
+                                     u32 i) {
 #if FEATURE_SHAPE_TREES
   if ((s->shape_infos[i].flags & SHAPE_IS_IN_TREE) != 0u) return searcher_in_tree(s, params, i);
 #endif

@@ -67,7 +67,7 @@ kernel void solve_cells(const StepParams params, const u32 phase, global const u
                         global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
                         global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
-  visit_cell_phase(VISIT_SOLVE, cell_phase(phase, params, color_starts, counters), (u32)get_group_id(0),
+  visit_cell_phase(VISIT_SOLVE, cell_phase(phase, &params, color_starts, counters), (u32)get_group_id(0),
                    (u32)get_num_groups(0), cell_blocks, &stream);
 }
 #endif
@@ -105,7 +105,7 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
                  counters);
 #endif
 #if FEATURE_PARTITIONS
-    visit_cell_tail(VISIT_SOLVE, first_phase, params, color_starts, cell_blocks, &stream, counters);
+    visit_cell_tail(VISIT_SOLVE, first_phase, &params, color_starts, cell_blocks, &stream, counters);
 #else
     visit_tail(VISIT_SOLVE, first_phase, color_starts, &stream, counters);
 #endif

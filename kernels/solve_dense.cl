@@ -35,7 +35,7 @@ kernel void dense_measure(const StepParams params, global const Contact* contact
     global ImpulseBlock* changes = dense_changes + slot / PACK;
     changes->normal[slot % PACK] = changes->tangent_1[slot % PACK] = changes->tangent_2[slot % PACK] = (real)0;
   }
-  FOR_EACH(place, dense_tile_end(params, counters) * PACK) {
+  FOR_EACH(place, dense_tile_end(&params, counters) * PACK) {
     const ContactTile tile = contact_tiles[place / PACK];
     global DenseTile* out = dense_tiles + place / PACK;
     const u32 k = place % PACK;
@@ -80,7 +80,7 @@ kernel void dense_finish(const StepParams params, global const u32* contact_slot
                          global ImpulseBlock* impulse_blocks, global ImpulseBlock* dense_changes,
                          global const u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
-  FOR_EACH(place, dense_tile_end(params, counters) * PACK) {
+  FOR_EACH(place, dense_tile_end(&params, counters) * PACK) {
     const ContactTile tile = contact_tiles[place / PACK];
     const u32 k = place % PACK;
     if (k >= tile.count) continue;

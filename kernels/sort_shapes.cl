@@ -22,7 +22,7 @@ static inline void widen_world(global WorldBox* world_box, WorldBox box) {
 kernel void sort_shapes_bound(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                               global const u32* loose_shapes, global const Bound* bounds, global WorldBox* world_boxes,
                               const StepParams params) {
-  const u32 count = loose_count(params);
+  const u32 count = loose_count(&params);
   FOR_EACH(chunk, (count + CHUNK - 1u) / CHUNK) {
     const WorldBox nothing = {{NONE, NONE, NONE}, {0u, 0u, 0u}};
     WorldBox box = nothing;
@@ -51,7 +51,7 @@ kernel void sort_shapes_keys(global const BodyInfo* body_infos, global const Sha
                              global const u32* loose_shapes, global const Bound* bounds,
                              global const WorldBox* world_boxes, global u32* low_keys, global u32* high_keys,
                              global u32* values, global const u32* counters, const StepParams params) {
-  FOR_EACH(i, loose_count(params)) {
+  FOR_EACH(i, loose_count(&params)) {
     u32 low_key = 0x00ffffffu, high_key = 0x07ffffffu;
     if (bounds[i].extent > (real)0) {
       const u32 world = body_infos[shape_infos[LOOSE_SHAPE(i)].body].world;
@@ -77,11 +77,13 @@ kernel void sort_shapes_keys(global const BodyInfo* body_infos, global const Sha
 // The next words to sort by, in the order that there is.
 kernel void sort_shapes_next(global const u32* high_keys, global const u32* values, global u32* keys,
                              const StepParams params) {
-  FOR_EACH(place, loose_count(params)) { keys[place] = high_keys[values[place]]; }
+  FOR_EACH(place, loose_count(&params)) { keys[place] = high_keys[values[place]]; }
 }
 
 kernel void sort_shapes_worlds(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                                global const u32* loose_shapes, global const u32* values, global u32* keys,
                                const StepParams params) {
-  FOR_EACH(place, loose_count(params)) { keys[place] = body_infos[shape_infos[LOOSE_SHAPE(values[place])].body].world; }
+  FOR_EACH(place, loose_count(&params)) {
+    keys[place] = body_infos[shape_infos[LOOSE_SHAPE(values[place])].body].world;
+  }
 }

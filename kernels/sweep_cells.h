@@ -15,7 +15,7 @@ typedef struct CellPhase {
 static inline u32 cell_phases(global const u32* counters) { return CELL_PHASES + contact_phases(counters); }
 
 // Nothing where there is no such phase, or the step or the sweep is void.
-static inline CellPhase cell_phase(u32 phase, const StepParams params, global const u32* color_starts,
+static inline CellPhase cell_phase(u32 phase, const StepParams* params, global const u32* color_starts,
                                    global const u32* counters) {
   CellPhase units = {0u, 0u, phase < CELL_PHASES};
   if (SWEEP_IS_VOID(counters) || phase >= cell_phases(counters)) return units;
@@ -85,7 +85,7 @@ static inline void visit_cell_phase(const u32 purpose, CellPhase phase, u32 grou
 }
 
 // One work-group: the phases from `first_phase` on.
-static inline void visit_cell_tail(const u32 purpose, u32 first_phase, const StepParams params,
+static inline void visit_cell_tail(const u32 purpose, u32 first_phase, const StepParams* params,
                                    global const u32* color_starts, global const u32* cell_blocks,
                                    const ContactStream* s, global const u32* counters) {
   u32 phase = min(first_phase, CELL_PHASES + counters[COUNTER_COLORS]);

@@ -9,9 +9,9 @@ kernel void update_bounds(global const ShapeInfo* shape_infos, global const Shap
                           global const u32* loose_shapes, global const Vec4* positions, global const Vec4* orientations,
                           global const Motion* motions, global Bound* bounds, global u32* counters,
                           const StepParams params) {
-  const real h = step_length(params);
+  const real h = step_length(&params);
   u32 largest = 0u;
-  FOR_EACH(k, loose_count(params)) {
+  FOR_EACH(k, loose_count(&params)) {
     const u32 i = LOOSE_SHAPE(k), body = shape_infos[i].body;
     Bound bound;
     const bool finite =

@@ -67,7 +67,7 @@ kernel void warm_cells(const StepParams params, const u32 phase, global const u3
                        global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
                        global const PatchImpulse* patch_impulses, global Motion* motions, global const u32* counters) {
   const StartStream stream = START_STREAM;
-  start_cell_phase(cell_phase(phase, params, color_starts, counters), (u32)get_group_id(0), (u32)get_num_groups(0),
+  start_cell_phase(cell_phase(phase, &params, color_starts, counters), (u32)get_group_id(0), (u32)get_num_groups(0),
                    cell_blocks, &stream);
 }
 #endif
@@ -90,7 +90,7 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
 #if FEATURE_PARTITIONS
   u32 phase = min(first_phase, CELL_PHASES + counters[COUNTER_COLORS]);
   do {
-    start_cell_phase(cell_phase(phase, params, color_starts, counters), 0u, 1u, cell_blocks, &stream);
+    start_cell_phase(cell_phase(phase, &params, color_starts, counters), 0u, 1u, cell_blocks, &stream);
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++phase < cell_phases(counters));
 #else

@@ -119,7 +119,7 @@ std::string program_preamble(const ProgramOptions& options) {
   std::string text = "#pragma OPENCL FP_CONTRACT OFF\n";
   if (options.double_precision) text += "#pragma OPENCL EXTENSION cl_khr_fp64 : enable\n";
   // vectors may be wider than a CPU's registers: functions pass them in memory then, all compiled for the same CPU
-  text += "#ifdef __clang__\n#pragma clang diagnostic ignored \"-Wpsabi\"\n#endif\n";
+  text += "#if __clang_major__ >= 12\n#pragma clang diagnostic ignored \"-Wpsabi\"\n#endif\n";
   return text;
 }
 

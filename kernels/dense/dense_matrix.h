@@ -22,8 +22,8 @@ typedef struct DenseTile {
 } DenseTile;
 
 // Behind the last tile of the step.
-static inline u32 dense_tile_end(const StepParams params, global const u32* counters) {
-  return counters[COUNTER_CONTACTS] / PACK + params.worlds;
+static inline u32 dense_tile_end(const StepParams* params, global const u32* counters) {
+  return counters[COUNTER_CONTACTS] / PACK + params->worlds;
 }
 
 static inline Vec3 dense_normal(global const ContactBlock* block, u32 lane) {
