@@ -1,8 +1,9 @@
-// The broad phase alone on an OpenCL CPU device: nanoseconds per body from bounds to the list of pairs, by the grid and
-// by the tree, and the sort that the tree is built with.
+// The broad phase alone on an OpenCL device: nanoseconds per body from bounds to the list of pairs, by the grid and by
+// the tree, and the sort that the tree is built with.
 //   broad_phase_bench [COUNT...]     bodies; default 10000 100000 1000000
 //   broad_phase_bench ratio [COUNT]  grid against tree while the largest of the spheres grows; default 50000 bodies
 //   broad_phase_bench surface        1000 spheres on grounds of up to 131072 triangles; nanoseconds per shape
+// With --device gpu (or an index) on that instead of a CPU device, and 0 threads in the table.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -187,11 +188,24 @@ void report(const char* sizes, const char* order, Feature search, const std::vec
   print_row(sizes, order, search, static_cast<u32>(radii.size()), threads, timing);
 }
 
+/// One and two of a CPU device; a GPU takes no such number.
+std::vector<u32> one_and_two(const DeviceInfo& device) {
+  return device.type == DeviceType::cpu ? std::vector<u32>{1, 2} : std::vector<u32>{0};
+}
+
+std::vector<u32> all_threads(const DeviceInfo& device) {
+  if (device.type != DeviceType::cpu) return {0};
+  std::vector<u32> counts;
+  for (u32 threads = 1; threads <= std::max(1u, std::thread::hardware_concurrency()); threads *= 2)
+    counts.push_back(threads);
+  return counts;
+}
+
 void bench_surface(const DeviceInfo& device) {
   for (const u32 points : {33u, 129u, 257u}) {
     for (const Feature search : {Feature::grid, Feature::bvh}) {
       const InitialState<float> state = on_surface(points, search);
-      for (u32 threads = 1; threads <= 2; ++threads)
+      for (const u32 threads : one_and_two(device))
         print_row("1000 spheres on triangles", "rows", search, state.sizes.shapes, threads,
                   measure(state, device, threads));
     }
@@ -208,7 +222,7 @@ void bench_sort(const DeviceInfo& info, u32 threads) {
   memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
   DeviceLauncher launcher(device, queue, memory, 0, false);
   launcher.add(build_program(device, sources.assemble(files), {}).program, signatures);
-  launcher.plan().lanes = 16;  // as on any CPU device
+  launcher.plan().lanes = info.type == DeviceType::cpu ? 16 : 1;
   launcher.begin(Stage::begin_step, {});
   for (const u32 count : {1u << 16, 1u << 20, 1u << 22}) {
     std::vector<u32> keys(count), values(count);
@@ -237,7 +251,8 @@ void bench_ratio(const DeviceInfo& device, u32 count) {
     std::vector<double> radii(count, 0.5);
     for (u32 i = 0; i < count; i += 1000) radii[i] *= ratio;
     for (const Feature search : {Feature::grid, Feature::bvh})
-      report(fmt::format("one in 1000 {} times as large", ratio).c_str(), "random", search, radii, device, 2);
+      report(fmt::format("one in 1000 {} times as large", ratio).c_str(), "random", search, radii, device,
+             one_and_two(device).back());
   }
 }
 
@@ -246,7 +261,9 @@ void bench_ratio(const DeviceInfo& device, u32 count) {
 
 int main(int argc, char** argv) try {
   using namespace lockstep;
-  CLI::App program("The broad phase alone on an OpenCL CPU device, and the sort: nanoseconds a body");
+  CLI::App program("The broad phase alone on an OpenCL device, and the sort: nanoseconds a body");
+  std::string choice = "cpu";
+  program.add_option("--device", choice, "cpu, gpu, or an index of `lockstep devices`")->capture_default_str();
   std::vector<u32> counts = {10000, 100000, 1000000};
   u32 spheres = 50000;
   program.add_option("count", counts, "bodies")->capture_default_str()->check(CLI::Range(2u, 100000000u));
@@ -254,9 +271,8 @@ int main(int argc, char** argv) try {
   ratio->add_option("count", spheres, "bodies")->capture_default_str()->check(CLI::Range(2u, 100000000u));
   CLI::App* surface = program.add_subcommand("surface", "1000 spheres on grounds of triangles");
   CLI11_PARSE(program, argc, argv);
-  const auto device = select_device("cpu");
-  if (!device)
-    throw Error(Failure::device, "broad_phase_bench", "needs an OpenCL CPU device (Debian: pocl-opencl-icd)");
+  const auto device = select_device(choice);
+  if (!device) throw Error(Failure::input, "--device", "must be an OpenCL device");
   fmt::print("sizes,order,search,bodies,threads,ns_per_body,processor_ns_per_body,pairs,stages_ms\n");
   if (*ratio) {
     bench::bench_ratio(*device, spheres);
@@ -266,7 +282,7 @@ int main(int argc, char** argv) try {
     bench::bench_surface(*device);
     return 0;
   }
-  for (u32 threads = 1; threads <= std::max(1u, std::thread::hardware_concurrency()); threads *= 2) {
+  for (const u32 threads : bench::all_threads(*device)) {
     for (const u32 count : counts) {
       for (const char* order : {"layers", "random"}) {
         for (const Feature search : {Feature::grid, Feature::bvh})

@@ -1,4 +1,4 @@
-// The narrow phase alone on an OpenCL CPU device: nanoseconds per candidate pair, from the list of pairs to the list of
+// The narrow phase alone on an OpenCL device: nanoseconds per candidate pair, from the list of pairs to the list of
 // contacts, for each pair of kinds, beside the plain C++ reference on one thread.
 //   narrow_phase_bench [PAIRS [KIND]]    pairs of each two kinds; default 40000; only those with a shape of this kind,
 //                                        or only these two (box-hull)
@@ -150,7 +150,10 @@ Timing in_cpp(const InitialState<float>& state) {
 int main(int argc, char** argv) {
   using namespace lockstep;
   using namespace lockstep::bench;
-  CLI::App program("The narrow phase alone on an OpenCL CPU device: nanoseconds per candidate pair");
+  CLI::App program("The narrow phase alone on an OpenCL device: nanoseconds per candidate pair");
+  std::string choice = "cpu";
+  program.add_option("--device", choice, "cpu, gpu, or an index of `lockstep devices`; a GPU has no number of threads")
+      ->capture_default_str();
   u32 pairs = 40000;
   std::string only;
   program.add_option("pairs", pairs, "pairs of each two kinds")
@@ -160,8 +163,8 @@ int main(int argc, char** argv) {
   CLI11_PARSE(program, argc, argv);
   try {
     bool found = false;
-    const auto device = select_device("cpu");
-    if (!device) throw Error(Failure::device, "narrow_phase_bench", "needs an OpenCL CPU device");
+    const auto device = select_device(choice);
+    if (!device) throw Error(Failure::input, "--device", "must be an OpenCL device");
     fmt::print("kinds,pairs,contacts,device_1_thread_ns,device_2_threads_ns,cpp_1_thread_ns,cpp_over_device\n");
     for (u32 a = 0; a < SHAPE_PLANE; ++a) {
       for (u32 b = a; b < SHAPE_KINDS; ++b) {

@@ -1,6 +1,8 @@
-// The contact solver alone: nanoseconds per visit of a contact on an OpenCL CPU device, for each lane count, beside
-// native vectorised C++ of the same visit (native_visit.hpp), both from the same packed problem in the same run.
-//   solve_bench [SIDE...]     bodies on a cubic lattice of SIDE^3, three contacts each; default 20 and 48
+// The contact solver alone: nanoseconds per visit of a contact on an OpenCL device, for each lane count, beside native
+// vectorised C++ of the same visit (native_visit.hpp), both from the same packed problem in the same run.
+//   solve_bench [--device cpu] [SIDE...]     bodies on a cubic lattice of SIDE^3, three contacts each; default 20 and
+//   48
+// On a GPU a lane a work-item; the native visits are those of as many threads as the table says.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -141,12 +143,13 @@ struct Timed {
 void compare(u32 side, const DeviceInfo& device, u32 threads) {
   const InitialState<float> state = lattice(side);
   const double visits = double(sweeps) * state.buffers.counters[COUNTER_CONTACTS];
-  const std::vector<u32> lane_counts = {1, 8, 16};
+  const bool on_cpu = device.type == DeviceType::cpu;
+  const std::vector<u32> lane_counts = on_cpu ? std::vector<u32>{1, 8, 16} : std::vector<u32>{1};
   std::vector<std::unique_ptr<DeviceBackend<float>>> backends;
   for (const u32 lanes : lane_counts) {
     DeviceOptions options;
     options.lanes = lanes;
-    options.threads = threads;
+    options.threads = on_cpu ? threads : 0;
     options.only = {Stage::solve_constraints};
     backends.push_back(std::make_unique<DeviceBackend<float>>(state, device, options));
     backends.back()->counters();  // the plan comes from the step before
@@ -185,14 +188,16 @@ void compare(u32 side, const DeviceInfo& device, u32 threads) {
 
 int main(int argc, char** argv) try {
   using namespace lockstep;
-  CLI::App program("The visits of the contact solver on an OpenCL CPU device beside native C++: nanoseconds a contact");
+  CLI::App program("The visits of the contact solver on an OpenCL device beside native C++: nanoseconds a contact");
+  std::string choice = "cpu";
+  program.add_option("--device", choice, "cpu, gpu, or an index of `lockstep devices`")->capture_default_str();
   std::vector<u32> sides = {20, 48};
   program.add_option("side", sides, "spheres along an edge of the cube")
       ->capture_default_str()
       ->check(CLI::Range(2u, 200u));
   CLI11_PARSE(program, argc, argv);
-  const auto device = select_device("cpu");
-  if (!device) throw Error(Failure::device, "solve_bench", "needs an OpenCL CPU device (Debian: pocl-opencl-icd)");
+  const auto device = select_device(choice);
+  if (!device) throw Error(Failure::input, "--device", "must be an OpenCL device");
   fmt::print("contacts,threads,visit,ns_per_contact,against_native,bits\n");
   for (const u32 side : sides) {
     for (u32 threads = 1; threads <= std::max(1u, std::thread::hardware_concurrency()); threads *= 2)

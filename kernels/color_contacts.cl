@@ -181,7 +181,7 @@ kernel void color_round(const StepParams params, const u32 round, global const B
                         global const u32* counters) {
   const u32 lost = color_bid(round, (u32)get_global_id(0), (u32)get_global_size(0), counters[COUNTER_CONTACTS],
                              params.bodies, body_infos, shape_infos, contacts, body_colors, contact_colors, color_bids);
-  if (lost != 0u) color_rounds[0] = round + 1u;
+  if (lost != 0u && color_rounds[0] != round + 1u) color_rounds[0] = round + 1u;  // few of thousands write
 }
 
 // One work-group: the rounds from `first_round` on, until nobody loses. In each round the highest bidder wins.

@@ -23,6 +23,11 @@ static inline u32 each_end(u32 count) {
 #define FOR_EACH(i, count) for (u32 i = (u32)get_global_id(0); i < (count); i += (u32)get_global_size(0))
 #endif
 
+// Loops in which all items of a work-group take part together, and over what the group shares out among them; the group
+// may have any size. One meets at barriers between them.
+#define FOR_EACH_GROUP(i, count) for (u32 i = (u32)get_group_id(0); i < (count); i += (u32)get_num_groups(0))
+#define FOR_EACH_OF_GROUP(i, count) for (u32 i = (u32)get_local_id(0); i < (count); i += (u32)get_local_size(0))
+
 // Which bit; `bits` are not zero.
 static inline u32 lowest_bit(u32 bits) { return 31u - clz(bits & (0u - bits)); }
 

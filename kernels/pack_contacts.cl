@@ -51,12 +51,12 @@ static inline u32 pack_blocks(u32 slots) { return (slots + PACK - 1u) / PACK; }
 // Lanes from one pair to the next.
 static inline u32 pack_stride(u32 color) { return color == MAX_COLORS ? PACK : 1u; }
 
-// From the scanned counts: where every colour starts; what to add to the place of a pair in the sorted order to find
-// its slot (of an overflow pair: its block); and what to add to the rows of a block's number of blocks to find its
-// first.
-static inline void pack_lay_out(u32 chunks, const StepParams* params, global const u32* cell_blocks,
-                                global const u32* cell_rows, global const u32* pack_counts, global u32* pack_offsets,
-                                global u32* pack_rows, global u32* color_starts, global u32* counters) {
+// From where the keys start among all pairs in order: where every colour starts; what to add to the place of a pair in
+// the sorted order to find its slot (of an overflow pair: its block); and what to add to the rows of a block's number
+// of blocks to find its first.
+static inline void pack_lay_out(const StepParams* params, global const u32* cell_blocks, global const u32* cell_rows,
+                                local const u32* key_starts, global u32* pack_offsets, global u32* pack_rows,
+                                global u32* color_starts, global u32* counters) {
   u32 block = 0u, row = 0u, colors = 0u, large_colors = 0u;
 #if FEATURE_PARTITIONS
   block = cell_blocks[CELL_PHASES * cells_in_phase(params)];
@@ -66,10 +66,10 @@ static inline void pack_lay_out(u32 chunks, const StepParams* params, global con
     const u32 stride = pack_stride(color);
     color_starts[color] = block;
     u32 slot = block * PACK;
-    u32 first = pack_counts[color * PACK_CLASSES * chunks];
-    if (first == pack_counts[(color + 1u) * PACK_CLASSES * chunks]) continue;
+    u32 first = key_starts[color * PACK_CLASSES];
+    if (first == key_starts[(color + 1u) * PACK_CLASSES]) continue;
     for (u32 key = color * PACK_CLASSES; key < (color + 1u) * PACK_CLASSES; ++key) {
-      const u32 points = (color + 1u) * PACK_CLASSES - key, end = pack_counts[(key + 1u) * chunks];
+      const u32 points = (color + 1u) * PACK_CLASSES - key, end = key_starts[key + 1u];
       pack_offsets[key] = slot / stride - first;
       pack_rows[key] = row - pack_blocks(slot) * points;
       const u32 next_slot = slot + (end - first) * stride;
@@ -107,12 +107,11 @@ static inline void pack_write(u32 slot, u32 block_capacity, u32 body_a, u32 body
 }
 
 // Lanes that no pair fills: the end of each colour, and all but the first lane of the overflow blocks.
-static inline void pack_pad(u32 first, u32 stride, u32 chunks, u32 bodies, u32 block_capacity,
-                            global const u32* pack_counts, global const u32* color_starts,
-                            global BlockBodies* block_bodies) {
+static inline void pack_pad(u32 first, u32 stride, u32 bodies, u32 block_capacity, local const u32* key_starts,
+                            global const u32* color_starts, global BlockBodies* block_bodies) {
   for (u32 i = first; i < MAX_COLORS * PACK; i += stride) {
     const u32 color = i / PACK;
-    const u32 size = pack_counts[(color + 1u) * PACK_CLASSES * chunks] - pack_counts[color * PACK_CLASSES * chunks];
+    const u32 size = key_starts[(color + 1u) * PACK_CLASSES] - key_starts[color * PACK_CLASSES];
     const u32 used = color_starts[color] * PACK + size;
     const u32 slot = used + i % PACK;
     if (slot < color_starts[color + 1u] * PACK)
@@ -146,7 +145,23 @@ static inline bool pack_pair(u32 i, u32 count, u32 slot, u32 block_capacity, glo
   return true;
 }
 
-// The pairs of a chunk, and the rows of the blocks that they begin.
+// Puts the pair that contact i is the first of where it stands among those of its key; and says where the rows of its
+// block are, where it begins one.
+static inline void pack_place_pair(u32 i, u32 count, u32 key, u32 place, u32 block_capacity,
+                                   global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                                   global const Contact* contacts, global const u32* pack_offsets,
+                                   global const u32* pack_rows, global u32* contact_slots,
+                                   global BlockBodies* block_bodies, global BlockRows* block_rows) {
+  const u32 slot = (place + pack_offsets[key]) * pack_stride(key / PACK_CLASSES);
+  const bool is_there =
+      pack_pair(i, count, slot, block_capacity, body_infos, shape_infos, contacts, contact_slots, block_bodies);
+  if (is_there && slot % PACK == 0u) {
+    block_rows[slot / PACK].first = pack_rows[key] + slot / PACK * count;
+    block_rows[slot / PACK].count = count;
+  }
+}
+
+// The pairs of a chunk, one after another.
 static inline void pack_place_chunk(u32 chunk, u32 chunks, u32 contact_count, u32 block_capacity,
                                     global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                                     global const Contact* contacts, global const u32* contact_colors,
@@ -157,14 +172,9 @@ static inline void pack_place_chunk(u32 chunk, u32 chunks, u32 contact_count, u3
   for (u32 i = chunk * CHUNK; i < end; ++i) {
     const u32 count = pack_count_of(i, contact_count, contacts, contact_colors);
     if (count == 0u) continue;
-    const u32 color = pack_color(contact_colors, i), key = pack_key(color, count);
-    const u32 slot = (pack_counts[key * chunks + chunk]++ + pack_offsets[key]) * pack_stride(color);
-    const bool is_there =
-        pack_pair(i, count, slot, block_capacity, body_infos, shape_infos, contacts, contact_slots, block_bodies);
-    if (is_there && slot % PACK == 0u) {
-      block_rows[slot / PACK].first = pack_rows[key] + slot / PACK * count;
-      block_rows[slot / PACK].count = count;
-    }
+    const u32 key = pack_key(pack_color(contact_colors, i), count);
+    pack_place_pair(i, count, key, pack_counts[key * chunks + chunk]++, block_capacity, body_infos, shape_infos,
+                    contacts, pack_offsets, pack_rows, contact_slots, block_bodies, block_rows);
   }
 }
 
@@ -206,33 +216,77 @@ kernel void pack_cells(const StepParams params, global const BodyInfo* body_info
 
 // ---- many work-groups ---------------------------------------------------------------------------------------------
 
+// On a CPU device a work-item takes a chunk, elsewhere a work-group does, with the keys of its contacts in local
+// memory.
+
+// NONE where a contact is not the first of its pair, or its pair stands in a cell.
+static inline u32 pack_key_of(u32 i, u32 contact_count, global const Contact* contacts,
+                              global const u32* contact_colors) {
+  const u32 count = i < contact_count ? pack_count_of(i, contact_count, contacts, contact_colors) : 0u;
+  return count > 0u ? pack_key(pack_color(contact_colors, i), count) : NONE;
+}
+
 kernel void pack_count(global const Contact* contacts, global const u32* contact_colors, global u32* pack_counts,
                        global const u32* counters) {
-  const u32 chunks = PACK_CHUNKS(counters);
-  FOR_EACH(chunk, chunks)
-  pack_count_chunk(chunk, chunks, counters[COUNTER_CONTACTS], contacts, contact_colors, pack_counts);
+  const u32 chunks = PACK_CHUNKS(counters), contact_count = counters[COUNTER_CONTACTS];
+#if EACH_TAKES_NEIGHBOURS
+  FOR_EACH(chunk, chunks) pack_count_chunk(chunk, chunks, contact_count, contacts, contact_colors, pack_counts);
+#else
+  local u32 counts[PACK_KEYS];
+  FOR_EACH_GROUP(chunk, chunks) {
+    FOR_EACH_OF_GROUP(key, PACK_KEYS) { counts[key] = 0u; }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    FOR_EACH_OF_GROUP(i, CHUNK) {
+      const u32 key = pack_key_of(chunk * CHUNK + i, contact_count, contacts, contact_colors);
+      if (key != NONE) atomic_inc(&counts[key]);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    FOR_EACH_OF_GROUP(key, PACK_KEYS) { pack_counts[key * chunks + chunk] = counts[key]; }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+#endif
 }
 
 // One work-group. The scan has put the number of all pairs behind the counts.
 kernel void pack_starts(const StepParams params, global const u32* cell_blocks, global const u32* cell_rows,
                         global const u32* pack_counts, global u32* pack_offsets, global u32* pack_rows,
                         global u32* color_starts, global BlockBodies* block_bodies, global u32* counters) {
+  local u32 key_starts[PACK_KEYS + 1u];
   const u32 chunks = PACK_CHUNKS(counters), lane = (u32)get_local_id(0);
+  FOR_EACH_OF_GROUP(key, PACK_KEYS + 1u) { key_starts[key] = pack_counts[key * chunks]; }
+  barrier(CLK_LOCAL_MEM_FENCE);
   if (lane == 0u)
-    pack_lay_out(chunks, &params, cell_blocks, cell_rows, pack_counts, pack_offsets, pack_rows, color_starts, counters);
+    pack_lay_out(&params, cell_blocks, cell_rows, key_starts, pack_offsets, pack_rows, color_starts, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
-  pack_pad(lane, (u32)get_local_size(0), chunks, params.bodies, params.block_capacity, pack_counts, color_starts,
-           block_bodies);
+  pack_pad(lane, (u32)get_local_size(0), params.bodies, params.block_capacity, key_starts, color_starts, block_bodies);
 }
 
 kernel void pack_place(const StepParams params, global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                        global const Contact* contacts, global const u32* contact_colors, global const u32* pack_offsets,
                        global const u32* pack_rows, global u32* pack_counts, global u32* contact_slots,
                        global BlockBodies* block_bodies, global BlockRows* block_rows, global const u32* counters) {
-  const u32 chunks = PACK_CHUNKS(counters);
+  const u32 chunks = PACK_CHUNKS(counters), contact_count = counters[COUNTER_CONTACTS];
+#if EACH_TAKES_NEIGHBOURS
   FOR_EACH(chunk, chunks)
-  pack_place_chunk(chunk, chunks, counters[COUNTER_CONTACTS], params.block_capacity, body_infos, shape_infos, contacts,
+  pack_place_chunk(chunk, chunks, contact_count, params.block_capacity, body_infos, shape_infos, contacts,
                    contact_colors, pack_offsets, pack_rows, pack_counts, contact_slots, block_bodies, block_rows);
+#else
+  local u32 keys[CHUNK];
+  FOR_EACH_GROUP(chunk, chunks) {
+    FOR_EACH_OF_GROUP(i, CHUNK) { keys[i] = pack_key_of(chunk * CHUNK + i, contact_count, contacts, contact_colors); }
+    barrier(CLK_LOCAL_MEM_FENCE);
+    FOR_EACH_OF_GROUP(i, CHUNK) {
+      const u32 key = keys[i];
+      if (key == NONE) continue;
+      u32 place = pack_counts[key * chunks + chunk];  // behind those of its key that are before it in the chunk
+      for (u32 before = 0u; before < i; ++before) place += keys[before] == key ? 1u : 0u;
+      pack_place_pair(chunk * CHUNK + i, PACK_CLASSES - key % PACK_CLASSES, key, place, params.block_capacity,
+                      body_infos, shape_infos, contacts, pack_offsets, pack_rows, contact_slots, block_bodies,
+                      block_rows);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE);
+  }
+#endif
 }
 
 kernel void pack_find(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
@@ -248,6 +302,7 @@ kernel void pack_small(const StepParams params, global const BodyInfo* body_info
                        global const u32* cell_rows, global u32* pack_offsets, global u32* pack_rows,
                        global u32* pack_counts, global u32* color_starts, global u32* contact_slots,
                        global BlockBodies* block_bodies, global BlockRows* block_rows, global u32* counters) {
+  local u32 key_starts[PACK_KEYS + 1u];
   const u32 contact_count = counters[COUNTER_CONTACTS], chunks = PACK_CHUNKS(counters);
   const u32 lane = (u32)get_local_id(0), lanes = (u32)get_local_size(0);
   for (u32 chunk = lane; chunk < chunks; chunk += lanes)
@@ -273,10 +328,12 @@ kernel void pack_small(const StepParams params, global const BodyInfo* body_info
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
 
+  FOR_EACH_OF_GROUP(key, PACK_KEYS + 1u) { key_starts[key] = pack_counts[key * chunks]; }
+  barrier(CLK_LOCAL_MEM_FENCE);
   if (lane == 0u)
-    pack_lay_out(chunks, &params, cell_blocks, cell_rows, pack_counts, pack_offsets, pack_rows, color_starts, counters);
+    pack_lay_out(&params, cell_blocks, cell_rows, key_starts, pack_offsets, pack_rows, color_starts, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
-  pack_pad(lane, lanes, chunks, params.bodies, params.block_capacity, pack_counts, color_starts, block_bodies);
+  pack_pad(lane, lanes, params.bodies, params.block_capacity, key_starts, color_starts, block_bodies);
   barrier(CLK_GLOBAL_MEM_FENCE);
   for (u32 chunk = lane; chunk < chunks; chunk += lanes) {
     pack_place_chunk(chunk, chunks, contact_count, params.block_capacity, body_infos, shape_infos, contacts,

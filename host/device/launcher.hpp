@@ -54,6 +54,8 @@ class Launcher {
   virtual void run_group(std::string_view kernel, std::initializer_list<Argument> arguments = {}) = 0;
   /// So many work-groups of that kind, each of which has a part of the work for itself.
   virtual void run_groups(std::string_view kernel, u32 groups, std::initializer_list<Argument> arguments = {}) = 0;
+  /// A chunk of some list for each work-item of a CPU device, and for each work-group of another.
+  void run_chunks(std::string_view kernel, u32 chunks, std::initializer_list<Argument> arguments = {});
   /// Makes sure that a scratch array of u32 words exists and is at least that long; it is no part of the state and not
   /// compared.
   virtual void scratch(std::string_view name, std::size_t words) = 0;

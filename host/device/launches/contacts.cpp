@@ -11,8 +11,7 @@ namespace lockstep {
 
 namespace {
 
-constexpr u32 contacts_per_item = 8;  // of a colouring round: few work-items write the word that says "not yet done"
-constexpr u32 rounds_per_color = 2;   // what colouring usually needs; the last work-group does the rest
+constexpr u32 rounds_per_color = 2;  // what colouring usually needs; the last work-group does the rest
 
 // Places for cells, those of all phases.
 u32 cell_count(const LaunchPlan& plan) { return CELL_PHASES * cells_in_phase(plan.sizes.bodies, plan.sizes.worlds); }
@@ -161,8 +160,7 @@ void launch_color_contacts(Launcher& launcher) {
   launcher.scratch("color_rounds", 1);
   launcher.run("color_start", 2 * plan.sizes.bodies);
   const u32 rounds = plan.small ? 0 : rounds_per_color * plan.colors + 1;
-  for (u32 round = 0; round < rounds; ++round)
-    launcher.run("color_round", plan.contacts / contacts_per_item, {{"round", round}});
+  for (u32 round = 0; round < rounds; ++round) launcher.run("color_round", plan.contacts, {{"round", round}});
   launcher.run_group("color_tail", {{"first_round", rounds}});
 }
 
@@ -204,12 +202,12 @@ void launch_pack_contacts(Launcher& launcher) {
   launcher.scratch("pack_counts", words);
   launcher.scratch("pack_offsets", keys);
   launcher.scratch("pack_rows", keys);
-  if (plan.small) return launcher.run_group("pack_small");
+  if (plan.small && plan.lanes > 1) return launcher.run_group("pack_small");
   const u32 chunks = plan.contacts / CHUNK + 1;
-  launcher.run("pack_count", chunks);
+  launcher.run_chunks("pack_count", chunks);
   launcher.scan("pack_counts", words);
   launcher.run_group("pack_starts");
-  launcher.run("pack_place", chunks);
+  launcher.run_chunks("pack_place", chunks);
   launcher.run("pack_find", plan.blocks * PACK);
 }
 
