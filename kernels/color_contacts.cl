@@ -132,41 +132,39 @@ static inline void color_lose(u32 priority, u32 body, global u32* next_bids, glo
   later_bids[body] = 0u;
 }
 
-// One round over all contacts; 1 where some contact lost and bids again. Bids lie in three arrays that change roles, so
-// that a round needs one launch: bids of round k are cleared in round k - 2, made in k - 1 and read in k.
-static inline u32 color_bid(u32 round, u32 first, u32 stride, u32 count, u32 bodies, global const BodyInfo* body_infos,
-                            global const ShapeInfo* shape_infos, global const Contact* contacts,
-                            global u32* body_colors, global u32* contact_colors, global u32* color_bids) {
+// A contact in one round; whether it lost and bids again. Bids lie in three arrays that change roles, so that a round
+// needs one launch: bids of round k are cleared in round k - 2, made in k - 1 and read in k.
+static inline bool color_bid(u32 round, u32 i, u32 bodies, global const BodyInfo* body_infos,
+                             global const ShapeInfo* shape_infos, global const Contact* contacts,
+                             global u32* body_colors, global u32* contact_colors, global u32* color_bids) {
+  if (contact_colors[i] != NONE) return false;
   global const u32* bids = color_bids + (round % 3u) * bodies;
   global u32* next_bids = color_bids + ((round + 1u) % 3u) * bodies;
   global u32* later_bids = color_bids + ((round + 2u) % 3u) * bodies;
-  u32 lost = 0u;
-  for (u32 i = first; i < count; i += stride) {
-    if (contact_colors[i] != NONE) continue;
-    const u32 a = contacts[i].body_a, b = contacts[i].body_b;
-    const bool dynamic_a = body_infos[a].kind == BODY_DYNAMIC, dynamic_b = body_infos[b].kind == BODY_DYNAMIC;
-    const u32 priority = color_priority(contacts[i], shape_infos);
-    const u32 bid_a = dynamic_a ? bids[a] : priority, bid_b = dynamic_b ? bids[b] : priority;
-    if (bid_a == COLOR_FULL || bid_b == COLOR_FULL) {
-      contact_colors[i] = MAX_COLORS;
-    } else if (bid_a == priority && bid_b == priority) {
-      const u32 color = color_lowest_free(a, dynamic_a, b, dynamic_b, body_colors);
-      contact_colors[i] = color;
-      if (dynamic_a && color < MAX_COLORS) color_win(color, a, body_colors, next_bids);
-      if (dynamic_b && color < MAX_COLORS) color_win(color, b, body_colors, next_bids);
-    } else {
-      lost = 1u;
-      if (dynamic_a) color_lose(priority, a, next_bids, later_bids);
-      if (dynamic_b) color_lose(priority, b, next_bids, later_bids);
-    }
+  const u32 a = contacts[i].body_a, b = contacts[i].body_b;
+  const bool dynamic_a = body_infos[a].kind == BODY_DYNAMIC, dynamic_b = body_infos[b].kind == BODY_DYNAMIC;
+  const u32 priority = color_priority(contacts[i], shape_infos);
+  const u32 bid_a = dynamic_a ? bids[a] : priority, bid_b = dynamic_b ? bids[b] : priority;
+  if (bid_a == COLOR_FULL || bid_b == COLOR_FULL) {
+    contact_colors[i] = MAX_COLORS;
+    return false;
   }
-  return lost;
+  if (bid_a == priority && bid_b == priority) {
+    const u32 color = color_lowest_free(a, dynamic_a, b, dynamic_b, body_colors);
+    contact_colors[i] = color;
+    if (dynamic_a && color < MAX_COLORS) color_win(color, a, body_colors, next_bids);
+    if (dynamic_b && color < MAX_COLORS) color_win(color, b, body_colors, next_bids);
+    return false;
+  }
+  if (dynamic_a) color_lose(priority, a, next_bids, later_bids);
+  if (dynamic_b) color_lose(priority, b, next_bids, later_bids);
+  return true;
 }
 
 kernel void color_start(const StepParams params, global const Contact* contacts, global const u32* cell_places,
                         global u32* body_colors, global u32* contact_colors, global u32* color_bids,
-                        global u32* color_rounds, global const u32* counters) {
-  if (get_global_id(0) == 0) color_rounds[0] = 0u;
+                        global u32* colorless_count, global const u32* counters) {
+  if (get_global_id(0) == 0) colorless_count[0] = 0u;
   FOR_EACH(i, 2u * params.bodies) {
     body_colors[i] = 0u;
     color_bids[i] = 0u;
@@ -174,29 +172,41 @@ kernel void color_start(const StepParams params, global const Contact* contacts,
   FOR_EACH(i, counters[COUNTER_CONTACTS]) contact_colors[i] = color_at_first(i, contacts, cell_places);
 }
 
-// color_rounds: one more than the last round that somebody lost.
 kernel void color_round(const StepParams params, const u32 round, global const BodyInfo* body_infos,
                         global const ShapeInfo* shape_infos, global const Contact* contacts, global u32* body_colors,
-                        global u32* contact_colors, global u32* color_bids, global u32* color_rounds,
-                        global const u32* counters) {
-  const u32 lost = color_bid(round, (u32)get_global_id(0), (u32)get_global_size(0), counters[COUNTER_CONTACTS],
-                             params.bodies, body_infos, shape_infos, contacts, body_colors, contact_colors, color_bids);
-  if (lost != 0u && color_rounds[0] != round + 1u) color_rounds[0] = round + 1u;  // few of thousands write
+                        global u32* contact_colors, global u32* color_bids, global const u32* counters) {
+  FOR_EACH(i, counters[COUNTER_CONTACTS]) {
+    color_bid(round, i, params.bodies, body_infos, shape_infos, contacts, body_colors, contact_colors, color_bids);
+  }
+}
+
+// The contacts that have no colour yet, in whatever order: a winner is one whoever bids first.
+kernel void color_gather(global const u32* contact_colors, global u32* colorless, global u32* colorless_count,
+                         global const u32* counters) {
+  FOR_EACH(i, counters[COUNTER_CONTACTS]) {
+    if (contact_colors[i] == NONE) colorless[atomic_inc(colorless_count)] = i;
+  }
 }
 
 // One work-group: the rounds from `first_round` on, until nobody loses. In each round the highest bidder wins.
 kernel void color_tail(const StepParams params, const u32 first_round, global const BodyInfo* body_infos,
                        global const ShapeInfo* shape_infos, global const Contact* contacts, global u32* body_colors,
-                       global u32* contact_colors, global u32* color_bids, global u32* color_rounds,
-                       global const u32* counters) {
-  for (u32 round = first_round;; ++round) {
-    const u32 rounds = color_rounds[0];
-    barrier(CLK_GLOBAL_MEM_FENCE);
-    if (rounds != round) break;
-    const u32 lost =
-        color_bid(round, (u32)get_local_id(0), (u32)get_local_size(0), counters[COUNTER_CONTACTS], params.bodies,
-                  body_infos, shape_infos, contacts, body_colors, contact_colors, color_bids);
-    if (lost != 0u) color_rounds[0] = round + 1u;
-    barrier(CLK_GLOBAL_MEM_FENCE);
-  }
+                       global u32* contact_colors, global u32* color_bids, global const u32* colorless,
+                       global const u32* colorless_count) {
+  local u32 lost;
+  u32 round = first_round;
+  bool goes_on;
+  do {
+    if (get_local_id(0) == 0) lost = 0u;
+    barrier(CLK_LOCAL_MEM_FENCE);
+    FOR_EACH_OF_GROUP(k, colorless_count[0]) {
+      if (color_bid(round, colorless[k], params.bodies, body_infos, shape_infos, contacts, body_colors, contact_colors,
+                    color_bids))
+        atomic_or(&lost, 1u);
+    }
+    barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE);
+    goes_on = lost != 0u;
+    ++round;
+    barrier(CLK_LOCAL_MEM_FENCE);
+  } while (goes_on);
 }

@@ -8,8 +8,8 @@ namespace lockstep {
 
 namespace {
 
-// Shapes that one work-item bounds: few enough items not to fight over the largest extent.
-constexpr u32 bounds_per_item = 16;
+// Shapes that one work-item bounds: few enough items not to fight over the largest extent, and enough to be at work.
+constexpr u32 bounds_per_cpu_item = 16, bounds_per_gpu_item = 4;
 
 // Of kernels/pair_search.h: FOUND, reals of PlaceComponent without and with boxes, words of PlaceInfo and of PlaneInfo
 // (double).
@@ -33,7 +33,8 @@ void make_search_arrays(Launcher& launcher) {
 }  // namespace
 
 void launch_update_bounds(Launcher& launcher) {
-  launcher.run("update_bounds", (launcher.plan().sizes.loose() + bounds_per_item - 1) / bounds_per_item);
+  const u32 per_item = launcher.plan().lanes > 1 ? bounds_per_cpu_item : bounds_per_gpu_item;
+  launcher.run("update_bounds", (launcher.plan().sizes.loose() + per_item - 1) / per_item);
 }
 
 void launch_sort_cells(Launcher& launcher) {

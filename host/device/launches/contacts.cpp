@@ -157,10 +157,12 @@ void launch_color_contacts(Launcher& launcher) {
                         {{"color_order", std::string_view(sleeping ? "color_order" : "contact_colors")}});
   }
   launcher.scratch("color_bids", std::size_t{3} * plan.sizes.bodies);
-  launcher.scratch("color_rounds", 1);
+  launcher.scratch("colorless", plan.sizes.contacts);
+  launcher.scratch("colorless_count", 1);
   launcher.run("color_start", 2 * plan.sizes.bodies);
   const u32 rounds = plan.small ? 0 : rounds_per_color * plan.colors + 1;
   for (u32 round = 0; round < rounds; ++round) launcher.run("color_round", plan.contacts, {{"round", round}});
+  launcher.run("color_gather", plan.contacts);
   launcher.run_group("color_tail", {{"first_round", rounds}});
 }
 
