@@ -221,8 +221,9 @@ void bench_sort(const DeviceInfo& info, u32 threads) {
   DeviceMemory memory(device, queue);
   memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
   DeviceLauncher launcher(device, queue, memory, 0, false);
-  launcher.add(build_program(device, sources.assemble(files), {}).program, signatures);
-  launcher.plan().lanes = info.type == DeviceType::cpu ? 16 : 1;
+  const u32 lanes = info.type == DeviceType::cpu ? 16 : 1;
+  launcher.add(build_program(device, sources.assemble(files), {.lanes = lanes}).program, signatures);
+  launcher.plan().lanes = lanes;
   launcher.begin(Stage::begin_step, {});
   for (const u32 count : {1u << 16, 1u << 20, 1u << 22}) {
     std::vector<u32> keys(count), values(count);

@@ -10,6 +10,8 @@
   template <class real> \
   struct Name
 #define INDEX_RECORD(Name) struct Name
+#define LINE_RECORD(Name) RECORD(Name)
+#define LINE_INDEX_RECORD(Name) INDEX_RECORD(Name)
 namespace lockstep {
 using u32 = std::uint32_t;
 using i32 = std::int32_t;
@@ -18,6 +20,11 @@ using i32 = std::int32_t;
   typedef struct Name Name; \
   struct Name
 #define INDEX_RECORD(Name) RECORD(Name)
+// Of so many bytes, in float too, that one begins at a multiple of 16: a GPU reads four words of it at once.
+#define LINE_RECORD(Name)   \
+  typedef struct Name Name; \
+  struct __attribute__((aligned(16))) Name
+#define LINE_INDEX_RECORD(Name) LINE_RECORD(Name)
 typedef uint u32;
 typedef int i32;
 typedef REAL real;
@@ -162,7 +169,7 @@ enum StatusBit {
 
 // ---- constant data of a scene ------------------------------------------------------------------------------------
 
-INDEX_RECORD(WorldRange) {
+LINE_INDEX_RECORD(WorldRange) {
   u32 first_body, body_count;
   u32 first_shape, shape_count;
   u32 first_plane, plane_count;             // into `planes`: the unbounded shapes of this world
@@ -172,14 +179,14 @@ INDEX_RECORD(WorldRange) {
 // Beside it, where some bodies have trees of shapes (feature shape_trees): ranges of `loose_shapes` and `shape_trees`.
 INDEX_RECORD(WorldTrees) { u32 first_loose, loose_count, first_tree, tree_count; };
 
-INDEX_RECORD(BodyInfo) {
+LINE_INDEX_RECORD(BodyInfo) {
   u32 world;
   u32 id;         // stable and local to the world: the only name of a body that keys and priorities may use
   u32 kind;       // BodyKind
   u32 isotropic;  // 1 where the three principal moments are equal
 };
 
-INDEX_RECORD(ShapeInfo) {
+LINE_INDEX_RECORD(ShapeInfo) {
   u32 body;      // index into the body buffers
   u32 id;        // stable and local to the world
   u32 kind;      // ShapeKind
@@ -190,17 +197,17 @@ INDEX_RECORD(ShapeInfo) {
   u32 hull;   // of a convex hull: index into `hulls`
 };
 
-RECORD(Vec4) { real x, y, z, w; };
+LINE_RECORD(Vec4) { real x, y, z, w; };
 
 // Principal moments; of a pivoted body: about the pivot.
-RECORD(Mass) {
+LINE_RECORD(Mass) {
   real mass, inverse_mass;              // kg, 1/kg; inverse 0 for static and kinematic bodies
   real inertia[3], inverse_inertia[3];  // kg m^2, body frame
 };
 
 // A body that turns about a point fixed in the world (feature pivots). `lever` is the vector from the pivot to the
 // centre of mass.
-RECORD(Pivot) {
+LINE_RECORD(Pivot) {
   real point_world[3];
   real pivoted;  // 1 or 0
   real lever_body[3];
@@ -214,7 +221,7 @@ RECORD(Pivot) {
 //   box                half extents
 //   hull               half extents of the box along the axes, about the origin, that holds its vertices
 //   plane              nothing: through the origin, normal z
-RECORD(Shape) {
+LINE_RECORD(Shape) {
   real offset[3];
   real reach;
   real rotation[4];
@@ -264,7 +271,7 @@ RECORD(ImpactPair) {
 
 // What acts on a body during a step, world frame: N through the centre of mass, and N m about it. All zeros but in
 // worlds whose users load bodies (feature loads).
-RECORD(Load) {
+LINE_RECORD(Load) {
   real force[3], pad_f;
   real torque[3], pad_t;
 };
@@ -297,7 +304,7 @@ INDEX_RECORD(SpringKey) { u32 particle, partner; };
 
 // One line a body (64 bytes in float): all that a visit of a solver needs. The first half is all a central contact
 // needs.
-RECORD(Motion) {
+LINE_RECORD(Motion) {
   real v[3];          // velocity of the centre of mass, world frame, m/s
   real inverse_mass;  // 0 for static and kinematic bodies, and for the null body behind the last one
   real w[3];          // angular velocity, world frame, rad/s
@@ -314,7 +321,7 @@ INDEX_RECORD(Sleeper) {
 };
 #define ISLAND_WAKES 0xfffffffeu
 
-RECORD(Velocity) {
+LINE_RECORD(Velocity) {
   real v[3], pad_v;
   real w[3], pad_w;
 };
@@ -322,7 +329,7 @@ RECORD(Velocity) {
 // ---- collision ---------------------------------------------------------------------------------------------------
 
 // The sphere and the box of a bounded shape. Planes, and what has no finite place, have extent 0.
-RECORD(Bound) {
+LINE_RECORD(Bound) {
   real center[3];
   real extent;  // of the sphere about the centre that holds the shape for the whole step
   real box[3];  // half extents of the shape where it is now, along the axes of the world
@@ -347,7 +354,7 @@ RECORD(BoxBlock) {
 INDEX_RECORD(Pair) { u32 shape_a, shape_b; };
 
 // Ordered by (shape_a, shape_b, feature). The normal points from b to a.
-INDEX_RECORD(Contact) {
+LINE_INDEX_RECORD(Contact) {
   u32 shape_a, shape_b, feature;
   u32 body_a, body_b;
   u32 world;
@@ -357,7 +364,7 @@ INDEX_RECORD(Contact) {
 
 // Where the two shapes of a contact are closest, in the frames of their bodies, so that each sub-step can tell how
 // close they are by then. The surface of a round shape is a radius away from its anchor, along the normal.
-RECORD(ContactPoint) {
+LINE_RECORD(ContactPoint) {
   real anchor_a[3], radius_a;  // from the centre of mass of a, body frame
   real anchor_b[3], radius_b;
   real normal[4];  // from b to a, in the frame that Contact::normal tells

@@ -84,6 +84,16 @@ TEST(HouseRules, KernelsUseNoBannedFunction) {
   }
 }
 
+// What the compiler of NVIDIA's driver does not take, or makes wrong code of (docs/gpu.md).
+TEST(HouseRules, KernelsAreWithinWhatGpuDriversTake) {
+  for (const std::string& file : files("kernels", {".cl", ".h"})) {
+    const std::string text = without_comments(read_file(root / file));
+    EXPECT_TRUE(matches(text, R"((#define[^\n]*\.\.\.))").empty()) << file << " has a macro with ...";
+    EXPECT_TRUE(matches(text, R"(((?:inline|LANE_INLINE)\b[^{;]*\bStepParams \w))").empty())
+        << file << ": functions take StepParams by address";
+  }
+}
+
 TEST(HouseRules, NoFileIsLong) {
   for (const std::string& file : sources()) {
     const std::string text = read_file(root / file);

@@ -12,9 +12,10 @@
 namespace lockstep::test {
 
 struct LauncherBench {
-  LauncherBench(KernelSources kernels, const std::string& file, u32 work_group = 0, bool profile = false)
-      : LauncherBench(std::move(kernels), std::vector<std::string>{file}, work_group, profile) {}
-  LauncherBench(KernelSources kernels, std::vector<std::string> files, u32 work_group = 0, bool profile = false)
+  LauncherBench(KernelSources kernels, const std::string& file, u32 work_group = 0, bool profile = false, u32 lanes = 1)
+      : LauncherBench(std::move(kernels), std::vector<std::string>{file}, work_group, profile, lanes) {}
+  LauncherBench(KernelSources kernels, std::vector<std::string> files, u32 work_group = 0, bool profile = false,
+                u32 lanes = 1)
       : device(open_device(test_device())),
         queue(device.context, device.handle, profile ? CL_QUEUE_PROFILING_ENABLE : 0),
         sources(std::move(kernels)),
@@ -22,7 +23,8 @@ struct LauncherBench {
         signatures(sources.signatures(names)),
         memory(device, queue),
         launcher(device, queue, memory, work_group, profile) {
-    launcher.add(build_program(device, sources.assemble(names), {}).program, signatures);
+    launcher.plan().lanes = lanes;
+    launcher.add(build_program(device, sources.assemble(names), {.lanes = lanes}).program, signatures);
     memory.allocate(Buffer::counters, COUNTER_COUNT * sizeof(u32), 0);
     launcher.begin(Stage::begin_step, {});
   }

@@ -9,7 +9,7 @@ namespace {
 // pocl specialises a kernel for each local size and for large grids: one size for all, and a grid that stays small. A
 // work-item of a CPU device is a turn of a loop, so that groups are cheap and as many as there is work for.
 constexpr std::size_t cpu_work_group = 16, gpu_work_group = 64;
-constexpr std::size_t cpu_fused_work_group = 16, gpu_fused_work_group = 512;
+constexpr std::size_t cpu_fused_work_group = 16, gpu_fused_work_group = 256;
 constexpr std::size_t largest_cpu_grid = 0x8000;
 constexpr std::size_t gpu_groups_per_unit = 32;
 
