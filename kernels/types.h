@@ -20,7 +20,7 @@ using i32 = std::int32_t;
   typedef struct Name Name; \
   struct Name
 #define INDEX_RECORD(Name) RECORD(Name)
-// Of so many bytes, in float too, that one begins at a multiple of 16: a GPU reads four words of it at once.
+// Records whose size is a multiple of 16 bytes, in float too, begin at one: a GPU reads four words of them at once.
 #define LINE_RECORD(Name)   \
   typedef struct Name Name; \
   struct __attribute__((aligned(16))) Name

@@ -11,7 +11,7 @@ namespace {
 // How a sort is shared out. A CPU's core has a cache for the counts of a wide digit, and passes cost it most; a chunk
 // is long beside its counts. Elsewhere a chunk is what a work-group takes, and as long as its counts.
 struct SortShape {
-  u32 most_digit_bits, shortest_chunk, most_chunks;
+  u32 most_digit_bits, shortest_chunk, most_chunks;  // NONE: as many as there are
 };
 constexpr SortShape cpu_sort = {std::bit_width(SORT_DIGITS) - 1, 2 * SORT_DIGITS, 256};
 constexpr SortShape gpu_sort = {std::bit_width(CHUNK) - 1, CHUNK, NONE};
