@@ -188,16 +188,11 @@ void report(const char* sizes, const char* order, Feature search, const std::vec
   print_row(sizes, order, search, static_cast<u32>(radii.size()), threads, timing);
 }
 
-/// One and two of a CPU device; a GPU takes no such number.
-std::vector<u32> one_and_two(const DeviceInfo& device) {
-  return device.type == DeviceType::cpu ? std::vector<u32>{1, 2} : std::vector<u32>{0};
-}
-
-std::vector<u32> all_threads(const DeviceInfo& device) {
+/// 1, 2, 4, ... of a CPU device; a GPU takes no such number.
+std::vector<u32> thread_counts(const DeviceInfo& device, u32 most) {
   if (device.type != DeviceType::cpu) return {0};
   std::vector<u32> counts;
-  for (u32 threads = 1; threads <= std::max(1u, std::thread::hardware_concurrency()); threads *= 2)
-    counts.push_back(threads);
+  for (u32 threads = 1; threads <= std::max(1u, most); threads *= 2) counts.push_back(threads);
   return counts;
 }
 
@@ -205,7 +200,7 @@ void bench_surface(const DeviceInfo& device) {
   for (const u32 points : {33u, 129u, 257u}) {
     for (const Feature search : {Feature::grid, Feature::bvh}) {
       const InitialState<float> state = on_surface(points, search);
-      for (const u32 threads : one_and_two(device))
+      for (const u32 threads : thread_counts(device, 2))
         print_row("1000 spheres on triangles", "rows", search, state.sizes.shapes, threads,
                   measure(state, device, threads));
     }
@@ -253,7 +248,7 @@ void bench_ratio(const DeviceInfo& device, u32 count) {
     for (u32 i = 0; i < count; i += 1000) radii[i] *= ratio;
     for (const Feature search : {Feature::grid, Feature::bvh})
       report(fmt::format("one in 1000 {} times as large", ratio).c_str(), "random", search, radii, device,
-             one_and_two(device).back());
+             thread_counts(device, 2).back());
   }
 }
 
@@ -283,7 +278,7 @@ int main(int argc, char** argv) try {
     bench::bench_surface(*device);
     return 0;
   }
-  for (const u32 threads : bench::all_threads(*device)) {
+  for (const u32 threads : bench::thread_counts(*device, std::thread::hardware_concurrency())) {
     for (const u32 count : counts) {
       for (const char* order : {"layers", "random"}) {
         for (const Feature search : {Feature::grid, Feature::bvh})

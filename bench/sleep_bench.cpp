@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "bench/median.hpp"
 #include "host/backends/device_backend.hpp"
 #include "host/error.hpp"
 #include "host/scene/compile.hpp"
@@ -58,11 +59,6 @@ Scene piles(u32 count, Solver solver, double after, bool one_moves) {
     scene.bodies.push_back(ball);
   }
   return scene;
-}
-
-double median(std::vector<double> values) {
-  std::ranges::nth_element(values, values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2));
-  return values[values.size() / 2];
 }
 
 struct Phase {

@@ -25,24 +25,30 @@ static inline u32 pack_color(global const u32* contact_colors, u32 i) {
 #endif
 }
 
-// Pairs that are laid out by colour, how many contacts they have; 0 of others and where contact i is not the first.
-static inline u32 pack_count_of(u32 i, u32 contact_count, global const Contact* contacts,
-                                global const u32* contact_colors) {
-#if FEATURE_PARTITIONS
-  if (contact_colors[i] == COLOR_OF_CELL) return 0u;
-#endif
-  return pair_contact_count(contacts, i, contact_count);
-}
-
 static inline u32 pack_key(u32 color, u32 count) { return color * PACK_CLASSES + (PACK_CLASSES - count); }
+
+// How many contacts a pair of a key has.
+static inline u32 pack_contacts_of(u32 key) { return PACK_CLASSES - key % PACK_CLASSES; }
+
+// The key of the pair that contact i is the first of; NONE where it is the first of none, or of one that stands in a
+// cell.
+static inline u32 pack_key_of(u32 i, u32 contact_count, global const Contact* contacts,
+                              global const u32* contact_colors) {
+  if (i >= contact_count) return NONE;
+#if FEATURE_PARTITIONS
+  if (contact_colors[i] == COLOR_OF_CELL) return NONE;
+#endif
+  const u32 count = pair_contact_count(contacts, i, contact_count);
+  return count > 0u ? pack_key(pack_color(contact_colors, i), count) : NONE;
+}
 
 static inline void pack_count_chunk(u32 chunk, u32 chunks, u32 contact_count, global const Contact* contacts,
                                     global const u32* contact_colors, global u32* pack_counts) {
   for (u32 key = 0u; key < PACK_KEYS; ++key) pack_counts[key * chunks + chunk] = 0u;
   const u32 end = min((chunk + 1u) * CHUNK, contact_count);
   for (u32 i = chunk * CHUNK; i < end; ++i) {
-    const u32 count = pack_count_of(i, contact_count, contacts, contact_colors);
-    if (count > 0u) ++pack_counts[pack_key(pack_color(contact_colors, i), count) * chunks + chunk];
+    const u32 key = pack_key_of(i, contact_count, contacts, contact_colors);
+    if (key != NONE) ++pack_counts[key * chunks + chunk];
   }
 }
 
@@ -147,12 +153,12 @@ static inline bool pack_pair(u32 i, u32 count, u32 slot, u32 block_capacity, glo
 
 // Puts the pair that contact i is the first of where it stands among those of its key; and says where the rows of its
 // block are, where it begins one.
-static inline void pack_place_pair(u32 i, u32 count, u32 key, u32 place, u32 block_capacity,
-                                   global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                                   global const Contact* contacts, global const u32* pack_offsets,
-                                   global const u32* pack_rows, global u32* contact_slots,
-                                   global BlockBodies* block_bodies, global BlockRows* block_rows) {
-  const u32 slot = (place + pack_offsets[key]) * pack_stride(key / PACK_CLASSES);
+static inline void pack_place_pair(u32 i, u32 key, u32 place, u32 block_capacity, global const BodyInfo* body_infos,
+                                   global const ShapeInfo* shape_infos, global const Contact* contacts,
+                                   global const u32* pack_offsets, global const u32* pack_rows,
+                                   global u32* contact_slots, global BlockBodies* block_bodies,
+                                   global BlockRows* block_rows) {
+  const u32 count = pack_contacts_of(key), slot = (place + pack_offsets[key]) * pack_stride(key / PACK_CLASSES);
   const bool is_there =
       pack_pair(i, count, slot, block_capacity, body_infos, shape_infos, contacts, contact_slots, block_bodies);
   if (is_there && slot % PACK == 0u) {
@@ -170,11 +176,10 @@ static inline void pack_place_chunk(u32 chunk, u32 chunks, u32 contact_count, u3
                                     global BlockBodies* block_bodies, global BlockRows* block_rows) {
   const u32 end = min((chunk + 1u) * CHUNK, contact_count);
   for (u32 i = chunk * CHUNK; i < end; ++i) {
-    const u32 count = pack_count_of(i, contact_count, contacts, contact_colors);
-    if (count == 0u) continue;
-    const u32 key = pack_key(pack_color(contact_colors, i), count);
-    pack_place_pair(i, count, key, pack_counts[key * chunks + chunk]++, block_capacity, body_infos, shape_infos,
-                    contacts, pack_offsets, pack_rows, contact_slots, block_bodies, block_rows);
+    const u32 key = pack_key_of(i, contact_count, contacts, contact_colors);
+    if (key == NONE) continue;
+    pack_place_pair(i, key, pack_counts[key * chunks + chunk]++, block_capacity, body_infos, shape_infos, contacts,
+                    pack_offsets, pack_rows, contact_slots, block_bodies, block_rows);
   }
 }
 
@@ -218,13 +223,6 @@ kernel void pack_cells(const StepParams params, global const BodyInfo* body_info
 
 // On a CPU device a work-item takes a chunk, elsewhere a work-group does, with the keys of its contacts in local
 // memory.
-
-// NONE where a contact is not the first of its pair, or its pair stands in a cell.
-static inline u32 pack_key_of(u32 i, u32 contact_count, global const Contact* contacts,
-                              global const u32* contact_colors) {
-  const u32 count = i < contact_count ? pack_count_of(i, contact_count, contacts, contact_colors) : 0u;
-  return count > 0u ? pack_key(pack_color(contact_colors, i), count) : NONE;
-}
 
 kernel void pack_count(global const Contact* contacts, global const u32* contact_colors, global u32* pack_counts,
                        global const u32* counters) {
@@ -280,9 +278,8 @@ kernel void pack_place(const StepParams params, global const BodyInfo* body_info
       if (key == NONE) continue;
       u32 place = pack_counts[key * chunks + chunk];  // behind those of its key that are before it in the chunk
       for (u32 before = 0u; before < i; ++before) place += keys[before] == key ? 1u : 0u;
-      pack_place_pair(chunk * CHUNK + i, PACK_CLASSES - key % PACK_CLASSES, key, place, params.block_capacity,
-                      body_infos, shape_infos, contacts, pack_offsets, pack_rows, contact_slots, block_bodies,
-                      block_rows);
+      pack_place_pair(chunk * CHUNK + i, key, place, params.block_capacity, body_infos, shape_infos, contacts,
+                      pack_offsets, pack_rows, contact_slots, block_bodies, block_rows);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
