@@ -31,7 +31,7 @@ void add_wall(BodyDescription& box, const Vector3& place, const Vector3& normal)
   ShapeDescription wall;
   wall.kind = SHAPE_PLANE;
   wall.offset = place;
-  wall.rotation = exact::turn_of_z_to(normal);
+  wall.rotation = exact::rotation_from_z_to(normal);
   box.shapes.push_back(wall);
 }
 
@@ -60,7 +60,7 @@ Scene heap(u32 count, u32 substeps) {
       BodyDescription cube;
       cube.position = {spacing * (place % side + 0.5 - 0.5 * side) + shift_x,
                        spacing * (place / side + 0.5 - 0.5 * side) + shift_y, 1 + spacing * layer};
-      cube.orientation = exact::turn_by_euler_degrees({8, 5, 10});
+      cube.orientation = exact::rotation_from_euler_degrees({8, 5, 10});
       cube.shapes.push_back({.kind = SHAPE_BOX, .half_extents = {0.5, 0.5, 0.5}});
       make_solid_of_mass(cube, 1);
       scene.bodies.push_back(std::move(cube));

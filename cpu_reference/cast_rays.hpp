@@ -42,13 +42,13 @@ struct RayCast {
     const Pose<real> pose = make_pose(b.positions[info.body], b.orientations[info.body]);
     const Vec3<real> offset = sub3(shape_center(pose, b.shapes[i]), origin);
     if (info.kind != SHAPE_PLANE && !ray_passes(offset, direction, b.shapes[i].reach)) return;
-    const Quat<real> turn = shape_rotation(pose, b.shapes[i]);
-    const RayEntry<real> entry = ray_shape(info.kind, unrotate3(turn, scale3(real(-1), offset)),
-                                           unrotate3(turn, direction), vec3(b.shapes[i].size), info.hull, tables);
+    const Quat<real> rotation = shape_rotation(pose, b.shapes[i]);
+    const RayEntry<real> entry = ray_shape(info.kind, unrotate3(rotation, scale3(real(-1), offset)),
+                                           unrotate3(rotation, direction), vec3(b.shapes[i].size), info.hull, tables);
     const bool first = closest.shape == NONE || entry.distance < closest.point.distance ||
                        (entry.distance == closest.point.distance && i < closest.shape);
     if (!(entry.distance >= 0 && entry.distance <= ray.reach) || !first) return;
-    const Vec3<real> normal = rotate3(turn, entry.normal);
+    const Vec3<real> normal = rotate3(rotation, entry.normal);
     closest = {i, {{normal.x, normal.y, normal.z}, entry.distance}};
   }
 

@@ -2,7 +2,7 @@
 // velocities alone (post-stabilisation: Cline and Pai, Post-Stabilization for Rigid Body Simulation with Contact and
 // Constraints, 2003; here by sweeps of nonlinear Gauss-Seidel over the joints, colour after colour). With the error e
 // of its locked rows at the present poses, and K = J M^-1 J^T of the joint alone, a visit moves its bodies by
-//   K d = -e,   x += M^-1 J^T d,   q turned by the angular part
+//   K d = -e,   x += M^-1 J^T d,   q rotated by the angular part
 // the least displacement, weighed by masses, that closes the joint to first order. It pushes as an impulse does, equal
 // and opposite at b's anchor: the common centre of mass stays, and the displacements have no angular moment together.
 //

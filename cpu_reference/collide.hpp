@@ -176,12 +176,15 @@ Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>
 /// The points of a manifold in the frames of the bodies.
 template <class real>
 ContactPoint<real> contact_point(const Buffers<real>& b, const Contact& contact, const Manifold<real>& m, u32 k) {
-  const Quat<real> turn_a = quat(b.orientations[contact.body_a]), turn_b = quat(b.orientations[contact.body_b]);
-  const Vec3<real> anchor_a = add3(vec3(b.shapes[contact.shape_a].offset), unrotate3(turn_a, m.points[k].anchor_a));
-  const Vec3<real> anchor_b = add3(vec3(b.shapes[contact.shape_b].offset), unrotate3(turn_b, m.points[k].anchor_b));
+  const Quat<real> orientation_a = quat(b.orientations[contact.body_a]),
+                   orientation_b = quat(b.orientations[contact.body_b]);
+  const Vec3<real> anchor_a =
+      add3(vec3(b.shapes[contact.shape_a].offset), unrotate3(orientation_a, m.points[k].anchor_a));
+  const Vec3<real> anchor_b =
+      add3(vec3(b.shapes[contact.shape_b].offset), unrotate3(orientation_b, m.points[k].anchor_b));
   Vec3<real> normal = m.normal;
-  if (m.frame == NORMAL_OF_A) normal = unrotate3(turn_a, normal);
-  if (m.frame == NORMAL_OF_B) normal = unrotate3(turn_b, normal);
+  if (m.frame == NORMAL_OF_A) normal = unrotate3(orientation_a, normal);
+  if (m.frame == NORMAL_OF_B) normal = unrotate3(orientation_b, normal);
   return {{anchor_a.x, anchor_a.y, anchor_a.z},
           m.radius_a,
           {anchor_b.x, anchor_b.y, anchor_b.z},

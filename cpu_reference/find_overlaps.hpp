@@ -21,8 +21,8 @@ bool volume_overlaps(const Buffers<real>& b, const Shape<real>& volume, const Qu
   if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > reach * reach) return false;
   const HullTables<real> tables = {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
                                    b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
-  const Quat<real> turn = {volume.rotation[0], volume.rotation[1], volume.rotation[2], volume.rotation[3]};
-  return shapes_overlap(filter.kind, Placed<real>{{0, 0, 0}, turn, vec3(volume.size), 0}, info.kind, other, tables);
+  const Quat<real> rotation = {volume.rotation[0], volume.rotation[1], volume.rotation[2], volume.rotation[3]};
+  return shapes_overlap(filter.kind, Placed<real>{{0, 0, 0}, rotation, vec3(volume.size), 0}, info.kind, other, tables);
 }
 
 /// Where there are more than the capacity none is told. What is behind the last one is told to be NONE.

@@ -57,8 +57,8 @@ Vec3<real> gyroscopic_part(Vec3<real> ratios, Vec3<real> w, Vec3<real> kick, rea
 
 /// The angular velocity after dt, body frame: I (w' - w) + dt w_th x I w_th = dt tau, w_th = (1 - theta) w + theta w',
 /// where kick = dt I^-1 tau. theta = 0 is explicit, one evaluation, and gains energy; theta = 1/2 conserves the energy
-/// of a free body and, turned by turn4 with w_1/2, its angular momentum (Simo and Wong 1991); theta = 1 never gains
-/// any.
+/// of a free body and, turned by integrate_orientation with w_1/2, its angular momentum (Simo and Wong 1991); theta = 1
+/// never gains any.
 template <class real>
 Vec3<real> gyroscopic_step(Vec3<real> ratios, Vec3<real> w, Vec3<real> kick, real theta, real dt) {
   if (theta == real(0)) return sub3(add3(w, kick), scale3(dt, gyroscopic_term(ratios, w)));

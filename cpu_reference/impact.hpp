@@ -10,8 +10,9 @@
 //   Stronge:  the work of the normal impulse gives back e^2 of what compression took (Stronge 1990).
 // A slide of constant direction is a straight piece, and all of a planar impact are (Routh's cases), with ends in
 // closed form: where u_n = 0, where the slide stops, where restitution is done. In space the direction turns: a piece
-// is at most as long as `slide_turn` lets it turn, and goes along the direction of its middle. On every piece friction
-// works against both ends' slip, and the work of the normal impulse is exact: Stronge's law never creates energy.
+// is at most as long as `slide_deflection` lets it turn, and goes along the direction of its middle. On every piece
+// friction works against both ends' slip, and the work of the normal impulse is exact: Stronge's law never creates
+// energy.
 //
 // Chatterjee and Ruina's law (1998) is algebraic: with P_1 = (-u_n / W_nn, 0) and P_2 = -W^-1 u, which stop the
 // approach and the whole contact, r = (1 + e) P_1 + (1 + e_t) (P_2 - P_1); where that is outside of the cone, k (P_2 -
@@ -26,7 +27,7 @@ namespace lockstep::reference {
 constexpr int impact_pieces = 64;
 /// By which angle the direction of a slide may turn in a piece, rad.
 template <class real>
-constexpr real slide_turn = real(0.125);
+constexpr real slide_deflection = real(0.125);
 /// A slide slower than this part of all velocities has stopped: what rounding leaves.
 template <class real>
 constexpr real slide_rounding = sizeof(real) == 8 ? real(1e-14) : real(4e-6);
@@ -129,22 +130,22 @@ SlidePiece<real> slide_piece(ConeVector<real> u, real speed, const Delassus<real
   const real squared = along * along - length * (s1 * s1 + s2 * s2 - friction * friction);
   const real over = squared >= 0 ? std::sqrt(squared) - along : real(0), stop = over > 0 ? length / over : far;
   const real d1 = (a1 / stop + s1) / friction, d2 = (a2 / stop + s2) / friction;
-  const real turn = std::fabs(d1 * e2 - d2 * e1);
+  const real deflection = std::fabs(d1 * e2 - d2 * e1);
   const ImpactPiece<real> straight = impact_piece(w, -friction * d1, -friction * d2);
   if (stop < far && stop <= impact_phase(by_work, u.normal, straight.rate.normal, owed, far).impulse &&
-      turn <= slide_turn<real> && d1 * e1 + d2 * e2 > 0)
+      deflection <= slide_deflection<real> && d1 * e1 + d2 * e2 > 0)
     return {straight, stop, true};
 
   const ImpactPiece<real> first = impact_piece(w, -friction * e1, -friction * e2);
   const real gains = first.rate.tangent_1 * e1 + first.rate.tangent_2 * e2;
-  const real turns = first.rate.tangent_2 * e1 - first.rate.tangent_1 * e2;
+  const real deflects = first.rate.tangent_2 * e1 - first.rate.tangent_1 * e2;
   const real stiff = friction * (w.t11 * e2 * e2 - real(2) * w.t12 * e1 * e2 + w.t22 * e1 * e1);
-  const real ratio = slide_turn<real> * stiff / std::fabs(turns);
+  const real ratio = slide_deflection<real> * stiff / std::fabs(deflects);
   const real until = speed / (stiff / ratio + (gains < 0 ? -gains : real(0)));
   const real phase = impact_phase(by_work, u.normal, first.rate.normal, owed, far).impulse;
   const real reach = until < far ? until : far;
   const real half = real(0.5) * (phase < reach ? phase : reach);
-  const real ahead = speed + half * gains, aside = half * turns / (real(1) + half * stiff / speed);
+  const real ahead = speed + half * gains, aside = half * deflects / (real(1) + half * stiff / speed);
   const real x = ahead * e1 - aside * e2, y = ahead * e2 + aside * e1;
   const real middle = std::sqrt(x * x + y * y), m1 = x / middle, m2 = y / middle;
   const ImpactPiece<real> piece = impact_piece(w, -friction * m1, -friction * m2);

@@ -37,7 +37,7 @@ void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
     const Vec3<real> mean_w = mean3(params.theta, vec3(previous.w), w);
 
     const Quat<real> old_q = quat(b.orientations[i]);
-    const Quat<real> q = turn4(old_q, mean_w, params.dt);
+    const Quat<real> q = integrate_orientation(old_q, mean_w, params.dt);
     if (carried) w = carry3(old_q, q, w);
 
     Vec4<real>& position = b.positions[i];

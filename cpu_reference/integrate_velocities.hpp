@@ -60,7 +60,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
         Vec3<real> kick = {};
         if (pivoted) {
           const real ahead = real(2) * params.theta * (real(1) - params.theta) * params.dt;
-          const Vec3<real> moment = gravity_moment_body(b.pivots[i], mass, turn4(q, w, ahead), gravity);
+          const Vec3<real> moment = gravity_moment_body(b.pivots[i], mass, integrate_orientation(q, w, ahead), gravity);
           kick = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
         }
         if (loaded) {
@@ -76,7 +76,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
         }
         w = rotate3(q, w_body);
       } else if (loaded) {
-        w = add3(w, scale3(params.dt, turn_by(motion, vec3(load.torque))));
+        w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));
       }
 
       // translation

@@ -46,7 +46,8 @@ void write_impact(ImpactBlock<real>& block, u32 lane, ImpactPair<real> pair) {
 }
 
 template <class real>
-void write_turn(TurnPointBlock<real>& block, u32 lane, TurnPair<real> pair, const Vec4<real>& moment) {
+void write_angular_friction(AngularFrictionPointBlock<real>& block, u32 lane, AngularFrictionPair<real> pair,
+                            const Vec4<real>& moment) {
   block.spin_radius[lane] = pair.spin_radius;
   block.roll_lever[lane] = pair.roll_lever;
   block.moment_x[lane] = moment.x;
@@ -86,14 +87,15 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
       PointBlock<real>& points = buffers.point_blocks[row];
       StartBlock<real>& starts = buffers.start_blocks[row];
       ImpactBlock<real>* impacts = buffers.impact_blocks.empty() ? nullptr : &buffers.impact_blocks[row];
-      TurnPointBlock<real>* turns = buffers.turn_points.empty() ? nullptr : &buffers.turn_points[row];
+      AngularFrictionPointBlock<real>* angular_friction_points =
+          buffers.angular_friction_points.empty() ? nullptr : &buffers.angular_friction_points[row];
       HoldBlock<real>* holds = buffers.hold_blocks.empty() ? nullptr : &buffers.hold_blocks[row];
       GrainBlock<real>* grains = buffers.grain_blocks.empty() ? nullptr : &buffers.grain_blocks[row];
       for (u32 lane = 0; lane < PACK; ++lane) {
         if (k >= bodies.count[lane]) {
           write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, ContactImpulse<real>{});
           if (impacts) write_impact(*impacts, lane, {});
-          if (turns) write_turn(*turns, lane, {}, Vec4<real>{});
+          if (angular_friction_points) write_angular_friction(*angular_friction_points, lane, {}, Vec4<real>{});
           if (holds) write_hold(*holds, lane, {});
           if (grains) write_grain(*grains, lane, {}, Vec3<real>{0, 0, 0});
           continue;
@@ -105,7 +107,9 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
         if (contact.feature == CORE_FEATURE) material.restitution = 0;
         write_point(points, starts, lane, buffers.contact_points[i], contact.normal, material,
                     buffers.start_impulses[i]);
-        if (turns) write_turn(*turns, lane, buffers.turn_pairs[pair], buffers.start_moments[i]);
+        if (angular_friction_points)
+          write_angular_friction(*angular_friction_points, lane, buffers.angular_friction_pairs[pair],
+                                 buffers.start_moments[i]);
         if (holds) write_hold(*holds, lane, buffers.hold_pairs[pair]);
         if (grains)
           write_grain(*grains, lane, buffers.grain_pairs[pair],

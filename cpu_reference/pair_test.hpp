@@ -45,7 +45,7 @@ Vec3<real> center_velocity(const Buffers<real>& b, const Bounded<real>& of) {
 
 /// How fast turning alone can move a point of the shape; of a sphere it moves none out of the sphere.
 template <class real>
-real turning_speed(const Buffers<real>& b, const Bounded<real>& of) {
+real rotational_speed_of(const Buffers<real>& b, const Bounded<real>& of) {
   const ShapeInfo& info = b.shape_infos[of.shape];
   return info.kind == SHAPE_SPHERE ? real(0) : length3(vec3(b.motions[info.body].w)) * of.bound.reach;
 }
@@ -70,8 +70,8 @@ bool is_pair(const Buffers<real>& b, u32 i, u32 j) {
 /// The gap along one axis can close: distance and relative velocity d and u of the centres, half extents and turning
 /// speeds of both together.
 template <class real>
-bool axis_in_reach(const StepParams<real>& params, real d, real u, real half, real turning) {
-  return std::abs(d) <= half + params.margin + step_length(params) * (std::abs(u) + turning);
+bool axis_in_reach(const StepParams<real>& params, real d, real u, real half, real rotational_speed) {
+  return std::abs(d) <= half + params.margin + step_length(params) * (std::abs(u) + rotational_speed);
 }
 
 /// Symmetric to the last bit: a search may find a pair from either side.
@@ -83,10 +83,10 @@ bool shapes_in_reach(const Buffers<real>& b, const StepParams<real>& params, con
   const Vec3<real> u = sub3(center_velocity(b, one), center_velocity(b, two));
   if (!within_reach(params, length3(d) - (mine.reach + other.reach), length3(u))) return false;
   if (b.shape_infos[one.shape].kind == SHAPE_SPHERE && b.shape_infos[two.shape].kind == SHAPE_SPHERE) return true;
-  const real turning = turning_speed(b, one) + turning_speed(b, two);
-  return axis_in_reach(params, d.x, u.x, mine.box[0] + other.box[0], turning) &&
-         axis_in_reach(params, d.y, u.y, mine.box[1] + other.box[1], turning) &&
-         axis_in_reach(params, d.z, u.z, mine.box[2] + other.box[2], turning);
+  const real rotational_speed = rotational_speed_of(b, one) + rotational_speed_of(b, two);
+  return axis_in_reach(params, d.x, u.x, mine.box[0] + other.box[0], rotational_speed) &&
+         axis_in_reach(params, d.y, u.y, mine.box[1] + other.box[1], rotational_speed) &&
+         axis_in_reach(params, d.z, u.z, mine.box[2] + other.box[2], rotational_speed);
 }
 
 /// Whether two bounded shapes are a pair.

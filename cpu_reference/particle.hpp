@@ -77,8 +77,8 @@ Push<real> push_of(const ParticleLaw<real>& law, const Touch<real>& touch, real 
   const Vec3<real> damper = scale3(law.shear_damping * root, slide);
   const bool springs = law.shear_stiffness > real(0);
   if (springs) {
-    const Vec3<real> turned = sub3(stretch, scale3(dot3(touch.n, stretch), touch.n));
-    stretch = add3(turned, scale3(dt, slide));
+    const Vec3<real> tangential = sub3(stretch, scale3(dot3(touch.n, stretch), touch.n));
+    stretch = add3(tangential, scale3(dt, slide));
   }
   Vec3<real> shear = springs ? add3(scale3(law.shear_stiffness, stretch), damper) : damper;
   const real size = length3(shear), most = law.friction * normal;

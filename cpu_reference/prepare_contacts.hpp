@@ -24,8 +24,8 @@
 #include "cpu_reference/contact_now.hpp"
 #include "cpu_reference/frame.hpp"
 #include "cpu_reference/impact.hpp"
+#include "cpu_reference/prepare_angular_friction.hpp"
 #include "cpu_reference/prepare_patch.hpp"
-#include "cpu_reference/prepare_turn.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/visit_contact.hpp"
 #include "cpu_reference/visit_parts.hpp"
@@ -198,20 +198,21 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const ContactFrame<real> frame = {n, t1, t2, arm_a, arm_b};
   const Delassus<real> w = contact_delassus(frame, central, !buffers.patch_blocks.empty(), motions);
 
-  if (buffers.turn_blocks.empty()) {
+  if (buffers.angular_friction_blocks.empty()) {
     r = clamp_to_cone(r, friction);
   } else {
-    const TurnPointBlock<real>& turning = buffers.turn_points[row];
-    TurnBlock<real>& turn = buffers.turn_blocks[row];
-    TurnImpulse<real>& turns = buffers.turn_impulses[row];
-    const Vec3<real> moment = start_moment(params, turning, block, turn, turns, lane);
+    const AngularFrictionPointBlock<real>& angular_friction_points = buffers.angular_friction_points[row];
+    AngularFrictionBlock<real>& angular = buffers.angular_friction_blocks[row];
+    AngularFrictionImpulse<real>& angular_impulses = buffers.angular_friction_impulses[row];
+    const Vec3<real> moment = start_moment(params, angular_friction_points, block, angular, angular_impulses, lane);
     Ellipse<real> ellipse;
     const bool is_round = buffers.grain_blocks.empty();
     if (!is_round)
       ellipse = prepare_ellipse(buffers.grain_blocks[row], frame, pose_a.orientation, pose_b.orientation,
                                 buffers.ellipse_blocks[row], lane);
-    const SpinVector<real> cone = prepare_turn(turning, frame, bodies.kind[lane], motions, w.nn, r, moment, friction,
-                                               is_round ? nullptr : &ellipse, turn, turns, lane);
+    const SpinVector<real> cone =
+        prepare_angular_friction(angular_friction_points, frame, bodies.kind[lane], motions, w.nn, r, moment, friction,
+                                 is_round ? nullptr : &ellipse, angular, angular_impulses, lane);
     r = {cone.normal, cone.tangent_1, cone.tangent_2};
   }
   block.normal_x[lane] = n.x;
@@ -264,8 +265,8 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
                                      impulses);
         else
           clear_lane(block_row, impulses, lane);
-        if (k >= bodies.count[lane] && !buffers.turn_blocks.empty())
-          clear_lane(buffers.turn_blocks[row], buffers.turn_impulses[row], lane);
+        if (k >= bodies.count[lane] && !buffers.angular_friction_blocks.empty())
+          clear_lane(buffers.angular_friction_blocks[row], buffers.angular_friction_impulses[row], lane);
         if (k >= bodies.count[lane] && !buffers.ellipse_blocks.empty()) clear_lane(buffers.ellipse_blocks[row], lane);
         if (k >= bodies.count[lane] && !buffers.slide_blocks.empty())
           buffers.slide_blocks[row].bias_1[lane] = buffers.slide_blocks[row].bias_2[lane] = 0;

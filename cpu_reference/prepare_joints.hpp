@@ -42,9 +42,9 @@ struct FreeLaw {
   real slowest, fastest, give;
 };
 
-/// `turning` is what the bodies' turning adds to the velocity: only a locked coordinate asks.
+/// `velocity_product` is what the rotation of the bodies adds to the velocity: only a locked coordinate asks.
 template <class real>
-FreeLaw<real> free_law(const Joint<real>& joint, real x, real turning, real dt) {
+FreeLaw<real> free_law(const Joint<real>& joint, real x, real velocity_product, real dt) {
   FreeLaw<real> law = {-real(JOINT_UNBOUNDED), real(JOINT_UNBOUNDED), 0};
   if (joint.limited == 0) return law;
   const real above = x - joint.low, below = joint.high - x;
@@ -54,7 +54,7 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, real turning, real dt) 
     return law;
   }
   if (joint.low == joint.high) {
-    law.slowest = -(joint.correction * above / dt + turning);
+    law.slowest = -(joint.correction * above / dt + velocity_product);
     law.fastest = law.slowest;
     law.give = joint.softness;
     return law;
@@ -81,13 +81,13 @@ void row_rates(const JointNow<real>& now, const JointInfo& info, const Motion<re
   if (now.radius > 0) rate = sub3(rate, cross3(w, cross3(w, scale3(-now.radius, now.axes[2]))));
   const bool crosses = LOCKS_CROSS(info.locked);
   const Vec3<real> w_axes = crosses ? add3(w_a, scale3(dot3(now.axes[2], w), now.axes[2])) : w_a;
-  const Vec3<real> turn_rate = cross3(w, w_axes);
+  const Vec3<real> angular_rate = cross3(w, w_axes);
   for (u32 i = 0; i < 3; ++i) {
     rates[i] = dot3(now.axes[i], rate);
-    rates[i + 3] = dot3(now.axes[i], turn_rate);
+    rates[i + 3] = dot3(now.axes[i], angular_rate);
   }
   if (now.rise != 0) rates[2] = rates[2] - now.rise * rates[5];
-  rates[JOINT_ROWS] = dot3(now.free_axis, info.free == FREE_ANGLE ? turn_rate : rate);
+  rates[JOINT_ROWS] = dot3(now.free_axis, info.free == FREE_ANGLE ? angular_rate : rate);
   if (info.free == FREE_LENGTH && now.coordinate > 0) {  // the direction turns too
     const real along = dot3(now.free_axis, u);
     rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / now.coordinate;
@@ -97,7 +97,7 @@ void row_rates(const JointNow<real>& now, const JointInfo& info, const Motion<re
 /// All that follows from the geometry; that of padding, and of joints that sleep, is zero: a visit changes nothing.
 template <class real>
 void write_joint(JointBlock<real>& block, u32 lane, const JointNow<real>& now, const JointFactor<real>& factor,
-                 const real (&bias)[JOINT_ROWS], const real (&turning)[JOINT_ROWS + 1],
+                 const real (&bias)[JOINT_ROWS], const real (&velocity_product)[JOINT_ROWS + 1],
                  const real (&coupling)[JOINT_ROWS], const real (&response)[JOINT_ROWS]) {
   const auto write3 = [lane](real(*field)[PACK], Vec3<real> v) {
     field[0][lane] = v.x;
@@ -112,17 +112,17 @@ void write_joint(JointBlock<real>& block, u32 lane, const JointNow<real>& now, c
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     block.inverse_pivot[i][lane] = factor.inverse_pivot[i];
     block.bias[i][lane] = bias[i];
-    block.turning[i][lane] = turning[i];
+    block.velocity_product[i][lane] = velocity_product[i];
     block.coupling[i][lane] = coupling[i];
     block.response[i][lane] = response[i];
   }
-  block.turning[JOINT_ROWS][lane] = turning[JOINT_ROWS];
+  block.velocity_product[JOINT_ROWS][lane] = velocity_product[JOINT_ROWS];
 }
 
 template <class real>
 void clear_joint(JointBlock<real>& block, u32 lane) {
-  const real none[JOINT_ROWS] = {}, no_turning[JOINT_ROWS + 1] = {};
-  write_joint(block, lane, {}, {}, none, no_turning, none, none);
+  const real none[JOINT_ROWS] = {}, no_velocity_product[JOINT_ROWS + 1] = {};
+  write_joint(block, lane, {}, {}, none, no_velocity_product, none, none);
   for (real* field : {block.softness, block.spring, block.own, block.shared, block.motor_speed, block.motor_impulse,
                       block.slowest, block.fastest, block.give, block.yield, block.rise})
     field[lane] = 0;
@@ -132,7 +132,7 @@ void clear_joint(JointBlock<real>& block, u32 lane) {
 template <class real>
 void move_on(const Motion<real>& motion, real time, Vec3<real>& x, Quat<real>& q) {
   x = add3(x, scale3(time, vec3(motion.v)));
-  q = turn4(q, vec3(motion.w), time);
+  q = integrate_orientation(q, vec3(motion.w), time);
 }
 
 /// The axes and arms of `later`, what is off and the free coordinate of `now`.
@@ -167,31 +167,31 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   const JointFactor<real> factor = factorise(m.k, info.locked);
 
   const bool is_free = info.free != FREE_NOTHING;
-  real turning[JOINT_ROWS + 1];
-  row_rates(now, info, a, b, turning);
+  real velocity_product[JOINT_ROWS + 1];
+  row_rates(now, info, a, b, velocity_product);
   const real ahead = real(0.5) * foreseen;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1) != 0;
     bias[i] = locked ? joint.correction * now.error[i] / params.dt : real(0);
-    turning[i] = locked ? ahead * turning[i] : real(0);
+    velocity_product[i] = locked ? ahead * velocity_product[i] : real(0);
     coupling[i] = locked && is_free ? m.coupling[i] : real(0);
     response[i] = coupling[i];
   }
   const bool equal = joint.limited != 0 && joint.low == joint.high && !(joint.yield > 0);
-  turning[JOINT_ROWS] = equal ? ahead * turning[JOINT_ROWS] : real(0);
+  velocity_product[JOINT_ROWS] = equal ? ahead * velocity_product[JOINT_ROWS] : real(0);
   solve_factor(factor, response);
   real shared = 0;
   for (u32 i = 0; i < JOINT_ROWS; ++i) shared = shared + coupling[i] * response[i];
 
-  write_joint(block, lane, now, factor, bias, turning, coupling, response);
+  write_joint(block, lane, now, factor, bias, velocity_product, coupling, response);
   block.softness[lane] = joint.softness;
   block.spring[lane] = joint.spring;
   block.own[lane] = is_free ? m.own : real(0);
   block.shared[lane] = shared;
   block.motor_speed[lane] = joint.motor_speed;
   block.motor_impulse[lane] = joint.motor_force * params.dt;
-  const FreeLaw<real> law = free_law(joint, now.coordinate, turning[JOINT_ROWS], params.dt);
+  const FreeLaw<real> law = free_law(joint, now.coordinate, velocity_product[JOINT_ROWS], params.dt);
   block.slowest[lane] = law.slowest;
   block.fastest[lane] = law.fastest;
   block.give[lane] = law.give;

@@ -66,8 +66,8 @@ void prepare_patch(const Buffers<real>& buffers, const StepParams<real>& params,
       const ConeVector<real> r = impulse_of(buffers.impulse_blocks[first + k], lane);
       const Vec3<real> t = add3(scale3(r.tangent_1, c.tangent_1), scale3(r.tangent_2, c.tangent_2));
       tangent = k == 0 ? t : add3(tangent, t);
-      const real turn = dot3(n, cross3(centre.levers[k], t));
-      twist = k == 0 ? turn : twist + turn;
+      const real moment = dot3(n, cross3(centre.levers[k], t));
+      twist = k == 0 ? moment : twist + moment;
     }
   } else {
     const ContactFrame<real> old = contact_frame<real>(block, lane);
@@ -80,12 +80,13 @@ void prepare_patch(const Buffers<real>& buffers, const StepParams<real>& params,
 
   const Vec3<real> a_1 = cross3(centre.arm_a, t1), a_2 = cross3(centre.arm_a, t2);
   const Vec3<real> b_1 = cross3(centre.arm_b, t1), b_2 = cross3(centre.arm_b, t2);
-  const Vec3<real> spun_a = turn_by(a, a_2), spun_b = turn_by(b, b_2);
+  const Vec3<real> spun_a = apply_inverse_inertia(a, a_2), spun_b = apply_inverse_inertia(b, b_2);
   const real inverse_mass = a.inverse_mass + b.inverse_mass;
-  const real w_11 = inverse_mass + (dot3(a_1, turn_by(a, a_1)) + dot3(b_1, turn_by(b, b_1)));
+  const real w_11 =
+      inverse_mass + (dot3(a_1, apply_inverse_inertia(a, a_1)) + dot3(b_1, apply_inverse_inertia(b, b_1)));
   const real w_22 = inverse_mass + (dot3(a_2, spun_a) + dot3(b_2, spun_b));
   const real w_12 = dot3(a_1, spun_a) + dot3(b_1, spun_b);
-  const real w_twist = dot3(n, turn_by(a, n)) + dot3(n, turn_by(b, n));
+  const real w_twist = dot3(n, apply_inverse_inertia(a, n)) + dot3(n, apply_inverse_inertia(b, n));
   const real inverse = real(1) / (w_11 * w_22 - w_12 * w_12);
 
   block.normal_x[lane] = n.x;

@@ -43,7 +43,7 @@ Vec3<real> mean3(real theta, Vec3<real> old_value, Vec3<real> new_value) {
 
 /// Inverse inertia times a moment, world frame.
 template <class real>
-Vec3<real> turn_by(const Motion<real>& body, Vec3<real> moment) {
+Vec3<real> apply_inverse_inertia(const Motion<real>& body, Vec3<real> moment) {
   return {body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
           body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
           body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z};
@@ -82,10 +82,10 @@ Vec4<real> make_vec4(Quat<real> q) {
   return {q.x, q.y, q.z, q.w};
 }
 
-/// The orientation after turning with w (world frame) for dt: q' = q + dt G(q) w (survey eq. 1, where G^T G is
-/// 1/4 times the identity) brought back to unit length. This is the Cayley map: a turn about w by 2 atan(|w| dt / 2).
+/// The orientation after rotating with w (world frame) for dt: q' = q + dt G(q) w (survey eq. 1, where G^T G is
+/// 1/4 times the identity) brought back to unit length. This is the Cayley map, a rotation by 2 atan(|w| dt / 2).
 template <class real>
-Quat<real> turn4(Quat<real> q, Vec3<real> w, real dt) {
+Quat<real> integrate_orientation(Quat<real> q, Vec3<real> w, real dt) {
   const real h = real(0.5) * dt;
   return unit4(multiply4(Quat<real>{h * w.x, h * w.y, h * w.z, real(1)}, q));
 }

@@ -10,7 +10,7 @@
 namespace lockstep::reference {
 
 template <class real>
-bool is_turned(Quat<real> q) {
+bool is_rotated(Quat<real> q) {
   return q.x != 0 || q.y != 0 || q.z != 0;
 }
 
@@ -27,13 +27,13 @@ TreeBox<real> box_in_tree(const Buffers<real>& b, const StepParams<real>& params
   const Vec3<real> at = pose.position;
   const real placed = (std::abs(at.x) + std::abs(at.y) + std::abs(at.z) + tree.radius) * rounding;
   const real wider = (params.margin + way) * real(1.0001) + placed;
-  if (!is_turned(pose.orientation)) {
+  if (!is_rotated(pose.orientation)) {
     const TreeBox<real> box = widened(swept_box(b, me, h), wider);
     return {sub3(box.low, at), sub3(box.high, at)};
   }
   const Vec3<real> d = sub3(me.center(), at), center = unrotate3(pose.orientation, d);
-  const real turned = (std::abs(d.x) + std::abs(d.y) + std::abs(d.z)) * rounding;
-  const real reach = (me.bound.extent + tree.largest) * real(1.0001) + wider + turned;
+  const real rotation_rounding = (std::abs(d.x) + std::abs(d.y) + std::abs(d.z)) * rounding;
+  const real reach = (me.bound.extent + tree.largest) * real(1.0001) + wider + rotation_rounding;
   return widened(TreeBox<real>{center, center}, reach);
 }
 

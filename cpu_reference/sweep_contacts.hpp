@@ -2,10 +2,10 @@
 #pragma once
 
 #include "cpu_reference/purpose.hpp"
+#include "cpu_reference/solve_angular_friction.hpp"
 #include "cpu_reference/visit_contact.hpp"
 #include "cpu_reference/visit_parts.hpp"
 #include "cpu_reference/visit_patch.hpp"
-#include "cpu_reference/visit_turn.hpp"
 
 namespace lockstep::reference {
 
@@ -46,11 +46,11 @@ real visit_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
   };
   if (buffers.patch_blocks.empty()) {
     visit_each([&](u32 row, LawNow<real> law, const auto& contact, auto& impulses) {
-      if (buffers.turn_blocks.empty())
+      if (buffers.angular_friction_blocks.empty())
         return visit_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);
       const EllipseBlock<real>* ellipse = buffers.ellipse_blocks.empty() ? nullptr : &buffers.ellipse_blocks[row];
-      return visit_turning(contact, buffers.turn_blocks[row], ellipse, law.bias, law.softness, impulses,
-                           buffers.turn_impulses[row], bodies.kind[lane], lane, a, b);
+      return solve_angular_friction(contact, buffers.angular_friction_blocks[row], ellipse, law.bias, law.softness,
+                                    impulses, buffers.angular_friction_impulses[row], bodies.kind[lane], lane, a, b);
     });
     return change;
   }
@@ -65,7 +65,7 @@ real visit_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
   return change;
 }
 
-/// Gives the bodies of a pair these impulses of its contacts, and the moments of those that resist turning.
+/// Gives the bodies of a pair these impulses of its contacts, and the moments of those with angular friction.
 template <class real>
 void start_pair(const Buffers<real>& buffers, const std::vector<ImpulseBlock<real>>& impulses, u32 block, u32 lane,
                 Motion<real>& a, Motion<real>& b) {
@@ -78,9 +78,9 @@ void start_pair(const Buffers<real>& buffers, const std::vector<ImpulseBlock<rea
     else
       push(contact_frame<real>(buffers.contact_blocks[row], lane), bodies.kind[lane], impulse_of(impulses[row], lane),
            a, b);
-    if (!buffers.turn_blocks.empty())
-      start_turning(buffers.contact_blocks[row], buffers.turn_blocks[row], buffers.turn_impulses[row],
-                    bodies.kind[lane], lane, a, b);
+    if (!buffers.angular_friction_blocks.empty())
+      start_angular_friction(buffers.contact_blocks[row], buffers.angular_friction_blocks[row],
+                             buffers.angular_friction_impulses[row], bodies.kind[lane], lane, a, b);
   }
   if (rubs_as_one) start_rubbing(buffers.patch_blocks[block], buffers.patch_impulses[block], lane, a, b);
 }

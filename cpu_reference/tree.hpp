@@ -85,9 +85,9 @@ TreeBox<real> swept_box(const Buffers<real>& b, const Bounded<real>& of, real h)
   Vec3<real> box = {bound.extent, bound.extent, bound.extent};
   if (b.shape_infos[of.shape].kind != SHAPE_SPHERE) {
     const Vec3<real> v = center_velocity(b, of);
-    const real turning = turning_speed(b, of);
-    box = {bound.box[0] + h * (std::abs(v.x) + turning), bound.box[1] + h * (std::abs(v.y) + turning),
-           bound.box[2] + h * (std::abs(v.z) + turning)};
+    const real rotational_speed = rotational_speed_of(b, of);
+    box = {bound.box[0] + h * (std::abs(v.x) + rotational_speed), bound.box[1] + h * (std::abs(v.y) + rotational_speed),
+           bound.box[2] + h * (std::abs(v.z) + rotational_speed)};
   }
   const Vec3<real> reach = {box_reach(center.x, box.x), box_reach(center.y, box.y), box_reach(center.z, box.z)};
   return {sub3(center, reach), add3(center, reach)};

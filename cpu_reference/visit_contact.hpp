@@ -48,7 +48,7 @@ ConeVector<real> impulse_of(const ImpulseBlock<real>& block, u32 lane) {
 /// Inverse inertia times a moment, world frame; that of a central contact is the same about every axis that counts.
 template <class real>
 Vec3<real> spin(const Motion<real>& body, u32 kind, Vec3<real> moment) {
-  return kind == BLOCK_GENERAL ? turn_by(body, moment) : scale3(body.inertia_xx, moment);
+  return kind == BLOCK_GENERAL ? apply_inverse_inertia(body, moment) : scale3(body.inertia_xx, moment);
 }
 
 /// The velocity of a against b at the ends of the arms.
@@ -85,13 +85,13 @@ void push(const ContactFrame<real>& c, u32 kind, ConeVector<real> r, Motion<real
   push_at(c.arm_a, c.arm_b, kind, impulse, a, b);
 }
 
-/// The moment on a of a contact that resists turning, N m s.
+/// The moment on a of a contact with angular friction, N m s.
 template <class real>
-Vec3<real> turning_moment(const ContactFrame<real>& c, const TurnBlock<real>& turn, const TurnImpulse<real>& turns,
-                          u32 lane) {
-  return add3(
-      add3(scale3(turn.spin_radius[lane] * turns.spin[lane], c.normal), scale3(turns.roll_1[lane], c.tangent_1)),
-      scale3(turns.roll_2[lane], c.tangent_2));
+Vec3<real> angular_friction_moment(const ContactFrame<real>& c, const AngularFrictionBlock<real>& angular,
+                                   const AngularFrictionImpulse<real>& angular_impulses, u32 lane) {
+  return add3(add3(scale3(angular.spin_radius[lane] * angular_impulses.spin[lane], c.normal),
+                   scale3(angular_impulses.roll_1[lane], c.tangent_1)),
+              scale3(angular_impulses.roll_2[lane], c.tangent_2));
 }
 
 /// The larger of a change and those before it; what is no number does not count.

@@ -40,13 +40,13 @@ DiscInverse<real> rubbing_inverse(const PatchBlock<real>& block, u32 lane) {
 }
 
 /// The larger of the squares of what changes of friction and twist make of the relative velocity: W is the inverse of
-/// what the block holds, and the turn counts at the radius of gyration of the two bodies about the normal.
+/// what the block holds, and the rotation counts at the radius of gyration of the two bodies about the normal.
 template <class real>
 real rubbing_change(const PatchBlock<real>& block, u32 lane, real d_1, real d_2, real d_twist, const Motion<real>& a,
                     const Motion<real>& b) {
   const auto [u_1, u_2] = disc_velocity(d_1, d_2, rubbing_inverse(block, lane));
-  const real turned = d_twist * d_twist * (a.inverse_mass + b.inverse_mass) / block.inverse_twist[lane];
-  return larger(u_1 * u_1 + u_2 * u_2, larger(turned, real(0)));
+  const real twist_change = d_twist * d_twist * (a.inverse_mass + b.inverse_mass) / block.inverse_twist[lane];
+  return larger(u_1 * u_1 + u_2 * u_2, larger(twist_change, real(0)));
 }
 
 /// Twist and friction, under the normal impulses of the pair's rows. Returns the square of by how much they changed the

@@ -24,13 +24,13 @@ template <class real>
 ContactPlace contact_place(const Buffers<real>& buffers, u32 index) {
   const Contact& contact = buffers.contacts[index];
   const ContactPoint<real>& point = buffers.contact_points[index];
-  const Eigen::Quaterniond turn_a = rotation(buffers.orientations[contact.body_a]);
-  const Eigen::Quaterniond turn_b = rotation(buffers.orientations[contact.body_b]);
-  ContactPlace place = {vector3(buffers.positions[contact.body_a]) + turn_a * vector3(point.anchor_a),
-                        vector3(buffers.positions[contact.body_b]) + turn_b * vector3(point.anchor_b),
+  const Eigen::Quaterniond orientation_a = rotation(buffers.orientations[contact.body_a]);
+  const Eigen::Quaterniond orientation_b = rotation(buffers.orientations[contact.body_b]);
+  ContactPlace place = {vector3(buffers.positions[contact.body_a]) + orientation_a * vector3(point.anchor_a),
+                        vector3(buffers.positions[contact.body_b]) + orientation_b * vector3(point.anchor_b),
                         vector3(point.normal), double(point.radius_a), double(point.radius_b)};
-  if (contact.normal == NORMAL_OF_A) place.normal = turn_a * place.normal;
-  if (contact.normal == NORMAL_OF_B) place.normal = turn_b * place.normal;
+  if (contact.normal == NORMAL_OF_A) place.normal = orientation_a * place.normal;
+  if (contact.normal == NORMAL_OF_B) place.normal = orientation_b * place.normal;
   if (contact.normal == NORMAL_BETWEEN && place.anchor_a != place.anchor_b)
     place.normal = (place.anchor_a - place.anchor_b).normalized();
   return place;

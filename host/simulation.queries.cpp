@@ -59,8 +59,8 @@ void expect_sense(const VolumeQuery& volume, std::size_t i, u32 worlds) {
   const bool sphere = volume.kind == SHAPE_SPHERE;
   expect(sphere || volume.kind == SHAPE_BOX, "volume", i, "must be a sphere or a box");
   expect(finite(volume.center) && finite(volume.rotation), "volume", i, "must have a finite place");
-  const double turn = exact::length(volume.rotation);
-  expect(turn > 1 - 1e-6 && turn < 1 + 1e-6, "volume", i, "must be turned by a unit quaternion");
+  const double norm = exact::length(volume.rotation);
+  expect(norm > 1 - 1e-6 && norm < 1 + 1e-6, "volume", i, "must be turned by a unit quaternion");
   const Vector3& half = volume.half_extents;
   expect(sphere ? std::isfinite(volume.radius) && volume.radius > 0
                 : finite(half) && half[0] > 0 && half[1] > 0 && half[2] > 0,

@@ -38,16 +38,16 @@ static inline void meet_shape(const RayScene* s, Ray ray, QueryFilter filter, u3
   const Pose pose = make_pose(s->positions[info.body], s->orientations[info.body]);
   const Vec3 offset = sub3(shape_center(pose, shape), origin);
   if (info.kind != SHAPE_PLANE && !ray_passes(offset, direction, shape->reach)) return;
-  const Quat turn = shape_rotation(pose, shape);
+  const Quat rotation = shape_rotation(pose, shape);
   const Vec3 size = make3(shape->size[0], shape->size[1], shape->size[2]);
-  const RayEntry entry = ray_shape(info.kind, unrotate3(turn, scale3((real)-1, offset)), unrotate3(turn, direction),
-                                   size, info.hull, s->tables);
+  const RayEntry entry = ray_shape(info.kind, unrotate3(rotation, scale3((real)-1, offset)),
+                                   unrotate3(rotation, direction), size, info.hull, s->tables);
   const bool first = closest->shape == NONE || entry.distance < closest->distance ||
                      (entry.distance == closest->distance && i < closest->shape);
   if (!(entry.distance >= (real)0 && entry.distance <= ray.reach) || !first) return;
   closest->shape = i;
   closest->distance = entry.distance;
-  closest->normal = rotate3(turn, entry.normal);
+  closest->normal = rotate3(rotation, entry.normal);
 }
 
 #if FEATURE_SHAPE_TREES

@@ -116,7 +116,7 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
                                 global LinkMotion* link_motions, global const ClosureSet* closure_sets,
                                 global const ClosureInfo* closures, global LinkFactor* closure_factors,
                                 global real* closure_matrix, global real* closure_wanted,
-                                global LinkMotion* closure_columns, global u32* articulation_turns,
+                                global LinkMotion* closure_columns, global u32* articulation_angles,
                                 global Vec4* positions, global Vec4* orientations, global u32* counters) {
   const JointsNow now = JOINTS_NOW;
   const Closures all = CLOSURES;
@@ -130,7 +130,7 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
     const ClosureSet loops = closures_of(tree, is_there, &all);
     u32 sweep = 0u;
     do {
-      if (is_there && get_local_id(0) == 0) articulation_turns[tree] = 0u;
+      if (is_there && get_local_id(0) == 0) articulation_angles[tree] = 0u;
       u32 step = 0u;
       do {  // from the leaves to the root
         const LinkRange at = links_up(first, levels, step, link_levels);
@@ -167,11 +167,11 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
 #endif
       } while (++pass < passes);
       for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
-        const float turn = (float)length3(read_twist(link_motions[i].change).angular);
-        atomic_max(&articulation_turns[tree], as_uint(turn));
+        const float angle = (float)length3(read_twist(link_motions[i].change).angular);
+        atomic_max(&articulation_angles[tree], as_uint(angle));
       }
       barrier(CLK_GLOBAL_MEM_FENCE);
-      const real most = (real)0.1, largest = is_there ? (real)as_float(articulation_turns[tree]) : (real)0;
+      const real most = (real)0.1, largest = is_there ? (real)as_float(articulation_angles[tree]) : (real)0;
       const real share = largest > most ? most / largest : (real)1;
       for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
         const u32 body = links[i].body;

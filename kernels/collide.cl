@@ -42,7 +42,7 @@ static inline Placed collide_place(const Side* side, Vec3 center, bool alone, re
   placed.alone = alone;
   placed.margin = margin;
   placed.way = scale3(h, point_velocity(side->motion, side->arm));
-  placed.turn = scale3(h, make3(side->motion->w[0], side->motion->w[1], side->motion->w[2]));
+  placed.angular_displacement = scale3(h, make3(side->motion->w[0], side->motion->w[1], side->motion->w[2]));
   return placed;
 }
 

@@ -133,9 +133,9 @@ static inline void tile_group(const StepParams* params, const Tile* tile, u32 so
   } else if (sort == TILE_BOX_PLANE) {
     lane_box_plane(&sides.a, &sides.b, &m);
   } else {
-    const bool turned = sort == TILE_BOX_SPHERE;
-    lane_sphere_box(turned ? &sides.b : &sides.a, turned ? &sides.a : &sides.b, &m);
-    if (turned) lane_flip(&m, 1u);
+    const bool swapped = sort == TILE_BOX_SPHERE;
+    lane_sphere_box(swapped ? &sides.b : &sides.a, swapped ? &sides.a : &sides.b, &m);
+    if (swapped) lane_flip(&m, 1u);
   }
   const u32 points = sort == TILE_FACES || sort == TILE_BOX_PLANE ? 4u : 1u;
   lane_keep(params, &sides, &m, points);

@@ -21,7 +21,7 @@ static inline u32 write_link_joint(LinkInfo link, JointInfo info, global const J
   place_link_joint(link, info.free == FREE_ANGLE, axes, link_vector(block->arm_a, at), link_vector(block->arm_b, at),
                    link_vector(block->free_axis, at), block->rise[at], f);
   f->yield = block->yield[at];
-  for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = sign * (block->bias[i][at] + block->turning[i][at]);
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = sign * (block->bias[i][at] + block->velocity_product[i][at]);
   f->error[JOINT_ROWS] = -(sign * block->slowest[at]);
   return rows;
 }

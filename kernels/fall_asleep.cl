@@ -236,7 +236,7 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
     merged_keys[place].feature = contact.feature;
     merged_keys[place].pad = 0u;
     merged_impulses[place] = cached_impulses[i];
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
     merged_moments[place] = cached_moments[i];
 #endif
   }
@@ -245,7 +245,7 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
     const u32 place = kept_keys[k] + kept_contacts[keep_contacts_before(contacts, count, slept_keys[k])];
     merged_keys[place] = slept_keys[k];
     merged_impulses[place] = slept_impulses[k];
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
     merged_moments[place] = slept_moments[k];
 #endif
   }
@@ -254,7 +254,7 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
   for (u32 k = item; k < kept; k += items) {
     slept_keys[k] = merged_keys[k];
     slept_impulses[k] = merged_impulses[k];
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
     slept_moments[k] = merged_moments[k];
 #endif
   }

@@ -165,9 +165,9 @@ kernel void find_events_write(global const BodyInfo* body_infos, global const Sh
     if (event_slots[place + 1u] == event_slots[place]) continue;
     const bool begins = k < now;
     const Pair pair = begins ? touching_now[k] : touching[k - now];
-    const bool turned = IS_SENSOR(shape_infos[pair.shape_b]);
-    const ShapeInfo info_a = shape_infos[turned ? pair.shape_b : pair.shape_a];
-    const ShapeInfo info_b = shape_infos[turned ? pair.shape_a : pair.shape_b];
+    const bool swapped = IS_SENSOR(shape_infos[pair.shape_b]);
+    const ShapeInfo info_a = shape_infos[swapped ? pair.shape_b : pair.shape_a];
+    const ShapeInfo info_b = shape_infos[swapped ? pair.shape_a : pair.shape_b];
     Event event;
     event.kind = begins ? EVENT_CONTACT_BEGIN : EVENT_CONTACT_END;
     if (IS_SENSOR(info_a)) event.kind = begins ? EVENT_SENSOR_ENTER : EVENT_SENSOR_LEAVE;

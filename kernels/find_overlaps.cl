@@ -20,7 +20,7 @@ static inline bool volume_overlaps(global const Shape* volume, QueryFilter filte
   placed.size = make3(volume->size[0], volume->size[1], volume->size[2]);
   placed.hull = 0u;
   placed.alone = false;
-  placed.way = placed.turn = make3((real)0, (real)0, (real)0);
+  placed.way = placed.angular_displacement = make3((real)0, (real)0, (real)0);
   placed.margin = (real)0;
   return shapes_overlap(filter.kind, placed, info.kind, other, tables);
 }

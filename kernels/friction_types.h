@@ -4,28 +4,28 @@
 #ifndef LOCKSTEP_FRICTION_TYPES_H
 #define LOCKSTEP_FRICTION_TYPES_H
 
-// ---- what resists turning (feature turning_friction; cpu_reference/visit_turn.hpp) ------------------------------
+// ---- angular friction: torsional and rolling (cpu_reference/solve_angular_friction.hpp) -------------------------
 
-RECORD(TurnPair) {
+RECORD(AngularFrictionPair) {
   real spin_radius;  // m: |(r_t, moment about the normal / spin_radius)| <= mu r_n; 0: it spins freely
   real roll_lever;   // m: |moment in the tangent plane| <= roll_lever r_n; 0: it rolls freely
 };
 
-RECORD(TurnPointBlock) {
+RECORD(AngularFrictionPointBlock) {
   real spin_radius[PACK], roll_lever[PACK];
   real moment_x[PACK], moment_y[PACK], moment_z[PACK];  // to start the step from, world frame, N m s
 };
 
 // Of the spin, whose velocity is spin_radius w_n, the part of the Delassus block, 1/kg; of rolling about the tangents
 // the inverse of theirs, kg m^2.
-RECORD(TurnBlock) {
+RECORD(AngularFrictionBlock) {
   real spin_radius[PACK], roll_lever[PACK];
   real w_ss[PACK], w_ns[PACK], w_1s[PACK], w_2s[PACK];        // w_ss is w_nn where nothing resists the spin
   real inverse_11[PACK], inverse_12[PACK], inverse_22[PACK];  // 0 where nothing resists rolling
 };
 
 // N s at the spin radius, N m s.
-RECORD(TurnImpulse) { real spin[PACK], roll_1[PACK], roll_2[PACK]; };
+RECORD(AngularFrictionImpulse) { real spin[PACK], roll_1[PACK], roll_2[PACK]; };
 
 // ---- what holds by more than it slides with (feature static_friction) ---------------------------------------------
 

@@ -8,7 +8,7 @@
 #if FEATURE_IMPACT_LAWS
 
 #define IMPACT_PIECES 64
-#define SLIDE_TURN ((lane)0.125)
+#define SLIDE_DEFLECTION ((lane)0.125)
 #define SLIDE_ROUNDING (REAL_IS_DOUBLE ? (real)1e-14 : (real)4e-6)
 #define START_STEPS (REAL_IS_DOUBLE ? 8 : 6)
 
@@ -81,8 +81,8 @@ static inline LanePhase impact_phase(lane_mask by_work, lane u_n, lane rate, lan
   const lane_mask rises = rate > (lane)0;
   LanePhase end;
   end.compresses = (u_n < (lane)0) | (!(u_n > (lane)0) & (rate < (lane)0));
-  const lane_mask turns = (end.compresses & rises) | (!end.compresses & !rises);
-  const lane to_zero = turns ? fabs(u_n / rate) : far;
+  const lane_mask reverses = (end.compresses & rises) | (!end.compresses & !rises);
+  const lane to_zero = reverses ? fabs(u_n / rate) : far;
   const lane squared = u_n * u_n + (lane)2 * rate * owed;
   const lane by_work_impulse = squared >= (lane)0 ? (lane)2 * owed / (u_n + sqrt(squared)) : far;
   const lane wanted = owed > (lane)0 ? (by_work ? by_work_impulse : owed) : (lane)0;
@@ -110,21 +110,21 @@ static inline LaneSlide slide_piece(LaneCone u, lane speed, const LaneDelassus* 
   const lane squared = along * along - length * (s1 * s1 + s2 * s2 - friction * friction);
   const lane over = squared >= (lane)0 ? sqrt(squared) - along : (lane)0, stop = over > (lane)0 ? length / over : far;
   const lane d1 = (a1 / stop + s1) / friction, d2 = (a2 / stop + s2) / friction;
-  const lane turn = fabs(d1 * e2 - d2 * e1);
+  const lane deflection = fabs(d1 * e2 - d2 * e1);
   const LanePiece straight = impact_piece(w, -friction * d1, -friction * d2);
   slide.stops = (stop < far) & (stop <= impact_phase(by_work, u.normal, straight.rate.normal, owed, far).impulse) &
-                (turn <= SLIDE_TURN) & (d1 * e1 + d2 * e2 > (lane)0);
+                (deflection <= SLIDE_DEFLECTION) & (d1 * e1 + d2 * e2 > (lane)0);
 
   const LanePiece first = impact_piece(w, -friction * e1, -friction * e2);
   const lane gains = first.rate.tangent_1 * e1 + first.rate.tangent_2 * e2;
-  const lane turns = first.rate.tangent_2 * e1 - first.rate.tangent_1 * e2;
+  const lane deflects = first.rate.tangent_2 * e1 - first.rate.tangent_1 * e2;
   const lane stiff = friction * (w->t11 * e2 * e2 - (lane)2 * w->t12 * e1 * e2 + w->t22 * e1 * e1);
-  const lane ratio = SLIDE_TURN * stiff / fabs(turns);
+  const lane ratio = SLIDE_DEFLECTION * stiff / fabs(deflects);
   const lane until = speed / (stiff / ratio + (gains < (lane)0 ? -gains : (lane)0));
   const lane phase = impact_phase(by_work, u.normal, first.rate.normal, owed, far).impulse;
   const lane reach = until < far ? until : far;
   const lane half_way = (lane)0.5 * (phase < reach ? phase : reach);
-  const lane ahead = speed + half_way * gains, aside = half_way * turns / ((lane)1 + half_way * stiff / speed);
+  const lane ahead = speed + half_way * gains, aside = half_way * deflects / ((lane)1 + half_way * stiff / speed);
   const lane x = ahead * e1 - aside * e2, y = ahead * e2 + aside * e1;
   const lane middle = sqrt(x * x + y * y), m1 = x / middle, m2 = y / middle;
   const LanePiece piece = impact_piece(w, -friction * m1, -friction * m2);

@@ -28,7 +28,7 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
     const Vec3 mean_w = mean3(params.theta, vec3(previous.w), w);
 
     const Quat old_q = quat(orientations[i]);
-    const Quat q = turn4(old_q, mean_w, params.dt);
+    const Quat q = integrate_orientation(old_q, mean_w, params.dt);
     if (carried) w = carry3(old_q, q, w);
 
     Vec4 position = positions[i];

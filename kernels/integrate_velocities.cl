@@ -48,7 +48,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
         Vec3 kick = make3((real)0, (real)0, (real)0);
         if (pivoted) {
           const real ahead = (real)2 * params.theta * ((real)1 - params.theta) * params.dt;
-          const Vec3 moment = gravity_moment_body(pivots[i], mass, turn4(q, w, ahead), gravity);
+          const Vec3 moment = gravity_moment_body(pivots[i], mass, integrate_orientation(q, w, ahead), gravity);
           kick = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
         }
         if (IS_LOADED) {
@@ -64,7 +64,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
         }
         w = rotate3(q, w_body);
       } else if (IS_LOADED) {
-        w = add3(w, scale3(params.dt, turn_by(motion, vec3(load.torque))));
+        w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));
       }
 
       // translation

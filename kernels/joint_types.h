@@ -72,9 +72,9 @@ RECORD(JointBlock) {
   real lower[JOINT_LOWER][PACK];         // K = L D L^T of the locked rows, K = J M^-1 J^T: L below its diagonal of ones
   real inverse_pivot[JOINT_ROWS][PACK];  // 1 / D; 0 for rows that are not locked
   real bias[JOINT_ROWS][PACK];           // m/s, rad/s
-  real turning[JOINT_ROWS + 1u][PACK];   // the same, of what the turning of the bodies adds; the last is the free row's
-  real softness[PACK];                   // s: u + bias + turning + s K r = 0
-  real spring[PACK];                     // 1 or 0
+  real velocity_product[JOINT_ROWS + 1u][PACK];  // J'v h: what their rotation adds; the free row's last
+  real softness[PACK];                           // s: u + bias + J'v + s K r = 0
+  real spring[PACK];                             // 1 or 0
   real free_axis[3][PACK];
   real coupling[JOINT_ROWS][PACK];  // velocity of each locked row for a unit of the free impulse
   real response[JOINT_ROWS][PACK];  // K^-1 coupling

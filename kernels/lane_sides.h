@@ -12,10 +12,10 @@
 
 // One side of LANES pairs.
 typedef struct LaneSide {
-  Lane3 center, size;  // of the shape, the centre seen from that of a
-  LaneQuat rotation;   // of the shape
-  LaneQuat turn;       // of the body
-  Lane3 offset, arm;   // from the centre of mass to the centre of the shape: body frame, world axes
+  Lane3 center, size;    // of the shape, the centre seen from that of a
+  LaneQuat rotation;     // of the shape
+  LaneQuat orientation;  // of the body
+  Lane3 offset, arm;     // from the centre of mass to the centre of the shape: body frame, world axes
   Lane3 position, v, w;
   lane reach;
 } LaneSide;
@@ -48,9 +48,10 @@ LANE_INLINE void lane_side(LaneSide* side, const SideTables* t, const u32* shape
   const LaneQuad offset = lane_gather_quad(t->shapes->offset, shape_stride, shape);
   side->offset = lane_xyz(offset);
   side->reach = offset.w;
-  side->turn = lane_quat(lane_gather_quad(&t->orientations->x, 4u, body));
-  side->arm = lane_rotate3(side->turn, side->offset);
-  side->rotation = lane_multiply4(side->turn, lane_quat(lane_gather_quad(t->shapes->rotation, shape_stride, shape)));
+  side->orientation = lane_quat(lane_gather_quad(&t->orientations->x, 4u, body));
+  side->arm = lane_rotate3(side->orientation, side->offset);
+  side->rotation =
+      lane_multiply4(side->orientation, lane_quat(lane_gather_quad(t->shapes->rotation, shape_stride, shape)));
   side->size = lane_xyz(lane_gather_quad(t->shapes->size, shape_stride, shape));
   side->position = lane_xyz(lane_gather_quad(&t->positions->x, 4u, body));
   side->v = lane_xyz(lane_gather_quad(t->motions->v, motion_stride, body));
@@ -119,17 +120,17 @@ LANE_INLINE void lane_store_found(const LaneSides* s, LaneManifold* m, u32 point
   const lane zero = LANE_OF(0), one = LANE_OF(1);
   const lane_mask of_a = m->frame == LANE_OF(NORMAL_OF_A), of_b = m->frame == LANE_OF(NORMAL_OF_B);
   LaneQuat frame;
-  frame.x = of_b ? s->b.turn.x : s->a.turn.x;
-  frame.y = of_b ? s->b.turn.y : s->a.turn.y;
-  frame.z = of_b ? s->b.turn.z : s->a.turn.z;
-  frame.w = of_b ? s->b.turn.w : s->a.turn.w;
-  const Lane3 turned = lane_rotate3(lane_back(frame), m->normal);
-  const LaneQuad normal = {of_a | of_b ? turned.x : m->normal.x, of_a | of_b ? turned.y : m->normal.y,
-                           of_a | of_b ? turned.z : m->normal.z, zero};
+  frame.x = of_b ? s->b.orientation.x : s->a.orientation.x;
+  frame.y = of_b ? s->b.orientation.y : s->a.orientation.y;
+  frame.z = of_b ? s->b.orientation.z : s->a.orientation.z;
+  frame.w = of_b ? s->b.orientation.w : s->a.orientation.w;
+  const Lane3 normal_in_body = lane_rotate3(lane_back(frame), m->normal);
+  const LaneQuad normal = {of_a | of_b ? normal_in_body.x : m->normal.x, of_a | of_b ? normal_in_body.y : m->normal.y,
+                           of_a | of_b ? normal_in_body.z : m->normal.z, zero};
   real normals[4 * LANES], features[4 * LANES], frames[LANES], counts[LANES], halves[8][4 * LANES];
   lane_keep_quad(normal, normals);
   LANE_STORE(m->frame, frames);
-  const LaneQuat back_a = lane_back(s->a.turn), back_b = lane_back(s->b.turn);
+  const LaneQuat back_a = lane_back(s->a.orientation), back_b = lane_back(s->b.orientation);
   lane count = zero;
   for (u32 k = 0u; k < points; ++k) {
     const Lane3 a = lane_add3(s->a.offset, lane_rotate3(back_a, m->anchor_a[k]));

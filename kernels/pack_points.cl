@@ -26,8 +26,9 @@ static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, rea
   starts->tangent_z[lane] = start.tangent_z;
 }
 
-#if FEATURE_TURNING_FRICTION
-static inline void pack_turn(u32 lane, TurnPair pair, Vec4 moment, global TurnPointBlock* block) {
+#if FEATURE_ANGULAR_FRICTION
+static inline void pack_angular_friction(u32 lane, AngularFrictionPair pair, Vec4 moment,
+                                         global AngularFrictionPointBlock* block) {
   block->spin_radius[lane] = pair.spin_radius;
   block->roll_lever[lane] = pair.roll_lever;
   block->moment_x[lane] = moment.x;
@@ -61,13 +62,13 @@ static inline Vec3 pack_along(const Shape shape) {
 
 kernel void pack_points(global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
                         global const MaterialPair* material_pairs, global const ImpactPair* impact_pairs,
-                        global const TurnPair* turn_pairs, global const HoldPair* hold_pairs,
+                        global const AngularFrictionPair* angular_friction_pairs, global const HoldPair* hold_pairs,
                         global const GrainPair* grain_pairs, global const Shape* shapes, global const Contact* contacts,
                         global const ContactPoint* contact_points, global const ContactImpulse* start_impulses,
                         global const Vec4* start_moments, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global PointBlock* point_blocks,
                         global StartBlock* start_blocks, global ImpactBlock* impact_blocks,
-                        global TurnPointBlock* turn_points, global HoldBlock* hold_blocks,
+                        global AngularFrictionPointBlock* angular_friction_points, global HoldBlock* hold_blocks,
                         global GrainBlock* grain_blocks, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const ContactPoint no_point = {
@@ -90,8 +91,9 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #endif
       pack_point(lane, contact_points[first + k], contact.normal, pair.friction, restitution, start_impulses[first + k],
                  point_blocks + rows.first + k, start_blocks + rows.first + k);
-#if FEATURE_TURNING_FRICTION
-      pack_turn(lane, turn_pairs[materials], start_moments[first + k], turn_points + rows.first + k);
+#if FEATURE_ANGULAR_FRICTION
+      pack_angular_friction(lane, angular_friction_pairs[materials], start_moments[first + k],
+                            angular_friction_points + rows.first + k);
 #endif
 #if FEATURE_STATIC_FRICTION
       pack_hold(lane, hold_pairs[materials], hold_blocks + rows.first + k);
@@ -116,10 +118,10 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
     for (u32 k = count; k < rows.count; ++k) {
       pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, no_impulse, point_blocks + rows.first + k,
                  start_blocks + rows.first + k);
-#if FEATURE_TURNING_FRICTION
-      const TurnPair free = {(real)0, (real)0};
+#if FEATURE_ANGULAR_FRICTION
+      const AngularFrictionPair free = {(real)0, (real)0};
       const Vec4 no_moment = {(real)0, (real)0, (real)0, (real)0};
-      pack_turn(lane, free, no_moment, turn_points + rows.first + k);
+      pack_angular_friction(lane, free, no_moment, angular_friction_points + rows.first + k);
 #endif
 #if FEATURE_STATIC_FRICTION
       const HoldPair none = {(real)0, (real)0};

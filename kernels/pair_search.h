@@ -30,7 +30,7 @@ enum PlaceComponent {
   PLACE_BOX_X,
   PLACE_BOX_Y,
   PLACE_BOX_Z,
-  PLACE_TURNING,
+  SEARCH_ROTATIONAL_SPEED,
   PLACE_ROUND
 };
 #define PLACE(component, count) ((u32)(component) * ((count) + PACK))
@@ -89,7 +89,7 @@ typedef struct Searcher {
   real reach, extent, margin, h;
 #if FEATURE_MANIFOLDS
   Vec3 box;
-  real turning, round;
+  real rotational_speed, round;
 #endif
 } Searcher;
 
@@ -147,7 +147,7 @@ static inline Vec3 center_velocity(global const Bound* bound, global const Vec4*
   return point_velocity(&motions[body], sub3(bound_center(bound), search_position(positions, body)));
 }
 
-static inline real turning_speed(global const Bound* bound, u32 kind, global const Motion* motion) {
+static inline real rotational_speed_of(global const Bound* bound, u32 kind, global const Motion* motion) {
   if (kind == SHAPE_SPHERE) return (real)0;
   return length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound->reach;
 }
@@ -174,7 +174,7 @@ static inline void gather_place(u32 place, u32 i, global const Bound* bound, Cel
   mine[PLACE(PLACE_BOX_X, count)] = bound->box[0];
   mine[PLACE(PLACE_BOX_Y, count)] = bound->box[1];
   mine[PLACE(PLACE_BOX_Z, count)] = bound->box[2];
-  mine[PLACE(PLACE_TURNING, count)] = turning_speed(bound, shape_infos[i].kind, &motions[body]);
+  mine[PLACE(SEARCH_ROTATIONAL_SPEED, count)] = rotational_speed_of(bound, shape_infos[i].kind, &motions[body]);
   mine[PLACE(PLACE_ROUND, count)] = shape_infos[i].kind == SHAPE_SPHERE ? (real)1 : (real)0;
 #endif
   PlaceInfo info;
@@ -239,7 +239,7 @@ static inline Searcher make_searcher(const PairSearch* s, const StepParams* para
   me.reach = mine[PLACE(PLACE_REACH, count)];
 #if FEATURE_MANIFOLDS
   me.box = make3(mine[PLACE(PLACE_BOX_X, count)], mine[PLACE(PLACE_BOX_Y, count)], mine[PLACE(PLACE_BOX_Z, count)]);
-  me.turning = mine[PLACE(PLACE_TURNING, count)];
+  me.rotational_speed = mine[PLACE(SEARCH_ROTATIONAL_SPEED, count)];
   me.round = mine[PLACE(PLACE_ROUND, count)];
 #endif
   return me;
@@ -257,15 +257,16 @@ static inline u32 shapes_in_reach(const PairSearch* s, const Searcher* me, u32 p
   const lane gap = sqrt(dx * dx + dy * dy + dz * dz) - (me->reach + LANE_LOAD(other + PLACE(PLACE_REACH, count)));
   const lane speed = sqrt(ux * ux + uy * uy + uz * uz);
 #if FEATURE_MANIFOLDS
-  const lane turning = me->turning + LANE_LOAD(other + PLACE(PLACE_TURNING, count));
+  const lane rotational_speed = me->rotational_speed + LANE_LOAD(other + PLACE(SEARCH_ROTATIONAL_SPEED, count));
   const lane box_x = me->box.x + LANE_LOAD(other + PLACE(PLACE_BOX_X, count));
   const lane box_y = me->box.y + LANE_LOAD(other + PLACE(PLACE_BOX_Y, count));
   const lane box_z = me->box.z + LANE_LOAD(other + PLACE(PLACE_BOX_Z, count));
   const lane both_round = me->round * LANE_LOAD(other + PLACE(PLACE_ROUND, count));
-  return LANE_BITS((gap <= me->margin + me->h * speed) &
-                   ((both_round > (lane)0) | ((fabs(dx) <= box_x + me->margin + me->h * (fabs(ux) + turning)) &
-                                              (fabs(dy) <= box_y + me->margin + me->h * (fabs(uy) + turning)) &
-                                              (fabs(dz) <= box_z + me->margin + me->h * (fabs(uz) + turning)))));
+  return LANE_BITS(
+      (gap <= me->margin + me->h * speed) &
+      ((both_round > (lane)0) | ((fabs(dx) <= box_x + me->margin + me->h * (fabs(ux) + rotational_speed)) &
+                                 (fabs(dy) <= box_y + me->margin + me->h * (fabs(uy) + rotational_speed)) &
+                                 (fabs(dz) <= box_z + me->margin + me->h * (fabs(uz) + rotational_speed)))));
 #else
   return LANE_BITS(gap <= me->margin + me->h * speed);
 #endif

@@ -58,8 +58,8 @@ static inline Push push_of(ParticleLaw law, Touch touch, real dt, Vec3* stretch)
 #if FEATURE_SHEAR_SPRINGS
   const bool springs = law.shear_stiffness > (real)0;
   if (springs) {
-    const Vec3 turned = sub3(*stretch, scale3(dot3(touch.n, *stretch), touch.n));
-    *stretch = add3(turned, scale3(dt, slide));
+    const Vec3 tangential = sub3(*stretch, scale3(dot3(touch.n, *stretch), touch.n));
+    *stretch = add3(tangential, scale3(dt, slide));
     shear = add3(scale3(law.shear_stiffness, *stretch), damper);
   }
 #endif

@@ -5,8 +5,8 @@
 #include "cone.h"
 #include "impact.h"
 #include "lane_quads.h"
+#include "prepare_angular_friction.h"
 #include "prepare_patch.h"
-#include "prepare_turn.h"
 #include "types.h"
 #include "visit_contact.h"
 #include "visit_parts.h"
@@ -57,12 +57,12 @@ static inline void prepare_now(u32 first, global const PointBlock* points, const
   const lane distance = lane_length3(d);
 
   const Lane3 kept = LANE_NORMAL(points, first);
-  LaneQuat turn;
-  turn.x = of_a ? a->orientation.x : b->orientation.x;
-  turn.y = of_a ? a->orientation.y : b->orientation.y;
-  turn.z = of_a ? a->orientation.z : b->orientation.z;
-  turn.w = of_a ? a->orientation.w : b->orientation.w;
-  now->normal = lane_select3(of_a | of_b, lane_rotate3(turn, kept), kept);
+  LaneQuat orientation;
+  orientation.x = of_a ? a->orientation.x : b->orientation.x;
+  orientation.y = of_a ? a->orientation.y : b->orientation.y;
+  orientation.z = of_a ? a->orientation.z : b->orientation.z;
+  orientation.w = of_a ? a->orientation.w : b->orientation.w;
+  now->normal = lane_select3(of_a | of_b, lane_rotate3(orientation, kept), kept);
   if (LANE_ANY(is_between)) {
     now->normal = lane_select3(is_between & (distance > (lane)0),
                                lane_make3(d.x / distance, d.y / distance, d.z / distance), now->normal);
@@ -153,15 +153,16 @@ static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 
 #if FEATURE_PATCHES
   // the rest is the patch's
   const Lane3 n_a = lane_cross3(arm_a, n), n_b = lane_cross3(arm_b, n);
-  const lane share = lane_dot3(n_a, lane_turn_by(*a, n_a)) + lane_dot3(n_b, lane_turn_by(*b, n_b));
+  const lane share =
+      lane_dot3(n_a, lane_apply_inverse_inertia(*a, n_a)) + lane_dot3(n_b, lane_apply_inverse_inertia(*b, n_b));
   w->nn = general ? inverse_mass + share : w->nn;
   w->t11 = w->t22 = (lane)0;
 #elif FEATURE_GENERAL_CONTACTS
   const Lane3 n_a = lane_cross3(arm_a, n), t1_a = lane_cross3(arm_a, t1), t2_a = lane_cross3(arm_a, t2);
   const Lane3 n_b = lane_cross3(arm_b, n), t1_b = lane_cross3(arm_b, t1), t2_b = lane_cross3(arm_b, t2);
-  const Lane3 spin_n_a = lane_turn_by(*a, n_a), spin_n_b = lane_turn_by(*b, n_b);
-  const Lane3 spin_1_a = lane_turn_by(*a, t1_a), spin_1_b = lane_turn_by(*b, t1_b);
-  const Lane3 spin_2_a = lane_turn_by(*a, t2_a), spin_2_b = lane_turn_by(*b, t2_b);
+  const Lane3 spin_n_a = lane_apply_inverse_inertia(*a, n_a), spin_n_b = lane_apply_inverse_inertia(*b, n_b);
+  const Lane3 spin_1_a = lane_apply_inverse_inertia(*a, t1_a), spin_1_b = lane_apply_inverse_inertia(*b, t1_b);
+  const Lane3 spin_2_a = lane_apply_inverse_inertia(*a, t2_a), spin_2_b = lane_apply_inverse_inertia(*b, t2_b);
   w->nn = general ? inverse_mass + (lane_dot3(n_a, spin_n_a) + lane_dot3(n_b, spin_n_b)) : w->nn;
   w->t11 = general ? inverse_mass + (lane_dot3(t1_a, spin_1_a) + lane_dot3(t1_b, spin_1_b)) : w->t11;
   w->t22 = general ? inverse_mass + (lane_dot3(t2_a, spin_2_a) + lane_dot3(t2_b, spin_2_b)) : w->t22;
@@ -207,10 +208,11 @@ static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask the
 static inline void prepare_row(const StepParams* params, u32 first, lane_mask there, lane_mask general,
                                const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
                                global const StartBlock* starts, global const ImpactBlock* impacts,
-                               global const TurnPointBlock* turn_points, global const HoldBlock* holds,
-                               global const GrainBlock* grains, global ContactBlock* block,
-                               global SoftnessBlock* softness_block, global SlideBlock* slides, global TurnBlock* turn,
-                               global ImpulseBlock* impulses, global TurnImpulse* turns,
+                               global const AngularFrictionPointBlock* angular_friction_points,
+                               global const HoldBlock* holds, global const GrainBlock* grains,
+                               global ContactBlock* block, global SoftnessBlock* softness_block,
+                               global SlideBlock* slides, global AngularFrictionBlock* angular,
+                               global ImpulseBlock* impulses, global AngularFrictionImpulse* angular_impulses,
                                global EllipseBlock* ellipses) {
   PrepareNow now;
   prepare_now(first, points, a, b, &now);
@@ -244,15 +246,16 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
   LaneDelassus w;
   prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
   LaneCone r = prepare_impulse(params->substep, first, t1, t2, starts, block, impulses);
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
   const LaneContact by_now = {n, t1, t2, arm_a, arm_b};
-  const Lane3 moment = turn_start(params->substep, first, turn_points, block, turn, turns);
+  const Lane3 moment = start_moment(params->substep, first, angular_friction_points, block, angular, angular_impulses);
   LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1};
 #if FEATURE_ELLIPTIC_FRICTION
   ellipse = prepare_ellipse(first, there, by_now, a->orientation, b->orientation, grains, ellipses);
 #endif
-  const LaneSpin start = prepare_turn(first, there, general, by_now, &a->motion, &b->motion, w.nn, r, moment, friction,
-                                      &ellipse, turn_points, turn, turns);
+  const LaneSpin start =
+      prepare_angular_friction(first, there, general, by_now, &a->motion, &b->motion, w.nn, r, moment, friction,
+                               &ellipse, angular_friction_points, angular, angular_impulses);
   r = lane_make_cone(start.normal, start.tangent_1, start.tangent_2);
 #else
   r = lane_clamp_to_cone(r, friction);
@@ -298,15 +301,16 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
 kernel void prepare_contacts(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
                              global const Motion* motions, global const Velocity* previous_velocities,
                              global const PointBlock* point_blocks, global const StartBlock* start_blocks,
-                             global const ImpactBlock* impact_blocks, global const TurnPointBlock* turn_points,
+                             global const ImpactBlock* impact_blocks,
+                             global const AngularFrictionPointBlock* angular_friction_points,
                              global const HoldBlock* hold_blocks, global const GrainBlock* grain_blocks,
                              global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                              global const PartBlock* part_blocks, global ContactBlock* contact_blocks,
                              global ImpulseBlock* impulse_blocks, global SoftnessBlock* softness_blocks,
-                             global SlideBlock* slide_blocks, global TurnBlock* turn_blocks,
-                             global TurnImpulse* turn_impulses, global EllipseBlock* ellipse_blocks,
-                             global PatchBlock* patch_blocks, global PatchImpulse* patch_impulses,
-                             global const u32* counters) {
+                             global SlideBlock* slide_blocks, global AngularFrictionBlock* angular_friction_blocks,
+                             global AngularFrictionImpulse* angular_friction_impulses,
+                             global EllipseBlock* ellipse_blocks, global PatchBlock* patch_blocks,
+                             global PatchImpulse* patch_impulses, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
     const u32 first = item % ITEMS_PER_BLOCK * LANES;
@@ -324,9 +328,9 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
       prepare_row(&params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
-                  turn_points + row, hold_blocks + row, grain_blocks + row, contact_blocks + row, softness_blocks + row,
-                  slide_blocks + row, turn_blocks + row, impulse_blocks + row, turn_impulses + row,
-                  ellipse_blocks + row);
+                  angular_friction_points + row, hold_blocks + row, grain_blocks + row, contact_blocks + row,
+                  softness_blocks + row, slide_blocks + row, angular_friction_blocks + row, impulse_blocks + row,
+                  angular_friction_impulses + row, ellipse_blocks + row);
     }
 #if FEATURE_PATCHES
     prepare_patches(params.substep, first, rows.count, count, &a.motion, &b.motion, contact_blocks + rows.first,

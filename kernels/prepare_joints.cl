@@ -7,7 +7,7 @@
 #include "sleep.h"
 #include "types.h"
 
-static inline void joint_free_law(const Joint joint, real x, real turning, real dt, u32 lane,
+static inline void joint_free_law(const Joint joint, real x, real velocity_product, real dt, u32 lane,
                                   global JointBlock* block) {
   real slowest = -(real)JOINT_UNBOUNDED, fastest = (real)JOINT_UNBOUNDED, give = (real)0;
   if (joint.limited != (real)0) {
@@ -16,7 +16,7 @@ static inline void joint_free_law(const Joint joint, real x, real turning, real 
       slowest = -(joint.rate * above);
       fastest = slowest;
     } else if (joint.low == joint.high) {
-      slowest = -(joint.correction * above / dt + turning);
+      slowest = -(joint.correction * above / dt + velocity_product);
       fastest = slowest;
       give = joint.softness;
     } else {
@@ -44,13 +44,13 @@ static inline void joint_row_rates(const JointNow* now, const JointInfo info, Mo
 #endif
   const bool crosses = LOCKS_CROSS(info.locked);
   const Vec3 w_axes = crosses ? add3(w_a, scale3(dot3(now->axes[2], w), now->axes[2])) : w_a;
-  const Vec3 turn_rate = cross3(w, w_axes);
+  const Vec3 angular_rate = cross3(w, w_axes);
   for (u32 i = 0u; i < 3u; ++i) {
     rates[i] = dot3(now->axes[i], rate);
-    rates[i + 3u] = dot3(now->axes[i], turn_rate);
+    rates[i + 3u] = dot3(now->axes[i], angular_rate);
   }
   if (now->rise != (real)0) rates[2] = rates[2] - now->rise * rates[5];
-  rates[JOINT_ROWS] = dot3(now->free_axis, info.free == FREE_ANGLE ? turn_rate : rate);
+  rates[JOINT_ROWS] = dot3(now->free_axis, info.free == FREE_ANGLE ? angular_rate : rate);
   if (info.free == FREE_LENGTH && now->coordinate > (real)0) {
     const real along = dot3(now->free_axis, u);
     rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / now->coordinate;
@@ -64,8 +64,9 @@ static inline void joint_write3(Vec3 v, u32 lane, global real (*field)[PACK]) {
 }
 
 // All that follows from the geometry; that of padding, and of joints that sleep, is zero.
-static inline void joint_write(const JointNow* now, const JointFactor* factor, const real* bias, const real* turning,
-                               const real* coupling, const real* response, u32 lane, global JointBlock* block) {
+static inline void joint_write(const JointNow* now, const JointFactor* factor, const real* bias,
+                               const real* velocity_product, const real* coupling, const real* response, u32 lane,
+                               global JointBlock* block) {
   for (u32 i = 0u; i < 3u; ++i) joint_write3(now->axes[i], lane, block->axes + 3u * i);
   joint_write3(now->arm_a, lane, block->arm_a);
   joint_write3(now->arm_b, lane, block->arm_b);
@@ -74,11 +75,11 @@ static inline void joint_write(const JointNow* now, const JointFactor* factor, c
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     block->inverse_pivot[i][lane] = factor->inverse_pivot[i];
     block->bias[i][lane] = bias[i];
-    block->turning[i][lane] = turning[i];
+    block->velocity_product[i][lane] = velocity_product[i];
     block->coupling[i][lane] = coupling[i];
     block->response[i][lane] = response[i];
   }
-  block->turning[JOINT_ROWS][lane] = turning[JOINT_ROWS];
+  block->velocity_product[JOINT_ROWS][lane] = velocity_product[JOINT_ROWS];
 }
 
 static inline void joint_clear(u32 lane, global JointBlock* block) {
@@ -102,7 +103,7 @@ static inline void joint_clear(u32 lane, global JointBlock* block) {
 #if FEATURE_JOINTS_AHEAD
 static inline void joint_move_on(Motion motion, real time, Vec3* x, Quat* q) {
   *x = add3(*x, scale3(time, vec3(motion.v)));
-  *q = turn4(*q, vec3(motion.w), time);
+  *q = integrate_orientation(*q, vec3(motion.w), time);
 }
 
 static inline JointNow joint_with_error_of(JointNow now, JointNow later) {
@@ -130,24 +131,24 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
   factorise(k, info.locked, &factor);
 
   const bool is_free = info.free != FREE_NOTHING;
-  real turning[JOINT_ROWS + 1u];
-  joint_row_rates(&now, info, a, b, turning);
+  real velocity_product[JOINT_ROWS + 1u];
+  joint_row_rates(&now, info, a, b, velocity_product);
   const real ahead = (real)0.5 * foreseen;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1u) != 0u;
     bias[i] = locked ? joint.correction * now.error[i] / params->dt : (real)0;
-    turning[i] = locked ? ahead * turning[i] : (real)0;
+    velocity_product[i] = locked ? ahead * velocity_product[i] : (real)0;
     coupling[i] = locked && is_free ? column[i] : (real)0;
     response[i] = coupling[i];
   }
   const bool equal = joint.limited != (real)0 && joint.low == joint.high && !(joint.yield > (real)0);
-  turning[JOINT_ROWS] = equal ? ahead * turning[JOINT_ROWS] : (real)0;
+  velocity_product[JOINT_ROWS] = equal ? ahead * velocity_product[JOINT_ROWS] : (real)0;
   solve_factor(&factor, response);
   real shared = (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) shared = shared + coupling[i] * response[i];
 
-  joint_write(&now, &factor, bias, turning, coupling, response, lane, block);
+  joint_write(&now, &factor, bias, velocity_product, coupling, response, lane, block);
   block->softness[lane] = joint.softness;
   block->spring[lane] = joint.spring;
   block->own[lane] = is_free ? own : (real)0;
@@ -156,7 +157,7 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
   block->motor_impulse[lane] = joint.motor_force * params->dt;
   block->yield[lane] = joint.yield;
   block->rise[lane] = sizes.rise;
-  joint_free_law(joint, now.coordinate, turning[JOINT_ROWS], params->dt, lane, block);
+  joint_free_law(joint, now.coordinate, velocity_product[JOINT_ROWS], params->dt, lane, block);
 }
 
 kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,

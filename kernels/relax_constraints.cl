@@ -28,10 +28,10 @@ kernel void relax_joint_tail(const u32 first_phase, const u32 phases, global con
 kernel void relax_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                        global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                        global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                        global u32* counters) {
+                        global const AngularFrictionBlock* angular_friction_blocks,
+                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
   visit_color(VISIT_RELAX, color, color_starts, &stream);
@@ -44,10 +44,10 @@ kernel void relax_tail(const u32 first_phase, const u32 joint_phase_count, const
                        global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                        global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                       global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                       global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                       global u32* counters) {
+                       global const AngularFrictionBlock* angular_friction_blocks,
+                       global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                       global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+                       global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const u32 joint_phases_here = STEP_IS_VOID(counters) ? 0u : joint_phase_count;
   u32 sweep = 0u;

@@ -10,9 +10,9 @@ static inline TreeBox searcher_box(const Searcher* me) {
   Vec3 box = make3(me->extent, me->extent, me->extent);
 #if FEATURE_MANIFOLDS
   if (me->info.shape.kind != SHAPE_SPHERE) {
-    box = make3(me->box.x + me->h * (fabs(me->velocity.x) + me->turning),
-                me->box.y + me->h * (fabs(me->velocity.y) + me->turning),
-                me->box.z + me->h * (fabs(me->velocity.z) + me->turning));
+    box = make3(me->box.x + me->h * (fabs(me->velocity.x) + me->rotational_speed),
+                me->box.y + me->h * (fabs(me->velocity.y) + me->rotational_speed),
+                me->box.z + me->h * (fabs(me->velocity.z) + me->rotational_speed));
   }
 #endif
   const Vec3 reach =
@@ -51,7 +51,7 @@ static inline Searcher searcher_in_tree(const PairSearch* s, const StepParams* p
 #if FEATURE_MANIFOLDS
   const bool round = me.info.shape.kind == SHAPE_SPHERE;
   me.box = make3(bound.box[0], bound.box[1], bound.box[2]);
-  me.turning = round ? (real)0 : length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound.reach;
+  me.rotational_speed = round ? (real)0 : length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound.reach;
   me.round = round ? (real)1 : (real)0;
 #endif
   return me;
@@ -63,11 +63,11 @@ static inline bool searchers_in_reach(const Searcher* me, const Searcher* other)
   const real gap = length3(d) - (me->reach + other->reach);
   if (!(gap <= me->margin + me->h * length3(u))) return false;
 #if FEATURE_MANIFOLDS
-  const real turning = me->turning + other->turning;
+  const real rotational_speed = me->rotational_speed + other->rotational_speed;
   return me->round * other->round > (real)0 ||
-         (fabs(d.x) <= me->box.x + other->box.x + me->margin + me->h * (fabs(u.x) + turning) &&
-          fabs(d.y) <= me->box.y + other->box.y + me->margin + me->h * (fabs(u.y) + turning) &&
-          fabs(d.z) <= me->box.z + other->box.z + me->margin + me->h * (fabs(u.z) + turning));
+         (fabs(d.x) <= me->box.x + other->box.x + me->margin + me->h * (fabs(u.x) + rotational_speed) &&
+          fabs(d.y) <= me->box.y + other->box.y + me->margin + me->h * (fabs(u.y) + rotational_speed) &&
+          fabs(d.z) <= me->box.z + other->box.z + me->margin + me->h * (fabs(u.z) + rotational_speed));
 #else
   return true;
 #endif
@@ -75,7 +75,7 @@ static inline bool searchers_in_reach(const Searcher* me, const Searcher* other)
 
 static inline TreeBox box_in_tree(const PairSearch* s, ShapeTree tree, const Searcher* me) {
   const Vec3 at = search_position(s->positions, tree.body);
-  const Quat turn = make_pose(s->positions[tree.body], s->orientations[tree.body]).orientation;
+  const Quat orientation = make_pose(s->positions[tree.body], s->orientations[tree.body]).orientation;
   global const Motion* motion = s->motions + tree.body;
   const real speed = length3(make3(motion->v[0], motion->v[1], motion->v[2])) +
                      length3(make3(motion->w[0], motion->w[1], motion->w[2])) * tree.radius;
@@ -83,16 +83,16 @@ static inline TreeBox box_in_tree(const PairSearch* s, ShapeTree tree, const Sea
   const real placed = (fabs(at.x) + fabs(at.y) + fabs(at.z) + tree.radius) * rounding;
   const real wider = (me->margin + me->h * speed) * (real)1.0001 + placed;
   TreeBox box;
-  if (turn.x == (real)0 && turn.y == (real)0 && turn.z == (real)0) {
+  if (orientation.x == (real)0 && orientation.y == (real)0 && orientation.z == (real)0) {
     box = widened(searcher_box(me), wider);
     box.low = sub3(box.low, at);
     box.high = sub3(box.high, at);
     return box;
   }
   const Vec3 d = sub3(me->center, at);
-  const real turned = (fabs(d.x) + fabs(d.y) + fabs(d.z)) * rounding;
-  box.low = box.high = unrotate3(turn, d);
-  return widened(box, (me->extent + tree.largest) * (real)1.0001 + wider + turned);
+  const real rotation_rounding = (fabs(d.x) + fabs(d.y) + fabs(d.z)) * rounding;
+  box.low = box.high = unrotate3(orientation, d);
+  return widened(box, (me->extent + tree.largest) * (real)1.0001 + wider + rotation_rounding);
 }
 
 static inline void search_shape_tree(const PairSearch* s, const StepParams* params, ShapeTree tree, const Searcher* me,

@@ -99,7 +99,7 @@ kernel void gradient_move(const StepParams params, global const u32* part_starts
 #endif
     const Motion motion = motions[i];
     const Vec3 impulse = make3(sum.s0, sum.s1, sum.s2), moment = make3(sum.s4, sum.s5, sum.s6);
-    const Vec3 dv = scale3(motion.inverse_mass, impulse), dw = turn_by(motion, moment);
+    const Vec3 dv = scale3(motion.inverse_mass, impulse), dw = apply_inverse_inertia(motion, moment);
     body->ahead = make_velocity(add3(vec3(motion.v), dv), add3(vec3(motion.w), dw));
     const DescentSums sums = {sum.s3, sum.s7, dot3(impulse, dv) + dot3(moment, dw), (real)0};
     body->sums = sums;

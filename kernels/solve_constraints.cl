@@ -47,10 +47,10 @@ kernel void solve_articulations(const u32 articulation_count, global const Artic
 kernel void solve_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                        global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                        global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                        global u32* counters) {
+                        global const AngularFrictionBlock* angular_friction_blocks,
+                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
   visit_color(VISIT_SOLVE, color, color_starts, &stream);
@@ -62,10 +62,10 @@ kernel void solve_cells(const StepParams params, const u32 phase, global const u
                         global const u32* color_starts, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                        global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                        global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                        global u32* counters) {
+                        global const AngularFrictionBlock* angular_friction_blocks,
+                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   visit_cell_phase(VISIT_SOLVE, cell_phase(phase, &params, color_starts, counters), (u32)get_group_id(0),
                    (u32)get_num_groups(0), cell_blocks, &stream);
@@ -86,10 +86,10 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
                        global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                        global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                       global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                       global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                       global u32* counters) {
+                       global const AngularFrictionBlock* angular_friction_blocks,
+                       global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                       global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+                       global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const u32 joint_phases_here = SWEEP_IS_VOID(counters) ? 0u : joint_phase_count;
 #if FEATURE_ARTICULATIONS
@@ -144,9 +144,10 @@ static inline void solve_item(u32 item, const ContactStream* s, global const Par
 kernel void solve_parts(global const PartBlock* part_blocks, global Velocity* body_parts,
                         global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                         global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                        global const SlideBlock* slide_blocks, global const TurnBlock* turn_blocks,
+                        global const SlideBlock* slide_blocks,
+                        global const AngularFrictionBlock* angular_friction_blocks,
                         global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                        global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
+                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
                         global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
@@ -161,10 +162,11 @@ kernel void solve_parts_group(const StepParams params, const u32 bodies, const u
                               global Velocity* body_parts, global const BlockBodies* block_bodies,
                               global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                               global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                              global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                              global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                              global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses,
-                              global Motion* motions, global u32* counters) {
+                              global const AngularFrictionBlock* angular_friction_blocks,
+                              global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                              global ImpulseBlock* impulse_blocks,
+                              global AngularFrictionImpulse* angular_friction_impulses,
+                              global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const bool is_void = STEP_IS_VOID(counters);
   const u32 items = is_void ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_void ? 0u : bodies;

@@ -5,7 +5,7 @@
 
 #include "cone.h"
 
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
 
 #define SPIN_CONE_STEPS (REAL_IS_DOUBLE ? 14 : 10)
 

@@ -3,9 +3,9 @@
 #ifndef LOCKSTEP_SWEEP_CONTACTS_H
 #define LOCKSTEP_SWEEP_CONTACTS_H
 
+#include "solve_angular_friction.h"
 #include "visit_contact.h"
 #include "visit_patch.h"
-#include "visit_turn.h"
 
 // All that a visit reads and writes; those that the scene has no need of are null.
 typedef struct ContactStream {
@@ -14,30 +14,30 @@ typedef struct ContactStream {
   global const ContactBlock* contacts;
   global const SoftnessBlock* softness;
   global const SlideBlock* slides;
-  global const TurnBlock* turns;
+  global const AngularFrictionBlock* angular_friction;
   global const EllipseBlock* ellipses;
   global const PatchBlock* patches;
   global ImpulseBlock* impulses;
-  global TurnImpulse* turn_impulses;
+  global AngularFrictionImpulse* angular_friction_impulses;
   global PatchImpulse* patch_impulses;
   global Motion* motions;
   global u32* counters;
 } ContactStream;
 
 // Of the parameters of a kernel, which are called as the buffers are.
-#define CONTACT_STREAM                                                                                    \
-  {                                                                                                       \
-    block_bodies, block_rows, contact_blocks, softness_blocks, slide_blocks, turn_blocks, ellipse_blocks, \
-        patch_blocks, impulse_blocks, turn_impulses, patch_impulses, motions, counters                    \
+#define CONTACT_STREAM                                                                                                \
+  {                                                                                                                   \
+    block_bodies, block_rows, contact_blocks, softness_blocks, slide_blocks, angular_friction_blocks, ellipse_blocks, \
+        patch_blocks, impulse_blocks, angular_friction_impulses, patch_impulses, motions, counters                    \
   }
 
 // One visit of row `row` of a block.
 static inline void visit_row_of(const u32 purpose, u32 first, u32 row, lane_mask general, const ContactStream* s,
                                 LaneBody* a, LaneBody* b, lane* change) {
-#if FEATURE_TURNING_FRICTION
-  visit_turning_row(first, general, lane_law(purpose, s->contacts + row, s->softness + row, first), s->contacts + row,
-                    s->slides + row, s->turns + row, s->ellipses + row, s->impulses + row, s->turn_impulses + row, a, b,
-                    change);
+#if FEATURE_ANGULAR_FRICTION
+  solve_angular_friction(first, general, lane_law(purpose, s->contacts + row, s->softness + row, first),
+                         s->contacts + row, s->slides + row, s->angular_friction + row, s->ellipses + row,
+                         s->impulses + row, s->angular_friction_impulses + row, a, b, change);
 #else
   visit_row(purpose, first, general, s->contacts + row, s->softness + row, s->slides + row, s->impulses + row, a, b,
             change);

@@ -79,9 +79,9 @@ static inline TreeBox swept_box(global const Bound* bound, u32 kind, global cons
 #if FEATURE_MANIFOLDS
   if (kind != SHAPE_SPHERE) {
     const Vec3 v = point_velocity(motion, sub3(center, make3(position->x, position->y, position->z)));
-    const real turning = length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound->reach;
-    box = make3(bound->box[0] + h * (fabs(v.x) + turning), bound->box[1] + h * (fabs(v.y) + turning),
-                bound->box[2] + h * (fabs(v.z) + turning));
+    const real rotational_speed = length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound->reach;
+    box = make3(bound->box[0] + h * (fabs(v.x) + rotational_speed), bound->box[1] + h * (fabs(v.y) + rotational_speed),
+                bound->box[2] + h * (fabs(v.z) + rotational_speed));
   }
 #endif
   const Vec3 reach = make3(box_reach(center.x, box.x), box_reach(center.y, box.y), box_reach(center.z, box.z));

@@ -1,6 +1,6 @@
 // Layouts and constants shared by the kernels (OpenCL C 1.2) and the C++ twins. No arithmetic lives here.
 // `real` is float or double: a macro argument of the OpenCL build (-DREAL=float), a template parameter in C++.
-// SI units, right-handed, z up; quaternions are stored x y z w and turn body into world coordinates.
+// SI units, right-handed, z up; quaternions are stored x y z w and rotate body into world coordinates.
 #ifndef LOCKSTEP_TYPES_H
 #define LOCKSTEP_TYPES_H
 

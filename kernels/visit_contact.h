@@ -87,7 +87,7 @@ static inline LaneCone lane_impulse(global const ImpulseBlock* block, u32 first)
 
 #if FEATURE_GENERAL_CONTACTS
 // Inverse inertia times a moment.
-static inline Lane3 lane_turn_by(LaneBody body, Lane3 moment) {
+static inline Lane3 lane_apply_inverse_inertia(LaneBody body, Lane3 moment) {
   return lane_make3(body.xx * moment.x + body.xy * moment.y + body.xz * moment.z,
                     body.xy * moment.x + body.yy * moment.y + body.yz * moment.z,
                     body.xz * moment.x + body.yz * moment.y + body.zz * moment.z);
@@ -98,7 +98,7 @@ static inline Lane3 lane_turn_by(LaneBody body, Lane3 moment) {
 static inline Lane3 lane_spin(LaneBody body, lane_mask general, Lane3 moment) {
   const Lane3 central = lane_scale3(body.xx, moment);
 #if FEATURE_GENERAL_CONTACTS
-  return lane_select3(general, lane_turn_by(body, moment), central);
+  return lane_select3(general, lane_apply_inverse_inertia(body, moment), central);
 #else
   return central;
 #endif

@@ -46,12 +46,13 @@ static inline lane visit_normals(const u32 purpose, u32 first, global const Cont
 
 #if FEATURE_TOLERANCE
 // The squares of what changes of friction and twist make of the relative velocity: W is the inverse of what the block
-// holds, and the turn counts at the radius of gyration of the two bodies about the normal.
+// holds, and the rotation counts at the radius of gyration of the two bodies about the normal.
 static inline lane lane_rubbing_change(global const PatchBlock* block, u32 first, lane d_1, lane d_2, lane d_twist,
                                        const LaneBody* a, const LaneBody* b) {
   const LaneDisc u = lane_disc_velocity(d_1, d_2, lane_rubbing_inverse(block, first));
-  const lane turned = d_twist * d_twist * (a->inverse_mass + b->inverse_mass) / LANE_LOAD(block->inverse_twist + first);
-  return lane_larger(u.x * u.x + u.y * u.y, lane_larger(turned, (lane)0));
+  const lane twist_change =
+      d_twist * d_twist * (a->inverse_mass + b->inverse_mass) / LANE_LOAD(block->inverse_twist + first);
+  return lane_larger(u.x * u.x + u.y * u.y, lane_larger(twist_change, (lane)0));
 }
 #endif
 

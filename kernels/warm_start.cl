@@ -33,9 +33,11 @@ kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global cons
 // One colour.
 kernel void warm_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                       global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
-                       global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
-                       global const PatchImpulse* patch_impulses, global Motion* motions, global const u32* counters) {
+                       global const ImpulseBlock* impulse_blocks,
+                       global const AngularFrictionBlock* angular_friction_blocks,
+                       global const AngularFrictionImpulse* angular_friction_impulses,
+                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
+                       global Motion* motions, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const StartStream stream = START_STREAM;
   const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
@@ -63,9 +65,11 @@ static inline void start_cell_phase(CellPhase phase, u32 group, u32 groups, glob
 kernel void warm_cells(const StepParams params, const u32 phase, global const u32* cell_blocks,
                        global const u32* color_starts, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                       global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
-                       global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
-                       global const PatchImpulse* patch_impulses, global Motion* motions, global const u32* counters) {
+                       global const ImpulseBlock* impulse_blocks,
+                       global const AngularFrictionBlock* angular_friction_blocks,
+                       global const AngularFrictionImpulse* angular_friction_impulses,
+                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
+                       global Motion* motions, global const u32* counters) {
   const StartStream stream = START_STREAM;
   start_cell_phase(cell_phase(phase, &params, color_starts, counters), (u32)get_group_id(0), (u32)get_num_groups(0),
                    cell_blocks, &stream);
@@ -77,7 +81,8 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
                       global const u32* color_starts, global const u32* cell_blocks,
                       global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                       global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
-                      global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
+                      global const AngularFrictionBlock* angular_friction_blocks,
+                      global const AngularFrictionImpulse* angular_friction_impulses,
                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
                       global const u32* joint_phases, global const JointLanes* joint_lanes,
                       global const JointBlock* joint_blocks, global const JointImpulseBlock* joint_impulses,
@@ -112,7 +117,8 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
 // All pairs at once, on parts of their bodies; mean_parts follows.
 kernel void warm_parts(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                        global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
-                       global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
+                       global const AngularFrictionBlock* angular_friction_blocks,
+                       global const AngularFrictionImpulse* angular_friction_impulses,
                        global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
                        global const PartBlock* part_blocks, global Velocity* body_parts, global const Motion* motions,
                        global const u32* counters) {
@@ -123,8 +129,8 @@ kernel void warm_parts(global const BlockBodies* block_bodies, global const Bloc
     global const PartBlock* parts = part_blocks + block;
     LaneBody a = part_load(motions, bodies->body_a + first, parts->parts_a + first);
     LaneBody b = part_load(motions, bodies->body_b + first, parts->parts_b + first);
-    start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses,
-                patch_blocks, patch_impulses, &a, &b);
+    start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, angular_friction_blocks,
+                angular_friction_impulses, patch_blocks, patch_impulses, &a, &b);
     part_store(a, body_parts, parts->place_a + first);
     part_store(b, body_parts, parts->place_b + first);
   }

@@ -117,7 +117,7 @@ double most_off(const Buffers<real>& b) {
       if ((info.locked >> row & 1) == 0) continue;
       const auto axis = reference::joint_vector(block.axes + 3 * (row % 3), lane);
       double off = double(reference::dot3(axis, row < 3 ? u : w)) + double(block.bias[row][lane]) +
-                   double(block.turning[row][lane]);
+                   double(block.velocity_product[row][lane]);
       if (row == 2) off -= double(block.rise[lane]) * double(reference::dot3(axis, w));
       most = std::max(most, std::abs(off));
     }

@@ -41,9 +41,10 @@ TYPED_TEST(CastRays, MeetWhatAMarchMeets) {
   const double tolerance = sizeof(real) == 4 ? 2e-4 : 1e-7;
   u32 hits[6] = {}, misses = 0;
   for (u32 n = 0; n < 100; ++n) {
-    BodyDescription body = n % 5 == 4 ? plane_body(random.vector(0.3), random.turn()) : any_body(random, n / 5, 0.3);
+    BodyDescription body =
+        n % 5 == 4 ? plane_body(random.vector(0.3), random.rotation()) : any_body(random, n / 5, 0.3);
     if (n % 3 == 0) body.shapes[0].offset = random.vector(0.2);
-    if (n % 3 == 0 && n % 5 != 4) body.shapes[0].rotation = random.turn();
+    if (n % 3 == 0 && n % 5 != 4) body.shapes[0].rotation = random.rotation();
     Simulation<real> simulation = simulate_bodies<real>({body});
     std::vector<RayQuery> rays;
     while (rays.size() < 50) {

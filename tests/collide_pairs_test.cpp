@@ -13,9 +13,9 @@ namespace {
 template <class real>
 BodyDescription body_at(u32 kind, const reference::Placed<real>& shape) {
   const auto &center = shape.center, &size = shape.size;
-  const auto& turn = shape.rotation;
+  const auto& rotation = shape.rotation;
   const Vector3 place = {center.x, center.y, center.z}, sizes = {size.x, size.y, size.z};
-  const Quaternion orientation = {turn.x, turn.y, turn.z, turn.w};
+  const Quaternion orientation = {rotation.x, rotation.y, rotation.z, rotation.w};
   BodyDescription body = kind == SHAPE_PLANE    ? plane_body(place, orientation)
                          : kind == SHAPE_SPHERE ? sphere_body(place, sizes[0])
                          : kind == SHAPE_BOX || kind == SHAPE_HULL

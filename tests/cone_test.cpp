@@ -82,10 +82,10 @@ std::vector<ConeVector<double>> slips(const Problem& p) {
     return u.tangent_1 * std::sin(angle) - u.tangent_2 * std::cos(angle);
   };
   const int directions = 3600;
-  const double turn = 2 * 3.141592653589793;
+  const double two_pi = 2 * 3.141592653589793;
   std::vector<ConeVector<double>> found;
   for (int i = 0; i < directions; ++i) {
-    double low = turn * i / directions, high = turn * (i + 1) / directions;
+    double low = two_pi * i / directions, high = two_pi * (i + 1) / directions;
     if (across(low) * across(high) > 0) continue;
     const double sign = across(low);
     for (int k = 0; k < 60; ++k) {

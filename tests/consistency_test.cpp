@@ -53,7 +53,7 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
        "features: are those of no scene"},
       {"wrecking_ball", [](State& s) { s.features &= ~static_cast<Features>(Feature::jacobi); },
        "features: are those of no scene"},
-      {"wrecking_ball", [](State& s) { s.features = with(s.features, Feature::turning_friction); },
+      {"wrecking_ball", [](State& s) { s.features = with(s.features, Feature::angular_friction); },
        "features: are those of no scene"},
       {"rolling_resistance", [](State& s) { s.features = with(s.features, Feature::patches); },
        "features: are those of no scene"},

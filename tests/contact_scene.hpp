@@ -212,8 +212,8 @@ inline std::vector<BodyDescription> strewn_ball(u32 count) {
   bodies[0].mass = 1000;
   bodies[0].inertia = {4e4, 4e4, 4e4};
   for (u32 i = 0; i < count; ++i) {
-    const double z = 1 - (2 * i + 1.0) / count, ring = std::sqrt(1 - z * z), turn = 2.399963229728653 * i;
-    const Vector3 out = {ring * std::cos(turn), ring * std::sin(turn), z};
+    const double z = 1 - (2 * i + 1.0) / count, ring = std::sqrt(1 - z * z), azimuth = 2.399963229728653 * i;
+    const Vector3 out = {ring * std::cos(azimuth), ring * std::sin(azimuth), z};
     bodies.push_back(sphere_body({10.25 * out[0], 10.25 * out[1], 10.25 * out[2]}, 0.25, {-out[0], -out[1], -out[2]}));
   }
   return bodies;

@@ -40,11 +40,11 @@ TYPED_TEST(DensePhysics, ImpactOfTwoBalls) {
 
 // A block of 1 kg on a slope after `steps` steps: its speed down it.
 double speed_on_slope(double angle, double friction, int steps) {
-  const Quaternion turn = {0, std::sin(angle / 2), 0, std::cos(angle / 2)};
+  const Quaternion rotation = {0, std::sin(angle / 2), 0, std::cos(angle / 2)};
   const double height = 0.1;
   const BodyDescription block =
-      box_body({height * std::sin(angle), 0, height * std::cos(angle)}, {0.4, 0.3, height}, turn);
-  InitialState<double> state = make_worlds<double>({{plane_body({0, 0, 0}, turn), block}}, 16);
+      box_body({height * std::sin(angle), 0, height * std::cos(angle)}, {0.4, 0.3, height}, rotation);
+  InitialState<double> state = make_worlds<double>({{plane_body({0, 0, 0}, rotation), block}}, 16);
   state.params.theta = 1;
   state.params.slop = 0;
   set_material(state, friction, 0);

@@ -54,7 +54,7 @@ TYPED_TEST(FindOverlaps, BoxesFeelSpheres) {
   for (u32 v = 0; v < volumes.size(); ++v) {
     volumes[v].kind = SHAPE_BOX;
     volumes[v].center = random.vector(2);
-    volumes[v].rotation = random.turn();
+    volumes[v].rotation = random.rotation();
     volumes[v].half_extents = {random.between(0.1, 1), random.between(0.1, 1), random.between(0.1, 1)};
     if (v % 2) volumes[v].mask = 4;
   }
@@ -97,9 +97,9 @@ TYPED_TEST(FindOverlaps, KernelMatchesReference) {
   InitialState<real> state = make_query_worlds<real>(worlds, 0, 100);
   for (u32 v = 0; v < 90; ++v) {
     Shape<real>& volume = state.buffers.volumes[v];
-    const Quaternion turn = random.turn();
+    const Quaternion rotation = random.rotation();
     set(volume.offset, random.vector(2));
-    for (unsigned k = 0; k < 4; ++k) volume.rotation[k] = real(turn[k]);
+    for (unsigned k = 0; k < 4; ++k) volume.rotation[k] = real(rotation[k]);
     for (unsigned k = 0; k < 3; ++k) volume.size[k] = real(random.between(0.1, 1));
     volume.reach = v % 2 ? volume.size[0] : real(1.8);
     state.buffers.volume_filters[v] = {u32(v % 2 ? SHAPE_SPHERE : SHAPE_BOX), v % 3, random.bits() | 1u, 0};

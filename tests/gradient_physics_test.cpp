@@ -53,10 +53,11 @@ struct OnSlope {
   InitialState<double> state;
 
   OnSlope(double slope_angle, double mu, u32 iterations) : angle(slope_angle), friction(mu) {
-    const Quaternion turn = {0, std::sin(angle / 2), 0, std::cos(angle / 2)};
+    const Quaternion rotation = {0, std::sin(angle / 2), 0, std::cos(angle / 2)};
     const double height = 0.1;
-    BodyDescription block = box_body({height * std::sin(angle), 0, height * std::cos(angle)}, {0.4, 0.3, height}, turn);
-    state = make_worlds<double>({{plane_body({0, 0, 0}, turn), block}}, 16);
+    BodyDescription block =
+        box_body({height * std::sin(angle), 0, height * std::cos(angle)}, {0.4, 0.3, height}, rotation);
+    state = make_worlds<double>({{plane_body({0, 0, 0}, rotation), block}}, 16);
     state.params.theta = 1;
     state.params.dt = dt;
     state.params.slop = 0;

@@ -251,9 +251,9 @@ TEST(FlyBall, BalancesWhereWattsGovernorDoes) {
   const double ratio = p.collar_mass * p.link / (p.ball_mass * p.arm);
   EXPECT_GT(std::abs(ball.travel()), 0.01);
   EXPECT_NEAR(ball.spin() * ball.spin(), (1 + ratio) * p.gravity / (p.arm * cosine), 1e-6);
-  const double turning = p.spindle_inertia + 2 * p.ball_mass * p.arm * p.arm * (1 - cosine * cosine);
+  const double inertia = p.spindle_inertia + 2 * p.ball_mass * p.arm * p.arm * (1 - cosine * cosine);
   const double at_first = p.spindle_inertia + 2 * p.ball_mass * std::pow(p.arm * std::sin(p.angle), 2);
-  EXPECT_NEAR(turning * ball.spin(), at_first * p.spin, 1e-9);  // nothing turns it
+  EXPECT_NEAR(inertia * ball.spin(), at_first * p.spin, 1e-9);  // nothing turns it
 }
 
 // At rest the forces that act along the path of the arms cancel: what flies out, weights and spring.

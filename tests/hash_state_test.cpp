@@ -131,9 +131,9 @@ TEST(HashState, AWorldHasTheSameHashAloneAndInAnyPlaceOfABatch) {
   const std::vector<Hash> batch = hashes(worlds_with_contacts<float>(bodies, 2));
   EXPECT_EQ(hashes(worlds_with_contacts<float>(world(bodies, 0, 0), 1))[0], batch[0]);
   EXPECT_EQ(hashes(worlds_with_contacts<float>(world(bodies, 1, 0), 1))[0], batch[1]);
-  std::vector<BodySetup> turned = world(bodies, 1, 0);
-  for (const BodySetup& body : world(bodies, 0, 1)) turned.push_back(body);
-  const std::vector<Hash> other = hashes(worlds_with_contacts<float>(turned, 2));
+  std::vector<BodySetup> swapped = world(bodies, 1, 0);
+  for (const BodySetup& body : world(bodies, 0, 1)) swapped.push_back(body);
+  const std::vector<Hash> other = hashes(worlds_with_contacts<float>(swapped, 2));
   EXPECT_EQ(other[0], batch[1]);
   EXPECT_EQ(other[1], batch[0]);
   EXPECT_NE(batch[0], batch[1]);

@@ -47,12 +47,12 @@ Blow random_blow(Random& random, ImpactLaw law) {
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j) spin[i][j] += part * axis[i] * axis[j];
     }
-    const double turn[3][3] = {{0, -arm[2], arm[1]}, {arm[2], 0, -arm[0]}, {-arm[1], arm[0], 0}};
+    const double cross[3][3] = {{0, -arm[2], arm[1]}, {arm[2], 0, -arm[0]}, {-arm[1], arm[0], 0}};
     for (int i = 0; i < 3; ++i) {
       w[i][i] += inverse_mass;
       for (int j = 0; j < 3; ++j)
         for (int k = 0; k < 3; ++k)
-          for (int l = 0; l < 3; ++l) w[i][j] += turn[i][k] * spin[k][l] * turn[j][l];
+          for (int l = 0; l < 3; ++l) w[i][j] += cross[i][k] * spin[k][l] * cross[j][l];
     }
   }
   Blow blow;
@@ -92,7 +92,7 @@ ConeVector<double> after(const Blow& b, const ConeVector<real>& r) {
 TYPED_TEST(ImpactLaws, FollowRouthsLinesInThePlane) {
   using real = TypeParam;
   Random random(7);
-  int stopped = 0, turned = 0, jammed = 0;
+  int stopped = 0, reversed = 0, jammed = 0;
   for (int i = 0; i < 3000; ++i) {
     PlanarImpact planar;
     const double inverse_mass = random.between(0.1, 2), x = random.between(-1, 1), z = random.between(-1.5, 1.5);
@@ -105,8 +105,9 @@ TYPED_TEST(ImpactLaws, FollowRouthsLinesInThePlane) {
     planar.friction = random.between(0.05, 1);
     planar.restitution = random.between(0, 1);
     planar.tangential_restitution = random.between(-1, 1);
-    const double turn = random.between(-1, 1), d1 = (1 - turn * turn) / (1 + turn * turn),
-                 d2 = 2 * turn / (1 + turn * turn);
+    const double half_tangent = random.between(-1, 1),
+                 d1 = (1 - half_tangent * half_tangent) / (1 + half_tangent * half_tangent),
+                 d2 = 2 * half_tangent / (1 + half_tangent * half_tangent);
     const double across = random.between(0.1, 4);
     Blow blow;
     blow.u = {planar.u_n, planar.u_t * d1, planar.u_t * d2};
@@ -129,11 +130,11 @@ TYPED_TEST(ImpactLaws, FollowRouthsLinesInThePlane) {
     const PlanarImpulse p = planar_impact(IMPACT_POISSON, planar);
     const double end = planar.u_t + planar.w_nt * p.normal + planar.w_tt * p.tangent;
     stopped += std::abs(end) < 1e-9;
-    turned += end * planar.u_t < -1e-9;
+    reversed += end * planar.u_t < -1e-9;
     jammed += planar.w_nn < planar.friction * std::abs(planar.w_nt);
   }
   EXPECT_GT(stopped, 300);
-  EXPECT_GT(turned, 100);
+  EXPECT_GT(reversed, 100);
   EXPECT_GT(jammed, 20);
 }
 
@@ -207,7 +208,7 @@ TEST(ImpactEnergy, PoissonsAndStrongesDifferWhereASlideStops) {
 }
 
 // Garwin's superball (1969): with e = e_t = 1 and enough friction the slip turns round, and all energy is kept.
-TYPED_TEST(ImpactLaws, ASuperballTurnsItsSlipRound) {
+TYPED_TEST(ImpactLaws, ASuperballReversesItsSlip) {
   using real = TypeParam;
   const double u_t = 0.7;
   Blow blow = {{-2, u_t, 0}, {1, 3.5, 3.5, 0, 0, 0}, {IMPACT_CHATTERJEE_RUINA, 0.5, 1, 1}};

@@ -40,7 +40,7 @@ TEST(IntegratePositions, EulerSchemesMoveWithOneVelocityExactly) {
   }
 }
 
-TEST(IntegratePositions, ASteadySpinTurnsByTheCayleyAngle) {
+TEST(IntegratePositions, AConstantAngularVelocityRotatesByTheCayleyAngle) {
   BodySetup ball;
   ball.angular_velocity = {0, 0, 2};
   const double dt = 0.3;

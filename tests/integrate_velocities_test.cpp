@@ -57,7 +57,7 @@ TEST(IntegrateVelocities, RemembersTheVelocitiesItStartedFrom) {
   }
 }
 
-TEST(IntegrateVelocities, InverseInertiaTurnsWithTheBody) {
+TEST(IntegrateVelocities, InverseInertiaRotatesWithTheBody) {
   BodySetup body;
   body.inertia = {1, 2, 2.5};
   body.orientation = about({1, -2, 0.5}, 1.3);
@@ -70,8 +70,8 @@ TEST(IntegrateVelocities, InverseInertiaTurnsWithTheBody) {
   for (u32 k = 0; k < 3; ++k) {
     Vector3 axis = {0, 0, 0};
     axis[k] = 1;
-    const Vector3 turned = unrotate(body.orientation, axis);
-    const Vector3 expected = rotate(body.orientation, {turned[0] / 1, turned[1] / 2, turned[2] / 2.5});
+    const Vector3 rotated = unrotate(body.orientation, axis);
+    const Vector3 expected = rotate(body.orientation, {rotated[0] / 1, rotated[1] / 2, rotated[2] / 2.5});
     for (u32 row = 0; row < 3; ++row) EXPECT_NEAR(inverse[row][k], expected[row], 1e-15);
   }
 }
@@ -158,7 +158,7 @@ TEST(IntegrateVelocities, EnergyNeverGrowsHoweverFastTheSpin) {
   expect_energy_never_grows<float>(Gyroscopic::midpoint, 1e-4);
 }
 
-TEST(IntegrateVelocities, GravityTurnsABodyAboutItsPivot) {
+TEST(IntegrateVelocities, GravityRotatesABodyAboutItsPivot) {
   // a rod of 2 kg hangs level, 0.5 m from its pivot: w_dot = m g l / I about the pivot
   BodySetup rod;
   rod.mass = 2;
@@ -193,7 +193,7 @@ TEST(IntegrateVelocities, AForceAndATorqueFromOutsideAct) {
 }
 
 // The moment of a force at the centre of mass of a rod on a pivot is lever x force, as that of gravity is.
-TEST(IntegrateVelocities, AForceTurnsABodyAboutItsPivot) {
+TEST(IntegrateVelocities, AForceRotatesABodyAboutItsPivot) {
   BodySetup rod;
   rod.mass = 2;
   rod.pivoted = true;

@@ -122,7 +122,7 @@ TEST_F(Mjcf, BoundsAreOfMassesAndPrincipalMoments) {
 TEST_F(Mjcf, OrientationsAreSaidInFiveWays) {
   // 30 degrees about z, and a capsule whose z axis is then compared
   const double s = std::sin(exact::pi / 12), c = std::cos(exact::pi / 12);
-  const auto turned = [](const std::string& how, const std::string& compiler = "") {
+  const auto orientation_of = [](const std::string& how, const std::string& compiler = "") {
     return body(mjcf("<compiler " + compiler + "/><worldbody><body name=\"a\" " + how + ">" +
                      R"(<freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 2 2.5"/></body></worldbody>)"),
                 "a")
@@ -135,26 +135,27 @@ TEST_F(Mjcf, OrientationsAreSaidInFiveWays) {
                                                       {"euler=\"0 0 30\"", ""},
                                                       {"euler=\"30 0 0\"", "eulerseq=\"zxy\""}};
   for (const auto& [how, compiler] : ways) {
-    const Quaternion q = turned(how, compiler);
+    const Quaternion q = orientation_of(how, compiler);
     const double sign = q[3] < 0 ? -1 : 1;
     EXPECT_NEAR(sign * q[2], s, 1e-15) << how;
     EXPECT_NEAR(sign * q[3], c, 1e-15) << how;
   }
   // turns about x, then about the new y and z; or about the fixed ones: x y z of the values that MuJoCo 3 has
-  const Quaternion along = turned("euler=\"10 20 30\""), fixed = turned("euler=\"10 20 30\"", "eulerseq=\"XYZ\"");
+  const Quaternion along = orientation_of("euler=\"10 20 30\""),
+                   fixed = orientation_of("euler=\"10 20 30\"", "eulerseq=\"XYZ\"");
   const double h[3] = {exact::pi / 36, exact::pi / 18, exact::pi / 12};
-  const auto turn = [&](unsigned axis) {
+  const auto rotation = [&](unsigned axis) {
     Quaternion q = {0, 0, 0, std::cos(h[axis])};
     q[axis] = std::sin(h[axis]);
     return q;
   };
-  const Quaternion xyz = exact::multiply(exact::multiply(turn(0), turn(1)), turn(2));
-  const Quaternion zyx = exact::multiply(exact::multiply(turn(2), turn(1)), turn(0));
+  const Quaternion xyz = exact::multiply(exact::multiply(rotation(0), rotation(1)), rotation(2));
+  const Quaternion zyx = exact::multiply(exact::multiply(rotation(2), rotation(1)), rotation(0));
   for (unsigned i = 0; i < 4; ++i) {
     EXPECT_NEAR(along[i], xyz[i], 1e-15) << i;
     EXPECT_NEAR(fixed[i], zyx[i], 1e-15) << i;
   }
-  const Quaternion z = turned("zaxis=\"0 3 0\"");
+  const Quaternion z = orientation_of("zaxis=\"0 3 0\"");
   const Vector3 up = exact::rotate(z, {0, 0, 1});
   EXPECT_NEAR(up[1], 1, 1e-15);
 }
@@ -175,7 +176,7 @@ TEST_F(Mjcf, DefaultsAreInherited) {
   EXPECT_EQ(body(scene, "own").mass, mass(1, 0.25));
 }
 
-TEST_F(Mjcf, JointsTurnAboutTheirOwnPlace) {
+TEST_F(Mjcf, JointsRotateAboutTheirOwnAnchor) {
   // a ball 1 m from the joint, which is not where the body's frame is; range in degrees, counted from ref
   const Scene scene = mjcf(R"(<worldbody><body name="a" pos="3 0 0">
       <joint name="j" pos="-1 0 0" axis="0 1 0" range="30 75" ref="45"/>)" +
@@ -244,7 +245,7 @@ TEST_F(Mjcf, OtherwiseLinksStandBetweenThem) {
 }
 
 // The hinges of a gimbal, one after the other: the ends of the last one's axis stand where x, then y have turned it.
-TEST_F(Mjcf, JointsOfABodyTurnOneAfterTheOther) {
+TEST_F(Mjcf, JointsOfABodyRotateOneAfterTheOther) {
   const auto held = [](const std::string& name, const std::string& axis, const std::string& rest) {
     return "<joint name=\"" + name + "\" axis=\"" + axis + "\" stiffness=\"500\" damping=\"20\" springref=\"" + rest +
            "\"/>";
@@ -256,11 +257,11 @@ TEST_F(Mjcf, JointsOfABodyTurnOneAfterTheOther) {
   Simulation<double> simulation = simulation_of(state);
   for (u32 i = 0; i < 3000; ++i) simulation.step();
   const Vec4<double> q = simulation.backend().download(std::vector<Buffer>{Buffer::orientations}).orientations[2];
-  const auto turn = [](double angle, const Vector3& axis) {
-    return exact::turn(axis, exact::sine(angle / 2), exact::cosine(angle / 2));
+  const auto rotation = [](double angle, const Vector3& axis) {
+    return exact::rotation(axis, exact::sine(angle / 2), exact::cosine(angle / 2));
   };
   const Quaternion expected =
-      exact::multiply(exact::multiply(turn(0.5, {1, 0, 0}), turn(-0.4, {0, 1, 0})), turn(0.3, {0, 0, 1}));
+      exact::multiply(exact::multiply(rotation(0.5, {1, 0, 0}), rotation(-0.4, {0, 1, 0})), rotation(0.3, {0, 0, 1}));
   const Quaternion found =
       exact::multiply({q.x, q.y, q.z, q.w}, [&] {  // the frame of the body is turned to its principal axes
         const Quaternion& o = body(scene, "a").orientation;

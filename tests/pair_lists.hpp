@@ -86,7 +86,7 @@ std::array<real, 3> center_velocity(const InitialState<real>& state, u32 shape) 
 }
 
 template <class real>
-real turning_speed(const InitialState<real>& state, u32 shape) {
+real rotational_speed_of(const InitialState<real>& state, u32 shape) {
   const ShapeInfo& info = state.buffers.shape_infos[shape];
   if (info.kind == SHAPE_SPHERE) return 0;
   const real* w = state.buffers.motions[info.body].w;
@@ -106,9 +106,10 @@ bool in_reach(const InitialState<real>& state, u32 i, u32 j) {
   const real h = state.params.dt * real(state.params.substeps), margin = state.params.margin;
   if (!(length(d) - (b.shapes[i].reach + b.shapes[j].reach) <= margin + h * length(u))) return false;
   if (b.shape_infos[i].kind == SHAPE_SPHERE && b.shape_infos[j].kind == SHAPE_SPHERE) return true;
-  const real turning = turning_speed(state, i) + turning_speed(state, j);
+  const real rotational_speed = rotational_speed_of(state, i) + rotational_speed_of(state, j);
   for (u32 k = 0; k < 3; ++k) {
-    if (!(std::abs(d[k]) <= mine.box[k] + other.box[k] + margin + h * (std::abs(u[k]) + turning))) return false;
+    if (!(std::abs(d[k]) <= mine.box[k] + other.box[k] + margin + h * (std::abs(u[k]) + rotational_speed)))
+      return false;
   }
   return true;
 }

@@ -98,7 +98,7 @@ Scene block_on_slope(double tangent, double friction, double shear_stiffness = 0
   const double overlap = 4 * g * cosine / (16 * 1e4);
   BodyDescription block = solid_body(box_shape({0.2, 0.2, 0.1}), 4, {0, 0, 0});
   block.position = {(0.1 - overlap) * sine, 0, (0.1 - overlap) * cosine};
-  block.orientation = exact::turn_of_z_to({sine, 0, cosine});
+  block.orientation = exact::rotation_from_z_to({sine, 0, cosine});
   return particle_scene(
       {floor_body({0, 0, 0}, {sine, 0, cosine}), block},
       {.radius = 0.05, .stiffness = 1e4, .restitution = 0.3, .friction = friction, .shear_stiffness = shear_stiffness},

@@ -21,7 +21,7 @@ InitialState<real> rubbing_pile(bool soft) {
     const Vector3 at = {random.between(-1.5, 1.5), random.between(-1.5, 1.5), random.between(0.2, 1.5)};
     const Vector3 size = {random.between(0.2, 0.4), random.between(0.2, 0.4), random.between(0.2, 0.4)};
     bodies.push_back(i % 5 == 0 ? sphere_body(at, 0.4)
-                                : box_body(at, size, i % 2 == 0 ? Quaternion{0, 0, 0, 1} : random.turn()));
+                                : box_body(at, size, i % 2 == 0 ? Quaternion{0, 0, 0, 1} : random.rotation()));
     bodies.back().velocity = random.vector(1);
     bodies.back().angular_velocity = random.vector(2);
     if (i % 10 == 9) bodies.back().kind = BODY_KINEMATIC;

@@ -266,7 +266,7 @@ TYPED_TEST(PrepareContacts, BiasLetsCloseWhatParts) {
 
 // The friction impulse is a vector in the world: in a frame that has turned with the normal it is the same vector, put
 // into the tangent plane.
-TYPED_TEST(PrepareContacts, ImpulsesSurviveATurnedFrame) {
+TYPED_TEST(PrepareContacts, ImpulsesSurviveARotatedFrame) {
   using real = TypeParam;
   const double angle = 1e-3;
   InitialState<real> state = sphere_over_ground<real>(0, 0, 0);

@@ -121,8 +121,8 @@ TYPED_TEST(PrepareJoints, WhatFindsNoColourIsSolvedAlone) {
   const Motion<real>& m = b.motions[0];
   for (u32 i = 1; i <= MAX_COLORS + 6; ++i) {
     const Vector3 arm = exact::subtract(scene.bodies[i].position, scene.bodies[0].position);
-    const Vector3 turned = exact::cross({double(m.w[0]), double(m.w[1]), double(m.w[2])}, arm);
-    for (u32 k = 0; k < 3; ++k) EXPECT_NEAR(double(b.motions[i].v[k]), double(m.v[k]) + turned[k], 1e-4) << i;
+    const Vector3 from_rotation = exact::cross({double(m.w[0]), double(m.w[1]), double(m.w[2])}, arm);
+    for (u32 k = 0; k < 3; ++k) EXPECT_NEAR(double(b.motions[i].v[k]), double(m.v[k]) + from_rotation[k], 1e-4) << i;
   }
 }
 

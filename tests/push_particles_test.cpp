@@ -76,7 +76,7 @@ TEST(PushParticles, ASpringAlongTheSurfaceRemembersTheSlip) {
   EXPECT_NEAR(shear(0, {0, 2e-3, 0}).force, 500 * 2e-3, 1e-12) << "also at rest";
 }
 
-TEST(PushParticles, AStretchedSpringTurnsIntoThePlaneOfTheContact) {
+TEST(PushParticles, AStretchedSpringIsProjectedOntoThePlaneOfTheContact) {
   EXPECT_NEAR(length(shear(0, {7e-3, 1e-3, 2e-3}).along - Vector3{0, 1e-3, 2e-3}), 0, 1e-17);
 }
 

@@ -126,7 +126,7 @@ TEST(Measures, AngularMomentumHoldsTheOrbit) {
   EXPECT_DOUBLE_EQ(m.worlds[0].angular_momentum.z(), 2 * 2 * 3);
 }
 
-TEST(Measures, APivotedBodyTurnsAboutItsPivot) {
+TEST(Measures, APivotedBodyRotatesAboutItsPivot) {
   Buffers<double> b = ball_on_plane(0);
   b.pivots.resize(2);
   b.pivots[0] = {{1, 2, 1}, 1, {0, 0, -1}, 0};  // hangs one metre below, moments about the pivot

@@ -66,7 +66,7 @@ Tensor tensor_of(const BodyDescription& body) {
   return placed(own, {0, 0, 0}, body.orientation).inertia;
 }
 
-TEST_F(Robots, ATensorWithProductsIsTurnedToItsPrincipalAxes) {
+TEST_F(Robots, ATensorWithProductsIsRotatedToItsPrincipalAxes) {
   const Tensor given = {0.03, 0.04, 0.05, 0.002, -0.004, 0.006};
   const Scene scene = scene_of(robot(link("a", R"(<inertial><mass value="3"/><inertia ixx="0.03" iyy="0.04" izz="0.05"
       ixy="0.002" ixz="-0.004" iyz="0.006"/></inertial>
@@ -79,7 +79,7 @@ TEST_F(Robots, ATensorWithProductsIsTurnedToItsPrincipalAxes) {
   for (unsigned i = 0; i < 3; ++i) EXPECT_NEAR(ball[i], i + 1.0, 1e-14);
 }
 
-TEST_F(Robots, TheOriginOfAnInertialTurnsItsTensor) {
+TEST_F(Robots, TheOriginOfAnInertialRotatesItsTensor) {
   // a quarter turn about z: x becomes y
   const Scene scene = scene_of(robot(link("a", R"(<inertial><origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>
       <mass value="3"/><inertia ixx="0.03" iyy="0.04" izz="0.05"/></inertial>)")),
@@ -140,18 +140,18 @@ const std::string arm_along_x = R"(<inertial><origin xyz="0.5 0.1 0"/><mass valu
     <inertia ixx="0.02" ixy="0.003" iyy="0.05" izz="0.06"/></inertial>)";
 
 TEST_F(Robots, JointsStartWhereTheSceneSays) {
-  const std::string turning = robot(link("world", "") + link("a", arm_along_x) + link("b", arm_along_x) +
-                                    joint("continuous", "world", "a", R"(<axis xyz="0 0 1"/>)") +
-                                    joint("revolute", "a", "b", R"(<origin xyz="1 0 0" rpy="0.3 0.2 0.1"/>
+  const std::string robot_text = robot(link("world", "") + link("a", arm_along_x) + link("b", arm_along_x) +
+                                       joint("continuous", "world", "a", R"(<axis xyz="0 0 1"/>)") +
+                                       joint("revolute", "a", "b", R"(<origin xyz="1 0 0" rpy="0.3 0.2 0.1"/>
                                           <axis xyz="0 2 0"/><limit lower="-1" upper="1"/>)"));
-  const Scene turned = scene_of(turning, R"(, "joints": [{"name": "world_a", "start_deg": 90},
+  const Scene started = scene_of(robot_text, R"(, "joints": [{"name": "world_a", "start_deg": 90},
                                              {"name": "a_b", "start": -0.75}])");
-  EXPECT_NEAR(coordinate_after(turned, 0), exact::pi / 2, 1e-12);
-  EXPECT_NEAR(coordinate_after(turned, 0, 1), -0.75, 1e-12);
-  const Vector3 a = turned.bodies.at(0).position;  // (0.5, 0.1) turned by 90 degrees
+  EXPECT_NEAR(coordinate_after(started, 0), exact::pi / 2, 1e-12);
+  EXPECT_NEAR(coordinate_after(started, 0, 1), -0.75, 1e-12);
+  const Vector3 a = started.bodies.at(0).position;  // (0.5, 0.1) turned by 90 degrees
   EXPECT_NEAR(a[0], -0.1, 1e-15);
   EXPECT_NEAR(a[1], 0.5, 1e-15);
-  const Scene plain = scene_of(turning);
+  const Scene plain = scene_of(robot_text);
   EXPECT_NEAR(coordinate_after(plain, 0, 1), 0, 1e-12);
 
   const Scene slid = scene_of(robot(link("world", "") + link("a", arm_along_x) +

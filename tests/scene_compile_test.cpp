@@ -56,7 +56,7 @@ TEST(SceneCompile, ABallHasItsMassProperties) {
   EXPECT_EQ(motion.inertia_xy, 0);
 }
 
-TEST(SceneCompile, InverseInertiaIsTurnedToTheWorld) {
+TEST(SceneCompile, InverseInertiaIsRotatedToTheWorld) {
   // a quarter turn about z swaps x and y
   const auto quarter =
       compiled(R"({"mass": 1, "inertia": [1, 2, 2.5], "orientation": {"axis": [0, 0, 1], "angle_deg": 90}})");
@@ -98,7 +98,7 @@ TEST(SceneCompile, TheNullBodyBehindTheLastOneIsAllZero) {
   EXPECT_EQ(std::memcmp(&state.buffers.motions[2], &zero, sizeof zero), 0);
 }
 
-TEST(SceneCompile, APivotedBodyTurnsAboutItsPivot) {
+TEST(SceneCompile, APivotedBodyRotatesAboutItsPivot) {
   // 3 kg at 2 m along its y axis: 12 kg m^2 more about x and z; spinning about world x, the mass moves along z
   const auto state = compiled(
       R"({"mass": 3, "inertia": [0.5, 0.25, 0.5], "pivot": [1, 0, 0], "lever": [0, 2, 0],
@@ -228,7 +228,7 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
   const std::string rubber = R"(, "materials": [{"name": "rubber", "friction": 1, "rolling_friction": 0.01}])";
   EXPECT_EQ(refusal(scene_of(ball + "," + ground, rubber + dense + "}")),
             "test.json: /settings/solver: dense_gauss_seidel knows round cones of slip alone, and materials of this "
-            "scene resist turning or have a grain; take gauss_seidel");
+            "scene have angular friction or have a grain; take gauss_seidel");
   EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.joint_part_starts.empty());
   EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.cell_sizes.empty());
   EXPECT_TRUE(has(compiled(off_center_ball + "," + ground), Feature::general_contacts));

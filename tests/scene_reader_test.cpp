@@ -110,13 +110,13 @@ TEST(SceneReader, MassOfASphereFollowsFromItsDensity) {
 }
 
 TEST(SceneReader, OrientationsInEveryForm) {
-  const char* quarter_turns_about_z[] = {
+  const char* quarter_rotations_about_z[] = {
       R"({"type": "static", "orientation": [0, 0, 0.70710678118654757, 0.70710678118654757]})",
       R"({"type": "static", "orientation": {"axis": [0, 0, 2], "angle_deg": 90}})",
       R"({"type": "static", "orientation": {"axis": [0, 0, -1], "angle": -1.5707963267948966}})",
       R"({"type": "static", "orientation": {"euler_deg": [0, 0, 450]}})",
   };
-  for (const char* body : quarter_turns_about_z) {
+  for (const char* body : quarter_rotations_about_z) {
     const Quaternion q = with_bodies(body).bodies[0].orientation;
     expect_near(exact::rotate(q, {1, 0, 0}), {0, 1, 0});
     EXPECT_NEAR(exact::length(q), 1, 1e-15);
@@ -129,7 +129,7 @@ TEST(SceneReader, AQuaternionOfFewDigitsIsMadeUnit) {
   EXPECT_NEAR(exact::length(q), 1, 1e-15);
 }
 
-TEST(SceneReader, BodyRatesAreTurnedToTheWorld) {
+TEST(SceneReader, BodyRatesAreRotatedToTheWorld) {
   const Scene scene = with_bodies(
       R"({"mass": 1, "inertia": [1, 1, 1], "orientation": {"axis": [0, 1, 0], "angle_deg": 90},
           "angular_velocity_body": [0, 0, 3]})");
@@ -219,7 +219,7 @@ TEST(SceneReader, APyramidIsCenteredRowByRow) {
   EXPECT_EQ(scene.bodies[5].name, "b_5");
 }
 
-TEST(SceneReader, AnArcTurnsItsCopies) {
+TEST(SceneReader, AnArcRotatesItsCopies) {
   const Scene scene = with_bodies(
       R"({"generator": "arc", "count": 3, "axis": [0, 3, 0], "start_deg": -90, "step_deg": 90, "origin": [0, 0, 5],
           "bodies": [{"name": "b", "mass": 1, "inertia": [1, 1, 1], "position": [0, 1, 2], "velocity": [1, 0, 0],

@@ -136,12 +136,13 @@ TEST(Scenes, NothingOverlapsAtTheStart) {
     for (const BodyDescription& body : scene.bodies) {
       for (const ShapeDescription& plane : body.shapes) {
         if (plane.kind != SHAPE_PLANE) continue;
-        const Quaternion turn = exact::multiply(body.orientation, plane.rotation);
+        const Quaternion rotation = exact::multiply(body.orientation, plane.rotation);
         const Vector3 point = exact::add(body.position, exact::rotate(body.orientation, plane.offset));
         for (const Sphere& s : spheres) {
           if (s.body->kind != BODY_DYNAMIC) continue;
           if ((s.category & plane.mask) == 0 || (plane.category & s.mask) == 0) continue;
-          const double gap = exact::dot(exact::rotate(turn, {0, 0, 1}), exact::subtract(s.center, point)) - s.radius;
+          const double gap =
+              exact::dot(exact::rotate(rotation, {0, 0, 1}), exact::subtract(s.center, point)) - s.radius;
           EXPECT_GE(gap, -1e-9) << listing.name << ' ' << s.body->name;
         }
       }

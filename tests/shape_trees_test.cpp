@@ -24,11 +24,11 @@ BodyDescription building(Random& random, const Vector3& position) {
   BodyDescription body;
   body.kind = BODY_STATIC;
   body.position = position;
-  body.orientation = random.turn();
+  body.orientation = random.rotation();
   for (u32 n = 0; n < 60; ++n) {
     body.shapes.push_back(any_body(random, 0, 0.7).shapes[0]);
     body.shapes.back().offset = random.vector(2);
-    body.shapes.back().rotation = random.turn();
+    body.shapes.back().rotation = random.rotation();
   }
   return body;
 }
@@ -43,7 +43,7 @@ Scene lively_scene(u32 seed, const Vector3& far = {0, 0, 0}) {
   scene.bodies = {surface_body(waves(9), far), sphere_body(far, 0.5), surface_body(waves(12), east),
                   building(random, exact::add(far, {0, 6, 0})), plane_body({0, 0, far[2] - 1})};
   scene.bodies[2].kind = BODY_KINEMATIC;
-  scene.bodies[2].orientation = random.turn();
+  scene.bodies[2].orientation = random.rotation();
   scene.bodies[2].velocity = random.vector(3);
   scene.bodies[2].angular_velocity = random.vector(2);
   for (u32 n = 0; n < 150; ++n) {

@@ -92,7 +92,7 @@ TEST(Sleeping, AStepAtRestIsTheStep) {
 }
 
 // Where it turns it is slow, but not for long enough; one that may sleep sooner does.
-TEST(Sleeping, APendulumDoesNotSleepWhereItTurns) {
+TEST(Sleeping, APendulumDoesNotSleepWhereItReverses) {
   const auto pendulum = [](const char* after) {
     return on_reference(compile<float>(
         scene_of(R"({"name": "bob", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [1, 0, 5]})",
@@ -100,16 +100,16 @@ TEST(Sleeping, APendulumDoesNotSleepWhereItTurns) {
                  R"(, "joints": [{"type": "ball", "bodies": ["world", "bob"], "anchor": [0, 0, 5]}])")));
   };
   Simulation<float> simulation = pendulum("0.1");
-  u32 turns = 0, slow_steps = 0, longest = 0;
+  u32 reversals = 0, slow_steps = 0, longest = 0;
   for (u32 i = 0; i < 640; ++i) {
     simulation.step();
     const bool slow = is_slow(state_of(simulation).motions[1], 0.3f, 0.3f);
-    turns += slow && slow_steps == 0 ? 1 : 0;
+    reversals += slow && slow_steps == 0 ? 1 : 0;
     slow_steps = slow ? slow_steps + 1 : 0;
     longest = std::max(longest, slow_steps);
     ASSERT_FALSE(sleeps(simulation, 1)) << i;
   }
-  EXPECT_GE(turns, 8u);
+  EXPECT_GE(reversals, 8u);
   EXPECT_GE(longest, 3u);
   EXPECT_LT(longest, sleep_steps(0.1, 0.015625));
 

@@ -181,11 +181,11 @@ TEST(SweepChange, OfATwistIsThatAtTheRadiusOfGyration) {
                 5 * std::sqrt(double(state.buffers.masses[0].inertia[2]) / double(state.buffers.masses[0].mass)));
 }
 
-TEST(SweepChange, OfAJointIsThatAtItsAnchorAndOfItsTurn) {
-  const auto held = [](JointKind kind, const Vector3& velocity, const Vector3& turn) {
+TEST(SweepChange, OfAJointIsThatAtItsAnchorAndOfItsRotation) {
+  const auto held = [](JointKind kind, const Vector3& velocity, const Vector3& angular_velocity) {
     BodyDescription body = bare_body({0, 0, 0});
     body.velocity = velocity;
-    body.angular_velocity = turn;
+    body.angular_velocity = angular_velocity;
     Scene scene = joint_scene({body}, {joint_of(kind, NONE, 0, {0, 0, 0})}, 1.0 / 240);
     scene.gravity = {0, 0, 0};
     return compile<double>(scene);

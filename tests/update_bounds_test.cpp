@@ -112,8 +112,10 @@ TYPED_TEST(UpdateBounds, BoxesHoldTheShapesTightly) {
   Random random(11);
   for (int n = 0; n < 60; ++n) {
     // at first along an axis, where a cylinder's root is of next to nothing
-    const Quaternion turn = n == 0 ? Quaternion{0, 0, 0, 1} : n == 1 ? Quaternion{0.6, 0, 0, 0.8} : random.turn();
-    const Quaternion inner = n < 20 ? Quaternion{0, 0, 0, 1} : random.turn();
+    const Quaternion rotation = n == 0   ? Quaternion{0, 0, 0, 1}
+                                : n == 1 ? Quaternion{0.6, 0, 0, 0.8}
+                                         : random.rotation();
+    const Quaternion inner = n < 20 ? Quaternion{0, 0, 0, 1} : random.rotation();
     const double r = random.between(0.01, 2), l = random.between(0.01, 2);
     std::vector<Vector3> capsule, cylinder, corners;
     for (int k = 0; k < 360; ++k) {
@@ -129,8 +131,9 @@ TYPED_TEST(UpdateBounds, BoxesHoldTheShapesTightly) {
     const Vector3 half = {r, l, random.between(0.01, 2)};
     for (int k = 0; k < 8; ++k)
       corners.push_back({k & 1 ? half[0] : -half[0], k & 2 ? half[1] : -half[1], k & 4 ? half[2] : -half[2]});
-    BodyDescription bodies[] = {round_body(SHAPE_CAPSULE, {1, 2, 3}, r, l, turn),
-                                round_body(SHAPE_CYLINDER, {1, 2, 3}, r, l, turn), box_body({1, 2, 3}, half, turn)};
+    BodyDescription bodies[] = {round_body(SHAPE_CAPSULE, {1, 2, 3}, r, l, rotation),
+                                round_body(SHAPE_CYLINDER, {1, 2, 3}, r, l, rotation),
+                                box_body({1, 2, 3}, half, rotation)};
     for (BodyDescription& body : bodies) body.shapes[0].rotation = inner;
     expect_tight_box<real>(bodies[0], capsule, 1e-3);  // as fine as the points lie
     expect_tight_box<real>(bodies[1], cylinder, 1e-3);

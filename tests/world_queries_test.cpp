@@ -148,7 +148,7 @@ TEST(World, TellsWhoIsInAVolume) {
   EXPECT_EQ(world.overlapping_sphere({0, 0, 0.2}, 0.3), Found{floor});
   // a rod through all three, straight and then turned by a right angle
   EXPECT_EQ(world.overlapping_box({.position = {1.2, 0, 5}}, {2, 0.1, 0.1}), (Found{first, second, third}));
-  const Quaternion across = exact::turn({0, 0, 1}, std::sqrt(0.5), std::sqrt(0.5));
+  const Quaternion across = exact::rotation({0, 0, 1}, std::sqrt(0.5), std::sqrt(0.5));
   EXPECT_EQ(world.overlapping_box({{1.2, 0, 5}, across}, {2, 0.1, 0.1}), Found{second});
   EXPECT_EQ(refusal([&] { world.overlapping_sphere({0, 0, 0}, -1); }), "volume 0: must have a size > 0");
 }

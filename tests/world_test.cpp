@@ -12,7 +12,7 @@
 #include "host/report/report.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
-#include "host/world/turning.hpp"
+#include "host/world/angular_velocity.hpp"
 #include "tests/library_worlds.hpp"
 #include "tests/stage_harness.hpp"
 
@@ -104,7 +104,7 @@ TEST(World, AForceActsForAStepAndAddsUp) {
   EXPECT_NEAR(world.velocity(box).angular[2], 0.01 * 1 / (2.0 / 6), 1e-15);  // a cube: m a^2 / 6
 }
 
-TEST(World, AForceOffTheCentreTurns) {
+TEST(World, AForceOffTheCentreExertsATorque) {
   World world(empty_scene(), in_double());
   const BodyHandle box = world.add(box_at({0, 0, 0}, 6));  // I = 1
   world.apply_force(box, {0, 0, 10}, {0.5, 0, 0});         // moment (0, -5, 0)
@@ -142,7 +142,7 @@ TEST(World, AnImpulseActsAtOnce) {
 }
 
 // A rod on a pivot at its end turns with impulse times lever over the inertia about the pivot.
-TEST(World, AnImpulseTurnsABodyAboutItsPivot) {
+TEST(World, AnImpulseRotatesABodyAboutItsPivot) {
   World world(parse_scene(R"({"gravity": [0, 0, 0], "settings": {"precision": "double"}, "bodies": [
       {"name": "rod", "mass": 2, "inertia": [0.5, 0.5, 0.1], "lever": [0, 0, -1], "pivot": [0, 0, 5]}]})",
                           "rod"),
@@ -164,13 +164,13 @@ TEST(World, AKinematicBodyIsWhereItIsToldToBe) {
     const BodyHandle body = world.add(door);
     world.add(ball_at({50, 0, 0}));
     for (const double angle : {0.1, 1.0, 2.5, 2.4, -1.0}) {
-      const Quaternion turn = exact::turn({1, 2, -2}, std::sin(angle / 2), std::cos(angle / 2));
-      world.set_kinematic_target(body, {{angle, 2, 3 * angle}, turn});
+      const Quaternion rotation = exact::rotation({1, 2, -2}, std::sin(angle / 2), std::cos(angle / 2));
+      world.set_kinematic_target(body, {{angle, 2, 3 * angle}, rotation});
       world.step();
       const Pose pose = world.pose(body);
       for (unsigned k = 0; k < 3; ++k) EXPECT_NEAR(pose.position[k], Vector3({angle, 2, 3 * angle})[k], 1e-13);
       double same = 0;
-      for (unsigned k = 0; k < 4; ++k) same += pose.orientation[k] * turn[k];
+      for (unsigned k = 0; k < 4; ++k) same += pose.orientation[k] * rotation[k];
       EXPECT_NEAR(std::abs(same), 1, 1e-13) << angle << " " << substeps;
     }
     const Pose there = world.pose(body);
@@ -180,11 +180,11 @@ TEST(World, AKinematicBodyIsWhereItIsToldToBe) {
   }
 }
 
-TEST(World, TurningVelocityIsTheInverseOfATurn) {
+TEST(World, AngularVelocityBetweenIsTheInverseOfARotation) {
   for (const double angle : {1e-9, 1e-3, 0.7, pi / 2, 3.1}) {
-    const Quaternion to = exact::turn({3, -1, 2}, std::sin(angle / 2), std::cos(angle / 2));
+    const Quaternion to = exact::rotation({3, -1, 2}, std::sin(angle / 2), std::cos(angle / 2));
     for (const u32 n : {1u, 2u, 7u}) {
-      const Vector3 w = turning_velocity({0, 0, 0, 1}, to, 0.01, n);
+      const Vector3 w = angular_velocity_between({0, 0, 0, 1}, to, 0.01, n);
       Quaternion q = {0, 0, 0, 1};
       for (u32 i = 0; i < n; ++i) q = exact::unit(exact::multiply({0.005 * w[0], 0.005 * w[1], 0.005 * w[2], 1}, q));
       for (unsigned k = 0; k < 4; ++k) EXPECT_NEAR(q[k], to[k], 1e-14) << angle << " " << n;
@@ -360,7 +360,7 @@ std::uint64_t eventful_life(const WorldOptions& options) {
     for (const std::optional<BodyHit>& hit : world.cast_rays(std::vector<BodyRay>(3, {{0.1, 0.1, 9}, {0, 0.01, -1}})))
       if (hit) all = all * 31 + static_cast<std::uint64_t>(hit->distance * 1e6);
     world.set_kinematic_target(
-        platform, {{4 - 0.03 * i, 0, 0.2}, exact::turn({0, 0, 1}, std::sin(0.01 * i), std::cos(0.01 * i))});
+        platform, {{4 - 0.03 * i, 0, 0.2}, exact::rotation({0, 0, 1}, std::sin(0.01 * i), std::cos(0.01 * i))});
     world.step();
     all = all * 31 + world.state_hash();
   }

@@ -23,7 +23,7 @@ class Random {
   double between(double low, double high) { return low + (high - low) * (bits() >> 8) / 16777216.0; }
   Vector3 vector(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
   /// A unit quaternion; not uniform, and free of libm.
-  Quaternion turn() {
+  Quaternion rotation() {
     const Quaternion q = {between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)};
     const double square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     if (square < 0.01) return {0, 0, 0, 1};

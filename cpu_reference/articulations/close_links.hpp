@@ -68,12 +68,12 @@ void close_articulation(Buffers<real>& b, const StepParams<real>& params, u32 in
     solve_closures(b, loops);
     answer_errors(b, tree);
   }
-  u32 turn = 0;  // the largest, as the word of a float: those that are not negative are in order
+  u32 angle_word = 0;  // the largest, as the word of a float: those that are not negative are in order
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo&) {
     const real own = length3(read_twist(b.link_motions[i].change).angular);
-    turn = std::max(turn, std::bit_cast<u32>(static_cast<float>(own)));
+    angle_word = std::max(angle_word, std::bit_cast<u32>(static_cast<float>(own)));
   });
-  const real most = real(0.1), largest = real(std::bit_cast<float>(turn));
+  const real most = real(0.1), largest = real(std::bit_cast<float>(angle_word));
   const real share = largest > most ? most / largest : real(1);
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
     const Twist<real> push = push_on_link(b, i, link);

@@ -83,7 +83,8 @@ real free_mobility(const Buffers<real>& b, const ClosureInfo& closure, const Lin
     if (link == NONE) return;
     const Motion<real>& body = b.motions[b.links[link].body];
     const Twist<real> push = effort_about(arm, effort);
-    sum = sum + (body.inverse_mass * dot3(push.linear, push.linear) + dot3(push.angular, turn_by(body, push.angular)));
+    sum = sum + (body.inverse_mass * dot3(push.linear, push.linear) +
+                 dot3(push.angular, apply_inverse_inertia(body, push.angular)));
   };
   add_end(closure.link_a, vec3(f.parent_arm));
   add_end(closure.link_b, vec3(f.arm));

@@ -30,7 +30,7 @@ Twist<real> push_on_link(const Buffers<real>& b, u32 index, const LinkInfo& link
 }
 
 /// What the rows are off by at the present velocities. Returns the square of the relative velocity that goes with it;
-/// turns count as in joint_change (cpu_reference/joints/visit_joint.hpp).
+/// rotations count as in joint_change (cpu_reference/joints/visit_joint.hpp).
 template <class real>
 real link_off(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<real>& f, real (&off)[LINK_ROWS]) {
   for (real& row : off) row = 0;
@@ -103,7 +103,7 @@ real solve_articulation(Buffers<real>& b, u32 index) {
     Motion<real>& body = b.motions[link.body];
     const Twist<real> push = push_on_link(b, i, link);
     store3(body.v, add3(vec3(body.v), scale3(body.inverse_mass, push.linear)));
-    store3(body.w, add3(vec3(body.w), turn_by(body, push.angular)));
+    store3(body.w, add3(vec3(body.w), apply_inverse_inertia(body, push.angular)));
   });
   return change;
 }

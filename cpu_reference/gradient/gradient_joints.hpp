@@ -2,7 +2,7 @@
 // cpu_reference/joints/visit_joint.hpp solves, for a joint that its impulses move sigma = D_j / (step K) times as
 // easily as they do. Its rows are not projected one by one: in its metric the locked ones and the free one, with its
 // motor, its limits and its spring, are one small problem, which the visit solves exactly.
-//   the locked rows alone     d0 = -g (K^-1 (u + bias + turning) + s y),   g = 1 / (sigma + s)
+//   the locked rows alone     d0 = -g (K^-1 (u + bias + J'v) + s y),   g = 1 / (sigma + s)
 //   the free row then moves at q + e r_f,   e = sigma (own - g sigma shared)
 //   the locked rows answer     d = d0 - g sigma response (change of r_f)
 // kernels/gradient/gradient_joints.h is the twin, LANES joints at a time.
@@ -38,8 +38,9 @@ JointPush<real> joint_push(const JointBlock<real>& block, u32 free, u32 lane, co
 /// x K y of what two sets of impulses push: by the whole bodies, J.
 template <class real>
 real joint_product(const JointPush<real>& x, const JointPush<real>& y, const Motion<real>& a, const Motion<real>& b) {
-  return (a.inverse_mass + b.inverse_mass) * dot3(x.impulse, y.impulse) + dot3(x.moment_a, turn_by(a, y.moment_a)) +
-         dot3(x.moment_b, turn_by(b, y.moment_b));
+  return (a.inverse_mass + b.inverse_mass) * dot3(x.impulse, y.impulse) +
+         dot3(x.moment_a, apply_inverse_inertia(a, y.moment_a)) +
+         dot3(x.moment_b, apply_inverse_inertia(b, y.moment_b));
 }
 
 /// As a body at rest would move.
@@ -47,7 +48,7 @@ template <class real>
 Motion<real> moved_by(const Motion<real>& body, Vec3<real> impulse, Vec3<real> moment) {
   Motion<real> moved = body;
   store3(moved.v, scale3(body.inverse_mass, impulse));
-  store3(moved.w, turn_by(body, moment));
+  store3(moved.w, apply_inverse_inertia(body, moment));
   return moved;
 }
 

@@ -153,7 +153,7 @@ void GradientDescent<real>::move_body(u32 body) {
   if (!buffers_.part_starts.empty()) add(pair_parts_, buffers_.part_starts[body], buffers_.part_starts[body + 1]);
   add(joint_parts_, buffers_.joint_part_starts[body], buffers_.joint_part_starts[body + 1]);
   const Motion<real>& motion = buffers_.motions[body];
-  const Vec3<real> dv = scale3(motion.inverse_mass, sum.impulse), dw = turn_by(motion, sum.moment);
+  const Vec3<real> dv = scale3(motion.inverse_mass, sum.impulse), dw = apply_inverse_inertia(motion, sum.moment);
   store3(ahead_[body].v, add3(vec3(motion.v), dv));
   store3(ahead_[body].w, add3(vec3(motion.w), dw));
   sums_[body] = {sum.length, sum.uphill, dot3(sum.impulse, dv) + dot3(sum.moment, dw)};

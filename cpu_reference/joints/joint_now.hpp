@@ -29,8 +29,8 @@ template <class real>
 struct JointNow {
   Vec3<real> axes[3];
   Vec3<real> arm_a, arm_b;
-  real error[JOINT_ROWS];  // m; rad: twice the vector part of the turn from a's frame to b's, or where fewer angles are
-                           // locked the sine by which b's axis is off
+  real error[JOINT_ROWS];  // m; rad: twice the vector part of the rotation from a's frame to b's, or where fewer angles
+                           // are locked the sine by which b's axis is off
   Vec3<real> free_axis;
   real coordinate;  // the free one, m or rad
   real rise;        // of a screw, m a radian; 0 of others
@@ -59,7 +59,7 @@ JointSizes<real> joint_sizes(const Buffers<real>& b, u32 index) {
 
 /// Turns the frame in a about z to that of the cross; `second` is the second arm in that frame.
 template <class real>
-void turn_to_cross(JointNow<real>& now, Vec3<real> second) {
+void rotate_to_cross(JointNow<real>& now, Vec3<real> second) {
   const real level = std::sqrt(second.x * second.x + second.y * second.y);
   now.coordinate = direction_angle(second.x, second.y, level);
   if (!(level > 0)) return;  // both arms are one
@@ -84,25 +84,25 @@ JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, JointS
   now.arm_a = add3(sub3(x_b, x_a), now.arm_b);
   const Vec3<real> d = sub3(now.arm_a, rotate3(q_a, vec3(joint.anchor_a)));
 
-  Quat<real> turn = multiply4(Quat<real>{-frame_a.x, -frame_a.y, -frame_a.z, frame_a.w}, frame_b);
-  if (turn.w < 0) turn = {-turn.x, -turn.y, -turn.z, -turn.w};
+  Quat<real> rotation = multiply4(Quat<real>{-frame_a.x, -frame_a.y, -frame_a.z, frame_a.w}, frame_b);
+  if (rotation.w < 0) rotation = {-rotation.x, -rotation.y, -rotation.z, -rotation.w};
   if ((info.locked >> 5 & 1) != 0) {
-    now.error[3] = real(2) * turn.x;
-    now.error[4] = real(2) * turn.y;
-    now.error[5] = real(2) * turn.z;
+    now.error[3] = real(2) * rotation.x;
+    now.error[4] = real(2) * rotation.y;
+    now.error[5] = real(2) * rotation.z;
   } else if (LOCKS_CROSS(info.locked)) {
-    const Vec3<real> second = rotate3(turn, Vec3<real>{1, 0, 0});
+    const Vec3<real> second = rotate3(rotation, Vec3<real>{1, 0, 0});
     now.error[4] = -second.z;
-    turn_to_cross(now, second);
+    rotate_to_cross(now, second);
   } else {
-    const Vec3<real> axis_b = rotate3(turn, Vec3<real>{0, 0, 1});
+    const Vec3<real> axis_b = rotate3(rotation, Vec3<real>{0, 0, 1});
     now.error[3] = -axis_b.y;
     now.error[4] = axis_b.x;
   }
   for (u32 i = 0; i < 3; ++i) now.error[i] = dot3(now.axes[i], d);
 
   now.free_axis = now.axes[2];
-  if (info.free == FREE_ANGLE && !LOCKS_CROSS(info.locked)) now.coordinate = turn_angle(turn.z, turn.w);
+  if (info.free == FREE_ANGLE && !LOCKS_CROSS(info.locked)) now.coordinate = rotation_angle(rotation.z, rotation.w);
   if (info.free == FREE_TRAVEL) now.coordinate = now.error[2];
   if (info.free == FREE_LENGTH) {
     now.coordinate = length3(d);
@@ -110,9 +110,9 @@ JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, JointS
   }
   now.rise = sizes.rise;
   if (sizes.rise != 0) {
-    const real whole_turn = real(6.283185307179586);
-    const real turns = std::floor((now.error[2] / sizes.rise - now.coordinate) / whole_turn + real(0.5));
-    now.coordinate = now.coordinate + whole_turn * turns;
+    const real two_pi = real(6.283185307179586);
+    const real revolutions = std::floor((now.error[2] / sizes.rise - now.coordinate) / two_pi + real(0.5));
+    now.coordinate = now.coordinate + two_pi * revolutions;
     now.error[2] = now.error[2] - sizes.rise * now.coordinate;
   }
   if (LOCKS_SKATE(info.locked)) {

@@ -2,7 +2,7 @@
 // LANES joints at a time.
 //
 // With the impulses of all others held, the joint's own problem (cpu_reference/prepare_joints.hpp) is solved exactly:
-//   the locked rows alone would change their impulses by   d0 = -g K^-1 (u + bias + turning) - s g r,   g = 1 / (1 + s)
+//   the locked rows alone would change their impulses by   d0 = -g K^-1 (u + bias + J'v) - s g r,   g = 1 / (1 + s)
 //   the free row then moves at                             q + e r_f,   e = own - g shared
 //   its impulse brings it to the motor's speed, as far as the motor reaches, and into its bounds
 //   beside a spring of yield y a push moves it by e y / (e + y) only, and none leaves it at  s + (q - s) y / (e + y),
@@ -53,12 +53,12 @@ void push_joint(const JointBlock<real>& block, u32 free, u32 lane, const real (&
   if (a.inverse_mass > 0) {
     const Vec3<real> arm = joint_vector(block.arm_a, lane);
     store3(a.v, sub3(vec3(a.v), scale3(a.inverse_mass, impulse)));
-    store3(a.w, sub3(vec3(a.w), turn_by(a, add3(cross3(arm, impulse), moment))));
+    store3(a.w, sub3(vec3(a.w), apply_inverse_inertia(a, add3(cross3(arm, impulse), moment))));
   }
   if (b.inverse_mass > 0) {
     const Vec3<real> arm = joint_vector(block.arm_b, lane);
     store3(b.v, add3(vec3(b.v), scale3(b.inverse_mass, impulse)));
-    store3(b.w, add3(vec3(b.w), turn_by(b, add3(cross3(arm, impulse), moment))));
+    store3(b.w, add3(vec3(b.w), apply_inverse_inertia(b, add3(cross3(arm, impulse), moment))));
   }
 }
 
@@ -70,15 +70,15 @@ real bounded_speed(real u, real slowest, real fastest, real give) {
   return u;
 }
 
-/// What the locked rows alone would change their impulses by, were they hard: d = -K^-1 (u + bias + turning), from the
+/// What the locked rows alone would change their impulses by, were they hard: d = -K^-1 (u + bias + J'v), from the
 /// velocity u and the angular velocity w of b against a. `share`: how much of the bias counts.
 template <class real>
 void solve_locked_rows(const JointBlock<real>& block, u32 lane, real share, Vec3<real> u, Vec3<real> w,
                        real (&d)[JOINT_ROWS]) {
   for (u32 i = 0; i < 3; ++i) {
     const Vec3<real> axis = joint_vector(block.axes + 3 * i, lane);
-    d[i] = -(dot3(axis, u) + share * block.bias[i][lane] + block.turning[i][lane]);
-    d[i + 3] = -(dot3(axis, w) + share * block.bias[i + 3][lane] + block.turning[i + 3][lane]);
+    d[i] = -(dot3(axis, u) + share * block.bias[i][lane] + block.velocity_product[i][lane]);
+    d[i + 3] = -(dot3(axis, w) + share * block.bias[i + 3][lane] + block.velocity_product[i + 3][lane]);
   }
   const real rise = block.rise[lane];
   if (rise != 0) d[2] = d[2] + rise * dot3(joint_vector(block.axes + 6, lane), w);
@@ -124,7 +124,7 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   real slowest = block.slowest[lane], fastest = block.fastest[lane];
   if (relaxed && !(spring > 0) && !(block.yield[lane] > 0)) {  // a bound that excludes rest is a correction
     const bool equal = slowest == fastest;
-    const real still = -block.turning[JOINT_ROWS][lane];
+    const real still = -block.velocity_product[JOINT_ROWS][lane];
     slowest = equal ? still : (slowest > 0 ? real(0) : slowest);
     fastest = equal ? still : (fastest < 0 ? real(0) : fastest);
   }

@@ -98,7 +98,7 @@ CylinderBound<real> cylinders_climb(const Cylinder<real>& a, const Cylinder<real
 /// Across both rims at a point of a's rim and the nearest point of b's, if that separates them better.
 template <class real>
 CylinderBound<real> cylinders_sample(const Cylinder<real>& a, u32 end_a, const Cylinder<real>& b, u32 end_b, u32 i,
-                                     bool turned, CylinderBound<real> best) {
+                                     bool swapped, CylinderBound<real> best) {
   const Vec3<real> direction = rim_direction(a, i);
   const Vec3<real> p = add3(cylinder_cap(a, end_a), scale3(a.radius, direction));
   const Vec3<real> q = rim_towards(b, end_b, p);
@@ -106,7 +106,7 @@ CylinderBound<real> cylinders_sample(const Cylinder<real>& a, u32 end_a, const C
   const real length = length3(normal);
   if (!(length > real(1e-3) * b.radius)) return best;
   const Vec3<real> unit = scale3(real(1) / length, normal);
-  const CylinderBound<real> bound = turned ? cylinders_bound(b, a, unit) : cylinders_bound(a, b, unit);
+  const CylinderBound<real> bound = swapped ? cylinders_bound(b, a, unit) : cylinders_bound(a, b, unit);
   return bound.gap > best.gap ? bound : best;
 }
 

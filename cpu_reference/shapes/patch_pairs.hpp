@@ -49,7 +49,7 @@ Meeting<real> meet_cores(u32 kind_a, const Placed<real>& a, u32 kind_b, const Pl
     const Cylinder<real> cylinder = cylinder_of(cylinder_a ? a : b);
     const Polytope<real> polytope = polytope_of(cylinder_a ? kind_b : kind_a, cylinder_a ? b : a, tables);
     const Meeting<real> meeting = cylinder_meets(cylinder, polytope, limit, tolerance);
-    return cylinder_a ? meeting : meeting_turned(meeting);
+    return cylinder_a ? meeting : meeting_swapped(meeting);
   }
   const Polytope<real> one = polytope_of(kind_a, a, tables), other = polytope_of(kind_b, b, tables);
   return polytopes_meet(one, other, limit, tolerance);
@@ -160,7 +160,8 @@ Manifold<real> hold_inside(const Placed<real>& a, const Placed<real>& b, const H
     const Vec3<real> at_a = sub3(point.anchor_a, scale3(shared.radius_a, shared.normal));
     const Vec3<real> at_b = add3(point.anchor_b, scale3(shared.radius_b, shared.normal));
     const Vec3<real> way =  // of a past b
-        sub3(add3(a.way, cross3(a.turn, sub3(at_a, a.center))), add3(b.way, cross3(b.turn, sub3(at_b, b.center))));
+        sub3(add3(a.way, cross3(a.angular_displacement, sub3(at_a, a.center))),
+             add3(b.way, cross3(b.angular_displacement, sub3(at_b, b.center))));
     const Vec3<real> at = into_frame(facet.axes, sub3(is_a ? at_a : at_b, facet.center));
     if (facet_holds(facet, at, into_frame(facet.axes, scale3(is_a ? real(-1) : real(1), way)), a.margin))
       m = with_point(m, point.anchor_a, point.anchor_b, point.feature);

@@ -184,7 +184,7 @@ Meeting<real> no_meeting() {
 
 /// The same seen from the other side.
 template <class real>
-Meeting<real> meeting_turned(Meeting<real> m) {
+Meeting<real> meeting_swapped(Meeting<real> m) {
   const Vec3<real> at = m.at_a;
   m.at_a = m.at_b;
   m.at_b = at;

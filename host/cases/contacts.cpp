@@ -177,17 +177,17 @@ std::vector<CaseError> euler_disk(Trial& trial) {
   const double s = std::sin(lean), c = std::cos(lean), r = body.shapes[0].radius, d = body.shapes[0].half_length;
   const double rate =
       std::sqrt(body.mass * g * (r * c - d * s) / (s * (body.inertia[0] * c - body.inertia[2] * (d / r) * s)));
-  double turned = 0, last = 0, strayed = 0;
+  double azimuth_change = 0, last = 0, strayed = 0;
   trial.run(scene, duration, [&](Seen& seen) {
     const BodyState state = seen.body(disk);
     const Vector3 axis = exact::rotate(state.q, {0, 0, 1});
     const double azimuth = std::atan2(axis[1], axis[0]);
-    if (seen.time > 0) turned += std::remainder(azimuth - last, 2 * std::numbers::pi);
+    if (seen.time > 0) azimuth_change += std::remainder(azimuth - last, 2 * std::numbers::pi);
     last = azimuth;
     strayed = std::max(strayed, length(subtract(state.x, body.position)));
     return true;
   });
-  return {compare("rate of the lean", "rad/s", rate, turned / duration),
+  return {compare("rate of the lean", "rad/s", rate, azimuth_change / duration),
           {"way of the centre, the farthest", "m", 0, strayed}};
 }
 
@@ -216,7 +216,7 @@ std::vector<CaseError> leaning_box(Trial& trial) {
 std::vector<CaseError> capstan(Trial& trial) {
   Scene scene = read_scene("capstan");
   const u32 last = first_dynamic(scene) + 19;
-  const double turn = std::numbers::pi / 20, rise = 0.3 * std::tan(turn / 2), quarter = 0.1, most = 0.03;
+  const double wrap_angle = std::numbers::pi / 20, rise = 0.3 * std::tan(wrap_angle / 2), quarter = 0.1, most = 0.03;
   const double slips = bisect(2.2, 3, 22, [&](double ratio) {
     scene.joints.back().motor_force = ratio;
     double way = 0;                   // m

@@ -15,12 +15,12 @@ double energy_of_balls(const Scene& scene, Seen& now) {
   for (u32 i = first_dynamic(scene); i < scene.bodies.size(); ++i) {
     const BodyDescription& ball = scene.bodies[i];
     const BodyState state = now.body(i);
-    double moves = 0, turns = 0;
+    double moves = 0, rotates = 0;
     for (int k = 0; k < 3; ++k) {
       moves += state.v[k] * state.v[k];
-      turns += state.w[k] * state.w[k];
+      rotates += state.w[k] * state.w[k];
     }
-    sum += (ball.mass * moves + ball.inertia[0] * turns) / 2 - ball.mass * scene.gravity[2] * state.x[2];
+    sum += (ball.mass * moves + ball.inertia[0] * rotates) / 2 - ball.mass * scene.gravity[2] * state.x[2];
   }
   return sum;
 }

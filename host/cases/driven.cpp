@@ -21,7 +21,7 @@ u32 body_called(const Scene& scene, const std::string& name) {
 }
 
 /// The angle of a body about z, rad, counted on through whole turns.
-class Turned {
+class AngleCounter {
  public:
   double at(const BodyState& body) {
     const double angle = 2 * std::atan2(body.q[2], body.q[3]);
@@ -47,11 +47,11 @@ std::vector<CaseError> squeezer(Trial& trial) {
                                 1.23054744454982119};
   constexpr std::array exact_end = {15.81077119629904,  -15.75637105984298, 0.04082224013073101, -0.5347301163226948,
                                     0.5244099658805304, 0.5347301163226948, 1.048080741042263};
-  std::array<Turned, 7> turned;
+  std::array<AngleCounter, 7> counters;
   std::array<double, 7> angle = {};
   trial.run(scene, 0.03, [&](Seen& seen) {
     std::array<double, 7> k = {};
-    for (u32 i = 0; i < 7; ++i) k[i] = turned[i].at(seen.body(body_called(scene, "k" + std::to_string(i + 1))));
+    for (u32 i = 0; i < 7; ++i) k[i] = counters[i].at(seen.body(body_called(scene, "k" + std::to_string(i + 1))));
     angle = {k[0], k[1] - k[0], k[2], k[3] - k[4], k[4], k[5] - k[6], k[6]};
     return true;
   });
@@ -132,9 +132,9 @@ std::vector<CaseError> screw_nut(Trial& trial) {
     const Vector3 axis = exact::rotate({-q[0], -q[1], -q[2], q[3]}, {0, 0, 1});
     double moment = 0;
     for (unsigned k = 0; k < 3; ++k) moment += axis[k] * axis[k] * nut.inertia[k];
-    const double turn = 2 * exact::pi / std::abs(joint.pitch);  // rad/m
-    const double pull = std::max(-scene.gravity[2] - turn * joint.friction / nut.mass, 0.0);
-    exact.push_back(pull / (1 + moment * turn * turn / nut.mass) * duration * duration / 2);
+    const double radians_per_metre = 2 * exact::pi / std::abs(joint.pitch);  // rad/m
+    const double pull = std::max(-scene.gravity[2] - radians_per_metre * joint.friction / nut.mass, 0.0);
+    exact.push_back(pull / (1 + moment * radians_per_metre * radians_per_metre / nut.mass) * duration * duration / 2);
   }
   std::vector<double> way(exact.size());
   trial.run(scene, duration, [&](Seen& seen) {

@@ -27,16 +27,16 @@ struct HardCase {
 const std::vector<HardCase>& hard_cases();
 
 // by kind, a file each
-std::vector<HardCase> motion_cases();      // one body without contact
-std::vector<HardCase> contact_cases();     // friction and bounces of a few bodies
-std::vector<HardCase> impact_cases();      // laws of impact
-std::vector<HardCase> standing_cases();    // what is built at rest
-std::vector<HardCase> crowd_cases();       // many bodies with an answer for all of them
-std::vector<HardCase> pushed_cases();      // a force from outside over rough ground
-std::vector<HardCase> linkage_cases();     // joints
-std::vector<HardCase> driven_cases();      // motors and springs
-std::vector<HardCase> unslipping_cases();  // skates, and what rolls
-std::vector<HardCase> turning_cases();     // contacts that resist turning
+std::vector<HardCase> motion_cases();            // one body without contact
+std::vector<HardCase> contact_cases();           // friction and bounces of a few bodies
+std::vector<HardCase> impact_cases();            // laws of impact
+std::vector<HardCase> standing_cases();          // what is built at rest
+std::vector<HardCase> crowd_cases();             // many bodies with an answer for all of them
+std::vector<HardCase> pushed_cases();            // a force from outside over rough ground
+std::vector<HardCase> linkage_cases();           // joints
+std::vector<HardCase> driven_cases();            // motors and springs
+std::vector<HardCase> unslipping_cases();        // skates, and what rolls
+std::vector<HardCase> angular_friction_cases();  // contacts with angular friction
 
 // what the files share
 

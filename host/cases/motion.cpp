@@ -99,17 +99,17 @@ std::vector<CaseError> steady_precession(double rate, Trial& trial) {
   Vector3& w = scene.bodies[0].angular_velocity;
   w = {0, 0, rate};
   for (int k = 0; k < 3; ++k) w[k] += (spin - rate * std::cos(tilt)) * axis[k];
-  double turned = 0, last = 0, nutation = 0, time = 0;
+  double azimuth_change = 0, last = 0, nutation = 0, time = 0;
   trial.run(scene, duration, [&](Seen& seen) {
     const Vector3 a = rotate(seen.body(0).q, {0, 0, 1});
     const double azimuth = std::atan2(a[1], a[0]);
-    if (seen.time > 0) turned += std::remainder(azimuth - last, 2 * std::numbers::pi);
+    if (seen.time > 0) azimuth_change += std::remainder(azimuth - last, 2 * std::numbers::pi);
     last = azimuth;
     time = seen.time;
     nutation = std::max(nutation, std::abs(std::acos(a[2]) - tilt));
     return true;
   });
-  return {compare("rate of precession", "rad/s", rate, turned / time), {"tilt", "rad", tilt, nutation}};
+  return {compare("rate of precession", "rad/s", rate, azimuth_change / time), {"tilt", "rad", tilt, nutation}};
 }
 
 /// A pendulum released from the horizontal: where it is after 10 s.

@@ -15,9 +15,9 @@ double distance(const Vector3& a, const Vector3& b) { return exact::length(exact
 /// edge behind the centre of mass (tests/joints/non_holonomic_test.cpp has both solutions).
 std::vector<CaseError> skates(Trial& trial) {
   const Scene scene = read_scene("skates");
-  const JointDescription &turning = scene.joints[1], &dragged = scene.joints[3];
-  const BodyDescription &skater = scene.bodies[turning.body_b], &sleigh = scene.bodies[dragged.body_b];
-  const Vector3 down = turning.axis, along = exact::rotate(skater.orientation, {1, 0, 0});
+  const JointDescription &axle = scene.joints[1], &dragged = scene.joints[3];
+  const BodyDescription &skater = scene.bodies[axle.body_b], &sleigh = scene.bodies[dragged.body_b];
+  const Vector3 down = axle.axis, along = exact::rotate(skater.orientation, {1, 0, 0});
   const double spin = exact::length(skater.angular_velocity);
   const double scale = exact::dot(scene.gravity, down) / (spin * spin);
   const auto on_slope = [&](double t) {
@@ -30,9 +30,9 @@ std::vector<CaseError> skates(Trial& trial) {
   const double last = lever * first * std::sqrt(kappa), rate = last / (lever * kappa), duration = 10;
   double off_slope = 0, off_spin = 0;
   trial.run(scene, duration, [&](Seen& seen) {
-    off_slope = std::max(off_slope, distance(seen.body(turning.body_b).x, on_slope(seen.time)));
-    const double turned = seen.body(dragged.body_b).w[2] - first / std::cosh(rate * seen.time);
-    off_spin = std::max(off_spin, std::abs(turned));
+    off_slope = std::max(off_slope, distance(seen.body(axle.body_b).x, on_slope(seen.time)));
+    const double error = seen.body(dragged.body_b).w[2] - first / std::cosh(rate * seen.time);
+    off_spin = std::max(off_spin, std::abs(error));
     return true;
   });
   return {{"place of the skater, at worst in 10 s", "m", distance(on_slope(duration), skater.position), off_slope},

@@ -49,7 +49,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::sleeping, "SLEEPING"},
     {Feature::facets, "FACETS"},
     {Feature::impact_laws, "IMPACT_LAWS"},
-    {Feature::turning_friction, "TURNING_FRICTION"},
+    {Feature::angular_friction, "ANGULAR_FRICTION"},
     {Feature::static_friction, "STATIC_FRICTION"},
     {Feature::elliptic_friction, "ELLIPTIC_FRICTION"},
     {Feature::partitions, "PARTITIONS"},

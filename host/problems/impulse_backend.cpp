@@ -39,7 +39,7 @@ struct Predicted {
 
   double gap(u32 row) const {
     // of a locked coordinate: prepare_joints adds what the turning of bodies does, which a prediction has in it
-    if (row == JOINT_ROWS) return -(block.slowest[lane] + block.turning[JOINT_ROWS][lane]);
+    if (row == JOINT_ROWS) return -(block.slowest[lane] + block.velocity_product[JOINT_ROWS][lane]);
     return block.bias[row][lane];
   }
   double slowest() const { return block.slowest[lane]; }

@@ -25,10 +25,10 @@ struct Freedom {
 };
 
 Freedom freedom_of(const SystemBody& body, u32 first) {
-  const oracle::SymmetricEigen turning = oracle::symmetric_eigen<3>(body.inverse_inertia);
+  const oracle::SymmetricEigen inertia_modes = oracle::symmetric_eigen<3>(body.inverse_inertia);
   std::vector<int> axes;
   for (int k = 0; k < 3; ++k) {
-    if (turning.values[k] > 1e-12 * turning.values[2]) axes.push_back(k);
+    if (inertia_modes.values[k] > 1e-12 * inertia_modes.values[2]) axes.push_back(k);
   }
   const int moves = body.inverse_mass > 0 ? 3 : 0, count = moves + int(axes.size());
   Freedom freedom;
@@ -42,8 +42,8 @@ Freedom freedom_of(const SystemBody& body, u32 first) {
   }
   for (int k = moves; k < count; ++k) {
     const int axis = axes[std::size_t(k - moves)];
-    freedom.angular.col(k) = turning.vectors.col(axis);
-    freedom.mass[k] = 1 / turning.values[axis];
+    freedom.angular.col(k) = inertia_modes.vectors.col(axis);
+    freedom.mass[k] = 1 / inertia_modes.values[axis];
     freedom.velocity[k] = freedom.angular.col(k).dot(body.w);
   }
   return freedom;
@@ -169,9 +169,9 @@ struct JointRow {
 
 double radius_of(const SystemJoint& j, const ContactSystem& system) {
   const SystemBody &a = system.bodies[j.body_a], &b = system.bodies[j.body_b];
-  const Matrix3d turning = a.inverse_inertia + b.inverse_inertia;
-  const double turning_max = oracle::largest_eigenvalue(turning);
-  return turning_max > 0 ? std::sqrt((a.inverse_mass + b.inverse_mass) / turning_max) : 0;
+  const Matrix3d angular_mobility = a.inverse_inertia + b.inverse_inertia;
+  const double angular_mobility_max = oracle::largest_eigenvalue(angular_mobility);
+  return angular_mobility_max > 0 ? std::sqrt((a.inverse_mass + b.inverse_mass) / angular_mobility_max) : 0;
 }
 
 std::vector<JointRow> rows_of(const SystemJoint& j, const ContactSystem& system) {

@@ -44,9 +44,9 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::shear_springs, Feature::particles},
     {Feature::impact_laws, Feature::contacts},
     {Feature::non_holonomic, Feature::joints},
-    {Feature::turning_friction, Feature::contacts},
+    {Feature::angular_friction, Feature::contacts},
     {Feature::static_friction, Feature::contacts},
-    {Feature::elliptic_friction, Feature::turning_friction},
+    {Feature::elliptic_friction, Feature::angular_friction},
     {Feature::partitions, Feature::contacts},
     {Feature::articulations, Feature::joints},
     {Feature::closures, Feature::articulations},
@@ -63,16 +63,16 @@ void expect_features(const InitialState<real>& state) {
              has(features, Feature::closed_joints) == (state.params.position_sweeps > 0);
   for (const auto& [feature, needed] : needs) fit = fit && (!has(features, feature) || has(features, needed));
   const bool touching = has(features, Feature::contacts), jacobi = has(features, Feature::jacobi);
-  const bool turns = has(features, Feature::turning_friction), patches = has(features, Feature::patches);
+  const bool angular_friction = has(features, Feature::angular_friction), patches = has(features, Feature::patches);
   if (has(features, Feature::gradient))  // of contacts on parts of bodies, each in a cone, or of joints alone
-    fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !patches && !turns;
+    fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !patches && !angular_friction;
   if (has(features, Feature::dense))  // of hard contacts on whole bodies, each in a cone
-    fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !patches && !turns;
+    fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !patches && !angular_friction;
   if (has(features, Feature::articulations))  // of hard joints, in sweeps of Gauss-Seidel
     fit = fit && !jacobi && !has(features, Feature::soft_joints) && !has(features, Feature::gradient) &&
           !has(features, Feature::dense);
   fit = fit && has(features, Feature::shape_trees) == (state.sizes.tree_shapes > 0);
-  fit = fit && !(patches && (turns || has(features, Feature::static_friction)));
+  fit = fit && !(patches && (angular_friction || has(features, Feature::static_friction)));
   if (has(features, Feature::partitions))
     fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !has(features, Feature::sleeping) &&
           !has(features, Feature::dense);

@@ -29,8 +29,8 @@ struct SystemContact {
   u32 contact = 0;                                  // index into the contact list it came from
 };
 
-/// How a contact resists turning (cpu_reference/visit_turn.hpp).
-struct SystemTurn {
+/// The angular friction of a contact (cpu_reference/solve_angular_friction.hpp).
+struct SystemAngularFriction {
   double spin_radius = 0;                                 // m; 0: it spins freely
   double roll_lever = 0;                                  // m; 0: it rolls freely
   Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity();  // E: the cone of E^-1 r is round, its velocity E u
@@ -96,7 +96,7 @@ inline Eigen::Vector3d free_moment_of(const SystemJoint& joint, double impulse) 
 struct ContactSystem {
   std::vector<SystemBody> bodies;
   std::vector<SystemContact> contacts;
-  std::vector<SystemTurn> turns;     // one for each contact, or none where none resists turning
+  std::vector<SystemAngularFriction> angular_friction;  // one for each contact, or none where none has angular friction
   std::vector<SystemPatch> patches;  // where the scene's friction model is `patches`: each contact belongs to one
   std::vector<SystemJoint> joints;
   bool convex = false;  // solved in the convex relaxation, u_n + bias >= mu |u_t| (solvers along a gradient)

@@ -39,7 +39,7 @@ double locked_length(Vector3d rows, u32 locked) {
 // Of b's side of a joint against a's, in the frame of a.
 struct Offset {
   Vector3d d;  // of the anchors
-  Quaterniond turn;
+  Quaterniond rotation;
 };
 
 template <class real>
@@ -53,7 +53,7 @@ Offset offset_of(const Buffers<real>& buffers, u32 index) {
   return {frame_a.conjugate() * d, frame_a.conjugate() * b.orientation * rotation(joint.frame_b)};
 }
 
-constexpr double whole_turn = 2 * std::numbers::pi;
+constexpr double two_pi = 2 * std::numbers::pi;
 
 // Travel of a screw for a radian; 0 of other joints.
 template <class real>
@@ -62,7 +62,7 @@ double rise_of(const Buffers<real>& buffers, u32 index) {
 }
 
 // The second arm of the cross of a universal joint, in the frame of a: the first is z.
-Vector3d second_arm(const Offset& offset) { return offset.turn * Vector3d::UnitX(); }
+Vector3d second_arm(const Offset& offset) { return offset.rotation * Vector3d::UnitX(); }
 
 // Of what rolls; 0 of other joints.
 template <class real>
@@ -81,13 +81,13 @@ double coordinate(const Offset& offset, const JointInfo& info, double rise) {
   if (info.free == FREE_TRAVEL) return offset.d.z();
   if (info.free == FREE_LENGTH) return offset.d.norm();
   if (LOCKS_CROSS(info.locked)) return std::atan2(second_arm(offset).y(), second_arm(offset).x());
-  const double angle = std::remainder(2 * std::atan2(offset.turn.z(), offset.turn.w()), whole_turn);
-  return rise == 0 ? angle : angle + whole_turn * std::round((offset.d.z() / rise - angle) / whole_turn);
+  const double angle = std::remainder(2 * std::atan2(offset.rotation.z(), offset.rotation.w()), two_pi);
+  return rise == 0 ? angle : angle + two_pi * std::round((offset.d.z() / rise - angle) / two_pi);
 }
 
 // The joint's axes in the world: those of its frame in a, or of its cross; of a skate those of its frame in b.
 Eigen::Matrix3d axes_of(const Quaterniond& frame, const Offset& offset, const JointInfo& info) {
-  if (info.kind == JOINT_SKATE) return (frame * offset.turn).toRotationMatrix();
+  if (info.kind == JOINT_SKATE) return (frame * offset.rotation).toRotationMatrix();
   const double angle = LOCKS_CROSS(info.locked) ? coordinate(offset, info, 0) : 0;
   return (frame * Eigen::AngleAxisd(angle, Vector3d::UnitZ())).toRotationMatrix();
 }
@@ -105,7 +105,7 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const Joint<real>& joint = buffers.joints[index];
   const Offset offset = offset_of(buffers, index);
   Vector3d d = offset.d;
-  const Quaterniond& turn = offset.turn;
+  const Quaterniond& rotation = offset.rotation;
   if (const double rise = rise_of(buffers, index); rise != 0) d.z() -= rise * coordinate(offset, info, rise);
 
   JointDrift drift;
@@ -113,8 +113,8 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   if (info.free == FREE_LENGTH && !(joint.yield > 0))
     drift.separation = beyond(d.norm(), double(joint.low), double(joint.high));
   const bool all_angles = info.locked >> 3 == 7, axis_only = info.locked >> 3 == 3;
-  if (all_angles) drift.angle = 2 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
-  const Vector3d axis = turn * Vector3d::UnitZ();
+  if (all_angles) drift.angle = 2 * std::atan2(rotation.vec().norm(), std::abs(rotation.w()));
+  const Vector3d axis = rotation * Vector3d::UnitZ();
   if (LOCKS_CROSS(info.locked)) drift.angle = std::asin(std::clamp(std::abs(second_arm(offset).z()), 0.0, 1.0));
   if (axis_only) drift.angle = std::atan2(std::hypot(axis.x(), axis.y()), axis.z());
   return drift;
@@ -146,12 +146,12 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
 
   JointMeasures measures;
   measures.drift = drift_of(buffers, index);
-  const Vector3d turning = vector3(b.w) - vector3(a.w);
+  const Vector3d relative_w = vector3(b.w) - vector3(a.w);
   const Vector3d arm_b = at_b.orientation * vector3(joint.anchor_b), arm_a = at_b.position + arm_b - at_a.position;
   const Vector3d velocity = vector3(b.v) + vector3(b.w).cross(arm_b) - vector3(a.v) - vector3(a.w).cross(arm_a);
   const Vector3d axis = axes.col(2), along = frame * offset.d.normalized();
   if (info.free != FREE_NOTHING) measures.coordinate = coordinate(offset, info, rise);
-  if (info.free == FREE_ANGLE) measures.speed = axis.dot(turning);
+  if (info.free == FREE_ANGLE) measures.speed = axis.dot(relative_w);
   if (info.free == FREE_TRAVEL) measures.speed = axis.dot(velocity);
   if (info.free == FREE_LENGTH) measures.speed = along.dot(velocity);
 

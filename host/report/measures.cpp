@@ -137,8 +137,8 @@ std::vector<Buffer> measured_buffers(Features features) {
       buffers.push_back(buffer);
     if (has(features, Feature::soft_contacts)) buffers.push_back(Buffer::softness_blocks);
     if (has(features, Feature::impact_laws)) buffers.push_back(Buffer::slide_blocks);
-    if (has(features, Feature::turning_friction)) {
-      for (const Buffer buffer : {Buffer::turn_blocks, Buffer::ellipse_blocks, Buffer::cached_moments})
+    if (has(features, Feature::angular_friction)) {
+      for (const Buffer buffer : {Buffer::angular_friction_blocks, Buffer::ellipse_blocks, Buffer::cached_moments})
         buffers.push_back(buffer);
     }
     if (has(features, Feature::patches)) {

@@ -27,9 +27,9 @@ struct Depths {
 template <class real>
 double depth_in_plane(const Buffers<real>& b, u32 plane, const Vector3d& x, double radius) {
   const u32 body = b.plane_bodies[plane];
-  const auto turn = rotation(b.orientations[body]);
-  const Vector3d point = vector3(b.positions[body]) + turn * vector3(b.particle_planes[plane].point);
-  return radius - (turn * vector3(b.particle_planes[plane].normal)).dot(x - point);
+  const auto orientation = rotation(b.orientations[body]);
+  const Vector3d point = vector3(b.positions[body]) + orientation * vector3(b.particle_planes[plane].point);
+  return radius - (orientation * vector3(b.particle_planes[plane].normal)).dot(x - point);
 }
 
 }  // namespace

@@ -114,10 +114,10 @@ class Compiler {
   std::span<const Scene> worlds_;
   InitialState<real> state_;
   HullIndex hulls_;
-  bool other_laws_ = false;  // of impact than Newton's
-  bool turning_ = false;     // some materials resist turning, or have a grain
-  bool grained_ = false;     // some have a grain
-  bool holding_ = false;     // some hold by more than they slide with
+  bool other_laws_ = false;        // of impact than Newton's
+  bool angular_friction_ = false;  // some materials have angular friction, or have a grain
+  bool grained_ = false;           // some have a grain
+  bool holding_ = false;           // some hold by more than they slide with
 };
 
 template <class real>
@@ -271,13 +271,13 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
   const Origin origin = {scene};
   for (const PairFriction& pair : friction_pairs_of(scene)) {
     buffers().material_pairs.push_back({rounded<real>(pair.sliding, "friction", origin), 0});
-    buffers().turn_pairs.push_back({rounded<real>(pair.spin_radius, "torsional friction", origin),
-                                    rounded<real>(pair.roll_lever, "rolling friction", origin)});
+    buffers().angular_friction_pairs.push_back({rounded<real>(pair.spin_radius, "torsional friction", origin),
+                                                rounded<real>(pair.roll_lever, "rolling friction", origin)});
     buffers().hold_pairs.push_back({rounded<real>(pair.holding, "static friction", origin),
                                     rounded<real>(pair.holding_speed, "holding speed", origin)});
     buffers().grain_pairs.push_back(
         {rounded<real>(pair.across, "friction across", origin), pair.grain_of_b ? 1u : 0u, 0});
-    turning_ = turning_ || pair.rubs_further();
+    angular_friction_ = angular_friction_ || pair.rubs_further();
     grained_ = grained_ || pair.has_grain();
     holding_ = holding_ || pair.holds();
   }
@@ -366,13 +366,13 @@ void Compiler<real>::set_features() {
                   "patches know Newton's law of impact alone, and materials of this scene have another; use cones");
     features = with(features, Feature::impact_laws);
   }
-  if (has(features, Feature::contacts) && (turning_ || holding_)) {
+  if (has(features, Feature::contacts) && (angular_friction_ || holding_)) {
     if (settings.friction_model == FrictionModel::patches)
       throw Error(
           Failure::input, worlds_[0].source + ": /settings/friction_model",
           "patches have a twist of their own and one friction, and materials of this scene have static, torsional or "
           "rolling friction, or a grain; use cones");
-    if (turning_) features = with(features, Feature::turning_friction);
+    if (angular_friction_) features = with(features, Feature::angular_friction);
     if (holding_) features = with(features, Feature::static_friction);
     if (grained_ && other_laws_)
       throw Error(Failure::input, worlds_[0].source + ": /materials",
@@ -390,11 +390,10 @@ void Compiler<real>::set_features() {
     if (has(features, Feature::patches))
       throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",
                   "solvers along a gradient have a cone for each contact; leave patches out, or take gauss_seidel");
-    if (has(features, Feature::turning_friction))
-      throw Error(
-          Failure::input, worlds_[0].source + ": /settings/solver",
-          "solvers along a gradient know round cones of slip alone, and materials of this scene resist turning or "
-          "have a grain; take gauss_seidel");
+    if (has(features, Feature::angular_friction))
+      throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
+                  "solvers along a gradient know round cones of slip alone, and materials of this "
+                  "scene have angular friction or have a grain; take gauss_seidel");
     features = with(features, Feature::gradient);
     if (has(features, Feature::contacts)) features = with(features, Feature::jacobi);
   }
@@ -402,10 +401,10 @@ void Compiler<real>::set_features() {
     if (has(features, Feature::patches))
       throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",
                   "dense_gauss_seidel has a cone for each contact; leave patches out, or take gauss_seidel");
-    if (has(features, Feature::turning_friction))
+    if (has(features, Feature::angular_friction))
       throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
-                  "dense_gauss_seidel knows round cones of slip alone, and materials of this scene resist turning or "
-                  "have a grain; take gauss_seidel");
+                  "dense_gauss_seidel knows round cones of slip alone, and materials of this "
+                  "scene have angular friction or have a grain; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
   if (constrained && settings.tolerance > 0) features = with(features, Feature::tolerance);

@@ -72,8 +72,8 @@ void set_spring(const Settings& settings, const JointSpring& in, const Origin& o
 template <class real>
 Joint<real> make_joint(const Settings& settings, const Scene& scene, const JointDescription& in, const Origin& origin) {
   const JointStand stand = stand_of(scene, in);
-  const Quaternion frame =
-      in.kind == JOINT_UNIVERSAL ? exact::turn_of_frame_to(in.axis, in.second_axis) : exact::turn_of_z_to(in.axis);
+  const Quaternion frame = in.kind == JOINT_UNIVERSAL ? exact::rotation_to_frame(in.axis, in.second_axis)
+                                                      : exact::rotation_from_z_to(in.axis);
   Joint<real> out = {};
   store(out.anchor_a, rounded<real>(inside(stand.position_a, stand.orientation_a, in.anchor_a), "anchor", origin), 3);
   store(out.anchor_b, rounded<real>(inside(stand.position_b, stand.orientation_b, in.anchor_b), "anchor", origin), 3);

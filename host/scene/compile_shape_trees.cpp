@@ -26,8 +26,8 @@ Vector3 offset_of(const Shape<real>& shape) {
 // Around a shape, in the frame of its body: as cpu_reference/shape_bound.hpp, but that round ones take their reach.
 template <class real>
 Box box_of(const Shape<real>& shape, u32 kind) {
-  const Quaternion turn = {double(shape.rotation[0]), double(shape.rotation[1]), double(shape.rotation[2]),
-                           double(shape.rotation[3])};
+  const Quaternion rotation = {double(shape.rotation[0]), double(shape.rotation[1]), double(shape.rotation[2]),
+                               double(shape.rotation[3])};
   const Vector3 center = offset_of(shape);
   const double reach = double(shape.reach);
   Vector3 half = {reach, reach, reach};
@@ -36,8 +36,8 @@ Box box_of(const Shape<real>& shape, u32 kind) {
     for (unsigned axis = 0; axis < 3; ++axis) {
       Vector3 side = {0, 0, 0};
       side[axis] = double(shape.size[axis]);
-      const Vector3 turned = exact::rotate(turn, side);
-      for (unsigned k = 0; k < 3; ++k) half[k] += std::abs(turned[k]);
+      const Vector3 rotated = exact::rotate(rotation, side);
+      for (unsigned k = 0; k < 3; ++k) half[k] += std::abs(rotated[k]);
     }
   }
   Box box;

@@ -11,7 +11,7 @@ struct PairFriction {
   double sliding = 0;        // mu of what slides
   double holding = 0;        // mu of what slides slower than holding_speed; no less than `sliding`
   double holding_speed = 0;  // m/s
-  double spin_radius = 0;    // m: the moment about the normal is a part of friction there (kernels/types.h, TurnPair)
+  double spin_radius = 0;    // m (kernels/friction_types.h)
   double roll_lever = 0;     // m
 
   double across = 1;        // mu across the grain, in parts of that along it

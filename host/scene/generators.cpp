@@ -110,11 +110,11 @@ BodyList read_templates(const JsonNode& node, Names& names) {
 }
 
 // Turned as a whole about a line through the origin of the generator's frame.
-BodyDescription turned(BodyDescription body, const Quaternion& turn) {
-  body.position = exact::rotate(turn, body.position);
-  body.orientation = exact::unit(exact::multiply(turn, body.orientation));
-  body.velocity = exact::rotate(turn, body.velocity);
-  body.angular_velocity = exact::rotate(turn, body.angular_velocity);
+BodyDescription rotated(BodyDescription body, const Quaternion& rotation) {
+  body.position = exact::rotate(rotation, body.position);
+  body.orientation = exact::unit(exact::multiply(rotation, body.orientation));
+  body.velocity = exact::rotate(rotation, body.velocity);
+  body.angular_velocity = exact::rotate(rotation, body.angular_velocity);
   return body;
 }
 
@@ -135,9 +135,9 @@ void expand_arc(const JsonNode& node, Names& names, BodyList& list) {
                    1.0 * count * static_cast<double>(templates.shapes));
   for (u32 number = 0; number < count; ++number) {
     const double half = 0.5 * (start + number * step);
-    const Quaternion turn = exact::turn(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
+    const Quaternion rotation = exact::rotation(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
     for (const BodyDescription& original : templates.bodies) {
-      BodyDescription body = turned(original, turn);
+      BodyDescription body = rotated(original, rotation);
       body.position = exact::add(origin, body.position);
       if (!body.name.empty()) body.name += fmt::format("_{}", number);
       list.add(std::move(body));

@@ -51,6 +51,6 @@ inline bool has_axis(JointKind kind) {
 }
 
 /// Whether the angle of a kind is told from -pi to pi; that of a screw goes on over its turns.
-inline bool is_told_in_one_turn(JointKind kind) { return free_of(kind) == FREE_ANGLE && kind != JOINT_SCREW; }
+inline bool has_angle_within_pi(JointKind kind) { return free_of(kind) == FREE_ANGLE && kind != JOINT_SCREW; }
 
 }  // namespace lockstep

@@ -141,7 +141,7 @@ void MjcfGeoms::set_size(const MjcfElement& geom, const std::string& type, Shape
     half_length = 0.5 * exact::length(along);
     if (!(half_length > 0)) geom.holder("fromto").fail("fromto", "must be two points, they are one");
     shape.offset = exact::scale(0.5, exact::add(from, to));
-    shape.rotation = exact::turn_of_z_to(along);
+    shape.rotation = exact::rotation_from_z_to(along);
   }
   if (type == "box") {
     shape.kind = SHAPE_BOX;

@@ -61,7 +61,7 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
   if (shape.kind != SHAPE_PLANE && node.has("normal"))
     node.at("normal").fail(fmt::format("does not belong to a {}; remove it", kind));
   if (node.has("normal") && node.has("rotation")) node.fail("has both \"normal\" and \"rotation\"; give one");
-  if (node.has("normal")) shape.rotation = exact::turn_of_z_to(read_direction(node.at("normal")));
+  if (node.has("normal")) shape.rotation = exact::rotation_from_z_to(read_direction(node.at("normal")));
   if (node.has("rotation")) shape.rotation = read_orientation(node.at("rotation"));
 
   if (shape.kind == SHAPE_HULL) read_hull(node, shape);
@@ -304,17 +304,17 @@ Quaternion read_orientation(const JsonNode& node) {
     }
     const JsonNode angles = node.at("euler_deg");
     for (const double angle : angles.vector()) limited(angles, angle, most_degrees);
-    return exact::turn_by_euler_degrees(angles.vector());
+    return exact::rotation_from_euler_degrees(angles.vector());
   }
   const Vector3 axis = read_direction(node.at("axis"));
   if (node.has("angle") && node.has("angle_deg")) node.fail("has both \"angle\" and \"angle_deg\"; give one");
   if (node.has("angle_deg")) {
     const double half = 0.5 * limited(node.at("angle_deg"), node.at("angle_deg").number(), most_degrees);
-    return exact::turn(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
+    return exact::rotation(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
   }
   if (!node.has("angle")) node.fail("needs \"angle\" (rad) or \"angle_deg\"");
   const double half = 0.5 * limited(node.at("angle"), node.at("angle").number(), exact::largest_angle);
-  return exact::turn(axis, exact::sine(half), exact::cosine(half));
+  return exact::rotation(axis, exact::sine(half), exact::cosine(half));
 }
 
 void BodyList::expect_room(const JsonNode& entry, double more_bodies, double more_shapes) const {

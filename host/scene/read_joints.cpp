@@ -47,22 +47,22 @@ void read_limits(const JsonNode& node, JointFree free, JointDescription& joint) 
   const double scale = node.has("limits_deg") ? degree : 1;
   joint.low *= scale;
   joint.high *= scale;
-  if (is_told_in_one_turn(joint.kind) && (joint.low < -exact::pi || joint.high > exact::pi))
+  if (has_angle_within_pi(joint.kind) && (joint.low < -exact::pi || joint.high > exact::pi))
     refuse_far_angle(limits, joint.kind, "; limits must lie there");
 }
 
 void read_motor(const JsonNode& node, JointFree free, JointDescription& joint) {
   if (!node.has("motor")) return;
   const JsonNode motor = node.at("motor");
-  const bool turns = free == FREE_ANGLE;
-  if (turns) {
+  const bool is_angular = free == FREE_ANGLE;
+  if (is_angular) {
     motor.expect_object({"speed", "speed_deg", "max_torque"});
     joint.motor_speed = angle_at(motor, "speed", "speed_deg");
   } else {
     motor.expect_object({"speed", "max_force"});
     joint.motor_speed = motor.at("speed").number();
   }
-  joint.motor_force = motor.at(turns ? "max_torque" : "max_force").positive();
+  joint.motor_force = motor.at(is_angular ? "max_torque" : "max_force").positive();
 }
 
 void read_friction(const JsonNode& node, JointFree free, JointDescription& joint) {
@@ -91,7 +91,7 @@ void read_spring(const JsonNode& node, JointFree free, JointDescription& joint) 
   if (!in_degrees && !spring.has("rest")) return;
   s.rest = free == FREE_ANGLE ? angle_at(spring, "rest", "rest_deg") : spring.at("rest").number();
   if (free == FREE_LENGTH && s.rest < 0) spring.at("rest").fail("a distance is never below 0");
-  if (is_told_in_one_turn(joint.kind) && std::abs(s.rest) > exact::pi)
+  if (has_angle_within_pi(joint.kind) && std::abs(s.rest) > exact::pi)
     refuse_far_angle(spring.at(in_degrees ? "rest_deg" : "rest"), joint.kind, "");
 }
 

@@ -58,11 +58,11 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   joint.kind = *kind_of(found->kind);
   if (joint.kind == JOINT_BALL || joint.kind == JOINT_UNIVERSAL)
     node.fail("is a joint with more than one axis; nothing starts or drives it from here");
-  const bool turns = free_of(joint.kind) == FREE_ANGLE;
-  if (!turns && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
+  const bool is_angular = free_of(joint.kind) == FREE_ANGLE;
+  if (!is_angular && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
   if (node.has("start") || node.has("start_deg"))
-    drive.start = turns ? angle_at(node, "start", "start_deg") : node.at("start").number();
-  if (turns && std::abs(drive.start) > exact::pi)
+    drive.start = is_angular ? angle_at(node, "start", "start_deg") : node.at("start").number();
+  if (is_angular && std::abs(drive.start) > exact::pi)
     node.at(node.has("start") ? "start" : "start_deg").fail("the angle of a joint is told from -180 to 180 degrees");
   read_drive(node, joint);
   const bool has_rest = joint.spring && (node.at("spring").has("rest") || node.at("spring").has("rest_deg"));

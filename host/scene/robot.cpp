@@ -32,8 +32,8 @@ Pose moved(const RobotJoint& joint, double by) {
   if (by == 0) return {};
   if (joint.kind == RobotJointKind::prismatic || joint.kind == RobotJointKind::sliding)
     return {exact::scale(by, exact::unit(joint.axis))};
-  const Quaternion turn = exact::turn(joint.axis, exact::sine(0.5 * by), exact::cosine(0.5 * by));
-  return {exact::subtract(joint.anchor, exact::rotate(turn, joint.anchor)), turn};
+  const Quaternion rotation = exact::rotation(joint.axis, exact::sine(0.5 * by), exact::cosine(0.5 * by));
+  return {exact::subtract(joint.anchor, exact::rotate(rotation, joint.anchor)), rotation};
 }
 
 class Assembly {
@@ -148,7 +148,7 @@ class Assembly {
   void add_loop(const RobotLoop& loop) {
     JointDescription joint;
     joint.name = use_.name + "/" + loop.name;
-    joint.kind = loop.turns ? JOINT_BALL : JOINT_FIXED;
+    joint.kind = loop.is_ball ? JOINT_BALL : JOINT_FIXED;
     joint.body_a = body_[head_[loop.a]];
     joint.body_b = body_[head_[loop.b]];
     if (joint.body_a == joint.body_b)

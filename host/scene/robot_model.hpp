@@ -43,7 +43,7 @@ struct RobotJoint {
 /// Holds two links of a tree together, so that it has a ring.
 struct RobotLoop {
   std::string name, place;
-  bool turns = false;  // about the anchor, as a ball does; else nothing moves
+  bool is_ball = false;  // about the anchor, as a ball does; else nothing moves
   u32 a = 0, b = 0;
   Vector3 anchor = {0, 0, 0};  // in the frame of a, with all joints at 0
 };

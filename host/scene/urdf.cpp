@@ -33,8 +33,8 @@ void read_origin(const XmlNode& node, Vector3& position, Quaternion& orientation
     if (angle == 0) continue;
     Vector3 direction = {0, 0, 0};
     direction[axis] = 1;
-    const Quaternion turn = exact::turn(direction, exact::sine(0.5 * angle), exact::cosine(0.5 * angle));
-    orientation = exact::unit(exact::multiply(turn, orientation));
+    const Quaternion rotation = exact::rotation(direction, exact::sine(0.5 * angle), exact::cosine(0.5 * angle));
+    orientation = exact::unit(exact::multiply(rotation, orientation));
   }
 }
 
@@ -190,15 +190,15 @@ u32 read_end(const XmlNode& joint, const char* end, const LinkNumbers& numbers) 
 }
 
 void read_limit(const XmlNode& node, RobotJoint& joint) {
-  const bool turns = joint.kind == RobotJointKind::revolute;
-  if (!turns && joint.kind != RobotJointKind::prismatic) return;
+  const bool is_revolute = joint.kind == RobotJointKind::revolute;
+  if (!is_revolute && joint.kind != RobotJointKind::prismatic) return;
   const XmlNode limit = node.needed_child("limit");
   limit.expect_attributes({"lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"});
   if (limit.has("lower")) joint.low = limit.number("lower");
   if (limit.has("upper")) joint.high = limit.number("upper");
   if (joint.low > joint.high)
     limit.fail(fmt::format("lower must not be above upper, they are {} and {}", joint.low, joint.high));
-  if (turns && (joint.low < -exact::pi || joint.high > exact::pi))
+  if (is_revolute && (joint.low < -exact::pi || joint.high > exact::pi))
     limit.fail(
         fmt::format("angles are told from -pi to pi, the limits are {} and {}; narrow them, or make the joint "
                     "continuous",

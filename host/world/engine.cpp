@@ -17,8 +17,8 @@
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
 #include "host/sleepers.hpp"
+#include "host/world/angular_velocity.hpp"
 #include "host/world/carry_state.hpp"
-#include "host/world/turning.hpp"
 
 namespace lockstep {
 
@@ -301,7 +301,7 @@ template <class real>
 Twist EngineOf<real>::velocity_between(const Pose& now, const Pose& target) const {
   const u32 substeps = constants_.params.substeps;
   return {exact::scale(1 / dt_, exact::subtract(target.position, now.position)),
-          turning_velocity(now.orientation, target.orientation, dt_ / substeps, substeps)};
+          angular_velocity_between(now.orientation, target.orientation, dt_ / substeps, substeps)};
 }
 
 }  // namespace

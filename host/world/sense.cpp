@@ -77,7 +77,7 @@ void expect_sense(const JointDescription& joint, const Scene& scene) {
          "has nothing to limit, to drive or to push by a spring");
   expect(joint.low <= joint.high, "must not have a low limit above the high one");
   expect(free != FREE_LENGTH || joint.low >= 0, "must have limits >= 0: a distance is never below");
-  const bool told = is_told_in_one_turn(joint.kind);
+  const bool told = has_angle_within_pi(joint.kind);
   const std::string there = " within -pi .. pi: there the angle of a " + noun_of(joint.kind) + " is told";
   expect(!told || (joint.low >= -exact::pi && joint.high <= exact::pi), "must have limits" + there);
   expect(joint.motor_force >= 0 && joint.frequency >= 0 && joint.damping >= 0,

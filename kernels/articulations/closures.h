@@ -149,7 +149,8 @@ static inline real free_mobility_of_end(u32 link, Vec3 arm, Twist effort, const 
   if (link == NONE) return (real)0;
   const Motion body = tree->bodies[tree->links[link].body];
   const Twist push = effort_about(arm, effort);
-  return body.inverse_mass * dot3(push.linear, push.linear) + dot3(push.angular, turn_by(body, push.angular));
+  return body.inverse_mass * dot3(push.linear, push.linear) +
+         dot3(push.angular, apply_inverse_inertia(body, push.angular));
 }
 
 static inline real free_mobility(ClosureInfo closure, global const LinkFactor* f, u32 row, const LinkTree* tree) {

@@ -108,7 +108,7 @@ static inline void link_push(u32 index, const Articulations* s) {
   const Twist push = push_on_link(index, link, s->factors, s->link_motions);
   Motion body = s->motions[link.body];
   store3(body.v, add3(vec3(body.v), scale3(body.inverse_mass, push.linear)));
-  store3(body.w, add3(vec3(body.w), turn_by(body, push.angular)));
+  store3(body.w, add3(vec3(body.w), apply_inverse_inertia(body, push.angular)));
   s->motions[link.body] = body;
 }
 

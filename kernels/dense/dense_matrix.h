@@ -76,11 +76,11 @@ static inline DenseMoved dense_move(Vec3 impulse, Vec3 arm_a, Vec3 arm_b, const 
   DenseMoved moved = {still, still, still, still};
   if (a.inverse_mass > (real)0) {
     moved.v_a = add3(still, scale3(a.inverse_mass, impulse));
-    moved.w_a = add3(still, turn_by(a, cross3(arm_a, impulse)));
+    moved.w_a = add3(still, apply_inverse_inertia(a, cross3(arm_a, impulse)));
   }
   if (b.inverse_mass > (real)0) {
     moved.v_b = sub3(still, scale3(b.inverse_mass, impulse));
-    moved.w_b = sub3(still, turn_by(b, cross3(arm_b, impulse)));
+    moved.w_b = sub3(still, apply_inverse_inertia(b, cross3(arm_b, impulse)));
   }
   return moved;
 }

@@ -56,7 +56,8 @@ static inline LaneJointPush lane_joint_push(global const JointBlock* block, lane
 
 static inline lane lane_joint_product(LaneJointPush x, LaneJointPush y, const LaneBody* a, const LaneBody* b) {
   return (a->inverse_mass + b->inverse_mass) * lane_dot3(x.impulse, y.impulse) +
-         lane_dot3(x.moment_a, lane_turn_by(*a, y.moment_a)) + lane_dot3(x.moment_b, lane_turn_by(*b, y.moment_b));
+         lane_dot3(x.moment_a, lane_apply_inverse_inertia(*a, y.moment_a)) +
+         lane_dot3(x.moment_b, lane_apply_inverse_inertia(*b, y.moment_b));
 }
 
 #if FEATURE_TOLERANCE
@@ -64,7 +65,7 @@ static inline lane lane_joint_product(LaneJointPush x, LaneJointPush y, const La
 static inline LaneBody lane_moved_by(const LaneBody* body, Lane3 impulse, Lane3 moment) {
   LaneBody moved = *body;
   moved.v = lane_scale3(body->inverse_mass, impulse);
-  moved.w = lane_turn_by(*body, moment);
+  moved.w = lane_apply_inverse_inertia(*body, moment);
   return moved;
 }
 #endif

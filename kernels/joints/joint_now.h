@@ -43,7 +43,7 @@ static inline JointSizes joint_sizes(global const real* screw_rises, global cons
   return sizes;
 }
 
-static inline void turn_to_cross(JointNow* now, Vec3 second) {
+static inline void rotate_to_cross(JointNow* now, Vec3 second) {
   const real level = sqrt(second.x * second.x + second.y * second.y);
   now->coordinate = direction_angle(second.x, second.y, level);
   if (!(level > (real)0)) return;
@@ -66,20 +66,20 @@ static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, J
   const Vec3 d = sub3(now.arm_a, rotate3(q_a, vec3(joint.anchor_a)));
   now.coordinate = (real)0;
 
-  Quat turn = multiply4(make4(-frame_a.x, -frame_a.y, -frame_a.z, frame_a.w), frame_b);
-  if (turn.w < (real)0) turn = make4(-turn.x, -turn.y, -turn.z, -turn.w);
+  Quat rotation = multiply4(make4(-frame_a.x, -frame_a.y, -frame_a.z, frame_a.w), frame_b);
+  if (rotation.w < (real)0) rotation = make4(-rotation.x, -rotation.y, -rotation.z, -rotation.w);
   if ((locked >> 5 & 1u) != 0u) {
-    now.error[3] = (real)2 * turn.x;
-    now.error[4] = (real)2 * turn.y;
-    now.error[5] = (real)2 * turn.z;
+    now.error[3] = (real)2 * rotation.x;
+    now.error[4] = (real)2 * rotation.y;
+    now.error[5] = (real)2 * rotation.z;
   } else if (LOCKS_CROSS(locked)) {
-    const Vec3 second = rotate3(turn, make3((real)1, (real)0, (real)0));
+    const Vec3 second = rotate3(rotation, make3((real)1, (real)0, (real)0));
     now.error[3] = (real)0;
     now.error[4] = -second.z;
     now.error[5] = (real)0;
-    turn_to_cross(&now, second);
+    rotate_to_cross(&now, second);
   } else {
-    const Vec3 axis_b = rotate3(turn, make3((real)0, (real)0, (real)1));
+    const Vec3 axis_b = rotate3(rotation, make3((real)0, (real)0, (real)1));
     now.error[3] = -axis_b.y;
     now.error[4] = axis_b.x;
     now.error[5] = (real)0;
@@ -87,7 +87,7 @@ static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, J
   for (u32 i = 0u; i < 3u; ++i) now.error[i] = dot3(now.axes[i], d);
 
   now.free_axis = now.axes[2];
-  if (free_kind == FREE_ANGLE && !LOCKS_CROSS(locked)) now.coordinate = turn_angle(turn.z, turn.w);
+  if (free_kind == FREE_ANGLE && !LOCKS_CROSS(locked)) now.coordinate = rotation_angle(rotation.z, rotation.w);
   if (free_kind == FREE_TRAVEL) now.coordinate = now.error[2];
   if (free_kind == FREE_LENGTH) {
     now.coordinate = length3(d);
@@ -96,9 +96,9 @@ static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, J
   }
   now.rise = sizes.rise;
   if (sizes.rise != (real)0) {
-    const real whole_turn = (real)6.283185307179586;
-    const real turns = floor((now.error[2] / sizes.rise - now.coordinate) / whole_turn + (real)0.5);
-    now.coordinate = now.coordinate + whole_turn * turns;
+    const real two_pi = (real)6.283185307179586;
+    const real revolutions = floor((now.error[2] / sizes.rise - now.coordinate) / two_pi + (real)0.5);
+    now.coordinate = now.coordinate + two_pi * revolutions;
     now.error[2] = now.error[2] - sizes.rise * now.coordinate;
   }
   now.radius = sizes.radius;

@@ -54,9 +54,9 @@ static inline void lane_push_joint(global const JointBlock* block, lane_mask ang
   const Lane3 impulse = effort.impulse, moment = effort.moment;
   const Lane3 arm_a = lane_joint_vector(block->arm_a, first), arm_b = lane_joint_vector(block->arm_b, first);
   a->v = lane_sub3(a->v, lane_scale3(a->inverse_mass, impulse));
-  a->w = lane_sub3(a->w, lane_turn_by(*a, lane_add3(lane_cross3(arm_a, impulse), moment)));
+  a->w = lane_sub3(a->w, lane_apply_inverse_inertia(*a, lane_add3(lane_cross3(arm_a, impulse), moment)));
   b->v = lane_add3(b->v, lane_scale3(b->inverse_mass, impulse));
-  b->w = lane_add3(b->w, lane_turn_by(*b, lane_add3(lane_cross3(arm_b, impulse), moment)));
+  b->w = lane_add3(b->w, lane_apply_inverse_inertia(*b, lane_add3(lane_cross3(arm_b, impulse), moment)));
 }
 
 static inline lane lane_bounded_speed(lane u, lane slowest, lane fastest, lane give) {
@@ -69,9 +69,10 @@ static inline void lane_solve_locked_rows(global const JointBlock* block, u32 fi
                                           lane d[JOINT_ROWS]) {
   for (u32 i = 0u; i < 3u; ++i) {
     const Lane3 axis = lane_joint_vector(block->axes + 3u * i, first);
-    d[i] = -(lane_dot3(axis, u) + share * LANE_LOAD(block->bias[i] + first) + LANE_LOAD(block->turning[i] + first));
+    d[i] = -(lane_dot3(axis, u) + share * LANE_LOAD(block->bias[i] + first) +
+             LANE_LOAD(block->velocity_product[i] + first));
     d[i + 3u] = -(lane_dot3(axis, w) + share * LANE_LOAD(block->bias[i + 3u] + first) +
-                  LANE_LOAD(block->turning[i + 3u] + first));
+                  LANE_LOAD(block->velocity_product[i + 3u] + first));
   }
 #if FEATURE_SCREWS
   const lane rise = LANE_LOAD(block->rise + first);
@@ -132,7 +133,7 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
 #if FEATURE_JOINT_SPRINGS
     kept = kept | (LANE_LOAD(block->yield + first) > (lane)0);
 #endif
-    const lane still = -LANE_LOAD(block->turning[JOINT_ROWS] + first);
+    const lane still = -LANE_LOAD(block->velocity_product[JOINT_ROWS] + first);
     slowest = kept ? slowest : (equal ? still : (slowest > (lane)0 ? (lane)0 : slowest));
     fastest = kept ? fastest : (equal ? still : (fastest < (lane)0 ? (lane)0 : fastest));
   }

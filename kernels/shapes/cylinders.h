@@ -91,7 +91,7 @@ static inline CylinderBound cylinders_climb(const Cylinder* a, const Cylinder* b
 
 // Across both rims at a point of a's rim and the nearest point of b's, if that separates them better.
 static inline CylinderBound cylinders_sample(const Cylinder* a, u32 end_a, const Cylinder* b, u32 end_b, u32 i,
-                                             bool turned, CylinderBound best) {
+                                             bool swapped, CylinderBound best) {
   const Vec3 direction = rim_direction(a, i);
   const Vec3 p = add3(cylinder_cap(a, end_a), scale3(a->radius, direction));
   const Vec3 q = rim_towards(b, end_b, p);
@@ -99,7 +99,7 @@ static inline CylinderBound cylinders_sample(const Cylinder* a, u32 end_a, const
   const real length = length3(normal);
   if (!(length > (real)1e-3 * b->radius)) return best;
   const Vec3 unit = scale3((real)1 / length, normal);
-  const CylinderBound bound = turned ? cylinders_bound(b, a, unit) : cylinders_bound(a, b, unit);
+  const CylinderBound bound = swapped ? cylinders_bound(b, a, unit) : cylinders_bound(a, b, unit);
   return bound.gap > best.gap ? bound : best;
 }
 

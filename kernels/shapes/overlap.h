@@ -13,7 +13,7 @@ static inline Placed place_shape(Pose pose, global const Shape* shape, u32 hull,
   placed.size = make3(shape->size[0], shape->size[1], shape->size[2]);
   placed.hull = hull;
   placed.alone = false;
-  placed.way = placed.turn = make3((real)0, (real)0, (real)0);
+  placed.way = placed.angular_displacement = make3((real)0, (real)0, (real)0);
   placed.margin = (real)0;
   return placed;
 }

@@ -21,8 +21,8 @@
 #define HAS_PLANE 1
 
 static inline Manifold collide_shapes(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
-  const bool turned = kind_a > kind_b;
-  if (turned) {
+  const bool swapped = kind_a > kind_b;
+  if (swapped) {
     const Placed placed = a;
     a = b;
     b = placed;
@@ -40,7 +40,7 @@ static inline Manifold collide_shapes(u32 kind_a, Placed a, u32 kind_b, Placed b
 #undef SHAPE_PAIR
 #undef PATCH_PAIR
   if (by_patches) m = patches_touch(kind_a, a, kind_b, b, tables, limit);
-  if (turned) flip(&m);
+  if (swapped) flip(&m);
   return m;
 }
 

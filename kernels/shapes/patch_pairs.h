@@ -48,7 +48,7 @@ static inline Meeting meet_cores(u32 kind_a, Placed a, u32 kind_b, Placed b, Hul
     const Cylinder cylinder = cylinder_of(cylinder_a ? a : b);
     const Polytope polytope = polytope_of(cylinder_a ? kind_b : kind_a, cylinder_a ? b : a, tables);
     const Meeting meeting = cylinder_meets(&cylinder, &polytope, limit, tolerance);
-    return cylinder_a ? meeting : meeting_turned(meeting);
+    return cylinder_a ? meeting : meeting_swapped(meeting);
   }
 #endif
   if (!FEATURE_HULLS) return no_meeting();
@@ -164,7 +164,8 @@ static inline Manifold hold_inside(Placed a, Placed b, HullTables tables, bool i
     const Vec3 at_a = sub3(point.anchor_a, scale3(shared->radius_a, shared->normal));
     const Vec3 at_b = add3(point.anchor_b, scale3(shared->radius_b, shared->normal));
     const Vec3 way =  // of a past b
-        sub3(add3(a.way, cross3(a.turn, sub3(at_a, a.center))), add3(b.way, cross3(b.turn, sub3(at_b, b.center))));
+        sub3(add3(a.way, cross3(a.angular_displacement, sub3(at_a, a.center))),
+             add3(b.way, cross3(b.angular_displacement, sub3(at_b, b.center))));
     const Vec3 at = into_frame(facet.axes, sub3(is_a ? at_a : at_b, facet.center));
     if (facet_holds(&facet, at, into_frame(facet.axes, scale3(is_a ? (real)-1 : (real)1, way)), a.margin))
       m = with_point(m, point.anchor_a, point.anchor_b, point.feature);

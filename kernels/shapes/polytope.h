@@ -176,7 +176,7 @@ static inline Meeting no_meeting(void) {
 }
 
 // The same seen from the other side.
-static inline Meeting meeting_turned(Meeting m) {
+static inline Meeting meeting_swapped(Meeting m) {
   const Vec3 at = m.at_a;
   m.at_a = m.at_b;
   m.at_b = at;

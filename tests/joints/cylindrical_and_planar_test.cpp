@@ -96,13 +96,13 @@ Scene on_plane() {
   Scene scene =
       joint_scene({bare_body({0, 0, 0}, {0.1, 0.1, 0.25})},
                   {joint_of(JOINT_PLANAR, NONE, 0, {0.3, 0.2, 0}, {std::sin(slope), 0, std::cos(slope)})}, dt);
-  scene.bodies[0].orientation = exact::turn({0, 1, 0}, std::sin(slope / 2), std::cos(slope / 2));
+  scene.bodies[0].orientation = exact::rotation({0, 1, 0}, std::sin(slope / 2), std::cos(slope / 2));
   scene.bodies[0].angular_velocity = {2 * std::sin(slope), 0, 2 * std::cos(slope)};
   scene.bodies[0].velocity = {0, 0.7, 0};
   return scene;
 }
 
-TYPED_TEST(PlanarJoint, SlidesDownItsPlaneWhileItTurns) {
+TYPED_TEST(PlanarJoint, SlidesDownItsPlaneWhileItRotates) {
   using real = TypeParam;
   for (const u32 substeps : {1u, 4u}) {
     SCOPED_TRACE(substeps);

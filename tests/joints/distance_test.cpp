@@ -41,9 +41,9 @@ TYPED_TEST(DistanceJoint, ConicalPendulumKeepsItsHeight) {
   scene.bodies[0].velocity = {0, w * radius, 0};
   const u32 substeps = 16, steps = 480;
   const Buffers<real> b = after_steps<real>(with_small_steps(scene, substeps), steps);
-  const double turned = std::atan2(double(b.positions[0].y), double(b.positions[0].x));
+  const double azimuth = std::atan2(double(b.positions[0].y), double(b.positions[0].x));
   EXPECT_NEAR(double(b.positions[0].z), -length * std::cos(angle), 2e-3);
-  EXPECT_NEAR(std::remainder(turned - w * steps * dt, 2 * 3.141592653589793), 0, 1e-2);
+  EXPECT_NEAR(std::remainder(azimuth - w * steps * dt, 2 * 3.141592653589793), 0, 1e-2);
 }
 
 // A rope may go slack, and stops what falls into it.

@@ -64,18 +64,18 @@ TYPED_TEST(JointFriction, SwingsOfASpringShortenEvenly) {
   scene.joints[0].stand = {{0, 0, 0}, {0, 0, 0}};
   scene.joints[0].spring = {.stiffness = k};
   scene.joints[0].friction = force;
-  std::vector<double> turns = {0.095};
+  std::vector<double> extremes = {0.095};
   double before = 0.095, last = 0;
   watch_steps<real>(scene, 3000, [&](const Buffers<real>& b, u32) {
     const double x = position(b, 0)[2], way = x - before;
-    if (way * last < 0) turns.push_back(before);
+    if (way * last < 0) extremes.push_back(before);
     if (std::abs(way) > 1e-7) last = way;
     before = x;
   });
-  ASSERT_EQ(turns.size(), 5u);
-  for (std::size_t i = 0; i < turns.size(); ++i)
-    EXPECT_NEAR(std::abs(turns[i]), 0.095 - 2 * force / k * double(i), 2e-4) << i;
-  EXPECT_NEAR(before, turns.back(), 0.021);
+  ASSERT_EQ(extremes.size(), 5u);
+  for (std::size_t i = 0; i < extremes.size(); ++i)
+    EXPECT_NEAR(std::abs(extremes[i]), 0.095 - 2 * force / k * double(i), 2e-4) << i;
+  EXPECT_NEAR(before, extremes.back(), 0.021);
   EXPECT_LE(k * std::abs(before), force + 1e-3) << "it sticks where the spring is too weak";
 }
 

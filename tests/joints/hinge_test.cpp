@@ -35,7 +35,7 @@ TYPED_TEST(HingeJoint, MotorReachesItsSpeedWithItsTorque) {
 }
 
 // b against a: a motor between two bodies turns the second, and the first the other way.
-TYPED_TEST(HingeJoint, MotorTurnsBothBodies) {
+TYPED_TEST(HingeJoint, MotorRotatesBothBodies) {
   using real = TypeParam;
   BodyDescription a = bare_body({0, 0, 0}, {1, 1, 3}), b = bare_body({0, 0, 1}, {1, 1, 1});
   Scene scene = joint_scene({a, b}, {joint_of(JOINT_HINGE, 0, 1, {0, 0, 0.5})}, dt);

@@ -57,22 +57,22 @@ double off_slope(double dt, Integrator integrator, u32 substeps, double duration
 
 TYPED_TEST(NonHolonomic, ASkateOnASlopeGoesSideways) {
   using real = TypeParam;
-  const double two_turns = 4 * exact::pi / spin;
+  const double two_revolutions = 4 * exact::pi / spin;
   for (const u32 substeps : {1u, 4u}) {
-    const double coarse = off_slope<real>(0.02, Integrator::semi_implicit_euler, substeps, two_turns);
-    const double fine = off_slope<real>(0.01, Integrator::semi_implicit_euler, substeps, two_turns);
+    const double coarse = off_slope<real>(0.02, Integrator::semi_implicit_euler, substeps, two_revolutions);
+    const double fine = off_slope<real>(0.01, Integrator::semi_implicit_euler, substeps, two_revolutions);
     EXPECT_LT(fine, 0.02 / substeps) << substeps;
     EXPECT_GT(coarse / fine, 1.8) << substeps;
   }
-  const double coarse = off_slope<real>(0.02, Integrator::trapezoidal, 1, two_turns);
+  const double coarse = off_slope<real>(0.02, Integrator::trapezoidal, 1, two_revolutions);
   EXPECT_LT(coarse, 2.5e-3);
-  EXPECT_GT(coarse / off_slope<real>(0.01, Integrator::trapezoidal, 1, two_turns), 3.5);
+  EXPECT_GT(coarse / off_slope<real>(0.01, Integrator::trapezoidal, 1, two_revolutions), 3.5);
 }
 
 // Chaplygin's sleigh: the edge a behind the centre of mass, on level ice. Of what turns at first and does not go, with
 // kappa = 1 + I / (m a^2): the speed along the edge is V tanh(s t), the spin W sech(s t), V = a W sqrt(kappa) and
 // s = V / (a kappa) (Bloch, Nonholonomic Mechanics and Control, 2003, 1.7).
-TYPED_TEST(NonHolonomic, ASleighTurnsIntoAStraightLine) {
+TYPED_TEST(NonHolonomic, ASleighEndsInAStraightLine) {
   using real = TypeParam;
   const double a = 0.4, inertia = 0.2, first = 3, dt = 1.0 / 240;
   BodyDescription body = bare_body({0, 0, 0}, {0.1, 0.1, inertia});

@@ -74,7 +74,7 @@ TYPED_TEST(ScrewJoint, AMotorLiftsByTheThread) {
 }
 
 // A limit may lie turns away.
-TYPED_TEST(ScrewJoint, LimitsCountWholeTurns) {
+TYPED_TEST(ScrewJoint, LimitsCountWholeRevolutions) {
   using real = TypeParam;
   const double pitch = 0.3;
   for (const u32 substeps : {1u, 4u}) {
@@ -105,11 +105,10 @@ TYPED_TEST(ScrewJoint, ASpringWindsUp) {
 TYPED_TEST(ScrewJoint, FreeBoltAndNutKeepTheirMomenta) {
   using real = TypeParam;
   const double pitch = 0.2;
-  BodyDescription bolt = bare_body({0, 0, 0}, {0.1, 0.1, 0.03}),
-                  turned = bare_body({0, 0, 0.5}, {0.012, 0.012, moment});
+  BodyDescription bolt = bare_body({0, 0, 0}, {0.1, 0.1, 0.03}), nut = bare_body({0, 0, 0.5}, {0.012, 0.012, moment});
   bolt.mass = 3;
-  turned.angular_velocity = {0, 0, 8};
-  Scene scene = joint_scene({bolt, turned}, {joint_of(JOINT_SCREW, 0, 1, {0, 0, 0.2})}, dt);
+  nut.angular_velocity = {0, 0, 8};
+  Scene scene = joint_scene({bolt, nut}, {joint_of(JOINT_SCREW, 0, 1, {0, 0, 0.2})}, dt);
   scene.gravity = {0, 0, 0};
   scene.joints[0].pitch = pitch;
   const InitialState<real> state = compile<real>(scene);

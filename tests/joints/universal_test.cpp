@@ -42,7 +42,7 @@ Scene cardan() {
 }
 
 // tan(theta_2) = tan(theta_1) / cos(beta), and so w_2 / w_1 = cos(beta) / (1 - sin(beta)^2 cos(theta_1)^2).
-TYPED_TEST(UniversalJoint, TurnsABentShaftAsCardanSays) {
+TYPED_TEST(UniversalJoint, RotatesABentShaftAsCardanSays) {
   using real = TypeParam;
   for (const u32 substeps : {1u, 2u}) {
     SCOPED_TRACE(substeps);

@@ -19,8 +19,8 @@ TEST(ArticulatedJoints, CoordinatesAndPosesAreEachOthersInverse) {
   for (const JointType type : test::tree_types) {
     for (int i = 0; i < 50; ++i) {
       const Joint joint = test::random_joint(random, type, 0, 1);
-      const Pose a = {random.vector(2), random.turn()};
-      Coordinates c = {3 * random.vector(1), random.turn()};
+      const Pose a = {random.vector(2), random.rotation()};
+      Coordinates c = {3 * random.vector(1), random.rotation()};
       if (type == JointType::screw) c.value[0] *= 10;  // whole turns
       const Pose b = pose_of_b(joint, a, c);
       EXPECT_LT(distance(pose_of_a(joint, b, c), a), 1e-12) << int(type);
@@ -37,8 +37,8 @@ TEST(ArticulatedJoints, LockWhatTheyDoNotLeaveFree) {
   Random random(4);
   for (const JointType type : test::tree_types) {
     const Joint joint = test::random_joint(random, type, 0, 1);
-    const Pose a = {random.vector(2), random.turn()};
-    const JointStand at = stand(joint, a, pose_of_b(joint, a, {random.vector(1), random.turn()}));
+    const Pose a = {random.vector(2), random.rotation()};
+    const JointStand at = stand(joint, a, pose_of_b(joint, a, {random.vector(1), random.rotation()}));
     const LockedRows locked = locked_rows(joint, at);
     EXPECT_EQ(__builtin_popcount(locked.mask) + freedoms(type), 6) << int(type);
     EXPECT_LT((locked.wrench.transpose() * motion_axes(joint, at)).norm(), 1e-14) << int(type);
@@ -51,8 +51,8 @@ TEST(ArticulatedJoints, RowsAreTheDerivativesOfErrors) {
   const double h = 1e-6;
   for (int type = 0; type <= int(JointType::distance); ++type) {
     const Joint joint = test::random_joint(random, JointType(type), 0, 1);
-    const Pose a = {random.vector(2), random.turn()};
-    Configuration at = {{a, pose_of_b(joint, a, {random.vector(1), random.turn()})}, {}};
+    const Pose a = {random.vector(2), random.rotation()};
+    Configuration at = {{a, pose_of_b(joint, a, {random.vector(1), random.rotation()})}, {}};
     if (joint.type == JointType::distance) at.poses[1].x += random.vector(1);
     const System system = {{{}, {}}, {joint}};
     const Tree none(system);
@@ -81,8 +81,8 @@ TEST(ArticulatedKinematics, TwistsAndProductsAreDerivatives) {
       const LinkKinematics& k = now.link(i);
       const Vector3d v = (later.poses[link.body].x - sooner.poses[link.body].x) / (2 * h);
       EXPECT_LT((v - k.twist.head<3>()).norm(), 1e-8 * (1 + k.twist.norm()));
-      const Quaterniond turn = later.poses[link.body].q * sooner.poses[link.body].q.conjugate();
-      const Vector3d w = (turn.w() < 0 ? -1 : 1) * turn.vec() / h;
+      const Quaterniond rotation = later.poses[link.body].q * sooner.poses[link.body].q.conjugate();
+      const Vector3d w = (rotation.w() < 0 ? -1 : 1) * rotation.vec() / h;
       EXPECT_LT((w - k.twist.tail<3>()).norm(), 1e-8 * (1 + k.twist.norm()));
       acceleration[i] = k.product;
       if (link.parent != no_link) acceleration[i] += twist_at(acceleration[link.parent], k.from_parent);

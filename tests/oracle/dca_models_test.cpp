@@ -70,7 +70,7 @@ struct Case {
   Case(unsigned seed, std::size_t bodies, std::size_t contacts, double friction) : r(seed, bodies) {
     StepStart start;
     start.poses = r.at.poses;
-    start.poses.push_back({{0.3, -2, 1}, r.random.turn()});  // a body without joints
+    start.poses.push_back({{0.3, -2, 1}, r.random.rotation()});  // a body without joints
     r.system.bodies.push_back({1.5, {0.2, 0.3, 0.4}, false});
     tree = std::make_unique<Tree>(r.system);
     const std::size_t all = start.poses.size();
@@ -79,8 +79,8 @@ struct Case {
     start.lone.resize(all);
     for (Vector6& twist : start.twists) twist = r.random.vector6(1);
     for (Vector6& wrench : start.wrenches) wrench = r.random.vector6(10);
-    const Matrix3d turn = start.poses.back().q.toRotationMatrix();
-    start.lone.back() = {1 / 1.5, turn * Vector3d(5, 1 / 0.3, 2.5).asDiagonal() * turn.transpose()};
+    const Matrix3d rotation = start.poses.back().q.toRotationMatrix();
+    start.lone.back() = {1 / 1.5, rotation * Vector3d(5, 1 / 0.3, 2.5).asDiagonal() * rotation.transpose()};
     start.dt = 0.01;
     start.theta = 1;
     step = std::make_unique<Step>(*tree, laws, start);
@@ -114,9 +114,9 @@ struct Case {
       to.v = step->twists()[i].head<3>();
       to.w = step->twists()[i].tail<3>();
       if (body.mass > 0) {
-        const Matrix3d turn = at.poses[i].q.toRotationMatrix();
+        const Matrix3d rotation = at.poses[i].q.toRotationMatrix();
         to.inverse_mass = 1 / body.mass;
-        to.inverse_inertia = turn * body.inertia.cwiseInverse().asDiagonal() * turn.transpose();
+        to.inverse_inertia = rotation * body.inertia.cwiseInverse().asDiagonal() * rotation.transpose();
         if (!body.held) to.inverse_inertia = step->given().lone[i].inverse_inertia;
       }
       m.bodies.push_back(to);

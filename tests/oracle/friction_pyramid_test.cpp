@@ -191,7 +191,7 @@ TEST(FrictionPyramid, JointsRubDry) {
   m.bodies.resize(2);
   m.bodies[1] = {1, 10 * Eigen::Matrix3d::Identity(), Vector3d::Zero(), {0, 0, 2}};
   for (int i = 0; i < 3; ++i) m.joint_rows.push_back({test::ball_row(1, 0, Vector3d::Zero(), Vector3d::Zero(), i), 0});
-  m.dry_rows.push_back({test::turning_row(1, 0, Vector3d::UnitZ()), 0.05});
+  m.dry_rows.push_back({test::angular_row(1, 0, Vector3d::UnitZ()), 0.05});
   EXPECT_NEAR(velocities_of(m, 4)[11], 1.5, 1e-12);
   m.bodies[1].w[2] = -2;
   EXPECT_NEAR(velocities_of(m, 4)[11], -1.5, 1e-12);

@@ -229,7 +229,7 @@ TEST(ImplicitStep, HingesKeepTheirAxes) {
 }
 
 // The kinematic map of (40): Q' - Q = dt/2 (0, w') Q' is what the step does, up to the length of Q'.
-TEST(ImplicitStep, TurnsByTheImplicitKinematicMap) {
+TEST(ImplicitStep, RotatesByTheImplicitKinematicMap) {
   ImplicitSystem system;
   system.dt = 0.2;
   ImplicitBody body;

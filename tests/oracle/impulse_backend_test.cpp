@@ -129,17 +129,17 @@ TEST(ImpulseBackend, HoldsTensionUpToTheLimitOfItsStep) {
   const auto largest_bend = [&](double tension) {
     Scene scene;
     scene.settings.integrator = Integrator::semi_implicit_euler;
-    const auto add = [&](double z, double half_length, double mass, double turn) {
+    const auto add = [&](double z, double half_length, double mass, double tilt) {
       BodyDescription& body = scene.bodies.emplace_back();
       body.mass = mass;
       body.inertia = {inertia, inertia, inertia};
       body.position = {0, 0, z};
-      body.orientation = {0, std::sin(turn / 2), 0, std::cos(turn / 2)};
+      body.orientation = {0, std::sin(tilt / 2), 0, std::cos(tilt / 2)};
       JointDescription& joint = scene.joints.emplace_back();
       joint.kind = JOINT_BALL;
       joint.body_a = scene.bodies.size() == 1 ? NONE : u32(scene.bodies.size() - 2);
       joint.body_b = u32(scene.bodies.size() - 1);
-      joint.anchor_a = joint.anchor_b = {-half_length * std::sin(turn), 0, z + half_length * std::cos(turn)};
+      joint.anchor_a = joint.anchor_b = {-half_length * std::sin(tilt), 0, z + half_length * std::cos(tilt)};
     };
     // 1 g a link and a weight of a tonne: the tension is that of the weight all along, and the weight hardly moves
     for (u32 i = 0; i < links; ++i) add(-length * (i + 0.5), length / 2, 1e-3, i % 2 == 0 ? bend : -bend);

@@ -132,15 +132,15 @@ class ClosedForms(unittest.TestCase):
     def test_a_kinematic_body_goes_where_it_is_told(self):
         lift = {"name": "lift", "type": "kinematic", "shapes": [{"type": "box", "size": [1, 1, 0.1]}]}
         world = lockstep.World(scene({**BALL, "position": [0, 0, 5]}, lift))
-        turned = [0, 0, np.sin(0.1), np.cos(0.1)]
-        world.set_kinematic_target(world.body("lift"), [0, 0, 0.01], turned)
+        rotated = [0, 0, np.sin(0.1), np.cos(0.1)]
+        world.set_kinematic_target(world.body("lift"), [0, 0, 0.01], rotated)
         world.step()
-        np.testing.assert_allclose(world.pose(world.body("lift")), [0, 0, 0.01, *turned], atol=1e-6)
+        np.testing.assert_allclose(world.pose(world.body("lift")), [0, 0, 0.01, *rotated], atol=1e-6)
         world.step()
         np.testing.assert_allclose(world.velocity(world.body("lift")), np.zeros(6), atol=1e-12)
         self.assertEqual(world.kind(world.body("lift")), "kinematic")
 
-    def test_a_motor_turns_a_wheel(self):
+    def test_a_motor_drives_a_wheel(self):
         wheel = {"name": "wheel", "mass": 1, "inertia": [1, 1, 2]}
         hinge = {"name": "axle", "type": "hinge", "bodies": ["world", "wheel"], "anchor": [0, 0, 0], "axis": [0, 0, 1]}
         world = lockstep.World(scene(wheel, joints=[hinge], settings={"dt": 0.01}), precision="double")

@@ -40,7 +40,7 @@ BodyDescription solid(const ShapeDescription& shape, const Vector3& position, co
 ShapeDescription sphere(double radius) { return {.kind = SHAPE_SPHERE, .radius = radius}; }
 ShapeDescription box(const Vector3& half) { return {.kind = SHAPE_BOX, .half_extents = half}; }
 
-const Quaternion lying = exact::turn({0, 1, 0}, std::sqrt(0.5), std::sqrt(0.5));  // z becomes x
+const Quaternion lying = exact::rotation({0, 1, 0}, std::sqrt(0.5), std::sqrt(0.5));  // z becomes x
 
 std::vector<BodyDescription> sliders() {
   const ShapeDescription rock = {
@@ -83,10 +83,10 @@ TEST(Facets, AFlatGroundIsAPlane) {
 TEST(Facets, ASlopeIsASlope) {
   const double slope = 0.5, sine = slope / std::sqrt(1 + slope * slope), cosine = sine / slope;
   const BodyDescription ground = surface_body(hills(41, 0.5, [&](double x, double y) { return -slope * x + 0 * y; }));
-  const Quaternion turned = exact::turn({0, 1, 0}, std::sqrt((1 - cosine) / 2), std::sqrt((1 + cosine) / 2));
+  const Quaternion rotated = exact::rotation({0, 1, 0}, std::sqrt((1 - cosine) / 2), std::sqrt((1 + cosine) / 2));
   for (const ShapeDescription& shape : {sphere(0.2), box({0.3, 0.25, 0.2}), box({1.3, 0.9, 0.2})}) {
     const Vector3 start = {-3 + 0.2 * sine, 0.11, 1.5 + 0.2 * cosine};
-    World world(scene_of({ground, solid(shape, start, {0, 0, 0}, turned)}, 0), in_double());
+    World world(scene_of({ground, solid(shape, start, {0, 0, 0}, rotated)}, 0), in_double());
     world.step(120);
     const Twist v = world.velocity(world.bodies()[1]);
     EXPECT_NEAR(v.linear[0], g * sine * cosine, 1e-6);
@@ -214,7 +214,7 @@ TEST(Facets, ContactsAreWhereGroundAndBodyAre) {
     const u32 shape = facets + static_cast<u32>(n) % 4, kind = state.buffers.shape_infos[shape].kind;
     const double x = random.between(-1.5, 1.5), y = random.between(-1.5, 1.5);
     const reference::Placed<double> body =
-        placed(shape, {x, y, ground(x, y) + random.between(-0.05, 0.4)}, random.turn());
+        placed(shape, {x, y, ground(x, y) + random.between(-0.05, 0.4)}, random.rotation());
     for (u32 t = 0; t < facets; ++t) {
       const reference::Placed<double> facet = placed(t, {0, 0, 0}, {0, 0, 0, 1});
       const bool first = kind < SHAPE_HULL;  // pairs are stored in the order of kinds
@@ -341,7 +341,7 @@ TYPED_TEST(FacetTwins, KernelMatchesReference) {
       body.position = exact::add(random.vector(1.5), {0, 0, 1.8});
       body.velocity = exact::add(random.vector(n == 4 ? 60 : 2), {0, 0, -3});
       body.angular_velocity = random.vector(n == 4 ? 30 : 2);
-      body.orientation = random.turn();
+      body.orientation = random.rotation();
       body.continuous = n == 4;
       bodies.push_back(body);
     }

@@ -102,7 +102,7 @@ inline Polygon contact_patch(const Body& a, const Body& b, const Vector3d& n, do
   for (const Body* shape : {&a, &b}) {
     if (shape->kind == SHAPE_PLANE) continue;
     Polygon outwards;
-    for (int i = 0; i < 96; ++i) outwards.emplace_back(std::cos(turn * i / 96), std::sin(turn * i / 96));
+    for (int i = 0; i < 96; ++i) outwards.emplace_back(std::cos(two_pi * i / 96), std::sin(two_pi * i / 96));
     for (const Vector3d& pole : shape->poles()) {
       const Eigen::Vector2d across(-v.dot(pole), u.dot(pole));
       if (across.norm() > 1e-3) outwards.insert(outwards.end(), {across.normalized(), -across.normalized()});

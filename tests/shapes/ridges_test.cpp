@@ -33,7 +33,7 @@ double distance_to_roof(const Vector3& x, double slope) {
 }
 
 Quaternion about(const Vector3& axis, double angle) {
-  return exact::turn(axis, std::sin(angle / 2), std::cos(angle / 2));
+  return exact::rotation(axis, std::sin(angle / 2), std::cos(angle / 2));
 }
 
 // Rods of 0.6 m and 40 mm lie across the ridge, leaning between its slopes, and spin about it at 21 rad/s, 0.35 rad a

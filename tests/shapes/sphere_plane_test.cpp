@@ -57,7 +57,7 @@ TYPED_TEST(SpherePlane, MatchesTheClosedForm) {
 
 // A shape's frame turned by its body: a plane whose normal points along x in the body, and the body turned by a third
 // of a turn about (1, 1, 1), which takes x to y. All products are exact.
-TYPED_TEST(SpherePlane, TheBodyTurnsTheNormal) {
+TYPED_TEST(SpherePlane, TheBodyRotatesTheNormal) {
   using real = TypeParam;
   Shape<real> shape = {};
   shape.offset[0] = 2;  // the plane stands 2 m from the body's centre along its own normal

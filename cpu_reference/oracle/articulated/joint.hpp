@@ -5,7 +5,7 @@
 //   slider       travel                     along z
 //   cylindrical  travel, angle              along z, Rz(angle)
 //   planar       x, y, angle                along x and y of a, Rz(angle)
-//   ball         a turn                     rates are the angular velocity along the axes of the frame in a
+//   ball         a rotation                 rates are the angular velocity along the axes of the frame in a
 //   universal    two angles                 Rz(first) Rx(second): z is an arm of the cross in a, x the other in b
 //   screw        angle, of whole turns too  Rz(angle), rise angle along z
 #pragma once
@@ -36,23 +36,23 @@ struct Joint {
 };
 
 struct Coordinates {
-  Vector3d value = Vector3d::Zero();           // in the order of the table above, m and rad
-  Quaterniond turn = Quaterniond::Identity();  // of a ball, from the frame in b to the frame in a
+  Vector3d value = Vector3d::Zero();               // in the order of the table above, m and rad
+  Quaterniond rotation = Quaterniond::Identity();  // of a ball, from the frame in b to the frame in a
 };
 
-/// The turn about an axis by an angle, rad: the length of their product `angles`.
-Quaterniond turn_by(const Vector3d& angles);
+/// The rotation about an axis by an angle, rad: the length of their product `angles`.
+Quaterniond rotation_by_vector(const Vector3d& angles);
 
 /// How many coordinates a joint has; a distance joint is in no tree and has none.
 Index freedoms(JointType type);
 
 /// Where a joint stands at the poses of its bodies.
 struct JointStand {
-  Matrix3d axes;     // columns: x, y, z of the frame in a, of a universal joint those of its cross; world
-  Vector3d point;    // b's anchor, world
-  Vector3d offset;   // of b's anchor from a's, in the frame in a
-  Quaterniond turn;  // from the frame in b to the frame in a, w >= 0
-  Vector3d second;   // x of the frame in b, world
+  Matrix3d axes;         // columns: x, y, z of the frame in a, of a universal joint those of its cross; world
+  Vector3d point;        // b's anchor, world
+  Vector3d offset;       // of b's anchor from a's, in the frame in a
+  Quaterniond rotation;  // from the frame in b to the frame in a, w >= 0
+  Vector3d second;       // x of the frame in b, world
 };
 JointStand stand(const Joint& joint, const Pose& a, const Pose& b);
 

@@ -9,8 +9,8 @@ Kinematics::Kinematics(const Tree& tree, const Configuration& at, const std::vec
     const Link& link = tree.link(i);
     const Pose& pose = at.poses[link.body];
     LinkKinematics& k = links_[i];
-    const Matrix3d turn = pose.q.toRotationMatrix();
-    k.inertia = turn * tree.system().bodies[link.body].inertia.asDiagonal() * turn.transpose();
+    const Matrix3d rotation = pose.q.toRotationMatrix();
+    k.inertia = rotation * tree.system().bodies[link.body].inertia.asDiagonal() * rotation.transpose();
     const auto own = rates.segment(link.first, link.freedoms);
     if (link.joint == no_link) {
       k.motion = Columns::Identity(6, 6);

@@ -55,7 +55,7 @@ struct Search {
 };
 
 Pose moved_pose(const Pose& pose, const Vector6& twist, double dt) {
-  return {pose.x + dt * twist.head<3>(), (turn_by(dt * twist.tail<3>()) * pose.q).normalized()};
+  return {pose.x + dt * twist.head<3>(), (rotation_by_vector(dt * twist.tail<3>()) * pose.q).normalized()};
 }
 
 }  // namespace

@@ -84,7 +84,7 @@ struct Runner {
   std::uint32_t iterations, growth;  // of its first turn; from turn to turn
   std::uint32_t in_vain = 0, sits_out = 0;
 
-  void turn(Relay& relay) {
+  void run(Relay& relay) {
     if (sits_out > 0) {
       --sits_out;
       return;
@@ -105,7 +105,7 @@ SolveReport solve_automatically(const ConeProblem& problem, const SolveLimits& l
   Runner runners[] = {
       {admm, 1000, 4}, {newton, 10, 2}, {gauss_seidel, 1000, 2}, {proximal_point, 5, 2}, {loose_admm, 1000, 4}};
   for (std::uint32_t round = 0; round < most_rounds && !relay.finished(); ++round) {
-    for (Runner& runner : runners) runner.turn(relay);
+    for (Runner& runner : runners) runner.run(relay);
   }
   return relay.finish();
 }

@@ -39,7 +39,7 @@ struct BodyAt {
 
 /// (1 + dt/2 w) Q, normalised, as a matrix.
 template <class T>
-Mat3<T> turned(const Eigen::Quaterniond& q, const Vec3<T>& w, double dt) {
+Mat3<T> rotation_after(const Eigen::Quaterniond& q, const Vec3<T>& w, double dt) {
   const Vec3<T> half = w * T(0.5 * dt), im = as<T>(q.vec());
   const T re = T(T(q.w()) - half.dot(im));
   const Vec3<T> v = half * T(q.w()) + im + half.cross(im);
@@ -53,7 +53,7 @@ Mat3<T> turned(const Eigen::Quaterniond& q, const Vec3<T>& w, double dt) {
 /// A body at the end of a step with these velocities.
 template <class T>
 BodyAt<T> body_at(const ImplicitBody& body, const Vec3<T>& v, const Vec3<T>& w, double dt) {
-  return {as<T>(body.x) + v * T(dt), v, w, turned(body.q, w, dt)};
+  return {as<T>(body.x) + v * T(dt), v, w, rotation_after(body.q, w, dt)};
 }
 
 /// What a contact is at a pose. The normal is from b to a.
@@ -208,10 +208,10 @@ class Equations {
     const BodyAt<T>&a = now_[joint.body_a], &b = now_[joint.body_b];
     const T dt = T(system_.dt);
     JointAt<T> j = joint_at(joint, a, b);
-    const Vec3<T> u = velocity_between(a, j.arm_a, b, j.arm_b), turn = a.w - b.w;
+    const Vec3<T> u = velocity_between(a, j.arm_a, b, j.arm_b), relative_w = a.w - b.w;
     if (held_) {
       const BodyAt<T>&then_a = before_[joint.body_a], &then_b = before_[joint.body_b];
-      const Vec3<T> du = u - velocity_between(then_a, j.arm_a, then_b, j.arm_b), dw = turn - then_a.w + then_b.w;
+      const Vec3<T> du = u - velocity_between(then_a, j.arm_a, then_b, j.arm_b), dw = relative_w - then_a.w + then_b.w;
       j.error += du * dt;
       j.tilt_1 = T(j.tilt_1 + dt * T(j.across_1.dot(dw)));
       j.tilt_2 = T(j.tilt_2 + dt * T(j.across_2.dot(dw)));
@@ -220,7 +220,7 @@ class Equations {
     const Vec3<T> impulse = unknown(next_);
     Vec3<T> moment = as<T>(Vector3d::Zero());
     next_ += 3;
-    if (joint.hinge) moment = add_hinge(i, j, T(j.axis.dot(turn)));
+    if (joint.hinge) moment = add_hinge(i, j, T(j.axis.dot(relative_w)));
     give(joint.body_a, j.arm_a, impulse, moment);
     give(joint.body_b, j.arm_b, -impulse, -moment);
   }
@@ -248,9 +248,9 @@ class Equations {
     const Mat3<T> half = now_[i].r * as<T>(body.inertia), inertia = half * now_[i].r.transpose();
     const Vec3<T> w = held_ ? before_[i].w : now_[i].w, spin = inertia * w;
     const Vec3<T> gained = inertia * (now_[i].w - as<T>(body.w)) + w.cross(spin) * T(system_.dt);
-    const double turning = std::sqrt(body.mass * body.inertia.diagonal().maxCoeff());
+    const double angular_scale = std::sqrt(body.mass * body.inertia.diagonal().maxCoeff());
     f_.template segment<3>(next_) = now_[i].v - as<T>(body.v) - push_[i] * T(1 / body.mass);
-    f_.template segment<3>(next_ + 3) = (gained - twist_[i]) * T(1 / turning);
+    f_.template segment<3>(next_ + 3) = (gained - twist_[i]) * T(1 / angular_scale);
     next_ += 6;
   }
 

@@ -32,17 +32,17 @@ RowSizes row_sizes(const ImplicitSystem& system) {
     const ImplicitBody &a = system.bodies[c.body_a], &b = system.bodies[c.body_b];
     const ContactAt<double> any = contact_at<double>(c, start_of(a), start_of(b), Vector3d(0.6, 0.7, 0.4));
     sizes.across.push_back(tangents(any.normal).col(0));
-    const Vector3d turn_a = any.arm_a.cross(any.normal), turn_b = any.arm_b.cross(any.normal);
-    sizes.mobility.push_back(inverse_mass(a) + inverse_mass(b) + turn_a.dot(inverse_inertia(a) * turn_a) +
-                             turn_b.dot(inverse_inertia(b) * turn_b));
+    const Vector3d moment_a = any.arm_a.cross(any.normal), moment_b = any.arm_b.cross(any.normal);
+    sizes.mobility.push_back(inverse_mass(a) + inverse_mass(b) + moment_a.dot(inverse_inertia(a) * moment_a) +
+                             moment_b.dot(inverse_inertia(b) * moment_b));
   }
   for (const ImplicitJoint& j : system.joints) {
     const ImplicitBody &a = system.bodies[j.body_a], &b = system.bodies[j.body_b];
-    const Eigen::Matrix3d turning = inverse_inertia(a) + inverse_inertia(b);
-    const double largest = largest_eigenvalue(turning);
+    const Eigen::Matrix3d angular_mobility = inverse_inertia(a) + inverse_inertia(b);
+    const double largest = largest_eigenvalue(angular_mobility);
     sizes.radius.push_back(std::sqrt((inverse_mass(a) + inverse_mass(b)) / largest));
     const Vector3d axis = a.q * j.axis_a;
-    sizes.mobility.push_back(axis.dot(turning * axis));
+    sizes.mobility.push_back(axis.dot(angular_mobility * axis));
   }
   return sizes;
 }

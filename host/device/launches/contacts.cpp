@@ -315,7 +315,7 @@ void launch_close_joints(Launcher& launcher) {
   const bool alone = plan.swept_joint_phases == 0 || (articulations == 0 && !is_large(plan, 0));
   const u32 passes = alone ? 1 : plan.position_sweeps;
   if (articulations > 0) {
-    launcher.scratch("articulation_turns", articulations);
+    launcher.scratch("articulation_angles", articulations);
     make_room_for_closures(launcher);
   }
   for (u32 i = 0; i < passes; ++i) {

@@ -42,10 +42,10 @@ void launch_fall_asleep(Launcher& launcher) {
   launcher.scratch("keep_sums", std::size_t{2} * largest_group);
   launcher.scratch("merged_keys", std::size_t{plan.sizes.contacts} * 4);
   launcher.scratch("merged_impulses", std::size_t{plan.sizes.contacts} * 4 * plan.real_words);
-  const bool turning = has(plan.features, Feature::turning_friction);
-  if (turning) launcher.scratch("merged_moments", std::size_t{plan.sizes.contacts} * 4 * plan.real_words);
+  const bool has_moments = has(plan.features, Feature::angular_friction);
+  if (has_moments) launcher.scratch("merged_moments", std::size_t{plan.sizes.contacts} * 4 * plan.real_words);
   launcher.run_group("sleep_keep",
-                     {{"merged_moments", std::string_view(turning ? "merged_moments" : "merged_impulses")}});
+                     {{"merged_moments", std::string_view(has_moments ? "merged_moments" : "merged_impulses")}});
 }
 
 }  // namespace lockstep

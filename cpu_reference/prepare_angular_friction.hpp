@@ -1,15 +1,16 @@
-// What a contact that resists turning asks of its bodies in a sub-step (cpu_reference/visit_turn.hpp): the part of the
-// Delassus block that its spin has, and the inverse of the block of rolling; and what it starts from, the moment of the
-// last step or sub-step, turned with the contact through the world frame. kernels/prepare_turn.h is the twin.
+// What a contact with angular friction asks of its bodies in a sub-step (cpu_reference/solve_angular_friction.hpp): the
+// part of the Delassus block that its spin has, and the inverse of the block of rolling; and what it starts from, the
+// moment of the last step or sub-step, turned with the contact through the world frame.
+// kernels/prepare_angular_friction.h is the twin.
 #pragma once
 
+#include "cpu_reference/solve_angular_friction.hpp"
 #include "cpu_reference/visit_parts.hpp"
-#include "cpu_reference/visit_turn.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
-void clear_lane(TurnBlock<real>& block, TurnImpulse<real>& impulses, u32 lane) {
+void clear_lane(AngularFrictionBlock<real>& block, AngularFrictionImpulse<real>& impulses, u32 lane) {
   for (real* field :
        {block.spin_radius, block.roll_lever, block.w_ss, block.w_ns, block.w_1s, block.w_2s, block.inverse_11,
         block.inverse_12, block.inverse_22, impulses.spin, impulses.roll_1, impulses.roll_2})
@@ -23,11 +24,11 @@ void clear_lane(EllipseBlock<real>& block, u32 lane) {
 
 /// The moment that a contact starts from, world frame; `contact`, `block` and `impulses` still hold the last sub-step.
 template <class real>
-Vec3<real> start_moment(const StepParams<real>& params, const TurnPointBlock<real>& points,
-                        const ContactBlock<real>& contact, const TurnBlock<real>& block,
-                        const TurnImpulse<real>& impulses, u32 lane) {
+Vec3<real> start_moment(const StepParams<real>& params, const AngularFrictionPointBlock<real>& points,
+                        const ContactBlock<real>& contact, const AngularFrictionBlock<real>& block,
+                        const AngularFrictionImpulse<real>& impulses, u32 lane) {
   if (params.substep == 0) return {points.moment_x[lane], points.moment_y[lane], points.moment_z[lane]};
-  return turning_moment(contact_frame<real>(contact, lane), block, impulses, lane);
+  return angular_friction_moment(contact_frame<real>(contact, lane), block, impulses, lane);
 }
 
 /// The ellipse of a contact by now: its grain in the tangent plane. Where the grain is along the normal the cone is
@@ -48,24 +49,25 @@ Ellipse<real> prepare_ellipse(const GrainBlock<real>& grain, const ContactFrame<
 
 /// `c` is the contact by now, `moment` what it starts from. Returns the start of its cone: `r`, and the spin.
 template <class real>
-SpinVector<real> prepare_turn(const TurnPointBlock<real>& points, const ContactFrame<real>& c, u32 kind,
-                              const PairMotions<real>& motions, real w_nn, ConeVector<real> r, Vec3<real> moment,
-                              real friction, const Ellipse<real>* ellipse, TurnBlock<real>& block,
-                              TurnImpulse<real>& impulses, u32 lane) {
+SpinVector<real> prepare_angular_friction(const AngularFrictionPointBlock<real>& points, const ContactFrame<real>& c,
+                                          u32 kind, const PairMotions<real>& motions, real w_nn, ConeVector<real> r,
+                                          Vec3<real> moment, real friction, const Ellipse<real>* ellipse,
+                                          AngularFrictionBlock<real>& block, AngularFrictionImpulse<real>& impulses,
+                                          u32 lane) {
   const Motion<real>&a = motions.a, &b = motions.b;
   const real radius = points.spin_radius[lane], lever = points.roll_lever[lane];
   const Vec3<real> n = c.normal, t1 = c.tangent_1, t2 = c.tangent_2;
   const Vec3<real> spun_a = spin(a, kind, n), spun_b = spin(b, kind, n);
-  const auto shared = [&](Vec3<real> axis) {
+  const auto torsion_coupling = [&](Vec3<real> axis) {
     return radius * (dot3(cross3(c.arm_a, axis), spun_a) + dot3(cross3(c.arm_b, axis), spun_b));
   };
   const bool spins = radius > 0, general = spins && kind == BLOCK_GENERAL;
   block.spin_radius[lane] = radius;
   block.roll_lever[lane] = lever;
   block.w_ss[lane] = spins ? radius * radius * (dot3(n, spun_a) + dot3(n, spun_b)) : w_nn;
-  block.w_ns[lane] = general ? shared(n) : real(0);
-  block.w_1s[lane] = general ? shared(t1) : real(0);
-  block.w_2s[lane] = general ? shared(t2) : real(0);
+  block.w_ns[lane] = general ? torsion_coupling(n) : real(0);
+  block.w_1s[lane] = general ? torsion_coupling(t1) : real(0);
+  block.w_2s[lane] = general ? torsion_coupling(t2) : real(0);
 
   const Vec3<real> rolled_a = spin(a, kind, t2), rolled_b = spin(b, kind, t2);
   const real w_11 = dot3(t1, spin(a, kind, t1)) + dot3(t1, spin(b, kind, t1));

@@ -24,14 +24,14 @@ Scene ball_on_plane(const std::string& material, double slope, const std::string
       {{"name": "ball", "mass": 2, "position": [0, 0, 0.1], {} "shapes": [{{"type": "sphere", "radius": 0.1}}]}}
     ]}})",
                                  gravity * std::sin(slope), -gravity * std::cos(slope), dt, material, state),
-                     "turning_friction_test");
+                     "angular_friction_test");
 }
 
 struct Way {
   std::string solver, precision;
 };
 
-class TurningFriction : public testing::TestWithParam<Way> {
+class AngularFriction : public testing::TestWithParam<Way> {
  protected:
   // The ball at the end of so many seconds.
   BodyState after(Scene scene, double duration) {
@@ -62,7 +62,7 @@ class TurningFriction : public testing::TestWithParam<Way> {
 
 // It rolls at v' = -5/7 g b / r, from the moment of rolling m g b and the friction that keeps it from slipping, and
 // comes to rest.
-TEST_P(TurningFriction, OfRollingStopsABall) {
+TEST_P(AngularFriction, OfRollingStopsABall) {
   const std::string rolls = R"("velocity": [1, 0, 0], "angular_velocity": [0, 10, 0],)";
   const Scene scene = ball_on_plane(R"("friction": 0.5, "rolling_friction": 0.01)", 0, rolls);
   const double slows = 5.0 / 7 * gravity * 0.01 / radius, time = 0.5;
@@ -77,7 +77,7 @@ TEST_P(TurningFriction, OfRollingStopsABall) {
 }
 
 // On a slope it stays where tan(slope) < b / r, and rolls at 5/7 g (sin - b / r cos) where it is steeper.
-TEST_P(TurningFriction, OfRollingHoldsABallOnASlope) {
+TEST_P(AngularFriction, OfRollingHoldsABallOnASlope) {
   const std::string material = R"("friction": 0.5, "rolling_friction": 0.01)";
   const BodyState held = after(ball_on_plane(material, std::atan(0.09), ""), 2);
   EXPECT_NEAR(held.x[0], 0, 2e-4);
@@ -89,7 +89,7 @@ TEST_P(TurningFriction, OfRollingHoldsABallOnASlope) {
 }
 
 // A ball that spins on the spot: w' = -5/2 g t / r^2.
-TEST_P(TurningFriction, OfSpinningStopsABall) {
+TEST_P(AngularFriction, OfSpinningStopsABall) {
   const Scene scene =
       ball_on_plane(R"("friction": 0.5, "torsional_friction": 0.002)", 0, R"("angular_velocity": [0, 0, 10],)");
   const double slows = 2.5 * gravity * 0.002 / (radius * radius);
@@ -102,7 +102,7 @@ TEST_P(TurningFriction, OfSpinningStopsABall) {
 // Slip and spin share the friction. With torsional friction mu r both rates of a ball that slides and spins are in one
 // direction, 7/2 u' / u = 5/2 w' / w, so that u / u_0 = (w / w_0)^(7/5) all the way, whatever gravity does; and with
 // the spin it slides longer.
-TEST_P(TurningFriction, OfContensouIsSharedBySlipAndSpin) {
+TEST_P(AngularFriction, OfContensouIsSharedBySlipAndSpin) {
   const std::string material = R"("friction": 0.3, "torsional_friction": 0.03)";
   const Scene scene = ball_on_plane(material, 0, R"("velocity": [1, 0, 0], "angular_velocity": [0, 0, 20],)", 0.0005);
   for (const double time : {0.05, 0.1, 0.15}) {
@@ -119,7 +119,7 @@ TEST_P(TurningFriction, OfContensouIsSharedBySlipAndSpin) {
 
 std::string name_of(const testing::TestParamInfo<Way>& info) { return info.param.solver + "_" + info.param.precision; }
 
-INSTANTIATE_TEST_SUITE_P(Ways, TurningFriction,
+INSTANTIATE_TEST_SUITE_P(Ways, AngularFriction,
                          testing::Values(Way{"gauss_seidel", "double"}, Way{"gauss_seidel", "float"},
                                          Way{"jacobi", "double"}, Way{"small_steps", "double"},
                                          Way{"small_steps", "float"}),
@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, TurningFriction,
 // Balls, boxes and cylinders in a heap, of materials that turn freely and that do not; they slide and spin.
 Scene heap(const std::string& settings) {
   return parse_scene(fmt::format(R"({{
-    "description": "a heap that resists turning",
+    "description": "a heap with angular friction",
     "settings": {{"dt": 0.005, "iterations": 4 {}}},
     "materials": [{{"name": "free", "friction": 0.4}},
                   {{"name": "rolls", "friction": 0.5, "rolling_friction": 0.01, "static_friction": 0.8}},
@@ -147,29 +147,29 @@ Scene heap(const std::string& settings) {
          {{"name": "slider", "density": 500, "position": [0.3, 0.3, 0.12], "velocity": [0, -1, 0],
           "shapes": [{{"type": "sphere", "radius": 0.05, "material": "ice"}}]}}]}}]}})",
                                  settings),
-                     "turning_friction_test");
+                     "angular_friction_test");
 }
 
 template <class real>
-class TurningTwins : public testing::Test {};
+class AngularFrictionTwins : public testing::Test {};
 using Precisions = testing::Types<float, double>;
-TYPED_TEST_SUITE(TurningTwins, Precisions);
+TYPED_TEST_SUITE(AngularFrictionTwins, Precisions);
 
-TYPED_TEST(TurningTwins, AgreeHoweverTheStepIsLaunched) {
+TYPED_TEST(AngularFrictionTwins, AgreeHoweverTheStepIsLaunched) {
   const InitialState<TypeParam> state = compile<TypeParam>(heap(""));
-  EXPECT_TRUE(has(state.features, Feature::turning_friction));
+  EXPECT_TRUE(has(state.features, Feature::angular_friction));
   EXPECT_TRUE(has(state.features, Feature::static_friction));
   expect_twins_agree(state, 25, all_launch_options());
 }
 
-TYPED_TEST(TurningTwins, AgreeByEverySolver) {
+TYPED_TEST(AngularFrictionTwins, AgreeByEverySolver) {
   for (const char* settings : {R"(, "solver": "jacobi")", R"(, "solver": "small_steps", "substeps": 3)",
                                R"(, "tolerance": 1e-5)", R"(, "integrator": "trapezoidal", "broad_phase": "bvh")"})
     expect_twins_agree(compile<TypeParam>(heap(settings)), 20, {DeviceOptions()});
 }
 
 // Moments wait with the impulses of sleepers; what a ball of the heap falls on wakes.
-TYPED_TEST(TurningTwins, AgreeWhereSomeSleep) {
+TYPED_TEST(AngularFrictionTwins, AgreeWhereSomeSleep) {
   const InitialState<TypeParam> state =
       compile<TypeParam>(heap(R"(, "sleeping": {"after": 0.02, "speed": 0.5, "angular_speed": 4})"));
   ReferenceBackend<TypeParam> backend(state);
@@ -186,7 +186,7 @@ TYPED_TEST(TurningTwins, AgreeWhereSomeSleep) {
 }
 
 // Balls alone: the kernels know inertias of one number.
-TYPED_TEST(TurningTwins, AgreeOfCentralContacts) {
+TYPED_TEST(AngularFrictionTwins, AgreeOfCentralContacts) {
   Scene scene = heap("");
   std::erase_if(scene.bodies, [](const BodyDescription& body) {
     return body.name.starts_with("box") || body.name.starts_with("drum");
@@ -197,13 +197,13 @@ TYPED_TEST(TurningTwins, AgreeOfCentralContacts) {
 }
 
 // What no material asks for is not there.
-TEST(TurningFriction, CostsNothingWhereNoneIsAskedFor) {
+TEST(AngularFriction, CostsNothingWhereNoneIsAskedFor) {
   Scene scene = heap("");
   for (Material& material : scene.materials) material.further = {};
   const InitialState<float> state = compile<float>(scene);
-  EXPECT_FALSE(has(state.features, Feature::turning_friction));
+  EXPECT_FALSE(has(state.features, Feature::angular_friction));
   EXPECT_FALSE(has(state.features, Feature::static_friction));
-  EXPECT_TRUE(state.buffers.turn_blocks.empty());
+  EXPECT_TRUE(state.buffers.angular_friction_blocks.empty());
   EXPECT_TRUE(state.buffers.hold_blocks.empty());
 }
 

@@ -1,22 +1,22 @@
-// What LANES contacts that resist turning ask of their bodies in a sub-step. cpu_reference/prepare_turn.hpp is the twin
-// and states the law.
-#ifndef LOCKSTEP_PREPARE_TURN_H
-#define LOCKSTEP_PREPARE_TURN_H
+// What LANES contacts with angular friction ask of their bodies in a sub-step.
+// cpu_reference/prepare_angular_friction.hpp is the twin and states the law.
+#ifndef LOCKSTEP_PREPARE_ANGULAR_FRICTION_H
+#define LOCKSTEP_PREPARE_ANGULAR_FRICTION_H
 
 #include "lane_math.h"
-#include "visit_turn.h"
+#include "solve_angular_friction.h"
 
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
 
 // The moments that a row starts from, world frame; `contact`, `block` and `impulses` still hold the last sub-step.
-static inline Lane3 turn_start(u32 substep, u32 first, global const TurnPointBlock* points,
-                               global const ContactBlock* contact, global const TurnBlock* block,
-                               global const TurnImpulse* impulses) {
+static inline Lane3 start_moment(u32 substep, u32 first, global const AngularFrictionPointBlock* points,
+                                 global const ContactBlock* contact, global const AngularFrictionBlock* block,
+                                 global const AngularFrictionImpulse* impulses) {
   if (substep == 0u) return lane_load_xyz(points->moment_x + first, points->moment_y + first, points->moment_z + first);
-  return lane_turning_moment(lane_contact(contact, first), block, impulses, first);
+  return lane_angular_friction_moment(lane_contact(contact, first), block, impulses, first);
 }
 
-static inline lane turn_shared(lane radius, LaneContact c, Lane3 axis, Lane3 spun_a, Lane3 spun_b) {
+static inline lane torsion_coupling(lane radius, LaneContact c, Lane3 axis, Lane3 spun_a, Lane3 spun_b) {
   return radius * (lane_dot3(lane_cross3(c.arm_a, axis), spun_a) + lane_dot3(lane_cross3(c.arm_b, axis), spun_b));
 }
 
@@ -44,10 +44,12 @@ static inline LaneEllipse prepare_ellipse(u32 first, lane_mask there, LaneContac
 #endif
 
 // `c` is a row of contacts by now, `moment` what it starts from. Returns the start of its cone: `r`, and the spin.
-static inline LaneSpin prepare_turn(u32 first, lane_mask there, lane_mask general, LaneContact c, const LaneBody* a,
-                                    const LaneBody* b, lane w_nn, LaneCone r, Lane3 moment, lane friction,
-                                    const LaneEllipse* ellipse, global const TurnPointBlock* points,
-                                    global TurnBlock* block, global TurnImpulse* impulses) {
+static inline LaneSpin prepare_angular_friction(u32 first, lane_mask there, lane_mask general, LaneContact c,
+                                                const LaneBody* a, const LaneBody* b, lane w_nn, LaneCone r,
+                                                Lane3 moment, lane friction, const LaneEllipse* ellipse,
+                                                global const AngularFrictionPointBlock* points,
+                                                global AngularFrictionBlock* block,
+                                                global AngularFrictionImpulse* impulses) {
   const lane radius = LANE_LOAD(points->spin_radius + first), lever = LANE_LOAD(points->roll_lever + first);
   const Lane3 n = c.normal, t1 = c.tangent_1, t2 = c.tangent_2;
   const Lane3 spun_a = lane_spin(*a, general, n), spun_b = lane_spin(*b, general, n);
@@ -56,9 +58,9 @@ static inline LaneSpin prepare_turn(u32 first, lane_mask there, lane_mask genera
   lane_store_where(there, lever, block->roll_lever + first);
   lane_store_where(there, spins ? radius * radius * (lane_dot3(n, spun_a) + lane_dot3(n, spun_b)) : w_nn,
                    block->w_ss + first);
-  lane_store_where(there, couples ? turn_shared(radius, c, n, spun_a, spun_b) : (lane)0, block->w_ns + first);
-  lane_store_where(there, couples ? turn_shared(radius, c, t1, spun_a, spun_b) : (lane)0, block->w_1s + first);
-  lane_store_where(there, couples ? turn_shared(radius, c, t2, spun_a, spun_b) : (lane)0, block->w_2s + first);
+  lane_store_where(there, couples ? torsion_coupling(radius, c, n, spun_a, spun_b) : (lane)0, block->w_ns + first);
+  lane_store_where(there, couples ? torsion_coupling(radius, c, t1, spun_a, spun_b) : (lane)0, block->w_1s + first);
+  lane_store_where(there, couples ? torsion_coupling(radius, c, t2, spun_a, spun_b) : (lane)0, block->w_2s + first);
 
   const Lane3 rolled_a = lane_spin(*a, general, t2), rolled_b = lane_spin(*b, general, t2);
   const lane w_11 = lane_dot3(t1, lane_spin(*a, general, t1)) + lane_dot3(t1, lane_spin(*b, general, t1));

@@ -1,21 +1,22 @@
-// The visit of LANES contacts that resist turning. cpu_reference/visit_turn.hpp is the twin and states the method.
-#ifndef LOCKSTEP_VISIT_TURN_H
-#define LOCKSTEP_VISIT_TURN_H
+// The visit of LANES contacts with angular friction. cpu_reference/solve_angular_friction.hpp is the twin and states
+// the method.
+#ifndef LOCKSTEP_SOLVE_ANGULAR_FRICTION_H
+#define LOCKSTEP_SOLVE_ANGULAR_FRICTION_H
 
 #include "spin_cone.h"
 #include "visit_contact.h"
 
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
 
-static inline LaneSpinDelassus lane_spin_delassus(global const ContactBlock* block, global const TurnBlock* turn,
-                                                  u32 first) {
+static inline LaneSpinDelassus lane_spin_delassus(global const ContactBlock* block,
+                                                  global const AngularFrictionBlock* angular, u32 first) {
   LaneSpinDelassus w;
   w.nn = LANE_LOAD(block->w_nn + first);
   w.t11 = LANE_LOAD(block->w_11 + first), w.t22 = LANE_LOAD(block->w_22 + first);
   w.n1 = LANE_LOAD(block->w_n1 + first), w.n2 = LANE_LOAD(block->w_n2 + first);
   w.t12 = LANE_LOAD(block->w_12 + first);
-  w.ss = LANE_LOAD(turn->w_ss + first), w.ns = LANE_LOAD(turn->w_ns + first);
-  w.s1 = LANE_LOAD(turn->w_1s + first), w.s2 = LANE_LOAD(turn->w_2s + first);
+  w.ss = LANE_LOAD(angular->w_ss + first), w.ns = LANE_LOAD(angular->w_ns + first);
+  w.s1 = LANE_LOAD(angular->w_1s + first), w.s2 = LANE_LOAD(angular->w_2s + first);
   return w;
 }
 
@@ -37,23 +38,26 @@ static inline LaneEllipse lane_ellipse(global const EllipseBlock* block, u32 fir
 #endif
 
 // The moments on a of the contacts of a row, N m s.
-static inline Lane3 lane_turning_moment(LaneContact c, global const TurnBlock* turn, global const TurnImpulse* turns,
-                                        u32 first) {
-  const lane spin = LANE_LOAD(turn->spin_radius + first) * LANE_LOAD(turns->spin + first);
-  return lane_add3(lane_add3(lane_scale3(spin, c.normal), lane_scale3(LANE_LOAD(turns->roll_1 + first), c.tangent_1)),
-                   lane_scale3(LANE_LOAD(turns->roll_2 + first), c.tangent_2));
+static inline Lane3 lane_angular_friction_moment(LaneContact c, global const AngularFrictionBlock* angular,
+                                                 global const AngularFrictionImpulse* angular_impulses, u32 first) {
+  const lane spin = LANE_LOAD(angular->spin_radius + first) * LANE_LOAD(angular_impulses->spin + first);
+  return lane_add3(
+      lane_add3(lane_scale3(spin, c.normal), lane_scale3(LANE_LOAD(angular_impulses->roll_1 + first), c.tangent_1)),
+      lane_scale3(LANE_LOAD(angular_impulses->roll_2 + first), c.tangent_2));
 }
 
 // One visit of a row of contacts: the `law` of their normal velocities, `slides` of the tangential ones.
-static inline void visit_turning_row(u32 first, lane_mask general, LaneLaw law, global const ContactBlock* block,
-                                     global const SlideBlock* slides, global const TurnBlock* turn,
-                                     global const EllipseBlock* ellipse, global ImpulseBlock* impulses,
-                                     global TurnImpulse* turns, LaneBody* a, LaneBody* b, lane* change) {
+static inline void solve_angular_friction(u32 first, lane_mask general, LaneLaw law, global const ContactBlock* block,
+                                          global const SlideBlock* slides, global const AngularFrictionBlock* angular,
+                                          global const EllipseBlock* ellipse, global ImpulseBlock* impulses,
+                                          global AngularFrictionImpulse* angular_impulses, LaneBody* a, LaneBody* b,
+                                          lane* change) {
   const LaneContact c = lane_contact(block, first);
   const LaneCone cone = lane_impulse(impulses, first);
-  const LaneSpin old = lane_make_spin(cone.normal, cone.tangent_1, cone.tangent_2, LANE_LOAD(turns->spin + first));
-  LaneSpinDelassus w = lane_spin_delassus(block, turn, first);
-  const lane radius = LANE_LOAD(turn->spin_radius + first);
+  const LaneSpin old =
+      lane_make_spin(cone.normal, cone.tangent_1, cone.tangent_2, LANE_LOAD(angular_impulses->spin + first));
+  LaneSpinDelassus w = lane_spin_delassus(block, angular, first);
+  const lane radius = LANE_LOAD(angular->spin_radius + first);
 
   const LaneCone u = lane_biased_velocity(c, law.bias, slides, first, a, b);
   const LaneSpin own = lane_multiply_spin(w, old);
@@ -71,22 +75,22 @@ static inline void visit_turning_row(u32 first, lane_mask general, LaneLaw law, 
   LANE_STORE(r.normal, impulses->normal + first);
   LANE_STORE(r.tangent_1, impulses->tangent_1 + first);
   LANE_STORE(r.tangent_2, impulses->tangent_2 + first);
-  LANE_STORE(r.spin, turns->spin + first);
+  LANE_STORE(r.spin, angular_impulses->spin + first);
   const LaneSpin d = lane_make_spin(r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2,
                                     r.spin - old.spin);
   lane_push(c, general, lane_make_cone(d.normal, d.tangent_1, d.tangent_2), a, b);
   lane_twist_by(general, lane_scale3(radius * d.spin, c.normal), a, b);
 
-  const Lane3 turning = lane_sub3(a->w, b->w);
+  const Lane3 angular_velocity = lane_sub3(a->w, b->w);
   LaneDiscInverse inverse;
-  inverse.xx = LANE_LOAD(turn->inverse_11 + first), inverse.xy = LANE_LOAD(turn->inverse_12 + first);
-  inverse.yy = LANE_LOAD(turn->inverse_22 + first);
+  inverse.xx = LANE_LOAD(angular->inverse_11 + first), inverse.xy = LANE_LOAD(angular->inverse_12 + first);
+  inverse.yy = LANE_LOAD(angular->inverse_22 + first);
   LaneDisc old_roll, u_roll;
-  old_roll.x = LANE_LOAD(turns->roll_1 + first), old_roll.y = LANE_LOAD(turns->roll_2 + first);
-  u_roll.x = lane_dot3(c.tangent_1, turning), u_roll.y = lane_dot3(c.tangent_2, turning);
-  const LaneDisc roll = lane_rub_disc(old_roll, u_roll, inverse, LANE_LOAD(turn->roll_lever + first) * r.normal);
-  LANE_STORE(roll.x, turns->roll_1 + first);
-  LANE_STORE(roll.y, turns->roll_2 + first);
+  old_roll.x = LANE_LOAD(angular_impulses->roll_1 + first), old_roll.y = LANE_LOAD(angular_impulses->roll_2 + first);
+  u_roll.x = lane_dot3(c.tangent_1, angular_velocity), u_roll.y = lane_dot3(c.tangent_2, angular_velocity);
+  const LaneDisc roll = lane_rub_disc(old_roll, u_roll, inverse, LANE_LOAD(angular->roll_lever + first) * r.normal);
+  LANE_STORE(roll.x, angular_impulses->roll_1 + first);
+  LANE_STORE(roll.y, angular_impulses->roll_2 + first);
   const lane d_1 = roll.x - old_roll.x, d_2 = roll.y - old_roll.y;
   lane_twist_by(general, lane_add3(lane_scale3(d_1, c.tangent_1), lane_scale3(d_2, c.tangent_2)), a, b);
 #if FEATURE_TOLERANCE

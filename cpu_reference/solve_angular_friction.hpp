@@ -1,8 +1,8 @@
-// The visit of one contact that resists turning: slip and spin in one cone (cpu_reference/spin_cone.hpp), then rolling,
+// The visit of a contact with angular friction: slip and spin in one cone (cpu_reference/spin_cone.hpp), then rolling,
 //   |m_t| <= roll_lever r_n,   m_t against the relative angular velocity in the tangent plane
 // (Contensou 1963; Johnson, Contact Mechanics, 1985, ch. 9: the pressure before a rolling body is higher than behind
 // it, so that the resultant acts a lever ahead). Rolling is held at once where it can be, else taken by a step of
-// projection (rub_disc), the cone given. kernels/visit_turn.h is the twin, LANES contacts at a time.
+// projection (rub_disc), the cone given. kernels/solve_angular_friction.h is the twin, LANES contacts at a time.
 #pragma once
 
 #include "cpu_reference/spin_cone.hpp"
@@ -11,18 +11,18 @@
 namespace lockstep::reference {
 
 template <class real>
-SpinDelassus<real> spin_delassus(const ContactBlock<real>& block, const TurnBlock<real>& turn, real softness,
-                                 u32 lane) {
+SpinDelassus<real> spin_delassus(const ContactBlock<real>& block, const AngularFrictionBlock<real>& angular,
+                                 real softness, u32 lane) {
   return {block.w_nn[lane] + softness,
           block.w_11[lane],
           block.w_22[lane],
           block.w_n1[lane],
           block.w_n2[lane],
           block.w_12[lane],
-          turn.w_ss[lane],
-          turn.w_ns[lane],
-          turn.w_1s[lane],
-          turn.w_2s[lane]};
+          angular.w_ss[lane],
+          angular.w_ns[lane],
+          angular.w_1s[lane],
+          angular.w_2s[lane]};
 }
 
 template <class real>
@@ -41,20 +41,21 @@ Ellipse<real> ellipse_of(const EllipseBlock<real>& block, u32 lane) {
 /// `ellipse`: none where the cone is round. Returns the square of by how much it changed the relative velocity; rolling
 /// counts at the radius of gyration of the two bodies.
 template <class real>
-real visit_turning(const ContactBlock<real>& block, const TurnBlock<real>& turn, const EllipseBlock<real>* ellipse,
-                   ConeVector<real> bias, real softness, ImpulseBlock<real>& impulses, TurnImpulse<real>& turns,
-                   u32 kind, u32 lane, Motion<real>& a, Motion<real>& b) {
+real solve_angular_friction(const ContactBlock<real>& block, const AngularFrictionBlock<real>& angular,
+                            const EllipseBlock<real>* ellipse, ConeVector<real> bias, real softness,
+                            ImpulseBlock<real>& impulses, AngularFrictionImpulse<real>& angular_impulses, u32 kind,
+                            u32 lane, Motion<real>& a, Motion<real>& b) {
   const ContactFrame<real> c = contact_frame<real>(block, lane);
   const ConeVector<real> cone = impulse_of(impulses, lane);
-  const SpinVector<real> old = {cone.normal, cone.tangent_1, cone.tangent_2, turns.spin[lane]};
-  const SpinDelassus<real> w = spin_delassus(block, turn, real(0), lane);
-  const real radius = turn.spin_radius[lane];
+  const SpinVector<real> old = {cone.normal, cone.tangent_1, cone.tangent_2, angular_impulses.spin[lane]};
+  const SpinDelassus<real> w = spin_delassus(block, angular, real(0), lane);
+  const real radius = angular.spin_radius[lane];
 
   const auto [u_n, u_1, u_2] = biased_velocity(c, bias, a, b);
   const SpinVector<real> own = multiply(w, old);
   const SpinVector<real> q = {u_n - own.normal, u_1 - own.tangent_1, u_2 - own.tangent_2,
                               radius * dot3(c.normal, sub3(vec3(a.w), vec3(b.w))) - own.spin};
-  const SpinDelassus<real> soft = spin_delassus(block, turn, softness, lane);
+  const SpinDelassus<real> soft = spin_delassus(block, angular, softness, lane);
   SpinVector<real> r;
   if (ellipse) {
     const Ellipse<real> s = ellipse_of(*ellipse, lane);
@@ -65,19 +66,20 @@ real visit_turning(const ContactBlock<real>& block, const TurnBlock<real>& turn,
   impulses.normal[lane] = r.normal;
   impulses.tangent_1[lane] = r.tangent_1;
   impulses.tangent_2[lane] = r.tangent_2;
-  turns.spin[lane] = r.spin;
+  angular_impulses.spin[lane] = r.spin;
   const SpinVector<real> d = {r.normal - old.normal, r.tangent_1 - old.tangent_1, r.tangent_2 - old.tangent_2,
                               r.spin - old.spin};
   push(c, kind, ConeVector<real>{d.normal, d.tangent_1, d.tangent_2}, a, b);
   twist_by(kind, scale3(radius * d.spin, c.normal), a, b);
 
-  const Vec3<real> turning = sub3(vec3(a.w), vec3(b.w));
-  const real old_1 = turns.roll_1[lane], old_2 = turns.roll_2[lane];
-  const DiscInverse<real> inverse = {turn.inverse_11[lane], turn.inverse_12[lane], turn.inverse_22[lane]};
-  const auto [roll_1, roll_2] = rub_disc(old_1, old_2, dot3(c.tangent_1, turning), dot3(c.tangent_2, turning), inverse,
-                                         turn.roll_lever[lane] * r.normal);
-  turns.roll_1[lane] = roll_1;
-  turns.roll_2[lane] = roll_2;
+  const Vec3<real> angular_velocity = sub3(vec3(a.w), vec3(b.w));
+  const real old_1 = angular_impulses.roll_1[lane], old_2 = angular_impulses.roll_2[lane];
+  const DiscInverse<real> inverse = {angular.inverse_11[lane], angular.inverse_12[lane], angular.inverse_22[lane]};
+  const auto [roll_1, roll_2] =
+      rub_disc(old_1, old_2, dot3(c.tangent_1, angular_velocity), dot3(c.tangent_2, angular_velocity), inverse,
+               angular.roll_lever[lane] * r.normal);
+  angular_impulses.roll_1[lane] = roll_1;
+  angular_impulses.roll_2[lane] = roll_2;
   const real d_1 = roll_1 - old_1, d_2 = roll_2 - old_2;
   twist_by(kind, add3(scale3(d_1, c.tangent_1), scale3(d_2, c.tangent_2)), a, b);
 
@@ -90,9 +92,10 @@ real visit_turning(const ContactBlock<real>& block, const TurnBlock<real>& turn,
 
 /// Gives the bodies the moments that the contact starts from.
 template <class real>
-void start_turning(const ContactBlock<real>& block, const TurnBlock<real>& turn, const TurnImpulse<real>& turns,
-                   u32 kind, u32 lane, Motion<real>& a, Motion<real>& b) {
-  twist_by(kind, turning_moment(contact_frame<real>(block, lane), turn, turns, lane), a, b);
+void start_angular_friction(const ContactBlock<real>& block, const AngularFrictionBlock<real>& angular,
+                            const AngularFrictionImpulse<real>& angular_impulses, u32 kind, u32 lane, Motion<real>& a,
+                            Motion<real>& b) {
+  twist_by(kind, angular_friction_moment(contact_frame<real>(block, lane), angular, angular_impulses, lane), a, b);
 }
 
 }  // namespace lockstep::reference

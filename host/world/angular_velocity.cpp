@@ -1,4 +1,4 @@
-#include "host/world/turning.hpp"
+#include "host/world/angular_velocity.hpp"
 
 namespace lockstep {
 
@@ -14,15 +14,15 @@ double angle_of(double sine, double cosine) {
 
 }  // namespace
 
-Vector3 turning_velocity(const Quaternion& from, const Quaternion& to, double dt, u32 substeps) {
+Vector3 angular_velocity_between(const Quaternion& from, const Quaternion& to, double dt, u32 substeps) {
   const Quaternion back = {-from[0], -from[1], -from[2], from[3]};
-  Quaternion turn = exact::multiply(to, back);
-  if (turn[3] < 0)
-    for (double& x : turn) x = -x;
-  const Vector3 axis = {turn[0], turn[1], turn[2]};
-  const double sine = exact::length(axis), scale = exact::length(turn);
+  Quaternion rotation = exact::multiply(to, back);
+  if (rotation[3] < 0)
+    for (double& x : rotation) x = -x;
+  const Vector3 axis = {rotation[0], rotation[1], rotation[2]};
+  const double sine = exact::length(axis), scale = exact::length(rotation);
   if (sine == 0) return {0, 0, 0};
-  const double part = angle_of(sine / scale, turn[3] / scale) / substeps;  // half the angle of a sub-step
+  const double part = angle_of(sine / scale, rotation[3] / scale) / substeps;  // half the angle of a sub-step
   return exact::scale(2 / dt * (exact::sine(part) / exact::cosine(part)) / sine, axis);
 }
 

@@ -79,7 +79,7 @@ std::vector<CaseError> rolling_resistance(Trial& trial) {
 
 }  // namespace
 
-std::vector<HardCase> turning_cases() {
+std::vector<HardCase> angular_friction_cases() {
   const auto dts = {1e-2, 5e-3, 2.5e-3, 1.25e-3};
   return {{"rolling_resistance",
            "Balls of rubber roll slower than steel, a soft one stays on its slope, and static friction holds a crate: "
