@@ -48,7 +48,7 @@ void write_impact(ImpactBlock<real>& block, u32 lane, ImpactPair<real> pair) {
 template <class real>
 void write_angular_friction(AngularFrictionPointBlock<real>& block, u32 lane, AngularFrictionPair<real> pair,
                             const Vec4<real>& moment) {
-  block.spin_radius[lane] = pair.spin_radius;
+  block.torsion_radius[lane] = pair.torsion_radius;
   block.roll_lever[lane] = pair.roll_lever;
   block.moment_x[lane] = moment.x;
   block.moment_y[lane] = moment.y;

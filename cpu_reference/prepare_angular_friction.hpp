@@ -1,5 +1,5 @@
 // What a contact with angular friction asks of its bodies in a sub-step (cpu_reference/solve_angular_friction.hpp): the
-// part of the Delassus block that its spin has, and the inverse of the block of rolling; and what it starts from, the
+// part of the Delassus block of its torsion, and the inverse of the block of rolling; and what it starts from, the
 // moment of the last step or sub-step, turned with the contact through the world frame.
 // kernels/prepare_angular_friction.h is the twin.
 #pragma once
@@ -12,8 +12,8 @@ namespace lockstep::reference {
 template <class real>
 void clear_lane(AngularFrictionBlock<real>& block, AngularFrictionImpulse<real>& impulses, u32 lane) {
   for (real* field :
-       {block.spin_radius, block.roll_lever, block.w_ss, block.w_ns, block.w_1s, block.w_2s, block.inverse_11,
-        block.inverse_12, block.inverse_22, impulses.spin, impulses.roll_1, impulses.roll_2})
+       {block.torsion_radius, block.roll_lever, block.w_ss, block.w_ns, block.w_1s, block.w_2s, block.inverse_11,
+        block.inverse_12, block.inverse_22, impulses.torsion, impulses.roll_1, impulses.roll_2})
     field[lane] = 0;
 }
 
@@ -47,46 +47,49 @@ Ellipse<real> prepare_ellipse(const GrainBlock<real>& grain, const ContactFrame<
   return ellipse_of(block, lane);
 }
 
-/// `c` is the contact by now, `moment` what it starts from. Returns the start of its cone: `r`, and the spin.
+/// `c` is the contact by now, `moment` what it starts from. Returns the start of its cone: `r`, and the torsion.
 template <class real>
-SpinVector<real> prepare_angular_friction(const AngularFrictionPointBlock<real>& points, const ContactFrame<real>& c,
-                                          u32 kind, const PairMotions<real>& motions, real w_nn, ConeVector<real> r,
-                                          Vec3<real> moment, real friction, const Ellipse<real>* ellipse,
-                                          AngularFrictionBlock<real>& block, AngularFrictionImpulse<real>& impulses,
-                                          u32 lane) {
+TorsionVector<real> prepare_angular_friction(const AngularFrictionPointBlock<real>& points, const ContactFrame<real>& c,
+                                             u32 kind, const PairMotions<real>& motions, real w_nn, ConeVector<real> r,
+                                             Vec3<real> moment, real friction, const Ellipse<real>* ellipse,
+                                             AngularFrictionBlock<real>& block, AngularFrictionImpulse<real>& impulses,
+                                             u32 lane) {
   const Motion<real>&a = motions.a, &b = motions.b;
-  const real radius = points.spin_radius[lane], lever = points.roll_lever[lane];
+  const real radius = points.torsion_radius[lane], lever = points.roll_lever[lane];
   const Vec3<real> n = c.normal, t1 = c.tangent_1, t2 = c.tangent_2;
-  const Vec3<real> spun_a = spin(a, kind, n), spun_b = spin(b, kind, n);
+  const Vec3<real> response_n_a = angular_velocity_change(a, kind, n),
+                   response_n_b = angular_velocity_change(b, kind, n);
   const auto torsion_coupling = [&](Vec3<real> axis) {
-    return radius * (dot3(cross3(c.arm_a, axis), spun_a) + dot3(cross3(c.arm_b, axis), spun_b));
+    return radius * (dot3(cross3(c.arm_a, axis), response_n_a) + dot3(cross3(c.arm_b, axis), response_n_b));
   };
-  const bool spins = radius > 0, general = spins && kind == BLOCK_GENERAL;
-  block.spin_radius[lane] = radius;
+  const bool has_torsion = radius > 0, general = has_torsion && kind == BLOCK_GENERAL;
+  block.torsion_radius[lane] = radius;
   block.roll_lever[lane] = lever;
-  block.w_ss[lane] = spins ? radius * radius * (dot3(n, spun_a) + dot3(n, spun_b)) : w_nn;
+  block.w_ss[lane] = has_torsion ? radius * radius * (dot3(n, response_n_a) + dot3(n, response_n_b)) : w_nn;
   block.w_ns[lane] = general ? torsion_coupling(n) : real(0);
   block.w_1s[lane] = general ? torsion_coupling(t1) : real(0);
   block.w_2s[lane] = general ? torsion_coupling(t2) : real(0);
 
-  const Vec3<real> rolled_a = spin(a, kind, t2), rolled_b = spin(b, kind, t2);
-  const real w_11 = dot3(t1, spin(a, kind, t1)) + dot3(t1, spin(b, kind, t1));
-  const real w_22 = dot3(t2, rolled_a) + dot3(t2, rolled_b), w_12 = dot3(t1, rolled_a) + dot3(t1, rolled_b);
+  const Vec3<real> response_2_a = angular_velocity_change(a, kind, t2),
+                   response_2_b = angular_velocity_change(b, kind, t2);
+  const real w_11 = dot3(t1, angular_velocity_change(a, kind, t1)) + dot3(t1, angular_velocity_change(b, kind, t1));
+  const real w_22 = dot3(t2, response_2_a) + dot3(t2, response_2_b),
+             w_12 = dot3(t1, response_2_a) + dot3(t1, response_2_b);
   const bool rolls = lever > 0;
   const real inverse = real(1) / (w_11 * w_22 - w_12 * w_12);
   block.inverse_11[lane] = rolls ? w_22 * inverse : real(0);
   block.inverse_12[lane] = rolls ? -w_12 * inverse : real(0);
   block.inverse_22[lane] = rolls ? w_11 * inverse : real(0);
 
-  SpinVector<real> start = {r.normal, r.tangent_1, r.tangent_2, spins ? dot3(moment, n) / radius : real(0)};
+  TorsionVector<real> start = {r.normal, r.tangent_1, r.tangent_2, has_torsion ? dot3(moment, n) / radius : real(0)};
   if (ellipse)
-    start = stretch(*ellipse, clamp_to_spin_cone(shrink(*ellipse, start), friction));
+    start = stretch(*ellipse, clamp_to_torsion_cone(shrink(*ellipse, start), friction));
   else
-    start = clamp_to_spin_cone(start, friction);
+    start = clamp_to_torsion_cone(start, friction);
   const real roll_1 = dot3(moment, t1), roll_2 = dot3(moment, t2);
   const real length = std::sqrt(roll_1 * roll_1 + roll_2 * roll_2), limit = lever * start.normal;
   const real scale = length > limit ? limit / length : real(1);
-  impulses.spin[lane] = start.spin;
+  impulses.torsion[lane] = start.torsion;
   impulses.roll_1[lane] = scale * roll_1;
   impulses.roll_2[lane] = scale * roll_2;
   return start;

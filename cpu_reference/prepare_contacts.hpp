@@ -36,7 +36,7 @@ namespace lockstep::reference {
 /// What one side gives to J M^-1 J^T for axes d and e: (arm x d) . I^-1 (arm x e), of a general contact.
 template <class real>
 real angular_share(const Motion<real>& body, Vec3<real> arm, Vec3<real> d, Vec3<real> e) {
-  return dot3(cross3(arm, d), spin(body, BLOCK_GENERAL, cross3(arm, e)));
+  return dot3(cross3(arm, d), angular_velocity_change(body, BLOCK_GENERAL, cross3(arm, e)));
 }
 
 /// The part of a movable body's arm along the normal: a central contact has no other, up to rounding.
@@ -210,7 +210,7 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
     if (!is_round)
       ellipse = prepare_ellipse(buffers.grain_blocks[row], frame, pose_a.orientation, pose_b.orientation,
                                 buffers.ellipse_blocks[row], lane);
-    const SpinVector<real> cone =
+    const TorsionVector<real> cone =
         prepare_angular_friction(angular_friction_points, frame, bodies.kind[lane], motions, w.nn, r, moment, friction,
                                  is_round ? nullptr : &ellipse, angular, angular_impulses, lane);
     r = {cone.normal, cone.tangent_1, cone.tangent_2};

@@ -80,12 +80,12 @@ void prepare_patch(const Buffers<real>& buffers, const StepParams<real>& params,
 
   const Vec3<real> a_1 = cross3(centre.arm_a, t1), a_2 = cross3(centre.arm_a, t2);
   const Vec3<real> b_1 = cross3(centre.arm_b, t1), b_2 = cross3(centre.arm_b, t2);
-  const Vec3<real> spun_a = apply_inverse_inertia(a, a_2), spun_b = apply_inverse_inertia(b, b_2);
+  const Vec3<real> response_a = apply_inverse_inertia(a, a_2), response_b = apply_inverse_inertia(b, b_2);
   const real inverse_mass = a.inverse_mass + b.inverse_mass;
   const real w_11 =
       inverse_mass + (dot3(a_1, apply_inverse_inertia(a, a_1)) + dot3(b_1, apply_inverse_inertia(b, b_1)));
-  const real w_22 = inverse_mass + (dot3(a_2, spun_a) + dot3(b_2, spun_b));
-  const real w_12 = dot3(a_1, spun_a) + dot3(b_1, spun_b);
+  const real w_22 = inverse_mass + (dot3(a_2, response_a) + dot3(b_2, response_b));
+  const real w_12 = dot3(a_1, response_a) + dot3(b_1, response_b);
   const real w_twist = dot3(n, apply_inverse_inertia(a, n)) + dot3(n, apply_inverse_inertia(b, n));
   const real inverse = real(1) / (w_11 * w_22 - w_12 * w_12);
 

@@ -47,7 +47,7 @@ ConeVector<real> impulse_of(const ImpulseBlock<real>& block, u32 lane) {
 
 /// Inverse inertia times a moment, world frame; that of a central contact is the same about every axis that counts.
 template <class real>
-Vec3<real> spin(const Motion<real>& body, u32 kind, Vec3<real> moment) {
+Vec3<real> angular_velocity_change(const Motion<real>& body, u32 kind, Vec3<real> moment) {
   return kind == BLOCK_GENERAL ? apply_inverse_inertia(body, moment) : scale3(body.inertia_xx, moment);
 }
 
@@ -63,19 +63,19 @@ template <class real>
 void push_at(Vec3<real> arm_a, Vec3<real> arm_b, u32 kind, Vec3<real> impulse, Motion<real>& a, Motion<real>& b) {
   if (a.inverse_mass > 0) {
     store3(a.v, add3(vec3(a.v), scale3(a.inverse_mass, impulse)));
-    store3(a.w, add3(vec3(a.w), spin(a, kind, cross3(arm_a, impulse))));
+    store3(a.w, add3(vec3(a.w), angular_velocity_change(a, kind, cross3(arm_a, impulse))));
   }
   if (b.inverse_mass > 0) {
     store3(b.v, sub3(vec3(b.v), scale3(b.inverse_mass, impulse)));
-    store3(b.w, sub3(vec3(b.w), spin(b, kind, cross3(arm_b, impulse))));
+    store3(b.w, sub3(vec3(b.w), angular_velocity_change(b, kind, cross3(arm_b, impulse))));
   }
 }
 
 /// A moment on a, its opposite on b.
 template <class real>
 void twist_by(u32 kind, Vec3<real> moment, Motion<real>& a, Motion<real>& b) {
-  if (a.inverse_mass > 0) store3(a.w, add3(vec3(a.w), spin(a, kind, moment)));
-  if (b.inverse_mass > 0) store3(b.w, sub3(vec3(b.w), spin(b, kind, moment)));
+  if (a.inverse_mass > 0) store3(a.w, add3(vec3(a.w), angular_velocity_change(a, kind, moment)));
+  if (b.inverse_mass > 0) store3(b.w, sub3(vec3(b.w), angular_velocity_change(b, kind, moment)));
 }
 
 template <class real>
@@ -89,7 +89,7 @@ void push(const ContactFrame<real>& c, u32 kind, ConeVector<real> r, Motion<real
 template <class real>
 Vec3<real> angular_friction_moment(const ContactFrame<real>& c, const AngularFrictionBlock<real>& angular,
                                    const AngularFrictionImpulse<real>& angular_impulses, u32 lane) {
-  return add3(add3(scale3(angular.spin_radius[lane] * angular_impulses.spin[lane], c.normal),
+  return add3(add3(scale3(angular.torsion_radius[lane] * angular_impulses.torsion[lane], c.normal),
                    scale3(angular_impulses.roll_1[lane], c.tangent_1)),
               scale3(angular_impulses.roll_2[lane], c.tangent_2));
 }

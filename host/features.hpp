@@ -44,7 +44,7 @@ enum class Feature : std::uint64_t {
   non_holonomic = 1ull << 33,     // some joints lock velocities alone: skates, and what rolls
   sleeping = 1ull << 34,          // islands of bodies that have been slow for long sleep until they are touched
   gradient = 1ull << 35,          // contacts and joints are solved as one convex problem, by descent along its gradient
-  angular_friction = 1ull << 36,  // some contacts resist rolling, or spinning about their normal
+  angular_friction = 1ull << 36,  // some contacts resist rolling, or rotation about their normal
   static_friction = 1ull << 37,   // some hold by more than they slide with
   elliptic_friction = 1ull << 38,  // some rub more along a grain than across it; it comes with angular_friction
   partitions = 1ull << 39,         // pairs in contact are solved cell by cell of a grid; what is in no cell by colours

@@ -29,7 +29,7 @@ static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, rea
 #if FEATURE_ANGULAR_FRICTION
 static inline void pack_angular_friction(u32 lane, AngularFrictionPair pair, Vec4 moment,
                                          global AngularFrictionPointBlock* block) {
-  block->spin_radius[lane] = pair.spin_radius;
+  block->torsion_radius[lane] = pair.torsion_radius;
   block->roll_lever[lane] = pair.roll_lever;
   block->moment_x[lane] = moment.x;
   block->moment_y[lane] = moment.y;

@@ -200,8 +200,8 @@ static inline PlaneInfo make_plane_info(u32 plane, global const BodyInfo* body_i
   const Vec3 point = shape_center(pose, &shapes[plane]);
   const Vec3 normal = plane_normal(shape_rotation(pose, &shapes[plane]));
   const Vec3 v = make3(motions[body].v[0], motions[body].v[1], motions[body].v[2]);
-  const Vec3 spin = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
-  const bool still = dot3(v, v) + dot3(spin, spin) == (real)0;
+  const Vec3 angular_velocity = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
+  const bool still = dot3(v, v) + dot3(angular_velocity, angular_velocity) == (real)0;
   PlaneInfo info = {{point.x, point.y, point.z}, {normal.x, normal.y, normal.z}, still ? (real)1.001 : (real)1e30, 1u};
 #if FEATURE_SLEEPING
   info.looks = looks_for_others(shape_infos[plane], bodies, body_infos, motions, sleepers) ? 1u : 0u;

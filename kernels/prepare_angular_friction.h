@@ -16,8 +16,9 @@ static inline Lane3 start_moment(u32 substep, u32 first, global const AngularFri
   return lane_angular_friction_moment(lane_contact(contact, first), block, impulses, first);
 }
 
-static inline lane torsion_coupling(lane radius, LaneContact c, Lane3 axis, Lane3 spun_a, Lane3 spun_b) {
-  return radius * (lane_dot3(lane_cross3(c.arm_a, axis), spun_a) + lane_dot3(lane_cross3(c.arm_b, axis), spun_b));
+static inline lane torsion_coupling(lane radius, LaneContact c, Lane3 axis, Lane3 response_n_a, Lane3 response_n_b) {
+  return radius *
+         (lane_dot3(lane_cross3(c.arm_a, axis), response_n_a) + lane_dot3(lane_cross3(c.arm_b, axis), response_n_b));
 }
 
 #if FEATURE_ELLIPTIC_FRICTION
@@ -43,46 +44,53 @@ static inline LaneEllipse prepare_ellipse(u32 first, lane_mask there, LaneContac
 }
 #endif
 
-// `c` is a row of contacts by now, `moment` what it starts from. Returns the start of its cone: `r`, and the spin.
-static inline LaneSpin prepare_angular_friction(u32 first, lane_mask there, lane_mask general, LaneContact c,
-                                                const LaneBody* a, const LaneBody* b, lane w_nn, LaneCone r,
-                                                Lane3 moment, lane friction, const LaneEllipse* ellipse,
-                                                global const AngularFrictionPointBlock* points,
-                                                global AngularFrictionBlock* block,
-                                                global AngularFrictionImpulse* impulses) {
-  const lane radius = LANE_LOAD(points->spin_radius + first), lever = LANE_LOAD(points->roll_lever + first);
+// `c` is a row of contacts by now, `moment` what it starts from. Returns the start of its cone: `r`, and the torsion.
+static inline LaneTorsion prepare_angular_friction(u32 first, lane_mask there, lane_mask general, LaneContact c,
+                                                   const LaneBody* a, const LaneBody* b, lane w_nn, LaneCone r,
+                                                   Lane3 moment, lane friction, const LaneEllipse* ellipse,
+                                                   global const AngularFrictionPointBlock* points,
+                                                   global AngularFrictionBlock* block,
+                                                   global AngularFrictionImpulse* impulses) {
+  const lane radius = LANE_LOAD(points->torsion_radius + first), lever = LANE_LOAD(points->roll_lever + first);
   const Lane3 n = c.normal, t1 = c.tangent_1, t2 = c.tangent_2;
-  const Lane3 spun_a = lane_spin(*a, general, n), spun_b = lane_spin(*b, general, n);
-  const lane_mask spins = radius > (lane)0, couples = spins & general;
-  lane_store_where(there, radius, block->spin_radius + first);
+  const Lane3 response_n_a = lane_angular_velocity_change(*a, general, n),
+              response_n_b = lane_angular_velocity_change(*b, general, n);
+  const lane_mask has_torsion = radius > (lane)0, couples = has_torsion & general;
+  lane_store_where(there, radius, block->torsion_radius + first);
   lane_store_where(there, lever, block->roll_lever + first);
-  lane_store_where(there, spins ? radius * radius * (lane_dot3(n, spun_a) + lane_dot3(n, spun_b)) : w_nn,
+  lane_store_where(there,
+                   has_torsion ? radius * radius * (lane_dot3(n, response_n_a) + lane_dot3(n, response_n_b)) : w_nn,
                    block->w_ss + first);
-  lane_store_where(there, couples ? torsion_coupling(radius, c, n, spun_a, spun_b) : (lane)0, block->w_ns + first);
-  lane_store_where(there, couples ? torsion_coupling(radius, c, t1, spun_a, spun_b) : (lane)0, block->w_1s + first);
-  lane_store_where(there, couples ? torsion_coupling(radius, c, t2, spun_a, spun_b) : (lane)0, block->w_2s + first);
+  lane_store_where(there, couples ? torsion_coupling(radius, c, n, response_n_a, response_n_b) : (lane)0,
+                   block->w_ns + first);
+  lane_store_where(there, couples ? torsion_coupling(radius, c, t1, response_n_a, response_n_b) : (lane)0,
+                   block->w_1s + first);
+  lane_store_where(there, couples ? torsion_coupling(radius, c, t2, response_n_a, response_n_b) : (lane)0,
+                   block->w_2s + first);
 
-  const Lane3 rolled_a = lane_spin(*a, general, t2), rolled_b = lane_spin(*b, general, t2);
-  const lane w_11 = lane_dot3(t1, lane_spin(*a, general, t1)) + lane_dot3(t1, lane_spin(*b, general, t1));
-  const lane w_22 = lane_dot3(t2, rolled_a) + lane_dot3(t2, rolled_b);
-  const lane w_12 = lane_dot3(t1, rolled_a) + lane_dot3(t1, rolled_b);
+  const Lane3 response_2_a = lane_angular_velocity_change(*a, general, t2),
+              response_2_b = lane_angular_velocity_change(*b, general, t2);
+  const lane w_11 = lane_dot3(t1, lane_angular_velocity_change(*a, general, t1)) +
+                    lane_dot3(t1, lane_angular_velocity_change(*b, general, t1));
+  const lane w_22 = lane_dot3(t2, response_2_a) + lane_dot3(t2, response_2_b);
+  const lane w_12 = lane_dot3(t1, response_2_a) + lane_dot3(t1, response_2_b);
   const lane_mask rolls = lever > (lane)0;
   const lane inverse = (lane)1 / (w_11 * w_22 - w_12 * w_12);
   lane_store_where(there, rolls ? w_22 * inverse : (lane)0, block->inverse_11 + first);
   lane_store_where(there, rolls ? -w_12 * inverse : (lane)0, block->inverse_12 + first);
   lane_store_where(there, rolls ? w_11 * inverse : (lane)0, block->inverse_22 + first);
 
-  const lane spin = spins ? lane_dot3(moment, n) / radius : (lane)0;
-  LaneSpin start = lane_make_spin(r.normal, r.tangent_1, r.tangent_2, spin);
+  const lane torsion = has_torsion ? lane_dot3(moment, n) / radius : (lane)0;
+  LaneTorsion start = lane_make_torsion(r.normal, r.tangent_1, r.tangent_2, torsion);
 #if FEATURE_ELLIPTIC_FRICTION
-  start = lane_stretch(*ellipse, lane_clamp_to_spin_cone(lane_shrink(*ellipse, start), friction));
+  start = lane_stretch(*ellipse, lane_clamp_to_torsion_cone(lane_shrink(*ellipse, start), friction));
 #else
-  start = lane_clamp_to_spin_cone(start, friction);
+  start = lane_clamp_to_torsion_cone(start, friction);
 #endif
   const lane roll_1 = lane_dot3(moment, t1), roll_2 = lane_dot3(moment, t2);
   const lane length = sqrt(roll_1 * roll_1 + roll_2 * roll_2), limit = lever * start.normal;
   const lane scale = length > limit ? limit / length : (lane)1;
-  lane_store_where(there, start.spin, impulses->spin + first);
+  lane_store_where(there, start.torsion, impulses->torsion + first);
   lane_store_where(there, scale * roll_1, impulses->roll_1 + first);
   lane_store_where(there, scale * roll_2, impulses->roll_2 + first);
   return start;

@@ -160,15 +160,15 @@ static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 
 #elif FEATURE_GENERAL_CONTACTS
   const Lane3 n_a = lane_cross3(arm_a, n), t1_a = lane_cross3(arm_a, t1), t2_a = lane_cross3(arm_a, t2);
   const Lane3 n_b = lane_cross3(arm_b, n), t1_b = lane_cross3(arm_b, t1), t2_b = lane_cross3(arm_b, t2);
-  const Lane3 spin_n_a = lane_apply_inverse_inertia(*a, n_a), spin_n_b = lane_apply_inverse_inertia(*b, n_b);
-  const Lane3 spin_1_a = lane_apply_inverse_inertia(*a, t1_a), spin_1_b = lane_apply_inverse_inertia(*b, t1_b);
-  const Lane3 spin_2_a = lane_apply_inverse_inertia(*a, t2_a), spin_2_b = lane_apply_inverse_inertia(*b, t2_b);
-  w->nn = general ? inverse_mass + (lane_dot3(n_a, spin_n_a) + lane_dot3(n_b, spin_n_b)) : w->nn;
-  w->t11 = general ? inverse_mass + (lane_dot3(t1_a, spin_1_a) + lane_dot3(t1_b, spin_1_b)) : w->t11;
-  w->t22 = general ? inverse_mass + (lane_dot3(t2_a, spin_2_a) + lane_dot3(t2_b, spin_2_b)) : w->t22;
-  w->n1 = general ? lane_dot3(n_a, spin_1_a) + lane_dot3(n_b, spin_1_b) : w->n1;
-  w->n2 = general ? lane_dot3(n_a, spin_2_a) + lane_dot3(n_b, spin_2_b) : w->n2;
-  w->t12 = general ? lane_dot3(t1_a, spin_2_a) + lane_dot3(t1_b, spin_2_b) : w->t12;
+  const Lane3 response_n_a = lane_apply_inverse_inertia(*a, n_a), response_n_b = lane_apply_inverse_inertia(*b, n_b);
+  const Lane3 response_1_a = lane_apply_inverse_inertia(*a, t1_a), response_1_b = lane_apply_inverse_inertia(*b, t1_b);
+  const Lane3 response_2_a = lane_apply_inverse_inertia(*a, t2_a), response_2_b = lane_apply_inverse_inertia(*b, t2_b);
+  w->nn = general ? inverse_mass + (lane_dot3(n_a, response_n_a) + lane_dot3(n_b, response_n_b)) : w->nn;
+  w->t11 = general ? inverse_mass + (lane_dot3(t1_a, response_1_a) + lane_dot3(t1_b, response_1_b)) : w->t11;
+  w->t22 = general ? inverse_mass + (lane_dot3(t2_a, response_2_a) + lane_dot3(t2_b, response_2_b)) : w->t22;
+  w->n1 = general ? lane_dot3(n_a, response_1_a) + lane_dot3(n_b, response_1_b) : w->n1;
+  w->n2 = general ? lane_dot3(n_a, response_2_a) + lane_dot3(n_b, response_2_b) : w->n2;
+  w->t12 = general ? lane_dot3(t1_a, response_2_a) + lane_dot3(t1_b, response_2_b) : w->t12;
 #endif
 }
 
@@ -253,7 +253,7 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
 #if FEATURE_ELLIPTIC_FRICTION
   ellipse = prepare_ellipse(first, there, by_now, a->orientation, b->orientation, grains, ellipses);
 #endif
-  const LaneSpin start =
+  const LaneTorsion start =
       prepare_angular_friction(first, there, general, by_now, &a->motion, &b->motion, w.nn, r, moment, friction,
                                &ellipse, angular_friction_points, angular, angular_impulses);
   r = lane_make_cone(start.normal, start.tangent_1, start.tangent_2);

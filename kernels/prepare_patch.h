@@ -66,12 +66,12 @@ static inline void prepare_patches(u32 substep, u32 first, u32 rows, lane_u32 co
 
   const Lane3 a_1 = lane_cross3(centre_a, t1), a_2 = lane_cross3(centre_a, t2);
   const Lane3 b_1 = lane_cross3(centre_b, t1), b_2 = lane_cross3(centre_b, t2);
-  const Lane3 spun_a = lane_apply_inverse_inertia(*a, a_2), spun_b = lane_apply_inverse_inertia(*b, b_2);
+  const Lane3 response_a = lane_apply_inverse_inertia(*a, a_2), response_b = lane_apply_inverse_inertia(*b, b_2);
   const lane inverse_mass = a->inverse_mass + b->inverse_mass;
   const lane w_11 = inverse_mass + (lane_dot3(a_1, lane_apply_inverse_inertia(*a, a_1)) +
                                     lane_dot3(b_1, lane_apply_inverse_inertia(*b, b_1)));
-  const lane w_22 = inverse_mass + (lane_dot3(a_2, spun_a) + lane_dot3(b_2, spun_b));
-  const lane w_12 = lane_dot3(a_1, spun_a) + lane_dot3(b_1, spun_b);
+  const lane w_22 = inverse_mass + (lane_dot3(a_2, response_a) + lane_dot3(b_2, response_b));
+  const lane w_12 = lane_dot3(a_1, response_a) + lane_dot3(b_1, response_b);
   const lane w_twist =
       lane_dot3(n, lane_apply_inverse_inertia(*a, n)) + lane_dot3(n, lane_apply_inverse_inertia(*b, n));
   const lane inverse = (lane)1 / (w_11 * w_22 - w_12 * w_12);

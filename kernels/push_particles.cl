@@ -3,7 +3,9 @@
 #include "particle.h"
 #include "types.h"
 
-static inline Vec3 spin_of(global const Motion* motion) { return make3(motion->w[0], motion->w[1], motion->w[2]); }
+static inline Vec3 angular_velocity_of(global const Motion* motion) {
+  return make3(motion->w[0], motion->w[1], motion->w[2]);
+}
 
 // What a push reads.
 typedef struct Pushed {
@@ -27,7 +29,7 @@ static inline Touch touch_of_plane(const Pushed* p, ParticleLaw law, u32 i, u32 
   touch.n = scale3((real)-1, plane.normal);
   touch.arm = scale3((real)0.5 * touch.overlap - law.radius, plane.normal);
   const Vec3 there = point_velocity(&p->motions[body_p], sub3(add3(x, touch.arm), x_p));
-  const Vec3 here = add3(vec3_of(p->velocities[i]), cross3(spin_of(&p->motions[body]), touch.arm));
+  const Vec3 here = add3(vec3_of(p->velocities[i]), cross3(angular_velocity_of(&p->motions[body]), touch.arm));
   touch.u = sub3(there, here);
   touch.mass = (real)1 / p->shares[body];
   return touch;
@@ -42,8 +44,9 @@ static inline Touch touch_of_neighbour(const Pushed* p, ParticleLaw law, u32 i, 
   touch.n = scale3((real)1 / distance_ij, d);
   const real lever = (real)0.5 * distance_ij;
   touch.arm = scale3(lever, touch.n);
-  const Vec3 here = add3(vec3_of(p->velocities[i]), cross3(spin_of(&p->motions[body_i]), touch.arm));
-  const Vec3 there = add3(vec3_of(p->velocities[j]), cross3(spin_of(&p->motions[body_j]), scale3(-lever, touch.n)));
+  const Vec3 here = add3(vec3_of(p->velocities[i]), cross3(angular_velocity_of(&p->motions[body_i]), touch.arm));
+  const Vec3 there =
+      add3(vec3_of(p->velocities[j]), cross3(angular_velocity_of(&p->motions[body_j]), scale3(-lever, touch.n)));
   touch.u = sub3(there, here);
   touch.mass = (real)1 / (p->shares[body_i] + p->shares[body_j]);
   return touch;

@@ -30,8 +30,9 @@ kernel void store_impulses(global const Contact* contacts, global const u32* con
     cached_impulses[i].tangent_z = t.z;
 #if FEATURE_ANGULAR_FRICTION
     global const AngularFrictionImpulse* angular_impulses = angular_friction_impulses + contact_slots[i] / PACK;
-    const real spin = angular_friction_blocks[contact_slots[i] / PACK].spin_radius[lane] * angular_impulses->spin[lane];
-    const Vec3 m = add3(add3(scale3(spin, n), scale3(angular_impulses->roll_1[lane], t1)),
+    const real torsion =
+        angular_friction_blocks[contact_slots[i] / PACK].torsion_radius[lane] * angular_impulses->torsion[lane];
+    const Vec3 m = add3(add3(scale3(torsion, n), scale3(angular_impulses->roll_1[lane], t1)),
                         scale3(angular_impulses->roll_2[lane], t2));
     cached_moments[i].x = m.x;
     cached_moments[i].y = m.y;

@@ -95,7 +95,7 @@ static inline Lane3 lane_apply_inverse_inertia(LaneBody body, Lane3 moment) {
 #endif
 
 // The same where a contact is general; the inertia of a central one is the same about every axis that counts.
-static inline Lane3 lane_spin(LaneBody body, lane_mask general, Lane3 moment) {
+static inline Lane3 lane_angular_velocity_change(LaneBody body, lane_mask general, Lane3 moment) {
   const Lane3 central = lane_scale3(body.xx, moment);
 #if FEATURE_GENERAL_CONTACTS
   return lane_select3(general, lane_apply_inverse_inertia(body, moment), central);
@@ -112,15 +112,15 @@ static inline Lane3 lane_velocity_at(Lane3 arm_a, Lane3 arm_b, const LaneBody* a
 // An impulse on a at the end of its arm, its opposite on b.
 static inline void lane_push_at(Lane3 arm_a, Lane3 arm_b, lane_mask general, Lane3 impulse, LaneBody* a, LaneBody* b) {
   a->v = lane_add3(a->v, lane_scale3(a->inverse_mass, impulse));
-  a->w = lane_add3(a->w, lane_spin(*a, general, lane_cross3(arm_a, impulse)));
+  a->w = lane_add3(a->w, lane_angular_velocity_change(*a, general, lane_cross3(arm_a, impulse)));
   b->v = lane_sub3(b->v, lane_scale3(b->inverse_mass, impulse));
-  b->w = lane_sub3(b->w, lane_spin(*b, general, lane_cross3(arm_b, impulse)));
+  b->w = lane_sub3(b->w, lane_angular_velocity_change(*b, general, lane_cross3(arm_b, impulse)));
 }
 
 // A moment on a, its opposite on b.
 static inline void lane_twist_by(lane_mask general, Lane3 moment, LaneBody* a, LaneBody* b) {
-  a->w = lane_add3(a->w, lane_spin(*a, general, moment));
-  b->w = lane_sub3(b->w, lane_spin(*b, general, moment));
+  a->w = lane_add3(a->w, lane_angular_velocity_change(*a, general, moment));
+  b->w = lane_sub3(b->w, lane_angular_velocity_change(*b, general, moment));
 }
 
 static inline void lane_push(LaneContact c, lane_mask general, LaneCone r, LaneBody* a, LaneBody* b) {

@@ -1,4 +1,4 @@
-// Contacts that resist rolling and spinning: twins, and closed forms of balls.
+// Angular friction, rolling and torsional: twins, and closed forms of balls.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -89,7 +89,7 @@ TEST_P(AngularFriction, OfRollingHoldsABallOnASlope) {
 }
 
 // A ball that spins on the spot: w' = -5/2 g t / r^2.
-TEST_P(AngularFriction, OfSpinningStopsABall) {
+TEST_P(AngularFriction, OfTorsionStopsABall) {
   const Scene scene =
       ball_on_plane(R"("friction": 0.5, "torsional_friction": 0.002)", 0, R"("angular_velocity": [0, 0, 10],)");
   const double slows = 2.5 * gravity * 0.002 / (radius * radius);
@@ -99,17 +99,17 @@ TEST_P(AngularFriction, OfSpinningStopsABall) {
   EXPECT_NEAR(std::hypot(still.x[0], still.x[1]), 0, 1e-5);
 }
 
-// Slip and spin share the friction. With torsional friction mu r both rates of a ball that slides and spins are in one
-// direction, 7/2 u' / u = 5/2 w' / w, so that u / u_0 = (w / w_0)^(7/5) all the way, whatever gravity does; and with
-// the spin it slides longer.
-TEST_P(AngularFriction, OfContensouIsSharedBySlipAndSpin) {
+// Slip and torsion share the friction. With torsional friction mu r both rates of a ball that slides and spins are in
+// one direction, 7/2 u' / u = 5/2 w' / w, so that u / u_0 = (w / w_0)^(7/5) all the way, whatever gravity does; and
+// with the spin it slides longer.
+TEST_P(AngularFriction, OfContensouIsSharedBySlipAndTorsion) {
   const std::string material = R"("friction": 0.3, "torsional_friction": 0.03)";
   const Scene scene = ball_on_plane(material, 0, R"("velocity": [1, 0, 0], "angular_velocity": [0, 0, 20],)", 0.0005);
   for (const double time : {0.05, 0.1, 0.15}) {
     const BodyState ball = after(scene, time);
-    const double slip = ball.v[0] - radius * ball.w[1], spin = ball.w[2];
+    const double slip = ball.v[0] - radius * ball.w[1], angular_velocity = ball.w[2];
     ASSERT_GT(slip, 0.05);
-    EXPECT_NEAR(slip, std::pow(spin / 20, 1.4), 5e-3) << time;
+    EXPECT_NEAR(slip, std::pow(angular_velocity / 20, 1.4), 5e-3) << time;
   }
   const Scene unspun = ball_on_plane(material, 0, R"("velocity": [1, 0, 0],)", 0.0005);
   const auto slip_of = [](const BodyState& ball) { return ball.v[0] - radius * ball.w[1]; };

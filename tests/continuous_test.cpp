@@ -15,10 +15,10 @@ TYPED_TEST_SUITE(Continuous, Precisions);
 
 constexpr double bullet_radius = 0.005, wall_half = 0.005;
 
-BodyDescription continuous(BodyDescription body, Vector3 velocity = {0, 0, 0}, Vector3 spin = {0, 0, 0}) {
+BodyDescription continuous(BodyDescription body, Vector3 velocity = {0, 0, 0}, Vector3 angular_velocity = {0, 0, 0}) {
   body.continuous = true;
   body.velocity = velocity;
-  body.angular_velocity = spin;
+  body.angular_velocity = angular_velocity;
   return body;
 }
 
@@ -120,10 +120,10 @@ TYPED_TEST(Continuous, BoxesAndCapsulesDoNotPass) {
     const Vector3 place = {random.between(-9, -0.5), 0, 0};
     const Quaternion rotation = random.rotation();
     const Vector3 velocity = {random.between(200, 500), random.between(-100, 100), 0};
-    const Vector3 spin = random.vector(n % 4 == 0 ? 0 : 30);
+    const Vector3 angular_velocity = random.vector(n % 4 == 0 ? 0 : 30);
     const BodyDescription body =
         n % 2 ? box_body(place, {0.1, 0.05, 0.02}, rotation) : round_body(SHAPE_CAPSULE, place, 0.03, 0.1, rotation);
-    const Buffers<real> b = after_steps(weightless<real>({wall(), continuous(body, velocity, spin)}), 8);
+    const Buffers<real> b = after_steps(weightless<real>({wall(), continuous(body, velocity, angular_velocity)}), 8);
     EXPECT_LT(b.positions[1].x, -0.01);
     EXPECT_LT(std::abs(b.motions[1].v[0]), 0.06 * velocity[0]);
   }

@@ -225,7 +225,7 @@ constexpr FlyBallParameters fly_ball = {.ball_mass = 5,
                                         .link = 0.4,
                                         .offset = 0.1,
                                         .angle = 0.5,
-                                        .spin = 4,
+                                        .angular_velocity = 4,
                                         .torque = 3,
                                         .stiffness = 800,
                                         .damping = 40,
@@ -250,10 +250,10 @@ TEST(FlyBall, BalancesWhereWattsGovernorDoes) {
   const double cosine = std::cos(p.angle) - ball.travel() / (2 * p.link);
   const double ratio = p.collar_mass * p.link / (p.ball_mass * p.arm);
   EXPECT_GT(std::abs(ball.travel()), 0.01);
-  EXPECT_NEAR(ball.spin() * ball.spin(), (1 + ratio) * p.gravity / (p.arm * cosine), 1e-6);
+  EXPECT_NEAR(ball.angular_velocity() * ball.angular_velocity(), (1 + ratio) * p.gravity / (p.arm * cosine), 1e-6);
   const double inertia = p.spindle_inertia + 2 * p.ball_mass * p.arm * p.arm * (1 - cosine * cosine);
   const double at_first = p.spindle_inertia + 2 * p.ball_mass * std::pow(p.arm * std::sin(p.angle), 2);
-  EXPECT_NEAR(inertia * ball.spin(), at_first * p.spin, 1e-9);  // nothing turns it
+  EXPECT_NEAR(inertia * ball.angular_velocity(), at_first * p.angular_velocity, 1e-9);  // nothing turns it
 }
 
 // At rest the forces that act along the path of the arms cancel: what flies out, weights and spring.
@@ -263,7 +263,8 @@ TEST(FlyBall, ComesToRestAgainstItsSpring) {
   FlyBall ball(p);
   ball.run_to(120, 1e-3);
   const double x = ball.travel(), cosine = std::cos(p.angle) - x / (2 * p.link), sine = std::sqrt(1 - cosine * cosine);
-  const double out = 2 * p.ball_mass * ball.spin() * ball.spin() * (p.offset + p.arm * sine) * p.arm * cosine;
+  const double out =
+      2 * p.ball_mass * ball.angular_velocity() * ball.angular_velocity() * (p.offset + p.arm * sine) * p.arm * cosine;
   const double down = 2 * (p.ball_mass * p.arm + p.collar_mass * p.link) * p.gravity * sine;
   EXPECT_GT(std::abs(x), 0.01);
   EXPECT_NEAR(out, down + 2 * p.link * sine * p.stiffness * x, 1e-6);

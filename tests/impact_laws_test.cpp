@@ -40,19 +40,19 @@ Blow random_blow(Random& random, ImpactLaw law) {
   for (int body = 0; body < 2; ++body) {
     const double inverse_mass = random.between(0, 1) * size, reach = std::pow(10, random.between(-1, 1));
     const Vector3 arm = random.vector(reach);
-    double spin[3][3] = {};  // a random inverse inertia: a sum of squares
+    double inverse_inertia[3][3] = {};  // a random inverse inertia: a sum of squares
     for (int k = 0; k < 3; ++k) {
       const Vector3 axis = random.vector(1);
       const double part = random.between(0, 3) * size;
       for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) spin[i][j] += part * axis[i] * axis[j];
+        for (int j = 0; j < 3; ++j) inverse_inertia[i][j] += part * axis[i] * axis[j];
     }
     const double cross[3][3] = {{0, -arm[2], arm[1]}, {arm[2], 0, -arm[0]}, {-arm[1], arm[0], 0}};
     for (int i = 0; i < 3; ++i) {
       w[i][i] += inverse_mass;
       for (int j = 0; j < 3; ++j)
         for (int k = 0; k < 3; ++k)
-          for (int l = 0; l < 3; ++l) w[i][j] += cross[i][k] * spin[k][l] * cross[j][l];
+          for (int l = 0; l < 3; ++l) w[i][j] += cross[i][k] * inverse_inertia[k][l] * cross[j][l];
     }
   }
   Blow blow;

@@ -12,7 +12,7 @@ constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A body turning freely, its axes along those of the world.
-BodySetup spinning(Vector3 inertia, Vector3 w) {
+BodySetup rotating_body(Vector3 inertia, Vector3 w) {
   BodySetup body;
   body.inertia = inertia;
   body.angular_velocity = w;
@@ -96,7 +96,7 @@ TEST(IntegrateVelocities, InverseInertiaOfASphereIsExactAndOfAnImmovableBodyZero
 // A symmetric body (I_x = I_y) turns its body-frame (w_x, w_y) at the rate (I_z - I_x) / I_x w_z.
 double nutation_error(Gyroscopic gyroscopic, u32 steps) {
   const double end = 2, w_x = 0.7, w_z = 3, rate = (1.8 - 1) / 1 * w_z;
-  const BodySetup body = spinning({1, 1, 1.8}, {w_x, 0, w_z});
+  const BodySetup body = rotating_body({1, 1, 1.8}, {w_x, 0, w_z});
   const auto after = run_velocities(make_bodies<double>({body}, weightless(end / steps, gyroscopic)), steps);
   const Vector3 exact = {w_x * std::cos(rate * end), w_x * std::sin(rate * end), w_z};
   return length(angular_velocity(after, 0) - exact);
@@ -112,7 +112,7 @@ TEST(IntegrateVelocities, NutationOfASymmetricBodyConverges) {
 
 TEST(IntegrateVelocities, MidpointKeepsTheEnergyImplicitLosesExplicitGains) {
   const auto growth = [](Gyroscopic gyroscopic) {
-    const auto state = make_bodies<double>({spinning({1, 2, 3}, {0.5, 5, -1})}, weightless(0.02, gyroscopic));
+    const auto state = make_bodies<double>({rotating_body({1, 2, 3}, {0.5, 5, -1})}, weightless(0.02, gyroscopic));
     return rotation_energy(run_velocities(state, 200), 0) / rotation_energy(state.buffers, 0) - 1;
   };
   EXPECT_NEAR(growth(Gyroscopic::midpoint), 0, 1e-12);
@@ -120,8 +120,8 @@ TEST(IntegrateVelocities, MidpointKeepsTheEnergyImplicitLosesExplicitGains) {
   EXPECT_GT(growth(Gyroscopic::explicit_), 0.1);
 }
 
-TEST(IntegrateVelocities, WithoutTheGyroscopicMomentASpinStaysAsItIs) {
-  const auto state = make_bodies<double>({spinning({1, 2, 3}, {0.5, 5, -1})}, weightless(0.02, Gyroscopic::none));
+TEST(IntegrateVelocities, WithoutTheGyroscopicMomentAngularVelocityStaysConstant) {
+  const auto state = make_bodies<double>({rotating_body({1, 2, 3}, {0.5, 5, -1})}, weightless(0.02, Gyroscopic::none));
   EXPECT_EQ(angular_velocity(run_velocities(state, 100), 0), (Vector3{0.5, 5, -1}));
 }
 
@@ -135,7 +135,7 @@ void expect_energy_never_grows(Gyroscopic gyroscopic, double rounding) {
     const double a = std::pow(10, 3 * uniform(random)), b = std::pow(10, 3 * uniform(random));
     const Vector3 w = {uniform(random), uniform(random), uniform(random)};
     const double speed = std::pow(10, -1 + 0.007 * i);  // rad a step, up to 300
-    bodies[i] = spinning({1 + a, 1 + b, a + b}, (speed / length(w)) * w);
+    bodies[i] = rotating_body({1 + a, 1 + b, a + b}, (speed / length(w)) * w);
   }
   const auto state = make_bodies<real>(bodies, weightless(1, gyroscopic));
   ReferenceBackend<real> backend(state);
@@ -151,7 +151,7 @@ void expect_energy_never_grows(Gyroscopic gyroscopic, double rounding) {
   EXPECT_EQ(before.counters[COUNTER_STATUS], 0u);
 }
 
-TEST(IntegrateVelocities, EnergyNeverGrowsHoweverFastTheSpin) {
+TEST(IntegrateVelocities, EnergyNeverGrowsHoweverLargeTheAngularVelocity) {
   expect_energy_never_grows<double>(Gyroscopic::implicit, 1e-12);
   expect_energy_never_grows<double>(Gyroscopic::midpoint, 1e-12);
   expect_energy_never_grows<float>(Gyroscopic::implicit, 1e-4);

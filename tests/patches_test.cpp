@@ -46,7 +46,7 @@ TYPED_TEST(Patches, ASlidingBoxStopsWhereCoulombStopsIt) {
 }
 
 // A block that spins on four corners is slowed by mu m g times their lever, over its moment of inertia.
-TYPED_TEST(Patches, ASpinningBoxIsSlowedByItsLevers) {
+TYPED_TEST(Patches, ARotatingBoxIsSlowedByFrictionAtItsCorners) {
   using real = TypeParam;
   InitialState<real> state = box_on_ground<real>({0.4, 0.3, 0.05}, 0.2);
   const double g = 9.81, lever = 0.5, inertia = (0.16 + 0.09) / 3, dt = double(state.params.dt);
@@ -74,17 +74,17 @@ TYPED_TEST(Patches, ABoxSticksAndSlipsOnASlope) {
 
 // Where a box slides without turning, every contact rubs against the same velocity, and a patch is as good as four
 // cones. Where it spins too, friction and twist together are more than Coulomb gives: that is the model's error.
-TEST(PatchResidual, SeesTheModelErrorOfASpinningBoxOnly) {
-  for (const double spin : {0.0, 8.0}) {
+TEST(PatchResidual, SeesTheModelErrorOfARotatingBoxOnly) {
+  for (const double angular_velocity : {0.0, 8.0}) {
     InitialState<double> state = box_on_ground<double>({0.4, 0.3, 0.05}, 0.2);
     state.buffers.gravities[0] = {0, 0, -9.81, 0};
     state.buffers.motions[0].v[0] = 2;
-    state.buffers.motions[0].w[2] = spin;
+    state.buffers.motions[0].w[2] = angular_velocity;
     const Buffers<double> after = run_steps(state, 10);
     const Residual r = residual(contact_system(after, after.counters), 0x1p-53);
-    EXPECT_LT(r.relative, 1e-6) << spin;
+    EXPECT_LT(r.relative, 1e-6) << angular_velocity;
     ASSERT_TRUE(r.model_error.has_value());
-    if (spin == 0)
+    if (angular_velocity == 0)
       EXPECT_LT(std::abs(*r.model_error), 1e-6);
     else
       EXPECT_GT(*r.model_error, 0.01);

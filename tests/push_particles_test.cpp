@@ -7,10 +7,10 @@ namespace {
 Vector3 vector_of(const Vec4<double>& a) { return {a.x, a.y, a.z}; }
 
 /// Two balls that are one particle each, along x, the first at rest.
-InitialState<double> two_balls(Vector3 velocity, Vector3 spin = {0, 0, 0}, double friction = 0.5) {
+InitialState<double> two_balls(Vector3 velocity, Vector3 angular_velocity = {0, 0, 0}, double friction = 0.5) {
   BodyDescription a = solid_body(ball_shape(0.1), 1, {0, 0, 0}), b = solid_body(ball_shape(0.1), 3, {0.19, 0, 0});
   b.velocity = velocity;
-  b.angular_velocity = spin;
+  b.angular_velocity = angular_velocity;
   return compile<double>(
       particle_scene({a, b}, {.radius = 0.1, .stiffness = 1000, .restitution = 0.5, .friction = friction}, 1e-3));
 }

@@ -87,11 +87,12 @@ void expect_recording_comes_back(const std::string& scene, u32 steps) {
     EXPECT_EQ(recording.rows()[row].step, row + 1);
     EXPECT_EQ(recording.rows()[row].contacts, simulation.counters()[COUNTER_CONTACTS]);
     const Buffers<real>& now = simulation.backend().download(RecordingWriter<real>::wanted());
-    const std::vector<real> positions = recording.bodies<real>(0, row), spins = recording.bodies<real>(3, row);
+    const std::vector<real> positions = recording.bodies<real>(0, row),
+                            angular_velocities = recording.bodies<real>(3, row);
     ASSERT_EQ(positions.size(), 3 * now.positions.size());
     for (std::size_t i = 0; i < now.positions.size(); ++i) {
       EXPECT_EQ(positions[3 * i + 2], now.positions[i].z);
-      EXPECT_EQ(spins[3 * i + 1], now.motions[i].w[1]);
+      EXPECT_EQ(angular_velocities[3 * i + 1], now.motions[i].w[1]);
     }
   }
 }

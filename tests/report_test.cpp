@@ -99,7 +99,7 @@ TEST(Measures, DoNotCountAGapAsPenetration) {
   EXPECT_EQ(m.penetration.max, 0);
 }
 
-TEST(Measures, MechanicsOfASpinningBall) {
+TEST(Measures, MechanicsOfARotatingBall) {
   Buffers<double> b = ball_on_plane(3);
   b.motions[0].w[0] = 4;
   const Measures m = measure(b, ball_sizes, ball_features, {}, std::vector<u32>(COUNTER_COUNT));

@@ -76,7 +76,7 @@ TEST(FurtherFriction, OfTwoMaterialsIsWhatTheyCombineTo) {
   EXPECT_DOUBLE_EQ(met.buffers.material_pairs[1].friction, 0.4);
   EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[1].friction, 0.6);
   EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[1].speed, 1e-2);
-  EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].spin_radius, 0.01 / 0.4);
+  EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].torsion_radius, 0.01 / 0.4);
   EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].roll_lever, 0.03);
   EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[0].roll_lever, 0);
   EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[3].friction, 0.8);
@@ -87,10 +87,10 @@ TEST(FurtherFriction, OfTwoMaterialsIsWhatTheyCombineTo) {
   EXPECT_DOUBLE_EQ(ruled.buffers.hold_pairs[2].friction, 0.7);
   EXPECT_DOUBLE_EQ(ruled.buffers.hold_pairs[2].speed, 0.02);
   EXPECT_DOUBLE_EQ(ruled.buffers.angular_friction_pairs[2].roll_lever, 0);
-  EXPECT_DOUBLE_EQ(ruled.buffers.angular_friction_pairs[2].spin_radius, 0.01 / 0.5);
+  EXPECT_DOUBLE_EQ(ruled.buffers.angular_friction_pairs[2].torsion_radius, 0.01 / 0.5);
   const InitialState<double> slick =
       compile<double>(two_materials(a, b, R"({"materials": ["a", "b"], "friction": 0, "restitution": 0})"));
-  EXPECT_DOUBLE_EQ(slick.buffers.angular_friction_pairs[1].spin_radius, 0);
+  EXPECT_DOUBLE_EQ(slick.buffers.angular_friction_pairs[1].torsion_radius, 0);
   EXPECT_DOUBLE_EQ(slick.buffers.hold_pairs[1].friction, 0);
 }
 

@@ -33,9 +33,10 @@ JointMobility<real> joint_mobility(const JointNow<real>& now, u32 free, const Mo
   const real inverse_mass = a.inverse_mass + b.inverse_mass;
   JointMobility<real> m;
   for (u32 j = 0; j <= JOINT_ROWS; ++j) {
-    const Vec3<real> spun_a = apply_inverse_inertia(a, moment_a[j]), spun_b = apply_inverse_inertia(b, moment_b[j]);
+    const Vec3<real> response_a = apply_inverse_inertia(a, moment_a[j]),
+                     response_b = apply_inverse_inertia(b, moment_b[j]);
     for (u32 i = 0; i <= j; ++i) {
-      const real share = dot3(moment_a[i], spun_a) + dot3(moment_b[i], spun_b);
+      const real share = dot3(moment_a[i], response_a) + dot3(moment_b[i], response_b);
       const real entry = i == j && (j < 3 || (j == JOINT_ROWS && !angular)) ? inverse_mass + share : share;
       if (j < JOINT_ROWS)
         m.k[j][i] = entry;

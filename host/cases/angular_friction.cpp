@@ -1,4 +1,5 @@
-// Contacts that resist rolling, spinning and the start of a slide, by closed forms of balls and crates on slopes.
+// Contacts that resist rolling, rotation about the normal and the start of a slide, by closed forms of balls and crates
+// on slopes.
 #include <algorithm>
 #include <cmath>
 
@@ -54,10 +55,10 @@ std::vector<CaseError> rolling_resistance(Trial& trial) {
   }
   const u32 spinner = body_called(scene, "felt spinner");
   const PairFriction felt = friction_of(scene, spinner);
-  const double radius = scene.bodies[spinner].shapes[0].radius, spin = scene.bodies[spinner].angular_velocity[2];
-  const double spins = spin - 2.5 * g * felt.spin_radius * felt.sliding / (radius * radius) * duration;
+  const double radius = scene.bodies[spinner].shapes[0].radius, start_w = scene.bodies[spinner].angular_velocity[2];
+  const double expected_w = start_w - 2.5 * g * felt.torsion_radius * felt.sliding / (radius * radius) * duration;
 
-  double off_balls = 0, off_crates = 0, off_spin = 0;
+  double off_balls = 0, off_crates = 0, off_angular_velocity = 0;
   trial.run(scene, duration, [&](Seen& seen) {
     const auto off = [&](const std::vector<Down>& bodies) {
       double worst = 0;
@@ -69,12 +70,12 @@ std::vector<CaseError> rolling_resistance(Trial& trial) {
     };
     off_balls = off(balls);
     off_crates = off(crates);
-    off_spin = std::abs(seen.body(spinner).w[2] - spins);
+    off_angular_velocity = std::abs(seen.body(spinner).w[2] - expected_w);
     return true;
   });
   return {{"way of the balls, at worst of three", "m", longest, off_balls},
           {"way of the crates, at worst of two", "m", crates[1].expected, off_crates},
-          {"spin on the spot", "rad/s", spins, off_spin}};
+          {"spin on the spot", "rad/s", expected_w, off_angular_velocity}};
 }
 
 }  // namespace

@@ -92,13 +92,13 @@ std::vector<CaseError> heavy_top(Trial& trial) {
 
 /// A top in steady precession: rate of the azimuth of its axis, and how far the tilt strays.
 std::vector<CaseError> steady_precession(double rate, Trial& trial) {
-  const double tilt = std::numbers::pi / 6, spin = 60, duration = 2.0;
+  const double tilt = std::numbers::pi / 6, axial_rate = 60, duration = 2.0;
   Scene scene = read_scene("steady_precession");
-  // the angular velocity of the steady motion: precession about z, total rate `spin` along the axis of the body
+  // the angular velocity of the steady motion: precession about z, total rate `axial_rate` along the axis of the body
   const Vector3 axis = rotate(scene.bodies[0].orientation, {0, 0, 1});
   Vector3& w = scene.bodies[0].angular_velocity;
   w = {0, 0, rate};
-  for (int k = 0; k < 3; ++k) w[k] += (spin - rate * std::cos(tilt)) * axis[k];
+  for (int k = 0; k < 3; ++k) w[k] += (axial_rate - rate * std::cos(tilt)) * axis[k];
   double azimuth_change = 0, last = 0, nutation = 0, time = 0;
   trial.run(scene, duration, [&](Seen& seen) {
     const Vector3 a = rotate(seen.body(0).q, {0, 0, 1});

@@ -18,25 +18,25 @@ std::vector<CaseError> skates(Trial& trial) {
   const JointDescription &axle = scene.joints[1], &dragged = scene.joints[3];
   const BodyDescription &skater = scene.bodies[axle.body_b], &sleigh = scene.bodies[dragged.body_b];
   const Vector3 down = axle.axis, along = exact::rotate(skater.orientation, {1, 0, 0});
-  const double spin = exact::length(skater.angular_velocity);
-  const double scale = exact::dot(scene.gravity, down) / (spin * spin);
+  const double angular_speed = exact::length(skater.angular_velocity);
+  const double scale = exact::dot(scene.gravity, down) / (angular_speed * angular_speed);
   const auto on_slope = [&](double t) {
-    const double phi = spin * t, rise = 1 - std::cos(phi);
+    const double phi = angular_speed * t, rise = 1 - std::cos(phi);
     const double x = std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4, y = rise * rise / 2;
     return exact::add(skater.position, exact::add(exact::scale(scale * x, along), exact::scale(scale * y, down)));
   };
   const double lever = distance(sleigh.position, dragged.anchor_a), first = sleigh.angular_velocity[2];
   const double kappa = 1 + sleigh.inertia[2] / (sleigh.mass * lever * lever);
   const double last = lever * first * std::sqrt(kappa), rate = last / (lever * kappa), duration = 10;
-  double off_slope = 0, off_spin = 0;
+  double off_slope = 0, off_angular_velocity = 0;
   trial.run(scene, duration, [&](Seen& seen) {
     off_slope = std::max(off_slope, distance(seen.body(axle.body_b).x, on_slope(seen.time)));
     const double error = seen.body(dragged.body_b).w[2] - first / std::cosh(rate * seen.time);
-    off_spin = std::max(off_spin, std::abs(error));
+    off_angular_velocity = std::max(off_angular_velocity, std::abs(error));
     return true;
   });
   return {{"place of the skater, at worst in 10 s", "m", distance(on_slope(duration), skater.position), off_slope},
-          {"spin of the sleigh, at worst in 10 s", "rad/s", first, off_spin}};
+          {"spin of the sleigh, at worst in 10 s", "rad/s", first, off_angular_velocity}};
 }
 
 /// Balls on a turntable: their velocities turn at 2/7 of its rate. Those that joints let roll, and one that friction

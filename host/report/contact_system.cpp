@@ -37,10 +37,10 @@ SystemAngularFriction system_angular_friction(const AngularFrictionBlock<real>& 
                                               const Eigen::Vector3d& normal, u32 lane) {
   const Eigen::Vector3d moment(double(stored.x), double(stored.y), double(stored.z));
   SystemAngularFriction angular;
-  angular.spin_radius = double(block.spin_radius[lane]);
+  angular.torsion_radius = double(block.torsion_radius[lane]);
   angular.roll_lever = double(block.roll_lever[lane]);
   const double about = moment.dot(normal);
-  angular.spin = angular.spin_radius > 0 ? about / angular.spin_radius : 0;
+  angular.torsion = angular.torsion_radius > 0 ? about / angular.torsion_radius : 0;
   angular.roll = moment - about * normal;
   return angular;
 }

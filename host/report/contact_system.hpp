@@ -31,11 +31,11 @@ struct SystemContact {
 
 /// The angular friction of a contact (cpu_reference/solve_angular_friction.hpp).
 struct SystemAngularFriction {
-  double spin_radius = 0;                                 // m; 0: it spins freely
+  double torsion_radius = 0;                              // m; 0: it rotates freely
   double roll_lever = 0;                                  // m; 0: it rolls freely
   Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity();  // E: the cone of E^-1 r is round, its velocity E u
-  double spin = 0;                                        // N s: the moment about the normal, on a, at the spin radius
-  Eigen::Vector3d roll = Eigen::Vector3d::Zero();         // the rest of the moment, on a, N m s
+  double torsion = 0;                              // N s: the moment about the normal, on a, at the torsion radius
+  Eigen::Vector3d roll = Eigen::Vector3d::Zero();  // the rest of the moment, on a, N m s
 };
 
 /// What the contacts of a pair share where they rub as one; their own impulses are spread of it.

@@ -55,7 +55,7 @@ std::vector<Change> changes(const ContactSystem& system) {
   for (std::size_t i = 0; i < system.angular_friction.size(); ++i) {
     const SystemContact& c = system.contacts[i];
     const SystemAngularFriction& angular = system.angular_friction[i];
-    const Vector3d moment = angular.spin_radius * angular.spin * c.normal + angular.roll;
+    const Vector3d moment = angular.torsion_radius * angular.torsion * c.normal + angular.roll;
     result[c.body_a].add(system.bodies[c.body_a], Vector3d::Zero(), Vector3d::Zero(), moment);
     result[c.body_b].add(system.bodies[c.body_b], Vector3d::Zero(), Vector3d::Zero(), -moment);
   }
@@ -97,15 +97,15 @@ Vector project(const Vector& impulse, const Vector& normal, double friction) {
   return on_cone * (normal + friction / t * tangent);
 }
 
-// The impulse of a contact and, where it has angular friction, of its spin; or their velocities.
+// The impulse of a contact and, where it has angular friction, of its torsion; or their velocities.
 using Vector4d = Eigen::Vector4d;
-Vector4d with_spin(const Vector3d& of_contact, double spin) {
-  return {of_contact[0], of_contact[1], of_contact[2], spin};
+Vector4d with_torsion(const Vector3d& of_contact, double torsion) {
+  return {of_contact[0], of_contact[1], of_contact[2], torsion};
 }
 
-// F of a cone of slip and spin, the same law with one tangent more.
-Vector4d spin_defect(const SystemContact& c, const SystemAngularFriction& angular, const Vector4d& u, double rho) {
-  const Vector4d n = with_spin(c.normal, 0), r = with_spin(c.impulse, angular.spin);
+// F of a cone of slip and torsion, the same law with one tangent more.
+Vector4d torsion_defect(const SystemContact& c, const SystemAngularFriction& angular, const Vector4d& u, double rho) {
+  const Vector4d n = with_torsion(c.normal, 0), r = with_torsion(c.impulse, angular.torsion);
   const Vector4d u_hat = u + c.friction * (u - u.dot(n) * n).norm() * n;
   return r - project(Vector4d(r - rho * u_hat), n, c.friction);
 }
@@ -138,23 +138,23 @@ void add_contact(const SystemContact& c, bool convex, const SystemBody& a, const
   sums.last = w;
 }
 
-// A contact with angular friction: slip and spin are one cone, rolling is a disc whose velocity becomes that of the
+// A contact with angular friction: slip and torsion are one cone, rolling is a disc whose velocity becomes that of the
 // mass at its radius of gyration.
 void add_angular_friction(const SystemContact& c, const SystemAngularFriction& angular, const SystemBody& a,
                           const SystemBody& b, const Change& da, const Change& db, Sums& sums) {
   const auto cone_velocity = [&](const Vector3d& v_a, const Vector3d& w_a, const Vector3d& v_b, const Vector3d& w_b) {
-    return with_spin(relative_velocity(c, v_a, w_a, v_b, w_b), angular.spin_radius * c.normal.dot(w_a - w_b));
+    return with_torsion(relative_velocity(c, v_a, w_a, v_b, w_b), angular.torsion_radius * c.normal.dot(w_a - w_b));
   };
   // of a cone that is not round all is told as it is where it is
   Eigen::Matrix4d e = Eigen::Matrix4d::Identity();
   e.topLeftCorner<3, 3>() = angular.stretch;
   SystemContact round = c;
   round.impulse = angular.stretch.inverse() * c.impulse;
-  const Vector4d u = e * (cone_velocity(a.v, a.w, b.v, b.w) + with_spin(c.bias * c.normal + c.slide, 0));
+  const Vector4d u = e * (cone_velocity(a.v, a.w, b.v, b.w) + with_torsion(c.bias * c.normal + c.slide, 0));
   const Vector4d wr = e * cone_velocity(da.v, da.w, db.v, db.w);
   sums.q += (u - wr).squaredNorm();
   sums.wr += wr.squaredNorm();
-  sums.f += spin_defect(round, angular, u, 1).squaredNorm();
+  sums.f += torsion_defect(round, angular, u, 1).squaredNorm();
   sums.largest =
       std::max(sums.largest, da.v_size + da.w_size * c.arm_a.norm() + db.v_size + db.w_size * c.arm_b.norm());
   sums.count += 1;
@@ -162,15 +162,15 @@ void add_angular_friction(const SystemContact& c, const SystemAngularFriction& a
   const Matrix3d angular_mobility = a.inverse_inertia + b.inverse_inertia;
   Eigen::Matrix4d w_ii = Eigen::Matrix4d::Zero();
   w_ii.topLeftCorner<3, 3>() = point_mobility(a, c.arm_a) + point_mobility(b, c.arm_b);
-  const Vector3d spun_a = angular.spin_radius * a.inverse_inertia * c.normal;
-  const Vector3d spun_b = angular.spin_radius * b.inverse_inertia * c.normal;
-  w_ii.topRightCorner<3, 1>() = spun_a.cross(c.arm_a) + spun_b.cross(c.arm_b);
+  const Vector3d response_a = angular.torsion_radius * a.inverse_inertia * c.normal;
+  const Vector3d response_b = angular.torsion_radius * b.inverse_inertia * c.normal;
+  w_ii.topRightCorner<3, 1>() = response_a.cross(c.arm_a) + response_b.cross(c.arm_b);
   w_ii.bottomLeftCorner<1, 3>() = w_ii.topRightCorner<3, 1>().transpose();
-  w_ii(3, 3) = angular.spin_radius * c.normal.dot(spun_a + spun_b);
+  w_ii(3, 3) = angular.torsion_radius * c.normal.dot(response_a + response_b);
   const double lambda_max =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(e * w_ii * e, Eigen::EigenvaluesOnly).eigenvalues()(3);
   if (lambda_max <= 0) return;  // two immovable bodies
-  sums.last = spin_defect(round, angular, u, 1 / lambda_max).norm() * lambda_max;
+  sums.last = torsion_defect(round, angular, u, 1 / lambda_max).norm() * lambda_max;
   sums.w += sums.last * sums.last;
   if (angular.roll_lever == 0) return;
 

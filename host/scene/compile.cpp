@@ -271,7 +271,7 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
   const Origin origin = {scene};
   for (const PairFriction& pair : friction_pairs_of(scene)) {
     buffers().material_pairs.push_back({rounded<real>(pair.sliding, "friction", origin), 0});
-    buffers().angular_friction_pairs.push_back({rounded<real>(pair.spin_radius, "torsional friction", origin),
+    buffers().angular_friction_pairs.push_back({rounded<real>(pair.torsion_radius, "torsional friction", origin),
                                                 rounded<real>(pair.roll_lever, "rolling friction", origin)});
     buffers().hold_pairs.push_back({rounded<real>(pair.holding, "static friction", origin),
                                     rounded<real>(pair.holding_speed, "holding speed", origin)});

@@ -30,7 +30,7 @@ void expect_sense(const Scene& scene, const std::string& place, double friction,
     refuse("torsional_friction", "is a moment of friction, and friction is 0; give some, or leave this out");
 }
 
-double spin_radius(double torsional, double friction) { return friction > 0 ? torsional / friction : 0; }
+double torsion_radius(double torsional, double friction) { return friction > 0 ? torsional / friction : 0; }
 
 PairFriction meet(const Material& material_a, const Material& material_b) {
   const FurtherFriction &a = material_a.further, &b = material_b.further;
@@ -44,8 +44,8 @@ PairFriction meet(const Material& material_a, const Material& material_b) {
                              ? std::max(a.holding_speed.value_or(0), b.holding_speed.value_or(0))
                              : default_holding_speed;
   }
-  pair.spin_radius =
-      spin_radius(std::max(a.torsional_friction.value_or(0), b.torsional_friction.value_or(0)), pair.sliding);
+  pair.torsion_radius =
+      torsion_radius(std::max(a.torsional_friction.value_or(0), b.torsional_friction.value_or(0)), pair.sliding);
   pair.roll_lever = std::max(a.rolling_friction.value_or(0), b.rolling_friction.value_or(0));
   const auto grain = [](const Material& m) { return m.further.friction_across.value_or(m.friction) / m.friction; };
   const auto has_grain = [](const Material& m) { return m.further.friction_across && m.friction > 0; };
@@ -69,11 +69,11 @@ std::vector<PairFriction> friction_pairs_of(const Scene& scene) {
     const MaterialPairRule& rule = scene.material_pairs[i];
     expect_sense(scene, fmt::format("/material_pairs/{}", i), rule.friction, rule.further);
     PairFriction& pair = pairs[rule.material_a * materials.size() + rule.material_b];
-    const double torsional = rule.further.torsional_friction.value_or(pair.spin_radius * pair.sliding);
+    const double torsional = rule.further.torsional_friction.value_or(pair.torsion_radius * pair.sliding);
     pair.sliding = rule.friction;
     pair.holding = rule.further.static_friction.value_or(rule.friction);
     if (rule.further.static_friction) pair.holding_speed = rule.further.holding_speed.value_or(default_holding_speed);
-    pair.spin_radius = spin_radius(torsional, pair.sliding);
+    pair.torsion_radius = torsion_radius(torsional, pair.sliding);
     pair.roll_lever = rule.further.rolling_friction.value_or(pair.roll_lever);
     pairs[rule.material_b * materials.size() + rule.material_a] = pair;
   }

@@ -96,7 +96,7 @@ struct FurtherFriction {
   std::optional<double> static_friction = {};  // mu of what holds, >= that of what slides
   std::optional<double> holding_speed = {};    // m/s: what slides slower than this holds
   std::optional<double> torsional_friction =
-      {};                                       // m: a spin about the normal is resisted by this times the normal force
+      {};  // m: rotation about the normal is resisted by this times the normal force
   std::optional<double> rolling_friction = {};  // m: the same of rolling
   std::optional<double> friction_across = {};   // mu across the grain, the x axis of shapes; mu is that along it
 };

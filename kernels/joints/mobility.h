@@ -24,9 +24,9 @@ static inline void joint_mobility(const JointNow* now, bool angular, Motion a, M
 
   const real inverse_mass = a.inverse_mass + b.inverse_mass;
   for (u32 j = 0u; j <= JOINT_ROWS; ++j) {
-    const Vec3 spun_a = apply_inverse_inertia(a, moment_a[j]), spun_b = apply_inverse_inertia(b, moment_b[j]);
+    const Vec3 response_a = apply_inverse_inertia(a, moment_a[j]), response_b = apply_inverse_inertia(b, moment_b[j]);
     for (u32 i = 0u; i <= j; ++i) {
-      const real share = dot3(moment_a[i], spun_a) + dot3(moment_b[i], spun_b);
+      const real share = dot3(moment_a[i], response_a) + dot3(moment_b[i], response_b);
       const real entry = i == j && (j < 3u || (j == JOINT_ROWS && !angular)) ? inverse_mass + share : share;
       if (j < JOINT_ROWS)
         k[j][i] = entry;

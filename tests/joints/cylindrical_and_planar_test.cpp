@@ -32,7 +32,7 @@ Scene on_shaft() {
   return scene;
 }
 
-TYPED_TEST(CylindricalJoint, SlidesAndSpinsAsItBeganAndIsCarried) {
+TYPED_TEST(CylindricalJoint, SlidesAndRotatesAsItBeganAndIsCarried) {
   using real = TypeParam;
   for (const u32 substeps : {1u, 4u}) {
     SCOPED_TRACE(substeps);

@@ -15,12 +15,12 @@ class NonHolonomic : public testing::Test {};
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(NonHolonomic, Precisions);
 
-constexpr double slope = 2, spin = 1.5;  // m/s^2 down the plane, rad/s
+constexpr double slope = 2, angular_velocity = 1.5;  // m/s^2 down the plane, rad/s
 
 // On a plane that slopes down along y: an edge along x, under the centre of mass, and a spin that nothing changes.
 Scene skater(double dt) {
   BodyDescription body = bare_body({0, 0, 0}, {0.1, 0.1, 0.3});
-  body.angular_velocity = {0, 0, spin};
+  body.angular_velocity = {0, 0, angular_velocity};
   Scene scene = joint_scene(
       {body}, {joint_of(JOINT_PLANAR, NONE, 0, {0, 0, 0}), joint_of(JOINT_SKATE, NONE, 0, {0, 0, 0}, {0, 1, 0})}, dt);
   scene.gravity = {0, slope, -9};
@@ -34,7 +34,8 @@ struct OnSlope {
   double x, y;
 };
 OnSlope on_slope(double t) {
-  const double phi = spin * t, scale = slope / (spin * spin), rise = 1 - std::cos(phi);
+  const double phi = angular_velocity * t, scale = slope / (angular_velocity * angular_velocity),
+               rise = 1 - std::cos(phi);
   return {scale * (std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4), scale * rise * rise / 2};
 }
 
@@ -47,7 +48,7 @@ double off_slope(double dt, Integrator integrator, u32 substeps, double duration
     const OnSlope exact = on_slope((i + 1) * dt);
     const auto x = position(b, 0);
     worst = std::max(worst, std::hypot(double(x[0]) - exact.x, double(x[1]) - exact.y));
-    const double heading = spin * (i + 0.5) * dt;  // of the middle of the step
+    const double heading = angular_velocity * (i + 0.5) * dt;  // of the middle of the step
     skid = std::max(
         skid, std::abs(-std::sin(heading) * double(b.motions[0].v[0]) + std::cos(heading) * double(b.motions[0].v[1])));
   });
@@ -57,7 +58,7 @@ double off_slope(double dt, Integrator integrator, u32 substeps, double duration
 
 TYPED_TEST(NonHolonomic, ASkateOnASlopeGoesSideways) {
   using real = TypeParam;
-  const double two_revolutions = 4 * exact::pi / spin;
+  const double two_revolutions = 4 * exact::pi / angular_velocity;
   for (const u32 substeps : {1u, 4u}) {
     const double coarse = off_slope<real>(0.02, Integrator::semi_implicit_euler, substeps, two_revolutions);
     const double fine = off_slope<real>(0.01, Integrator::semi_implicit_euler, substeps, two_revolutions);

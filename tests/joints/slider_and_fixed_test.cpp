@@ -79,16 +79,16 @@ TYPED_TEST(FixedJoint, TwoBoxesMoveAsOne) {
   const auto box = [](double mass, double x, double y, double z) {
     return Vector3{mass / 12 * (y * y + z * z), mass / 12 * (x * x + z * z), mass / 12 * (x * x + y * y)};
   };
-  const Vector3 spin = {0.5, 1, -0.7};
+  const Vector3 angular_velocity = {0.5, 1, -0.7};
   BodyDescription left = bare_body({-0.5, 0, 0}, box(1, 1, 0.4, 0.3)), right = left;
   right.position = {0.5, 0, 0};
   for (BodyDescription* body : {&left, &right}) {
-    body->angular_velocity = spin;
-    body->velocity = exact::cross(spin, body->position);
+    body->angular_velocity = angular_velocity;
+    body->velocity = exact::cross(angular_velocity, body->position);
   }
   BodyDescription whole = bare_body({0, 0, 0}, box(2, 2, 0.4, 0.3));
   whole.mass = 2;
-  whole.angular_velocity = spin;
+  whole.angular_velocity = angular_velocity;
   const double small = 1.0 / 2000;
   const Scene parts = joint_scene({left, right}, {joint_of(JOINT_FIXED, 0, 1, {0, 0, 0}, {1, 0, 0})}, small);
   const Buffers<real> two = after_steps<real>(parts, 2000);

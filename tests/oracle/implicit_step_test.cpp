@@ -242,8 +242,8 @@ TEST(ImplicitStep, RotatesByTheImplicitKinematicMap) {
   ASSERT_EQ(implicit_newton(system, tight, y).stop, Stop::tolerance);
   const Quaterniond q = moved(system, y).bodies[0].q;
   const Vector3d w = y.segment<3>(3);
-  const Quaterniond spun = Quaterniond(0, w.x(), w.y(), w.z()) * q;
-  const Eigen::Vector4d rest = q.coeffs() - 0.1 * spun.coeffs();  // parallel to the old one
+  const Quaterniond product = Quaterniond(0, w.x(), w.y(), w.z()) * q;
+  const Eigen::Vector4d rest = q.coeffs() - 0.1 * product.coeffs();  // parallel to the old one
   EXPECT_LT((rest.normalized() - body.q.coeffs()).norm(), 1e-14);
   // I' (w' - w) + dt w' x I' w' = 0 (39)
   const Matrix3d r = q.toRotationMatrix(), inertia = r * body.inertia * r.transpose();

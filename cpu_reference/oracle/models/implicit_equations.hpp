@@ -246,8 +246,8 @@ class Equations {
     const ImplicitBody& body = system_.bodies[i];
     if (!(body.mass > 0)) return;
     const Mat3<T> half = now_[i].r * as<T>(body.inertia), inertia = half * now_[i].r.transpose();
-    const Vec3<T> w = held_ ? before_[i].w : now_[i].w, spin = inertia * w;
-    const Vec3<T> gained = inertia * (now_[i].w - as<T>(body.w)) + w.cross(spin) * T(system_.dt);
+    const Vec3<T> w = held_ ? before_[i].w : now_[i].w, angular_momentum = inertia * w;
+    const Vec3<T> gained = inertia * (now_[i].w - as<T>(body.w)) + w.cross(angular_momentum) * T(system_.dt);
     const double angular_scale = std::sqrt(body.mass * body.inertia.diagonal().maxCoeff());
     f_.template segment<3>(next_) = now_[i].v - as<T>(body.v) - push_[i] * T(1 / body.mass);
     f_.template segment<3>(next_ + 3) = (gained - twist_[i]) * T(1 / angular_scale);

@@ -1,6 +1,6 @@
-// The one-contact problem of slip and spin against what shares nothing with it: the conditions that it states, and a
+// The one-contact problem of slip and torsion against what shares nothing with it: the conditions that it states, and a
 // search for the shift by halving with Eigen's factorisation.
-#include "cpu_reference/spin_cone.hpp"
+#include "cpu_reference/torsion_cone.hpp"
 
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ struct Problem {
   double mu;
 };
 
-// J M^-1 J^T of a contact between two bodies, its spin at a radius that is small beside them.
+// J M^-1 J^T of a contact between two bodies, its torsion at a radius that is small beside them.
 Problem random_problem(Random& random) {
   Eigen::Matrix<double, 4, 12> j = Eigen::Matrix<double, 4, 12>::Zero();
   const double radius = random.between(0, 1) < 0.5 ? random.between(0.001, 0.05) : random.between(0.05, 1);
@@ -50,11 +50,11 @@ Problem random_problem(Random& random) {
 template <class real>
 Vector4d solve(const Problem& p) {
   const auto w = [&](int i, int k) { return real(p.w(i, k)); };
-  const reference::SpinDelassus<real> delassus = {w(0, 0), w(1, 1), w(2, 2), w(0, 1), w(0, 2),
-                                                  w(1, 2), w(3, 3), w(0, 3), w(1, 3), w(2, 3)};
-  const auto r =
-      reference::solve_spin_cone<real>({real(p.q[0]), real(p.q[1]), real(p.q[2]), real(p.q[3])}, delassus, real(p.mu));
-  return {double(r.normal), double(r.tangent_1), double(r.tangent_2), double(r.spin)};
+  const reference::TorsionDelassus<real> delassus = {w(0, 0), w(1, 1), w(2, 2), w(0, 1), w(0, 2),
+                                                     w(1, 2), w(3, 3), w(0, 3), w(1, 3), w(2, 3)};
+  const auto r = reference::solve_torsion_cone<real>({real(p.q[0]), real(p.q[1]), real(p.q[2]), real(p.q[3])}, delassus,
+                                                     real(p.mu));
+  return {double(r.normal), double(r.tangent_1), double(r.tangent_2), double(r.torsion)};
 }
 
 // By halving: (A + lambda) t = -b with |t| = mu r_n; NaN where no such slip is bracketed.
@@ -75,7 +75,7 @@ Vector4d slip_by_halving(const Problem& p) {
   return at(high);
 }
 
-TEST(SpinCone, KeepsItsLaw) {
+TEST(TorsionCone, KeepsItsLaw) {
   Random random(3);
   int slips = 0, sticks = 0;
   for (int i = 0; i < 20000; ++i) {
@@ -100,7 +100,7 @@ TEST(SpinCone, KeepsItsLaw) {
   EXPECT_GT(slips, 1000);
 }
 
-TEST(SpinCone, SlipsAsAnotherSearchFinds) {
+TEST(TorsionCone, SlipsAsAnotherSearchFinds) {
   Random random(4);
   int compared = 0;
   double worst = 0, worst_float = 0;
@@ -119,8 +119,8 @@ TEST(SpinCone, SlipsAsAnotherSearchFinds) {
   EXPECT_LT(worst_float, 2e-3);
 }
 
-// Without a spin it is the cone of three rows.
-TEST(SpinCone, WithoutSpinIsTheConeOfSlip) {
+// Without torsion it is the cone of three rows.
+TEST(TorsionCone, WithoutTorsionIsTheConeOfSlip) {
   Random random(5);
   for (int i = 0; i < 2000; ++i) {
     Problem p = random_problem(random);
@@ -138,7 +138,7 @@ TEST(SpinCone, WithoutSpinIsTheConeOfSlip) {
   }
 }
 
-TEST(SpinCone, TakesOff) {
+TEST(TorsionCone, TakesOff) {
   Problem p;
   p.w = Matrix4d::Identity();
   p.q = {0, 1, 1, 1};
@@ -147,7 +147,7 @@ TEST(SpinCone, TakesOff) {
 }
 
 // Friction without a limit and none at all.
-TEST(SpinCone, HoldsAtItsEnds) {
+TEST(TorsionCone, HoldsAtItsEnds) {
   Random random(6);
   for (int i = 0; i < 1000; ++i) {
     Problem p = random_problem(random);

@@ -1,41 +1,41 @@
-// The one-contact problem of friction that resists slip and spin together, solved exactly in each lane.
-// cpu_reference/spin_cone.hpp is the twin and states the problem.
-#ifndef LOCKSTEP_SPIN_CONE_H
-#define LOCKSTEP_SPIN_CONE_H
+// The one-contact problem of friction that resists slip and torsion together, solved exactly in each lane.
+// cpu_reference/torsion_cone.hpp is the twin and states the problem.
+#ifndef LOCKSTEP_TORSION_CONE_H
+#define LOCKSTEP_TORSION_CONE_H
 
 #include "cone.h"
 
 #if FEATURE_ANGULAR_FRICTION
 
-#define SPIN_CONE_STEPS (REAL_IS_DOUBLE ? 14 : 10)
+#define TORSION_CONE_STEPS (REAL_IS_DOUBLE ? 14 : 10)
 
-typedef struct LaneSpin {
-  lane normal, tangent_1, tangent_2, spin;
-} LaneSpin;
+typedef struct LaneTorsion {
+  lane normal, tangent_1, tangent_2, torsion;
+} LaneTorsion;
 
-typedef struct LaneSpinDelassus {
+typedef struct LaneTorsionDelassus {
   lane nn, t11, t22, n1, n2, t12, ss, ns, s1, s2;
-} LaneSpinDelassus;
+} LaneTorsionDelassus;
 
-static inline LaneSpin lane_make_spin(lane normal, lane tangent_1, lane tangent_2, lane spin) {
-  LaneSpin r;
+static inline LaneTorsion lane_make_torsion(lane normal, lane tangent_1, lane tangent_2, lane torsion) {
+  LaneTorsion r;
   r.normal = normal;
   r.tangent_1 = tangent_1;
   r.tangent_2 = tangent_2;
-  r.spin = spin;
+  r.torsion = torsion;
   return r;
 }
 
-static inline LaneSpin lane_select_spin(lane_mask mask, LaneSpin a, LaneSpin b) {
-  return lane_make_spin(mask ? a.normal : b.normal, mask ? a.tangent_1 : b.tangent_1, mask ? a.tangent_2 : b.tangent_2,
-                        mask ? a.spin : b.spin);
+static inline LaneTorsion lane_select_torsion(lane_mask mask, LaneTorsion a, LaneTorsion b) {
+  return lane_make_torsion(mask ? a.normal : b.normal, mask ? a.tangent_1 : b.tangent_1,
+                           mask ? a.tangent_2 : b.tangent_2, mask ? a.torsion : b.torsion);
 }
 
-static inline LaneSpin lane_clamp_to_spin_cone(LaneSpin r, lane friction) {
-  const lane length = sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2 + r.spin * r.spin);
+static inline LaneTorsion lane_clamp_to_torsion_cone(LaneTorsion r, lane friction) {
+  const lane length = sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2 + r.torsion * r.torsion);
   const lane limit = friction * r.normal;
   const lane scale = length > limit ? limit / length : (lane)1;
-  return lane_make_spin(r.normal, scale * r.tangent_1, scale * r.tangent_2, scale * r.spin);
+  return lane_make_torsion(r.normal, scale * r.tangent_1, scale * r.tangent_2, scale * r.torsion);
 }
 
 // S of an ellipse of friction.
@@ -44,21 +44,21 @@ typedef struct LaneEllipse {
 } LaneEllipse;
 
 #if FEATURE_ELLIPTIC_FRICTION
-static inline LaneSpin lane_stretch(LaneEllipse s, LaneSpin r) {
-  return lane_make_spin(r.normal, s.s_11 * r.tangent_1 + s.s_12 * r.tangent_2,
-                        s.s_12 * r.tangent_1 + s.s_22 * r.tangent_2, r.spin);
+static inline LaneTorsion lane_stretch(LaneEllipse s, LaneTorsion r) {
+  return lane_make_torsion(r.normal, s.s_11 * r.tangent_1 + s.s_12 * r.tangent_2,
+                           s.s_12 * r.tangent_1 + s.s_22 * r.tangent_2, r.torsion);
 }
 
-static inline LaneSpin lane_shrink(LaneEllipse s, LaneSpin r) {
+static inline LaneTorsion lane_shrink(LaneEllipse s, LaneTorsion r) {
   const lane determinant = s.s_11 * s.s_22 - s.s_12 * s.s_12;
-  return lane_make_spin(r.normal, (s.s_22 * r.tangent_1 - s.s_12 * r.tangent_2) / determinant,
-                        (s.s_11 * r.tangent_2 - s.s_12 * r.tangent_1) / determinant, r.spin);
+  return lane_make_torsion(r.normal, (s.s_22 * r.tangent_1 - s.s_12 * r.tangent_2) / determinant,
+                           (s.s_11 * r.tangent_2 - s.s_12 * r.tangent_1) / determinant, r.torsion);
 }
 
-static inline LaneSpinDelassus lane_stretch_block(LaneEllipse s, LaneSpinDelassus w) {
+static inline LaneTorsionDelassus lane_stretch_block(LaneEllipse s, LaneTorsionDelassus w) {
   const lane w_11 = w.t11 * s.s_11 + w.t12 * s.s_12, w_12 = w.t11 * s.s_12 + w.t12 * s.s_22;
   const lane w_21 = w.t12 * s.s_11 + w.t22 * s.s_12, w_22 = w.t12 * s.s_12 + w.t22 * s.s_22;
-  LaneSpinDelassus r = w;
+  LaneTorsionDelassus r = w;
   r.t11 = s.s_11 * w_11 + s.s_12 * w_21;
   r.t12 = s.s_11 * w_12 + s.s_12 * w_22;
   r.t22 = s.s_12 * w_12 + s.s_22 * w_22;
@@ -71,19 +71,19 @@ static inline LaneSpinDelassus lane_stretch_block(LaneEllipse s, LaneSpinDelassu
 #endif
 
 // Padding has q = 0: it takes off.
-static inline LaneSpin lane_solve_spin_cone(LaneSpin q, LaneSpinDelassus w, lane friction) {
-  const LaneSpin none = lane_make_spin((lane)0, (lane)0, (lane)0, (lane)0);
+static inline LaneTorsion lane_solve_torsion_cone(LaneTorsion q, LaneTorsionDelassus w, lane friction) {
+  const LaneTorsion none = lane_make_torsion((lane)0, (lane)0, (lane)0, (lane)0);
   const lane inverse_nn = (lane)1 / w.nn, alone = -q.normal;
   const lane g1 = w.n1 * inverse_nn, g2 = w.n2 * inverse_nn, g3 = w.ns * inverse_nn;
   const lane a11 = (w.t11 - g1 * w.n1) * inverse_nn, a22 = (w.t22 - g2 * w.n2) * inverse_nn;
   const lane a33 = (w.ss - g3 * w.ns) * inverse_nn, a12 = (w.t12 - g1 * w.n2) * inverse_nn;
   const lane a13 = (w.s1 - g1 * w.ns) * inverse_nn, a23 = (w.s2 - g2 * w.ns) * inverse_nn;
-  const lane b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal, b3 = q.spin - g3 * q.normal;
+  const lane b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal, b3 = q.torsion - g3 * q.normal;
 
   lane lambda = (lane)0;
   LaneBracket bracket = {(lane)0, (lane)0};
   lane p1, p2, p3, length;
-  LaneSpin without_slip;
+  LaneTorsion without_slip;
   lane_mask slips;
   for (int step = 0;; ++step) {
     const lane x = a11 + lambda, y = a22 + lambda, z = a33 + lambda;
@@ -98,8 +98,8 @@ static inline LaneSpin lane_solve_spin_cone(LaneSpin q, LaneSpinDelassus w, lane
     if (step == 0) {
       const lane_mask pushes = q.normal < (lane)0;
       const lane inverse = inverse_nn / determinant;
-      without_slip =
-          lane_select_spin(pushes, lane_make_spin(normal * inverse, p1 * inverse, p2 * inverse, p3 * inverse), none);
+      without_slip = lane_select_torsion(
+          pushes, lane_make_torsion(normal * inverse, p1 * inverse, p2 * inverse, p3 * inverse), none);
       slips = pushes & !((limit >= (lane)0) & (squared <= limit * limit));
       if (!LANE_ANY(slips)) return without_slip;
       bracket.high = (fabs(b1) + fabs(b2) + fabs(b3)) * ((lane)1 + friction * (fabs(g1) + fabs(g2) + fabs(g3))) /
@@ -108,7 +108,7 @@ static inline LaneSpin lane_solve_spin_cone(LaneSpin q, LaneSpinDelassus w, lane
     length = sqrt(squared);
     const lane excess = length - limit;
     const lane_mask searches = fabs(excess) > (lane)CONE_TOLERANCE * length;
-    if (step == SPIN_CONE_STEPS || !LANE_ANY(searches & slips)) break;
+    if (step == TORSION_CONE_STEPS || !LANE_ANY(searches & slips)) break;
 
     // derivatives in lambda, as in lane_solve_general
     const lane d1 = a12 * b2 + a13 * b3 - (y + z) * b1, d2 = a12 * b1 + a23 * b3 - (x + z) * b2;
@@ -129,7 +129,7 @@ static inline LaneSpin lane_solve_spin_cone(LaneSpin q, LaneSpinDelassus w, lane
   e3 = pushes ? e3 : (lane)0;
   along = pushes ? along : w.nn;
   const lane normal = -q.normal / along, rubs = friction * normal;
-  return lane_select_spin(slips, lane_make_spin(normal, rubs * e1, rubs * e2, rubs * e3), without_slip);
+  return lane_select_torsion(slips, lane_make_torsion(normal, rubs * e1, rubs * e2, rubs * e3), without_slip);
 }
 
 #endif

@@ -1,31 +1,31 @@
-// The one-contact problem of Coulomb friction that resists slip and spin together (Contensou 1963; Leine and Glocker, A
-// set-valued force law for spatial Coulomb-Contensou friction, 2003), with the ellipsoid that stands for their limit
-// surface (Howe and Cutkosky, Practical force-motion models for sliding manipulation, 1996):
-//   |(r_t, r_s)| <= mu r_n,   r_s = moment about the normal / spin radius,   u_s = spin radius * w_n.
+// The one-contact problem of Coulomb friction that resists slip and torsion together (Contensou 1963; Leine and
+// Glocker, A set-valued force law for spatial Coulomb-Contensou friction, 2003), with the ellipsoid that stands for
+// their limit surface (Howe and Cutkosky, Practical force-motion models for sliding manipulation, 1996):
+//   |(r_t, r_s)| <= mu r_n,   r_s = moment about the normal / torsion radius,   u_s = torsion radius * w_n.
 // In these units it is the cone of cpu_reference/cone.hpp with one tangent more, and the same cases: it takes off,
-// sticks (u_t = 0, u_s = 0), or slips, (u_t, u_s) against (r_t, r_s). A fast spin leaves little of the friction to
-// resist a slow slip, and the other way round. kernels/spin_cone.h is the twin.
+// sticks (u_t = 0, u_s = 0), or slips, (u_t, u_s) against (r_t, r_s). A fast rotation about the normal leaves little of
+// the friction to resist a slow slip, and the other way round. kernels/torsion_cone.h is the twin.
 #pragma once
 
 #include "cpu_reference/cone.hpp"
 
 namespace lockstep::reference {
 
-/// A ConeVector and the spin: m/s, or N s.
+/// A ConeVector and the torsion: m/s, or N s.
 template <class real>
-struct SpinVector {
-  real normal, tangent_1, tangent_2, spin;
+struct TorsionVector {
+  real normal, tangent_1, tangent_2, torsion;
 };
 
-/// Symmetric, 1/kg: the block of a contact and what it shares with the spin.
+/// Symmetric, 1/kg: the block of a contact and what it shares with the torsion.
 template <class real>
-struct SpinDelassus {
+struct TorsionDelassus {
   real nn, t11, t22, n1, n2, t12, ss, ns, s1, s2;
 };
 
-/// Newton steps for the slip, at most (tests/spin_cone_test.cpp).
+/// Newton steps for the slip, at most (tests/torsion_cone_test.cpp).
 template <class real>
-constexpr int spin_cone_steps = sizeof(real) == 8 ? 14 : 10;
+constexpr int torsion_cone_steps = sizeof(real) == 8 ? 14 : 10;
 
 /// S of an ellipse of friction (kernels/friction_types.h), the unit matrix of a round cone: with r_t = S r'_t and
 /// u'_t = S u_t the cone of r' is round, and its block is S W S.
@@ -35,22 +35,23 @@ struct Ellipse {
 };
 
 template <class real>
-SpinVector<real> stretch(const Ellipse<real>& s, SpinVector<real> r) {
-  return {r.normal, s.s_11 * r.tangent_1 + s.s_12 * r.tangent_2, s.s_12 * r.tangent_1 + s.s_22 * r.tangent_2, r.spin};
+TorsionVector<real> stretch(const Ellipse<real>& s, TorsionVector<real> r) {
+  return {r.normal, s.s_11 * r.tangent_1 + s.s_12 * r.tangent_2, s.s_12 * r.tangent_1 + s.s_22 * r.tangent_2,
+          r.torsion};
 }
 
 template <class real>
-SpinVector<real> shrink(const Ellipse<real>& s, SpinVector<real> r) {
+TorsionVector<real> shrink(const Ellipse<real>& s, TorsionVector<real> r) {
   const real determinant = s.s_11 * s.s_22 - s.s_12 * s.s_12;
   return {r.normal, (s.s_22 * r.tangent_1 - s.s_12 * r.tangent_2) / determinant,
-          (s.s_11 * r.tangent_2 - s.s_12 * r.tangent_1) / determinant, r.spin};
+          (s.s_11 * r.tangent_2 - s.s_12 * r.tangent_1) / determinant, r.torsion};
 }
 
 template <class real>
-SpinDelassus<real> stretch(const Ellipse<real>& s, const SpinDelassus<real>& w) {
+TorsionDelassus<real> stretch(const Ellipse<real>& s, const TorsionDelassus<real>& w) {
   const real w_11 = w.t11 * s.s_11 + w.t12 * s.s_12, w_12 = w.t11 * s.s_12 + w.t12 * s.s_22;  // rows of W S
   const real w_21 = w.t12 * s.s_11 + w.t22 * s.s_12, w_22 = w.t12 * s.s_12 + w.t22 * s.s_22;
-  SpinDelassus<real> r = w;
+  TorsionDelassus<real> r = w;
   r.t11 = s.s_11 * w_11 + s.s_12 * w_21;
   r.t12 = s.s_11 * w_12 + s.s_12 * w_22;
   r.t22 = s.s_12 * w_12 + s.s_22 * w_22;
@@ -61,26 +62,26 @@ SpinDelassus<real> stretch(const Ellipse<real>& s, const SpinDelassus<real>& w) 
   return r;
 }
 
-/// The nearest tangent and spin in the cone over the same normal impulse.
+/// The nearest tangent and torsion in the cone over the same normal impulse.
 template <class real>
-SpinVector<real> clamp_to_spin_cone(SpinVector<real> r, real friction) {
-  const real length = std::sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2 + r.spin * r.spin);
+TorsionVector<real> clamp_to_torsion_cone(TorsionVector<real> r, real friction) {
+  const real length = std::sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2 + r.torsion * r.torsion);
   const real limit = friction * r.normal;
   const real scale = length > limit ? limit / length : real(1);
-  return {r.normal, scale * r.tangent_1, scale * r.tangent_2, scale * r.spin};
+  return {r.normal, scale * r.tangent_1, scale * r.tangent_2, scale * r.torsion};
 }
 
-/// As solve_general, with p = r_t det(A + lambda I) w_nn by the cofactors of A + lambda I, in parts of w_nn: a spin
+/// As solve_general, with p = r_t det(A + lambda I) w_nn by the cofactors of A + lambda I, in parts of w_nn: a torsion
 /// radius is small, and products of three entries would leave the range of a float.
 template <class real>
-SpinVector<real> solve_spin_cone(SpinVector<real> q, const SpinDelassus<real>& w, real friction) {
+TorsionVector<real> solve_torsion_cone(TorsionVector<real> q, const TorsionDelassus<real>& w, real friction) {
   if (!(q.normal < 0)) return {0, 0, 0, 0};
   const real inverse_nn = real(1) / w.nn, alone = -q.normal;
   const real g1 = w.n1 * inverse_nn, g2 = w.n2 * inverse_nn, g3 = w.ns * inverse_nn;
   const real a11 = (w.t11 - g1 * w.n1) * inverse_nn, a22 = (w.t22 - g2 * w.n2) * inverse_nn;
   const real a33 = (w.ss - g3 * w.ns) * inverse_nn, a12 = (w.t12 - g1 * w.n2) * inverse_nn;
   const real a13 = (w.s1 - g1 * w.ns) * inverse_nn, a23 = (w.s2 - g2 * w.ns) * inverse_nn;
-  const real b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal, b3 = q.spin - g3 * q.normal;
+  const real b1 = q.tangent_1 - g1 * q.normal, b2 = q.tangent_2 - g2 * q.normal, b3 = q.torsion - g3 * q.normal;
 
   real lambda = 0;
   SlipBracket<real> bracket = {0, 0};
@@ -103,7 +104,7 @@ SpinVector<real> solve_spin_cone(SpinVector<real> q, const SpinDelassus<real>& w
     }
     length = std::sqrt(squared);
     const real excess = length - limit;
-    if (step == spin_cone_steps<real> || !(std::fabs(excess) > cone_tolerance<real> * length)) break;
+    if (step == torsion_cone_steps<real> || !(std::fabs(excess) > cone_tolerance<real> * length)) break;
 
     // derivatives in lambda, as in solve_general
     const real d1 = a12 * b2 + a13 * b3 - (y + z) * b1, d2 = a12 * b1 + a23 * b3 - (x + z) * b2;
