@@ -68,19 +68,19 @@ InitialState<float> spheres(const std::vector<double>& radii, bool sorted, Featu
   double volume = 0;
   for (const double r : radii) volume += 4.18879 * r * r * r;
   const double side = std::cbrt(volume / fill);
-  std::vector<Vec4<float>> places(count);
+  std::vector<Vec4<float>> positions(count);
   Random random(count);
   for (u32 i = 0; i < count; ++i) {
-    for (float* x : {&places[i].x, &places[i].y, &places[i].z}) *x = static_cast<float>(side * random.next());
+    for (float* x : {&positions[i].x, &positions[i].y, &positions[i].z}) *x = static_cast<float>(side * random.next());
   }
   if (sorted) {
     const auto layer = [](const Vec4<float>& p) { return std::array{std::floor(p.z), std::floor(p.y), p.x}; };
-    std::ranges::sort(places, [&](const auto& p, const auto& q) { return layer(p) < layer(q); });
+    std::ranges::sort(positions, [&](const auto& p, const auto& q) { return layer(p) < layer(q); });
   }
   b.world_ranges[0] = {0, count, 0, count, 0, 0, 0, 1};
   for (u32 i = 0; i < count; ++i) {
     b.body_infos[i] = {0, i, BODY_DYNAMIC, 1};
-    b.positions[i] = places[i];
+    b.positions[i] = positions[i];
     b.orientations[i] = {0, 0, 0, 1};
     for (float& v : b.motions[i].v) v = static_cast<float>(0.2 * random.next() - 0.1);
     b.shape_infos[i] = {i, i, SHAPE_SPHERE, 0, 1, 1, 1, 0};

@@ -27,10 +27,10 @@ double now() {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void add_wall(BodyDescription& box, const Vector3& place, const Vector3& normal) {
+void add_wall(BodyDescription& box, const Vector3& offset, const Vector3& normal) {
   ShapeDescription wall;
   wall.kind = SHAPE_PLANE;
-  wall.offset = place;
+  wall.offset = offset;
   wall.rotation = exact::rotation_from_z_to(normal);
   box.shapes.push_back(wall);
 }
@@ -56,10 +56,10 @@ Scene heap(u32 count, u32 substeps) {
   for (u32 layer = 0; layer < layers; ++layer) {
     exact::LcgByIndex shifts(layer + 1);
     const double shift_x = 0.4 * shifts.next_symmetric(), shift_y = 0.4 * shifts.next_symmetric();
-    for (u32 place = 0; place < side * side; ++place) {
+    for (u32 index = 0; index < side * side; ++index) {
       BodyDescription cube;
-      cube.position = {spacing * (place % side + 0.5 - 0.5 * side) + shift_x,
-                       spacing * (place / side + 0.5 - 0.5 * side) + shift_y, 1 + spacing * layer};
+      cube.position = {spacing * (index % side + 0.5 - 0.5 * side) + shift_x,
+                       spacing * (index / side + 0.5 - 0.5 * side) + shift_y, 1 + spacing * layer};
       cube.orientation = exact::rotation_from_euler_degrees({8, 5, 10});
       cube.shapes.push_back({.kind = SHAPE_BOX, .half_extents = {0.5, 0.5, 0.5}});
       make_solid_of_mass(cube, 1);

@@ -73,13 +73,13 @@ Scene scene_of(u32 kind_a, u32 kind_b, u32 pairs) {
     scene.bodies.push_back(body);
   };
   for (u32 i = 0; i < pairs; ++i) {
-    const Vector3 place = {5.0 * (i % 64), 5.0 * (i / 64 % 64), 5.0 * (i / 4096)};
+    const Vector3 position = {5.0 * (i % 64), 5.0 * (i / 64 % 64), 5.0 * (i / 4096)};
     const Vector3 near = {random.between(-0.55, 0.55), random.between(-0.55, 0.55), random.between(-0.55, 0.55)};
     if (kind_b == SHAPE_PLANE) {
       add(kind_a, BODY_DYNAMIC, {5.0 * (i % 256), 5.0 * (i / 256), random.between(0.2, 0.8)});
     } else {
-      add(kind_a, BODY_DYNAMIC, exact::add(place, {near[0], near[1], near[2]}));
-      add(kind_b, BODY_DYNAMIC, exact::subtract(place, near));
+      add(kind_a, BODY_DYNAMIC, exact::add(position, {near[0], near[1], near[2]}));
+      add(kind_b, BODY_DYNAMIC, exact::subtract(position, near));
     }
   }
   if (kind_b == SHAPE_PLANE) add(SHAPE_PLANE, BODY_STATIC, {0, 0, 0});

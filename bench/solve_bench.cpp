@@ -45,9 +45,9 @@ InitialState<float> lattice(u32 side) {
     for (float* x : {motion.v, motion.w}) std::generate_n(x, 3, [&] { return float(random.next_symmetric()); });
     motion.inverse_mass = 1;
     motion.inertia_xx = motion.inertia_yy = motion.inertia_zz = 2.5f;
-    const u32 place[3] = {i % side, i / side % side, i / side / side}, stride[3] = {1, side, side * side};
+    const u32 index[3] = {i % side, i / side % side, i / side / side}, stride[3] = {1, side, side * side};
     for (u32 axis = 0; axis < 3; ++axis) {
-      if (place[axis] + 1 < side)
+      if (index[axis] + 1 < side)
         b.contacts[contacts] = {i, i + stride[axis], 0, i, i + stride[axis], 0, contacts, 0}, ++contacts;
     }
   }

@@ -58,7 +58,7 @@ HullTables<real> collide_tables(const Buffers<real>& b) {
 
 /// `h`: what is left of the step, s.
 template <class real>
-Placed<real> collide_place(const Side<real>& side, Vec3<real> center, bool alone, real margin, real h) {
+WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, bool alone, real margin, real h) {
   return {center,
           shape_rotation(side.pose, side.shape),
           vec3(side.shape.size),
@@ -73,9 +73,9 @@ Placed<real> collide_place(const Side<real>& side, Vec3<real> center, bool alone
 template <class real>
 Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                              const Side<real>& b, real limit, bool alone, real h) {
-  return collide_shapes(a.info.kind, collide_place(a, {0, 0, 0}, alone, params.margin, h), b.info.kind,
-                        collide_place(b, collide_center_b(a, b), alone, params.margin, h), collide_tables(buffers),
-                        limit);
+  return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, params.margin, h), b.info.kind,
+                        collide_world_shape(b, collide_center_b(a, b), alone, params.margin, h),
+                        collide_tables(buffers), limit);
 }
 
 template <class real>
@@ -89,9 +89,9 @@ bool collide_in_reach(const StepParams<real>& params, const Manifold<real>& m, u
 /// Puts one more point into a list that is ordered by feature.
 template <class real>
 Manifold<real> collide_insert(Manifold<real> m, ManifoldPoint<real> point) {
-  u32 place = m.count++;
-  for (; place > 0 && m.points[place - 1].feature > point.feature; --place) m.points[place] = m.points[place - 1];
-  m.points[place] = point;
+  u32 slot = m.count++;
+  for (; slot > 0 && m.points[slot - 1].feature > point.feature; --slot) m.points[slot] = m.points[slot - 1];
+  m.points[slot] = point;
   return m;
 }
 
@@ -112,7 +112,8 @@ Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, co
 
 template <class real>
 bool collide_is_facet(const Buffers<real>& buffers, const Side<real>& side) {
-  return is_facet(side.info.kind, collide_place(side, {0, 0, 0}, false, real(0), real(0)), collide_tables(buffers));
+  return is_facet(side.info.kind, collide_world_shape(side, {0, 0, 0}, false, real(0), real(0)),
+                  collide_tables(buffers));
 }
 
 template <class real>

@@ -115,9 +115,9 @@ void keep_impulses(Buffers<real>& b) {
   const auto sleeps = [&](u32 shape_a, u32 shape_b) {
     return is_asleep(b, b.shape_infos[shape_a].body) || is_asleep(b, b.shape_infos[shape_b].body);
   };
-  const auto place = [](const auto& contact) { return std::tie(contact.shape_a, contact.shape_b, contact.feature); };
+  const auto as_tuple = [](const auto& contact) { return std::tie(contact.shape_a, contact.shape_b, contact.feature); };
   for (u32 i = 0, k = 0; i < count || k < slept;) {
-    const bool is_new = k == slept || (i < count && place(b.contacts[i]) < place(b.slept_keys[k]));
+    const bool is_new = k == slept || (i < count && as_tuple(b.contacts[i]) < as_tuple(b.slept_keys[k]));
     const ContactKey key =
         is_new ? ContactKey{b.contacts[i].shape_a, b.contacts[i].shape_b, b.contacts[i].feature, 0} : b.slept_keys[k];
     const ContactImpulse<real>& impulse = is_new ? b.cached_impulses[i] : b.slept_impulses[k];

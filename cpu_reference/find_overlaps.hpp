@@ -16,13 +16,14 @@ bool volume_overlaps(const Buffers<real>& b, const Shape<real>& volume, const Qu
   const Shape<real>& shape = b.shapes[i];
   if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_SENSOR) != 0) return false;
   const Pose<real> pose = make_pose(b.positions[info.body], b.orientations[info.body]);
-  const Placed<real> other = place_shape(pose, shape, info.hull, vec3(volume.offset));
+  const WorldShape<real> other = shape_in_world(pose, shape, info.hull, vec3(volume.offset));
   const real reach = (volume.reach + shape.reach) * real(1.0001);
   if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > reach * reach) return false;
   const HullTables<real> tables = {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
                                    b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
   const Quat<real> rotation = {volume.rotation[0], volume.rotation[1], volume.rotation[2], volume.rotation[3]};
-  return shapes_overlap(filter.kind, Placed<real>{{0, 0, 0}, rotation, vec3(volume.size), 0}, info.kind, other, tables);
+  return shapes_overlap(filter.kind, WorldShape<real>{{0, 0, 0}, rotation, vec3(volume.size), 0}, info.kind, other,
+                        tables);
 }
 
 /// Where there are more than the capacity none is told. What is behind the last one is told to be NONE.

@@ -22,8 +22,8 @@ void search_grid(const Buffers<real>& b, const StepParams<real>& params, const B
     for (i32 y = low_y; y <= high_y; ++y) {
       for (i32 x = low_x; x <= high_x; ++x) {
         const u32 bucket = bucket_of(x, row_hash(y, z, world), params.buckets);
-        for (u32 place = b.bucket_starts[bucket]; place < b.bucket_starts[bucket + 1]; ++place) {
-          const u32 k = b.bucket_items[place];
+        for (u32 slot = b.bucket_starts[bucket]; slot < b.bucket_starts[bucket + 1]; ++slot) {
+          const u32 k = b.bucket_items[slot];
           const Bounded<real> other = loose(b, k);
           const bool in_cell = b.cells[k].x == x && b.cells[k].y == y && b.cells[k].z == z;
           if (other.shape > me.shape && in_cell && are_pair(b, params, me, other)) found.push_back(other.shape);

@@ -30,11 +30,11 @@ Vec4<real> vec4_of(Vec3<real> a, real w) {
 
 /// Position and velocity of particle i, world frame.
 template <class real>
-void place_particle(Buffers<real>& b, u32 i) {
+void update_particle(Buffers<real>& b, u32 i) {
   const u32 body = b.particle_bodies[i];
   const Motion<real>& motion = b.motions[body];
   const Vec3<real> arm = rotate3(quat(b.orientations[body]), vec3_of(b.particle_offsets[i]));
-  b.particle_places[i] = vec4_of(add3(vec3_of(b.positions[body]), arm), real(0));
+  b.particle_positions[i] = vec4_of(add3(vec3_of(b.positions[body]), arm), real(0));
   b.particle_velocities[i] = vec4_of(point_velocity(motion, arm), real(0));
 }
 

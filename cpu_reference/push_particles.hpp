@@ -10,7 +10,7 @@ namespace lockstep::reference {
 template <class real>
 Touch<real> touch_of_plane(const Buffers<real>& b, const ParticleLaw<real>& law, u32 i, u32 k) {
   const u32 body = b.particle_bodies[i], body_p = b.plane_bodies[k];
-  const Vec3<real> x = vec3_of(b.particle_places[i]);
+  const Vec3<real> x = vec3_of(b.particle_positions[i]);
   const PlaneNow<real> plane = plane_now(b, k);
   const real overlap = law.radius - dot3(plane.normal, sub3(x, plane.point));
   const Vec3<real> arm = scale3(real(0.5) * overlap - law.radius, plane.normal);
@@ -22,7 +22,7 @@ Touch<real> touch_of_plane(const Buffers<real>& b, const ParticleLaw<real>& law,
 /// Two particles, the first of a dynamic body.
 template <class real>
 Touch<real> touch_of_neighbour(const Buffers<real>& b, const ParticleLaw<real>& law, u32 i, u32 j) {
-  const Vec3<real> d = sub3(vec3_of(b.particle_places[j]), vec3_of(b.particle_places[i]));
+  const Vec3<real> d = sub3(vec3_of(b.particle_positions[j]), vec3_of(b.particle_positions[i]));
   const real distance = length3(d), overlap = real(2) * law.radius - distance;
   if (!(distance > real(0))) return {};  // two in one place have no direction
   const u32 body_i = b.particle_bodies[i], body_j = b.particle_bodies[j];

@@ -47,8 +47,8 @@ Vec3<real> shape_half(u32 kind, const Shape<real>& shape, Quat<real> rotation) {
   return {shape.reach, shape.reach, shape.reach};
 }
 
-/// The bound of a shape; planes have extent 0, and all of it is 0 where the shape has no finite place. Returns whether
-/// it has one.
+/// The bound of a shape; planes have extent 0, and all of it is 0 where the shape has no finite position. Returns
+/// whether it has one.
 template <class real>
 bool shape_bound(const Buffers<real>& b, real h, u32 i, Bound<real>& bound) {
   const u32 body = b.shape_infos[i].body, kind = b.shape_infos[i].kind;

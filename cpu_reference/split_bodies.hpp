@@ -1,5 +1,5 @@
 // Splits each dynamic body among its pairs in contact, for cpu_reference/visit_parts.hpp: counts the pairs of each body
-// and gives each side of each pair a place among the parts of its body. Parts follow one another as the slots of the
+// and gives each side of each pair a slot among the parts of its body. Parts follow one another as the slots of the
 // pairs do, so that their sum has one order whatever finds them.
 #pragma once
 
@@ -36,7 +36,7 @@ void split_bodies(Buffers<real>& buffers, const StepParams<real>& params) {
   for_each_side(buffers, params.bodies, [&](u32 body, u32 block, u32 lane, bool is_b) {
     PartBlock<real>& out = buffers.part_blocks[block];
     (is_b ? out.parts_b : out.parts_a)[lane] = body != NONE ? real(starts[body + 1] - starts[body]) : real(0);
-    (is_b ? out.place_b : out.place_a)[lane] = body != NONE ? next[body]++ : NONE;
+    (is_b ? out.slot_b : out.slot_a)[lane] = body != NONE ? next[body]++ : NONE;
   });
 }
 

@@ -94,7 +94,7 @@ TreeBox<real> swept_box(const Buffers<real>& b, const Bounded<real>& of, real h)
 }
 
 /// Calls visit(e) for each of the `entries` boxes of the lowest level for which, as for all above it, meets(block, k)
-/// is true of its block and its place there. Levels follow one another from the lowest up; each has a block for PACK
+/// is true of its block and its slot there. Levels follow one another from the lowest up; each has a block for PACK
 /// entries.
 template <class real, class Meets, class Visit>
 void visit_tree(const BoxBlock<real>* blocks, u32 entries, Meets&& meets, Visit&& visit) {

@@ -6,7 +6,7 @@
 
 namespace lockstep::reference {
 
-/// Planes have extent 0 and stay out of the search; so does a shape that has no finite place, which raises
+/// Planes have extent 0 and stay out of the search; so does a shape that has no finite position, which raises
 /// STATUS_OUT_OF_GRID.
 template <class real>
 void update_bounds(Buffers<real>& b, const StepParams<real>& params) {

@@ -52,7 +52,7 @@ PairMotions<real> pair_motions(const Buffers<real>& buffers, u32 block, u32 lane
   return {part_of(a, parts.parts_a[lane]), part_of(b, parts.parts_b[lane])};
 }
 
-/// Makes a body whole again from its parts, in the order of their places.
+/// Makes a body whole again from its parts, in the order of their slots.
 template <class real>
 void mean_of_parts(const Motion<real>* parts, u32 count, Motion<real>& body) {
   const Vec3<real> v = vec3(body.v), w = vec3(body.w);
@@ -73,9 +73,9 @@ void visit_parts(Buffers<real>& buffers, Visit&& visit) {
   for_each_pair_slot(buffers, [&](const BlockBodies&, u32 block, u32 lane) {
     PairMotions<real> pair = pair_motions(buffers, block, lane);
     visit(block, lane, pair.a, pair.b);
-    const u32 place_a = buffers.part_blocks[block].place_a[lane], place_b = buffers.part_blocks[block].place_b[lane];
-    if (place_a != NONE) parts[place_a] = pair.a;
-    if (place_b != NONE) parts[place_b] = pair.b;
+    const u32 slot_a = buffers.part_blocks[block].slot_a[lane], slot_b = buffers.part_blocks[block].slot_b[lane];
+    if (slot_a != NONE) parts[slot_a] = pair.a;
+    if (slot_b != NONE) parts[slot_b] = pair.b;
   });
   for (u32 i = 0; i + 1 < buffers.part_starts.size(); ++i) {
     const u32 begin = buffers.part_starts[i], count = buffers.part_starts[i + 1] - begin;

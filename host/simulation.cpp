@@ -132,7 +132,7 @@ void Simulation<real>::step() {
     if (status & STATUS_WOKEN) ++wakings_;
   }
   refuse_trouble(*backend_, counters_, steps_done_);
-  if (has(backend_->features(), Feature::sleeping)) expect_places_for(counters_[COUNTER_CONTACTS], steps_done_);
+  if (has(backend_->features(), Feature::sleeping)) expect_color_ranks_for(counters_[COUNTER_CONTACTS], steps_done_);
   ++steps_done_;
   stepped_ = true;
   uploads_at_end_ = backend_->uploads();

@@ -58,7 +58,7 @@ void expect_sense(const RayQuery& ray, std::size_t i, u32 worlds) {
 void expect_sense(const VolumeQuery& volume, std::size_t i, u32 worlds) {
   const bool sphere = volume.kind == SHAPE_SPHERE;
   expect(sphere || volume.kind == SHAPE_BOX, "volume", i, "must be a sphere or a box");
-  expect(finite(volume.center) && finite(volume.rotation), "volume", i, "must have a finite place");
+  expect(finite(volume.center) && finite(volume.rotation), "volume", i, "must have a finite position");
   const double norm = exact::length(volume.rotation);
   expect(norm > 1 - 1e-6 && norm < 1 + 1e-6, "volume", i, "must be turned by a unit quaternion");
   const Vector3& half = volume.half_extents;

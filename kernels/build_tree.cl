@@ -36,8 +36,8 @@ kernel void build_tree_runs(global const ShapeInfo* shape_infos, global const u3
   const u32 count = loose_count(&params);
   FOR_EACH(e, blocks_of(blocks_of(count)) * PACK) {
     TreeBox box = empty_box();
-    for (u32 place = e * PACK; place < (e + 1u) * PACK && place < count; ++place) {
-      const u32 k = tree_items[place], i = LOOSE_SHAPE(k), body = shape_infos[i].body;
+    for (u32 slot = e * PACK; slot < (e + 1u) * PACK && slot < count; ++slot) {
+      const u32 k = tree_items[slot], i = LOOSE_SHAPE(k), body = shape_infos[i].body;
       if (bounds[k].extent > (real)0)
         box = united(
             box, swept_box(&bounds[k], shape_infos[i].kind, &positions[body], &motions[body], step_length(&params)));

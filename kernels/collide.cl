@@ -33,17 +33,17 @@ static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, cons
 }
 
 // `h`: what is left of the step.
-static inline Placed collide_place(const Side* side, Vec3 center, bool alone, real margin, real h) {
-  Placed placed;
-  placed.center = center;
-  placed.rotation = shape_rotation(side->pose, side->shape);
-  placed.size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
-  placed.hull = side->hull;
-  placed.alone = alone;
-  placed.margin = margin;
-  placed.way = scale3(h, point_velocity(side->motion, side->arm));
-  placed.angular_displacement = scale3(h, make3(side->motion->w[0], side->motion->w[1], side->motion->w[2]));
-  return placed;
+static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool alone, real margin, real h) {
+  WorldShape world_shape;
+  world_shape.center = center;
+  world_shape.rotation = shape_rotation(side->pose, side->shape);
+  world_shape.size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
+  world_shape.hull = side->hull;
+  world_shape.alone = alone;
+  world_shape.margin = margin;
+  world_shape.way = scale3(h, point_velocity(side->motion, side->arm));
+  world_shape.angular_displacement = scale3(h, make3(side->motion->w[0], side->motion->w[1], side->motion->w[2]));
+  return world_shape;
 }
 
 // The largest gap that can matter.
@@ -65,8 +65,9 @@ static inline Vec3 collide_center_b(const Side* a, const Side* b) {
 // `alone`: facets are taken for themselves.
 static inline Manifold collide_sides(const StepParams* params, const Side* a, const Side* b, HullTables tables,
                                      real limit, bool alone, real h) {
-  return collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0), alone, params->margin, h), b->kind,
-                        collide_place(b, collide_center_b(a, b), alone, params->margin, h), tables, limit);
+  return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, params->margin, h),
+                        b->kind, collide_world_shape(b, collide_center_b(a, b), alone, params->margin, h), tables,
+                        limit);
 }
 
 static inline bool collide_in_reach(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
@@ -78,9 +79,9 @@ static inline bool collide_in_reach(const StepParams* params, const Manifold* m,
 
 // Puts one more point into a list that is ordered by feature.
 static inline void collide_insert(Manifold* m, ManifoldPoint point) {
-  u32 place = m->count++;
-  for (; place > 0u && m->points[place - 1u].feature > point.feature; --place) m->points[place] = m->points[place - 1u];
-  m->points[place] = point;
+  u32 slot = m->count++;
+  for (; slot > 0u && m->points[slot - 1u].feature > point.feature; --slot) m->points[slot] = m->points[slot - 1u];
+  m->points[slot] = point;
 }
 
 // The points that are in reach with so much time of the step left; each anchor is seen from the centre of its shape.
@@ -119,7 +120,8 @@ static inline void collide_add_core(const Side* a, const Side* b, HullTables tab
 #endif
 
 static inline bool collide_is_facet(const Side* side, HullTables tables) {
-  return is_facet(side->kind, collide_place(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0), tables);
+  return is_facet(side->kind, collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0),
+                  tables);
 }
 
 // The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body

@@ -26,11 +26,11 @@ enum TileSort {
 // Pairs of one sort.
 typedef struct TileList {
   u32 count;
-  u32 at[TILE_PAIRS + 1u];  // places in the tile; one more, so that what does not belong can be written and not counted
+  u32 at[TILE_PAIRS + 1u];  // slots in the tile; one more, so that what does not belong can be written and not counted
 } TileList;
 
-LANE_INLINE void tile_append(TileList* list, u32 place, u32 belongs) {
-  list->at[list->count] = place;
+LANE_INLINE void tile_append(TileList* list, u32 slot, u32 belongs) {
+  list->at[list->count] = slot;
   list->count += belongs;
 }
 

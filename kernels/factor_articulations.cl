@@ -18,8 +18,8 @@ static inline u32 write_link_joint(LinkInfo link, JointInfo info, global const J
   const u32 rows = info.locked | (info.free != FREE_NOTHING && held && !driven ? 1u << JOINT_ROWS : 0u);
   Vec3 axes[3];
   for (u32 i = 0u; i < 3u; ++i) axes[i] = link_vector(block->axes + 3u * i, at);
-  place_link_joint(link, info.free == FREE_ANGLE, axes, link_vector(block->arm_a, at), link_vector(block->arm_b, at),
-                   link_vector(block->free_axis, at), block->rise[at], f);
+  set_link_joint(link, info.free == FREE_ANGLE, axes, link_vector(block->arm_a, at), link_vector(block->arm_b, at),
+                 link_vector(block->free_axis, at), block->rise[at], f);
   f->yield = block->yield[at];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = sign * (block->bias[i][at] + block->velocity_product[i][at]);
   f->error[JOINT_ROWS] = -(sign * block->slowest[at]);

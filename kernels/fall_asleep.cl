@@ -181,7 +181,7 @@ static inline bool keep_sleeps(u32 body_a, u32 body_b, global const Sleeper* sle
 }
 
 // One work-group, the last: entry i of kept_contacts is the number of contacts before the i-th that stay, and so of
-// kept_keys; then each goes to its own place. keep_sums has two words a work-item and two more.
+// kept_keys; then each goes to its own slot. keep_sums has two words a work-item and two more.
 kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact* contacts,
                        global const ContactImpulse* cached_impulses, global const Vec4* cached_moments,
                        global const Sleeper* sleepers, global u32* slept_count, global ContactKey* slept_keys,
@@ -230,23 +230,23 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
   for (u32 i = item; i < count; i += items) {
     if (kept_contacts[i + 1u] == kept_contacts[i]) continue;
     const Contact contact = contacts[i];
-    const u32 place = kept_contacts[i] + kept_keys[keep_keys_before(slept_keys, slept, contact)];
-    merged_keys[place].shape_a = contact.shape_a;
-    merged_keys[place].shape_b = contact.shape_b;
-    merged_keys[place].feature = contact.feature;
-    merged_keys[place].pad = 0u;
-    merged_impulses[place] = cached_impulses[i];
+    const u32 slot = kept_contacts[i] + kept_keys[keep_keys_before(slept_keys, slept, contact)];
+    merged_keys[slot].shape_a = contact.shape_a;
+    merged_keys[slot].shape_b = contact.shape_b;
+    merged_keys[slot].feature = contact.feature;
+    merged_keys[slot].pad = 0u;
+    merged_impulses[slot] = cached_impulses[i];
 #if FEATURE_ANGULAR_FRICTION
-    merged_moments[place] = cached_moments[i];
+    merged_moments[slot] = cached_moments[i];
 #endif
   }
   for (u32 k = item; k < slept; k += items) {
     if (kept_keys[k + 1u] == kept_keys[k]) continue;
-    const u32 place = kept_keys[k] + kept_contacts[keep_contacts_before(contacts, count, slept_keys[k])];
-    merged_keys[place] = slept_keys[k];
-    merged_impulses[place] = slept_impulses[k];
+    const u32 slot = kept_keys[k] + kept_contacts[keep_contacts_before(contacts, count, slept_keys[k])];
+    merged_keys[slot] = slept_keys[k];
+    merged_impulses[slot] = slept_impulses[k];
 #if FEATURE_ANGULAR_FRICTION
-    merged_moments[place] = slept_moments[k];
+    merged_moments[slot] = slept_moments[k];
 #endif
   }
   barrier(CLK_GLOBAL_MEM_FENCE);

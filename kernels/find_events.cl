@@ -1,6 +1,6 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Who began and who ceased to touch (cpu_reference/find_events.hpp): the two ordered lists are merged, each entry to
-// its own place, and the places of those that are in one list only are counted.
+// its own slot, and the slots of those that are in one list only are counted.
 #include "common.h"
 #include "shapes/overlap.h"
 #include "shapes/reach.h"
@@ -13,8 +13,9 @@ static inline bool events_sensor_overlaps(Pair pair, ShapeInfo info_a, ShapeInfo
                                           HullTables tables) {
   const Pose pose_a = make_pose(positions[info_a.body], orientations[info_a.body]);
   const Pose pose_b = make_pose(positions[info_b.body], orientations[info_b.body]);
-  return shapes_overlap(info_a.kind, place_shape(pose_a, shapes + pair.shape_a, info_a.hull, pose_a.position),
-                        info_b.kind, place_shape(pose_b, shapes + pair.shape_b, info_b.hull, pose_a.position), tables);
+  return shapes_overlap(info_a.kind, shape_in_world(pose_a, shapes + pair.shape_a, info_a.hull, pose_a.position),
+                        info_b.kind, shape_in_world(pose_b, shapes + pair.shape_b, info_b.hull, pose_a.position),
+                        tables);
 }
 #endif
 
@@ -78,31 +79,31 @@ typedef struct TouchLists {
   global const u32* touching_starts;
 } TouchLists;
 
-// The place of entry k of both lists, those of now first, in the merged list; where both have it, `known`, that of now
+// The slot of entry k of both lists, those of now first, in the merged list; where both have it, `known`, that of now
 // is first.
-static inline u32 events_place(const TouchLists* lists, u32 k, bool* known) {
+static inline u32 events_slot(const TouchLists* lists, u32 k, bool* known) {
   const bool is_now = k < lists->now;
   const Pair pair = is_now ? lists->touching_now[k] : lists->touching[k - lists->now];
   global const Pair* others = is_now ? lists->touching : lists->touching_now;
-  u32 place, last;  // the first of the others that is not before the pair is between them
+  u32 slot, last;  // the first of the others that is not before the pair is between them
   if (is_now) {
-    place = lists->touching_starts[pair.shape_a];
+    slot = lists->touching_starts[pair.shape_a];
     last = lists->touching_starts[pair.shape_a + 1u];
   } else {
-    place = lists->touch_slots[lists->pair_starts[pair.shape_a]];
+    slot = lists->touch_slots[lists->pair_starts[pair.shape_a]];
     last = lists->touch_slots[lists->pair_starts[pair.shape_a + 1u]];
   }
   const u32 end = last;
-  while (place < last) {
-    const u32 middle = place + (last - place) / 2u;
+  while (slot < last) {
+    const u32 middle = slot + (last - slot) / 2u;
     if (others[middle].shape_b < pair.shape_b) {
-      place = middle + 1u;
+      slot = middle + 1u;
     } else {
       last = middle;
     }
   }
-  *known = place < end && others[place].shape_b == pair.shape_b;
-  return is_now ? k + place : k - lists->now + place + (*known ? 1u : 0u);
+  *known = slot < end && others[slot].shape_b == pair.shape_b;
+  return is_now ? k + slot : k - lists->now + slot + (*known ? 1u : 0u);
 }
 
 #if FEATURE_SLEEPING
@@ -115,7 +116,7 @@ static inline bool events_pair_sleeps(Pair pair, u32 bodies, global const BodyIn
 }
 #endif
 
-// 1 for each place of the merged list that is an event, and 0 behind the last one for the total. Where bodies sleep,
+// 1 for each slot of the merged list that is an event, and 0 behind the last one for the total. Where bodies sleep,
 // touch_stays has the same of what touches now.
 kernel void find_events_compare(const StepParams params, global const BodyInfo* body_infos,
                                 global const ShapeInfo* shape_infos, global const Motion* motions,
@@ -129,10 +130,10 @@ kernel void find_events_compare(const StepParams params, global const BodyInfo* 
   const TouchLists lists = {now, before, touching_now, touching, pair_starts, touch_slots, touching_starts};
   FOR_EACH(k, now + before + 1u) {
     bool is_event = false, stays = false;
-    u32 place = k;
+    u32 slot = k;
     if (k < now + before) {
       bool known;
-      place = events_place(&lists, k, &known);
+      slot = events_slot(&lists, k, &known);
       is_event = !known;
       stays = k < now;
 #if FEATURE_SLEEPING
@@ -141,9 +142,9 @@ kernel void find_events_compare(const StepParams params, global const BodyInfo* 
       is_event = is_event && (k < now || !stays);
 #endif
     }
-    event_slots[place] = is_event ? 1u : 0u;
+    event_slots[slot] = is_event ? 1u : 0u;
 #if FEATURE_SLEEPING
-    touch_stays[place] = stays ? 1u : 0u;
+    touch_stays[slot] = stays ? 1u : 0u;
 #endif
   }
 }
@@ -161,8 +162,8 @@ kernel void find_events_write(global const BodyInfo* body_infos, global const Sh
   if (get_global_id(0) == 0) counters[COUNTER_EVENTS] = event_slots[now + before];
   FOR_EACH(k, now + before) {
     bool known;
-    const u32 place = events_place(&lists, k, &known);
-    if (event_slots[place + 1u] == event_slots[place]) continue;
+    const u32 slot = events_slot(&lists, k, &known);
+    if (event_slots[slot + 1u] == event_slots[slot]) continue;
     const bool begins = k < now;
     const Pair pair = begins ? touching_now[k] : touching[k - now];
     const bool swapped = IS_SENSOR(shape_infos[pair.shape_b]);
@@ -178,7 +179,7 @@ kernel void find_events_write(global const BodyInfo* body_infos, global const Sh
     event.body_b = body_infos[info_b.body].id;
     event.shape_b = info_b.id;
     event.pad = 0u;
-    events[event_slots[place]] = event;
+    events[event_slots[slot]] = event;
   }
 }
 
@@ -202,9 +203,9 @@ kernel void find_events_merge(global const u32* touching_count, global const Pai
   const TouchLists lists = {now, before, touching_now, touching, pair_starts, touch_slots, touching_starts};
   FOR_EACH(k, now + before) {
     bool known;
-    const u32 place = events_place(&lists, k, &known);
-    if (touch_stays[place + 1u] > touch_stays[place])
-      touching_after[touch_stays[place]] = k < now ? touching_now[k] : touching[k - now];
+    const u32 slot = events_slot(&lists, k, &known);
+    if (touch_stays[slot + 1u] > touch_stays[slot])
+      touching_after[touch_stays[slot]] = k < now ? touching_now[k] : touching[k - now];
   }
 }
 

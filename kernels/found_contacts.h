@@ -1,4 +1,4 @@
-// What collide has found at a pair, ready to be put into the list of contacts once its place is known.
+// What collide has found at a pair, ready to be put into the list of contacts once its slot is known.
 #ifndef LOCKSTEP_FOUND_CONTACTS_H
 #define LOCKSTEP_FOUND_CONTACTS_H
 

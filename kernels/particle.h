@@ -15,13 +15,13 @@ static inline Vec4 vec4_of(Vec3 a, real w) {
   return v;
 }
 
-static inline void place_particle(u32 i, global const u32* particle_bodies, global const Vec4* particle_offsets,
-                                  global const Vec4* positions, global const Vec4* orientations,
-                                  global const Motion* motions, global Vec4* particle_places,
-                                  global Vec4* particle_velocities) {
+static inline void update_particle(u32 i, global const u32* particle_bodies, global const Vec4* particle_offsets,
+                                   global const Vec4* positions, global const Vec4* orientations,
+                                   global const Motion* motions, global Vec4* particle_positions,
+                                   global Vec4* particle_velocities) {
   const u32 body = particle_bodies[i];
   const Vec3 arm = rotate3(quat(orientations[body]), vec3_of(particle_offsets[i]));
-  particle_places[i] = vec4_of(add3(vec3_of(positions[body]), arm), (real)0);
+  particle_positions[i] = vec4_of(add3(vec3_of(positions[body]), arm), (real)0);
   particle_velocities[i] = vec4_of(point_velocity(&motions[body], arm), (real)0);
 }
 

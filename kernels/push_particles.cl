@@ -11,7 +11,7 @@ static inline Vec3 angular_velocity_of(global const Motion* motion) {
 typedef struct Pushed {
   global const real* shares;
   global const u32* bodies;
-  global const Vec4* places;
+  global const Vec4* particle_positions;
   global const Vec4* velocities;
   global const ParticlePlane* planes;
   global const u32* plane_bodies;
@@ -22,7 +22,7 @@ typedef struct Pushed {
 
 static inline Touch touch_of_plane(const Pushed* p, ParticleLaw law, u32 i, u32 k) {
   const u32 body = p->bodies[i], body_p = p->plane_bodies[k];
-  const Vec3 x = vec3_of(p->places[i]), x_p = vec3_of(p->positions[body_p]);
+  const Vec3 x = vec3_of(p->particle_positions[i]), x_p = vec3_of(p->positions[body_p]);
   const PlaneNow plane = plane_now(p->planes[k], x_p, quat(p->orientations[body_p]));
   Touch touch;
   touch.overlap = law.radius - dot3(plane.normal, sub3(x, plane.point));
@@ -36,7 +36,7 @@ static inline Touch touch_of_plane(const Pushed* p, ParticleLaw law, u32 i, u32 
 }
 
 static inline Touch touch_of_neighbour(const Pushed* p, ParticleLaw law, u32 i, u32 j) {
-  const Vec3 d = sub3(vec3_of(p->places[j]), vec3_of(p->places[i]));
+  const Vec3 d = sub3(vec3_of(p->particle_positions[j]), vec3_of(p->particle_positions[i]));
   const real distance_ij = length3(d);
   const u32 body_i = p->bodies[i], body_j = p->bodies[j];
   Touch touch;
@@ -57,12 +57,12 @@ kernel void push_particles(global const ParticleLaw* particle_laws, global const
                            global const u32* particle_bodies, global const ParticlePlane* particle_planes,
                            global const u32* plane_bodies, global const Vec4* positions,
                            global const Vec4* orientations, global const Motion* motions,
-                           global const Vec4* particle_places, global const Vec4* particle_velocities,
+                           global const Vec4* particle_positions, global const Vec4* particle_velocities,
                            global const u32* neighbour_starts, global const u32* neighbours, global Vec4* stretches,
                            global Vec4* particle_forces, global Vec4* particle_moments, global const u32* counters,
                            const StepParams params) {
   if (STEP_IS_VOID(counters)) return;
-  const Pushed p = {particle_shares,     particle_bodies, particle_places,
+  const Pushed p = {particle_shares,     particle_bodies, particle_positions,
                     particle_velocities, particle_planes, plane_bodies,
                     positions,           orientations,    motions};
   const u32 particles = body_particles[params.bodies];

@@ -36,7 +36,7 @@ static inline Vec3 shape_half(u32 kind, global const Shape* shape, Quat rotation
 
 #endif
 
-// Returns whether the shape has a finite place; all of its bound is 0 where it has none.
+// Returns whether the shape has a finite position; all of its bound is 0 where it has none.
 static inline bool shape_bound(u32 kind, global const Shape* shape, global const Vec4* position,
                                global const Vec4* orientation, global const Motion* motion, real h, Bound* bound) {
   const Pose pose = make_pose(*position, *orientation);

@@ -40,7 +40,7 @@ static inline Searcher searcher_in_tree(const PairSearch* s, const StepParams* p
 #else
   me.info.looks = 1u;
 #endif
-  me.place = NONE;
+  me.slot = NONE;
   me.margin = params->margin;
   me.h = step_length(params);
   shape_bound(me.info.shape.kind, s->shapes + i, s->positions + body, s->orientations + body, motion, me.h, &bound);
@@ -80,8 +80,8 @@ static inline TreeBox box_in_tree(const PairSearch* s, ShapeTree tree, const Sea
   const real speed = length3(make3(motion->v[0], motion->v[1], motion->v[2])) +
                      length3(make3(motion->w[0], motion->w[1], motion->w[2])) * tree.radius;
   const real rounding = sizeof(real) == 4 ? (real)2e-6 : (real)4e-15;
-  const real placed = (fabs(at.x) + fabs(at.y) + fabs(at.z) + tree.radius) * rounding;
-  const real wider = (me->margin + me->h * speed) * (real)1.0001 + placed;
+  const real position_error = (fabs(at.x) + fabs(at.y) + fabs(at.z) + tree.radius) * rounding;
+  const real wider = (me->margin + me->h * speed) * (real)1.0001 + position_error;
   TreeBox box;
   if (orientation.x == (real)0 && orientation.y == (real)0 && orientation.z == (real)0) {
     box = widened(searcher_box(me), wider);
@@ -140,12 +140,12 @@ static inline void search_planes_and_trees(const PairSearch* s, const StepParams
 }
 
 // The one that shape i of a list that is too long searches as.
-static inline Searcher owner_of_list(const PairSearch* s, const StepParams* params, global const u32* shape_places,
+static inline Searcher owner_of_list(const PairSearch* s, const StepParams* params, global const u32* shape_slots,
                                      u32 i) {
 #if FEATURE_SHAPE_TREES
   if ((s->shape_infos[i].flags & SHAPE_IS_IN_TREE) != 0u) return searcher_in_tree(s, params, i);
 #endif
-  return make_searcher(s, params, shape_places[i]);
+  return make_searcher(s, params, shape_slots[i]);
 }
 
 #endif

@@ -136,8 +136,8 @@ static inline void solve_item(u32 item, const ContactStream* s, global const Par
   LaneBody a = part_load(s->motions, bodies->body_a + first, parts->parts_a + first);
   LaneBody b = part_load(s->motions, bodies->body_b + first, parts->parts_b + first);
   visit_lanes(VISIT_SOLVE, block, first, s, &a, &b);
-  part_store(a, body_parts, parts->place_a + first);
-  part_store(b, body_parts, parts->place_b + first);
+  part_store(a, body_parts, parts->slot_a + first);
+  part_store(b, body_parts, parts->slot_b + first);
 }
 
 // A sweep over all pairs; mean_parts follows.

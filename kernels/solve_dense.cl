@@ -35,10 +35,10 @@ kernel void dense_measure(const StepParams params, global const Contact* contact
     global ImpulseBlock* changes = dense_changes + slot / PACK;
     changes->normal[slot % PACK] = changes->tangent_1[slot % PACK] = changes->tangent_2[slot % PACK] = (real)0;
   }
-  FOR_EACH(place, dense_tile_end(&params, counters) * PACK) {
-    const ContactTile tile = contact_tiles[place / PACK];
-    global DenseTile* out = dense_tiles + place / PACK;
-    const u32 k = place % PACK;
+  FOR_EACH(item, dense_tile_end(&params, counters) * PACK) {
+    const ContactTile tile = contact_tiles[item / PACK];
+    global DenseTile* out = dense_tiles + item / PACK;
+    const u32 k = item % PACK;
     for (u32 i = 0u; i < 3u; ++i) out->u[i][k] = out->r[i][k] = (real)0;
     if (k >= tile.count) continue;
     const u32 slot = contact_slots[tile.first + k], row = slot / PACK, at = slot % PACK;
@@ -80,11 +80,11 @@ kernel void dense_finish(const StepParams params, global const u32* contact_slot
                          global ImpulseBlock* impulse_blocks, global ImpulseBlock* dense_changes,
                          global const u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
-  FOR_EACH(place, dense_tile_end(&params, counters) * PACK) {
-    const ContactTile tile = contact_tiles[place / PACK];
-    const u32 k = place % PACK;
+  FOR_EACH(item, dense_tile_end(&params, counters) * PACK) {
+    const ContactTile tile = contact_tiles[item / PACK];
+    const u32 k = item % PACK;
     if (k >= tile.count) continue;
-    global const DenseTile* in = dense_tiles + place / PACK;
+    global const DenseTile* in = dense_tiles + item / PACK;
     const u32 slot = contact_slots[tile.first + k], at = slot % PACK;
     global ImpulseBlock* r = impulse_blocks + slot / PACK;
     global ImpulseBlock* change = dense_changes + slot / PACK;

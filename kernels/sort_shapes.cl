@@ -77,13 +77,11 @@ kernel void sort_shapes_keys(global const BodyInfo* body_infos, global const Sha
 // The next words to sort by, in the order that there is.
 kernel void sort_shapes_next(global const u32* high_keys, global const u32* values, global u32* keys,
                              const StepParams params) {
-  FOR_EACH(place, loose_count(&params)) { keys[place] = high_keys[values[place]]; }
+  FOR_EACH(slot, loose_count(&params)) { keys[slot] = high_keys[values[slot]]; }
 }
 
 kernel void sort_shapes_worlds(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                                global const u32* loose_shapes, global const u32* values, global u32* keys,
                                const StepParams params) {
-  FOR_EACH(place, loose_count(&params)) {
-    keys[place] = body_infos[shape_infos[LOOSE_SHAPE(values[place])].body].world;
-  }
+  FOR_EACH(slot, loose_count(&params)) { keys[slot] = body_infos[shape_infos[LOOSE_SHAPE(values[slot])].body].world; }
 }

@@ -13,15 +13,15 @@ static inline u32 split_body(u32 side, u32 bodies, global const BlockBodies* blo
   return body < bodies && body_infos[body].kind == BODY_DYNAMIC ? body : NONE;
 }
 
-static inline void split_write(u32 side, real parts, u32 place, global PartBlock* part_blocks) {
+static inline void split_write(u32 side, real parts, u32 slot, global PartBlock* part_blocks) {
   global PartBlock* block = part_blocks + side / (2u * PACK);
   const u32 lane = side / 2u % PACK;
   if (side % 2u == 0u) {
     block->parts_a[lane] = parts;
-    block->place_a[lane] = place;
+    block->slot_a[lane] = slot;
   } else {
     block->parts_b[lane] = parts;
-    block->place_b[lane] = place;
+    block->slot_b[lane] = slot;
   }
 }
 

@@ -68,7 +68,7 @@ RECORD(PatchImpulse) { real tangent_1[PACK], tangent_2[PACK], twist[PACK]; };
 // The part of each body that a pair is solved on (feature jacobi): a body in contact is as many as it has pairs.
 RECORD(PartBlock) {
   real parts_a[PACK], parts_b[PACK];  // pairs that the body has; 0 of bodies that cannot move, and of padding
-  u32 place_a[PACK], place_b[PACK];   // where the pair's copy of the body stands; NONE where it has none
+  u32 slot_a[PACK], slot_b[PACK];     // where the pair's copy of the body stands; NONE where it has none
 };
 
 // A tile is PACK contacts of a world, in the order of their list; the last of a world may have fewer (feature dense).
@@ -86,6 +86,6 @@ INDEX_RECORD(GradientLaw) {
 
 // Where the sides of a block of joints stand among all sides of joints: those of body i are joint_part_starts[i] ...
 // joint_part_starts[i + 1] - 1, in the order of the joints (feature gradient). NONE of bodies that cannot move.
-INDEX_RECORD(JointParts) { u32 place_a[PACK], place_b[PACK]; };
+INDEX_RECORD(JointParts) { u32 slot_a[PACK], slot_b[PACK]; };
 
 #endif

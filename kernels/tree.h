@@ -111,7 +111,7 @@ static inline u32 boxes_in_reach(global const BoxBlock* block, TreeBox box) {
   return hits;
 }
 
-// Bits of the entries of a block that hold any of the places first .. last, where each holds 2^shift.
+// Bits of the entries of a block that hold any of the slots first .. last, where each holds 2^shift.
 static inline u32 entries_between(u32 block, u32 shift, u32 first, u32 last) {
   const u32 entry = block * PACK, from = first >> shift, to = last >> shift;
   u32 bits = (1u << PACK) - 1u;

@@ -36,13 +36,13 @@ typedef REAL real;
 #define MAX_COLORS 64u
 // The colour of a contact that is not the first of its pair: the pair has that of the first.
 #define COLOR_OF_FIRST (MAX_COLORS + 1u)
-// The colour of a pair that has its place in the schedule of a cell (feature partitions).
+// The colour of a pair that has its slot in the schedule of a cell (feature partitions).
 #define COLOR_OF_CELL (MAX_COLORS + 2u)
 // Cells whose coordinates are odd along the same axes are one phase of a sweep (feature partitions).
 #define CELL_PHASES 8u
 // Batches of PACK pairs in the schedule of a cell.
 #define CELL_BATCHES 64u
-// Bodies of a world for each of its places for cells, in a phase.
+// Bodies of a world for each of its slots for cells, in a phase.
 #define CELL_BODIES 32u
 // Points at which two shapes can touch.
 #define MANIFOLD_POINTS 4u
@@ -50,7 +50,7 @@ typedef REAL real;
 #define DENSE_CONTACTS 4096u
 // Blocks from which on a colour is worth a launch of its own.
 #define LARGE_COLOR 32u
-// Items that one work-item counts, scans or places in the list primitives.
+// Items that one work-item counts, scans or scatters in the list primitives.
 #define CHUNK 256u
 // Words in which the sort counts the digits of a chunk of keys.
 #define SORT_DIGITS 512u
@@ -328,7 +328,7 @@ LINE_RECORD(Velocity) {
 
 // ---- collision ---------------------------------------------------------------------------------------------------
 
-// The sphere and the box of a bounded shape. Planes, and what has no finite place, have extent 0.
+// The sphere and the box of a bounded shape. Planes, and what has no finite position, have extent 0.
 LINE_RECORD(Bound) {
   real center[3];
   real extent;  // of the sphere about the centre that holds the shape for the whole step

@@ -24,12 +24,12 @@ static inline LaneBody part_load(global const Motion* motions, global const u32*
   return body;
 }
 
-// To the pairs' own places.
-static inline void part_store(LaneBody body, global Velocity* body_parts, global const u32* places) {
-  lane_scatter_movable(lane_first_half(body), (global Real8*)body_parts, 1u, places);
+// To the pairs' own slots.
+static inline void part_store(LaneBody body, global Velocity* body_parts, global const u32* slots) {
+  lane_scatter_movable(lane_first_half(body), (global Real8*)body_parts, 1u, slots);
 }
 
-// The velocity of a body from those of its parts, in the order of their places. The fourth and the eighth real of the
+// The velocity of a body from those of its parts, in the order of their slots. The fourth and the eighth real of the
 // lines are no velocities.
 static inline void part_mean(u32 body, global const u32* part_starts, global const Velocity* body_parts,
                              global Motion* motions) {

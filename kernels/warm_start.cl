@@ -131,8 +131,8 @@ kernel void warm_parts(global const BlockBodies* block_bodies, global const Bloc
     LaneBody b = part_load(motions, bodies->body_b + first, parts->parts_b + first);
     start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, angular_friction_blocks,
                 angular_friction_impulses, patch_blocks, patch_impulses, &a, &b);
-    part_store(a, body_parts, parts->place_a + first);
-    part_store(b, body_parts, parts->place_b + first);
+    part_store(a, body_parts, parts->slot_a + first);
+    part_store(b, body_parts, parts->slot_b + first);
   }
 }
 #endif

@@ -67,7 +67,7 @@ void add_records(py::module_& module) {
 
   py::class_<BodyHit>(module, "Hit", "The nearest surface on a ray.")
       .def_readonly("body", &BodyHit::body, "The Body that it is of.")
-      .def_readonly("shape", &BodyHit::shape, "By its place in the body's description.")
+      .def_readonly("shape", &BodyHit::shape, "By its index in the body's description.")
       .def_readonly("distance", &BodyHit::distance, "From the origin, m.")
       .def_property_readonly(
           "point", [](const BodyHit& hit) { return to_array(hit.point); }, "Shape (3,), m.")

@@ -85,16 +85,23 @@ void add_bodies(WorldClass& world) {
           "step\n"
           "or question, and costs time in proportion to the whole scene, once for all changes between two steps.")
       .def(
-          "place",
+          "teleport",
           [](SharedWorld& shared, BodyHandle body, const Vector3& position, const Quaternion& orientation,
              const Vector3& velocity, const Vector3& angular_velocity) {
-            shared.use().place(body, {position, orientation}, {velocity, angular_velocity});
+            shared.use().teleport(body, {position, orientation}, {velocity, angular_velocity});
           },
           py::arg("body"), py::arg("position"), py::arg("orientation") = Quaternion{0, 0, 0, 1},
           py::arg("velocity") = Vector3{0, 0, 0}, py::arg("angular_velocity") = Vector3{0, 0, 0},
-          "Puts a body somewhere else, as though it were removed and added again, but that it, its joints and its "
-          "load\n"
+          "Sets the pose of a body, as though it were removed and added again, but that it, its joints and its load\n"
           "stay. Position of the centre of mass, m; quaternion x y z w; m/s; rad/s.")
+      .def(
+          "place",
+          [](const py::object& self, const py::args& args, const py::kwargs& named) {
+            if (PyErr_WarnEx(PyExc_DeprecationWarning, "place() is called teleport()", 1) < 0)
+              throw py::error_already_set();
+            return self.attr("teleport")(*args, **named);
+          },
+          "The old name of teleport().")
       .def(
           "kind", [](SharedWorld& shared, BodyHandle body) { return name_of(shared.use().description(body).kind); },
           py::arg("body"), "'static', 'kinematic' or 'dynamic'.")

@@ -95,7 +95,8 @@ void add_questions(WorldClass& world) {
       .def(
           "contacts", [](SharedWorld& shared) { return to_array(shared.use().contacts()); },
           "Contacts of the last step: an array of records with the fields a, b (ids of bodies), shape_a, shape_b (by\n"
-          "their places in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, and\n"
+          "their indices in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, "
+          "and\n"
           "impulse (3,) on a in the last sub-step, N s; world frame.")
       .def(
           "events", [](SharedWorld& shared) { return list_of(shared.use().events()); },

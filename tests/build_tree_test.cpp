@@ -33,8 +33,8 @@ TYPED_TEST(BuildTree, EveryLevelHoldsItsShapes) {
     for (;; width *= PACK) {
       const u32 blocks = (entries + PACK - 1) / PACK;
       ASSERT_LE(first + blocks, b.tree_blocks.size());
-      for (u32 place = 0; place < count; ++place) {
-        const u32 i = b.tree_items[place], e = place / width;
+      for (u32 slot = 0; slot < count; ++slot) {
+        const u32 i = b.tree_items[slot], e = slot / width;
         const BoxBlock<real>& block = b.tree_blocks[first + e / PACK];
         const real* low[] = {block.low_x, block.low_y, block.low_z};
         const real* high[] = {block.high_x, block.high_y, block.high_z};

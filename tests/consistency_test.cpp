@@ -82,7 +82,7 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
       {"rover", [](State& s) { s.buffers.joint_infos[1].direct = 1; }, "joint_infos[1]: is solved by nobody, or twice"},
       {"wrecking_ball", [](State& s) { s.buffers.gradient_laws[0].accelerated = 2; },
        "gradient_laws[0]: is of an unknown kind"},
-      {"wrecking_ball", [](State& s) { s.buffers.joint_parts[0].place_b[0] = 99; },
+      {"wrecking_ball", [](State& s) { s.buffers.joint_parts[0].slot_b[0] = 99; },
        "joint_parts[0]: stands among the parts of other bodies"},
       {"wrecking_ball", [](State& s) { s.buffers.joint_part_starts.back() = 0; },
        "joint_part_starts[0]: counts other joints than there are"},

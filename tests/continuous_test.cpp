@@ -117,12 +117,12 @@ TYPED_TEST(Continuous, BoxesAndCapsulesDoNotPass) {
   Random random(70);
   for (int n = 0; n < 200; ++n) {
     SCOPED_TRACE(n);
-    const Vector3 place = {random.between(-9, -0.5), 0, 0};
+    const Vector3 position = {random.between(-9, -0.5), 0, 0};
     const Quaternion rotation = random.rotation();
     const Vector3 velocity = {random.between(200, 500), random.between(-100, 100), 0};
     const Vector3 angular_velocity = random.vector(n % 4 == 0 ? 0 : 30);
-    const BodyDescription body =
-        n % 2 ? box_body(place, {0.1, 0.05, 0.02}, rotation) : round_body(SHAPE_CAPSULE, place, 0.03, 0.1, rotation);
+    const BodyDescription body = n % 2 ? box_body(position, {0.1, 0.05, 0.02}, rotation)
+                                       : round_body(SHAPE_CAPSULE, position, 0.03, 0.1, rotation);
     const Buffers<real> b = after_steps(weightless<real>({wall(), continuous(body, velocity, angular_velocity)}), 8);
     EXPECT_LT(b.positions[1].x, -0.01);
     EXPECT_LT(std::abs(b.motions[1].v[0]), 0.06 * velocity[0]);
@@ -213,9 +213,9 @@ TYPED_TEST(Continuous, TwinsAgree) {
   Random random(72);
   for (auto& world : worlds) {
     for (u32 n = 0; n < 60; ++n) {
-      const Vector3 place = random.vector(3);
-      world.push_back(n % 2 ? box_body(place, {0.3, 0.1, 0.05}, random.rotation())
-                            : round_body(SHAPE_CAPSULE, place, 0.05, 0.3, random.rotation()));
+      const Vector3 position = random.vector(3);
+      world.push_back(n % 2 ? box_body(position, {0.3, 0.1, 0.05}, random.rotation())
+                            : round_body(SHAPE_CAPSULE, position, 0.05, 0.3, random.rotation()));
       world.back().velocity = random.vector(100);
       world.back().angular_velocity = random.vector(20);
     }

@@ -198,18 +198,18 @@ TEST(HardCases, HaveNamesOfTheirOwnAndMethodsWithSettings) {
 void expect_as_integrated(double push, double friction) {
   const double duration = 10, dt = 1e-6;
   const StickSlip exact(push, friction, duration);
-  double speed = 0, place = 0, worst_speed = 0, worst_place = 0;
+  double speed = 0, position = 0, worst_speed = 0, worst_position_error = 0;
   for (int i = 1; i <= 10'000'000; ++i) {
     const double time = i * dt, old = speed;
     speed += push * std::cos(time - dt / 2) * dt;
     speed = std::copysign(std::max(0.0, std::abs(speed) - friction * dt), speed);
-    place += (old + speed) / 2 * dt;
+    position += (old + speed) / 2 * dt;
     if (i % 1000 != 0) continue;
     worst_speed = std::max(worst_speed, std::abs(speed - exact.speed(time)));
-    worst_place = std::max(worst_place, std::abs(place - exact.place(time)));
+    worst_position_error = std::max(worst_position_error, std::abs(position - exact.position(time)));
   }
   EXPECT_LT(worst_speed, 1e-5);
-  EXPECT_LT(worst_place, 1e-5);
+  EXPECT_LT(worst_position_error, 1e-5);
 }
 
 TEST(StickSlip, IsWhatFineStepsFind) {

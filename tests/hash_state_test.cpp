@@ -126,7 +126,7 @@ TEST(HashState, SwappingTwoBodiesOrTwoBuffersIsSeen) {
   EXPECT_NE(hashes(other)[0].second, hashes(start)[0].second);
 }
 
-TEST(HashState, AWorldHasTheSameHashAloneAndInAnyPlaceOfABatch) {
+TEST(HashState, AWorldHasTheSameHashAloneAndInAnySlotOfABatch) {
   const std::vector<BodySetup> bodies = mixed_bodies(false);
   const std::vector<Hash> batch = hashes(worlds_with_contacts<float>(bodies, 2));
   EXPECT_EQ(hashes(worlds_with_contacts<float>(world(bodies, 0, 0), 1))[0], batch[0]);

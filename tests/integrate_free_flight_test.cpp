@@ -23,7 +23,7 @@ TEST(IntegrateFreeFlight, ParabolaIsExactAtEveryStep) {
   }
 }
 
-TEST(IntegrateFreeFlight, KinematicBodiesKeepTheirVelocityAndStaticOnesTheirPlace) {
+TEST(IntegrateFreeFlight, KinematicBodiesKeepTheirVelocityAndStaticOnesTheirPose) {
   std::vector<BodySetup> bodies(2);
   bodies[0].kind = BODY_KINEMATIC;
   bodies[0].velocity = {1, 0, -2};

@@ -50,7 +50,7 @@ TEST(IntegratePositions, AConstantAngularVelocityRotatesByTheCayleyAngle) {
   EXPECT_NEAR(q[3], exact[3], 1e-15);
 }
 
-TEST(IntegratePositions, KinematicBodiesKeepTheirVelocityAndStaticOnesTheirPlace) {
+TEST(IntegratePositions, KinematicBodiesKeepTheirVelocityAndStaticOnesTheirPose) {
   std::vector<BodySetup> bodies(2);
   bodies[0].kind = BODY_KINEMATIC;
   bodies[0].velocity = {1, 0, -2};

@@ -93,8 +93,9 @@ InitialState<real> lively_state(
 }
 
 inline const std::vector<Stage> particle_stages = {
-    Stage::begin_step,     Stage::bound_particles, Stage::sort_particles,  Stage::find_neighbours, Stage::match_springs,
-    Stage::push_particles, Stage::sum_particles,   Stage::place_particles, Stage::store_springs};
+    Stage::begin_step,      Stage::bound_particles,  Stage::sort_particles,
+    Stage::find_neighbours, Stage::match_springs,    Stage::push_particles,
+    Stage::sum_particles,   Stage::update_particles, Stage::store_springs};
 
 /// Runs the stages of particles before `stage` in the reference, then that one on both sides; returns the reference's
 /// buffers after it.

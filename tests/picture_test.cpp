@@ -147,7 +147,7 @@ TEST(Legend, ShowsTheColoursOfItsScale) {
   Legend legend;
   legend.title = "speed, m/s";
   legend.scale = Legend::Scale{0, 5, true, false};
-  const Place bar = draw_legend(picture, legend);
+  const PixelRect bar = draw_legend(picture, legend);
   ASSERT_GT(bar.x1 - bar.x0, 100);
   ASSERT_GT(bar.y1 - bar.y0, 8);
   EXPECT_LT(bar.x1, 1280);
@@ -164,7 +164,7 @@ TEST(Legend, ShowsTheColoursOfItsScale) {
 TEST(Legend, HoldsTheLongNumbersOfItsScale) {
   Picture picture(960, 540);
   Legend legend = {"short", Legend::Scale{0, 1.25e-4, true, false}, {}};
-  const Place bar = draw_legend(picture, legend);
+  const PixelRect bar = draw_legend(picture, legend);
   const u32 below = static_cast<u32>(bar.y1) + 12;  // among the numbers
   u32 first = 960, last = 0, paper_from = 960, paper_to = 0;
   for (u32 x = 0; x < 960; ++x) {

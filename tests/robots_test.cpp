@@ -63,7 +63,7 @@ using Tensor = std::array<double, 6>;  // xx, yy, zz, xy, xz, yz
 Tensor tensor_of(const BodyDescription& body) {
   MassProperties own;
   own.inertia = {body.inertia[0], body.inertia[1], body.inertia[2], 0, 0, 0};
-  return placed(own, {0, 0, 0}, body.orientation).inertia;
+  return transformed(own, {0, 0, 0}, body.orientation).inertia;
 }
 
 TEST_F(Robots, ATensorWithProductsIsRotatedToItsPrincipalAxes) {
@@ -215,7 +215,7 @@ TEST_F(Robots, WhatAJointHasTooMuchOfGetsAJointOfItsOwn) {
 }
 
 // Limits that are never met change nothing, though they make two joints of one.
-TEST_F(Robots, TwoJointsInThePlaceOfOneSwingAsOneDoes) {
+TEST_F(Robots, TwoJointsInsteadOfOneSwingAsOneDoes) {
   const auto swung = [&](const std::string& type) {
     return coordinate_after(scene_of(robot(link("world", "") + link("a", arm_along_x) +
                                            joint(type, "world", "a", R"(<axis xyz="0 1 0"/><dynamics damping="1"/>

@@ -136,7 +136,7 @@ TEST(SceneReader, BodyRatesAreRotatedToTheWorld) {
   expect_near(scene.bodies[0].angular_velocity, {3, 0, 0});
 }
 
-TEST(SceneReader, APivotPlacesTheCenterOfMassAtTheEndOfTheLever) {
+TEST(SceneReader, APivotPutsTheCenterOfMassAtItsOffset) {
   const Scene scene = with_bodies(
       R"({"mass": 1, "inertia": [1, 1, 1], "pivot": [1, 2, 3], "lever": [0, 0, 0.5],
           "orientation": {"axis": [0, 1, 0], "angle_deg": 90}})");

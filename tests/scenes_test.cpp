@@ -204,7 +204,7 @@ std::string read_text(const std::string& path) {
 // A place of a scene with an unknown word in it, and the same place in the schema: an object's keys, or a list of
 // names.
 struct Probe {
-  const char* schema_place;
+  const char* schema_location;
   const char* scene;
 };
 
@@ -244,11 +244,10 @@ TEST(Scenes, SchemaReaderAndManualKnowTheSameWords) {
   const nlohmann::json schema = nlohmann::json::parse(read_text("scenes/scene.schema.json"));
   const std::string manual = read_text("docs/scene_format.md");
   for (const Probe& probe : probes) {
-    const nlohmann::json& place = schema.at(nlohmann::json::json_pointer(probe.schema_place));
+    const nlohmann::json& node = schema.at(nlohmann::json::json_pointer(probe.schema_location));
     std::set<std::string> words;
-    for (const auto& item : place.items())
-      words.insert(place.is_array() ? item.value().get<std::string>() : item.key());
-    EXPECT_EQ(words, offered(probe.scene)) << probe.schema_place;
+    for (const auto& item : node.items()) words.insert(node.is_array() ? item.value().get<std::string>() : item.key());
+    EXPECT_EQ(words, offered(probe.scene)) << probe.schema_location;
     for (const std::string& word : words) {
       EXPECT_NE(manual.find('`' + word + '`'), std::string::npos)
           << word << " is not explained in docs/scene_format.md";

@@ -121,13 +121,13 @@ TEST(Sleeping, APendulumDoesNotSleepWhereItReverses) {
 }
 
 // The order of colours has an end where bodies can sleep; nobody goes past it in silence.
-TEST(Sleeping, HasPlacesForSoManyContacts) {
-  const u32 last = reference::color_place_of_shapes(0, 0, places_of_contacts - 1) & ((1u << 26) - 1);
-  EXPECT_EQ(last, places_of_contacts - 1);   // the rank is all there
+TEST(Sleeping, HasColorRanksForSoManyContacts) {
+  const u32 last = reference::color_sort_key_of_shapes(0, 0, max_color_ranks - 1) & ((1u << 26) - 1);
+  EXPECT_EQ(last, max_color_ranks - 1);      // the rank is all there
   EXPECT_LT(63u << 26 | last, 0xfffffffeu);  // and a priority remains in the last class
-  EXPECT_NO_THROW(expect_places_for(places_of_contacts, 7));
+  EXPECT_NO_THROW(expect_color_ranks_for(max_color_ranks, 7));
   try {
-    expect_places_for(places_of_contacts + 1, 7);
+    expect_color_ranks_for(max_color_ranks + 1, 7);
     FAIL();
   } catch (const Error& error) {
     EXPECT_STREQ(

@@ -46,7 +46,7 @@ TEST(SleepingWorld, WhatIsDoneToABodyWakesItsIsland) {
                                             return Wrench{{0, 0, -1}, {0, 0, 0}};
                                           }); },
       [](World& world, BodyHandle body) { world.wake(body); },
-      [](World& world, BodyHandle body) { world.place(body, world.pose(body)); },
+      [](World& world, BodyHandle body) { world.teleport(body, world.pose(body)); },
   };
   for (const auto& deed : deeds) {
     Sleepers sleepers;

@@ -31,7 +31,7 @@ TYPED_TEST(SortShapes, SmallBeforeLargeAndPlanesLast) {
   EXPECT_EQ(order_of<TypeParam>({bodies}), (std::vector<u32>{4, 2, 1, 3, 0}));
 }
 
-TYPED_TEST(SortShapes, WhatIsInOnePlaceStaysInOrder) {
+TYPED_TEST(SortShapes, ShapesAtOnePositionStayInOrder) {
   const std::vector<BodyDescription> bodies(3000, sphere_body({3, 3, 3}, 0.5));
   const std::vector<u32> order = order_of<TypeParam>({bodies});
   for (u32 i = 0; i < order.size(); ++i) EXPECT_EQ(order[i], i);

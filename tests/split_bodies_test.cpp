@@ -63,7 +63,7 @@ TYPED_TEST(SplitBodies, EachPairHasItsPartOfEachBody) {
   reference::run_stage(Stage::split_bodies, state.buffers, state.params);
   const Buffers<real>& b = state.buffers;
   ASSERT_EQ(b.counters[COUNTER_COLORS], 1u);
-  std::map<u32, std::vector<u32>> places;
+  std::map<u32, std::vector<u32>> copy_slots;
   std::map<u32, std::vector<double>> parts;
   u32 pairs = 0;
   for (u32 slot = 0; slot < b.counters[COUNTER_BLOCKS] * PACK; ++slot) {
@@ -71,27 +71,27 @@ TYPED_TEST(SplitBodies, EachPairHasItsPartOfEachBody) {
     const PartBlock<real>& split = b.part_blocks[slot / PACK];
     const u32 lane = slot % PACK;
     pairs += bodies.count[lane] > 0;
-    const auto look = [&](u32 body, u32 place, real count) {
+    const auto look = [&](u32 body, u32 copy_slot, real count) {
       if (bodies.count[lane] == 0 || b.body_infos[body].kind != BODY_DYNAMIC) {
-        EXPECT_EQ(place, NONE);
+        EXPECT_EQ(copy_slot, NONE);
         EXPECT_EQ(count, real(0));
         return;
       }
-      places[body].push_back(place);
+      copy_slots[body].push_back(copy_slot);
       parts[body].push_back(double(count));
     };
-    look(bodies.body_a[lane], split.place_a[lane], split.parts_a[lane]);
-    look(bodies.body_b[lane], split.place_b[lane], split.parts_b[lane]);
+    look(bodies.body_a[lane], split.slot_a[lane], split.parts_a[lane]);
+    look(bodies.body_b[lane], split.slot_b[lane], split.parts_b[lane]);
   }
   ASSERT_GT(pairs, 200u);
   u32 next = 0;
   for (u32 body = 0; body < state.params.bodies; ++body) {
     EXPECT_EQ(b.part_starts[body], next);
-    for (u32 k = 0; k < places[body].size(); ++k) {
-      EXPECT_EQ(places[body][k], next + k);
-      EXPECT_EQ(parts[body][k], double(places[body].size()));
+    for (u32 k = 0; k < copy_slots[body].size(); ++k) {
+      EXPECT_EQ(copy_slots[body][k], next + k);
+      EXPECT_EQ(parts[body][k], double(copy_slots[body].size()));
     }
-    next += u32(places[body].size());
+    next += u32(copy_slots[body].size());
   }
   EXPECT_EQ(b.part_starts[state.params.bodies], next);
 }

@@ -88,7 +88,7 @@ TEST(Surface, Ridge) {
   EXPECT_EQ(around, 6);  // all that meet in the middle know
 }
 
-TEST(Surface, FlawsAreToldWithAPlace) {
+TEST(Surface, FlawsAreReportedWithAPosition) {
   EXPECT_EQ(flaw_of_surface({}), "has no triangles; give a mesh that has");
   EXPECT_EQ(flaw_of_surface({{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}}, {{0, 1, 3}, {0, 2, 1}}}),
             "has a triangle without area, 1 at (0, 0, 0); remove it");

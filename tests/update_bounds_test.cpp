@@ -76,7 +76,7 @@ TYPED_TEST(UpdateBounds, AreAsLargeAsTheMotionNeeds) {
   EXPECT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
 }
 
-TYPED_TEST(UpdateBounds, NameTheFirstBodyThatHasNoPlace) {
+TYPED_TEST(UpdateBounds, NameTheFirstBodyWithoutAFinitePosition) {
   using real = TypeParam;
   std::vector<BodyDescription> bodies(5, sphere_body({1, 2, 3}, 0.5));
   InitialState<real> state = make_worlds<real>({bodies}, 16);

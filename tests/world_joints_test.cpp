@@ -296,7 +296,7 @@ TEST(WorldJoints, ARodAndASliderTellWhatTheyPullWith) {
 
 // A double pendulum begins a second time, all of it turned about the vertical: its joints hold it as they did, and it
 // swings as it did, turned.
-TEST(WorldJoints, WhatIsPlacedAsItBeganSwingsAsItDid) {
+TEST(WorldJoints, ABodyTeleportedToItsFirstPoseSwingsAsItDid) {
   const Quaternion rotation = exact::rotation({0, 0, 1}, std::sin(0.4), std::cos(0.4));
   for (const bool joined_late : {false, true}) {
     Scene scene = heavy_scene(0.002);
@@ -315,7 +315,7 @@ TEST(WorldJoints, WhatIsPlacedAsItBeganSwingsAsItDid) {
     const Pose first = world.pose(lower);
     world.step(250);
     for (const BodyHandle body : {upper, lower})
-      world.place(body, {exact::rotate(rotation, world.description(body).position), rotation});
+      world.teleport(body, {exact::rotate(rotation, world.description(body).position), rotation});
     for (const JointHandle joint : world.joints()) EXPECT_LT(world.state(joint).separation, 1e-12);
     EXPECT_EQ(exact::length(world.velocity(lower).linear), 0);
     world.step(150);

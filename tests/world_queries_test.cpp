@@ -38,7 +38,7 @@ TEST(World, ErrorsTellEnergyMomentumAndOverlap) {
   EXPECT_NEAR(flying.momentum[0], 3, 1e-12);
   EXPECT_FALSE(flying.residual);
   EXPECT_FALSE(flying.joint_separation);
-  world.place(box, {.position = {0, 0, 0.5}});
+  world.teleport(box, {.position = {0, 0, 0.5}});
   world.step(100);
   const StepErrors lying = world.errors();
   EXPECT_EQ(lying.contacts, 4u);

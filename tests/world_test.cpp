@@ -309,7 +309,7 @@ TEST(World, PutsABodyElsewhere) {
   const BodyHandle far = world.add(box_at({20, 0, 0.5}));
   world.step(50);
   const Pose still = world.pose(far);
-  world.place(lower, {.position = {5, 0, 30}}, {.linear = {1, 0, 2}, .angular = {0, 0, 3}});
+  world.teleport(lower, {.position = {5, 0, 30}}, {.linear = {1, 0, 2}, .angular = {0, 0, 3}});
   EXPECT_EQ(world.pose(lower).position, (Vector3{5, 0, 30}));
   EXPECT_EQ(world.velocity(lower).linear, (Vector3{1, 0, 2}));
   EXPECT_EQ(world.steps_done(), 50u);
@@ -329,11 +329,11 @@ TEST(World, PutsImmovableBodiesElsewhere) {
   const BodyHandle fixed = world.add(table), box = world.add(box_at({0, 0, 6}));
   world.step(20);
   EXPECT_NEAR(world.pose(box).position[2], 6, 2e-3);
-  world.place(fixed, {.position = {0, 9, 5}});
+  world.teleport(fixed, {.position = {0, 9, 5}});
   world.step(20);
   EXPECT_NEAR(world.pose(box).position[2], 6 - 0.5 * 9.81 * 0.04 * 1.01, 2e-3);
-  EXPECT_EQ(refusal([&] { world.place(fixed, {}, {.linear = {1, 0, 0}}); }), "body 1: is static and does not move");
-  EXPECT_EQ(refusal([&] { world.place(box, {{0, 0, 0}, {0, 0, 0, 2}}); }), "orientation: must be a unit quaternion");
+  EXPECT_EQ(refusal([&] { world.teleport(fixed, {}, {.linear = {1, 0, 0}}); }), "body 1: is static and does not move");
+  EXPECT_EQ(refusal([&] { world.teleport(box, {{0, 0, 0}, {0, 0, 0, 2}}); }), "orientation: must be a unit quaternion");
 }
 
 // ---- the same everywhere
@@ -356,7 +356,7 @@ std::uint64_t eventful_life(const WorldOptions& options) {
     if (i % 7 == 3)
       world.apply_impulse(boxes.back(), {0.5, 1, 2}, exact::add(world.pose(boxes.back()).position, {0.1, 0.2, 0}));
     if (i == 40) world.remove(boxes[1]);
-    if (i == 50) world.place(boxes[2], {.position = {-3, 0.1, 2}}, {.linear = {1, 0, 0}});
+    if (i == 50) world.teleport(boxes[2], {.position = {-3, 0.1, 2}}, {.linear = {1, 0, 0}});
     for (const std::optional<BodyHit>& hit : world.cast_rays(std::vector<BodyRay>(3, {{0.1, 0.1, 9}, {0, 0.01, -1}})))
       if (hit) all = all * 31 + static_cast<std::uint64_t>(hit->distance * 1e6);
     world.set_kinematic_target(

@@ -117,8 +117,8 @@ real product_by_factor(u32 n, const real* factor, const real* x, const real* y) 
 /// Where the joint of a link is: its axes, the arms of both bodies, the axis of the free row, which is an angle's or a
 /// way's, and the rise of a screw.
 template <class real>
-void place_link_joint(const LinkInfo& link, bool angular, const Vec3<real> (&axes)[3], Vec3<real> arm_a,
-                      Vec3<real> arm_b, Vec3<real> free_axis, real rise, LinkFactor<real>& f) {
+void set_link_joint(const LinkInfo& link, bool angular, const Vec3<real> (&axes)[3], Vec3<real> arm_a, Vec3<real> arm_b,
+                    Vec3<real> free_axis, real rise, LinkFactor<real>& f) {
   for (u32 i = 0; i < 3; ++i) store3(f.axes[i], axes[i]);
   store3(f.arm, link.is_b != 0 ? arm_b : arm_a);
   store3(f.parent_arm, link.is_b != 0 ? arm_a : arm_b);

@@ -92,12 +92,12 @@ void GradientDescent<real>::measure_joints() {
 }
 
 template <class real>
-void store_parts(PairStep<real> step, u32 place_a, u32 place_b, std::vector<GradientPart<real>>& parts) {
-  GradientPart<real>& counted = place_a != NONE ? step.a : step.b;  // one side alone has what the step adds up to
+void store_parts(PairStep<real> step, u32 slot_a, u32 slot_b, std::vector<GradientPart<real>>& parts) {
+  GradientPart<real>& counted = slot_a != NONE ? step.a : step.b;  // one side alone has what the step adds up to
   counted.length = step.length;
   counted.uphill = step.uphill;
-  if (place_a != NONE) parts[place_a] = step.a;
-  if (place_b != NONE) parts[place_b] = step.b;
+  if (slot_a != NONE) parts[slot_a] = step.a;
+  if (slot_b != NONE) parts[slot_b] = step.b;
 }
 
 template <class real>
@@ -116,7 +116,7 @@ void GradientDescent<real>::step_pairs() {
     }
     world.change = larger(step.change, world.change);
     const PartBlock<real>& parts = buffers_.part_blocks[block];
-    store_parts(step, parts.place_a[lane], parts.place_b[lane], pair_parts_);
+    store_parts(step, parts.slot_a[lane], parts.slot_b[lane], pair_parts_);
   });
 }
 
@@ -133,7 +133,7 @@ void GradientDescent<real>::step_joints() {
                    joint_y_[block], joint_next_[block]);
     world.change = larger(step.change, world.change);
     const JointParts& parts = buffers_.joint_parts[block];
-    store_parts(step, parts.place_a[lane], parts.place_b[lane], joint_parts_);
+    store_parts(step, parts.slot_a[lane], parts.slot_b[lane], joint_parts_);
   });
 }
 

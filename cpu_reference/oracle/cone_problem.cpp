@@ -67,7 +67,7 @@ BlockMatrix block_matrix(const SparseMatrix& matrix) {
   const auto n = static_cast<std::uint32_t>(matrix.rows() / 3);
   const Eigen::SparseMatrix<double, Eigen::RowMajor> by_rows = matrix;
   BlockMatrix result;
-  std::vector<std::uint32_t> place(n, ~0u);  // of each column's block in this row
+  std::vector<std::uint32_t> slot(n, ~0u);  // of each column's block in this row
   for (std::uint32_t i = 0; i < n; ++i) {
     std::vector<std::uint32_t> columns = {i};
     for (int a = 0; a < 3; ++a) {
@@ -78,14 +78,14 @@ BlockMatrix block_matrix(const SparseMatrix& matrix) {
     std::sort(columns.begin(), columns.end());
     columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
     for (const std::uint32_t c : columns) {
-      place[c] = static_cast<std::uint32_t>(result.block.size());
-      if (c == i) result.diagonal.push_back(place[c]);
+      slot[c] = static_cast<std::uint32_t>(result.block.size());
+      if (c == i) result.diagonal.push_back(slot[c]);
       result.column.push_back(c);
       result.block.push_back(Matrix3d::Zero());
     }
     for (int a = 0; a < 3; ++a) {
       for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(by_rows, 3 * i + a); entry; ++entry) {
-        if (entry.value() != 0) result.block[place[entry.col() / 3]](a, entry.col() % 3) = entry.value();
+        if (entry.value() != 0) result.block[slot[entry.col() / 3]](a, entry.col() % 3) = entry.value();
       }
     }
     result.first.push_back(static_cast<std::uint32_t>(result.block.size()));
@@ -159,10 +159,10 @@ VectorXd JointElimination::joint_impulses(const VectorXd& r) const {
 }
 
 ConeProblem reordered(const ConeProblem& problem, std::span<const std::uint32_t> order) {
-  std::vector<std::uint32_t> place(order.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  std::vector<std::uint32_t> rank(order.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) rank[order[i]] = i;
   const auto moved = [&](const SparseMatrix& matrix, bool columns_too) {
-    const auto to = [&](Eigen::Index row) { return 3 * Eigen::Index(place[row / 3]) + row % 3; };
+    const auto to = [&](Eigen::Index row) { return 3 * Eigen::Index(rank[row / 3]) + row % 3; };
     Triplets triplets;
     for (int k = 0; k < matrix.outerSize(); ++k) {
       for (SparseMatrix::InnerIterator entry(matrix, k); entry; ++entry)

@@ -14,7 +14,7 @@ struct Cylinder {
 };
 
 template <class real>
-Cylinder<real> cylinder_of(const Placed<real>& shape) {
+Cylinder<real> cylinder_of(const WorldShape<real>& shape) {
   Cylinder<real> c;
   c.center = shape.center;
   c.axes = axes_of(shape.rotation);

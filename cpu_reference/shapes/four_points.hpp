@@ -74,18 +74,18 @@ bool widen_four(FourPoints& four, const FacePair<real>& f, const FacePoints<real
     bool fresh = p.taken != 0;
     for (u32 k = 0; k < 4; ++k) fresh = fresh && p.feature != points.at[four.at[k]].feature;
     if (!fresh) continue;
-    u32 place = 4;
+    u32 slot = 4;
     for (u32 k = height_at(f, p) <= least ? 0 : 1; k < 4; ++k) {
       const FacePoint<real>&q = points.at[four.at[(k + 1) & 3]], &r = points.at[four.at[(k + 2) & 3]];
       const FacePoint<real>& t = points.at[four.at[(k + 3) & 3]];
       const real area = area_of_four(p.x, p.y, q.x, q.y, r.x, r.y, t.x, t.y);
       if (!(area > best)) continue;
       best = area;
-      place = k;
+      slot = k;
     }
-    if (place == 4) continue;
+    if (slot == 4) continue;
     best = real(1.001) * best;
-    four.at[place] = i;
+    four.at[slot] = i;
     widened = true;
   }
   return widened;

@@ -19,7 +19,7 @@ struct Pose {
 /// `angular_displacement`: how far the centre moves within the step, m, and by what the shape turns about it, rad, but
 /// for what forces add, which is less than `margin`, m.
 template <class real>
-struct Placed {
+struct WorldShape {
   Vec3<real> center;
   Quat<real> rotation;
   Vec3<real> size;

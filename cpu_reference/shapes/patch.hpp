@@ -97,7 +97,7 @@ Patch<real> segment_patch(real sense, Vec3<real> start, Vec3<real> end, Vec3<rea
 
 /// The cap of a cylinder where it faces the other shape, else the line on its side that does.
 template <class real>
-Patch<real> cylinder_patch(const Placed<real>& shape, const Axes<real>& axes, real sense, Vec3<real> normal) {
+Patch<real> cylinder_patch(const WorldShape<real>& shape, const Axes<real>& axes, real sense, Vec3<real> normal) {
   const real radius = shape.size.x, half_length = shape.size.y;
   const Vec3<real> down = scale3(sense, normal);
   const real cosine = dot3(axes.z, down);

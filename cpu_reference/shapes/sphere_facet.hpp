@@ -7,7 +7,8 @@ namespace lockstep::reference {
 
 /// The closest point of a facet: over its inside, or on an edge or a corner that yields.
 template <class real>
-Manifold<real> sphere_facet(const Placed<real>& a, const Placed<real>& b, const Polytope<real>& facet, real limit) {
+Manifold<real> sphere_facet(const WorldShape<real>& a, const WorldShape<real>& b, const Polytope<real>& facet,
+                            real limit) {
   const Vec3<real> center = into_frame(facet.axes, sub3(a.center, b.center)), out = poly_own_normal(facet, 0);
   const real height = dot3(out, sub3(center, poly_own_vertex(facet, 0)));
   bool over_face = height >= 0;

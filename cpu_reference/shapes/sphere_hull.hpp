@@ -7,7 +7,8 @@ namespace lockstep::reference {
 
 /// The closest point of the hull; from inside, through the nearest face.
 template <class real>
-Manifold<real> sphere_hull(const Placed<real>& a, const Placed<real>& b, const HullTables<real>& tables, real limit) {
+Manifold<real> sphere_hull(const WorldShape<real>& a, const WorldShape<real>& b, const HullTables<real>& tables,
+                           real limit) {
   const Polytope<real> hull = polytope_of(SHAPE_HULL, b, tables);
   if (hull.facet) return sphere_facet(a, b, hull, limit);
   const Vec3<real> center = into_frame(hull.axes, sub3(a.center, b.center));

@@ -156,11 +156,11 @@ Widest<real> outline_widest(const Outline<real>& outline) {
   return widest;
 }
 
-/// The point of an outline at one of these places; the deepest one where there is none.
+/// The point of an outline at one of these slots; the deepest one where there is none.
 template <class real>
 SharedPoint<real> outline_point(const PatchPair<real>& pair, const Outline<real>& outline,
-                                const SharedPoint<real>& deepest, u32 place) {
-  const u32 at = place < SHARED_WAYS ? outline.at[place] : NONE;
+                                const SharedPoint<real>& deepest, u32 slot) {
+  const u32 at = slot < SHARED_WAYS ? outline.at[slot] : NONE;
   if (at == NONE) return deepest;
   if (at < SHARED_FIRST_RIM) return shared_candidate(pair, at);
   const u32 i = at & (SHARED_WAYS - 1);
@@ -185,14 +185,14 @@ Chosen<real> shared_along_rims(const PatchPair<real>& pair, real limit, real lea
     // a corner that is there twice is on either side
     const bool first_left = h0 > h1;
     for (u32 k = 0; k < 4; ++k) {
-      const u32 place = beside + (k >> 1);
+      const u32 slot = beside + (k >> 1);
       const real sense = (k < 2) == first_left ? real(1) : real(-1);
       const Vec3<real> way = scale3(sense / length, left);
-      const SharedPoint<real> point = shared_on_rim(pair, (k & 1) == 0, way, SHARED_WAYS + place);
+      const SharedPoint<real> point = shared_on_rim(pair, (k & 1) == 0, way, SHARED_WAYS + slot);
       if (!point.valid || !(point.gap <= limit)) continue;
-      if (four.points[place].gap <= least && !(point.gap <= least)) continue;
-      if (!(dot3(way, sub3(point.on_a, four.points[place].on_a)) > real(0.001) * length)) continue;
-      four.points[place] = point;
+      if (four.points[slot].gap <= least && !(point.gap <= least)) continue;
+      if (!(dot3(way, sub3(point.on_a, four.points[slot].on_a)) > real(0.001) * length)) continue;
+      four.points[slot] = point;
     }
   }
   return four;

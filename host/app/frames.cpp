@@ -19,7 +19,7 @@ constexpr Color contact_color = {0.98f, 0.80f, 0.10f}, force_color = {0.85f, 0.1
 constexpr Color anchor_color = {0.10f, 0.62f, 0.55f}, arm_color = {0.25f, 0.30f, 0.36f};
 
 std::size_t bytes_of(const Snapshot& s) {
-  return s.poses.size() * sizeof(Placement) + s.values.size() * sizeof(float) +
+  return s.poses.size() * sizeof(RenderPose) + s.values.size() * sizeof(float) +
          s.contacts.size() * sizeof(ContactMark) + s.joints.size() * sizeof(JointMark);
 }
 

@@ -40,7 +40,7 @@ std::string solver_descriptions() {
 Eigen::Index joint_rows(const oracle::ConeProblem& problem) { return problem.joints ? problem.joints->s.size() : 0; }
 
 // Where the largest defect sits.
-std::string worst_place(const oracle::ConeProblem& problem, const oracle::ConeError& error) {
+std::string worst_location(const oracle::ConeProblem& problem, const oracle::ConeError& error) {
   if (error.worst < problem.contacts()) return fmt::format("contact {}", error.worst);
   return fmt::format("joint block {}", error.worst - problem.contacts());
 }
@@ -89,7 +89,7 @@ void print_table(const SolveOptions& options, const ConeFile& file, const oracle
   row("iterations", fmt::format("{}", answer.report.iterations));
   row("time", fmt::format("{:.4g} s", answer.report.seconds));
   row("residual", fmt::format("{:.3g}  (rounding alone {:.1g})", error.residual, error.rounding));
-  row("largest defect velocity", fmt::format("{:.3g} m/s, {}", error.defect_max, worst_place(file.problem, error)));
+  row("largest defect velocity", fmt::format("{:.3g} m/s, {}", error.defect_max, worst_location(file.problem, error)));
   number("natural map / |q|", error.natural_map);
   number("natural map / largest", error.natural_largest);
   number("Alart-Curnier / |q|", error.alart_curnier);

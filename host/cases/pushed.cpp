@@ -55,14 +55,14 @@ std::vector<CaseError> oscillating_push(Trial& trial) {
   const double push = 8, duration = 10, dt = trial.settings_for(scene).dt;
   const StickSlip exact(push, 0.8 * g, duration);
   const u32 block = first_dynamic(scene);
-  double sum = 0, place = 0;
+  double sum = 0, position = 0;
   u32 seen = 0;
   trial.run(
       scene, duration,
       [&](Seen& now) {
         const BodyState state = now.body(block);
         sum += std::abs(state.v[0] - exact.speed(now.time));
-        place = state.x[0];
+        position = state.x[0];
         ++seen;
         return true;
       },
@@ -71,7 +71,8 @@ std::vector<CaseError> oscillating_push(Trial& trial) {
       Push{block, [&](double time) {
              return Vector3{push * std::cos(time + dt / 2), 0, 0};
            }});
-  return {compare("place after 10 s", "m", exact.place(duration), place), {"mean speed error", "m/s", 0, sum / seen}};
+  return {compare("place after 10 s", "m", exact.position(duration), position),
+          {"mean speed error", "m/s", 0, sum / seen}};
 }
 
 }  // namespace

@@ -44,7 +44,7 @@ std::vector<CaseError> skates(Trial& trial) {
 std::vector<CaseError> turntable(Trial& trial) {
   const Scene scene = read_scene("turntable");
   const double rate = 2.0 / 7 * scene.bodies[0].angular_velocity[2], duration = 10;
-  const auto exact_place = [&](const BodyDescription& ball, double t) {
+  const auto exact_position = [&](const BodyDescription& ball, double t) {
     const double c = std::cos(rate * t), s = std::sin(rate * t);
     const Vector3& v = ball.velocity;
     return exact::add(ball.position, {(v[0] * s - v[1] * (1 - c)) / rate, (v[0] * (1 - c) + v[1] * s) / rate, 0});
@@ -53,7 +53,7 @@ std::vector<CaseError> turntable(Trial& trial) {
   trial.run(scene, duration, [&](Seen& seen) {
     for (u32 i = 1; i < scene.bodies.size(); ++i) {
       const bool by_joint = i <= scene.joints.size();
-      const double off = distance(seen.body(i).x, exact_place(scene.bodies[i], seen.time));
+      const double off = distance(seen.body(i).x, exact_position(scene.bodies[i], seen.time));
       (by_joint ? held : rubbing) = std::max(by_joint ? held : rubbing, off);
       circle = std::max(circle, 2 * exact::length(scene.bodies[i].velocity) / rate);
     }

@@ -24,7 +24,7 @@ struct ConeFile {
   std::optional<StoredImpulses> stored;
 };
 
-/// Reads any of them. Throws Error (input), one line naming the file, the place and what is wrong there, for a file
+/// Reads any of them. Throws Error (input), one line naming the file, the location and what is wrong there, for a file
 /// that is cut short, contradicts itself, holds what is no number, or is in no dimension but two and three.
 ConeFile read_cone_file(const std::string& path);
 

@@ -128,7 +128,7 @@ std::optional<Residual> ReducedBackend::residual() const {
   return residual;
 }
 
-WorstContact ReducedBackend::place_of(const Residual& residual) {
+WorstContact ReducedBackend::worst_contact(const Residual& residual) {
   const Buffers<double>& b = buffers();
   const auto id = [&](u32 body) { return body < b.body_infos.size() ? b.body_infos[body].id : NONE; };
   if (residual.worst_is_joint) {

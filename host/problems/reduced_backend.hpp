@@ -24,7 +24,7 @@ class ReducedBackend final : public OracleBackend {
   /// the first. Its `worst` is a contact, or a joint that has limits.
   std::optional<Residual> residual() const;
   /// Where that is.
-  WorstContact place_of(const Residual& residual);
+  WorstContact worst_contact(const Residual& residual);
   /// The largest error of a closure after the last sub-step, m or rad.
   double open() const { return open_; }
 
@@ -54,7 +54,7 @@ void take_own_residual(Backend<real>& backend, Measures& measures) {
       measures.residual = reduced->residual();
       measures.worst = std::nullopt;
       if (measures.residual && measures.residual->defect_max > 0)
-        measures.worst = reduced->place_of(*measures.residual);
+        measures.worst = reduced->worst_contact(*measures.residual);
     }
   }
 }

@@ -228,7 +228,7 @@ void expect_articulations(const InitialState<real>& state) {
   right.joint_lanes = b.joint_lanes;
   if (has(state.features, Feature::articulations)) {
     find_articulations(right);
-    place_link_joints(right);
+    set_link_joints(right);
   }
   for (std::size_t j = 0; j < b.joint_infos.size(); ++j) {
     if (b.joint_infos[j].direct != (right.links.empty() ? 0 : right.joint_infos[j].direct))
@@ -246,7 +246,7 @@ void expect_articulations(const InitialState<real>& state) {
     refuse(Buffer::joint_lanes, 0, "does not come before those that no sweep visits");
 }
 
-// The places of the sides of joints follow from the joints.
+// The slots of the sides of joints follow from the joints.
 template <class real>
 void expect_gradient(const InitialState<real>& state) {
   const Buffers<real>& b = state.buffers;
@@ -260,7 +260,7 @@ void expect_gradient(const InitialState<real>& state) {
     refuse(Buffer::joint_part_starts, 0, "counts other joints than there are");
   for (std::size_t k = 0; k < b.joint_parts.size(); ++k) {
     const JointParts &found = b.joint_parts[k], &right = wanted.buffers.joint_parts[k];
-    if (!std::ranges::equal(found.place_a, right.place_a) || !std::ranges::equal(found.place_b, right.place_b))
+    if (!std::ranges::equal(found.slot_a, right.slot_a) || !std::ranges::equal(found.slot_b, right.slot_b))
       refuse(Buffer::joint_parts, k, "stands among the parts of other bodies");
   }
 }
@@ -336,11 +336,11 @@ void expect_sleepers(const Buffers<real>& b, u32 shapes) {
   }
   const u32 slept = b.slept_count.empty() ? 0 : b.slept_count[0];
   if (slept > b.slept_keys.size()) refuse(Buffer::slept_count, 0, "is more than there are");
-  const auto place = [](const ContactKey& key) { return std::tuple(key.shape_a, key.shape_b, key.feature); };
+  const auto as_tuple = [](const ContactKey& key) { return std::tuple(key.shape_a, key.shape_b, key.feature); };
   for (u32 k = 0; k < slept; ++k) {
     const ContactKey& key = b.slept_keys[k];
     if (std::max(key.shape_a, key.shape_b) >= shapes) refuse(Buffer::slept_keys, k, "has no such shapes");
-    if (k > 0 && place(key) <= place(b.slept_keys[k - 1])) refuse(Buffer::slept_keys, k, "is out of order");
+    if (k > 0 && as_tuple(key) <= as_tuple(b.slept_keys[k - 1])) refuse(Buffer::slept_keys, k, "is out of order");
   }
 }
 

@@ -51,8 +51,9 @@ Vector3f box_of_moments(double mass, const Vector3d& moments) {
 }  // namespace
 
 template <class real>
-std::vector<Placement> poses_of(const std::vector<Vec4<real>>& positions, const std::vector<Vec4<real>>& orientations) {
-  std::vector<Placement> poses(positions.size());
+std::vector<RenderPose> poses_of(const std::vector<Vec4<real>>& positions,
+                                 const std::vector<Vec4<real>>& orientations) {
+  std::vector<RenderPose> poses(positions.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Vec4<real>& q = orientations[i];
     poses[i] = {vector3f(positions[i]), rotationf(q)};
@@ -171,19 +172,19 @@ bool SceneModel::has_planes() const {
   return std::any_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.kind == SHAPE_PLANE; });
 }
 
-std::vector<Extent> SceneModel::extents(std::span<const Placement> poses) const {
+std::vector<Extent> SceneModel::extents(std::span<const RenderPose> poses) const {
   std::vector<u32> all(bodies());
   std::iota(all.begin(), all.end(), 0u);
   return extents(poses, all);
 }
 
-std::vector<Extent> SceneModel::extents(std::span<const Placement> poses, std::span<const u32> bodies) const {
+std::vector<Extent> SceneModel::extents(std::span<const RenderPose> poses, std::span<const u32> bodies) const {
   std::vector<bool> asked(movable_.size(), false);
   for (const u32 body : bodies) asked[body] = true;
   std::vector<Extent> extents;
   for (const Part& part : parts_) {
     if (part.kind == SHAPE_PLANE || !asked[part.body]) continue;
-    const Placement& pose = poses[part.body];
+    const RenderPose& pose = poses[part.body];
     const Vector3f center = pose.position + pose.rotation * part.offset;
     if (!center.allFinite()) continue;
     Vector3f half = half_size(part.kind, part.size);
@@ -208,7 +209,7 @@ void SceneModel::draw_capsule(const Part& part, const Solid& solid, Drawing& dra
   drawing.solids.push_back(piece);
 }
 
-void SceneModel::draw_part(const Part& part, const Placement& pose, const Look& look, bool patterned,
+void SceneModel::draw_part(const Part& part, const RenderPose& pose, const Look& look, bool patterned,
                            Drawing& drawing) const {
   Solid solid;
   solid.position = pose.position + pose.rotation * part.offset;
@@ -240,7 +241,7 @@ void SceneModel::draw_part(const Part& part, const Placement& pose, const Look& 
   drawing.solids.push_back(solid);
 }
 
-void SceneModel::draw(std::span<const Placement> poses, std::span<const Look> looks, bool patterned,
+void SceneModel::draw(std::span<const RenderPose> poses, std::span<const Look> looks, bool patterned,
                       Drawing& drawing) const {
   drawing.up = up_;
   const std::size_t before = drawing.solids.size();
@@ -266,8 +267,8 @@ std::vector<OwnSolids> SceneModel::own_solids(std::span<const Look> looks) const
   return own;
 }
 
-#define INSTANTIATE(real)                                                                                   \
-  template std::vector<Placement> poses_of(const std::vector<Vec4<real>>&, const std::vector<Vec4<real>>&); \
+#define INSTANTIATE(real)                                                                                    \
+  template std::vector<RenderPose> poses_of(const std::vector<Vec4<real>>&, const std::vector<Vec4<real>>&); \
   template SceneModel::SceneModel(const Buffers<real>&);
 INSTANTIATE(float)
 INSTANTIATE(double)

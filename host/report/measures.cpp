@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "host/contact_place.hpp"
+#include "host/contact_geometry.hpp"
 #include "host/in_double.hpp"
 #include "host/report/particle_overlap.hpp"
 
@@ -72,7 +72,7 @@ Penetration penetration(const Buffers<real>& buffers, u32 contacts) {
   Penetration result;
   double sum = 0;
   for (u32 i = 0; i < contacts; ++i) {
-    const double depth = -contact_place(buffers, i).gap();
+    const double depth = -contact_geometry(buffers, i).gap();
     if (depth <= 0) continue;
     ++result.touching;
     sum += depth;

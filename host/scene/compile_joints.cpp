@@ -19,14 +19,14 @@ Quaternion back(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
 JointStand stand_of(const Scene& scene, const JointDescription& joint) {
   JointStand stand;
   if (joint.stand) stand = *joint.stand;
-  const auto place = [&](u32 body, Vector3& position, Quaternion& orientation) {
+  const auto set_pose = [&](u32 body, Vector3& position, Quaternion& orientation) {
     if (body == NONE) position = {0, 0, 0}, orientation = {0, 0, 0, 1};
     if (body == NONE || joint.stand) return;
     position = scene.bodies[body].position;
     orientation = scene.bodies[body].orientation;
   };
-  place(joint.body_a, stand.position_a, stand.orientation_a);
-  place(joint.body_b, stand.position_b, stand.orientation_b);
+  set_pose(joint.body_a, stand.position_a, stand.orientation_a);
+  set_pose(joint.body_b, stand.position_b, stand.orientation_b);
   return stand;
 }
 
@@ -248,7 +248,7 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
   if (b.joints.empty()) return;
   if (settings.joint_solver == JointSolver::direct) set_articulations(worlds[0], state);
   lay_out_joints(b);
-  place_link_joints(b);
+  set_link_joints(b);
   list_joined(std::move(joined), b);
 
   state.features = with(state.features, Feature::joints);

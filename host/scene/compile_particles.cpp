@@ -10,8 +10,8 @@ namespace lockstep {
 
 namespace {
 
-[[noreturn]] void refuse(const Scene& scene, const char* place, const std::string& what) {
-  throw Error(Failure::input, scene.source + ": " + place, what);
+[[noreturn]] void refuse(const Scene& scene, const char* location, const std::string& what) {
+  throw Error(Failure::input, scene.source + ": " + location, what);
 }
 
 // What shapes can do and particles cannot.

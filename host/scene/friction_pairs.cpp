@@ -15,9 +15,9 @@ namespace {
 // first sub-step of a soft contact, which carries nothing yet; slower than what the eye takes for a slide.
 constexpr double default_holding_speed = 1e-2;
 
-void expect_sense(const Scene& scene, const std::string& place, double friction, const FurtherFriction& owner) {
+void expect_sense(const Scene& scene, const std::string& location, double friction, const FurtherFriction& owner) {
   const auto refuse = [&](const char* key, const std::string& what) {
-    throw Error(Failure::input, fmt::format("{}: {}/{}", scene.source, place, key), what);
+    throw Error(Failure::input, fmt::format("{}: {}/{}", scene.source, location, key), what);
   };
   if (owner.static_friction && *owner.static_friction < friction)
     refuse("static_friction",

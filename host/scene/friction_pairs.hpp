@@ -26,7 +26,7 @@ struct PairFriction {
 /// Of materials a and b at a * count + b; a scene without materials has one. Coefficients of two materials combine to
 /// their geometric mean, levers and speeds to the larger; of two grains that of a counts. Rules of the scene override
 /// what they name, and a rule's friction the static one too. Where there is no friction nothing resists rotation about
-/// the normal. Throws Error (input), naming the place, for a static friction below the other, and for a torsional
+/// the normal. Throws Error (input), naming the location, for a static friction below the other, and for a torsional
 /// friction of what has none.
 std::vector<PairFriction> friction_pairs_of(const Scene& scene);
 

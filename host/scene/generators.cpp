@@ -94,7 +94,7 @@ Lattice read_pyramid(const JsonNode& node) {
 
 // Off the axes of a grid the steps are zero and add nothing, so that each coordinate is
 // (origin + (index - start) * spacing) + jitter, to the bit.
-Vector3 place(const Lattice& lattice, const Jitter& jitter, const std::array<u32, 3>& index, u32 number) {
+Vector3 lattice_point(const Lattice& lattice, const Jitter& jitter, const std::array<u32, 3>& index, u32 number) {
   Vector3 start = lattice.start, position = lattice.origin;
   if (lattice.taper > 0) start[0] = (lattice.count_i(index[2]) - 1) * 0.5;
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -182,7 +182,7 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
   for (u32 k = 0; k < lattice.counts[2]; ++k) {
     for (u32 j = 0; j < lattice.counts[1]; ++j) {
       for (u32 i = 0; i < lattice.count_i(k); ++i, ++number) {
-        const Vector3 shift = place(lattice, jitter, {i, j, k}, number);
+        const Vector3 shift = lattice_point(lattice, jitter, {i, j, k}, number);
         for (BodyDescription body : templates.bodies) {
           body.position = exact::add(shift, body.position);
           if (!body.name.empty()) body.name += fmt::format("_{}", number);

@@ -110,7 +110,7 @@ MassProperties scaled(MassProperties solid, double factor) {
   return solid;
 }
 
-MassProperties placed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation) {
+MassProperties transformed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation) {
   return {own.mass, exact::add(offset, exact::rotate(rotation, own.center)), rotated(own.inertia, rotation)};
 }
 
@@ -130,7 +130,7 @@ MassProperties together(const std::vector<MassProperties>& parts) {
 }
 
 MassProperties mass_properties(const ShapeDescription& shape, double density) {
-  return placed(own_properties(shape, density), shape.offset, shape.rotation);
+  return transformed(own_properties(shape, density), shape.offset, shape.rotation);
 }
 
 MassProperties mass_properties(const std::vector<ShapeDescription>& shapes, double density) {

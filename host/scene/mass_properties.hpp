@@ -25,7 +25,7 @@ MassProperties mass_properties(const std::vector<ShapeDescription>& shapes, doub
 MassProperties scaled(MassProperties solid, double factor);
 
 /// The same solid where its frame stands so in another one.
-MassProperties placed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation);
+MassProperties transformed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation);
 
 /// Of solids that are one, all in the same frame.
 MassProperties together(const std::vector<MassProperties>& parts);

@@ -68,7 +68,7 @@ MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compil
   MjcfJoint out;
   RobotJoint& joint = out.joint;
   joint.name = node.has("name") ? node.text("name") : fmt::format("joint_{}", number);
-  joint.place = fmt::format("{} {}", node.place(), quote(joint.name));
+  joint.location = fmt::format("{} {}", node.location(), quote(joint.name));
   const std::string type = element.text("type", "hinge");
   if (type != "hinge" && type != "slide" && type != "ball" && type != "free")
     element.holder("type").unknown("type", "joint", {"hinge", "slide", "ball", "free"});

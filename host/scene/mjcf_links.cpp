@@ -137,7 +137,7 @@ void read_loop(const XmlNode& node, const MjcfNames& names, Robot& robot) {
   }
   RobotLoop loop;
   loop.name = node.has("name") ? node.text("name") : fmt::format("loop_{}", robot.loops.size());
-  loop.place = fmt::format("{} {}", node.place(), quote(loop.name));
+  loop.location = fmt::format("{} {}", node.location(), quote(loop.name));
   loop.is_ball = is_ball;
   loop.a = find(names.links, node, "body1", "body");
   loop.b = node.has("body2") ? find(names.links, node, "body2", "body") : 0;

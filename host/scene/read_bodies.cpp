@@ -250,11 +250,11 @@ u32 Categories::own(const JsonNode& name) {
 
 u32 Categories::partner(const JsonNode& name) { return 1u << (&find(name) - categories_.data()); }
 
-u32 Categories::add(const JsonNode& place, const std::string& name) {
-  if (categories_.empty()) categories_.push_back({"default", place, true});
+u32 Categories::add(const JsonNode& node, const std::string& name) {
+  if (categories_.empty()) categories_.push_back({"default", node, true});
   if (categories_.size() == 32)
-    place.fail("brings the scene to more than 32 categories, \"default\" among them; give the robot a \"category\"");
-  categories_.push_back({name, place, true});
+    node.fail("brings the scene to more than 32 categories, \"default\" among them; give the robot a \"category\"");
+  categories_.push_back({name, node, true});
   return 1u << (categories_.size() - 1);
 }
 

@@ -95,7 +95,7 @@ void read_spring(const JsonNode& node, JointFree free, JointDescription& joint) 
     refuse_far_angle(spring.at(in_degrees ? "rest_deg" : "rest"), joint.kind, "");
 }
 
-void read_place(const JsonNode& node, const char* kind, JointDescription& joint) {
+void read_anchors(const JsonNode& node, const char* kind, JointDescription& joint) {
   if (joint.kind == JOINT_DISTANCE) {
     refuse_keys(node, kind, {"anchor"});
     need_keys(node, kind, {"anchors"});
@@ -168,7 +168,7 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
     name.resize(name.size() - 2);
   }
 
-  read_place(node, kind, joint);
+  read_anchors(node, kind, joint);
   read_axes(node, kind, joint);
   read_pitch(node, kind, joint);
   read_radius(node, kind, joint);

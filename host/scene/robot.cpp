@@ -45,7 +45,7 @@ class Assembly {
         in_head_(robot.links.size()),
         poses_(robot.links.size()),
         body_(robot.links.size(), NONE) {
-    place_links();
+    set_link_poses();
     gather();
     make_bodies();
     make_joints();
@@ -55,7 +55,7 @@ class Assembly {
 
  private:
   // A link that is fixed to its parent is part of the parent's body, whose frame is that of its first link, the head.
-  void place_links() {
+  void set_link_poses() {
     head_[robot_.root] = robot_.root;
     poses_[robot_.root] = {use_.position, use_.orientation};
     for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
@@ -75,7 +75,7 @@ class Assembly {
     for (u32 i = 0; i < robot_.links.size(); ++i) {
       const RobotLink& link = robot_.links[i];
       const Pose& at = in_head_[i];
-      if (link.inertial) solids_[head_[i]].push_back(placed(*link.inertial, at.position, at.orientation));
+      if (link.inertial) solids_[head_[i]].push_back(transformed(*link.inertial, at.position, at.orientation));
       for (ShapeDescription shape : link.shapes) {
         const Pose stands = at * Pose{shape.offset, shape.rotation};
         shape.offset = stands.position;
@@ -118,7 +118,7 @@ class Assembly {
       if (is_still) {
         body.kind = BODY_STATIC;
       } else if (solids_[i].empty()) {
-        throw Error(Failure::input, link.place,
+        throw Error(Failure::input, link.location,
                     i == robot_.root
                         ? "has no mass; give it an <inertial>, or fix a link with one to it; a root that does not move "
                           "is called \"world\", or is \"fixed\" in the scene"
@@ -152,7 +152,7 @@ class Assembly {
     joint.body_a = body_[head_[loop.a]];
     joint.body_b = body_[head_[loop.b]];
     if (joint.body_a == joint.body_b)
-      throw Error(Failure::input, loop.place, "holds two links that are one body already; remove it");
+      throw Error(Failure::input, loop.location, "holds two links that are one body already; remove it");
     const Pose& at = poses_[loop.a];
     joint.anchor_a = joint.anchor_b = exact::add(at.position, exact::rotate(at.orientation, loop.anchor));
     joint.collide = true;

@@ -20,7 +20,7 @@ std::string flaw_of_edges(const TriangleMesh& mesh) {
   for (const auto& [edge, triangle] : edges) {
     if (edges.count({edge.second, edge.first})) continue;
     return fmt::format("is open: triangle {} has no neighbour at its edge from {} to {}; close the hole", triangle,
-                       place_of(mesh.vertices[edge.first]), place_of(mesh.vertices[edge.second]));
+                       point_text(mesh.vertices[edge.first]), point_text(mesh.vertices[edge.second]));
   }
   return "";
 }
@@ -84,7 +84,7 @@ std::string flaw_of_crossings(const TriangleMesh& mesh) {
       if (!overlap(boxes[i], boxes[j]) || !cut_each_other(mesh, boxes[i].triangle, boxes[j].triangle)) continue;
       return fmt::format("cuts itself: its triangles {} and {} cross near {}; make it one surface",
                          std::min(boxes[i].triangle, boxes[j].triangle), std::max(boxes[i].triangle, boxes[j].triangle),
-                         place_of(mesh.vertices[mesh.triangles[boxes[i].triangle][0]]));
+                         point_text(mesh.vertices[mesh.triangles[boxes[i].triangle][0]]));
     }
   }
   return "";
@@ -139,7 +139,7 @@ std::uint64_t key_of(long x, long y, long z) {
 
 }  // namespace
 
-std::string place_of(const Vector3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
+std::string point_text(const Vector3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
 
 TrianglesAtEdges triangles_at_edges(const TriangleMesh& mesh, std::string& flaw) {
   TrianglesAtEdges edges;
@@ -151,7 +151,7 @@ TrianglesAtEdges triangles_at_edges(const TriangleMesh& mesh, std::string& flaw)
       flaw = fmt::format(
           "its triangles {} and {} run the same way along the edge from {} to {}, so that one is turned around or "
           "more than two meet; make it a surface whose triangles are all counter-clockwise seen from outside",
-          other->second, t, place_of(mesh.vertices[a]), place_of(mesh.vertices[b]));
+          other->second, t, point_text(mesh.vertices[a]), point_text(mesh.vertices[b]));
       return edges;
     }
   }

@@ -10,12 +10,12 @@
 
 namespace lockstep {
 
-/// Makes vertices at one place one, as files often give a corner once for each triangle, and drops triangles that have
-/// two corners there. All vertices must be finite.
+/// Makes vertices at one position one, as files often give a corner once for each triangle, and drops triangles that
+/// have two corners there. All vertices must be finite.
 TriangleMesh welded(const TriangleMesh& mesh);
 
-/// A place as messages tell it, m.
-std::string place_of(const Vector3& p);
+/// A point as messages write it, m.
+std::string point_text(const Vector3& p);
 
 /// Which triangle runs along an edge from its first to its second vertex.
 using TrianglesAtEdges = std::map<std::pair<u32, u32>, u32>;

@@ -7,7 +7,7 @@
 #include "host/backends/canary.hpp"
 #include "host/backends/device_backend.hpp"
 #include "host/backends/reference_backend.hpp"
-#include "host/contact_place.hpp"
+#include "host/contact_geometry.hpp"
 #include "host/record/checkpoint.hpp"
 #include "host/record/inputs.hpp"
 #include "host/record/record_step.hpp"
@@ -234,15 +234,15 @@ std::vector<EngineContact> EngineOf<real>::contacts() {
       {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points, Buffer::cached_impulses});
   std::vector<EngineContact> contacts(simulation_->counters()[COUNTER_CONTACTS]);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const ContactPlace place = contact_place(b, static_cast<u32>(i));
+    const ContactGeometry geometry = contact_geometry(b, static_cast<u32>(i));
     const Contact& contact = b.contacts[i];
     contacts[i] = {contact.body_a,
                    contact.body_b,
                    contact.shape_a - first_shape(contact.body_a),
                    contact.shape_b - first_shape(contact.body_b),
-                   vector(place.point()),
-                   vector(place.normal),
-                   vector(contact_impulse(b, static_cast<u32>(i), place))};
+                   vector(geometry.point()),
+                   vector(geometry.normal),
+                   vector(contact_impulse(b, static_cast<u32>(i), geometry))};
   }
   return contacts;
 }

@@ -170,7 +170,7 @@ struct World::Parts {
   }
 
   // Its joints keep the frames that they have: where bodies stand at load tells those no longer.
-  void place(u32 index, const Pose& pose, const Twist& velocity) {
+  void teleport(u32 index, const Pose& pose, const Twist& velocity) {
     const auto pose_at_load = [&](u32 i) {
       return i == NONE ? Pose{} : Pose{scene.bodies[i].position, scene.bodies[i].orientation};
     };

@@ -94,20 +94,21 @@ void World::remove(BodyHandle body) {
   p.changed = true;
 }
 
-void World::place(BodyHandle body, const Pose& pose, const Twist& velocity) {
+void World::teleport(BodyHandle body, const Pose& pose, const Twist& velocity) {
   Parts& p = *parts_;
   const u32 index = p.bodies.index(body);
   const std::string where = "body " + std::to_string(body.id);
-  expect_finite(pose.position, "place");
+  expect_finite(pose.position, "position");
   expect_unit(pose.orientation);
   expect_finite(velocity);
-  const BodyDescription& placed = p.scene.bodies[index];
-  if (placed.pivoted) throw Error(Failure::input, where, "hangs from its pivot by a lever and has no other place");
+  const BodyDescription& described = p.scene.bodies[index];
+  if (described.pivoted)
+    throw Error(Failure::input, where, "hangs from its pivot by a lever and has no other position");
   const bool moves = velocity.linear != Vector3{0, 0, 0} || velocity.angular != Vector3{0, 0, 0};
-  if (placed.kind == BODY_STATIC && moves) throw Error(Failure::input, where, "is static and does not move");
+  if (described.kind == BODY_STATIC && moves) throw Error(Failure::input, where, "is static and does not move");
   p.targets.erase(body.id);
   p.arrived.erase(body.id);
-  p.place(index, pose, velocity);
+  p.teleport(index, pose, velocity);
 }
 
 bool World::contains(BodyHandle body) const { return parts_->bodies.contains(body); }

@@ -49,7 +49,7 @@ struct Wrench {
 /// A point at which two bodies touched, or could have, in the last step.
 struct BodyContact {
   BodyHandle a, b;
-  u32 shape_a, shape_b;  // by their places in the bodies' descriptions
+  u32 shape_a, shape_b;  // by their indices in the bodies' descriptions
   Vector3 point;         // on the surface of a at the end of the step, world frame, m
   Vector3 normal;        // from b to a, unit
   Vector3 impulse;       // on a, of the last sub-step, N s
@@ -71,7 +71,7 @@ struct BodyRay {
 /// The nearest surface on a ray.
 struct BodyHit {
   BodyHandle body;
-  u32 shape = 0;        // by its place in the body's description
+  u32 shape = 0;        // by its index in the body's description
   double distance = 0;  // from the origin, m
   Vector3 point, normal;
 };
@@ -138,10 +138,13 @@ class World {
   BodyHandle add(const BodyDescription& body);
   /// Removes a body and the joints that hold it. Nothing tells that it ceased to touch.
   void remove(BodyHandle body);
-  /// Puts a body somewhere else, of any kind but with a lever: as though it were removed and added again, with this
+  /// Sets the pose of a body, of any kind but with a lever: as though it were removed and added again, with this
   /// velocity, but that its handle, its joints and its load stay. Costs as adding does. Joints that then stand open
-  /// are pulled together: place all that hang together.
-  void place(BodyHandle body, const Pose& pose, const Twist& velocity = {});
+  /// are pulled together: teleport all that hang together.
+  void teleport(BodyHandle body, const Pose& pose, const Twist& velocity = {});
+  [[deprecated("is called teleport()")]] void place(BodyHandle body, const Pose& pose, const Twist& velocity = {}) {
+    teleport(body, pose, velocity);
+  }
   bool contains(BodyHandle body) const;
   /// By its name in the scene; nothing where there is none.
   std::optional<BodyHandle> find(const std::string& name) const;

@@ -13,7 +13,7 @@ static inline u32 write_link_joint_now(LinkInfo link, JointInfo info, const Join
   const bool rod =
       info.free != FREE_NOTHING && joint.limited != (real)0 && joint.low == joint.high && !(joint.yield > (real)0);
   const real sign = link.is_b != 0u ? (real)1 : (real)-1;
-  place_link_joint(link, info.free == FREE_ANGLE, now.axes, now.arm_a, now.arm_b, now.free_axis, now.rise, f);
+  set_link_joint(link, info.free == FREE_ANGLE, now.axes, now.arm_a, now.arm_b, now.free_axis, now.rise, f);
   f->yield = (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = (info.locked >> i & 1u) != 0u ? sign * now.error[i] : (real)0;
   f->error[JOINT_ROWS] = rod ? sign * (now.coordinate - joint.low) : (real)0;

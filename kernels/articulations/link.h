@@ -97,8 +97,8 @@ static inline real product_by_factor(const u32 n, const real* factor, const real
 
 // ---- rows ----------------------------------------------------------------------------------------------------------
 
-static inline void place_link_joint(LinkInfo link, bool angular, const Vec3* axes, Vec3 arm_a, Vec3 arm_b,
-                                    Vec3 free_axis, real rise, global LinkFactor* f) {
+static inline void set_link_joint(LinkInfo link, bool angular, const Vec3* axes, Vec3 arm_a, Vec3 arm_b, Vec3 free_axis,
+                                  real rise, global LinkFactor* f) {
   for (u32 i = 0u; i < 3u; ++i) global_store3(f->axes[i], axes[i]);
   global_store3(f->arm, link.is_b != 0u ? arm_b : arm_a);
   global_store3(f->parent_arm, link.is_b != 0u ? arm_a : arm_b);

@@ -144,7 +144,7 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
   const lane squared = sigma * sigma * lane_joint_change(nothing, nothing, arm_a, arm_b, &moved_a, &moved_b);
   descent_note((there & !world.settled & (squared > (lane)0)) ? squared : (lane)0, worlds, descents);
 #endif
-  lane_store_parts(step_now, joint_sides, parts->place_a + first, parts->place_b + first);
+  lane_store_parts(step_now, joint_sides, parts->slot_a + first, parts->slot_b + first);
 }
 
 // The impulses that the last good step led to.

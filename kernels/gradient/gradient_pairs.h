@@ -133,7 +133,7 @@ static inline void gradient_step_pairs(u32 first, global const BlockBodies* bodi
 #if FEATURE_TOLERANCE
   descent_note(world.settled ? (lane)0 : step_now.change, worlds, descents);
 #endif
-  lane_store_parts(step_now, body_parts, parts->place_a + first, parts->place_b + first);
+  lane_store_parts(step_now, body_parts, parts->slot_a + first, parts->slot_b + first);
 }
 
 // The impulses that the last good step led to.

@@ -317,21 +317,21 @@ LANE_INLINE LaneManifold box_edges(const LaneBox* a, const LaneBox* b, const Box
 
 // ---- one pair ----------------------------------------------------------------------------------------------------
 
-static inline LaneBox box_in_all_lanes(Placed placed) {
+static inline LaneBox box_in_all_lanes(WorldShape world_shape) {
   LaneBox box;
-  box.center = lane_make3(LANE_OF(placed.center.x), LANE_OF(placed.center.y), LANE_OF(placed.center.z));
-  box.extents = lane_make3(LANE_OF(placed.size.x), LANE_OF(placed.size.y), LANE_OF(placed.size.z));
-  box.rotation.x = LANE_OF(placed.rotation.x);
-  box.rotation.y = LANE_OF(placed.rotation.y);
-  box.rotation.z = LANE_OF(placed.rotation.z);
-  box.rotation.w = LANE_OF(placed.rotation.w);
+  box.center = lane_make3(LANE_OF(world_shape.center.x), LANE_OF(world_shape.center.y), LANE_OF(world_shape.center.z));
+  box.extents = lane_make3(LANE_OF(world_shape.size.x), LANE_OF(world_shape.size.y), LANE_OF(world_shape.size.z));
+  box.rotation.x = LANE_OF(world_shape.rotation.x);
+  box.rotation.y = LANE_OF(world_shape.rotation.y);
+  box.rotation.z = LANE_OF(world_shape.rotation.z);
+  box.rotation.w = LANE_OF(world_shape.rotation.w);
   return box;
 }
 
 static inline Vec3 box_first3(Lane3 v) { return make3(LANE_FIRST(v.x), LANE_FIRST(v.y), LANE_FIRST(v.z)); }
 
-static inline Manifold box_box(Placed placed_a, Placed placed_b, real limit) {
-  const LaneBox a = box_in_all_lanes(placed_a), b = box_in_all_lanes(placed_b);
+static inline Manifold box_box(WorldShape shape_a, WorldShape shape_b, real limit) {
+  const LaneBox a = box_in_all_lanes(shape_a), b = box_in_all_lanes(shape_b);
   const BoxPair pair = box_pair(&a, &b);
   lane code;
   const lane separation = box_axis(&a, &b, &pair, &code);

@@ -11,7 +11,7 @@ typedef struct Cylinder {
   real radius, half_length;
 } Cylinder;
 
-static inline Cylinder cylinder_of(Placed shape) {
+static inline Cylinder cylinder_of(WorldShape shape) {
   Cylinder c;
   c.center = shape.center;
   c.axes = axes_of(shape.rotation);

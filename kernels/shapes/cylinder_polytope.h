@@ -141,7 +141,7 @@ static inline Meeting cylinder_try_rims(const Cylinder* c, const Polytope* p, Me
     if (last != RIM_EDGES - 1u && e != p->edges - 1u) continue;
     for (u32 k = last + 1u; k < RIM_EDGES; ++k) rim_edges_put(&edges, k, start, unit, length);
     rim_lanes(c, &edges, &rims);
-    for (u32 k = 0u; k < RIM_PLACES * (last + 1u); ++k) {
+    for (u32 k = 0u; k < RIM_CANDIDATES * (last + 1u); ++k) {
       if ((rims.found >> k & 1u) == 0u) continue;
       best = cylinder_try_rim(c, p, best, rim_component(rims.normal, k), rim_component(rims.on_rim, k),
                               rim_component(rims.on_other, k), tolerance);

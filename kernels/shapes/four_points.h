@@ -57,12 +57,12 @@ LANE_INLINE lane area_of_chosen(const FourPoints* four) {
     const lane area = area_of_four(x, y, four->x[q], four->y[q], four->x[r], four->y[r], four->x[t], four->y[t]); \
     const lane_mask better = (allowed) & (area > best);                                                           \
     best = better ? area : best;                                                                                  \
-    place = better ? LANE_OF(k) : place;                                                                          \
+    slot = better ? LANE_OF(k) : slot;                                                                            \
   }
-#define BOX_PLACE(k)                                 \
-  four->x[k] = place == LANE_OF(k) ? x : four->x[k]; \
-  four->y[k] = place == LANE_OF(k) ? y : four->y[k]; \
-  four->feature[k] = place == LANE_OF(k) ? feature : four->feature[k];
+#define BOX_STORE(k)                                \
+  four->x[k] = slot == LANE_OF(k) ? x : four->x[k]; \
+  four->y[k] = slot == LANE_OF(k) ? y : four->y[k]; \
+  four->feature[k] = slot == LANE_OF(k) ? feature : four->feature[k];
 
 // Takes points in the place of others where the four then enclose more, in the lanes of `which`. Says in which.
 LANE_INLINE lane_mask widen_four(FourPoints* four, const FacePoints* points, const FacePair* f, lane least,
@@ -74,17 +74,17 @@ LANE_INLINE lane_mask widen_four(FourPoints* four, const FacePoints* points, con
     const lane x = points->x[i], y = points->y[i], feature = points->feature[i];
     const lane_mask fresh = which & points->taken[i] & (feature != four->feature[0]) & (feature != four->feature[1]) &
                             (feature != four->feature[2]) & (feature != four->feature[3]);
-    lane place = nowhere;
+    lane slot = nowhere;
     BOX_WIDEN(0, fresh & (height_at(f, x, y) <= least))
     BOX_WIDEN(1, fresh)
     BOX_WIDEN(2, fresh)
     BOX_WIDEN(3, fresh)
-    BOX_PLACE(0)
-    BOX_PLACE(1)
-    BOX_PLACE(2)
-    BOX_PLACE(3)
-    best = place == nowhere ? best : LANE_OF(1.001) * best;
-    widened = place == nowhere ? widened : LANE_OF(1);
+    BOX_STORE(0)
+    BOX_STORE(1)
+    BOX_STORE(2)
+    BOX_STORE(3)
+    best = slot == nowhere ? best : LANE_OF(1.001) * best;
+    widened = slot == nowhere ? widened : LANE_OF(1);
   }
   return widened > LANE_OF(0);
 }

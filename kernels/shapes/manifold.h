@@ -19,7 +19,7 @@ typedef struct Pose {
 // A shape in the world. `alone`: a facet is taken for itself, not for a part of its surface. `way` and
 // `angular_displacement`: how far the centre moves within the step, and by what the shape turns about it, but for what
 // forces add, less than `margin`.
-typedef struct Placed {
+typedef struct WorldShape {
   Vec3 center;
   Quat rotation;
   Vec3 size;
@@ -27,7 +27,7 @@ typedef struct Placed {
   bool alone;
   Vec3 way, angular_displacement;
   real margin;
-} Placed;
+} WorldShape;
 
 typedef struct HullTables {
   global const Hull* hulls;

@@ -20,12 +20,13 @@
 #define HAS_HULL FEATURE_HULLS
 #define HAS_PLANE 1
 
-static inline Manifold collide_shapes(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
+static inline Manifold collide_shapes(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
+                                      real limit) {
   const bool swapped = kind_a > kind_b;
   if (swapped) {
-    const Placed placed = a;
+    const WorldShape old_a = a;
     a = b;
-    b = placed;
+    b = old_a;
     const u32 kind = kind_a;
     kind_a = kind_b;
     kind_b = kind;

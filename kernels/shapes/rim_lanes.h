@@ -8,11 +8,11 @@
 
 #if LANES > 1
 
-// An edge has four places: two rims, on each side of the point nearest to the axis.
-#define RIM_PLACES 4u
-#define RIM_EDGES (LANES / RIM_PLACES)
+// An edge has four candidates: two rims, on each side of the point nearest to the axis.
+#define RIM_CANDIDATES 4u
+#define RIM_EDGES (LANES / RIM_CANDIDATES)
 
-// Lane k stands for place k % 4 of edge k / 4: point + t along, |t| up to the reach.
+// Lane k stands for candidate k % 4 of edge k / 4: point + t along, |t| up to the reach.
 typedef struct RimEdges {
   real point[3][LANES], along[3][LANES], reach[LANES];
 } RimEdges;
@@ -23,7 +23,7 @@ typedef struct RimLanes {
 } RimLanes;
 
 static inline void rim_edges_put(RimEdges* edges, u32 e, Vec3 point, Vec3 along, real reach) {
-  for (u32 k = RIM_PLACES * e; k < RIM_PLACES * (e + 1u); ++k) {
+  for (u32 k = RIM_CANDIDATES * e; k < RIM_CANDIDATES * (e + 1u); ++k) {
     edges->point[0][k] = point.x, edges->point[1][k] = point.y, edges->point[2][k] = point.z;
     edges->along[0][k] = along.x, edges->along[1][k] = along.y, edges->along[2][k] = along.z;
     edges->reach[k] = reach;

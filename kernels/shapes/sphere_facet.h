@@ -6,7 +6,7 @@
 
 #if FEATURE_FACETS
 // The closest point of a facet: over its inside, or on an edge or a corner that yields.
-static inline Manifold sphere_facet(Placed a, Placed b, const Polytope* facet, real limit) {
+static inline Manifold sphere_facet(WorldShape a, WorldShape b, const Polytope* facet, real limit) {
   const Vec3 center = into_frame(facet->axes, sub3(a.center, b.center)), out = poly_own_normal(facet, 0u);
   const real height = dot3(out, sub3(center, poly_own_vertex(facet, 0u)));
   bool over_face = height >= (real)0;

@@ -5,7 +5,7 @@
 #include "shapes/sphere_facet.h"
 
 // The closest point of the hull; from inside, through the nearest face.
-static inline Manifold sphere_hull(Placed a, Placed b, HullTables tables, real limit) {
+static inline Manifold sphere_hull(WorldShape a, WorldShape b, HullTables tables, real limit) {
   const Polytope hull = polytope_of(SHAPE_HULL, b, tables);
 #if FEATURE_FACETS
   if (hull.facet) return sphere_facet(a, b, &hull, limit);

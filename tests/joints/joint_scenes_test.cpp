@@ -114,9 +114,9 @@ TEST(JointScenes, SliderCrankGoesAsItsGeometrySays) {
   double leaned = 0;
   watch_steps<double>(scene, 1500, [&](const Buffers<double>& b, u32 i) {
     const double crank_angle = angle(b, crank), side = 0.5 * std::sin(crank_angle);
-    const Vector3 place = position(b, piston);
-    EXPECT_NEAR(place[0], 0.5 * std::cos(crank_angle) + std::sqrt(1.5 * 1.5 - side * side), 1e-3);
-    EXPECT_NEAR(length(position(b, bob) - place - Vector3{0, 0, -0.15}), 0.75, 1e-3);
+    const Vector3 center = position(b, piston);
+    EXPECT_NEAR(center[0], 0.5 * std::cos(crank_angle) + std::sqrt(1.5 * 1.5 - side * side), 1e-3);
+    EXPECT_NEAR(length(position(b, bob) - center - Vector3{0, 0, -0.15}), 0.75, 1e-3);
     leaned = std::max(leaned, std::abs(std::remainder(angle(b, flap), 6.283185307179586)));
     EXPECT_LT(joint_drift(b).separation, 1e-3);
     if (i < 50) return;
@@ -176,10 +176,10 @@ TEST(JointScenes, PucksStayOnTheirAirTable) {
   double paddle = 0;
   watch_steps<float>(scene, 800, [&](const Buffers<float>& b, u32) {
     for (u32 i = 1; i < scene.bodies.size(); ++i) {
-      const Vector3 place = position(b, i);
-      EXPECT_NEAR(place[2], scene.bodies[i].position[2], 1e-5);
-      EXPECT_LT(std::abs(place[0]), 1.5);
-      EXPECT_LT(std::abs(place[1]), 1.0);
+      const Vector3 center = position(b, i);
+      EXPECT_NEAR(center[2], scene.bodies[i].position[2], 1e-5);
+      EXPECT_LT(std::abs(center[0]), 1.5);
+      EXPECT_LT(std::abs(center[1]), 1.0);
     }
     EXPECT_LT(joint_drift(b).angle, 1e-4);
     paddle = b.motions[1].w[2];
@@ -191,14 +191,14 @@ TEST(JointScenes, RoverDrivesOverItsBumps) {
   const Scene scene = read_scene("rover");
   const u32 chassis = body_named(scene, "chassis");
   double highest = 0;
-  Vector3 place = {};
+  Vector3 center = {};
   watch_steps<float>(scene, 300, [&](const Buffers<float>& b, u32) {
-    place = position(b, chassis);
-    highest = std::max(highest, place[2]);
+    center = position(b, chassis);
+    highest = std::max(highest, center[2]);
     EXPECT_LT(joint_drift(b).separation, 0.02);
   });
-  EXPECT_GT(place[0], 3);
-  EXPECT_LT(std::abs(place[1]), 0.5);
+  EXPECT_GT(center[0], 3);
+  EXPECT_LT(std::abs(center[1]), 0.5);
   EXPECT_GT(highest, 0.44);  // it started at 0.42
 }
 

@@ -221,7 +221,9 @@ class ComeAndGo(unittest.TestCase):
         self.assertEqual(world.poses().shape, (2, 7))
         with self.assertRaisesRegex(lockstep.Error, "body 1: is not in this world any more"):
             world.pose(old[1])
-        world.place(new, [0, 0, 9], velocity=[0, 0, 1])
+        with self.assertWarns(DeprecationWarning):
+            world.place(new, [0, 0, 9], velocity=[0, 0, 1])
+        world.teleport(new, [0, 0, 9], velocity=[0, 0, 1])
         np.testing.assert_allclose(world.pose(new), [0, 0, 9, 0, 0, 0, 1])
         np.testing.assert_allclose(world.velocity(new), [0, 0, 1, 0, 0, 0])
         world.set_velocity(new, [1, 0, 0], [0, 0, 2])

@@ -100,11 +100,11 @@ inline std::vector<PairOfKinds> all_pairs_of_kinds() {
 template <class real>
 struct Case {
   PairOfKinds kinds;
-  reference::Placed<real> a, b;
+  reference::WorldShape<real> a, b;
 };
 
 template <class real>
-oracle::Body body(u32 kind, const reference::Placed<real>& shape) {
+oracle::Body body(u32 kind, const reference::WorldShape<real>& shape) {
   return oracle::body(kind, shape, kind == SHAPE_HULL ? &hulls<real>().polyhedra[shape.hull] : nullptr);
 }
 
@@ -133,9 +133,9 @@ reference::Quat<real> rounded(const Eigen::Quaterniond& q) {
 }
 
 template <class real>
-reference::Placed<real> random_shape(u32 kind, const Eigen::Quaterniond& rotation, Random& random) {
+reference::WorldShape<real> random_shape(u32 kind, const Eigen::Quaterniond& rotation, Random& random) {
   const auto length = [&] { return real(between_logs(random, 0.1, 1)); };
-  reference::Placed<real> shape = {{0, 0, 0}, rounded<real>(rotation), {0, 0, 0}, 0};
+  reference::WorldShape<real> shape = {{0, 0, 0}, rounded<real>(rotation), {0, 0, 0}, 0};
   if (kind == SHAPE_SPHERE) shape.size.x = length();
   if (kind == SHAPE_CAPSULE || kind == SHAPE_CYLINDER) shape.size = {length(), length(), 0};
   if (kind == SHAPE_BOX) shape.size = {length(), length(), length()};
@@ -171,7 +171,7 @@ Case<real> lying(PairOfKinds kinds, Random& random) {
   using Eigen::AngleAxisd, Eigen::Quaterniond, Eigen::Vector3d;
   Case<real> c = {kinds, random_shape<real>(kinds.a, Quaterniond::Identity(), random),
                   random_shape<real>(kinds.b, Quaterniond::Identity(), random)};
-  const auto flat_normal = [&](u32 kind, const reference::Placed<real>& shape) -> Vector3d {
+  const auto flat_normal = [&](u32 kind, const reference::WorldShape<real>& shape) -> Vector3d {
     std::vector<Vector3d> normals = body(kind, shape).normals();
     if (kind == SHAPE_PLANE) return Vector3d::UnitZ();
     if (kind == SHAPE_CYLINDER || kind == SHAPE_CAPSULE)
@@ -205,20 +205,20 @@ Case<real> on_lattice(PairOfKinds kinds, u32 number) {
   const Quaterniond rotations[] = {Quaterniond(1, 0, 0, 0), Quaterniond(h, 0, 0, h), Quaterniond(0.5, 0.5, 0.5, 0.5),
                                    Quaterniond(std::sqrt(0.5 + 0.5 * h), 0, std::sqrt(0.5 - 0.5 * h), 0)};
   const auto shape = [&](u32 kind, const Quaterniond& rotation, u32 hull) {
-    reference::Placed<real> placed = {{0, 0, 0}, rounded<real>(rotation), {0, 0, 0}, 0};
-    if (kind == SHAPE_SPHERE) placed.size = {real(0.25), 0, 0};
-    if (kind == SHAPE_CAPSULE || kind == SHAPE_CYLINDER) placed.size = {real(0.25), real(0.5), 0};
-    if (kind == SHAPE_BOX) placed.size = {real(0.5), real(0.25), real(0.5)};
+    reference::WorldShape<real> world_shape = {{0, 0, 0}, rounded<real>(rotation), {0, 0, 0}, 0};
+    if (kind == SHAPE_SPHERE) world_shape.size = {real(0.25), 0, 0};
+    if (kind == SHAPE_CAPSULE || kind == SHAPE_CYLINDER) world_shape.size = {real(0.25), real(0.5), 0};
+    if (kind == SHAPE_BOX) world_shape.size = {real(0.5), real(0.25), real(0.5)};
     if (kind == SHAPE_HULL) {
-      placed.hull = hull;
-      placed.size = rounded<real>(hulls<real>().sizes[hull]);
+      world_shape.hull = hull;
+      world_shape.size = rounded<real>(hulls<real>().sizes[hull]);
     }
-    return placed;
+    return world_shape;
   };
   Case<real> c = {kinds, shape(kinds.a, rotations[number % 4], 0),
                   shape(kinds.b, rotations[number / 4 % 4], number / 432 % 3)};
-  const u32 place = number / 16 % 27;
-  c.b.center = {real(0.5) * real(place % 3), real(0.5) * real(place / 3 % 3), real(0.5) * real(place / 9)};
+  const u32 cell = number / 16 % 27;
+  c.b.center = {real(0.5) * real(cell % 3), real(0.5) * real(cell / 3 % 3), real(0.5) * real(cell / 9)};
   return c;
 }
 

@@ -155,11 +155,11 @@ TEST(Facets, ABallAndACube) {
     int nearest = 0;
     for (std::size_t t = 0; t < 12; ++t) {
       const Shape<double>& shape = state.buffers.shapes[t];
-      const reference::Placed<double> ball = {{p[0], p[1], p[2]}, {0, 0, 0, 1}, {0.3, 0, 0}, 0};
-      const reference::Placed<double> facet = {{shape.offset[0], shape.offset[1], shape.offset[2]},
-                                               {0, 0, 0, 1},
-                                               {0.5, 0.5, 0.5},
-                                               state.buffers.shape_infos[t].hull};
+      const reference::WorldShape<double> ball = {{p[0], p[1], p[2]}, {0, 0, 0, 1}, {0.3, 0, 0}, 0};
+      const reference::WorldShape<double> facet = {{shape.offset[0], shape.offset[1], shape.offset[2]},
+                                                   {0, 0, 0, 1},
+                                                   {0.5, 0.5, 0.5},
+                                                   state.buffers.shape_infos[t].hull};
       const reference::Manifold<double> m =
           reference::collide_shapes(SHAPE_SPHERE, ball, SHAPE_HULL, facet, tables, 10.0);
       if (m.count == 0) continue;
@@ -203,9 +203,10 @@ TEST(Facets, ContactsAreWhereGroundAndBodyAre) {
   const Scene scene = scene_of(bodies);
   const InitialState<double> state = compile<double>(std::span<const Scene>(&scene, 1));
   const reference::HullTables<double> tables = reference::collide_tables(state.buffers);
-  const auto placed = [&](u32 shape, const Vector3& p, const Quaternion& q) {
+  const auto in_world = [&](u32 shape, const Vector3& p, const Quaternion& q) {
     const reference::Pose<double> pose = {{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
-    return reference::place_shape(pose, state.buffers.shapes[shape], state.buffers.shape_infos[shape].hull, {0, 0, 0});
+    return reference::shape_in_world(pose, state.buffers.shapes[shape], state.buffers.shape_infos[shape].hull,
+                                     {0, 0, 0});
   };
   test::Random random(21);
   const u32 facets = static_cast<u32>(mesh.triangles.size());
@@ -213,10 +214,10 @@ TEST(Facets, ContactsAreWhereGroundAndBodyAre) {
   for (int n = 0; n < 400; ++n) {
     const u32 shape = facets + static_cast<u32>(n) % 4, kind = state.buffers.shape_infos[shape].kind;
     const double x = random.between(-1.5, 1.5), y = random.between(-1.5, 1.5);
-    const reference::Placed<double> body =
-        placed(shape, {x, y, ground(x, y) + random.between(-0.05, 0.4)}, random.rotation());
+    const reference::WorldShape<double> body =
+        in_world(shape, {x, y, ground(x, y) + random.between(-0.05, 0.4)}, random.rotation());
     for (u32 t = 0; t < facets; ++t) {
-      const reference::Placed<double> facet = placed(t, {0, 0, 0}, {0, 0, 0, 1});
+      const reference::WorldShape<double> facet = in_world(t, {0, 0, 0}, {0, 0, 0, 1});
       const bool first = kind < SHAPE_HULL;  // pairs are stored in the order of kinds
       const reference::Manifold<double> m = first
                                                 ? reference::collide_shapes(kind, body, SHAPE_HULL, facet, tables, 0.2)

@@ -149,12 +149,12 @@ struct Body {
 };
 
 template <class real>
-Body body(u32 kind, const reference::Placed<real>& placed, const Polyhedron* hull = nullptr) {
+Body body(u32 kind, const reference::WorldShape<real>& world_shape, const Polyhedron* hull = nullptr) {
   const auto vector = [](const reference::Vec3<real>& v) { return Vector3d(double(v.x), double(v.y), double(v.z)); };
-  const auto& q = placed.rotation;
-  return {kind, vector(placed.center),
+  const auto& q = world_shape.rotation;
+  return {kind, vector(world_shape.center),
           Eigen::Quaterniond(double(q.w), double(q.x), double(q.y), double(q.z)).normalized().toRotationMatrix(),
-          vector(placed.size), hull};
+          vector(world_shape.size), hull};
 }
 
 /// s(n), n of length 1.

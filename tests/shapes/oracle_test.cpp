@@ -87,8 +87,8 @@ TEST(Oracle, KnowsTheWidestFour) {
 // A judge that complains of nothing would let everything pass.
 TEST(Oracle, ComplainsOfWhatIsWrong) {
   const reference::HullTables<double> none = {};
-  const reference::Placed<double> low = {{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}, 0};
-  const reference::Placed<double> high = {{0.5, 0.5, 1.9999}, {0, 0, 0, 1}, {1, 1, 1}, 0};
+  const reference::WorldShape<double> low = {{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}, 0};
+  const reference::WorldShape<double> high = {{0.5, 0.5, 1.9999}, {0, 0, 0, 1}, {1, 1, 1}, 0};
   const reference::Manifold<double> good = reference::collide_shapes(SHAPE_BOX, high, SHAPE_BOX, low, none, 0.1);
   ASSERT_EQ(good.count, 4u);
   const auto complaint = [&](const reference::Manifold<double>& m) -> std::string {

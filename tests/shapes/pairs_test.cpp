@@ -194,8 +194,8 @@ void expect_cubes_to_lie_on_a_face() {
         Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(toward), std::sin(toward), 0)) *
         Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
     const reference::Vec3<real> half = {real(0.5), real(0.5), real(0.5)};
-    const reference::Placed<real> lower = {{0, 0, 0}, {0, 0, 0, 1}, half, 0};
-    const reference::Placed<real> upper = {
+    const reference::WorldShape<real> lower = {{0, 0, 0}, {0, 0, 0, 1}, half, 0};
+    const reference::WorldShape<real> upper = {
         {real(random.between(-0.3, 0.3)), real(random.between(-0.3, 0.3)), real(0.9999)},
         {real(rotation.x()), real(rotation.y()), real(rotation.z()), real(rotation.w())},
         half,

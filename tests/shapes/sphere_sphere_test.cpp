@@ -10,7 +10,7 @@ namespace lockstep::test {
 namespace {
 
 template <class real>
-reference::Placed<real> sphere(Vector3 center, double radius) {
+reference::WorldShape<real> sphere(Vector3 center, double radius) {
   return {{real(center[0]), real(center[1]), real(center[2])}, {0, 0, 0, 1}, {real(radius), 0, 0}, 0};
 }
 

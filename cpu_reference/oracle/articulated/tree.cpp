@@ -77,14 +77,14 @@ Tree::Tree(const System& system) : system_(system) {
   }
 
   // the links of a tree in a row
-  std::vector<std::size_t> order(search.links.size()), place(search.links.size());
+  std::vector<std::size_t> order(search.links.size()), rank(search.links.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return search.links[i].tree; });
-  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  for (std::size_t i = 0; i < order.size(); ++i) rank[order[i]] = i;
   link_of_.assign(system.bodies.size(), no_link);
   for (const std::size_t i : order) {
     Link link = search.links[i];
-    if (link.parent != no_link) link.parent = place[link.parent];
+    if (link.parent != no_link) link.parent = rank[link.parent];
     link.first = freedoms_;
     link.freedoms = link.joint == no_link ? 6 : articulated::freedoms(system.joints[link.joint].type);
     freedoms_ += link.freedoms;

@@ -23,18 +23,18 @@ VectorXd start_of(const VectorXd& given, Index size) {
 
 // The rows of sparse columns that are not empty, and what is in them.
 template <int Rows>
-void gather(const SparseMatrix& matrix, Index first, std::vector<Index>& places,
+void gather(const SparseMatrix& matrix, Index first, std::vector<Index>& rows,
             Eigen::Matrix<double, Eigen::Dynamic, Rows>& values) {
-  places.clear();
+  rows.clear();
   for (int k = 0; k < Rows; ++k) {
-    for (SparseMatrix::InnerIterator entry(matrix, first + k); entry; ++entry) places.push_back(entry.row());
+    for (SparseMatrix::InnerIterator entry(matrix, first + k); entry; ++entry) rows.push_back(entry.row());
   }
-  std::ranges::sort(places);
-  places.erase(std::ranges::unique(places).begin(), places.end());
-  values.setZero(Index(places.size()), Rows);
+  std::ranges::sort(rows);
+  rows.erase(std::ranges::unique(rows).begin(), rows.end());
+  values.setZero(Index(rows.size()), Rows);
   for (int k = 0; k < Rows; ++k) {
     for (SparseMatrix::InnerIterator entry(matrix, first + k); entry; ++entry)
-      values(std::ranges::lower_bound(places, entry.row()) - places.begin(), k) = entry.value();
+      values(std::ranges::lower_bound(rows, entry.row()) - rows.begin(), k) = entry.value();
   }
 }
 

@@ -131,7 +131,7 @@ class Equations {
   /// `held`: the y at which the step is linearised; null: the nonlinear step. All are kept by reference.
   Equations(const ImplicitSystem& system, const RowSizes& sizes, const Vector& y, const VectorXd* held)
       : system_(system), sizes_(sizes), y_(y), held_(held), f_(y.size()) {
-    for (const ImplicitBody& body : system.bodies) place(body);
+    for (const ImplicitBody& body : system.bodies) add_body(body);
     for (std::size_t i = 0; i < system.contacts.size(); ++i) add_contact(i);
     for (std::size_t i = 0; i < system.joints.size(); ++i) add_joint(i);
     next_ = 0;
@@ -143,7 +143,7 @@ class Equations {
  private:
   Vec3<T> unknown(Index at) const { return y_.template segment<3>(at); }
 
-  void place(const ImplicitBody& body) {
+  void add_body(const ImplicitBody& body) {
     const double dt = system_.dt;
     const bool moves = body.mass > 0;
     const Vec3<T> zero = as<T>(Vector3d::Zero());

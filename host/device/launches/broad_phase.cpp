@@ -11,9 +11,9 @@ namespace {
 // Shapes that one work-item bounds: few enough items not to fight over the largest extent, and enough to be at work.
 constexpr u32 bounds_per_cpu_item = 16, bounds_per_gpu_item = 4;
 
-// Of kernels/pair_search.h: FOUND, reals of PlaceComponent without and with boxes, words of PlaceInfo and of PlaneInfo
-// (double).
-constexpr u32 found_per_shape = 16, sphere_reals = 8, shape_reals = 13, place_info_words = 16, plane_info_words = 16;
+// Of kernels/pair_search.h: FOUND, reals of SearchComponent without and with boxes, words of SearchInfo and of
+// PlaneInfo (double).
+constexpr u32 found_per_shape = 16, sphere_reals = 8, shape_reals = 13, search_info_words = 16, plane_info_words = 16;
 
 // Of kernels/sort_shapes.cl: bits of the two words of a key.
 constexpr u32 low_key_bits = 24, high_key_bits = 27;
@@ -24,9 +24,9 @@ void make_search_arrays(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   const u32 reals = has(plan.features, Feature::manifolds) ? shape_reals : sphere_reals;
   launcher.scratch("found_partners", std::size_t{plan.sizes.shapes} * found_per_shape);
-  launcher.scratch("places", (std::size_t{plan.sizes.loose()} + PACK) * reals * plan.real_words);
-  launcher.scratch("place_infos", std::size_t{plan.sizes.loose()} * place_info_words);
-  launcher.scratch("shape_places", plan.sizes.shapes);
+  launcher.scratch("search_bounds", (std::size_t{plan.sizes.loose()} + PACK) * reals * plan.real_words);
+  launcher.scratch("search_infos", std::size_t{plan.sizes.loose()} * search_info_words);
+  launcher.scratch("shape_slots", plan.sizes.shapes);
   launcher.scratch("plane_infos", std::size_t{plan.sizes.planes} * plane_info_words);
 }
 

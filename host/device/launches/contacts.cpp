@@ -209,7 +209,7 @@ void launch_pack_contacts(Launcher& launcher) {
   launcher.run_chunks("pack_count", chunks);
   launcher.scan("pack_counts", words);
   launcher.run_group("pack_starts");
-  launcher.run_chunks("pack_place", chunks);
+  launcher.run_chunks("pack_scatter", chunks);
   launcher.run("pack_find", plan.blocks * PACK);
 }
 

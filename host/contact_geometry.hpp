@@ -1,4 +1,5 @@
-// Where a contact is in the world, at the poses that a state has now; in double, for reports, pictures and the library.
+// Where a contact is in the world and how it lies, at the poses that a state has now; in double, for reports, pictures
+// and the library.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -8,7 +9,7 @@
 
 namespace lockstep {
 
-struct ContactPlace {
+struct ContactGeometry {
   Eigen::Vector3d anchor_a, anchor_b;  // m; the surface of a round shape is a radius away from its anchor
   Eigen::Vector3d normal;              // from b to a, unit
   double radius_a = 0, radius_b = 0;   // m
@@ -21,27 +22,27 @@ struct ContactPlace {
 
 /// Of a contact in the list. Reads the buffers contacts, contact_points, positions and orientations.
 template <class real>
-ContactPlace contact_place(const Buffers<real>& buffers, u32 index) {
+ContactGeometry contact_geometry(const Buffers<real>& buffers, u32 index) {
   const Contact& contact = buffers.contacts[index];
   const ContactPoint<real>& point = buffers.contact_points[index];
   const Eigen::Quaterniond orientation_a = rotation(buffers.orientations[contact.body_a]);
   const Eigen::Quaterniond orientation_b = rotation(buffers.orientations[contact.body_b]);
-  ContactPlace place = {vector3(buffers.positions[contact.body_a]) + orientation_a * vector3(point.anchor_a),
-                        vector3(buffers.positions[contact.body_b]) + orientation_b * vector3(point.anchor_b),
-                        vector3(point.normal), double(point.radius_a), double(point.radius_b)};
-  if (contact.normal == NORMAL_OF_A) place.normal = orientation_a * place.normal;
-  if (contact.normal == NORMAL_OF_B) place.normal = orientation_b * place.normal;
-  if (contact.normal == NORMAL_BETWEEN && place.anchor_a != place.anchor_b)
-    place.normal = (place.anchor_a - place.anchor_b).normalized();
-  return place;
+  ContactGeometry geometry = {vector3(buffers.positions[contact.body_a]) + orientation_a * vector3(point.anchor_a),
+                              vector3(buffers.positions[contact.body_b]) + orientation_b * vector3(point.anchor_b),
+                              vector3(point.normal), double(point.radius_a), double(point.radius_b)};
+  if (contact.normal == NORMAL_OF_A) geometry.normal = orientation_a * geometry.normal;
+  if (contact.normal == NORMAL_OF_B) geometry.normal = orientation_b * geometry.normal;
+  if (contact.normal == NORMAL_BETWEEN && geometry.anchor_a != geometry.anchor_b)
+    geometry.normal = (geometry.anchor_a - geometry.anchor_b).normalized();
+  return geometry;
 }
 
 /// The impulse on body a that a contact passes on to the next step, world frame, N s. The list of contacts and that of
 /// cached impulses share their order at the end of a step.
 template <class real>
-Eigen::Vector3d contact_impulse(const Buffers<real>& buffers, u32 index, const ContactPlace& place) {
+Eigen::Vector3d contact_impulse(const Buffers<real>& buffers, u32 index, const ContactGeometry& geometry) {
   const ContactImpulse<real>& impulse = buffers.cached_impulses[index];
-  return double(impulse.normal) * place.normal + vector3(&impulse.tangent_x);
+  return double(impulse.normal) * geometry.normal + vector3(&impulse.tangent_x);
 }
 
 }  // namespace lockstep

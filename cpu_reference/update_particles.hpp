@@ -6,9 +6,9 @@
 namespace lockstep::reference {
 
 template <class real>
-void place_particles(Buffers<real>& b, const StepParams<real>& params) {
+void update_particles(Buffers<real>& b, const StepParams<real>& params) {
   if (step_is_void(b.counters) || params.substep + 1 == params.substeps) return;
-  for (u32 i = 0; i < b.particle_bodies.size(); ++i) place_particle(b, i);
+  for (u32 i = 0; i < b.particle_bodies.size(); ++i) update_particle(b, i);
 }
 
 }  // namespace lockstep::reference
