@@ -41,15 +41,15 @@ Eigen::Matrix3d rotation(const Quaternion& q) {
 
 /// The least overlap over all axes that can separate; negative where one does.
 double depth_of(const Solid& a, const Solid& b) {
-  const Vector3d apart = a.center - b.center;
+  const Vector3d offset = a.center - b.center;
   double depth = 1e300;
   const auto try_axis = [&](const Vector3d& axis) {
     const double length = axis.norm();
     if (length < 1e-6) return;
     const Vector3d n = axis / length;
-    depth = std::min(depth, a.half_width(n) + b.half_width(n) - std::abs(n.dot(apart)));
+    depth = std::min(depth, a.half_width(n) + b.half_width(n) - std::abs(n.dot(offset)));
   };
-  if (a.radius > 0 && b.radius > 0) return a.radius + b.radius - apart.norm();
+  if (a.radius > 0 && b.radius > 0) return a.radius + b.radius - offset.norm();
   if (a.radius > 0) try_axis(a.center - b.closest_to(a.center));
   if (b.radius > 0) try_axis(b.center - a.closest_to(b.center));
   for (int i = 0; i < 3; ++i) {

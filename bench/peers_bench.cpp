@@ -17,7 +17,7 @@
 #include "bench/median.hpp"
 #include "bench/overlap.hpp"
 #include "host/backends/device_backend.hpp"
-#include "host/cases/apart.hpp"
+#include "host/cases/subprocess.hpp"
 #include "host/error.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
@@ -54,7 +54,7 @@ nlohmann::json time_steps(const Scene& scene, Step&& step, Poses&& poses) {
 /// In a process of its own, so that engines do not share memory.
 Result run(const std::function<nlohmann::json()>& steps) {
   Result result;
-  const nlohmann::json found = run_apart(steps, &result.peak_memory);
+  const nlohmann::json found = run_in_subprocess(steps, &result.peak_memory);
   result.ms = found["ms"].get<std::vector<double>>();
   result.separation = found["separation"];
   for (const auto& p : found["poses"].get<std::vector<std::array<double, 7>>>())
@@ -101,7 +101,7 @@ Result run_bullet(const Scene& scene) {
 /// What the parts of a step share of its device time, in percent: candidate pairs, contacts of them, colours and
 /// blocks, sub-steps, the rest.
 std::string shares(const Scene& scene, u32 threads) {
-  const std::vector<double> seconds = run_apart([&]() -> nlohmann::json {
+  const std::vector<double> seconds = run_in_subprocess([&]() -> nlohmann::json {
     const auto state = compile<float>(scene);
     Simulation<float> simulation(open_backend(state, threads, true), state.params);
     simulation.step();  // warms up

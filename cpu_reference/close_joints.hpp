@@ -27,7 +27,7 @@ namespace lockstep::reference {
 /// How far the free coordinate has to move into its limits.
 template <class real>
 real way_into_limits(const Joint<real>& joint, real x) {
-  if (joint.limited == 0 || joint.yield > 0) return 0;
+  if (joint.limited == 0 || joint.spring_compliance > 0) return 0;
   return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : real(0));
 }
 
@@ -55,18 +55,18 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
   }
   solve_factor(factor, d);
   solve_factor(factor, response);
-  real x = now.coordinate, shared = 0;
+  real x = now.coordinate, coupled_mobility = 0;
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     x = x + coupling[i] * d[i];
-    shared = shared + coupling[i] * response[i];
+    coupled_mobility = coupled_mobility + coupling[i] * response[i];
   }
-  const real e = is_free ? m.own - shared : real(0);
+  const real e = is_free ? m.free_mobility - coupled_mobility : real(0);
   const real d_free = e > 0 ? way_into_limits(joint, x) / e : real(0);
   for (u32 i = 0; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
 
   const bool angular = info.free == FREE_ANGLE;
   Vec3<real> impulse = add3(add3(scale3(d[0], now.axes[0]), scale3(d[1], now.axes[1])), scale3(d[2], now.axes[2]));
-  const real about_z = now.rise != 0 ? -(now.rise * d[2]) : d[5];
+  const real about_z = now.lead != 0 ? -(now.lead * d[2]) : d[5];
   Vec3<real> moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(about_z, now.axes[2]));
   impulse = add3(impulse, scale3(angular ? real(0) : d_free, now.free_axis));
   moment = add3(moment, scale3(angular ? d_free : real(0), now.free_axis));

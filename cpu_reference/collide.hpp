@@ -40,14 +40,14 @@ real collide_limit(const StepParams<real>& params, const Side<real>& a, const Si
 
 /// From the centre of mass of b to that of a.
 template <class real>
-Vec3<real> collide_apart(const Side<real>& a, const Side<real>& b) {
+Vec3<real> collide_offset_ab(const Side<real>& a, const Side<real>& b) {
   return sub3(a.pose.position, b.pose.position);
 }
 
 /// The centre of shape b, seen from that of shape a.
 template <class real>
 Vec3<real> collide_center_b(const Side<real>& a, const Side<real>& b) {
-  return sub3(b.arm, add3(a.arm, collide_apart(a, b)));
+  return sub3(b.arm, add3(a.arm, collide_offset_ab(a, b)));
 }
 
 template <class real>
@@ -80,9 +80,9 @@ Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real
 
 template <class real>
 bool collide_in_reach(const StepParams<real>& params, const Manifold<real>& m, u32 k, const Side<real>& a,
-                      const Side<real>& b, Vec3<real> apart, real time_left) {
+                      const Side<real>& b, Vec3<real> offset_ab, real time_left) {
   const Vec3<real> arm = add3(a.arm, sub3(m.points[k].anchor_a, scale3(m.radius_a, m.normal)));
-  const real speed = approach_speed(m.normal, a.motion, arm, b.motion, add3(arm, apart));
+  const real speed = approach_speed(m.normal, a.motion, arm, b.motion, add3(arm, offset_ab));
   return gap_at(m, k) <= params.margin + time_left * speed;
 }
 
@@ -100,11 +100,11 @@ Manifold<real> collide_insert(Manifold<real> m, ManifoldPoint<real> point) {
 template <class real>
 Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, const Side<real>& a, const Side<real>& b,
                             real time_left) {
-  const Vec3<real> apart = collide_apart(a, b), center_b = collide_center_b(a, b);
+  const Vec3<real> offset_ab = collide_offset_ab(a, b), center_b = collide_center_b(a, b);
   const u32 found = m.count;
   m.count = 0;
   for (u32 k = 0; k < found; ++k) {
-    if (collide_in_reach(params, m, k, a, b, apart, time_left)) m = collide_insert(m, m.points[k]);
+    if (collide_in_reach(params, m, k, a, b, offset_ab, time_left)) m = collide_insert(m, m.points[k]);
   }
   for (u32 k = 0; k < m.count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
   return m;
@@ -131,9 +131,9 @@ void collide_add_core(const Buffers<real>& buffers, const Side<real>& a, const S
   const Side<real>& side = of_a ? a : b;
   const real radius = core_radius(side.info.kind, vec3(side.shape.size), side.info.hull, collide_tables(buffers));
   if (m.count == 0 || radius < 0) return;
-  const Vec3<real> apart = collide_apart(a, b), center_b = collide_center_b(a, b);
-  const Vec3<real> arm_a = of_a ? a.arm : sub3(b.arm, apart);
-  const real speed = approach_speed(m.normal, a.motion, arm_a, b.motion, add3(arm_a, apart));
+  const Vec3<real> offset_ab = collide_offset_ab(a, b), center_b = collide_center_b(a, b);
+  const Vec3<real> arm_a = of_a ? a.arm : sub3(b.arm, offset_ab);
+  const real speed = approach_speed(m.normal, a.motion, arm_a, b.motion, add3(arm_a, offset_ab));
   if (middle_gap(m, of_a, center_b) < time_left * speed) add_core(m, of_a, radius);
 }
 
@@ -168,7 +168,7 @@ Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>
   const Side<real> a = collide_side(buffers, pair.shape_a), b = collide_side(buffers, pair.shape_b);
   const u32 flags = a.info.flags | b.info.flags;
   if ((flags & SHAPE_IS_SENSOR) != 0) return no_manifold<real>();
-  const real limit = collide_limit(params, a, b, add3(a.arm, collide_apart(a, b)));
+  const real limit = collide_limit(params, a, b, add3(a.arm, collide_offset_ab(a, b)));
   if ((flags & SHAPE_IS_CONTINUOUS) != 0) return collide_at_impact(buffers, params, a, b, limit);
   const real h = step_length(params);
   return collide_keep(params, collide_sides(buffers, params, a, b, limit, false, h), a, b, h);

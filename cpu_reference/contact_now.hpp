@@ -20,8 +20,8 @@ ContactNow<real> contact_now(const ContactPoint<real>& point, u32 frame, const P
                              const Pose<real>& pose_b) {
   const Vec3<real> anchor_a = rotate3(pose_a.orientation, vec3(point.anchor_a));
   const Vec3<real> anchor_b = rotate3(pose_b.orientation, vec3(point.anchor_b));
-  const Vec3<real> apart = sub3(pose_a.position, pose_b.position);
-  const Vec3<real> d = sub3(add3(apart, anchor_a), anchor_b);
+  const Vec3<real> offset_ab = sub3(pose_a.position, pose_b.position);
+  const Vec3<real> d = sub3(add3(offset_ab, anchor_a), anchor_b);
   const real distance = length3(d);
   ContactNow<real> now;
   now.normal = vec3(point.normal);
@@ -32,14 +32,14 @@ ContactNow<real> contact_now(const ContactPoint<real>& point, u32 frame, const P
   now.gap = between - point.radius_a - point.radius_b;
   if (frame == NORMAL_OF_A) {
     now.arm_b = add3(anchor_b, scale3(point.radius_b, now.normal));
-    now.arm_a = sub3(now.arm_b, apart);
+    now.arm_a = sub3(now.arm_b, offset_ab);
   } else if (frame == NORMAL_OF_IMPACT) {
     now.arm_a = sub3(anchor_a, scale3(point.radius_a, now.normal));
     now.arm_b = add3(anchor_b, scale3(point.radius_b, now.normal));
   } else {
     const real depth = frame == NORMAL_OF_B ? point.radius_a : point.radius_a + real(0.5) * now.gap;
     now.arm_a = sub3(anchor_a, scale3(depth, now.normal));
-    now.arm_b = add3(now.arm_a, apart);
+    now.arm_b = add3(now.arm_a, offset_ab);
   }
   return now;
 }

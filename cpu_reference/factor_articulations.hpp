@@ -22,8 +22,8 @@ u32 write_link_joint(const Buffers<real>& b, const LinkInfo& link, LinkFactor<re
   const Vec3<real> axes[] = {joint_vector(block.axes, lane), joint_vector(block.axes + 3, lane),
                              joint_vector(block.axes + 6, lane)};
   set_link_joint(link, info.free == FREE_ANGLE, axes, joint_vector(block.arm_a, lane), joint_vector(block.arm_b, lane),
-                 joint_vector(block.free_axis, lane), block.rise[lane], f);
-  f.yield = block.yield[lane];
+                 joint_vector(block.free_axis, lane), block.lead[lane], f);
+  f.spring_compliance = block.spring_compliance[lane];
   for (u32 i = 0; i < JOINT_ROWS; ++i) f.error[i] = sign * (block.bias[i][lane] + block.velocity_product[i][lane]);
   f.error[JOINT_ROWS] = -(sign * block.slowest[lane]);
   return rows;

@@ -55,24 +55,24 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
       const bool loaded = !b.loads.empty() || !b.particle_loads.empty();
       const Load<real> load = load_of(b, i);
 
-      // rotation, in the body frame: kick is dt I^-1 tau
+      // rotation, in the body frame: delta_w is dt I^-1 tau
       if (pivoted || gyroscopic) {
-        Vec3<real> kick = {};
+        Vec3<real> delta_w = {};
         if (pivoted) {
           const real ahead = real(2) * params.theta * (real(1) - params.theta) * params.dt;
           const Vec3<real> moment = gravity_moment_body(b.pivots[i], mass, integrate_orientation(q, w, ahead), gravity);
-          kick = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
+          delta_w = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
         }
         if (loaded) {
           Vec3<real> moment = vec3(load.torque);
           if (pivoted) moment = add3(moment, cross3(lever_world(b.pivots[i], q), vec3(load.force)));
-          kick = add3(kick, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
+          delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
         Vec3<real> w_body = unrotate3(q, w);
         if (gyroscopic) {
-          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, kick, params.gyroscopic_theta, params.dt);
+          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.dt);
         } else {
-          w_body = add3(w_body, kick);
+          w_body = add3(w_body, delta_w);
         }
         w = rotate3(q, w_body);
       } else if (loaded) {

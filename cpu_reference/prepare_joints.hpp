@@ -14,16 +14,16 @@
 // Where a body turns by a radian in the step there is nothing to foresee, and less of either is taken: dt is divided by
 // 1 + dt^2 (w_a^2 + w_b^2).
 //
-// The row of z of a screw is that of its thread, u_z - rise w_z, its impulse a force and a moment in one. The axes of a
+// The row of z of a screw is that of its thread, u_z - lead w_z, its impulse a force and a moment in one. The axes of a
 // universal joint are those of its cross, which turns against a with w_z about z.
 //
 // The free coordinate x has one more row, with velocity u_f and impulse r_f = r_m + r_l:
 //   motor    u_f = motor_speed as far as |r_m| <= motor_force dt reaches; dry friction is a motor of speed 0
 //   limits   low <= x + dt u_f <= high while x is between; outside of them a share of what x is beyond is taken back
-//   spring   r_l = -h (k (x + theta h u_f - rest) + c u_f), that is u_f + rate (x - rest) + yield r_l = 0, with
-//            yield = 1 / (h (theta h k + c)) and rate = h k yield (host/scene/compile_joints.cpp). At theta 1/2 it
-//            keeps its energy at any stiffness: the map of one oscillation has determinant 1 and trace 2 / (1 + h^2 k /
-//            2 m)
+//   spring   r_l = -h (k (x + theta h u_f - rest) + c u_f), that is u_f + rate (x - rest) + compliance r_l = 0, with
+//            compliance = 1 / (h (theta h k + c)) and rate = h k compliance (host/scene/compile_joints.cpp). At theta
+//            1/2 it keeps its energy at any stiffness: the map of one oscillation has determinant 1 and trace 2 / (1 +
+//            h^2 k / 2 m)
 // Limits, or the spring, are `slowest <= u_f <= fastest` in the visit (cpu_reference/joints/visit_joint.hpp), which
 // solves the row together with the locked ones: `coupling` is what its impulse does to them, `response` what they
 // answer.
@@ -39,7 +39,7 @@ namespace lockstep::reference {
 
 template <class real>
 struct FreeLaw {
-  real slowest, fastest, give;
+  real slowest, fastest, bound_softness;
 };
 
 /// `velocity_product` is what the rotation of the bodies adds to the velocity: only a locked coordinate asks.
@@ -48,7 +48,7 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, real velocity_product, 
   FreeLaw<real> law = {-real(JOINT_UNBOUNDED), real(JOINT_UNBOUNDED), 0};
   if (joint.limited == 0) return law;
   const real above = x - joint.low, below = joint.high - x;
-  if (joint.yield > 0) {
+  if (joint.spring_compliance > 0) {
     law.slowest = -(joint.rate * above);
     law.fastest = law.slowest;
     return law;
@@ -56,12 +56,12 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, real velocity_product, 
   if (joint.low == joint.high) {
     law.slowest = -(joint.correction * above / dt + velocity_product);
     law.fastest = law.slowest;
-    law.give = joint.softness;
+    law.bound_softness = joint.softness;
     return law;
   }
   law.slowest = above > 0 ? -(above / dt) : -(joint.correction * above / dt);
   law.fastest = below > 0 ? below / dt : joint.correction * below / dt;
-  law.give = above < 0 || below < 0 ? joint.softness : real(0);
+  law.bound_softness = above < 0 || below < 0 ? joint.softness : real(0);
   return law;
 }
 
@@ -86,7 +86,7 @@ void row_rates(const JointNow<real>& now, const JointInfo& info, const Motion<re
     rates[i] = dot3(now.axes[i], rate);
     rates[i + 3] = dot3(now.axes[i], angular_rate);
   }
-  if (now.rise != 0) rates[2] = rates[2] - now.rise * rates[5];
+  if (now.lead != 0) rates[2] = rates[2] - now.lead * rates[5];
   rates[JOINT_ROWS] = dot3(now.free_axis, info.free == FREE_ANGLE ? angular_rate : rate);
   if (info.free == FREE_LENGTH && now.coordinate > 0) {  // the direction turns too
     const real along = dot3(now.free_axis, u);
@@ -123,8 +123,9 @@ template <class real>
 void clear_joint(JointBlock<real>& block, u32 lane) {
   const real none[JOINT_ROWS] = {}, no_velocity_product[JOINT_ROWS + 1] = {};
   write_joint(block, lane, {}, {}, none, no_velocity_product, none, none);
-  for (real* field : {block.softness, block.spring, block.own, block.shared, block.motor_speed, block.motor_impulse,
-                      block.slowest, block.fastest, block.give, block.yield, block.rise})
+  for (real* field :
+       {block.softness, block.spring, block.free_mobility, block.coupled_mobility, block.motor_speed,
+        block.motor_impulse, block.slowest, block.fastest, block.bound_softness, block.spring_compliance, block.lead})
     field[lane] = 0;
 }
 
@@ -158,9 +159,9 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   const JointSizes<real> sizes = joint_sizes(buffers, index);
   JointNow<real> now = joint_now(joint, info, sizes, x_a, q_a, x_b, q_b);
   if (params.theta != real(1)) {
-    const real lead = (real(1) - params.theta) * foreseen;
-    move_on(a, lead, x_a, q_a);
-    move_on(b, lead, x_b, q_b);
+    const real lead_time = (real(1) - params.theta) * foreseen;
+    move_on(a, lead_time, x_a, q_a);
+    move_on(b, lead_time, x_b, q_b);
     now = with_error_of(now, joint_now(joint, info, sizes, x_a, q_a, x_b, q_b));
   }
   const JointMobility<real> m = joint_mobility(now, info.free, a, b);
@@ -178,25 +179,25 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
     coupling[i] = locked && is_free ? m.coupling[i] : real(0);
     response[i] = coupling[i];
   }
-  const bool equal = joint.limited != 0 && joint.low == joint.high && !(joint.yield > 0);
+  const bool equal = joint.limited != 0 && joint.low == joint.high && !(joint.spring_compliance > 0);
   velocity_product[JOINT_ROWS] = equal ? ahead * velocity_product[JOINT_ROWS] : real(0);
   solve_factor(factor, response);
-  real shared = 0;
-  for (u32 i = 0; i < JOINT_ROWS; ++i) shared = shared + coupling[i] * response[i];
+  real coupled_mobility = 0;
+  for (u32 i = 0; i < JOINT_ROWS; ++i) coupled_mobility = coupled_mobility + coupling[i] * response[i];
 
   write_joint(block, lane, now, factor, bias, velocity_product, coupling, response);
   block.softness[lane] = joint.softness;
   block.spring[lane] = joint.spring;
-  block.own[lane] = is_free ? m.own : real(0);
-  block.shared[lane] = shared;
+  block.free_mobility[lane] = is_free ? m.free_mobility : real(0);
+  block.coupled_mobility[lane] = coupled_mobility;
   block.motor_speed[lane] = joint.motor_speed;
   block.motor_impulse[lane] = joint.motor_force * params.dt;
   const FreeLaw<real> law = free_law(joint, now.coordinate, velocity_product[JOINT_ROWS], params.dt);
   block.slowest[lane] = law.slowest;
   block.fastest[lane] = law.fastest;
-  block.give[lane] = law.give;
-  block.yield[lane] = joint.yield;
-  block.rise[lane] = now.rise;
+  block.bound_softness[lane] = law.bound_softness;
+  block.spring_compliance[lane] = joint.spring_compliance;
+  block.lead[lane] = now.lead;
 }
 
 template <class real>

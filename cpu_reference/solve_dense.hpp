@@ -46,7 +46,7 @@ class DenseSweeps {
   void measure();
   real visit(u32 i);
   real sweep();
-  void give_to_bodies();
+  void apply_to_bodies();
 
   Buffers<real>& buffers_;
   std::vector<Row> rows_;  // of each contact
@@ -146,7 +146,7 @@ real DenseSweeps<real>::sweep() {
 }
 
 template <class real>
-void DenseSweeps<real>::give_to_bodies() {
+void DenseSweeps<real>::apply_to_bodies() {
   std::vector<ImpulseBlock<real>> changes(buffers_.impulse_blocks.size());
   for (const Row& at : rows_) {
     ImpulseBlock<real>&r = buffers_.impulse_blocks[at.row], &change = changes[at.row];
@@ -170,12 +170,12 @@ void DenseSweeps<real>::run(const StepParams<real>& params) {
     const real of_joints = sweep_joints(Purpose::solve, buffers_);
     if (jointed) measure();
     const real change = larger(sweep(), of_joints);
-    if (jointed) give_to_bodies();
+    if (jointed) apply_to_bodies();
     if (!(params.tolerance > 0)) continue;
     ++buffers_.counters[COUNTER_SWEEPS];
     if (real(float(std::sqrt(change))) <= params.tolerance) break;
   }
-  if (!jointed) give_to_bodies();
+  if (!jointed) apply_to_bodies();
 }
 
 }  // namespace lockstep::reference

@@ -10,7 +10,7 @@
 #include "types.h"
 
 static inline real closing_way_into_limits(const Joint joint, real x) {
-  if (joint.limited == (real)0 || joint.yield > (real)0) return (real)0;
+  if (joint.limited == (real)0 || joint.spring_compliance > (real)0) return (real)0;
   return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : (real)0);
 }
 
@@ -24,8 +24,8 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
   joint_pose(info.body_b, bodies, positions, orientations, &x_b, &q_b);
   const Motion a = motions[info.body_a], b = motions[info.body_b];
   const JointNow now = joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
-  real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], own;
-  joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &own);
+  real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], free_mobility;
+  joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &free_mobility);
   JointFactor factor;
   factorise(k, info.locked, &factor);
 
@@ -39,18 +39,18 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
   }
   solve_factor(&factor, d);
   solve_factor(&factor, response);
-  real x = now.coordinate, shared = (real)0;
+  real x = now.coordinate, coupled_mobility = (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     x = x + coupling[i] * d[i];
-    shared = shared + coupling[i] * response[i];
+    coupled_mobility = coupled_mobility + coupling[i] * response[i];
   }
-  const real e = is_free ? own - shared : (real)0;
+  const real e = is_free ? free_mobility - coupled_mobility : (real)0;
   const real d_free = e > (real)0 ? closing_way_into_limits(joint, x) / e : (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
 
   const bool angular = info.free == FREE_ANGLE;
   Vec3 impulse = add3(add3(scale3(d[0], now.axes[0]), scale3(d[1], now.axes[1])), scale3(d[2], now.axes[2]));
-  const real about_z = now.rise != (real)0 ? -(now.rise * d[2]) : d[5];
+  const real about_z = now.lead != (real)0 ? -(now.lead * d[2]) : d[5];
   Vec3 moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(about_z, now.axes[2]));
   impulse = add3(impulse, scale3(angular ? (real)0 : d_free, now.free_axis));
   moment = add3(moment, scale3(angular ? d_free : (real)0, now.free_axis));
@@ -63,7 +63,7 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
 // One phase: blocks begin .. end - 1, whose joints share no movable body.
 kernel void close_joint_phase(const StepParams params, const u32 begin, const u32 end,
                               global const JointLanes* joint_lanes, global const JointInfo* joint_infos,
-                              global const Joint* joints, global const real* screw_rises,
+                              global const Joint* joints, global const real* screw_leads,
                               global const real* rolling_radii, global const Motion* motions,
                               global const Sleeper* sleepers, global Vec4* positions, global Vec4* orientations,
                               global u32* counters) {
@@ -71,7 +71,7 @@ kernel void close_joint_phase(const StepParams params, const u32 begin, const u3
   FOR_EACH(slot, (end - begin) * PACK) {
     const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
     if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
-    close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_rises, rolling_radii, index),
+    close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
                 motions, positions, orientations, counters);
   }
 }
@@ -86,7 +86,7 @@ kernel void close_joint_phase(const StepParams params, const u32 begin, const u3
 kernel void close_joint_tail(const StepParams params, const u32 first_phase, const u32 phases,
                              global const u32* joint_phases, global const JointLanes* joint_lanes,
                              global const JointInfo* joint_infos, global const Joint* joints,
-                             global const real* screw_rises, global const real* rolling_radii,
+                             global const real* screw_leads, global const real* rolling_radii,
                              global const Motion* motions, global const Sleeper* sleepers, global Vec4* positions,
                              global Vec4* orientations, global u32* counters) {
   const u32 sweeps = first_phase == 0u ? SWEEPS_OF_TAIL(params) : 1u, count = phases - first_phase;
@@ -98,7 +98,7 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
     for (u32 slot = (u32)get_local_id(0); slot < (end - begin) * PACK; slot += (u32)get_local_size(0)) {
       const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
       if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
-      close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_rises, rolling_radii, index),
+      close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
                   motions, positions, orientations, counters);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
@@ -110,7 +110,7 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
 kernel void close_articulations(const StepParams params, const u32 articulation_count, const u32 sweeps,
                                 global const Articulation* articulations, global const LinkInfo* links,
                                 global const u32* link_levels, global const JointInfo* joint_infos,
-                                global const Joint* joints, global const real* screw_rises,
+                                global const Joint* joints, global const real* screw_leads,
                                 global const real* rolling_radii, global const Motion* motions,
                                 global const Sleeper* sleepers, global LinkFactor* link_factors,
                                 global LinkMotion* link_motions, global const ClosureSet* closure_sets,

@@ -55,11 +55,11 @@ static inline real collide_limit(const StepParams* params, const Side* a, const 
 }
 
 // From the centre of mass of b to that of a.
-static inline Vec3 collide_apart(const Side* a, const Side* b) { return sub3(a->pose.position, b->pose.position); }
+static inline Vec3 collide_offset_ab(const Side* a, const Side* b) { return sub3(a->pose.position, b->pose.position); }
 
 // The centre of shape b, seen from that of shape a.
 static inline Vec3 collide_center_b(const Side* a, const Side* b) {
-  return sub3(b->arm, add3(a->arm, collide_apart(a, b)));
+  return sub3(b->arm, add3(a->arm, collide_offset_ab(a, b)));
 }
 
 // `alone`: facets are taken for themselves.
@@ -71,9 +71,9 @@ static inline Manifold collide_sides(const StepParams* params, const Side* a, co
 }
 
 static inline bool collide_in_reach(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
-                                    Vec3 apart, real time_left) {
+                                    Vec3 offset_ab, real time_left) {
   const Vec3 arm = add3(a->arm, sub3(m->points[k].anchor_a, scale3(m->radius_a, m->normal)));
-  const real speed = approach_speed(m->normal, a->motion, arm, b->motion, add3(arm, apart));
+  const real speed = approach_speed(m->normal, a->motion, arm, b->motion, add3(arm, offset_ab));
   return gap_at(m, k) <= params->margin + time_left * speed;
 }
 
@@ -86,11 +86,11 @@ static inline void collide_insert(Manifold* m, ManifoldPoint point) {
 
 // The points that are in reach with so much time of the step left; each anchor is seen from the centre of its shape.
 static inline void collide_keep(const StepParams* params, Manifold* m, const Side* a, const Side* b, real time_left) {
-  const Vec3 apart = collide_apart(a, b), center_b = collide_center_b(a, b);
+  const Vec3 offset_ab = collide_offset_ab(a, b), center_b = collide_center_b(a, b);
   const u32 found = m->count;
   m->count = 0u;
   for (u32 k = 0u; k < found; ++k) {
-    if (collide_in_reach(params, m, k, a, b, apart, time_left)) collide_insert(m, m->points[k]);
+    if (collide_in_reach(params, m, k, a, b, offset_ab, time_left)) collide_insert(m, m->points[k]);
   }
   for (u32 k = 0u; k < m->count; ++k) m->points[k].anchor_b = sub3(m->points[k].anchor_b, center_b);
 }
@@ -112,9 +112,9 @@ static inline void collide_add_core(const Side* a, const Side* b, HullTables tab
   const Vec3 size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
   const real radius = core_radius(side->kind, size, side->hull, tables);
   if (m->count == 0u || radius < (real)0) return;
-  const Vec3 apart = collide_apart(a, b), center_b = collide_center_b(a, b);
-  const Vec3 arm_a = of_a ? a->arm : sub3(b->arm, apart);
-  const real speed = approach_speed(m->normal, a->motion, arm_a, b->motion, add3(arm_a, apart));
+  const Vec3 offset_ab = collide_offset_ab(a, b), center_b = collide_center_b(a, b);
+  const Vec3 arm_a = of_a ? a->arm : sub3(b->arm, offset_ab);
+  const real speed = approach_speed(m->normal, a->motion, arm_a, b->motion, add3(arm_a, offset_ab));
   if (middle_gap(m, of_a, center_b) < time_left * speed) add_core(m, of_a, radius);
 }
 #endif
@@ -152,7 +152,7 @@ static inline void collide_at_impact(const StepParams* params, const Side* a, co
 
 static inline Manifold collide_pair(const StepParams* params, const Side* a, const Side* b, HullTables tables) {
   if (IS_SENSOR(*a) || IS_SENSOR(*b)) return no_manifold();
-  const real limit = collide_limit(params, a, b, add3(a->arm, collide_apart(a, b)));
+  const real limit = collide_limit(params, a, b, add3(a->arm, collide_offset_ab(a, b)));
   Manifold m;
 #if FEATURE_CONTINUOUS
   if (((a->flags | b->flags) & SHAPE_IS_CONTINUOUS) != 0u) {

@@ -63,8 +63,8 @@ static inline void color_take(u32 color, u32 body, global u32* body_colors) {
 // ---- in order -----------------------------------------------------------------------------------------------------
 
 // The lowest colour that is free for the pair that contact i is the first of.
-static inline void color_give(u32 i, global const BodyInfo* body_infos, global const Contact* contacts,
-                              global u32* body_colors, global u32* contact_colors) {
+static inline void color_assign(u32 i, global const BodyInfo* body_infos, global const Contact* contacts,
+                                global u32* body_colors, global u32* contact_colors) {
   const u32 a = contacts[i].body_a, b = contacts[i].body_b;
   const bool dynamic_a = body_infos[a].kind == BODY_DYNAMIC, dynamic_b = body_infos[b].kind == BODY_DYNAMIC;
   const u32 color = color_lowest_free(a, dynamic_a, b, dynamic_b, body_colors);
@@ -107,12 +107,12 @@ kernel void color_worlds(const StepParams params, global const WorldRange* world
 #if FEATURE_SLEEPING
     const u32 count = color_sort(first, end, shape_infos, contacts, cell_slots, color_order, contact_colors);
     for (u32 k = 0u; k < count; ++k)
-      color_give(color_order[first + k], body_infos, contacts, body_colors, contact_colors);
+      color_assign(color_order[first + k], body_infos, contacts, body_colors, contact_colors);
 #else
     for (u32 rank = 0u; rank < COLOR_CLASSES; ++rank) {
       for (u32 i = first + color_class(rank); i < end; i += COLOR_CLASSES) {
         contact_colors[i] = color_at_first(i, contacts, cell_slots);
-        if (contact_colors[i] == NONE) color_give(i, body_infos, contacts, body_colors, contact_colors);
+        if (contact_colors[i] == NONE) color_assign(i, body_infos, contacts, body_colors, contact_colors);
       }
     }
 #endif

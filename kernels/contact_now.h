@@ -16,8 +16,8 @@ typedef struct ContactNow {
 static inline ContactNow contact_now(global const ContactPoint* point, u32 frame, Pose pose_a, Pose pose_b) {
   const Vec3 anchor_a = rotate3(pose_a.orientation, contact_load3(point->anchor_a));
   const Vec3 anchor_b = rotate3(pose_b.orientation, contact_load3(point->anchor_b));
-  const Vec3 apart = sub3(pose_a.position, pose_b.position);
-  const Vec3 d = sub3(add3(apart, anchor_a), anchor_b);
+  const Vec3 offset_ab = sub3(pose_a.position, pose_b.position);
+  const Vec3 d = sub3(add3(offset_ab, anchor_a), anchor_b);
   const real distance = length3(d);
   ContactNow now;
   now.normal = contact_load3(point->normal);
@@ -28,7 +28,7 @@ static inline ContactNow contact_now(global const ContactPoint* point, u32 frame
   now.gap = between - point->radius_a - point->radius_b;
   if (frame == NORMAL_OF_A) {
     now.arm_b = add3(anchor_b, scale3(point->radius_b, now.normal));
-    now.arm_a = sub3(now.arm_b, apart);
+    now.arm_a = sub3(now.arm_b, offset_ab);
 #if FEATURE_CONTINUOUS
   } else if (frame == NORMAL_OF_IMPACT) {
     now.arm_a = sub3(anchor_a, scale3(point->radius_a, now.normal));
@@ -37,7 +37,7 @@ static inline ContactNow contact_now(global const ContactPoint* point, u32 frame
   } else {
     const real depth = frame == NORMAL_OF_B ? point->radius_a : point->radius_a + (real)0.5 * now.gap;
     now.arm_a = sub3(anchor_a, scale3(depth, now.normal));
-    now.arm_b = add3(now.arm_a, apart);
+    now.arm_b = add3(now.arm_a, offset_ab);
   }
   return now;
 }

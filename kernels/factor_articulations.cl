@@ -19,8 +19,8 @@ static inline u32 write_link_joint(LinkInfo link, JointInfo info, global const J
   Vec3 axes[3];
   for (u32 i = 0u; i < 3u; ++i) axes[i] = link_vector(block->axes + 3u * i, at);
   set_link_joint(link, info.free == FREE_ANGLE, axes, link_vector(block->arm_a, at), link_vector(block->arm_b, at),
-                 link_vector(block->free_axis, at), block->rise[at], f);
-  f->yield = block->yield[at];
+                 link_vector(block->free_axis, at), block->lead[at], f);
+  f->spring_compliance = block->spring_compliance[at];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = sign * (block->bias[i][at] + block->velocity_product[i][at]);
   f->error[JOINT_ROWS] = -(sign * block->slowest[at]);
   return rows;

@@ -78,10 +78,10 @@ typedef struct LanePhase {
 } LanePhase;
 
 static inline LanePhase impact_phase(lane_mask by_work, lane u_n, lane rate, lane owed, lane far) {
-  const lane_mask rises = rate > (lane)0;
+  const lane_mask increases = rate > (lane)0;
   LanePhase end;
   end.compresses = (u_n < (lane)0) | (!(u_n > (lane)0) & (rate < (lane)0));
-  const lane_mask reverses = (end.compresses & rises) | (!end.compresses & !rises);
+  const lane_mask reverses = (end.compresses & increases) | (!end.compresses & !increases);
   const lane to_zero = reverses ? fabs(u_n / rate) : far;
   const lane squared = u_n * u_n + (lane)2 * rate * owed;
   const lane by_work_impulse = squared >= (lane)0 ? (lane)2 * owed / (u_n + sqrt(squared)) : far;

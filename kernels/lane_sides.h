@@ -22,7 +22,7 @@ typedef struct LaneSide {
 
 typedef struct LaneSides {
   LaneSide a, b;
-  Lane3 apart;  // of the centres of mass, from b to a
+  Lane3 offset_ab;  // of the centres of mass, from b to a
 } LaneSides;
 
 // Up to four points of one normal.
@@ -61,9 +61,9 @@ LANE_INLINE void lane_side(LaneSide* side, const SideTables* t, const u32* shape
 LANE_INLINE void lane_sides(LaneSides* s, const SideTables* tables, const LanePairs* pairs) {
   lane_side(&s->a, tables, pairs->shape_a, pairs->body_a);
   lane_side(&s->b, tables, pairs->shape_b, pairs->body_b);
-  s->apart = lane_sub3(s->a.position, s->b.position);
+  s->offset_ab = lane_sub3(s->a.position, s->b.position);
   s->a.center = lane_make3(LANE_OF(0), LANE_OF(0), LANE_OF(0));
-  s->b.center = lane_sub3(s->b.arm, lane_add3(s->a.arm, s->apart));
+  s->b.center = lane_sub3(s->b.arm, lane_add3(s->a.arm, s->offset_ab));
 }
 
 LANE_INLINE Lane3 lane_point_velocity(const LaneSide* side, Lane3 arm) {
@@ -72,7 +72,7 @@ LANE_INLINE Lane3 lane_point_velocity(const LaneSide* side, Lane3 arm) {
 
 // As collide_limit.
 LANE_INLINE lane lane_limit(const StepParams* params, const LaneSides* s) {
-  const Lane3 arm_b = lane_add3(s->a.arm, s->apart);
+  const Lane3 arm_b = lane_add3(s->a.arm, s->offset_ab);
   const Lane3 v = lane_sub3(lane_point_velocity(&s->b, arm_b), lane_point_velocity(&s->a, s->a.arm));
   const Lane3 w = lane_sub3(s->b.w, s->a.w);
   return LANE_OF(params->margin) + LANE_OF(step_length(params)) * (lane_length3(v) + lane_length3(w) * s->a.reach);
@@ -84,7 +84,8 @@ LANE_INLINE void lane_keep(const StepParams* params, const LaneSides* s, LaneMan
   const Lane3 inwards = lane_scale3(m->radius_a, m->normal);
   for (u32 k = 0u; k < points; ++k) {
     const Lane3 arm = lane_add3(s->a.arm, lane_sub3(m->anchor_a[k], inwards));
-    const Lane3 u = lane_sub3(lane_point_velocity(&s->b, lane_add3(arm, s->apart)), lane_point_velocity(&s->a, arm));
+    const Lane3 u =
+        lane_sub3(lane_point_velocity(&s->b, lane_add3(arm, s->offset_ab)), lane_point_velocity(&s->a, arm));
     const lane approach = lane_dot3(m->normal, u), speed = approach > zero ? approach : zero;
     const lane gap = lane_dot3(m->normal, lane_sub3(m->anchor_a[k], m->anchor_b[k])) - m->radius_a - m->radius_b;
     m->feature[k] = gap <= LANE_OF(params->margin) + h * speed ? m->feature[k] : LANE_OF(LANE_NO_FEATURE);

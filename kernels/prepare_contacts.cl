@@ -52,8 +52,8 @@ static inline void prepare_now(u32 first, global const PointBlock* points, const
   const Lane3 anchor_b =
       lane_rotate3(b->orientation,
                    lane_load_xyz(points->anchor_b_x + first, points->anchor_b_y + first, points->anchor_b_z + first));
-  const Lane3 apart = lane_sub3(a->position, b->position);
-  const Lane3 d = lane_sub3(lane_add3(apart, anchor_a), anchor_b);
+  const Lane3 offset_ab = lane_sub3(a->position, b->position);
+  const Lane3 d = lane_sub3(lane_add3(offset_ab, anchor_a), anchor_b);
   const lane distance = lane_length3(d);
 
   const Lane3 kept = LANE_NORMAL(points, first);
@@ -72,8 +72,8 @@ static inline void prepare_now(u32 first, global const PointBlock* points, const
   const lane depth = of_b ? radius_a : radius_a + (lane)0.5 * now->gap;
   const Lane3 end_b = lane_add3(anchor_b, lane_scale3(radius_b, now->normal));
   const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, now->normal));
-  now->arm_a = lane_select3(of_a, lane_sub3(end_b, apart), end_a);
-  now->arm_b = lane_select3(of_a, end_b, lane_add3(end_a, apart));
+  now->arm_a = lane_select3(of_a, lane_sub3(end_b, offset_ab), end_a);
+  now->arm_b = lane_select3(of_a, end_b, lane_add3(end_a, offset_ab));
 #if FEATURE_CONTINUOUS
   const lane_mask of_impact = LANE_MASK(frame == (lane_u32)NORMAL_OF_IMPACT);
   now->arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, now->normal)), now->arm_a);
@@ -191,16 +191,16 @@ static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask the
   material.restitution = share * restitution;
   material.tangential_restitution = LANE_LOAD(impacts->tangential_restitution + first);
   const LaneOutcome outcome = lane_impact(hit, free, w, &material);
-  const LaneTarget aim = lane_target(&outcome, w, target->friction);
+  const LaneTarget impact_target = lane_target(&outcome, w, target->friction);
   lane own_softness;
   const lane rests = prepare_bias(p, gap, u_old, free.normal, (lane)0, &own_softness);
   const lane least = gap > (lane)0 ? (lane)0 : rests;
-  const lane_mask bounces = aim.bias.normal < least;
-  *bias = hit ? (bounces ? aim.bias.normal : least) : *bias;
+  const lane_mask bounces = impact_target.bias.normal < least;
+  *bias = hit ? (bounces ? impact_target.bias.normal : least) : *bias;
   *softness = hit ? (bounces ? (lane)0 : own_softness) : *softness;
-  target->bias.tangent_1 = hit ? aim.bias.tangent_1 : target->bias.tangent_1;
-  target->bias.tangent_2 = hit ? aim.bias.tangent_2 : target->bias.tangent_2;
-  target->friction = hit ? aim.friction : target->friction;
+  target->bias.tangent_1 = hit ? impact_target.bias.tangent_1 : target->bias.tangent_1;
+  target->bias.tangent_2 = hit ? impact_target.bias.tangent_2 : target->bias.tangent_2;
+  target->friction = hit ? impact_target.friction : target->friction;
 }
 #endif
 

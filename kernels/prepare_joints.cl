@@ -9,25 +9,25 @@
 
 static inline void joint_free_law(const Joint joint, real x, real velocity_product, real dt, u32 lane,
                                   global JointBlock* block) {
-  real slowest = -(real)JOINT_UNBOUNDED, fastest = (real)JOINT_UNBOUNDED, give = (real)0;
+  real slowest = -(real)JOINT_UNBOUNDED, fastest = (real)JOINT_UNBOUNDED, bound_softness = (real)0;
   if (joint.limited != (real)0) {
     const real above = x - joint.low, below = joint.high - x;
-    if (joint.yield > (real)0) {
+    if (joint.spring_compliance > (real)0) {
       slowest = -(joint.rate * above);
       fastest = slowest;
     } else if (joint.low == joint.high) {
       slowest = -(joint.correction * above / dt + velocity_product);
       fastest = slowest;
-      give = joint.softness;
+      bound_softness = joint.softness;
     } else {
       slowest = above > (real)0 ? -(above / dt) : -(joint.correction * above / dt);
       fastest = below > (real)0 ? below / dt : joint.correction * below / dt;
-      give = above < (real)0 || below < (real)0 ? joint.softness : (real)0;
+      bound_softness = above < (real)0 || below < (real)0 ? joint.softness : (real)0;
     }
   }
   block->slowest[lane] = slowest;
   block->fastest[lane] = fastest;
-  block->give[lane] = give;
+  block->bound_softness[lane] = bound_softness;
 }
 
 // The rate of each row at the present velocities.
@@ -49,7 +49,7 @@ static inline void joint_row_rates(const JointNow* now, const JointInfo info, Mo
     rates[i] = dot3(now->axes[i], rate);
     rates[i + 3u] = dot3(now->axes[i], angular_rate);
   }
-  if (now->rise != (real)0) rates[2] = rates[2] - now->rise * rates[5];
+  if (now->lead != (real)0) rates[2] = rates[2] - now->lead * rates[5];
   rates[JOINT_ROWS] = dot3(now->free_axis, info.free == FREE_ANGLE ? angular_rate : rate);
   if (info.free == FREE_LENGTH && now->coordinate > (real)0) {
     const real along = dot3(now->free_axis, u);
@@ -89,15 +89,15 @@ static inline void joint_clear(u32 lane, global JointBlock* block) {
   joint_write(&now, &factor, none, none, none, none, lane, block);
   block->softness[lane] = (real)0;
   block->spring[lane] = (real)0;
-  block->own[lane] = (real)0;
-  block->shared[lane] = (real)0;
+  block->free_mobility[lane] = (real)0;
+  block->coupled_mobility[lane] = (real)0;
   block->motor_speed[lane] = (real)0;
   block->motor_impulse[lane] = (real)0;
   block->slowest[lane] = (real)0;
   block->fastest[lane] = (real)0;
-  block->give[lane] = (real)0;
-  block->yield[lane] = (real)0;
-  block->rise[lane] = (real)0;
+  block->bound_softness[lane] = (real)0;
+  block->spring_compliance[lane] = (real)0;
+  block->lead[lane] = (real)0;
 }
 
 #if FEATURE_JOINTS_AHEAD
@@ -120,13 +120,13 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
   const real foreseen = params->dt / ((real)1 + angle);
   JointNow now = joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
 #if FEATURE_JOINTS_AHEAD
-  const real lead = ((real)1 - params->theta) * foreseen;
-  joint_move_on(a, lead, &x_a, &q_a);
-  joint_move_on(b, lead, &x_b, &q_b);
+  const real lead_time = ((real)1 - params->theta) * foreseen;
+  joint_move_on(a, lead_time, &x_a, &q_a);
+  joint_move_on(b, lead_time, &x_b, &q_b);
   now = joint_with_error_of(now, joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b));
 #endif
-  real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], own;
-  joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &own);
+  real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], free_mobility;
+  joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &free_mobility);
   JointFactor factor;
   factorise(k, info.locked, &factor);
 
@@ -142,28 +142,28 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
     coupling[i] = locked && is_free ? column[i] : (real)0;
     response[i] = coupling[i];
   }
-  const bool equal = joint.limited != (real)0 && joint.low == joint.high && !(joint.yield > (real)0);
+  const bool equal = joint.limited != (real)0 && joint.low == joint.high && !(joint.spring_compliance > (real)0);
   velocity_product[JOINT_ROWS] = equal ? ahead * velocity_product[JOINT_ROWS] : (real)0;
   solve_factor(&factor, response);
-  real shared = (real)0;
-  for (u32 i = 0u; i < JOINT_ROWS; ++i) shared = shared + coupling[i] * response[i];
+  real coupled_mobility = (real)0;
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) coupled_mobility = coupled_mobility + coupling[i] * response[i];
 
   joint_write(&now, &factor, bias, velocity_product, coupling, response, lane, block);
   block->softness[lane] = joint.softness;
   block->spring[lane] = joint.spring;
-  block->own[lane] = is_free ? own : (real)0;
-  block->shared[lane] = shared;
+  block->free_mobility[lane] = is_free ? free_mobility : (real)0;
+  block->coupled_mobility[lane] = coupled_mobility;
   block->motor_speed[lane] = joint.motor_speed;
   block->motor_impulse[lane] = joint.motor_force * params->dt;
-  block->yield[lane] = joint.yield;
-  block->rise[lane] = sizes.rise;
+  block->spring_compliance[lane] = joint.spring_compliance;
+  block->lead[lane] = sizes.lead;
   joint_free_law(joint, now.coordinate, velocity_product[JOINT_ROWS], params->dt, lane, block);
 }
 
 kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
                            global const Motion* motions, global const Sleeper* sleepers,
                            global const JointInfo* joint_infos, global const Joint* joints,
-                           global const real* screw_rises, global const real* rolling_radii,
+                           global const real* screw_leads, global const real* rolling_radii,
                            global const JointLanes* joint_lanes, global JointBlock* joint_blocks,
                            global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
@@ -179,7 +179,7 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
     Quat q_a, q_b;
     joint_pose(info.body_a, params.bodies, positions, orientations, &x_a, &q_a);
     joint_pose(info.body_b, params.bodies, positions, orientations, &x_b, &q_b);
-    prepare_joint(&params, info, joints[index], joint_sizes(screw_rises, rolling_radii, index), x_a, q_a, x_b, q_b,
+    prepare_joint(&params, info, joints[index], joint_sizes(screw_leads, rolling_radii, index), x_a, q_a, x_b, q_b,
                   motions[info.body_a], motions[info.body_b], lane, block);
   }
 }

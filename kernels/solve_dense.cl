@@ -97,29 +97,29 @@ kernel void dense_finish(const StepParams params, global const u32* contact_slot
   }
 }
 
-static inline void dense_give_item(u32 begin, u32 item, global const BlockBodies* block_bodies,
-                                   global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                                   global const ImpulseBlock* dense_changes, global Motion* motions) {
+static inline void dense_apply_item(u32 begin, u32 item, global const BlockBodies* block_bodies,
+                                    global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                                    global const ImpulseBlock* dense_changes, global Motion* motions) {
   const StartStream stream = {block_bodies, block_rows, contact_blocks, dense_changes, 0, 0, 0, 0, motions};
   start_item(begin, item, &stream);
 }
 
 // The bodies of a colour get the changes.
-kernel void dense_give_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
-                             global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                             global const ImpulseBlock* dense_changes, global Motion* motions,
-                             global const u32* counters) {
+kernel void dense_apply_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
+                              global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                              global const ImpulseBlock* dense_changes, global Motion* motions,
+                              global const u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
   const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
   FOR_EACH(item, items)
-  dense_give_item(begin, item, block_bodies, block_rows, contact_blocks, dense_changes, motions);
+  dense_apply_item(begin, item, block_bodies, block_rows, contact_blocks, dense_changes, motions);
 }
 
 // One work-group: those of the colours from `first_color` on and of the overflow.
-kernel void dense_give_tail(const u32 first_color, global const u32* color_starts,
-                            global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                            global const ContactBlock* contact_blocks, global const ImpulseBlock* dense_changes,
-                            global Motion* motions, global const u32* counters) {
+kernel void dense_apply_tail(const u32 first_color, global const u32* color_starts,
+                             global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                             global const ContactBlock* contact_blocks, global const ImpulseBlock* dense_changes,
+                             global Motion* motions, global const u32* counters) {
   const u32 phases = contact_phases(counters);
   u32 phase = min(first_color, counters[COUNTER_COLORS]);
   do {
@@ -127,7 +127,7 @@ kernel void dense_give_tail(const u32 first_color, global const u32* color_start
     const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
     const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
-      dense_give_item(begin, item, block_bodies, block_rows, contact_blocks, dense_changes, motions);
+      dense_apply_item(begin, item, block_bodies, block_rows, contact_blocks, dense_changes, motions);
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++phase < phases);
 }
@@ -162,7 +162,7 @@ kernel void solve_dense_group(const StepParams params, const u32 rounds, const u
 #if FEATURE_JOINTS
     dense_finish(params, contact_slots, contact_tiles, dense_tiles, impulse_blocks, dense_changes, counters);
     barrier(CLK_GLOBAL_MEM_FENCE);
-    dense_give_tail(0u, color_starts, block_bodies, block_rows, contact_blocks, dense_changes, motions, counters);
+    dense_apply_tail(0u, color_starts, block_bodies, block_rows, contact_blocks, dense_changes, motions, counters);
 #endif
 #if FEATURE_TOLERANCE
     if (group_has_settled(params.tolerance, counters)) break;
@@ -171,6 +171,6 @@ kernel void solve_dense_group(const StepParams params, const u32 rounds, const u
 #if !FEATURE_JOINTS
   dense_finish(params, contact_slots, contact_tiles, dense_tiles, impulse_blocks, dense_changes, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
-  dense_give_tail(0u, color_starts, block_bodies, block_rows, contact_blocks, dense_changes, motions, counters);
+  dense_apply_tail(0u, color_starts, block_bodies, block_rows, contact_blocks, dense_changes, motions, counters);
 #endif
 }

@@ -40,8 +40,8 @@ bool thrust_fits(double thickness) {
   double low = 0, high = 1;  // the room is a concave function of the thrust
   for (int i = 0; i < 100; ++i) {
     const double third = (high - low) / 3;
-    const bool rises = room_for(low + third) < room_for(high - third);
-    (rises ? low : high) = rises ? low + third : high - third;
+    const bool increases = room_for(low + third) < room_for(high - third);
+    (increases ? low : high) = increases ? low + third : high - third;
   }
   return room_for((low + high) / 2) >= 0;
 }

@@ -118,13 +118,13 @@ double most_off(const Buffers<real>& b) {
       const auto axis = reference::joint_vector(block.axes + 3 * (row % 3), lane);
       double off = double(reference::dot3(axis, row < 3 ? u : w)) + double(block.bias[row][lane]) +
                    double(block.velocity_product[row][lane]);
-      if (row == 2) off -= double(block.rise[lane]) * double(reference::dot3(axis, w));
+      if (row == 2) off -= double(block.lead[lane]) * double(reference::dot3(axis, w));
       most = std::max(most, std::abs(off));
     }
     if (info.free == FREE_NOTHING || block.slowest[lane] != block.fastest[lane]) continue;
     const auto along = reference::joint_vector(block.free_axis, lane);
     const double free = double(reference::dot3(along, info.free == FREE_ANGLE ? w : u));
-    const double push = double(block.yield[lane]) * double(b.joint_impulses[link.slot / PACK].free[lane]);
+    const double push = double(block.spring_compliance[lane]) * double(b.joint_impulses[link.slot / PACK].free[lane]);
     most = std::max(most, std::abs(free - double(block.slowest[lane]) + push));
   }
   return most;

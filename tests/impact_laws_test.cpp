@@ -200,11 +200,11 @@ TEST(ImpactEnergy, KaneAndLevinsonsParadoxIsNewtonsAlone) {
 // The laws part where a slide stops on the way: Poisson's e and Stronge's are not one number.
 TEST(ImpactEnergy, PoissonsAndStrongesDifferWhereASlideStops) {
   const PlanarImpact stops = {-1, 0.2, 1.4, 1.9, 0.6, 0.5, 0.5}, goes_on = {-1, 3, 1.4, 1.9, 0.6, 0.5, 0.5};
-  const auto apart = [](const PlanarImpact& impact) {
+  const auto difference = [](const PlanarImpact& impact) {
     return std::abs(planar_impact(IMPACT_POISSON, impact).normal - planar_impact(IMPACT_STRONGE, impact).normal);
   };
-  EXPECT_GT(apart(stops), 1e-3);
-  EXPECT_LT(apart(goes_on), 1e-15);
+  EXPECT_GT(difference(stops), 1e-3);
+  EXPECT_LT(difference(goes_on), 1e-15);
 }
 
 // Garwin's superball (1969): with e = e_t = 1 and enough friction the slip turns round, and all energy is kept.

@@ -222,7 +222,7 @@ TYPED_TEST(PrepareContacts, BiasLetsAnOpenGapClose) {
   EXPECT_NEAR(bias_of(state), 0.01 * 60 - 0.2, 200 * tolerance<real>);
 }
 
-TYPED_TEST(PrepareContacts, BiasPushesOverlapApart) {
+TYPED_TEST(PrepareContacts, BiasSeparatesOverlaps) {
   using real = TypeParam;
   InitialState<real> state = sphere_over_ground<real>(-0.01, 0, 0);
   EXPECT_NEAR(bias_of(state), -0.2 * (0.01 - 1e-4) * 60, 200 * tolerance<real>);

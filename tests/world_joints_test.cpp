@@ -200,11 +200,11 @@ TEST(WorldJoints, AScrewAddedLaterCountsItsRevolutions) {
   const JointHandle thread = world.add(screw, nut);
   world.set_motor(thread, 1000, 5);
   world.step(2000);
-  const double pi = 3.141592653589793, rise = 0.1 / (2 * pi), moment = 1.0 / 3 + 2 * rise * rise;
+  const double pi = 3.141592653589793, lead = 0.1 / (2 * pi), moment = 1.0 / 3 + 2 * lead * lead;
   const JointState state = world.state(thread);  // of the world against the nut
   EXPECT_NEAR(state.speed, 2 * 5 / moment, 1e-9);
   EXPECT_NEAR(state.coordinate, 2 * 5 / moment, 5e-3 + 2e-3 * 5 / moment);  // M t^2 / 2 I
-  EXPECT_NEAR(world.pose(nut).position[2], -rise * state.coordinate, 1e-9);
+  EXPECT_NEAR(world.pose(nut).position[2], -lead * state.coordinate, 1e-9);
   EXPECT_GT(state.coordinate, 4 * 2 * pi);
   EXPECT_LT(state.separation, 1e-9);
 }

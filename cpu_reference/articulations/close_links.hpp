@@ -25,10 +25,11 @@ u32 write_link_joint_now(const Buffers<real>& b, const StepParams<real>& params,
   joint_pose(b, params, info.body_a, x_a, q_a);
   joint_pose(b, params, info.body_b, x_b, q_b);
   const JointNow<real> now = joint_now(joint, info, joint_sizes(b, link.joint), x_a, q_a, x_b, q_b);
-  const bool rod = info.free != FREE_NOTHING && joint.limited != 0 && joint.low == joint.high && !(joint.yield > 0);
+  const bool rod =
+      info.free != FREE_NOTHING && joint.limited != 0 && joint.low == joint.high && !(joint.spring_compliance > 0);
   const real sign = link.is_b != 0 ? real(1) : real(-1);
-  set_link_joint(link, info.free == FREE_ANGLE, now.axes, now.arm_a, now.arm_b, now.free_axis, now.rise, f);
-  f.yield = 0;
+  set_link_joint(link, info.free == FREE_ANGLE, now.axes, now.arm_a, now.arm_b, now.free_axis, now.lead, f);
+  f.spring_compliance = 0;
   for (u32 i = 0; i < JOINT_ROWS; ++i) f.error[i] = (info.locked >> i & 1) != 0 ? sign * now.error[i] : real(0);
   f.error[JOINT_ROWS] = rod ? sign * (now.coordinate - joint.low) : real(0);
   return info.locked | (rod ? 1u << JOINT_ROWS : 0u);

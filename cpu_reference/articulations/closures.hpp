@@ -1,6 +1,6 @@
 // Joints that close loops of an articulation, solved with it: auxiliary constraints (Baraff 1996, 7). A tree whose rows
 // are solved answers a unit of each of their rows, at both ends, with velocities u_j of the ends of all of them:
-//   W = [u_1 u_2 ...] (+ yield of springs),   W mu = -(what is off once the tree has answered what is off in it)
+//   W = [u_1 u_2 ...] (+ compliance of springs),   W mu = -(what is off once the tree has answered what is off in it)
 // W is symmetric and is factorised as L D L^T. Where a loop holds what is held already, by the tree or by other rows,
 // a pivot p is rounding. In its place comes p + f^2 / p, with f a small share of the row's mobility if both ends were
 // free: what is well above f stays as it is, and a row that nothing moves gets hardly an impulse, so that loops that
@@ -176,7 +176,7 @@ void factor_closures(Buffers<real>& b, const Articulation& tree, const ClosureSe
         if (i >= j && has_row(b.closure_factors[k], r)) w[closure_entry(i, j)] = answer[r];
       }
     }
-    if (row == JOINT_ROWS) w[closure_entry(j, j)] = w[closure_entry(j, j)] + f.yield;
+    if (row == JOINT_ROWS) w[closure_entry(j, j)] = w[closure_entry(j, j)] + f.spring_compliance;
   }
   factorise_closures(n, w, whole);
 }

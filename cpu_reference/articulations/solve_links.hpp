@@ -41,7 +41,7 @@ real link_off(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<rea
   link_rows(f, u, off);
   const real free = b.joint_impulses[link.slot / PACK].free[link.slot % PACK];
   const real along = link.is_b != 0 ? free : -free;
-  off[JOINT_ROWS] = off[JOINT_ROWS] + f.yield * along;
+  off[JOINT_ROWS] = off[JOINT_ROWS] + f.spring_compliance * along;
   for (u32 i = 0; i < LINK_ROWS; ++i) off[i] = f.mobility[entry_index(i, i)] > 0 ? off[i] + f.error[i] : real(0);
   const Twist<real> change = link_effort(f, off);
   const real trace =

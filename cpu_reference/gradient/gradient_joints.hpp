@@ -69,11 +69,13 @@ PairStep<real> step_joint(const JointBlock<real>& block, u32 free, u32 lane, rea
     before = before + sigma * (block.coupling[i][lane] * d[i]);
   }
 
-  const real old = y.free[lane], own = block.own[lane], shared = block.shared[lane];
-  const real e = sigma * (own - g * sigma * shared);
+  const real old = y.free[lane], free_mobility = block.free_mobility[lane],
+             coupled_mobility = block.coupled_mobility[lane];
+  const real e = sigma * (free_mobility - g * sigma * coupled_mobility);
   const real q = before - e * old;
-  const real give = block.give[lane] * ((own - shared / (real(1) + softness)) / e);  // in parts of e
-  const real bounded = free_speed(block, lane, e, q, block.slowest[lane], block.fastest[lane], give);
+  const real bound_softness =
+      block.bound_softness[lane] * ((free_mobility - coupled_mobility / (real(1) + softness)) / e);  // in parts of e
+  const real bounded = free_speed(block, lane, e, q, block.slowest[lane], block.fastest[lane], bound_softness);
   const real r_free = e > 0 ? (bounded - q) / e : real(0);
   const real change = r_free - old;
 

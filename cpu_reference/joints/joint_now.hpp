@@ -5,9 +5,9 @@
 // n . (w_b - w_a). The joint's frame is that of the cross, (n x z_a, n, z_a): it turns with z_a in a, by the angle of
 // the first arm, so that the locked row is that of y. (Shabana, Computational Dynamics, 2010, 3.3 has the conditions.)
 //
-// A screw ties what a hinge and a slider leave free: travel = rise angle, rise = pitch / 2 pi. Whole turns are not
-// remembered: of all that its thread allows the angle is the one nearest to what the travel says, right as long as a
-// step leaves less than half a pitch of error.
+// A screw ties what a hinge and a slider leave free: travel = lead angle, lead = pitch / 2 pi, m a radian. Whole turns
+// are not remembered: of all that its thread allows the angle is the one nearest to what the travel says, right as long
+// as a step leaves less than half a pitch of error.
 //
 // Two kinds lock velocities that no condition on poses stands for (non-holonomic, survey 2.2), and are never off in
 // them. A skate may not move along the axis, which is fixed in b: its edge turns with it. A ball that rolls has b's
@@ -33,7 +33,7 @@ struct JointNow {
                            // are locked the sine by which b's axis is off
   Vec3<real> free_axis;
   real coordinate;  // the free one, m or rad
-  real rise;        // of a screw, m a radian; 0 of others
+  real lead;        // of a screw, m a radian; 0 of others
   real radius;      // of what rolls, m; 0 of others
 };
 
@@ -47,13 +47,13 @@ void joint_pose(const Buffers<real>& b, const StepParams<real>& params, u32 body
 /// What only some joints have; 0 of the others, and of all in scenes that have none.
 template <class real>
 struct JointSizes {
-  real rise;    // of a screw, m a radian
+  real lead;    // of a screw, m a radian
   real radius;  // of what rolls, m
 };
 
 template <class real>
 JointSizes<real> joint_sizes(const Buffers<real>& b, u32 index) {
-  return {b.screw_rises.empty() ? real(0) : b.screw_rises[index],
+  return {b.screw_leads.empty() ? real(0) : b.screw_leads[index],
           b.rolling_radii.empty() ? real(0) : b.rolling_radii[index]};
 }
 
@@ -108,12 +108,12 @@ JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, JointS
     now.coordinate = length3(d);
     if (now.coordinate > 0) now.free_axis = {d.x / now.coordinate, d.y / now.coordinate, d.z / now.coordinate};
   }
-  now.rise = sizes.rise;
-  if (sizes.rise != 0) {
+  now.lead = sizes.lead;
+  if (sizes.lead != 0) {
     const real two_pi = real(6.283185307179586);
-    const real revolutions = std::floor((now.error[2] / sizes.rise - now.coordinate) / two_pi + real(0.5));
+    const real revolutions = std::floor((now.error[2] / sizes.lead - now.coordinate) / two_pi + real(0.5));
     now.coordinate = now.coordinate + two_pi * revolutions;
-    now.error[2] = now.error[2] - sizes.rise * now.coordinate;
+    now.error[2] = now.error[2] - sizes.lead * now.coordinate;
   }
   if (LOCKS_SKATE(info.locked)) {
     now.axes[0] = rotate3(frame_b, Vec3<real>{1, 0, 0});

@@ -10,7 +10,7 @@ template <class real>
 struct JointMobility {
   real k[JOINT_ROWS][JOINT_ROWS];
   real coupling[JOINT_ROWS];
-  real own;
+  real free_mobility;
 };
 
 template <class real>
@@ -22,9 +22,9 @@ JointMobility<real> joint_mobility(const JointNow<real>& now, u32 free, const Mo
     moment_a[i + 3] = now.axes[i];
     moment_b[i + 3] = now.axes[i];
   }
-  if (now.rise != 0) {  // the thread turns what it pushes: u_z - rise w_z
-    moment_a[2] = sub3(moment_a[2], scale3(now.rise, now.axes[2]));
-    moment_b[2] = sub3(moment_b[2], scale3(now.rise, now.axes[2]));
+  if (now.lead != 0) {  // the thread turns what it pushes: u_z - lead w_z
+    moment_a[2] = sub3(moment_a[2], scale3(now.lead, now.axes[2]));
+    moment_b[2] = sub3(moment_b[2], scale3(now.lead, now.axes[2]));
   }
   const bool angular = free == FREE_ANGLE;
   moment_a[JOINT_ROWS] = angular ? now.free_axis : cross3(now.arm_a, now.free_axis);
@@ -43,7 +43,7 @@ JointMobility<real> joint_mobility(const JointNow<real>& now, u32 free, const Mo
       else if (i < JOINT_ROWS)
         m.coupling[i] = entry;
       else
-        m.own = entry;
+        m.free_mobility = entry;
     }
   }
   return m;

@@ -3,11 +3,11 @@
 //
 // With the impulses of all others held, the joint's own problem (cpu_reference/prepare_joints.hpp) is solved exactly:
 //   the locked rows alone would change their impulses by   d0 = -g K^-1 (u + bias + J'v) - s g r,   g = 1 / (1 + s)
-//   the free row then moves at                             q + e r_f,   e = own - g shared
+//   the free row then moves at                             q + e r_f,   e = free_mobility - g coupled_mobility
 //   its impulse brings it to the motor's speed, as far as the motor reaches, and into its bounds
-//   beside a spring of yield y a push moves it by e y / (e + y) only, and none leaves it at  s + (q - s) y / (e + y),
-//   where s is the speed at which the spring would not push
-//   the locked rows answer                                 d = d0 - g response (change of r_f)
+//   beside a spring of compliance y a push moves it by e y / (e + y) only, and none leaves it at  s + (q - s) y / (e +
+//   y), where s is the speed at which the spring would not push the locked rows answer d = d0 - g response (change of
+//   r_f)
 // The relaxing sweep asks joints that are not meant to be springs to be hard, without correction; the springs of free
 // coordinates push in it as before.
 #pragma once
@@ -38,7 +38,7 @@ JointEffort<real> joint_effort(const JointBlock<real>& block, u32 free, u32 lane
   const Vec3<real> x = joint_vector(block.axes, lane), y = joint_vector(block.axes + 3, lane),
                    z = joint_vector(block.axes + 6, lane), along = joint_vector(block.free_axis, lane);
   const Vec3<real> impulse = add3(add3(scale3(r[0], x), scale3(r[1], y)), scale3(r[2], z));
-  const real about_z = block.rise[lane] != 0 ? -(block.rise[lane] * r[2]) : r[5];
+  const real about_z = block.lead[lane] != 0 ? -(block.lead[lane] * r[2]) : r[5];
   const Vec3<real> moment = add3(add3(scale3(r[3], x), scale3(r[4], y)), scale3(about_z, z));
   const bool angular = free == FREE_ANGLE;
   return {add3(impulse, scale3(angular ? real(0) : r_free, along)),
@@ -64,9 +64,9 @@ void push_joint(const JointBlock<real>& block, u32 free, u32 lane, const real (&
 
 /// The velocity of the free row within its bounds: u is what it has without them.
 template <class real>
-real bounded_speed(real u, real slowest, real fastest, real give) {
-  if (u < slowest) return u + (slowest - u) / (real(1) + give);
-  if (u > fastest) return u + (fastest - u) / (real(1) + give);
+real bounded_speed(real u, real slowest, real fastest, real bound_softness) {
+  if (u < slowest) return u + (slowest - u) / (real(1) + bound_softness);
+  if (u > fastest) return u + (fastest - u) / (real(1) + bound_softness);
   return u;
 }
 
@@ -80,8 +80,8 @@ void solve_locked_rows(const JointBlock<real>& block, u32 lane, real share, Vec3
     d[i] = -(dot3(axis, u) + share * block.bias[i][lane] + block.velocity_product[i][lane]);
     d[i + 3] = -(dot3(axis, w) + share * block.bias[i + 3][lane] + block.velocity_product[i + 3][lane]);
   }
-  const real rise = block.rise[lane];
-  if (rise != 0) d[2] = d[2] + rise * dot3(joint_vector(block.axes + 6, lane), w);
+  const real lead = block.lead[lane];
+  if (lead != 0) d[2] = d[2] + lead * dot3(joint_vector(block.axes + 6, lane), w);
   JointFactor<real> factor;
   for (u32 i = 0; i < JOINT_LOWER; ++i) factor.lower[i] = block.lower[i][lane];
   for (u32 i = 0; i < JOINT_ROWS; ++i) factor.inverse_pivot[i] = block.inverse_pivot[i][lane];
@@ -91,15 +91,16 @@ void solve_locked_rows(const JointBlock<real>& block, u32 lane, real share, Vec3
 /// The velocity that the free row gets, from its bounds and the mobility e with which it moves at q without an impulse:
 /// the motor brings it to its speed as far as it reaches, the spring or the bounds bring it back.
 template <class real>
-real free_speed(const JointBlock<real>& block, u32 lane, real e, real q, real slowest, real fastest, real give) {
-  const real yield = block.yield[lane];
-  const bool sprung = yield > 0;
-  const real left = sprung ? yield / (e + yield) : real(1);  // of a push, beside the spring
+real free_speed(const JointBlock<real>& block, u32 lane, real e, real q, real slowest, real fastest,
+                real bound_softness) {
+  const real spring_compliance = block.spring_compliance[lane];
+  const bool sprung = spring_compliance > 0;
+  const real left = sprung ? spring_compliance / (e + spring_compliance) : real(1);  // of a push, beside the spring
   const real idle = sprung ? slowest + left * (q - slowest) : q;
   const real reach = left * (e * block.motor_impulse[lane]);
   const real wanted = block.motor_speed[lane];
   const real driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
-  return sprung ? driven : bounded_speed(driven, slowest, fastest, give);
+  return sprung ? driven : bounded_speed(driven, slowest, fastest, bound_softness);
 }
 
 /// The square of by how much a visit changed the velocity of b against a, at b's anchor: u and w are what it was. A
@@ -122,7 +123,7 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   const real softness = share * block.softness[lane];
   const real g = real(1) / (real(1) + softness);
   real slowest = block.slowest[lane], fastest = block.fastest[lane];
-  if (relaxed && !(spring > 0) && !(block.yield[lane] > 0)) {  // a bound that excludes rest is a correction
+  if (relaxed && !(spring > 0) && !(block.spring_compliance[lane] > 0)) {  // a bound that excludes rest is a correction
     const bool equal = slowest == fastest;
     const real still = -block.velocity_product[JOINT_ROWS][lane];
     slowest = equal ? still : (slowest > 0 ? real(0) : slowest);
@@ -140,11 +141,11 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   }
 
   const real old = impulses.free[lane];
-  const real e = block.own[lane] - g * block.shared[lane];
+  const real e = block.free_mobility[lane] - g * block.coupled_mobility[lane];
   const real q = before - e * old;  // without any impulse of the free row
-  const real bounded = free_speed(block, lane, e, q, slowest, fastest, share * block.give[lane]);
+  const real bounded = free_speed(block, lane, e, q, slowest, fastest, share * block.bound_softness[lane]);
   // a joint that sleeps has no mobility, and keeps its impulse
-  const real r_free = e > 0 ? (bounded - q) / e : (block.own[lane] > 0 ? real(0) : old);
+  const real r_free = e > 0 ? (bounded - q) / e : (block.free_mobility[lane] > 0 ? real(0) : old);
   const real change = r_free - old;
 
   for (u32 i = 0; i < JOINT_ROWS; ++i) {

@@ -71,8 +71,8 @@ real segment_closest(SegmentInBox<real> c) {
   s = segment_kinks(c, s, c.p.y, c.u.y, c.extents.y);
   s = segment_kinks(c, s, c.p.z, c.u.z, c.extents.z);
   const real slope_from = segment_slope(c, s.from), slope_to = segment_slope(c, s.to);
-  const real rise = slope_to - slope_from;
-  return rise > real(0) ? s.from - slope_from / rise * (s.to - s.from) : s.from;
+  const real slope_change = slope_to - slope_from;
+  return slope_change > real(0) ? s.from - slope_from / slope_change * (s.to - s.from) : s.from;
 }
 
 /// The part of a span where |p + t u| <= extents along an axis.

@@ -37,7 +37,7 @@ Manifold<real> sphere_facet(const WorldShape<real>& a, const WorldShape<real>& b
   const real gap = std::sqrt(least);
   if (gap > limit + a.size.x || !(gap > 0)) return no_manifold<real>();
   const Vec3<real> own = scale3(real(1) / gap, sub3(center, nearest));
-  if (!facet_yields(facet, own) || !facet_tells(facet, own)) return no_manifold<real>();
+  if (!facet_admits(facet, own) || !facet_tells(facet, own)) return no_manifold<real>();
   return manifold_at(out_of_frame(facet.axes, own), at_corner ? NORMAL_BETWEEN : NORMAL_FIXED, a.center, a.size.x,
                      add3(b.center, out_of_frame(facet.axes, nearest)), real(0), 0);
 }

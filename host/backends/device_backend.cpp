@@ -150,7 +150,7 @@ struct DeviceBackend<real>::Parts {
                   : std::nullopt),
         memory(device, queue),
         launcher(device, queue, memory, wanted.work_group, wanted.profile) {
-    build_apart(kernels, features);
+    build_programs(kernels, features);
     resize(host, sizes, features);
     for_each_buffer(state.buffers, [&](Buffer buffer, const auto& elements) {
       if (elements.empty()) return;
@@ -165,7 +165,7 @@ struct DeviceBackend<real>::Parts {
   }
 
   // The files whose kernels no fused one calls, those together that differ alike from scene to scene.
-  void build_apart(const Kernels& all, Features compiled) {
+  void build_programs(const Kernels& all, Features compiled) {
     std::map<Differ, std::vector<std::string>> programs_of;
     for (const std::string& file : all.files)
       if (!fused || std::ranges::count(fused->files, file) == 0)
@@ -303,7 +303,7 @@ void DeviceBackend<real>::enable(Feature feature) {
     if (info(static_cast<Stage>(s)).feature == feature) options.only.push_back(static_cast<Stage>(s));
   }
   const Features compiled = with(with(parts_->features, Feature::manifolds), Feature::boxes);
-  parts_->build_apart(kernels_of(compiled, options), compiled);
+  parts_->build_programs(kernels_of(compiled, options), compiled);
 }
 
 template <class real>

@@ -216,7 +216,7 @@ std::vector<CaseError> leaning_box(Trial& trial) {
 std::vector<CaseError> capstan(Trial& trial) {
   Scene scene = read_scene("capstan");
   const u32 last = first_dynamic(scene) + 19;
-  const double wrap_angle = std::numbers::pi / 20, rise = 0.3 * std::tan(wrap_angle / 2), quarter = 0.1, most = 0.03;
+  const double wrap_angle = std::numbers::pi / 20, mu_tan = 0.3 * std::tan(wrap_angle / 2), quarter = 0.1, most = 0.03;
   const double slips = bisect(2.2, 3, 22, [&](double ratio) {
     scene.joints.back().motor_force = ratio;
     double way = 0;                   // m
@@ -230,7 +230,7 @@ std::vector<CaseError> capstan(Trial& trial) {
     const bool gathers = after > 1.05 * before && after - before > 2e-6;
     return way >= most || gathers;
   });
-  return {compare("ratio of pulls at which it slips", "", std::pow((1 + rise) / (1 - rise), 20), slips)};
+  return {compare("ratio of pulls at which it slips", "", std::pow((1 + mu_tan) / (1 - mu_tan), 20), slips)};
 }
 
 /// Two plates that nothing stops close in on a box until there is no room for it: no velocity of it is right. It is to

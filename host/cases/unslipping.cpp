@@ -21,8 +21,8 @@ std::vector<CaseError> skates(Trial& trial) {
   const double angular_speed = exact::length(skater.angular_velocity);
   const double scale = exact::dot(scene.gravity, down) / (angular_speed * angular_speed);
   const auto on_slope = [&](double t) {
-    const double phi = angular_speed * t, rise = 1 - std::cos(phi);
-    const double x = std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4, y = rise * rise / 2;
+    const double phi = angular_speed * t, versine = 1 - std::cos(phi);
+    const double x = std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4, y = versine * versine / 2;
     return exact::add(skater.position, exact::add(exact::scale(scale * x, along), exact::scale(scale * y, down)));
   };
   const double lever = distance(sleigh.position, dragged.anchor_a), first = sleigh.angular_velocity[2];

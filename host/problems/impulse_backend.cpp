@@ -29,7 +29,7 @@ std::vector<u32> slots_of(const Buffers<double>& buffers) {
 
 // Whether the row is to be closed: neither it nor its joint is a spring, or gives way.
 bool closes(const SystemJoint& j, const Row& row) {
-  return row.row == JOINT_ROWS ? j.yield == 0 && j.give == 0 : j.softness == 0;
+  return row.row == JOINT_ROWS ? j.spring_compliance == 0 && j.bound_softness == 0 : j.softness == 0;
 }
 
 // A joint at the predicted end, in parts of the time step: the velocity that its gaps stand for.

@@ -69,7 +69,7 @@ System articulated_system(const Buffers<double>& b) {
     joint.anchor_b = vector3(from.anchor_b);
     joint.frame_a = rotation(from.frame_a);
     joint.frame_b = rotation(from.frame_b);
-    joint.rise = b.screw_rises.empty() ? 0 : b.screw_rises[j];
+    joint.lead = b.screw_leads.empty() ? 0 : b.screw_leads[j];
     system.joints.push_back(joint);
   }
   return system;
@@ -82,10 +82,11 @@ Laws laws_of(const Buffers<double>& b, const Tree& tree) {
     closes[joint] = tree.system().joints[joint].type != JointType::distance;
   for (std::size_t j = 0; j < b.joints.size(); ++j) {
     const lockstep::Joint<double>& joint = b.joints[j];
-    const bool bounded = b.joint_infos[j].free != FREE_NOTHING && joint.limited != 0, sprung = joint.yield > 0;
+    const bool bounded = b.joint_infos[j].free != FREE_NOTHING && joint.limited != 0,
+               sprung = joint.spring_compliance > 0;
     const bool fixed = bounded && !sprung && joint.low == joint.high;
     if (closes[j] || fixed) laws.closures.push_back({j, closes[j], fixed, joint.low});
-    if (bounded && sprung) laws.springs.push_back({j, joint.rate, joint.low, joint.yield});
+    if (bounded && sprung) laws.springs.push_back({j, joint.rate, joint.low, joint.spring_compliance});
     if (bounded && !sprung && !fixed) laws.limits.push_back({j, joint.low, joint.high});
   }
   return laws;

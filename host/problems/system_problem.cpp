@@ -207,9 +207,9 @@ void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& asse
   if (j.softness > 0) {
     const MatrixXd compliance = j.softness * assembly.mobility({on_a, on_b});
     const MatrixXd mass = oracle::solve_by_lu(compliance, MatrixXd(MatrixXd::Identity(count, count)));
-    const VectorXd give = compliance * l;
+    const VectorXd slack_velocity = compliance * l;
     for (Eigen::Index i = 0; i < count; ++i) {
-      const u32 velocity = assembly.add_velocity(give[i]);
+      const u32 velocity = assembly.add_velocity(slack_velocity[i]);
       joints.g.emplace_back(int(velocity), int(column + i), 1.0);
       for (Eigen::Index k = 0; k < count; ++k) assembly.mass(velocity, velocity + k - i, mass(i, k));
     }
@@ -222,7 +222,7 @@ void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& asse
 
 // What stands for a unit of the free row's velocity, in m/s; 0 where nothing moves it.
 double free_size(const SystemJoint& j, const ContactSystem& system) {
-  if (j.free_mobility <= 0) return 0;
+  if (j.effective_mobility <= 0) return 0;
   return j.free == FREE_ANGLE ? radius_of(j, system) : 1;
 }
 
@@ -234,14 +234,15 @@ void add_free_row(const SystemJoint& j, const ContactSystem& system, Assembly& a
   Side on_a = side_at(j.body_a, linear, j.arm_a, -1), on_b = side_at(j.body_b, linear, j.arm_b, 1);
   on_a.angular -= angular;
   on_b.angular += angular;
-  const double give = size * size * j.give * j.free_mobility, yield = size * size * j.yield;
+  const double bound_compliance = size * size * j.bound_softness * j.effective_mobility,
+               spring_compliance = size * size * j.spring_compliance;
   if (free_is_locked(j)) {
     const auto column = static_cast<Eigen::Index>(joints.b.size());
     const double fixed = assembly.add(joints.g, column, {on_a, on_b})[0];
     joints.b.push_back(fixed - size * j.slowest);
     joints.l.push_back(j.free_impulse / size);
     joints.first.push_back(static_cast<u32>(column + 1));
-    const double compliance = yield > 0 ? yield : give;
+    const double compliance = spring_compliance > 0 ? spring_compliance : bound_compliance;
     if (compliance > 0) {
       const u32 velocity = assembly.add_velocity(compliance * joints.l.back());
       joints.g.emplace_back(int(velocity), int(column), 1.0);
@@ -254,9 +255,9 @@ void add_free_row(const SystemJoint& j, const ContactSystem& system, Assembly& a
                          .reach = j.motor_impulse / size,
                          .slowest = size * j.slowest - fixed,
                          .fastest = size * j.fastest - fixed,
-                         .give = give,
-                         .yield = yield,
-                         .mobility = size * size * j.free_mobility});
+                         .bound_compliance = bound_compliance,
+                         .spring_compliance = spring_compliance,
+                         .mobility = size * size * j.effective_mobility});
   joints.z.push_back(j.free_impulse / size);
 }
 

@@ -41,7 +41,7 @@ void add_lane(DifferenceLocation& location, std::size_t block, u32 lane, const B
 }
 
 // Whether two poses can be told apart in a picture of something so large.
-bool seen_apart(const RenderPose& a, const RenderPose& b, double size) {
+bool visibly_different(const RenderPose& a, const RenderPose& b, double size) {
   return double((a.position - b.position).norm()) > 0.002 * size || a.rotation.angularDistance(b.rotation) > 0.01f;
 }
 
@@ -138,7 +138,7 @@ Picture draw_difference(const Buffers<real>& device, const Buffers<real>& refere
   for (const u32 body : location.bodies) looks[body].color = shared_color;
   const double size = drawing.region.isEmpty() ? 1 : drawing.region.diagonal().norm();
   for (u32 body = 0; body < model.bodies(); ++body) {
-    if (!seen_apart(device_poses[body], poses[body], size)) continue;
+    if (!visibly_different(device_poses[body], poses[body], size)) continue;
     looks[body] = {reference_color, half_seen, true};
     device_looks[body].shown = true;
   }

@@ -83,7 +83,7 @@ SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
   j.locked = info.locked;
   j.free = info.free;
   for (int i = 0; i < 3; ++i) j.axes.col(i) = vector_at(data.axes + 3 * i, lane).normalized();
-  j.rise = double(data.rise[lane]);
+  j.lead = double(data.lead[lane]);
   j.arm_a = vector_at(data.arm_a, lane);
   j.arm_b = vector_at(data.arm_b, lane);
   j.free_axis = vector_at(data.free_axis, lane);
@@ -93,20 +93,20 @@ SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
     j.bias[i] = double(data.velocity_product[i][lane]) + (relaxed ? 0 : double(data.bias[i][lane]));
     j.impulse[i] = double(impulses.locked[i][lane]);
   }
-  j.free_mobility = double(data.own[lane]) - double(data.shared[lane]) / (1 + j.softness);
+  j.effective_mobility = double(data.free_mobility[lane]) - double(data.coupled_mobility[lane]) / (1 + j.softness);
   j.free_impulse = double(impulses.free[lane]);
   j.motor_speed = double(data.motor_speed[lane]);
   j.motor_impulse = double(data.motor_impulse[lane]);
   j.slowest = double(data.slowest[lane]);
   j.fastest = double(data.fastest[lane]);
-  j.give = double(data.give[lane]);
-  j.yield = double(data.yield[lane]);
-  if (!relaxed || j.yield > 0) return j;
+  j.bound_softness = double(data.bound_softness[lane]);
+  j.spring_compliance = double(data.spring_compliance[lane]);
+  if (!relaxed || j.spring_compliance > 0) return j;
   const double still = -double(data.velocity_product[JOINT_ROWS][lane]);
   const bool equal = j.slowest == j.fastest;
   j.slowest = equal ? still : std::min(j.slowest, 0.0);
   j.fastest = equal ? still : std::max(j.fastest, 0.0);
-  j.give = 0;
+  j.bound_softness = 0;
   return j;
 }
 

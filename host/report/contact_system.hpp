@@ -54,7 +54,7 @@ using Rows = Eigen::Matrix<double, JOINT_ROWS, 1>;
 struct SystemJoint {
   u32 body_a = 0, body_b = 0;
   Eigen::Matrix3d axes;          // columns: x, y, z of the joint's frame
-  double rise = 0;               // of a screw, m a radian: its row of z is u_z - rise w_z
+  double lead = 0;               // of a screw, m a radian: its row of z is u_z - lead w_z
   Eigen::Vector3d arm_a, arm_b;  // from the centre of mass to the point where the impulses act, m
   u32 locked = 0;                // bit of each locked row
   Rows bias;                     // u + bias + softness K r = 0 in the locked rows, b against a
@@ -65,9 +65,9 @@ struct SystemJoint {
   double free_impulse = 0;
   double motor_speed = 0, motor_impulse = 0;
   double slowest = 0, fastest = 0;  // bounds of the free velocity
-  double give = 0;                  // their softness, in parts of the mobility
-  double yield = 0;                 // of its spring, which both bounds are the rest of; 0 where there is none
-  double free_mobility = 0;         // of the free row while the locked rows answer
+  double bound_softness = 0;        // their softness, in parts of the mobility
+  double spring_compliance = 0;     // of its spring, which both bounds are the rest of; 0 where there is none
+  double effective_mobility = 0;    // of the free row while the locked rows answer
   u32 joint = 0;                    // index into the joints it came from
 };
 
@@ -75,7 +75,7 @@ struct SystemJoint {
 /// the ends of the arms, and the moment that it has there.
 inline Eigen::Vector3d push_of(const SystemJoint& joint, const Rows& rows) { return joint.axes * rows.head<3>(); }
 inline Eigen::Vector3d moment_of(const SystemJoint& joint, const Rows& rows) {
-  return joint.axes * rows.tail<3>() - joint.rise * rows[2] * joint.axes.col(2);
+  return joint.axes * rows.tail<3>() - joint.lead * rows[2] * joint.axes.col(2);
 }
 
 /// Whether dry friction acts on the free row, or a motor that wants it to stand still.

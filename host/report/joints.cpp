@@ -57,8 +57,8 @@ constexpr double two_pi = 2 * std::numbers::pi;
 
 // Travel of a screw for a radian; 0 of other joints.
 template <class real>
-double rise_of(const Buffers<real>& buffers, u32 index) {
-  return buffers.screw_rises.empty() ? 0 : double(buffers.screw_rises[index]);
+double lead_of(const Buffers<real>& buffers, u32 index) {
+  return buffers.screw_leads.empty() ? 0 : double(buffers.screw_leads[index]);
 }
 
 // The second arm of the cross of a universal joint, in the frame of a: the first is z.
@@ -77,12 +77,12 @@ u32 told_rows(const JointInfo& info) {
 }
 
 // That of a screw with the whole turns that its travel tells.
-double coordinate(const Offset& offset, const JointInfo& info, double rise) {
+double coordinate(const Offset& offset, const JointInfo& info, double lead) {
   if (info.free == FREE_TRAVEL) return offset.d.z();
   if (info.free == FREE_LENGTH) return offset.d.norm();
   if (LOCKS_CROSS(info.locked)) return std::atan2(second_arm(offset).y(), second_arm(offset).x());
   const double angle = std::remainder(2 * std::atan2(offset.rotation.z(), offset.rotation.w()), two_pi);
-  return rise == 0 ? angle : angle + two_pi * std::round((offset.d.z() / rise - angle) / two_pi);
+  return lead == 0 ? angle : angle + two_pi * std::round((offset.d.z() / lead - angle) / two_pi);
 }
 
 // The joint's axes in the world: those of its frame in a, or of its cross; of a skate those of its frame in b.
@@ -106,11 +106,11 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const Offset offset = offset_of(buffers, index);
   Vector3d d = offset.d;
   const Quaterniond& rotation = offset.rotation;
-  if (const double rise = rise_of(buffers, index); rise != 0) d.z() -= rise * coordinate(offset, info, rise);
+  if (const double lead = lead_of(buffers, index); lead != 0) d.z() -= lead * coordinate(offset, info, lead);
 
   JointDrift drift;
   drift.separation = locked_length(d, told_rows(info) & 7);
-  if (info.free == FREE_LENGTH && !(joint.yield > 0))
+  if (info.free == FREE_LENGTH && !(joint.spring_compliance > 0))
     drift.separation = beyond(d.norm(), double(joint.low), double(joint.high));
   const bool all_angles = info.locked >> 3 == 7, axis_only = info.locked >> 3 == 3;
   if (all_angles) drift.angle = 2 * std::atan2(rotation.vec().norm(), std::abs(rotation.w()));
@@ -142,7 +142,7 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
   const Offset offset = offset_of(buffers, index);
   const Quaterniond frame = at_a.orientation * rotation(joint.frame_a);
   const Eigen::Matrix3d axes = axes_of(frame, offset, info);
-  const double rise = rise_of(buffers, index);
+  const double lead = lead_of(buffers, index);
 
   JointMeasures measures;
   measures.drift = drift_of(buffers, index);
@@ -150,7 +150,7 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
   const Vector3d arm_b = at_b.orientation * vector3(joint.anchor_b), arm_a = at_b.position + arm_b - at_a.position;
   const Vector3d velocity = vector3(b.v) + vector3(b.w).cross(arm_b) - vector3(a.v) - vector3(a.w).cross(arm_a);
   const Vector3d axis = axes.col(2), along = frame * offset.d.normalized();
-  if (info.free != FREE_NOTHING) measures.coordinate = coordinate(offset, info, rise);
+  if (info.free != FREE_NOTHING) measures.coordinate = coordinate(offset, info, lead);
   if (info.free == FREE_ANGLE) measures.speed = axis.dot(relative_w);
   if (info.free == FREE_TRAVEL) measures.speed = axis.dot(velocity);
   if (info.free == FREE_LENGTH) measures.speed = along.dot(velocity);
@@ -159,20 +159,20 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
   const JointImpulseBlock<real>& impulses = buffers.joint_impulses[block];
   const auto locked = [&](u32 row) { return double(impulses.locked[row][lane]) / double(params.dt); };
   measures.force = axes * Vector3d(locked(0), locked(1), locked(2));
-  measures.torque = axes * Vector3d(locked(3), locked(4), locked(5) - rise * locked(2));
+  measures.torque = axes * Vector3d(locked(3), locked(4), locked(5) - lead * locked(2));
   measures.torque -= radius_of(buffers, index) * axis.cross(measures.force);  // what rolls is held where it touches
   measures.drive = double(impulses.free[lane]) / double(params.dt);
   return measures;
 }
 
-// The law of a spring is compiled to rate = k / (theta h k + c) and yield = 1 / (h (theta h k + c)).
+// The law of a spring is compiled to rate = k / (theta h k + c) and compliance = 1 / (h (theta h k + c)).
 template <class real>
 double spring_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
   const Joint<real>& joint = buffers.joints[index];
-  if (joint.yield == 0) return 0;
+  if (joint.spring_compliance == 0) return 0;
   const double stretch =
-      coordinate(offset_of(buffers, index), buffers.joint_infos[index], rise_of(buffers, index)) - double(joint.low);
-  const double stiffness = double(joint.rate) / (double(joint.yield) * double(params.dt));
+      coordinate(offset_of(buffers, index), buffers.joint_infos[index], lead_of(buffers, index)) - double(joint.low);
+  const double stiffness = double(joint.rate) / (double(joint.spring_compliance) * double(params.dt));
   return 0.5 * stiffness * stretch * stretch;
 }
 
@@ -182,7 +182,7 @@ bool joints_conserve_energy(const Buffers<real>& buffers, const StepParams<real>
   const double undamped = 1 / (theta * double(params.dt));           // the rate of a spring without a damper
   const double rounding = 4 * double(std::numeric_limits<real>::epsilon());
   return std::ranges::all_of(buffers.joints, [&](const Joint<real>& joint) {
-    const bool damped = joint.yield > 0 && double(joint.rate) < (1 - rounding) * undamped;
+    const bool damped = joint.spring_compliance > 0 && double(joint.rate) < (1 - rounding) * undamped;
     const bool equal = joint.low == joint.high;
     return joint.motor_force == 0 && joint.spring == 0 && !damped && (joint.limited == 0 || equal);
   });

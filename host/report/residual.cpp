@@ -257,7 +257,7 @@ JointRows joint_rows(const SystemJoint& j, const Vector3d& v_a, const Vector3d& 
   const Vector3d relative_w = w_b - w_a;
   JointRows rows;
   rows.locked << j.axes.transpose() * u, j.axes.transpose() * relative_w;
-  rows.locked[2] -= j.rise * rows.locked[5];
+  rows.locked[2] -= j.lead * rows.locked[5];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     if ((j.locked >> i & 1) == 0) rows.locked[i] = 0;
   }
@@ -275,15 +275,15 @@ Rows own_velocity(const SystemJoint& j, const SystemBody& a, const SystemBody& b
 
 // The velocity that the law of the free row wants, q + e r where r is what the motor and the bounds make of it.
 double wanted_speed(const SystemJoint& j, double u) {
-  const double e = j.free_mobility, q = u - e * j.free_impulse;
-  if (j.yield > 0) {
-    const double left = j.yield / (e + j.yield), idle = j.slowest + left * (q - j.slowest);
+  const double e = j.effective_mobility, q = u - e * j.free_impulse;
+  if (j.spring_compliance > 0) {
+    const double left = j.spring_compliance / (e + j.spring_compliance), idle = j.slowest + left * (q - j.slowest);
     const double reach = left * e * j.motor_impulse;
     return std::clamp(j.motor_speed, idle - reach, idle + reach);
   }
   const double reach = e * j.motor_impulse;
   const double driven = std::clamp(j.motor_speed, q - reach, q + reach);
-  return driven + (std::clamp(driven, j.slowest, j.fastest) - driven) / (1 + j.give);
+  return driven + (std::clamp(driven, j.slowest, j.fastest) - driven) / (1 + j.bound_softness);
 }
 
 // Linear, angular and free rows are a block each; angular velocities become those of the mass at its radius of

@@ -66,7 +66,7 @@ void set_spring(const Settings& settings, const JointSpring& in, const Origin& o
   out.low = out.high = rounded<real>(in.rest, "the rest of a spring", origin);
   out.rate = rounded<real>(in.stiffness / stiff, "the stiffness of a spring", origin);
   rounded_positive<real>(h * stiff, "dt (dt stiffness + damping) of a spring", origin);
-  out.yield = static_cast<real>(1 / (h * stiff));
+  out.spring_compliance = static_cast<real>(1 / (h * stiff));
 }
 
 template <class real>
@@ -96,11 +96,11 @@ Joint<real> make_joint(const Settings& settings, const Scene& scene, const Joint
 
 // Travel of a screw for a radian; 0 of other joints.
 template <class real>
-real make_rise(const JointDescription& in, const Origin& origin) {
+real screw_lead(const JointDescription& in, const Origin& origin) {
   if (in.kind != JOINT_SCREW) return 0;
-  const double rise = in.pitch / (2 * exact::pi);
-  rounded_positive<real>(std::abs(rise), "pitch / 2 pi of a screw", origin);
-  return static_cast<real>(rise);
+  const double lead = in.pitch / (2 * exact::pi);
+  rounded_positive<real>(std::abs(lead), "pitch / 2 pi of a screw", origin);
+  return static_cast<real>(lead);
 }
 
 template <class real>
@@ -223,7 +223,7 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
       b.joint_infos.push_back({body_a, body_b, world, id, static_cast<u32>(joint.kind), locked_rows(joint.kind),
                                static_cast<u32>(free_of(joint.kind)), 0});
       b.joints.push_back(make_joint<real>(settings, scene, joint, {scene, nullptr, &joint}));
-      b.screw_rises.push_back(make_rise<real>(joint, {scene, nullptr, &joint}));
+      b.screw_leads.push_back(screw_lead<real>(joint, {scene, nullptr, &joint}));
       b.rolling_radii.push_back(make_radius<real>(joint, {scene, nullptr, &joint}));
       if (joint.collide || body_a == null_body || body_b == null_body) continue;
       joined.push_back({body_a, body_b});
@@ -236,10 +236,10 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
     if (std::ranges::any_of(scene.joints, [](const JointDescription& joint) { return joint.spring.has_value(); }))
       state.features = with(state.features, Feature::joint_springs);
   }
-  if (std::ranges::any_of(b.screw_rises, [](real rise) { return rise != 0; }))
+  if (std::ranges::any_of(b.screw_leads, [](real lead) { return lead != 0; }))
     state.features = with(state.features, Feature::screws);
   else
-    b.screw_rises.clear();
+    b.screw_leads.clear();
   const auto rolls = [](const JointInfo& joint) { return is_non_holonomic(static_cast<JointKind>(joint.kind)); };
   if (std::ranges::any_of(b.joint_infos, rolls))
     state.features = with(state.features, Feature::non_holonomic);

@@ -22,7 +22,7 @@ class Kept {
  public:
   explicit Kept(double spacing) : spacing_(spacing) {}
 
-  bool add_if_apart(const Vector3& p) {
+  bool add_if_separated(const Vector3& p) {
     if (is_within(p, spacing_)) return false;
     cells_[{cell(p[0]), cell(p[1]), cell(p[2])}].push_back(p);
     return true;
@@ -107,7 +107,7 @@ std::vector<Vector3> sample_mesh(const TriangleMesh& mesh, double radius, Sampli
   Kept kept(least_spacing * radius);
   visit_surface(mesh, candidate_spacing * radius, [&](const Vector3& point, const Vector3& normal) {
     Vector3 p = subtract(point, scale(radius, normal));
-    if (settle(search, radius, p) && kept.add_if_apart(p)) particles.push_back(p);
+    if (settle(search, radius, p) && kept.add_if_separated(p)) particles.push_back(p);
   });
   visit_surface(mesh, radius, [&](const Vector3& point, const Vector3&) {
     if (!refusal.empty() || kept.is_within(point, farthest * radius)) return;

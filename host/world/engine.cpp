@@ -251,7 +251,7 @@ template <class real>
 JointState EngineOf<real>::joint_state(u32 joint) {
   const Buffers<real>& b =
       download({Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::joint_infos, Buffer::joints,
-                Buffer::screw_rises, Buffer::rolling_radii, Buffer::joint_lanes, Buffer::joint_impulses});
+                Buffer::screw_leads, Buffer::rolling_radii, Buffer::joint_lanes, Buffer::joint_impulses});
   const JointMeasures of = measure_joint(b, simulation_->params(), joint);
   return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
 }
@@ -290,8 +290,8 @@ Twist EngineOf<real>::after_impulse(u32 body, const Pose& pose, const Twist& vel
   const Vector3 about = pivoted ? vector(constants_.buffers.pivots[body].point_world) : pose.position;
   const Vector3 moment = exact::rotate(back, exact::cross(exact::subtract(point, about), impulse));
   const Vector3 inverse = vector(mass.inverse_inertia);
-  const Vector3 kick = exact::rotate(q, {inverse[0] * moment[0], inverse[1] * moment[1], inverse[2] * moment[2]});
-  Twist after = {velocity.linear, exact::add(velocity.angular, kick)};
+  const Vector3 delta_w = exact::rotate(q, {inverse[0] * moment[0], inverse[1] * moment[1], inverse[2] * moment[2]});
+  Twist after = {velocity.linear, exact::add(velocity.angular, delta_w)};
   after.linear = pivoted ? exact::cross(after.angular, exact::subtract(pose.position, about))
                          : exact::add(after.linear, exact::scale(double(mass.inverse_mass), impulse));
   return after;

@@ -10,11 +10,11 @@
 // The joint of a link at the present poses: the rows that are closed.
 static inline u32 write_link_joint_now(LinkInfo link, JointInfo info, const Joint joint, JointNow now,
                                        global LinkFactor* f) {
-  const bool rod =
-      info.free != FREE_NOTHING && joint.limited != (real)0 && joint.low == joint.high && !(joint.yield > (real)0);
+  const bool rod = info.free != FREE_NOTHING && joint.limited != (real)0 && joint.low == joint.high &&
+                   !(joint.spring_compliance > (real)0);
   const real sign = link.is_b != 0u ? (real)1 : (real)-1;
-  set_link_joint(link, info.free == FREE_ANGLE, now.axes, now.arm_a, now.arm_b, now.free_axis, now.rise, f);
-  f->yield = (real)0;
+  set_link_joint(link, info.free == FREE_ANGLE, now.axes, now.arm_a, now.arm_b, now.free_axis, now.lead, f);
+  f->spring_compliance = (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = (info.locked >> i & 1u) != 0u ? sign * now.error[i] : (real)0;
   f->error[JOINT_ROWS] = rod ? sign * (now.coordinate - joint.low) : (real)0;
   return info.locked | (rod ? 1u << JOINT_ROWS : 0u);
@@ -25,7 +25,7 @@ typedef struct JointsNow {
   u32 bodies;
   global const JointInfo* infos;
   global const Joint* joints;
-  global const real* screw_rises;
+  global const real* screw_leads;
   global const real* rolling_radii;
   global const Vec4* positions;
   global const Vec4* orientations;
@@ -33,7 +33,7 @@ typedef struct JointsNow {
 
 // Of the parameters of a kernel.
 #define JOINTS_NOW \
-  { params.bodies, joint_infos, joints, screw_rises, rolling_radii, positions, orientations }
+  { params.bodies, joint_infos, joints, screw_leads, rolling_radii, positions, orientations }
 
 static inline u32 write_joint_now(LinkInfo link, const JointsNow* s, global LinkFactor* f) {
   const JointInfo info = s->infos[link.joint];
@@ -42,7 +42,7 @@ static inline u32 write_joint_now(LinkInfo link, const JointsNow* s, global Link
   joint_pose(info.body_a, s->bodies, s->positions, s->orientations, &x_a, &q_a);
   joint_pose(info.body_b, s->bodies, s->positions, s->orientations, &x_b, &q_b);
   const JointNow now = joint_now(s->joints[link.joint], info.locked, info.free,
-                                 joint_sizes(s->screw_rises, s->rolling_radii, link.joint), x_a, q_a, x_b, q_b);
+                                 joint_sizes(s->screw_leads, s->rolling_radii, link.joint), x_a, q_a, x_b, q_b);
   return write_link_joint_now(link, info, s->joints[link.joint], now, f);
 }
 

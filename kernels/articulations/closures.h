@@ -189,7 +189,7 @@ static inline void write_closure_column(u32 j, ClosureSet loops, const Closures*
       if (i >= j && has_row(s->factors + k, r)) w[CLOSURE_ENTRY(i, j)] = answer[r];
     }
   }
-  if (row == JOINT_ROWS) w[CLOSURE_ENTRY(j, j)] = w[CLOSURE_ENTRY(j, j)] + f->yield;
+  if (row == JOINT_ROWS) w[CLOSURE_ENTRY(j, j)] = w[CLOSURE_ENTRY(j, j)] + f->spring_compliance;
 }
 
 // `columns`: room for what links do, one after the other for each row of the closures.

@@ -48,7 +48,7 @@ static inline void link_off(LinkInfo link, const Articulations* s, global const 
   link_rows(f, u, off);
   const real free = s->joint_impulses[link.slot / PACK].free[link.slot % PACK];
   const real along = link.is_b != 0u ? free : -free;
-  off[JOINT_ROWS] = off[JOINT_ROWS] + f->yield * along;
+  off[JOINT_ROWS] = off[JOINT_ROWS] + f->spring_compliance * along;
   for (u32 i = 0u; i < LINK_ROWS; ++i)
     off[i] = f->mobility[ENTRY_INDEX(i, i)] > (real)0 ? off[i] + f->error[i] : (real)0;
 #if FEATURE_TOLERANCE

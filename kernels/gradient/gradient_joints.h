@@ -105,12 +105,14 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
     before = before + sigma * (LANE_LOAD(block->coupling[i] + first) * d[i]);
   }
 
-  const lane old = y[JOINT_ROWS], own = LANE_LOAD(block->own + first), shared = LANE_LOAD(block->shared + first);
-  const lane e = sigma * (own - g * sigma * shared);
+  const lane old = y[JOINT_ROWS], free_mobility = LANE_LOAD(block->free_mobility + first),
+             coupled_mobility = LANE_LOAD(block->coupled_mobility + first);
+  const lane e = sigma * (free_mobility - g * sigma * coupled_mobility);
   const lane q = before - e * old;
   const lane slowest = LANE_LOAD(block->slowest + first), fastest = LANE_LOAD(block->fastest + first);
-  const lane give = LANE_LOAD(block->give + first) * ((own - shared / ((lane)1 + softness)) / e);
-  const lane bounded = lane_free_speed(block, first, e, q, slowest, fastest, give);
+  const lane bound_softness =
+      LANE_LOAD(block->bound_softness + first) * ((free_mobility - coupled_mobility / ((lane)1 + softness)) / e);
+  const lane bounded = lane_free_speed(block, first, e, q, slowest, fastest, bound_softness);
   const lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
   const lane change = r_free - old;
 

@@ -12,7 +12,7 @@ typedef struct JointNow {
   real error[JOINT_ROWS];
   Vec3 free_axis;
   real coordinate;
-  real rise, radius;
+  real lead, radius;
 } JointNow;
 
 // The pose of a body, of so many; of the null body that of the world.
@@ -26,16 +26,16 @@ static inline void joint_pose(u32 body, u32 bodies, global const Vec4* positions
 }
 
 typedef struct JointSizes {
-  real rise, radius;
+  real lead, radius;
 } JointSizes;
 
 static inline Quat joint_frame(const real* q) { return make4(q[0], q[1], q[2], q[3]); }
 
 // Kernels of other scenes know of no screws and nothing that rolls.
-static inline JointSizes joint_sizes(global const real* screw_rises, global const real* rolling_radii, u32 index) {
+static inline JointSizes joint_sizes(global const real* screw_leads, global const real* rolling_radii, u32 index) {
   JointSizes sizes = {(real)0, (real)0};
 #if FEATURE_SCREWS
-  sizes.rise = screw_rises[index];
+  sizes.lead = screw_leads[index];
 #endif
 #if FEATURE_NON_HOLONOMIC
   sizes.radius = rolling_radii[index];
@@ -94,12 +94,12 @@ static inline JointNow joint_now(const Joint joint, u32 locked, u32 free_kind, J
     if (now.coordinate > (real)0)
       now.free_axis = make3(d.x / now.coordinate, d.y / now.coordinate, d.z / now.coordinate);
   }
-  now.rise = sizes.rise;
-  if (sizes.rise != (real)0) {
+  now.lead = sizes.lead;
+  if (sizes.lead != (real)0) {
     const real two_pi = (real)6.283185307179586;
-    const real revolutions = floor((now.error[2] / sizes.rise - now.coordinate) / two_pi + (real)0.5);
+    const real revolutions = floor((now.error[2] / sizes.lead - now.coordinate) / two_pi + (real)0.5);
     now.coordinate = now.coordinate + two_pi * revolutions;
-    now.error[2] = now.error[2] - sizes.rise * now.coordinate;
+    now.error[2] = now.error[2] - sizes.lead * now.coordinate;
   }
   now.radius = sizes.radius;
 #if FEATURE_NON_HOLONOMIC

@@ -7,7 +7,7 @@
 
 // J M^-1 J^T of the joint; `coupling` and `own` are the column of its free row.
 static inline void joint_mobility(const JointNow* now, bool angular, Motion a, Motion b, real k[JOINT_ROWS][JOINT_ROWS],
-                                  real coupling[JOINT_ROWS], real* own) {
+                                  real coupling[JOINT_ROWS], real* free_mobility) {
   Vec3 moment_a[JOINT_ROWS + 1u], moment_b[JOINT_ROWS + 1u];
   for (u32 i = 0u; i < 3u; ++i) {
     moment_a[i] = cross3(now->arm_a, now->axes[i]);
@@ -15,9 +15,9 @@ static inline void joint_mobility(const JointNow* now, bool angular, Motion a, M
     moment_a[i + 3u] = now->axes[i];
     moment_b[i + 3u] = now->axes[i];
   }
-  if (now->rise != (real)0) {
-    moment_a[2] = sub3(moment_a[2], scale3(now->rise, now->axes[2]));
-    moment_b[2] = sub3(moment_b[2], scale3(now->rise, now->axes[2]));
+  if (now->lead != (real)0) {
+    moment_a[2] = sub3(moment_a[2], scale3(now->lead, now->axes[2]));
+    moment_b[2] = sub3(moment_b[2], scale3(now->lead, now->axes[2]));
   }
   moment_a[JOINT_ROWS] = angular ? now->free_axis : cross3(now->arm_a, now->free_axis);
   moment_b[JOINT_ROWS] = angular ? now->free_axis : cross3(now->arm_b, now->free_axis);
@@ -33,7 +33,7 @@ static inline void joint_mobility(const JointNow* now, bool angular, Motion a, M
       else if (i < JOINT_ROWS)
         coupling[i] = entry;
       else
-        *own = entry;
+        *free_mobility = entry;
     }
   }
 }

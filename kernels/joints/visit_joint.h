@@ -38,8 +38,8 @@ static inline LaneEffort lane_joint_effort(global const JointBlock* block, lane_
   effort.impulse = lane_add3(lane_add3(lane_scale3(r[0], x), lane_scale3(r[1], y)), lane_scale3(r[2], z));
   lane about_z = r[5];
 #if FEATURE_SCREWS
-  const lane rise = LANE_LOAD(block->rise + first);
-  about_z = rise != (lane)0 ? -(rise * r[2]) : about_z;
+  const lane lead = LANE_LOAD(block->lead + first);
+  about_z = lead != (lane)0 ? -(lead * r[2]) : about_z;
 #endif
   effort.moment = lane_add3(lane_add3(lane_scale3(r[3], x), lane_scale3(r[4], y)), lane_scale3(about_z, z));
   effort.impulse = lane_add3(effort.impulse, lane_scale3(angular ? (lane)0 : r_free, along));
@@ -59,8 +59,9 @@ static inline void lane_push_joint(global const JointBlock* block, lane_mask ang
   b->w = lane_add3(b->w, lane_apply_inverse_inertia(*b, lane_add3(lane_cross3(arm_b, impulse), moment)));
 }
 
-static inline lane lane_bounded_speed(lane u, lane slowest, lane fastest, lane give) {
-  const lane faster = u + (slowest - u) / ((lane)1 + give), slower = u + (fastest - u) / ((lane)1 + give);
+static inline lane lane_bounded_speed(lane u, lane slowest, lane fastest, lane bound_softness) {
+  const lane faster = u + (slowest - u) / ((lane)1 + bound_softness),
+             slower = u + (fastest - u) / ((lane)1 + bound_softness);
   return u < slowest ? faster : (u > fastest ? slower : u);
 }
 
@@ -75,27 +76,27 @@ static inline void lane_solve_locked_rows(global const JointBlock* block, u32 fi
                   LANE_LOAD(block->velocity_product[i + 3u] + first));
   }
 #if FEATURE_SCREWS
-  const lane rise = LANE_LOAD(block->rise + first);
-  d[2] = rise != (lane)0 ? d[2] + rise * lane_dot3(lane_joint_vector(block->axes + 6, first), w) : d[2];
+  const lane lead = LANE_LOAD(block->lead + first);
+  d[2] = lead != (lane)0 ? d[2] + lead * lane_dot3(lane_joint_vector(block->axes + 6, first), w) : d[2];
 #endif
   lane_solve_factor(block, first, d);
 }
 
 // The velocity that the free row gets.
 static inline lane lane_free_speed(global const JointBlock* block, u32 first, lane e, lane q, lane slowest,
-                                   lane fastest, lane give) {
+                                   lane fastest, lane bound_softness) {
   lane idle = q, reach = e * LANE_LOAD(block->motor_impulse + first);
 #if FEATURE_JOINT_SPRINGS
-  const lane yield = LANE_LOAD(block->yield + first);
-  const lane left = yield > (lane)0 ? yield / (e + yield) : (lane)1;
-  idle = yield > (lane)0 ? slowest + left * (q - slowest) : q;
+  const lane spring_compliance = LANE_LOAD(block->spring_compliance + first);
+  const lane left = spring_compliance > (lane)0 ? spring_compliance / (e + spring_compliance) : (lane)1;
+  idle = spring_compliance > (lane)0 ? slowest + left * (q - slowest) : q;
   reach = left * reach;
 #endif
   const lane wanted = LANE_LOAD(block->motor_speed + first);
   const lane driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
-  const lane bounded = lane_bounded_speed(driven, slowest, fastest, give);
+  const lane bounded = lane_bounded_speed(driven, slowest, fastest, bound_softness);
 #if FEATURE_JOINT_SPRINGS
-  return yield > (lane)0 ? driven : bounded;
+  return spring_compliance > (lane)0 ? driven : bounded;
 #else
   return bounded;
 #endif
@@ -131,7 +132,7 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
     lane_mask kept = spring > (lane)0;
     const lane_mask equal = slowest == fastest;
 #if FEATURE_JOINT_SPRINGS
-    kept = kept | (LANE_LOAD(block->yield + first) > (lane)0);
+    kept = kept | (LANE_LOAD(block->spring_compliance + first) > (lane)0);
 #endif
     const lane still = -LANE_LOAD(block->velocity_product[JOINT_ROWS] + first);
     slowest = kept ? slowest : (equal ? still : (slowest > (lane)0 ? (lane)0 : slowest));
@@ -149,13 +150,13 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
   }
 
   const lane old = LANE_LOAD(impulses->free + first);
-  const lane e = LANE_LOAD(block->own + first) - g * LANE_LOAD(block->shared + first);
+  const lane e = LANE_LOAD(block->free_mobility + first) - g * LANE_LOAD(block->coupled_mobility + first);
   const lane q = before - e * old;
-  const lane give = share * LANE_LOAD(block->give + first);
-  const lane bounded = lane_free_speed(block, first, e, q, slowest, fastest, give);
+  const lane bound_softness = share * LANE_LOAD(block->bound_softness + first);
+  const lane bounded = lane_free_speed(block, first, e, q, slowest, fastest, bound_softness);
   lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
 #if FEATURE_SLEEPING
-  r_free = LANE_LOAD(block->own + first) > (lane)0 ? r_free : old;  // of a joint that sleeps
+  r_free = LANE_LOAD(block->free_mobility + first) > (lane)0 ? r_free : old;  // of a joint that sleeps
 #endif
   const lane change = r_free - old;
 

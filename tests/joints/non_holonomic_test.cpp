@@ -35,8 +35,8 @@ struct OnSlope {
 };
 OnSlope on_slope(double t) {
   const double phi = angular_velocity * t, scale = slope / (angular_velocity * angular_velocity),
-               rise = 1 - std::cos(phi);
-  return {scale * (std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4), scale * rise * rise / 2};
+               versine = 1 - std::cos(phi);
+  return {scale * (std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4), scale * versine * versine / 2};
 }
 
 template <class real>

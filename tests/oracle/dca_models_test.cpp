@@ -152,7 +152,7 @@ std::vector<Vector6> pushed(const Case& c, const ReducedProblem& problem, const 
 }
 
 // Whether every row can be moved by its own impulse: where a tree holds a body fast, rounding alone is its mobility.
-bool gives_way(const ReducedProblem& problem) {
+bool rows_are_mobile(const ReducedProblem& problem) {
   const VectorXd own = problem.w.diagonal();
   return own.minCoeff() > 1e-9 * own.maxCoeff();
 }
@@ -191,7 +191,7 @@ TEST(DcaModels, AllComeToTheVelocitiesOfModelLcp) {
     const models::FrictionPyramid in_maximal(maximal, 4);
     VectorXd x;
     const Stop stop = lcp::lemke(in_maximal.reduced(), {.tolerance = 1e-12}, x).stop;
-    if (stop == Stop::infeasible || !gives_way(reduced_problem(*c.step, c.demand))) continue;
+    if (stop == Stop::infeasible || !rows_are_mobile(reduced_problem(*c.step, c.demand))) continue;
     ASSERT_EQ(stop, Stop::tolerance) << "seed " << seed;
     ++solved;
     const VectorXd velocities = in_maximal.velocities(x);
@@ -225,7 +225,7 @@ TEST(DcaModels, MixedModelsAreTheLcpWithVelocitiesKept) {
     for (const models::MixedLcp& mixed : {dca_mlcp1(problem, pyramid, bodies), dca_mlcp2(problem, pyramid, ends)}) {
       EXPECT_LT((mixed.f + mixed.b * mixed.c - plain.m).norm(), 1e-12 * plain.m.norm()) << "seed " << seed;
       EXPECT_LT((mixed.a + mixed.b * mixed.r - plain.q).norm(), 1e-13 * plain.q.norm()) << "seed " << seed;
-      if (stop != Stop::tolerance || !gives_way(problem.problem)) continue;
+      if (stop != Stop::tolerance || !rows_are_mobile(problem.problem)) continue;
       VectorXd z;
       if (lcp::fischer_newton(mixed.stacked(), {.tolerance = 1e-12}, z).stop != Stop::tolerance) continue;
       ++solved;

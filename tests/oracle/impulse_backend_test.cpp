@@ -214,7 +214,7 @@ TEST(ImpulseBackend, KnowsMotorsSpringsAndLimits) {
 
 // A limp figure falls over a beam: contacts are inequalities beside the joints, and give way no more than with any
 // solver of hard contacts.
-TEST(ImpulseBackend, KeepsContactsApart) {
+TEST(ImpulseBackend, KeepsContactsSeparated) {
   Stepped predicted(read_scene("rag_doll"), impulse_based, 4e-3), swept(read_scene("rag_doll"), "mixed_ldlt", 4e-3);
   double deepest = 0, deepest_swept = 0, drift = 0;
   u32 most = 0;

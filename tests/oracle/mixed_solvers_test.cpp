@@ -121,11 +121,11 @@ TEST(BoundedLaw, IsThatOfMotorsLimitsAndSprings) {
   EXPECT_DOUBLE_EQ(limits_of.velocity(3, 1), 3);
   EXPECT_DOUBLE_EQ(limits_of.velocity(-3, 1), -1);
   EXPECT_DOUBLE_EQ(limits_of.velocity(6, 1), 4);
-  // u - fastest + give r = 0 and u = q + e r
-  const oracle::BoundedLaw soft = {.slowest = -1, .fastest = 4, .give = 0.25, .mobility = 1};
+  // u - fastest + bound_compliance r = 0 and u = q + e r
+  const oracle::BoundedLaw soft = {.slowest = -1, .fastest = 4, .bound_compliance = 0.25, .mobility = 1};
   const double u = soft.velocity(6, 1), r = (u - 6) / 1;
   EXPECT_NEAR(u - 4 + 0.25 * r, 0, 1e-15);
-  const oracle::BoundedLaw spring = {.slowest = 1, .fastest = 1, .yield = 0.5, .mobility = 1};
+  const oracle::BoundedLaw spring = {.slowest = 1, .fastest = 1, .spring_compliance = 0.5, .mobility = 1};
   const double v = spring.velocity(3, 2), push = (v - 3) / 2;
   EXPECT_NEAR(v - 1 + 0.5 * push, 0, 1e-15);
 }

@@ -73,18 +73,18 @@ TEST(OracleBackend, IsWhatSweepsApproach) {
   for (const char* name : {"incline", "box_stack"}) {
     Stepper exact(hard_scene(name), "auto");
     exact.step();
-    std::vector<double> apart;
+    std::vector<double> distances;
     for (const u32 iterations : {5u, 500u, 20000u}) {
       Scene scene = hard_scene(name);
       scene.settings.iterations = iterations;
       Stepper swept(scene, "");
       const Residual left = swept.step();
-      apart.push_back(swept.distance(exact));
-      EXPECT_LE(apart.back(), 100 * left.relative * left.scale + 1e-9) << name << ", " << iterations;
-      EXPECT_GE(apart.back(), 0.01 * left.defect_max - 1e-9) << name << ", " << iterations;
+      distances.push_back(swept.distance(exact));
+      EXPECT_LE(distances.back(), 100 * left.relative * left.scale + 1e-9) << name << ", " << iterations;
+      EXPECT_GE(distances.back(), 0.01 * left.defect_max - 1e-9) << name << ", " << iterations;
     }
-    EXPECT_GT(apart[0], 1e-3) << name;
-    EXPECT_LE(apart[2], 1e-2 * apart[0]) << name;
+    EXPECT_GT(distances[0], 1e-3) << name;
+    EXPECT_LE(distances[2], 1e-2 * distances[0]) << name;
   }
 }
 

@@ -258,7 +258,7 @@ TEST(ReducedCoordinates, AFreeMechanismKeepsMomentumAndEnergy) {
 // Both coordinates are of second order, and come to the same.
 TEST(ReducedCoordinates, ComeToWhatMaximalCoordinatesComeTo) {
   for (const char* name : {"pendulum_chain", "cardan_shaft", "screw_nut", "slider_crank"}) {
-    const auto apart = [&](double dt) {
+    const auto largest_distance = [&](double dt) {
       Scene scene = stepped(name, dt);
       scene.settings.iterations = 2000;
       for (JointDescription& joint : scene.joints) joint.limited = false;
@@ -278,7 +278,7 @@ TEST(ReducedCoordinates, ComeToWhatMaximalCoordinatesComeTo) {
       }
       return most;
     };
-    const double coarse = apart(4e-3), fine = apart(1e-3);
+    const double coarse = largest_distance(4e-3), fine = largest_distance(1e-3);
     EXPECT_LT(fine, 1e-5) << name;
     EXPECT_LT(fine, 0.3 * coarse + 1e-6) << name;
   }

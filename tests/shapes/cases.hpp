@@ -148,7 +148,7 @@ reference::WorldShape<real> random_shape(u32 kind, const Eigen::Quaterniond& rot
 
 /// Moves b along -direction until the shapes are `gap` apart along it, and then aside.
 template <class real>
-void move_apart(Case<real>& c, const Eigen::Vector3d& direction, const Eigen::Vector3d& aside, double gap) {
+void separate(Case<real>& c, const Eigen::Vector3d& direction, const Eigen::Vector3d& aside, double gap) {
   const double away = oracle::separation_along(body(c.kinds.a, c.a), body(c.kinds.b, c.b), direction) - gap;
   c.b.center = rounded<real>(away * direction + aside);
 }
@@ -161,7 +161,7 @@ Case<real> meeting_anyhow(PairOfKinds kinds, Random& random) {
                   random_shape<real>(kinds.b, rotation_b, random)};
   const Eigen::Quaterniond rotated = kinds.b == SHAPE_PLANE ? rotation_b : random_rotation(random);
   const Eigen::Vector3d direction = rotated * Eigen::Vector3d::UnitZ();
-  move_apart(c, direction, {0, 0, 0}, random.between(-0.6, 0.15) * random.between(0, 1));
+  separate(c, direction, {0, 0, 0}, random.between(-0.6, 0.15) * random.between(0, 1));
   return c;
 }
 
@@ -191,7 +191,7 @@ Case<real> lying(PairOfKinds kinds, Random& random) {
   const Vector3d aside =
       in_line ? Vector3d(0, 0, 0) : Vector3d(random.between(0, 0.5) * u + random.between(-0.3, 0.3) * v);
   const double sign = random.bits() % 8 == 0 ? 1 : -1;
-  move_apart(c, n, aside, sign * between_logs(random, 1e-6, 1e-3));
+  separate(c, n, aside, sign * between_logs(random, 1e-6, 1e-3));
   return c;
 }
 

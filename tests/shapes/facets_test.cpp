@@ -210,7 +210,7 @@ TEST(Facets, ContactsAreWhereGroundAndBodyAre) {
   };
   test::Random random(21);
   const u32 facets = static_cast<u32>(mesh.triangles.size());
-  int apart = 0, deep = 0;
+  int separated = 0, deep = 0;
   for (int n = 0; n < 400; ++n) {
     const u32 shape = facets + static_cast<u32>(n) % 4, kind = state.buffers.shape_infos[shape].kind;
     const double x = random.between(-1.5, 1.5), y = random.between(-1.5, 1.5);
@@ -234,11 +234,11 @@ TEST(Facets, ContactsAreWhereGroundAndBodyAre) {
         if (gap < -1e-3) {
           ASSERT_LT(on_body.z, ground(on_body.x, on_body.y)) << n << " " << t << " " << gap;
         }
-        ++(gap < -1e-3 ? deep : apart);
+        ++(gap < -1e-3 ? deep : separated);
       }
     }
   }
-  EXPECT_GT(std::min(apart, deep), 100);
+  EXPECT_GT(std::min(separated, deep), 100);
 }
 
 // Boxes, capsules and cylinders fall on each side, edge and corner of a cube of triangles as on a cube. What is left of

@@ -27,7 +27,7 @@ oracle::Verdict judged(const Case<real>& c, bool patch) {
   tolerances.patch = patch;
   // two boxes that are apart are told by the best axis of faces and edges, a bound of their distance
   const bool boxes = c.kinds.a == SHAPE_BOX && c.kinds.b == SHAPE_BOX;
-  tolerances.apart = !boxes;
+  tolerances.gap_is_distance = !boxes;
   // edges have to be better than faces by 1e-4 of the sum of the half extents, at most 3.5e-4 of the larger box: so
   // much the normal may lose. The depth loses it in three pairs of 100,000 (docs/error_measures.md)
   if (boxes) tolerances.normal = 4.5e-4;

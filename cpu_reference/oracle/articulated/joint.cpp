@@ -31,7 +31,7 @@ Way way_of(const Joint& joint, const Coordinates& c) {
     case JointType::planar: return {{x[0], x[1], 0}, about_z(x[2])};
     case JointType::ball: return {Vector3d::Zero(), c.rotation};
     case JointType::universal: return {Vector3d::Zero(), about_z(x[0]) * about_x(x[1])};
-    case JointType::screw: return {{0, 0, joint.rise * x[0]}, about_z(x[0])};
+    case JointType::screw: return {{0, 0, joint.lead * x[0]}, about_z(x[0])};
     case JointType::fixed:
     case JointType::distance: break;
   }
@@ -90,7 +90,7 @@ Coordinates measured(const Joint& joint, const JointStand& at) {
     }
     case JointType::screw: {
       const double angle = angle_about_z(at.rotation);
-      c.value[0] = angle + two_pi * std::round((at.offset.z() / joint.rise - angle) / two_pi);
+      c.value[0] = angle + two_pi * std::round((at.offset.z() / joint.lead - angle) / two_pi);
       break;
     }
     case JointType::fixed:
@@ -135,7 +135,7 @@ Columns motion_axes(const Joint& joint, const JointStand& at) {
     case JointType::planar: s << spatial(x, none), spatial(y, none), spatial(none, z); break;
     case JointType::ball: s << spatial(none, x), spatial(none, y), spatial(none, z); break;
     case JointType::universal: s << spatial(none, z), spatial(none, at.second); break;
-    case JointType::screw: s << spatial(joint.rise * z, z); break;
+    case JointType::screw: s << spatial(joint.lead * z, z); break;
     case JointType::fixed:
     case JointType::distance: break;
   }
@@ -184,12 +184,12 @@ LockedRows locked_rows(const Joint& joint, const JointStand& at) {
     error[4] = -(at.rotation * Vector3d::UnitX()).z();
     error.head<3>() = about_z(measured(joint, at).value[0]).conjugate() * at.offset;
   }
-  if (joint.type == JointType::screw) error[2] -= joint.rise * measured(joint, at).value[0];
+  if (joint.type == JointType::screw) error[2] -= joint.lead * measured(joint, at).value[0];
   for (int k = 0; k < 3; ++k) {
     rows.wrench.col(k).head<3>() = at.axes.col(k);
     rows.wrench.col(3 + k).tail<3>() = at.axes.col(k);
   }
-  if (joint.type == JointType::screw) rows.wrench.col(2).tail<3>() = -joint.rise * at.axes.col(2);
+  if (joint.type == JointType::screw) rows.wrench.col(2).tail<3>() = -joint.lead * at.axes.col(2);
   for (int k = 0; k < 6; ++k) {
     if ((rows.mask >> k & 1) == 0) rows.wrench.col(k).setZero(), error[k] = 0;
   }

@@ -7,7 +7,7 @@
 //   planar       x, y, angle                along x and y of a, Rz(angle)
 //   ball         a rotation                 rates are the angular velocity along the axes of the frame in a
 //   universal    two angles                 Rz(first) Rx(second): z is an arm of the cross in a, x the other in b
-//   screw        angle, of whole turns too  Rz(angle), rise angle along z
+//   screw        angle, of whole turns too  Rz(angle), lead angle along z
 #pragma once
 
 #include <cstddef>
@@ -32,7 +32,7 @@ struct Joint {
   JointType type = JointType::fixed;
   Vector3d anchor_a = Vector3d::Zero(), anchor_b = Vector3d::Zero();  // from the centres of mass, body frames, m
   Quaterniond frame_a = Quaterniond::Identity(), frame_b = Quaterniond::Identity();  // joint to body
-  double rise = 0;                                                                   // of a screw, m a radian
+  double lead = 0;                                                                   // of a screw, m a radian
 };
 
 struct Coordinates {
@@ -76,7 +76,7 @@ Columns motion_axes(const Joint& joint, const JointStand& at);
 Vector6 velocity_product(const Joint& joint, const JointStand& at, const Pose& a, const Vector6& twist_a, const Pose& b,
                          const Vector6& twist_b, const Eigen::Ref<const VectorXd>& rates, bool child_is_b);
 
-/// The rows that a joint locks: linear x, y, z and angular x, y, z along its axes; of a screw z is u_z - rise w_z.
+/// The rows that a joint locks: linear x, y, z and angular x, y, z along its axes; of a screw z is u_z - lead w_z.
 struct LockedRows {
   unsigned mask = 0;                 // bit of each locked row
   Matrix6 wrench = Matrix6::Zero();  // column k: what a unit impulse of row k is, about the point

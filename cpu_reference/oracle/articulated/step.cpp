@@ -72,8 +72,8 @@ Step::Step(const Tree& tree, const Laws& laws, StepStart start)
     forces.push_back(start_.wrenches[tree_.link(i).body] - (start_.gyroscopic ? 1.0 : 0.0) * now.gyroscopic(i));
     products.push_back(now.link(i).product);
   }
-  const VectorXd kick = start_.dt * ArticulatedInertia(now).solve(forces, {}, products).rates;
-  VectorXd guess = rates + start_.theta * kick, half = rates + 0.5 * kick, best = guess, best_half = half;
+  const VectorXd delta_rates = start_.dt * ArticulatedInertia(now).solve(forces, {}, products).rates;
+  VectorXd guess = rates + start_.theta * delta_rates, half = rates + 0.5 * delta_rates, best = guess, best_half = half;
   double least = -1;
   for (int i = 0; i < most_iterations; ++i) {
     go(guess, half);
@@ -148,7 +148,7 @@ void Step::go(const VectorXd& way, const VectorXd& half) {
     const double x = acting_coordinate(joint, stand(joint, from_));
     if (parts == 2) s[row] += velocity(bilateral_rows_[std::size_t(row)], old_twists_);
     s[row] += parts * spring.rate * (x - spring.rest);
-    r(row, row) += parts * spring.yield;
+    r(row, row) += parts * spring.compliance;
   }
   bilateral_ = BilateralRows(r, unheld);
   push({}, {}, bilateral_.answer(s));

@@ -44,7 +44,7 @@ SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, Vecto
   ShiftedCholesky cholesky(problem);
   const SparseMatrix skew = problem.w.skew();
   if (!cholesky.factorize(d)) {
-    watch.give_up();
+    watch.stop_stalled();
     return watch.finish(r);
   }
   VectorXd u = problem.w.times(z) + problem.q, shift = de_saxce_shift(problem, u);
@@ -65,15 +65,15 @@ SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, Vecto
 
     if (held || iteration < next_move) continue;
     // both in the units of the root of an energy, whatever the units of the problem
-    const double apart = std::sqrt(squared_length(mobility, x - z));
+    const double primal_residual = std::sqrt(squared_length(mobility, x - z));
     const double moved = sigma * std::sqrt(squared_length(mobility, z - before));
-    const double ratio = std::sqrt(apart / std::max(moved, 1e-300));
+    const double ratio = std::sqrt(primal_residual / std::max(moved, 1e-300));
     next_move = iteration + std::max(20u, iteration / 2);
     if (ratio > 0.4 && ratio < 2.5) continue;
     const double next = std::clamp(sigma * std::clamp(ratio, 0.1, 10.0), 1e-6, 1e3);
     const VectorXd next_d = metric(mobility, next);
     if (!cholesky.factorize(next_d)) {
-      watch.give_up();
+      watch.stop_stalled();
       break;
     }
     y *= sigma / next;

@@ -20,8 +20,8 @@ namespace lockstep::oracle {
 struct BoundedLaw {
   double speed = 0, reach = 0;      // m/s; N s
   double slowest = 0, fastest = 0;  // m/s
-  double give = 0;                  // by how much a bound gives way, 1/kg; 0: it is hard
-  double yield = 0;                 // of a spring, 1/kg; 0: there is none
+  double bound_compliance = 0;      // by how much a bound gives way, 1/kg; 0: it is hard
+  double spring_compliance = 0;     // of a spring, 1/kg; 0: there is none
   double mobility = 0;              // at which its defect is measured, 1/kg; > 0
 
   /// The velocity that the row gets where it would have q without its own impulse, each unit of which adds e to it.

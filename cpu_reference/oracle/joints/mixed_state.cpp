@@ -58,12 +58,13 @@ SparseMatrix with_joints(const SparseMatrix& answers, const SparseMatrix& moves_
 }  // namespace
 
 double BoundedLaw::velocity(double q, double e) const {
-  if (yield > 0) {
-    const double left = yield / (e + yield), idle = slowest + left * (q - slowest), far = left * e * reach;
+  if (spring_compliance > 0) {
+    const double left = spring_compliance / (e + spring_compliance), idle = slowest + left * (q - slowest),
+                 far = left * e * reach;
     return std::clamp(speed, idle - far, idle + far);
   }
   const double driven = std::clamp(speed, q - e * reach, q + e * reach);
-  return driven + (std::clamp(driven, slowest, fastest) - driven) * e / (e + give);
+  return driven + (std::clamp(driven, slowest, fastest) - driven) * e / (e + bound_compliance);
 }
 
 template <int Rows>

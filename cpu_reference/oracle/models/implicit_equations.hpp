@@ -160,7 +160,7 @@ class Equations {
     next_ += moves ? 6 : 0;
   }
 
-  void give(std::size_t body, const Vec3<T>& arm, const Vec3<T>& impulse, const Vec3<T>& moment) {
+  void apply_impulse(std::size_t body, const Vec3<T>& arm, const Vec3<T>& impulse, const Vec3<T>& moment) {
     push_[body] += impulse;
     twist_[body] += arm.cross(impulse) + moment;
   }
@@ -179,8 +179,8 @@ class Equations {
         T(c.tangent_2.dot(u)));
     const Vec3<T> impulse = c.normal * p[0] + c.tangent_1 * p[1] + c.tangent_2 * p[2];
     const Vec3<T> no_moment = as<T>(Vector3d::Zero());
-    give(contact.body_a, c.arm_a, impulse, no_moment);
-    give(contact.body_b, c.arm_b, -impulse, no_moment);
+    apply_impulse(contact.body_a, c.arm_a, impulse, no_moment);
+    apply_impulse(contact.body_b, c.arm_b, -impulse, no_moment);
     next_ += 3;
   }
 
@@ -221,8 +221,8 @@ class Equations {
     Vec3<T> moment = as<T>(Vector3d::Zero());
     next_ += 3;
     if (joint.hinge) moment = add_hinge(i, j, T(j.axis.dot(relative_w)));
-    give(joint.body_a, j.arm_a, impulse, moment);
-    give(joint.body_b, j.arm_b, -impulse, -moment);
+    apply_impulse(joint.body_a, j.arm_a, impulse, moment);
+    apply_impulse(joint.body_b, j.arm_b, -impulse, -moment);
   }
 
   // Two axes that stay parallel, and dry friction of at most dt times `dry` against the turning nu (44).

@@ -130,9 +130,9 @@ void solve_by_dense_matrix(Launcher& launcher) {
                               {{"rounds", rounds}, {"sweeps", sweeps}, {"joint_phase_count", plan.swept_joint_phases}});
 
   const auto measure = [&] { launcher.run("dense_measure", std::max(plan.contacts, plan.blocks * PACK)); };
-  const auto give_to_bodies = [&] {
+  const auto apply_to_bodies = [&] {
     launcher.run("dense_finish", plan.contacts);
-    sweep(launcher, "dense_give_color", "dense_give_tail", {{"first_color", plan.colors}});
+    sweep(launcher, "dense_apply_color", "dense_apply_tail", {{"first_color", plan.colors}});
   };
   launcher.run("dense_matrix", plan.sizes.coupled_tiles * (PACK / plan.lanes));
   measure();
@@ -140,10 +140,10 @@ void solve_by_dense_matrix(Launcher& launcher) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
     if (jointed) measure();
     launcher.run_groups("dense_sweep", plan.sizes.worlds, {{"sweeps", sweeps}});
-    if (jointed) give_to_bodies();
+    if (jointed) apply_to_bodies();
     if (one_by_one) end_sweep(launcher, i);
   }
-  if (!jointed) give_to_bodies();
+  if (!jointed) apply_to_bodies();
 }
 
 }  // namespace

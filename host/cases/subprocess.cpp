@@ -1,4 +1,4 @@
-#include "host/cases/apart.hpp"
+#include "host/cases/subprocess.hpp"
 
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -54,7 +54,7 @@ std::vector<std::uint8_t> read_to_end(std::FILE* file) {
 
 }  // namespace
 
-json run_apart(const std::function<json()>& work, double* peak_memory) {
+json run_in_subprocess(const std::function<json()>& work, double* peak_memory) {
   int ends[2];
   if (pipe(ends) != 0) throw Error(Failure::device, "", "there is no pipe to be had for a process");
   std::fflush(nullptr);
