@@ -7,7 +7,7 @@
 // Sums of csr and sell go through a row in the same order, so that both have the same bits.
 #include "common.h"
 #include "lanes.h"
-#include "visit_contact.h"
+#include "solve_contact.h"
 
 typedef LANES_JOIN(REAL, 4) Real4;
 

@@ -76,8 +76,8 @@ struct RayCast {
       const real reach = (closest.shape == NONE ? ray.reach : closest.point.distance) * real(1.0001);
       return enters <= leaves && leaves >= 0 && enters <= reach;
     };
-    visit_tree(b.shape_tree_blocks.data() + tree.first_block, tree.item_count, meets,
-               [&](u32 entry) { meet_shape(b.shape_tree_items[tree.first_item + entry]); });
+    traverse_tree(b.shape_tree_blocks.data() + tree.first_block, tree.item_count, meets,
+                  [&](u32 entry) { meet_shape(b.shape_tree_items[tree.first_item + entry]); });
   }
 };
 

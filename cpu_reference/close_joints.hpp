@@ -1,13 +1,13 @@
 // Once a sub-step has moved the bodies, moves those of each joint back to where it is whole, and leaves their
 // velocities alone (post-stabilisation: Cline and Pai, Post-Stabilization for Rigid Body Simulation with Contact and
 // Constraints, 2003; here by sweeps of nonlinear Gauss-Seidel over the joints, colour after colour). With the error e
-// of its locked rows at the present poses, and K = J M^-1 J^T of the joint alone, a visit moves its bodies by
+// of its locked rows at the present poses, and K = J M^-1 J^T of the joint alone, a solve moves its bodies by
 //   K d = -e,   x += M^-1 J^T d,   q rotated by the angular part
 // the least displacement, weighed by masses, that closes the joint to first order. It pushes as an impulse does, equal
 // and opposite at b's anchor: the common centre of mass stays, and the displacements have no angular moment together.
 //
 // A free coordinate outside of its limits is brought to the nearer one, counted with what closing the locked rows does
-// to it: as in the visit of the solver (cpu_reference/joints/visit_joint.hpp). Joints that are soft on purpose, and
+// to it: as in the solver (cpu_reference/joints/solve_joint.hpp). Joints that are soft on purpose, and
 // springs of free coordinates, are not touched.
 //
 // Joints of articulations are closed all at once, before that (cpu_reference/articulations/close_links.hpp).

@@ -1,11 +1,11 @@
 // Factors of the equations of articulations, from what prepare_joints wrote of their joints. The free row of a joint is
 // one of them where it is locked too, or a spring acts on it, and no motor besides: a motor and limits that are apart
-// push as far as they need to, which is for sweeps (cpu_reference/joints/visit_joint.hpp). Joints that close loops come
+// push as far as they need to, which is for sweeps (cpu_reference/joints/solve_joint.hpp). Joints that close loops come
 // behind the links. Where bodies sleep all of it is zero.
 #pragma once
 
 #include "cpu_reference/articulations/closures.hpp"
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sleep.hpp"
 
 namespace lockstep::reference {

@@ -4,8 +4,8 @@
 // kernels/prepare_angular_friction.h is the twin.
 #pragma once
 
+#include "cpu_reference/mass_splitting.hpp"
 #include "cpu_reference/solve_angular_friction.hpp"
-#include "cpu_reference/visit_parts.hpp"
 
 namespace lockstep::reference {
 

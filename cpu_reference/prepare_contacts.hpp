@@ -16,7 +16,7 @@
 // Friction is that of what holds where the contact slid slower than a speed at the start of the sub-step (feature
 // static_friction), and of what slides elsewhere.
 // The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2), M that of the pair's parts of its bodies
-// where they are split (cpu_reference/visit_parts.hpp). Impulses start from the last step, later
+// where they are split (cpu_reference/mass_splitting.hpp). Impulses start from the last step, later
 // from the last sub-step, turned with the contact through the world frame and put back into the cone.
 #pragma once
 
@@ -24,11 +24,11 @@
 #include "cpu_reference/contact_now.hpp"
 #include "cpu_reference/frame.hpp"
 #include "cpu_reference/impact.hpp"
+#include "cpu_reference/mass_splitting.hpp"
 #include "cpu_reference/prepare_angular_friction.hpp"
 #include "cpu_reference/prepare_patch.hpp"
 #include "cpu_reference/rigid_body.hpp"
-#include "cpu_reference/visit_contact.hpp"
-#include "cpu_reference/visit_parts.hpp"
+#include "cpu_reference/solve_contact.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {

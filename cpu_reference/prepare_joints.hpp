@@ -24,7 +24,7 @@
 //            compliance = 1 / (h (theta h k + c)) and rate = h k compliance (host/scene/compile_joints.cpp). At theta
 //            1/2 it keeps its energy at any stiffness: the map of one oscillation has determinant 1 and trace 2 / (1 +
 //            h^2 k / 2 m)
-// Limits, or the spring, are `slowest <= u_f <= fastest` in the visit (cpu_reference/joints/visit_joint.hpp), which
+// Limits, or the spring, are `slowest <= u_f <= fastest` in the solve (cpu_reference/joints/solve_joint.hpp), which
 // solves the row together with the locked ones: `coupling` is what its impulse does to them, `response` what they
 // answer.
 #pragma once
@@ -32,7 +32,7 @@
 #include "cpu_reference/joints/factor.hpp"
 #include "cpu_reference/joints/joint_now.hpp"
 #include "cpu_reference/joints/mobility.hpp"
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sleep.hpp"
 
 namespace lockstep::reference {
@@ -94,7 +94,7 @@ void row_rates(const JointNow<real>& now, const JointInfo& info, const Motion<re
   }
 }
 
-/// All that follows from the geometry; that of padding, and of joints that sleep, is zero: a visit changes nothing.
+/// All that follows from the geometry; that of padding, and of joints that sleep, is zero: a solve changes nothing.
 template <class real>
 void write_joint(JointBlock<real>& block, u32 lane, const JointNow<real>& now, const JointFactor<real>& factor,
                  const real (&bias)[JOINT_ROWS], const real (&velocity_product)[JOINT_ROWS + 1],

@@ -1,4 +1,4 @@
-// What the contacts of a pair share in a sub-step where they rub as one (cpu_reference/visit_patch.hpp): the centre of
+// What the contacts of a pair share in a sub-step where they rub as one (cpu_reference/solve_patch.hpp): the centre of
 // pressure under the impulses that they start from, the levers of the contacts about it, and the masses that friction
 // and twist meet there. kernels/prepare_patch.h is the twin.
 //
@@ -7,8 +7,8 @@
 // centre of pressure has gone.
 #pragma once
 
-#include "cpu_reference/visit_contact.hpp"
-#include "cpu_reference/visit_parts.hpp"
+#include "cpu_reference/mass_splitting.hpp"
+#include "cpu_reference/solve_contact.hpp"
 
 namespace lockstep::reference {
 

@@ -5,7 +5,7 @@
 // building trembles by it, and what trembles walks (docs/solvers.md).
 #pragma once
 
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
 
 namespace lockstep::reference {

@@ -46,12 +46,12 @@ void search_shape_trees(const Buffers<real>& b, const StepParams<real>& params, 
   const WorldTrees& world = b.world_trees[body.world];
   for (u32 t = world.first_tree; t < world.first_tree + world.tree_count; ++t) {
     const ShapeTree<real>& tree = b.shape_trees[t];
-    visit_boxes(b.shape_tree_blocks.data() + tree.first_block, tree.item_count, box_in_tree(b, params, tree, me),
-                [&](u32 entry) {
-                  Bounded<real> other = {b.shape_tree_items[tree.first_item + entry], {}};
-                  shape_bound(b, step_length(params), other.shape, other.bound);
-                  if (are_pair(b, params, me, other)) found(other.shape);
-                });
+    traverse_boxes(b.shape_tree_blocks.data() + tree.first_block, tree.item_count, box_in_tree(b, params, tree, me),
+                   [&](u32 entry) {
+                     Bounded<real> other = {b.shape_tree_items[tree.first_item + entry], {}};
+                     shape_bound(b, step_length(params), other.shape, other.bound);
+                     if (are_pair(b, params, me, other)) found(other.shape);
+                   });
   }
 }
 

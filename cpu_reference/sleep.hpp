@@ -35,11 +35,11 @@ bool looks_for_others(const Buffers<real>& b, u32 shape) {
 }
 
 /// Of two bodies that a joint holds or that touch, those of joints one after another.
-template <class real, class Visit>
-void for_each_joined_pair(const Buffers<real>& b, Visit&& visit) {
+template <class real, class Function>
+void for_each_joined_pair(const Buffers<real>& b, Function&& function) {
   for (const JointLanes& lanes : b.joint_lanes) {
     for (u32 lane = 0; lane < PACK; ++lane) {
-      if (lanes.joint[lane] != NONE) visit(lanes.body_a[lane], lanes.body_b[lane]);
+      if (lanes.joint[lane] != NONE) function(lanes.body_a[lane], lanes.body_b[lane]);
     }
   }
 }

@@ -1,4 +1,4 @@
-// The visit of a contact with angular friction: slip and torsion in one cone (cpu_reference/torsion_cone.hpp), then
+// The solve of a contact with angular friction: slip and torsion in one cone (cpu_reference/torsion_cone.hpp), then
 // rolling,
 //   |m_t| <= roll_lever r_n,   m_t against the relative angular velocity in the tangent plane
 // (Contensou 1963; Johnson, Contact Mechanics, 1985, ch. 9: the pressure before a rolling body is higher than behind
@@ -6,8 +6,8 @@
 // projection (rub_disc), the cone given. kernels/solve_angular_friction.h is the twin, LANES contacts at a time.
 #pragma once
 
+#include "cpu_reference/solve_contact.hpp"
 #include "cpu_reference/torsion_cone.hpp"
-#include "cpu_reference/visit_contact.hpp"
 
 namespace lockstep::reference {
 

@@ -1,6 +1,6 @@
 // Gauss-Seidel in the order of the list of contacts, without colours, on the Delassus matrix itself: Courtecuisse and
 // Allard, Parallel Dense Gauss-Seidel Algorithm on Many-Core Processors, HPCC 2009 (survey 5). With W = J M^-1 J^T and
-// u the relative velocities of all contacts, their biases added, a sweep visits one contact i after another,
+// u the relative velocities of all contacts, their biases added, a sweep solves one contact i after another,
 //   q = u_i - W_ii r_i,   r_i' solves its cone (cpu_reference/cone.hpp),   d = r_i' - r_i,
 // and all that share a movable body with it feel the change, each row of W for itself:
 //   u_j = u_j + W_ji d.
@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "cpu_reference/couple_contacts.hpp"
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
 
 namespace lockstep::reference {
@@ -44,7 +44,7 @@ class DenseSweeps {
   const Motion<real>& body(u32 i) const { return buffers_.motions[i]; }
   void couple(u32 i);
   void measure();
-  real visit(u32 i);
+  real solve_contact(u32 i);
   real sweep();
   void apply_to_bodies();
 
@@ -115,7 +115,7 @@ void DenseSweeps<real>::measure() {
 
 /// Returns the square of by how much it changed the relative velocity.
 template <class real>
-real DenseSweeps<real>::visit(u32 i) {
+real DenseSweeps<real>::solve_contact(u32 i) {
   Row& at = rows_[i];
   const Block& own = at.felt[at.own];
   const Delassus<real> w = {own.normal.normal,    own.tangent_1.tangent_1, own.tangent_2.tangent_2,
@@ -141,7 +141,7 @@ real DenseSweeps<real>::visit(u32 i) {
 template <class real>
 real DenseSweeps<real>::sweep() {
   real change = 0;
-  for (u32 i = 0; i < rows_.size(); ++i) change = larger(visit(i), change);
+  for (u32 i = 0; i < rows_.size(); ++i) change = larger(solve_contact(i), change);
   return change;
 }
 

@@ -1,6 +1,6 @@
-// Splits each dynamic body among its pairs in contact, for cpu_reference/visit_parts.hpp: counts the pairs of each body
-// and gives each side of each pair a slot among the parts of its body. Parts follow one another as the slots of the
-// pairs do, so that their sum has one order whatever finds them.
+// Splits each dynamic body among its pairs in contact, for cpu_reference/mass_splitting.hpp: counts the pairs of each
+// body and gives each side of each pair a slot among the parts of its body. Parts follow one another as the slots of
+// the pairs do, so that their sum has one order whatever finds them.
 #pragma once
 
 #include <algorithm>
@@ -10,15 +10,15 @@
 
 namespace lockstep::reference {
 
-/// Calls visit(body, block, lane, is_b) for each side of each slot in order; body is NONE where that cannot move.
-template <class real, class Visit>
-void for_each_side(const Buffers<real>& buffers, u32 body_count, Visit&& visit) {
+/// Calls function(body, block, lane, is_b) for each side of each slot in order; body is NONE where that cannot move.
+template <class real, class Function>
+void for_each_side(const Buffers<real>& buffers, u32 body_count, Function&& function) {
   for (u32 slot = 0; slot < buffers.counters[COUNTER_BLOCKS] * PACK; ++slot) {
     const BlockBodies& bodies = buffers.block_bodies[slot / PACK];
     const u32 sides[2] = {bodies.body_a[slot % PACK], bodies.body_b[slot % PACK]};
     for (u32 k = 0; k < 2; ++k) {
       const bool movable = sides[k] < body_count && buffers.body_infos[sides[k]].kind == BODY_DYNAMIC;
-      visit(movable ? sides[k] : NONE, slot / PACK, slot % PACK, k == 1);
+      function(movable ? sides[k] : NONE, slot / PACK, slot % PACK, k == 1);
     }
   }
 }

@@ -4,7 +4,7 @@
 //   t_k = r_k / (sum r) t + r_k twist / (sum r |n x d|^2) (n x d_k).
 #pragma once
 
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/solve_contact.hpp"
 
 namespace lockstep::reference {
 

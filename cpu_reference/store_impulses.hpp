@@ -3,7 +3,7 @@
 // have angular friction, their moment beside it.
 #pragma once
 
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/solve_contact.hpp"
 
 namespace lockstep::reference {
 

@@ -93,11 +93,11 @@ TreeBox<real> swept_box(const Buffers<real>& b, const Bounded<real>& of, real h)
   return {sub3(center, reach), add3(center, reach)};
 }
 
-/// Calls visit(e) for each of the `entries` boxes of the lowest level for which, as for all above it, meets(block, k)
-/// is true of its block and its slot there. Levels follow one another from the lowest up; each has a block for PACK
+/// Calls function(e) for each of the `entries` boxes of the lowest level for which, as for all above it, meets(block,
+/// k) is true of its block and its slot there. Levels follow one another from the lowest up; each has a block for PACK
 /// entries.
-template <class real, class Meets, class Visit>
-void visit_tree(const BoxBlock<real>* blocks, u32 entries, Meets&& meets, Visit&& visit) {
+template <class real, class Meets, class Function>
+void traverse_tree(const BoxBlock<real>* blocks, u32 entries, Meets&& meets, Function&& function) {
   struct Level {
     u32 first, entries;
   };
@@ -109,7 +109,7 @@ void visit_tree(const BoxBlock<real>* blocks, u32 entries, Meets&& meets, Visit&
       const u32 entry = block * PACK + k;
       if (entry >= levels[level].entries || !meets(blocks[levels[level].first + block], k)) continue;
       if (level == 0)
-        visit(entry);
+        function(entry);
       else
         self(self, level - 1, entry);  // below an entry is the block of its number
     }
@@ -118,13 +118,13 @@ void visit_tree(const BoxBlock<real>* blocks, u32 entries, Meets&& meets, Visit&
 }
 
 /// The same for those that meet a box.
-template <class real, class Visit>
-void visit_boxes(const BoxBlock<real>* blocks, u32 entries, const TreeBox<real>& box, Visit&& visit) {
+template <class real, class Function>
+void traverse_boxes(const BoxBlock<real>* blocks, u32 entries, const TreeBox<real>& box, Function&& function) {
   const auto meets = [&](const BoxBlock<real>& block, u32 k) {
     return block.low_x[k] <= box.high.x && block.high_x[k] >= box.low.x && block.low_y[k] <= box.high.y &&
            block.high_y[k] >= box.low.y && block.low_z[k] <= box.high.z && block.high_z[k] >= box.low.z;
   };
-  visit_tree(blocks, entries, meets, visit);
+  traverse_tree(blocks, entries, meets, function);
 }
 
 }  // namespace lockstep::reference

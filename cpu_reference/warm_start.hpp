@@ -2,7 +2,7 @@
 // last step.
 #pragma once
 
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
 
 namespace lockstep::reference {

@@ -143,16 +143,16 @@ std::size_t live(Domain domain, const Sizes& sizes, std::span<const u32> counter
 
 const BufferInfo& info(Buffer buffer);
 
-/// Calls `visit(Buffer, vector)` for each buffer in table order.
-template <class real, class Visitor>
-void for_each_buffer(Buffers<real>& buffers, Visitor&& visit) {
-#define BUFFER(name, ...) visit(Buffer::name, buffers.name);
+/// Calls `function(Buffer, vector)` for each buffer in table order.
+template <class real, class Function>
+void for_each_buffer(Buffers<real>& buffers, Function&& function) {
+#define BUFFER(name, ...) function(Buffer::name, buffers.name);
 #include "host/buffers.def"
 #undef BUFFER
 }
-template <class real, class Visitor>
-void for_each_buffer(const Buffers<real>& buffers, Visitor&& visit) {
-#define BUFFER(name, ...) visit(Buffer::name, buffers.name);
+template <class real, class Function>
+void for_each_buffer(const Buffers<real>& buffers, Function&& function) {
+#define BUFFER(name, ...) function(Buffer::name, buffers.name);
 #include "host/buffers.def"
 #undef BUFFER
 }

@@ -90,11 +90,11 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
                              global const Motion* motions, global const Sleeper* sleepers, global Vec4* positions,
                              global Vec4* orientations, global u32* counters) {
   const u32 sweeps = first_phase == 0u ? SWEEPS_OF_TAIL(params) : 1u, count = phases - first_phase;
-  const u32 visits = STEP_IS_VOID(counters) ? 0u : sweeps * count;
-  u32 visit = 0u;
+  const u32 runs = STEP_IS_VOID(counters) ? 0u : sweeps * count;
+  u32 run = 0u;
   do {
-    const u32 phase = first_phase + visit % count;
-    const u32 begin = joint_phases[phase], end = visit < visits ? joint_phases[phase + 1u] : begin;
+    const u32 phase = first_phase + run % count;
+    const u32 begin = joint_phases[phase], end = run < runs ? joint_phases[phase + 1u] : begin;
     for (u32 slot = (u32)get_local_id(0); slot < (end - begin) * PACK; slot += (u32)get_local_size(0)) {
       const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
       if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
@@ -102,7 +102,7 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
                   motions, positions, orientations, counters);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
-  } while (++visit < visits);
+  } while (++run < runs);
 }
 
 #if FEATURE_ARTICULATIONS

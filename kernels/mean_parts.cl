@@ -1,8 +1,8 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Makes bodies whole again after their parts were visited (cpu_reference/visit_parts.hpp).
+// Makes bodies whole again after their parts were solved (cpu_reference/mass_splitting.hpp).
 #include "common.h"
+#include "mass_splitting.h"
 #include "types.h"
-#include "visit_parts.h"
 
 kernel void mean_parts(const u32 bodies, global const u32* part_starts, global const Velocity* body_parts,
                        global Motion* motions, global const u32* counters) {

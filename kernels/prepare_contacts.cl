@@ -5,11 +5,11 @@
 #include "cone.h"
 #include "impact.h"
 #include "lane_quads.h"
+#include "mass_splitting.h"
 #include "prepare_angular_friction.h"
 #include "prepare_patch.h"
+#include "solve_contact.h"
 #include "types.h"
-#include "visit_contact.h"
-#include "visit_parts.h"
 
 // One side of the pairs: all of the body, and its velocity at the start of the sub-step.
 typedef struct PrepareBody {

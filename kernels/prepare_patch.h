@@ -4,7 +4,7 @@
 #define LOCKSTEP_PREPARE_PATCH_H
 
 #include "lane_math.h"
-#include "visit_patch.h"
+#include "solve_patch.h"
 
 #if FEATURE_PATCHES
 

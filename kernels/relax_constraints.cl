@@ -1,7 +1,7 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Sweeps that take back what soft contacts gave to push overlap apart (cpu_reference/relax_constraints.hpp).
 #include "common.h"
-#include "joints/visit_joint.h"
+#include "joints/solve_joint.h"
 #include "sweep_contacts.h"
 #include "types.h"
 
@@ -11,7 +11,7 @@ kernel void relax_joints(const u32 begin, const u32 end, global const JointLanes
                          global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
                          global Motion* motions, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  visit_joint_phase(VISIT_RELAX, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
+  sweep_joint_phase(PURPOSE_RELAX, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
 }
 
 // One work-group: the phases from `first_phase` on.
@@ -19,7 +19,7 @@ kernel void relax_joint_tail(const u32 first_phase, const u32 phases, global con
                              global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                              global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  sweep_joints(VISIT_RELAX, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+  sweep_joints(PURPOSE_RELAX, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                counters);
 }
 #endif
@@ -34,7 +34,7 @@ kernel void relax_color(const u32 color, global const u32* color_starts, global 
                         global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
-  visit_color(VISIT_RELAX, color, color_starts, &stream);
+  sweep_color(PURPOSE_RELAX, color, color_starts, &stream);
 }
 
 // One work-group: `sweeps` sweeps over the joints' first phases, the contacts' phases from `first_phase` on.
@@ -53,9 +53,9 @@ kernel void relax_tail(const u32 first_phase, const u32 joint_phase_count, const
   u32 sweep = 0u;
   do {
 #if FEATURE_JOINTS
-    sweep_joints(VISIT_RELAX, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+    sweep_joints(PURPOSE_RELAX, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);
 #endif
-    visit_tail(VISIT_RELAX, first_phase, color_starts, &stream, counters);
+    sweep_tail(PURPOSE_RELAX, first_phase, color_starts, &stream, counters);
   } while (++sweep < sweeps);
 }

@@ -1,10 +1,10 @@
-// The visit of LANES contacts with angular friction. cpu_reference/solve_angular_friction.hpp is the twin and states
-// the method.
+// Solves LANES contacts with angular friction. cpu_reference/solve_angular_friction.hpp is the twin and states the
+// method.
 #ifndef LOCKSTEP_SOLVE_ANGULAR_FRICTION_H
 #define LOCKSTEP_SOLVE_ANGULAR_FRICTION_H
 
+#include "solve_contact.h"
 #include "torsion_cone.h"
-#include "visit_contact.h"
 
 #if FEATURE_ANGULAR_FRICTION
 
@@ -46,7 +46,7 @@ static inline Lane3 lane_angular_friction_moment(LaneContact c, global const Ang
       lane_scale3(LANE_LOAD(angular_impulses->roll_2 + first), c.tangent_2));
 }
 
-// One visit of a row of contacts: the `law` of their normal velocities, `slides` of the tangential ones.
+// One solve of a row of contacts: the `law` of their normal velocities, `slides` of the tangential ones.
 static inline void solve_angular_friction(u32 first, lane_mask general, LaneLaw law, global const ContactBlock* block,
                                           global const SlideBlock* slides, global const AngularFrictionBlock* angular,
                                           global const EllipseBlock* ellipse, global ImpulseBlock* impulses,

@@ -3,11 +3,11 @@
 // (cpu_reference/solve_constraints.hpp).
 #include "articulations/solve_links.h"
 #include "common.h"
-#include "joints/visit_joint.h"
+#include "joints/solve_joint.h"
+#include "mass_splitting.h"
 #include "sweep_cells.h"
 #include "sweep_contacts.h"
 #include "types.h"
-#include "visit_parts.h"
 
 #if FEATURE_JOINTS
 // One phase of the joints: blocks begin .. end - 1.
@@ -15,7 +15,7 @@ kernel void solve_joints(const u32 begin, const u32 end, global const JointLanes
                          global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
                          global Motion* motions, global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
-  visit_joint_phase(VISIT_SOLVE, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
+  sweep_joint_phase(PURPOSE_SOLVE, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
 }
 
 // One work-group: the phases from `first_phase` on.
@@ -23,7 +23,7 @@ kernel void solve_joint_tail(const u32 first_phase, const u32 phases, global con
                              global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                              global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
-  sweep_joints(VISIT_SOLVE, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+  sweep_joints(PURPOSE_SOLVE, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                counters);
 }
 #endif
@@ -53,7 +53,7 @@ kernel void solve_color(const u32 color, global const u32* color_starts, global 
                         global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
-  visit_color(VISIT_SOLVE, color, color_starts, &stream);
+  sweep_color(PURPOSE_SOLVE, color, color_starts, &stream);
 }
 
 #if FEATURE_PARTITIONS
@@ -67,7 +67,7 @@ kernel void solve_cells(const StepParams params, const u32 phase, global const u
                         global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
                         global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
-  visit_cell_phase(VISIT_SOLVE, cell_phase(phase, &params, color_starts, counters), (u32)get_group_id(0),
+  sweep_cell_phase(PURPOSE_SOLVE, cell_phase(phase, &params, color_starts, counters), (u32)get_group_id(0),
                    (u32)get_num_groups(0), cell_blocks, &stream);
 }
 #endif
@@ -101,13 +101,13 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
     solve_articulation_groups(articulation_count, &all);
 #endif
 #if FEATURE_JOINTS
-    sweep_joints(VISIT_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+    sweep_joints(PURPOSE_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);
 #endif
 #if FEATURE_PARTITIONS
-    visit_cell_tail(VISIT_SOLVE, first_phase, &params, color_starts, cell_blocks, &stream, counters);
+    sweep_cell_tail(PURPOSE_SOLVE, first_phase, &params, color_starts, cell_blocks, &stream, counters);
 #else
-    visit_tail(VISIT_SOLVE, first_phase, color_starts, &stream, counters);
+    sweep_tail(PURPOSE_SOLVE, first_phase, color_starts, &stream, counters);
 #endif
 #if FEATURE_TOLERANCE
     if (whole != 0u && group_has_settled(params.tolerance, counters)) break;
@@ -135,7 +135,7 @@ static inline void solve_item(u32 item, const ContactStream* s, global const Par
   global const PartBlock* parts = part_blocks + block;
   LaneBody a = part_load(s->motions, bodies->body_a + first, parts->parts_a + first);
   LaneBody b = part_load(s->motions, bodies->body_b + first, parts->parts_b + first);
-  visit_lanes(VISIT_SOLVE, block, first, s, &a, &b);
+  solve_pair_lanes(PURPOSE_SOLVE, block, first, s, &a, &b);
   part_store(a, body_parts, parts->slot_a + first);
   part_store(b, body_parts, parts->slot_b + first);
 }
@@ -174,7 +174,7 @@ kernel void solve_parts_group(const StepParams params, const u32 bodies, const u
   u32 sweep = 0u;
   do {
 #if FEATURE_JOINTS
-    sweep_joints(VISIT_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+    sweep_joints(PURPOSE_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);
 #endif
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))

@@ -2,7 +2,7 @@
 // Gauss-Seidel in the order of the list of contacts, by the dense Delassus matrix (cpu_reference/solve_dense.hpp).
 #include "common.h"
 #include "dense/dense_sweep.h"
-#include "joints/visit_joint.h"
+#include "joints/solve_joint.h"
 #include "start_contacts.h"
 #include "types.h"
 
@@ -152,7 +152,7 @@ kernel void solve_dense_group(const StepParams params, const u32 rounds, const u
   u32 round = 0u;
   do {
 #if FEATURE_JOINTS
-    sweep_joints(VISIT_SOLVE, 0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
+    sweep_joints(PURPOSE_SOLVE, 0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
                  joint_blocks, joint_impulses, motions, counters);
     dense_measure(params, contacts, contact_slots, contact_blocks, slide_blocks, impulse_blocks, motions, contact_tiles,
                   dense_tiles, dense_changes, counters);

@@ -1,4 +1,4 @@
-// Gives bodies impulses of their contacts, pair by pair in the order of the visits: those that the warm start begins
+// Gives bodies impulses of their contacts, pair by pair in the order of the solves: those that the warm start begins
 // from, or those by which a solver changed them (cpu_reference/sweep_contacts.hpp: start_pair).
 #ifndef LOCKSTEP_START_CONTACTS_H
 #define LOCKSTEP_START_CONTACTS_H
@@ -33,8 +33,8 @@ static inline void start_pairs(u32 first, global const BlockBodies* bodies, Bloc
     start_row(first, rows.first + k, general, contact_blocks, impulse_blocks, angular_friction_blocks,
               angular_friction_impulses, &next_a, &next_b);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    visit_keep(there, next_a, a);
-    visit_keep(there, next_b, b);
+    lane_select_body(there, next_a, a);
+    lane_select_body(there, next_b, b);
   }
 #endif
 }

@@ -1,6 +1,6 @@
 // By how much a sweep still changes velocities, where a tolerance ends the sweeps of a sub-step
 // (cpu_reference/solve_constraints.hpp). The largest change of a sweep is a maximum of words, so that neither the order
-// of the visits nor who makes them matters.
+// of the solves nor who makes them matters.
 #ifndef LOCKSTEP_SWEEP_CHANGE_H
 #define LOCKSTEP_SWEEP_CHANGE_H
 

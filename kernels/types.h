@@ -302,7 +302,7 @@ INDEX_RECORD(SpringKey) { u32 particle, partner; };
 
 // ---- state -------------------------------------------------------------------------------------------------------
 
-// One line a body (64 bytes in float): all that a visit of a solver needs. The first half is all a central contact
+// One line a body (64 bytes in float): all that a local solve needs. The first half is all a central contact
 // needs.
 LINE_RECORD(Motion) {
   real v[3];          // velocity of the centre of mass, world frame, m/s

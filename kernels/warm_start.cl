@@ -1,11 +1,11 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Gives the bodies the impulses that the contacts start from (cpu_reference/warm_start.hpp).
 #include "common.h"
-#include "joints/visit_joint.h"
+#include "joints/solve_joint.h"
+#include "mass_splitting.h"
 #include "start_contacts.h"
 #include "sweep_cells.h"
 #include "types.h"
-#include "visit_parts.h"
 
 #if FEATURE_JOINTS
 // One phase of the joints: blocks begin .. end - 1.
@@ -45,7 +45,7 @@ kernel void warm_color(const u32 color, global const u32* color_starts, global c
 }
 
 #if FEATURE_PARTITIONS
-// As visit_cell_phase of kernels/sweep_cells.h.
+// As sweep_cell_phase of kernels/sweep_cells.h.
 static inline void start_cell_phase(CellPhase phase, u32 group, u32 groups, global const u32* cell_blocks,
                                     const StartStream* s) {
   u32 base = phase.begin + group * CELL_TEAMS;

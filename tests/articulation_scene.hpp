@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "cpu_reference/articulations/closures.hpp"
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "tests/contact_scene.hpp"
 #include "tests/joints/joint_scene.hpp"
 

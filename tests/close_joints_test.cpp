@@ -97,8 +97,8 @@ TYPED_TEST(CloseJoints, StepsMatchReference) {
   }
 }
 
-// What is off by e is off by some e^2 after one visit: half of it leaves a quarter. A few more leave rounding.
-TYPED_TEST(CloseJoints, OneVisitClosesAJointToSecondOrder) {
+// What is off by e is off by some e^2 after one solve: half of it leaves a quarter. A few more leave rounding.
+TYPED_TEST(CloseJoints, OneSolveClosesAJointToSecondOrder) {
   using real = TypeParam;
   for (u32 kind = 0; kind < JOINT_KINDS; ++kind) {
     if (kind == JOINT_SKATE) continue;  // it is never off
@@ -178,7 +178,7 @@ TYPED_TEST(CloseJoints, LimitsAreKept) {
       scene.joints[0].low = start + (beyond > 0 ? beyond : beyond - 0.1);
       scene.joints[0].high = scene.joints[0].low + 0.1;
       const Buffers<real> after = closed(disturbed<real>(scene, 0.05, 9), 6);
-      const double x = coordinate(after);  // at the limit; or just inside, where a visit overshot it
+      const double x = coordinate(after);  // at the limit; or just inside, where a solve overshot it
       EXPECT_NEAR(x, beyond > 0 ? scene.joints[0].low : scene.joints[0].high, 0.005);
       EXPECT_GT(x, scene.joints[0].low - rounding);
       EXPECT_LT(x, scene.joints[0].high + rounding);

@@ -57,10 +57,10 @@ std::vector<BodySetup> world(const std::vector<BodySetup>& bodies, u32 wanted, u
   return result;
 }
 
-/// Calls `visit(name, state)` with one bit of one word of a persistent buffer changed, for every word that belongs to
-/// a body, to the cache or to the step index.
-template <class real, class Visitor>
-void for_each_change(const InitialState<real>& start, Visitor&& visit) {
+/// Calls `function(name, state)` with one bit of one word of a persistent buffer changed, for every word that belongs
+/// to a body, to the cache or to the step index.
+template <class real, class Function>
+void for_each_change(const InitialState<real>& start, Function&& function) {
   InitialState<real> state = start;
   for_each_buffer(state.buffers, [&](Buffer buffer, auto& elements) {
     if (info(buffer).lifetime != Lifetime::persistent) return;
@@ -73,7 +73,7 @@ void for_each_change(const InitialState<real>& start, Visitor&& visit) {
       std::byte& byte = reinterpret_cast<std::byte*>(elements.data())[at];
       const std::byte old = byte;
       byte ^= std::byte{1};
-      visit(info(buffer).name, buffer, state);
+      function(info(buffer).name, buffer, state);
       byte = old;
     }
   });

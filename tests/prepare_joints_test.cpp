@@ -150,8 +150,8 @@ TYPED_TEST(PrepareJoints, FactorSolvesTheLockedRows) {
   }
 }
 
-// One visit solves a joint with its motor and limits exactly, so that a second sweep changes nothing.
-TYPED_TEST(PrepareJoints, OneVisitSolvesOneJoint) {
+// One solve satisfies a joint with its motor and limits exactly, so that a second sweep changes nothing.
+TYPED_TEST(PrepareJoints, OneSolveSatisfiesOneJoint) {
   using real = TypeParam;
   for (u32 seed = 0; seed < 20; ++seed) {
     Scene scene = one_random_joint(seed);

@@ -196,26 +196,26 @@ TEST(World, AngularVelocityBetweenIsTheInverseOfARotation) {
 
 TEST(World, WhatIsFarAwayDisturbsNobody) {
   World lonely = World::load("box_stack", {.device = "reference"}),
-        visited = World::load("box_stack", {.device = "reference"});
+        shared = World::load("box_stack", {.device = "reference"});
   lonely.step(20);
-  visited.step(20);
-  const BodyHandle visitor = visited.add(ball_at({500, 0, 20}));
+  shared.step(20);
+  const BodyHandle guest = shared.add(ball_at({500, 0, 20}));
   lonely.step(20);
-  visited.step(20);
+  shared.step(20);
   const auto expect_same_poses = [&] {
-    const std::span<const Pose> a = lonely.poses(), b = visited.poses();
+    const std::span<const Pose> a = lonely.poses(), b = shared.poses();
     for (std::size_t i = 0; i < a.size(); ++i) {
       EXPECT_EQ(a[i].position, b[i].position) << i;
       EXPECT_EQ(a[i].orientation, b[i].orientation) << i;
     }
   };
   expect_same_poses();
-  visited.remove(visitor);
+  shared.remove(guest);
   expect_same_poses();
-  EXPECT_EQ(lonely.state_hash(), visited.state_hash());
+  EXPECT_EQ(lonely.state_hash(), shared.state_hash());
   lonely.step(20);
-  visited.step(20);
-  EXPECT_EQ(lonely.state_hash(), visited.state_hash());
+  shared.step(20);
+  EXPECT_EQ(lonely.state_hash(), shared.state_hash());
 }
 
 TEST(World, WhatLayOnARemovedBodyFalls) {
@@ -258,9 +258,9 @@ TEST(World, JointsThatStayKeepTheirImpulses) {
   whole.step(20);
   cut.step(20);
   EXPECT_EQ(whole.state_hash(), cut.state_hash());
-  const BodyHandle visitor = cut.add(ball_at({0, 0, 900}));
+  const BodyHandle guest = cut.add(ball_at({0, 0, 900}));
   cut.poses();
-  cut.remove(visitor);
+  cut.remove(guest);
   whole.step(20);
   cut.step(20);
   EXPECT_EQ(whole.state_hash(), cut.state_hash());

@@ -20,10 +20,10 @@ ClosureSet closures_of(const Buffers<real>& b, u32 tree) {
   return b.closure_sets.empty() ? ClosureSet{} : b.closure_sets[tree];
 }
 
-/// Calls visit(index, closure).
-template <class real, class Visit>
-void for_each_closure(const Buffers<real>& b, const ClosureSet& loops, Visit&& visit) {
-  for (u32 k = loops.first; k < loops.first + loops.count; ++k) visit(k, b.closures[k]);
+/// Calls function(index, closure).
+template <class real, class Function>
+void for_each_closure(const Buffers<real>& b, const ClosureSet& loops, Function&& function) {
+  for (u32 k = loops.first; k < loops.first + loops.count; ++k) function(k, b.closures[k]);
 }
 
 /// As if body a held body b.

@@ -218,18 +218,18 @@ void factorise_link(const Buffers<real>& b, const LinkInfo& link, u32 rows, Link
 
 // ---- the order of a solve ------------------------------------------------------------------------------------------
 
-/// Calls visit(index, link) for all links of an articulation, from the leaves to the roots, or the other way round.
-template <class real, class Visit>
-void for_each_link_up(const Buffers<real>& b, const Articulation& tree, Visit&& visit) {
+/// Calls function(index, link) for all links of an articulation, from the leaves to the roots, or the other way round.
+template <class real, class Function>
+void for_each_link_up(const Buffers<real>& b, const Articulation& tree, Function&& function) {
   for (u32 level = tree.first_level + tree.level_count; level-- > tree.first_level;) {
-    for (u32 i = b.link_levels[level]; i < b.link_levels[level + 1]; ++i) visit(i, b.links[i]);
+    for (u32 i = b.link_levels[level]; i < b.link_levels[level + 1]; ++i) function(i, b.links[i]);
   }
 }
 
-template <class real, class Visit>
-void for_each_link_down(const Buffers<real>& b, const Articulation& tree, Visit&& visit) {
+template <class real, class Function>
+void for_each_link_down(const Buffers<real>& b, const Articulation& tree, Function&& function) {
   const u32 end = b.link_levels[tree.first_level + tree.level_count];
-  for (u32 i = b.link_levels[tree.first_level]; i < end; ++i) visit(i, b.links[i]);
+  for (u32 i = b.link_levels[tree.first_level]; i < end; ++i) function(i, b.links[i]);
 }
 
 }  // namespace lockstep::reference

@@ -11,7 +11,7 @@
 
 #include "cpu_reference/articulations/closures.hpp"
 #include "cpu_reference/sleep.hpp"
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/solve_contact.hpp"
 
 namespace lockstep::reference {
 
@@ -30,7 +30,7 @@ Twist<real> push_on_link(const Buffers<real>& b, u32 index, const LinkInfo& link
 }
 
 /// What the rows are off by at the present velocities. Returns the square of the relative velocity that goes with it;
-/// rotations count as in joint_change (cpu_reference/joints/visit_joint.hpp).
+/// rotations count as in joint_change (cpu_reference/joints/solve_joint.hpp).
 template <class real>
 real link_off(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<real>& f, real (&off)[LINK_ROWS]) {
   for (real& row : off) row = 0;

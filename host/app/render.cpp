@@ -98,9 +98,9 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
       shown_steps(options.shown, start.steps_done, scene.settings.steps, dt, !options.frames.film.empty());
   const Buffers<real> constants = start.state.buffers;
   if (options.frames.color_by == ColorBy::color && has(start.state.features, Feature::jacobi))
-    throw Error(Failure::input, "--color-by color", "this solver visits all contacts at once: there are no colours");
+    throw Error(Failure::input, "--color-by color", "this solver solves all contacts at once: there are no colours");
   if (options.frames.color_by == ColorBy::color && has(start.state.features, Feature::partitions))
-    throw Error(Failure::input, "--color-by color", "this solver visits contacts by cells: there are no colours");
+    throw Error(Failure::input, "--color-by color", "this solver solves contacts by cells: there are no colours");
   expect_pictures_writable(options, file_name(scene.name), shown.front());
   Frames frames(frame_options(options, scene.camera, dt), SceneModel(compile_shapes<real>(scene, options.frames.shown)),
                 file_name(scene.name), dt);

@@ -98,10 +98,10 @@ void update_plan(LaunchPlan& plan, const Counters& counters) {
 }
 
 // The bytes of a buffer's host copy.
-template <class real, class Visitor>
-void visit_buffer(Buffer wanted, Buffers<real>& buffers, Visitor&& visit) {
+template <class real, class Function>
+void with_buffer(Buffer wanted, Buffers<real>& buffers, Function&& function) {
 #define BUFFER(name, ...) \
-  if (wanted == Buffer::name) visit(buffers.name);
+  if (wanted == Buffer::name) function(buffers.name);
 #include "host/buffers.def"
 #undef BUFFER
 }
@@ -317,7 +317,7 @@ const Buffers<real>& DeviceBackend<real>::download(std::span<const Buffer> wante
                  if (has(parts.features, Feature::contacts))
                    parts.read(Buffer::cached_count, &cached, sizeof(cached), true);
                  for (const Buffer buffer : wanted) {
-                   visit_buffer(buffer, parts.host, [&](auto& elements) {
+                   with_buffer(buffer, parts.host, [&](auto& elements) {
                      const std::size_t count =
                          std::min(elements.size(), live(info(buffer).domain, parts.sizes, now, cached));
                      parts.read(buffer, elements.data(), count * sizeof(elements[0]), false);

@@ -115,7 +115,7 @@ std::vector<CaseError> six66(Trial& trial) {
 
 std::vector<HardCase> crowd_cases() {
   return {
-      // a ball has one contact at a time, which one visit solves: more sweeps, jacobi and oracles change nothing
+      // a ball has one contact at a time, which one solve satisfies: more sweeps, jacobi and oracles change nothing
       {"bouncing",
        "49 elastic balls bounce for 20 s: their energy is constant",
        {trapezoidal({8e-3, 4e-3, 2e-3, 1e-3}), semi_implicit({8e-3, 4e-3, 2e-3, 1e-3}),

@@ -96,19 +96,19 @@ Settings Trial::settings_for(const Scene& scene) const {
   return settings;
 }
 
-void Trial::run(const Scene& scene, double duration, const std::function<bool(Seen&)>& visit,
+void Trial::run(const Scene& scene, double duration, const std::function<bool(Seen&)>& observe,
                 const std::optional<Push>& push) {
   Scene mine = scene;
   mine.settings = settings_ = settings_for(scene);
   mine.settings.loads = push.has_value();
   if (settings_.precision == "double")
-    run_in<double>(mine, duration, visit, push);
+    run_in<double>(mine, duration, observe, push);
   else
-    run_in<float>(mine, duration, visit, push);
+    run_in<float>(mine, duration, observe, push);
 }
 
 template <class real>
-void Trial::run_in(const Scene& scene, double duration, const std::function<bool(Seen&)>& visit,
+void Trial::run_in(const Scene& scene, double duration, const std::function<bool(Seen&)>& observe,
                    const std::optional<Push>& push) {
   using Clock = std::chrono::steady_clock;
   InitialState<real> state = compile<real>(scene);
@@ -117,14 +117,14 @@ void Trial::run_in(const Scene& scene, double duration, const std::function<bool
   const auto steps = static_cast<u32>(std::lround(duration / dt));
   const bool solves = has(state.features, Feature::contacts) || has(state.features, Feature::joints);
   SeenIn<real> first(0, simulation);
-  bool going = visit(first);
+  bool going = observe(first);
   for (u32 i = 1; going && i <= steps; ++i) {
     if (push) act(*push, (i - 1) * dt, state.buffers, simulation.backend());
     const Clock::time_point start = Clock::now();
     simulation.step();
     if (i > 1) ms_.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
     SeenIn<real> now(i * dt, simulation);
-    going = visit(now);
+    going = observe(now);
     const bool looks_now = i % std::max(1u, steps / looks) == 0 || (!going && residuals_.empty());
     if (solves && looks_now)
       if (const auto& residual = now.measures().residual) residuals_.push_back(residual->relative);

@@ -20,7 +20,7 @@ struct LaunchPlan {
   u32 pairs = 0, contacts = 0, blocks = 0;  // expected
   u32 colors = 0;                           // expected colours that are worth a launch each
   std::vector<u32> joint_phases;            // the first block of each phase of the joints, and the end
-  u32 swept_joint_phases = 0;               // of them: those that sweeps visit, the first ones
+  u32 swept_joint_phases = 0;               // of them: those that sweeps solve, the first ones
   u32 iterations = 0;                       // sweeps of the contact solver
   u32 position_sweeps = 0;                  // over the joints, that close them
   u32 relaxations = 1;                      // relaxing sweeps

@@ -243,7 +243,7 @@ void expect_articulations(const InitialState<real>& state) {
     return lanes.joint[0] != NONE && b.joint_infos[lanes.joint[0]].direct != 0;
   };
   if (!std::ranges::is_partitioned(b.joint_lanes, std::not_fn(is_direct)))
-    refuse(Buffer::joint_lanes, 0, "does not come before those that no sweep visits");
+    refuse(Buffer::joint_lanes, 0, "does not come before those that no sweep solves");
 }
 
 // The slots of the sides of joints follow from the joints.

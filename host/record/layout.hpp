@@ -9,24 +9,24 @@
 namespace lockstep {
 
 // The parameters that a scene sets; the others follow from the sizes. A new one belongs into this list.
-template <class Params, class Visitor>
-void for_each_setting(Params& p, Visitor&& visit) {
-  visit("dt", p.dt);
-  visit("theta", p.theta);
-  visit("gyroscopic_theta", p.gyroscopic_theta);
-  visit("restitution_threshold", p.restitution_threshold);
-  visit("correction", p.correction);
-  visit("softness", p.softness);
-  visit("correction_limit", p.correction_limit);
-  visit("slop", p.slop);
-  visit("margin", p.margin);
-  visit("speed_limit", p.speed_limit);
-  visit("tolerance", p.tolerance);
-  visit("iterations", p.iterations);
-  visit("relaxations", p.relaxations);
-  visit("substeps", p.substeps);
-  visit("position_sweeps", p.position_sweeps);
-  visit("gyroscopic", p.gyroscopic);
+template <class Params, class Function>
+void for_each_setting(Params& p, Function&& function) {
+  function("dt", p.dt);
+  function("theta", p.theta);
+  function("gyroscopic_theta", p.gyroscopic_theta);
+  function("restitution_threshold", p.restitution_threshold);
+  function("correction", p.correction);
+  function("softness", p.softness);
+  function("correction_limit", p.correction_limit);
+  function("slop", p.slop);
+  function("margin", p.margin);
+  function("speed_limit", p.speed_limit);
+  function("tolerance", p.tolerance);
+  function("iterations", p.iterations);
+  function("relaxations", p.relaxations);
+  function("substeps", p.substeps);
+  function("position_sweeps", p.position_sweeps);
+  function("gyroscopic", p.gyroscopic);
 }
 // 16 settings; bodies, shapes, worlds, tree_shapes, buckets, five capacities, substep, queries and joint_blocks
 static_assert(sizeof(StepParams<float>) == (16 + 13) * sizeof(u32), "for_each_setting: is there a new parameter?");

@@ -165,7 +165,7 @@ void lay_out_joints(u32 direct, Buffers<real>& b) {
   }
 }
 
-// Those that sweeps visit come first.
+// Those that sweeps solve come first.
 template <class real>
 void lay_out_joints(Buffers<real>& b) {
   for (const u32 direct : {0u, 1u}) lay_out_joints(direct, b);
@@ -254,7 +254,7 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
   state.features = with(state.features, Feature::joints);
   if (settings.integrator != Integrator::semi_implicit_euler)
     state.features = with(state.features, Feature::joints_ahead);
-  state.features = with(state.features, Feature::general_contacts);  // the visit reads whole lines of bodies
+  state.features = with(state.features, Feature::general_contacts);  // the solve reads whole lines of bodies
   if (settings.solver == Solver::small_steps) state.features = with(state.features, Feature::soft_joints);
   const bool hard = std::ranges::any_of(b.joints, [](const Joint<real>& joint) { return joint.spring == 0; });
   if (hard && settings.solver != Solver::small_steps && settings.stabilization == Stabilization::positions)

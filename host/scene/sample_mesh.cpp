@@ -50,9 +50,9 @@ class Kept {
   std::map<std::array<long, 3>, std::vector<Vector3>> cells_;
 };
 
-// Calls `visit(point, normal)` for the points of a lattice on each triangle, its corners among them.
-template <class Visitor>
-void visit_surface(const TriangleMesh& mesh, double spacing, Visitor&& visit) {
+// Calls `function(point, normal)` for the points of a lattice on each triangle, its corners among them.
+template <class Function>
+void for_each_surface_point(const TriangleMesh& mesh, double spacing, Function&& function) {
   for (const auto& [a, b, c] : mesh.triangles) {
     const Vector3 &origin = mesh.vertices[a], ab = subtract(mesh.vertices[b], origin),
                   ac = subtract(mesh.vertices[c], origin);
@@ -63,7 +63,7 @@ void visit_surface(const TriangleMesh& mesh, double spacing, Visitor&& visit) {
     const Vector3 normal = exact::unit(across);
     for (double i = 0; i <= parts; ++i)
       for (double j = 0; i + j <= parts; ++j)
-        visit(add(origin, add(scale(i / parts, ab), scale(j / parts, ac))), normal);
+        function(add(origin, add(scale(i / parts, ab), scale(j / parts, ac))), normal);
   }
 }
 
@@ -105,11 +105,11 @@ std::vector<Vector3> sample_mesh(const TriangleMesh& mesh, double radius, Sampli
   const MeshSearch search(mesh, radius);
   std::vector<Vector3> particles;
   Kept kept(least_spacing * radius);
-  visit_surface(mesh, candidate_spacing * radius, [&](const Vector3& point, const Vector3& normal) {
+  for_each_surface_point(mesh, candidate_spacing * radius, [&](const Vector3& point, const Vector3& normal) {
     Vector3 p = subtract(point, scale(radius, normal));
     if (settle(search, radius, p) && kept.add_if_separated(p)) particles.push_back(p);
   });
-  visit_surface(mesh, radius, [&](const Vector3& point, const Vector3&) {
+  for_each_surface_point(mesh, radius, [&](const Vector3& point, const Vector3&) {
     if (!refusal.empty() || kept.is_within(point, farthest * radius)) return;
     refusal = fmt::format(
         "is too thin near ({:.6g}, {:.6g}, {:.6g}) of the mesh for particles of the radius {:.6g} m; make them smaller",

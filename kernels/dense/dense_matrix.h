@@ -6,7 +6,7 @@
 #include "common.h"
 #include "frame.h"
 #include "rigid_body.h"
-#include "visit_contact.h"
+#include "solve_contact.h"
 
 // The blocks of a pair of tiles: w[k][i][j] is what component j of the impulse of the column's contact k makes of
 // component i of the velocities of the row's contacts, a lane each, so that a column is read in lanes.
@@ -15,7 +15,7 @@ typedef struct DenseBlock {
 } DenseBlock;
 
 // Of the contacts of a tile, along the normal and the two tangents: relative velocities with their biases, impulses,
-// and by what their last visits changed these.
+// and by what their last solves changed these.
 typedef struct DenseTile {
   real u[3][PACK], r[3][PACK], d[3][PACK];
   real friction[PACK];

@@ -4,7 +4,7 @@
 #define LOCKSTEP_GRADIENT_JOINTS_H
 
 #include "gradient/descent.h"
-#include "joints/visit_joint.h"
+#include "joints/solve_joint.h"
 
 #if FEATURE_JOINTS
 

@@ -3,7 +3,7 @@
 #define LOCKSTEP_GRADIENT_PAIRS_H
 
 #include "gradient/descent.h"
-#include "visit_contact.h"
+#include "solve_contact.h"
 
 // The nearest point of the cone.
 static inline LaneCone lane_project_on_cone(LaneCone r, lane friction) {

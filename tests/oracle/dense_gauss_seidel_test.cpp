@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 
 #include "cpu_reference/oracle/cone/local_cone.hpp"
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/solve_contact.hpp"
 #include "tests/dense_scene.hpp"
 
 namespace lockstep::test {

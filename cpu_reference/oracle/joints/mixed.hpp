@@ -45,7 +45,7 @@ struct MixedSolver {
   bool articulated;         // whether a contact feels all that hangs on its bodies
 };
 
-/// Of `mixed_articulated` each contact and bounded row is visited as mobile as joints let it be, and what it does moves
+/// Of `mixed_articulated` each contact and bounded row is solved as mobile as joints let it be, and what it does moves
 /// all bodies of its mechanism at once. Sweeps are those of `nsgs` on W - V R^-1 V^T then, which is not formed; each
 /// row has to remember what it does to every body that hangs on it.
 std::span<const MixedSolver> mixed_solvers();

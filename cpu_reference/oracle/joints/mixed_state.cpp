@@ -68,8 +68,8 @@ double BoundedLaw::velocity(double q, double e) const {
 }
 
 template <int Rows>
-VisitedRows<Rows> MixedState::visited(const SparseMatrix& columns, const SparseMatrix& answers, Index first) const {
-  VisitedRows<Rows> rows;
+SolvedRows<Rows> MixedState::solved_rows(const SparseMatrix& columns, const SparseMatrix& answers, Index first) const {
+  SolvedRows<Rows> rows;
   gather<Rows>(columns, first, rows.seen, rows.sees);
   gather<Rows>(answers, first, rows.moved, rows.moves);
   rows.mobility.setZero();
@@ -95,12 +95,12 @@ MixedState::MixedState(const MixedProblem& problem, const JointMethod& joints, b
   const SparseMatrix answer_r = answered ? with_joints(moves_r_, moves_l_, cones.g, *joints_) : moves_r_;
   const SparseMatrix answer_z = answered ? with_joints(moves_z_, moves_l_, cones.g, *joints_) : moves_z_;
   for (Index i = 0; i < cones.mu.size(); ++i) {
-    contacts_.push_back(visited<3>(cones.h, answer_r, 3 * i));
+    contacts_.push_back(solved_rows<3>(cones.h, answer_r, 3 * i));
     cones_.emplace_back(contacts_.back().mobility, cones.mu[i]);
     mobility_.push_back(
-        largest_eigenvalue(answered ? visited<3>(cones.h, moves_r_, 3 * i).mobility : contacts_.back().mobility));
+        largest_eigenvalue(answered ? solved_rows<3>(cones.h, moves_r_, 3 * i).mobility : contacts_.back().mobility));
   }
-  for (Index i = 0; i < p_.d.cols(); ++i) rows_.push_back(visited<1>(p_.d, answer_z, i));
+  for (Index i = 0; i < p_.d.cols(); ++i) rows_.push_back(solved_rows<1>(p_.d, answer_z, i));
 
   const VectorXd q = cones.h.transpose() * free_ + cones.w, s = cones.g.transpose() * free_ + cones.b;
   scale_ = q.squaredNorm() + s.squaredNorm() + VectorXd(p_.d.transpose() * free_).squaredNorm();
@@ -114,7 +114,7 @@ VectorXd MixedState::velocities(const MixedImpulses& x) const {
 
 void MixedState::sweep() {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    const VisitedRows<3>& contact = contacts_[i];
+    const SolvedRows<3>& contact = contacts_[i];
     auto r = x_.r.segment<3>(3 * Index(i));
     const Vector3d own = r;
     const Vector3d q = contact.velocity(v_) + p_.cones.w.segment<3>(3 * Index(i)) - contact.mobility * own;
@@ -122,12 +122,12 @@ void MixedState::sweep() {
     contact.push(r - own, v_);
   }
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const VisitedRows<1>& row = rows_[i];
+    const SolvedRows<1>& row = rows_[i];
     const double e = row.mobility(0, 0), own = x_.z[Index(i)];
     if (!(e > 0)) continue;
     const double q = row.velocity(v_)[0] - e * own;
     x_.z[Index(i)] = (p_.laws[i].velocity(q, e) - q) / e;
-    row.push(VisitedRows<1>::Impulse(x_.z[Index(i)] - own), v_);
+    row.push(SolvedRows<1>::Impulse(x_.z[Index(i)] - own), v_);
   }
 }
 

@@ -44,8 +44,8 @@ bool is_large(const LaunchPlan& plan, u32 joint_phase) {
 }
 
 // The same for phases of joints, which are known: the large ones come first.
-void visit_joints(Launcher& launcher, u32 phase, u32 phases, std::string_view phase_kernel,
-                  std::string_view tail_kernel) {
+void launch_joint_phases(Launcher& launcher, u32 phase, u32 phases, std::string_view phase_kernel,
+                         std::string_view tail_kernel) {
   const LaunchPlan& plan = launcher.plan();
   for (; phase < phases && is_large(plan, phase); ++phase) {
     const u32 begin = plan.joint_phases[phase], end = plan.joint_phases[phase + 1];
@@ -56,13 +56,13 @@ void visit_joints(Launcher& launcher, u32 phase, u32 phases, std::string_view ph
 
 // Those that no articulation solves alone.
 void sweep_joints(Launcher& launcher, std::string_view phase_kernel, std::string_view tail_kernel) {
-  visit_joints(launcher, 0, launcher.plan().swept_joint_phases, phase_kernel, tail_kernel);
+  launch_joint_phases(launcher, 0, launcher.plan().swept_joint_phases, phase_kernel, tail_kernel);
 }
 
 void warm_joints(Launcher& launcher) {
   const u32 swept = launcher.plan().swept_joint_phases, all = launcher.plan().sizes.joint_phases;
-  visit_joints(launcher, 0, swept, "warm_joints", "warm_joint_tail");
-  visit_joints(launcher, swept, all, "warm_joints", "warm_joint_tail");
+  launch_joint_phases(launcher, 0, swept, "warm_joints", "warm_joint_tail");
+  launch_joint_phases(launcher, swept, all, "warm_joints", "warm_joint_tail");
 }
 
 // A pass of Jacobi's method: all pairs at once on parts of their bodies, then the bodies whole again.

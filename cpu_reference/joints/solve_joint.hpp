@@ -1,4 +1,4 @@
-// The visit of one joint, what the solver's sweeps and the warm start share. kernels/joints/visit_joint.h is the twin,
+// Solves one joint: what the solver's sweeps and the warm start share. kernels/joints/solve_joint.h is the twin,
 // LANES joints at a time.
 //
 // With the impulses of all others held, the joint's own problem (cpu_reference/prepare_joints.hpp) is solved exactly:
@@ -15,7 +15,7 @@
 #include "cpu_reference/joints/factor.hpp"
 #include "cpu_reference/purpose.hpp"
 #include "cpu_reference/rigid_body.hpp"
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/solve_contact.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -103,7 +103,7 @@ real free_speed(const JointBlock<real>& block, u32 lane, real e, real q, real sl
   return sprung ? driven : bounded_speed(driven, slowest, fastest, bound_softness);
 }
 
-/// The square of by how much a visit changed the velocity of b against a, at b's anchor: u and w are what it was. A
+/// The square of by how much a solve changed the velocity of b against a, at b's anchor: u and w are what it was. A
 /// turn counts at a radius of gyration of the two bodies.
 template <class real>
 real joint_change(Vec3<real> u, Vec3<real> w, Vec3<real> arm_a, Vec3<real> arm_b, const Motion<real>& a,
@@ -115,7 +115,7 @@ real joint_change(Vec3<real> u, Vec3<real> w, Vec3<real> arm_a, Vec3<real> arm_b
 
 /// Returns the square of by how much it changed the relative velocity.
 template <class real>
-real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 lane, JointImpulseBlock<real>& impulses,
+real solve_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 lane, JointImpulseBlock<real>& impulses,
                  Motion<real>& a, Motion<real>& b) {
   const real spring = block.spring[lane];
   const bool relaxed = purpose == Purpose::relax;
@@ -157,14 +157,14 @@ real visit_joint(Purpose purpose, const JointBlock<real>& block, u32 free, u32 l
   return joint_change(u, w, arm_a, arm_b, a, b);
 }
 
-/// Calls visit(lanes, block, lane) for every joint, phase after phase: as blocks are laid out in that order, simply one
-/// after another.
-template <class real, class Visit>
-void for_each_joint_slot(const Buffers<real>& buffers, Visit&& visit) {
+/// Calls function(lanes, block, lane) for every joint, phase after phase: as blocks are laid out in that order, simply
+/// one after another.
+template <class real, class Function>
+void for_each_joint_slot(const Buffers<real>& buffers, Function&& function) {
   for (u32 block = 0; block < buffers.joint_lanes.size(); ++block) {
     const JointLanes& lanes = buffers.joint_lanes[block];
     for (u32 lane = 0; lane < PACK; ++lane) {
-      if (lanes.joint[lane] != NONE) visit(lanes, block, lane);
+      if (lanes.joint[lane] != NONE) function(lanes, block, lane);
     }
   }
 }
@@ -178,7 +178,7 @@ real sweep_joints(Purpose purpose, Buffers<real>& buffers) {
     if (buffers.joint_infos[lanes.joint[lane]].direct != 0) return;
     Motion<real>&a = buffers.motions[lanes.body_a[lane]], &b = buffers.motions[lanes.body_b[lane]];
     change = larger(
-        visit_joint(purpose, buffers.joint_blocks[block], lanes.free[lane], lane, buffers.joint_impulses[block], a, b),
+        solve_joint(purpose, buffers.joint_blocks[block], lanes.free[lane], lane, buffers.joint_impulses[block], a, b),
         change);
   });
   return change;

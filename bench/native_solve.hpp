@@ -1,5 +1,5 @@
-// The solver's visit of 16 central contacts written for one machine, with the compiler's vector extension: what the
-// OpenCL kernel on a CPU device is held against. The same arithmetic in the same order (kernels/visit_contact.h), so
+// The local solve of 16 central contacts, written for one machine, with the compiler's vector extension: what the
+// OpenCL kernel on a CPU device is held against. The same arithmetic in the same order (kernels/solve_contact.h), so
 // that the bits can be compared as well.
 #pragma once
 
@@ -80,8 +80,8 @@ inline void pull(Bodies& body, const Lane3& impulse, const Lane3& arm) {
   c[4] -= w.x, c[5] -= w.y, c[6] -= w.z;
 }
 
-inline void visit(const BlockBodies& bodies, const ContactBlock<float>& block, ImpulseBlock<float>& impulses,
-                  Motion<float>* motions) {
+inline void solve_contacts(const BlockBodies& bodies, const ContactBlock<float>& block, ImpulseBlock<float>& impulses,
+                           Motion<float>* motions) {
   const auto load = [](const float* p) { return *reinterpret_cast<const Lane*>(p); };
   const auto store = [](float* p, const Lane& x) { *reinterpret_cast<Lane*>(p) = x; };
   const Lane zero = {};

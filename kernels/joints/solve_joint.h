@@ -1,10 +1,10 @@
-// The visit of LANES joints of one colour: what the solver's sweeps and the warm start share.
-// cpu_reference/joints/visit_joint.hpp is the twin and states the method.
-#ifndef LOCKSTEP_VISIT_JOINT_H
-#define LOCKSTEP_VISIT_JOINT_H
+// Solves LANES joints of one colour: what the solver's sweeps and the warm start share.
+// cpu_reference/joints/solve_joint.hpp is the twin and states the method.
+#ifndef LOCKSTEP_SOLVE_JOINT_H
+#define LOCKSTEP_SOLVE_JOINT_H
 
 #include "joints/factor.h"
-#include "visit_contact.h"
+#include "solve_contact.h"
 
 #if FEATURE_JOINTS
 
@@ -107,7 +107,7 @@ static inline lane_mask lane_is_angular(global const JointLanes* lanes, u32 firs
 }
 
 #if FEATURE_TOLERANCE
-// The square of by how much a visit changed the velocity of b against a, at b's anchor: u and w are what it was. A turn
+// The square of by how much a solve changed the velocity of b against a, at b's anchor: u and w are what it was. A turn
 // counts at a radius of gyration of the two bodies.
 static inline lane lane_joint_change(Lane3 u, Lane3 w, Lane3 arm_a, Lane3 arm_b, const LaneBody* a, const LaneBody* b) {
   const Lane3 du = lane_sub3(lane_velocity_at(arm_b, arm_a, b, a), u);
@@ -117,18 +117,18 @@ static inline lane lane_joint_change(Lane3 u, Lane3 w, Lane3 arm_a, Lane3 arm_b,
 }
 #endif
 
-// One Gauss-Seidel visit of the joints in lanes first .. first + LANES - 1 of a block.
-static inline void visit_joints(const u32 purpose, u32 first, global const JointLanes* lanes,
-                                global const JointBlock* block, global JointImpulseBlock* impulses,
-                                global Motion* motions, global u32* counters) {
+// One Gauss-Seidel solve of the joints in lanes first .. first + LANES - 1 of a block.
+static inline void solve_joint_lanes(const u32 purpose, u32 first, global const JointLanes* lanes,
+                                     global const JointBlock* block, global JointImpulseBlock* impulses,
+                                     global Motion* motions, global u32* counters) {
   LaneBody a = lane_load_bodies(motions, lanes->body_a + first), b = lane_load_bodies(motions, lanes->body_b + first);
   const lane_mask angular = lane_is_angular(lanes, first);
   const lane spring = LANE_LOAD(block->spring + first);
-  const lane share = purpose == VISIT_RELAX ? spring : (lane)1;
+  const lane share = purpose == PURPOSE_RELAX ? spring : (lane)1;
   const lane softness = share * LANE_LOAD(block->softness + first);
   const lane g = (lane)1 / ((lane)1 + softness);
   lane slowest = LANE_LOAD(block->slowest + first), fastest = LANE_LOAD(block->fastest + first);
-  if (purpose == VISIT_RELAX) {
+  if (purpose == PURPOSE_RELAX) {
     lane_mask kept = spring > (lane)0;
     const lane_mask equal = slowest == fastest;
 #if FEATURE_JOINT_SPRINGS
@@ -167,7 +167,7 @@ static inline void visit_joints(const u32 purpose, u32 first, global const Joint
   LANE_STORE(r_free, impulses->free + first);
   lane_push_joint(block, angular, first, d, change, &a, &b);
 #if FEATURE_TOLERANCE
-  if (purpose == VISIT_SOLVE)
+  if (purpose == PURPOSE_SOLVE)
     note_change(lane_larger(lane_joint_change(u, w, arm_a, arm_b, &a, &b), (lane)0), counters);
 #endif
   lane_store_bodies(a, motions, lanes->body_a + first);
@@ -186,13 +186,13 @@ static inline void start_joints(u32 first, global const JointLanes* lanes, globa
 }
 
 // One phase: blocks begin .. end - 1.
-static inline void visit_joint_phase(const u32 purpose, u32 begin, u32 end, global const JointLanes* joint_lanes,
+static inline void sweep_joint_phase(const u32 purpose, u32 begin, u32 end, global const JointLanes* joint_lanes,
                                      global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
                                      global Motion* motions, global u32* counters) {
   FOR_EACH(item, (end - begin) * ITEMS_PER_BLOCK) {
     const u32 block = begin + item / ITEMS_PER_BLOCK;
-    visit_joints(purpose, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
-                 joint_impulses + block, motions, counters);
+    solve_joint_lanes(purpose, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
+                      joint_impulses + block, motions, counters);
   }
 }
 
@@ -207,8 +207,8 @@ static inline void sweep_joints(const u32 purpose, u32 first_phase, u32 phases, 
     const u32 items = (end - begin) * ITEMS_PER_BLOCK;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0)) {
       const u32 block = begin + item / ITEMS_PER_BLOCK;
-      visit_joints(purpose, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
-                   joint_impulses + block, motions, counters);
+      solve_joint_lanes(purpose, item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block,
+                        joint_impulses + block, motions, counters);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++phase < phases);

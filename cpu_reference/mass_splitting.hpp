@@ -1,12 +1,12 @@
 // Bodies split among the pairs in contact: Jacobi's method with mass splitting (Tonge, Benevolenski, Voroshilov, Mass
-// Splitting for Jitter-Free Parallel Rigid Body Simulation, SIGGRAPH 2012), which visits all pairs at once.
+// Splitting for Jitter-Free Parallel Rigid Body Simulation, SIGGRAPH 2012), which solves all pairs at once.
 //
-// A body with n pairs becomes n copies of a mass m / n and an inertia I / n, one for each pair. Each pair is visited on
+// A body with n pairs becomes n copies of a mass m / n and an inertia I / n, one for each pair. Each pair is solved on
 // copies of its own, that start at the velocity of the body; then the body gets the mean of their velocities:
 //   v' = v + (1 / n) sum_k (v_k - v) = v + 1 / m sum_k p_k,
 // as though the impulses p_k of all pairs had acted on the whole body, so that momentum is kept. Copies that are
-// visited apart and put together again can only lose energy: the sweeps do not overshoot, as plain Jacobi's do, and
-// where no impulse changes any more the laws of all contacts hold. kernels/visit_parts.h is the twin.
+// solved apart and put together again can only lose energy: the sweeps do not overshoot, as plain Jacobi's do, and
+// where no impulse changes any more the laws of all contacts hold. kernels/mass_splitting.h is the twin.
 #pragma once
 
 #include <vector>
@@ -16,14 +16,14 @@
 
 namespace lockstep::reference {
 
-/// Calls visit(bodies, block, lane) for every pair, colour after colour and overflow block after overflow block: as
+/// Calls function(bodies, block, lane) for every pair, colour after colour and overflow block after overflow block: as
 /// blocks are laid out in that order, simply one after another.
-template <class real, class Visit>
-void for_each_pair_slot(const Buffers<real>& buffers, Visit&& visit) {
+template <class real, class Function>
+void for_each_pair_slot(const Buffers<real>& buffers, Function&& function) {
   if (buffers.color_starts.empty()) return;  // a scene of joints alone
   for (u32 block = 0; block < buffers.color_starts[MAX_COLORS + 1]; ++block) {
     for (u32 lane = 0; lane < PACK; ++lane) {
-      if (buffers.block_bodies[block].count[lane] > 0) visit(buffers.block_bodies[block], block, lane);
+      if (buffers.block_bodies[block].count[lane] > 0) function(buffers.block_bodies[block], block, lane);
     }
   }
 }
@@ -66,13 +66,13 @@ void mean_of_parts(const Motion<real>* parts, u32 count, Motion<real>& body) {
   store3(body.w, add3(w, Vec3<real>{dw.x / n, dw.y / n, dw.z / n}));
 }
 
-/// Calls visit(block, lane, a, b) for every pair on its own parts, then puts the bodies together.
-template <class real, class Visit>
-void visit_parts(Buffers<real>& buffers, Visit&& visit) {
+/// Calls function(block, lane, a, b) for every pair on its own parts, then puts the bodies together.
+template <class real, class Function>
+void for_each_pair_on_copies(Buffers<real>& buffers, Function&& function) {
   std::vector<Motion<real>> parts(buffers.part_starts.back());
   for_each_pair_slot(buffers, [&](const BlockBodies&, u32 block, u32 lane) {
     PairMotions<real> pair = pair_motions(buffers, block, lane);
-    visit(block, lane, pair.a, pair.b);
+    function(block, lane, pair.a, pair.b);
     const u32 slot_a = buffers.part_blocks[block].slot_a[lane], slot_b = buffers.part_blocks[block].slot_b[lane];
     if (slot_a != NONE) parts[slot_a] = pair.a;
     if (slot_b != NONE) parts[slot_b] = pair.b;

@@ -1,8 +1,8 @@
-// The visit of one pair whose contacts rub as one, the `patch` kind: a normal row for each contact and, at their centre
+// Solves one pair whose contacts rub as one, the `patch` kind: a normal row for each contact and, at their centre
 // of pressure, one friction block and a twist about the normal. It is cheaper than a cone for each contact, and another
 // model: friction and twist are bounded each by itself, by
 //   |t| <= mu sum r_k,   |twist| <= mu sum lever_k r_k    (Macklin et al. 2019 and most engines bound them so).
-// What the sweeps of the solver and the warm start share. kernels/visit_patch.h is the twin, LANES pairs at a time.
+// What the sweeps of the solver and the warm start share. kernels/solve_patch.h is the twin, LANES pairs at a time.
 //
 // One after another, each with the impulses of the others held: the normals, the twist, the friction (rub_disc), and
 // the normals again, since friction at the centre turns the bodies against them.
@@ -10,7 +10,7 @@
 
 #include <vector>
 
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/solve_contact.hpp"
 
 namespace lockstep::reference {
 
@@ -21,7 +21,7 @@ void push_patch(const ContactFrame<real>& c, real r_1, real r_2, Motion<real>& a
 
 /// The normal row of one contact. Returns the square of by how much it changed the normal velocity.
 template <class real>
-real visit_normal(const ContactBlock<real>& block, real bias, real softness, ImpulseBlock<real>& impulses, u32 lane,
+real solve_normal(const ContactBlock<real>& block, real bias, real softness, ImpulseBlock<real>& impulses, u32 lane,
                   Motion<real>& a, Motion<real>& b) {
   const ContactArms<real> c = contact_arms<real>(block, lane);
   const real u_n = dot3(c.normal, velocity_at(c.arm_a, c.arm_b, a, b)) + bias;
@@ -52,8 +52,8 @@ real rubbing_change(const PatchBlock<real>& block, u32 lane, real d_1, real d_2,
 /// Twist and friction, under the normal impulses of the pair's rows. Returns the square of by how much they changed the
 /// relative velocity.
 template <class real>
-real visit_rubbing(const PatchBlock<real>& block, const std::vector<ImpulseBlock<real>>& rows, u32 first, u32 count,
-                   PatchImpulse<real>& impulses, u32 lane, Motion<real>& a, Motion<real>& b) {
+real solve_patch_friction(const PatchBlock<real>& block, const std::vector<ImpulseBlock<real>>& rows, u32 first,
+                          u32 count, PatchImpulse<real>& impulses, u32 lane, Motion<real>& a, Motion<real>& b) {
   real load = 0, moment = 0;
   for (u32 k = 0; k < count; ++k) {
     const real r = rows[first + k].normal[lane];

@@ -1,8 +1,8 @@
-// The visit of LANES pairs whose contacts rub as one. cpu_reference/visit_patch.hpp is the twin and states the method.
-#ifndef LOCKSTEP_VISIT_PATCH_H
-#define LOCKSTEP_VISIT_PATCH_H
+// Solves LANES pairs whose contacts rub as one. cpu_reference/solve_patch.hpp is the twin and states the method.
+#ifndef LOCKSTEP_SOLVE_PATCH_H
+#define LOCKSTEP_SOLVE_PATCH_H
 
-#include "visit_contact.h"
+#include "solve_contact.h"
 
 #if FEATURE_PATCHES
 
@@ -26,7 +26,7 @@ static inline LaneDiscInverse lane_rubbing_inverse(global const PatchBlock* bloc
 }
 
 // A row of normals; returns their impulses. `change` keeps the largest of the squared changes of velocities.
-static inline lane visit_normals(const u32 purpose, u32 first, global const ContactBlock* block,
+static inline lane solve_normals(const u32 purpose, u32 first, global const ContactBlock* block,
                                  global const SoftnessBlock* softness_block, global ImpulseBlock* impulses, LaneBody* a,
                                  LaneBody* b, lane* change) {
   const Lane3 n = LANE_NORMAL(block, first), arm_a = LANE_ARM_A(block, first), arm_b = LANE_ARM_B(block, first);
@@ -57,8 +57,8 @@ static inline lane lane_rubbing_change(global const PatchBlock* block, u32 first
 #endif
 
 // Twist and friction, under the sums of the normal impulses and of their levers.
-static inline void visit_rubbing(u32 first, lane load, lane moment, global const PatchBlock* block,
-                                 global PatchImpulse* impulses, LaneBody* a, LaneBody* b, lane* change) {
+static inline void solve_patch_friction(u32 first, lane load, lane moment, global const PatchBlock* block,
+                                        global PatchImpulse* impulses, LaneBody* a, LaneBody* b, lane* change) {
   const lane friction = LANE_LOAD(block->friction + first);
   const lane limit = friction * load, reach = friction * moment;
   const LaneContact c = lane_patch(block, first);
@@ -82,8 +82,8 @@ static inline void visit_rubbing(u32 first, lane load, lane moment, global const
 #endif
 }
 
-// Visits the pairs in lanes first .. first + LANES - 1 of a block.
-static inline void visit_patches(const u32 purpose, u32 first, global const BlockBodies* bodies, BlockRows rows,
+// Solves the pairs in lanes first .. first + LANES - 1 of a block.
+static inline void solve_patches(const u32 purpose, u32 first, global const BlockBodies* bodies, BlockRows rows,
                                  global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
                                  global ImpulseBlock* impulse_blocks, global const PatchBlock* patch,
                                  global PatchImpulse* patch_impulse, LaneBody* a, LaneBody* b, lane* change) {
@@ -92,15 +92,15 @@ static inline void visit_patches(const u32 purpose, u32 first, global const Bloc
     lane load = (lane)0, moment = (lane)0;
     for (u32 k = 0u; k < rows.count; ++k) {
       LaneBody next_a = *a, next_b = *b;
-      const lane r = visit_normals(purpose, first, contact_blocks + rows.first + k, softness_blocks + rows.first + k,
+      const lane r = solve_normals(purpose, first, contact_blocks + rows.first + k, softness_blocks + rows.first + k,
                                    impulse_blocks + rows.first + k, &next_a, &next_b, change);
       const lane_mask there = LANE_MASK(count > (lane_u32)k);
-      visit_keep(there, next_a, a);
-      visit_keep(there, next_b, b);
+      lane_select_body(there, next_a, a);
+      lane_select_body(there, next_b, b);
       load = load + r;
       moment = moment + LANE_LOAD(patch->lever[k] + first) * r;
     }
-    if (pass == 0u) visit_rubbing(first, load, moment, patch, patch_impulse, a, b, change);
+    if (pass == 0u) solve_patch_friction(first, load, moment, patch, patch_impulse, a, b, change);
   }
 }
 
@@ -122,8 +122,8 @@ static inline void start_patches(u32 first, global const BlockBodies* bodies, Bl
     LaneBody next_a = *a, next_b = *b;
     start_normals(first, contact_blocks + rows.first + k, impulse_blocks + rows.first + k, &next_a, &next_b);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    visit_keep(there, next_a, a);
-    visit_keep(there, next_b, b);
+    lane_select_body(there, next_a, a);
+    lane_select_body(there, next_b, b);
   }
 #endif
   const LaneContact c = lane_patch(patch, first);

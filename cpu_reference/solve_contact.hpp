@@ -1,10 +1,10 @@
-// The visit of one contact, what the solver's sweeps and the warm start share. kernels/visit_contact.h is the twin,
+// Solves one contact: what the solver's sweeps and the warm start share. kernels/solve_contact.h is the twin,
 // LANES pairs of shapes at a time.
 //
 // Blocked projected Gauss-Seidel (survey 4.3; Jourdan, Alart, Jean 1998): with the impulses of all others held,
 //   u = relative velocity at the contact point,  q = u + bias - W r_old,
 // the contact's own problem is solved exactly (cpu_reference/cone.hpp) and the change r - r_old is given to the bodies.
-// A soft contact solves it with its softness added to w_nn. By how much a visit changed relative velocities is
+// A soft contact solves it with its softness added to w_nn. By how much a solve changed relative velocities is
 // |W (r - r_old)|: what the contact's law was violated by until then (cpu_reference/solve_constraints.hpp).
 #pragma once
 
@@ -123,7 +123,7 @@ ConeVector<real> biased_velocity(const ContactFrame<real>& c, ConeVector<real> b
 
 /// Returns the square of by how much it changed the relative velocity.
 template <class real>
-real visit_contact(const ContactBlock<real>& block, ConeVector<real> bias, real softness, ImpulseBlock<real>& impulses,
+real solve_contact(const ContactBlock<real>& block, ConeVector<real> bias, real softness, ImpulseBlock<real>& impulses,
                    u32 kind, u32 lane, Motion<real>& a, Motion<real>& b) {
   const ContactFrame<real> c = contact_frame<real>(block, lane);
   const ConeVector<real> old = impulse_of(impulses, lane);

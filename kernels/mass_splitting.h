@@ -1,10 +1,10 @@
 // Bodies split among the pairs in contact (mass splitting): what Jacobi's sweeps and the warm start share.
-// cpu_reference/visit_parts.hpp is the twin and states the method.
-#ifndef LOCKSTEP_VISIT_PARTS_H
-#define LOCKSTEP_VISIT_PARTS_H
+// cpu_reference/mass_splitting.hpp is the twin and states the method.
+#ifndef LOCKSTEP_MASS_SPLITTING_H
+#define LOCKSTEP_MASS_SPLITTING_H
 
 #include "common.h"
-#include "visit_contact.h"
+#include "solve_contact.h"
 
 #if FEATURE_JACOBI
 

@@ -1,7 +1,7 @@
-// The visit of LANES pairs in contact: what the solver's sweeps and the warm start share.
-// cpu_reference/visit_contact.hpp is the twin and states the method.
-#ifndef LOCKSTEP_VISIT_CONTACT_H
-#define LOCKSTEP_VISIT_CONTACT_H
+// Solves LANES pairs in contact: what the solver's sweeps and the warm start share.
+// cpu_reference/solve_contact.hpp is the twin and states the method.
+#ifndef LOCKSTEP_SOLVE_CONTACT_H
+#define LOCKSTEP_SOLVE_CONTACT_H
 
 #include "common.h"
 #include "cone.h"
@@ -129,8 +129,8 @@ static inline void lane_push(LaneContact c, lane_mask general, LaneCone r, LaneB
   lane_push_at(c.arm_a, c.arm_b, general, impulse, a, b);
 }
 
-#define VISIT_SOLVE 0u
-#define VISIT_RELAX 1u  // soft contacts become hard, without a bias (cpu_reference/relax_constraints.hpp)
+#define PURPOSE_SOLVE 0u
+#define PURPOSE_RELAX 1u  // soft contacts become hard, without a bias (cpu_reference/relax_constraints.hpp)
 
 // Of the normal velocity: u_n + bias + softness r_n >= 0.
 typedef struct LaneLaw {
@@ -145,7 +145,7 @@ static inline LaneLaw lane_law(const u32 purpose, global const ContactBlock* blo
   law.w_nn = LANE_LOAD(block->w_nn + first);
 #if FEATURE_SOFT_CONTACTS
   const lane softness = LANE_LOAD(softness_block->softness + first);
-  if (purpose == VISIT_RELAX)
+  if (purpose == PURPOSE_RELAX)
     law.bias = softness > (lane)0 ? (lane)0 : law.bias;
   else
     law.softness = softness;
@@ -182,10 +182,10 @@ static inline lane lane_contact_change(lane_mask general, global const ContactBl
 }
 #endif
 
-// One Gauss-Seidel visit of a row of contacts. `change` keeps the largest of the squared changes of velocities.
-static inline void visit_row(const u32 purpose, u32 first, lane_mask general, global const ContactBlock* block,
-                             global const SoftnessBlock* softness_block, global const SlideBlock* slides,
-                             global ImpulseBlock* impulses, LaneBody* a, LaneBody* b, lane* change) {
+// One Gauss-Seidel solve of a row of contacts. `change` keeps the largest of the squared changes of velocities.
+static inline void solve_contact_row(const u32 purpose, u32 first, lane_mask general, global const ContactBlock* block,
+                                     global const SoftnessBlock* softness_block, global const SlideBlock* slides,
+                                     global ImpulseBlock* impulses, LaneBody* a, LaneBody* b, lane* change) {
   const LaneContact c = lane_contact(block, first);
   const LaneCone old = lane_impulse(impulses, first);
   const lane friction = LANE_LOAD(block->friction + first);
@@ -228,7 +228,7 @@ static inline void visit_row(const u32 purpose, u32 first, lane_mask general, gl
 }
 
 // A lane that has no contact in a row reads zeros there, and keeps its bodies to the sign of a zero.
-static inline void visit_keep(lane_mask there, LaneBody next, LaneBody* body) {
+static inline void lane_select_body(lane_mask there, LaneBody next, LaneBody* body) {
   body->v = lane_select3(there, next.v, body->v);
   body->w = lane_select3(there, next.w, body->w);
 }
