@@ -34,7 +34,9 @@ double processor_time() {
   return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// The same numbers for the same seed, in [0, 1).
 class Random {
@@ -158,13 +160,13 @@ Timing measure(const InitialState<float>& state, const DeviceInfo& device, u32 t
     DeviceBackend<float> backend(state, device, options);
     const u32 runs = profile ? 1 : repetitions;
     for (u32 n = 0; n <= runs; ++n) {
-      const double start = now(), start_processor = processor_time();
+      const double start = clock_seconds(), start_processor = processor_time();
       for (const Stage stage : stages) backend.run(stage, state.params);
       const Counters counters = backend.counters();
       if (counters[COUNTER_STATUS] != 0) throw Error(Failure::device, "broad_phase_bench", "a list is too short");
       timing.pairs = counters[COUNTER_PAIRS];
       if (profile || n == 0) continue;
-      timing.seconds = std::min(timing.seconds, now() - start);
+      timing.seconds = std::min(timing.seconds, clock_seconds() - start);
       timing.processor = std::min(timing.processor, processor_time() - start_processor);
     }
     if (!profile) continue;
@@ -229,11 +231,11 @@ void bench_sort(const DeviceInfo& info, u32 threads) {
       for (const char* name : {"keys", "values", "more_keys", "more_values"}) launcher.scratch(name, count);
       queue.enqueueWriteBuffer(memory.find("keys")->buffer, CL_TRUE, 0, count * sizeof(u32), keys.data());
       queue.enqueueWriteBuffer(memory.find("values")->buffer, CL_TRUE, 0, count * sizeof(u32), values.data());
-      const double start = now(), start_processor = processor_time();
+      const double start = clock_seconds(), start_processor = processor_time();
       launcher.sort({"keys", "values", "more_keys", "more_values"}, count, 32);
       queue.finish();
       if (n == 0) continue;
-      seconds = std::min(seconds, now() - start);
+      seconds = std::min(seconds, clock_seconds() - start);
       processor = std::min(processor, processor_time() - start_processor);
     }
     fmt::print("sort of 32 bits,random,radix,{},{},{:.2f},{:.2f},,{:.0f} million keys a second\n", count, threads,

@@ -23,7 +23,7 @@ constexpr u32 settling = 180, measured = 60;  // steps
 constexpr u32 most_layers = 25;
 constexpr double spacing = 1.3;  // m, of cubes of 1 m
 
-double now() {
+double clock_milliseconds() {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
@@ -75,9 +75,9 @@ void measure(const DeviceInfo& device, u32 count, u32 substeps) {
   for (u32 i = 0; i < settling; ++i) simulation.step();
   std::vector<double> times;
   for (u32 i = 0; i < measured; ++i) {
-    const double start = now();
+    const double start = clock_milliseconds();
     simulation.step();
-    times.push_back(now() - start);
+    times.push_back(clock_milliseconds() - start);
   }
   const double ms = median(times);
   const Counters& counters = simulation.counters();

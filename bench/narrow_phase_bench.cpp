@@ -86,7 +86,9 @@ Scene scene_of(u32 kind_a, u32 kind_b, u32 pairs) {
   return scene;
 }
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 std::vector<Stage> stages_of(Features features) {
   std::vector<Stage> stages = {Stage::begin_step, Stage::update_bounds};
@@ -137,10 +139,10 @@ Timing in_cpp(const InitialState<float>& state) {
   ReferenceBackend<float> backend(state);
   for (const Stage stage : stages_of(state.features)) backend.run(stage, state.params);
   return best_of(4, [&] {
-    const double start = now();
+    const double start = clock_seconds();
     backend.run(Stage::collide, state.params);
     const Buffers<float>& b = backend.buffers();
-    return Timing{now() - start, b.counters[COUNTER_PAIRS], b.counters[COUNTER_CONTACTS]};
+    return Timing{clock_seconds() - start, b.counters[COUNTER_PAIRS], b.counters[COUNTER_CONTACTS]};
   });
 }
 

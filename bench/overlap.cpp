@@ -117,7 +117,7 @@ double farthest_moved(const Scene& scene, const std::vector<BodyPose>& poses) {
 }
 
 double joint_separation(const Scene& scene, const std::vector<BodyPose>& poses) {
-  const auto anchor_now = [&](u32 body, const Vector3& anchor) -> Vector3d {
+  const auto current_anchor = [&](u32 body, const Vector3& anchor) -> Vector3d {
     if (body == NONE) return vector(anchor);
     const BodyDescription& start = scene.bodies[body];
     const Vector3d arm = rotation(start.orientation).transpose() * (vector(anchor) - vector(start.position));
@@ -126,7 +126,7 @@ double joint_separation(const Scene& scene, const std::vector<BodyPose>& poses) 
   double separation = 0;
   for (const JointDescription& joint : scene.joints) {
     if (joint.kind != JOINT_BALL) continue;
-    const Vector3d parted = anchor_now(joint.body_a, joint.anchor_a) - anchor_now(joint.body_b, joint.anchor_b);
+    const Vector3d parted = current_anchor(joint.body_a, joint.anchor_a) - current_anchor(joint.body_b, joint.anchor_b);
     separation = std::max(separation, parted.norm());
   }
   return separation;

@@ -26,7 +26,9 @@ double processor_time() {
   return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 BodyDescription ball(double radius, double mass, Vector3 position) {
   BodyDescription body;
@@ -80,9 +82,9 @@ void measure_speed(u32 count, std::unique_ptr<Backend<float>> backend, const Ini
   const u32 steps = count > 500000 ? 5 : 20;
   double best = 1e9, processor = 1e9;
   for (u32 i = 0; i < steps; ++i) {
-    const double start = now(), start_processor = processor_time();
+    const double start = clock_seconds(), start_processor = processor_time();
     simulation.step();
-    best = std::min(best, now() - start);
+    best = std::min(best, clock_seconds() - start);
     processor = std::min(processor, processor_time() - start_processor);
   }
   const u32 particles = state.sizes.particles;
@@ -122,9 +124,9 @@ struct Trial {
   explicit Trial(const InitialState<double>& state)
       : Trial(std::make_unique<ReferenceBackend<double>>(state), state.params) {}
   Trial(std::unique_ptr<ReferenceBackend<double>> backend, const StepParams<double>& params)
-      : now(backend->buffers()), simulation(std::move(backend), params) {}
+      : current(backend->buffers()), simulation(std::move(backend), params) {}
 
-  const Buffers<double>& now;
+  const Buffers<double>& current;
   Simulation<double> simulation;
 };
 
@@ -142,7 +144,7 @@ Rolling roll(double radius, double sine) {
   // no symmetry of the particles lies along the slope
   scene.bodies[1].orientation = exact::rotation({1, 0.3, 0.2}, exact::sine(0.4), exact::cosine(0.4));
   Trial trial(scene);
-  const Buffers<double>& b = trial.now;
+  const Buffers<double>& b = trial.current;
   const auto steps = [&](u32 count, double& height) {
     for (u32 i = 0; i < count; ++i) {
       trial.simulation.step();
@@ -214,7 +216,7 @@ double steepest(double radius, double height, double friction, double low, doubl
     scene.bodies = {slope_of(sine, cosine), box};
     Trial trial(scene);
     const auto is_where_it_was = [&] {
-      const Vec4<double>&x = trial.now.positions[1], &q = trial.now.orientations[1];
+      const Vec4<double>&x = trial.current.positions[1], &q = trial.current.orientations[1];
       const double down = x.x * cosine - x.z * sine,
                    tilt = std::abs(q.y * box.orientation[3] - q.w * box.orientation[1]);
       return std::abs(down) < 0.01 && tilt < 0.1;

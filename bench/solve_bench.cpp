@@ -78,7 +78,9 @@ InitialState<float> lattice(u32 side) {
   return state;
 }
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// A copy that starts on a cache line, as device memory does.
 template <class T>
@@ -160,15 +162,15 @@ void compare(u32 side, const DeviceInfo& device, u32 threads) {
   NativeProblem problem(state.buffers);
   std::vector<Timed> kernels(lane_counts.size());
   for (u32 repetition = 0; repetition < repetitions; ++repetition) {
-    double start = now();
+    double start = clock_seconds();
     solve_natively(problem, threads);
-    native.seconds = std::min(native.seconds, now() - start);
+    native.seconds = std::min(native.seconds, clock_seconds() - start);
     if (repetition == 0) native.after = problem.motions.copy();
     for (std::size_t i = 0; i < backends.size(); ++i) {
-      start = now();
+      start = clock_seconds();
       backends[i]->run(Stage::solve_constraints, state.params);
       backends[i]->counters();
-      kernels[i].seconds = std::min(kernels[i].seconds, now() - start);
+      kernels[i].seconds = std::min(kernels[i].seconds, clock_seconds() - start);
       if (repetition == 0) kernels[i].after = backends[i]->download(std::array{Buffer::motions}).motions;
     }
   }

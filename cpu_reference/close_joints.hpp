@@ -40,22 +40,22 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
   Quat<real> q_a, q_b;
   joint_pose(buffers, params, info.body_a, x_a, q_a);
   joint_pose(buffers, params, info.body_b, x_b, q_b);
-  const JointNow<real> now = joint_now(joint, info, joint_sizes(buffers, index), x_a, q_a, x_b, q_b);
+  const CurrentJoint<real> current = current_joint(joint, info, joint_sizes(buffers, index), x_a, q_a, x_b, q_b);
   const JointMobility<real> m =
-      joint_mobility(now, info.free, buffers.motions[info.body_a], buffers.motions[info.body_b]);
+      joint_mobility(current, info.free, buffers.motions[info.body_a], buffers.motions[info.body_b]);
   const JointFactor<real> factor = factorise(m.k, info.locked);
 
   const bool is_free = info.free != FREE_NOTHING;
   real d[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1) != 0;
-    d[i] = locked ? -now.error[i] : real(0);
+    d[i] = locked ? -current.error[i] : real(0);
     coupling[i] = locked && is_free ? m.coupling[i] : real(0);
     response[i] = coupling[i];
   }
   solve_factor(factor, d);
   solve_factor(factor, response);
-  real x = now.coordinate, coupled_mobility = 0;
+  real x = current.coordinate, coupled_mobility = 0;
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     x = x + coupling[i] * d[i];
     coupled_mobility = coupled_mobility + coupling[i] * response[i];
@@ -65,14 +65,16 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
   for (u32 i = 0; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
 
   const bool angular = info.free == FREE_ANGLE;
-  Vec3<real> impulse = add3(add3(scale3(d[0], now.axes[0]), scale3(d[1], now.axes[1])), scale3(d[2], now.axes[2]));
-  const real about_z = now.lead != 0 ? -(now.lead * d[2]) : d[5];
-  Vec3<real> moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(about_z, now.axes[2]));
-  impulse = add3(impulse, scale3(angular ? real(0) : d_free, now.free_axis));
-  moment = add3(moment, scale3(angular ? d_free : real(0), now.free_axis));
+  Vec3<real> impulse =
+      add3(add3(scale3(d[0], current.axes[0]), scale3(d[1], current.axes[1])), scale3(d[2], current.axes[2]));
+  const real about_z = current.lead != 0 ? -(current.lead * d[2]) : d[5];
+  Vec3<real> moment =
+      add3(add3(scale3(d[3], current.axes[0]), scale3(d[4], current.axes[1])), scale3(about_z, current.axes[2]));
+  impulse = add3(impulse, scale3(angular ? real(0) : d_free, current.free_axis));
+  moment = add3(moment, scale3(angular ? d_free : real(0), current.free_axis));
   displace(buffers, info.body_a, x_a, q_a, scale3(real(-1), impulse),
-           scale3(real(-1), add3(cross3(now.arm_a, impulse), moment)));
-  displace(buffers, info.body_b, x_b, q_b, impulse, add3(cross3(now.arm_b, impulse), moment));
+           scale3(real(-1), add3(cross3(current.arm_a, impulse), moment)));
+  displace(buffers, info.body_b, x_b, q_b, impulse, add3(cross3(current.arm_b, impulse), moment));
 }
 
 template <class real>

@@ -61,25 +61,25 @@ inline bool pair_before(Pair p, Pair q) {
 template <class real>
 void find_events(Buffers<real>& b, const StepParams<real>&) {
   if (step_is_void(b.counters)) return;
-  std::vector<Pair> now;
+  std::vector<Pair> current;
   for (u32 p = 0; p < b.counters[COUNTER_PAIRS]; ++p) {
-    if (pair_touches(b, p)) now.push_back(b.pairs[p]);
+    if (pair_touches(b, p)) current.push_back(b.pairs[p]);
   }
 
   std::vector<Pair> after;
-  const u32 count = static_cast<u32>(now.size()), before = b.touching_count[0];
+  const u32 count = static_cast<u32>(current.size()), before = b.touching_count[0];
   u32 events = 0;
   for (u32 i = 0, j = 0; i < count || j < before;) {
-    if (j == before || (i < count && pair_before(now[i], b.touching[j]))) {
-      after.push_back(now[i]);
-      b.events[events++] = make_event(b, now[i++], true);
-    } else if (i == count || pair_before(b.touching[j], now[i])) {
+    if (j == before || (i < count && pair_before(current[i], b.touching[j]))) {
+      after.push_back(current[i]);
+      b.events[events++] = make_event(b, current[i++], true);
+    } else if (i == count || pair_before(b.touching[j], current[i])) {
       if (pair_sleeps(b, b.touching[j]))
         after.push_back(b.touching[j++]);
       else
         b.events[events++] = make_event(b, b.touching[j++], false);
     } else {
-      after.push_back(now[i]);
+      after.push_back(current[i]);
       ++i, ++j;
     }
   }

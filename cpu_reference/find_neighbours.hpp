@@ -25,7 +25,7 @@ bool is_near_plane(const Buffers<real>& b, const StepParams<real>& params, u32 i
   const u32 body = b.particle_bodies[i], body_p = b.plane_bodies[k];
   if (are_joined(b, body, body_p)) return false;
   const Vec3<real> x = vec3_of(b.particle_positions[i]);
-  const PlaneNow<real> plane = plane_now(b, k);
+  const CurrentPlane<real> plane = current_plane(b, k);
   const Vec3<real> there = point_velocity(b.motions[body_p], sub3(x, vec3_of(b.positions[body_p])));
   const real gap = dot3(plane.normal, sub3(x, plane.point)) - b.particle_laws[b.body_infos[body].world].radius;
   return within_reach(params, gap, length3(sub3(vec3_of(b.particle_velocities[i]), there)));

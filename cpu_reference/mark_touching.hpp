@@ -2,7 +2,7 @@
 // a step is never seen to overlap, and one that is let go where it overlaps does not push at once; both touch.
 #pragma once
 
-#include "cpu_reference/contact_now.hpp"
+#include "cpu_reference/current_contact.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "host/buffers.hpp"
 
@@ -16,9 +16,9 @@ void mark_touching(Buffers<real>& b, const StepParams<real>& params) {
     const ImpulseBlock<real>& impulses = b.impulse_blocks[b.contact_slots[i] / PACK];
     const Pose<real> pose_a = make_pose(b.positions[contact.body_a], b.orientations[contact.body_a]);
     const Pose<real> pose_b = make_pose(b.positions[contact.body_b], b.orientations[contact.body_b]);
-    const ContactNow<real> now = contact_now(b.contact_points[i], contact.normal, pose_a, pose_b);
+    const CurrentContact<real> current = current_contact(b.contact_points[i], contact.normal, pose_a, pose_b);
     const bool before = params.substep > 0 && b.touched[i] != 0;
-    b.touched[i] = before || impulses.normal[b.contact_slots[i] % PACK] > 0 || now.gap <= 0 ? 1 : 0;
+    b.touched[i] = before || impulses.normal[b.contact_slots[i] % PACK] > 0 || current.gap <= 0 ? 1 : 0;
   }
 }
 

@@ -40,11 +40,11 @@ void update_particle(Buffers<real>& b, u32 i) {
 
 /// A plane where its body has it, world frame.
 template <class real>
-struct PlaneNow {
+struct CurrentPlane {
   Vec3<real> point, normal;
 };
 template <class real>
-PlaneNow<real> plane_now(const Buffers<real>& b, u32 k) {
+CurrentPlane<real> current_plane(const Buffers<real>& b, u32 k) {
   const u32 body = b.plane_bodies[k];
   const Quat<real> q = quat(b.orientations[body]);
   return {add3(vec3_of(b.positions[body]), rotate3(q, vec3(b.particle_planes[k].point))),

@@ -21,7 +21,7 @@
 #pragma once
 
 #include "cpu_reference/cone.hpp"
-#include "cpu_reference/contact_now.hpp"
+#include "cpu_reference/current_contact.hpp"
 #include "cpu_reference/frame.hpp"
 #include "cpu_reference/impact.hpp"
 #include "cpu_reference/mass_splitting.hpp"
@@ -139,7 +139,8 @@ ImpactTarget<real> hit_target(const StepParams<real>& p, real gap, real u_old, C
 
 /// mu of what holds, or of what slid at the start of the sub-step.
 template <class real>
-real friction_now(const HoldBlock<real>& hold, real sliding, Vec3<real> old, Vec3<real> t1, Vec3<real> t2, u32 lane) {
+real stick_or_slip_friction(const HoldBlock<real>& hold, real sliding, Vec3<real> old, Vec3<real> t1, Vec3<real> t2,
+                            u32 lane) {
   const real u_1 = dot3(t1, old), u_2 = dot3(t2, old);
   return std::sqrt(u_1 * u_1 + u_2 * u_2) > hold.speed[lane] ? sliding : hold.friction[lane];
 }
@@ -173,13 +174,14 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const PointBlock<real>& points = buffers.point_blocks[row];
   const Pose<real> pose_a = make_pose(buffers.positions[a], buffers.orientations[a]);
   const Pose<real> pose_b = make_pose(buffers.positions[b], buffers.orientations[b]);
-  const ContactNow<real> now = contact_now(contact_point_of(points, lane), points.frame[lane], pose_a, pose_b);
+  const CurrentContact<real> current =
+      current_contact(contact_point_of(points, lane), points.frame[lane], pose_a, pose_b);
   const Motion<real>&motion_a = motions.a, &motion_b = motions.b;
   const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
-  const Vec3<real> n = now.normal;
+  const Vec3<real> n = current.normal;
   const auto [t1, t2] = tangents(n);
-  const Vec3<real> arm_a = central ? central_arm(motion_a, n, now.arm_a) : now.arm_a;
-  const Vec3<real> arm_b = central ? central_arm(motion_b, n, now.arm_b) : now.arm_b;
+  const Vec3<real> arm_a = central ? central_arm(motion_a, n, current.arm_a) : current.arm_a;
+  const Vec3<real> arm_b = central ? central_arm(motion_b, n, current.arm_b) : current.arm_b;
 
   const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
   const Vec3<real> old =
@@ -188,9 +190,9 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const Vec3<real> free = sub3(add3(vec3(motion_a.v), cross3(vec3(motion_a.w), arm_a)),
                                add3(vec3(motion_b.v), cross3(vec3(motion_b.w), arm_b)));
   const real u_free = dot3(n, free);
-  const real friction = buffers.hold_blocks.empty()
-                            ? points.friction[lane]
-                            : friction_now(buffers.hold_blocks[row], points.friction[lane], old, t1, t2, lane);
+  const real friction = buffers.hold_blocks.empty() ? points.friction[lane]
+                                                    : stick_or_slip_friction(buffers.hold_blocks[row],
+                                                                             points.friction[lane], old, t1, t2, lane);
   const ContactImpulse<real> start = start_impulse(params, buffers.start_blocks[row], block, impulses, lane);
   const Vec3<real> tangent = {start.tangent_x, start.tangent_y, start.tangent_z};
   ConeVector<real> r = {start.normal > 0 ? start.normal : real(0), dot3(tangent, t1), dot3(tangent, t2)};
@@ -224,14 +226,14 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   block.arm_b_x[lane] = arm_b.x;
   block.arm_b_y[lane] = arm_b.y;
   block.arm_b_z[lane] = arm_b.z;
-  NormalLaw<real> law = normal_law(params, now.gap, u_old, u_free, points.restitution[lane]);
+  NormalLaw<real> law = normal_law(params, current.gap, u_old, u_free, points.restitution[lane]);
   ImpactTarget<real> target = {{0, 0, 0}, friction};
   if (!buffers.impact_blocks.empty()) {
     const ImpactBlock<real>& impacts = buffers.impact_blocks[row];
     const ImpactMaterial<real> material = {impacts.law[lane], friction, points.restitution[lane],
                                            impacts.tangential_restitution[lane]};
-    if (material.law != IMPACT_NEWTON && is_hit(params, now.gap, u_old, u_free))
-      target = hit_target(params, now.gap, u_old, {u_free, dot3(free, t1), dot3(free, t2)}, w, material, law);
+    if (material.law != IMPACT_NEWTON && is_hit(params, current.gap, u_old, u_free))
+      target = hit_target(params, current.gap, u_old, {u_free, dot3(free, t1), dot3(free, t2)}, w, material, law);
     buffers.slide_blocks[row].bias_1[lane] = target.bias.tangent_1;
     buffers.slide_blocks[row].bias_2[lane] = target.bias.tangent_2;
   }

@@ -29,8 +29,8 @@
 // answer.
 #pragma once
 
+#include "cpu_reference/joints/current_joint.hpp"
 #include "cpu_reference/joints/factor.hpp"
-#include "cpu_reference/joints/joint_now.hpp"
 #include "cpu_reference/joints/mobility.hpp"
 #include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sleep.hpp"
@@ -70,33 +70,33 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, real velocity_product, 
 /// With w = w_b - w_a, the rows of a skate turn with b instead, which takes w x u off; the part of the arms of what
 /// rolls that goes down to where it touches turns with a, which takes w x (w x down) off.
 template <class real>
-void row_rates(const JointNow<real>& now, const JointInfo& info, const Motion<real>& a, const Motion<real>& b,
+void row_rates(const CurrentJoint<real>& current, const JointInfo& info, const Motion<real>& a, const Motion<real>& b,
                real (&rates)[JOINT_ROWS + 1]) {
   const Vec3<real> w_a = vec3(a.w), w_b = vec3(b.w);
-  const Vec3<real> on_a = cross3(w_a, now.arm_a), on_b = cross3(w_b, now.arm_b);
+  const Vec3<real> on_a = cross3(w_a, current.arm_a), on_b = cross3(w_b, current.arm_b);
   const Vec3<real> u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
   Vec3<real> rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3(real(2), cross3(w_a, u)));
   const Vec3<real> w = sub3(w_b, w_a);
   if (LOCKS_SKATE(info.locked)) rate = sub3(rate, cross3(w, u));
-  if (now.radius > 0) rate = sub3(rate, cross3(w, cross3(w, scale3(-now.radius, now.axes[2]))));
+  if (current.radius > 0) rate = sub3(rate, cross3(w, cross3(w, scale3(-current.radius, current.axes[2]))));
   const bool crosses = LOCKS_CROSS(info.locked);
-  const Vec3<real> w_axes = crosses ? add3(w_a, scale3(dot3(now.axes[2], w), now.axes[2])) : w_a;
+  const Vec3<real> w_axes = crosses ? add3(w_a, scale3(dot3(current.axes[2], w), current.axes[2])) : w_a;
   const Vec3<real> angular_rate = cross3(w, w_axes);
   for (u32 i = 0; i < 3; ++i) {
-    rates[i] = dot3(now.axes[i], rate);
-    rates[i + 3] = dot3(now.axes[i], angular_rate);
+    rates[i] = dot3(current.axes[i], rate);
+    rates[i + 3] = dot3(current.axes[i], angular_rate);
   }
-  if (now.lead != 0) rates[2] = rates[2] - now.lead * rates[5];
-  rates[JOINT_ROWS] = dot3(now.free_axis, info.free == FREE_ANGLE ? angular_rate : rate);
-  if (info.free == FREE_LENGTH && now.coordinate > 0) {  // the direction turns too
-    const real along = dot3(now.free_axis, u);
-    rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / now.coordinate;
+  if (current.lead != 0) rates[2] = rates[2] - current.lead * rates[5];
+  rates[JOINT_ROWS] = dot3(current.free_axis, info.free == FREE_ANGLE ? angular_rate : rate);
+  if (info.free == FREE_LENGTH && current.coordinate > 0) {  // the direction turns too
+    const real along = dot3(current.free_axis, u);
+    rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / current.coordinate;
   }
 }
 
 /// All that follows from the geometry; that of padding, and of joints that sleep, is zero: a solve changes nothing.
 template <class real>
-void write_joint(JointBlock<real>& block, u32 lane, const JointNow<real>& now, const JointFactor<real>& factor,
+void write_joint(JointBlock<real>& block, u32 lane, const CurrentJoint<real>& current, const JointFactor<real>& factor,
                  const real (&bias)[JOINT_ROWS], const real (&velocity_product)[JOINT_ROWS + 1],
                  const real (&coupling)[JOINT_ROWS], const real (&response)[JOINT_ROWS]) {
   const auto write3 = [lane](real(*field)[PACK], Vec3<real> v) {
@@ -104,10 +104,10 @@ void write_joint(JointBlock<real>& block, u32 lane, const JointNow<real>& now, c
     field[1][lane] = v.y;
     field[2][lane] = v.z;
   };
-  for (u32 i = 0; i < 3; ++i) write3(block.axes + 3 * i, now.axes[i]);
-  write3(block.arm_a, now.arm_a);
-  write3(block.arm_b, now.arm_b);
-  write3(block.free_axis, now.free_axis);
+  for (u32 i = 0; i < 3; ++i) write3(block.axes + 3 * i, current.axes[i]);
+  write3(block.arm_a, current.arm_a);
+  write3(block.arm_b, current.arm_b);
+  write3(block.free_axis, current.free_axis);
   for (u32 i = 0; i < JOINT_LOWER; ++i) block.lower[i][lane] = factor.lower[i];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     block.inverse_pivot[i][lane] = factor.inverse_pivot[i];
@@ -138,9 +138,9 @@ void move_on(const Motion<real>& motion, real time, Vec3<real>& x, Quat<real>& q
 
 /// The axes and arms of `later`, what is off and the free coordinate of `now`.
 template <class real>
-JointNow<real> with_error_of(const JointNow<real>& now, JointNow<real> later) {
-  for (u32 i = 0; i < JOINT_ROWS; ++i) later.error[i] = now.error[i];
-  later.coordinate = now.coordinate;
+CurrentJoint<real> with_error_of(const CurrentJoint<real>& current, CurrentJoint<real> later) {
+  for (u32 i = 0; i < JOINT_ROWS; ++i) later.error[i] = current.error[i];
+  later.coordinate = current.coordinate;
   return later;
 }
 
@@ -157,24 +157,24 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params.dt / (real(1) + angle);
   const JointSizes<real> sizes = joint_sizes(buffers, index);
-  JointNow<real> now = joint_now(joint, info, sizes, x_a, q_a, x_b, q_b);
+  CurrentJoint<real> current = current_joint(joint, info, sizes, x_a, q_a, x_b, q_b);
   if (params.theta != real(1)) {
     const real lead_time = (real(1) - params.theta) * foreseen;
     move_on(a, lead_time, x_a, q_a);
     move_on(b, lead_time, x_b, q_b);
-    now = with_error_of(now, joint_now(joint, info, sizes, x_a, q_a, x_b, q_b));
+    current = with_error_of(current, current_joint(joint, info, sizes, x_a, q_a, x_b, q_b));
   }
-  const JointMobility<real> m = joint_mobility(now, info.free, a, b);
+  const JointMobility<real> m = joint_mobility(current, info.free, a, b);
   const JointFactor<real> factor = factorise(m.k, info.locked);
 
   const bool is_free = info.free != FREE_NOTHING;
   real velocity_product[JOINT_ROWS + 1];
-  row_rates(now, info, a, b, velocity_product);
+  row_rates(current, info, a, b, velocity_product);
   const real ahead = real(0.5) * foreseen;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1) != 0;
-    bias[i] = locked ? joint.correction * now.error[i] / params.dt : real(0);
+    bias[i] = locked ? joint.correction * current.error[i] / params.dt : real(0);
     velocity_product[i] = locked ? ahead * velocity_product[i] : real(0);
     coupling[i] = locked && is_free ? m.coupling[i] : real(0);
     response[i] = coupling[i];
@@ -185,19 +185,19 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   real coupled_mobility = 0;
   for (u32 i = 0; i < JOINT_ROWS; ++i) coupled_mobility = coupled_mobility + coupling[i] * response[i];
 
-  write_joint(block, lane, now, factor, bias, velocity_product, coupling, response);
+  write_joint(block, lane, current, factor, bias, velocity_product, coupling, response);
   block.softness[lane] = joint.softness;
   block.spring[lane] = joint.spring;
   block.free_mobility[lane] = is_free ? m.free_mobility : real(0);
   block.coupled_mobility[lane] = coupled_mobility;
   block.motor_speed[lane] = joint.motor_speed;
   block.motor_impulse[lane] = joint.motor_force * params.dt;
-  const FreeLaw<real> law = free_law(joint, now.coordinate, velocity_product[JOINT_ROWS], params.dt);
+  const FreeLaw<real> law = free_law(joint, current.coordinate, velocity_product[JOINT_ROWS], params.dt);
   block.slowest[lane] = law.slowest;
   block.fastest[lane] = law.fastest;
   block.bound_softness[lane] = law.bound_softness;
   block.spring_compliance[lane] = joint.spring_compliance;
-  block.lead[lane] = now.lead;
+  block.lead[lane] = current.lead;
 }
 
 template <class real>

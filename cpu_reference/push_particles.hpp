@@ -11,7 +11,7 @@ template <class real>
 Touch<real> touch_of_plane(const Buffers<real>& b, const ParticleLaw<real>& law, u32 i, u32 k) {
   const u32 body = b.particle_bodies[i], body_p = b.plane_bodies[k];
   const Vec3<real> x = vec3_of(b.particle_positions[i]);
-  const PlaneNow<real> plane = plane_now(b, k);
+  const CurrentPlane<real> plane = current_plane(b, k);
   const real overlap = law.radius - dot3(plane.normal, sub3(x, plane.point));
   const Vec3<real> arm = scale3(real(0.5) * overlap - law.radius, plane.normal);
   const Vec3<real> there = point_velocity(b.motions[body_p], sub3(add3(x, arm), vec3_of(b.positions[body_p])));

@@ -106,7 +106,7 @@ template <class real>
 void DenseSweeps<real>::measure() {
   for (u32 i = 0; i < rows_.size(); ++i) {
     Row& at = rows_[i];
-    const ConeVector<real> u = biased_velocity(at.frame, law_now(Purpose::solve, buffers_, at.row, at.lane).bias,
+    const ConeVector<real> u = biased_velocity(at.frame, contact_law(Purpose::solve, buffers_, at.row, at.lane).bias,
                                                body(buffers_.contacts[i].body_a), body(buffers_.contacts[i].body_b));
     at.u = {u.normal + real(0), u.tangent_1 + real(0), u.tangent_2 + real(0)};  // never -0
     at.r = impulse_of(buffers_.impulse_blocks[at.row], at.lane);

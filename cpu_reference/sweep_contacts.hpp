@@ -12,13 +12,13 @@ namespace lockstep::reference {
 /// The law of the normal velocity, u_n + bias + softness r_n >= 0: soft contacts relax into hard ones without a bias
 /// (cpu_reference/relax_constraints.hpp). Tangential biases are those of impacts.
 template <class real>
-struct LawNow {
+struct ContactLaw {
   ConeVector<real> bias;
   real softness;
 };
 
 template <class real>
-LawNow<real> law_now(Purpose purpose, const Buffers<real>& buffers, u32 row, u32 lane) {
+ContactLaw<real> contact_law(Purpose purpose, const Buffers<real>& buffers, u32 row, u32 lane) {
   // -0 adds nothing, not even to the sign of a zero
   ConeVector<real> bias = {buffers.contact_blocks[row].bias[lane], real(-0.0), real(-0.0)};
   if (!buffers.slide_blocks.empty()) {
@@ -40,12 +40,12 @@ real solve_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
   real change = 0;
   const auto for_each_row = [&](auto&& solve) {
     for (u32 row = first; row < first + count; ++row) {
-      const LawNow<real> law = law_now(purpose, buffers, row, lane);
+      const ContactLaw<real> law = contact_law(purpose, buffers, row, lane);
       change = larger(solve(row, law, buffers.contact_blocks[row], buffers.impulse_blocks[row]), change);
     }
   };
   if (buffers.patch_blocks.empty()) {
-    for_each_row([&](u32 row, LawNow<real> law, const auto& contact, auto& impulses) {
+    for_each_row([&](u32 row, ContactLaw<real> law, const auto& contact, auto& impulses) {
       if (buffers.angular_friction_blocks.empty())
         return solve_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);
       const EllipseBlock<real>* ellipse = buffers.ellipse_blocks.empty() ? nullptr : &buffers.ellipse_blocks[row];
@@ -54,7 +54,7 @@ real solve_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Mo
     });
     return change;
   }
-  const auto solve = [&](u32, LawNow<real> law, const auto& contact, auto& impulses) {
+  const auto solve = [&](u32, ContactLaw<real> law, const auto& contact, auto& impulses) {
     return solve_normal(contact, law.bias.normal, law.softness, impulses, lane, a, b);
   };
   for_each_row(solve);

@@ -45,12 +45,12 @@ constexpr Trouble troubles[] = {
 template <class real>
 u32 body_out_of_grid(Backend<real>& backend) {
   const Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::motions};
-  const Buffers<real>& now = backend.download(wanted);
+  const Buffers<real>& current = backend.download(wanted);
   u32 farthest = NONE;
   real most = -1;
-  for (u32 i = 0; i < now.positions.size(); ++i) {
-    const Vec4<real>&x = now.positions[i], &q = now.orientations[i];
-    const Motion<real>& m = now.motions[i];
+  for (u32 i = 0; i < current.positions.size(); ++i) {
+    const Vec4<real>&x = current.positions[i], &q = current.orientations[i];
+    const Motion<real>& m = current.motions[i];
     const real sum = x.x + x.y + x.z + q.x + q.y + q.z + q.w + m.v[0] + m.v[1] + m.v[2] + m.w[0] + m.w[1] + m.w[2];
     if (!std::isfinite(sum)) return i;
     const real far = std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)});

@@ -2,9 +2,9 @@
 // Moves the bodies of each joint back to where it is whole (cpu_reference/close_joints.hpp states the method).
 #include "articulations/close_links.h"
 #include "common.h"
+#include "joints/current_joint.h"
 #include "joints/displace.h"
 #include "joints/factor.h"
-#include "joints/joint_now.h"
 #include "joints/mobility.h"
 #include "sleep.h"
 #include "types.h"
@@ -23,9 +23,9 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
   joint_pose(info.body_a, bodies, positions, orientations, &x_a, &q_a);
   joint_pose(info.body_b, bodies, positions, orientations, &x_b, &q_b);
   const Motion a = motions[info.body_a], b = motions[info.body_b];
-  const JointNow now = joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
+  const CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
   real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], free_mobility;
-  joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &free_mobility);
+  joint_mobility(&current, info.free == FREE_ANGLE, a, b, k, column, &free_mobility);
   JointFactor factor;
   factorise(k, info.locked, &factor);
 
@@ -33,13 +33,13 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
   real d[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1u) != 0u;
-    d[i] = locked ? -now.error[i] : (real)0;
+    d[i] = locked ? -current.error[i] : (real)0;
     coupling[i] = locked && is_free ? column[i] : (real)0;
     response[i] = coupling[i];
   }
   solve_factor(&factor, d);
   solve_factor(&factor, response);
-  real x = now.coordinate, coupled_mobility = (real)0;
+  real x = current.coordinate, coupled_mobility = (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     x = x + coupling[i] * d[i];
     coupled_mobility = coupled_mobility + coupling[i] * response[i];
@@ -49,14 +49,16 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
   for (u32 i = 0u; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
 
   const bool angular = info.free == FREE_ANGLE;
-  Vec3 impulse = add3(add3(scale3(d[0], now.axes[0]), scale3(d[1], now.axes[1])), scale3(d[2], now.axes[2]));
-  const real about_z = now.lead != (real)0 ? -(now.lead * d[2]) : d[5];
-  Vec3 moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(about_z, now.axes[2]));
-  impulse = add3(impulse, scale3(angular ? (real)0 : d_free, now.free_axis));
-  moment = add3(moment, scale3(angular ? d_free : (real)0, now.free_axis));
+  Vec3 impulse =
+      add3(add3(scale3(d[0], current.axes[0]), scale3(d[1], current.axes[1])), scale3(d[2], current.axes[2]));
+  const real about_z = current.lead != (real)0 ? -(current.lead * d[2]) : d[5];
+  Vec3 moment =
+      add3(add3(scale3(d[3], current.axes[0]), scale3(d[4], current.axes[1])), scale3(about_z, current.axes[2]));
+  impulse = add3(impulse, scale3(angular ? (real)0 : d_free, current.free_axis));
+  moment = add3(moment, scale3(angular ? d_free : (real)0, current.free_axis));
   displace(info.body_a, a, x_a, q_a, scale3((real)-1, impulse),
-           scale3((real)-1, add3(cross3(now.arm_a, impulse), moment)), positions, orientations, counters);
-  displace(info.body_b, b, x_b, q_b, impulse, add3(cross3(now.arm_b, impulse), moment), positions, orientations,
+           scale3((real)-1, add3(cross3(current.arm_a, impulse), moment)), positions, orientations, counters);
+  displace(info.body_b, b, x_b, q_b, impulse, add3(cross3(current.arm_b, impulse), moment), positions, orientations,
            counters);
 }
 
@@ -118,7 +120,7 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
                                 global real* closure_matrix, global real* closure_wanted,
                                 global LinkMotion* closure_columns, global u32* articulation_angles,
                                 global Vec4* positions, global Vec4* orientations, global u32* counters) {
-  const JointsNow now = JOINTS_NOW;
+  const CurrentJoints current = CURRENT_JOINTS;
   const Closures all = CLOSURES;
   u32 tree = (u32)get_group_id(0);
   do {
@@ -135,12 +137,12 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
       do {  // from the leaves to the root
         const LinkRange at = links_up(first, levels, step, link_levels);
         for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0))
-          factor_link_now(i, &now, links, motions, link_factors);
+          factor_current_link(i, &current, links, motions, link_factors);
         barrier(CLK_GLOBAL_MEM_FENCE);
       } while (++step < levels);
 #if FEATURE_CLOSURES
       const LinkTree all_links = LINK_TREE(first, levels);
-      factor_closures_now(loops, &all, &now, &all_links, closure_columns);
+      factor_current_closures(loops, &all, &current, &all_links, closure_columns);
 #endif
       clear_pushes(loops, &all, link_motions);
       const u32 passes = loops.count > 0u ? 2u : 1u;
@@ -163,7 +165,7 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
           barrier(CLK_GLOBAL_MEM_FENCE);
         } while (++step < levels);
 #if FEATURE_CLOSURES
-        solve_loops_now(pass + 1u == passes ? no_closures() : loops, &all, link_motions);
+        solve_current_loops(pass + 1u == passes ? no_closures() : loops, &all, link_motions);
 #endif
       } while (++pass < passes);
       for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {

@@ -57,7 +57,7 @@ kernel void find_events_mark(global const ShapeInfo* shape_infos, global const S
 
 // After the scan of touch_slots. COUNTER_EVENTS is the length of both lists until find_events_write knows better.
 kernel void find_events_gather(global const Pair* pairs, global const u32* touch_slots,
-                               global const u32* touching_count, global Pair* touching_now, global u32* counters) {
+                               global const u32* touching_count, global Pair* current_touching, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   const u32 count = counters[COUNTER_PAIRS];
   if (get_global_id(0) == 0) {
@@ -65,14 +65,14 @@ kernel void find_events_gather(global const Pair* pairs, global const u32* touch
     counters[COUNTER_EVENTS] = touch_slots[count] + touching_count[0];
   }
   FOR_EACH(p, count) {
-    if (touch_slots[p + 1u] > touch_slots[p]) touching_now[touch_slots[p]] = pairs[p];
+    if (touch_slots[p + 1u] > touch_slots[p]) current_touching[touch_slots[p]] = pairs[p];
   }
 }
 
 // Both lists, and where the pairs of each shape a begin in them.
 typedef struct TouchLists {
-  u32 now, before;  // lengths
-  global const Pair* touching_now;
+  u32 current, before;  // lengths
+  global const Pair* current_touching;
   global const Pair* touching;
   global const u32* pair_starts;
   global const u32* touch_slots;
@@ -82,11 +82,11 @@ typedef struct TouchLists {
 // The slot of entry k of both lists, those of now first, in the merged list; where both have it, `known`, that of now
 // is first.
 static inline u32 events_slot(const TouchLists* lists, u32 k, bool* known) {
-  const bool is_now = k < lists->now;
-  const Pair pair = is_now ? lists->touching_now[k] : lists->touching[k - lists->now];
-  global const Pair* others = is_now ? lists->touching : lists->touching_now;
+  const bool is_current = k < lists->current;
+  const Pair pair = is_current ? lists->current_touching[k] : lists->touching[k - lists->current];
+  global const Pair* others = is_current ? lists->touching : lists->current_touching;
   u32 slot, last;  // the first of the others that is not before the pair is between them
-  if (is_now) {
+  if (is_current) {
     slot = lists->touching_starts[pair.shape_a];
     last = lists->touching_starts[pair.shape_a + 1u];
   } else {
@@ -103,7 +103,7 @@ static inline u32 events_slot(const TouchLists* lists, u32 k, bool* known) {
     }
   }
   *known = slot < end && others[slot].shape_b == pair.shape_b;
-  return is_now ? k + slot : k - lists->now + slot + (*known ? 1u : 0u);
+  return is_current ? k + slot : k - lists->current + slot + (*known ? 1u : 0u);
 }
 
 #if FEATURE_SLEEPING
@@ -121,25 +121,25 @@ static inline bool events_pair_sleeps(Pair pair, u32 bodies, global const BodyIn
 kernel void find_events_compare(const StepParams params, global const BodyInfo* body_infos,
                                 global const ShapeInfo* shape_infos, global const Motion* motions,
                                 global const Sleeper* sleepers, global const u32* touching_count,
-                                global const Pair* touching, global const Pair* touching_now,
+                                global const Pair* touching, global const Pair* current_touching,
                                 global const u32* pair_starts, global const u32* touch_slots,
                                 global const u32* touching_starts, global u32* event_slots, global u32* touch_stays,
                                 global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  const u32 now = counters[COUNTER_TOUCHES], before = touching_count[0];
-  const TouchLists lists = {now, before, touching_now, touching, pair_starts, touch_slots, touching_starts};
-  FOR_EACH(k, now + before + 1u) {
+  const u32 current = counters[COUNTER_TOUCHES], before = touching_count[0];
+  const TouchLists lists = {current, before, current_touching, touching, pair_starts, touch_slots, touching_starts};
+  FOR_EACH(k, current + before + 1u) {
     bool is_event = false, stays = false;
     u32 slot = k;
-    if (k < now + before) {
+    if (k < current + before) {
       bool known;
       slot = events_slot(&lists, k, &known);
       is_event = !known;
-      stays = k < now;
+      stays = k < current;
 #if FEATURE_SLEEPING
       if (!stays && !known)
-        stays = events_pair_sleeps(touching[k - now], params.bodies, body_infos, shape_infos, motions, sleepers);
-      is_event = is_event && (k < now || !stays);
+        stays = events_pair_sleeps(touching[k - current], params.bodies, body_infos, shape_infos, motions, sleepers);
+      is_event = is_event && (k < current || !stays);
 #endif
     }
     event_slots[slot] = is_event ? 1u : 0u;
@@ -152,20 +152,20 @@ kernel void find_events_compare(const StepParams params, global const BodyInfo* 
 // After the scan of event_slots.
 kernel void find_events_write(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                               global const u32* step_index, global const u32* touching_count,
-                              global const Pair* touching, global const Pair* touching_now,
+                              global const Pair* touching, global const Pair* current_touching,
                               global const u32* pair_starts, global const u32* touch_slots,
                               global const u32* touching_starts, global const u32* event_slots, global Event* events,
                               global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  const u32 now = counters[COUNTER_TOUCHES], before = touching_count[0];
-  const TouchLists lists = {now, before, touching_now, touching, pair_starts, touch_slots, touching_starts};
-  if (get_global_id(0) == 0) counters[COUNTER_EVENTS] = event_slots[now + before];
-  FOR_EACH(k, now + before) {
+  const u32 current = counters[COUNTER_TOUCHES], before = touching_count[0];
+  const TouchLists lists = {current, before, current_touching, touching, pair_starts, touch_slots, touching_starts};
+  if (get_global_id(0) == 0) counters[COUNTER_EVENTS] = event_slots[current + before];
+  FOR_EACH(k, current + before) {
     bool known;
     const u32 slot = events_slot(&lists, k, &known);
     if (event_slots[slot + 1u] == event_slots[slot]) continue;
-    const bool begins = k < now;
-    const Pair pair = begins ? touching_now[k] : touching[k - now];
+    const bool begins = k < current;
+    const Pair pair = begins ? current_touching[k] : touching[k - current];
     const bool swapped = IS_SENSOR(shape_infos[pair.shape_b]);
     const ShapeInfo info_a = shape_infos[swapped ? pair.shape_b : pair.shape_a];
     const ShapeInfo info_b = shape_infos[swapped ? pair.shape_a : pair.shape_b];
@@ -184,28 +184,28 @@ kernel void find_events_write(global const BodyInfo* body_infos, global const Sh
 }
 
 // The last one: what the next step compares with.
-kernel void find_events_keep(global const Pair* touching_now, global u32* touching_count, global Pair* touching,
+kernel void find_events_keep(global const Pair* current_touching, global u32* touching_count, global Pair* touching,
                              global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  const u32 now = counters[COUNTER_TOUCHES];
-  if (get_global_id(0) == 0) touching_count[0] = now;
-  FOR_EACH(i, now) { touching[i] = touching_now[i]; }
+  const u32 current = counters[COUNTER_TOUCHES];
+  if (get_global_id(0) == 0) touching_count[0] = current;
+  FOR_EACH(i, current) { touching[i] = current_touching[i]; }
 }
 
 #if FEATURE_SLEEPING
 // Or, after the scan of touch_stays, the last two: in its place goes what touches now, and what sleepers touch.
 kernel void find_events_merge(global const u32* touching_count, global const Pair* touching,
-                              global const Pair* touching_now, global const u32* pair_starts,
+                              global const Pair* current_touching, global const u32* pair_starts,
                               global const u32* touch_slots, global const u32* touching_starts,
                               global const u32* touch_stays, global Pair* touching_after, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  const u32 now = counters[COUNTER_TOUCHES], before = touching_count[0];
-  const TouchLists lists = {now, before, touching_now, touching, pair_starts, touch_slots, touching_starts};
-  FOR_EACH(k, now + before) {
+  const u32 current = counters[COUNTER_TOUCHES], before = touching_count[0];
+  const TouchLists lists = {current, before, current_touching, touching, pair_starts, touch_slots, touching_starts};
+  FOR_EACH(k, current + before) {
     bool known;
     const u32 slot = events_slot(&lists, k, &known);
     if (touch_stays[slot + 1u] > touch_stays[slot])
-      touching_after[touch_stays[slot]] = k < now ? touching_now[k] : touching[k - now];
+      touching_after[touch_stays[slot]] = k < current ? current_touching[k] : touching[k - current];
   }
 }
 

@@ -47,7 +47,7 @@ static inline bool is_near_plane(const Search* s, const StepParams* params, u32 
   const u32 body = s->bodies[i], body_p = s->plane_bodies[k];
   if (are_joined(s, body, body_p)) return false;
   const Vec3 x = vec3_of(s->particle_positions[i]), x_p = vec3_of(s->positions[body_p]);
-  const PlaneNow plane = plane_now(s->planes[k], x_p, quat(s->orientations[body_p]));
+  const CurrentPlane plane = current_plane(s->planes[k], x_p, quat(s->orientations[body_p]));
   const Vec3 there = point_velocity(&s->motions[body_p], sub3(x, x_p));
   const real gap = dot3(plane.normal, sub3(x, plane.point)) - s->laws[s->body_infos[body].world].radius;
   return within_reach(params, gap, length3(sub3(vec3_of(s->velocities[i]), there)));

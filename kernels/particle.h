@@ -25,15 +25,15 @@ static inline void update_particle(u32 i, global const u32* particle_bodies, glo
   particle_velocities[i] = vec4_of(point_velocity(&motions[body], arm), (real)0);
 }
 
-typedef struct PlaneNow {
+typedef struct CurrentPlane {
   Vec3 point, normal;
-} PlaneNow;
+} CurrentPlane;
 
-static inline PlaneNow plane_now(ParticlePlane plane, Vec3 position, Quat orientation) {
-  PlaneNow now;
-  now.point = add3(position, rotate3(orientation, vec3(plane.point)));
-  now.normal = rotate3(orientation, vec3(plane.normal));
-  return now;
+static inline CurrentPlane current_plane(ParticlePlane plane, Vec3 position, Quat orientation) {
+  CurrentPlane current;
+  current.point = add3(position, rotate3(orientation, vec3(plane.point)));
+  current.normal = rotate3(orientation, vec3(plane.normal));
+  return current;
 }
 
 typedef struct Touch {

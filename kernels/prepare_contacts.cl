@@ -1,6 +1,6 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Writes the packed constraint stream of a sub-step, LANES pairs at a time (cpu_reference/prepare_contacts.hpp states
-// the law, cpu_reference/contact_now.hpp where a contact stands by now).
+// the law, cpu_reference/current_contact.hpp where a contact stands by now).
 #include "common.h"
 #include "cone.h"
 #include "impact.h"
@@ -34,14 +34,14 @@ static inline void prepare_load(global const u32* bodies, u32 body_count, global
 }
 
 // How the contacts of a row stand by now.
-typedef struct PrepareNow {
+typedef struct LaneCurrentContact {
   Lane3 normal;
   lane gap;
   Lane3 arm_a, arm_b;
-} PrepareNow;
+} LaneCurrentContact;
 
-static inline void prepare_now(u32 first, global const PointBlock* points, const PrepareBody* a, const PrepareBody* b,
-                               PrepareNow* now) {
+static inline void lane_current_contact(u32 first, global const PointBlock* points, const PrepareBody* a,
+                                        const PrepareBody* b, LaneCurrentContact* current) {
   const lane_u32 frame = LANE_LOAD_U32(points->frame + first);
   const lane_mask of_a = LANE_MASK(frame == (lane_u32)NORMAL_OF_A), of_b = LANE_MASK(frame == (lane_u32)NORMAL_OF_B);
   const lane_mask is_between = LANE_MASK(frame == (lane_u32)NORMAL_BETWEEN);
@@ -62,22 +62,22 @@ static inline void prepare_now(u32 first, global const PointBlock* points, const
   orientation.y = of_a ? a->orientation.y : b->orientation.y;
   orientation.z = of_a ? a->orientation.z : b->orientation.z;
   orientation.w = of_a ? a->orientation.w : b->orientation.w;
-  now->normal = lane_select3(of_a | of_b, lane_rotate3(orientation, kept), kept);
+  current->normal = lane_select3(of_a | of_b, lane_rotate3(orientation, kept), kept);
   if (LANE_ANY(is_between)) {
-    now->normal = lane_select3(is_between & (distance > (lane)0),
-                               lane_make3(d.x / distance, d.y / distance, d.z / distance), now->normal);
+    current->normal = lane_select3(is_between & (distance > (lane)0),
+                                   lane_make3(d.x / distance, d.y / distance, d.z / distance), current->normal);
   }
-  now->gap = (is_between ? distance : lane_dot3(now->normal, d)) - radius_a - radius_b;
+  current->gap = (is_between ? distance : lane_dot3(current->normal, d)) - radius_a - radius_b;
 
-  const lane depth = of_b ? radius_a : radius_a + (lane)0.5 * now->gap;
-  const Lane3 end_b = lane_add3(anchor_b, lane_scale3(radius_b, now->normal));
-  const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, now->normal));
-  now->arm_a = lane_select3(of_a, lane_sub3(end_b, offset_ab), end_a);
-  now->arm_b = lane_select3(of_a, end_b, lane_add3(end_a, offset_ab));
+  const lane depth = of_b ? radius_a : radius_a + (lane)0.5 * current->gap;
+  const Lane3 end_b = lane_add3(anchor_b, lane_scale3(radius_b, current->normal));
+  const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, current->normal));
+  current->arm_a = lane_select3(of_a, lane_sub3(end_b, offset_ab), end_a);
+  current->arm_b = lane_select3(of_a, end_b, lane_add3(end_a, offset_ab));
 #if FEATURE_CONTINUOUS
   const lane_mask of_impact = LANE_MASK(frame == (lane_u32)NORMAL_OF_IMPACT);
-  now->arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, now->normal)), now->arm_a);
-  now->arm_b = lane_select3(of_impact, end_b, now->arm_b);
+  current->arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, current->normal)), current->arm_a);
+  current->arm_b = lane_select3(of_impact, end_b, current->arm_b);
 #endif
 }
 
@@ -214,13 +214,13 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
                                global SlideBlock* slides, global AngularFrictionBlock* angular,
                                global ImpulseBlock* impulses, global AngularFrictionImpulse* angular_impulses,
                                global EllipseBlock* ellipses) {
-  PrepareNow now;
-  prepare_now(first, points, a, b, &now);
-  const Lane3 n = now.normal;
+  LaneCurrentContact current;
+  lane_current_contact(first, points, a, b, &current);
+  const Lane3 n = current.normal;
   Lane3 t1, t2;
   lane_tangents(n, &t1, &t2);
-  const Lane3 arm_a = prepare_central_arm(general, a->motion.inverse_mass, n, now.arm_a);
-  const Lane3 arm_b = prepare_central_arm(general, b->motion.inverse_mass, n, now.arm_b);
+  const Lane3 arm_a = prepare_central_arm(general, a->motion.inverse_mass, n, current.arm_a);
+  const Lane3 arm_b = prepare_central_arm(general, b->motion.inverse_mass, n, current.arm_b);
   const lane restitution = LANE_LOAD(points->restitution + first);
   lane friction = LANE_LOAD(points->friction + first);
   lane u_old = (lane)0, u_free = (lane)0;  // of no weight where theta is 1 and nothing bounces
@@ -242,19 +242,19 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
     u_free = lane_dot3(n, free);
   }
   lane softness;
-  lane bias = prepare_bias(params, now.gap, u_old, u_free, restitution, &softness);
+  lane bias = prepare_bias(params, current.gap, u_old, u_free, restitution, &softness);
   LaneDelassus w;
   prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
   LaneCone r = prepare_impulse(params->substep, first, t1, t2, starts, block, impulses);
 #if FEATURE_ANGULAR_FRICTION
-  const LaneContact by_now = {n, t1, t2, arm_a, arm_b};
+  const LaneContact contact = {n, t1, t2, arm_a, arm_b};
   const Lane3 moment = start_moment(params->substep, first, angular_friction_points, block, angular, angular_impulses);
   LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1};
 #if FEATURE_ELLIPTIC_FRICTION
-  ellipse = prepare_ellipse(first, there, by_now, a->orientation, b->orientation, grains, ellipses);
+  ellipse = prepare_ellipse(first, there, contact, a->orientation, b->orientation, grains, ellipses);
 #endif
   const LaneTorsion start =
-      prepare_angular_friction(first, there, general, by_now, &a->motion, &b->motion, w.nn, r, moment, friction,
+      prepare_angular_friction(first, there, general, contact, &a->motion, &b->motion, w.nn, r, moment, friction,
                                &ellipse, angular_friction_points, angular, angular_impulses);
   r = lane_make_cone(start.normal, start.tangent_1, start.tangent_2);
 #else
@@ -264,7 +264,7 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
   LaneTarget target;
   target.bias = lane_make_cone((lane)0, (lane)0, (lane)0);
   target.friction = friction;
-  prepare_impacts(params, first, there, now.gap, u_old,
+  prepare_impacts(params, first, there, current.gap, u_old,
                   lane_make_cone(u_free, lane_dot3(free, t1), lane_dot3(free, t2)), &w, restitution, impacts, &bias,
                   &softness, &target);
   lane_store_where(there, target.bias.tangent_1, slides->bias_1 + first);

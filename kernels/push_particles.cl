@@ -23,7 +23,7 @@ typedef struct Pushed {
 static inline Touch touch_of_plane(const Pushed* p, ParticleLaw law, u32 i, u32 k) {
   const u32 body = p->bodies[i], body_p = p->plane_bodies[k];
   const Vec3 x = vec3_of(p->particle_positions[i]), x_p = vec3_of(p->positions[body_p]);
-  const PlaneNow plane = plane_now(p->planes[k], x_p, quat(p->orientations[body_p]));
+  const CurrentPlane plane = current_plane(p->planes[k], x_p, quat(p->orientations[body_p]));
   Touch touch;
   touch.overlap = law.radius - dot3(plane.normal, sub3(x, plane.point));
   touch.n = scale3((real)-1, plane.normal);

@@ -49,9 +49,9 @@ class AngularFriction : public testing::TestWithParam<Way> {
     };
     Trial trial(method, {}, GetParam().precision, std::nullopt);
     BodyState last = {};
-    trial.run(scene, duration, [&](Seen& now) {
-      last = now.body(1);
-      residual_ = now.measures().residual ? now.measures().residual->relative : 0;
+    trial.run(scene, duration, [&](Seen& sample) {
+      last = sample.body(1);
+      residual_ = sample.measures().residual ? sample.measures().residual->relative : 0;
       return true;
     });
     return last;

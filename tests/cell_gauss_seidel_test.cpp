@@ -231,9 +231,9 @@ TEST(CellGaussSeidelConverges, ResidualFallsWithTheSweeps) {
     scene.settings.iterations = sweeps;
     const Buffers<double> after = run_steps(compile<double>(scene), 60);
     ASSERT_GT(after.counters[COUNTER_CONTACTS], 50u);
-    const double now = residual(contact_system(after, after.counters), 0x1p-53).relative;
-    EXPECT_LT(now, 0.2 * last) << sweeps;
-    last = now;
+    const double current = residual(contact_system(after, after.counters), 0x1p-53).relative;
+    EXPECT_LT(current, 0.2 * last) << sweeps;
+    last = current;
   }
   EXPECT_LT(last, 1e-12);
 }

@@ -89,14 +89,14 @@ TEST(Checkpoint, GoesFromDeviceToDeviceWithAnyLaunch) {
   while (whole.steps_done() < parts * steps) whole.step();
 
   const std::pair<u32, u32> launches[parts] = {{16, 0}, {1, 5}, {0, 0}, {8, 64}};  // lanes, work-group
-  InitialState<float> now = state;
+  InitialState<float> current = state;
   std::uint64_t last = 0;
   for (const auto& [lanes, work_group] : launches) {
-    Simulation<float> part = start(now, lanes, work_group);
+    Simulation<float> part = start(current, lanes, work_group);
     for (u32 i = 0; i < steps; ++i) part.step();
     last = hash_of(part);
-    now = state;
-    resume_from(checkpoint_of(part, name, identity_of(state)), "x.h5", name, now);
+    current = state;
+    resume_from(checkpoint_of(part, name, identity_of(state)), "x.h5", name, current);
   }
   EXPECT_EQ(last, hash_of(whole));
 }

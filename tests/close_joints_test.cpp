@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "cpu_reference/joints/joint_now.hpp"
+#include "cpu_reference/joints/current_joint.hpp"
 #include "host/report/joints.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -161,7 +161,7 @@ double coordinate(const Buffers<real>& b) {
   const auto q = [&](u32 i) { return reference::quat(b.orientations[i]); };
   const auto x = [&](u32 i) { return reference::vec3_of(b.positions[i]); };
   return double(
-      reference::joint_now(b.joints[0], info, reference::joint_sizes(b, 0), x(0), q(0), x(1), q(1)).coordinate);
+      reference::current_joint(b.joints[0], info, reference::joint_sizes(b, 0), x(0), q(0), x(1), q(1)).coordinate);
 }
 
 // A coordinate beyond a limit comes back to it, with all else that is off; within the limits it is left alone.

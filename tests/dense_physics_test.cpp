@@ -114,9 +114,9 @@ TEST(DenseConverges, TheResidualFalls) {
   for (const u32 sweeps : {1u, 10u, 100u, 1000u}) {
     use_dense(state, sweeps);
     const Buffers<double> after = run_steps(state, 1);
-    const double now = residual(contact_system(after, after.counters), 0x1p-53).relative;
-    EXPECT_LT(now, 0.8 * last) << sweeps;
-    last = now;
+    const double current = residual(contact_system(after, after.counters), 0x1p-53).relative;
+    EXPECT_LT(current, 0.8 * last) << sweeps;
+    last = current;
   }
   EXPECT_LT(last, 5e-3);
 }

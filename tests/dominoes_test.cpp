@@ -58,7 +58,9 @@ std::vector<double> times_of_model(double first_rate) {
   for (u32 k = 0; k < dominoes; ++k) {
     const Train start = train(0, k);
     const double energy = start.potential + start.inertia * rate * rate / 2;
-    const auto rate_at = [&](const Train& now) { return std::sqrt(2 * (energy - now.potential) / now.inertia); };
+    const auto rate_at = [&](const Train& current) {
+      return std::sqrt(2 * (energy - current.potential) / current.inertia);
+    };
     for (u32 i = 0; i < parts; ++i) {
       if (2 * i == parts) times.push_back(time);
       time += impact() / parts / rate_at(train(impact() * (i + 0.5) / parts, k));
@@ -88,10 +90,10 @@ Fall fall(double dt) {
     simulation.step();
     const auto& q = simulation.backend().download(wanted).orientations;
     for (u32 i = 0; i < dominoes; ++i) {
-      const double old = result.angles[i], now = 2 * std::atan2(double(q[i + 1].y), double(q[i + 1].w));
-      if (old < half_way && now >= half_way && result.times[i] == 0)
-        result.times[i] = (step - (now - half_way) / (now - old)) * dt;
-      result.angles[i] = now;
+      const double old = result.angles[i], current = 2 * std::atan2(double(q[i + 1].y), double(q[i + 1].w));
+      if (old < half_way && current >= half_way && result.times[i] == 0)
+        result.times[i] = (step - (current - half_way) / (current - old)) * dt;
+      result.angles[i] = current;
     }
   }
   return result;

@@ -33,9 +33,9 @@ class EllipticFriction : public testing::TestWithParam<const char*> {
   BodyState after(const Scene& scene, double duration) {
     Trial trial({.name = "gauss_seidel", .ladder = {}}, {}, GetParam(), std::nullopt);
     BodyState last = {};
-    trial.run(scene, duration, [&](Seen& now) {
-      last = now.body(1);
-      residual_ = now.measures().residual->relative;
+    trial.run(scene, duration, [&](Seen& sample) {
+      last = sample.body(1);
+      residual_ = sample.measures().residual->relative;
       return true;
     });
     return last;

@@ -26,7 +26,7 @@ std::set<Key> random_pairs(Random& random, u32 count) {
 
 // Candidate pairs of one contact each, some of which touch, after a step in which others did.
 template <class real>
-InitialState<real> touching_lists(const std::set<Key>& candidates, const std::set<Key>& now,
+InitialState<real> touching_lists(const std::set<Key>& candidates, const std::set<Key>& current,
                                   const std::set<Key>& before) {
   InitialState<real> state =
       make_event_worlds<real>({std::vector<BodyDescription>(40, sphere_body({0, 0, 0}, 1))}, 512);
@@ -37,7 +37,7 @@ InitialState<real> touching_lists(const std::set<Key>& candidates, const std::se
   for (const auto& [a, c] : candidates) {
     b.pairs[count] = {a, c};
     b.contact_starts[count] = count;
-    b.touched[count] = now.count({a, c}) ? 1 : 0;
+    b.touched[count] = current.count({a, c}) ? 1 : 0;
     ++count;
   }
   b.counters[COUNTER_CONTACTS] = b.contact_starts[count] = count;
@@ -50,13 +50,13 @@ InitialState<real> touching_lists(const std::set<Key>& candidates, const std::se
 }
 
 struct Lists {
-  std::set<Key> candidates, now, before;
+  std::set<Key> candidates, current, before;
 };
 
 Lists random_lists(Random& random, u32 candidates, u32 before) {
   Lists lists = {random_pairs(random, candidates), {}, random_pairs(random, before)};
   for (const Key& key : lists.candidates) {
-    if (random.bits() % 2 == 0) lists.now.insert(key);
+    if (random.bits() % 2 == 0) lists.current.insert(key);
     if (random.bits() % 3 == 0) lists.before.insert(key);
   }
   return lists;
@@ -67,28 +67,28 @@ TYPED_TEST(FindEvents, TellsTheDifferenceOfTwoSets) {
   Random random(50);
   for (const auto& [candidates, before] : {std::pair{0u, 0u}, {0u, 20u}, {20u, 0u}, {1u, 1u}, {200u, 100u}}) {
     const Lists lists = random_lists(random, candidates, before);
-    InitialState<real> state = touching_lists<real>(lists.candidates, lists.now, lists.before);
+    InitialState<real> state = touching_lists<real>(lists.candidates, lists.current, lists.before);
     Buffers<real>& b = state.buffers;
     reference::run_stage(Stage::find_events, b, state.params);
 
     std::vector<std::pair<Key, u32>> expected;
     for (u32 a = 0; a < 40; ++a) {
       for (u32 c = a + 1; c < 40; ++c) {
-        const bool is = lists.now.count({a, c}), was = lists.before.count({a, c});
+        const bool is = lists.current.count({a, c}), was = lists.before.count({a, c});
         if (is != was) expected.push_back({{a, c}, is ? EVENT_CONTACT_BEGIN : EVENT_CONTACT_END});
       }
     }
     ASSERT_EQ(b.counters[COUNTER_EVENTS], expected.size());
-    EXPECT_EQ(b.counters[COUNTER_TOUCHES], lists.now.size());
+    EXPECT_EQ(b.counters[COUNTER_TOUCHES], lists.current.size());
     for (u32 i = 0; i < expected.size(); ++i) {
       EXPECT_EQ(Key(b.events[i].shape_a, b.events[i].shape_b), expected[i].first);
       EXPECT_EQ(Key(b.events[i].body_a, b.events[i].body_b), expected[i].first);
       EXPECT_EQ(b.events[i].kind, expected[i].second);
       EXPECT_EQ(b.events[i].step, 77u);
     }
-    ASSERT_EQ(b.touching_count[0], lists.now.size());
+    ASSERT_EQ(b.touching_count[0], lists.current.size());
     u32 i = 0;
-    for (const Key& key : lists.now) {
+    for (const Key& key : lists.current) {
       EXPECT_EQ(Key(b.touching[i].shape_a, b.touching[i].shape_b), key);
       ++i;
     }
@@ -100,7 +100,7 @@ TYPED_TEST(FindEvents, KernelMatchesReference) {
   Random random(51);
   for (const auto& [candidates, before] : {std::pair{0u, 30u}, {1u, 0u}, {400u, 100u}}) {
     const Lists lists = random_lists(random, candidates, before);
-    InitialState<real> state = touching_lists<real>(lists.candidates, lists.now, lists.before);
+    InitialState<real> state = touching_lists<real>(lists.candidates, lists.current, lists.before);
     run_one_stage(Stage::find_events, state.buffers, state.sizes, state.features, state.params, launches());
     state.buffers.counters[COUNTER_STATUS] = STATUS_BLOCKS_FULL;  // a void step tells nothing and forgets nothing
     const Buffers<real> after =

@@ -93,12 +93,12 @@ TEST(GradientSlope, WhatSlidesLiftsByMuTimesItsSpeed) {
   double speed = 0, change = 0;
   for (u32 i = 1; i <= 60; ++i) {
     step(backend, slope.state.params);
-    const Buffers<double>& now = backend.buffers();
-    ASSERT_GT(now.counters[COUNTER_CONTACTS], 0u) << i;
+    const Buffers<double>& current = backend.buffers();
+    ASSERT_GT(current.counters[COUNTER_CONTACTS], 0u) << i;
     change = (a * slope.dt + mu * mu * change) / (1 + mu * mu);
     speed += change;
-    EXPECT_NEAR(slope.along(now), speed, 1e-7) << i;
-    EXPECT_NEAR(slope.off(now), mu * speed * slope.dt, 1e-7) << i;
+    EXPECT_NEAR(slope.along(current), speed, 1e-7) << i;
+    EXPECT_NEAR(slope.off(current), mu * speed * slope.dt, 1e-7) << i;
   }
   EXPECT_NEAR(change / slope.dt, a, 1e-9);
   EXPECT_GT(slope.off(backend.buffers()), 5e-3);

@@ -45,9 +45,9 @@ TEST_P(Impacts, OfSeveralContactsGiveNoEnergy) {
   const Method hard = {.name = "gauss_seidel", .ladder = {}};
   Trial trial(hard, {}, precision, std::nullopt);
   std::vector<double> lower, upper;
-  trial.run(scene, 0.02, [&](Seen& now) {
-    lower.push_back(now.body(1).v[2]);
-    upper.push_back(now.body(2).v[2]);
+  trial.run(scene, 0.02, [&](Seen& sample) {
+    lower.push_back(sample.body(1).v[2]);
+    upper.push_back(sample.body(2).v[2]);
     return true;
   });
   ASSERT_EQ(lower.size(), 3u);
@@ -74,8 +74,8 @@ TEST(Impacts, OfALatticeKeepTheEnergyThatTheyPromise) {
     scene.materials[0].restitution = e;
     Trial trial(hard, {}, "double", std::nullopt);
     double before = 0, after = 0;
-    trial.run(scene, 0.001, [&](Seen& now) {
-      (now.time == 0 ? before : after) = now.measures().energy();
+    trial.run(scene, 0.001, [&](Seen& sample) {
+      (sample.time == 0 ? before : after) = sample.measures().energy();
       return true;
     });
     if (e == 1)
@@ -115,9 +115,9 @@ TEST(Impacts, OfThrownBoxesByEachLaw) {
     if (law == IMPACT_CHATTERJEE_RUINA) scene.materials[0].tangential_restitution = 0.5;
     Trial trial(hard, {}, "double", std::nullopt);
     double first = 0, last = 0, gain = 0;
-    trial.run(scene, 0.6, [&](Seen& now) {
-      const double energy = now.measures().energy();
-      if (now.time == 0)
+    trial.run(scene, 0.6, [&](Seen& sample) {
+      const double energy = sample.measures().energy();
+      if (sample.time == 0)
         first = energy;
       else
         gain = std::max(gain, energy - last);

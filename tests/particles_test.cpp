@@ -24,7 +24,7 @@ struct Trial {
   void steps(u32 count) {
     for (u32 i = 0; i < count; ++i) simulation.step();
   }
-  const Buffers<double>& now() const { return reference->buffers(); }
+  const Buffers<double>& buffers() const { return reference->buffers(); }
 
   InitialState<double> state;
   ReferenceBackend<double>* reference;
@@ -47,7 +47,7 @@ TEST(Particles, TwoPartWithTheirRestitution) {
     const auto error = [&](u32 steps) {
       Trial run(head_on(e, 0.08 / steps));
       run.steps(steps);
-      return std::abs(velocity(run.now(), 1)[0] - velocity(run.now(), 0)[0] - e);
+      return std::abs(velocity(run.buffers(), 1)[0] - velocity(run.buffers(), 0)[0] - e);
     };
     EXPECT_LT(error(400), 0.02);
     EXPECT_LT(error(4000), 0.002);
@@ -66,17 +66,17 @@ TEST(Particles, MomentumIsConservedToRounding) {
   const auto momentum = [&] {
     Vector3 linear = {0, 0, 0}, angular = {0, 0, 0};
     for (u32 i = 0; i < 2; ++i) {
-      const Vector3 p = run.now().masses[i].mass * velocity(run.now(), i);
+      const Vector3 p = run.buffers().masses[i].mass * velocity(run.buffers(), i);
       linear = linear + p;
-      angular = angular + cross(position(run.now(), i), p) + angular_momentum(run.now(), i);
+      angular = angular + cross(position(run.buffers(), i), p) + angular_momentum(run.buffers(), i);
     }
     return std::pair(linear, angular);
   };
   const auto before = momentum();
-  const Vector3 v = velocity(run.now(), 0);
+  const Vector3 v = velocity(run.buffers(), 0);
   run.steps(1000);
   const auto after = momentum();
-  EXPECT_GT(length(velocity(run.now(), 0) - v), 0.5) << "they have met";
+  EXPECT_GT(length(velocity(run.buffers(), 0) - v), 0.5) << "they have met";
   EXPECT_LT(length(after.first - before.first), 1e-13);
   EXPECT_LT(length(after.second - before.second), 1e-12);
 }
@@ -88,8 +88,8 @@ TEST(Particles, ABoxRestsOnTheSpringsOfItsFace) {
   Trial run(scene);
   run.steps(4000);
   const double corners = 16;  // of 4 x 4 particles
-  EXPECT_NEAR(position(run.now(), 1)[2], 0.1 - 4 * g / (corners * 1e4), 1e-9);
-  EXPECT_LT(length(velocity(run.now(), 1)), 1e-9);
+  EXPECT_NEAR(position(run.buffers(), 1)[2], 0.1 - 4 * g / (corners * 1e4), 1e-9);
+  EXPECT_LT(length(velocity(run.buffers(), 1)), 1e-9);
 }
 
 /// A block on a slope of this tangent, at rest in its springs.
@@ -113,9 +113,9 @@ void expect_slip_at_the_angle_of_friction(double shear_stiffness) {
     SCOPED_TRACE(part);
     Trial run(block_on_slope(part * mu, mu, shear_stiffness));
     run.steps(2500);
-    const double first = length(velocity(run.now(), 1));
+    const double first = length(velocity(run.buffers(), 1));
     run.steps(2500);
-    const double second = length(velocity(run.now(), 1));
+    const double second = length(velocity(run.buffers(), 1));
     const double cosine = 1 / std::sqrt(1 + part * mu * part * mu), sine = part * mu * cosine;
     if (part < 1 && shear_stiffness > 0) {
       EXPECT_LT(second, 1e-9);
@@ -138,11 +138,11 @@ TEST(Particles, SpringsAlongTheSurfaceCarryABlockOnASlope) {
   const double tangent = 0.2, stiffness = 5e3;
   Trial run(block_on_slope(tangent, 0.5, stiffness));
   run.steps(4000);
-  EXPECT_LT(length(velocity(run.now(), 1)), 1e-12);
-  ASSERT_EQ(run.now().spring_count[0], 16u);
+  EXPECT_LT(length(velocity(run.buffers(), 1)), 1e-12);
+  ASSERT_EQ(run.buffers().spring_count[0], 16u);
   double carried = 0;
   for (u32 k = 0; k < 16; ++k) {
-    const Vec4<double>& stretch = run.now().spring_stretches[k];
+    const Vec4<double>& stretch = run.buffers().spring_stretches[k];
     carried += stiffness * length({stretch.x, stretch.y, stretch.z});
   }
   EXPECT_NEAR(carried, 4 * g * tangent / std::sqrt(1 + tangent * tangent), 1e-6);
@@ -155,11 +155,11 @@ TEST(Particles, ABallOfParticlesRollsDownASlope) {
                                {.radius = 0.01, .stiffness = 2e4, .restitution = 1, .friction = 0.8}, 2e-4);
   Trial run(scene);
   run.steps(500);
-  const double first = length(velocity(run.now(), 1));
+  const double first = length(velocity(run.buffers(), 1));
   run.steps(2500);
-  const double second = length(velocity(run.now(), 1));
+  const double second = length(velocity(run.buffers(), 1));
   EXPECT_NEAR((second - first) / 0.5, 5.0 / 7 * g * sine, 0.02 * g * sine);
-  EXPECT_NEAR(length(angular_velocity(run.now(), 1)) * radius, second, 0.03 * second)
+  EXPECT_NEAR(length(angular_velocity(run.buffers(), 1)) * radius, second, 0.03 * second)
       << "what drives the spin slips a little: dampers hold it";
 }
 
@@ -180,7 +180,7 @@ TEST(Particles, ATimeStepThatIsTooLongIsRefusedWithOneThatWillDo) {
   scene.settings.dt = std::stod(message.substr(at + 10));
   Trial run(scene);
   run.steps(2000);
-  EXPECT_LT(length(velocity(run.now(), 1)), 1e-6) << "it comes to rest";
+  EXPECT_LT(length(velocity(run.buffers(), 1)), 1e-6) << "it comes to rest";
 }
 
 // The bound is for the worst of contacts; a stack has them.
@@ -194,7 +194,7 @@ TEST(Particles, TheLongestStepKeepsAStackStill) {
       longest_stable_step(bodies[1], sampler.of(bodies[1], refusal), particles, damping_ratio(particles.restitution));
   Trial run(particle_scene(bodies, particles, longest));
   run.steps(6000);
-  for (u32 i = 1; i <= 5; ++i) EXPECT_LT(length(velocity(run.now(), i)), 0.02) << i;
+  for (u32 i = 1; i <= 5; ++i) EXPECT_LT(length(velocity(run.buffers(), i)), 0.02) << i;
 }
 
 // The same box by constraints: its particles are spheres of the shapes' pipeline, and no spring gives.
@@ -208,8 +208,8 @@ TEST(Particles, ByConstraintsABoxRestsOnTheFaceThatItsShapeHas) {
   EXPECT_EQ(run.state.buffers.masses[1].mass, 4);
   run.steps(240);
   EXPECT_EQ(run.simulation.counters()[COUNTER_CONTACTS], 16u);
-  EXPECT_NEAR(position(run.now(), 1)[2], 0.1, 2 * run.state.params.slop);
-  EXPECT_LT(length(velocity(run.now(), 1)), 1e-3);
+  EXPECT_NEAR(position(run.buffers(), 1)[2], 0.1, 2 * run.state.params.slop);
+  EXPECT_LT(length(velocity(run.buffers(), 1)), 1e-3);
 }
 
 TEST(Particles, PicturesShowShapesParticlesOrBoth) {

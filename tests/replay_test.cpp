@@ -20,7 +20,7 @@ class ReplayTest : public testing::Test {
     const RecordingReader recording(path_);
     u32 told = 0;
     try {
-      const auto done = [&](u32 now) { told = now; };
+      const auto done = [&](u32 current) { told = current; };
       replay<float>(recording, target, done, [&](const Mismatch& mismatch, CheckedBackend<float>& backend) {
         const Difference& d = mismatch.difference();
         const Buffer wanted[] = {d.buffer};

@@ -23,14 +23,14 @@ class FakeBackend final : public Backend<float> {
     if (stage == Stage::begin_step) last_params = params;
   }
   Counters counters() override {
-    Counters now = found_;
+    Counters current = found_;
     if (found_[COUNTER_PAIRS_NEEDED] > sizes_.pairs)
-      now[COUNTER_STATUS] |= STATUS_PAIRS_FULL;
+      current[COUNTER_STATUS] |= STATUS_PAIRS_FULL;
     else if (found_[COUNTER_CONTACTS_NEEDED] > sizes_.contacts)
-      now[COUNTER_STATUS] |= STATUS_CONTACTS_FULL;
+      current[COUNTER_STATUS] |= STATUS_CONTACTS_FULL;
     else if (found_[COUNTER_BLOCKS_NEEDED] > sizes_.blocks || found_[COUNTER_ROWS_NEEDED] > sizes_.rows)
-      now[COUNTER_STATUS] |= STATUS_BLOCKS_FULL | STATUS_ROWS_FULL;
-    return now;
+      current[COUNTER_STATUS] |= STATUS_BLOCKS_FULL | STATUS_ROWS_FULL;
+    return current;
   }
   void grow(const Sizes& sizes) override { sizes_ = sizes; }
   void enable(Feature) override {}

@@ -176,8 +176,8 @@ TEST(SleepingBits, GoOnFromACheckpointWithSleepers) {
   while (whole.steps_done() < 120) {
     if (whole.steps_done() % 20 == 0) {
       const CheckpointLabel label = {"x", whole.backend().name(), identity_of(state), hash_of(whole)};
-      const Buffers<float>& now = whole.backend().download(persistent_buffers(state.features));
-      checkpoints.push_back(encode_checkpoint(label, now, state.features));
+      const Buffers<float>& current = whole.backend().download(persistent_buffers(state.features));
+      checkpoints.push_back(encode_checkpoint(label, current, state.features));
       asleep.push_back(whole.counters()[COUNTER_ASLEEP]);
     }
     whole.step();

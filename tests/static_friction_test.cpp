@@ -28,8 +28,8 @@ class StaticFriction : public testing::TestWithParam<const char*> {
                                     "static_friction_test");
     Trial trial({.name = "gauss_seidel", .ladder = {}}, {}, GetParam(), std::nullopt);
     BodyState last = {};
-    trial.run(scene, duration, [&](Seen& now) {
-      last = now.body(1);
+    trial.run(scene, duration, [&](Seen& sample) {
+      last = sample.body(1);
       return true;
     });
     return last;

@@ -224,10 +224,10 @@ void expect_residual_follows(const InitialState<double>& state) {
   Solved last = solved_to(state, 0.1);
   const double first = last.residual;
   for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5}) {
-    const Solved now = solved_to(state, tolerance);
-    EXPECT_GE(now.sweeps, last.sweeps) << tolerance;
-    EXPECT_LE(now.residual, last.residual) << tolerance;
-    last = now;
+    const Solved current = solved_to(state, tolerance);
+    EXPECT_GE(current.sweeps, last.sweeps) << tolerance;
+    EXPECT_LE(current.residual, last.residual) << tolerance;
+    last = current;
   }
   EXPECT_LT(last.sweeps, 50000u);
   EXPECT_LT(last.residual, 1e-3 * first);

@@ -110,7 +110,7 @@ void GradientDescent<real>::step_pairs() {
     for (u32 row = first; row < end; ++row) {
       ImpulseBlock<real>& r = buffers_.impulse_blocks[row];
       if (world.moved) take_contact_step(world.beta, next_[row], lane, r, y_[row]);
-      step_contact(buffers_.contact_blocks[row], law_now(Purpose::solve, buffers_, row, lane).bias,
+      step_contact(buffers_.contact_blocks[row], contact_law(Purpose::solve, buffers_, row, lane).bias,
                    pair_metrics_[row * PACK + lane], world.step, lane, buffers_.motions[bodies.body_a[lane]],
                    buffers_.motions[bodies.body_b[lane]], r, y_[row], next_[row], step);
     }

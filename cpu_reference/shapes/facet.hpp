@@ -83,9 +83,9 @@ bool facet_holds(const Polytope<real>& p, Vec3<real> point, Vec3<real> way, real
   for (u32 e = 0; e < 3; ++e) {
     const EdgeSpan<real> edge = poly_own_edge(p, e);
     const Vec3<real> side = cross3(out, edge.along);
-    const real now = dot3(side, sub3(point, edge.start)), then = now + dot3(side, way);
+    const real before = dot3(side, sub3(point, edge.start)), after = before + dot3(side, way);
     const real least = is_roof(edge) ? margin * length3(edge.along) : real(0);
-    holds = holds && now >= least && (then >= least || (falls && !is_roof(edge)));
+    holds = holds && before >= least && (after >= least || (falls && !is_roof(edge)));
   }
   return holds;
 }

@@ -146,8 +146,8 @@ void export_scene(const Scene& scene, const MotionOptions& options) {
   Simulation<real> simulation(make_backend(start.state, options), params, start.steps_done);
   write_motion(options, still, model, region_of(model.extents(still.start)), [&](u32 step) {
     while (simulation.steps_done() < step && !Interrupt::asked()) simulation.step();
-    const Buffers<real>& now = simulation.backend().download(pose_buffers);
-    return poses_of(now.positions, now.orientations);
+    const Buffers<real>& current = simulation.backend().download(pose_buffers);
+    return poses_of(current.positions, current.orientations);
   });
 }
 

@@ -311,15 +311,15 @@ const Buffers<real>& DeviceBackend<real>::download(std::span<const Buffer> wante
   Parts& parts = *parts_;
   opencl_guard([&] { return parts.where(); },
                [&] {
-                 Counters now;
+                 Counters current;
                  u32 cached = 0;
-                 parts.read(Buffer::counters, now.data(), sizeof(now), true);
+                 parts.read(Buffer::counters, current.data(), sizeof(current), true);
                  if (has(parts.features, Feature::contacts))
                    parts.read(Buffer::cached_count, &cached, sizeof(cached), true);
                  for (const Buffer buffer : wanted) {
                    with_buffer(buffer, parts.host, [&](auto& elements) {
                      const std::size_t count =
-                         std::min(elements.size(), live(info(buffer).domain, parts.sizes, now, cached));
+                         std::min(elements.size(), live(info(buffer).domain, parts.sizes, current, cached));
                      parts.read(buffer, elements.data(), count * sizeof(elements[0]), false);
                    });
                  }

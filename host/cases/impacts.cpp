@@ -76,9 +76,9 @@ std::vector<CaseError> superball(Trial& trial) {
     const bool odd = bounces % 2 == 1;
     worst_speed = std::max(worst_speed, std::abs(s.v[0] - (odd ? 3.0 / 7 : 1) * v));
     worst_rim_speed = std::max(worst_rim_speed, radius * std::abs(s.w[1] - (odd ? 10.0 / 7 : 0) * v / radius));
-    const double now = seen.measures().energy();
-    if (seen.time == 0) first = now;
-    energy = std::max(energy, std::abs(now - first));
+    const double current = seen.measures().energy();
+    if (seen.time == 0) first = current;
+    energy = std::max(energy, std::abs(current - first));
     return true;
   });
   return {compare("speed along the ground", "m/s", 0, worst_speed), compare("spin", "m/s", 0, worst_rim_speed),

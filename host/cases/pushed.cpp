@@ -35,11 +35,11 @@ std::vector<CaseError> rolling(Trial& trial) {
   u32 seen = 0;
   trial.run(
       scene, 4,
-      [&](Seen& now) {
-        if (now.time == 0) return true;
+      [&](Seen& sample) {
+        if (sample.time == 0) return true;
         double of_balls = 0;
-        for (u32 i = 0; i < balls; ++i) of_balls += square_distance(now.body(first + i).v, at(of_ball, now.time));
-        sum += square_distance(now.body(slab).v, at(of_slab, now.time)) + of_balls / balls;
+        for (u32 i = 0; i < balls; ++i) of_balls += square_distance(sample.body(first + i).v, at(of_ball, sample.time));
+        sum += square_distance(sample.body(slab).v, at(of_slab, sample.time)) + of_balls / balls;
         ++seen;
         return true;
       },
@@ -59,9 +59,9 @@ std::vector<CaseError> oscillating_push(Trial& trial) {
   u32 seen = 0;
   trial.run(
       scene, duration,
-      [&](Seen& now) {
-        const BodyState state = now.body(block);
-        sum += std::abs(state.v[0] - exact.speed(now.time));
+      [&](Seen& sample) {
+        const BodyState state = sample.body(block);
+        sum += std::abs(state.v[0] - exact.speed(sample.time));
         position = state.x[0];
         ++seen;
         return true;

@@ -21,7 +21,7 @@ constexpr u32 looks = 50;  // at the residual, in a run
 template <class real>
 class SeenIn final : public Seen {
  public:
-  SeenIn(double now, Simulation<real>& simulation) : Seen(now), simulation_(simulation) {}
+  SeenIn(double current_time, Simulation<real>& simulation) : Seen(current_time), simulation_(simulation) {}
 
   BodyState body(u32 index) override {
     if (poses_ == nullptr) {
@@ -123,11 +123,11 @@ void Trial::run_in(const Scene& scene, double duration, const std::function<bool
     const Clock::time_point start = Clock::now();
     simulation.step();
     if (i > 1) ms_.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
-    SeenIn<real> now(i * dt, simulation);
-    going = observe(now);
-    const bool looks_now = i % std::max(1u, steps / looks) == 0 || (!going && residuals_.empty());
-    if (solves && looks_now)
-      if (const auto& residual = now.measures().residual) residuals_.push_back(residual->relative);
+    SeenIn<real> sample(i * dt, simulation);
+    going = observe(sample);
+    const bool measures_residual = i % std::max(1u, steps / looks) == 0 || (!going && residuals_.empty());
+    if (solves && measures_residual)
+      if (const auto& residual = sample.measures().residual) residuals_.push_back(residual->relative);
   }
   if (const auto* oracle = dynamic_cast<const OracleBackend*>(&simulation.backend()))
     if (const Unsolved& left = oracle->unsolved(); left.count > 0)

@@ -38,7 +38,7 @@ struct BodyState {
 /// The state after a step; what is asked of it is fetched then.
 class Seen {
  public:
-  explicit Seen(double now) : time(now) {}
+  explicit Seen(double current_time) : time(current_time) {}
   virtual ~Seen() = default;
 
   virtual BodyState body(u32 index) = 0;

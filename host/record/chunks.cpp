@@ -78,12 +78,12 @@ std::span<const unsigned char> ChunkPacker::pack(std::span<const unsigned char> 
 GrowingRows::GrowingRows(hid_t file, const char* name, hid_t type, std::vector<hsize_t> row, hsize_t rows_per_chunk)
     : element_bytes_(H5Tget_size(type)), row_(std::move(row)) {
   chunk_ = {rows_per_chunk};
-  std::vector<hsize_t> now = {0}, most = {H5S_UNLIMITED};
+  std::vector<hsize_t> current = {0}, most = {H5S_UNLIMITED};
   for (const hsize_t length : row_) {
-    const bool is_first = now.size() == 1;
+    const bool is_first = current.size() == 1;
     const hsize_t parts = is_first ? (length + longest_part - 1) / longest_part : 1;
     chunk_.push_back((length + parts - 1) / parts);
-    now.push_back(length);
+    current.push_back(length);
     most.push_back(length);
   }
   for (std::size_t i = 1; i < chunk_.size(); ++i) row_elements_ *= chunk_[i];
@@ -91,7 +91,7 @@ GrowingRows::GrowingRows(hid_t file, const char* name, hid_t type, std::vector<h
   h5::check(H5Pset_chunk(properties, static_cast<int>(chunk_.size()), chunk_.data()));
   h5::check(H5Pset_shuffle(properties));
   h5::check(H5Pset_deflate(properties, 1));
-  const h5::Handle space(H5Screate_simple(static_cast<int>(now.size()), now.data(), most.data()));
+  const h5::Handle space(H5Screate_simple(static_cast<int>(current.size()), current.data(), most.data()));
   dataset_ = h5::Handle(H5Dcreate2(file, name, type, space, H5P_DEFAULT, properties, H5P_DEFAULT));
 }
 

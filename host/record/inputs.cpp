@@ -18,13 +18,13 @@ template <class real>
 void wake(std::span<const InputRow> inputs, Backend<real>& backend) {
   if (inputs.empty() || !has(backend.features(), Feature::sleeping)) return;
   const Buffer wanted[] = {Buffer::sleepers, Buffer::joint_infos};
-  const Buffers<real>& now = backend.download(wanted);
+  const Buffers<real>& current = backend.download(wanted);
   Buffers<real> woken;
-  woken.sleepers = now.sleepers;
+  woken.sleepers = current.sleepers;
   bool any = false;
   for (const InputRow& row : inputs) {
     if (row.kind == InputKind::motor) {
-      const JointInfo& joint = now.joint_infos[row.body];
+      const JointInfo& joint = current.joint_infos[row.body];
       for (const u32 body : {joint.body_a, joint.body_b}) any = wake_island_of(woken.sleepers, body) || any;
     } else {
       any = wake_island_of(woken.sleepers, row.body) || any;

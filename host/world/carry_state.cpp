@@ -14,9 +14,9 @@ constexpr u32 in_blocks(u32 count) { return (count + PACK - 1) / PACK * PACK; }
 // Which shape each old one has become. The shapes of a body stand together, in their order.
 template <class real>
 std::vector<u32> new_shapes(const InitialState<real>& old, std::span<const u32> new_body,
-                            const InitialState<real>& now) {
-  std::vector<u32> first(now.sizes.bodies, NONE);
-  for (u32 s = now.sizes.shapes; s-- > 0;) first[now.buffers.shape_infos[s].body] = s;
+                            const InitialState<real>& current) {
+  std::vector<u32> first(current.sizes.bodies, NONE);
+  for (u32 s = current.sizes.shapes; s-- > 0;) first[current.buffers.shape_infos[s].body] = s;
   std::vector<u32> became(old.sizes.shapes, NONE);
   u32 of_body = 0;
   for (u32 s = 0; s < old.sizes.shapes; ++s) {
@@ -93,21 +93,21 @@ void carry_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape
 // Who is held by a joint that has come or gone.
 template <class real>
 void wake_by_joints(const InitialState<real>& old, std::span<const u32> new_body, std::span<const u32> new_joint,
-                    const InitialState<real>& now, std::vector<Sleeper>& sleepers) {
-  std::vector<u32> old_body(now.sizes.bodies, NONE);
+                    const InitialState<real>& current, std::vector<Sleeper>& sleepers) {
+  std::vector<u32> old_body(current.sizes.bodies, NONE);
   for (u32 i = 0; i < new_body.size(); ++i)
     if (new_body[i] != NONE) old_body[new_body[i]] = i;
-  std::vector<bool> had(now.sizes.joints, false);
+  std::vector<bool> had(current.sizes.joints, false);
   for (u32 j = 0; j < old.sizes.joints; ++j) {
     if (new_joint[j] != NONE) had[new_joint[j]] = true;
     if (new_joint[j] != NONE) continue;
     for (const u32 body : {old.buffers.joint_infos[j].body_a, old.buffers.joint_infos[j].body_b})
       wake_island_of(sleepers, body);
   }
-  for (u32 j = 0; j < now.sizes.joints; ++j) {
+  for (u32 j = 0; j < current.sizes.joints; ++j) {
     if (had[j]) continue;
-    for (const u32 body : {now.buffers.joint_infos[j].body_a, now.buffers.joint_infos[j].body_b})
-      if (body < now.sizes.bodies && old_body[body] != NONE) wake_island_of(sleepers, old_body[body]);
+    for (const u32 body : {current.buffers.joint_infos[j].body_a, current.buffers.joint_infos[j].body_b})
+      if (body < current.sizes.bodies && old_body[body] != NONE) wake_island_of(sleepers, old_body[body]);
   }
 }
 
@@ -115,7 +115,7 @@ void wake_by_joints(const InitialState<real>& old, std::span<const u32> new_body
 // touches is known only when they look.
 template <class real>
 void wake_by_bodies(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_body,
-                    const InitialState<real>& now, std::vector<Sleeper>& sleepers) {
+                    const InitialState<real>& current, std::vector<Sleeper>& sleepers) {
   for (u32 i = 0; i < old.sizes.bodies; ++i)
     if (new_body[i] == NONE) wake_island_of(sleepers, i);
   for (u32 k = 0; k < from.slept_count[0]; ++k) {
@@ -124,12 +124,12 @@ void wake_by_bodies(const InitialState<real>& old, const Buffers<real>& from, st
     if (new_body[a] == NONE) wake_island_of(sleepers, b);
     if (new_body[b] == NONE) wake_island_of(sleepers, a);
   }
-  std::vector<bool> had(now.sizes.bodies, false);
+  std::vector<bool> had(current.sizes.bodies, false);
   for (const u32 i : new_body)
     if (i != NONE) had[i] = true;
   bool comes = false;
-  for (u32 i = 0; i < now.sizes.bodies; ++i)
-    comes = comes || (!had[i] && now.buffers.body_infos[i].kind != BODY_DYNAMIC);
+  for (u32 i = 0; i < current.sizes.bodies; ++i)
+    comes = comes || (!had[i] && current.buffers.body_infos[i].kind != BODY_DYNAMIC);
   for (u32 i = 0; comes && i < sleepers.size(); ++i) wake_island_of(sleepers, i);
 }
 
@@ -149,27 +149,27 @@ void carry_sleepers(const InitialState<real>& old, const Buffers<real>& from, st
   }
   for (u32 i = 0; i < old.sizes.bodies; ++i) {
     if (new_body[i] == NONE) continue;
-    Sleeper& now = state.buffers.sleepers[new_body[i]];
-    now = sleepers[i];
-    if (is_asleep(now)) now.island = names[now.island];
+    Sleeper& current = state.buffers.sleepers[new_body[i]];
+    current = sleepers[i];
+    if (is_asleep(current)) current.island = names[current.island];
   }
 }
 
 // Which particle or plane each old one has become: those of a body stand together, in their order.
 template <class real>
 std::vector<u32> new_spring_ends(const InitialState<real>& old, std::span<const u32> new_body,
-                                 const InitialState<real>& now) {
+                                 const InitialState<real>& current) {
   std::vector<u32> became;
   for (u32 i = 0; i < old.sizes.particles; ++i) {
     const u32 body = old.buffers.particle_bodies[i], is = new_body[body];
-    became.push_back(is == NONE ? NONE : now.buffers.body_particles[is] + (i - old.buffers.body_particles[body]));
+    became.push_back(is == NONE ? NONE : current.buffers.body_particles[is] + (i - old.buffers.body_particles[body]));
   }
-  const std::vector<u32>&were = old.buffers.plane_bodies, &are = now.buffers.plane_bodies;
+  const std::vector<u32>&were = old.buffers.plane_bodies, &are = current.buffers.plane_bodies;
   for (u32 k = 0; k < were.size(); ++k) {
     const auto first = std::ranges::find(are, new_body[were[k]]);
     const auto of_body = std::ranges::find(were, were[k]);
     became.push_back(first == are.end() ? NONE
-                                        : now.sizes.particles + static_cast<u32>(first - are.begin()) +
+                                        : current.sizes.particles + static_cast<u32>(first - are.begin()) +
                                               (k - static_cast<u32>(of_body - were.begin())));
   }
   return became;

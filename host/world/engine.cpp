@@ -9,9 +9,9 @@
 #include "host/backends/reference_backend.hpp"
 #include "host/contact_geometry.hpp"
 #include "host/record/checkpoint.hpp"
+#include "host/record/current_state.hpp"
 #include "host/record/inputs.hpp"
 #include "host/record/record_step.hpp"
-#include "host/record/state_now.hpp"
 #include "host/report/joints.hpp"
 #include "host/report/measures.hpp"
 #include "host/report/report.hpp"
@@ -163,7 +163,7 @@ class EngineOf final : public Engine {
     end_recording();
     const RecordingLabel label = {scene.name, simulation_->backend().name(), "{}", scene.text, scene.source};
     recording_ =
-        std::make_unique<RecordingWriter<real>>(path, label, state_now(constants_, *simulation_), Inputs::recorded);
+        std::make_unique<RecordingWriter<real>>(path, label, current_state(constants_, *simulation_), Inputs::recorded);
   }
 
   void end_recording() override {
@@ -179,7 +179,7 @@ class EngineOf final : public Engine {
 
   Twist after_impulse(u32 body, const Pose& pose, const Twist& velocity, const Vector3& impulse,
                       const Vector3& point) const override;
-  Twist velocity_between(const Pose& now, const Pose& target) const override;
+  Twist velocity_between(const Pose& current, const Pose& target) const override;
 
  private:
   const Buffers<real>& download(std::initializer_list<Buffer> wanted) {
@@ -298,10 +298,10 @@ Twist EngineOf<real>::after_impulse(u32 body, const Pose& pose, const Twist& vel
 }
 
 template <class real>
-Twist EngineOf<real>::velocity_between(const Pose& now, const Pose& target) const {
+Twist EngineOf<real>::velocity_between(const Pose& current, const Pose& target) const {
   const u32 substeps = constants_.params.substeps;
-  return {exact::scale(1 / dt_, exact::subtract(target.position, now.position)),
-          angular_velocity_between(now.orientation, target.orientation, dt_ / substeps, substeps)};
+  return {exact::scale(1 / dt_, exact::subtract(target.position, current.position)),
+          angular_velocity_between(current.orientation, target.orientation, dt_ / substeps, substeps)};
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ class Engine {
   virtual Twist after_impulse(u32 body, const Pose& pose, const Twist& velocity, const Vector3& impulse,
                               const Vector3& point) const = 0;
   /// The velocity that moves a body evenly from one pose to another in a step.
-  virtual Twist velocity_between(const Pose& now, const Pose& target) const = 0;
+  virtual Twist velocity_between(const Pose& current, const Pose& target) const = 0;
 };
 
 /// A new one; what `before` knows of the bodies that stay lives on (host/world/carry_state.hpp).

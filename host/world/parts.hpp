@@ -97,20 +97,20 @@ struct World::Parts {
     new_velocities.clear();
   }
 
-  const std::vector<Pose>& poses_now() {
-    Engine& now = ready();
-    if (poses.empty()) poses = now.poses();
+  const std::vector<Pose>& current_poses() {
+    Engine& current = ready();
+    if (poses.empty()) poses = current.poses();
     return poses;
   }
 
-  const std::vector<Twist>& velocities_now() {
-    Engine& now = ready();
-    if (velocities.empty()) velocities = now.velocities();
+  const std::vector<Twist>& current_velocities() {
+    Engine& current = ready();
+    if (velocities.empty()) velocities = current.velocities();
     return velocities;
   }
 
   void set_velocity(u32 index, const Twist& velocity) {
-    velocities_now();
+    current_velocities();
     velocities[index] = new_velocities[index] = engine->rounded(velocity);
   }
 
@@ -144,7 +144,7 @@ struct World::Parts {
   // Where a body of the scene stands, without making the engine anew for those that it does not have yet.
   Pose standing(u32 index) {
     if (index == NONE) return {};
-    if (!changed) return poses_now()[index];
+    if (!changed) return current_poses()[index];
     const auto had = std::ranges::find(renaming.bodies, index);
     if (had == renaming.bodies.end()) return {scene.bodies[index].position, scene.bodies[index].orientation};
     return engine->poses()[static_cast<std::size_t>(had - renaming.bodies.begin())];
@@ -203,27 +203,27 @@ struct World::Parts {
   }
 
   void act() {
-    Engine& now = ready();
+    Engine& current = ready();
     begin_recording();
     for (const u32 id : arrived) set_velocity(index_of(id), {});
     arrived.clear();
     for (const auto& [id, pose] : targets) {
-      set_velocity(index_of(id), now.velocity_between(poses_now()[index_of(id)], pose));
+      set_velocity(index_of(id), current.velocity_between(current_poses()[index_of(id)], pose));
       arrived.insert(id);
     }
     targets.clear();
     hand_over_velocities();
-    if (std::exchange(motors_set, false)) now.set_motors(scene.joints);
+    if (std::exchange(motors_set, false)) current.set_motors(scene.joints);
     if (!scene.settings.loads) return;
     std::map<u32, Wrench> acting;
-    const double middle = (now.steps_done() + 0.5) * scene.settings.dt;
+    const double middle = (current.steps_done() + 0.5) * scene.settings.dt;
     for (const auto& [id, load] : loads) {
       acting[index_of(id)] = load(middle);
       expect_finite(acting[index_of(id)]);
     }
     for (const auto& [id, force] : forces) acting[index_of(id)] = sum(acting[index_of(id)], force);
     forces.clear();
-    now.set_loads(acting);
+    current.set_loads(acting);
   }
 };
 

@@ -199,8 +199,8 @@ void World::apply_impulse(BodyHandle body, const Vector3& impulse, const Vector3
   expect_finite(impulse, "impulse");
   expect_finite(point, "point");
   Engine& engine = parts_->ready();
-  const Pose& pose = parts_->poses_now()[index];
-  const Twist& velocity = parts_->velocities_now()[index];
+  const Pose& pose = parts_->current_poses()[index];
+  const Twist& velocity = parts_->current_velocities()[index];
   parts_->set_velocity(index, engine.after_impulse(index, pose, velocity, impulse, point));
 }
 
@@ -218,8 +218,8 @@ void World::apply(BodyHandle body, const Wrench& wrench) {
   parts_->index_of_dynamic(body);
   expect_finite(wrench);
   parts_->ask_for_loads();
-  Wrench& now = parts_->forces[body.id];
-  now = sum(now, wrench);
+  Wrench& current = parts_->forces[body.id];
+  current = sum(current, wrench);
 }
 
 void World::set_load(BodyHandle body, std::function<Wrench(double time)> load) {
@@ -242,7 +242,7 @@ void World::set_velocity(BodyHandle body, const Twist& velocity) {
 void World::wake(BodyHandle body) {
   const u32 index = parts_->index_of_dynamic(body);
   // whose velocity is set wakes, be it to what it was
-  parts_->set_velocity(index, parts_->velocities_now()[index]);
+  parts_->set_velocity(index, parts_->current_velocities()[index]);
 }
 
 void World::set_kinematic_target(BodyHandle body, const Pose& target) {

@@ -3,8 +3,8 @@
 
 namespace lockstep {
 
-std::span<const Pose> World::poses() { return parts_->poses_now(); }
-std::span<const Twist> World::velocities() { return parts_->velocities_now(); }
+std::span<const Pose> World::poses() { return parts_->current_poses(); }
+std::span<const Twist> World::velocities() { return parts_->current_velocities(); }
 
 Pose World::pose(BodyHandle body) {
   const u32 index = parts_->bodies.index(body);

@@ -132,21 +132,21 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
   const LaneJointPush push = lane_joint_push(block, angular, first, arm_a, arm_b, d, change);
   const LaneJointPush along = lane_joint_push(block, angular, first, arm_a, arm_b, ahead, r_free - r[JOINT_ROWS]);
   const Lane3 nothing = lane_make3((lane)0, (lane)0, (lane)0);
-  LaneStep step_now;
-  step_now.impulse_a = lane_sub3(nothing, push.impulse);
-  step_now.moment_a = lane_sub3(nothing, push.moment_a);
-  step_now.impulse_b = push.impulse;
-  step_now.moment_b = push.moment_b;
-  step_now.length = sides * lane_joint_product(push, push, &a, &b);
-  step_now.uphill = -(sides * lane_joint_product(push, along, &a, &b));
-  step_now.change = (lane)0;
+  LaneStep lane_step;
+  lane_step.impulse_a = lane_sub3(nothing, push.impulse);
+  lane_step.moment_a = lane_sub3(nothing, push.moment_a);
+  lane_step.impulse_b = push.impulse;
+  lane_step.moment_b = push.moment_b;
+  lane_step.length = sides * lane_joint_product(push, push, &a, &b);
+  lane_step.uphill = -(sides * lane_joint_product(push, along, &a, &b));
+  lane_step.change = (lane)0;
 #if FEATURE_TOLERANCE
-  const LaneBody moved_a = lane_moved_by(&a, step_now.impulse_a, step_now.moment_a);
+  const LaneBody moved_a = lane_moved_by(&a, lane_step.impulse_a, lane_step.moment_a);
   const LaneBody moved_b = lane_moved_by(&b, push.impulse, push.moment_b);
   const lane squared = sigma * sigma * lane_joint_change(nothing, nothing, arm_a, arm_b, &moved_a, &moved_b);
   descent_note((there & !world.settled & (squared > (lane)0)) ? squared : (lane)0, worlds, descents);
 #endif
-  lane_store_parts(step_now, joint_sides, parts->slot_a + first, parts->slot_b + first);
+  lane_store_parts(lane_step, joint_sides, parts->slot_a + first, parts->slot_b + first);
 }
 
 // The impulses that the last good step led to.

@@ -122,18 +122,18 @@ static inline void gradient_step_pairs(u32 first, global const BlockBodies* bodi
   const LaneBody b = lane_load_bodies(motions, bodies->body_b + first);
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   const Lane3 nothing = lane_make3((lane)0, (lane)0, (lane)0);
-  LaneStep step_now;
-  step_now.impulse_a = step_now.moment_a = step_now.impulse_b = step_now.moment_b = nothing;
-  step_now.length = step_now.uphill = step_now.change = (lane)0;
+  LaneStep lane_step;
+  lane_step.impulse_a = lane_step.moment_a = lane_step.impulse_b = lane_step.moment_b = nothing;
+  lane_step.length = lane_step.uphill = lane_step.change = (lane)0;
   for (u32 k = 0u; k < rows.count; ++k) {
     gradient_step_row(first, LANE_MASK(count > (lane_u32)k), world, contact_blocks + rows.first + k,
                       slide_blocks + rows.first + k, impulse_blocks + rows.first + k, gradient_rows + rows.first + k,
-                      &a, &b, &step_now);
+                      &a, &b, &lane_step);
   }
 #if FEATURE_TOLERANCE
-  descent_note(world.settled ? (lane)0 : step_now.change, worlds, descents);
+  descent_note(world.settled ? (lane)0 : lane_step.change, worlds, descents);
 #endif
-  lane_store_parts(step_now, body_parts, parts->slot_a + first, parts->slot_b + first);
+  lane_store_parts(lane_step, body_parts, parts->slot_a + first, parts->slot_b + first);
 }
 
 // The impulses that the last good step led to.

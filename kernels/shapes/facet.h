@@ -76,9 +76,9 @@ static inline bool facet_holds(const Polytope* p, Vec3 point, Vec3 way, real mar
   for (u32 e = 0u; e < 3u; ++e) {
     const EdgeSpan edge = poly_own_edge(p, e);
     const Vec3 side = cross3(out, edge.along);
-    const real now = dot3(side, sub3(point, edge.start)), then = now + dot3(side, way);
+    const real before = dot3(side, sub3(point, edge.start)), after = before + dot3(side, way);
     const real least = is_roof(&edge) ? margin * length3(edge.along) : (real)0;
-    holds = holds && now >= least && (then >= least || (falls && !is_roof(&edge)));
+    holds = holds && before >= least && (after >= least || (falls && !is_roof(&edge)));
   }
   return holds;
 }

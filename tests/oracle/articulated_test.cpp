@@ -73,12 +73,12 @@ TEST(ArticulatedKinematics, TwistsAndProductsAreDerivatives) {
     const double h = 1e-5;
     const Configuration later = moved(*r.tree, r.at, r.rates, r.twists, h),
                         sooner = moved(*r.tree, r.at, r.rates, r.twists, -h);
-    const Kinematics now(*r.tree, r.at, r.twists, r.rates), then(*r.tree, later, r.twists, r.rates),
+    const Kinematics current(*r.tree, r.at, r.twists, r.rates), then(*r.tree, later, r.twists, r.rates),
         before(*r.tree, sooner, r.twists, r.rates);
     std::vector<Vector6> acceleration(r.tree->size());
     for (std::size_t i = 0; i < r.tree->size(); ++i) {
       const Link& link = r.tree->link(i);
-      const LinkKinematics& k = now.link(i);
+      const LinkKinematics& k = current.link(i);
       const Vector3d v = (later.poses[link.body].x - sooner.poses[link.body].x) / (2 * h);
       EXPECT_LT((v - k.twist.head<3>()).norm(), 1e-8 * (1 + k.twist.norm()));
       const Quaterniond rotation = later.poses[link.body].q * sooner.poses[link.body].q.conjugate();

@@ -112,9 +112,9 @@ double measured_period(double angle, double dt) {
   double last = angle;
   for (u32 i = 1; passages.size() < 3; ++i) {
     run.step();
-    const double now = angle_of(run, 0);
-    if ((now < 0) != (last < 0)) passages.push_back(dt * (i - 1 + last / (last - now)));
-    last = now;
+    const double current = angle_of(run, 0);
+    if ((current < 0) != (last < 0)) passages.push_back(dt * (i - 1 + last / (last - current)));
+    last = current;
   }
   return passages[2] - passages[0];
 }

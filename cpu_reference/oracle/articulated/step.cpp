@@ -66,13 +66,13 @@ Step::Step(const Tree& tree, const Laws& laws, StepStart start)
   start_.twists = twists_at(still, rates, start_.twists);
 
   // a first guess by the accelerations at the start
-  const Kinematics now(tree_, from_, start_.twists, rates);
+  const Kinematics current(tree_, from_, start_.twists, rates);
   LinkVectors forces, products;
   for (std::size_t i = 0; i < tree_.size(); ++i) {
-    forces.push_back(start_.wrenches[tree_.link(i).body] - (start_.gyroscopic ? 1.0 : 0.0) * now.gyroscopic(i));
-    products.push_back(now.link(i).product);
+    forces.push_back(start_.wrenches[tree_.link(i).body] - (start_.gyroscopic ? 1.0 : 0.0) * current.gyroscopic(i));
+    products.push_back(current.link(i).product);
   }
-  const VectorXd delta_rates = start_.dt * ArticulatedInertia(now).solve(forces, {}, products).rates;
+  const VectorXd delta_rates = start_.dt * ArticulatedInertia(current).solve(forces, {}, products).rates;
   VectorXd guess = rates + start_.theta * delta_rates, half = rates + 0.5 * delta_rates, best = guess, best_half = half;
   double least = -1;
   for (int i = 0; i < most_iterations; ++i) {

@@ -147,13 +147,14 @@ class Equations {
     const double dt = system_.dt;
     const bool moves = body.mass > 0;
     const Vec3<T> zero = as<T>(Vector3d::Zero());
-    now_.push_back(moves ? body_at<T>(body, unknown(next_), unknown(next_ + 3), dt) : body_at<T>(body, zero, zero, dt));
+    current_.push_back(moves ? body_at<T>(body, unknown(next_), unknown(next_ + 3), dt)
+                             : body_at<T>(body, zero, zero, dt));
     if (held_) {
       const Vector3d v = moves ? held_->segment<3>(next_).eval() : Vector3d::Zero().eval();
       const Vector3d w = moves ? held_->segment<3>(next_ + 3).eval() : Vector3d::Zero().eval();
       before_.push_back(body_at<T>(body, as<T>(v), as<T>(w), dt));
-      now_.back().x = before_.back().x;
-      now_.back().r = before_.back().r;
+      current_.back().x = before_.back().x;
+      current_.back().r = before_.back().r;
     }
     push_.push_back(as<T>(Vector3d(dt * body.force)));
     twist_.push_back(as<T>(Vector3d(dt * body.torque)));
@@ -167,7 +168,7 @@ class Equations {
 
   void add_contact(std::size_t i) {
     const SurfaceContact& contact = system_.contacts[i];
-    const BodyAt<T>&a = now_[contact.body_a], &b = now_[contact.body_b];
+    const BodyAt<T>&a = current_[contact.body_a], &b = current_[contact.body_b];
     ContactAt<T> c = contact_at(contact, a, b, sizes_.across[i]);
     const Vec3<T> u = velocity_between(a, c.arm_a, b, c.arm_b);
     if (held_) {
@@ -205,7 +206,7 @@ class Equations {
 
   void add_joint(std::size_t i) {
     const ImplicitJoint& joint = system_.joints[i];
-    const BodyAt<T>&a = now_[joint.body_a], &b = now_[joint.body_b];
+    const BodyAt<T>&a = current_[joint.body_a], &b = current_[joint.body_b];
     const T dt = T(system_.dt);
     JointAt<T> j = joint_at(joint, a, b);
     const Vec3<T> u = velocity_between(a, j.arm_a, b, j.arm_b), relative_w = a.w - b.w;
@@ -245,11 +246,11 @@ class Equations {
   void add_body(std::size_t i) {
     const ImplicitBody& body = system_.bodies[i];
     if (!(body.mass > 0)) return;
-    const Mat3<T> half = now_[i].r * as<T>(body.inertia), inertia = half * now_[i].r.transpose();
-    const Vec3<T> w = held_ ? before_[i].w : now_[i].w, angular_momentum = inertia * w;
-    const Vec3<T> gained = inertia * (now_[i].w - as<T>(body.w)) + w.cross(angular_momentum) * T(system_.dt);
+    const Mat3<T> half = current_[i].r * as<T>(body.inertia), inertia = half * current_[i].r.transpose();
+    const Vec3<T> w = held_ ? before_[i].w : current_[i].w, angular_momentum = inertia * w;
+    const Vec3<T> gained = inertia * (current_[i].w - as<T>(body.w)) + w.cross(angular_momentum) * T(system_.dt);
     const double angular_scale = std::sqrt(body.mass * body.inertia.diagonal().maxCoeff());
-    f_.template segment<3>(next_) = now_[i].v - as<T>(body.v) - push_[i] * T(1 / body.mass);
+    f_.template segment<3>(next_) = current_[i].v - as<T>(body.v) - push_[i] * T(1 / body.mass);
     f_.template segment<3>(next_ + 3) = (gained - twist_[i]) * T(1 / angular_scale);
     next_ += 6;
   }
@@ -260,8 +261,8 @@ class Equations {
   const VectorXd* held_;
   Vector f_;
   Index next_ = 0;
-  std::vector<BodyAt<T>> now_, before_;  // before: with the velocities that led to the held pose
-  std::vector<Vec3<T>> push_, twist_;    // impulses, and moments about the centre of mass
+  std::vector<BodyAt<T>> current_, before_;  // before: with the velocities that led to the held pose
+  std::vector<Vec3<T>> push_, twist_;        // impulses, and moments about the centre of mass
 };
 
 }  // namespace lockstep::oracle::models

@@ -83,16 +83,16 @@ class Solver {
     VectorXd best = x;
     double least = residual(x, held);
     for (std::uint32_t iteration = 0;; ++iteration) {
-      const double now = residual(x, held);
-      if (now < least) {
-        least = now;
+      const double current = residual(x, held);
+      if (current < least) {
+        least = current;
         best = x;
       }
       if (report) {
         report->iterations = iteration;
-        report->residuals.push_back(now);
+        report->residuals.push_back(current);
       }
-      if (now <= tolerance || iteration >= most_steps(report) || seconds() > limits_.seconds) break;
+      if (current <= tolerance || iteration >= most_steps(report) || seconds() > limits_.seconds) break;
       if (!step(x, held)) break;
     }
     x = best;
@@ -170,11 +170,11 @@ SolveReport implicit_fixed_point(const ImplicitSystem& system, const SolveLimits
   while (least > limits.tolerance && report.iterations < limits.iterations && solver.seconds() <= limits.seconds) {
     if (!solver.newton(x, &held, 0.1 * limits.tolerance, nullptr)) break;
     held = x;
-    const double now = solver.residual(x, nullptr);
+    const double current = solver.residual(x, nullptr);
     ++report.iterations;
-    report.residuals.push_back(now);
-    if (now < least) {
-      least = now;
+    report.residuals.push_back(current);
+    if (current < least) {
+      least = current;
       y = x;
     }
   }

@@ -8,6 +8,6 @@ namespace lockstep {
 /// The scene with its state as it is now, the steps done among it, and the loads that act. `start` is what the
 /// simulation started from.
 template <class real>
-InitialState<real> state_now(const InitialState<real>& start, Simulation<real>& simulation);
+InitialState<real> current_state(const InitialState<real>& start, Simulation<real>& simulation);
 
 }  // namespace lockstep

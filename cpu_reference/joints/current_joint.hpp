@@ -1,4 +1,4 @@
-// Where a joint stands at the present poses of its bodies. kernels/joints/joint_now.h is the twin.
+// Where a joint stands at the present poses of its bodies. kernels/joints/current_joint.h is the twin.
 //
 // A universal joint (Cardan's or Hooke's) has a cross, whose first arm is z of the frame on a and whose second is x of
 // the frame on b. The locked angle keeps them perpendicular: with n = z_a x x_b the error is -z_a . x_b, and its rate
@@ -26,7 +26,7 @@ namespace lockstep::reference {
 /// at b's anchor, or where b rolls: there the impulses act, on both bodies, so that a joint that has come apart still
 /// keeps the angular momentum, and the velocity of a linear row is exactly the rate of its error.
 template <class real>
-struct JointNow {
+struct CurrentJoint {
   Vec3<real> axes[3];
   Vec3<real> arm_a, arm_b;
   real error[JOINT_ROWS];  // m; rad: twice the vector part of the rotation from a's frame to b's, or where fewer angles
@@ -59,77 +59,78 @@ JointSizes<real> joint_sizes(const Buffers<real>& b, u32 index) {
 
 /// Turns the frame in a about z to that of the cross; `second` is the second arm in that frame.
 template <class real>
-void rotate_to_cross(JointNow<real>& now, Vec3<real> second) {
+void rotate_to_cross(CurrentJoint<real>& current, Vec3<real> second) {
   const real level = std::sqrt(second.x * second.x + second.y * second.y);
-  now.coordinate = direction_angle(second.x, second.y, level);
+  current.coordinate = direction_angle(second.x, second.y, level);
   if (!(level > 0)) return;  // both arms are one
   const real c = second.x / level, s = second.y / level;
-  const Vec3<real> x = now.axes[0], y = now.axes[1];
-  now.axes[0] = add3(scale3(c, x), scale3(s, y));
-  now.axes[1] = sub3(scale3(c, y), scale3(s, x));
+  const Vec3<real> x = current.axes[0], y = current.axes[1];
+  current.axes[0] = add3(scale3(c, x), scale3(s, y));
+  current.axes[1] = sub3(scale3(c, y), scale3(s, x));
 }
 
 template <class real>
-JointNow<real> joint_now(const Joint<real>& joint, const JointInfo& info, JointSizes<real> sizes, Vec3<real> x_a,
-                         Quat<real> q_a, Vec3<real> x_b, Quat<real> q_b) {
-  JointNow<real> now = {};
+CurrentJoint<real> current_joint(const Joint<real>& joint, const JointInfo& info, JointSizes<real> sizes,
+                                 Vec3<real> x_a, Quat<real> q_a, Vec3<real> x_b, Quat<real> q_b) {
+  CurrentJoint<real> current = {};
   const Quat<real> frame_a =
       multiply4(q_a, Quat<real>{joint.frame_a[0], joint.frame_a[1], joint.frame_a[2], joint.frame_a[3]});
   const Quat<real> frame_b =
       multiply4(q_b, Quat<real>{joint.frame_b[0], joint.frame_b[1], joint.frame_b[2], joint.frame_b[3]});
-  now.axes[0] = rotate3(frame_a, Vec3<real>{1, 0, 0});
-  now.axes[1] = rotate3(frame_a, Vec3<real>{0, 1, 0});
-  now.axes[2] = rotate3(frame_a, Vec3<real>{0, 0, 1});
-  now.arm_b = rotate3(q_b, vec3(joint.anchor_b));
-  now.arm_a = add3(sub3(x_b, x_a), now.arm_b);
-  const Vec3<real> d = sub3(now.arm_a, rotate3(q_a, vec3(joint.anchor_a)));
+  current.axes[0] = rotate3(frame_a, Vec3<real>{1, 0, 0});
+  current.axes[1] = rotate3(frame_a, Vec3<real>{0, 1, 0});
+  current.axes[2] = rotate3(frame_a, Vec3<real>{0, 0, 1});
+  current.arm_b = rotate3(q_b, vec3(joint.anchor_b));
+  current.arm_a = add3(sub3(x_b, x_a), current.arm_b);
+  const Vec3<real> d = sub3(current.arm_a, rotate3(q_a, vec3(joint.anchor_a)));
 
   Quat<real> rotation = multiply4(Quat<real>{-frame_a.x, -frame_a.y, -frame_a.z, frame_a.w}, frame_b);
   if (rotation.w < 0) rotation = {-rotation.x, -rotation.y, -rotation.z, -rotation.w};
   if ((info.locked >> 5 & 1) != 0) {
-    now.error[3] = real(2) * rotation.x;
-    now.error[4] = real(2) * rotation.y;
-    now.error[5] = real(2) * rotation.z;
+    current.error[3] = real(2) * rotation.x;
+    current.error[4] = real(2) * rotation.y;
+    current.error[5] = real(2) * rotation.z;
   } else if (LOCKS_CROSS(info.locked)) {
     const Vec3<real> second = rotate3(rotation, Vec3<real>{1, 0, 0});
-    now.error[4] = -second.z;
-    rotate_to_cross(now, second);
+    current.error[4] = -second.z;
+    rotate_to_cross(current, second);
   } else {
     const Vec3<real> axis_b = rotate3(rotation, Vec3<real>{0, 0, 1});
-    now.error[3] = -axis_b.y;
-    now.error[4] = axis_b.x;
+    current.error[3] = -axis_b.y;
+    current.error[4] = axis_b.x;
   }
-  for (u32 i = 0; i < 3; ++i) now.error[i] = dot3(now.axes[i], d);
+  for (u32 i = 0; i < 3; ++i) current.error[i] = dot3(current.axes[i], d);
 
-  now.free_axis = now.axes[2];
-  if (info.free == FREE_ANGLE && !LOCKS_CROSS(info.locked)) now.coordinate = rotation_angle(rotation.z, rotation.w);
-  if (info.free == FREE_TRAVEL) now.coordinate = now.error[2];
+  current.free_axis = current.axes[2];
+  if (info.free == FREE_ANGLE && !LOCKS_CROSS(info.locked)) current.coordinate = rotation_angle(rotation.z, rotation.w);
+  if (info.free == FREE_TRAVEL) current.coordinate = current.error[2];
   if (info.free == FREE_LENGTH) {
-    now.coordinate = length3(d);
-    if (now.coordinate > 0) now.free_axis = {d.x / now.coordinate, d.y / now.coordinate, d.z / now.coordinate};
+    current.coordinate = length3(d);
+    if (current.coordinate > 0)
+      current.free_axis = {d.x / current.coordinate, d.y / current.coordinate, d.z / current.coordinate};
   }
-  now.lead = sizes.lead;
+  current.lead = sizes.lead;
   if (sizes.lead != 0) {
     const real two_pi = real(6.283185307179586);
-    const real revolutions = std::floor((now.error[2] / sizes.lead - now.coordinate) / two_pi + real(0.5));
-    now.coordinate = now.coordinate + two_pi * revolutions;
-    now.error[2] = now.error[2] - sizes.lead * now.coordinate;
+    const real revolutions = std::floor((current.error[2] / sizes.lead - current.coordinate) / two_pi + real(0.5));
+    current.coordinate = current.coordinate + two_pi * revolutions;
+    current.error[2] = current.error[2] - sizes.lead * current.coordinate;
   }
   if (LOCKS_SKATE(info.locked)) {
-    now.axes[0] = rotate3(frame_b, Vec3<real>{1, 0, 0});
-    now.axes[1] = rotate3(frame_b, Vec3<real>{0, 1, 0});
-    now.axes[2] = rotate3(frame_b, Vec3<real>{0, 0, 1});
-    now.error[2] = 0;
+    current.axes[0] = rotate3(frame_b, Vec3<real>{1, 0, 0});
+    current.axes[1] = rotate3(frame_b, Vec3<real>{0, 1, 0});
+    current.axes[2] = rotate3(frame_b, Vec3<real>{0, 0, 1});
+    current.error[2] = 0;
   }
-  now.radius = sizes.radius;
+  current.radius = sizes.radius;
   if (sizes.radius > 0) {
-    const Vec3<real> down = scale3(-sizes.radius, now.axes[2]);
-    now.arm_a = add3(now.arm_a, down);
-    now.arm_b = add3(now.arm_b, down);
-    now.error[0] = 0;
-    now.error[1] = 0;
+    const Vec3<real> down = scale3(-sizes.radius, current.axes[2]);
+    current.arm_a = add3(current.arm_a, down);
+    current.arm_b = add3(current.arm_b, down);
+    current.error[0] = 0;
+    current.error[1] = 0;
   }
-  return now;
+  return current;
 }
 
 }  // namespace lockstep::reference

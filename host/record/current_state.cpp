@@ -1,4 +1,4 @@
-#include "host/record/state_now.hpp"
+#include "host/record/current_state.hpp"
 
 #include <algorithm>
 
@@ -7,7 +7,7 @@
 namespace lockstep {
 
 template <class real>
-InitialState<real> state_now(const InitialState<real>& start, Simulation<real>& simulation) {
+InitialState<real> current_state(const InitialState<real>& start, Simulation<real>& simulation) {
   Backend<real>& backend = simulation.backend();
   InitialState<real> state = start;
   state.sizes = backend.sizes();
@@ -17,15 +17,15 @@ InitialState<real> state_now(const InitialState<real>& start, Simulation<real>& 
   // what inputs change, though no step does
   for (const Buffer buffer : {Buffer::loads, Buffer::joints})
     if (has(state.features, info(buffer).feature)) wanted.push_back(buffer);
-  const Buffers<real>& now = backend.download(wanted);
+  const Buffers<real>& current = backend.download(wanted);
 #define BUFFER(name, ...) \
-  if (std::find(wanted.begin(), wanted.end(), Buffer::name) != wanted.end()) state.buffers.name = now.name;
+  if (std::find(wanted.begin(), wanted.end(), Buffer::name) != wanted.end()) state.buffers.name = current.name;
 #include "host/buffers.def"
 #undef BUFFER
   return state;
 }
 
-template InitialState<float> state_now(const InitialState<float>&, Simulation<float>&);
-template InitialState<double> state_now(const InitialState<double>&, Simulation<double>&);
+template InitialState<float> current_state(const InitialState<float>&, Simulation<float>&);
+template InitialState<double> current_state(const InitialState<double>&, Simulation<double>&);
 
 }  // namespace lockstep
