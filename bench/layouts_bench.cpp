@@ -219,8 +219,8 @@ class Comparison {
         return Eigen::Vector3d(Eigen::Vector3d(l[0], l[1], l[2]) + Eigen::Vector3d(l[4], l[5], l[6]).cross(arm));
       };
       const Eigen::Vector3d relative = at(c.body_a, c.arm_a) - at(c.body_b, c.arm_b);
-      const Eigen::Vector2d rubbing = solver_tangents(c.normal).transpose() * relative;
-      u.insert(u.end(), {c.normal.dot(relative), rubbing[0], rubbing[1]});
+      const Eigen::Vector2d tangential = solver_tangents(c.normal).transpose() * relative;
+      u.insert(u.end(), {c.normal.dot(relative), tangential[0], tangential[1]});
     }
     return u;
   }

@@ -213,7 +213,7 @@ ImpactOutcome<real> combine_impact(ConeVector<real> u, const Delassus<real>& w, 
 
 /// What a contact that is hit asks of the sub-step, so that the impulse of the law is what solves it: u + bias, with
 /// the friction of the cone. What ends in a slide keeps its direction of friction and so much of its slip as goes
-/// against that, and is rubbed by as much of mu as it was on its way, where its slip turned round or stopped between.
+/// against that, and gets as much of mu as it got on its way, where its slip turned round or stopped between.
 /// Where friction is so strong that Coulomb's law may have several answers for a slide (mu |W_tn| >= W_nn), it is to
 /// stick to the end's velocity instead.
 template <class real>
@@ -226,11 +226,12 @@ template <class real>
 ImpactTarget<real> target_of(const ImpactOutcome<real>& o, const Delassus<real>& w, real friction) {
   const ConeVector<real>&r = o.impulse, &u = o.velocity;
   const bool slides = o.slides && friction * friction * (w.n1 * w.n1 + w.n2 * w.n2) < w.nn * w.nn;
-  const real rubbed = std::sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2);
-  const real d1 = rubbed > 0 ? r.tangent_1 / rubbed : real(0), d2 = rubbed > 0 ? r.tangent_2 / rubbed : real(0);
+  const real tangential = std::sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2);
+  const real d1 = tangential > 0 ? r.tangent_1 / tangential : real(0),
+             d2 = tangential > 0 ? r.tangent_2 / tangential : real(0);
   const real against = -(u.tangent_1 * d1 + u.tangent_2 * d2), kept = slides && against > 0 ? against : real(0);
   return {{-u.normal, -(u.tangent_1 + kept * d1), -(u.tangent_2 + kept * d2)},
-          slides && rubbed < friction * r.normal ? rubbed / r.normal : friction};
+          slides && tangential < friction * r.normal ? tangential / r.normal : friction};
 }
 
 template <class real>

@@ -95,15 +95,15 @@ void clear_lane(ContactBlock<real>& block, ImpulseBlock<real>& impulses, u32 lan
     field[lane] = 0;
 }
 
-/// J M^-1 J^T of a contact in its frame. Where its pair rubs as one, all but w_nn is the patch's.
+/// J M^-1 J^T of a contact in its frame. Where its pair shares one friction patch, all but w_nn is the patch's.
 template <class real>
-Delassus<real> contact_delassus(const ContactFrame<real>& c, bool central, bool rubs_as_one,
+Delassus<real> contact_delassus(const ContactFrame<real>& c, bool central, bool uses_patches,
                                 const PairMotions<real>& motions) {
   const Motion<real>&a = motions.a, &b = motions.b;
   const real inverse_mass = a.inverse_mass + b.inverse_mass;
   Delassus<real> w = {inverse_mass, 0, 0, 0, 0, 0};
   if (central) {
-    if (rubs_as_one) return w;
+    if (uses_patches) return w;
     w.t11 = inverse_mass + dot3(c.arm_a, c.arm_a) * a.inertia_xx + dot3(c.arm_b, c.arm_b) * b.inertia_xx;
     w.t22 = w.t11;
     return w;
@@ -112,7 +112,7 @@ Delassus<real> contact_delassus(const ContactFrame<real>& c, bool central, bool 
     return angular_share(a, c.arm_a, d, e) + angular_share(b, c.arm_b, d, e);
   };
   w.nn = inverse_mass + share(c.normal, c.normal);
-  if (rubs_as_one) return w;
+  if (uses_patches) return w;
   w.t11 = inverse_mass + share(c.tangent_1, c.tangent_1);
   w.t22 = inverse_mass + share(c.tangent_2, c.tangent_2);
   w.n1 = share(c.normal, c.tangent_1);

@@ -1,6 +1,6 @@
-// What the contacts of a pair share in a sub-step where they rub as one (cpu_reference/solve_patch.hpp): the centre of
-// pressure under the impulses that they start from, the levers of the contacts about it, and the masses that friction
-// and twist meet there. kernels/prepare_patch.h is the twin.
+// What the contacts of a pair share in a sub-step where they share one friction patch (cpu_reference/solve_patch.hpp):
+// the centre of pressure under the impulses that they start from, the levers of the contacts about it, and the masses
+// that friction and twist meet there. kernels/prepare_patch.h is the twin.
 //
 // Friction starts the step from the sum of what the contacts had, and their moment about the normal at the centre of
 // pressure; later sub-steps from the last one, turned with the normal and moved to where the

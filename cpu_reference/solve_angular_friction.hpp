@@ -3,7 +3,8 @@
 //   |m_t| <= roll_lever r_n,   m_t against the relative angular velocity in the tangent plane
 // (Contensou 1963; Johnson, Contact Mechanics, 1985, ch. 9: the pressure before a rolling body is higher than behind
 // it, so that the resultant acts a lever ahead). Rolling is held at once where it can be, else taken by a step of
-// projection (rub_disc), the cone given. kernels/solve_angular_friction.h is the twin, LANES contacts at a time.
+// projection (solve_friction_disc), the cone given. kernels/solve_angular_friction.h is the twin, LANES contacts at a
+// time.
 #pragma once
 
 #include "cpu_reference/solve_contact.hpp"
@@ -77,8 +78,8 @@ real solve_angular_friction(const ContactBlock<real>& block, const AngularFricti
   const real old_1 = angular_impulses.roll_1[lane], old_2 = angular_impulses.roll_2[lane];
   const DiscInverse<real> inverse = {angular.inverse_11[lane], angular.inverse_12[lane], angular.inverse_22[lane]};
   const auto [roll_1, roll_2] =
-      rub_disc(old_1, old_2, dot3(c.tangent_1, angular_velocity), dot3(c.tangent_2, angular_velocity), inverse,
-               angular.roll_lever[lane] * r.normal);
+      solve_friction_disc(old_1, old_2, dot3(c.tangent_1, angular_velocity), dot3(c.tangent_2, angular_velocity),
+                          inverse, angular.roll_lever[lane] * r.normal);
   angular_impulses.roll_1[lane] = roll_1;
   angular_impulses.roll_2[lane] = roll_2;
   const real d_1 = roll_1 - old_1, d_2 = roll_2 - old_2;

@@ -1,11 +1,11 @@
-// Solves one pair whose contacts rub as one, the `patch` kind: a normal row for each contact and, at their centre
-// of pressure, one friction block and a twist about the normal. It is cheaper than a cone for each contact, and another
-// model: friction and twist are bounded each by itself, by
+// Solves one pair whose contacts share one friction patch, the `patch` kind: a normal row for each contact and, at
+// their centre of pressure, one friction block and a twist about the normal. It is cheaper than a cone for each
+// contact, and another model: friction and twist are bounded each by itself, by
 //   |t| <= mu sum r_k,   |twist| <= mu sum lever_k r_k    (Macklin et al. 2019 and most engines bound them so).
 // What the sweeps of the solver and the warm start share. kernels/solve_patch.h is the twin, LANES pairs at a time.
 //
-// One after another, each with the impulses of the others held: the normals, the twist, the friction (rub_disc), and
-// the normals again, since friction at the centre turns the bodies against them.
+// One after another, each with the impulses of the others held: the normals, the twist, the friction
+// (solve_friction_disc), and the normals again, since friction at the centre turns the bodies against them.
 #pragma once
 
 #include <vector>
@@ -35,16 +35,16 @@ real solve_normal(const ContactBlock<real>& block, real bias, real softness, Imp
 }
 
 template <class real>
-DiscInverse<real> rubbing_inverse(const PatchBlock<real>& block, u32 lane) {
+DiscInverse<real> patch_friction_inverse(const PatchBlock<real>& block, u32 lane) {
   return {block.inverse_11[lane], block.inverse_12[lane], block.inverse_22[lane]};
 }
 
 /// The larger of the squares of what changes of friction and twist make of the relative velocity: W is the inverse of
 /// what the block holds, and the rotation counts at the radius of gyration of the two bodies about the normal.
 template <class real>
-real rubbing_change(const PatchBlock<real>& block, u32 lane, real d_1, real d_2, real d_twist, const Motion<real>& a,
-                    const Motion<real>& b) {
-  const auto [u_1, u_2] = disc_velocity(d_1, d_2, rubbing_inverse(block, lane));
+real patch_friction_change(const PatchBlock<real>& block, u32 lane, real d_1, real d_2, real d_twist,
+                           const Motion<real>& a, const Motion<real>& b) {
+  const auto [u_1, u_2] = disc_velocity(d_1, d_2, patch_friction_inverse(block, lane));
   const real twist_change = d_twist * d_twist * (a.inverse_mass + b.inverse_mass) / block.inverse_twist[lane];
   return larger(u_1 * u_1 + u_2 * u_2, larger(twist_change, real(0)));
 }
@@ -71,12 +71,12 @@ real solve_patch_friction(const PatchBlock<real>& block, const std::vector<Impul
 
   const Vec3<real> u = velocity_at(c.arm_a, c.arm_b, a, b);
   const real old_1 = impulses.tangent_1[lane], old_2 = impulses.tangent_2[lane];
-  const auto [r_1, r_2] =
-      rub_disc(old_1, old_2, dot3(c.tangent_1, u), dot3(c.tangent_2, u), rubbing_inverse(block, lane), limit);
+  const auto [r_1, r_2] = solve_friction_disc(old_1, old_2, dot3(c.tangent_1, u), dot3(c.tangent_2, u),
+                                              patch_friction_inverse(block, lane), limit);
   impulses.tangent_1[lane] = r_1;
   impulses.tangent_2[lane] = r_2;
   push_patch(c, r_1 - old_1, r_2 - old_2, a, b);
-  return rubbing_change(block, lane, r_1 - old_1, r_2 - old_2, twist - old_twist, a, b);
+  return patch_friction_change(block, lane, r_1 - old_1, r_2 - old_2, twist - old_twist, a, b);
 }
 
 /// Gives the bodies the impulses that the pair starts from: row by row, then twist and friction.
@@ -87,8 +87,8 @@ void start_normal(const ContactBlock<real>& block, const ImpulseBlock<real>& imp
   push_at(c.arm_a, c.arm_b, BLOCK_GENERAL, scale3(impulses.normal[lane], c.normal), a, b);
 }
 template <class real>
-void start_rubbing(const PatchBlock<real>& block, const PatchImpulse<real>& impulses, u32 lane, Motion<real>& a,
-                   Motion<real>& b) {
+void start_patch_friction(const PatchBlock<real>& block, const PatchImpulse<real>& impulses, u32 lane, Motion<real>& a,
+                          Motion<real>& b) {
   const ContactFrame<real> c = contact_frame<real>(block, lane);
   twist_by(BLOCK_GENERAL, scale3(impulses.twist[lane], c.normal), a, b);
   push_patch(c, impulses.tangent_1[lane], impulses.tangent_2[lane], a, b);

@@ -1,6 +1,6 @@
-// After the last sub-step, spreads the friction and the twist of each pair that rubs as one over its contacts, in
-// proportion to their normal impulses: what the next step starts from, and what the report holds against the model of
-// a cone for each contact. With d_k from the centre of pressure to a contact and n the normal,
+// After the last sub-step, spreads the friction and the twist of each pair that shares one friction patch over its
+// contacts, in proportion to their normal impulses: what the next step starts from, and what the report holds against
+// the model of a cone for each contact. With d_k from the centre of pressure to a contact and n the normal,
 //   t_k = r_k / (sum r) t + r_k twist / (sum r |n x d|^2) (n x d_k).
 #pragma once
 

@@ -71,9 +71,9 @@ void start_pair(const Buffers<real>& buffers, const std::vector<ImpulseBlock<rea
                 Motion<real>& a, Motion<real>& b) {
   const BlockBodies& bodies = buffers.block_bodies[block];
   const u32 first = buffers.block_rows[block].first, end = first + bodies.count[lane];
-  const bool rubs_as_one = !buffers.patch_blocks.empty();
+  const bool uses_patches = !buffers.patch_blocks.empty();
   for (u32 row = first; row < end; ++row) {
-    if (rubs_as_one)
+    if (uses_patches)
       start_normal(buffers.contact_blocks[row], impulses[row], lane, a, b);
     else
       push(contact_frame<real>(buffers.contact_blocks[row], lane), bodies.kind[lane], impulse_of(impulses[row], lane),
@@ -82,7 +82,7 @@ void start_pair(const Buffers<real>& buffers, const std::vector<ImpulseBlock<rea
       start_angular_friction(buffers.contact_blocks[row], buffers.angular_friction_blocks[row],
                              buffers.angular_friction_impulses[row], bodies.kind[lane], lane, a, b);
   }
-  if (rubs_as_one) start_rubbing(buffers.patch_blocks[block], buffers.patch_impulses[block], lane, a, b);
+  if (uses_patches) start_patch_friction(buffers.patch_blocks[block], buffers.patch_impulses[block], lane, a, b);
 }
 
 /// Calls function(block, lane, a, b) for every pair: one after another, or each on parts of its bodies.

@@ -123,8 +123,8 @@ TorsionVector<real> solve_torsion_cone(TorsionVector<real> q, const TorsionDelas
   e2 = pushes ? e2 : real(0);
   e3 = pushes ? e3 : real(0);
   along = pushes ? along : w.nn;
-  const real normal = -q.normal / along, rubs = friction * normal;
-  return {normal, rubs * e1, rubs * e2, rubs * e3};
+  const real normal = -q.normal / along, limit = friction * normal;
+  return {normal, limit * e1, limit * e2, limit * e3};
 }
 
 }  // namespace lockstep::reference

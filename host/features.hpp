@@ -28,7 +28,7 @@ enum class Feature : std::uint64_t {
   soft_contacts = 1ull << 17,  // contacts that overlap are springs, and a sweep takes back what they added
   joints = 1ull << 18,
   soft_joints = 1ull << 19,       // joints are springs too
-  patches = 1ull << 20,           // the contacts of a pair rub as one
+  patches = 1ull << 20,           // the contacts of a pair share one friction patch
   jacobi = 1ull << 21,            // pairs in contact are solved all at once, each on parts of its bodies; no colours
   tolerance = 1ull << 22,         // a sub-step ends its sweeps when they change little
   all_pairs = 1ull << 23,         // ... or from comparing all shapes: one of the three wherever there are contacts
@@ -46,12 +46,13 @@ enum class Feature : std::uint64_t {
   gradient = 1ull << 35,          // contacts and joints are solved as one convex problem, by descent along its gradient
   angular_friction = 1ull << 36,  // some contacts resist rolling, or rotation about their normal
   static_friction = 1ull << 37,   // some hold by more than they slide with
-  elliptic_friction = 1ull << 38,  // some rub more along a grain than across it; it comes with angular_friction
-  partitions = 1ull << 39,         // pairs in contact are solved cell by cell of a grid; what is in no cell by colours
-  dense = 1ull << 40,              // contacts are solved in the order of their list, by the dense Delassus matrix
-  shape_trees = 1ull << 41,        // some bodies that nothing pushes have so many shapes that they keep a tree of them
-  articulations = 1ull << 42,      // joints of trees of bodies are solved all at once
-  closures = 1ull << 43,           // some of them close loops
+  elliptic_friction =
+      1ull << 38,              // some have more friction along a grain than across it; it comes with angular_friction
+  partitions = 1ull << 39,     // pairs in contact are solved cell by cell of a grid; what is in no cell by colours
+  dense = 1ull << 40,          // contacts are solved in the order of their list, by the dense Delassus matrix
+  shape_trees = 1ull << 41,    // some bodies that nothing pushes have so many shapes that they keep a tree of them
+  articulations = 1ull << 42,  // joints of trees of bodies are solved all at once
+  closures = 1ull << 43,       // some of them close loops
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

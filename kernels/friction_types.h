@@ -36,7 +36,7 @@ RECORD(HoldPair) {
 
 RECORD(HoldBlock) { real friction[PACK], speed[PACK]; };
 
-// ---- what rubs more along a grain than across it, or less (feature elliptic_friction) -----------------------------
+// ---- friction that differs along and across a grain (feature elliptic_friction) -----------------------------
 
 // mu is that along the grain, the x axis of a shape.
 RECORD(GrainPair) {

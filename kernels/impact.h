@@ -148,9 +148,9 @@ static inline LaneOutcome follow_impact(lane_mask hit, LaneCone u, const LaneDel
   lane_mask goes_on = hit;
   for (int k = 0; k < IMPACT_PIECES + 2; ++k) {
     const lane speed = lane_tangential(u);
-    const lane_mask rubs = k < IMPACT_PIECES ? m->friction > (lane)0 : (lane)0 > (lane)0;
-    const lane_mask slides = rubs & (speed > least);
-    LanePiece piece = select_piece(rubs, from_rest, smooth);
+    const lane_mask has_friction = k < IMPACT_PIECES ? m->friction > (lane)0 : (lane)0 > (lane)0;
+    const lane_mask slides = has_friction & (speed > least);
+    LanePiece piece = select_piece(has_friction, from_rest, smooth);
     lane reach = far;
     lane_mask stops = (lane)0 > (lane)0;
     if (LANE_ANY(slides & goes_on)) {
@@ -227,15 +227,16 @@ typedef struct LaneTarget {
 static inline LaneTarget lane_target(const LaneOutcome* o, const LaneDelassus* w, lane friction) {
   const LaneCone r = o->impulse, u = o->velocity;
   const lane_mask slides = o->slides & (friction * friction * (w->n1 * w->n1 + w->n2 * w->n2) < w->nn * w->nn);
-  const lane rubbed = lane_tangential(r);
-  const lane_mask rubs = rubbed > (lane)0;
-  const lane d1 = rubs ? r.tangent_1 / rubbed : (lane)0, d2 = rubs ? r.tangent_2 / rubbed : (lane)0;
+  const lane tangential = lane_tangential(r);
+  const lane_mask has_friction = tangential > (lane)0;
+  const lane d1 = has_friction ? r.tangent_1 / tangential : (lane)0,
+             d2 = has_friction ? r.tangent_2 / tangential : (lane)0;
   const lane against = -(u.tangent_1 * d1 + u.tangent_2 * d2);
-  const lane_mask keeps = slides & (against > (lane)0), spares = slides & (rubbed < friction * r.normal);
+  const lane_mask keeps = slides & (against > (lane)0), spares = slides & (tangential < friction * r.normal);
   const lane kept = keeps ? against : (lane)0;
   LaneTarget target;
   target.bias = lane_make_cone(-u.normal, -(u.tangent_1 + kept * d1), -(u.tangent_2 + kept * d2));
-  target.friction = spares ? rubbed / r.normal : friction;
+  target.friction = spares ? tangential / r.normal : friction;
   return target;
 }
 

@@ -1,5 +1,5 @@
-// What the contacts of LANES pairs share in a sub-step where they rub as one. cpu_reference/prepare_patch.hpp is the
-// twin and states the law.
+// What the contacts of LANES pairs share in a sub-step where they share one friction patch.
+// cpu_reference/prepare_patch.hpp is the twin and states the law.
 #ifndef LOCKSTEP_PREPARE_PATCH_H
 #define LOCKSTEP_PREPARE_PATCH_H
 

@@ -1,4 +1,5 @@
-// Solves LANES pairs whose contacts rub as one. cpu_reference/solve_patch.hpp is the twin and states the method.
+// Solves LANES pairs whose contacts share one friction patch. cpu_reference/solve_patch.hpp is the twin and states the
+// method.
 #ifndef LOCKSTEP_SOLVE_PATCH_H
 #define LOCKSTEP_SOLVE_PATCH_H
 
@@ -18,7 +19,7 @@ static inline void lane_push_patch(LaneContact c, lane r_1, lane r_2, LaneBody* 
                b);
 }
 
-static inline LaneDiscInverse lane_rubbing_inverse(global const PatchBlock* block, u32 first) {
+static inline LaneDiscInverse lane_patch_friction_inverse(global const PatchBlock* block, u32 first) {
   LaneDiscInverse inverse;
   inverse.xx = LANE_LOAD(block->inverse_11 + first), inverse.xy = LANE_LOAD(block->inverse_12 + first);
   inverse.yy = LANE_LOAD(block->inverse_22 + first);
@@ -47,9 +48,9 @@ static inline lane solve_normals(const u32 purpose, u32 first, global const Cont
 #if FEATURE_TOLERANCE
 // The squares of what changes of friction and twist make of the relative velocity: W is the inverse of what the block
 // holds, and the rotation counts at the radius of gyration of the two bodies about the normal.
-static inline lane lane_rubbing_change(global const PatchBlock* block, u32 first, lane d_1, lane d_2, lane d_twist,
-                                       const LaneBody* a, const LaneBody* b) {
-  const LaneDisc u = lane_disc_velocity(d_1, d_2, lane_rubbing_inverse(block, first));
+static inline lane lane_patch_friction_change(global const PatchBlock* block, u32 first, lane d_1, lane d_2,
+                                              lane d_twist, const LaneBody* a, const LaneBody* b) {
+  const LaneDisc u = lane_disc_velocity(d_1, d_2, lane_patch_friction_inverse(block, first));
   const lane twist_change =
       d_twist * d_twist * (a->inverse_mass + b->inverse_mass) / LANE_LOAD(block->inverse_twist + first);
   return lane_larger(u.x * u.x + u.y * u.y, lane_larger(twist_change, (lane)0));
@@ -73,12 +74,13 @@ static inline void solve_patch_friction(u32 first, lane load, lane moment, globa
   LaneDisc old, slip;
   old.x = LANE_LOAD(impulses->tangent_1 + first), old.y = LANE_LOAD(impulses->tangent_2 + first);
   slip.x = lane_dot3(c.tangent_1, u), slip.y = lane_dot3(c.tangent_2, u);
-  const LaneDisc r = lane_rub_disc(old, slip, lane_rubbing_inverse(block, first), limit);
+  const LaneDisc r = lane_solve_friction_disc(old, slip, lane_patch_friction_inverse(block, first), limit);
   LANE_STORE(r.x, impulses->tangent_1 + first);
   LANE_STORE(r.y, impulses->tangent_2 + first);
   lane_push_patch(c, r.x - old.x, r.y - old.y, a, b);
 #if FEATURE_TOLERANCE
-  *change = lane_larger(lane_rubbing_change(block, first, r.x - old.x, r.y - old.y, twist - old_twist, a, b), *change);
+  *change =
+      lane_larger(lane_patch_friction_change(block, first, r.x - old.x, r.y - old.y, twist - old_twist, a, b), *change);
 #endif
 }
 

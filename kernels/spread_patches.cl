@@ -1,5 +1,5 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Spreads the friction and the twist of each pair that rubs as one over its contacts
+// Spreads the friction and the twist of each pair that shares one friction patch over its contacts
 // (cpu_reference/spread_patches.hpp).
 #include "common.h"
 #include "frame.h"

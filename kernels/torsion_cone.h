@@ -128,8 +128,8 @@ static inline LaneTorsion lane_solve_torsion_cone(LaneTorsion q, LaneTorsionDela
   e2 = pushes ? e2 : (lane)0;
   e3 = pushes ? e3 : (lane)0;
   along = pushes ? along : w.nn;
-  const lane normal = -q.normal / along, rubs = friction * normal;
-  return lane_select_torsion(slips, lane_make_torsion(normal, rubs * e1, rubs * e2, rubs * e3), without_slip);
+  const lane normal = -q.normal / along, limit = friction * normal;
+  return lane_select_torsion(slips, lane_make_torsion(normal, limit * e1, limit * e2, limit * e3), without_slip);
 }
 
 #endif

@@ -19,10 +19,10 @@ constexpr double tolerance = sizeof(real) == 4 ? 1e-5 : 1e-12;
 
 // A heap on both sides of the origin, cells of some bodies each, ready to be solved.
 template <class real>
-InitialState<real> prepared_cells(u32 seed, u32 count, u32 pairs, bool rubs_as_one) {
+InitialState<real> prepared_cells(u32 seed, u32 count, u32 pairs, bool uses_patches) {
   InitialState<real> state = heap<real>(seed, count, pairs);
   state.sizes.blocks = state.params.block_capacity = state.sizes.rows = state.params.row_capacity = pairs;
-  if (rubs_as_one) state.features = with(state.features, Feature::patches);
+  if (uses_patches) state.features = with(state.features, Feature::patches);
   use_cells(state, 0.7);
   run_until_prepared(state);
   draw_start_impulses(seed, state);

@@ -1,4 +1,4 @@
-// Contacts that rub more along a grain than across it: closed forms of slabs on planes.
+// Contacts that have more friction along a grain than across it: closed forms of slabs on planes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 

@@ -231,15 +231,15 @@ ConeVector<double> by_small_steps(const Blow& b, double step) {
   for (int k = 0; k < 400000; ++k) {
     const double q1 = u.tangent_1 + w.n1 * step, q2 = u.tangent_2 + w.n2 * step;
     double t1 = 0, t2 = 0;
-    const auto rub = [&](double l) {
+    const auto friction_excess = [&](double l) {
       const double x = w.t11 + l, y = w.t22 + l, d = x * y - w.t12 * w.t12;
       t1 = (w.t12 * q2 - y * q1) / d;
       t2 = (w.t12 * q1 - x * q2) / d;
       return std::hypot(t1, t2) - limit;
     };
-    if (rub(0) > 0) {
+    if (friction_excess(0) > 0) {
       double low = 0, high = std::hypot(q1, q2) / limit;
-      for (int half = 0; half < 45; ++half) (rub((low + high) / 2) > 0 ? low : high) = (low + high) / 2;
+      for (int half = 0; half < 45; ++half) (friction_excess((low + high) / 2) > 0 ? low : high) = (low + high) / 2;
     }
     const ConeVector<double> change = reference::times(w, {step, t1, t2});
     const double mean = u.normal + change.normal / 2, measure = by_work ? std::abs(step * mean) : step;

@@ -57,9 +57,9 @@ InitialState<real> heaps(std::initializer_list<u32> counts) {
 
 /// Up to the packed constraint stream, with impulses to start from.
 template <class real>
-InitialState<real> prepared_heap(u32 seed, u32 count, u32 pairs, bool rubs_as_one) {
+InitialState<real> prepared_heap(u32 seed, u32 count, u32 pairs, bool uses_patches) {
   InitialState<real> state = heap<real>(seed, count, pairs);
-  if (rubs_as_one) state.features = with(state.features, Feature::patches);
+  if (uses_patches) state.features = with(state.features, Feature::patches);
   use_jacobi(state);
   run_until_prepared(state);
   draw_start_impulses(seed, state);

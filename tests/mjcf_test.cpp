@@ -322,7 +322,7 @@ TEST_F(Mjcf, TheLargerFrictionCountsUnlessOneHasPriority) {
   EXPECT_EQ(friction("c", "c"), 0) << "without friction on both sides";
 }
 
-TEST_F(Mjcf, CondimSaysWhatElseRubs) {
+TEST_F(Mjcf, CondimSelectsTorsionalAndRollingFriction) {
   const Scene scene = world(R"(<geom type="plane" size="1 1 1" friction="0.2 0.1 0.01"/>
     <body name="a"><freejoint/><geom size="1" friction="0.7 0.02 0.3" condim="4"/></body>
     <body name="b"><freejoint/><geom size="1" condim="6"/></body>)");

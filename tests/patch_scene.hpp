@@ -1,4 +1,4 @@
-// Scenes of boxes whose contacts rub as one, for the tests of the friction model `patches`.
+// Scenes of boxes whose contacts share one friction patch, for the tests of the friction model `patches`.
 #pragma once
 
 #include "tests/contact_scene.hpp"
@@ -14,7 +14,7 @@ void use_patches(InitialState<real>& state) {
 /// A heap of boxes and spheres that overlap, in motion, with impulses to start from, up to and with pack_points; soft
 /// contacts where they are asked for.
 template <class real>
-InitialState<real> rubbing_pile(bool soft) {
+InitialState<real> patch_pile(bool soft) {
   Random random(31);
   std::vector<BodyDescription> bodies = {plane_body()};
   for (int i = 0; i < 80; ++i) {

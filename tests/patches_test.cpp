@@ -15,7 +15,7 @@ TYPED_TEST_SUITE(Patches, Precisions);
 TYPED_TEST(Patches, KernelMatchesReference) {
   using real = TypeParam;
   for (const bool soft : {false, true}) {
-    InitialState<real> state = rubbing_pile<real>(soft);
+    InitialState<real> state = patch_pile<real>(soft);
     ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], 300u);
     ASSERT_GT(state.buffers.counters[COUNTER_ROWS], state.buffers.counters[COUNTER_BLOCKS]);
     for (u32 substep = 0; substep < 2; ++substep) {

@@ -40,7 +40,7 @@ TEST(PushParticles, FrictionIsAlongTheSlipAndBoundedByCoulomb) {
 }
 
 // v = w x r at the contact: a ball that rolls on another does not slip.
-TEST(PushParticles, WhatRollsDoesNotRub) {
+TEST(PushParticles, RollingFeelsNoSlidingFriction) {
   const Buffers<double> after =
       after_particle_stage(Stage::push_particles, two_balls({0, 0.095 * 20, 0}, {0, 0, 20}, 0.3));
   EXPECT_NEAR(after.particle_forces[0].y, 0, 1e-12);

@@ -12,7 +12,7 @@ TYPED_TEST_SUITE(SpreadPatches, Precisions);
 
 TYPED_TEST(SpreadPatches, KernelMatchesReference) {
   using real = TypeParam;
-  InitialState<real> state = rubbing_pile<real>(false);
+  InitialState<real> state = patch_pile<real>(false);
   for (const Stage stage : {Stage::prepare_contacts, Stage::solve_constraints})
     reference::run_stage(stage, state.buffers, state.params);
   run_twins(Stage::spread_patches, state);

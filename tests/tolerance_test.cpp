@@ -78,7 +78,7 @@ TYPED_TEST(Tolerance, PartsMatchTheReference) {
 
 TYPED_TEST(Tolerance, PatchesMatchTheReference) {
   using real = TypeParam;
-  solve_twins(started(rubbing_pile<real>(true)), 0.25);
+  solve_twins(started(patch_pile<real>(true)), 0.25);
 }
 
 // Joints alone, in one work-group and in a launch for each large phase.

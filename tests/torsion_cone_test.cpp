@@ -81,18 +81,18 @@ TEST(TorsionCone, KeepsItsLaw) {
   for (int i = 0; i < 20000; ++i) {
     const Problem p = random_problem(random);
     const Vector4d r = solve<double>(p), u = p.w * r + p.q;
-    const double rubs = r.tail<3>().norm(), limit = p.mu * r[0];
+    const double tangential = r.tail<3>().norm(), limit = p.mu * r[0];
     EXPECT_GE(r[0], 0);
     EXPECT_NEAR(u[0], 0, 1e-12);  // all of these approach
-    EXPECT_LE(rubs, limit * (1 + 1e-12));
+    EXPECT_LE(tangential, limit * (1 + 1e-12));
     if (u.tail<3>().norm() < 1e-10) {
       ++sticks;
       continue;
     }
     ++slips;
-    EXPECT_NEAR(rubs, limit, 1e-12 * limit);
+    EXPECT_NEAR(tangential, limit, 1e-12 * limit);
     // against (u_t, u_s): the part of the velocity across the impulse, and its sign
-    const Vector3d e = r.tail<3>() / rubs, u_t = u.tail<3>();
+    const Vector3d e = r.tail<3>() / tangential, u_t = u.tail<3>();
     EXPECT_LT((u_t - u_t.dot(e) * e).norm(), 1e-6 * u_t.norm()) << i;
     EXPECT_LT(u_t.dot(e), 0) << i;
   }

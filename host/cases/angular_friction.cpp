@@ -18,7 +18,7 @@ u32 body_called(const Scene& scene, const char* name) {
   throw Error(Failure::input, scene.source, std::string("has no body ") + name);
 }
 
-/// How a body rubs against the first material of the scene, which its grounds are of.
+/// The friction of a body against the first material of the scene, which its grounds are of.
 PairFriction friction_of(const Scene& scene, u32 body) {
   return friction_pairs_of(scene)[scene.bodies[body].shapes[0].material];
 }

@@ -25,9 +25,9 @@ std::vector<CaseError> rolling(Trial& trial) {
   const u32 slab = first_dynamic(scene), first = slab + 1, balls = 25;
   const double force = 150, slab_mass = 10, ball_mass = 1;
   const Vector3 along = {0.5, std::sqrt(0.75), 0};
-  const double rubs = 0.4 * (slab_mass + balls * ball_mass) * g;                                 // N, under the slab
-  const double pull = (force - rubs) / slab_mass / (3.5 / ball_mass + balls / slab_mass);        // N, on a ball
-  const double of_slab = (force - rubs - balls * pull) / slab_mass, of_ball = pull / ball_mass;  // m/s^2
+  const double friction = 0.4 * (slab_mass + balls * ball_mass) * g;                           // N, under the slab
+  const double pull = (force - friction) / slab_mass / (3.5 / ball_mass + balls / slab_mass);  // N, on a ball
+  const double of_slab = (force - friction - balls * pull) / slab_mass, of_ball = pull / ball_mass;  // m/s^2
   const auto at = [&](double acceleration, double time) {
     return Vector3{acceleration * time * along[0], acceleration * time * along[1], 0};
   };

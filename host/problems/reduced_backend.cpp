@@ -41,8 +41,8 @@ void ReducedBackend::solve(const StepParams<double>& params) {
   VectorXd first(3 * Index(system.contacts.size()));
   for (std::size_t i = 0; i < system.contacts.size(); ++i) {
     const SystemContact& c = system.contacts[i];
-    const Eigen::Vector2d rubbing = oracle::models::tangents(c.normal).transpose() * c.impulse;
-    first.segment<3>(3 * Index(i)) << c.normal.dot(c.impulse), rubbing;
+    const Eigen::Vector2d tangential = oracle::models::tangents(c.normal).transpose() * c.impulse;
+    first.segment<3>(3 * Index(i)) << c.normal.dot(c.impulse), tangential;
   }
   const Index rows = first.size();
   first.conservativeResize(reduced_rows(*step_, demand_).size());

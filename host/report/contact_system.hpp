@@ -38,7 +38,7 @@ struct SystemAngularFriction {
   Eigen::Vector3d roll = Eigen::Vector3d::Zero();  // the rest of the moment, on a, N m s
 };
 
-/// What the contacts of a pair share where they rub as one; their own impulses are spread of it.
+/// What the contacts of a pair share where they share one friction patch; their own impulses are spread of it.
 struct SystemPatch {
   u32 first = 0, count = 0;                      // contacts of the pair, into ContactSystem::contacts
   Eigen::Vector3d normal;                        // from b to a, unit

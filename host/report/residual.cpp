@@ -227,12 +227,12 @@ void add_patch(const SystemPatch& p, std::span<const SystemContact> contacts, co
   const double lambda_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(w_tt, Eigen::EigenvaluesOnly).eigenvalues()(2);
   const Vector3d u = plane * relative_velocity(p, a.v, a.w, b.v, b.w);
   const Vector3d wr = plane * relative_velocity(p, da.v, da.w, db.v, db.w);
-  const auto rub = [&](double rho) {
+  const auto friction_defect = [&](double rho) {
     const Vector3d t = p.impulse - rho * u;
     const double limit = p.friction * load, length = t.norm();
     return (p.impulse - (length > limit ? limit / length : 1) * t).norm();
   };
-  if (lambda_max > 0) add(lambda_max * rub(1 / lambda_max), (u - wr).norm(), wr.norm(), rub(1));
+  if (lambda_max > 0) add(lambda_max * friction_defect(1 / lambda_max), (u - wr).norm(), wr.norm(), friction_defect(1));
 
   const double w_twist = p.normal.dot((a.inverse_inertia + b.inverse_inertia) * p.normal);
   if (p.count < 2 || w_twist <= 0) return;

@@ -277,7 +277,7 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
                                     rounded<real>(pair.holding_speed, "holding speed", origin)});
     buffers().grain_pairs.push_back(
         {rounded<real>(pair.across, "friction across", origin), pair.grain_of_b ? 1u : 0u, 0});
-    angular_friction_ = angular_friction_ || pair.rubs_further();
+    angular_friction_ = angular_friction_ || pair.has_further_friction();
     grained_ = grained_ || pair.has_grain();
     holding_ = holding_ || pair.holds();
   }

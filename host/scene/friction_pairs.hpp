@@ -1,4 +1,4 @@
-// How the materials of a scene rub where they meet.
+// The friction of each pair of materials of a scene.
 #pragma once
 
 #include <vector>
@@ -19,7 +19,7 @@ struct PairFriction {
 
   bool has_grain() const { return across != 1; }
   /// Whether there is more than a round cone of slip.
-  bool rubs_further() const { return torsion_radius > 0 || roll_lever > 0 || has_grain(); }
+  bool has_further_friction() const { return torsion_radius > 0 || roll_lever > 0 || has_grain(); }
   bool holds() const { return holding > sliding; }
 };
 

@@ -81,7 +81,7 @@ TYPED_TEST(JointFriction, SwingsOfASpringShortenEvenly) {
 
 // Of a cylindrical joint the travel is rubbed, of a universal one the first arm, of a screw the angle: a fine thread
 // locks itself.
-TYPED_TEST(JointFriction, RubsTheFreeCoordinate) {
+TYPED_TEST(JointFriction, ActsOnTheFreeCoordinate) {
   using real = TypeParam;
   BodyDescription body = bare_body({0, 0, 0}, {0.1, 0.1, 0.1});
   body.velocity = {0, 0, 1};

@@ -97,7 +97,7 @@ struct Case {
     }
   }
 
-  void rub(double reach) {
+  void add_joint_friction(double reach) {
     for (std::size_t j = 0; j < r.system.joints.size() && demand.drives.size() < 3; ++j) {
       const JointType type = r.system.joints[j].type;
       if (type != JointType::fixed && type != JointType::ball) demand.drives.push_back({j, 0, reach});
@@ -168,7 +168,7 @@ double distance(const std::vector<Vector6>& twists, const VectorXd& velocities) 
 TEST(DcaModels, TheLcpIsThatOfMaximalCoordinates) {
   for (unsigned seed = 0; seed < 8; ++seed) {
     Case c(seed, 6 + seed, 5, 0.4);
-    c.rub(0.05);
+    c.add_joint_friction(0.05);
     const models::Multibody maximal = c.maximal();
     const lcp::Lcp by_rows = models::FrictionPyramid(maximal, 4).reduced();
     const AssembledProblem assembled = assembled_problem(*c.step, c.demand);
@@ -213,7 +213,7 @@ TEST(DcaModels, MixedModelsAreTheLcpWithVelocitiesKept) {
   int solved = 0;
   for (unsigned seed = 0; seed < 8; ++seed) {
     Case c(seed + 50, 10, 6, 0.2);
-    c.rub(0.05);
+    c.add_joint_friction(0.05);
     std::vector<std::size_t> bodies = touched(*c.tree, c.demand);
     const std::vector<std::size_t> ends = terminals(*c.tree);
     bodies.insert(bodies.end(), ends.begin(), ends.end());
@@ -243,7 +243,7 @@ TEST(DcaModels, MixedModelsAreTheLcpWithVelocitiesKept) {
 // One body touches at several points, two are touched, one joint of one degree of freedom rubs.
 TEST(DcaModels, SizesAreThoseOfTheTable) {
   Case c(3, 12, 7, 0.4);
-  c.rub(0.1);
+  c.add_joint_friction(0.1);
   for (const int directions : {4, 8}) {
     const auto bodies = touched(*c.tree, c.demand), ends = terminals(*c.tree);
     const models::ModelSizes sizes = models::model_sizes({.bodies = 13,

@@ -27,7 +27,7 @@ VectorXd velocities_of(const Multibody& m, lcp::BoxedSolver method) {
 
 // Every tangent takes its own mu p_n: right along an axis; at an angle the force points to a corner, not against the
 // sliding, and is up to sqrt(2) times too large.
-TEST(FrictionBox, RubsToItsCorners) {
+TEST(FrictionBox, FrictionReachesItsCorners) {
   const double friction = mu * g * dt;
   for (const lcp::NamedBoxedSolver& s : lcp::boxed_solvers()) {
     if (s.name == "fischer_newton") continue;  // takes no friction

@@ -186,7 +186,7 @@ TEST(FrictionPyramid, LoopsAreRefusedByTheReducedModelOnly) {
 }
 
 // A wheel of 0.1 kg m^2 on an axle whose dry friction takes `limit` N m s: it slows down, or stands.
-TEST(FrictionPyramid, JointsRubDry) {
+TEST(FrictionPyramid, JointsHaveDryFriction) {
   Multibody m;
   m.bodies.resize(2);
   m.bodies[1] = {1, 10 * Eigen::Matrix3d::Identity(), Vector3d::Zero(), {0, 0, 2}};

@@ -194,7 +194,7 @@ TEST(ImplicitStep, NewtonIsQuadraticAndTheFixedPointLinear) {
 }
 
 // A wheel with dry friction in its hinge loses dry dt / I, and stands.
-TEST(ImplicitStep, HingesRubDry) {
+TEST(ImplicitStep, HingesHaveDryFriction) {
   ImplicitSystem system;
   system.dt = 0.1;
   ImplicitBody wheel;

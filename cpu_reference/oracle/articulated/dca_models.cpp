@@ -12,7 +12,7 @@ namespace {
 models::MixedLcp begun(const AssembledProblem& all, const ReducedPyramid& pyramid,
                        const std::vector<std::size_t>& bodies) {
   const ReducedProblem& p = all.problem;
-  const Index n = 6 * Index(bodies.size()), rubbed = 3 * p.contacts();
+  const Index n = 6 * Index(bodies.size()), contact_rows = 3 * p.contacts();
   MatrixXd answers(n, p.size());
   models::MixedLcp m;
   m.r.resize(n);
@@ -24,9 +24,9 @@ models::MixedLcp begun(const AssembledProblem& all, const ReducedPyramid& pyrami
   m.c = product(answers, pyramid.spread());
   m.d = -MatrixXd::Identity(n, n);
   MatrixXd w = p.w;
-  w.topRows(rubbed).setZero();
+  w.topRows(contact_rows).setZero();
   VectorXd q = p.q;
-  q.head(rubbed).setZero();
+  q.head(contact_rows).setZero();
   m.f = pyramid.couplings() + transposed_product(pyramid.spread(), product(w, pyramid.spread()));
   m.a = pyramid.constants() + pyramid.spread().transpose() * q;
   return m;
@@ -93,7 +93,7 @@ models::MixedLcp dca_mlcp1(const AssembledProblem& all, const ReducedPyramid& py
 models::MixedLcp dca_mlcp2(const AssembledProblem& all, const ReducedPyramid& pyramid,
                            const std::vector<std::size_t>& ends) {
   const ReducedProblem& p = all.problem;
-  const Index rubbed = 3 * p.contacts(), n = 6 * Index(ends.size());
+  const Index contact_rows = 3 * p.contacts(), n = 6 * Index(ends.size());
   models::MixedLcp m = begun(all, pyramid, ends);
   MatrixXd own(n, n), answers(n, p.size());
   for (std::size_t i = 0; i < ends.size(); ++i) {
@@ -104,15 +104,15 @@ models::MixedLcp dca_mlcp2(const AssembledProblem& all, const ReducedPyramid& py
           all.assembly.inverse_inertia.block<6, 6>(row, all.assembly.first_row(ends[j]));
   }
   const BilateralRows inverse(own, own.diagonal());
-  const MatrixXd k = -inverse.answer(answers.leftCols(rubbed)).transpose();
+  const MatrixXd k = -inverse.answer(answers.leftCols(contact_rows)).transpose();
   m.b = unknowns_of(pyramid, k, p.size());
   MatrixXd w = MatrixXd::Zero(p.size(), p.size());
-  w.topRows(rubbed) = MatrixXd(p.w).topRows(rubbed) - product(k, answers);
+  w.topRows(contact_rows) = MatrixXd(p.w).topRows(contact_rows) - product(k, answers);
   // what only the terminals move cannot move while they are held: rounding there would pass for a mobility
   const VectorXd size = p.w.diagonal().cwiseMax(0).cwiseSqrt();
   w = (w.array().abs() <= 1e-12 * (size * size.transpose()).array()).select(0, w);
   VectorXd q = VectorXd::Zero(p.size());
-  q.head(rubbed) = p.q.head(rubbed) - k * m.r;
+  q.head(contact_rows) = p.q.head(contact_rows) - k * m.r;
   m.f += transposed_product(pyramid.spread(), product(w, pyramid.spread()));
   m.a += pyramid.spread().transpose() * q;
   return m;

@@ -176,8 +176,8 @@ class Equations {
       c.gap = T(c.gap + T(system_.dt) * T(c.normal.dot(u - then)));
     }
     const Vec3<T> p = unknown(next_);
-    rub(contact.friction, T(1 / sizes_.mobility[i]), p, T(c.gap / T(system_.dt)), T(c.tangent_1.dot(u)),
-        T(c.tangent_2.dot(u)));
+    add_coulomb(contact.friction, T(1 / sizes_.mobility[i]), p, T(c.gap / T(system_.dt)), T(c.tangent_1.dot(u)),
+                T(c.tangent_2.dot(u)));
     const Vec3<T> impulse = c.normal * p[0] + c.tangent_1 * p[1] + c.tangent_2 * p[2];
     const Vec3<T> no_moment = as<T>(Vector3d::Zero());
     apply_impulse(contact.body_a, c.arm_a, impulse, no_moment);
@@ -186,7 +186,7 @@ class Equations {
   }
 
   // (42, 43): p_n = max(0, x_n), p_f = P_D(mu max(0, x_n))(x_f), x = p - rho (closing, nu)
-  void rub(double friction, const T& rho, const Vec3<T>& p, const T& closing, const T& nu_1, const T& nu_2) {
+  void add_coulomb(double friction, const T& rho, const Vec3<T>& p, const T& closing, const T& nu_1, const T& nu_2) {
     const T x_n = T(p[0] - rho * closing), x_1 = T(p[1] - rho * nu_1), x_2 = T(p[2] - rho * nu_2);
     const double length = std::hypot(value_of(x_1), value_of(x_2));
     if (!(value_of(x_n) > 0)) {
