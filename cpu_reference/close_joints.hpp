@@ -26,7 +26,7 @@ namespace lockstep::reference {
 
 /// How far the free coordinate has to move into its limits.
 template <class real>
-real way_into_limits(const Joint<real>& joint, real x) {
+real displacement_into_limits(const Joint<real>& joint, real x) {
   if (joint.limited == 0 || joint.spring_compliance > 0) return 0;
   return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : real(0));
 }
@@ -61,7 +61,7 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
     coupled_mobility = coupled_mobility + coupling[i] * response[i];
   }
   const real e = is_free ? m.free_mobility - coupled_mobility : real(0);
-  const real d_free = e > 0 ? way_into_limits(joint, x) / e : real(0);
+  const real d_free = e > 0 ? displacement_into_limits(joint, x) / e : real(0);
   for (u32 i = 0; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
 
   const bool angular = info.free == FREE_ANGLE;

@@ -23,10 +23,10 @@ TreeBox<real> box_in_tree(const Buffers<real>& b, const StepParams<real>& params
   const Pose<real> pose = make_pose(b.positions[tree.body], b.orientations[tree.body]);
   const Motion<real>& motion = b.motions[tree.body];
   const real h = step_length(params), rounding = sizeof(real) == 4 ? real(2e-6) : real(4e-15);
-  const real way = h * (length3(vec3(motion.v)) + length3(vec3(motion.w)) * tree.radius);
+  const real displacement = h * (length3(vec3(motion.v)) + length3(vec3(motion.w)) * tree.radius);
   const Vec3<real> at = pose.position;
   const real position_error = (std::abs(at.x) + std::abs(at.y) + std::abs(at.z) + tree.radius) * rounding;
-  const real wider = (params.margin + way) * real(1.0001) + position_error;
+  const real wider = (params.margin + displacement) * real(1.0001) + position_error;
   if (!is_rotated(pose.orientation)) {
     const TreeBox<real> box = widened(swept_box(b, me, h), wider);
     return {sub3(box.low, at), sub3(box.high, at)};

@@ -9,7 +9,7 @@
 #include "sleep.h"
 #include "types.h"
 
-static inline real closing_way_into_limits(const Joint joint, real x) {
+static inline real closing_displacement_into_limits(const Joint joint, real x) {
   if (joint.limited == (real)0 || joint.spring_compliance > (real)0) return (real)0;
   return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : (real)0);
 }
@@ -45,7 +45,7 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
     coupled_mobility = coupled_mobility + coupling[i] * response[i];
   }
   const real e = is_free ? free_mobility - coupled_mobility : (real)0;
-  const real d_free = e > (real)0 ? closing_way_into_limits(joint, x) / e : (real)0;
+  const real d_free = e > (real)0 ? closing_displacement_into_limits(joint, x) / e : (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
 
   const bool angular = info.free == FREE_ANGLE;

@@ -41,7 +41,7 @@ static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool
   world_shape.hull = side->hull;
   world_shape.alone = alone;
   world_shape.margin = margin;
-  world_shape.way = scale3(h, point_velocity(side->motion, side->arm));
+  world_shape.displacement = scale3(h, point_velocity(side->motion, side->arm));
   world_shape.angular_displacement = scale3(h, make3(side->motion->w[0], side->motion->w[1], side->motion->w[2]));
   return world_shape;
 }

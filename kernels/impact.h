@@ -123,8 +123,8 @@ static inline LaneSlide slide_piece(LaneCone u, lane speed, const LaneDelassus* 
   const lane until = speed / (stiff / ratio + (gains < (lane)0 ? -gains : (lane)0));
   const lane phase = impact_phase(by_work, u.normal, first.rate.normal, owed, far).impulse;
   const lane reach = until < far ? until : far;
-  const lane half_way = (lane)0.5 * (phase < reach ? phase : reach);
-  const lane ahead = speed + half_way * gains, aside = half_way * deflects / ((lane)1 + half_way * stiff / speed);
+  const lane half_phase = (lane)0.5 * (phase < reach ? phase : reach);
+  const lane ahead = speed + half_phase * gains, aside = half_phase * deflects / ((lane)1 + half_phase * stiff / speed);
   const lane x = ahead * e1 - aside * e2, y = ahead * e2 + aside * e1;
   const lane middle = sqrt(x * x + y * y), m1 = x / middle, m2 = y / middle;
   const LanePiece piece = impact_piece(w, -friction * m1, -friction * m2);

@@ -91,8 +91,8 @@ kernel void integrate_free_flight(const StepParams params, global const BodyInfo
       x = add3(vec3(pivot.point_world), lever);
       v = cross3(w, lever);
     } else {
-      const Vec3 way = add3(scale3(params.dt, v), scale3((real)0.5 * params.dt * params.dt, gravity));
-      x = add3(x, way);
+      const Vec3 displacement = add3(scale3(params.dt, v), scale3((real)0.5 * params.dt * params.dt, gravity));
+      x = add3(x, displacement);
       v = add3(v, scale3(params.dt, gravity));
     }
 

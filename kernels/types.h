@@ -442,7 +442,7 @@ RECORD(StepParams) {
   real softness;               // of a contact that overlaps, in parts of its w_nn; 0 where contacts are hard
   real correction_limit;       // m/s: fastest correction
   real slop;                   // m: penetration that is left alone
-  real margin;                 // m: gaps up to this, plus the way of the step, become contacts
+  real margin;                 // m: gaps up to this, plus the displacement in the step, become contacts
   real speed_limit;            // m/s, and rad/s times the largest extent is not limited
   real tolerance;              // m/s: a sweep that changes no velocity by more is the last of its sub-step; 0 for none
   u32 bodies, shapes, worlds;

@@ -27,11 +27,11 @@ Scene ball_on_plane(const std::string& material, double slope, const std::string
                      "angular_friction_test");
 }
 
-struct Way {
+struct Variant {
   std::string solver, precision;
 };
 
-class AngularFriction : public testing::TestWithParam<Way> {
+class AngularFriction : public testing::TestWithParam<Variant> {
  protected:
   // The ball at the end of so many seconds.
   BodyState after(Scene scene, double duration) {
@@ -117,12 +117,14 @@ TEST_P(AngularFriction, OfContensouIsSharedBySlipAndTorsion) {
   EXPECT_GT(slip_of(after(scene, 0.05)), slip_of(after(unspun, 0.05)) + 0.1);
 }
 
-std::string name_of(const testing::TestParamInfo<Way>& info) { return info.param.solver + "_" + info.param.precision; }
+std::string name_of(const testing::TestParamInfo<Variant>& info) {
+  return info.param.solver + "_" + info.param.precision;
+}
 
-INSTANTIATE_TEST_SUITE_P(Ways, AngularFriction,
-                         testing::Values(Way{"gauss_seidel", "double"}, Way{"gauss_seidel", "float"},
-                                         Way{"jacobi", "double"}, Way{"small_steps", "double"},
-                                         Way{"small_steps", "float"}),
+INSTANTIATE_TEST_SUITE_P(Variants, AngularFriction,
+                         testing::Values(Variant{"gauss_seidel", "double"}, Variant{"gauss_seidel", "float"},
+                                         Variant{"jacobi", "double"}, Variant{"small_steps", "double"},
+                                         Variant{"small_steps", "float"}),
                          name_of);
 
 // Balls, boxes and cylinders in a heap, of materials that turn freely and that do not; they slide and spin.

@@ -30,10 +30,10 @@ template <class real>
 void disturb(Buffers<real>& b, double size, u32 seed) {
   Random random(seed);
   for (std::size_t i = 0; i < b.positions.size(); ++i) {
-    const Vector3 way = random.vector(size), rotation = random.vector(size);
+    const Vector3 displacement = random.vector(size), rotation = random.vector(size);
     if (b.body_infos[i].kind != BODY_DYNAMIC) continue;
-    b.positions[i] = {real(b.positions[i].x + way[0]), real(b.positions[i].y + way[1]), real(b.positions[i].z + way[2]),
-                      0};
+    b.positions[i] = {real(b.positions[i].x + displacement[0]), real(b.positions[i].y + displacement[1]),
+                      real(b.positions[i].z + displacement[2]), 0};
     const Vector3 half = 0.5 * rotation;
     const Quaternion q = exact::unit(exact::multiply({half[0], half[1], half[2], 1}, orientation(b, u32(i))));
     b.orientations[i] = {real(q[0]), real(q[1]), real(q[2]), real(q[3])};
@@ -127,13 +127,13 @@ TYPED_TEST(CloseJoints, DisplacementsOfFreeBodiesBalance) {
     double size = 0;
     for (u32 i = 0; i < 2; ++i) {
       const Mass<real>& mass = state.buffers.masses[i];
-      const Vector3 way = position(after, i) - position(state.buffers, i);
+      const Vector3 displacement = position(after, i) - position(state.buffers, i);
       const Quaternion q = orientation(state.buffers, i);
       const Quaternion rotation = exact::multiply(orientation(after, i), {-q[0], -q[1], -q[2], q[3]});
-      force = force + double(mass.mass) * way;
-      moment = moment + cross(position(state.buffers, i), double(mass.mass) * way) +
+      force = force + double(mass.mass) * displacement;
+      moment = moment + cross(position(state.buffers, i), double(mass.mass) * displacement) +
                (2 * double(mass.inertia[0]) / rotation[3]) * Vector3{rotation[0], rotation[1], rotation[2]};
-      size += length(way);
+      size += length(displacement);
     }
     EXPECT_GT(size, 0.01);
     EXPECT_LT(length(force), rounding);

@@ -83,7 +83,7 @@ Fall fall(double dt) {
   scene.settings.dt = dt;
   const InitialState<real> state = compile<real>(scene);
   Simulation<real> simulation(std::make_unique<ReferenceBackend<real>>(state), state.params);
-  const double half_way = impact() / 2;
+  const double half_angle = impact() / 2;
   Fall result = {std::vector<double>(dominoes, 0), std::vector<double>(dominoes, 0)};
   constexpr Buffer wanted[] = {Buffer::orientations};
   for (u32 step = 1; step * dt <= 6; ++step) {
@@ -91,8 +91,8 @@ Fall fall(double dt) {
     const auto& q = simulation.backend().download(wanted).orientations;
     for (u32 i = 0; i < dominoes; ++i) {
       const double old = result.angles[i], current = 2 * std::atan2(double(q[i + 1].y), double(q[i + 1].w));
-      if (old < half_way && current >= half_way && result.times[i] == 0)
-        result.times[i] = (step - (current - half_way) / (current - old)) * dt;
+      if (old < half_angle && current >= half_angle && result.times[i] == 0)
+        result.times[i] = (step - (current - half_angle) / (current - old)) * dt;
       result.angles[i] = current;
     }
   }

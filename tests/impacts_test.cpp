@@ -11,7 +11,7 @@ namespace {
 
 // Two balls of 1 kg, no gravity: the lower one has just left the ground at 1 m/s when the upper one, at 3 m/s, meets
 // it.
-Scene met_on_the_way_up(double e) {
+Scene hit_while_rising(double e) {
   Scene scene = parse_scene(R"({
     "description": "a ball leaves the ground, and another one comes down on it", "gravity": [0, 0, 0],
     "settings": {"dt": 0.01, "iterations": 100},
@@ -40,7 +40,7 @@ class Impacts : public testing::TestWithParam<Case> {};
 // the energy there was; had the lower one been stopped at the ground instead, it would be 8 J of 5.
 TEST_P(Impacts, OfSeveralContactsGiveNoEnergy) {
   const auto [e, integrator, precision] = GetParam();
-  Scene scene = met_on_the_way_up(e);
+  Scene scene = hit_while_rising(e);
   scene.settings.integrator = integrator;
   const Method hard = {.name = "gauss_seidel", .ladder = {}};
   Trial trial(hard, {}, precision, std::nullopt);

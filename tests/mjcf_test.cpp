@@ -119,7 +119,7 @@ TEST_F(Mjcf, BoundsAreOfMassesAndPrincipalMoments) {
   EXPECT_EQ(body(scene, "large").mass, exact::sphere_mass(1000, 0.5)) << "what is above them stays as it is";
 }
 
-TEST_F(Mjcf, OrientationsAreSaidInFiveWays) {
+TEST_F(Mjcf, OrientationsHaveFiveNotations) {
   // 30 degrees about z, and a capsule whose z axis is then compared
   const double s = std::sin(exact::pi / 12), c = std::cos(exact::pi / 12);
   const auto orientation_of = [](const std::string& how, const std::string& compiler = "") {
@@ -128,13 +128,14 @@ TEST_F(Mjcf, OrientationsAreSaidInFiveWays) {
                 "a")
         .orientation;
   };
-  const std::pair<std::string, std::string> ways[] = {{"quat=\"1.9318516525781366 0 0 0.5176380902050415\"", ""},
-                                                      {"axisangle=\"0 0 2 30\"", ""},
-                                                      {"axisangle=\"0 0 2 0.5235987755982988\"", "angle=\"radian\""},
-                                                      {"xyaxes=\"0.8660254037844387 0.5 0 0 1 0\"", ""},
-                                                      {"euler=\"0 0 30\"", ""},
-                                                      {"euler=\"30 0 0\"", "eulerseq=\"zxy\""}};
-  for (const auto& [how, compiler] : ways) {
+  const std::pair<std::string, std::string> alternatives[] = {
+      {"quat=\"1.9318516525781366 0 0 0.5176380902050415\"", ""},
+      {"axisangle=\"0 0 2 30\"", ""},
+      {"axisangle=\"0 0 2 0.5235987755982988\"", "angle=\"radian\""},
+      {"xyaxes=\"0.8660254037844387 0.5 0 0 1 0\"", ""},
+      {"euler=\"0 0 30\"", ""},
+      {"euler=\"30 0 0\"", "eulerseq=\"zxy\""}};
+  for (const auto& [how, compiler] : alternatives) {
     const Quaternion q = orientation_of(how, compiler);
     const double sign = q[3] < 0 ? -1 : 1;
     EXPECT_NEAR(sign * q[2], s, 1e-15) << how;

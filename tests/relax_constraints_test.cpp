@@ -51,7 +51,7 @@ InitialState<real> sunken_ball(double depth) {
 }
 
 // u + bias + softness r = 0 with u = r / m and softness 0.5 / m: the spring gives two thirds of the bias.
-TYPED_TEST(RelaxConstraints, SoftContactsGiveWay) {
+TYPED_TEST(RelaxConstraints, SoftContactsYield) {
   using real = TypeParam;
   InitialState<real> state = sunken_ball<real>(0.02);
   run_until_prepared(state);

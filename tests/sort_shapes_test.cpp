@@ -58,13 +58,13 @@ TYPED_TEST(SortShapes, AnEscapedBodyDoesNotMixTheOthers) {
   for (u32 n = 0; n < 1000; ++n) bodies.push_back(sphere_body(random.vector(50), 0.5));
   bodies.push_back(sphere_body({0, 0, -100000}, 0.5));
   const std::vector<u32> order = order_of<TypeParam>({bodies});
-  double way = 0;
+  double path_length = 0;
   for (u32 k = 0; k + 1 < order.size(); ++k) {
     if (order[k] == 1000 || order[k + 1] == 1000) continue;
     const Vector3 &a = bodies[order[k]].position, &b = bodies[order[k + 1]].position;
-    way += exact::length(exact::subtract(a, b));
+    path_length += exact::length(exact::subtract(a, b));
   }
-  EXPECT_LT(way / 999, 20);  // two of any order are 66 m apart on the average
+  EXPECT_LT(path_length / 999, 20);  // two of any order are 66 m apart on the average
 }
 
 TYPED_TEST(SortShapes, KernelMatchesReference) {

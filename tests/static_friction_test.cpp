@@ -46,8 +46,8 @@ TEST_P(StaticFriction, HoldsWhatLiesAndLetsSlideWhatSlides) {
   // it gives way by itself: as what holds up to holding_speed, 1 cm/s, then as what slides
   const double steep = std::atan(0.52);
   const auto gains = [&](double mu) { return gravity * (std::sin(steep) - mu * std::cos(steep)); };
-  const double given_way = 0.01 / gains(0.5);
-  EXPECT_NEAR(after(steep, 0, 1).v[0], 0.01 + gains(0.3) * (1 - given_way), 0.01);
+  const double time_sticking = 0.01 / gains(0.5);
+  EXPECT_NEAR(after(steep, 0, 1).v[0], 0.01 + gains(0.3) * (1 - time_sticking), 0.01);
 }
 
 // What slides on a gentle slope comes to rest as by the lower coefficient, and stays.

@@ -47,13 +47,13 @@ TYPED_TEST(UpdateBounds, HoldTheSphereForTheWholeStep) {
     const double center[3] = {bound.center[0], bound.center[1], bound.center[2]};
     for (int n = 0; n <= 20; ++n) {
       const double t = h * n / 20, c = std::cos(rate * t), s = std::sin(rate * t);
-      double way = 0;
+      double squared_distance = 0;
       for (int a = 0; a < 3; ++a) {
         const double x =
             bodies[i].position[a] + bodies[i].velocity[a] * t + c * o[a] + s * cross[a] + (1 - c) * along * k[a];
-        way += (x - center[a]) * (x - center[a]);
+        squared_distance += (x - center[a]) * (x - center[a]);
       }
-      EXPECT_LE(std::sqrt(way) + bodies[i].shapes[0].radius, bound.extent + 1e-5);
+      EXPECT_LE(std::sqrt(squared_distance) + bodies[i].shapes[0].radius, bound.extent + 1e-5);
     }
     EXPECT_LE(bound.extent, max_extent(state));
   }

@@ -19,15 +19,15 @@ TEST(UpdateParticles, FollowTheirBodies) {
   const Buffers<double> moved = backend.buffers();
   backend.run(Stage::update_particles, state.params);
   const Buffers<double>& b = backend.buffers();
-  double way = 0;
+  double farthest = 0;
   for (u32 i = 0; i < state.sizes.particles; ++i) {
     const u32 body = b.particle_bodies[i];
     const Vec4<double>&a = b.particle_offsets[i], &x = b.particle_positions[i];
     const Vector3 expected = position(b, body) + rotate(orientation(b, body), {a.x, a.y, a.z});
     EXPECT_NEAR(length(Vector3{x.x, x.y, x.z} - expected), 0, 1e-14);
-    way = std::max(way, std::abs(x.x - moved.particle_positions[i].x));
+    farthest = std::max(farthest, std::abs(x.x - moved.particle_positions[i].x));
   }
-  EXPECT_GT(way, 1e-5);
+  EXPECT_GT(farthest, 1e-5);
 }
 
 TEST(UpdateParticles, AfterTheLastSubstepNobodyAsks) {

@@ -25,7 +25,7 @@ struct WorldShape {
   Vec3<real> size;
   u32 hull;
   bool alone = false;
-  Vec3<real> way = {0, 0, 0}, angular_displacement = {0, 0, 0};
+  Vec3<real> displacement = {0, 0, 0}, angular_displacement = {0, 0, 0};
   real margin = 0;
 };
 

@@ -34,7 +34,7 @@ std::vector<CaseError> rolling_resistance(Trial& trial) {
   };
   const double slope = -sine("slope"), ramp = -sine("ramp");
   const auto cosine = [](double s) { return std::sqrt(1 - s * s); };
-  const auto way = [&](double v, double a) { return v * duration + a * duration * duration / 2; };
+  const auto travel_of = [&](double v, double a) { return v * duration + a * duration * duration / 2; };
 
   struct Down {
     u32 body;
@@ -45,13 +45,13 @@ std::vector<CaseError> rolling_resistance(Trial& trial) {
   for (const char* name : {"steel ball", "rubber ball", "foam ball"}) {
     const u32 body = body_called(scene, name);
     const double lever = friction_of(scene, body).roll_lever / scene.bodies[body].shapes[0].radius;
-    balls.push_back({body, way(0, 5.0 / 7 * g * std::max(0.0, slope - lever * cosine(slope)))});
+    balls.push_back({body, travel_of(0, 5.0 / 7 * g * std::max(0.0, slope - lever * cosine(slope)))});
     longest = std::max(longest, balls.back().expected);
   }
   for (const char* name : {"crate at rest", "crate pushed"}) {
     const u32 body = body_called(scene, name);
     const double v = exact::length(scene.bodies[body].velocity);
-    crates.push_back({body, v > 0 ? way(v, g * (ramp - friction_of(scene, body).sliding * cosine(ramp))) : 0});
+    crates.push_back({body, v > 0 ? travel_of(v, g * (ramp - friction_of(scene, body).sliding * cosine(ramp))) : 0});
   }
   const u32 spinner = body_called(scene, "felt spinner");
   const PairFriction felt = friction_of(scene, spinner);

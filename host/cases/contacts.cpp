@@ -51,7 +51,7 @@ std::vector<CaseError> slide_to_roll(Trial& trial) {
   const double v0 = 5, mu = 0.2, radius = scene.bodies[ball].shapes[0].radius;
   const double rolls = 2 * v0 / (7 * mu * g), distance = 12 * v0 * v0 / (49 * mu * g);
   const double dt = trial.settings_for(scene).dt;
-  double start = 0, speed = 0, time = -1, way = 0, last_slip = v0, last_x = 0;
+  double start = 0, speed = 0, time = -1, travel = 0, last_slip = v0, last_x = 0;
   trial.run(scene, 1.0, [&](Seen& seen) {
     const BodyState s = seen.body(ball);
     if (seen.time == 0) last_x = start = s.x[0];
@@ -60,14 +60,14 @@ std::vector<CaseError> slide_to_roll(Trial& trial) {
       const double rate = 3.5 * mu * g;
       const double part = std::min(1.0, last_slip / (rate * dt));
       time = seen.time - dt + part * dt;
-      way = last_x + part * (s.x[0] - last_x) - start;
+      travel = last_x + part * (s.x[0] - last_x) - start;
     }
     last_slip = slip;
     last_x = s.x[0];
     speed = s.v[0];
     return true;
   });
-  return {compare("rolls after", "m", distance, way), compare("rolls from", "s", rolls, time),
+  return {compare("rolls after", "m", distance, travel), compare("rolls from", "s", rolls, time),
           compare("speed at the end", "m/s", 5.0 / 7.0 * v0, speed)};
 }
 
@@ -77,16 +77,16 @@ std::vector<CaseError> sphere_on_slope(Trial& trial) {
   const u32 ball = first_dynamic(scene);
   const double exact = 5.0 / 7.0 * g * std::sin(std::numbers::pi / 6);
   Vector3 start = {};
-  double way = 0, speed = 0;
+  double travel = 0, speed = 0;
   trial.run(scene, 1.0, [&](Seen& seen) {
     const BodyState s = seen.body(ball);
     if (seen.time == 0) start = s.x;
-    way = length(subtract(s.x, start));
+    travel = length(subtract(s.x, start));
     speed = length(s.v);
     return true;
   });
   return {compare("acceleration from the speed", "m/s^2", exact, speed),
-          compare("acceleration from the way", "m/s^2", exact, 2 * way)};
+          compare("acceleration from the way", "m/s^2", exact, 2 * travel)};
 }
 
 /// A slope of 20 degrees made of triangles: what rolls and what slides goes down it as on a plane.
@@ -120,7 +120,7 @@ std::vector<CaseError> incline(Trial& trial) {
     u32 body;
     double friction;
     Vector3 start;
-    double way = 0, speed = 0;
+    double travel = 0, speed = 0;
   };
   std::vector<Box> boxes;
   for (const MaterialPairRule& pair : scene.material_pairs) {
@@ -130,7 +130,7 @@ std::vector<CaseError> incline(Trial& trial) {
   trial.run(scene, duration, [&](Seen& seen) {
     for (Box& box : boxes) {
       const BodyState s = seen.body(box.body);
-      box.way = length(subtract(s.x, box.start));
+      box.travel = length(subtract(s.x, box.start));
       box.speed = length(s.v);
     }
     return true;
@@ -141,7 +141,7 @@ std::vector<CaseError> incline(Trial& trial) {
     const double exact = g * (std::sin(angle) - box.friction * std::cos(angle));
     CaseError& worst = exact > 0 ? slides : sticks;
     const CaseError error = exact > 0 ? compare(worst.quantity, worst.unit, exact, box.speed / duration)
-                                      : compare(worst.quantity, worst.unit, 0, box.way);
+                                      : compare(worst.quantity, worst.unit, 0, box.travel);
     if (error.error > worst.error) worst = error;
   }
   return {slides, sticks};
@@ -219,16 +219,17 @@ std::vector<CaseError> capstan(Trial& trial) {
   const double wrap_angle = std::numbers::pi / 20, mu_tan = 0.3 * std::tan(wrap_angle / 2), quarter = 0.1, most = 0.03;
   const double slips = bisect(2.2, 3, 22, [&](double ratio) {
     scene.joints.back().motor_force = ratio;
-    double way = 0;                   // m
-    std::array<double, 5> ways = {};  // at the ends of the quarters
+    double travel = 0;                   // m
+    std::array<double, 5> travels = {};  // at the ends of the quarters
     trial.run(scene, 4 * quarter, [&](Seen& seen) {
-      way = length(subtract(seen.body(last).x, scene.bodies[last].position));
-      ways[static_cast<std::size_t>(std::ceil(seen.time / quarter - 1e-9))] = way;
-      return way < most;
+      travel = length(subtract(seen.body(last).x, scene.bodies[last].position));
+      travels[static_cast<std::size_t>(std::ceil(seen.time / quarter - 1e-9))] = travel;
+      return travel < most;
     });
-    const double before = std::max(0.0, (ways[2] - ways[1]) / quarter), after = (ways[4] - ways[3]) / quarter;  // m/s
+    const double before = std::max(0.0, (travels[2] - travels[1]) / quarter),
+                 after = (travels[4] - travels[3]) / quarter;  // m/s
     const bool gathers = after > 1.05 * before && after - before > 2e-6;
-    return way >= most || gathers;
+    return travel >= most || gathers;
   });
   return {compare("ratio of pulls at which it slips", "", std::pow((1 + mu_tan) / (1 - mu_tan), 20), slips)};
 }

@@ -136,18 +136,18 @@ std::vector<CaseError> screw_nut(Trial& trial) {
     const double pull = std::max(-scene.gravity[2] - radians_per_metre * joint.friction / nut.mass, 0.0);
     exact.push_back(pull / (1 + moment * radians_per_metre * radians_per_metre / nut.mass) * duration * duration / 2);
   }
-  std::vector<double> way(exact.size());
+  std::vector<double> travel(exact.size());
   trial.run(scene, duration, [&](Seen& seen) {
-    for (u32 i = 0; i < way.size(); ++i) {
+    for (u32 i = 0; i < travel.size(); ++i) {
       const u32 body = scene.joints[i].body_b;
-      way[i] = scene.bodies[body].position[2] - seen.body(body).x[2];
+      travel[i] = scene.bodies[body].position[2] - seen.body(body).x[2];
     }
     return true;
   });
-  return {compare("way of the free nut in 1.5 s", "m", exact[0], way[0]),
-          compare("way of the left-handed nut in 1.5 s", "m", exact[1], way[1]),
-          compare("way of the rubbed nut in 1.5 s", "m", exact[2], way[2]),
-          compare("way of the locked nut in 1.5 s", "m", exact[3], way[3])};
+  return {compare("way of the free nut in 1.5 s", "m", exact[0], travel[0]),
+          compare("way of the left-handed nut in 1.5 s", "m", exact[1], travel[1]),
+          compare("way of the rubbed nut in 1.5 s", "m", exact[2], travel[2]),
+          compare("way of the locked nut in 1.5 s", "m", exact[3], travel[3])};
 }
 
 }  // namespace

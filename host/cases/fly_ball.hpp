@@ -20,7 +20,7 @@ struct FlyBallParameters {
 };
 
 /// Its motion by Runge-Kutta's method of fourth order. With q the angle of the arms, s = offset + arm sin q and
-/// x = 2 link (cos q_0 - cos q) the way of the collar:
+/// x = 2 link (cos q_0 - cos q) the travel of the collar:
 ///   w = p / J,  p' = torque,  J = spindle_inertia + 2 (ball_mass s^2 + ball_inertia)
 ///   A q'' + A_q q'^2 / 2 = J_q w^2 / 2 - (2 ball_mass arm + 2 collar_mass link) g sin q - x_q (k x + c x'),
 ///   A = 2 (ball_mass arm^2 + ball_inertia) + collar_mass x_q^2

@@ -34,9 +34,9 @@ std::vector<CaseError> kapla(Trial& trial) {
     if (step++ % 10 != 0) return true;
     double fallen = 0;
     for (u32 i = first; i < first + planks; ++i) {
-      const Vector3 way = exact::subtract(seen.body(i).x, scene.bodies[i].position);
-      moved = std::max(moved, exact::length(way));
-      fallen = std::max(fallen, -way[2]);
+      const Vector3 displacement = exact::subtract(seen.body(i).x, scene.bodies[i].position);
+      moved = std::max(moved, exact::length(displacement));
+      fallen = std::max(fallen, -displacement[2]);
     }
     if (fallen > height / 2) return false;
     stood = seen.time;

@@ -190,8 +190,8 @@ static inline Manifold capsule_lies_on_face(WorldShape a, WorldShape b, Axes axe
   s.to = c.length;
   s = segment_between(s, along(c.p, k1), along(c.u, k1), along(c.extents, k1));
   s = segment_between(s, along(c.p, k2), along(c.u, k2), along(c.extents, k2));
-  const real end = t - s.from > s.to - t ? s.from : s.to, way = end < t ? t - end : end - t;
-  if (!(s.from < s.to) || !(way > (real)0.01 * a.size.x)) return m;
+  const real end = t - s.from > s.to - t ? s.from : s.to, travel = end < t ? t - end : end - t;
+  if (!(s.from < s.to) || !(travel > (real)0.01 * a.size.x)) return m;
   // in line along the normal, but no farther than the face
   const Vec3 core = segment_at(c, end);
   const real height = along(core, k) - sign_of(along(n, k)) * along(c.extents, k);

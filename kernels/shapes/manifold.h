@@ -25,7 +25,7 @@ typedef struct WorldShape {
   Vec3 size;
   u32 hull;
   bool alone;
-  Vec3 way, angular_displacement;
+  Vec3 displacement, angular_displacement;
   real margin;
 } WorldShape;
 

@@ -13,7 +13,7 @@ static inline WorldShape shape_in_world(Pose pose, global const Shape* shape, u3
   world_shape.size = make3(shape->size[0], shape->size[1], shape->size[2]);
   world_shape.hull = hull;
   world_shape.alone = false;
-  world_shape.way = world_shape.angular_displacement = make3((real)0, (real)0, (real)0);
+  world_shape.displacement = world_shape.angular_displacement = make3((real)0, (real)0, (real)0);
   world_shape.margin = (real)0;
   return world_shape;
 }

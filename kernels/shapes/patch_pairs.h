@@ -166,11 +166,11 @@ static inline Manifold hold_inside(WorldShape a, WorldShape b, HullTables tables
     if (point.feature == 0u || gap > limit || (gap < (real)0 && !in_front)) continue;
     const Vec3 at_a = sub3(point.anchor_a, scale3(shared->radius_a, shared->normal));
     const Vec3 at_b = add3(point.anchor_b, scale3(shared->radius_b, shared->normal));
-    const Vec3 way =  // of a past b
-        sub3(add3(a.way, cross3(a.angular_displacement, sub3(at_a, a.center))),
-             add3(b.way, cross3(b.angular_displacement, sub3(at_b, b.center))));
+    const Vec3 displacement =  // of a past b
+        sub3(add3(a.displacement, cross3(a.angular_displacement, sub3(at_a, a.center))),
+             add3(b.displacement, cross3(b.angular_displacement, sub3(at_b, b.center))));
     const Vec3 at = into_frame(facet.axes, sub3(is_a ? at_a : at_b, facet.center));
-    if (facet_holds(&facet, at, into_frame(facet.axes, scale3(is_a ? (real)-1 : (real)1, way)), a.margin))
+    if (facet_holds(&facet, at, into_frame(facet.axes, scale3(is_a ? (real)-1 : (real)1, displacement)), a.margin))
       m = with_point(m, point.anchor_a, point.anchor_b, point.feature);
   }
   return m;

@@ -51,14 +51,14 @@ static inline Manifold sphere_hull(WorldShape a, WorldShape b, HullTables tables
     const Vec3 d = sub3(center, point);
     const real square = dot3(d, d);
     if (!(square <= (real)1.00001 * least)) continue;
-    const Vec3 way = square > (real)0 ? scale3((real)1 / sqrt(square), d) : out;
-    const real bound = dot3(way, sub3(center, poly_own_vertex(&hull, poly_support(&hull, way))));
+    const Vec3 direction = square > (real)0 ? scale3((real)1 / sqrt(square), d) : out;
+    const real bound = dot3(direction, sub3(center, poly_own_vertex(&hull, poly_support(&hull, direction))));
     if (!(bound > gap) && !(square < (real)0.99999 * least)) continue;
     found = bound > face_gap;
     least = square;
     gap = bound;
     nearest = point;
-    own = way;
+    own = direction;
     at_vertex = share != t;
   }
   // along an edge the sphere rolls: only a vertex is a point that the normal turns about

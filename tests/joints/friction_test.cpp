@@ -67,9 +67,9 @@ TYPED_TEST(JointFriction, SwingsOfASpringShortenEvenly) {
   std::vector<double> extremes = {0.095};
   double before = 0.095, last = 0;
   watch_steps<real>(scene, 3000, [&](const Buffers<real>& b, u32) {
-    const double x = position(b, 0)[2], way = x - before;
-    if (way * last < 0) extremes.push_back(before);
-    if (std::abs(way) > 1e-7) last = way;
+    const double x = position(b, 0)[2], travel = x - before;
+    if (travel * last < 0) extremes.push_back(before);
+    if (std::abs(travel) > 1e-7) last = travel;
     before = x;
   });
   ASSERT_EQ(extremes.size(), 5u);

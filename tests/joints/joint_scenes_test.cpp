@@ -202,7 +202,7 @@ TEST(JointScenes, RoverDrivesOverItsBumps) {
   EXPECT_GT(highest, 0.44);  // it started at 0.42
 }
 
-// Knees bend backwards by no more than the way of a step takes them, and the figure comes to lie.
+// Knees bend backwards by no more than the displacement in a step takes them, and the figure comes to lie.
 TEST(JointScenes, RagDollKeepsItsLimits) {
   const Scene scene = read_scene("rag_doll");
   const double degree = 3.141592653589793 / 180;

@@ -106,8 +106,8 @@ TEST(ImplicitStep, LinearisedLeavesTheSurfaceBySecondOrder) {
   double before = 0;
   for (const double dt : {0.02, 0.01, 0.005}) {
     const ImplicitSystem start = ball_in_bowl(0, Vector3d(2, 0, 0), 0, dt);
-    const double linear = gap(stepped(start, linearised_step, 1), 0), way = 2 * dt;
-    EXPECT_NEAR(linear, 0.9 - std::hypot(0.9, way), 1e-12) << dt;
+    const double linear = gap(stepped(start, linearised_step, 1), 0), travel = 2 * dt;
+    EXPECT_NEAR(linear, 0.9 - std::hypot(0.9, travel), 1e-12) << dt;
     EXPECT_NEAR(gap(stepped(start, implicit_newton, 1), 0), 0, 1e-12) << dt;
     if (before != 0) {
       EXPECT_NEAR(std::log2(before / linear), 2, 0.01);

@@ -285,10 +285,11 @@ TEST(Facets, BulletsDoNotPass) {
       SCOPED_TRACE(n);
       Vector3 target = {random.between(-4, 4), random.between(-4, 4), 0};
       if (n % 3 == 0) target = {0, n % 2 ? 0.5 : 0.6, 0};  // on the ridge: a vertex, an edge
-      const Vector3 way = {random.between(-3, 3), random.between(-3, 3), random.between(-3, -6)};
+      const Vector3 displacement = {random.between(-3, 3), random.between(-3, 3), random.between(-3, -6)};
       BodyDescription bullet =
-          n % 2 ? solid(sphere(0.02), exact::subtract(target, way), exact::scale(100, way))
-                : solid(box({0.03, 0.02, 0.01}), exact::subtract(target, way), exact::scale(100, way));
+          n % 2
+              ? solid(sphere(0.02), exact::subtract(target, displacement), exact::scale(100, displacement))
+              : solid(box({0.03, 0.02, 0.01}), exact::subtract(target, displacement), exact::scale(100, displacement));
       bullet.continuous = true;
       Scene scene = scene_of({ground, bullet}, 0, 1.0 / 60);
       World world(scene, in_double());
@@ -297,7 +298,7 @@ TEST(Facets, BulletsDoNotPass) {
       // above the ground that is under it, or out over the end of the ground
       const std::optional<BodyHit> below = world.cast_ray({p[0], p[1], p[2] + 0.01}, {0, 0, -1}, 1e3);
       EXPECT_TRUE(below || std::max(std::abs(p[0]), std::abs(p[1])) > 9.9) << p[0] << " " << p[1] << " " << p[2];
-      EXPECT_LT(exact::length(world.velocity(world.bodies()[1]).linear), 100 * exact::length(way));
+      EXPECT_LT(exact::length(world.velocity(world.bodies()[1]).linear), 100 * exact::length(displacement));
     }
   }
 }

@@ -69,9 +69,9 @@ double close_loops(const Tree& tree, const std::vector<Closure>& closures, const
     const VectorXd impulses = rows.answer(Eigen::Map<const VectorXd>(off.errors.data(), Index(off.errors.size())));
     std::vector<Vector6> wrenches = still, twists = still;
     add_impulses(off.rows, impulses, wrenches);
-    VectorXd way = none;
-    mobility.push(wrenches, twists, way);
-    configuration = moved(tree, configuration, way, still, 1);
+    VectorXd displacement = none;
+    mobility.push(wrenches, twists, displacement);
+    configuration = moved(tree, configuration, displacement, still, 1);
   }
 }
 

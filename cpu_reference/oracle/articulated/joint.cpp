@@ -17,12 +17,12 @@ double angle_about_z(const Quaterniond& rotation) {
 }
 
 // The joint's part of the way from a to b: offset and rotation, in the frame in a.
-struct Way {
+struct JointTransform {
   Vector3d offset = Vector3d::Zero();
   Quaterniond rotation = Quaterniond::Identity();
 };
 
-Way way_of(const Joint& joint, const Coordinates& c) {
+JointTransform joint_transform(const Joint& joint, const Coordinates& c) {
   const Vector3d& x = c.value;
   switch (joint.type) {
     case JointType::hinge: return {Vector3d::Zero(), about_z(x[0])};
@@ -100,19 +100,19 @@ Coordinates measured(const Joint& joint, const JointStand& at) {
 }
 
 Pose pose_of_b(const Joint& joint, const Pose& a, const Coordinates& coordinates) {
-  const Way way = way_of(joint, coordinates);
+  const JointTransform transform = joint_transform(joint, coordinates);
   const Quaterniond frame_a = a.q * joint.frame_a;
   Pose b;
-  b.q = (frame_a * way.rotation * joint.frame_b.conjugate()).normalized();
-  b.x = a.x + a.q * joint.anchor_a + frame_a * way.offset - b.q * joint.anchor_b;
+  b.q = (frame_a * transform.rotation * joint.frame_b.conjugate()).normalized();
+  b.x = a.x + a.q * joint.anchor_a + frame_a * transform.offset - b.q * joint.anchor_b;
   return b;
 }
 
 Pose pose_of_a(const Joint& joint, const Pose& b, const Coordinates& coordinates) {
-  const Way way = way_of(joint, coordinates);
+  const JointTransform transform = joint_transform(joint, coordinates);
   Pose a;
-  a.q = (b.q * joint.frame_b * way.rotation.conjugate() * joint.frame_a.conjugate()).normalized();
-  a.x = b.x + b.q * joint.anchor_b - a.q * (joint.anchor_a + joint.frame_a * way.offset);
+  a.q = (b.q * joint.frame_b * transform.rotation.conjugate() * joint.frame_a.conjugate()).normalized();
+  a.x = b.x + b.q * joint.anchor_b - a.q * (joint.anchor_a + joint.frame_a * transform.offset);
   return a;
 }
 

@@ -87,9 +87,9 @@ Step::Step(const Tree& tree, const Laws& laws, StepStart start)
   go(best, best_half);
 }
 
-void Step::go(const VectorXd& way, const VectorXd& half) {
+void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
   const double h = start_.dt;
-  at_ = std::make_unique<Configuration>(moved(tree_, from_, way, start_.twists, 0.5 * h));
+  at_ = std::make_unique<Configuration>(moved(tree_, from_, mean_rates, start_.twists, 0.5 * h));
   kinematics_ = std::make_unique<Kinematics>(tree_, *at_, start_.twists, half);
   inertia_ = std::make_unique<ArticulatedInertia>(*kinematics_);
   impulses_.assign(start_.poses.size(), Vector6::Zero());
@@ -178,8 +178,8 @@ double Step::given_by_bends(std::size_t number, const Configuration& to) const {
   double work = 0;
   for (std::size_t i = tree_.starts()[number]; i < tree_.starts()[number + 1]; ++i) {
     const std::size_t body = tree_.link(i).body;
-    const Vector3d way = start_.dt * straight[body].head<3>() - (to.poses[body].x - from_.poses[body].x);
-    work += start_.wrenches[body].head<3>().dot(way);
+    const Vector3d displacement = start_.dt * straight[body].head<3>() - (to.poses[body].x - from_.poses[body].x);
+    work += start_.wrenches[body].head<3>().dot(displacement);
   }
   return work;
 }

@@ -99,8 +99,8 @@ class Step {
   End finish(const std::vector<Pose>& poses);
 
  private:
-  /// Everything but the end, where the mean rates are `way` and those of the gyroscopic moment `half`.
-  void go(const VectorXd& way, const VectorXd& half);
+  /// Everything but the end, where the mean rates are `mean_rates` and those of the gyroscopic moment `half`.
+  void go(const VectorXd& mean_rates, const VectorXd& half);
   VectorXd mean() const { return rates_ + start_.theta * change_; }
   /// What F did not do on the way that the links of a tree went, and did to their twists, J.
   double given_by_bends(std::size_t number, const Configuration& to) const;
