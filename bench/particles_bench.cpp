@@ -194,7 +194,7 @@ Depth depth_at_first_touch(double radius) {
 
 /// The steepest slope, by its tangent, on which a box of 0.2 m x 0.2 m and this height still stands after 2 s.
 double steepest(double radius, double height, double friction, double low, double high) {
-  const auto stands = [&](double tangent) {
+  const auto stays_at_rest = [&](double tangent) {
     const double cosine = 1 / std::sqrt(1 + tangent * tangent), sine = tangent * cosine;
     Scene scene;
     scene.source = "particles_bench";
@@ -226,7 +226,7 @@ double steepest(double radius, double height, double friction, double low, doubl
   };
   while (high - low > 5e-4) {
     const double middle = 0.5 * (low + high);
-    (stands(middle) ? low : high) = middle;
+    (stays_at_rest(middle) ? low : high) = middle;
   }
   return 0.5 * (low + high);
 }

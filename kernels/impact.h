@@ -166,8 +166,8 @@ static inline LaneOutcome follow_impact(lane_mask hit, LaneCone u, const LaneDel
     const lane next_owed = end.compresses ? owed + share * fabs(measure) : owed - measure;
     const LaneCone next_r = lane_make_cone(r.normal + p, r.tangent_1 + p * piece.t1, r.tangent_2 + p * piece.t2);
     LaneCone next_u;
-    const lane_mask stands = ends & !end.pays;
-    next_u.normal = stands ? (lane)0 : u.normal + p * piece.rate.normal;
+    const lane_mask ends_at_rest = ends & !end.pays;
+    next_u.normal = ends_at_rest ? (lane)0 : u.normal + p * piece.rate.normal;
     stops = stops & !ends;
     next_u.tangent_1 = stops ? (lane)0 : u.tangent_1 + p * piece.rate.tangent_1;
     next_u.tangent_2 = stops ? (lane)0 : u.tangent_2 + p * piece.rate.tangent_2;

@@ -57,7 +57,7 @@ int count_like(const Picture& picture, const Color& color) {
   return count;
 }
 
-TEST(DifferencePicture, ShowsABodyThatStandsElsewhereInBothColours) {
+TEST(DifferencePicture, ShowsABodyAtAnotherPoseInBothColours) {
   const KernelPatch moved = {"integrate_positions.cl", "positions[i] = position;",
                              "if (i == 3u) position.x += 1.5f;\n    positions[i] = position;"};
   const auto found = find_and_draw("spheres_small", moved, 2);

@@ -29,11 +29,11 @@ TEST(FusedSubsteps, CallTheKernelsOfTheStagesOfASubStep) {
   plan.iterations = 7;
   plan.small = true;
   const FusedSubsteps fused = fuse_substeps(sources.signatures(stage_files(sources, state.features)), plan);
-  EXPECT_TRUE(fused.stands_for(Stage::prepare_joints));
-  EXPECT_TRUE(fused.stands_for(Stage::solve_constraints));
-  EXPECT_FALSE(fused.stands_for(Stage::collide));
-  EXPECT_FALSE(fused.stands_for(Stage::store_impulses));
-  EXPECT_FALSE(fused.stands_for(Stage::integrate_free_flight));  // not of this scene
+  EXPECT_TRUE(fused.replaces(Stage::prepare_joints));
+  EXPECT_TRUE(fused.replaces(Stage::solve_constraints));
+  EXPECT_FALSE(fused.replaces(Stage::collide));
+  EXPECT_FALSE(fused.replaces(Stage::store_impulses));
+  EXPECT_FALSE(fused.replaces(Stage::integrate_free_flight));  // not of this scene
   EXPECT_EQ(occurrences(fused.text, "    solve_tail("), 1u);
   EXPECT_EQ(occurrences(fused.text, "barrier("), fused.stages.size());  // one kernel each
   EXPECT_NE(std::ranges::find(fused.values, 7u), fused.values.end());

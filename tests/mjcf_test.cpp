@@ -226,7 +226,7 @@ TEST_F(Mjcf, SeveralJointsOfABodyAreOneWhereOneDoes) {
   EXPECT_EQ(counted.joints[2].name, "r/joint_4");
 }
 
-TEST_F(Mjcf, OtherwiseLinksStandBetweenThem) {
+TEST_F(Mjcf, OtherwiseLinksComeBetweenThem) {
   const Scene scene = world(R"(<body name="root"><freejoint/>)" + unit_ball + R"(
       <body name="a" pos="0 0 -0.5"><joint name="x" axis="1 0 0" range="-1 1"/><joint name="y" axis="0 1 0" range="-1 1"/>
         <joint name="z" axis="0 0 1" damping="1"/><geom type="box" size="0.1 0.2 0.3" mass="2" pos="0 0 -0.3"/></body></body>)");
@@ -459,7 +459,7 @@ TEST_F(Mjcf, ARobotBringsItsContactsIntoAScene) {
   EXPECT_EQ(told.bodies[1].position, (Vector3{0, 0, 3}));
 }
 
-TEST_F(Mjcf, TheStriderStandsOnItsLegs) {
+TEST_F(Mjcf, TheStriderRestsOnItsLegs) {
   const Scene scene = read_scene(LOCKSTEP_SOURCE_DIR "/scenes/robots/strider.xml");
   double mass = 0;
   for (const BodyDescription& of : scene.bodies) mass += of.mass;

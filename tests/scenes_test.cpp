@@ -81,7 +81,7 @@ TEST(Scenes, CompileToTheGoldenBits) {
 
 // The initial poses of the 8,000 spheres that other engines are measured with, in their own words: y up, one small
 // generator for each sphere. Turned z up about the x axis: (x, y, z) of theirs is (x, z, -y) of ours.
-TEST(Scenes, Spheres8000StandWhereThePeersHaveThem) {
+TEST(Scenes, Spheres8000RestWhereThePeersHaveThem) {
   struct Sequence {
     std::uint32_t s;
     explicit Sequence(std::uint32_t i) : s(i * 2654435761u + 12345u) { u(), u(); }

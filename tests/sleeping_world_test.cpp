@@ -79,7 +79,7 @@ TEST(SleepingWorld, WhereTheFloorGoesAllWake) {
 }
 
 // Where a wall comes is not looked for on behalf of sleepers: they look themselves, and those it overlaps are pushed.
-TEST(SleepingWorld, WhereSomethingThatStandsComesAllWake) {
+TEST(SleepingWorld, AllWakeWhereAStaticBodyArrives) {
   Sleepers sleepers;
   BodyDescription wall = box_at({5.8, 0, 0.5});
   wall.kind = BODY_STATIC;

@@ -3,7 +3,7 @@
 namespace lockstep {
 namespace {
 
-TEST(SortParticles, EachStandsInItsBucketInOrder) {
+TEST(SortParticles, EachIsInItsBucketInOrder) {
   const InitialState<float> state = lively_state<float>();
   const Buffers<float> after = after_particle_stage(Stage::sort_particles, state);
   std::vector<u32> seen(state.sizes.particles, 0);

@@ -77,7 +77,7 @@ TEST(WorldJoints, HoldBodiesThatHaveJustCome) {
   world.remove(gone);
   const BodyHandle young = world.add(box_at({3, 0, 0}));
   JointDescription joint = ball_joint({2, 0, 0});
-  joint.stand = {{5, 5, 5}, {6, 6, 6}};
+  joint.reference_poses = {{5, 5, 5}, {6, 6, 6}};
   world.add(joint, old, young);
   world.step(50);
   EXPECT_NEAR(world.pose(old).position[0], 1.25, 1e-2) << "at half the speed, both";

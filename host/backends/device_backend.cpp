@@ -253,7 +253,7 @@ void DeviceBackend<real>::run(Stage stage, const StepParams<real>& params) {
   const bool other_relaxing = std::exchange(launcher.plan().relaxations, params.relaxations) != params.relaxations;
   if (other_sweeps || other_relaxing) parts_->fuse_again();
   const auto& fused = parts_->fused;
-  const bool in_fused = fused && fused->stands_for(stage);
+  const bool in_fused = fused && fused->replaces(stage);
   if (in_fused && (params.substep > 0 || stage != fused->stages[0])) return;
   launcher.begin(in_fused ? Stage::count : stage, std::as_bytes(std::span(&params, 1)));
   if (in_fused)

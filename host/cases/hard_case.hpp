@@ -30,7 +30,7 @@ const std::vector<HardCase>& hard_cases();
 std::vector<HardCase> motion_cases();            // one body without contact
 std::vector<HardCase> contact_cases();           // friction and bounces of a few bodies
 std::vector<HardCase> impact_cases();            // laws of impact
-std::vector<HardCase> standing_cases();          // what is built at rest
+std::vector<HardCase> stack_cases();             // what is built at rest
 std::vector<HardCase> crowd_cases();             // many bodies with an answer for all of them
 std::vector<HardCase> pushed_cases();            // a force from outside over rough ground
 std::vector<HardCase> linkage_cases();           // joints

@@ -17,10 +17,10 @@ StickSlip::StickSlip(double push, double friction, double duration) : push_(push
     Slide slide = {time, time, std::cos(time) > 0 ? 1.0 : -1.0, position};
     // its speed grows up to `fastest` and falls from then on, for longer than half a period
     const double fastest = std::round(time / pi) * pi + quiet;
-    double moves = fastest, stands = fastest + pi;
+    double moves = fastest, stuck = fastest + pi;
     for (int i = 0; i < 100; ++i) {
-      const double middle = (moves + stands) / 2;
-      (slide.sign * speed_in(slide, middle) > 0 ? moves : stands) = middle;
+      const double middle = (moves + stuck) / 2;
+      (slide.sign * speed_in(slide, middle) > 0 ? moves : stuck) = middle;
     }
     slide.to = moves;
     position = position_in(slide, slide.to);

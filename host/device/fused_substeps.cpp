@@ -108,7 +108,7 @@ struct SecondSubstep {
 
 }  // namespace
 
-bool FusedSubsteps::stands_for(Stage stage) const { return std::ranges::find(stages, stage) != stages.end(); }
+bool FusedSubsteps::replaces(Stage stage) const { return std::ranges::find(stages, stage) != stages.end(); }
 
 FusedSubsteps fuse_substeps(std::span<const KernelSignature> kernels, const LaunchPlan& plan) {
   StepParams<float> two_substeps = {};

@@ -37,7 +37,7 @@ Vector6 load_on(const Buffers<double>& b, u32 i) {
 
 double coordinate_of(const Step& step, std::size_t joint) {
   const auto& j = step.tree().system().joints[joint];
-  return acting_coordinate(j, stand(j, step.from()));
+  return acting_coordinate(j, joint_geometry(j, step.from()));
 }
 
 }  // namespace
@@ -150,7 +150,7 @@ std::vector<JointPush> joint_pushes(const Step& step, const Laws& laws, const De
     const Link& link = tree.link(i);
     if (link.joint == no_link) continue;
     const auto& joint = joints[link.joint];
-    const JointStand s = stand(joint, step.at());
+    const JointGeometry s = joint_geometry(joint, step.at());
     const Vector6 on_b =
         (link.child_is_b ? 1.0 : -1.0) * wrench_from(carried[i], step.at().poses[link.body].x - s.point);
     const unsigned mask = locked_rows(joint, s).mask;
@@ -162,7 +162,7 @@ std::vector<JointPush> joint_pushes(const Step& step, const Laws& laws, const De
   Index next = 0;
   for (const Closure& closure : laws.closures) {
     const auto& joint = joints[closure.joint];
-    const JointStand s = stand(joint, step.at());
+    const JointGeometry s = joint_geometry(joint, step.at());
     const unsigned mask = closure.locked ? locked_rows(joint, s).mask : 0;
     for (int k = 0; k < 6; ++k) {
       if ((mask >> k & 1) != 0) pushes[closure.joint].locked[k] = step.bilateral_impulses()[next++];

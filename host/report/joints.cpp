@@ -14,14 +14,14 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-struct Stand {
+struct BodyFrame {
   Vector3d position = Vector3d::Zero();
   Quaterniond orientation = Quaterniond::Identity();
 };
 
 // The null body stands for the world.
 template <class real>
-Stand stand_of(const Buffers<real>& buffers, u32 body) {
+BodyFrame body_frame(const Buffers<real>& buffers, u32 body) {
   if (body >= buffers.positions.size()) return {};
   return {vector3(buffers.positions[body]), rotation(buffers.orientations[body])};
 }
@@ -46,7 +46,7 @@ template <class real>
 Offset offset_of(const Buffers<real>& buffers, u32 index) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
-  const Stand a = stand_of(buffers, info.body_a), b = stand_of(buffers, info.body_b);
+  const BodyFrame a = body_frame(buffers, info.body_a), b = body_frame(buffers, info.body_b);
   const Vector3d d =
       b.position + b.orientation * vector3(joint.anchor_b) - a.position - a.orientation * vector3(joint.anchor_a);
   const Quaterniond frame_a = a.orientation * rotation(joint.frame_a);
@@ -137,7 +137,7 @@ template <class real>
 JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
-  const Stand at_a = stand_of(buffers, info.body_a), at_b = stand_of(buffers, info.body_b);
+  const BodyFrame at_a = body_frame(buffers, info.body_a), at_b = body_frame(buffers, info.body_b);
   const Motion<real>&a = buffers.motions[info.body_a], &b = buffers.motions[info.body_b];
   const Offset offset = offset_of(buffers, index);
   const Quaterniond frame = at_a.orientation * rotation(joint.frame_a);

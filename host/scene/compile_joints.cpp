@@ -16,18 +16,18 @@ namespace {
 Quaternion back(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
 
 // Where the bodies of a joint stand for its anchors and its axis: where they are at load unless it says otherwise.
-JointStand stand_of(const Scene& scene, const JointDescription& joint) {
-  JointStand stand;
-  if (joint.stand) stand = *joint.stand;
+ReferencePoses reference_poses_of(const Scene& scene, const JointDescription& joint) {
+  ReferencePoses reference_poses;
+  if (joint.reference_poses) reference_poses = *joint.reference_poses;
   const auto set_pose = [&](u32 body, Vector3& position, Quaternion& orientation) {
     if (body == NONE) position = {0, 0, 0}, orientation = {0, 0, 0, 1};
-    if (body == NONE || joint.stand) return;
+    if (body == NONE || joint.reference_poses) return;
     position = scene.bodies[body].position;
     orientation = scene.bodies[body].orientation;
   };
-  set_pose(joint.body_a, stand.position_a, stand.orientation_a);
-  set_pose(joint.body_b, stand.position_b, stand.orientation_b);
-  return stand;
+  set_pose(joint.body_a, reference_poses.position_a, reference_poses.orientation_a);
+  set_pose(joint.body_b, reference_poses.position_b, reference_poses.orientation_b);
+  return reference_poses;
 }
 
 Vector3 inside(const Vector3& position, const Quaternion& orientation, const Vector3& point) {
@@ -71,14 +71,18 @@ void set_spring(const Settings& settings, const JointSpring& in, const Origin& o
 
 template <class real>
 Joint<real> make_joint(const Settings& settings, const Scene& scene, const JointDescription& in, const Origin& origin) {
-  const JointStand stand = stand_of(scene, in);
+  const ReferencePoses reference_poses = reference_poses_of(scene, in);
   const Quaternion frame = in.kind == JOINT_UNIVERSAL ? exact::rotation_to_frame(in.axis, in.second_axis)
                                                       : exact::rotation_from_z_to(in.axis);
   Joint<real> out = {};
-  store(out.anchor_a, rounded<real>(inside(stand.position_a, stand.orientation_a, in.anchor_a), "anchor", origin), 3);
-  store(out.anchor_b, rounded<real>(inside(stand.position_b, stand.orientation_b, in.anchor_b), "anchor", origin), 3);
-  store(out.frame_a, rounded<real>(exact::unit(exact::multiply(back(stand.orientation_a), frame))), 4);
-  store(out.frame_b, rounded<real>(exact::unit(exact::multiply(back(stand.orientation_b), frame))), 4);
+  store(out.anchor_a,
+        rounded<real>(inside(reference_poses.position_a, reference_poses.orientation_a, in.anchor_a), "anchor", origin),
+        3);
+  store(out.anchor_b,
+        rounded<real>(inside(reference_poses.position_b, reference_poses.orientation_b, in.anchor_b), "anchor", origin),
+        3);
+  store(out.frame_a, rounded<real>(exact::unit(exact::multiply(back(reference_poses.orientation_a), frame))), 4);
+  store(out.frame_b, rounded<real>(exact::unit(exact::multiply(back(reference_poses.orientation_b), frame))), 4);
   set_softness(settings, in, origin, out);
   out.limited = in.limited;
   out.low = rounded<real>(in.low, "limits", origin);

@@ -77,9 +77,9 @@ class Assembly {
       const Pose& at = in_head_[i];
       if (link.inertial) solids_[head_[i]].push_back(transformed(*link.inertial, at.position, at.orientation));
       for (ShapeDescription shape : link.shapes) {
-        const Pose stands = at * Pose{shape.offset, shape.rotation};
-        shape.offset = stands.position;
-        if (shape.kind != SHAPE_SPHERE) shape.rotation = stands.orientation;
+        const Pose pose = at * Pose{shape.offset, shape.rotation};
+        shape.offset = pose.position;
+        if (shape.kind != SHAPE_SPHERE) shape.rotation = pose.orientation;
         set_contacts(shape);
         shapes_[head_[i]].push_back(std::move(shape));
       }
@@ -171,7 +171,7 @@ class Assembly {
     joint.axis = exact::rotate(zero.orientation, in.axis);
     if (kind == JOINT_UNIVERSAL) joint.second_axis = exact::rotate(zero.orientation, in.second_axis);
     joint.collide = in.collide;
-    if (drive.start != 0) joint.stand = stand_at(zero, joint, in.child);
+    if (drive.start != 0) joint.reference_poses = reference_poses_at(zero, joint, in.child);
     JointDescription more = joint, lock = joint;
     joint.limited = in.kind == RobotJointKind::revolute || in.kind == RobotJointKind::prismatic;
     joint.low = in.low;
@@ -210,17 +210,17 @@ class Assembly {
   }
 
   // Where the two bodies of a joint would stand with the joint at 0, its parent where it is.
-  JointStand stand_at(const Pose& zero, const JointDescription& joint, u32 child) const {
-    JointStand stand;
+  ReferencePoses reference_poses_at(const Pose& zero, const JointDescription& joint, u32 child) const {
+    ReferencePoses reference_poses;
     if (joint.body_a != NONE) {
-      stand.position_a = parts_.bodies[joint.body_a].position;
-      stand.orientation_a = parts_.bodies[joint.body_a].orientation;
+      reference_poses.position_a = parts_.bodies[joint.body_a].position;
+      reference_poses.orientation_a = parts_.bodies[joint.body_a].orientation;
     }
     const BodyDescription& body = parts_.bodies[joint.body_b];
     const Pose b = zero * (inverse(poses_[child]) * Pose{body.position, body.orientation});
-    stand.position_b = b.position;
-    stand.orientation_b = b.orientation;
-    return stand;
+    reference_poses.position_b = b.position;
+    reference_poses.orientation_b = b.orientation;
+    return reference_poses;
   }
 
   const Robot& robot_;

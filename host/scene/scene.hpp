@@ -159,7 +159,7 @@ struct BodyDescription {
 };
 
 /// Where the two bodies of a joint stand when its anchors and its axis are given; that of the world does not matter.
-struct JointStand {
+struct ReferencePoses {
   Vector3 position_a = {0, 0, 0}, position_b = {0, 0, 0};
   Quaternion orientation_a = {0, 0, 0, 1}, orientation_b = {0, 0, 0, 1};
 };
@@ -182,14 +182,14 @@ struct JointDescription {
   double pitch = 0;                 // of a screw, m a turn; left-handed below 0
   double radius = 0;                // of what rolls, m
   bool limited = false;
-  double low = 0, high = 0;                 // m or rad
-  double motor_speed = 0, motor_force = 0;  // m/s and N, rad/s and N m; a force of 0 is no motor
-  double friction = 0;                      // N or N m, dry, instead of a motor
-  std::optional<JointSpring> spring = {};   // instead of limits
-  bool collide = false;                     // the two bodies may collide with each other
-  double frequency = 0;                     // Hz, of a joint that is soft as a whole; 0 where it is rigid
-  double damping = 1;                       // of that, in parts of the critical one
-  std::optional<JointStand> stand = {};     // none: anchors and axis are given for the poses at load
+  double low = 0, high = 0;                            // m or rad
+  double motor_speed = 0, motor_force = 0;             // m/s and N, rad/s and N m; a force of 0 is no motor
+  double friction = 0;                                 // N or N m, dry, instead of a motor
+  std::optional<JointSpring> spring = {};              // instead of limits
+  bool collide = false;                                // the two bodies may collide with each other
+  double frequency = 0;                                // Hz, of a joint that is soft as a whole; 0 where it is rigid
+  double damping = 1;                                  // of that, in parts of the critical one
+  std::optional<ReferencePoses> reference_poses = {};  // none: anchors and axis are given for the poses at load
 };
 
 /// What drives the free coordinate of a joint: towards a speed, with at most a force.

@@ -142,7 +142,7 @@ struct World::Parts {
   }
 
   // Where a body of the scene stands, without making the engine anew for those that it does not have yet.
-  Pose standing(u32 index) {
+  Pose current_pose(u32 index) {
     if (index == NONE) return {};
     if (!changed) return current_poses()[index];
     const auto had = std::ranges::find(renaming.bodies, index);
@@ -152,10 +152,10 @@ struct World::Parts {
 
   JointHandle add(JointDescription joint) {
     expect_sense(joint, scene);
-    joint.stand.reset();
+    joint.reference_poses.reset();
     if (engine && engine->steps_done() > 0) {
-      const Pose a = standing(joint.body_a), b = standing(joint.body_b);
-      joint.stand = {a.position, b.position, a.orientation, b.orientation};
+      const Pose a = current_pose(joint.body_a), b = current_pose(joint.body_b);
+      joint.reference_poses = {a.position, b.position, a.orientation, b.orientation};
     }
     scene.joints.push_back(std::move(joint));
     changed = true;
@@ -175,9 +175,9 @@ struct World::Parts {
       return i == NONE ? Pose{} : Pose{scene.bodies[i].position, scene.bodies[i].orientation};
     };
     for (JointDescription& joint : scene.joints) {
-      if (joint.stand || (joint.body_a != index && joint.body_b != index)) continue;
+      if (joint.reference_poses || (joint.body_a != index && joint.body_b != index)) continue;
       const Pose a = pose_at_load(joint.body_a), b = pose_at_load(joint.body_b);
-      joint.stand = {a.position, b.position, a.orientation, b.orientation};
+      joint.reference_poses = {a.position, b.position, a.orientation, b.orientation};
     }
     BodyDescription& body = scene.bodies[index];
     body.position = pose.position;

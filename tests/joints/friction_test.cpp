@@ -61,7 +61,7 @@ TYPED_TEST(JointFriction, SwingsOfASpringShortenEvenly) {
   Scene scene = joint_scene({bare_body({0, 0, 0.095})}, {joint_of(JOINT_SLIDER, NONE, 0, {0, 0, 0})}, step);
   scene.gravity = {0, 0, 0};
   scene.settings.integrator = Integrator::trapezoidal;
-  scene.joints[0].stand = {{0, 0, 0}, {0, 0, 0}};
+  scene.joints[0].reference_poses = {{0, 0, 0}, {0, 0, 0}};
   scene.joints[0].spring = {.stiffness = k};
   scene.joints[0].friction = force;
   std::vector<double> extremes = {0.095};

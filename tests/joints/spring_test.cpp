@@ -24,7 +24,7 @@ Scene sprung(JointKind kind, const JointSpring& spring, double x) {
   scene.gravity = {0, 0, 0};
   scene.settings.integrator = Integrator::trapezoidal;
   scene.joints[0].spring = spring;
-  scene.joints[0].stand = JointStand{};  // where the coordinate of a hinge and a slider is 0
+  scene.joints[0].reference_poses = ReferencePoses{};  // where the coordinate of a hinge and a slider is 0
   if (kind == JOINT_SLIDER) scene.bodies[0].position = {0, 0, x};
   if (kind == JOINT_HINGE) scene.bodies[0].orientation = {0, 0, std::sin(x / 2), std::cos(x / 2)};
   if (kind == JOINT_DISTANCE) scene.bodies[0].position = {x, 0, 0};
@@ -194,7 +194,7 @@ TYPED_TEST(JointSprings, ActOnBothBodies) {
   scene.bodies[0].mass = heavy;
   scene.joints[0].body_a = 0;
   scene.joints[0].body_b = 1;
-  scene.joints[0].stand.reset();
+  scene.joints[0].reference_poses.reset();
   scene.joints[0].anchor_b = {1.4, 0, 0};
   const double m = heavy / (heavy + 1), phase = std::acos(1 / (1 + dt * dt * k / (2 * m)));
   const double rounding = sizeof(real) == 4 ? 1e-4 : 1e-12;

@@ -24,7 +24,7 @@ TEST(ArticulatedJoints, CoordinatesAndPosesAreEachOthersInverse) {
       if (type == JointType::screw) c.value[0] *= 10;  // whole turns
       const Pose b = pose_of_b(joint, a, c);
       EXPECT_LT(distance(pose_of_a(joint, b, c), a), 1e-12) << int(type);
-      const JointStand at = stand(joint, a, b);
+      const JointGeometry at = joint_geometry(joint, a, b);
       EXPECT_LT(locked_rows(joint, at).error.norm(), 1e-13) << int(type);
       EXPECT_LT(distance(pose_of_b(joint, a, measured(joint, at)), b), 1e-12) << int(type);
       EXPECT_LT((pose_of_b(joint, a, measured(joint, at)).x - b.x).norm(), 1e-13) << int(type);
@@ -38,7 +38,7 @@ TEST(ArticulatedJoints, LockWhatTheyDoNotLeaveFree) {
   for (const JointType type : test::tree_types) {
     const Joint joint = test::random_joint(random, type, 0, 1);
     const Pose a = {random.vector(2), random.rotation()};
-    const JointStand at = stand(joint, a, pose_of_b(joint, a, {random.vector(1), random.rotation()}));
+    const JointGeometry at = joint_geometry(joint, a, pose_of_b(joint, a, {random.vector(1), random.rotation()}));
     const LockedRows locked = locked_rows(joint, at);
     EXPECT_EQ(__builtin_popcount(locked.mask) + freedoms(type), 6) << int(type);
     EXPECT_LT((locked.wrench.transpose() * motion_axes(joint, at)).norm(), 1e-14) << int(type);

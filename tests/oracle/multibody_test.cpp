@@ -72,7 +72,7 @@ TEST(ScenesLcps, PyramidsAreSolved) {
 }
 
 // What the sweeps of a step converge to is what the pyramid gives where nothing slides.
-TEST(ScenesLcps, StandingScenesAgreeWithTheirSweeps) {
+TEST(ScenesLcps, ScenesAtRestAgreeWithTheirSweeps) {
   Scene scene = read_scene("box_stack");
   use_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.iterations = 3000;

@@ -60,9 +60,9 @@ Index freedoms(JointType type) {
   return 0;
 }
 
-JointStand stand(const Joint& joint, const Pose& a, const Pose& b) {
+JointGeometry joint_geometry(const Joint& joint, const Pose& a, const Pose& b) {
   const Quaterniond frame_a = a.q * joint.frame_a, frame_b = b.q * joint.frame_b;
-  JointStand at;
+  JointGeometry at;
   at.point = b.x + b.q * joint.anchor_b;
   at.offset = frame_a.conjugate() * (at.point - a.x - a.q * joint.anchor_a);
   at.rotation = frame_a.conjugate() * frame_b;
@@ -73,7 +73,7 @@ JointStand stand(const Joint& joint, const Pose& a, const Pose& b) {
   return at;
 }
 
-Coordinates measured(const Joint& joint, const JointStand& at) {
+Coordinates measured(const Joint& joint, const JointGeometry& at) {
   Coordinates c;
   switch (joint.type) {
     case JointType::hinge: c.value[0] = angle_about_z(at.rotation); break;
@@ -125,7 +125,7 @@ Coordinates moved(const Joint& joint, const Coordinates& from, const Eigen::Ref<
   return to;
 }
 
-Columns motion_axes(const Joint& joint, const JointStand& at) {
+Columns motion_axes(const Joint& joint, const JointGeometry& at) {
   const Vector3d x = at.axes.col(0), y = at.axes.col(1), z = at.axes.col(2), none = Vector3d::Zero();
   Columns s(6, freedoms(joint.type));
   switch (joint.type) {
@@ -147,8 +147,9 @@ Columns motion_axes(const Joint& joint, const JointStand& at) {
 //   s = t + w x rho,   s' = t' + w' x rho + w x rho'
 // more than with the parent (less, where the child is a). Axes are fixed in a, the second one of a cross in b; P is
 // fixed in b. And the parent's part, v + w_p x r, changes by w_p x r'.
-Vector6 velocity_product(const Joint& joint, const JointStand& at, const Pose& a, const Vector6& twist_a, const Pose& b,
-                         const Vector6& twist_b, const Eigen::Ref<const VectorXd>& rates, bool child_is_b) {
+Vector6 velocity_product(const Joint& joint, const JointGeometry& at, const Pose& a, const Vector6& twist_a,
+                         const Pose& b, const Vector6& twist_b, const Eigen::Ref<const VectorXd>& rates,
+                         bool child_is_b) {
   const Vector3d v_a = twist_a.head<3>(), w_a = twist_a.tail<3>(), v_b = twist_b.head<3>(), w_b = twist_b.tail<3>();
   const Vector6 relative = motion_axes(joint, at) * rates;
   const Vector3d t = relative.head<3>(), w = relative.tail<3>();
@@ -162,7 +163,7 @@ Vector6 velocity_product(const Joint& joint, const JointStand& at, const Pose& a
   return spatial(carried, Vector3d::Zero()) + (child_is_b ? own : Vector6(-own));
 }
 
-LockedRows locked_rows(const Joint& joint, const JointStand& at) {
+LockedRows locked_rows(const Joint& joint, const JointGeometry& at) {
   LockedRows rows;
   switch (joint.type) {
     case JointType::fixed: rows.mask = 63; break;
@@ -197,7 +198,7 @@ LockedRows locked_rows(const Joint& joint, const JointStand& at) {
   return rows;
 }
 
-double acting_coordinate(const Joint& joint, const JointStand& at) {
+double acting_coordinate(const Joint& joint, const JointGeometry& at) {
   switch (joint.type) {
     case JointType::distance: return at.offset.norm();
     case JointType::planar: return measured(joint, at).value[2];
@@ -205,7 +206,7 @@ double acting_coordinate(const Joint& joint, const JointStand& at) {
   }
 }
 
-Vector6 acting_axis(const Joint& joint, const JointStand& at) {
+Vector6 acting_axis(const Joint& joint, const JointGeometry& at) {
   const Vector3d z = at.axes.col(2), none = Vector3d::Zero();
   switch (joint.type) {
     case JointType::distance: {

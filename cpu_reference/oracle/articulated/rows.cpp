@@ -30,7 +30,7 @@ Row row_between(std::size_t body_a, const Pose& a, std::size_t body_b, const Pos
 
 std::vector<Row> rows_of(const Joint& joint, const Configuration& at) {
   const Pose a = pose_of(at, joint.body_a), b = pose_of(at, joint.body_b);
-  const JointStand s = stand(joint, at);
+  const JointGeometry s = joint_geometry(joint, at);
   const LockedRows locked = locked_rows(joint, s);
   std::vector<Row> rows;
   for (int k = 0; k < 6; ++k) {
@@ -42,7 +42,7 @@ std::vector<Row> rows_of(const Joint& joint, const Configuration& at) {
 
 Row acting_row(const Joint& joint, const Configuration& at) {
   const Pose a = pose_of(at, joint.body_a), b = pose_of(at, joint.body_b);
-  const JointStand s = stand(joint, at);
+  const JointGeometry s = joint_geometry(joint, at);
   return row_between(joint.body_a, a, joint.body_b, b, s.point, acting_axis(joint, s));
 }
 

@@ -145,7 +145,7 @@ void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
     const Spring& spring = laws_.springs[i];
     const Index row = held + Index(i);
     const Joint& joint = tree_.system().joints[spring.joint];
-    const double x = acting_coordinate(joint, stand(joint, from_));
+    const double x = acting_coordinate(joint, joint_geometry(joint, from_));
     if (parts == 2) s[row] += velocity(bilateral_rows_[std::size_t(row)], old_twists_);
     s[row] += parts * spring.rate * (x - spring.rest);
     r(row, row) += parts * spring.compliance;

@@ -103,8 +103,8 @@ Pose pose_of(const Configuration& configuration, std::size_t body) {
   return body == world ? Pose() : configuration.poses[body];
 }
 
-JointStand stand(const Joint& joint, const Configuration& at) {
-  return stand(joint, pose_of(at, joint.body_a), pose_of(at, joint.body_b));
+JointGeometry joint_geometry(const Joint& joint, const Configuration& at) {
+  return joint_geometry(joint, pose_of(at, joint.body_a), pose_of(at, joint.body_b));
 }
 
 Configuration measured(const Tree& tree, std::vector<Pose> poses) {
@@ -113,7 +113,7 @@ Configuration measured(const Tree& tree, std::vector<Pose> poses) {
     const Link& link = tree.link(i);
     if (link.joint == no_link) continue;
     const Joint& joint = tree.joint_of(link);
-    c.coordinates[i] = measured(joint, stand(joint, c));
+    c.coordinates[i] = measured(joint, joint_geometry(joint, c));
   }
   close_trees(tree, c);
   return c;

@@ -77,6 +77,6 @@ Configuration moved(const Tree& tree, const Configuration& from, const VectorXd&
                     const std::vector<Vector6>& twists, double dt);
 
 Pose pose_of(const Configuration& configuration, std::size_t body);
-JointStand stand(const Joint& joint, const Configuration& at);
+JointGeometry joint_geometry(const Joint& joint, const Configuration& at);
 
 }  // namespace lockstep::oracle::articulated

@@ -5,7 +5,7 @@
 
 namespace lockstep {
 
-struct Stood {
+struct RestMeasures {
   double ms = 0;              // of a step, median
   double moved = 0;           // m, the farthest that a body has been seen from where it started
   double mean_depth = 0;      // m, over contacts that overlap, the mean over the last second
@@ -15,10 +15,10 @@ struct Stood {
 };
 
 /// Runs the scene for so long (s). It is looked at every tenth step, and at each one of the last second.
-Stood stand(const Scene& scene, double duration, Trial& trial);
+RestMeasures measure_rest(const Scene& scene, double duration, Trial& trial);
 
 /// The same with the scene's own settings and steps. `device`: nothing for the reference.
-Stood stand(const Scene& scene, const std::string& precision = "float",
-            const std::optional<DeviceInfo>& device = std::nullopt);
+RestMeasures measure_rest(const Scene& scene, const std::string& precision = "float",
+                          const std::optional<DeviceInfo>& device = std::nullopt);
 
 }  // namespace lockstep
