@@ -152,7 +152,7 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
         do {
           const LinkRange at = links_up(first, levels, step, link_levels);
           for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0))
-            ask_parent_of_errors(i, links, link_factors, link_motions);
+            backward_pass_of_errors(i, links, link_factors, link_motions);
           barrier(CLK_GLOBAL_MEM_FENCE);
         } while (++step < levels);
         step = 0u;
@@ -160,7 +160,7 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
           const LinkRange at = links_down(first, levels, step, link_levels);
           for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) {
             real d[LINK_ROWS];
-            answer_parent(i, links[i], link_factors, link_motions, d);
+            forward_pass(i, links[i], link_factors, link_motions, d);
           }
           barrier(CLK_GLOBAL_MEM_FENCE);
         } while (++step < levels);

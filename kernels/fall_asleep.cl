@@ -5,8 +5,8 @@
 #include "sleep.h"
 #include "types.h"
 
-static inline bool is_drowsy(u32 body, u32 bodies, global const BodyInfo* body_infos, global const u32* sleep_steps,
-                             global const Sleeper* sleepers) {
+static inline bool is_sleep_candidate(u32 body, u32 bodies, global const BodyInfo* body_infos,
+                                      global const u32* sleep_steps, global const Sleeper* sleepers) {
   if (body >= bodies || body_infos[body].kind != BODY_DYNAMIC) return false;
   return sleepers[body].island == NONE && sleepers[body].still >= sleep_steps[body_infos[body].world];
 }
@@ -16,7 +16,7 @@ kernel void sleep_count(const StepParams params, global const BodyInfo* body_inf
                         global const u32* sleep_steps, global const Motion* motions, global Sleeper* sleepers,
                         global u32* island_parents, global u32* disturbed_bodies, global u32* counters) {
   if (STEP_IS_VOID(counters)) return;
-  bool drowsy = false, changed = false;
+  bool any_candidate = false, changed = false;
   FOR_EACH(i, params.bodies) {
     island_parents[i] = i;
     disturbed_bodies[i] = 0u;
@@ -29,9 +29,9 @@ kernel void sleep_count(const StepParams params, global const BodyInfo* body_inf
     const u32 still = sleepers[i].still < NONE - 1u ? sleepers[i].still : NONE - 1u;
     sleepers[i].island = NONE;
     sleepers[i].still = slow ? still + 1u : 0u;
-    drowsy = drowsy || is_drowsy(i, params.bodies, body_infos, sleep_steps, sleepers);
+    any_candidate = any_candidate || is_sleep_candidate(i, params.bodies, body_infos, sleep_steps, sleepers);
   }
-  if (drowsy) atomic_or(&counters[COUNTER_DROWSY], 1u);
+  if (any_candidate) atomic_or(&counters[COUNTER_SLEEP_CANDIDATES], 1u);
   if (changed) atomic_or(&counters[COUNTER_CHANGED], 1u);
 }
 
@@ -68,13 +68,13 @@ static inline void sleep_meet(u32 a, u32 b, u32 bodies, global const BodyInfo* b
                               global const u32* sleep_steps, global const Motion* motions,
                               global const Sleeper* sleepers, global u32* island_parents,
                               global u32* disturbed_bodies) {
-  const bool drowsy_a = is_drowsy(a, bodies, body_infos, sleep_steps, sleepers);
-  const bool drowsy_b = is_drowsy(b, bodies, body_infos, sleep_steps, sleepers);
-  if (drowsy_a && drowsy_b) {
+  const bool candidate_a = is_sleep_candidate(a, bodies, body_infos, sleep_steps, sleepers);
+  const bool candidate_b = is_sleep_candidate(b, bodies, body_infos, sleep_steps, sleepers);
+  if (candidate_a && candidate_b) {
     island_join(a, b, island_parents);
-  } else if (drowsy_a) {
+  } else if (candidate_a) {
     if (is_moving(b, bodies, body_infos, motions, sleepers)) atomic_or(&disturbed_bodies[a], 1u);
-  } else if (drowsy_b) {
+  } else if (candidate_b) {
     if (is_moving(a, bodies, body_infos, motions, sleepers)) atomic_or(&disturbed_bodies[b], 1u);
   }
 }
@@ -83,7 +83,7 @@ kernel void sleep_join(const StepParams params, global const BodyInfo* body_info
                        global const Motion* motions, global const Contact* contacts,
                        global const JointLanes* joint_lanes, global const Sleeper* sleepers, global u32* island_parents,
                        global u32* disturbed_bodies, global const u32* counters) {
-  if (STEP_IS_VOID(counters) || counters[COUNTER_DROWSY] == 0u) return;
+  if (STEP_IS_VOID(counters) || counters[COUNTER_SLEEP_CANDIDATES] == 0u) return;
 #if FEATURE_CONTACTS
   FOR_EACH(i, counters[COUNTER_CONTACTS]) {
     sleep_meet(contacts[i].body_a, contacts[i].body_b, params.bodies, body_infos, sleep_steps, motions, sleepers,
@@ -103,14 +103,14 @@ kernel void sleep_join(const StepParams params, global const BodyInfo* body_info
 // Who is disturbed disturbs the island.
 kernel void sleep_roots(const StepParams params, global u32* island_parents, global u32* disturbed_bodies,
                         global const u32* counters) {
-  if (STEP_IS_VOID(counters) || counters[COUNTER_DROWSY] == 0u) return;
+  if (STEP_IS_VOID(counters) || counters[COUNTER_SLEEP_CANDIDATES] == 0u) return;
   FOR_EACH(i, params.bodies) {
     const u32 root = island_root(i, island_parents);
     if (root != i && atomic_or(&disturbed_bodies[i], 0u) != 0u) atomic_or(&disturbed_bodies[root], 1u);
   }
 }
 
-// Drowsy islands that nobody disturbs sleep; and who does is counted.
+// Ready to sleep islands that nobody disturbs sleep; and who does is counted.
 kernel void sleep_apply(const StepParams params, global const BodyInfo* body_infos, global const u32* sleep_steps,
                         global u32* island_parents, global const u32* disturbed_bodies, global Motion* motions,
                         global Sleeper* sleepers, global u32* counters) {
@@ -118,7 +118,7 @@ kernel void sleep_apply(const StepParams params, global const BodyInfo* body_inf
   u32 asleep = 0u, islands = 0u, moving = 0u;
   bool changed = false;
   FOR_EACH(i, params.bodies) {
-    if (is_drowsy(i, params.bodies, body_infos, sleep_steps, sleepers)) {
+    if (is_sleep_candidate(i, params.bodies, body_infos, sleep_steps, sleepers)) {
       const u32 root = island_root(i, island_parents);
       if (disturbed_bodies[root] == 0u) {
         sleepers[i].still = 0u;

@@ -137,11 +137,11 @@ enum Counter {
   COUNTER_SWEEPS = 16,        // sweeps of all sub-steps so far, where a tolerance ends them
   COUNTER_SWEEP_CHANGE = 17,  // bits of a float: the largest change of the sweep that runs, m/s; 0 between sub-steps
   COUNTER_SETTLED = 18,       // 1 once a sweep of the sub-step changed less than the tolerance; 0 between sub-steps
-  COUNTER_DROWSY = 19,        // 1 where some body has been slow for long enough to fall asleep
-  COUNTER_CHANGED = 20,       // 1 where bodies woke or fell asleep in the step
-  COUNTER_ASLEEP = 21,        // bodies asleep at the end of the step
-  COUNTER_ISLANDS = 22,       // islands asleep at the end of the step
-  COUNTER_MOVING = 23,        // bodies awake at the end of the step, and kinematic ones that move
+  COUNTER_SLEEP_CANDIDATES = 19,      // 1 where some body has been slow for long enough to fall asleep
+  COUNTER_CHANGED = 20,               // 1 where bodies woke or fell asleep in the step
+  COUNTER_ASLEEP = 21,                // bodies asleep at the end of the step
+  COUNTER_ISLANDS = 22,               // islands asleep at the end of the step
+  COUNTER_MOVING = 23,                // bodies awake at the end of the step, and kinematic ones that move
   COUNTER_COUPLED_TILES_NEEDED = 24,  // pairs of tiles of contacts that share a movable body
   COUNTER_COUNT = 25
 };

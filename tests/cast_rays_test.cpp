@@ -153,7 +153,7 @@ TYPED_TEST(CastRays, TheFirstThatCounts) {
   EXPECT_EQ(simulation.cast_rays(std::span(rays).first(1))[0].body, 1u);  // fewer than before
 }
 
-TYPED_TEST(CastRays, RefusesRaysThatMakeNoSense) {
+TYPED_TEST(CastRays, RefusesInvalidRays) {
   using real = TypeParam;
   Simulation<real> simulation = simulate_bodies<real>({sphere_body({0, 0, 0}, 1), sphere_body({3, 0, 0}, 1)});
   std::vector<RayQuery> bad(4);

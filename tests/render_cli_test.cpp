@@ -219,7 +219,7 @@ TEST_F(RenderCommand, DrawsOnADeviceOfEglWhereThereIsNoDisplay) {
   EXPECT_EQ(draw("EGL_EXT_platform_device").status, 3) << "the displays of devices are all that there is";
 }
 
-TEST_F(RenderCommand, RefusesWhatMakesNoSense) {
+TEST_F(RenderCommand, RefusesInvalidOptions) {
   const std::string scene = "render spheres_small --device reference ";
   for (const char* size : {"12x12", "1280", "1280x", "x720", "axb", "3841x2160", "1280x-720", "1280x720x3"})
     expect_refused(scene + "--size " + size, 2, "--size: must be WIDTHxHEIGHT");

@@ -324,7 +324,7 @@ TEST(WorldJoints, ABodyTeleportedToItsFirstPoseSwingsAsItDid) {
   }
 }
 
-TEST(WorldJoints, JointsThatMakeNoSenseAreRefused) {
+TEST(WorldJoints, InvalidJointsAreRefused) {
   World world(ground_scene(), in_double());
   const BodyHandle box = world.add(box_at({0, 0, 1})), other = world.add(box_at({3, 0, 1}));
   const BodyHandle floor = *world.find("floor");

@@ -153,7 +153,7 @@ TEST_F(WorldRecording, WithAnotherInputHasAnotherRun) {
   expect_parts("step 2: positions[2] word 0: recorded ");
 }
 
-TEST_F(WorldRecording, RefusesInputsThatMakeNoSense) {
+TEST_F(WorldRecording, RefusesInvalidInputs) {
   busy_life({.device = "reference", .precision = "float"}, file(1));
   EXPECT_EQ(refusal(), "accepted");
   const std::string unreadable = file(1) + ": is no recording that this program reads: ";

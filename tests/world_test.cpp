@@ -377,7 +377,7 @@ TEST(World, AnEventfulLifeHasTheSameBitsOnTheDevice) {
 
 // ---- what makes no sense
 
-TEST(World, RefusesWhatMakesNoSense) {
+TEST(World, RefusesInvalidArguments) {
   World world(ground_scene(), in_double());
   const BodyHandle floor = *world.find("floor"), box = world.add(box_at({0, 0, 1}));
   const double nan = std::numeric_limits<double>::quiet_NaN();

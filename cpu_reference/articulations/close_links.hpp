@@ -38,12 +38,12 @@ u32 write_current_link_joint(const Buffers<real>& b, const StepParams<real>& par
 
 /// Once up, once down: how the links are to move.
 template <class real>
-void answer_errors(Buffers<real>& b, const Articulation& tree) {
-  for_each_link_up(b, tree,
-                   [&](u32 i, const LinkInfo&) { ask_parent(b, i, b.link_factors[i].error, b.link_motions.data()); });
+void solve_link_errors(Buffers<real>& b, const Articulation& tree) {
+  for_each_link_up(
+      b, tree, [&](u32 i, const LinkInfo&) { backward_pass(b, i, b.link_factors[i].error, b.link_motions.data()); });
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo&) {
     real d[LINK_ROWS];
-    answer_parent(b, i, b.link_motions.data(), d);
+    forward_pass(b, i, b.link_motions.data(), d);
   });
 }
 
@@ -64,11 +64,11 @@ void close_articulation(Buffers<real>& b, const StepParams<real>& params, u32 in
   });
   factor_closures(b, tree, loops, columns);
   clear_pushes(b, loops, b.link_motions.data());
-  answer_errors(b, tree);
+  solve_link_errors(b, tree);
   if (loops.count > 0) {
     for_each_closure(b, loops, [&](u32 k, const ClosureInfo&) { want_closed(b, k, b.closure_factors[k].error); });
     solve_closures(b, loops);
-    answer_errors(b, tree);
+    solve_link_errors(b, tree);
   }
   u32 angle_word = 0;  // the largest, as the word of a float: those that are not negative are in order
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo&) {

@@ -7,7 +7,7 @@
 // cannot close are left open. kernels/articulations/closures.h is the twin.
 #pragma once
 
-#include "cpu_reference/articulations/answer.hpp"
+#include "cpu_reference/articulations/tree_passes.hpp"
 
 namespace lockstep::reference {
 
@@ -163,17 +163,17 @@ void factor_closures(Buffers<real>& b, const Articulation& tree, const ClosureSe
     if (!has_row(f, row)) continue;
     clear_pushes(b, loops, motions.data());
     push_ends(f, b.closures[of], row_effort(f, row), motions.data());
-    for_each_link_up(b, tree, [&](u32 i, const LinkInfo&) { ask_parent(b, i, nothing, motions.data()); });
+    for_each_link_up(b, tree, [&](u32 i, const LinkInfo&) { backward_pass(b, i, nothing, motions.data()); });
     for_each_link_down(b, tree, [&](u32 i, const LinkInfo&) {
       real d[LINK_ROWS];
-      answer_parent(b, i, motions.data(), d);
+      forward_pass(b, i, motions.data(), d);
     });
     for (u32 k = of; k < loops.first + loops.count; ++k) {
-      real answer[LINK_ROWS];
-      rows_of_changes(b.closure_factors[k], b.closures[k], motions.data(), answer);
+      real response[LINK_ROWS];
+      rows_of_changes(b.closure_factors[k], b.closures[k], motions.data(), response);
       for (u32 r = 0; r < LINK_ROWS; ++r) {
         const u32 i = (k - loops.first) * LINK_ROWS + r;
-        if (i >= j && has_row(b.closure_factors[k], r)) w[closure_entry(i, j)] = answer[r];
+        if (i >= j && has_row(b.closure_factors[k], r)) w[closure_entry(i, j)] = response[r];
       }
     }
     if (row == JOINT_ROWS) w[closure_entry(j, j)] = w[closure_entry(j, j)] + f.spring_compliance;

@@ -63,16 +63,16 @@ void add_impulses(Buffers<real>& b, u32 slot, bool is_b, const real (&d)[LINK_RO
 /// Once up, once down: the changes of the links, whose impulses are kept `last`. Returns the square of the largest
 /// change of a relative velocity.
 template <class real>
-real answer_velocities(Buffers<real>& b, const Articulation& tree, bool last) {
+real solve_link_velocities(Buffers<real>& b, const Articulation& tree, bool last) {
   real change = 0;
   for_each_link_up(b, tree, [&](u32 i, const LinkInfo& link) {
     real off[LINK_ROWS];
     change = larger(link_off(b, link, b.link_factors[i], off), change);
-    ask_parent(b, i, off, b.link_motions.data());
+    backward_pass(b, i, off, b.link_motions.data());
   });
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
     real d[LINK_ROWS];
-    answer_parent(b, i, b.link_motions.data(), d);
+    forward_pass(b, i, b.link_motions.data(), d);
     if (last && link.joint != NONE) add_impulses(b, link.slot, link.is_b != 0, d);
   });
   return change;
@@ -84,7 +84,7 @@ real solve_articulation(Buffers<real>& b, u32 index) {
   const Articulation& tree = b.articulations[index];
   const ClosureSet loops = closures_of(b, index);
   clear_pushes(b, loops, b.link_motions.data());
-  real change = answer_velocities(b, tree, loops.count == 0);
+  real change = solve_link_velocities(b, tree, loops.count == 0);
   if (loops.count > 0) {
     for_each_closure(b, loops, [&](u32 k, const ClosureInfo& closure) {
       real off[LINK_ROWS];
@@ -97,7 +97,7 @@ real solve_articulation(Buffers<real>& b, u32 index) {
       for (u32 row = 0; row < LINK_ROWS; ++row) d[row] = b.closure_wanted[k * LINK_ROWS + row];
       add_impulses(b, closure.slot, true, d);
     });
-    answer_velocities(b, tree, true);
+    solve_link_velocities(b, tree, true);
   }
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
     Motion<real>& body = b.motions[link.body];

@@ -97,15 +97,15 @@ ConeProblem local_form(const GlobalConeProblem& problem) {
   const Eigen::SimplicialLLT<SparseMatrix> cholesky(problem.m);
   if (cholesky.info() != Eigen::Success) throw std::runtime_error("M is not positive definite");
   const VectorXd free = cholesky.solve(problem.f);
-  const SparseMatrix answer = cholesky.solve(problem.h);  // M^-1 H
-  const SparseMatrix w = SparseMatrix(problem.h.transpose()) * answer;
+  const SparseMatrix response = cholesky.solve(problem.h);  // M^-1 H
+  const SparseMatrix w = SparseMatrix(problem.h.transpose()) * response;
   const VectorXd q = problem.h.transpose() * free + problem.w;
   std::optional<Bilateral> joints;
   if (problem.g.cols() > 0) {
-    const SparseMatrix joint_answer = cholesky.solve(problem.g);
+    const SparseMatrix joint_response = cholesky.solve(problem.g);
     joints.emplace();
-    joints->v = SparseMatrix(problem.h.transpose()) * joint_answer;
-    joints->r = SparseMatrix(problem.g.transpose()) * joint_answer;
+    joints->v = SparseMatrix(problem.h.transpose()) * joint_response;
+    joints->r = SparseMatrix(problem.g.transpose()) * joint_response;
     joints->s = problem.g.transpose() * free + problem.b;
     joints->first = joint_blocks(problem);
   }
@@ -145,10 +145,10 @@ JointElimination::JointElimination(const ConeProblem& problem) : reduced_(proble
   s_ = problem.joints->s;
   // joints are few, and redundant ones common: a dense factorisation that tells its rank
   inverse_ = pseudo_inverse(problem.joints->r, 1e-12);
-  const MatrixXd answer = product(inverse_, v_.transpose());
+  const MatrixXd response = product(inverse_, v_.transpose());
   const double left = (problem.joints->r * (inverse_ * s_) - s_).norm();
   if (left > 1e-6 * s_.norm()) throw std::runtime_error("the joints contradict each other");
-  const SparseMatrix correction = MatrixXd(v_ * answer).sparseView();
+  const SparseMatrix correction = MatrixXd(v_ * response).sparseView();
   reduced_.w = block_matrix(problem.w.sparse() - correction);
   reduced_.q = problem.q - v_ * (inverse_ * s_);
 }

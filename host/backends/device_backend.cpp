@@ -36,11 +36,11 @@ bool has_few_parts(const Sizes& sizes) {
 }
 
 // Pairs of cylinders and hulls take microseconds each: of more shapes than this they are worth a thread to wake.
-constexpr u32 few_dear_shapes = 128;
+constexpr u32 few_expensive_shapes = 128;
 
 bool is_for_one_thread(const Sizes& sizes, Features features) {
-  const bool dear = has(features, Feature::cylinders) || has(features, Feature::hulls);
-  return has_few_parts(sizes) && (!dear || sizes.shapes <= few_dear_shapes);
+  const bool expensive = has(features, Feature::cylinders) || has(features, Feature::hulls);
+  return has_few_parts(sizes) && (!expensive || sizes.shapes <= few_expensive_shapes);
 }
 
 u32 threads_for(const DeviceInfo& device, const Sizes& sizes, Features features, u32 asked) {

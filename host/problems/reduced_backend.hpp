@@ -42,7 +42,7 @@ class ReducedBackend final : public OracleBackend {
   const oracle::articulated::Laws laws_;
   std::unique_ptr<oracle::articulated::Step> step_;
   oracle::articulated::Demand demand_;
-  std::optional<ReducedAnswer> answer_;
+  std::optional<ReducedSolution> solution_;
   double open_ = 0;
 };
 

@@ -33,14 +33,14 @@ SolveReport solve_cones(const oracle::ConeSolver& solver, ContactSystem& system,
   const SystemProblem problem = problem_of(system, where);
   expect_moderate(where, problem.problem.mu.size(), most_contacts_of_cones, "contacts");
   expect_moderate(where, problem.problem.g.cols(), most_joint_rows, "rows of joints");
-  oracle::ConeAnswer answer;
+  oracle::ConeSolution solution;
   try {
-    answer = oracle::solve_whole(oracle::local_form(problem.problem), solver, limits, problem.impulses.r);
+    solution = oracle::solve_whole(oracle::local_form(problem.problem), solver, limits, problem.impulses.r);
   } catch (const std::runtime_error& error) {
     throw Error(Failure::input, where, std::string(error.what()) + "; a solver that sweeps finds a middle way");
   }
-  set_impulses(system, impulses_of(system, StoredImpulses{answer.r, answer.l}));
-  return answer.report;
+  set_impulses(system, impulses_of(system, StoredImpulses{solution.r, solution.l}));
+  return solution.report;
 }
 
 // All that a step has, and no size at which a dense factorisation would end.

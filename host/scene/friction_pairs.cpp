@@ -15,7 +15,7 @@ namespace {
 // first sub-step of a soft contact, which carries nothing yet; slower than what the eye takes for a slide.
 constexpr double default_holding_speed = 1e-2;
 
-void expect_sense(const Scene& scene, const std::string& location, double friction, const FurtherFriction& owner) {
+void validate(const Scene& scene, const std::string& location, double friction, const FurtherFriction& owner) {
   const auto refuse = [&](const char* key, const std::string& what) {
     throw Error(Failure::input, fmt::format("{}: {}/{}", scene.source, location, key), what);
   };
@@ -62,12 +62,12 @@ std::vector<PairFriction> friction_pairs_of(const Scene& scene) {
   if (materials.empty()) materials.emplace_back();
   std::vector<PairFriction> pairs;
   for (std::size_t i = 0; i < materials.size(); ++i) {
-    expect_sense(scene, fmt::format("/materials/{}", i), materials[i].friction, materials[i].further);
+    validate(scene, fmt::format("/materials/{}", i), materials[i].friction, materials[i].further);
     for (const Material& other : materials) pairs.push_back(meet(materials[i], other));
   }
   for (std::size_t i = 0; i < scene.material_pairs.size(); ++i) {
     const MaterialPairRule& rule = scene.material_pairs[i];
-    expect_sense(scene, fmt::format("/material_pairs/{}", i), rule.friction, rule.further);
+    validate(scene, fmt::format("/material_pairs/{}", i), rule.friction, rule.further);
     PairFriction& pair = pairs[rule.material_a * materials.size() + rule.material_b];
     const double torsional = rule.further.torsional_friction.value_or(pair.torsion_radius * pair.sliding);
     pair.sliding = rule.friction;

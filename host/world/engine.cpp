@@ -18,7 +18,7 @@
 #include "host/simulation.hpp"
 #include "host/sleepers.hpp"
 #include "host/world/angular_velocity.hpp"
-#include "host/world/carry_state.hpp"
+#include "host/world/migrate_state.hpp"
 
 namespace lockstep {
 
@@ -44,12 +44,12 @@ void store(const Vector3& from, real* to) {
 template <class real>
 class EngineOf final : public Engine {
  public:
-  EngineOf(const Scene& scene, const WorldOptions& options, EngineOf* before, const Renaming& renaming)
+  EngineOf(const Scene& scene, const WorldOptions& options, EngineOf* before, const IndexMap& index_map)
       : constants_(compile<real>(scene)), dt_(scene.settings.dt) {
     if (before) {
       Backend<real>& backend = before->simulation_->backend();
       const std::vector<Buffer> wanted = persistent_buffers(backend.features());
-      carry_state(before->constants_, backend.download(wanted), renaming.bodies, renaming.joints, constants_);
+      migrate_state(before->constants_, backend.download(wanted), index_map.bodies, index_map.joints, constants_);
     }
     std::unique_ptr<Backend<real>> backend;
     DeviceOptions device_options;
@@ -307,10 +307,10 @@ Twist EngineOf<real>::velocity_between(const Pose& current, const Pose& target) 
 }  // namespace
 
 std::unique_ptr<Engine> make_engine(const Scene& scene, const WorldOptions& options, Engine* before,
-                                    const Renaming& renaming) {
+                                    const IndexMap& index_map) {
   if (scene.settings.precision == "double")
-    return std::make_unique<EngineOf<double>>(scene, options, static_cast<EngineOf<double>*>(before), renaming);
-  return std::make_unique<EngineOf<float>>(scene, options, static_cast<EngineOf<float>*>(before), renaming);
+    return std::make_unique<EngineOf<double>>(scene, options, static_cast<EngineOf<double>*>(before), index_map);
+  return std::make_unique<EngineOf<float>>(scene, options, static_cast<EngineOf<float>*>(before), index_map);
 }
 
 }  // namespace lockstep

@@ -13,7 +13,7 @@
 #include "host/record/whole_file.hpp"
 #include "host/world/engine.hpp"
 #include "host/world/handles.hpp"
-#include "host/world/sense.hpp"
+#include "host/world/validate.hpp"
 
 namespace lockstep {
 
@@ -28,7 +28,7 @@ struct World::Parts {
   Handles<JointHandle> joints{"joint"};  // of its joints
 
   std::unique_ptr<Engine> engine;
-  Renaming renaming;  // from the engine's bodies and joints to the scene's
+  IndexMap index_map;  // from the engine's bodies and joints to the scene's
   bool changed = true;
   std::vector<BodyHandle> stepped;  // whom the engine's last step was about
 
@@ -51,11 +51,11 @@ struct World::Parts {
   bool recording_due = false;  // with the next step another one begins
 
   // Nothing has become anything else.
-  void reset_renaming() {
-    renaming.bodies.resize(scene.bodies.size());
-    renaming.joints.resize(scene.joints.size());
-    for (u32 i = 0; i < renaming.bodies.size(); ++i) renaming.bodies[i] = i;
-    for (u32 j = 0; j < renaming.joints.size(); ++j) renaming.joints[j] = j;
+  void reset_index_map() {
+    index_map.bodies.resize(scene.bodies.size());
+    index_map.joints.resize(scene.joints.size());
+    for (u32 i = 0; i < index_map.bodies.size(); ++i) index_map.bodies[i] = i;
+    for (u32 j = 0; j < index_map.joints.size(); ++j) index_map.joints[j] = j;
   }
 
   // The engine, made anew where bodies have come or gone.
@@ -66,8 +66,8 @@ struct World::Parts {
       hand_over_velocities();
       forget_state();
       if (engine) engine->end_recording();
-      engine = make_engine(scene, options, engine.get(), renaming);
-      reset_renaming();
+      engine = make_engine(scene, options, engine.get(), index_map);
+      reset_index_map();
       changed = false;
       recording_due = !recording.empty();
     }
@@ -145,13 +145,13 @@ struct World::Parts {
   Pose current_pose(u32 index) {
     if (index == NONE) return {};
     if (!changed) return current_poses()[index];
-    const auto had = std::ranges::find(renaming.bodies, index);
-    if (had == renaming.bodies.end()) return {scene.bodies[index].position, scene.bodies[index].orientation};
-    return engine->poses()[static_cast<std::size_t>(had - renaming.bodies.begin())];
+    const auto had = std::ranges::find(index_map.bodies, index);
+    if (had == index_map.bodies.end()) return {scene.bodies[index].position, scene.bodies[index].orientation};
+    return engine->poses()[static_cast<std::size_t>(had - index_map.bodies.begin())];
   }
 
   JointHandle add(JointDescription joint) {
-    expect_sense(joint, scene);
+    validate(joint, scene);
     joint.reference_poses.reset();
     if (engine && engine->steps_done() > 0) {
       const Pose a = current_pose(joint.body_a), b = current_pose(joint.body_b);
@@ -165,7 +165,7 @@ struct World::Parts {
   void remove_joint(u32 gone) {
     scene.joints.erase(scene.joints.begin() + gone);
     joints.remove(gone);
-    rename_without(renaming.joints, gone);
+    rename_without(index_map.joints, gone);
     changed = true;
   }
 
@@ -184,7 +184,7 @@ struct World::Parts {
     body.orientation = pose.orientation;
     body.velocity = velocity.linear;
     body.angular_velocity = velocity.angular;
-    std::ranges::replace(renaming.bodies, index, NONE);
+    std::ranges::replace(index_map.bodies, index, NONE);
     changed = true;
   }
 

@@ -52,7 +52,7 @@ World::World(Scene scene, const WorldOptions& options) : parts_(std::make_unique
     throw Error(Failure::input, "precision", "must be float or double, is " + p.scene.settings.precision);
   for (const BodyDescription& body : bodies) add(body);
   for (std::size_t j = 0; j < p.scene.joints.size(); ++j) p.joints.add();
-  p.reset_renaming();
+  p.reset_index_map();
   if (!bodies.empty()) p.ready();
 }
 
@@ -65,7 +65,7 @@ World& World::operator=(World&&) noexcept = default;
 World::~World() = default;
 
 BodyHandle World::add(const BodyDescription& body) {
-  expect_sense(body, parts_->scene);
+  validate(body, parts_->scene);
   return parts_->add(body);
 }
 
@@ -83,7 +83,7 @@ void World::remove(BodyHandle body) {
   }
   p.scene.bodies.erase(p.scene.bodies.begin() + gone);
   p.bodies.remove(gone);
-  rename_without(p.renaming.bodies, gone);
+  rename_without(p.index_map.bodies, gone);
   std::erase_if(p.scene.passing, [gone](const auto& pair) { return pair[0] == gone || pair[1] == gone; });
   for (auto& pair : p.scene.passing)
     for (u32& side : pair) side -= side > gone;
@@ -145,7 +145,7 @@ void World::set_motor(JointHandle joint, double speed, double force) {
   JointDescription driven = p.scene.joints[index];
   driven.motor_speed = speed;
   driven.motor_force = force;
-  expect_sense(driven, p.scene);
+  validate(driven, p.scene);
   constexpr double most = std::numeric_limits<float>::max();
   if (p.scene.settings.precision == "float" && (std::abs(speed) > most || force > most))
     throw Error(Failure::input, "joint " + std::to_string(joint.id), "has a motor that float numbers cannot hold");

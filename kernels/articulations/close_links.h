@@ -57,11 +57,11 @@ static inline void factor_current_link(u32 index, const CurrentJoints* s, global
   factorise_link(link, rows, motions[link.body], link_factors, f);
 }
 
-static inline void ask_parent_of_errors(u32 index, global const LinkInfo* links, global const LinkFactor* link_factors,
-                                        global LinkMotion* link_motions) {
+static inline void backward_pass_of_errors(u32 index, global const LinkInfo* links,
+                                           global const LinkFactor* link_factors, global LinkMotion* link_motions) {
   real off[LINK_ROWS];
   for (u32 i = 0u; i < LINK_ROWS; ++i) off[i] = link_factors[index].error[i];
-  ask_parent(index, links[index], off, link_factors, link_motions);
+  backward_pass(index, links[index], off, link_factors, link_motions);
 }
 
 #if FEATURE_CLOSURES

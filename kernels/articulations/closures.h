@@ -3,7 +3,7 @@
 #ifndef LOCKSTEP_ARTICULATION_CLOSURES_H
 #define LOCKSTEP_ARTICULATION_CLOSURES_H
 
-#include "articulations/answer.h"
+#include "articulations/tree_passes.h"
 
 // All that is known of them.
 typedef struct Closures {
@@ -178,15 +178,15 @@ static inline void write_closure_column(u32 j, ClosureSet loops, const Closures*
   for (u32 i = 0u; i < LINK_ROWS; ++i) nothing[i] = (real)0;
   for (u32 step = 0u; step < tree->levels; ++step) {
     const LinkRange at = links_up(tree->first_level, tree->levels, step, tree->link_levels);
-    for (u32 i = at.begin; i < at.end; ++i) ask_parent(i, tree->links[i], nothing, tree->factors, motions);
+    for (u32 i = at.begin; i < at.end; ++i) backward_pass(i, tree->links[i], nothing, tree->factors, motions);
   }
-  for (u32 i = begin; i < end; ++i) answer_parent(i, tree->links[i], tree->factors, motions, d);
+  for (u32 i = begin; i < end; ++i) forward_pass(i, tree->links[i], tree->factors, motions, d);
   for (u32 k = of; k < loops.first + loops.count; ++k) {
-    real answer[LINK_ROWS];
-    rows_of_changes(s->factors + k, s->closures[k], motions, answer);
+    real response[LINK_ROWS];
+    rows_of_changes(s->factors + k, s->closures[k], motions, response);
     for (u32 r = 0u; r < LINK_ROWS; ++r) {
       const u32 i = (k - loops.first) * LINK_ROWS + r;
-      if (i >= j && has_row(s->factors + k, r)) w[CLOSURE_ENTRY(i, j)] = answer[r];
+      if (i >= j && has_row(s->factors + k, r)) w[CLOSURE_ENTRY(i, j)] = response[r];
     }
   }
   if (row == JOINT_ROWS) w[CLOSURE_ENTRY(j, j)] = w[CLOSURE_ENTRY(j, j)] + f->spring_compliance;

@@ -65,7 +65,7 @@ static inline void link_up(u32 index, const Articulations* s) {
   const LinkInfo link = s->links[index];
   real off[LINK_ROWS];
   link_off(link, s, s->factors + index, off);
-  ask_parent(index, link, off, s->factors, s->link_motions);
+  backward_pass(index, link, off, s->factors, s->link_motions);
 }
 
 static inline void add_impulses(u32 slot, bool is_b, const real* d, global JointImpulseBlock* joint_impulses) {
@@ -81,7 +81,7 @@ static inline void add_impulses(u32 slot, bool is_b, const real* d, global Joint
 static inline void link_down(u32 index, bool last, const Articulations* s) {
   const LinkInfo link = s->links[index];
   real d[LINK_ROWS];
-  answer_parent(index, link, s->factors, s->link_motions, d);
+  forward_pass(index, link, s->factors, s->link_motions, d);
   if (last && link.joint != NONE) add_impulses(link.slot, link.is_b != 0u, d, s->joint_impulses);
 }
 

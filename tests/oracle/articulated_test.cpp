@@ -135,7 +135,7 @@ TEST(ArticulatedBodies, SolveTheDenseEquationsOfMotion) {
     RandomTree r(seed, 3 + 2 * seed);
     const Kinematics at(*r.tree, r.at, r.twists, r.rates);
     const Question q(r);
-    const TreeAnswer answer = ArticulatedInertia(at).solve(q.wrench, q.effort, q.product);
+    const TreeResponse response = ArticulatedInertia(at).solve(q.wrench, q.effort, q.product);
     // M a = J^T (F - M A_0) + t, with A_0 the twists of the products alone
     LinkVectors products(q.product);
     for (std::size_t i = 0; i < r.tree->size(); ++i) {
@@ -145,9 +145,9 @@ TEST(ArticulatedBodies, SolveTheDenseEquationsOfMotion) {
     const MatrixXd j = link_jacobian(at), m = masses(at);
     const VectorXd right = j.transpose() * (stacked(q.wrench) - m * stacked(products)) + q.effort;
     const VectorXd rates = solve_by_lu(MatrixXd(j.transpose() * m * j), right);
-    EXPECT_LT((answer.rates - rates).norm(), 1e-13 * (1 + rates.norm())) << "seed " << seed;
+    EXPECT_LT((response.rates - rates).norm(), 1e-13 * (1 + rates.norm())) << "seed " << seed;
     const VectorXd twists = j * rates + stacked(products);
-    EXPECT_LT((stacked(answer.twist) - twists).norm(), 1e-13 * (1 + twists.norm())) << "seed " << seed;
+    EXPECT_LT((stacked(response.twist) - twists).norm(), 1e-13 * (1 + twists.norm())) << "seed " << seed;
   }
 }
 
@@ -158,7 +158,7 @@ TEST(ArticulatedBodies, SolveTheEquationsOfMaximalCoordinates) {
     const Kinematics at(*r.tree, r.at, r.twists, r.rates);
     Question q(r);
     q.effort.setZero();
-    const TreeAnswer answer = ArticulatedInertia(at).solve(q.wrench, q.effort, q.product);
+    const TreeResponse response = ArticulatedInertia(at).solve(q.wrench, q.effort, q.product);
     std::vector<Row> rows;
     std::vector<double> right;
     for (std::size_t i = 0; i < r.tree->size(); ++i) {
@@ -181,7 +181,7 @@ TEST(ArticulatedBodies, SolveTheEquationsOfMaximalCoordinates) {
     VectorXd f(n + m);
     f << stacked(q.wrench), Eigen::Map<const VectorXd>(right.data(), m);
     const VectorXd x = solve_by_lu(kkt, f);
-    EXPECT_LT((stacked(answer.twist) - x.head(n)).norm(), 1e-12 * (1 + x.head(n).norm())) << "seed " << seed;
+    EXPECT_LT((stacked(response.twist) - x.head(n)).norm(), 1e-12 * (1 + x.head(n).norm())) << "seed " << seed;
     // what a joint carries is what its rows push the child with
     for (std::size_t i = 0, row = 0; i < r.tree->size(); ++i) {
       const Link& link = r.tree->link(i);
@@ -190,7 +190,7 @@ TEST(ArticulatedBodies, SolveTheEquationsOfMaximalCoordinates) {
       const Index locked = 6 - link.freedoms;
       for (Index k = 0; k < locked; ++k, ++row)
         carried += x[n + Index(row)] * (link.child_is_b ? rows[row].on_b : rows[row].on_a);
-      EXPECT_LT((answer.carried[i] - carried).norm(), 1e-12 * (1 + x.tail(m).norm())) << "seed " << seed;
+      EXPECT_LT((response.carried[i] - carried).norm(), 1e-12 * (1 + x.tail(m).norm())) << "seed " << seed;
     }
   }
 }

@@ -108,8 +108,8 @@ TEST_F(ConeFiles, ReadProblemsInThePlane) {
   EXPECT_EQ(file.dimension, 2u);
   for (const oracle::ConeSolver& solver : oracle::cone_solvers()) {
     if (solver.name == "ccp_apgd") continue;
-    const oracle::ConeAnswer answer = oracle::solve_whole(file.problem, solver, {});
-    EXPECT_LT((answer.r - Eigen::Vector3d(8, -2.4, 0)).norm(), 1e-6) << solver.name;
+    const oracle::ConeSolution solution = oracle::solve_whole(file.problem, solver, {});
+    EXPECT_LT((solution.r - Eigen::Vector3d(8, -2.4, 0)).norm(), 1e-6) << solver.name;
   }
   const ConeFile blocks =
       read_text("2 2 1 4 4 2 2 2  2 4  2 4  3 2  0 1 2  0 1  0 1 0.25 0.25 2  1 3 0 0 3  -1 0 -1 0  0.3 0.4 0");

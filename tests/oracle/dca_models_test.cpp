@@ -24,7 +24,7 @@ TEST(DivideAndConquer, AssembliesAnswerAsTheArticulatedBodyAlgorithm) {
       wrench.push_back(r.random.vector6(1));
       product.push_back(r.tree->link(i).joint == no_link ? Vector6(Vector6::Zero()) : r.random.vector6(1));
     }
-    const TreeAnswer unpushed = inertia.solve(wrench, {}, product);
+    const TreeResponse unpushed = inertia.solve(wrench, {}, product);
     for (std::size_t t = 0; t + 1 < r.tree->starts().size(); ++t) {
       const std::size_t first = r.tree->starts()[t], end = r.tree->starts()[t + 1];
       std::vector<std::size_t> handles;
@@ -36,10 +36,10 @@ TEST(DivideAndConquer, AssembliesAnswerAsTheArticulatedBodyAlgorithm) {
         for (int k = 0; k < 6; ++k) {
           LinkVectors pushed(r.tree->size(), Vector6::Zero());
           pushed[link] = Vector6::Unit(k);
-          const TreeAnswer answer = inertia.solve(pushed);
+          const TreeResponse response = inertia.solve(pushed);
           for (const std::size_t seen : a.handles) {
             const Vector6 twist = a.inverse_inertia.col(a.first_row(on) + k).segment<6>(a.first_row(seen));
-            EXPECT_LT((twist - answer.twist[r.tree->link_of(seen)]).norm(), 1e-12) << "seed " << seed;
+            EXPECT_LT((twist - response.twist[r.tree->link_of(seen)]).norm(), 1e-12) << "seed " << seed;
           }
         }
       }

@@ -63,7 +63,7 @@ TEST(MixedSolvers, AgreeWithSolversThatTakeJointsOut) {
     for (const unsigned seed : {1u, 2u, 3u}) {
       const MixedProblem problem = without_bounds(linked_heap(6, 0.3, seed, rings));
       const oracle::ConeProblem local = oracle::local_form(problem.cones);
-      const oracle::ConeAnswer wanted = oracle::solve_whole(local, *oracle::find_cone_solver("auto"), limits);
+      const oracle::ConeSolution wanted = oracle::solve_whole(local, *oracle::find_cone_solver("auto"), limits);
       ASSERT_LE(wanted.error.residual, limits.tolerance);
       const VectorXd u = local.w.times(wanted.r) + local.joints->v * wanted.l + local.q;
       for (const MixedSolver& solver : oracle::mixed_solvers()) {

@@ -100,8 +100,8 @@ TEST(SystemProblem, CanBeSolvedFarBetterThanTheStepDid) {
     const SystemProblem system = problem_of(step_of<float>(name, 40).system, name);
     const oracle::ConeProblem problem = oracle::local_form(system.problem);
     const double before = oracle::cone_error(problem, system.impulses.r, system.impulses.l).residual;
-    const oracle::ConeAnswer answer = oracle::solve_whole(problem, oracle::cone_solvers()[0], {.tolerance = 1e-9});
-    EXPECT_LE(answer.error.residual, 1e-9) << name;
+    const oracle::ConeSolution solution = oracle::solve_whole(problem, oracle::cone_solvers()[0], {.tolerance = 1e-9});
+    EXPECT_LE(solution.error.residual, 1e-9) << name;
     EXPECT_GT(before, 1e-9) << name;
   }
 }

@@ -356,7 +356,7 @@ TYPED_TEST(FacetTwins, KernelMatchesReference) {
   }
 }
 
-TEST(Facets, SenseIsExpected) {
+TEST(Facets, InvalidSurfacesAreRefused) {
   BodyDescription moving = surface_body(cube_mesh(0.5));
   moving.kind = BODY_DYNAMIC;
   moving.mass = 1;

@@ -65,8 +65,8 @@ double close_loops(const Tree& tree, const std::vector<Closure>& closures, const
     const std::vector<LoneBody> lone(configuration.poses.size());
     const Mobility mobility(inertia, lone);
     const SparseMatrix j = jacobian(off.rows, configuration.poses.size());
-    const BilateralRows rows(j * mobility.answers(off.rows), mobility.unheld(off.rows));
-    const VectorXd impulses = rows.answer(Eigen::Map<const VectorXd>(off.errors.data(), Index(off.errors.size())));
+    const BilateralRows rows(j * mobility.responses(off.rows), mobility.unheld(off.rows));
+    const VectorXd impulses = rows.response(Eigen::Map<const VectorXd>(off.errors.data(), Index(off.errors.size())));
     std::vector<Vector6> wrenches = still, twists = still;
     add_impulses(off.rows, impulses, wrenches);
     VectorXd displacement = none;

@@ -95,8 +95,8 @@ SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& 
     VectorXd q = p.q + p.w * held.pushed;
     SparseMatrix w = p.w;
     if (!held.rows.empty()) {
-      q += held.coupling * held.own.answer(VectorXd(q(held.rows)));
-      w += SparseMatrix(MatrixXd(held.coupling * held.own.answer(MatrixXd(held.coupling.transpose()))).sparseView());
+      q += held.coupling * held.own.response(VectorXd(q(held.rows)));
+      w += SparseMatrix(MatrixXd(held.coupling * held.own.response(MatrixXd(held.coupling.transpose()))).sparseView());
     }
     if (cones > 0) {
       const SolveReport part = solver.solve(cones_of(p, w, q), limits, of_cones);
@@ -108,7 +108,7 @@ SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& 
     r = held.pushed;
     for (Index i = 0; i < rows; ++i) r[i] = of_cones[cone_row(p, i)];
     const VectorXd unheld = p.w * r + p.q;
-    if (!held.rows.empty()) r(held.rows) = held.own.answer(VectorXd(unheld(held.rows)));
+    if (!held.rows.empty()) r(held.rows) = held.own.response(VectorXd(unheld(held.rows)));
 
     const VectorXd u = p.w * r + p.q;
     bool changed = false;

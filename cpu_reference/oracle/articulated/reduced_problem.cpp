@@ -59,11 +59,11 @@ ReducedProblem reduced_rows(const Step& step, const Demand& demand) {
 ReducedProblem reduced_problem(const Step& step, const Demand& demand) {
   ReducedProblem p = reduced_rows(step, demand);
   const std::size_t bodies = step.twists().size();
-  const SparseMatrix answers = step.mobility().answers(p.rows), j = jacobian(p.rows, bodies);
-  p.w = j * answers;
+  const SparseMatrix responses = step.mobility().responses(p.rows), j = jacobian(p.rows, bodies);
+  p.w = j * responses;
   if (!step.bilateral_rows().empty()) {
-    p.coupling = jacobian(step.bilateral_rows(), bodies) * answers;
-    const MatrixXd less = p.coupling.transpose() * step.bilateral().answer(p.coupling);
+    p.coupling = jacobian(step.bilateral_rows(), bodies) * responses;
+    const MatrixXd less = p.coupling.transpose() * step.bilateral().response(p.coupling);
     p.w += SparseMatrix(less.sparseView());
   }
   p.w = 0.5 * (p.w + SparseMatrix(p.w.transpose()));
@@ -72,7 +72,7 @@ ReducedProblem reduced_problem(const Step& step, const Demand& demand) {
 
 void push(Step& step, const ReducedProblem& problem, const VectorXd& impulses) {
   VectorXd bilateral = VectorXd::Zero(Index(step.bilateral_rows().size()));
-  if (bilateral.size() > 0) bilateral = step.bilateral().answer(problem.coupling * impulses);
+  if (bilateral.size() > 0) bilateral = step.bilateral().response(problem.coupling * impulses);
   step.push(problem.rows, impulses, bilateral);
 }
 

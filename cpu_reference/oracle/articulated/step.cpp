@@ -49,9 +49,9 @@ VectorXd held_rates(const Kinematics& at, const std::vector<Row>& rows, const Ve
   const ArticulatedInertia inertia(at);
   const std::vector<LoneBody> lone(twists.size());
   const Mobility mobility(inertia, lone);
-  const BilateralRows bilateral(jacobian(rows, twists.size()) * mobility.answers(rows), mobility.unheld(rows));
+  const BilateralRows bilateral(jacobian(rows, twists.size()) * mobility.responses(rows), mobility.unheld(rows));
   std::vector<Vector6> wrenches(twists.size(), Vector6::Zero()), changed = twists;
-  add_impulses(rows, bilateral.answer(velocities(rows, twists_at(at, rates, twists))), wrenches);
+  add_impulses(rows, bilateral.response(velocities(rows, twists_at(at, rates, twists))), wrenches);
   VectorXd held = rates;
   mobility.push(wrenches, changed, held);
   return held;
@@ -105,7 +105,7 @@ void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
     carried[i] = kinematics_->carried(i);
   }
   rates_ = inertia_->solve(momentum, {}, carried).rates;
-  const TreeAnswer pushed = inertia_->solve(pushes);
+  const TreeResponse pushed = inertia_->solve(pushes);
   change_ = pushed.rates;
 
   const std::vector<Row> closures = closure_rows(laws_.closures, tree_, *at_).rows;
@@ -116,12 +116,12 @@ void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
   MatrixXd r;
   VectorXd unheld;
   if (all > 0) {
-    r = jacobian(bilateral_rows_, start_.poses.size()) * mobility().answers(bilateral_rows_);
+    r = jacobian(bilateral_rows_, start_.poses.size()) * mobility().responses(bilateral_rows_);
     unheld = mobility().unheld(bilateral_rows_);
   }
   if (held > 0) {
     const VectorXd u = velocities(closures, twists_at(*kinematics_, rates_, old_twists_));
-    const VectorXd holding = BilateralRows(r.topLeftCorner(held, held), unheld.head(held)).answer(u);
+    const VectorXd holding = BilateralRows(r.topLeftCorner(held, held), unheld.head(held)).response(u);
     std::vector<Vector6> wrenches(start_.poses.size(), Vector6::Zero()), unused = old_twists_;
     add_impulses(closures, holding, wrenches);
     mobility().push(wrenches, unused, rates_);
@@ -151,7 +151,7 @@ void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
     r(row, row) += parts * spring.compliance;
   }
   bilateral_ = BilateralRows(r, unheld);
-  push({}, {}, bilateral_.answer(s));
+  push({}, {}, bilateral_.response(s));
 }
 
 void Step::push(const std::vector<Row>& rows, const VectorXd& impulses, const VectorXd& bilateral_impulses) {

@@ -94,17 +94,17 @@ bool solve_by_velocities(const NewtonProblem& newton, const std::vector<Row>& ro
     const Vector3d d = delta.segment<3>(3 * i).cwiseMax(1e-9 * newton.mobility[i]);
     const Eigen::PartialPivLU<Matrix3d> lu(rows[i].a + rows[i].b * d.asDiagonal());
     held.segment<3>(3 * i) = lu.solve(rows[i].c);
-    const Matrix3d answer = lu.solve(rows[i].b);
+    const Matrix3d response = lu.solve(rows[i].b);
     for (int p = 0; p < 3; ++p) {
-      for (int q = 0; q < 3; ++q) triplets.emplace_back(3 * i + p, 3 * i + q, answer(p, q));
+      for (int q = 0; q < 3; ++q) triplets.emplace_back(3 * i + p, 3 * i + q, response(p, q));
     }
   }
   SparseMatrix x(size, size);
   x.setFromTriplets(triplets.begin(), triplets.end());
-  const SparseMatrix h_t = velocities.h.transpose(), answers = x * h_t;
+  const SparseMatrix h_t = velocities.h.transpose(), responses = x * h_t;
   VectorXd dv;
-  if (!solve_square(velocities.m + SparseMatrix(velocities.h * answers), velocities.h * held, dv)) return false;
-  direction += held - answers * dv;
+  if (!solve_square(velocities.m + SparseMatrix(velocities.h * responses), velocities.h * held, dv)) return false;
+  direction += held - responses * dv;
   return direction.allFinite();
 }
 

@@ -39,12 +39,12 @@ void gather(const SparseMatrix& matrix, Index first, std::vector<Index>& rows,
 }
 
 // M^-1 H - M^-1 G R^-1 G^T M^-1 H: how velocities answer where joints do.
-SparseMatrix with_joints(const SparseMatrix& answers, const SparseMatrix& moves_l, const SparseMatrix& g,
+SparseMatrix with_joints(const SparseMatrix& responses, const SparseMatrix& moves_l, const SparseMatrix& g,
                          const JointSolver& joints) {
-  SparseMatrix result(answers.rows(), answers.cols());
+  SparseMatrix result(responses.rows(), responses.cols());
   std::vector<Eigen::Triplet<double>> entries;
-  for (Index column = 0; column < answers.cols(); ++column) {
-    VectorXd moves = answers.col(column);
+  for (Index column = 0; column < responses.cols(); ++column) {
+    VectorXd moves = responses.col(column);
     const VectorXd seen = g.transpose() * moves;
     if (!seen.isZero(0)) moves -= moves_l * joints.solve(seen);
     for (Index k = 0; k < moves.size(); ++k) {
@@ -68,10 +68,11 @@ double BoundedLaw::velocity(double q, double e) const {
 }
 
 template <int Rows>
-SolvedRows<Rows> MixedState::solved_rows(const SparseMatrix& columns, const SparseMatrix& answers, Index first) const {
+SolvedRows<Rows> MixedState::solved_rows(const SparseMatrix& columns, const SparseMatrix& responses,
+                                         Index first) const {
   SolvedRows<Rows> rows;
   gather<Rows>(columns, first, rows.seen, rows.sees);
-  gather<Rows>(answers, first, rows.moved, rows.moves);
+  gather<Rows>(responses, first, rows.moved, rows.moves);
   rows.mobility.setZero();
   for (std::size_t k = 0; k < rows.seen.size(); ++k) {
     const auto found = std::ranges::lower_bound(rows.moved, rows.seen[k]);
@@ -91,16 +92,16 @@ MixedState::MixedState(const MixedProblem& problem, const JointMethod& joints, b
   moves_z_ = inverse_times(cones.m, p_.d);
   free_ = inverse_times(cones.m, cones.f.sparseView());
   if (cones.g.cols() > 0) joints_ = joints.make(cones, accuracy);
-  const bool answered = articulated && joints_;
-  const SparseMatrix answer_r = answered ? with_joints(moves_r_, moves_l_, cones.g, *joints_) : moves_r_;
-  const SparseMatrix answer_z = answered ? with_joints(moves_z_, moves_l_, cones.g, *joints_) : moves_z_;
+  const bool through_joints = articulated && joints_;
+  const SparseMatrix response_r = through_joints ? with_joints(moves_r_, moves_l_, cones.g, *joints_) : moves_r_;
+  const SparseMatrix response_z = through_joints ? with_joints(moves_z_, moves_l_, cones.g, *joints_) : moves_z_;
   for (Index i = 0; i < cones.mu.size(); ++i) {
-    contacts_.push_back(solved_rows<3>(cones.h, answer_r, 3 * i));
+    contacts_.push_back(solved_rows<3>(cones.h, response_r, 3 * i));
     cones_.emplace_back(contacts_.back().mobility, cones.mu[i]);
-    mobility_.push_back(
-        largest_eigenvalue(answered ? solved_rows<3>(cones.h, moves_r_, 3 * i).mobility : contacts_.back().mobility));
+    mobility_.push_back(largest_eigenvalue(through_joints ? solved_rows<3>(cones.h, moves_r_, 3 * i).mobility
+                                                          : contacts_.back().mobility));
   }
-  for (Index i = 0; i < p_.d.cols(); ++i) rows_.push_back(solved_rows<1>(p_.d, answer_z, i));
+  for (Index i = 0; i < p_.d.cols(); ++i) rows_.push_back(solved_rows<1>(p_.d, response_z, i));
 
   const VectorXd q = cones.h.transpose() * free_ + cones.w, s = cones.g.transpose() * free_ + cones.b;
   scale_ = q.squaredNorm() + s.squaredNorm() + VectorXd(p_.d.transpose() * free_).squaredNorm();

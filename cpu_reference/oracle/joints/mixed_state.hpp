@@ -63,7 +63,7 @@ class MixedState {
   /// Sums of the sizes that velocities() adds up.
   Eigen::VectorXd velocity_sizes() const;
   template <int Rows>
-  SolvedRows<Rows> solved_rows(const SparseMatrix& columns, const SparseMatrix& answers, Eigen::Index first) const;
+  SolvedRows<Rows> solved_rows(const SparseMatrix& columns, const SparseMatrix& responses, Eigen::Index first) const;
 
   const MixedProblem& p_;
   const bool articulated_;

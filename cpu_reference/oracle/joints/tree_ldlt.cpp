@@ -156,10 +156,10 @@ void TreeLdlt::eliminate(Node& node) {
   if (node.left_out || node.parent == none) return;
   const Node& parent = nodes_[node.parent];
   Map<MatrixXd> k(data_.data() + node.lower, parent.size, node.size);
-  MatrixXd answer = k.transpose();
-  solve_cholesky(data_.data() + node.factor, answer);
-  Map<MatrixXd>(data_.data() + parent.factor, parent.size, parent.size).noalias() -= sign * k.lazyProduct(answer);
-  k = sign * answer.transpose();
+  MatrixXd response = k.transpose();
+  solve_cholesky(data_.data() + node.factor, response);
+  Map<MatrixXd>(data_.data() + parent.factor, parent.size, parent.size).noalias() -= sign * k.lazyProduct(response);
+  k = sign * response.transpose();
 }
 
 void TreeLdlt::solve(VectorXd& v, VectorXd& l) const {

@@ -21,8 +21,8 @@ void expect_finite(const Twist& velocity);
 void expect_unit(const Quaternion& q);
 
 /// Of a body that was made in code; compile() asks for the rest.
-void expect_sense(const BodyDescription& body, const Scene& scene);
+void validate(const BodyDescription& body, const Scene& scene);
 /// Of a joint between bodies of the scene.
-void expect_sense(const JointDescription& joint, const Scene& scene);
+void validate(const JointDescription& joint, const Scene& scene);
 
 }  // namespace lockstep

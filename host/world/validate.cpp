@@ -1,4 +1,4 @@
-#include "host/world/sense.hpp"
+#include "host/world/validate.hpp"
 
 #include "host/scene/joint_kinds.hpp"
 #include "host/scene/surface.hpp"
@@ -20,7 +20,7 @@ void expect_unit(const Quaternion& q) {
   if (!(std::abs(length - 1) < 1e-6)) throw Error(Failure::input, "orientation", "must be a unit quaternion");
 }
 
-void expect_sense(const BodyDescription& body, const Scene& scene) {
+void validate(const BodyDescription& body, const Scene& scene) {
   const std::string where = body.name.empty() ? "body" : "body \"" + body.name + "\"";
   const auto expect = [&](bool good, const char* rule) {
     if (!good) throw Error(Failure::input, where, rule);
@@ -45,7 +45,7 @@ void expect_sense(const BodyDescription& body, const Scene& scene) {
   }
 }
 
-void expect_sense(const JointDescription& joint, const Scene& scene) {
+void validate(const JointDescription& joint, const Scene& scene) {
   const std::string where = joint.name.empty() ? "joint" : "joint \"" + joint.name + "\"";
   const auto expect = [&](bool good, const std::string& rule) {
     if (!good) throw Error(Failure::input, where, rule);

@@ -12,7 +12,7 @@ namespace lockstep {
 /// and `persistent` its state; `new_body` and `new_joint` say which body or joint each of them has become, NONE where
 /// it is gone. Those that stay keep their order and their shapes.
 template <class real>
-void carry_state(const InitialState<real>& old, const Buffers<real>& persistent, std::span<const u32> new_body,
-                 std::span<const u32> new_joint, InitialState<real>& state);
+void migrate_state(const InitialState<real>& old, const Buffers<real>& persistent, std::span<const u32> new_body,
+                   std::span<const u32> new_joint, InitialState<real>& state);
 
 }  // namespace lockstep

@@ -1,6 +1,6 @@
-// How the links of an articulation answer, with its factors. cpu_reference/articulations/answer.hpp is the twin.
-#ifndef LOCKSTEP_ARTICULATION_ANSWER_H
-#define LOCKSTEP_ARTICULATION_ANSWER_H
+// How the links of an articulation answer, with its factors. cpu_reference/articulations/tree_passes.hpp is the twin.
+#ifndef LOCKSTEP_ARTICULATION_TREE_PASSES_H
+#define LOCKSTEP_ARTICULATION_TREE_PASSES_H
 
 #include "articulations/link.h"
 
@@ -19,8 +19,8 @@ static inline Twist without_children(LinkInfo link, global const LinkFactor* lin
   return push;
 }
 
-static inline void ask_parent(u32 index, LinkInfo link, const real* off, global const LinkFactor* link_factors,
-                              global LinkMotion* link_motions) {
+static inline void backward_pass(u32 index, LinkInfo link, const real* off, global const LinkFactor* link_factors,
+                                 global LinkMotion* link_motions) {
   global const LinkFactor* f = link_factors + index;
   global LinkMotion* m = link_motions + index;
 #if FEATURE_CLOSURES
@@ -30,20 +30,20 @@ static inline void ask_parent(u32 index, LinkInfo link, const real* off, global 
 #endif
   const Twist force = without_children(link, link_factors, link_motions, push);
   write_twist(force, m->force);
-  real change[6], answer[LINK_ROWS];
+  real change[6], response[LINK_ROWS];
   spread_twist(force, change);
   solve_rows(6u, f->inertia, change);
-  link_rows(f, twist_at(global_vec3(f->arm), make_twist(vec3(change), vec3(change + 3))), answer);
+  link_rows(f, twist_at(global_vec3(f->arm), make_twist(vec3(change), vec3(change + 3))), response);
   for (u32 i = 0u; i < LINK_ROWS; ++i) {
-    answer[i] = -(off[i] + answer[i]);
-    m->wanted[i] = answer[i];
+    response[i] = -(off[i] + response[i]);
+    m->wanted[i] = response[i];
   }
-  solve_mobility(f, answer);
-  write_twist(link_effort(f, answer), m->effort);
+  solve_mobility(f, response);
+  write_twist(link_effort(f, response), m->effort);
 }
 
-static inline void answer_parent(u32 index, LinkInfo link, global const LinkFactor* link_factors,
-                                 global LinkMotion* link_motions, real* d) {
+static inline void forward_pass(u32 index, LinkInfo link, global const LinkFactor* link_factors,
+                                global LinkMotion* link_motions, real* d) {
   global const LinkFactor* f = link_factors + index;
   global LinkMotion* m = link_motions + index;
   const Twist parent = link.parent != NONE ? read_twist(link_motions[link.parent].change) : no_twist();

@@ -1,4 +1,4 @@
-#include "host/world/carry_state.hpp"
+#include "host/world/migrate_state.hpp"
 
 #include <algorithm>
 
@@ -66,7 +66,7 @@ struct KeptImpulses {
 };
 
 template <class real>
-void carry_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape, InitialState<real>& state) {
+void migrate_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape, InitialState<real>& state) {
   const KeptImpulses<real> cached(from.cached_count[0], from.cached_keys, from.cached_impulses, from.cached_moments,
                                   new_shape);
   const bool sleeping = !from.slept_count.empty() && has(state.features, Feature::sleeping);
@@ -135,8 +135,8 @@ void wake_by_bodies(const InitialState<real>& old, const Buffers<real>& from, st
 
 // Islands that sleep on have the name of the body that is their first by now.
 template <class real>
-void carry_sleepers(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_body,
-                    std::span<const u32> new_joint, InitialState<real>& state) {
+void migrate_sleepers(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_body,
+                      std::span<const u32> new_joint, InitialState<real>& state) {
   std::vector<Sleeper> sleepers = from.sleepers;
   sleepers.resize(old.sizes.bodies);
   wake_by_bodies(old, from, new_body, state, sleepers);
@@ -176,7 +176,7 @@ std::vector<u32> new_spring_ends(const InitialState<real>& old, std::span<const 
 }
 
 template <class real>
-void carry_springs(const Buffers<real>& from, const std::vector<u32>& new_end, InitialState<real>& state) {
+void migrate_springs(const Buffers<real>& from, const std::vector<u32>& new_end, InitialState<real>& state) {
   std::vector<SpringKey> keys;
   std::vector<Vec4<real>> stretches;
   for (u32 k = 0; k < from.spring_count[0]; ++k) {
@@ -206,8 +206,8 @@ std::vector<Lane> lanes_of(const std::vector<JointLanes>& blocks, u32 joints) {
 }
 
 template <class real>
-void carry_joints(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_joint,
-                  InitialState<real>& state) {
+void migrate_joints(const InitialState<real>& old, const Buffers<real>& from, std::span<const u32> new_joint,
+                    InitialState<real>& state) {
   const std::vector<Lane> before = lanes_of(old.buffers.joint_lanes, old.sizes.joints);
   const std::vector<Lane> after = lanes_of(state.buffers.joint_lanes, state.sizes.joints);
   for (u32 j = 0; j < old.sizes.joints; ++j) {
@@ -223,8 +223,8 @@ void carry_joints(const InitialState<real>& old, const Buffers<real>& from, std:
 }  // namespace
 
 template <class real>
-void carry_state(const InitialState<real>& old, const Buffers<real>& persistent, std::span<const u32> new_body,
-                 std::span<const u32> new_joint, InitialState<real>& state) {
+void migrate_state(const InitialState<real>& old, const Buffers<real>& persistent, std::span<const u32> new_body,
+                   std::span<const u32> new_joint, InitialState<real>& state) {
   Buffers<real>& to = state.buffers;
   to.step_index = persistent.step_index;
   for (u32 i = 0; i < old.sizes.bodies; ++i) {
@@ -234,18 +234,18 @@ void carry_state(const InitialState<real>& old, const Buffers<real>& persistent,
     to.motions[new_body[i]] = persistent.motions[i];
   }
   if (has(old.features, Feature::contacts) && has(state.features, Feature::contacts))
-    carry_contacts(persistent, new_shapes(old, new_body, state), state);
+    migrate_contacts(persistent, new_shapes(old, new_body, state), state);
   if (has(old.features, Feature::sleeping) && has(state.features, Feature::sleeping))
-    carry_sleepers(old, persistent, new_body, new_joint, state);
+    migrate_sleepers(old, persistent, new_body, new_joint, state);
   if (has(old.features, Feature::shear_springs) && has(state.features, Feature::shear_springs))
-    carry_springs(persistent, new_spring_ends(old, new_body, state), state);
+    migrate_springs(persistent, new_spring_ends(old, new_body, state), state);
   if (has(old.features, Feature::joints) && has(state.features, Feature::joints))
-    carry_joints(old, persistent, new_joint, state);
+    migrate_joints(old, persistent, new_joint, state);
 }
 
-template void carry_state<float>(const InitialState<float>&, const Buffers<float>&, std::span<const u32>,
-                                 std::span<const u32>, InitialState<float>&);
-template void carry_state<double>(const InitialState<double>&, const Buffers<double>&, std::span<const u32>,
-                                  std::span<const u32>, InitialState<double>&);
+template void migrate_state<float>(const InitialState<float>&, const Buffers<float>&, std::span<const u32>,
+                                   std::span<const u32>, InitialState<float>&);
+template void migrate_state<double>(const InitialState<double>&, const Buffers<double>&, std::span<const u32>,
+                                    std::span<const u32>, InitialState<double>&);
 
 }  // namespace lockstep

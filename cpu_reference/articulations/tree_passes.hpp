@@ -1,5 +1,6 @@
 // How the links of an articulation answer, with its factors: upwards what each asks of its parent, downwards how it
-// moves. cpu_reference/articulations/solve_links.hpp has the equations; kernels/articulations/answer.h is the twin.
+// moves. cpu_reference/articulations/solve_links.hpp has the equations; kernels/articulations/tree_passes.h is the
+// twin.
 #pragma once
 
 #include "cpu_reference/articulations/link.hpp"
@@ -27,26 +28,26 @@ Twist<real> without_children(const Buffers<real>& b, const LinkInfo& link, const
 /// Upwards, of one link. `off`: the velocities, or distances, that its rows are to lose, link against parent;
 /// `motions`: of the links, which closures push already.
 template <class real>
-void ask_parent(const Buffers<real>& b, u32 index, const real (&off)[LINK_ROWS], LinkMotion<real>* motions) {
+void backward_pass(const Buffers<real>& b, u32 index, const real (&off)[LINK_ROWS], LinkMotion<real>* motions) {
   const LinkFactor<real>& f = b.link_factors[index];
   LinkMotion<real>& m = motions[index];
   const Twist<real> force = without_children(b, b.links[index], motions, read_twist(m.push));
   write_twist(force, m.force);
-  real change[6], answer[LINK_ROWS];
+  real change[6], response[LINK_ROWS];
   write_twist(force, change);
   solve_rows(6, f.inertia, change);
-  link_rows(f, twist_at(vec3(f.arm), read_twist(change)), answer);
+  link_rows(f, twist_at(vec3(f.arm), read_twist(change)), response);
   for (u32 i = 0; i < LINK_ROWS; ++i) {
-    m.wanted[i] = -(off[i] + answer[i]);
-    answer[i] = m.wanted[i];
+    m.wanted[i] = -(off[i] + response[i]);
+    response[i] = m.wanted[i];
   }
-  solve_mobility(f, answer);
-  write_twist(link_effort(f, answer), m.effort);
+  solve_mobility(f, response);
+  write_twist(link_effort(f, response), m.effort);
 }
 
 /// Downwards, of one link: its change, and the impulses of its rows.
 template <class real>
-void answer_parent(const Buffers<real>& b, u32 index, LinkMotion<real>* motions, real (&d)[LINK_ROWS]) {
+void forward_pass(const Buffers<real>& b, u32 index, LinkMotion<real>* motions, real (&d)[LINK_ROWS]) {
   const LinkFactor<real>& f = b.link_factors[index];
   LinkMotion<real>& m = motions[index];
   const u32 above = b.links[index].parent;
