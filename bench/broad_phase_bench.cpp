@@ -87,7 +87,7 @@ InitialState<float> spheres(const std::vector<double>& radii, bool sorted, Featu
     for (float& v : b.motions[i].v) v = static_cast<float>(0.2 * random.next() - 0.1);
     b.shape_infos[i] = {i, i, SHAPE_SPHERE, 0, 1, 1, 1, 0};
     b.shapes[i].rotation[3] = 1;
-    b.shapes[i].size[0] = b.shapes[i].reach = static_cast<float>(radii[i]);
+    b.shapes[i].size[0] = b.shapes[i].bounding_radius = static_cast<float>(radii[i]);
   }
   StepParams<float>& p = state.params;
   p.dt = 1.0f / 60;

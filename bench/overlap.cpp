@@ -22,7 +22,7 @@ struct Solid {
   Vector3d half_extents;
   double radius;  // of a sphere, else 0
 
-  double reach() const { return radius > 0 ? radius : half_extents.norm(); }
+  double bounding_radius() const { return radius > 0 ? radius : half_extents.norm(); }
   /// Half the width along a unit vector.
   double half_width(const Vector3d& n) const {
     return radius > 0 ? radius : (axes.transpose() * n).cwiseAbs().dot(half_extents);
@@ -76,7 +76,7 @@ Overlap measure_overlap(const Scene& scene, const std::vector<BodyPose>& poses) 
         const double radius = shape.kind == SHAPE_SPHERE ? shape.radius : 0;
         solids.push_back(
             {vector(poses[i].position), rotation(poses[i].orientation), vector(shape.half_extents), radius});
-        largest = std::max(largest, solids.back().reach());
+        largest = std::max(largest, solids.back().bounding_radius());
       }
     }
   }

@@ -16,12 +16,12 @@ struct ClosestHit {
   RayPoint<real> point;
 };
 
-/// Whether the ray passes within `reach` of the point that is at `offset` from its origin; not what is behind it.
+/// Whether the ray passes within `range` of the point that is at `offset` from its origin; not what is behind it.
 template <class real>
-bool ray_passes(Vec3<real> offset, Vec3<real> direction, real reach) {
+bool ray_passes(Vec3<real> offset, Vec3<real> direction, real range) {
   const real along = dot3(offset, direction);
   const Vec3<real> aside = sub3(offset, scale3(along > 0 ? along : real(0), direction));
-  return dot3(aside, aside) <= reach * reach * real(1.0001);
+  return dot3(aside, aside) <= range * range * real(1.0001);
 }
 
 /// A ray on its way through a world.
@@ -41,13 +41,13 @@ struct RayCast {
     if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_SENSOR) != 0) return;
     const Pose<real> pose = make_pose(b.positions[info.body], b.orientations[info.body]);
     const Vec3<real> offset = sub3(shape_center(pose, b.shapes[i]), origin);
-    if (info.kind != SHAPE_PLANE && !ray_passes(offset, direction, b.shapes[i].reach)) return;
+    if (info.kind != SHAPE_PLANE && !ray_passes(offset, direction, b.shapes[i].bounding_radius)) return;
     const Quat<real> rotation = shape_rotation(pose, b.shapes[i]);
     const RayEntry<real> entry = ray_shape(info.kind, unrotate3(rotation, scale3(real(-1), offset)),
                                            unrotate3(rotation, direction), vec3(b.shapes[i].size), info.hull, tables);
     const bool first = closest.shape == NONE || entry.distance < closest.point.distance ||
                        (entry.distance == closest.point.distance && i < closest.shape);
-    if (!(entry.distance >= 0 && entry.distance <= ray.reach) || !first) return;
+    if (!(entry.distance >= 0 && entry.distance <= ray.range) || !first) return;
     const Vec3<real> normal = rotate3(rotation, entry.normal);
     closest = {i, {{normal.x, normal.y, normal.z}, entry.distance}};
   }
@@ -73,8 +73,8 @@ struct RayCast {
         enters = std::max(std::min(two, one), enters);  // what is no number does not count
         leaves = std::min(std::max(two, one), leaves);
       }
-      const real reach = (closest.shape == NONE ? ray.reach : closest.point.distance) * real(1.0001);
-      return enters <= leaves && leaves >= 0 && enters <= reach;
+      const real range = (closest.shape == NONE ? ray.range : closest.point.distance) * real(1.0001);
+      return enters <= leaves && leaves >= 0 && enters <= range;
     };
     traverse_tree(b.shape_tree_blocks.data() + tree.first_block, tree.item_count, meets,
                   [&](u32 entry) { meet_shape(b.shape_tree_items[tree.first_item + entry]); });

@@ -5,8 +5,8 @@
 #pragma once
 
 #include "cpu_reference/shapes/advance.hpp"
+#include "cpu_reference/shapes/may_touch.hpp"
 #include "cpu_reference/shapes/pairs.hpp"
-#include "cpu_reference/shapes/reach.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -29,13 +29,13 @@ Side<real> collide_side(const Buffers<real>& b, u32 shape) {
           rotate3(pose.orientation, vec3(b.shapes[shape].offset))};
 }
 
-/// The largest gap that can matter: a point of shape a, which is no farther from its centre than its reach, meets b no
-/// faster than |v| + |w| reach, with v and w the relative motion at the centre of a.
+/// The largest gap that can matter: a point of shape a, which is no farther from its centre than its bounding radius,
+/// meets b no faster than |v| + |w| bounding_radius, with v and w the relative motion at the centre of a.
 template <class real>
 real collide_limit(const StepParams<real>& params, const Side<real>& a, const Side<real>& b, Vec3<real> arm_b) {
   const Vec3<real> v = sub3(point_velocity(b.motion, arm_b), point_velocity(a.motion, a.arm));
   const Vec3<real> w = sub3(vec3(b.motion.w), vec3(a.motion.w));
-  return params.margin + step_length(params) * (length3(v) + length3(w) * a.shape.reach);
+  return params.margin + step_length(params) * (length3(v) + length3(w) * a.shape.bounding_radius);
 }
 
 /// From the centre of mass of b to that of a.
@@ -79,7 +79,7 @@ Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real
 }
 
 template <class real>
-bool collide_in_reach(const StepParams<real>& params, const Manifold<real>& m, u32 k, const Side<real>& a,
+bool collide_in_range(const StepParams<real>& params, const Manifold<real>& m, u32 k, const Side<real>& a,
                       const Side<real>& b, Vec3<real> offset_ab, real time_left) {
   const Vec3<real> arm = add3(a.arm, sub3(m.points[k].anchor_a, scale3(m.radius_a, m.normal)));
   const real speed = approach_speed(m.normal, a.motion, arm, b.motion, add3(arm, offset_ab));
@@ -95,7 +95,7 @@ Manifold<real> collide_insert(Manifold<real> m, ManifoldPoint<real> point) {
   return m;
 }
 
-/// The points that are in reach with so much time of the step left (s); each anchor is seen from the centre of its own
+/// The points that are in range with so much time of the step left (s); each anchor is seen from the centre of its own
 /// shape, world axes.
 template <class real>
 Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, const Side<real>& a, const Side<real>& b,
@@ -104,7 +104,7 @@ Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, co
   const u32 found = m.count;
   m.count = 0;
   for (u32 k = 0; k < found; ++k) {
-    if (collide_in_reach(params, m, k, a, b, offset_ab, time_left)) m = collide_insert(m, m.points[k]);
+    if (collide_in_range(params, m, k, a, b, offset_ab, time_left)) m = collide_insert(m, m.points[k]);
   }
   for (u32 k = 0; k < m.count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
   return m;

@@ -17,8 +17,8 @@ bool volume_overlaps(const Buffers<real>& b, const Shape<real>& volume, const Qu
   if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_SENSOR) != 0) return false;
   const Pose<real> pose = make_pose(b.positions[info.body], b.orientations[info.body]);
   const WorldShape<real> other = shape_in_world(pose, shape, info.hull, vec3(volume.offset));
-  const real reach = (volume.reach + shape.reach) * real(1.0001);
-  if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > reach * reach) return false;
+  const real range = (volume.bounding_radius + shape.bounding_radius) * real(1.0001);
+  if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > range * range) return false;
   const HullTables<real> tables = {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
                                    b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
   const Quat<real> rotation = {volume.rotation[0], volume.rotation[1], volume.rotation[2], volume.rotation[3]};

@@ -12,12 +12,12 @@ void search_grid(const Buffers<real>& b, const StepParams<real>& params, const B
                  std::vector<u32>& found) {
   const u32 max_extent = b.counters[COUNTER_MAX_EXTENT];
   const real size = cell_size(params, max_extent);
-  const real reach = pair_reach(params, me.bound.extent, max_extent);
+  const real range = pair_range(params, me.bound.extent, max_extent);
   const Vec3<real> center = me.center();
   const u32 world = b.body_infos[b.shape_infos[me.shape].body].world;
-  const i32 low_x = cell_of(center.x - reach, size), high_x = cell_of(center.x + reach, size);
-  const i32 low_y = cell_of(center.y - reach, size), high_y = cell_of(center.y + reach, size);
-  const i32 low_z = cell_of(center.z - reach, size), high_z = cell_of(center.z + reach, size);
+  const i32 low_x = cell_of(center.x - range, size), high_x = cell_of(center.x + range, size);
+  const i32 low_y = cell_of(center.y - range, size), high_y = cell_of(center.y + range, size);
+  const i32 low_z = cell_of(center.z - range, size), high_z = cell_of(center.z + range, size);
   for (i32 z = low_z; z <= high_z; ++z) {
     for (i32 y = low_y; y <= high_y; ++y) {
       for (i32 x = low_x; x <= high_x; ++x) {

@@ -111,7 +111,7 @@ PhaseEnd<real> impact_phase(bool by_work, real u_n, real rate, real owed, real f
 template <class real>
 struct SlidePiece {
   ImpactPiece<real> piece;
-  real reach;
+  real span;
   bool stops;
 };
 
@@ -143,15 +143,15 @@ SlidePiece<real> slide_piece(ConeVector<real> u, real speed, const Delassus<real
   const real ratio = slide_deflection<real> * stiff / std::fabs(deflects);
   const real until = speed / (stiff / ratio + (gains < 0 ? -gains : real(0)));
   const real phase = impact_phase(by_work, u.normal, first.rate.normal, owed, far).impulse;
-  const real reach = until < far ? until : far;
-  const real half = real(0.5) * (phase < reach ? phase : reach);
+  const real span = until < far ? until : far;
+  const real half = real(0.5) * (phase < span ? phase : span);
   const real ahead = speed + half * gains, aside = half * deflects / (real(1) + half * stiff / speed);
   const real x = ahead * e1 - aside * e2, y = ahead * e2 + aside * e1;
   const real middle = std::sqrt(x * x + y * y), m1 = x / middle, m2 = y / middle;
   const ImpactPiece<real> piece = impact_piece(w, -friction * m1, -friction * m2);
   const real loses = -(piece.rate.tangent_1 * m1 + piece.rate.tangent_2 * m2);
   const real halt = loses > 0 ? (u.tangent_1 * m1 + u.tangent_2 * m2) / loses : far;
-  return {piece, halt < reach ? halt : reach, false};
+  return {piece, halt < span ? halt : span, false};
 }
 
 /// Poisson's and Stronge's laws. `u` approaches: u_n < 0.
@@ -168,17 +168,17 @@ ImpactOutcome<real> follow_impact(ConeVector<real> u, const Delassus<real>& w, c
     const real speed = std::sqrt(u.tangent_1 * u.tangent_1 + u.tangent_2 * u.tangent_2);
     const bool slides = speed > least, is_smooth = !(m.friction > 0) || k >= impact_pieces;
     ImpactPiece<real> piece = is_smooth ? smooth : from_rest;
-    real reach = far;
+    real span = far;
     bool stops = false;
     if (!is_smooth && slides) {
       const SlidePiece<real> slide = slide_piece(u, speed, w, m.friction, by_work, owed, far);
       piece = slide.piece;
-      reach = slide.reach;
+      span = slide.span;
       stops = slide.stops;
     }
     const PhaseEnd<real> end = impact_phase(by_work, u.normal, piece.rate.normal, owed, far);
-    const bool ends = end.impulse <= reach;
-    const real p = ends ? end.impulse : reach;
+    const bool ends = end.impulse <= span;
+    const real p = ends ? end.impulse : span;
     const real measure = by_work ? p * (u.normal + real(0.5) * p * piece.rate.normal) : p;
     owed = end.compresses ? owed + share * std::fabs(measure) : owed - measure;
     r = {r.normal + p, r.tangent_1 + p * piece.t1, r.tangent_2 + p * piece.t2};

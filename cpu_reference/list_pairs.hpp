@@ -20,7 +20,7 @@ void list_pairs(Buffers<real>& b, const StepParams<real>& params, Search&& searc
     const WorldRange& world = b.world_ranges[b.body_infos[b.shape_infos[me.shape].body].world];
     for (u32 n = 0; n < world.plane_count; ++n) {
       const u32 plane = b.planes[world.first_plane + n];
-      if (is_pair(b, me.shape, plane) && plane_in_reach(b, params, me, plane)) found.push_back(plane);
+      if (is_pair(b, me.shape, plane) && plane_in_range(b, params, me, plane)) found.push_back(plane);
     }
     for (const u32 j : found) pairs.push_back({me.shape, j});
     search_shape_trees(b, params, me, [&](u32 j) { pairs.push_back({std::min(me.shape, j), std::max(me.shape, j)}); });

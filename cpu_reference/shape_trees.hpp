@@ -33,8 +33,8 @@ TreeBox<real> box_in_tree(const Buffers<real>& b, const StepParams<real>& params
   }
   const Vec3<real> d = sub3(me.center(), at), center = unrotate3(pose.orientation, d);
   const real rotation_rounding = (std::abs(d.x) + std::abs(d.y) + std::abs(d.z)) * rounding;
-  const real reach = (me.bound.extent + tree.largest) * real(1.0001) + wider + rotation_rounding;
-  return widened(TreeBox<real>{center, center}, reach);
+  const real half_extent = (me.bound.extent + tree.largest) * real(1.0001) + wider + rotation_rounding;
+  return widened(TreeBox<real>{center, center}, half_extent);
 }
 
 /// Calls found(j) for each shape j of a tree of its world that `me`, of a body that is pushed, is paired with.

@@ -60,12 +60,12 @@ real solve_patch_friction(const PatchBlock<real>& block, const std::vector<Impul
     load = load + r;
     moment = moment + block.lever[k][lane] * r;
   }
-  const real limit = block.friction[lane] * load, reach = block.friction[lane] * moment;
+  const real limit = block.friction[lane] * load, twist_limit = block.friction[lane] * moment;
   const ContactFrame<real> c = contact_frame<real>(block, lane);
 
   const real old_twist = impulses.twist[lane];
   const real wanted = old_twist - block.inverse_twist[lane] * dot3(c.normal, sub3(vec3(a.w), vec3(b.w)));
-  const real twist = wanted > reach ? reach : (wanted < -reach ? -reach : wanted);
+  const real twist = wanted > twist_limit ? twist_limit : (wanted < -twist_limit ? -twist_limit : wanted);
   impulses.twist[lane] = twist;
   twist_by(BLOCK_GENERAL, scale3(twist - old_twist, c.normal), a, b);
 

@@ -71,7 +71,7 @@ TreeBox<real> widened(const TreeBox<real>& box, real by) {
 
 /// Covers the rounding of the pair test and of the box's own sides.
 template <class real>
-real box_reach(real center, real box) {
+real padded_extent(real center, real box) {
   const real rounding = sizeof(real) == 4 ? real(5e-7) : real(1e-15);
   return box * real(1.0001) + std::abs(center) * rounding;
 }
@@ -89,8 +89,9 @@ TreeBox<real> swept_box(const Buffers<real>& b, const Bounded<real>& of, real h)
     box = {bound.box[0] + h * (std::abs(v.x) + rotational_speed), bound.box[1] + h * (std::abs(v.y) + rotational_speed),
            bound.box[2] + h * (std::abs(v.z) + rotational_speed)};
   }
-  const Vec3<real> reach = {box_reach(center.x, box.x), box_reach(center.y, box.y), box_reach(center.z, box.z)};
-  return {sub3(center, reach), add3(center, reach)};
+  const Vec3<real> half_extents = {padded_extent(center.x, box.x), padded_extent(center.y, box.y),
+                                   padded_extent(center.z, box.z)};
+  return {sub3(center, half_extents), add3(center, half_extents)};
 }
 
 /// Calls function(e) for each of the `entries` boxes of the lowest level for which, as for all above it, meets(block,

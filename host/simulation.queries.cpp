@@ -30,7 +30,7 @@ Ray<real> compiled(const RayQuery& query) {
   const double length = exact::length(query.direction);
   store(query.origin, ray.origin);
   for (unsigned k = 0; k < 3; ++k) ray.direction[k] = static_cast<real>(query.direction[k] / length);
-  ray.reach = static_cast<real>(query.length);
+  ray.range = static_cast<real>(query.length);
   return ray;
 }
 
@@ -40,10 +40,10 @@ Shape<real> compiled(const VolumeQuery& query) {
   store(query.center, volume.offset);
   for (unsigned k = 0; k < 4; ++k) volume.rotation[k] = static_cast<real>(query.rotation[k]);
   if (query.kind == SHAPE_SPHERE) {
-    volume.size[0] = volume.reach = static_cast<real>(query.radius);
+    volume.size[0] = volume.bounding_radius = static_cast<real>(query.radius);
   } else {
     store(query.half_extents, volume.size);
-    volume.reach = static_cast<real>(exact::length(query.half_extents) * 1.000001);
+    volume.bounding_radius = static_cast<real>(exact::length(query.half_extents) * 1.000001);
   }
   return volume;
 }

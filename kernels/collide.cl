@@ -4,8 +4,8 @@
 #include "common.h"
 #include "found_contacts.h"
 #include "shapes/advance.h"
+#include "shapes/may_touch.h"
 #include "shapes/pairs.h"
-#include "shapes/reach.h"
 #include "types.h"
 
 // One side of a pair.
@@ -51,7 +51,7 @@ static inline real collide_limit(const StepParams* params, const Side* a, const 
   const Vec3 v = sub3(point_velocity(b->motion, arm_b), point_velocity(a->motion, a->arm));
   const Vec3 w = sub3(make3(b->motion->w[0], b->motion->w[1], b->motion->w[2]),
                       make3(a->motion->w[0], a->motion->w[1], a->motion->w[2]));
-  return params->margin + step_length(params) * (length3(v) + length3(w) * a->shape->reach);
+  return params->margin + step_length(params) * (length3(v) + length3(w) * a->shape->bounding_radius);
 }
 
 // From the centre of mass of b to that of a.
@@ -70,7 +70,7 @@ static inline Manifold collide_sides(const StepParams* params, const Side* a, co
                         limit);
 }
 
-static inline bool collide_in_reach(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
+static inline bool collide_in_range(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
                                     Vec3 offset_ab, real time_left) {
   const Vec3 arm = add3(a->arm, sub3(m->points[k].anchor_a, scale3(m->radius_a, m->normal)));
   const real speed = approach_speed(m->normal, a->motion, arm, b->motion, add3(arm, offset_ab));
@@ -84,13 +84,13 @@ static inline void collide_insert(Manifold* m, ManifoldPoint point) {
   m->points[slot] = point;
 }
 
-// The points that are in reach with so much time of the step left; each anchor is seen from the centre of its shape.
+// The points that are in range with so much time of the step left; each anchor is seen from the centre of its shape.
 static inline void collide_keep(const StepParams* params, Manifold* m, const Side* a, const Side* b, real time_left) {
   const Vec3 offset_ab = collide_offset_ab(a, b), center_b = collide_center_b(a, b);
   const u32 found = m->count;
   m->count = 0u;
   for (u32 k = 0u; k < found; ++k) {
-    if (collide_in_reach(params, m, k, a, b, offset_ab, time_left)) collide_insert(m, m->points[k]);
+    if (collide_in_range(params, m, k, a, b, offset_ab, time_left)) collide_insert(m, m->points[k]);
   }
   for (u32 k = 0u; k < m->count; ++k) m->points[k].anchor_b = sub3(m->points[k].anchor_b, center_b);
 }

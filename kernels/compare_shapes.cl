@@ -10,7 +10,7 @@ static inline void search_later_shapes(const PairSearch* s, const Searcher* me, 
   const LooseRange world = loose_range(me->info.body.world, s->world_ranges, s->world_trees);
   const u32 end = world.first + world.count;
   for (u32 first = me->slot == NONE ? world.first : me->slot + 1u; first < end; first += LANES) {
-    u32 hits = shapes_in_reach(s, me, first, loose_count(params));
+    u32 hits = shapes_in_range(s, me, first, loose_count(params));
     if (end - first < LANES) hits &= (1u << (end - first)) - 1u;
     for (; hits != 0u; hits &= hits - 1u) {
       const SearchInfo other = s->search_infos[first + lowest_bit(hits)];

@@ -2,8 +2,8 @@
 // Who began and who ceased to touch (cpu_reference/find_events.hpp): the two ordered lists are merged, each entry to
 // its own slot, and the slots of those that are in one list only are counted.
 #include "common.h"
+#include "shapes/may_touch.h"
 #include "shapes/overlap.h"
-#include "shapes/reach.h"
 #include "sleep.h"
 #include "types.h"
 

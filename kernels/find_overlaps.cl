@@ -12,8 +12,8 @@ static inline bool volume_overlaps(global const Shape* volume, QueryFilter filte
   const Pose pose = make_pose(positions[info.body], orientations[info.body]);
   const Vec3 origin = make3(volume->offset[0], volume->offset[1], volume->offset[2]);
   const WorldShape other = shape_in_world(pose, shapes + i, info.hull, origin);
-  const real reach = (volume->reach + shapes[i].reach) * (real)1.0001;
-  if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > reach * reach) return false;
+  const real range = (volume->bounding_radius + shapes[i].bounding_radius) * (real)1.0001;
+  if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > range * range) return false;
   WorldShape world_shape;
   world_shape.center = make3((real)0, (real)0, (real)0);
   world_shape.rotation = make4(volume->rotation[0], volume->rotation[1], volume->rotation[2], volume->rotation[3]);

@@ -3,7 +3,7 @@
 #include "shape_trees.h"
 #include "types.h"
 
-// The cells in reach of a shape: a row of them has buckets in a row.
+// The cells in range of a shape: a row of them has buckets in a row.
 typedef struct CellWindow {
   i32 low_x, high_x, low_y, high_y, low_z, high_z;
   u32 span;  // buckets of a row
@@ -11,14 +11,14 @@ typedef struct CellWindow {
 
 static inline CellWindow make_window(const Searcher* me, u32 max_extent, const StepParams* params) {
   const real size = cell_size(params, max_extent);
-  const real reach = pair_reach(params, me->extent, max_extent);
+  const real range = pair_range(params, me->extent, max_extent);
   CellWindow window;
-  window.low_x = cell_of(me->center.x - reach, size);
-  window.high_x = cell_of(me->center.x + reach, size);
-  window.low_y = cell_of(me->center.y - reach, size);
-  window.high_y = cell_of(me->center.y + reach, size);
-  window.low_z = cell_of(me->center.z - reach, size);
-  window.high_z = cell_of(me->center.z + reach, size);
+  window.low_x = cell_of(me->center.x - range, size);
+  window.high_x = cell_of(me->center.x + range, size);
+  window.low_y = cell_of(me->center.y - range, size);
+  window.high_y = cell_of(me->center.y + range, size);
+  window.low_z = cell_of(me->center.z - range, size);
+  window.high_z = cell_of(me->center.z + range, size);
   const u32 length = (u32)(window.high_x - window.low_x) + 1u;
   window.span = length < params->buckets ? length : params->buckets;
   return window;
@@ -37,7 +37,7 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
   u32 wrapped = past > params->buckets ? bucket_starts[past - params->buckets] : 0u;
   for (;;) {
     for (; slot < end; slot += LANES) {
-      u32 hits = shapes_in_reach(s, me, slot, loose_count(params));
+      u32 hits = shapes_in_range(s, me, slot, loose_count(params));
       if (end - slot < LANES) hits &= (1u << (end - slot)) - 1u;
       for (; hits != 0u; hits &= hits - 1u) {
         const SearchInfo other = s->search_infos[slot + lowest_bit(hits)];

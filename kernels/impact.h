@@ -94,7 +94,7 @@ static inline LanePhase impact_phase(lane_mask by_work, lane u_n, lane rate, lan
 // A piece of a slide, how far it reaches, and whether the slide stops there.
 typedef struct LaneSlide {
   LanePiece piece;
-  lane reach;
+  lane span;
   lane_mask stops;
 } LaneSlide;
 
@@ -122,8 +122,8 @@ static inline LaneSlide slide_piece(LaneCone u, lane speed, const LaneDelassus* 
   const lane ratio = SLIDE_DEFLECTION * stiff / fabs(deflects);
   const lane until = speed / (stiff / ratio + (gains < (lane)0 ? -gains : (lane)0));
   const lane phase = impact_phase(by_work, u.normal, first.rate.normal, owed, far).impulse;
-  const lane reach = until < far ? until : far;
-  const lane half_phase = (lane)0.5 * (phase < reach ? phase : reach);
+  const lane span = until < far ? until : far;
+  const lane half_phase = (lane)0.5 * (phase < span ? phase : span);
   const lane ahead = speed + half_phase * gains, aside = half_phase * deflects / ((lane)1 + half_phase * stiff / speed);
   const lane x = ahead * e1 - aside * e2, y = ahead * e2 + aside * e1;
   const lane middle = sqrt(x * x + y * y), m1 = x / middle, m2 = y / middle;
@@ -131,7 +131,7 @@ static inline LaneSlide slide_piece(LaneCone u, lane speed, const LaneDelassus* 
   const lane loses = -(piece.rate.tangent_1 * m1 + piece.rate.tangent_2 * m2);
   const lane halt = loses > (lane)0 ? (u.tangent_1 * m1 + u.tangent_2 * m2) / loses : far;
   slide.piece = select_piece(slide.stops, straight, piece);
-  slide.reach = slide.stops ? stop : (halt < reach ? halt : reach);
+  slide.span = slide.stops ? stop : (halt < span ? halt : span);
   return slide;
 }
 
@@ -151,17 +151,17 @@ static inline LaneOutcome follow_impact(lane_mask hit, LaneCone u, const LaneDel
     const lane_mask has_friction = k < IMPACT_PIECES ? m->friction > (lane)0 : (lane)0 > (lane)0;
     const lane_mask slides = has_friction & (speed > least);
     LanePiece piece = select_piece(has_friction, from_rest, smooth);
-    lane reach = far;
+    lane span = far;
     lane_mask stops = (lane)0 > (lane)0;
     if (LANE_ANY(slides & goes_on)) {
       const LaneSlide slide = slide_piece(u, speed, w, m->friction, m->by_work, owed, far);
       piece = select_piece(slides, slide.piece, piece);
-      reach = slides ? slide.reach : reach;
+      span = slides ? slide.span : span;
       stops = slides & slide.stops;
     }
     const LanePhase end = impact_phase(m->by_work, u.normal, piece.rate.normal, owed, far);
-    const lane_mask ends = end.impulse <= reach;
-    const lane p = ends ? end.impulse : reach;
+    const lane_mask ends = end.impulse <= span;
+    const lane p = ends ? end.impulse : span;
     const lane measure = m->by_work ? p * (u.normal + (lane)0.5 * p * piece.rate.normal) : p;
     const lane next_owed = end.compresses ? owed + share * fabs(measure) : owed - measure;
     const LaneCone next_r = lane_make_cone(r.normal + p, r.tangent_1 + p * piece.t1, r.tangent_2 + p * piece.t2);

@@ -17,7 +17,7 @@ typedef struct LaneSide {
   LaneQuat orientation;  // of the body
   Lane3 offset, arm;     // from the centre of mass to the centre of the shape: body frame, world axes
   Lane3 position, v, w;
-  lane reach;
+  lane bounding_radius;
 } LaneSide;
 
 typedef struct LaneSides {
@@ -47,7 +47,7 @@ LANE_INLINE void lane_side(LaneSide* side, const SideTables* t, const u32* shape
   const u32 shape_stride = sizeof(Shape) / sizeof(real), motion_stride = sizeof(Motion) / sizeof(real);
   const LaneQuad offset = lane_gather_quad(t->shapes->offset, shape_stride, shape);
   side->offset = lane_xyz(offset);
-  side->reach = offset.w;
+  side->bounding_radius = offset.w;
   side->orientation = lane_quat(lane_gather_quad(&t->orientations->x, 4u, body));
   side->arm = lane_rotate3(side->orientation, side->offset);
   side->rotation =
@@ -75,10 +75,11 @@ LANE_INLINE lane lane_limit(const StepParams* params, const LaneSides* s) {
   const Lane3 arm_b = lane_add3(s->a.arm, s->offset_ab);
   const Lane3 v = lane_sub3(lane_point_velocity(&s->b, arm_b), lane_point_velocity(&s->a, s->a.arm));
   const Lane3 w = lane_sub3(s->b.w, s->a.w);
-  return LANE_OF(params->margin) + LANE_OF(step_length(params)) * (lane_length3(v) + lane_length3(w) * s->a.reach);
+  return LANE_OF(params->margin) +
+         LANE_OF(step_length(params)) * (lane_length3(v) + lane_length3(w) * s->a.bounding_radius);
 }
 
-// As collide_keep: leaves out points that are out of reach; anchors of b are seen from its own centre.
+// As collide_keep: leaves out points that are out of range; anchors of b are seen from its own centre.
 LANE_INLINE void lane_keep(const StepParams* params, const LaneSides* s, LaneManifold* m, u32 points) {
   const lane h = LANE_OF(step_length(params)), zero = LANE_OF(0);
   const Lane3 inwards = lane_scale3(m->radius_a, m->normal);

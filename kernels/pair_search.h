@@ -8,7 +8,7 @@
 #include "lanes.h"
 #include "loose_shapes.h"
 #include "shape_bound.h"
-#include "shapes/reach.h"
+#include "shapes/may_touch.h"
 #include "shapes/sphere_plane.h"
 #include "sleep.h"
 #include "sort.h"
@@ -44,7 +44,7 @@ typedef struct SearchInfo {
   u32 looks;           // 1 where it looks for others, 0 where it is only sought
 } SearchInfo;
 
-// A plane in the world. What is farther from it than `slack` times what a shape can come in the step is out of reach.
+// A plane in the world. What is farther from it than `slack` times what a shape can come in the step is out of range.
 typedef struct PlaneInfo {
   real point[3], normal[3];
   real slack;
@@ -86,7 +86,7 @@ typedef struct Searcher {
   SearchInfo info;
   u32 slot;
   Vec3 center, velocity;
-  real reach, extent, margin, h;
+  real bounding_radius, extent, margin, h;
 #if FEATURE_MANIFOLDS
   Vec3 box;
   real rotational_speed, round;
@@ -149,10 +149,10 @@ static inline Vec3 center_velocity(global const Bound* bound, global const Vec4*
 
 static inline real rotational_speed_of(global const Bound* bound, u32 kind, global const Motion* motion) {
   if (kind == SHAPE_SPHERE) return (real)0;
-  return length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound->reach;
+  return length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound->bounding_radius;
 }
 
-// Puts shape i into a slot. One without extent gets a reach that no other shape comes near.
+// Puts shape i into a slot. One without extent gets a bounding radius that no other shape comes near.
 static inline void gather_search_info(u32 slot, u32 i, global const Bound* bound, Cell cell,
                                       global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                                       global const Vec4* positions, global const Motion* motions,
@@ -166,7 +166,7 @@ static inline void gather_search_info(u32 slot, u32 i, global const Bound* bound
   mine[SEARCH_ARRAY(SEARCH_X, count)] = bound->center[0];
   mine[SEARCH_ARRAY(SEARCH_Y, count)] = bound->center[1];
   mine[SEARCH_ARRAY(SEARCH_Z, count)] = bound->center[2];
-  mine[SEARCH_ARRAY(SEARCH_BOUNDING_RADIUS, count)] = bound->extent > (real)0 ? bound->reach : (real)-1e37;
+  mine[SEARCH_ARRAY(SEARCH_BOUNDING_RADIUS, count)] = bound->extent > (real)0 ? bound->bounding_radius : (real)-1e37;
   mine[SEARCH_ARRAY(SEARCH_EXTENT, count)] = bound->extent;
   mine[SEARCH_ARRAY(SEARCH_VX, count)] = velocity.x;
   mine[SEARCH_ARRAY(SEARCH_VY, count)] = velocity.y;
@@ -239,7 +239,7 @@ static inline Searcher make_searcher(const PairSearch* s, const StepParams* para
                     mine[SEARCH_ARRAY(SEARCH_Z, count)]);
   me.velocity = make3(mine[SEARCH_ARRAY(SEARCH_VX, count)], mine[SEARCH_ARRAY(SEARCH_VY, count)],
                       mine[SEARCH_ARRAY(SEARCH_VZ, count)]);
-  me.reach = mine[SEARCH_ARRAY(SEARCH_BOUNDING_RADIUS, count)];
+  me.bounding_radius = mine[SEARCH_ARRAY(SEARCH_BOUNDING_RADIUS, count)];
 #if FEATURE_MANIFOLDS
   me.box = make3(mine[SEARCH_ARRAY(SEARCH_BOX_X, count)], mine[SEARCH_ARRAY(SEARCH_BOX_Y, count)],
                  mine[SEARCH_ARRAY(SEARCH_BOX_Z, count)]);
@@ -249,8 +249,8 @@ static inline Searcher make_searcher(const PairSearch* s, const StepParams* para
   return me;
 }
 
-// Bit k is set where the shape at `slot` + k is in reach.
-static inline u32 shapes_in_reach(const PairSearch* s, const Searcher* me, u32 slot, u32 count) {
+// Bit k is set where the shape at `slot` + k is in range.
+static inline u32 shapes_in_range(const PairSearch* s, const Searcher* me, u32 slot, u32 count) {
   global const real* other = s->search_bounds + slot;
   const lane dx = me->center.x - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_X, count));
   const lane dy = me->center.y - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_Y, count));
@@ -258,8 +258,8 @@ static inline u32 shapes_in_reach(const PairSearch* s, const Searcher* me, u32 s
   const lane ux = me->velocity.x - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_VX, count));
   const lane uy = me->velocity.y - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_VY, count));
   const lane uz = me->velocity.z - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_VZ, count));
-  const lane gap =
-      sqrt(dx * dx + dy * dy + dz * dz) - (me->reach + LANE_LOAD(other + SEARCH_ARRAY(SEARCH_BOUNDING_RADIUS, count)));
+  const lane gap = sqrt(dx * dx + dy * dy + dz * dz) -
+                   (me->bounding_radius + LANE_LOAD(other + SEARCH_ARRAY(SEARCH_BOUNDING_RADIUS, count)));
   const lane speed = sqrt(ux * ux + uy * uy + uz * uz);
 #if FEATURE_MANIFOLDS
   const lane rotational_speed = me->rotational_speed + LANE_LOAD(other + SEARCH_ARRAY(SEARCH_ROTATIONAL_SPEED, count));
@@ -283,14 +283,14 @@ static inline void search_planes(const PairSearch* s, const Searcher* me, Finds*
     const PlaneInfo plane = s->plane_infos[k];
     const Vec3 point = make3(plane.point[0], plane.point[1], plane.point[2]);
     const Vec3 normal = make3(plane.normal[0], plane.normal[1], plane.normal[2]);
-    const real gap = dot3(normal, sub3(me->center, point)) - me->reach;
+    const real gap = dot3(normal, sub3(me->center, point)) - me->bounding_radius;
     const u32 j = s->planes[k];
-    if (gap + me->reach > plane.slack * (me->extent + me->margin)) continue;
+    if (gap + me->bounding_radius > plane.slack * (me->extent + me->margin)) continue;
     if (!one_looks(me->info.looks, plane.looks)) continue;
     const ShapeInfo other = s->shape_infos[j];
     const u32 body_a = me->info.shape.body, body_b = other.body;
     if (!is_pair(s, me->info.shape, other, me->info.body, s->body_infos[body_b])) continue;
-    const Vec3 touch = sub3(me->center, scale3(me->reach, normal));
+    const Vec3 touch = sub3(me->center, scale3(me->bounding_radius, normal));
     const real speed = approach_speed(normal, &s->motions[body_a], sub3(touch, search_position(s->positions, body_a)),
                                       &s->motions[body_b], sub3(touch, search_position(s->positions, body_b)));
     if (gap <= me->margin + me->h * speed) add_pair(finds, me->info.index, j);

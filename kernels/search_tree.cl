@@ -10,7 +10,7 @@ static inline void search_run(const PairSearch* s, const Searcher* me, u32 run, 
   for (u32 k = 0u; k < PACK; k += LANES) {
     const u32 mine = (bits >> k) & ((2u << (LANES - 1u)) - 1u);
     if (mine == 0u) continue;
-    for (u32 hits = mine & shapes_in_reach(s, me, run * PACK + k, shapes); hits != 0u; hits &= hits - 1u) {
+    for (u32 hits = mine & shapes_in_range(s, me, run * PACK + k, shapes); hits != 0u; hits &= hits - 1u) {
       const u32 slot = run * PACK + k + lowest_bit(hits);
       const SearchInfo other = s->search_infos[slot];
       const bool is_owner = me->info.index < other.index;
@@ -26,10 +26,10 @@ static inline void search_run(const PairSearch* s, const Searcher* me, u32 run, 
 }
 
 // Of a block, the boxes that meet a box and hold any of the slots first .. last.
-static inline u32 nodes_in_reach(const TreeShape* tree, global const BoxBlock* tree_blocks, TreeBox box, u32 level,
+static inline u32 nodes_in_range(const TreeShape* tree, global const BoxBlock* tree_blocks, TreeBox box, u32 level,
                                  u32 block, u32 first, u32 last) {
   return entries_between(block, 4u * (level + 1u), first, last) &
-         boxes_in_reach(tree_blocks + tree->first[level] + block, box);
+         boxes_in_range(tree_blocks + tree->first[level] + block, box);
 }
 
 // The first search looks at what comes later in the order: that are shapes of its size or larger ones.
@@ -46,10 +46,10 @@ static inline void search_nodes(const PairSearch* s, const TreeShape* tree, glob
   const u32 first = all || SEARCHES_AROUND ? world.first : me->slot + 1u, last = world.first + world.count - 1u;
   bool arrives = true;
   TreeWalk walk = tree_begin(tree, 0u);
-  if (first <= last) walk.rest[walk.level] = nodes_in_reach(tree, tree_blocks, box, walk.level, 0u, first, last);
+  if (first <= last) walk.rest[walk.level] = nodes_in_range(tree, tree_blocks, box, walk.level, 0u, first, last);
   for (u32 entry; (entry = tree_next(&walk, tree, &arrives)) != NONE;) {
     if (arrives)
-      walk.rest[walk.level] = nodes_in_reach(tree, tree_blocks, box, walk.level, entry, first, last);
+      walk.rest[walk.level] = nodes_in_range(tree, tree_blocks, box, walk.level, entry, first, last);
     else
       search_run(s, me, entry, entries_between(entry, 0u, first, last), all, loose_count(params), finds);
   }

@@ -15,11 +15,11 @@ static inline TreeBox searcher_box(const Searcher* me) {
                 me->box.z + me->h * (fabs(me->velocity.z) + me->rotational_speed));
   }
 #endif
-  const Vec3 reach =
-      make3(box_reach(me->center.x, box.x), box_reach(me->center.y, box.y), box_reach(me->center.z, box.z));
+  const Vec3 half_extents =
+      make3(padded_extent(me->center.x, box.x), padded_extent(me->center.y, box.y), padded_extent(me->center.z, box.z));
   TreeBox swept;
-  swept.low = sub3(me->center, reach);
-  swept.high = add3(me->center, reach);
+  swept.low = sub3(me->center, half_extents);
+  swept.high = add3(me->center, half_extents);
   return swept;
 }
 
@@ -46,21 +46,22 @@ static inline Searcher searcher_in_tree(const PairSearch* s, const StepParams* p
   shape_bound(me.info.shape.kind, s->shapes + i, s->positions + body, s->orientations + body, motion, me.h, &bound);
   me.center = make3(bound.center[0], bound.center[1], bound.center[2]);
   me.extent = bound.extent;
-  me.reach = bound.extent > (real)0 ? bound.reach : (real)-1e37;
+  me.bounding_radius = bound.extent > (real)0 ? bound.bounding_radius : (real)-1e37;
   me.velocity = point_velocity(motion, sub3(me.center, search_position(s->positions, body)));
 #if FEATURE_MANIFOLDS
   const bool round = me.info.shape.kind == SHAPE_SPHERE;
   me.box = make3(bound.box[0], bound.box[1], bound.box[2]);
-  me.rotational_speed = round ? (real)0 : length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound.reach;
+  me.rotational_speed =
+      round ? (real)0 : length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound.bounding_radius;
   me.round = round ? (real)1 : (real)0;
 #endif
   return me;
 }
 
-// As shapes_in_reach of pair_search.h.
-static inline bool searchers_in_reach(const Searcher* me, const Searcher* other) {
+// As shapes_in_range of pair_search.h.
+static inline bool searchers_in_range(const Searcher* me, const Searcher* other) {
   const Vec3 d = sub3(me->center, other->center), u = sub3(me->velocity, other->velocity);
-  const real gap = length3(d) - (me->reach + other->reach);
+  const real gap = length3(d) - (me->bounding_radius + other->bounding_radius);
   if (!(gap <= me->margin + me->h * length3(u))) return false;
 #if FEATURE_MANIFOLDS
   const real rotational_speed = me->rotational_speed + other->rotational_speed;
@@ -101,17 +102,17 @@ static inline void search_shape_tree(const PairSearch* s, const StepParams* para
   const TreeShape shape = tree_shape(tree.item_count);
   global const BoxBlock* blocks = s->shape_tree_blocks + tree.first_block;
   bool arrives = false;
-  TreeWalk walk = tree_begin(&shape, boxes_in_reach(blocks + shape.first[shape.levels - 1u], box));
+  TreeWalk walk = tree_begin(&shape, boxes_in_range(blocks + shape.first[shape.levels - 1u], box));
   for (u32 entry; (entry = tree_next(&walk, &shape, &arrives)) != NONE;) {
     if (arrives) {
-      walk.rest[walk.level] = boxes_in_reach(blocks + shape.first[walk.level] + entry, box);
+      walk.rest[walk.level] = boxes_in_range(blocks + shape.first[walk.level] + entry, box);
       continue;
     }
     const u32 j = s->shape_tree_items[tree.first_item + entry], i = me->info.index;
     if (finds->list != 0 && j < i) continue;
     if (!is_pair(s, me->info.shape, s->shape_infos[j], me->info.body, s->body_infos[tree.body])) continue;
     const Searcher other = searcher_in_tree(s, params, j);
-    if (searchers_in_reach(me, &other)) add_pair(finds, j < i ? j : i, j < i ? i : j);
+    if (searchers_in_range(me, &other)) add_pair(finds, j < i ? j : i, j < i ? i : j);
   }
 }
 

@@ -61,12 +61,12 @@ static inline lane lane_patch_friction_change(global const PatchBlock* block, u3
 static inline void solve_patch_friction(u32 first, lane load, lane moment, global const PatchBlock* block,
                                         global PatchImpulse* impulses, LaneBody* a, LaneBody* b, lane* change) {
   const lane friction = LANE_LOAD(block->friction + first);
-  const lane limit = friction * load, reach = friction * moment;
+  const lane limit = friction * load, twist_limit = friction * moment;
   const LaneContact c = lane_patch(block, first);
 
   const lane old_twist = LANE_LOAD(impulses->twist + first);
   const lane wanted = old_twist - LANE_LOAD(block->inverse_twist + first) * lane_dot3(c.normal, lane_sub3(a->w, b->w));
-  const lane twist = wanted > reach ? reach : (wanted < -reach ? -reach : wanted);
+  const lane twist = wanted > twist_limit ? twist_limit : (wanted < -twist_limit ? -twist_limit : wanted);
   LANE_STORE(twist, impulses->twist + first);
   lane_twist_by(LANE_EACH, lane_scale3(twist - old_twist, c.normal), a, b);
 

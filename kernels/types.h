@@ -215,7 +215,7 @@ LINE_RECORD(Pivot) {
 };
 
 // Frame of the shape in its body: origin `offset` from the centre of mass, axes turned by `rotation`. Within a distance
-// of `reach` from the origin lies the whole shape (0 for planes). `size` by kind:
+// of `range` from the origin lies the whole shape (0 for planes). `size` by kind:
 //   sphere             radius
 //   capsule, cylinder  radius, half the length of the (core) segment along z
 //   box                half extents
@@ -223,7 +223,7 @@ LINE_RECORD(Pivot) {
 //   plane              nothing: through the origin, normal z
 LINE_RECORD(Shape) {
   real offset[3];
-  real reach;
+  real bounding_radius;
   real rotation[4];
   real size[4];
 };
@@ -331,9 +331,9 @@ LINE_RECORD(Velocity) {
 // The sphere and the box of a bounded shape. Planes, and what has no finite position, have extent 0.
 LINE_RECORD(Bound) {
   real center[3];
-  real extent;  // of the sphere about the centre that holds the shape for the whole step
-  real box[3];  // half extents of the shape where it is now, along the axes of the world
-  real reach;   // Shape::reach
+  real extent;           // of the sphere about the centre that holds the shape for the whole step
+  real box[3];           // half extents of the shape where it is now, along the axes of the world
+  real bounding_radius;  // Shape::bounding_radius
 };
 
 INDEX_RECORD(Cell) {
@@ -395,9 +395,9 @@ INDEX_RECORD(QueryFilter) {
   u32 pad;
 };
 
-// From the origin as far as `reach` along the unit vector `direction`, world frame, m.
+// From the origin as far as `range` along the unit vector `direction`, world frame, m.
 RECORD(Ray) {
-  real origin[3], reach;
+  real origin[3], range;
   real direction[3], pad;
 };
 

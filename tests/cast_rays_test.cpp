@@ -185,7 +185,7 @@ void fill_rays(InitialState<real>& state, u32 count) {
     set(ray.origin, from);
     set(ray.direction, {to[0] / length, to[1] / length, to[2] / length});
     if (i % 10 == 0) set(ray.direction, {0, 0, -1});
-    ray.reach = real(random.between(1, 20));
+    ray.range = real(random.between(1, 20));
     state.buffers.ray_filters[i] = {0, i % 3, random.bits() | (i % 2), 0};
   }
   state.params.queries = count;

@@ -89,7 +89,7 @@ TEST_F(CommandLine, DevicesAndReferenceReportTheSameHashes) {
   }
 }
 
-TEST_F(CommandLine, OptionsReachTheSimulation) {
+TEST_F(CommandLine, OptionsArePassedToTheSimulation) {
   const nlohmann::json plain = report_of("spheres_small --device reference --time 0.5 --dt 0.01");
   EXPECT_EQ(plain["steps"], 50);
   EXPECT_DOUBLE_EQ(plain["dt"].get<double>(), 0.01);

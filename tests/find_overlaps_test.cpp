@@ -101,7 +101,7 @@ TYPED_TEST(FindOverlaps, KernelMatchesReference) {
     set(volume.offset, random.vector(2));
     for (unsigned k = 0; k < 4; ++k) volume.rotation[k] = real(rotation[k]);
     for (unsigned k = 0; k < 3; ++k) volume.size[k] = real(random.between(0.1, 1));
-    volume.reach = v % 2 ? volume.size[0] : real(1.8);
+    volume.bounding_radius = v % 2 ? volume.size[0] : real(1.8);
     state.buffers.volume_filters[v] = {u32(v % 2 ? SHAPE_SPHERE : SHAPE_BOX), v % 3, random.bits() | 1u, 0};
   }
   state.params.queries = 90;

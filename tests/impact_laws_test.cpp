@@ -38,8 +38,8 @@ Blow random_blow(Random& random, ImpactLaw law) {
   double w[3][3] = {};
   const double size = std::pow(10, random.between(-2, 2));
   for (int body = 0; body < 2; ++body) {
-    const double inverse_mass = random.between(0, 1) * size, reach = std::pow(10, random.between(-1, 1));
-    const Vector3 arm = random.vector(reach);
+    const double inverse_mass = random.between(0, 1) * size, arm_length = std::pow(10, random.between(-1, 1));
+    const Vector3 arm = random.vector(arm_length);
     double inverse_inertia[3][3] = {};  // a random inverse inertia: a sum of squares
     for (int k = 0; k < 3; ++k) {
       const Vector3 axis = random.vector(1);

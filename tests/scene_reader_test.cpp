@@ -326,7 +326,7 @@ TEST(SceneReader, TenMegabytesOfBracketsAreRefused) {
   EXPECT_LT(endless.size(), 300u);
 }
 
-TEST(SceneReader, BytesThatAreNoTextDoNotReachTheTerminal) {
+TEST(SceneReader, BytesThatAreNoTextAreNotPrinted) {
   const std::string line = refusal("{\"name\": \"\x1b[31m\xff\"}");
   EXPECT_EQ(line.substr(0, 42), "bad.json: not JSON: line 1, column 11: syn");
   for (const char c : line) EXPECT_TRUE(c >= 0x20 && c < 0x7f) << line;

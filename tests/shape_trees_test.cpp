@@ -171,7 +171,7 @@ InitialState<real> with_rays(InitialState<real> state, u32 count, const Vector3&
     const Vector3 from = {random.between(-3, 10), random.between(-3, 8), random.between(-1, 4)};
     set(ray.origin, exact::add(far, from));
     set(ray.direction, n % 4 == 0 ? Vector3{0, 0, -1} : n % 4 == 1 ? Vector3{1, 0, 0} : exact::unit(random.vector(1)));
-    ray.reach = real(n % 5 == 0 ? 1 : 30);
+    ray.range = real(n % 5 == 0 ? 1 : 30);
     state.buffers.ray_filters[n] = {0, n % 3, n % 7 == 0 ? random.bits() : 0xffffffffu, 0};
   }
   return state;

@@ -118,7 +118,7 @@ TYPED_TEST(Tolerance, VoidStepsWriteNothing) {
 }
 
 // A tolerance that is never met changes nothing but the count; without one nothing is counted.
-TYPED_TEST(Tolerance, OutOfReachItChangesNoBit) {
+TYPED_TEST(Tolerance, OneThatIsTooSmallChangesNoBit) {
   using real = TypeParam;
   InitialState<real> state = heap<real>(3, 60, 4096);
   const Buffers<real> plain = run_steps(state, 3);

@@ -95,21 +95,22 @@ void set(real* out, const Vector3& in) {
   for (int k = 0; k < 3; ++k) out[k] = real(in[k]);
 }
 
-/// The sizes of a shape and its reach, as the scene compiler sets them. Of a hull only these: its tables stay empty.
+/// The sizes of a shape and its bounding radius, as the scene compiler sets them. Of a hull only these: its tables stay
+/// empty.
 template <class real>
 void set_size(Shape<real>& out, const ShapeDescription& in) {
   Vector3 size = {0, 0, 0};
-  double reach = 0;
+  double bounding_radius = 0;
   const double slack = 1.000001;
   switch (in.kind) {
-    case SHAPE_SPHERE: size[0] = reach = in.radius; break;
+    case SHAPE_SPHERE: size[0] = bounding_radius = in.radius; break;
     case SHAPE_CAPSULE:
       size = {in.radius, in.half_length, 0};
-      reach = slack * (in.radius + in.half_length);
+      bounding_radius = slack * (in.radius + in.half_length);
       break;
     case SHAPE_CYLINDER:
       size = {in.radius, in.half_length, 0};
-      reach = slack * std::sqrt(in.radius * in.radius + in.half_length * in.half_length);
+      bounding_radius = slack * std::sqrt(in.radius * in.radius + in.half_length * in.half_length);
       break;
     case SHAPE_BOX:
     case SHAPE_HULL:
@@ -117,12 +118,12 @@ void set_size(Shape<real>& out, const ShapeDescription& in) {
       for (const Vector3& point : in.points) {
         for (unsigned k = 0; k < 3; ++k) size[k] = std::max(size[k], std::abs(point[k]));
       }
-      reach = slack * std::sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]);
+      bounding_radius = slack * std::sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]);
       break;
     default: break;  // a plane has no size
   }
   for (unsigned k = 0; k < 3; ++k) out.size[k] = real(size[k]);
-  out.reach = real(reach);
+  out.bounding_radius = real(bounding_radius);
 }
 
 inline Features features_of(ShapeKind kind) {

@@ -97,9 +97,10 @@ real free_speed(const JointBlock<real>& block, u32 lane, real e, real q, real sl
   const bool sprung = spring_compliance > 0;
   const real left = sprung ? spring_compliance / (e + spring_compliance) : real(1);  // of a push, beside the spring
   const real idle = sprung ? slowest + left * (q - slowest) : q;
-  const real reach = left * (e * block.motor_impulse[lane]);
+  const real motor_change = left * (e * block.motor_impulse[lane]);
   const real wanted = block.motor_speed[lane];
-  const real driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
+  const real driven = wanted < idle - motor_change ? idle - motor_change
+                                                   : (wanted > idle + motor_change ? idle + motor_change : wanted);
   return sprung ? driven : bounded_speed(driven, slowest, fastest, bound_softness);
 }
 

@@ -25,7 +25,7 @@ template <class real>
 Mover<real> make_mover(const ShapeInfo& info, const Shape<real>& shape, const Motion<real>& motion,
                        const Pose<real>& pose) {
   const real arm = length3(vec3(shape.offset));
-  return {pose, vec3(motion.v), vec3(motion.w), info.kind == SHAPE_SPHERE ? arm : arm + shape.reach,
+  return {pose, vec3(motion.v), vec3(motion.w), info.kind == SHAPE_SPHERE ? arm : arm + shape.bounding_radius,
           info.kind == SHAPE_PLANE};
 }
 

@@ -237,9 +237,9 @@ Manifold<real> capsule_box(const WorldShape<real>& a, const WorldShape<real>& b)
   const u32 face = outside > 0 ? box_face_below(x, c.extents) : 3;
   if (face < 3) {
     // as far as x, if that is over the edge
-    const Vec3<real> reach = {std::max(c.extents.x, std::abs(x.x)), std::max(c.extents.y, std::abs(x.y)),
-                              std::max(c.extents.z, std::abs(x.z))};
-    c.extents = with_along(reach, face, along(c.extents, face));
+    const Vec3<real> wide_extents = {std::max(c.extents.x, std::abs(x.x)), std::max(c.extents.y, std::abs(x.y)),
+                                     std::max(c.extents.z, std::abs(x.z))};
+    c.extents = with_along(wide_extents, face, along(c.extents, face));
     return capsule_on_face(a, b, axes, c, face, sign_of(along(x, face)));
   }
   if (outside > 0) {

@@ -18,7 +18,7 @@ Meeting<real> cylinder_try(const Cylinder<real>& c, const Polytope<real>& p, Mee
                            Vec3<real> at_c, Vec3<real> at_p, real tolerance) {
   if (!facet_admits(p, into_frame(p.axes, normal))) return best;
   const real gap =
-      dot3(normal, sub3(c.center, p.center)) - cylinder_reach(c, scale3(real(-1), normal)) - poly_reach(p, normal);
+      dot3(normal, sub3(c.center, p.center)) - cylinder_extent(c, scale3(real(-1), normal)) - poly_extent(p, normal);
   const real off = dot3(normal, sub3(at_c, at_p)) - gap;
   if (off <= real(4) * tolerance) return meeting_offer(best, gap, normal, NORMAL_FIXED, at_c, at_p, tolerance);
   if (!(gap > best.gap + tolerance)) return best;
@@ -35,7 +35,7 @@ Meeting<real> cylinder_try_flats(const Cylinder<real>& c, const Polytope<real>& 
     const Vec4<real> plane = poly_own_plane(p, f);
     const Vec3<real> normal = out_of_frame(p.axes, Vec3<real>{plane.x, plane.y, plane.z});
     if (!facet_looks_at(p, dot3(normal, offset) - plane.w)) continue;
-    const real gap = dot3(normal, offset) - plane.w - cylinder_reach(c, scale3(real(-1), normal));
+    const real gap = dot3(normal, offset) - plane.w - cylinder_extent(c, scale3(real(-1), normal));
     const Vec3<real> on_c = cylinder_support(c, scale3(real(-1), normal));
     best = meeting_offer(best, gap, normal, NORMAL_OF_B, on_c, sub3(on_c, scale3(gap, normal)), real(0));
   }

@@ -17,7 +17,7 @@ template <class real>
 CylinderBound<real> cylinders_bound(const Cylinder<real>& a, const Cylinder<real>& b, Vec3<real> normal) {
   const real axis_offset = dot3(normal, sub3(a.center, b.center));
   CylinderBound<real> bound;
-  bound.gap = (axis_offset < 0 ? -axis_offset : axis_offset) - cylinder_reach(a, normal) - cylinder_reach(b, normal);
+  bound.gap = (axis_offset < 0 ? -axis_offset : axis_offset) - cylinder_extent(a, normal) - cylinder_extent(b, normal);
   bound.normal = scale3(axis_offset < 0 ? real(-1) : real(1), normal);
   return bound;
 }

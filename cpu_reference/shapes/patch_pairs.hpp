@@ -105,9 +105,9 @@ Meeting<real> meet_other_face(u32 kind_a, const WorldShape<real>& a, u32 kind_b,
 
 /// How far the core of a shape reaches from its centre along a direction, times the direction's length.
 template <class real>
-real core_reach(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, Vec3<real> direction) {
-  if (kind == SHAPE_CYLINDER) return cylinder_reach(cylinder_of(shape), direction);
-  return poly_reach(polytope_of(kind, shape, tables), direction);
+real core_extent(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, Vec3<real> direction) {
+  if (kind == SHAPE_CYLINDER) return cylinder_extent(cylinder_of(shape), direction);
+  return poly_extent(polytope_of(kind, shape, tables), direction);
 }
 
 /// Whether the core of a shape is farther than the limit from a facet, as the facet's normal or a direction across one
@@ -121,7 +121,7 @@ bool facet_is_far(u32 kind, const WorldShape<real>& shape, const WorldShape<real
     const EdgeSpan<real> edge = poly_own_edge(triangle, k < 3 ? k : 0);
     const Vec3<real> out = out_of_frame(triangle.axes, k < 3 ? cross3(edge.along, normal) : normal);
     const Vec3<real> from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
-    const real gap = dot3(out, sub3(shape.center, from)) - core_reach(kind, shape, tables, scale3(real(-1), out));
+    const real gap = dot3(out, sub3(shape.center, from)) - core_extent(kind, shape, tables, scale3(real(-1), out));
     if (gap > limit * length3(out)) return true;
   }
   return false;

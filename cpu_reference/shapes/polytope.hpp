@@ -153,7 +153,7 @@ u32 poly_support(const Polytope<real>& p, Vec3<real> own) {
 
 /// How far the polytope reaches from its centre along a direction in the world.
 template <class real>
-real poly_reach(const Polytope<real>& p, Vec3<real> direction) {
+real poly_extent(const Polytope<real>& p, Vec3<real> direction) {
   const Vec3<real> own = into_frame(p.axes, direction);
   return dot3(own, poly_own_vertex(p, poly_support(p, own)));
 }

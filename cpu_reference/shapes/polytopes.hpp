@@ -85,7 +85,7 @@ real clamp_share(real x) {
 /// The separation along a unit normal from b to a: a lower bound of the true one.
 template <class real>
 real polytopes_bound(const Polytope<real>& a, const Polytope<real>& b, Vec3<real> normal) {
-  return dot3(normal, sub3(a.center, b.center)) - poly_reach(a, scale3(real(-1), normal)) - poly_reach(b, normal);
+  return dot3(normal, sub3(a.center, b.center)) - poly_extent(a, scale3(real(-1), normal)) - poly_extent(b, normal);
 }
 
 /// Two crossing edges against what the faces gave.

@@ -41,7 +41,7 @@ template <class real>
 struct Outline {
   Vec3<real> origin, u, v;  // by u and v about as wide as long
   u32 at[SHARED_DIRECTIONS];
-  real reach[SHARED_DIRECTIONS], x[SHARED_DIRECTIONS + 1], y[SHARED_DIRECTIONS + 1];
+  real distance[SHARED_DIRECTIONS], x[SHARED_DIRECTIONS + 1], y[SHARED_DIRECTIONS + 1];
   bool deep[SHARED_DIRECTIONS + 1];  // as deep as the deepest
 };
 
@@ -53,10 +53,10 @@ void outline_offer(Outline<real>& outline, const SharedPoint<real>& point, u32 a
   const Vec3<real> along_x = {1, 0, 0}, along_y = {0, 1, 0};
   for (u32 i = first_direction; i < end_direction; ++i) {
     const Vec3<real> direction = around_sixteenth(along_x, along_y, i);
-    const real reach = direction.x * x + direction.y * y;
+    const real distance = direction.x * x + direction.y * y;
     // one that comes later must be farther by a little
-    if (!(reach > outline.reach[i] + real(0.001))) continue;
-    outline.reach[i] = reach;
+    if (!(distance > outline.distance[i] + real(0.001))) continue;
+    outline.distance[i] = distance;
     outline.at[i] = at;
     outline.x[i] = x;
     outline.y[i] = y;
@@ -84,7 +84,7 @@ Outline<real> shared_outline(const PatchPair<real>& pair, u32 count, real limit,
   }
   for (u32 i = 0; i < SHARED_DIRECTIONS; ++i) {
     outline.at[i] = NONE;
-    outline.reach[i] = real(0);
+    outline.distance[i] = real(0);
   }
   for (u32 k = 0; k < count; ++k) {
     if (shared_wanders(pair, k)) continue;

@@ -252,7 +252,7 @@ void add_free_row(const SystemJoint& j, const ContactSystem& system, Assembly& a
   }
   const double fixed = assembly.add(joints.d, static_cast<Eigen::Index>(joints.z.size()), {on_a, on_b})[0];
   joints.laws.push_back({.speed = size * j.motor_speed - fixed,
-                         .reach = j.motor_impulse / size,
+                         .max_impulse = j.motor_impulse / size,
                          .slowest = size * j.slowest - fixed,
                          .fastest = size * j.fastest - fixed,
                          .bound_compliance = bound_compliance,

@@ -96,7 +96,7 @@ uniform vec4 u_cuts[8];
 uniform int u_cut_count;
 uniform vec3 u_normal, u_center_world;
 uniform int u_is_floor;
-uniform float u_top, u_fade, u_reach;  // m: where walls end, upwards, over which height, and sideways
+uniform float u_top, u_fade, u_range;  // m: where walls end, upwards, over which height, and sideways
 out vec4 color;
 
 // The share of a pixel that lines of this width (in pixels) cover, every `spacing` metres; none where they crowd.
@@ -124,7 +124,7 @@ void main() {
     return;
   }
   float shown = 1.0 - smoothstep(u_top - u_fade, u_top, v_world.z);
-  shown *= 1.0 - smoothstep(0.8 * u_reach, u_reach, length(v_world - u_center_world));
+  shown *= 1.0 - smoothstep(0.8 * u_range, u_range, length(v_world - u_center_world));
   color = behind ? vec4(vec3(0.35, 0.40, 0.46), 0.30 * line * shown)
                  : vec4(mix(vec3(0.93, 0.95, 0.97), vec3(0.38, 0.43, 0.50), line), (0.22 + 0.4 * line) * shown);
 }

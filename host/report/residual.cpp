@@ -238,9 +238,9 @@ void add_patch(const SystemPatch& p, std::span<const SystemContact> contacts, co
   if (p.count < 2 || w_twist <= 0) return;
   const double radius = std::sqrt((a.inverse_mass + b.inverse_mass) / w_twist);
   const double twist_rate = p.normal.dot(a.w - b.w), twist_rate_wr = p.normal.dot(da.w - db.w);
-  const double reach = p.friction * moment;
+  const double twist_limit = p.friction * moment;
   const auto twist = [&](double rho) {
-    return std::abs(p.twist - std::clamp(p.twist - rho * twist_rate, -reach, reach));
+    return std::abs(p.twist - std::clamp(p.twist - rho * twist_rate, -twist_limit, twist_limit));
   };
   add(radius * w_twist * twist(1 / w_twist), radius * (twist_rate - twist_rate_wr), radius * twist_rate_wr, twist(1));
 }
@@ -278,11 +278,11 @@ double wanted_speed(const SystemJoint& j, double u) {
   const double e = j.effective_mobility, q = u - e * j.free_impulse;
   if (j.spring_compliance > 0) {
     const double left = j.spring_compliance / (e + j.spring_compliance), idle = j.slowest + left * (q - j.slowest);
-    const double reach = left * e * j.motor_impulse;
-    return std::clamp(j.motor_speed, idle - reach, idle + reach);
+    const double motor_change = left * e * j.motor_impulse;
+    return std::clamp(j.motor_speed, idle - motor_change, idle + motor_change);
   }
-  const double reach = e * j.motor_impulse;
-  const double driven = std::clamp(j.motor_speed, q - reach, q + reach);
+  const double motor_change = e * j.motor_impulse;
+  const double driven = std::clamp(j.motor_speed, q - motor_change, q + motor_change);
   return driven + (std::clamp(driven, j.slowest, j.fastest) - driven) / (1 + j.bound_softness);
 }
 

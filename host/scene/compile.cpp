@@ -56,7 +56,7 @@ std::array<double, 6> inverse_inertia_world(const Vector3& inertia, const Quater
 
 // No point of the shape is farther from its origin. The factor covers the rounding of whoever places its points.
 template <class real>
-real shape_reach(ShapeKind kind, const real (&size)[4]) {
+real shape_bounding_radius(ShapeKind kind, const real (&size)[4]) {
   const double a = double(size[0]), b = double(size[1]), c = double(size[2]);
   switch (kind) {
     case SHAPE_SPHERE: return size[0];
@@ -258,7 +258,7 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
     }
     default: break;  // a plane has no size
   }
-  record.reach = shape_reach<real>(shape.kind, record.size);
+  record.bounding_radius = shape_bounding_radius<real>(shape.kind, record.size);
   buffers().shapes.push_back(record);
 }
 
@@ -417,7 +417,7 @@ void Compiler<real>::set_features() {
   }
 }
 
-// What a shape can reach in a step at its first speed, so that a scene with bullets counts as one of unequal sizes.
+// How far a shape can come in a step at its first speed, so that a scene with bullets counts as one of unequal sizes.
 template <class real>
 Feature Compiler<real>::broad_phase() const {
   const Settings& settings = worlds_[0].settings;
@@ -430,7 +430,7 @@ Feature Compiler<real>::broad_phase() const {
     if (shape.kind == SHAPE_PLANE || (shape.flags & SHAPE_IS_IN_TREE) != 0) continue;
     const Motion<real>& motion = state_.buffers.motions[shape.body];
     const Vector3 v = {double(motion.v[0]), double(motion.v[1]), double(motion.v[2])};
-    extents.push_back(double(state_.buffers.shapes[i].reach) + settings.dt * exact::length(v));
+    extents.push_back(double(state_.buffers.shapes[i].bounding_radius) + settings.dt * exact::length(v));
   }
   return prefers_tree(std::move(extents), worlds_.size()) ? Feature::bvh : Feature::grid;
 }

@@ -23,14 +23,15 @@ Vector3 offset_of(const Shape<real>& shape) {
   return {double(shape.offset[0]), double(shape.offset[1]), double(shape.offset[2])};
 }
 
-// Around a shape, in the frame of its body: as cpu_reference/shape_bound.hpp, but that round ones take their reach.
+// Around a shape, in the frame of its body: as cpu_reference/shape_bound.hpp, but that round ones take their bounding
+// radius.
 template <class real>
 Box box_of(const Shape<real>& shape, u32 kind) {
   const Quaternion rotation = {double(shape.rotation[0]), double(shape.rotation[1]), double(shape.rotation[2]),
                                double(shape.rotation[3])};
   const Vector3 center = offset_of(shape);
-  const double reach = double(shape.reach);
-  Vector3 half = {reach, reach, reach};
+  const double bounding_radius = double(shape.bounding_radius);
+  Vector3 half = {bounding_radius, bounding_radius, bounding_radius};
   if (kind == SHAPE_BOX || kind == SHAPE_HULL) {
     half = {0, 0, 0};
     for (unsigned axis = 0; axis < 3; ++axis) {
@@ -42,7 +43,8 @@ Box box_of(const Shape<real>& shape, u32 kind) {
   }
   Box box;
   for (unsigned k = 0; k < 3; ++k) {
-    const double slack = 2e-5 * reach + 1e-6 * std::abs(center[k]);  // covers the rounding of who looks for it
+    const double slack =
+        2e-5 * bounding_radius + 1e-6 * std::abs(center[k]);  // covers the rounding of who looks for it
     box.low[k] = center[k] - half[k] - slack;
     box.high[k] = center[k] + half[k] + slack;
   }
@@ -122,8 +124,8 @@ class Forest {
       const Shape<real>& shape = b_.shapes[i];
       b_.shape_infos[i].flags |= SHAPE_IS_IN_TREE;
       whole.unite(box_of(shape, b_.shape_infos[i].kind));
-      radius = std::max(radius, exact::length(offset_of(shape)) + double(shape.reach));
-      tree.largest = std::max(tree.largest, shape.reach);
+      radius = std::max(radius, exact::length(offset_of(shape)) + double(shape.bounding_radius));
+      tree.largest = std::max(tree.largest, shape.bounding_radius);
     }
     tree.radius = static_cast<real>(radius * 1.000001);
     std::ranges::stable_sort(items, {}, [&](u32 i) { return curve_key(offset_of(b_.shapes[i]), whole); });

@@ -27,15 +27,15 @@ class Kept {
     cells_[{cell(p[0]), cell(p[1]), cell(p[2])}].push_back(p);
     return true;
   }
-  bool is_within(const Vector3& p, double reach) const {
-    for (long x = cell(p[0] - reach); x <= cell(p[0] + reach); ++x) {
-      for (long y = cell(p[1] - reach); y <= cell(p[1] + reach); ++y) {
-        for (long z = cell(p[2] - reach); z <= cell(p[2] + reach); ++z) {
+  bool is_within(const Vector3& p, double max_distance) const {
+    for (long x = cell(p[0] - max_distance); x <= cell(p[0] + max_distance); ++x) {
+      for (long y = cell(p[1] - max_distance); y <= cell(p[1] + max_distance); ++y) {
+        for (long z = cell(p[2] - max_distance); z <= cell(p[2] + max_distance); ++z) {
           const auto found = cells_.find({x, y, z});
           if (found == cells_.end()) continue;
           for (const Vector3& q : found->second) {
             const Vector3 d = subtract(p, q);
-            if (exact::dot(d, d) < reach * reach) return true;
+            if (exact::dot(d, d) < max_distance * max_distance) return true;
           }
         }
       }

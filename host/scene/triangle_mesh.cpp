@@ -183,7 +183,7 @@ std::string flaw_of(const TriangleMesh& mesh) {
   return flaw_of_crossings(mesh);
 }
 
-MeshSearch::MeshSearch(const TriangleMesh& mesh, double reach) : mesh_(mesh), size_(2 * reach) {
+MeshSearch::MeshSearch(const TriangleMesh& mesh, double max_distance) : mesh_(mesh), size_(2 * max_distance) {
   const auto cell = [&](double x) { return static_cast<long>(std::floor(x / size_)); };
   for (u32 t = 0; t < mesh.triangles.size(); ++t) {
     Vector3 low = mesh.vertices[mesh.triangles[t][0]], high = low;
@@ -208,13 +208,13 @@ const std::vector<u32>& MeshSearch::at(const Cells& cells, long x, long y, long 
   return found == cells.end() ? none : found->second;
 }
 
-MeshSearch::Nearest MeshSearch::nearest(const Vector3& p, double reach) const {
+MeshSearch::Nearest MeshSearch::nearest(const Vector3& p, double max_distance) const {
   const auto cell = [&](double x) { return static_cast<long>(std::floor(x / size_)); };
   Nearest best;
-  double least = reach * reach;
-  for (long x = cell(p[0] - reach); x <= cell(p[0] + reach); ++x) {
-    for (long y = cell(p[1] - reach); y <= cell(p[1] + reach); ++y) {
-      for (long z = cell(p[2] - reach); z <= cell(p[2] + reach); ++z) {
+  double least = max_distance * max_distance;
+  for (long x = cell(p[0] - max_distance); x <= cell(p[0] + max_distance); ++x) {
+    for (long y = cell(p[1] - max_distance); y <= cell(p[1] + max_distance); ++y) {
+      for (long z = cell(p[2] - max_distance); z <= cell(p[2] + max_distance); ++z) {
         for (const u32 t : at(cells_, x, y, z)) {
           const auto& [a, b, c] = mesh_.triangles[t];
           const Vector3 q = closest_point(p, mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c]);

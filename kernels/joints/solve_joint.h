@@ -85,15 +85,16 @@ static inline void lane_solve_locked_rows(global const JointBlock* block, u32 fi
 // The velocity that the free row gets.
 static inline lane lane_free_speed(global const JointBlock* block, u32 first, lane e, lane q, lane slowest,
                                    lane fastest, lane bound_softness) {
-  lane idle = q, reach = e * LANE_LOAD(block->motor_impulse + first);
+  lane idle = q, motor_change = e * LANE_LOAD(block->motor_impulse + first);
 #if FEATURE_JOINT_SPRINGS
   const lane spring_compliance = LANE_LOAD(block->spring_compliance + first);
   const lane left = spring_compliance > (lane)0 ? spring_compliance / (e + spring_compliance) : (lane)1;
   idle = spring_compliance > (lane)0 ? slowest + left * (q - slowest) : q;
-  reach = left * reach;
+  motor_change = left * motor_change;
 #endif
   const lane wanted = LANE_LOAD(block->motor_speed + first);
-  const lane driven = wanted < idle - reach ? idle - reach : (wanted > idle + reach ? idle + reach : wanted);
+  const lane driven = wanted < idle - motor_change ? idle - motor_change
+                                                   : (wanted > idle + motor_change ? idle + motor_change : wanted);
   const lane bounded = lane_bounded_speed(driven, slowest, fastest, bound_softness);
 #if FEATURE_JOINT_SPRINGS
   return spring_compliance > (lane)0 ? driven : bounded;

@@ -22,7 +22,7 @@ static inline Mover make_mover(u32 kind, global const Shape* shape, global const
   m.pose = pose;
   m.v = make3(motion->v[0], motion->v[1], motion->v[2]);
   m.w = make3(motion->w[0], motion->w[1], motion->w[2]);
-  m.radius = kind == SHAPE_SPHERE ? arm : arm + shape->reach;
+  m.radius = kind == SHAPE_SPHERE ? arm : arm + shape->bounding_radius;
   m.unbounded = kind == SHAPE_PLANE;
   return m;
 }

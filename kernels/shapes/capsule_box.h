@@ -215,9 +215,9 @@ static inline Manifold capsule_box(WorldShape a, WorldShape b) {
   const u32 face = outside > 0 ? box_face_below(x, c.extents) : 3;
   if (face < 3) {
     // as far as x, if that is over the edge
-    const Vec3 reach =
+    const Vec3 wide_extents =
         make3(larger_of(c.extents.x, fabs(x.x)), larger_of(c.extents.y, fabs(x.y)), larger_of(c.extents.z, fabs(x.z)));
-    c.extents = with_along(reach, face, along(c.extents, face));
+    c.extents = with_along(wide_extents, face, along(c.extents, face));
     return capsule_on_face(a, b, axes, c, face, sign_of(along(x, face)));
   }
   if (outside > 0) {

@@ -18,7 +18,7 @@ static inline Meeting cylinder_try(const Cylinder* c, const Polytope* p, Meeting
                                    Vec3 at_p, real tolerance) {
   if (!facet_admits(p, into_frame(p->axes, normal))) return best;
   const real gap =
-      dot3(normal, sub3(c->center, p->center)) - cylinder_reach(c, scale3((real)-1, normal)) - poly_reach(p, normal);
+      dot3(normal, sub3(c->center, p->center)) - cylinder_extent(c, scale3((real)-1, normal)) - poly_extent(p, normal);
   const real off = dot3(normal, sub3(at_c, at_p)) - gap;
   if (off <= (real)4 * tolerance) return meeting_offer(best, gap, normal, NORMAL_FIXED, at_c, at_p, tolerance);
   if (!(gap > best.gap + tolerance)) return best;
@@ -34,7 +34,7 @@ static inline Meeting cylinder_try_flats(const Cylinder* c, const Polytope* p, r
     const Vec4 plane = poly_own_plane(p, f);
     const Vec3 normal = out_of_frame(p->axes, make3(plane.x, plane.y, plane.z));
     if (!facet_looks_at(p, dot3(normal, offset) - plane.w)) continue;
-    const real gap = dot3(normal, offset) - plane.w - cylinder_reach(c, scale3((real)-1, normal));
+    const real gap = dot3(normal, offset) - plane.w - cylinder_extent(c, scale3((real)-1, normal));
     const Vec3 on_c = cylinder_support(c, scale3((real)-1, normal));
     best = meeting_offer(best, gap, normal, NORMAL_OF_B, on_c, sub3(on_c, scale3(gap, normal)), (real)0);
   }

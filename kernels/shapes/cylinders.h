@@ -15,7 +15,7 @@ static inline CylinderBound cylinders_bound(const Cylinder* a, const Cylinder* b
   const real axis_offset = dot3(normal, sub3(a->center, b->center));
   CylinderBound bound;
   bound.gap =
-      (axis_offset < (real)0 ? -axis_offset : axis_offset) - cylinder_reach(a, normal) - cylinder_reach(b, normal);
+      (axis_offset < (real)0 ? -axis_offset : axis_offset) - cylinder_extent(a, normal) - cylinder_extent(b, normal);
   bound.normal = scale3(axis_offset < (real)0 ? (real)-1 : (real)1, normal);
   return bound;
 }

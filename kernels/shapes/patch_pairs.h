@@ -104,15 +104,15 @@ static inline Meeting meet_other_face(u32 kind_a, WorldShape a, u32 kind_b, Worl
 
 #if FEATURE_FACETS
 // How far the core of a shape reaches from its centre along a direction, times the direction's length.
-static inline real core_reach(u32 kind, WorldShape shape, HullTables tables, Vec3 direction) {
+static inline real core_extent(u32 kind, WorldShape shape, HullTables tables, Vec3 direction) {
 #if FEATURE_CYLINDERS
   if (kind == SHAPE_CYLINDER) {
     const Cylinder cylinder = cylinder_of(shape);
-    return cylinder_reach(&cylinder, direction);
+    return cylinder_extent(&cylinder, direction);
   }
 #endif
   const Polytope polytope = polytope_of(kind, shape, tables);
-  return poly_reach(&polytope, direction);
+  return poly_extent(&polytope, direction);
 }
 
 // Whether the core of a shape is farther than the limit from a facet, as the facet's normal or a direction across one
@@ -124,7 +124,7 @@ static inline bool facet_is_far(u32 kind, WorldShape shape, WorldShape facet, Hu
     const EdgeSpan edge = poly_own_edge(&triangle, k < 3u ? k : 0u);
     const Vec3 out = out_of_frame(triangle.axes, k < 3u ? cross3(edge.along, normal) : normal);
     const Vec3 from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
-    const real gap = dot3(out, sub3(shape.center, from)) - core_reach(kind, shape, tables, scale3((real)-1, out));
+    const real gap = dot3(out, sub3(shape.center, from)) - core_extent(kind, shape, tables, scale3((real)-1, out));
     if (gap > limit * length3(out)) return true;
   }
   return false;

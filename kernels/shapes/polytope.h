@@ -150,7 +150,7 @@ static inline u32 poly_support(const Polytope* p, Vec3 own) {
 }
 
 // How far the polytope reaches from its centre along a direction in the world.
-static inline real poly_reach(const Polytope* p, Vec3 direction) {
+static inline real poly_extent(const Polytope* p, Vec3 direction) {
   const Vec3 own = into_frame(p->axes, direction);
   return dot3(own, poly_own_vertex(p, poly_support(p, own)));
 }

@@ -76,7 +76,7 @@ static inline real clamp_share(real x) { return x < (real)0 ? (real)0 : x > (rea
 
 // The separation along a unit normal from b to a: a lower bound of the true one.
 static inline real polytopes_bound(const Polytope* a, const Polytope* b, Vec3 normal) {
-  return dot3(normal, sub3(a->center, b->center)) - poly_reach(a, scale3((real)-1, normal)) - poly_reach(b, normal);
+  return dot3(normal, sub3(a->center, b->center)) - poly_extent(a, scale3((real)-1, normal)) - poly_extent(b, normal);
 }
 
 // Two crossing edges against what is best so far.

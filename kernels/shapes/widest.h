@@ -38,7 +38,7 @@ static inline SharedPoint shared_on_rim(const PatchPair* pair, bool of_first, Ve
 typedef struct Outline {
   Vec3 origin, u, v;  // by u and v about as wide as long
   u32 at[SHARED_DIRECTIONS];
-  real reach[SHARED_DIRECTIONS], x[SHARED_DIRECTIONS + 1], y[SHARED_DIRECTIONS + 1];
+  real distance[SHARED_DIRECTIONS], x[SHARED_DIRECTIONS + 1], y[SHARED_DIRECTIONS + 1];
   bool deep[SHARED_DIRECTIONS + 1];  // as deep as the deepest
 } Outline;
 
@@ -49,10 +49,10 @@ static inline void outline_offer(Outline* outline, const SharedPoint* point, u32
   const Vec3 along_x = make3((real)1, (real)0, (real)0), along_y = make3((real)0, (real)1, (real)0);
   for (u32 i = first_direction; i < end_direction; ++i) {
     const Vec3 direction = around_sixteenth(along_x, along_y, i);
-    const real reach = direction.x * x + direction.y * y;
+    const real distance = direction.x * x + direction.y * y;
     // one that comes later must be farther by a little
-    if (!(reach > outline->reach[i] + (real)0.001)) continue;
-    outline->reach[i] = reach;
+    if (!(distance > outline->distance[i] + (real)0.001)) continue;
+    outline->distance[i] = distance;
     outline->at[i] = at;
     outline->x[i] = x;
     outline->y[i] = y;
@@ -79,7 +79,7 @@ static inline Outline shared_outline(const PatchPair* pair, const SharedPoint* k
   }
   for (u32 i = 0; i < SHARED_DIRECTIONS; ++i) {
     outline.at[i] = NONE;
-    outline.reach[i] = (real)0;
+    outline.distance[i] = (real)0;
   }
   for (u32 k = 0; k < count; ++k) {
     if (shared_wanders(pair, k)) continue;

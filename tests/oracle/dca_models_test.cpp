@@ -97,10 +97,10 @@ struct Case {
     }
   }
 
-  void add_joint_friction(double reach) {
+  void add_joint_friction(double max_impulse) {
     for (std::size_t j = 0; j < r.system.joints.size() && demand.drives.size() < 3; ++j) {
       const JointType type = r.system.joints[j].type;
-      if (type != JointType::fixed && type != JointType::ball) demand.drives.push_back({j, 0, reach});
+      if (type != JointType::fixed && type != JointType::ball) demand.drives.push_back({j, 0, max_impulse});
     }
   }
 
@@ -132,7 +132,7 @@ struct Case {
       for (const Row& row : rows_of(joint, at)) m.joint_rows.push_back({plain(row), -velocity(row, step->twists())});
     }
     for (const Drive& drive : demand.drives)
-      m.dry_rows.push_back({plain(acting_row(r.system.joints[drive.joint], at)), drive.reach});
+      m.dry_rows.push_back({plain(acting_row(r.system.joints[drive.joint], at)), drive.max_impulse});
     return m;
   }
 

@@ -113,7 +113,7 @@ TEST(MixedSolvers, SolveNothingAndJointsAlone) {
 // Of one row of mobility e: driven, held by its bounds, hard and soft, and on a spring.
 TEST(BoundedLaw, IsThatOfMotorsLimitsAndSprings) {
   constexpr double far = 1e30;
-  const oracle::BoundedLaw motor = {.speed = 2, .reach = 3, .slowest = -far, .fastest = far, .mobility = 1};
+  const oracle::BoundedLaw motor = {.speed = 2, .max_impulse = 3, .slowest = -far, .fastest = far, .mobility = 1};
   EXPECT_DOUBLE_EQ(motor.velocity(0, 1), 2);
   EXPECT_DOUBLE_EQ(motor.velocity(-4, 1), -1) << "as far as it reaches";
   EXPECT_DOUBLE_EQ(motor.velocity(9, 0.5), 7.5) << "and it brakes";

@@ -96,8 +96,8 @@ TEST(OracleBackend, TakesSolversOfEveryModel) {
     const bool other_model = name == "ccp_apgd";
     const bool for_pyramids =
         name == "pyramid_lemke" || name == "pyramid_enumeration" || name == "pyramid_fischer_newton";
-    const bool out_of_reach = (name.starts_with("pyramid_") && !for_pyramids) || name == "box_fischer_newton";
-    if (other_model || out_of_reach) continue;
+    const bool out_of_scope = (name.starts_with("pyramid_") && !for_pyramids) || name == "box_fischer_newton";
+    if (other_model || out_of_scope) continue;
     Stepper run(hard_scene("slide_to_roll"), name);
     for (int i = 0; i < 5; ++i) run.step();
     EXPECT_LE(run.distance(exact), 1e-9) << name;

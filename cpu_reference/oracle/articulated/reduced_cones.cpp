@@ -51,7 +51,7 @@ Held held_by(const ReducedProblem& p, const States& states) {
   held.pushed = VectorXd::Zero(p.size());
   for (Index d = 0; d < p.drives(); ++d) {
     if (states[std::size_t(d)] == 0) held.rows.push_back(p.first_drive() + d);
-    held.pushed[p.first_drive() + d] = states[std::size_t(d)] * p.reach[d];
+    held.pushed[p.first_drive() + d] = states[std::size_t(d)] * p.max_impulse[d];
   }
   held.coupling.resize(p.size(), Index(held.rows.size()));
   for (std::size_t k = 0; k < held.rows.size(); ++k) held.coupling.col(Index(k)) = p.w.col(held.rows[k]);
@@ -62,9 +62,9 @@ Held held_by(const ReducedProblem& p, const States& states) {
 }
 
 // Whether a drive is to change over, and to what.
-bool next_state(double impulse, double velocity, double reach, double rounding, int& state) {
+bool next_state(double impulse, double velocity, double max_impulse, double rounding, int& state) {
   const int before = state;
-  if (state == 0 && std::abs(impulse) > reach * (1 + 1e-12))
+  if (state == 0 && std::abs(impulse) > max_impulse * (1 + 1e-12))
     state = impulse > 0 ? 1 : -1;
   else if (state != 0 && state * velocity > rounding)
     state = 0;
@@ -114,8 +114,8 @@ SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& 
     bool changed = false;
     for (Index d = 0; d < p.drives() && !(changed && change > changes_at_once); ++d) {
       const Index row = rows + d;
-      const double rounding = 1e-12 * (std::abs(p.q[row]) + p.reach[d] * p.w.coeff(row, row));
-      changed |= next_state(r[row], u[row], p.reach[d], rounding, states[std::size_t(d)]);
+      const double rounding = 1e-12 * (std::abs(p.q[row]) + p.max_impulse[d] * p.w.coeff(row, row));
+      changed |= next_state(r[row], u[row], p.max_impulse[d], rounding, states[std::size_t(d)]);
     }
     if (!changed) return sum;
   }

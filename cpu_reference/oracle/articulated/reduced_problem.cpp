@@ -23,7 +23,7 @@ Row negated(Row row) {
 ReducedProblem reduced_rows(const Step& step, const Demand& demand) {
   const auto& joints = step.tree().system().joints;
   ReducedProblem p;
-  std::vector<double> constants, reach;
+  std::vector<double> constants, max_impulse;
   p.friction.resize(Index(demand.contacts.size()));
   for (std::size_t i = 0; i < demand.contacts.size(); ++i) {
     const models::Contact& c = demand.contacts[i];
@@ -47,11 +47,11 @@ ReducedProblem reduced_rows(const Step& step, const Demand& demand) {
   for (const Drive& drive : demand.drives) {
     p.rows.push_back(acting_row(joints[drive.joint], step.at()));
     constants.push_back(-drive.speed);
-    reach.push_back(drive.reach);
+    max_impulse.push_back(drive.max_impulse);
   }
-  p.reach = Eigen::Map<const VectorXd>(reach.data(), Index(reach.size()));
+  p.max_impulse = Eigen::Map<const VectorXd>(max_impulse.data(), Index(max_impulse.size()));
   p.q = Eigen::Map<const VectorXd>(constants.data(), Index(constants.size()));
-  p.unheld = step.mobility().unheld({p.rows.end() - p.reach.size(), p.rows.end()});
+  p.unheld = step.mobility().unheld({p.rows.end() - p.max_impulse.size(), p.rows.end()});
   for (Index i = 0; i < p.size(); ++i) p.q[i] += velocity(p.rows[std::size_t(i)], step.twists());
   return p;
 }

@@ -60,10 +60,10 @@ SparseMatrix with_joints(const SparseMatrix& responses, const SparseMatrix& move
 double BoundedLaw::velocity(double q, double e) const {
   if (spring_compliance > 0) {
     const double left = spring_compliance / (e + spring_compliance), idle = slowest + left * (q - slowest),
-                 far = left * e * reach;
+                 far = left * e * max_impulse;
     return std::clamp(speed, idle - far, idle + far);
   }
-  const double driven = std::clamp(speed, q - e * reach, q + e * reach);
+  const double driven = std::clamp(speed, q - e * max_impulse, q + e * max_impulse);
   return driven + (std::clamp(driven, slowest, fastest) - driven) * e / (e + bound_compliance);
 }
 

@@ -1,6 +1,6 @@
-// Which shapes may touch within the step. cpu_reference/shapes/reach.hpp is the twin.
-#ifndef LOCKSTEP_REACH_H
-#define LOCKSTEP_REACH_H
+// Which shapes may touch within the step. cpu_reference/shapes/may_touch.hpp is the twin.
+#ifndef LOCKSTEP_MAY_TOUCH_H
+#define LOCKSTEP_MAY_TOUCH_H
 
 #include "grid.h"
 
@@ -29,7 +29,7 @@ static inline bool may_touch(ShapeInfo a, ShapeInfo b, BodyInfo body_a, BodyInfo
 }
 
 // The gap of two shapes that come closer at `speed` is open to at most the margin at the end of the step.
-static inline bool within_reach(const StepParams* params, real gap, real speed) {
+static inline bool within_range(const StepParams* params, real gap, real speed) {
   return gap <= params->margin + step_length(params) * speed;
 }
 

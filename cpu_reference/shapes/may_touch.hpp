@@ -1,4 +1,4 @@
-// Which shapes may touch within the step. kernels/shapes/reach.h is the twin.
+// Which shapes may touch within the step. kernels/shapes/may_touch.h is the twin.
 #pragma once
 
 #include "cpu_reference/grid.hpp"
@@ -20,7 +20,7 @@ inline bool may_touch(const ShapeInfo& a, const ShapeInfo& b, const BodyInfo& bo
 
 /// The gap of two shapes that come closer at `speed` is open to at most the margin at the end of the step.
 template <class real>
-bool within_reach(const StepParams<real>& params, real gap, real speed) {
+bool within_range(const StepParams<real>& params, real gap, real speed) {
   return gap <= params.margin + step_length(params) * speed;
 }
 
