@@ -108,21 +108,21 @@ std::string shares(const Scene& scene, u32 threads) {
     const auto first = simulation.backend().stage_seconds();
     for (u32 i = 1; i < scene.settings.steps; ++i) simulation.step();
     const auto last = simulation.backend().stage_seconds();
-    std::vector<double> parts(5);
+    std::vector<double> groups(5);
     for (u32 s = 0; s < stage_count; ++s) {
       const auto is_in = [s](Stage from, Stage to) { return s >= u32(from) && s <= u32(to); };
-      const u32 part = is_in(Stage::update_bounds, Stage::search_tree)            ? 0
-                       : is_in(Stage::collide, Stage::collide)                    ? 1
-                       : is_in(Stage::match_contacts, Stage::pack_points)         ? 2
-                       : is_in(Stage::integrate_velocities, Stage::mark_touching) ? 3
-                                                                                  : 4;
-      parts[part] += last[s] - first[s];
+      const u32 group = is_in(Stage::update_bounds, Stage::search_tree)            ? 0
+                        : is_in(Stage::collide, Stage::collide)                    ? 1
+                        : is_in(Stage::match_contacts, Stage::pack_points)         ? 2
+                        : is_in(Stage::integrate_velocities, Stage::mark_touching) ? 3
+                                                                                   : 4;
+      groups[group] += last[s] - first[s];
     }
-    return parts;
+    return groups;
   });
   const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
   std::string text;
-  for (const double part : seconds) text += fmt::format(",{:.0f}", 100 * part / sum);
+  for (const double group : seconds) text += fmt::format(",{:.0f}", 100 * group / sum);
   return text;
 }
 

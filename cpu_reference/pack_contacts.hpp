@@ -31,7 +31,7 @@ bool is_central(const Buffers<real>& buffers, u32 body, u32 shape) {
 /// laid out as one colour.
 template <class real>
 u32 color_of_pair(const Buffers<real>& buffers, u32 i) {
-  return buffers.part_blocks.empty() ? buffers.contact_colors[i] : 0;
+  return buffers.body_copy_blocks.empty() ? buffers.contact_colors[i] : 0;
 }
 
 /// Pairs that are laid out by colour; not those with a slot in a cell.

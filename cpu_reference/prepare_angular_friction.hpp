@@ -4,7 +4,7 @@
 // kernels/prepare_angular_friction.h is the twin.
 #pragma once
 
-#include "cpu_reference/mass_splitting.hpp"
+#include "cpu_reference/body_copies.hpp"
 #include "cpu_reference/solve_angular_friction.hpp"
 
 namespace lockstep::reference {

@@ -15,16 +15,16 @@
 //                    the law's.
 // Friction is that of what holds where the contact slid slower than a speed at the start of the sub-step (feature
 // static_friction), and of what slides elsewhere.
-// The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2), M that of the pair's parts of its bodies
-// where they are split (cpu_reference/mass_splitting.hpp). Impulses start from the last step, later
+// The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2), M that of the pair's copies of its bodies
+// where they are split (cpu_reference/body_copies.hpp). Impulses start from the last step, later
 // from the last sub-step, turned with the contact through the world frame and put back into the cone.
 #pragma once
 
+#include "cpu_reference/body_copies.hpp"
 #include "cpu_reference/cone.hpp"
 #include "cpu_reference/current_contact.hpp"
 #include "cpu_reference/frame.hpp"
 #include "cpu_reference/impact.hpp"
-#include "cpu_reference/mass_splitting.hpp"
 #include "cpu_reference/prepare_angular_friction.hpp"
 #include "cpu_reference/prepare_patch.hpp"
 #include "cpu_reference/rigid_body.hpp"
@@ -70,8 +70,8 @@ NormalLaw<real> normal_law(const StepParams<real>& p, real gap, real u_old, real
     const bool bounces = bounce < push_out;
     law = {bounces ? bounce : push_out, law.soft && !bounces};
   }
-  const bool parts = u_old > p.restitution_threshold && u_old > -law.bias;
-  if (restitution > 0 && parts && !(p.softness > 0)) {
+  const bool separates = u_old > p.restitution_threshold && u_old > -law.bias;
+  if (restitution > 0 && separates && !(p.softness > 0)) {
     const real closing = restitution * u_old;
     law.bias = closing > law.bias ? closing : law.bias;
   }

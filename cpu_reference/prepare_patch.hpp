@@ -7,7 +7,7 @@
 // centre of pressure has gone.
 #pragma once
 
-#include "cpu_reference/mass_splitting.hpp"
+#include "cpu_reference/body_copies.hpp"
 #include "cpu_reference/solve_contact.hpp"
 
 namespace lockstep::reference {

@@ -1,7 +1,7 @@
 // Solves the contact problem by sweeps of blocked projected Gauss-Seidel (cpu_reference/solve_contact.hpp) in the fixed
 // order of colours: pairs of one colour share no movable body, so that their order within it cannot matter. In scenes
-// solved by Jacobi's method a sweep solves all pairs at once (cpu_reference/mass_splitting.hpp), after the joints.
-// Scenes that are solved along a gradient, or by the dense matrix, have a schedule of their own
+// solved by Jacobi's method a sweep solves all pairs at once (cpu_reference/body_copies.hpp), after the joints. Scenes
+// that are solved along a gradient, or by the dense matrix, have a schedule of their own
 // (cpu_reference/gradient/solve_by_gradient.hpp, cpu_reference/solve_dense.hpp).
 //
 // Joints that are solved directly come first in each sweep, all those of a tree at once

@@ -1,6 +1,6 @@
-// Splits each dynamic body among its pairs in contact, for cpu_reference/mass_splitting.hpp: counts the pairs of each
-// body and gives each side of each pair a slot among the parts of its body. Parts follow one another as the slots of
-// the pairs do, so that their sum has one order whatever finds them.
+// Splits each dynamic body among its pairs in contact, for cpu_reference/body_copies.hpp: counts the pairs of each body
+// and gives each side of each pair a slot among the copies of its body. Copies follow one another as the slots of the
+// pairs do, so that their sum has one order whatever finds them.
 #pragma once
 
 #include <algorithm>
@@ -25,7 +25,7 @@ void for_each_side(const Buffers<real>& buffers, u32 body_count, Function&& func
 
 template <class real>
 void split_bodies(Buffers<real>& buffers, const StepParams<real>& params) {
-  auto& starts = buffers.part_starts;
+  auto& starts = buffers.body_copy_starts;
   std::fill(starts.begin(), starts.end(), 0u);
   for_each_side(buffers, params.bodies, [&](u32 body, u32, u32, bool) {
     if (body != NONE) ++starts[body + 1];
@@ -34,8 +34,8 @@ void split_bodies(Buffers<real>& buffers, const StepParams<real>& params) {
 
   std::vector<u32> next(starts.begin(), starts.end());
   for_each_side(buffers, params.bodies, [&](u32 body, u32 block, u32 lane, bool is_b) {
-    PartBlock<real>& out = buffers.part_blocks[block];
-    (is_b ? out.parts_b : out.parts_a)[lane] = body != NONE ? real(starts[body + 1] - starts[body]) : real(0);
+    BodyCopyBlock<real>& out = buffers.body_copy_blocks[block];
+    (is_b ? out.copies_b : out.copies_a)[lane] = body != NONE ? real(starts[body + 1] - starts[body]) : real(0);
     (is_b ? out.slot_b : out.slot_a)[lane] = body != NONE ? next[body]++ : NONE;
   });
 }

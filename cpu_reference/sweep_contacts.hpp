@@ -1,7 +1,7 @@
 // The order of the solves: what the solver's sweeps and the warm start share. kernels/sweep_contacts.h is the twin.
 #pragma once
 
-#include "cpu_reference/mass_splitting.hpp"
+#include "cpu_reference/body_copies.hpp"
 #include "cpu_reference/purpose.hpp"
 #include "cpu_reference/solve_angular_friction.hpp"
 #include "cpu_reference/solve_contact.hpp"
@@ -85,10 +85,10 @@ void start_pair(const Buffers<real>& buffers, const std::vector<ImpulseBlock<rea
   if (uses_patches) start_patch_friction(buffers.patch_blocks[block], buffers.patch_impulses[block], lane, a, b);
 }
 
-/// Calls function(block, lane, a, b) for every pair: one after another, or each on parts of its bodies.
+/// Calls function(block, lane, a, b) for every pair: one after another, or each on copies of its bodies.
 template <class real, class Function>
 void for_each_pair(Buffers<real>& buffers, Function&& function) {
-  if (!buffers.part_blocks.empty()) return for_each_pair_on_copies(buffers, function);
+  if (!buffers.body_copy_blocks.empty()) return for_each_pair_on_copies(buffers, function);
   for_each_pair_slot(buffers, [&](const BlockBodies& bodies, u32 block, u32 lane) {
     function(block, lane, buffers.motions[bodies.body_a[lane]], buffers.motions[bodies.body_b[lane]]);
   });

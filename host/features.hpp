@@ -29,7 +29,7 @@ enum class Feature : std::uint64_t {
   joints = 1ull << 18,
   soft_joints = 1ull << 19,       // joints are springs too
   patches = 1ull << 20,           // the contacts of a pair share one friction patch
-  jacobi = 1ull << 21,            // pairs in contact are solved all at once, each on parts of its bodies; no colours
+  jacobi = 1ull << 21,            // pairs in contact are solved all at once, each on copies of its bodies; no colours
   tolerance = 1ull << 22,         // a sub-step ends its sweeps when they change little
   all_pairs = 1ull << 23,         // ... or from comparing all shapes: one of the three wherever there are contacts
   loads = 1ull << 24,             // forces and torques act on bodies from outside

@@ -25,8 +25,8 @@ void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::match_contacts, p);
 
   // contacts of one colour share no movable body, so that a colour is solved at once; before them, where they are
-  // wanted, come cells of space, of which every second one along each axis is; or all contacts are, on parts of bodies;
-  // or one after another, by the matrix of those that share bodies
+  // wanted, come cells of space, of which every second one along each axis is; or all contacts are, on copies of
+  // bodies; or one after another, by the matrix of those that share bodies
   backend.run(Stage::partition_contacts, p);
   backend.run(Stage::schedule_contacts, p);
   backend.run(Stage::color_contacts, p);

@@ -1,11 +1,11 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Writes the packed constraint stream of a sub-step, LANES pairs at a time (cpu_reference/prepare_contacts.hpp states
 // the law, cpu_reference/current_contact.hpp where a contact stands by now).
+#include "body_copies.h"
 #include "common.h"
 #include "cone.h"
 #include "impact.h"
 #include "lane_quads.h"
-#include "mass_splitting.h"
 #include "prepare_angular_friction.h"
 #include "prepare_patch.h"
 #include "solve_contact.h"
@@ -305,7 +305,7 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
                              global const AngularFrictionPointBlock* angular_friction_points,
                              global const HoldBlock* hold_blocks, global const GrainBlock* grain_blocks,
                              global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                             global const PartBlock* part_blocks, global ContactBlock* contact_blocks,
+                             global const BodyCopyBlock* body_copy_blocks, global ContactBlock* contact_blocks,
                              global ImpulseBlock* impulse_blocks, global SoftnessBlock* softness_blocks,
                              global SlideBlock* slide_blocks, global AngularFrictionBlock* angular_friction_blocks,
                              global AngularFrictionImpulse* angular_friction_impulses,
@@ -322,8 +322,8 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
     prepare_load(bodies->body_a + first, params.bodies, positions, orientations, motions, previous_velocities, &a);
     prepare_load(bodies->body_b + first, params.bodies, positions, orientations, motions, previous_velocities, &b);
 #if FEATURE_JACOBI
-    part_lighten(LANE_LOAD(part_blocks[item / ITEMS_PER_BLOCK].parts_a + first), &a.motion);
-    part_lighten(LANE_LOAD(part_blocks[item / ITEMS_PER_BLOCK].parts_b + first), &b.motion);
+    body_copy_lighten(LANE_LOAD(body_copy_blocks[item / ITEMS_PER_BLOCK].copies_a + first), &a.motion);
+    body_copy_lighten(LANE_LOAD(body_copy_blocks[item / ITEMS_PER_BLOCK].copies_b + first), &b.motion);
 #endif
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));

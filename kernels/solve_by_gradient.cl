@@ -19,9 +19,9 @@ static inline u32 gradient_blocks(global const u32* counters) {
 // All begin from the impulses and the velocities of the warm start.
 kernel void gradient_begin(const StepParams params, global const BlockBodies* block_bodies,
                            global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                           global const ImpulseBlock* impulse_blocks, global const u32* part_starts,
-                           global const PartBlock* part_blocks, global const JointLanes* joint_lanes,
-                           global const JointImpulseBlock* joint_impulses, global const u32* joint_part_starts,
+                           global const ImpulseBlock* impulse_blocks, global const u32* body_copy_starts,
+                           global const BodyCopyBlock* body_copy_blocks, global const JointLanes* joint_lanes,
+                           global const JointImpulseBlock* joint_impulses, global const u32* joint_side_starts,
                            global const BodyInfo* body_infos, global const Motion* motions,
                            global GradientRow* gradient_rows, global GradientJoints* gradient_joints,
                            global GradientBody* gradient_bodies, global Descent* descents, global const u32* counters) {
@@ -36,14 +36,14 @@ kernel void gradient_begin(const StepParams params, global const BlockBodies* bl
   FOR_EACH(slot, gradient_blocks(counters) * PACK) {
     const u32 block = slot / PACK;
     gradient_begin_pair(slot % PACK, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks,
-                        part_blocks + block, joint_part_starts, gradient_rows);
+                        body_copy_blocks + block, joint_side_starts, gradient_rows);
   }
 #endif
 #if FEATURE_JOINTS
   FOR_EACH(joint, params.joint_blocks * PACK) {
     const u32 block = joint / PACK;
     gradient_begin_joint(joint % PACK, params.bodies, joint_lanes + block, joint_impulses + block, body_infos,
-                         part_starts, joint_part_starts, gradient_joints + block);
+                         body_copy_starts, joint_side_starts, gradient_joints + block);
   }
 #endif
 }
@@ -51,37 +51,39 @@ kernel void gradient_begin(const StepParams params, global const BlockBodies* bl
 // All contacts and joints step from y.
 kernel void gradient_step(const StepParams params, global const BlockBodies* block_bodies,
                           global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                          global const SlideBlock* slide_blocks, global const PartBlock* part_blocks,
+                          global const SlideBlock* slide_blocks, global const BodyCopyBlock* body_copy_blocks,
                           global const Contact* contacts, global const JointLanes* joint_lanes,
-                          global const JointBlock* joint_blocks, global const JointParts* joint_parts,
+                          global const JointBlock* joint_blocks, global const JointSideSlots* joint_side_slots,
                           global const BodyInfo* body_infos, global const Motion* motions,
                           global ImpulseBlock* impulse_blocks, global JointImpulseBlock* joint_impulses,
                           global GradientRow* gradient_rows, global GradientJoints* gradient_joints,
-                          global Velocity* body_parts, global Velocity* joint_sides, global Descent* descents,
+                          global Velocity* pair_sides, global Velocity* joint_sides, global Descent* descents,
                           global const u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
 #if FEATURE_CONTACTS
   FOR_EACH(item, gradient_blocks(counters) * ITEMS_PER_BLOCK) {
     const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
     gradient_step_pairs(first, block_bodies + block, block_rows[block], contact_blocks, slide_blocks,
-                        part_blocks + block, contacts, motions, impulse_blocks, gradient_rows, body_parts, descents);
+                        body_copy_blocks + block, contacts, motions, impulse_blocks, gradient_rows, pair_sides,
+                        descents);
   }
 #endif
 #if FEATURE_JOINTS
-  FOR_EACH(part, params.joint_blocks * ITEMS_PER_BLOCK) {
-    const u32 block = part / ITEMS_PER_BLOCK, first = part % ITEMS_PER_BLOCK * LANES;
-    gradient_step_joints(first, params.bodies, joint_lanes + block, joint_blocks + block, joint_parts + block,
+  FOR_EACH(item, params.joint_blocks * ITEMS_PER_BLOCK) {
+    const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
+    gradient_step_joints(first, params.bodies, joint_lanes + block, joint_blocks + block, joint_side_slots + block,
                          body_infos, motions, joint_impulses + block, gradient_joints + block, joint_sides, descents);
   }
 #endif
 }
 
-// What all sides give each body, and how that moves it. The fourth and the eighth real of a part are those of the sums.
-kernel void gradient_move(const StepParams params, global const u32* part_starts, global const u32* joint_part_starts,
-                          global const BodyInfo* body_infos, global const Motion* motions,
-                          global const Velocity* body_parts, global const Velocity* joint_sides,
-                          global const Descent* descents, global GradientBody* gradient_bodies,
-                          global const u32* counters) {
+// What all sides give each body, and how that moves it. The fourth and the eighth real of a contribution are those of
+// the sums.
+kernel void gradient_move(const StepParams params, global const u32* body_copy_starts,
+                          global const u32* joint_side_starts, global const BodyInfo* body_infos,
+                          global const Motion* motions, global const Velocity* pair_sides,
+                          global const Velocity* joint_sides, global const Descent* descents,
+                          global GradientBody* gradient_bodies, global const u32* counters) {
   if (SWEEP_IS_VOID(counters)) return;
   FOR_EACH(i, params.bodies) {
     const BodyInfo about = body_infos[i];
@@ -91,10 +93,11 @@ kernel void gradient_move(const StepParams params, global const u32* part_starts
     if (about.kind != BODY_DYNAMIC || descents[about.world].settled != 0u) continue;
     Real8 sum = (Real8)(real)0;
 #if FEATURE_CONTACTS
-    for (u32 k = part_starts[i]; k < part_starts[i + 1u]; ++k) sum = sum + ((global const Real8*)body_parts)[k];
+    for (u32 k = body_copy_starts[i]; k < body_copy_starts[i + 1u]; ++k)
+      sum = sum + ((global const Real8*)pair_sides)[k];
 #endif
 #if FEATURE_JOINTS
-    for (u32 k = joint_part_starts[i]; k < joint_part_starts[i + 1u]; ++k)
+    for (u32 k = joint_side_starts[i]; k < joint_side_starts[i + 1u]; ++k)
       sum = sum + ((global const Real8*)joint_sides)[k];
 #endif
     const Motion motion = motions[i];
@@ -174,8 +177,8 @@ kernel void gradient_finish(const StepParams params, global const BlockBodies* b
   }
 #endif
 #if FEATURE_JOINTS
-  FOR_EACH(part, params.joint_blocks * ITEMS_PER_BLOCK) {
-    const u32 block = part / ITEMS_PER_BLOCK, first = part % ITEMS_PER_BLOCK * LANES;
+  FOR_EACH(item, params.joint_blocks * ITEMS_PER_BLOCK) {
+    const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
     gradient_finish_joints(first, params.bodies, joint_lanes + block, body_infos, gradient_joints + block, descents,
                            joint_impulses + block);
   }
@@ -190,26 +193,29 @@ kernel void gradient_finish(const StepParams params, global const BlockBodies* b
 }
 
 // One work-group: all of it.
-kernel void solve_gradient_group(
-    const StepParams params, global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-    global const ContactBlock* contact_blocks, global const SlideBlock* slide_blocks, global const u32* part_starts,
-    global const PartBlock* part_blocks, global const Contact* contacts, global const JointLanes* joint_lanes,
-    global const JointBlock* joint_blocks, global const JointParts* joint_parts, global const u32* joint_part_starts,
-    global const BodyInfo* body_infos, global const WorldRange* world_ranges, global const GradientLaw* gradient_laws,
-    global ImpulseBlock* impulse_blocks, global JointImpulseBlock* joint_impulses, global Motion* motions,
-    global GradientRow* gradient_rows, global GradientJoints* gradient_joints, global GradientBody* gradient_bodies,
-    global Velocity* body_parts, global Velocity* joint_sides, global Descent* descents, global u32* counters) {
-  gradient_begin(params, block_bodies, block_rows, contact_blocks, impulse_blocks, part_starts, part_blocks,
-                 joint_lanes, joint_impulses, joint_part_starts, body_infos, motions, gradient_rows, gradient_joints,
+kernel void solve_gradient_group(const StepParams params, global const BlockBodies* block_bodies,
+                                 global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                                 global const SlideBlock* slide_blocks, global const u32* body_copy_starts,
+                                 global const BodyCopyBlock* body_copy_blocks, global const Contact* contacts,
+                                 global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
+                                 global const JointSideSlots* joint_side_slots, global const u32* joint_side_starts,
+                                 global const BodyInfo* body_infos, global const WorldRange* world_ranges,
+                                 global const GradientLaw* gradient_laws, global ImpulseBlock* impulse_blocks,
+                                 global JointImpulseBlock* joint_impulses, global Motion* motions,
+                                 global GradientRow* gradient_rows, global GradientJoints* gradient_joints,
+                                 global GradientBody* gradient_bodies, global Velocity* pair_sides,
+                                 global Velocity* joint_sides, global Descent* descents, global u32* counters) {
+  gradient_begin(params, block_bodies, block_rows, contact_blocks, impulse_blocks, body_copy_starts, body_copy_blocks,
+                 joint_lanes, joint_impulses, joint_side_starts, body_infos, motions, gradient_rows, gradient_joints,
                  gradient_bodies, descents, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
   u32 iteration = 0u;
   do {
-    gradient_step(params, block_bodies, block_rows, contact_blocks, slide_blocks, part_blocks, contacts, joint_lanes,
-                  joint_blocks, joint_parts, body_infos, motions, impulse_blocks, joint_impulses, gradient_rows,
-                  gradient_joints, body_parts, joint_sides, descents, counters);
+    gradient_step(params, block_bodies, block_rows, contact_blocks, slide_blocks, body_copy_blocks, contacts,
+                  joint_lanes, joint_blocks, joint_side_slots, body_infos, motions, impulse_blocks, joint_impulses,
+                  gradient_rows, gradient_joints, pair_sides, joint_sides, descents, counters);
     barrier(CLK_GLOBAL_MEM_FENCE);
-    gradient_move(params, part_starts, joint_part_starts, body_infos, motions, body_parts, joint_sides, descents,
+    gradient_move(params, body_copy_starts, joint_side_starts, body_infos, motions, pair_sides, joint_sides, descents,
                   gradient_bodies, counters);
     barrier(CLK_GLOBAL_MEM_FENCE);
     gradient_decide(params, world_ranges, gradient_laws, gradient_bodies, descents, counters);

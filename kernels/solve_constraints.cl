@@ -2,9 +2,9 @@
 // Sweeps of blocked Gauss-Seidel over the colours, before them over cells, or of Jacobi's method over all pairs at once
 // (cpu_reference/solve_constraints.hpp).
 #include "articulations/solve_links.h"
+#include "body_copies.h"
 #include "common.h"
 #include "joints/solve_joint.h"
-#include "mass_splitting.h"
 #include "sweep_cells.h"
 #include "sweep_contacts.h"
 #include "types.h"
@@ -128,45 +128,47 @@ kernel void end_sweep(const StepParams params, const u32 is_last, global u32* co
 #endif
 
 #if FEATURE_JACOBI
-static inline void solve_item(u32 item, const ContactStream* s, global const PartBlock* part_blocks,
-                              global Velocity* body_parts) {
+static inline void solve_item(u32 item, const ContactStream* s, global const BodyCopyBlock* body_copy_blocks,
+                              global Velocity* body_copies) {
   const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
   global const BlockBodies* bodies = s->bodies + block;
-  global const PartBlock* parts = part_blocks + block;
-  LaneBody a = part_load(s->motions, bodies->body_a + first, parts->parts_a + first);
-  LaneBody b = part_load(s->motions, bodies->body_b + first, parts->parts_b + first);
+  global const BodyCopyBlock* copies = body_copy_blocks + block;
+  LaneBody a = body_copy_load(s->motions, bodies->body_a + first, copies->copies_a + first);
+  LaneBody b = body_copy_load(s->motions, bodies->body_b + first, copies->copies_b + first);
   solve_pair_lanes(PURPOSE_SOLVE, block, first, s, &a, &b);
-  part_store(a, body_parts, parts->slot_a + first);
-  part_store(b, body_parts, parts->slot_b + first);
+  body_copy_store(a, body_copies, copies->slot_a + first);
+  body_copy_store(b, body_copies, copies->slot_b + first);
 }
 
-// A sweep over all pairs; mean_parts follows.
-kernel void solve_parts(global const PartBlock* part_blocks, global Velocity* body_parts,
-                        global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                        global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                        global const SlideBlock* slide_blocks,
-                        global const AngularFrictionBlock* angular_friction_blocks,
-                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
-                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
-  const ContactStream stream = CONTACT_STREAM;
-  FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, part_blocks, body_parts);
-}
-
-// One work-group: `sweeps` sweeps over the joints' first phases and all pairs.
-kernel void solve_parts_group(const StepParams params, const u32 bodies, const u32 joint_phase_count, const u32 sweeps,
-                              global const PartBlock* part_blocks, global const u32* part_starts,
-                              global const u32* joint_phases, global const JointLanes* joint_lanes,
-                              global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
-                              global Velocity* body_parts, global const BlockBodies* block_bodies,
-                              global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                              global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
+// A sweep over all pairs; average_body_copies follows.
+kernel void solve_body_copies(global const BodyCopyBlock* body_copy_blocks, global Velocity* body_copies,
+                              global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                              global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
+                              global const SlideBlock* slide_blocks,
                               global const AngularFrictionBlock* angular_friction_blocks,
                               global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
                               global ImpulseBlock* impulse_blocks,
                               global AngularFrictionImpulse* angular_friction_impulses,
                               global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+  if (SWEEP_IS_VOID(counters)) return;
+  const ContactStream stream = CONTACT_STREAM;
+  FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, body_copy_blocks, body_copies);
+}
+
+// One work-group: `sweeps` sweeps over the joints' first phases and all pairs.
+kernel void solve_body_copies_group(const StepParams params, const u32 bodies, const u32 joint_phase_count,
+                                    const u32 sweeps, global const BodyCopyBlock* body_copy_blocks,
+                                    global const u32* body_copy_starts, global const u32* joint_phases,
+                                    global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
+                                    global JointImpulseBlock* joint_impulses, global Velocity* body_copies,
+                                    global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                                    global const ContactBlock* contact_blocks,
+                                    global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
+                                    global const AngularFrictionBlock* angular_friction_blocks,
+                                    global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                                    global ImpulseBlock* impulse_blocks,
+                                    global AngularFrictionImpulse* angular_friction_impulses,
+                                    global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
   const bool is_void = STEP_IS_VOID(counters);
   const u32 items = is_void ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_void ? 0u : bodies;
@@ -178,10 +180,10 @@ kernel void solve_parts_group(const StepParams params, const u32 bodies, const u
                  counters);
 #endif
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
-      solve_item(item, &stream, part_blocks, body_parts);
+      solve_item(item, &stream, body_copy_blocks, body_copies);
     barrier(CLK_GLOBAL_MEM_FENCE);
     for (u32 i = (u32)get_local_id(0); i < whole; i += (u32)get_local_size(0))
-      part_mean(i, part_starts, body_parts, motions);
+      body_copy_mean(i, body_copy_starts, body_copies, motions);
     barrier(CLK_GLOBAL_MEM_FENCE);
 #if FEATURE_TOLERANCE
     if (group_has_settled(params.tolerance, counters)) break;

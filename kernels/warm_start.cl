@@ -1,8 +1,8 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Gives the bodies the impulses that the contacts start from (cpu_reference/warm_start.hpp).
+#include "body_copies.h"
 #include "common.h"
 #include "joints/solve_joint.h"
-#include "mass_splitting.h"
 #include "start_contacts.h"
 #include "sweep_cells.h"
 #include "types.h"
@@ -114,25 +114,25 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
 }
 
 #if FEATURE_JACOBI
-// All pairs at once, on parts of their bodies; mean_parts follows.
-kernel void warm_parts(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                       global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
-                       global const AngularFrictionBlock* angular_friction_blocks,
-                       global const AngularFrictionImpulse* angular_friction_impulses,
-                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
-                       global const PartBlock* part_blocks, global Velocity* body_parts, global const Motion* motions,
-                       global const u32* counters) {
+// All pairs at once, on copies of their bodies; average_body_copies follows.
+kernel void warm_body_copies(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                             global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
+                             global const AngularFrictionBlock* angular_friction_blocks,
+                             global const AngularFrictionImpulse* angular_friction_impulses,
+                             global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
+                             global const BodyCopyBlock* body_copy_blocks, global Velocity* body_copies,
+                             global const Motion* motions, global const u32* counters) {
   if (STEP_IS_VOID(counters)) return;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
     const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
     global const BlockBodies* bodies = block_bodies + block;
-    global const PartBlock* parts = part_blocks + block;
-    LaneBody a = part_load(motions, bodies->body_a + first, parts->parts_a + first);
-    LaneBody b = part_load(motions, bodies->body_b + first, parts->parts_b + first);
+    global const BodyCopyBlock* copies = body_copy_blocks + block;
+    LaneBody a = body_copy_load(motions, bodies->body_a + first, copies->copies_a + first);
+    LaneBody b = body_copy_load(motions, bodies->body_b + first, copies->copies_b + first);
     start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, angular_friction_blocks,
                 angular_friction_impulses, patch_blocks, patch_impulses, &a, &b);
-    part_store(a, body_parts, parts->slot_a + first);
-    part_store(b, body_parts, parts->slot_b + first);
+    body_copy_store(a, body_copies, copies->slot_a + first);
+    body_copy_store(b, body_copies, copies->slot_b + first);
   }
 }
 #endif

@@ -82,21 +82,21 @@ TEST(Checkpoint, GoingOnFromAnyTenthStepEndsAlike) {
 }
 
 TEST(Checkpoint, GoesFromDeviceToDeviceWithAnyLaunch) {
-  constexpr u32 parts = 4, steps = 15;  // of each part
+  constexpr u32 segments = 4, steps = 15;  // of each segment
   const std::string name = "spheres_small";
   const InitialState<float> state = compile<float>(read_scene(name));
   Simulation<float> whole = start(state);
-  while (whole.steps_done() < parts * steps) whole.step();
+  while (whole.steps_done() < segments * steps) whole.step();
 
-  const std::pair<u32, u32> launches[parts] = {{16, 0}, {1, 5}, {0, 0}, {8, 64}};  // lanes, work-group
+  const std::pair<u32, u32> launches[segments] = {{16, 0}, {1, 5}, {0, 0}, {8, 64}};  // lanes, work-group
   InitialState<float> current = state;
   std::uint64_t last = 0;
   for (const auto& [lanes, work_group] : launches) {
-    Simulation<float> part = start(current, lanes, work_group);
-    for (u32 i = 0; i < steps; ++i) part.step();
-    last = hash_of(part);
+    Simulation<float> segment = start(current, lanes, work_group);
+    for (u32 i = 0; i < steps; ++i) segment.step();
+    last = hash_of(segment);
     current = state;
-    resume_from(checkpoint_of(part, name, identity_of(state)), "x.h5", name, current);
+    resume_from(checkpoint_of(segment, name, identity_of(state)), "x.h5", name, current);
   }
   EXPECT_EQ(last, hash_of(whole));
 }

@@ -148,7 +148,7 @@ TYPED_TEST(Cone, SolvesStickAndSlipAsTheScanDoes) {
   EXPECT_GT(slipped, 600);
 }
 
-TYPED_TEST(Cone, TakesOffWhenBodiesPart) {
+TYPED_TEST(Cone, TakesOffWhenBodiesSeparate) {
   using real = TypeParam;
   Random random(12);
   for (int i = 0; i < 100; ++i) {

@@ -52,7 +52,7 @@ double impact() { return std::asin((pitch - thickness) / height); }
 /// When each domino has turned by half of what takes it to the next one, s; the first begins at 0, with a rate in
 /// rad/s.
 std::vector<double> times_of_model(double first_rate) {
-  constexpr u32 parts = 1000;
+  constexpr u32 intervals = 1000;
   std::vector<double> times;
   double rate = first_rate, time = 0;
   for (u32 k = 0; k < dominoes; ++k) {
@@ -61,9 +61,9 @@ std::vector<double> times_of_model(double first_rate) {
     const auto rate_at = [&](const Train& current) {
       return std::sqrt(2 * (energy - current.potential) / current.inertia);
     };
-    for (u32 i = 0; i < parts; ++i) {
-      if (2 * i == parts) times.push_back(time);
-      time += impact() / parts / rate_at(train(impact() * (i + 0.5) / parts, k));
+    for (u32 i = 0; i < intervals; ++i) {
+      if (2 * i == intervals) times.push_back(time);
+      time += impact() / intervals / rate_at(train(impact() * (i + 0.5) / intervals, k));
     }
     const Train end = train(impact(), k);
     const double f = slope_behind(0), own = train(0, 0).inertia;

@@ -78,10 +78,10 @@ TEST_P(EllipticFriction, HoldsAlongTheGrainAlone) {
   }
   // between the two: it holds up to |S^-1 (pull)| = mu r_n
   const double edge = 1 / std::hypot(std::sqrt(0.5) / along, std::sqrt(0.5) / across);
-  for (const double part : {0.97, 1.03}) {
-    const double pull = part * edge * gravity * std::sqrt(0.5);
+  for (const double fraction : {0.97, 1.03}) {
+    const double pull = fraction * edge * gravity * std::sqrt(0.5);
     const BodyState end = after(slab(0, {pull, pull, -gravity}, {0, 0, 0}, 0.005), 2);
-    EXPECT_EQ(std::hypot(end.v[0], end.v[1]) > 1e-3, part > 1) << part;
+    EXPECT_EQ(std::hypot(end.v[0], end.v[1]) > 1e-3, fraction > 1) << fraction;
   }
 }
 

@@ -13,9 +13,9 @@
 namespace lockstep {
 namespace {
 
-std::size_t occurrences(const std::string& text, const std::string& part) {
+std::size_t occurrences(const std::string& text, const std::string& pattern) {
   std::size_t count = 0;
-  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  for (auto at = text.find(pattern); at != std::string::npos; at = text.find(pattern, at + 1)) ++count;
   return count;
 }
 
@@ -44,9 +44,9 @@ TEST(FusedSubsteps, AreForSmallScenes) {
   Sizes small;
   small.bodies = small.shapes = small.joints = 512;
   EXPECT_TRUE(fuses_substeps(small, {}));
-  for (u32 Sizes::*parts : {&Sizes::bodies, &Sizes::shapes, &Sizes::joints}) {
+  for (u32 Sizes::*count : {&Sizes::bodies, &Sizes::shapes, &Sizes::joints}) {
     Sizes large = small;
-    large.*parts = 513;
+    large.*count = 513;
     EXPECT_FALSE(fuses_substeps(large, {}));
     DeviceOptions options;
     options.fused = true;

@@ -43,9 +43,9 @@ Blow random_blow(Random& random, ImpactLaw law) {
     double inverse_inertia[3][3] = {};  // a random inverse inertia: a sum of squares
     for (int k = 0; k < 3; ++k) {
       const Vector3 axis = random.vector(1);
-      const double part = random.between(0, 3) * size;
+      const double weight = random.between(0, 3) * size;
       for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) inverse_inertia[i][j] += part * axis[i] * axis[j];
+        for (int j = 0; j < 3; ++j) inverse_inertia[i][j] += weight * axis[i] * axis[j];
     }
     const double cross[3][3] = {{0, -arm[2], arm[1]}, {arm[2], 0, -arm[0]}, {-arm[1], arm[0], 0}};
     for (int i = 0; i < 3; ++i) {

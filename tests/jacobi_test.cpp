@@ -54,7 +54,7 @@ TYPED_TEST(Jacobi, ConservesMomentum) {
   expect_solving_keeps_momentum(state, sizeof(real) == 4 ? 1e-4 : 2e-13);
 }
 
-// A body with one pair has one part: the first solve is exact.
+// A body with one pair has one copy: the first solve is exact.
 TYPED_TEST(Jacobi, ABallRests) {
   using real = TypeParam;
   InitialState<real> state = make_worlds<real>({{sphere_body({0, 0, 1}, 1), plane_body()}}, 16);

@@ -394,7 +394,7 @@ TEST_F(Mjcf, WhatHangsFromTheWorldMayTouchIt) {
   EXPECT_NEAR(joint_after(scene, 2000, "j").coordinate, std::asin(0.4), 2e-4) << "its ball lies on the ground";
 }
 
-TEST_F(Mjcf, BodiesWithoutJointsArePartOfTheirParents) {
+TEST_F(Mjcf, BodiesWithoutJointsAreMergedIntoTheirParents) {
   const Scene scene = world(R"(<body name="post" pos="0 0 1"><geom type="cylinder" size="0.1 1"/>
       <body name="arm" pos="0 0 1"><joint axis="0 1 0"/>)" +
                             unit_ball + R"(

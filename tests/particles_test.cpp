@@ -41,7 +41,7 @@ Scene head_on(double restitution, double dt) {
 
 // Two particles part with e times the speed at which they met: the closed form of the damped spring gives the damping
 // (particle_law_test.cpp), and the steps converge to it.
-TEST(Particles, TwoPartWithTheirRestitution) {
+TEST(Particles, TwoSeparateWithTheirRestitution) {
   for (const double e : {0.2, 0.5, 0.8, 1.0}) {
     SCOPED_TRACE(e);
     const auto error = [&](u32 steps) {
@@ -109,17 +109,17 @@ Scene block_on_slope(double tangent, double friction, double shear_stiffness = 0
 // stop it; beyond it slides with g (sin - mu cos).
 void expect_slip_at_the_angle_of_friction(double shear_stiffness) {
   const double mu = 0.5;
-  for (const double part : {0.98, 1.02}) {
-    SCOPED_TRACE(part);
-    Trial run(block_on_slope(part * mu, mu, shear_stiffness));
+  for (const double fraction : {0.98, 1.02}) {
+    SCOPED_TRACE(fraction);
+    Trial run(block_on_slope(fraction * mu, mu, shear_stiffness));
     run.steps(2500);
     const double first = length(velocity(run.buffers(), 1));
     run.steps(2500);
     const double second = length(velocity(run.buffers(), 1));
-    const double cosine = 1 / std::sqrt(1 + part * mu * part * mu), sine = part * mu * cosine;
-    if (part < 1 && shear_stiffness > 0) {
+    const double cosine = 1 / std::sqrt(1 + fraction * mu * fraction * mu), sine = fraction * mu * cosine;
+    if (fraction < 1 && shear_stiffness > 0) {
       EXPECT_LT(second, 1e-9);
-    } else if (part < 1) {
+    } else if (fraction < 1) {
       EXPECT_LT(first, 0.1);
       EXPECT_NEAR(second, first, 1e-5);
     } else {

@@ -67,7 +67,7 @@ TYPED_TEST(PrepareContacts, KernelMatchesReference) {
   run_twins(Stage::prepare_contacts, state);
 }
 
-// The pile with laws, friction and restitution at random, some of it central, in bodies split into parts and soft too.
+// The pile with laws, friction and restitution at random, some of it central, in bodies split into copies and soft too.
 template <class real>
 InitialState<real> pile_of_laws(Feature further, real softness) {
   InitialState<real> state = mixed_pile<real>();
@@ -247,7 +247,7 @@ TYPED_TEST(PrepareContacts, BiasBouncesWhatArrivesFastEnough) {
 
 // What parts may come to close at e times its speed (Moreau's law), unless it is pushed apart faster than it parts, or
 // is soft.
-TYPED_TEST(PrepareContacts, BiasLetsCloseWhatParts) {
+TYPED_TEST(PrepareContacts, BiasLetsCloseWhatSeparates) {
   using real = TypeParam;
   InitialState<real> state = sphere_over_ground<real>(0, -2, 0.5);
   EXPECT_NEAR(bias_of(state), 1, tolerance<real>);

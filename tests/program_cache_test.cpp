@@ -47,7 +47,7 @@ TEST_F(ProgramCacheTest, GivesBackWhatWasStored) {
   EXPECT_FALSE(cache_.load(make_cache_key({"source", "other options"})));
 }
 
-TEST_F(ProgramCacheTest, KeysDependOnEveryPart) {
+TEST_F(ProgramCacheTest, KeysDependOnEveryInput) {
   EXPECT_EQ(make_cache_key({"ab", "c"}), make_cache_key({"ab", "c"}));
   EXPECT_NE(make_cache_key({"ab", "c"}), make_cache_key({"a", "bc"}));
   EXPECT_NE(make_cache_key({"ab", "c"}), make_cache_key({"ab", "c", ""}));

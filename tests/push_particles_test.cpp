@@ -91,7 +91,7 @@ TEST(PushParticles, WhereSurfacesSlideTheSpringGivesCoulombsForceAndNoMore) {
   EXPECT_NEAR(moving.stretch, (0.3 * 10 - damper) / 500, 1e-15) << "with the damper";
 }
 
-TEST(PushParticles, WhatPartsForgets) {
+TEST(PushParticles, WhatSeparatesForgets) {
   InitialState<double> state = two_balls({0, 0, 0});
   state.features = with(state.features, Feature::shear_springs);
   state.buffers.particle_laws[0].shear_stiffness = 500;

@@ -206,7 +206,7 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
     const std::string settings = R"(, "settings": {"solver": ")" + name + "\"";
     const auto state = compiled(ball + "," + ground, settings + "}");
     EXPECT_TRUE(has(state.features, Feature::gradient));
-    EXPECT_TRUE(has(state.features, Feature::jacobi));  // on parts of bodies, without colours
+    EXPECT_TRUE(has(state.features, Feature::jacobi));  // on copies of bodies, without colours
     EXPECT_EQ(state.params.iterations, accelerated ? 50u : 100u);
     ASSERT_EQ(state.buffers.gradient_laws.size(), 1u);
     EXPECT_EQ(state.buffers.gradient_laws[0].accelerated, accelerated ? 1u : 0u);
@@ -229,7 +229,7 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
   EXPECT_EQ(refusal(scene_of(ball + "," + ground, rubber + dense + "}")),
             "test.json: /settings/solver: dense_gauss_seidel knows round cones of slip alone, and materials of this "
             "scene have angular friction or have a grain; take gauss_seidel");
-  EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.joint_part_starts.empty());
+  EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.joint_side_starts.empty());
   EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.cell_sizes.empty());
   EXPECT_TRUE(has(compiled(off_center_ball + "," + ground), Feature::general_contacts));
   EXPECT_TRUE(
@@ -340,8 +340,8 @@ TEST(SceneCompile, BuffersHaveTheirCapacities) {
 
 // Element `first` and on of a batch against all of a lone compile.
 template <class Element>
-void expect_equal_part(const std::vector<Element>& batch, std::size_t first, const std::vector<Element>& lone,
-                       std::size_t count) {
+void expect_equal_range(const std::vector<Element>& batch, std::size_t first, const std::vector<Element>& lone,
+                        std::size_t count) {
   ASSERT_LE(first + count, batch.size());
   EXPECT_EQ(std::memcmp(&batch[first], lone.data(), count * sizeof(Element)), 0);
 }
@@ -356,14 +356,14 @@ TEST(SceneCompile, AWorldOfABatchHasItsLoneRecords) {
     EXPECT_EQ(range.body_count, lone.sizes.bodies);
     EXPECT_EQ(range.shape_count, lone.sizes.shapes);
     EXPECT_EQ(range.plane_count, lone.sizes.planes);
-    expect_equal_part(batch.buffers.masses, range.first_body, lone.buffers.masses, range.body_count);
-    expect_equal_part(batch.buffers.positions, range.first_body, lone.buffers.positions, range.body_count);
-    expect_equal_part(batch.buffers.orientations, range.first_body, lone.buffers.orientations, range.body_count);
-    expect_equal_part(batch.buffers.motions, range.first_body, lone.buffers.motions, range.body_count);
-    expect_equal_part(batch.buffers.shapes, range.first_shape, lone.buffers.shapes, range.shape_count);
-    expect_equal_part(batch.buffers.material_pairs, range.first_material_pair, lone.buffers.material_pairs,
-                      range.material_count * range.material_count);
-    expect_equal_part(batch.buffers.gravities, w, lone.buffers.gravities, 1);
+    expect_equal_range(batch.buffers.masses, range.first_body, lone.buffers.masses, range.body_count);
+    expect_equal_range(batch.buffers.positions, range.first_body, lone.buffers.positions, range.body_count);
+    expect_equal_range(batch.buffers.orientations, range.first_body, lone.buffers.orientations, range.body_count);
+    expect_equal_range(batch.buffers.motions, range.first_body, lone.buffers.motions, range.body_count);
+    expect_equal_range(batch.buffers.shapes, range.first_shape, lone.buffers.shapes, range.shape_count);
+    expect_equal_range(batch.buffers.material_pairs, range.first_material_pair, lone.buffers.material_pairs,
+                       range.material_count * range.material_count);
+    expect_equal_range(batch.buffers.gravities, w, lone.buffers.gravities, 1);
     for (u32 i = 0; i < range.body_count; ++i) {
       EXPECT_EQ(batch.buffers.body_infos[range.first_body + i].world, w);
       EXPECT_EQ(batch.buffers.body_infos[range.first_body + i].id, lone.buffers.body_infos[i].id);

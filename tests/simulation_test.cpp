@@ -146,7 +146,7 @@ void expect_capacities_change_nothing() {
                                          tight.params, steps, true)));
 }
 
-// Every list that grows in some scene: several points a pair, joints, events, patches, parts of bodies, a tree.
+// Every list that grows in some scene: several points a pair, joints, events, patches, copies of bodies, a tree.
 TEST(Simulation, CapacitiesChangeNothingInAnyKindOfScene) {
   for (const char* name : {"slabs", "rover", "sensor_gate", "dominoes", "cylinders_and_hulls", "mixed_spheres"}) {
     for (const Solver solver : {Solver::gauss_seidel, Solver::small_steps, Solver::jacobi, Solver::accelerated_gradient,

@@ -67,7 +67,7 @@ TYPED_TEST(Tolerance, ColorsMatchTheReference) {
   solve_twins(star_problem<real>(200), 0.5);
 }
 
-TYPED_TEST(Tolerance, PartsMatchTheReference) {
+TYPED_TEST(Tolerance, BodyCopiesMatchTheReference) {
   using real = TypeParam;
   InitialState<real> large = columns<real>(300);
   use_jacobi(large);

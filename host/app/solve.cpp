@@ -98,7 +98,7 @@ void print_table(const SolveOptions& options, const ConeFile& file, const oracle
   if (const auto stored = error_of_stored(file)) number("residual of the stored", stored->residual);
 }
 
-oracle::ConeSolution solve_in_parts(const ConeFile& file, const oracle::MixedSolver& solver,
+oracle::ConeSolution solve_by_mixed(const ConeFile& file, const oracle::MixedSolver& solver,
                                     const oracle::SolveLimits& limits) {
   if (!file.global)
     throw std::runtime_error("is in the local form, and mixed solvers need the bodies of the global one; try auto");
@@ -114,7 +114,7 @@ oracle::ConeSolution solve_in_parts(const ConeFile& file, const oracle::MixedSol
 
 oracle::ConeSolution solve_by_name(const SolveOptions& options, const ConeFile& file) {
   if (const oracle::MixedSolver* mixed = oracle::find_mixed_solver(options.solver))
-    return solve_in_parts(file, *mixed, options.limits);
+    return solve_by_mixed(file, *mixed, options.limits);
   if (const oracle::ConeSolver* solver = oracle::find_cone_solver(options.solver))
     return oracle::solve_whole(file.problem, *solver, options.limits);
   throw std::runtime_error("is a contact problem, and " + options.solver +

@@ -58,9 +58,9 @@ std::vector<CaseError> slide_to_roll(Trial& trial) {
     const double slip = s.v[0] - s.w[1] * radius;
     if (time < 0 && slip < 1e-4 * v0) {  // when the slip, falling at a steady rate, came to nothing
       const double rate = 3.5 * mu * g;
-      const double part = std::min(1.0, last_slip / (rate * dt));
-      time = seen.time - dt + part * dt;
-      travel = last_x + part * (s.x[0] - last_x) - start;
+      const double fraction = std::min(1.0, last_slip / (rate * dt));
+      time = seen.time - dt + fraction * dt;
+      travel = last_x + fraction * (s.x[0] - last_x) - start;
     }
     last_slip = slip;
     last_x = s.x[0];

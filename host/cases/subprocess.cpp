@@ -46,9 +46,9 @@ json outcome_of(const std::function<json()>& work) {
 }
 
 std::vector<std::uint8_t> read_to_end(std::FILE* file) {
-  std::vector<std::uint8_t> bytes, part(1 << 16);
-  while (const std::size_t count = std::fread(part.data(), 1, part.size(), file))
-    bytes.insert(bytes.end(), part.begin(), part.begin() + static_cast<long>(count));
+  std::vector<std::uint8_t> bytes, chunk(1 << 16);
+  while (const std::size_t count = std::fread(chunk.data(), 1, chunk.size(), file))
+    bytes.insert(bytes.end(), chunk.begin(), chunk.begin() + static_cast<long>(count));
   return bytes;
 }
 

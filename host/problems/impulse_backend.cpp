@@ -211,11 +211,11 @@ oracle::SolveReport ImpulseBackend::solve_system(ContactSystem& system, const St
       break;
     }
     correction.ask(end, sweeps);
-    const oracle::SolveReport part = sweeps.run(few);
-    report.stop = part.stop;
-    report.iterations += part.iterations;
-    report.residual = part.residual;
-    report.seconds += part.seconds;
+    const oracle::SolveReport sweep_report = sweeps.run(few);
+    report.stop = sweep_report.stop;
+    report.iterations += sweep_report.iterations;
+    report.residual = sweep_report.residual;
+    report.seconds += sweep_report.seconds;
   }
   correction.write(best.asked, buffers().joint_blocks);
   return report;

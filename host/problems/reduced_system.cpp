@@ -155,8 +155,8 @@ std::vector<JointPush> joint_pushes(const Step& step, const Laws& laws, const De
         (link.child_is_b ? 1.0 : -1.0) * wrench_from(carried[i], step.at().poses[link.body].x - s.point);
     const unsigned mask = locked_rows(joint, s).mask;
     for (int k = 0; k < 6; ++k) {
-      const Vector3d part = k < 3 ? on_b.head<3>() : on_b.tail<3>();
-      if ((mask >> k & 1) != 0) pushes[link.joint].locked[k] = s.axes.col(k % 3).dot(part);
+      const Vector3d component = k < 3 ? on_b.head<3>() : on_b.tail<3>();
+      if ((mask >> k & 1) != 0) pushes[link.joint].locked[k] = s.axes.col(k % 3).dot(component);
     }
   }
   Index next = 0;

@@ -64,7 +64,7 @@ void expect_features(const InitialState<real>& state) {
   for (const auto& [feature, needed] : needs) fit = fit && (!has(features, feature) || has(features, needed));
   const bool touching = has(features, Feature::contacts), jacobi = has(features, Feature::jacobi);
   const bool angular_friction = has(features, Feature::angular_friction), patches = has(features, Feature::patches);
-  if (has(features, Feature::gradient))  // of contacts on parts of bodies, each in a cone, or of joints alone
+  if (has(features, Feature::gradient))  // of contacts on copies of bodies, each in a cone, or of joints alone
     fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !patches && !angular_friction;
   if (has(features, Feature::dense))  // of hard contacts on whole bodies, each in a cone
     fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !patches && !angular_friction;
@@ -256,12 +256,12 @@ void expect_gradient(const InitialState<real>& state) {
   wanted.buffers.joint_infos = b.joint_infos;
   wanted.buffers.joint_lanes = b.joint_lanes;
   compile_gradient(false, wanted);
-  if (b.joint_part_starts != wanted.buffers.joint_part_starts)
-    refuse(Buffer::joint_part_starts, 0, "counts other joints than there are");
-  for (std::size_t k = 0; k < b.joint_parts.size(); ++k) {
-    const JointParts &found = b.joint_parts[k], &right = wanted.buffers.joint_parts[k];
+  if (b.joint_side_starts != wanted.buffers.joint_side_starts)
+    refuse(Buffer::joint_side_starts, 0, "counts other joints than there are");
+  for (std::size_t k = 0; k < b.joint_side_slots.size(); ++k) {
+    const JointSideSlots &found = b.joint_side_slots[k], &right = wanted.buffers.joint_side_slots[k];
     if (!std::ranges::equal(found.slot_a, right.slot_a) || !std::ranges::equal(found.slot_b, right.slot_b))
-      refuse(Buffer::joint_parts, k, "stands among the parts of other bodies");
+      refuse(Buffer::joint_side_slots, k, "is among the sides of other bodies");
   }
 }
 

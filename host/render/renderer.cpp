@@ -64,8 +64,8 @@ Vector4f cut(const PlaneSurface& plane, float slack) {
 
 }  // namespace
 
-struct Renderer::Parts {
-  Parts(u32 w, u32 h)
+struct Renderer::Impl {
+  Impl(u32 w, u32 h)
       : width(w),
         height(h),
         gl(context.gl()),
@@ -183,7 +183,7 @@ struct Renderer::Parts {
   GLuint no_vertices = 0;
 };
 
-Picture Renderer::Parts::draw(const Drawing& drawing) {
+Picture Renderer::Impl::draw(const Drawing& drawing) {
   const View view = view_of(drawing, static_cast<double>(width) / height);
   std::vector<Solid> opaque, glass;
   for (const Solid& s : drawing.solids) (s.alpha < 1 ? glass : opaque).push_back(s);
@@ -215,14 +215,14 @@ Picture Renderer::Parts::draw(const Drawing& drawing) {
   return target.read();
 }
 
-Renderer::Renderer(u32 width, u32 height) : parts_(std::make_unique<Parts>(width, height)) {}
+Renderer::Renderer(u32 width, u32 height) : impl_(std::make_unique<Impl>(width, height)) {}
 Renderer::~Renderer() = default;
 
-const std::string& Renderer::driver() const { return parts_->context.renderer(); }
+const std::string& Renderer::driver() const { return impl_->context.renderer(); }
 
-u32 Renderer::add_hull(const Mesh& mesh) { return parts_->instances.add_hull(mesh); }
+u32 Renderer::add_hull(const Mesh& mesh) { return impl_->instances.add_hull(mesh); }
 
-Picture Renderer::draw(const Drawing& drawing) { return parts_->draw(drawing); }
+Picture Renderer::draw(const Drawing& drawing) { return impl_->draw(drawing); }
 
 std::string picture_driver() {
   const EglContext context;

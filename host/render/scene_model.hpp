@@ -63,7 +63,7 @@ class SceneModel {
   void draw(std::span<const RenderPose> poses, std::span<const Look> looks, bool patterned, Drawing& drawing) const;
 
  private:
-  struct Part {
+  struct DrawnShape {
     u32 body;
     ShapeKind kind;
     u32 hull;
@@ -81,10 +81,11 @@ class SceneModel {
   void add_hulls(const Buffers<real>& scene);
   template <class real>
   void add_bare_body(const Buffers<real>& scene, u32 body);
-  void draw_part(const Part& part, const RenderPose& pose, const Look& look, bool patterned, Drawing& drawing) const;
-  void draw_capsule(const Part& part, const Solid& solid, Drawing& drawing) const;
+  void draw_shape(const DrawnShape& drawn, const RenderPose& pose, const Look& look, bool patterned,
+                  Drawing& drawing) const;
+  void draw_capsule(const DrawnShape& drawn, const Solid& solid, Drawing& drawing) const;
 
-  std::vector<Part> parts_;
+  std::vector<DrawnShape> drawn_shapes_;
   std::vector<Mesh> hulls_;
   std::vector<u32> hull_numbers_;  // the renderer's
   std::vector<bool> movable_;

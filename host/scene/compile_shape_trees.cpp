@@ -58,8 +58,8 @@ u32 curve_key(const Vector3& at, const Box& box) {
   for (unsigned k = 0; k < 3; ++k) width = std::max(width, box.high[k] - box.low[k]);
   u32 key = 0;
   for (unsigned k = 0; k < 3; ++k) {
-    const double part = width > 0 ? (at[k] - box.low[k]) / width : 0;
-    const u32 cell = static_cast<u32>(std::clamp(part * (1 << bits), 0.0, (1 << bits) - 1.0));
+    const double fraction = width > 0 ? (at[k] - box.low[k]) / width : 0;
+    const u32 cell = static_cast<u32>(std::clamp(fraction * (1 << bits), 0.0, (1 << bits) - 1.0));
     for (u32 bit = 0; bit < bits; ++bit) key |= (cell >> bit & 1) << (3 * bit + k);
   }
   return key;

@@ -21,9 +21,9 @@ int nearest_integer(double x) { return static_cast<int>(x < 0 ? x - 0.5 : x + 0.
 // a - b and what rounding took from it (Knuth's two-sum).
 void subtract_exactly(double a, double b, double& difference, double& error) {
   difference = a - b;
-  const double b_part = a - difference;
-  const double a_part = difference + b_part;
-  error = (a - a_part) - (b - b_part);
+  const double b_virtual = a - difference;
+  const double a_virtual = difference + b_virtual;
+  error = (a - a_virtual) - (b - b_virtual);
 }
 
 // Cody and Waite: pi/2 in pieces. The first two have 33 bits, so that their product with a quadrant below 2^13 is

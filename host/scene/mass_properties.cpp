@@ -114,17 +114,17 @@ MassProperties transformed(const MassProperties& own, const Vector3& offset, con
   return {own.mass, exact::add(offset, exact::rotate(rotation, own.center)), rotated(own.inertia, rotation)};
 }
 
-MassProperties together(const std::vector<MassProperties>& parts) {
-  if (parts.size() == 1) return parts[0];
+MassProperties together(const std::vector<MassProperties>& components) {
+  if (components.size() == 1) return components[0];
   MassProperties whole;
-  for (const MassProperties& part : parts) {
-    whole.mass += part.mass;
-    whole.center = exact::add(whole.center, exact::scale(part.mass, part.center));
+  for (const MassProperties& component : components) {
+    whole.mass += component.mass;
+    whole.center = exact::add(whole.center, exact::scale(component.mass, component.center));
   }
   if (whole.mass > 0) whole.center = exact::scale(1 / whole.mass, whole.center);
-  for (const MassProperties& part : parts) {
-    const std::array<double, 6> more = of_point(part.mass, exact::subtract(part.center, whole.center));
-    for (unsigned i = 0; i < 6; ++i) whole.inertia[i] += part.inertia[i] + more[i];
+  for (const MassProperties& component : components) {
+    const std::array<double, 6> more = of_point(component.mass, exact::subtract(component.center, whole.center));
+    for (unsigned i = 0; i < 6; ++i) whole.inertia[i] += component.inertia[i] + more[i];
   }
   return whole;
 }
@@ -134,9 +134,9 @@ MassProperties mass_properties(const ShapeDescription& shape, double density) {
 }
 
 MassProperties mass_properties(const std::vector<ShapeDescription>& shapes, double density) {
-  std::vector<MassProperties> parts;
-  for (const ShapeDescription& shape : shapes) parts.push_back(mass_properties(shape, density));
-  return together(parts);
+  std::vector<MassProperties> components;
+  for (const ShapeDescription& shape : shapes) components.push_back(mass_properties(shape, density));
+  return together(components);
 }
 
 PrincipalAxes principal_axes(const std::array<double, 6>& inertia) {

@@ -28,7 +28,7 @@ MassProperties scaled(MassProperties solid, double factor);
 MassProperties transformed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation);
 
 /// Of solids that are one, all in the same frame.
-MassProperties together(const std::vector<MassProperties>& parts);
+MassProperties together(const std::vector<MassProperties>& components);
 
 /// The rotation from principal axes to the given ones, and the principal moments: Jacobi's method (Golub and Van Loan,
 /// Matrix Computations, 8.5). A diagonal matrix is its own answer, with the identity.

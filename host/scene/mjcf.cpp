@@ -180,7 +180,7 @@ class MjcfReader {
     names_.links.emplace("world", 0);
     for (const XmlNode& world : top.children("worldbody")) {
       world.expect_attributes({});
-      read_parts(world, 0, 0, true);
+      read_children(world, 0, 0, true);
     }
     if (robot_.joints.empty() && robot_.links[0].shapes.empty())
       top.fail("has no bodies and no geoms in a <worldbody>; a robot needs some");
@@ -193,7 +193,7 @@ class MjcfReader {
 
  private:
   // Geoms and bodies of a body, which is a link.
-  void read_parts(const XmlNode& node, u32 link, std::size_t body_class, bool is_still) {
+  void read_children(const XmlNode& node, u32 link, std::size_t body_class, bool is_still) {
     const bool is_world = link == 0;
     if (is_world)
       node.expect_children({"geom", "body"}, {"site", "camera", "light"});
@@ -251,7 +251,7 @@ class MjcfReader {
     }
     if (!names_.links.emplace(name, link).second)
       node.fail("name", fmt::format("names the body {} again; names must differ", quote(name)));
-    read_parts(node, link, body_class, parent_is_still && joints.empty());
+    read_children(node, link, body_class, parent_is_still && joints.empty());
     share_mass(link, joints.size());
     // several joints stand between it and its parent: it is no neighbour by a joint alone
     if (joints.size() > 1 && heads_[before] != 0) robot_.passing.push_back({before, link});

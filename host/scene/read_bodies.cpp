@@ -284,9 +284,10 @@ Vector3 read_direction(const JsonNode& node) {
 
 Quaternion read_orientation(const JsonNode& node) {
   if (node.is_array()) {
-    const std::vector<JsonNode> parts = node.elements();
-    if (parts.size() != 4) node.must_be("a quaternion [x, y, z, w]");
-    const Quaternion q = {parts[0].number(), parts[1].number(), parts[2].number(), parts[3].number()};
+    const std::vector<JsonNode> components = node.elements();
+    if (components.size() != 4) node.must_be("a quaternion [x, y, z, w]");
+    const Quaternion q = {components[0].number(), components[1].number(), components[2].number(),
+                          components[3].number()};
     const double length = exact::length(q);
     if (!(length > 1 - 1e-6 && length < 1 + 1e-6)) {
       node.fail(fmt::format("must be a unit quaternion within 1e-6, has the length {:.9g}", length));

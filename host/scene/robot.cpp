@@ -51,7 +51,7 @@ class Assembly {
     make_joints();
   }
 
-  RobotParts take() { return std::move(parts_); }
+  RobotComponents take() { return std::move(components_); }
 
  private:
   // A link that is fixed to its parent is part of the parent's body, whose frame is that of its first link, the head.
@@ -127,8 +127,8 @@ class Assembly {
         const MassProperties solid = together(solids_[i]);
         make_solid_of(body, solid.mass, solid.center, solid.inertia);
       }
-      body_[i] = static_cast<u32>(parts_.bodies.size());
-      parts_.bodies.push_back(std::move(body));
+      body_[i] = static_cast<u32>(components_.bodies.size());
+      components_.bodies.push_back(std::move(body));
     }
   }
 
@@ -140,7 +140,7 @@ class Assembly {
     for (const RobotLoop& loop : robot_.loops) add_loop(loop);
     for (const auto& [a, b] : robot_.passing) {
       const u32 body_a = body_[head_[a]], body_b = body_[head_[b]];
-      if (body_a != NONE && body_b != NONE && body_a != body_b) parts_.passing.push_back({body_a, body_b});
+      if (body_a != NONE && body_b != NONE && body_a != body_b) components_.passing.push_back({body_a, body_b});
     }
   }
 
@@ -156,7 +156,7 @@ class Assembly {
     const Pose& at = poses_[loop.a];
     joint.anchor_a = joint.anchor_b = exact::add(at.position, exact::rotate(at.orientation, loop.anchor));
     joint.collide = true;
-    parts_.joints.push_back(std::move(joint));
+    components_.joints.push_back(std::move(joint));
   }
 
   // The engine's joint has limits or a spring, and a motor or friction; what is more gets a joint of its own.
@@ -182,12 +182,12 @@ class Assembly {
     joint.motor_force = drive.motor_force;
     (drive.motor_force > 0 ? more : joint).friction = in.friction;
     const bool needs_more = more.spring || more.friction > 0;
-    parts_.joints.push_back(std::move(joint));
-    if (needs_more) parts_.joints.push_back(std::move(more));
+    components_.joints.push_back(std::move(joint));
+    if (needs_more) components_.joints.push_back(std::move(more));
     if (!in.locked_at) return;
     lock.limited = true;
     lock.low = lock.high = *in.locked_at;
-    parts_.joints.push_back(std::move(lock));
+    components_.joints.push_back(std::move(lock));
   }
 
   // Springs side by side are one, and so are dampers.
@@ -213,10 +213,10 @@ class Assembly {
   ReferencePoses reference_poses_at(const Pose& zero, const JointDescription& joint, u32 child) const {
     ReferencePoses reference_poses;
     if (joint.body_a != NONE) {
-      reference_poses.position_a = parts_.bodies[joint.body_a].position;
-      reference_poses.orientation_a = parts_.bodies[joint.body_a].orientation;
+      reference_poses.position_a = components_.bodies[joint.body_a].position;
+      reference_poses.orientation_a = components_.bodies[joint.body_a].orientation;
     }
-    const BodyDescription& body = parts_.bodies[joint.body_b];
+    const BodyDescription& body = components_.bodies[joint.body_b];
     const Pose b = zero * (inverse(poses_[child]) * Pose{body.position, body.orientation});
     reference_poses.position_b = b.position;
     reference_poses.orientation_b = b.orientation;
@@ -231,12 +231,12 @@ class Assembly {
   std::vector<u32> body_;              // of heads
   std::vector<std::vector<MassProperties>> solids_;
   std::vector<std::vector<ShapeDescription>> shapes_;
-  RobotParts parts_;
+  RobotComponents components_;
 };
 
 }  // namespace
 
-RobotParts make_robot(const Robot& robot, const RobotUse& use) { return Assembly(robot, use).take(); }
+RobotComponents make_robot(const Robot& robot, const RobotUse& use) { return Assembly(robot, use).take(); }
 
 std::optional<JointKind> kind_of(RobotJointKind kind) {
   switch (kind) {

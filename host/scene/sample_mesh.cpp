@@ -59,11 +59,11 @@ void for_each_surface_point(const TriangleMesh& mesh, double spacing, Function&&
     const Vector3 across = exact::cross(ab, ac);
     if (across == Vector3{0, 0, 0}) continue;
     const double longest = std::max({exact::length(ab), exact::length(ac), exact::length(subtract(ab, ac))});
-    const double parts = std::max(std::ceil(longest / spacing), 1.0);
+    const double divisions = std::max(std::ceil(longest / spacing), 1.0);
     const Vector3 normal = exact::unit(across);
-    for (double i = 0; i <= parts; ++i)
-      for (double j = 0; i + j <= parts; ++j)
-        function(add(origin, add(scale(i / parts, ab), scale(j / parts, ac))), normal);
+    for (double i = 0; i <= divisions; ++i)
+      for (double j = 0; i + j <= divisions; ++j)
+        function(add(origin, add(scale(i / divisions, ab), scale(j / divisions, ac))), normal);
   }
 }
 

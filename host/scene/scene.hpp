@@ -22,7 +22,7 @@ enum class Gyroscopic { none, explicit_, implicit, midpoint };
 
 /// How contacts are solved: `gauss_seidel`, sweeps over hard contacts; `small_steps`, few sweeps in each of several
 /// sub-steps over soft contacts, and one that takes back what the springs added; `jacobi`, all hard contacts at once,
-/// each on parts of its bodies; `gradient` and `accelerated_gradient`, hard contacts and joints as one convex
+/// each on copies of its bodies; `gradient` and `accelerated_gradient`, hard contacts and joints as one convex
 /// problem, another model (cpu_reference/gradient/descent.hpp); `dense_gauss_seidel`, sweeps over hard contacts in the
 /// order of their list, by the dense Delassus matrix (cpu_reference/solve_dense.hpp); `cell_gauss_seidel`, sweeps over
 /// hard contacts in an order that comes from space (cpu_reference/solver_cell.hpp).

@@ -22,8 +22,8 @@ Vector3 angular_velocity_between(const Quaternion& from, const Quaternion& to, d
   const Vector3 axis = {rotation[0], rotation[1], rotation[2]};
   const double sine = exact::length(axis), scale = exact::length(rotation);
   if (sine == 0) return {0, 0, 0};
-  const double part = angle_of(sine / scale, rotation[3] / scale) / substeps;  // half the angle of a sub-step
-  return exact::scale(2 / dt * (exact::sine(part) / exact::cosine(part)) / sine, axis);
+  const double half_angle = angle_of(sine / scale, rotation[3] / scale) / substeps;  // half the angle of a sub-step
+  return exact::scale(2 / dt * (exact::sine(half_angle) / exact::cosine(half_angle)) / sine, axis);
 }
 
 }  // namespace lockstep

@@ -238,8 +238,8 @@ class World {
   void set_kinematic_target(BodyHandle body, const Pose& target);
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace lockstep

@@ -184,22 +184,22 @@ typedef struct LaneStep {
   lane length, uphill, change;
 } LaneStep;
 
-static inline LaneLines lane_part(Lane3 impulse, Lane3 moment, lane_mask counted, lane length, lane uphill) {
-  LaneLines part;
-  part.c0 = impulse.x, part.c1 = impulse.y, part.c2 = impulse.z;
-  part.c3 = counted ? length : (lane)0;
-  part.c4 = moment.x, part.c5 = moment.y, part.c6 = moment.z;
-  part.c7 = counted ? uphill : (lane)0;
-  return part;
+static inline LaneLines lane_contribution(Lane3 impulse, Lane3 moment, lane_mask counted, lane length, lane uphill) {
+  LaneLines contribution;
+  contribution.c0 = impulse.x, contribution.c1 = impulse.y, contribution.c2 = impulse.z;
+  contribution.c3 = counted ? length : (lane)0;
+  contribution.c4 = moment.x, contribution.c5 = moment.y, contribution.c6 = moment.z;
+  contribution.c7 = counted ? uphill : (lane)0;
+  return contribution;
 }
 
-static inline void lane_store_parts(LaneStep step, global Velocity* parts, global const u32* slots_a,
-                                    global const u32* slots_b) {
+static inline void lane_store_contributions(LaneStep step, global Velocity* contributions, global const u32* slots_a,
+                                            global const u32* slots_b) {
   const lane_mask has_a = LANE_MASK(LANE_LOAD_U32(slots_a) != (lane_u32)NONE);
-  lane_scatter_to_slots(lane_part(step.impulse_a, step.moment_a, has_a, step.length, step.uphill), (global Real8*)parts,
-                        slots_a);
-  lane_scatter_to_slots(lane_part(step.impulse_b, step.moment_b, !has_a, step.length, step.uphill),
-                        (global Real8*)parts, slots_b);
+  lane_scatter_to_slots(lane_contribution(step.impulse_a, step.moment_a, has_a, step.length, step.uphill),
+                        (global Real8*)contributions, slots_a);
+  lane_scatter_to_slots(lane_contribution(step.impulse_b, step.moment_b, !has_a, step.length, step.uphill),
+                        (global Real8*)contributions, slots_b);
 }
 
 static inline lane lane_ahead(lane_mask moved, lane beta, lane next, lane r, lane y) {

@@ -9,23 +9,23 @@
 #if FEATURE_JOINTS
 
 // Pairs in contact and joints of a body that can move.
-static inline real sides_of(u32 body, u32 bodies, global const BodyInfo* body_infos, global const u32* part_starts,
-                            global const u32* joint_part_starts) {
+static inline real sides_of(u32 body, u32 bodies, global const BodyInfo* body_infos, global const u32* body_copy_starts,
+                            global const u32* joint_side_starts) {
   if (body >= bodies || body_infos[body].kind != BODY_DYNAMIC) return (real)0;
   u32 pairs = 0u;
 #if FEATURE_CONTACTS
-  pairs = part_starts[body + 1u] - part_starts[body];
+  pairs = body_copy_starts[body + 1u] - body_copy_starts[body];
 #endif
-  return (real)(pairs + (joint_part_starts[body + 1u] - joint_part_starts[body]));
+  return (real)(pairs + (joint_side_starts[body + 1u] - joint_side_starts[body]));
 }
 
 // Lane `at` of a block begins from the impulses that it has.
 static inline void gradient_begin_joint(u32 at, u32 bodies, global const JointLanes* lanes,
                                         global const JointImpulseBlock* r, global const BodyInfo* body_infos,
-                                        global const u32* part_starts, global const u32* joint_part_starts,
+                                        global const u32* body_copy_starts, global const u32* joint_side_starts,
                                         global GradientJoints* gradient) {
-  const real sides_a = sides_of(lanes->body_a[at], bodies, body_infos, part_starts, joint_part_starts);
-  const real sides_b = sides_of(lanes->body_b[at], bodies, body_infos, part_starts, joint_part_starts);
+  const real sides_a = sides_of(lanes->body_a[at], bodies, body_infos, body_copy_starts, joint_side_starts);
+  const real sides_b = sides_of(lanes->body_b[at], bodies, body_infos, body_copy_starts, joint_side_starts);
   gradient->sides[at] = lanes->joint[at] == NONE ? (real)1 : (sides_a > sides_b ? sides_a : sides_b);
   for (u32 i = 0u; i < JOINT_ROWS; ++i) gradient->next.locked[i][at] = gradient->y.locked[i][at] = r->locked[i][at];
   gradient->next.free[at] = gradient->y.free[at] = r->free[at];
@@ -71,7 +71,7 @@ static inline LaneBody lane_moved_by(const LaneBody* body, Lane3 impulse, Lane3 
 #endif
 
 static inline void gradient_step_joints(u32 first, u32 bodies, global const JointLanes* lanes,
-                                        global const JointBlock* block, global const JointParts* parts,
+                                        global const JointBlock* block, global const JointSideSlots* slots,
                                         global const BodyInfo* body_infos, global const Motion* motions,
                                         global JointImpulseBlock* impulses, global GradientJoints* gradient,
                                         global Velocity* joint_sides, global Descent* descents) {
@@ -146,7 +146,7 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
   const lane squared = sigma * sigma * lane_joint_change(nothing, nothing, arm_a, arm_b, &moved_a, &moved_b);
   descent_note((there & !world.settled & (squared > (lane)0)) ? squared : (lane)0, worlds, descents);
 #endif
-  lane_store_parts(lane_step, joint_sides, parts->slot_a + first, parts->slot_b + first);
+  lane_store_contributions(lane_step, joint_sides, slots->slot_a + first, slots->slot_b + first);
 }
 
 // The impulses that the last good step led to.

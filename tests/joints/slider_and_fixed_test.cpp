@@ -90,8 +90,8 @@ TYPED_TEST(FixedJoint, TwoBoxesMoveAsOne) {
   whole.mass = 2;
   whole.angular_velocity = angular_velocity;
   const double small = 1.0 / 2000;
-  const Scene parts = joint_scene({left, right}, {joint_of(JOINT_FIXED, 0, 1, {0, 0, 0}, {1, 0, 0})}, small);
-  const Buffers<real> two = after_steps<real>(parts, 2000);
+  const Scene pieces = joint_scene({left, right}, {joint_of(JOINT_FIXED, 0, 1, {0, 0, 0}, {1, 0, 0})}, small);
+  const Buffers<real> two = after_steps<real>(pieces, 2000);
   const Buffers<real> one = after_steps<real>(joint_scene({whole}, {}, small), 2000);
   const double z = (double(two.positions[0].z) + double(two.positions[1].z)) / 2;
   EXPECT_NEAR(z, double(one.positions[0].z), 1e-4);

@@ -157,7 +157,7 @@ TEST(MixedSolvers, SolveStepsOfScenes) {
   }
 }
 
-TEST_F(CommandLine, SolvesJointsAsAPart) {
+TEST_F(CommandLine, SolvesJointsSeparately) {
   EXPECT_LE(report_of("slider_crank --solver mixed_ldlt --steps 30 --tolerance 1e-9")["residual_max"], 1.1e-9);
   const std::string problem = file("chain.hdf5").string();
   ASSERT_EQ(run("export pendulum_chain --at 5 -o " + problem).status, 0);

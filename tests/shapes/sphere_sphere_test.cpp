@@ -42,7 +42,7 @@ TYPED_TEST(SphereSphere, MatchesTheClosedForm) {
   }
 }
 
-TYPED_TEST(SphereSphere, CoincidentCentresPartAlongZ) {
+TYPED_TEST(SphereSphere, CoincidentCentresSeparateAlongZ) {
   using real = TypeParam;
   const auto touch = reference::sphere_sphere(sphere<real>({1, 2, 3}, 0.5), sphere<real>({1, 2, 3}, 0.25));
   EXPECT_EQ(touch.normal.x, 0);

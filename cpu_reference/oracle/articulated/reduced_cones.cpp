@@ -99,11 +99,11 @@ SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& 
       w += SparseMatrix(MatrixXd(held.coupling * held.own.response(MatrixXd(held.coupling.transpose()))).sparseView());
     }
     if (cones > 0) {
-      const SolveReport part = solver.solve(cones_of(p, w, q), limits, of_cones);
-      sum.iterations += part.iterations;
-      sum.seconds += part.seconds;
-      sum.residual = part.residual;
-      sum.stop = part.stop;
+      const SolveReport inner = solver.solve(cones_of(p, w, q), limits, of_cones);
+      sum.iterations += inner.iterations;
+      sum.seconds += inner.seconds;
+      sum.residual = inner.residual;
+      sum.stop = inner.stop;
     }
     r = held.pushed;
     for (Index i = 0; i < rows; ++i) r[i] = of_cones[cone_row(p, i)];

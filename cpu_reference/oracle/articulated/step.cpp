@@ -140,15 +140,15 @@ void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
   VectorXd s = velocities(bilateral_rows_, twists_);
   s.head(held) = velocities(closures, changes);
   // a trapezoidal step has the mean rate (u + u') / 2 in the law of springs: all of it times two
-  const double parts = start_.theta == 0.5 ? 2 : 1;
+  const double weight = start_.theta == 0.5 ? 2 : 1;
   for (std::size_t i = 0; i < laws_.springs.size(); ++i) {
     const Spring& spring = laws_.springs[i];
     const Index row = held + Index(i);
     const Joint& joint = tree_.system().joints[spring.joint];
     const double x = acting_coordinate(joint, joint_geometry(joint, from_));
-    if (parts == 2) s[row] += velocity(bilateral_rows_[std::size_t(row)], old_twists_);
-    s[row] += parts * spring.rate * (x - spring.rest);
-    r(row, row) += parts * spring.compliance;
+    if (weight == 2) s[row] += velocity(bilateral_rows_[std::size_t(row)], old_twists_);
+    s[row] += weight * spring.rate * (x - spring.rest);
+    r(row, row) += weight * spring.compliance;
   }
   bilateral_ = BilateralRows(r, unheld);
   push({}, {}, bilateral_.response(s));

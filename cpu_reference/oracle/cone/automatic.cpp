@@ -44,11 +44,11 @@ class Relay {
     limits.iterations = std::min(limits.iterations, iterations);
     limits.tolerance = std::max(limits.tolerance, tolerance);
     VectorXd x = r_;
-    const SolveReport part = solve(problem_, limits, x);
-    report_.iterations += part.iterations;
-    report_.residuals.insert(report_.residuals.end(), part.residuals.begin(), part.residuals.end());
-    if (!started_ || part.residual < report_.residual) {
-      report_.residual = part.residual;
+    const SolveReport attempt = solve(problem_, limits, x);
+    report_.iterations += attempt.iterations;
+    report_.residuals.insert(report_.residuals.end(), attempt.residuals.begin(), attempt.residuals.end());
+    if (!started_ || attempt.residual < report_.residual) {
+      report_.residual = attempt.residual;
       r_ = x;
     }
     started_ = true;

@@ -29,7 +29,7 @@ namespace {
 constexpr double nothing = 1e-13;
 
 // The real parts of the eigenvalues of a companion matrix, which is of Hessenberg form as it stands.
-Eigen::Vector4d real_parts(const Matrix4d& companion) {
+Eigen::Vector4d real_components(const Matrix4d& companion) {
   const double size = companion.cwiseAbs().maxCoeff();
   Eigen::RealSchur<Matrix4d> schur;
   schur.computeFromHessenberg(companion / size, Matrix4d::Identity(), false);
@@ -167,7 +167,7 @@ Vector3d LocalCone::enumerate(const Vector3d& q) const {
   for (int i = 0; i < 4; ++i) companion(i, 3) = -quartic[i] / quartic[4];
   for (int i = 0; i < 3; ++i) companion(i + 1, i) = 1;
   if (!companion.allFinite()) return solve(q);
-  for (double x : real_parts(companion)) {
+  for (double x : real_components(companion)) {
     for (int polish = 0; polish < 3; ++polish) {
       const double value = (((quartic[4] * x + quartic[3]) * x + quartic[2]) * x + quartic[1]) * x + quartic[0];
       const double slope = ((4 * quartic[4] * x + 3 * quartic[3]) * x + 2 * quartic[2]) * x + quartic[1];

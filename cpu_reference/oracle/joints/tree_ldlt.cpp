@@ -172,17 +172,17 @@ void TreeLdlt::solve(VectorXd& v, VectorXd& l) const {
   const auto lower = [&](const Node& node) {
     return Map<const MatrixXd>(data_.data() + node.lower, nodes_[node.parent].size, node.size);
   };
-  const auto part = [&](const Node& node) { return x.segment(node.first, node.size); };
+  const auto segment = [&](const Node& node) { return x.segment(node.first, node.size); };
   for (const Node& node : nodes_) {
     if (node.left_out) continue;
-    if (has_parent(node)) part(nodes_[node.parent]).noalias() -= lower(node).lazyProduct(part(node));
-    auto own = part(node);
+    if (has_parent(node)) segment(nodes_[node.parent]).noalias() -= lower(node).lazyProduct(segment(node));
+    auto own = segment(node);
     solve_cholesky(data_.data() + node.factor, own);
     if (node.is_joint) own = -own;
   }
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
     if (node->left_out || !has_parent(*node)) continue;
-    part(*node).noalias() -= lower(*node).transpose().lazyProduct(part(nodes_[node->parent]));
+    segment(*node).noalias() -= lower(*node).transpose().lazyProduct(segment(nodes_[node->parent]));
   }
   for (std::size_t i = 0; i < slot_of_velocity_.size(); ++i) v[Index(i)] = x[slot_of_velocity_[i]];
   for (std::size_t i = 0; i < slot_of_row_.size(); ++i) l[Index(i)] = slot_of_row_[i] >= 0 ? x[slot_of_row_[i]] : 0;

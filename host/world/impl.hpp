@@ -21,7 +21,7 @@ inline Wrench sum(const Wrench& a, const Wrench& b) {
   return {exact::add(a.force, b.force), exact::add(a.torque, b.torque)};
 }
 
-struct World::Parts {
+struct World::Impl {
   Scene scene;  // of the bodies as they are now; poses and velocities as they came
   WorldOptions options;
   Handles<BodyHandle> bodies{"body"};    // of the scene's bodies

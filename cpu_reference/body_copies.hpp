@@ -6,7 +6,7 @@
 //   v' = v + (1 / n) sum_k (v_k - v) = v + 1 / m sum_k p_k,
 // as though the impulses p_k of all pairs had acted on the whole body, so that momentum is kept. Copies that are
 // solved apart and put together again can only lose energy: the sweeps do not overshoot, as plain Jacobi's do, and
-// where no impulse changes any more the laws of all contacts hold. kernels/mass_splitting.h is the twin.
+// where no impulse changes any more the laws of all contacts hold. kernels/body_copies.h is the twin.
 #pragma once
 
 #include <vector>
@@ -28,17 +28,17 @@ void for_each_pair_slot(const Buffers<real>& buffers, Function&& function) {
   }
 }
 
-/// One of so many parts of a body: as fast, and lighter.
+/// One of so many copies of a body: as fast, and lighter.
 template <class real>
-Motion<real> part_of(const Motion<real>& body, real parts) {
-  Motion<real> part = body;
-  for (real* field : {&part.inverse_mass, &part.inertia_xx, &part.inertia_yy, &part.inertia_zz, &part.inertia_xy,
-                      &part.inertia_xz, &part.inertia_yz})
-    *field = parts * *field;
-  return part;
+Motion<real> body_copy_of(const Motion<real>& body, real copies) {
+  Motion<real> copy = body;
+  for (real* field : {&copy.inverse_mass, &copy.inertia_xx, &copy.inertia_yy, &copy.inertia_zz, &copy.inertia_xy,
+                      &copy.inertia_xz, &copy.inertia_yz})
+    *field = copies * *field;
+  return copy;
 }
 
-/// The bodies that a pair is solved on: the whole ones, or its parts of them.
+/// The bodies that a pair is solved on: the whole ones, or its copies of them.
 template <class real>
 struct PairMotions {
   Motion<real> a, b;
@@ -47,39 +47,40 @@ template <class real>
 PairMotions<real> pair_motions(const Buffers<real>& buffers, u32 block, u32 lane) {
   const BlockBodies& bodies = buffers.block_bodies[block];
   const Motion<real>&a = buffers.motions[bodies.body_a[lane]], &b = buffers.motions[bodies.body_b[lane]];
-  if (buffers.part_blocks.empty()) return {a, b};
-  const PartBlock<real>& parts = buffers.part_blocks[block];
-  return {part_of(a, parts.parts_a[lane]), part_of(b, parts.parts_b[lane])};
+  if (buffers.body_copy_blocks.empty()) return {a, b};
+  const BodyCopyBlock<real>& copies = buffers.body_copy_blocks[block];
+  return {body_copy_of(a, copies.copies_a[lane]), body_copy_of(b, copies.copies_b[lane])};
 }
 
-/// Makes a body whole again from its parts, in the order of their slots.
+/// Makes a body whole again from its copies, in the order of their slots.
 template <class real>
-void mean_of_parts(const Motion<real>* parts, u32 count, Motion<real>& body) {
+void mean_of_copies(const Motion<real>* copies, u32 count, Motion<real>& body) {
   const Vec3<real> v = vec3(body.v), w = vec3(body.w);
-  Vec3<real> dv = sub3(vec3(parts[0].v), v), dw = sub3(vec3(parts[0].w), w);
+  Vec3<real> dv = sub3(vec3(copies[0].v), v), dw = sub3(vec3(copies[0].w), w);
   for (u32 k = 1; k < count; ++k) {
-    dv = add3(dv, sub3(vec3(parts[k].v), v));
-    dw = add3(dw, sub3(vec3(parts[k].w), w));
+    dv = add3(dv, sub3(vec3(copies[k].v), v));
+    dw = add3(dw, sub3(vec3(copies[k].w), w));
   }
   const real n = real(count);
   store3(body.v, add3(v, Vec3<real>{dv.x / n, dv.y / n, dv.z / n}));
   store3(body.w, add3(w, Vec3<real>{dw.x / n, dw.y / n, dw.z / n}));
 }
 
-/// Calls function(block, lane, a, b) for every pair on its own parts, then puts the bodies together.
+/// Calls function(block, lane, a, b) for every pair on its own copies, then puts the bodies together.
 template <class real, class Function>
 void for_each_pair_on_copies(Buffers<real>& buffers, Function&& function) {
-  std::vector<Motion<real>> parts(buffers.part_starts.back());
+  std::vector<Motion<real>> copies(buffers.body_copy_starts.back());
   for_each_pair_slot(buffers, [&](const BlockBodies&, u32 block, u32 lane) {
     PairMotions<real> pair = pair_motions(buffers, block, lane);
     function(block, lane, pair.a, pair.b);
-    const u32 slot_a = buffers.part_blocks[block].slot_a[lane], slot_b = buffers.part_blocks[block].slot_b[lane];
-    if (slot_a != NONE) parts[slot_a] = pair.a;
-    if (slot_b != NONE) parts[slot_b] = pair.b;
+    const u32 slot_a = buffers.body_copy_blocks[block].slot_a[lane],
+              slot_b = buffers.body_copy_blocks[block].slot_b[lane];
+    if (slot_a != NONE) copies[slot_a] = pair.a;
+    if (slot_b != NONE) copies[slot_b] = pair.b;
   });
-  for (u32 i = 0; i + 1 < buffers.part_starts.size(); ++i) {
-    const u32 begin = buffers.part_starts[i], count = buffers.part_starts[i + 1] - begin;
-    if (count > 0) mean_of_parts(parts.data() + begin, count, buffers.motions[i]);
+  for (u32 i = 0; i + 1 < buffers.body_copy_starts.size(); ++i) {
+    const u32 begin = buffers.body_copy_starts[i], count = buffers.body_copy_starts[i + 1] - begin;
+    if (count > 0) mean_of_copies(copies.data() + begin, count, buffers.motions[i]);
   }
 }
 
