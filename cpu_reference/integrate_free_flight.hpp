@@ -5,7 +5,7 @@
 //
 // The rotation takes one step of the classical Runge-Kutta method (Hairer, Norsett, Wanner, Solving ODE I, table 1.2),
 // then q is brought back to unit length; between the stages its length is not 1, which costs no order because the
-// equations keep it. A body on a pivot turns about it: I and tau = lever x m g are about the pivot.
+// equations keep it. A body on a pivot turns about it: I and tau = com_offset x m g are about the pivot.
 #pragma once
 
 #include "cpu_reference/gyroscopic.hpp"
@@ -25,7 +25,7 @@ struct RotationState {
 template <class real>
 struct RotationLaw {
   Vec3<real> ratios, inverse_inertia;
-  Vec3<real> weight, lever;  // m g in the world frame; from the pivot to the centre of mass, body frame
+  Vec3<real> weight, com_offset;  // m g in the world frame; from the pivot to the centre of mass, body frame
 };
 
 template <class real>
@@ -36,7 +36,7 @@ RotationState<real> rotation_after(RotationState<real> start, RotationState<real
 template <class real>
 RotationState<real> rotation_rate(RotationLaw<real> law, RotationState<real> state) {
   const real h = real(0.5);
-  const Vec3<real> moment = cross3(law.lever, unrotate3(state.q, law.weight));
+  const Vec3<real> moment = cross3(law.com_offset, unrotate3(state.q, law.weight));
   return {multiply4(state.q, Quat<real>{h * state.w.x, h * state.w.y, h * state.w.z, real(0)}),
           sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, state.w))};
 }
@@ -78,7 +78,7 @@ void integrate_free_flight(Buffers<real>& b, const StepParams<real>& params) {
     // rotation
     RotationLaw<real> law = {{}, vec3(mass.inverse_inertia), scale3(mass.mass, gravity), {}};
     if (gyroscopic) law.ratios = gyroscopic_ratios(mass);
-    if (pivoted) law.lever = vec3(b.pivots[i].lever_body);
+    if (pivoted) law.com_offset = vec3(b.pivots[i].com_offset_body);
     const Quat<real> old_q = quat(b.orientations[i]);
     const RotationState<real> state = rotation_step(law, RotationState<real>{old_q, unrotate3(old_q, w)}, params.dt);
     const Quat<real> q = state.q;
@@ -87,9 +87,9 @@ void integrate_free_flight(Buffers<real>& b, const StepParams<real>& params) {
     // translation
     if (pivoted) {
       const Pivot<real> pivot = b.pivots[i];
-      const Vec3<real> lever = lever_world(pivot, q);
-      x = add3(vec3(pivot.point_world), lever);
-      v = cross3(w, lever);
+      const Vec3<real> com_offset = com_offset_world(pivot, q);
+      x = add3(vec3(pivot.point_world), com_offset);
+      v = cross3(w, com_offset);
     } else {
       const Vec3<real> displacement = add3(scale3(params.dt, v), scale3(real(0.5) * params.dt * params.dt, gravity));
       x = add3(x, displacement);

@@ -44,9 +44,9 @@ void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
     Vec3<real> x = vec3_of(position);
     if (pivoted) {
       const Pivot<real> pivot = b.pivots[i];
-      const Vec3<real> lever = lever_world(pivot, q);
-      x = add3(vec3(pivot.point_world), lever);
-      v = cross3(w, lever);
+      const Vec3<real> com_offset = com_offset_world(pivot, q);
+      x = add3(vec3(pivot.point_world), com_offset);
+      v = cross3(w, com_offset);
     } else {
       x = add3(x, scale3(params.dt, mean_v));
     }

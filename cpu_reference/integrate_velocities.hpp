@@ -10,9 +10,9 @@
 // are written back as seen from the old orientation, and integrate_positions turns them with the body.
 // th = params.gyroscopic_theta: 0 explicit, 1 implicit (Catto, Numerical Methods, GDC 2015), 1/2 midpoint.
 //
-// A body on a pivot turns about it: I and the moment of gravity tau = lever x m g are about the pivot, and
-// v = w x lever. Both Euler schemes (params.theta 0 and 1) take tau at the old orientation, the trapezoidal one half a
-// step ahead, which makes it second order.
+// A body on a pivot turns about it: I and the moment of gravity tau = com_offset x m g are about the pivot, and
+// v = w x com_offset. Both Euler schemes (params.theta 0 and 1) take tau at the old orientation, the trapezoidal one
+// half a step ahead, which makes it second order.
 #pragma once
 
 #include "cpu_reference/gyroscopic.hpp"
@@ -65,7 +65,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
         }
         if (loaded) {
           Vec3<real> moment = vec3(load.torque);
-          if (pivoted) moment = add3(moment, cross3(lever_world(b.pivots[i], q), vec3(load.force)));
+          if (pivoted) moment = add3(moment, cross3(com_offset_world(b.pivots[i], q), vec3(load.force)));
           delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
         Vec3<real> w_body = unrotate3(q, w);
@@ -81,7 +81,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
 
       // translation
       if (pivoted) {
-        v = cross3(w, lever_world(b.pivots[i], q));
+        v = cross3(w, com_offset_world(b.pivots[i], q));
       } else {
         Vec3<real> pull = gravity;
         if (loaded) pull = add3(pull, scale3(mass.inverse_mass, vec3(load.force)));

@@ -49,7 +49,7 @@ template <class real>
 void write_angular_friction(AngularFrictionPointBlock<real>& block, u32 lane, AngularFrictionPair<real> pair,
                             const Vec4<real>& moment) {
   block.torsion_radius[lane] = pair.torsion_radius;
-  block.roll_lever[lane] = pair.roll_lever;
+  block.rolling_coefficient[lane] = pair.rolling_coefficient;
   block.moment_x[lane] = moment.x;
   block.moment_y[lane] = moment.y;
   block.moment_z[lane] = moment.z;

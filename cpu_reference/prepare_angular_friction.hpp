@@ -12,8 +12,8 @@ namespace lockstep::reference {
 template <class real>
 void clear_lane(AngularFrictionBlock<real>& block, AngularFrictionImpulse<real>& impulses, u32 lane) {
   for (real* field :
-       {block.torsion_radius, block.roll_lever, block.w_ss, block.w_ns, block.w_1s, block.w_2s, block.inverse_11,
-        block.inverse_12, block.inverse_22, impulses.torsion, impulses.roll_1, impulses.roll_2})
+       {block.torsion_radius, block.rolling_coefficient, block.w_ss, block.w_ns, block.w_1s, block.w_2s,
+        block.inverse_11, block.inverse_12, block.inverse_22, impulses.torsion, impulses.roll_1, impulses.roll_2})
     field[lane] = 0;
 }
 
@@ -55,7 +55,7 @@ TorsionVector<real> prepare_angular_friction(const AngularFrictionPointBlock<rea
                                              AngularFrictionBlock<real>& block, AngularFrictionImpulse<real>& impulses,
                                              u32 lane) {
   const Motion<real>&a = motions.a, &b = motions.b;
-  const real radius = points.torsion_radius[lane], lever = points.roll_lever[lane];
+  const real radius = points.torsion_radius[lane], rolling_coefficient = points.rolling_coefficient[lane];
   const Vec3<real> n = c.normal, t1 = c.tangent_1, t2 = c.tangent_2;
   const Vec3<real> response_n_a = angular_velocity_change(a, kind, n),
                    response_n_b = angular_velocity_change(b, kind, n);
@@ -64,7 +64,7 @@ TorsionVector<real> prepare_angular_friction(const AngularFrictionPointBlock<rea
   };
   const bool has_torsion = radius > 0, general = has_torsion && kind == BLOCK_GENERAL;
   block.torsion_radius[lane] = radius;
-  block.roll_lever[lane] = lever;
+  block.rolling_coefficient[lane] = rolling_coefficient;
   block.w_ss[lane] = has_torsion ? radius * radius * (dot3(n, response_n_a) + dot3(n, response_n_b)) : w_nn;
   block.w_ns[lane] = general ? torsion_coupling(n) : real(0);
   block.w_1s[lane] = general ? torsion_coupling(t1) : real(0);
@@ -75,7 +75,7 @@ TorsionVector<real> prepare_angular_friction(const AngularFrictionPointBlock<rea
   const real w_11 = dot3(t1, angular_velocity_change(a, kind, t1)) + dot3(t1, angular_velocity_change(b, kind, t1));
   const real w_22 = dot3(t2, response_2_a) + dot3(t2, response_2_b),
              w_12 = dot3(t1, response_2_a) + dot3(t1, response_2_b);
-  const bool rolls = lever > 0;
+  const bool rolls = rolling_coefficient > 0;
   const real inverse = real(1) / (w_11 * w_22 - w_12 * w_12);
   block.inverse_11[lane] = rolls ? w_22 * inverse : real(0);
   block.inverse_12[lane] = rolls ? -w_12 * inverse : real(0);
@@ -87,7 +87,7 @@ TorsionVector<real> prepare_angular_friction(const AngularFrictionPointBlock<rea
   else
     start = clamp_to_torsion_cone(start, friction);
   const real roll_1 = dot3(moment, t1), roll_2 = dot3(moment, t2);
-  const real length = std::sqrt(roll_1 * roll_1 + roll_2 * roll_2), limit = lever * start.normal;
+  const real length = std::sqrt(roll_1 * roll_1 + roll_2 * roll_2), limit = rolling_coefficient * start.normal;
   const real scale = length > limit ? limit / length : real(1);
   impulses.torsion[lane] = start.torsion;
   impulses.roll_1[lane] = scale * roll_1;

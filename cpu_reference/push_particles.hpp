@@ -27,11 +27,11 @@ Touch<real> touch_of_neighbour(const Buffers<real>& b, const ParticleLaw<real>& 
   if (!(distance > real(0))) return {};  // two in one place have no direction
   const u32 body_i = b.particle_bodies[i], body_j = b.particle_bodies[j];
   const Vec3<real> n = scale3(real(1) / distance, d);
-  const real lever = real(0.5) * distance;
-  const Vec3<real> arm = scale3(lever, n);
+  const real half_distance = real(0.5) * distance;
+  const Vec3<real> arm = scale3(half_distance, n);
   const Vec3<real> here = add3(vec3_of(b.particle_velocities[i]), cross3(vec3(b.motions[body_i].w), arm));
   const Vec3<real> there =
-      add3(vec3_of(b.particle_velocities[j]), cross3(vec3(b.motions[body_j].w), scale3(-lever, n)));
+      add3(vec3_of(b.particle_velocities[j]), cross3(vec3(b.motions[body_j].w), scale3(-half_distance, n)));
   return {overlap, n, arm, sub3(there, here), real(1) / (b.particle_shares[body_i] + b.particle_shares[body_j])};
 }
 

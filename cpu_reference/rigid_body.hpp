@@ -120,15 +120,15 @@ void set_inverse_inertia(Motion<real>& motion, const Mass<real>& mass, const Bod
   }
 }
 
-/// lever x m g: the moment of gravity about the pivot, body frame.
+/// com_offset x m g: the moment of gravity about the pivot, body frame.
 template <class real>
 Vec3<real> gravity_moment_body(const Pivot<real>& pivot, const Mass<real>& mass, Quat<real> q, Vec3<real> gravity) {
-  return cross3(vec3(pivot.lever_body), scale3(mass.mass, unrotate3(q, gravity)));
+  return cross3(vec3(pivot.com_offset_body), scale3(mass.mass, unrotate3(q, gravity)));
 }
 /// From the pivot to the centre of mass, world frame.
 template <class real>
-Vec3<real> lever_world(const Pivot<real>& pivot, Quat<real> q) {
-  return rotate3(q, vec3(pivot.lever_body));
+Vec3<real> com_offset_world(const Pivot<real>& pivot, Quat<real> q) {
+  return rotate3(q, vec3(pivot.com_offset_body));
 }
 
 }  // namespace lockstep::reference

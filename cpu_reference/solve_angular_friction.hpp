@@ -1,8 +1,8 @@
 // The solve of a contact with angular friction: slip and torsion in one cone (cpu_reference/torsion_cone.hpp), then
 // rolling,
-//   |m_t| <= roll_lever r_n,   m_t against the relative angular velocity in the tangent plane
+//   |m_t| <= rolling_coefficient r_n,   m_t against the relative angular velocity in the tangent plane
 // (Contensou 1963; Johnson, Contact Mechanics, 1985, ch. 9: the pressure before a rolling body is higher than behind
-// it, so that the resultant acts a lever ahead). Rolling is held at once where it can be, else taken by a step of
+// it, so that the resultant acts that far ahead). Rolling is held at once where it can be, else taken by a step of
 // projection (solve_friction_disc), the cone given. kernels/solve_angular_friction.h is the twin, LANES contacts at a
 // time.
 #pragma once
@@ -79,7 +79,7 @@ real solve_angular_friction(const ContactBlock<real>& block, const AngularFricti
   const DiscInverse<real> inverse = {angular.inverse_11[lane], angular.inverse_12[lane], angular.inverse_22[lane]};
   const auto [roll_1, roll_2] =
       solve_friction_disc(old_1, old_2, dot3(c.tangent_1, angular_velocity), dot3(c.tangent_2, angular_velocity),
-                          inverse, angular.roll_lever[lane] * r.normal);
+                          inverse, angular.rolling_coefficient[lane] * r.normal);
   angular_impulses.roll_1[lane] = roll_1;
   angular_impulses.roll_2[lane] = roll_2;
   const real d_1 = roll_1 - old_1, d_2 = roll_2 - old_2;

@@ -1,7 +1,7 @@
 // Solves one pair whose contacts share one friction patch, the `patch` kind: a normal row for each contact and, at
 // their centre of pressure, one friction block and a twist about the normal. It is cheaper than a cone for each
 // contact, and another model: friction and twist are bounded each by itself, by
-//   |t| <= mu sum r_k,   |twist| <= mu sum lever_k r_k    (Macklin et al. 2019 and most engines bound them so).
+//   |t| <= mu sum r_k,   |twist| <= mu sum distance_k r_k    (Macklin et al. 2019 and most engines bound them so).
 // What the sweeps of the solver and the warm start share. kernels/solve_patch.h is the twin, LANES pairs at a time.
 //
 // One after another, each with the impulses of the others held: the normals, the twist, the friction
@@ -58,7 +58,7 @@ real solve_patch_friction(const PatchBlock<real>& block, const std::vector<Impul
   for (u32 k = 0; k < count; ++k) {
     const real r = rows[first + k].normal[lane];
     load = load + r;
-    moment = moment + block.lever[k][lane] * r;
+    moment = moment + block.distance[k][lane] * r;
   }
   const real limit = block.friction[lane] * load, twist_limit = block.friction[lane] * moment;
   const ContactFrame<real> c = contact_frame<real>(block, lane);

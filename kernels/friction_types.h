@@ -7,19 +7,19 @@
 // ---- angular friction: torsional and rolling (cpu_reference/solve_angular_friction.hpp) -------------------------
 
 RECORD(AngularFrictionPair) {
-  real torsion_radius;  // m: |(r_t, moment about the normal / torsion_radius)| <= mu r_n; 0: it rotates freely
-  real roll_lever;      // m: |moment in the tangent plane| <= roll_lever r_n; 0: it rolls freely
+  real torsion_radius;       // m: |(r_t, moment about the normal / torsion_radius)| <= mu r_n; 0: it rotates freely
+  real rolling_coefficient;  // m: |moment in the tangent plane| <= rolling_coefficient r_n; 0: it rolls freely
 };
 
 RECORD(AngularFrictionPointBlock) {
-  real torsion_radius[PACK], roll_lever[PACK];
+  real torsion_radius[PACK], rolling_coefficient[PACK];
   real moment_x[PACK], moment_y[PACK], moment_z[PACK];  // to start the step from, world frame, N m s
 };
 
 // Of torsion, whose velocity is torsion_radius w_n, the part of the Delassus block, 1/kg; of rolling about the tangents
 // the inverse of theirs, kg m^2.
 RECORD(AngularFrictionBlock) {
-  real torsion_radius[PACK], roll_lever[PACK];
+  real torsion_radius[PACK], rolling_coefficient[PACK];
   real w_ss[PACK], w_ns[PACK], w_1s[PACK], w_2s[PACK];  // w_ss is w_nn where nothing resists rotation about the normal
   real inverse_11[PACK], inverse_12[PACK], inverse_22[PACK];  // 0 where nothing resists rolling
 };

@@ -16,7 +16,7 @@ typedef struct RotationState {
 // What turns a body.
 typedef struct RotationLaw {
   Vec3 ratios, inverse_inertia;
-  Vec3 weight, lever;  // m g in the world frame; from the pivot to the centre of mass, body frame
+  Vec3 weight, com_offset;  // m g in the world frame; from the pivot to the centre of mass, body frame
 } RotationLaw;
 
 static inline RotationState rotation_after(RotationState start, RotationState rate, real dt) {
@@ -28,7 +28,7 @@ static inline RotationState rotation_after(RotationState start, RotationState ra
 }
 static inline RotationState rotation_rate(RotationLaw law, RotationState state) {
   const real h = (real)0.5;
-  const Vec3 moment = cross3(law.lever, unrotate3(state.q, law.weight));
+  const Vec3 moment = cross3(law.com_offset, unrotate3(state.q, law.weight));
   RotationState rate;
   rate.q = multiply4(state.q, make4(h * state.w.x, h * state.w.y, h * state.w.z, (real)0));
   rate.w = sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, state.w));
@@ -76,7 +76,7 @@ kernel void integrate_free_flight(const StepParams params, global const BodyInfo
     if (gyroscopic) law.ratios = gyroscopic_ratios(mass);
     if (pivoted) {
       const Pivot pivot = pivots[i];
-      law.lever = vec3(pivot.lever_body);
+      law.com_offset = vec3(pivot.com_offset_body);
     }
     const Quat old_q = quat(orientations[i]);
     RotationState state = {old_q, unrotate3(old_q, w)};
@@ -87,9 +87,9 @@ kernel void integrate_free_flight(const StepParams params, global const BodyInfo
     // translation
     if (pivoted) {
       const Pivot pivot = pivots[i];
-      const Vec3 lever = lever_world(pivot, q);
-      x = add3(vec3(pivot.point_world), lever);
-      v = cross3(w, lever);
+      const Vec3 com_offset = com_offset_world(pivot, q);
+      x = add3(vec3(pivot.point_world), com_offset);
+      v = cross3(w, com_offset);
     } else {
       const Vec3 displacement = add3(scale3(params.dt, v), scale3((real)0.5 * params.dt * params.dt, gravity));
       x = add3(x, displacement);

@@ -35,9 +35,9 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
     Vec3 x = vec3_of(position);
     if (pivoted) {
       const Pivot pivot = pivots[i];
-      const Vec3 lever = lever_world(pivot, q);
-      x = add3(vec3(pivot.point_world), lever);
-      v = cross3(w, lever);
+      const Vec3 com_offset = com_offset_world(pivot, q);
+      x = add3(vec3(pivot.point_world), com_offset);
+      v = cross3(w, com_offset);
     } else {
       x = add3(x, scale3(params.dt, mean_v));
     }

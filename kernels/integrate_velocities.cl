@@ -53,7 +53,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
         }
         if (IS_LOADED) {
           Vec3 moment = vec3(load.torque);
-          if (pivoted) moment = add3(moment, cross3(lever_world(pivots[i], q), vec3(load.force)));
+          if (pivoted) moment = add3(moment, cross3(com_offset_world(pivots[i], q), vec3(load.force)));
           delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
         Vec3 w_body = unrotate3(q, w);
@@ -69,7 +69,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
 
       // translation
       if (pivoted) {
-        v = cross3(w, lever_world(pivots[i], q));
+        v = cross3(w, com_offset_world(pivots[i], q));
       } else {
         Vec3 pull = gravity;
         if (IS_LOADED) pull = add3(pull, scale3(mass.inverse_mass, vec3(load.force)));

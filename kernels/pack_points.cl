@@ -30,7 +30,7 @@ static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, rea
 static inline void pack_angular_friction(u32 lane, AngularFrictionPair pair, Vec4 moment,
                                          global AngularFrictionPointBlock* block) {
   block->torsion_radius[lane] = pair.torsion_radius;
-  block->roll_lever[lane] = pair.roll_lever;
+  block->rolling_coefficient[lane] = pair.rolling_coefficient;
   block->moment_x[lane] = moment.x;
   block->moment_y[lane] = moment.y;
   block->moment_z[lane] = moment.z;

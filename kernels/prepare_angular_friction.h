@@ -51,13 +51,14 @@ static inline LaneTorsion prepare_angular_friction(u32 first, lane_mask there, l
                                                    global const AngularFrictionPointBlock* points,
                                                    global AngularFrictionBlock* block,
                                                    global AngularFrictionImpulse* impulses) {
-  const lane radius = LANE_LOAD(points->torsion_radius + first), lever = LANE_LOAD(points->roll_lever + first);
+  const lane radius = LANE_LOAD(points->torsion_radius + first),
+             rolling_coefficient = LANE_LOAD(points->rolling_coefficient + first);
   const Lane3 n = c.normal, t1 = c.tangent_1, t2 = c.tangent_2;
   const Lane3 response_n_a = lane_angular_velocity_change(*a, general, n),
               response_n_b = lane_angular_velocity_change(*b, general, n);
   const lane_mask has_torsion = radius > (lane)0, couples = has_torsion & general;
   lane_store_where(there, radius, block->torsion_radius + first);
-  lane_store_where(there, lever, block->roll_lever + first);
+  lane_store_where(there, rolling_coefficient, block->rolling_coefficient + first);
   lane_store_where(there,
                    has_torsion ? radius * radius * (lane_dot3(n, response_n_a) + lane_dot3(n, response_n_b)) : w_nn,
                    block->w_ss + first);
@@ -74,7 +75,7 @@ static inline LaneTorsion prepare_angular_friction(u32 first, lane_mask there, l
                     lane_dot3(t1, lane_angular_velocity_change(*b, general, t1));
   const lane w_22 = lane_dot3(t2, response_2_a) + lane_dot3(t2, response_2_b);
   const lane w_12 = lane_dot3(t1, response_2_a) + lane_dot3(t1, response_2_b);
-  const lane_mask rolls = lever > (lane)0;
+  const lane_mask rolls = rolling_coefficient > (lane)0;
   const lane inverse = (lane)1 / (w_11 * w_22 - w_12 * w_12);
   lane_store_where(there, rolls ? w_22 * inverse : (lane)0, block->inverse_11 + first);
   lane_store_where(there, rolls ? -w_12 * inverse : (lane)0, block->inverse_12 + first);
@@ -88,7 +89,7 @@ static inline LaneTorsion prepare_angular_friction(u32 first, lane_mask there, l
   start = lane_clamp_to_torsion_cone(start, friction);
 #endif
   const lane roll_1 = lane_dot3(moment, t1), roll_2 = lane_dot3(moment, t2);
-  const lane length = sqrt(roll_1 * roll_1 + roll_2 * roll_2), limit = lever * start.normal;
+  const lane length = sqrt(roll_1 * roll_1 + roll_2 * roll_2), limit = rolling_coefficient * start.normal;
   const lane scale = length > limit ? limit / length : (lane)1;
   lane_store_where(there, start.torsion, impulses->torsion + first);
   lane_store_where(there, scale * roll_1, impulses->roll_1 + first);

@@ -90,9 +90,9 @@ static inline void prepare_patches(u32 substep, u32 first, u32 rows, lane_u32 co
   lane_store_where(there, centre_b.z, block->arm_b_z + first);
   lane_store_where(there, LANE_LOAD(contacts->friction + first), block->friction + first);
   for (u32 k = 0u; k < MANIFOLD_POINTS; ++k) {
-    lane lever = (lane)0;
-    if (k < rows) lever = lane_length3(lane_sub3(LANE_ARM_A(contacts + k, first), centre_a));
-    lane_store_where(LANE_MASK(count > (lane_u32)k), lever, block->lever[k] + first);
+    lane distance = (lane)0;
+    if (k < rows) distance = lane_length3(lane_sub3(LANE_ARM_A(contacts + k, first), centre_a));
+    lane_store_where(LANE_MASK(count > (lane_u32)k), distance, block->distance[k] + first);
   }
   lane_store_where(there, w_22 * inverse, block->inverse_11 + first);
   lane_store_where(there, -w_12 * inverse, block->inverse_12 + first);

@@ -42,11 +42,11 @@ static inline Touch touch_of_neighbour(const Pushed* p, ParticleLaw law, u32 i, 
   Touch touch;
   touch.overlap = distance_ij > (real)0 ? (real)2 * law.radius - distance_ij : (real)0;
   touch.n = scale3((real)1 / distance_ij, d);
-  const real lever = (real)0.5 * distance_ij;
-  touch.arm = scale3(lever, touch.n);
+  const real half_distance = (real)0.5 * distance_ij;
+  touch.arm = scale3(half_distance, touch.n);
   const Vec3 here = add3(vec3_of(p->velocities[i]), cross3(angular_velocity_of(&p->motions[body_i]), touch.arm));
-  const Vec3 there =
-      add3(vec3_of(p->velocities[j]), cross3(angular_velocity_of(&p->motions[body_j]), scale3(-lever, touch.n)));
+  const Vec3 there = add3(vec3_of(p->velocities[j]),
+                          cross3(angular_velocity_of(&p->motions[body_j]), scale3(-half_distance, touch.n)));
   touch.u = sub3(there, here);
   touch.mass = (real)1 / (p->shares[body_i] + p->shares[body_j]);
   return touch;

@@ -103,8 +103,8 @@ static inline void set_inverse_inertia(Motion* motion, Mass mass, BodyInfo info,
 }
 
 static inline Vec3 gravity_moment_body(Pivot pivot, Mass mass, Quat q, Vec3 gravity) {
-  return cross3(vec3(pivot.lever_body), scale3(mass.mass, unrotate3(q, gravity)));
+  return cross3(vec3(pivot.com_offset_body), scale3(mass.mass, unrotate3(q, gravity)));
 }
-static inline Vec3 lever_world(Pivot pivot, Quat q) { return rotate3(q, vec3(pivot.lever_body)); }
+static inline Vec3 com_offset_world(Pivot pivot, Quat q) { return rotate3(q, vec3(pivot.com_offset_body)); }
 
 #endif

@@ -91,7 +91,7 @@ static inline void solve_angular_friction(u32 first, lane_mask general, LaneLaw 
   old_roll.x = LANE_LOAD(angular_impulses->roll_1 + first), old_roll.y = LANE_LOAD(angular_impulses->roll_2 + first);
   u_roll.x = lane_dot3(c.tangent_1, angular_velocity), u_roll.y = lane_dot3(c.tangent_2, angular_velocity);
   const LaneDisc roll =
-      lane_solve_friction_disc(old_roll, u_roll, inverse, LANE_LOAD(angular->roll_lever + first) * r.normal);
+      lane_solve_friction_disc(old_roll, u_roll, inverse, LANE_LOAD(angular->rolling_coefficient + first) * r.normal);
   LANE_STORE(roll.x, angular_impulses->roll_1 + first);
   LANE_STORE(roll.y, angular_impulses->roll_2 + first);
   const lane d_1 = roll.x - old_roll.x, d_2 = roll.y - old_roll.y;

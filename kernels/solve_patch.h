@@ -57,7 +57,7 @@ static inline lane lane_patch_friction_change(global const PatchBlock* block, u3
 }
 #endif
 
-// Twist and friction, under the sums of the normal impulses and of their levers.
+// Twist and friction, under the sums of the normal impulses and of their moments about the normal.
 static inline void solve_patch_friction(u32 first, lane load, lane moment, global const PatchBlock* block,
                                         global PatchImpulse* impulses, LaneBody* a, LaneBody* b, lane* change) {
   const lane friction = LANE_LOAD(block->friction + first);
@@ -100,7 +100,7 @@ static inline void solve_patches(const u32 purpose, u32 first, global const Bloc
       lane_select_body(there, next_a, a);
       lane_select_body(there, next_b, b);
       load = load + r;
-      moment = moment + LANE_LOAD(patch->lever[k] + first) * r;
+      moment = moment + LANE_LOAD(patch->distance[k] + first) * r;
     }
     if (pass == 0u) solve_patch_friction(first, load, moment, patch, patch_impulse, a, b, change);
   }

@@ -57,7 +57,7 @@ RECORD(PatchBlock) {
   real arm_a_x[PACK], arm_a_y[PACK], arm_a_z[PACK];     // from the centre of mass of a to that of pressure, world frame
   real arm_b_x[PACK], arm_b_y[PACK], arm_b_z[PACK];
   real friction[PACK];                                        // mu
-  real lever[MANIFOLD_POINTS][PACK];                          // m, from the centre of pressure to each contact
+  real distance[MANIFOLD_POINTS][PACK];                       // m, from the centre of pressure to each contact
   real inverse_11[PACK], inverse_12[PACK], inverse_22[PACK];  // of the tangential Delassus block, kg
   real inverse_twist[PACK];                                   // kg m^2
 };

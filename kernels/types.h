@@ -205,12 +205,12 @@ LINE_RECORD(Mass) {
   real inertia[3], inverse_inertia[3];  // kg m^2, body frame
 };
 
-// A body that turns about a point fixed in the world (feature pivots). `lever` is the vector from the pivot to the
-// centre of mass.
+// A body that turns about a point fixed in the world (feature pivots). `com_offset_body` is the vector from the pivot
+// to the centre of mass.
 LINE_RECORD(Pivot) {
   real point_world[3];
   real pivoted;  // 1 or 0
-  real lever_body[3];
+  real com_offset_body[3];
   real pad;
 };
 

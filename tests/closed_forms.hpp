@@ -77,7 +77,7 @@ inline Vector3 dzhanibekov_axis_after(Integrator integrator, u32 steps) {
 inline BodySetup pendulum() {
   BodySetup body;
   body.pivoted = true;
-  body.lever = {0, 0, -1};
+  body.com_offset = {0, 0, -1};
   body.inertia = {1, 1, 1e-3};
   body.orientation = about({0, 1, 0}, -pi / 2);
   body.position = {1, 0, 0};
@@ -102,7 +102,7 @@ inline BodySetup simo_wong_top() {
   BodySetup top;
   top.mass = 20;
   top.pivoted = true;
-  top.lever = {0, 0, 1};
+  top.com_offset = {0, 0, 1};
   top.inertia = {25, 25, 1};  // about the pivot
   top.orientation = about({1, 0, 0}, 0.05);
   top.position = figure_axis(top.orientation);
@@ -118,7 +118,7 @@ inline MotionSetup top_motion(double dt, Integrator integrator) {
 inline BodySetup precessing_top(double rate) {
   BodySetup top;
   top.pivoted = true;
-  top.lever = {0, 0, 0.5};
+  top.com_offset = {0, 0, 0.5};
   top.inertia = {0.3, 0.3, 0.1};
   top.orientation = about({1, 0, 0}, pi / 6);
   const Vector3 axis = figure_axis(top.orientation);

@@ -48,14 +48,14 @@ Delassus<double> random_delassus(Random& random) {
     for (int k = 0; k < 3; ++k) arm[k] = half[k] * random.between(-1, 1);
     const int face = int(random.bits() % 3);
     arm[face] = half[face];
-    const Vector3 levers[3] = {cross(arm, n), cross(arm, t1), cross(arm, t2)};
+    const Vector3 moments[3] = {cross(arm, n), cross(arm, t1), cross(arm, t2)};
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         w[i][j] += i == j ? 1 / mass : 0;
         for (int k = 0; k < 3; ++k) {
           const double inertia =
               mass / 3 * (half[(k + 1) % 3] * half[(k + 1) % 3] + half[(k + 2) % 3] * half[(k + 2) % 3]);
-          w[i][j] += levers[i][k] * levers[j][k] / inertia;
+          w[i][j] += moments[i][k] * moments[j][k] / inertia;
         }
       }
     }

@@ -33,7 +33,7 @@ struct Blow {
   ImpactMaterial<double> material;
 };
 
-// J M^-1 J^T of two bodies of any mass, inertia and lever, and a velocity that closes.
+// J M^-1 J^T of two bodies of any mass, inertia and arm, and a velocity that closes.
 Blow random_blow(Random& random, ImpactLaw law) {
   double w[3][3] = {};
   const double size = std::pow(10, random.between(-2, 2));

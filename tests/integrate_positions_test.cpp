@@ -134,12 +134,13 @@ TEST(IntegratePositions, APivotedBodyStaysOnItsPivot) {
   const auto state = make_bodies<float>(mixed_bodies(true), {.gravities = {{0, 0, -9.81}, {0, 0, -3}}});
   const Buffers<float> after = run_steps(state, 100);
   for (u32 i = 5; i < 8; ++i) {
-    const Vector3 lever = rotate(orientation(after, i), {after.pivots[i].lever_body[0], after.pivots[i].lever_body[1],
-                                                         after.pivots[i].lever_body[2]});
+    const Vector3 com_offset = rotate(
+        orientation(after, i),
+        {after.pivots[i].com_offset_body[0], after.pivots[i].com_offset_body[1], after.pivots[i].com_offset_body[2]});
     const Vector3 pivot = {after.pivots[i].point_world[0], after.pivots[i].point_world[1],
                            after.pivots[i].point_world[2]};
-    EXPECT_LT(length(position(after, i) - pivot - lever), 2e-6) << i;
-    EXPECT_LT(length(velocity(after, i) - cross(angular_velocity(after, i), lever)), 2e-5) << i;
+    EXPECT_LT(length(position(after, i) - pivot - com_offset), 2e-6) << i;
+    EXPECT_LT(length(velocity(after, i) - cross(angular_velocity(after, i), com_offset)), 2e-5) << i;
   }
 }
 

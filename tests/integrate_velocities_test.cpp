@@ -163,9 +163,9 @@ TEST(IntegrateVelocities, GravityRotatesABodyAboutItsPivot) {
   BodySetup rod;
   rod.mass = 2;
   rod.pivoted = true;
-  rod.lever = {0, 0, 0.5};
+  rod.com_offset = {0, 0, 0.5};
   rod.inertia = {0.8, 0.8, 0.1};
-  rod.orientation = about({0, 1, 0}, std::acos(-1) / 2);  // lever along x
+  rod.orientation = about({0, 1, 0}, std::acos(-1) / 2);  // com_offset along x
   rod.position = {0.5, 0, 0};
   for (const Gyroscopic gyroscopic : {Gyroscopic::none, Gyroscopic::implicit}) {
     const auto state = make_bodies<double>({rod}, {.dt = 0.125, .gyroscopic = gyroscopic, .gravities = {{0, 0, -10}}});
@@ -192,12 +192,12 @@ TEST(IntegrateVelocities, AForceAndATorqueFromOutsideAct) {
   }
 }
 
-// The moment of a force at the centre of mass of a rod on a pivot is lever x force, as that of gravity is.
+// The moment of a force at the centre of mass of a rod on a pivot is com_offset x force, as that of gravity is.
 TEST(IntegrateVelocities, AForceRotatesABodyAboutItsPivot) {
   BodySetup rod;
   rod.mass = 2;
   rod.pivoted = true;
-  rod.lever = {0, 0, 0.5};
+  rod.com_offset = {0, 0, 0.5};
   rod.inertia = {0.8, 0.8, 0.1};
   rod.orientation = about({0, 1, 0}, std::acos(-1) / 2);
   rod.position = {0.5, 0, 0};

@@ -45,15 +45,15 @@ TYPED_TEST(Patches, ASlidingBoxStopsWhereCoulombStopsIt) {
   EXPECT_NEAR(double(after.motions[0].v[0]), 0, 1e-5);
 }
 
-// A block that spins on four corners is slowed by mu m g times their lever, over its moment of inertia.
+// A block that spins on four corners is slowed by mu m g times their moment arm, over its moment of inertia.
 TYPED_TEST(Patches, ARotatingBoxIsSlowedByFrictionAtItsCorners) {
   using real = TypeParam;
   InitialState<real> state = box_on_ground<real>({0.4, 0.3, 0.05}, 0.2);
-  const double g = 9.81, lever = 0.5, inertia = (0.16 + 0.09) / 3, dt = double(state.params.dt);
+  const double g = 9.81, arm = 0.5, inertia = (0.16 + 0.09) / 3, dt = double(state.params.dt);
   state.buffers.gravities[0] = {0, 0, real(-g), 0};
   state.buffers.motions[0].w[2] = 8;
   const Buffers<real> after = run_steps(state, 20);
-  EXPECT_NEAR(double(after.motions[0].w[2]), 8 - 20 * dt * 0.2 * g * lever / inertia, 0.01);
+  EXPECT_NEAR(double(after.motions[0].w[2]), 8 - 20 * dt * 0.2 * g * arm / inertia, 0.01);
   EXPECT_NEAR(double(after.motions[0].v[0]), 0, 0.02);  // of corners at 4 m/s: their loads are not unique
   const Buffers<real> later = run_steps(state, 60);
   EXPECT_NEAR(double(later.motions[0].w[2]), 0, 1e-5);

@@ -133,7 +133,7 @@ TEST(Measures, APivotedBodyRotatesAboutItsPivot) {
   b.masses[0].inertia[0] = 2.2;
   b.motions[0] = {};
   b.motions[0].w[0] = 3;
-  b.motions[0].v[1] = 3;  // w x lever
+  b.motions[0].v[1] = 3;  // w x com_offset
   const Features features = with(ball_features, Feature::pivots);
   const Measures m = measure(b, ball_sizes, features, {}, std::vector<u32>(COUNTER_COUNT));
   EXPECT_DOUBLE_EQ(m.worlds[0].kinetic, 0.5 * 2.2 * 9);

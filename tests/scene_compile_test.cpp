@@ -101,7 +101,7 @@ TEST(SceneCompile, TheNullBodyBehindTheLastOneIsAllZero) {
 TEST(SceneCompile, APivotedBodyRotatesAboutItsPivot) {
   // 3 kg at 2 m along its y axis: 12 kg m^2 more about x and z; spinning about world x, the mass moves along z
   const auto state = compiled(
-      R"({"mass": 3, "inertia": [0.5, 0.25, 0.5], "pivot": [1, 0, 0], "lever": [0, 2, 0],
+      R"({"mass": 3, "inertia": [0.5, 0.25, 0.5], "pivot": [1, 0, 0], "com_offset": [0, 2, 0],
           "angular_velocity": [5, 0, 0]})");
   const Mass<double>& mass = state.buffers.masses[0];
   EXPECT_EQ(mass.inertia[0], 12.5);
@@ -111,7 +111,7 @@ TEST(SceneCompile, APivotedBodyRotatesAboutItsPivot) {
   EXPECT_EQ(pivot.pivoted, 1);
   EXPECT_EQ(pivot.point_world[0], 1);
   EXPECT_EQ(pivot.point_world[1], 0);
-  EXPECT_EQ(pivot.lever_body[1], 2);
+  EXPECT_EQ(pivot.com_offset_body[1], 2);
   EXPECT_EQ(state.buffers.positions[0].y, 2);
   EXPECT_EQ(state.buffers.motions[0].v[2], 10);
   EXPECT_EQ(state.buffers.motions[0].inertia_xx, 1 / 12.5);

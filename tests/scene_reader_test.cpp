@@ -138,7 +138,7 @@ TEST(SceneReader, BodyRatesAreRotatedToTheWorld) {
 
 TEST(SceneReader, APivotPutsTheCenterOfMassAtItsOffset) {
   const Scene scene = with_bodies(
-      R"({"mass": 1, "inertia": [1, 1, 1], "pivot": [1, 2, 3], "lever": [0, 0, 0.5],
+      R"({"mass": 1, "inertia": [1, 1, 1], "pivot": [1, 2, 3], "com_offset": [0, 0, 0.5],
           "orientation": {"axis": [0, 1, 0], "angle_deg": 90}})");
   EXPECT_TRUE(scene.bodies[0].pivoted);
   expect_near(scene.bodies[0].position, {1.5, 2, 3});

@@ -168,7 +168,7 @@ TEST(Scenes, TopsHaveTheEnergyAndRateOfTheirClosedForms) {
 
   // I1 W^2 cos(tilt) - I3 w3 W + m g l = 0, W about the vertical and the rest of the spin about the axis of the top
   const BodyDescription steady = read_scene("steady_precession").bodies[0];
-  const double about_pivot = steady.inertia[0] + steady.mass * steady.lever[2] * steady.lever[2];
+  const double about_pivot = steady.inertia[0] + steady.mass * steady.com_offset[2] * steady.com_offset[2];
   EXPECT_NEAR(about_pivot, 0.3, 1e-15);
   const double a = about_pivot * std::cos(exact::pi / 6), b = steady.inertia[2] * 60, c = 5 * 9.81 * 0.1;
   const double rate = (b - std::sqrt(b * b - 4 * a * c)) / (2 * a);

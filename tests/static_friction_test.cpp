@@ -68,7 +68,7 @@ Scene two_materials(const std::string& a, const std::string& b, const std::strin
                      "static_friction_test");
 }
 
-// Coefficients meet in their geometric mean, levers in the larger; rules override what they name.
+// Coefficients meet in their geometric mean, rolling coefficients in the larger; rules override what they name.
 TEST(FurtherFriction, OfTwoMaterialsIsWhatTheyCombineTo) {
   const std::string a = R"("friction": 0.2, "static_friction": 0.45, "torsional_friction": 0.01)";
   const std::string b = R"("friction": 0.8, "rolling_friction": 0.03, "torsional_friction": 0.004)";
@@ -77,8 +77,8 @@ TEST(FurtherFriction, OfTwoMaterialsIsWhatTheyCombineTo) {
   EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[1].friction, 0.6);
   EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[1].speed, 1e-2);
   EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].torsion_radius, 0.01 / 0.4);
-  EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].roll_lever, 0.03);
-  EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[0].roll_lever, 0);
+  EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].rolling_coefficient, 0.03);
+  EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[0].rolling_coefficient, 0);
   EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[3].friction, 0.8);
   const InitialState<double> ruled = compile<double>(two_materials(
       a, b,
@@ -86,7 +86,7 @@ TEST(FurtherFriction, OfTwoMaterialsIsWhatTheyCombineTo) {
                "rolling_friction": 0})"));
   EXPECT_DOUBLE_EQ(ruled.buffers.hold_pairs[2].friction, 0.7);
   EXPECT_DOUBLE_EQ(ruled.buffers.hold_pairs[2].speed, 0.02);
-  EXPECT_DOUBLE_EQ(ruled.buffers.angular_friction_pairs[2].roll_lever, 0);
+  EXPECT_DOUBLE_EQ(ruled.buffers.angular_friction_pairs[2].rolling_coefficient, 0);
   EXPECT_DOUBLE_EQ(ruled.buffers.angular_friction_pairs[2].torsion_radius, 0.01 / 0.5);
   const InitialState<double> slick =
       compile<double>(two_materials(a, b, R"({"materials": ["a", "b"], "friction": 0, "restitution": 0})"));

@@ -28,8 +28,8 @@ Problem random_problem(Random& random) {
   const double radius = random.between(0, 1) < 0.5 ? random.between(0.001, 0.05) : random.between(0.05, 1);
   Eigen::VectorXd inverse(12);
   for (int side = 0; side < 2; ++side) {
-    const Vector3 lever = random.vector(1);
-    const Vector3d arm(lever[0], lever[1], lever[2]);
+    const Vector3 offset = random.vector(1);
+    const Vector3d arm(offset[0], offset[1], offset[2]);
     const double sign = side == 0 ? 1 : -1;
     j.block<3, 3>(0, 6 * side) = sign * Eigen::Matrix3d::Identity();
     for (int row = 0; row < 3; ++row) j.block<1, 3>(row, 6 * side + 3) = sign * arm.cross(Vector3d::Unit(row));

@@ -141,10 +141,10 @@ TEST(World, AnImpulseActsAtOnce) {
   EXPECT_NEAR(world.velocity(body).linear[2], 0, 1e-15);
 }
 
-// A rod on a pivot at its end turns with impulse times lever over the inertia about the pivot.
+// A rod on a pivot at its end turns with impulse times arm over the inertia about the pivot.
 TEST(World, AnImpulseRotatesABodyAboutItsPivot) {
   World world(parse_scene(R"({"gravity": [0, 0, 0], "settings": {"precision": "double"}, "bodies": [
-      {"name": "rod", "mass": 2, "inertia": [0.5, 0.5, 0.1], "lever": [0, 0, -1], "pivot": [0, 0, 5]}]})",
+      {"name": "rod", "mass": 2, "inertia": [0.5, 0.5, 0.1], "com_offset": [0, 0, -1], "pivot": [0, 0, 5]}]})",
                           "rod"),
               {.device = "reference"});
   const BodyHandle rod = *world.find("rod");

@@ -44,8 +44,8 @@ std::vector<CaseError> rolling_resistance(Trial& trial) {
   double longest = 0;
   for (const char* name : {"steel ball", "rubber ball", "foam ball"}) {
     const u32 body = body_called(scene, name);
-    const double lever = friction_of(scene, body).roll_lever / scene.bodies[body].shapes[0].radius;
-    balls.push_back({body, travel_of(0, 5.0 / 7 * g * std::max(0.0, slope - lever * cosine(slope)))});
+    const double ratio = friction_of(scene, body).rolling_coefficient / scene.bodies[body].shapes[0].radius;
+    balls.push_back({body, travel_of(0, 5.0 / 7 * g * std::max(0.0, slope - ratio * cosine(slope)))});
     longest = std::max(longest, balls.back().expected);
   }
   for (const char* name : {"crate at rest", "crate pushed"}) {

@@ -75,7 +75,7 @@ std::vector<CaseError> dzhanibekov(double off, double exact_period, Trial& trial
 std::vector<CaseError> heavy_top(Trial& trial) {
   const Scene scene = read_scene("heavy_top");
   const BodyDescription& body = scene.bodies[0];
-  const double m = body.mass, l = length(body.lever), constant = 1269.975005;
+  const double m = body.mass, l = length(body.com_offset), constant = 1269.975005;
   double drift = 0;
   trial.run(scene, 10.0, [&](Seen& seen) {
     const BodyState s = seen.body(0);
@@ -83,7 +83,7 @@ std::vector<CaseError> heavy_top(Trial& trial) {
     const double energy = ((body.inertia[0] + m * l * l) * w[0] * w[0] + (body.inertia[1] + m * l * l) * w[1] * w[1] +
                            body.inertia[2] * w[2] * w[2]) /
                               2 -
-                          m * scene.gravity[2] * rotate(s.q, body.lever)[2];
+                          m * scene.gravity[2] * rotate(s.q, body.com_offset)[2];
     drift = std::max(drift, std::abs(energy - constant));
     return true;
   });
@@ -122,7 +122,7 @@ std::vector<CaseError> pendulum(Trial& trial) {
     return true;
   });
   // released along +-x from a pivot at the height of the start; the exact point is for a release along +x
-  const double side = start[0] - rotate(scene.bodies[0].orientation, scene.bodies[0].lever)[0];
+  const double side = start[0] - rotate(scene.bodies[0].orientation, scene.bodies[0].com_offset)[0];
   const double sign = start[0] >= side ? 1 : -1, x = sign * (end[0] - side), z = end[2] - start[2];
   return {{"place after 10 s", "m", 1.0, std::hypot(x - 0.2750874626, z + 0.9614192051)}};
 }

@@ -25,9 +25,9 @@ std::vector<CaseError> skates(Trial& trial) {
     const double x = std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4, y = versine * versine / 2;
     return exact::add(skater.position, exact::add(exact::scale(scale * x, along), exact::scale(scale * y, down)));
   };
-  const double lever = distance(sleigh.position, dragged.anchor_a), first = sleigh.angular_velocity[2];
-  const double kappa = 1 + sleigh.inertia[2] / (sleigh.mass * lever * lever);
-  const double last = lever * first * std::sqrt(kappa), rate = last / (lever * kappa), duration = 10;
+  const double arm = distance(sleigh.position, dragged.anchor_a), first = sleigh.angular_velocity[2];
+  const double kappa = 1 + sleigh.inertia[2] / (sleigh.mass * arm * arm);
+  const double last = arm * first * std::sqrt(kappa), rate = last / (arm * kappa), duration = 10;
   double off_slope = 0, off_angular_velocity = 0;
   trial.run(scene, duration, [&](Seen& seen) {
     off_slope = std::max(off_slope, distance(seen.body(axle.body_b).x, on_slope(seen.time)));

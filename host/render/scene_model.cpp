@@ -145,13 +145,13 @@ template <class real>
 void SceneModel::add_bare_body(const Buffers<real>& scene, u32 body) {
   const Mass<real>& mass = scene.masses[body];
   Vector3d moments(double(mass.inertia[0]), double(mass.inertia[1]), double(mass.inertia[2]));
-  Vector3f lever = Vector3f::Zero();
+  Vector3f com_offset = Vector3f::Zero();
   if (!scene.pivots.empty() && scene.pivots[body].pivoted != real(0)) {
-    lever = vector3f(scene.pivots[body].lever_body);
-    const Vector3d l = lever.cast<double>();
+    com_offset = vector3f(scene.pivots[body].com_offset_body);
+    const Vector3d l = com_offset.cast<double>();
     for (int i = 0; i < 3; ++i) moments[i] -= double(mass.mass) * (l.squaredNorm() - l[i] * l[i]);
   }
-  const float length = lever.norm();
+  const float length = com_offset.norm();
   // moments that rounding left of a point, seen from a pivot, are no size
   Vector3f half = box_of_moments(double(mass.mass), moments.cwiseMax(0));
   const bool is_point = half.maxCoeff() < 0.02f * length;
@@ -159,8 +159,8 @@ void SceneModel::add_bare_body(const Buffers<real>& scene, u32 body) {
   drawn_shapes_.push_back(
       {body, is_point ? SHAPE_SPHERE : SHAPE_BOX, 0, Vector3f::Zero(), Quaternionf::Identity(), half, false});
   if (length <= 0) return;
-  drawn_shapes_.push_back({body, SHAPE_CYLINDER, 0, -0.5f * lever,
-                           Quaternionf::FromTwoVectors(Vector3f::UnitZ(), lever),
+  drawn_shapes_.push_back({body, SHAPE_CYLINDER, 0, -0.5f * com_offset,
+                           Quaternionf::FromTwoVectors(Vector3f::UnitZ(), com_offset),
                            Vector3f(0.015f * length, 0.5f * length, 0), false});
 }
 

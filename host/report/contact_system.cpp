@@ -38,7 +38,7 @@ SystemAngularFriction system_angular_friction(const AngularFrictionBlock<real>& 
   const Eigen::Vector3d moment(double(stored.x), double(stored.y), double(stored.z));
   SystemAngularFriction angular;
   angular.torsion_radius = double(block.torsion_radius[lane]);
-  angular.roll_lever = double(block.roll_lever[lane]);
+  angular.rolling_coefficient = double(block.rolling_coefficient[lane]);
   const double about = moment.dot(normal);
   angular.torsion = angular.torsion_radius > 0 ? about / angular.torsion_radius : 0;
   angular.roll = moment - about * normal;
@@ -66,7 +66,7 @@ SystemPatch system_patch(const Buffers<real>& buffers, u32 block, u32 lane) {
   p.friction = double(data.friction[lane]);
   p.impulse = solver_tangents(p.normal) * Eigen::Vector2d(impulses.tangent_1[lane], impulses.tangent_2[lane]);
   p.twist = double(impulses.twist[lane]);
-  for (u32 k = 0; k < p.count; ++k) p.levers[k] = double(data.lever[k][lane]);
+  for (u32 k = 0; k < p.count; ++k) p.distances[k] = double(data.distance[k][lane]);
   return p;
 }
 

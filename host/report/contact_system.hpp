@@ -32,7 +32,7 @@ struct SystemContact {
 /// The angular friction of a contact (cpu_reference/solve_angular_friction.hpp).
 struct SystemAngularFriction {
   double torsion_radius = 0;                              // m; 0: it rotates freely
-  double roll_lever = 0;                                  // m; 0: it rolls freely
+  double rolling_coefficient = 0;                         // m; 0: it rolls freely
   Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity();  // E: the cone of E^-1 r is round, its velocity E u
   double torsion = 0;                              // N s: the moment about the normal, on a, at the torsion radius
   Eigen::Vector3d roll = Eigen::Vector3d::Zero();  // the rest of the moment, on a, N m s
@@ -40,13 +40,13 @@ struct SystemAngularFriction {
 
 /// What the contacts of a pair share where they share one friction patch; their own impulses are spread of it.
 struct SystemPatch {
-  u32 first = 0, count = 0;                      // contacts of the pair, into ContactSystem::contacts
-  Eigen::Vector3d normal;                        // from b to a, unit
-  Eigen::Vector3d arm_a, arm_b;                  // from the centre of mass to the centre of pressure, m
-  double friction = 0;                           // mu
-  Eigen::Vector3d impulse;                       // on a, in the tangent plane, N s
-  double twist = 0;                              // on a, about the normal, N m s
-  std::array<double, MANIFOLD_POINTS> levers{};  // m
+  u32 first = 0, count = 0;                         // contacts of the pair, into ContactSystem::contacts
+  Eigen::Vector3d normal;                           // from b to a, unit
+  Eigen::Vector3d arm_a, arm_b;                     // from the centre of mass to the centre of pressure, m
+  double friction = 0;                              // mu
+  Eigen::Vector3d impulse;                          // on a, in the tangent plane, N s
+  double twist = 0;                                 // on a, about the normal, N m s
+  std::array<double, MANIFOLD_POINTS> distances{};  // m
 };
 
 using Rows = Eigen::Matrix<double, JOINT_ROWS, 1>;

@@ -89,7 +89,7 @@ double pivot_drift(const Buffers<real>& buffers, u32 bodies) {
     const Pivot<real>& pivot = buffers.pivots[i];
     if (pivot.pivoted == real(0)) continue;
     const Vector3d point =
-        vector3(buffers.positions[i]) - rotation(buffers.orientations[i]) * vector3(pivot.lever_body);
+        vector3(buffers.positions[i]) - rotation(buffers.orientations[i]) * vector3(pivot.com_offset_body);
     drift = std::max(drift, (point - vector3(pivot.point_world)).norm());
   }
   return drift;

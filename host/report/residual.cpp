@@ -172,7 +172,7 @@ void add_angular_friction(const SystemContact& c, const SystemAngularFriction& a
   if (lambda_max <= 0) return;  // two immovable bodies
   sums.last = torsion_defect(round, angular, u, 1 / lambda_max).norm() * lambda_max;
   sums.w += sums.last * sums.last;
-  if (angular.roll_lever == 0) return;
+  if (angular.rolling_coefficient == 0) return;
 
   const Matrix3d plane = Matrix3d::Identity() - c.normal * c.normal.transpose();
   const double angular_mobility_max =
@@ -180,7 +180,7 @@ void add_angular_friction(const SystemContact& c, const SystemAngularFriction& a
           .eigenvalues()(2);
   if (angular_mobility_max <= 0) return;
   const double radius = std::sqrt((a.inverse_mass + b.inverse_mass) / angular_mobility_max);
-  const double limit = angular.roll_lever * c.impulse.dot(c.normal);
+  const double limit = angular.rolling_coefficient * c.impulse.dot(c.normal);
   const Vector3d rolling = plane * (a.w - b.w), rolling_wr = plane * (da.w - db.w);
   const auto roll = [&](double rho) {
     const Vector3d t = angular.roll - rho * rolling;
@@ -213,7 +213,7 @@ void add_patch(const SystemPatch& p, std::span<const SystemContact> contacts, co
     const SystemContact& c = contacts[p.first + k];
     const double r = c.impulse.dot(c.normal);
     load += r;
-    moment += p.levers[k] * r;
+    moment += p.distances[k] * r;
     const double w_nn = c.normal.dot((point_mobility(a, c.arm_a) + point_mobility(b, c.arm_b)) * c.normal);
     const double u = c.normal.dot(relative_velocity(c, a.v, a.w, b.v, b.w)) + c.bias;
     const double wr = c.normal.dot(relative_velocity(c, da.v, da.w, db.v, db.w));

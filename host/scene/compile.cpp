@@ -31,13 +31,13 @@ constexpr std::size_t most_in_batch = std::size_t{1} << 27;
 bool is_isotropic(const Vector3& inertia) { return inertia[0] == inertia[1] && inertia[1] == inertia[2]; }
 
 // Principal moments that the motion sees: about the centre of mass, or about the pivot by the theorem of parallel axes:
-// I + m (l.l E - l l^T), diagonal because the lever lies along a principal axis.
+// I + m (l.l E - l l^T), diagonal because the offset lies along a principal axis.
 Vector3 moments(const BodyDescription& body) {
   if (!body.pivoted) return body.inertia;
-  const double square = body.mass * exact::dot(body.lever, body.lever);
+  const double square = body.mass * exact::dot(body.com_offset, body.com_offset);
   Vector3 about_pivot = body.inertia;
   for (unsigned i = 0; i < 3; ++i) {
-    if (body.lever[i] == 0) about_pivot[i] += square;
+    if (body.com_offset[i] == 0) about_pivot[i] += square;
   }
   return about_pivot;
 }
@@ -179,12 +179,12 @@ void Compiler<real>::add_body(const BodyDescription& body, u32 world, u32 id, co
   }
   buffers().masses.push_back(mass);
 
-  const Vector3 arm = exact::rotate(body.orientation, body.lever);
+  const Vector3 arm = exact::rotate(body.orientation, body.com_offset);
   Pivot<real> pivot = {};
   if (body.pivoted) {
     const Vec4<real> point = rounded<real>(exact::subtract(body.position, arm), "pivot", origin);
-    const Vec4<real> lever = rounded<real>(body.lever, "lever", origin);
-    pivot = {{point.x, point.y, point.z}, 1, {lever.x, lever.y, lever.z}, 0};
+    const Vec4<real> com_offset = rounded<real>(body.com_offset, "com_offset", origin);
+    pivot = {{point.x, point.y, point.z}, 1, {com_offset.x, com_offset.y, com_offset.z}, 0};
   }
   buffers().pivots.push_back(pivot);
   buffers().positions.push_back(rounded<real>(body.position, "position", origin));
@@ -272,7 +272,7 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
   for (const PairFriction& pair : friction_pairs_of(scene)) {
     buffers().material_pairs.push_back({rounded<real>(pair.sliding, "friction", origin), 0});
     buffers().angular_friction_pairs.push_back({rounded<real>(pair.torsion_radius, "torsional friction", origin),
-                                                rounded<real>(pair.roll_lever, "rolling friction", origin)});
+                                                rounded<real>(pair.rolling_coefficient, "rolling friction", origin)});
     buffers().hold_pairs.push_back({rounded<real>(pair.holding, "static friction", origin),
                                     rounded<real>(pair.holding_speed, "holding speed", origin)});
     buffers().grain_pairs.push_back(

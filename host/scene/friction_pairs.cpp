@@ -46,7 +46,7 @@ PairFriction meet(const Material& material_a, const Material& material_b) {
   }
   pair.torsion_radius =
       torsion_radius(std::max(a.torsional_friction.value_or(0), b.torsional_friction.value_or(0)), pair.sliding);
-  pair.roll_lever = std::max(a.rolling_friction.value_or(0), b.rolling_friction.value_or(0));
+  pair.rolling_coefficient = std::max(a.rolling_friction.value_or(0), b.rolling_friction.value_or(0));
   const auto grain = [](const Material& m) { return m.further.friction_across.value_or(m.friction) / m.friction; };
   const auto has_grain = [](const Material& m) { return m.further.friction_across && m.friction > 0; };
   pair.grain_of_b = !has_grain(material_a) && has_grain(material_b);
@@ -74,7 +74,7 @@ std::vector<PairFriction> friction_pairs_of(const Scene& scene) {
     pair.holding = rule.further.static_friction.value_or(rule.friction);
     if (rule.further.static_friction) pair.holding_speed = rule.further.holding_speed.value_or(default_holding_speed);
     pair.torsion_radius = torsion_radius(torsional, pair.sliding);
-    pair.roll_lever = rule.further.rolling_friction.value_or(pair.roll_lever);
+    pair.rolling_coefficient = rule.further.rolling_friction.value_or(pair.rolling_coefficient);
     pairs[rule.material_b * materials.size() + rule.material_a] = pair;
   }
   return pairs;

@@ -153,7 +153,7 @@ void read_motion(const JsonNode& node, BodyDescription& body) {
     }
   }
   if (node.has("velocity")) {
-    if (body.pivoted) node.at("velocity").fail("follows from the angular velocity of a body with a lever; remove it");
+    if (body.pivoted) node.at("velocity").fail("follows from the angular velocity of a body on a pivot; remove it");
     body.velocity = node.at("velocity").vector();
   }
   if (node.has("angular_velocity") && node.has("angular_velocity_body")) {
@@ -167,23 +167,23 @@ void read_motion(const JsonNode& node, BodyDescription& body) {
 
 // A body that turns about a point fixed in the world: the pose is given by that point or by the centre of mass.
 void read_pivot(const JsonNode& node, BodyDescription& body) {
-  if (!node.has("lever")) {
-    if (node.has("pivot")) node.fail("has a \"pivot\" and needs the key \"lever\"");
+  if (!node.has("com_offset")) {
+    if (node.has("pivot")) node.fail("has a \"pivot\" and needs the key \"com_offset\"");
     return;
   }
-  const JsonNode lever = node.at("lever");
-  if (body.kind != BODY_DYNAMIC) lever.fail("belongs to a dynamic body; remove it");
-  if (!body.shapes.empty()) lever.fail("a body with a lever cannot have shapes; remove one of the two");
+  const JsonNode com_offset = node.at("com_offset");
+  if (body.kind != BODY_DYNAMIC) com_offset.fail("belongs to a dynamic body; remove it");
+  if (!body.shapes.empty()) com_offset.fail("a body on a pivot cannot have shapes; remove one of the two");
   body.pivoted = true;
-  body.lever = lever.vector();
-  const auto along = std::count_if(body.lever.begin(), body.lever.end(), [](double x) { return x != 0; });
+  body.com_offset = com_offset.vector();
+  const auto along = std::count_if(body.com_offset.begin(), body.com_offset.end(), [](double x) { return x != 0; });
   if (along != 1) {
-    lever.fail(fmt::format("must lie along one principal axis (one component that is not 0), is [{}, {}, {}]",
-                           body.lever[0], body.lever[1], body.lever[2]));
+    com_offset.fail(fmt::format("must lie along one principal axis (one component that is not 0), is [{}, {}, {}]",
+                                body.com_offset[0], body.com_offset[1], body.com_offset[2]));
   }
   if (node.has("pivot")) {
     if (node.has("position")) node.fail("has both \"pivot\" and \"position\"; give one");
-    body.position = exact::add(node.at("pivot").vector(), exact::rotate(body.orientation, body.lever));
+    body.position = exact::add(node.at("pivot").vector(), exact::rotate(body.orientation, body.com_offset));
   }
 }
 
@@ -191,7 +191,7 @@ void read_pivot(const JsonNode& node, BodyDescription& body) {
 
 BodyDescription read_body(const JsonNode& node, Names& names) {
   node.expect_object({"name", "type", "mass", "density", "inertia", "position", "orientation", "velocity",
-                      "angular_velocity", "angular_velocity_body", "pivot", "lever", "continuous", "shapes"});
+                      "angular_velocity", "angular_velocity_body", "pivot", "com_offset", "continuous", "shapes"});
   BodyDescription body;
   if (node.has("name")) body.name = node.at("name").text();
   if (node.has("type")) {

@@ -244,8 +244,8 @@ std::vector<JointDescription> resolve_joints(const std::vector<NamedJoint>& join
         if (named.names[i] == world_name) at.fail("\"world\" is the fixed frame, and a body is called so; rename it");
         body = found->second;
         if (bodies[body].pivoted)
-          at.fail(
-              fmt::format("the body {} has a lever; give it a ball joint to \"world\" instead", quote(named.names[i])));
+          at.fail(fmt::format("the body {} is on a pivot; give it a ball joint to \"world\" instead",
+                              quote(named.names[i])));
       } else if (named.names[i] != world_name) {
         at.unknown("body", named.names[i], names);
       }

@@ -153,8 +153,8 @@ struct BodyDescription {
   Vector3 velocity = {0, 0, 0};
   Vector3 angular_velocity = {0, 0, 0};  // world frame
   bool pivoted = false;
-  Vector3 lever = {0, 0, 0};  // from the pivot to the centre of mass, body frame; the pivot follows from the pose
-  bool continuous = false;    // its impacts are looked for within the step
+  Vector3 com_offset = {0, 0, 0};  // from the pivot to the centre of mass, body frame; the pivot follows from the pose
+  bool continuous = false;         // its impacts are looked for within the step
   std::vector<ShapeDescription> shapes = {};
 };
 

@@ -55,7 +55,7 @@ void validate(const JointDescription& joint, const Scene& scene) {
   expect(is_dynamic(joint.body_a) || is_dynamic(joint.body_b), "one of its two bodies must be dynamic");
   for (const u32 body : {joint.body_a, joint.body_b})
     expect(body == NONE || !scene.bodies[body].pivoted,
-           "holds a body with a lever; give that a ball joint to the world instead");
+           "holds a body on a pivot; give that a ball joint to the world instead");
   expect_finite(joint.anchor_a, where.c_str());
   expect_finite(joint.anchor_b, where.c_str());
   expect_finite(joint.axis, where.c_str());

@@ -102,8 +102,7 @@ void World::teleport(BodyHandle body, const Pose& pose, const Twist& velocity) {
   expect_unit(pose.orientation);
   expect_finite(velocity);
   const BodyDescription& described = p.scene.bodies[index];
-  if (described.pivoted)
-    throw Error(Failure::input, where, "hangs from its pivot by a lever and has no other position");
+  if (described.pivoted) throw Error(Failure::input, where, "is fixed to its pivot and has no other position");
   const bool moves = velocity.linear != Vector3{0, 0, 0} || velocity.angular != Vector3{0, 0, 0};
   if (described.kind == BODY_STATIC && moves) throw Error(Failure::input, where, "is static and does not move");
   p.targets.erase(body.id);

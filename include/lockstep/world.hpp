@@ -138,7 +138,7 @@ class World {
   BodyHandle add(const BodyDescription& body);
   /// Removes a body and the joints that hold it. Nothing tells that it ceased to touch.
   void remove(BodyHandle body);
-  /// Sets the pose of a body, of any kind but with a lever: as though it were removed and added again, with this
+  /// Sets the pose of a body, of any kind but on a pivot: as though it were removed and added again, with this
   /// velocity, but that its handle, its joints and its load stay. Costs as adding does. Joints that then stand open
   /// are pulled together: teleport all that hang together.
   void teleport(BodyHandle body, const Pose& pose, const Twist& velocity = {});
