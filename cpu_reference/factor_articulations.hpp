@@ -17,8 +17,8 @@ u32 write_link_joint(const Buffers<real>& b, const LinkInfo& link, LinkFactor<re
   const u32 lane = link.slot % PACK;
   const JointInfo& info = b.joint_infos[link.joint];
   const real sign = link.is_b != 0 ? real(1) : real(-1);
-  const bool driven = block.motor_impulse[lane] > 0, held = block.slowest[lane] == block.fastest[lane];
-  const u32 rows = info.locked | (info.free != FREE_NOTHING && held && !driven ? 1u << JOINT_ROWS : 0u);
+  const bool driven = block.motor_impulse[lane] > 0, fixed = block.slowest[lane] == block.fastest[lane];
+  const u32 rows = info.locked | (info.free != FREE_NOTHING && fixed && !driven ? 1u << JOINT_ROWS : 0u);
   const Vec3<real> axes[] = {joint_vector(block.axes, lane), joint_vector(block.axes + 3, lane),
                              joint_vector(block.axes + 6, lane)};
   set_link_joint(link, info.free == FREE_ANGLE, axes, joint_vector(block.arm_a, lane), joint_vector(block.arm_b, lane),

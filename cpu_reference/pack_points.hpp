@@ -56,13 +56,13 @@ void write_angular_friction(AngularFrictionPointBlock<real>& block, u32 lane, An
 }
 
 template <class real>
-void write_hold(HoldBlock<real>& block, u32 lane, HoldPair<real> pair) {
+void write_static_friction(StaticFrictionBlock<real>& block, u32 lane, StaticFrictionPair<real> pair) {
   block.friction[lane] = pair.friction;
   block.speed[lane] = pair.speed;
 }
 
 template <class real>
-void write_grain(GrainBlock<real>& block, u32 lane, GrainPair<real> pair, Vec3<real> along) {
+void write_anisotropy(AnisotropyBlock<real>& block, u32 lane, AnisotropyPair<real> pair, Vec3<real> along) {
   block.x[lane] = along.x;
   block.y[lane] = along.y;
   block.z[lane] = along.z;
@@ -70,9 +70,9 @@ void write_grain(GrainBlock<real>& block, u32 lane, GrainPair<real> pair, Vec3<r
   block.side[lane] = pair.side;
 }
 
-/// Along the grain, the x axis of the shape whose it is, in the frame of its body.
+/// The axis of anisotropy, the x axis of the shape whose it is, in the frame of its body.
 template <class real>
-Vec3<real> grain_along(const Buffers<real>& buffers, const Contact& contact, GrainPair<real> pair) {
+Vec3<real> anisotropy_axis(const Buffers<real>& buffers, const Contact& contact, AnisotropyPair<real> pair) {
   const real* q = buffers.shapes[pair.side == 0 ? contact.shape_a : contact.shape_b].rotation;
   return rotate3(Quat<real>{q[0], q[1], q[2], q[3]}, Vec3<real>{1, 0, 0});
 }
@@ -89,15 +89,16 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
       ImpactBlock<real>* impacts = buffers.impact_blocks.empty() ? nullptr : &buffers.impact_blocks[row];
       AngularFrictionPointBlock<real>* angular_friction_points =
           buffers.angular_friction_points.empty() ? nullptr : &buffers.angular_friction_points[row];
-      HoldBlock<real>* holds = buffers.hold_blocks.empty() ? nullptr : &buffers.hold_blocks[row];
-      GrainBlock<real>* grains = buffers.grain_blocks.empty() ? nullptr : &buffers.grain_blocks[row];
+      StaticFrictionBlock<real>* static_friction =
+          buffers.static_friction_blocks.empty() ? nullptr : &buffers.static_friction_blocks[row];
+      AnisotropyBlock<real>* anisotropy = buffers.anisotropy_blocks.empty() ? nullptr : &buffers.anisotropy_blocks[row];
       for (u32 lane = 0; lane < PACK; ++lane) {
         if (k >= bodies.count[lane]) {
           write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, ContactImpulse<real>{});
           if (impacts) write_impact(*impacts, lane, {});
           if (angular_friction_points) write_angular_friction(*angular_friction_points, lane, {}, Vec4<real>{});
-          if (holds) write_hold(*holds, lane, {});
-          if (grains) write_grain(*grains, lane, {}, Vec3<real>{0, 0, 0});
+          if (static_friction) write_static_friction(*static_friction, lane, {});
+          if (anisotropy) write_anisotropy(*anisotropy, lane, {}, Vec3<real>{0, 0, 0});
           continue;
         }
         const u32 i = bodies.contact[lane] + k;
@@ -110,10 +111,10 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
         if (angular_friction_points)
           write_angular_friction(*angular_friction_points, lane, buffers.angular_friction_pairs[pair],
                                  buffers.start_moments[i]);
-        if (holds) write_hold(*holds, lane, buffers.hold_pairs[pair]);
-        if (grains)
-          write_grain(*grains, lane, buffers.grain_pairs[pair],
-                      grain_along(buffers, contact, buffers.grain_pairs[pair]));
+        if (static_friction) write_static_friction(*static_friction, lane, buffers.static_friction_pairs[pair]);
+        if (anisotropy)
+          write_anisotropy(*anisotropy, lane, buffers.anisotropy_pairs[pair],
+                           anisotropy_axis(buffers, contact, buffers.anisotropy_pairs[pair]));
         if (impacts)
           write_impact(*impacts, lane,
                        contact.feature == CORE_FEATURE ? ImpactPair<real>{} : buffers.impact_pairs[pair]);

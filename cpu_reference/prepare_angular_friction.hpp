@@ -31,16 +31,17 @@ Vec3<real> start_moment(const StepParams<real>& params, const AngularFrictionPoi
   return angular_friction_moment(contact_frame<real>(contact, lane), block, impulses, lane);
 }
 
-/// The ellipse of a contact by now: its grain in the tangent plane. Where the grain is along the normal the cone is
-/// round.
+/// The ellipse of a contact by now: its axis of anisotropy in the tangent plane. Where that is along the normal the
+/// cone is round.
 template <class real>
-Ellipse<real> prepare_ellipse(const GrainBlock<real>& grain, const ContactFrame<real>& c, Quat<real> q_a,
+Ellipse<real> prepare_ellipse(const AnisotropyBlock<real>& anisotropy, const ContactFrame<real>& c, Quat<real> q_a,
                               Quat<real> q_b, EllipseBlock<real>& block, u32 lane) {
-  const Vec3<real> along =
-      rotate3(grain.side[lane] == 0 ? q_a : q_b, Vec3<real>{grain.x[lane], grain.y[lane], grain.z[lane]});
+  const Vec3<real> along = rotate3(anisotropy.side[lane] == 0 ? q_a : q_b,
+                                   Vec3<real>{anisotropy.x[lane], anisotropy.y[lane], anisotropy.z[lane]});
   const real d_1 = dot3(c.tangent_1, along), d_2 = dot3(c.tangent_2, along), squared = d_1 * d_1 + d_2 * d_2;
   const bool is_oval = squared > real(1e-6);
-  const real across = is_oval ? grain.across[lane] : real(1), more = is_oval ? (real(1) - across) / squared : real(0);
+  const real across = is_oval ? anisotropy.across[lane] : real(1),
+             more = is_oval ? (real(1) - across) / squared : real(0);
   block.s_11[lane] = across + more * (d_1 * d_1);
   block.s_12[lane] = more * (d_1 * d_2);
   block.s_22[lane] = across + more * (d_2 * d_2);

@@ -13,7 +13,7 @@
 //                    the velocity u after the forces, with the part of e that the approach has that is not of these
 //                    forces. All rows are biased so that P solves them: with no other contact, impulse and outcome are
 //                    the law's.
-// Friction is that of what holds where the contact slid slower than a speed at the start of the sub-step (feature
+// Friction is static where the contact slid slower than a speed at the start of the sub-step (feature
 // static_friction), and of what slides elsewhere.
 // The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2), M that of the pair's copies of its bodies
 // where they are split (cpu_reference/body_copies.hpp). Impulses start from the last step, later
@@ -137,12 +137,12 @@ ImpactTarget<real> hit_target(const StepParams<real>& p, real gap, real u_old, C
   return target;
 }
 
-/// mu of what holds, or of what slid at the start of the sub-step.
+/// mu of static friction, or of what slid at the start of the sub-step.
 template <class real>
-real stick_or_slip_friction(const HoldBlock<real>& hold, real sliding, Vec3<real> old, Vec3<real> t1, Vec3<real> t2,
-                            u32 lane) {
+real stick_or_slip_friction(const StaticFrictionBlock<real>& static_friction, real sliding, Vec3<real> old,
+                            Vec3<real> t1, Vec3<real> t2, u32 lane) {
   const real u_1 = dot3(t1, old), u_2 = dot3(t2, old);
-  return std::sqrt(u_1 * u_1 + u_2 * u_2) > hold.speed[lane] ? sliding : hold.friction[lane];
+  return std::sqrt(u_1 * u_1 + u_2 * u_2) > static_friction.speed[lane] ? sliding : static_friction.friction[lane];
 }
 
 /// The impulse that a contact starts from: normal part, and tangential part as a world vector.
@@ -190,9 +190,10 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const Vec3<real> free = sub3(add3(vec3(motion_a.v), cross3(vec3(motion_a.w), arm_a)),
                                add3(vec3(motion_b.v), cross3(vec3(motion_b.w), arm_b)));
   const real u_free = dot3(n, free);
-  const real friction = buffers.hold_blocks.empty() ? points.friction[lane]
-                                                    : stick_or_slip_friction(buffers.hold_blocks[row],
-                                                                             points.friction[lane], old, t1, t2, lane);
+  const real friction =
+      buffers.static_friction_blocks.empty()
+          ? points.friction[lane]
+          : stick_or_slip_friction(buffers.static_friction_blocks[row], points.friction[lane], old, t1, t2, lane);
   const ContactImpulse<real> start = start_impulse(params, buffers.start_blocks[row], block, impulses, lane);
   const Vec3<real> tangent = {start.tangent_x, start.tangent_y, start.tangent_z};
   ConeVector<real> r = {start.normal > 0 ? start.normal : real(0), dot3(tangent, t1), dot3(tangent, t2)};
@@ -208,9 +209,9 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
     AngularFrictionImpulse<real>& angular_impulses = buffers.angular_friction_impulses[row];
     const Vec3<real> moment = start_moment(params, angular_friction_points, block, angular, angular_impulses, lane);
     Ellipse<real> ellipse;
-    const bool is_round = buffers.grain_blocks.empty();
+    const bool is_round = buffers.anisotropy_blocks.empty();
     if (!is_round)
-      ellipse = prepare_ellipse(buffers.grain_blocks[row], frame, pose_a.orientation, pose_b.orientation,
+      ellipse = prepare_ellipse(buffers.anisotropy_blocks[row], frame, pose_a.orientation, pose_b.orientation,
                                 buffers.ellipse_blocks[row], lane);
     const TorsionVector<real> cone =
         prepare_angular_friction(angular_friction_points, frame, bodies.kind[lane], motions, w.nn, r, moment, friction,

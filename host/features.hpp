@@ -45,14 +45,13 @@ enum class Feature : std::uint64_t {
   sleeping = 1ull << 34,          // islands of bodies that have been slow for long sleep until they are touched
   gradient = 1ull << 35,          // contacts and joints are solved as one convex problem, by descent along its gradient
   angular_friction = 1ull << 36,  // some contacts resist rolling, or rotation about their normal
-  static_friction = 1ull << 37,   // some hold by more than they slide with
-  elliptic_friction =
-      1ull << 38,              // some have more friction along a grain than across it; it comes with angular_friction
-  partitions = 1ull << 39,     // pairs in contact are solved cell by cell of a grid; what is in no cell by colours
-  dense = 1ull << 40,          // contacts are solved in the order of their list, by the dense Delassus matrix
-  shape_trees = 1ull << 41,    // some bodies that nothing pushes have so many shapes that they keep a tree of them
-  articulations = 1ull << 42,  // joints of trees of bodies are solved all at once
-  closures = 1ull << 43,       // some of them close loops
+  static_friction = 1ull << 37,   // some stick by more than they slide with
+  elliptic_friction = 1ull << 38,  // friction of some is anisotropic; it comes with angular_friction
+  partitions = 1ull << 39,         // pairs in contact are solved cell by cell of a grid; what is in no cell by colours
+  dense = 1ull << 40,              // contacts are solved in the order of their list, by the dense Delassus matrix
+  shape_trees = 1ull << 41,        // some bodies that nothing pushes have so many shapes that they keep a tree of them
+  articulations = 1ull << 42,      // joints of trees of bodies are solved all at once
+  closures = 1ull << 43,           // some of them close loops
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

@@ -27,30 +27,30 @@ RECORD(AngularFrictionBlock) {
 // N s at the torsion radius, N m s.
 RECORD(AngularFrictionImpulse) { real torsion[PACK], roll_1[PACK], roll_2[PACK]; };
 
-// ---- what holds by more than it slides with (feature static_friction) ---------------------------------------------
+// ---- static friction above that of sliding (feature static_friction) -----------------------------------------
 
-RECORD(HoldPair) {
+RECORD(StaticFrictionPair) {
   real friction;  // mu of what slides slower than `speed`
   real speed;     // m/s
 };
 
-RECORD(HoldBlock) { real friction[PACK], speed[PACK]; };
+RECORD(StaticFrictionBlock) { real friction[PACK], speed[PACK]; };
 
-// ---- friction that differs along and across a grain (feature elliptic_friction) -----------------------------
+// ---- anisotropic friction (feature elliptic_friction) ----------------------------------------------------------
 
-// mu is that along the grain, the x axis of a shape.
-RECORD(GrainPair) {
-  real across;    // in parts of mu; 1: no grain
-  u32 side, pad;  // 0: the grain is that of shape a, 1: of shape b
+// mu is that along the axis of anisotropy, the x axis of a shape.
+RECORD(AnisotropyPair) {
+  real across;    // in parts of mu; 1: isotropic
+  u32 side, pad;  // 0: the axis is that of shape a, 1: of shape b
 };
 
-RECORD(GrainBlock) {
-  real x[PACK], y[PACK], z[PACK];  // along the grain, unit, in the frame of the body whose it is
+RECORD(AnisotropyBlock) {
+  real x[PACK], y[PACK], z[PACK];  // along the axis, unit, in the frame of the body whose it is
   real across[PACK];
   u32 side[PACK];
 };
 
-// S, symmetric, in the tangent plane: mu along the grain and mu across it are the axes of the ellipse |S^-1 r_t| <= mu
+// S, symmetric, in the tangent plane: mu along the axis and mu across it are the axes of the ellipse |S^-1 r_t| <= mu
 // r_n.
 RECORD(EllipseBlock) { real s_11[PACK], s_12[PACK], s_22[PACK]; };
 

@@ -24,14 +24,14 @@ static inline lane torsion_coupling(lane radius, LaneContact c, Lane3 axis, Lane
 #if FEATURE_ELLIPTIC_FRICTION
 // The ellipses of a row of contacts by now.
 static inline LaneEllipse prepare_ellipse(u32 first, lane_mask there, LaneContact c, LaneQuat q_a, LaneQuat q_b,
-                                          global const GrainBlock* grain, global EllipseBlock* block) {
-  const Lane3 own = lane_load_xyz(grain->x + first, grain->y + first, grain->z + first);
-  const lane_mask of_a = LANE_MASK(LANE_LOAD_U32(grain->side + first) == (lane_u32)0);
+                                          global const AnisotropyBlock* anisotropy, global EllipseBlock* block) {
+  const Lane3 own = lane_load_xyz(anisotropy->x + first, anisotropy->y + first, anisotropy->z + first);
+  const lane_mask of_a = LANE_MASK(LANE_LOAD_U32(anisotropy->side + first) == (lane_u32)0);
   const Lane3 along = lane_select3(of_a, lane_rotate3(q_a, own), lane_rotate3(q_b, own));
   const lane d_1 = lane_dot3(c.tangent_1, along), d_2 = lane_dot3(c.tangent_2, along);
   const lane squared = d_1 * d_1 + d_2 * d_2;
   const lane_mask is_oval = squared > (lane)(real)1e-6;
-  const lane across = is_oval ? LANE_LOAD(grain->across + first) : (lane)1;
+  const lane across = is_oval ? LANE_LOAD(anisotropy->across + first) : (lane)1;
   const lane more = is_oval ? ((lane)1 - across) / squared : (lane)0;
   LaneEllipse s;
   s.s_11 = across + more * (d_1 * d_1);

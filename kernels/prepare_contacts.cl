@@ -209,11 +209,11 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
                                const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
                                global const StartBlock* starts, global const ImpactBlock* impacts,
                                global const AngularFrictionPointBlock* angular_friction_points,
-                               global const HoldBlock* holds, global const GrainBlock* grains,
-                               global ContactBlock* block, global SoftnessBlock* softness_block,
-                               global SlideBlock* slides, global AngularFrictionBlock* angular,
-                               global ImpulseBlock* impulses, global AngularFrictionImpulse* angular_impulses,
-                               global EllipseBlock* ellipses) {
+                               global const StaticFrictionBlock* static_friction,
+                               global const AnisotropyBlock* anisotropy, global ContactBlock* block,
+                               global SoftnessBlock* softness_block, global SlideBlock* slides,
+                               global AngularFrictionBlock* angular, global ImpulseBlock* impulses,
+                               global AngularFrictionImpulse* angular_impulses, global EllipseBlock* ellipses) {
   LaneCurrentContact current;
   lane_current_contact(first, points, a, b, &current);
   const Lane3 n = current.normal;
@@ -235,8 +235,8 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
     u_old = lane_dot3(n, old);
 #if FEATURE_STATIC_FRICTION
     const lane old_1 = lane_dot3(t1, old), old_2 = lane_dot3(t2, old);
-    const lane_mask slid = sqrt(old_1 * old_1 + old_2 * old_2) > LANE_LOAD(holds->speed + first);
-    friction = slid ? friction : LANE_LOAD(holds->friction + first);
+    const lane_mask slid = sqrt(old_1 * old_1 + old_2 * old_2) > LANE_LOAD(static_friction->speed + first);
+    friction = slid ? friction : LANE_LOAD(static_friction->friction + first);
 #endif
     free = prepare_velocity(a->motion.v, a->motion.w, arm_a, b->motion.v, b->motion.w, arm_b);
     u_free = lane_dot3(n, free);
@@ -251,7 +251,7 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
   const Lane3 moment = start_moment(params->substep, first, angular_friction_points, block, angular, angular_impulses);
   LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1};
 #if FEATURE_ELLIPTIC_FRICTION
-  ellipse = prepare_ellipse(first, there, contact, a->orientation, b->orientation, grains, ellipses);
+  ellipse = prepare_ellipse(first, there, contact, a->orientation, b->orientation, anisotropy, ellipses);
 #endif
   const LaneTorsion start =
       prepare_angular_friction(first, there, general, contact, &a->motion, &b->motion, w.nn, r, moment, friction,
@@ -303,11 +303,12 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
                              global const PointBlock* point_blocks, global const StartBlock* start_blocks,
                              global const ImpactBlock* impact_blocks,
                              global const AngularFrictionPointBlock* angular_friction_points,
-                             global const HoldBlock* hold_blocks, global const GrainBlock* grain_blocks,
-                             global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                             global const BodyCopyBlock* body_copy_blocks, global ContactBlock* contact_blocks,
-                             global ImpulseBlock* impulse_blocks, global SoftnessBlock* softness_blocks,
-                             global SlideBlock* slide_blocks, global AngularFrictionBlock* angular_friction_blocks,
+                             global const StaticFrictionBlock* static_friction_blocks,
+                             global const AnisotropyBlock* anisotropy_blocks, global const BlockBodies* block_bodies,
+                             global const BlockRows* block_rows, global const BodyCopyBlock* body_copy_blocks,
+                             global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
+                             global SoftnessBlock* softness_blocks, global SlideBlock* slide_blocks,
+                             global AngularFrictionBlock* angular_friction_blocks,
                              global AngularFrictionImpulse* angular_friction_impulses,
                              global EllipseBlock* ellipse_blocks, global PatchBlock* patch_blocks,
                              global PatchImpulse* patch_impulses, global const u32* counters) {
@@ -328,9 +329,9 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
       prepare_row(&params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
-                  angular_friction_points + row, hold_blocks + row, grain_blocks + row, contact_blocks + row,
-                  softness_blocks + row, slide_blocks + row, angular_friction_blocks + row, impulse_blocks + row,
-                  angular_friction_impulses + row, ellipse_blocks + row);
+                  angular_friction_points + row, static_friction_blocks + row, anisotropy_blocks + row,
+                  contact_blocks + row, softness_blocks + row, slide_blocks + row, angular_friction_blocks + row,
+                  impulse_blocks + row, angular_friction_impulses + row, ellipse_blocks + row);
     }
 #if FEATURE_PATCHES
     prepare_patches(params.substep, first, rows.count, count, &a.motion, &b.motion, contact_blocks + rows.first,

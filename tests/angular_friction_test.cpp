@@ -77,11 +77,11 @@ TEST_P(AngularFriction, OfRollingStopsABall) {
 }
 
 // On a slope it stays where tan(slope) < b / r, and rolls at 5/7 g (sin - b / r cos) where it is steeper.
-TEST_P(AngularFriction, OfRollingHoldsABallOnASlope) {
+TEST_P(AngularFriction, OfRollingStopsABallOnASlope) {
   const std::string material = R"("friction": 0.5, "rolling_friction": 0.01)";
-  const BodyState held = after(ball_on_plane(material, std::atan(0.09), ""), 2);
-  EXPECT_NEAR(held.x[0], 0, 2e-4);
-  EXPECT_NEAR(held.v[0], 0, 1e-4);
+  const BodyState at_rest = after(ball_on_plane(material, std::atan(0.09), ""), 2);
+  EXPECT_NEAR(at_rest.x[0], 0, 2e-4);
+  EXPECT_NEAR(at_rest.v[0], 0, 1e-4);
   const double slope = std::atan(0.15);
   const BodyState rolling = after(ball_on_plane(material, slope, ""), 1);
   const double speed = 5.0 / 7 * gravity * (std::sin(slope) - 0.1 * std::cos(slope));
@@ -206,7 +206,7 @@ TEST(AngularFriction, CostsNothingWhereNoneIsAskedFor) {
   EXPECT_FALSE(has(state.features, Feature::angular_friction));
   EXPECT_FALSE(has(state.features, Feature::static_friction));
   EXPECT_TRUE(state.buffers.angular_friction_blocks.empty());
-  EXPECT_TRUE(state.buffers.hold_blocks.empty());
+  EXPECT_TRUE(state.buffers.static_friction_blocks.empty());
 }
 
 }  // namespace

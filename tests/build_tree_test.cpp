@@ -23,7 +23,7 @@ InitialState<real> built(u32 count) {
 }
 
 // From the lowest level up: run `e` of PACK^level shapes lies in entry `e`, whole, for the whole step.
-TYPED_TEST(BuildTree, EveryLevelHoldsItsShapes) {
+TYPED_TEST(BuildTree, EveryLevelContainsItsShapes) {
   using real = TypeParam;
   for (const u32 count : {1u, 15u, 16u, 17u, 256u, 257u, 5000u}) {
     const InitialState<real> state = built<real>(count);

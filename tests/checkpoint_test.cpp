@@ -101,7 +101,7 @@ TEST(Checkpoint, GoesFromDeviceToDeviceWithAnyLaunch) {
   EXPECT_EQ(last, hash_of(whole));
 }
 
-TEST(Checkpoint, MakesRoomForWhatItHolds) {
+TEST(Checkpoint, MakesRoomForWhatItContains) {
   const std::string name = "sensor_gate";
   InitialState<float> tight = compile<float>(read_scene(name));
   tight.sizes.pairs = tight.sizes.contacts = tight.params.pair_capacity = tight.params.contact_capacity = 1;

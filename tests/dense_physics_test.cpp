@@ -55,7 +55,7 @@ double speed_on_slope(double angle, double friction, int steps) {
 }
 
 // tan 0.4 = 0.42: what friction of 0.5 holds sticks, and what slides at 0.3 does so at g (sin - mu cos).
-TEST(DenseSlope, HoldsOrSlides) {
+TEST(DenseSlope, SticksOrSlides) {
   EXPECT_NEAR(speed_on_slope(0.4, 0.5, 30), 0, 1e-9);
   EXPECT_NEAR(speed_on_slope(0.4, 0.3, 30), 0.5 * g * (std::sin(0.4) - 0.3 * std::cos(0.4)), 1e-9);
 }

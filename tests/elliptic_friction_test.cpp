@@ -1,4 +1,4 @@
-// Contacts that have more friction along a grain than across it: closed forms of slabs on planes.
+// Contacts that have more friction along an axis than across it: closed forms of slabs on planes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -14,10 +14,10 @@ namespace {
 
 constexpr double gravity = 9.81, along = 0.6, across = 0.2;
 
-// A thin slab with its grain along x of its shape, which `yaw` rotates about z, on a floor.
+// A thin slab with its axis of anisotropy along x of its shape, which `yaw` rotates about z, on a floor.
 Scene slab(double yaw, Vector3 pull, Vector3 velocity, double dt) {
   return parse_scene(fmt::format(R"({{
-      "description": "a slab with a grain", "gravity": [{}, {}, {}], "settings": {{"dt": {}, "iterations": 50}},
+      "description": "a slab with anisotropic friction", "gravity": [{}, {}, {}], "settings": {{"dt": {}, "iterations": 50}},
       "materials": [{{"name": "floor", "friction": 0.6}}, {{"name": "wood", "friction": 0.6, "friction_across": {}}}],
       "bodies": [
         {{"name": "ground", "type": "static", "shapes": [{{"type": "plane", "material": "floor"}}]}},
@@ -65,8 +65,8 @@ TEST_P(EllipticFriction, DeflectsASlideTowardsTheSlipperyDirection) {
   EXPECT_LT(residual_, 1e-4);
 }
 
-// On a slope of tan 0.4 it lies along its grain and slides across it, wherever shape and grain are turned to.
-TEST_P(EllipticFriction, HoldsAlongTheGrainAlone) {
+// On a slope of tan 0.4 it lies along its axis and slides across it, wherever shape and axis are turned to.
+TEST_P(EllipticFriction, SticksAlongTheAxisOfAnisotropyAlone) {
   const double slope = std::atan(0.4), down = gravity * std::sin(slope), normal = gravity * std::cos(slope);
   for (const double yaw : {0.0, 90.0, 180.0}) {
     const bool lies_on_x = yaw != 90;
@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(Precisions, EllipticFriction, testing::Values("float", 
 
 Scene heap(const std::string& settings, const std::string& more) {
   return parse_scene(fmt::format(R"({{
-    "description": "a heap with grains",
+    "description": "a heap with anisotropic friction",
     "settings": {{"dt": 0.005, "iterations": 4 {}}},
     "materials": [{{"name": "floor", "friction": 0.4, "friction_across": 0.7}},
                   {{"name": "wood", "friction": 0.5, "friction_across": 0.1 {}}}, {{"name": "plain", "friction": 0.6}}],

@@ -73,7 +73,7 @@ struct OnSlope {
   }
 };
 
-TEST(GradientSlope, WhatFrictionHoldsSticks) {
+TEST(GradientSlope, BelowTheLimitOfFrictionItSticks) {
   const OnSlope slope(0.4, 0.5, 2000);  // tan 0.4 = 0.42
   const Buffers<double> after = run_steps(slope.state, 30);
   EXPECT_NEAR(slope.along(after), 0, 1e-9);

@@ -247,13 +247,14 @@ TEST_F(Mjcf, OtherwiseLinksComeBetweenThem) {
 
 // The hinges of a gimbal, one after the other: the ends of the last one's axis stand where x, then y have turned it.
 TEST_F(Mjcf, JointsOfABodyRotateOneAfterTheOther) {
-  const auto held = [](const std::string& name, const std::string& axis, const std::string& rest) {
+  const auto joint_xml = [](const std::string& name, const std::string& axis, const std::string& rest) {
     return "<joint name=\"" + name + "\" axis=\"" + axis + "\" stiffness=\"500\" damping=\"20\" springref=\"" + rest +
            "\"/>";
   };
-  const Scene scene = world("<body name=\"a\">" + held("x", "1 0 0", "0.5") + held("y", "0 1 0", "-0.4") +
-                                held("z", "0 0 1", "0.3") + R"(<geom type="box" size="0.1 0.2 0.3" mass="2"/></body>)",
-                            R"(<option gravity="0 0 0"/>)");
+  const Scene scene =
+      world("<body name=\"a\">" + joint_xml("x", "1 0 0", "0.5") + joint_xml("y", "0 1 0", "-0.4") +
+                joint_xml("z", "0 0 1", "0.3") + R"(<geom type="box" size="0.1 0.2 0.3" mass="2"/></body>)",
+            R"(<option gravity="0 0 0"/>)");
   const InitialState<double> state = compile<double>(scene);
   Simulation<double> simulation = simulation_of(state);
   for (u32 i = 0; i < 3000; ++i) simulation.step();
@@ -341,7 +342,7 @@ TEST_F(Mjcf, CondimSelectsTorsionalAndRollingFriction) {
   EXPECT_EQ(met("b", "b").rolling_friction, 0.0001);
 }
 
-TEST_F(Mjcf, ActuatorsHoldTheirTarget) {
+TEST_F(Mjcf, ActuatorsKeepTheirTarget) {
   // k_p gear^2 angle = m g l cos(angle), about y: an arm along x falls by positive angles
   const std::string arm =
       R"(<body name="a"><joint name="j" axis="0 1 0" damping="5"/><geom size="0.1" mass="1" pos="0.5 0 0"/></body>)";
@@ -369,20 +370,20 @@ TEST_F(Mjcf, ActuatorsHoldTheirTarget) {
 TEST_F(Mjcf, ConstraintsCloseRings) {
   const std::string arms = R"(<body name="a"><joint axis="0 1 0"/><geom size="0.1" pos="1 0 0" mass="1"/></body>
     <body name="b" pos="2 0 0"><joint name="j" axis="0 1 0"/><geom size="0.1" pos="-1 0 0" mass="1"/></body>)";
-  const auto held = [&](const std::string& equality) {
+  const auto scene_with = [&](const std::string& equality) {
     return world(arms, "<equality>" + equality + "</equality><contact><exclude body1=\"a\" body2=\"b\"/></contact>");
   };
-  const Scene connect = held(R"(<connect body1="a" body2="b" anchor="1 0 0"/>)");
+  const Scene connect = scene_with(R"(<connect body1="a" body2="b" anchor="1 0 0"/>)");
   ASSERT_EQ(connect.joints.size(), 3u);
   EXPECT_EQ(connect.joints[2].kind, JOINT_BALL);
   EXPECT_EQ(connect.joints[2].anchor_a, (Vector3{1, 0, 0}));
   ASSERT_EQ(connect.passing.size(), 1u);
   EXPECT_NEAR(joint_after(connect, 500, "j").coordinate, 0, 0.01) << "two arms that hold each other cannot fall";
   for (const std::string pose : {"", R"( relpose="0 1 0 0 0 0 0")"})  // MuJoCo's own default
-    EXPECT_EQ(held("<weld body1=\"a\" body2=\"b\"" + pose + "/>").joints[2].kind, JOINT_FIXED);
-  EXPECT_EQ(held(R"(<weld body1="a"/>)").joints[2].body_b, NONE) << "to the world";
-  EXPECT_EQ(held(R"(<weld body1="a" body2="b" active="false"/>)").joints.size(), 2u);
-  const Scene locked = held(R"(<joint joint1="j" polycoef="0.25"/>)");
+    EXPECT_EQ(scene_with("<weld body1=\"a\" body2=\"b\"" + pose + "/>").joints[2].kind, JOINT_FIXED);
+  EXPECT_EQ(scene_with(R"(<weld body1="a"/>)").joints[2].body_b, NONE) << "to the world";
+  EXPECT_EQ(scene_with(R"(<weld body1="a" body2="b" active="false"/>)").joints.size(), 2u);
+  const Scene locked = scene_with(R"(<joint joint1="j" polycoef="0.25"/>)");
   EXPECT_NEAR(joint_after(locked, 1000, "j").coordinate, 0.25, 2e-5);
 }
 

@@ -161,7 +161,7 @@ TEST(Legend, ShowsTheColoursOfItsScale) {
 }
 
 // Beside the paper, and in the margins of it, there is no ink.
-TEST(Legend, HoldsTheLongNumbersOfItsScale) {
+TEST(Legend, FitsTheLongNumbersOfItsScale) {
   Picture picture(960, 540);
   Legend legend = {"short", Legend::Scale{0, 1.25e-4, true, false}, {}};
   const PixelRect bar = draw_legend(picture, legend);
@@ -203,7 +203,7 @@ TEST(Text, IsAsWideAsItSays) {
   EXPECT_NEAR(top, 10, 1.5);
 }
 
-TEST(Png, HoldsThePicture) {
+TEST(Png, StoresThePicture) {
   Picture picture(37, 21);
   for (std::size_t i = 0; i < picture.bytes.size(); ++i) picture.bytes[i] = static_cast<unsigned char>(i * i / 7);
   const std::vector<unsigned char> file = encode_png(picture);

@@ -82,7 +82,7 @@ TYPED_TEST(PrepareJoints, StepsMatchReference) {
 }
 
 // Each joint stands once in the blocks; those of one colour share no movable body.
-TYPED_TEST(PrepareJoints, BlocksHoldEachJointOnce) {
+TYPED_TEST(PrepareJoints, BlocksContainEachJointOnce) {
   using real = TypeParam;
   const InitialState<real> state = compile<real>(random_joints(6, 100, 500));
   const Buffers<real>& b = state.buffers;
@@ -194,12 +194,12 @@ TYPED_TEST(PrepareJoints, ImpulsesAreHashed) {
   const u32 before = hash();
   for (u32 slot = 0; slot < state.sizes.joint_blocks * PACK; ++slot) {
     const u32 lane = slot % PACK;
-    const bool held = state.buffers.joint_lanes[slot / PACK].joint[lane] != NONE;
+    const bool is_joint = state.buffers.joint_lanes[slot / PACK].joint[lane] != NONE;
     JointImpulseBlock<real>& impulses = state.buffers.joint_impulses[slot / PACK];
     for (real* word : {&impulses.locked[0][lane], &impulses.locked[5][lane], &impulses.free[lane]}) {
       const real old = *word;
       *word = old + 1;
-      EXPECT_EQ(hash() != before, held) << slot;
+      EXPECT_EQ(hash() != before, is_joint) << slot;
       *word = old;
     }
   }

@@ -251,7 +251,7 @@ TEST_F(RenderCommand, RefusesAFolderThatCannotBe) {
   expect_refused(scene + folder("taken"), 2, "the picture does not overwrite it");
 }
 
-TEST_F(RenderCommand, RefusesWhatARecordingDoesNotHold) {
+TEST_F(RenderCommand, RefusesWhatARecordingDoesNotContain) {
   const std::string record = folder("x.h5");
   EXPECT_EQ(run("run spheres_small --steps 5 --quiet --device reference --record " + record).status, 0);
   for (const char* color : {"contacts", "color", "penetration", "residual"})

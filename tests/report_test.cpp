@@ -113,7 +113,7 @@ TEST(Measures, MechanicsOfARotatingBall) {
   EXPECT_FALSE(momentum_is_conserved(b, ball_features)) << "the plane is fixed";
 }
 
-TEST(Measures, AngularMomentumHoldsTheOrbit) {
+TEST(Measures, AngularMomentumIncludesTheOrbit) {
   Buffers<double> b = ball_on_plane(0);
   b.body_infos[1].kind = BODY_DYNAMIC;
   b.masses[1] = b.masses[0];

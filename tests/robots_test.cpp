@@ -110,15 +110,15 @@ TEST_F(Robots, LinksFixedToEachOtherAreOneBody) {
   EXPECT_TRUE(scene.joints.empty());
 }
 
-TEST_F(Robots, TheRootIsFreeUnlessItIsHeld) {
+TEST_F(Robots, TheRootIsFreeUnlessItIsFixed) {
   const std::string ball = R"(<collision><geometry><sphere radius="0.1"/></geometry></collision>)";
   const std::string arm = link("arm") + joint("continuous", "root", "arm");
   const Scene free = scene_of(robot(link("root", unit_inertial + ball) + arm));
   EXPECT_EQ(free.bodies.at(0).kind, BODY_DYNAMIC);
-  const Scene held = scene_of(robot(link("root", ball) + arm), R"(, "fixed": true, "position": [0, 0, 5])");
-  EXPECT_EQ(held.bodies.at(0).kind, BODY_STATIC);
-  EXPECT_EQ(held.bodies.at(0).position, (Vector3{0, 0, 5}));
-  EXPECT_EQ(held.joints.at(0).body_a, 0u);
+  const Scene fixed = scene_of(robot(link("root", ball) + arm), R"(, "fixed": true, "position": [0, 0, 5])");
+  EXPECT_EQ(fixed.bodies.at(0).kind, BODY_STATIC);
+  EXPECT_EQ(fixed.bodies.at(0).position, (Vector3{0, 0, 5}));
+  EXPECT_EQ(fixed.joints.at(0).body_a, 0u);
   const Scene world = scene_of(robot(link("world", ball) + link("arm") + joint("continuous", "world", "arm")));
   EXPECT_EQ(world.bodies.at(0).kind, BODY_STATIC);
   const Scene floating = scene_of(robot(link("root") + link("b") + joint("floating", "root", "b")));
@@ -162,7 +162,7 @@ TEST_F(Robots, JointsStartWhereTheSceneSays) {
   EXPECT_NEAR(slid.bodies.at(0).position[1], 1, 1e-15);  // x of the joint is y of the world
 }
 
-TEST_F(Robots, LimitsHold) {
+TEST_F(Robots, LimitsAreKept) {
   const Scene scene =
       scene_of(robot(link("world", "") + link("a", arm_along_x) + joint("revolute", "world", "a", R"(<axis xyz="0 1 0"/>
                                            <limit lower="-0.5" upper="0.5"/>)")));
@@ -170,7 +170,7 @@ TEST_F(Robots, LimitsHold) {
 }
 
 // A torque of m g l = 1 * 9.81 * 0.5 N m is what friction has to hold.
-TEST_F(Robots, DryFrictionHoldsAnArmThatIsLightEnough) {
+TEST_F(Robots, DryFrictionStopsAnArmThatIsLightEnough) {
   const auto with = [&](double friction) {
     return scene_of(robot(link("world", "") + link("a", arm_along_x) +
                           joint("continuous", "world", "a",
@@ -291,7 +291,7 @@ TEST_F(Robots, ARobotAloneIsAScene) {
   EXPECT_FALSE(parse_camera(scene.text, scene.source));
 }
 
-TEST_F(Robots, JointsOfTheSceneHoldLinks) {
+TEST_F(Robots, JointsOfTheSceneConnectLinks) {
   const Scene scene = scene_of(robot(link("a")), "", R"(, "joints": [{"type": "ball", "bodies": ["world", "r/a"],
                                                                       "anchor": [0, 0, 1]}])");
   EXPECT_EQ(scene.joints.at(0).body_b, 0u);

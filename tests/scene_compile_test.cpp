@@ -188,7 +188,7 @@ TEST(SceneCompile, MaterialsCombineUnlessARuleOverrides) {
 // ---- features and parameters
 // -----------------------------------------------------------------------------------------
 
-TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
+TEST(SceneCompile, FeaturesFollowFromWhatTheSceneContains) {
   EXPECT_EQ(compiled(brick, R"(, "settings": {"gyroscopic": "none"})").features, u32(Feature::time_stepping));
   EXPECT_TRUE(has(compiled(brick), Feature::gyroscopic));
   EXPECT_FALSE(has(compiled(ball), Feature::gyroscopic));
@@ -228,7 +228,7 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
   const std::string rubber = R"(, "materials": [{"name": "rubber", "friction": 1, "rolling_friction": 0.01}])";
   EXPECT_EQ(refusal(scene_of(ball + "," + ground, rubber + dense + "}")),
             "test.json: /settings/solver: dense_gauss_seidel knows round cones of slip alone, and materials of this "
-            "scene have angular friction or have a grain; take gauss_seidel");
+            "scene have angular friction or have anisotropic friction; take gauss_seidel");
   EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.joint_side_starts.empty());
   EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.cell_sizes.empty());
   EXPECT_TRUE(has(compiled(off_center_ball + "," + ground), Feature::general_contacts));
@@ -421,7 +421,7 @@ TEST(SceneCompile, PatchesKnowNewtonsLawAlone) {
       "have another; use cones");
 }
 
-TEST(SceneCompile, NumbersThatThePrecisionCannotHoldAreRefused) {
+TEST(SceneCompile, NumbersThatThePrecisionCannotRepresentAreRefused) {
   const std::string far = R"({"name": "far", "type": "static", "position": [0, 1e39, 0]})";
   EXPECT_EQ(refusal(scene_of(far)), "test.json: body 0 (\"far\"): position must fit float, is 1e+39");
   EXPECT_EQ(refusal<double>(scene_of(far)), "accepted");

@@ -257,7 +257,7 @@ TEST(Sleeping, ASensorGoesOnFeelingWhatSleeps) {
 }
 
 // A row of three hangs between two joints to the world: held apart by nothing but joints, it sleeps as one.
-TEST(Sleeping, WhatJointsHoldIsOneIslandAndKeepsItsImpulses) {
+TEST(Sleeping, WhatJointsConnectIsOneIslandAndKeepsItsImpulses) {
   std::string bodies, joints = R"(, "joints": [)";
   for (int i = 0; i < 3; ++i) {
     const std::string name = "link_" + std::to_string(i);

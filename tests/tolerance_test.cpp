@@ -182,7 +182,7 @@ TEST(SweepChange, OfATwistIsThatAtTheRadiusOfGyration) {
 }
 
 TEST(SweepChange, OfAJointIsThatAtItsAnchorAndOfItsRotation) {
-  const auto held = [](JointKind kind, const Vector3& velocity, const Vector3& angular_velocity) {
+  const auto jointed = [](JointKind kind, const Vector3& velocity, const Vector3& angular_velocity) {
     BodyDescription body = bare_body({0, 0, 0});
     body.velocity = velocity;
     body.angular_velocity = angular_velocity;
@@ -190,9 +190,9 @@ TEST(SweepChange, OfAJointIsThatAtItsAnchorAndOfItsRotation) {
     scene.gravity = {0, 0, 0};
     return compile<double>(scene);
   };
-  expect_change(held(JOINT_BALL, {0, 0.25, 0}, {0, 0, 0}), 0.25);
-  expect_change(held(JOINT_FIXED, {0, 0, 0}, {0, 0, 2}), 2 * std::sqrt(0.1 / 1));
-  expect_change(held(JOINT_FIXED, {0.3, 0, 0}, {0, 0, 2}), std::hypot(0.3, 2 * std::sqrt(0.1 / 1)));
+  expect_change(jointed(JOINT_BALL, {0, 0.25, 0}, {0, 0, 0}), 0.25);
+  expect_change(jointed(JOINT_FIXED, {0, 0, 0}, {0, 0, 2}), 2 * std::sqrt(0.1 / 1));
+  expect_change(jointed(JOINT_FIXED, {0.3, 0, 0}, {0, 0, 2}), std::hypot(0.3, 2 * std::sqrt(0.1 / 1)));
 }
 
 // ---- what it buys, what it saves ------------------------------------------------------------------------------------

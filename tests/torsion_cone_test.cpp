@@ -147,7 +147,7 @@ TEST(TorsionCone, TakesOff) {
 }
 
 // Friction without a limit and none at all.
-TEST(TorsionCone, HoldsAtItsEnds) {
+TEST(TorsionCone, IsExactWithoutFriction) {
   Random random(6);
   for (int i = 0; i < 1000; ++i) {
     Problem p = random_problem(random);

@@ -28,7 +28,7 @@ real max_extent(const InitialState<real>& state) {
 
 // A body that turns at a constant rate about its centre of mass, which moves on a line: the shape's centre at time t is
 // x + v t + R(w t) o, by Rodrigues' formula in double. The bound must hold the sphere at all times of the step.
-TYPED_TEST(UpdateBounds, HoldTheSphereForTheWholeStep) {
+TYPED_TEST(UpdateBounds, EncloseTheSphereForTheWholeStep) {
   using real = TypeParam;
   Random random(4);
   std::vector<BodyDescription> bodies;
@@ -107,7 +107,7 @@ void expect_tight_box(const BodyDescription& body, const std::vector<Vector3>& s
   }
 }
 
-TYPED_TEST(UpdateBounds, BoxesHoldTheShapesTightly) {
+TYPED_TEST(UpdateBounds, BoxesEncloseTheShapesTightly) {
   using real = TypeParam;
   Random random(11);
   for (int n = 0; n < 60; ++n) {

@@ -33,7 +33,7 @@ TEST(WorldJoints, AJointThatIsAddedAtFirstIsThatOfTheScene) {
 }
 
 // A turning, flying box is caught by its corner: from there on it is the pendulum that begins so.
-TEST(WorldJoints, AJointThatIsAddedLaterHoldsTheBodyWhereItIsThen) {
+TEST(WorldJoints, AJointThatIsAddedLaterFixesTheBodyWhereItIsThen) {
   Scene scene = empty_scene(0.002);
   use_solver(scene.settings, Solver::small_steps);
   scene.gravity = {0, 0, -9.81};
@@ -69,7 +69,7 @@ TEST(WorldJoints, AJointThatIsAddedLaterHoldsTheBodyWhereItIsThen) {
 
 // A body that came since the last step stands where it was put, one whose index has changed where it is; and what stand
 // a description brings along does not matter.
-TEST(WorldJoints, HoldBodiesThatHaveJustCome) {
+TEST(WorldJoints, ConnectBodiesThatHaveJustCome) {
   World world(empty_scene(), in_double());
   const BodyHandle gone = world.add(box_at({0, 9, 0})), old = world.add(box_at({0, 0, 0}));
   world.set_velocity(old, {{1, 0, 0}, {0, 0, 0}});

@@ -64,9 +64,9 @@ TEST(World, PassingBodiesStayThoseThatTheyWere) {
   const BodyHandle first = world.bodies()[1], pinned = world.bodies()[2], last = world.bodies()[3];
   world.step(20);
   EXPECT_NEAR(world.pose(last).position[0], 0.5, 1e-4) << "they pass";
-  const BodyHandle held = world.add(dynamic({16, 0, 0.5}));
+  const BodyHandle anchored = world.add(dynamic({16, 0, 0.5}));
   pin.anchor_a = pin.anchor_b = {16, 0, 0.5};
-  world.add(pin, held);
+  world.add(pin, anchored);
   world.remove(pinned);
   world.step(20);
   EXPECT_NEAR(world.pose(last).position[0], 0.5, 1e-4) << "the others have moved up the list";

@@ -228,7 +228,7 @@ TEST_F(WorldRecording, KnowsHowMotorsAreDriven) {
 }
 
 // More inputs than a chunk holds, in batches of steps.
-TEST_F(WorldRecording, HoldsManyInputs) {
+TEST_F(WorldRecording, StoresManyInputs) {
   {
     World world(ground(), {.device = "reference", .precision = "float"});
     std::vector<BodyHandle> balls;

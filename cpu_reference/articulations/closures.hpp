@@ -12,7 +12,7 @@
 namespace lockstep::reference {
 
 template <class real>
-constexpr real held_share = sizeof(real) == 4 ? real(1e-5) : real(1e-10);
+constexpr real closure_regularization = sizeof(real) == 4 ? real(1e-5) : real(1e-10);
 
 /// An articulation without any has an empty set.
 template <class real>
@@ -97,8 +97,8 @@ constexpr std::size_t closure_entry(u32 i, u32 j) { return std::size_t{i} * CLOS
 
 template <class real>
 real closure_pivot(real pivot, real whole) {
-  const real held = held_share<real> * whole;
-  return pivot > real(0.01) * held ? pivot + held * held / pivot : real(0);
+  const real regularization = closure_regularization<real> * whole;
+  return pivot > real(0.01) * regularization ? pivot + regularization * regularization / pivot : real(0);
 }
 
 /// Replaces W by its factor: L below the diagonal of ones, 1 / D on it, zeros in rows that are not solved. `whole`: the

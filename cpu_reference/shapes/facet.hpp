@@ -75,19 +75,19 @@ bool facet_tells(const Polytope<real>& p, Vec3<real> own) {
 /// held by another facet, if by any; over another edge there may be such a one next, and only what falls more than it
 /// goes along counts.
 template <class real>
-bool facet_holds(const Polytope<real>& p, Vec3<real> point, Vec3<real> displacement, real margin) {
+bool facet_contains(const Polytope<real>& p, Vec3<real> point, Vec3<real> displacement, real margin) {
   const Vec3<real> out = poly_own_normal(p, 0);
   const real down = dot3(out, displacement);
   const bool falls = dot3(displacement, displacement) <= real(2) * (down * down);
-  bool holds = true;
+  bool contains = true;
   for (u32 e = 0; e < 3; ++e) {
     const EdgeSpan<real> edge = poly_own_edge(p, e);
     const Vec3<real> side = cross3(out, edge.along);
     const real before = dot3(side, sub3(point, edge.start)), after = before + dot3(side, displacement);
     const real least = is_roof(edge) ? margin * length3(edge.along) : real(0);
-    holds = holds && before >= least && (after >= least || (falls && !is_roof(edge)));
+    contains = contains && before >= least && (after >= least || (falls && !is_roof(edge)));
   }
-  return holds;
+  return contains;
 }
 
 /// Whether a face of p counts against a shape whose centre is at a height above it.

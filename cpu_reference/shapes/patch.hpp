@@ -214,7 +214,7 @@ Cut<real> patch_cut(const Patch<real>& patch, Vec3<real> normal, Vec3<real> star
 }
 
 template <class real>
-bool patch_holds(const Patch<real>& patch, Vec3<real> normal, Vec3<real> x, real tolerance) {
+bool patch_contains(const Patch<real>& patch, Vec3<real> normal, Vec3<real> x, real tolerance) {
   if (patch.kind == PATCH_DISC) {
     const Vec3<real> d = sub3(patch_lift(patch, normal, x), patch.center);
     const real r = patch.radius + tolerance;

@@ -148,8 +148,8 @@ Meeting<real> meet_inside(const WorldShape<real>& facet, const HullTables<real>&
 /// Of what a shape and a facet share along the facet's normal the points that it holds. Points that are behind the
 /// facet count where the centre of the shape is not.
 template <class real>
-Manifold<real> hold_inside(const WorldShape<real>& a, const WorldShape<real>& b, const HullTables<real>& tables,
-                           bool is_a, const Manifold<real>& shared, real limit) {
+Manifold<real> keep_points_inside(const WorldShape<real>& a, const WorldShape<real>& b, const HullTables<real>& tables,
+                                  bool is_a, const Manifold<real>& shared, real limit) {
   const Polytope<real> facet = polytope_of(SHAPE_HULL, is_a ? a : b, tables);
   const Vec3<real> other = into_frame(facet.axes, sub3(is_a ? b.center : a.center, facet.center));
   const bool in_front = facet_looks_at(facet, dot3(poly_own_normal(facet, 0), other) - poly_own_plane(facet, 0).w);
@@ -164,7 +164,7 @@ Manifold<real> hold_inside(const WorldShape<real>& a, const WorldShape<real>& b,
         sub3(add3(a.displacement, cross3(a.angular_displacement, sub3(at_a, a.center))),
              add3(b.displacement, cross3(b.angular_displacement, sub3(at_b, b.center))));
     const Vec3<real> at = into_frame(facet.axes, sub3(is_a ? at_a : at_b, facet.center));
-    if (facet_holds(facet, at, into_frame(facet.axes, scale3(is_a ? real(-1) : real(1), displacement)), a.margin))
+    if (facet_contains(facet, at, into_frame(facet.axes, scale3(is_a ? real(-1) : real(1), displacement)), a.margin))
       m = with_point(m, point.anchor_a, point.anchor_b, point.feature);
   }
   return m;
@@ -186,7 +186,7 @@ Manifold<real> patches_touch(u32 kind_a, const WorldShape<real>& a, u32 kind_b, 
   if (inside) meeting = meet_inside(facet_a ? a : b, tables, facet_a);
   for (u32 attempt = 0;; ++attempt) {
     Manifold<real> m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
-    if (inside) return hold_inside(a, b, tables, facet_a, m, limit);
+    if (inside) return keep_points_inside(a, b, tables, facet_a, m, limit);
     const bool alone = m.count == 1 && m.points[0].feature == 0;
     bool found = !(facet && alone) || is_in_line(meeting, smaller_size(a, b));
     if (found && alone && meeting.frame != NORMAL_FIXED) {

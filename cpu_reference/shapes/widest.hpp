@@ -25,7 +25,7 @@ SharedPoint<real> shared_on_rim(const PatchPair<real>& pair, bool of_first, Vec3
   if (p.kind != PATCH_DISC) return none;
   const Vec3<real> across = sub3(direction, scale3(dot3(direction, p.plane), p.plane));
   const Vec3<real> x = add3(p.center, scale3(p.radius / length3(across), across));
-  if (!patch_holds(q, pair.normal, x, pair.tolerance)) return none;
+  if (!patch_contains(q, pair.normal, x, pair.tolerance)) return none;
   const Vec3<real> other = patch_lift(q, pair.normal, x);
   return shared_point(pair, of_first ? x : other, of_first ? other : x, shared_name(of_first ? 4 : 5, 0, i));
 }

@@ -58,7 +58,7 @@ void prepare_for_oracle(const OracleOptions& oracle, SceneOptions& options, Scen
   expect(options.friction_model != FrictionModel::patches, "--friction-model",
          "for which friction is at each contact; leave --friction-model out");
   expect(std::ranges::none_of(friction_pairs_of(scene), &PairFriction::has_further_friction), "--solver",
-         "whose cones know no torsional or rolling friction and no grain, which materials of this scene have; leave "
+         "whose cones know no torsional, rolling or anisotropic friction, which materials of this scene have; leave "
          "--solver out");
   expect(!is_penalty(scene), "--solver", "and springs between particles leave it nothing to solve; leave --solver out");
   expect(!scene.settings.sleeping, "--sleeping", "and solves for everybody; give --sleeping off");

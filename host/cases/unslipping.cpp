@@ -49,17 +49,17 @@ std::vector<CaseError> turntable(Trial& trial) {
     const Vector3& v = ball.velocity;
     return exact::add(ball.position, {(v[0] * s - v[1] * (1 - c)) / rate, (v[0] * (1 - c) + v[1] * s) / rate, 0});
   };
-  double held = 0, by_friction = 0, circle = 0;
+  double by_joints = 0, by_friction = 0, circle = 0;
   trial.run(scene, duration, [&](Seen& seen) {
     for (u32 i = 1; i < scene.bodies.size(); ++i) {
       const bool by_joint = i <= scene.joints.size();
       const double off = distance(seen.body(i).x, exact_position(scene.bodies[i], seen.time));
-      (by_joint ? held : by_friction) = std::max(by_joint ? held : by_friction, off);
+      (by_joint ? by_joints : by_friction) = std::max(by_joint ? by_joints : by_friction, off);
       circle = std::max(circle, 2 * exact::length(scene.bodies[i].velocity) / rate);
     }
     return true;
   });
-  return {{"place of the balls that joints let roll, at worst in 10 s", "m", circle, held},
+  return {{"place of the balls that joints let roll, at worst in 10 s", "m", circle, by_joints},
           {"place of the ball that friction lets roll, at worst in 10 s", "m", circle, by_friction}};
 }
 

@@ -60,7 +60,7 @@ System articulated_system(const Buffers<double>& b) {
                   "holds velocities that no coordinates stand for; take a solver that is not in reduced coordinates");
     oracle::articulated::Joint joint;
     for (const u32 body : {info.body_a, info.body_b}) {
-      if (system.bodies[body].mass > 0) system.bodies[body].held = true;
+      if (system.bodies[body].mass > 0) system.bodies[body].is_link = true;
     }
     joint.body_a = info.body_a;
     joint.body_b = info.body_b;

@@ -22,9 +22,9 @@ class Replay {
 
   std::string run(const std::function<void(u32)>& done) const {
     Simulation<real> simulation = simulate(start_);
-    Buffers<real> held = held_by_inputs(start_.buffers);
+    Buffers<real> driven = driven_by_inputs(start_.buffers);
     for (u32 row = 0; row < recording_.steps(); ++row) {
-      act(inputs_before(row), simulation.backend(), held);
+      act(inputs_before(row), simulation.backend(), driven);
       simulation.step();
       const std::vector<WorldHash> hashes = simulation.world_hashes();
       for (u32 world = 0; world < hashes.size(); ++world) {
@@ -59,12 +59,12 @@ class Replay {
   // The state from which the step of a row starts, with what was done before it.
   InitialState<real> state_before(u32 row) const {
     Simulation<real> simulation = simulate(start_);
-    Buffers<real> held = held_by_inputs(start_.buffers);
+    Buffers<real> driven = driven_by_inputs(start_.buffers);
     for (u32 i = 0; i < row; ++i) {
-      act(inputs_before(i), simulation.backend(), held);
+      act(inputs_before(i), simulation.backend(), driven);
       simulation.step();
     }
-    act(inputs_before(row), simulation.backend(), held);
+    act(inputs_before(row), simulation.backend(), driven);
     return current_state(start_, simulation);
   }
 

@@ -114,10 +114,10 @@ class Compiler {
   std::span<const Scene> worlds_;
   InitialState<real> state_;
   HullIndex hulls_;
-  bool other_laws_ = false;        // of impact than Newton's
-  bool angular_friction_ = false;  // some materials have angular friction, or have a grain
-  bool grained_ = false;           // some have a grain
-  bool holding_ = false;           // some hold by more than they slide with
+  bool other_laws_ = false;           // of impact than Newton's
+  bool angular_friction_ = false;     // some materials have angular friction, or are anisotropic
+  bool anisotropic_ = false;          // some are anisotropic
+  bool has_static_friction_ = false;  // some hold by more than they slide with
 };
 
 template <class real>
@@ -273,13 +273,13 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
     buffers().material_pairs.push_back({rounded<real>(pair.sliding, "friction", origin), 0});
     buffers().angular_friction_pairs.push_back({rounded<real>(pair.torsion_radius, "torsional friction", origin),
                                                 rounded<real>(pair.rolling_coefficient, "rolling friction", origin)});
-    buffers().hold_pairs.push_back({rounded<real>(pair.holding, "static friction", origin),
-                                    rounded<real>(pair.holding_speed, "holding speed", origin)});
-    buffers().grain_pairs.push_back(
-        {rounded<real>(pair.across, "friction across", origin), pair.grain_of_b ? 1u : 0u, 0});
+    buffers().static_friction_pairs.push_back({rounded<real>(pair.static_friction, "static friction", origin),
+                                               rounded<real>(pair.stick_speed, "stick speed", origin)});
+    buffers().anisotropy_pairs.push_back(
+        {rounded<real>(pair.across, "friction across", origin), pair.axis_of_b ? 1u : 0u, 0});
     angular_friction_ = angular_friction_ || pair.has_further_friction();
-    grained_ = grained_ || pair.has_grain();
-    holding_ = holding_ || pair.holds();
+    anisotropic_ = anisotropic_ || pair.is_anisotropic();
+    has_static_friction_ = has_static_friction_ || pair.has_static_friction();
   }
   const auto restitution = [&](std::size_t a, std::size_t b) -> real& {
     return buffers().material_pairs[first + a * materials.size() + b].restitution;
@@ -366,18 +366,18 @@ void Compiler<real>::set_features() {
                   "patches know Newton's law of impact alone, and materials of this scene have another; use cones");
     features = with(features, Feature::impact_laws);
   }
-  if (has(features, Feature::contacts) && (angular_friction_ || holding_)) {
+  if (has(features, Feature::contacts) && (angular_friction_ || has_static_friction_)) {
     if (settings.friction_model == FrictionModel::patches)
       throw Error(
           Failure::input, worlds_[0].source + ": /settings/friction_model",
           "patches have a twist of their own and one friction, and materials of this scene have static, torsional or "
-          "rolling friction, or a grain; use cones");
+          "rolling or anisotropic friction; use cones");
     if (angular_friction_) features = with(features, Feature::angular_friction);
-    if (holding_) features = with(features, Feature::static_friction);
-    if (grained_ && other_laws_)
+    if (has_static_friction_) features = with(features, Feature::static_friction);
+    if (anisotropic_ && other_laws_)
       throw Error(Failure::input, worlds_[0].source + ": /materials",
                   "laws of impact know one mu in all directions, and materials of this scene have friction_across too");
-    if (grained_) features = with(features, Feature::elliptic_friction);
+    if (anisotropic_) features = with(features, Feature::elliptic_friction);
   }
   if (has(features, Feature::contacts) && settings.friction_model == FrictionModel::patches)
     features = with(with(features, Feature::patches), Feature::general_contacts);
@@ -393,7 +393,7 @@ void Compiler<real>::set_features() {
     if (has(features, Feature::angular_friction))
       throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
                   "solvers along a gradient know round cones of slip alone, and materials of this "
-                  "scene have angular friction or have a grain; take gauss_seidel");
+                  "scene have angular friction or have anisotropic friction; take gauss_seidel");
     features = with(features, Feature::gradient);
     if (has(features, Feature::contacts)) features = with(features, Feature::jacobi);
   }
@@ -404,7 +404,7 @@ void Compiler<real>::set_features() {
     if (has(features, Feature::angular_friction))
       throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
                   "dense_gauss_seidel knows round cones of slip alone, and materials of this "
-                  "scene have angular friction or have a grain; take gauss_seidel");
+                  "scene have angular friction or have anisotropic friction; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
   if (constrained && settings.tolerance > 0) features = with(features, Feature::tolerance);

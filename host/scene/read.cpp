@@ -131,7 +131,7 @@ void read_impact_law(const JsonNode& node, Owner& owner) {
 FurtherFriction read_further_friction(const JsonNode& node) {
   FurtherFriction owner;
   if (node.has("static_friction")) owner.static_friction = node.at("static_friction").not_negative();
-  if (node.has("holding_speed")) owner.holding_speed = node.at("holding_speed").not_negative();
+  if (node.has("stick_speed")) owner.stick_speed = node.at("stick_speed").not_negative();
   if (node.has("torsional_friction")) owner.torsional_friction = node.at("torsional_friction").not_negative();
   if (node.has("rolling_friction")) owner.rolling_friction = node.at("rolling_friction").not_negative();
   if (node.has("friction_across")) owner.friction_across = node.at("friction_across").not_negative();
@@ -142,7 +142,7 @@ std::vector<Material> read_materials(const JsonNode& array) {
   std::vector<Material> materials;
   for (const JsonNode& node : array.elements()) {
     node.expect_object({"name", "friction", "restitution", "impact_law", "tangential_restitution", "static_friction",
-                        "holding_speed", "torsional_friction", "rolling_friction", "friction_across"});
+                        "stick_speed", "torsional_friction", "rolling_friction", "friction_across"});
     Material material;
     material.name = node.at("name").text();
     for (const Material& other : materials) {
@@ -165,7 +165,7 @@ std::vector<MaterialPairRule> read_material_pairs(const JsonNode& array, const s
   std::vector<MaterialPairRule> rules;
   for (const JsonNode& node : array.elements()) {
     node.expect_object({"materials", "friction", "restitution", "impact_law", "tangential_restitution",
-                        "static_friction", "holding_speed", "torsional_friction", "rolling_friction"});
+                        "static_friction", "stick_speed", "torsional_friction", "rolling_friction"});
     const std::vector<JsonNode> pair = node.at("materials").elements();
     if (pair.size() != 2) node.at("materials").must_be("an array of 2 material names");
     u32 index[2];

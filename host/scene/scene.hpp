@@ -93,12 +93,12 @@ inline constexpr std::pair<const char*, ImpactLaw> impact_law_names[] = {{"newto
 
 /// What a material, or a rule for a pair of them, may say of friction beside mu (host/scene/friction_pairs.hpp).
 struct FurtherFriction {
-  std::optional<double> static_friction = {};  // mu of what holds, >= that of what slides
-  std::optional<double> holding_speed = {};    // m/s: what slides slower than this holds
+  std::optional<double> static_friction = {};  // mu at rest, >= that of what slides
+  std::optional<double> stick_speed = {};      // m/s: what slides slower than this has static friction
   std::optional<double> torsional_friction =
       {};  // m: rotation about the normal is resisted by this times the normal force
   std::optional<double> rolling_friction = {};  // m: the same of rolling
-  std::optional<double> friction_across = {};   // mu across the grain, the x axis of shapes; mu is that along it
+  std::optional<double> friction_across = {};   // mu across the x axis of shapes; mu is that along it
 };
 
 struct Material {

@@ -31,7 +31,7 @@ static inline void clear_pushes(ClosureSet loops, const Closures* s, global Link
 
 #else
 
-#define HELD_SHARE (sizeof(real) == 4 ? (real)1e-5 : (real)1e-10)
+#define CLOSURE_REGULARIZATION (sizeof(real) == 4 ? (real)1e-5 : (real)1e-10)
 
 static inline ClosureSet closures_of(u32 tree, bool is_there, const Closures* s) {
   return is_there ? s->sets[tree] : no_closures();
@@ -92,8 +92,8 @@ static inline void rows_of_changes(global const LinkFactor* f, ClosureInfo closu
 #define CLOSURE_ENTRY(i, j) ((size_t)(i)*CLOSURE_STRIDE + (j))
 
 static inline real closure_pivot(real pivot, real whole) {
-  const real held = HELD_SHARE * whole;
-  return pivot > (real)0.01 * held ? pivot + held * held / pivot : (real)0;
+  const real regularization = CLOSURE_REGULARIZATION * whole;
+  return pivot > (real)0.01 * regularization ? pivot + regularization * regularization / pivot : (real)0;
 }
 
 // Column by column: each work-item has rows for itself.

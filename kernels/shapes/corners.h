@@ -104,7 +104,7 @@ static inline SharedPoint shared_by_rims(const PatchPair* pair, u32 k) {
   const real side = (k == 0 ? sqrt(height) : -sqrt(height)) / sqrt(square);
   const Vec3 x = add3(p->center, add3(scale3(along, d), scale3(side, cross3(p->plane, d))));
   // discs that are tilted against each other are no circles: such a point may be off
-  if (!patch_holds(q, pair->normal, x, (real)10 * pair->tolerance)) return none;
+  if (!patch_contains(q, pair->normal, x, (real)10 * pair->tolerance)) return none;
   return shared_point(pair, x, patch_lift(q, pair->normal, x), shared_name(3, 4000, k));
 }
 
@@ -139,14 +139,14 @@ static inline SharedPoint shared_candidate(const PatchPair* pair, u32 k) {
     const u32 own = patch_points(first);
     if (k < own) {
       const Vec3 x = patch_point(first, k);
-      if (!patch_holds(second, n, x, pair->tolerance)) return none;
+      if (!patch_contains(second, n, x, pair->tolerance)) return none;
       return shared_point(pair, x, patch_lift(second, n, x), shared_name(corner_kind, patch_name(first, k), 0));
     }
     if (k < own + 2) return shared_by_rims(pair, k - own);
     i = k - own - 2;
   }
   const Vec3 x = patch_point(second, i);
-  if (!patch_holds(first, n, x, pair->tolerance)) return none;
+  if (!patch_contains(first, n, x, pair->tolerance)) return none;
   return shared_point(pair, patch_lift(first, n, x), x, shared_name(other_kind, patch_name(second, i), 0));
 }
 

@@ -68,19 +68,19 @@ static inline bool facet_tells(const Polytope* p, Vec3 own) {
 
 // Whether a facet holds what comes down on a point of it, own coordinates, and goes along `displacement` within the
 // step, but for less than `margin`.
-static inline bool facet_holds(const Polytope* p, Vec3 point, Vec3 displacement, real margin) {
+static inline bool facet_contains(const Polytope* p, Vec3 point, Vec3 displacement, real margin) {
   const Vec3 out = poly_own_normal(p, 0u);
   const real down = dot3(out, displacement);
   const bool falls = dot3(displacement, displacement) <= (real)2 * (down * down);
-  bool holds = true;
+  bool contains = true;
   for (u32 e = 0u; e < 3u; ++e) {
     const EdgeSpan edge = poly_own_edge(p, e);
     const Vec3 side = cross3(out, edge.along);
     const real before = dot3(side, sub3(point, edge.start)), after = before + dot3(side, displacement);
     const real least = is_roof(&edge) ? margin * length3(edge.along) : (real)0;
-    holds = holds && before >= least && (after >= least || (falls && !is_roof(&edge)));
+    contains = contains && before >= least && (after >= least || (falls && !is_roof(&edge)));
   }
-  return holds;
+  return contains;
 }
 #endif
 

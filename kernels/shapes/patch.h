@@ -198,7 +198,7 @@ static inline Cut patch_cut(const Patch* patch, Vec3 normal, Vec3 start, Vec3 en
   return cut;
 }
 
-static inline bool patch_holds(const Patch* patch, Vec3 normal, Vec3 x, real tolerance) {
+static inline bool patch_contains(const Patch* patch, Vec3 normal, Vec3 x, real tolerance) {
   if (patch->kind == PATCH_DISC) {
     const Vec3 d = sub3(patch_lift(patch, normal, x), patch->center);
     const real r = patch->radius + tolerance;

@@ -154,8 +154,8 @@ static inline Meeting meet_inside(WorldShape facet, HullTables tables, bool is_a
 
 // Of what a shape and a facet share along the facet's normal the points that it holds. Points that are behind the facet
 // count where the centre of the shape is not.
-static inline Manifold hold_inside(WorldShape a, WorldShape b, HullTables tables, bool is_a, const Manifold* shared,
-                                   real limit) {
+static inline Manifold keep_points_inside(WorldShape a, WorldShape b, HullTables tables, bool is_a,
+                                          const Manifold* shared, real limit) {
   const Polytope facet = polytope_of(SHAPE_HULL, is_a ? a : b, tables);
   const Vec3 other = into_frame(facet.axes, sub3(is_a ? b.center : a.center, facet.center));
   const bool in_front = facet_looks_at(&facet, dot3(poly_own_normal(&facet, 0u), other) - poly_own_plane(&facet, 0u).w);
@@ -170,7 +170,7 @@ static inline Manifold hold_inside(WorldShape a, WorldShape b, HullTables tables
         sub3(add3(a.displacement, cross3(a.angular_displacement, sub3(at_a, a.center))),
              add3(b.displacement, cross3(b.angular_displacement, sub3(at_b, b.center))));
     const Vec3 at = into_frame(facet.axes, sub3(is_a ? at_a : at_b, facet.center));
-    if (facet_holds(&facet, at, into_frame(facet.axes, scale3(is_a ? (real)-1 : (real)1, displacement)), a.margin))
+    if (facet_contains(&facet, at, into_frame(facet.axes, scale3(is_a ? (real)-1 : (real)1, displacement)), a.margin))
       m = with_point(m, point.anchor_a, point.anchor_b, point.feature);
   }
   return m;
@@ -197,7 +197,7 @@ static inline Manifold patches_touch(u32 kind_a, WorldShape a, u32 kind_b, World
   for (u32 attempt = 0u;; ++attempt) {
     Manifold m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
 #if FEATURE_FACETS
-    if (inside) return hold_inside(a, b, tables, facet_a, &m, limit);
+    if (inside) return keep_points_inside(a, b, tables, facet_a, &m, limit);
 #endif
     const bool alone = m.count == 1u && m.points[0].feature == 0u;
     bool found = !(facet && alone) || is_in_line(&meeting, smaller_size(a, b));

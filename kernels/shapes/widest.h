@@ -22,7 +22,7 @@ static inline SharedPoint shared_on_rim(const PatchPair* pair, bool of_first, Ve
   if (p->kind != PATCH_DISC) return none;
   const Vec3 across = sub3(direction, scale3(dot3(direction, p->plane), p->plane));
   const Vec3 x = add3(p->center, scale3(p->radius / length3(across), across));
-  if (!patch_holds(q, pair->normal, x, pair->tolerance)) return none;
+  if (!patch_contains(q, pair->normal, x, pair->tolerance)) return none;
   const Vec3 other = patch_lift(q, pair->normal, x);
   return shared_point(pair, of_first ? x : other, of_first ? other : x, shared_name(of_first ? 4 : 5, 0, i));
 }

@@ -47,7 +47,7 @@ TYPED_TEST(DistanceJoint, ConicalPendulumKeepsItsHeight) {
 }
 
 // A rope may go slack, and stops what falls into it.
-TYPED_TEST(DistanceJoint, RopeHoldsOnlyWhenTaut) {
+TYPED_TEST(DistanceJoint, RopePullsOnlyWhenTaut) {
   using real = TypeParam;
   Scene scene = bob({0, 0, -1});
   scene.joints[0].limited = true;

@@ -83,7 +83,7 @@ TYPED_TEST(HingeJoint, LimitCarriesAMoment) {
 }
 
 // The axis stays where it is against a moment that would tilt it.
-TYPED_TEST(HingeJoint, AxisIsHeld) {
+TYPED_TEST(HingeJoint, AxisIsKept) {
   using real = TypeParam;
   Scene scene = door();
   scene.gravity = {0, 0, -9.81};

@@ -55,14 +55,14 @@ TYPED_TEST(ScrewJoint, ANutFallsAsItsThreadLets) {
 // The torque M of a motor is a force 2 pi M / pitch along the spindle; m g pitch / 2 pi holds the nut.
 TYPED_TEST(ScrewJoint, AMotorLiftsByTheThread) {
   using real = TypeParam;
-  const double pitch = 0.05, holds = 9.81 * pitch / two_pi;
-  for (const double torque : {0.5 * holds, 2 * holds}) {
+  const double pitch = 0.05, static_torque = 9.81 * pitch / two_pi;
+  for (const double torque : {0.5 * static_torque, 2 * static_torque}) {
     Scene scene = nut(pitch);
     scene.joints[0].motor_speed = 100;
     scene.joints[0].motor_force = torque;
     const InitialState<real> state = compile<real>(scene);
     const Buffers<real> b = after_steps<real>(scene, 240);
-    const double a = (torque - holds) * two_pi / pitch / (1 + moment * std::pow(two_pi / pitch, 2));
+    const double a = (torque - static_torque) * two_pi / pitch / (1 + moment * std::pow(two_pi / pitch, 2));
     EXPECT_NEAR(double(b.motions[0].v[2]), a, 1e-4 * std::abs(a));
     const JointMeasures joint = measure_joint(b, state.params, 0);
     EXPECT_NEAR(joint.drive, torque, 1e-4);

@@ -117,7 +117,7 @@ struct Case {
         const Matrix3d rotation = at.poses[i].q.toRotationMatrix();
         to.inverse_mass = 1 / body.mass;
         to.inverse_inertia = rotation * body.inertia.cwiseInverse().asDiagonal() * rotation.transpose();
-        if (!body.held) to.inverse_inertia = step->given().lone[i].inverse_inertia;
+        if (!body.is_link) to.inverse_inertia = step->given().lone[i].inverse_inertia;
       }
       m.bodies.push_back(to);
     }

@@ -123,7 +123,7 @@ TEST(ImpulseBackend, KeepsEnergy) {
 
 // Links hang in line under a weight that holds them taut, each bent by a little against the next: while
 // T < 4 I / (h^2 l) they swing so to and fro, beyond it that grows from step to step (impulse_backend.hpp).
-TEST(ImpulseBackend, HoldsTensionUpToTheLimitOfItsStep) {
+TEST(ImpulseBackend, BearsTensionUpToTheLimitOfItsStep) {
   const double dt = 2e-3, length = 0.1, inertia = 1e-4, bend = 1e-6, limit = 4 * inertia / (dt * dt * length);
   const u32 links = 10;
   const auto largest_bend = [&](double tension) {

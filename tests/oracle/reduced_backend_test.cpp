@@ -373,17 +373,17 @@ TEST(ReducedCoordinates, TellWhatJointsCarry) {
   for (u32 joint = 0; joint < 3; ++joint)
     EXPECT_NEAR(measure_joint(b, params, joint).force[2], (3 - joint) * g, 1e-9) << joint;
 
-  Scene held = rods({std::numbers::pi / 2}, 0.01);
-  held.joints[0].friction = 10;
+  Scene stiff = rods({std::numbers::pi / 2}, 0.01);
+  stiff.joints[0].friction = 10;
   for (const char* oracle : {"reduced_auto", "reduced_pyramid_lemke"}) {
-    Stepper level(held, oracle);
+    Stepper level(stiff, oracle);
     for (int i = 0; i < 3; ++i) level.step();
     EXPECT_NEAR(std::abs(measure_joint(level.buffers(), params, 0).drive), g / 2, 1e-6) << oracle;
     EXPECT_LT(exact::length(level.w(0)), 1e-15) << oracle;
   }
-  held.joints[0].friction = 2;  // too little: it falls with what is left
+  stiff.joints[0].friction = 2;  // too little: it falls with what is left
   for (const char* oracle : {"reduced_auto", "reduced_pyramid_lemke"}) {
-    Stepper falling(held, oracle);
+    Stepper falling(stiff, oracle);
     falling.step();
     EXPECT_NEAR(exact::length(falling.w(0)), 0.01 * (g / 2 - 2) * 3, 1e-6) << oracle;
   }

@@ -252,13 +252,13 @@ class ComeAndGo(unittest.TestCase):
         world = lockstep.World(scene(BALL, {**BALL, "position": [2, 0, 0]}, gravity=[0, 0, 0]))
         a, b = world.bodies
         rod = world.add_joint({"type": "ball", "anchor": [1, 0, 0]}, a, b)
-        held = world.add_joint({"type": "fixed", "name": "held", "anchor": [0, 0, 0]}, a)
-        self.assertEqual(world.joints, [rod, held])
+        fixed = world.add_joint({"type": "fixed", "name": "fixed", "anchor": [0, 0, 0]}, a)
+        self.assertEqual(world.joints, [rod, fixed])
         world.step(10)
         self.assertLess(world.errors().joint_separation, 1e-5)
         world.remove(rod)
         self.assertFalse(world.contains(rod))
-        self.assertEqual(world.joints, [world.joint("held")])
+        self.assertEqual(world.joints, [world.joint("fixed")])
 
 
 class Loads(unittest.TestCase):

@@ -79,7 +79,7 @@ TEST(Ridges, RodsComeDownOnBothSides) {
 
 // A box that lies flat on one slope and reaches beyond the ridge slides down without friction, 50 mm a step: its
 // corners leave the other slope over the ridge, and nothing holds them there.
-TEST(Ridges, WhatSlidesOffIsNotHeld) {
+TEST(Ridges, WhatSlidesOffHasNoContact) {
   const double slope = 0.2, alpha = std::atan(slope);
   for (const double yaw : {0.0, 0.3, 0.7}) {
     for (const double beyond : {0.1, 0.14, 0.2}) {

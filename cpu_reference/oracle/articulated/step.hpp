@@ -124,7 +124,7 @@ class Step {
 std::vector<Vector6> twists_at(const Kinematics& at, const VectorXd& rates, std::vector<Vector6> twists);
 
 /// Rates brought to where the rows' velocities are zero, with the least change of twists, weighed by the inertia.
-VectorXd held_rates(const Kinematics& at, const std::vector<Row>& rows, const VectorXd& rates,
-                    const std::vector<Vector6>& twists);
+VectorXd constrained_rates(const Kinematics& at, const std::vector<Row>& rows, const VectorXd& rates,
+                           const std::vector<Vector6>& twists);
 
 }  // namespace lockstep::oracle::articulated

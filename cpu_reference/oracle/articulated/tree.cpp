@@ -14,14 +14,14 @@ struct Search {
     for (std::size_t j = 0; j < whole.joints.size(); ++j) {
       const Joint& joint = whole.joints[j];
       for (const std::size_t body : {joint.body_a, joint.body_b}) {
-        if (is_held(body) && joint.type != JointType::distance) joints_of[body].push_back(j);
+        if (is_link(body) && joint.type != JointType::distance) joints_of[body].push_back(j);
       }
     }
     link_of.assign(whole.bodies.size(), no_link);
     used.assign(whole.joints.size(), false);
   }
 
-  bool is_held(std::size_t body) const { return body != world && system.bodies[body].held; }
+  bool is_link(std::size_t body) const { return body != world && system.bodies[body].is_link; }
 
   void add(Link link) {
     link.tree = link.parent == no_link ? trees++ : links[link.parent].tree;
@@ -35,7 +35,7 @@ struct Search {
     const Joint& j = system.joints[joint];
     const bool child_is_b = j.body_a == parent_body;
     const std::size_t child = child_is_b ? j.body_b : j.body_a;
-    if (!is_held(child) || link_of[child] != no_link) return;
+    if (!is_link(child) || link_of[child] != no_link) return;
     add({.body = child, .parent = parent, .joint = joint, .parent_body = parent_body, .child_is_b = child_is_b});
   }
 
@@ -66,12 +66,12 @@ Tree::Tree(const System& system) : system_(system) {
     const Joint& joint = system.joints[j];
     if (joint.type == JointType::distance) continue;
     for (const std::size_t body : {joint.body_a, joint.body_b}) {
-      if (!search.is_held(body)) search.add_over(j, body, no_link);
+      if (!search.is_link(body)) search.add_over(j, body, no_link);
     }
   }
   search.grow();
   for (std::size_t body = 0; body < system.bodies.size(); ++body) {
-    if (!system.bodies[body].held || search.link_of[body] != no_link) continue;
+    if (!system.bodies[body].is_link || search.link_of[body] != no_link) continue;
     search.add({.body = body});
     search.grow();
   }
@@ -94,7 +94,7 @@ Tree::Tree(const System& system) : system_(system) {
   }
   starts_.push_back(links_.size());
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
-    const bool acts = search.is_held(system.joints[j].body_a) || search.is_held(system.joints[j].body_b);
+    const bool acts = search.is_link(system.joints[j].body_a) || search.is_link(system.joints[j].body_b);
     if (acts && !search.used[j]) closures_.push_back(j);
   }
 }

@@ -11,7 +11,7 @@ namespace lockstep::oracle::articulated {
 struct Body {
   double mass = 0;                      // kg; 0: immovable, or moved by somebody else
   Vector3d inertia = Vector3d::Zero();  // principal moments about the centre of mass, body frame, kg m^2
-  bool held = false;                    // moves, and a joint holds it: it is a link
+  bool is_link = false;                 // moves, and a joint connects it
 };
 
 struct System {

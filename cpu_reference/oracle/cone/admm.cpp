@@ -33,13 +33,14 @@ VectorXd metric(const VectorXd& mobility, double sigma) {
   return d;
 }
 
-// `held`: of sigma; else it is balanced.
-SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r, std::optional<double> held) {
+// `fixed_sigma`: else sigma is balanced.
+SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r,
+                    std::optional<double> fixed_sigma) {
   Watch watch(problem, limits);
   const VectorXd& mobility = watch.meter().mobility();
   VectorXd z = start_of(problem, r);
   if (watch.look(z, 0)) return watch.finish(r);
-  double sigma = held.value_or(0.1);
+  double sigma = fixed_sigma.value_or(0.1);
   VectorXd d = metric(mobility, sigma);
   ShiftedCholesky cholesky(problem);
   const SparseMatrix skew = problem.w.skew();
@@ -63,7 +64,7 @@ SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, Vecto
     shift = de_saxce_shift(problem, u);
     if (watch.look_seldom(z, iteration)) break;
 
-    if (held || iteration < next_move) continue;
+    if (fixed_sigma || iteration < next_move) continue;
     // both in the units of the root of an energy, whatever the units of the problem
     const double primal_residual = std::sqrt(squared_length(mobility, x - z));
     const double moved = sigma * std::sqrt(squared_length(mobility, z - before));

@@ -88,12 +88,12 @@ bool solve_by_velocities(const NewtonProblem& newton, const std::vector<Row>& ro
   const VelocityForm& velocities = *newton.problem.velocities;
   const Eigen::Index size = direction.size();
   std::vector<Eigen::Triplet<double>> triplets;
-  VectorXd held = VectorXd::Zero(size);
+  VectorXd constant_term = VectorXd::Zero(size);
   for (std::uint32_t i = 0; i < slot.size(); ++i) {
     if (slot[i] == none) continue;
     const Vector3d d = delta.segment<3>(3 * i).cwiseMax(1e-9 * newton.mobility[i]);
     const Eigen::PartialPivLU<Matrix3d> lu(rows[i].a + rows[i].b * d.asDiagonal());
-    held.segment<3>(3 * i) = lu.solve(rows[i].c);
+    constant_term.segment<3>(3 * i) = lu.solve(rows[i].c);
     const Matrix3d response = lu.solve(rows[i].b);
     for (int p = 0; p < 3; ++p) {
       for (int q = 0; q < 3; ++q) triplets.emplace_back(3 * i + p, 3 * i + q, response(p, q));
@@ -103,8 +103,9 @@ bool solve_by_velocities(const NewtonProblem& newton, const std::vector<Row>& ro
   x.setFromTriplets(triplets.begin(), triplets.end());
   const SparseMatrix h_t = velocities.h.transpose(), responses = x * h_t;
   VectorXd dv;
-  if (!solve_square(velocities.m + SparseMatrix(velocities.h * responses), velocities.h * held, dv)) return false;
-  direction += held - responses * dv;
+  if (!solve_square(velocities.m + SparseMatrix(velocities.h * responses), velocities.h * constant_term, dv))
+    return false;
+  direction += constant_term - responses * dv;
   return direction.allFinite();
 }
 

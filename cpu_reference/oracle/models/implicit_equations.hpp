@@ -1,5 +1,5 @@
 // The equations of implicit_step.hpp, for numbers and for numbers with derivatives: all of them at the step's end, or
-// with poses held at an iterate, and gaps and joints linearised there.
+// with poses frozen at an iterate, and gaps and joints linearised there.
 #pragma once
 
 #include <cmath>
@@ -128,9 +128,9 @@ class Equations {
  public:
   using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
 
-  /// `held`: the y at which the step is linearised; null: the nonlinear step. All are kept by reference.
-  Equations(const ImplicitSystem& system, const RowSizes& sizes, const Vector& y, const VectorXd* held)
-      : system_(system), sizes_(sizes), y_(y), held_(held), f_(y.size()) {
+  /// `frozen`: the y at which the step is linearised; null: the nonlinear step. All are kept by reference.
+  Equations(const ImplicitSystem& system, const RowSizes& sizes, const Vector& y, const VectorXd* frozen)
+      : system_(system), sizes_(sizes), y_(y), frozen_(frozen), f_(y.size()) {
     for (const ImplicitBody& body : system.bodies) add_body(body);
     for (std::size_t i = 0; i < system.contacts.size(); ++i) add_contact(i);
     for (std::size_t i = 0; i < system.joints.size(); ++i) add_joint(i);
@@ -149,9 +149,9 @@ class Equations {
     const Vec3<T> zero = as<T>(Vector3d::Zero());
     current_.push_back(moves ? body_at<T>(body, unknown(next_), unknown(next_ + 3), dt)
                              : body_at<T>(body, zero, zero, dt));
-    if (held_) {
-      const Vector3d v = moves ? held_->segment<3>(next_).eval() : Vector3d::Zero().eval();
-      const Vector3d w = moves ? held_->segment<3>(next_ + 3).eval() : Vector3d::Zero().eval();
+    if (frozen_) {
+      const Vector3d v = moves ? frozen_->segment<3>(next_).eval() : Vector3d::Zero().eval();
+      const Vector3d w = moves ? frozen_->segment<3>(next_ + 3).eval() : Vector3d::Zero().eval();
       before_.push_back(body_at<T>(body, as<T>(v), as<T>(w), dt));
       current_.back().x = before_.back().x;
       current_.back().r = before_.back().r;
@@ -171,7 +171,7 @@ class Equations {
     const BodyAt<T>&a = current_[contact.body_a], &b = current_[contact.body_b];
     ContactAt<T> c = contact_at(contact, a, b, sizes_.across[i]);
     const Vec3<T> u = velocity_between(a, c.arm_a, b, c.arm_b);
-    if (held_) {
+    if (frozen_) {
       const Vec3<T> then = velocity_between(before_[contact.body_a], c.arm_a, before_[contact.body_b], c.arm_b);
       c.gap = T(c.gap + T(system_.dt) * T(c.normal.dot(u - then)));
     }
@@ -210,7 +210,7 @@ class Equations {
     const T dt = T(system_.dt);
     JointAt<T> j = joint_at(joint, a, b);
     const Vec3<T> u = velocity_between(a, j.arm_a, b, j.arm_b), relative_w = a.w - b.w;
-    if (held_) {
+    if (frozen_) {
       const BodyAt<T>&then_a = before_[joint.body_a], &then_b = before_[joint.body_b];
       const Vec3<T> du = u - velocity_between(then_a, j.arm_a, then_b, j.arm_b), dw = relative_w - then_a.w + then_b.w;
       j.error += du * dt;
@@ -247,7 +247,7 @@ class Equations {
     const ImplicitBody& body = system_.bodies[i];
     if (!(body.mass > 0)) return;
     const Mat3<T> half = current_[i].r * as<T>(body.inertia), inertia = half * current_[i].r.transpose();
-    const Vec3<T> w = held_ ? before_[i].w : current_[i].w, angular_momentum = inertia * w;
+    const Vec3<T> w = frozen_ ? before_[i].w : current_[i].w, angular_momentum = inertia * w;
     const Vec3<T> gained = inertia * (current_[i].w - as<T>(body.w)) + w.cross(angular_momentum) * T(system_.dt);
     const double angular_scale = std::sqrt(body.mass * body.inertia.diagonal().maxCoeff());
     f_.template segment<3>(next_) = current_[i].v - as<T>(body.v) - push_[i] * T(1 / body.mass);
@@ -258,10 +258,10 @@ class Equations {
   const ImplicitSystem& system_;
   const RowSizes& sizes_;
   const Vector& y_;
-  const VectorXd* held_;
+  const VectorXd* frozen_;
   Vector f_;
   Index next_ = 0;
-  std::vector<BodyAt<T>> current_, before_;  // before: with the velocities that led to the held pose
+  std::vector<BodyAt<T>> current_, before_;  // before: with the velocities that led to the frozen pose
   std::vector<Vec3<T>> push_, twist_;        // impulses, and moments about the centre of mass
 };
 

@@ -72,18 +72,18 @@ class Solver {
     }
   }
 
-  double residual(const VectorXd& y, const VectorXd* held) const {
-    const VectorXd f = Equations<double>(system_, sizes_, y, held).left_side();
+  double residual(const VectorXd& y, const VectorXd* frozen) const {
+    const VectorXd f = Equations<double>(system_, sizes_, y, frozen).left_side();
     const double largest = f.size() > 0 ? f.cwiseAbs().maxCoeff() : 0;
     return speed_ > 0 ? largest / speed_ : largest;
   }
 
-  // Newton's method; `held` as in Equations. True where the tolerance was reached, in `x` the best.
-  bool newton(VectorXd& x, const VectorXd* held, double tolerance, SolveReport* report) {
+  // Newton's method; `frozen` as in Equations. True where the tolerance was reached, in `x` the best.
+  bool newton(VectorXd& x, const VectorXd* frozen, double tolerance, SolveReport* report) {
     VectorXd best = x;
-    double least = residual(x, held);
+    double least = residual(x, frozen);
     for (std::uint32_t iteration = 0;; ++iteration) {
-      const double current = residual(x, held);
+      const double current = residual(x, frozen);
       if (current < least) {
         least = current;
         best = x;
@@ -93,7 +93,7 @@ class Solver {
         report->residuals.push_back(current);
       }
       if (current <= tolerance || iteration >= most_steps(report) || seconds() > limits_.seconds) break;
-      if (!step(x, held)) break;
+      if (!step(x, frozen)) break;
     }
     x = best;
     return least <= tolerance;
@@ -101,8 +101,8 @@ class Solver {
 
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
-  SolveReport finish(SolveReport report, const VectorXd* held) {
-    report.residual = residual(y_, held);
+  SolveReport finish(SolveReport report, const VectorXd* frozen) {
+    report.residual = residual(y_, frozen);
     report.seconds = seconds();
     const bool out_of_limits = report.iterations >= limits_.iterations || report.seconds > limits_.seconds;
     report.stop = report.residual <= limits_.tolerance ? Stop::tolerance : out_of_limits ? Stop::limit : Stop::stall;
@@ -115,11 +115,11 @@ class Solver {
   std::uint32_t most_steps(const SolveReport* report) const { return report ? limits_.iterations : 100; }
 
   // False where no step length lowers the sum of squares.
-  bool step(VectorXd& x, const VectorXd* held) const {
+  bool step(VectorXd& x, const VectorXd* frozen) const {
     const Index n = x.size();
     Numbers numbers(n);
     for (Index i = 0; i < n; ++i) numbers[i] = Number(x[i], n, i);
-    const Numbers f = Equations<Number>(system_, sizes_, numbers, held).left_side();
+    const Numbers f = Equations<Number>(system_, sizes_, numbers, frozen).left_side();
     VectorXd values(n);
     MatrixXd jacobian = MatrixXd::Zero(n, n);
     for (Index i = 0; i < n; ++i) {
@@ -131,7 +131,7 @@ class Solver {
     const double merit = values.norm();
     for (double length = 1; length > 1e-4; length *= 0.5) {
       const VectorXd next = x + length * d;
-      if (Equations<double>(system_, sizes_, next, held).left_side().norm() >= (1 - 1e-4 * length) * merit) continue;
+      if (Equations<double>(system_, sizes_, next, frozen).left_side().norm() >= (1 - 1e-4 * length) * merit) continue;
       x = next;
       return true;
     }
@@ -165,11 +165,11 @@ SolveReport implicit_newton(const ImplicitSystem& system, const SolveLimits& lim
 SolveReport implicit_fixed_point(const ImplicitSystem& system, const SolveLimits& limits, VectorXd& y) {
   Solver solver(system, limits, y);
   SolveReport report;
-  VectorXd x = y, held = VectorXd::Zero(y.size());
+  VectorXd x = y, frozen = VectorXd::Zero(y.size());
   double least = solver.residual(y, nullptr);
   while (least > limits.tolerance && report.iterations < limits.iterations && solver.seconds() <= limits.seconds) {
-    if (!solver.newton(x, &held, 0.1 * limits.tolerance, nullptr)) break;
-    held = x;
+    if (!solver.newton(x, &frozen, 0.1 * limits.tolerance, nullptr)) break;
+    frozen = x;
     const double current = solver.residual(x, nullptr);
     ++report.iterations;
     report.residuals.push_back(current);
