@@ -84,8 +84,8 @@ struct RayCast {
 template <class real>
 ClosestHit<real> cast_ray(const Buffers<real>& b, const Ray<real>& ray, const QueryFilter& filter) {
   RayCast<real> cast = {b, ray, filter};
-  const auto [first, count] = loose_range(b, filter.world);
-  for (u32 k = first; k < first + count; ++k) cast.meet_shape(loose_shape(b, k));
+  const auto [first, count] = top_level_range(b, filter.world);
+  for (u32 k = first; k < first + count; ++k) cast.meet_shape(top_level_shape(b, k));
   if (b.world_trees.empty()) return cast.closest;
   const WorldTrees& world = b.world_trees[filter.world];
   for (u32 t = world.first_tree; t < world.first_tree + world.tree_count; ++t) cast.meet_tree(b.shape_trees[t]);

@@ -79,7 +79,7 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
 
 template <class real>
 void close_joints(Buffers<real>& buffers, const StepParams<real>& params) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 sweep = 0; sweep < params.position_sweeps; ++sweep) {
     close_articulations(buffers, params);
     for (const JointLanes& lanes : buffers.joint_lanes) {

@@ -194,7 +194,7 @@ ContactPoint<real> contact_point(const Buffers<real>& b, const Contact& contact,
 }
 
 /// Contacts ordered by (shape_a, shape_b, feature), numbered within their world. Where they are more than the capacity
-/// none is kept, and the step is void.
+/// none is kept, and the step is aborted.
 template <class real>
 void collide(Buffers<real>& b, const StepParams<real>& params) {
   const u32 pairs = b.counters[COUNTER_PAIRS];

@@ -31,7 +31,7 @@ u32 write_link_joint(const Buffers<real>& b, const LinkInfo& link, LinkFactor<re
 
 template <class real>
 void factor_articulations(Buffers<real>& b, const StepParams<real>&) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
   std::vector<LinkMotion<real>> columns = room_for_columns(b);
   for (u32 t = 0; t < b.articulations.size(); ++t) {
     const Articulation& tree = b.articulations[t];

@@ -136,7 +136,7 @@ void keep_impulses(Buffers<real>& b) {
 
 template <class real>
 void fall_asleep(Buffers<real>& b, const StepParams<real>&) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
   count_still_steps(b);
   if (b.counters[COUNTER_SLEEP_CANDIDATES] != 0) put_to_sleep(b, find_islands(b));
   count_sleepers(b);

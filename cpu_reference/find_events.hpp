@@ -60,7 +60,7 @@ inline bool pair_before(Pair p, Pair q) {
 
 template <class real>
 void find_events(Buffers<real>& b, const StepParams<real>&) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
   std::vector<Pair> current;
   for (u32 p = 0; p < b.counters[COUNTER_PAIRS]; ++p) {
     if (pair_touches(b, p)) current.push_back(b.pairs[p]);

@@ -55,7 +55,7 @@ void search_neighbours(const Buffers<real>& b, const StepParams<real>& params, u
     if (is_near_plane(b, params, i, k)) found.push_back(static_cast<u32>(b.particle_bodies.size()) + k);
 }
 
-/// Where the lists are longer than the capacity of pairs none is kept, and the step is void.
+/// Where the lists are longer than the capacity of pairs none is kept, and the step is aborted.
 template <class real>
 void find_neighbours(Buffers<real>& b, const StepParams<real>& params) {
   u32 total = 0;

@@ -6,7 +6,7 @@
 
 namespace lockstep::reference {
 
-/// The loose shapes of larger index that this one is paired with.
+/// The top-level shapes of larger index that this one is paired with.
 template <class real>
 void search_grid(const Buffers<real>& b, const StepParams<real>& params, const Bounded<real>& me,
                  std::vector<u32>& found) {
@@ -24,7 +24,7 @@ void search_grid(const Buffers<real>& b, const StepParams<real>& params, const B
         const u32 bucket = bucket_of(x, row_hash(y, z, world), params.buckets);
         for (u32 slot = b.bucket_starts[bucket]; slot < b.bucket_starts[bucket + 1]; ++slot) {
           const u32 k = b.bucket_items[slot];
-          const Bounded<real> other = loose(b, k);
+          const Bounded<real> other = top_level(b, k);
           const bool in_cell = b.cells[k].x == x && b.cells[k].y == y && b.cells[k].z == z;
           if (other.shape > me.shape && in_cell && are_pair(b, params, me, other)) found.push_back(other.shape);
         }

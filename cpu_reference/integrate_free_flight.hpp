@@ -57,7 +57,7 @@ RotationState<real> rotation_step(RotationLaw<real> law, RotationState<real> sta
 
 template <class real>
 void integrate_free_flight(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
 
   for (u32 i = 0; i < params.bodies; ++i) {
     const BodyInfo info = b.body_infos[i];

@@ -19,7 +19,7 @@ namespace lockstep::reference {
 
 template <class real>
 void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
 
   for (u32 i = 0; i < params.bodies; ++i) {
     const BodyInfo info = b.body_infos[i];

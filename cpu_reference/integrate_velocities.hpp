@@ -36,7 +36,7 @@ Load<real> load_of(const Buffers<real>& b, u32 i) {
 
 template <class real>
 void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
 
   for (u32 i = 0; i < params.bodies; ++i) {
     const BodyInfo info = b.body_infos[i];

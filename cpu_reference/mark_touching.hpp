@@ -10,7 +10,7 @@ namespace lockstep::reference {
 
 template <class real>
 void mark_touching(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
   for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
     const Contact& contact = b.contacts[i];
     const ImpulseBlock<real>& impulses = b.impulse_blocks[b.contact_slots[i] / PACK];

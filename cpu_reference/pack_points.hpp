@@ -79,7 +79,7 @@ Vec3<real> anisotropy_axis(const Buffers<real>& buffers, const Contact& contact,
 
 template <class real>
 void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
     const BlockBodies& bodies = buffers.block_bodies[block];
     for (u32 k = 0; k < buffers.block_rows[block].count; ++k) {

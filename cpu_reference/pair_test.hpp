@@ -11,10 +11,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "cpu_reference/loose_shapes.hpp"
 #include "cpu_reference/shapes/may_touch.hpp"
 #include "cpu_reference/shapes/sphere_plane.hpp"
 #include "cpu_reference/sleep.hpp"
+#include "cpu_reference/top_level_shapes.hpp"
 
 namespace lockstep::reference {
 
@@ -28,8 +28,8 @@ struct Bounded {
 
 /// The k-th of those that the broad phase looks at.
 template <class real>
-Bounded<real> loose(const Buffers<real>& b, u32 k) {
-  return {loose_shape(b, k), b.bounds[k]};
+Bounded<real> top_level(const Buffers<real>& b, u32 k) {
+  return {top_level_shape(b, k), b.bounds[k]};
 }
 
 template <class real>

@@ -254,7 +254,7 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
 
 template <class real>
 void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
     const BlockBodies& bodies = buffers.block_bodies[block];
     for (u32 k = 0; k < buffers.block_rows[block].count; ++k) {

@@ -202,7 +202,7 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
 
 template <class real>
 void prepare_joints(Buffers<real>& buffers, const StepParams<real>& params) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 block = 0; block < params.joint_blocks; ++block) {
     for (u32 lane = 0; lane < PACK; ++lane) {
       const u32 joint = buffers.joint_lanes[block].joint[lane];

@@ -37,7 +37,7 @@ Touch<real> touch_of_neighbour(const Buffers<real>& b, const ParticleLaw<real>& 
 
 template <class real>
 void push_particles(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
   const u32 particles = static_cast<u32>(b.particle_bodies.size());
   for (u32 i = 0; i < particles; ++i) {
     const ParticleLaw<real>& law = b.particle_laws[b.body_infos[b.particle_bodies[i]].world];

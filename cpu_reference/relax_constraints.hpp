@@ -12,7 +12,7 @@ namespace lockstep::reference {
 
 template <class real>
 void relax_constraints(Buffers<real>& buffers, const StepParams<real>& params) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 sweep = 0; sweep < params.relaxations; ++sweep) {
     sweep_joints(Purpose::relax, buffers);
     sweep_contacts(Purpose::relax, buffers);

@@ -70,8 +70,8 @@ inline void report_bad(std::vector<u32>& counters, u32 status, u32 body) {
   counters[COUNTER_BAD_BODY] = std::max(counters[COUNTER_BAD_BODY], NONE - body);
 }
 
-/// Whether a list was full or somebody woke: stages that write persistent state then leave it alone (STATUS_VOID).
-inline bool step_is_void(const std::vector<u32>& counters) { return (counters[COUNTER_STATUS] & STATUS_VOID) != 0; }
+/// Whether a list was full or somebody woke: stages that write persistent state then leave it alone (STATUS_ABORTED).
+inline bool step_aborted(const std::vector<u32>& counters) { return (counters[COUNTER_STATUS] & STATUS_ABORTED) != 0; }
 
 template <class real>
 Velocity<real> make_velocity(Vec3<real> v, Vec3<real> w) {

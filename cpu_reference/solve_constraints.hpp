@@ -24,7 +24,7 @@ namespace lockstep::reference {
 
 template <class real>
 void solve_constraints(Buffers<real>& buffers, const StepParams<real>& params) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   if (!buffers.gradient_laws.empty()) return GradientDescent<real>(buffers, params).run();
   if (!buffers.contact_tiles.empty()) return DenseSweeps<real>(buffers).run(params);
   for (u32 sweep = 0; sweep < params.iterations; ++sweep) {

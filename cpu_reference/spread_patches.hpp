@@ -36,7 +36,7 @@ void spread_patch(const std::vector<ContactBlock<real>>& contacts, const PatchBl
 
 template <class real>
 void spread_patches(Buffers<real>& buffers, const StepParams<real>&) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
     for (u32 lane = 0; lane < PACK; ++lane) {
       const u32 count = buffers.block_bodies[block].count[lane];

@@ -9,7 +9,7 @@ namespace lockstep::reference {
 
 template <class real>
 void store_impulses(Buffers<real>& buffers, const StepParams<real>&) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   const u32 count = buffers.counters[COUNTER_CONTACTS];
   buffers.cached_count[0] = count;
   for (u32 i = 0; i < count; ++i) {

@@ -7,7 +7,7 @@ namespace lockstep::reference {
 
 template <class real>
 void update_particles(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters) || params.substep + 1 == params.substeps) return;
+  if (step_aborted(b.counters) || params.substep + 1 == params.substeps) return;
   for (u32 i = 0; i < b.particle_bodies.size(); ++i) update_particle(b, i);
 }
 

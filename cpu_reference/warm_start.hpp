@@ -9,7 +9,7 @@ namespace lockstep::reference {
 
 template <class real>
 void warm_start(Buffers<real>& buffers, const StepParams<real>&) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   start_joints(buffers);
   start_contacts(buffers);
 }

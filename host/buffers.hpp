@@ -22,7 +22,7 @@ enum class Domain : u32 {
   body_masks,
   shapes,
   shape_ends,
-  loose,
+  top_level,
   shape_trees,
   tree_shapes,
   shape_tree_blocks,
@@ -122,7 +122,7 @@ struct Sizes {
   u32 particles = 0, particle_planes = 0;
 
   /// Shapes that the broad phase looks at one by one: those of no tree.
-  u32 loose() const { return shapes - tree_shapes; }
+  u32 top_level() const { return shapes - tree_shapes; }
   bool operator==(const Sizes&) const = default;
 };
 

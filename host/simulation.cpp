@@ -127,7 +127,7 @@ void Simulation<real>::step() {
     counters_ = backend_->counters();
     const u32 status = counters_[COUNTER_STATUS];
     // out of the grid, neighbours cannot be told apart and no list is long enough
-    if (!(status & STATUS_VOID) || (status & (STATUS_OUT_OF_GRID | STATUS_TOO_DENSE))) break;
+    if (!(status & STATUS_ABORTED) || (status & (STATUS_OUT_OF_GRID | STATUS_TOO_DENSE))) break;
     if (status & STATUS_FULL) make_longer(status);
     if (status & STATUS_WOKEN) ++wakings_;
   }

@@ -6,7 +6,7 @@
 namespace lockstep {
 
 /// One time step. Each line is one stage: a kernel and a reference function of the same name. A stage that the scene's
-/// features do not ask for is skipped by the backend. A step that runs out of room, or wakes somebody (STATUS_VOID),
+/// features do not ask for is skipped by the backend. A step that runs out of room, or wakes somebody (STATUS_ABORTED),
 /// leaves the persistent buffers as they were but for who sleeps, so that it can be redone.
 template <class Backend, class real>
 void step(Backend& backend, StepParams<real> p) {

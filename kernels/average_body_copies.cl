@@ -7,6 +7,6 @@
 kernel void average_body_copies(const u32 bodies, global const u32* body_copy_starts,
                                 global const Velocity* body_copies, global Motion* motions,
                                 global const u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
   FOR_EACH(i, bodies) body_copy_mean(i, body_copy_starts, body_copies, motions);
 }

@@ -1,8 +1,8 @@
 #pragma OPENCL FP_CONTRACT OFF
 // The first solid shape that each ray meets (cpu_reference/cast_rays.hpp).
 #include "common.h"
-#include "loose_shapes.h"
 #include "shapes/rays.h"
+#include "top_level_shapes.h"
 #include "tree.h"
 #include "types.h"
 
@@ -111,14 +111,14 @@ static inline void meet_tree(const RayScene* s, Ray ray, QueryFilter filter, Sha
 
 // `room`: rays that the buffers hold.
 kernel void cast_rays(global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
-                      global const Shape* shapes, global const u32* loose_shapes, global const WorldTrees* world_trees,
-                      global const ShapeTree* shape_trees, global const u32* shape_tree_items,
-                      global const BoxBlock* shape_tree_blocks, global const Vec4* positions,
-                      global const Vec4* orientations, global const Hull* hulls, global const Vec4* hull_vertices,
-                      global const Vec4* hull_planes, global const HullFace* hull_faces,
-                      global const HullEdge* hull_edges, global const u32* hull_corners, global const Ray* rays,
-                      global const QueryFilter* ray_filters, global u32* ray_shapes, global RayPoint* ray_points,
-                      const u32 room, const StepParams params) {
+                      global const Shape* shapes, global const u32* top_level_shapes,
+                      global const WorldTrees* world_trees, global const ShapeTree* shape_trees,
+                      global const u32* shape_tree_items, global const BoxBlock* shape_tree_blocks,
+                      global const Vec4* positions, global const Vec4* orientations, global const Hull* hulls,
+                      global const Vec4* hull_vertices, global const Vec4* hull_planes,
+                      global const HullFace* hull_faces, global const HullEdge* hull_edges,
+                      global const u32* hull_corners, global const Ray* rays, global const QueryFilter* ray_filters,
+                      global u32* ray_shapes, global RayPoint* ray_points, const u32 room, const StepParams params) {
   const RayScene s = {shape_infos,
                       shapes,
                       positions,
@@ -129,9 +129,9 @@ kernel void cast_rays(global const WorldRange* world_ranges, global const ShapeI
     if (r < params.queries) {
       const Ray ray = rays[r];
       const QueryFilter filter = ray_filters[r];
-      const LooseRange loose = loose_range(filter.world, world_ranges, world_trees);
-      for (u32 k = loose.first; k < loose.first + loose.count; ++k)
-        meet_shape(&s, ray, filter, LOOSE_SHAPE(k), &closest);
+      const TopLevelRange top_level = top_level_range(filter.world, world_ranges, world_trees);
+      for (u32 k = top_level.first; k < top_level.first + top_level.count; ++k)
+        meet_shape(&s, ray, filter, TOP_LEVEL_SHAPE(k), &closest);
 #if FEATURE_SHAPE_TREES
       const WorldTrees world = world_trees[filter.world];
       for (u32 t = world.first_tree; t < world.first_tree + world.tree_count; ++t)

@@ -69,7 +69,7 @@ kernel void close_joint_phase(const StepParams params, const u32 begin, const u3
                               global const real* rolling_radii, global const Motion* motions,
                               global const Sleeper* sleepers, global Vec4* positions, global Vec4* orientations,
                               global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(slot, (end - begin) * PACK) {
     const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
     if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
@@ -92,7 +92,7 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
                              global const Motion* motions, global const Sleeper* sleepers, global Vec4* positions,
                              global Vec4* orientations, global u32* counters) {
   const u32 sweeps = first_phase == 0u ? SWEEPS_OF_TAIL(params) : 1u, count = phases - first_phase;
-  const u32 runs = STEP_IS_VOID(counters) ? 0u : sweeps * count;
+  const u32 runs = STEP_ABORTED(counters) ? 0u : sweeps * count;
   u32 run = 0u;
   do {
     const u32 phase = first_phase + run % count;
@@ -125,7 +125,7 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
   u32 tree = (u32)get_group_id(0);
   do {
     const bool is_there =
-        tree < articulation_count && !STEP_IS_VOID(counters) && !is_asleep(sleepers, articulations[tree].root);
+        tree < articulation_count && !STEP_ABORTED(counters) && !is_asleep(sleepers, articulations[tree].root);
     const u32 first = is_there ? articulations[tree].first_level : 0u;
     const u32 levels = is_there ? articulations[tree].level_count : 0u;
     const u32 begin = link_levels[first], end = link_levels[first + levels];

@@ -71,7 +71,7 @@ kernel void factor_articulations(const u32 articulation_count, global const Arti
 #endif
   u32 tree = (u32)get_group_id(0);
   do {
-    const bool is_there = tree < articulation_count && !STEP_IS_VOID(counters);
+    const bool is_there = tree < articulation_count && !STEP_ABORTED(counters);
     const bool asleep = is_there && is_asleep(sleepers, articulations[tree].root);
     const u32 first = is_there ? articulations[tree].first_level : 0u;
     const u32 levels = is_there ? articulations[tree].level_count : 0u;

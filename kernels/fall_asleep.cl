@@ -15,7 +15,7 @@ static inline bool is_sleep_candidate(u32 body, u32 bodies, global const BodyInf
 kernel void sleep_count(const StepParams params, global const BodyInfo* body_infos, global const SleepLaw* sleep_laws,
                         global const u32* sleep_steps, global const Motion* motions, global Sleeper* sleepers,
                         global u32* island_parents, global u32* disturbed_bodies, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   bool any_candidate = false, changed = false;
   FOR_EACH(i, params.bodies) {
     island_parents[i] = i;
@@ -83,7 +83,7 @@ kernel void sleep_join(const StepParams params, global const BodyInfo* body_info
                        global const Motion* motions, global const Contact* contacts,
                        global const JointLanes* joint_lanes, global const Sleeper* sleepers, global u32* island_parents,
                        global u32* disturbed_bodies, global const u32* counters) {
-  if (STEP_IS_VOID(counters) || counters[COUNTER_SLEEP_CANDIDATES] == 0u) return;
+  if (STEP_ABORTED(counters) || counters[COUNTER_SLEEP_CANDIDATES] == 0u) return;
 #if FEATURE_CONTACTS
   FOR_EACH(i, counters[COUNTER_CONTACTS]) {
     sleep_meet(contacts[i].body_a, contacts[i].body_b, params.bodies, body_infos, sleep_steps, motions, sleepers,
@@ -103,7 +103,7 @@ kernel void sleep_join(const StepParams params, global const BodyInfo* body_info
 // Who is disturbed disturbs the island.
 kernel void sleep_roots(const StepParams params, global u32* island_parents, global u32* disturbed_bodies,
                         global const u32* counters) {
-  if (STEP_IS_VOID(counters) || counters[COUNTER_SLEEP_CANDIDATES] == 0u) return;
+  if (STEP_ABORTED(counters) || counters[COUNTER_SLEEP_CANDIDATES] == 0u) return;
   FOR_EACH(i, params.bodies) {
     const u32 root = island_root(i, island_parents);
     if (root != i && atomic_or(&disturbed_bodies[i], 0u) != 0u) atomic_or(&disturbed_bodies[root], 1u);
@@ -114,7 +114,7 @@ kernel void sleep_roots(const StepParams params, global u32* island_parents, glo
 kernel void sleep_apply(const StepParams params, global const BodyInfo* body_infos, global const u32* sleep_steps,
                         global u32* island_parents, global const u32* disturbed_bodies, global Motion* motions,
                         global Sleeper* sleepers, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   u32 asleep = 0u, islands = 0u, moving = 0u;
   bool changed = false;
   FOR_EACH(i, params.bodies) {
@@ -189,7 +189,7 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
                        global u32* kept_keys, global u32* keep_sums, global ContactKey* merged_keys,
                        global ContactImpulse* merged_impulses, global Vec4* merged_moments,
                        global const u32* counters) {
-  const bool merges = !STEP_IS_VOID(counters) && counters[COUNTER_CHANGED] != 0u;
+  const bool merges = !STEP_ABORTED(counters) && counters[COUNTER_CHANGED] != 0u;
   const u32 count = merges ? counters[COUNTER_CONTACTS] : 0u, slept = merges ? slept_count[0] : 0u;
   const u32 item = (u32)get_local_id(0), items = (u32)get_local_size(0);
   const u32 contact_share = count / items + 1u, key_share = slept / items + 1u;

@@ -29,7 +29,7 @@ kernel void find_events_mark(global const ShapeInfo* shape_infos, global const S
                              global const u32* hull_corners, global const u32* touching_count,
                              global const Pair* touching, global u32* touching_starts, global u32* touch_slots,
                              global const u32* counters, const StepParams params) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   const u32 before = touching_count[0];
   FOR_EACH(k, before + 1u) {
     const u32 first = k > 0u ? touching[k - 1u].shape_a + 1u : 0u;
@@ -58,7 +58,7 @@ kernel void find_events_mark(global const ShapeInfo* shape_infos, global const S
 // After the scan of touch_slots. COUNTER_EVENTS is the length of both lists until find_events_write knows better.
 kernel void find_events_gather(global const Pair* pairs, global const u32* touch_slots,
                                global const u32* touching_count, global Pair* current_touching, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   const u32 count = counters[COUNTER_PAIRS];
   if (get_global_id(0) == 0) {
     counters[COUNTER_TOUCHES] = touch_slots[count];
@@ -125,7 +125,7 @@ kernel void find_events_compare(const StepParams params, global const BodyInfo* 
                                 global const u32* pair_starts, global const u32* touch_slots,
                                 global const u32* touching_starts, global u32* event_slots, global u32* touch_stays,
                                 global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   const u32 current = counters[COUNTER_TOUCHES], before = touching_count[0];
   const TouchLists lists = {current, before, current_touching, touching, pair_starts, touch_slots, touching_starts};
   FOR_EACH(k, current + before + 1u) {
@@ -156,7 +156,7 @@ kernel void find_events_write(global const BodyInfo* body_infos, global const Sh
                               global const u32* pair_starts, global const u32* touch_slots,
                               global const u32* touching_starts, global const u32* event_slots, global Event* events,
                               global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   const u32 current = counters[COUNTER_TOUCHES], before = touching_count[0];
   const TouchLists lists = {current, before, current_touching, touching, pair_starts, touch_slots, touching_starts};
   if (get_global_id(0) == 0) counters[COUNTER_EVENTS] = event_slots[current + before];
@@ -186,7 +186,7 @@ kernel void find_events_write(global const BodyInfo* body_infos, global const Sh
 // The last one: what the next step compares with.
 kernel void find_events_keep(global const Pair* current_touching, global u32* touching_count, global Pair* touching,
                              global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   const u32 current = counters[COUNTER_TOUCHES];
   if (get_global_id(0) == 0) touching_count[0] = current;
   FOR_EACH(i, current) { touching[i] = current_touching[i]; }
@@ -198,7 +198,7 @@ kernel void find_events_merge(global const u32* touching_count, global const Pai
                               global const Pair* current_touching, global const u32* pair_starts,
                               global const u32* touch_slots, global const u32* touching_starts,
                               global const u32* touch_stays, global Pair* touching_after, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   const u32 current = counters[COUNTER_TOUCHES], before = touching_count[0];
   const TouchLists lists = {current, before, current_touching, touching, pair_starts, touch_slots, touching_starts};
   FOR_EACH(k, current + before) {
@@ -212,11 +212,11 @@ kernel void find_events_merge(global const u32* touching_count, global const Pai
 // One work-group: all items know how many there were before one of them says how many there are.
 kernel void find_events_replace(global const u32* touch_stays, global const Pair* touching_after,
                                 global u32* touching_count, global Pair* touching, global u32* counters) {
-  const bool is_void = STEP_IS_VOID(counters);
-  const u32 count = is_void ? 0u : touch_stays[counters[COUNTER_TOUCHES] + touching_count[0]];
+  const bool is_aborted = STEP_ABORTED(counters);
+  const u32 count = is_aborted ? 0u : touch_stays[counters[COUNTER_TOUCHES] + touching_count[0]];
   barrier(CLK_GLOBAL_MEM_FENCE);
   FOR_EACH(i, count) { touching[i] = touching_after[i]; }
-  if (is_void || get_local_id(0) != 0) return;
+  if (is_aborted || get_local_id(0) != 0) return;
   counters[COUNTER_TOUCHES] = count;
   touching_count[0] = count;
 }

@@ -37,7 +37,7 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
   u32 wrapped = past > params->buckets ? bucket_starts[past - params->buckets] : 0u;
   for (;;) {
     for (; slot < end; slot += LANES) {
-      u32 hits = shapes_in_range(s, me, slot, loose_count(params));
+      u32 hits = shapes_in_range(s, me, slot, top_level_count(params));
       if (end - slot < LANES) hits &= (1u << (end - slot)) - 1u;
       for (; hits != 0u; hits &= hits - 1u) {
         const SearchInfo other = s->search_infos[slot + lowest_bit(hits)];
@@ -84,16 +84,16 @@ static inline void search_cells(const PairSearch* s, const StepParams* params, c
 // What searches read again and again: the shapes in the order of their buckets, and the planes.
 kernel void find_pairs_gather(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                               global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
-                              global const u32* loose_shapes, global const Vec4* positions,
+                              global const u32* top_level_shapes, global const Vec4* positions,
                               global const Vec4* orientations, global const Motion* motions,
                               global const Sleeper* sleepers, global const Bound* bounds, global const Cell* cells,
                               global const u32* bucket_items, global real* search_bounds,
                               global SearchInfo* search_infos, global PlaneInfo* plane_infos, global u32* shape_slots,
                               global u32* pair_starts, const StepParams params) {
-  FOR_EACH(slot, loose_count(&params)) {
+  FOR_EACH(slot, top_level_count(&params)) {
     const u32 k = bucket_items[slot];
     if (k == NONE) continue;
-    gather_search_info(slot, LOOSE_SHAPE(k), &bounds[k], cells[k], body_infos, shape_infos, positions, motions,
+    gather_search_info(slot, TOP_LEVEL_SHAPE(k), &bounds[k], cells[k], body_infos, shape_infos, positions, motions,
                        sleepers, search_bounds, search_infos, shape_slots, &params);
   }
   gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
@@ -113,7 +113,7 @@ kernel void find_pairs_search(global const WorldRange* world_ranges, global cons
                               global const u32* counters, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
   Finds finds = {pair_starts, found_partners, 0, 0u};
-  FOR_EACH(slot, loose_count(&params)) {
+  FOR_EACH(slot, top_level_count(&params)) {
     if (bucket_items[slot] == NONE) continue;
     const Searcher me = make_searcher(&s, &params, slot);
     search_cells(&s, &params, &me, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);

@@ -52,7 +52,7 @@ kernel void integrate_free_flight(const StepParams params, global const BodyInfo
                                   global const Vec4* gravities, global const Mass* masses, global const Pivot* pivots,
                                   global Vec4* positions, global Vec4* orientations, global Motion* motions,
                                   global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
 
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];

@@ -10,7 +10,7 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
                                 global const Sleeper* sleepers, global const Velocity* previous_velocities,
                                 global Vec4* positions, global Vec4* orientations, global Motion* motions,
                                 global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
 
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];

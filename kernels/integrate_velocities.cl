@@ -25,7 +25,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
                                  global const Load* loads, global const Load* particle_loads,
                                  global const Sleeper* sleepers, global const Vec4* orientations,
                                  global Velocity* previous_velocities, global Motion* motions, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
 
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];

@@ -8,7 +8,7 @@ kernel void mark_touching(global const Vec4* positions, global const Vec4* orien
                           global const ContactPoint* contact_points, global const u32* contact_slots,
                           global const ImpulseBlock* impulse_blocks, global u32* touched, global const u32* counters,
                           const StepParams params) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(i, counters[COUNTER_CONTACTS]) {
     const Contact contact = contacts[i];
     global const ImpulseBlock* impulses = impulse_blocks + contact_slots[i] / PACK;

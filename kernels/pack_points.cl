@@ -72,7 +72,7 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
                         global ImpactBlock* impact_blocks, global AngularFrictionPointBlock* angular_friction_points,
                         global StaticFrictionBlock* static_friction_blocks, global AnisotropyBlock* anisotropy_blocks,
                         global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   const ContactPoint no_point = {
       {(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0, (real)0}};
   const ContactImpulse no_impulse = {(real)0, (real)0, (real)0, (real)0};

@@ -6,17 +6,17 @@
 #include "common.h"
 #include "grid.h"
 #include "lanes.h"
-#include "loose_shapes.h"
 #include "shape_bound.h"
 #include "shapes/may_touch.h"
 #include "shapes/sphere_plane.h"
 #include "sleep.h"
 #include "sort.h"
+#include "top_level_shapes.h"
 
 // Partners of a shape that the first search keeps; where there are more, the shape searches for all of its own.
 #define FOUND 16u
 
-// The loose shapes in the order in which a search meets them, one array a component: what the test needs of them.
+// The top-level shapes in the order in which a search meets them, one array a component: what the test needs of them.
 // Arrays are PACK longer than there are shapes, so that all lanes can read. Two shapes that are both ROUND are spheres.
 enum SearchComponent {
   SEARCH_X,
@@ -160,7 +160,7 @@ static inline void gather_search_info(u32 slot, u32 i, global const Bound* bound
                                       global SearchInfo* search_infos, global u32* shape_slots,
                                       const StepParams* params) {
   shape_slots[i] = slot;
-  const u32 body = shape_infos[i].body, count = loose_count(params);
+  const u32 body = shape_infos[i].body, count = top_level_count(params);
   const Vec3 velocity = center_velocity(bound, positions, motions, body);
   global real* mine = search_bounds + slot;
   mine[SEARCH_ARRAY(SEARCH_X, count)] = bound->center[0];
@@ -228,7 +228,7 @@ static inline void gather_planes(global const WorldRange* world_ranges, global c
 
 static inline Searcher make_searcher(const PairSearch* s, const StepParams* params, u32 slot) {
   global const real* mine = s->search_bounds + slot;
-  const u32 count = loose_count(params);
+  const u32 count = top_level_count(params);
   Searcher me;
   me.info = s->search_infos[slot];
   me.slot = slot;

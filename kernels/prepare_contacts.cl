@@ -312,7 +312,7 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
                              global AngularFrictionImpulse* angular_friction_impulses,
                              global EllipseBlock* ellipse_blocks, global PatchBlock* patch_blocks,
                              global PatchImpulse* patch_impulses, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
     const u32 first = item % ITEMS_PER_BLOCK * LANES;
     global const BlockBodies* bodies = block_bodies + item / ITEMS_PER_BLOCK;

@@ -166,7 +166,7 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
                            global const real* screw_leads, global const real* rolling_radii,
                            global const JointLanes* joint_lanes, global JointBlock* joint_blocks,
                            global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(slot, params.joint_blocks * PACK) {
     const u32 lane = slot % PACK, index = joint_lanes[slot / PACK].joint[lane];
     global JointBlock* block = joint_blocks + slot / PACK;

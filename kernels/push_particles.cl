@@ -61,7 +61,7 @@ kernel void push_particles(global const ParticleLaw* particle_laws, global const
                            global const u32* neighbour_starts, global const u32* neighbours, global Vec4* stretches,
                            global Vec4* particle_forces, global Vec4* particle_moments, global const u32* counters,
                            const StepParams params) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   const Pushed p = {particle_shares,     particle_bodies, particle_positions,
                     particle_velocities, particle_planes, plane_bodies,
                     positions,           orientations,    motions};

@@ -10,7 +10,7 @@
 kernel void relax_joints(const u32 begin, const u32 end, global const JointLanes* joint_lanes,
                          global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
                          global Motion* motions, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   sweep_joint_phase(PURPOSE_RELAX, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
 }
 
@@ -18,7 +18,7 @@ kernel void relax_joints(const u32 begin, const u32 end, global const JointLanes
 kernel void relax_joint_tail(const u32 first_phase, const u32 phases, global const u32* joint_phases,
                              global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                              global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   sweep_joints(PURPOSE_RELAX, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                counters);
 }
@@ -32,7 +32,7 @@ kernel void relax_color(const u32 color, global const u32* color_starts, global 
                         global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
                         global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
                         global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
   sweep_color(PURPOSE_RELAX, color, color_starts, &stream);
 }
@@ -49,7 +49,7 @@ kernel void relax_tail(const u32 first_phase, const u32 joint_phase_count, const
                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
-  const u32 joint_phases_here = STEP_IS_VOID(counters) ? 0u : joint_phase_count;
+  const u32 joint_phases_here = STEP_ABORTED(counters) ? 0u : joint_phase_count;
   u32 sweep = 0u;
   do {
 #if FEATURE_JOINTS

@@ -42,7 +42,7 @@ static inline void search_nodes(const PairSearch* s, const TreeShape* tree, glob
     return;
   }
   const TreeBox box = widened(searcher_box(me), me->margin * (real)1.0001);
-  const LooseRange world = loose_range(me->info.body.world, s->world_ranges, s->world_trees);
+  const TopLevelRange world = top_level_range(me->info.body.world, s->world_ranges, s->world_trees);
   const u32 first = all || SEARCHES_AROUND ? world.first : me->slot + 1u, last = world.first + world.count - 1u;
   bool arrives = true;
   TreeWalk walk = tree_begin(tree, 0u);
@@ -51,7 +51,7 @@ static inline void search_nodes(const PairSearch* s, const TreeShape* tree, glob
     if (arrives)
       walk.rest[walk.level] = nodes_in_range(tree, tree_blocks, box, walk.level, entry, first, last);
     else
-      search_run(s, me, entry, entries_between(entry, 0u, first, last), all, loose_count(params), finds);
+      search_run(s, me, entry, entries_between(entry, 0u, first, last), all, top_level_count(params), finds);
   }
   search_planes_and_trees(s, params, me, finds);
 }
@@ -59,17 +59,17 @@ static inline void search_nodes(const PairSearch* s, const TreeShape* tree, glob
 // What searches read again and again: the shapes in the order of the tree, and the planes.
 kernel void search_tree_gather(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                                global const ShapeInfo* shape_infos, global const Shape* shapes,
-                               global const u32* planes, global const u32* loose_shapes, global const Vec4* positions,
-                               global const Vec4* orientations, global const Motion* motions,
-                               global const Sleeper* sleepers, global const Bound* bounds, global const u32* tree_items,
-                               global real* search_bounds, global SearchInfo* search_infos,
-                               global PlaneInfo* plane_infos, global u32* shape_slots, global u32* pair_starts,
-                               const StepParams params) {
+                               global const u32* planes, global const u32* top_level_shapes,
+                               global const Vec4* positions, global const Vec4* orientations,
+                               global const Motion* motions, global const Sleeper* sleepers, global const Bound* bounds,
+                               global const u32* tree_items, global real* search_bounds,
+                               global SearchInfo* search_infos, global PlaneInfo* plane_infos, global u32* shape_slots,
+                               global u32* pair_starts, const StepParams params) {
   const Cell no_cell = {0, 0, 0, NONE};
-  FOR_EACH(slot, loose_count(&params)) {
+  FOR_EACH(slot, top_level_count(&params)) {
     const u32 k = tree_items[slot];
-    gather_search_info(slot, LOOSE_SHAPE(k), &bounds[k], no_cell, body_infos, shape_infos, positions, motions, sleepers,
-                       search_bounds, search_infos, shape_slots, &params);
+    gather_search_info(slot, TOP_LEVEL_SHAPE(k), &bounds[k], no_cell, body_infos, shape_infos, positions, motions,
+                       sleepers, search_bounds, search_infos, shape_slots, &params);
   }
   gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
                 plane_infos, pair_starts, &params);
@@ -84,9 +84,9 @@ kernel void search_tree_search(
     global const SearchInfo* search_infos, global const PlaneInfo* plane_infos, global const u32* joined_starts,
     global const u32* joined_bodies, global u32* found_partners, global u32* pair_starts, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
-  const TreeShape tree = tree_shape(blocks_of(loose_count(&params)));
+  const TreeShape tree = tree_shape(blocks_of(top_level_count(&params)));
   Finds finds = {pair_starts, found_partners, 0, 0u};
-  FOR_EACH(slot, loose_count(&params)) {
+  FOR_EACH(slot, top_level_count(&params)) {
     const Searcher me = make_searcher(&s, &params, slot);
     search_nodes(&s, &tree, tree_blocks, &params, &me, &finds);
   }
@@ -103,7 +103,7 @@ kernel void search_tree_write(
     global const u32* joined_starts, global const u32* joined_bodies, global u32* found_partners,
     global const u32* pair_starts, global Pair* pairs, global u32* counters, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
-  const TreeShape tree = tree_shape(blocks_of(loose_count(&params)));
+  const TreeShape tree = tree_shape(blocks_of(top_level_count(&params)));
   const bool full = tell_pairs(pair_starts[params.shapes], counters, &params);
   FOR_EACH(i, full ? 0u : params.shapes) {
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;

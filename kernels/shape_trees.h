@@ -133,7 +133,7 @@ static inline void search_shape_trees(const PairSearch* s, const StepParams* par
 #endif
 }
 
-// What a search finds beside loose shapes.
+// What a search finds beside top-level shapes.
 static inline void search_planes_and_trees(const PairSearch* s, const StepParams* params, const Searcher* me,
                                            Finds* finds) {
   search_planes(s, me, finds);

@@ -25,7 +25,7 @@ kernel void gradient_begin(const StepParams params, global const BlockBodies* bl
                            global const BodyInfo* body_infos, global const Motion* motions,
                            global GradientRow* gradient_rows, global GradientJoints* gradient_joints,
                            global GradientBody* gradient_bodies, global Descent* descents, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(w, params.worlds) descent_begin(descents + w);
   FOR_EACH(i, params.bodies) {
     global GradientBody* body = gradient_bodies + i;
@@ -59,7 +59,7 @@ kernel void gradient_step(const StepParams params, global const BlockBodies* blo
                           global GradientRow* gradient_rows, global GradientJoints* gradient_joints,
                           global Velocity* pair_sides, global Velocity* joint_sides, global Descent* descents,
                           global const u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
 #if FEATURE_CONTACTS
   FOR_EACH(item, gradient_blocks(counters) * ITEMS_PER_BLOCK) {
     const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
@@ -84,7 +84,7 @@ kernel void gradient_move(const StepParams params, global const u32* body_copy_s
                           global const Motion* motions, global const Velocity* pair_sides,
                           global const Velocity* joint_sides, global const Descent* descents,
                           global GradientBody* gradient_bodies, global const u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
   FOR_EACH(i, params.bodies) {
     const BodyInfo about = body_infos[i];
     global GradientBody* body = gradient_bodies + i;
@@ -113,18 +113,18 @@ kernel void gradient_move(const StepParams params, global const u32* body_copy_s
 kernel void gradient_decide(const StepParams params, global const WorldRange* world_ranges,
                             global const GradientLaw* gradient_laws, global GradientBody* gradient_bodies,
                             global Descent* descents, global u32* counters) {
-  const bool is_void = SWEEP_IS_VOID(counters);
+  const bool is_skipped = SWEEP_SKIPPED(counters);
   const bool alone = params.worlds == 1u;  // or there are many, and each is summed by an item
-  descent_sum_together(is_void || !alone ? 0u : params.bodies, gradient_bodies);
+  descent_sum_together(is_skipped || !alone ? 0u : params.bodies, gradient_bodies);
 #if FEATURE_TOLERANCE
   barrier(CLK_GLOBAL_MEM_FENCE);
-  if (!is_void && get_local_id(0) == 0) {
+  if (!is_skipped && get_local_id(0) == 0) {
     counters[COUNTER_SWEEPS] += 1u;
     counters[COUNTER_SETTLED] = 1u;
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
 #endif
-  for (u32 w = (u32)get_local_id(0); w < (is_void ? 0u : params.worlds); w += (u32)get_local_size(0)) {
+  for (u32 w = (u32)get_local_id(0); w < (is_skipped ? 0u : params.worlds); w += (u32)get_local_size(0)) {
     global Descent* world = descents + w;
     if (world->settled != 0u) continue;
     const u32 first = world_ranges[w].first_body, count = world_ranges[w].body_count;
@@ -141,7 +141,7 @@ kernel void gradient_decide(const StepParams params, global const WorldRange* wo
 // Where the step was good bodies take it, and run ahead of it.
 kernel void gradient_take(const StepParams params, global const BodyInfo* body_infos, global const Descent* descents,
                           global Motion* motions, global GradientBody* gradient_bodies, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(i, params.bodies) {
     const BodyInfo about = body_infos[i];
     if (about.kind != BODY_DYNAMIC || descents[about.world].moved == 0u) continue;
@@ -165,7 +165,7 @@ kernel void gradient_finish(const StepParams params, global const BlockBodies* b
                             global const GradientBody* gradient_bodies, global const Descent* descents,
                             global ImpulseBlock* impulse_blocks, global JointImpulseBlock* joint_impulses,
                             global Motion* motions, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
 #if FEATURE_TOLERANCE
   if (get_global_id(0) == 0) counters[COUNTER_SETTLED] = 0u;
 #endif
@@ -223,7 +223,7 @@ kernel void solve_gradient_group(const StepParams params, global const BlockBodi
     gradient_take(params, body_infos, descents, motions, gradient_bodies, counters);
     barrier(CLK_GLOBAL_MEM_FENCE);
 #if FEATURE_TOLERANCE
-    const bool settled = SWEEP_IS_VOID(counters);
+    const bool settled = SWEEP_SKIPPED(counters);
     barrier(CLK_GLOBAL_MEM_FENCE);
     if (settled) break;
 #endif

@@ -14,7 +14,7 @@
 kernel void solve_joints(const u32 begin, const u32 end, global const JointLanes* joint_lanes,
                          global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
                          global Motion* motions, global u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
   sweep_joint_phase(PURPOSE_SOLVE, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
 }
 
@@ -22,7 +22,7 @@ kernel void solve_joints(const u32 begin, const u32 end, global const JointLanes
 kernel void solve_joint_tail(const u32 first_phase, const u32 phases, global const u32* joint_phases,
                              global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                              global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
   sweep_joints(PURPOSE_SOLVE, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                counters);
 }
@@ -51,7 +51,7 @@ kernel void solve_color(const u32 color, global const u32* color_starts, global 
                         global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
                         global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
                         global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
   sweep_color(PURPOSE_SOLVE, color, color_starts, &stream);
 }
@@ -91,7 +91,7 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
-  const u32 joint_phases_here = SWEEP_IS_VOID(counters) ? 0u : joint_phase_count;
+  const u32 joint_phases_here = SWEEP_SKIPPED(counters) ? 0u : joint_phase_count;
 #if FEATURE_ARTICULATIONS
   const Articulations all = ARTICULATIONS;
 #endif
@@ -118,7 +118,7 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
 #if FEATURE_TOLERANCE
 // Behind a sweep of several launches: counts it, and tells those that follow in the sub-step whether they are needed.
 kernel void end_sweep(const StepParams params, const u32 is_last, global u32* counters) {
-  if (STEP_IS_VOID(counters) || get_global_id(0) != 0) return;
+  if (STEP_ABORTED(counters) || get_global_id(0) != 0) return;
   const bool did_nothing = counters[COUNTER_SETTLED] != 0u;
   const bool settled = did_nothing || sweep_has_settled(params.tolerance, counters);
   counters[COUNTER_SWEEPS] += did_nothing ? 0u : 1u;
@@ -150,7 +150,7 @@ kernel void solve_body_copies(global const BodyCopyBlock* body_copy_blocks, glob
                               global ImpulseBlock* impulse_blocks,
                               global AngularFrictionImpulse* angular_friction_impulses,
                               global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, body_copy_blocks, body_copies);
 }
@@ -170,9 +170,9 @@ kernel void solve_body_copies_group(const StepParams params, const u32 bodies, c
                                     global AngularFrictionImpulse* angular_friction_impulses,
                                     global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
-  const bool is_void = STEP_IS_VOID(counters);
-  const u32 items = is_void ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_void ? 0u : bodies;
-  const u32 joint_phases_here = is_void ? 0u : joint_phase_count;
+  const bool is_aborted = STEP_ABORTED(counters);
+  const u32 items = is_aborted ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_aborted ? 0u : bodies;
+  const u32 joint_phases_here = is_aborted ? 0u : joint_phase_count;
   u32 sweep = 0u;
   do {
 #if FEATURE_JOINTS

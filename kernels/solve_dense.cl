@@ -11,7 +11,7 @@ kernel void dense_matrix(global const Contact* contacts, global const u32* conta
                          global const ContactBlock* contact_blocks, global const Motion* motions,
                          global const ContactTile* contact_tiles, global const CoupledTiles* coupled_tiles,
                          global DenseBlock* dense_blocks, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(item, counters[COUNTER_COUPLED_TILES_NEEDED] * ITEMS_PER_BLOCK) {
     const u32 pair = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
     const ContactTile column = contact_tiles[coupled_tiles[pair].column];
@@ -30,7 +30,7 @@ kernel void dense_measure(const StepParams params, global const Contact* contact
                           global const ImpulseBlock* impulse_blocks, global const Motion* motions,
                           global const ContactTile* contact_tiles, global DenseTile* dense_tiles,
                           global ImpulseBlock* dense_changes, global const u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
   FOR_EACH(slot, counters[COUNTER_ROWS] * PACK) {  // of lanes without a contact too
     global ImpulseBlock* changes = dense_changes + slot / PACK;
     changes->normal[slot % PACK] = changes->tangent_1[slot % PACK] = changes->tangent_2[slot % PACK] = (real)0;
@@ -79,7 +79,7 @@ kernel void dense_finish(const StepParams params, global const u32* contact_slot
                          global const ContactTile* contact_tiles, global const DenseTile* dense_tiles,
                          global ImpulseBlock* impulse_blocks, global ImpulseBlock* dense_changes,
                          global const u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
   FOR_EACH(item, dense_tile_end(&params, counters) * PACK) {
     const ContactTile tile = contact_tiles[item / PACK];
     const u32 k = item % PACK;
@@ -109,7 +109,7 @@ kernel void dense_apply_color(const u32 color, global const u32* color_starts, g
                               global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                               global const ImpulseBlock* dense_changes, global Motion* motions,
                               global const u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
   const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
   FOR_EACH(item, items)
   dense_apply_item(begin, item, block_bodies, block_rows, contact_blocks, dense_changes, motions);
@@ -152,7 +152,7 @@ kernel void solve_dense_group(const StepParams params, const u32 rounds, const u
   u32 round = 0u;
   do {
 #if FEATURE_JOINTS
-    sweep_joints(PURPOSE_SOLVE, 0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
+    sweep_joints(PURPOSE_SOLVE, 0u, STEP_ABORTED(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
                  joint_blocks, joint_impulses, motions, counters);
     dense_measure(params, contacts, contact_slots, contact_blocks, slide_blocks, impulse_blocks, motions, contact_tiles,
                   dense_tiles, dense_changes, counters);

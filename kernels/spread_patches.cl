@@ -14,7 +14,7 @@ kernel void spread_patches(global const BlockBodies* block_bodies, global const 
                            global const ContactBlock* contact_blocks, global const PatchBlock* patch_blocks,
                            global const PatchImpulse* patch_impulses, global ImpulseBlock* impulse_blocks,
                            global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(slot, counters[COUNTER_BLOCKS] * PACK) {
     const u32 block = slot / PACK, lane = slot % PACK, count = block_bodies[block].count[lane];
     global const PatchBlock* patch = patch_blocks + block;

@@ -10,7 +10,7 @@ kernel void store_impulses(global const Contact* contacts, global const u32* con
                            global const AngularFrictionImpulse* angular_friction_impulses, global u32* cached_count,
                            global ContactKey* cached_keys, global ContactImpulse* cached_impulses,
                            global Vec4* cached_moments, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   if (get_global_id(0) == 0) cached_count[0] = counters[COUNTER_CONTACTS];
   FOR_EACH(i, counters[COUNTER_CONTACTS]) {
     const u32 lane = contact_slots[i] % PACK;

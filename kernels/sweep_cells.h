@@ -14,11 +14,11 @@ typedef struct CellPhase {
 
 static inline u32 cell_phases(global const u32* counters) { return CELL_PHASES + contact_phases(counters); }
 
-// Nothing where there is no such phase, or the step or the sweep is void.
+// Nothing where there is no such phase, the step is aborted, or the sweep skipped.
 static inline CellPhase cell_phase(u32 phase, const StepParams* params, global const u32* color_starts,
                                    global const u32* counters) {
   CellPhase units = {0u, 0u, phase < CELL_PHASES};
-  if (SWEEP_IS_VOID(counters) || phase >= cell_phases(counters)) return units;
+  if (SWEEP_SKIPPED(counters) || phase >= cell_phases(counters)) return units;
   const u32 cells = cells_in_phase(params);
   units.begin = units.in_cells ? phase * cells : phase_begin(phase - CELL_PHASES, color_starts, counters);
   units.end = units.in_cells ? units.begin + cells : phase_end(phase - CELL_PHASES, color_starts, counters);

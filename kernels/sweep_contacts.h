@@ -90,7 +90,7 @@ static inline void solve_phase_item(const u32 purpose, u32 begin, u32 item, cons
 }
 
 static inline u32 contact_phases(global const u32* counters) {
-  return SWEEP_IS_VOID(counters) ? 0u : counters[COUNTER_COLORS] + counters[COUNTER_OVERFLOW];
+  return SWEEP_SKIPPED(counters) ? 0u : counters[COUNTER_COLORS] + counters[COUNTER_OVERFLOW];
 }
 static inline u32 phase_begin(u32 phase, global const u32* color_starts, global const u32* counters) {
   const u32 colors = counters[COUNTER_COLORS];

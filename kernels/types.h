@@ -165,7 +165,7 @@ enum StatusBit {
 #define STATUS_FULL \
   (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL | STATUS_BLOCKS_FULL | STATUS_ROWS_FULL | STATUS_COUPLED_TILES_FULL)
 // And so is a step in which bodies wake, with them awake. One that is too dense ends the run.
-#define STATUS_VOID (STATUS_FULL | STATUS_WOKEN | STATUS_TOO_DENSE)
+#define STATUS_ABORTED (STATUS_FULL | STATUS_WOKEN | STATUS_TOO_DENSE)
 
 // ---- constant data of a scene ------------------------------------------------------------------------------------
 
@@ -176,8 +176,9 @@ LINE_INDEX_RECORD(WorldRange) {
   u32 first_material_pair, material_count;  // pair (m, n) is at first_material_pair + m * material_count + n
 };
 
-// Beside it, where some bodies have trees of shapes (feature shape_trees): ranges of `loose_shapes` and `shape_trees`.
-INDEX_RECORD(WorldTrees) { u32 first_loose, loose_count, first_tree, tree_count; };
+// Beside it, where some bodies have trees of shapes (feature shape_trees): ranges of `top_level_shapes` and
+// `shape_trees`.
+INDEX_RECORD(WorldTrees) { u32 first_top_level, top_level_count, first_tree, tree_count; };
 
 LINE_INDEX_RECORD(BodyInfo) {
   u32 world;
@@ -446,7 +447,7 @@ RECORD(StepParams) {
   real speed_limit;            // m/s, and rad/s times the largest extent is not limited
   real tolerance;              // m/s: a sweep that changes no velocity by more is the last of its sub-step; 0 for none
   u32 bodies, shapes, worlds;
-  u32 tree_shapes;  // of the shapes, those in trees of their bodies; the others are loose
+  u32 tree_shapes;  // of the shapes, those in trees of their bodies; the others are top-level
   u32 buckets;      // of the grid, a power of two
   u32 pair_capacity, contact_capacity, block_capacity;
   u32 iterations;

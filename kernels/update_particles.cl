@@ -8,7 +8,7 @@ kernel void update_particles(global const u32* body_particles, global const u32*
                              global const Vec4* orientations, global const Motion* motions,
                              global Vec4* particle_positions, global Vec4* particle_velocities,
                              global const u32* counters, const StepParams params) {
-  if (STEP_IS_VOID(counters) || params.substep + 1u == params.substeps) return;
+  if (STEP_ABORTED(counters) || params.substep + 1u == params.substeps) return;
   FOR_EACH(i, body_particles[params.bodies]) {
     update_particle(i, particle_bodies, particle_offsets, positions, orientations, motions, particle_positions,
                     particle_velocities);

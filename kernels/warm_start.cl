@@ -12,7 +12,7 @@
 kernel void warm_joints(const u32 begin, const u32 end, global const JointLanes* joint_lanes,
                         global const JointBlock* joint_blocks, global const JointImpulseBlock* joint_impulses,
                         global Motion* motions, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(item, (end - begin) * ITEMS_PER_BLOCK) {
     const u32 block = begin + item / ITEMS_PER_BLOCK;
     start_joints(item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block, joint_impulses + block,
@@ -25,7 +25,7 @@ kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global cons
                             global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                             global const JointImpulseBlock* joint_impulses, global Motion* motions,
                             global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   start_joint_phases(first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions);
 }
 #endif
@@ -38,7 +38,7 @@ kernel void warm_color(const u32 color, global const u32* color_starts, global c
                        global const AngularFrictionImpulse* angular_friction_impulses,
                        global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
                        global Motion* motions, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   const StartStream stream = START_STREAM;
   const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
   FOR_EACH(item, items) start_item(begin, item, &stream);
@@ -89,7 +89,7 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
                       global Motion* motions, global const u32* counters) {
   const StartStream stream = START_STREAM;
 #if FEATURE_JOINTS
-  start_joint_phases(0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
+  start_joint_phases(0u, STEP_ABORTED(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
                      joint_impulses, motions);
 #endif
 #if FEATURE_PARTITIONS
@@ -122,7 +122,7 @@ kernel void warm_body_copies(global const BlockBodies* block_bodies, global cons
                              global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
                              global const BodyCopyBlock* body_copy_blocks, global Velocity* body_copies,
                              global const Motion* motions, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
     const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
     global const BlockBodies* bodies = block_bodies + block;

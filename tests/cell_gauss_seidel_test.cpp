@@ -101,7 +101,7 @@ TYPED_TEST(CellGaussSeidel, KernelMatchesReferenceWhereBlocksAreFull) {
   EXPECT_NE(after.counters[COUNTER_STATUS] & STATUS_ROWS_FULL, 0u);
 }
 
-TYPED_TEST(CellGaussSeidel, VoidStepsWriteNothing) {
+TYPED_TEST(CellGaussSeidel, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = prepared_cells<real>(9, 12, 256, false);
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;

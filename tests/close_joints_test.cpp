@@ -249,7 +249,7 @@ TYPED_TEST(CloseJoints, AWorldOfABatchIsAsItIsAlone) {
   }
 }
 
-TYPED_TEST(CloseJoints, VoidStepsWriteNothing) {
+TYPED_TEST(CloseJoints, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = disturbed<real>(closed_by_positions(random_joints(6, 20, 30), 2), 0.05, 6);
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;

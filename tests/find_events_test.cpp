@@ -102,7 +102,7 @@ TYPED_TEST(FindEvents, KernelMatchesReference) {
     const Lists lists = random_lists(random, candidates, before);
     InitialState<real> state = touching_lists<real>(lists.candidates, lists.current, lists.before);
     run_one_stage(Stage::find_events, state.buffers, state.sizes, state.features, state.params, launches());
-    state.buffers.counters[COUNTER_STATUS] = STATUS_BLOCKS_FULL;  // a void step tells nothing and forgets nothing
+    state.buffers.counters[COUNTER_STATUS] = STATUS_BLOCKS_FULL;  // an aborted step tells nothing and forgets nothing
     const Buffers<real> after =
         run_one_stage(Stage::find_events, state.buffers, state.sizes, state.features, state.params, launches());
     EXPECT_EQ(after.counters[COUNTER_EVENTS], 0u);

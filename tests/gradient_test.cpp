@@ -80,7 +80,7 @@ TYPED_TEST(Gradient, ToleranceMatchesTheReference) {
   }
 }
 
-TYPED_TEST(Gradient, VoidStepsWriteNothing) {
+TYPED_TEST(Gradient, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = started_by_gradient(heap<real>(9, 12, 256), true, 5);
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;

@@ -160,7 +160,7 @@ TEST(IntegratePositions, NamesTheFirstBodyThatWentBad) {
   EXPECT_EQ(NONE - after.counters[COUNTER_BAD_BODY], 1u);
 }
 
-TEST(IntegratePositions, LeavesAVoidStepAlone) {
+TEST(IntegratePositions, LeavesAnAbortedStepAlone) {
   BodySetup ball;
   ball.velocity = {1, 1, 1};
   InitialState<double> state = make_bodies<double>({ball}, {});

@@ -234,7 +234,7 @@ TEST(IntegrateVelocities, FastButGoodIsNotBad) {
   EXPECT_EQ(run_velocities(make_bodies<float>(bodies, {}), 1).counters[COUNTER_STATUS], 0u);
 }
 
-TEST(IntegrateVelocities, LeavesAVoidStepAlone) {
+TEST(IntegrateVelocities, LeavesAnAbortedStepAlone) {
   InitialState<double> state = make_bodies<double>(mixed_bodies(false), {.gravities = {{0, 0, -1}, {0, 0, -2}}});
   state.buffers.counters[COUNTER_STATUS] = STATUS_CONTACTS_FULL;
   const Buffers<double> after = run_velocities(state, 1);

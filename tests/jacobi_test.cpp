@@ -107,7 +107,7 @@ TYPED_TEST(Jacobi, ABodyHasAnyNumberOfContacts) {
   expect_all_are_stopped(bodies, after);
 }
 
-TYPED_TEST(Jacobi, VoidStepsWriteNothing) {
+TYPED_TEST(Jacobi, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = prepared_heap<real>(9, 12, 256, false);
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;

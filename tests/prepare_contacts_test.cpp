@@ -330,7 +330,7 @@ TYPED_TEST(PrepareContacts, PaddingIsZero) {
 }
 
 // A step without room leaves everything as it is.
-TYPED_TEST(PrepareContacts, VoidStepsWriteNothing) {
+TYPED_TEST(PrepareContacts, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = sphere_over_ground<real>(0, 0, 0);
   run_until_prepared(state);

@@ -165,7 +165,7 @@ TYPED_TEST(PrepareJoints, OneSolveSatisfiesOneJoint) {
   }
 }
 
-TYPED_TEST(PrepareJoints, VoidStepsWriteNothing) {
+TYPED_TEST(PrepareJoints, AbortedStepsWriteNothing) {
   using real = TypeParam;
   for (const Stage stage :
        {Stage::prepare_joints, Stage::warm_start, Stage::solve_constraints, Stage::relax_constraints}) {

@@ -156,7 +156,7 @@ TEST(PushParticles, KernelMatchesReference) {
   expect_particle_twins_agree(Stage::push_particles, lively_state<double>(3, sprung));
 }
 
-TEST(PushParticles, AVoidStepIsLeftAlone) {
+TEST(PushParticles, AnAbortedStepIsLeftAlone) {
   InitialState<float> state = lively_state<float>();
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;
   ReferenceBackend<float> backend(state);

@@ -107,7 +107,7 @@ TYPED_TEST(RelaxConstraints, BouncesAreKept) {
   EXPECT_NEAR(double(after.motions[0].v[2]), 1, 1e-5);
 }
 
-TYPED_TEST(RelaxConstraints, VoidStepsWriteNothing) {
+TYPED_TEST(RelaxConstraints, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = soft_problem<real>(8, 30, 60);
   state.buffers.counters[COUNTER_STATUS] = STATUS_ROWS_FULL;

@@ -62,7 +62,7 @@ InitialState<real> compiled(const Scene& scene, Feature search) {
   return with_search(search, compile<real>(std::span(worlds)));
 }
 
-/// The same state with all shapes loose.
+/// The same state with all shapes at the top level.
 template <class real>
 InitialState<real> without_trees(InitialState<real> state) {
   Buffers<real>& b = state.buffers;
@@ -70,7 +70,7 @@ InitialState<real> without_trees(InitialState<real> state) {
   state.sizes.tree_shapes = state.sizes.shape_trees = state.sizes.shape_tree_blocks = 0;
   state.params.tree_shapes = 0;
   for (ShapeInfo& shape : b.shape_infos) shape.flags &= ~u32{SHAPE_IS_IN_TREE};
-  for (auto* list : {&b.loose_shapes, &b.shape_tree_items}) list->clear();
+  for (auto* list : {&b.top_level_shapes, &b.shape_tree_items}) list->clear();
   b.world_trees.clear();
   resize(b, state.sizes, state.features);
   return state;
@@ -240,13 +240,13 @@ TEST(ShapeTreesOf, BodiesThatNothingPushesAndThatHaveManyShapes) {
   ASSERT_EQ(state.sizes.shape_trees, 1u);
   EXPECT_EQ(state.buffers.shape_trees[0].body, 1u);
   EXPECT_EQ(state.sizes.tree_shapes, 60u);
-  EXPECT_EQ(state.sizes.loose(), 12u + 60 + 60 + 1);
-  EXPECT_EQ(state.buffers.bounds.size(), state.sizes.loose());
+  EXPECT_EQ(state.sizes.top_level(), 12u + 60 + 60 + 1);
+  EXPECT_EQ(state.buffers.bounds.size(), state.sizes.top_level());
 
   scene.bodies.erase(scene.bodies.begin() + 1);
   const InitialState<double> none = compile<double>(std::span<const Scene>(&scene, 1));
   EXPECT_FALSE(has(none.features, Feature::shape_trees));
-  EXPECT_TRUE(none.buffers.loose_shapes.empty() && none.buffers.world_trees.empty());
+  EXPECT_TRUE(none.buffers.top_level_shapes.empty() && none.buffers.world_trees.empty());
 }
 
 }  // namespace

@@ -107,7 +107,7 @@ TYPED_TEST(Tolerance, StepsMatchTheReference) {
   }
 }
 
-TYPED_TEST(Tolerance, VoidStepsWriteNothing) {
+TYPED_TEST(Tolerance, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = random_problem<real>(8, 30, 60);
   use_tolerance(state, 0.1, 20);

@@ -52,7 +52,7 @@ TYPED_TEST(WarmStart, ConservesMomentum) {
   }
 }
 
-TYPED_TEST(WarmStart, VoidStepsWriteNothing) {
+TYPED_TEST(WarmStart, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = pair_of_spheres<real>();
   state.buffers.impulse_blocks[0].normal[0] = 2;

@@ -75,7 +75,7 @@ void OracleBackend::note(const oracle::SolveReport& report, const StepParams<dou
 
 void OracleBackend::work(Stage stage, const StepParams<double>& params) {
   Buffers<double>& b = buffers();
-  if (stage != Stage::solve_constraints || (b.counters[COUNTER_STATUS] & STATUS_VOID) != 0)
+  if (stage != Stage::solve_constraints || (b.counters[COUNTER_STATUS] & STATUS_ABORTED) != 0)
     return ReferenceBackend::work(stage, params);
   // the impulses of the warm start go where a system is read from; the end of the step puts those of the oracle there
   if (has(features(), Feature::contacts)) ReferenceBackend::work(Stage::store_impulses, params);

@@ -18,10 +18,10 @@ ReducedBackend::ReducedBackend(InitialState<double> state, ReducedSolver solver,
       laws_(laws_of(buffers(), tree_)) {}
 
 void ReducedBackend::work(Stage stage, const StepParams<double>& params) {
-  const bool is_void = (buffers().counters[COUNTER_STATUS] & STATUS_VOID) != 0;
+  const bool is_aborted = (buffers().counters[COUNTER_STATUS] & STATUS_ABORTED) != 0;
   const bool solved = stage == Stage::warm_start || stage == Stage::solve_constraints || stage == Stage::close_joints;
-  if (!solved || is_void) ReferenceBackend::work(stage, params);
-  if (is_void) return;
+  if (!solved || is_aborted) ReferenceBackend::work(stage, params);
+  if (is_aborted) return;
   if (stage == Stage::integrate_velocities) start(params);
   if (stage == Stage::solve_constraints) solve(params);
   if (stage == Stage::integrate_positions) finish();

@@ -279,7 +279,7 @@ void expect_shape_trees(const InitialState<real>& state) {
   const Buffers<real>& right = wanted.buffers;
   const char* other = "is of no tree of this scene";
   expect_same(Buffer::shape_infos, b.shape_infos, right.shape_infos, other);
-  expect_same(Buffer::loose_shapes, b.loose_shapes, right.loose_shapes, other);
+  expect_same(Buffer::top_level_shapes, b.top_level_shapes, right.top_level_shapes, other);
   expect_same(Buffer::world_trees, b.world_trees, right.world_trees, other);
   expect_same(Buffer::shape_trees, b.shape_trees, right.shape_trees, other);
   expect_same(Buffer::shape_tree_items, b.shape_tree_items, right.shape_tree_items, other);

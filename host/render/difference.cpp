@@ -80,8 +80,8 @@ DifferenceLocation location_of(Buffer buffer, std::size_t element, u32 word, con
     case Domain::bodies:
     case Domain::body_lines: add_body(location, element, bodies); break;
     case Domain::shapes: add_shape(location, element, state); break;
-    case Domain::loose:
-      add_shape(location, element < state.loose_shapes.size() ? state.loose_shapes[element] : element, state);
+    case Domain::top_level:
+      add_shape(location, element < state.top_level_shapes.size() ? state.top_level_shapes[element] : element, state);
       break;
     case Domain::pairs:
       if (element < state.pairs.size()) {

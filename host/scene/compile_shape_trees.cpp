@@ -82,7 +82,7 @@ class Forest {
 
   void add_world(u32 world) {
     const WorldRange range = b_.world_ranges[world];
-    WorldTrees trees = {count(b_.loose_shapes), 0, count(b_.shape_trees), 0};
+    WorldTrees trees = {count(b_.top_level_shapes), 0, count(b_.shape_trees), 0};
     const u32 end = range.first_shape + range.shape_count;
     for (u32 first = range.first_shape; first < end;) {
       u32 past = first;
@@ -90,10 +90,10 @@ class Forest {
       const std::vector<u32> items = items_of(first, past);
       if (items.size() >= fewest_in_tree) add_tree(items);
       for (u32 i = first; i < past; ++i)
-        if ((b_.shape_infos[i].flags & SHAPE_IS_IN_TREE) == 0) b_.loose_shapes.push_back(i);
+        if ((b_.shape_infos[i].flags & SHAPE_IS_IN_TREE) == 0) b_.top_level_shapes.push_back(i);
       first = past;
     }
-    trees.loose_count = count(b_.loose_shapes) - trees.first_loose;
+    trees.top_level_count = count(b_.top_level_shapes) - trees.first_top_level;
     trees.tree_count = count(b_.shape_trees) - trees.first_tree;
     b_.world_trees.push_back(trees);
   }
@@ -166,7 +166,7 @@ void compile_shape_trees(InitialState<real>& state) {
   Forest<real> forest(b);
   for (u32 world = 0; world < b.world_ranges.size(); ++world) forest.add_world(world);
   if (b.shape_trees.empty()) {
-    b.loose_shapes.clear();
+    b.top_level_shapes.clear();
     b.world_trees.clear();
     return;
   }

@@ -117,7 +117,7 @@ static inline void link_push(u32 index, const Articulations* s) {
 static inline void solve_articulation_groups(u32 count, const Articulations* s) {
   u32 tree = (u32)get_group_id(0);
   do {
-    const bool is_there = tree < count && !SWEEP_IS_VOID(s->counters) && !is_asleep(s->sleepers, s->trees[tree].root);
+    const bool is_there = tree < count && !SWEEP_SKIPPED(s->counters) && !is_asleep(s->sleepers, s->trees[tree].root);
     const u32 first = is_there ? s->trees[tree].first_level : 0u, levels = is_there ? s->trees[tree].level_count : 0u;
     const ClosureSet loops = closures_of(tree, is_there, &s->loops);
     clear_pushes(loops, &s->loops, s->link_motions);

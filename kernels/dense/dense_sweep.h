@@ -125,7 +125,7 @@ static inline void dense_sweep_worlds(u32 sweeps, u32 worlds, const DenseProblem
   const u32 contacts = p->counters[COUNTER_CONTACTS];
   u32 world = (u32)get_group_id(0);
   do {
-    const bool is_there = world < worlds && !SWEEP_IS_VOID(p->counters);
+    const bool is_there = world < worlds && !SWEEP_SKIPPED(p->counters);
     const u32 first = is_there ? first_contact_of_world(world, contacts, p->contacts) : 0u;
     const u32 count = is_there ? first_contact_of_world(world + 1u, contacts, p->contacts) - first : 0u;
     const u32 tiles = (count + PACK - 1u) / PACK, steps = sweeps * tiles;

@@ -90,7 +90,7 @@ SolveReport admm(const ConeProblem& problem, const SolveLimits& limits, VectorXd
   return iterate(problem, limits, r, {});
 }
 
-SolveReport loose_admm(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r) {
+SolveReport fixed_metric_admm(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r) {
   return iterate(problem, limits, r, 0.03);
 }
 

@@ -103,7 +103,7 @@ SolveReport solve_automatically(const ConeProblem& problem, const SolveLimits& l
   relay.run(gauss_seidel, 2000, 1e-4);
   relay.run(gauss_seidel, 100);
   Runner runners[] = {
-      {admm, 1000, 4}, {newton, 10, 2}, {gauss_seidel, 1000, 2}, {proximal_point, 5, 2}, {loose_admm, 1000, 4}};
+      {admm, 1000, 4}, {newton, 10, 2}, {gauss_seidel, 1000, 2}, {proximal_point, 5, 2}, {fixed_metric_admm, 1000, 4}};
   for (std::uint32_t round = 0; round < most_rounds && !relay.finished(); ++round) {
     for (Runner& runner : runners) runner.run(relay);
   }

@@ -8,23 +8,23 @@ namespace lockstep::reference {
 
 /// The k-th of them.
 template <class real>
-u32 loose_shape(const Buffers<real>& b, u32 k) {
-  return b.loose_shapes.empty() ? k : b.loose_shapes[k];
+u32 top_level_shape(const Buffers<real>& b, u32 k) {
+  return b.top_level_shapes.empty() ? k : b.top_level_shapes[k];
 }
 
 template <class real>
-u32 loose_count(const StepParams<real>& params) {
+u32 top_level_count(const StepParams<real>& params) {
   return params.shapes - params.tree_shapes;
 }
 
 /// Those of a world.
-struct LooseRange {
+struct TopLevelRange {
   u32 first, count;
 };
 template <class real>
-LooseRange loose_range(const Buffers<real>& b, u32 world) {
+TopLevelRange top_level_range(const Buffers<real>& b, u32 world) {
   if (b.world_trees.empty()) return {b.world_ranges[world].first_shape, b.world_ranges[world].shape_count};
-  return {b.world_trees[world].first_loose, b.world_trees[world].loose_count};
+  return {b.world_trees[world].first_top_level, b.world_trees[world].top_level_count};
 }
 
 }  // namespace lockstep::reference
