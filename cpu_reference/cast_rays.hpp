@@ -1,6 +1,6 @@
 // The first solid shape that each ray meets, and where: all shapes of its world that are in the mask, those first whose
 // bounding spheres the ray meets; those of trees (cpu_reference/shape_trees.hpp) where it meets their boxes. Of two at
-// one distance the one of smaller index counts. Sensors are not met.
+// one distance the one of smaller index counts. Triggers are not met.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,7 @@ struct RayCast {
                                      b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
     const Vec3<real> origin = vec3(ray.origin), direction = vec3(ray.direction);
     const ShapeInfo& info = b.shape_infos[i];
-    if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_SENSOR) != 0) return;
+    if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_TRIGGER) != 0) return;
     const Pose<real> pose = make_pose(b.positions[info.body], b.orientations[info.body]);
     const Vec3<real> offset = sub3(shape_center(pose, b.shapes[i]), origin);
     if (info.kind != SHAPE_PLANE && !ray_passes(offset, direction, b.shapes[i].bounding_radius)) return;

@@ -167,7 +167,7 @@ template <class real>
 Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>& params, Pair pair) {
   const Side<real> a = collide_side(buffers, pair.shape_a), b = collide_side(buffers, pair.shape_b);
   const u32 flags = a.info.flags | b.info.flags;
-  if ((flags & SHAPE_IS_SENSOR) != 0) return no_manifold<real>();
+  if ((flags & SHAPE_IS_TRIGGER) != 0) return no_manifold<real>();
   const real limit = collide_limit(params, a, b, add3(a.arm, collide_offset_ab(a, b)));
   if ((flags & SHAPE_IS_CONTINUOUS) != 0) return collide_at_impact(buffers, params, a, b, limit);
   const real h = step_length(params);

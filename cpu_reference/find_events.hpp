@@ -1,6 +1,6 @@
 // Who began and who ceased to touch in this step: the pairs that touch now, against those of the step before.
 //
-// Two shapes touch where one of their contacts does (mark_touching); a sensor and a shape touch where they overlap at
+// Two shapes touch where one of their contacts does (mark_touching); a trigger and a shape touch where they overlap at
 // the end of the step. Both lists are ordered by (shape_a, shape_b), and so are the events. What sleeps goes on to
 // touch what it touched, though the pairs of the step leave it out.
 #pragma once
@@ -15,10 +15,10 @@
 
 namespace lockstep::reference {
 
-inline bool is_sensor(const ShapeInfo& info) { return (info.flags & SHAPE_IS_SENSOR) != 0; }
+inline bool is_trigger(const ShapeInfo& info) { return (info.flags & SHAPE_IS_TRIGGER) != 0; }
 
 template <class real>
-bool sensor_overlaps(const Buffers<real>& b, Pair pair) {
+bool trigger_overlaps(const Buffers<real>& b, Pair pair) {
   const ShapeInfo &info_a = b.shape_infos[pair.shape_a], &info_b = b.shape_infos[pair.shape_b];
   const Pose<real> pose_a = make_pose(b.positions[info_a.body], b.orientations[info_a.body]);
   const Pose<real> pose_b = make_pose(b.positions[info_b.body], b.orientations[info_b.body]);
@@ -32,7 +32,8 @@ bool sensor_overlaps(const Buffers<real>& b, Pair pair) {
 template <class real>
 bool pair_touches(const Buffers<real>& b, u32 p) {
   const Pair pair = b.pairs[p];
-  if (is_sensor(b.shape_infos[pair.shape_a]) || is_sensor(b.shape_infos[pair.shape_b])) return sensor_overlaps(b, pair);
+  if (is_trigger(b.shape_infos[pair.shape_a]) || is_trigger(b.shape_infos[pair.shape_b]))
+    return trigger_overlaps(b, pair);
   bool touches = false;
   for (u32 i = b.contact_starts[p]; i < b.contact_starts[p + 1]; ++i) touches = touches || b.touched[i] != 0;
   return touches;
@@ -40,11 +41,11 @@ bool pair_touches(const Buffers<real>& b, u32 p) {
 
 template <class real>
 Event make_event(const Buffers<real>& b, Pair pair, bool begins) {
-  if (is_sensor(b.shape_infos[pair.shape_b])) std::swap(pair.shape_a, pair.shape_b);
+  if (is_trigger(b.shape_infos[pair.shape_b])) std::swap(pair.shape_a, pair.shape_b);
   const ShapeInfo &info_a = b.shape_infos[pair.shape_a], &info_b = b.shape_infos[pair.shape_b];
   const BodyInfo &body_a = b.body_infos[info_a.body], &body_b = b.body_infos[info_b.body];
-  const u32 kind = is_sensor(info_a) ? (begins ? EVENT_SENSOR_ENTER : EVENT_SENSOR_LEAVE)
-                                     : (begins ? EVENT_CONTACT_BEGIN : EVENT_CONTACT_END);
+  const u32 kind = is_trigger(info_a) ? (begins ? EVENT_TRIGGER_ENTER : EVENT_TRIGGER_LEAVE)
+                                      : (begins ? EVENT_CONTACT_BEGIN : EVENT_CONTACT_END);
   return {kind, b.step_index[0], body_a.world, body_a.id, info_a.id, body_b.id, info_b.id, 0};
 }
 

@@ -1,5 +1,5 @@
 // The solid shapes that overlap each volume, a sphere or a box in the world: all shapes of its world that are in the
-// mask, in order of index, those first whose bounding spheres overlap. Sensors are not told.
+// mask, in order of index, those first whose bounding spheres overlap. Triggers are not told.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@ template <class real>
 bool volume_overlaps(const Buffers<real>& b, const Shape<real>& volume, const QueryFilter& filter, u32 i) {
   const ShapeInfo& info = b.shape_infos[i];
   const Shape<real>& shape = b.shapes[i];
-  if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_SENSOR) != 0) return false;
+  if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_TRIGGER) != 0) return false;
   const Pose<real> pose = make_pose(b.positions[info.body], b.orientations[info.body]);
   const WorldShape<real> other = shape_in_world(pose, shape, info.hull, vec3(volume.offset));
   const real range = (volume.bounding_radius + shape.bounding_radius) * real(1.0001);

@@ -26,12 +26,12 @@ bool is_moving(const Buffers<real>& b, u32 body) {
   return kind == BODY_DYNAMIC ? !is_asleep(b, body) : kind == BODY_KINEMATIC && has_velocity(b.motions[body]);
 }
 
-/// Whether the broad phase asks what the shape may touch: one that does not move touches nothing new. Sensors do
+/// Whether the broad phase asks what the shape may touch: one that does not move touches nothing new. Triggers do
 /// always, for they feel sleepers too.
 template <class real>
 bool looks_for_others(const Buffers<real>& b, u32 shape) {
   const ShapeInfo& info = b.shape_infos[shape];
-  return b.sleepers.empty() || (info.flags & SHAPE_IS_SENSOR) != 0 || is_moving(b, info.body);
+  return b.sleepers.empty() || (info.flags & SHAPE_IS_TRIGGER) != 0 || is_moving(b, info.body);
 }
 
 /// Of two bodies that a joint holds or that touch, those of joints one after another.

@@ -31,7 +31,7 @@ typedef struct RayHit {
 // Looks whether the ray meets shape i before what it has met so far.
 static inline void meet_shape(const RayScene* s, Ray ray, QueryFilter filter, u32 i, RayHit* closest) {
   const ShapeInfo info = s->shape_infos[i];
-  if ((info.category & filter.mask) == 0u || (info.flags & SHAPE_IS_SENSOR) != 0u) return;
+  if ((info.category & filter.mask) == 0u || (info.flags & SHAPE_IS_TRIGGER) != 0u) return;
   global const Shape* shape = s->shapes + i;
   const Vec3 origin = make3(ray.origin[0], ray.origin[1], ray.origin[2]);
   const Vec3 direction = make3(ray.direction[0], ray.direction[1], ray.direction[2]);

@@ -151,7 +151,7 @@ static inline void collide_at_impact(const StepParams* params, const Side* a, co
 #endif
 
 static inline Manifold collide_pair(const StepParams* params, const Side* a, const Side* b, HullTables tables) {
-  if (IS_SENSOR(*a) || IS_SENSOR(*b)) return no_manifold();
+  if (IS_TRIGGER(*a) || IS_TRIGGER(*b)) return no_manifold();
   const real limit = collide_limit(params, a, b, add3(a->arm, collide_offset_ab(a, b)));
   Manifold m;
 #if FEATURE_CONTINUOUS

@@ -7,10 +7,10 @@
 #include "sleep.h"
 #include "types.h"
 
-#if FEATURE_SENSORS
-static inline bool events_sensor_overlaps(Pair pair, ShapeInfo info_a, ShapeInfo info_b, global const Shape* shapes,
-                                          global const Vec4* positions, global const Vec4* orientations,
-                                          HullTables tables) {
+#if FEATURE_TRIGGERS
+static inline bool events_trigger_overlaps(Pair pair, ShapeInfo info_a, ShapeInfo info_b, global const Shape* shapes,
+                                           global const Vec4* positions, global const Vec4* orientations,
+                                           HullTables tables) {
   const Pose pose_a = make_pose(positions[info_a.body], orientations[info_a.body]);
   const Pose pose_b = make_pose(positions[info_b.body], orientations[info_b.body]);
   return shapes_overlap(info_a.kind, shape_in_world(pose_a, shapes + pair.shape_a, info_a.hull, pose_a.position),
@@ -36,7 +36,7 @@ kernel void find_events_mark(global const ShapeInfo* shape_infos, global const S
     const u32 last = k < before ? touching[k].shape_a : params.shapes;
     for (u32 shape = first; shape <= last; ++shape) touching_starts[shape] = k;
   }
-#if FEATURE_SENSORS
+#if FEATURE_TRIGGERS
   const HullTables tables = {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners};
 #endif
   const u32 count = counters[COUNTER_PAIRS];
@@ -44,11 +44,11 @@ kernel void find_events_mark(global const ShapeInfo* shape_infos, global const S
     bool touches = false;
     if (p < count) {
       for (u32 i = contact_starts[p]; i < contact_starts[p + 1u]; ++i) touches = touches || touched[i] != 0u;
-#if FEATURE_SENSORS
+#if FEATURE_TRIGGERS
       const Pair pair = pairs[p];
       const ShapeInfo info_a = shape_infos[pair.shape_a], info_b = shape_infos[pair.shape_b];
-      if (IS_SENSOR(info_a) || IS_SENSOR(info_b))
-        touches = events_sensor_overlaps(pair, info_a, info_b, shapes, positions, orientations, tables);
+      if (IS_TRIGGER(info_a) || IS_TRIGGER(info_b))
+        touches = events_trigger_overlaps(pair, info_a, info_b, shapes, positions, orientations, tables);
 #endif
     }
     touch_slots[p] = touches ? 1u : 0u;
@@ -166,12 +166,12 @@ kernel void find_events_write(global const BodyInfo* body_infos, global const Sh
     if (event_slots[slot + 1u] == event_slots[slot]) continue;
     const bool begins = k < current;
     const Pair pair = begins ? current_touching[k] : touching[k - current];
-    const bool swapped = IS_SENSOR(shape_infos[pair.shape_b]);
+    const bool swapped = IS_TRIGGER(shape_infos[pair.shape_b]);
     const ShapeInfo info_a = shape_infos[swapped ? pair.shape_b : pair.shape_a];
     const ShapeInfo info_b = shape_infos[swapped ? pair.shape_a : pair.shape_b];
     Event event;
     event.kind = begins ? EVENT_CONTACT_BEGIN : EVENT_CONTACT_END;
-    if (IS_SENSOR(info_a)) event.kind = begins ? EVENT_SENSOR_ENTER : EVENT_SENSOR_LEAVE;
+    if (IS_TRIGGER(info_a)) event.kind = begins ? EVENT_TRIGGER_ENTER : EVENT_TRIGGER_LEAVE;
     event.step = step_index[0];
     event.world = body_infos[info_a.body].world;
     event.body_a = body_infos[info_a.body].id;

@@ -8,7 +8,7 @@ static inline bool volume_overlaps(global const Shape* volume, QueryFilter filte
                                    global const ShapeInfo* shape_infos, global const Shape* shapes,
                                    global const Vec4* positions, global const Vec4* orientations, HullTables tables) {
   const ShapeInfo info = shape_infos[i];
-  if ((info.category & filter.mask) == 0u || (info.flags & SHAPE_IS_SENSOR) != 0u) return false;
+  if ((info.category & filter.mask) == 0u || (info.flags & SHAPE_IS_TRIGGER) != 0u) return false;
   const Pose pose = make_pose(positions[info.body], orientations[info.body]);
   const Vec3 origin = make3(volume->offset[0], volume->offset[1], volume->offset[2]);
   const WorldShape other = shape_in_world(pose, shapes + i, info.hull, origin);

@@ -92,15 +92,15 @@ enum NormalFrame {
 #define CORE_FEATURE 0xfffffffeu
 enum ShapeFlag {
   SHAPE_IS_CENTRAL = 1,     // a sphere at the centre of mass
-  SHAPE_IS_SENSOR = 2,      // what overlaps it is told, nothing is pushed
+  SHAPE_IS_TRIGGER = 2,     // what overlaps it is told, nothing is pushed
   SHAPE_IS_CONTINUOUS = 4,  // of a body whose impacts are looked for within the step
   SHAPE_IS_IN_TREE = 8      // of a ShapeTree: the broad phase leaves it to the middle phase
 };
 enum EventKind {
   EVENT_CONTACT_BEGIN = 0,
   EVENT_CONTACT_END = 1,
-  EVENT_SENSOR_ENTER = 2,
-  EVENT_SENSOR_LEAVE = 3,
+  EVENT_TRIGGER_ENTER = 2,
+  EVENT_TRIGGER_LEAVE = 3,
   EVENT_KINDS = 4
 };
 // Central: every movable body of the contact has an isotropic inertia and its arm is parallel to the normal, so that
@@ -130,7 +130,7 @@ enum Counter {
   COUNTER_MAX_EXTENT = 9,     // bits of the largest float bound of a finite shape, m
   COUNTER_LARGE_COLORS = 10,  // one more than the last colour of at least LARGE_COLOR blocks, for the next launch plan
   COUNTER_BAD_BODY = 11,      // NONE - (smallest index of a body whose state went bad); 0 where none did
-  COUNTER_TOUCHES = 12,       // pairs of shapes that touch, sensors and what is in them among them
+  COUNTER_TOUCHES = 12,       // pairs of shapes that touch, triggers and what is in them among them
   COUNTER_EVENTS = 13,        // pairs that touch and did not, or the other way round
   COUNTER_ROWS = 14,          // rows of PACK points in the blocks, at most the capacity
   COUNTER_ROWS_NEEDED = 15,
@@ -378,7 +378,7 @@ INDEX_RECORD(ContactKey) { u32 shape_a, shape_b, feature, pad; };
 RECORD(ContactImpulse) { real normal, tangent_x, tangent_y, tangent_z; };
 
 // Two shapes began or ceased to touch; ids are local to the world. Ordered by world and by (shape_a, shape_b) as pairs
-// are, but for the sides of a sensor's event: a is the sensor.
+// are, but for the sides of a trigger's event: a is the trigger.
 INDEX_RECORD(Event) {
   u32 kind;  // EventKind
   u32 step;  // steps done before this one

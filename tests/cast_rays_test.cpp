@@ -119,14 +119,14 @@ TYPED_TEST(CastRays, AHullIsMetByItsPlanes) {
   EXPECT_GT(hits, 5u);
 }
 
-// The nearest one, of two at one place that of smaller index; in the mask, in the world, within the length, no sensor,
+// The nearest one, of two at one place that of smaller index; in the mask, in the world, within the length, no trigger,
 // nothing that the ray starts in.
 TYPED_TEST(CastRays, TheFirstThatCounts) {
   using real = TypeParam;
   std::vector<BodyDescription> row;
   for (const double x : {9.0, 3.0, 3.0, 6.0, 1.5}) row.push_back(sphere_body({x, 0, 0}, 1));
   row[3].shapes[0].category = 2;
-  row[4] = sensor_body(row[4]);
+  row[4] = trigger_body(row[4]);
   Simulation<real> simulation =
       simulate_in_reference(make_event_worlds<real>({{sphere_body({2, 0, 0}, 0.5)}, row}, 64));
   RayQuery ray;
@@ -170,7 +170,7 @@ std::vector<std::vector<BodyDescription>> crowded_worlds() {
     Random random(90 + w);
     for (u32 n = 0; n < 100; ++n) worlds[w].push_back(any_body(random, n, 3));
     worlds[w].push_back(plane_body({0, 0, -2}));
-    worlds[w][7] = sensor_body(worlds[w][7]);
+    worlds[w][7] = trigger_body(worlds[w][7]);
   }
   return worlds;
 }

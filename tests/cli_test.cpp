@@ -188,9 +188,9 @@ TEST_F(CommandLine, EventsAreWrittenALineEach) {
               event["event"] == "contact_begin" ? "ground" : "gate");
   }
   EXPECT_EQ(counts["contact_begin"], 8);
-  EXPECT_EQ(counts["sensor_enter"], 8);
-  EXPECT_EQ(counts["sensor_leave"], 8);
-  EXPECT_EQ(report["sensor_leaves"], 8);
+  EXPECT_EQ(counts["trigger_enter"], 8);
+  EXPECT_EQ(counts["trigger_leave"], 8);
+  EXPECT_EQ(report["trigger_leaves"], 8);
   EXPECT_EQ(report["contact_ends"], 0);
   expect_refused("run sensor_gate --events /no/such/folder/events.jsonl", 2, "/no/such/folder/events.jsonl: ");
 }

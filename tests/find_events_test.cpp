@@ -110,22 +110,22 @@ TYPED_TEST(FindEvents, KernelMatchesReference) {
   }
 }
 
-// Bodies of all kinds, sensors among them: spheres and half spaces that stand still or move.
-std::vector<std::vector<BodyDescription>> worlds_with_sensors() {
+// Bodies of all kinds, triggers among them: spheres and half spaces that stand still or move.
+std::vector<std::vector<BodyDescription>> worlds_with_triggers() {
   std::vector<std::vector<BodyDescription>> worlds = lively_worlds();
   for (auto& world : worlds) {
     for (u32 n = 2; n < world.size(); n += 9) {
-      for (ShapeDescription& shape : world[n].shapes) shape.sensor = true;
+      for (ShapeDescription& shape : world[n].shapes) shape.trigger = true;
     }
   }
-  worlds[1].push_back(sensor_body(plane_body()));
+  worlds[1].push_back(trigger_body(plane_body()));
   worlds[1].push_back(sphere_body({0, 0, 0.1}, 0.2, {0, 0, 1}));
   return worlds;
 }
 
-TYPED_TEST(FindEvents, TwinsAgreeWithSensors) {
+TYPED_TEST(FindEvents, TwinsAgreeWithTriggers) {
   using real = TypeParam;
-  const InitialState<real> state = make_event_worlds<real>(worlds_with_sensors(), 100000);
+  const InitialState<real> state = make_event_worlds<real>(worlds_with_triggers(), 100000);
   Simulation<real> simulation = simulate_in_reference(state);
   u32 found[EVENT_KINDS] = {};
   for (int i = 0; i < 4; ++i) {
@@ -196,15 +196,15 @@ TYPED_TEST(FindEvents, ABounceWithinAStepIsSeen) {
   EXPECT_EQ(describe(simulation.events()[0]), "end 1 0");
 }
 
-// A ball falls through a sensor of radius 0.3 at the origin: inside while the centres are less than 0.4 apart. Nothing
+// A ball falls through a trigger of radius 0.3 at the origin: inside while the centres are less than 0.4 apart. Nothing
 // pushes it: the path is that of free fall.
-TYPED_TEST(FindEvents, ASensorTellsWhoComesAndGoes) {
+TYPED_TEST(FindEvents, ATriggerReportsWhoEntersAndLeaves) {
   using real = TypeParam;
   InitialState<real> state = make_event_worlds<real>(
       {{sphere_body({9, 9, 9}, 0.1)},
-       {sphere_body({0, 0, 1}, 0.1), sensor_body(sphere_body({0, 0, 0}, 0.3)), sphere_body({0.2, 0, 0}, 0.2)}},
+       {sphere_body({0, 0, 1}, 0.1), trigger_body(sphere_body({0, 0, 0}, 0.3)), sphere_body({0.2, 0, 0}, 0.2)}},
       16);
-  state.buffers.body_infos[3].kind = BODY_STATIC;  // not felt: sensors feel dynamic bodies, through other filters too
+  state.buffers.body_infos[3].kind = BODY_STATIC;  // not felt: triggers feel dynamic bodies, through other filters too
   state.buffers.motions[3].inverse_mass = 0;
   state.buffers.shape_infos[3].category = state.buffers.shape_infos[1].category << 1;
   state.buffers.shape_infos[1].mask = state.buffers.shape_infos[1].category;
@@ -217,7 +217,7 @@ TYPED_TEST(FindEvents, ASensorTellsWhoComesAndGoes) {
     for (const Event& event : simulation.events()) events.push_back(event);
   }
   ASSERT_EQ(events.size(), 2u);
-  EXPECT_EQ(describe(events[0]), "enter 1 0");  // the sensor is side a, though its body is the later one
+  EXPECT_EQ(describe(events[0]), "enter 1 0");  // the trigger is side a, though its body is the later one
   EXPECT_EQ(describe(events[1]), "leave 1 0");
   EXPECT_EQ(events[0].world, 1u);
   EXPECT_NEAR(events[0].step, 1000 * std::sqrt(2 * 0.6 / 9.81), 1.5);
@@ -230,7 +230,7 @@ TYPED_TEST(FindEvents, ASensorTellsWhoComesAndGoes) {
 // Lists that were too short change no event, and none is told twice.
 TYPED_TEST(FindEvents, ARedoneStepTellsTheSame) {
   using real = TypeParam;
-  const InitialState<real> ample = make_event_worlds<real>(worlds_with_sensors(), 100000);
+  const InitialState<real> ample = make_event_worlds<real>(worlds_with_triggers(), 100000);
   InitialState<real> tight = ample;
   tight.sizes.pairs = tight.sizes.contacts = tight.sizes.blocks = tight.sizes.rows = 1;
   tight.params.pair_capacity = tight.params.contact_capacity = tight.params.block_capacity = tight.params.row_capacity =

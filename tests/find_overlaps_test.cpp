@@ -41,13 +41,13 @@ TYPED_TEST(FindOverlaps, SpheresFeelWhatIsNear) {
   EXPECT_EQ(next, overlaps.size());  // in order of the volumes and the shapes
 }
 
-// A box overlaps a sphere whose centre is closer to it than its radius; filters and sensors as for rays.
+// A box overlaps a sphere whose centre is closer to it than its radius; filters and triggers as for rays.
 TYPED_TEST(FindOverlaps, BoxesFeelSpheres) {
   using real = TypeParam;
   Random random(101);
   std::vector<BodyDescription> bodies;
   for (u32 n = 0; n < 200; ++n) bodies.push_back(sphere_body(random.vector(2), random.between(0.05, 0.4)));
-  bodies[3] = sensor_body(bodies[3]);
+  bodies[3] = trigger_body(bodies[3]);
   for (u32 n = 0; n < 200; n += 2) bodies[n].shapes[0].category = 4;
   Simulation<real> simulation = simulate_in_reference(make_event_worlds<real>({bodies}, 20000));
   std::vector<VolumeQuery> volumes(50);

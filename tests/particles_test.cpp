@@ -221,7 +221,7 @@ TEST(Particles, PicturesShowShapesParticlesOrBoth) {
   const Buffers<float> both = compile_shapes<float>(scene, Shown::both);
   EXPECT_EQ(both.shapes.size(), shapes + particles);
   u32 translucent = 0;
-  for (const ShapeInfo& shape : both.shape_infos) translucent += (shape.flags & SHAPE_IS_SENSOR) != 0;
+  for (const ShapeInfo& shape : both.shape_infos) translucent += (shape.flags & SHAPE_IS_TRIGGER) != 0;
   EXPECT_EQ(translucent, shapes - planes);
   EXPECT_EQ(both.hulls.size(), 1u) << "the mesh";
 }
@@ -293,13 +293,13 @@ TEST(Particles, WhatParticlesCannotDoIsRefused) {
     }
     return std::string("nothing");
   };
-  Scene events = lively_particles(), sensor = events, filter = events, continuous = events, thin = events,
+  Scene events = lively_particles(), trigger = events, filter = events, continuous = events, thin = events,
         euler = events;
   events.settings.events = true;
   EXPECT_EQ(refusal(events),
             "test: /settings/events: are of shapes that touch; the particle model penalty has none, leave them out");
-  sensor.bodies[2].shapes[0].sensor = true;
-  EXPECT_EQ(refusal(sensor), "test: body 2: has a sensor, and the particle model penalty has none; use constraints");
+  trigger.bodies[2].shapes[0].trigger = true;
+  EXPECT_EQ(refusal(trigger), "test: body 2: has a trigger, and the particle model penalty has none; use constraints");
   filter.bodies[2].shapes[0].category = 2;
   EXPECT_EQ(refusal(filter),
             "test: body 2: has a collision filter, and the particle model penalty has none; use constraints");

@@ -142,23 +142,23 @@ TEST(SceneCompile, ShapesKnowTheirBodyMaterialAndFrame) {
   EXPECT_EQ(state.buffers.planes[0], 1u);
 }
 
-// What is not asked for is not there; a sensor needs events, has no mass, and makes no contact general.
-TEST(SceneCompile, EventsSensorsAndFastBodiesAreFeatures) {
+// What is not asked for is not there; a trigger needs events, has no mass, and makes no contact general.
+TEST(SceneCompile, EventsTriggersAndFastBodiesAreFeatures) {
   const auto plain = compiled(ground + ", " + ball);
-  for (const Feature feature : {Feature::events, Feature::sensors, Feature::continuous, Feature::queries})
+  for (const Feature feature : {Feature::events, Feature::triggers, Feature::continuous, Feature::queries})
     EXPECT_FALSE(has(plain, feature));
   EXPECT_TRUE(plain.buffers.events.empty() && plain.buffers.touching.empty() && plain.buffers.rays.empty());
   EXPECT_TRUE(has(compiled(ground + ", " + ball, R"(, "settings": {"events": true})"), Feature::events));
 
-  const std::string feeler = R"({"type": "sphere", "radius": 2, "offset": [1, 0, 0], "sensor": true})";
-  const auto sensor =
+  const std::string feeler = R"({"type": "sphere", "radius": 2, "offset": [1, 0, 0], "trigger": true})";
+  const auto trigger =
       compiled(ball + R"(, {"mass": 2, "shapes": [{"type": "sphere", "radius": 0.5}, )" + feeler + "]}");
-  EXPECT_TRUE(has(sensor, Feature::sensors) && has(sensor, Feature::events));
-  EXPECT_FALSE(has(sensor, Feature::general_contacts));
-  EXPECT_EQ(sensor.buffers.masses[1].inertia[1], sensor.buffers.masses[0].inertia[1]);
-  EXPECT_EQ(sensor.buffers.shape_infos[1].flags, u32{SHAPE_IS_CENTRAL});
-  EXPECT_EQ(sensor.buffers.shape_infos[2].flags, u32{SHAPE_IS_SENSOR});
-  // sensors feel neither each other nor what is not dynamic
+  EXPECT_TRUE(has(trigger, Feature::triggers) && has(trigger, Feature::events));
+  EXPECT_FALSE(has(trigger, Feature::general_contacts));
+  EXPECT_EQ(trigger.buffers.masses[1].inertia[1], trigger.buffers.masses[0].inertia[1]);
+  EXPECT_EQ(trigger.buffers.shape_infos[1].flags, u32{SHAPE_IS_CENTRAL});
+  EXPECT_EQ(trigger.buffers.shape_infos[2].flags, u32{SHAPE_IS_TRIGGER});
+  // triggers feel neither each other nor what is not dynamic
   const std::string still = R"({"type": "static", "shapes": [)" + feeler + "]}";
   EXPECT_FALSE(has(compiled(still + ", " + still + ", " + ground), Feature::contacts));
 

@@ -232,7 +232,7 @@ TEST(ShapeTreesOf, BodiesThatNothingPushesAndThatHaveManyShapes) {
   Random random(3);
   scene.bodies = {surface_body(cube_mesh(1)), building(random, {4, 0, 0}), building(random, {8, 0, 0}),
                   building(random, {12, 0, 0}), sphere_body({0, 0, 4}, 1)};
-  scene.bodies[2].shapes[5].sensor = true;
+  scene.bodies[2].shapes[5].trigger = true;
   scene.bodies[3].kind = BODY_DYNAMIC;
   scene.bodies[3].mass = 1;
   scene.bodies[3].inertia = {1, 1, 1};

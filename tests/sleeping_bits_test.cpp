@@ -58,9 +58,9 @@ TEST(SleepingBits, TwinsAgreeWithJointsThatSleep) {
   }
 }
 
-TEST(SleepingBits, TwinsAgreeInEachBroadPhaseWithEventsAndSensors) {
+TEST(SleepingBits, TwinsAgreeInEachBroadPhaseWithEventsAndTriggers) {
   const std::string gate = R"({"type": "static", "position": [0, 0, 0.5], "shapes": [
-    {"type": "box", "size": [3, 3, 3], "sensor": true}]}, )";
+    {"type": "box", "size": [3, 3, 3], "trigger": true}]}, )";
   std::uint64_t hashes[2];
   for (const char* broad_phase : {"grid", "bvh"}) {
     SCOPED_TRACE(broad_phase);

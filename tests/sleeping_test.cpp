@@ -238,16 +238,16 @@ TEST(Sleeping, NothingBeginsOrCeasesToTouchBySleepOrByWaking) {
   EXPECT_EQ(hits, 1u);
 }
 
-TEST(Sleeping, ASensorGoesOnFeelingWhatSleeps) {
+TEST(Sleeping, ATriggerGoesOnDetectingWhatSleeps) {
   const std::string gate = R"({"type": "static", "position": [0, 0, 0.5], "shapes": [
-    {"type": "box", "size": [3, 3, 3], "sensor": true}]})";
+    {"type": "box", "size": [3, 3, 3], "trigger": true}]})";
   Simulation<float> simulation = on_reference(compile<float>(scene_of(gate + ", " + box(0, 0.5))));
   u32 enters = 0, leaves = 0;
   for (u32 i = 0; i < 60; ++i) {
     simulation.step();
     for (const Event& event : simulation.events()) {
-      enters += event.kind == EVENT_SENSOR_ENTER ? 1 : 0;
-      leaves += event.kind == EVENT_SENSOR_LEAVE ? 1 : 0;
+      enters += event.kind == EVENT_TRIGGER_ENTER ? 1 : 0;
+      leaves += event.kind == EVENT_TRIGGER_LEAVE ? 1 : 0;
     }
   }
   EXPECT_TRUE(sleeps(simulation, 2));

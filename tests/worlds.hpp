@@ -162,7 +162,7 @@ void add_body(InitialState<real>& state, u32 world, u32 id, const BodyDescriptio
     const u32 shape_index = u32(b.shapes.size());
     const u32 shape_id = shape_index - b.world_ranges[world].first_shape;
     const bool central = s.kind == SHAPE_SPHERE && s.offset == Vector3{0, 0, 0};
-    const u32 flags = (central ? SHAPE_IS_CENTRAL : 0) | (s.sensor ? SHAPE_IS_SENSOR : 0) |
+    const u32 flags = (central ? SHAPE_IS_CENTRAL : 0) | (s.trigger ? SHAPE_IS_TRIGGER : 0) |
                       (body.continuous ? SHAPE_IS_CONTINUOUS : 0);
     b.shape_infos.push_back({index, shape_id, u32(s.kind), s.material, s.category, s.mask, flags, 0});
     Shape<real> shape = {};

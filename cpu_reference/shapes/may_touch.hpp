@@ -5,12 +5,12 @@
 
 namespace lockstep::reference {
 
-/// A shape that is a sensor feels the solid shapes of dynamic bodies.
+/// A shape that is a trigger feels the solid shapes of dynamic bodies.
 inline bool feels(const ShapeInfo& a, const ShapeInfo& b, const BodyInfo& body_b) {
-  return (a.flags & SHAPE_IS_SENSOR) == 0 || (body_b.kind == BODY_DYNAMIC && (b.flags & SHAPE_IS_SENSOR) == 0);
+  return (a.flags & SHAPE_IS_TRIGGER) == 0 || (body_b.kind == BODY_DYNAMIC && (b.flags & SHAPE_IS_TRIGGER) == 0);
 }
 
-/// Two shapes can make contacts, or a sensor can feel the other: other bodies of one world, one of them dynamic, and
+/// Two shapes can make contacts, or a trigger can feel the other: other bodies of one world, one of them dynamic, and
 /// both filters let the other through.
 inline bool may_touch(const ShapeInfo& a, const ShapeInfo& b, const BodyInfo& body_a, const BodyInfo& body_b) {
   return a.body != b.body && body_a.world == body_b.world &&

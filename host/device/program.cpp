@@ -26,7 +26,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::grid, "GRID"},
     {Feature::bvh, "BVH"},
     {Feature::events, "EVENTS"},
-    {Feature::sensors, "SENSORS"},
+    {Feature::triggers, "TRIGGERS"},
     {Feature::continuous, "CONTINUOUS"},
     {Feature::queries, "QUERIES"},
     {Feature::soft_contacts, "SOFT_CONTACTS"},

@@ -30,7 +30,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::bvh, Feature::contacts},
     {Feature::all_pairs, Feature::contacts},
     {Feature::events, Feature::contacts},
-    {Feature::sensors, Feature::events},
+    {Feature::triggers, Feature::events},
     {Feature::continuous, Feature::contacts},
     {Feature::soft_contacts, Feature::contacts},
     {Feature::patches, Feature::contacts},

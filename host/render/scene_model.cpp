@@ -87,7 +87,7 @@ void SceneModel::add_shapes(const Buffers<real>& scene) {
     const ShapeInfo& info = scene.shape_infos[i];
     const real* q = shape.rotation;
     drawn_shapes_.push_back({info.body, static_cast<ShapeKind>(info.kind), info.hull, vector3f(shape.offset),
-                             rotationf(q), vector3f(shape.size), (info.flags & SHAPE_IS_SENSOR) != 0});
+                             rotationf(q), vector3f(shape.size), (info.flags & SHAPE_IS_TRIGGER) != 0});
   }
 }
 
@@ -218,12 +218,12 @@ void SceneModel::draw_shape(const DrawnShape& drawn, const RenderPose& pose, con
   solid.rotation = pose.rotation * drawn.rotation;
   if (!solid.position.allFinite()) return;
   solid.color = look.color;
-  solid.alpha = drawn.sensor ? 0.3f : look.alpha;
+  solid.alpha = drawn.trigger ? 0.3f : look.alpha;
   const bool is_box = drawn.kind == SHAPE_BOX;  // stacked boxes of one colour need their edges
   solid.pattern = patterned || is_box ? pattern_of(drawn.kind) : Pattern::none;
   switch (drawn.kind) {
     case SHAPE_PLANE:
-      if (!drawn.sensor) drawing.planes.push_back({solid.position, solid.rotation});
+      if (!drawn.trigger) drawing.planes.push_back({solid.position, solid.rotation});
       return;
     case SHAPE_CAPSULE: draw_capsule(drawn, solid, drawing); return;
     case SHAPE_SPHERE: solid.scale.setConstant(drawn.size.x()); break;

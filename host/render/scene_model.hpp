@@ -70,7 +70,7 @@ class SceneModel {
     Eigen::Vector3f offset;
     Eigen::Quaternionf rotation;
     Eigen::Vector3f size;  // as Shape::size
-    bool sensor;
+    bool trigger;
   };
 
   template <class real>

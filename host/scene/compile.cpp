@@ -216,8 +216,8 @@ template <class real>
 void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u32 body, u32 id, const Origin& origin) {
   if (shape.kind == SHAPE_PLANE) buffers().planes.push_back(static_cast<u32>(buffers().shape_infos.size()));
   const bool central = shape.kind == SHAPE_SPHERE && shape.offset == Vector3{0, 0, 0};
-  const u32 flags =
-      (central ? SHAPE_IS_CENTRAL : 0) | (shape.sensor ? SHAPE_IS_SENSOR : 0) | (continuous ? SHAPE_IS_CONTINUOUS : 0);
+  const u32 flags = (central ? SHAPE_IS_CENTRAL : 0) | (shape.trigger ? SHAPE_IS_TRIGGER : 0) |
+                    (continuous ? SHAPE_IS_CONTINUOUS : 0);
   buffers().shape_infos.push_back(
       {body, id, static_cast<u32>(shape.kind), shape.material, shape.category, shape.mask, flags, 0});
   const Vec4<real> offset = rounded<real>(shape.offset, "offset", origin);
@@ -314,7 +314,7 @@ Features shape_features(const BodyDescription& body) {
   }
   for (const ShapeDescription& shape : body.shapes) {
     if (body.continuous) features = with(features, Feature::continuous);
-    if (shape.sensor) features = with(with(features, Feature::sensors), Feature::events);
+    if (shape.trigger) features = with(with(features, Feature::triggers), Feature::events);
   }
   return features;
 }
@@ -347,7 +347,7 @@ void Compiler<real>::set_features() {
       if (body.kind != BODY_DYNAMIC) continue;
       const bool isotropic = is_isotropic(moments(body));
       const bool off_center = std::any_of(body.shapes.begin(), body.shapes.end(), [](const ShapeDescription& shape) {
-        return !shape.sensor && (shape.kind != SHAPE_SPHERE || shape.offset != Vector3{0, 0, 0});
+        return !shape.trigger && (shape.kind != SHAPE_SPHERE || shape.offset != Vector3{0, 0, 0});
       });
       if (body.pivoted) features = with(features, Feature::pivots);
       if (touching && !body.shapes.empty() && (off_center || !isotropic)) {

@@ -106,7 +106,7 @@ class Forest {
     std::vector<u32> items;
     if (b_.body_infos[b_.shape_infos[first].body].kind == BODY_DYNAMIC) return items;
     for (u32 i = first; i < past; ++i) {
-      if (b_.shape_infos[i].flags & SHAPE_IS_SENSOR) return {};
+      if (b_.shape_infos[i].flags & SHAPE_IS_TRIGGER) return {};
       if (b_.shape_infos[i].kind != SHAPE_PLANE) items.push_back(i);
     }
     return items;

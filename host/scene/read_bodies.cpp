@@ -34,7 +34,7 @@ void read_size(const JsonNode& node, ShapeDescription& shape) {
 
 ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& names) {
   node.expect_object({"type", "radius", "length", "size", "points", "mesh", "scale", "heights", "spacing", "offset",
-                      "normal", "rotation", "material", "category", "collides_with", "sensor"});
+                      "normal", "rotation", "material", "category", "collides_with", "trigger"});
   ShapeDescription shape;
   shape.kind = node.at("type").choice<ShapeKind>("shape", {{"sphere", SHAPE_SPHERE},
                                                            {"capsule", SHAPE_CAPSULE},
@@ -80,8 +80,8 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
       node.fail("a height field knows no particles; make it a closed mesh, or give the scene no \"particles\"");
     read_height_field(node, shape);
   }
-  if (shape.surface && node.has("sensor"))
-    node.at("sensor").fail(fmt::format("does not belong to a {}, which has no inside; remove it", kind));
+  if (shape.surface && node.has("trigger"))
+    node.at("trigger").fail(fmt::format("does not belong to a {}, which has no inside; remove it", kind));
   for (const char* key : {"points", "mesh", "scale"}) {
     if (shape.kind != SHAPE_HULL && shape.kind != SHAPE_MESH && node.has(key))
       node.at(key).fail(fmt::format("does not belong to a {}; remove it", kind));
@@ -97,7 +97,7 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
     shape.mask = 0;
     for (const JsonNode& name : node.at("collides_with").elements()) shape.mask |= names.categories.partner(name);
   }
-  if (node.has("sensor")) shape.sensor = node.at("sensor").boolean();
+  if (node.has("trigger")) shape.trigger = node.at("trigger").boolean();
   return shape;
 }
 

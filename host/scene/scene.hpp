@@ -140,7 +140,7 @@ struct ShapeDescription {
   u32 facet = 0;                                  // facet: which triangle
   u32 material = 0;                               // index into Scene::materials
   u32 category = 1, mask = 0xffffffffu;           // collision filter
-  bool sensor = false;                            // tells what overlaps it and pushes nothing; has no mass
+  bool trigger = false;                           // tells what overlaps it and pushes nothing; has no mass
 };
 
 struct BodyDescription {

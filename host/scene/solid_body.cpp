@@ -8,11 +8,11 @@ namespace lockstep {
 
 namespace {
 
-// Sensors weigh nothing.
+// Triggers weigh nothing.
 std::vector<ShapeDescription> solid_shapes(const BodyDescription& body) {
   std::vector<ShapeDescription> solid;
   std::copy_if(body.shapes.begin(), body.shapes.end(), std::back_inserter(solid),
-               [](const ShapeDescription& shape) { return !shape.sensor; });
+               [](const ShapeDescription& shape) { return !shape.trigger; });
   return solid;
 }
 

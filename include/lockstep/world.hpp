@@ -55,7 +55,7 @@ struct BodyContact {
   Vector3 impulse;       // on a, of the last sub-step, N s
 };
 
-/// Two bodies began or ceased to touch in the last step, or entered or left a sensor (then a has the sensor).
+/// Two bodies began or ceased to touch in the last step, or entered or left a trigger (then a has the trigger).
 struct BodyEvent {
   EventKind kind;
   BodyHandle a, b;
@@ -192,7 +192,7 @@ class World {
   bool is_asleep(BodyHandle body);
   /// Of the last step, ordered by the bodies' shapes.
   std::span<const BodyContact> contacts();
-  /// Of the last step; asked for by the scene's setting `events` or by a sensor (docs/events.md).
+  /// Of the last step; asked for by the scene's setting `events` or by a trigger (docs/events.md).
   std::span<const BodyEvent> events();
   /// What a ray from `origin` meets first, of the shapes in the categories of `mask`; nothing within `length` is
   /// nothing. In a world whose shapes cannot touch each other there is nothing to ask, and an Error (input).
@@ -200,7 +200,7 @@ class World {
                                   u32 mask = 0xffffffffu);
   /// The same for many rays, in their order: one launch, where as many calls would be one each.
   std::vector<std::optional<BodyHit>> cast_rays(std::span<const BodyRay> rays);
-  /// Bodies with a shape, of the categories of `mask`, that overlaps a sphere, or a box; oldest first. Sensors are not
+  /// Bodies with a shape, of the categories of `mask`, that overlaps a sphere, or a box; oldest first. Triggers are not
   /// met. Refused where cast_ray() is.
   std::vector<BodyHandle> overlapping_sphere(const Vector3& center, double radius, u32 mask = 0xffffffffu);
   std::vector<BodyHandle> overlapping_box(const Pose& pose, const Vector3& half_extents, u32 mask = 0xffffffffu);

@@ -5,22 +5,22 @@
 #include "grid.h"
 
 // What no shape of the scene is, is compiled out: the test is a constant.
-#if FEATURE_SENSORS
-#define IS_SENSOR(info) (((info).flags & SHAPE_IS_SENSOR) != 0u)
+#if FEATURE_TRIGGERS
+#define IS_TRIGGER(info) (((info).flags & SHAPE_IS_TRIGGER) != 0u)
 #else
-#define IS_SENSOR(info) false
+#define IS_TRIGGER(info) false
 #endif
 
-// A shape that is a sensor feels the solid shapes of dynamic bodies.
+// A shape that is a trigger feels the solid shapes of dynamic bodies.
 static inline bool feels(ShapeInfo a, ShapeInfo b, BodyInfo body_b) {
-#if FEATURE_SENSORS
-  return !IS_SENSOR(a) || (body_b.kind == BODY_DYNAMIC && !IS_SENSOR(b));
+#if FEATURE_TRIGGERS
+  return !IS_TRIGGER(a) || (body_b.kind == BODY_DYNAMIC && !IS_TRIGGER(b));
 #else
   return true;
 #endif
 }
 
-// Two shapes can make contacts, or a sensor can feel the other: other bodies of one world, one of them dynamic, and
+// Two shapes can make contacts, or a trigger can feel the other: other bodies of one world, one of them dynamic, and
 // both filters let the other through.
 static inline bool may_touch(ShapeInfo a, ShapeInfo b, BodyInfo body_a, BodyInfo body_b) {
   return a.body != b.body && body_a.world == body_b.world &&
