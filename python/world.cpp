@@ -12,6 +12,14 @@ WorldOptions options_of(const py::object& device, const std::string& precision, 
   return {py::str(device).cast<std::string>(), precision, threads};
 }
 
+// The scene, once what its text should say otherwise has been told.
+Scene warned(Scene scene) {
+  for (const std::string& note : scene.notes)
+    if (PyErr_WarnEx(PyExc_DeprecationWarning, (scene.source + ": " + note).c_str(), 1) != 0)
+      throw py::error_already_set();
+  return scene;
+}
+
 template <class Handle>
 Handle found(const std::optional<Handle>& handle, const char* what, const std::string& name) {
   if (!handle) throw Error(Failure::input, "world", fmt::format("has no {} of the name '{}'", what, name));
@@ -41,7 +49,7 @@ void add_making(WorldClass& world) {
       .def(
           py::init([](const py::object& scene, const py::object& device, const std::string& precision, u32 threads,
                       const std::string& source, u32 seed) {
-            return std::make_unique<SharedWorld>(parse_scene(json_text(scene), source, seed),
+            return std::make_unique<SharedWorld>(warned(parse_scene(json_text(scene), source, seed)),
                                                  options_of(device, precision, threads));
           }),
           py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
@@ -57,7 +65,7 @@ void add_making(WorldClass& world) {
           "load",
           [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
              u32 seed) {
-            return std::make_unique<SharedWorld>(read_scene(path_or_name, seed),
+            return std::make_unique<SharedWorld>(warned(read_scene(path_or_name, seed)),
                                                  options_of(device, precision, threads));
           },
           py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",

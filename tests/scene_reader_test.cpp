@@ -340,5 +340,29 @@ TEST(SceneReader, ManyGeneratorsTogetherAreRefusedToo) {
             "lower the counts");
 }
 
+// Old names of keys are read, and each is told once.
+TEST(SceneReader, ReadsKeysByTheirOldNames) {
+  const std::string text = R"({"materials": [{"name": "wood", "static_friction": 0.6, "holding_speed": 0.01}],
+    "bodies": [{"mass": 1, "inertia": [1, 1, 1], "lever": [0, 0, 1]},
+               {"mass": 1, "inertia": [1, 1, 1], "lever": [0, 0, 2]},
+               {"mass": 1, "shapes": [{"type": "sphere", "radius": 1},
+                                      {"type": "sphere", "radius": 2, "sensor": true}]}]})";
+  const Scene scene = parse_scene(text, "old.json");
+  EXPECT_EQ(scene.materials[0].further.stick_speed, 0.01);
+  EXPECT_EQ(scene.bodies[0].com_offset, (Vector3{0, 0, 1}));
+  EXPECT_EQ(scene.bodies[1].com_offset, (Vector3{0, 0, 2}));
+  EXPECT_TRUE(scene.bodies[2].shapes[1].trigger);
+  std::vector<std::string> notes = scene.notes;
+  std::sort(notes.begin(), notes.end());
+  EXPECT_EQ(notes, (std::vector<std::string>{R"(the key "holding_speed" is called "stick_speed" now)",
+                                             R"(the key "lever" is called "com_offset" now)",
+                                             R"(the key "sensor" is called "trigger" now)"}));
+}
+
+TEST(SceneReader, RefusesAKeyGivenByBothOfItsNames) {
+  const std::string text = R"({"bodies": [{"mass": 1, "lever": [0, 0, 1], "com_offset": [0, 0, 1]}]})";
+  EXPECT_THROW(parse_scene(text, "both.json"), Error);
+}
+
 }  // namespace
 }  // namespace lockstep

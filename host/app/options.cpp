@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "host/error.hpp"
 #include "host/problems/oracles.hpp"
@@ -140,8 +141,16 @@ void add_setting_options(CLI::App& command, SceneOptions& options, std::string* 
   add_target_options(command, options);
 }
 
+// A world of many says it once.
+static void print_notes(const Scene& scene) {
+  static std::set<std::string> printed;
+  for (const std::string& note : scene.notes)
+    if (printed.insert(scene.source + ": " + note).second) fmt::print(stderr, "lockstep: {}: {}\n", scene.source, note);
+}
+
 Scene read_scene_with(const SceneOptions& options) {
   Scene scene = read_scene(options.scene, options.seed);
+  print_notes(scene);
   Settings& settings = scene.settings;
   settings.dt = options.dt.value_or(settings.dt);
   settings.steps = options.steps.value_or(settings.steps);

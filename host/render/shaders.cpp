@@ -134,7 +134,7 @@ const char* const solid_vertex = R"(#version 300 es
 precision highp float;
 layout(location = 0) in vec3 a_position;
 layout(location = 1) in vec3 a_normal;
-layout(location = 2) in vec4 i_place;  // w: the pattern
+layout(location = 2) in vec4 i_position;  // w: the pattern
 layout(location = 3) in vec4 i_orientation;
 layout(location = 4) in vec4 i_scale;
 layout(location = 5) in vec4 i_color;
@@ -144,10 +144,10 @@ flat out vec4 v_color, v_scale;  // v_scale.w: the pattern
 vec3 rotate(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
 void main() {
   v_local = i_scale.xyz * a_position;
-  v_world = i_place.xyz + rotate(i_orientation, v_local);
+  v_world = i_position.xyz + rotate(i_orientation, v_local);
   v_normal = rotate(i_orientation, a_normal / i_scale.xyz);
   v_color = i_color;
-  v_scale = vec4(i_scale.xyz, i_place.w);
+  v_scale = vec4(i_scale.xyz, i_position.w);
   gl_Position = u_view_projection * vec4(v_world, 1.0);
 }
 )";

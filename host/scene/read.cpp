@@ -13,6 +13,7 @@
 #include "host/scene/particle_law.hpp"
 #include "host/scene/read_bodies.hpp"
 #include "host/scene/read_robots.hpp"
+#include "host/scene/renamed_keys.hpp"
 #include "host/scene/text_file.hpp"
 
 namespace lockstep {
@@ -246,13 +247,15 @@ std::string stem(const std::string& path) { return fs::path(path).stem().string(
 
 Scene parse_scene(const std::string& text, const std::string& source, u32 seed) {
   if (is_robot(source)) return robot_scene(text, source);
-  const nlohmann::json document = parse_json(text, source);
+  nlohmann::json document = parse_json(text, source);
+  std::vector<std::string> notes = update_keys(document);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
                       "bodies", "joints", "particles", "robots"});
   Scene scene;
   scene.source = source;
   scene.text = text;
+  scene.notes = std::move(notes);
   scene.name = root.has("name") ? root.at("name").text() : stem(source);
   if (root.has("description")) scene.description = root.at("description").text();
   if (root.has("gravity")) scene.gravity = root.at("gravity").vector();
@@ -288,7 +291,8 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed) 
 }
 
 BodyDescription parse_body(const std::string& text, const std::string& source, Scene& scene) {
-  const nlohmann::json document = parse_json(text, source);
+  nlohmann::json document = parse_json(text, source);
+  for (std::string& note : update_keys(document)) scene.notes.push_back(std::move(note));
   const JsonNode root(document, source);
   Categories categories(scene.categories, root);
   Names names = {scene.materials, categories, scene.particles.has_value()};

@@ -171,6 +171,8 @@ struct JointSpring {
   double rest = 0;       // m, rad
 };
 
+using JointStand [[deprecated("is called ReferencePoses")]] = ReferencePoses;
+
 struct JointDescription {
   std::string name = {};  // may be empty
   JointKind kind = JOINT_BALL;
@@ -268,10 +270,11 @@ struct CameraDescription {
 };
 
 struct Scene {
-  std::string name, source;  // the file's stem and path
-  std::string description;   // one line: what a viewer should see
-  std::string text;          // of the file, as it was read
-  bool seeded = false;       // some of it was drawn from the seed that it was read with
+  std::string name, source;        // the file's stem and path
+  std::string description;         // one line: what a viewer should see
+  std::string text;                // of the file, as it was read
+  std::vector<std::string> notes;  // what the file should say otherwise, a line each: keys by their old names
+  bool seeded = false;             // some of it was drawn from the seed that it was read with
   Vector3 gravity = {0, 0, -9.81};
   Settings settings;
   std::vector<Material> materials;

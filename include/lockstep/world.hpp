@@ -61,6 +61,9 @@ struct BodyEvent {
   BodyHandle a, b;
 };
 
+inline constexpr EventKind EVENT_SENSOR_ENTER [[deprecated("is called EVENT_TRIGGER_ENTER")]] = EVENT_TRIGGER_ENTER;
+inline constexpr EventKind EVENT_SENSOR_LEAVE [[deprecated("is called EVENT_TRIGGER_LEAVE")]] = EVENT_TRIGGER_LEAVE;
+
 /// A question: what does a ray meet first?
 struct BodyRay {
   Vector3 origin = {0, 0, 0}, direction = {1, 0, 0};  // the direction need not be unit
