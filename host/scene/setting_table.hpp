@@ -59,7 +59,7 @@ void visit_settings(Owner&& settings, Function&& function) {
 
 /// The same of SleepSettings.
 template <class Owner, class Function>
-void visit_sleep_settings(Owner& settings, Function&& function) {
+void visit_sleep_settings(Owner&& settings, Function&& function) {
   auto row = sleep_setting_infos().begin();
 #define SLEEP_SETTING(name, initial, bounds, unit, meaning) function(*row++, settings.name);
 #include "host/settings.def"
