@@ -194,7 +194,7 @@ void bench(const HardCase& one, const BenchOptions& options, const std::vector<B
   for (const Method& method : one.methods) {
     if (!options.methods.empty() && std::ranges::find(options.methods, method.name) == options.methods.end()) continue;
     for (const std::string& precision : options.precisions) {
-      if (!method.oracle.empty()) {  // double, on the reference
+      if (method.oracle) {  // double, on the reference
         if (precision == "double") run(method, precision, reference);
         continue;
       }

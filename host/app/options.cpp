@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "host/error.hpp"
-#include "host/problems/oracles.hpp"
 #include "host/scene/read.hpp"
 #include "host/scene/setting_table.hpp"
 
@@ -50,27 +49,22 @@ CLI::Option* add_setting(CLI::App& command, const SettingInfo& row, SceneOptions
       ->group(setting_group_names[static_cast<u32>(row.group)]);
 }
 
-// Names of both kinds are one list for the user. `oracle`: null where there are none.
-void add_solver(CLI::App& command, std::optional<Solver>& solver, std::string* oracle) {
-  std::vector<std::string> names;
-  for (const auto& named : solver_names) names.emplace_back(named.first);
-  const std::string listed = fmt::format("{}", fmt::join(names, ", "));
-  if (oracle)
-    for (const std::string& name : oracle_names()) names.push_back(name);
-  const auto take = [&solver, oracle](const std::string& name) {
-    const auto found = std::ranges::find(solver_names, name, &std::pair<const char*, Solver>::first);
-    if (found != std::end(solver_names))
-      solver = found->second;
-    else
-      *oracle = name;
-  };
+// The oracles are too many to be listed with the others.
+void add_solver(CLI::App& command, std::optional<Solver>& solver) {
+  std::vector<std::string> names, sweeping;
+  for (const SolverInfo& each : solver_infos) {
+    names.emplace_back(each.name);
+    if (!each.is_oracle) sweeping.emplace_back(each.name);
+  }
+  const auto take = [&solver](const std::string& name) { solver = find_solver(name); };
   const auto known = [names](const std::string& name) {
     const bool is_known = std::ranges::find(names, name) != names.end();
     return is_known ? std::string() : fmt::format("unknown solver {}; {}", quote(name), suggestion(name, names));
   };
   command
       .add_option_function<std::string>(
-          "--solver", take, "Instead of the scene's: " + listed + (oracle ? "; or an oracle, see below" : ""))
+          "--solver", take,
+          fmt::format("Instead of the scene's: {}; or an oracle (lockstep run --help)", fmt::join(sweeping, ", ")))
       ->check(CLI::Validator(known, ""))
       ->type_name("NAME")
       ->group(setting_group_names[static_cast<u32>(SettingGroup::solver)]);
@@ -101,19 +95,19 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
   staged->group(group)->excludes(fused);
 }
 
-void add_scene_options(CLI::App& command, SceneOptions& options, std::string* oracle) {
+void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("scene", options.scene, "A built-in scene (lockstep scenes), a JSON file or a robot (.urdf, .xml)")
       ->required();
-  add_setting_options(command, options, oracle);
+  add_setting_options(command, options);
 }
 
-void add_setting_options(CLI::App& command, SceneOptions& options, std::string* oracle) {
+void add_setting_options(CLI::App& command, SceneOptions& options) {
   for (const SettingInfo& row : setting_infos()) {
     const std::string_view name = row.name;
     if (name == "events") continue;  // run --events FILE
     if (name == "solver")
-      add_solver(command, options.solver, oracle);
+      add_solver(command, options.solver);
     else if (name == "sleeping")
       command
           .add_option("--sleeping", options.sleeping,
@@ -161,15 +155,15 @@ Scene read_scene_with(const SceneOptions& options) {
   return scene;
 }
 
-std::optional<DeviceInfo> device_of(const TargetOptions& options) {
-  const std::optional<DeviceInfo> device = select_device(options.device);
+StepTarget target_of(const TargetOptions& options, const OracleChoice& oracle) {
+  const StepTarget target = lockstep::target_of(options.device, options.device_options, oracle);
   const DeviceOptions& wanted = options.device_options;
-  if (!device && (wanted.lanes || wanted.work_group || wanted.threads || wanted.fused))
+  if (!target.device && (wanted.lanes || wanted.work_group || wanted.threads || wanted.fused))
     throw Error(Failure::input, "--lanes --work-group --threads --fused --staged",
                 "are for OpenCL devices; this runs on the reference");
-  if (device && device->type != DeviceType::cpu && wanted.threads)
-    throw Error(Failure::input, "--threads", "is for CPU devices; leave it out on " + device->name);
-  return device;
+  if (target.device && target.device->type != DeviceType::cpu && wanted.threads)
+    throw Error(Failure::input, "--threads", "is for CPU devices; leave it out on " + target.device->name);
+  return target;
 }
 
 }  // namespace lockstep::app

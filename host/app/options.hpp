@@ -8,8 +8,8 @@
 #include <optional>
 #include <string>
 
-#include "host/backends/device_backend.hpp"
 #include "host/scene/scene.hpp"
+#include "host/steppers/stepper.hpp"
 
 namespace lockstep::app {
 
@@ -32,11 +32,10 @@ struct SceneOptions : TargetOptions {
 };
 
 void add_target_options(CLI::App& command, TargetOptions& options);
-/// What to change in a scene, where to start, and what to run it on. `oracle`: where the name goes of a solver in the
-/// place of the sweeps (host/problems/system_solvers.hpp); null for commands that take none.
-void add_setting_options(CLI::App& command, SceneOptions& options, std::string* oracle = nullptr);
+/// What to change in a scene, where to start, and what to run it on.
+void add_setting_options(CLI::App& command, SceneOptions& options);
 /// The scene's name too.
-void add_scene_options(CLI::App& command, SceneOptions& options, std::string* oracle = nullptr);
+void add_scene_options(CLI::App& command, SceneOptions& options);
 
 /// Takes over what is given of these settings; of all without names.
 void apply_given(const SceneOptions& options, Settings& settings, std::initializer_list<const char*> names = {});
@@ -44,9 +43,9 @@ void apply_given(const SceneOptions& options, Settings& settings, std::initializ
 /// The scene with the settings that the command line asks for.
 Scene read_scene_with(const SceneOptions& options);
 
-/// The device that the command line asks for; nothing for the reference. Throws Error (input) where options go with a
-/// device only.
-std::optional<DeviceInfo> device_of(const TargetOptions& options);
+/// Where the command line asks for steps by the oracle, or for those of a device or the reference. Throws Error (input)
+/// where options go with a device only.
+StepTarget target_of(const TargetOptions& options, const OracleChoice& oracle = {});
 
 /// Calls `work` with a float or a double, as the scene says.
 template <class Work>

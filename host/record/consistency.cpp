@@ -20,6 +20,21 @@ namespace {
   throw h5::Failed(std::string(info(buffer).name) + "[" + std::to_string(record) + "]: " + what);
 }
 
+// Hard contacts and joints, each in a cone of its own and nobody asleep.
+template <class real>
+void expect_oracle(const InitialState<real>& state) {
+  if (!state.oracle) return;
+  const std::optional<Solver> solver = find_solver(state.oracle.name);
+  if (!solver || !is_oracle(*solver)) throw h5::Failed("oracle: there is none of the name " + quote(state.oracle.name));
+  bool fit = sizeof(real) == sizeof(double) && state.sizes.worlds == 1 && state.params.tolerance > 0 &&
+             state.oracle.directions >= 3 && state.oracle.directions <= 256;
+  for (const Feature feature :
+       {Feature::soft_contacts, Feature::patches, Feature::jacobi, Feature::gradient, Feature::partitions,
+        Feature::dense, Feature::articulations, Feature::sleeping, Feature::particles, Feature::angular_friction})
+    fit = fit && !has(state.features, feature);
+  if (!fit) throw h5::Failed("oracle: " + quote(state.oracle.name) + " steps no such scene");
+}
+
 // Features whose stages and buffers are nothing without those of another.
 constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::manifolds, Feature::contacts},
@@ -330,6 +345,7 @@ template <class real>
 void expect_consistent_constants(const InitialState<real>& state) {
   expect_step_settings(state.params);
   expect_features(state);
+  expect_oracle(state);
   expect_bodies(state.buffers, state.sizes, has(state.features, Feature::contacts));
   expect_shapes(state.buffers, state.sizes);
   if (has(state.features, Feature::contacts)) expect_shape_trees(state);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 
 #include "kernels/types.h"
@@ -27,30 +28,44 @@ inline constexpr std::pair<const char*, Gyroscopic> gyroscopic_names[] = {{"none
                                                                           {"implicit", Gyroscopic::implicit},
                                                                           {"midpoint", Gyroscopic::midpoint}};
 
-/// How contacts and joints are solved; host/solvers.def says what each does.
+/// How contacts and joints are solved; host/solvers.def and host/oracles.def say what each does.
 enum class Solver {
 #define SOLVER(name, substeps, iterations, tolerance, precision, what, use) name,
 #include "host/solvers.def"
+#define ORACLE(name, text, what) name,
+#include "host/oracles.def"
 };
 
-/// A row of host/solvers.def.
+/// A row of host/solvers.def, or of host/oracles.def.
 struct SolverInfo {
   const char* name;
   u32 substeps, iterations;  // what the solver brings, unless a scene sets it
   double tolerance;          // m/s
   const char* precision;
   const char *what, *use;  // what it does, what for
+  bool is_oracle = false;  // it solves to a residual, `tolerance`, in double on the reference (docs/solvers_oracle.md)
 };
 inline constexpr SolverInfo solver_infos[] = {
 #define SOLVER(name, substeps, iterations, tolerance, precision, what, use) \
   {#name, substeps, iterations, tolerance, precision, what, use},
 #include "host/solvers.def"
+#define ORACLE(name, text, what) {text, 1, 100'000, 1e-10, "double", what, "truth to hold fast steps against", true},
+#include "host/oracles.def"
 };
 inline constexpr std::pair<const char*, Solver> solver_names[] = {
 #define SOLVER(name, substeps, iterations, tolerance, precision, what, use) {#name, Solver::name},
 #include "host/solvers.def"
+#define ORACLE(name, text, what) {text, Solver::name},
+#include "host/oracles.def"
 };
 constexpr const SolverInfo& info(Solver solver) { return solver_infos[static_cast<u32>(solver)]; }
+constexpr bool is_oracle(Solver solver) { return info(solver).is_oracle; }
+/// By its name; nothing where there is none.
+constexpr std::optional<Solver> find_solver(std::string_view name) {
+  for (const auto& [text, solver] : solver_names)
+    if (name == text) return solver;
+  return std::nullopt;
+}
 
 /// Whether it goes down a gradient: hard contacts and joints as one convex problem, another model
 /// (cpu_reference/gradient/descent.hpp).
@@ -115,10 +130,17 @@ inline Settings resolved(Settings settings) {
 }
 
 /// Takes another solver with the sub-steps and sweeps that it brings, and joints by sweeps: what was set for the old
-/// one is forgotten. To choose a solver in the first place, assign `settings.solver`.
+/// one is forgotten. An oracle brings a residual and double as well and wants cones; it keeps the sub-steps of sweeps
+/// of Gauss-Seidel, whose steps it makes exact. To choose a solver in the first place, assign `settings.solver`.
 inline void replace_solver(Settings& settings, Solver solver) {
+  const bool same_steps = settings.solver == Solver::gauss_seidel && settings.joint_solver == JointSolver::sweeps;
+  if (!(is_oracle(solver) && same_steps)) settings.substeps.reset();
+  if (is_oracle(solver) || is_oracle(settings.solver)) {
+    settings.tolerance.reset();
+    settings.precision.reset();
+  }
+  if (is_oracle(solver)) settings.friction_model = FrictionModel::cones;
   settings.solver = solver;
-  settings.substeps.reset();
   settings.iterations.reset();
   settings.joint_solver = JointSolver::sweeps;
 }

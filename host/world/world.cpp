@@ -48,6 +48,11 @@ World::World(Scene scene, const WorldOptions& options) : impl_(std::make_unique<
   std::vector<BodyDescription> bodies;
   std::swap(bodies, scene.bodies);
   p.scene = std::move(scene);
+  if (!options.solver.empty()) {
+    const std::optional<Solver> solver = find_solver(options.solver);
+    if (!solver) throw Error(Failure::input, "solver", "there is none of the name '" + options.solver + "'");
+    if (*solver != p.scene.settings.solver) replace_solver(p.scene.settings, *solver);
+  }
   if (!options.precision.empty()) p.scene.settings.precision = options.precision;
   expect_in_bounds(p.scene.settings);
   for (const BodyDescription& body : bodies) add(body);
@@ -175,6 +180,11 @@ void World::step(u32 count) {
 }
 
 u32 World::steps_done() const { return impl_->engine ? impl_->engine->steps_done() : 0; }
+Unsolved World::unsolved() const {
+  Unsolved all = impl_->unsolved;
+  if (impl_->engine) all.add(impl_->engine->unsolved());
+  return all;
+}
 double World::time() const { return steps_done() * time_step(); }
 double World::time_step() const { return impl_->scene.settings.dt; }
 
