@@ -35,6 +35,10 @@ struct CheckCommand : SceneOptions {
 template <class real>
 void check_scene(const Scene& scene, const CheckCommand& options, const DeviceInfo& device) {
   Start<real> start = make_start<real>(scene, options);
+  if (start.state.oracle)
+    throw Error(Failure::input, "check",
+                "compares an OpenCL device with the reference, and " + start.state.oracle.name +
+                    " is an oracle that runs on the reference alone; record it and verify the recording");
   const StepParams<real> params = start.state.params;
   auto owned = std::make_unique<CheckedBackend<real>>(std::move(start.state), device, options.device_options,
                                                       CheckOptions{.fused = true});
@@ -58,7 +62,7 @@ void check_scene(const Scene& scene, const CheckCommand& options, const DeviceIn
   const std::vector<WorldHash> hashes = simulation.world_hashes();
   if (options.quiet) return;
   fmt::print("{}, {}, {}: {} steps, {} stages, {} words compared: equal\n", scene.name, backend.name(),
-             scene.settings.precision, steps, stages_that_run(backend.features()), backend.words_compared());
+             precision_of(scene.settings), steps, stages_that_run(backend.features()), backend.words_compared());
   fmt::print("state hash {}\n", hash_text(combined_state_hash(hashes)));
 }
 
@@ -75,7 +79,7 @@ std::vector<Scene> scenes_of(CheckCommand& options) {
 
 void check(CheckCommand& options) {
   expect_writable(options.picture, "the picture", png_signature);
-  const std::optional<DeviceInfo> device = device_of(options);
+  const std::optional<DeviceInfo> device = target_of(options).device;
   if (!device)
     throw Error(Failure::input, "check",
                 "compares an OpenCL device with the reference; the reference alone has nothing to "
@@ -91,7 +95,7 @@ void check(CheckCommand& options) {
     } catch (const Mismatch& mismatch) {
       if (scenes.size() == 1) throw;
       // the others are compared all the same
-      fmt::print("{}, {}: DIFFERENT: {}\n", scene.name, scene.settings.precision, mismatch.what());
+      fmt::print("{}, {}: DIFFERENT: {}\n", scene.name, precision_of(scene.settings), mismatch.what());
       ++different;
     }
     std::fflush(stdout);

@@ -2,12 +2,14 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 
-#include "host/backends/device_backend.hpp"
 #include "host/scene/scene.hpp"
+#include "host/steppers/stepper.hpp"
 
 namespace lockstep::app {
 
@@ -21,36 +23,34 @@ struct TargetOptions {
 
 struct SceneOptions : TargetOptions {
   std::string scene;
-  std::optional<u32> steps, substeps, iterations, relaxations;
-  std::optional<double> time, dt;   // s
-  std::optional<double> tolerance;  // m/s
+  std::map<std::string, std::string> settings;  // that are given, by the names of host/settings.def
   std::optional<Solver> solver;
-  std::optional<JointSolver> joint_solver;
-  std::optional<FrictionModel> friction_model;
-  std::string sleeping;   // empty: as the scene says; off, or seconds
-  std::string precision;  // empty: the scene's
-  u32 seed = 0;           // of what the scene draws at random
-  std::string resume;     // a checkpoint to start from; empty: the beginning
+  std::optional<double> time;  // s
+  std::string sleeping;        // empty: as the scene says; off, or seconds
+  u32 seed = 0;                // of what the scene draws at random
+  std::string resume;          // a checkpoint to start from; empty: the beginning
 };
 
 void add_target_options(CLI::App& command, TargetOptions& options);
-/// What to change in a scene, where to start, and what to run it on. `oracle`: where the name goes of a solver in the
-/// place of the sweeps (host/problems/system_solvers.hpp); null for commands that take none.
-void add_setting_options(CLI::App& command, SceneOptions& options, std::string* oracle = nullptr);
+/// What to change in a scene, where to start, and what to run it on.
+void add_setting_options(CLI::App& command, SceneOptions& options);
 /// The scene's name too.
-void add_scene_options(CLI::App& command, SceneOptions& options, std::string* oracle = nullptr);
+void add_scene_options(CLI::App& command, SceneOptions& options);
+
+/// Takes over what is given of these settings; of all without names.
+void apply_given(const SceneOptions& options, Settings& settings, std::initializer_list<const char*> names = {});
 
 /// The scene with the settings that the command line asks for.
 Scene read_scene_with(const SceneOptions& options);
 
-/// The device that the command line asks for; nothing for the reference. Throws Error (input) where options go with a
-/// device only.
-std::optional<DeviceInfo> device_of(const TargetOptions& options);
+/// Where the command line asks for steps by the oracle, or for those of a device or the reference. Throws Error (input)
+/// where options go with a device only.
+StepTarget target_of(const TargetOptions& options, const OracleChoice& oracle = {});
 
 /// Calls `work` with a float or a double, as the scene says.
 template <class Work>
 void with_precision(const Scene& scene, Work&& work) {
-  if (scene.settings.precision == "double")
+  if (precision_of(scene.settings) == "double")
     work(double());
   else
     work(float());

@@ -10,6 +10,7 @@
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/joint_kinds.hpp"
+#include "host/scene/setting_table.hpp"
 
 namespace lockstep {
 
@@ -17,6 +18,21 @@ namespace {
 
 [[noreturn]] void refuse(Buffer buffer, std::size_t record, const char* what) {
   throw h5::Failed(std::string(info(buffer).name) + "[" + std::to_string(record) + "]: " + what);
+}
+
+// Hard contacts and joints, each in a cone of its own and nobody asleep.
+template <class real>
+void expect_oracle(const InitialState<real>& state) {
+  if (!state.oracle) return;
+  const std::optional<Solver> solver = find_solver(state.oracle.name);
+  if (!solver || !is_oracle(*solver)) throw h5::Failed("oracle: there is none of the name " + quote(state.oracle.name));
+  bool fit = sizeof(real) == sizeof(double) && state.sizes.worlds == 1 && state.params.tolerance > 0 &&
+             state.oracle.directions >= 3 && state.oracle.directions <= 256;
+  for (const Feature feature :
+       {Feature::soft_contacts, Feature::patches, Feature::jacobi, Feature::gradient, Feature::partitions,
+        Feature::dense, Feature::articulations, Feature::sleeping, Feature::particles, Feature::angular_friction})
+    fit = fit && !has(state.features, feature);
+  if (!fit) throw h5::Failed("oracle: " + quote(state.oracle.name) + " steps no such scene");
 }
 
 // Features whose stages and buffers are nothing without those of another.
@@ -53,6 +69,20 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::dense, Feature::contacts},
     {Feature::dense, Feature::general_contacts},
 };
+
+// Settings that a step takes as they are; where joints are not closed by positions, it makes no sweeps over them.
+template <class real>
+void expect_step_settings(const StepParams<real>& params) {
+  const auto expect = [](const char* name, auto value) {
+    const Bounds& bounds = setting_info(name).bounds;
+    if (!bounds.holds(value)) throw h5::Failed(std::string(name) + ": must be " + bounds.text());
+  };
+  StepParams<real> p = params;
+  if (p.position_sweeps == 0) p.position_sweeps = 1;
+#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) expect(#name, p.name);
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) expect(#name, p.name);
+#include "kernels/step_settings.def"
+}
 
 template <class real>
 void expect_features(const InitialState<real>& state) {
@@ -313,7 +343,9 @@ void expect_particles(const Buffers<real>& b, const Sizes& sizes) {
 
 template <class real>
 void expect_consistent_constants(const InitialState<real>& state) {
+  expect_step_settings(state.params);
   expect_features(state);
+  expect_oracle(state);
   expect_bodies(state.buffers, state.sizes, has(state.features, Feature::contacts));
   expect_shapes(state.buffers, state.sizes);
   if (has(state.features, Feature::contacts)) expect_shape_trees(state);

@@ -8,28 +8,14 @@
 
 namespace lockstep {
 
-// The parameters that a scene sets; the others follow from the sizes. A new one belongs into this list.
+// The parameters that a scene sets; the others follow from the sizes.
 template <class Params, class Function>
 void for_each_setting(Params& p, Function&& function) {
-  function("dt", p.dt);
-  function("theta", p.theta);
-  function("gyroscopic_theta", p.gyroscopic_theta);
-  function("restitution_threshold", p.restitution_threshold);
-  function("correction", p.correction);
-  function("softness", p.softness);
-  function("correction_limit", p.correction_limit);
-  function("slop", p.slop);
-  function("margin", p.margin);
-  function("speed_limit", p.speed_limit);
-  function("tolerance", p.tolerance);
-  function("iterations", p.iterations);
-  function("relaxations", p.relaxations);
-  function("substeps", p.substeps);
-  function("position_sweeps", p.position_sweeps);
-  function("gyroscopic", p.gyroscopic);
+#define STEP_DERIVED(step_type, name, meaning) function(#name, p.name);
+#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) function(#name, p.name);
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) function(#name, p.name);
+#include "kernels/step_settings.def"
 }
-// 16 settings; bodies, shapes, worlds, tree_shapes, buckets, five capacities, substep, queries and joint_blocks
-static_assert(sizeof(StepParams<float>) == (16 + 13) * sizeof(u32), "for_each_setting: is there a new parameter?");
 
 // A record in words: as many as it has, of `real` or, where it holds integers, of u32.
 template <class real>

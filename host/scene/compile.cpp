@@ -9,6 +9,7 @@
 #include "host/scene/broad_phase.hpp"
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_joints.hpp"
+#include "host/scene/compile_oracle.hpp"
 #include "host/scene/compile_particles.hpp"
 #include "host/scene/compile_partitions.hpp"
 #include "host/scene/compile_shape_trees.hpp"
@@ -17,6 +18,7 @@
 #include "host/scene/hull_tables.hpp"
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/rounding.hpp"
+#include "host/scene/shape_kinds.hpp"
 #include "host/scene/step_params.hpp"
 #include "host/scene/surface.hpp"
 #include "host/scene/touching.hpp"
@@ -75,6 +77,9 @@ class Compiler {
   explicit Compiler(std::span<const Scene> worlds) : worlds_(worlds) {}
 
   InitialState<real> run() {
+    expect_oracle_takes(worlds_, sizeof(real) == sizeof(double));
+    if (const Settings& settings = worlds_[0].settings; is_oracle(settings.solver))
+      state_.oracle = {name_of(settings.solver), settings.directions};
     add_worlds();
     buffers().motions.push_back({});  // the null body behind the last one
     set_features();
@@ -223,17 +228,15 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
   const Vec4<real> offset = rounded<real>(shape.offset, "offset", origin);
   const Vec4<real> rotation = rounded<real>(shape.rotation);
   Shape<real> record = {{offset.x, offset.y, offset.z}, 0, {rotation.x, rotation.y, rotation.z, rotation.w}, {}};
+  const u32 needs = info(shape.kind).needs;
+  if ((needs & SHAPE_HAS_RADIUS) != 0) record.size[0] = rounded_positive<real>(shape.radius, "radius", origin);
+  if ((needs & SHAPE_HAS_LENGTH) != 0)
+    record.size[1] = rounded_positive<real>(shape.half_length, "half the length", origin);
+  if ((needs & SHAPE_HAS_SIZE) != 0) {
+    for (unsigned i = 0; i < 3; ++i)
+      record.size[i] = rounded_positive<real>(shape.half_extents[i], "half the size", origin);
+  }
   switch (shape.kind) {
-    case SHAPE_SPHERE: record.size[0] = rounded_positive<real>(shape.radius, "radius", origin); break;
-    case SHAPE_CAPSULE:
-    case SHAPE_CYLINDER:
-      record.size[0] = rounded_positive<real>(shape.radius, "radius", origin);
-      record.size[1] = rounded_positive<real>(shape.half_length, "half the length", origin);
-      break;
-    case SHAPE_BOX:
-      for (unsigned i = 0; i < 3; ++i)
-        record.size[i] = rounded_positive<real>(shape.half_extents[i], "half the size", origin);
-      break;
     case SHAPE_HULL: {
       const Vector3 half = half_extents_of(shape.points);
       for (unsigned i = 0; i < 3; ++i) record.size[i] = rounded_positive<real>(half[i], "half the size", origin);
@@ -256,7 +259,7 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
       buffers().shape_infos.back().hull = hulls_.find_or_add(shape.surface, shape.facet, buffers());
       break;
     }
-    default: break;  // a plane has no size
+    default: break;
   }
   record.bounding_radius = shape_bounding_radius<real>(shape.kind, record.size);
   buffers().shapes.push_back(record);
@@ -302,15 +305,7 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
 Features shape_features(const BodyDescription& body) {
   Features features = 0;
   for (const ShapeDescription& shape : body.shapes) {
-    switch (shape.kind) {
-      case SHAPE_CAPSULE: features = with(features, Feature::capsules); break;
-      case SHAPE_BOX: features = with(features, Feature::boxes); break;
-      case SHAPE_CYLINDER: features = with(features, Feature::cylinders); break;
-      case SHAPE_HULL: features = with(features, Feature::hulls); break;
-      case SHAPE_FACET: features = with(with(features, Feature::hulls), Feature::facets); break;
-      default: continue;
-    }
-    features = with(features, Feature::manifolds);
+    if (info(shape.kind).features != 0) features = with(features | info(shape.kind).features, Feature::manifolds);
   }
   for (const ShapeDescription& shape : body.shapes) {
     if (body.continuous) features = with(features, Feature::continuous);
@@ -407,7 +402,7 @@ void Compiler<real>::set_features() {
                   "scene have angular friction or have anisotropic friction; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
-  if (constrained && settings.tolerance > 0) features = with(features, Feature::tolerance);
+  if (constrained && tolerance_of(settings) > 0) features = with(features, Feature::tolerance);
   if (constrained && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);
     if (settings.integrator != Integrator::semi_implicit_euler) {

@@ -9,6 +9,15 @@
 
 namespace lockstep {
 
+/// The oracle that solves the constraint system of each sub-step in the place of the stages, if one does.
+struct OracleChoice {
+  std::string name = {};  // of a Solver; empty: the stages solve
+  u32 directions = 4;     // sides of its friction pyramids, if it has any
+
+  explicit operator bool() const { return !name.empty(); }
+  bool operator==(const OracleChoice&) const = default;
+};
+
 /// What a simulation starts from.
 template <class real>
 struct InitialState {
@@ -16,6 +25,7 @@ struct InitialState {
   Sizes sizes;
   Features features = 0;
   StepParams<real> params = {};
+  OracleChoice oracle = {};
 };
 
 /// Compiles one world, or a batch of them: the bodies of world w follow those of world w - 1. The settings (dt,

@@ -44,7 +44,7 @@ void store(real* to, const Vec4<real>& from, unsigned count) {
 template <class real>
 void set_softness(const Settings& settings, const JointDescription& in, const Origin& origin, Joint<real>& out) {
   const bool spring = in.frequency > 0;
-  const double h = settings.dt / settings.substeps;
+  const double h = settings.dt / substeps_of(settings);
   Correction correction = {settings.stabilization == Stabilization::velocities ? settings.correction : 0, 0};
   if (spring) correction = spring_correction(h, in.frequency, in.damping);
   if (!spring && settings.solver == Solver::small_steps)
@@ -59,7 +59,7 @@ void set_softness(const Settings& settings, const JointDescription& in, const Or
 // order and energy is to stay (cpu_reference/prepare_joints.hpp).
 template <class real>
 void set_spring(const Settings& settings, const JointSpring& in, const Origin& origin, Joint<real>& out) {
-  const double h = settings.dt / settings.substeps;
+  const double h = settings.dt / substeps_of(settings);
   const double theta = settings.integrator == Integrator::trapezoidal ? 0.5 : 1;
   const double stiff = theta * h * in.stiffness + in.damping;
   out.limited = 1;
@@ -72,8 +72,8 @@ void set_spring(const Settings& settings, const JointSpring& in, const Origin& o
 template <class real>
 Joint<real> make_joint(const Settings& settings, const Scene& scene, const JointDescription& in, const Origin& origin) {
   const ReferencePoses reference_poses = reference_poses_of(scene, in);
-  const Quaternion frame = in.kind == JOINT_UNIVERSAL ? exact::rotation_to_frame(in.axis, in.second_axis)
-                                                      : exact::rotation_from_z_to(in.axis);
+  const Quaternion frame = has_key(in.kind, JOINT_HAS_AXES) ? exact::rotation_to_frame(in.axis, in.second_axis)
+                                                            : exact::rotation_from_z_to(in.axis);
   Joint<real> out = {};
   store(out.anchor_a,
         rounded<real>(inside(reference_poses.position_a, reference_poses.orientation_a, in.anchor_a), "anchor", origin),
@@ -88,7 +88,7 @@ Joint<real> make_joint(const Settings& settings, const Scene& scene, const Joint
   out.low = rounded<real>(in.low, "limits", origin);
   out.high = rounded<real>(in.high, "limits", origin);
   if (in.spring) set_spring(settings, *in.spring, origin, out);
-  if (in.kind == JOINT_DISTANCE && !in.limited && !in.spring) {  // a rod
+  if (free_of(in.kind) == FREE_LENGTH && !in.limited && !in.spring) {  // a rod
     out.limited = 1;
     out.low = out.high = rounded<real>(exact::length(exact::subtract(in.anchor_b, in.anchor_a)), "anchors", origin);
   }
@@ -101,7 +101,7 @@ Joint<real> make_joint(const Settings& settings, const Scene& scene, const Joint
 // Travel of a screw for a radian; 0 of other joints.
 template <class real>
 real screw_lead(const JointDescription& in, const Origin& origin) {
-  if (in.kind != JOINT_SCREW) return 0;
+  if (!has_key(in.kind, JOINT_HAS_PITCH)) return 0;
   const double lead = in.pitch / (2 * exact::pi);
   rounded_positive<real>(std::abs(lead), "pitch / 2 pi of a screw", origin);
   return static_cast<real>(lead);
@@ -109,7 +109,8 @@ real screw_lead(const JointDescription& in, const Origin& origin) {
 
 template <class real>
 real make_radius(const JointDescription& in, const Origin& origin) {
-  return in.kind == JOINT_ROLLING ? rounded_positive<real>(in.radius, "the radius of what rolls", origin) : real(0);
+  return has_key(in.kind, JOINT_HAS_RADIUS) ? rounded_positive<real>(in.radius, "the radius of what rolls", origin)
+                                            : real(0);
 }
 
 // Of the joints that are solved so, NONE of the others. Greedy in the order of ids, so that a world has the colours it

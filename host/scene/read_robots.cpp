@@ -56,7 +56,7 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   RobotDrive& drive = use.drives[number];
   JointDescription joint;
   joint.kind = *kind_of(found->kind);
-  if (joint.kind == JOINT_BALL || joint.kind == JOINT_UNIVERSAL)
+  if (free_of(joint.kind) == FREE_NOTHING || has_key(joint.kind, JOINT_HAS_AXES))
     node.fail("is a joint with more than one axis; nothing starts or drives it from here");
   const bool is_angular = free_of(joint.kind) == FREE_ANGLE;
   if (!is_angular && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
@@ -151,7 +151,7 @@ Scene robot_scene(const std::string& text, const std::string& source) {
   if (robot.gravity) scene.gravity = *robot.gravity;
   if (robot.dt) {
     // light links between the joints of a body and stiff actuators want more than a few sweeps
-    use_solver(scene.settings, Solver::small_steps);
+    scene.settings.solver = Solver::small_steps;
     scene.settings.substeps = 10;
     scene.settings.dt = *robot.dt;
     scene.settings.steps = static_cast<u32>(std::clamp(std::round(shown_seconds / *robot.dt), 1.0, 1e9));

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "host/scene/read.hpp"
+#include "host/scene/setting_table.hpp"
 #include "host/world/impl.hpp"
 
 namespace lockstep {
@@ -47,9 +48,13 @@ World::World(Scene scene, const WorldOptions& options) : impl_(std::make_unique<
   std::vector<BodyDescription> bodies;
   std::swap(bodies, scene.bodies);
   p.scene = std::move(scene);
+  if (!options.solver.empty()) {
+    const std::optional<Solver> solver = find_solver(options.solver);
+    if (!solver) throw Error(Failure::input, "solver", "there is none of the name '" + options.solver + "'");
+    if (*solver != p.scene.settings.solver) replace_solver(p.scene.settings, *solver);
+  }
   if (!options.precision.empty()) p.scene.settings.precision = options.precision;
-  if (p.scene.settings.precision != "float" && p.scene.settings.precision != "double")
-    throw Error(Failure::input, "precision", "must be float or double, is " + p.scene.settings.precision);
+  expect_in_bounds(p.scene.settings);
   for (const BodyDescription& body : bodies) add(body);
   for (std::size_t j = 0; j < p.scene.joints.size(); ++j) p.joints.add();
   p.reset_index_map();
@@ -146,7 +151,7 @@ void World::set_motor(JointHandle joint, double speed, double force) {
   driven.motor_force = force;
   validate(driven, p.scene);
   constexpr double most = std::numeric_limits<float>::max();
-  if (p.scene.settings.precision == "float" && (std::abs(speed) > most || force > most))
+  if (precision_of(p.scene.settings) == "float" && (std::abs(speed) > most || force > most))
     throw Error(Failure::input, "joint " + std::to_string(joint.id), "has a motor that float numbers cannot hold");
   p.scene.joints[index] = std::move(driven);
   p.motors_set = true;
@@ -175,6 +180,11 @@ void World::step(u32 count) {
 }
 
 u32 World::steps_done() const { return impl_->engine ? impl_->engine->steps_done() : 0; }
+Unsolved World::unsolved() const {
+  Unsolved all = impl_->unsolved;
+  if (impl_->engine) all.add(impl_->engine->unsolved());
+  return all;
+}
 double World::time() const { return steps_done() * time_step(); }
 double World::time_step() const { return impl_->scene.settings.dt; }
 

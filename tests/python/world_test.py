@@ -47,6 +47,30 @@ class Bits(unittest.TestCase):
             hashes.append(world.state_hash())
         self.assertEqual(hashes[0], hashes[1])
 
+    def test_naming_a_solver_is_enough(self):
+        for solver, brings in lockstep.solvers().items():
+            hashes = []
+            for more in ({}, {key: brings[key] for key in ("substeps", "iterations", "tolerance", "precision")}):
+                settings = {"solver": solver, **more}
+                world = lockstep.World(
+                    scene({**BALL, "position": [0, 0, 0.5]}, GROUND, settings=settings), device="reference"
+                )
+                world.step(5)
+                hashes.append(world.state_hash())
+            self.assertEqual(hashes[0], hashes[1], solver)
+        self.assertEqual((lockstep.solvers()["small_steps"]["substeps"], lockstep.solvers()["jacobi"]["iterations"]), (5, 30))
+
+    def test_settings_are_those_of_the_table(self):
+        for name, about in lockstep.settings().items():
+            self.assertTrue(about["meaning"], name)
+            bad = "qqqqqqqq" if about["names"] else -1
+            with self.assertRaisesRegex(lockstep.Error, f"/settings/{name}: ") as refused:
+                lockstep.World(scene(BALL, settings={name: bad}), device="reference")
+            if about["bounds"]:
+                self.assertIn(about["bounds"], str(refused.exception))
+        with self.assertRaisesRegex(lockstep.Error, 'unknown key "slob"; did you mean "slop"'):
+            lockstep.World(scene(BALL, settings={"slob": 0}), device="reference")
+
     def test_a_seed_draws_another_scene(self):
         heaps = [lockstep.World.load("mixed_spheres", device="reference", seed=seed).poses() for seed in (0, 0, 1)]
         np.testing.assert_array_equal(heaps[0], heaps[1])
@@ -62,6 +86,39 @@ class Bits(unittest.TestCase):
             world.step(20)
             world.end_recording()
             subprocess.run([PROGRAM, "verify", path, "--device", "reference", "--quiet"], check=True)
+
+    def test_an_oracle_steps_a_world(self):
+        solvers = lockstep.solvers()
+        self.assertIn("gauss_seidel", solvers)
+        self.assertIn("proximal point", solvers["proximal_point"]["what"])
+        with tempfile.TemporaryDirectory() as folder:
+            path, report = os.path.join(folder, "run.h5"), os.path.join(folder, "report.json")
+            for name, solver in (("rag_doll", "mixed_ldlt"), ("chain64", "reduced_auto")):
+                world = lockstep.World.load(name, solver=solver)
+                world.record(path)
+                world.step(10)
+                world.end_recording()
+                self.assertEqual(world.device.name, "reference")
+                self.assertFalse(world.unsolved)
+                subprocess.run(
+                    [PROGRAM, "run", name, "--solver", solver, "--steps", "10", "--quiet", "--report", report], check=True
+                )
+                with open(report) as file:
+                    self.assertEqual(json.load(file)["state_hash"], world.state_hash())
+                subprocess.run([PROGRAM, "verify", path, "--quiet"], check=True)
+
+    def test_an_oracle_may_stand_in_the_settings(self):
+        settings = {"solver": "nsgs", "iterations": 1, "tolerance": 1e-14}
+        boxes = [{"position": [0, 0, z], "mass": 1, "shapes": [{"type": "box", "size": [1, 1, 1]}]} for z in (0.5, 1.5)]
+        world = lockstep.World(scene(GROUND, *boxes, settings=settings))
+        world.step(3)
+        self.assertEqual(world.unsolved.tolerance, 1e-14)
+        self.assertGreater(world.unsolved.count, 0)
+        self.assertTrue(world.unsolved)
+        with self.assertRaises(lockstep.Error):
+            lockstep.World(scene(GROUND, settings=settings), precision="float")
+        with self.assertRaises(lockstep.Error):
+            lockstep.World(scene(GROUND), solver="magic")
 
 
 class ClosedForms(unittest.TestCase):

@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 
-#include "host/problems/oracle_backend.hpp"
-#include "host/problems/reduced_solvers.hpp"
-#include "host/problems/reduced_system.hpp"
 #include "host/report/measures.hpp"
+#include "host/steppers/oracle_backend.hpp"
+#include "host/steppers/reduced_solvers.hpp"
+#include "host/steppers/reduced_system.hpp"
 
 namespace lockstep {
 
@@ -24,7 +24,8 @@ class ReducedBackend final : public OracleBackend {
   /// the first. Its `worst` is a contact, or a joint that has limits.
   std::optional<Residual> residual() const;
   /// Where that is.
-  WorstContact worst_contact(const Residual& residual);
+  WorstContact place_of(const Residual& residual);
+  void take_own_residual(Measures& measures) override;
   /// The largest error of a closure after the last sub-step, m or rad.
   double open() const { return open_; }
 
@@ -42,21 +43,8 @@ class ReducedBackend final : public OracleBackend {
   const oracle::articulated::Laws laws_;
   std::unique_ptr<oracle::articulated::Step> step_;
   oracle::articulated::Demand demand_;
-  std::optional<ReducedSolution> solution_;
+  std::optional<ReducedSolution> answer_;
   double open_ = 0;
 };
-
-/// Puts the residual of a backend that measures its own in the place of that of the constraint system.
-template <class real>
-void take_own_residual(Backend<real>& backend, Measures& measures) {
-  if constexpr (sizeof(real) == sizeof(double)) {
-    if (auto* reduced = dynamic_cast<ReducedBackend*>(&backend)) {
-      measures.residual = reduced->residual();
-      measures.worst = std::nullopt;
-      if (measures.residual && measures.residual->defect_max > 0)
-        measures.worst = reduced->worst_contact(*measures.residual);
-    }
-  }
-}
 
 }  // namespace lockstep

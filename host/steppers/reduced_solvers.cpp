@@ -1,4 +1,4 @@
-#include "host/problems/reduced_solvers.hpp"
+#include "host/steppers/reduced_solvers.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include "cpu_reference/oracle/articulated/reduced_cones.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "host/error.hpp"
-#include "host/problems/system_solvers.hpp"
+#include "host/steppers/system_solvers.hpp"
 
 namespace lockstep {
 
@@ -24,9 +24,9 @@ constexpr Index most_contacts = 4000, most_unknowns = 3000;
 ReducedSolution solve_cones(const oracle::ConeSolver& solver, const Step& step, const Demand& demand,
                             const VectorXd& start, const SolveLimits& limits, const std::string& where) {
   expect_moderate(where, Index(demand.contacts.size()), most_contacts, "contacts");
-  ReducedSolution solution = {reduced_problem(step, demand), start, {}};
-  solution.report = solve_reduced_cones(solver, solution.problem, limits, solution.impulses);
-  return solution;
+  ReducedSolution answer = {reduced_problem(step, demand), start, {}};
+  answer.report = solve_reduced_cones(solver, answer.problem, limits, answer.impulses);
+  return answer;
 }
 
 // x of a pyramid, by whoever makes and solves its problem.
@@ -37,17 +37,17 @@ ReducedSolution solve_pyramid(int directions, const Step& step, const Demand& de
                   "unknowns");
   const AssembledProblem assembled = assembled_problem(step, demand, bodies);
   const ReducedPyramid pyramid(assembled.problem, directions);
-  ReducedSolution solution = {assembled.problem, VectorXd::Zero(assembled.problem.size()), {}};
-  solution.report.stop = oracle::Stop::tolerance;
-  if (pyramid.size() == 0) return solution;
+  ReducedSolution answer = {assembled.problem, VectorXd::Zero(assembled.problem.size()), {}};
+  answer.report.stop = oracle::Stop::tolerance;
+  if (pyramid.size() == 0) return answer;
   VectorXd x;
   try {
-    solution.report = solve(assembled, pyramid, x);
+    answer.report = solve(assembled, pyramid, x);
   } catch (const Error& error) {
     throw Error(error.failure(), where, error.what());
   }
-  if (x.size() >= pyramid.size()) solution.impulses = pyramid.impulses(x.head(pyramid.size()));
-  return solution;
+  if (x.size() >= pyramid.size()) answer.impulses = pyramid.impulses(x.head(pyramid.size()));
+  return answer;
 }
 
 ReducedSolution solve_lcp(const lcp::NamedSolver& solver, int directions, const Step& step, const Demand& demand,

@@ -1,4 +1,4 @@
-#include "host/problems/reduced_system.hpp"
+#include "host/steppers/reduced_system.hpp"
 
 #include <fmt/format.h>
 
@@ -6,6 +6,7 @@
 
 #include "host/error.hpp"
 #include "host/in_double.hpp"
+#include "host/scene/joint_kinds.hpp"
 
 namespace lockstep {
 
@@ -13,19 +14,11 @@ namespace {
 
 using namespace oracle::articulated;
 
-JointType type_of(u32 kind) {
-  switch (kind) {
-    case JOINT_BALL: return JointType::ball;
-    case JOINT_HINGE: return JointType::hinge;
-    case JOINT_SLIDER: return JointType::slider;
-    case JOINT_DISTANCE: return JointType::distance;
-    case JOINT_CYLINDRICAL: return JointType::cylindrical;
-    case JOINT_PLANAR: return JointType::planar;
-    case JOINT_UNIVERSAL: return JointType::universal;
-    case JOINT_SCREW: return JointType::screw;
-    default: return JointType::fixed;
-  }
-}
+constexpr JointType types[] = {
+#define JOINT_KIND(name, NAME, linear, angular, free, keys, holds, reduced, noun, leaves) JointType::reduced,
+#include "kernels/joint_kinds.def"
+#undef JOINT_KIND
+};
 
 Vector6 load_on(const Buffers<double>& b, u32 i) {
   Vector6 load = Vector6::Zero();
@@ -37,7 +30,7 @@ Vector6 load_on(const Buffers<double>& b, u32 i) {
 
 double coordinate_of(const Step& step, std::size_t joint) {
   const auto& j = step.tree().system().joints[joint];
-  return acting_coordinate(j, joint_geometry(j, step.from()));
+  return acting_coordinate(j, stand(j, step.from()));
 }
 
 }  // namespace
@@ -55,21 +48,21 @@ System articulated_system(const Buffers<double>& b) {
     if (from.spring > 0)
       throw Error(Failure::input, fmt::format("joint {}", info.id),
                   "has a \"frequency\": in reduced coordinates joints are rigid; take it away");
-    if (info.kind == JOINT_SKATE || info.kind == JOINT_ROLLING)
+    if (is_non_holonomic(static_cast<JointKind>(info.kind)))
       throw Error(Failure::input, fmt::format("joint {}", info.id),
                   "holds velocities that no coordinates stand for; take a solver that is not in reduced coordinates");
     oracle::articulated::Joint joint;
     for (const u32 body : {info.body_a, info.body_b}) {
-      if (system.bodies[body].mass > 0) system.bodies[body].is_link = true;
+      if (system.bodies[body].mass > 0) system.bodies[body].held = true;
     }
     joint.body_a = info.body_a;
     joint.body_b = info.body_b;
-    joint.type = type_of(info.kind);
+    joint.type = types[info.kind];
     joint.anchor_a = vector3(from.anchor_a);
     joint.anchor_b = vector3(from.anchor_b);
     joint.frame_a = rotation(from.frame_a);
     joint.frame_b = rotation(from.frame_b);
-    joint.lead = b.screw_leads.empty() ? 0 : b.screw_leads[j];
+    joint.rise = b.screw_leads.empty() ? 0 : b.screw_leads[j];
     system.joints.push_back(joint);
   }
   return system;
@@ -150,19 +143,19 @@ std::vector<JointPush> joint_pushes(const Step& step, const Laws& laws, const De
     const Link& link = tree.link(i);
     if (link.joint == no_link) continue;
     const auto& joint = joints[link.joint];
-    const JointGeometry s = joint_geometry(joint, step.at());
+    const ReferencePoses s = stand(joint, step.at());
     const Vector6 on_b =
         (link.child_is_b ? 1.0 : -1.0) * wrench_from(carried[i], step.at().poses[link.body].x - s.point);
     const unsigned mask = locked_rows(joint, s).mask;
     for (int k = 0; k < 6; ++k) {
-      const Vector3d component = k < 3 ? on_b.head<3>() : on_b.tail<3>();
-      if ((mask >> k & 1) != 0) pushes[link.joint].locked[k] = s.axes.col(k % 3).dot(component);
+      const Vector3d part = k < 3 ? on_b.head<3>() : on_b.tail<3>();
+      if ((mask >> k & 1) != 0) pushes[link.joint].locked[k] = s.axes.col(k % 3).dot(part);
     }
   }
   Index next = 0;
   for (const Closure& closure : laws.closures) {
     const auto& joint = joints[closure.joint];
-    const JointGeometry s = joint_geometry(joint, step.at());
+    const ReferencePoses s = stand(joint, step.at());
     const unsigned mask = closure.locked ? locked_rows(joint, s).mask : 0;
     for (int k = 0; k < 6; ++k) {
       if ((mask >> k & 1) != 0) pushes[closure.joint].locked[k] = step.bilateral_impulses()[next++];
