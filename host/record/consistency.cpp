@@ -75,7 +75,7 @@ template <class real>
 void expect_step_settings(const StepParams<real>& params) {
   const auto expect = [](const char* name, auto value) {
     const Bounds& bounds = setting_info(name).bounds;
-    if (!bounds.holds(value)) throw h5::Failed(std::string(name) + ": must be " + bounds.text());
+    if (!bounds.contains(value)) throw h5::Failed(std::string(name) + ": must be " + bounds.text());
   };
   StepParams<real> p = params;
   if (p.position_sweeps == 0) p.position_sweeps = 1;

@@ -19,7 +19,7 @@ namespace models = oracle::models;
 void check(const ContactSystem& system) {
   if (!system.patches.empty())
     refuse("contacts", "form friction patches; the models of the oracles have a cone at each contact");
-  if (!system.turns.empty())
+  if (!system.angular_friction.empty())
     refuse("contacts", "have angular friction; the models of the oracles have a cone at each contact");
   for (const SystemJoint& j : system.joints) {
     const std::string where = "joint " + std::to_string(j.joint);

@@ -17,10 +17,10 @@ oracle::SolveLimits OracleBackend::limits_of(const StepParams<double>& params) {
 void OracleBackend::write_impulse(const SystemContact& c, const Eigen::Vector3d& impulse) {
   const u32 slot = buffers().contact_slots[c.contact];
   ImpulseBlock<double>& block = buffers().impulse_blocks[slot / PACK];
-  const Eigen::Vector2d rubbing = solver_tangents(c.normal).transpose() * impulse;
+  const Eigen::Vector2d tangential = solver_tangents(c.normal).transpose() * impulse;
   block.normal[slot % PACK] = c.normal.dot(impulse);
-  block.tangent_1[slot % PACK] = rubbing[0];
-  block.tangent_2[slot % PACK] = rubbing[1];
+  block.tangent_1[slot % PACK] = tangential[0];
+  block.tangent_2[slot % PACK] = tangential[1];
 }
 
 // Velocities and impulses of a system, which was made from the same buffers.

@@ -24,9 +24,9 @@ constexpr Index most_contacts = 4000, most_unknowns = 3000;
 ReducedSolution solve_cones(const oracle::ConeSolver& solver, const Step& step, const Demand& demand,
                             const VectorXd& start, const SolveLimits& limits, const std::string& where) {
   expect_moderate(where, Index(demand.contacts.size()), most_contacts, "contacts");
-  ReducedSolution answer = {reduced_problem(step, demand), start, {}};
-  answer.report = solve_reduced_cones(solver, answer.problem, limits, answer.impulses);
-  return answer;
+  ReducedSolution solution = {reduced_problem(step, demand), start, {}};
+  solution.report = solve_reduced_cones(solver, solution.problem, limits, solution.impulses);
+  return solution;
 }
 
 // x of a pyramid, by whoever makes and solves its problem.
@@ -37,17 +37,17 @@ ReducedSolution solve_pyramid(int directions, const Step& step, const Demand& de
                   "unknowns");
   const AssembledProblem assembled = assembled_problem(step, demand, bodies);
   const ReducedPyramid pyramid(assembled.problem, directions);
-  ReducedSolution answer = {assembled.problem, VectorXd::Zero(assembled.problem.size()), {}};
-  answer.report.stop = oracle::Stop::tolerance;
-  if (pyramid.size() == 0) return answer;
+  ReducedSolution solution = {assembled.problem, VectorXd::Zero(assembled.problem.size()), {}};
+  solution.report.stop = oracle::Stop::tolerance;
+  if (pyramid.size() == 0) return solution;
   VectorXd x;
   try {
-    answer.report = solve(assembled, pyramid, x);
+    solution.report = solve(assembled, pyramid, x);
   } catch (const Error& error) {
     throw Error(error.failure(), where, error.what());
   }
-  if (x.size() >= pyramid.size()) answer.impulses = pyramid.impulses(x.head(pyramid.size()));
-  return answer;
+  if (x.size() >= pyramid.size()) solution.impulses = pyramid.impulses(x.head(pyramid.size()));
+  return solution;
 }
 
 ReducedSolution solve_lcp(const lcp::NamedSolver& solver, int directions, const Step& step, const Demand& demand,

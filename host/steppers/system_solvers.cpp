@@ -36,14 +36,14 @@ SolveReport solve_cones(const oracle::ConeSolver& solver, ContactSystem& system,
   expect_moderate(where, problem.mu.size(), most_contacts_of_cones, "contacts");
   expect_moderate(where, problem.g.cols(), most_joint_rows, "rows of joints");
   if (!whole.problem.laws.empty()) return solve_bounded_cones(solver, whole, system, limits, where);
-  oracle::ConeSolution answer;
+  oracle::ConeSolution solution;
   try {
-    answer = oracle::solve_whole(oracle::local_form(problem), solver, limits, whole.impulses.r);
+    solution = oracle::solve_whole(oracle::local_form(problem), solver, limits, whole.impulses.r);
   } catch (const std::runtime_error& error) {
     throw Error(Failure::input, where, std::string(error.what()) + "; a solver that sweeps finds a middle way");
   }
-  set_impulses(system, impulses_of(system, oracle::MixedImpulses{answer.r, answer.l, {}}));
-  return answer.report;
+  set_impulses(system, impulses_of(system, oracle::MixedImpulses{solution.r, solution.l, {}}));
+  return solution.report;
 }
 
 // All that a step has, and no size at which a dense factorisation would end.
