@@ -38,9 +38,15 @@ std::string hash_of(const InitialState<real>& state) {
     if (info(buffer).lifetime == Lifetime::transient || info(buffer).domain == Domain::cached) return;
     fnv.add(elements.data(), elements.size() * sizeof(elements[0]));
   });
-  StepParams<real> params = state.params;
-  params.buckets = params.pair_capacity = params.contact_capacity = params.block_capacity = params.row_capacity = 0;
-  fnv.add(&params, sizeof params);
+  // in the order in which the hashes were recorded; capacities, which may change, as zeros
+  const StepParams<real>& p = state.params;
+  for (const real x : {p.dt, p.theta, p.gyroscopic_theta, p.restitution_threshold, p.correction, p.softness,
+                       p.correction_limit, p.slop, p.margin, p.speed_limit, p.tolerance})
+    fnv.add(&x, sizeof x);
+  for (const u32 n :
+       {p.bodies, p.shapes, p.worlds, p.tree_shapes, 0u, 0u, 0u, 0u, p.iterations, p.relaxations, p.substeps, p.substep,
+        p.gyroscopic, p.queries, p.overlap_capacity, 0u, p.joint_blocks, p.position_sweeps})
+    fnv.add(&n, sizeof n);
   fnv.add(&state.features, sizeof state.features);
   char text[17];
   std::snprintf(text, sizeof text, "%016llx", static_cast<unsigned long long>(fnv.hash));

@@ -121,7 +121,7 @@ void add_setting_options(CLI::App& command, SceneOptions& options) {
       add_setting(command, row, options);
   }
   command.add_option("--time", options.time, "Simulated time instead of steps")
-      ->check(positive)
+      ->check(CLI::Validator(positive).description(""))
       ->type_name("[> 0, s]")
       ->excludes(command.get_option("--steps"))
       ->group(setting_group_names[static_cast<u32>(SettingGroup::time)]);

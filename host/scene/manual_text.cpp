@@ -133,8 +133,16 @@ std::string settings_manual() {
 std::string solvers_manual() {
   std::string text = "| solver | sub-steps | iterations | what it does | use it for |\n|---|---|---|---|---|\n";
   for (const SolverInfo& solver : solver_infos)
-    text += fmt::format("| `{}` | {} | {} | {} | {} |\n", solver.name, solver.substeps, solver.iterations, solver.what,
-                        solver.use);
+    if (!solver.is_oracle)
+      text += fmt::format("| `{}` | {} | {} | {} | {} |\n", solver.name, solver.substeps, solver.iterations,
+                          solver.what, solver.use);
+  return text;
+}
+
+std::string oracles_manual() {
+  std::string text = "| oracle | what it does |\n|---|---|\n";
+  for (const SolverInfo& solver : solver_infos)
+    if (solver.is_oracle) text += fmt::format("| `{}` | {} |\n", solver.name, solver.what);
   return text;
 }
 

@@ -190,18 +190,18 @@ oracle::SolveReport solve_bounded_cones(const oracle::ConeSolver& solver, const 
   oracle::SolveReport sum;
   oracle::SolveLimits left = limits;
   for (int attempt = 0; attempt < most_attempts; ++attempt) {
-    const oracle::SolveReport part = solve_reduced_cones(solver, problem, left, r);
-    sum.stop = part.stop;
-    sum.iterations += part.iterations;
-    sum.seconds += part.seconds;
+    const oracle::SolveReport solved = solve_reduced_cones(solver, problem, left, r);
+    sum.stop = solved.stop;
+    sum.iterations += solved.iterations;
+    sum.seconds += solved.seconds;
     const VectorXd l = elimination->joint_impulses(rows.in_threes(r));
     set_impulses(system, impulses_of(system, rows.impulses(r, l)));
     sum.residual = residual(system, std::numeric_limits<double>::epsilon() / 2).relative;
-    if (part.stop != oracle::Stop::tolerance || sum.residual <= limits.tolerance) break;
+    if (solved.stop != oracle::Stop::tolerance || sum.residual <= limits.tolerance) break;
     sum.stop = oracle::Stop::stall;
     left.tolerance *= std::min(0.5, 0.5 * limits.tolerance / sum.residual);
-    left.iterations -= std::min(left.iterations, part.iterations);
-    left.seconds -= part.seconds;
+    left.iterations -= std::min(left.iterations, solved.iterations);
+    left.seconds -= solved.seconds;
   }
   return sum;
 }

@@ -6,6 +6,7 @@
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
+#include "host/problems/cone_file.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
