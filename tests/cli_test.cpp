@@ -3,7 +3,7 @@
 
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::cli_test {
 namespace {
 
 TEST_F(CommandLine, HelpsWithAnExampleForEachCommand) {
@@ -196,4 +196,4 @@ TEST_F(CommandLine, EventsAreWrittenALineEach) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::cli_test

@@ -7,7 +7,7 @@
 #include "host/backends/device_backend.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::golden_test {
 namespace {
 
 std::vector<GoldenCase> golden_cases() {
@@ -71,4 +71,4 @@ INSTANTIATE_TEST_SUITE_P(AllLaunches, Golden,
                          name_of);
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::golden_test

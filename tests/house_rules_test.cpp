@@ -12,7 +12,7 @@
 
 #include "host/stages.hpp"
 
-namespace lockstep {
+namespace lockstep::house_rules_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -206,4 +206,4 @@ TEST(HouseRules, DocumentsNameFilesThatExist) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::house_rules_test

@@ -9,7 +9,7 @@
 #include "host/error.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::scene_reader_test {
 namespace {
 
 const std::string source_dir = LOCKSTEP_SOURCE_DIR;
@@ -341,4 +341,4 @@ TEST(SceneReader, ManyGeneratorsTogetherAreRefusedToo) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::scene_reader_test

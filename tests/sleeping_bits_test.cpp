@@ -6,7 +6,7 @@
 #include "host/scene/step_params.hpp"
 #include "tests/sleeping_scenes.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sleeping_bits_test {
 namespace {
 
 // Piles that fall asleep, a ball that comes late and wakes one of them, and boxes that tumble on.
@@ -194,4 +194,4 @@ TEST(SleepingBits, GoOnFromACheckpointWithSleepers) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sleeping_bits_test

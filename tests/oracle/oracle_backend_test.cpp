@@ -11,7 +11,7 @@
 #include "host/simulation.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::oracle_backend_test {
 namespace {
 
 Scene hard_scene(const std::string& name) {
@@ -204,4 +204,4 @@ TEST_F(CommandLine, RefusesOraclesInOneLine) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::oracle_backend_test

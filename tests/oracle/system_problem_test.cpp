@@ -12,7 +12,7 @@
 #include "host/simulation.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::system_problem_test {
 namespace {
 
 struct Step {
@@ -116,4 +116,4 @@ TEST(SystemProblem, RefusesMotors) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::system_problem_test
