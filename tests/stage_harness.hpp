@@ -43,8 +43,12 @@ inline std::vector<DeviceOptions> launch_options(std::initializer_list<std::pair
 /// Every way builds the kernels anew, and all are compared with the same reference.
 inline std::vector<DeviceOptions> all_launch_options() { return launch_options({{1, 7}, {8, 4}, {16, 0}}); }
 
-/// Whether users of a CPU get these lanes. Tests of stages optimise kernels for them; those for others are built in a
-/// third of the time as they are, and no bit may depend on that either. Golden scenes are optimised with all lanes.
+/// Whether to try what is slow and rarely finds more (scripts/test --full).
+inline bool try_all() { return std::getenv("LOCKSTEP_TEST_FULL") != nullptr; }
+
+/// Whether users of a CPU get these lanes. Tests of whole steps optimise kernels for them; others are built in a third
+/// of the time as they are, and no bit may depend on that either. Golden scenes are optimised as users have them, and
+/// scripts/test --full optimises stages for the usual lanes and golden scenes for all.
 template <class real>
 bool are_usual(u32 lanes) {
   return lanes == 0 || lanes == (sizeof(real) == 4 ? 16 : 8);
@@ -53,9 +57,9 @@ bool are_usual(u32 lanes) {
 /// With all threads where a test does not say: a few bodies alone would take the one that calls, and nothing may depend
 /// on the others.
 template <class real>
-std::vector<DeviceOptions> launches_in(std::vector<DeviceOptions> launches) {
+std::vector<DeviceOptions> launches_in(std::vector<DeviceOptions> launches, bool whole_step) {
   for (DeviceOptions& launch : launches) {
-    launch.optimize = are_usual<real>(launch.lanes);
+    launch.optimize = are_usual<real>(launch.lanes) && (whole_step || try_all());
     if (launch.threads == 0) launch.threads = test_device().compute_units;
   }
   return launches;
@@ -70,7 +74,7 @@ inline std::string describe(const DeviceOptions& options) {
 template <class real>
 void expect_twins_agree(const InitialState<real>& state, int steps,
                         const std::vector<DeviceOptions>& launches = all_launch_options()) {
-  for (const DeviceOptions& options : launches_in<real>(launches)) {
+  for (const DeviceOptions& options : launches_in<real>(launches, true)) {
     SCOPED_TRACE(describe(options));
     try {
       CheckedBackend<real> backend(state, test_device(), options, {.poison = true});
@@ -92,7 +96,7 @@ Buffers<real> run_one_stage(Stage stage, const Buffers<real>& buffers, const Siz
   resize(state.buffers, sizes, features);
   ReferenceBackend<real> reference(state);
   reference.run(stage, params);
-  for (DeviceOptions options : launches_in<real>(launches)) {
+  for (DeviceOptions options : launches_in<real>(launches, false)) {
     SCOPED_TRACE(describe(options));
     options.only = {stage};
     try {
