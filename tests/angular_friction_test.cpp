@@ -8,7 +8,7 @@
 #include "host/scene/read.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::angular_friction_test {
 namespace {
 
 constexpr double radius = 0.1, gravity = 9.81;
@@ -210,4 +210,4 @@ TEST(AngularFriction, CostsNothingWhereNoneIsAskedFor) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::angular_friction_test

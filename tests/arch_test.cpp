@@ -11,7 +11,7 @@
 #include "host/cases/rest.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::arch_test {
 namespace {
 
 // Of the scene: 27 stones; radius of the centre line 1 m.
@@ -112,4 +112,4 @@ TEST(Arch, StaysAtRestAboveTheLimitAndFallsBelow) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::arch_test

@@ -10,7 +10,7 @@
 #include "tests/bodies.hpp"
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::articulation_physics_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -174,4 +174,4 @@ TYPED_TEST(ArticulationPhysics, WorldsDoNotMeet) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::articulation_physics_test

@@ -4,7 +4,7 @@
 #include "host/cases/hard_case.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::bench_cli_test {
 namespace {
 
 using nlohmann::json;
@@ -120,4 +120,4 @@ TEST_F(BenchCommand, ListsAndRefuses) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::bench_cli_test

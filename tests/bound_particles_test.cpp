@@ -1,7 +1,7 @@
 #include "tests/bodies.hpp"
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::bound_particles_test {
 namespace {
 
 TEST(BoundParticles, PositionsAreThoseOfARigidBody) {
@@ -35,4 +35,4 @@ TEST(BoundParticles, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::bound_particles_test

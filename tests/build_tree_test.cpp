@@ -2,7 +2,7 @@
 
 #include "tests/pair_lists.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::build_tree_test {
 namespace {
 
 template <class real>
@@ -66,4 +66,4 @@ TYPED_TEST(BuildTree, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::build_tree_test

@@ -6,7 +6,7 @@
 #include "host/backends/device_backend.hpp"
 #include "tests/query_worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::cast_rays_test {
 namespace {
 
 template <class real>
@@ -229,4 +229,4 @@ TYPED_TEST(CastRays, ARunningSimulationAnswersLikeTheReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::cast_rays_test

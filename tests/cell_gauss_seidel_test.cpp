@@ -6,7 +6,7 @@
 #include "host/scene/read.hpp"
 #include "tests/cell_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::cell_gauss_seidel_test {
 namespace {
 
 template <class real>
@@ -239,4 +239,4 @@ TEST(CellGaussSeidelConverges, ResidualFallsWithTheSweeps) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::cell_gauss_seidel_test

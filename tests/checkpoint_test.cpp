@@ -11,7 +11,7 @@
 #include "tests/stage_harness.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::checkpoint_test {
 namespace {
 
 using Bytes = std::vector<unsigned char>;
@@ -237,4 +237,4 @@ TEST(WholeFile, ComesBackAsItWasWritten) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::checkpoint_test

@@ -4,7 +4,7 @@
 #include "host/scene/setting_table.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::cli_test {
 namespace {
 
 TEST_F(CommandLine, HelpsWithAnExampleForEachCommand) {
@@ -214,4 +214,4 @@ TEST_F(CommandLine, EventsAreWrittenALineEach) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::cli_test

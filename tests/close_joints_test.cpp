@@ -11,7 +11,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::close_joints_test {
 namespace {
 
 template <class real>
@@ -293,4 +293,4 @@ TEST(ClosedJoints, WhatSwingsKeepsItsEnergyAndItsJoints) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::close_joints_test

@@ -7,7 +7,7 @@
 #include "tests/collision_states.hpp"
 #include "tests/shapes/cases.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::collide_pairs_test {
 namespace {
 
 template <class real>
@@ -73,4 +73,4 @@ TYPED_TEST(CollidePairs, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::collide_pairs_test

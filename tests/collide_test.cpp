@@ -5,7 +5,7 @@
 
 #include "tests/collision_states.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::collide_test {
 namespace {
 
 template <class real>
@@ -219,4 +219,4 @@ TYPED_TEST(Collide, ARollingCylinderNeverLosesContact) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::collide_test

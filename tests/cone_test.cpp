@@ -8,7 +8,7 @@
 
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::cone_test {
 namespace {
 
 using reference::ConeVector;
@@ -206,4 +206,4 @@ TYPED_TEST(Cone, StaysInTheConeOnExtremeBlocks) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::cone_test

@@ -10,7 +10,7 @@
 #include "host/record/hdf5.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::consistency_test {
 namespace {
 
 using State = InitialState<float>;
@@ -193,4 +193,4 @@ TEST(Consistency, ListsThatPointNowhereOrAreOutOfOrderAreRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::consistency_test

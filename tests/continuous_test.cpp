@@ -5,7 +5,7 @@
 
 #include "tests/event_worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::continuous_test {
 namespace {
 
 template <class real>
@@ -225,4 +225,4 @@ TYPED_TEST(Continuous, TwinsAgree) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::continuous_test

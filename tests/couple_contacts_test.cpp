@@ -3,7 +3,7 @@
 
 #include "tests/dense_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::couple_contacts_test {
 namespace {
 
 template <class real>
@@ -98,4 +98,4 @@ TYPED_TEST(CoupleContacts, AWorldThatIsTooDenseIsTold) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::couple_contacts_test

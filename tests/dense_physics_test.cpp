@@ -4,7 +4,7 @@
 #include "host/scene/read.hpp"
 #include "tests/dense_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::dense_physics_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -139,4 +139,4 @@ TYPED_TEST(DensePhysics, ADollLandsAsWithGaussSeidel) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::dense_physics_test

@@ -6,7 +6,7 @@
 #include "host/scene/read.hpp"
 #include "tests/dense_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::dense_test {
 namespace {
 
 template <class real>
@@ -106,4 +106,4 @@ TYPED_TEST(Dense, AbortedStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::dense_test

@@ -11,7 +11,7 @@
 #include "host/scene/read.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::difference_test {
 namespace {
 
 constexpr u32 width = 480, height = 320;
@@ -113,4 +113,4 @@ TEST(DifferencePicture, KnowsWhatAWordBelongsTo) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::difference_test

@@ -12,7 +12,7 @@
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 
-namespace lockstep {
+namespace lockstep::dominoes_test {
 namespace {
 
 // Of the scene. Heights and widths in m; 1 kg.
@@ -124,4 +124,4 @@ TEST(Dominoes, TheWaveBeginsAsInTheModel) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::dominoes_test

@@ -9,7 +9,7 @@
 #include "host/scene/read.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::elliptic_friction_test {
 namespace {
 
 constexpr double gravity = 9.81, along = 0.6, across = 0.2;
@@ -122,4 +122,4 @@ TYPED_TEST(EllipticTwins, Agree) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::elliptic_friction_test

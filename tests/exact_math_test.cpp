@@ -7,7 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-namespace lockstep {
+namespace lockstep::exact_math_test {
 namespace {
 
 // Distance in units in the last place of `expected`.
@@ -187,4 +187,4 @@ TEST(ExactMath, DecimalsAreReadCorrectlyRounded) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::exact_math_test

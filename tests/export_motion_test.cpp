@@ -12,7 +12,7 @@
 #include "host/record/whole_file.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::export_motion_test {
 namespace {
 
 using nlohmann::json;
@@ -273,4 +273,4 @@ TEST_F(CommandLine, RefusesMotionsThatCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::export_motion_test

@@ -8,7 +8,7 @@
 #include "host/record/recording_reader.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::failures_test {
 namespace {
 
 class Failures : public CommandLine {
@@ -175,4 +175,4 @@ TEST_F(Failures, TooLittleMemoryIsSaid) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::failures_test

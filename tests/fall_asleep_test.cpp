@@ -5,7 +5,7 @@
 
 #include "tests/sleepers.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::fall_asleep_test {
 namespace {
 
 // With impulses of the contacts, and those of some that sleep already, in order.
@@ -126,4 +126,4 @@ TEST(FallAsleep, AKinematicBodyThatMovesKeepsAwakeWhatTouchesIt) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::fall_asleep_test

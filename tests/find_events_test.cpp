@@ -5,7 +5,7 @@
 
 #include "tests/event_worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::find_events_test {
 namespace {
 
 template <class real>
@@ -252,4 +252,4 @@ TYPED_TEST(FindEvents, ARedoneStepTellsTheSame) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::find_events_test

@@ -1,7 +1,7 @@
 #include "tests/bodies.hpp"
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::find_neighbours_test {
 namespace {
 
 using Lists = std::vector<std::vector<u32>>;
@@ -78,4 +78,4 @@ TEST(FindNeighbours, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::find_neighbours_test

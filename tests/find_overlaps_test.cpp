@@ -2,7 +2,7 @@
 
 #include "tests/query_worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::find_overlaps_test {
 namespace {
 
 template <class real>
@@ -115,4 +115,4 @@ TYPED_TEST(FindOverlaps, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::find_overlaps_test

@@ -5,7 +5,7 @@
 
 #include "tests/pair_lists.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::find_pairs_test {
 namespace {
 
 template <class real>
@@ -273,4 +273,4 @@ TYPED_TEST(FindPairs, KernelFindsManyPartners) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::find_pairs_test

@@ -10,7 +10,7 @@
 #include "host/step.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::fused_substeps_test {
 namespace {
 
 std::size_t occurrences(const std::string& text, const std::string& pattern) {
@@ -110,4 +110,4 @@ TEST(FusedSubsteps, AreSeenToDiffer) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::fused_substeps_test

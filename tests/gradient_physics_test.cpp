@@ -6,7 +6,7 @@
 #include "tests/gradient_scene.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::gradient_physics_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -181,4 +181,4 @@ TYPED_TEST(GradientPhysics, JointsMatchTheReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::gradient_physics_test

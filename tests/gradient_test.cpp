@@ -6,7 +6,7 @@
 #include "tests/gradient_scene.hpp"
 #include "tests/jacobi_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::gradient_test {
 namespace {
 
 template <class real>
@@ -169,4 +169,4 @@ TEST(GradientDescends, AColumnOfBoxes) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::gradient_test

@@ -11,7 +11,7 @@
 #include "host/cases/hard_case.hpp"
 #include "host/cases/stick_slip.hpp"
 
-namespace lockstep {
+namespace lockstep::hard_cases_test {
 namespace {
 
 struct Bound {
@@ -271,4 +271,4 @@ TEST(FlyBall, ComesToRestAgainstItsSpring) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::hard_cases_test

@@ -8,7 +8,7 @@
 #include "tests/particle_scenes.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::hash_state_test {
 namespace {
 
 using Hash = std::pair<std::uint64_t, std::uint64_t>;  // state, pose
@@ -237,4 +237,4 @@ TEST(HashState, KernelMatchesReferenceWhereverWorldsEnd) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::hash_state_test

@@ -14,7 +14,7 @@
 
 #include "host/stages.hpp"
 
-namespace lockstep {
+namespace lockstep::house_rules_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -249,4 +249,4 @@ TEST(HouseRules, DocumentsNameFilesThatExist) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::house_rules_test

@@ -9,7 +9,7 @@
 #include "host/cases/planar_impact.hpp"
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::impact_laws_test {
 namespace {
 
 using reference::ConeVector;
@@ -296,4 +296,4 @@ TEST(ImpactTargets, AreReachedByTheImpulseOfTheLaw) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::impact_laws_test

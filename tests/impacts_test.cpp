@@ -6,7 +6,7 @@
 #include "host/cases/trial.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::impacts_test {
 namespace {
 
 // Two balls of 1 kg, no gravity: the lower one has just left the ground at 1 m/s when the upper one, at 3 m/s, meets
@@ -144,4 +144,4 @@ INSTANTIATE_TEST_SUITE_P(All, Impacts,
                          [](const testing::TestParamInfo<Case>& one) { return "case" + std::to_string(one.index); });
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::impacts_test

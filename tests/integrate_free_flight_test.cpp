@@ -5,7 +5,7 @@
 #include "tests/closed_forms.hpp"
 #include "tests/motion_twins.hpp"
 
-namespace lockstep {
+namespace lockstep::integrate_free_flight_test {
 namespace {
 
 constexpr Integrator runge_kutta = Integrator::runge_kutta;
@@ -129,4 +129,4 @@ TEST(IntegrateFreeFlight, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::integrate_free_flight_test

@@ -5,7 +5,7 @@
 #include "tests/closed_forms.hpp"
 #include "tests/motion_twins.hpp"
 
-namespace lockstep {
+namespace lockstep::integrate_positions_test {
 namespace {
 
 Vector3 fallen_after(Integrator integrator, double end, u32 steps) {
@@ -178,4 +178,4 @@ TEST(IntegratePositions, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::integrate_positions_test

@@ -5,7 +5,7 @@
 
 #include "tests/motion_twins.hpp"
 
-namespace lockstep {
+namespace lockstep::integrate_velocities_test {
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
@@ -249,4 +249,4 @@ TEST(IntegrateVelocities, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::integrate_velocities_test

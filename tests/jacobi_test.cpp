@@ -5,7 +5,7 @@
 #include "host/scene/read.hpp"
 #include "tests/jacobi_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::jacobi_test {
 namespace {
 
 template <class real>
@@ -120,4 +120,4 @@ TYPED_TEST(Jacobi, AbortedStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::jacobi_test

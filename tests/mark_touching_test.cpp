@@ -4,7 +4,7 @@
 
 #include "tests/event_worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::mark_touching_test {
 namespace {
 
 template <class real>
@@ -72,4 +72,4 @@ TYPED_TEST(MarkTouching, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::mark_touching_test

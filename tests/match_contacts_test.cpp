@@ -5,7 +5,7 @@
 
 #include "tests/collision_states.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::match_contacts_test {
 namespace {
 
 template <class real>
@@ -153,4 +153,4 @@ TYPED_TEST(MatchContacts, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::match_contacts_test

@@ -14,7 +14,7 @@
 #include "tests/recording_scene.hpp"
 #include "tests/robots.hpp"
 
-namespace lockstep {
+namespace lockstep::mjcf_test {
 namespace {
 
 Scene mjcf(const std::string& inside) {
@@ -480,4 +480,4 @@ TEST_F(Mjcf, TheStriderRestsOnItsLegs) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::mjcf_test

@@ -5,7 +5,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::pack_contacts_test {
 namespace {
 
 template <class real>
@@ -151,4 +151,4 @@ TYPED_TEST(PackContacts, ReportsMissingBlocks) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::pack_contacts_test

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace lockstep {
+namespace lockstep::particle_law_test {
 namespace {
 
 // Schwager and Poeschel 2007, equations 19 and 20, with zeta the damping in parts of the critical one.
@@ -59,4 +59,4 @@ TEST(ParticleLaw, BodiesThatDoNotMoveBearAnyStep) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::particle_law_test

@@ -7,7 +7,7 @@
 #include "tests/bodies.hpp"
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::particles_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -313,4 +313,4 @@ TEST(Particles, WhatParticlesCannotDoIsRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::particles_test

@@ -6,7 +6,7 @@
 #include "cpu_reference/solver_cell.hpp"
 #include "tests/cell_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::partition_contacts_test {
 namespace {
 
 template <class real>
@@ -101,4 +101,4 @@ TYPED_TEST(PartitionContacts, ImmovableBodiesHaveNoCell) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::partition_contacts_test

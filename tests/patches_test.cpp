@@ -4,7 +4,7 @@
 #include "host/report/residual.hpp"
 #include "tests/patch_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::patches_test {
 namespace {
 
 template <class real>
@@ -117,4 +117,4 @@ TYPED_TEST(Patches, ConservesMomentum) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::patches_test

@@ -15,7 +15,7 @@
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 
-namespace lockstep {
+namespace lockstep::picture_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -282,4 +282,4 @@ TEST(Marks, TellWhereJointsAre) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::picture_test

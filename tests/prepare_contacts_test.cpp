@@ -4,7 +4,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::prepare_contacts_test {
 namespace {
 
 template <class real>
@@ -341,4 +341,4 @@ TYPED_TEST(PrepareContacts, AbortedStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::prepare_contacts_test

@@ -6,7 +6,7 @@
 #include "cpu_reference/joints/factor.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::prepare_joints_test {
 namespace {
 
 template <class real>
@@ -206,4 +206,4 @@ TYPED_TEST(PrepareJoints, ImpulsesAreHashed) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::prepare_joints_test

@@ -9,7 +9,7 @@
 #include "host/device/program.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::program_cache_test {
 namespace {
 
 using Bytes = std::vector<unsigned char>;
@@ -135,4 +135,4 @@ TEST_F(ProgramCacheTest, AProgramFromDiskRunsAsTheOneThatWasBuilt) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::program_cache_test

@@ -1,7 +1,7 @@
 #include "tests/bodies.hpp"
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::push_particles_test {
 namespace {
 
 Vector3 vector_of(const Vec4<double>& a) { return {a.x, a.y, a.z}; }
@@ -165,4 +165,4 @@ TEST(PushParticles, AnAbortedStepIsLeftAlone) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::push_particles_test

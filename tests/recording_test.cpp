@@ -14,7 +14,7 @@
 #include "tests/recording_scene.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::recording_test {
 namespace {
 
 // ---- chunks --------------------------------------------------------------------------------------------------------
@@ -197,4 +197,4 @@ TEST(Recording, IsAPrefixOfTheRunAfterAKillAtAnyMoment) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::recording_test

@@ -2,7 +2,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::relax_constraints_test {
 namespace {
 
 template <class real>
@@ -116,4 +116,4 @@ TYPED_TEST(RelaxConstraints, AbortedStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::relax_constraints_test

@@ -9,7 +9,7 @@
 #include "kernels/types.h"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::render_cli_test {
 namespace {
 
 class RenderCommand : public CommandLine {
@@ -289,4 +289,4 @@ TEST_F(RenderCommand, CheckDrawsOnlyWhatDiffers) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::render_cli_test

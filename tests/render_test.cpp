@@ -6,7 +6,7 @@
 
 #include "host/render/renderer.hpp"
 
-namespace lockstep {
+namespace lockstep::render_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -174,4 +174,4 @@ TEST(Render, MarksAreSeenThroughWhatIsInFront) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::render_test

@@ -7,7 +7,7 @@
 #include "tests/recording_scene.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::replay_test {
 namespace {
 
 const std::string scene = "spheres_small";
@@ -137,4 +137,4 @@ TEST_F(ReplayTest, NamesAFlippedPose) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::replay_test

@@ -10,7 +10,7 @@
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 
-namespace lockstep {
+namespace lockstep::report_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -270,4 +270,4 @@ TEST(Hashes, OfWorldsCombineInOrder) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::report_test

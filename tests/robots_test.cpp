@@ -14,7 +14,7 @@
 #include "host/scene/read.hpp"
 #include "tests/recording_scene.hpp"
 
-namespace lockstep {
+namespace lockstep::robots_test {
 namespace {
 
 template <class real>
@@ -298,4 +298,4 @@ TEST_F(Robots, JointsOfTheSceneConnectLinks) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::robots_test

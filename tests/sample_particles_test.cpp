@@ -10,7 +10,7 @@
 #include "host/scene/solid_body.hpp"
 #include "host/scene/triangle_mesh.hpp"
 
-namespace lockstep {
+namespace lockstep::sample_particles_test {
 namespace {
 
 const std::string meshes = LOCKSTEP_SOURCE_DIR "/scenes/meshes/";
@@ -305,4 +305,4 @@ TEST(SampleParticles, WhatIsTooThinIsRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::sample_particles_test

@@ -8,7 +8,7 @@
 #include "host/scene/compile.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::scene_compile_test {
 namespace {
 
 Scene scene_of(const std::string& bodies, const std::string& more = "") {
@@ -452,4 +452,4 @@ TEST(SceneCompile, NumbersThatThePrecisionCannotRepresentAreRefused) {
 TEST(SceneCompile, ABatchNeedsAWorld) { EXPECT_THROW(compile<float>(std::span<const Scene>()), Error); }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::scene_compile_test

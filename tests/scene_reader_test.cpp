@@ -9,7 +9,7 @@
 #include "host/error.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::scene_reader_test {
 namespace {
 
 const std::string source_dir = LOCKSTEP_SOURCE_DIR;
@@ -365,4 +365,4 @@ TEST(SceneReader, RefusesAKeyGivenByBothOfItsNames) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::scene_reader_test

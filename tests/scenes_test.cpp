@@ -14,7 +14,7 @@
 #include "host/scene/compile.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::scenes_test {
 namespace {
 
 const std::string golden_path = LOCKSTEP_SOURCE_DIR "/tests/golden/compiled_scenes.json";
@@ -279,4 +279,4 @@ TEST(Scenes, TheExampleOfTheManualRuns) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::scenes_test

@@ -5,7 +5,7 @@
 
 #include "tests/cell_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::schedule_contacts_test {
 namespace {
 
 template <class real>
@@ -130,4 +130,4 @@ TYPED_TEST(ScheduleContacts, WorldsDoNotMeet) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::schedule_contacts_test

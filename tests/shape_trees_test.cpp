@@ -7,7 +7,7 @@
 #include "tests/pair_lists.hpp"
 #include "tests/surfaces.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::shape_trees_test {
 namespace {
 
 template <class real>
@@ -250,4 +250,4 @@ TEST(ShapeTreesOf, BodiesThatNothingPushesAndThatHaveManyShapes) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::shape_trees_test

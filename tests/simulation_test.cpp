@@ -8,7 +8,7 @@
 #include "host/scene/read.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::simulation_test {
 namespace {
 
 // Finds a given number of pairs and contacts in every step, and has no room for all at first.
@@ -206,4 +206,4 @@ TEST(Simulation, NamesTheBodyThatWentBadInFlight) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::simulation_test

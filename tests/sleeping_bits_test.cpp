@@ -6,7 +6,7 @@
 #include "host/scene/step_params.hpp"
 #include "tests/sleeping_scenes.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sleeping_bits_test {
 namespace {
 
 // Piles that fall asleep, a ball that comes late and wakes one of them, and boxes that tumble on.
@@ -48,7 +48,7 @@ TEST(SleepingBits, TwinsAgreeWithJointsThatSleep) {
   for (const char* solver : {"gauss_seidel", "small_steps", "jacobi", "dense_gauss_seidel"}) {
     SCOPED_TRACE(solver);
     const auto state = compile<float>(scene_of(bodies, with_solver(solver, 0.2), joints));
-    expect_twins_agree(state, 45, launch_options({{1, 3}, {16, 0}}));
+    expect_twins_agree(state, 45, launch_options({{1, 7}, {16, 0}}));
     Simulation<float> simulation = on_reference(state);
     for (u32 i = 0; i < 25; ++i) simulation.step();
     EXPECT_EQ(simulation.counters()[COUNTER_ASLEEP], 2u);
@@ -194,4 +194,4 @@ TEST(SleepingBits, GoOnFromACheckpointWithSleepers) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sleeping_bits_test

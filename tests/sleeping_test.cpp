@@ -7,7 +7,7 @@
 #include "host/sleepers.hpp"
 #include "tests/sleeping_scenes.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sleeping_test {
 namespace {
 
 constexpr u32 steps_of_half_a_second = 32;
@@ -303,4 +303,4 @@ TEST(Sleeping, WhatJointsConnectIsOneIslandAndKeepsItsImpulses) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sleeping_test

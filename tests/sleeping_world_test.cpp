@@ -4,7 +4,7 @@
 #include "tests/command_line.hpp"
 #include "tests/library_worlds.hpp"
 
-namespace lockstep {
+namespace lockstep::sleeping_world_test {
 namespace {
 
 Scene sleepy_scene() {
@@ -177,4 +177,4 @@ TEST(SleepingWorld, WhatWakesIsTheSameOnTheDevice) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::sleeping_world_test

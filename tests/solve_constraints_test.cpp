@@ -5,7 +5,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::solve_constraints_test {
 namespace {
 
 template <class real>
@@ -194,4 +194,4 @@ TYPED_TEST(SolveConstraints, AbortedStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::solve_constraints_test

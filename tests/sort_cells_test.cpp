@@ -4,7 +4,7 @@
 
 #include "tests/collision_states.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sort_cells_test {
 namespace {
 
 template <class real>
@@ -112,4 +112,4 @@ TYPED_TEST(SortCells, KernelSortsLongLists) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sort_cells_test

@@ -1,6 +1,6 @@
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::sort_particles_test {
 namespace {
 
 TEST(SortParticles, EachIsInItsBucketInOrder) {
@@ -43,4 +43,4 @@ TEST(SortParticles, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::sort_particles_test

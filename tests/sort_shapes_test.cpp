@@ -2,7 +2,7 @@
 
 #include "tests/pair_lists.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sort_shapes_test {
 namespace {
 
 template <class real>
@@ -83,4 +83,4 @@ TYPED_TEST(SortShapes, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sort_shapes_test

@@ -4,7 +4,7 @@
 
 #include "tests/jacobi_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::split_bodies_test {
 namespace {
 
 template <class real>
@@ -97,4 +97,4 @@ TYPED_TEST(SplitBodies, EachPairHasItsCopyOfEachBody) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::split_bodies_test

@@ -2,7 +2,7 @@
 
 #include "tests/patch_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::spread_patches_test {
 namespace {
 
 template <class real>
@@ -45,4 +45,4 @@ TYPED_TEST(SpreadPatches, KeepsTheSumAndTheMoment) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::spread_patches_test

@@ -4,7 +4,7 @@
 #include "host/cases/rest.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::stacks_test {
 namespace {
 
 Scene ten_seconds_of(const std::string& name) {
@@ -77,4 +77,4 @@ TEST(CardHouse, NeedsTheFrictionThatItsLeaningCardsAskFor) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::stacks_test

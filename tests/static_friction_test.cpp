@@ -8,7 +8,7 @@
 #include "host/scene/compile.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::static_friction_test {
 namespace {
 
 constexpr double gravity = 9.81;
@@ -95,4 +95,4 @@ TEST(FurtherFriction, OfTwoMaterialsIsWhatTheyCombineTo) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::static_friction_test

@@ -4,7 +4,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::store_impulses_test {
 namespace {
 
 template <class real>
@@ -71,4 +71,4 @@ TYPED_TEST(StoreImpulses, AbortedStepsKeepTheCache) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::store_impulses_test

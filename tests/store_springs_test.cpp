@@ -1,6 +1,6 @@
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::store_springs_test {
 namespace {
 
 TEST(StoreSprings, KeepsEachStretchUnderItsKeyInOrder) {
@@ -45,4 +45,4 @@ TEST(StoreSprings, AnAbortedStepKeepsThoseOfTheLast) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::store_springs_test

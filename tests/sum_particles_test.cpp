@@ -1,7 +1,7 @@
 #include "tests/bodies.hpp"
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::sum_particles_test {
 namespace {
 
 TEST(SumParticles, ForceAndTorqueAboutTheCentreOfMass) {
@@ -33,4 +33,4 @@ TEST(SumParticles, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::sum_particles_test

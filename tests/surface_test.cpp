@@ -7,7 +7,7 @@
 
 #include "tests/surfaces.hpp"
 
-namespace lockstep {
+namespace lockstep::surface_test {
 namespace {
 
 std::shared_ptr<const Surface> made(const TriangleMesh& mesh) {
@@ -98,4 +98,4 @@ TEST(Surface, FlawsAreReportedWithAPosition) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::surface_test

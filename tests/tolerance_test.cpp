@@ -10,7 +10,7 @@
 #include "tests/joints/joint_scene.hpp"
 #include "tests/patch_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::tolerance_test {
 namespace {
 
 template <class real>
@@ -265,4 +265,4 @@ TEST(ToleranceSaves, MostSweepsOfAPyramidAtRest) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::tolerance_test

@@ -6,7 +6,7 @@
 
 #include "tests/collision_states.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::update_bounds_test {
 namespace {
 
 template <class real>
@@ -154,4 +154,4 @@ TYPED_TEST(UpdateBounds, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::update_bounds_test

@@ -2,7 +2,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::warm_start_test {
 namespace {
 
 template <class real>
@@ -63,4 +63,4 @@ TYPED_TEST(WarmStart, AbortedStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::warm_start_test

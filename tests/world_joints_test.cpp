@@ -3,7 +3,7 @@
 
 #include "tests/library_worlds.hpp"
 
-namespace lockstep {
+namespace lockstep::world_joints_test {
 namespace {
 
 JointDescription ball_joint(const Vector3& anchor) {
@@ -385,4 +385,4 @@ TEST(WorldJoints, InvalidJointsAreRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::world_joints_test

@@ -4,7 +4,7 @@
 
 #include "tests/library_worlds.hpp"
 
-namespace lockstep {
+namespace lockstep::world_queries_test {
 namespace {
 
 TEST(World, ContactsCarryTheWeight) {
@@ -154,4 +154,4 @@ TEST(World, TellsWhoIsInAVolume) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::world_queries_test

@@ -10,7 +10,7 @@
 #include "include/lockstep/world.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::world_recording_test {
 namespace {
 
 BodyDescription solid(const Vector3& position, const ShapeDescription& shape) {
@@ -245,4 +245,4 @@ TEST_F(WorldRecording, StoresManyInputs) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::world_recording_test

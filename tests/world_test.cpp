@@ -16,7 +16,7 @@
 #include "tests/library_worlds.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::world_test {
 namespace {
 
 constexpr double pi = 3.14159265358979;
@@ -390,7 +390,7 @@ TEST(World, RefusesInvalidArguments) {
   bad = box_at({0, 0, 5});
   bad.shapes[0].material = 7;
   EXPECT_EQ(refusal([&] { world.add(bad); }), "body: has a material that the scene does not");
-  bad = floor_body();
+  bad = level_floor();
   bad.kind = BODY_KINEMATIC;
   EXPECT_EQ(refusal([&] { world.add(bad); }), "body \"floor\": has a plane, and only static bodies may");
   EXPECT_EQ(refusal([&] {
@@ -410,4 +410,4 @@ TEST(World, RefusesInvalidArguments) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::world_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace lockstep {
+namespace lockstep::angle_test {
 namespace {
 
 // Against the C library, over all turns; the quaternion need not be unit.
@@ -31,4 +31,4 @@ TEST(DirectionAngle, IsThatOfTheCLibrary) {
 TEST(RotationAngle, OfNoQuaternionIsZero) { EXPECT_EQ(reference::rotation_angle(0.0, 0.0), 0.0); }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::angle_test

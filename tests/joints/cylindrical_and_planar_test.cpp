@@ -6,7 +6,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::cylindrical_and_planar_test {
 namespace {
 
 constexpr double dt = 1.0 / 240;
@@ -148,4 +148,4 @@ TYPED_TEST(PlanarJoint, MotorAndLimitsActOnTheAngle) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::cylindrical_and_planar_test

@@ -5,7 +5,7 @@
 #include "host/report/joints.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::distance_test {
 namespace {
 
 template <class real>
@@ -77,4 +77,4 @@ TYPED_TEST(DistanceJoint, WinchDrawsIn) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::distance_test

@@ -7,7 +7,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::friction_test {
 namespace {
 
 constexpr double dt = 1.0 / 240;
@@ -112,4 +112,4 @@ TYPED_TEST(JointFriction, ActsOnTheFreeCoordinate) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::friction_test

@@ -5,7 +5,7 @@
 #include "host/report/joints.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::hinge_test {
 namespace {
 
 template <class real>
@@ -97,4 +97,4 @@ TYPED_TEST(HingeJoint, AxisIsKept) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::hinge_test

@@ -3,7 +3,7 @@
 #include "host/report/measures.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::joint_residual_test {
 namespace {
 
 Residual residual_after(const Scene& scene, u32 steps) {
@@ -53,4 +53,4 @@ TEST(JointResidual, DefectIsTheVelocityThatIsLeft) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::joint_residual_test

@@ -9,7 +9,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::joint_scenes_test {
 namespace {
 
 u32 body_named(const Scene& scene, const std::string& name) {
@@ -256,4 +256,4 @@ TEST(JointScenes, JoinedBodiesDoNotCollide) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::joint_scenes_test

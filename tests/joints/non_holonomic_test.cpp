@@ -7,7 +7,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::non_holonomic_test {
 namespace {
 
 template <class real>
@@ -157,4 +157,4 @@ TYPED_TEST(NonHolonomic, ABallOnATurntableGoesRound) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::non_holonomic_test

@@ -6,7 +6,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::screw_test {
 namespace {
 
 constexpr double dt = 1.0 / 240;
@@ -122,4 +122,4 @@ TYPED_TEST(ScrewJoint, FreeBoltAndNutKeepTheirMomenta) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::screw_test

@@ -5,7 +5,7 @@
 #include "host/report/joints.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::slider_and_fixed_test {
 namespace {
 
 constexpr double dt = 1.0 / 240;
@@ -123,4 +123,4 @@ TYPED_TEST(FixedJoint, CantileverCarriesForceAndMoment) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::slider_and_fixed_test

@@ -7,7 +7,7 @@
 #include "host/scene/joint_kinds.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::spring_test {
 namespace {
 
 template <class real>
@@ -213,4 +213,4 @@ TEST(SpringsOfJoints, CostNothingWhereThereAreNone) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::spring_test

@@ -6,7 +6,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::universal_test {
 namespace {
 
 constexpr double dt = 1e-3;
@@ -134,4 +134,4 @@ TYPED_TEST(UniversalJoint, CarriesATorqueRoundTheBend) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::universal_test

@@ -6,7 +6,7 @@
 #include "cpu_reference/oracle/dense.hpp"
 #include "tests/oracle/articulated_trees.hpp"
 
-namespace lockstep::oracle::articulated {
+namespace lockstep::oracle::articulated::articulated_test {
 namespace {
 
 using test::Random;
@@ -205,4 +205,4 @@ TEST(ArticulatedBodies, GrippedTwistsThatObeyTheJointsStay) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::articulated
+}  // namespace lockstep::oracle::articulated::articulated_test

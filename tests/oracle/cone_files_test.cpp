@@ -11,7 +11,7 @@
 #include "tests/oracle/cone_problems.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::cone_files_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -235,4 +235,4 @@ TEST_F(ConeFiles, RefuseWhatIsNotThere) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::cone_files_test

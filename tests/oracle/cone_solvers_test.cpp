@@ -7,7 +7,7 @@
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "tests/oracle/cone_problems.hpp"
 
-namespace lockstep::oracle {
+namespace lockstep::oracle::cone_solvers_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -202,4 +202,4 @@ TEST(WholeProblem, SolvesWithJoints) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle
+}  // namespace lockstep::oracle::cone_solvers_test

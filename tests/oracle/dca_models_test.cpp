@@ -8,7 +8,7 @@
 #include "cpu_reference/oracle/models/model_size.hpp"
 #include "tests/oracle/articulated_trees.hpp"
 
-namespace lockstep::oracle::articulated {
+namespace lockstep::oracle::articulated::dca_models_test {
 namespace {
 
 using test::Random;
@@ -262,4 +262,4 @@ TEST(DcaModels, SizesAreThoseOfTheTable) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::articulated
+}  // namespace lockstep::oracle::articulated::dca_models_test

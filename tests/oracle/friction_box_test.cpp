@@ -10,7 +10,7 @@
 #include "tests/oracle/lcp_problems.hpp"
 #include "tests/oracle/multibodies.hpp"
 
-namespace lockstep::oracle::models {
+namespace lockstep::oracle::models::friction_box_test {
 namespace {
 
 using std::numbers::pi;
@@ -73,4 +73,4 @@ TEST(FrictionBox, AgreesWithThePyramidWithoutFriction) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::models
+}  // namespace lockstep::oracle::models::friction_box_test

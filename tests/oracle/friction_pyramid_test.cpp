@@ -13,7 +13,7 @@
 #include "tests/oracle/lcp_problems.hpp"
 #include "tests/oracle/multibodies.hpp"
 
-namespace lockstep::oracle::models {
+namespace lockstep::oracle::models::friction_pyramid_test {
 namespace {
 
 using lcp::test::solve;
@@ -231,4 +231,4 @@ TEST(FrictionPyramid, DoesNotDependOnUnits) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::models
+}  // namespace lockstep::oracle::models::friction_pyramid_test

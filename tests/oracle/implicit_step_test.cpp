@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace lockstep::oracle::models {
+namespace lockstep::oracle::models::implicit_step_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -259,4 +259,4 @@ TEST(ImplicitStep, TellsWhereItDidNotGetThere) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::models
+}  // namespace lockstep::oracle::models::implicit_step_test

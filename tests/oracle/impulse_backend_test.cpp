@@ -15,7 +15,7 @@
 #include "host/steppers/oracles.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::impulse_backend_test {
 namespace {
 
 class Stepped {
@@ -245,4 +245,4 @@ TEST_F(CommandLine, RunsByImpulses) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::impulse_backend_test

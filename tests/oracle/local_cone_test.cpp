@@ -8,7 +8,7 @@
 
 #include "cpu_reference/oracle/cone/cone.hpp"
 
-namespace lockstep::oracle {
+namespace lockstep::oracle::local_cone_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -99,4 +99,4 @@ TEST(LocalCone, TakesBlocksOfAnyRank) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle
+}  // namespace lockstep::oracle::local_cone_test

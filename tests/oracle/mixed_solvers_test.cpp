@@ -12,7 +12,7 @@
 #include "tests/command_line.hpp"
 #include "tests/oracle/cone_problems.hpp"
 
-namespace lockstep {
+namespace lockstep::mixed_solvers_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -168,4 +168,4 @@ TEST_F(CommandLine, SolvesJointsSeparately) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::mixed_solvers_test

@@ -10,7 +10,7 @@
 #include "host/steppers/oracle_backend.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::model_error_test {
 namespace {
 
 using nlohmann::json;
@@ -154,4 +154,4 @@ TEST(ModelError, BoxesAndPyramidsDoNot) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::model_error_test

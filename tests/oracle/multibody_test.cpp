@@ -11,7 +11,7 @@
 #include "tests/oracle/lcp_problems.hpp"
 #include "tests/oracle/multibodies.hpp"
 
-namespace lockstep {
+namespace lockstep::multibody_test {
 namespace {
 
 using oracle::SolveLimits;
@@ -113,4 +113,4 @@ TEST(ScenesLcps, RefuseWhatTheModelsDoNotHave) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::multibody_test

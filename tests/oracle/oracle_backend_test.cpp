@@ -11,7 +11,7 @@
 #include "host/simulation.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::oracle_backend_test {
 namespace {
 
 Scene hard_scene(const std::string& name) {
@@ -206,4 +206,4 @@ TEST_F(CommandLine, RefusesOraclesInOneLine) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::oracle_backend_test

@@ -14,7 +14,7 @@
 #include "host/steppers/oracles.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::reduced_backend_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -439,4 +439,4 @@ TEST(ReducedCoordinates, RefuseSoftJoints) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::reduced_backend_test

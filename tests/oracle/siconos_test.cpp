@@ -6,7 +6,7 @@
 #include "host/problems/cone_file.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::siconos_test {
 namespace {
 
 TEST_F(CommandLine, SiconosSolvesWhatIsExported) {
@@ -42,4 +42,4 @@ TEST_F(CommandLine, SiconosSolvesWhatIsExported) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::siconos_test

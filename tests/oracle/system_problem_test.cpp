@@ -13,7 +13,7 @@
 #include "host/simulation.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::system_problem_test {
 namespace {
 
 struct Step {
@@ -117,4 +117,4 @@ TEST(SystemProblem, RefusesMotors) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::system_problem_test

@@ -12,7 +12,7 @@
 #include "tests/surfaces.hpp"
 #include "tests/worlds.hpp"
 
-namespace lockstep {
+namespace lockstep::facets_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -64,7 +64,7 @@ TEST(Facets, AFlatGroundIsAPlane) {
   int n = 0;
   for (const BodyDescription& body : sliders()) {
     SCOPED_TRACE(n++);
-    World on_plane(scene_of({floor_body(), body}), in_double()), on_facets(scene_of({ground, body}), in_double());
+    World on_plane(scene_of({level_floor(), body}), in_double()), on_facets(scene_of({ground, body}), in_double());
     for (int i = 0; i < 120; ++i) {
       on_plane.step();
       on_facets.step();
@@ -370,4 +370,4 @@ TEST(Facets, InvalidSurfacesAreRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::facets_test

@@ -6,7 +6,7 @@
 #include "tests/shapes/cases.hpp"
 #include "tests/shapes/judge.hpp"
 
-namespace lockstep::oracle {
+namespace lockstep::oracle::oracle_test {
 namespace {
 
 using test::Random;
@@ -122,4 +122,4 @@ TEST(Oracle, ComplainsOfWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle
+}  // namespace lockstep::oracle::oracle_test

@@ -11,7 +11,7 @@
 #include "tests/shapes/cases.hpp"
 #include "tests/shapes/judge.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::pairs_test {
 namespace {
 
 u32 pair_count(u32 usual) {
@@ -212,4 +212,4 @@ TEST(PairsOfBoxes, LieOnAFaceWhereEdgesAreHardlyBetter) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::pairs_test

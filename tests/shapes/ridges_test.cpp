@@ -7,7 +7,7 @@
 #include "tests/surfaces.hpp"
 #include "tests/worlds.hpp"
 
-namespace lockstep {
+namespace lockstep::ridges_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -107,4 +107,4 @@ TEST(Ridges, WhatSlidesOffHasNoContact) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::ridges_test

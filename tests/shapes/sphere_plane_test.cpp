@@ -7,7 +7,7 @@
 
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sphere_plane_test {
 namespace {
 
 template <class real>
@@ -89,4 +89,4 @@ TYPED_TEST(SpherePlane, TheGapDoesNotDependOnThePosition) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sphere_plane_test

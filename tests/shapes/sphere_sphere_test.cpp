@@ -6,7 +6,7 @@
 
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sphere_sphere_test {
 namespace {
 
 template <class real>
@@ -60,4 +60,4 @@ TYPED_TEST(SphereSphere, TouchingSpheresHaveAGapOfZero) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sphere_sphere_test
