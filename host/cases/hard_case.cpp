@@ -97,7 +97,7 @@ Method with_direct_joints(Method method, u32 iterations) {
   return method;
 }
 
-Method oracle(const std::string& solver, std::initializer_list<double> dts) {
+Method by_oracle(const std::string& solver, std::initializer_list<double> dts) {
   return {"oracle " + solver, nullptr, find_solver(solver).value(), steps_of(dts)};
 }
 

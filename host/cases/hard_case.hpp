@@ -68,7 +68,7 @@ Method with_patches(Method method);
 Method with_direct_joints(Method method, u32 iterations);
 /// The contact problem of each step solved to 1e-10 (host/steppers/system_solvers.hpp), so that what is left is the
 /// time step's and the friction model's: `auto` has Coulomb's cones. In double, on the reference.
-Method oracle(const std::string& solver, std::initializer_list<double> dts);
+Method by_oracle(const std::string& solver, std::initializer_list<double> dts);
 /// The same with joints in reduced coordinates, by the trapezoidal rule: no joint of a tree opens, so that what is left
 /// is the time step's.
 Method reduced(std::initializer_list<double> dts);

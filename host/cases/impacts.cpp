@@ -91,11 +91,11 @@ std::vector<HardCase> impact_cases() {
   return {
       {"eccentric_impacts",
        "Bodies hit the ground beside their centres: Routh's cases, and one that gains 0.095862 J by Newton's law alone",
-       {trapezoidal({0.005, 0.0025}), soft({0.005, 0.0025}), jacobi(0.005, {10}), oracle("auto", {0.005})},
+       {trapezoidal({0.005, 0.0025}), soft({0.005, 0.0025}), jacobi(0.005, {10}), by_oracle("auto", {0.005})},
        eccentric_impacts},
       {"superball",
        "A superball goes at 3/7 and all of its speed in turn",
-       {trapezoidal({0.01, 0.005, 0.0025}), soft({0.01, 0.005}), jacobi(0.005, {10}), oracle("auto", {0.005})},
+       {trapezoidal({0.01, 0.005, 0.0025}), soft({0.01, 0.005}), jacobi(0.005, {10}), by_oracle("auto", {0.005})},
        superball},
   };
 }

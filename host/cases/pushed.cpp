@@ -83,14 +83,14 @@ std::vector<HardCase> pushed_cases() {
        "25 balls roll on a slab that is drawn askew over rough ground: their velocities and its own",
        {gauss_seidel(1e-3, {2, 5, 10, 20, 50}), cell_gauss_seidel(1e-3, {2, 5, 10, 20, 50}),
         jacobi(1e-3, {10, 30, 100}), gradient(1e-3, {30, 100, 300}), accelerated_gradient(1e-3, {30, 100, 300}),
-        dense_gauss_seidel(1e-3, {2, 5, 10, 20, 50}), small_steps(1e-3, {1, 2, 5, 10}), oracle("auto", {4e-3, 1e-3}),
-        oracle("pyramid_lemke", {0.01}), oracle("box_baraff", {0.01})},
+        dense_gauss_seidel(1e-3, {2, 5, 10, 20, 50}), small_steps(1e-3, {1, 2, 5, 10}), by_oracle("auto", {4e-3, 1e-3}),
+        by_oracle("pyramid_lemke", {0.01}), by_oracle("box_baraff", {0.01})},
        rolling},
       // one pair of shapes: jacobi is gauss_seidel here
       {"oscillating_push",
        "A block slips and sticks by turns under a force that goes to and fro: where and when",
        {gauss_seidel(1e-3, {2, 5, 10, 20, 50, 100}), small_steps(1e-3, {1, 2, 5, 10}),
-        oracle("auto", {4e-3, 2e-3, 1e-3, 5e-4})},
+        by_oracle("auto", {4e-3, 2e-3, 1e-3, 5e-4})},
        oscillating_push},
   };
 }
