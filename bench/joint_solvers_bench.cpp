@@ -13,8 +13,8 @@
 #include "cpu_reference/oracle/dense.hpp"
 #include "cpu_reference/oracle/joints/joint_solver.hpp"
 #include "host/error.hpp"
-#include "host/problems/oracle_backend.hpp"
-#include "host/problems/system_problem.hpp"
+#include "host/steppers/oracle_backend.hpp"
+#include "host/steppers/system_problem.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 
@@ -83,7 +83,7 @@ std::string lying_chain(int count) {
 
 // The system before the impulses of a step: the scene as it is after some steps solved to 1e-6.
 WholeSystemProblem problem_at(Scene scene, u32 steps) {
-  use_oracle(scene.settings);
+  use_oracle(scene.settings, "mixed_articulated");
   scene.settings.tolerance = 1e-6;
   std::optional<WholeSystemProblem> last;
   const SystemSolver inner = find_system_solver("mixed_articulated", 4);

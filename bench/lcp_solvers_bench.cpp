@@ -16,7 +16,7 @@
 #include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
 #include "host/problems/lcp_text.hpp"
-#include "host/problems/multibody.hpp"
+#include "host/steppers/multibody.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"

@@ -116,7 +116,7 @@ TEST_F(CommandLine, LetsWhatRestsSleep) {
   EXPECT_EQ(asleep["wakings"], 0);
   EXPECT_TRUE(report_of("sleeping_piles --steps 2 --sleeping off --device reference")["asleep"].is_null());
   expect_refused("run box_stack --sleeping soon", 2, "--sleeping: must be a number > 0, is 'soon'");
-  expect_refused("run sleeping_piles --solver auto", 2, "--sleeping: auto is an oracle");
+  expect_refused("run sleeping_piles --solver auto", 2, "/settings/sleeping: auto is an oracle");
   expect_refused("run sleeping_piles --tolerance 0.001", 2, "/settings/sleeping: does not go with a tolerance");
   expect_refused("run particles_pile --sleeping 1", 2, "/settings/sleeping: does not go with particles");
 }

@@ -105,8 +105,8 @@ TEST(HouseRules, NoFileIsLong) {
 std::string module_of(const std::string& file) {
   if (file.rfind("host/simulation.", 0) == 0) return "simulation";
   for (const char* folder :
-       {"host/scene", "host/device", "host/backends", "host/report", "host/problems", "host/record", "host/render",
-        "host/cases", "host/world", "host/app", "cpu_reference/oracle"})
+       {"host/scene", "host/device", "host/backends", "host/report", "host/steppers", "host/problems", "host/record",
+        "host/render", "host/cases", "host/world", "host/app", "cpu_reference/oracle"})
     if (file.rfind(std::string(folder) + "/", 0) == 0) return folder;
   return file.substr(0, file.find('/'));
 }
@@ -124,18 +124,19 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
       {"host/render", {"kernels", "host"}},
       {"host/backends", {"kernels", "host", "cpu_reference", "host/scene", "host/device"}},
       {"simulation", {"kernels", "host", "host/scene", "host/backends"}},
-      {"host/record", {"kernels", "host", "host/scene", "host/backends", "simulation"}},
-      {"host/problems",
-       {"kernels", "host", "host/scene", "host/backends", "host/report", "host/record", "cpu_reference/oracle"}},
+      {"host/steppers",
+       {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "cpu_reference/oracle"}},
+      {"host/record", {"kernels", "host", "host/scene", "host/backends", "host/steppers", "simulation"}},
+      {"host/problems", {"host", "host/record", "cpu_reference/oracle"}},
       {"host/cases",
-       {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/problems", "simulation"}},
+       {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/steppers", "simulation"}},
       {"include", {"kernels", "host", "host/scene"}},
       {"host/world",
-       {"include", "kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record",
-        "simulation"}},
+       {"include", "kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/steppers",
+        "host/record", "simulation"}},
       {"host/app",
        {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/record", "host/render",
-        "host/problems", "host/cases", "simulation", "cpu_reference/oracle"}},
+        "host/steppers", "host/problems", "host/cases", "simulation", "cpu_reference/oracle"}},
       {"python", {"include", "kernels", "host", "host/scene", "host/device"}},
   };
   for (const std::string& file : sources()) {

@@ -16,7 +16,7 @@ constexpr u32 steps = 40;
 class ReplayTest : public testing::Test {
  protected:
   // "equal", or the line that the replay ends with.
-  std::string outcome(const ReplayTarget& target) const {
+  std::string outcome(const StepTarget& target) const {
     const RecordingReader recording(path_);
     u32 told = 0;
     try {
@@ -95,7 +95,7 @@ TEST_F(ReplayTest, GoesOnWhereTheRecordingBegan) {
   writer.close("finished");
   const RecordingReader recording(path_);
   EXPECT_EQ(recording.rows().front().step, 11u);
-  EXPECT_EQ(replay<double>(recording, {}, [](u32) {}), "reference");
+  EXPECT_EQ(replay<double>(recording, {}, [](u32) {}).device, "reference");
 }
 
 TEST_F(ReplayTest, NamesTheStageAndTheWordOfADeviceThatDiffers) {

@@ -70,7 +70,7 @@ class WorldRecording : public testing::Test {
   }
 
   template <class real>
-  void expect_replays(int number, u32 first_step, u32 steps, const ReplayTarget& target) const {
+  void expect_replays(int number, u32 first_step, u32 steps, const StepTarget& target) const {
     SCOPED_TRACE(number);
     const RecordingReader recording(file(number));
     EXPECT_EQ(recording.outcome(), number == 5 ? "stopped" : "finished");
@@ -82,7 +82,7 @@ class WorldRecording : public testing::Test {
   }
 
   template <class real>
-  void expect_replays_all(const ReplayTarget& target) const {
+  void expect_replays_all(const StepTarget& target) const {
     expect_replays<real>(1, 1, 6, target);   // the first force
     expect_replays<real>(2, 7, 6, target);   // a body comes
     expect_replays<real>(3, 13, 8, target);  // a body goes
@@ -132,7 +132,7 @@ TEST_F(WorldRecording, ReplaysOnTheReferenceAndChangesNothing) {
 
 TEST_F(WorldRecording, ReplaysOnAnotherDeviceThanItsOwnOnTheDevice) {
   busy_life({.device = "reference", .precision = "double"}, file(1));
-  ReplayTarget device = {select_device("cpu"), {}};
+  StepTarget device = {select_device("cpu"), {}};
   device.options.lanes = 8;
   expect_replays_all<double>(device);
   busy_life({.device = "cpu", .precision = "float"}, file(1));
@@ -216,7 +216,7 @@ TEST_F(WorldRecording, KnowsHowMotorsAreDriven) {
   EXPECT_EQ(inputs[0].step, 4u);
   EXPECT_EQ(inputs[0].linear[0], 5);
   EXPECT_EQ(inputs[1].linear[1], 10000);
-  const auto replay_both = [&](const ReplayTarget& target) {
+  const auto replay_both = [&](const StepTarget& target) {
     for (int number : {1, 2}) replay<float>(RecordingReader(file(number)), target, [](u32) {});
   };
   replay_both({});

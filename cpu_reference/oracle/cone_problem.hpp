@@ -93,6 +93,11 @@ struct GlobalConeProblem {
   std::vector<std::uint32_t> bodies = {};  // the first velocity of each body and the end of the last; empty: not known
 };
 
+/// Impulses of the contacts and of the joints of a problem.
+struct ConeImpulses {
+  Eigen::VectorXd r, l;
+};
+
 /// The blocks of columns of G: `first`, or each of its own.
 std::vector<std::uint32_t> joint_blocks(const GlobalConeProblem& problem);
 

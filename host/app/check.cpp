@@ -35,6 +35,10 @@ struct CheckCommand : SceneOptions {
 template <class real>
 void check_scene(const Scene& scene, const CheckCommand& options, const DeviceInfo& device) {
   Start<real> start = make_start<real>(scene, options);
+  if (start.state.oracle)
+    throw Error(Failure::input, "check",
+                "compares an OpenCL device with the reference, and " + start.state.oracle.name +
+                    " is an oracle that runs on the reference alone; record it and verify the recording");
   const StepParams<real> params = start.state.params;
   auto owned = std::make_unique<CheckedBackend<real>>(std::move(start.state), device, options.device_options,
                                                       CheckOptions{.fused = true});
@@ -75,7 +79,7 @@ std::vector<Scene> scenes_of(CheckCommand& options) {
 
 void check(CheckCommand& options) {
   expect_writable(options.picture, "the picture", png_signature);
-  const std::optional<DeviceInfo> device = device_of(options);
+  const std::optional<DeviceInfo> device = target_of(options).device;
   if (!device)
     throw Error(Failure::input, "check",
                 "compares an OpenCL device with the reference; the reference alone has nothing to "

@@ -11,7 +11,8 @@
 #include "host/app/render_options.hpp"
 #include "host/app/start.hpp"
 #include "host/error.hpp"
-#include "host/problems/system_problem.hpp"
+#include "host/problems/cone_file.hpp"
+#include "host/steppers/system_problem.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/measures.hpp"
 #include "host/simulation.hpp"
@@ -22,7 +23,6 @@ namespace {
 
 struct ExportOptions : MotionOptions {
   std::optional<u32> at;
-  std::size_t directions = 4;
   bool local = false, sizes = false;
 };
 
@@ -32,7 +32,8 @@ ContactSystem system_at(const Scene& scene, u32 step, const ExportOptions& optio
   Start<real> start = make_start<real>(scene, options);
   if (!has(start.state.features, Feature::contacts) && !has(start.state.features, Feature::joints))
     throw Error(Failure::input, scene.name, "has neither contacts nor joints, there is nothing to solve in it");
-  Simulation<real> simulation(make_backend(start.state, options), start.state.params, start.steps_done);
+  const OracleChoice oracle = start.state.oracle;
+  Simulation<real> simulation = simulate(start, options);
   {
     Progress progress(step, !options.quiet);
     while (simulation.steps_done() < step) {
@@ -46,6 +47,7 @@ ContactSystem system_at(const Scene& scene, u32 step, const ExportOptions& optio
   if (!system.turns.empty())
     throw Error(Failure::input, scene.name,
                 "has torsional or rolling friction, and a contact of a problem file has none");
+  expect_all_solved(scene.name, oracle, backend.unsolved());
   return system;
 }
 
@@ -97,7 +99,7 @@ void export_system(const ExportOptions& options) {
   ContactSystem solved;
   with_precision(scene, [&](auto real) { solved = system_at<decltype(real)>(scene, *options.at, options); });
   const std::string title = fmt::format("{}, step {}", scene.name, *options.at);
-  if (options.sizes) print_sizes(solved, title, options.directions);
+  if (options.sizes) print_sizes(solved, title, scene.settings.directions);
   if (options.output.empty()) return;
   const SystemProblem system = problem_of(solved, title);
   const oracle::ConeProblem local = oracle::local_form(system.problem);
@@ -139,10 +141,8 @@ void add_export(CLI::App& program) {
                  "Print how many unknowns each model of the survey has for this step (docs/lcp.md); --output may be "
                  "left out then")
       ->group(group);
-  command->add_option("--directions", options->directions, "Sides of the friction pyramids that --sizes counts with")
-      ->check(CLI::Range(3, 256))
-      ->capture_default_str()
-      ->group(group);
+  command->get_option("--directions")
+      ->description("Sides of the friction pyramids that --sizes counts with, and of oracles that have them");
   command->footer(
       "Example:\n  lockstep export heap.h5 -o heap.glb\n  lockstep export wall --at 100 -o wall.hdf5\n"
       "  lockstep solve wall.hdf5\n  lockstep export rag_doll --at 100 --sizes");

@@ -142,13 +142,14 @@ void export_scene(const Scene& scene, const MotionOptions& options) {
   still.dt = double(start.state.params.dt) * start.state.params.substeps;
   still.steps = keyframe_steps(options.fps.value_or(usual_rate), start.steps_done, scene.settings.steps, still.dt);
   const SceneModel model(compile_shapes<real>(scene));
-  const StepParams<real> params = start.state.params;
-  Simulation<real> simulation(make_backend(start.state, options), params, start.steps_done);
+  const OracleChoice oracle = start.state.oracle;
+  Simulation<real> simulation = simulate(start, options);
   write_motion(options, still, model, region_of(model.extents(still.start)), [&](u32 step) {
     while (simulation.steps_done() < step && !Interrupt::asked()) simulation.step();
     const Buffers<real>& now = simulation.backend().download(pose_buffers);
     return poses_of(now.positions, now.orientations);
   });
+  expect_all_solved(scene.name, oracle, simulation.backend().unsolved());
 }
 
 }  // namespace
@@ -161,7 +162,7 @@ bool is_motion(const std::string& output) {
 }
 
 void export_motion(const CLI::App& command, const MotionOptions& options) {
-  for (const char* name : {"--at", "--local", "--sizes", "--directions"}) {
+  for (const char* name : {"--at", "--local", "--sizes"}) {
     if (command.count(name) > 0)
       throw Error(Failure::input, name, "is for the constraint system of a step, and a .glb file holds a motion");
   }

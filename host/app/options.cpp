@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "host/error.hpp"
-#include "host/problems/oracles.hpp"
+#include "host/steppers/oracles.hpp"
 #include "host/scene/read.hpp"
 
 namespace lockstep::app {
@@ -44,32 +44,20 @@ CLI::Validator one_of(const std::pair<const char*, Choice> (&names)[count]) {
   return CLI::Validator(take, fmt::format("{}", fmt::join(known, "|")));
 }
 
-// Names of both kinds are one list for the user.
-void add_solver_or_oracle(CLI::App& command, std::optional<Solver>& solver, std::string& oracle) {
-  std::vector<std::string> oracles = oracle_names();
-  const auto take = [&solver, &oracle](const std::string& name) {
-    const auto found = std::ranges::find(solver_names, name, &std::pair<const char*, Solver>::first);
-    if (found != std::end(solver_names))
-      solver = found->second;
-    else
-      oracle = name;
-  };
-  const auto known = [oracles](const std::string& name) {
-    const bool sweeps =
-        std::ranges::find(solver_names, name, &std::pair<const char*, Solver>::first) != std::end(solver_names);
-    if (sweeps || std::ranges::find(oracles, name) != oracles.end()) return std::string();
-    std::vector<std::string_view> all;
-    for (const auto& named : solver_names) all.push_back(named.first);
-    all.insert(all.end(), oracles.begin(), oracles.end());
-    return fmt::format("must be one of {}, is '{}'", fmt::join(all, ", "), name);
-  };
-  command
-      .add_option_function<std::string>("--solver", take,
-                                        "Contact solver instead of the scene's: gauss_seidel, small_steps, jacobi, "
-                                        "gradient, accelerated_gradient, dense_gauss_seidel, "
-                                        "cell_gauss_seidel; or an "
-                                        "oracle, see below")
-      ->check(CLI::Validator(known, "NAME"));
+// Solvers of both kinds.
+std::vector<std::string> all_solvers() {
+  std::vector<std::string> names;
+  for (const auto& named : solver_names) names.emplace_back(named.first);
+  for (std::string& name : oracle_names()) names.push_back(std::move(name));
+  return names;
+}
+
+void use_solver(Settings& settings, const std::string& name) {
+  const auto found = std::ranges::find(solver_names, name, &std::pair<const char*, Solver>::first);
+  if (found == std::end(solver_names))
+    use_oracle(settings, name);
+  else if (found->second != settings.solver || !settings.oracle.empty())
+    lockstep::use_solver(settings, found->second);
 }
 
 }  // namespace
@@ -97,14 +85,14 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
   staged->group(group)->excludes(fused);
 }
 
-void add_scene_options(CLI::App& command, SceneOptions& options, std::string* oracle) {
+void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("scene", options.scene, "A built-in scene (lockstep scenes), a JSON file or a robot (.urdf, .xml)")
       ->required();
-  add_setting_options(command, options, oracle);
+  add_setting_options(command, options);
 }
 
-void add_setting_options(CLI::App& command, SceneOptions& options, std::string* oracle) {
+void add_setting_options(CLI::App& command, SceneOptions& options) {
   CLI::Option* steps = command.add_option("--steps", options.steps, "Time steps")->check(positive);
   command.add_option("--time", options.time, "Simulated time instead of steps, s")->check(positive)->excludes(steps);
   command.add_option("--dt", options.dt, "Length of a step, s")->check(positive);
@@ -118,11 +106,18 @@ void add_setting_options(CLI::App& command, SceneOptions& options, std::string* 
       .add_option("--tolerance", options.tolerance,
                   "End the iterations of a sub-step at one that changes velocities by no more, m/s; 0: do not")
       ->check(not_negative);
-  if (oracle)
-    add_solver_or_oracle(command, options.solver, *oracle);
-  else
-    command.add_option("--solver", options.solver, "Contact solver instead of the scene's")
-        ->transform(one_of(solver_names));
+  const auto known = [names = all_solvers()](const std::string& name) {
+    if (std::ranges::find(names, name) != names.end()) return std::string();
+    return fmt::format("must be one of {}, is '{}'", fmt::join(names, ", "), name);
+  };
+  command
+      .add_option("--solver", options.solver,
+                  "Contact solver instead of the scene's: gauss_seidel, small_steps, jacobi, gradient, "
+                  "accelerated_gradient, dense_gauss_seidel, cell_gauss_seidel; or an oracle (`lockstep run --help` "
+                  "has their names)")
+      ->check(CLI::Validator(known, "NAME"));
+  command.add_option("--directions", options.directions, "Sides of the friction pyramids of oracles that have them")
+      ->check(CLI::Range(3u, 256u));
   command
       .add_option("--joint-solver", options.joint_solver,
                   "Joints by sweeps, or direct: all of a tree of bodies at once; instead of the scene's")
@@ -145,7 +140,8 @@ Scene read_scene_with(const SceneOptions& options) {
   Settings& settings = scene.settings;
   settings.dt = options.dt.value_or(settings.dt);
   settings.steps = options.steps.value_or(settings.steps);
-  if (options.solver && *options.solver != settings.solver) use_solver(settings, *options.solver);
+  if (!options.solver.empty()) use_solver(settings, options.solver);
+  settings.directions = options.directions.value_or(settings.directions);
   settings.joint_solver = options.joint_solver.value_or(settings.joint_solver);
   settings.friction_model = options.friction_model.value_or(settings.friction_model);
   settings.substeps = options.substeps.value_or(settings.substeps);
@@ -167,15 +163,15 @@ Scene read_scene_with(const SceneOptions& options) {
   return scene;
 }
 
-std::optional<DeviceInfo> device_of(const TargetOptions& options) {
-  const std::optional<DeviceInfo> device = select_device(options.device);
+StepTarget target_of(const TargetOptions& options, const OracleChoice& oracle) {
+  const StepTarget target = lockstep::target_of(options.device, options.device_options, oracle);
   const DeviceOptions& wanted = options.device_options;
-  if (!device && (wanted.lanes || wanted.work_group || wanted.threads || wanted.fused))
+  if (!target.device && (wanted.lanes || wanted.work_group || wanted.threads || wanted.fused))
     throw Error(Failure::input, "--lanes --work-group --threads --fused --staged",
                 "are for OpenCL devices; this runs on the reference");
-  if (device && device->type != DeviceType::cpu && wanted.threads)
-    throw Error(Failure::input, "--threads", "is for CPU devices; leave it out on " + device->name);
-  return device;
+  if (target.device && target.device->type != DeviceType::cpu && wanted.threads)
+    throw Error(Failure::input, "--threads", "is for CPU devices; leave it out on " + target.device->name);
+  return target;
 }
 
 }  // namespace lockstep::app

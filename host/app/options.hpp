@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "host/backends/device_backend.hpp"
 #include "host/scene/scene.hpp"
+#include "host/steppers/stepper.hpp"
 
 namespace lockstep::app {
 
@@ -24,7 +24,8 @@ struct SceneOptions : TargetOptions {
   std::optional<u32> steps, substeps, iterations, relaxations;
   std::optional<double> time, dt;   // s
   std::optional<double> tolerance;  // m/s
-  std::optional<Solver> solver;
+  std::string solver;  // of solver_names or oracle_names(); empty: the scene's
+  std::optional<u32> directions;
   std::optional<JointSolver> joint_solver;
   std::optional<FrictionModel> friction_model;
   std::string sleeping;   // empty: as the scene says; off, or seconds
@@ -34,18 +35,17 @@ struct SceneOptions : TargetOptions {
 };
 
 void add_target_options(CLI::App& command, TargetOptions& options);
-/// What to change in a scene, where to start, and what to run it on. `oracle`: where the name goes of a solver in the
-/// place of the sweeps (host/problems/system_solvers.hpp); null for commands that take none.
-void add_setting_options(CLI::App& command, SceneOptions& options, std::string* oracle = nullptr);
+/// What to change in a scene, where to start, and what to run it on.
+void add_setting_options(CLI::App& command, SceneOptions& options);
 /// The scene's name too.
-void add_scene_options(CLI::App& command, SceneOptions& options, std::string* oracle = nullptr);
+void add_scene_options(CLI::App& command, SceneOptions& options);
 
 /// The scene with the settings that the command line asks for.
 Scene read_scene_with(const SceneOptions& options);
 
-/// The device that the command line asks for; nothing for the reference. Throws Error (input) where options go with a
-/// device only.
-std::optional<DeviceInfo> device_of(const TargetOptions& options);
+/// Where the command line asks for steps by the oracle, or for those of a device or the reference. Throws Error (input)
+/// where options go with a device only.
+StepTarget target_of(const TargetOptions& options, const OracleChoice& oracle = {});
 
 /// Calls `work` with a float or a double, as the scene says.
 template <class Work>

@@ -104,10 +104,8 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   expect_pictures_writable(options, file_name(scene.name), shown.front());
   Frames frames(frame_options(options, scene.camera, dt), SceneModel(compile_shapes<real>(scene, options.frames.shown)),
                 file_name(scene.name), dt);
-  const StepParams<real> params = start.state.params;
-  std::unique_ptr<Backend<real>> backend = make_backend(start.state, options);
-  start.state = {};
-  Simulation<real> simulation(std::move(backend), params, start.steps_done);
+  const OracleChoice oracle = start.state.oracle;
+  Simulation<real> simulation = lockstep::app::simulate(start, options);
   try {
     simulate(simulation, shown, constants, options, frames);
   } catch (const Error&) {
@@ -117,6 +115,7 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   frames.finish();
   say_what_was_made(frames, options);
   if (!options.quiet) fmt::print("state hash {}\n", hash_text(combined_state_hash(simulation.world_hashes())));
+  expect_all_solved(scene.name, oracle, simulation.backend().unsolved());
 }
 
 template <class real>

@@ -7,16 +7,13 @@
 #include "host/app/commands.hpp"
 #include "host/app/event_log.hpp"
 #include "host/app/interrupt.hpp"
-#include "host/app/oracle_run.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/recording.hpp"
 #include "host/app/report_file.hpp"
 #include "host/app/start.hpp"
 #include "host/app/worlds.hpp"
-#include "host/backends/canary.hpp"
-#include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
-#include "host/problems/oracles.hpp"
+#include "host/steppers/oracles.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/sample_particles.hpp"
@@ -27,34 +24,24 @@ namespace lockstep::app {
 namespace {
 
 struct RunOptions : SceneOptions {
-  OracleOptions oracle;
   std::string report, events, record, checkpoint;
   u32 worlds = 1;
   bool quiet = false;
 };
 
-// Makes the backend and says in the report what it is, and whether it can be trusted with the bits.
+// Makes what steps and says in the report what it is, and whether it can be trusted with the bits.
 template <class real>
 std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const RunOptions& options,
                                             Report& report) {
-  const std::optional<DeviceInfo> device = device_of(options);
-  if (!device) {
-    if (options.device == "auto")
-      fmt::print(stderr, "lockstep: there is no OpenCL device here; the plain C++ reference takes its place\n");
-    report.device = "reference";
-    if constexpr (sizeof(real) == 8) {
-      const OracleOptions& oracle = options.oracle;
-      if (!oracle.solver.empty())
-        return make_oracle(state, oracle.solver, oracle.directions, options.device_options.profile);
-    }
-    return std::make_unique<ReferenceBackend<real>>(state, options.device_options.profile);
-  }
-  auto backend = std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
-  const CanaryVerdict verdict = run_canary(*device, sizeof(real) == 8, backend->lanes(), backend->threads());
-  report.device = backend->name();
+  const StepTarget target = target_of(options, state.oracle);
+  if (!target.device && options.device == "auto" && !state.oracle)
+    fmt::print(stderr, "lockstep: there is no OpenCL device here; the plain C++ reference takes its place\n");
+  Stepper<real> stepper = make_stepper(state, target);
+  const CanaryVerdict verdict = stepper.canary();
+  report.device = stepper.backend->name();
   report.bit_exact = verdict.bit_exact();
   report.canary = describe(verdict);
-  return backend;
+  return std::move(stepper.backend);
 }
 
 // Measuring takes longer than a small step: about a hundred measurements show a run, however long it is.
@@ -79,6 +66,7 @@ struct Watchers {
   EventLog& log;
   Progress& progress;
   RecordingWriter<real>* recording;  // may be null
+  const OracleChoice& oracle;
   StageSeconds& first_step;
 };
 
@@ -102,7 +90,7 @@ void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) 
       const Buffers<real>& buffers = backend.download(wanted);
       Measures measures =
           measure(buffers, backend.sizes(), backend.features(), simulation.params(), simulation.counters());
-      take_own_residual(backend, measures);
+      backend.take_own_residual(measures);
       if (watchers.recording) watchers.recording->add(measure_row(step + 1, measures));
       watchers.recorder.observe(step, (step + 1 - first) * dt, measures);
     }
@@ -144,7 +132,7 @@ void simulate_and_close(Simulation<real>& simulation, u32 steps, Watchers<real> 
     }
     throw;
   }
-  watchers.recording->close(simulation.steps_done() == steps ? "finished" : "interrupted");
+  watchers.recording->close(simulation.steps_done() == steps ? finished(simulation, watchers.oracle) : "interrupted");
 }
 
 template <class real>
@@ -160,7 +148,7 @@ void write_checkpoint(Simulation<real>& simulation, const std::string& scene, co
 struct Outcome {
   Report report;
   std::vector<WorldHash> hashes;
-  Unsolved unsolved;  // of an oracle
+  OracleChoice oracle;  // that made the steps, if one did
 };
 
 // The particles of each body, as they were compiled: with the model constraints they are its spheres.
@@ -204,7 +192,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   Report report;
   report.scene = scene.name;
   report.precision = scene.settings.precision;
-  report.solver = options.oracle.solver.empty() ? name_of(scene.settings.solver) : options.oracle.solver;
+  report.solver = solver_name(scene.settings);
   report.joint_solver = name_of(scene.settings.joint_solver);
   report.friction_model = name_of(scene.settings.friction_model);
   report.worlds = state.sizes.worlds;
@@ -220,6 +208,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   if (scene.particles) describe_particles(scene, state, report);
   const StepParams<real> params = state.params;
   const u32 steps = scene.settings.steps;
+  const OracleChoice oracle = state.oracle;
   std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
   const auto recording = make_recording(options.record, scene, report.device, options.device_options, state);
   const SceneIdentity identity = options.checkpoint.empty() ? SceneIdentity() : identity_of(state);
@@ -229,7 +218,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   {
     const Interrupt interrupt;
     Progress progress(report.steps, !options.quiet);
-    simulate_and_close(simulation, steps, {recorder, log, progress, recording.get(), first_step});
+    simulate_and_close(simulation, steps, {recorder, log, progress, recording.get(), oracle, first_step});
   }
   report.interrupted = simulation.steps_done() < steps;
   report.steps = simulation.steps_done() - start.steps_done;
@@ -243,22 +232,21 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
     report.wakings = simulation.wakings();
   }
   if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
-  const auto* oracle = dynamic_cast<const OracleBackend*>(&simulation.backend());
-  return {report, simulation.world_hashes(), oracle ? oracle->unsolved() : Unsolved()};
+  if (oracle) report.unsolved = simulation.backend().unsolved();
+  return {report, simulation.world_hashes(), oracle};
 }
 
-// The worlds of this rank, which may have none.
-Outcome run_share(RunOptions& options, const Share& share) {
+// The worlds of this rank, which may have none. `is_shared`: there are other worlds or ranks.
+Outcome run_share(RunOptions& options, const Share& share, bool is_shared) {
   if (share.count == 0) return {};
   expect_writable(options.record, "the recording", recording_signature);
   expect_writable(options.checkpoint, "the checkpoint", checkpoint_signature);
   std::vector<Scene> worlds = read_worlds(options, share);
   Scene& scene = worlds[0];
-  if (!options.oracle.solver.empty()) {
-    if (!options.record.empty())
-      throw Error(Failure::input, "--record", "no device could verify the steps of an oracle; leave --record out");
-    prepare_for_oracle(options.oracle, options, scene);
-  }
+  if (is_shared && !scene.settings.oracle.empty())
+    throw Error(Failure::input, "--solver",
+                scene.settings.oracle + " is an oracle, and an oracle solves one world; leave out --worlds, and run it "
+                                        "without mpirun");
   scene.settings.events = scene.settings.events || !options.events.empty();
   EventLog log(options.events, scene);
   Outcome outcome;
@@ -282,9 +270,6 @@ void expect_one_world(const RunOptions& options) {
     if (is_there)
       throw Error(Failure::input, name,
                   "is of one world: leave out --worlds and run it without mpirun, with --seed K for world K");
-  if (!options.oracle.solver.empty())
-    throw Error(Failure::input, "--solver",
-                "an oracle solves one world; leave out --worlds, and run it without mpirun");
 }
 
 void run(RunOptions options) {
@@ -293,18 +278,19 @@ void run(RunOptions options) {
   std::optional<ReportFile> file;
   Outcome outcome;
   ranks.together([&] {
-    if (options.worlds > 1 || ranks.size() > 1) expect_one_world(options);
+    const bool is_shared = options.worlds > 1 || ranks.size() > 1;
+    if (is_shared) expect_one_world(options);
     if (is_first) file.emplace(options.report);
     RunOptions mine = options;
     mine.quiet = options.quiet || !is_first;
     spread_devices(ranks, mine);
-    outcome = run_share(mine, share_of(options.worlds, ranks));
+    outcome = run_share(mine, share_of(options.worlds, ranks), is_shared);
   });
   const Report report = merged(ranks, outcome.report, outcome.hashes);
   if (!is_first) return;
   file->write(to_json(report));
   if (!options.quiet) fmt::print("{}", to_table(report));
-  expect_all_solved(report.scene, options.oracle, report.tolerance, outcome.unsolved);
+  if (report.unsolved) expect_all_solved(report.scene, outcome.oracle, *report.unsolved);
 }
 
 }  // namespace
@@ -312,8 +298,7 @@ void run(RunOptions options) {
 void add_run(CLI::App& program) {
   CLI::App* command = program.add_subcommand("run", "Simulate a scene and report speed beside error");
   const auto options = std::make_shared<RunOptions>();
-  add_scene_options(*command, *options, &options->oracle.solver);
-  add_oracle_options(*command, options->oracle);
+  add_scene_options(*command, *options);
   command
       ->add_option("--worlds", options->worlds,
                    "So many worlds at once, each with the bits that it has alone: --seed and those that follow it. "
@@ -326,6 +311,9 @@ void add_run(CLI::App& program) {
   command->add_option("--checkpoint", options->checkpoint, "Keep the state that the run ends with, for --resume");
   command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");
   command->add_flag("--quiet", options->quiet, "No progress bar and no table");
+  command->footer(oracle_descriptions() +
+                  "Example:\n  lockstep run spheres8000 --steps 120 --report out.json\n"
+                  "  lockstep run incline --solver auto --tolerance 1e-12");
   command->callback([options] { run(*options); });
 }
 

@@ -2,9 +2,11 @@
 
 #include <fmt/format.h>
 
-#include "host/backends/reference_backend.hpp"
+#include <utility>
+
 #include "host/error.hpp"
 #include "host/record/whole_file.hpp"
+#include "host/steppers/oracles.hpp"
 
 namespace lockstep::app {
 
@@ -24,15 +26,22 @@ Start<real> make_start(std::span<const Scene> worlds, const SceneOptions& option
 }
 
 template <class real>
-std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options) {
-  const std::optional<DeviceInfo> device = device_of(options);
-  if (device) return std::make_unique<DeviceBackend<real>>(state, *device, options.device_options);
-  return std::make_unique<ReferenceBackend<real>>(state);
+Simulation<real> simulate(Start<real>& start, const SceneOptions& options) {
+  const InitialState<real> state = std::exchange(start.state, {});
+  return {make_stepper(state, target_of(options, state.oracle)).backend, state.params, start.steps_done};
 }
 
-template Start<float> make_start<float>(std::span<const Scene>, const SceneOptions&);
-template Start<double> make_start<double>(std::span<const Scene>, const SceneOptions&);
-template std::unique_ptr<Backend<float>> make_backend(const InitialState<float>&, const SceneOptions&);
-template std::unique_ptr<Backend<double>> make_backend(const InitialState<double>&, const SceneOptions&);
+void expect_all_solved(const std::string& scene, const OracleChoice& oracle, const Unsolved& unsolved) {
+  if (unsolved.count == 0) return;
+  throw Error(Failure::comparison, scene,
+              in_words(oracle.name, unsolved) + "; try another --solver, more --iterations or a larger --tolerance");
+}
+
+#define INSTANTIATE(real)                                                          \
+  template Start<real> make_start<real>(std::span<const Scene>, const SceneOptions&); \
+  template Simulation<real> simulate(Start<real>&, const SceneOptions&);
+INSTANTIATE(float)
+INSTANTIATE(double)
+#undef INSTANTIATE
 
 }  // namespace lockstep::app

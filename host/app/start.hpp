@@ -5,6 +5,7 @@
 
 #include "host/app/options.hpp"
 #include "host/record/checkpoint.hpp"
+#include "host/simulation.hpp"
 
 namespace lockstep::app {
 
@@ -23,8 +24,12 @@ Start<real> make_start(const Scene& scene, const SceneOptions& options) {
   return make_start<real>(std::span(&scene, 1), options);
 }
 
-/// On the device that the options name, or the reference.
+/// A simulation of it, where the options say. The state is let go of.
 template <class real>
-std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const SceneOptions& options);
+Simulation<real> simulate(Start<real>& start, const SceneOptions& options);
+
+/// Throws Error (comparison) where the solver of a simulation left something unsolved: an oracle did not get to the
+/// residual that was asked for.
+void expect_all_solved(const std::string& scene, const OracleChoice& oracle, const Unsolved& unsolved);
 
 }  // namespace lockstep::app

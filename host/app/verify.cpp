@@ -8,6 +8,7 @@
 #include "host/error.hpp"
 #include "host/record/replay.hpp"
 #include "host/record/whole_file.hpp"
+#include "host/steppers/oracles.hpp"
 
 namespace lockstep::app {
 
@@ -19,8 +20,7 @@ struct VerifyOptions : TargetOptions {
 };
 
 template <class real>
-std::string replay_and_draw(const RecordingReader& recording, const ReplayTarget& target,
-                            const VerifyOptions& options) {
+Replayed replay_and_draw(const RecordingReader& recording, const StepTarget& target, const VerifyOptions& options) {
   Progress progress(recording.steps(), !options.quiet);
   const auto done = [&](u32 steps) { progress.update(steps); };
   const auto parting = [&](const Mismatch& mismatch, CheckedBackend<real>& backend) {
@@ -33,16 +33,18 @@ std::string replay_and_draw(const RecordingReader& recording, const ReplayTarget
 
 void verify(const VerifyOptions& options) {
   expect_writable(options.picture, "the picture", png_signature);
-  const ReplayTarget target = {device_of(options), options.device_options};
   const RecordingReader recording(options.recording);
+  const StepTarget target = target_of(options, recording.oracle());
   if (recording.steps() == 0) throw Error(Failure::input, options.recording, "holds no step yet");
-  const std::string replayed_on = recording.precision() == "double"
+  const Replayed replayed = recording.precision() == "double"
                                       ? replay_and_draw<double>(recording, target, options)
                                       : replay_and_draw<float>(recording, target, options);
   if (options.quiet) return;
   const RecordingLabel& label = recording.label();
-  fmt::print("{}, {}, recorded on {}, replayed on {}: {} steps, every state hash equal\n", label.scene,
-             recording.precision(), label.device, replayed_on, recording.steps());
+  const std::string oracle = recording.oracle() ? " by " + recording.oracle().name : "";
+  fmt::print("{}, {}{}, recorded on {}, replayed on {}: {} steps, every state hash equal\n", label.scene,
+             recording.precision(), oracle, label.device, replayed.device, recording.steps());
+  if (replayed.unsolved.count > 0) fmt::print("{}\n", in_words(recording.oracle().name, replayed.unsolved));
   if (recording.outcome() == "running") fmt::print("the run was not over yet, or was killed\n");
 }
 

@@ -1,4 +1,5 @@
-// What the pipeline runs on: the OpenCL device, the C++ reference, or both beside each other.
+// What the pipeline runs on: the OpenCL device, the C++ reference, both beside each other, or the reference with an
+// oracle in the place of its sweeps. host/steppers/stepper.hpp makes them.
 #pragma once
 
 #include <array>
@@ -6,8 +7,11 @@
 #include <string>
 
 #include "host/stages.hpp"
+#include "host/unsolved.hpp"
 
 namespace lockstep {
+
+struct Measures;  // host/report/measures.hpp
 
 using Counters = std::array<u32, COUNTER_COUNT>;
 
@@ -49,6 +53,12 @@ class Backend {
 
   /// Seconds spent in each stage since the start; zeros unless profiling was asked for.
   virtual StageSeconds stage_seconds() const = 0;
+
+  /// What has been left unsolved so far.
+  virtual Unsolved unsolved() const { return {}; }
+
+  /// Puts the residual of a backend that measures its own in the place of that of the constraint system.
+  virtual void take_own_residual(Measures&) {}
 
  protected:
   u32 uploads_ = 0;

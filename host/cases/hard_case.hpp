@@ -66,7 +66,7 @@ Method soft(std::initializer_list<double> dts);           // small_steps
 Method with_patches(Method method);
 /// The method with the joints of trees solved directly, and so many sweeps where the ladder says nothing else.
 Method with_direct_joints(Method method, u32 iterations);
-/// The contact problem of each step solved to 1e-10 (host/problems/system_solvers.hpp), so that what is left is the
+/// The contact problem of each step solved to 1e-10 (host/steppers/system_solvers.hpp), so that what is left is the
 /// time step's and the friction model's: `auto` has Coulomb's cones. In double, on the reference.
 Method oracle(const std::string& solver, std::initializer_list<double> dts);
 /// The same with joints in reduced coordinates, by the trapezoidal rule: no joint of a tree opens, so that what is left

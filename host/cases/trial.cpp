@@ -5,12 +5,11 @@
 #include <cmath>
 #include <memory>
 
-#include "host/backends/device_backend.hpp"
 #include "host/error.hpp"
-#include "host/problems/oracles.hpp"
-#include "host/problems/reduced_backend.hpp"
 #include "host/report/joints.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/oracles.hpp"
+#include "host/steppers/stepper.hpp"
 
 namespace lockstep {
 
@@ -46,7 +45,7 @@ class SeenIn final : public Seen {
       Backend<real>& backend = simulation_.backend();
       measures_ = measure(backend.download(measured_buffers(backend.features())), backend.sizes(), backend.features(),
                           simulation_.params(), simulation_.counters());
-      take_own_residual(backend, *measures_);
+      backend.take_own_residual(*measures_);
     }
     return *measures_;
   }
@@ -61,15 +60,6 @@ double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<long>(values.size() / 2);
   std::ranges::nth_element(values, middle);
   return *middle;
-}
-
-template <class real>
-std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const std::string& oracle,
-                                            const std::optional<DeviceInfo>& device) {
-  if constexpr (sizeof(real) == 8)
-    if (!oracle.empty()) return make_oracle(state, oracle, 4);
-  if (device) return std::make_unique<DeviceBackend<real>>(state, *device);
-  return std::make_unique<ReferenceBackend<real>>(state);
 }
 
 // Lets the push act on its body in the steps to come.
@@ -92,7 +82,7 @@ Settings Trial::settings_for(const Scene& scene) const {
   if (setting_.substeps > 0) settings.substeps = setting_.substeps;
   if (setting_.iterations > 0) settings.iterations = setting_.iterations;
   settings.precision = precision_;
-  if (!method_.oracle.empty()) use_oracle(settings);
+  if (!method_.oracle.empty()) use_oracle(settings, method_.oracle);
   return settings;
 }
 
@@ -112,7 +102,7 @@ void Trial::run_in(const Scene& scene, double duration, const std::function<bool
                    const std::optional<Push>& push) {
   using Clock = std::chrono::steady_clock;
   InitialState<real> state = compile<real>(scene);
-  Simulation<real> simulation(make_backend(state, method_.oracle, device_), state.params);
+  Simulation<real> simulation(make_stepper(state, {device_, {}}).backend, state.params);
   const double dt = scene.settings.dt;
   const auto steps = static_cast<u32>(std::lround(duration / dt));
   const bool solves = has(state.features, Feature::contacts) || has(state.features, Feature::joints);
@@ -129,9 +119,8 @@ void Trial::run_in(const Scene& scene, double duration, const std::function<bool
     if (solves && looks_now)
       if (const auto& residual = now.measures().residual) residuals_.push_back(residual->relative);
   }
-  if (const auto* oracle = dynamic_cast<const OracleBackend*>(&simulation.backend()))
-    if (const Unsolved& left = oracle->unsolved(); left.count > 0)
-      throw Error(Failure::comparison, scene.name, method_.oracle + " " + in_words(left, scene.settings.tolerance));
+  if (const Unsolved left = simulation.backend().unsolved(); left.count > 0)
+    throw Error(Failure::comparison, scene.name, in_words(method_.oracle, left));
 }
 
 double Trial::ms_per_step() const { return ms_.empty() ? 0 : median(ms_); }

@@ -10,18 +10,12 @@
 
 namespace lockstep {
 
-/// Impulses of the contacts and of the joints that a file carries beside its problem. Whether they solve it, the error
-/// says.
-struct StoredImpulses {
-  Eigen::VectorXd r, l;
-};
-
 struct ConeFile {
   std::string form;                                 // in words: "FCLIB, global"
   std::uint32_t dimension = 3;                      // of the file; the problem is in space, whatever it is
   oracle::ConeProblem problem;                      // the local form
   std::optional<oracle::GlobalConeProblem> global;  // where the file has it
-  std::optional<StoredImpulses> stored;
+  std::optional<oracle::ConeImpulses> stored;  // whether they solve it, the error says
 };
 
 /// Reads any of them. Throws Error (input), one line naming the file, the place and what is wrong there, for a file
@@ -31,9 +25,9 @@ ConeFile read_cone_file(const std::string& path);
 /// As FCLIB files, matrices in compressed columns. Blocks of rows of joints of more than one row are kept beside them,
 /// where other readers do not look.
 std::vector<unsigned char> encode_fclib(const oracle::ConeProblem& problem, const std::string& title,
-                                        const std::optional<StoredImpulses>& stored = {});
+                                        const std::optional<oracle::ConeImpulses>& stored = {});
 std::vector<unsigned char> encode_fclib(const oracle::GlobalConeProblem& problem, const std::string& title,
-                                        const std::optional<StoredImpulses>& stored = {});
+                                        const std::optional<oracle::ConeImpulses>& stored = {});
 
 /// As Siconos's text, by blocks. Throws Error (input) for a problem with joints, which it cannot hold.
 std::string encode_siconos_text(const oracle::ConeProblem& problem);

@@ -207,7 +207,7 @@ void read_global(const Group& group, ConeFile& file) {
 void read_solution(const Group& group, ConeFile& file) {
   const Eigen::Index n = file.problem.contacts(), d = file.dimension;
   const VectorXd r = group.vector("r", d * n);
-  StoredImpulses stored;
+  oracle::ConeImpulses stored;
   stored.r = VectorXd::Zero(3 * n);
   for (Eigen::Index i = 0; i < d * n; ++i) stored.r[i / d * 3 + i % d] = r[i];
   if (file.problem.joints && !group.has("l")) return;

@@ -58,7 +58,7 @@ void write_joint_blocks(hid_t group, const std::vector<std::uint32_t>& first, Ei
 // The file's bytes; `fill` writes what is in it.
 template <class Fill>
 std::vector<unsigned char> encode(const char* form, std::uint32_t dimension, const std::string& title, Fill&& fill,
-                                  const std::optional<StoredImpulses>& stored) {
+                                  const std::optional<oracle::ConeImpulses>& stored) {
   h5::be_quiet();
   const h5::Handle access(H5Pcreate(H5P_FILE_ACCESS));
   h5::check(H5Pset_fapl_core(access, 1u << 20, false));
@@ -86,7 +86,7 @@ std::vector<unsigned char> encode(const char* form, std::uint32_t dimension, con
 }  // namespace
 
 std::vector<unsigned char> encode_fclib(const oracle::ConeProblem& problem, const std::string& title,
-                                        const std::optional<StoredImpulses>& stored) {
+                                        const std::optional<oracle::ConeImpulses>& stored) {
   const auto fill = [&](hid_t group) {
     write_matrix(group, "W", problem.w.sparse());
     const h5::Handle vectors = make_group(group, "vectors");
@@ -102,7 +102,7 @@ std::vector<unsigned char> encode_fclib(const oracle::ConeProblem& problem, cons
 }
 
 std::vector<unsigned char> encode_fclib(const oracle::GlobalConeProblem& problem, const std::string& title,
-                                        const std::optional<StoredImpulses>& stored) {
+                                        const std::optional<oracle::ConeImpulses>& stored) {
   const auto fill = [&](hid_t group) {
     write_matrix(group, "M", problem.m);
     write_matrix(group, "H", problem.h);

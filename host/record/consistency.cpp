@@ -10,6 +10,8 @@
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/joint_kinds.hpp"
+#include "host/scene/json_node.hpp"
+#include "host/steppers/oracles.hpp"
 
 namespace lockstep {
 
@@ -17,6 +19,20 @@ namespace {
 
 [[noreturn]] void refuse(Buffer buffer, std::size_t record, const char* what) {
   throw h5::Failed(std::string(info(buffer).name) + "[" + std::to_string(record) + "]: " + what);
+}
+
+// Hard contacts and joints, each in a cone of its own and nobody asleep.
+template <class real>
+void expect_oracle(const InitialState<real>& state) {
+  if (!state.oracle) return;
+  if (!is_oracle(state.oracle.name)) throw h5::Failed("oracle: there is none of the name " + quote(state.oracle.name));
+  bool fit = sizeof(real) == sizeof(double) && state.sizes.worlds == 1 && state.params.tolerance > 0 &&
+             state.oracle.directions >= 3 && state.oracle.directions <= 256;
+  for (const Feature feature :
+       {Feature::soft_contacts, Feature::patches, Feature::jacobi, Feature::gradient, Feature::partitions, Feature::dense,
+        Feature::articulations, Feature::sleeping, Feature::particles, Feature::turning_friction})
+    fit = fit && !has(state.features, feature);
+  if (!fit) throw h5::Failed("oracle: " + quote(state.oracle.name) + " steps no such scene");
 }
 
 // Features whose stages and buffers are nothing without those of another.
@@ -314,6 +330,7 @@ void expect_particles(const Buffers<real>& b, const Sizes& sizes) {
 template <class real>
 void expect_consistent_constants(const InitialState<real>& state) {
   expect_features(state);
+  expect_oracle(state);
   expect_bodies(state.buffers, state.sizes, has(state.features, Feature::contacts));
   expect_shapes(state.buffers, state.sizes);
   if (has(state.features, Feature::contacts)) expect_shape_trees(state);

@@ -176,6 +176,7 @@ template void read_words<float>(hid_t, const char*, void*, std::size_t, std::siz
 template void read_words<double>(hid_t, const char*, void*, std::size_t, std::size_t);
 
 bool has(hid_t group, const char* name) { return H5Lexists(group, name, H5P_DEFAULT) > 0; }
+bool has_attribute(hid_t object, const char* name) { return H5Aexists(object, name) > 0; }
 
 Handle open_group(hid_t file, const char* name) {
   if (!has(file, name)) throw Failed(std::string("has no group ") + name);

@@ -88,6 +88,7 @@ template <class Word>
 void read_words(hid_t group, const char* name, void* words, std::size_t rows, std::size_t columns);
 
 bool has(hid_t group, const char* name);
+bool has_attribute(hid_t object, const char* name);
 Handle open_group(hid_t file, const char* name);
 Handle open_dataset(hid_t group, const char* name);
 

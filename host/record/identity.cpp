@@ -24,6 +24,10 @@ SceneIdentity identity_of(const InitialState<real>& state) {
   settings.add(sizeof(real));
   settings.add(state.features);
   for_each_setting(state.params, [&](const char*, auto value) { settings.add(&value, sizeof(value)); });
+  if (state.oracle) {
+    settings.add(state.oracle.name);
+    settings.add(state.oracle.directions);
+  }
   hash_buffers(constants, state.buffers, Lifetime::constant);
   return {settings.value(), constants.value()};
 }

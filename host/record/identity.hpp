@@ -9,7 +9,7 @@ namespace lockstep {
 
 /// What tells one compiled scene from another; how long its lists are does not count.
 struct SceneIdentity {
-  std::uint64_t settings = 0;   // a hash of the precision, the features and the parameters of a step
+  std::uint64_t settings = 0;   // a hash of the precision, the features, the parameters of a step and the oracle
   std::uint64_t constants = 0;  // of the constant buffers
 
   bool operator==(const SceneIdentity&) const = default;

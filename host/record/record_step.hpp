@@ -1,8 +1,9 @@
-// A step of a simulation into a recording.
+// A simulation into a recording: a step, and how it ended.
 #pragma once
 
 #include "host/record/recording_writer.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/oracles.hpp"
 
 namespace lockstep {
 
@@ -15,6 +16,13 @@ void record_step(RecordingWriter<real>& recording, Simulation<real>& simulation,
   recording.add(StepRow{simulation.steps_done(), counters[COUNTER_PAIRS], counters[COUNTER_CONTACTS],
                         simulation.redone(), milliseconds},
                 backend.download(RecordingWriter<real>::wanted()));
+}
+
+/// What a recording of this simulation says of its outcome, once all steps are done.
+template <class real>
+std::string finished(Simulation<real>& simulation, const OracleChoice& oracle) {
+  const Unsolved unsolved = simulation.backend().unsolved();
+  return unsolved.count == 0 ? "finished" : "unsolved: " + in_words(oracle.name, unsolved);
 }
 
 }  // namespace lockstep

@@ -9,7 +9,8 @@
 
 namespace lockstep {
 
-inline constexpr u32 recording_format = 3;
+// Format 3 knows no oracles, and is read all the same.
+inline constexpr u32 recording_format = 4, oldest_recording_format = 3;
 
 /// What a recording says of itself.
 struct RecordingLabel {

@@ -87,7 +87,7 @@ RecordingReader::RecordingReader(std::span<const unsigned char> bytes, const std
 
 void RecordingReader::read_head() {
   const u32 format = h5::read_attribute<u32>(file_, "format");
-  if (format != recording_format)
+  if (format < oldest_recording_format || format > recording_format)
     throw h5::Failed("it has format " + std::to_string(format) + ", wanted is " + std::to_string(recording_format));
   version_ = h5::read_text_attribute(file_, "version");
   precision_ = read_precision(file_);
@@ -97,6 +97,7 @@ void RecordingReader::read_head() {
   label_.source = h5::read_text_attribute(file_, "source");
   label_.scene_text = h5::read_text(file_, "scene_text");
   outcome_ = h5::read_text_attribute(file_, "outcome");
+  oracle_ = read_oracle(h5::open_group(file_, "compiled_scene"));
 }
 
 void RecordingReader::read_steps() {

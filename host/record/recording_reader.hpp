@@ -20,7 +20,9 @@ class RecordingReader {
   const RecordingLabel& label() const { return label_; }
   const std::string& version() const { return version_; }      // of the program that made it
   const std::string& precision() const { return precision_; }  // "float" or "double"
-  /// "finished", "interrupted", an error; "running" where the run is not over, or was killed.
+  const OracleChoice& oracle() const { return oracle_; }       // that made the steps; none: a device or the reference
+  /// "finished", "unsolved: ..." where an oracle left something so, "interrupted", an error; "running" where the run is
+  /// not over, or was killed.
   const std::string& outcome() const { return outcome_; }
 
   /// Steps that are there whole.
@@ -51,6 +53,7 @@ class RecordingReader {
   std::string path_;
   h5::Handle file_;
   RecordingLabel label_;
+  OracleChoice oracle_;
   std::string version_, precision_, outcome_;
   std::vector<StepRow> rows_;
   std::vector<InputRow> inputs_;

@@ -17,10 +17,10 @@ namespace {
 template <class real>
 class Replay {
  public:
-  Replay(const RecordingReader& recording, const ReplayTarget& target, const Parting<real>& parting)
+  Replay(const RecordingReader& recording, const StepTarget& target, const Parting<real>& parting)
       : recording_(recording), target_(target), parting_(parting), start_(recording.start<real>()) {}
 
-  std::string run(const std::function<void(u32)>& done) const {
+  Replayed run(const std::function<void(u32)>& done) const {
     Simulation<real> simulation = simulate(start_);
     Buffers<real> held = held_by_inputs(start_.buffers);
     for (u32 row = 0; row < recording_.steps(); ++row) {
@@ -35,17 +35,12 @@ class Replay {
       }
       done(row + 1);
     }
-    return simulation.backend().name();
+    return {simulation.backend().name(), simulation.backend().unsolved()};
   }
 
  private:
   Simulation<real> simulate(const InitialState<real>& state) const {
-    std::unique_ptr<Backend<real>> backend;
-    if (target_.device)
-      backend = std::make_unique<DeviceBackend<real>>(state, *target_.device, target_.options);
-    else
-      backend = std::make_unique<ReferenceBackend<real>>(state);
-    return Simulation<real>(std::move(backend), state.params, state.buffers.step_index.front());
+    return Simulation<real>(make_stepper(state, target_).backend, state.params, state.buffers.step_index.front());
   }
 
   // What was done before the step of a row.
@@ -80,8 +75,10 @@ class Replay {
                     " here; poses and velocities are equal");
   }
 
-  // The step on the device and in the reference beside each other: throws Mismatch where they part.
+  // The step on the device and in the reference beside each other: throws Mismatch where they part. An oracle has no
+  // twin.
   void check(const InitialState<real>& before) const {
+    if (before.oracle) return;
     const std::optional<DeviceInfo> device = target_.device ? target_.device : select_device("auto");
     if (!device) return;
     auto owned = std::make_unique<CheckedBackend<real>>(before, *device, target_.options, CheckOptions{.fused = true});
@@ -120,14 +117,16 @@ class Replay {
 
   // Here device and reference agree, so that it is the recording that is another.
   [[noreturn]] void fail(const std::string& where, const std::string& what) const {
-    std::string line =
-        what + "; device and reference agree here, so look at what recorded it: " + quote(recording_.label().device) +
-        ", version " + quote(recording_.version());
-    throw Error(Failure::comparison, where, line);
+    const std::string recorder = quote(recording_.label().device) + ", version " + quote(recording_.version());
+    const std::string why =
+        start_.oracle ? "; the steps are those of " + start_.oracle.name +
+                            ", and an oracle promises its bits to one build on one machine: this was recorded by "
+                      : "; device and reference agree here, so look at what recorded it: ";
+    throw Error(Failure::comparison, where, what + why + recorder);
   }
 
   const RecordingReader& recording_;
-  const ReplayTarget& target_;
+  const StepTarget& target_;
   const Parting<real>& parting_;
   const InitialState<real> start_;
 };
@@ -135,14 +134,14 @@ class Replay {
 }  // namespace
 
 template <class real>
-std::string replay(const RecordingReader& recording, const ReplayTarget& target, const std::function<void(u32)>& done,
-                   const Parting<real>& parting) {
+Replayed replay(const RecordingReader& recording, const StepTarget& target, const std::function<void(u32)>& done,
+                const Parting<real>& parting) {
   return Replay<real>(recording, target, parting).run(done);
 }
 
-template std::string replay(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&,
-                            const Parting<float>&);
-template std::string replay(const RecordingReader&, const ReplayTarget&, const std::function<void(u32)>&,
-                            const Parting<double>&);
+template Replayed replay(const RecordingReader&, const StepTarget&, const std::function<void(u32)>&,
+                         const Parting<float>&);
+template Replayed replay(const RecordingReader&, const StepTarget&, const std::function<void(u32)>&,
+                         const Parting<double>&);
 
 }  // namespace lockstep

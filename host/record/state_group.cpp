@@ -86,7 +86,16 @@ template <class real>
 void write_constants(hid_t group, const InitialState<real>& state) {
   h5::write_attribute(group, "features", state.features);
   for_each_setting(state.params, [&](const char* name, auto value) { h5::write_attribute(group, name, value); });
+  if (state.oracle) {
+    h5::write_attribute(group, "oracle", state.oracle.name);
+    h5::write_attribute(group, "directions", state.oracle.directions);
+  }
   write_buffers(group, state.buffers, Lifetime::constant, state.features);
+}
+
+OracleChoice read_oracle(hid_t group) {
+  if (!h5::has_attribute(group, "oracle")) return {};
+  return {h5::read_text_attribute(group, "oracle"), h5::read_attribute<u32>(group, "directions")};
 }
 
 template <class real>
@@ -96,6 +105,7 @@ InitialState<real> read_constants(hid_t group) {
   for_each_setting(state.params, [&](const char* name, auto& value) {
     value = h5::read_attribute<std::decay_t<decltype(value)>>(group, name);
   });
+  state.oracle = read_oracle(group);
   state.sizes = stored_sizes(group, state.features);
   set_sizes(state.params, state.sizes);
   resize(state.buffers, state.sizes, state.features);

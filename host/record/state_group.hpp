@@ -10,7 +10,7 @@ namespace lockstep {
 /// What a file says its numbers are: "float" or "double". Throws h5::Failed for anything else.
 std::string read_precision(hid_t file);
 
-/// The constant buffers, the features and the settings: what does not change while a scene is simulated.
+/// The constant buffers, the features, the settings and the oracle: what does not change while a scene is simulated.
 template <class real>
 void write_constants(hid_t group, const InitialState<real>& state);
 
@@ -18,6 +18,9 @@ void write_constants(hid_t group, const InitialState<real>& state);
 /// empty yet.
 template <class real>
 InitialState<real> read_constants(hid_t group);
+
+/// The oracle among them, if there is one.
+OracleChoice read_oracle(hid_t group);
 
 /// The persistent buffers, as far as they are in use.
 template <class real>

@@ -81,6 +81,13 @@ std::string contact_rows(const Report& report) {
   return text;
 }
 
+// The worst sub-step that an oracle left unsolved.
+Json unsolved_worst(const Report& report) {
+  if (!report.unsolved || report.unsolved->count == 0) return nullptr;
+  const Unsolved& unsolved = *report.unsolved;
+  return {{"step", unsolved.worst_step}, {"residual", unsolved.worst_residual}, {"stop", unsolved.worst_stop}};
+}
+
 }  // namespace
 
 double Report::body_steps_per_second() const {
@@ -140,6 +147,8 @@ std::string to_json(const Report& report) {
                {"asleep", number_or_null(report.asleep)},
                {"islands_asleep", number_or_null(report.islands_asleep)},
                {"wakings", number_or_null(report.wakings)},
+               {"unsolved_substeps", report.unsolved ? Json(report.unsolved->count) : Json(nullptr)},
+               {"unsolved_worst", unsolved_worst(report)},
                {"state_hash", hash_text(report.state_hash)},
                {"pose_hash", hash_text(report.pose_hash)}};
   json["world_state_hashes"] = Json::array();

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host/report/measures.hpp"
+#include "host/unsolved.hpp"
 
 namespace lockstep {
 
@@ -48,6 +49,8 @@ struct Report {
 
   // of scenes with sleeping: bodies and islands that sleep at the end, steps begun anew because islands woke
   std::optional<double> asleep, islands_asleep, wakings;
+
+  std::optional<Unsolved> unsolved;  // of an oracle; nothing of a solver that promises no residual
 
   std::optional<std::array<std::uint64_t, EVENT_KINDS>> events;  // by EventKind, where the scene asks for them
 

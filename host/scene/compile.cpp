@@ -9,6 +9,7 @@
 #include "host/scene/broad_phase.hpp"
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_joints.hpp"
+#include "host/scene/compile_oracle.hpp"
 #include "host/scene/compile_particles.hpp"
 #include "host/scene/compile_partitions.hpp"
 #include "host/scene/compile_shape_trees.hpp"
@@ -75,6 +76,8 @@ class Compiler {
   explicit Compiler(std::span<const Scene> worlds) : worlds_(worlds) {}
 
   InitialState<real> run() {
+    expect_oracle_takes(worlds_, sizeof(real) == sizeof(double));
+    state_.oracle = {worlds_[0].settings.oracle, worlds_[0].settings.directions};
     add_worlds();
     buffers().motions.push_back({});  // the null body behind the last one
     set_features();

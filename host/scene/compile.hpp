@@ -9,6 +9,15 @@
 
 namespace lockstep {
 
+/// Who solves the constraint system of each sub-step, where it is not the stages (host/steppers/oracles.hpp).
+struct OracleChoice {
+  std::string name = {};  // empty: the stages do
+  u32 directions = 4;     // sides of its friction pyramids, if it has any
+
+  explicit operator bool() const { return !name.empty(); }
+  bool operator==(const OracleChoice&) const = default;
+};
+
 /// What a simulation starts from.
 template <class real>
 struct InitialState {
@@ -16,6 +25,7 @@ struct InitialState {
   Sizes sizes;
   Features features = 0;
   StepParams<real> params = {};
+  OracleChoice oracle = {};
 };
 
 /// Compiles one world, or a batch of them: the bodies of world w follow those of world w - 1. The settings (dt,

@@ -213,6 +213,8 @@ struct Settings {
   double dt = 1.0 / 60;
   u32 steps = 300;
   Solver solver = Solver::gauss_seidel;
+  std::string oracle = {};  // of oracle_names() (host/steppers/oracles.hpp), instead of the solver; empty: none
+  u32 directions = 4;       // sides of the friction pyramids of oracles that have them
   FrictionModel friction_model = FrictionModel::cones;
   u32 substeps = 1;
   u32 iterations = 10;
@@ -257,7 +259,23 @@ inline void use_solver(Settings& settings, Solver solver) {
   }
 }
 
+/// Sets an oracle (docs/solvers_oracle.md) and what it asks for: double, hard contacts in cones, a residual of 1e-10 in
+/// 100,000 iterations at most.
+inline void use_oracle(Settings& settings, const std::string& name) {
+  if (settings.solver != Solver::gauss_seidel || settings.joint_solver != JointSolver::sweeps)
+    use_solver(settings, Solver::gauss_seidel);
+  settings.oracle = name;
+  settings.precision = "double";
+  settings.friction_model = FrictionModel::cones;
+  settings.iterations = 100'000;
+  settings.tolerance = 1e-10;
+}
+
 inline const char* name_of(Solver solver) { return solver_names[static_cast<u32>(solver)].first; }
+/// Of the solver or the oracle that they ask for.
+inline std::string solver_name(const Settings& settings) {
+  return settings.oracle.empty() ? name_of(settings.solver) : settings.oracle;
+}
 inline const char* name_of(JointSolver solver) { return joint_solver_names[static_cast<u32>(solver)].first; }
 inline const char* name_of(FrictionModel model) { return friction_model_names[static_cast<u32>(model)].first; }
 

@@ -4,9 +4,6 @@
 #include <chrono>
 #include <functional>
 
-#include "host/backends/canary.hpp"
-#include "host/backends/device_backend.hpp"
-#include "host/backends/reference_backend.hpp"
 #include "host/contact_place.hpp"
 #include "host/record/checkpoint.hpp"
 #include "host/record/inputs.hpp"
@@ -17,6 +14,7 @@
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
 #include "host/sleepers.hpp"
+#include "host/steppers/stepper.hpp"
 #include "host/world/carry_state.hpp"
 #include "host/world/turning.hpp"
 
@@ -51,30 +49,23 @@ class EngineOf final : public Engine {
       const std::vector<Buffer> wanted = persistent_buffers(backend.features());
       carry_state(before->constants_, backend.download(wanted), renaming.bodies, renaming.joints, constants_);
     }
-    std::unique_ptr<Backend<real>> backend;
     DeviceOptions device_options;
     device_options.threads = options.threads;
-    if (const auto device = select_device(options.device)) {
-      auto on_device = std::make_unique<DeviceBackend<real>>(constants_, *device, device_options);
-      canary_ = [info = *device, lanes = on_device->lanes(), threads = on_device->threads()] {
-        return run_canary(info, sizeof(real) == 8, lanes, threads);
-      };
-      backend = std::move(on_device);
-    } else {
-      backend = std::make_unique<ReferenceBackend<real>>(constants_);
-    }
-    simulation_ = std::make_unique<Simulation<real>>(std::move(backend), constants_.params,
+    Stepper<real> stepper = make_stepper(constants_, target_of(options.device, device_options, constants_.oracle));
+    canary_ = std::move(stepper.canary);
+    simulation_ = std::make_unique<Simulation<real>>(std::move(stepper.backend), constants_.params,
                                                      constants_.buffers.step_index.front());
   }
 
   WorldDevice device() const override {
-    const CanaryVerdict verdict = canary_ ? canary_() : CanaryVerdict();
+    const CanaryVerdict verdict = canary_();
     return {simulation_->backend().name(), verdict.bit_exact(), describe(verdict)};
   }
 
   void step() override;
   u32 steps_done() const override { return simulation_->steps_done(); }
   std::uint64_t state_hash() override { return combined_state_hash(simulation_->world_hashes()); }
+  Unsolved unsolved() const override { return simulation_->backend().unsolved(); }
 
   std::vector<Pose> poses() override {
     const Buffers<real>& b = download({Buffer::positions, Buffer::orientations});
@@ -167,7 +158,7 @@ class EngineOf final : public Engine {
   }
 
   void end_recording() override {
-    if (const auto recording = std::move(recording_)) recording->close("finished");
+    if (const auto recording = std::move(recording_)) recording->close(finished(*simulation_, constants_.oracle));
   }
 
   Twist rounded(const Twist& velocity) const override {
@@ -209,7 +200,7 @@ class EngineOf final : public Engine {
 
   InitialState<real> constants_;  // and the state that the simulation started from, but loads and motors of now
   std::unique_ptr<Simulation<real>> simulation_;
-  std::function<CanaryVerdict()> canary_;  // of the device that computes; empty: the reference does
+  std::function<CanaryVerdict()> canary_;  // of the device that computes
   double dt_;                              // of a step
   std::unique_ptr<RecordingWriter<real>> recording_;
 };
@@ -260,7 +251,8 @@ template <class real>
 StepErrors EngineOf<real>::errors() {
   Backend<real>& backend = simulation_->backend();
   const Buffers<real>& b = backend.download(measured_buffers(backend.features()));
-  const Measures of = measure(b, backend.sizes(), backend.features(), simulation_->params(), simulation_->counters());
+  Measures of = measure(b, backend.sizes(), backend.features(), simulation_->params(), simulation_->counters());
+  backend.take_own_residual(of);
   const WorldMeasures& world = of.worlds[0];
   StepErrors errors;
   errors.kinetic = world.kinetic;

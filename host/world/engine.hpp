@@ -38,6 +38,8 @@ class Engine {
   virtual void step() = 0;
   virtual u32 steps_done() const = 0;
   virtual std::uint64_t state_hash() = 0;
+  /// Of its own steps.
+  virtual Unsolved unsolved() const = 0;
 
   virtual std::vector<Pose> poses() = 0;
   virtual std::vector<Twist> velocities() = 0;

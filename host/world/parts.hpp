@@ -30,6 +30,7 @@ struct World::Parts {
   std::unique_ptr<Engine> engine;
   Renaming renaming;  // from the engine's bodies and joints to the scene's
   bool changed = true;
+  Unsolved unsolved;  // by engines before this one
   std::vector<BodyHandle> stepped;  // whom the engine's last step was about
 
   std::map<u32, std::function<Wrench(double)>> loads;  // by id
@@ -65,6 +66,7 @@ struct World::Parts {
       keep_contacts_and_events();
       hand_over_velocities();
       forget_state();
+      if (engine) unsolved.add(engine->unsolved());
       if (engine) engine->end_recording();
       engine = make_engine(scene, options, engine.get(), renaming);
       reset_renaming();

@@ -175,6 +175,11 @@ void World::step(u32 count) {
 }
 
 u32 World::steps_done() const { return parts_->engine ? parts_->engine->steps_done() : 0; }
+Unsolved World::unsolved() const {
+  Unsolved all = parts_->unsolved;
+  if (parts_->engine) all.add(parts_->engine->unsolved());
+  return all;
+}
 double World::time() const { return steps_done() * time_step(); }
 double World::time_step() const { return parts_->scene.settings.dt; }
 

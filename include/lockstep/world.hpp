@@ -16,6 +16,7 @@
 #include "host/scene/scene.hpp"
 #include "host/scene/solid_body.hpp"
 #include "host/scene/surface.hpp"
+#include "host/unsolved.hpp"
 
 namespace lockstep {
 
@@ -203,6 +204,9 @@ class World {
   std::vector<BodyHandle> overlapping_box(const Pose& pose, const Vector3& half_extents, u32 mask = 0xffffffffu);
   /// Of the state as it is and the contacts of the last step; of none where bodies have come or gone since.
   StepErrors errors();
+  /// What the solver has left unsolved so far, where it is one that promises a residual (an oracle,
+  /// docs/solvers_oracle.md): nobody is told of it otherwise.
+  Unsolved unsolved() const;
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();
 

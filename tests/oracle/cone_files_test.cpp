@@ -75,7 +75,7 @@ GlobalConeProblem with_joints(GlobalConeProblem problem) {
 TEST_F(ConeFiles, KeepLocalAndGlobalForms) {
   const GlobalConeProblem global = with_joints(oracle::random_heap(4, 7, 0.3, 1));
   const ConeProblem local = oracle::local_form(global);
-  const StoredImpulses stored = {VectorXd::LinSpaced(21, 0, 1), Eigen::Vector3d(1, 2, 3)};
+  const oracle::ConeImpulses stored = {VectorXd::LinSpaced(21, 0, 1), Eigen::Vector3d(1, 2, 3)};
   const ConeFile of_global = read_bytes(encode_fclib(global, "heap", stored));
   expect_equal(of_global.problem, local);
   ASSERT_TRUE(of_global.global && of_global.stored);
@@ -127,7 +127,7 @@ TEST_F(ConeFiles, ReadProblemsInThePlane) {
   global.f = Eigen::Vector2d(-8, 20);
   global.w = VectorXd::Zero(2);
   global.mu = VectorXd::Constant(1, 0.3);
-  expect_equal(read_bytes(encode_fclib(global, "plane", StoredImpulses{Eigen::Vector2d(8, -2.4), {}})).problem,
+  expect_equal(read_bytes(encode_fclib(global, "plane", oracle::ConeImpulses{Eigen::Vector2d(8, -2.4), {}})).problem,
                file.problem);
 }
 

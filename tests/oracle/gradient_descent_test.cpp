@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "host/error.hpp"
-#include "host/problems/oracle_backend.hpp"
+#include "host/steppers/oracle_backend.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"

@@ -5,7 +5,7 @@
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "cpu_reference/oracle/joints/joint_solver.hpp"
 #include "cpu_reference/oracle/joints/mixed.hpp"
-#include "host/problems/oracle_backend.hpp"
+#include "host/steppers/oracle_backend.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
@@ -141,7 +141,7 @@ TEST(MixedSolvers, SolveStepsOfScenes) {
     for (const char* solver : {"mixed_ldlt", "mixed_sparse", "mixed_articulated"}) {
       SCOPED_TRACE(std::string(name) + ", " + solver);
       Scene scene = read_scene(name);
-      use_oracle(scene.settings);
+      use_oracle(scene.settings, solver);
       scene.settings.tolerance = tolerance;
       const InitialState<double> state = compile<double>(scene);
       auto* backend = new OracleBackend(state, find_system_solver(solver, 4));

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "host/problems/oracle_backend.hpp"
+#include "host/steppers/oracle_backend.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 #include "tests/temporary_folder.hpp"

@@ -1,5 +1,5 @@
 // Scenes' constraint systems as the oracles take them, and solved by them.
-#include "host/problems/multibody.hpp"
+#include "host/steppers/multibody.hpp"
 
 #include <gtest/gtest.h>
 

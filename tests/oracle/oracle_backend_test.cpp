@@ -1,5 +1,5 @@
 // Steps whose constraint systems are solved by oracles: to the residual asked for, and what that says of the sweeps.
-#include "host/problems/oracle_backend.hpp"
+#include "host/steppers/oracle_backend.hpp"
 
 #include <gtest/gtest.h>
 
@@ -164,7 +164,7 @@ TEST(OracleBackend, TellsWhatItLeftUnsolved) {
   for (int i = 0; i < 2; ++i) simulation.step();
   EXPECT_EQ(backend->unsolved().count, 2u);
   EXPECT_GT(backend->unsolved().worst_residual, 1e-3);
-  EXPECT_EQ(backend->unsolved().worst_stop, oracle::Stop::limit);
+  EXPECT_EQ(backend->unsolved().worst_stop, "limit");
 }
 
 TEST_F(CommandLine, RunsWithAnOracle) {

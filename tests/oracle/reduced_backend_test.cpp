@@ -1,6 +1,6 @@
 // Scenes stepped in reduced coordinates: against closed forms, against Lagrange's equations, against maximal
 // coordinates.
-#include "host/problems/reduced_backend.hpp"
+#include "host/steppers/reduced_backend.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "host/error.hpp"
-#include "host/problems/oracles.hpp"
+#include "host/steppers/oracles.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 #include "tests/command_line.hpp"
@@ -23,10 +23,10 @@ class Stepper {
  public:
   Stepper(Scene scene, const std::string& oracle) {
     const u32 substeps = scene.settings.substeps;
-    use_oracle(scene.settings);
+    use_oracle(scene.settings, oracle);
     if (scene.settings.solver == Solver::gauss_seidel) scene.settings.substeps = std::min(substeps, 8u);
     const InitialState<double> state = compile<double>(scene);
-    simulation_ = std::make_unique<Simulation<double>>(make_oracle(state, oracle, 4), state.params);
+    simulation_ = std::make_unique<Simulation<double>>(make_oracle(state), state.params);
   }
 
   void step() { simulation_->step(); }
@@ -38,7 +38,7 @@ class Stepper {
     Backend<double>& backend = simulation_->backend();
     Measures m =
         measure(buffers(), backend.sizes(), backend.features(), simulation_->params(), simulation_->counters());
-    take_own_residual(backend, m);
+    backend.take_own_residual(m);
     return m;
   }
   Vector3 x(u32 body) {

@@ -1,5 +1,5 @@
 // A step's constraint system written as an FCLIB file and read again has the error that the report gives.
-#include "host/problems/system_problem.hpp"
+#include "host/steppers/system_problem.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
-#include "host/problems/impulse_backend.hpp"
+#include "host/steppers/impulse_backend.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "host/error.hpp"
-#include "host/problems/system_problem.hpp"
+#include "host/steppers/system_problem.hpp"
 
 namespace lockstep {
 

@@ -1,4 +1,4 @@
-#include "host/problems/reduced_solvers.hpp"
+#include "host/steppers/reduced_solvers.hpp"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include "cpu_reference/oracle/articulated/reduced_cones.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "host/error.hpp"
-#include "host/problems/system_solvers.hpp"
+#include "host/steppers/system_solvers.hpp"
 
 namespace lockstep {
 

@@ -5,9 +5,9 @@
 #include <memory>
 #include <optional>
 
-#include "host/problems/oracle_backend.hpp"
-#include "host/problems/reduced_solvers.hpp"
-#include "host/problems/reduced_system.hpp"
+#include "host/steppers/oracle_backend.hpp"
+#include "host/steppers/reduced_solvers.hpp"
+#include "host/steppers/reduced_system.hpp"
 #include "host/report/measures.hpp"
 
 namespace lockstep {
@@ -25,6 +25,7 @@ class ReducedBackend final : public OracleBackend {
   std::optional<Residual> residual() const;
   /// Where that is.
   WorstContact place_of(const Residual& residual);
+  void take_own_residual(Measures& measures) override;
   /// The largest error of a closure after the last sub-step, m or rad.
   double open() const { return open_; }
 
@@ -45,18 +46,5 @@ class ReducedBackend final : public OracleBackend {
   std::optional<ReducedAnswer> answer_;
   double open_ = 0;
 };
-
-/// Puts the residual of a backend that measures its own in the place of that of the constraint system.
-template <class real>
-void take_own_residual(Backend<real>& backend, Measures& measures) {
-  if constexpr (sizeof(real) == sizeof(double)) {
-    if (auto* reduced = dynamic_cast<ReducedBackend*>(&backend)) {
-      measures.residual = reduced->residual();
-      measures.worst = std::nullopt;
-      if (measures.residual && measures.residual->defect_max > 0)
-        measures.worst = reduced->place_of(*measures.residual);
-    }
-  }
-}
 
 }  // namespace lockstep

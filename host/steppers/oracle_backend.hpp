@@ -2,23 +2,9 @@
 #pragma once
 
 #include "host/backends/reference_backend.hpp"
-#include "host/problems/system_solvers.hpp"
+#include "host/steppers/system_solvers.hpp"
 
 namespace lockstep {
-
-/// The sub-steps that an oracle left with a residual larger than what was asked for, and the worst of them.
-struct Unsolved {
-  u32 count = 0, worst_step = 0;
-  double worst_residual = 0;
-  oracle::Stop worst_stop = oracle::Stop::tolerance;
-};
-
-/// "left more than a residual of 1e-10 in 3 sub-steps, 2e-9 at worst in step 7 (iterations)".
-std::string in_words(const Unsolved& unsolved, double tolerance);
-
-/// Makes settings those of an oracle: double, hard contacts in cones, a residual of 1e-10 in 100,000 iterations at
-/// most.
-void use_oracle(Settings& settings);
 
 /// Runs every stage as the reference does but `solve_constraints`: there the constraint system as it stands is solved,
 /// to a residual of StepParams::tolerance and in StepParams::iterations at most, and the impulses are applied. For
@@ -29,7 +15,7 @@ class OracleBackend : public ReferenceBackend<double> {
   OracleBackend(InitialState<double> state, SystemSolver solver, bool profile = false)
       : ReferenceBackend(std::move(state), profile), solver_(std::move(solver)) {}
 
-  const Unsolved& unsolved() const { return unsolved_; }
+  Unsolved unsolved() const override { return unsolved_; }
 
  protected:
   /// A system gets 60 s. Throws what the solver does.

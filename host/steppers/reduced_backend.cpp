@@ -1,4 +1,4 @@
-#include "host/problems/reduced_backend.hpp"
+#include "host/steppers/reduced_backend.hpp"
 
 #include <algorithm>
 
@@ -126,6 +126,12 @@ std::optional<Residual> ReducedBackend::residual() const {
   if (residual.worst_is_joint)
     residual.worst = u32(demand_.bounds[p.bound_of[error.worst - std::size_t(p.contacts())]].joint);
   return residual;
+}
+
+void ReducedBackend::take_own_residual(Measures& measures) {
+  measures.residual = residual();
+  measures.worst = std::nullopt;
+  if (measures.residual && measures.residual->defect_max > 0) measures.worst = place_of(*measures.residual);
 }
 
 WorstContact ReducedBackend::place_of(const Residual& residual) {

@@ -1,4 +1,4 @@
-#include "host/problems/system_problem.hpp"
+#include "host/steppers/system_problem.hpp"
 
 #include <fmt/format.h>
 
@@ -344,7 +344,7 @@ SystemImpulses impulses_of(const ContactSystem& system, const oracle::MixedImpul
   return result;
 }
 
-SystemImpulses impulses_of(const ContactSystem& system, const StoredImpulses& impulses) {
+SystemImpulses impulses_of(const ContactSystem& system, const oracle::ConeImpulses& impulses) {
   return impulses_of(system, oracle::MixedImpulses{impulses.r, impulses.l, {}});
 }
 

@@ -1,4 +1,4 @@
-#include "host/problems/multibody.hpp"
+#include "host/steppers/multibody.hpp"
 
 #include <Eigen/Geometry>
 #include <string>

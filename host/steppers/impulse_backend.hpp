@@ -15,7 +15,7 @@
 // (joints/mixed.hpp), in each repetition. Limits of joints are met by the coordinate at the end as well.
 #pragma once
 
-#include "host/problems/oracle_backend.hpp"
+#include "host/steppers/oracle_backend.hpp"
 
 namespace lockstep {
 

@@ -1,6 +1,4 @@
-#include "host/problems/oracle_backend.hpp"
-
-#include <fmt/format.h>
+#include "host/steppers/oracle_backend.hpp"
 
 #include "host/report/contact_system.hpp"
 
@@ -11,21 +9,6 @@ namespace {
 constexpr double most_seconds = 60;  // for one system
 
 }  // namespace
-
-std::string in_words(const Unsolved& unsolved, double tolerance) {
-  return fmt::format("left more than a residual of {:.3g} in {} sub-steps, {:.3g} at worst in step {} ({})", tolerance,
-                     unsolved.count, unsolved.worst_residual, unsolved.worst_step,
-                     oracle::stop_name(unsolved.worst_stop));
-}
-
-void use_oracle(Settings& settings) {
-  if (settings.solver != Solver::gauss_seidel || settings.joint_solver != JointSolver::sweeps)
-    use_solver(settings, Solver::gauss_seidel);
-  settings.precision = "double";
-  settings.friction_model = FrictionModel::cones;
-  settings.iterations = 100'000;
-  settings.tolerance = 1e-10;
-}
 
 oracle::SolveLimits OracleBackend::limits_of(const StepParams<double>& params) {
   return {params.tolerance, params.iterations, most_seconds};
@@ -66,11 +49,8 @@ void OracleBackend::write_back(const ContactSystem& system) {
 void OracleBackend::note(const oracle::SolveReport& report, const StepParams<double>& params) {
   buffers().counters[COUNTER_SWEEPS] += report.iterations;
   if (report.residual <= params.tolerance) return;
-  ++unsolved_.count;
-  if (report.residual <= unsolved_.worst_residual) return;
-  unsolved_.worst_residual = report.residual;
-  unsolved_.worst_step = buffers().step_index.front();
-  unsolved_.worst_stop = report.stop;
+  unsolved_.add({1, buffers().step_index.front(), report.residual, params.tolerance,
+                 std::string(oracle::stop_name(report.stop))});
 }
 
 void OracleBackend::work(Stage stage, const StepParams<double>& params) {

@@ -2,14 +2,13 @@
 #pragma once
 
 #include "cpu_reference/oracle/joints/mixed.hpp"
-#include "host/problems/cone_file.hpp"
 #include "host/report/contact_system.hpp"
 
 namespace lockstep {
 
 struct SystemProblem {
   oracle::GlobalConeProblem problem;
-  StoredImpulses impulses;  // what the solver of the step found
+  oracle::ConeImpulses impulses;  // what the solver of the step found
 };
 
 /// Velocities are those of bodies that can move: of the centre of mass in the world frame, and about the principal axes
@@ -43,7 +42,7 @@ struct SystemImpulses {
   std::vector<Rows> joints;
   std::vector<double> free = {};  // of their free rows; empty: as they were
 };
-SystemImpulses impulses_of(const ContactSystem& system, const StoredImpulses& impulses);
+SystemImpulses impulses_of(const ContactSystem& system, const oracle::ConeImpulses& impulses);
 /// Of a whole_problem_of() this system, with those of free rows.
 SystemImpulses impulses_of(const ContactSystem& system, const oracle::MixedImpulses& impulses);
 

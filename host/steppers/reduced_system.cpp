@@ -1,4 +1,4 @@
-#include "host/problems/reduced_system.hpp"
+#include "host/steppers/reduced_system.hpp"
 
 #include <fmt/format.h>
 

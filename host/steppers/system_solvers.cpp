@@ -1,4 +1,4 @@
-#include "host/problems/system_solvers.hpp"
+#include "host/steppers/system_solvers.hpp"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,9 @@
 #include "cpu_reference/oracle/models/friction_box.hpp"
 #include "cpu_reference/oracle/models/friction_pyramid.hpp"
 #include "host/error.hpp"
-#include "host/problems/multibody.hpp"
-#include "host/problems/system_problem.hpp"
+#include "host/steppers/bounded_cones.hpp"
+#include "host/steppers/multibody.hpp"
+#include "host/steppers/system_problem.hpp"
 
 namespace lockstep {
 
@@ -30,16 +31,18 @@ constexpr Index most_contacts_of_cones = 4000, most_contacts_in_parts = 100'000,
 
 SolveReport solve_cones(const oracle::ConeSolver& solver, ContactSystem& system, const SolveLimits& limits,
                         const std::string& where) {
-  const SystemProblem problem = problem_of(system, where);
-  expect_moderate(where, problem.problem.mu.size(), most_contacts_of_cones, "contacts");
-  expect_moderate(where, problem.problem.g.cols(), most_joint_rows, "rows of joints");
+  const WholeSystemProblem whole = whole_problem_of(system);
+  const oracle::GlobalConeProblem& problem = whole.problem.cones;
+  expect_moderate(where, problem.mu.size(), most_contacts_of_cones, "contacts");
+  expect_moderate(where, problem.g.cols(), most_joint_rows, "rows of joints");
+  if (!whole.problem.laws.empty()) return solve_bounded_cones(solver, whole, system, limits, where);
   oracle::ConeAnswer answer;
   try {
-    answer = oracle::solve_whole(oracle::local_form(problem.problem), solver, limits, problem.impulses.r);
+    answer = oracle::solve_whole(oracle::local_form(problem), solver, limits, whole.impulses.r);
   } catch (const std::runtime_error& error) {
     throw Error(Failure::input, where, std::string(error.what()) + "; a solver that sweeps finds a middle way");
   }
-  set_impulses(system, impulses_of(system, StoredImpulses{answer.r, answer.l}));
+  set_impulses(system, impulses_of(system, oracle::MixedImpulses{answer.r, answer.l, {}}));
   return answer.report;
 }
 

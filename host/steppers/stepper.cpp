@@ -1,0 +1,38 @@
+#include "host/steppers/stepper.hpp"
+
+#include "host/backends/reference_backend.hpp"
+#include "host/error.hpp"
+#include "host/steppers/oracles.hpp"
+
+namespace lockstep {
+
+StepTarget target_of(const std::string& device, const DeviceOptions& options, const OracleChoice& oracle) {
+  if (!oracle) return {select_device(device), options};
+  if (device != "auto" && device != "reference")
+    throw Error(Failure::input, "--device",
+                oracle.name + " is an oracle, which runs on the reference only; leave --device out");
+  return {std::nullopt, options};
+}
+
+template <class real>
+Stepper<real> make_stepper(const InitialState<real>& state, const StepTarget& target) {
+  const auto nothing = [] { return CanaryVerdict(); };
+  if (state.oracle) {
+    if constexpr (sizeof(real) == sizeof(double))
+      return {make_oracle(state, target.options.profile), nothing};
+    else
+      throw Error(Failure::input, "precision", state.oracle.name + " is an oracle, which works in double only");
+  }
+  if (!target.device)
+    return {std::make_unique<ReferenceBackend<real>>(state, target.options.profile), nothing};
+  auto backend = std::make_unique<DeviceBackend<real>>(state, *target.device, target.options);
+  const auto canary = [device = *target.device, lanes = backend->lanes(), threads = backend->threads()] {
+    return run_canary(device, sizeof(real) == sizeof(double), lanes, threads);
+  };
+  return {std::move(backend), canary};
+}
+
+template Stepper<float> make_stepper(const InitialState<float>&, const StepTarget&);
+template Stepper<double> make_stepper(const InitialState<double>&, const StepTarget&);
+
+}  // namespace lockstep
