@@ -52,10 +52,14 @@ void prepare_for_oracle(const OracleOptions& oracle, SceneOptions& options, Scen
   const auto expect = [&](bool good, const char* option, const char* what) {
     if (!good) throw Error(Failure::input, option, fmt::format("{} is an oracle, {}", oracle.solver, what));
   };
+  const auto given = [&](const char* name) {
+    const auto found = options.settings.find(name);
+    return found == options.settings.end() ? std::string() : found->second;
+  };
   expect(options.device == "auto" || options.device == "reference", "--device",
          "which runs on the reference only; leave --device out");
-  expect(options.precision != "float", "--precision", "which works in double only; leave --precision out");
-  expect(options.friction_model != FrictionModel::patches, "--friction-model",
+  expect(given("precision") != "float", "--precision", "which works in double only; leave --precision out");
+  expect(given("friction_model") != "patches", "--friction-model",
          "for which friction is at each contact; leave --friction-model out");
   expect(std::ranges::none_of(friction_pairs_of(scene), &PairFriction::rubs_further), "--solver",
          "whose cones know no torsional or rolling friction and no grain, which materials of this scene have; leave "
@@ -65,10 +69,8 @@ void prepare_for_oracle(const OracleOptions& oracle, SceneOptions& options, Scen
   options.device = "reference";
   Settings& settings = scene.settings;
   use_oracle(settings);
-  settings.substeps = options.substeps.value_or(settings.substeps);
-  settings.iterations = options.iterations.value_or(settings.iterations);
-  settings.tolerance = options.tolerance.value_or(settings.tolerance);
-  expect(settings.tolerance > 0, "--tolerance", "which needs a residual > 0 to end at");
+  apply_given(options, settings, {"substeps", "iterations", "tolerance"});
+  expect(tolerance_of(settings) > 0, "--tolerance", "which needs a residual > 0 to end at");
 }
 
 void expect_all_solved(const std::string& scene, const OracleOptions& oracle, double tolerance,

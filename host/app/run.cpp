@@ -203,7 +203,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
 
   Report report;
   report.scene = scene.name;
-  report.precision = scene.settings.precision;
+  report.precision = precision_of(scene.settings);
   report.solver = options.oracle.solver.empty() ? name_of(scene.settings.solver) : options.oracle.solver;
   report.joint_solver = name_of(scene.settings.joint_solver);
   report.friction_model = name_of(scene.settings.friction_model);
@@ -213,9 +213,9 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   report.first_step = start.steps_done;
   report.steps = scene.settings.steps - start.steps_done;
   report.dt = scene.settings.dt;
-  report.substeps = scene.settings.substeps;
-  report.iterations = scene.settings.iterations;
-  report.tolerance = scene.settings.tolerance;
+  report.substeps = substeps_of(scene.settings);
+  report.iterations = iterations_of(scene.settings);
+  report.tolerance = tolerance_of(scene.settings);
 
   if (scene.particles) describe_particles(scene, state, report);
   const StepParams<real> params = state.params;

@@ -101,7 +101,7 @@ void Trial::run(const Scene& scene, double duration, const std::function<bool(Se
   Scene mine = scene;
   mine.settings = settings_ = settings_for(scene);
   mine.settings.loads = push.has_value();
-  if (settings_.precision == "double")
+  if (precision_of(settings_) == "double")
     run_in<double>(mine, duration, visit, push);
   else
     run_in<float>(mine, duration, visit, push);
@@ -131,7 +131,7 @@ void Trial::run_in(const Scene& scene, double duration, const std::function<bool
   }
   if (const auto* oracle = dynamic_cast<const OracleBackend*>(&simulation.backend()))
     if (const Unsolved& left = oracle->unsolved(); left.count > 0)
-      throw Error(Failure::comparison, scene.name, method_.oracle + " " + in_words(left, scene.settings.tolerance));
+      throw Error(Failure::comparison, scene.name, method_.oracle + " " + in_words(left, tolerance_of(scene.settings)));
 }
 
 double Trial::ms_per_step() const { return ms_.empty() ? 0 : median(ms_); }

@@ -20,7 +20,7 @@ std::string in_words(const Unsolved& unsolved, double tolerance) {
 
 void use_oracle(Settings& settings) {
   if (settings.solver != Solver::gauss_seidel || settings.joint_solver != JointSolver::sweeps)
-    use_solver(settings, Solver::gauss_seidel);
+    replace_solver(settings, Solver::gauss_seidel);
   settings.precision = "double";
   settings.friction_model = FrictionModel::cones;
   settings.iterations = 100'000;

@@ -408,7 +408,7 @@ void Compiler<real>::set_features() {
                   "have a grain; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
-  if (constrained && settings.tolerance > 0) features = with(features, Feature::tolerance);
+  if (constrained && tolerance_of(settings) > 0) features = with(features, Feature::tolerance);
   if (constrained && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);
     if (settings.integrator != Integrator::semi_implicit_euler) {

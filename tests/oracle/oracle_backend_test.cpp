@@ -16,7 +16,7 @@ namespace {
 
 Scene hard_scene(const std::string& name) {
   Scene scene = read_scene(name);
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.precision = "double";
   return scene;
 }

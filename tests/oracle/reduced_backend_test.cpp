@@ -22,7 +22,7 @@ constexpr double g = 9.81;
 class Stepper {
  public:
   Stepper(Scene scene, const std::string& oracle) {
-    const u32 substeps = scene.settings.substeps;
+    const u32 substeps = substeps_of(scene.settings);
     use_oracle(scene.settings);
     if (scene.settings.solver == Solver::gauss_seidel) scene.settings.substeps = std::min(substeps, 8u);
     const InitialState<double> state = compile<double>(scene);
@@ -64,7 +64,7 @@ class Stepper {
 };
 
 Scene stepped(Scene scene, double dt, Integrator integrator = Integrator::trapezoidal) {
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.dt = dt;
   scene.settings.substeps = 1;
   scene.settings.integrator = integrator;
