@@ -34,10 +34,11 @@ void run(const Scene& scene, const Options& options) {
   Trial trial(as_it_is, {}, options.precision, select_device(options.device));
   try {
     const Swung swung = swing(scene, options.steps * scene.settings.dt, trial);
-    fmt::print("{:4} {:3}  separation {:.5f} m  energy {:+.4f} .. {:+.4f}  {:.4f} ms a step\n", scene.settings.substeps,
-               scene.settings.iterations, swung.separation, -swung.lost, swung.gained, trial.ms_per_step());
+    fmt::print("{:4} {:3}  separation {:.5f} m  energy {:+.4f} .. {:+.4f}  {:.4f} ms a step\n",
+               substeps_of(scene.settings), iterations_of(scene.settings), swung.separation, -swung.lost, swung.gained,
+               trial.ms_per_step());
   } catch (const Error& error) {
-    fmt::print("{:4} {:3}  {}\n", scene.settings.substeps, scene.settings.iterations, error.what());
+    fmt::print("{:4} {:3}  {}\n", substeps_of(scene.settings), iterations_of(scene.settings), error.what());
   }
   std::fflush(stdout);
 }
@@ -62,9 +63,9 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     Scene scene = read_scene(options.scene);
-    if (options.solver && *options.solver != scene.settings.solver) use_solver(scene.settings, *options.solver);
-    if (options.substeps.empty()) options.substeps = {scene.settings.substeps};
-    if (options.iterations.empty()) options.iterations = {scene.settings.iterations};
+    if (options.solver && *options.solver != scene.settings.solver) replace_solver(scene.settings, *options.solver);
+    if (options.substeps.empty()) options.substeps = {substeps_of(scene.settings)};
+    if (options.iterations.empty()) options.iterations = {iterations_of(scene.settings)};
     if (options.correction > 0) scene.settings.correction = options.correction;
     if (options.frequency > 0) scene.settings.joint_frequency = options.frequency;
     if (options.damping > 0) scene.settings.joint_damping = options.damping;

@@ -42,7 +42,7 @@ Scene heap(u32 count, u32 substeps) {
   const double half = 0.5 * spacing * side + 1;
   Scene scene;
   scene.source = scene.name = "heap";
-  use_solver(scene.settings, Solver::small_steps);
+  replace_solver(scene.settings, Solver::small_steps);
   scene.settings.substeps = substeps;
   scene.materials = {{.name = "wood", .friction = 0.5}};
   BodyDescription box;

@@ -83,7 +83,7 @@ std::string lying_chain(int count) {
 
 // The system before the impulses of a step: the scene as it is after some steps solved to 1e-6.
 WholeSystemProblem problem_at(Scene scene, u32 steps) {
-  use_oracle(scene.settings, "mixed_articulated");
+  replace_solver(scene.settings, Solver::mixed_articulated);
   scene.settings.tolerance = 1e-6;
   std::optional<WholeSystemProblem> last;
   const SystemSolver inner = find_system_solver("mixed_articulated", 4);

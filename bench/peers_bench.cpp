@@ -171,7 +171,7 @@ int main(int argc, char** argv) try {
 
   Scene scene = read_scene(name);
   if (steps) scene.settings.steps = steps;
-  if (solver) use_solver(scene.settings, *solver);
+  if (solver) replace_solver(scene.settings, *solver);
   if (substeps) scene.settings.substeps = substeps;
   if (iterations) scene.settings.iterations = iterations;
   std::vector<std::vector<Result>> ours(threads.size());

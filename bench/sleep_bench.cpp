@@ -36,7 +36,7 @@ BodyDescription box_at(const Vector3& position) {
 Scene piles(u32 count, Solver solver, double after, bool one_moves) {
   Scene scene;
   scene.source = scene.name = "piles";
-  use_solver(scene.settings, solver);
+  replace_solver(scene.settings, solver);
   if (after > 0) scene.settings.sleeping = SleepSettings{.after = after};
   scene.materials = {{.name = "wood", .friction = 0.5}};
   BodyDescription floor;

@@ -18,7 +18,8 @@ using namespace lockstep;
 // The frequency of contacts that is used, Hz.
 std::string frequency_of(const Settings& settings) {
   if (settings.solver != Solver::small_steps) return "none";
-  return fmt::format("{:g}", usable_frequency(settings.dt / settings.substeps, settings.contact_frequency));
+  return fmt::format("{:g}",
+                     usable_frequency(settings.dt / substeps_of(settings), settings.contact_frequency.value_or(1e9)));
 }
 
 }  // namespace
@@ -47,12 +48,13 @@ int main(int argc, char** argv) try {
       "j\n");
   for (const Solver solver : solvers) {
     Scene scene = read_scene(name);
-    if (scene.settings.solver != solver) use_solver(scene.settings, solver);
+    if (scene.settings.solver != solver) replace_solver(scene.settings, solver);
     if (steps > 0) scene.settings.steps = steps;
     const Settings usual = scene.settings;
-    for (const u32 s : substeps.empty() ? std::vector<u32>{usual.substeps} : substeps) {
-      for (const u32 i : iterations.empty() ? std::vector<u32>{usual.iterations} : iterations) {
-        for (const double f : frequencies.empty() ? std::vector<double>{usual.contact_frequency} : frequencies) {
+    for (const u32 s : substeps.empty() ? std::vector<u32>{substeps_of(usual)} : substeps) {
+      for (const u32 i : iterations.empty() ? std::vector<u32>{iterations_of(usual)} : iterations) {
+        for (const double f :
+             frequencies.empty() ? std::vector<double>{usual.contact_frequency.value_or(1e9)} : frequencies) {
           for (const double z : dampings.empty() ? std::vector<double>{usual.contact_damping} : dampings) {
             scene.settings.substeps = s;
             scene.settings.iterations = i;

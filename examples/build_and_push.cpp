@@ -10,8 +10,6 @@ int main(int argc, char** argv) {
   Scene scene;
   scene.name = "crate";
   scene.settings.solver = Solver::small_steps;
-  scene.settings.substeps = 5;
-  scene.settings.iterations = 1;
   scene.materials = {{.name = "wood", .friction = 0.5, .restitution = 0}};
 
   BodyDescription floor;

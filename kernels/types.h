@@ -434,31 +434,20 @@ enum HashedRecord {
 // ---- parameters of a step, passed by value -------------------------------------------------------------------------
 
 RECORD(StepParams) {
-  real dt;                     // of a sub-step, s
-  real theta;                  // positions move with (1 - theta) old + theta new velocity
-  real gyroscopic_theta;       // the gyroscopic moment is taken at (1 - theta) old + theta new angular velocity
-  real restitution_threshold;  // m/s: slower approaches do not bounce
-  real correction;             // share of the penetration beyond the slop that one sub-step takes back (Baumgarte)
-  real softness;               // of a contact that overlaps, in parts of its w_nn; 0 where contacts are hard
-  real correction_limit;       // m/s: fastest correction
-  real slop;                   // m: penetration that is left alone
-  real margin;                 // m: gaps up to this, plus the way of the step, become contacts
-  real speed_limit;            // m/s, and rad/s times the largest extent is not limited
-  real tolerance;              // m/s: a sweep that changes no velocity by more is the last of its sub-step; 0 for none
+#define STEP_DERIVED(step_type, name, meaning) step_type name;
+#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) real name;
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) u32 name;
+#include "step_settings.def"
+  // of the scene as it is compiled, and of the step that runs
   u32 bodies, shapes, worlds;
   u32 tree_shapes;  // of the shapes, those in trees of their bodies; the others are loose
   u32 buckets;      // of the grid, a power of two
   u32 pair_capacity, contact_capacity, block_capacity;
-  u32 iterations;
-  u32 relaxations;  // sweeps that take back what soft contacts and joints added
-  u32 substeps;
-  u32 substep;     // index of the running sub-step
-  u32 gyroscopic;  // 0: none (left out), 1: at gyroscopic_theta
-  u32 queries;     // rays or volumes of the query, outside of a step
+  u32 substep;  // index of the running sub-step
+  u32 queries;  // rays or volumes of the query, outside of a step
   u32 overlap_capacity;
   u32 row_capacity;
   u32 joint_blocks;
-  u32 position_sweeps;  // over the joints, once the bodies have moved: they close them by their poses
 };
 
 #ifdef __cplusplus

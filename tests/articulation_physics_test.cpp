@@ -92,7 +92,7 @@ TEST(Articulations, EndWhereGaussSeidelDoes) {
   for (const char* name : {"governor", "pendulum_chain", "screw_nut", "cardan_shaft", "slider_crank", "turntable"}) {
     SCOPED_TRACE(name);
     Scene scene = read_scene(name);
-    use_solver(scene.settings, Solver::gauss_seidel);
+    replace_solver(scene.settings, Solver::gauss_seidel);
     scene.settings.tolerance = 0;
     const auto after = [&](JointSolver solver, u32 iterations) {
       scene.settings.joint_solver = solver;
@@ -108,7 +108,7 @@ TEST(Articulations, EndWhereGaussSeidelDoes) {
 TYPED_TEST(ArticulationPhysics, ADollLandsAsWithSweeps) {
   using real = TypeParam;
   Scene scene = read_scene("rag_doll");
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.iterations = 60;
   const Buffers<real> a = after_steps<real>(scene, 30), b = after_steps<real>(solved_directly(scene), 30);
   for (u32 i = 0; i < a.positions.size(); ++i) {

@@ -81,7 +81,7 @@ TYPED_TEST(CellGaussSeidel, StepsMatchTheReference) {
 TYPED_TEST(CellGaussSeidel, JointsAndEventsMatchTheReference) {
   using real = TypeParam;
   Scene scene = read_scene("rag_doll");
-  use_solver(scene.settings, Solver::cell_gauss_seidel);
+  replace_solver(scene.settings, Solver::cell_gauss_seidel);
   scene.settings.events = true;
   const InitialState<real> state = compile<real>(scene);
   ASSERT_TRUE(has(state.features, Feature::partitions));
@@ -224,7 +224,7 @@ TEST(CellGaussSeidelConverges, WhereGaussSeidelDoes) {
 // With friction the residual of the canonical problem falls with the sweeps.
 TEST(CellGaussSeidelConverges, ResidualFallsWithTheSweeps) {
   Scene scene = read_scene("spheres_small");
-  use_solver(scene.settings, Solver::cell_gauss_seidel);
+  replace_solver(scene.settings, Solver::cell_gauss_seidel);
   scene.settings.cell_size = 1.5;
   double last = 1;
   for (const u32 sweeps : {5u, 20u, 80u, 320u}) {

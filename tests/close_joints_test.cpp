@@ -225,7 +225,7 @@ TYPED_TEST(CloseJoints, IsAskedFor) {
 TYPED_TEST(CloseJoints, RedundantLoopsConverge) {
   using real = TypeParam;
   Scene scene = read_scene("bricard");
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   const InitialState<real> state = disturbed<real>(scene, 0.01, 11);
   EXPECT_GT(joint_drift(state.buffers).separation, 0.01);
   EXPECT_LT(joint_drift(closed(state, 32)).separation, 1e-4);

@@ -125,10 +125,10 @@ TEST(DenseConverges, TheResidualFalls) {
 TYPED_TEST(DensePhysics, ADollLandsAsWithGaussSeidel) {
   using real = TypeParam;
   Scene scene = read_scene("rag_doll");
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.iterations = 60;
   const InitialState<real> colors = compile<real>(scene);
-  use_solver(scene.settings, Solver::dense_gauss_seidel);
+  replace_solver(scene.settings, Solver::dense_gauss_seidel);
   scene.settings.iterations = 60;
   const InitialState<real> dense = compile<real>(scene);
   const Buffers<real> a = run_steps(colors, 30), b = run_steps(dense, 30);

@@ -74,7 +74,7 @@ TYPED_TEST(Dense, ScenesMatchTheReference) {
   for (const auto& [name, steps] : scenes) {
     SCOPED_TRACE(name);
     Scene scene = read_scene(name);
-    use_solver(scene.settings, Solver::dense_gauss_seidel);
+    replace_solver(scene.settings, Solver::dense_gauss_seidel);
     const InitialState<real> state = compile<real>(scene);
     ASSERT_TRUE(has(state.features, Feature::dense));
     expect_twins_agree(state, steps, launch_options({{1, 7}, {16, 0}}));
@@ -85,7 +85,7 @@ TYPED_TEST(Dense, ScenesMatchTheReference) {
 TYPED_TEST(Dense, ManyDollsMatchTheReference) {
   using real = TypeParam;
   Scene scene = read_scene("rag_doll");
-  use_solver(scene.settings, Solver::dense_gauss_seidel);
+  replace_solver(scene.settings, Solver::dense_gauss_seidel);
   scene.settings.iterations = 4;
   scene.settings.tolerance = 0.02;
   for (BodyDescription& body : scene.bodies) body.velocity[2] -= 8;

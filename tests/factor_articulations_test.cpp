@@ -47,7 +47,7 @@ TYPED_TEST(FactorArticulations, ScenesMatchReference) {
     Scene scene = read_scene(name);
     for (const Solver solver : {Solver::gauss_seidel, Solver::cell_gauss_seidel}) {
       if (solver == Solver::cell_gauss_seidel && std::string_view(name) != "rag_doll") continue;
-      use_solver(scene.settings, solver);
+      replace_solver(scene.settings, solver);
       const InitialState<real> state = compile<real>(solved_directly(scene));
       ASSERT_TRUE(has(state.features, Feature::articulations));
       expect_twins_agree(state, steps, launch_options({{1, 7}, {16, 0}}));
@@ -69,7 +69,7 @@ TYPED_TEST(FactorArticulations, SleepersMatchTheReference) {
 TYPED_TEST(FactorArticulations, ManyDollsMatchTheReference) {
   using real = TypeParam;
   Scene scene = read_scene("rag_doll");
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.iterations = 3;
   for (BodyDescription& body : scene.bodies) body.velocity[2] -= 8;
   const InitialState<real> state = compile<real>(std::vector<Scene>(100, solved_directly(scene)));
@@ -140,7 +140,7 @@ TEST(JointSolver, GoesWithGaussSeidel) {
   Scene scene = random_tree(12, 5);
   scene.source = "a.json";
   for (const Solver solver : {Solver::jacobi, Solver::small_steps, Solver::gradient, Solver::dense_gauss_seidel}) {
-    use_solver(scene.settings, solver);
+    replace_solver(scene.settings, solver);
     EXPECT_EQ(scene.settings.joint_solver, JointSolver::sweeps);
     try {
       compile<float>(solved_directly(scene));

@@ -26,7 +26,7 @@ TEST(FusedSubsteps, CallTheKernelsOfTheStagesOfASubStep) {
   plan.sizes = state.sizes;
   plan.features = state.features;
   plan.joint_phases = state.buffers.joint_phases;
-  plan.iterations = 7;
+  plan.counts.iterations = 7;
   plan.small = true;
   const FusedSubsteps fused = fuse_substeps(sources.signatures(stage_files(sources, state.features)), plan);
   EXPECT_TRUE(fused.stands_for(Stage::prepare_joints));

@@ -129,7 +129,7 @@ TYPED_TEST(GradientPhysics, AChainCarriesItsWeight) {
     joints.push_back(joint_of(JOINT_BALL, i == 0 ? NONE : i - 1, i, {0, 0, -double(i)}));
   }
   Scene scene = joint_scene(bodies, joints, dt);
-  use_solver(scene.settings, Solver::accelerated_gradient);
+  replace_solver(scene.settings, Solver::accelerated_gradient);
   scene.settings.iterations = 2000;
   const InitialState<real> state = compile<real>(scene);
   ASSERT_TRUE(has(state.features, Feature::gradient));
@@ -155,7 +155,7 @@ TEST(GradientJoints, EndWhereGaussSeidelDoes) {
     SCOPED_TRACE(name);
     Scene scene = read_scene(name);
     const auto after = [&](Solver solver, u32 iterations) {
-      use_solver(scene.settings, solver);
+      replace_solver(scene.settings, solver);
       scene.settings.iterations = iterations;
       return run_steps(compile<double>(scene), 2);
     };
@@ -170,7 +170,7 @@ TYPED_TEST(GradientPhysics, JointsMatchTheReference) {
   for (const char* name : {"rag_doll", "rover", "governor"}) {
     SCOPED_TRACE(name);
     Scene scene = read_scene(name);
-    use_solver(scene.settings, Solver::accelerated_gradient);
+    replace_solver(scene.settings, Solver::accelerated_gradient);
     scene.settings.iterations = 15;
     scene.settings.tolerance = 0;
     expect_twins_agree(compile<real>(scene), 30, launch_options({{16, 7}, {1, 0}}));

@@ -37,7 +37,7 @@ TYPED_TEST(Jacobi, StepsMatchTheReference) {
 TYPED_TEST(Jacobi, JointsMatchTheReference) {
   using real = TypeParam;
   Scene scene = read_scene("rag_doll");
-  use_solver(scene.settings, Solver::jacobi);
+  replace_solver(scene.settings, Solver::jacobi);
   const InitialState<real> state = compile<real>(scene);
   ASSERT_TRUE(has(state.features, Feature::jacobi));
   EXPECT_FALSE(runs(Stage::color_contacts, state.features));

@@ -37,7 +37,7 @@ inline Scene ground_scene(double friction = 0.5) {
   scene.name = "ground";
   scene.source = "ground";
   scene.settings.dt = 0.01;
-  use_solver(scene.settings, Solver::small_steps);
+  replace_solver(scene.settings, Solver::small_steps);
   scene.materials = {{.name = "stuff", .friction = friction, .restitution = 0}};
   scene.bodies.push_back(floor_body());
   return scene;

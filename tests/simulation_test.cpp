@@ -157,7 +157,7 @@ TEST(Simulation, CapacitiesChangeNothingInAnyKindOfScene) {
         const bool cones_alone = is_gradient(solver) || solver == Solver::dense_gauss_seidel;
         if (cones_alone && friction == FrictionModel::patches) continue;  // refused
         SCOPED_TRACE(std::string(name) + ", " + name_of(solver) + ", " + name_of(friction));
-        use_solver(scene.settings, solver);
+        replace_solver(scene.settings, solver);
         scene.settings.friction_model = friction;
         const InitialState<float> ample = compile<float>(scene), tight = with_capacity_one(ample);
         EXPECT_TRUE(

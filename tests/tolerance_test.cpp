@@ -98,7 +98,7 @@ TYPED_TEST(Tolerance, StepsMatchTheReference) {
   using real = TypeParam;
   for (const Solver solver : {Solver::gauss_seidel, Solver::small_steps, Solver::jacobi, Solver::dense_gauss_seidel}) {
     Scene scene = read_scene("rag_doll");
-    use_solver(scene.settings, solver);
+    replace_solver(scene.settings, solver);
     scene.settings.iterations = 20;
     scene.settings.tolerance = 0.01;
     std::vector<DeviceOptions> launches = launch_options({{0, 7}, {8, 4}, {1, 0}});
@@ -204,7 +204,7 @@ struct Solved {
 
 // The state of a scene after some steps, with impulses to start from.
 InitialState<double> warm(Scene scene, u32 steps) {
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   InitialState<double> state = compile<double>(scene);
   state.buffers = run_steps(state, int(steps));
   return state;

@@ -35,7 +35,7 @@ TEST(WorldJoints, AJointThatIsAddedAtFirstIsThatOfTheScene) {
 // A turning, flying box is caught by its corner: from there on it is the pendulum that begins so.
 TEST(WorldJoints, AJointThatIsAddedLaterHoldsTheBodyWhereItIsThen) {
   Scene scene = empty_scene(0.002);
-  use_solver(scene.settings, Solver::small_steps);
+  replace_solver(scene.settings, Solver::small_steps);
   scene.gravity = {0, 0, -9.81};
   scene.bodies = {box_at({0, 0, 0})};
   scene.bodies[0].velocity = {1, 0, 2};
@@ -213,7 +213,7 @@ TEST(WorldJoints, AScrewThatComesLaterTellsItsTurns) {
 
 Scene heavy_scene(double dt = 0.01) {
   Scene scene = empty_scene(dt);
-  use_solver(scene.settings, Solver::small_steps);
+  replace_solver(scene.settings, Solver::small_steps);
   scene.gravity = {0, 0, -9.81};
   return scene;
 }

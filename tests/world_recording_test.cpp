@@ -30,7 +30,7 @@ Scene ground() {
   Scene scene;
   scene.name = scene.source = "ground";
   scene.settings.dt = 0.01;
-  use_solver(scene.settings, Solver::small_steps);
+  replace_solver(scene.settings, Solver::small_steps);
   BodyDescription floor;
   floor.kind = BODY_STATIC;
   floor.shapes.push_back({.kind = SHAPE_PLANE});

@@ -271,7 +271,7 @@ TEST(World, JointsThatStayKeepTheirImpulses) {
 TEST(World, BodiesAsParticlesComeAndGo) {
   Scene scene = ground_scene();
   scene.gravity = {1, 0, -9.81};
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.dt = 0.001;
   scene.particles = ParticleSettings{.radius = 0.1, .stiffness = 4000, .shear_stiffness = 2000};
   World alone(scene, in_double()), busy(scene, in_double());
@@ -404,7 +404,7 @@ TEST(World, RefusesWhatMakesNoSense) {
   EXPECT_EQ(refusal([&] { load_table({}); }), "load table: has no rows");
   EXPECT_EQ(refusal([&] { load_table({{1, {}}, {1, {}}}); }), "load table, row 1: times must rise");
   EXPECT_EQ(refusal([&] { World(ground_scene(), {.device = "reference", .precision = "half"}); }),
-            "precision: must be float or double, is half");
+            "settings.precision: must be float or double, is half");
   EXPECT_EQ(refusal([&] { world.pose(BodyHandle{}); }), "body 4294967295: is not in this world any more");
   world.step();  // and is none the worse
 }

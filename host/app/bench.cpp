@@ -147,8 +147,8 @@ BenchTrial try_once(const HardCase& one, const Method& method, const Setting& se
     found.failure = error.what();
   }
   found.dt = trial.settings().dt;
-  found.substeps = trial.settings().substeps;
-  if (trial.swept()) found.sweeps = trial.settings().iterations;
+  found.substeps = substeps_of(trial.settings());
+  if (trial.swept()) found.sweeps = iterations_of(trial.settings());
   found.ms_per_step = trial.ms_per_step();
   found.steps = trial.steps();
   found.residual = trial.residual();
@@ -194,7 +194,7 @@ void bench(const HardCase& one, const BenchOptions& options, const std::vector<B
   for (const Method& method : one.methods) {
     if (!options.methods.empty() && std::ranges::find(options.methods, method.name) == options.methods.end()) continue;
     for (const std::string& precision : options.precisions) {
-      if (!method.oracle.empty()) {  // double, on the reference
+      if (method.oracle) {  // double, on the reference
         if (precision == "double") run(method, precision, reference);
         continue;
       }

@@ -62,7 +62,7 @@ void check_scene(const Scene& scene, const CheckCommand& options, const DeviceIn
   const std::vector<WorldHash> hashes = simulation.world_hashes();
   if (options.quiet) return;
   fmt::print("{}, {}, {}: {} steps, {} stages, {} words compared: equal\n", scene.name, backend.name(),
-             scene.settings.precision, steps, stages_that_run(backend.features()), backend.words_compared());
+             precision_of(scene.settings), steps, stages_that_run(backend.features()), backend.words_compared());
   fmt::print("state hash {}\n", hash_text(combined_state_hash(hashes)));
 }
 
@@ -95,7 +95,7 @@ void check(CheckCommand& options) {
     } catch (const Mismatch& mismatch) {
       if (scenes.size() == 1) throw;
       // the others are compared all the same
-      fmt::print("{}, {}: DIFFERENT: {}\n", scene.name, scene.settings.precision, mismatch.what());
+      fmt::print("{}, {}: DIFFERENT: {}\n", scene.name, precision_of(scene.settings), mismatch.what());
       ++different;
     }
     std::fflush(stdout);

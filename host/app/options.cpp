@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "host/error.hpp"
-#include "host/steppers/oracles.hpp"
 #include "host/scene/read.hpp"
+#include "host/scene/setting_table.hpp"
 
 namespace lockstep::app {
 
@@ -22,42 +22,52 @@ const CLI::Validator positive(
 
 namespace {
 
-const CLI::Validator not_negative(
-    [](const std::string& text) {
-      double value = 0;
-      const bool good = CLI::detail::lexical_cast(text, value) && value >= 0 && std::isfinite(value);
-      return good ? std::string() : "must be a number >= 0, is '" + text + "'";
-    },
-    ">= 0");
+// What stands behind the name of an option in --help: the names that it takes, or bounds and unit.
+std::string value_text(const SettingInfo& row) {
+  if (row.bounds.kind == Bounds::Kind::name) return fmt::format("{}", fmt::join(names_of(row), "|"));
+  const std::string bounds = row.bounds.text(), unit = row.unit;
+  return "[" + bounds + (bounds.empty() || unit.empty() ? "" : ", ") + unit + "]";
+}
 
-// Takes a name and gives the number that it stands for.
-template <class Choice, std::size_t count>
-CLI::Validator one_of(const std::pair<const char*, Choice> (&names)[count]) {
-  std::vector<std::string> known;
-  for (const auto& [name, choice] : names) known.push_back(name);
-  const auto take = [known](std::string& text) {
-    const auto found = std::ranges::find(known, text);
-    if (found == known.end()) return fmt::format("must be one of {}, is '{}'", fmt::join(known, ", "), text);
-    text = std::to_string(found - known.begin());
+// --setting-of-a-row, in the group of the row.
+CLI::Option* add_setting(CLI::App& command, const SettingInfo& row, SceneOptions& options) {
+  std::string name = row.name;
+  std::ranges::replace(name, '_', '-');
+  const auto check = [&row](const std::string& text) {
+    Settings ignored;
+    try {
+      read_setting(text, row, ignored);
+    } catch (const Error& error) {
+      return std::string(error.what());
+    }
     return std::string();
   };
-  return CLI::Validator(take, fmt::format("{}", fmt::join(known, "|")));
+  const auto take = [&row, &options](const std::string& text) { options.settings[row.name] = text; };
+  return command.add_option_function<std::string>("--" + name, take, row.meaning)
+      ->check(CLI::Validator(check, ""))
+      ->type_name(value_text(row))
+      ->group(setting_group_names[static_cast<u32>(row.group)]);
 }
 
-// Solvers of both kinds.
-std::vector<std::string> all_solvers() {
-  std::vector<std::string> names;
-  for (const auto& named : solver_names) names.emplace_back(named.first);
-  for (std::string& name : oracle_names()) names.push_back(std::move(name));
-  return names;
-}
-
-void use_solver(Settings& settings, const std::string& name) {
-  const auto found = std::ranges::find(solver_names, name, &std::pair<const char*, Solver>::first);
-  if (found == std::end(solver_names))
-    use_oracle(settings, name);
-  else if (found->second != settings.solver || !settings.oracle.empty())
-    lockstep::use_solver(settings, found->second);
+// The oracles are too many to be listed with the others.
+void add_solver(CLI::App& command, std::optional<Solver>& solver) {
+  std::vector<std::string> names, sweeping;
+  for (const SolverInfo& each : solver_infos) {
+    names.emplace_back(each.name);
+    if (!each.is_oracle) sweeping.emplace_back(each.name);
+  }
+  const auto take = [&solver](const std::string& name) { solver = find_solver(name); };
+  const auto known = [names](const std::string& name) {
+    const bool is_known = std::ranges::find(names, name) != names.end();
+    return is_known ? std::string() : fmt::format("unknown solver {}; {}", quote(name), suggestion(name, names));
+  };
+  command
+      .add_option_function<std::string>(
+          "--solver", take,
+          fmt::format("Instead of the scene's: {}; or an oracle (lockstep run --help)", fmt::join(sweeping, ", ")))
+      ->check(CLI::Validator(known, ""))
+      ->type_name("NAME")
+      ->group(setting_group_names[static_cast<u32>(SettingGroup::solver)]);
 }
 
 }  // namespace
@@ -93,68 +103,50 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
 }
 
 void add_setting_options(CLI::App& command, SceneOptions& options) {
-  CLI::Option* steps = command.add_option("--steps", options.steps, "Time steps")->check(positive);
-  command.add_option("--time", options.time, "Simulated time instead of steps, s")->check(positive)->excludes(steps);
-  command.add_option("--dt", options.dt, "Length of a step, s")->check(positive);
-  command.add_option("--substeps", options.substeps, "Sub-steps of a step")->check(positive);
-  command.add_option("--iterations", options.iterations, "Solver iterations of a sub-step")->check(positive);
-  command
-      .add_option("--relaxations", options.relaxations,
-                  "Sweeps that take back what the springs of small_steps added in a sub-step")
-      ->check(positive);
-  command
-      .add_option("--tolerance", options.tolerance,
-                  "End the iterations of a sub-step at one that changes velocities by no more, m/s; 0: do not")
-      ->check(not_negative);
-  const auto known = [names = all_solvers()](const std::string& name) {
-    if (std::ranges::find(names, name) != names.end()) return std::string();
-    return fmt::format("must be one of {}, is '{}'", fmt::join(names, ", "), name);
-  };
-  command
-      .add_option("--solver", options.solver,
-                  "Contact solver instead of the scene's: gauss_seidel, small_steps, jacobi, gradient, "
-                  "accelerated_gradient, dense_gauss_seidel, cell_gauss_seidel; or an oracle (`lockstep run --help` "
-                  "has their names)")
-      ->check(CLI::Validator(known, "NAME"));
-  command.add_option("--directions", options.directions, "Sides of the friction pyramids of oracles that have them")
-      ->check(CLI::Range(3u, 256u));
-  command
-      .add_option("--joint-solver", options.joint_solver,
-                  "Joints by sweeps, or direct: all of a tree of bodies at once; instead of the scene's")
-      ->transform(one_of(joint_solver_names));
-  command.add_option("--friction-model", options.friction_model, "Friction model instead of the scene's")
-      ->transform(one_of(friction_model_names));
-  command
-      .add_option("--sleeping", options.sleeping,
-                  "Let islands sleep whose bodies have been slow for so many seconds, or off; instead of the scene's")
-      ->check([](const std::string& text) { return text == "off" ? std::string() : positive(text); }, "S|off");
-  command.add_option("--precision", options.precision, "float or double instead of what the scene asks for")
-      ->check(CLI::IsMember({"float", "double"}));
-  command.add_option("--seed", options.seed, "Draw what the scene draws at random otherwise: 0 is as its file has it");
+  for (const SettingInfo& row : setting_infos()) {
+    const std::string_view name = row.name;
+    if (name == "events") continue;  // run --events FILE
+    if (name == "solver")
+      add_solver(command, options.solver);
+    else if (name == "sleeping")
+      command
+          .add_option("--sleeping", options.sleeping,
+                      "Let islands sleep whose bodies have been slow for so many seconds, or off (docs/sleeping.md)")
+          ->check(CLI::Validator([](const std::string& text) { return text == "off" ? std::string() : positive(text); },
+                                 ""))
+          ->type_name("[> 0, s]|off")
+          ->group(setting_group_names[static_cast<u32>(row.group)]);
+    else
+      add_setting(command, row, options);
+  }
+  command.add_option("--time", options.time, "Simulated time instead of steps")
+      ->check(positive)
+      ->type_name("[> 0, s]")
+      ->excludes(command.get_option("--steps"))
+      ->group(setting_group_names[static_cast<u32>(SettingGroup::time)]);
+  command.add_option("--seed", options.seed, "Random seed offset; 0: what the scene file draws");
   command.add_option("--resume", options.resume, "Go on from this checkpoint; --steps counts from the beginning");
   add_target_options(command, options);
+}
+
+void apply_given(const SceneOptions& options, Settings& settings, std::initializer_list<const char*> names) {
+  for (const auto& [name, text] : options.settings) {
+    if (names.size() == 0 || std::ranges::find(names, name) != names.end())
+      read_setting(text, setting_info(name), settings);
+  }
 }
 
 Scene read_scene_with(const SceneOptions& options) {
   Scene scene = read_scene(options.scene, options.seed);
   Settings& settings = scene.settings;
-  settings.dt = options.dt.value_or(settings.dt);
-  settings.steps = options.steps.value_or(settings.steps);
-  if (!options.solver.empty()) use_solver(settings, options.solver);
-  settings.directions = options.directions.value_or(settings.directions);
-  settings.joint_solver = options.joint_solver.value_or(settings.joint_solver);
-  settings.friction_model = options.friction_model.value_or(settings.friction_model);
-  settings.substeps = options.substeps.value_or(settings.substeps);
-  settings.iterations = options.iterations.value_or(settings.iterations);
-  settings.relaxations = options.relaxations.value_or(settings.relaxations);
-  settings.tolerance = options.tolerance.value_or(settings.tolerance);
+  if (options.solver && *options.solver != settings.solver) replace_solver(settings, *options.solver);
+  apply_given(options, settings);
   if (options.sleeping == "off") {
     settings.sleeping.reset();
   } else if (!options.sleeping.empty()) {
     if (!settings.sleeping) settings.sleeping.emplace();
     settings.sleeping->after = std::stod(options.sleeping);
   }
-  if (!options.precision.empty()) settings.precision = options.precision;
   if (options.time) {
     const double steps = std::max(1.0, std::round(*options.time / settings.dt));
     if (!(steps < 4e9)) throw Error(Failure::input, "--time", "that is more than 4,000,000,000 steps");

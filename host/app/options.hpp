@@ -2,6 +2,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,17 +23,12 @@ struct TargetOptions {
 
 struct SceneOptions : TargetOptions {
   std::string scene;
-  std::optional<u32> steps, substeps, iterations, relaxations;
-  std::optional<double> time, dt;   // s
-  std::optional<double> tolerance;  // m/s
-  std::string solver;  // of solver_names or oracle_names(); empty: the scene's
-  std::optional<u32> directions;
-  std::optional<JointSolver> joint_solver;
-  std::optional<FrictionModel> friction_model;
-  std::string sleeping;   // empty: as the scene says; off, or seconds
-  std::string precision;  // empty: the scene's
-  u32 seed = 0;           // of what the scene draws at random
-  std::string resume;     // a checkpoint to start from; empty: the beginning
+  std::map<std::string, std::string> settings;  // that are given, by the names of host/settings.def
+  std::optional<Solver> solver;
+  std::optional<double> time;  // s
+  std::string sleeping;        // empty: as the scene says; off, or seconds
+  u32 seed = 0;                // of what the scene draws at random
+  std::string resume;          // a checkpoint to start from; empty: the beginning
 };
 
 void add_target_options(CLI::App& command, TargetOptions& options);
@@ -39,6 +36,9 @@ void add_target_options(CLI::App& command, TargetOptions& options);
 void add_setting_options(CLI::App& command, SceneOptions& options);
 /// The scene's name too.
 void add_scene_options(CLI::App& command, SceneOptions& options);
+
+/// Takes over what is given of these settings; of all without names.
+void apply_given(const SceneOptions& options, Settings& settings, std::initializer_list<const char*> names = {});
 
 /// The scene with the settings that the command line asks for.
 Scene read_scene_with(const SceneOptions& options);
@@ -50,7 +50,7 @@ StepTarget target_of(const TargetOptions& options, const OracleChoice& oracle = 
 /// Calls `work` with a float or a double, as the scene says.
 template <class Work>
 void with_precision(const Scene& scene, Work&& work) {
-  if (scene.settings.precision == "double")
+  if (precision_of(scene.settings) == "double")
     work(double());
   else
     work(float());

@@ -3,24 +3,17 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "host/scene/setting_table.hpp"
+
 namespace lockstep::app {
 
 namespace {
 
 std::string options_text(const Settings& settings, const DeviceOptions& options) {
-  const nlohmann::ordered_json json = {{"steps", settings.steps},
-                                       {"dt", settings.dt},
-                                       {"substeps", settings.substeps},
-                                       {"iterations", settings.iterations},
-                                       {"relaxations", settings.relaxations},
-                                       {"tolerance", settings.tolerance},
-                                       {"solver", solver_name(settings)},
-                                       {"directions", settings.directions},
-                                       {"joint_solver", name_of(settings.joint_solver)},
-                                       {"friction_model", name_of(settings.friction_model)},
-                                       {"lanes", options.lanes},
-                                       {"work_group", options.work_group},
-                                       {"threads", options.threads}};
+  nlohmann::ordered_json json = to_json(settings);
+  json["lanes"] = options.lanes;
+  json["work_group"] = options.work_group;
+  json["threads"] = options.threads;
   return json.dump();
 }
 

@@ -191,8 +191,8 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
 
   Report report;
   report.scene = scene.name;
-  report.precision = scene.settings.precision;
-  report.solver = solver_name(scene.settings);
+  report.precision = precision_of(scene.settings);
+  report.solver = name_of(scene.settings.solver);
   report.joint_solver = name_of(scene.settings.joint_solver);
   report.friction_model = name_of(scene.settings.friction_model);
   report.worlds = state.sizes.worlds;
@@ -201,9 +201,9 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   report.first_step = start.steps_done;
   report.steps = scene.settings.steps - start.steps_done;
   report.dt = scene.settings.dt;
-  report.substeps = scene.settings.substeps;
-  report.iterations = scene.settings.iterations;
-  report.tolerance = scene.settings.tolerance;
+  report.substeps = substeps_of(scene.settings);
+  report.iterations = iterations_of(scene.settings);
+  report.tolerance = tolerance_of(scene.settings);
 
   if (scene.particles) describe_particles(scene, state, report);
   const StepParams<real> params = state.params;
@@ -243,10 +243,9 @@ Outcome run_share(RunOptions& options, const Share& share, bool is_shared) {
   expect_writable(options.checkpoint, "the checkpoint", checkpoint_signature);
   std::vector<Scene> worlds = read_worlds(options, share);
   Scene& scene = worlds[0];
-  if (is_shared && !scene.settings.oracle.empty())
+  if (is_shared && is_oracle(scene.settings.solver))
     throw Error(Failure::input, "--solver",
-                scene.settings.oracle + " is an oracle, and an oracle solves one world; leave out --worlds, and run it "
-                                        "without mpirun");
+                "an oracle solves one world; leave out --worlds, and run it without mpirun");
   scene.settings.events = scene.settings.events || !options.events.empty();
   EventLog log(options.events, scene);
   Outcome outcome;

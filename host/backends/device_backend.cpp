@@ -76,9 +76,7 @@ LaunchPlan first_plan(const InitialState<real>& state, u32 lanes) {
   plan.small = is_small(sizes, has(plan.features, Feature::contacts) ? sizes.contacts : 0);
   plan.joint_phases = state.buffers.joint_phases;
   plan.swept_joint_phases = swept_joint_phases(state.buffers);
-  plan.iterations = state.params.iterations;
-  plan.position_sweeps = state.params.position_sweeps;
-  plan.relaxations = state.params.relaxations;
+  plan.counts = counts_of(state.params);
   return plan;
 }
 
@@ -249,9 +247,8 @@ template <class real>
 void DeviceBackend<real>::run(Stage stage, const StepParams<real>& params) {
   if (!runs(stage, parts_->features)) return;
   DeviceLauncher& launcher = parts_->launcher;
-  const bool other_sweeps = std::exchange(launcher.plan().iterations, params.iterations) != params.iterations;
-  const bool other_relaxing = std::exchange(launcher.plan().relaxations, params.relaxations) != params.relaxations;
-  if (other_sweeps || other_relaxing) parts_->fuse_again();
+  const StepCounts counts = counts_of(params);
+  if (std::exchange(launcher.plan().counts, counts) != counts) parts_->fuse_again();
   const auto& fused = parts_->fused;
   const bool in_fused = fused && fused->stands_for(stage);
   if (in_fused && (params.substep > 0 || stage != fused->stages[0])) return;

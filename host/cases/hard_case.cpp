@@ -6,7 +6,7 @@ namespace {
 
 std::function<void(Settings&)> choice_of(Solver solver) {
   return [solver](Settings& settings) {
-    if (settings.solver != solver || settings.joint_solver != JointSolver::sweeps) use_solver(settings, solver);
+    if (settings.solver != solver || settings.joint_solver != JointSolver::sweeps) replace_solver(settings, solver);
     if (solver == Solver::small_steps) settings.integrator = Integrator::semi_implicit_euler;  // no other goes with it
   };
 }
@@ -98,7 +98,7 @@ Method with_direct_joints(Method method, u32 iterations) {
 }
 
 Method oracle(const std::string& solver, std::initializer_list<double> dts) {
-  return {"oracle " + solver, nullptr, solver, steps_of(dts)};
+  return {"oracle " + solver, nullptr, find_solver(solver).value(), steps_of(dts)};
 }
 
 Method reduced(std::initializer_list<double> dts) {
@@ -106,7 +106,7 @@ Method reduced(std::initializer_list<double> dts) {
     choice_of(Solver::gauss_seidel)(settings);
     settings.integrator = Integrator::trapezoidal;
   };
-  return {"oracle reduced_auto", choose, "reduced_auto", steps_of(dts)};
+  return {"oracle reduced_auto", choose, Solver::reduced_auto, steps_of(dts)};
 }
 
 const std::vector<HardCase>& hard_cases() {

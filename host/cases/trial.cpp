@@ -82,7 +82,7 @@ Settings Trial::settings_for(const Scene& scene) const {
   if (setting_.substeps > 0) settings.substeps = setting_.substeps;
   if (setting_.iterations > 0) settings.iterations = setting_.iterations;
   settings.precision = precision_;
-  if (!method_.oracle.empty()) use_oracle(settings, method_.oracle);
+  if (method_.oracle) replace_solver(settings, *method_.oracle);
   return settings;
 }
 
@@ -91,7 +91,7 @@ void Trial::run(const Scene& scene, double duration, const std::function<bool(Se
   Scene mine = scene;
   mine.settings = settings_ = settings_for(scene);
   mine.settings.loads = push.has_value();
-  if (settings_.precision == "double")
+  if (precision_of(settings_) == "double")
     run_in<double>(mine, duration, visit, push);
   else
     run_in<float>(mine, duration, visit, push);
@@ -120,7 +120,7 @@ void Trial::run_in(const Scene& scene, double duration, const std::function<bool
       if (const auto& residual = now.measures().residual) residuals_.push_back(residual->relative);
   }
   if (const Unsolved left = simulation.backend().unsolved(); left.count > 0)
-    throw Error(Failure::comparison, scene.name, in_words(method_.oracle, left));
+    throw Error(Failure::comparison, scene.name, in_words(name_of(settings_.solver), left));
 }
 
 double Trial::ms_per_step() const { return ms_.empty() ? 0 : median(ms_); }

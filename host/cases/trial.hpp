@@ -23,7 +23,7 @@ struct Setting {
 struct Method {
   std::string name;                                 // as legends have it
   std::function<void(Settings&)> choose = nullptr;  // makes a scene's settings those of the method; null: leaves them
-  std::string oracle = {};                          // of oracle_names(), in the place of the sweeps
+  std::optional<Solver> oracle = {};                // in the place of the sweeps
   std::vector<Setting> ladder;                      // settings from cheap to dear
 };
 
@@ -74,7 +74,7 @@ class Trial {
   /// Those of the last run().
   const Settings& settings() const { return settings_; }
   /// Whether so many sweeps were made in each sub-step: there was something to solve, and it was not for an oracle.
-  bool swept() const { return method_.oracle.empty() && !residuals_.empty(); }
+  bool swept() const { return !method_.oracle && !residuals_.empty(); }
 
   // of all that was run: the wall time of a step, ms (median; the first of each run warms up and is left out), steps
   // timed, and the residual (median of some fifty looks a run, where there were contacts or joints)

@@ -12,6 +12,21 @@
 
 namespace lockstep {
 
+/// The settings of a step that count something (kernels/step_settings.def).
+struct StepCounts {
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) u32 name = 0;
+#include "kernels/step_settings.def"
+  bool operator==(const StepCounts&) const = default;
+};
+
+template <class real>
+StepCounts counts_of(const StepParams<real>& params) {
+  StepCounts counts;
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) counts.name = params.name;
+#include "kernels/step_settings.def"
+  return counts;
+}
+
 /// Sizes the launches of a step, from the counts of the step before. It can change speed only, never a bit: kernels
 /// loop over what is there (FOR_EACH), whatever the grid.
 struct LaunchPlan {
@@ -21,9 +36,7 @@ struct LaunchPlan {
   u32 colors = 0;                           // expected colours that are worth a launch each
   std::vector<u32> joint_phases;            // the first block of each phase of the joints, and the end
   u32 swept_joint_phases = 0;               // of them: those that sweeps visit, the first ones
-  u32 iterations = 0;                       // sweeps of the contact solver
-  u32 position_sweeps = 0;                  // over the joints, that close them
-  u32 relaxations = 1;                      // relaxing sweeps
+  StepCounts counts;                        // of sweeps
   u32 real_words = 1;                       // u32 words of a real: 1 in float, 2 in double
   u32 lanes = 1;                            // contacts per work-item in the solve kernels: 1, 8 or 16
   bool small = false;                       // the whole contact solve fits one work-group

@@ -11,7 +11,7 @@
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/joint_kinds.hpp"
 #include "host/scene/json_node.hpp"
-#include "host/steppers/oracles.hpp"
+#include "host/scene/settings.hpp"
 
 namespace lockstep {
 
@@ -25,7 +25,8 @@ namespace {
 template <class real>
 void expect_oracle(const InitialState<real>& state) {
   if (!state.oracle) return;
-  if (!is_oracle(state.oracle.name)) throw h5::Failed("oracle: there is none of the name " + quote(state.oracle.name));
+  const std::optional<Solver> solver = find_solver(state.oracle.name);
+  if (!solver || !is_oracle(*solver)) throw h5::Failed("oracle: there is none of the name " + quote(state.oracle.name));
   bool fit = sizeof(real) == sizeof(double) && state.sizes.worlds == 1 && state.params.tolerance > 0 &&
              state.oracle.directions >= 3 && state.oracle.directions <= 256;
   for (const Feature feature :

@@ -8,28 +8,14 @@
 
 namespace lockstep {
 
-// The parameters that a scene sets; the others follow from the sizes. A new one belongs into this list.
+// The parameters that a scene sets; the others follow from the sizes.
 template <class Params, class Visitor>
 void for_each_setting(Params& p, Visitor&& visit) {
-  visit("dt", p.dt);
-  visit("theta", p.theta);
-  visit("gyroscopic_theta", p.gyroscopic_theta);
-  visit("restitution_threshold", p.restitution_threshold);
-  visit("correction", p.correction);
-  visit("softness", p.softness);
-  visit("correction_limit", p.correction_limit);
-  visit("slop", p.slop);
-  visit("margin", p.margin);
-  visit("speed_limit", p.speed_limit);
-  visit("tolerance", p.tolerance);
-  visit("iterations", p.iterations);
-  visit("relaxations", p.relaxations);
-  visit("substeps", p.substeps);
-  visit("position_sweeps", p.position_sweeps);
-  visit("gyroscopic", p.gyroscopic);
+#define STEP_DERIVED(step_type, name, meaning) visit(#name, p.name);
+#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) visit(#name, p.name);
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) visit(#name, p.name);
+#include "kernels/step_settings.def"
 }
-// 16 settings; bodies, shapes, worlds, tree_shapes, buckets, five capacities, substep, queries and joint_blocks
-static_assert(sizeof(StepParams<float>) == (16 + 13) * sizeof(u32), "for_each_setting: is there a new parameter?");
 
 // A record in words: as many as it has, of `real` or, where it holds integers, of u32.
 template <class real>

@@ -77,7 +77,8 @@ class Compiler {
 
   InitialState<real> run() {
     expect_oracle_takes(worlds_, sizeof(real) == sizeof(double));
-    state_.oracle = {worlds_[0].settings.oracle, worlds_[0].settings.directions};
+    if (const Settings& settings = worlds_[0].settings; is_oracle(settings.solver))
+      state_.oracle = {name_of(settings.solver), settings.directions};
     add_worlds();
     buffers().motions.push_back({});  // the null body behind the last one
     set_features();
@@ -411,7 +412,7 @@ void Compiler<real>::set_features() {
                   "have a grain; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
-  if (constrained && settings.tolerance > 0) features = with(features, Feature::tolerance);
+  if (constrained && tolerance_of(settings) > 0) features = with(features, Feature::tolerance);
   if (constrained && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);
     if (settings.integrator != Integrator::semi_implicit_euler) {

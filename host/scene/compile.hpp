@@ -9,9 +9,9 @@
 
 namespace lockstep {
 
-/// Who solves the constraint system of each sub-step, where it is not the stages (host/steppers/oracles.hpp).
+/// The oracle that solves the constraint system of each sub-step in the place of the stages, if one does.
 struct OracleChoice {
-  std::string name = {};  // empty: the stages do
+  std::string name = {};  // of a Solver; empty: the stages solve
   u32 directions = 4;     // sides of its friction pyramids, if it has any
 
   explicit operator bool() const { return !name.empty(); }

@@ -44,7 +44,7 @@ void store(real* to, const Vec4<real>& from, unsigned count) {
 template <class real>
 void set_softness(const Settings& settings, const JointDescription& in, const Origin& origin, Joint<real>& out) {
   const bool spring = in.frequency > 0;
-  const double h = settings.dt / settings.substeps;
+  const double h = settings.dt / substeps_of(settings);
   Correction correction = {settings.stabilization == Stabilization::velocities ? settings.correction : 0, 0};
   if (spring) correction = spring_correction(h, in.frequency, in.damping);
   if (!spring && settings.solver == Solver::small_steps)
@@ -59,7 +59,7 @@ void set_softness(const Settings& settings, const JointDescription& in, const Or
 // order and energy is to stay (cpu_reference/prepare_joints.hpp).
 template <class real>
 void set_spring(const Settings& settings, const JointSpring& in, const Origin& origin, Joint<real>& out) {
-  const double h = settings.dt / settings.substeps;
+  const double h = settings.dt / substeps_of(settings);
   const double theta = settings.integrator == Integrator::trapezoidal ? 0.5 : 1;
   const double stiff = theta * h * in.stiffness + in.damping;
   out.limited = 1;

@@ -11,10 +11,10 @@ namespace lockstep {
 void expect_oracle_takes(std::span<const Scene> worlds, bool doubles) {
   const Scene& scene = worlds[0];
   const Settings& settings = scene.settings;
-  if (settings.oracle.empty()) return;
+  if (!is_oracle(settings.solver)) return;
   const auto expect = [&](bool good, const char* setting, const char* what) {
     if (!good)
-      throw Error(Failure::input, scene.source + ": /settings/" + setting, settings.oracle + " is an oracle, " + what);
+      throw Error(Failure::input, scene.source + ": /settings/" + setting, std::string(name_of(settings.solver)) + " is an oracle, " + what);
   };
   expect(worlds.size() == 1, "solver", "which solves one world; leave --worlds out");
   expect(doubles, "precision", "which works in double only; leave precision out");
@@ -22,9 +22,8 @@ void expect_oracle_takes(std::span<const Scene> worlds, bool doubles) {
          "for which friction is at each contact; leave friction_model out");
   expect(settings.joint_solver == JointSolver::sweeps, "joint_solver",
          "which solves joints too; leave joint_solver out");
-  expect(settings.tolerance > 0, "tolerance", "which needs a residual > 0 to end at");
+  expect(tolerance_of(settings) > 0, "tolerance", "which needs a residual > 0 to end at");
   expect(!settings.sleeping, "sleeping", "and solves for everybody; take sleeping away (--sleeping off)");
-  expect(settings.directions >= 3, "directions", "and a friction pyramid has at least 3 sides");
   expect(!is_penalty(scene), "solver",
          "and springs between particles leave it nothing to solve; take one of the solvers that sweep");
   expect(std::ranges::none_of(friction_pairs_of(scene), &PairFriction::rubs_further), "solver",

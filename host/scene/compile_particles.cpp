@@ -35,7 +35,7 @@ void expect_plain(const Scene& scene) {
 void expect_stable(const Scene& scene, const BodyDescription& body, const std::vector<std::vector<Vector3>>& particles,
                    double damping) {
   const double longest = longest_stable_step(body, particles, *scene.particles, damping);
-  const double step = scene.settings.dt / scene.settings.substeps;
+  const double step = scene.settings.dt / substeps_of(scene.settings);
   if (step <= longest) return;
   const Origin origin = {scene, &body};
   const double enough = 0.999 * longest;  // also when said in four digits
@@ -43,7 +43,7 @@ void expect_stable(const Scene& scene, const BodyDescription& body, const std::v
       "its particles of the stiffness {} N/m need sub-steps of at most {:.4g} s, dt / substeps is {:.4g} s; set dt to "
       "{:.4g} or substeps to {:.0f}",
       std::max(scene.particles->stiffness, scene.particles->shear_stiffness), longest, step,
-      enough * scene.settings.substeps, std::ceil(scene.settings.dt / enough)));
+      enough * substeps_of(scene.settings), std::ceil(scene.settings.dt / enough)));
 }
 
 const std::vector<std::vector<Vector3>>& particles_of(ParticleSampler& sampler, const Origin& origin) {

@@ -54,7 +54,7 @@ void compile_partitions(std::span<const Scene> worlds, InitialState<real>& state
   Buffers<real>& b = state.buffers;
   b.cell_sizes.clear();
   for (std::size_t w = 0; w < worlds.size(); ++w) {
-    const double wanted = worlds[0].settings.cell_size;
+    const double wanted = worlds[0].settings.cell_size.value_or(0);
     const double size = wanted > 0 ? wanted : bodies_along_edge * median_of(widths_of(b.world_ranges[w], b));
     b.cell_sizes.push_back(rounded_positive<real>(size, "cell_size", {worlds[w]}));
   }

@@ -184,7 +184,7 @@ void JsonNode::unknown(const std::string& kind, const std::string& word, const s
   fail(fmt::format("unknown {} {}; {}", kind, quote(word), suggestion(word, names)));
 }
 
-void JsonNode::expect_object(std::initializer_list<std::string_view> known_keys) const {
+void JsonNode::expect_object(std::span<const std::string_view> known_keys) const {
   if (!value_->is_object()) must_be("an object");
   for (const auto& item : value_->items()) {
     if (std::find(known_keys.begin(), known_keys.end(), item.key()) != known_keys.end()) continue;

@@ -42,7 +42,10 @@ class JsonNode {
                             const std::vector<std::string>& names) const;
 
   /// Refuses anything but an object, and keys other than these.
-  void expect_object(std::initializer_list<std::string_view> known_keys) const;
+  void expect_object(std::span<const std::string_view> known_keys) const;
+  void expect_object(std::initializer_list<std::string_view> known_keys) const {
+    expect_object(std::span(known_keys.begin(), known_keys.size()));
+  }
   bool is_object() const { return value_->is_object(); }
   bool is_array() const { return value_->is_array(); }
 

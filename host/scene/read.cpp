@@ -13,6 +13,7 @@
 #include "host/scene/particle_law.hpp"
 #include "host/scene/read_bodies.hpp"
 #include "host/scene/read_robots.hpp"
+#include "host/scene/setting_table.hpp"
 #include "host/scene/text_file.hpp"
 
 namespace lockstep {
@@ -20,104 +21,6 @@ namespace lockstep {
 namespace {
 
 namespace fs = std::filesystem;
-
-// true and false stand for what is usual, and for none.
-std::optional<SleepSettings> read_sleeping(const JsonNode& node) {
-  SleepSettings sleeping;
-  if (!node.is_object()) return node.boolean() ? std::optional(sleeping) : std::nullopt;
-  node.expect_object({"after", "speed", "angular_speed"});
-  if (node.has("after")) sleeping.after = node.at("after").positive();
-  if (node.has("speed")) sleeping.speed = node.at("speed").not_negative();
-  if (node.has("angular_speed")) sleeping.angular_speed = node.at("angular_speed").not_negative();
-  return sleeping;
-}
-
-Settings read_settings(const JsonNode& node) {
-  node.expect_object({"dt",
-                      "steps",
-                      "solver",
-                      "friction_model",
-                      "contact_frequency",
-                      "contact_damping",
-                      "joint_frequency",
-                      "joint_damping",
-                      "substeps",
-                      "iterations",
-                      "relaxations",
-                      "tolerance",
-                      "integrator",
-                      "gyroscopic",
-                      "restitution_threshold",
-                      "correction",
-                      "correction_limit",
-                      "joint_solver",
-                      "stabilization",
-                      "position_sweeps",
-                      "cell_size",
-                      "slop",
-                      "margin",
-                      "speed_limit",
-                      "broad_phase",
-                      "events",
-                      "sleeping",
-                      "precision"});
-  Settings s;
-  if (node.has("dt")) s.dt = node.at("dt").positive();
-  if (node.has("steps")) s.steps = node.at("steps").integer(1, 1000000000);
-  if (node.has("solver")) {
-    use_solver(s, node.at("solver").choice<Solver>("solver", solver_names));
-  }
-  if (node.has("friction_model")) {
-    s.friction_model = node.at("friction_model").choice<FrictionModel>("friction model", friction_model_names);
-  }
-  if (node.has("substeps")) s.substeps = node.at("substeps").integer(1, 10000);
-  if (node.has("iterations")) s.iterations = node.at("iterations").integer(1, 100000);
-  if (node.has("relaxations")) s.relaxations = node.at("relaxations").integer(1, 1000);
-  if (node.has("tolerance")) s.tolerance = node.at("tolerance").not_negative();
-  if (node.has("integrator")) {
-    s.integrator = node.at("integrator")
-                       .choice<Integrator>("integrator", {{"explicit_euler", Integrator::explicit_euler},
-                                                          {"semi_implicit_euler", Integrator::semi_implicit_euler},
-                                                          {"trapezoidal", Integrator::trapezoidal},
-                                                          {"runge_kutta", Integrator::runge_kutta}});
-  }
-  if (node.has("gyroscopic")) {
-    s.gyroscopic = node.at("gyroscopic")
-                       .choice<Gyroscopic>("gyroscopic scheme", {{"none", Gyroscopic::none},
-                                                                 {"explicit", Gyroscopic::explicit_},
-                                                                 {"implicit", Gyroscopic::implicit},
-                                                                 {"midpoint", Gyroscopic::midpoint}});
-  }
-  if (node.has("restitution_threshold")) s.restitution_threshold = node.at("restitution_threshold").not_negative();
-  if (node.has("correction")) s.correction = node.at("correction").share();
-  if (node.has("correction_limit")) s.correction_limit = node.at("correction_limit").not_negative();
-  if (node.has("joint_solver"))
-    s.joint_solver = node.at("joint_solver").choice<JointSolver>("solver of joints", joint_solver_names);
-  if (node.has("stabilization")) {
-    s.stabilization = node.at("stabilization").choice<Stabilization>("stabilization", stabilization_names);
-  }
-  if (node.has("cell_size")) s.cell_size = node.at("cell_size").positive();
-  if (node.has("position_sweeps")) s.position_sweeps = node.at("position_sweeps").integer(1, 100000);
-  if (node.has("contact_frequency")) s.contact_frequency = node.at("contact_frequency").positive();
-  if (node.has("contact_damping")) s.contact_damping = node.at("contact_damping").positive();
-  if (node.has("joint_frequency")) s.joint_frequency = node.at("joint_frequency").positive();
-  if (node.has("joint_damping")) s.joint_damping = node.at("joint_damping").positive();
-  if (node.has("slop")) s.slop = node.at("slop").not_negative();
-  if (node.has("margin")) s.margin = node.at("margin").not_negative();
-  if (node.has("speed_limit")) s.speed_limit = node.at("speed_limit").positive();
-  if (node.has("broad_phase")) {
-    s.broad_phase =
-        node.at("broad_phase")
-            .choice<BroadPhase>(
-                "broad phase", {{"auto", BroadPhase::automatic}, {"grid", BroadPhase::grid}, {"bvh", BroadPhase::bvh}});
-  }
-  if (node.has("events")) s.events = node.at("events").boolean();
-  if (node.has("sleeping")) s.sleeping = read_sleeping(node.at("sleeping"));
-  if (node.has("precision")) {
-    s.precision = node.at("precision").choice<const char*>("precision", {{"float", "float"}, {"double", "double"}});
-  }
-  return s;
-}
 
 // Of a material or a pair of them; what goes with what: host/scene/impact_laws.cpp.
 template <class Owner>

@@ -151,7 +151,7 @@ Scene robot_scene(const std::string& text, const std::string& source) {
   if (robot.gravity) scene.gravity = *robot.gravity;
   if (robot.dt) {
     // light links between the joints of a body and stiff actuators want more than a few sweeps
-    use_solver(scene.settings, Solver::small_steps);
+    scene.settings.solver = Solver::small_steps;
     scene.settings.substeps = 10;
     scene.settings.dt = *robot.dt;
     scene.settings.steps = static_cast<u32>(std::clamp(std::round(shown_seconds / *robot.dt), 1.0, 1e9));

@@ -1,7 +1,6 @@
 // A scene as a file describes it, in double and SI units; z up. Reading and compiling are in read.hpp and compile.hpp.
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,64 +8,10 @@
 #include <vector>
 
 #include "host/scene/exact_math.hpp"
+#include "host/scene/settings.hpp"
 #include "kernels/types.h"
 
 namespace lockstep {
-
-/// How a body moves. `explicit_euler`, `semi_implicit_euler` and `trapezoidal` are the time-stepping schemes (positions
-/// move with the old, the new, the mean velocity); `runge_kutta` is of fourth order, for free flight and pivots only.
-enum class Integrator { explicit_euler, semi_implicit_euler, trapezoidal, runge_kutta };
-
-/// At which angular velocity the gyroscopic moment w x I w is taken: left out, at the old, the new or the mean one.
-enum class Gyroscopic { none, explicit_, implicit, midpoint };
-
-/// How contacts are solved: `gauss_seidel`, sweeps over hard contacts; `small_steps`, few sweeps in each of several
-/// sub-steps over soft contacts, and one that takes back what the springs added; `jacobi`, all hard contacts at once,
-/// each on parts of its bodies; `gradient` and `accelerated_gradient`, hard contacts and joints as one convex
-/// problem, another model (cpu_reference/gradient/descent.hpp); `dense_gauss_seidel`, sweeps over hard contacts in the
-/// order of their list, by the dense Delassus matrix (cpu_reference/solve_dense.hpp); `cell_gauss_seidel`, sweeps over
-/// hard contacts in an order that comes from space (cpu_reference/solver_cell.hpp).
-enum class Solver {
-  gauss_seidel,
-  small_steps,
-  jacobi,
-  gradient,
-  accelerated_gradient,
-  dense_gauss_seidel,
-  cell_gauss_seidel
-};
-inline constexpr std::pair<const char*, Solver> solver_names[] = {
-    {"gauss_seidel", Solver::gauss_seidel},
-    {"small_steps", Solver::small_steps},
-    {"jacobi", Solver::jacobi},
-    {"gradient", Solver::gradient},
-    {"accelerated_gradient", Solver::accelerated_gradient},
-    {"dense_gauss_seidel", Solver::dense_gauss_seidel},
-    {"cell_gauss_seidel", Solver::cell_gauss_seidel}};
-/// Whether it goes down a gradient.
-inline bool is_gradient(Solver solver) { return solver == Solver::gradient || solver == Solver::accelerated_gradient; }
-
-/// What rubs: each contact point in a `cone` of its own, exact Coulomb friction; or the contacts of two shapes as one
-/// `patch`, with one friction and one twist: cheaper, another model (cpu_reference/visit_patch.hpp).
-enum class FrictionModel { cones, patches };
-inline constexpr std::pair<const char*, FrictionModel> friction_model_names[] = {{"cones", FrictionModel::cones},
-                                                                                 {"patches", FrictionModel::patches}};
-
-/// How joints that have come apart are closed, but for those of small_steps and those that are soft on purpose: by
-/// velocities, which take back the share `correction` of the error in a sub-step and stay (Baumgarte), or by moving the
-/// bodies once a sub-step has moved them, their velocities left alone (cpu_reference/close_joints.hpp).
-enum class Stabilization { velocities, positions };
-inline constexpr std::pair<const char*, Stabilization> stabilization_names[] = {
-    {"velocities", Stabilization::velocities}, {"positions", Stabilization::positions}};
-
-/// How joints are solved in each sweep: one after another, or all those of a tree of bodies at once, exactly, with up
-/// to MAX_CLOSURES that close its loops (cpu_reference/articulations/link.hpp, closures.hpp).
-enum class JointSolver { sweeps, direct };
-inline constexpr std::pair<const char*, JointSolver> joint_solver_names[] = {{"sweeps", JointSolver::sweeps},
-                                                                             {"direct", JointSolver::direct}};
-
-/// How candidate pairs are found. `automatic` takes the tree where shapes differ much in size.
-enum class BroadPhase { automatic, grid, bvh };
 
 /// What bodies of particles push with: springs and dampers (Harada 2008), or the contacts of the solvers.
 enum class ParticleModel { penalty, constraints };
@@ -201,83 +146,6 @@ struct JointDrive {
 inline JointDrive drive_of(const JointDescription& joint) {
   return joint.friction > 0 ? JointDrive{0, joint.friction} : JointDrive{joint.motor_speed, joint.motor_force};
 }
-
-/// When islands fall asleep (docs/sleeping.md).
-struct SleepSettings {
-  double after = 0.5;           // s that all bodies of an island have been slow
-  double speed = 0.01;          // m/s, of the centre of mass: a slow body has no more
-  double angular_speed = 0.05;  // rad/s
-};
-
-struct Settings {
-  double dt = 1.0 / 60;
-  u32 steps = 300;
-  Solver solver = Solver::gauss_seidel;
-  std::string oracle = {};  // of oracle_names() (host/steppers/oracles.hpp), instead of the solver; empty: none
-  u32 directions = 4;       // sides of the friction pyramids of oracles that have them
-  FrictionModel friction_model = FrictionModel::cones;
-  u32 substeps = 1;
-  u32 iterations = 10;
-  u32 relaxations = 1;   // of small_steps
-  double tolerance = 0;  // m/s; 0: as many sweeps as `iterations` says
-  double cell_size = 0;  // m, of cell_gauss_seidel; 0: by the sizes of the bodies
-  JointSolver joint_solver = JointSolver::sweeps;
-  Integrator integrator = Integrator::semi_implicit_euler;
-  Gyroscopic gyroscopic = Gyroscopic::implicit;
-  double restitution_threshold = 0;  // m/s
-  double correction = 0.2;           // Baumgarte: share of the penetration taken back in a sub-step
-  double correction_limit = 3;       // m/s
-  Stabilization stabilization = Stabilization::positions;
-  u32 position_sweeps = 2;  // over the joints in a sub-step, where they are closed by positions
-  double contact_frequency = std::numeric_limits<double>::max();  // Hz, of a soft contact; see step_params.cpp
-  double contact_damping = 5;                                     // of a soft contact, in parts of the critical damping
-  double joint_frequency = 1000;  // the same of the springs by which small_steps closes joints
-  double joint_damping = 2;
-  double slop = 1e-4;        // m
-  double margin = 0.005;     // m
-  double speed_limit = 1e5;  // m/s
-  BroadPhase broad_phase = BroadPhase::automatic;
-  bool events = false;                         // tell who begins and ceases to touch
-  std::optional<SleepSettings> sleeping = {};  // none: nobody sleeps
-  bool loads = false;                          // forces and torques from outside; no setting of files
-  std::string precision = "float";             // what a run uses unless it is told
-};
-
-/// Sets the solver, and the sub-steps and sweeps that it is meant to have; joints are swept.
-inline void use_solver(Settings& settings, Solver solver) {
-  settings.solver = solver;
-  settings.substeps = solver == Solver::small_steps ? 5 : 1;
-  settings.joint_solver = JointSolver::sweeps;
-  switch (solver) {
-    case Solver::gauss_seidel:
-    case Solver::cell_gauss_seidel: settings.iterations = 10; break;
-    case Solver::small_steps: settings.iterations = 1; break;
-    case Solver::jacobi: settings.iterations = 30; break;
-    case Solver::gradient: settings.iterations = 100; break;
-    case Solver::accelerated_gradient: settings.iterations = 50; break;
-    case Solver::dense_gauss_seidel: settings.iterations = 10; break;
-  }
-}
-
-/// Sets an oracle (docs/solvers_oracle.md) and what it asks for: double, hard contacts in cones, a residual of 1e-10 in
-/// 100,000 iterations at most.
-inline void use_oracle(Settings& settings, const std::string& name) {
-  if (settings.solver != Solver::gauss_seidel || settings.joint_solver != JointSolver::sweeps)
-    use_solver(settings, Solver::gauss_seidel);
-  settings.oracle = name;
-  settings.precision = "double";
-  settings.friction_model = FrictionModel::cones;
-  settings.iterations = 100'000;
-  settings.tolerance = 1e-10;
-}
-
-inline const char* name_of(Solver solver) { return solver_names[static_cast<u32>(solver)].first; }
-/// Of the solver or the oracle that they ask for.
-inline std::string solver_name(const Settings& settings) {
-  return settings.oracle.empty() ? name_of(settings.solver) : settings.oracle;
-}
-inline const char* name_of(JointSolver solver) { return joint_solver_names[static_cast<u32>(solver)].first; }
-inline const char* name_of(FrictionModel model) { return friction_model_names[static_cast<u32>(model)].first; }
 
 /// Where pictures are taken from; no part of what is simulated.
 struct CameraDescription {

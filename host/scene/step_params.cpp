@@ -1,5 +1,7 @@
 #include "host/scene/step_params.hpp"
 
+#include <limits>
+
 #include "host/scene/rounding.hpp"
 #include "host/scene/spring.hpp"
 
@@ -10,8 +12,13 @@ namespace {
 // How a sub-step takes overlap back.
 Correction correction_of(const Settings& settings) {
   if (settings.solver != Solver::small_steps) return {settings.correction, 0};
-  return spring_correction(settings.dt / settings.substeps, settings.contact_frequency, settings.contact_damping);
+  const double frequency = settings.contact_frequency.value_or(std::numeric_limits<double>::max());
+  return spring_correction(settings.dt / substeps_of(settings), frequency, settings.contact_damping);
 }
+
+// Of settings that are resolved.
+double number_of(const BySolver<double>& setting) { return *setting; }
+u32 count_of(const BySolver<u32>& setting) { return *setting; }
 
 }  // namespace
 
@@ -34,10 +41,10 @@ template void set_sizes<double>(StepParams<double>&, const Sizes&);
 
 template <class real>
 StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features features) {
-  const Settings& settings = scene.settings;
+  const Settings settings = resolved(scene.settings);
   const Origin origin = {scene};
   StepParams<real> p = {};
-  p.dt = rounded_positive<real>(settings.dt / settings.substeps, "dt / substeps", origin);
+  p.dt = rounded_positive<real>(settings.dt / substeps_of(settings), "dt / substeps", origin);
   switch (settings.integrator) {
     case Integrator::explicit_euler: p.theta = 0; break;
     case Integrator::trapezoidal: p.theta = real(0.5); break;
@@ -51,20 +58,16 @@ StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features fe
     case Gyroscopic::implicit: p.gyroscopic_theta = 1; break;
   }
   p.gyroscopic = has(features, Feature::gyroscopic);
-  p.restitution_threshold = rounded<real>(settings.restitution_threshold, "restitution_threshold", origin);
   const Correction correction = correction_of(settings);
   p.correction = rounded<real>(correction.share, "correction", origin);
   p.softness = rounded<real>(correction.softness, "contact_frequency, contact_damping: the softness", origin);
-  p.correction_limit = rounded<real>(settings.correction_limit, "correction_limit", origin);
-  p.slop = rounded<real>(settings.slop, "slop", origin);
-  p.margin = rounded<real>(settings.margin, "margin", origin);
-  p.speed_limit = rounded<real>(settings.speed_limit, "speed_limit", origin);
-  if (settings.tolerance > 0) p.tolerance = rounded_positive<real>(settings.tolerance, "tolerance", origin);
+#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) \
+  p.name = rounded<real>(number_of(settings.name), #name, origin);
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) p.name = count_of(settings.name);
+#include "kernels/step_settings.def"
+  if (*settings.tolerance > 0) p.tolerance = rounded_positive<real>(*settings.tolerance, "tolerance", origin);
+  if (!has(features, Feature::closed_joints)) p.position_sweeps = 0;
   set_sizes(p, sizes);
-  p.iterations = settings.iterations;
-  p.relaxations = settings.relaxations;
-  p.substeps = settings.substeps;
-  if (has(features, Feature::closed_joints)) p.position_sweeps = settings.position_sweeps;
   return p;
 }
 

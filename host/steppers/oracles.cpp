@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "cpu_reference/oracle/cone/solvers.hpp"
 #include "cpu_reference/oracle/joints/mixed.hpp"
 #include "host/error.hpp"
@@ -17,11 +15,6 @@ std::vector<std::string> oracle_names() {
   for (const std::string& name : reduced_solver_names()) names.push_back(name);
   names.emplace_back(impulse_based);
   return names;
-}
-
-bool is_oracle(const std::string& name) {
-  const std::vector<std::string> names = oracle_names();
-  return std::ranges::find(names, name) != names.end();
 }
 
 std::unique_ptr<OracleBackend> make_oracle(InitialState<double> state, bool profile) {

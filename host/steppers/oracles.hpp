@@ -11,7 +11,6 @@ namespace lockstep {
 
 /// Those of system_solver_names() and reduced_solver_names(), and impulse_based.
 std::vector<std::string> oracle_names();
-bool is_oracle(const std::string& name);
 
 /// The oracle that the state is compiled for. Throws Error (input) where there is none of this name, and for a scene
 /// that it does not take.

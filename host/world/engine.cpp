@@ -300,7 +300,7 @@ Twist EngineOf<real>::velocity_between(const Pose& now, const Pose& target) cons
 
 std::unique_ptr<Engine> make_engine(const Scene& scene, const WorldOptions& options, Engine* before,
                                     const Renaming& renaming) {
-  if (scene.settings.precision == "double")
+  if (precision_of(scene.settings) == "double")
     return std::make_unique<EngineOf<double>>(scene, options, static_cast<EngineOf<double>*>(before), renaming);
   return std::make_unique<EngineOf<float>>(scene, options, static_cast<EngineOf<float>*>(before), renaming);
 }

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "host/scene/read.hpp"
+#include "host/scene/setting_table.hpp"
 #include "host/world/parts.hpp"
 
 namespace lockstep {
@@ -48,8 +49,7 @@ World::World(Scene scene, const WorldOptions& options) : parts_(std::make_unique
   std::swap(bodies, scene.bodies);
   p.scene = std::move(scene);
   if (!options.precision.empty()) p.scene.settings.precision = options.precision;
-  if (p.scene.settings.precision != "float" && p.scene.settings.precision != "double")
-    throw Error(Failure::input, "precision", "must be float or double, is " + p.scene.settings.precision);
+  expect_in_bounds(p.scene.settings);
   for (const BodyDescription& body : bodies) add(body);
   for (std::size_t j = 0; j < p.scene.joints.size(); ++j) p.joints.add();
   p.reset_renaming();
@@ -146,7 +146,7 @@ void World::set_motor(JointHandle joint, double speed, double force) {
   driven.motor_force = force;
   expect_sense(driven, p.scene);
   constexpr double most = std::numeric_limits<float>::max();
-  if (p.scene.settings.precision == "float" && (std::abs(speed) > most || force > most))
+  if (precision_of(p.scene.settings) == "float" && (std::abs(speed) > most || force > most))
     throw Error(Failure::input, "joint " + std::to_string(joint.id), "has a motor that float numbers cannot hold");
   p.scene.joints[index] = std::move(driven);
   p.motors_set = true;

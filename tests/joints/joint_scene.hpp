@@ -36,7 +36,7 @@ inline Scene joint_scene(std::vector<BodyDescription> bodies, std::vector<JointD
 }
 
 inline Scene with_small_steps(Scene scene, u32 substeps) {
-  use_solver(scene.settings, Solver::small_steps);
+  replace_solver(scene.settings, Solver::small_steps);
   scene.settings.substeps = substeps;
   return scene;
 }

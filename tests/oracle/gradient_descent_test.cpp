@@ -21,7 +21,7 @@ Buffers<double> last_of(std::unique_ptr<Backend<double>> backend, const StepPara
 }
 
 Buffers<double> by_oracle(Scene scene, u32 steps) {
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.tolerance = 1e-13;
   scene.settings.iterations = 200'000;
   const InitialState<double> state = compile<double>(scene);
@@ -29,7 +29,7 @@ Buffers<double> by_oracle(Scene scene, u32 steps) {
 }
 
 Buffers<double> by_descent(Scene scene, u32 steps) {
-  use_solver(scene.settings, Solver::accelerated_gradient);
+  replace_solver(scene.settings, Solver::accelerated_gradient);
   scene.settings.tolerance = 0;
   scene.settings.iterations = 20'000;
   const InitialState<double> state = compile<double>(scene);

@@ -22,7 +22,7 @@ class Stepped {
  public:
   Stepped(Scene scene, const std::string& oracle, double dt) {
     const Integrator integrator = scene.settings.integrator;
-    use_oracle(scene.settings, oracle);
+    replace_solver(scene.settings, *find_solver(oracle));
     scene.settings.integrator = integrator;
     scene.settings.dt = dt;
     scene.settings.substeps = 1;

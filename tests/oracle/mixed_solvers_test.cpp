@@ -141,7 +141,7 @@ TEST(MixedSolvers, SolveStepsOfScenes) {
     for (const char* solver : {"mixed_ldlt", "mixed_sparse", "mixed_articulated"}) {
       SCOPED_TRACE(std::string(name) + ", " + solver);
       Scene scene = read_scene(name);
-      use_oracle(scene.settings, solver);
+      replace_solver(scene.settings, *find_solver(solver));
       scene.settings.tolerance = tolerance;
       const InitialState<double> state = compile<double>(scene);
       auto* backend = new OracleBackend(state, find_system_solver(solver, 4));

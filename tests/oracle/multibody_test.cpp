@@ -74,7 +74,7 @@ TEST(ScenesLcps, PyramidsAreSolved) {
 // What the sweeps of a step converge to is what the pyramid gives where nothing slides.
 TEST(ScenesLcps, StandingScenesAgreeWithTheirSweeps) {
   Scene scene = read_scene("box_stack");
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.iterations = 3000;
   const ContactSystem system = test::system_after(scene, 40);
   const Multibody m = multibody(system);
@@ -86,7 +86,7 @@ TEST(ScenesLcps, StandingScenesAgreeWithTheirSweeps) {
 
 TEST(ScenesLcps, JointsAgreeWithTheirSweeps) {
   Scene scene = read_scene("pendulum_chain");
-  use_solver(scene.settings, Solver::gauss_seidel);
+  replace_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.iterations = 5000;
   const ContactSystem system = test::system_after(scene, 20);
   const Multibody m = multibody(system);

@@ -98,7 +98,7 @@ void make_room_for_closures(Launcher& launcher) {
 void end_sweep(Launcher& launcher, u32 sweep) {
   const LaunchPlan& plan = launcher.plan();
   if (!has(plan.features, Feature::tolerance)) return;
-  launcher.run("end_sweep", 1, {{"is_last", sweep + 1 == plan.iterations ? 1u : 0u}});
+  launcher.run("end_sweep", 1, {{"is_last", sweep + 1 == plan.counts.iterations ? 1u : 0u}});
 }
 
 void solve_by_parts(Launcher& launcher) {
@@ -107,8 +107,8 @@ void solve_by_parts(Launcher& launcher) {
   if (is_fused(plan))
     return launcher.run_group(
         "solve_parts_group",
-        {{"bodies", plan.sizes.bodies}, {"joint_phase_count", plan.swept_joint_phases}, {"sweeps", plan.iterations}});
-  for (u32 i = 0; i < plan.iterations; ++i) {
+        {{"bodies", plan.sizes.bodies}, {"joint_phase_count", plan.swept_joint_phases}, {"sweeps", plan.counts.iterations}});
+  for (u32 i = 0; i < plan.counts.iterations; ++i) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
     pass_over_parts(launcher, "solve_parts");
     end_sweep(launcher, i);
@@ -124,7 +124,7 @@ void solve_by_dense_matrix(Launcher& launcher) {
   launcher.scratch("dense_tiles", tile_count(plan.sizes.contacts, plan.sizes.worlds) * tile_reals * plan.real_words);
   launcher.scratch("dense_changes", std::size_t{plan.sizes.rows} * 3 * PACK * plan.real_words);
   const bool jointed = plan.sizes.joint_phases > 0, one_by_one = jointed || has(plan.features, Feature::tolerance);
-  const u32 rounds = one_by_one ? plan.iterations : 1, sweeps = one_by_one ? 1 : plan.iterations;
+  const u32 rounds = one_by_one ? plan.counts.iterations : 1, sweeps = one_by_one ? 1 : plan.counts.iterations;
   if (is_fused(plan))
     return launcher.run_group("solve_dense_group",
                               {{"rounds", rounds}, {"sweeps", sweeps}, {"joint_phase_count", plan.swept_joint_phases}});
@@ -277,10 +277,10 @@ void launch_solve_constraints(Launcher& launcher) {
     return launcher.run_group("solve_tail", {{"first_phase", 0u},
                                              {"articulation_count", plan.sizes.articulations},
                                              {"joint_phase_count", plan.swept_joint_phases},
-                                             {"sweeps", plan.iterations},
+                                             {"sweeps", plan.counts.iterations},
                                              {"whole", 1u}});
   const u32 articulations = plan.sizes.articulations;
-  for (u32 i = 0; i < plan.iterations; ++i) {
+  for (u32 i = 0; i < plan.counts.iterations; ++i) {
     if (articulations > 0)
       launcher.run_groups("solve_articulations", articulations, {{"articulation_count", articulations}});
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
@@ -300,8 +300,8 @@ void launch_relax_constraints(Launcher& launcher) {
   if (is_fused(plan))
     return launcher.run_group(
         "relax_tail",
-        {{"first_phase", 0u}, {"joint_phase_count", plan.swept_joint_phases}, {"sweeps", plan.relaxations}});
-  for (u32 i = 0; i < plan.relaxations; ++i) {
+        {{"first_phase", 0u}, {"joint_phase_count", plan.swept_joint_phases}, {"sweeps", plan.counts.relaxations}});
+  for (u32 i = 0; i < plan.counts.relaxations; ++i) {
     sweep_joints(launcher, "relax_joints", "relax_joint_tail");
     sweep(launcher, "relax_color", "relax_tail",
           {{"first_phase", plan.colors}, {"joint_phase_count", 0u}, {"sweeps", 1u}});
@@ -313,7 +313,7 @@ void launch_close_joints(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   const u32 articulations = plan.sizes.articulations;
   const bool alone = plan.swept_joint_phases == 0 || (articulations == 0 && !is_large(plan, 0));
-  const u32 passes = alone ? 1 : plan.position_sweeps;
+  const u32 passes = alone ? 1 : plan.counts.position_sweeps;
   if (articulations > 0) {
     launcher.scratch("articulation_turns", articulations);
     make_room_for_closures(launcher);
@@ -321,7 +321,7 @@ void launch_close_joints(Launcher& launcher) {
   for (u32 i = 0; i < passes; ++i) {
     if (articulations > 0)
       launcher.run_groups("close_articulations", articulations,
-                          {{"articulation_count", articulations}, {"sweeps", plan.position_sweeps / passes}});
+                          {{"articulation_count", articulations}, {"sweeps", plan.counts.position_sweeps / passes}});
     sweep_joints(launcher, "close_joint_phase", "close_joint_tail");
   }
 }

@@ -30,7 +30,7 @@ void solve_by_gradient(Launcher& launcher, bool fused) {
   if (fused) return launcher.run_group("solve_gradient_group");
   const u32 blocks = plan.blocks + plan.sizes.joint_blocks;
   launcher.run("gradient_begin", std::max(blocks * PACK, plan.sizes.bodies));
-  for (u32 i = 0; i < plan.iterations; ++i) {
+  for (u32 i = 0; i < plan.counts.iterations; ++i) {
     launcher.run("gradient_step", blocks * (PACK / plan.lanes));
     launcher.run("gradient_move", plan.sizes.bodies);
     launcher.run_group("gradient_decide");

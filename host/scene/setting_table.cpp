@@ -1,0 +1,219 @@
+#include "host/scene/setting_table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <type_traits>
+
+namespace lockstep {
+
+namespace {
+
+// What the columns of the table are made of.
+constexpr Bounds any = {}, positive = {Bounds::Kind::positive}, not_negative = {Bounds::Kind::not_negative},
+                 share = {Bounds::Kind::share};
+constexpr Bounds between(u32 least, u32 most) { return {Bounds::Kind::integers, least, most}; }
+constexpr Bounds one_of(const char* noun) { return {.kind = Bounds::Kind::name, .noun = noun}; }
+
+constexpr SettingInfo rows[] = {
+#define SETTING(type, name, initial, bounds, unit, group, acts, meaning) \
+  {#name, bounds, unit, SettingGroup::group, Acts::acts, meaning},
+#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) \
+  {#name, bounds, unit, SettingGroup::group, Acts::step, meaning},
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) \
+  {#name, bounds, unit, SettingGroup::group, Acts::step, meaning},
+#include "host/settings.def"
+};
+
+constexpr SettingInfo sleep_rows[] = {
+#define SLEEP_SETTING(name, initial, bounds, unit, meaning) \
+  {#name, bounds, unit, SettingGroup::bodies, Acts::scene, meaning},
+#include "host/settings.def"
+};
+
+constexpr std::pair<const char*, const char*> precision_names[] = {{"float", "float"}, {"double", "double"}};
+
+// The names that a setting of a type takes.
+std::span<const std::pair<const char*, Solver>> names_of(Solver) { return solver_names; }
+std::span<const std::pair<const char*, FrictionModel>> names_of(FrictionModel) { return friction_model_names; }
+std::span<const std::pair<const char*, JointSolver>> names_of(JointSolver) { return joint_solver_names; }
+std::span<const std::pair<const char*, Integrator>> names_of(Integrator) { return integrator_names; }
+std::span<const std::pair<const char*, Gyroscopic>> names_of(Gyroscopic) { return gyroscopic_names; }
+std::span<const std::pair<const char*, Stabilization>> names_of(Stabilization) { return stabilization_names; }
+std::span<const std::pair<const char*, BroadPhase>> names_of(BroadPhase) { return broad_phase_names; }
+std::span<const std::pair<const char*, const char*>> names_of(const std::string&) { return precision_names; }
+
+void read(const JsonNode& node, const Bounds& bounds, double& x) {
+  switch (bounds.kind) {
+    case Bounds::Kind::positive: x = node.positive(); break;
+    case Bounds::Kind::not_negative: x = node.not_negative(); break;
+    case Bounds::Kind::share: x = node.share(); break;
+    default: x = node.number();
+  }
+}
+
+void read(const JsonNode& node, const Bounds& bounds, u32& x) { x = node.integer(bounds.least, bounds.most); }
+
+void read(const JsonNode& node, const Bounds&, bool& x) { x = node.boolean(); }
+
+// true and false stand for what is usual, and for none.
+void read(const JsonNode& node, const Bounds&, std::optional<SleepSettings>& sleeping) {
+  sleeping.reset();
+  if (!node.is_object() && !node.boolean()) return;
+  sleeping.emplace();
+  if (!node.is_object()) return;
+  std::vector<std::string_view> keys;
+  for (const SettingInfo& row : sleep_rows) keys.push_back(row.name);
+  node.expect_object(keys);
+  visit_sleep_settings(*sleeping, [&](const SettingInfo& row, double& x) {
+    if (node.has(row.name)) read(node.at(row.name), row.bounds, x);
+  });
+}
+
+template <class Name>
+requires std::is_enum_v<Name> || std::is_same_v<Name, std::string>
+void read(const JsonNode& node, const Bounds& bounds, Name& name) { name = node.choice(bounds.noun, names_of(Name())); }
+
+template <class T>
+void read(const JsonNode& node, const Bounds& bounds, std::optional<T>& setting) {
+  read(node, bounds, setting.emplace());
+}
+
+// What an option says, as a scene file would: text where it is no number.
+nlohmann::json value_of(const std::string& text, Bounds::Kind kind) {
+  if (kind == Bounds::Kind::name) return text;
+  if (kind == Bounds::Kind::any && (text == "true" || text == "false")) return text == "true";
+  const char* end = text.data() + text.size();
+  if (std::uint64_t whole = 0; std::from_chars(text.data(), end, whole).ptr == end && !text.empty()) return whole;
+  double number = 0;
+  const auto [stop, failed] = std::from_chars(text.data(), end, number);
+  if (stop == end && failed == std::errc() && std::isfinite(number)) return number;
+  return text;
+}
+
+// Adds a setting to an object as scenes write it, unless it is unset.
+template <class T>
+void put(nlohmann::ordered_json& json, const SettingInfo& row, const T& setting) {
+  if constexpr (std::is_enum_v<T>) {
+    json[row.name] =
+        std::ranges::find(names_of(setting), setting, [](const auto& named) { return named.second; })->first;
+  } else {
+    json[row.name] = setting;
+  }
+}
+
+void put(nlohmann::ordered_json& json, const SettingInfo& row, const SleepSettings& sleeping) {
+  nlohmann::ordered_json& object = json[row.name];
+  visit_sleep_settings(sleeping, [&](const SettingInfo& each, double x) { object[each.name] = x; });
+}
+
+template <class T>
+void put(nlohmann::ordered_json& json, const SettingInfo& row, const std::optional<T>& setting) {
+  if (setting) put(json, row, *setting);
+}
+
+[[noreturn]] void refuse(const SettingInfo& row, const std::string& rule, const std::string& value) {
+  throw Error(Failure::input, std::string("settings.") + row.name, "must be " + rule + ", is " + value);
+}
+
+void check(const SettingInfo& row, double x) {
+  if (!row.bounds.holds(x)) refuse(row, row.bounds.text(), fmt::format("{}", x));
+}
+
+void check(const SettingInfo& row, const std::string& x) {
+  if (x != "float" && x != "double") refuse(row, "float or double", x);
+}
+
+void check(const SettingInfo&, const SleepSettings& sleeping) {
+  visit_sleep_settings(sleeping, [](const SettingInfo& row, double x) { check(row, x); });
+}
+
+template <class T>
+void check(const SettingInfo& row, const std::optional<T>& x) {
+  if (x) check(row, *x);
+}
+
+// The types of C++ keep these within their bounds.
+template <class T>
+requires std::is_enum_v<T> || std::is_same_v<T, bool>
+void check(const SettingInfo&, T) {}
+
+}  // namespace
+
+bool Bounds::holds(double x) const {
+  switch (kind) {
+    case Kind::positive: return x > 0;
+    case Kind::not_negative: return x >= 0;
+    case Kind::share: return x >= 0 && x <= 1;
+    case Kind::integers: return x >= least && x <= most;
+    default: return true;
+  }
+}
+
+std::string Bounds::text() const {
+  switch (kind) {
+    case Kind::positive: return "> 0";
+    case Kind::not_negative: return ">= 0";
+    case Kind::share: return "0 .. 1";
+    case Kind::integers: return fmt::format("{} .. {}", least, most);
+    default: return "";
+  }
+}
+
+std::span<const SettingInfo> setting_infos() { return rows; }
+std::span<const SettingInfo> sleep_setting_infos() { return sleep_rows; }
+
+const SettingInfo& setting_info(std::string_view name) { return *std::ranges::find(rows, name, &SettingInfo::name); }
+
+nlohmann::ordered_json to_json(const Settings& settings) {
+  nlohmann::ordered_json json;
+  visit_settings(resolved(settings), [&](const SettingInfo& row, const auto& setting) { put(json, row, setting); });
+  return json;
+}
+
+std::vector<std::string> names_of(const SettingInfo& row) {
+  std::vector<std::string> names;
+  const auto list = [&]<class T>(const T& like) {
+    if constexpr (std::is_enum_v<T> || std::is_same_v<T, std::string>)
+      for (const auto& named : names_of(like)) names.emplace_back(named.first);
+  };
+  const auto visit = [&]<class T>(const SettingInfo& each, const T& setting) {
+    if (&each != &row) return;
+    if constexpr (requires { setting.value(); })
+      list(typename T::value_type());
+    else
+      list(setting);
+  };
+  visit_settings(Settings(), visit);
+  return names;
+}
+
+Settings read_settings(const JsonNode& node) {
+  std::vector<std::string_view> keys;
+  for (const SettingInfo& row : rows) keys.push_back(row.name);
+  node.expect_object(keys);
+  Settings settings;
+  visit_settings(settings, [&](const SettingInfo& row, auto& setting) {
+    if (node.has(row.name)) read(node.at(row.name), row.bounds, setting);
+  });
+  return settings;
+}
+
+void read_setting(const JsonNode& node, const SettingInfo& row, Settings& settings) {
+  visit_settings(settings, [&](const SettingInfo& each, auto& setting) {
+    if (&each == &row) read(node, row.bounds, setting);
+  });
+}
+
+void read_setting(const std::string& text, const SettingInfo& row, Settings& settings) {
+  const nlohmann::json value = value_of(text, row.bounds.kind);
+  read_setting(JsonNode(value, ""), row, settings);
+}
+
+void expect_in_bounds(const Settings& settings) {
+  visit_settings(settings, [](const SettingInfo& row, const auto& setting) { check(row, setting); });
+}
+
+}  // namespace lockstep
