@@ -13,10 +13,10 @@
 #include "cpu_reference/oracle/dense.hpp"
 #include "cpu_reference/oracle/joints/joint_solver.hpp"
 #include "host/error.hpp"
-#include "host/steppers/oracle_backend.hpp"
-#include "host/steppers/system_problem.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/oracle_backend.hpp"
+#include "host/steppers/system_problem.hpp"
 
 namespace {
 

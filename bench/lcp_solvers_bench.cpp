@@ -16,10 +16,10 @@
 #include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
 #include "host/problems/lcp_text.hpp"
-#include "host/steppers/multibody.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/multibody.hpp"
 
 namespace {
 

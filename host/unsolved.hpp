@@ -10,9 +10,9 @@ namespace lockstep {
 /// The sub-steps that were left with a residual larger than what was asked for, and the worst of them. Of oracles
 /// (docs/solvers_oracle.md); a solver that makes so many sweeps promises no residual and leaves nothing unsolved.
 struct Unsolved {
-  u32 count = 0, worst_step = 0;  // steps count from 0
+  u32 count = 0, worst_step = 0;             // steps count from 0
   double worst_residual = 0, tolerance = 0;  // the residual that was asked for
-  std::string worst_stop = {};  // why the solver ended there: "stall", "limit", "infeasible"
+  std::string worst_stop = {};               // why the solver ended there: "stall", "limit", "infeasible"
 
   /// Adds those of a later part of the same run.
   void add(const Unsolved& later) {

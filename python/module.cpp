@@ -49,6 +49,12 @@ py::dict scenes() {
   return found;
 }
 
+py::dict solvers() {
+  py::dict found;
+  for (const SolverInfo& solver : solver_infos) found[py::str(solver.name)] = solver.what;
+  return found;
+}
+
 std::vector<std::string> devices() {
   std::vector<std::string> names;
   for (const DeviceInfo& device : list_devices()) names.push_back(device.name);
@@ -77,6 +83,7 @@ PYBIND11_MODULE(lockstep, module) {
   module.def("scenes", &scenes, "The built-in scenes: a dict from names to what a viewer should see.");
   module.def("devices", &devices,
              "Names of the OpenCL devices here, by their index; without any there is 'reference'.");
+  module.def("solvers", &solvers, "What steps a world: a dict from names of solvers and oracles to what they do.");
   add_records(module);
   add_world(module);
 }

@@ -116,6 +116,19 @@ void add_records(py::module_& module) {
                            errors.residual ? fmt::format("{:.3g}", *errors.residual) : "none");
       });
 
+  py::class_<Unsolved>(module, "Unsolved",
+                       "Sub-steps that an oracle left with a residual larger than what was asked for, and the worst.")
+      .def_readonly("count", &Unsolved::count, "So many sub-steps; false where there are none.")
+      .def_readonly("worst_step", &Unsolved::worst_step, "The step of the worst of them, counted from 0.")
+      .def_readonly("worst_residual", &Unsolved::worst_residual, "Its residual.")
+      .def_readonly("tolerance", &Unsolved::tolerance, "What was asked for.")
+      .def_readonly("worst_stop", &Unsolved::worst_stop, "Why it ended there: 'stall', 'limit' or 'infeasible'.")
+      .def("__bool__", [](const Unsolved& unsolved) { return unsolved.count > 0; })
+      .def("__repr__", [](const Unsolved& unsolved) {
+        return fmt::format("<lockstep.Unsolved {} sub-steps, {:.3g} at worst>", unsolved.count,
+                           unsolved.worst_residual);
+      });
+
   py::class_<WorldDevice>(module, "Device", "What a world computes on.")
       .def_readonly("name", &WorldDevice::name, "As `lockstep devices` has it, or 'reference'.")
       .def_readonly("bit_exact", &WorldDevice::bit_exact, "Its bits are those of every other device.")

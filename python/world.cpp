@@ -8,8 +8,9 @@ namespace lockstep::python {
 
 namespace {
 
-WorldOptions options_of(const py::object& device, const std::string& precision, u32 threads) {
-  return {py::str(device).cast<std::string>(), precision, threads};
+WorldOptions options_of(const py::object& device, const std::string& precision, u32 threads,
+                        const std::string& solver) {
+  return {py::str(device).cast<std::string>(), precision, threads, solver};
 }
 
 template <class Handle>
@@ -40,28 +41,29 @@ void add_making(WorldClass& world) {
   world
       .def(
           py::init([](const py::object& scene, const py::object& device, const std::string& precision, u32 threads,
-                      const std::string& source, u32 seed) {
+                      const std::string& solver, const std::string& source, u32 seed) {
             return std::make_unique<SharedWorld>(parse_scene(json_text(scene), source, seed),
-                                                 options_of(device, precision, threads));
+                                                 options_of(device, precision, threads, solver));
           }),
           py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
-          py::arg("threads") = 0, py::arg("source") = "scene.json", py::arg("seed") = 0,
+          py::arg("threads") = 0, py::arg("solver") = "", py::arg("source") = "scene.json", py::arg("seed") = 0,
           "A world of a scene: a dict, or JSON text, as docs/scene_format.md describes it.\n\n"
           "device: 'auto', 'gpu', 'cpu', 'reference', or the index of one of lockstep.devices().\n"
           "precision: 'float' or 'double'; '' is what the scene says.\n"
           "threads: of a CPU device; 0 is all.\n"
+          "solver: one of lockstep.solvers() with the settings that it brings; '' is what the scene says.\n"
           "source: stands for the file in errors; meshes and robots are looked for from its folder. Text whose source\n"
           "ends in '.urdf' or '.xml' is a robot.\n"
           "seed: of what the scene draws at random, as --seed.")
       .def_static(
           "load",
           [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
-             u32 seed) {
+             const std::string& solver, u32 seed) {
             return std::make_unique<SharedWorld>(read_scene(path_or_name, seed),
-                                                 options_of(device, precision, threads));
+                                                 options_of(device, precision, threads, solver));
           },
           py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
-          py::arg("threads") = 0, py::arg("seed") = 0,
+          py::arg("threads") = 0, py::arg("solver") = "", py::arg("seed") = 0,
           "A world of a scene file, a robot, or a built-in scene by its name.")
       .def_property_readonly(
           "device", [](SharedWorld& shared) { return shared.use().device(); },
@@ -157,6 +159,9 @@ void add_time(WorldClass& world) {
           "time", [](SharedWorld& shared) { return shared.use().time(); }, "s.")
       .def_property_readonly(
           "time_step", [](SharedWorld& shared) { return shared.use().time_step(); }, "The scene's `dt`, s.")
+      .def_property_readonly(
+          "unsolved", [](SharedWorld& shared) { return shared.use().unsolved(); },
+          "What an oracle has left unsolved so far, an Unsolved; nothing of a solver that promises no residual.")
       .def(
           "record", [](SharedWorld& shared, const std::string& path) { shared.use().record(path); }, py::arg("path"),
           "Records every step from now on in a file of HDF5 that `lockstep verify` replays and `lockstep render` "

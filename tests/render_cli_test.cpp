@@ -53,6 +53,23 @@ class RenderCommand : public CommandLine {
   }
 };
 
+// Whatever steps a scene, its pictures are those of a recording of it.
+TEST_F(RenderCommand, DrawsWhatOraclesStep) {
+  for (const auto& [scene, solver] :
+       {std::pair("rag_doll", "nsgs"), std::pair("rag_doll", "proximal_point"), std::pair("rag_doll", "mixed_ldlt"),
+        std::pair("rag_doll", "impulse_based"), std::pair("chain64", "reduced_auto")}) {
+    SCOPED_TRACE(solver);
+    const std::string by = std::string(scene) + " --solver " + solver + " --steps 6 ";
+    render(by + small + "--at 6 --out " + folder("stepped"));
+    EXPECT_EQ(run("run " + by + "--quiet --record " + folder("x.h5")).status, 0);
+    render(folder("x.h5") + " --size 160x120 --at 6 --out " + folder("recorded"));
+    const std::string picture = std::string("/") + scene + "_000006.png";
+    EXPECT_EQ(read_file(folder("stepped") + picture), read_file(folder("recorded") + picture));
+  }
+  expect_refused("render box_stack --solver nsgs --device cpu --out " + folder("none"), 2,
+                 "--device: nsgs is an oracle");
+}
+
 TEST_F(RenderCommand, DrawsTheStepsThatAreAskedFor) {
   const std::string common = std::string("spheres_small") + small + "--steps 12 --out ";
   const Outcome outcome = render(common + folder("a") + " --at 12,0,5");

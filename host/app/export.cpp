@@ -12,10 +12,10 @@
 #include "host/app/start.hpp"
 #include "host/error.hpp"
 #include "host/problems/cone_file.hpp"
-#include "host/steppers/system_problem.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/measures.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/system_problem.hpp"
 
 namespace lockstep::app {
 

@@ -13,11 +13,11 @@
 #include "host/app/start.hpp"
 #include "host/app/worlds.hpp"
 #include "host/error.hpp"
-#include "host/steppers/oracles.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/sample_particles.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/oracles.hpp"
 
 namespace lockstep::app {
 

@@ -37,7 +37,7 @@ void expect_all_solved(const std::string& scene, const OracleChoice& oracle, con
               in_words(oracle.name, unsolved) + "; try another --solver, more --iterations or a larger --tolerance");
 }
 
-#define INSTANTIATE(real)                                                          \
+#define INSTANTIATE(real)                                                             \
   template Start<real> make_start<real>(std::span<const Scene>, const SceneOptions&); \
   template Simulation<real> simulate(Start<real>&, const SceneOptions&);
 INSTANTIATE(float)

@@ -36,9 +36,8 @@ void verify(const VerifyOptions& options) {
   const RecordingReader recording(options.recording);
   const StepTarget target = target_of(options, recording.oracle());
   if (recording.steps() == 0) throw Error(Failure::input, options.recording, "holds no step yet");
-  const Replayed replayed = recording.precision() == "double"
-                                      ? replay_and_draw<double>(recording, target, options)
-                                      : replay_and_draw<float>(recording, target, options);
+  const Replayed replayed = recording.precision() == "double" ? replay_and_draw<double>(recording, target, options)
+                                                              : replay_and_draw<float>(recording, target, options);
   if (options.quiet) return;
   const RecordingLabel& label = recording.label();
   const std::string oracle = recording.oracle() ? " by " + recording.oracle().name : "";

@@ -15,7 +15,7 @@ struct ConeFile {
   std::uint32_t dimension = 3;                      // of the file; the problem is in space, whatever it is
   oracle::ConeProblem problem;                      // the local form
   std::optional<oracle::GlobalConeProblem> global;  // where the file has it
-  std::optional<oracle::ConeImpulses> stored;  // whether they solve it, the error says
+  std::optional<oracle::ConeImpulses> stored;       // whether they solve it, the error says
 };
 
 /// Reads any of them. Throws Error (input), one line naming the file, the place and what is wrong there, for a file

@@ -30,8 +30,8 @@ void expect_oracle(const InitialState<real>& state) {
   bool fit = sizeof(real) == sizeof(double) && state.sizes.worlds == 1 && state.params.tolerance > 0 &&
              state.oracle.directions >= 3 && state.oracle.directions <= 256;
   for (const Feature feature :
-       {Feature::soft_contacts, Feature::patches, Feature::jacobi, Feature::gradient, Feature::partitions, Feature::dense,
-        Feature::articulations, Feature::sleeping, Feature::particles, Feature::turning_friction})
+       {Feature::soft_contacts, Feature::patches, Feature::jacobi, Feature::gradient, Feature::partitions,
+        Feature::dense, Feature::articulations, Feature::sleeping, Feature::particles, Feature::turning_friction})
     fit = fit && !has(state.features, feature);
   if (!fit) throw h5::Failed("oracle: " + quote(state.oracle.name) + " steps no such scene");
 }

@@ -14,7 +14,8 @@ void expect_oracle_takes(std::span<const Scene> worlds, bool doubles) {
   if (!is_oracle(settings.solver)) return;
   const auto expect = [&](bool good, const char* setting, const char* what) {
     if (!good)
-      throw Error(Failure::input, scene.source + ": /settings/" + setting, std::string(name_of(settings.solver)) + " is an oracle, " + what);
+      throw Error(Failure::input, scene.source + ": /settings/" + setting,
+                  std::string(name_of(settings.solver)) + " is an oracle, " + what);
   };
   expect(worlds.size() == 1, "solver", "which solves one world; leave --worlds out");
   expect(doubles, "precision", "which works in double only; leave precision out");

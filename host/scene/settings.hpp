@@ -130,8 +130,8 @@ inline Settings resolved(Settings settings) {
 }
 
 /// Takes another solver with the sub-steps and sweeps that it brings, and joints by sweeps: what was set for the old
-/// one is forgotten. An oracle brings a residual and double as well and wants cones; it keeps the sub-steps of sweeps of
-/// Gauss-Seidel, whose steps it makes exact. To choose a solver in the first place, assign `settings.solver`.
+/// one is forgotten. An oracle brings a residual and double as well and wants cones; it keeps the sub-steps of sweeps
+/// of Gauss-Seidel, whose steps it makes exact. To choose a solver in the first place, assign `settings.solver`.
 inline void replace_solver(Settings& settings, Solver solver) {
   const bool same_steps = settings.solver == Solver::gauss_seidel && settings.joint_solver == JointSolver::sweeps;
   if (!(is_oracle(solver) && same_steps)) settings.substeps.reset();

@@ -53,7 +53,8 @@ std::string oracle_descriptions() {
 
 std::string in_words(const std::string& oracle, const Unsolved& unsolved) {
   return fmt::format("{} left more than a residual of {:.3g} in {} sub-steps, {:.3g} at worst in step {} ({})", oracle,
-                     unsolved.tolerance, unsolved.count, unsolved.worst_residual, unsolved.worst_step, unsolved.worst_stop);
+                     unsolved.tolerance, unsolved.count, unsolved.worst_residual, unsolved.worst_step,
+                     unsolved.worst_stop);
 }
 
 }  // namespace lockstep

@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 
+#include "host/report/measures.hpp"
 #include "host/steppers/oracle_backend.hpp"
 #include "host/steppers/reduced_solvers.hpp"
 #include "host/steppers/reduced_system.hpp"
-#include "host/report/measures.hpp"
 
 namespace lockstep {
 

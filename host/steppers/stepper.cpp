@@ -23,8 +23,7 @@ Stepper<real> make_stepper(const InitialState<real>& state, const StepTarget& ta
     else
       throw Error(Failure::input, "precision", state.oracle.name + " is an oracle, which works in double only");
   }
-  if (!target.device)
-    return {std::make_unique<ReferenceBackend<real>>(state, target.options.profile), nothing};
+  if (!target.device) return {std::make_unique<ReferenceBackend<real>>(state, target.options.profile), nothing};
   auto backend = std::make_unique<DeviceBackend<real>>(state, *target.device, target.options);
   const auto canary = [device = *target.device, lanes = backend->lanes(), threads = backend->threads()] {
     return run_canary(device, sizeof(real) == sizeof(double), lanes, threads);

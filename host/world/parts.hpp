@@ -30,7 +30,7 @@ struct World::Parts {
   std::unique_ptr<Engine> engine;
   Renaming renaming;  // from the engine's bodies and joints to the scene's
   bool changed = true;
-  Unsolved unsolved;  // by engines before this one
+  Unsolved unsolved;                // by engines before this one
   std::vector<BodyHandle> stepped;  // whom the engine's last step was about
 
   std::map<u32, std::function<Wrench(double)>> loads;  // by id

@@ -48,6 +48,11 @@ World::World(Scene scene, const WorldOptions& options) : parts_(std::make_unique
   std::vector<BodyDescription> bodies;
   std::swap(bodies, scene.bodies);
   p.scene = std::move(scene);
+  if (!options.solver.empty()) {
+    const std::optional<Solver> solver = find_solver(options.solver);
+    if (!solver) throw Error(Failure::input, "solver", "there is none of the name '" + options.solver + "'");
+    if (*solver != p.scene.settings.solver) replace_solver(p.scene.settings, *solver);
+  }
   if (!options.precision.empty()) p.scene.settings.precision = options.precision;
   expect_in_bounds(p.scene.settings);
   for (const BodyDescription& body : bodies) add(body);

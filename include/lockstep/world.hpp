@@ -1,7 +1,7 @@
 // Lockstep as a library: a world of rigid bodies that a program builds, steps, looks at and acts upon
 // (docs/library.md). SI units, z up, quaternions x y z w. Everything is deterministic: the same calls in the same order
-// give the same bits on every device. Whatever goes wrong is an Error with one line that says where and what would cure
-// it.
+// give the same bits on every device, and by an oracle (docs/solvers_oracle.md) in one build on one machine. Whatever
+// goes wrong is an Error with one line that says where and what would cure it.
 #pragma once
 
 #include <functional>
@@ -104,6 +104,7 @@ struct WorldOptions {
   std::string device = "auto";  // as `--device`
   std::string precision = {};   // "float" or "double"; empty: what the scene says
   u32 threads = 0;              // of a CPU device; 0: all
+  std::string solver = {};      // as `--solver`, with the settings that it brings; empty: what the scene says
 };
 
 /// What a world computes on.
@@ -204,8 +205,8 @@ class World {
   std::vector<BodyHandle> overlapping_box(const Pose& pose, const Vector3& half_extents, u32 mask = 0xffffffffu);
   /// Of the state as it is and the contacts of the last step; of none where bodies have come or gone since.
   StepErrors errors();
-  /// What the solver has left unsolved so far, where it is one that promises a residual (an oracle,
-  /// docs/solvers_oracle.md): nobody is told of it otherwise.
+  /// What an oracle (docs/solvers_oracle.md) has left unsolved so far: step() does not throw for that. A solver that
+  /// promises no residual leaves nothing unsolved.
   Unsolved unsolved() const;
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();

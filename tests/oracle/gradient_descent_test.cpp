@@ -5,10 +5,10 @@
 #include <memory>
 
 #include "host/error.hpp"
-#include "host/steppers/oracle_backend.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/oracle_backend.hpp"
 
 namespace lockstep {
 namespace {

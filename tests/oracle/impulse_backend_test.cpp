@@ -9,10 +9,10 @@
 #include <numbers>
 
 #include "host/error.hpp"
-#include "host/steppers/oracles.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/oracles.hpp"
 #include "tests/command_line.hpp"
 
 namespace lockstep {

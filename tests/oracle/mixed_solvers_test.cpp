@@ -5,10 +5,10 @@
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "cpu_reference/oracle/joints/joint_solver.hpp"
 #include "cpu_reference/oracle/joints/mixed.hpp"
-#include "host/steppers/oracle_backend.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/oracle_backend.hpp"
 #include "tests/command_line.hpp"
 #include "tests/oracle/cone_problems.hpp"
 

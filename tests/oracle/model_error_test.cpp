@@ -5,9 +5,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "host/steppers/oracle_backend.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/oracle_backend.hpp"
 #include "tests/temporary_folder.hpp"
 
 namespace lockstep {

@@ -63,6 +63,39 @@ class Bits(unittest.TestCase):
             world.end_recording()
             subprocess.run([PROGRAM, "verify", path, "--device", "reference", "--quiet"], check=True)
 
+    def test_an_oracle_steps_a_world(self):
+        solvers = lockstep.solvers()
+        self.assertIn("gauss_seidel", solvers)
+        self.assertIn("proximal point", solvers["proximal_point"])
+        with tempfile.TemporaryDirectory() as folder:
+            path, report = os.path.join(folder, "run.h5"), os.path.join(folder, "report.json")
+            for name, solver in (("rag_doll", "mixed_ldlt"), ("chain64", "reduced_auto")):
+                world = lockstep.World.load(name, solver=solver)
+                world.record(path)
+                world.step(10)
+                world.end_recording()
+                self.assertEqual(world.device.name, "reference")
+                self.assertFalse(world.unsolved)
+                subprocess.run(
+                    [PROGRAM, "run", name, "--solver", solver, "--steps", "10", "--quiet", "--report", report], check=True
+                )
+                with open(report) as file:
+                    self.assertEqual(json.load(file)["state_hash"], world.state_hash())
+                subprocess.run([PROGRAM, "verify", path, "--quiet"], check=True)
+
+    def test_an_oracle_may_stand_in_the_settings(self):
+        settings = {"solver": "nsgs", "iterations": 1, "tolerance": 1e-14}
+        boxes = [{"position": [0, 0, z], "mass": 1, "shapes": [{"type": "box", "size": [1, 1, 1]}]} for z in (0.5, 1.5)]
+        world = lockstep.World(scene(GROUND, *boxes, settings=settings))
+        world.step(3)
+        self.assertEqual(world.unsolved.tolerance, 1e-14)
+        self.assertGreater(world.unsolved.count, 0)
+        self.assertTrue(world.unsolved)
+        with self.assertRaises(lockstep.Error):
+            lockstep.World(scene(GROUND, settings=settings), precision="float")
+        with self.assertRaises(lockstep.Error):
+            lockstep.World(scene(GROUND), solver="magic")
+
 
 class ClosedForms(unittest.TestCase):
     def test_a_ball_falls(self):

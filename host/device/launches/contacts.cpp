@@ -105,9 +105,9 @@ void solve_by_parts(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   make_room_for_parts(launcher);
   if (is_fused(plan))
-    return launcher.run_group(
-        "solve_parts_group",
-        {{"bodies", plan.sizes.bodies}, {"joint_phase_count", plan.swept_joint_phases}, {"sweeps", plan.counts.iterations}});
+    return launcher.run_group("solve_parts_group", {{"bodies", plan.sizes.bodies},
+                                                    {"joint_phase_count", plan.swept_joint_phases},
+                                                    {"sweeps", plan.counts.iterations}});
   for (u32 i = 0; i < plan.counts.iterations; ++i) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
     pass_over_parts(launcher, "solve_parts");
