@@ -1,23 +1,14 @@
 // The table of settings: each row is read, refused and described alike by scenes, options, the library and the manual.
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "host/error.hpp"
 #include "host/scene/read.hpp"
 #include "host/scene/setting_table.hpp"
-#include "host/scene/setting_text.hpp"
 
 namespace lockstep {
 namespace {
-
-std::string slurp(const std::string& path) {
-  std::ifstream file(path);
-  EXPECT_TRUE(file) << path;
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 
 Scene scene_with(const std::string& settings) {
   return parse_scene(R"({"settings": )" + settings + R"(, "bodies": [{"type": "static"}]})", "s.json");
@@ -125,35 +116,6 @@ TEST(Settings, NamingASolverIsEnough) {
   replace_solver(small, Solver::jacobi);
   EXPECT_EQ(substeps_of(small), 1u);
   EXPECT_EQ(iterations_of(small), 30u);
-}
-
-// The part of a file between two lines that begin with these, and what should be there. LOCKSTEP_WRITE_SETTINGS=1
-// puts it there.
-void expect_written(const std::string& file, const std::string& from, const std::string& to, const std::string& text) {
-  const std::string path = std::string(LOCKSTEP_SOURCE_DIR) + "/" + file;
-  std::string all = slurp(path);
-  const std::size_t before = all.find(from);
-  ASSERT_NE(before, std::string::npos) << file;
-  const std::size_t first = all.find('\n', before) + 1, last = all.find(to, first);
-  ASSERT_NE(last, std::string::npos) << file;
-  if (const char* write = std::getenv("LOCKSTEP_WRITE_SETTINGS"); write && *write == '1') {
-    all.replace(first, last - first, text);
-    std::ofstream(path) << all;
-    return;
-  }
-  EXPECT_EQ(all.substr(first, last - first), text)
-      << file << " is not what the table of settings says; LOCKSTEP_WRITE_SETTINGS=1 lockstep_tests "
-      << "--gtest_filter='Settings.*' writes it";
-}
-
-TEST(Settings, ManualAndSchemaAreThoseOfTheTable) {
-  const std::string manual = "docs/scene_format.md";
-  expect_written(manual, "<!-- written from host/settings.def", "<!-- end -->", settings_manual());
-  expect_written(manual, "<!-- written from host/solvers.def", "<!-- end of solvers -->", solvers_manual());
-  expect_written("scenes/scene.schema.json",
-                 "    \"settings\": {\n      \"type\": \"object\",\n      \"additionalProperties\": false,\n"
-                 "      \"properties\": {",
-                 "      }\n    },\n    \"particles\"", settings_schema());
 }
 
 }  // namespace

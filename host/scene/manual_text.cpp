@@ -1,10 +1,12 @@
-#include "host/scene/setting_text.hpp"
+#include "host/scene/manual_text.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
+#include "host/scene/joint_kinds.hpp"
 #include "host/scene/setting_table.hpp"
+#include "host/scene/shape_kinds.hpp"
 
 namespace lockstep {
 
@@ -111,6 +113,13 @@ ordered_json schema_of(const SettingInfo& row, const ordered_json& initial) {
   return schema;
 }
 
+template <class Names>
+std::string types_schema(const Names& names) {
+  ordered_json known;
+  for (const auto& named : names) known.push_back(named.first);
+  return "        \"type\": " + spaced({{"enum", known}}) + ",\n";
+}
+
 }  // namespace
 
 std::string settings_manual() {
@@ -127,6 +136,26 @@ std::string solvers_manual() {
                         solver.use);
   return text;
 }
+
+std::string shapes_manual() {
+  std::string text = "| `type` | keys | what it is |\n|---|---|---|\n";
+  for (const ShapeKindInfo& kind : shape_kind_infos) {
+    std::string keys;
+    for (const auto& [key, bit] : shape_keys)
+      if (((kind.needs | kind.may) & bit) != 0) keys += fmt::format("{}`{}`", keys.empty() ? "" : ", ", key);
+    text += fmt::format("| `{}` | {} | {} |\n", kind.name, keys, kind.meaning);
+  }
+  return text;
+}
+
+std::string joints_manual() {
+  std::string text = "| `type` | what is left free |\n|---|---|\n";
+  for (const JointKindInfo& kind : joint_kind_infos) text += fmt::format("| `{}` | {} |\n", kind.name, kind.leaves);
+  return text;
+}
+
+std::string shape_types_schema() { return types_schema(shape_names); }
+std::string joint_types_schema() { return types_schema(joint_names); }
 
 std::string settings_schema() {
   ordered_json initial;
