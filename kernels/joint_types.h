@@ -14,7 +14,7 @@
 #define LOCKS_SKATE(locked) ((locked) == 4u)
 
 enum JointKind {
-#define JOINT_KIND(name, NAME, linear, angular, free) JOINT_##NAME,
+#define JOINT_KIND(name, NAME, linear, angular, free, keys, holds, reduced, noun, leaves) JOINT_##NAME,
 #include "joint_kinds.def"
 #undef JOINT_KIND
   JOINT_KINDS

@@ -68,17 +68,13 @@ inline constexpr u32 NONE = 0xffffffffu;  // no macro: other libraries have enum
 // ---- values of the integer fields --------------------------------------------------------------------------------
 
 enum BodyKind { BODY_STATIC = 0, BODY_KINEMATIC = 1, BODY_DYNAMIC = 2 };
-// In the order in which kernels/shape_pairs.def names the sides of a pair.
 enum ShapeKind {
-  SHAPE_SPHERE = 0,
-  SHAPE_CAPSULE = 1,
-  SHAPE_BOX = 2,
-  SHAPE_CYLINDER = 3,
-  SHAPE_HULL = 4,
-  SHAPE_PLANE = 5,
-  SHAPE_KINDS = 6,
-  SHAPE_MESH = 6,  // of scenes alone: any closed mesh, which is simulated as particles
-  SHAPE_FACET = 7  // of scenes alone: a triangle of a surface, which is simulated as a hull of one face
+#define SHAPE_KIND(name, NAME, needs, may, features, meaning) SHAPE_##NAME,
+#include "shape_kinds.def"
+  SHAPE_KINDS,  // that are simulated; then those of scenes alone
+  SHAPE_LAST_KIND = SHAPE_KINDS - 1,
+#define SCENE_SHAPE_KIND(name, NAME, needs, may, features, meaning) SHAPE_##NAME,
+#include "shape_kinds.def"
 };
 // What the normal of a contact turns with while the bodies move through the sub-steps of a step.
 enum NormalFrame {

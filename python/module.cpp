@@ -1,6 +1,7 @@
 // The module itself: its error, what there is to simulate, and on what.
 #include "host/device/devices.hpp"
 #include "host/scene/read.hpp"
+#include "host/scene/setting_table.hpp"
 #include "python/bindings.hpp"
 
 namespace lockstep::python {
@@ -49,9 +50,24 @@ py::dict scenes() {
   return found;
 }
 
+py::dict settings() {
+  py::dict found;
+  for (const SettingInfo& row : setting_infos()) {
+    std::vector<std::string> names = names_of(row);
+    found[py::str(row.name)] =
+        py::dict(py::arg("meaning") = row.meaning, py::arg("unit") = row.unit, py::arg("bounds") = row.bounds.text(),
+                 py::arg("names") = py::tuple(py::cast(names)));
+  }
+  return found;
+}
+
 py::dict solvers() {
   py::dict found;
-  for (const SolverInfo& solver : solver_infos) found[py::str(solver.name)] = solver.what;
+  for (const SolverInfo& solver : solver_infos)
+    found[py::str(solver.name)] =
+        py::dict(py::arg("substeps") = solver.substeps, py::arg("iterations") = solver.iterations,
+                 py::arg("tolerance") = solver.tolerance, py::arg("precision") = solver.precision,
+                 py::arg("what") = solver.what, py::arg("use") = solver.use);
   return found;
 }
 
@@ -81,9 +97,16 @@ PYBIND11_MODULE(lockstep, module) {
       "TypeError. docs/python.md has more.";
   add_error(module);
   module.def("scenes", &scenes, "The built-in scenes: a dict from names to what a viewer should see.");
+  module.def("settings", &settings,
+             "The keys of a scene's 'settings': a dict from names to their meaning, unit, bounds, and the names that "
+             "they\n"
+             "take.");
+  module.def("solvers", &solvers,
+             "The names that the setting 'solver' takes: a dict from names to what the solver brings unless a scene "
+             "sets it\n"
+             "(substeps, iterations, tolerance, precision), what it does, and what for.");
   module.def("devices", &devices,
              "Names of the OpenCL devices here, by their index; without any there is 'reference'.");
-  module.def("solvers", &solvers, "What steps a world: a dict from names of solvers and oracles to what they do.");
   add_records(module);
   add_world(module);
 }

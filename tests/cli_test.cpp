@@ -1,6 +1,7 @@
 // The program as a user meets it: what it prints, where, and with which exit status.
 #include <map>
 
+#include "host/scene/setting_table.hpp"
 #include "tests/command_line.hpp"
 
 namespace lockstep {
@@ -24,9 +25,9 @@ TEST_F(CommandLine, RefusesBadUsageInOneLine) {
   expect_refused("run slide_to_roll --steps -3", 2, "--steps");
   expect_refused("run slide_to_roll --steps many", 2, "--steps");
   expect_refused("run slide_to_roll --steps 10 --time 1", 2, "--time");
-  expect_refused("run slide_to_roll --dt 0", 2, "must be a number > 0");
-  expect_refused("run slide_to_roll --dt nan", 2, "must be a number > 0");
-  expect_refused("run slide_to_roll --tolerance -1", 2, "must be a number >= 0");
+  expect_refused("run slide_to_roll --dt 0", 2, "--dt: must be > 0, is 0");
+  expect_refused("run slide_to_roll --dt nan", 2, "--dt: must be a number, is \"nan\"");
+  expect_refused("run slide_to_roll --tolerance -1", 2, "--tolerance: must be >= 0, is -1");
   expect_refused("run slide_to_roll --solver magic", 2, "gauss_seidel");
   expect_refused("run slide_to_roll --precision half", 2, "float");
   expect_refused("run slide_to_roll --lanes 3", 2, "--lanes");
@@ -38,9 +39,26 @@ TEST_F(CommandLine, NamesADeviceThatIsNotThere) { expect_refused("run slide_to_r
 
 TEST_F(CommandLine, NamesTheChoicesThereAre) {
   expect_refused("run slabs --solver magic", 2,
-                 "--solver: must be one of gauss_seidel, small_steps, jacobi, gradient, accelerated_gradient, "
-                 "dense_gauss_seidel, cell_gauss_seidel, auto, nsgs");
-  expect_refused("run slabs --friction-model 1", 2, "--friction-model: must be one of cones, patches, is '1'");
+                 "--solver: unknown solver \"magic\"; known: gauss_seidel, small_steps, jacobi, gradient, "
+                 "accelerated_gradient, dense_gauss_seidel, cell_gauss_seidel, auto, nsgs");
+  expect_refused("run slabs --solver small_step", 2, "did you mean \"small_steps\"?");
+  expect_refused("run slabs --friction-model 1", 2,
+                 "--friction-model: unknown friction model \"1\"; known: cones, patches");
+}
+
+// Each setting has an option of its name, which changes it.
+TEST_F(CommandLine, TakesEachSettingAsAnOption) {
+  const std::string help = run("run --help").out;
+  for (const SettingInfo& row : setting_infos()) {
+    std::string option = "--" + std::string(row.name);
+    std::ranges::replace(option, '_', '-');
+    EXPECT_NE(help.find(option), std::string::npos) << option;
+    const bool is_own = option == "--events" || option == "--sleeping" || option == "--solver";
+    if (!is_own) expect_refused("run slabs " + option + " qqqqqqqq", 2, option + ": ");
+  }
+  const nlohmann::json slow = report_of("free_flight --steps 4 --device reference --speed-limit 1e6 --margin 0.01");
+  EXPECT_EQ(slow["steps"], 4);
+  expect_refused("run slide_to_roll --device reference --speed-limit 0.001", 1, "speed");
 }
 
 TEST_F(CommandLine, NamesWhatIsWrongWithAScene) {

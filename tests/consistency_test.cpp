@@ -47,6 +47,8 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
        "features: are those of no scene"},
       {"terrain", [](State& s) { s.features &= ~static_cast<Features>(Feature::shape_trees); },
        "features: are those of no scene"},
+      {"rover", [](State& s) { s.params.iterations = 0; }, "iterations: must be 1 .. 100000"},
+      {"rover", [](State& s) { s.params.slop = -1; }, "slop: must be >= 0"},
       {"rover", [](State& s) { s.params.position_sweeps = 2; }, "features: are those of no scene"},
       {"rover", [](State& s) { s.params.theta = 0.5f; }, "features: are those of no scene"},
       {"free_flight", [](State& s) { s.features = with(s.features, Feature::jacobi); },

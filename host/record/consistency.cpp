@@ -10,8 +10,7 @@
 #include "host/scene/compile_gradient.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/joint_kinds.hpp"
-#include "host/scene/json_node.hpp"
-#include "host/scene/settings.hpp"
+#include "host/scene/setting_table.hpp"
 
 namespace lockstep {
 
@@ -70,6 +69,20 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::dense, Feature::contacts},
     {Feature::dense, Feature::general_contacts},
 };
+
+// Settings that a step takes as they are; where joints are not closed by positions, it makes no sweeps over them.
+template <class real>
+void expect_step_settings(const StepParams<real>& params) {
+  const auto expect = [](const char* name, auto value) {
+    const Bounds& bounds = setting_info(name).bounds;
+    if (!bounds.holds(value)) throw h5::Failed(std::string(name) + ": must be " + bounds.text());
+  };
+  StepParams<real> p = params;
+  if (p.position_sweeps == 0) p.position_sweeps = 1;
+#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) expect(#name, p.name);
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) expect(#name, p.name);
+#include "kernels/step_settings.def"
+}
 
 template <class real>
 void expect_features(const InitialState<real>& state) {
@@ -330,6 +343,7 @@ void expect_particles(const Buffers<real>& b, const Sizes& sizes) {
 
 template <class real>
 void expect_consistent_constants(const InitialState<real>& state) {
+  expect_step_settings(state.params);
   expect_features(state);
   expect_oracle(state);
   expect_bodies(state.buffers, state.sizes, has(state.features, Feature::contacts));

@@ -18,6 +18,7 @@
 #include "host/scene/hull_tables.hpp"
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/rounding.hpp"
+#include "host/scene/shape_kinds.hpp"
 #include "host/scene/step_params.hpp"
 #include "host/scene/surface.hpp"
 #include "host/scene/touching.hpp"
@@ -227,17 +228,15 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
   const Vec4<real> offset = rounded<real>(shape.offset, "offset", origin);
   const Vec4<real> rotation = rounded<real>(shape.rotation);
   Shape<real> record = {{offset.x, offset.y, offset.z}, 0, {rotation.x, rotation.y, rotation.z, rotation.w}, {}};
+  const u32 needs = info(shape.kind).needs;
+  if ((needs & SHAPE_HAS_RADIUS) != 0) record.size[0] = rounded_positive<real>(shape.radius, "radius", origin);
+  if ((needs & SHAPE_HAS_LENGTH) != 0)
+    record.size[1] = rounded_positive<real>(shape.half_length, "half the length", origin);
+  if ((needs & SHAPE_HAS_SIZE) != 0) {
+    for (unsigned i = 0; i < 3; ++i)
+      record.size[i] = rounded_positive<real>(shape.half_extents[i], "half the size", origin);
+  }
   switch (shape.kind) {
-    case SHAPE_SPHERE: record.size[0] = rounded_positive<real>(shape.radius, "radius", origin); break;
-    case SHAPE_CAPSULE:
-    case SHAPE_CYLINDER:
-      record.size[0] = rounded_positive<real>(shape.radius, "radius", origin);
-      record.size[1] = rounded_positive<real>(shape.half_length, "half the length", origin);
-      break;
-    case SHAPE_BOX:
-      for (unsigned i = 0; i < 3; ++i)
-        record.size[i] = rounded_positive<real>(shape.half_extents[i], "half the size", origin);
-      break;
     case SHAPE_HULL: {
       const Vector3 half = half_extents_of(shape.points);
       for (unsigned i = 0; i < 3; ++i) record.size[i] = rounded_positive<real>(half[i], "half the size", origin);
@@ -260,7 +259,7 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
       buffers().shape_infos.back().hull = hulls_.find_or_add(shape.surface, shape.facet, buffers());
       break;
     }
-    default: break;  // a plane has no size
+    default: break;
   }
   record.reach = shape_reach<real>(shape.kind, record.size);
   buffers().shapes.push_back(record);
@@ -306,15 +305,7 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
 Features shape_features(const BodyDescription& body) {
   Features features = 0;
   for (const ShapeDescription& shape : body.shapes) {
-    switch (shape.kind) {
-      case SHAPE_CAPSULE: features = with(features, Feature::capsules); break;
-      case SHAPE_BOX: features = with(features, Feature::boxes); break;
-      case SHAPE_CYLINDER: features = with(features, Feature::cylinders); break;
-      case SHAPE_HULL: features = with(features, Feature::hulls); break;
-      case SHAPE_FACET: features = with(with(features, Feature::hulls), Feature::facets); break;
-      default: continue;
-    }
-    features = with(features, Feature::manifolds);
+    if (info(shape.kind).features != 0) features = with(features | info(shape.kind).features, Feature::manifolds);
   }
   for (const ShapeDescription& shape : body.shapes) {
     if (body.continuous) features = with(features, Feature::continuous);

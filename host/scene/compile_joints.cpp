@@ -72,8 +72,8 @@ void set_spring(const Settings& settings, const JointSpring& in, const Origin& o
 template <class real>
 Joint<real> make_joint(const Settings& settings, const Scene& scene, const JointDescription& in, const Origin& origin) {
   const JointStand stand = stand_of(scene, in);
-  const Quaternion frame =
-      in.kind == JOINT_UNIVERSAL ? exact::turn_of_frame_to(in.axis, in.second_axis) : exact::turn_of_z_to(in.axis);
+  const Quaternion frame = has_key(in.kind, JOINT_HAS_AXES) ? exact::turn_of_frame_to(in.axis, in.second_axis)
+                                                            : exact::turn_of_z_to(in.axis);
   Joint<real> out = {};
   store(out.anchor_a, rounded<real>(inside(stand.position_a, stand.orientation_a, in.anchor_a), "anchor", origin), 3);
   store(out.anchor_b, rounded<real>(inside(stand.position_b, stand.orientation_b, in.anchor_b), "anchor", origin), 3);
@@ -84,7 +84,7 @@ Joint<real> make_joint(const Settings& settings, const Scene& scene, const Joint
   out.low = rounded<real>(in.low, "limits", origin);
   out.high = rounded<real>(in.high, "limits", origin);
   if (in.spring) set_spring(settings, *in.spring, origin, out);
-  if (in.kind == JOINT_DISTANCE && !in.limited && !in.spring) {  // a rod
+  if (free_of(in.kind) == FREE_LENGTH && !in.limited && !in.spring) {  // a rod
     out.limited = 1;
     out.low = out.high = rounded<real>(exact::length(exact::subtract(in.anchor_b, in.anchor_a)), "anchors", origin);
   }
@@ -97,7 +97,7 @@ Joint<real> make_joint(const Settings& settings, const Scene& scene, const Joint
 // Travel of a screw for a radian; 0 of other joints.
 template <class real>
 real make_rise(const JointDescription& in, const Origin& origin) {
-  if (in.kind != JOINT_SCREW) return 0;
+  if (!has_key(in.kind, JOINT_HAS_PITCH)) return 0;
   const double rise = in.pitch / (2 * exact::pi);
   rounded_positive<real>(std::abs(rise), "pitch / 2 pi of a screw", origin);
   return static_cast<real>(rise);
@@ -105,7 +105,8 @@ real make_rise(const JointDescription& in, const Origin& origin) {
 
 template <class real>
 real make_radius(const JointDescription& in, const Origin& origin) {
-  return in.kind == JOINT_ROLLING ? rounded_positive<real>(in.radius, "the radius of what rolls", origin) : real(0);
+  return has_key(in.kind, JOINT_HAS_RADIUS) ? rounded_positive<real>(in.radius, "the radius of what rolls", origin)
+                                            : real(0);
 }
 
 // Of the joints that are solved so, NONE of the others. Greedy in the order of ids, so that a world has the colours it

@@ -1,56 +1,67 @@
 // The table of joint kinds (kernels/joint_kinds.def) for the host.
 #pragma once
 
-#include <string>
 #include <utility>
 
 #include "kernels/types.h"
 
 namespace lockstep {
 
+/// Keys of a scene file that not all kinds have.
+enum JointKey : u32 {
+  JOINT_HAS_ANCHORS = 1,
+  JOINT_HAS_AXIS = 2,
+  JOINT_HAS_AXES = 4,
+  JOINT_HAS_PITCH = 8,
+  JOINT_HAS_RADIUS = 16
+};
+
+/// What a kind locks: poses, or velocities that no condition on poses stands for (survey 2.2).
+enum class JointHolds { POSES, VELOCITIES };
+
+/// A row of the table.
+struct JointKindInfo {
+  const char* name;
+  u32 locked;  // bits of the rows: linear x, y, z, angular x, y, z
+  JointFree free;
+  u32 keys;  // JointKey, or-ed
+  JointHolds holds;
+  const char *noun, *leaves;
+};
+inline constexpr JointKindInfo joint_kind_infos[] = {
+#define JOINT_KIND(name, NAME, linear, angular, free, keys, holds, reduced, noun, leaves) \
+  {#name, linear | angular << 3, free, keys, JointHolds::holds, noun, leaves},
+#include "kernels/joint_kinds.def"
+#undef JOINT_KIND
+};
+constexpr const JointKindInfo& info(JointKind kind) { return joint_kind_infos[kind]; }
+
 inline constexpr std::pair<const char*, JointKind> joint_names[] = {
-#define JOINT_KIND(name, NAME, ...) {#name, JOINT_##NAME},
+#define JOINT_KIND(name, NAME, linear, angular, free, keys, holds, reduced, noun, leaves) {#name, JOINT_##NAME},
 #include "kernels/joint_kinds.def"
 #undef JOINT_KIND
 };
 
-inline const char* name_of(JointKind kind) { return joint_names[kind].first; }
+inline const char* name_of(JointKind kind) { return info(kind).name; }
 
 /// As a noun: a hinge, a planar joint.
-inline std::string noun_of(JointKind kind) {
-  const bool is_noun = kind == JOINT_HINGE || kind == JOINT_SLIDER || kind == JOINT_SCREW || kind == JOINT_SKATE;
-  return std::string(name_of(kind)) + (is_noun ? "" : " joint");
-}
+inline const char* noun_of(JointKind kind) { return info(kind).noun; }
 
-/// Bits of the rows that a kind locks: linear x, y, z, angular x, y, z.
-inline u32 locked_rows(JointKind kind) {
-  constexpr u32 rows[] = {
-#define JOINT_KIND(name, NAME, linear, angular, free) linear | angular << 3,
-#include "kernels/joint_kinds.def"
-#undef JOINT_KIND
-  };
-  return rows[kind];
-}
+inline u32 locked_rows(JointKind kind) { return info(kind).locked; }
 
 /// The coordinate of a kind that limits, a motor, a spring and friction act on.
-inline JointFree free_of(JointKind kind) {
-  constexpr JointFree free[] = {
-#define JOINT_KIND(name, NAME, linear, angular, free) free,
-#include "kernels/joint_kinds.def"
-#undef JOINT_KIND
-  };
-  return free[kind];
-}
+inline JointFree free_of(JointKind kind) { return info(kind).free; }
 
-/// Whether a kind locks velocities that no condition on poses stands for (survey 2.2).
-inline bool is_non_holonomic(JointKind kind) { return kind == JOINT_SKATE || kind == JOINT_ROLLING; }
+inline bool has_key(JointKind kind, JointKey key) { return (info(kind).keys & key) != 0; }
+
+inline bool is_non_holonomic(JointKind kind) { return info(kind).holds == JointHolds::VELOCITIES; }
 
 /// Whether a kind has an axis, z of its frame: a universal joint has two.
-inline bool has_axis(JointKind kind) {
-  return free_of(kind) == FREE_ANGLE || free_of(kind) == FREE_TRAVEL || is_non_holonomic(kind);
-}
+inline bool has_axis(JointKind kind) { return has_key(kind, JOINT_HAS_AXIS) || has_key(kind, JOINT_HAS_AXES); }
 
 /// Whether the angle of a kind is told from -pi to pi; that of a screw goes on over its turns.
-inline bool is_told_in_one_turn(JointKind kind) { return free_of(kind) == FREE_ANGLE && kind != JOINT_SCREW; }
+inline bool is_told_in_one_turn(JointKind kind) {
+  return free_of(kind) == FREE_ANGLE && !has_key(kind, JOINT_HAS_PITCH);
+}
 
 }  // namespace lockstep

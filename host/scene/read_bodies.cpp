@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 
 #include "host/scene/generators.hpp"
 #include "host/scene/read_hull.hpp"
+#include "host/scene/shape_kinds.hpp"
 #include "host/scene/solid_body.hpp"
 #include "host/scene/surface.hpp"
 
@@ -14,13 +14,14 @@ namespace lockstep {
 
 namespace {
 
-// The keys that give a kind of shape its size.
-const std::map<ShapeKind, std::vector<const char*>> size_keys = {
-    {SHAPE_SPHERE, {"radius"}}, {SHAPE_CAPSULE, {"radius", "length"}},
-    {SHAPE_BOX, {"size"}},      {SHAPE_CYLINDER, {"radius", "length"}},
-    {SHAPE_HULL, {}},           {SHAPE_PLANE, {}},
-    {SHAPE_MESH, {}},           {SHAPE_FACET, {}},
-};
+// Keys that not all kinds have: those that this one needs, and none that do not belong to it.
+void expect_keys(const JsonNode& node, ShapeKind kind) {
+  for (const auto& [key, bit] : shape_keys) {
+    if ((info(kind).needs & bit) != 0 && !node.has(key)) node.fail(fmt::format("needs the key {}", quote(key)));
+    if (((info(kind).needs | info(kind).may) & bit) == 0 && node.has(key))
+      node.at(key).fail(fmt::format("does not belong to a {}; remove it", info(kind).name));
+  }
+}
 
 void read_size(const JsonNode& node, ShapeDescription& shape) {
   if (node.has("radius")) shape.radius = node.at("radius").positive();
@@ -36,30 +37,13 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
   node.expect_object({"type", "radius", "length", "size", "points", "mesh", "scale", "heights", "spacing", "offset",
                       "normal", "rotation", "material", "category", "collides_with", "sensor"});
   ShapeDescription shape;
-  shape.kind = node.at("type").choice<ShapeKind>("shape", {{"sphere", SHAPE_SPHERE},
-                                                           {"capsule", SHAPE_CAPSULE},
-                                                           {"box", SHAPE_BOX},
-                                                           {"cylinder", SHAPE_CYLINDER},
-                                                           {"hull", SHAPE_HULL},
-                                                           {"plane", SHAPE_PLANE},
-                                                           {"mesh", SHAPE_MESH},
-                                                           {"height_field", SHAPE_FACET}});
-  const std::string kind = node.at("type").text();
-  const auto& keys = size_keys.at(shape.kind);
-  for (const char* key : {"radius", "length", "size"}) {
-    const bool wanted = std::find(keys.begin(), keys.end(), std::string_view(key)) != keys.end();
-    if (wanted != node.has(key) && wanted) node.fail(fmt::format("needs the key {}", quote(key)));
-    if (wanted != node.has(key)) node.at(key).fail(fmt::format("does not belong to a {}; remove it", kind));
-  }
+  shape.kind = node.at("type").choice<ShapeKind>("shape", shape_names);
+  expect_keys(node, shape.kind);
   read_size(node, shape);
   if (node.has("offset")) shape.offset = node.at("offset").vector();
 
   if (shape.kind == SHAPE_PLANE && body_kind == BODY_DYNAMIC)
     node.fail("a plane has no end and thus no mass; its body must be static or kinematic, is dynamic");
-  if (shape.kind == SHAPE_SPHERE && node.has("rotation"))
-    node.at("rotation").fail("does not belong to a sphere; remove it");
-  if (shape.kind != SHAPE_PLANE && node.has("normal"))
-    node.at("normal").fail(fmt::format("does not belong to a {}; remove it", kind));
   if (node.has("normal") && node.has("rotation")) node.fail("has both \"normal\" and \"rotation\"; give one");
   if (node.has("normal")) shape.rotation = exact::turn_of_z_to(read_direction(node.at("normal")));
   if (node.has("rotation")) shape.rotation = read_orientation(node.at("rotation"));
@@ -81,15 +65,8 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
     read_height_field(node, shape);
   }
   if (shape.surface && node.has("sensor"))
-    node.at("sensor").fail(fmt::format("does not belong to a {}, which has no inside; remove it", kind));
-  for (const char* key : {"points", "mesh", "scale"}) {
-    if (shape.kind != SHAPE_HULL && shape.kind != SHAPE_MESH && node.has(key))
-      node.at(key).fail(fmt::format("does not belong to a {}; remove it", kind));
-  }
-  for (const char* key : {"heights", "spacing"}) {
-    if (shape.kind != SHAPE_FACET && node.has(key))
-      node.at(key).fail(fmt::format("does not belong to a {}; remove it", kind));
-  }
+    node.at("sensor").fail(
+        fmt::format("does not belong to a {}, which has no inside; remove it", info(shape.kind).name));
 
   if (node.has("material")) shape.material = read_material(node.at("material"), names);
   if (node.has("category")) shape.category = names.categories.own(node.at("category"));

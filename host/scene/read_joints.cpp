@@ -95,17 +95,24 @@ void read_spring(const JsonNode& node, JointFree free, JointDescription& joint) 
     refuse_far_angle(spring.at(in_degrees ? "rest_deg" : "rest"), joint.kind, "");
 }
 
+// Keys that a kind has, and then needs, or has not.
+void expect_key(const JsonNode& node, const char* kind, bool has, const char* key) {
+  if (has)
+    need_keys(node, kind, {key});
+  else
+    refuse_keys(node, kind, {key});
+}
+
 void read_place(const JsonNode& node, const char* kind, JointDescription& joint) {
-  if (joint.kind == JOINT_DISTANCE) {
-    refuse_keys(node, kind, {"anchor"});
-    need_keys(node, kind, {"anchors"});
+  const bool two = has_key(joint.kind, JOINT_HAS_ANCHORS);
+  refuse_keys(node, kind, {two ? "anchor" : "anchors"});
+  need_keys(node, kind, {two ? "anchors" : "anchor"});
+  if (two) {
     const std::vector<JsonNode> anchors = node.at("anchors").elements();
     if (anchors.size() != 2) node.at("anchors").must_be("an array of 2 points, one on either body");
     joint.anchor_a = anchors[0].vector();
     joint.anchor_b = anchors[1].vector();
   } else {
-    refuse_keys(node, kind, {"anchors"});
-    need_keys(node, kind, {"anchor"});
     joint.anchor_a = joint.anchor_b = node.at("anchor").vector();
   }
 }
@@ -117,9 +124,11 @@ Vector3 direction(const JsonNode& node) {
 }
 
 void read_axes(const JsonNode& node, const char* kind, JointDescription& joint) {
-  if (joint.kind == JOINT_UNIVERSAL) {
-    refuse_keys(node, kind, {"axis"});
-    need_keys(node, kind, {"axes"});
+  const bool two = has_key(joint.kind, JOINT_HAS_AXES), one = has_key(joint.kind, JOINT_HAS_AXIS);
+  refuse_keys(node, kind, {two ? "axis" : "axes"});
+  expect_key(node, kind, two || one, two ? "axes" : "axis");
+  if (one) joint.axis = direction(node.at("axis"));
+  if (two) {
     const JsonNode axes = node.at("axes");
     const std::vector<JsonNode> pair = axes.elements();
     if (pair.size() != 2) axes.must_be("an array of 2 directions, one on either body");
@@ -127,25 +136,19 @@ void read_axes(const JsonNode& node, const char* kind, JointDescription& joint) 
     joint.second_axis = direction(pair[1]);
     if (!exact::perpendicular(joint.axis, joint.second_axis))
       axes.fail("must be perpendicular: they are the arms of a cross");
-    return;
   }
-  refuse_keys(node, kind, {"axes"});
-  if (!has_axis(joint.kind)) return refuse_keys(node, kind, {"axis"});
-  need_keys(node, kind, {"axis"});
-  joint.axis = direction(node.at("axis"));
 }
 
 void read_pitch(const JsonNode& node, const char* kind, JointDescription& joint) {
-  if (joint.kind != JOINT_SCREW) return refuse_keys(node, kind, {"pitch"});
-  need_keys(node, kind, {"pitch"});
+  expect_key(node, kind, has_key(joint.kind, JOINT_HAS_PITCH), "pitch");
+  if (!node.has("pitch")) return;
   joint.pitch = node.at("pitch").number();
   if (joint.pitch == 0) node.at("pitch").fail("must not be 0: what turns without travel is a hinge");
 }
 
 void read_radius(const JsonNode& node, const char* kind, JointDescription& joint) {
-  if (joint.kind != JOINT_ROLLING) return refuse_keys(node, kind, {"radius"});
-  need_keys(node, kind, {"radius"});
-  joint.radius = node.at("radius").positive();
+  expect_key(node, kind, has_key(joint.kind, JOINT_HAS_RADIUS), "radius");
+  if (node.has("radius")) joint.radius = node.at("radius").positive();
 }
 }  // namespace
 

@@ -56,7 +56,7 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   RobotDrive& drive = use.drives[number];
   JointDescription joint;
   joint.kind = *kind_of(found->kind);
-  if (joint.kind == JOINT_BALL || joint.kind == JOINT_UNIVERSAL)
+  if (free_of(joint.kind) == FREE_NOTHING || has_key(joint.kind, JOINT_HAS_AXES))
     node.fail("is a joint with more than one axis; nothing starts or drives it from here");
   const bool turns = free_of(joint.kind) == FREE_ANGLE;
   if (!turns && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");

@@ -59,7 +59,7 @@ void visit_settings(Owner&& settings, Visitor&& visit) {
 
 /// The same of SleepSettings.
 template <class Owner, class Visitor>
-void visit_sleep_settings(Owner& settings, Visitor&& visit) {
+void visit_sleep_settings(Owner&& settings, Visitor&& visit) {
   auto row = sleep_setting_infos().begin();
 #define SLEEP_SETTING(name, initial, bounds, unit, meaning) visit(*row++, settings.name);
 #include "host/settings.def"

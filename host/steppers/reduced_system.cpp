@@ -6,6 +6,7 @@
 
 #include "host/error.hpp"
 #include "host/in_double.hpp"
+#include "host/scene/joint_kinds.hpp"
 
 namespace lockstep {
 
@@ -13,19 +14,11 @@ namespace {
 
 using namespace oracle::articulated;
 
-JointType type_of(u32 kind) {
-  switch (kind) {
-    case JOINT_BALL: return JointType::ball;
-    case JOINT_HINGE: return JointType::hinge;
-    case JOINT_SLIDER: return JointType::slider;
-    case JOINT_DISTANCE: return JointType::distance;
-    case JOINT_CYLINDRICAL: return JointType::cylindrical;
-    case JOINT_PLANAR: return JointType::planar;
-    case JOINT_UNIVERSAL: return JointType::universal;
-    case JOINT_SCREW: return JointType::screw;
-    default: return JointType::fixed;
-  }
-}
+constexpr JointType types[] = {
+#define JOINT_KIND(name, NAME, linear, angular, free, keys, holds, reduced, noun, leaves) JointType::reduced,
+#include "kernels/joint_kinds.def"
+#undef JOINT_KIND
+};
 
 Vector6 load_on(const Buffers<double>& b, u32 i) {
   Vector6 load = Vector6::Zero();
@@ -55,7 +48,7 @@ System articulated_system(const Buffers<double>& b) {
     if (from.spring > 0)
       throw Error(Failure::input, fmt::format("joint {}", info.id),
                   "has a \"frequency\": in reduced coordinates joints are rigid; take it away");
-    if (info.kind == JOINT_SKATE || info.kind == JOINT_ROLLING)
+    if (is_non_holonomic(static_cast<JointKind>(info.kind)))
       throw Error(Failure::input, fmt::format("joint {}", info.id),
                   "holds velocities that no coordinates stand for; take a solver that is not in reduced coordinates");
     oracle::articulated::Joint joint;
@@ -64,7 +57,7 @@ System articulated_system(const Buffers<double>& b) {
     }
     joint.body_a = info.body_a;
     joint.body_b = info.body_b;
-    joint.type = type_of(info.kind);
+    joint.type = types[info.kind];
     joint.anchor_a = vector3(from.anchor_a);
     joint.anchor_b = vector3(from.anchor_b);
     joint.frame_a = rotation(from.frame_a);

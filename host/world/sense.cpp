@@ -62,7 +62,7 @@ void expect_sense(const JointDescription& joint, const Scene& scene) {
   expect(joint.kind < JOINT_KINDS, "is of an unknown kind");
   const JointFree free = free_of(joint.kind);
   expect(!has_axis(joint.kind) || joint.axis != Vector3{0, 0, 0}, "must have an axis that is not zero");
-  if (joint.kind == JOINT_UNIVERSAL) {
+  if (has_key(joint.kind, JOINT_HAS_AXES)) {
     expect_finite(joint.second_axis, where.c_str());
     expect(joint.second_axis != Vector3{0, 0, 0} && exact::perpendicular(joint.axis, joint.second_axis),
            "must have a second axis that is perpendicular to the first");
@@ -70,15 +70,15 @@ void expect_sense(const JointDescription& joint, const Scene& scene) {
   expect_finite(std::array{joint.low, joint.high, joint.motor_speed, joint.motor_force, joint.friction, joint.frequency,
                            joint.damping, joint.pitch, joint.radius},
                 where.c_str());
-  expect(joint.kind != JOINT_SCREW || joint.pitch != 0, "must have a pitch that is not 0");
-  expect(joint.kind != JOINT_ROLLING || joint.radius > 0, "must have a radius > 0");
+  expect(!has_key(joint.kind, JOINT_HAS_PITCH) || joint.pitch != 0, "must have a pitch that is not 0");
+  expect(!has_key(joint.kind, JOINT_HAS_RADIUS) || joint.radius > 0, "must have a radius > 0");
   expect(!is_non_holonomic(joint.kind) || joint.frequency == 0, "cannot be soft: what slipped would not come back");
   expect(free != FREE_NOTHING || (!joint.limited && joint.motor_force == 0 && joint.friction == 0 && !joint.spring),
          "has nothing to limit, to drive or to push by a spring");
   expect(joint.low <= joint.high, "must not have a low limit above the high one");
   expect(free != FREE_LENGTH || joint.low >= 0, "must have limits >= 0: a distance is never below");
   const bool told = is_told_in_one_turn(joint.kind);
-  const std::string there = " within -pi .. pi: there the angle of a " + noun_of(joint.kind) + " is told";
+  const std::string there = std::string(" within -pi .. pi: there the angle of a ") + noun_of(joint.kind) + " is told";
   expect(!told || (joint.low >= -exact::pi && joint.high <= exact::pi), "must have limits" + there);
   expect(joint.motor_force >= 0 && joint.frequency >= 0 && joint.damping >= 0,
          "must have no negative motor force, frequency or damping");

@@ -47,6 +47,30 @@ class Bits(unittest.TestCase):
             hashes.append(world.state_hash())
         self.assertEqual(hashes[0], hashes[1])
 
+    def test_naming_a_solver_is_enough(self):
+        for solver, brings in lockstep.solvers().items():
+            hashes = []
+            for more in ({}, {key: brings[key] for key in ("substeps", "iterations", "tolerance", "precision")}):
+                settings = {"solver": solver, **more}
+                world = lockstep.World(
+                    scene({**BALL, "position": [0, 0, 0.5]}, GROUND, settings=settings), device="reference"
+                )
+                world.step(5)
+                hashes.append(world.state_hash())
+            self.assertEqual(hashes[0], hashes[1], solver)
+        self.assertEqual((lockstep.solvers()["small_steps"]["substeps"], lockstep.solvers()["jacobi"]["iterations"]), (5, 30))
+
+    def test_settings_are_those_of_the_table(self):
+        for name, about in lockstep.settings().items():
+            self.assertTrue(about["meaning"], name)
+            bad = "qqqqqqqq" if about["names"] else -1
+            with self.assertRaisesRegex(lockstep.Error, f"/settings/{name}: ") as refused:
+                lockstep.World(scene(BALL, settings={name: bad}), device="reference")
+            if about["bounds"]:
+                self.assertIn(about["bounds"], str(refused.exception))
+        with self.assertRaisesRegex(lockstep.Error, 'unknown key "slob"; did you mean "slop"'):
+            lockstep.World(scene(BALL, settings={"slob": 0}), device="reference")
+
     def test_a_seed_draws_another_scene(self):
         heaps = [lockstep.World.load("mixed_spheres", device="reference", seed=seed).poses() for seed in (0, 0, 1)]
         np.testing.assert_array_equal(heaps[0], heaps[1])
@@ -66,7 +90,7 @@ class Bits(unittest.TestCase):
     def test_an_oracle_steps_a_world(self):
         solvers = lockstep.solvers()
         self.assertIn("gauss_seidel", solvers)
-        self.assertIn("proximal point", solvers["proximal_point"])
+        self.assertIn("proximal point", solvers["proximal_point"]["what"])
         with tempfile.TemporaryDirectory() as folder:
             path, report = os.path.join(folder, "run.h5"), os.path.join(folder, "report.json")
             for name, solver in (("rag_doll", "mixed_ldlt"), ("chain64", "reduced_auto")):

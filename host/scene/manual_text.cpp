@@ -1,0 +1,173 @@
+#include "host/scene/manual_text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "host/scene/joint_kinds.hpp"
+#include "host/scene/setting_table.hpp"
+#include "host/scene/shape_kinds.hpp"
+
+namespace lockstep {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+// The rows by groups, and in each as the table has them.
+std::vector<const SettingInfo*> ordered_rows() {
+  std::vector<const SettingInfo*> rows;
+  for (const SettingInfo& row : setting_infos()) rows.push_back(&row);
+  std::ranges::stable_sort(rows, {}, &SettingInfo::group);
+  return rows;
+}
+
+bool is(const SettingInfo& row, std::string_view name) { return name == row.name; }
+
+// "`a`, `b` or `c`"
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "`" : i + 1 == names.size() ? " or `" : ", `") + names[i] + "`";
+  return text;
+}
+
+std::string type_text(const SettingInfo& row) {
+  const std::string unit = *row.unit ? std::string(", ") + row.unit : "", bounds = row.bounds.text();
+  switch (row.bounds.kind) {
+    case Bounds::Kind::name: return is(row, "solver") ? "name" : listed(names_of(row));
+    case Bounds::Kind::integers:
+    case Bounds::Kind::share: return bounds + unit;
+    case Bounds::Kind::positive:
+    case Bounds::Kind::not_negative: return "number " + bounds + unit;
+    case Bounds::Kind::any: break;
+  }
+  if (!is(row, "sleeping")) return "boolean";
+  std::string text = "boolean, or object with ";
+  for (const SettingInfo& key : sleep_setting_infos())
+    text += fmt::format("{}`{}` ({})", &key == &sleep_setting_infos()[0] ? "" : ", ", key.name, type_text(key));
+  return text;
+}
+
+std::string initial_text(const SettingInfo& row) {
+  if (*row.bounds.in_words) return row.bounds.in_words;
+  if (is(row, "sleeping")) {
+    std::string values;
+    visit_sleep_settings(SleepSettings(), [&](const SettingInfo&, double x) {
+      values += fmt::format("{}{}", values.empty() ? "`false`; " : ", ", x);
+    });
+    return values;
+  }
+  std::string text = "the solver's";
+  visit_settings(Settings(), [&]<class T>(const SettingInfo& each, const T& setting) {
+    if (&each != &row) return;
+    if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>)
+      text = fmt::format("{}", setting);
+    else if constexpr (!requires { setting.value(); })
+      text = fmt::format("`{}`", to_json(Settings())[row.name].dump());
+  });
+  std::erase(text, '"');
+  return text;
+}
+
+// JSON on one line, as people write it.
+std::string spaced(const ordered_json& json) {
+  if (!json.is_structured()) return json.dump();
+  std::string text;
+  for (const auto& [key, value] : json.items())
+    text += (text.empty() ? "" : ", ") + (json.is_object() ? "\"" + key + "\": " : "") + spaced(value);
+  return json.is_object() ? "{" + text + "}" : "[" + text + "]";
+}
+
+std::string description(const SettingInfo& row) {
+  return row.meaning + (*row.unit ? std::string(" (") + row.unit + ")" : "");
+}
+
+ordered_json schema_of(const SettingInfo& row, const ordered_json& initial);
+
+ordered_json schema_of_sleeping() {
+  ordered_json keys;
+  visit_sleep_settings(SleepSettings(), [&](const SettingInfo& key, double x) { keys[key.name] = schema_of(key, x); });
+  return {{"oneOf",
+           {{{"type", "boolean"}, {"default", false}},
+            {{"type", "object"}, {"additionalProperties", false}, {"properties", keys}}}}};
+}
+
+// `initial`: null where there is none.
+ordered_json schema_of(const SettingInfo& row, const ordered_json& initial) {
+  ordered_json schema;
+  switch (row.bounds.kind) {
+    case Bounds::Kind::any:
+      schema = is(row, "sleeping") ? schema_of_sleeping() : ordered_json{{"type", "boolean"}};
+      break;
+    case Bounds::Kind::positive: schema["$ref"] = "#/$defs/positive"; break;
+    case Bounds::Kind::not_negative: schema["$ref"] = "#/$defs/not_negative"; break;
+    case Bounds::Kind::share: schema["$ref"] = "#/$defs/share"; break;
+    case Bounds::Kind::integers:
+      schema = {{"type", "integer"}, {"minimum", row.bounds.least}, {"maximum", row.bounds.most}};
+      break;
+    case Bounds::Kind::name: schema["enum"] = names_of(row);
+  }
+  if (!initial.is_null()) schema["default"] = initial;
+  schema["description"] = description(row);
+  return schema;
+}
+
+template <class Names>
+std::string types_schema(const Names& names) {
+  ordered_json known;
+  for (const auto& named : names) known.push_back(named.first);
+  return "        \"type\": " + spaced({{"enum", known}}) + ",\n";
+}
+
+}  // namespace
+
+std::string settings_manual() {
+  std::string text = "| key | type, unit | unless given | meaning |\n|---|---|---|---|\n";
+  for (const SettingInfo* row : ordered_rows())
+    text += fmt::format("| `{}` | {} | {} | {} |\n", row->name, type_text(*row), initial_text(*row), row->meaning);
+  return text;
+}
+
+std::string solvers_manual() {
+  std::string text = "| solver | sub-steps | iterations | what it does | use it for |\n|---|---|---|---|---|\n";
+  for (const SolverInfo& solver : solver_infos)
+    if (!solver.is_oracle)
+      text += fmt::format("| `{}` | {} | {} | {} | {} |\n", solver.name, solver.substeps, solver.iterations,
+                          solver.what, solver.use);
+  return text;
+}
+
+std::string shapes_manual() {
+  std::string text = "| `type` | keys | what it is |\n|---|---|---|\n";
+  for (const ShapeKindInfo& kind : shape_kind_infos) {
+    std::string keys;
+    for (const auto& [key, bit] : shape_keys)
+      if (((kind.needs | kind.may) & bit) != 0) keys += fmt::format("{}`{}`", keys.empty() ? "" : ", ", key);
+    text += fmt::format("| `{}` | {} | {} |\n", kind.name, keys, kind.meaning);
+  }
+  return text;
+}
+
+std::string joints_manual() {
+  std::string text = "| `type` | what is left free |\n|---|---|\n";
+  for (const JointKindInfo& kind : joint_kind_infos) text += fmt::format("| `{}` | {} |\n", kind.name, kind.leaves);
+  return text;
+}
+
+std::string shape_types_schema() { return types_schema(shape_names); }
+std::string joint_types_schema() { return types_schema(joint_names); }
+
+std::string settings_schema() {
+  ordered_json initial;
+  visit_settings(Settings(), [&](const SettingInfo& row, const auto& setting) {
+    if constexpr (!requires { setting.value(); }) initial[row.name] = to_json(Settings())[row.name];
+  });
+  std::string text;
+  for (const SettingInfo* row : ordered_rows())
+    text += fmt::format("{}        \"{}\": {}", text.empty() ? "" : ",\n", row->name,
+                        spaced(schema_of(*row, initial.value(row->name, ordered_json()))));
+  return text + "\n";
+}
+
+}  // namespace lockstep

@@ -1,0 +1,71 @@
+// What the manual and the schema of scenes say of settings, solvers, shapes and joints is text that follows from their
+// tables. LOCKSTEP_WRITE_MANUAL=1 lockstep_tests --gtest_filter='Manual.*' writes it.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "host/scene/manual_text.hpp"
+
+namespace lockstep {
+namespace {
+
+std::string slurp(const std::string& path) {
+  std::ifstream file(path);
+  EXPECT_TRUE(file) << path;
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// The lines between `from`, the end of a line, and `to`, the beginning of one.
+void expect_between(const std::string& file, const std::string& from, const std::string& to, const std::string& text) {
+  const std::string path = std::string(LOCKSTEP_SOURCE_DIR) + "/" + file;
+  std::string all = slurp(path);
+  const std::size_t before = all.find(from + "\n");
+  ASSERT_NE(before, std::string::npos) << file << ": " << from;
+  const std::size_t first = before + from.size() + 1, last = all.find(to, first);
+  ASSERT_NE(last, std::string::npos) << file << ": " << to;
+  if (all.substr(first, last - first) == text) return;
+  const char* write = std::getenv("LOCKSTEP_WRITE_MANUAL");
+  if (write == nullptr || std::string(write) != "1") {
+    EXPECT_EQ(all.substr(first, last - first), text) << file << ": LOCKSTEP_WRITE_MANUAL=1 writes this";
+    return;
+  }
+  all.replace(first, last - first, text);
+  std::ofstream(path) << all;
+}
+
+void expect_in_manual(const std::string& table, const std::string& what, const std::string& text) {
+  expect_between("docs/scene_format.md", "<!-- written from " + table + " by the test Manual.* -->",
+                 "<!-- end of " + what + " -->", text);
+}
+
+TEST(Manual, HasTheTablesOfSettingsAndSolvers) {
+  expect_in_manual("host/settings.def", "settings", settings_manual());
+  expect_in_manual("host/solvers.def", "solvers", solvers_manual());
+}
+
+TEST(Manual, HasTheKindsOfShapesAndJoints) {
+  expect_in_manual("kernels/shape_kinds.def", "shapes", shapes_manual());
+  expect_in_manual("kernels/joint_kinds.def", "joints", joints_manual());
+}
+
+TEST(Manual, TheSchemaHasTheSettings) {
+  expect_between("scenes/scene.schema.json",
+                 "    \"settings\": {\n      \"type\": \"object\",\n      \"additionalProperties\": false,\n"
+                 "      \"properties\": {",
+                 "      }\n    },\n    \"particles\"", settings_schema());
+}
+
+TEST(Manual, TheSchemaHasTheKindsOfShapesAndJoints) {
+  expect_between("scenes/scene.schema.json",
+                 "    \"shape\": {\n      \"type\": \"object\",\n      \"required\": [\"type\"],\n"
+                 "      \"additionalProperties\": false,\n      \"properties\": {",
+                 "        \"radius\"", shape_types_schema());
+  expect_between("scenes/scene.schema.json",
+                 "      \"required\": [\"type\", \"bodies\"],\n      \"additionalProperties\": false,\n"
+                 "      \"properties\": {",
+                 "        \"name\"", joint_types_schema());
+}
+
+}  // namespace
+}  // namespace lockstep
