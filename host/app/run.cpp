@@ -46,8 +46,8 @@ std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, con
 
 // Measuring takes longer than a small step: about a hundred measurements show a run, however long it is.
 bool is_measured(u32 step, u32 steps) {
-  const u32 interval = steps < 200 ? 1 : steps / 100;
-  return (step + 1) % interval == 0 || step + 1 == steps;
+  const u32 every = steps < 200 ? 1 : steps / 100;
+  return (step + 1) % every == 0 || step + 1 == steps;
 }
 
 template <class real>

@@ -22,7 +22,7 @@ std::vector<const SettingInfo*> ordered_rows() {
   return rows;
 }
 
-bool is(const SettingInfo& row, std::string_view name) { return name == row.name; }
+bool is_named(const SettingInfo& row, std::string_view name) { return name == row.name; }
 
 // "`a`, `b` or `c`"
 std::string listed(const std::vector<std::string>& names) {
@@ -35,14 +35,14 @@ std::string listed(const std::vector<std::string>& names) {
 std::string type_text(const SettingInfo& row) {
   const std::string unit = *row.unit ? std::string(", ") + row.unit : "", bounds = row.bounds.text();
   switch (row.bounds.kind) {
-    case Bounds::Kind::name: return is(row, "solver") ? "name" : listed(names_of(row));
+    case Bounds::Kind::name: return is_named(row, "solver") ? "name" : listed(names_of(row));
     case Bounds::Kind::integers:
     case Bounds::Kind::share: return bounds + unit;
     case Bounds::Kind::positive:
     case Bounds::Kind::not_negative: return "number " + bounds + unit;
     case Bounds::Kind::any: break;
   }
-  if (!is(row, "sleeping")) return "boolean";
+  if (!is_named(row, "sleeping")) return "boolean";
   std::string text = "boolean, or object with ";
   for (const SettingInfo& key : sleep_setting_infos())
     text += fmt::format("{}`{}` ({})", &key == &sleep_setting_infos()[0] ? "" : ", ", key.name, type_text(key));
@@ -51,7 +51,7 @@ std::string type_text(const SettingInfo& row) {
 
 std::string initial_text(const SettingInfo& row) {
   if (*row.bounds.in_words) return row.bounds.in_words;
-  if (is(row, "sleeping")) {
+  if (is_named(row, "sleeping")) {
     std::string values;
     visit_sleep_settings(SleepSettings(), [&](const SettingInfo&, double x) {
       values += fmt::format("{}{}", values.empty() ? "`false`; " : ", ", x);
@@ -71,12 +71,12 @@ std::string initial_text(const SettingInfo& row) {
 }
 
 // JSON on one line, as people write it.
-std::string spaced(const ordered_json& json) {
-  if (!json.is_structured()) return json.dump();
+std::string spaced(const ordered_json& value) {
+  if (!value.is_structured()) return value.dump();
   std::string text;
-  for (const auto& [key, value] : json.items())
-    text += (text.empty() ? "" : ", ") + (json.is_object() ? "\"" + key + "\": " : "") + spaced(value);
-  return json.is_object() ? "{" + text + "}" : "[" + text + "]";
+  for (const auto& [key, item] : value.items())
+    text += (text.empty() ? "" : ", ") + (value.is_object() ? "\"" + key + "\": " : "") + spaced(item);
+  return value.is_object() ? "{" + text + "}" : "[" + text + "]";
 }
 
 std::string description(const SettingInfo& row) {
@@ -98,7 +98,7 @@ ordered_json schema_of(const SettingInfo& row, const ordered_json& initial) {
   ordered_json schema;
   switch (row.bounds.kind) {
     case Bounds::Kind::any:
-      schema = is(row, "sleeping") ? schema_of_sleeping() : ordered_json{{"type", "boolean"}};
+      schema = is_named(row, "sleeping") ? schema_of_sleeping() : ordered_json{{"type", "boolean"}};
       break;
     case Bounds::Kind::positive: schema["$ref"] = "#/$defs/positive"; break;
     case Bounds::Kind::not_negative: schema["$ref"] = "#/$defs/not_negative"; break;

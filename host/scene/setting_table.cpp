@@ -11,7 +11,9 @@ namespace lockstep {
 
 namespace {
 
-// What the columns of the table are made of.
+// What the columns of the table are made of, and its rows.
+namespace columns {
+
 constexpr Bounds any = {}, positive = {Bounds::Kind::positive}, not_negative = {Bounds::Kind::not_negative},
                  share = {Bounds::Kind::share};
 constexpr Bounds between(u32 least, u32 most) { return {Bounds::Kind::integers, least, most}; }
@@ -33,7 +35,9 @@ constexpr SettingInfo sleep_rows[] = {
 #include "host/settings.def"
 };
 
-constexpr std::pair<const char*, const char*> precision_names[] = {{"float", "float"}, {"double", "double"}};
+}  // namespace columns
+
+constexpr std::pair<const char*, const char*> floating_point_names[] = {{"float", "float"}, {"double", "double"}};
 
 // The names that a setting of a type takes.
 std::span<const std::pair<const char*, Solver>> names_of(Solver) { return solver_names; }
@@ -43,7 +47,7 @@ std::span<const std::pair<const char*, Integrator>> names_of(Integrator) { retur
 std::span<const std::pair<const char*, Gyroscopic>> names_of(Gyroscopic) { return gyroscopic_names; }
 std::span<const std::pair<const char*, Stabilization>> names_of(Stabilization) { return stabilization_names; }
 std::span<const std::pair<const char*, BroadPhase>> names_of(BroadPhase) { return broad_phase_names; }
-std::span<const std::pair<const char*, const char*>> names_of(const std::string&) { return precision_names; }
+std::span<const std::pair<const char*, const char*>> names_of(const std::string&) { return floating_point_names; }
 
 void read(const JsonNode& node, const Bounds& bounds, double& x) {
   switch (bounds.kind) {
@@ -65,7 +69,7 @@ void read(const JsonNode& node, const Bounds&, std::optional<SleepSettings>& sle
   sleeping.emplace();
   if (!node.is_object()) return;
   std::vector<std::string_view> keys;
-  for (const SettingInfo& row : sleep_rows) keys.push_back(row.name);
+  for (const SettingInfo& row : columns::sleep_rows) keys.push_back(row.name);
   node.expect_object(keys);
   visit_sleep_settings(*sleeping, [&](const SettingInfo& row, double& x) {
     if (node.has(row.name)) read(node.at(row.name), row.bounds, x);
@@ -95,23 +99,23 @@ nlohmann::json value_of(const std::string& text, Bounds::Kind kind) {
 
 // Adds a setting to an object as scenes write it, unless it is unset.
 template <class T>
-void put(nlohmann::ordered_json& json, const SettingInfo& row, const T& setting) {
+void put(nlohmann::ordered_json& object, const SettingInfo& row, const T& setting) {
   if constexpr (std::is_enum_v<T>) {
-    json[row.name] =
+    object[row.name] =
         std::ranges::find(names_of(setting), setting, [](const auto& named) { return named.second; })->first;
   } else {
-    json[row.name] = setting;
+    object[row.name] = setting;
   }
 }
 
-void put(nlohmann::ordered_json& json, const SettingInfo& row, const SleepSettings& sleeping) {
-  nlohmann::ordered_json& object = json[row.name];
-  visit_sleep_settings(sleeping, [&](const SettingInfo& each, double x) { object[each.name] = x; });
+void put(nlohmann::ordered_json& object, const SettingInfo& row, const SleepSettings& sleeping) {
+  nlohmann::ordered_json& keys = object[row.name];
+  visit_sleep_settings(sleeping, [&](const SettingInfo& each, double x) { keys[each.name] = x; });
 }
 
 template <class T>
-void put(nlohmann::ordered_json& json, const SettingInfo& row, const std::optional<T>& setting) {
-  if (setting) put(json, row, *setting);
+void put(nlohmann::ordered_json& object, const SettingInfo& row, const std::optional<T>& setting) {
+  if (setting) put(object, row, *setting);
 }
 
 [[noreturn]] void refuse(const SettingInfo& row, const std::string& rule, const std::string& value) {
@@ -162,15 +166,17 @@ std::string Bounds::text() const {
   }
 }
 
-std::span<const SettingInfo> setting_infos() { return rows; }
-std::span<const SettingInfo> sleep_setting_infos() { return sleep_rows; }
+std::span<const SettingInfo> setting_infos() { return columns::rows; }
+std::span<const SettingInfo> sleep_setting_infos() { return columns::sleep_rows; }
 
-const SettingInfo& setting_info(std::string_view name) { return *std::ranges::find(rows, name, &SettingInfo::name); }
+const SettingInfo& setting_info(std::string_view name) {
+  return *std::ranges::find(columns::rows, name, &SettingInfo::name);
+}
 
 nlohmann::ordered_json to_json(const Settings& settings) {
-  nlohmann::ordered_json json;
-  visit_settings(resolved(settings), [&](const SettingInfo& row, const auto& setting) { put(json, row, setting); });
-  return json;
+  nlohmann::ordered_json written;
+  visit_settings(resolved(settings), [&](const SettingInfo& row, const auto& setting) { put(written, row, setting); });
+  return written;
 }
 
 std::vector<std::string> names_of(const SettingInfo& row) {
@@ -192,7 +198,7 @@ std::vector<std::string> names_of(const SettingInfo& row) {
 
 Settings read_settings(const JsonNode& node) {
   std::vector<std::string_view> keys;
-  for (const SettingInfo& row : rows) keys.push_back(row.name);
+  for (const SettingInfo& row : columns::rows) keys.push_back(row.name);
   node.expect_object(keys);
   Settings settings;
   visit_settings(settings, [&](const SettingInfo& row, auto& setting) {
