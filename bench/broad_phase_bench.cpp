@@ -34,7 +34,9 @@ double processor_time() {
   return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// The same numbers for the same seed, in [0, 1).
 class Random {
@@ -68,24 +70,24 @@ InitialState<float> spheres(const std::vector<double>& radii, bool sorted, Featu
   double volume = 0;
   for (const double r : radii) volume += 4.18879 * r * r * r;
   const double side = std::cbrt(volume / fill);
-  std::vector<Vec4<float>> places(count);
+  std::vector<Vec4<float>> positions(count);
   Random random(count);
   for (u32 i = 0; i < count; ++i) {
-    for (float* x : {&places[i].x, &places[i].y, &places[i].z}) *x = static_cast<float>(side * random.next());
+    for (float* x : {&positions[i].x, &positions[i].y, &positions[i].z}) *x = static_cast<float>(side * random.next());
   }
   if (sorted) {
     const auto layer = [](const Vec4<float>& p) { return std::array{std::floor(p.z), std::floor(p.y), p.x}; };
-    std::ranges::sort(places, [&](const auto& p, const auto& q) { return layer(p) < layer(q); });
+    std::ranges::sort(positions, [&](const auto& p, const auto& q) { return layer(p) < layer(q); });
   }
   b.world_ranges[0] = {0, count, 0, count, 0, 0, 0, 1};
   for (u32 i = 0; i < count; ++i) {
     b.body_infos[i] = {0, i, BODY_DYNAMIC, 1};
-    b.positions[i] = places[i];
+    b.positions[i] = positions[i];
     b.orientations[i] = {0, 0, 0, 1};
     for (float& v : b.motions[i].v) v = static_cast<float>(0.2 * random.next() - 0.1);
     b.shape_infos[i] = {i, i, SHAPE_SPHERE, 0, 1, 1, 1, 0};
     b.shapes[i].rotation[3] = 1;
-    b.shapes[i].size[0] = b.shapes[i].reach = static_cast<float>(radii[i]);
+    b.shapes[i].size[0] = b.shapes[i].bounding_radius = static_cast<float>(radii[i]);
   }
   StepParams<float>& p = state.params;
   p.dt = 1.0f / 60;
@@ -158,13 +160,13 @@ Timing measure(const InitialState<float>& state, const DeviceInfo& device, u32 t
     DeviceBackend<float> backend(state, device, options);
     const u32 runs = profile ? 1 : repetitions;
     for (u32 n = 0; n <= runs; ++n) {
-      const double start = now(), start_processor = processor_time();
+      const double start = clock_seconds(), start_processor = processor_time();
       for (const Stage stage : stages) backend.run(stage, state.params);
       const Counters counters = backend.counters();
       if (counters[COUNTER_STATUS] != 0) throw Error(Failure::device, "broad_phase_bench", "a list is too short");
       timing.pairs = counters[COUNTER_PAIRS];
       if (profile || n == 0) continue;
-      timing.seconds = std::min(timing.seconds, now() - start);
+      timing.seconds = std::min(timing.seconds, clock_seconds() - start);
       timing.processor = std::min(timing.processor, processor_time() - start_processor);
     }
     if (!profile) continue;
@@ -229,11 +231,11 @@ void bench_sort(const DeviceInfo& info, u32 threads) {
       for (const char* name : {"keys", "values", "more_keys", "more_values"}) launcher.scratch(name, count);
       queue.enqueueWriteBuffer(memory.find("keys")->buffer, CL_TRUE, 0, count * sizeof(u32), keys.data());
       queue.enqueueWriteBuffer(memory.find("values")->buffer, CL_TRUE, 0, count * sizeof(u32), values.data());
-      const double start = now(), start_processor = processor_time();
+      const double start = clock_seconds(), start_processor = processor_time();
       launcher.sort({"keys", "values", "more_keys", "more_values"}, count, 32);
       queue.finish();
       if (n == 0) continue;
-      seconds = std::min(seconds, now() - start);
+      seconds = std::min(seconds, clock_seconds() - start);
       processor = std::min(processor, processor_time() - start_processor);
     }
     fmt::print("sort of 32 bits,random,radix,{},{},{:.2f},{:.2f},,{:.0f} million keys a second\n", count, threads,

@@ -29,7 +29,7 @@ std::unique_ptr<btCollisionShape> make_shape(const Scene& scene, const ShapeDesc
 
 }  // namespace
 
-struct BulletWorld::Parts {
+struct BulletWorld::Impl {
   btDefaultCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
@@ -42,8 +42,8 @@ struct BulletWorld::Parts {
   btScalar dt = 0;
 };
 
-BulletWorld::BulletWorld(const Scene& scene) : parts_(std::make_unique<Parts>()) {
-  Parts& p = *parts_;
+BulletWorld::BulletWorld(const Scene& scene) : impl_(std::make_unique<Impl>()) {
+  Impl& p = *impl_;
   p.world.setGravity(vector(scene.gravity));
   p.dt = btScalar(scene.settings.dt);
   for (const BodyDescription& body : scene.bodies) {
@@ -88,15 +88,15 @@ BulletWorld::BulletWorld(const Scene& scene) : parts_(std::make_unique<Parts>())
 }
 
 BulletWorld::~BulletWorld() {
-  for (auto& joint : parts_->joints) parts_->world.removeConstraint(joint.get());
-  for (auto& body : parts_->bodies) parts_->world.removeRigidBody(body.get());
+  for (auto& joint : impl_->joints) impl_->world.removeConstraint(joint.get());
+  for (auto& body : impl_->bodies) impl_->world.removeRigidBody(body.get());
 }
 
-void BulletWorld::step() { parts_->world.stepSimulation(parts_->dt, 0); }
+void BulletWorld::step() { impl_->world.stepSimulation(impl_->dt, 0); }
 
 std::vector<BodyPose> BulletWorld::poses() const {
   std::vector<BodyPose> poses;
-  for (const btRigidBody* body : parts_->first_of_body) {
+  for (const btRigidBody* body : impl_->first_of_body) {
     const btVector3& x = body->getCenterOfMassPosition();
     const btQuaternion q = body->getOrientation();
     poses.push_back({{x.x(), x.y(), x.z()}, {q.x(), q.y(), q.z(), q.w()}});

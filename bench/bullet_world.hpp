@@ -22,8 +22,8 @@ class BulletWorld {
   std::vector<BodyPose> poses() const;
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace lockstep::bench

@@ -1,7 +1,7 @@
 // Frictional contact problems of others against time: every solver on every problem file of a folder, to two
 // tolerances of the residual (docs/error_measures.md) each from zero. CSV of medians over up to 21 runs, fewer of what
 // takes long; what did not get there is in it too.
-//   cone_solvers_bench FOLDER [--seconds S] [--solver NAME]... [--problem PART_OF_NAME]
+//   cone_solvers_bench FOLDER [--seconds S] [--solver NAME]... [--problem SUBSTRING_OF_NAME]
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -16,11 +16,11 @@ namespace {
 
 using namespace lockstep;
 
-std::vector<std::string> files_in(const std::string& folder, const std::string& part) {
+std::vector<std::string> files_in(const std::string& folder, const std::string& substring) {
   std::vector<std::string> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     const std::string name = entry.path().filename().string();
-    if (entry.is_regular_file() && name.find(part) != name.npos) files.push_back(entry.path().string());
+    if (entry.is_regular_file() && name.find(substring) != name.npos) files.push_back(entry.path().string());
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -48,20 +48,20 @@ void print_row(const std::string& name, const oracle::ConeProblem& problem, cons
 
 int main(int argc, char** argv) try {
   CLI::App app("Residual against time for the solvers of frictional contact problems");
-  std::string folder, part;
+  std::string folder, substring;
   double seconds = 20;
   std::vector<std::string> names;
   std::vector<double> tolerances = {1e-4, 1e-8};
   app.add_option("folder", folder)->required();
   app.add_option("--seconds", seconds);
   app.add_option("--solver", names);
-  app.add_option("--problem", part);
+  app.add_option("--problem", substring);
   app.add_option("--tolerance", tolerances);
   CLI11_PARSE(app, argc, argv);
   fmt::print(
       "problem,contacts,solver,tolerance,stop,iterations,seconds,residual,rounding,natural_map,natural_largest,"
       "alart_curnier,merit_1\n");
-  for (const std::string& path : files_in(folder, part)) {
+  for (const std::string& path : files_in(folder, substring)) {
     const oracle::JointElimination elimination(read_cone_file(path).problem);
     for (const oracle::ConeSolver& solver : oracle::cone_solvers()) {
       if (!names.empty() && std::ranges::find(names, solver.name) == names.end()) continue;

@@ -23,15 +23,15 @@ constexpr u32 settling = 180, measured = 60;  // steps
 constexpr u32 most_layers = 25;
 constexpr double spacing = 1.3;  // m, of cubes of 1 m
 
-double now() {
+double clock_milliseconds() {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-void add_wall(BodyDescription& box, const Vector3& place, const Vector3& normal) {
+void add_wall(BodyDescription& box, const Vector3& offset, const Vector3& normal) {
   ShapeDescription wall;
   wall.kind = SHAPE_PLANE;
-  wall.offset = place;
-  wall.rotation = exact::turn_of_z_to(normal);
+  wall.offset = offset;
+  wall.rotation = exact::rotation_from_z_to(normal);
   box.shapes.push_back(wall);
 }
 
@@ -56,11 +56,11 @@ Scene heap(u32 count, u32 substeps) {
   for (u32 layer = 0; layer < layers; ++layer) {
     exact::LcgByIndex shifts(layer + 1);
     const double shift_x = 0.4 * shifts.next_symmetric(), shift_y = 0.4 * shifts.next_symmetric();
-    for (u32 place = 0; place < side * side; ++place) {
+    for (u32 index = 0; index < side * side; ++index) {
       BodyDescription cube;
-      cube.position = {spacing * (place % side + 0.5 - 0.5 * side) + shift_x,
-                       spacing * (place / side + 0.5 - 0.5 * side) + shift_y, 1 + spacing * layer};
-      cube.orientation = exact::turn_by_euler_degrees({8, 5, 10});
+      cube.position = {spacing * (index % side + 0.5 - 0.5 * side) + shift_x,
+                       spacing * (index / side + 0.5 - 0.5 * side) + shift_y, 1 + spacing * layer};
+      cube.orientation = exact::rotation_from_euler_degrees({8, 5, 10});
       cube.shapes.push_back({.kind = SHAPE_BOX, .half_extents = {0.5, 0.5, 0.5}});
       make_solid_of_mass(cube, 1);
       scene.bodies.push_back(std::move(cube));
@@ -75,9 +75,9 @@ void measure(const DeviceInfo& device, u32 count, u32 substeps) {
   for (u32 i = 0; i < settling; ++i) simulation.step();
   std::vector<double> times;
   for (u32 i = 0; i < measured; ++i) {
-    const double start = now();
+    const double start = clock_milliseconds();
     simulation.step();
-    times.push_back(now() - start);
+    times.push_back(clock_milliseconds() - start);
   }
   const double ms = median(times);
   const Counters& counters = simulation.counters();

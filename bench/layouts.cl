@@ -7,7 +7,7 @@
 // Sums of csr and sell go through a row in the same order, so that both have the same bits.
 #include "common.h"
 #include "lanes.h"
-#include "visit_contact.h"
+#include "solve_contact.h"
 
 typedef LANES_JOIN(REAL, 4) Real4;
 
@@ -169,7 +169,7 @@ kernel void packed_push(global const PackedBlock* blocks, global const real* imp
 }
 
 // The inverse inertia of bodies, xx in their first line and the others in their second, times a moment.
-static inline Lane3 turn_by(lane xx, LaneLines second, Lane3 m) {
+static inline Lane3 apply_inverse_inertia(lane xx, LaneLines second, Lane3 m) {
   return lane_make3(xx * m.x + second.c2 * m.y + second.c3 * m.z, second.c2 * m.x + second.c0 * m.y + second.c4 * m.z,
                     second.c3 * m.x + second.c4 * m.y + second.c1 * m.z);
 }
@@ -190,12 +190,12 @@ kernel void colour_push(global const u32* starts, global const PackedBlock* bloc
       const Lane3 p =
           lane_add3(lane_add3(lane_scale3(LANE_LOAD(in), c.normal), lane_scale3(LANE_LOAD(in + PACK), c.tangent_1)),
                     lane_scale3(LANE_LOAD(in + 2u * PACK), c.tangent_2));
-      const Lane3 turn_a = turn_by(a.c7, rest_a, lane_cross3(c.arm_a, p));
-      const Lane3 turn_b = turn_by(b.c7, rest_b, lane_cross3(c.arm_b, p));
+      const Lane3 delta_w_a = apply_inverse_inertia(a.c7, rest_a, lane_cross3(c.arm_a, p));
+      const Lane3 delta_w_b = apply_inverse_inertia(b.c7, rest_b, lane_cross3(c.arm_b, p));
       a.c0 += a.c3 * p.x, a.c1 += a.c3 * p.y, a.c2 += a.c3 * p.z;
-      a.c4 += turn_a.x, a.c5 += turn_a.y, a.c6 += turn_a.z;
+      a.c4 += delta_w_a.x, a.c5 += delta_w_a.y, a.c6 += delta_w_a.z;
       b.c0 -= b.c3 * p.x, b.c1 -= b.c3 * p.y, b.c2 -= b.c3 * p.z;
-      b.c4 -= turn_b.x, b.c5 -= turn_b.y, b.c6 -= turn_b.z;
+      b.c4 -= delta_w_b.x, b.c5 -= delta_w_b.y, b.c6 -= delta_w_b.z;
     }
     lane_scatter_movable(a, (global Real8*)motions, 2u, body_a);
     lane_scatter_movable(b, (global Real8*)motions, 2u, body_b);

@@ -107,13 +107,13 @@ std::vector<std::vector<Pair>> colours_of(const LayoutProblem& problem) {
 
 LayoutProblem layout_problem(const ContactSystem& system, u32 worlds) {
   LayoutProblem problem;
-  std::vector<u32> place(system.bodies.size(), NONE);
+  std::vector<u32> slot(system.bodies.size(), NONE);
   u32 count = 0;
   for (std::size_t i = 0; i < system.bodies.size(); ++i) {
-    if (system.bodies[i].inverse_mass > 0) place[i] = count++;
+    if (system.bodies[i].inverse_mass > 0) slot[i] = count++;
   }
   for (u32 world = 0; world < worlds; ++world) {
-    const auto body = [&](u32 i) { return place[i] == NONE ? NONE : place[i] + world * count; };
+    const auto body = [&](u32 i) { return slot[i] == NONE ? NONE : slot[i] + world * count; };
     for (const SystemBody& b : system.bodies) {
       if (b.inverse_mass > 0) problem.bodies.push_back({b.inverse_mass, b.inverse_inertia});
     }

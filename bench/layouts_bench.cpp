@@ -41,7 +41,9 @@ using Line = std::array<float, 8>;     // v, -, w, -
 using Impulse = std::array<float, 4>;  // normal, tangent, tangent, -
 using Result = std::vector<double>;    // 3 numbers a contact, or 6 a body
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 class Kernels {
  public:
@@ -217,8 +219,8 @@ class Comparison {
         return Eigen::Vector3d(Eigen::Vector3d(l[0], l[1], l[2]) + Eigen::Vector3d(l[4], l[5], l[6]).cross(arm));
       };
       const Eigen::Vector3d relative = at(c.body_a, c.arm_a) - at(c.body_b, c.arm_b);
-      const Eigen::Vector2d rubbing = solver_tangents(c.normal).transpose() * relative;
-      u.insert(u.end(), {c.normal.dot(relative), rubbing[0], rubbing[1]});
+      const Eigen::Vector2d tangential = solver_tangents(c.normal).transpose() * relative;
+      u.insert(u.end(), {c.normal.dot(relative), tangential[0], tangential[1]});
     }
     return u;
   }
@@ -321,10 +323,10 @@ void print(const std::string& head, const std::string& product, std::vector<Prod
   kernels.finish();
   for (u32 repetition = 0; repetition < repetitions; ++repetition) {
     for (Product& p : products) {
-      const double start = now();
+      const double start = clock_seconds();
       for (u32 i = 0; i < launches; ++i) p.run();
       kernels.finish();
-      p.seconds.push_back((now() - start) / launches);
+      p.seconds.push_back((clock_seconds() - start) / launches);
     }
   }
   double largest = 0;

@@ -73,20 +73,22 @@ Scene scene_of(u32 kind_a, u32 kind_b, u32 pairs) {
     scene.bodies.push_back(body);
   };
   for (u32 i = 0; i < pairs; ++i) {
-    const Vector3 place = {5.0 * (i % 64), 5.0 * (i / 64 % 64), 5.0 * (i / 4096)};
+    const Vector3 position = {5.0 * (i % 64), 5.0 * (i / 64 % 64), 5.0 * (i / 4096)};
     const Vector3 near = {random.between(-0.55, 0.55), random.between(-0.55, 0.55), random.between(-0.55, 0.55)};
     if (kind_b == SHAPE_PLANE) {
       add(kind_a, BODY_DYNAMIC, {5.0 * (i % 256), 5.0 * (i / 256), random.between(0.2, 0.8)});
     } else {
-      add(kind_a, BODY_DYNAMIC, exact::add(place, {near[0], near[1], near[2]}));
-      add(kind_b, BODY_DYNAMIC, exact::subtract(place, near));
+      add(kind_a, BODY_DYNAMIC, exact::add(position, {near[0], near[1], near[2]}));
+      add(kind_b, BODY_DYNAMIC, exact::subtract(position, near));
     }
   }
   if (kind_b == SHAPE_PLANE) add(SHAPE_PLANE, BODY_STATIC, {0, 0, 0});
   return scene;
 }
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 std::vector<Stage> stages_of(Features features) {
   std::vector<Stage> stages = {Stage::begin_step, Stage::update_bounds};
@@ -137,10 +139,10 @@ Timing in_cpp(const InitialState<float>& state) {
   ReferenceBackend<float> backend(state);
   for (const Stage stage : stages_of(state.features)) backend.run(stage, state.params);
   return best_of(4, [&] {
-    const double start = now();
+    const double start = clock_seconds();
     backend.run(Stage::collide, state.params);
     const Buffers<float>& b = backend.buffers();
-    return Timing{now() - start, b.counters[COUNTER_PAIRS], b.counters[COUNTER_CONTACTS]};
+    return Timing{clock_seconds() - start, b.counters[COUNTER_PAIRS], b.counters[COUNTER_CONTACTS]};
   });
 }
 

@@ -22,7 +22,7 @@ struct Solid {
   Vector3d half_extents;
   double radius;  // of a sphere, else 0
 
-  double reach() const { return radius > 0 ? radius : half_extents.norm(); }
+  double bounding_radius() const { return radius > 0 ? radius : half_extents.norm(); }
   /// Half the width along a unit vector.
   double half_width(const Vector3d& n) const {
     return radius > 0 ? radius : (axes.transpose() * n).cwiseAbs().dot(half_extents);
@@ -41,15 +41,15 @@ Eigen::Matrix3d rotation(const Quaternion& q) {
 
 /// The least overlap over all axes that can separate; negative where one does.
 double depth_of(const Solid& a, const Solid& b) {
-  const Vector3d apart = a.center - b.center;
+  const Vector3d offset = a.center - b.center;
   double depth = 1e300;
   const auto try_axis = [&](const Vector3d& axis) {
     const double length = axis.norm();
     if (length < 1e-6) return;
     const Vector3d n = axis / length;
-    depth = std::min(depth, a.half_width(n) + b.half_width(n) - std::abs(n.dot(apart)));
+    depth = std::min(depth, a.half_width(n) + b.half_width(n) - std::abs(n.dot(offset)));
   };
-  if (a.radius > 0 && b.radius > 0) return a.radius + b.radius - apart.norm();
+  if (a.radius > 0 && b.radius > 0) return a.radius + b.radius - offset.norm();
   if (a.radius > 0) try_axis(a.center - b.closest_to(a.center));
   if (b.radius > 0) try_axis(b.center - a.closest_to(b.center));
   for (int i = 0; i < 3; ++i) {
@@ -76,7 +76,7 @@ Overlap measure_overlap(const Scene& scene, const std::vector<BodyPose>& poses) 
         const double radius = shape.kind == SHAPE_SPHERE ? shape.radius : 0;
         solids.push_back(
             {vector(poses[i].position), rotation(poses[i].orientation), vector(shape.half_extents), radius});
-        largest = std::max(largest, solids.back().reach());
+        largest = std::max(largest, solids.back().bounding_radius());
       }
     }
   }
@@ -117,7 +117,7 @@ double farthest_moved(const Scene& scene, const std::vector<BodyPose>& poses) {
 }
 
 double joint_separation(const Scene& scene, const std::vector<BodyPose>& poses) {
-  const auto anchor_now = [&](u32 body, const Vector3& anchor) -> Vector3d {
+  const auto current_anchor = [&](u32 body, const Vector3& anchor) -> Vector3d {
     if (body == NONE) return vector(anchor);
     const BodyDescription& start = scene.bodies[body];
     const Vector3d arm = rotation(start.orientation).transpose() * (vector(anchor) - vector(start.position));
@@ -126,7 +126,7 @@ double joint_separation(const Scene& scene, const std::vector<BodyPose>& poses) 
   double separation = 0;
   for (const JointDescription& joint : scene.joints) {
     if (joint.kind != JOINT_BALL) continue;
-    const Vector3d parted = anchor_now(joint.body_a, joint.anchor_a) - anchor_now(joint.body_b, joint.anchor_b);
+    const Vector3d parted = current_anchor(joint.body_a, joint.anchor_a) - current_anchor(joint.body_b, joint.anchor_b);
     separation = std::max(separation, parted.norm());
   }
   return separation;

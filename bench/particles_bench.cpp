@@ -26,7 +26,9 @@ double processor_time() {
   return double(time.tv_sec) + 1e-9 * double(time.tv_nsec);
 }
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 BodyDescription ball(double radius, double mass, Vector3 position) {
   BodyDescription body;
@@ -54,7 +56,7 @@ Scene block_of_balls(u32 particles) {
     exact::LcgByIndex random(i);
     const double angle = 3 * random.next();
     const Vector3 axis = {random.next_symmetric(), random.next_symmetric(), 1};
-    scene.bodies.back().orientation = exact::turn(axis, std::sin(angle), std::cos(angle));
+    scene.bodies.back().orientation = exact::rotation(axis, std::sin(angle), std::cos(angle));
   }
   return scene;
 }
@@ -80,9 +82,9 @@ void measure_speed(u32 count, std::unique_ptr<Backend<float>> backend, const Ini
   const u32 steps = count > 500000 ? 5 : 20;
   double best = 1e9, processor = 1e9;
   for (u32 i = 0; i < steps; ++i) {
-    const double start = now(), start_processor = processor_time();
+    const double start = clock_seconds(), start_processor = processor_time();
     simulation.step();
-    best = std::min(best, now() - start);
+    best = std::min(best, clock_seconds() - start);
     processor = std::min(processor, processor_time() - start_processor);
   }
   const u32 particles = state.sizes.particles;
@@ -112,7 +114,7 @@ BodyDescription slope_of(double sine, double cosine) {
   slope.kind = BODY_STATIC;
   slope.shapes.emplace_back();
   slope.shapes[0].kind = SHAPE_PLANE;
-  slope.shapes[0].rotation = exact::turn_of_z_to({sine, 0, cosine});
+  slope.shapes[0].rotation = exact::rotation_from_z_to({sine, 0, cosine});
   return slope;
 }
 
@@ -122,9 +124,9 @@ struct Trial {
   explicit Trial(const InitialState<double>& state)
       : Trial(std::make_unique<ReferenceBackend<double>>(state), state.params) {}
   Trial(std::unique_ptr<ReferenceBackend<double>> backend, const StepParams<double>& params)
-      : now(backend->buffers()), simulation(std::move(backend), params) {}
+      : current(backend->buffers()), simulation(std::move(backend), params) {}
 
-  const Buffers<double>& now;
+  const Buffers<double>& current;
   Simulation<double> simulation;
 };
 
@@ -140,9 +142,9 @@ Rolling roll(double radius, double sine) {
   scene.settings = {.dt = 5e-5, .margin = 0.25 * radius};
   scene.bodies = {slope_of(sine, cosine), ball(0.3, 4, {0.3 * sine, 0, 0.3 * cosine})};
   // no symmetry of the particles lies along the slope
-  scene.bodies[1].orientation = exact::turn({1, 0.3, 0.2}, exact::sine(0.4), exact::cosine(0.4));
+  scene.bodies[1].orientation = exact::rotation({1, 0.3, 0.2}, exact::sine(0.4), exact::cosine(0.4));
   Trial trial(scene);
-  const Buffers<double>& b = trial.now;
+  const Buffers<double>& b = trial.current;
   const auto steps = [&](u32 count, double& height) {
     for (u32 i = 0; i < count; ++i) {
       trial.simulation.step();
@@ -167,10 +169,10 @@ Depth depth_at_first_touch(double radius) {
     exact::LcgByIndex random(trial);
     const double angle = 3 * random.next();
     const Vector3 axis = {random.next_symmetric(), random.next_symmetric(), random.next_symmetric()};
-    const Quaternion turn = exact::turn(axis, std::sin(angle), std::cos(angle));
+    const Quaternion rotation = exact::rotation(axis, std::sin(angle), std::cos(angle));
     std::vector<Vector3> top;
     for (const Vector3& p : particles)
-      if (const Vector3 turned = exact::rotate(turn, p); turned[2] > 0.3 - 3 * radius) top.push_back(turned);
+      if (const Vector3 rotated = exact::rotate(rotation, p); rotated[2] > 0.3 - 3 * radius) top.push_back(rotated);
     return top;
   };
   constexpr u32 trials = 500;
@@ -192,7 +194,7 @@ Depth depth_at_first_touch(double radius) {
 
 /// The steepest slope, by its tangent, on which a box of 0.2 m x 0.2 m and this height still stands after 2 s.
 double steepest(double radius, double height, double friction, double low, double high) {
-  const auto stands = [&](double tangent) {
+  const auto stays_at_rest = [&](double tangent) {
     const double cosine = 1 / std::sqrt(1 + tangent * tangent), sine = tangent * cosine;
     Scene scene;
     scene.source = "particles_bench";
@@ -210,21 +212,21 @@ double steepest(double radius, double height, double friction, double low, doubl
     box.shapes[0].half_extents = {0.1, 0.1, height / 2};
     make_solid_of_mass(box, 0.8);
     box.position = {height / 2 * sine, 0, height / 2 * cosine};
-    box.orientation = exact::turn_of_z_to({sine, 0, cosine});
+    box.orientation = exact::rotation_from_z_to({sine, 0, cosine});
     scene.bodies = {slope_of(sine, cosine), box};
     Trial trial(scene);
     const auto is_where_it_was = [&] {
-      const Vec4<double>&x = trial.now.positions[1], &q = trial.now.orientations[1];
+      const Vec4<double>&x = trial.current.positions[1], &q = trial.current.orientations[1];
       const double down = x.x * cosine - x.z * sine,
-                   turned = std::abs(q.y * box.orientation[3] - q.w * box.orientation[1]);
-      return std::abs(down) < 0.01 && turned < 0.1;
+                   tilt = std::abs(q.y * box.orientation[3] - q.w * box.orientation[1]);
+      return std::abs(down) < 0.01 && tilt < 0.1;
     };
     for (u32 i = 0; i < 10000 && is_where_it_was(); ++i) trial.simulation.step();
     return is_where_it_was();
   };
   while (high - low > 5e-4) {
     const double middle = 0.5 * (low + high);
-    (stands(middle) ? low : high) = middle;
+    (stays_at_rest(middle) ? low : high) = middle;
   }
   return 0.5 * (low + high);
 }

@@ -17,7 +17,7 @@
 #include "bench/median.hpp"
 #include "bench/overlap.hpp"
 #include "host/backends/device_backend.hpp"
-#include "host/cases/apart.hpp"
+#include "host/cases/subprocess.hpp"
 #include "host/error.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
@@ -54,7 +54,7 @@ nlohmann::json time_steps(const Scene& scene, Step&& step, Poses&& poses) {
 /// In a process of its own, so that engines do not share memory.
 Result run(const std::function<nlohmann::json()>& steps) {
   Result result;
-  const nlohmann::json found = run_apart(steps, &result.peak_memory);
+  const nlohmann::json found = run_in_subprocess(steps, &result.peak_memory);
   result.ms = found["ms"].get<std::vector<double>>();
   result.separation = found["separation"];
   for (const auto& p : found["poses"].get<std::vector<std::array<double, 7>>>())
@@ -101,28 +101,28 @@ Result run_bullet(const Scene& scene) {
 /// What the parts of a step share of its device time, in percent: candidate pairs, contacts of them, colours and
 /// blocks, sub-steps, the rest.
 std::string shares(const Scene& scene, u32 threads) {
-  const std::vector<double> seconds = run_apart([&]() -> nlohmann::json {
+  const std::vector<double> seconds = run_in_subprocess([&]() -> nlohmann::json {
     const auto state = compile<float>(scene);
     Simulation<float> simulation(open_backend(state, threads, true), state.params);
     simulation.step();  // warms up
     const auto first = simulation.backend().stage_seconds();
     for (u32 i = 1; i < scene.settings.steps; ++i) simulation.step();
     const auto last = simulation.backend().stage_seconds();
-    std::vector<double> parts(5);
+    std::vector<double> groups(5);
     for (u32 s = 0; s < stage_count; ++s) {
       const auto is_in = [s](Stage from, Stage to) { return s >= u32(from) && s <= u32(to); };
-      const u32 part = is_in(Stage::update_bounds, Stage::search_tree)            ? 0
-                       : is_in(Stage::collide, Stage::collide)                    ? 1
-                       : is_in(Stage::match_contacts, Stage::pack_points)         ? 2
-                       : is_in(Stage::integrate_velocities, Stage::mark_touching) ? 3
-                                                                                  : 4;
-      parts[part] += last[s] - first[s];
+      const u32 group = is_in(Stage::update_bounds, Stage::search_tree)            ? 0
+                        : is_in(Stage::collide, Stage::collide)                    ? 1
+                        : is_in(Stage::match_contacts, Stage::pack_points)         ? 2
+                        : is_in(Stage::integrate_velocities, Stage::mark_touching) ? 3
+                                                                                   : 4;
+      groups[group] += last[s] - first[s];
     }
-    return parts;
+    return groups;
   });
   const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
   std::string text;
-  for (const double part : seconds) text += fmt::format(",{:.0f}", 100 * part / sum);
+  for (const double group : seconds) text += fmt::format(",{:.0f}", 100 * group / sum);
   return text;
 }
 

@@ -21,7 +21,7 @@ namespace {
 
 constexpr u32 settling = 90, measured = 60;  // steps
 
-double now() {
+double clock_milliseconds() {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
@@ -79,9 +79,9 @@ void measure(const std::vector<DeviceInfo>& devices, u32 count, Solver solver) {
     }
     for (u32 i = 0; i < measured; ++i) {
       for (std::size_t k = 0; k < std::size(phases); ++k) {
-        const double start = now();
+        const double start = clock_milliseconds();
         simulations[k].step();
-        times[k].push_back(now() - start);
+        times[k].push_back(clock_milliseconds() - start);
       }
     }
     const double off = median(times[0]);

@@ -1,8 +1,8 @@
-// The contact solver alone: nanoseconds per visit of a contact on an OpenCL device, for each lane count, beside native
-// vectorised C++ of the same visit (native_visit.hpp), both from the same packed problem in the same run.
+// The contact solver alone: nanoseconds per solve of a contact on an OpenCL device, for each lane count, beside native
+// vectorised C++ of the same solve (native_solve.hpp), both from the same packed problem in the same run.
 //   solve_bench [--device cpu] [SIDE...]     bodies on a cubic lattice of SIDE^3, three contacts each; default 20 and
 //   48
-// On a GPU a lane a work-item; the native visits are those of as many threads as the table says.
+// On a GPU a lane a work-item; the native solves are those of as many threads as the table says.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -15,7 +15,7 @@
 #include <new>
 #include <thread>
 
-#include "bench/native_visit.hpp"
+#include "bench/native_solve.hpp"
 #include "cpu_reference/reference.hpp"
 #include "host/backends/device_backend.hpp"
 #include "host/error.hpp"
@@ -45,9 +45,9 @@ InitialState<float> lattice(u32 side) {
     for (float* x : {motion.v, motion.w}) std::generate_n(x, 3, [&] { return float(random.next_symmetric()); });
     motion.inverse_mass = 1;
     motion.inertia_xx = motion.inertia_yy = motion.inertia_zz = 2.5f;
-    const u32 place[3] = {i % side, i / side % side, i / side / side}, stride[3] = {1, side, side * side};
+    const u32 index[3] = {i % side, i / side % side, i / side / side}, stride[3] = {1, side, side * side};
     for (u32 axis = 0; axis < 3; ++axis) {
-      if (place[axis] + 1 < side)
+      if (index[axis] + 1 < side)
         b.contacts[contacts] = {i, i + stride[axis], 0, i, i + stride[axis], 0, contacts, 0}, ++contacts;
     }
   }
@@ -78,7 +78,9 @@ InitialState<float> lattice(u32 side) {
   return state;
 }
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+double clock_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
 /// A copy that starts on a cache line, as device memory does.
 template <class T>
@@ -125,7 +127,7 @@ void solve_natively(NativeProblem& p, u32 threads) {
         const u32 first = p.color_starts[color], count = p.color_starts[color + 1] - first;
         const u32 begin = first + count * thread / threads, end = first + count * (thread + 1) / threads;
         for (u32 block = begin; block < end; ++block)
-          visit(p.bodies.data()[block], p.blocks.data()[block], p.impulses.data()[block], p.motions.data());
+          solve_contacts(p.bodies.data()[block], p.blocks.data()[block], p.impulses.data()[block], p.motions.data());
         if (threads > 1) colour_done.arrive_and_wait();
       }
     }
@@ -142,7 +144,7 @@ struct Timed {
 
 void compare(u32 side, const DeviceInfo& device, u32 threads) {
   const InitialState<float> state = lattice(side);
-  const double visits = double(sweeps) * state.buffers.counters[COUNTER_CONTACTS];
+  const double solves = double(sweeps) * state.buffers.counters[COUNTER_CONTACTS];
   const bool on_cpu = device.type == DeviceType::cpu;
   const std::vector<u32> lane_counts = on_cpu ? std::vector<u32>{1, 8, 16} : std::vector<u32>{1};
   std::vector<std::unique_ptr<DeviceBackend<float>>> backends;
@@ -160,25 +162,25 @@ void compare(u32 side, const DeviceInfo& device, u32 threads) {
   NativeProblem problem(state.buffers);
   std::vector<Timed> kernels(lane_counts.size());
   for (u32 repetition = 0; repetition < repetitions; ++repetition) {
-    double start = now();
+    double start = clock_seconds();
     solve_natively(problem, threads);
-    native.seconds = std::min(native.seconds, now() - start);
+    native.seconds = std::min(native.seconds, clock_seconds() - start);
     if (repetition == 0) native.after = problem.motions.copy();
     for (std::size_t i = 0; i < backends.size(); ++i) {
-      start = now();
+      start = clock_seconds();
       backends[i]->run(Stage::solve_constraints, state.params);
       backends[i]->counters();
-      kernels[i].seconds = std::min(kernels[i].seconds, now() - start);
+      kernels[i].seconds = std::min(kernels[i].seconds, clock_seconds() - start);
       if (repetition == 0) kernels[i].after = backends[i]->download(std::array{Buffer::motions}).motions;
     }
   }
-  const double native_ns = native.seconds / visits * 1e9;
-  fmt::print("{},{},native,{:.2f},1.00,\n", visits / sweeps, threads, native_ns);
+  const double native_ns = native.seconds / solves * 1e9;
+  fmt::print("{},{},native,{:.2f},1.00,\n", solves / sweeps, threads, native_ns);
   for (std::size_t i = 0; i < backends.size(); ++i) {
     const bool equal =
         std::memcmp(kernels[i].after.data(), native.after.data(), native.after.size() * sizeof(Motion<float>)) == 0;
-    const double ns = kernels[i].seconds / visits * 1e9;
-    fmt::print("{},{},OpenCL lanes {},{:.2f},{:.2f},{}\n", visits / sweeps, threads, lane_counts[i], ns, ns / native_ns,
+    const double ns = kernels[i].seconds / solves * 1e9;
+    fmt::print("{},{},OpenCL lanes {},{:.2f},{:.2f},{}\n", solves / sweeps, threads, lane_counts[i], ns, ns / native_ns,
                equal ? "equal" : "DIFFER");
   }
 }
@@ -188,7 +190,7 @@ void compare(u32 side, const DeviceInfo& device, u32 threads) {
 
 int main(int argc, char** argv) try {
   using namespace lockstep;
-  CLI::App program("The visits of the contact solver on an OpenCL device beside native C++: nanoseconds a contact");
+  CLI::App program("The solves of the contact solver on an OpenCL device beside native C++: nanoseconds a contact");
   std::string choice = "cpu";
   program.add_option("--device", choice, "cpu, gpu, or an index of `lockstep devices`")->capture_default_str();
   std::vector<u32> sides = {20, 48};

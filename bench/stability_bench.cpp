@@ -7,7 +7,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "host/cases/stand.hpp"
+#include "host/cases/rest.hpp"
 #include "host/scene/read.hpp"
 #include "host/scene/spring.hpp"
 
@@ -60,10 +60,10 @@ int main(int argc, char** argv) try {
             scene.settings.iterations = i;
             scene.settings.contact_frequency = f;
             scene.settings.contact_damping = z;
-            const Stood stood = stand(scene, precision, select_device(device));
+            const RestMeasures rest = measure_rest(scene, precision, select_device(device));
             fmt::print("{},{},{},{},{},{},{:.3f},{:.2f},{:.3f},{:.3f},{:.2f},{:.1e}\n", scene.name, name_of(solver), s,
-                       i, frequency_of(scene.settings), z, stood.ms, stood.moved * 1e3, stood.mean_depth * 1e3,
-                       stood.deepest * 1e3, stood.deepest_of_all * 1e3, stood.kinetic);
+                       i, frequency_of(scene.settings), z, rest.ms, rest.moved * 1e3, rest.mean_depth * 1e3,
+                       rest.deepest * 1e3, rest.deepest_of_all * 1e3, rest.kinetic);
             std::fflush(stdout);
           }
         }

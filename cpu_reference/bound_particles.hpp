@@ -6,17 +6,17 @@
 
 namespace lockstep::reference {
 
-/// A particle that has no finite place raises STATUS_OUT_OF_GRID.
+/// A particle that has no finite position raises STATUS_OUT_OF_GRID.
 template <class real>
 void bound_particles(Buffers<real>& b, const StepParams<real>& params) {
   const real h = step_length(params);
   for (u32 i = 0; i < b.particle_bodies.size(); ++i) {
-    place_particle(b, i);
+    update_particle(b, i);
     const u32 body = b.particle_bodies[i];
     const Motion<real>& motion = b.motions[body];
     const real speed = length3(vec3(motion.v)) + length3(vec3(motion.w)) * length3(vec3_of(b.particle_offsets[i]));
     const real extent = b.particle_laws[b.body_infos[body].world].radius + h * speed;
-    const Vec3<real> x = vec3_of(b.particle_places[i]);
+    const Vec3<real> x = vec3_of(b.particle_positions[i]);
     const bool finite = is_finite(x.x) && is_finite(x.y) && is_finite(x.z) && is_finite(extent);
     note_extent(finite, extent, body, b.counters);
   }

@@ -51,11 +51,11 @@ void build_levels(BoxBlock<real>* blocks, u32 entries) {
 template <class real>
 void build_tree(Buffers<real>& b, const StepParams<real>& params) {
   // the lowest level: boxes of runs of shapes
-  const u32 count = loose_count(params), runs = blocks_of(count);
+  const u32 count = top_level_count(params), runs = blocks_of(count);
   for (u32 e = 0; e < blocks_of(runs) * PACK; ++e) {
     TreeBox<real> box = empty_box<real>();
-    for (u32 place = e * PACK; place < std::min((e + 1) * PACK, count); ++place) {
-      const Bounded<real> shape = loose(b, b.tree_items[place]);
+    for (u32 slot = e * PACK; slot < std::min((e + 1) * PACK, count); ++slot) {
+      const Bounded<real> shape = top_level(b, b.tree_items[slot]);
       if (shape.bound.extent > 0) box = united(box, swept_box(b, shape, step_length(params)));
     }
     set_box(b.tree_blocks[e / PACK], e % PACK, box);

@@ -1,6 +1,6 @@
 // The first solid shape that each ray meets, and where: all shapes of its world that are in the mask, those first whose
 // bounding spheres the ray meets; those of trees (cpu_reference/shape_trees.hpp) where it meets their boxes. Of two at
-// one distance the one of smaller index counts. Sensors are not met.
+// one distance the one of smaller index counts. Triggers are not met.
 #pragma once
 
 #include <algorithm>
@@ -16,12 +16,12 @@ struct ClosestHit {
   RayPoint<real> point;
 };
 
-/// Whether the ray passes within `reach` of the point that is at `offset` from its origin; not what is behind it.
+/// Whether the ray passes within `range` of the point that is at `offset` from its origin; not what is behind it.
 template <class real>
-bool ray_passes(Vec3<real> offset, Vec3<real> direction, real reach) {
+bool ray_passes(Vec3<real> offset, Vec3<real> direction, real range) {
   const real along = dot3(offset, direction);
   const Vec3<real> aside = sub3(offset, scale3(along > 0 ? along : real(0), direction));
-  return dot3(aside, aside) <= reach * reach * real(1.0001);
+  return dot3(aside, aside) <= range * range * real(1.0001);
 }
 
 /// A ray on its way through a world.
@@ -38,17 +38,17 @@ struct RayCast {
                                      b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
     const Vec3<real> origin = vec3(ray.origin), direction = vec3(ray.direction);
     const ShapeInfo& info = b.shape_infos[i];
-    if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_SENSOR) != 0) return;
+    if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_TRIGGER) != 0) return;
     const Pose<real> pose = make_pose(b.positions[info.body], b.orientations[info.body]);
     const Vec3<real> offset = sub3(shape_center(pose, b.shapes[i]), origin);
-    if (info.kind != SHAPE_PLANE && !ray_passes(offset, direction, b.shapes[i].reach)) return;
-    const Quat<real> turn = shape_rotation(pose, b.shapes[i]);
-    const RayEntry<real> entry = ray_shape(info.kind, unrotate3(turn, scale3(real(-1), offset)),
-                                           unrotate3(turn, direction), vec3(b.shapes[i].size), info.hull, tables);
+    if (info.kind != SHAPE_PLANE && !ray_passes(offset, direction, b.shapes[i].bounding_radius)) return;
+    const Quat<real> rotation = shape_rotation(pose, b.shapes[i]);
+    const RayEntry<real> entry = ray_shape(info.kind, unrotate3(rotation, scale3(real(-1), offset)),
+                                           unrotate3(rotation, direction), vec3(b.shapes[i].size), info.hull, tables);
     const bool first = closest.shape == NONE || entry.distance < closest.point.distance ||
                        (entry.distance == closest.point.distance && i < closest.shape);
-    if (!(entry.distance >= 0 && entry.distance <= ray.reach) || !first) return;
-    const Vec3<real> normal = rotate3(turn, entry.normal);
+    if (!(entry.distance >= 0 && entry.distance <= ray.range) || !first) return;
+    const Vec3<real> normal = rotate3(rotation, entry.normal);
     closest = {i, {{normal.x, normal.y, normal.z}, entry.distance}};
   }
 
@@ -73,19 +73,19 @@ struct RayCast {
         enters = std::max(std::min(two, one), enters);  // what is no number does not count
         leaves = std::min(std::max(two, one), leaves);
       }
-      const real reach = (closest.shape == NONE ? ray.reach : closest.point.distance) * real(1.0001);
-      return enters <= leaves && leaves >= 0 && enters <= reach;
+      const real range = (closest.shape == NONE ? ray.range : closest.point.distance) * real(1.0001);
+      return enters <= leaves && leaves >= 0 && enters <= range;
     };
-    visit_tree(b.shape_tree_blocks.data() + tree.first_block, tree.item_count, meets,
-               [&](u32 entry) { meet_shape(b.shape_tree_items[tree.first_item + entry]); });
+    traverse_tree(b.shape_tree_blocks.data() + tree.first_block, tree.item_count, meets,
+                  [&](u32 entry) { meet_shape(b.shape_tree_items[tree.first_item + entry]); });
   }
 };
 
 template <class real>
 ClosestHit<real> cast_ray(const Buffers<real>& b, const Ray<real>& ray, const QueryFilter& filter) {
   RayCast<real> cast = {b, ray, filter};
-  const auto [first, count] = loose_range(b, filter.world);
-  for (u32 k = first; k < first + count; ++k) cast.meet_shape(loose_shape(b, k));
+  const auto [first, count] = top_level_range(b, filter.world);
+  for (u32 k = first; k < first + count; ++k) cast.meet_shape(top_level_shape(b, k));
   if (b.world_trees.empty()) return cast.closest;
   const WorldTrees& world = b.world_trees[filter.world];
   for (u32 t = world.first_tree; t < world.first_tree + world.tree_count; ++t) cast.meet_tree(b.shape_trees[t]);

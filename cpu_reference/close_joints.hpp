@@ -1,13 +1,13 @@
 // Once a sub-step has moved the bodies, moves those of each joint back to where it is whole, and leaves their
 // velocities alone (post-stabilisation: Cline and Pai, Post-Stabilization for Rigid Body Simulation with Contact and
 // Constraints, 2003; here by sweeps of nonlinear Gauss-Seidel over the joints, colour after colour). With the error e
-// of its locked rows at the present poses, and K = J M^-1 J^T of the joint alone, a visit moves its bodies by
-//   K d = -e,   x += M^-1 J^T d,   q turned by the angular part
+// of its locked rows at the present poses, and K = J M^-1 J^T of the joint alone, a solve moves its bodies by
+//   K d = -e,   x += M^-1 J^T d,   q rotated by the angular part
 // the least displacement, weighed by masses, that closes the joint to first order. It pushes as an impulse does, equal
 // and opposite at b's anchor: the common centre of mass stays, and the displacements have no angular moment together.
 //
 // A free coordinate outside of its limits is brought to the nearer one, counted with what closing the locked rows does
-// to it: as in the visit of the solver (cpu_reference/joints/visit_joint.hpp). Joints that are soft on purpose, and
+// to it: as in the solver (cpu_reference/joints/solve_joint.hpp). Joints that are soft on purpose, and
 // springs of free coordinates, are not touched.
 //
 // Joints of articulations are closed all at once, before that (cpu_reference/articulations/close_links.hpp).
@@ -26,8 +26,8 @@ namespace lockstep::reference {
 
 /// How far the free coordinate has to move into its limits.
 template <class real>
-real way_into_limits(const Joint<real>& joint, real x) {
-  if (joint.limited == 0 || joint.yield > 0) return 0;
+real displacement_into_limits(const Joint<real>& joint, real x) {
+  if (joint.limited == 0 || joint.spring_compliance > 0) return 0;
   return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : real(0));
 }
 
@@ -40,44 +40,46 @@ void close_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 ind
   Quat<real> q_a, q_b;
   joint_pose(buffers, params, info.body_a, x_a, q_a);
   joint_pose(buffers, params, info.body_b, x_b, q_b);
-  const JointNow<real> now = joint_now(joint, info, joint_sizes(buffers, index), x_a, q_a, x_b, q_b);
+  const CurrentJoint<real> current = current_joint(joint, info, joint_sizes(buffers, index), x_a, q_a, x_b, q_b);
   const JointMobility<real> m =
-      joint_mobility(now, info.free, buffers.motions[info.body_a], buffers.motions[info.body_b]);
+      joint_mobility(current, info.free, buffers.motions[info.body_a], buffers.motions[info.body_b]);
   const JointFactor<real> factor = factorise(m.k, info.locked);
 
   const bool is_free = info.free != FREE_NOTHING;
   real d[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1) != 0;
-    d[i] = locked ? -now.error[i] : real(0);
+    d[i] = locked ? -current.error[i] : real(0);
     coupling[i] = locked && is_free ? m.coupling[i] : real(0);
     response[i] = coupling[i];
   }
   solve_factor(factor, d);
   solve_factor(factor, response);
-  real x = now.coordinate, shared = 0;
+  real x = current.coordinate, coupled_mobility = 0;
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     x = x + coupling[i] * d[i];
-    shared = shared + coupling[i] * response[i];
+    coupled_mobility = coupled_mobility + coupling[i] * response[i];
   }
-  const real e = is_free ? m.own - shared : real(0);
-  const real d_free = e > 0 ? way_into_limits(joint, x) / e : real(0);
+  const real e = is_free ? m.free_mobility - coupled_mobility : real(0);
+  const real d_free = e > 0 ? displacement_into_limits(joint, x) / e : real(0);
   for (u32 i = 0; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
 
   const bool angular = info.free == FREE_ANGLE;
-  Vec3<real> impulse = add3(add3(scale3(d[0], now.axes[0]), scale3(d[1], now.axes[1])), scale3(d[2], now.axes[2]));
-  const real about_z = now.rise != 0 ? -(now.rise * d[2]) : d[5];
-  Vec3<real> moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(about_z, now.axes[2]));
-  impulse = add3(impulse, scale3(angular ? real(0) : d_free, now.free_axis));
-  moment = add3(moment, scale3(angular ? d_free : real(0), now.free_axis));
+  Vec3<real> impulse =
+      add3(add3(scale3(d[0], current.axes[0]), scale3(d[1], current.axes[1])), scale3(d[2], current.axes[2]));
+  const real about_z = current.lead != 0 ? -(current.lead * d[2]) : d[5];
+  Vec3<real> moment =
+      add3(add3(scale3(d[3], current.axes[0]), scale3(d[4], current.axes[1])), scale3(about_z, current.axes[2]));
+  impulse = add3(impulse, scale3(angular ? real(0) : d_free, current.free_axis));
+  moment = add3(moment, scale3(angular ? d_free : real(0), current.free_axis));
   displace(buffers, info.body_a, x_a, q_a, scale3(real(-1), impulse),
-           scale3(real(-1), add3(cross3(now.arm_a, impulse), moment)));
-  displace(buffers, info.body_b, x_b, q_b, impulse, add3(cross3(now.arm_b, impulse), moment));
+           scale3(real(-1), add3(cross3(current.arm_a, impulse), moment)));
+  displace(buffers, info.body_b, x_b, q_b, impulse, add3(cross3(current.arm_b, impulse), moment));
 }
 
 template <class real>
 void close_joints(Buffers<real>& buffers, const StepParams<real>& params) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 sweep = 0; sweep < params.position_sweeps; ++sweep) {
     close_articulations(buffers, params);
     for (const JointLanes& lanes : buffers.joint_lanes) {

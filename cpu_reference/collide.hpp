@@ -5,8 +5,8 @@
 #pragma once
 
 #include "cpu_reference/shapes/advance.hpp"
+#include "cpu_reference/shapes/may_touch.hpp"
 #include "cpu_reference/shapes/pairs.hpp"
-#include "cpu_reference/shapes/reach.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -29,25 +29,25 @@ Side<real> collide_side(const Buffers<real>& b, u32 shape) {
           rotate3(pose.orientation, vec3(b.shapes[shape].offset))};
 }
 
-/// The largest gap that can matter: a point of shape a, which is no farther from its centre than its reach, meets b no
-/// faster than |v| + |w| reach, with v and w the relative motion at the centre of a.
+/// The largest gap that can matter: a point of shape a, which is no farther from its centre than its bounding radius,
+/// meets b no faster than |v| + |w| bounding_radius, with v and w the relative motion at the centre of a.
 template <class real>
 real collide_limit(const StepParams<real>& params, const Side<real>& a, const Side<real>& b, Vec3<real> arm_b) {
   const Vec3<real> v = sub3(point_velocity(b.motion, arm_b), point_velocity(a.motion, a.arm));
   const Vec3<real> w = sub3(vec3(b.motion.w), vec3(a.motion.w));
-  return params.margin + step_length(params) * (length3(v) + length3(w) * a.shape.reach);
+  return params.margin + step_length(params) * (length3(v) + length3(w) * a.shape.bounding_radius);
 }
 
 /// From the centre of mass of b to that of a.
 template <class real>
-Vec3<real> collide_apart(const Side<real>& a, const Side<real>& b) {
+Vec3<real> collide_offset_ab(const Side<real>& a, const Side<real>& b) {
   return sub3(a.pose.position, b.pose.position);
 }
 
 /// The centre of shape b, seen from that of shape a.
 template <class real>
 Vec3<real> collide_center_b(const Side<real>& a, const Side<real>& b) {
-  return sub3(b.arm, add3(a.arm, collide_apart(a, b)));
+  return sub3(b.arm, add3(a.arm, collide_offset_ab(a, b)));
 }
 
 template <class real>
@@ -58,7 +58,7 @@ HullTables<real> collide_tables(const Buffers<real>& b) {
 
 /// `h`: what is left of the step, s.
 template <class real>
-Placed<real> collide_place(const Side<real>& side, Vec3<real> center, bool alone, real margin, real h) {
+WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, bool alone, real margin, real h) {
   return {center,
           shape_rotation(side.pose, side.shape),
           vec3(side.shape.size),
@@ -73,38 +73,38 @@ Placed<real> collide_place(const Side<real>& side, Vec3<real> center, bool alone
 template <class real>
 Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                              const Side<real>& b, real limit, bool alone, real h) {
-  return collide_shapes(a.info.kind, collide_place(a, {0, 0, 0}, alone, params.margin, h), b.info.kind,
-                        collide_place(b, collide_center_b(a, b), alone, params.margin, h), collide_tables(buffers),
-                        limit);
+  return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, params.margin, h), b.info.kind,
+                        collide_world_shape(b, collide_center_b(a, b), alone, params.margin, h),
+                        collide_tables(buffers), limit);
 }
 
 template <class real>
-bool collide_in_reach(const StepParams<real>& params, const Manifold<real>& m, u32 k, const Side<real>& a,
-                      const Side<real>& b, Vec3<real> apart, real time_left) {
+bool collide_in_range(const StepParams<real>& params, const Manifold<real>& m, u32 k, const Side<real>& a,
+                      const Side<real>& b, Vec3<real> offset_ab, real time_left) {
   const Vec3<real> arm = add3(a.arm, sub3(m.points[k].anchor_a, scale3(m.radius_a, m.normal)));
-  const real speed = approach_speed(m.normal, a.motion, arm, b.motion, add3(arm, apart));
+  const real speed = approach_speed(m.normal, a.motion, arm, b.motion, add3(arm, offset_ab));
   return gap_at(m, k) <= params.margin + time_left * speed;
 }
 
 /// Puts one more point into a list that is ordered by feature.
 template <class real>
 Manifold<real> collide_insert(Manifold<real> m, ManifoldPoint<real> point) {
-  u32 place = m.count++;
-  for (; place > 0 && m.points[place - 1].feature > point.feature; --place) m.points[place] = m.points[place - 1];
-  m.points[place] = point;
+  u32 slot = m.count++;
+  for (; slot > 0 && m.points[slot - 1].feature > point.feature; --slot) m.points[slot] = m.points[slot - 1];
+  m.points[slot] = point;
   return m;
 }
 
-/// The points that are in reach with so much time of the step left (s); each anchor is seen from the centre of its own
+/// The points that are in range with so much time of the step left (s); each anchor is seen from the centre of its own
 /// shape, world axes.
 template <class real>
 Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, const Side<real>& a, const Side<real>& b,
                             real time_left) {
-  const Vec3<real> apart = collide_apart(a, b), center_b = collide_center_b(a, b);
+  const Vec3<real> offset_ab = collide_offset_ab(a, b), center_b = collide_center_b(a, b);
   const u32 found = m.count;
   m.count = 0;
   for (u32 k = 0; k < found; ++k) {
-    if (collide_in_reach(params, m, k, a, b, apart, time_left)) m = collide_insert(m, m.points[k]);
+    if (collide_in_range(params, m, k, a, b, offset_ab, time_left)) m = collide_insert(m, m.points[k]);
   }
   for (u32 k = 0; k < m.count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, center_b);
   return m;
@@ -112,7 +112,8 @@ Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, co
 
 template <class real>
 bool collide_is_facet(const Buffers<real>& buffers, const Side<real>& side) {
-  return is_facet(side.info.kind, collide_place(side, {0, 0, 0}, false, real(0), real(0)), collide_tables(buffers));
+  return is_facet(side.info.kind, collide_world_shape(side, {0, 0, 0}, false, real(0), real(0)),
+                  collide_tables(buffers));
 }
 
 template <class real>
@@ -130,9 +131,9 @@ void collide_add_core(const Buffers<real>& buffers, const Side<real>& a, const S
   const Side<real>& side = of_a ? a : b;
   const real radius = core_radius(side.info.kind, vec3(side.shape.size), side.info.hull, collide_tables(buffers));
   if (m.count == 0 || radius < 0) return;
-  const Vec3<real> apart = collide_apart(a, b), center_b = collide_center_b(a, b);
-  const Vec3<real> arm_a = of_a ? a.arm : sub3(b.arm, apart);
-  const real speed = approach_speed(m.normal, a.motion, arm_a, b.motion, add3(arm_a, apart));
+  const Vec3<real> offset_ab = collide_offset_ab(a, b), center_b = collide_center_b(a, b);
+  const Vec3<real> arm_a = of_a ? a.arm : sub3(b.arm, offset_ab);
+  const real speed = approach_speed(m.normal, a.motion, arm_a, b.motion, add3(arm_a, offset_ab));
   if (middle_gap(m, of_a, center_b) < time_left * speed) add_core(m, of_a, radius);
 }
 
@@ -166,8 +167,8 @@ template <class real>
 Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>& params, Pair pair) {
   const Side<real> a = collide_side(buffers, pair.shape_a), b = collide_side(buffers, pair.shape_b);
   const u32 flags = a.info.flags | b.info.flags;
-  if ((flags & SHAPE_IS_SENSOR) != 0) return no_manifold<real>();
-  const real limit = collide_limit(params, a, b, add3(a.arm, collide_apart(a, b)));
+  if ((flags & SHAPE_IS_TRIGGER) != 0) return no_manifold<real>();
+  const real limit = collide_limit(params, a, b, add3(a.arm, collide_offset_ab(a, b)));
   if ((flags & SHAPE_IS_CONTINUOUS) != 0) return collide_at_impact(buffers, params, a, b, limit);
   const real h = step_length(params);
   return collide_keep(params, collide_sides(buffers, params, a, b, limit, false, h), a, b, h);
@@ -176,12 +177,15 @@ Manifold<real> collide_pair(const Buffers<real>& buffers, const StepParams<real>
 /// The points of a manifold in the frames of the bodies.
 template <class real>
 ContactPoint<real> contact_point(const Buffers<real>& b, const Contact& contact, const Manifold<real>& m, u32 k) {
-  const Quat<real> turn_a = quat(b.orientations[contact.body_a]), turn_b = quat(b.orientations[contact.body_b]);
-  const Vec3<real> anchor_a = add3(vec3(b.shapes[contact.shape_a].offset), unrotate3(turn_a, m.points[k].anchor_a));
-  const Vec3<real> anchor_b = add3(vec3(b.shapes[contact.shape_b].offset), unrotate3(turn_b, m.points[k].anchor_b));
+  const Quat<real> orientation_a = quat(b.orientations[contact.body_a]),
+                   orientation_b = quat(b.orientations[contact.body_b]);
+  const Vec3<real> anchor_a =
+      add3(vec3(b.shapes[contact.shape_a].offset), unrotate3(orientation_a, m.points[k].anchor_a));
+  const Vec3<real> anchor_b =
+      add3(vec3(b.shapes[contact.shape_b].offset), unrotate3(orientation_b, m.points[k].anchor_b));
   Vec3<real> normal = m.normal;
-  if (m.frame == NORMAL_OF_A) normal = unrotate3(turn_a, normal);
-  if (m.frame == NORMAL_OF_B) normal = unrotate3(turn_b, normal);
+  if (m.frame == NORMAL_OF_A) normal = unrotate3(orientation_a, normal);
+  if (m.frame == NORMAL_OF_B) normal = unrotate3(orientation_b, normal);
   return {{anchor_a.x, anchor_a.y, anchor_a.z},
           m.radius_a,
           {anchor_b.x, anchor_b.y, anchor_b.z},
@@ -190,7 +194,7 @@ ContactPoint<real> contact_point(const Buffers<real>& b, const Contact& contact,
 }
 
 /// Contacts ordered by (shape_a, shape_b, feature), numbered within their world. Where they are more than the capacity
-/// none is kept, and the step is void.
+/// none is kept, and the step is aborted.
 template <class real>
 void collide(Buffers<real>& b, const StepParams<real>& params) {
   const u32 pairs = b.counters[COUNTER_PAIRS];

@@ -4,7 +4,7 @@
 // Greedy: one pair after another takes the lowest colour that is free on both of its dynamic bodies, MAX_COLORS
 // (overflow) where none is. The order is that of the ranks of
 // their first contacts in their world, taken class by class modulo 64, where the
-// next class lies 39 places on (64 divided by the golden ratio): neighbours in the list, which share a body, lie far
+// next class lies 39 ranks on (64 divided by the golden ratio): neighbours in the list, which share a body, lie far
 // apart in the order. So the parallel rounds of Jones and Plassmann (SIAM J. Sci. Comput. 14, 1993), which find the
 // same colours from the order as a priority, need no more of them than with random priorities (measured: fewer), and a
 // serial sweep needs no sorting.
@@ -25,27 +25,27 @@
 
 namespace lockstep::reference {
 
-/// Place in the order: distinct for distinct ranks.
-inline u32 color_place(u32 rank) { return rank * 39u % 64u << 26 | rank >> 6; }
+/// Key of the order: distinct for distinct ranks.
+inline u32 color_sort_key(u32 rank) { return rank * 39u % 64u << 26 | rank >> 6; }
 
-/// Where islands sleep: a host sees to it that ranks have places (host/sleepers.hpp).
-inline u32 color_place_of_shapes(u32 id_a, u32 id_b, u32 rank) {
+/// Where islands sleep: a host sees to it that ranks fit (host/sleepers.hpp).
+inline u32 color_sort_key_of_shapes(u32 id_a, u32 id_b, u32 rank) {
   u32 h = id_a * 0x9e3779b1u + id_b * 0x85ebca77u;
   h = (h ^ (h >> 15)) * 0x2c1b3c6du;
   return h >> 26 << 26 | rank;
 }
 
 template <class real>
-u32 color_place_of(const Buffers<real>& b, const Contact& contact) {
-  if (b.sleepers.empty()) return color_place(contact.rank);
-  return color_place_of_shapes(b.shape_infos[contact.shape_a].id, b.shape_infos[contact.shape_b].id, contact.rank);
+u32 color_sort_key_of(const Buffers<real>& b, const Contact& contact) {
+  if (b.sleepers.empty()) return color_sort_key(contact.rank);
+  return color_sort_key_of_shapes(b.shape_infos[contact.shape_a].id, b.shape_infos[contact.shape_b].id, contact.rank);
 }
 
 template <class real>
 void color_contacts(Buffers<real>& buffers, const StepParams<real>&) {
   std::vector<u32> order;
   for (u32 i = 0; i < buffers.counters[COUNTER_CONTACTS]; ++i) {
-    const bool in_cell = !buffers.cell_places.empty() && buffers.cell_places[i] != NONE;
+    const bool in_cell = !buffers.cell_slots.empty() && buffers.cell_slots[i] != NONE;
     if (pair_contact_count(buffers, i) == 0)
       buffers.contact_colors[i] = COLOR_OF_FIRST;
     else if (in_cell)
@@ -54,9 +54,9 @@ void color_contacts(Buffers<real>& buffers, const StepParams<real>&) {
       order.push_back(i);
   }
   std::sort(order.begin(), order.end(), [&](u32 i, u32 j) {
-    const u32 place_i = color_place_of(buffers, buffers.contacts[i]),
-              place_j = color_place_of(buffers, buffers.contacts[j]);
-    return place_i != place_j ? place_i < place_j : i < j;  // equal only in worlds that do not meet
+    const u32 key_i = color_sort_key_of(buffers, buffers.contacts[i]),
+              key_j = color_sort_key_of(buffers, buffers.contacts[j]);
+    return key_i != key_j ? key_i < key_j : i < j;  // equal only in worlds that do not meet
   });
 
   auto& masks = buffers.body_colors;

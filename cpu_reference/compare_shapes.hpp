@@ -9,9 +9,9 @@ namespace lockstep::reference {
 template <class real>
 void compare_shapes(Buffers<real>& b, const StepParams<real>& params) {
   list_pairs(b, params, [&](u32 k, const Bounded<real>& me, std::vector<u32>& found) {
-    const auto [first, count] = loose_range(b, b.body_infos[b.shape_infos[me.shape].body].world);
+    const auto [first, count] = top_level_range(b, b.body_infos[b.shape_infos[me.shape].body].world);
     for (u32 n = k + 1; n < first + count; ++n) {
-      const Bounded<real> other = loose(b, n);
+      const Bounded<real> other = top_level(b, n);
       if (are_pair(b, params, me, other)) found.push_back(other.shape);
     }
     return true;

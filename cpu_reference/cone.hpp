@@ -59,7 +59,8 @@ DiscVector<real> disc_velocity(real x, real y, const DiscInverse<real>& inverse)
 /// at once, r - W^-1 u; what slips by a step of projection, P(r - rho u), which comes to rest only where it is opposed
 /// to u (W^-1 u has another direction), with rho = 2 / trace W.
 template <class real>
-DiscVector<real> rub_disc(real old_x, real old_y, real u_x, real u_y, const DiscInverse<real>& inverse, real limit) {
+DiscVector<real> solve_friction_disc(real old_x, real old_y, real u_x, real u_y, const DiscInverse<real>& inverse,
+                                     real limit) {
   const real stick_x = old_x - (inverse.xx * u_x + inverse.xy * u_y);
   const real stick_y = old_y - (inverse.xy * u_x + inverse.yy * u_y);
   if (!(std::sqrt(stick_x * stick_x + stick_y * stick_y) > limit)) return {stick_x, stick_y};

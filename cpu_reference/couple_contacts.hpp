@@ -16,11 +16,11 @@ inline u32 tile_of(const Contact& contact, u32 i) {
   return (i - contact.rank) / PACK + contact.world + contact.rank / PACK;
 }
 
-/// Calls visit(body) for each body of a contact that can move.
-template <class real, class Visit>
-void for_each_movable(const Buffers<real>& buffers, const Contact& contact, Visit&& visit) {
+/// Calls function(body) for each body of a contact that can move.
+template <class real, class Function>
+void for_each_movable(const Buffers<real>& buffers, const Contact& contact, Function&& function) {
   for (const u32 body : {contact.body_a, contact.body_b})
-    if (buffers.body_infos[body].kind == BODY_DYNAMIC) visit(body);
+    if (buffers.body_infos[body].kind == BODY_DYNAMIC) function(body);
 }
 
 template <class real>

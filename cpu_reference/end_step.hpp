@@ -1,4 +1,4 @@
-// Counts the steps that were done; a void step will be redone and does not count.
+// Counts the steps that were done; an aborted step will be redone and does not count.
 #pragma once
 
 #include "cpu_reference/rigid_body.hpp"
@@ -8,7 +8,7 @@ namespace lockstep::reference {
 
 template <class real>
 void end_step(Buffers<real>& b, const StepParams<real>&) {
-  if (!step_is_void(b.counters)) b.step_index[0] += 1;
+  if (!step_aborted(b.counters)) b.step_index[0] += 1;
 }
 
 }  // namespace lockstep::reference

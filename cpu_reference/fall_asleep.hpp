@@ -1,11 +1,11 @@
 // Counts for how many steps each dynamic body has been slow, and lets islands fall asleep at the end of a step.
 //
-// A body is slow while |v| <= speed and |w| <= angular_speed (SleepLaw), at the ends of steps; drowsy, when it has been
-// for as many steps as the world says. An island is what contacts and joints hold together, through dynamic bodies
-// only; it falls asleep when all of its bodies are drowsy and none of them touches, or is held to, a kinematic body
-// that moves. It then has no velocity. An island is named by the smallest index of its bodies, so that it has one name
-// however it is found: the kernels hook trees of bodies onto each other (Jaiganesh and Burtscher, A High-Performance
-// Connected Components Implementation for GPUs, 2018).
+// A body is slow while |v| <= speed and |w| <= angular_speed (SleepLaw), at the ends of steps; ready to sleep, when it
+// has been for as many steps as the world says. An island is what contacts and joints hold together, through dynamic
+// bodies only; it falls asleep when all of its bodies are ready to sleep and none of them touches, or is held to, a
+// kinematic body that moves. It then has no velocity. An island is named by the smallest index of its bodies, so that
+// it has one name however it is found: the kernels hook trees of bodies onto each other (Jaiganesh and Burtscher, A
+// High-Performance Connected Components Implementation for GPUs, 2018).
 //
 // The impulses that its contacts end with join those of other sleepers, and wait there for match_contacts; those of
 // islands that have woken go. Both lists are ordered by (shape a, shape b, feature), and so is what they become.
@@ -27,7 +27,7 @@ bool is_slow(const SleepLaw<real>& law, const Motion<real>& m) {
 }
 
 template <class real>
-bool is_drowsy(const Buffers<real>& b, u32 body) {
+bool is_sleep_candidate(const Buffers<real>& b, u32 body) {
   if (body >= b.body_infos.size() || b.body_infos[body].kind != BODY_DYNAMIC) return false;
   return b.sleepers[body].island == NONE && b.sleepers[body].still >= b.sleep_steps[b.body_infos[body].world];
 }
@@ -42,7 +42,7 @@ void count_still_steps(Buffers<real>& b) {
     sleeper.island = NONE;
     const bool slow = is_slow(b.sleep_laws[b.body_infos[i].world], b.motions[i]);
     sleeper.still = slow ? std::min(sleeper.still, NONE - 1) + 1 : 0;
-    if (is_drowsy(b, i)) b.counters[COUNTER_DROWSY] = 1;
+    if (is_sleep_candidate(b, i)) b.counters[COUNTER_SLEEP_CANDIDATES] = 1;
   }
 }
 
@@ -69,10 +69,10 @@ Islands find_islands(const Buffers<real>& b) {
   Islands islands(b.sleepers.size());
   std::vector<bool> disturbed(b.sleepers.size(), false);
   const auto meet = [&](u32 body_a, u32 body_b) {
-    const bool drowsy_a = is_drowsy(b, body_a), drowsy_b = is_drowsy(b, body_b);
-    if (drowsy_a && drowsy_b) islands.join(body_a, body_b);
-    if (drowsy_a && !drowsy_b && is_moving(b, body_b)) disturbed[body_a] = true;
-    if (drowsy_b && !drowsy_a && is_moving(b, body_a)) disturbed[body_b] = true;
+    const bool candidate_a = is_sleep_candidate(b, body_a), candidate_b = is_sleep_candidate(b, body_b);
+    if (candidate_a && candidate_b) islands.join(body_a, body_b);
+    if (candidate_a && !candidate_b && is_moving(b, body_b)) disturbed[body_a] = true;
+    if (candidate_b && !candidate_a && is_moving(b, body_a)) disturbed[body_b] = true;
   };
   for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) meet(b.contacts[i].body_a, b.contacts[i].body_b);
   for_each_joined_pair(b, meet);
@@ -86,7 +86,7 @@ template <class real>
 void put_to_sleep(Buffers<real>& b, const Islands& islands) {
   std::vector<u32> resting;
   for (u32 i = 0; i < b.sleepers.size(); ++i) {
-    if (is_drowsy(b, i) && !islands.disturbed[islands.root(i)]) resting.push_back(i);
+    if (is_sleep_candidate(b, i) && !islands.disturbed[islands.root(i)]) resting.push_back(i);
   }
   for (const u32 i : resting) {
     b.sleepers[i] = {0, islands.root(i)};
@@ -115,9 +115,9 @@ void keep_impulses(Buffers<real>& b) {
   const auto sleeps = [&](u32 shape_a, u32 shape_b) {
     return is_asleep(b, b.shape_infos[shape_a].body) || is_asleep(b, b.shape_infos[shape_b].body);
   };
-  const auto place = [](const auto& contact) { return std::tie(contact.shape_a, contact.shape_b, contact.feature); };
+  const auto as_tuple = [](const auto& contact) { return std::tie(contact.shape_a, contact.shape_b, contact.feature); };
   for (u32 i = 0, k = 0; i < count || k < slept;) {
-    const bool is_new = k == slept || (i < count && place(b.contacts[i]) < place(b.slept_keys[k]));
+    const bool is_new = k == slept || (i < count && as_tuple(b.contacts[i]) < as_tuple(b.slept_keys[k]));
     const ContactKey key =
         is_new ? ContactKey{b.contacts[i].shape_a, b.contacts[i].shape_b, b.contacts[i].feature, 0} : b.slept_keys[k];
     const ContactImpulse<real>& impulse = is_new ? b.cached_impulses[i] : b.slept_impulses[k];
@@ -136,9 +136,9 @@ void keep_impulses(Buffers<real>& b) {
 
 template <class real>
 void fall_asleep(Buffers<real>& b, const StepParams<real>&) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
   count_still_steps(b);
-  if (b.counters[COUNTER_DROWSY] != 0) put_to_sleep(b, find_islands(b));
+  if (b.counters[COUNTER_SLEEP_CANDIDATES] != 0) put_to_sleep(b, find_islands(b));
   count_sleepers(b);
   if (b.counters[COUNTER_CHANGED] != 0) keep_impulses(b);
 }

@@ -1,6 +1,6 @@
 // Who began and who ceased to touch in this step: the pairs that touch now, against those of the step before.
 //
-// Two shapes touch where one of their contacts does (mark_touching); a sensor and a shape touch where they overlap at
+// Two shapes touch where one of their contacts does (mark_touching); a trigger and a shape touch where they overlap at
 // the end of the step. Both lists are ordered by (shape_a, shape_b), and so are the events. What sleeps goes on to
 // touch what it touched, though the pairs of the step leave it out.
 #pragma once
@@ -15,23 +15,25 @@
 
 namespace lockstep::reference {
 
-inline bool is_sensor(const ShapeInfo& info) { return (info.flags & SHAPE_IS_SENSOR) != 0; }
+inline bool is_trigger(const ShapeInfo& info) { return (info.flags & SHAPE_IS_TRIGGER) != 0; }
 
 template <class real>
-bool sensor_overlaps(const Buffers<real>& b, Pair pair) {
+bool trigger_overlaps(const Buffers<real>& b, Pair pair) {
   const ShapeInfo &info_a = b.shape_infos[pair.shape_a], &info_b = b.shape_infos[pair.shape_b];
   const Pose<real> pose_a = make_pose(b.positions[info_a.body], b.orientations[info_a.body]);
   const Pose<real> pose_b = make_pose(b.positions[info_b.body], b.orientations[info_b.body]);
   const HullTables<real> tables = {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
                                    b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
-  return shapes_overlap(info_a.kind, place_shape(pose_a, b.shapes[pair.shape_a], info_a.hull, pose_a.position),
-                        info_b.kind, place_shape(pose_b, b.shapes[pair.shape_b], info_b.hull, pose_a.position), tables);
+  return shapes_overlap(info_a.kind, shape_in_world(pose_a, b.shapes[pair.shape_a], info_a.hull, pose_a.position),
+                        info_b.kind, shape_in_world(pose_b, b.shapes[pair.shape_b], info_b.hull, pose_a.position),
+                        tables);
 }
 
 template <class real>
 bool pair_touches(const Buffers<real>& b, u32 p) {
   const Pair pair = b.pairs[p];
-  if (is_sensor(b.shape_infos[pair.shape_a]) || is_sensor(b.shape_infos[pair.shape_b])) return sensor_overlaps(b, pair);
+  if (is_trigger(b.shape_infos[pair.shape_a]) || is_trigger(b.shape_infos[pair.shape_b]))
+    return trigger_overlaps(b, pair);
   bool touches = false;
   for (u32 i = b.contact_starts[p]; i < b.contact_starts[p + 1]; ++i) touches = touches || b.touched[i] != 0;
   return touches;
@@ -39,11 +41,11 @@ bool pair_touches(const Buffers<real>& b, u32 p) {
 
 template <class real>
 Event make_event(const Buffers<real>& b, Pair pair, bool begins) {
-  if (is_sensor(b.shape_infos[pair.shape_b])) std::swap(pair.shape_a, pair.shape_b);
+  if (is_trigger(b.shape_infos[pair.shape_b])) std::swap(pair.shape_a, pair.shape_b);
   const ShapeInfo &info_a = b.shape_infos[pair.shape_a], &info_b = b.shape_infos[pair.shape_b];
   const BodyInfo &body_a = b.body_infos[info_a.body], &body_b = b.body_infos[info_b.body];
-  const u32 kind = is_sensor(info_a) ? (begins ? EVENT_SENSOR_ENTER : EVENT_SENSOR_LEAVE)
-                                     : (begins ? EVENT_CONTACT_BEGIN : EVENT_CONTACT_END);
+  const u32 kind = is_trigger(info_a) ? (begins ? EVENT_TRIGGER_ENTER : EVENT_TRIGGER_LEAVE)
+                                      : (begins ? EVENT_CONTACT_BEGIN : EVENT_CONTACT_END);
   return {kind, b.step_index[0], body_a.world, body_a.id, info_a.id, body_b.id, info_b.id, 0};
 }
 
@@ -59,26 +61,26 @@ inline bool pair_before(Pair p, Pair q) {
 
 template <class real>
 void find_events(Buffers<real>& b, const StepParams<real>&) {
-  if (step_is_void(b.counters)) return;
-  std::vector<Pair> now;
+  if (step_aborted(b.counters)) return;
+  std::vector<Pair> current;
   for (u32 p = 0; p < b.counters[COUNTER_PAIRS]; ++p) {
-    if (pair_touches(b, p)) now.push_back(b.pairs[p]);
+    if (pair_touches(b, p)) current.push_back(b.pairs[p]);
   }
 
   std::vector<Pair> after;
-  const u32 count = static_cast<u32>(now.size()), before = b.touching_count[0];
+  const u32 count = static_cast<u32>(current.size()), before = b.touching_count[0];
   u32 events = 0;
   for (u32 i = 0, j = 0; i < count || j < before;) {
-    if (j == before || (i < count && pair_before(now[i], b.touching[j]))) {
-      after.push_back(now[i]);
-      b.events[events++] = make_event(b, now[i++], true);
-    } else if (i == count || pair_before(b.touching[j], now[i])) {
+    if (j == before || (i < count && pair_before(current[i], b.touching[j]))) {
+      after.push_back(current[i]);
+      b.events[events++] = make_event(b, current[i++], true);
+    } else if (i == count || pair_before(b.touching[j], current[i])) {
       if (pair_sleeps(b, b.touching[j]))
         after.push_back(b.touching[j++]);
       else
         b.events[events++] = make_event(b, b.touching[j++], false);
     } else {
-      after.push_back(now[i]);
+      after.push_back(current[i]);
       ++i, ++j;
     }
   }

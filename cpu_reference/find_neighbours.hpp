@@ -10,25 +10,25 @@
 
 namespace lockstep::reference {
 
-/// Symmetric in i and j to the last bit, as shapes_in_reach is.
+/// Symmetric in i and j to the last bit, as shapes_in_range is.
 template <class real>
 bool are_neighbours(const Buffers<real>& b, const StepParams<real>& params, u32 i, u32 j) {
   const u32 body_i = b.particle_bodies[i], body_j = b.particle_bodies[j], world = b.body_infos[body_i].world;
   if (body_i == body_j || b.body_infos[body_j].world != world || are_joined(b, body_i, body_j)) return false;
-  const Vec3<real> d = sub3(vec3_of(b.particle_places[i]), vec3_of(b.particle_places[j]));
+  const Vec3<real> d = sub3(vec3_of(b.particle_positions[i]), vec3_of(b.particle_positions[j]));
   const Vec3<real> u = sub3(vec3_of(b.particle_velocities[i]), vec3_of(b.particle_velocities[j]));
-  return within_reach(params, length3(d) - real(2) * b.particle_laws[world].radius, length3(u));
+  return within_range(params, length3(d) - real(2) * b.particle_laws[world].radius, length3(u));
 }
 
 template <class real>
 bool is_near_plane(const Buffers<real>& b, const StepParams<real>& params, u32 i, u32 k) {
   const u32 body = b.particle_bodies[i], body_p = b.plane_bodies[k];
   if (are_joined(b, body, body_p)) return false;
-  const Vec3<real> x = vec3_of(b.particle_places[i]);
-  const PlaneNow<real> plane = plane_now(b, k);
+  const Vec3<real> x = vec3_of(b.particle_positions[i]);
+  const CurrentPlane<real> plane = current_plane(b, k);
   const Vec3<real> there = point_velocity(b.motions[body_p], sub3(x, vec3_of(b.positions[body_p])));
   const real gap = dot3(plane.normal, sub3(x, plane.point)) - b.particle_laws[b.body_infos[body].world].radius;
-  return within_reach(params, gap, length3(sub3(vec3_of(b.particle_velocities[i]), there)));
+  return within_range(params, gap, length3(sub3(vec3_of(b.particle_velocities[i]), there)));
 }
 
 /// Appends the neighbours of particle i: particles cell by cell, then planes.
@@ -55,7 +55,7 @@ void search_neighbours(const Buffers<real>& b, const StepParams<real>& params, u
     if (is_near_plane(b, params, i, k)) found.push_back(static_cast<u32>(b.particle_bodies.size()) + k);
 }
 
-/// Where the lists are longer than the capacity of pairs none is kept, and the step is void.
+/// Where the lists are longer than the capacity of pairs none is kept, and the step is aborted.
 template <class real>
 void find_neighbours(Buffers<real>& b, const StepParams<real>& params) {
   u32 total = 0;

@@ -1,5 +1,5 @@
 // The solid shapes that overlap each volume, a sphere or a box in the world: all shapes of its world that are in the
-// mask, in order of index, those first whose bounding spheres overlap. Sensors are not told.
+// mask, in order of index, those first whose bounding spheres overlap. Triggers are not told.
 #pragma once
 
 #include <algorithm>
@@ -14,15 +14,16 @@ template <class real>
 bool volume_overlaps(const Buffers<real>& b, const Shape<real>& volume, const QueryFilter& filter, u32 i) {
   const ShapeInfo& info = b.shape_infos[i];
   const Shape<real>& shape = b.shapes[i];
-  if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_SENSOR) != 0) return false;
+  if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_TRIGGER) != 0) return false;
   const Pose<real> pose = make_pose(b.positions[info.body], b.orientations[info.body]);
-  const Placed<real> other = place_shape(pose, shape, info.hull, vec3(volume.offset));
-  const real reach = (volume.reach + shape.reach) * real(1.0001);
-  if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > reach * reach) return false;
+  const WorldShape<real> other = shape_in_world(pose, shape, info.hull, vec3(volume.offset));
+  const real range = (volume.bounding_radius + shape.bounding_radius) * real(1.0001);
+  if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > range * range) return false;
   const HullTables<real> tables = {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
                                    b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
-  const Quat<real> turn = {volume.rotation[0], volume.rotation[1], volume.rotation[2], volume.rotation[3]};
-  return shapes_overlap(filter.kind, Placed<real>{{0, 0, 0}, turn, vec3(volume.size), 0}, info.kind, other, tables);
+  const Quat<real> rotation = {volume.rotation[0], volume.rotation[1], volume.rotation[2], volume.rotation[3]};
+  return shapes_overlap(filter.kind, WorldShape<real>{{0, 0, 0}, rotation, vec3(volume.size), 0}, info.kind, other,
+                        tables);
 }
 
 /// Where there are more than the capacity none is told. What is behind the last one is told to be NONE.

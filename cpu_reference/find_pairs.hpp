@@ -6,25 +6,25 @@
 
 namespace lockstep::reference {
 
-/// The loose shapes of larger index that this one is paired with.
+/// The top-level shapes of larger index that this one is paired with.
 template <class real>
 void search_grid(const Buffers<real>& b, const StepParams<real>& params, const Bounded<real>& me,
                  std::vector<u32>& found) {
   const u32 max_extent = b.counters[COUNTER_MAX_EXTENT];
   const real size = cell_size(params, max_extent);
-  const real reach = pair_reach(params, me.bound.extent, max_extent);
+  const real range = pair_range(params, me.bound.extent, max_extent);
   const Vec3<real> center = me.center();
   const u32 world = b.body_infos[b.shape_infos[me.shape].body].world;
-  const i32 low_x = cell_of(center.x - reach, size), high_x = cell_of(center.x + reach, size);
-  const i32 low_y = cell_of(center.y - reach, size), high_y = cell_of(center.y + reach, size);
-  const i32 low_z = cell_of(center.z - reach, size), high_z = cell_of(center.z + reach, size);
+  const i32 low_x = cell_of(center.x - range, size), high_x = cell_of(center.x + range, size);
+  const i32 low_y = cell_of(center.y - range, size), high_y = cell_of(center.y + range, size);
+  const i32 low_z = cell_of(center.z - range, size), high_z = cell_of(center.z + range, size);
   for (i32 z = low_z; z <= high_z; ++z) {
     for (i32 y = low_y; y <= high_y; ++y) {
       for (i32 x = low_x; x <= high_x; ++x) {
         const u32 bucket = bucket_of(x, row_hash(y, z, world), params.buckets);
-        for (u32 place = b.bucket_starts[bucket]; place < b.bucket_starts[bucket + 1]; ++place) {
-          const u32 k = b.bucket_items[place];
-          const Bounded<real> other = loose(b, k);
+        for (u32 slot = b.bucket_starts[bucket]; slot < b.bucket_starts[bucket + 1]; ++slot) {
+          const u32 k = b.bucket_items[slot];
+          const Bounded<real> other = top_level(b, k);
           const bool in_cell = b.cells[k].x == x && b.cells[k].y == y && b.cells[k].z == z;
           if (other.shape > me.shape && in_cell && are_pair(b, params, me, other)) found.push_back(other.shape);
         }

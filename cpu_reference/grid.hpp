@@ -53,7 +53,7 @@ real cell_size(const StepParams<real>& params, u32 max_extent_bits) {
 
 /// How far the centres can be apart of a shape of this extent and of any that it is paired with.
 template <class real>
-real pair_reach(const StepParams<real>& params, real extent, u32 max_extent_bits) {
+real pair_range(const StepParams<real>& params, real extent, u32 max_extent_bits) {
   return (extent + real(std::bit_cast<float>(max_extent_bits)) + params.margin) * real(1.0001);
 }
 

@@ -15,7 +15,7 @@ namespace lockstep::reference {
 constexpr u32 gyroscopic_iterations = 8;
 /// Faster turns are taken in parts of up to a radian, at most this many. Beyond, nothing is left to be resolved: the
 /// moment is left out.
-constexpr u32 gyroscopic_parts = 64;
+constexpr u32 max_gyroscopic_substeps = 64;
 
 template <class real>
 Vec3<real> gyroscopic_ratios(const Mass<real>& mass) {
@@ -38,10 +38,10 @@ Vec3<real> solve3(Vec3<real> row_x, Vec3<real> row_y, Vec3<real> row_z, Vec3<rea
   return scale3(real(1) / dot3(row_x, yz), sum);
 }
 
-/// Solves  x - w - kick + dt r y y = 0  with  y = (1 - theta) w + theta x  by Newton's method.
+/// Solves  x - w - delta_w + dt r y y = 0  with  y = (1 - theta) w + theta x  by Newton's method.
 template <class real>
-Vec3<real> gyroscopic_part(Vec3<real> ratios, Vec3<real> w, Vec3<real> kick, real theta, real dt) {
-  const Vec3<real> start = add3(w, kick);
+Vec3<real> gyroscopic_substep(Vec3<real> ratios, Vec3<real> w, Vec3<real> delta_w, real theta, real dt) {
+  const Vec3<real> start = add3(w, delta_w);
   const Vec3<real> a = scale3(dt * theta, ratios);
   Vec3<real> x = start;
   for (u32 i = 0; i < gyroscopic_iterations; ++i) {
@@ -56,20 +56,20 @@ Vec3<real> gyroscopic_part(Vec3<real> ratios, Vec3<real> w, Vec3<real> kick, rea
 }
 
 /// The angular velocity after dt, body frame: I (w' - w) + dt w_th x I w_th = dt tau, w_th = (1 - theta) w + theta w',
-/// where kick = dt I^-1 tau. theta = 0 is explicit, one evaluation, and gains energy; theta = 1/2 conserves the energy
-/// of a free body and, turned by turn4 with w_1/2, its angular momentum (Simo and Wong 1991); theta = 1 never gains
-/// any.
+/// where delta_w = dt I^-1 tau. theta = 0 is explicit, one evaluation, and gains energy; theta = 1/2 conserves the
+/// energy of a free body and, turned by integrate_orientation with w_1/2, its angular momentum (Simo and Wong 1991);
+/// theta = 1 never gains any.
 template <class real>
-Vec3<real> gyroscopic_step(Vec3<real> ratios, Vec3<real> w, Vec3<real> kick, real theta, real dt) {
-  if (theta == real(0)) return sub3(add3(w, kick), scale3(dt, gyroscopic_term(ratios, w)));
+Vec3<real> gyroscopic_step(Vec3<real> ratios, Vec3<real> w, Vec3<real> delta_w, real theta, real dt) {
+  if (theta == real(0)) return sub3(add3(w, delta_w), scale3(dt, gyroscopic_term(ratios, w)));
 
   const real angle_squared = dot3(w, w) * (dt * dt);
-  u32 parts = 1;
-  while (parts < gyroscopic_parts && real(parts * parts) < angle_squared) parts += parts;
-  if (real(parts * parts) < angle_squared) return add3(w, kick);
+  u32 substeps = 1;
+  while (substeps < max_gyroscopic_substeps && real(substeps * substeps) < angle_squared) substeps += substeps;
+  if (real(substeps * substeps) < angle_squared) return add3(w, delta_w);
 
-  const real share = real(1) / real(parts);
-  for (u32 i = 0; i < parts; ++i) w = gyroscopic_part(ratios, w, scale3(share, kick), theta, share * dt);
+  const real share = real(1) / real(substeps);
+  for (u32 i = 0; i < substeps; ++i) w = gyroscopic_substep(ratios, w, scale3(share, delta_w), theta, share * dt);
   return w;
 }
 

@@ -10,8 +10,9 @@
 //   Stronge:  the work of the normal impulse gives back e^2 of what compression took (Stronge 1990).
 // A slide of constant direction is a straight piece, and all of a planar impact are (Routh's cases), with ends in
 // closed form: where u_n = 0, where the slide stops, where restitution is done. In space the direction turns: a piece
-// is at most as long as `slide_turn` lets it turn, and goes along the direction of its middle. On every piece friction
-// works against both ends' slip, and the work of the normal impulse is exact: Stronge's law never creates energy.
+// is at most as long as `slide_deflection` lets it turn, and goes along the direction of its middle. On every piece
+// friction works against both ends' slip, and the work of the normal impulse is exact: Stronge's law never creates
+// energy.
 //
 // Chatterjee and Ruina's law (1998) is algebraic: with P_1 = (-u_n / W_nn, 0) and P_2 = -W^-1 u, which stop the
 // approach and the whole contact, r = (1 + e) P_1 + (1 + e_t) (P_2 - P_1); where that is outside of the cone, k (P_2 -
@@ -26,7 +27,7 @@ namespace lockstep::reference {
 constexpr int impact_pieces = 64;
 /// By which angle the direction of a slide may turn in a piece, rad.
 template <class real>
-constexpr real slide_turn = real(0.125);
+constexpr real slide_deflection = real(0.125);
 /// A slide slower than this part of all velocities has stopped: what rounding leaves.
 template <class real>
 constexpr real slide_rounding = sizeof(real) == 8 ? real(1e-14) : real(4e-6);
@@ -110,7 +111,7 @@ PhaseEnd<real> impact_phase(bool by_work, real u_n, real rate, real owed, real f
 template <class real>
 struct SlidePiece {
   ImpactPiece<real> piece;
-  real reach;
+  real span;
   bool stops;
 };
 
@@ -129,28 +130,28 @@ SlidePiece<real> slide_piece(ConeVector<real> u, real speed, const Delassus<real
   const real squared = along * along - length * (s1 * s1 + s2 * s2 - friction * friction);
   const real over = squared >= 0 ? std::sqrt(squared) - along : real(0), stop = over > 0 ? length / over : far;
   const real d1 = (a1 / stop + s1) / friction, d2 = (a2 / stop + s2) / friction;
-  const real turn = std::fabs(d1 * e2 - d2 * e1);
+  const real deflection = std::fabs(d1 * e2 - d2 * e1);
   const ImpactPiece<real> straight = impact_piece(w, -friction * d1, -friction * d2);
   if (stop < far && stop <= impact_phase(by_work, u.normal, straight.rate.normal, owed, far).impulse &&
-      turn <= slide_turn<real> && d1 * e1 + d2 * e2 > 0)
+      deflection <= slide_deflection<real> && d1 * e1 + d2 * e2 > 0)
     return {straight, stop, true};
 
   const ImpactPiece<real> first = impact_piece(w, -friction * e1, -friction * e2);
   const real gains = first.rate.tangent_1 * e1 + first.rate.tangent_2 * e2;
-  const real turns = first.rate.tangent_2 * e1 - first.rate.tangent_1 * e2;
+  const real deflects = first.rate.tangent_2 * e1 - first.rate.tangent_1 * e2;
   const real stiff = friction * (w.t11 * e2 * e2 - real(2) * w.t12 * e1 * e2 + w.t22 * e1 * e1);
-  const real ratio = slide_turn<real> * stiff / std::fabs(turns);
+  const real ratio = slide_deflection<real> * stiff / std::fabs(deflects);
   const real until = speed / (stiff / ratio + (gains < 0 ? -gains : real(0)));
   const real phase = impact_phase(by_work, u.normal, first.rate.normal, owed, far).impulse;
-  const real reach = until < far ? until : far;
-  const real half = real(0.5) * (phase < reach ? phase : reach);
-  const real ahead = speed + half * gains, aside = half * turns / (real(1) + half * stiff / speed);
+  const real span = until < far ? until : far;
+  const real half = real(0.5) * (phase < span ? phase : span);
+  const real ahead = speed + half * gains, aside = half * deflects / (real(1) + half * stiff / speed);
   const real x = ahead * e1 - aside * e2, y = ahead * e2 + aside * e1;
   const real middle = std::sqrt(x * x + y * y), m1 = x / middle, m2 = y / middle;
   const ImpactPiece<real> piece = impact_piece(w, -friction * m1, -friction * m2);
   const real loses = -(piece.rate.tangent_1 * m1 + piece.rate.tangent_2 * m2);
   const real halt = loses > 0 ? (u.tangent_1 * m1 + u.tangent_2 * m2) / loses : far;
-  return {piece, halt < reach ? halt : reach, false};
+  return {piece, halt < span ? halt : span, false};
 }
 
 /// Poisson's and Stronge's laws. `u` approaches: u_n < 0.
@@ -167,17 +168,17 @@ ImpactOutcome<real> follow_impact(ConeVector<real> u, const Delassus<real>& w, c
     const real speed = std::sqrt(u.tangent_1 * u.tangent_1 + u.tangent_2 * u.tangent_2);
     const bool slides = speed > least, is_smooth = !(m.friction > 0) || k >= impact_pieces;
     ImpactPiece<real> piece = is_smooth ? smooth : from_rest;
-    real reach = far;
+    real span = far;
     bool stops = false;
     if (!is_smooth && slides) {
       const SlidePiece<real> slide = slide_piece(u, speed, w, m.friction, by_work, owed, far);
       piece = slide.piece;
-      reach = slide.reach;
+      span = slide.span;
       stops = slide.stops;
     }
     const PhaseEnd<real> end = impact_phase(by_work, u.normal, piece.rate.normal, owed, far);
-    const bool ends = end.impulse <= reach;
-    const real p = ends ? end.impulse : reach;
+    const bool ends = end.impulse <= span;
+    const real p = ends ? end.impulse : span;
     const real measure = by_work ? p * (u.normal + real(0.5) * p * piece.rate.normal) : p;
     owed = end.compresses ? owed + share * std::fabs(measure) : owed - measure;
     r = {r.normal + p, r.tangent_1 + p * piece.t1, r.tangent_2 + p * piece.t2};
@@ -212,7 +213,7 @@ ImpactOutcome<real> combine_impact(ConeVector<real> u, const Delassus<real>& w, 
 
 /// What a contact that is hit asks of the sub-step, so that the impulse of the law is what solves it: u + bias, with
 /// the friction of the cone. What ends in a slide keeps its direction of friction and so much of its slip as goes
-/// against that, and is rubbed by as much of mu as it was on its way, where its slip turned round or stopped between.
+/// against that, and gets as much of mu as it got on its way, where its slip turned round or stopped between.
 /// Where friction is so strong that Coulomb's law may have several answers for a slide (mu |W_tn| >= W_nn), it is to
 /// stick to the end's velocity instead.
 template <class real>
@@ -225,11 +226,12 @@ template <class real>
 ImpactTarget<real> target_of(const ImpactOutcome<real>& o, const Delassus<real>& w, real friction) {
   const ConeVector<real>&r = o.impulse, &u = o.velocity;
   const bool slides = o.slides && friction * friction * (w.n1 * w.n1 + w.n2 * w.n2) < w.nn * w.nn;
-  const real rubbed = std::sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2);
-  const real d1 = rubbed > 0 ? r.tangent_1 / rubbed : real(0), d2 = rubbed > 0 ? r.tangent_2 / rubbed : real(0);
+  const real tangential = std::sqrt(r.tangent_1 * r.tangent_1 + r.tangent_2 * r.tangent_2);
+  const real d1 = tangential > 0 ? r.tangent_1 / tangential : real(0),
+             d2 = tangential > 0 ? r.tangent_2 / tangential : real(0);
   const real against = -(u.tangent_1 * d1 + u.tangent_2 * d2), kept = slides && against > 0 ? against : real(0);
   return {{-u.normal, -(u.tangent_1 + kept * d1), -(u.tangent_2 + kept * d2)},
-          slides && rubbed < friction * r.normal ? rubbed / r.normal : friction};
+          slides && tangential < friction * r.normal ? tangential / r.normal : friction};
 }
 
 template <class real>

@@ -5,7 +5,7 @@
 //
 // The rotation takes one step of the classical Runge-Kutta method (Hairer, Norsett, Wanner, Solving ODE I, table 1.2),
 // then q is brought back to unit length; between the stages its length is not 1, which costs no order because the
-// equations keep it. A body on a pivot turns about it: I and tau = lever x m g are about the pivot.
+// equations keep it. A body on a pivot turns about it: I and tau = com_offset x m g are about the pivot.
 #pragma once
 
 #include "cpu_reference/gyroscopic.hpp"
@@ -16,48 +16,48 @@ namespace lockstep::reference {
 
 /// An orientation and the angular velocity in the body frame, or their rates.
 template <class real>
-struct Spin {
+struct RotationState {
   Quat<real> q;
   Vec3<real> w;
 };
 
 /// What turns a body.
 template <class real>
-struct SpinLaw {
+struct RotationLaw {
   Vec3<real> ratios, inverse_inertia;
-  Vec3<real> weight, lever;  // m g in the world frame; from the pivot to the centre of mass, body frame
+  Vec3<real> weight, com_offset;  // m g in the world frame; from the pivot to the centre of mass, body frame
 };
 
 template <class real>
-Spin<real> spin_after(Spin<real> start, Spin<real> rate, real dt) {
+RotationState<real> rotation_after(RotationState<real> start, RotationState<real> rate, real dt) {
   return {{start.q.x + dt * rate.q.x, start.q.y + dt * rate.q.y, start.q.z + dt * rate.q.z, start.q.w + dt * rate.q.w},
           add3(start.w, scale3(dt, rate.w))};
 }
 template <class real>
-Spin<real> spin_rate(SpinLaw<real> law, Spin<real> spin) {
+RotationState<real> rotation_rate(RotationLaw<real> law, RotationState<real> state) {
   const real h = real(0.5);
-  const Vec3<real> moment = cross3(law.lever, unrotate3(spin.q, law.weight));
-  return {multiply4(spin.q, Quat<real>{h * spin.w.x, h * spin.w.y, h * spin.w.z, real(0)}),
-          sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, spin.w))};
+  const Vec3<real> moment = cross3(law.com_offset, unrotate3(state.q, law.weight));
+  return {multiply4(state.q, Quat<real>{h * state.w.x, h * state.w.y, h * state.w.z, real(0)}),
+          sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, state.w))};
 }
 template <class real>
-Spin<real> spin_step(SpinLaw<real> law, Spin<real> start, real dt) {
+RotationState<real> rotation_step(RotationLaw<real> law, RotationState<real> start, real dt) {
   const real half_dt = real(0.5) * dt;
-  const Spin<real> rate_1 = spin_rate(law, start);
-  const Spin<real> rate_2 = spin_rate(law, spin_after(start, rate_1, half_dt));
-  const Spin<real> rate_3 = spin_rate(law, spin_after(start, rate_2, half_dt));
-  const Spin<real> rate_4 = spin_rate(law, spin_after(start, rate_3, dt));
-  Spin<real> end = spin_after(start, rate_1, dt / real(6));
-  end = spin_after(end, rate_2, dt / real(3));
-  end = spin_after(end, rate_3, dt / real(3));
-  end = spin_after(end, rate_4, dt / real(6));
+  const RotationState<real> rate_1 = rotation_rate(law, start);
+  const RotationState<real> rate_2 = rotation_rate(law, rotation_after(start, rate_1, half_dt));
+  const RotationState<real> rate_3 = rotation_rate(law, rotation_after(start, rate_2, half_dt));
+  const RotationState<real> rate_4 = rotation_rate(law, rotation_after(start, rate_3, dt));
+  RotationState<real> end = rotation_after(start, rate_1, dt / real(6));
+  end = rotation_after(end, rate_2, dt / real(3));
+  end = rotation_after(end, rate_3, dt / real(3));
+  end = rotation_after(end, rate_4, dt / real(6));
   end.q = unit4(end.q);
   return end;
 }
 
 template <class real>
 void integrate_free_flight(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
 
   for (u32 i = 0; i < params.bodies; ++i) {
     const BodyInfo info = b.body_infos[i];
@@ -76,23 +76,23 @@ void integrate_free_flight(Buffers<real>& b, const StepParams<real>& params) {
     if (dynamic) gravity = vec3_of(b.gravities[info.world]);
 
     // rotation
-    SpinLaw<real> law = {{}, vec3(mass.inverse_inertia), scale3(mass.mass, gravity), {}};
+    RotationLaw<real> law = {{}, vec3(mass.inverse_inertia), scale3(mass.mass, gravity), {}};
     if (gyroscopic) law.ratios = gyroscopic_ratios(mass);
-    if (pivoted) law.lever = vec3(b.pivots[i].lever_body);
+    if (pivoted) law.com_offset = vec3(b.pivots[i].com_offset_body);
     const Quat<real> old_q = quat(b.orientations[i]);
-    const Spin<real> spin = spin_step(law, Spin<real>{old_q, unrotate3(old_q, w)}, params.dt);
-    const Quat<real> q = spin.q;
-    if (pivoted || gyroscopic) w = rotate3(q, spin.w);
+    const RotationState<real> state = rotation_step(law, RotationState<real>{old_q, unrotate3(old_q, w)}, params.dt);
+    const Quat<real> q = state.q;
+    if (pivoted || gyroscopic) w = rotate3(q, state.w);
 
     // translation
     if (pivoted) {
       const Pivot<real> pivot = b.pivots[i];
-      const Vec3<real> lever = lever_world(pivot, q);
-      x = add3(vec3(pivot.point_world), lever);
-      v = cross3(w, lever);
+      const Vec3<real> com_offset = com_offset_world(pivot, q);
+      x = add3(vec3(pivot.point_world), com_offset);
+      v = cross3(w, com_offset);
     } else {
-      const Vec3<real> way = add3(scale3(params.dt, v), scale3(real(0.5) * params.dt * params.dt, gravity));
-      x = add3(x, way);
+      const Vec3<real> displacement = add3(scale3(params.dt, v), scale3(real(0.5) * params.dt * params.dt, gravity));
+      x = add3(x, displacement);
       v = add3(v, scale3(params.dt, gravity));
     }
 

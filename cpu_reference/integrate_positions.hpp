@@ -19,7 +19,7 @@ namespace lockstep::reference {
 
 template <class real>
 void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
 
   for (u32 i = 0; i < params.bodies; ++i) {
     const BodyInfo info = b.body_infos[i];
@@ -37,16 +37,16 @@ void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
     const Vec3<real> mean_w = mean3(params.theta, vec3(previous.w), w);
 
     const Quat<real> old_q = quat(b.orientations[i]);
-    const Quat<real> q = turn4(old_q, mean_w, params.dt);
+    const Quat<real> q = integrate_orientation(old_q, mean_w, params.dt);
     if (carried) w = carry3(old_q, q, w);
 
     Vec4<real>& position = b.positions[i];
     Vec3<real> x = vec3_of(position);
     if (pivoted) {
       const Pivot<real> pivot = b.pivots[i];
-      const Vec3<real> lever = lever_world(pivot, q);
-      x = add3(vec3(pivot.point_world), lever);
-      v = cross3(w, lever);
+      const Vec3<real> com_offset = com_offset_world(pivot, q);
+      x = add3(vec3(pivot.point_world), com_offset);
+      v = cross3(w, com_offset);
     } else {
       x = add3(x, scale3(params.dt, mean_v));
     }

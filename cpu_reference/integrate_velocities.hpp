@@ -10,9 +10,9 @@
 // are written back as seen from the old orientation, and integrate_positions turns them with the body.
 // th = params.gyroscopic_theta: 0 explicit, 1 implicit (Catto, Numerical Methods, GDC 2015), 1/2 midpoint.
 //
-// A body on a pivot turns about it: I and the moment of gravity tau = lever x m g are about the pivot, and
-// v = w x lever. Both Euler schemes (params.theta 0 and 1) take tau at the old orientation, the trapezoidal one half a
-// step ahead, which makes it second order.
+// A body on a pivot turns about it: I and the moment of gravity tau = com_offset x m g are about the pivot, and
+// v = w x com_offset. Both Euler schemes (params.theta 0 and 1) take tau at the old orientation, the trapezoidal one
+// half a step ahead, which makes it second order.
 #pragma once
 
 #include "cpu_reference/gyroscopic.hpp"
@@ -36,7 +36,7 @@ Load<real> load_of(const Buffers<real>& b, u32 i) {
 
 template <class real>
 void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
 
   for (u32 i = 0; i < params.bodies; ++i) {
     const BodyInfo info = b.body_infos[i];
@@ -55,33 +55,33 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
       const bool loaded = !b.loads.empty() || !b.particle_loads.empty();
       const Load<real> load = load_of(b, i);
 
-      // rotation, in the body frame: kick is dt I^-1 tau
+      // rotation, in the body frame: delta_w is dt I^-1 tau
       if (pivoted || gyroscopic) {
-        Vec3<real> kick = {};
+        Vec3<real> delta_w = {};
         if (pivoted) {
           const real ahead = real(2) * params.theta * (real(1) - params.theta) * params.dt;
-          const Vec3<real> moment = gravity_moment_body(b.pivots[i], mass, turn4(q, w, ahead), gravity);
-          kick = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
+          const Vec3<real> moment = gravity_moment_body(b.pivots[i], mass, integrate_orientation(q, w, ahead), gravity);
+          delta_w = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
         }
         if (loaded) {
           Vec3<real> moment = vec3(load.torque);
-          if (pivoted) moment = add3(moment, cross3(lever_world(b.pivots[i], q), vec3(load.force)));
-          kick = add3(kick, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
+          if (pivoted) moment = add3(moment, cross3(com_offset_world(b.pivots[i], q), vec3(load.force)));
+          delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
         Vec3<real> w_body = unrotate3(q, w);
         if (gyroscopic) {
-          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, kick, params.gyroscopic_theta, params.dt);
+          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.dt);
         } else {
-          w_body = add3(w_body, kick);
+          w_body = add3(w_body, delta_w);
         }
         w = rotate3(q, w_body);
       } else if (loaded) {
-        w = add3(w, scale3(params.dt, turn_by(motion, vec3(load.torque))));
+        w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));
       }
 
       // translation
       if (pivoted) {
-        v = cross3(w, lever_world(b.pivots[i], q));
+        v = cross3(w, com_offset_world(b.pivots[i], q));
       } else {
         Vec3<real> pull = gravity;
         if (loaded) pull = add3(pull, scale3(mass.inverse_mass, vec3(load.force)));

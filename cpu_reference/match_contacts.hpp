@@ -36,7 +36,8 @@ Vec4<real> add_share(const Vec4<real>& to, real share, const Vec4<real>& m) {
   return {to.x + share * m.x, to.y + share * m.y, to.z + share * m.z, 0};
 }
 
-/// Where the impulses are that a contact may start from, in order; and the moments, where contacts resist turning.
+/// Where the impulses are that a contact may start from, in order; and the moments, where contacts have angular
+/// friction.
 template <class real>
 struct KnownImpulses {
   const std::vector<ContactKey>& keys;
@@ -72,7 +73,7 @@ void hand_over(Buffers<real>& b, u32 first, u32 end) {
   const KnownImpulses<real> before = impulses_before(b, b.contacts[first]);
   Contact start = b.contacts[first];
   start.feature = 0;
-  const bool turns = !b.cached_moments.empty();
+  const bool has_moments = !b.cached_moments.empty();
   ContactImpulse<real> lost = {0, 0, 0, 0};
   Vec4<real> lost_moment = {0, 0, 0, 0};
   u32 known = 0, contact = first;
@@ -83,7 +84,7 @@ void hand_over(Buffers<real>& b, u32 first, u32 end) {
     const bool stays = contact < end && b.contacts[contact].feature == before.keys[key].feature;
     known += stays ? 1 : 0;
     if (!stays) lost = add_share(lost, real(1), before.impulses[key]);
-    if (!stays && turns) lost_moment = add_share(lost_moment, real(1), before.moments[key]);
+    if (!stays && has_moments) lost_moment = add_share(lost_moment, real(1), before.moments[key]);
   }
   if (known == key - begin) return;
   const u32 fresh = end - first - known;
@@ -91,7 +92,7 @@ void hand_over(Buffers<real>& b, u32 first, u32 end) {
   for (u32 i = first; i < end; ++i) {
     const bool takes = fresh == 0 || !known_contact(before, b.contacts[i]).known;
     if (takes) b.start_impulses[i] = add_share(b.start_impulses[i], share, lost);
-    if (takes && turns) b.start_moments[i] = add_share(b.start_moments[i], share, lost_moment);
+    if (takes && has_moments) b.start_moments[i] = add_share(b.start_moments[i], share, lost_moment);
   }
 }
 

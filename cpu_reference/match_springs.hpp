@@ -12,7 +12,7 @@ namespace lockstep::reference {
 /// What was not near begins with none. The springs are in the order of the neighbours.
 template <class real>
 void match_springs(Buffers<real>& b, const StepParams<real>&) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
   const auto before = [](const SpringKey& a, const SpringKey& c) {
     return std::tie(a.particle, a.partner) < std::tie(c.particle, c.partner);
   };

@@ -17,7 +17,7 @@ struct Vec3 {
   real x, y, z;
 };
 
-/// A unit quaternion x y z w turns body into world coordinates (survey 2.1.2).
+/// A unit quaternion x y z w rotates body into world coordinates (survey 2.1.2).
 template <class real>
 struct Quat {
   real x, y, z, w;

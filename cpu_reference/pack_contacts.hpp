@@ -31,23 +31,23 @@ bool is_central(const Buffers<real>& buffers, u32 body, u32 shape) {
 /// laid out as one colour.
 template <class real>
 u32 color_of_pair(const Buffers<real>& buffers, u32 i) {
-  return buffers.part_blocks.empty() ? buffers.contact_colors[i] : 0;
+  return buffers.body_copy_blocks.empty() ? buffers.contact_colors[i] : 0;
 }
 
-/// Pairs that are laid out by colour; not those with a place in a cell.
+/// Pairs that are laid out by colour; not those with a slot in a cell.
 template <class real>
 bool has_color(const Buffers<real>& buffers, u32 i) {
-  return buffers.cell_places.empty() || buffers.cell_places[i] == NONE;
+  return buffers.cell_slots.empty() || buffers.cell_slots[i] == NONE;
 }
 
-/// The slots of the pairs that have a place in a cell, by their first contacts.
+/// The slots of the pairs that have a slot in a cell, by their first contacts.
 template <class real>
-std::vector<u32> cell_slots(const Buffers<real>& b) {
-  std::vector<u32> slots(b.cell_places.size(), NONE);
+std::vector<u32> slots_in_cells(const Buffers<real>& b) {
+  std::vector<u32> slots(b.cell_slots.size(), NONE);
   for (std::size_t cell = 0; cell + 1 < b.cell_starts.size(); ++cell) {
     for (u32 k = b.cell_starts[cell]; k < b.cell_starts[cell + 1]; ++k) {
       const u32 i = b.cell_pairs[k];
-      if (b.cell_places[i] != NONE) slots[i] = b.cell_blocks[cell] * PACK + b.cell_places[i];
+      if (b.cell_slots[i] != NONE) slots[i] = b.cell_blocks[cell] * PACK + b.cell_slots[i];
     }
   }
   return slots;
@@ -103,7 +103,7 @@ void pack_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
   }
   PackTable slots = pack_lay_out(buffers, params, sizes);
 
-  const std::vector<u32> in_cells = cell_slots(buffers);
+  const std::vector<u32> in_cells = slots_in_cells(buffers);
   const auto next_slot = [&](u32 i, u32 count) {
     if (!has_color(buffers, i)) return in_cells[i];
     const u32 color = color_of_pair(buffers, i), slot = slots[color][count];

@@ -46,22 +46,23 @@ void write_impact(ImpactBlock<real>& block, u32 lane, ImpactPair<real> pair) {
 }
 
 template <class real>
-void write_turn(TurnPointBlock<real>& block, u32 lane, TurnPair<real> pair, const Vec4<real>& moment) {
-  block.spin_radius[lane] = pair.spin_radius;
-  block.roll_lever[lane] = pair.roll_lever;
+void write_angular_friction(AngularFrictionPointBlock<real>& block, u32 lane, AngularFrictionPair<real> pair,
+                            const Vec4<real>& moment) {
+  block.torsion_radius[lane] = pair.torsion_radius;
+  block.rolling_coefficient[lane] = pair.rolling_coefficient;
   block.moment_x[lane] = moment.x;
   block.moment_y[lane] = moment.y;
   block.moment_z[lane] = moment.z;
 }
 
 template <class real>
-void write_hold(HoldBlock<real>& block, u32 lane, HoldPair<real> pair) {
+void write_static_friction(StaticFrictionBlock<real>& block, u32 lane, StaticFrictionPair<real> pair) {
   block.friction[lane] = pair.friction;
   block.speed[lane] = pair.speed;
 }
 
 template <class real>
-void write_grain(GrainBlock<real>& block, u32 lane, GrainPair<real> pair, Vec3<real> along) {
+void write_anisotropy(AnisotropyBlock<real>& block, u32 lane, AnisotropyPair<real> pair, Vec3<real> along) {
   block.x[lane] = along.x;
   block.y[lane] = along.y;
   block.z[lane] = along.z;
@@ -69,16 +70,16 @@ void write_grain(GrainBlock<real>& block, u32 lane, GrainPair<real> pair, Vec3<r
   block.side[lane] = pair.side;
 }
 
-/// Along the grain, the x axis of the shape whose it is, in the frame of its body.
+/// The axis of anisotropy, the x axis of the shape whose it is, in the frame of its body.
 template <class real>
-Vec3<real> grain_along(const Buffers<real>& buffers, const Contact& contact, GrainPair<real> pair) {
+Vec3<real> anisotropy_axis(const Buffers<real>& buffers, const Contact& contact, AnisotropyPair<real> pair) {
   const real* q = buffers.shapes[pair.side == 0 ? contact.shape_a : contact.shape_b].rotation;
   return rotate3(Quat<real>{q[0], q[1], q[2], q[3]}, Vec3<real>{1, 0, 0});
 }
 
 template <class real>
 void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
     const BlockBodies& bodies = buffers.block_bodies[block];
     for (u32 k = 0; k < buffers.block_rows[block].count; ++k) {
@@ -86,16 +87,18 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
       PointBlock<real>& points = buffers.point_blocks[row];
       StartBlock<real>& starts = buffers.start_blocks[row];
       ImpactBlock<real>* impacts = buffers.impact_blocks.empty() ? nullptr : &buffers.impact_blocks[row];
-      TurnPointBlock<real>* turns = buffers.turn_points.empty() ? nullptr : &buffers.turn_points[row];
-      HoldBlock<real>* holds = buffers.hold_blocks.empty() ? nullptr : &buffers.hold_blocks[row];
-      GrainBlock<real>* grains = buffers.grain_blocks.empty() ? nullptr : &buffers.grain_blocks[row];
+      AngularFrictionPointBlock<real>* angular_friction_points =
+          buffers.angular_friction_points.empty() ? nullptr : &buffers.angular_friction_points[row];
+      StaticFrictionBlock<real>* static_friction =
+          buffers.static_friction_blocks.empty() ? nullptr : &buffers.static_friction_blocks[row];
+      AnisotropyBlock<real>* anisotropy = buffers.anisotropy_blocks.empty() ? nullptr : &buffers.anisotropy_blocks[row];
       for (u32 lane = 0; lane < PACK; ++lane) {
         if (k >= bodies.count[lane]) {
           write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, ContactImpulse<real>{});
           if (impacts) write_impact(*impacts, lane, {});
-          if (turns) write_turn(*turns, lane, {}, Vec4<real>{});
-          if (holds) write_hold(*holds, lane, {});
-          if (grains) write_grain(*grains, lane, {}, Vec3<real>{0, 0, 0});
+          if (angular_friction_points) write_angular_friction(*angular_friction_points, lane, {}, Vec4<real>{});
+          if (static_friction) write_static_friction(*static_friction, lane, {});
+          if (anisotropy) write_anisotropy(*anisotropy, lane, {}, Vec3<real>{0, 0, 0});
           continue;
         }
         const u32 i = bodies.contact[lane] + k;
@@ -105,11 +108,13 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
         if (contact.feature == CORE_FEATURE) material.restitution = 0;
         write_point(points, starts, lane, buffers.contact_points[i], contact.normal, material,
                     buffers.start_impulses[i]);
-        if (turns) write_turn(*turns, lane, buffers.turn_pairs[pair], buffers.start_moments[i]);
-        if (holds) write_hold(*holds, lane, buffers.hold_pairs[pair]);
-        if (grains)
-          write_grain(*grains, lane, buffers.grain_pairs[pair],
-                      grain_along(buffers, contact, buffers.grain_pairs[pair]));
+        if (angular_friction_points)
+          write_angular_friction(*angular_friction_points, lane, buffers.angular_friction_pairs[pair],
+                                 buffers.start_moments[i]);
+        if (static_friction) write_static_friction(*static_friction, lane, buffers.static_friction_pairs[pair]);
+        if (anisotropy)
+          write_anisotropy(*anisotropy, lane, buffers.anisotropy_pairs[pair],
+                           anisotropy_axis(buffers, contact, buffers.anisotropy_pairs[pair]));
         if (impacts)
           write_impact(*impacts, lane,
                        contact.feature == CORE_FEATURE ? ImpactPair<real>{} : buffers.impact_pairs[pair]);

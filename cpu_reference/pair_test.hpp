@@ -11,10 +11,10 @@
 #include <algorithm>
 #include <vector>
 
-#include "cpu_reference/loose_shapes.hpp"
-#include "cpu_reference/shapes/reach.hpp"
+#include "cpu_reference/shapes/may_touch.hpp"
 #include "cpu_reference/shapes/sphere_plane.hpp"
 #include "cpu_reference/sleep.hpp"
+#include "cpu_reference/top_level_shapes.hpp"
 
 namespace lockstep::reference {
 
@@ -28,8 +28,8 @@ struct Bounded {
 
 /// The k-th of those that the broad phase looks at.
 template <class real>
-Bounded<real> loose(const Buffers<real>& b, u32 k) {
-  return {loose_shape(b, k), b.bounds[k]};
+Bounded<real> top_level(const Buffers<real>& b, u32 k) {
+  return {top_level_shape(b, k), b.bounds[k]};
 }
 
 template <class real>
@@ -45,9 +45,9 @@ Vec3<real> center_velocity(const Buffers<real>& b, const Bounded<real>& of) {
 
 /// How fast turning alone can move a point of the shape; of a sphere it moves none out of the sphere.
 template <class real>
-real turning_speed(const Buffers<real>& b, const Bounded<real>& of) {
+real rotational_speed_of(const Buffers<real>& b, const Bounded<real>& of) {
   const ShapeInfo& info = b.shape_infos[of.shape];
-  return info.kind == SHAPE_SPHERE ? real(0) : length3(vec3(b.motions[info.body].w)) * of.bound.reach;
+  return info.kind == SHAPE_SPHERE ? real(0) : length3(vec3(b.motions[info.body].w)) * of.bound.bounding_radius;
 }
 
 /// Whether a joint holds the two bodies together and keeps them from colliding.
@@ -70,44 +70,44 @@ bool is_pair(const Buffers<real>& b, u32 i, u32 j) {
 /// The gap along one axis can close: distance and relative velocity d and u of the centres, half extents and turning
 /// speeds of both together.
 template <class real>
-bool axis_in_reach(const StepParams<real>& params, real d, real u, real half, real turning) {
-  return std::abs(d) <= half + params.margin + step_length(params) * (std::abs(u) + turning);
+bool axis_in_range(const StepParams<real>& params, real d, real u, real half, real rotational_speed) {
+  return std::abs(d) <= half + params.margin + step_length(params) * (std::abs(u) + rotational_speed);
 }
 
 /// Symmetric to the last bit: a search may find a pair from either side.
 template <class real>
-bool shapes_in_reach(const Buffers<real>& b, const StepParams<real>& params, const Bounded<real>& one,
+bool shapes_in_range(const Buffers<real>& b, const StepParams<real>& params, const Bounded<real>& one,
                      const Bounded<real>& two) {
   const Bound<real>&mine = one.bound, &other = two.bound;
   const Vec3<real> d = sub3(one.center(), two.center());
   const Vec3<real> u = sub3(center_velocity(b, one), center_velocity(b, two));
-  if (!within_reach(params, length3(d) - (mine.reach + other.reach), length3(u))) return false;
+  if (!within_range(params, length3(d) - (mine.bounding_radius + other.bounding_radius), length3(u))) return false;
   if (b.shape_infos[one.shape].kind == SHAPE_SPHERE && b.shape_infos[two.shape].kind == SHAPE_SPHERE) return true;
-  const real turning = turning_speed(b, one) + turning_speed(b, two);
-  return axis_in_reach(params, d.x, u.x, mine.box[0] + other.box[0], turning) &&
-         axis_in_reach(params, d.y, u.y, mine.box[1] + other.box[1], turning) &&
-         axis_in_reach(params, d.z, u.z, mine.box[2] + other.box[2], turning);
+  const real rotational_speed = rotational_speed_of(b, one) + rotational_speed_of(b, two);
+  return axis_in_range(params, d.x, u.x, mine.box[0] + other.box[0], rotational_speed) &&
+         axis_in_range(params, d.y, u.y, mine.box[1] + other.box[1], rotational_speed) &&
+         axis_in_range(params, d.z, u.z, mine.box[2] + other.box[2], rotational_speed);
 }
 
 /// Whether two bounded shapes are a pair.
 template <class real>
 bool are_pair(const Buffers<real>& b, const StepParams<real>& params, const Bounded<real>& one,
               const Bounded<real>& two) {
-  return two.bound.extent > 0 && is_pair(b, one.shape, two.shape) && shapes_in_reach(b, params, one, two);
+  return two.bound.extent > 0 && is_pair(b, one.shape, two.shape) && shapes_in_range(b, params, one, two);
 }
 
 template <class real>
-bool plane_in_reach(const Buffers<real>& b, const StepParams<real>& params, const Bounded<real>& of, u32 plane) {
+bool plane_in_range(const Buffers<real>& b, const StepParams<real>& params, const Bounded<real>& of, u32 plane) {
   const u32 body_i = b.shape_infos[of.shape].body, body_p = b.shape_infos[plane].body;
   const Pose<real> pose = make_pose(b.positions[body_p], b.orientations[body_p]);
   const Vec3<real> center = of.center(), point = shape_center(pose, b.shapes[plane]);
   const Vec3<real> normal = plane_normal(shape_rotation(pose, b.shapes[plane]));
-  const real reach = of.bound.reach;
-  const real gap = dot3(normal, sub3(center, point)) - reach;
-  const Vec3<real> touch = sub3(center, scale3(reach, normal));
+  const real bounding_radius = of.bound.bounding_radius;
+  const real gap = dot3(normal, sub3(center, point)) - bounding_radius;
+  const Vec3<real> touch = sub3(center, scale3(bounding_radius, normal));
   const real speed = approach_speed(normal, b.motions[body_i], sub3(touch, body_position(b, body_i)), b.motions[body_p],
                                     sub3(touch, pose.position));
-  return within_reach(params, gap, speed);
+  return within_range(params, gap, speed);
 }
 
 }  // namespace lockstep::reference

@@ -30,21 +30,21 @@ Vec4<real> vec4_of(Vec3<real> a, real w) {
 
 /// Position and velocity of particle i, world frame.
 template <class real>
-void place_particle(Buffers<real>& b, u32 i) {
+void update_particle(Buffers<real>& b, u32 i) {
   const u32 body = b.particle_bodies[i];
   const Motion<real>& motion = b.motions[body];
   const Vec3<real> arm = rotate3(quat(b.orientations[body]), vec3_of(b.particle_offsets[i]));
-  b.particle_places[i] = vec4_of(add3(vec3_of(b.positions[body]), arm), real(0));
+  b.particle_positions[i] = vec4_of(add3(vec3_of(b.positions[body]), arm), real(0));
   b.particle_velocities[i] = vec4_of(point_velocity(motion, arm), real(0));
 }
 
 /// A plane where its body has it, world frame.
 template <class real>
-struct PlaneNow {
+struct CurrentPlane {
   Vec3<real> point, normal;
 };
 template <class real>
-PlaneNow<real> plane_now(const Buffers<real>& b, u32 k) {
+CurrentPlane<real> current_plane(const Buffers<real>& b, u32 k) {
   const u32 body = b.plane_bodies[k];
   const Quat<real> q = quat(b.orientations[body]);
   return {add3(vec3_of(b.positions[body]), rotate3(q, vec3(b.particle_planes[k].point))),
@@ -77,8 +77,8 @@ Push<real> push_of(const ParticleLaw<real>& law, const Touch<real>& touch, real 
   const Vec3<real> damper = scale3(law.shear_damping * root, slide);
   const bool springs = law.shear_stiffness > real(0);
   if (springs) {
-    const Vec3<real> turned = sub3(stretch, scale3(dot3(touch.n, stretch), touch.n));
-    stretch = add3(turned, scale3(dt, slide));
+    const Vec3<real> tangential = sub3(stretch, scale3(dot3(touch.n, stretch), touch.n));
+    stretch = add3(tangential, scale3(dt, slide));
   }
   Vec3<real> shear = springs ? add3(scale3(law.shear_stiffness, stretch), damper) : damper;
   const real size = length3(shear), most = law.friction * normal;

@@ -13,22 +13,22 @@
 //                    the velocity u after the forces, with the part of e that the approach has that is not of these
 //                    forces. All rows are biased so that P solves them: with no other contact, impulse and outcome are
 //                    the law's.
-// Friction is that of what holds where the contact slid slower than a speed at the start of the sub-step (feature
+// Friction is static where the contact slid slower than a speed at the start of the sub-step (feature
 // static_friction), and of what slides elsewhere.
-// The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2), M that of the pair's parts of its bodies
-// where they are split (cpu_reference/visit_parts.hpp). Impulses start from the last step, later
+// The Delassus block is J M^-1 J^T of the contact in its frame (n, t1, t2), M that of the pair's copies of its bodies
+// where they are split (cpu_reference/body_copies.hpp). Impulses start from the last step, later
 // from the last sub-step, turned with the contact through the world frame and put back into the cone.
 #pragma once
 
+#include "cpu_reference/body_copies.hpp"
 #include "cpu_reference/cone.hpp"
-#include "cpu_reference/contact_now.hpp"
+#include "cpu_reference/current_contact.hpp"
 #include "cpu_reference/frame.hpp"
 #include "cpu_reference/impact.hpp"
+#include "cpu_reference/prepare_angular_friction.hpp"
 #include "cpu_reference/prepare_patch.hpp"
-#include "cpu_reference/prepare_turn.hpp"
 #include "cpu_reference/rigid_body.hpp"
-#include "cpu_reference/visit_contact.hpp"
-#include "cpu_reference/visit_parts.hpp"
+#include "cpu_reference/solve_contact.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -36,7 +36,7 @@ namespace lockstep::reference {
 /// What one side gives to J M^-1 J^T for axes d and e: (arm x d) . I^-1 (arm x e), of a general contact.
 template <class real>
 real angular_share(const Motion<real>& body, Vec3<real> arm, Vec3<real> d, Vec3<real> e) {
-  return dot3(cross3(arm, d), spin(body, BLOCK_GENERAL, cross3(arm, e)));
+  return dot3(cross3(arm, d), angular_velocity_change(body, BLOCK_GENERAL, cross3(arm, e)));
 }
 
 /// The part of a movable body's arm along the normal: a central contact has no other, up to rounding.
@@ -70,8 +70,8 @@ NormalLaw<real> normal_law(const StepParams<real>& p, real gap, real u_old, real
     const bool bounces = bounce < push_out;
     law = {bounces ? bounce : push_out, law.soft && !bounces};
   }
-  const bool parts = u_old > p.restitution_threshold && u_old > -law.bias;
-  if (restitution > 0 && parts && !(p.softness > 0)) {
+  const bool separates = u_old > p.restitution_threshold && u_old > -law.bias;
+  if (restitution > 0 && separates && !(p.softness > 0)) {
     const real closing = restitution * u_old;
     law.bias = closing > law.bias ? closing : law.bias;
   }
@@ -95,15 +95,15 @@ void clear_lane(ContactBlock<real>& block, ImpulseBlock<real>& impulses, u32 lan
     field[lane] = 0;
 }
 
-/// J M^-1 J^T of a contact in its frame. Where its pair rubs as one, all but w_nn is the patch's.
+/// J M^-1 J^T of a contact in its frame. Where its pair shares one friction patch, all but w_nn is the patch's.
 template <class real>
-Delassus<real> contact_delassus(const ContactFrame<real>& c, bool central, bool rubs_as_one,
+Delassus<real> contact_delassus(const ContactFrame<real>& c, bool central, bool uses_patches,
                                 const PairMotions<real>& motions) {
   const Motion<real>&a = motions.a, &b = motions.b;
   const real inverse_mass = a.inverse_mass + b.inverse_mass;
   Delassus<real> w = {inverse_mass, 0, 0, 0, 0, 0};
   if (central) {
-    if (rubs_as_one) return w;
+    if (uses_patches) return w;
     w.t11 = inverse_mass + dot3(c.arm_a, c.arm_a) * a.inertia_xx + dot3(c.arm_b, c.arm_b) * b.inertia_xx;
     w.t22 = w.t11;
     return w;
@@ -112,7 +112,7 @@ Delassus<real> contact_delassus(const ContactFrame<real>& c, bool central, bool 
     return angular_share(a, c.arm_a, d, e) + angular_share(b, c.arm_b, d, e);
   };
   w.nn = inverse_mass + share(c.normal, c.normal);
-  if (rubs_as_one) return w;
+  if (uses_patches) return w;
   w.t11 = inverse_mass + share(c.tangent_1, c.tangent_1);
   w.t22 = inverse_mass + share(c.tangent_2, c.tangent_2);
   w.n1 = share(c.normal, c.tangent_1);
@@ -137,11 +137,12 @@ ImpactTarget<real> hit_target(const StepParams<real>& p, real gap, real u_old, C
   return target;
 }
 
-/// mu of what holds, or of what slid at the start of the sub-step.
+/// mu of static friction, or of what slid at the start of the sub-step.
 template <class real>
-real friction_now(const HoldBlock<real>& hold, real sliding, Vec3<real> old, Vec3<real> t1, Vec3<real> t2, u32 lane) {
+real stick_or_slip_friction(const StaticFrictionBlock<real>& static_friction, real sliding, Vec3<real> old,
+                            Vec3<real> t1, Vec3<real> t2, u32 lane) {
   const real u_1 = dot3(t1, old), u_2 = dot3(t2, old);
-  return std::sqrt(u_1 * u_1 + u_2 * u_2) > hold.speed[lane] ? sliding : hold.friction[lane];
+  return std::sqrt(u_1 * u_1 + u_2 * u_2) > static_friction.speed[lane] ? sliding : static_friction.friction[lane];
 }
 
 /// The impulse that a contact starts from: normal part, and tangential part as a world vector.
@@ -173,13 +174,14 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const PointBlock<real>& points = buffers.point_blocks[row];
   const Pose<real> pose_a = make_pose(buffers.positions[a], buffers.orientations[a]);
   const Pose<real> pose_b = make_pose(buffers.positions[b], buffers.orientations[b]);
-  const ContactNow<real> now = contact_now(contact_point_of(points, lane), points.frame[lane], pose_a, pose_b);
+  const CurrentContact<real> current =
+      current_contact(contact_point_of(points, lane), points.frame[lane], pose_a, pose_b);
   const Motion<real>&motion_a = motions.a, &motion_b = motions.b;
   const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
-  const Vec3<real> n = now.normal;
+  const Vec3<real> n = current.normal;
   const auto [t1, t2] = tangents(n);
-  const Vec3<real> arm_a = central ? central_arm(motion_a, n, now.arm_a) : now.arm_a;
-  const Vec3<real> arm_b = central ? central_arm(motion_b, n, now.arm_b) : now.arm_b;
+  const Vec3<real> arm_a = central ? central_arm(motion_a, n, current.arm_a) : current.arm_a;
+  const Vec3<real> arm_b = central ? central_arm(motion_b, n, current.arm_b) : current.arm_b;
 
   const Velocity<real>&old_a = buffers.previous_velocities[a], &old_b = buffers.previous_velocities[b];
   const Vec3<real> old =
@@ -188,9 +190,10 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const Vec3<real> free = sub3(add3(vec3(motion_a.v), cross3(vec3(motion_a.w), arm_a)),
                                add3(vec3(motion_b.v), cross3(vec3(motion_b.w), arm_b)));
   const real u_free = dot3(n, free);
-  const real friction = buffers.hold_blocks.empty()
-                            ? points.friction[lane]
-                            : friction_now(buffers.hold_blocks[row], points.friction[lane], old, t1, t2, lane);
+  const real friction =
+      buffers.static_friction_blocks.empty()
+          ? points.friction[lane]
+          : stick_or_slip_friction(buffers.static_friction_blocks[row], points.friction[lane], old, t1, t2, lane);
   const ContactImpulse<real> start = start_impulse(params, buffers.start_blocks[row], block, impulses, lane);
   const Vec3<real> tangent = {start.tangent_x, start.tangent_y, start.tangent_z};
   ConeVector<real> r = {start.normal > 0 ? start.normal : real(0), dot3(tangent, t1), dot3(tangent, t2)};
@@ -198,20 +201,21 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const ContactFrame<real> frame = {n, t1, t2, arm_a, arm_b};
   const Delassus<real> w = contact_delassus(frame, central, !buffers.patch_blocks.empty(), motions);
 
-  if (buffers.turn_blocks.empty()) {
+  if (buffers.angular_friction_blocks.empty()) {
     r = clamp_to_cone(r, friction);
   } else {
-    const TurnPointBlock<real>& turning = buffers.turn_points[row];
-    TurnBlock<real>& turn = buffers.turn_blocks[row];
-    TurnImpulse<real>& turns = buffers.turn_impulses[row];
-    const Vec3<real> moment = start_moment(params, turning, block, turn, turns, lane);
+    const AngularFrictionPointBlock<real>& angular_friction_points = buffers.angular_friction_points[row];
+    AngularFrictionBlock<real>& angular = buffers.angular_friction_blocks[row];
+    AngularFrictionImpulse<real>& angular_impulses = buffers.angular_friction_impulses[row];
+    const Vec3<real> moment = start_moment(params, angular_friction_points, block, angular, angular_impulses, lane);
     Ellipse<real> ellipse;
-    const bool is_round = buffers.grain_blocks.empty();
+    const bool is_round = buffers.anisotropy_blocks.empty();
     if (!is_round)
-      ellipse = prepare_ellipse(buffers.grain_blocks[row], frame, pose_a.orientation, pose_b.orientation,
+      ellipse = prepare_ellipse(buffers.anisotropy_blocks[row], frame, pose_a.orientation, pose_b.orientation,
                                 buffers.ellipse_blocks[row], lane);
-    const SpinVector<real> cone = prepare_turn(turning, frame, bodies.kind[lane], motions, w.nn, r, moment, friction,
-                                               is_round ? nullptr : &ellipse, turn, turns, lane);
+    const TorsionVector<real> cone =
+        prepare_angular_friction(angular_friction_points, frame, bodies.kind[lane], motions, w.nn, r, moment, friction,
+                                 is_round ? nullptr : &ellipse, angular, angular_impulses, lane);
     r = {cone.normal, cone.tangent_1, cone.tangent_2};
   }
   block.normal_x[lane] = n.x;
@@ -223,14 +227,14 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   block.arm_b_x[lane] = arm_b.x;
   block.arm_b_y[lane] = arm_b.y;
   block.arm_b_z[lane] = arm_b.z;
-  NormalLaw<real> law = normal_law(params, now.gap, u_old, u_free, points.restitution[lane]);
+  NormalLaw<real> law = normal_law(params, current.gap, u_old, u_free, points.restitution[lane]);
   ImpactTarget<real> target = {{0, 0, 0}, friction};
   if (!buffers.impact_blocks.empty()) {
     const ImpactBlock<real>& impacts = buffers.impact_blocks[row];
     const ImpactMaterial<real> material = {impacts.law[lane], friction, points.restitution[lane],
                                            impacts.tangential_restitution[lane]};
-    if (material.law != IMPACT_NEWTON && is_hit(params, now.gap, u_old, u_free))
-      target = hit_target(params, now.gap, u_old, {u_free, dot3(free, t1), dot3(free, t2)}, w, material, law);
+    if (material.law != IMPACT_NEWTON && is_hit(params, current.gap, u_old, u_free))
+      target = hit_target(params, current.gap, u_old, {u_free, dot3(free, t1), dot3(free, t2)}, w, material, law);
     buffers.slide_blocks[row].bias_1[lane] = target.bias.tangent_1;
     buffers.slide_blocks[row].bias_2[lane] = target.bias.tangent_2;
   }
@@ -250,7 +254,7 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
 
 template <class real>
 void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
     const BlockBodies& bodies = buffers.block_bodies[block];
     for (u32 k = 0; k < buffers.block_rows[block].count; ++k) {
@@ -264,8 +268,8 @@ void prepare_contacts(Buffers<real>& buffers, const StepParams<real>& params) {
                                      impulses);
         else
           clear_lane(block_row, impulses, lane);
-        if (k >= bodies.count[lane] && !buffers.turn_blocks.empty())
-          clear_lane(buffers.turn_blocks[row], buffers.turn_impulses[row], lane);
+        if (k >= bodies.count[lane] && !buffers.angular_friction_blocks.empty())
+          clear_lane(buffers.angular_friction_blocks[row], buffers.angular_friction_impulses[row], lane);
         if (k >= bodies.count[lane] && !buffers.ellipse_blocks.empty()) clear_lane(buffers.ellipse_blocks[row], lane);
         if (k >= bodies.count[lane] && !buffers.slide_blocks.empty())
           buffers.slide_blocks[row].bias_1[lane] = buffers.slide_blocks[row].bias_2[lane] = 0;

@@ -14,54 +14,54 @@
 // Where a body turns by a radian in the step there is nothing to foresee, and less of either is taken: dt is divided by
 // 1 + dt^2 (w_a^2 + w_b^2).
 //
-// The row of z of a screw is that of its thread, u_z - rise w_z, its impulse a force and a moment in one. The axes of a
+// The row of z of a screw is that of its thread, u_z - lead w_z, its impulse a force and a moment in one. The axes of a
 // universal joint are those of its cross, which turns against a with w_z about z.
 //
 // The free coordinate x has one more row, with velocity u_f and impulse r_f = r_m + r_l:
 //   motor    u_f = motor_speed as far as |r_m| <= motor_force dt reaches; dry friction is a motor of speed 0
 //   limits   low <= x + dt u_f <= high while x is between; outside of them a share of what x is beyond is taken back
-//   spring   r_l = -h (k (x + theta h u_f - rest) + c u_f), that is u_f + rate (x - rest) + yield r_l = 0, with
-//            yield = 1 / (h (theta h k + c)) and rate = h k yield (host/scene/compile_joints.cpp). At theta 1/2 it
-//            keeps its energy at any stiffness: the map of one oscillation has determinant 1 and trace 2 / (1 + h^2 k /
-//            2 m)
-// Limits, or the spring, are `slowest <= u_f <= fastest` in the visit (cpu_reference/joints/visit_joint.hpp), which
+//   spring   r_l = -h (k (x + theta h u_f - rest) + c u_f), that is u_f + rate (x - rest) + compliance r_l = 0, with
+//            compliance = 1 / (h (theta h k + c)) and rate = h k compliance (host/scene/compile_joints.cpp). At theta
+//            1/2 it keeps its energy at any stiffness: the map of one oscillation has determinant 1 and trace 2 / (1 +
+//            h^2 k / 2 m)
+// Limits, or the spring, are `slowest <= u_f <= fastest` in the solve (cpu_reference/joints/solve_joint.hpp), which
 // solves the row together with the locked ones: `coupling` is what its impulse does to them, `response` what they
 // answer.
 #pragma once
 
+#include "cpu_reference/joints/current_joint.hpp"
 #include "cpu_reference/joints/factor.hpp"
-#include "cpu_reference/joints/joint_now.hpp"
 #include "cpu_reference/joints/mobility.hpp"
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sleep.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
 struct FreeLaw {
-  real slowest, fastest, give;
+  real slowest, fastest, bound_softness;
 };
 
-/// `turning` is what the bodies' turning adds to the velocity: only a locked coordinate asks.
+/// `velocity_product` is what the rotation of the bodies adds to the velocity: only a locked coordinate asks.
 template <class real>
-FreeLaw<real> free_law(const Joint<real>& joint, real x, real turning, real dt) {
+FreeLaw<real> free_law(const Joint<real>& joint, real x, real velocity_product, real dt) {
   FreeLaw<real> law = {-real(JOINT_UNBOUNDED), real(JOINT_UNBOUNDED), 0};
   if (joint.limited == 0) return law;
   const real above = x - joint.low, below = joint.high - x;
-  if (joint.yield > 0) {
+  if (joint.spring_compliance > 0) {
     law.slowest = -(joint.rate * above);
     law.fastest = law.slowest;
     return law;
   }
   if (joint.low == joint.high) {
-    law.slowest = -(joint.correction * above / dt + turning);
+    law.slowest = -(joint.correction * above / dt + velocity_product);
     law.fastest = law.slowest;
-    law.give = joint.softness;
+    law.bound_softness = joint.softness;
     return law;
   }
   law.slowest = above > 0 ? -(above / dt) : -(joint.correction * above / dt);
   law.fastest = below > 0 ? below / dt : joint.correction * below / dt;
-  law.give = above < 0 || below < 0 ? joint.softness : real(0);
+  law.bound_softness = above < 0 || below < 0 ? joint.softness : real(0);
   return law;
 }
 
@@ -70,61 +70,62 @@ FreeLaw<real> free_law(const Joint<real>& joint, real x, real turning, real dt) 
 /// With w = w_b - w_a, the rows of a skate turn with b instead, which takes w x u off; the part of the arms of what
 /// rolls that goes down to where it touches turns with a, which takes w x (w x down) off.
 template <class real>
-void row_rates(const JointNow<real>& now, const JointInfo& info, const Motion<real>& a, const Motion<real>& b,
+void row_rates(const CurrentJoint<real>& current, const JointInfo& info, const Motion<real>& a, const Motion<real>& b,
                real (&rates)[JOINT_ROWS + 1]) {
   const Vec3<real> w_a = vec3(a.w), w_b = vec3(b.w);
-  const Vec3<real> on_a = cross3(w_a, now.arm_a), on_b = cross3(w_b, now.arm_b);
+  const Vec3<real> on_a = cross3(w_a, current.arm_a), on_b = cross3(w_b, current.arm_b);
   const Vec3<real> u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
   Vec3<real> rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3(real(2), cross3(w_a, u)));
   const Vec3<real> w = sub3(w_b, w_a);
   if (LOCKS_SKATE(info.locked)) rate = sub3(rate, cross3(w, u));
-  if (now.radius > 0) rate = sub3(rate, cross3(w, cross3(w, scale3(-now.radius, now.axes[2]))));
+  if (current.radius > 0) rate = sub3(rate, cross3(w, cross3(w, scale3(-current.radius, current.axes[2]))));
   const bool crosses = LOCKS_CROSS(info.locked);
-  const Vec3<real> w_axes = crosses ? add3(w_a, scale3(dot3(now.axes[2], w), now.axes[2])) : w_a;
-  const Vec3<real> turn_rate = cross3(w, w_axes);
+  const Vec3<real> w_axes = crosses ? add3(w_a, scale3(dot3(current.axes[2], w), current.axes[2])) : w_a;
+  const Vec3<real> angular_rate = cross3(w, w_axes);
   for (u32 i = 0; i < 3; ++i) {
-    rates[i] = dot3(now.axes[i], rate);
-    rates[i + 3] = dot3(now.axes[i], turn_rate);
+    rates[i] = dot3(current.axes[i], rate);
+    rates[i + 3] = dot3(current.axes[i], angular_rate);
   }
-  if (now.rise != 0) rates[2] = rates[2] - now.rise * rates[5];
-  rates[JOINT_ROWS] = dot3(now.free_axis, info.free == FREE_ANGLE ? turn_rate : rate);
-  if (info.free == FREE_LENGTH && now.coordinate > 0) {  // the direction turns too
-    const real along = dot3(now.free_axis, u);
-    rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / now.coordinate;
+  if (current.lead != 0) rates[2] = rates[2] - current.lead * rates[5];
+  rates[JOINT_ROWS] = dot3(current.free_axis, info.free == FREE_ANGLE ? angular_rate : rate);
+  if (info.free == FREE_LENGTH && current.coordinate > 0) {  // the direction turns too
+    const real along = dot3(current.free_axis, u);
+    rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / current.coordinate;
   }
 }
 
-/// All that follows from the geometry; that of padding, and of joints that sleep, is zero: a visit changes nothing.
+/// All that follows from the geometry; that of padding, and of joints that sleep, is zero: a solve changes nothing.
 template <class real>
-void write_joint(JointBlock<real>& block, u32 lane, const JointNow<real>& now, const JointFactor<real>& factor,
-                 const real (&bias)[JOINT_ROWS], const real (&turning)[JOINT_ROWS + 1],
+void write_joint(JointBlock<real>& block, u32 lane, const CurrentJoint<real>& current, const JointFactor<real>& factor,
+                 const real (&bias)[JOINT_ROWS], const real (&velocity_product)[JOINT_ROWS + 1],
                  const real (&coupling)[JOINT_ROWS], const real (&response)[JOINT_ROWS]) {
   const auto write3 = [lane](real(*field)[PACK], Vec3<real> v) {
     field[0][lane] = v.x;
     field[1][lane] = v.y;
     field[2][lane] = v.z;
   };
-  for (u32 i = 0; i < 3; ++i) write3(block.axes + 3 * i, now.axes[i]);
-  write3(block.arm_a, now.arm_a);
-  write3(block.arm_b, now.arm_b);
-  write3(block.free_axis, now.free_axis);
+  for (u32 i = 0; i < 3; ++i) write3(block.axes + 3 * i, current.axes[i]);
+  write3(block.arm_a, current.arm_a);
+  write3(block.arm_b, current.arm_b);
+  write3(block.free_axis, current.free_axis);
   for (u32 i = 0; i < JOINT_LOWER; ++i) block.lower[i][lane] = factor.lower[i];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     block.inverse_pivot[i][lane] = factor.inverse_pivot[i];
     block.bias[i][lane] = bias[i];
-    block.turning[i][lane] = turning[i];
+    block.velocity_product[i][lane] = velocity_product[i];
     block.coupling[i][lane] = coupling[i];
     block.response[i][lane] = response[i];
   }
-  block.turning[JOINT_ROWS][lane] = turning[JOINT_ROWS];
+  block.velocity_product[JOINT_ROWS][lane] = velocity_product[JOINT_ROWS];
 }
 
 template <class real>
 void clear_joint(JointBlock<real>& block, u32 lane) {
-  const real none[JOINT_ROWS] = {}, no_turning[JOINT_ROWS + 1] = {};
-  write_joint(block, lane, {}, {}, none, no_turning, none, none);
-  for (real* field : {block.softness, block.spring, block.own, block.shared, block.motor_speed, block.motor_impulse,
-                      block.slowest, block.fastest, block.give, block.yield, block.rise})
+  const real none[JOINT_ROWS] = {}, no_velocity_product[JOINT_ROWS + 1] = {};
+  write_joint(block, lane, {}, {}, none, no_velocity_product, none, none);
+  for (real* field :
+       {block.softness, block.spring, block.free_mobility, block.coupled_mobility, block.motor_speed,
+        block.motor_impulse, block.slowest, block.fastest, block.bound_softness, block.spring_compliance, block.lead})
     field[lane] = 0;
 }
 
@@ -132,14 +133,14 @@ void clear_joint(JointBlock<real>& block, u32 lane) {
 template <class real>
 void move_on(const Motion<real>& motion, real time, Vec3<real>& x, Quat<real>& q) {
   x = add3(x, scale3(time, vec3(motion.v)));
-  q = turn4(q, vec3(motion.w), time);
+  q = integrate_orientation(q, vec3(motion.w), time);
 }
 
 /// The axes and arms of `later`, what is off and the free coordinate of `now`.
 template <class real>
-JointNow<real> with_error_of(const JointNow<real>& now, JointNow<real> later) {
-  for (u32 i = 0; i < JOINT_ROWS; ++i) later.error[i] = now.error[i];
-  later.coordinate = now.coordinate;
+CurrentJoint<real> with_error_of(const CurrentJoint<real>& current, CurrentJoint<real> later) {
+  for (u32 i = 0; i < JOINT_ROWS; ++i) later.error[i] = current.error[i];
+  later.coordinate = current.coordinate;
   return later;
 }
 
@@ -156,52 +157,52 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   const real angle = params.dt * params.dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params.dt / (real(1) + angle);
   const JointSizes<real> sizes = joint_sizes(buffers, index);
-  JointNow<real> now = joint_now(joint, info, sizes, x_a, q_a, x_b, q_b);
+  CurrentJoint<real> current = current_joint(joint, info, sizes, x_a, q_a, x_b, q_b);
   if (params.theta != real(1)) {
-    const real lead = (real(1) - params.theta) * foreseen;
-    move_on(a, lead, x_a, q_a);
-    move_on(b, lead, x_b, q_b);
-    now = with_error_of(now, joint_now(joint, info, sizes, x_a, q_a, x_b, q_b));
+    const real lead_time = (real(1) - params.theta) * foreseen;
+    move_on(a, lead_time, x_a, q_a);
+    move_on(b, lead_time, x_b, q_b);
+    current = with_error_of(current, current_joint(joint, info, sizes, x_a, q_a, x_b, q_b));
   }
-  const JointMobility<real> m = joint_mobility(now, info.free, a, b);
+  const JointMobility<real> m = joint_mobility(current, info.free, a, b);
   const JointFactor<real> factor = factorise(m.k, info.locked);
 
   const bool is_free = info.free != FREE_NOTHING;
-  real turning[JOINT_ROWS + 1];
-  row_rates(now, info, a, b, turning);
+  real velocity_product[JOINT_ROWS + 1];
+  row_rates(current, info, a, b, velocity_product);
   const real ahead = real(0.5) * foreseen;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1) != 0;
-    bias[i] = locked ? joint.correction * now.error[i] / params.dt : real(0);
-    turning[i] = locked ? ahead * turning[i] : real(0);
+    bias[i] = locked ? joint.correction * current.error[i] / params.dt : real(0);
+    velocity_product[i] = locked ? ahead * velocity_product[i] : real(0);
     coupling[i] = locked && is_free ? m.coupling[i] : real(0);
     response[i] = coupling[i];
   }
-  const bool equal = joint.limited != 0 && joint.low == joint.high && !(joint.yield > 0);
-  turning[JOINT_ROWS] = equal ? ahead * turning[JOINT_ROWS] : real(0);
+  const bool equal = joint.limited != 0 && joint.low == joint.high && !(joint.spring_compliance > 0);
+  velocity_product[JOINT_ROWS] = equal ? ahead * velocity_product[JOINT_ROWS] : real(0);
   solve_factor(factor, response);
-  real shared = 0;
-  for (u32 i = 0; i < JOINT_ROWS; ++i) shared = shared + coupling[i] * response[i];
+  real coupled_mobility = 0;
+  for (u32 i = 0; i < JOINT_ROWS; ++i) coupled_mobility = coupled_mobility + coupling[i] * response[i];
 
-  write_joint(block, lane, now, factor, bias, turning, coupling, response);
+  write_joint(block, lane, current, factor, bias, velocity_product, coupling, response);
   block.softness[lane] = joint.softness;
   block.spring[lane] = joint.spring;
-  block.own[lane] = is_free ? m.own : real(0);
-  block.shared[lane] = shared;
+  block.free_mobility[lane] = is_free ? m.free_mobility : real(0);
+  block.coupled_mobility[lane] = coupled_mobility;
   block.motor_speed[lane] = joint.motor_speed;
   block.motor_impulse[lane] = joint.motor_force * params.dt;
-  const FreeLaw<real> law = free_law(joint, now.coordinate, turning[JOINT_ROWS], params.dt);
+  const FreeLaw<real> law = free_law(joint, current.coordinate, velocity_product[JOINT_ROWS], params.dt);
   block.slowest[lane] = law.slowest;
   block.fastest[lane] = law.fastest;
-  block.give[lane] = law.give;
-  block.yield[lane] = joint.yield;
-  block.rise[lane] = now.rise;
+  block.bound_softness[lane] = law.bound_softness;
+  block.spring_compliance[lane] = joint.spring_compliance;
+  block.lead[lane] = current.lead;
 }
 
 template <class real>
 void prepare_joints(Buffers<real>& buffers, const StepParams<real>& params) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 block = 0; block < params.joint_blocks; ++block) {
     for (u32 lane = 0; lane < PACK; ++lane) {
       const u32 joint = buffers.joint_lanes[block].joint[lane];

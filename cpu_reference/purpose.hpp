@@ -1,4 +1,4 @@
-// What a visit of a constraint is for. The solver's sweeps solve its law as prepared; the relaxing sweep
+// What a solve of a constraint is for. The solver's sweeps solve its law as prepared; the relaxing sweep
 // (cpu_reference/relax_constraints.hpp) solves it hard and without corrections where it is soft.
 #pragma once
 

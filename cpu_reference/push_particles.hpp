@@ -10,8 +10,8 @@ namespace lockstep::reference {
 template <class real>
 Touch<real> touch_of_plane(const Buffers<real>& b, const ParticleLaw<real>& law, u32 i, u32 k) {
   const u32 body = b.particle_bodies[i], body_p = b.plane_bodies[k];
-  const Vec3<real> x = vec3_of(b.particle_places[i]);
-  const PlaneNow<real> plane = plane_now(b, k);
+  const Vec3<real> x = vec3_of(b.particle_positions[i]);
+  const CurrentPlane<real> plane = current_plane(b, k);
   const real overlap = law.radius - dot3(plane.normal, sub3(x, plane.point));
   const Vec3<real> arm = scale3(real(0.5) * overlap - law.radius, plane.normal);
   const Vec3<real> there = point_velocity(b.motions[body_p], sub3(add3(x, arm), vec3_of(b.positions[body_p])));
@@ -22,22 +22,22 @@ Touch<real> touch_of_plane(const Buffers<real>& b, const ParticleLaw<real>& law,
 /// Two particles, the first of a dynamic body.
 template <class real>
 Touch<real> touch_of_neighbour(const Buffers<real>& b, const ParticleLaw<real>& law, u32 i, u32 j) {
-  const Vec3<real> d = sub3(vec3_of(b.particle_places[j]), vec3_of(b.particle_places[i]));
+  const Vec3<real> d = sub3(vec3_of(b.particle_positions[j]), vec3_of(b.particle_positions[i]));
   const real distance = length3(d), overlap = real(2) * law.radius - distance;
   if (!(distance > real(0))) return {};  // two in one place have no direction
   const u32 body_i = b.particle_bodies[i], body_j = b.particle_bodies[j];
   const Vec3<real> n = scale3(real(1) / distance, d);
-  const real lever = real(0.5) * distance;
-  const Vec3<real> arm = scale3(lever, n);
+  const real half_distance = real(0.5) * distance;
+  const Vec3<real> arm = scale3(half_distance, n);
   const Vec3<real> here = add3(vec3_of(b.particle_velocities[i]), cross3(vec3(b.motions[body_i].w), arm));
   const Vec3<real> there =
-      add3(vec3_of(b.particle_velocities[j]), cross3(vec3(b.motions[body_j].w), scale3(-lever, n)));
+      add3(vec3_of(b.particle_velocities[j]), cross3(vec3(b.motions[body_j].w), scale3(-half_distance, n)));
   return {overlap, n, arm, sub3(there, here), real(1) / (b.particle_shares[body_i] + b.particle_shares[body_j])};
 }
 
 template <class real>
 void push_particles(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
   const u32 particles = static_cast<u32>(b.particle_bodies.size());
   for (u32 i = 0; i < particles; ++i) {
     const ParticleLaw<real>& law = b.particle_laws[b.body_infos[b.particle_bodies[i]].world];

@@ -26,7 +26,6 @@
 #include "cpu_reference/pack_contacts.hpp"
 #include "cpu_reference/pack_points.hpp"
 #include "cpu_reference/partition_contacts.hpp"
-#include "cpu_reference/place_particles.hpp"
 #include "cpu_reference/prepare_contacts.hpp"
 #include "cpu_reference/prepare_joints.hpp"
 #include "cpu_reference/push_particles.hpp"
@@ -43,6 +42,7 @@
 #include "cpu_reference/store_springs.hpp"
 #include "cpu_reference/sum_particles.hpp"
 #include "cpu_reference/update_bounds.hpp"
+#include "cpu_reference/update_particles.hpp"
 #include "cpu_reference/wake_islands.hpp"
 #include "cpu_reference/warm_start.hpp"
 

@@ -5,14 +5,14 @@
 // building trembles by it, and what trembles walks (docs/solvers.md).
 #pragma once
 
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
 void relax_constraints(Buffers<real>& buffers, const StepParams<real>& params) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 sweep = 0; sweep < params.relaxations; ++sweep) {
     sweep_joints(Purpose::relax, buffers);
     sweep_contacts(Purpose::relax, buffers);

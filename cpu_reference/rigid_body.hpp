@@ -43,7 +43,7 @@ Vec3<real> mean3(real theta, Vec3<real> old_value, Vec3<real> new_value) {
 
 /// Inverse inertia times a moment, world frame.
 template <class real>
-Vec3<real> turn_by(const Motion<real>& body, Vec3<real> moment) {
+Vec3<real> apply_inverse_inertia(const Motion<real>& body, Vec3<real> moment) {
   return {body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
           body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
           body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z};
@@ -70,8 +70,8 @@ inline void report_bad(std::vector<u32>& counters, u32 status, u32 body) {
   counters[COUNTER_BAD_BODY] = std::max(counters[COUNTER_BAD_BODY], NONE - body);
 }
 
-/// Whether a list was full or somebody woke: stages that write persistent state then leave it alone (STATUS_VOID).
-inline bool step_is_void(const std::vector<u32>& counters) { return (counters[COUNTER_STATUS] & STATUS_VOID) != 0; }
+/// Whether a list was full or somebody woke: stages that write persistent state then leave it alone (STATUS_ABORTED).
+inline bool step_aborted(const std::vector<u32>& counters) { return (counters[COUNTER_STATUS] & STATUS_ABORTED) != 0; }
 
 template <class real>
 Velocity<real> make_velocity(Vec3<real> v, Vec3<real> w) {
@@ -82,10 +82,10 @@ Vec4<real> make_vec4(Quat<real> q) {
   return {q.x, q.y, q.z, q.w};
 }
 
-/// The orientation after turning with w (world frame) for dt: q' = q + dt G(q) w (survey eq. 1, where G^T G is
-/// 1/4 times the identity) brought back to unit length. This is the Cayley map: a turn about w by 2 atan(|w| dt / 2).
+/// The orientation after rotating with w (world frame) for dt: q' = q + dt G(q) w (survey eq. 1, where G^T G is
+/// 1/4 times the identity) brought back to unit length. This is the Cayley map, a rotation by 2 atan(|w| dt / 2).
 template <class real>
-Quat<real> turn4(Quat<real> q, Vec3<real> w, real dt) {
+Quat<real> integrate_orientation(Quat<real> q, Vec3<real> w, real dt) {
   const real h = real(0.5) * dt;
   return unit4(multiply4(Quat<real>{h * w.x, h * w.y, h * w.z, real(1)}, q));
 }
@@ -120,15 +120,15 @@ void set_inverse_inertia(Motion<real>& motion, const Mass<real>& mass, const Bod
   }
 }
 
-/// lever x m g: the moment of gravity about the pivot, body frame.
+/// com_offset x m g: the moment of gravity about the pivot, body frame.
 template <class real>
 Vec3<real> gravity_moment_body(const Pivot<real>& pivot, const Mass<real>& mass, Quat<real> q, Vec3<real> gravity) {
-  return cross3(vec3(pivot.lever_body), scale3(mass.mass, unrotate3(q, gravity)));
+  return cross3(vec3(pivot.com_offset_body), scale3(mass.mass, unrotate3(q, gravity)));
 }
 /// From the pivot to the centre of mass, world frame.
 template <class real>
-Vec3<real> lever_world(const Pivot<real>& pivot, Quat<real> q) {
-  return rotate3(q, vec3(pivot.lever_body));
+Vec3<real> com_offset_world(const Pivot<real>& pivot, Quat<real> q) {
+  return rotate3(q, vec3(pivot.com_offset_body));
 }
 
 }  // namespace lockstep::reference

@@ -2,7 +2,7 @@
 // movable body, which are solved at once. A batch becomes a block (cpu_reference/pack_contacts.hpp).
 //
 // First fit: one pair after another, those with most points first and of equal ones the first in the list, takes its
-// place in the first batch that has room for it and none of its bodies. It is the same to fill one batch after another
+// slot in the first batch that has room for it and none of its bodies. It is the same to fill one batch after another
 // with the first pairs that fit: what work-groups do (kernels/schedule_contacts.cl). A pair that fits into none of
 // CELL_BATCHES, as of a body with more pairs, is in no cell.
 #pragma once
@@ -15,11 +15,11 @@
 
 namespace lockstep::reference {
 
-/// Writes the place of each pair, batch * PACK + lane, and where the blocks of each cell and their rows begin; a block
+/// Writes the slot of each pair, batch * PACK + lane, and where the blocks of each cell and their rows begin; a block
 /// has as many rows as its first pair has points.
 template <class real>
 void schedule_contacts(Buffers<real>& b, const StepParams<real>&) {
-  std::fill(b.cell_places.begin(), b.cell_places.end(), NONE);
+  std::fill(b.cell_slots.begin(), b.cell_slots.end(), NONE);
   const std::size_t cells = b.cell_starts.size() - 1;
   u32 block = 0, row = 0;
   for (std::size_t cell = 0; cell < cells; ++cell) {
@@ -40,7 +40,7 @@ void schedule_contacts(Buffers<real>& b, const StepParams<real>&) {
         for (const u32 body : {b.contacts[i].body_a, b.contacts[i].body_b})
           batches_of[body] |= std::uint64_t{1} << batch;
         if (sizes[batch] == 0) ++block, row += points;
-        b.cell_places[i] = batch * PACK + sizes[batch]++;
+        b.cell_slots[i] = batch * PACK + sizes[batch]++;
         if (sizes[batch] == PACK) full |= std::uint64_t{1} << batch;
       }
     }

@@ -9,14 +9,14 @@ namespace lockstep::reference {
 
 template <class real>
 void search_tree(Buffers<real>& b, const StepParams<real>& params) {
-  const u32 count = loose_count(params);
+  const u32 count = top_level_count(params);
   list_pairs(b, params, [&](u32, const Bounded<real>& me, std::vector<u32>& found) {
     const TreeBox<real> box = widened(swept_box(b, me, step_length(params)), params.margin * real(1.0001));
-    const LooseRange range = loose_range(b, b.body_infos[b.shape_infos[me.shape].body].world);
-    visit_boxes(b.tree_blocks.data(), blocks_of(count), box, [&](u32 run) {
-      for (u32 place = run * PACK; place < std::min((run + 1) * PACK, count); ++place) {
-        if (place < range.first || place >= range.first + range.count) continue;
-        const Bounded<real> other = loose(b, b.tree_items[place]);
+    const TopLevelRange range = top_level_range(b, b.body_infos[b.shape_infos[me.shape].body].world);
+    traverse_boxes(b.tree_blocks.data(), blocks_of(count), box, [&](u32 run) {
+      for (u32 slot = run * PACK; slot < std::min((run + 1) * PACK, count); ++slot) {
+        if (slot < range.first || slot >= range.first + range.count) continue;
+        const Bounded<real> other = top_level(b, b.tree_items[slot]);
         if (other.shape > me.shape && are_pair(b, params, me, other)) found.push_back(other.shape);
       }
     });

@@ -1,5 +1,6 @@
 // Where a shape is, and where it stays for a whole step of length h at its present velocity.
-//   sphere  centre c, extent r + h (|v| + |w| |c - x|), with r the reach and x the centre of mass: for the whole step.
+//   sphere  centre c, extent r + h (|v| + |w| |c - x|), with r the bounding radius and x the centre of mass: for the
+//   whole step.
 //           The grid's cells are sized by the largest extent.
 //   box     half extents along the axes of the world, of the shape where it is now: its support in the three
 //           directions (Ericson, Real-Time Collision Detection, 2005, section 4.2.6).
@@ -44,11 +45,11 @@ Vec3<real> shape_half(u32 kind, const Shape<real>& shape, Quat<real> rotation) {
     const Vec3<real> axis = rotate3(rotation, Vec3<real>{0, 0, 1});
     return scale3(bound_slack<real>, round_half(kind, axis, shape.size[0], shape.size[1]));
   }
-  return {shape.reach, shape.reach, shape.reach};
+  return {shape.bounding_radius, shape.bounding_radius, shape.bounding_radius};
 }
 
-/// The bound of a shape; planes have extent 0, and all of it is 0 where the shape has no finite place. Returns whether
-/// it has one.
+/// The bound of a shape; planes have extent 0, and all of it is 0 where the shape has no finite position. Returns
+/// whether it has one.
 template <class real>
 bool shape_bound(const Buffers<real>& b, real h, u32 i, Bound<real>& bound) {
   const u32 body = b.shape_infos[i].body, kind = b.shape_infos[i].kind;
@@ -61,12 +62,12 @@ bool shape_bound(const Buffers<real>& b, real h, u32 i, Bound<real>& bound) {
   if (kind != SHAPE_PLANE) {
     const real arm = length3(sub3(center, pose.position));
     const real speed = length3(vec3(motion.v)) + length3(vec3(motion.w)) * arm;
-    extent = shape.reach + h * speed;
+    extent = shape.bounding_radius + h * speed;
   }
   const bool finite = is_finite(center.x) && is_finite(center.y) && is_finite(center.z) && is_finite(extent) &&
                       is_finite(half.x) && is_finite(half.y) && is_finite(half.z);
   bound = {};
-  if (finite) bound = {{center.x, center.y, center.z}, extent, {half.x, half.y, half.z}, shape.reach};
+  if (finite) bound = {{center.x, center.y, center.z}, extent, {half.x, half.y, half.z}, shape.bounding_radius};
   return finite;
 }
 

@@ -10,7 +10,7 @@
 namespace lockstep::reference {
 
 template <class real>
-bool is_turned(Quat<real> q) {
+bool is_rotated(Quat<real> q) {
   return q.x != 0 || q.y != 0 || q.z != 0;
 }
 
@@ -23,18 +23,18 @@ TreeBox<real> box_in_tree(const Buffers<real>& b, const StepParams<real>& params
   const Pose<real> pose = make_pose(b.positions[tree.body], b.orientations[tree.body]);
   const Motion<real>& motion = b.motions[tree.body];
   const real h = step_length(params), rounding = sizeof(real) == 4 ? real(2e-6) : real(4e-15);
-  const real way = h * (length3(vec3(motion.v)) + length3(vec3(motion.w)) * tree.radius);
+  const real displacement = h * (length3(vec3(motion.v)) + length3(vec3(motion.w)) * tree.radius);
   const Vec3<real> at = pose.position;
-  const real placed = (std::abs(at.x) + std::abs(at.y) + std::abs(at.z) + tree.radius) * rounding;
-  const real wider = (params.margin + way) * real(1.0001) + placed;
-  if (!is_turned(pose.orientation)) {
+  const real position_error = (std::abs(at.x) + std::abs(at.y) + std::abs(at.z) + tree.radius) * rounding;
+  const real wider = (params.margin + displacement) * real(1.0001) + position_error;
+  if (!is_rotated(pose.orientation)) {
     const TreeBox<real> box = widened(swept_box(b, me, h), wider);
     return {sub3(box.low, at), sub3(box.high, at)};
   }
   const Vec3<real> d = sub3(me.center(), at), center = unrotate3(pose.orientation, d);
-  const real turned = (std::abs(d.x) + std::abs(d.y) + std::abs(d.z)) * rounding;
-  const real reach = (me.bound.extent + tree.largest) * real(1.0001) + wider + turned;
-  return widened(TreeBox<real>{center, center}, reach);
+  const real rotation_rounding = (std::abs(d.x) + std::abs(d.y) + std::abs(d.z)) * rounding;
+  const real half_extent = (me.bound.extent + tree.largest) * real(1.0001) + wider + rotation_rounding;
+  return widened(TreeBox<real>{center, center}, half_extent);
 }
 
 /// Calls found(j) for each shape j of a tree of its world that `me`, of a body that is pushed, is paired with.
@@ -46,12 +46,12 @@ void search_shape_trees(const Buffers<real>& b, const StepParams<real>& params, 
   const WorldTrees& world = b.world_trees[body.world];
   for (u32 t = world.first_tree; t < world.first_tree + world.tree_count; ++t) {
     const ShapeTree<real>& tree = b.shape_trees[t];
-    visit_boxes(b.shape_tree_blocks.data() + tree.first_block, tree.item_count, box_in_tree(b, params, tree, me),
-                [&](u32 entry) {
-                  Bounded<real> other = {b.shape_tree_items[tree.first_item + entry], {}};
-                  shape_bound(b, step_length(params), other.shape, other.bound);
-                  if (are_pair(b, params, me, other)) found(other.shape);
-                });
+    traverse_boxes(b.shape_tree_blocks.data() + tree.first_block, tree.item_count, box_in_tree(b, params, tree, me),
+                   [&](u32 entry) {
+                     Bounded<real> other = {b.shape_tree_items[tree.first_item + entry], {}};
+                     shape_bound(b, step_length(params), other.shape, other.bound);
+                     if (are_pair(b, params, me, other)) found(other.shape);
+                   });
   }
 }
 

@@ -26,20 +26,20 @@ bool is_moving(const Buffers<real>& b, u32 body) {
   return kind == BODY_DYNAMIC ? !is_asleep(b, body) : kind == BODY_KINEMATIC && has_velocity(b.motions[body]);
 }
 
-/// Whether the broad phase asks what the shape may touch: one that does not move touches nothing new. Sensors do
+/// Whether the broad phase asks what the shape may touch: one that does not move touches nothing new. Triggers do
 /// always, for they feel sleepers too.
 template <class real>
 bool looks_for_others(const Buffers<real>& b, u32 shape) {
   const ShapeInfo& info = b.shape_infos[shape];
-  return b.sleepers.empty() || (info.flags & SHAPE_IS_SENSOR) != 0 || is_moving(b, info.body);
+  return b.sleepers.empty() || (info.flags & SHAPE_IS_TRIGGER) != 0 || is_moving(b, info.body);
 }
 
 /// Of two bodies that a joint holds or that touch, those of joints one after another.
-template <class real, class Visit>
-void for_each_joined_pair(const Buffers<real>& b, Visit&& visit) {
+template <class real, class Function>
+void for_each_joined_pair(const Buffers<real>& b, Function&& function) {
   for (const JointLanes& lanes : b.joint_lanes) {
     for (u32 lane = 0; lane < PACK; ++lane) {
-      if (lanes.joint[lane] != NONE) visit(lanes.body_a[lane], lanes.body_b[lane]);
+      if (lanes.joint[lane] != NONE) function(lanes.body_a[lane], lanes.body_b[lane]);
     }
   }
 }

@@ -1,6 +1,6 @@
 // Gauss-Seidel in the order of the list of contacts, without colours, on the Delassus matrix itself: Courtecuisse and
 // Allard, Parallel Dense Gauss-Seidel Algorithm on Many-Core Processors, HPCC 2009 (survey 5). With W = J M^-1 J^T and
-// u the relative velocities of all contacts, their biases added, a sweep visits one contact i after another,
+// u the relative velocities of all contacts, their biases added, a sweep solves one contact i after another,
 //   q = u_i - W_ii r_i,   r_i' solves its cone (cpu_reference/cone.hpp),   d = r_i' - r_i,
 // and all that share a movable body with it feel the change, each row of W for itself:
 //   u_j = u_j + W_ji d.
@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "cpu_reference/couple_contacts.hpp"
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
 
 namespace lockstep::reference {
@@ -44,9 +44,9 @@ class DenseSweeps {
   const Motion<real>& body(u32 i) const { return buffers_.motions[i]; }
   void couple(u32 i);
   void measure();
-  real visit(u32 i);
+  real solve_contact(u32 i);
   real sweep();
-  void give_to_bodies();
+  void apply_to_bodies();
 
   Buffers<real>& buffers_;
   std::vector<Row> rows_;  // of each contact
@@ -106,7 +106,7 @@ template <class real>
 void DenseSweeps<real>::measure() {
   for (u32 i = 0; i < rows_.size(); ++i) {
     Row& at = rows_[i];
-    const ConeVector<real> u = biased_velocity(at.frame, law_now(Purpose::solve, buffers_, at.row, at.lane).bias,
+    const ConeVector<real> u = biased_velocity(at.frame, contact_law(Purpose::solve, buffers_, at.row, at.lane).bias,
                                                body(buffers_.contacts[i].body_a), body(buffers_.contacts[i].body_b));
     at.u = {u.normal + real(0), u.tangent_1 + real(0), u.tangent_2 + real(0)};  // never -0
     at.r = impulse_of(buffers_.impulse_blocks[at.row], at.lane);
@@ -115,7 +115,7 @@ void DenseSweeps<real>::measure() {
 
 /// Returns the square of by how much it changed the relative velocity.
 template <class real>
-real DenseSweeps<real>::visit(u32 i) {
+real DenseSweeps<real>::solve_contact(u32 i) {
   Row& at = rows_[i];
   const Block& own = at.felt[at.own];
   const Delassus<real> w = {own.normal.normal,    own.tangent_1.tangent_1, own.tangent_2.tangent_2,
@@ -141,12 +141,12 @@ real DenseSweeps<real>::visit(u32 i) {
 template <class real>
 real DenseSweeps<real>::sweep() {
   real change = 0;
-  for (u32 i = 0; i < rows_.size(); ++i) change = larger(visit(i), change);
+  for (u32 i = 0; i < rows_.size(); ++i) change = larger(solve_contact(i), change);
   return change;
 }
 
 template <class real>
-void DenseSweeps<real>::give_to_bodies() {
+void DenseSweeps<real>::apply_to_bodies() {
   std::vector<ImpulseBlock<real>> changes(buffers_.impulse_blocks.size());
   for (const Row& at : rows_) {
     ImpulseBlock<real>&r = buffers_.impulse_blocks[at.row], &change = changes[at.row];
@@ -170,12 +170,12 @@ void DenseSweeps<real>::run(const StepParams<real>& params) {
     const real of_joints = sweep_joints(Purpose::solve, buffers_);
     if (jointed) measure();
     const real change = larger(sweep(), of_joints);
-    if (jointed) give_to_bodies();
+    if (jointed) apply_to_bodies();
     if (!(params.tolerance > 0)) continue;
     ++buffers_.counters[COUNTER_SWEEPS];
     if (real(float(std::sqrt(change))) <= params.tolerance) break;
   }
-  if (!jointed) give_to_bodies();
+  if (!jointed) apply_to_bodies();
 }
 
 }  // namespace lockstep::reference

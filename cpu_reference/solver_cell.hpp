@@ -6,8 +6,8 @@
 // axis, and cells whose coordinates are odd along the same axes have no movable body in common: they are a phase of a
 // sweep, one of eight, and are solved at once. Pairs whose bodies are farther apart are in no cell.
 //
-// A world has places for its cells by the number of its bodies; a hash of a cell's coordinates says which. Cells of a
-// phase that meet in a place are solved as one, which they can be: they share no movable body either.
+// A world has slots for its cells by the number of its bodies; a hash of a cell's coordinates says which. Cells of a
+// phase that meet in a slot are solved as one, which they can be: they share no movable body either.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 
 namespace lockstep::reference {
 
-/// The place of the pair's cell among those of all phases and worlds; NONE where it is in no cell.
+/// The slot of the pair's cell among those of all phases and worlds; NONE where it is in no cell.
 template <class real>
 u32 cell_of_pair(const Buffers<real>& b, const StepParams<real>& params, const Contact& contact) {
   const real size = b.cell_sizes[contact.world];
@@ -41,8 +41,8 @@ u32 cell_of_pair(const Buffers<real>& b, const StepParams<real>& params, const C
   const u32 phase = (u32(low[0]) & 1) + 2 * (u32(low[1]) & 1) + 4 * (u32(low[2]) & 1);
   const u32 hash = row_hash(low[1] >> 1, low[2] >> 1, 0) + u32(low[0] >> 1);
   const WorldRange& world = b.world_ranges[contact.world];
-  const u32 first = world.first_body / CELL_BODIES + contact.world, places = world.body_count / CELL_BODIES + 1;
-  return phase * cells_in_phase(params.bodies, params.worlds) + first + hash % places;
+  const u32 first = world.first_body / CELL_BODIES + contact.world, cells = world.body_count / CELL_BODIES + 1;
+  return phase * cells_in_phase(params.bodies, params.worlds) + first + hash % cells;
 }
 
 }  // namespace lockstep::reference

@@ -1,11 +1,11 @@
 // Puts the bounded shapes into a hashed uniform grid (Teschner et al., Optimized Spatial Hashing for Collision
-// Detection of Deformable Objects, 2003): a counting sort by bucket, loose shapes in order within a bucket.
+// Detection of Deformable Objects, 2003): a counting sort by bucket, top-level shapes in order within a bucket.
 #pragma once
 
 #include <algorithm>
 
 #include "cpu_reference/grid.hpp"
-#include "cpu_reference/loose_shapes.hpp"
+#include "cpu_reference/top_level_shapes.hpp"
 
 namespace lockstep::reference {
 
@@ -18,9 +18,9 @@ void sort_cells(Buffers<real>& b, const StepParams<real>& params) {
   std::fill(b.bucket_items.begin(), b.bucket_items.end(), NONE);
 
   // count the members of bucket k in entry k + 1
-  for (u32 i = 0; i < loose_count(params); ++i) {
+  for (u32 i = 0; i < top_level_count(params); ++i) {
     const Bound<real>& bound = b.bounds[i];
-    const u32 body = b.shape_infos[loose_shape(b, i)].body;
+    const u32 body = b.shape_infos[top_level_shape(b, i)].body;
     b.cells[i] = {0, 0, 0, NONE};
     if (!(bound.extent > 0)) continue;
     const Vec3<real> center = vec3(bound.center);
@@ -37,7 +37,7 @@ void sort_cells(Buffers<real>& b, const StepParams<real>& params) {
 
   for (u32 k = 0; k < params.buckets; ++k) b.bucket_starts[k + 1] += b.bucket_starts[k];
   std::vector<u32> cursors = b.bucket_starts;
-  for (u32 i = 0; i < loose_count(params); ++i) {
+  for (u32 i = 0; i < top_level_count(params); ++i) {
     if (b.cells[i].bucket != NONE) b.bucket_items[cursors[b.cells[i].bucket]++] = i;
   }
 }

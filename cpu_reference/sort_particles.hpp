@@ -14,8 +14,8 @@ void sort_particles(Buffers<real>& b, const StepParams<real>& params) {
   const real size = cell_size(params, b.counters[COUNTER_MAX_EXTENT]);
   std::vector<u32> ends(params.buckets + 1, 0);  // of the buckets, and of what has none
   const auto bucket = [&](u32 i) { return std::min(b.particle_cells[i].bucket, params.buckets); };
-  for (u32 i = 0; i < b.particle_places.size(); ++i) {
-    const Vec3<real> x = vec3_of(b.particle_places[i]);
+  for (u32 i = 0; i < b.particle_positions.size(); ++i) {
+    const Vec3<real> x = vec3_of(b.particle_positions[i]);
     const u32 body = b.particle_bodies[i];
     b.particle_cells[i] = {0, 0, 0, NONE};
     if (in_grid(x.x, size) && in_grid(x.y, size) && in_grid(x.z, size)) {
@@ -33,7 +33,7 @@ void sort_particles(Buffers<real>& b, const StepParams<real>& params) {
     sum += ends[k];
     ends[k] = b.particle_starts[k];
   }
-  for (u32 i = 0; i < b.particle_places.size(); ++i) b.particle_items[ends[bucket(i)]++] = i;
+  for (u32 i = 0; i < b.particle_positions.size(); ++i) b.particle_items[ends[bucket(i)]++] = i;
 }
 
 }  // namespace lockstep::reference

@@ -1,5 +1,6 @@
-// Puts the loose shapes into the order of the tree of bounds: world by world, in a world the smaller before the larger,
-// those of about one size along Morton's curve through the world's box, equal ones by index (cpu_reference/tree.hpp).
+// Puts the top-level shapes into the order of the tree of bounds: world by world, in a world the smaller before the
+// larger, those of about one size along Morton's curve through the world's box, equal ones by index
+// (cpu_reference/tree.hpp).
 #pragma once
 
 #include <algorithm>
@@ -20,7 +21,7 @@ struct CurveKey {
 /// What is not bounded comes last.
 template <class real>
 CurveKey curve_key(const Buffers<real>& b, u32 i) {
-  const u32 world = b.body_infos[b.shape_infos[loose_shape(b, i)].body].world;
+  const u32 world = b.body_infos[b.shape_infos[top_level_shape(b, i)].body].world;
   const Bound<real>& bound = b.bounds[i];
   if (!(bound.extent > 0)) return {world, 0x07ffffffu, 0x00ffffffu};
   float low[3], width = 0;
@@ -39,17 +40,17 @@ CurveKey curve_key(const Buffers<real>& b, u32 i) {
 template <class real>
 void sort_shapes(Buffers<real>& b, const StepParams<real>& params) {
   std::fill(b.world_boxes.begin(), b.world_boxes.end(), WorldBox{{NONE, NONE, NONE}, {0, 0, 0}});
-  for (u32 i = 0; i < loose_count(params); ++i) {
+  for (u32 i = 0; i < top_level_count(params); ++i) {
     if (!(b.bounds[i].extent > 0)) continue;
-    WorldBox& box = b.world_boxes[b.body_infos[b.shape_infos[loose_shape(b, i)].body].world];
+    WorldBox& box = b.world_boxes[b.body_infos[b.shape_infos[top_level_shape(b, i)].body].world];
     for (u32 k = 0; k < 3; ++k) {
       const u32 word = ordered_word(float(b.bounds[i].center[k]));
       box.low[k] = std::min(box.low[k], word);
       box.high[k] = std::max(box.high[k], word);
     }
   }
-  std::vector<CurveKey> keys(loose_count(params));
-  for (u32 i = 0; i < loose_count(params); ++i) keys[i] = curve_key(b, i);
+  std::vector<CurveKey> keys(top_level_count(params));
+  for (u32 i = 0; i < top_level_count(params); ++i) keys[i] = curve_key(b, i);
   std::iota(b.tree_items.begin(), b.tree_items.end(), 0u);
   std::stable_sort(b.tree_items.begin(), b.tree_items.end(), [&](u32 i, u32 j) { return keys[i] < keys[j]; });
 }

@@ -1,10 +1,10 @@
-// After the last sub-step, spreads the friction and the twist of each pair that rubs as one over its contacts, in
-// proportion to their normal impulses: what the next step starts from, and what the report holds against the model of
-// a cone for each contact. With d_k from the centre of pressure to a contact and n the normal,
+// After the last sub-step, spreads the friction and the twist of each pair that shares one friction patch over its
+// contacts, in proportion to their normal impulses: what the next step starts from, and what the report holds against
+// the model of a cone for each contact. With d_k from the centre of pressure to a contact and n the normal,
 //   t_k = r_k / (sum r) t + r_k twist / (sum r |n x d|^2) (n x d_k).
 #pragma once
 
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/solve_contact.hpp"
 
 namespace lockstep::reference {
 
@@ -36,7 +36,7 @@ void spread_patch(const std::vector<ContactBlock<real>>& contacts, const PatchBl
 
 template <class real>
 void spread_patches(Buffers<real>& buffers, const StepParams<real>&) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   for (u32 block = 0; block < buffers.counters[COUNTER_BLOCKS]; ++block) {
     for (u32 lane = 0; lane < PACK; ++lane) {
       const u32 count = buffers.block_bodies[block].count[lane];

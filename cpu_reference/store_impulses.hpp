@@ -1,15 +1,15 @@
 // Keeps what the next step starts from: each contact's key and its impulse at rest in the world frame, the tangential
 // part as a vector, so that it survives a turned tangent frame and a contact that changes its slot; where contacts
-// resist turning, their moment beside it.
+// have angular friction, their moment beside it.
 #pragma once
 
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/solve_contact.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
 void store_impulses(Buffers<real>& buffers, const StepParams<real>&) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   const u32 count = buffers.counters[COUNTER_CONTACTS];
   buffers.cached_count[0] = count;
   for (u32 i = 0; i < count; ++i) {
@@ -20,8 +20,9 @@ void store_impulses(Buffers<real>& buffers, const StepParams<real>&) {
     const Contact& contact = buffers.contacts[i];
     buffers.cached_keys[i] = {contact.shape_a, contact.shape_b, contact.feature, 0};
     buffers.cached_impulses[i] = {r.normal, t.x, t.y, t.z};
-    if (buffers.turn_blocks.empty()) continue;
-    const Vec3<real> m = turning_moment(c, buffers.turn_blocks[row], buffers.turn_impulses[row], lane);
+    if (buffers.angular_friction_blocks.empty()) continue;
+    const Vec3<real> m =
+        angular_friction_moment(c, buffers.angular_friction_blocks[row], buffers.angular_friction_impulses[row], lane);
     buffers.cached_moments[i] = {m.x, m.y, m.z, 0};
   }
 }

@@ -7,7 +7,7 @@ namespace lockstep::reference {
 
 template <class real>
 void store_springs(Buffers<real>& b, const StepParams<real>&) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
   const u32 particles = static_cast<u32>(b.particle_bodies.size());
   b.spring_count[0] = b.neighbour_starts[particles];
   for (u32 i = 0; i < particles; ++i) {

@@ -7,7 +7,7 @@ namespace lockstep::reference {
 
 template <class real>
 void sum_particles(Buffers<real>& b, const StepParams<real>& params) {
-  if (step_is_void(b.counters)) return;
+  if (step_aborted(b.counters)) return;
   for (u32 body = 0; body < params.bodies; ++body) {
     const Quat<real> q = quat(b.orientations[body]);
     Vec3<real> force = {}, torque = {};

@@ -1,24 +1,24 @@
-// The order of the visits: what the solver's sweeps and the warm start share. kernels/sweep_contacts.h is the twin.
+// The order of the solves: what the solver's sweeps and the warm start share. kernels/sweep_contacts.h is the twin.
 #pragma once
 
+#include "cpu_reference/body_copies.hpp"
 #include "cpu_reference/purpose.hpp"
-#include "cpu_reference/visit_contact.hpp"
-#include "cpu_reference/visit_parts.hpp"
-#include "cpu_reference/visit_patch.hpp"
-#include "cpu_reference/visit_turn.hpp"
+#include "cpu_reference/solve_angular_friction.hpp"
+#include "cpu_reference/solve_contact.hpp"
+#include "cpu_reference/solve_patch.hpp"
 
 namespace lockstep::reference {
 
 /// The law of the normal velocity, u_n + bias + softness r_n >= 0: soft contacts relax into hard ones without a bias
 /// (cpu_reference/relax_constraints.hpp). Tangential biases are those of impacts.
 template <class real>
-struct LawNow {
+struct ContactLaw {
   ConeVector<real> bias;
   real softness;
 };
 
 template <class real>
-LawNow<real> law_now(Purpose purpose, const Buffers<real>& buffers, u32 row, u32 lane) {
+ContactLaw<real> contact_law(Purpose purpose, const Buffers<real>& buffers, u32 row, u32 lane) {
   // -0 adds nothing, not even to the sign of a zero
   ConeVector<real> bias = {buffers.contact_blocks[row].bias[lane], real(-0.0), real(-0.0)};
   if (!buffers.slide_blocks.empty()) {
@@ -31,66 +31,66 @@ LawNow<real> law_now(Purpose purpose, const Buffers<real>& buffers, u32 row, u32
   return {bias, 0};
 }
 
-/// Visits a pair, its contacts one after another. Returns the largest of the squares of by how much the visits changed
+/// Solves a pair, its contacts one after another. Returns the largest of the squares of by how much the solves changed
 /// relative velocities.
 template <class real>
-real visit_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Motion<real>& a, Motion<real>& b) {
+real solve_pair(Purpose purpose, Buffers<real>& buffers, u32 block, u32 lane, Motion<real>& a, Motion<real>& b) {
   const BlockBodies& bodies = buffers.block_bodies[block];
   const u32 first = buffers.block_rows[block].first, count = bodies.count[lane];
   real change = 0;
-  const auto visit_each = [&](auto&& visit) {
+  const auto for_each_row = [&](auto&& solve) {
     for (u32 row = first; row < first + count; ++row) {
-      const LawNow<real> law = law_now(purpose, buffers, row, lane);
-      change = larger(visit(row, law, buffers.contact_blocks[row], buffers.impulse_blocks[row]), change);
+      const ContactLaw<real> law = contact_law(purpose, buffers, row, lane);
+      change = larger(solve(row, law, buffers.contact_blocks[row], buffers.impulse_blocks[row]), change);
     }
   };
   if (buffers.patch_blocks.empty()) {
-    visit_each([&](u32 row, LawNow<real> law, const auto& contact, auto& impulses) {
-      if (buffers.turn_blocks.empty())
-        return visit_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);
+    for_each_row([&](u32 row, ContactLaw<real> law, const auto& contact, auto& impulses) {
+      if (buffers.angular_friction_blocks.empty())
+        return solve_contact(contact, law.bias, law.softness, impulses, bodies.kind[lane], lane, a, b);
       const EllipseBlock<real>* ellipse = buffers.ellipse_blocks.empty() ? nullptr : &buffers.ellipse_blocks[row];
-      return visit_turning(contact, buffers.turn_blocks[row], ellipse, law.bias, law.softness, impulses,
-                           buffers.turn_impulses[row], bodies.kind[lane], lane, a, b);
+      return solve_angular_friction(contact, buffers.angular_friction_blocks[row], ellipse, law.bias, law.softness,
+                                    impulses, buffers.angular_friction_impulses[row], bodies.kind[lane], lane, a, b);
     });
     return change;
   }
-  const auto visit = [&](u32, LawNow<real> law, const auto& contact, auto& impulses) {
-    return visit_normal(contact, law.bias.normal, law.softness, impulses, lane, a, b);
+  const auto solve = [&](u32, ContactLaw<real> law, const auto& contact, auto& impulses) {
+    return solve_normal(contact, law.bias.normal, law.softness, impulses, lane, a, b);
   };
-  visit_each(visit);
-  change = larger(visit_rubbing(buffers.patch_blocks[block], buffers.impulse_blocks, first, count,
-                                buffers.patch_impulses[block], lane, a, b),
+  for_each_row(solve);
+  change = larger(solve_patch_friction(buffers.patch_blocks[block], buffers.impulse_blocks, first, count,
+                                       buffers.patch_impulses[block], lane, a, b),
                   change);
-  visit_each(visit);
+  for_each_row(solve);
   return change;
 }
 
-/// Gives the bodies of a pair these impulses of its contacts, and the moments of those that resist turning.
+/// Gives the bodies of a pair these impulses of its contacts, and the moments of those with angular friction.
 template <class real>
 void start_pair(const Buffers<real>& buffers, const std::vector<ImpulseBlock<real>>& impulses, u32 block, u32 lane,
                 Motion<real>& a, Motion<real>& b) {
   const BlockBodies& bodies = buffers.block_bodies[block];
   const u32 first = buffers.block_rows[block].first, end = first + bodies.count[lane];
-  const bool rubs_as_one = !buffers.patch_blocks.empty();
+  const bool uses_patches = !buffers.patch_blocks.empty();
   for (u32 row = first; row < end; ++row) {
-    if (rubs_as_one)
+    if (uses_patches)
       start_normal(buffers.contact_blocks[row], impulses[row], lane, a, b);
     else
       push(contact_frame<real>(buffers.contact_blocks[row], lane), bodies.kind[lane], impulse_of(impulses[row], lane),
            a, b);
-    if (!buffers.turn_blocks.empty())
-      start_turning(buffers.contact_blocks[row], buffers.turn_blocks[row], buffers.turn_impulses[row],
-                    bodies.kind[lane], lane, a, b);
+    if (!buffers.angular_friction_blocks.empty())
+      start_angular_friction(buffers.contact_blocks[row], buffers.angular_friction_blocks[row],
+                             buffers.angular_friction_impulses[row], bodies.kind[lane], lane, a, b);
   }
-  if (rubs_as_one) start_rubbing(buffers.patch_blocks[block], buffers.patch_impulses[block], lane, a, b);
+  if (uses_patches) start_patch_friction(buffers.patch_blocks[block], buffers.patch_impulses[block], lane, a, b);
 }
 
-/// Calls visit(block, lane, a, b) for every pair: one after another, or each on parts of its bodies.
-template <class real, class Visit>
-void for_each_pair(Buffers<real>& buffers, Visit&& visit) {
-  if (!buffers.part_blocks.empty()) return visit_parts(buffers, visit);
+/// Calls function(block, lane, a, b) for every pair: one after another, or each on copies of its bodies.
+template <class real, class Function>
+void for_each_pair(Buffers<real>& buffers, Function&& function) {
+  if (!buffers.body_copy_blocks.empty()) return for_each_pair_on_copies(buffers, function);
   for_each_pair_slot(buffers, [&](const BlockBodies& bodies, u32 block, u32 lane) {
-    visit(block, lane, buffers.motions[bodies.body_a[lane]], buffers.motions[bodies.body_b[lane]]);
+    function(block, lane, buffers.motions[bodies.body_a[lane]], buffers.motions[bodies.body_b[lane]]);
   });
 }
 
@@ -99,7 +99,7 @@ template <class real>
 real sweep_contacts(Purpose purpose, Buffers<real>& buffers) {
   real change = 0;
   for_each_pair(buffers, [&](u32 block, u32 lane, Motion<real>& a, Motion<real>& b) {
-    change = larger(visit_pair(purpose, buffers, block, lane, a, b), change);
+    change = larger(solve_pair(purpose, buffers, block, lane, a, b), change);
   });
   return change;
 }

@@ -71,7 +71,7 @@ TreeBox<real> widened(const TreeBox<real>& box, real by) {
 
 /// Covers the rounding of the pair test and of the box's own sides.
 template <class real>
-real box_reach(real center, real box) {
+real padded_extent(real center, real box) {
   const real rounding = sizeof(real) == 4 ? real(5e-7) : real(1e-15);
   return box * real(1.0001) + std::abs(center) * rounding;
 }
@@ -85,19 +85,20 @@ TreeBox<real> swept_box(const Buffers<real>& b, const Bounded<real>& of, real h)
   Vec3<real> box = {bound.extent, bound.extent, bound.extent};
   if (b.shape_infos[of.shape].kind != SHAPE_SPHERE) {
     const Vec3<real> v = center_velocity(b, of);
-    const real turning = turning_speed(b, of);
-    box = {bound.box[0] + h * (std::abs(v.x) + turning), bound.box[1] + h * (std::abs(v.y) + turning),
-           bound.box[2] + h * (std::abs(v.z) + turning)};
+    const real rotational_speed = rotational_speed_of(b, of);
+    box = {bound.box[0] + h * (std::abs(v.x) + rotational_speed), bound.box[1] + h * (std::abs(v.y) + rotational_speed),
+           bound.box[2] + h * (std::abs(v.z) + rotational_speed)};
   }
-  const Vec3<real> reach = {box_reach(center.x, box.x), box_reach(center.y, box.y), box_reach(center.z, box.z)};
-  return {sub3(center, reach), add3(center, reach)};
+  const Vec3<real> half_extents = {padded_extent(center.x, box.x), padded_extent(center.y, box.y),
+                                   padded_extent(center.z, box.z)};
+  return {sub3(center, half_extents), add3(center, half_extents)};
 }
 
-/// Calls visit(e) for each of the `entries` boxes of the lowest level for which, as for all above it, meets(block, k)
-/// is true of its block and its place there. Levels follow one another from the lowest up; each has a block for PACK
+/// Calls function(e) for each of the `entries` boxes of the lowest level for which, as for all above it, meets(block,
+/// k) is true of its block and its slot there. Levels follow one another from the lowest up; each has a block for PACK
 /// entries.
-template <class real, class Meets, class Visit>
-void visit_tree(const BoxBlock<real>* blocks, u32 entries, Meets&& meets, Visit&& visit) {
+template <class real, class Meets, class Function>
+void traverse_tree(const BoxBlock<real>* blocks, u32 entries, Meets&& meets, Function&& function) {
   struct Level {
     u32 first, entries;
   };
@@ -109,7 +110,7 @@ void visit_tree(const BoxBlock<real>* blocks, u32 entries, Meets&& meets, Visit&
       const u32 entry = block * PACK + k;
       if (entry >= levels[level].entries || !meets(blocks[levels[level].first + block], k)) continue;
       if (level == 0)
-        visit(entry);
+        function(entry);
       else
         self(self, level - 1, entry);  // below an entry is the block of its number
     }
@@ -118,13 +119,13 @@ void visit_tree(const BoxBlock<real>* blocks, u32 entries, Meets&& meets, Visit&
 }
 
 /// The same for those that meet a box.
-template <class real, class Visit>
-void visit_boxes(const BoxBlock<real>* blocks, u32 entries, const TreeBox<real>& box, Visit&& visit) {
+template <class real, class Function>
+void traverse_boxes(const BoxBlock<real>* blocks, u32 entries, const TreeBox<real>& box, Function&& function) {
   const auto meets = [&](const BoxBlock<real>& block, u32 k) {
     return block.low_x[k] <= box.high.x && block.high_x[k] >= box.low.x && block.low_y[k] <= box.high.y &&
            block.high_y[k] >= box.low.y && block.low_z[k] <= box.high.z && block.high_z[k] >= box.low.z;
   };
-  visit_tree(blocks, entries, meets, visit);
+  traverse_tree(blocks, entries, meets, function);
 }
 
 }  // namespace lockstep::reference

@@ -1,9 +1,9 @@
 // Wakes each island of which a body is touched by one that moves, or is held by a joint of such a one: a body that is
 // awake, or a kinematic one with a velocity. Whoever has a contact touches (cpu_reference/collide.hpp): a gap that can
-// close within the step counts. An island wakes whole, and the step in which it does is void (STATUS_WOKEN) and begun
-// anew, for the broad phase has left out what sleepers touch. Who touches whom depends on poses and velocities alone,
-// which waking does not change: so who is awake in the end does not depend on how often the step is begun. A void step
-// goes on without contacts.
+// close within the step counts. An island wakes whole, and the step in which it does is aborted (STATUS_WOKEN) and
+// begun anew, for the broad phase has left out what sleepers touch. Who touches whom depends on poses and velocities
+// alone, which waking does not change: so who is awake in the end does not depend on how often the step is begun. An
+// aborted step goes on without contacts.
 //
 // Here, too, is told whether there will be room for what falls asleep at the end of the step: every contact may join
 // those of sleepers, and every pair that touches may stay where the pairs of the next step will not have it.
@@ -43,7 +43,7 @@ void wake_islands(Buffers<real>& b, const StepParams<real>& params) {
   for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) meet_each_other(b.contacts[i].body_a, b.contacts[i].body_b);
   for_each_joined_pair(b, meet_each_other);
   if (any) b.counters[COUNTER_STATUS] |= STATUS_WOKEN;
-  if (step_is_void(b.counters)) b.counters[COUNTER_CONTACTS] = 0;
+  if (step_aborted(b.counters)) b.counters[COUNTER_CONTACTS] = 0;
   if (!any) return;
   for (Sleeper& sleeper : b.sleepers) {
     if (sleeper.island < ISLAND_WAKES && touched[sleeper.island]) sleeper = {0, ISLAND_WAKES};

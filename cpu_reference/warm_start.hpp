@@ -2,14 +2,14 @@
 // last step.
 #pragma once
 
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "cpu_reference/sweep_contacts.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
 void warm_start(Buffers<real>& buffers, const StepParams<real>&) {
-  if (step_is_void(buffers.counters)) return;
+  if (step_aborted(buffers.counters)) return;
   start_joints(buffers);
   start_contacts(buffers);
 }

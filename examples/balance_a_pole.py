@@ -28,6 +28,6 @@ for _ in range(2000):
     force = 40 * (angle.coordinate + 0.1) + 10 * angle.speed + 2 * x.coordinate + 4 * x.speed
     world.apply_force(cart, [force, 0, 0])
     world.step()
-lean, way = world.joint_state(tilt).coordinate + 0.1, world.joint_state(rail).coordinate
-print(f"after {world.time:.0f} s the pole leans by {lean:.1e} rad, {way:.1e} m from where it began")
-assert abs(lean) < 1e-3 and abs(way) < 1e-2, "the pole should stand"
+lean, travel = world.joint_state(tilt).coordinate + 0.1, world.joint_state(rail).coordinate
+print(f"after {world.time:.0f} s the pole leans by {lean:.1e} rad, {travel:.1e} m from where it began")
+assert abs(lean) < 1e-3 and abs(travel) < 1e-2, "the pole should stand"

@@ -60,7 +60,7 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::body_masks: return std::size_t{sizes.bodies} * 2;
     case Domain::shapes: return sizes.shapes;
     case Domain::shape_ends: return std::size_t{sizes.shapes} + 1;
-    case Domain::loose: return sizes.loose();
+    case Domain::top_level: return sizes.top_level();
     case Domain::shape_trees: return sizes.shape_trees;
     case Domain::tree_shapes: return sizes.tree_shapes;
     case Domain::shape_tree_blocks: return sizes.shape_tree_blocks;
@@ -72,7 +72,7 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::hull_corners: return sizes.hull_corners;
     case Domain::materials: return sizes.material_pairs;
     case Domain::buckets: return std::size_t{sizes.buckets} + 1;
-    case Domain::tree_blocks: return tree_block_count(sizes.loose());
+    case Domain::tree_blocks: return tree_block_count(sizes.top_level());
     case Domain::pairs: return sizes.pairs;
     case Domain::pair_ends: return std::size_t{sizes.pairs} + 1;
     case Domain::contacts:

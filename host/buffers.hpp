@@ -22,7 +22,7 @@ enum class Domain : u32 {
   body_masks,
   shapes,
   shape_ends,
-  loose,
+  top_level,
   shape_trees,
   tree_shapes,
   shape_tree_blocks,
@@ -122,7 +122,7 @@ struct Sizes {
   u32 particles = 0, particle_planes = 0;
 
   /// Shapes that the broad phase looks at one by one: those of no tree.
-  u32 loose() const { return shapes - tree_shapes; }
+  u32 top_level() const { return shapes - tree_shapes; }
   bool operator==(const Sizes&) const = default;
 };
 
@@ -143,16 +143,16 @@ std::size_t live(Domain domain, const Sizes& sizes, std::span<const u32> counter
 
 const BufferInfo& info(Buffer buffer);
 
-/// Calls `visit(Buffer, vector)` for each buffer in table order.
-template <class real, class Visitor>
-void for_each_buffer(Buffers<real>& buffers, Visitor&& visit) {
-#define BUFFER(name, ...) visit(Buffer::name, buffers.name);
+/// Calls `function(Buffer, vector)` for each buffer in table order.
+template <class real, class Function>
+void for_each_buffer(Buffers<real>& buffers, Function&& function) {
+#define BUFFER(name, ...) function(Buffer::name, buffers.name);
 #include "host/buffers.def"
 #undef BUFFER
 }
-template <class real, class Visitor>
-void for_each_buffer(const Buffers<real>& buffers, Visitor&& visit) {
-#define BUFFER(name, ...) visit(Buffer::name, buffers.name);
+template <class real, class Function>
+void for_each_buffer(const Buffers<real>& buffers, Function&& function) {
+#define BUFFER(name, ...) function(Buffer::name, buffers.name);
 #include "host/buffers.def"
 #undef BUFFER
 }

@@ -22,14 +22,14 @@ enum class Feature : std::uint64_t {
   grid = 1ull << 11,           // candidate pairs come from a uniform grid ...
   bvh = 1ull << 12,            // ... or from a tree of boxes
   events = 1ull << 13,         // who began and ceased to touch is wanted
-  sensors = 1ull << 14,        // shapes that only feel; they come with events
+  triggers = 1ull << 14,       // shapes that only feel; they come with events
   continuous = 1ull << 15,     // some body's impacts are looked for within the step
   queries = 1ull << 16,        // rays or volumes were asked about: switched on while the simulation runs
   soft_contacts = 1ull << 17,  // contacts that overlap are springs, and a sweep takes back what they added
   joints = 1ull << 18,
   soft_joints = 1ull << 19,       // joints are springs too
-  patches = 1ull << 20,           // the contacts of a pair rub as one
-  jacobi = 1ull << 21,            // pairs in contact are solved all at once, each on parts of its bodies; no colours
+  patches = 1ull << 20,           // the contacts of a pair share one friction patch
+  jacobi = 1ull << 21,            // pairs in contact are solved all at once, each on copies of its bodies; no colours
   tolerance = 1ull << 22,         // a sub-step ends its sweeps when they change little
   all_pairs = 1ull << 23,         // ... or from comparing all shapes: one of the three wherever there are contacts
   loads = 1ull << 24,             // forces and torques act on bodies from outside
@@ -44,9 +44,9 @@ enum class Feature : std::uint64_t {
   non_holonomic = 1ull << 33,     // some joints lock velocities alone: skates, and what rolls
   sleeping = 1ull << 34,          // islands of bodies that have been slow for long sleep until they are touched
   gradient = 1ull << 35,          // contacts and joints are solved as one convex problem, by descent along its gradient
-  turning_friction = 1ull << 36,  // some contacts resist rolling, or spinning about their normal
-  static_friction = 1ull << 37,   // some hold by more than they slide with
-  elliptic_friction = 1ull << 38,  // some rub more along a grain than across it; it comes with turning_friction
+  angular_friction = 1ull << 36,  // some contacts resist rolling, or rotation about their normal
+  static_friction = 1ull << 37,   // some stick by more than they slide with
+  elliptic_friction = 1ull << 38,  // friction of some is anisotropic; it comes with angular_friction
   partitions = 1ull << 39,         // pairs in contact are solved cell by cell of a grid; what is in no cell by colours
   dense = 1ull << 40,              // contacts are solved in the order of their list, by the dense Delassus matrix
   shape_trees = 1ull << 41,        // some bodies that nothing pushes have so many shapes that they keep a tree of them
@@ -56,7 +56,7 @@ enum class Feature : std::uint64_t {
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,
   // what needs both
-  turning_sleepers = turning_friction | sleeping,
+  angular_friction_sleepers = angular_friction | sleeping,
 };
 
 using Features = std::uint64_t;  // a set: bits of Feature

@@ -45,12 +45,12 @@ constexpr Trouble troubles[] = {
 template <class real>
 u32 body_out_of_grid(Backend<real>& backend) {
   const Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::motions};
-  const Buffers<real>& now = backend.download(wanted);
+  const Buffers<real>& current = backend.download(wanted);
   u32 farthest = NONE;
   real most = -1;
-  for (u32 i = 0; i < now.positions.size(); ++i) {
-    const Vec4<real>&x = now.positions[i], &q = now.orientations[i];
-    const Motion<real>& m = now.motions[i];
+  for (u32 i = 0; i < current.positions.size(); ++i) {
+    const Vec4<real>&x = current.positions[i], &q = current.orientations[i];
+    const Motion<real>& m = current.motions[i];
     const real sum = x.x + x.y + x.z + q.x + q.y + q.z + q.w + m.v[0] + m.v[1] + m.v[2] + m.w[0] + m.w[1] + m.w[2];
     if (!std::isfinite(sum)) return i;
     const real far = std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)});
@@ -127,12 +127,12 @@ void Simulation<real>::step() {
     counters_ = backend_->counters();
     const u32 status = counters_[COUNTER_STATUS];
     // out of the grid, neighbours cannot be told apart and no list is long enough
-    if (!(status & STATUS_VOID) || (status & (STATUS_OUT_OF_GRID | STATUS_TOO_DENSE))) break;
+    if (!(status & STATUS_ABORTED) || (status & (STATUS_OUT_OF_GRID | STATUS_TOO_DENSE))) break;
     if (status & STATUS_FULL) make_longer(status);
     if (status & STATUS_WOKEN) ++wakings_;
   }
   refuse_trouble(*backend_, counters_, steps_done_);
-  if (has(backend_->features(), Feature::sleeping)) expect_places_for(counters_[COUNTER_CONTACTS], steps_done_);
+  if (has(backend_->features(), Feature::sleeping)) expect_color_ranks_for(counters_[COUNTER_CONTACTS], steps_done_);
   ++steps_done_;
   stepped_ = true;
   uploads_at_end_ = backend_->uploads();

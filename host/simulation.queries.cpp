@@ -30,7 +30,7 @@ Ray<real> compiled(const RayQuery& query) {
   const double length = exact::length(query.direction);
   store(query.origin, ray.origin);
   for (unsigned k = 0; k < 3; ++k) ray.direction[k] = static_cast<real>(query.direction[k] / length);
-  ray.reach = static_cast<real>(query.length);
+  ray.range = static_cast<real>(query.length);
   return ray;
 }
 
@@ -40,27 +40,27 @@ Shape<real> compiled(const VolumeQuery& query) {
   store(query.center, volume.offset);
   for (unsigned k = 0; k < 4; ++k) volume.rotation[k] = static_cast<real>(query.rotation[k]);
   if (query.kind == SHAPE_SPHERE) {
-    volume.size[0] = volume.reach = static_cast<real>(query.radius);
+    volume.size[0] = volume.bounding_radius = static_cast<real>(query.radius);
   } else {
     store(query.half_extents, volume.size);
-    volume.reach = static_cast<real>(exact::length(query.half_extents) * 1.000001);
+    volume.bounding_radius = static_cast<real>(exact::length(query.half_extents) * 1.000001);
   }
   return volume;
 }
 
-void expect_sense(const RayQuery& ray, std::size_t i, u32 worlds) {
+void validate(const RayQuery& ray, std::size_t i, u32 worlds) {
   expect(finite(ray.origin) && finite(ray.direction), "ray", i, "must have a finite origin and direction");
   expect(exact::length(ray.direction) > 0, "ray", i, "must not have the direction zero");
   expect(std::isfinite(ray.length) && ray.length >= 0, "ray", i, "must have a finite length >= 0");
   expect(ray.world < worlds, "ray", i, "names a world that there is not");
 }
 
-void expect_sense(const VolumeQuery& volume, std::size_t i, u32 worlds) {
+void validate(const VolumeQuery& volume, std::size_t i, u32 worlds) {
   const bool sphere = volume.kind == SHAPE_SPHERE;
   expect(sphere || volume.kind == SHAPE_BOX, "volume", i, "must be a sphere or a box");
-  expect(finite(volume.center) && finite(volume.rotation), "volume", i, "must have a finite place");
-  const double turn = exact::length(volume.rotation);
-  expect(turn > 1 - 1e-6 && turn < 1 + 1e-6, "volume", i, "must be turned by a unit quaternion");
+  expect(finite(volume.center) && finite(volume.rotation), "volume", i, "must have a finite position");
+  const double norm = exact::length(volume.rotation);
+  expect(norm > 1 - 1e-6 && norm < 1 + 1e-6, "volume", i, "must be turned by a unit quaternion");
   const Vector3& half = volume.half_extents;
   expect(sphere ? std::isfinite(volume.radius) && volume.radius > 0
                 : finite(half) && half[0] > 0 && half[1] > 0 && half[2] > 0,
@@ -89,7 +89,7 @@ void Simulation<real>::make_room(Sizes wanted) {
 template <class real>
 std::vector<RayHit> Simulation<real>::cast_rays(std::span<const RayQuery> rays) {
   if (rays.empty()) return {};
-  for (std::size_t i = 0; i < rays.size(); ++i) expect_sense(rays[i], i, params_.worlds);
+  for (std::size_t i = 0; i < rays.size(); ++i) validate(rays[i], i, params_.worlds);
   Sizes sizes = backend_->sizes();
   sizes.rays = std::max(sizes.rays, static_cast<u32>(rays.size()));
   make_room(sizes);
@@ -128,7 +128,7 @@ std::vector<RayHit> Simulation<real>::cast_rays(std::span<const RayQuery> rays) 
 template <class real>
 std::vector<Overlap> Simulation<real>::find_overlaps(std::span<const VolumeQuery> volumes) {
   if (volumes.empty()) return {};
-  for (std::size_t i = 0; i < volumes.size(); ++i) expect_sense(volumes[i], i, params_.worlds);
+  for (std::size_t i = 0; i < volumes.size(); ++i) validate(volumes[i], i, params_.worlds);
   Sizes sizes = backend_->sizes();
   sizes.volumes = std::max(sizes.volumes, static_cast<u32>(volumes.size()));
   sizes.overlaps = std::max(sizes.overlaps, 8 * sizes.volumes);

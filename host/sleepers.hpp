@@ -21,14 +21,14 @@ inline bool wake_island_of(std::vector<Sleeper>& sleepers, u32 body) {
   return true;
 }
 
-/// Where islands sleep the order of colours has this many places (kernels/color_contacts.cl).
-constexpr u32 places_of_contacts = (1u << 26) - 2;
+/// Where islands sleep the order of colours has this many ranks (kernels/color_contacts.cl).
+constexpr u32 max_color_ranks = (1u << 26) - 2;
 
-/// Throws Error (comparison), naming the step, for more contacts than have places.
-inline void expect_places_for(u32 contacts, u32 step) {
-  if (contacts <= places_of_contacts) return;
+/// Throws Error (comparison), naming the step, for more contacts than have ranks.
+inline void expect_color_ranks_for(u32 contacts, u32 step) {
+  if (contacts <= max_color_ranks) return;
   throw Error(Failure::comparison, "step " + std::to_string(step) + ", color_contacts",
-              std::to_string(contacts) + " contacts, of which " + std::to_string(places_of_contacts) +
+              std::to_string(contacts) + " contacts, of which " + std::to_string(max_color_ranks) +
                   " have a place where bodies can sleep; run it with --sleeping off");
 }
 

@@ -6,7 +6,7 @@
 namespace lockstep {
 
 /// One time step. Each line is one stage: a kernel and a reference function of the same name. A stage that the scene's
-/// features do not ask for is skipped by the backend. A step that runs out of room, or wakes somebody (STATUS_VOID),
+/// features do not ask for is skipped by the backend. A step that runs out of room, or wakes somebody (STATUS_ABORTED),
 /// leaves the persistent buffers as they were but for who sleeps, so that it can be redone.
 template <class Backend, class real>
 void step(Backend& backend, StepParams<real> p) {
@@ -25,8 +25,8 @@ void step(Backend& backend, StepParams<real> p) {
   backend.run(Stage::match_contacts, p);
 
   // contacts of one colour share no movable body, so that a colour is solved at once; before them, where they are
-  // wanted, come cells of space, of which every second one along each axis is; or all contacts are, on parts of bodies;
-  // or one after another, by the matrix of those that share bodies
+  // wanted, come cells of space, of which every second one along each axis is; or all contacts are, on copies of
+  // bodies; or one after another, by the matrix of those that share bodies
   backend.run(Stage::partition_contacts, p);
   backend.run(Stage::schedule_contacts, p);
   backend.run(Stage::color_contacts, p);
@@ -54,7 +54,7 @@ void step(Backend& backend, StepParams<real> p) {
     backend.run(Stage::close_joints, p);
     backend.run(Stage::relax_constraints, p);
     backend.run(Stage::integrate_free_flight, p);
-    backend.run(Stage::place_particles, p);
+    backend.run(Stage::update_particles, p);
     backend.run(Stage::mark_touching, p);
   }
 

@@ -1,6 +1,6 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "common.h"
-#include "loose_shapes.h"
+#include "top_level_shapes.h"
 #include "tree.h"
 #include "types.h"
 
@@ -30,14 +30,14 @@ static inline void set_box(global BoxBlock* block, u32 k, TreeBox box) {
 }
 
 // The lowest level: boxes of runs of shapes.
-kernel void build_tree_runs(global const ShapeInfo* shape_infos, global const u32* loose_shapes,
+kernel void build_tree_runs(global const ShapeInfo* shape_infos, global const u32* top_level_shapes,
                             global const Vec4* positions, global const Motion* motions, global const Bound* bounds,
                             global const u32* tree_items, global BoxBlock* tree_blocks, const StepParams params) {
-  const u32 count = loose_count(&params);
+  const u32 count = top_level_count(&params);
   FOR_EACH(e, blocks_of(blocks_of(count)) * PACK) {
     TreeBox box = empty_box();
-    for (u32 place = e * PACK; place < (e + 1u) * PACK && place < count; ++place) {
-      const u32 k = tree_items[place], i = LOOSE_SHAPE(k), body = shape_infos[i].body;
+    for (u32 slot = e * PACK; slot < (e + 1u) * PACK && slot < count; ++slot) {
+      const u32 k = tree_items[slot], i = TOP_LEVEL_SHAPE(k), body = shape_infos[i].body;
       if (bounds[k].extent > (real)0)
         box = united(
             box, swept_box(&bounds[k], shape_infos[i].kind, &positions[body], &motions[body], step_length(&params)));

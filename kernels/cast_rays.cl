@@ -1,16 +1,16 @@
 #pragma OPENCL FP_CONTRACT OFF
 // The first solid shape that each ray meets (cpu_reference/cast_rays.hpp).
 #include "common.h"
-#include "loose_shapes.h"
 #include "shapes/rays.h"
+#include "top_level_shapes.h"
 #include "tree.h"
 #include "types.h"
 
-// Whether the ray passes within `reach` of the point that is at `offset` from its origin; not what is behind it.
-static inline bool ray_passes(Vec3 offset, Vec3 direction, real reach) {
+// Whether the ray passes within `range` of the point that is at `offset` from its origin; not what is behind it.
+static inline bool ray_passes(Vec3 offset, Vec3 direction, real range) {
   const real along = dot3(offset, direction);
   const Vec3 aside = sub3(offset, scale3(along > (real)0 ? along : (real)0, direction));
-  return dot3(aside, aside) <= reach * reach * (real)1.0001;
+  return dot3(aside, aside) <= range * range * (real)1.0001;
 }
 
 // What rays are cast at.
@@ -31,23 +31,23 @@ typedef struct RayHit {
 // Looks whether the ray meets shape i before what it has met so far.
 static inline void meet_shape(const RayScene* s, Ray ray, QueryFilter filter, u32 i, RayHit* closest) {
   const ShapeInfo info = s->shape_infos[i];
-  if ((info.category & filter.mask) == 0u || (info.flags & SHAPE_IS_SENSOR) != 0u) return;
+  if ((info.category & filter.mask) == 0u || (info.flags & SHAPE_IS_TRIGGER) != 0u) return;
   global const Shape* shape = s->shapes + i;
   const Vec3 origin = make3(ray.origin[0], ray.origin[1], ray.origin[2]);
   const Vec3 direction = make3(ray.direction[0], ray.direction[1], ray.direction[2]);
   const Pose pose = make_pose(s->positions[info.body], s->orientations[info.body]);
   const Vec3 offset = sub3(shape_center(pose, shape), origin);
-  if (info.kind != SHAPE_PLANE && !ray_passes(offset, direction, shape->reach)) return;
-  const Quat turn = shape_rotation(pose, shape);
+  if (info.kind != SHAPE_PLANE && !ray_passes(offset, direction, shape->bounding_radius)) return;
+  const Quat rotation = shape_rotation(pose, shape);
   const Vec3 size = make3(shape->size[0], shape->size[1], shape->size[2]);
-  const RayEntry entry = ray_shape(info.kind, unrotate3(turn, scale3((real)-1, offset)), unrotate3(turn, direction),
-                                   size, info.hull, s->tables);
+  const RayEntry entry = ray_shape(info.kind, unrotate3(rotation, scale3((real)-1, offset)),
+                                   unrotate3(rotation, direction), size, info.hull, s->tables);
   const bool first = closest->shape == NONE || entry.distance < closest->distance ||
                      (entry.distance == closest->distance && i < closest->shape);
-  if (!(entry.distance >= (real)0 && entry.distance <= ray.reach) || !first) return;
+  if (!(entry.distance >= (real)0 && entry.distance <= ray.range) || !first) return;
   closest->shape = i;
   closest->distance = entry.distance;
-  closest->normal = rotate3(turn, entry.normal);
+  closest->normal = rotate3(rotation, entry.normal);
 }
 
 #if FEATURE_SHAPE_TREES
@@ -60,7 +60,7 @@ static inline real ray_rounding(Vec3 at, Vec3 d, real radius) {
 // A ray in the frame of a tree's body: where boxes are `wider` by rounding.
 typedef struct RayInTree {
   Vec3 origin, inverse;
-  real reach, wider;
+  real range, wider;
 } RayInTree;
 
 // Bit k is set where the ray may meet box k of a block. One that runs along the side of a box, which is wider than what
@@ -79,7 +79,7 @@ static inline u32 boxes_on_ray(global const BoxBlock* block, const RayInTree* ra
     const lane leaves =
         lane_less(lane_less(lane_larger(low_x, high_x), lane_larger(low_y, high_y)), lane_larger(low_z, high_z));
     const lane_mask there = LANE_LOAD(block->low_x + k) <= LANE_LOAD(block->high_x + k);  // else the box is missing
-    hits |= LANE_BITS(there & (enters <= leaves) & (leaves >= (lane)0) & (enters <= ray->reach)) << k;
+    hits |= LANE_BITS(there & (enters <= leaves) & (leaves >= (lane)0) & (enters <= ray->range)) << k;
   }
   return hits;
 }
@@ -93,14 +93,14 @@ static inline void meet_tree(const RayScene* s, Ray ray, QueryFilter filter, Sha
   RayInTree mine;
   mine.origin = unrotate3(pose.orientation, d);
   mine.inverse = make3((real)1 / direction.x, (real)1 / direction.y, (real)1 / direction.z);
-  mine.reach = ray.reach * (real)1.0001;
+  mine.range = ray.range * (real)1.0001;
   mine.wider = ray_rounding(pose.position, d, tree.radius);
   const TreeShape shape = tree_shape(tree.item_count);
   global const BoxBlock* blocks = shape_tree_blocks + tree.first_block;
   bool arrives = false;
   TreeWalk walk = tree_begin(&shape, boxes_on_ray(blocks + shape.first[shape.levels - 1u], &mine));
   for (u32 entry; (entry = tree_next(&walk, &shape, &arrives)) != NONE;) {
-    if (closest->shape != NONE) mine.reach = closest->distance * (real)1.0001;
+    if (closest->shape != NONE) mine.range = closest->distance * (real)1.0001;
     if (arrives)
       walk.rest[walk.level] = boxes_on_ray(blocks + shape.first[walk.level] + entry, &mine);
     else
@@ -111,14 +111,14 @@ static inline void meet_tree(const RayScene* s, Ray ray, QueryFilter filter, Sha
 
 // `room`: rays that the buffers hold.
 kernel void cast_rays(global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
-                      global const Shape* shapes, global const u32* loose_shapes, global const WorldTrees* world_trees,
-                      global const ShapeTree* shape_trees, global const u32* shape_tree_items,
-                      global const BoxBlock* shape_tree_blocks, global const Vec4* positions,
-                      global const Vec4* orientations, global const Hull* hulls, global const Vec4* hull_vertices,
-                      global const Vec4* hull_planes, global const HullFace* hull_faces,
-                      global const HullEdge* hull_edges, global const u32* hull_corners, global const Ray* rays,
-                      global const QueryFilter* ray_filters, global u32* ray_shapes, global RayPoint* ray_points,
-                      const u32 room, const StepParams params) {
+                      global const Shape* shapes, global const u32* top_level_shapes,
+                      global const WorldTrees* world_trees, global const ShapeTree* shape_trees,
+                      global const u32* shape_tree_items, global const BoxBlock* shape_tree_blocks,
+                      global const Vec4* positions, global const Vec4* orientations, global const Hull* hulls,
+                      global const Vec4* hull_vertices, global const Vec4* hull_planes,
+                      global const HullFace* hull_faces, global const HullEdge* hull_edges,
+                      global const u32* hull_corners, global const Ray* rays, global const QueryFilter* ray_filters,
+                      global u32* ray_shapes, global RayPoint* ray_points, const u32 room, const StepParams params) {
   const RayScene s = {shape_infos,
                       shapes,
                       positions,
@@ -129,9 +129,9 @@ kernel void cast_rays(global const WorldRange* world_ranges, global const ShapeI
     if (r < params.queries) {
       const Ray ray = rays[r];
       const QueryFilter filter = ray_filters[r];
-      const LooseRange loose = loose_range(filter.world, world_ranges, world_trees);
-      for (u32 k = loose.first; k < loose.first + loose.count; ++k)
-        meet_shape(&s, ray, filter, LOOSE_SHAPE(k), &closest);
+      const TopLevelRange top_level = top_level_range(filter.world, world_ranges, world_trees);
+      for (u32 k = top_level.first; k < top_level.first + top_level.count; ++k)
+        meet_shape(&s, ray, filter, TOP_LEVEL_SHAPE(k), &closest);
 #if FEATURE_SHAPE_TREES
       const WorldTrees world = world_trees[filter.world];
       for (u32 t = world.first_tree; t < world.first_tree + world.tree_count; ++t)

@@ -2,15 +2,15 @@
 // Moves the bodies of each joint back to where it is whole (cpu_reference/close_joints.hpp states the method).
 #include "articulations/close_links.h"
 #include "common.h"
+#include "joints/current_joint.h"
 #include "joints/displace.h"
 #include "joints/factor.h"
-#include "joints/joint_now.h"
 #include "joints/mobility.h"
 #include "sleep.h"
 #include "types.h"
 
-static inline real closing_way_into_limits(const Joint joint, real x) {
-  if (joint.limited == (real)0 || joint.yield > (real)0) return (real)0;
+static inline real closing_displacement_into_limits(const Joint joint, real x) {
+  if (joint.limited == (real)0 || joint.spring_compliance > (real)0) return (real)0;
   return x < joint.low ? joint.low - x : (x > joint.high ? joint.high - x : (real)0);
 }
 
@@ -23,9 +23,9 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
   joint_pose(info.body_a, bodies, positions, orientations, &x_a, &q_a);
   joint_pose(info.body_b, bodies, positions, orientations, &x_b, &q_b);
   const Motion a = motions[info.body_a], b = motions[info.body_b];
-  const JointNow now = joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
-  real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], own;
-  joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &own);
+  const CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
+  real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], free_mobility;
+  joint_mobility(&current, info.free == FREE_ANGLE, a, b, k, column, &free_mobility);
   JointFactor factor;
   factorise(k, info.locked, &factor);
 
@@ -33,45 +33,47 @@ static inline void close_joint(u32 bodies, const JointInfo info, const Joint joi
   real d[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1u) != 0u;
-    d[i] = locked ? -now.error[i] : (real)0;
+    d[i] = locked ? -current.error[i] : (real)0;
     coupling[i] = locked && is_free ? column[i] : (real)0;
     response[i] = coupling[i];
   }
   solve_factor(&factor, d);
   solve_factor(&factor, response);
-  real x = now.coordinate, shared = (real)0;
+  real x = current.coordinate, coupled_mobility = (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     x = x + coupling[i] * d[i];
-    shared = shared + coupling[i] * response[i];
+    coupled_mobility = coupled_mobility + coupling[i] * response[i];
   }
-  const real e = is_free ? own - shared : (real)0;
-  const real d_free = e > (real)0 ? closing_way_into_limits(joint, x) / e : (real)0;
+  const real e = is_free ? free_mobility - coupled_mobility : (real)0;
+  const real d_free = e > (real)0 ? closing_displacement_into_limits(joint, x) / e : (real)0;
   for (u32 i = 0u; i < JOINT_ROWS; ++i) d[i] = d[i] - response[i] * d_free;
 
   const bool angular = info.free == FREE_ANGLE;
-  Vec3 impulse = add3(add3(scale3(d[0], now.axes[0]), scale3(d[1], now.axes[1])), scale3(d[2], now.axes[2]));
-  const real about_z = now.rise != (real)0 ? -(now.rise * d[2]) : d[5];
-  Vec3 moment = add3(add3(scale3(d[3], now.axes[0]), scale3(d[4], now.axes[1])), scale3(about_z, now.axes[2]));
-  impulse = add3(impulse, scale3(angular ? (real)0 : d_free, now.free_axis));
-  moment = add3(moment, scale3(angular ? d_free : (real)0, now.free_axis));
+  Vec3 impulse =
+      add3(add3(scale3(d[0], current.axes[0]), scale3(d[1], current.axes[1])), scale3(d[2], current.axes[2]));
+  const real about_z = current.lead != (real)0 ? -(current.lead * d[2]) : d[5];
+  Vec3 moment =
+      add3(add3(scale3(d[3], current.axes[0]), scale3(d[4], current.axes[1])), scale3(about_z, current.axes[2]));
+  impulse = add3(impulse, scale3(angular ? (real)0 : d_free, current.free_axis));
+  moment = add3(moment, scale3(angular ? d_free : (real)0, current.free_axis));
   displace(info.body_a, a, x_a, q_a, scale3((real)-1, impulse),
-           scale3((real)-1, add3(cross3(now.arm_a, impulse), moment)), positions, orientations, counters);
-  displace(info.body_b, b, x_b, q_b, impulse, add3(cross3(now.arm_b, impulse), moment), positions, orientations,
+           scale3((real)-1, add3(cross3(current.arm_a, impulse), moment)), positions, orientations, counters);
+  displace(info.body_b, b, x_b, q_b, impulse, add3(cross3(current.arm_b, impulse), moment), positions, orientations,
            counters);
 }
 
 // One phase: blocks begin .. end - 1, whose joints share no movable body.
 kernel void close_joint_phase(const StepParams params, const u32 begin, const u32 end,
                               global const JointLanes* joint_lanes, global const JointInfo* joint_infos,
-                              global const Joint* joints, global const real* screw_rises,
+                              global const Joint* joints, global const real* screw_leads,
                               global const real* rolling_radii, global const Motion* motions,
                               global const Sleeper* sleepers, global Vec4* positions, global Vec4* orientations,
                               global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(slot, (end - begin) * PACK) {
     const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
     if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
-    close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_rises, rolling_radii, index),
+    close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
                 motions, positions, orientations, counters);
   }
 }
@@ -86,23 +88,23 @@ kernel void close_joint_phase(const StepParams params, const u32 begin, const u3
 kernel void close_joint_tail(const StepParams params, const u32 first_phase, const u32 phases,
                              global const u32* joint_phases, global const JointLanes* joint_lanes,
                              global const JointInfo* joint_infos, global const Joint* joints,
-                             global const real* screw_rises, global const real* rolling_radii,
+                             global const real* screw_leads, global const real* rolling_radii,
                              global const Motion* motions, global const Sleeper* sleepers, global Vec4* positions,
                              global Vec4* orientations, global u32* counters) {
   const u32 sweeps = first_phase == 0u ? SWEEPS_OF_TAIL(params) : 1u, count = phases - first_phase;
-  const u32 visits = STEP_IS_VOID(counters) ? 0u : sweeps * count;
-  u32 visit = 0u;
+  const u32 runs = STEP_ABORTED(counters) ? 0u : sweeps * count;
+  u32 run = 0u;
   do {
-    const u32 phase = first_phase + visit % count;
-    const u32 begin = joint_phases[phase], end = visit < visits ? joint_phases[phase + 1u] : begin;
+    const u32 phase = first_phase + run % count;
+    const u32 begin = joint_phases[phase], end = run < runs ? joint_phases[phase + 1u] : begin;
     for (u32 slot = (u32)get_local_id(0); slot < (end - begin) * PACK; slot += (u32)get_local_size(0)) {
       const u32 index = joint_lanes[begin + slot / PACK].joint[slot % PACK];
       if (index == NONE || joint_sleeps(joint_infos[index], params.bodies, sleepers)) continue;
-      close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_rises, rolling_radii, index),
+      close_joint(params.bodies, joint_infos[index], joints[index], joint_sizes(screw_leads, rolling_radii, index),
                   motions, positions, orientations, counters);
     }
     barrier(CLK_GLOBAL_MEM_FENCE);
-  } while (++visit < visits);
+  } while (++run < runs);
 }
 
 #if FEATURE_ARTICULATIONS
@@ -110,37 +112,37 @@ kernel void close_joint_tail(const StepParams params, const u32 first_phase, con
 kernel void close_articulations(const StepParams params, const u32 articulation_count, const u32 sweeps,
                                 global const Articulation* articulations, global const LinkInfo* links,
                                 global const u32* link_levels, global const JointInfo* joint_infos,
-                                global const Joint* joints, global const real* screw_rises,
+                                global const Joint* joints, global const real* screw_leads,
                                 global const real* rolling_radii, global const Motion* motions,
                                 global const Sleeper* sleepers, global LinkFactor* link_factors,
                                 global LinkMotion* link_motions, global const ClosureSet* closure_sets,
                                 global const ClosureInfo* closures, global LinkFactor* closure_factors,
                                 global real* closure_matrix, global real* closure_wanted,
-                                global LinkMotion* closure_columns, global u32* articulation_turns,
+                                global LinkMotion* closure_columns, global u32* articulation_angles,
                                 global Vec4* positions, global Vec4* orientations, global u32* counters) {
-  const JointsNow now = JOINTS_NOW;
+  const CurrentJoints current = CURRENT_JOINTS;
   const Closures all = CLOSURES;
   u32 tree = (u32)get_group_id(0);
   do {
     const bool is_there =
-        tree < articulation_count && !STEP_IS_VOID(counters) && !is_asleep(sleepers, articulations[tree].root);
+        tree < articulation_count && !STEP_ABORTED(counters) && !is_asleep(sleepers, articulations[tree].root);
     const u32 first = is_there ? articulations[tree].first_level : 0u;
     const u32 levels = is_there ? articulations[tree].level_count : 0u;
     const u32 begin = link_levels[first], end = link_levels[first + levels];
     const ClosureSet loops = closures_of(tree, is_there, &all);
     u32 sweep = 0u;
     do {
-      if (is_there && get_local_id(0) == 0) articulation_turns[tree] = 0u;
+      if (is_there && get_local_id(0) == 0) articulation_angles[tree] = 0u;
       u32 step = 0u;
       do {  // from the leaves to the root
         const LinkRange at = links_up(first, levels, step, link_levels);
         for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0))
-          factor_link_now(i, &now, links, motions, link_factors);
+          factor_current_link(i, &current, links, motions, link_factors);
         barrier(CLK_GLOBAL_MEM_FENCE);
       } while (++step < levels);
 #if FEATURE_CLOSURES
       const LinkTree all_links = LINK_TREE(first, levels);
-      factor_closures_now(loops, &all, &now, &all_links, closure_columns);
+      factor_current_closures(loops, &all, &current, &all_links, closure_columns);
 #endif
       clear_pushes(loops, &all, link_motions);
       const u32 passes = loops.count > 0u ? 2u : 1u;
@@ -150,7 +152,7 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
         do {
           const LinkRange at = links_up(first, levels, step, link_levels);
           for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0))
-            ask_parent_of_errors(i, links, link_factors, link_motions);
+            backward_pass_of_errors(i, links, link_factors, link_motions);
           barrier(CLK_GLOBAL_MEM_FENCE);
         } while (++step < levels);
         step = 0u;
@@ -158,20 +160,20 @@ kernel void close_articulations(const StepParams params, const u32 articulation_
           const LinkRange at = links_down(first, levels, step, link_levels);
           for (u32 i = at.begin + (u32)get_local_id(0); i < at.end; i += (u32)get_local_size(0)) {
             real d[LINK_ROWS];
-            answer_parent(i, links[i], link_factors, link_motions, d);
+            forward_pass(i, links[i], link_factors, link_motions, d);
           }
           barrier(CLK_GLOBAL_MEM_FENCE);
         } while (++step < levels);
 #if FEATURE_CLOSURES
-        solve_loops_now(pass + 1u == passes ? no_closures() : loops, &all, link_motions);
+        solve_current_loops(pass + 1u == passes ? no_closures() : loops, &all, link_motions);
 #endif
       } while (++pass < passes);
       for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
-        const float turn = (float)length3(read_twist(link_motions[i].change).angular);
-        atomic_max(&articulation_turns[tree], as_uint(turn));
+        const float angle = (float)length3(read_twist(link_motions[i].change).angular);
+        atomic_max(&articulation_angles[tree], as_uint(angle));
       }
       barrier(CLK_GLOBAL_MEM_FENCE);
-      const real most = (real)0.1, largest = is_there ? (real)as_float(articulation_turns[tree]) : (real)0;
+      const real most = (real)0.1, largest = is_there ? (real)as_float(articulation_angles[tree]) : (real)0;
       const real share = largest > most ? most / largest : (real)1;
       for (u32 i = begin + (u32)get_local_id(0); i < end; i += (u32)get_local_size(0)) {
         const u32 body = links[i].body;

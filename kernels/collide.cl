@@ -4,8 +4,8 @@
 #include "common.h"
 #include "found_contacts.h"
 #include "shapes/advance.h"
+#include "shapes/may_touch.h"
 #include "shapes/pairs.h"
-#include "shapes/reach.h"
 #include "types.h"
 
 // One side of a pair.
@@ -33,17 +33,17 @@ static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, cons
 }
 
 // `h`: what is left of the step.
-static inline Placed collide_place(const Side* side, Vec3 center, bool alone, real margin, real h) {
-  Placed placed;
-  placed.center = center;
-  placed.rotation = shape_rotation(side->pose, side->shape);
-  placed.size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
-  placed.hull = side->hull;
-  placed.alone = alone;
-  placed.margin = margin;
-  placed.way = scale3(h, point_velocity(side->motion, side->arm));
-  placed.turn = scale3(h, make3(side->motion->w[0], side->motion->w[1], side->motion->w[2]));
-  return placed;
+static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool alone, real margin, real h) {
+  WorldShape world_shape;
+  world_shape.center = center;
+  world_shape.rotation = shape_rotation(side->pose, side->shape);
+  world_shape.size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
+  world_shape.hull = side->hull;
+  world_shape.alone = alone;
+  world_shape.margin = margin;
+  world_shape.displacement = scale3(h, point_velocity(side->motion, side->arm));
+  world_shape.angular_displacement = scale3(h, make3(side->motion->w[0], side->motion->w[1], side->motion->w[2]));
+  return world_shape;
 }
 
 // The largest gap that can matter.
@@ -51,45 +51,46 @@ static inline real collide_limit(const StepParams* params, const Side* a, const 
   const Vec3 v = sub3(point_velocity(b->motion, arm_b), point_velocity(a->motion, a->arm));
   const Vec3 w = sub3(make3(b->motion->w[0], b->motion->w[1], b->motion->w[2]),
                       make3(a->motion->w[0], a->motion->w[1], a->motion->w[2]));
-  return params->margin + step_length(params) * (length3(v) + length3(w) * a->shape->reach);
+  return params->margin + step_length(params) * (length3(v) + length3(w) * a->shape->bounding_radius);
 }
 
 // From the centre of mass of b to that of a.
-static inline Vec3 collide_apart(const Side* a, const Side* b) { return sub3(a->pose.position, b->pose.position); }
+static inline Vec3 collide_offset_ab(const Side* a, const Side* b) { return sub3(a->pose.position, b->pose.position); }
 
 // The centre of shape b, seen from that of shape a.
 static inline Vec3 collide_center_b(const Side* a, const Side* b) {
-  return sub3(b->arm, add3(a->arm, collide_apart(a, b)));
+  return sub3(b->arm, add3(a->arm, collide_offset_ab(a, b)));
 }
 
 // `alone`: facets are taken for themselves.
 static inline Manifold collide_sides(const StepParams* params, const Side* a, const Side* b, HullTables tables,
                                      real limit, bool alone, real h) {
-  return collide_shapes(a->kind, collide_place(a, make3((real)0, (real)0, (real)0), alone, params->margin, h), b->kind,
-                        collide_place(b, collide_center_b(a, b), alone, params->margin, h), tables, limit);
+  return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, params->margin, h),
+                        b->kind, collide_world_shape(b, collide_center_b(a, b), alone, params->margin, h), tables,
+                        limit);
 }
 
-static inline bool collide_in_reach(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
-                                    Vec3 apart, real time_left) {
+static inline bool collide_in_range(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
+                                    Vec3 offset_ab, real time_left) {
   const Vec3 arm = add3(a->arm, sub3(m->points[k].anchor_a, scale3(m->radius_a, m->normal)));
-  const real speed = approach_speed(m->normal, a->motion, arm, b->motion, add3(arm, apart));
+  const real speed = approach_speed(m->normal, a->motion, arm, b->motion, add3(arm, offset_ab));
   return gap_at(m, k) <= params->margin + time_left * speed;
 }
 
 // Puts one more point into a list that is ordered by feature.
 static inline void collide_insert(Manifold* m, ManifoldPoint point) {
-  u32 place = m->count++;
-  for (; place > 0u && m->points[place - 1u].feature > point.feature; --place) m->points[place] = m->points[place - 1u];
-  m->points[place] = point;
+  u32 slot = m->count++;
+  for (; slot > 0u && m->points[slot - 1u].feature > point.feature; --slot) m->points[slot] = m->points[slot - 1u];
+  m->points[slot] = point;
 }
 
-// The points that are in reach with so much time of the step left; each anchor is seen from the centre of its shape.
+// The points that are in range with so much time of the step left; each anchor is seen from the centre of its shape.
 static inline void collide_keep(const StepParams* params, Manifold* m, const Side* a, const Side* b, real time_left) {
-  const Vec3 apart = collide_apart(a, b), center_b = collide_center_b(a, b);
+  const Vec3 offset_ab = collide_offset_ab(a, b), center_b = collide_center_b(a, b);
   const u32 found = m->count;
   m->count = 0u;
   for (u32 k = 0u; k < found; ++k) {
-    if (collide_in_reach(params, m, k, a, b, apart, time_left)) collide_insert(m, m->points[k]);
+    if (collide_in_range(params, m, k, a, b, offset_ab, time_left)) collide_insert(m, m->points[k]);
   }
   for (u32 k = 0u; k < m->count; ++k) m->points[k].anchor_b = sub3(m->points[k].anchor_b, center_b);
 }
@@ -111,15 +112,16 @@ static inline void collide_add_core(const Side* a, const Side* b, HullTables tab
   const Vec3 size = make3(side->shape->size[0], side->shape->size[1], side->shape->size[2]);
   const real radius = core_radius(side->kind, size, side->hull, tables);
   if (m->count == 0u || radius < (real)0) return;
-  const Vec3 apart = collide_apart(a, b), center_b = collide_center_b(a, b);
-  const Vec3 arm_a = of_a ? a->arm : sub3(b->arm, apart);
-  const real speed = approach_speed(m->normal, a->motion, arm_a, b->motion, add3(arm_a, apart));
+  const Vec3 offset_ab = collide_offset_ab(a, b), center_b = collide_center_b(a, b);
+  const Vec3 arm_a = of_a ? a->arm : sub3(b->arm, offset_ab);
+  const real speed = approach_speed(m->normal, a->motion, arm_a, b->motion, add3(arm_a, offset_ab));
   if (middle_gap(m, of_a, center_b) < time_left * speed) add_core(m, of_a, radius);
 }
 #endif
 
 static inline bool collide_is_facet(const Side* side, HullTables tables) {
-  return is_facet(side->kind, collide_place(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0), tables);
+  return is_facet(side->kind, collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0),
+                  tables);
 }
 
 // The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
@@ -149,8 +151,8 @@ static inline void collide_at_impact(const StepParams* params, const Side* a, co
 #endif
 
 static inline Manifold collide_pair(const StepParams* params, const Side* a, const Side* b, HullTables tables) {
-  if (IS_SENSOR(*a) || IS_SENSOR(*b)) return no_manifold();
-  const real limit = collide_limit(params, a, b, add3(a->arm, collide_apart(a, b)));
+  if (IS_TRIGGER(*a) || IS_TRIGGER(*b)) return no_manifold();
+  const real limit = collide_limit(params, a, b, add3(a->arm, collide_offset_ab(a, b)));
   Manifold m;
 #if FEATURE_CONTINUOUS
   if (((a->flags | b->flags) & SHAPE_IS_CONTINUOUS) != 0u) {

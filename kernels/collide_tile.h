@@ -26,11 +26,11 @@ enum TileSort {
 // Pairs of one sort.
 typedef struct TileList {
   u32 count;
-  u32 at[TILE_PAIRS + 1u];  // places in the tile; one more, so that what does not belong can be written and not counted
+  u32 at[TILE_PAIRS + 1u];  // slots in the tile; one more, so that what does not belong can be written and not counted
 } TileList;
 
-LANE_INLINE void tile_append(TileList* list, u32 place, u32 belongs) {
-  list->at[list->count] = place;
+LANE_INLINE void tile_append(TileList* list, u32 slot, u32 belongs) {
+  list->at[list->count] = slot;
   list->count += belongs;
 }
 
@@ -41,7 +41,7 @@ typedef struct Tile {
   real axes[TILE_PAIRS];  // codes of pairs of boxes
 } Tile;
 
-// Pairs of sensors and of bodies whose impacts are looked for are among the others.
+// Pairs of triggers and of bodies whose impacts are looked for are among the others.
 static inline u32 tile_sort_of(u32 kind_a, u32 kind_b, u32 flags) {
   const bool box_a = kind_a == SHAPE_BOX, box_b = kind_b == SHAPE_BOX;
   u32 sort = TILE_OTHERS;
@@ -49,7 +49,7 @@ static inline u32 tile_sort_of(u32 kind_a, u32 kind_b, u32 flags) {
   sort = kind_a == SHAPE_SPHERE && box_b ? TILE_SPHERE_BOX : sort;
   sort = box_a && kind_b == SHAPE_SPHERE ? TILE_BOX_SPHERE : sort;
   sort = box_a && kind_b == SHAPE_PLANE ? TILE_BOX_PLANE : sort;
-  return (flags & (SHAPE_IS_SENSOR | SHAPE_IS_CONTINUOUS)) == 0u ? sort : TILE_OTHERS;
+  return (flags & (SHAPE_IS_TRIGGER | SHAPE_IS_CONTINUOUS)) == 0u ? sort : TILE_OTHERS;
 }
 
 static inline void tile_sort(Tile* tile, u32 first, u32 end, global const Pair* pairs,
@@ -133,9 +133,9 @@ static inline void tile_group(const StepParams* params, const Tile* tile, u32 so
   } else if (sort == TILE_BOX_PLANE) {
     lane_box_plane(&sides.a, &sides.b, &m);
   } else {
-    const bool turned = sort == TILE_BOX_SPHERE;
-    lane_sphere_box(turned ? &sides.b : &sides.a, turned ? &sides.a : &sides.b, &m);
-    if (turned) lane_flip(&m, 1u);
+    const bool swapped = sort == TILE_BOX_SPHERE;
+    lane_sphere_box(swapped ? &sides.b : &sides.a, swapped ? &sides.a : &sides.b, &m);
+    if (swapped) lane_flip(&m, 1u);
   }
   const u32 points = sort == TILE_FACES || sort == TILE_BOX_PLANE ? 4u : 1u;
   lane_keep(params, &sides, &m, points);

@@ -13,7 +13,7 @@
 
 #if FEATURE_SLEEPING
 // Where islands sleep, the class is a hash of the ids of both shapes; a host sees to it
-// that ranks have places (host/sleepers.hpp).
+// that ranks fit (host/sleepers.hpp).
 static inline u32 color_class_of(Contact contact, global const ShapeInfo* shape_infos) {
   u32 h = shape_infos[contact.shape_a].id * 0x9e3779b1u + shape_infos[contact.shape_b].id * 0x85ebca77u;
   h = (h ^ (h >> 15)) * 0x2c1b3c6du;
@@ -22,26 +22,26 @@ static inline u32 color_class_of(Contact contact, global const ShapeInfo* shape_
 #endif
 
 // Of a contact before its pair has a colour: NONE, or what says that it needs none.
-static inline u32 color_at_first(u32 i, global const Contact* contacts, global const u32* cell_places) {
+static inline u32 color_at_first(u32 i, global const Contact* contacts, global const u32* cell_slots) {
   if (!pair_contact_is_first(contacts, i)) return COLOR_OF_FIRST;
 #if FEATURE_PARTITIONS
-  if (cell_places[i] != NONE) return COLOR_OF_CELL;
+  if (cell_slots[i] != NONE) return COLOR_OF_CELL;
 #endif
   return NONE;
 }
 
-// The class that is the place-th in the order; 23 is the inverse of 39 modulo 64.
-static inline u32 color_class(u32 place) { return place * 23u % COLOR_CLASSES; }
+// The class of this rank in the order; 23 is the inverse of 39 modulo 64.
+static inline u32 color_class(u32 rank) { return rank * 23u % COLOR_CLASSES; }
 
 // The order of the contacts of a world, as a falling priority: never 0 ("no bid") or COLOR_FULL.
 static inline u32 color_priority(Contact contact, global const ShapeInfo* shape_infos) {
   const u32 rank = contact.rank;
 #if FEATURE_SLEEPING
-  const u32 place = color_class_of(contact, shape_infos) << (32u - COLOR_CLASS_BITS) | rank;
+  const u32 sort_key = color_class_of(contact, shape_infos) << (32u - COLOR_CLASS_BITS) | rank;
 #else
-  const u32 place = rank * 39u % COLOR_CLASSES << (32u - COLOR_CLASS_BITS) | rank >> COLOR_CLASS_BITS;
+  const u32 sort_key = rank * 39u % COLOR_CLASSES << (32u - COLOR_CLASS_BITS) | rank >> COLOR_CLASS_BITS;
 #endif
-  return 0xfffffffeu - place;
+  return 0xfffffffeu - sort_key;
 }
 
 // A bid that outbids all: every colour of the body is taken, what is left on it goes to overflow.
@@ -63,8 +63,8 @@ static inline void color_take(u32 color, u32 body, global u32* body_colors) {
 // ---- in order -----------------------------------------------------------------------------------------------------
 
 // The lowest colour that is free for the pair that contact i is the first of.
-static inline void color_give(u32 i, global const BodyInfo* body_infos, global const Contact* contacts,
-                              global u32* body_colors, global u32* contact_colors) {
+static inline void color_assign(u32 i, global const BodyInfo* body_infos, global const Contact* contacts,
+                                global u32* body_colors, global u32* contact_colors) {
   const u32 a = contacts[i].body_a, b = contacts[i].body_b;
   const bool dynamic_a = body_infos[a].kind == BODY_DYNAMIC, dynamic_b = body_infos[b].kind == BODY_DYNAMIC;
   const u32 color = color_lowest_free(a, dynamic_a, b, dynamic_b, body_colors);
@@ -77,14 +77,14 @@ static inline void color_give(u32 i, global const BodyInfo* body_infos, global c
 // The first contacts of pairs among first .. end - 1, sorted by class; how many they are. Of a class they stay in
 // order.
 static inline u32 color_sort(u32 first, u32 end, global const ShapeInfo* shape_infos, global const Contact* contacts,
-                             global const u32* cell_places, global u32* color_order, global u32* contact_colors) {
+                             global const u32* cell_slots, global u32* color_order, global u32* contact_colors) {
   u32 starts[COLOR_CLASSES + 1u];
-  for (u32 place = 0u; place <= COLOR_CLASSES; ++place) starts[place] = 0u;
+  for (u32 rank = 0u; rank <= COLOR_CLASSES; ++rank) starts[rank] = 0u;
   for (u32 i = first; i < end; ++i) {
-    contact_colors[i] = color_at_first(i, contacts, cell_places);
+    contact_colors[i] = color_at_first(i, contacts, cell_slots);
     if (contact_colors[i] == NONE) ++starts[color_class_of(contacts[i], shape_infos) + 1u];
   }
-  for (u32 place = 0u; place < COLOR_CLASSES; ++place) starts[place + 1u] += starts[place];
+  for (u32 rank = 0u; rank < COLOR_CLASSES; ++rank) starts[rank + 1u] += starts[rank];
   const u32 count = starts[COLOR_CLASSES];
   for (u32 i = first; i < end; ++i) {
     if (contact_colors[i] != NONE) continue;
@@ -96,7 +96,7 @@ static inline u32 color_sort(u32 first, u32 end, global const ShapeInfo* shape_i
 
 kernel void color_worlds(const StepParams params, global const WorldRange* world_ranges,
                          global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                         global const Contact* contacts, global const u32* cell_places, global u32* body_colors,
+                         global const Contact* contacts, global const u32* cell_slots, global u32* body_colors,
                          global u32* color_order, global u32* contact_colors, global const u32* counters) {
   FOR_EACH(world, params.worlds) {
     const u32 first_word = 2u * world_ranges[world].first_body;
@@ -105,14 +105,14 @@ kernel void color_worlds(const StepParams params, global const WorldRange* world
     const u32 first = first_contact_of_world(world, counters[COUNTER_CONTACTS], contacts);
     const u32 end = first_contact_of_world(world + 1u, counters[COUNTER_CONTACTS], contacts);
 #if FEATURE_SLEEPING
-    const u32 count = color_sort(first, end, shape_infos, contacts, cell_places, color_order, contact_colors);
+    const u32 count = color_sort(first, end, shape_infos, contacts, cell_slots, color_order, contact_colors);
     for (u32 k = 0u; k < count; ++k)
-      color_give(color_order[first + k], body_infos, contacts, body_colors, contact_colors);
+      color_assign(color_order[first + k], body_infos, contacts, body_colors, contact_colors);
 #else
-    for (u32 place = 0u; place < COLOR_CLASSES; ++place) {
-      for (u32 i = first + color_class(place); i < end; i += COLOR_CLASSES) {
-        contact_colors[i] = color_at_first(i, contacts, cell_places);
-        if (contact_colors[i] == NONE) color_give(i, body_infos, contacts, body_colors, contact_colors);
+    for (u32 rank = 0u; rank < COLOR_CLASSES; ++rank) {
+      for (u32 i = first + color_class(rank); i < end; i += COLOR_CLASSES) {
+        contact_colors[i] = color_at_first(i, contacts, cell_slots);
+        if (contact_colors[i] == NONE) color_assign(i, body_infos, contacts, body_colors, contact_colors);
       }
     }
 #endif
@@ -161,7 +161,7 @@ static inline bool color_bid(u32 round, u32 i, u32 bodies, global const BodyInfo
   return true;
 }
 
-kernel void color_start(const StepParams params, global const Contact* contacts, global const u32* cell_places,
+kernel void color_start(const StepParams params, global const Contact* contacts, global const u32* cell_slots,
                         global u32* body_colors, global u32* contact_colors, global u32* color_bids,
                         global u32* colorless_count, global const u32* counters) {
   if (get_global_id(0) == 0) colorless_count[0] = 0u;
@@ -169,7 +169,7 @@ kernel void color_start(const StepParams params, global const Contact* contacts,
     body_colors[i] = 0u;
     color_bids[i] = 0u;
   }
-  FOR_EACH(i, counters[COUNTER_CONTACTS]) contact_colors[i] = color_at_first(i, contacts, cell_places);
+  FOR_EACH(i, counters[COUNTER_CONTACTS]) contact_colors[i] = color_at_first(i, contacts, cell_slots);
 }
 
 kernel void color_round(const StepParams params, const u32 round, global const BodyInfo* body_infos,

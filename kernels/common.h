@@ -32,6 +32,6 @@ static inline u32 each_end(u32 count) {
 static inline u32 lowest_bit(u32 bits) { return 31u - clz(bits & (0u - bits)); }
 
 // Stages that write persistent state leave it alone once a list was full or somebody woke: the step is redone.
-#define STEP_IS_VOID(counters) (((counters)[COUNTER_STATUS] & STATUS_VOID) != 0u)
+#define STEP_ABORTED(counters) (((counters)[COUNTER_STATUS] & STATUS_ABORTED) != 0u)
 
 #endif

@@ -53,7 +53,7 @@ static inline LaneDisc lane_disc_velocity(lane x, lane y, LaneDiscInverse invers
   return u;
 }
 
-static inline LaneDisc lane_rub_disc(LaneDisc old, LaneDisc u, LaneDiscInverse inverse, lane limit) {
+static inline LaneDisc lane_solve_friction_disc(LaneDisc old, LaneDisc u, LaneDiscInverse inverse, lane limit) {
   const lane stick_x = old.x - (inverse.xx * u.x + inverse.xy * u.y);
   const lane stick_y = old.y - (inverse.xy * u.x + inverse.yy * u.y);
   const lane_mask slips = sqrt(stick_x * stick_x + stick_y * stick_y) > limit;

@@ -78,14 +78,14 @@ kernel void couple_fill(const StepParams params, const u32 coupled_tile_capacity
     u32 rows[COUPLE_WORDS];
     couple_rows(tile, contacts, body_infos, body_tiles, rows);
     const u32 first = column - contacts[tile.first].rank / PACK;  // of the world
-    u32 place = tile_starts[column];
+    u32 slot = tile_starts[column];
     for (u32 row = 0u; row < 32u * COUPLE_WORDS; ++row) {
       if ((rows[row / 32u] >> (row % 32u) & 1u) == 0u) continue;
-      if (place < coupled_tile_capacity) {
-        coupled_tiles[place].row = first + row;
-        coupled_tiles[place].column = column;
+      if (slot < coupled_tile_capacity) {
+        coupled_tiles[slot].row = first + row;
+        coupled_tiles[slot].column = column;
       }
-      ++place;
+      ++slot;
     }
   }
   if (get_global_id(0) != 0) return;

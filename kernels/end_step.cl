@@ -2,9 +2,9 @@
 #include "common.h"
 #include "types.h"
 
-// Counts the steps that were done; a void step will be redone and does not count.
+// Counts the steps that were done; an aborted step will be redone and does not count.
 kernel void end_step(global u32* step_index, global const u32* counters) {
   FOR_EACH(i, 1u) {
-    if (!STEP_IS_VOID(counters)) step_index[i] += 1u;
+    if (!STEP_ABORTED(counters)) step_index[i] += 1u;
   }
 }

@@ -14,14 +14,14 @@ static inline u32 write_link_joint(LinkInfo link, JointInfo info, global const J
                                    global LinkFactor* f) {
   const u32 at = link.slot % PACK;
   const real sign = link.is_b != 0u ? (real)1 : (real)-1;
-  const bool driven = block->motor_impulse[at] > (real)0, held = block->slowest[at] == block->fastest[at];
-  const u32 rows = info.locked | (info.free != FREE_NOTHING && held && !driven ? 1u << JOINT_ROWS : 0u);
+  const bool driven = block->motor_impulse[at] > (real)0, fixed = block->slowest[at] == block->fastest[at];
+  const u32 rows = info.locked | (info.free != FREE_NOTHING && fixed && !driven ? 1u << JOINT_ROWS : 0u);
   Vec3 axes[3];
   for (u32 i = 0u; i < 3u; ++i) axes[i] = link_vector(block->axes + 3u * i, at);
-  place_link_joint(link, info.free == FREE_ANGLE, axes, link_vector(block->arm_a, at), link_vector(block->arm_b, at),
-                   link_vector(block->free_axis, at), block->rise[at], f);
-  f->yield = block->yield[at];
-  for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = sign * (block->bias[i][at] + block->turning[i][at]);
+  set_link_joint(link, info.free == FREE_ANGLE, axes, link_vector(block->arm_a, at), link_vector(block->arm_b, at),
+                 link_vector(block->free_axis, at), block->lead[at], f);
+  f->spring_compliance = block->spring_compliance[at];
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) f->error[i] = sign * (block->bias[i][at] + block->velocity_product[i][at]);
   f->error[JOINT_ROWS] = -(sign * block->slowest[at]);
   return rows;
 }
@@ -71,7 +71,7 @@ kernel void factor_articulations(const u32 articulation_count, global const Arti
 #endif
   u32 tree = (u32)get_group_id(0);
   do {
-    const bool is_there = tree < articulation_count && !STEP_IS_VOID(counters);
+    const bool is_there = tree < articulation_count && !STEP_ABORTED(counters);
     const bool asleep = is_there && is_asleep(sleepers, articulations[tree].root);
     const u32 first = is_there ? articulations[tree].first_level : 0u;
     const u32 levels = is_there ? articulations[tree].level_count : 0u;

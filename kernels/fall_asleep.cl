@@ -5,8 +5,8 @@
 #include "sleep.h"
 #include "types.h"
 
-static inline bool is_drowsy(u32 body, u32 bodies, global const BodyInfo* body_infos, global const u32* sleep_steps,
-                             global const Sleeper* sleepers) {
+static inline bool is_sleep_candidate(u32 body, u32 bodies, global const BodyInfo* body_infos,
+                                      global const u32* sleep_steps, global const Sleeper* sleepers) {
   if (body >= bodies || body_infos[body].kind != BODY_DYNAMIC) return false;
   return sleepers[body].island == NONE && sleepers[body].still >= sleep_steps[body_infos[body].world];
 }
@@ -15,8 +15,8 @@ static inline bool is_drowsy(u32 body, u32 bodies, global const BodyInfo* body_i
 kernel void sleep_count(const StepParams params, global const BodyInfo* body_infos, global const SleepLaw* sleep_laws,
                         global const u32* sleep_steps, global const Motion* motions, global Sleeper* sleepers,
                         global u32* island_parents, global u32* disturbed_bodies, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
-  bool drowsy = false, changed = false;
+  if (STEP_ABORTED(counters)) return;
+  bool any_candidate = false, changed = false;
   FOR_EACH(i, params.bodies) {
     island_parents[i] = i;
     disturbed_bodies[i] = 0u;
@@ -29,9 +29,9 @@ kernel void sleep_count(const StepParams params, global const BodyInfo* body_inf
     const u32 still = sleepers[i].still < NONE - 1u ? sleepers[i].still : NONE - 1u;
     sleepers[i].island = NONE;
     sleepers[i].still = slow ? still + 1u : 0u;
-    drowsy = drowsy || is_drowsy(i, params.bodies, body_infos, sleep_steps, sleepers);
+    any_candidate = any_candidate || is_sleep_candidate(i, params.bodies, body_infos, sleep_steps, sleepers);
   }
-  if (drowsy) atomic_or(&counters[COUNTER_DROWSY], 1u);
+  if (any_candidate) atomic_or(&counters[COUNTER_SLEEP_CANDIDATES], 1u);
   if (changed) atomic_or(&counters[COUNTER_CHANGED], 1u);
 }
 
@@ -68,13 +68,13 @@ static inline void sleep_meet(u32 a, u32 b, u32 bodies, global const BodyInfo* b
                               global const u32* sleep_steps, global const Motion* motions,
                               global const Sleeper* sleepers, global u32* island_parents,
                               global u32* disturbed_bodies) {
-  const bool drowsy_a = is_drowsy(a, bodies, body_infos, sleep_steps, sleepers);
-  const bool drowsy_b = is_drowsy(b, bodies, body_infos, sleep_steps, sleepers);
-  if (drowsy_a && drowsy_b) {
+  const bool candidate_a = is_sleep_candidate(a, bodies, body_infos, sleep_steps, sleepers);
+  const bool candidate_b = is_sleep_candidate(b, bodies, body_infos, sleep_steps, sleepers);
+  if (candidate_a && candidate_b) {
     island_join(a, b, island_parents);
-  } else if (drowsy_a) {
+  } else if (candidate_a) {
     if (is_moving(b, bodies, body_infos, motions, sleepers)) atomic_or(&disturbed_bodies[a], 1u);
-  } else if (drowsy_b) {
+  } else if (candidate_b) {
     if (is_moving(a, bodies, body_infos, motions, sleepers)) atomic_or(&disturbed_bodies[b], 1u);
   }
 }
@@ -83,7 +83,7 @@ kernel void sleep_join(const StepParams params, global const BodyInfo* body_info
                        global const Motion* motions, global const Contact* contacts,
                        global const JointLanes* joint_lanes, global const Sleeper* sleepers, global u32* island_parents,
                        global u32* disturbed_bodies, global const u32* counters) {
-  if (STEP_IS_VOID(counters) || counters[COUNTER_DROWSY] == 0u) return;
+  if (STEP_ABORTED(counters) || counters[COUNTER_SLEEP_CANDIDATES] == 0u) return;
 #if FEATURE_CONTACTS
   FOR_EACH(i, counters[COUNTER_CONTACTS]) {
     sleep_meet(contacts[i].body_a, contacts[i].body_b, params.bodies, body_infos, sleep_steps, motions, sleepers,
@@ -103,22 +103,22 @@ kernel void sleep_join(const StepParams params, global const BodyInfo* body_info
 // Who is disturbed disturbs the island.
 kernel void sleep_roots(const StepParams params, global u32* island_parents, global u32* disturbed_bodies,
                         global const u32* counters) {
-  if (STEP_IS_VOID(counters) || counters[COUNTER_DROWSY] == 0u) return;
+  if (STEP_ABORTED(counters) || counters[COUNTER_SLEEP_CANDIDATES] == 0u) return;
   FOR_EACH(i, params.bodies) {
     const u32 root = island_root(i, island_parents);
     if (root != i && atomic_or(&disturbed_bodies[i], 0u) != 0u) atomic_or(&disturbed_bodies[root], 1u);
   }
 }
 
-// Drowsy islands that nobody disturbs sleep; and who does is counted.
+// Ready to sleep islands that nobody disturbs sleep; and who does is counted.
 kernel void sleep_apply(const StepParams params, global const BodyInfo* body_infos, global const u32* sleep_steps,
                         global u32* island_parents, global const u32* disturbed_bodies, global Motion* motions,
                         global Sleeper* sleepers, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   u32 asleep = 0u, islands = 0u, moving = 0u;
   bool changed = false;
   FOR_EACH(i, params.bodies) {
-    if (is_drowsy(i, params.bodies, body_infos, sleep_steps, sleepers)) {
+    if (is_sleep_candidate(i, params.bodies, body_infos, sleep_steps, sleepers)) {
       const u32 root = island_root(i, island_parents);
       if (disturbed_bodies[root] == 0u) {
         sleepers[i].still = 0u;
@@ -181,7 +181,7 @@ static inline bool keep_sleeps(u32 body_a, u32 body_b, global const Sleeper* sle
 }
 
 // One work-group, the last: entry i of kept_contacts is the number of contacts before the i-th that stay, and so of
-// kept_keys; then each goes to its own place. keep_sums has two words a work-item and two more.
+// kept_keys; then each goes to its own slot. keep_sums has two words a work-item and two more.
 kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact* contacts,
                        global const ContactImpulse* cached_impulses, global const Vec4* cached_moments,
                        global const Sleeper* sleepers, global u32* slept_count, global ContactKey* slept_keys,
@@ -189,7 +189,7 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
                        global u32* kept_keys, global u32* keep_sums, global ContactKey* merged_keys,
                        global ContactImpulse* merged_impulses, global Vec4* merged_moments,
                        global const u32* counters) {
-  const bool merges = !STEP_IS_VOID(counters) && counters[COUNTER_CHANGED] != 0u;
+  const bool merges = !STEP_ABORTED(counters) && counters[COUNTER_CHANGED] != 0u;
   const u32 count = merges ? counters[COUNTER_CONTACTS] : 0u, slept = merges ? slept_count[0] : 0u;
   const u32 item = (u32)get_local_id(0), items = (u32)get_local_size(0);
   const u32 contact_share = count / items + 1u, key_share = slept / items + 1u;
@@ -230,23 +230,23 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
   for (u32 i = item; i < count; i += items) {
     if (kept_contacts[i + 1u] == kept_contacts[i]) continue;
     const Contact contact = contacts[i];
-    const u32 place = kept_contacts[i] + kept_keys[keep_keys_before(slept_keys, slept, contact)];
-    merged_keys[place].shape_a = contact.shape_a;
-    merged_keys[place].shape_b = contact.shape_b;
-    merged_keys[place].feature = contact.feature;
-    merged_keys[place].pad = 0u;
-    merged_impulses[place] = cached_impulses[i];
-#if FEATURE_TURNING_FRICTION
-    merged_moments[place] = cached_moments[i];
+    const u32 slot = kept_contacts[i] + kept_keys[keep_keys_before(slept_keys, slept, contact)];
+    merged_keys[slot].shape_a = contact.shape_a;
+    merged_keys[slot].shape_b = contact.shape_b;
+    merged_keys[slot].feature = contact.feature;
+    merged_keys[slot].pad = 0u;
+    merged_impulses[slot] = cached_impulses[i];
+#if FEATURE_ANGULAR_FRICTION
+    merged_moments[slot] = cached_moments[i];
 #endif
   }
   for (u32 k = item; k < slept; k += items) {
     if (kept_keys[k + 1u] == kept_keys[k]) continue;
-    const u32 place = kept_keys[k] + kept_contacts[keep_contacts_before(contacts, count, slept_keys[k])];
-    merged_keys[place] = slept_keys[k];
-    merged_impulses[place] = slept_impulses[k];
-#if FEATURE_TURNING_FRICTION
-    merged_moments[place] = slept_moments[k];
+    const u32 slot = kept_keys[k] + kept_contacts[keep_contacts_before(contacts, count, slept_keys[k])];
+    merged_keys[slot] = slept_keys[k];
+    merged_impulses[slot] = slept_impulses[k];
+#if FEATURE_ANGULAR_FRICTION
+    merged_moments[slot] = slept_moments[k];
 #endif
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
@@ -254,7 +254,7 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
   for (u32 k = item; k < kept; k += items) {
     slept_keys[k] = merged_keys[k];
     slept_impulses[k] = merged_impulses[k];
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
     slept_moments[k] = merged_moments[k];
 #endif
   }

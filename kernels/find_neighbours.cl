@@ -1,7 +1,7 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "common.h"
 #include "particle.h"
-#include "shapes/reach.h"
+#include "shapes/may_touch.h"
 #include "sort.h"
 #include "types.h"
 
@@ -12,7 +12,7 @@ typedef struct Search {
   global const ParticleLaw* laws;
   global const BodyInfo* body_infos;
   global const u32* bodies;
-  global const Vec4* places;
+  global const Vec4* particle_positions;
   global const Vec4* velocities;
   global const Cell* cells;
   global const u32* starts;
@@ -38,19 +38,19 @@ static inline bool are_joined(const Search* s, u32 body_a, u32 body_b) {
 static inline bool are_neighbours(const Search* s, const StepParams* params, u32 i, u32 j) {
   const u32 body_i = s->bodies[i], body_j = s->bodies[j], world = s->body_infos[body_i].world;
   if (body_i == body_j || s->body_infos[body_j].world != world || are_joined(s, body_i, body_j)) return false;
-  const Vec3 d = sub3(vec3_of(s->places[i]), vec3_of(s->places[j]));
+  const Vec3 d = sub3(vec3_of(s->particle_positions[i]), vec3_of(s->particle_positions[j]));
   const Vec3 u = sub3(vec3_of(s->velocities[i]), vec3_of(s->velocities[j]));
-  return within_reach(params, length3(d) - (real)2 * s->laws[world].radius, length3(u));
+  return within_range(params, length3(d) - (real)2 * s->laws[world].radius, length3(u));
 }
 
 static inline bool is_near_plane(const Search* s, const StepParams* params, u32 i, u32 k) {
   const u32 body = s->bodies[i], body_p = s->plane_bodies[k];
   if (are_joined(s, body, body_p)) return false;
-  const Vec3 x = vec3_of(s->places[i]), x_p = vec3_of(s->positions[body_p]);
-  const PlaneNow plane = plane_now(s->planes[k], x_p, quat(s->orientations[body_p]));
+  const Vec3 x = vec3_of(s->particle_positions[i]), x_p = vec3_of(s->positions[body_p]);
+  const CurrentPlane plane = current_plane(s->planes[k], x_p, quat(s->orientations[body_p]));
   const Vec3 there = point_velocity(&s->motions[body_p], sub3(x, x_p));
   const real gap = dot3(plane.normal, sub3(x, plane.point)) - s->laws[s->body_infos[body].world].radius;
-  return within_reach(params, gap, length3(sub3(vec3_of(s->velocities[i]), there)));
+  return within_range(params, gap, length3(sub3(vec3_of(s->velocities[i]), there)));
 }
 
 // Counts the neighbours of particle i, and writes them where there is a list: particles by cells, planes in order.
@@ -107,16 +107,16 @@ kernel void find_neighbours_count(global const WorldRange* world_ranges, global 
                                   global const u32* particle_bodies, global const ParticlePlane* particle_planes,
                                   global const u32* plane_bodies, global const Vec4* positions,
                                   global const Vec4* orientations, global const Motion* motions,
-                                  global const Vec4* particle_places, global const Vec4* particle_velocities,
+                                  global const Vec4* particle_positions, global const Vec4* particle_velocities,
                                   global const Cell* particle_cells, global const u32* particle_starts,
                                   global const u32* particle_items, global const u32* bucket_owners,
                                   global const u32* joined_starts, global const u32* joined_bodies,
                                   global u32* neighbour_starts, const StepParams params) {
   const u32 particles = body_particles[params.bodies];
-  const Search s = {particles,       world_ranges,        particle_laws,  body_infos,      particle_bodies,
-                    particle_places, particle_velocities, particle_cells, particle_starts, particle_items,
-                    bucket_owners,   joined_starts,       joined_bodies,  particle_planes, plane_bodies,
-                    positions,       orientations,        motions};
+  const Search s = {particles,          world_ranges,        particle_laws,  body_infos,      particle_bodies,
+                    particle_positions, particle_velocities, particle_cells, particle_starts, particle_items,
+                    bucket_owners,      joined_starts,       joined_bodies,  particle_planes, plane_bodies,
+                    positions,          orientations,        motions};
   FOR_EACH(i, particles + 1u) { neighbour_starts[i] = i < particles ? search_neighbours(&s, &params, i, 0) : 0u; }
 }
 
@@ -125,15 +125,15 @@ kernel void find_neighbours_write(
     global const WorldRange* world_ranges, global const ParticleLaw* particle_laws, global const BodyInfo* body_infos,
     global const u32* body_particles, global const u32* particle_bodies, global const ParticlePlane* particle_planes,
     global const u32* plane_bodies, global const Vec4* positions, global const Vec4* orientations,
-    global const Motion* motions, global const Vec4* particle_places, global const Vec4* particle_velocities,
+    global const Motion* motions, global const Vec4* particle_positions, global const Vec4* particle_velocities,
     global const Cell* particle_cells, global const u32* particle_starts, global const u32* particle_items,
     global const u32* bucket_owners, global const u32* joined_starts, global const u32* joined_bodies,
     global const u32* neighbour_starts, global u32* neighbours, global u32* counters, const StepParams params) {
   const u32 particles = body_particles[params.bodies];
-  const Search s = {particles,       world_ranges,        particle_laws,  body_infos,      particle_bodies,
-                    particle_places, particle_velocities, particle_cells, particle_starts, particle_items,
-                    bucket_owners,   joined_starts,       joined_bodies,  particle_planes, plane_bodies,
-                    positions,       orientations,        motions};
+  const Search s = {particles,          world_ranges,        particle_laws,  body_infos,      particle_bodies,
+                    particle_positions, particle_velocities, particle_cells, particle_starts, particle_items,
+                    bucket_owners,      joined_starts,       joined_bodies,  particle_planes, plane_bodies,
+                    positions,          orientations,        motions};
   const u32 total = neighbour_starts[particles];
   const bool full = total > params.pair_capacity;
   if (get_global_id(0) == 0) {

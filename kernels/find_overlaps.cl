@@ -8,21 +8,21 @@ static inline bool volume_overlaps(global const Shape* volume, QueryFilter filte
                                    global const ShapeInfo* shape_infos, global const Shape* shapes,
                                    global const Vec4* positions, global const Vec4* orientations, HullTables tables) {
   const ShapeInfo info = shape_infos[i];
-  if ((info.category & filter.mask) == 0u || (info.flags & SHAPE_IS_SENSOR) != 0u) return false;
+  if ((info.category & filter.mask) == 0u || (info.flags & SHAPE_IS_TRIGGER) != 0u) return false;
   const Pose pose = make_pose(positions[info.body], orientations[info.body]);
   const Vec3 origin = make3(volume->offset[0], volume->offset[1], volume->offset[2]);
-  const Placed other = place_shape(pose, shapes + i, info.hull, origin);
-  const real reach = (volume->reach + shapes[i].reach) * (real)1.0001;
-  if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > reach * reach) return false;
-  Placed placed;
-  placed.center = make3((real)0, (real)0, (real)0);
-  placed.rotation = make4(volume->rotation[0], volume->rotation[1], volume->rotation[2], volume->rotation[3]);
-  placed.size = make3(volume->size[0], volume->size[1], volume->size[2]);
-  placed.hull = 0u;
-  placed.alone = false;
-  placed.way = placed.turn = make3((real)0, (real)0, (real)0);
-  placed.margin = (real)0;
-  return shapes_overlap(filter.kind, placed, info.kind, other, tables);
+  const WorldShape other = shape_in_world(pose, shapes + i, info.hull, origin);
+  const real range = (volume->bounding_radius + shapes[i].bounding_radius) * (real)1.0001;
+  if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > range * range) return false;
+  WorldShape world_shape;
+  world_shape.center = make3((real)0, (real)0, (real)0);
+  world_shape.rotation = make4(volume->rotation[0], volume->rotation[1], volume->rotation[2], volume->rotation[3]);
+  world_shape.size = make3(volume->size[0], volume->size[1], volume->size[2]);
+  world_shape.hull = 0u;
+  world_shape.alone = false;
+  world_shape.displacement = world_shape.angular_displacement = make3((real)0, (real)0, (real)0);
+  world_shape.margin = (real)0;
+  return shapes_overlap(filter.kind, world_shape, info.kind, other, tables);
 }
 
 // Counts, or, after the scan of overlap_starts, writes. `room`: volumes that the buffers hold; `overlap_room`: shapes

@@ -3,7 +3,7 @@
 #include "shape_trees.h"
 #include "types.h"
 
-// The cells in reach of a shape: a row of them has buckets in a row.
+// The cells in range of a shape: a row of them has buckets in a row.
 typedef struct CellWindow {
   i32 low_x, high_x, low_y, high_y, low_z, high_z;
   u32 span;  // buckets of a row
@@ -11,14 +11,14 @@ typedef struct CellWindow {
 
 static inline CellWindow make_window(const Searcher* me, u32 max_extent, const StepParams* params) {
   const real size = cell_size(params, max_extent);
-  const real reach = pair_reach(params, me->extent, max_extent);
+  const real range = pair_range(params, me->extent, max_extent);
   CellWindow window;
-  window.low_x = cell_of(me->center.x - reach, size);
-  window.high_x = cell_of(me->center.x + reach, size);
-  window.low_y = cell_of(me->center.y - reach, size);
-  window.high_y = cell_of(me->center.y + reach, size);
-  window.low_z = cell_of(me->center.z - reach, size);
-  window.high_z = cell_of(me->center.z + reach, size);
+  window.low_x = cell_of(me->center.x - range, size);
+  window.high_x = cell_of(me->center.x + range, size);
+  window.low_y = cell_of(me->center.y - range, size);
+  window.high_y = cell_of(me->center.y + range, size);
+  window.low_z = cell_of(me->center.z - range, size);
+  window.high_z = cell_of(me->center.z + range, size);
   const u32 length = (u32)(window.high_x - window.low_x) + 1u;
   window.span = length < params->buckets ? length : params->buckets;
   return window;
@@ -32,15 +32,15 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
                               u32 which, global const u32* bucket_starts, const StepParams* params, Finds* finds) {
   const u32 first = bucket_of(window->low_x, row_hash(y, z, me->info.body.world), params->buckets);
   const u32 past = first + window->span;
-  u32 place = bucket_starts[first];
+  u32 slot = bucket_starts[first];
   u32 end = bucket_starts[past < params->buckets ? past : params->buckets];
   u32 wrapped = past > params->buckets ? bucket_starts[past - params->buckets] : 0u;
   for (;;) {
-    for (; place < end; place += LANES) {
-      u32 hits = shapes_in_reach(s, me, place, loose_count(params));
-      if (end - place < LANES) hits &= (1u << (end - place)) - 1u;
+    for (; slot < end; slot += LANES) {
+      u32 hits = shapes_in_range(s, me, slot, top_level_count(params));
+      if (end - slot < LANES) hits &= (1u << (end - slot)) - 1u;
       for (; hits != 0u; hits &= hits - 1u) {
-        const PlaceInfo other = s->place_infos[place + lowest_bit(hits)];
+        const SearchInfo other = s->search_infos[slot + lowest_bit(hits)];
         // other rows may share the buckets of this one
         if (other.cell_y != y || other.cell_z != z) continue;
         const bool later = other.index > me->info.index, sought = finds->list == 0 && is_sought(&other);
@@ -51,7 +51,7 @@ static inline void search_row(const PairSearch* s, const Searcher* me, const Cel
       }
     }
     if (wrapped == 0u) return;
-    place = 0u;
+    slot = 0u;
     end = wrapped;
     wrapped = 0u;
   }
@@ -84,17 +84,17 @@ static inline void search_cells(const PairSearch* s, const StepParams* params, c
 // What searches read again and again: the shapes in the order of their buckets, and the planes.
 kernel void find_pairs_gather(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                               global const ShapeInfo* shape_infos, global const Shape* shapes, global const u32* planes,
-                              global const u32* loose_shapes, global const Vec4* positions,
+                              global const u32* top_level_shapes, global const Vec4* positions,
                               global const Vec4* orientations, global const Motion* motions,
                               global const Sleeper* sleepers, global const Bound* bounds, global const Cell* cells,
-                              global const u32* bucket_items, global real* places, global PlaceInfo* place_infos,
-                              global PlaneInfo* plane_infos, global u32* shape_places, global u32* pair_starts,
-                              const StepParams params) {
-  FOR_EACH(place, loose_count(&params)) {
-    const u32 k = bucket_items[place];
+                              global const u32* bucket_items, global real* search_bounds,
+                              global SearchInfo* search_infos, global PlaneInfo* plane_infos, global u32* shape_slots,
+                              global u32* pair_starts, const StepParams params) {
+  FOR_EACH(slot, top_level_count(&params)) {
+    const u32 k = bucket_items[slot];
     if (k == NONE) continue;
-    gather_place(place, LOOSE_SHAPE(k), &bounds[k], cells[k], body_infos, shape_infos, positions, motions, sleepers,
-                 places, place_infos, shape_places, &params);
+    gather_search_info(slot, TOP_LEVEL_SHAPE(k), &bounds[k], cells[k], body_infos, shape_infos, positions, motions,
+                       sleepers, search_bounds, search_infos, shape_slots, &params);
   }
   gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
                 plane_infos, pair_starts, &params);
@@ -107,15 +107,15 @@ kernel void find_pairs_search(global const WorldRange* world_ranges, global cons
                               global const Vec4* positions, global const Vec4* orientations,
                               global const Motion* motions, global const Sleeper* sleepers,
                               global const u32* bucket_starts, global const u32* bucket_items,
-                              global const real* places, global const PlaceInfo* place_infos,
+                              global const real* search_bounds, global const SearchInfo* search_infos,
                               global const PlaneInfo* plane_infos, global const u32* joined_starts,
                               global const u32* joined_bodies, global u32* found_partners, global u32* pair_starts,
                               global const u32* counters, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
   Finds finds = {pair_starts, found_partners, 0, 0u};
-  FOR_EACH(place, loose_count(&params)) {
-    if (bucket_items[place] == NONE) continue;
-    const Searcher me = make_searcher(&s, &params, place);
+  FOR_EACH(slot, top_level_count(&params)) {
+    if (bucket_items[slot] == NONE) continue;
+    const Searcher me = make_searcher(&s, &params, slot);
     search_cells(&s, &params, &me, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
   }
 }
@@ -127,11 +127,11 @@ kernel void find_pairs_write(global const WorldRange* world_ranges, global const
                              global const u32* shape_tree_items, global const BoxBlock* shape_tree_blocks,
                              global const Vec4* positions, global const Vec4* orientations,
                              global const Motion* motions, global const Sleeper* sleepers,
-                             global const u32* bucket_starts, global const u32* shape_places, global const real* places,
-                             global const PlaceInfo* place_infos, global const PlaneInfo* plane_infos,
-                             global const u32* joined_starts, global const u32* joined_bodies,
-                             global u32* found_partners, global const u32* pair_starts, global Pair* pairs,
-                             global u32* counters, const StepParams params) {
+                             global const u32* bucket_starts, global const u32* shape_slots,
+                             global const real* search_bounds, global const SearchInfo* search_infos,
+                             global const PlaneInfo* plane_infos, global const u32* joined_starts,
+                             global const u32* joined_bodies, global u32* found_partners, global const u32* pair_starts,
+                             global Pair* pairs, global u32* counters, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
   const bool full = tell_pairs(pair_starts[params.shapes], counters, &params);
   FOR_EACH(i, full ? 0u : params.shapes) {
@@ -140,7 +140,7 @@ kernel void find_pairs_write(global const WorldRange* world_ranges, global const
     if (count > FOUND) {
       partners = (global u32*)(pairs + start);
       Finds finds = {0, 0, partners, 0u};
-      const Searcher me = owner_of_list(&s, &params, shape_places, i);
+      const Searcher me = owner_of_list(&s, &params, shape_slots, i);
       search_cells(&s, &params, &me, bucket_starts, counters[COUNTER_MAX_EXTENT], &finds);
     }
     write_pairs(i, partners, count, pairs + start);

@@ -1,4 +1,4 @@
-// What collide has found at a pair, ready to be put into the list of contacts once its place is known.
+// What collide has found at a pair, ready to be put into the list of contacts once its slot is known.
 #ifndef LOCKSTEP_FOUND_CONTACTS_H
 #define LOCKSTEP_FOUND_CONTACTS_H
 
@@ -23,17 +23,17 @@ static inline Contact found_contact(Pair pair, u32 body_a, u32 body_b, u32 world
 }
 
 // A manifold, about the centres of its shapes, in the frames of the bodies.
-static inline void found_store(global FoundContacts* found, const Manifold* m, Quat turn_a, Vec3 offset_a, Quat turn_b,
-                               Vec3 offset_b) {
+static inline void found_store(global FoundContacts* found, const Manifold* m, Quat orientation_a, Vec3 offset_a,
+                               Quat orientation_b, Vec3 offset_b) {
   Vec3 normal = m->normal;
-  if (m->frame == NORMAL_OF_A) normal = unrotate3(turn_a, normal);
-  if (m->frame == NORMAL_OF_B) normal = unrotate3(turn_b, normal);
+  if (m->frame == NORMAL_OF_A) normal = unrotate3(orientation_a, normal);
+  if (m->frame == NORMAL_OF_B) normal = unrotate3(orientation_b, normal);
   found_store3(normal, found->normal);
   found->normal[3] = (real)0;
   for (u32 k = 0u; k < m->count; ++k) {
-    found_store3(add3(offset_a, unrotate3(turn_a, m->points[k].anchor_a)), found->points[k]);
+    found_store3(add3(offset_a, unrotate3(orientation_a, m->points[k].anchor_a)), found->points[k]);
     found->points[k][3] = m->radius_a;
-    found_store3(add3(offset_b, unrotate3(turn_b, m->points[k].anchor_b)), found->points[k] + 4);
+    found_store3(add3(offset_b, unrotate3(orientation_b, m->points[k].anchor_b)), found->points[k] + 4);
     found->points[k][7] = m->radius_b;
     found->features[k] = m->points[k].feature;
   }

@@ -1,4 +1,4 @@
-// The tangents that a normal stands for. cpu_reference/frame.hpp is the twin, lane_tangents of visit_contact.h the same
+// The tangents that a normal stands for. cpu_reference/frame.hpp is the twin, lane_tangents of solve_contact.h the same
 // in lanes.
 #ifndef LOCKSTEP_FRAME_H
 #define LOCKSTEP_FRAME_H

@@ -4,53 +4,53 @@
 #ifndef LOCKSTEP_FRICTION_TYPES_H
 #define LOCKSTEP_FRICTION_TYPES_H
 
-// ---- what resists turning (feature turning_friction; cpu_reference/visit_turn.hpp) ------------------------------
+// ---- angular friction: torsional and rolling (cpu_reference/solve_angular_friction.hpp) -------------------------
 
-RECORD(TurnPair) {
-  real spin_radius;  // m: |(r_t, moment about the normal / spin_radius)| <= mu r_n; 0: it spins freely
-  real roll_lever;   // m: |moment in the tangent plane| <= roll_lever r_n; 0: it rolls freely
+RECORD(AngularFrictionPair) {
+  real torsion_radius;       // m: |(r_t, moment about the normal / torsion_radius)| <= mu r_n; 0: it rotates freely
+  real rolling_coefficient;  // m: |moment in the tangent plane| <= rolling_coefficient r_n; 0: it rolls freely
 };
 
-RECORD(TurnPointBlock) {
-  real spin_radius[PACK], roll_lever[PACK];
+RECORD(AngularFrictionPointBlock) {
+  real torsion_radius[PACK], rolling_coefficient[PACK];
   real moment_x[PACK], moment_y[PACK], moment_z[PACK];  // to start the step from, world frame, N m s
 };
 
-// Of the spin, whose velocity is spin_radius w_n, the part of the Delassus block, 1/kg; of rolling about the tangents
+// Of torsion, whose velocity is torsion_radius w_n, the part of the Delassus block, 1/kg; of rolling about the tangents
 // the inverse of theirs, kg m^2.
-RECORD(TurnBlock) {
-  real spin_radius[PACK], roll_lever[PACK];
-  real w_ss[PACK], w_ns[PACK], w_1s[PACK], w_2s[PACK];        // w_ss is w_nn where nothing resists the spin
+RECORD(AngularFrictionBlock) {
+  real torsion_radius[PACK], rolling_coefficient[PACK];
+  real w_ss[PACK], w_ns[PACK], w_1s[PACK], w_2s[PACK];  // w_ss is w_nn where nothing resists rotation about the normal
   real inverse_11[PACK], inverse_12[PACK], inverse_22[PACK];  // 0 where nothing resists rolling
 };
 
-// N s at the spin radius, N m s.
-RECORD(TurnImpulse) { real spin[PACK], roll_1[PACK], roll_2[PACK]; };
+// N s at the torsion radius, N m s.
+RECORD(AngularFrictionImpulse) { real torsion[PACK], roll_1[PACK], roll_2[PACK]; };
 
-// ---- what holds by more than it slides with (feature static_friction) ---------------------------------------------
+// ---- static friction above that of sliding (feature static_friction) -----------------------------------------
 
-RECORD(HoldPair) {
+RECORD(StaticFrictionPair) {
   real friction;  // mu of what slides slower than `speed`
   real speed;     // m/s
 };
 
-RECORD(HoldBlock) { real friction[PACK], speed[PACK]; };
+RECORD(StaticFrictionBlock) { real friction[PACK], speed[PACK]; };
 
-// ---- what rubs more along a grain than across it, or less (feature elliptic_friction) -----------------------------
+// ---- anisotropic friction (feature elliptic_friction) ----------------------------------------------------------
 
-// mu is that along the grain, the x axis of a shape.
-RECORD(GrainPair) {
-  real across;    // in parts of mu; 1: no grain
-  u32 side, pad;  // 0: the grain is that of shape a, 1: of shape b
+// mu is that along the axis of anisotropy, the x axis of a shape.
+RECORD(AnisotropyPair) {
+  real across;    // in parts of mu; 1: isotropic
+  u32 side, pad;  // 0: the axis is that of shape a, 1: of shape b
 };
 
-RECORD(GrainBlock) {
-  real x[PACK], y[PACK], z[PACK];  // along the grain, unit, in the frame of the body whose it is
+RECORD(AnisotropyBlock) {
+  real x[PACK], y[PACK], z[PACK];  // along the axis, unit, in the frame of the body whose it is
   real across[PACK];
   u32 side[PACK];
 };
 
-// S, symmetric, in the tangent plane: mu along the grain and mu across it are the axes of the ellipse |S^-1 r_t| <= mu
+// S, symmetric, in the tangent plane: mu along the axis and mu across it are the axes of the ellipse |S^-1 r_t| <= mu
 // r_n.
 RECORD(EllipseBlock) { real s_11[PACK], s_12[PACK], s_22[PACK]; };
 

@@ -38,7 +38,7 @@ static inline real cell_size(const StepParams* params, u32 max_extent_bits) {
 }
 
 // How far the centres can be apart of a shape of this extent and of any that it is paired with.
-static inline real pair_reach(const StepParams* params, real extent, u32 max_extent_bits) {
+static inline real pair_range(const StepParams* params, real extent, u32 max_extent_bits) {
   return (extent + (real)as_float(max_extent_bits) + params->margin) * (real)1.0001;
 }
 

@@ -6,7 +6,7 @@
 #include "rigid_body.h"
 
 #define GYROSCOPIC_ITERATIONS 8u
-#define GYROSCOPIC_PARTS 64u
+#define MAX_GYROSCOPIC_SUBSTEPS 64u
 
 static inline Vec3 gyroscopic_ratios(Mass mass) {
   return make3((mass.inertia[2] - mass.inertia[1]) * mass.inverse_inertia[0],
@@ -25,8 +25,8 @@ static inline Vec3 solve3(Vec3 row_x, Vec3 row_y, Vec3 row_z, Vec3 right) {
   return scale3((real)1 / dot3(row_x, yz), sum);
 }
 
-static inline Vec3 gyroscopic_part(Vec3 ratios, Vec3 w, Vec3 kick, real theta, real dt) {
-  const Vec3 start = add3(w, kick);
+static inline Vec3 gyroscopic_substep(Vec3 ratios, Vec3 w, Vec3 delta_w, real theta, real dt) {
+  const Vec3 start = add3(w, delta_w);
   const Vec3 a = scale3(dt * theta, ratios);
   Vec3 x = start;
   for (u32 i = 0u; i < GYROSCOPIC_ITERATIONS; ++i) {
@@ -40,16 +40,16 @@ static inline Vec3 gyroscopic_part(Vec3 ratios, Vec3 w, Vec3 kick, real theta, r
   return x;
 }
 
-static inline Vec3 gyroscopic_step(Vec3 ratios, Vec3 w, Vec3 kick, real theta, real dt) {
-  if (theta == (real)0) return sub3(add3(w, kick), scale3(dt, gyroscopic_term(ratios, w)));
+static inline Vec3 gyroscopic_step(Vec3 ratios, Vec3 w, Vec3 delta_w, real theta, real dt) {
+  if (theta == (real)0) return sub3(add3(w, delta_w), scale3(dt, gyroscopic_term(ratios, w)));
 
   const real angle_squared = dot3(w, w) * (dt * dt);
-  u32 parts = 1u;
-  while (parts < GYROSCOPIC_PARTS && (real)(parts * parts) < angle_squared) parts += parts;
-  if ((real)(parts * parts) < angle_squared) return add3(w, kick);
+  u32 substeps = 1u;
+  while (substeps < MAX_GYROSCOPIC_SUBSTEPS && (real)(substeps * substeps) < angle_squared) substeps += substeps;
+  if ((real)(substeps * substeps) < angle_squared) return add3(w, delta_w);
 
-  const real share = (real)1 / (real)parts;
-  for (u32 i = 0u; i < parts; ++i) w = gyroscopic_part(ratios, w, scale3(share, kick), theta, share * dt);
+  const real share = (real)1 / (real)substeps;
+  for (u32 i = 0u; i < substeps; ++i) w = gyroscopic_substep(ratios, w, scale3(share, delta_w), theta, share * dt);
   return w;
 }
 

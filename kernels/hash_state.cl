@@ -169,7 +169,7 @@ static inline void hash_keys(u32 record, u32 count, global const BodyInfo* body_
       contacts_16 = hash_word_16(contacts_16, hash_load_16(&keys[i].feature, key_words));
       contacts_16 = hash_word_16(contacts_16, hash_load_16(&keys[i].pad, key_words));
       contacts_16 = hash_words_16(contacts_16, (global const u32*)&key_impulses[i], impulse_words);
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
       contacts_16 = hash_words_16(contacts_16, (global const u32*)&key_moments[i], moment_words);
 #endif
       hash_add_state_16(&sum, contacts_16);
@@ -183,7 +183,7 @@ static inline void hash_keys(u32 record, u32 count, global const BodyInfo* body_
     h = hash_word(h, key.feature);
     h = hash_word(h, key.pad);
     h = hash_words(h, (global const u32*)&key_impulses[i], impulse_words);
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
     h = hash_words(h, (global const u32*)&key_moments[i], moment_words);
 #endif
     hash_add_state(&sum, h);

@@ -8,7 +8,7 @@
 #if FEATURE_IMPACT_LAWS
 
 #define IMPACT_PIECES 64
-#define SLIDE_TURN ((lane)0.125)
+#define SLIDE_DEFLECTION ((lane)0.125)
 #define SLIDE_ROUNDING (REAL_IS_DOUBLE ? (real)1e-14 : (real)4e-6)
 #define START_STEPS (REAL_IS_DOUBLE ? 8 : 6)
 
@@ -78,11 +78,11 @@ typedef struct LanePhase {
 } LanePhase;
 
 static inline LanePhase impact_phase(lane_mask by_work, lane u_n, lane rate, lane owed, lane far) {
-  const lane_mask rises = rate > (lane)0;
+  const lane_mask increases = rate > (lane)0;
   LanePhase end;
   end.compresses = (u_n < (lane)0) | (!(u_n > (lane)0) & (rate < (lane)0));
-  const lane_mask turns = (end.compresses & rises) | (!end.compresses & !rises);
-  const lane to_zero = turns ? fabs(u_n / rate) : far;
+  const lane_mask reverses = (end.compresses & increases) | (!end.compresses & !increases);
+  const lane to_zero = reverses ? fabs(u_n / rate) : far;
   const lane squared = u_n * u_n + (lane)2 * rate * owed;
   const lane by_work_impulse = squared >= (lane)0 ? (lane)2 * owed / (u_n + sqrt(squared)) : far;
   const lane wanted = owed > (lane)0 ? (by_work ? by_work_impulse : owed) : (lane)0;
@@ -94,7 +94,7 @@ static inline LanePhase impact_phase(lane_mask by_work, lane u_n, lane rate, lan
 // A piece of a slide, how far it reaches, and whether the slide stops there.
 typedef struct LaneSlide {
   LanePiece piece;
-  lane reach;
+  lane span;
   lane_mask stops;
 } LaneSlide;
 
@@ -110,28 +110,28 @@ static inline LaneSlide slide_piece(LaneCone u, lane speed, const LaneDelassus* 
   const lane squared = along * along - length * (s1 * s1 + s2 * s2 - friction * friction);
   const lane over = squared >= (lane)0 ? sqrt(squared) - along : (lane)0, stop = over > (lane)0 ? length / over : far;
   const lane d1 = (a1 / stop + s1) / friction, d2 = (a2 / stop + s2) / friction;
-  const lane turn = fabs(d1 * e2 - d2 * e1);
+  const lane deflection = fabs(d1 * e2 - d2 * e1);
   const LanePiece straight = impact_piece(w, -friction * d1, -friction * d2);
   slide.stops = (stop < far) & (stop <= impact_phase(by_work, u.normal, straight.rate.normal, owed, far).impulse) &
-                (turn <= SLIDE_TURN) & (d1 * e1 + d2 * e2 > (lane)0);
+                (deflection <= SLIDE_DEFLECTION) & (d1 * e1 + d2 * e2 > (lane)0);
 
   const LanePiece first = impact_piece(w, -friction * e1, -friction * e2);
   const lane gains = first.rate.tangent_1 * e1 + first.rate.tangent_2 * e2;
-  const lane turns = first.rate.tangent_2 * e1 - first.rate.tangent_1 * e2;
+  const lane deflects = first.rate.tangent_2 * e1 - first.rate.tangent_1 * e2;
   const lane stiff = friction * (w->t11 * e2 * e2 - (lane)2 * w->t12 * e1 * e2 + w->t22 * e1 * e1);
-  const lane ratio = SLIDE_TURN * stiff / fabs(turns);
+  const lane ratio = SLIDE_DEFLECTION * stiff / fabs(deflects);
   const lane until = speed / (stiff / ratio + (gains < (lane)0 ? -gains : (lane)0));
   const lane phase = impact_phase(by_work, u.normal, first.rate.normal, owed, far).impulse;
-  const lane reach = until < far ? until : far;
-  const lane half_way = (lane)0.5 * (phase < reach ? phase : reach);
-  const lane ahead = speed + half_way * gains, aside = half_way * turns / ((lane)1 + half_way * stiff / speed);
+  const lane span = until < far ? until : far;
+  const lane half_phase = (lane)0.5 * (phase < span ? phase : span);
+  const lane ahead = speed + half_phase * gains, aside = half_phase * deflects / ((lane)1 + half_phase * stiff / speed);
   const lane x = ahead * e1 - aside * e2, y = ahead * e2 + aside * e1;
   const lane middle = sqrt(x * x + y * y), m1 = x / middle, m2 = y / middle;
   const LanePiece piece = impact_piece(w, -friction * m1, -friction * m2);
   const lane loses = -(piece.rate.tangent_1 * m1 + piece.rate.tangent_2 * m2);
   const lane halt = loses > (lane)0 ? (u.tangent_1 * m1 + u.tangent_2 * m2) / loses : far;
   slide.piece = select_piece(slide.stops, straight, piece);
-  slide.reach = slide.stops ? stop : (halt < reach ? halt : reach);
+  slide.span = slide.stops ? stop : (halt < span ? halt : span);
   return slide;
 }
 
@@ -148,26 +148,26 @@ static inline LaneOutcome follow_impact(lane_mask hit, LaneCone u, const LaneDel
   lane_mask goes_on = hit;
   for (int k = 0; k < IMPACT_PIECES + 2; ++k) {
     const lane speed = lane_tangential(u);
-    const lane_mask rubs = k < IMPACT_PIECES ? m->friction > (lane)0 : (lane)0 > (lane)0;
-    const lane_mask slides = rubs & (speed > least);
-    LanePiece piece = select_piece(rubs, from_rest, smooth);
-    lane reach = far;
+    const lane_mask has_friction = k < IMPACT_PIECES ? m->friction > (lane)0 : (lane)0 > (lane)0;
+    const lane_mask slides = has_friction & (speed > least);
+    LanePiece piece = select_piece(has_friction, from_rest, smooth);
+    lane span = far;
     lane_mask stops = (lane)0 > (lane)0;
     if (LANE_ANY(slides & goes_on)) {
       const LaneSlide slide = slide_piece(u, speed, w, m->friction, m->by_work, owed, far);
       piece = select_piece(slides, slide.piece, piece);
-      reach = slides ? slide.reach : reach;
+      span = slides ? slide.span : span;
       stops = slides & slide.stops;
     }
     const LanePhase end = impact_phase(m->by_work, u.normal, piece.rate.normal, owed, far);
-    const lane_mask ends = end.impulse <= reach;
-    const lane p = ends ? end.impulse : reach;
+    const lane_mask ends = end.impulse <= span;
+    const lane p = ends ? end.impulse : span;
     const lane measure = m->by_work ? p * (u.normal + (lane)0.5 * p * piece.rate.normal) : p;
     const lane next_owed = end.compresses ? owed + share * fabs(measure) : owed - measure;
     const LaneCone next_r = lane_make_cone(r.normal + p, r.tangent_1 + p * piece.t1, r.tangent_2 + p * piece.t2);
     LaneCone next_u;
-    const lane_mask stands = ends & !end.pays;
-    next_u.normal = stands ? (lane)0 : u.normal + p * piece.rate.normal;
+    const lane_mask ends_at_rest = ends & !end.pays;
+    next_u.normal = ends_at_rest ? (lane)0 : u.normal + p * piece.rate.normal;
     stops = stops & !ends;
     next_u.tangent_1 = stops ? (lane)0 : u.tangent_1 + p * piece.rate.tangent_1;
     next_u.tangent_2 = stops ? (lane)0 : u.tangent_2 + p * piece.rate.tangent_2;
@@ -227,15 +227,16 @@ typedef struct LaneTarget {
 static inline LaneTarget lane_target(const LaneOutcome* o, const LaneDelassus* w, lane friction) {
   const LaneCone r = o->impulse, u = o->velocity;
   const lane_mask slides = o->slides & (friction * friction * (w->n1 * w->n1 + w->n2 * w->n2) < w->nn * w->nn);
-  const lane rubbed = lane_tangential(r);
-  const lane_mask rubs = rubbed > (lane)0;
-  const lane d1 = rubs ? r.tangent_1 / rubbed : (lane)0, d2 = rubs ? r.tangent_2 / rubbed : (lane)0;
+  const lane tangential = lane_tangential(r);
+  const lane_mask has_friction = tangential > (lane)0;
+  const lane d1 = has_friction ? r.tangent_1 / tangential : (lane)0,
+             d2 = has_friction ? r.tangent_2 / tangential : (lane)0;
   const lane against = -(u.tangent_1 * d1 + u.tangent_2 * d2);
-  const lane_mask keeps = slides & (against > (lane)0), spares = slides & (rubbed < friction * r.normal);
+  const lane_mask keeps = slides & (against > (lane)0), spares = slides & (tangential < friction * r.normal);
   const lane kept = keeps ? against : (lane)0;
   LaneTarget target;
   target.bias = lane_make_cone(-u.normal, -(u.tangent_1 + kept * d1), -(u.tangent_2 + kept * d2));
-  target.friction = spares ? rubbed / r.normal : friction;
+  target.friction = spares ? tangential / r.normal : friction;
   return target;
 }
 

@@ -8,42 +8,42 @@
 // The formulas and their sources are in cpu_reference/integrate_free_flight.hpp.
 
 // An orientation and the angular velocity in the body frame, or their rates.
-typedef struct Spin {
+typedef struct RotationState {
   Quat q;
   Vec3 w;
-} Spin;
+} RotationState;
 
 // What turns a body.
-typedef struct SpinLaw {
+typedef struct RotationLaw {
   Vec3 ratios, inverse_inertia;
-  Vec3 weight, lever;  // m g in the world frame; from the pivot to the centre of mass, body frame
-} SpinLaw;
+  Vec3 weight, com_offset;  // m g in the world frame; from the pivot to the centre of mass, body frame
+} RotationLaw;
 
-static inline Spin spin_after(Spin start, Spin rate, real dt) {
-  Spin spin;
-  spin.q =
+static inline RotationState rotation_after(RotationState start, RotationState rate, real dt) {
+  RotationState state;
+  state.q =
       make4(start.q.x + dt * rate.q.x, start.q.y + dt * rate.q.y, start.q.z + dt * rate.q.z, start.q.w + dt * rate.q.w);
-  spin.w = add3(start.w, scale3(dt, rate.w));
-  return spin;
+  state.w = add3(start.w, scale3(dt, rate.w));
+  return state;
 }
-static inline Spin spin_rate(SpinLaw law, Spin spin) {
+static inline RotationState rotation_rate(RotationLaw law, RotationState state) {
   const real h = (real)0.5;
-  const Vec3 moment = cross3(law.lever, unrotate3(spin.q, law.weight));
-  Spin rate;
-  rate.q = multiply4(spin.q, make4(h * spin.w.x, h * spin.w.y, h * spin.w.z, (real)0));
-  rate.w = sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, spin.w));
+  const Vec3 moment = cross3(law.com_offset, unrotate3(state.q, law.weight));
+  RotationState rate;
+  rate.q = multiply4(state.q, make4(h * state.w.x, h * state.w.y, h * state.w.z, (real)0));
+  rate.w = sub3(multiply3(law.inverse_inertia, moment), gyroscopic_term(law.ratios, state.w));
   return rate;
 }
-static inline Spin spin_step(SpinLaw law, Spin start, real dt) {
+static inline RotationState rotation_step(RotationLaw law, RotationState start, real dt) {
   const real half_dt = (real)0.5 * dt;
-  const Spin rate_1 = spin_rate(law, start);
-  const Spin rate_2 = spin_rate(law, spin_after(start, rate_1, half_dt));
-  const Spin rate_3 = spin_rate(law, spin_after(start, rate_2, half_dt));
-  const Spin rate_4 = spin_rate(law, spin_after(start, rate_3, dt));
-  Spin end = spin_after(start, rate_1, dt / (real)6);
-  end = spin_after(end, rate_2, dt / (real)3);
-  end = spin_after(end, rate_3, dt / (real)3);
-  end = spin_after(end, rate_4, dt / (real)6);
+  const RotationState rate_1 = rotation_rate(law, start);
+  const RotationState rate_2 = rotation_rate(law, rotation_after(start, rate_1, half_dt));
+  const RotationState rate_3 = rotation_rate(law, rotation_after(start, rate_2, half_dt));
+  const RotationState rate_4 = rotation_rate(law, rotation_after(start, rate_3, dt));
+  RotationState end = rotation_after(start, rate_1, dt / (real)6);
+  end = rotation_after(end, rate_2, dt / (real)3);
+  end = rotation_after(end, rate_3, dt / (real)3);
+  end = rotation_after(end, rate_4, dt / (real)6);
   end.q = unit4(end.q);
   return end;
 }
@@ -52,7 +52,7 @@ kernel void integrate_free_flight(const StepParams params, global const BodyInfo
                                   global const Vec4* gravities, global const Mass* masses, global const Pivot* pivots,
                                   global Vec4* positions, global Vec4* orientations, global Motion* motions,
                                   global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
 
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];
@@ -72,27 +72,27 @@ kernel void integrate_free_flight(const StepParams params, global const BodyInfo
     if (dynamic) gravity = vec3_of(gravities[info.world]);
 
     // rotation
-    SpinLaw law = {zero, vec3(mass.inverse_inertia), scale3(mass.mass, gravity), zero};
+    RotationLaw law = {zero, vec3(mass.inverse_inertia), scale3(mass.mass, gravity), zero};
     if (gyroscopic) law.ratios = gyroscopic_ratios(mass);
     if (pivoted) {
       const Pivot pivot = pivots[i];
-      law.lever = vec3(pivot.lever_body);
+      law.com_offset = vec3(pivot.com_offset_body);
     }
     const Quat old_q = quat(orientations[i]);
-    Spin spin = {old_q, unrotate3(old_q, w)};
-    spin = spin_step(law, spin, params.dt);
-    const Quat q = spin.q;
-    if (pivoted || gyroscopic) w = rotate3(q, spin.w);
+    RotationState state = {old_q, unrotate3(old_q, w)};
+    state = rotation_step(law, state, params.dt);
+    const Quat q = state.q;
+    if (pivoted || gyroscopic) w = rotate3(q, state.w);
 
     // translation
     if (pivoted) {
       const Pivot pivot = pivots[i];
-      const Vec3 lever = lever_world(pivot, q);
-      x = add3(vec3(pivot.point_world), lever);
-      v = cross3(w, lever);
+      const Vec3 com_offset = com_offset_world(pivot, q);
+      x = add3(vec3(pivot.point_world), com_offset);
+      v = cross3(w, com_offset);
     } else {
-      const Vec3 way = add3(scale3(params.dt, v), scale3((real)0.5 * params.dt * params.dt, gravity));
-      x = add3(x, way);
+      const Vec3 displacement = add3(scale3(params.dt, v), scale3((real)0.5 * params.dt * params.dt, gravity));
+      x = add3(x, displacement);
       v = add3(v, scale3(params.dt, gravity));
     }
 

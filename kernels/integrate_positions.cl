@@ -10,7 +10,7 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
                                 global const Sleeper* sleepers, global const Velocity* previous_velocities,
                                 global Vec4* positions, global Vec4* orientations, global Motion* motions,
                                 global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
 
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];
@@ -28,16 +28,16 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
     const Vec3 mean_w = mean3(params.theta, vec3(previous.w), w);
 
     const Quat old_q = quat(orientations[i]);
-    const Quat q = turn4(old_q, mean_w, params.dt);
+    const Quat q = integrate_orientation(old_q, mean_w, params.dt);
     if (carried) w = carry3(old_q, q, w);
 
     Vec4 position = positions[i];
     Vec3 x = vec3_of(position);
     if (pivoted) {
       const Pivot pivot = pivots[i];
-      const Vec3 lever = lever_world(pivot, q);
-      x = add3(vec3(pivot.point_world), lever);
-      v = cross3(w, lever);
+      const Vec3 com_offset = com_offset_world(pivot, q);
+      x = add3(vec3(pivot.point_world), com_offset);
+      v = cross3(w, com_offset);
     } else {
       x = add3(x, scale3(params.dt, mean_v));
     }

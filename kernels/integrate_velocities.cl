@@ -25,7 +25,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
                                  global const Load* loads, global const Load* particle_loads,
                                  global const Sleeper* sleepers, global const Vec4* orientations,
                                  global Velocity* previous_velocities, global Motion* motions, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
 
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];
@@ -43,33 +43,33 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
       const bool gyroscopic = IS_GYROSCOPIC(params, info);
       const Load load = load_of(loads, particle_loads, i);
 
-      // rotation, in the body frame: kick is dt I^-1 tau
+      // rotation, in the body frame: delta_w is dt I^-1 tau
       if (pivoted || gyroscopic) {
-        Vec3 kick = make3((real)0, (real)0, (real)0);
+        Vec3 delta_w = make3((real)0, (real)0, (real)0);
         if (pivoted) {
           const real ahead = (real)2 * params.theta * ((real)1 - params.theta) * params.dt;
-          const Vec3 moment = gravity_moment_body(pivots[i], mass, turn4(q, w, ahead), gravity);
-          kick = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
+          const Vec3 moment = gravity_moment_body(pivots[i], mass, integrate_orientation(q, w, ahead), gravity);
+          delta_w = scale3(params.dt, multiply3(vec3(mass.inverse_inertia), moment));
         }
         if (IS_LOADED) {
           Vec3 moment = vec3(load.torque);
-          if (pivoted) moment = add3(moment, cross3(lever_world(pivots[i], q), vec3(load.force)));
-          kick = add3(kick, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
+          if (pivoted) moment = add3(moment, cross3(com_offset_world(pivots[i], q), vec3(load.force)));
+          delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
         Vec3 w_body = unrotate3(q, w);
         if (gyroscopic) {
-          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, kick, params.gyroscopic_theta, params.dt);
+          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.dt);
         } else {
-          w_body = add3(w_body, kick);
+          w_body = add3(w_body, delta_w);
         }
         w = rotate3(q, w_body);
       } else if (IS_LOADED) {
-        w = add3(w, scale3(params.dt, turn_by(motion, vec3(load.torque))));
+        w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));
       }
 
       // translation
       if (pivoted) {
-        v = cross3(w, lever_world(pivots[i], q));
+        v = cross3(w, com_offset_world(pivots[i], q));
       } else {
         Vec3 pull = gravity;
         if (IS_LOADED) pull = add3(pull, scale3(mass.inverse_mass, vec3(load.force)));

@@ -14,7 +14,7 @@
 #define LOCKS_SKATE(locked) ((locked) == 4u)
 
 enum JointKind {
-#define JOINT_KIND(name, NAME, linear, angular, free, keys, holds, reduced, noun, leaves) JOINT_##NAME,
+#define JOINT_KIND(name, NAME, linear, angular, free, keys, level, reduced, noun, leaves) JOINT_##NAME,
 #include "joint_kinds.def"
 #undef JOINT_KIND
   JOINT_KINDS
@@ -31,19 +31,19 @@ enum JointFree {
 
 // The frame of a joint is fixed in both bodies, and was one at load.
 RECORD(Joint) {
-  real anchor_a[3];  // from the centre of mass of a, body frame
-  real correction;   // share of the error that a sub-step takes back by a velocity
-  real anchor_b[3];  // of b
-  real softness;     // in parts of the joint's Delassus block; 0 where it is hard
-  real frame_a[4];   // joint to body a
-  real frame_b[4];   // joint to body b
-  real low, high;    // limits of the free coordinate, m or rad; equal ones lock it, or are where its spring rests
-  real motor_speed;  // m/s or rad/s, of b against a
-  real motor_force;  // N or N m that the motor has at most; 0 without. Dry friction is a motor that wants 0
-  real limited;      // 1 or 0
-  real spring;       // 1 where softness is meant, not only a way to solve: it is not relaxed
-  real rate;         // of the free coordinate's spring: u + rate (x - low) + yield r = 0, 1/s
-  real yield;        // 1/kg or 1/(kg m^2); 0 where there is no such spring
+  real anchor_a[3];        // from the centre of mass of a, body frame
+  real correction;         // share of the error that a sub-step takes back by a velocity
+  real anchor_b[3];        // of b
+  real softness;           // in parts of the joint's Delassus block; 0 where it is hard
+  real frame_a[4];         // joint to body a
+  real frame_b[4];         // joint to body b
+  real low, high;          // limits of the free coordinate, m or rad; equal ones lock it, or are where its spring rests
+  real motor_speed;        // m/s or rad/s, of b against a
+  real motor_force;        // N or N m that the motor has at most; 0 without. Dry friction is a motor that wants 0
+  real limited;            // 1 or 0
+  real spring;             // 1 where softness is meant, not only a way to solve: it is not relaxed
+  real rate;               // of the free coordinate's spring: u + rate (x - low) + compliance r = 0, 1/s
+  real spring_compliance;  // 1/kg or 1/(kg m^2); 0 where there is no such spring
 };
 
 INDEX_RECORD(JointInfo) {
@@ -72,20 +72,20 @@ RECORD(JointBlock) {
   real lower[JOINT_LOWER][PACK];         // K = L D L^T of the locked rows, K = J M^-1 J^T: L below its diagonal of ones
   real inverse_pivot[JOINT_ROWS][PACK];  // 1 / D; 0 for rows that are not locked
   real bias[JOINT_ROWS][PACK];           // m/s, rad/s
-  real turning[JOINT_ROWS + 1u][PACK];   // the same, of what the turning of the bodies adds; the last is the free row's
-  real softness[PACK];                   // s: u + bias + turning + s K r = 0
-  real spring[PACK];                     // 1 or 0
+  real velocity_product[JOINT_ROWS + 1u][PACK];  // J'v h: what their rotation adds; the free row's last
+  real softness[PACK];                           // s: u + bias + J'v + s K r = 0
+  real spring[PACK];                             // 1 or 0
   real free_axis[3][PACK];
   real coupling[JOINT_ROWS][PACK];  // velocity of each locked row for a unit of the free impulse
   real response[JOINT_ROWS][PACK];  // K^-1 coupling
-  real own[PACK];                   // velocity of the free row for a unit of its impulse
-  real shared[PACK];                // coupling . response: how much of `own` the locked rows take away
+  real free_mobility[PACK];         // J M^-1 J^T of the free row: its velocity for a unit of its impulse
+  real coupled_mobility[PACK];      // coupling . response: how much of free_mobility the locked rows take away
   real motor_speed[PACK];
   real motor_impulse[PACK];           // the motor has at most
   real slowest[PACK], fastest[PACK];  // bounds of the free velocity
-  real give[PACK];                    // softness of these bounds, in parts of the free row's own
-  real yield[PACK];                   // of its spring: both bounds are the speed at which that would not push
-  real rise[PACK];                    // of a screw, m a radian, 0 of others: its row of z is u_z - rise w_z
+  real bound_softness[PACK];          // of these bounds, in parts of free_mobility
+  real spring_compliance[PACK];       // of its spring: both bounds are the velocity at which that would not push
+  real lead[PACK];  // of a screw, pitch / 2 pi, m a radian; 0 of others: its row of z is u_z - lead w_z
 };
 
 // Kept from step to step: along the axes of the joint's frame in a, or of its cross.

@@ -94,8 +94,8 @@ LANE_INLINE Real4 lane_kept_quad(const real* kept, u32 k) {
 
 LANE_INLINE Lane3 lane_xyz(LaneQuad q) { return lane_make3(q.x, q.y, q.z); }
 LANE_INLINE LaneQuat lane_quat(LaneQuad q) {
-  const LaneQuat turn = {q.x, q.y, q.z, q.w};
-  return turn;
+  const LaneQuat quat = {q.x, q.y, q.z, q.w};
+  return quat;
 }
 
 #endif

@@ -12,17 +12,17 @@
 
 // One side of LANES pairs.
 typedef struct LaneSide {
-  Lane3 center, size;  // of the shape, the centre seen from that of a
-  LaneQuat rotation;   // of the shape
-  LaneQuat turn;       // of the body
-  Lane3 offset, arm;   // from the centre of mass to the centre of the shape: body frame, world axes
+  Lane3 center, size;    // of the shape, the centre seen from that of a
+  LaneQuat rotation;     // of the shape
+  LaneQuat orientation;  // of the body
+  Lane3 offset, arm;     // from the centre of mass to the centre of the shape: body frame, world axes
   Lane3 position, v, w;
-  lane reach;
+  lane bounding_radius;
 } LaneSide;
 
 typedef struct LaneSides {
   LaneSide a, b;
-  Lane3 apart;  // of the centres of mass, from b to a
+  Lane3 offset_ab;  // of the centres of mass, from b to a
 } LaneSides;
 
 // Up to four points of one normal.
@@ -47,10 +47,11 @@ LANE_INLINE void lane_side(LaneSide* side, const SideTables* t, const u32* shape
   const u32 shape_stride = sizeof(Shape) / sizeof(real), motion_stride = sizeof(Motion) / sizeof(real);
   const LaneQuad offset = lane_gather_quad(t->shapes->offset, shape_stride, shape);
   side->offset = lane_xyz(offset);
-  side->reach = offset.w;
-  side->turn = lane_quat(lane_gather_quad(&t->orientations->x, 4u, body));
-  side->arm = lane_rotate3(side->turn, side->offset);
-  side->rotation = lane_multiply4(side->turn, lane_quat(lane_gather_quad(t->shapes->rotation, shape_stride, shape)));
+  side->bounding_radius = offset.w;
+  side->orientation = lane_quat(lane_gather_quad(&t->orientations->x, 4u, body));
+  side->arm = lane_rotate3(side->orientation, side->offset);
+  side->rotation =
+      lane_multiply4(side->orientation, lane_quat(lane_gather_quad(t->shapes->rotation, shape_stride, shape)));
   side->size = lane_xyz(lane_gather_quad(t->shapes->size, shape_stride, shape));
   side->position = lane_xyz(lane_gather_quad(&t->positions->x, 4u, body));
   side->v = lane_xyz(lane_gather_quad(t->motions->v, motion_stride, body));
@@ -60,9 +61,9 @@ LANE_INLINE void lane_side(LaneSide* side, const SideTables* t, const u32* shape
 LANE_INLINE void lane_sides(LaneSides* s, const SideTables* tables, const LanePairs* pairs) {
   lane_side(&s->a, tables, pairs->shape_a, pairs->body_a);
   lane_side(&s->b, tables, pairs->shape_b, pairs->body_b);
-  s->apart = lane_sub3(s->a.position, s->b.position);
+  s->offset_ab = lane_sub3(s->a.position, s->b.position);
   s->a.center = lane_make3(LANE_OF(0), LANE_OF(0), LANE_OF(0));
-  s->b.center = lane_sub3(s->b.arm, lane_add3(s->a.arm, s->apart));
+  s->b.center = lane_sub3(s->b.arm, lane_add3(s->a.arm, s->offset_ab));
 }
 
 LANE_INLINE Lane3 lane_point_velocity(const LaneSide* side, Lane3 arm) {
@@ -71,19 +72,21 @@ LANE_INLINE Lane3 lane_point_velocity(const LaneSide* side, Lane3 arm) {
 
 // As collide_limit.
 LANE_INLINE lane lane_limit(const StepParams* params, const LaneSides* s) {
-  const Lane3 arm_b = lane_add3(s->a.arm, s->apart);
+  const Lane3 arm_b = lane_add3(s->a.arm, s->offset_ab);
   const Lane3 v = lane_sub3(lane_point_velocity(&s->b, arm_b), lane_point_velocity(&s->a, s->a.arm));
   const Lane3 w = lane_sub3(s->b.w, s->a.w);
-  return LANE_OF(params->margin) + LANE_OF(step_length(params)) * (lane_length3(v) + lane_length3(w) * s->a.reach);
+  return LANE_OF(params->margin) +
+         LANE_OF(step_length(params)) * (lane_length3(v) + lane_length3(w) * s->a.bounding_radius);
 }
 
-// As collide_keep: leaves out points that are out of reach; anchors of b are seen from its own centre.
+// As collide_keep: leaves out points that are out of range; anchors of b are seen from its own centre.
 LANE_INLINE void lane_keep(const StepParams* params, const LaneSides* s, LaneManifold* m, u32 points) {
   const lane h = LANE_OF(step_length(params)), zero = LANE_OF(0);
   const Lane3 inwards = lane_scale3(m->radius_a, m->normal);
   for (u32 k = 0u; k < points; ++k) {
     const Lane3 arm = lane_add3(s->a.arm, lane_sub3(m->anchor_a[k], inwards));
-    const Lane3 u = lane_sub3(lane_point_velocity(&s->b, lane_add3(arm, s->apart)), lane_point_velocity(&s->a, arm));
+    const Lane3 u =
+        lane_sub3(lane_point_velocity(&s->b, lane_add3(arm, s->offset_ab)), lane_point_velocity(&s->a, arm));
     const lane approach = lane_dot3(m->normal, u), speed = approach > zero ? approach : zero;
     const lane gap = lane_dot3(m->normal, lane_sub3(m->anchor_a[k], m->anchor_b[k])) - m->radius_a - m->radius_b;
     m->feature[k] = gap <= LANE_OF(params->margin) + h * speed ? m->feature[k] : LANE_OF(LANE_NO_FEATURE);
@@ -119,17 +122,17 @@ LANE_INLINE void lane_store_found(const LaneSides* s, LaneManifold* m, u32 point
   const lane zero = LANE_OF(0), one = LANE_OF(1);
   const lane_mask of_a = m->frame == LANE_OF(NORMAL_OF_A), of_b = m->frame == LANE_OF(NORMAL_OF_B);
   LaneQuat frame;
-  frame.x = of_b ? s->b.turn.x : s->a.turn.x;
-  frame.y = of_b ? s->b.turn.y : s->a.turn.y;
-  frame.z = of_b ? s->b.turn.z : s->a.turn.z;
-  frame.w = of_b ? s->b.turn.w : s->a.turn.w;
-  const Lane3 turned = lane_rotate3(lane_back(frame), m->normal);
-  const LaneQuad normal = {of_a | of_b ? turned.x : m->normal.x, of_a | of_b ? turned.y : m->normal.y,
-                           of_a | of_b ? turned.z : m->normal.z, zero};
+  frame.x = of_b ? s->b.orientation.x : s->a.orientation.x;
+  frame.y = of_b ? s->b.orientation.y : s->a.orientation.y;
+  frame.z = of_b ? s->b.orientation.z : s->a.orientation.z;
+  frame.w = of_b ? s->b.orientation.w : s->a.orientation.w;
+  const Lane3 normal_in_body = lane_rotate3(lane_back(frame), m->normal);
+  const LaneQuad normal = {of_a | of_b ? normal_in_body.x : m->normal.x, of_a | of_b ? normal_in_body.y : m->normal.y,
+                           of_a | of_b ? normal_in_body.z : m->normal.z, zero};
   real normals[4 * LANES], features[4 * LANES], frames[LANES], counts[LANES], halves[8][4 * LANES];
   lane_keep_quad(normal, normals);
   LANE_STORE(m->frame, frames);
-  const LaneQuat back_a = lane_back(s->a.turn), back_b = lane_back(s->b.turn);
+  const LaneQuat back_a = lane_back(s->a.orientation), back_b = lane_back(s->b.orientation);
   lane count = zero;
   for (u32 k = 0u; k < points; ++k) {
     const Lane3 a = lane_add3(s->a.offset, lane_rotate3(back_a, m->anchor_a[k]));

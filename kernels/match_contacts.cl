@@ -27,8 +27,8 @@ static inline ContactImpulse match_add_share(ContactImpulse to, real share, Cont
   return to;
 }
 
-// Where no contact resists turning there are no moments.
-#if FEATURE_TURNING_FRICTION
+// Where no contact has angular friction there are no moments.
+#if FEATURE_ANGULAR_FRICTION
 #define MATCH_MOMENT(key) moments[key]
 #else
 #define MATCH_MOMENT(key) no_moment
@@ -74,7 +74,7 @@ kernel void match_contacts(global const Contact* contacts, global const ContactK
     if (first > 0u && match_is_pair(contacts[first - 1u], pair)) continue;
     global const ContactKey* keys = cached_keys;
     global const ContactImpulse* impulses = cached_impulses;
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
     global const Vec4* moments = cached_moments;
 #endif
     u32 key = cached_starts[pair.shape_a], end = cached_starts[pair.shape_a + 1u];
@@ -82,7 +82,7 @@ kernel void match_contacts(global const Contact* contacts, global const ContactK
     if (wakes(sleepers, pair.body_a) || wakes(sleepers, pair.body_b)) {
       keys = slept_keys;
       impulses = slept_impulses;
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
       moments = slept_moments;
 #endif
       key = match_first_key(slept_keys, slept_count[0], pair.shape_a);
@@ -112,7 +112,7 @@ kernel void match_contacts(global const Contact* contacts, global const ContactK
       }
       const bool is_known = key < end && keys[key].shape_b == pair.shape_b && keys[key].feature == feature;
       start_impulses[last] = is_known ? impulses[key] : none;
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
       start_moments[last] = is_known ? moments[key] : no_moment;
 #endif
       known |= is_known ? 1u << (last - first) : 0u;
@@ -129,7 +129,7 @@ kernel void match_contacts(global const Contact* contacts, global const ContactK
     for (u32 i = first; i < last; ++i) {
       const bool takes = fresh == 0u || (known >> (i - first) & 1u) == 0u;
       if (takes) start_impulses[i] = match_add_share(start_impulses[i], share, lost);
-#if FEATURE_TURNING_FRICTION
+#if FEATURE_ANGULAR_FRICTION
       if (takes) start_moments[i] = match_add_moment(start_moments[i], share, lost_moment);
 #endif
     }

@@ -19,7 +19,7 @@ kernel void match_springs(global const u32* body_particles, global const u32* ne
                           global const u32* neighbours, global const SpringKey* spring_keys,
                           global const Vec4* spring_stretches, global const u32* spring_starts, global Vec4* stretches,
                           global const u32* counters, const StepParams params) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(i, body_particles[params.bodies]) {
     u32 at = spring_starts[i];
     const u32 end = spring_starts[i + 1u];

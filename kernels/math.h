@@ -9,7 +9,7 @@ typedef struct Vec3 {
   real x, y, z;
 } Vec3;
 
-// A unit quaternion x y z w turns body into world coordinates (survey 2.1.2).
+// A unit quaternion x y z w rotates body into world coordinates (survey 2.1.2).
 typedef struct Quat {
   real x, y, z, w;
 } Quat;

@@ -57,7 +57,7 @@ static inline u32 pack_blocks(u32 slots) { return (slots + PACK - 1u) / PACK; }
 // Lanes from one pair to the next.
 static inline u32 pack_stride(u32 color) { return color == MAX_COLORS ? PACK : 1u; }
 
-// From where the keys start among all pairs in order: where every colour starts; what to add to the place of a pair in
+// From where the keys start among all pairs in order: where every colour starts; what to add to the rank of a pair in
 // the sorted order to find its slot (of an overflow pair: its block); and what to add to the rows of a block's number
 // of blocks to find its first.
 static inline void pack_lay_out(const StepParams* params, global const u32* cell_blocks, global const u32* cell_rows,
@@ -153,12 +153,12 @@ static inline bool pack_pair(u32 i, u32 count, u32 slot, u32 block_capacity, glo
 
 // Puts the pair that contact i is the first of where it stands among those of its key; and says where the rows of its
 // block are, where it begins one.
-static inline void pack_place_pair(u32 i, u32 key, u32 place, u32 block_capacity, global const BodyInfo* body_infos,
-                                   global const ShapeInfo* shape_infos, global const Contact* contacts,
-                                   global const u32* pack_offsets, global const u32* pack_rows,
-                                   global u32* contact_slots, global BlockBodies* block_bodies,
-                                   global BlockRows* block_rows) {
-  const u32 count = pack_contacts_of(key), slot = (place + pack_offsets[key]) * pack_stride(key / PACK_CLASSES);
+static inline void pack_scatter_pair(u32 i, u32 key, u32 rank, u32 block_capacity, global const BodyInfo* body_infos,
+                                     global const ShapeInfo* shape_infos, global const Contact* contacts,
+                                     global const u32* pack_offsets, global const u32* pack_rows,
+                                     global u32* contact_slots, global BlockBodies* block_bodies,
+                                     global BlockRows* block_rows) {
+  const u32 count = pack_contacts_of(key), slot = (rank + pack_offsets[key]) * pack_stride(key / PACK_CLASSES);
   const bool is_there =
       pack_pair(i, count, slot, block_capacity, body_infos, shape_infos, contacts, contact_slots, block_bodies);
   if (is_there && slot % PACK == 0u) {
@@ -168,18 +168,18 @@ static inline void pack_place_pair(u32 i, u32 key, u32 place, u32 block_capacity
 }
 
 // The pairs of a chunk, one after another.
-static inline void pack_place_chunk(u32 chunk, u32 chunks, u32 contact_count, u32 block_capacity,
-                                    global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                                    global const Contact* contacts, global const u32* contact_colors,
-                                    global const u32* pack_offsets, global const u32* pack_rows,
-                                    global u32* pack_counts, global u32* contact_slots,
-                                    global BlockBodies* block_bodies, global BlockRows* block_rows) {
+static inline void pack_scatter_chunk(u32 chunk, u32 chunks, u32 contact_count, u32 block_capacity,
+                                      global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                                      global const Contact* contacts, global const u32* contact_colors,
+                                      global const u32* pack_offsets, global const u32* pack_rows,
+                                      global u32* pack_counts, global u32* contact_slots,
+                                      global BlockBodies* block_bodies, global BlockRows* block_rows) {
   const u32 end = min((chunk + 1u) * CHUNK, contact_count);
   for (u32 i = chunk * CHUNK; i < end; ++i) {
     const u32 key = pack_key_of(i, contact_count, contacts, contact_colors);
     if (key == NONE) continue;
-    pack_place_pair(i, key, pack_counts[key * chunks + chunk]++, block_capacity, body_infos, shape_infos, contacts,
-                    pack_offsets, pack_rows, contact_slots, block_bodies, block_rows);
+    pack_scatter_pair(i, key, pack_counts[key * chunks + chunk]++, block_capacity, body_infos, shape_infos, contacts,
+                      pack_offsets, pack_rows, contact_slots, block_bodies, block_rows);
   }
 }
 
@@ -196,7 +196,7 @@ static inline void pack_find_contacts(u32 slot, global const BlockBodies* block_
 // The blocks of each cell: a batch of its schedule each.
 kernel void pack_cells(const StepParams params, global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                        global const Contact* contacts, global const u32* cell_starts, global const u32* cell_pairs,
-                       global const u32* cell_places, global const u32* cell_blocks, global const u32* cell_rows,
+                       global const u32* cell_slots, global const u32* cell_blocks, global const u32* cell_rows,
                        global u32* contact_slots, global BlockBodies* block_bodies, global BlockRows* block_rows,
                        global const u32* counters) {
   FOR_EACH(cell, CELL_PHASES * cells_in_phase(&params)) {
@@ -205,8 +205,8 @@ kernel void pack_cells(const StepParams params, global const BodyInfo* body_info
       pack_write(slot, params.block_capacity, params.bodies, params.bodies, BLOCK_PADDING, NONE, 0u, block_bodies);
     for (u32 k = cell_starts[cell]; k < cell_starts[cell + 1u]; ++k) {
       const u32 i = cell_pairs[k];
-      if (cell_places[i] == NONE) continue;
-      pack_pair(i, pair_contact_count(contacts, i, counters[COUNTER_CONTACTS]), first_slot + cell_places[i],
+      if (cell_slots[i] == NONE) continue;
+      pack_pair(i, pair_contact_count(contacts, i, counters[COUNTER_CONTACTS]), first_slot + cell_slots[i],
                 params.block_capacity, body_infos, shape_infos, contacts, contact_slots, block_bodies);
     }
     u32 row = cell_rows[cell];
@@ -259,15 +259,16 @@ kernel void pack_starts(const StepParams params, global const u32* cell_blocks, 
   pack_pad(lane, (u32)get_local_size(0), params.bodies, params.block_capacity, key_starts, color_starts, block_bodies);
 }
 
-kernel void pack_place(const StepParams params, global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                       global const Contact* contacts, global const u32* contact_colors, global const u32* pack_offsets,
-                       global const u32* pack_rows, global u32* pack_counts, global u32* contact_slots,
-                       global BlockBodies* block_bodies, global BlockRows* block_rows, global const u32* counters) {
+kernel void pack_scatter(const StepParams params, global const BodyInfo* body_infos,
+                         global const ShapeInfo* shape_infos, global const Contact* contacts,
+                         global const u32* contact_colors, global const u32* pack_offsets, global const u32* pack_rows,
+                         global u32* pack_counts, global u32* contact_slots, global BlockBodies* block_bodies,
+                         global BlockRows* block_rows, global const u32* counters) {
   const u32 chunks = PACK_CHUNKS(counters), contact_count = counters[COUNTER_CONTACTS];
 #if EACH_TAKES_NEIGHBOURS
   FOR_EACH(chunk, chunks)
-  pack_place_chunk(chunk, chunks, contact_count, params.block_capacity, body_infos, shape_infos, contacts,
-                   contact_colors, pack_offsets, pack_rows, pack_counts, contact_slots, block_bodies, block_rows);
+  pack_scatter_chunk(chunk, chunks, contact_count, params.block_capacity, body_infos, shape_infos, contacts,
+                     contact_colors, pack_offsets, pack_rows, pack_counts, contact_slots, block_bodies, block_rows);
 #else
   local u32 keys[CHUNK];
   FOR_EACH_GROUP(chunk, chunks) {
@@ -276,10 +277,10 @@ kernel void pack_place(const StepParams params, global const BodyInfo* body_info
     FOR_EACH_OF_GROUP(i, CHUNK) {
       const u32 key = keys[i];
       if (key == NONE) continue;
-      u32 place = pack_counts[key * chunks + chunk];  // behind those of its key that are before it in the chunk
-      for (u32 before = 0u; before < i; ++before) place += keys[before] == key ? 1u : 0u;
-      pack_place_pair(chunk * CHUNK + i, key, place, params.block_capacity, body_infos, shape_infos, contacts,
-                      pack_offsets, pack_rows, contact_slots, block_bodies, block_rows);
+      u32 rank = pack_counts[key * chunks + chunk];  // behind those of its key that are before it in the chunk
+      for (u32 before = 0u; before < i; ++before) rank += keys[before] == key ? 1u : 0u;
+      pack_scatter_pair(chunk * CHUNK + i, key, rank, params.block_capacity, body_infos, shape_infos, contacts,
+                        pack_offsets, pack_rows, contact_slots, block_bodies, block_rows);
     }
     barrier(CLK_LOCAL_MEM_FENCE);
   }
@@ -333,8 +334,8 @@ kernel void pack_small(const StepParams params, global const BodyInfo* body_info
   pack_pad(lane, lanes, params.bodies, params.block_capacity, key_starts, color_starts, block_bodies);
   barrier(CLK_GLOBAL_MEM_FENCE);
   for (u32 chunk = lane; chunk < chunks; chunk += lanes) {
-    pack_place_chunk(chunk, chunks, contact_count, params.block_capacity, body_infos, shape_infos, contacts,
-                     contact_colors, pack_offsets, pack_rows, pack_counts, contact_slots, block_bodies, block_rows);
+    pack_scatter_chunk(chunk, chunks, contact_count, params.block_capacity, body_infos, shape_infos, contacts,
+                       contact_colors, pack_offsets, pack_rows, pack_counts, contact_slots, block_bodies, block_rows);
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
   for (u32 slot = lane; slot < counters[COUNTER_BLOCKS] * PACK; slot += lanes)

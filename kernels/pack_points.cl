@@ -26,10 +26,11 @@ static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, rea
   starts->tangent_z[lane] = start.tangent_z;
 }
 
-#if FEATURE_TURNING_FRICTION
-static inline void pack_turn(u32 lane, TurnPair pair, Vec4 moment, global TurnPointBlock* block) {
-  block->spin_radius[lane] = pair.spin_radius;
-  block->roll_lever[lane] = pair.roll_lever;
+#if FEATURE_ANGULAR_FRICTION
+static inline void pack_angular_friction(u32 lane, AngularFrictionPair pair, Vec4 moment,
+                                         global AngularFrictionPointBlock* block) {
+  block->torsion_radius[lane] = pair.torsion_radius;
+  block->rolling_coefficient[lane] = pair.rolling_coefficient;
   block->moment_x[lane] = moment.x;
   block->moment_y[lane] = moment.y;
   block->moment_z[lane] = moment.z;
@@ -37,14 +38,14 @@ static inline void pack_turn(u32 lane, TurnPair pair, Vec4 moment, global TurnPo
 #endif
 
 #if FEATURE_STATIC_FRICTION
-static inline void pack_hold(u32 lane, HoldPair pair, global HoldBlock* block) {
+static inline void pack_static_friction(u32 lane, StaticFrictionPair pair, global StaticFrictionBlock* block) {
   block->friction[lane] = pair.friction;
   block->speed[lane] = pair.speed;
 }
 #endif
 
 #if FEATURE_ELLIPTIC_FRICTION
-static inline void pack_grain(u32 lane, GrainPair pair, Vec3 along, global GrainBlock* block) {
+static inline void pack_anisotropy(u32 lane, AnisotropyPair pair, Vec3 along, global AnisotropyBlock* block) {
   block->x[lane] = along.x;
   block->y[lane] = along.y;
   block->z[lane] = along.z;
@@ -52,7 +53,7 @@ static inline void pack_grain(u32 lane, GrainPair pair, Vec3 along, global Grain
   block->side[lane] = pair.side;
 }
 
-// Along the grain, the x axis of the shape whose it is, in the frame of its body.
+// The axis of anisotropy, the x axis of the shape whose it is, in the frame of its body.
 static inline Vec3 pack_along(const Shape shape) {
   const Quat q = make4(shape.rotation[0], shape.rotation[1], shape.rotation[2], shape.rotation[3]);
   return rotate3(q, make3((real)1, (real)0, (real)0));
@@ -61,15 +62,17 @@ static inline Vec3 pack_along(const Shape shape) {
 
 kernel void pack_points(global const WorldRange* world_ranges, global const ShapeInfo* shape_infos,
                         global const MaterialPair* material_pairs, global const ImpactPair* impact_pairs,
-                        global const TurnPair* turn_pairs, global const HoldPair* hold_pairs,
-                        global const GrainPair* grain_pairs, global const Shape* shapes, global const Contact* contacts,
-                        global const ContactPoint* contact_points, global const ContactImpulse* start_impulses,
-                        global const Vec4* start_moments, global const BlockBodies* block_bodies,
-                        global const BlockRows* block_rows, global PointBlock* point_blocks,
-                        global StartBlock* start_blocks, global ImpactBlock* impact_blocks,
-                        global TurnPointBlock* turn_points, global HoldBlock* hold_blocks,
-                        global GrainBlock* grain_blocks, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+                        global const AngularFrictionPair* angular_friction_pairs,
+                        global const StaticFrictionPair* static_friction_pairs,
+                        global const AnisotropyPair* anisotropy_pairs, global const Shape* shapes,
+                        global const Contact* contacts, global const ContactPoint* contact_points,
+                        global const ContactImpulse* start_impulses, global const Vec4* start_moments,
+                        global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                        global PointBlock* point_blocks, global StartBlock* start_blocks,
+                        global ImpactBlock* impact_blocks, global AngularFrictionPointBlock* angular_friction_points,
+                        global StaticFrictionBlock* static_friction_blocks, global AnisotropyBlock* anisotropy_blocks,
+                        global const u32* counters) {
+  if (STEP_ABORTED(counters)) return;
   const ContactPoint no_point = {
       {(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0}, (real)0, {(real)0, (real)0, (real)0, (real)0}};
   const ContactImpulse no_impulse = {(real)0, (real)0, (real)0, (real)0};
@@ -90,16 +93,17 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #endif
       pack_point(lane, contact_points[first + k], contact.normal, pair.friction, restitution, start_impulses[first + k],
                  point_blocks + rows.first + k, start_blocks + rows.first + k);
-#if FEATURE_TURNING_FRICTION
-      pack_turn(lane, turn_pairs[materials], start_moments[first + k], turn_points + rows.first + k);
+#if FEATURE_ANGULAR_FRICTION
+      pack_angular_friction(lane, angular_friction_pairs[materials], start_moments[first + k],
+                            angular_friction_points + rows.first + k);
 #endif
 #if FEATURE_STATIC_FRICTION
-      pack_hold(lane, hold_pairs[materials], hold_blocks + rows.first + k);
+      pack_static_friction(lane, static_friction_pairs[materials], static_friction_blocks + rows.first + k);
 #endif
 #if FEATURE_ELLIPTIC_FRICTION
-      const GrainPair grain = grain_pairs[materials];
-      pack_grain(lane, grain, pack_along(shapes[grain.side == 0u ? contact.shape_a : contact.shape_b]),
-                 grain_blocks + rows.first + k);
+      const AnisotropyPair anisotropy = anisotropy_pairs[materials];
+      pack_anisotropy(lane, anisotropy, pack_along(shapes[anisotropy.side == 0u ? contact.shape_a : contact.shape_b]),
+                      anisotropy_blocks + rows.first + k);
 #endif
 #if FEATURE_IMPACT_LAWS
       const ImpactPair impact = impact_pairs[materials];
@@ -116,18 +120,18 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
     for (u32 k = count; k < rows.count; ++k) {
       pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, no_impulse, point_blocks + rows.first + k,
                  start_blocks + rows.first + k);
-#if FEATURE_TURNING_FRICTION
-      const TurnPair free = {(real)0, (real)0};
+#if FEATURE_ANGULAR_FRICTION
+      const AngularFrictionPair free = {(real)0, (real)0};
       const Vec4 no_moment = {(real)0, (real)0, (real)0, (real)0};
-      pack_turn(lane, free, no_moment, turn_points + rows.first + k);
+      pack_angular_friction(lane, free, no_moment, angular_friction_points + rows.first + k);
 #endif
 #if FEATURE_STATIC_FRICTION
-      const HoldPair none = {(real)0, (real)0};
-      pack_hold(lane, none, hold_blocks + rows.first + k);
+      const StaticFrictionPair none = {(real)0, (real)0};
+      pack_static_friction(lane, none, static_friction_blocks + rows.first + k);
 #endif
 #if FEATURE_ELLIPTIC_FRICTION
-      const GrainPair no_grain = {(real)0, 0u, 0u};
-      pack_grain(lane, no_grain, make3((real)0, (real)0, (real)0), grain_blocks + rows.first + k);
+      const AnisotropyPair isotropic = {(real)0, 0u, 0u};
+      pack_anisotropy(lane, isotropic, make3((real)0, (real)0, (real)0), anisotropy_blocks + rows.first + k);
 #endif
 #if FEATURE_IMPACT_LAWS
       impact_blocks[rows.first + k].tangential_restitution[lane] = (real)0;

@@ -6,45 +6,45 @@
 #include "common.h"
 #include "grid.h"
 #include "lanes.h"
-#include "loose_shapes.h"
 #include "shape_bound.h"
-#include "shapes/reach.h"
+#include "shapes/may_touch.h"
 #include "shapes/sphere_plane.h"
 #include "sleep.h"
 #include "sort.h"
+#include "top_level_shapes.h"
 
 // Partners of a shape that the first search keeps; where there are more, the shape searches for all of its own.
 #define FOUND 16u
 
-// The loose shapes in the order in which a search meets them, one array a component: what the test needs of them.
+// The top-level shapes in the order in which a search meets them, one array a component: what the test needs of them.
 // Arrays are PACK longer than there are shapes, so that all lanes can read. Two shapes that are both ROUND are spheres.
-enum PlaceComponent {
-  PLACE_X,
-  PLACE_Y,
-  PLACE_Z,
-  PLACE_REACH,
-  PLACE_EXTENT,
-  PLACE_VX,
-  PLACE_VY,
-  PLACE_VZ,
-  PLACE_BOX_X,
-  PLACE_BOX_Y,
-  PLACE_BOX_Z,
-  PLACE_TURNING,
-  PLACE_ROUND
+enum SearchComponent {
+  SEARCH_X,
+  SEARCH_Y,
+  SEARCH_Z,
+  SEARCH_BOUNDING_RADIUS,
+  SEARCH_EXTENT,
+  SEARCH_VX,
+  SEARCH_VY,
+  SEARCH_VZ,
+  SEARCH_BOX_X,
+  SEARCH_BOX_Y,
+  SEARCH_BOX_Z,
+  SEARCH_ROTATIONAL_SPEED,
+  SEARCH_ROUND
 };
-#define PLACE(component, count) ((u32)(component) * ((count) + PACK))
+#define SEARCH_ARRAY(component, count) ((u32)(component) * ((count) + PACK))
 
-// What else is known of a shape at a place, on one line.
-typedef struct PlaceInfo {
+// What else is known of the shape in a slot, on one line.
+typedef struct SearchInfo {
   ShapeInfo shape;
   BodyInfo body;
   u32 index;
   i32 cell_y, cell_z;  // of the grid
   u32 looks;           // 1 where it looks for others, 0 where it is only sought
-} PlaceInfo;
+} SearchInfo;
 
-// A plane in the world. What is farther from it than `slack` times what a shape can come in the step is out of reach.
+// A plane in the world. What is farther from it than `slack` times what a shape can come in the step is out of range.
 typedef struct PlaneInfo {
   real point[3], normal[3];
   real slack;
@@ -66,30 +66,30 @@ typedef struct PairSearch {
   global const Vec4* orientations;
   global const Motion* motions;
   global const Sleeper* sleepers;
-  global const real* places;
-  global const PlaceInfo* place_infos;
+  global const real* search_bounds;
+  global const SearchInfo* search_infos;
   global const PlaneInfo* plane_infos;
   global const u32* joined_starts;
   global const u32* joined_bodies;
 } PairSearch;
 
 // Of the parameters of a kernel, which are called as the buffers are.
-#define PAIR_SEARCH                                                                                      \
-  {                                                                                                      \
-    world_ranges, body_infos, shape_infos, shapes, planes, world_trees, shape_trees, shape_tree_items,   \
-        shape_tree_blocks, positions, orientations, motions, sleepers, places, place_infos, plane_infos, \
-        joined_starts, joined_bodies                                                                     \
+#define PAIR_SEARCH                                                                                              \
+  {                                                                                                              \
+    world_ranges, body_infos, shape_infos, shapes, planes, world_trees, shape_trees, shape_tree_items,           \
+        shape_tree_blocks, positions, orientations, motions, sleepers, search_bounds, search_infos, plane_infos, \
+        joined_starts, joined_bodies                                                                             \
   }
 
 // The shape that looks for others.
 typedef struct Searcher {
-  PlaceInfo info;
-  u32 place;
+  SearchInfo info;
+  u32 slot;
   Vec3 center, velocity;
-  real reach, extent, margin, h;
+  real bounding_radius, extent, margin, h;
 #if FEATURE_MANIFOLDS
   Vec3 box;
-  real turning, round;
+  real rotational_speed, round;
 #endif
 } Searcher;
 
@@ -107,7 +107,7 @@ static inline bool is_pair(const PairSearch* s, ShapeInfo a, ShapeInfo b, BodyIn
 // Surfaces are many shapes that cannot move: where there are any, only what can move looks for others in the first
 // search, and for what cannot on all sides. The same where many sleep: only what is awake looks for others.
 #define SEARCHES_AROUND (FEATURE_FACETS || FEATURE_SLEEPING)
-static inline bool is_sought(const PlaceInfo* info) {
+static inline bool is_sought(const SearchInfo* info) {
   if (FEATURE_SLEEPING) return info->looks == 0u;
   return FEATURE_FACETS && info->body.kind != BODY_DYNAMIC;
 }
@@ -147,37 +147,38 @@ static inline Vec3 center_velocity(global const Bound* bound, global const Vec4*
   return point_velocity(&motions[body], sub3(bound_center(bound), search_position(positions, body)));
 }
 
-static inline real turning_speed(global const Bound* bound, u32 kind, global const Motion* motion) {
+static inline real rotational_speed_of(global const Bound* bound, u32 kind, global const Motion* motion) {
   if (kind == SHAPE_SPHERE) return (real)0;
-  return length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound->reach;
+  return length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound->bounding_radius;
 }
 
-// Puts shape i at a place. One without extent gets a reach that no other shape comes near.
-static inline void gather_place(u32 place, u32 i, global const Bound* bound, Cell cell,
-                                global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                                global const Vec4* positions, global const Motion* motions,
-                                global const Sleeper* sleepers, global real* places, global PlaceInfo* place_infos,
-                                global u32* shape_places, const StepParams* params) {
-  shape_places[i] = place;
-  const u32 body = shape_infos[i].body, count = loose_count(params);
+// Puts shape i into a slot. One without extent gets a bounding radius that no other shape comes near.
+static inline void gather_search_info(u32 slot, u32 i, global const Bound* bound, Cell cell,
+                                      global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
+                                      global const Vec4* positions, global const Motion* motions,
+                                      global const Sleeper* sleepers, global real* search_bounds,
+                                      global SearchInfo* search_infos, global u32* shape_slots,
+                                      const StepParams* params) {
+  shape_slots[i] = slot;
+  const u32 body = shape_infos[i].body, count = top_level_count(params);
   const Vec3 velocity = center_velocity(bound, positions, motions, body);
-  global real* mine = places + place;
-  mine[PLACE(PLACE_X, count)] = bound->center[0];
-  mine[PLACE(PLACE_Y, count)] = bound->center[1];
-  mine[PLACE(PLACE_Z, count)] = bound->center[2];
-  mine[PLACE(PLACE_REACH, count)] = bound->extent > (real)0 ? bound->reach : (real)-1e37;
-  mine[PLACE(PLACE_EXTENT, count)] = bound->extent;
-  mine[PLACE(PLACE_VX, count)] = velocity.x;
-  mine[PLACE(PLACE_VY, count)] = velocity.y;
-  mine[PLACE(PLACE_VZ, count)] = velocity.z;
+  global real* mine = search_bounds + slot;
+  mine[SEARCH_ARRAY(SEARCH_X, count)] = bound->center[0];
+  mine[SEARCH_ARRAY(SEARCH_Y, count)] = bound->center[1];
+  mine[SEARCH_ARRAY(SEARCH_Z, count)] = bound->center[2];
+  mine[SEARCH_ARRAY(SEARCH_BOUNDING_RADIUS, count)] = bound->extent > (real)0 ? bound->bounding_radius : (real)-1e37;
+  mine[SEARCH_ARRAY(SEARCH_EXTENT, count)] = bound->extent;
+  mine[SEARCH_ARRAY(SEARCH_VX, count)] = velocity.x;
+  mine[SEARCH_ARRAY(SEARCH_VY, count)] = velocity.y;
+  mine[SEARCH_ARRAY(SEARCH_VZ, count)] = velocity.z;
 #if FEATURE_MANIFOLDS
-  mine[PLACE(PLACE_BOX_X, count)] = bound->box[0];
-  mine[PLACE(PLACE_BOX_Y, count)] = bound->box[1];
-  mine[PLACE(PLACE_BOX_Z, count)] = bound->box[2];
-  mine[PLACE(PLACE_TURNING, count)] = turning_speed(bound, shape_infos[i].kind, &motions[body]);
-  mine[PLACE(PLACE_ROUND, count)] = shape_infos[i].kind == SHAPE_SPHERE ? (real)1 : (real)0;
+  mine[SEARCH_ARRAY(SEARCH_BOX_X, count)] = bound->box[0];
+  mine[SEARCH_ARRAY(SEARCH_BOX_Y, count)] = bound->box[1];
+  mine[SEARCH_ARRAY(SEARCH_BOX_Z, count)] = bound->box[2];
+  mine[SEARCH_ARRAY(SEARCH_ROTATIONAL_SPEED, count)] = rotational_speed_of(bound, shape_infos[i].kind, &motions[body]);
+  mine[SEARCH_ARRAY(SEARCH_ROUND, count)] = shape_infos[i].kind == SHAPE_SPHERE ? (real)1 : (real)0;
 #endif
-  PlaceInfo info;
+  SearchInfo info;
   info.shape = shape_infos[i];
   info.body = body_infos[body];
   info.index = i;
@@ -188,7 +189,7 @@ static inline void gather_place(u32 place, u32 i, global const Bound* bound, Cel
 #else
   info.looks = 1u;
 #endif
-  place_infos[place] = info;
+  search_infos[slot] = info;
 }
 
 static inline PlaneInfo make_plane_info(u32 plane, global const BodyInfo* body_infos,
@@ -200,8 +201,8 @@ static inline PlaneInfo make_plane_info(u32 plane, global const BodyInfo* body_i
   const Vec3 point = shape_center(pose, &shapes[plane]);
   const Vec3 normal = plane_normal(shape_rotation(pose, &shapes[plane]));
   const Vec3 v = make3(motions[body].v[0], motions[body].v[1], motions[body].v[2]);
-  const Vec3 spin = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
-  const bool still = dot3(v, v) + dot3(spin, spin) == (real)0;
+  const Vec3 angular_velocity = make3(motions[body].w[0], motions[body].w[1], motions[body].w[2]);
+  const bool still = dot3(v, v) + dot3(angular_velocity, angular_velocity) == (real)0;
   PlaneInfo info = {{point.x, point.y, point.z}, {normal.x, normal.y, normal.z}, still ? (real)1.001 : (real)1e30, 1u};
 #if FEATURE_SLEEPING
   info.looks = looks_for_others(shape_infos[plane], bodies, body_infos, motions, sleepers) ? 1u : 0u;
@@ -225,47 +226,52 @@ static inline void gather_planes(global const WorldRange* world_ranges, global c
   FOR_EACH(i, params->shapes + 1u) { pair_starts[i] = 0u; }
 }
 
-static inline Searcher make_searcher(const PairSearch* s, const StepParams* params, u32 place) {
-  global const real* mine = s->places + place;
-  const u32 count = loose_count(params);
+static inline Searcher make_searcher(const PairSearch* s, const StepParams* params, u32 slot) {
+  global const real* mine = s->search_bounds + slot;
+  const u32 count = top_level_count(params);
   Searcher me;
-  me.info = s->place_infos[place];
-  me.place = place;
-  me.extent = mine[PLACE(PLACE_EXTENT, count)];
+  me.info = s->search_infos[slot];
+  me.slot = slot;
+  me.extent = mine[SEARCH_ARRAY(SEARCH_EXTENT, count)];
   me.margin = params->margin;
   me.h = step_length(params);
-  me.center = make3(mine[PLACE(PLACE_X, count)], mine[PLACE(PLACE_Y, count)], mine[PLACE(PLACE_Z, count)]);
-  me.velocity = make3(mine[PLACE(PLACE_VX, count)], mine[PLACE(PLACE_VY, count)], mine[PLACE(PLACE_VZ, count)]);
-  me.reach = mine[PLACE(PLACE_REACH, count)];
+  me.center = make3(mine[SEARCH_ARRAY(SEARCH_X, count)], mine[SEARCH_ARRAY(SEARCH_Y, count)],
+                    mine[SEARCH_ARRAY(SEARCH_Z, count)]);
+  me.velocity = make3(mine[SEARCH_ARRAY(SEARCH_VX, count)], mine[SEARCH_ARRAY(SEARCH_VY, count)],
+                      mine[SEARCH_ARRAY(SEARCH_VZ, count)]);
+  me.bounding_radius = mine[SEARCH_ARRAY(SEARCH_BOUNDING_RADIUS, count)];
 #if FEATURE_MANIFOLDS
-  me.box = make3(mine[PLACE(PLACE_BOX_X, count)], mine[PLACE(PLACE_BOX_Y, count)], mine[PLACE(PLACE_BOX_Z, count)]);
-  me.turning = mine[PLACE(PLACE_TURNING, count)];
-  me.round = mine[PLACE(PLACE_ROUND, count)];
+  me.box = make3(mine[SEARCH_ARRAY(SEARCH_BOX_X, count)], mine[SEARCH_ARRAY(SEARCH_BOX_Y, count)],
+                 mine[SEARCH_ARRAY(SEARCH_BOX_Z, count)]);
+  me.rotational_speed = mine[SEARCH_ARRAY(SEARCH_ROTATIONAL_SPEED, count)];
+  me.round = mine[SEARCH_ARRAY(SEARCH_ROUND, count)];
 #endif
   return me;
 }
 
-// Bit k is set where the shape at `place` + k is in reach.
-static inline u32 shapes_in_reach(const PairSearch* s, const Searcher* me, u32 place, u32 count) {
-  global const real* other = s->places + place;
-  const lane dx = me->center.x - LANE_LOAD(other + PLACE(PLACE_X, count));
-  const lane dy = me->center.y - LANE_LOAD(other + PLACE(PLACE_Y, count));
-  const lane dz = me->center.z - LANE_LOAD(other + PLACE(PLACE_Z, count));
-  const lane ux = me->velocity.x - LANE_LOAD(other + PLACE(PLACE_VX, count));
-  const lane uy = me->velocity.y - LANE_LOAD(other + PLACE(PLACE_VY, count));
-  const lane uz = me->velocity.z - LANE_LOAD(other + PLACE(PLACE_VZ, count));
-  const lane gap = sqrt(dx * dx + dy * dy + dz * dz) - (me->reach + LANE_LOAD(other + PLACE(PLACE_REACH, count)));
+// Bit k is set where the shape at `slot` + k is in range.
+static inline u32 shapes_in_range(const PairSearch* s, const Searcher* me, u32 slot, u32 count) {
+  global const real* other = s->search_bounds + slot;
+  const lane dx = me->center.x - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_X, count));
+  const lane dy = me->center.y - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_Y, count));
+  const lane dz = me->center.z - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_Z, count));
+  const lane ux = me->velocity.x - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_VX, count));
+  const lane uy = me->velocity.y - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_VY, count));
+  const lane uz = me->velocity.z - LANE_LOAD(other + SEARCH_ARRAY(SEARCH_VZ, count));
+  const lane gap = sqrt(dx * dx + dy * dy + dz * dz) -
+                   (me->bounding_radius + LANE_LOAD(other + SEARCH_ARRAY(SEARCH_BOUNDING_RADIUS, count)));
   const lane speed = sqrt(ux * ux + uy * uy + uz * uz);
 #if FEATURE_MANIFOLDS
-  const lane turning = me->turning + LANE_LOAD(other + PLACE(PLACE_TURNING, count));
-  const lane box_x = me->box.x + LANE_LOAD(other + PLACE(PLACE_BOX_X, count));
-  const lane box_y = me->box.y + LANE_LOAD(other + PLACE(PLACE_BOX_Y, count));
-  const lane box_z = me->box.z + LANE_LOAD(other + PLACE(PLACE_BOX_Z, count));
-  const lane both_round = me->round * LANE_LOAD(other + PLACE(PLACE_ROUND, count));
-  return LANE_BITS((gap <= me->margin + me->h * speed) &
-                   ((both_round > (lane)0) | ((fabs(dx) <= box_x + me->margin + me->h * (fabs(ux) + turning)) &
-                                              (fabs(dy) <= box_y + me->margin + me->h * (fabs(uy) + turning)) &
-                                              (fabs(dz) <= box_z + me->margin + me->h * (fabs(uz) + turning)))));
+  const lane rotational_speed = me->rotational_speed + LANE_LOAD(other + SEARCH_ARRAY(SEARCH_ROTATIONAL_SPEED, count));
+  const lane box_x = me->box.x + LANE_LOAD(other + SEARCH_ARRAY(SEARCH_BOX_X, count));
+  const lane box_y = me->box.y + LANE_LOAD(other + SEARCH_ARRAY(SEARCH_BOX_Y, count));
+  const lane box_z = me->box.z + LANE_LOAD(other + SEARCH_ARRAY(SEARCH_BOX_Z, count));
+  const lane both_round = me->round * LANE_LOAD(other + SEARCH_ARRAY(SEARCH_ROUND, count));
+  return LANE_BITS(
+      (gap <= me->margin + me->h * speed) &
+      ((both_round > (lane)0) | ((fabs(dx) <= box_x + me->margin + me->h * (fabs(ux) + rotational_speed)) &
+                                 (fabs(dy) <= box_y + me->margin + me->h * (fabs(uy) + rotational_speed)) &
+                                 (fabs(dz) <= box_z + me->margin + me->h * (fabs(uz) + rotational_speed)))));
 #else
   return LANE_BITS(gap <= me->margin + me->h * speed);
 #endif
@@ -277,14 +283,14 @@ static inline void search_planes(const PairSearch* s, const Searcher* me, Finds*
     const PlaneInfo plane = s->plane_infos[k];
     const Vec3 point = make3(plane.point[0], plane.point[1], plane.point[2]);
     const Vec3 normal = make3(plane.normal[0], plane.normal[1], plane.normal[2]);
-    const real gap = dot3(normal, sub3(me->center, point)) - me->reach;
+    const real gap = dot3(normal, sub3(me->center, point)) - me->bounding_radius;
     const u32 j = s->planes[k];
-    if (gap + me->reach > plane.slack * (me->extent + me->margin)) continue;
+    if (gap + me->bounding_radius > plane.slack * (me->extent + me->margin)) continue;
     if (!one_looks(me->info.looks, plane.looks)) continue;
     const ShapeInfo other = s->shape_infos[j];
     const u32 body_a = me->info.shape.body, body_b = other.body;
     if (!is_pair(s, me->info.shape, other, me->info.body, s->body_infos[body_b])) continue;
-    const Vec3 touch = sub3(me->center, scale3(me->reach, normal));
+    const Vec3 touch = sub3(me->center, scale3(me->bounding_radius, normal));
     const real speed = approach_speed(normal, &s->motions[body_a], sub3(touch, search_position(s->positions, body_a)),
                                       &s->motions[body_b], sub3(touch, search_position(s->positions, body_b)));
     if (gap <= me->margin + me->h * speed) add_pair(finds, me->info.index, j);

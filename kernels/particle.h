@@ -15,25 +15,25 @@ static inline Vec4 vec4_of(Vec3 a, real w) {
   return v;
 }
 
-static inline void place_particle(u32 i, global const u32* particle_bodies, global const Vec4* particle_offsets,
-                                  global const Vec4* positions, global const Vec4* orientations,
-                                  global const Motion* motions, global Vec4* particle_places,
-                                  global Vec4* particle_velocities) {
+static inline void update_particle(u32 i, global const u32* particle_bodies, global const Vec4* particle_offsets,
+                                   global const Vec4* positions, global const Vec4* orientations,
+                                   global const Motion* motions, global Vec4* particle_positions,
+                                   global Vec4* particle_velocities) {
   const u32 body = particle_bodies[i];
   const Vec3 arm = rotate3(quat(orientations[body]), vec3_of(particle_offsets[i]));
-  particle_places[i] = vec4_of(add3(vec3_of(positions[body]), arm), (real)0);
+  particle_positions[i] = vec4_of(add3(vec3_of(positions[body]), arm), (real)0);
   particle_velocities[i] = vec4_of(point_velocity(&motions[body], arm), (real)0);
 }
 
-typedef struct PlaneNow {
+typedef struct CurrentPlane {
   Vec3 point, normal;
-} PlaneNow;
+} CurrentPlane;
 
-static inline PlaneNow plane_now(ParticlePlane plane, Vec3 position, Quat orientation) {
-  PlaneNow now;
-  now.point = add3(position, rotate3(orientation, vec3(plane.point)));
-  now.normal = rotate3(orientation, vec3(plane.normal));
-  return now;
+static inline CurrentPlane current_plane(ParticlePlane plane, Vec3 position, Quat orientation) {
+  CurrentPlane current;
+  current.point = add3(position, rotate3(orientation, vec3(plane.point)));
+  current.normal = rotate3(orientation, vec3(plane.normal));
+  return current;
 }
 
 typedef struct Touch {
@@ -58,8 +58,8 @@ static inline Push push_of(ParticleLaw law, Touch touch, real dt, Vec3* stretch)
 #if FEATURE_SHEAR_SPRINGS
   const bool springs = law.shear_stiffness > (real)0;
   if (springs) {
-    const Vec3 turned = sub3(*stretch, scale3(dot3(touch.n, *stretch), touch.n));
-    *stretch = add3(turned, scale3(dt, slide));
+    const Vec3 tangential = sub3(*stretch, scale3(dot3(touch.n, *stretch), touch.n));
+    *stretch = add3(tangential, scale3(dt, slide));
     shear = add3(scale3(law.shear_stiffness, *stretch), damper);
   }
 #endif

@@ -1,15 +1,15 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Writes the packed constraint stream of a sub-step, LANES pairs at a time (cpu_reference/prepare_contacts.hpp states
-// the law, cpu_reference/contact_now.hpp where a contact stands by now).
+// the law, cpu_reference/current_contact.hpp where a contact stands by now).
+#include "body_copies.h"
 #include "common.h"
 #include "cone.h"
 #include "impact.h"
 #include "lane_quads.h"
+#include "prepare_angular_friction.h"
 #include "prepare_patch.h"
-#include "prepare_turn.h"
+#include "solve_contact.h"
 #include "types.h"
-#include "visit_contact.h"
-#include "visit_parts.h"
 
 // One side of the pairs: all of the body, and its velocity at the start of the sub-step.
 typedef struct PrepareBody {
@@ -34,14 +34,14 @@ static inline void prepare_load(global const u32* bodies, u32 body_count, global
 }
 
 // How the contacts of a row stand by now.
-typedef struct PrepareNow {
+typedef struct LaneCurrentContact {
   Lane3 normal;
   lane gap;
   Lane3 arm_a, arm_b;
-} PrepareNow;
+} LaneCurrentContact;
 
-static inline void prepare_now(u32 first, global const PointBlock* points, const PrepareBody* a, const PrepareBody* b,
-                               PrepareNow* now) {
+static inline void lane_current_contact(u32 first, global const PointBlock* points, const PrepareBody* a,
+                                        const PrepareBody* b, LaneCurrentContact* current) {
   const lane_u32 frame = LANE_LOAD_U32(points->frame + first);
   const lane_mask of_a = LANE_MASK(frame == (lane_u32)NORMAL_OF_A), of_b = LANE_MASK(frame == (lane_u32)NORMAL_OF_B);
   const lane_mask is_between = LANE_MASK(frame == (lane_u32)NORMAL_BETWEEN);
@@ -52,32 +52,32 @@ static inline void prepare_now(u32 first, global const PointBlock* points, const
   const Lane3 anchor_b =
       lane_rotate3(b->orientation,
                    lane_load_xyz(points->anchor_b_x + first, points->anchor_b_y + first, points->anchor_b_z + first));
-  const Lane3 apart = lane_sub3(a->position, b->position);
-  const Lane3 d = lane_sub3(lane_add3(apart, anchor_a), anchor_b);
+  const Lane3 offset_ab = lane_sub3(a->position, b->position);
+  const Lane3 d = lane_sub3(lane_add3(offset_ab, anchor_a), anchor_b);
   const lane distance = lane_length3(d);
 
   const Lane3 kept = LANE_NORMAL(points, first);
-  LaneQuat turn;
-  turn.x = of_a ? a->orientation.x : b->orientation.x;
-  turn.y = of_a ? a->orientation.y : b->orientation.y;
-  turn.z = of_a ? a->orientation.z : b->orientation.z;
-  turn.w = of_a ? a->orientation.w : b->orientation.w;
-  now->normal = lane_select3(of_a | of_b, lane_rotate3(turn, kept), kept);
+  LaneQuat orientation;
+  orientation.x = of_a ? a->orientation.x : b->orientation.x;
+  orientation.y = of_a ? a->orientation.y : b->orientation.y;
+  orientation.z = of_a ? a->orientation.z : b->orientation.z;
+  orientation.w = of_a ? a->orientation.w : b->orientation.w;
+  current->normal = lane_select3(of_a | of_b, lane_rotate3(orientation, kept), kept);
   if (LANE_ANY(is_between)) {
-    now->normal = lane_select3(is_between & (distance > (lane)0),
-                               lane_make3(d.x / distance, d.y / distance, d.z / distance), now->normal);
+    current->normal = lane_select3(is_between & (distance > (lane)0),
+                                   lane_make3(d.x / distance, d.y / distance, d.z / distance), current->normal);
   }
-  now->gap = (is_between ? distance : lane_dot3(now->normal, d)) - radius_a - radius_b;
+  current->gap = (is_between ? distance : lane_dot3(current->normal, d)) - radius_a - radius_b;
 
-  const lane depth = of_b ? radius_a : radius_a + (lane)0.5 * now->gap;
-  const Lane3 end_b = lane_add3(anchor_b, lane_scale3(radius_b, now->normal));
-  const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, now->normal));
-  now->arm_a = lane_select3(of_a, lane_sub3(end_b, apart), end_a);
-  now->arm_b = lane_select3(of_a, end_b, lane_add3(end_a, apart));
+  const lane depth = of_b ? radius_a : radius_a + (lane)0.5 * current->gap;
+  const Lane3 end_b = lane_add3(anchor_b, lane_scale3(radius_b, current->normal));
+  const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, current->normal));
+  current->arm_a = lane_select3(of_a, lane_sub3(end_b, offset_ab), end_a);
+  current->arm_b = lane_select3(of_a, end_b, lane_add3(end_a, offset_ab));
 #if FEATURE_CONTINUOUS
   const lane_mask of_impact = LANE_MASK(frame == (lane_u32)NORMAL_OF_IMPACT);
-  now->arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, now->normal)), now->arm_a);
-  now->arm_b = lane_select3(of_impact, end_b, now->arm_b);
+  current->arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, current->normal)), current->arm_a);
+  current->arm_b = lane_select3(of_impact, end_b, current->arm_b);
 #endif
 }
 
@@ -153,21 +153,22 @@ static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 
 #if FEATURE_PATCHES
   // the rest is the patch's
   const Lane3 n_a = lane_cross3(arm_a, n), n_b = lane_cross3(arm_b, n);
-  const lane share = lane_dot3(n_a, lane_turn_by(*a, n_a)) + lane_dot3(n_b, lane_turn_by(*b, n_b));
+  const lane share =
+      lane_dot3(n_a, lane_apply_inverse_inertia(*a, n_a)) + lane_dot3(n_b, lane_apply_inverse_inertia(*b, n_b));
   w->nn = general ? inverse_mass + share : w->nn;
   w->t11 = w->t22 = (lane)0;
 #elif FEATURE_GENERAL_CONTACTS
   const Lane3 n_a = lane_cross3(arm_a, n), t1_a = lane_cross3(arm_a, t1), t2_a = lane_cross3(arm_a, t2);
   const Lane3 n_b = lane_cross3(arm_b, n), t1_b = lane_cross3(arm_b, t1), t2_b = lane_cross3(arm_b, t2);
-  const Lane3 spin_n_a = lane_turn_by(*a, n_a), spin_n_b = lane_turn_by(*b, n_b);
-  const Lane3 spin_1_a = lane_turn_by(*a, t1_a), spin_1_b = lane_turn_by(*b, t1_b);
-  const Lane3 spin_2_a = lane_turn_by(*a, t2_a), spin_2_b = lane_turn_by(*b, t2_b);
-  w->nn = general ? inverse_mass + (lane_dot3(n_a, spin_n_a) + lane_dot3(n_b, spin_n_b)) : w->nn;
-  w->t11 = general ? inverse_mass + (lane_dot3(t1_a, spin_1_a) + lane_dot3(t1_b, spin_1_b)) : w->t11;
-  w->t22 = general ? inverse_mass + (lane_dot3(t2_a, spin_2_a) + lane_dot3(t2_b, spin_2_b)) : w->t22;
-  w->n1 = general ? lane_dot3(n_a, spin_1_a) + lane_dot3(n_b, spin_1_b) : w->n1;
-  w->n2 = general ? lane_dot3(n_a, spin_2_a) + lane_dot3(n_b, spin_2_b) : w->n2;
-  w->t12 = general ? lane_dot3(t1_a, spin_2_a) + lane_dot3(t1_b, spin_2_b) : w->t12;
+  const Lane3 response_n_a = lane_apply_inverse_inertia(*a, n_a), response_n_b = lane_apply_inverse_inertia(*b, n_b);
+  const Lane3 response_1_a = lane_apply_inverse_inertia(*a, t1_a), response_1_b = lane_apply_inverse_inertia(*b, t1_b);
+  const Lane3 response_2_a = lane_apply_inverse_inertia(*a, t2_a), response_2_b = lane_apply_inverse_inertia(*b, t2_b);
+  w->nn = general ? inverse_mass + (lane_dot3(n_a, response_n_a) + lane_dot3(n_b, response_n_b)) : w->nn;
+  w->t11 = general ? inverse_mass + (lane_dot3(t1_a, response_1_a) + lane_dot3(t1_b, response_1_b)) : w->t11;
+  w->t22 = general ? inverse_mass + (lane_dot3(t2_a, response_2_a) + lane_dot3(t2_b, response_2_b)) : w->t22;
+  w->n1 = general ? lane_dot3(n_a, response_1_a) + lane_dot3(n_b, response_1_b) : w->n1;
+  w->n2 = general ? lane_dot3(n_a, response_2_a) + lane_dot3(n_b, response_2_b) : w->n2;
+  w->t12 = general ? lane_dot3(t1_a, response_2_a) + lane_dot3(t1_b, response_2_b) : w->t12;
 #endif
 }
 
@@ -190,16 +191,16 @@ static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask the
   material.restitution = share * restitution;
   material.tangential_restitution = LANE_LOAD(impacts->tangential_restitution + first);
   const LaneOutcome outcome = lane_impact(hit, free, w, &material);
-  const LaneTarget aim = lane_target(&outcome, w, target->friction);
+  const LaneTarget impact_target = lane_target(&outcome, w, target->friction);
   lane own_softness;
   const lane rests = prepare_bias(p, gap, u_old, free.normal, (lane)0, &own_softness);
   const lane least = gap > (lane)0 ? (lane)0 : rests;
-  const lane_mask bounces = aim.bias.normal < least;
-  *bias = hit ? (bounces ? aim.bias.normal : least) : *bias;
+  const lane_mask bounces = impact_target.bias.normal < least;
+  *bias = hit ? (bounces ? impact_target.bias.normal : least) : *bias;
   *softness = hit ? (bounces ? (lane)0 : own_softness) : *softness;
-  target->bias.tangent_1 = hit ? aim.bias.tangent_1 : target->bias.tangent_1;
-  target->bias.tangent_2 = hit ? aim.bias.tangent_2 : target->bias.tangent_2;
-  target->friction = hit ? aim.friction : target->friction;
+  target->bias.tangent_1 = hit ? impact_target.bias.tangent_1 : target->bias.tangent_1;
+  target->bias.tangent_2 = hit ? impact_target.bias.tangent_2 : target->bias.tangent_2;
+  target->friction = hit ? impact_target.friction : target->friction;
 }
 #endif
 
@@ -207,18 +208,19 @@ static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask the
 static inline void prepare_row(const StepParams* params, u32 first, lane_mask there, lane_mask general,
                                const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
                                global const StartBlock* starts, global const ImpactBlock* impacts,
-                               global const TurnPointBlock* turn_points, global const HoldBlock* holds,
-                               global const GrainBlock* grains, global ContactBlock* block,
-                               global SoftnessBlock* softness_block, global SlideBlock* slides, global TurnBlock* turn,
-                               global ImpulseBlock* impulses, global TurnImpulse* turns,
-                               global EllipseBlock* ellipses) {
-  PrepareNow now;
-  prepare_now(first, points, a, b, &now);
-  const Lane3 n = now.normal;
+                               global const AngularFrictionPointBlock* angular_friction_points,
+                               global const StaticFrictionBlock* static_friction,
+                               global const AnisotropyBlock* anisotropy, global ContactBlock* block,
+                               global SoftnessBlock* softness_block, global SlideBlock* slides,
+                               global AngularFrictionBlock* angular, global ImpulseBlock* impulses,
+                               global AngularFrictionImpulse* angular_impulses, global EllipseBlock* ellipses) {
+  LaneCurrentContact current;
+  lane_current_contact(first, points, a, b, &current);
+  const Lane3 n = current.normal;
   Lane3 t1, t2;
   lane_tangents(n, &t1, &t2);
-  const Lane3 arm_a = prepare_central_arm(general, a->motion.inverse_mass, n, now.arm_a);
-  const Lane3 arm_b = prepare_central_arm(general, b->motion.inverse_mass, n, now.arm_b);
+  const Lane3 arm_a = prepare_central_arm(general, a->motion.inverse_mass, n, current.arm_a);
+  const Lane3 arm_b = prepare_central_arm(general, b->motion.inverse_mass, n, current.arm_b);
   const lane restitution = LANE_LOAD(points->restitution + first);
   lane friction = LANE_LOAD(points->friction + first);
   lane u_old = (lane)0, u_free = (lane)0;  // of no weight where theta is 1 and nothing bounces
@@ -233,26 +235,27 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
     u_old = lane_dot3(n, old);
 #if FEATURE_STATIC_FRICTION
     const lane old_1 = lane_dot3(t1, old), old_2 = lane_dot3(t2, old);
-    const lane_mask slid = sqrt(old_1 * old_1 + old_2 * old_2) > LANE_LOAD(holds->speed + first);
-    friction = slid ? friction : LANE_LOAD(holds->friction + first);
+    const lane_mask slid = sqrt(old_1 * old_1 + old_2 * old_2) > LANE_LOAD(static_friction->speed + first);
+    friction = slid ? friction : LANE_LOAD(static_friction->friction + first);
 #endif
     free = prepare_velocity(a->motion.v, a->motion.w, arm_a, b->motion.v, b->motion.w, arm_b);
     u_free = lane_dot3(n, free);
   }
   lane softness;
-  lane bias = prepare_bias(params, now.gap, u_old, u_free, restitution, &softness);
+  lane bias = prepare_bias(params, current.gap, u_old, u_free, restitution, &softness);
   LaneDelassus w;
   prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
   LaneCone r = prepare_impulse(params->substep, first, t1, t2, starts, block, impulses);
-#if FEATURE_TURNING_FRICTION
-  const LaneContact by_now = {n, t1, t2, arm_a, arm_b};
-  const Lane3 moment = turn_start(params->substep, first, turn_points, block, turn, turns);
+#if FEATURE_ANGULAR_FRICTION
+  const LaneContact contact = {n, t1, t2, arm_a, arm_b};
+  const Lane3 moment = start_moment(params->substep, first, angular_friction_points, block, angular, angular_impulses);
   LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1};
 #if FEATURE_ELLIPTIC_FRICTION
-  ellipse = prepare_ellipse(first, there, by_now, a->orientation, b->orientation, grains, ellipses);
+  ellipse = prepare_ellipse(first, there, contact, a->orientation, b->orientation, anisotropy, ellipses);
 #endif
-  const LaneSpin start = prepare_turn(first, there, general, by_now, &a->motion, &b->motion, w.nn, r, moment, friction,
-                                      &ellipse, turn_points, turn, turns);
+  const LaneTorsion start =
+      prepare_angular_friction(first, there, general, contact, &a->motion, &b->motion, w.nn, r, moment, friction,
+                               &ellipse, angular_friction_points, angular, angular_impulses);
   r = lane_make_cone(start.normal, start.tangent_1, start.tangent_2);
 #else
   r = lane_clamp_to_cone(r, friction);
@@ -261,7 +264,7 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
   LaneTarget target;
   target.bias = lane_make_cone((lane)0, (lane)0, (lane)0);
   target.friction = friction;
-  prepare_impacts(params, first, there, now.gap, u_old,
+  prepare_impacts(params, first, there, current.gap, u_old,
                   lane_make_cone(u_free, lane_dot3(free, t1), lane_dot3(free, t2)), &w, restitution, impacts, &bias,
                   &softness, &target);
   lane_store_where(there, target.bias.tangent_1, slides->bias_1 + first);
@@ -298,16 +301,18 @@ static inline void prepare_row(const StepParams* params, u32 first, lane_mask th
 kernel void prepare_contacts(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
                              global const Motion* motions, global const Velocity* previous_velocities,
                              global const PointBlock* point_blocks, global const StartBlock* start_blocks,
-                             global const ImpactBlock* impact_blocks, global const TurnPointBlock* turn_points,
-                             global const HoldBlock* hold_blocks, global const GrainBlock* grain_blocks,
-                             global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                             global const PartBlock* part_blocks, global ContactBlock* contact_blocks,
-                             global ImpulseBlock* impulse_blocks, global SoftnessBlock* softness_blocks,
-                             global SlideBlock* slide_blocks, global TurnBlock* turn_blocks,
-                             global TurnImpulse* turn_impulses, global EllipseBlock* ellipse_blocks,
-                             global PatchBlock* patch_blocks, global PatchImpulse* patch_impulses,
-                             global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+                             global const ImpactBlock* impact_blocks,
+                             global const AngularFrictionPointBlock* angular_friction_points,
+                             global const StaticFrictionBlock* static_friction_blocks,
+                             global const AnisotropyBlock* anisotropy_blocks, global const BlockBodies* block_bodies,
+                             global const BlockRows* block_rows, global const BodyCopyBlock* body_copy_blocks,
+                             global ContactBlock* contact_blocks, global ImpulseBlock* impulse_blocks,
+                             global SoftnessBlock* softness_blocks, global SlideBlock* slide_blocks,
+                             global AngularFrictionBlock* angular_friction_blocks,
+                             global AngularFrictionImpulse* angular_friction_impulses,
+                             global EllipseBlock* ellipse_blocks, global PatchBlock* patch_blocks,
+                             global PatchImpulse* patch_impulses, global const u32* counters) {
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
     const u32 first = item % ITEMS_PER_BLOCK * LANES;
     global const BlockBodies* bodies = block_bodies + item / ITEMS_PER_BLOCK;
@@ -318,15 +323,15 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
     prepare_load(bodies->body_a + first, params.bodies, positions, orientations, motions, previous_velocities, &a);
     prepare_load(bodies->body_b + first, params.bodies, positions, orientations, motions, previous_velocities, &b);
 #if FEATURE_JACOBI
-    part_lighten(LANE_LOAD(part_blocks[item / ITEMS_PER_BLOCK].parts_a + first), &a.motion);
-    part_lighten(LANE_LOAD(part_blocks[item / ITEMS_PER_BLOCK].parts_b + first), &b.motion);
+    body_copy_lighten(LANE_LOAD(body_copy_blocks[item / ITEMS_PER_BLOCK].copies_a + first), &a.motion);
+    body_copy_lighten(LANE_LOAD(body_copy_blocks[item / ITEMS_PER_BLOCK].copies_b + first), &b.motion);
 #endif
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
       prepare_row(&params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
-                  turn_points + row, hold_blocks + row, grain_blocks + row, contact_blocks + row, softness_blocks + row,
-                  slide_blocks + row, turn_blocks + row, impulse_blocks + row, turn_impulses + row,
-                  ellipse_blocks + row);
+                  angular_friction_points + row, static_friction_blocks + row, anisotropy_blocks + row,
+                  contact_blocks + row, softness_blocks + row, slide_blocks + row, angular_friction_blocks + row,
+                  impulse_blocks + row, angular_friction_impulses + row, ellipse_blocks + row);
     }
 #if FEATURE_PATCHES
     prepare_patches(params.substep, first, rows.count, count, &a.motion, &b.motion, contact_blocks + rows.first,

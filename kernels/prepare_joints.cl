@@ -1,59 +1,59 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Writes the law of each joint for a sub-step (cpu_reference/prepare_joints.hpp states it).
 #include "common.h"
+#include "joints/current_joint.h"
 #include "joints/factor.h"
-#include "joints/joint_now.h"
 #include "joints/mobility.h"
 #include "sleep.h"
 #include "types.h"
 
-static inline void joint_free_law(const Joint joint, real x, real turning, real dt, u32 lane,
+static inline void joint_free_law(const Joint joint, real x, real velocity_product, real dt, u32 lane,
                                   global JointBlock* block) {
-  real slowest = -(real)JOINT_UNBOUNDED, fastest = (real)JOINT_UNBOUNDED, give = (real)0;
+  real slowest = -(real)JOINT_UNBOUNDED, fastest = (real)JOINT_UNBOUNDED, bound_softness = (real)0;
   if (joint.limited != (real)0) {
     const real above = x - joint.low, below = joint.high - x;
-    if (joint.yield > (real)0) {
+    if (joint.spring_compliance > (real)0) {
       slowest = -(joint.rate * above);
       fastest = slowest;
     } else if (joint.low == joint.high) {
-      slowest = -(joint.correction * above / dt + turning);
+      slowest = -(joint.correction * above / dt + velocity_product);
       fastest = slowest;
-      give = joint.softness;
+      bound_softness = joint.softness;
     } else {
       slowest = above > (real)0 ? -(above / dt) : -(joint.correction * above / dt);
       fastest = below > (real)0 ? below / dt : joint.correction * below / dt;
-      give = above < (real)0 || below < (real)0 ? joint.softness : (real)0;
+      bound_softness = above < (real)0 || below < (real)0 ? joint.softness : (real)0;
     }
   }
   block->slowest[lane] = slowest;
   block->fastest[lane] = fastest;
-  block->give[lane] = give;
+  block->bound_softness[lane] = bound_softness;
 }
 
 // The rate of each row at the present velocities.
-static inline void joint_row_rates(const JointNow* now, const JointInfo info, Motion a, Motion b,
+static inline void joint_row_rates(const CurrentJoint* current, const JointInfo info, Motion a, Motion b,
                                    real rates[JOINT_ROWS + 1u]) {
   const Vec3 w_a = vec3(a.w), w_b = vec3(b.w);
-  const Vec3 on_a = cross3(w_a, now->arm_a), on_b = cross3(w_b, now->arm_b);
+  const Vec3 on_a = cross3(w_a, current->arm_a), on_b = cross3(w_b, current->arm_b);
   const Vec3 u = sub3(add3(vec3(b.v), on_b), add3(vec3(a.v), on_a));
   Vec3 rate = sub3(sub3(cross3(w_b, on_b), cross3(w_a, on_a)), scale3((real)2, cross3(w_a, u)));
   const Vec3 w = sub3(w_b, w_a);
 #if FEATURE_NON_HOLONOMIC
   if (LOCKS_SKATE(info.locked)) rate = sub3(rate, cross3(w, u));
-  if (now->radius > (real)0) rate = sub3(rate, cross3(w, cross3(w, scale3(-now->radius, now->axes[2]))));
+  if (current->radius > (real)0) rate = sub3(rate, cross3(w, cross3(w, scale3(-current->radius, current->axes[2]))));
 #endif
   const bool crosses = LOCKS_CROSS(info.locked);
-  const Vec3 w_axes = crosses ? add3(w_a, scale3(dot3(now->axes[2], w), now->axes[2])) : w_a;
-  const Vec3 turn_rate = cross3(w, w_axes);
+  const Vec3 w_axes = crosses ? add3(w_a, scale3(dot3(current->axes[2], w), current->axes[2])) : w_a;
+  const Vec3 angular_rate = cross3(w, w_axes);
   for (u32 i = 0u; i < 3u; ++i) {
-    rates[i] = dot3(now->axes[i], rate);
-    rates[i + 3u] = dot3(now->axes[i], turn_rate);
+    rates[i] = dot3(current->axes[i], rate);
+    rates[i + 3u] = dot3(current->axes[i], angular_rate);
   }
-  if (now->rise != (real)0) rates[2] = rates[2] - now->rise * rates[5];
-  rates[JOINT_ROWS] = dot3(now->free_axis, info.free == FREE_ANGLE ? turn_rate : rate);
-  if (info.free == FREE_LENGTH && now->coordinate > (real)0) {
-    const real along = dot3(now->free_axis, u);
-    rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / now->coordinate;
+  if (current->lead != (real)0) rates[2] = rates[2] - current->lead * rates[5];
+  rates[JOINT_ROWS] = dot3(current->free_axis, info.free == FREE_ANGLE ? angular_rate : rate);
+  if (info.free == FREE_LENGTH && current->coordinate > (real)0) {
+    const real along = dot3(current->free_axis, u);
+    rates[JOINT_ROWS] = rates[JOINT_ROWS] + (dot3(u, u) - along * along) / current->coordinate;
   }
 }
 
@@ -64,50 +64,51 @@ static inline void joint_write3(Vec3 v, u32 lane, global real (*field)[PACK]) {
 }
 
 // All that follows from the geometry; that of padding, and of joints that sleep, is zero.
-static inline void joint_write(const JointNow* now, const JointFactor* factor, const real* bias, const real* turning,
-                               const real* coupling, const real* response, u32 lane, global JointBlock* block) {
-  for (u32 i = 0u; i < 3u; ++i) joint_write3(now->axes[i], lane, block->axes + 3u * i);
-  joint_write3(now->arm_a, lane, block->arm_a);
-  joint_write3(now->arm_b, lane, block->arm_b);
-  joint_write3(now->free_axis, lane, block->free_axis);
+static inline void joint_write(const CurrentJoint* current, const JointFactor* factor, const real* bias,
+                               const real* velocity_product, const real* coupling, const real* response, u32 lane,
+                               global JointBlock* block) {
+  for (u32 i = 0u; i < 3u; ++i) joint_write3(current->axes[i], lane, block->axes + 3u * i);
+  joint_write3(current->arm_a, lane, block->arm_a);
+  joint_write3(current->arm_b, lane, block->arm_b);
+  joint_write3(current->free_axis, lane, block->free_axis);
   for (u32 i = 0u; i < JOINT_LOWER; ++i) block->lower[i][lane] = factor->lower[i];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     block->inverse_pivot[i][lane] = factor->inverse_pivot[i];
     block->bias[i][lane] = bias[i];
-    block->turning[i][lane] = turning[i];
+    block->velocity_product[i][lane] = velocity_product[i];
     block->coupling[i][lane] = coupling[i];
     block->response[i][lane] = response[i];
   }
-  block->turning[JOINT_ROWS][lane] = turning[JOINT_ROWS];
+  block->velocity_product[JOINT_ROWS][lane] = velocity_product[JOINT_ROWS];
 }
 
 static inline void joint_clear(u32 lane, global JointBlock* block) {
-  const JointNow now = {{{0}}};
+  const CurrentJoint current = {{{0}}};
   const JointFactor factor = {{0}};
   const real none[JOINT_ROWS + 1u] = {0};
-  joint_write(&now, &factor, none, none, none, none, lane, block);
+  joint_write(&current, &factor, none, none, none, none, lane, block);
   block->softness[lane] = (real)0;
   block->spring[lane] = (real)0;
-  block->own[lane] = (real)0;
-  block->shared[lane] = (real)0;
+  block->free_mobility[lane] = (real)0;
+  block->coupled_mobility[lane] = (real)0;
   block->motor_speed[lane] = (real)0;
   block->motor_impulse[lane] = (real)0;
   block->slowest[lane] = (real)0;
   block->fastest[lane] = (real)0;
-  block->give[lane] = (real)0;
-  block->yield[lane] = (real)0;
-  block->rise[lane] = (real)0;
+  block->bound_softness[lane] = (real)0;
+  block->spring_compliance[lane] = (real)0;
+  block->lead[lane] = (real)0;
 }
 
 #if FEATURE_JOINTS_AHEAD
 static inline void joint_move_on(Motion motion, real time, Vec3* x, Quat* q) {
   *x = add3(*x, scale3(time, vec3(motion.v)));
-  *q = turn4(*q, vec3(motion.w), time);
+  *q = integrate_orientation(*q, vec3(motion.w), time);
 }
 
-static inline JointNow joint_with_error_of(JointNow now, JointNow later) {
-  for (u32 i = 0u; i < JOINT_ROWS; ++i) later.error[i] = now.error[i];
-  later.coordinate = now.coordinate;
+static inline CurrentJoint joint_with_error_of(CurrentJoint current, CurrentJoint later) {
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) later.error[i] = current.error[i];
+  later.coordinate = current.coordinate;
   return later;
 }
 #endif
@@ -117,55 +118,55 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
                                  global JointBlock* block) {
   const real angle = params->dt * params->dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params->dt / ((real)1 + angle);
-  JointNow now = joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
+  CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
 #if FEATURE_JOINTS_AHEAD
-  const real lead = ((real)1 - params->theta) * foreseen;
-  joint_move_on(a, lead, &x_a, &q_a);
-  joint_move_on(b, lead, &x_b, &q_b);
-  now = joint_with_error_of(now, joint_now(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b));
+  const real lead_time = ((real)1 - params->theta) * foreseen;
+  joint_move_on(a, lead_time, &x_a, &q_a);
+  joint_move_on(b, lead_time, &x_b, &q_b);
+  current = joint_with_error_of(current, current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b));
 #endif
-  real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], own;
-  joint_mobility(&now, info.free == FREE_ANGLE, a, b, k, column, &own);
+  real k[JOINT_ROWS][JOINT_ROWS], column[JOINT_ROWS], free_mobility;
+  joint_mobility(&current, info.free == FREE_ANGLE, a, b, k, column, &free_mobility);
   JointFactor factor;
   factorise(k, info.locked, &factor);
 
   const bool is_free = info.free != FREE_NOTHING;
-  real turning[JOINT_ROWS + 1u];
-  joint_row_rates(&now, info, a, b, turning);
+  real velocity_product[JOINT_ROWS + 1u];
+  joint_row_rates(&current, info, a, b, velocity_product);
   const real ahead = (real)0.5 * foreseen;
   real bias[JOINT_ROWS], coupling[JOINT_ROWS], response[JOINT_ROWS];
   for (u32 i = 0u; i < JOINT_ROWS; ++i) {
     const bool locked = (info.locked >> i & 1u) != 0u;
-    bias[i] = locked ? joint.correction * now.error[i] / params->dt : (real)0;
-    turning[i] = locked ? ahead * turning[i] : (real)0;
+    bias[i] = locked ? joint.correction * current.error[i] / params->dt : (real)0;
+    velocity_product[i] = locked ? ahead * velocity_product[i] : (real)0;
     coupling[i] = locked && is_free ? column[i] : (real)0;
     response[i] = coupling[i];
   }
-  const bool equal = joint.limited != (real)0 && joint.low == joint.high && !(joint.yield > (real)0);
-  turning[JOINT_ROWS] = equal ? ahead * turning[JOINT_ROWS] : (real)0;
+  const bool equal = joint.limited != (real)0 && joint.low == joint.high && !(joint.spring_compliance > (real)0);
+  velocity_product[JOINT_ROWS] = equal ? ahead * velocity_product[JOINT_ROWS] : (real)0;
   solve_factor(&factor, response);
-  real shared = (real)0;
-  for (u32 i = 0u; i < JOINT_ROWS; ++i) shared = shared + coupling[i] * response[i];
+  real coupled_mobility = (real)0;
+  for (u32 i = 0u; i < JOINT_ROWS; ++i) coupled_mobility = coupled_mobility + coupling[i] * response[i];
 
-  joint_write(&now, &factor, bias, turning, coupling, response, lane, block);
+  joint_write(&current, &factor, bias, velocity_product, coupling, response, lane, block);
   block->softness[lane] = joint.softness;
   block->spring[lane] = joint.spring;
-  block->own[lane] = is_free ? own : (real)0;
-  block->shared[lane] = shared;
+  block->free_mobility[lane] = is_free ? free_mobility : (real)0;
+  block->coupled_mobility[lane] = coupled_mobility;
   block->motor_speed[lane] = joint.motor_speed;
   block->motor_impulse[lane] = joint.motor_force * params->dt;
-  block->yield[lane] = joint.yield;
-  block->rise[lane] = sizes.rise;
-  joint_free_law(joint, now.coordinate, turning[JOINT_ROWS], params->dt, lane, block);
+  block->spring_compliance[lane] = joint.spring_compliance;
+  block->lead[lane] = sizes.lead;
+  joint_free_law(joint, current.coordinate, velocity_product[JOINT_ROWS], params->dt, lane, block);
 }
 
 kernel void prepare_joints(const StepParams params, global const Vec4* positions, global const Vec4* orientations,
                            global const Motion* motions, global const Sleeper* sleepers,
                            global const JointInfo* joint_infos, global const Joint* joints,
-                           global const real* screw_rises, global const real* rolling_radii,
+                           global const real* screw_leads, global const real* rolling_radii,
                            global const JointLanes* joint_lanes, global JointBlock* joint_blocks,
                            global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(slot, params.joint_blocks * PACK) {
     const u32 lane = slot % PACK, index = joint_lanes[slot / PACK].joint[lane];
     global JointBlock* block = joint_blocks + slot / PACK;
@@ -178,7 +179,7 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
     Quat q_a, q_b;
     joint_pose(info.body_a, params.bodies, positions, orientations, &x_a, &q_a);
     joint_pose(info.body_b, params.bodies, positions, orientations, &x_b, &q_b);
-    prepare_joint(&params, info, joints[index], joint_sizes(screw_rises, rolling_radii, index), x_a, q_a, x_b, q_b,
+    prepare_joint(&params, info, joints[index], joint_sizes(screw_leads, rolling_radii, index), x_a, q_a, x_b, q_b,
                   motions[info.body_a], motions[info.body_b], lane, block);
   }
 }

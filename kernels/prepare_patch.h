@@ -1,10 +1,10 @@
-// What the contacts of LANES pairs share in a sub-step where they rub as one. cpu_reference/prepare_patch.hpp is the
-// twin and states the law.
+// What the contacts of LANES pairs share in a sub-step where they share one friction patch.
+// cpu_reference/prepare_patch.hpp is the twin and states the law.
 #ifndef LOCKSTEP_PREPARE_PATCH_H
 #define LOCKSTEP_PREPARE_PATCH_H
 
 #include "lane_math.h"
-#include "visit_patch.h"
+#include "solve_patch.h"
 
 #if FEATURE_PATCHES
 
@@ -44,10 +44,10 @@ static inline void patch_start(u32 substep, u32 first, u32 rows, lane_u32 count,
     const LaneContact c = lane_contact(contacts + k, first);
     const Lane3 t = lane_add3(lane_scale3(LANE_LOAD(impulses[k].tangent_1 + first), c.tangent_1),
                               lane_scale3(LANE_LOAD(impulses[k].tangent_2 + first), c.tangent_2));
-    const lane turn = lane_dot3(n, lane_cross3(lane_sub3(c.arm_a, centre), t));
+    const lane moment = lane_dot3(n, lane_cross3(lane_sub3(c.arm_a, centre), t));
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
     *tangent = k == 0u ? t : lane_select3(there, lane_add3(*tangent, t), *tangent);
-    *twist = k == 0u ? turn : (there ? *twist + turn : *twist);
+    *twist = k == 0u ? moment : (there ? *twist + moment : *twist);
   }
 }
 
@@ -66,12 +66,14 @@ static inline void prepare_patches(u32 substep, u32 first, u32 rows, lane_u32 co
 
   const Lane3 a_1 = lane_cross3(centre_a, t1), a_2 = lane_cross3(centre_a, t2);
   const Lane3 b_1 = lane_cross3(centre_b, t1), b_2 = lane_cross3(centre_b, t2);
-  const Lane3 spun_a = lane_turn_by(*a, a_2), spun_b = lane_turn_by(*b, b_2);
+  const Lane3 response_a = lane_apply_inverse_inertia(*a, a_2), response_b = lane_apply_inverse_inertia(*b, b_2);
   const lane inverse_mass = a->inverse_mass + b->inverse_mass;
-  const lane w_11 = inverse_mass + (lane_dot3(a_1, lane_turn_by(*a, a_1)) + lane_dot3(b_1, lane_turn_by(*b, b_1)));
-  const lane w_22 = inverse_mass + (lane_dot3(a_2, spun_a) + lane_dot3(b_2, spun_b));
-  const lane w_12 = lane_dot3(a_1, spun_a) + lane_dot3(b_1, spun_b);
-  const lane w_twist = lane_dot3(n, lane_turn_by(*a, n)) + lane_dot3(n, lane_turn_by(*b, n));
+  const lane w_11 = inverse_mass + (lane_dot3(a_1, lane_apply_inverse_inertia(*a, a_1)) +
+                                    lane_dot3(b_1, lane_apply_inverse_inertia(*b, b_1)));
+  const lane w_22 = inverse_mass + (lane_dot3(a_2, response_a) + lane_dot3(b_2, response_b));
+  const lane w_12 = lane_dot3(a_1, response_a) + lane_dot3(b_1, response_b);
+  const lane w_twist =
+      lane_dot3(n, lane_apply_inverse_inertia(*a, n)) + lane_dot3(n, lane_apply_inverse_inertia(*b, n));
   const lane inverse = (lane)1 / (w_11 * w_22 - w_12 * w_12);
 
   lane_store_where(there, lane_dot3(tangent, t1), patch_impulse->tangent_1 + first);
@@ -88,9 +90,9 @@ static inline void prepare_patches(u32 substep, u32 first, u32 rows, lane_u32 co
   lane_store_where(there, centre_b.z, block->arm_b_z + first);
   lane_store_where(there, LANE_LOAD(contacts->friction + first), block->friction + first);
   for (u32 k = 0u; k < MANIFOLD_POINTS; ++k) {
-    lane lever = (lane)0;
-    if (k < rows) lever = lane_length3(lane_sub3(LANE_ARM_A(contacts + k, first), centre_a));
-    lane_store_where(LANE_MASK(count > (lane_u32)k), lever, block->lever[k] + first);
+    lane distance = (lane)0;
+    if (k < rows) distance = lane_length3(lane_sub3(LANE_ARM_A(contacts + k, first), centre_a));
+    lane_store_where(LANE_MASK(count > (lane_u32)k), distance, block->distance[k] + first);
   }
   lane_store_where(there, w_22 * inverse, block->inverse_11 + first);
   lane_store_where(there, -w_12 * inverse, block->inverse_12 + first);

@@ -38,9 +38,9 @@ kernel void radix_count(global const u32* keys, global u32* radix_counts, const 
 #endif
 }
 
-kernel void radix_place(global const u32* keys, global const u32* values, global u32* sorted_keys,
-                        global u32* sorted_values, global const u32* radix_counts, const u32 count, const u32 shift,
-                        const u32 digits, const u32 chunk) {
+kernel void radix_scatter(global const u32* keys, global const u32* values, global u32* sorted_keys,
+                          global u32* sorted_values, global const u32* radix_counts, const u32 count, const u32 shift,
+                          const u32 digits, const u32 chunk) {
   const u32 chunks = (count + chunk - 1u) / chunk;
 #if EACH_TAKES_NEIGHBOURS
   FOR_EACH(c, chunks) {

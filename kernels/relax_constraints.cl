@@ -1,7 +1,7 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Sweeps that take back what soft contacts gave to push overlap apart (cpu_reference/relax_constraints.hpp).
 #include "common.h"
-#include "joints/visit_joint.h"
+#include "joints/solve_joint.h"
 #include "sweep_contacts.h"
 #include "types.h"
 
@@ -10,16 +10,16 @@
 kernel void relax_joints(const u32 begin, const u32 end, global const JointLanes* joint_lanes,
                          global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
                          global Motion* motions, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
-  visit_joint_phase(VISIT_RELAX, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
+  if (STEP_ABORTED(counters)) return;
+  sweep_joint_phase(PURPOSE_RELAX, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
 }
 
 // One work-group: the phases from `first_phase` on.
 kernel void relax_joint_tail(const u32 first_phase, const u32 phases, global const u32* joint_phases,
                              global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                              global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
-  sweep_joints(VISIT_RELAX, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+  if (STEP_ABORTED(counters)) return;
+  sweep_joints(PURPOSE_RELAX, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                counters);
 }
 #endif
@@ -28,13 +28,13 @@ kernel void relax_joint_tail(const u32 first_phase, const u32 phases, global con
 kernel void relax_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                        global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                        global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                        global u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+                        global const AngularFrictionBlock* angular_friction_blocks,
+                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+  if (STEP_ABORTED(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
-  visit_color(VISIT_RELAX, color, color_starts, &stream);
+  sweep_color(PURPOSE_RELAX, color, color_starts, &stream);
 }
 
 // One work-group: `sweeps` sweeps over the joints' first phases, the contacts' phases from `first_phase` on.
@@ -44,18 +44,18 @@ kernel void relax_tail(const u32 first_phase, const u32 joint_phase_count, const
                        global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                        global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                       global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                       global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                       global u32* counters) {
+                       global const AngularFrictionBlock* angular_friction_blocks,
+                       global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                       global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+                       global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
-  const u32 joint_phases_here = STEP_IS_VOID(counters) ? 0u : joint_phase_count;
+  const u32 joint_phases_here = STEP_ABORTED(counters) ? 0u : joint_phase_count;
   u32 sweep = 0u;
   do {
 #if FEATURE_JOINTS
-    sweep_joints(VISIT_RELAX, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+    sweep_joints(PURPOSE_RELAX, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);
 #endif
-    visit_tail(VISIT_RELAX, first_phase, color_starts, &stream, counters);
+    sweep_tail(PURPOSE_RELAX, first_phase, color_starts, &stream, counters);
   } while (++sweep < sweeps);
 }

@@ -35,7 +35,7 @@ static inline Vec3 mean3(real theta, Vec3 old_value, Vec3 new_value) {
 }
 
 // Inverse inertia times a moment.
-static inline Vec3 turn_by(Motion body, Vec3 moment) {
+static inline Vec3 apply_inverse_inertia(Motion body, Vec3 moment) {
   return make3(body.inertia_xx * moment.x + body.inertia_xy * moment.y + body.inertia_xz * moment.z,
                body.inertia_xy * moment.x + body.inertia_yy * moment.y + body.inertia_yz * moment.z,
                body.inertia_xz * moment.x + body.inertia_yz * moment.y + body.inertia_zz * moment.z);
@@ -74,7 +74,7 @@ static inline Vec4 make_vec4(Quat q) {
   return a;
 }
 
-static inline Quat turn4(Quat q, Vec3 w, real dt) {
+static inline Quat integrate_orientation(Quat q, Vec3 w, real dt) {
   const real h = (real)0.5 * dt;
   return unit4(multiply4(make4(h * w.x, h * w.y, h * w.z, (real)1), q));
 }
@@ -103,8 +103,8 @@ static inline void set_inverse_inertia(Motion* motion, Mass mass, BodyInfo info,
 }
 
 static inline Vec3 gravity_moment_body(Pivot pivot, Mass mass, Quat q, Vec3 gravity) {
-  return cross3(vec3(pivot.lever_body), scale3(mass.mass, unrotate3(q, gravity)));
+  return cross3(vec3(pivot.com_offset_body), scale3(mass.mass, unrotate3(q, gravity)));
 }
-static inline Vec3 lever_world(Pivot pivot, Quat q) { return rotate3(q, vec3(pivot.lever_body)); }
+static inline Vec3 com_offset_world(Pivot pivot, Quat q) { return rotate3(q, vec3(pivot.com_offset_body)); }
 
 #endif

@@ -6,7 +6,7 @@
 // there. On a CPU device a work-item takes a chunk, elsewhere a work-group does, so that neighbours read together.
 
 // Work-items of the one work-group that share a scan.
-#define SCAN_PARTS 256u
+#define SCAN_CHUNKS 256u
 
 // `counter` is NONE, or the counter that says on the device how many words there are (and one more, for the total).
 static inline u32 scan_length(global const u32* counters, u32 count, u32 counter) {
@@ -93,23 +93,23 @@ kernel void scan_apply(global u32* values, global const u32* scan_sums, global c
 // One work-group. A word of `values` stands for `width` words of the array that counters speak of.
 kernel void scan_group(global u32* values, global const u32* counters, const u32 count, const u32 counter,
                        const u32 width) {
-  local u32 sums[SCAN_PARTS];
+  local u32 sums[SCAN_CHUNKS];
   const u32 length = (scan_length(counters, count, counter) + width - 1u) / width;
-  const u32 parts = (u32)get_local_size(0) < SCAN_PARTS ? (u32)get_local_size(0) : SCAN_PARTS;
-  const u32 step = (length + parts - 1u) / parts;
-  const u32 part = (u32)get_local_id(0);
-  const u32 begin = part < parts ? part * step : length;
+  const u32 chunks = (u32)get_local_size(0) < SCAN_CHUNKS ? (u32)get_local_size(0) : SCAN_CHUNKS;
+  const u32 step = (length + chunks - 1u) / chunks;
+  const u32 chunk = (u32)get_local_id(0);
+  const u32 begin = chunk < chunks ? chunk * step : length;
   const u32 end = scan_end(begin, step, length);
-  if (part < parts) sums[part] = scan_range_sum(values, begin, end);
+  if (chunk < chunks) sums[chunk] = scan_range_sum(values, begin, end);
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (part == 0u) {
+  if (chunk == 0u) {
     u32 sum = 0u;
-    for (u32 k = 0u; k < parts; ++k) {
+    for (u32 k = 0u; k < chunks; ++k) {
       const u32 value = sums[k];
       sums[k] = sum;
       sum += value;
     }
   }
   barrier(CLK_LOCAL_MEM_FENCE);
-  if (part < parts) scan_range(values, begin, end, sums[part]);
+  if (chunk < chunks) scan_range(values, begin, end, sums[chunk]);
 }

@@ -10,13 +10,13 @@ static inline void search_run(const PairSearch* s, const Searcher* me, u32 run, 
   for (u32 k = 0u; k < PACK; k += LANES) {
     const u32 mine = (bits >> k) & ((2u << (LANES - 1u)) - 1u);
     if (mine == 0u) continue;
-    for (u32 hits = mine & shapes_in_reach(s, me, run * PACK + k, shapes); hits != 0u; hits &= hits - 1u) {
-      const u32 place = run * PACK + k + lowest_bit(hits);
-      const PlaceInfo other = s->place_infos[place];
+    for (u32 hits = mine & shapes_in_range(s, me, run * PACK + k, shapes); hits != 0u; hits &= hits - 1u) {
+      const u32 slot = run * PACK + k + lowest_bit(hits);
+      const SearchInfo other = s->search_infos[slot];
       const bool is_owner = me->info.index < other.index;
       if (all && !is_owner) continue;
 #if SEARCHES_AROUND
-      if (!all && place <= me->place && !is_sought(&other)) continue;
+      if (!all && slot <= me->slot && !is_sought(&other)) continue;
 #endif
       if (!one_looks(me->info.looks, other.looks)) continue;
       if (!is_pair(s, me->info.shape, other.shape, me->info.body, other.body)) continue;
@@ -25,11 +25,11 @@ static inline void search_run(const PairSearch* s, const Searcher* me, u32 run, 
   }
 }
 
-// Of a block, the boxes that meet a box and hold any of the places first .. last.
-static inline u32 nodes_in_reach(const TreeShape* tree, global const BoxBlock* tree_blocks, TreeBox box, u32 level,
+// Of a block, the boxes that meet a box and hold any of the slots first .. last.
+static inline u32 nodes_in_range(const TreeShape* tree, global const BoxBlock* tree_blocks, TreeBox box, u32 level,
                                  u32 block, u32 first, u32 last) {
   return entries_between(block, 4u * (level + 1u), first, last) &
-         boxes_in_reach(tree_blocks + tree->first[level] + block, box);
+         boxes_in_range(tree_blocks + tree->first[level] + block, box);
 }
 
 // The first search looks at what comes later in the order: that are shapes of its size or larger ones.
@@ -42,16 +42,16 @@ static inline void search_nodes(const PairSearch* s, const TreeShape* tree, glob
     return;
   }
   const TreeBox box = widened(searcher_box(me), me->margin * (real)1.0001);
-  const LooseRange world = loose_range(me->info.body.world, s->world_ranges, s->world_trees);
-  const u32 first = all || SEARCHES_AROUND ? world.first : me->place + 1u, last = world.first + world.count - 1u;
+  const TopLevelRange world = top_level_range(me->info.body.world, s->world_ranges, s->world_trees);
+  const u32 first = all || SEARCHES_AROUND ? world.first : me->slot + 1u, last = world.first + world.count - 1u;
   bool arrives = true;
   TreeWalk walk = tree_begin(tree, 0u);
-  if (first <= last) walk.rest[walk.level] = nodes_in_reach(tree, tree_blocks, box, walk.level, 0u, first, last);
+  if (first <= last) walk.rest[walk.level] = nodes_in_range(tree, tree_blocks, box, walk.level, 0u, first, last);
   for (u32 entry; (entry = tree_next(&walk, tree, &arrives)) != NONE;) {
     if (arrives)
-      walk.rest[walk.level] = nodes_in_reach(tree, tree_blocks, box, walk.level, entry, first, last);
+      walk.rest[walk.level] = nodes_in_range(tree, tree_blocks, box, walk.level, entry, first, last);
     else
-      search_run(s, me, entry, entries_between(entry, 0u, first, last), all, loose_count(params), finds);
+      search_run(s, me, entry, entries_between(entry, 0u, first, last), all, top_level_count(params), finds);
   }
   search_planes_and_trees(s, params, me, finds);
 }
@@ -59,16 +59,17 @@ static inline void search_nodes(const PairSearch* s, const TreeShape* tree, glob
 // What searches read again and again: the shapes in the order of the tree, and the planes.
 kernel void search_tree_gather(global const WorldRange* world_ranges, global const BodyInfo* body_infos,
                                global const ShapeInfo* shape_infos, global const Shape* shapes,
-                               global const u32* planes, global const u32* loose_shapes, global const Vec4* positions,
-                               global const Vec4* orientations, global const Motion* motions,
-                               global const Sleeper* sleepers, global const Bound* bounds, global const u32* tree_items,
-                               global real* places, global PlaceInfo* place_infos, global PlaneInfo* plane_infos,
-                               global u32* shape_places, global u32* pair_starts, const StepParams params) {
+                               global const u32* planes, global const u32* top_level_shapes,
+                               global const Vec4* positions, global const Vec4* orientations,
+                               global const Motion* motions, global const Sleeper* sleepers, global const Bound* bounds,
+                               global const u32* tree_items, global real* search_bounds,
+                               global SearchInfo* search_infos, global PlaneInfo* plane_infos, global u32* shape_slots,
+                               global u32* pair_starts, const StepParams params) {
   const Cell no_cell = {0, 0, 0, NONE};
-  FOR_EACH(place, loose_count(&params)) {
-    const u32 k = tree_items[place];
-    gather_place(place, LOOSE_SHAPE(k), &bounds[k], no_cell, body_infos, shape_infos, positions, motions, sleepers,
-                 places, place_infos, shape_places, &params);
+  FOR_EACH(slot, top_level_count(&params)) {
+    const u32 k = tree_items[slot];
+    gather_search_info(slot, TOP_LEVEL_SHAPE(k), &bounds[k], no_cell, body_infos, shape_infos, positions, motions,
+                       sleepers, search_bounds, search_infos, shape_slots, &params);
   }
   gather_planes(world_ranges, body_infos, shape_infos, shapes, planes, positions, orientations, motions, sleepers,
                 plane_infos, pair_starts, &params);
@@ -79,14 +80,14 @@ kernel void search_tree_search(
     global const Shape* shapes, global const u32* planes, global const WorldTrees* world_trees,
     global const ShapeTree* shape_trees, global const u32* shape_tree_items, global const BoxBlock* shape_tree_blocks,
     global const Vec4* positions, global const Vec4* orientations, global const Motion* motions,
-    global const Sleeper* sleepers, global const BoxBlock* tree_blocks, global const real* places,
-    global const PlaceInfo* place_infos, global const PlaneInfo* plane_infos, global const u32* joined_starts,
+    global const Sleeper* sleepers, global const BoxBlock* tree_blocks, global const real* search_bounds,
+    global const SearchInfo* search_infos, global const PlaneInfo* plane_infos, global const u32* joined_starts,
     global const u32* joined_bodies, global u32* found_partners, global u32* pair_starts, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
-  const TreeShape tree = tree_shape(blocks_of(loose_count(&params)));
+  const TreeShape tree = tree_shape(blocks_of(top_level_count(&params)));
   Finds finds = {pair_starts, found_partners, 0, 0u};
-  FOR_EACH(place, loose_count(&params)) {
-    const Searcher me = make_searcher(&s, &params, place);
+  FOR_EACH(slot, top_level_count(&params)) {
+    const Searcher me = make_searcher(&s, &params, slot);
     search_nodes(&s, &tree, tree_blocks, &params, &me, &finds);
   }
 }
@@ -97,12 +98,12 @@ kernel void search_tree_write(
     global const Shape* shapes, global const u32* planes, global const WorldTrees* world_trees,
     global const ShapeTree* shape_trees, global const u32* shape_tree_items, global const BoxBlock* shape_tree_blocks,
     global const Vec4* positions, global const Vec4* orientations, global const Motion* motions,
-    global const Sleeper* sleepers, global const u32* shape_places, global const BoxBlock* tree_blocks,
-    global const real* places, global const PlaceInfo* place_infos, global const PlaneInfo* plane_infos,
+    global const Sleeper* sleepers, global const u32* shape_slots, global const BoxBlock* tree_blocks,
+    global const real* search_bounds, global const SearchInfo* search_infos, global const PlaneInfo* plane_infos,
     global const u32* joined_starts, global const u32* joined_bodies, global u32* found_partners,
     global const u32* pair_starts, global Pair* pairs, global u32* counters, const StepParams params) {
   const PairSearch s = PAIR_SEARCH;
-  const TreeShape tree = tree_shape(blocks_of(loose_count(&params)));
+  const TreeShape tree = tree_shape(blocks_of(top_level_count(&params)));
   const bool full = tell_pairs(pair_starts[params.shapes], counters, &params);
   FOR_EACH(i, full ? 0u : params.shapes) {
     const u32 start = pair_starts[i], count = pair_starts[i + 1u] - start;
@@ -110,7 +111,7 @@ kernel void search_tree_write(
     if (count > FOUND) {
       partners = (global u32*)(pairs + start);
       Finds finds = {0, 0, partners, 0u};
-      const Searcher me = owner_of_list(&s, &params, shape_places, i);
+      const Searcher me = owner_of_list(&s, &params, shape_slots, i);
       search_nodes(&s, &tree, tree_blocks, &params, &me, &finds);
     }
     write_pairs(i, partners, count, pairs + start);

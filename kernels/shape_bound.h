@@ -31,28 +31,28 @@ static inline Vec3 shape_half(u32 kind, global const Shape* shape, Quat rotation
     const Vec3 axis = rotate3(rotation, make3((real)0, (real)0, (real)1));
     return scale3(BOUND_SLACK, round_half(kind, axis, shape->size[0], shape->size[1]));
   }
-  return make3(shape->reach, shape->reach, shape->reach);
+  return make3(shape->bounding_radius, shape->bounding_radius, shape->bounding_radius);
 }
 
 #endif
 
-// Returns whether the shape has a finite place; all of its bound is 0 where it has none.
+// Returns whether the shape has a finite position; all of its bound is 0 where it has none.
 static inline bool shape_bound(u32 kind, global const Shape* shape, global const Vec4* position,
                                global const Vec4* orientation, global const Motion* motion, real h, Bound* bound) {
   const Pose pose = make_pose(*position, *orientation);
   const Vec3 center = shape_center(pose, shape);
-  const real reach = shape->reach;
+  const real bounding_radius = shape->bounding_radius;
 #if FEATURE_MANIFOLDS
   const Vec3 half_extents = shape_half(kind, shape, shape_rotation(pose, shape));
 #else
-  const Vec3 half_extents = make3(reach, reach, reach);
+  const Vec3 half_extents = make3(bounding_radius, bounding_radius, bounding_radius);
 #endif
   real extent = (real)0;
   if (kind != SHAPE_PLANE) {
     const Vec3 v = make3(motion->v[0], motion->v[1], motion->v[2]);
     const Vec3 w = make3(motion->w[0], motion->w[1], motion->w[2]);
     const real speed = length3(v) + length3(w) * length3(sub3(center, pose.position));
-    extent = reach + h * speed;
+    extent = bounding_radius + h * speed;
   }
   const bool finite = is_finite(center.x) && is_finite(center.y) && is_finite(center.z) && is_finite(extent) &&
                       is_finite(half_extents.x) && is_finite(half_extents.y) && is_finite(half_extents.z);
@@ -63,7 +63,7 @@ static inline bool shape_bound(u32 kind, global const Shape* shape, global const
   bound->box[0] = finite ? half_extents.x : (real)0;
   bound->box[1] = finite ? half_extents.y : (real)0;
   bound->box[2] = finite ? half_extents.z : (real)0;
-  bound->reach = finite ? reach : (real)0;
+  bound->bounding_radius = finite ? bounding_radius : (real)0;
   return finite;
 }
 

@@ -10,16 +10,16 @@ static inline TreeBox searcher_box(const Searcher* me) {
   Vec3 box = make3(me->extent, me->extent, me->extent);
 #if FEATURE_MANIFOLDS
   if (me->info.shape.kind != SHAPE_SPHERE) {
-    box = make3(me->box.x + me->h * (fabs(me->velocity.x) + me->turning),
-                me->box.y + me->h * (fabs(me->velocity.y) + me->turning),
-                me->box.z + me->h * (fabs(me->velocity.z) + me->turning));
+    box = make3(me->box.x + me->h * (fabs(me->velocity.x) + me->rotational_speed),
+                me->box.y + me->h * (fabs(me->velocity.y) + me->rotational_speed),
+                me->box.z + me->h * (fabs(me->velocity.z) + me->rotational_speed));
   }
 #endif
-  const Vec3 reach =
-      make3(box_reach(me->center.x, box.x), box_reach(me->center.y, box.y), box_reach(me->center.z, box.z));
+  const Vec3 half_extents =
+      make3(padded_extent(me->center.x, box.x), padded_extent(me->center.y, box.y), padded_extent(me->center.z, box.z));
   TreeBox swept;
-  swept.low = sub3(me->center, reach);
-  swept.high = add3(me->center, reach);
+  swept.low = sub3(me->center, half_extents);
+  swept.high = add3(me->center, half_extents);
   return swept;
 }
 
@@ -40,34 +40,35 @@ static inline Searcher searcher_in_tree(const PairSearch* s, const StepParams* p
 #else
   me.info.looks = 1u;
 #endif
-  me.place = NONE;
+  me.slot = NONE;
   me.margin = params->margin;
   me.h = step_length(params);
   shape_bound(me.info.shape.kind, s->shapes + i, s->positions + body, s->orientations + body, motion, me.h, &bound);
   me.center = make3(bound.center[0], bound.center[1], bound.center[2]);
   me.extent = bound.extent;
-  me.reach = bound.extent > (real)0 ? bound.reach : (real)-1e37;
+  me.bounding_radius = bound.extent > (real)0 ? bound.bounding_radius : (real)-1e37;
   me.velocity = point_velocity(motion, sub3(me.center, search_position(s->positions, body)));
 #if FEATURE_MANIFOLDS
   const bool round = me.info.shape.kind == SHAPE_SPHERE;
   me.box = make3(bound.box[0], bound.box[1], bound.box[2]);
-  me.turning = round ? (real)0 : length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound.reach;
+  me.rotational_speed =
+      round ? (real)0 : length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound.bounding_radius;
   me.round = round ? (real)1 : (real)0;
 #endif
   return me;
 }
 
-// As shapes_in_reach of pair_search.h.
-static inline bool searchers_in_reach(const Searcher* me, const Searcher* other) {
+// As shapes_in_range of pair_search.h.
+static inline bool searchers_in_range(const Searcher* me, const Searcher* other) {
   const Vec3 d = sub3(me->center, other->center), u = sub3(me->velocity, other->velocity);
-  const real gap = length3(d) - (me->reach + other->reach);
+  const real gap = length3(d) - (me->bounding_radius + other->bounding_radius);
   if (!(gap <= me->margin + me->h * length3(u))) return false;
 #if FEATURE_MANIFOLDS
-  const real turning = me->turning + other->turning;
+  const real rotational_speed = me->rotational_speed + other->rotational_speed;
   return me->round * other->round > (real)0 ||
-         (fabs(d.x) <= me->box.x + other->box.x + me->margin + me->h * (fabs(u.x) + turning) &&
-          fabs(d.y) <= me->box.y + other->box.y + me->margin + me->h * (fabs(u.y) + turning) &&
-          fabs(d.z) <= me->box.z + other->box.z + me->margin + me->h * (fabs(u.z) + turning));
+         (fabs(d.x) <= me->box.x + other->box.x + me->margin + me->h * (fabs(u.x) + rotational_speed) &&
+          fabs(d.y) <= me->box.y + other->box.y + me->margin + me->h * (fabs(u.y) + rotational_speed) &&
+          fabs(d.z) <= me->box.z + other->box.z + me->margin + me->h * (fabs(u.z) + rotational_speed));
 #else
   return true;
 #endif
@@ -75,24 +76,24 @@ static inline bool searchers_in_reach(const Searcher* me, const Searcher* other)
 
 static inline TreeBox box_in_tree(const PairSearch* s, ShapeTree tree, const Searcher* me) {
   const Vec3 at = search_position(s->positions, tree.body);
-  const Quat turn = make_pose(s->positions[tree.body], s->orientations[tree.body]).orientation;
+  const Quat orientation = make_pose(s->positions[tree.body], s->orientations[tree.body]).orientation;
   global const Motion* motion = s->motions + tree.body;
   const real speed = length3(make3(motion->v[0], motion->v[1], motion->v[2])) +
                      length3(make3(motion->w[0], motion->w[1], motion->w[2])) * tree.radius;
   const real rounding = sizeof(real) == 4 ? (real)2e-6 : (real)4e-15;
-  const real placed = (fabs(at.x) + fabs(at.y) + fabs(at.z) + tree.radius) * rounding;
-  const real wider = (me->margin + me->h * speed) * (real)1.0001 + placed;
+  const real position_error = (fabs(at.x) + fabs(at.y) + fabs(at.z) + tree.radius) * rounding;
+  const real wider = (me->margin + me->h * speed) * (real)1.0001 + position_error;
   TreeBox box;
-  if (turn.x == (real)0 && turn.y == (real)0 && turn.z == (real)0) {
+  if (orientation.x == (real)0 && orientation.y == (real)0 && orientation.z == (real)0) {
     box = widened(searcher_box(me), wider);
     box.low = sub3(box.low, at);
     box.high = sub3(box.high, at);
     return box;
   }
   const Vec3 d = sub3(me->center, at);
-  const real turned = (fabs(d.x) + fabs(d.y) + fabs(d.z)) * rounding;
-  box.low = box.high = unrotate3(turn, d);
-  return widened(box, (me->extent + tree.largest) * (real)1.0001 + wider + turned);
+  const real rotation_rounding = (fabs(d.x) + fabs(d.y) + fabs(d.z)) * rounding;
+  box.low = box.high = unrotate3(orientation, d);
+  return widened(box, (me->extent + tree.largest) * (real)1.0001 + wider + rotation_rounding);
 }
 
 static inline void search_shape_tree(const PairSearch* s, const StepParams* params, ShapeTree tree, const Searcher* me,
@@ -101,17 +102,17 @@ static inline void search_shape_tree(const PairSearch* s, const StepParams* para
   const TreeShape shape = tree_shape(tree.item_count);
   global const BoxBlock* blocks = s->shape_tree_blocks + tree.first_block;
   bool arrives = false;
-  TreeWalk walk = tree_begin(&shape, boxes_in_reach(blocks + shape.first[shape.levels - 1u], box));
+  TreeWalk walk = tree_begin(&shape, boxes_in_range(blocks + shape.first[shape.levels - 1u], box));
   for (u32 entry; (entry = tree_next(&walk, &shape, &arrives)) != NONE;) {
     if (arrives) {
-      walk.rest[walk.level] = boxes_in_reach(blocks + shape.first[walk.level] + entry, box);
+      walk.rest[walk.level] = boxes_in_range(blocks + shape.first[walk.level] + entry, box);
       continue;
     }
     const u32 j = s->shape_tree_items[tree.first_item + entry], i = me->info.index;
     if (finds->list != 0 && j < i) continue;
     if (!is_pair(s, me->info.shape, s->shape_infos[j], me->info.body, s->body_infos[tree.body])) continue;
     const Searcher other = searcher_in_tree(s, params, j);
-    if (searchers_in_reach(me, &other)) add_pair(finds, j < i ? j : i, j < i ? i : j);
+    if (searchers_in_range(me, &other)) add_pair(finds, j < i ? j : i, j < i ? i : j);
   }
 }
 
@@ -132,7 +133,7 @@ static inline void search_shape_trees(const PairSearch* s, const StepParams* par
 #endif
 }
 
-// What a search finds beside loose shapes.
+// What a search finds beside top-level shapes.
 static inline void search_planes_and_trees(const PairSearch* s, const StepParams* params, const Searcher* me,
                                            Finds* finds) {
   search_planes(s, me, finds);
@@ -140,12 +141,12 @@ static inline void search_planes_and_trees(const PairSearch* s, const StepParams
 }
 
 // The one that shape i of a list that is too long searches as.
-static inline Searcher owner_of_list(const PairSearch* s, const StepParams* params, global const u32* shape_places,
+static inline Searcher owner_of_list(const PairSearch* s, const StepParams* params, global const u32* shape_slots,
                                      u32 i) {
 #if FEATURE_SHAPE_TREES
   if ((s->shape_infos[i].flags & SHAPE_IS_IN_TREE) != 0u) return searcher_in_tree(s, params, i);
 #endif
-  return make_searcher(s, params, shape_places[i]);
+  return make_searcher(s, params, shape_slots[i]);
 }
 
 #endif

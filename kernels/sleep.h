@@ -34,10 +34,10 @@ static inline bool is_moving(u32 body, u32 bodies, global const BodyInfo* body_i
   return kind == BODY_DYNAMIC ? !is_asleep(sleepers, body) : kind == BODY_KINEMATIC && has_velocity(&motions[body]);
 }
 
-// Whether the broad phase asks what a shape of this kind may touch: a sensor feels sleepers too.
+// Whether the broad phase asks what a shape of this kind may touch: a trigger feels sleepers too.
 static inline bool looks_for_others(ShapeInfo shape, u32 bodies, global const BodyInfo* body_infos,
                                     global const Motion* motions, global const Sleeper* sleepers) {
-  return (shape.flags & SHAPE_IS_SENSOR) != 0u || is_moving(shape.body, bodies, body_infos, motions, sleepers);
+  return (shape.flags & SHAPE_IS_TRIGGER) != 0u || is_moving(shape.body, bodies, body_infos, motions, sleepers);
 }
 
 // Whether the joint is of bodies that sleep.

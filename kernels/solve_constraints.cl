@@ -2,28 +2,28 @@
 // Sweeps of blocked Gauss-Seidel over the colours, before them over cells, or of Jacobi's method over all pairs at once
 // (cpu_reference/solve_constraints.hpp).
 #include "articulations/solve_links.h"
+#include "body_copies.h"
 #include "common.h"
-#include "joints/visit_joint.h"
+#include "joints/solve_joint.h"
 #include "sweep_cells.h"
 #include "sweep_contacts.h"
 #include "types.h"
-#include "visit_parts.h"
 
 #if FEATURE_JOINTS
 // One phase of the joints: blocks begin .. end - 1.
 kernel void solve_joints(const u32 begin, const u32 end, global const JointLanes* joint_lanes,
                          global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
                          global Motion* motions, global u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
-  visit_joint_phase(VISIT_SOLVE, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
+  if (SWEEP_SKIPPED(counters)) return;
+  sweep_joint_phase(PURPOSE_SOLVE, begin, end, joint_lanes, joint_blocks, joint_impulses, motions, counters);
 }
 
 // One work-group: the phases from `first_phase` on.
 kernel void solve_joint_tail(const u32 first_phase, const u32 phases, global const u32* joint_phases,
                              global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                              global JointImpulseBlock* joint_impulses, global Motion* motions, global u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
-  sweep_joints(VISIT_SOLVE, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+  if (SWEEP_SKIPPED(counters)) return;
+  sweep_joints(PURPOSE_SOLVE, first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                counters);
 }
 #endif
@@ -47,13 +47,13 @@ kernel void solve_articulations(const u32 articulation_count, global const Artic
 kernel void solve_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                        global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                        global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                        global u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+                        global const AngularFrictionBlock* angular_friction_blocks,
+                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+  if (SWEEP_SKIPPED(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
-  visit_color(VISIT_SOLVE, color, color_starts, &stream);
+  sweep_color(PURPOSE_SOLVE, color, color_starts, &stream);
 }
 
 #if FEATURE_PARTITIONS
@@ -62,12 +62,12 @@ kernel void solve_cells(const StepParams params, const u32 phase, global const u
                         global const u32* color_starts, global const BlockBodies* block_bodies,
                         global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                         global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                        global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                        global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                        global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                        global u32* counters) {
+                        global const AngularFrictionBlock* angular_friction_blocks,
+                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                        global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
-  visit_cell_phase(VISIT_SOLVE, cell_phase(phase, &params, color_starts, counters), (u32)get_group_id(0),
+  sweep_cell_phase(PURPOSE_SOLVE, cell_phase(phase, &params, color_starts, counters), (u32)get_group_id(0),
                    (u32)get_num_groups(0), cell_blocks, &stream);
 }
 #endif
@@ -86,12 +86,12 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
                        global JointImpulseBlock* joint_impulses, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
                        global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                       global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                       global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                       global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses, global Motion* motions,
-                       global u32* counters) {
+                       global const AngularFrictionBlock* angular_friction_blocks,
+                       global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                       global ImpulseBlock* impulse_blocks, global AngularFrictionImpulse* angular_friction_impulses,
+                       global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
-  const u32 joint_phases_here = SWEEP_IS_VOID(counters) ? 0u : joint_phase_count;
+  const u32 joint_phases_here = SWEEP_SKIPPED(counters) ? 0u : joint_phase_count;
 #if FEATURE_ARTICULATIONS
   const Articulations all = ARTICULATIONS;
 #endif
@@ -101,13 +101,13 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
     solve_articulation_groups(articulation_count, &all);
 #endif
 #if FEATURE_JOINTS
-    sweep_joints(VISIT_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+    sweep_joints(PURPOSE_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);
 #endif
 #if FEATURE_PARTITIONS
-    visit_cell_tail(VISIT_SOLVE, first_phase, &params, color_starts, cell_blocks, &stream, counters);
+    sweep_cell_tail(PURPOSE_SOLVE, first_phase, &params, color_starts, cell_blocks, &stream, counters);
 #else
-    visit_tail(VISIT_SOLVE, first_phase, color_starts, &stream, counters);
+    sweep_tail(PURPOSE_SOLVE, first_phase, color_starts, &stream, counters);
 #endif
 #if FEATURE_TOLERANCE
     if (whole != 0u && group_has_settled(params.tolerance, counters)) break;
@@ -118,7 +118,7 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
 #if FEATURE_TOLERANCE
 // Behind a sweep of several launches: counts it, and tells those that follow in the sub-step whether they are needed.
 kernel void end_sweep(const StepParams params, const u32 is_last, global u32* counters) {
-  if (STEP_IS_VOID(counters) || get_global_id(0) != 0) return;
+  if (STEP_ABORTED(counters) || get_global_id(0) != 0) return;
   const bool did_nothing = counters[COUNTER_SETTLED] != 0u;
   const bool settled = did_nothing || sweep_has_settled(params.tolerance, counters);
   counters[COUNTER_SWEEPS] += did_nothing ? 0u : 1u;
@@ -128,58 +128,62 @@ kernel void end_sweep(const StepParams params, const u32 is_last, global u32* co
 #endif
 
 #if FEATURE_JACOBI
-static inline void solve_item(u32 item, const ContactStream* s, global const PartBlock* part_blocks,
-                              global Velocity* body_parts) {
+static inline void solve_item(u32 item, const ContactStream* s, global const BodyCopyBlock* body_copy_blocks,
+                              global Velocity* body_copies) {
   const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
   global const BlockBodies* bodies = s->bodies + block;
-  global const PartBlock* parts = part_blocks + block;
-  LaneBody a = part_load(s->motions, bodies->body_a + first, parts->parts_a + first);
-  LaneBody b = part_load(s->motions, bodies->body_b + first, parts->parts_b + first);
-  visit_lanes(VISIT_SOLVE, block, first, s, &a, &b);
-  part_store(a, body_parts, parts->place_a + first);
-  part_store(b, body_parts, parts->place_b + first);
+  global const BodyCopyBlock* copies = body_copy_blocks + block;
+  LaneBody a = body_copy_load(s->motions, bodies->body_a + first, copies->copies_a + first);
+  LaneBody b = body_copy_load(s->motions, bodies->body_b + first, copies->copies_b + first);
+  solve_pair_lanes(PURPOSE_SOLVE, block, first, s, &a, &b);
+  body_copy_store(a, body_copies, copies->slot_a + first);
+  body_copy_store(b, body_copies, copies->slot_b + first);
 }
 
-// A sweep over all pairs; mean_parts follows.
-kernel void solve_parts(global const PartBlock* part_blocks, global Velocity* body_parts,
-                        global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                        global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
-                        global const SlideBlock* slide_blocks, global const TurnBlock* turn_blocks,
-                        global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
-                        global ImpulseBlock* impulse_blocks, global TurnImpulse* turn_impulses,
-                        global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+// A sweep over all pairs; average_body_copies follows.
+kernel void solve_body_copies(global const BodyCopyBlock* body_copy_blocks, global Velocity* body_copies,
+                              global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                              global const ContactBlock* contact_blocks, global const SoftnessBlock* softness_blocks,
+                              global const SlideBlock* slide_blocks,
+                              global const AngularFrictionBlock* angular_friction_blocks,
+                              global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                              global ImpulseBlock* impulse_blocks,
+                              global AngularFrictionImpulse* angular_friction_impulses,
+                              global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
+  if (SWEEP_SKIPPED(counters)) return;
   const ContactStream stream = CONTACT_STREAM;
-  FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, part_blocks, body_parts);
+  FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) solve_item(item, &stream, body_copy_blocks, body_copies);
 }
 
 // One work-group: `sweeps` sweeps over the joints' first phases and all pairs.
-kernel void solve_parts_group(const StepParams params, const u32 bodies, const u32 joint_phase_count, const u32 sweeps,
-                              global const PartBlock* part_blocks, global const u32* part_starts,
-                              global const u32* joint_phases, global const JointLanes* joint_lanes,
-                              global const JointBlock* joint_blocks, global JointImpulseBlock* joint_impulses,
-                              global Velocity* body_parts, global const BlockBodies* block_bodies,
-                              global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                              global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
-                              global const TurnBlock* turn_blocks, global const EllipseBlock* ellipse_blocks,
-                              global const PatchBlock* patch_blocks, global ImpulseBlock* impulse_blocks,
-                              global TurnImpulse* turn_impulses, global PatchImpulse* patch_impulses,
-                              global Motion* motions, global u32* counters) {
+kernel void solve_body_copies_group(const StepParams params, const u32 bodies, const u32 joint_phase_count,
+                                    const u32 sweeps, global const BodyCopyBlock* body_copy_blocks,
+                                    global const u32* body_copy_starts, global const u32* joint_phases,
+                                    global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
+                                    global JointImpulseBlock* joint_impulses, global Velocity* body_copies,
+                                    global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                                    global const ContactBlock* contact_blocks,
+                                    global const SoftnessBlock* softness_blocks, global const SlideBlock* slide_blocks,
+                                    global const AngularFrictionBlock* angular_friction_blocks,
+                                    global const EllipseBlock* ellipse_blocks, global const PatchBlock* patch_blocks,
+                                    global ImpulseBlock* impulse_blocks,
+                                    global AngularFrictionImpulse* angular_friction_impulses,
+                                    global PatchImpulse* patch_impulses, global Motion* motions, global u32* counters) {
   const ContactStream stream = CONTACT_STREAM;
-  const bool is_void = STEP_IS_VOID(counters);
-  const u32 items = is_void ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_void ? 0u : bodies;
-  const u32 joint_phases_here = is_void ? 0u : joint_phase_count;
+  const bool is_aborted = STEP_ABORTED(counters);
+  const u32 items = is_aborted ? 0u : counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK, whole = is_aborted ? 0u : bodies;
+  const u32 joint_phases_here = is_aborted ? 0u : joint_phase_count;
   u32 sweep = 0u;
   do {
 #if FEATURE_JOINTS
-    sweep_joints(VISIT_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
+    sweep_joints(PURPOSE_SOLVE, 0u, joint_phases_here, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions,
                  counters);
 #endif
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
-      solve_item(item, &stream, part_blocks, body_parts);
+      solve_item(item, &stream, body_copy_blocks, body_copies);
     barrier(CLK_GLOBAL_MEM_FENCE);
     for (u32 i = (u32)get_local_id(0); i < whole; i += (u32)get_local_size(0))
-      part_mean(i, part_starts, body_parts, motions);
+      body_copy_mean(i, body_copy_starts, body_copies, motions);
     barrier(CLK_GLOBAL_MEM_FENCE);
 #if FEATURE_TOLERANCE
     if (group_has_settled(params.tolerance, counters)) break;

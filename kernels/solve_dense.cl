@@ -2,7 +2,7 @@
 // Gauss-Seidel in the order of the list of contacts, by the dense Delassus matrix (cpu_reference/solve_dense.hpp).
 #include "common.h"
 #include "dense/dense_sweep.h"
-#include "joints/visit_joint.h"
+#include "joints/solve_joint.h"
 #include "start_contacts.h"
 #include "types.h"
 
@@ -11,7 +11,7 @@ kernel void dense_matrix(global const Contact* contacts, global const u32* conta
                          global const ContactBlock* contact_blocks, global const Motion* motions,
                          global const ContactTile* contact_tiles, global const CoupledTiles* coupled_tiles,
                          global DenseBlock* dense_blocks, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(item, counters[COUNTER_COUPLED_TILES_NEEDED] * ITEMS_PER_BLOCK) {
     const u32 pair = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
     const ContactTile column = contact_tiles[coupled_tiles[pair].column];
@@ -30,15 +30,15 @@ kernel void dense_measure(const StepParams params, global const Contact* contact
                           global const ImpulseBlock* impulse_blocks, global const Motion* motions,
                           global const ContactTile* contact_tiles, global DenseTile* dense_tiles,
                           global ImpulseBlock* dense_changes, global const u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+  if (SWEEP_SKIPPED(counters)) return;
   FOR_EACH(slot, counters[COUNTER_ROWS] * PACK) {  // of lanes without a contact too
     global ImpulseBlock* changes = dense_changes + slot / PACK;
     changes->normal[slot % PACK] = changes->tangent_1[slot % PACK] = changes->tangent_2[slot % PACK] = (real)0;
   }
-  FOR_EACH(place, dense_tile_end(&params, counters) * PACK) {
-    const ContactTile tile = contact_tiles[place / PACK];
-    global DenseTile* out = dense_tiles + place / PACK;
-    const u32 k = place % PACK;
+  FOR_EACH(item, dense_tile_end(&params, counters) * PACK) {
+    const ContactTile tile = contact_tiles[item / PACK];
+    global DenseTile* out = dense_tiles + item / PACK;
+    const u32 k = item % PACK;
     for (u32 i = 0u; i < 3u; ++i) out->u[i][k] = out->r[i][k] = (real)0;
     if (k >= tile.count) continue;
     const u32 slot = contact_slots[tile.first + k], row = slot / PACK, at = slot % PACK;
@@ -79,12 +79,12 @@ kernel void dense_finish(const StepParams params, global const u32* contact_slot
                          global const ContactTile* contact_tiles, global const DenseTile* dense_tiles,
                          global ImpulseBlock* impulse_blocks, global ImpulseBlock* dense_changes,
                          global const u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
-  FOR_EACH(place, dense_tile_end(&params, counters) * PACK) {
-    const ContactTile tile = contact_tiles[place / PACK];
-    const u32 k = place % PACK;
+  if (SWEEP_SKIPPED(counters)) return;
+  FOR_EACH(item, dense_tile_end(&params, counters) * PACK) {
+    const ContactTile tile = contact_tiles[item / PACK];
+    const u32 k = item % PACK;
     if (k >= tile.count) continue;
-    global const DenseTile* in = dense_tiles + place / PACK;
+    global const DenseTile* in = dense_tiles + item / PACK;
     const u32 slot = contact_slots[tile.first + k], at = slot % PACK;
     global ImpulseBlock* r = impulse_blocks + slot / PACK;
     global ImpulseBlock* change = dense_changes + slot / PACK;
@@ -97,29 +97,29 @@ kernel void dense_finish(const StepParams params, global const u32* contact_slot
   }
 }
 
-static inline void dense_give_item(u32 begin, u32 item, global const BlockBodies* block_bodies,
-                                   global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                                   global const ImpulseBlock* dense_changes, global Motion* motions) {
+static inline void dense_apply_item(u32 begin, u32 item, global const BlockBodies* block_bodies,
+                                    global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                                    global const ImpulseBlock* dense_changes, global Motion* motions) {
   const StartStream stream = {block_bodies, block_rows, contact_blocks, dense_changes, 0, 0, 0, 0, motions};
   start_item(begin, item, &stream);
 }
 
 // The bodies of a colour get the changes.
-kernel void dense_give_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
-                             global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                             global const ImpulseBlock* dense_changes, global Motion* motions,
-                             global const u32* counters) {
-  if (SWEEP_IS_VOID(counters)) return;
+kernel void dense_apply_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
+                              global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
+                              global const ImpulseBlock* dense_changes, global Motion* motions,
+                              global const u32* counters) {
+  if (SWEEP_SKIPPED(counters)) return;
   const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
   FOR_EACH(item, items)
-  dense_give_item(begin, item, block_bodies, block_rows, contact_blocks, dense_changes, motions);
+  dense_apply_item(begin, item, block_bodies, block_rows, contact_blocks, dense_changes, motions);
 }
 
 // One work-group: those of the colours from `first_color` on and of the overflow.
-kernel void dense_give_tail(const u32 first_color, global const u32* color_starts,
-                            global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                            global const ContactBlock* contact_blocks, global const ImpulseBlock* dense_changes,
-                            global Motion* motions, global const u32* counters) {
+kernel void dense_apply_tail(const u32 first_color, global const u32* color_starts,
+                             global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                             global const ContactBlock* contact_blocks, global const ImpulseBlock* dense_changes,
+                             global Motion* motions, global const u32* counters) {
   const u32 phases = contact_phases(counters);
   u32 phase = min(first_color, counters[COUNTER_COLORS]);
   do {
@@ -127,7 +127,7 @@ kernel void dense_give_tail(const u32 first_color, global const u32* color_start
     const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
     const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
-      dense_give_item(begin, item, block_bodies, block_rows, contact_blocks, dense_changes, motions);
+      dense_apply_item(begin, item, block_bodies, block_rows, contact_blocks, dense_changes, motions);
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++phase < phases);
 }
@@ -152,7 +152,7 @@ kernel void solve_dense_group(const StepParams params, const u32 rounds, const u
   u32 round = 0u;
   do {
 #if FEATURE_JOINTS
-    sweep_joints(VISIT_SOLVE, 0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
+    sweep_joints(PURPOSE_SOLVE, 0u, STEP_ABORTED(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes,
                  joint_blocks, joint_impulses, motions, counters);
     dense_measure(params, contacts, contact_slots, contact_blocks, slide_blocks, impulse_blocks, motions, contact_tiles,
                   dense_tiles, dense_changes, counters);
@@ -162,7 +162,7 @@ kernel void solve_dense_group(const StepParams params, const u32 rounds, const u
 #if FEATURE_JOINTS
     dense_finish(params, contact_slots, contact_tiles, dense_tiles, impulse_blocks, dense_changes, counters);
     barrier(CLK_GLOBAL_MEM_FENCE);
-    dense_give_tail(0u, color_starts, block_bodies, block_rows, contact_blocks, dense_changes, motions, counters);
+    dense_apply_tail(0u, color_starts, block_bodies, block_rows, contact_blocks, dense_changes, motions, counters);
 #endif
 #if FEATURE_TOLERANCE
     if (group_has_settled(params.tolerance, counters)) break;
@@ -171,6 +171,6 @@ kernel void solve_dense_group(const StepParams params, const u32 rounds, const u
 #if !FEATURE_JOINTS
   dense_finish(params, contact_slots, contact_tiles, dense_tiles, impulse_blocks, dense_changes, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
-  dense_give_tail(0u, color_starts, block_bodies, block_rows, contact_blocks, dense_changes, motions, counters);
+  dense_apply_tail(0u, color_starts, block_bodies, block_rows, contact_blocks, dense_changes, motions, counters);
 #endif
 }

@@ -7,7 +7,7 @@
 // Places for the cells of one phase of a sweep, those of all worlds; there are CELL_PHASES times as many in all.
 static inline u32 cells_in_phase(const StepParams* params) { return params->bodies / CELL_BODIES + params->worlds; }
 
-// The places of a world in the first phase.
+// The slots of a world in the first phase.
 static inline u32 first_cell_of_world(u32 world, global const WorldRange* world_ranges) {
   return world_ranges[world].first_body / CELL_BODIES + world;
 }
@@ -37,7 +37,7 @@ static inline Cell cell_of_body(u32 body, global const BodyInfo* body_infos, glo
 
 static inline bool cells_are_next(i32 a, i32 b) { return (u32)a - (u32)b + 1u <= 2u; }
 
-// The place of the pair's cell among those of all phases and worlds; NONE where it is in no cell.
+// The slot of the pair's cell among those of all phases and worlds; NONE where it is in no cell.
 static inline u32 cell_of_pair(const StepParams* params, Contact contact, global const WorldRange* world_ranges,
                                global const Cell* body_cells) {
   Cell a = body_cells[contact.body_a], b = body_cells[contact.body_b];

@@ -6,12 +6,12 @@
 
 // Keys are buckets; what has none comes behind all others.
 kernel void sort_particles_keys(global const BodyInfo* body_infos, global const u32* body_particles,
-                                global const u32* particle_bodies, global const Vec4* particle_places,
+                                global const u32* particle_bodies, global const Vec4* particle_positions,
                                 global Cell* particle_cells, global u32* keys, global u32* values, global u32* counters,
                                 const StepParams params) {
   const real size = cell_size(&params, counters[COUNTER_MAX_EXTENT]);
   FOR_EACH(i, body_particles[params.bodies]) {
-    const Vec3 x = vec3_of(particle_places[i]);
+    const Vec3 x = vec3_of(particle_positions[i]);
     const u32 body = particle_bodies[i];
     Cell cell = {0, 0, 0, NONE};
     if (in_grid(x.x, size) && in_grid(x.y, size) && in_grid(x.z, size)) {
@@ -29,7 +29,7 @@ kernel void sort_particles_keys(global const BodyInfo* body_infos, global const 
   }
 }
 
-// After the sort: each place in the list ends the buckets since the one before it, and the last one all others.
+// After the sort: each slot in the list ends the buckets since the one before it, and the last one all others.
 kernel void sort_particles_starts(global const u32* body_particles, global const u32* keys, global u32* particle_starts,
                                   const StepParams params) {
   const u32 count = body_particles[params.bodies];

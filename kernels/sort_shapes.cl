@@ -1,6 +1,6 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "common.h"
-#include "loose_shapes.h"
+#include "top_level_shapes.h"
 #include "tree.h"
 #include "types.h"
 
@@ -20,9 +20,9 @@ static inline void widen_world(global WorldBox* world_box, WorldBox box) {
 
 // A work-item takes a chunk of shapes, most of them of one world, so that the words of a world are not fought over.
 kernel void sort_shapes_bound(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                              global const u32* loose_shapes, global const Bound* bounds, global WorldBox* world_boxes,
-                              const StepParams params) {
-  const u32 count = loose_count(&params);
+                              global const u32* top_level_shapes, global const Bound* bounds,
+                              global WorldBox* world_boxes, const StepParams params) {
+  const u32 count = top_level_count(&params);
   FOR_EACH(chunk, (count + CHUNK - 1u) / CHUNK) {
     const WorldBox nothing = {{NONE, NONE, NONE}, {0u, 0u, 0u}};
     WorldBox box = nothing;
@@ -31,7 +31,7 @@ kernel void sort_shapes_bound(global const BodyInfo* body_infos, global const Sh
     const u32 end = CHUNK < count - begin ? begin + CHUNK : count;
     for (u32 i = begin; i < end; ++i) {
       if (!(bounds[i].extent > (real)0)) continue;
-      const u32 mine = body_infos[shape_infos[LOOSE_SHAPE(i)].body].world;
+      const u32 mine = body_infos[shape_infos[TOP_LEVEL_SHAPE(i)].body].world;
       if (mine != world) {
         if (world != NONE) widen_world(&world_boxes[world], box);
         world = mine;
@@ -48,13 +48,13 @@ kernel void sort_shapes_bound(global const BodyInfo* body_infos, global const Sh
 }
 
 kernel void sort_shapes_keys(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                             global const u32* loose_shapes, global const Bound* bounds,
+                             global const u32* top_level_shapes, global const Bound* bounds,
                              global const WorldBox* world_boxes, global u32* low_keys, global u32* high_keys,
                              global u32* values, global const u32* counters, const StepParams params) {
-  FOR_EACH(i, loose_count(&params)) {
+  FOR_EACH(i, top_level_count(&params)) {
     u32 low_key = 0x00ffffffu, high_key = 0x07ffffffu;
     if (bounds[i].extent > (real)0) {
-      const u32 world = body_infos[shape_infos[LOOSE_SHAPE(i)].body].world;
+      const u32 world = body_infos[shape_infos[TOP_LEVEL_SHAPE(i)].body].world;
       float low[3], width = 0.0f;
       for (u32 k = 0u; k < 3u; ++k) {
         low[k] = ordered_float(world_boxes[world].low[k]);
@@ -77,13 +77,13 @@ kernel void sort_shapes_keys(global const BodyInfo* body_infos, global const Sha
 // The next words to sort by, in the order that there is.
 kernel void sort_shapes_next(global const u32* high_keys, global const u32* values, global u32* keys,
                              const StepParams params) {
-  FOR_EACH(place, loose_count(&params)) { keys[place] = high_keys[values[place]]; }
+  FOR_EACH(slot, top_level_count(&params)) { keys[slot] = high_keys[values[slot]]; }
 }
 
 kernel void sort_shapes_worlds(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
-                               global const u32* loose_shapes, global const u32* values, global u32* keys,
+                               global const u32* top_level_shapes, global const u32* values, global u32* keys,
                                const StepParams params) {
-  FOR_EACH(place, loose_count(&params)) {
-    keys[place] = body_infos[shape_infos[LOOSE_SHAPE(values[place])].body].world;
+  FOR_EACH(slot, top_level_count(&params)) {
+    keys[slot] = body_infos[shape_infos[TOP_LEVEL_SHAPE(values[slot])].body].world;
   }
 }

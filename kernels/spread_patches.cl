@@ -1,5 +1,5 @@
 #pragma OPENCL FP_CONTRACT OFF
-// Spreads the friction and the twist of each pair that rubs as one over its contacts
+// Spreads the friction and the twist of each pair that shares one friction patch over its contacts
 // (cpu_reference/spread_patches.hpp).
 #include "common.h"
 #include "frame.h"
@@ -14,7 +14,7 @@ kernel void spread_patches(global const BlockBodies* block_bodies, global const 
                            global const ContactBlock* contact_blocks, global const PatchBlock* patch_blocks,
                            global const PatchImpulse* patch_impulses, global ImpulseBlock* impulse_blocks,
                            global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(slot, counters[COUNTER_BLOCKS] * PACK) {
     const u32 block = slot / PACK, lane = slot % PACK, count = block_bodies[block].count[lane];
     global const PatchBlock* patch = patch_blocks + block;

@@ -1,4 +1,4 @@
-// Gives bodies impulses of their contacts, pair by pair in the order of the visits: those that the warm start begins
+// Gives bodies impulses of their contacts, pair by pair in the order of the solves: those that the warm start begins
 // from, or those by which a solver changed them (cpu_reference/sweep_contacts.hpp: start_pair).
 #ifndef LOCKSTEP_START_CONTACTS_H
 #define LOCKSTEP_START_CONTACTS_H
@@ -6,45 +6,52 @@
 #include "sweep_contacts.h"
 
 static inline void start_row(u32 first, u32 row, lane_mask general, global const ContactBlock* contact_blocks,
-                             global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
-                             global const TurnImpulse* turn_impulses, LaneBody* a, LaneBody* b) {
+                             global const ImpulseBlock* impulse_blocks,
+                             global const AngularFrictionBlock* angular_friction_blocks,
+                             global const AngularFrictionImpulse* angular_friction_impulses, LaneBody* a, LaneBody* b) {
   const LaneContact c = lane_contact(contact_blocks + row, first);
   lane_push(c, general, lane_impulse(impulse_blocks + row, first), a, b);
-#if FEATURE_TURNING_FRICTION
-  lane_twist_by(general, lane_turning_moment(c, turn_blocks + row, turn_impulses + row, first), a, b);
+#if FEATURE_ANGULAR_FRICTION
+  lane_twist_by(general,
+                lane_angular_friction_moment(c, angular_friction_blocks + row, angular_friction_impulses + row, first),
+                a, b);
 #endif
 }
 
 static inline void start_pairs(u32 first, global const BlockBodies* bodies, BlockRows rows,
                                global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
-                               global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
-                               LaneBody* a, LaneBody* b) {
+                               global const AngularFrictionBlock* angular_friction_blocks,
+                               global const AngularFrictionImpulse* angular_friction_impulses, LaneBody* a,
+                               LaneBody* b) {
   const lane_mask general = lane_general(bodies, first);
-  start_row(first, rows.first, general, contact_blocks, impulse_blocks, turn_blocks, turn_impulses, a, b);
+  start_row(first, rows.first, general, contact_blocks, impulse_blocks, angular_friction_blocks,
+            angular_friction_impulses, a, b);
 #if FEATURE_MANIFOLDS
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   for (u32 k = 1u; k < rows.count; ++k) {
     LaneBody next_a = *a, next_b = *b;
-    start_row(first, rows.first + k, general, contact_blocks, impulse_blocks, turn_blocks, turn_impulses, &next_a,
-              &next_b);
+    start_row(first, rows.first + k, general, contact_blocks, impulse_blocks, angular_friction_blocks,
+              angular_friction_impulses, &next_a, &next_b);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    visit_keep(there, next_a, a);
-    visit_keep(there, next_b, b);
+    lane_select_body(there, next_a, a);
+    lane_select_body(there, next_b, b);
   }
 #endif
 }
 
 static inline void start_lanes(u32 block, u32 first, global const BlockBodies* block_bodies,
                                global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                               global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
-                               global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
-                               global const PatchImpulse* patch_impulses, LaneBody* a, LaneBody* b) {
+                               global const ImpulseBlock* impulse_blocks,
+                               global const AngularFrictionBlock* angular_friction_blocks,
+                               global const AngularFrictionImpulse* angular_friction_impulses,
+                               global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
+                               LaneBody* a, LaneBody* b) {
 #if FEATURE_PATCHES
   start_patches(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, patch_blocks + block,
                 patch_impulses + block, a, b);
 #else
-  start_pairs(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, turn_blocks,
-              turn_impulses, a, b);
+  start_pairs(first, block_bodies + block, block_rows[block], contact_blocks, impulse_blocks, angular_friction_blocks,
+              angular_friction_impulses, a, b);
 #endif
 }
 
@@ -54,18 +61,18 @@ typedef struct StartStream {
   global const BlockRows* rows;
   global const ContactBlock* contacts;
   global const ImpulseBlock* impulses;
-  global const TurnBlock* turns;
-  global const TurnImpulse* turn_impulses;
+  global const AngularFrictionBlock* angular_friction;
+  global const AngularFrictionImpulse* angular_friction_impulses;
   global const PatchBlock* patches;
   global const PatchImpulse* patch_impulses;
   global Motion* motions;
 } StartStream;
 
 // Of the parameters of a kernel, which are called as the buffers are.
-#define START_STREAM                                                                                    \
-  {                                                                                                     \
-    block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses, patch_blocks, \
-        patch_impulses, motions                                                                         \
+#define START_STREAM                                                                                              \
+  {                                                                                                               \
+    block_bodies, block_rows, contact_blocks, impulse_blocks, angular_friction_blocks, angular_friction_impulses, \
+        patch_blocks, patch_impulses, motions                                                                     \
   }
 
 static inline void start_item(u32 begin, u32 item, const StartStream* s) {
@@ -73,8 +80,8 @@ static inline void start_item(u32 begin, u32 item, const StartStream* s) {
   global const BlockBodies* bodies = s->bodies + block;
   LaneBody a = lane_load_bodies(s->motions, bodies->body_a + first);
   LaneBody b = lane_load_bodies(s->motions, bodies->body_b + first);
-  start_lanes(block, first, s->bodies, s->rows, s->contacts, s->impulses, s->turns, s->turn_impulses, s->patches,
-              s->patch_impulses, &a, &b);
+  start_lanes(block, first, s->bodies, s->rows, s->contacts, s->impulses, s->angular_friction,
+              s->angular_friction_impulses, s->patches, s->patch_impulses, &a, &b);
   lane_store_bodies(a, s->motions, bodies->body_a + first);
   lane_store_bodies(b, s->motions, bodies->body_b + first);
 }

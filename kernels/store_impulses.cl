@@ -6,11 +6,11 @@
 
 kernel void store_impulses(global const Contact* contacts, global const u32* contact_slots,
                            global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
-                           global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
-                           global u32* cached_count, global ContactKey* cached_keys,
-                           global ContactImpulse* cached_impulses, global Vec4* cached_moments,
-                           global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+                           global const AngularFrictionBlock* angular_friction_blocks,
+                           global const AngularFrictionImpulse* angular_friction_impulses, global u32* cached_count,
+                           global ContactKey* cached_keys, global ContactImpulse* cached_impulses,
+                           global Vec4* cached_moments, global const u32* counters) {
+  if (STEP_ABORTED(counters)) return;
   if (get_global_id(0) == 0) cached_count[0] = counters[COUNTER_CONTACTS];
   FOR_EACH(i, counters[COUNTER_CONTACTS]) {
     const u32 lane = contact_slots[i] % PACK;
@@ -28,10 +28,12 @@ kernel void store_impulses(global const Contact* contacts, global const u32* con
     cached_impulses[i].tangent_x = t.x;
     cached_impulses[i].tangent_y = t.y;
     cached_impulses[i].tangent_z = t.z;
-#if FEATURE_TURNING_FRICTION
-    global const TurnImpulse* turns = turn_impulses + contact_slots[i] / PACK;
-    const real spin = turn_blocks[contact_slots[i] / PACK].spin_radius[lane] * turns->spin[lane];
-    const Vec3 m = add3(add3(scale3(spin, n), scale3(turns->roll_1[lane], t1)), scale3(turns->roll_2[lane], t2));
+#if FEATURE_ANGULAR_FRICTION
+    global const AngularFrictionImpulse* angular_impulses = angular_friction_impulses + contact_slots[i] / PACK;
+    const real torsion =
+        angular_friction_blocks[contact_slots[i] / PACK].torsion_radius[lane] * angular_impulses->torsion[lane];
+    const Vec3 m = add3(add3(scale3(torsion, n), scale3(angular_impulses->roll_1[lane], t1)),
+                        scale3(angular_impulses->roll_2[lane], t2));
     cached_moments[i].x = m.x;
     cached_moments[i].y = m.y;
     cached_moments[i].z = m.z;

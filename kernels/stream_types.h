@@ -57,7 +57,7 @@ RECORD(PatchBlock) {
   real arm_a_x[PACK], arm_a_y[PACK], arm_a_z[PACK];     // from the centre of mass of a to that of pressure, world frame
   real arm_b_x[PACK], arm_b_y[PACK], arm_b_z[PACK];
   real friction[PACK];                                        // mu
-  real lever[MANIFOLD_POINTS][PACK];                          // m, from the centre of pressure to each contact
+  real distance[MANIFOLD_POINTS][PACK];                       // m, from the centre of pressure to each contact
   real inverse_11[PACK], inverse_12[PACK], inverse_22[PACK];  // of the tangential Delassus block, kg
   real inverse_twist[PACK];                                   // kg m^2
 };
@@ -65,10 +65,10 @@ RECORD(PatchBlock) {
 // What acts on a at the centre of pressure, its opposite on b: N s along the tangents, N m s about the normal.
 RECORD(PatchImpulse) { real tangent_1[PACK], tangent_2[PACK], twist[PACK]; };
 
-// The part of each body that a pair is solved on (feature jacobi): a body in contact is as many as it has pairs.
-RECORD(PartBlock) {
-  real parts_a[PACK], parts_b[PACK];  // pairs that the body has; 0 of bodies that cannot move, and of padding
-  u32 place_a[PACK], place_b[PACK];   // where the pair's copy of the body stands; NONE where it has none
+// The copy of each body that a pair is solved on (feature jacobi): a body in contact is as many as it has pairs.
+RECORD(BodyCopyBlock) {
+  real copies_a[PACK], copies_b[PACK];  // pairs that the body has; 0 of bodies that cannot move, and of padding
+  u32 slot_a[PACK], slot_b[PACK];       // where the pair's copy of the body stands; NONE where it has none
 };
 
 // A tile is PACK contacts of a world, in the order of their list; the last of a world may have fewer (feature dense).
@@ -84,8 +84,8 @@ INDEX_RECORD(GradientLaw) {
   u32 accelerated;  // 1: with momentum; 0: straight along the projected gradient
 };
 
-// Where the sides of a block of joints stand among all sides of joints: those of body i are joint_part_starts[i] ...
-// joint_part_starts[i + 1] - 1, in the order of the joints (feature gradient). NONE of bodies that cannot move.
-INDEX_RECORD(JointParts) { u32 place_a[PACK], place_b[PACK]; };
+// Where the sides of a block of joints stand among all sides of joints: those of body i are joint_side_starts[i] ...
+// joint_side_starts[i + 1] - 1, in the order of the joints (feature gradient). NONE of bodies that cannot move.
+INDEX_RECORD(JointSideSlots) { u32 slot_a[PACK], slot_b[PACK]; };
 
 #endif

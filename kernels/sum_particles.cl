@@ -7,7 +7,7 @@ kernel void sum_particles(global const BodyInfo* body_infos, global const u32* b
                           global const Vec4* particle_offsets, global const Vec4* orientations,
                           global const Vec4* particle_forces, global const Vec4* particle_moments,
                           global Load* particle_loads, global const u32* counters, const StepParams params) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(body, params.bodies) {
     const Quat q = quat(orientations[body]);
     Vec3 force = make3((real)0, (real)0, (real)0), torque = force;

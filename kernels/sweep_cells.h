@@ -1,4 +1,4 @@
-// The order of the visits where pairs are solved in cells: the phases of a sweep are those of the cells, then the
+// The order of the solves where pairs are solved in cells: the phases of a sweep are those of the cells, then the
 // colours and the overflow blocks of pairs that are in none. A phase consists of units that may be solved at once, a
 // cell or a single block; the blocks of a unit follow one another.
 #ifndef LOCKSTEP_SWEEP_CELLS_H
@@ -14,11 +14,11 @@ typedef struct CellPhase {
 
 static inline u32 cell_phases(global const u32* counters) { return CELL_PHASES + contact_phases(counters); }
 
-// Nothing where there is no such phase, or the step or the sweep is void.
+// Nothing where there is no such phase, the step is aborted, or the sweep skipped.
 static inline CellPhase cell_phase(u32 phase, const StepParams* params, global const u32* color_starts,
                                    global const u32* counters) {
   CellPhase units = {0u, 0u, phase < CELL_PHASES};
-  if (SWEEP_IS_VOID(counters) || phase >= cell_phases(counters)) return units;
+  if (SWEEP_SKIPPED(counters) || phase >= cell_phases(counters)) return units;
   const u32 cells = cells_in_phase(params);
   units.begin = units.in_cells ? phase * cells : phase_begin(phase - CELL_PHASES, color_starts, counters);
   units.end = units.in_cells ? units.begin + cells : phase_end(phase - CELL_PHASES, color_starts, counters);
@@ -69,7 +69,7 @@ static inline u32 cell_team_items(CellTeam team, u32 round) {
 }
 
 // The units of a phase, shared out among work-groups. Loops make at least one round, as all with a barrier.
-static inline void visit_cell_phase(const u32 purpose, CellPhase phase, u32 group, u32 groups,
+static inline void sweep_cell_phase(const u32 purpose, CellPhase phase, u32 group, u32 groups,
                                     global const u32* cell_blocks, const ContactStream* s) {
   u32 base = phase.begin + group * CELL_TEAMS;
   do {
@@ -77,7 +77,7 @@ static inline void visit_cell_phase(const u32 purpose, CellPhase phase, u32 grou
     u32 round = 0u;
     do {
       for (u32 item = team.member; item < cell_team_items(team, round); item += team.members)
-        visit_item(purpose, team.first + round, item, s);
+        solve_phase_item(purpose, team.first + round, item, s);
       CELL_TEAM_BARRIER;
     } while (++round < team.rounds);
     base += groups * CELL_TEAMS;
@@ -85,12 +85,12 @@ static inline void visit_cell_phase(const u32 purpose, CellPhase phase, u32 grou
 }
 
 // One work-group: the phases from `first_phase` on.
-static inline void visit_cell_tail(const u32 purpose, u32 first_phase, const StepParams* params,
+static inline void sweep_cell_tail(const u32 purpose, u32 first_phase, const StepParams* params,
                                    global const u32* color_starts, global const u32* cell_blocks,
                                    const ContactStream* s, global const u32* counters) {
   u32 phase = min(first_phase, CELL_PHASES + counters[COUNTER_COLORS]);
   do {
-    visit_cell_phase(purpose, cell_phase(phase, params, color_starts, counters), 0u, 1u, cell_blocks, s);
+    sweep_cell_phase(purpose, cell_phase(phase, params, color_starts, counters), 0u, 1u, cell_blocks, s);
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++phase < cell_phases(counters));
 }

@@ -1,6 +1,6 @@
 // By how much a sweep still changes velocities, where a tolerance ends the sweeps of a sub-step
 // (cpu_reference/solve_constraints.hpp). The largest change of a sweep is a maximum of words, so that neither the order
-// of the visits nor who makes them matters.
+// of the solves nor who makes them matters.
 #ifndef LOCKSTEP_SWEEP_CHANGE_H
 #define LOCKSTEP_SWEEP_CHANGE_H
 
@@ -9,9 +9,9 @@
 
 // Once a sweep has settled, those behind it in the sub-step do nothing either.
 #if FEATURE_TOLERANCE
-#define SWEEP_IS_VOID(counters) (STEP_IS_VOID(counters) || (counters)[COUNTER_SETTLED] != 0u)
+#define SWEEP_SKIPPED(counters) (STEP_ABORTED(counters) || (counters)[COUNTER_SETTLED] != 0u)
 #else
-#define SWEEP_IS_VOID(counters) STEP_IS_VOID(counters)
+#define SWEEP_SKIPPED(counters) STEP_ABORTED(counters)
 #endif
 
 #if FEATURE_TOLERANCE
@@ -46,7 +46,7 @@ static inline bool group_has_settled(const real tolerance, global u32* counters)
   barrier(CLK_GLOBAL_MEM_FENCE);
   const bool settled = sweep_has_settled(tolerance, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
-  if (get_local_id(0) == 0 && !STEP_IS_VOID(counters)) {
+  if (get_local_id(0) == 0 && !STEP_ABORTED(counters)) {
     counters[COUNTER_SWEEPS] += 1u;
     counters[COUNTER_SWEEP_CHANGE] = 0u;
   }

@@ -1,96 +1,96 @@
-// The order of the visits: what the solver's sweeps and the warm start share. A phase is a colour, or one overflow
+// The order of the solves: what the solver's sweeps and the warm start share. A phase is a colour, or one overflow
 // block: the phases of a step follow one another, what is in a phase runs at once, LANES pairs an item.
 #ifndef LOCKSTEP_SWEEP_CONTACTS_H
 #define LOCKSTEP_SWEEP_CONTACTS_H
 
-#include "visit_contact.h"
-#include "visit_patch.h"
-#include "visit_turn.h"
+#include "solve_angular_friction.h"
+#include "solve_contact.h"
+#include "solve_patch.h"
 
-// All that a visit reads and writes; those that the scene has no need of are null.
+// All that a solve reads and writes; those that the scene has no need of are null.
 typedef struct ContactStream {
   global const BlockBodies* bodies;
   global const BlockRows* rows;
   global const ContactBlock* contacts;
   global const SoftnessBlock* softness;
   global const SlideBlock* slides;
-  global const TurnBlock* turns;
+  global const AngularFrictionBlock* angular_friction;
   global const EllipseBlock* ellipses;
   global const PatchBlock* patches;
   global ImpulseBlock* impulses;
-  global TurnImpulse* turn_impulses;
+  global AngularFrictionImpulse* angular_friction_impulses;
   global PatchImpulse* patch_impulses;
   global Motion* motions;
   global u32* counters;
 } ContactStream;
 
 // Of the parameters of a kernel, which are called as the buffers are.
-#define CONTACT_STREAM                                                                                    \
-  {                                                                                                       \
-    block_bodies, block_rows, contact_blocks, softness_blocks, slide_blocks, turn_blocks, ellipse_blocks, \
-        patch_blocks, impulse_blocks, turn_impulses, patch_impulses, motions, counters                    \
+#define CONTACT_STREAM                                                                                                \
+  {                                                                                                                   \
+    block_bodies, block_rows, contact_blocks, softness_blocks, slide_blocks, angular_friction_blocks, ellipse_blocks, \
+        patch_blocks, impulse_blocks, angular_friction_impulses, patch_impulses, motions, counters                    \
   }
 
-// One visit of row `row` of a block.
-static inline void visit_row_of(const u32 purpose, u32 first, u32 row, lane_mask general, const ContactStream* s,
-                                LaneBody* a, LaneBody* b, lane* change) {
-#if FEATURE_TURNING_FRICTION
-  visit_turning_row(first, general, lane_law(purpose, s->contacts + row, s->softness + row, first), s->contacts + row,
-                    s->slides + row, s->turns + row, s->ellipses + row, s->impulses + row, s->turn_impulses + row, a, b,
-                    change);
+// One solve of row `row` of a block.
+static inline void solve_row(const u32 purpose, u32 first, u32 row, lane_mask general, const ContactStream* s,
+                             LaneBody* a, LaneBody* b, lane* change) {
+#if FEATURE_ANGULAR_FRICTION
+  solve_angular_friction(first, general, lane_law(purpose, s->contacts + row, s->softness + row, first),
+                         s->contacts + row, s->slides + row, s->angular_friction + row, s->ellipses + row,
+                         s->impulses + row, s->angular_friction_impulses + row, a, b, change);
 #else
-  visit_row(purpose, first, general, s->contacts + row, s->softness + row, s->slides + row, s->impulses + row, a, b,
-            change);
+  solve_contact_row(purpose, first, general, s->contacts + row, s->softness + row, s->slides + row, s->impulses + row,
+                    a, b, change);
 #endif
 }
 
-// Visits the pairs in lanes first .. first + LANES - 1 of a block, the contacts of a pair one after another.
-static inline void visit_pairs(const u32 purpose, u32 first, u32 block, const ContactStream* s, LaneBody* a,
+// Solves the pairs in lanes first .. first + LANES - 1 of a block, the contacts of a pair one after another.
+static inline void solve_pairs(const u32 purpose, u32 first, u32 block, const ContactStream* s, LaneBody* a,
                                LaneBody* b, lane* change) {
   global const BlockBodies* bodies = s->bodies + block;
   const BlockRows rows = s->rows[block];
   const lane_mask general = lane_general(bodies, first);
-  visit_row_of(purpose, first, rows.first, general, s, a, b, change);
+  solve_row(purpose, first, rows.first, general, s, a, b, change);
 #if FEATURE_MANIFOLDS
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   for (u32 k = 1u; k < rows.count; ++k) {
     LaneBody next_a = *a, next_b = *b;
-    visit_row_of(purpose, first, rows.first + k, general, s, &next_a, &next_b, change);
+    solve_row(purpose, first, rows.first + k, general, s, &next_a, &next_b, change);
     const lane_mask there = LANE_MASK(count > (lane_u32)k);
-    visit_keep(there, next_a, a);
-    visit_keep(there, next_b, b);
+    lane_select_body(there, next_a, a);
+    lane_select_body(there, next_b, b);
   }
 #endif
 }
 
 // The same, or their patches.
-static inline void visit_lanes(const u32 purpose, u32 block, u32 first, const ContactStream* s, LaneBody* a,
-                               LaneBody* b) {
+static inline void solve_pair_lanes(const u32 purpose, u32 block, u32 first, const ContactStream* s, LaneBody* a,
+                                    LaneBody* b) {
   lane change = (lane)0;
 #if FEATURE_PATCHES
-  visit_patches(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses,
+  solve_patches(purpose, first, s->bodies + block, s->rows[block], s->contacts, s->softness, s->impulses,
                 s->patches + block, s->patch_impulses + block, a, b, &change);
 #else
-  visit_pairs(purpose, first, block, s, a, b, &change);
+  solve_pairs(purpose, first, block, s, a, b, &change);
 #endif
 #if FEATURE_TOLERANCE
-  if (purpose == VISIT_SOLVE) note_change(change, s->counters);
+  if (purpose == PURPOSE_SOLVE) note_change(change, s->counters);
 #endif
 }
 
 // The item-th of a phase that begins with block `begin`.
-static inline void visit_item(const u32 purpose, u32 begin, u32 item, const ContactStream* s) {
+static inline void solve_phase_item(const u32 purpose, u32 begin, u32 item, const ContactStream* s) {
   const u32 block = begin + item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
   global const BlockBodies* bodies = s->bodies + block;
   LaneBody a = lane_load_bodies(s->motions, bodies->body_a + first);
   LaneBody b = lane_load_bodies(s->motions, bodies->body_b + first);
-  visit_lanes(purpose, block, first, s, &a, &b);
+  solve_pair_lanes(purpose, block, first, s, &a, &b);
   lane_store_bodies(a, s->motions, bodies->body_a + first);
   lane_store_bodies(b, s->motions, bodies->body_b + first);
 }
 
 static inline u32 contact_phases(global const u32* counters) {
-  return SWEEP_IS_VOID(counters) ? 0u : counters[COUNTER_COLORS] + counters[COUNTER_OVERFLOW];
+  return SWEEP_SKIPPED(counters) ? 0u : counters[COUNTER_COLORS] + counters[COUNTER_OVERFLOW];
 }
 static inline u32 phase_begin(u32 phase, global const u32* color_starts, global const u32* counters) {
   const u32 colors = counters[COUNTER_COLORS];
@@ -102,14 +102,14 @@ static inline u32 phase_end(u32 phase, global const u32* color_starts, global co
 }
 
 // One colour.
-static inline void visit_color(const u32 purpose, u32 color, global const u32* color_starts, const ContactStream* s) {
+static inline void sweep_color(const u32 purpose, u32 color, global const u32* color_starts, const ContactStream* s) {
   const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
-  FOR_EACH(item, items) visit_item(purpose, begin, item, s);
+  FOR_EACH(item, items) solve_phase_item(purpose, begin, item, s);
 }
 
 // One work-group: the phases from `first_phase` on. At least one round, as in all loops with a
 // barrier: what follows a barrier that may be skipped is compiled twice (docs/performance.md).
-static inline void visit_tail(const u32 purpose, u32 first_phase, global const u32* color_starts,
+static inline void sweep_tail(const u32 purpose, u32 first_phase, global const u32* color_starts,
                               const ContactStream* s, global const u32* counters) {
   const u32 phases = contact_phases(counters);
   u32 phase = min(first_phase, counters[COUNTER_COLORS]);
@@ -119,7 +119,7 @@ static inline void visit_tail(const u32 purpose, u32 first_phase, global const u
     const u32 begin = is_there ? phase_begin(phase, color_starts, counters) : 0u;
     const u32 items = is_there ? (phase_end(phase, color_starts, counters) - begin) * ITEMS_PER_BLOCK : 0u;
     for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))
-      visit_item(purpose, begin, item, s);
+      solve_phase_item(purpose, begin, item, s);
     barrier(CLK_GLOBAL_MEM_FENCE);
   } while (++phase < phases);
 }

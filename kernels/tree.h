@@ -67,7 +67,7 @@ typedef struct TreeBox {
   Vec3 low, high;
 } TreeBox;
 
-static inline real box_reach(real center, real box) {
+static inline real padded_extent(real center, real box) {
   const real rounding = sizeof(real) == 4 ? (real)5e-7 : (real)1e-15;
   return box * (real)1.0001 + fabs(center) * rounding;
 }
@@ -79,15 +79,16 @@ static inline TreeBox swept_box(global const Bound* bound, u32 kind, global cons
 #if FEATURE_MANIFOLDS
   if (kind != SHAPE_SPHERE) {
     const Vec3 v = point_velocity(motion, sub3(center, make3(position->x, position->y, position->z)));
-    const real turning = length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound->reach;
-    box = make3(bound->box[0] + h * (fabs(v.x) + turning), bound->box[1] + h * (fabs(v.y) + turning),
-                bound->box[2] + h * (fabs(v.z) + turning));
+    const real rotational_speed = length3(make3(motion->w[0], motion->w[1], motion->w[2])) * bound->bounding_radius;
+    box = make3(bound->box[0] + h * (fabs(v.x) + rotational_speed), bound->box[1] + h * (fabs(v.y) + rotational_speed),
+                bound->box[2] + h * (fabs(v.z) + rotational_speed));
   }
 #endif
-  const Vec3 reach = make3(box_reach(center.x, box.x), box_reach(center.y, box.y), box_reach(center.z, box.z));
+  const Vec3 half_extents =
+      make3(padded_extent(center.x, box.x), padded_extent(center.y, box.y), padded_extent(center.z, box.z));
   TreeBox swept;
-  swept.low = sub3(center, reach);
-  swept.high = add3(center, reach);
+  swept.low = sub3(center, half_extents);
+  swept.high = add3(center, half_extents);
   return swept;
 }
 
@@ -99,7 +100,7 @@ static inline TreeBox widened(TreeBox box, real by) {
 }
 
 // Bit k is set where box k of a block meets this one.
-static inline u32 boxes_in_reach(global const BoxBlock* block, TreeBox box) {
+static inline u32 boxes_in_range(global const BoxBlock* block, TreeBox box) {
   u32 hits = 0u;
   for (u32 k = 0u; k < PACK; k += LANES) {
     const u32 bits =
@@ -111,7 +112,7 @@ static inline u32 boxes_in_reach(global const BoxBlock* block, TreeBox box) {
   return hits;
 }
 
-// Bits of the entries of a block that hold any of the places first .. last, where each holds 2^shift.
+// Bits of the entries of a block that hold any of the slots first .. last, where each holds 2^shift.
 static inline u32 entries_between(u32 block, u32 shift, u32 first, u32 last) {
   const u32 entry = block * PACK, from = first >> shift, to = last >> shift;
   u32 bits = (1u << PACK) - 1u;
@@ -121,8 +122,8 @@ static inline u32 entries_between(u32 block, u32 shift, u32 first, u32 last) {
   return bits;
 }
 
-// A way through a tree, from the top down: with the entries still to visit of each level on the way. Who walks says, as
-// bits, which entries of a block it arrives at are to be visited.
+// A way through a tree, from the top down: with the entries still to traverse of each level on the way. Who walks says,
+// as bits, which entries of a block it arrives at are to be traversed.
 typedef struct TreeWalk {
   u32 rest[TREE_LEVELS];
   u32 level, block;

@@ -1,6 +1,6 @@
 // Layouts and constants shared by the kernels (OpenCL C 1.2) and the C++ twins. No arithmetic lives here.
 // `real` is float or double: a macro argument of the OpenCL build (-DREAL=float), a template parameter in C++.
-// SI units, right-handed, z up; quaternions are stored x y z w and turn body into world coordinates.
+// SI units, right-handed, z up; quaternions are stored x y z w and rotate body into world coordinates.
 #ifndef LOCKSTEP_TYPES_H
 #define LOCKSTEP_TYPES_H
 
@@ -36,13 +36,13 @@ typedef REAL real;
 #define MAX_COLORS 64u
 // The colour of a contact that is not the first of its pair: the pair has that of the first.
 #define COLOR_OF_FIRST (MAX_COLORS + 1u)
-// The colour of a pair that has its place in the schedule of a cell (feature partitions).
+// The colour of a pair that has its slot in the schedule of a cell (feature partitions).
 #define COLOR_OF_CELL (MAX_COLORS + 2u)
 // Cells whose coordinates are odd along the same axes are one phase of a sweep (feature partitions).
 #define CELL_PHASES 8u
 // Batches of PACK pairs in the schedule of a cell.
 #define CELL_BATCHES 64u
-// Bodies of a world for each of its places for cells, in a phase.
+// Bodies of a world for each of its slots for cells, in a phase.
 #define CELL_BODIES 32u
 // Points at which two shapes can touch.
 #define MANIFOLD_POINTS 4u
@@ -50,7 +50,7 @@ typedef REAL real;
 #define DENSE_CONTACTS 4096u
 // Blocks from which on a colour is worth a launch of its own.
 #define LARGE_COLOR 32u
-// Items that one work-item counts, scans or places in the list primitives.
+// Items that one work-item counts, scans or scatters in the list primitives.
 #define CHUNK 256u
 // Words in which the sort counts the digits of a chunk of keys.
 #define SORT_DIGITS 512u
@@ -88,15 +88,15 @@ enum NormalFrame {
 #define CORE_FEATURE 0xfffffffeu
 enum ShapeFlag {
   SHAPE_IS_CENTRAL = 1,     // a sphere at the centre of mass
-  SHAPE_IS_SENSOR = 2,      // what overlaps it is told, nothing is pushed
+  SHAPE_IS_TRIGGER = 2,     // what overlaps it is told, nothing is pushed
   SHAPE_IS_CONTINUOUS = 4,  // of a body whose impacts are looked for within the step
   SHAPE_IS_IN_TREE = 8      // of a ShapeTree: the broad phase leaves it to the middle phase
 };
 enum EventKind {
   EVENT_CONTACT_BEGIN = 0,
   EVENT_CONTACT_END = 1,
-  EVENT_SENSOR_ENTER = 2,
-  EVENT_SENSOR_LEAVE = 3,
+  EVENT_TRIGGER_ENTER = 2,
+  EVENT_TRIGGER_LEAVE = 3,
   EVENT_KINDS = 4
 };
 // Central: every movable body of the contact has an isotropic inertia and its arm is parallel to the normal, so that
@@ -126,18 +126,18 @@ enum Counter {
   COUNTER_MAX_EXTENT = 9,     // bits of the largest float bound of a finite shape, m
   COUNTER_LARGE_COLORS = 10,  // one more than the last colour of at least LARGE_COLOR blocks, for the next launch plan
   COUNTER_BAD_BODY = 11,      // NONE - (smallest index of a body whose state went bad); 0 where none did
-  COUNTER_TOUCHES = 12,       // pairs of shapes that touch, sensors and what is in them among them
+  COUNTER_TOUCHES = 12,       // pairs of shapes that touch, triggers and what is in them among them
   COUNTER_EVENTS = 13,        // pairs that touch and did not, or the other way round
   COUNTER_ROWS = 14,          // rows of PACK points in the blocks, at most the capacity
   COUNTER_ROWS_NEEDED = 15,
   COUNTER_SWEEPS = 16,        // sweeps of all sub-steps so far, where a tolerance ends them
   COUNTER_SWEEP_CHANGE = 17,  // bits of a float: the largest change of the sweep that runs, m/s; 0 between sub-steps
   COUNTER_SETTLED = 18,       // 1 once a sweep of the sub-step changed less than the tolerance; 0 between sub-steps
-  COUNTER_DROWSY = 19,        // 1 where some body has been slow for long enough to fall asleep
-  COUNTER_CHANGED = 20,       // 1 where bodies woke or fell asleep in the step
-  COUNTER_ASLEEP = 21,        // bodies asleep at the end of the step
-  COUNTER_ISLANDS = 22,       // islands asleep at the end of the step
-  COUNTER_MOVING = 23,        // bodies awake at the end of the step, and kinematic ones that move
+  COUNTER_SLEEP_CANDIDATES = 19,      // 1 where some body has been slow for long enough to fall asleep
+  COUNTER_CHANGED = 20,               // 1 where bodies woke or fell asleep in the step
+  COUNTER_ASLEEP = 21,                // bodies asleep at the end of the step
+  COUNTER_ISLANDS = 22,               // islands asleep at the end of the step
+  COUNTER_MOVING = 23,                // bodies awake at the end of the step, and kinematic ones that move
   COUNTER_COUPLED_TILES_NEEDED = 24,  // pairs of tiles of contacts that share a movable body
   COUNTER_COUNT = 25
 };
@@ -161,7 +161,7 @@ enum StatusBit {
 #define STATUS_FULL \
   (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL | STATUS_BLOCKS_FULL | STATUS_ROWS_FULL | STATUS_COUPLED_TILES_FULL)
 // And so is a step in which bodies wake, with them awake. One that is too dense ends the run.
-#define STATUS_VOID (STATUS_FULL | STATUS_WOKEN | STATUS_TOO_DENSE)
+#define STATUS_ABORTED (STATUS_FULL | STATUS_WOKEN | STATUS_TOO_DENSE)
 
 // ---- constant data of a scene ------------------------------------------------------------------------------------
 
@@ -172,8 +172,9 @@ LINE_INDEX_RECORD(WorldRange) {
   u32 first_material_pair, material_count;  // pair (m, n) is at first_material_pair + m * material_count + n
 };
 
-// Beside it, where some bodies have trees of shapes (feature shape_trees): ranges of `loose_shapes` and `shape_trees`.
-INDEX_RECORD(WorldTrees) { u32 first_loose, loose_count, first_tree, tree_count; };
+// Beside it, where some bodies have trees of shapes (feature shape_trees): ranges of `top_level_shapes` and
+// `shape_trees`.
+INDEX_RECORD(WorldTrees) { u32 first_top_level, top_level_count, first_tree, tree_count; };
 
 LINE_INDEX_RECORD(BodyInfo) {
   u32 world;
@@ -201,17 +202,17 @@ LINE_RECORD(Mass) {
   real inertia[3], inverse_inertia[3];  // kg m^2, body frame
 };
 
-// A body that turns about a point fixed in the world (feature pivots). `lever` is the vector from the pivot to the
-// centre of mass.
+// A body that turns about a point fixed in the world (feature pivots). `com_offset_body` is the vector from the pivot
+// to the centre of mass.
 LINE_RECORD(Pivot) {
   real point_world[3];
   real pivoted;  // 1 or 0
-  real lever_body[3];
+  real com_offset_body[3];
   real pad;
 };
 
 // Frame of the shape in its body: origin `offset` from the centre of mass, axes turned by `rotation`. Within a distance
-// of `reach` from the origin lies the whole shape (0 for planes). `size` by kind:
+// of `range` from the origin lies the whole shape (0 for planes). `size` by kind:
 //   sphere             radius
 //   capsule, cylinder  radius, half the length of the (core) segment along z
 //   box                half extents
@@ -219,7 +220,7 @@ LINE_RECORD(Pivot) {
 //   plane              nothing: through the origin, normal z
 LINE_RECORD(Shape) {
   real offset[3];
-  real reach;
+  real bounding_radius;
   real rotation[4];
   real size[4];
 };
@@ -298,7 +299,7 @@ INDEX_RECORD(SpringKey) { u32 particle, partner; };
 
 // ---- state -------------------------------------------------------------------------------------------------------
 
-// One line a body (64 bytes in float): all that a visit of a solver needs. The first half is all a central contact
+// One line a body (64 bytes in float): all that a local solve needs. The first half is all a central contact
 // needs.
 LINE_RECORD(Motion) {
   real v[3];          // velocity of the centre of mass, world frame, m/s
@@ -324,12 +325,12 @@ LINE_RECORD(Velocity) {
 
 // ---- collision ---------------------------------------------------------------------------------------------------
 
-// The sphere and the box of a bounded shape. Planes, and what has no finite place, have extent 0.
+// The sphere and the box of a bounded shape. Planes, and what has no finite position, have extent 0.
 LINE_RECORD(Bound) {
   real center[3];
-  real extent;  // of the sphere about the centre that holds the shape for the whole step
-  real box[3];  // half extents of the shape where it is now, along the axes of the world
-  real reach;   // Shape::reach
+  real extent;           // of the sphere about the centre that holds the shape for the whole step
+  real box[3];           // half extents of the shape where it is now, along the axes of the world
+  real bounding_radius;  // Shape::bounding_radius
 };
 
 INDEX_RECORD(Cell) {
@@ -373,7 +374,7 @@ INDEX_RECORD(ContactKey) { u32 shape_a, shape_b, feature, pad; };
 RECORD(ContactImpulse) { real normal, tangent_x, tangent_y, tangent_z; };
 
 // Two shapes began or ceased to touch; ids are local to the world. Ordered by world and by (shape_a, shape_b) as pairs
-// are, but for the sides of a sensor's event: a is the sensor.
+// are, but for the sides of a trigger's event: a is the trigger.
 INDEX_RECORD(Event) {
   u32 kind;  // EventKind
   u32 step;  // steps done before this one
@@ -391,9 +392,9 @@ INDEX_RECORD(QueryFilter) {
   u32 pad;
 };
 
-// From the origin as far as `reach` along the unit vector `direction`, world frame, m.
+// From the origin as far as `range` along the unit vector `direction`, world frame, m.
 RECORD(Ray) {
-  real origin[3], reach;
+  real origin[3], range;
   real direction[3], pad;
 };
 
@@ -436,7 +437,7 @@ RECORD(StepParams) {
 #include "step_settings.def"
   // of the scene as it is compiled, and of the step that runs
   u32 bodies, shapes, worlds;
-  u32 tree_shapes;  // of the shapes, those in trees of their bodies; the others are loose
+  u32 tree_shapes;  // of the shapes, those in trees of their bodies; the others are top-level
   u32 buckets;      // of the grid, a power of two
   u32 pair_capacity, contact_capacity, block_capacity;
   u32 substep;  // index of the running sub-step

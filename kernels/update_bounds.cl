@@ -1,18 +1,18 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "common.h"
-#include "loose_shapes.h"
 #include "shape_bound.h"
+#include "top_level_shapes.h"
 #include "types.h"
 
 // A work-item takes many shapes, so that the one word of the largest extent is not fought over.
 kernel void update_bounds(global const ShapeInfo* shape_infos, global const Shape* shapes,
-                          global const u32* loose_shapes, global const Vec4* positions, global const Vec4* orientations,
-                          global const Motion* motions, global Bound* bounds, global u32* counters,
-                          const StepParams params) {
+                          global const u32* top_level_shapes, global const Vec4* positions,
+                          global const Vec4* orientations, global const Motion* motions, global Bound* bounds,
+                          global u32* counters, const StepParams params) {
   const real h = step_length(&params);
   u32 largest = 0u;
-  FOR_EACH(k, loose_count(&params)) {
-    const u32 i = LOOSE_SHAPE(k), body = shape_infos[i].body;
+  FOR_EACH(k, top_level_count(&params)) {
+    const u32 i = TOP_LEVEL_SHAPE(k), body = shape_infos[i].body;
     Bound bound;
     const bool finite =
         shape_bound(shape_infos[i].kind, &shapes[i], &positions[body], &orientations[body], &motions[body], h, &bound);

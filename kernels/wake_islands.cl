@@ -47,10 +47,10 @@ kernel void wake_mark(const StepParams params, global const BodyInfo* body_infos
 #endif
 }
 
-// The last one: islands wake whole, and the step that is void for them, or for want of room, has no contacts.
+// The last one: islands wake whole, and the step that is aborted for them, or for want of room, has no contacts.
 kernel void wake_apply(const StepParams params, global const u32* touched_islands, global Sleeper* sleepers,
                        global u32* counters) {
-  if (STEP_IS_VOID(counters) && get_global_id(0) == 0) counters[COUNTER_CONTACTS] = 0u;
+  if (STEP_ABORTED(counters) && get_global_id(0) == 0) counters[COUNTER_CONTACTS] = 0u;
   if ((counters[COUNTER_STATUS] & STATUS_WOKEN) == 0u) return;
   FOR_EACH(i, params.bodies) {
     const u32 island = sleepers[i].island;

@@ -1,18 +1,18 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Gives the bodies the impulses that the contacts start from (cpu_reference/warm_start.hpp).
+#include "body_copies.h"
 #include "common.h"
-#include "joints/visit_joint.h"
+#include "joints/solve_joint.h"
 #include "start_contacts.h"
 #include "sweep_cells.h"
 #include "types.h"
-#include "visit_parts.h"
 
 #if FEATURE_JOINTS
 // One phase of the joints: blocks begin .. end - 1.
 kernel void warm_joints(const u32 begin, const u32 end, global const JointLanes* joint_lanes,
                         global const JointBlock* joint_blocks, global const JointImpulseBlock* joint_impulses,
                         global Motion* motions, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(item, (end - begin) * ITEMS_PER_BLOCK) {
     const u32 block = begin + item / ITEMS_PER_BLOCK;
     start_joints(item % ITEMS_PER_BLOCK * LANES, joint_lanes + block, joint_blocks + block, joint_impulses + block,
@@ -25,7 +25,7 @@ kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global cons
                             global const JointLanes* joint_lanes, global const JointBlock* joint_blocks,
                             global const JointImpulseBlock* joint_impulses, global Motion* motions,
                             global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+  if (STEP_ABORTED(counters)) return;
   start_joint_phases(first_phase, phases, joint_phases, joint_lanes, joint_blocks, joint_impulses, motions);
 }
 #endif
@@ -33,17 +33,19 @@ kernel void warm_joint_tail(const u32 first_phase, const u32 phases, global cons
 // One colour.
 kernel void warm_color(const u32 color, global const u32* color_starts, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                       global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
-                       global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
-                       global const PatchImpulse* patch_impulses, global Motion* motions, global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+                       global const ImpulseBlock* impulse_blocks,
+                       global const AngularFrictionBlock* angular_friction_blocks,
+                       global const AngularFrictionImpulse* angular_friction_impulses,
+                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
+                       global Motion* motions, global const u32* counters) {
+  if (STEP_ABORTED(counters)) return;
   const StartStream stream = START_STREAM;
   const u32 begin = color_starts[color], items = (color_starts[color + 1u] - begin) * ITEMS_PER_BLOCK;
   FOR_EACH(item, items) start_item(begin, item, &stream);
 }
 
 #if FEATURE_PARTITIONS
-// As visit_cell_phase of kernels/sweep_cells.h.
+// As sweep_cell_phase of kernels/sweep_cells.h.
 static inline void start_cell_phase(CellPhase phase, u32 group, u32 groups, global const u32* cell_blocks,
                                     const StartStream* s) {
   u32 base = phase.begin + group * CELL_TEAMS;
@@ -63,9 +65,11 @@ static inline void start_cell_phase(CellPhase phase, u32 group, u32 groups, glob
 kernel void warm_cells(const StepParams params, const u32 phase, global const u32* cell_blocks,
                        global const u32* color_starts, global const BlockBodies* block_bodies,
                        global const BlockRows* block_rows, global const ContactBlock* contact_blocks,
-                       global const ImpulseBlock* impulse_blocks, global const TurnBlock* turn_blocks,
-                       global const TurnImpulse* turn_impulses, global const PatchBlock* patch_blocks,
-                       global const PatchImpulse* patch_impulses, global Motion* motions, global const u32* counters) {
+                       global const ImpulseBlock* impulse_blocks,
+                       global const AngularFrictionBlock* angular_friction_blocks,
+                       global const AngularFrictionImpulse* angular_friction_impulses,
+                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
+                       global Motion* motions, global const u32* counters) {
   const StartStream stream = START_STREAM;
   start_cell_phase(cell_phase(phase, &params, color_starts, counters), (u32)get_group_id(0), (u32)get_num_groups(0),
                    cell_blocks, &stream);
@@ -77,14 +81,15 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
                       global const u32* color_starts, global const u32* cell_blocks,
                       global const BlockBodies* block_bodies, global const BlockRows* block_rows,
                       global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
-                      global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
+                      global const AngularFrictionBlock* angular_friction_blocks,
+                      global const AngularFrictionImpulse* angular_friction_impulses,
                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
                       global const u32* joint_phases, global const JointLanes* joint_lanes,
                       global const JointBlock* joint_blocks, global const JointImpulseBlock* joint_impulses,
                       global Motion* motions, global const u32* counters) {
   const StartStream stream = START_STREAM;
 #if FEATURE_JOINTS
-  start_joint_phases(0u, STEP_IS_VOID(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
+  start_joint_phases(0u, STEP_ABORTED(counters) ? 0u : joint_phase_count, joint_phases, joint_lanes, joint_blocks,
                      joint_impulses, motions);
 #endif
 #if FEATURE_PARTITIONS
@@ -109,24 +114,25 @@ kernel void warm_tail(const StepParams params, const u32 first_phase, const u32 
 }
 
 #if FEATURE_JACOBI
-// All pairs at once, on parts of their bodies; mean_parts follows.
-kernel void warm_parts(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
-                       global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
-                       global const TurnBlock* turn_blocks, global const TurnImpulse* turn_impulses,
-                       global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
-                       global const PartBlock* part_blocks, global Velocity* body_parts, global const Motion* motions,
-                       global const u32* counters) {
-  if (STEP_IS_VOID(counters)) return;
+// All pairs at once, on copies of their bodies; average_body_copies follows.
+kernel void warm_body_copies(global const BlockBodies* block_bodies, global const BlockRows* block_rows,
+                             global const ContactBlock* contact_blocks, global const ImpulseBlock* impulse_blocks,
+                             global const AngularFrictionBlock* angular_friction_blocks,
+                             global const AngularFrictionImpulse* angular_friction_impulses,
+                             global const PatchBlock* patch_blocks, global const PatchImpulse* patch_impulses,
+                             global const BodyCopyBlock* body_copy_blocks, global Velocity* body_copies,
+                             global const Motion* motions, global const u32* counters) {
+  if (STEP_ABORTED(counters)) return;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
     const u32 block = item / ITEMS_PER_BLOCK, first = item % ITEMS_PER_BLOCK * LANES;
     global const BlockBodies* bodies = block_bodies + block;
-    global const PartBlock* parts = part_blocks + block;
-    LaneBody a = part_load(motions, bodies->body_a + first, parts->parts_a + first);
-    LaneBody b = part_load(motions, bodies->body_b + first, parts->parts_b + first);
-    start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, turn_blocks, turn_impulses,
-                patch_blocks, patch_impulses, &a, &b);
-    part_store(a, body_parts, parts->place_a + first);
-    part_store(b, body_parts, parts->place_b + first);
+    global const BodyCopyBlock* copies = body_copy_blocks + block;
+    LaneBody a = body_copy_load(motions, bodies->body_a + first, copies->copies_a + first);
+    LaneBody b = body_copy_load(motions, bodies->body_b + first, copies->copies_b + first);
+    start_lanes(block, first, block_bodies, block_rows, contact_blocks, impulse_blocks, angular_friction_blocks,
+                angular_friction_impulses, patch_blocks, patch_impulses, &a, &b);
+    body_copy_store(a, body_copies, copies->slot_a + first);
+    body_copy_store(b, body_copies, copies->slot_b + first);
   }
 }
 #endif

@@ -29,7 +29,7 @@ const char* name_of(EventKind kind) {
   switch (kind) {
     case EVENT_CONTACT_BEGIN: return "begin";
     case EVENT_CONTACT_END: return "end";
-    case EVENT_SENSOR_ENTER: return "enter";
+    case EVENT_TRIGGER_ENTER: return "enter";
     default: return "leave";
   }
 }
@@ -56,10 +56,10 @@ void add_records(py::module_& module) {
   add_handle<JointHandle>(module, "Joint", "A joint of a World, as a Body is a body.");
 
   py::class_<BodyEvent>(module, "Event",
-                        "Two bodies began or ceased to touch in the last step, or entered or left a sensor.")
+                        "Two bodies began or ceased to touch in the last step, or entered or left a trigger.")
       .def_property_readonly(
           "kind", [](const BodyEvent& event) { return name_of(event.kind); }, "'begin', 'end', 'enter' or 'leave'.")
-      .def_readonly("a", &BodyEvent::a, "A Body; of 'enter' and 'leave' the one with the sensor.")
+      .def_readonly("a", &BodyEvent::a, "A Body; of 'enter' and 'leave' the one with the trigger.")
       .def_readonly("b", &BodyEvent::b, "The other Body.")
       .def("__repr__", [](const BodyEvent& event) {
         return fmt::format("<lockstep.Event {} of {} and {}>", name_of(event.kind), event.a.id, event.b.id);
@@ -67,7 +67,7 @@ void add_records(py::module_& module) {
 
   py::class_<BodyHit>(module, "Hit", "The nearest surface on a ray.")
       .def_readonly("body", &BodyHit::body, "The Body that it is of.")
-      .def_readonly("shape", &BodyHit::shape, "By its place in the body's description.")
+      .def_readonly("shape", &BodyHit::shape, "By its index in the body's description.")
       .def_readonly("distance", &BodyHit::distance, "From the origin, m.")
       .def_property_readonly(
           "point", [](const BodyHit& hit) { return to_array(hit.point); }, "Shape (3,), m.")

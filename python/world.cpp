@@ -13,6 +13,14 @@ WorldOptions options_of(const py::object& device, const std::string& precision, 
   return {py::str(device).cast<std::string>(), precision, threads, solver};
 }
 
+// The scene, once what its text should say otherwise has been told.
+Scene warned(Scene scene) {
+  for (const std::string& note : scene.notes)
+    if (PyErr_WarnEx(PyExc_DeprecationWarning, (scene.source + ": " + note).c_str(), 1) != 0)
+      throw py::error_already_set();
+  return scene;
+}
+
 template <class Handle>
 Handle found(const std::optional<Handle>& handle, const char* what, const std::string& name) {
   if (!handle) throw Error(Failure::input, "world", fmt::format("has no {} of the name '{}'", what, name));
@@ -42,7 +50,7 @@ void add_making(WorldClass& world) {
       .def(
           py::init([](const py::object& scene, const py::object& device, const std::string& precision, u32 threads,
                       const std::string& solver, const std::string& source, u32 seed) {
-            return std::make_unique<SharedWorld>(parse_scene(json_text(scene), source, seed),
+            return std::make_unique<SharedWorld>(warned(parse_scene(json_text(scene), source, seed)),
                                                  options_of(device, precision, threads, solver));
           }),
           py::arg("scene"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
@@ -59,7 +67,7 @@ void add_making(WorldClass& world) {
           "load",
           [](const std::string& path_or_name, const py::object& device, const std::string& precision, u32 threads,
              const std::string& solver, u32 seed) {
-            return std::make_unique<SharedWorld>(read_scene(path_or_name, seed),
+            return std::make_unique<SharedWorld>(warned(read_scene(path_or_name, seed)),
                                                  options_of(device, precision, threads, solver));
           },
           py::arg("path_or_name"), py::kw_only(), py::arg("device") = "auto", py::arg("precision") = "",
@@ -87,16 +95,23 @@ void add_bodies(WorldClass& world) {
           "step\n"
           "or question, and costs time in proportion to the whole scene, once for all changes between two steps.")
       .def(
-          "place",
+          "teleport",
           [](SharedWorld& shared, BodyHandle body, const Vector3& position, const Quaternion& orientation,
              const Vector3& velocity, const Vector3& angular_velocity) {
-            shared.use().place(body, {position, orientation}, {velocity, angular_velocity});
+            shared.use().teleport(body, {position, orientation}, {velocity, angular_velocity});
           },
           py::arg("body"), py::arg("position"), py::arg("orientation") = Quaternion{0, 0, 0, 1},
           py::arg("velocity") = Vector3{0, 0, 0}, py::arg("angular_velocity") = Vector3{0, 0, 0},
-          "Puts a body somewhere else, as though it were removed and added again, but that it, its joints and its "
-          "load\n"
+          "Sets the pose of a body, as though it were removed and added again, but that it, its joints and its load\n"
           "stay. Position of the centre of mass, m; quaternion x y z w; m/s; rad/s.")
+      .def(
+          "place",
+          [](const py::object& self, const py::args& args, const py::kwargs& named) {
+            if (PyErr_WarnEx(PyExc_DeprecationWarning, "place() is called teleport()", 1) < 0)
+              throw py::error_already_set();
+            return self.attr("teleport")(*args, **named);
+          },
+          "The old name of teleport().")
       .def(
           "kind", [](SharedWorld& shared, BodyHandle body) { return name_of(shared.use().description(body).kind); },
           py::arg("body"), "'static', 'kinematic' or 'dynamic'.")

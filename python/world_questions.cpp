@@ -95,11 +95,12 @@ void add_questions(WorldClass& world) {
       .def(
           "contacts", [](SharedWorld& shared) { return to_array(shared.use().contacts()); },
           "Contacts of the last step: an array of records with the fields a, b (ids of bodies), shape_a, shape_b (by\n"
-          "their places in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, and\n"
+          "their indices in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, "
+          "and\n"
           "impulse (3,) on a in the last sub-step, N s; world frame.")
       .def(
           "events", [](SharedWorld& shared) { return list_of(shared.use().events()); },
-          "Events of the last step, a list of Event; asked for by the scene's setting `events` or by a sensor.")
+          "Events of the last step, a list of Event; asked for by the scene's setting `events` or by a trigger.")
       .def(
           "cast_ray",
           [](SharedWorld& shared, const Vector3& origin, const Vector3& direction, double length, u32 mask) {
@@ -123,7 +124,7 @@ void add_questions(WorldClass& world) {
             return list_of(shared.use().overlapping_sphere(center, radius, mask));
           },
           py::arg("center"), py::arg("radius"), py::arg("mask") = 0xffffffffu,
-          "Bodies with a shape that overlaps a sphere, oldest first; m. Sensors are not met.")
+          "Bodies with a shape that overlaps a sphere, oldest first; m. Triggers are not met.")
       .def(
           "overlapping_box",
           [](SharedWorld& shared, const Vector3& position, const Vector3& half_extents, const Quaternion& orientation,

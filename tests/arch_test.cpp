@@ -8,10 +8,10 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "host/cases/stand.hpp"
+#include "host/cases/rest.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::arch_test {
 namespace {
 
 // Of the scene: 27 stones; radius of the centre line 1 m.
@@ -40,19 +40,19 @@ bool thrust_fits(double thickness) {
   double low = 0, high = 1;  // the room is a concave function of the thrust
   for (int i = 0; i < 100; ++i) {
     const double third = (high - low) / 3;
-    const bool rises = room_for(low + third) < room_for(high - third);
-    (rises ? low : high) = rises ? low + third : high - third;
+    const bool increases = room_for(low + third) < room_for(high - third);
+    (increases ? low : high) = increases ? low + third : high - third;
   }
   return room_for((low + high) / 2) >= 0;
 }
 
 double least_thickness() {
-  double falls = 0.05, stands = 0.2;
+  double falls = 0.05, rests = 0.2;
   for (int i = 0; i < 40; ++i) {
-    const double middle = (falls + stands) / 2;
-    (thrust_fits(middle) ? stands : falls) = middle;
+    const double middle = (falls + rests) / 2;
+    (thrust_fits(middle) ? rests : falls) = middle;
   }
-  return stands;
+  return rests;
 }
 
 /// The corners of the stone at the crown.
@@ -84,14 +84,14 @@ void expect_stones_of(const std::string& name, double thickness) {
 }
 
 /// An arch of this thickness in sub-steps so short that its limit comes close, for five seconds.
-Stood stand_finely(double thickness) {
+RestMeasures measure_rest_finely(double thickness) {
   nlohmann::json arch = scene_text("arch");
   points_of(arch) = stone_of(thickness);
   Scene scene = parse_scene(arch.dump(), "arch.json");
   scene.settings.substeps = 128;
   scene.settings.slop = 1e-5;
   scene.settings.steps = 300;
-  return stand(scene);
+  return measure_rest(scene);
 }
 
 TEST(Arch, LimitIsThatOfTheLiterature) {
@@ -104,12 +104,12 @@ TEST(Arch, ScenesHaveTheThicknessTheyTell) {
   expect_stones_of("arch_thin", 0.095);
 }
 
-TEST(Arch, ThinOneFalls) { EXPECT_GT(stand(read_scene("arch_thin")).moved, 0.5); }
+TEST(Arch, ThinOneFalls) { EXPECT_GT(measure_rest(read_scene("arch_thin")).moved, 0.5); }
 
-TEST(Arch, StandsAboveTheLimitAndFallsBelow) {
-  EXPECT_LT(stand_finely(1.03 * least_thickness()).moved, 0.005);
-  EXPECT_GT(stand_finely(0.97 * least_thickness()).moved, 0.1);
+TEST(Arch, StaysAtRestAboveTheLimitAndFallsBelow) {
+  EXPECT_LT(measure_rest_finely(1.03 * least_thickness()).moved, 0.005);
+  EXPECT_GT(measure_rest_finely(0.97 * least_thickness()).moved, 0.1);
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::arch_test

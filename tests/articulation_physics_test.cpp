@@ -10,7 +10,7 @@
 #include "tests/bodies.hpp"
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::articulation_physics_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -143,10 +143,10 @@ TYPED_TEST(ArticulationPhysics, ClosesToSecondOrder) {
     resize(state.buffers, state.sizes, state.features);
     Random random(3);
     for (u32 i = 0; i < state.params.bodies; ++i) {
-      const Vector3 way = random.vector(size);
-      state.buffers.positions[i].x += real(way[0]);
-      state.buffers.positions[i].y += real(way[1]);
-      state.buffers.positions[i].z += real(way[2]);
+      const Vector3 displacement = random.vector(size);
+      state.buffers.positions[i].x += real(displacement[0]);
+      state.buffers.positions[i].y += real(displacement[1]);
+      state.buffers.positions[i].z += real(displacement[2]);
     }
     const double before = joint_drift(state.buffers).separation;
     EXPECT_GT(before, size);
@@ -174,4 +174,4 @@ TYPED_TEST(ArticulationPhysics, WorldsDoNotMeet) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::articulation_physics_test

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "cpu_reference/articulations/closures.hpp"
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 #include "tests/contact_scene.hpp"
 #include "tests/joints/joint_scene.hpp"
 
@@ -117,14 +117,14 @@ double most_off(const Buffers<real>& b) {
       if ((info.locked >> row & 1) == 0) continue;
       const auto axis = reference::joint_vector(block.axes + 3 * (row % 3), lane);
       double off = double(reference::dot3(axis, row < 3 ? u : w)) + double(block.bias[row][lane]) +
-                   double(block.turning[row][lane]);
-      if (row == 2) off -= double(block.rise[lane]) * double(reference::dot3(axis, w));
+                   double(block.velocity_product[row][lane]);
+      if (row == 2) off -= double(block.lead[lane]) * double(reference::dot3(axis, w));
       most = std::max(most, std::abs(off));
     }
     if (info.free == FREE_NOTHING || block.slowest[lane] != block.fastest[lane]) continue;
     const auto along = reference::joint_vector(block.free_axis, lane);
     const double free = double(reference::dot3(along, info.free == FREE_ANGLE ? w : u));
-    const double push = double(block.yield[lane]) * double(b.joint_impulses[link.slot / PACK].free[lane]);
+    const double push = double(block.spring_compliance[lane]) * double(b.joint_impulses[link.slot / PACK].free[lane]);
     most = std::max(most, std::abs(free - double(block.slowest[lane]) + push));
   }
   return most;

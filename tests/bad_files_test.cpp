@@ -10,7 +10,7 @@
 #include "tests/recording_scene.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::bad_files_test {
 namespace {
 
 using Bytes = std::vector<unsigned char>;
@@ -221,4 +221,4 @@ TEST(BadRecordings, ThoseOfAnEarlierStepThanTheyBeginWithAreRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::bad_files_test

@@ -3,7 +3,7 @@
 #include "host/scene/read.hpp"
 #include "tests/refusal.hpp"
 
-namespace lockstep {
+namespace lockstep::bad_mjcf_test {
 namespace {
 
 struct Bad {
@@ -168,4 +168,4 @@ TEST(BadMjcf, WhatIsForOtherProgramsIsPassedOver) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::bad_mjcf_test

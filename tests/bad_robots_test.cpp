@@ -1,7 +1,7 @@
 // URDF files that are none, or that describe what cannot be: the exact line that each kind is refused with.
 #include "tests/robots.hpp"
 
-namespace lockstep {
+namespace lockstep::bad_robots_test {
 namespace {
 
 using BadRobots = Robots;
@@ -167,4 +167,4 @@ TEST_F(BadRobots, WhatASceneSaysWrongOfARobotIsRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::bad_robots_test

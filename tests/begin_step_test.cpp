@@ -3,7 +3,7 @@
 #include "tests/bodies.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::begin_step_test {
 namespace {
 
 TEST(BeginStep, ClearsWhateverTheLastStepLeft) {
@@ -20,4 +20,4 @@ TEST(BeginStep, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::begin_step_test

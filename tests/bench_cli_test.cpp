@@ -4,7 +4,7 @@
 #include "host/cases/hard_case.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::bench_cli_test {
 namespace {
 
 using nlohmann::json;
@@ -39,12 +39,12 @@ TEST_F(BenchCommand, MeasuresErrorsAgainstTheExactAnswer) {
     EXPECT_NEAR(trial["ms_per_second"], double(trial["ms_per_step_median"]) / double(trial["dt"]), 1e-9);
     EXPECT_TRUE(trial["residual_median"].is_null()) << "nothing is solved";
     EXPECT_TRUE(trial["sweeps"].is_null());
-    const json& place = trial["errors"][0];
-    EXPECT_EQ(place["unit"], "m");
+    const json& position = trial["errors"][0];
+    EXPECT_EQ(position["unit"], "m");
     if (trial["method"] == "explicit Euler")
-      EXPECT_NEAR(place["error"], 9.81 * double(trial["dt"]) / 2, 1e-4);
+      EXPECT_NEAR(position["error"], 9.81 * double(trial["dt"]) / 2, 1e-4);
     else
-      EXPECT_LT(place["error"], trial["precision"] == "double" ? 1e-13 : 1e-5);
+      EXPECT_LT(position["error"], trial["precision"] == "double" ? 1e-13 : 1e-5);
   }
 }
 
@@ -120,4 +120,4 @@ TEST_F(BenchCommand, ListsAndRefuses) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::bench_cli_test

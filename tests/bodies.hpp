@@ -22,7 +22,7 @@ struct BodySetup {
   Vector3 velocity = {0, 0, 0};
   Vector3 angular_velocity = {0, 0, 0};  // world frame
   bool pivoted = false;
-  Vector3 lever = {0, 0, 0};                      // from the pivot to the centre of mass, body frame
+  Vector3 com_offset = {0, 0, 0};                 // from the pivot to the centre of mass, body frame
   Vector3 force = {0, 0, 0}, torque = {0, 0, 0};  // of a user, world frame
 };
 
@@ -137,8 +137,8 @@ InitialState<real> make_bodies(const std::vector<BodySetup>& bodies, const Motio
     const bool isotropic = body.inertia[0] == body.inertia[1] && body.inertia[1] == body.inertia[2];
     b.body_infos[i] = {body.world, range.body_count++, static_cast<u32>(body.kind), isotropic};
 
-    const Vector3 lever = rotate(body.orientation, body.lever);
-    const Vector3 v = body.pivoted ? cross(body.angular_velocity, lever) : body.velocity;
+    const Vector3 com_offset = rotate(body.orientation, body.com_offset);
+    const Vector3 v = body.pivoted ? cross(body.angular_velocity, com_offset) : body.velocity;
     b.masses[i].mass = real(dynamic ? body.mass : 0);
     b.masses[i].inverse_mass = real(dynamic ? 1 / body.mass : 0);
     b.motions[i].inverse_mass = b.masses[i].inverse_mass;
@@ -158,8 +158,8 @@ InitialState<real> make_bodies(const std::vector<BodySetup>& bodies, const Motio
     b.orientations[i] = {real(q[0]), real(q[1]), real(q[2]), real(q[3])};
     if (body.pivoted) {
       for (u32 k = 0; k < 3; ++k) {
-        b.pivots[i].point_world[k] = real(x[k] - lever[k]);
-        b.pivots[i].lever_body[k] = real(body.lever[k]);
+        b.pivots[i].point_world[k] = real(x[k] - com_offset[k]);
+        b.pivots[i].com_offset_body[k] = real(body.com_offset[k]);
       }
       b.pivots[i].pivoted = real(1);
     }
@@ -200,7 +200,7 @@ inline std::vector<BodySetup> mixed_bodies(bool with_pivots, u32 per_world = 9) 
       if (body.kind != BODY_STATIC) body.angular_velocity = {1.1 - 0.04 * i, 0.2 + world, 7.0 / (1 + i)};
       if (sort == 8) body.angular_velocity = {900, -1100, 700};  // many radians in a step
       body.pivoted = with_pivots && sort >= 5 && sort < 8;
-      if (body.pivoted) body.lever = {0.1, -0.2 * world, 0.5};
+      if (body.pivoted) body.com_offset = {0.1, -0.2 * world, 0.5};
       bodies.push_back(body);
     }
   }

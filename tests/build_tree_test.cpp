@@ -2,7 +2,7 @@
 
 #include "tests/pair_lists.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::build_tree_test {
 namespace {
 
 template <class real>
@@ -23,7 +23,7 @@ InitialState<real> built(u32 count) {
 }
 
 // From the lowest level up: run `e` of PACK^level shapes lies in entry `e`, whole, for the whole step.
-TYPED_TEST(BuildTree, EveryLevelHoldsItsShapes) {
+TYPED_TEST(BuildTree, EveryLevelContainsItsShapes) {
   using real = TypeParam;
   for (const u32 count : {1u, 15u, 16u, 17u, 256u, 257u, 5000u}) {
     const InitialState<real> state = built<real>(count);
@@ -33,8 +33,8 @@ TYPED_TEST(BuildTree, EveryLevelHoldsItsShapes) {
     for (;; width *= PACK) {
       const u32 blocks = (entries + PACK - 1) / PACK;
       ASSERT_LE(first + blocks, b.tree_blocks.size());
-      for (u32 place = 0; place < count; ++place) {
-        const u32 i = b.tree_items[place], e = place / width;
+      for (u32 slot = 0; slot < count; ++slot) {
+        const u32 i = b.tree_items[slot], e = slot / width;
         const BoxBlock<real>& block = b.tree_blocks[first + e / PACK];
         const real* low[] = {block.low_x, block.low_y, block.low_z};
         const real* high[] = {block.high_x, block.high_y, block.high_z};
@@ -66,4 +66,4 @@ TYPED_TEST(BuildTree, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::build_tree_test

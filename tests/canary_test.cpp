@@ -10,7 +10,7 @@
 #include "kernels/canary.h"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::canary_test {
 namespace {
 
 TEST(Canary, KernelMatchesReference) {
@@ -102,4 +102,4 @@ TEST(Canary, OperandsTellTheDifference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::canary_test

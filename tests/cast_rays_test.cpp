@@ -6,7 +6,7 @@
 #include "host/backends/device_backend.hpp"
 #include "tests/query_worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::cast_rays_test {
 namespace {
 
 template <class real>
@@ -41,9 +41,10 @@ TYPED_TEST(CastRays, MeetWhatAMarchMeets) {
   const double tolerance = sizeof(real) == 4 ? 2e-4 : 1e-7;
   u32 hits[6] = {}, misses = 0;
   for (u32 n = 0; n < 100; ++n) {
-    BodyDescription body = n % 5 == 4 ? plane_body(random.vector(0.3), random.turn()) : any_body(random, n / 5, 0.3);
+    BodyDescription body =
+        n % 5 == 4 ? plane_body(random.vector(0.3), random.rotation()) : any_body(random, n / 5, 0.3);
     if (n % 3 == 0) body.shapes[0].offset = random.vector(0.2);
-    if (n % 3 == 0 && n % 5 != 4) body.shapes[0].rotation = random.turn();
+    if (n % 3 == 0 && n % 5 != 4) body.shapes[0].rotation = random.rotation();
     Simulation<real> simulation = simulate_bodies<real>({body});
     std::vector<RayQuery> rays;
     while (rays.size() < 50) {
@@ -118,14 +119,14 @@ TYPED_TEST(CastRays, AHullIsMetByItsPlanes) {
   EXPECT_GT(hits, 5u);
 }
 
-// The nearest one, of two at one place that of smaller index; in the mask, in the world, within the length, no sensor,
+// The nearest one, of two at one place that of smaller index; in the mask, in the world, within the length, no trigger,
 // nothing that the ray starts in.
 TYPED_TEST(CastRays, TheFirstThatCounts) {
   using real = TypeParam;
   std::vector<BodyDescription> row;
   for (const double x : {9.0, 3.0, 3.0, 6.0, 1.5}) row.push_back(sphere_body({x, 0, 0}, 1));
   row[3].shapes[0].category = 2;
-  row[4] = sensor_body(row[4]);
+  row[4] = trigger_body(row[4]);
   Simulation<real> simulation =
       simulate_in_reference(make_event_worlds<real>({{sphere_body({2, 0, 0}, 0.5)}, row}, 64));
   RayQuery ray;
@@ -152,7 +153,7 @@ TYPED_TEST(CastRays, TheFirstThatCounts) {
   EXPECT_EQ(simulation.cast_rays(std::span(rays).first(1))[0].body, 1u);  // fewer than before
 }
 
-TYPED_TEST(CastRays, RefusesRaysThatMakeNoSense) {
+TYPED_TEST(CastRays, RefusesInvalidRays) {
   using real = TypeParam;
   Simulation<real> simulation = simulate_bodies<real>({sphere_body({0, 0, 0}, 1), sphere_body({3, 0, 0}, 1)});
   std::vector<RayQuery> bad(4);
@@ -169,7 +170,7 @@ std::vector<std::vector<BodyDescription>> crowded_worlds() {
     Random random(90 + w);
     for (u32 n = 0; n < 100; ++n) worlds[w].push_back(any_body(random, n, 3));
     worlds[w].push_back(plane_body({0, 0, -2}));
-    worlds[w][7] = sensor_body(worlds[w][7]);
+    worlds[w][7] = trigger_body(worlds[w][7]);
   }
   return worlds;
 }
@@ -184,7 +185,7 @@ void fill_rays(InitialState<real>& state, u32 count) {
     set(ray.origin, from);
     set(ray.direction, {to[0] / length, to[1] / length, to[2] / length});
     if (i % 10 == 0) set(ray.direction, {0, 0, -1});
-    ray.reach = real(random.between(1, 20));
+    ray.range = real(random.between(1, 20));
     state.buffers.ray_filters[i] = {0, i % 3, random.bits() | (i % 2), 0};
   }
   state.params.queries = count;
@@ -228,4 +229,4 @@ TYPED_TEST(CastRays, ARunningSimulationAnswersLikeTheReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::cast_rays_test

@@ -6,7 +6,7 @@
 #include "host/scene/read.hpp"
 #include "tests/cell_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::cell_gauss_seidel_test {
 namespace {
 
 template <class real>
@@ -19,10 +19,10 @@ constexpr double tolerance = sizeof(real) == 4 ? 1e-5 : 1e-12;
 
 // A heap on both sides of the origin, cells of some bodies each, ready to be solved.
 template <class real>
-InitialState<real> prepared_cells(u32 seed, u32 count, u32 pairs, bool rubs_as_one) {
+InitialState<real> prepared_cells(u32 seed, u32 count, u32 pairs, bool uses_patches) {
   InitialState<real> state = heap<real>(seed, count, pairs);
   state.sizes.blocks = state.params.block_capacity = state.sizes.rows = state.params.row_capacity = pairs;
-  if (rubs_as_one) state.features = with(state.features, Feature::patches);
+  if (uses_patches) state.features = with(state.features, Feature::patches);
   use_cells(state, 0.7);
   run_until_prepared(state);
   draw_start_impulses(seed, state);
@@ -101,7 +101,7 @@ TYPED_TEST(CellGaussSeidel, KernelMatchesReferenceWhereBlocksAreFull) {
   EXPECT_NE(after.counters[COUNTER_STATUS] & STATUS_ROWS_FULL, 0u);
 }
 
-TYPED_TEST(CellGaussSeidel, VoidStepsWriteNothing) {
+TYPED_TEST(CellGaussSeidel, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = prepared_cells<real>(9, 12, 256, false);
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;
@@ -231,12 +231,12 @@ TEST(CellGaussSeidelConverges, ResidualFallsWithTheSweeps) {
     scene.settings.iterations = sweeps;
     const Buffers<double> after = run_steps(compile<double>(scene), 60);
     ASSERT_GT(after.counters[COUNTER_CONTACTS], 50u);
-    const double now = residual(contact_system(after, after.counters), 0x1p-53).relative;
-    EXPECT_LT(now, 0.2 * last) << sweeps;
-    last = now;
+    const double current = residual(contact_system(after, after.counters), 0x1p-53).relative;
+    EXPECT_LT(current, 0.2 * last) << sweeps;
+    last = current;
   }
   EXPECT_LT(last, 1e-12);
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::cell_gauss_seidel_test

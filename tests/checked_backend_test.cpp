@@ -8,7 +8,7 @@
 #include "host/scene/read.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::checked_backend_test {
 namespace {
 
 const InitialState<float>& small_pile() {
@@ -93,4 +93,4 @@ TEST(CheckedBackend, TwinsAgreeInDouble) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::checked_backend_test

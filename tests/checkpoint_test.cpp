@@ -11,7 +11,7 @@
 #include "tests/stage_harness.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::checkpoint_test {
 namespace {
 
 using Bytes = std::vector<unsigned char>;
@@ -82,26 +82,26 @@ TEST(Checkpoint, GoingOnFromAnyTenthStepEndsAlike) {
 }
 
 TEST(Checkpoint, GoesFromDeviceToDeviceWithAnyLaunch) {
-  constexpr u32 parts = 4, steps = 15;  // of each part
+  constexpr u32 segments = 4, steps = 15;  // of each segment
   const std::string name = "spheres_small";
   const InitialState<float> state = compile<float>(read_scene(name));
   Simulation<float> whole = start(state);
-  while (whole.steps_done() < parts * steps) whole.step();
+  while (whole.steps_done() < segments * steps) whole.step();
 
-  const std::pair<u32, u32> launches[parts] = {{16, 0}, {1, 5}, {0, 0}, {8, 64}};  // lanes, work-group
-  InitialState<float> now = state;
+  const std::pair<u32, u32> launches[segments] = {{16, 0}, {1, 5}, {0, 0}, {8, 64}};  // lanes, work-group
+  InitialState<float> current = state;
   std::uint64_t last = 0;
   for (const auto& [lanes, work_group] : launches) {
-    Simulation<float> part = start(now, lanes, work_group);
-    for (u32 i = 0; i < steps; ++i) part.step();
-    last = hash_of(part);
-    now = state;
-    resume_from(checkpoint_of(part, name, identity_of(state)), "x.h5", name, now);
+    Simulation<float> segment = start(current, lanes, work_group);
+    for (u32 i = 0; i < steps; ++i) segment.step();
+    last = hash_of(segment);
+    current = state;
+    resume_from(checkpoint_of(segment, name, identity_of(state)), "x.h5", name, current);
   }
   EXPECT_EQ(last, hash_of(whole));
 }
 
-TEST(Checkpoint, MakesRoomForWhatItHolds) {
+TEST(Checkpoint, MakesRoomForWhatItContains) {
   const std::string name = "sensor_gate";
   InitialState<float> tight = compile<float>(read_scene(name));
   tight.sizes.pairs = tight.sizes.contacts = tight.params.pair_capacity = tight.params.contact_capacity = 1;
@@ -237,4 +237,4 @@ TEST(WholeFile, ComesBackAsItWasWritten) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::checkpoint_test

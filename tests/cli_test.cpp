@@ -4,7 +4,7 @@
 #include "host/scene/setting_table.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::cli_test {
 namespace {
 
 TEST_F(CommandLine, HelpsWithAnExampleForEachCommand) {
@@ -107,7 +107,7 @@ TEST_F(CommandLine, DevicesAndReferenceReportTheSameHashes) {
   }
 }
 
-TEST_F(CommandLine, OptionsReachTheSimulation) {
+TEST_F(CommandLine, OptionsArePassedToTheSimulation) {
   const nlohmann::json plain = report_of("spheres_small --device reference --time 0.5 --dt 0.01");
   EXPECT_EQ(plain["steps"], 50);
   EXPECT_DOUBLE_EQ(plain["dt"].get<double>(), 0.01);
@@ -206,12 +206,12 @@ TEST_F(CommandLine, EventsAreWrittenALineEach) {
               event["event"] == "contact_begin" ? "ground" : "gate");
   }
   EXPECT_EQ(counts["contact_begin"], 8);
-  EXPECT_EQ(counts["sensor_enter"], 8);
-  EXPECT_EQ(counts["sensor_leave"], 8);
-  EXPECT_EQ(report["sensor_leaves"], 8);
+  EXPECT_EQ(counts["trigger_enter"], 8);
+  EXPECT_EQ(counts["trigger_leave"], 8);
+  EXPECT_EQ(report["trigger_leaves"], 8);
   EXPECT_EQ(report["contact_ends"], 0);
   expect_refused("run sensor_gate --events /no/such/folder/events.jsonl", 2, "/no/such/folder/events.jsonl: ");
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::cli_test

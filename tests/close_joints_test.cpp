@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "cpu_reference/joints/joint_now.hpp"
+#include "cpu_reference/joints/current_joint.hpp"
 #include "host/report/joints.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/joint_kinds.hpp"
@@ -11,7 +11,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::close_joints_test {
 namespace {
 
 template <class real>
@@ -30,11 +30,11 @@ template <class real>
 void disturb(Buffers<real>& b, double size, u32 seed) {
   Random random(seed);
   for (std::size_t i = 0; i < b.positions.size(); ++i) {
-    const Vector3 way = random.vector(size), turn = random.vector(size);
+    const Vector3 displacement = random.vector(size), rotation = random.vector(size);
     if (b.body_infos[i].kind != BODY_DYNAMIC) continue;
-    b.positions[i] = {real(b.positions[i].x + way[0]), real(b.positions[i].y + way[1]), real(b.positions[i].z + way[2]),
-                      0};
-    const Vector3 half = 0.5 * turn;
+    b.positions[i] = {real(b.positions[i].x + displacement[0]), real(b.positions[i].y + displacement[1]),
+                      real(b.positions[i].z + displacement[2]), 0};
+    const Vector3 half = 0.5 * rotation;
     const Quaternion q = exact::unit(exact::multiply({half[0], half[1], half[2], 1}, orientation(b, u32(i))));
     b.orientations[i] = {real(q[0]), real(q[1]), real(q[2]), real(q[3])};
   }
@@ -97,8 +97,8 @@ TYPED_TEST(CloseJoints, StepsMatchReference) {
   }
 }
 
-// What is off by e is off by some e^2 after one visit: half of it leaves a quarter. A few more leave rounding.
-TYPED_TEST(CloseJoints, OneVisitClosesAJointToSecondOrder) {
+// What is off by e is off by some e^2 after one solve: half of it leaves a quarter. A few more leave rounding.
+TYPED_TEST(CloseJoints, OneSolveClosesAJointToSecondOrder) {
   using real = TypeParam;
   for (u32 kind = 0; kind < JOINT_KINDS; ++kind) {
     if (kind == JOINT_SKATE) continue;  // it is never off
@@ -127,13 +127,13 @@ TYPED_TEST(CloseJoints, DisplacementsOfFreeBodiesBalance) {
     double size = 0;
     for (u32 i = 0; i < 2; ++i) {
       const Mass<real>& mass = state.buffers.masses[i];
-      const Vector3 way = position(after, i) - position(state.buffers, i);
+      const Vector3 displacement = position(after, i) - position(state.buffers, i);
       const Quaternion q = orientation(state.buffers, i);
-      const Quaternion turn = exact::multiply(orientation(after, i), {-q[0], -q[1], -q[2], q[3]});
-      force = force + double(mass.mass) * way;
-      moment = moment + cross(position(state.buffers, i), double(mass.mass) * way) +
-               (2 * double(mass.inertia[0]) / turn[3]) * Vector3{turn[0], turn[1], turn[2]};
-      size += length(way);
+      const Quaternion rotation = exact::multiply(orientation(after, i), {-q[0], -q[1], -q[2], q[3]});
+      force = force + double(mass.mass) * displacement;
+      moment = moment + cross(position(state.buffers, i), double(mass.mass) * displacement) +
+               (2 * double(mass.inertia[0]) / rotation[3]) * Vector3{rotation[0], rotation[1], rotation[2]};
+      size += length(displacement);
     }
     EXPECT_GT(size, 0.01);
     EXPECT_LT(length(force), rounding);
@@ -161,7 +161,7 @@ double coordinate(const Buffers<real>& b) {
   const auto q = [&](u32 i) { return reference::quat(b.orientations[i]); };
   const auto x = [&](u32 i) { return reference::vec3_of(b.positions[i]); };
   return double(
-      reference::joint_now(b.joints[0], info, reference::joint_sizes(b, 0), x(0), q(0), x(1), q(1)).coordinate);
+      reference::current_joint(b.joints[0], info, reference::joint_sizes(b, 0), x(0), q(0), x(1), q(1)).coordinate);
 }
 
 // A coordinate beyond a limit comes back to it, with all else that is off; within the limits it is left alone.
@@ -178,7 +178,7 @@ TYPED_TEST(CloseJoints, LimitsAreKept) {
       scene.joints[0].low = start + (beyond > 0 ? beyond : beyond - 0.1);
       scene.joints[0].high = scene.joints[0].low + 0.1;
       const Buffers<real> after = closed(disturbed<real>(scene, 0.05, 9), 6);
-      const double x = coordinate(after);  // at the limit; or just inside, where a visit overshot it
+      const double x = coordinate(after);  // at the limit; or just inside, where a solve overshot it
       EXPECT_NEAR(x, beyond > 0 ? scene.joints[0].low : scene.joints[0].high, 0.005);
       EXPECT_GT(x, scene.joints[0].low - rounding);
       EXPECT_LT(x, scene.joints[0].high + rounding);
@@ -249,7 +249,7 @@ TYPED_TEST(CloseJoints, AWorldOfABatchIsAsItIsAlone) {
   }
 }
 
-TYPED_TEST(CloseJoints, VoidStepsWriteNothing) {
+TYPED_TEST(CloseJoints, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = disturbed<real>(closed_by_positions(random_joints(6, 20, 30), 2), 0.05, 6);
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;
@@ -293,4 +293,4 @@ TEST(ClosedJoints, WhatSwingsKeepsItsEnergyAndItsJoints) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::close_joints_test

@@ -46,13 +46,13 @@ inline double measured_dzhanibekov_period(double epsilon, const MotionSetup& mot
   double last = angular_velocity_body(backend.buffers(), 0)[1], first_passage = 0;
   for (u32 i = 0; i < 1000000; ++i) {
     step(backend, state.params);
-    const double now = angular_velocity_body(backend.buffers(), 0)[1];
-    if ((last < 0) != (now < 0)) {
-      const double passage = (i + last / (last - now)) * motion.dt;
+    const double current = angular_velocity_body(backend.buffers(), 0)[1];
+    if ((last < 0) != (current < 0)) {
+      const double passage = (i + last / (last - current)) * motion.dt;
       if (first_passage != 0) return 2 * (passage - first_passage);
       first_passage = passage;
     }
-    last = now;
+    last = current;
   }
   return 0;
 }
@@ -77,7 +77,7 @@ inline Vector3 dzhanibekov_axis_after(Integrator integrator, u32 steps) {
 inline BodySetup pendulum() {
   BodySetup body;
   body.pivoted = true;
-  body.lever = {0, 0, -1};
+  body.com_offset = {0, 0, -1};
   body.inertia = {1, 1, 1e-3};
   body.orientation = about({0, 1, 0}, -pi / 2);
   body.position = {1, 0, 0};
@@ -102,7 +102,7 @@ inline BodySetup simo_wong_top() {
   BodySetup top;
   top.mass = 20;
   top.pivoted = true;
-  top.lever = {0, 0, 1};
+  top.com_offset = {0, 0, 1};
   top.inertia = {25, 25, 1};  // about the pivot
   top.orientation = about({1, 0, 0}, 0.05);
   top.position = figure_axis(top.orientation);
@@ -118,7 +118,7 @@ inline MotionSetup top_motion(double dt, Integrator integrator) {
 inline BodySetup precessing_top(double rate) {
   BodySetup top;
   top.pivoted = true;
-  top.lever = {0, 0, 0.5};
+  top.com_offset = {0, 0, 0.5};
   top.inertia = {0.3, 0.3, 0.1};
   top.orientation = about({1, 0, 0}, pi / 6);
   const Vector3 axis = figure_axis(top.orientation);
@@ -139,10 +139,10 @@ inline Precession measured_precession(double start_rate, Integrator integrator, 
   double angle = 0, nutation = 0;
   for (u32 i = 0; i < steps; ++i) {
     step(backend, state.params);
-    const Vector3 now = figure_axis(orientation(backend.buffers(), 0));
-    angle += std::atan2(last[0] * now[1] - last[1] * now[0], last[0] * now[0] + last[1] * now[1]);
-    nutation = std::fmax(nutation, std::fabs(now[2] - tilt));
-    last = now;
+    const Vector3 current = figure_axis(orientation(backend.buffers(), 0));
+    angle += std::atan2(last[0] * current[1] - last[1] * current[0], last[0] * current[0] + last[1] * current[1]);
+    nutation = std::fmax(nutation, std::fabs(current[2] - tilt));
+    last = current;
   }
   return {angle / (steps * dt), nutation};
 }

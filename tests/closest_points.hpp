@@ -39,8 +39,8 @@ inline Vector3 support(const BodyDescription& body, const Vector3& direction) {
     for (unsigned k = 0; k < 3; ++k) p[k] = length > 0 ? r * d[k] / length : 0;
     if (shape.kind == SHAPE_CAPSULE) p[2] += end;
   }
-  const Vector3 turned = exact::rotate(q, p);
-  return {body.position[0] + turned[0], body.position[1] + turned[1], body.position[2] + turned[2]};
+  const Vector3 rotated = exact::rotate(q, p);
+  return {body.position[0] + rotated[0], body.position[1] + rotated[1], body.position[2] + rotated[2]};
 }
 
 /// Not less than the distance, and about as much: Frank and Wolfe's iteration on the difference of the two sets.

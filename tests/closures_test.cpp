@@ -8,7 +8,7 @@
 
 #include "tests/articulation_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::closures_test {
 namespace {
 
 template <class real>
@@ -187,4 +187,4 @@ TYPED_TEST(Closures, AParallelogramStaysOne) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::closures_test

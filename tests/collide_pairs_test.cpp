@@ -7,20 +7,20 @@
 #include "tests/collision_states.hpp"
 #include "tests/shapes/cases.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::collide_pairs_test {
 namespace {
 
 template <class real>
-BodyDescription body_at(u32 kind, const reference::Placed<real>& shape) {
+BodyDescription body_at(u32 kind, const reference::WorldShape<real>& shape) {
   const auto &center = shape.center, &size = shape.size;
-  const auto& turn = shape.rotation;
-  const Vector3 place = {center.x, center.y, center.z}, sizes = {size.x, size.y, size.z};
-  const Quaternion orientation = {turn.x, turn.y, turn.z, turn.w};
-  BodyDescription body = kind == SHAPE_PLANE    ? plane_body(place, orientation)
-                         : kind == SHAPE_SPHERE ? sphere_body(place, sizes[0])
+  const auto& rotation = shape.rotation;
+  const Vector3 position = {center.x, center.y, center.z}, sizes = {size.x, size.y, size.z};
+  const Quaternion orientation = {rotation.x, rotation.y, rotation.z, rotation.w};
+  BodyDescription body = kind == SHAPE_PLANE    ? plane_body(position, orientation)
+                         : kind == SHAPE_SPHERE ? sphere_body(position, sizes[0])
                          : kind == SHAPE_BOX || kind == SHAPE_HULL
-                             ? box_body(place, sizes, orientation)
-                             : round_body(ShapeKind(kind), place, sizes[0], sizes[1], orientation);
+                             ? box_body(position, sizes, orientation)
+                             : round_body(ShapeKind(kind), position, sizes[0], sizes[1], orientation);
   body.orientation = orientation;
   body.shapes[0].kind = ShapeKind(kind);
   return body;
@@ -73,4 +73,4 @@ TYPED_TEST(CollidePairs, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::collide_pairs_test

@@ -5,7 +5,7 @@
 
 #include "tests/collision_states.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::collide_test {
 namespace {
 
 template <class real>
@@ -177,10 +177,10 @@ TYPED_TEST(Collide, ARestingBoxKeepsItsFourContacts) {
       step(backend, state.params);
       const Buffers<real>& b = backend.buffers();
       ASSERT_EQ(b.counters[COUNTER_CONTACTS], 4u) << "step " << n << ", angle " << angle;
-      std::vector<u32> now;
-      for (u32 i = 0; i < 4; ++i) now.push_back(b.contacts[i].feature);
-      if (n == 0) features = now;
-      ASSERT_EQ(now, features) << "step " << n << ", angle " << angle;
+      std::vector<u32> current;
+      for (u32 i = 0; i < 4; ++i) current.push_back(b.contacts[i].feature);
+      if (n == 0) features = current;
+      ASSERT_EQ(current, features) << "step " << n << ", angle " << angle;
     }
   }
 }
@@ -219,4 +219,4 @@ TYPED_TEST(Collide, ARollingCylinderNeverLosesContact) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::collide_test

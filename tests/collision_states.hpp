@@ -43,8 +43,8 @@ inline std::vector<std::vector<BodyDescription>> worlds_of_pairs(u32 count) {
                            : kind == SHAPE_BOX   ? box_body(position, {size(), size(), size()})
                            : kind == SHAPE_PLANE ? plane_body(position)
                                                  : round_body(ShapeKind(kind), position, size(), size());
-    const Quaternion turns[] = {{0, 0, 0, 1}, {0.5, 0.5, 0.5, 0.5}, {0, 0, 1, 0}, {0, 0, 0.6, 0.8}};
-    body.orientation = ties ? turns[random.bits() % 4] : random.turn();
+    const Quaternion rotations[] = {{0, 0, 0, 1}, {0.5, 0.5, 0.5, 0.5}, {0, 0, 1, 0}, {0, 0, 0.6, 0.8}};
+    body.orientation = ties ? rotations[random.bits() % 4] : random.rotation();
     if (kind != SHAPE_PLANE) body.velocity = random.vector(ties ? 0 : 2);
     return body;
   };
@@ -63,17 +63,19 @@ inline std::vector<std::vector<BodyDescription>> worlds_of_pairs(u32 count) {
 
 /// A body of one of the kinds that turn and move: long, flat, tiny and huge ones.
 inline BodyDescription any_body(Random& random, double space, double size) {
-  const Vector3 place = random.vector(space);
+  const Vector3 position = random.vector(space);
   const double shrink = random.between(0, 1), radius = size * (0.02 + shrink * shrink * shrink * shrink);
   BodyDescription body;
   switch (random.bits() % 5) {
-    case 0: body = sphere_body(place, radius); break;
-    case 1: body = round_body(SHAPE_CAPSULE, place, 0.2 * radius, random.between(0.1, 3) * radius); break;
-    case 2: body = round_body(SHAPE_CYLINDER, place, radius, random.between(0.05, 2) * radius); break;
-    case 3: body = box_body(place, {radius, random.between(0.02, 1) * radius, random.between(0.02, 3) * radius}); break;
-    default: body = box_body(place, {radius, radius, radius});
+    case 0: body = sphere_body(position, radius); break;
+    case 1: body = round_body(SHAPE_CAPSULE, position, 0.2 * radius, random.between(0.1, 3) * radius); break;
+    case 2: body = round_body(SHAPE_CYLINDER, position, radius, random.between(0.05, 2) * radius); break;
+    case 3:
+      body = box_body(position, {radius, random.between(0.02, 1) * radius, random.between(0.02, 3) * radius});
+      break;
+    default: body = box_body(position, {radius, radius, radius});
   }
-  body.orientation = random.bits() % 4 == 0 ? Quaternion{0, 0, 0, 1} : random.turn();
+  body.orientation = random.bits() % 4 == 0 ? Quaternion{0, 0, 0, 1} : random.rotation();
   body.velocity = random.vector(2);
   body.angular_velocity = random.vector(4);
   return body;
@@ -92,7 +94,7 @@ inline std::vector<std::vector<BodyDescription>> worlds_of_all_kinds() {
       for (u32 k = 0; k < n % 3; ++k) {
         body.shapes.push_back(any_body(random, 0, 0.5).shapes[0]);
         body.shapes.back().offset = random.vector(0.5);
-        body.shapes.back().rotation = random.turn();
+        body.shapes.back().rotation = random.rotation();
       }
       worlds[w].push_back(body);
     }

@@ -4,7 +4,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::color_contacts_test {
 namespace {
 
 template <class real>
@@ -105,4 +105,4 @@ TYPED_TEST(ColorContacts, ImmovableBodiesTakeNoColor) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::color_contacts_test

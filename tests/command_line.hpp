@@ -45,15 +45,15 @@ class CommandLine : public testing::Test {
     return {WEXITSTATUS(status), read_file(out), read_file(err)};
   }
 
-  // Refused: this status, nothing on stdout, one line on stderr that contains `part`.
-  void expect_refused(const std::string& arguments, int status, const std::string& part) const {
+  // Refused: this status, nothing on stdout, one line on stderr that contains `expected`.
+  void expect_refused(const std::string& arguments, int status, const std::string& expected) const {
     SCOPED_TRACE(arguments);
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, status) << outcome.err;
     EXPECT_EQ(outcome.out, "");
     EXPECT_EQ(outcome.err.rfind("lockstep: ", 0), 0u) << outcome.err;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_NE(outcome.err.find(part), std::string::npos) << outcome.err;
+    EXPECT_NE(outcome.err.find(expected), std::string::npos) << outcome.err;
   }
 
   nlohmann::json report_of(const std::string& arguments) const {

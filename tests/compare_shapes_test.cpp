@@ -4,7 +4,7 @@
 
 #include "tests/pair_lists.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::compare_shapes_test {
 namespace {
 
 template <class real>
@@ -50,4 +50,4 @@ TYPED_TEST(CompareShapes, KernelFindsManyPartners) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::compare_shapes_test

@@ -8,7 +8,7 @@
 
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::cone_test {
 namespace {
 
 using reference::ConeVector;
@@ -48,14 +48,14 @@ Delassus<double> random_delassus(Random& random) {
     for (int k = 0; k < 3; ++k) arm[k] = half[k] * random.between(-1, 1);
     const int face = int(random.bits() % 3);
     arm[face] = half[face];
-    const Vector3 levers[3] = {cross(arm, n), cross(arm, t1), cross(arm, t2)};
+    const Vector3 moments[3] = {cross(arm, n), cross(arm, t1), cross(arm, t2)};
     for (int i = 0; i < 3; ++i) {
       for (int j = 0; j < 3; ++j) {
         w[i][j] += i == j ? 1 / mass : 0;
         for (int k = 0; k < 3; ++k) {
           const double inertia =
               mass / 3 * (half[(k + 1) % 3] * half[(k + 1) % 3] + half[(k + 2) % 3] * half[(k + 2) % 3]);
-          w[i][j] += levers[i][k] * levers[j][k] / inertia;
+          w[i][j] += moments[i][k] * moments[j][k] / inertia;
         }
       }
     }
@@ -82,10 +82,10 @@ std::vector<ConeVector<double>> slips(const Problem& p) {
     return u.tangent_1 * std::sin(angle) - u.tangent_2 * std::cos(angle);
   };
   const int directions = 3600;
-  const double turn = 2 * 3.141592653589793;
+  const double two_pi = 2 * 3.141592653589793;
   std::vector<ConeVector<double>> found;
   for (int i = 0; i < directions; ++i) {
-    double low = turn * i / directions, high = turn * (i + 1) / directions;
+    double low = two_pi * i / directions, high = two_pi * (i + 1) / directions;
     if (across(low) * across(high) > 0) continue;
     const double sign = across(low);
     for (int k = 0; k < 60; ++k) {
@@ -148,7 +148,7 @@ TYPED_TEST(Cone, SolvesStickAndSlipAsTheScanDoes) {
   EXPECT_GT(slipped, 600);
 }
 
-TYPED_TEST(Cone, TakesOffWhenBodiesPart) {
+TYPED_TEST(Cone, TakesOffWhenBodiesSeparate) {
   using real = TypeParam;
   Random random(12);
   for (int i = 0; i < 100; ++i) {
@@ -206,4 +206,4 @@ TYPED_TEST(Cone, StaysInTheConeOnExtremeBlocks) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::cone_test

@@ -10,7 +10,7 @@
 #include "host/record/hdf5.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::consistency_test {
 namespace {
 
 using State = InitialState<float>;
@@ -55,7 +55,7 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
        "features: are those of no scene"},
       {"wrecking_ball", [](State& s) { s.features &= ~static_cast<Features>(Feature::jacobi); },
        "features: are those of no scene"},
-      {"wrecking_ball", [](State& s) { s.features = with(s.features, Feature::turning_friction); },
+      {"wrecking_ball", [](State& s) { s.features = with(s.features, Feature::angular_friction); },
        "features: are those of no scene"},
       {"rolling_resistance", [](State& s) { s.features = with(s.features, Feature::patches); },
        "features: are those of no scene"},
@@ -84,10 +84,10 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
       {"rover", [](State& s) { s.buffers.joint_infos[1].direct = 1; }, "joint_infos[1]: is solved by nobody, or twice"},
       {"wrecking_ball", [](State& s) { s.buffers.gradient_laws[0].accelerated = 2; },
        "gradient_laws[0]: is of an unknown kind"},
-      {"wrecking_ball", [](State& s) { s.buffers.joint_parts[0].place_b[0] = 99; },
-       "joint_parts[0]: stands among the parts of other bodies"},
-      {"wrecking_ball", [](State& s) { s.buffers.joint_part_starts.back() = 0; },
-       "joint_part_starts[0]: counts other joints than there are"},
+      {"wrecking_ball", [](State& s) { s.buffers.joint_side_slots[0].slot_b[0] = 99; },
+       "joint_side_slots[0]: is among the sides of other bodies"},
+      {"wrecking_ball", [](State& s) { s.buffers.joint_side_starts.back() = 0; },
+       "joint_side_starts[0]: counts other joints than there are"},
       {"box_stack", [](State& s) { s.buffers.world_ranges[0].body_count = 99; },
        "world_ranges[0]: reaches beyond what there is"},
       {"box_stack", [](State& s) { s.buffers.world_ranges[0].first_shape = 0xffffffffu; },
@@ -127,7 +127,8 @@ TEST(Consistency, IndicesThatPointNowhereAreRefused) {
        "shape_tree_blocks[1]: is of no tree of this scene"},
       {"terrain", [](State& s) { s.buffers.world_trees[0].tree_count = 9; },
        "world_trees[0]: is of no tree of this scene"},
-      {"terrain", [](State& s) { s.buffers.loose_shapes[0] = 1; }, "loose_shapes[0]: is of no tree of this scene"},
+      {"terrain", [](State& s) { s.buffers.top_level_shapes[0] = 1; },
+       "top_level_shapes[0]: is of no tree of this scene"},
       {"terrain", [](State& s) { s.buffers.shape_infos[9].flags = 0; }, "shape_infos[9]: is of no tree of this scene"},
       {"rag_doll", [](State& s) { s.buffers.joint_infos[1].body_b = 1000; }, "joint_infos[1]: has no such bodies"},
       {"rag_doll", [](State& s) { s.buffers.joint_infos[1].kind = JOINT_KINDS; },
@@ -192,4 +193,4 @@ TEST(Consistency, ListsThatPointNowhereOrAreOutOfOrderAreRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::consistency_test

@@ -165,17 +165,17 @@ InitialState<real> prepared(InitialState<real> state) {
     Vector3 n = random.vector(1);
     const double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
     for (double& x : n) x /= length;
-    const double reach_a = random.between(-1, -0.5), reach_b = random.between(0.5, 1);
+    const double along_a = random.between(-1, -0.5), along_b = random.between(0.5, 1);
     const Vector3 off = general ? random.vector(0.3) : Vector3{};
     c.normal_x[lane] = real(n[0]);
     c.normal_y[lane] = real(n[1]);
     c.normal_z[lane] = real(n[2]);
-    c.arm_a_x[lane] = real(reach_a * n[0] + off[0]);
-    c.arm_a_y[lane] = real(reach_a * n[1] + off[1]);
-    c.arm_a_z[lane] = real(reach_a * n[2] + off[2]);
-    c.arm_b_x[lane] = real(reach_b * n[0] - off[0]);
-    c.arm_b_y[lane] = real(reach_b * n[1]);
-    c.arm_b_z[lane] = real(reach_b * n[2]);
+    c.arm_a_x[lane] = real(along_a * n[0] + off[0]);
+    c.arm_a_y[lane] = real(along_a * n[1] + off[1]);
+    c.arm_a_z[lane] = real(along_a * n[2] + off[2]);
+    c.arm_b_x[lane] = real(along_b * n[0] - off[0]);
+    c.arm_b_y[lane] = real(along_b * n[1]);
+    c.arm_b_z[lane] = real(along_b * n[2]);
     c.bias[lane] = real(random.between(-0.5, 0.5));
     c.friction[lane] = random.bits() % 8 == 0 ? real(0) : real(random.between(0, 1.5));
     c.w_nn[lane] = real(random.between(1, 2));
@@ -212,8 +212,8 @@ inline std::vector<BodyDescription> strewn_ball(u32 count) {
   bodies[0].mass = 1000;
   bodies[0].inertia = {4e4, 4e4, 4e4};
   for (u32 i = 0; i < count; ++i) {
-    const double z = 1 - (2 * i + 1.0) / count, ring = std::sqrt(1 - z * z), turn = 2.399963229728653 * i;
-    const Vector3 out = {ring * std::cos(turn), ring * std::sin(turn), z};
+    const double z = 1 - (2 * i + 1.0) / count, ring = std::sqrt(1 - z * z), azimuth = 2.399963229728653 * i;
+    const Vector3 out = {ring * std::cos(azimuth), ring * std::sin(azimuth), z};
     bodies.push_back(sphere_body({10.25 * out[0], 10.25 * out[1], 10.25 * out[2]}, 0.25, {-out[0], -out[1], -out[2]}));
   }
   return bodies;

@@ -5,7 +5,7 @@
 
 #include "tests/event_worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::continuous_test {
 namespace {
 
 template <class real>
@@ -15,10 +15,10 @@ TYPED_TEST_SUITE(Continuous, Precisions);
 
 constexpr double bullet_radius = 0.005, wall_half = 0.005;
 
-BodyDescription continuous(BodyDescription body, Vector3 velocity = {0, 0, 0}, Vector3 spin = {0, 0, 0}) {
+BodyDescription continuous(BodyDescription body, Vector3 velocity = {0, 0, 0}, Vector3 angular_velocity = {0, 0, 0}) {
   body.continuous = true;
   body.velocity = velocity;
-  body.angular_velocity = spin;
+  body.angular_velocity = angular_velocity;
   return body;
 }
 
@@ -117,20 +117,20 @@ TYPED_TEST(Continuous, BoxesAndCapsulesDoNotPass) {
   Random random(70);
   for (int n = 0; n < 200; ++n) {
     SCOPED_TRACE(n);
-    const Vector3 place = {random.between(-9, -0.5), 0, 0};
-    const Quaternion turn = random.turn();
+    const Vector3 position = {random.between(-9, -0.5), 0, 0};
+    const Quaternion rotation = random.rotation();
     const Vector3 velocity = {random.between(200, 500), random.between(-100, 100), 0};
-    const Vector3 spin = random.vector(n % 4 == 0 ? 0 : 30);
-    const BodyDescription body =
-        n % 2 ? box_body(place, {0.1, 0.05, 0.02}, turn) : round_body(SHAPE_CAPSULE, place, 0.03, 0.1, turn);
-    const Buffers<real> b = after_steps(weightless<real>({wall(), continuous(body, velocity, spin)}), 8);
+    const Vector3 angular_velocity = random.vector(n % 4 == 0 ? 0 : 30);
+    const BodyDescription body = n % 2 ? box_body(position, {0.1, 0.05, 0.02}, rotation)
+                                       : round_body(SHAPE_CAPSULE, position, 0.03, 0.1, rotation);
+    const Buffers<real> b = after_steps(weightless<real>({wall(), continuous(body, velocity, angular_velocity)}), 8);
     EXPECT_LT(b.positions[1].x, -0.01);
     EXPECT_LT(std::abs(b.motions[1].v[0]), 0.06 * velocity[0]);
   }
 }
 
 // A rod turns beside a wall at 20 rad/s, a third of a radian in the step: its end comes to the wall, not through it.
-TYPED_TEST(Continuous, TheEndOfATurningRodIsStopped) {
+TYPED_TEST(Continuous, TheEndOfARotatingRodIsStopped) {
   using real = TypeParam;
   for (const double angle : {0.2, 0.3, 0.4}) {
     const Quaternion lying = {std::sin(angle / 2), 0, 0, std::cos(angle / 2)};  // z axis towards -y
@@ -213,9 +213,9 @@ TYPED_TEST(Continuous, TwinsAgree) {
   Random random(72);
   for (auto& world : worlds) {
     for (u32 n = 0; n < 60; ++n) {
-      const Vector3 place = random.vector(3);
-      world.push_back(n % 2 ? box_body(place, {0.3, 0.1, 0.05}, random.turn())
-                            : round_body(SHAPE_CAPSULE, place, 0.05, 0.3, random.turn()));
+      const Vector3 position = random.vector(3);
+      world.push_back(n % 2 ? box_body(position, {0.3, 0.1, 0.05}, random.rotation())
+                            : round_body(SHAPE_CAPSULE, position, 0.05, 0.3, random.rotation()));
       world.back().velocity = random.vector(100);
       world.back().angular_velocity = random.vector(20);
     }
@@ -225,4 +225,4 @@ TYPED_TEST(Continuous, TwinsAgree) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::continuous_test

@@ -3,7 +3,7 @@
 
 #include "tests/dense_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::couple_contacts_test {
 namespace {
 
 template <class real>
@@ -20,7 +20,7 @@ bool share_a_movable_body(const Buffers<real>& b, u32 i, u32 j) {
   return false;
 }
 
-// Each contact has one place, each tile one world, and a pair is listed where some of its contacts share a body, and
+// Each contact has one slot, each tile one world, and a pair is listed where some of its contacts share a body, and
 // nowhere else.
 template <class real>
 void expect_definition(const Buffers<real>& b) {
@@ -92,10 +92,10 @@ TYPED_TEST(CoupleContacts, AWorldThatIsTooDenseIsTold) {
   const Buffers<real> after = run_twins(Stage::couple_contacts, state);
   EXPECT_EQ(after.counters[COUNTER_STATUS], u32{STATUS_TOO_DENSE});
   EXPECT_EQ(NONE - after.counters[COUNTER_BAD_BODY], 41 + DENSE_CONTACTS + 1);  // the first that is one too many
-  u32 placed = 0;
-  for (const ContactTile& tile : after.contact_tiles) placed += tile.count;
-  EXPECT_EQ(placed, DENSE_CONTACTS + 80);
+  u32 in_tiles = 0;
+  for (const ContactTile& tile : after.contact_tiles) in_tiles += tile.count;
+  EXPECT_EQ(in_tiles, DENSE_CONTACTS + 80);
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::couple_contacts_test

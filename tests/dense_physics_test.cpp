@@ -4,7 +4,7 @@
 #include "host/scene/read.hpp"
 #include "tests/dense_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::dense_physics_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -40,11 +40,11 @@ TYPED_TEST(DensePhysics, ImpactOfTwoBalls) {
 
 // A block of 1 kg on a slope after `steps` steps: its speed down it.
 double speed_on_slope(double angle, double friction, int steps) {
-  const Quaternion turn = {0, std::sin(angle / 2), 0, std::cos(angle / 2)};
+  const Quaternion rotation = {0, std::sin(angle / 2), 0, std::cos(angle / 2)};
   const double height = 0.1;
   const BodyDescription block =
-      box_body({height * std::sin(angle), 0, height * std::cos(angle)}, {0.4, 0.3, height}, turn);
-  InitialState<double> state = make_worlds<double>({{plane_body({0, 0, 0}, turn), block}}, 16);
+      box_body({height * std::sin(angle), 0, height * std::cos(angle)}, {0.4, 0.3, height}, rotation);
+  InitialState<double> state = make_worlds<double>({{plane_body({0, 0, 0}, rotation), block}}, 16);
   state.params.theta = 1;
   state.params.slop = 0;
   set_material(state, friction, 0);
@@ -55,7 +55,7 @@ double speed_on_slope(double angle, double friction, int steps) {
 }
 
 // tan 0.4 = 0.42: what friction of 0.5 holds sticks, and what slides at 0.3 does so at g (sin - mu cos).
-TEST(DenseSlope, HoldsOrSlides) {
+TEST(DenseSlope, SticksOrSlides) {
   EXPECT_NEAR(speed_on_slope(0.4, 0.5, 30), 0, 1e-9);
   EXPECT_NEAR(speed_on_slope(0.4, 0.3, 30), 0.5 * g * (std::sin(0.4) - 0.3 * std::cos(0.4)), 1e-9);
 }
@@ -114,9 +114,9 @@ TEST(DenseConverges, TheResidualFalls) {
   for (const u32 sweeps : {1u, 10u, 100u, 1000u}) {
     use_dense(state, sweeps);
     const Buffers<double> after = run_steps(state, 1);
-    const double now = residual(contact_system(after, after.counters), 0x1p-53).relative;
-    EXPECT_LT(now, 0.8 * last) << sweeps;
-    last = now;
+    const double current = residual(contact_system(after, after.counters), 0x1p-53).relative;
+    EXPECT_LT(current, 0.8 * last) << sweeps;
+    last = current;
   }
   EXPECT_LT(last, 5e-3);
 }
@@ -139,4 +139,4 @@ TYPED_TEST(DensePhysics, ADollLandsAsWithGaussSeidel) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::dense_physics_test

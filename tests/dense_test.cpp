@@ -6,7 +6,7 @@
 #include "host/scene/read.hpp"
 #include "tests/dense_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::dense_test {
 namespace {
 
 template <class real>
@@ -94,7 +94,7 @@ TYPED_TEST(Dense, ManyDollsMatchTheReference) {
   expect_twins_agree(state, 20, launch_options({{16, 0}, {1, 7}}));
 }
 
-TYPED_TEST(Dense, VoidStepsWriteNothing) {
+TYPED_TEST(Dense, AbortedStepsWriteNothing) {
   using real = TypeParam;
   for (const u32 status : {u32{STATUS_PAIRS_FULL}, u32{STATUS_COUPLED_TILES_FULL}, u32{STATUS_TOO_DENSE}}) {
     InitialState<real> state = started_dense(heap<real>(9, 12, 256), 5);
@@ -106,4 +106,4 @@ TYPED_TEST(Dense, VoidStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::dense_test

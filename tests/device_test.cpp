@@ -7,7 +7,7 @@
 
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::device_test {
 namespace {
 
 Failure failure_of(const std::function<void()>& call) {
@@ -137,4 +137,4 @@ TEST(DeviceBackend, RefusesLanesThatThereAreNot) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::device_test

@@ -11,16 +11,16 @@
 #include "host/scene/read.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::difference_test {
 namespace {
 
 constexpr u32 width = 480, height = 320;
 
 struct Found {
-  DifferencePlace place;
+  DifferenceLocation location;
   Difference difference;
   Picture picture;
-  std::vector<Placement> device_poses, reference_poses;
+  std::vector<RenderPose> device_poses, reference_poses;
 };
 
 // What stepping a scene under a patch finds, drawn.
@@ -36,10 +36,10 @@ std::optional<Found> find_and_draw(const std::string& name, const KernelPatch& p
     const Difference& d = mismatch.difference();
     const Buffers<float>& reference = backend.reference_buffers();
     const Buffers<float>& device = backend.device_buffers(d, difference_buffers(backend.features()));
-    const DifferencePlace place = place_of(d.buffer, d.element, d.word, reference);
-    return Found{place, d,
-                 draw_difference(device, reference, SceneModel(compile_shapes<float>(scene)), place, {mismatch.what()},
-                                 width, height),
+    const DifferenceLocation location = location_of(d.buffer, d.element, d.word, reference);
+    return Found{location, d,
+                 draw_difference(device, reference, SceneModel(compile_shapes<float>(scene)), location,
+                                 {mismatch.what()}, width, height),
                  poses_of(device.positions, device.orientations),
                  poses_of(reference.positions, reference.orientations)};
   }
@@ -57,13 +57,13 @@ int count_like(const Picture& picture, const Color& color) {
   return count;
 }
 
-TEST(DifferencePicture, ShowsABodyThatStandsElsewhereInBothColours) {
+TEST(DifferencePicture, ShowsABodyAtAnotherPoseInBothColours) {
   const KernelPatch moved = {"integrate_positions.cl", "positions[i] = position;",
                              "if (i == 3u) position.x += 1.5f;\n    positions[i] = position;"};
   const auto found = find_and_draw("spheres_small", moved, 2);
   ASSERT_TRUE(found) << "the patch changed nothing";
   EXPECT_EQ(found->difference.buffer, Buffer::positions);
-  EXPECT_EQ(found->place.bodies, std::vector<u32>{3});
+  EXPECT_EQ(found->location.bodies, std::vector<u32>{3});
   EXPECT_NEAR((found->device_poses[3].position - found->reference_poses[3].position).x(), 1.5f, 1e-4f);
   EXPECT_GT(count_like(found->picture, device_color), 500);
   EXPECT_GT(count_like(found->picture, reference_color), 500);
@@ -74,7 +74,7 @@ TEST(DifferencePicture, ShowsWhatDiffersByLessThanIsSeen) {
                              "if (i == 3u) motion.w[1] = 1.5f;\n    motions[i] = motion;"};
   const auto found = find_and_draw("spheres_small", wrong, 1);
   ASSERT_TRUE(found);
-  EXPECT_EQ(found->place.bodies, std::vector<u32>{3});
+  EXPECT_EQ(found->location.bodies, std::vector<u32>{3});
   EXPECT_GT(count_like(found->picture, shared_color), 500);
 }
 
@@ -84,8 +84,8 @@ TEST(DifferencePicture, FindsTheBodiesOfAContact) {
   const auto found = find_and_draw("spheres_small", wrong, 200);
   ASSERT_TRUE(found);
   EXPECT_EQ(found->difference.stage, Stage::pack_points);
-  EXPECT_NE(found->place.contact, NONE);
-  EXPECT_EQ(found->place.bodies.size(), 2u);
+  EXPECT_NE(found->location.contact, NONE);
+  EXPECT_EQ(found->location.bodies.size(), 2u);
 }
 
 // From tables by hand: each domain leads to its bodies.
@@ -101,7 +101,7 @@ TEST(DifferencePicture, KnowsWhatAWordBelongsTo) {
   state.block_bodies[1].contact[5] = 1;
   state.block_rows = {{0, 2}, {2, 3}};
   const auto bodies = [&](Buffer buffer, std::size_t element, u32 word) {
-    return place_of(buffer, element, word, state).bodies;
+    return location_of(buffer, element, word, state).bodies;
   };
   EXPECT_EQ(bodies(Buffer::positions, 2, 1), std::vector<u32>{2});
   EXPECT_EQ(bodies(Buffer::motions, 4, 0), std::vector<u32>()) << "the null body behind the last one";
@@ -113,4 +113,4 @@ TEST(DifferencePicture, KnowsWhatAWordBelongsTo) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::difference_test

@@ -12,7 +12,7 @@
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 
-namespace lockstep {
+namespace lockstep::dominoes_test {
 namespace {
 
 // Of the scene. Heights and widths in m; 1 kg.
@@ -52,16 +52,18 @@ double impact() { return std::asin((pitch - thickness) / height); }
 /// When each domino has turned by half of what takes it to the next one, s; the first begins at 0, with a rate in
 /// rad/s.
 std::vector<double> times_of_model(double first_rate) {
-  constexpr u32 parts = 1000;
+  constexpr u32 intervals = 1000;
   std::vector<double> times;
   double rate = first_rate, time = 0;
   for (u32 k = 0; k < dominoes; ++k) {
     const Train start = train(0, k);
     const double energy = start.potential + start.inertia * rate * rate / 2;
-    const auto rate_at = [&](const Train& now) { return std::sqrt(2 * (energy - now.potential) / now.inertia); };
-    for (u32 i = 0; i < parts; ++i) {
-      if (2 * i == parts) times.push_back(time);
-      time += impact() / parts / rate_at(train(impact() * (i + 0.5) / parts, k));
+    const auto rate_at = [&](const Train& current) {
+      return std::sqrt(2 * (energy - current.potential) / current.inertia);
+    };
+    for (u32 i = 0; i < intervals; ++i) {
+      if (2 * i == intervals) times.push_back(time);
+      time += impact() / intervals / rate_at(train(impact() * (i + 0.5) / intervals, k));
     }
     const Train end = train(impact(), k);
     const double f = slope_behind(0), own = train(0, 0).inertia;
@@ -81,17 +83,17 @@ Fall fall(double dt) {
   scene.settings.dt = dt;
   const InitialState<real> state = compile<real>(scene);
   Simulation<real> simulation(std::make_unique<ReferenceBackend<real>>(state), state.params);
-  const double half_way = impact() / 2;
+  const double half_angle = impact() / 2;
   Fall result = {std::vector<double>(dominoes, 0), std::vector<double>(dominoes, 0)};
   constexpr Buffer wanted[] = {Buffer::orientations};
   for (u32 step = 1; step * dt <= 6; ++step) {
     simulation.step();
     const auto& q = simulation.backend().download(wanted).orientations;
     for (u32 i = 0; i < dominoes; ++i) {
-      const double old = result.angles[i], now = 2 * std::atan2(double(q[i + 1].y), double(q[i + 1].w));
-      if (old < half_way && now >= half_way && result.times[i] == 0)
-        result.times[i] = (step - (now - half_way) / (now - old)) * dt;
-      result.angles[i] = now;
+      const double old = result.angles[i], current = 2 * std::atan2(double(q[i + 1].y), double(q[i + 1].w));
+      if (old < half_angle && current >= half_angle && result.times[i] == 0)
+        result.times[i] = (step - (current - half_angle) / (current - old)) * dt;
+      result.angles[i] = current;
     }
   }
   return result;
@@ -122,4 +124,4 @@ TEST(Dominoes, TheWaveBeginsAsInTheModel) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::dominoes_test

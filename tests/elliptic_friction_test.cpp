@@ -1,4 +1,4 @@
-// Contacts that rub more along a grain than across it: closed forms of slabs on planes.
+// Contacts that have more friction along an axis than across it: closed forms of slabs on planes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -9,24 +9,23 @@
 #include "host/scene/read.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::elliptic_friction_test {
 namespace {
 
 constexpr double gravity = 9.81, along = 0.6, across = 0.2;
 
-// A thin slab with its grain along x of its shape, which `turned` turns about z, on a floor.
-Scene slab(double turned, Vector3 pull, Vector3 velocity, double dt) {
-  return parse_scene(
-      fmt::format(R"({{
-      "description": "a slab with a grain", "gravity": [{}, {}, {}], "settings": {{"dt": {}, "iterations": 50}},
+// A thin slab with its axis of anisotropy along x of its shape, which `yaw` rotates about z, on a floor.
+Scene slab(double yaw, Vector3 pull, Vector3 velocity, double dt) {
+  return parse_scene(fmt::format(R"({{
+      "description": "a slab with anisotropic friction", "gravity": [{}, {}, {}], "settings": {{"dt": {}, "iterations": 50}},
       "materials": [{{"name": "floor", "friction": 0.6}}, {{"name": "wood", "friction": 0.6, "friction_across": {}}}],
       "bodies": [
         {{"name": "ground", "type": "static", "shapes": [{{"type": "plane", "material": "floor"}}]}},
         {{"name": "slab", "density": 500, "position": [0, 0, 0.005], "velocity": [{}, {}, 0],
          "shapes": [{{"type": "box", "size": [0.4, 0.4, 0.01], "material": "wood",
                      "rotation": {{"axis": [0, 0, 1], "angle_deg": {}}}}}]}}]}})",
-                  pull[0], pull[1], pull[2], dt, across * across / along, velocity[0], velocity[1], turned),
-      "elliptic_friction_test");
+                                 pull[0], pull[1], pull[2], dt, across * across / along, velocity[0], velocity[1], yaw),
+                     "elliptic_friction_test");
 }
 
 class EllipticFriction : public testing::TestWithParam<const char*> {
@@ -34,9 +33,9 @@ class EllipticFriction : public testing::TestWithParam<const char*> {
   BodyState after(const Scene& scene, double duration) {
     Trial trial({.name = "gauss_seidel", .ladder = {}}, {}, GetParam(), std::nullopt);
     BodyState last = {};
-    trial.run(scene, duration, [&](Seen& now) {
-      last = now.body(1);
-      residual_ = now.measures().residual->relative;
+    trial.run(scene, duration, [&](Seen& sample) {
+      last = sample.body(1);
+      residual_ = sample.measures().residual->relative;
       return true;
     });
     return last;
@@ -46,7 +45,7 @@ class EllipticFriction : public testing::TestWithParam<const char*> {
 
 // Two materials combine to the geometric mean across as along: sqrt(0.6 * 0.2^2 / 0.6) = 0.2. What slides at (u, v) is
 // slowed down by g (mu_1^2 u, mu_2^2 v) / |(mu_1 u, mu_2 v)|, so that u / u_0 = (v / v_0)^9 all the way.
-TEST_P(EllipticFriction, TurnsASlideTowardsTheSlipperyWay) {
+TEST_P(EllipticFriction, DeflectsASlideTowardsTheSlipperyDirection) {
   const Scene scene = slab(0, {0, 0, -gravity}, {1, 1, 0}, 0.0005);
   double u = 1, v = 1;
   const double h = 1e-5;
@@ -66,23 +65,23 @@ TEST_P(EllipticFriction, TurnsASlideTowardsTheSlipperyWay) {
   EXPECT_LT(residual_, 1e-4);
 }
 
-// On a slope of tan 0.4 it lies along its grain and slides across it, wherever shape and grain are turned to.
-TEST_P(EllipticFriction, HoldsAlongTheGrainAlone) {
+// On a slope of tan 0.4 it lies along its axis and slides across it, wherever shape and axis are turned to.
+TEST_P(EllipticFriction, SticksAlongTheAxisOfAnisotropyAlone) {
   const double slope = std::atan(0.4), down = gravity * std::sin(slope), normal = gravity * std::cos(slope);
-  for (const double turned : {0.0, 90.0, 180.0}) {
-    const bool lies_on_x = turned != 90;
-    const BodyState on_x = after(slab(turned, {down, 0, -normal}, {0, 0, 0}, 0.005), 1);
-    const BodyState on_y = after(slab(turned, {0, down, -normal}, {0, 0, 0}, 0.005), 1);
+  for (const double yaw : {0.0, 90.0, 180.0}) {
+    const bool lies_on_x = yaw != 90;
+    const BodyState on_x = after(slab(yaw, {down, 0, -normal}, {0, 0, 0}, 0.005), 1);
+    const BodyState on_y = after(slab(yaw, {0, down, -normal}, {0, 0, 0}, 0.005), 1);
     const double slides = down - across * normal;
-    EXPECT_NEAR(on_x.v[0], lies_on_x ? 0 : slides, 0.01 * slides) << turned;
-    EXPECT_NEAR(on_y.v[1], lies_on_x ? slides : 0, 0.01 * slides) << turned;
+    EXPECT_NEAR(on_x.v[0], lies_on_x ? 0 : slides, 0.01 * slides) << yaw;
+    EXPECT_NEAR(on_y.v[1], lies_on_x ? slides : 0, 0.01 * slides) << yaw;
   }
   // between the two: it holds up to |S^-1 (pull)| = mu r_n
   const double edge = 1 / std::hypot(std::sqrt(0.5) / along, std::sqrt(0.5) / across);
-  for (const double part : {0.97, 1.03}) {
-    const double pull = part * edge * gravity * std::sqrt(0.5);
+  for (const double fraction : {0.97, 1.03}) {
+    const double pull = fraction * edge * gravity * std::sqrt(0.5);
     const BodyState end = after(slab(0, {pull, pull, -gravity}, {0, 0, 0}, 0.005), 2);
-    EXPECT_EQ(std::hypot(end.v[0], end.v[1]) > 1e-3, part > 1) << part;
+    EXPECT_EQ(std::hypot(end.v[0], end.v[1]) > 1e-3, fraction > 1) << fraction;
   }
 }
 
@@ -90,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(Precisions, EllipticFriction, testing::Values("float", 
 
 Scene heap(const std::string& settings, const std::string& more) {
   return parse_scene(fmt::format(R"({{
-    "description": "a heap with grains",
+    "description": "a heap with anisotropic friction",
     "settings": {{"dt": 0.005, "iterations": 4 {}}},
     "materials": [{{"name": "floor", "friction": 0.4, "friction_across": 0.7}},
                   {{"name": "wood", "friction": 0.5, "friction_across": 0.1 {}}}, {{"name": "plain", "friction": 0.6}}],
@@ -123,4 +122,4 @@ TYPED_TEST(EllipticTwins, Agree) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::elliptic_friction_test

@@ -3,7 +3,7 @@
 #include "tests/bodies.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::end_step_test {
 namespace {
 
 TEST(EndStep, CountsAStep) {
@@ -36,4 +36,4 @@ TEST(EndStep, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::end_step_test

@@ -1,4 +1,4 @@
-// Small worlds whose events, sensors, impacts and queries are looked at, step by step, in the reference.
+// Small worlds whose events, triggers, impacts and queries are looked at, step by step, in the reference.
 #pragma once
 
 #include <string>
@@ -10,9 +10,9 @@
 namespace lockstep::test {
 
 /// A body that only feels.
-inline BodyDescription sensor_body(BodyDescription body) {
+inline BodyDescription trigger_body(BodyDescription body) {
   body.kind = BODY_STATIC;
-  for (ShapeDescription& shape : body.shapes) shape.sensor = true;
+  for (ShapeDescription& shape : body.shapes) shape.trigger = true;
   return body;
 }
 
@@ -22,7 +22,7 @@ InitialState<real> make_event_worlds(const std::vector<std::vector<BodyDescripti
   InitialState<real> state = make_worlds<real>(worlds, pairs);
   state.features = with(state.features, Feature::events);
   for (const ShapeInfo& info : state.buffers.shape_infos) {
-    if (info.flags & SHAPE_IS_SENSOR) state.features = with(state.features, Feature::sensors);
+    if (info.flags & SHAPE_IS_TRIGGER) state.features = with(state.features, Feature::triggers);
     if (info.flags & SHAPE_IS_CONTINUOUS) state.features = with(state.features, Feature::continuous);
   }
   resize(state.buffers, state.sizes, state.features);

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
-namespace lockstep {
+namespace lockstep::exact_math_test {
 namespace {
 
 // Distance in units in the last place of `expected`.
@@ -16,7 +16,7 @@ double ulps(double actual, double expected) {
   return std::abs(actual - expected) / ulp;
 }
 
-double error_of_turn(const Quaternion& q, const Vector3& from, const Vector3& to) {
+double error_of_rotation(const Quaternion& q, const Vector3& from, const Vector3& to) {
   return exact::length(exact::subtract(exact::rotate(q, from), to));
 }
 
@@ -89,29 +89,29 @@ TEST(ExactMath, SquareRootIsCorrectlyRounded) {
   }
 }
 
-TEST(ExactMath, TurnsAboutAnAxisTakeXToY) {
+TEST(ExactMath, RotationsAboutAnAxisTakeXToY) {
   const double s = exact::sine_of_degrees(45), c = exact::cosine_of_degrees(45);
-  EXPECT_LT(error_of_turn(exact::turn({0, 0, 3}, s, c), {1, 0, 0}, {0, 1, 0}), 1e-15);
-  EXPECT_LT(error_of_turn(exact::turn({1e-200, 0, 0}, s, c), {0, 1, 0}, {0, 0, 1}), 1e-15);
-  EXPECT_LT(error_of_turn(exact::turn({0, 1e200, 0}, s, c), {0, 0, 1}, {1, 0, 0}), 1e-15);
+  EXPECT_LT(error_of_rotation(exact::rotation({0, 0, 3}, s, c), {1, 0, 0}, {0, 1, 0}), 1e-15);
+  EXPECT_LT(error_of_rotation(exact::rotation({1e-200, 0, 0}, s, c), {0, 1, 0}, {0, 0, 1}), 1e-15);
+  EXPECT_LT(error_of_rotation(exact::rotation({0, 1e200, 0}, s, c), {0, 0, 1}, {1, 0, 0}), 1e-15);
 }
 
-TEST(ExactMath, EulerAnglesTurnAboutFixedAxesInTheOrderXYZ) {
+TEST(ExactMath, EulerAnglesRotateAboutFixedAxesInTheOrderXYZ) {
   // x first: y goes to z; then about z: x goes to y
-  const Quaternion q = exact::turn_by_euler_degrees({90, 0, 90});
-  EXPECT_LT(error_of_turn(q, {1, 0, 0}, {0, 1, 0}), 1e-15);
-  EXPECT_LT(error_of_turn(q, {0, 1, 0}, {0, 0, 1}), 1e-15);
-  const Quaternion pitch = exact::turn_by_euler_degrees({0, 30, 0});
-  EXPECT_LT(error_of_turn(pitch, {1, 0, 0}, {std::cos(exact::pi / 6), 0, -0.5}), 1e-15);
+  const Quaternion q = exact::rotation_from_euler_degrees({90, 0, 90});
+  EXPECT_LT(error_of_rotation(q, {1, 0, 0}, {0, 1, 0}), 1e-15);
+  EXPECT_LT(error_of_rotation(q, {0, 1, 0}, {0, 0, 1}), 1e-15);
+  const Quaternion pitch = exact::rotation_from_euler_degrees({0, 30, 0});
+  EXPECT_LT(error_of_rotation(pitch, {1, 0, 0}, {std::cos(exact::pi / 6), 0, -0.5}), 1e-15);
 }
 
-TEST(ExactMath, ZIsTurnedToAnyDirection) {
+TEST(ExactMath, ZIsRotatedToAnyDirection) {
   const Vector3 z = {0, 0, 1};
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {1.0, -1.0}) {
       Vector3 n = {0, 0, 0};
       n[static_cast<unsigned>(axis)] = sign;
-      const Quaternion q = exact::turn_of_z_to(exact::scale(7, n));
+      const Quaternion q = exact::rotation_from_z_to(exact::scale(7, n));
       EXPECT_EQ(exact::rotate(q, z), n) << axis << ' ' << sign;  // to the bit
       EXPECT_EQ(exact::length(q), 1);
     }
@@ -120,14 +120,14 @@ TEST(ExactMath, ZIsTurnedToAnyDirection) {
     exact::LcgByIndex random(i);
     Vector3 n = {random.next_symmetric(), random.next_symmetric(), random.next_symmetric()};
     if (i % 10 == 0) n = {1e-9 * n[0], 1e-9 * n[1], -1};  // all but opposite: digits must survive
-    EXPECT_LT(error_of_turn(exact::turn_of_z_to(n), z, exact::unit(n)), 1e-15) << i;
+    EXPECT_LT(error_of_rotation(exact::rotation_from_z_to(n), z, exact::unit(n)), 1e-15) << i;
   }
 }
 
-TEST(ExactMath, FramesAreTurnedToTwoDirections) {
+TEST(ExactMath, FramesAreRotatedToTwoDirections) {
   const Vector3 x = {1, 0, 0}, z = {0, 0, 1};
-  EXPECT_EQ(exact::turn_of_frame_to(z, x), (Quaternion{0, 0, 0, 1}));
-  EXPECT_EQ(exact::turn_of_frame_to(z, {-3, 0, 0}), (Quaternion{0, 0, 1, 0}));
+  EXPECT_EQ(exact::rotation_to_frame(z, x), (Quaternion{0, 0, 0, 1}));
+  EXPECT_EQ(exact::rotation_to_frame(z, {-3, 0, 0}), (Quaternion{0, 0, 1, 0}));
   for (std::uint32_t i = 0; i < 1000; ++i) {
     exact::LcgByIndex random(i);
     const Vector3 n = {random.next_symmetric(), random.next_symmetric(), random.next_symmetric()};
@@ -135,16 +135,16 @@ TEST(ExactMath, FramesAreTurnedToTwoDirections) {
     const Vector3 along = exact::unit(n), across = exact::subtract(m, exact::scale(exact::dot(along, m), along));
     EXPECT_TRUE(exact::perpendicular(n, across));
     EXPECT_FALSE(exact::perpendicular(n, exact::add(across, exact::scale(1e-4 * exact::length(across), along))));
-    const Quaternion q = exact::turn_of_frame_to(n, m);
-    EXPECT_LT(error_of_turn(q, z, along), 3e-15) << i;
-    EXPECT_LT(error_of_turn(q, x, exact::unit(across)), 1e-13) << i;
+    const Quaternion q = exact::rotation_to_frame(n, m);
+    EXPECT_LT(error_of_rotation(q, z, along), 3e-15) << i;
+    EXPECT_LT(error_of_rotation(q, x, exact::unit(across)), 1e-13) << i;
   }
 }
 
-TEST(ExactMath, HamiltonProductTurnsByTheRightFactorFirst) {
+TEST(ExactMath, HamiltonProductRotatesByTheRightFactorFirst) {
   const Quaternion a = exact::unit(Quaternion{0.1, -0.4, 0.3, 0.8}), b = exact::unit(Quaternion{0.5, 0.2, -0.1, 0.6});
   const Vector3 v = {0.3, -2, 1.5};
-  EXPECT_LT(error_of_turn(exact::multiply(a, b), v, exact::rotate(a, exact::rotate(b, v))), 1e-15);
+  EXPECT_LT(error_of_rotation(exact::multiply(a, b), v, exact::rotate(a, exact::rotate(b, v))), 1e-15);
 }
 
 TEST(ExactMath, SolidSphere) {
@@ -187,4 +187,4 @@ TEST(ExactMath, DecimalsAreReadCorrectlyRounded) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::exact_math_test

@@ -12,7 +12,7 @@
 #include "host/record/whole_file.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::export_motion_test {
 namespace {
 
 using nlohmann::json;
@@ -187,15 +187,15 @@ TEST_F(CommandLine, AnotherReaderFindsThePosesOfTheRecording) {
     ASSERT_EQ(channel.mNumRotationKeys, 18u);
     for (u32 k = 1; k < 18; ++k) {
       const u32 step = std::min(3 * k, 50u);
-      const aiVectorKey& place = channel.mPositionKeys[k];
-      const aiQuatKey& turn = channel.mRotationKeys[k];
-      EXPECT_NEAR(place.mTime / animation.mTicksPerSecond, step / 60.0, 1e-6);
+      const aiVectorKey& key = channel.mPositionKeys[k];
+      const aiQuatKey& rotation = channel.mRotationKeys[k];
+      EXPECT_NEAR(key.mTime / animation.mTicksPerSecond, step / 60.0, 1e-6);
       const Recorded pose = pose_of(reader, bodies[name], step);
-      EXPECT_EQ(double(place.mValue.x), pose.x[0]);
-      EXPECT_EQ(double(place.mValue.y), pose.x[1]);
-      EXPECT_EQ(double(place.mValue.z), pose.x[2]);
-      const double cosine = double(turn.mValue.x) * pose.q[0] + double(turn.mValue.y) * pose.q[1] +
-                            double(turn.mValue.z) * pose.q[2] + double(turn.mValue.w) * pose.q[3];
+      EXPECT_EQ(double(key.mValue.x), pose.x[0]);
+      EXPECT_EQ(double(key.mValue.y), pose.x[1]);
+      EXPECT_EQ(double(key.mValue.z), pose.x[2]);
+      const double cosine = double(rotation.mValue.x) * pose.q[0] + double(rotation.mValue.y) * pose.q[1] +
+                            double(rotation.mValue.z) * pose.q[2] + double(rotation.mValue.w) * pose.q[3];
       EXPECT_NEAR(std::abs(cosine), 1, 1e-6);
     }
     // up is y: a body at x, y, z is found at x, z, -y
@@ -273,4 +273,4 @@ TEST_F(CommandLine, RefusesMotionsThatCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::export_motion_test

@@ -6,7 +6,7 @@
 #include "host/scene/read.hpp"
 #include "tests/articulation_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::factor_articulations_test {
 namespace {
 
 template <class real>
@@ -163,4 +163,4 @@ TEST(JointSolver, CostsNothingWhereNoTreeIs) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::factor_articulations_test

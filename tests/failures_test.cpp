@@ -8,7 +8,7 @@
 #include "host/record/recording_reader.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::failures_test {
 namespace {
 
 class Failures : public CommandLine {
@@ -106,7 +106,7 @@ TEST_F(Failures, AskedToEndItWritesEverything) {
   EXPECT_EQ(run(resumed).status, 0);
 }
 
-TEST_F(Failures, WithoutOpenClTheReferenceTakesItsPlace) {
+TEST_F(Failures, WithoutOpenClTheReferenceIsUsed) {
   const std::string none = "OCL_ICD_VENDORS=/nonexistent/ ";
   const Outcome outcome = run_command(none + program("run slide_to_roll --steps 5"));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -175,4 +175,4 @@ TEST_F(Failures, TooLittleMemoryIsSaid) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::failures_test

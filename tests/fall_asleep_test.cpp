@@ -5,7 +5,7 @@
 
 #include "tests/sleepers.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::fall_asleep_test {
 namespace {
 
 // With impulses of the contacts, and those of some that sleep already, in order.
@@ -62,7 +62,7 @@ TEST(FallAsleep, KernelMatchesReference) {
   sleep(with_impulses(sleeping_graphs<double>(9, 2, 100, 60, 10, 6), 9));
 }
 
-// A chain of drowsy bodies in any order of names is one island, named by the smallest.
+// A chain of ready to sleep bodies in any order of names is one island, named by the smallest.
 TEST(FallAsleep, IslandsAreNamedByTheirFirstBody) {
   constexpr u32 count = 500;
   Random random(5);
@@ -126,4 +126,4 @@ TEST(FallAsleep, AKinematicBodyThatMovesKeepsAwakeWhatTouchesIt) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::fall_asleep_test

@@ -5,7 +5,7 @@
 
 #include "tests/event_worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::find_events_test {
 namespace {
 
 template <class real>
@@ -26,7 +26,7 @@ std::set<Key> random_pairs(Random& random, u32 count) {
 
 // Candidate pairs of one contact each, some of which touch, after a step in which others did.
 template <class real>
-InitialState<real> touching_lists(const std::set<Key>& candidates, const std::set<Key>& now,
+InitialState<real> touching_lists(const std::set<Key>& candidates, const std::set<Key>& current,
                                   const std::set<Key>& before) {
   InitialState<real> state =
       make_event_worlds<real>({std::vector<BodyDescription>(40, sphere_body({0, 0, 0}, 1))}, 512);
@@ -37,7 +37,7 @@ InitialState<real> touching_lists(const std::set<Key>& candidates, const std::se
   for (const auto& [a, c] : candidates) {
     b.pairs[count] = {a, c};
     b.contact_starts[count] = count;
-    b.touched[count] = now.count({a, c}) ? 1 : 0;
+    b.touched[count] = current.count({a, c}) ? 1 : 0;
     ++count;
   }
   b.counters[COUNTER_CONTACTS] = b.contact_starts[count] = count;
@@ -50,13 +50,13 @@ InitialState<real> touching_lists(const std::set<Key>& candidates, const std::se
 }
 
 struct Lists {
-  std::set<Key> candidates, now, before;
+  std::set<Key> candidates, current, before;
 };
 
 Lists random_lists(Random& random, u32 candidates, u32 before) {
   Lists lists = {random_pairs(random, candidates), {}, random_pairs(random, before)};
   for (const Key& key : lists.candidates) {
-    if (random.bits() % 2 == 0) lists.now.insert(key);
+    if (random.bits() % 2 == 0) lists.current.insert(key);
     if (random.bits() % 3 == 0) lists.before.insert(key);
   }
   return lists;
@@ -67,28 +67,28 @@ TYPED_TEST(FindEvents, TellsTheDifferenceOfTwoSets) {
   Random random(50);
   for (const auto& [candidates, before] : {std::pair{0u, 0u}, {0u, 20u}, {20u, 0u}, {1u, 1u}, {200u, 100u}}) {
     const Lists lists = random_lists(random, candidates, before);
-    InitialState<real> state = touching_lists<real>(lists.candidates, lists.now, lists.before);
+    InitialState<real> state = touching_lists<real>(lists.candidates, lists.current, lists.before);
     Buffers<real>& b = state.buffers;
     reference::run_stage(Stage::find_events, b, state.params);
 
     std::vector<std::pair<Key, u32>> expected;
     for (u32 a = 0; a < 40; ++a) {
       for (u32 c = a + 1; c < 40; ++c) {
-        const bool is = lists.now.count({a, c}), was = lists.before.count({a, c});
+        const bool is = lists.current.count({a, c}), was = lists.before.count({a, c});
         if (is != was) expected.push_back({{a, c}, is ? EVENT_CONTACT_BEGIN : EVENT_CONTACT_END});
       }
     }
     ASSERT_EQ(b.counters[COUNTER_EVENTS], expected.size());
-    EXPECT_EQ(b.counters[COUNTER_TOUCHES], lists.now.size());
+    EXPECT_EQ(b.counters[COUNTER_TOUCHES], lists.current.size());
     for (u32 i = 0; i < expected.size(); ++i) {
       EXPECT_EQ(Key(b.events[i].shape_a, b.events[i].shape_b), expected[i].first);
       EXPECT_EQ(Key(b.events[i].body_a, b.events[i].body_b), expected[i].first);
       EXPECT_EQ(b.events[i].kind, expected[i].second);
       EXPECT_EQ(b.events[i].step, 77u);
     }
-    ASSERT_EQ(b.touching_count[0], lists.now.size());
+    ASSERT_EQ(b.touching_count[0], lists.current.size());
     u32 i = 0;
-    for (const Key& key : lists.now) {
+    for (const Key& key : lists.current) {
       EXPECT_EQ(Key(b.touching[i].shape_a, b.touching[i].shape_b), key);
       ++i;
     }
@@ -100,9 +100,9 @@ TYPED_TEST(FindEvents, KernelMatchesReference) {
   Random random(51);
   for (const auto& [candidates, before] : {std::pair{0u, 30u}, {1u, 0u}, {400u, 100u}}) {
     const Lists lists = random_lists(random, candidates, before);
-    InitialState<real> state = touching_lists<real>(lists.candidates, lists.now, lists.before);
+    InitialState<real> state = touching_lists<real>(lists.candidates, lists.current, lists.before);
     run_one_stage(Stage::find_events, state.buffers, state.sizes, state.features, state.params, launches());
-    state.buffers.counters[COUNTER_STATUS] = STATUS_BLOCKS_FULL;  // a void step tells nothing and forgets nothing
+    state.buffers.counters[COUNTER_STATUS] = STATUS_BLOCKS_FULL;  // an aborted step tells nothing and forgets nothing
     const Buffers<real> after =
         run_one_stage(Stage::find_events, state.buffers, state.sizes, state.features, state.params, launches());
     EXPECT_EQ(after.counters[COUNTER_EVENTS], 0u);
@@ -110,22 +110,22 @@ TYPED_TEST(FindEvents, KernelMatchesReference) {
   }
 }
 
-// Bodies of all kinds, sensors among them: spheres and half spaces that stand still or move.
-std::vector<std::vector<BodyDescription>> worlds_with_sensors() {
+// Bodies of all kinds, triggers among them: spheres and half spaces that stand still or move.
+std::vector<std::vector<BodyDescription>> worlds_with_triggers() {
   std::vector<std::vector<BodyDescription>> worlds = lively_worlds();
   for (auto& world : worlds) {
     for (u32 n = 2; n < world.size(); n += 9) {
-      for (ShapeDescription& shape : world[n].shapes) shape.sensor = true;
+      for (ShapeDescription& shape : world[n].shapes) shape.trigger = true;
     }
   }
-  worlds[1].push_back(sensor_body(plane_body()));
+  worlds[1].push_back(trigger_body(plane_body()));
   worlds[1].push_back(sphere_body({0, 0, 0.1}, 0.2, {0, 0, 1}));
   return worlds;
 }
 
-TYPED_TEST(FindEvents, TwinsAgreeWithSensors) {
+TYPED_TEST(FindEvents, TwinsAgreeWithTriggers) {
   using real = TypeParam;
-  const InitialState<real> state = make_event_worlds<real>(worlds_with_sensors(), 100000);
+  const InitialState<real> state = make_event_worlds<real>(worlds_with_triggers(), 100000);
   Simulation<real> simulation = simulate_in_reference(state);
   u32 found[EVENT_KINDS] = {};
   for (int i = 0; i < 4; ++i) {
@@ -196,15 +196,15 @@ TYPED_TEST(FindEvents, ABounceWithinAStepIsSeen) {
   EXPECT_EQ(describe(simulation.events()[0]), "end 1 0");
 }
 
-// A ball falls through a sensor of radius 0.3 at the origin: inside while the centres are less than 0.4 apart. Nothing
+// A ball falls through a trigger of radius 0.3 at the origin: inside while the centres are less than 0.4 apart. Nothing
 // pushes it: the path is that of free fall.
-TYPED_TEST(FindEvents, ASensorTellsWhoComesAndGoes) {
+TYPED_TEST(FindEvents, ATriggerReportsWhoEntersAndLeaves) {
   using real = TypeParam;
   InitialState<real> state = make_event_worlds<real>(
       {{sphere_body({9, 9, 9}, 0.1)},
-       {sphere_body({0, 0, 1}, 0.1), sensor_body(sphere_body({0, 0, 0}, 0.3)), sphere_body({0.2, 0, 0}, 0.2)}},
+       {sphere_body({0, 0, 1}, 0.1), trigger_body(sphere_body({0, 0, 0}, 0.3)), sphere_body({0.2, 0, 0}, 0.2)}},
       16);
-  state.buffers.body_infos[3].kind = BODY_STATIC;  // not felt: sensors feel dynamic bodies, through other filters too
+  state.buffers.body_infos[3].kind = BODY_STATIC;  // not felt: triggers feel dynamic bodies, through other filters too
   state.buffers.motions[3].inverse_mass = 0;
   state.buffers.shape_infos[3].category = state.buffers.shape_infos[1].category << 1;
   state.buffers.shape_infos[1].mask = state.buffers.shape_infos[1].category;
@@ -217,7 +217,7 @@ TYPED_TEST(FindEvents, ASensorTellsWhoComesAndGoes) {
     for (const Event& event : simulation.events()) events.push_back(event);
   }
   ASSERT_EQ(events.size(), 2u);
-  EXPECT_EQ(describe(events[0]), "enter 1 0");  // the sensor is side a, though its body is the later one
+  EXPECT_EQ(describe(events[0]), "enter 1 0");  // the trigger is side a, though its body is the later one
   EXPECT_EQ(describe(events[1]), "leave 1 0");
   EXPECT_EQ(events[0].world, 1u);
   EXPECT_NEAR(events[0].step, 1000 * std::sqrt(2 * 0.6 / 9.81), 1.5);
@@ -230,7 +230,7 @@ TYPED_TEST(FindEvents, ASensorTellsWhoComesAndGoes) {
 // Lists that were too short change no event, and none is told twice.
 TYPED_TEST(FindEvents, ARedoneStepTellsTheSame) {
   using real = TypeParam;
-  const InitialState<real> ample = make_event_worlds<real>(worlds_with_sensors(), 100000);
+  const InitialState<real> ample = make_event_worlds<real>(worlds_with_triggers(), 100000);
   InitialState<real> tight = ample;
   tight.sizes.pairs = tight.sizes.contacts = tight.sizes.blocks = tight.sizes.rows = 1;
   tight.params.pair_capacity = tight.params.contact_capacity = tight.params.block_capacity = tight.params.row_capacity =
@@ -252,4 +252,4 @@ TYPED_TEST(FindEvents, ARedoneStepTellsTheSame) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::find_events_test

@@ -1,7 +1,7 @@
 #include "tests/bodies.hpp"
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::find_neighbours_test {
 namespace {
 
 using Lists = std::vector<std::vector<u32>>;
@@ -25,7 +25,7 @@ Lists all_pairs(const InitialState<real>& state, const Buffers<real>& b) {
     for (u32 j = 0; j < state.sizes.particles; ++j) {
       const BodyInfo& other = b.body_infos[b.particle_bodies[j]];
       if (b.particle_bodies[i] == b.particle_bodies[j] || mine.world != other.world) continue;
-      const double gap = length(at(b.particle_places[i]) - at(b.particle_places[j])) - 2 * 0.04;
+      const double gap = length(at(b.particle_positions[i]) - at(b.particle_positions[j])) - 2 * 0.04;
       const double speed = length(at(b.particle_velocities[i]) - at(b.particle_velocities[j]));
       if (gap <= double(state.params.margin) + double(state.params.dt) * state.params.substeps * speed)
         lists[i].push_back(j);
@@ -33,7 +33,7 @@ Lists all_pairs(const InitialState<real>& state, const Buffers<real>& b) {
     const WorldRange& world = b.world_ranges[mine.world];
     for (u32 k = world.first_plane; k < world.first_plane + world.plane_count; ++k) {  // at rest, not turned
       const ParticlePlane<real>& plane = b.particle_planes[k];
-      const Vector3 from = at(b.particle_places[i]) - at(b.positions[b.plane_bodies[k]]);
+      const Vector3 from = at(b.particle_positions[i]) - at(b.positions[b.plane_bodies[k]]);
       double gap = -0.04;
       for (unsigned c = 0; c < 3; ++c) gap += double(plane.normal[c]) * (from[c] - double(plane.point[c]));
       const double speed = length(at(b.particle_velocities[i]));
@@ -78,4 +78,4 @@ TEST(FindNeighbours, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::find_neighbours_test

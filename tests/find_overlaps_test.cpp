@@ -2,7 +2,7 @@
 
 #include "tests/query_worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::find_overlaps_test {
 namespace {
 
 template <class real>
@@ -41,20 +41,20 @@ TYPED_TEST(FindOverlaps, SpheresFeelWhatIsNear) {
   EXPECT_EQ(next, overlaps.size());  // in order of the volumes and the shapes
 }
 
-// A box overlaps a sphere whose centre is closer to it than its radius; filters and sensors as for rays.
+// A box overlaps a sphere whose centre is closer to it than its radius; filters and triggers as for rays.
 TYPED_TEST(FindOverlaps, BoxesFeelSpheres) {
   using real = TypeParam;
   Random random(101);
   std::vector<BodyDescription> bodies;
   for (u32 n = 0; n < 200; ++n) bodies.push_back(sphere_body(random.vector(2), random.between(0.05, 0.4)));
-  bodies[3] = sensor_body(bodies[3]);
+  bodies[3] = trigger_body(bodies[3]);
   for (u32 n = 0; n < 200; n += 2) bodies[n].shapes[0].category = 4;
   Simulation<real> simulation = simulate_in_reference(make_event_worlds<real>({bodies}, 20000));
   std::vector<VolumeQuery> volumes(50);
   for (u32 v = 0; v < volumes.size(); ++v) {
     volumes[v].kind = SHAPE_BOX;
     volumes[v].center = random.vector(2);
-    volumes[v].rotation = random.turn();
+    volumes[v].rotation = random.rotation();
     volumes[v].half_extents = {random.between(0.1, 1), random.between(0.1, 1), random.between(0.1, 1)};
     if (v % 2) volumes[v].mask = 4;
   }
@@ -97,11 +97,11 @@ TYPED_TEST(FindOverlaps, KernelMatchesReference) {
   InitialState<real> state = make_query_worlds<real>(worlds, 0, 100);
   for (u32 v = 0; v < 90; ++v) {
     Shape<real>& volume = state.buffers.volumes[v];
-    const Quaternion turn = random.turn();
+    const Quaternion rotation = random.rotation();
     set(volume.offset, random.vector(2));
-    for (unsigned k = 0; k < 4; ++k) volume.rotation[k] = real(turn[k]);
+    for (unsigned k = 0; k < 4; ++k) volume.rotation[k] = real(rotation[k]);
     for (unsigned k = 0; k < 3; ++k) volume.size[k] = real(random.between(0.1, 1));
-    volume.reach = v % 2 ? volume.size[0] : real(1.8);
+    volume.bounding_radius = v % 2 ? volume.size[0] : real(1.8);
     state.buffers.volume_filters[v] = {u32(v % 2 ? SHAPE_SPHERE : SHAPE_BOX), v % 3, random.bits() | 1u, 0};
   }
   state.params.queries = 90;
@@ -115,4 +115,4 @@ TYPED_TEST(FindOverlaps, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::find_overlaps_test

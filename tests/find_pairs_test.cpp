@@ -5,7 +5,7 @@
 
 #include "tests/pair_lists.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::find_pairs_test {
 namespace {
 
 template <class real>
@@ -30,8 +30,8 @@ PairList touching_within_the_step(const InitialState<real>& state) {
       const long double t = uu > 0 ? std::clamp(-du / uu, (long double)0, h) : 0;
       long double square = 0;
       for (int k = 0; k < 3; ++k) square += (d[k] + u[k] * t) * (d[k] + u[k] * t);
-      const real reach = state.buffers.shapes[i].size[0] + state.buffers.shapes[j].size[0];
-      if (std::sqrt(square) <= reach) pairs.emplace_back(i, j);
+      const real touching_distance = state.buffers.shapes[i].size[0] + state.buffers.shapes[j].size[0];
+      if (std::sqrt(square) <= touching_distance) pairs.emplace_back(i, j);
     }
   }
   return pairs;
@@ -175,7 +175,7 @@ InitialState<real> spheres_over_planes() {
   return state;
 }
 
-TYPED_TEST(FindPairs, PlanesPairWithWhatReachesThem) {
+TYPED_TEST(FindPairs, PlanesPairWithWhatComesInRange) {
   using real = TypeParam;
   InitialState<real> state = spheres_over_planes<real>();
   EXPECT_EQ(found(state), (PairList{{1, 0}, {2, 0}, {4, 0}, {8, 0}, {8, 7}, {10, 0}, {10, 7}, {10, 9}}));
@@ -273,4 +273,4 @@ TYPED_TEST(FindPairs, KernelFindsManyPartners) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::find_pairs_test

@@ -10,12 +10,12 @@
 #include "host/step.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::fused_substeps_test {
 namespace {
 
-std::size_t occurrences(const std::string& text, const std::string& part) {
+std::size_t occurrences(const std::string& text, const std::string& pattern) {
   std::size_t count = 0;
-  for (auto at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++count;
+  for (auto at = text.find(pattern); at != std::string::npos; at = text.find(pattern, at + 1)) ++count;
   return count;
 }
 
@@ -29,11 +29,11 @@ TEST(FusedSubsteps, CallTheKernelsOfTheStagesOfASubStep) {
   plan.counts.iterations = 7;
   plan.small = true;
   const FusedSubsteps fused = fuse_substeps(sources.signatures(stage_files(sources, state.features)), plan);
-  EXPECT_TRUE(fused.stands_for(Stage::prepare_joints));
-  EXPECT_TRUE(fused.stands_for(Stage::solve_constraints));
-  EXPECT_FALSE(fused.stands_for(Stage::collide));
-  EXPECT_FALSE(fused.stands_for(Stage::store_impulses));
-  EXPECT_FALSE(fused.stands_for(Stage::integrate_free_flight));  // not of this scene
+  EXPECT_TRUE(fused.replaces(Stage::prepare_joints));
+  EXPECT_TRUE(fused.replaces(Stage::solve_constraints));
+  EXPECT_FALSE(fused.replaces(Stage::collide));
+  EXPECT_FALSE(fused.replaces(Stage::store_impulses));
+  EXPECT_FALSE(fused.replaces(Stage::integrate_free_flight));  // not of this scene
   EXPECT_EQ(occurrences(fused.text, "    solve_tail("), 1u);
   EXPECT_EQ(occurrences(fused.text, "barrier("), fused.stages.size());  // one kernel each
   EXPECT_NE(std::ranges::find(fused.values, 7u), fused.values.end());
@@ -44,9 +44,9 @@ TEST(FusedSubsteps, AreForSmallScenes) {
   Sizes small;
   small.bodies = small.shapes = small.joints = 512;
   EXPECT_TRUE(fuses_substeps(small, {}));
-  for (u32 Sizes::*parts : {&Sizes::bodies, &Sizes::shapes, &Sizes::joints}) {
+  for (u32 Sizes::*count : {&Sizes::bodies, &Sizes::shapes, &Sizes::joints}) {
     Sizes large = small;
-    large.*parts = 513;
+    large.*count = 513;
     EXPECT_FALSE(fuses_substeps(large, {}));
     DeviceOptions options;
     options.fused = true;
@@ -110,4 +110,4 @@ TEST(FusedSubsteps, AreSeenToDiffer) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::fused_substeps_test

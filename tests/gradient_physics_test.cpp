@@ -6,7 +6,7 @@
 #include "tests/gradient_scene.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::gradient_physics_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -53,10 +53,11 @@ struct OnSlope {
   InitialState<double> state;
 
   OnSlope(double slope_angle, double mu, u32 iterations) : angle(slope_angle), friction(mu) {
-    const Quaternion turn = {0, std::sin(angle / 2), 0, std::cos(angle / 2)};
+    const Quaternion rotation = {0, std::sin(angle / 2), 0, std::cos(angle / 2)};
     const double height = 0.1;
-    BodyDescription block = box_body({height * std::sin(angle), 0, height * std::cos(angle)}, {0.4, 0.3, height}, turn);
-    state = make_worlds<double>({{plane_body({0, 0, 0}, turn), block}}, 16);
+    BodyDescription block =
+        box_body({height * std::sin(angle), 0, height * std::cos(angle)}, {0.4, 0.3, height}, rotation);
+    state = make_worlds<double>({{plane_body({0, 0, 0}, rotation), block}}, 16);
     state.params.theta = 1;
     state.params.dt = dt;
     state.params.slop = 0;
@@ -72,7 +73,7 @@ struct OnSlope {
   }
 };
 
-TEST(GradientSlope, WhatFrictionHoldsSticks) {
+TEST(GradientSlope, BelowTheLimitOfFrictionItSticks) {
   const OnSlope slope(0.4, 0.5, 2000);  // tan 0.4 = 0.42
   const Buffers<double> after = run_steps(slope.state, 30);
   EXPECT_NEAR(slope.along(after), 0, 1e-9);
@@ -92,12 +93,12 @@ TEST(GradientSlope, WhatSlidesLiftsByMuTimesItsSpeed) {
   double speed = 0, change = 0;
   for (u32 i = 1; i <= 60; ++i) {
     step(backend, slope.state.params);
-    const Buffers<double>& now = backend.buffers();
-    ASSERT_GT(now.counters[COUNTER_CONTACTS], 0u) << i;
+    const Buffers<double>& current = backend.buffers();
+    ASSERT_GT(current.counters[COUNTER_CONTACTS], 0u) << i;
     change = (a * slope.dt + mu * mu * change) / (1 + mu * mu);
     speed += change;
-    EXPECT_NEAR(slope.along(now), speed, 1e-7) << i;
-    EXPECT_NEAR(slope.off(now), mu * speed * slope.dt, 1e-7) << i;
+    EXPECT_NEAR(slope.along(current), speed, 1e-7) << i;
+    EXPECT_NEAR(slope.off(current), mu * speed * slope.dt, 1e-7) << i;
   }
   EXPECT_NEAR(change / slope.dt, a, 1e-9);
   EXPECT_GT(slope.off(backend.buffers()), 5e-3);
@@ -180,4 +181,4 @@ TYPED_TEST(GradientPhysics, JointsMatchTheReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::gradient_physics_test

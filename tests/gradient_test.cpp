@@ -6,7 +6,7 @@
 #include "tests/gradient_scene.hpp"
 #include "tests/jacobi_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::gradient_test {
 namespace {
 
 template <class real>
@@ -80,7 +80,7 @@ TYPED_TEST(Gradient, ToleranceMatchesTheReference) {
   }
 }
 
-TYPED_TEST(Gradient, VoidStepsWriteNothing) {
+TYPED_TEST(Gradient, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = started_by_gradient(heap<real>(9, 12, 256), true, 5);
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;
@@ -124,11 +124,11 @@ TEST(GradientDescends, WithEachStep) {
   double last = 0, first = 0;
   u32 stayed = 0;
   for (u32 iterations = 1; iterations <= 100; ++iterations) {
-    const double now = objective_after(state, iterations);
-    EXPECT_LE(now, last + 1e-12 * std::abs(last)) << iterations;
-    stayed += now == last;
-    if (iterations == 1) first = now;
-    last = now;
+    const double current = objective_after(state, iterations);
+    EXPECT_LE(current, last + 1e-12 * std::abs(last)) << iterations;
+    stayed += current == last;
+    if (iterations == 1) first = current;
+    last = current;
   }
   EXPECT_LT(first, 0);
   EXPECT_LT(last, 1.1 * first);  // both are negative
@@ -169,4 +169,4 @@ TEST(GradientDescends, AColumnOfBoxes) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::gradient_test

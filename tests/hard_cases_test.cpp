@@ -11,7 +11,7 @@
 #include "host/cases/hard_case.hpp"
 #include "host/cases/stick_slip.hpp"
 
-namespace lockstep {
+namespace lockstep::hard_cases_test {
 namespace {
 
 struct Bound {
@@ -198,18 +198,18 @@ TEST(HardCases, HaveNamesOfTheirOwnAndMethodsWithSettings) {
 void expect_as_integrated(double push, double friction) {
   const double duration = 10, dt = 1e-6;
   const StickSlip exact(push, friction, duration);
-  double speed = 0, place = 0, worst_speed = 0, worst_place = 0;
+  double speed = 0, position = 0, worst_speed = 0, worst_position_error = 0;
   for (int i = 1; i <= 10'000'000; ++i) {
     const double time = i * dt, old = speed;
     speed += push * std::cos(time - dt / 2) * dt;
     speed = std::copysign(std::max(0.0, std::abs(speed) - friction * dt), speed);
-    place += (old + speed) / 2 * dt;
+    position += (old + speed) / 2 * dt;
     if (i % 1000 != 0) continue;
     worst_speed = std::max(worst_speed, std::abs(speed - exact.speed(time)));
-    worst_place = std::max(worst_place, std::abs(place - exact.place(time)));
+    worst_position_error = std::max(worst_position_error, std::abs(position - exact.position(time)));
   }
   EXPECT_LT(worst_speed, 1e-5);
-  EXPECT_LT(worst_place, 1e-5);
+  EXPECT_LT(worst_position_error, 1e-5);
 }
 
 TEST(StickSlip, IsWhatFineStepsFind) {
@@ -225,7 +225,7 @@ constexpr FlyBallParameters fly_ball = {.ball_mass = 5,
                                         .link = 0.4,
                                         .offset = 0.1,
                                         .angle = 0.5,
-                                        .spin = 4,
+                                        .angular_velocity = 4,
                                         .torque = 3,
                                         .stiffness = 800,
                                         .damping = 40,
@@ -250,10 +250,10 @@ TEST(FlyBall, BalancesWhereWattsGovernorDoes) {
   const double cosine = std::cos(p.angle) - ball.travel() / (2 * p.link);
   const double ratio = p.collar_mass * p.link / (p.ball_mass * p.arm);
   EXPECT_GT(std::abs(ball.travel()), 0.01);
-  EXPECT_NEAR(ball.spin() * ball.spin(), (1 + ratio) * p.gravity / (p.arm * cosine), 1e-6);
-  const double turning = p.spindle_inertia + 2 * p.ball_mass * p.arm * p.arm * (1 - cosine * cosine);
+  EXPECT_NEAR(ball.angular_velocity() * ball.angular_velocity(), (1 + ratio) * p.gravity / (p.arm * cosine), 1e-6);
+  const double inertia = p.spindle_inertia + 2 * p.ball_mass * p.arm * p.arm * (1 - cosine * cosine);
   const double at_first = p.spindle_inertia + 2 * p.ball_mass * std::pow(p.arm * std::sin(p.angle), 2);
-  EXPECT_NEAR(turning * ball.spin(), at_first * p.spin, 1e-9);  // nothing turns it
+  EXPECT_NEAR(inertia * ball.angular_velocity(), at_first * p.angular_velocity, 1e-9);  // nothing turns it
 }
 
 // At rest the forces that act along the path of the arms cancel: what flies out, weights and spring.
@@ -263,11 +263,12 @@ TEST(FlyBall, ComesToRestAgainstItsSpring) {
   FlyBall ball(p);
   ball.run_to(120, 1e-3);
   const double x = ball.travel(), cosine = std::cos(p.angle) - x / (2 * p.link), sine = std::sqrt(1 - cosine * cosine);
-  const double out = 2 * p.ball_mass * ball.spin() * ball.spin() * (p.offset + p.arm * sine) * p.arm * cosine;
+  const double out =
+      2 * p.ball_mass * ball.angular_velocity() * ball.angular_velocity() * (p.offset + p.arm * sine) * p.arm * cosine;
   const double down = 2 * (p.ball_mass * p.arm + p.collar_mass * p.link) * p.gravity * sine;
   EXPECT_GT(std::abs(x), 0.01);
   EXPECT_NEAR(out, down + 2 * p.link * sine * p.stiffness * x, 1e-6);
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::hard_cases_test

@@ -8,7 +8,7 @@
 #include "tests/particle_scenes.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::hash_state_test {
 namespace {
 
 using Hash = std::pair<std::uint64_t, std::uint64_t>;  // state, pose
@@ -57,10 +57,10 @@ std::vector<BodySetup> world(const std::vector<BodySetup>& bodies, u32 wanted, u
   return result;
 }
 
-/// Calls `visit(name, state)` with one bit of one word of a persistent buffer changed, for every word that belongs to
-/// a body, to the cache or to the step index.
-template <class real, class Visitor>
-void for_each_change(const InitialState<real>& start, Visitor&& visit) {
+/// Calls `function(name, state)` with one bit of one word of a persistent buffer changed, for every word that belongs
+/// to a body, to the cache or to the step index.
+template <class real, class Function>
+void for_each_change(const InitialState<real>& start, Function&& function) {
   InitialState<real> state = start;
   for_each_buffer(state.buffers, [&](Buffer buffer, auto& elements) {
     if (info(buffer).lifetime != Lifetime::persistent) return;
@@ -73,7 +73,7 @@ void for_each_change(const InitialState<real>& start, Visitor&& visit) {
       std::byte& byte = reinterpret_cast<std::byte*>(elements.data())[at];
       const std::byte old = byte;
       byte ^= std::byte{1};
-      visit(info(buffer).name, buffer, state);
+      function(info(buffer).name, buffer, state);
       byte = old;
     }
   });
@@ -126,14 +126,14 @@ TEST(HashState, SwappingTwoBodiesOrTwoBuffersIsSeen) {
   EXPECT_NE(hashes(other)[0].second, hashes(start)[0].second);
 }
 
-TEST(HashState, AWorldHasTheSameHashAloneAndInAnyPlaceOfABatch) {
+TEST(HashState, AWorldHasTheSameHashAloneAndInAnySlotOfABatch) {
   const std::vector<BodySetup> bodies = mixed_bodies(false);
   const std::vector<Hash> batch = hashes(worlds_with_contacts<float>(bodies, 2));
   EXPECT_EQ(hashes(worlds_with_contacts<float>(world(bodies, 0, 0), 1))[0], batch[0]);
   EXPECT_EQ(hashes(worlds_with_contacts<float>(world(bodies, 1, 0), 1))[0], batch[1]);
-  std::vector<BodySetup> turned = world(bodies, 1, 0);
-  for (const BodySetup& body : world(bodies, 0, 1)) turned.push_back(body);
-  const std::vector<Hash> other = hashes(worlds_with_contacts<float>(turned, 2));
+  std::vector<BodySetup> swapped = world(bodies, 1, 0);
+  for (const BodySetup& body : world(bodies, 0, 1)) swapped.push_back(body);
+  const std::vector<Hash> other = hashes(worlds_with_contacts<float>(swapped, 2));
   EXPECT_EQ(other[0], batch[1]);
   EXPECT_EQ(other[1], batch[0]);
   EXPECT_NE(batch[0], batch[1]);
@@ -237,4 +237,4 @@ TEST(HashState, KernelMatchesReferenceWhereverWorldsEnd) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::hash_state_test

@@ -1,6 +1,7 @@
 // The rules of the house that no compiler checks (CONTRIBUTING.md).
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <map>
@@ -8,11 +9,12 @@
 #include <set>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/stages.hpp"
 
-namespace lockstep {
+namespace lockstep::house_rules_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -47,6 +49,19 @@ std::vector<std::string> sources() {
 
 std::string without_comments(const std::string& text) {
   return std::regex_replace(text, std::regex(R"(//[^\n]*|/\*[^]*?\*/)"), "");
+}
+
+// The words of an identifier in lower case: it is split at _ and before capitals.
+std::set<std::string> words_of(const std::string& identifier) {
+  std::set<std::string> words;
+  std::string word;
+  for (std::size_t i = 0; i <= identifier.size(); ++i) {
+    const bool ends = i == identifier.size() || identifier[i] == '_' ||
+                      (std::isupper(identifier[i]) && i > 0 && !std::isupper(identifier[i - 1]));
+    if (ends && !word.empty()) words.insert(std::exchange(word, ""));
+    if (i < identifier.size() && identifier[i] != '_') word += static_cast<char>(std::tolower(identifier[i]));
+  }
+  return words;
 }
 
 // All first groups of a pattern in a text.
@@ -164,6 +179,33 @@ TEST(HouseRules, ATypeOfAHeaderHasOneHome) {
   EXPECT_GT(homes.size(), 100u);
 }
 
+// Words that stood for several things each, or for what the field has another term for (docs/glossary.md). Prose may
+// use them.
+TEST(HouseRules, IdentifiersAreTermsOfTheField) {
+  const std::set<std::string> refused = {"turn",  "turns",  "turned",  "turning", "spin",    "spins",   "spinning",
+                                         "visit", "visits", "visited", "visitor", "now",     "stand",   "stands",
+                                         "stood", "rub",    "rubs",    "rubbing", "way",     "ways",    "hold",
+                                         "holds", "held",   "holding", "grain",   "grains",  "lever",   "levers",
+                                         "reach", "place",  "places",  "placed",  "placing", "apart",   "part",
+                                         "parts", "loose",  "drowsy",  "kick",    "aim",     "renaming"};
+  // of other libraries
+  const std::set<std::string> accepted = {"RTLD_NOW", "solveInPlace", "reverseInPlace"};
+  const std::regex identifier(R"([A-Za-z_]\w*)");
+  // texts, readings of clocks, and old names that are kept for a release
+  const std::regex others(R"re("(?:\\.|[^"\\\n])*"|::now\b|[^\n]*\[\[deprecated[^\n]*)re");
+  for (const std::string& file : sources()) {
+    if (file == "tests/house_rules_test.cpp" || file == "host/scene/renamed_keys.def") continue;
+    const std::string text = std::regex_replace(without_comments(read_file(root / file)), others, "");
+    std::set<std::string> seen;
+    for (std::sregex_iterator i(text.begin(), text.end(), identifier), end; i != end; ++i) seen.insert(i->str());
+    for (const std::string& name : seen) {
+      if (accepted.count(name)) continue;
+      for (const std::string& word : words_of(name))
+        EXPECT_FALSE(refused.count(word)) << file << ": " << name << "; docs/glossary.md has the term for " << word;
+    }
+  }
+}
+
 TEST(HouseRules, KernelsIncludeKernels) {
   for (const std::string& file : files("kernels", {".cl", ".h"})) {
     for (const std::string& included : matches(read_file(root / file), "(?:^|\\n)#include \"([^\"]+)\""))
@@ -207,4 +249,4 @@ TEST(HouseRules, DocumentsNameFilesThatExist) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::house_rules_test

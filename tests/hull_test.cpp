@@ -14,7 +14,7 @@
 #include "tests/shapes/oracle.hpp"
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::hull_test {
 namespace {
 
 ConvexHull hull_of(const std::vector<Vector3>& points) {
@@ -244,4 +244,4 @@ TEST(FewCorners, LeaveWhatHasFewAlone) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::hull_test

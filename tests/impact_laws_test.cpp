@@ -9,7 +9,7 @@
 #include "host/cases/planar_impact.hpp"
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::impact_laws_test {
 namespace {
 
 using reference::ConeVector;
@@ -33,26 +33,26 @@ struct Blow {
   ImpactMaterial<double> material;
 };
 
-// J M^-1 J^T of two bodies of any mass, inertia and lever, and a velocity that closes.
+// J M^-1 J^T of two bodies of any mass, inertia and arm, and a velocity that closes.
 Blow random_blow(Random& random, ImpactLaw law) {
   double w[3][3] = {};
   const double size = std::pow(10, random.between(-2, 2));
   for (int body = 0; body < 2; ++body) {
-    const double inverse_mass = random.between(0, 1) * size, reach = std::pow(10, random.between(-1, 1));
-    const Vector3 arm = random.vector(reach);
-    double spin[3][3] = {};  // a random inverse inertia: a sum of squares
+    const double inverse_mass = random.between(0, 1) * size, arm_length = std::pow(10, random.between(-1, 1));
+    const Vector3 arm = random.vector(arm_length);
+    double inverse_inertia[3][3] = {};  // a random inverse inertia: a sum of squares
     for (int k = 0; k < 3; ++k) {
       const Vector3 axis = random.vector(1);
-      const double part = random.between(0, 3) * size;
+      const double weight = random.between(0, 3) * size;
       for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) spin[i][j] += part * axis[i] * axis[j];
+        for (int j = 0; j < 3; ++j) inverse_inertia[i][j] += weight * axis[i] * axis[j];
     }
-    const double turn[3][3] = {{0, -arm[2], arm[1]}, {arm[2], 0, -arm[0]}, {-arm[1], arm[0], 0}};
+    const double cross[3][3] = {{0, -arm[2], arm[1]}, {arm[2], 0, -arm[0]}, {-arm[1], arm[0], 0}};
     for (int i = 0; i < 3; ++i) {
       w[i][i] += inverse_mass;
       for (int j = 0; j < 3; ++j)
         for (int k = 0; k < 3; ++k)
-          for (int l = 0; l < 3; ++l) w[i][j] += turn[i][k] * spin[k][l] * turn[j][l];
+          for (int l = 0; l < 3; ++l) w[i][j] += cross[i][k] * inverse_inertia[k][l] * cross[j][l];
     }
   }
   Blow blow;
@@ -92,7 +92,7 @@ ConeVector<double> after(const Blow& b, const ConeVector<real>& r) {
 TYPED_TEST(ImpactLaws, FollowRouthsLinesInThePlane) {
   using real = TypeParam;
   Random random(7);
-  int stopped = 0, turned = 0, jammed = 0;
+  int stopped = 0, reversed = 0, jammed = 0;
   for (int i = 0; i < 3000; ++i) {
     PlanarImpact planar;
     const double inverse_mass = random.between(0.1, 2), x = random.between(-1, 1), z = random.between(-1.5, 1.5);
@@ -105,8 +105,9 @@ TYPED_TEST(ImpactLaws, FollowRouthsLinesInThePlane) {
     planar.friction = random.between(0.05, 1);
     planar.restitution = random.between(0, 1);
     planar.tangential_restitution = random.between(-1, 1);
-    const double turn = random.between(-1, 1), d1 = (1 - turn * turn) / (1 + turn * turn),
-                 d2 = 2 * turn / (1 + turn * turn);
+    const double half_tangent = random.between(-1, 1),
+                 d1 = (1 - half_tangent * half_tangent) / (1 + half_tangent * half_tangent),
+                 d2 = 2 * half_tangent / (1 + half_tangent * half_tangent);
     const double across = random.between(0.1, 4);
     Blow blow;
     blow.u = {planar.u_n, planar.u_t * d1, planar.u_t * d2};
@@ -129,11 +130,11 @@ TYPED_TEST(ImpactLaws, FollowRouthsLinesInThePlane) {
     const PlanarImpulse p = planar_impact(IMPACT_POISSON, planar);
     const double end = planar.u_t + planar.w_nt * p.normal + planar.w_tt * p.tangent;
     stopped += std::abs(end) < 1e-9;
-    turned += end * planar.u_t < -1e-9;
+    reversed += end * planar.u_t < -1e-9;
     jammed += planar.w_nn < planar.friction * std::abs(planar.w_nt);
   }
   EXPECT_GT(stopped, 300);
-  EXPECT_GT(turned, 100);
+  EXPECT_GT(reversed, 100);
   EXPECT_GT(jammed, 20);
 }
 
@@ -199,15 +200,15 @@ TEST(ImpactEnergy, KaneAndLevinsonsParadoxIsNewtonsAlone) {
 // The laws part where a slide stops on the way: Poisson's e and Stronge's are not one number.
 TEST(ImpactEnergy, PoissonsAndStrongesDifferWhereASlideStops) {
   const PlanarImpact stops = {-1, 0.2, 1.4, 1.9, 0.6, 0.5, 0.5}, goes_on = {-1, 3, 1.4, 1.9, 0.6, 0.5, 0.5};
-  const auto apart = [](const PlanarImpact& impact) {
+  const auto difference = [](const PlanarImpact& impact) {
     return std::abs(planar_impact(IMPACT_POISSON, impact).normal - planar_impact(IMPACT_STRONGE, impact).normal);
   };
-  EXPECT_GT(apart(stops), 1e-3);
-  EXPECT_LT(apart(goes_on), 1e-15);
+  EXPECT_GT(difference(stops), 1e-3);
+  EXPECT_LT(difference(goes_on), 1e-15);
 }
 
 // Garwin's superball (1969): with e = e_t = 1 and enough friction the slip turns round, and all energy is kept.
-TYPED_TEST(ImpactLaws, ASuperballTurnsItsSlipRound) {
+TYPED_TEST(ImpactLaws, ASuperballReversesItsSlip) {
   using real = TypeParam;
   const double u_t = 0.7;
   Blow blow = {{-2, u_t, 0}, {1, 3.5, 3.5, 0, 0, 0}, {IMPACT_CHATTERJEE_RUINA, 0.5, 1, 1}};
@@ -230,15 +231,15 @@ ConeVector<double> by_small_steps(const Blow& b, double step) {
   for (int k = 0; k < 400000; ++k) {
     const double q1 = u.tangent_1 + w.n1 * step, q2 = u.tangent_2 + w.n2 * step;
     double t1 = 0, t2 = 0;
-    const auto rub = [&](double l) {
+    const auto friction_excess = [&](double l) {
       const double x = w.t11 + l, y = w.t22 + l, d = x * y - w.t12 * w.t12;
       t1 = (w.t12 * q2 - y * q1) / d;
       t2 = (w.t12 * q1 - x * q2) / d;
       return std::hypot(t1, t2) - limit;
     };
-    if (rub(0) > 0) {
+    if (friction_excess(0) > 0) {
       double low = 0, high = std::hypot(q1, q2) / limit;
-      for (int half = 0; half < 45; ++half) (rub((low + high) / 2) > 0 ? low : high) = (low + high) / 2;
+      for (int half = 0; half < 45; ++half) (friction_excess((low + high) / 2) > 0 ? low : high) = (low + high) / 2;
     }
     const ConeVector<double> change = reference::times(w, {step, t1, t2});
     const double mean = u.normal + change.normal / 2, measure = by_work ? std::abs(step * mean) : step;
@@ -295,4 +296,4 @@ TEST(ImpactTargets, AreReachedByTheImpulseOfTheLaw) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::impact_laws_test

@@ -6,12 +6,12 @@
 #include "host/cases/trial.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::impacts_test {
 namespace {
 
 // Two balls of 1 kg, no gravity: the lower one has just left the ground at 1 m/s when the upper one, at 3 m/s, meets
 // it.
-Scene met_on_the_way_up(double e) {
+Scene hit_while_rising(double e) {
   Scene scene = parse_scene(R"({
     "description": "a ball leaves the ground, and another one comes down on it", "gravity": [0, 0, 0],
     "settings": {"dt": 0.01, "iterations": 100},
@@ -40,14 +40,14 @@ class Impacts : public testing::TestWithParam<Case> {};
 // the energy there was; had the lower one been stopped at the ground instead, it would be 8 J of 5.
 TEST_P(Impacts, OfSeveralContactsGiveNoEnergy) {
   const auto [e, integrator, precision] = GetParam();
-  Scene scene = met_on_the_way_up(e);
+  Scene scene = hit_while_rising(e);
   scene.settings.integrator = integrator;
   const Method hard = {.name = "gauss_seidel", .ladder = {}};
   Trial trial(hard, {}, precision, std::nullopt);
   std::vector<double> lower, upper;
-  trial.run(scene, 0.02, [&](Seen& now) {
-    lower.push_back(now.body(1).v[2]);
-    upper.push_back(now.body(2).v[2]);
+  trial.run(scene, 0.02, [&](Seen& sample) {
+    lower.push_back(sample.body(1).v[2]);
+    upper.push_back(sample.body(2).v[2]);
     return true;
   });
   ASSERT_EQ(lower.size(), 3u);
@@ -74,8 +74,8 @@ TEST(Impacts, OfALatticeKeepTheEnergyThatTheyPromise) {
     scene.materials[0].restitution = e;
     Trial trial(hard, {}, "double", std::nullopt);
     double before = 0, after = 0;
-    trial.run(scene, 0.001, [&](Seen& now) {
-      (now.time == 0 ? before : after) = now.measures().energy();
+    trial.run(scene, 0.001, [&](Seen& sample) {
+      (sample.time == 0 ? before : after) = sample.measures().energy();
       return true;
     });
     if (e == 1)
@@ -115,9 +115,9 @@ TEST(Impacts, OfThrownBoxesByEachLaw) {
     if (law == IMPACT_CHATTERJEE_RUINA) scene.materials[0].tangential_restitution = 0.5;
     Trial trial(hard, {}, "double", std::nullopt);
     double first = 0, last = 0, gain = 0;
-    trial.run(scene, 0.6, [&](Seen& now) {
-      const double energy = now.measures().energy();
-      if (now.time == 0)
+    trial.run(scene, 0.6, [&](Seen& sample) {
+      const double energy = sample.measures().energy();
+      if (sample.time == 0)
         first = energy;
       else
         gain = std::max(gain, energy - last);
@@ -144,4 +144,4 @@ INSTANTIATE_TEST_SUITE_P(All, Impacts,
                          [](const testing::TestParamInfo<Case>& one) { return "case" + std::to_string(one.index); });
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::impacts_test

@@ -5,7 +5,7 @@
 #include "tests/closed_forms.hpp"
 #include "tests/motion_twins.hpp"
 
-namespace lockstep {
+namespace lockstep::integrate_free_flight_test {
 namespace {
 
 constexpr Integrator runge_kutta = Integrator::runge_kutta;
@@ -23,7 +23,7 @@ TEST(IntegrateFreeFlight, ParabolaIsExactAtEveryStep) {
   }
 }
 
-TEST(IntegrateFreeFlight, KinematicBodiesKeepTheirVelocityAndStaticOnesTheirPlace) {
+TEST(IntegrateFreeFlight, KinematicBodiesKeepTheirVelocityAndStaticOnesTheirPose) {
   std::vector<BodySetup> bodies(2);
   bodies[0].kind = BODY_KINEMATIC;
   bodies[0].velocity = {1, 0, -2};
@@ -129,4 +129,4 @@ TEST(IntegrateFreeFlight, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::integrate_free_flight_test

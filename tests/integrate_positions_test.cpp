@@ -5,7 +5,7 @@
 #include "tests/closed_forms.hpp"
 #include "tests/motion_twins.hpp"
 
-namespace lockstep {
+namespace lockstep::integrate_positions_test {
 namespace {
 
 Vector3 fallen_after(Integrator integrator, double end, u32 steps) {
@@ -40,7 +40,7 @@ TEST(IntegratePositions, EulerSchemesMoveWithOneVelocityExactly) {
   }
 }
 
-TEST(IntegratePositions, ASteadySpinTurnsByTheCayleyAngle) {
+TEST(IntegratePositions, AConstantAngularVelocityRotatesByTheCayleyAngle) {
   BodySetup ball;
   ball.angular_velocity = {0, 0, 2};
   const double dt = 0.3;
@@ -50,7 +50,7 @@ TEST(IntegratePositions, ASteadySpinTurnsByTheCayleyAngle) {
   EXPECT_NEAR(q[3], exact[3], 1e-15);
 }
 
-TEST(IntegratePositions, KinematicBodiesKeepTheirVelocityAndStaticOnesTheirPlace) {
+TEST(IntegratePositions, KinematicBodiesKeepTheirVelocityAndStaticOnesTheirPose) {
   std::vector<BodySetup> bodies(2);
   bodies[0].kind = BODY_KINEMATIC;
   bodies[0].velocity = {1, 0, -2};
@@ -134,12 +134,13 @@ TEST(IntegratePositions, APivotedBodyStaysOnItsPivot) {
   const auto state = make_bodies<float>(mixed_bodies(true), {.gravities = {{0, 0, -9.81}, {0, 0, -3}}});
   const Buffers<float> after = run_steps(state, 100);
   for (u32 i = 5; i < 8; ++i) {
-    const Vector3 lever = rotate(orientation(after, i), {after.pivots[i].lever_body[0], after.pivots[i].lever_body[1],
-                                                         after.pivots[i].lever_body[2]});
+    const Vector3 com_offset = rotate(
+        orientation(after, i),
+        {after.pivots[i].com_offset_body[0], after.pivots[i].com_offset_body[1], after.pivots[i].com_offset_body[2]});
     const Vector3 pivot = {after.pivots[i].point_world[0], after.pivots[i].point_world[1],
                            after.pivots[i].point_world[2]};
-    EXPECT_LT(length(position(after, i) - pivot - lever), 2e-6) << i;
-    EXPECT_LT(length(velocity(after, i) - cross(angular_velocity(after, i), lever)), 2e-5) << i;
+    EXPECT_LT(length(position(after, i) - pivot - com_offset), 2e-6) << i;
+    EXPECT_LT(length(velocity(after, i) - cross(angular_velocity(after, i), com_offset)), 2e-5) << i;
   }
 }
 
@@ -159,7 +160,7 @@ TEST(IntegratePositions, NamesTheFirstBodyThatWentBad) {
   EXPECT_EQ(NONE - after.counters[COUNTER_BAD_BODY], 1u);
 }
 
-TEST(IntegratePositions, LeavesAVoidStepAlone) {
+TEST(IntegratePositions, LeavesAnAbortedStepAlone) {
   BodySetup ball;
   ball.velocity = {1, 1, 1};
   InitialState<double> state = make_bodies<double>({ball}, {});
@@ -177,4 +178,4 @@ TEST(IntegratePositions, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::integrate_positions_test

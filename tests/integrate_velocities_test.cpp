@@ -5,14 +5,14 @@
 
 #include "tests/motion_twins.hpp"
 
-namespace lockstep {
+namespace lockstep::integrate_velocities_test {
 namespace {
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// A body turning freely, its axes along those of the world.
-BodySetup spinning(Vector3 inertia, Vector3 w) {
+BodySetup rotating_body(Vector3 inertia, Vector3 w) {
   BodySetup body;
   body.inertia = inertia;
   body.angular_velocity = w;
@@ -57,7 +57,7 @@ TEST(IntegrateVelocities, RemembersTheVelocitiesItStartedFrom) {
   }
 }
 
-TEST(IntegrateVelocities, InverseInertiaTurnsWithTheBody) {
+TEST(IntegrateVelocities, InverseInertiaRotatesWithTheBody) {
   BodySetup body;
   body.inertia = {1, 2, 2.5};
   body.orientation = about({1, -2, 0.5}, 1.3);
@@ -70,8 +70,8 @@ TEST(IntegrateVelocities, InverseInertiaTurnsWithTheBody) {
   for (u32 k = 0; k < 3; ++k) {
     Vector3 axis = {0, 0, 0};
     axis[k] = 1;
-    const Vector3 turned = unrotate(body.orientation, axis);
-    const Vector3 expected = rotate(body.orientation, {turned[0] / 1, turned[1] / 2, turned[2] / 2.5});
+    const Vector3 rotated = unrotate(body.orientation, axis);
+    const Vector3 expected = rotate(body.orientation, {rotated[0] / 1, rotated[1] / 2, rotated[2] / 2.5});
     for (u32 row = 0; row < 3; ++row) EXPECT_NEAR(inverse[row][k], expected[row], 1e-15);
   }
 }
@@ -96,7 +96,7 @@ TEST(IntegrateVelocities, InverseInertiaOfASphereIsExactAndOfAnImmovableBodyZero
 // A symmetric body (I_x = I_y) turns its body-frame (w_x, w_y) at the rate (I_z - I_x) / I_x w_z.
 double nutation_error(Gyroscopic gyroscopic, u32 steps) {
   const double end = 2, w_x = 0.7, w_z = 3, rate = (1.8 - 1) / 1 * w_z;
-  const BodySetup body = spinning({1, 1, 1.8}, {w_x, 0, w_z});
+  const BodySetup body = rotating_body({1, 1, 1.8}, {w_x, 0, w_z});
   const auto after = run_velocities(make_bodies<double>({body}, weightless(end / steps, gyroscopic)), steps);
   const Vector3 exact = {w_x * std::cos(rate * end), w_x * std::sin(rate * end), w_z};
   return length(angular_velocity(after, 0) - exact);
@@ -112,7 +112,7 @@ TEST(IntegrateVelocities, NutationOfASymmetricBodyConverges) {
 
 TEST(IntegrateVelocities, MidpointKeepsTheEnergyImplicitLosesExplicitGains) {
   const auto growth = [](Gyroscopic gyroscopic) {
-    const auto state = make_bodies<double>({spinning({1, 2, 3}, {0.5, 5, -1})}, weightless(0.02, gyroscopic));
+    const auto state = make_bodies<double>({rotating_body({1, 2, 3}, {0.5, 5, -1})}, weightless(0.02, gyroscopic));
     return rotation_energy(run_velocities(state, 200), 0) / rotation_energy(state.buffers, 0) - 1;
   };
   EXPECT_NEAR(growth(Gyroscopic::midpoint), 0, 1e-12);
@@ -120,8 +120,8 @@ TEST(IntegrateVelocities, MidpointKeepsTheEnergyImplicitLosesExplicitGains) {
   EXPECT_GT(growth(Gyroscopic::explicit_), 0.1);
 }
 
-TEST(IntegrateVelocities, WithoutTheGyroscopicMomentASpinStaysAsItIs) {
-  const auto state = make_bodies<double>({spinning({1, 2, 3}, {0.5, 5, -1})}, weightless(0.02, Gyroscopic::none));
+TEST(IntegrateVelocities, WithoutTheGyroscopicMomentAngularVelocityStaysConstant) {
+  const auto state = make_bodies<double>({rotating_body({1, 2, 3}, {0.5, 5, -1})}, weightless(0.02, Gyroscopic::none));
   EXPECT_EQ(angular_velocity(run_velocities(state, 100), 0), (Vector3{0.5, 5, -1}));
 }
 
@@ -135,7 +135,7 @@ void expect_energy_never_grows(Gyroscopic gyroscopic, double rounding) {
     const double a = std::pow(10, 3 * uniform(random)), b = std::pow(10, 3 * uniform(random));
     const Vector3 w = {uniform(random), uniform(random), uniform(random)};
     const double speed = std::pow(10, -1 + 0.007 * i);  // rad a step, up to 300
-    bodies[i] = spinning({1 + a, 1 + b, a + b}, (speed / length(w)) * w);
+    bodies[i] = rotating_body({1 + a, 1 + b, a + b}, (speed / length(w)) * w);
   }
   const auto state = make_bodies<real>(bodies, weightless(1, gyroscopic));
   ReferenceBackend<real> backend(state);
@@ -151,21 +151,21 @@ void expect_energy_never_grows(Gyroscopic gyroscopic, double rounding) {
   EXPECT_EQ(before.counters[COUNTER_STATUS], 0u);
 }
 
-TEST(IntegrateVelocities, EnergyNeverGrowsHoweverFastTheSpin) {
+TEST(IntegrateVelocities, EnergyNeverGrowsHoweverLargeTheAngularVelocity) {
   expect_energy_never_grows<double>(Gyroscopic::implicit, 1e-12);
   expect_energy_never_grows<double>(Gyroscopic::midpoint, 1e-12);
   expect_energy_never_grows<float>(Gyroscopic::implicit, 1e-4);
   expect_energy_never_grows<float>(Gyroscopic::midpoint, 1e-4);
 }
 
-TEST(IntegrateVelocities, GravityTurnsABodyAboutItsPivot) {
+TEST(IntegrateVelocities, GravityRotatesABodyAboutItsPivot) {
   // a rod of 2 kg hangs level, 0.5 m from its pivot: w_dot = m g l / I about the pivot
   BodySetup rod;
   rod.mass = 2;
   rod.pivoted = true;
-  rod.lever = {0, 0, 0.5};
+  rod.com_offset = {0, 0, 0.5};
   rod.inertia = {0.8, 0.8, 0.1};
-  rod.orientation = about({0, 1, 0}, std::acos(-1) / 2);  // lever along x
+  rod.orientation = about({0, 1, 0}, std::acos(-1) / 2);  // com_offset along x
   rod.position = {0.5, 0, 0};
   for (const Gyroscopic gyroscopic : {Gyroscopic::none, Gyroscopic::implicit}) {
     const auto state = make_bodies<double>({rod}, {.dt = 0.125, .gyroscopic = gyroscopic, .gravities = {{0, 0, -10}}});
@@ -192,12 +192,12 @@ TEST(IntegrateVelocities, AForceAndATorqueFromOutsideAct) {
   }
 }
 
-// The moment of a force at the centre of mass of a rod on a pivot is lever x force, as that of gravity is.
-TEST(IntegrateVelocities, AForceTurnsABodyAboutItsPivot) {
+// The moment of a force at the centre of mass of a rod on a pivot is com_offset x force, as that of gravity is.
+TEST(IntegrateVelocities, AForceRotatesABodyAboutItsPivot) {
   BodySetup rod;
   rod.mass = 2;
   rod.pivoted = true;
-  rod.lever = {0, 0, 0.5};
+  rod.com_offset = {0, 0, 0.5};
   rod.inertia = {0.8, 0.8, 0.1};
   rod.orientation = about({0, 1, 0}, std::acos(-1) / 2);
   rod.position = {0.5, 0, 0};
@@ -234,7 +234,7 @@ TEST(IntegrateVelocities, FastButGoodIsNotBad) {
   EXPECT_EQ(run_velocities(make_bodies<float>(bodies, {}), 1).counters[COUNTER_STATUS], 0u);
 }
 
-TEST(IntegrateVelocities, LeavesAVoidStepAlone) {
+TEST(IntegrateVelocities, LeavesAnAbortedStepAlone) {
   InitialState<double> state = make_bodies<double>(mixed_bodies(false), {.gravities = {{0, 0, -1}, {0, 0, -2}}});
   state.buffers.counters[COUNTER_STATUS] = STATUS_CONTACTS_FULL;
   const Buffers<double> after = run_velocities(state, 1);
@@ -249,4 +249,4 @@ TEST(IntegrateVelocities, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::integrate_velocities_test

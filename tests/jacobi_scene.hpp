@@ -21,7 +21,7 @@ InitialState<real> heap(u32 seed, u32 count, u32 pairs, bool grounded = true) {
   for (u32 i = 0; i < count; ++i) {
     const Vector3 at = {random.between(-side, side), random.between(-side, side), random.between(0.2, 1.5)};
     const Vector3 size = {random.between(0.2, 0.4), random.between(0.2, 0.4), random.between(0.2, 0.4)};
-    bodies.push_back(i % 2 == 0 ? sphere_body(at, 0.3) : box_body(at, size, random.turn()));
+    bodies.push_back(i % 2 == 0 ? sphere_body(at, 0.3) : box_body(at, size, random.rotation()));
     bodies.back().velocity = random.vector(1);
     bodies.back().angular_velocity = random.vector(2);
     if (grounded && i % 10 == 9) bodies.back().kind = BODY_KINEMATIC;
@@ -44,7 +44,7 @@ InitialState<real> heaps(std::initializer_list<u32> counts) {
     worlds.push_back({plane_body()});
     for (u32 i = 0; i < count; ++i) {
       const Vector3 at = {random.between(-1, 1), random.between(-1, 1), random.between(0.2, 2)};
-      worlds.back().push_back(i % 2 == 0 ? sphere_body(at, 0.3) : box_body(at, {0.3, 0.2, 0.25}, random.turn()));
+      worlds.back().push_back(i % 2 == 0 ? sphere_body(at, 0.3) : box_body(at, {0.3, 0.2, 0.25}, random.rotation()));
       worlds.back().back().velocity = random.vector(1);
     }
   }
@@ -57,9 +57,9 @@ InitialState<real> heaps(std::initializer_list<u32> counts) {
 
 /// Up to the packed constraint stream, with impulses to start from.
 template <class real>
-InitialState<real> prepared_heap(u32 seed, u32 count, u32 pairs, bool rubs_as_one) {
+InitialState<real> prepared_heap(u32 seed, u32 count, u32 pairs, bool uses_patches) {
   InitialState<real> state = heap<real>(seed, count, pairs);
-  if (rubs_as_one) state.features = with(state.features, Feature::patches);
+  if (uses_patches) state.features = with(state.features, Feature::patches);
   use_jacobi(state);
   run_until_prepared(state);
   draw_start_impulses(seed, state);

@@ -5,7 +5,7 @@
 #include "host/scene/read.hpp"
 #include "tests/jacobi_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::jacobi_test {
 namespace {
 
 template <class real>
@@ -54,7 +54,7 @@ TYPED_TEST(Jacobi, ConservesMomentum) {
   expect_solving_keeps_momentum(state, sizeof(real) == 4 ? 1e-4 : 2e-13);
 }
 
-// A body with one pair has one part: the first visit is exact.
+// A body with one pair has one copy: the first solve is exact.
 TYPED_TEST(Jacobi, ABallRests) {
   using real = TypeParam;
   InitialState<real> state = make_worlds<real>({{sphere_body({0, 0, 1}, 1), plane_body()}}, 16);
@@ -107,7 +107,7 @@ TYPED_TEST(Jacobi, ABodyHasAnyNumberOfContacts) {
   expect_all_are_stopped(bodies, after);
 }
 
-TYPED_TEST(Jacobi, VoidStepsWriteNothing) {
+TYPED_TEST(Jacobi, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = prepared_heap<real>(9, 12, 256, false);
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;
@@ -120,4 +120,4 @@ TYPED_TEST(Jacobi, VoidStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::jacobi_test

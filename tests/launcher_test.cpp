@@ -3,7 +3,7 @@
 
 #include "tests/launcher_bench.hpp"
 
-namespace lockstep {
+namespace lockstep::launcher_test {
 namespace {
 
 // A device with a program of its own, bound as the stage begin_step.
@@ -147,4 +147,4 @@ TEST(Program, DoubleIsRefusedWhereThereIsNone) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::launcher_test

@@ -8,7 +8,7 @@ namespace lockstep {
 
 inline WorldOptions in_double() { return {.device = "reference", .precision = "double"}; }
 
-inline BodyDescription floor_body() {
+inline BodyDescription level_floor() {
   BodyDescription floor;
   floor.name = "floor";
   floor.kind = BODY_STATIC;
@@ -39,7 +39,7 @@ inline Scene ground_scene(double friction = 0.5) {
   scene.settings.dt = 0.01;
   replace_solver(scene.settings, Solver::small_steps);
   scene.materials = {{.name = "stuff", .friction = friction, .restitution = 0}};
-  scene.bodies.push_back(floor_body());
+  scene.bodies.push_back(level_floor());
   return scene;
 }
 

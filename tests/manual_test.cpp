@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 
 #include "host/scene/manual_text.hpp"
@@ -18,7 +19,7 @@ std::string slurp(const std::string& path) {
 
 // The lines between `from`, the end of a line, and `to`, the beginning of one.
 void expect_between(const std::string& file, const std::string& from, const std::string& to, const std::string& text) {
-  const std::string path = std::string(LOCKSTEP_SOURCE_DIR) + "/" + file;
+  const std::string path = std::filesystem::path(LOCKSTEP_SOURCE_DIR) / file;
   std::string all = slurp(path);
   const std::size_t before = all.find(from + "\n");
   ASSERT_NE(before, std::string::npos) << file << ": " << from;
@@ -42,6 +43,7 @@ void expect_in_manual(const std::string& table, const std::string& what, const s
 TEST(Manual, HasTheTablesOfSettingsAndSolvers) {
   expect_in_manual("host/settings.def", "settings", settings_manual());
   expect_in_manual("host/solvers.def", "solvers", solvers_manual());
+  expect_in_manual("host/oracles.def", "oracles", oracles_manual());
 }
 
 TEST(Manual, HasTheKindsOfShapesAndJoints) {

@@ -4,7 +4,7 @@
 
 #include "tests/event_worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::mark_touching_test {
 namespace {
 
 template <class real>
@@ -29,7 +29,7 @@ TYPED_TEST(MarkTouching, WhatPushesOrOverlapsTouches) {
   run_reference(state, before_marking);
   Buffers<real>& b = state.buffers;
   reference::run_stage(Stage::mark_touching, b, state.params);
-  u32 pushing = 0, overlapping = 0, apart = 0;
+  u32 pushing = 0, overlapping = 0, separated = 0;
   for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
     const Contact& contact = b.contacts[i];
     double square = 0;
@@ -41,11 +41,11 @@ TYPED_TEST(MarkTouching, WhatPushesOrOverlapsTouches) {
     EXPECT_EQ(b.touched[i], impulse > 0 || gap < 0 ? 1u : 0u);
     pushing += impulse > 0 && gap > 0 ? 1 : 0;
     overlapping += !(impulse > 0) && gap < 0 ? 1 : 0;
-    apart += b.touched[i] == 0 ? 1 : 0;
+    separated += b.touched[i] == 0 ? 1 : 0;
   }
   EXPECT_GT(pushing, 5u);
   EXPECT_GT(overlapping, 5u);
-  EXPECT_GT(apart, 5u);
+  EXPECT_GT(separated, 5u);
 }
 
 TYPED_TEST(MarkTouching, LaterSubStepsForgetNothing) {
@@ -72,4 +72,4 @@ TYPED_TEST(MarkTouching, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::mark_touching_test

@@ -5,7 +5,7 @@
 
 #include "tests/collision_states.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::match_contacts_test {
 namespace {
 
 template <class real>
@@ -22,11 +22,11 @@ std::set<Key> random_keys(Random& random, u32 count) {
 }
 
 template <class real>
-InitialState<real> contacts_and_cache(const std::set<Key>& now, const std::set<Key>& before) {
+InitialState<real> contacts_and_cache(const std::set<Key>& current, const std::set<Key>& before) {
   InitialState<real> state = make_worlds<real>({std::vector<BodyDescription>(30, sphere_body({0, 0, 0}, 1))}, 1024);
   Buffers<real>& b = state.buffers;
   std::ranges::fill(b.counters, 0u);
-  for (const Key& key : now) b.contacts[b.counters[COUNTER_CONTACTS]++] = {key[0], key[1], key[2], 0, 0, 0, 0, 0};
+  for (const Key& key : current) b.contacts[b.counters[COUNTER_CONTACTS]++] = {key[0], key[1], key[2], 0, 0, 0, 0, 0};
   for (const Key& key : before) {
     const u32 i = b.cached_count[0]++;
     b.cached_keys[i] = {key[0], key[1], key[2], 0};
@@ -37,8 +37,8 @@ InitialState<real> contacts_and_cache(const std::set<Key>& now, const std::set<K
 
 // The same where contacts are soft, so that pairs hand over what they have lost.
 template <class real>
-InitialState<real> soft_contacts_and_cache(const std::set<Key>& now, const std::set<Key>& before) {
-  InitialState<real> state = contacts_and_cache<real>(now, before);
+InitialState<real> soft_contacts_and_cache(const std::set<Key>& current, const std::set<Key>& before) {
+  InitialState<real> state = contacts_and_cache<real>(current, before);
   state.features = with(state.features, Feature::soft_contacts);
   resize(state.buffers, state.sizes, state.features);
   return state;
@@ -68,11 +68,11 @@ TYPED_TEST(MatchContacts, FindsWhatASearchThroughAllFinds) {
   Random random(30);
   for (const u32 cached : {0u, 1u, 2u, 3u, 64u, 500u, 1000u}) {
     const std::set<Key> before = random_keys(random, cached);
-    std::set<Key> now = random_keys(random, 200);
+    std::set<Key> current = random_keys(random, 200);
     for (const Key& key : before) {
-      if (random.bits() % 2 == 0 && now.size() < 1000) now.insert(key);
+      if (random.bits() % 2 == 0 && current.size() < 1000) current.insert(key);
     }
-    InitialState<real> state = contacts_and_cache<real>(now, before);
+    InitialState<real> state = contacts_and_cache<real>(current, before);
     expect_matched(state);
   }
 }
@@ -81,9 +81,9 @@ TYPED_TEST(MatchContacts, FindsWhatASearchThroughAllFinds) {
 TYPED_TEST(MatchContacts, FindsTheEnds) {
   using real = TypeParam;
   const std::set<Key> before = {{3, 4, 0}, {3, 4, 1}, {3, 5, 0}, {4, 0, 0}};
-  std::set<Key> now = before;
-  now.insert({{0, 0, 0}, {3, 3, 9}, {3, 4, 2}, {4, 0, 1}, {9, 9, 9}});
-  InitialState<real> state = contacts_and_cache<real>(now, before);
+  std::set<Key> current = before;
+  current.insert({{0, 0, 0}, {3, 3, 9}, {3, 4, 2}, {4, 0, 1}, {9, 9, 9}});
+  InitialState<real> state = contacts_and_cache<real>(current, before);
   expect_matched(state);
   EXPECT_EQ(state.buffers.start_impulses[2].normal, 1);
   EXPECT_EQ(state.buffers.start_impulses[6].normal, 4);
@@ -123,8 +123,8 @@ TYPED_TEST(MatchContacts, ContactsThatStayTakeWhatTheirPairLost) {
 TYPED_TEST(MatchContacts, PairsKeepTheirSums) {
   using real = TypeParam;
   Random random(32);
-  const std::set<Key> before = random_keys(random, 900), now = random_keys(random, 900);
-  InitialState<real> state = soft_contacts_and_cache<real>(now, before);
+  const std::set<Key> before = random_keys(random, 900), current = random_keys(random, 900);
+  InitialState<real> state = soft_contacts_and_cache<real>(current, before);
   Buffers<real>& b = state.buffers;
   reference::run_stage(Stage::match_contacts, b, state.params);
   std::map<std::pair<u32, u32>, double> were, are;
@@ -141,16 +141,16 @@ TYPED_TEST(MatchContacts, KernelMatchesReference) {
   Random random(31);
   for (const u32 cached : {0u, 1u, 1000u}) {
     const std::set<Key> before = random_keys(random, cached);
-    std::set<Key> now = random_keys(random, 20);
+    std::set<Key> current = random_keys(random, 20);
     for (const Key& key : before) {
-      if (random.bits() % 2 == 0) now.insert(key);
+      if (random.bits() % 2 == 0) current.insert(key);
     }
-    const InitialState<real> state = contacts_and_cache<real>(now, before);
+    const InitialState<real> state = contacts_and_cache<real>(current, before);
     run_one_stage(Stage::match_contacts, state.buffers, state.sizes, state.features, state.params, launches());
-    const InitialState<real> soft = soft_contacts_and_cache<real>(now, before);
+    const InitialState<real> soft = soft_contacts_and_cache<real>(current, before);
     run_one_stage(Stage::match_contacts, soft.buffers, soft.sizes, soft.features, soft.params, launches());
   }
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::match_contacts_test

@@ -1,6 +1,6 @@
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::match_springs_test {
 namespace {
 
 template <class real>
@@ -46,4 +46,4 @@ TEST(MatchSprings, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::match_springs_test

@@ -13,7 +13,7 @@
 #include "host/scene/triangle_mesh.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::mesh_files_test {
 namespace {
 
 using Corners = std::array<unsigned, 3>;
@@ -168,4 +168,4 @@ TEST(MeshFiles, ABrickIsTheSameSolidInAllOfThem) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::mesh_files_test

@@ -14,7 +14,7 @@
 #include "tests/recording_scene.hpp"
 #include "tests/robots.hpp"
 
-namespace lockstep {
+namespace lockstep::mjcf_test {
 namespace {
 
 Scene mjcf(const std::string& inside) {
@@ -119,42 +119,44 @@ TEST_F(Mjcf, BoundsAreOfMassesAndPrincipalMoments) {
   EXPECT_EQ(body(scene, "large").mass, exact::sphere_mass(1000, 0.5)) << "what is above them stays as it is";
 }
 
-TEST_F(Mjcf, OrientationsAreSaidInFiveWays) {
+TEST_F(Mjcf, OrientationsHaveFiveNotations) {
   // 30 degrees about z, and a capsule whose z axis is then compared
   const double s = std::sin(exact::pi / 12), c = std::cos(exact::pi / 12);
-  const auto turned = [](const std::string& how, const std::string& compiler = "") {
+  const auto orientation_of = [](const std::string& how, const std::string& compiler = "") {
     return body(mjcf("<compiler " + compiler + "/><worldbody><body name=\"a\" " + how + ">" +
                      R"(<freejoint/><inertial pos="0 0 0" mass="1" diaginertia="1 2 2.5"/></body></worldbody>)"),
                 "a")
         .orientation;
   };
-  const std::pair<std::string, std::string> ways[] = {{"quat=\"1.9318516525781366 0 0 0.5176380902050415\"", ""},
-                                                      {"axisangle=\"0 0 2 30\"", ""},
-                                                      {"axisangle=\"0 0 2 0.5235987755982988\"", "angle=\"radian\""},
-                                                      {"xyaxes=\"0.8660254037844387 0.5 0 0 1 0\"", ""},
-                                                      {"euler=\"0 0 30\"", ""},
-                                                      {"euler=\"30 0 0\"", "eulerseq=\"zxy\""}};
-  for (const auto& [how, compiler] : ways) {
-    const Quaternion q = turned(how, compiler);
+  const std::pair<std::string, std::string> alternatives[] = {
+      {"quat=\"1.9318516525781366 0 0 0.5176380902050415\"", ""},
+      {"axisangle=\"0 0 2 30\"", ""},
+      {"axisangle=\"0 0 2 0.5235987755982988\"", "angle=\"radian\""},
+      {"xyaxes=\"0.8660254037844387 0.5 0 0 1 0\"", ""},
+      {"euler=\"0 0 30\"", ""},
+      {"euler=\"30 0 0\"", "eulerseq=\"zxy\""}};
+  for (const auto& [how, compiler] : alternatives) {
+    const Quaternion q = orientation_of(how, compiler);
     const double sign = q[3] < 0 ? -1 : 1;
     EXPECT_NEAR(sign * q[2], s, 1e-15) << how;
     EXPECT_NEAR(sign * q[3], c, 1e-15) << how;
   }
   // turns about x, then about the new y and z; or about the fixed ones: x y z of the values that MuJoCo 3 has
-  const Quaternion along = turned("euler=\"10 20 30\""), fixed = turned("euler=\"10 20 30\"", "eulerseq=\"XYZ\"");
+  const Quaternion along = orientation_of("euler=\"10 20 30\""),
+                   fixed = orientation_of("euler=\"10 20 30\"", "eulerseq=\"XYZ\"");
   const double h[3] = {exact::pi / 36, exact::pi / 18, exact::pi / 12};
-  const auto turn = [&](unsigned axis) {
+  const auto rotation = [&](unsigned axis) {
     Quaternion q = {0, 0, 0, std::cos(h[axis])};
     q[axis] = std::sin(h[axis]);
     return q;
   };
-  const Quaternion xyz = exact::multiply(exact::multiply(turn(0), turn(1)), turn(2));
-  const Quaternion zyx = exact::multiply(exact::multiply(turn(2), turn(1)), turn(0));
+  const Quaternion xyz = exact::multiply(exact::multiply(rotation(0), rotation(1)), rotation(2));
+  const Quaternion zyx = exact::multiply(exact::multiply(rotation(2), rotation(1)), rotation(0));
   for (unsigned i = 0; i < 4; ++i) {
     EXPECT_NEAR(along[i], xyz[i], 1e-15) << i;
     EXPECT_NEAR(fixed[i], zyx[i], 1e-15) << i;
   }
-  const Quaternion z = turned("zaxis=\"0 3 0\"");
+  const Quaternion z = orientation_of("zaxis=\"0 3 0\"");
   const Vector3 up = exact::rotate(z, {0, 0, 1});
   EXPECT_NEAR(up[1], 1, 1e-15);
 }
@@ -175,7 +177,7 @@ TEST_F(Mjcf, DefaultsAreInherited) {
   EXPECT_EQ(body(scene, "own").mass, mass(1, 0.25));
 }
 
-TEST_F(Mjcf, JointsTurnAboutTheirOwnPlace) {
+TEST_F(Mjcf, JointsRotateAboutTheirOwnAnchor) {
   // a ball 1 m from the joint, which is not where the body's frame is; range in degrees, counted from ref
   const Scene scene = mjcf(R"(<worldbody><body name="a" pos="3 0 0">
       <joint name="j" pos="-1 0 0" axis="0 1 0" range="30 75" ref="45"/>)" +
@@ -224,7 +226,7 @@ TEST_F(Mjcf, SeveralJointsOfABodyAreOneWhereOneDoes) {
   EXPECT_EQ(counted.joints[2].name, "r/joint_4");
 }
 
-TEST_F(Mjcf, OtherwiseLinksStandBetweenThem) {
+TEST_F(Mjcf, OtherwiseLinksComeBetweenThem) {
   const Scene scene = world(R"(<body name="root"><freejoint/>)" + unit_ball + R"(
       <body name="a" pos="0 0 -0.5"><joint name="x" axis="1 0 0" range="-1 1"/><joint name="y" axis="0 1 0" range="-1 1"/>
         <joint name="z" axis="0 0 1" damping="1"/><geom type="box" size="0.1 0.2 0.3" mass="2" pos="0 0 -0.3"/></body></body>)");
@@ -244,23 +246,24 @@ TEST_F(Mjcf, OtherwiseLinksStandBetweenThem) {
 }
 
 // The hinges of a gimbal, one after the other: the ends of the last one's axis stand where x, then y have turned it.
-TEST_F(Mjcf, JointsOfABodyTurnOneAfterTheOther) {
-  const auto held = [](const std::string& name, const std::string& axis, const std::string& rest) {
+TEST_F(Mjcf, JointsOfABodyRotateOneAfterTheOther) {
+  const auto joint_xml = [](const std::string& name, const std::string& axis, const std::string& rest) {
     return "<joint name=\"" + name + "\" axis=\"" + axis + "\" stiffness=\"500\" damping=\"20\" springref=\"" + rest +
            "\"/>";
   };
-  const Scene scene = world("<body name=\"a\">" + held("x", "1 0 0", "0.5") + held("y", "0 1 0", "-0.4") +
-                                held("z", "0 0 1", "0.3") + R"(<geom type="box" size="0.1 0.2 0.3" mass="2"/></body>)",
-                            R"(<option gravity="0 0 0"/>)");
+  const Scene scene =
+      world("<body name=\"a\">" + joint_xml("x", "1 0 0", "0.5") + joint_xml("y", "0 1 0", "-0.4") +
+                joint_xml("z", "0 0 1", "0.3") + R"(<geom type="box" size="0.1 0.2 0.3" mass="2"/></body>)",
+            R"(<option gravity="0 0 0"/>)");
   const InitialState<double> state = compile<double>(scene);
   Simulation<double> simulation = simulation_of(state);
   for (u32 i = 0; i < 3000; ++i) simulation.step();
   const Vec4<double> q = simulation.backend().download(std::vector<Buffer>{Buffer::orientations}).orientations[2];
-  const auto turn = [](double angle, const Vector3& axis) {
-    return exact::turn(axis, exact::sine(angle / 2), exact::cosine(angle / 2));
+  const auto rotation = [](double angle, const Vector3& axis) {
+    return exact::rotation(axis, exact::sine(angle / 2), exact::cosine(angle / 2));
   };
   const Quaternion expected =
-      exact::multiply(exact::multiply(turn(0.5, {1, 0, 0}), turn(-0.4, {0, 1, 0})), turn(0.3, {0, 0, 1}));
+      exact::multiply(exact::multiply(rotation(0.5, {1, 0, 0}), rotation(-0.4, {0, 1, 0})), rotation(0.3, {0, 0, 1}));
   const Quaternion found =
       exact::multiply({q.x, q.y, q.z, q.w}, [&] {  // the frame of the body is turned to its principal axes
         const Quaternion& o = body(scene, "a").orientation;
@@ -321,7 +324,7 @@ TEST_F(Mjcf, TheLargerFrictionCountsUnlessOneHasPriority) {
   EXPECT_EQ(friction("c", "c"), 0) << "without friction on both sides";
 }
 
-TEST_F(Mjcf, CondimSaysWhatElseRubs) {
+TEST_F(Mjcf, CondimSelectsTorsionalAndRollingFriction) {
   const Scene scene = world(R"(<geom type="plane" size="1 1 1" friction="0.2 0.1 0.01"/>
     <body name="a"><freejoint/><geom size="1" friction="0.7 0.02 0.3" condim="4"/></body>
     <body name="b"><freejoint/><geom size="1" condim="6"/></body>)");
@@ -339,7 +342,7 @@ TEST_F(Mjcf, CondimSaysWhatElseRubs) {
   EXPECT_EQ(met("b", "b").rolling_friction, 0.0001);
 }
 
-TEST_F(Mjcf, ActuatorsHoldTheirTarget) {
+TEST_F(Mjcf, ActuatorsKeepTheirTarget) {
   // k_p gear^2 angle = m g l cos(angle), about y: an arm along x falls by positive angles
   const std::string arm =
       R"(<body name="a"><joint name="j" axis="0 1 0" damping="5"/><geom size="0.1" mass="1" pos="0.5 0 0"/></body>)";
@@ -367,20 +370,20 @@ TEST_F(Mjcf, ActuatorsHoldTheirTarget) {
 TEST_F(Mjcf, ConstraintsCloseRings) {
   const std::string arms = R"(<body name="a"><joint axis="0 1 0"/><geom size="0.1" pos="1 0 0" mass="1"/></body>
     <body name="b" pos="2 0 0"><joint name="j" axis="0 1 0"/><geom size="0.1" pos="-1 0 0" mass="1"/></body>)";
-  const auto held = [&](const std::string& equality) {
+  const auto scene_with = [&](const std::string& equality) {
     return world(arms, "<equality>" + equality + "</equality><contact><exclude body1=\"a\" body2=\"b\"/></contact>");
   };
-  const Scene connect = held(R"(<connect body1="a" body2="b" anchor="1 0 0"/>)");
+  const Scene connect = scene_with(R"(<connect body1="a" body2="b" anchor="1 0 0"/>)");
   ASSERT_EQ(connect.joints.size(), 3u);
   EXPECT_EQ(connect.joints[2].kind, JOINT_BALL);
   EXPECT_EQ(connect.joints[2].anchor_a, (Vector3{1, 0, 0}));
   ASSERT_EQ(connect.passing.size(), 1u);
   EXPECT_NEAR(joint_after(connect, 500, "j").coordinate, 0, 0.01) << "two arms that hold each other cannot fall";
   for (const std::string pose : {"", R"( relpose="0 1 0 0 0 0 0")"})  // MuJoCo's own default
-    EXPECT_EQ(held("<weld body1=\"a\" body2=\"b\"" + pose + "/>").joints[2].kind, JOINT_FIXED);
-  EXPECT_EQ(held(R"(<weld body1="a"/>)").joints[2].body_b, NONE) << "to the world";
-  EXPECT_EQ(held(R"(<weld body1="a" body2="b" active="false"/>)").joints.size(), 2u);
-  const Scene locked = held(R"(<joint joint1="j" polycoef="0.25"/>)");
+    EXPECT_EQ(scene_with("<weld body1=\"a\" body2=\"b\"" + pose + "/>").joints[2].kind, JOINT_FIXED);
+  EXPECT_EQ(scene_with(R"(<weld body1="a"/>)").joints[2].body_b, NONE) << "to the world";
+  EXPECT_EQ(scene_with(R"(<weld body1="a" body2="b" active="false"/>)").joints.size(), 2u);
+  const Scene locked = scene_with(R"(<joint joint1="j" polycoef="0.25"/>)");
   EXPECT_NEAR(joint_after(locked, 1000, "j").coordinate, 0.25, 2e-5);
 }
 
@@ -392,7 +395,7 @@ TEST_F(Mjcf, WhatHangsFromTheWorldMayTouchIt) {
   EXPECT_NEAR(joint_after(scene, 2000, "j").coordinate, std::asin(0.4), 2e-4) << "its ball lies on the ground";
 }
 
-TEST_F(Mjcf, BodiesWithoutJointsArePartOfTheirParents) {
+TEST_F(Mjcf, BodiesWithoutJointsAreMergedIntoTheirParents) {
   const Scene scene = world(R"(<body name="post" pos="0 0 1"><geom type="cylinder" size="0.1 1"/>
       <body name="arm" pos="0 0 1"><joint axis="0 1 0"/>)" +
                             unit_ball + R"(
@@ -457,7 +460,7 @@ TEST_F(Mjcf, ARobotBringsItsContactsIntoAScene) {
   EXPECT_EQ(told.bodies[1].position, (Vector3{0, 0, 3}));
 }
 
-TEST_F(Mjcf, TheStriderStandsOnItsLegs) {
+TEST_F(Mjcf, TheStriderRestsOnItsLegs) {
   const Scene scene = read_scene(LOCKSTEP_SOURCE_DIR "/scenes/robots/strider.xml");
   double mass = 0;
   for (const BodyDescription& of : scene.bodies) mass += of.mass;
@@ -477,4 +480,4 @@ TEST_F(Mjcf, TheStriderStandsOnItsLegs) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::mjcf_test

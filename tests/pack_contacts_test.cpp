@@ -5,7 +5,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::pack_contacts_test {
 namespace {
 
 template <class real>
@@ -125,7 +125,7 @@ TYPED_TEST(PackContacts, TellsCentralContactsFromGeneralOnes) {
   for (u32 i = 0; i < graph.size(); ++i) EXPECT_EQ(b.block_bodies[i].kind[0], expected[i]) << i;
 }
 
-// A step that needs more blocks or rows than there is room for is void: it says how many, and writes none outside.
+// A step that needs more blocks or rows than there is room for is aborted: it says how many, and writes none outside.
 TYPED_TEST(PackContacts, ReportsMissingRows) {
   using real = TypeParam;
   InitialState<real> state = colored_pairs<real>(6, 900, 9, 20);
@@ -151,4 +151,4 @@ TYPED_TEST(PackContacts, ReportsMissingBlocks) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::pack_contacts_test

@@ -4,7 +4,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::pack_points_test {
 namespace {
 
 template <class real>
@@ -103,4 +103,4 @@ TYPED_TEST(PackPoints, ContactsHaveTheLawOfTheirMaterials) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::pack_points_test

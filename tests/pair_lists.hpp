@@ -86,16 +86,16 @@ std::array<real, 3> center_velocity(const InitialState<real>& state, u32 shape) 
 }
 
 template <class real>
-real turning_speed(const InitialState<real>& state, u32 shape) {
+real rotational_speed_of(const InitialState<real>& state, u32 shape) {
   const ShapeInfo& info = state.buffers.shape_infos[shape];
   if (info.kind == SHAPE_SPHERE) return 0;
   const real* w = state.buffers.motions[info.body].w;
-  return std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * state.buffers.shapes[shape].reach;
+  return std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * state.buffers.shapes[shape].bounding_radius;
 }
 
 /// The criterion of the broad phase, in the same precision and order of operations.
 template <class real>
-bool in_reach(const InitialState<real>& state, u32 i, u32 j) {
+bool in_range(const InitialState<real>& state, u32 i, u32 j) {
   const auto length = [](const std::array<real, 3>& x) { return std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); };
   const Buffers<real>& b = state.buffers;
   const Bound<real>&mine = b.bounds[i], &other = b.bounds[j];
@@ -104,11 +104,13 @@ bool in_reach(const InitialState<real>& state, u32 i, u32 j) {
                                  mine.center[2] - other.center[2]};
   const std::array<real, 3> u = {v[0] - w[0], v[1] - w[1], v[2] - w[2]};
   const real h = state.params.dt * real(state.params.substeps), margin = state.params.margin;
-  if (!(length(d) - (b.shapes[i].reach + b.shapes[j].reach) <= margin + h * length(u))) return false;
+  if (!(length(d) - (b.shapes[i].bounding_radius + b.shapes[j].bounding_radius) <= margin + h * length(u)))
+    return false;
   if (b.shape_infos[i].kind == SHAPE_SPHERE && b.shape_infos[j].kind == SHAPE_SPHERE) return true;
-  const real turning = turning_speed(state, i) + turning_speed(state, j);
+  const real rotational_speed = rotational_speed_of(state, i) + rotational_speed_of(state, j);
   for (u32 k = 0; k < 3; ++k) {
-    if (!(std::abs(d[k]) <= mine.box[k] + other.box[k] + margin + h * (std::abs(u[k]) + turning))) return false;
+    if (!(std::abs(d[k]) <= mine.box[k] + other.box[k] + margin + h * (std::abs(u[k]) + rotational_speed)))
+      return false;
   }
   return true;
 }
@@ -121,7 +123,7 @@ PairList brute_force(const InitialState<real>& state) {
     for (u32 j = i + 1; j < state.sizes.shapes; ++j) {
       const auto& infos = state.buffers.shape_infos;
       if (infos[i].kind == SHAPE_PLANE || infos[j].kind == SHAPE_PLANE) continue;
-      if (may_touch(state, i, j) && in_reach(state, i, j)) pairs.emplace_back(i, j);
+      if (may_touch(state, i, j) && in_range(state, i, j)) pairs.emplace_back(i, j);
     }
   }
   return pairs;

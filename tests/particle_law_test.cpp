@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace lockstep {
+namespace lockstep::particle_law_test {
 namespace {
 
 // Schwager and Poeschel 2007, equations 19 and 20, with zeta the damping in parts of the critical one.
@@ -35,7 +35,7 @@ BodyDescription ball(double mass, double radius) {
 
 // Without damping, of two particles alone: omega^2 = 2 k / m, and symplectic Euler is stable up to omega h = 2. The
 // bound is for a pile and thus below that, but not by an order of magnitude.
-TEST(ParticleLaw, TheLongestStepIsWithinReachOfTheExactBoundOfTwoParticles) {
+TEST(ParticleLaw, TheLongestStepIsCloseToTheExactBoundOfTwoParticles) {
   const double k = 1e5, m = 0.3;
   const double exact = 2 / std::sqrt(2 * k / m);
   const double step = longest_stable_step(ball(m, 0.1), {{{0, 0, 0}}}, {.radius = 0.1, .stiffness = k}, 0);
@@ -59,4 +59,4 @@ TEST(ParticleLaw, BodiesThatDoNotMoveBearAnyStep) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::particle_law_test

@@ -2,7 +2,7 @@
 
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::particle_overlap_test {
 namespace {
 
 // Two balls 5 mm deep in the floor and 20 mm in each other, and one that touches nothing.
@@ -29,4 +29,4 @@ TEST(ParticleOverlap, CountsWhatDoesNotMove) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::particle_overlap_test

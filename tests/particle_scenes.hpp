@@ -37,7 +37,7 @@ inline BodyDescription floor_body(Vector3 point = {0, 0, 0}, Vector3 normal = {0
   body.position = point;
   ShapeDescription plane;
   plane.kind = SHAPE_PLANE;
-  plane.rotation = exact::turn_of_z_to(normal);
+  plane.rotation = exact::rotation_from_z_to(normal);
   body.shapes = {plane};
   return body;
 }
@@ -59,7 +59,7 @@ inline Scene lively_particles(u32 substeps = 1, u32 side = 3) {
     const double x = i % side, y = i / side % side, z = i / (side * side);
     ShapeDescription shape = i % 2 ? ball_shape(0.15) : box_shape({0.15, 0.12, 0.1});
     bodies.push_back(solid_body(shape, 1 + 0.1 * (i % 4), {0.26 * x + 0.01 * z, 0.27 * y, 0.1 + 0.22 * z}));
-    bodies.back().orientation = exact::turn({1, 0.3 * x, y - 1}, std::sin(0.1 * i), std::cos(0.1 * i));
+    bodies.back().orientation = exact::rotation({1, 0.3 * x, y - 1}, std::sin(0.1 * i), std::cos(0.1 * i));
     bodies.back().velocity = {1 - x, 0.5 * (1 - y), -0.3 * z};
     bodies.back().angular_velocity = {0.2 * x, 1, -y};
   }
@@ -93,8 +93,9 @@ InitialState<real> lively_state(
 }
 
 inline const std::vector<Stage> particle_stages = {
-    Stage::begin_step,     Stage::bound_particles, Stage::sort_particles,  Stage::find_neighbours, Stage::match_springs,
-    Stage::push_particles, Stage::sum_particles,   Stage::place_particles, Stage::store_springs};
+    Stage::begin_step,      Stage::bound_particles,  Stage::sort_particles,
+    Stage::find_neighbours, Stage::match_springs,    Stage::push_particles,
+    Stage::sum_particles,   Stage::update_particles, Stage::store_springs};
 
 /// Runs the stages of particles before `stage` in the reference, then that one on both sides; returns the reference's
 /// buffers after it.

@@ -7,7 +7,7 @@
 #include "tests/bodies.hpp"
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::particles_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -24,7 +24,7 @@ struct Trial {
   void steps(u32 count) {
     for (u32 i = 0; i < count; ++i) simulation.step();
   }
-  const Buffers<double>& now() const { return reference->buffers(); }
+  const Buffers<double>& buffers() const { return reference->buffers(); }
 
   InitialState<double> state;
   ReferenceBackend<double>* reference;
@@ -41,13 +41,13 @@ Scene head_on(double restitution, double dt) {
 
 // Two particles part with e times the speed at which they met: the closed form of the damped spring gives the damping
 // (particle_law_test.cpp), and the steps converge to it.
-TEST(Particles, TwoPartWithTheirRestitution) {
+TEST(Particles, TwoSeparateWithTheirRestitution) {
   for (const double e : {0.2, 0.5, 0.8, 1.0}) {
     SCOPED_TRACE(e);
     const auto error = [&](u32 steps) {
       Trial run(head_on(e, 0.08 / steps));
       run.steps(steps);
-      return std::abs(velocity(run.now(), 1)[0] - velocity(run.now(), 0)[0] - e);
+      return std::abs(velocity(run.buffers(), 1)[0] - velocity(run.buffers(), 0)[0] - e);
     };
     EXPECT_LT(error(400), 0.02);
     EXPECT_LT(error(4000), 0.002);
@@ -66,17 +66,17 @@ TEST(Particles, MomentumIsConservedToRounding) {
   const auto momentum = [&] {
     Vector3 linear = {0, 0, 0}, angular = {0, 0, 0};
     for (u32 i = 0; i < 2; ++i) {
-      const Vector3 p = run.now().masses[i].mass * velocity(run.now(), i);
+      const Vector3 p = run.buffers().masses[i].mass * velocity(run.buffers(), i);
       linear = linear + p;
-      angular = angular + cross(position(run.now(), i), p) + angular_momentum(run.now(), i);
+      angular = angular + cross(position(run.buffers(), i), p) + angular_momentum(run.buffers(), i);
     }
     return std::pair(linear, angular);
   };
   const auto before = momentum();
-  const Vector3 v = velocity(run.now(), 0);
+  const Vector3 v = velocity(run.buffers(), 0);
   run.steps(1000);
   const auto after = momentum();
-  EXPECT_GT(length(velocity(run.now(), 0) - v), 0.5) << "they have met";
+  EXPECT_GT(length(velocity(run.buffers(), 0) - v), 0.5) << "they have met";
   EXPECT_LT(length(after.first - before.first), 1e-13);
   EXPECT_LT(length(after.second - before.second), 1e-12);
 }
@@ -88,8 +88,8 @@ TEST(Particles, ABoxRestsOnTheSpringsOfItsFace) {
   Trial run(scene);
   run.steps(4000);
   const double corners = 16;  // of 4 x 4 particles
-  EXPECT_NEAR(position(run.now(), 1)[2], 0.1 - 4 * g / (corners * 1e4), 1e-9);
-  EXPECT_LT(length(velocity(run.now(), 1)), 1e-9);
+  EXPECT_NEAR(position(run.buffers(), 1)[2], 0.1 - 4 * g / (corners * 1e4), 1e-9);
+  EXPECT_LT(length(velocity(run.buffers(), 1)), 1e-9);
 }
 
 /// A block on a slope of this tangent, at rest in its springs.
@@ -98,7 +98,7 @@ Scene block_on_slope(double tangent, double friction, double shear_stiffness = 0
   const double overlap = 4 * g * cosine / (16 * 1e4);
   BodyDescription block = solid_body(box_shape({0.2, 0.2, 0.1}), 4, {0, 0, 0});
   block.position = {(0.1 - overlap) * sine, 0, (0.1 - overlap) * cosine};
-  block.orientation = exact::turn_of_z_to({sine, 0, cosine});
+  block.orientation = exact::rotation_from_z_to({sine, 0, cosine});
   return particle_scene(
       {floor_body({0, 0, 0}, {sine, 0, cosine}), block},
       {.radius = 0.05, .stiffness = 1e4, .restitution = 0.3, .friction = friction, .shear_stiffness = shear_stiffness},
@@ -109,17 +109,17 @@ Scene block_on_slope(double tangent, double friction, double shear_stiffness = 0
 // stop it; beyond it slides with g (sin - mu cos).
 void expect_slip_at_the_angle_of_friction(double shear_stiffness) {
   const double mu = 0.5;
-  for (const double part : {0.98, 1.02}) {
-    SCOPED_TRACE(part);
-    Trial run(block_on_slope(part * mu, mu, shear_stiffness));
+  for (const double fraction : {0.98, 1.02}) {
+    SCOPED_TRACE(fraction);
+    Trial run(block_on_slope(fraction * mu, mu, shear_stiffness));
     run.steps(2500);
-    const double first = length(velocity(run.now(), 1));
+    const double first = length(velocity(run.buffers(), 1));
     run.steps(2500);
-    const double second = length(velocity(run.now(), 1));
-    const double cosine = 1 / std::sqrt(1 + part * mu * part * mu), sine = part * mu * cosine;
-    if (part < 1 && shear_stiffness > 0) {
+    const double second = length(velocity(run.buffers(), 1));
+    const double cosine = 1 / std::sqrt(1 + fraction * mu * fraction * mu), sine = fraction * mu * cosine;
+    if (fraction < 1 && shear_stiffness > 0) {
       EXPECT_LT(second, 1e-9);
-    } else if (part < 1) {
+    } else if (fraction < 1) {
       EXPECT_LT(first, 0.1);
       EXPECT_NEAR(second, first, 1e-5);
     } else {
@@ -138,11 +138,11 @@ TEST(Particles, SpringsAlongTheSurfaceCarryABlockOnASlope) {
   const double tangent = 0.2, stiffness = 5e3;
   Trial run(block_on_slope(tangent, 0.5, stiffness));
   run.steps(4000);
-  EXPECT_LT(length(velocity(run.now(), 1)), 1e-12);
-  ASSERT_EQ(run.now().spring_count[0], 16u);
+  EXPECT_LT(length(velocity(run.buffers(), 1)), 1e-12);
+  ASSERT_EQ(run.buffers().spring_count[0], 16u);
   double carried = 0;
   for (u32 k = 0; k < 16; ++k) {
-    const Vec4<double>& stretch = run.now().spring_stretches[k];
+    const Vec4<double>& stretch = run.buffers().spring_stretches[k];
     carried += stiffness * length({stretch.x, stretch.y, stretch.z});
   }
   EXPECT_NEAR(carried, 4 * g * tangent / std::sqrt(1 + tangent * tangent), 1e-6);
@@ -155,11 +155,11 @@ TEST(Particles, ABallOfParticlesRollsDownASlope) {
                                {.radius = 0.01, .stiffness = 2e4, .restitution = 1, .friction = 0.8}, 2e-4);
   Trial run(scene);
   run.steps(500);
-  const double first = length(velocity(run.now(), 1));
+  const double first = length(velocity(run.buffers(), 1));
   run.steps(2500);
-  const double second = length(velocity(run.now(), 1));
+  const double second = length(velocity(run.buffers(), 1));
   EXPECT_NEAR((second - first) / 0.5, 5.0 / 7 * g * sine, 0.02 * g * sine);
-  EXPECT_NEAR(length(angular_velocity(run.now(), 1)) * radius, second, 0.03 * second)
+  EXPECT_NEAR(length(angular_velocity(run.buffers(), 1)) * radius, second, 0.03 * second)
       << "what drives the spin slips a little: dampers hold it";
 }
 
@@ -180,7 +180,7 @@ TEST(Particles, ATimeStepThatIsTooLongIsRefusedWithOneThatWillDo) {
   scene.settings.dt = std::stod(message.substr(at + 10));
   Trial run(scene);
   run.steps(2000);
-  EXPECT_LT(length(velocity(run.now(), 1)), 1e-6) << "it comes to rest";
+  EXPECT_LT(length(velocity(run.buffers(), 1)), 1e-6) << "it comes to rest";
 }
 
 // The bound is for the worst of contacts; a stack has them.
@@ -194,7 +194,7 @@ TEST(Particles, TheLongestStepKeepsAStackStill) {
       longest_stable_step(bodies[1], sampler.of(bodies[1], refusal), particles, damping_ratio(particles.restitution));
   Trial run(particle_scene(bodies, particles, longest));
   run.steps(6000);
-  for (u32 i = 1; i <= 5; ++i) EXPECT_LT(length(velocity(run.now(), i)), 0.02) << i;
+  for (u32 i = 1; i <= 5; ++i) EXPECT_LT(length(velocity(run.buffers(), i)), 0.02) << i;
 }
 
 // The same box by constraints: its particles are spheres of the shapes' pipeline, and no spring gives.
@@ -208,8 +208,8 @@ TEST(Particles, ByConstraintsABoxRestsOnTheFaceThatItsShapeHas) {
   EXPECT_EQ(run.state.buffers.masses[1].mass, 4);
   run.steps(240);
   EXPECT_EQ(run.simulation.counters()[COUNTER_CONTACTS], 16u);
-  EXPECT_NEAR(position(run.now(), 1)[2], 0.1, 2 * run.state.params.slop);
-  EXPECT_LT(length(velocity(run.now(), 1)), 1e-3);
+  EXPECT_NEAR(position(run.buffers(), 1)[2], 0.1, 2 * run.state.params.slop);
+  EXPECT_LT(length(velocity(run.buffers(), 1)), 1e-3);
 }
 
 TEST(Particles, PicturesShowShapesParticlesOrBoth) {
@@ -221,7 +221,7 @@ TEST(Particles, PicturesShowShapesParticlesOrBoth) {
   const Buffers<float> both = compile_shapes<float>(scene, Shown::both);
   EXPECT_EQ(both.shapes.size(), shapes + particles);
   u32 translucent = 0;
-  for (const ShapeInfo& shape : both.shape_infos) translucent += (shape.flags & SHAPE_IS_SENSOR) != 0;
+  for (const ShapeInfo& shape : both.shape_infos) translucent += (shape.flags & SHAPE_IS_TRIGGER) != 0;
   EXPECT_EQ(translucent, shapes - planes);
   EXPECT_EQ(both.hulls.size(), 1u) << "the mesh";
 }
@@ -293,13 +293,13 @@ TEST(Particles, WhatParticlesCannotDoIsRefused) {
     }
     return std::string("nothing");
   };
-  Scene events = lively_particles(), sensor = events, filter = events, continuous = events, thin = events,
+  Scene events = lively_particles(), trigger = events, filter = events, continuous = events, thin = events,
         euler = events;
   events.settings.events = true;
   EXPECT_EQ(refusal(events),
             "test: /settings/events: are of shapes that touch; the particle model penalty has none, leave them out");
-  sensor.bodies[2].shapes[0].sensor = true;
-  EXPECT_EQ(refusal(sensor), "test: body 2: has a sensor, and the particle model penalty has none; use constraints");
+  trigger.bodies[2].shapes[0].trigger = true;
+  EXPECT_EQ(refusal(trigger), "test: body 2: has a trigger, and the particle model penalty has none; use constraints");
   filter.bodies[2].shapes[0].category = 2;
   EXPECT_EQ(refusal(filter),
             "test: body 2: has a collision filter, and the particle model penalty has none; use constraints");
@@ -313,4 +313,4 @@ TEST(Particles, WhatParticlesCannotDoIsRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::particles_test

@@ -6,7 +6,7 @@
 #include "cpu_reference/solver_cell.hpp"
 #include "tests/cell_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::partition_contacts_test {
 namespace {
 
 template <class real>
@@ -35,7 +35,7 @@ u32 cell_of_two(Vector3 a, Vector3 b, double size = 1) {
   return reference::cell_of_pair(state.buffers, state.params, state.buffers.contacts[0]);
 }
 
-// A world of two bodies has one place in each phase: the number of a cell is its phase.
+// A world of two bodies has one slot in each phase: the number of a cell is its phase.
 TYPED_TEST(PartitionContacts, CellsAreHalfOpenCubesOnBothSidesOfZero) {
   using real = TypeParam;
   EXPECT_EQ(cell_of_two<real>({0.5, 0.5, 0.5}, {0.9, 0.1, 0.2}), 0u);
@@ -101,4 +101,4 @@ TYPED_TEST(PartitionContacts, ImmovableBodiesHaveNoCell) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::partition_contacts_test

@@ -1,4 +1,4 @@
-// Scenes of boxes whose contacts rub as one, for the tests of the friction model `patches`.
+// Scenes of boxes whose contacts share one friction patch, for the tests of the friction model `patches`.
 #pragma once
 
 #include "tests/contact_scene.hpp"
@@ -14,14 +14,14 @@ void use_patches(InitialState<real>& state) {
 /// A heap of boxes and spheres that overlap, in motion, with impulses to start from, up to and with pack_points; soft
 /// contacts where they are asked for.
 template <class real>
-InitialState<real> rubbing_pile(bool soft) {
+InitialState<real> patch_pile(bool soft) {
   Random random(31);
   std::vector<BodyDescription> bodies = {plane_body()};
   for (int i = 0; i < 80; ++i) {
     const Vector3 at = {random.between(-1.5, 1.5), random.between(-1.5, 1.5), random.between(0.2, 1.5)};
     const Vector3 size = {random.between(0.2, 0.4), random.between(0.2, 0.4), random.between(0.2, 0.4)};
     bodies.push_back(i % 5 == 0 ? sphere_body(at, 0.4)
-                                : box_body(at, size, i % 2 == 0 ? Quaternion{0, 0, 0, 1} : random.turn()));
+                                : box_body(at, size, i % 2 == 0 ? Quaternion{0, 0, 0, 1} : random.rotation()));
     bodies.back().velocity = random.vector(1);
     bodies.back().angular_velocity = random.vector(2);
     if (i % 10 == 9) bodies.back().kind = BODY_KINEMATIC;

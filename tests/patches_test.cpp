@@ -4,7 +4,7 @@
 #include "host/report/residual.hpp"
 #include "tests/patch_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::patches_test {
 namespace {
 
 template <class real>
@@ -15,7 +15,7 @@ TYPED_TEST_SUITE(Patches, Precisions);
 TYPED_TEST(Patches, KernelMatchesReference) {
   using real = TypeParam;
   for (const bool soft : {false, true}) {
-    InitialState<real> state = rubbing_pile<real>(soft);
+    InitialState<real> state = patch_pile<real>(soft);
     ASSERT_GT(state.buffers.counters[COUNTER_CONTACTS], 300u);
     ASSERT_GT(state.buffers.counters[COUNTER_ROWS], state.buffers.counters[COUNTER_BLOCKS]);
     for (u32 substep = 0; substep < 2; ++substep) {
@@ -45,15 +45,15 @@ TYPED_TEST(Patches, ASlidingBoxStopsWhereCoulombStopsIt) {
   EXPECT_NEAR(double(after.motions[0].v[0]), 0, 1e-5);
 }
 
-// A block that spins on four corners is slowed by mu m g times their lever, over its moment of inertia.
-TYPED_TEST(Patches, ASpinningBoxIsSlowedByItsLevers) {
+// A block that spins on four corners is slowed by mu m g times their moment arm, over its moment of inertia.
+TYPED_TEST(Patches, ARotatingBoxIsSlowedByFrictionAtItsCorners) {
   using real = TypeParam;
   InitialState<real> state = box_on_ground<real>({0.4, 0.3, 0.05}, 0.2);
-  const double g = 9.81, lever = 0.5, inertia = (0.16 + 0.09) / 3, dt = double(state.params.dt);
+  const double g = 9.81, arm = 0.5, inertia = (0.16 + 0.09) / 3, dt = double(state.params.dt);
   state.buffers.gravities[0] = {0, 0, real(-g), 0};
   state.buffers.motions[0].w[2] = 8;
   const Buffers<real> after = run_steps(state, 20);
-  EXPECT_NEAR(double(after.motions[0].w[2]), 8 - 20 * dt * 0.2 * g * lever / inertia, 0.01);
+  EXPECT_NEAR(double(after.motions[0].w[2]), 8 - 20 * dt * 0.2 * g * arm / inertia, 0.01);
   EXPECT_NEAR(double(after.motions[0].v[0]), 0, 0.02);  // of corners at 4 m/s: their loads are not unique
   const Buffers<real> later = run_steps(state, 60);
   EXPECT_NEAR(double(later.motions[0].w[2]), 0, 1e-5);
@@ -74,17 +74,17 @@ TYPED_TEST(Patches, ABoxSticksAndSlipsOnASlope) {
 
 // Where a box slides without turning, every contact rubs against the same velocity, and a patch is as good as four
 // cones. Where it spins too, friction and twist together are more than Coulomb gives: that is the model's error.
-TEST(PatchResidual, SeesTheModelErrorOfASpinningBoxOnly) {
-  for (const double spin : {0.0, 8.0}) {
+TEST(PatchResidual, SeesTheModelErrorOfARotatingBoxOnly) {
+  for (const double angular_velocity : {0.0, 8.0}) {
     InitialState<double> state = box_on_ground<double>({0.4, 0.3, 0.05}, 0.2);
     state.buffers.gravities[0] = {0, 0, -9.81, 0};
     state.buffers.motions[0].v[0] = 2;
-    state.buffers.motions[0].w[2] = spin;
+    state.buffers.motions[0].w[2] = angular_velocity;
     const Buffers<double> after = run_steps(state, 10);
     const Residual r = residual(contact_system(after, after.counters), 0x1p-53);
-    EXPECT_LT(r.relative, 1e-6) << spin;
+    EXPECT_LT(r.relative, 1e-6) << angular_velocity;
     ASSERT_TRUE(r.model_error.has_value());
-    if (spin == 0)
+    if (angular_velocity == 0)
       EXPECT_LT(std::abs(*r.model_error), 1e-6);
     else
       EXPECT_GT(*r.model_error, 0.01);
@@ -117,4 +117,4 @@ TYPED_TEST(Patches, ConservesMomentum) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::patches_test

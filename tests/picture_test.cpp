@@ -15,7 +15,7 @@
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 
-namespace lockstep {
+namespace lockstep::picture_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -147,7 +147,7 @@ TEST(Legend, ShowsTheColoursOfItsScale) {
   Legend legend;
   legend.title = "speed, m/s";
   legend.scale = Legend::Scale{0, 5, true, false};
-  const Place bar = draw_legend(picture, legend);
+  const PixelRect bar = draw_legend(picture, legend);
   ASSERT_GT(bar.x1 - bar.x0, 100);
   ASSERT_GT(bar.y1 - bar.y0, 8);
   EXPECT_LT(bar.x1, 1280);
@@ -161,10 +161,10 @@ TEST(Legend, ShowsTheColoursOfItsScale) {
 }
 
 // Beside the paper, and in the margins of it, there is no ink.
-TEST(Legend, HoldsTheLongNumbersOfItsScale) {
+TEST(Legend, FitsTheLongNumbersOfItsScale) {
   Picture picture(960, 540);
   Legend legend = {"short", Legend::Scale{0, 1.25e-4, true, false}, {}};
-  const Place bar = draw_legend(picture, legend);
+  const PixelRect bar = draw_legend(picture, legend);
   const u32 below = static_cast<u32>(bar.y1) + 12;  // among the numbers
   u32 first = 960, last = 0, paper_from = 960, paper_to = 0;
   for (u32 x = 0; x < 960; ++x) {
@@ -203,7 +203,7 @@ TEST(Text, IsAsWideAsItSays) {
   EXPECT_NEAR(top, 10, 1.5);
 }
 
-TEST(Png, HoldsThePicture) {
+TEST(Png, StoresThePicture) {
   Picture picture(37, 21);
   for (std::size_t i = 0; i < picture.bytes.size(); ++i) picture.bytes[i] = static_cast<unsigned char>(i * i / 7);
   const std::vector<unsigned char> file = encode_png(picture);
@@ -257,8 +257,8 @@ TEST(Marks, TellWhereContactsPushAndHowHard) {
   const StepParams<double> params = state.params;
   Simulation<double> simulation(std::make_unique<ReferenceBackend<double>>(std::move(state)), params);
   for (int i = 0; i < 60; ++i) simulation.step();
-  const Buffers<double>& now = simulation.backend().download(contact_mark_buffers);
-  const std::vector<ContactMark> marks = contact_marks(now, simulation.counters()[COUNTER_CONTACTS], params.dt);
+  const Buffers<double>& current = simulation.backend().download(contact_mark_buffers);
+  const std::vector<ContactMark> marks = contact_marks(current, simulation.counters()[COUNTER_CONTACTS], params.dt);
   ASSERT_EQ(marks.size(), 1u);
   EXPECT_TRUE(marks[0].point.isApprox(Vector3f(0.2f, 0.3f, 0), 1e-3f)) << marks[0].point.transpose();
   EXPECT_TRUE(marks[0].force.isApprox(Vector3f(0, 0, 3 * 9.81f), 1e-3f)) << marks[0].force.transpose();
@@ -282,4 +282,4 @@ TEST(Marks, TellWhereJointsAre) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::picture_test

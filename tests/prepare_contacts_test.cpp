@@ -4,7 +4,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::prepare_contacts_test {
 namespace {
 
 template <class real>
@@ -67,7 +67,7 @@ TYPED_TEST(PrepareContacts, KernelMatchesReference) {
   run_twins(Stage::prepare_contacts, state);
 }
 
-// The pile with laws, friction and restitution at random, some of it central, in bodies split into parts and soft too.
+// The pile with laws, friction and restitution at random, some of it central, in bodies split into copies and soft too.
 template <class real>
 InitialState<real> pile_of_laws(Feature further, real softness) {
   InitialState<real> state = mixed_pile<real>();
@@ -222,7 +222,7 @@ TYPED_TEST(PrepareContacts, BiasLetsAnOpenGapClose) {
   EXPECT_NEAR(bias_of(state), 0.01 * 60 - 0.2, 200 * tolerance<real>);
 }
 
-TYPED_TEST(PrepareContacts, BiasPushesOverlapApart) {
+TYPED_TEST(PrepareContacts, BiasSeparatesOverlaps) {
   using real = TypeParam;
   InitialState<real> state = sphere_over_ground<real>(-0.01, 0, 0);
   EXPECT_NEAR(bias_of(state), -0.2 * (0.01 - 1e-4) * 60, 200 * tolerance<real>);
@@ -247,7 +247,7 @@ TYPED_TEST(PrepareContacts, BiasBouncesWhatArrivesFastEnough) {
 
 // What parts may come to close at e times its speed (Moreau's law), unless it is pushed apart faster than it parts, or
 // is soft.
-TYPED_TEST(PrepareContacts, BiasLetsCloseWhatParts) {
+TYPED_TEST(PrepareContacts, BiasLetsCloseWhatSeparates) {
   using real = TypeParam;
   InitialState<real> state = sphere_over_ground<real>(0, -2, 0.5);
   EXPECT_NEAR(bias_of(state), 1, tolerance<real>);
@@ -266,7 +266,7 @@ TYPED_TEST(PrepareContacts, BiasLetsCloseWhatParts) {
 
 // The friction impulse is a vector in the world: in a frame that has turned with the normal it is the same vector, put
 // into the tangent plane.
-TYPED_TEST(PrepareContacts, ImpulsesSurviveATurnedFrame) {
+TYPED_TEST(PrepareContacts, ImpulsesSurviveARotatedFrame) {
   using real = TypeParam;
   const double angle = 1e-3;
   InitialState<real> state = sphere_over_ground<real>(0, 0, 0);
@@ -330,7 +330,7 @@ TYPED_TEST(PrepareContacts, PaddingIsZero) {
 }
 
 // A step without room leaves everything as it is.
-TYPED_TEST(PrepareContacts, VoidStepsWriteNothing) {
+TYPED_TEST(PrepareContacts, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = sphere_over_ground<real>(0, 0, 0);
   run_until_prepared(state);
@@ -341,4 +341,4 @@ TYPED_TEST(PrepareContacts, VoidStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::prepare_contacts_test

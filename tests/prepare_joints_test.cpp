@@ -6,7 +6,7 @@
 #include "cpu_reference/joints/factor.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::prepare_joints_test {
 namespace {
 
 template <class real>
@@ -82,7 +82,7 @@ TYPED_TEST(PrepareJoints, StepsMatchReference) {
 }
 
 // Each joint stands once in the blocks; those of one colour share no movable body.
-TYPED_TEST(PrepareJoints, BlocksHoldEachJointOnce) {
+TYPED_TEST(PrepareJoints, BlocksContainEachJointOnce) {
   using real = TypeParam;
   const InitialState<real> state = compile<real>(random_joints(6, 100, 500));
   const Buffers<real>& b = state.buffers;
@@ -121,8 +121,8 @@ TYPED_TEST(PrepareJoints, WhatFindsNoColourIsSolvedAlone) {
   const Motion<real>& m = b.motions[0];
   for (u32 i = 1; i <= MAX_COLORS + 6; ++i) {
     const Vector3 arm = exact::subtract(scene.bodies[i].position, scene.bodies[0].position);
-    const Vector3 turned = exact::cross({double(m.w[0]), double(m.w[1]), double(m.w[2])}, arm);
-    for (u32 k = 0; k < 3; ++k) EXPECT_NEAR(double(b.motions[i].v[k]), double(m.v[k]) + turned[k], 1e-4) << i;
+    const Vector3 from_rotation = exact::cross({double(m.w[0]), double(m.w[1]), double(m.w[2])}, arm);
+    for (u32 k = 0; k < 3; ++k) EXPECT_NEAR(double(b.motions[i].v[k]), double(m.v[k]) + from_rotation[k], 1e-4) << i;
   }
 }
 
@@ -150,8 +150,8 @@ TYPED_TEST(PrepareJoints, FactorSolvesTheLockedRows) {
   }
 }
 
-// One visit solves a joint with its motor and limits exactly, so that a second sweep changes nothing.
-TYPED_TEST(PrepareJoints, OneVisitSolvesOneJoint) {
+// One solve satisfies a joint with its motor and limits exactly, so that a second sweep changes nothing.
+TYPED_TEST(PrepareJoints, OneSolveSatisfiesOneJoint) {
   using real = TypeParam;
   for (u32 seed = 0; seed < 20; ++seed) {
     Scene scene = one_random_joint(seed);
@@ -165,7 +165,7 @@ TYPED_TEST(PrepareJoints, OneVisitSolvesOneJoint) {
   }
 }
 
-TYPED_TEST(PrepareJoints, VoidStepsWriteNothing) {
+TYPED_TEST(PrepareJoints, AbortedStepsWriteNothing) {
   using real = TypeParam;
   for (const Stage stage :
        {Stage::prepare_joints, Stage::warm_start, Stage::solve_constraints, Stage::relax_constraints}) {
@@ -194,16 +194,16 @@ TYPED_TEST(PrepareJoints, ImpulsesAreHashed) {
   const u32 before = hash();
   for (u32 slot = 0; slot < state.sizes.joint_blocks * PACK; ++slot) {
     const u32 lane = slot % PACK;
-    const bool held = state.buffers.joint_lanes[slot / PACK].joint[lane] != NONE;
+    const bool is_joint = state.buffers.joint_lanes[slot / PACK].joint[lane] != NONE;
     JointImpulseBlock<real>& impulses = state.buffers.joint_impulses[slot / PACK];
     for (real* word : {&impulses.locked[0][lane], &impulses.locked[5][lane], &impulses.free[lane]}) {
       const real old = *word;
       *word = old + 1;
-      EXPECT_EQ(hash() != before, held) << slot;
+      EXPECT_EQ(hash() != before, is_joint) << slot;
       *word = old;
     }
   }
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::prepare_joints_test

@@ -9,7 +9,7 @@
 #include "host/device/program.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::program_cache_test {
 namespace {
 
 using Bytes = std::vector<unsigned char>;
@@ -47,7 +47,7 @@ TEST_F(ProgramCacheTest, GivesBackWhatWasStored) {
   EXPECT_FALSE(cache_.load(make_cache_key({"source", "other options"})));
 }
 
-TEST_F(ProgramCacheTest, KeysDependOnEveryPart) {
+TEST_F(ProgramCacheTest, KeysDependOnEveryInput) {
   EXPECT_EQ(make_cache_key({"ab", "c"}), make_cache_key({"ab", "c"}));
   EXPECT_NE(make_cache_key({"ab", "c"}), make_cache_key({"a", "bc"}));
   EXPECT_NE(make_cache_key({"ab", "c"}), make_cache_key({"ab", "c", ""}));
@@ -135,4 +135,4 @@ TEST_F(ProgramCacheTest, AProgramFromDiskRunsAsTheOneThatWasBuilt) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::program_cache_test

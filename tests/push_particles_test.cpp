@@ -1,16 +1,16 @@
 #include "tests/bodies.hpp"
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::push_particles_test {
 namespace {
 
 Vector3 vector_of(const Vec4<double>& a) { return {a.x, a.y, a.z}; }
 
 /// Two balls that are one particle each, along x, the first at rest.
-InitialState<double> two_balls(Vector3 velocity, Vector3 spin = {0, 0, 0}, double friction = 0.5) {
+InitialState<double> two_balls(Vector3 velocity, Vector3 angular_velocity = {0, 0, 0}, double friction = 0.5) {
   BodyDescription a = solid_body(ball_shape(0.1), 1, {0, 0, 0}), b = solid_body(ball_shape(0.1), 3, {0.19, 0, 0});
   b.velocity = velocity;
-  b.angular_velocity = spin;
+  b.angular_velocity = angular_velocity;
   return compile<double>(
       particle_scene({a, b}, {.radius = 0.1, .stiffness = 1000, .restitution = 0.5, .friction = friction}, 1e-3));
 }
@@ -40,7 +40,7 @@ TEST(PushParticles, FrictionIsAlongTheSlipAndBoundedByCoulomb) {
 }
 
 // v = w x r at the contact: a ball that rolls on another does not slip.
-TEST(PushParticles, WhatRollsDoesNotRub) {
+TEST(PushParticles, RollingFeelsNoSlidingFriction) {
   const Buffers<double> after =
       after_particle_stage(Stage::push_particles, two_balls({0, 0.095 * 20, 0}, {0, 0, 20}, 0.3));
   EXPECT_NEAR(after.particle_forces[0].y, 0, 1e-12);
@@ -76,7 +76,7 @@ TEST(PushParticles, ASpringAlongTheSurfaceRemembersTheSlip) {
   EXPECT_NEAR(shear(0, {0, 2e-3, 0}).force, 500 * 2e-3, 1e-12) << "also at rest";
 }
 
-TEST(PushParticles, AStretchedSpringTurnsIntoThePlaneOfTheContact) {
+TEST(PushParticles, AStretchedSpringIsProjectedOntoThePlaneOfTheContact) {
   EXPECT_NEAR(length(shear(0, {7e-3, 1e-3, 2e-3}).along - Vector3{0, 1e-3, 2e-3}), 0, 1e-17);
 }
 
@@ -91,7 +91,7 @@ TEST(PushParticles, WhereSurfacesSlideTheSpringGivesCoulombsForceAndNoMore) {
   EXPECT_NEAR(moving.stretch, (0.3 * 10 - damper) / 500, 1e-15) << "with the damper";
 }
 
-TEST(PushParticles, WhatPartsForgets) {
+TEST(PushParticles, WhatSeparatesForgets) {
   InitialState<double> state = two_balls({0, 0, 0});
   state.features = with(state.features, Feature::shear_springs);
   state.buffers.particle_laws[0].shear_stiffness = 500;
@@ -156,7 +156,7 @@ TEST(PushParticles, KernelMatchesReference) {
   expect_particle_twins_agree(Stage::push_particles, lively_state<double>(3, sprung));
 }
 
-TEST(PushParticles, AVoidStepIsLeftAlone) {
+TEST(PushParticles, AnAbortedStepIsLeftAlone) {
   InitialState<float> state = lively_state<float>();
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;
   ReferenceBackend<float> backend(state);
@@ -165,4 +165,4 @@ TEST(PushParticles, AVoidStepIsLeftAlone) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::push_particles_test

@@ -38,13 +38,13 @@ inline double exact_distance(const BodyDescription& body, const Vector3& point) 
 
 /// A body of each kind in turn, anywhere within `size`.
 inline BodyDescription any_body(Random& random, u32 n, double size) {
-  const Vector3 place = random.vector(size);
-  const Quaternion turn = random.turn();
+  const Vector3 position = random.vector(size);
+  const Quaternion rotation = random.rotation();
   switch (n % 4) {
-    case 0: return sphere_body(place, random.between(0.1, 0.5));
-    case 1: return round_body(SHAPE_CAPSULE, place, random.between(0.1, 0.3), random.between(0.1, 0.5), turn);
-    case 2: return box_body(place, {random.between(0.1, 0.5), random.between(0.1, 0.5), 0.2}, turn);
-    default: return round_body(SHAPE_CYLINDER, place, random.between(0.1, 0.4), random.between(0.1, 0.4), turn);
+    case 0: return sphere_body(position, random.between(0.1, 0.5));
+    case 1: return round_body(SHAPE_CAPSULE, position, random.between(0.1, 0.3), random.between(0.1, 0.5), rotation);
+    case 2: return box_body(position, {random.between(0.1, 0.5), random.between(0.1, 0.5), 0.2}, rotation);
+    default: return round_body(SHAPE_CYLINDER, position, random.between(0.1, 0.4), random.between(0.1, 0.4), rotation);
   }
 }
 

@@ -7,7 +7,7 @@
 #include "tests/launcher_bench.hpp"
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::radix_sort_test {
 namespace {
 
 // A device with the sort and the scan that it needs. More lanes than one stand for a CPU: a chunk is a work-item's, and
@@ -96,4 +96,4 @@ TEST(RadixSort, TwoSortsMakeA64BitKey) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::radix_sort_test

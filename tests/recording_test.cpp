@@ -14,7 +14,7 @@
 #include "tests/recording_scene.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::recording_test {
 namespace {
 
 // ---- chunks --------------------------------------------------------------------------------------------------------
@@ -86,12 +86,13 @@ void expect_recording_comes_back(const std::string& scene, u32 steps) {
     EXPECT_EQ(recording.state_hashes()[row], state_hash(simulation.world_hashes()[0]));
     EXPECT_EQ(recording.rows()[row].step, row + 1);
     EXPECT_EQ(recording.rows()[row].contacts, simulation.counters()[COUNTER_CONTACTS]);
-    const Buffers<real>& now = simulation.backend().download(RecordingWriter<real>::wanted());
-    const std::vector<real> positions = recording.bodies<real>(0, row), spins = recording.bodies<real>(3, row);
-    ASSERT_EQ(positions.size(), 3 * now.positions.size());
-    for (std::size_t i = 0; i < now.positions.size(); ++i) {
-      EXPECT_EQ(positions[3 * i + 2], now.positions[i].z);
-      EXPECT_EQ(spins[3 * i + 1], now.motions[i].w[1]);
+    const Buffers<real>& current = simulation.backend().download(RecordingWriter<real>::wanted());
+    const std::vector<real> positions = recording.bodies<real>(0, row),
+                            angular_velocities = recording.bodies<real>(3, row);
+    ASSERT_EQ(positions.size(), 3 * current.positions.size());
+    for (std::size_t i = 0; i < current.positions.size(); ++i) {
+      EXPECT_EQ(positions[3 * i + 2], current.positions[i].z);
+      EXPECT_EQ(angular_velocities[3 * i + 1], current.motions[i].w[1]);
     }
   }
 }
@@ -196,4 +197,4 @@ TEST(Recording, IsAPrefixOfTheRunAfterAKillAtAnyMoment) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::recording_test

@@ -2,7 +2,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::relax_constraints_test {
 namespace {
 
 template <class real>
@@ -51,7 +51,7 @@ InitialState<real> sunken_ball(double depth) {
 }
 
 // u + bias + softness r = 0 with u = r / m and softness 0.5 / m: the spring gives two thirds of the bias.
-TYPED_TEST(RelaxConstraints, SoftContactsGiveWay) {
+TYPED_TEST(RelaxConstraints, SoftContactsYield) {
   using real = TypeParam;
   InitialState<real> state = sunken_ball<real>(0.02);
   run_until_prepared(state);
@@ -107,7 +107,7 @@ TYPED_TEST(RelaxConstraints, BouncesAreKept) {
   EXPECT_NEAR(double(after.motions[0].v[2]), 1, 1e-5);
 }
 
-TYPED_TEST(RelaxConstraints, VoidStepsWriteNothing) {
+TYPED_TEST(RelaxConstraints, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = soft_problem<real>(8, 30, 60);
   state.buffers.counters[COUNTER_STATUS] = STATUS_ROWS_FULL;
@@ -116,4 +116,4 @@ TYPED_TEST(RelaxConstraints, VoidStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::relax_constraints_test

@@ -9,7 +9,7 @@
 #include "kernels/types.h"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::render_cli_test {
 namespace {
 
 class RenderCommand : public CommandLine {
@@ -236,7 +236,7 @@ TEST_F(RenderCommand, DrawsOnADeviceOfEglWhereThereIsNoDisplay) {
   EXPECT_EQ(draw("EGL_EXT_platform_device").status, 3) << "the displays of devices are all that there is";
 }
 
-TEST_F(RenderCommand, RefusesWhatMakesNoSense) {
+TEST_F(RenderCommand, RefusesInvalidOptions) {
   const std::string scene = "render spheres_small --device reference ";
   for (const char* size : {"12x12", "1280", "1280x", "x720", "axb", "3841x2160", "1280x-720", "1280x720x3"})
     expect_refused(scene + "--size " + size, 2, "--size: must be WIDTHxHEIGHT");
@@ -268,7 +268,7 @@ TEST_F(RenderCommand, RefusesAFolderThatCannotBe) {
   expect_refused(scene + folder("taken"), 2, "the picture does not overwrite it");
 }
 
-TEST_F(RenderCommand, RefusesWhatARecordingDoesNotHold) {
+TEST_F(RenderCommand, RefusesWhatARecordingDoesNotContain) {
   const std::string record = folder("x.h5");
   EXPECT_EQ(run("run spheres_small --steps 5 --quiet --device reference --record " + record).status, 0);
   for (const char* color : {"contacts", "color", "penetration", "residual"})
@@ -289,4 +289,4 @@ TEST_F(RenderCommand, CheckDrawsOnlyWhatDiffers) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::render_cli_test

@@ -6,7 +6,7 @@
 
 #include "host/render/renderer.hpp"
 
-namespace lockstep {
+namespace lockstep::render_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -60,9 +60,9 @@ TEST(Render, ABallIsWhereTheCameraSays) {
   const double rim = sight.norm() * std::tan(std::asin(radius / sight.norm()));
   const Vector3d right = sight.cross(Vector3d::UnitZ()).normalized(), up = right.cross(sight).normalized();
   EXPECT_TRUE(is_red(pixel_at(picture, camera, ball_center)));
-  for (const Vector3d& way : {right, Vector3d(-right), up, Vector3d(-up)}) {
-    EXPECT_TRUE(is_red(pixel_at(picture, camera, ball_center + 0.94 * rim * way))) << way.transpose();
-    EXPECT_FALSE(is_red(pixel_at(picture, camera, ball_center + 1.06 * rim * way))) << way.transpose();
+  for (const Vector3d& direction : {right, Vector3d(-right), up, Vector3d(-up)}) {
+    EXPECT_TRUE(is_red(pixel_at(picture, camera, ball_center + 0.94 * rim * direction))) << direction.transpose();
+    EXPECT_FALSE(is_red(pixel_at(picture, camera, ball_center + 1.06 * rim * direction))) << direction.transpose();
   }
 }
 
@@ -174,4 +174,4 @@ TEST(Render, MarksAreSeenThroughWhatIsInFront) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::render_test

@@ -7,7 +7,7 @@
 #include "tests/recording_scene.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::replay_test {
 namespace {
 
 const std::string scene = "spheres_small";
@@ -20,7 +20,7 @@ class ReplayTest : public testing::Test {
     const RecordingReader recording(path_);
     u32 told = 0;
     try {
-      const auto done = [&](u32 now) { told = now; };
+      const auto done = [&](u32 current) { told = current; };
       replay<float>(recording, target, done, [&](const Mismatch& mismatch, CheckedBackend<float>& backend) {
         const Difference& d = mismatch.difference();
         const Buffer wanted[] = {d.buffer};
@@ -137,4 +137,4 @@ TEST_F(ReplayTest, NamesAFlippedPose) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::replay_test

@@ -10,7 +10,7 @@
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 
-namespace lockstep {
+namespace lockstep::report_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -99,7 +99,7 @@ TEST(Measures, DoNotCountAGapAsPenetration) {
   EXPECT_EQ(m.penetration.max, 0);
 }
 
-TEST(Measures, MechanicsOfASpinningBall) {
+TEST(Measures, MechanicsOfARotatingBall) {
   Buffers<double> b = ball_on_plane(3);
   b.motions[0].w[0] = 4;
   const Measures m = measure(b, ball_sizes, ball_features, {}, std::vector<u32>(COUNTER_COUNT));
@@ -113,7 +113,7 @@ TEST(Measures, MechanicsOfASpinningBall) {
   EXPECT_FALSE(momentum_is_conserved(b, ball_features)) << "the plane is fixed";
 }
 
-TEST(Measures, AngularMomentumHoldsTheOrbit) {
+TEST(Measures, AngularMomentumIncludesTheOrbit) {
   Buffers<double> b = ball_on_plane(0);
   b.body_infos[1].kind = BODY_DYNAMIC;
   b.masses[1] = b.masses[0];
@@ -126,14 +126,14 @@ TEST(Measures, AngularMomentumHoldsTheOrbit) {
   EXPECT_DOUBLE_EQ(m.worlds[0].angular_momentum.z(), 2 * 2 * 3);
 }
 
-TEST(Measures, APivotedBodyTurnsAboutItsPivot) {
+TEST(Measures, APivotedBodyRotatesAboutItsPivot) {
   Buffers<double> b = ball_on_plane(0);
   b.pivots.resize(2);
   b.pivots[0] = {{1, 2, 1}, 1, {0, 0, -1}, 0};  // hangs one metre below, moments about the pivot
   b.masses[0].inertia[0] = 2.2;
   b.motions[0] = {};
   b.motions[0].w[0] = 3;
-  b.motions[0].v[1] = 3;  // w x lever
+  b.motions[0].v[1] = 3;  // w x com_offset
   const Features features = with(ball_features, Feature::pivots);
   const Measures m = measure(b, ball_sizes, features, {}, std::vector<u32>(COUNTER_COUNT));
   EXPECT_DOUBLE_EQ(m.worlds[0].kinetic, 0.5 * 2.2 * 9);
@@ -270,4 +270,4 @@ TEST(Hashes, OfWorldsCombineInOrder) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::report_test

@@ -7,7 +7,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
-namespace lockstep {
+namespace lockstep::residual_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -196,4 +196,4 @@ TEST(Cone, ProjectsOntoInsidePolarAndSurface) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::residual_test

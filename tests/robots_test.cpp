@@ -14,7 +14,7 @@
 #include "host/scene/read.hpp"
 #include "tests/recording_scene.hpp"
 
-namespace lockstep {
+namespace lockstep::robots_test {
 namespace {
 
 template <class real>
@@ -63,10 +63,10 @@ using Tensor = std::array<double, 6>;  // xx, yy, zz, xy, xz, yz
 Tensor tensor_of(const BodyDescription& body) {
   MassProperties own;
   own.inertia = {body.inertia[0], body.inertia[1], body.inertia[2], 0, 0, 0};
-  return placed(own, {0, 0, 0}, body.orientation).inertia;
+  return transformed(own, {0, 0, 0}, body.orientation).inertia;
 }
 
-TEST_F(Robots, ATensorWithProductsIsTurnedToItsPrincipalAxes) {
+TEST_F(Robots, ATensorWithProductsIsRotatedToItsPrincipalAxes) {
   const Tensor given = {0.03, 0.04, 0.05, 0.002, -0.004, 0.006};
   const Scene scene = scene_of(robot(link("a", R"(<inertial><mass value="3"/><inertia ixx="0.03" iyy="0.04" izz="0.05"
       ixy="0.002" ixz="-0.004" iyz="0.006"/></inertial>
@@ -79,7 +79,7 @@ TEST_F(Robots, ATensorWithProductsIsTurnedToItsPrincipalAxes) {
   for (unsigned i = 0; i < 3; ++i) EXPECT_NEAR(ball[i], i + 1.0, 1e-14);
 }
 
-TEST_F(Robots, TheOriginOfAnInertialTurnsItsTensor) {
+TEST_F(Robots, TheOriginOfAnInertialRotatesItsTensor) {
   // a quarter turn about z: x becomes y
   const Scene scene = scene_of(robot(link("a", R"(<inertial><origin xyz="1 2 3" rpy="0 0 1.5707963267948966"/>
       <mass value="3"/><inertia ixx="0.03" iyy="0.04" izz="0.05"/></inertial>)")),
@@ -110,15 +110,15 @@ TEST_F(Robots, LinksFixedToEachOtherAreOneBody) {
   EXPECT_TRUE(scene.joints.empty());
 }
 
-TEST_F(Robots, TheRootIsFreeUnlessItIsHeld) {
+TEST_F(Robots, TheRootIsFreeUnlessItIsFixed) {
   const std::string ball = R"(<collision><geometry><sphere radius="0.1"/></geometry></collision>)";
   const std::string arm = link("arm") + joint("continuous", "root", "arm");
   const Scene free = scene_of(robot(link("root", unit_inertial + ball) + arm));
   EXPECT_EQ(free.bodies.at(0).kind, BODY_DYNAMIC);
-  const Scene held = scene_of(robot(link("root", ball) + arm), R"(, "fixed": true, "position": [0, 0, 5])");
-  EXPECT_EQ(held.bodies.at(0).kind, BODY_STATIC);
-  EXPECT_EQ(held.bodies.at(0).position, (Vector3{0, 0, 5}));
-  EXPECT_EQ(held.joints.at(0).body_a, 0u);
+  const Scene fixed = scene_of(robot(link("root", ball) + arm), R"(, "fixed": true, "position": [0, 0, 5])");
+  EXPECT_EQ(fixed.bodies.at(0).kind, BODY_STATIC);
+  EXPECT_EQ(fixed.bodies.at(0).position, (Vector3{0, 0, 5}));
+  EXPECT_EQ(fixed.joints.at(0).body_a, 0u);
   const Scene world = scene_of(robot(link("world", ball) + link("arm") + joint("continuous", "world", "arm")));
   EXPECT_EQ(world.bodies.at(0).kind, BODY_STATIC);
   const Scene floating = scene_of(robot(link("root") + link("b") + joint("floating", "root", "b")));
@@ -140,18 +140,18 @@ const std::string arm_along_x = R"(<inertial><origin xyz="0.5 0.1 0"/><mass valu
     <inertia ixx="0.02" ixy="0.003" iyy="0.05" izz="0.06"/></inertial>)";
 
 TEST_F(Robots, JointsStartWhereTheSceneSays) {
-  const std::string turning = robot(link("world", "") + link("a", arm_along_x) + link("b", arm_along_x) +
-                                    joint("continuous", "world", "a", R"(<axis xyz="0 0 1"/>)") +
-                                    joint("revolute", "a", "b", R"(<origin xyz="1 0 0" rpy="0.3 0.2 0.1"/>
+  const std::string robot_text = robot(link("world", "") + link("a", arm_along_x) + link("b", arm_along_x) +
+                                       joint("continuous", "world", "a", R"(<axis xyz="0 0 1"/>)") +
+                                       joint("revolute", "a", "b", R"(<origin xyz="1 0 0" rpy="0.3 0.2 0.1"/>
                                           <axis xyz="0 2 0"/><limit lower="-1" upper="1"/>)"));
-  const Scene turned = scene_of(turning, R"(, "joints": [{"name": "world_a", "start_deg": 90},
+  const Scene started = scene_of(robot_text, R"(, "joints": [{"name": "world_a", "start_deg": 90},
                                              {"name": "a_b", "start": -0.75}])");
-  EXPECT_NEAR(coordinate_after(turned, 0), exact::pi / 2, 1e-12);
-  EXPECT_NEAR(coordinate_after(turned, 0, 1), -0.75, 1e-12);
-  const Vector3 a = turned.bodies.at(0).position;  // (0.5, 0.1) turned by 90 degrees
+  EXPECT_NEAR(coordinate_after(started, 0), exact::pi / 2, 1e-12);
+  EXPECT_NEAR(coordinate_after(started, 0, 1), -0.75, 1e-12);
+  const Vector3 a = started.bodies.at(0).position;  // (0.5, 0.1) turned by 90 degrees
   EXPECT_NEAR(a[0], -0.1, 1e-15);
   EXPECT_NEAR(a[1], 0.5, 1e-15);
-  const Scene plain = scene_of(turning);
+  const Scene plain = scene_of(robot_text);
   EXPECT_NEAR(coordinate_after(plain, 0, 1), 0, 1e-12);
 
   const Scene slid = scene_of(robot(link("world", "") + link("a", arm_along_x) +
@@ -162,7 +162,7 @@ TEST_F(Robots, JointsStartWhereTheSceneSays) {
   EXPECT_NEAR(slid.bodies.at(0).position[1], 1, 1e-15);  // x of the joint is y of the world
 }
 
-TEST_F(Robots, LimitsHold) {
+TEST_F(Robots, LimitsAreKept) {
   const Scene scene =
       scene_of(robot(link("world", "") + link("a", arm_along_x) + joint("revolute", "world", "a", R"(<axis xyz="0 1 0"/>
                                            <limit lower="-0.5" upper="0.5"/>)")));
@@ -170,7 +170,7 @@ TEST_F(Robots, LimitsHold) {
 }
 
 // A torque of m g l = 1 * 9.81 * 0.5 N m is what friction has to hold.
-TEST_F(Robots, DryFrictionHoldsAnArmThatIsLightEnough) {
+TEST_F(Robots, DryFrictionStopsAnArmThatIsLightEnough) {
   const auto with = [&](double friction) {
     return scene_of(robot(link("world", "") + link("a", arm_along_x) +
                           joint("continuous", "world", "a",
@@ -215,7 +215,7 @@ TEST_F(Robots, WhatAJointHasTooMuchOfGetsAJointOfItsOwn) {
 }
 
 // Limits that are never met change nothing, though they make two joints of one.
-TEST_F(Robots, TwoJointsInThePlaceOfOneSwingAsOneDoes) {
+TEST_F(Robots, TwoJointsInsteadOfOneSwingAsOneDoes) {
   const auto swung = [&](const std::string& type) {
     return coordinate_after(scene_of(robot(link("world", "") + link("a", arm_along_x) +
                                            joint(type, "world", "a", R"(<axis xyz="0 1 0"/><dynamics damping="1"/>
@@ -291,11 +291,11 @@ TEST_F(Robots, ARobotAloneIsAScene) {
   EXPECT_FALSE(parse_camera(scene.text, scene.source));
 }
 
-TEST_F(Robots, JointsOfTheSceneHoldLinks) {
+TEST_F(Robots, JointsOfTheSceneConnectLinks) {
   const Scene scene = scene_of(robot(link("a")), "", R"(, "joints": [{"type": "ball", "bodies": ["world", "r/a"],
                                                                       "anchor": [0, 0, 1]}])");
   EXPECT_EQ(scene.joints.at(0).body_b, 0u);
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::robots_test

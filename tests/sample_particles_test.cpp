@@ -10,7 +10,7 @@
 #include "host/scene/solid_body.hpp"
 #include "host/scene/triangle_mesh.hpp"
 
-namespace lockstep {
+namespace lockstep::sample_particles_test {
 namespace {
 
 const std::string meshes = LOCKSTEP_SOURCE_DIR "/scenes/meshes/";
@@ -133,9 +133,9 @@ TEST(MeshFlaws, EachIsNamed) {
   TriangleMesh open = cube(1);
   open.triangles.pop_back();
   EXPECT_NE(flaw_of(open).find("is open"), std::string::npos) << flaw_of(open);
-  TriangleMesh turned = cube(1);
-  std::swap(turned.triangles[3][0], turned.triangles[3][1]);
-  EXPECT_NE(flaw_of(turned).find("run the same way along the edge"), std::string::npos) << flaw_of(turned);
+  TriangleMesh flipped = cube(1);
+  std::swap(flipped.triangles[3][0], flipped.triangles[3][1]);
+  EXPECT_NE(flaw_of(flipped).find("run the same way along the edge"), std::string::npos) << flaw_of(flipped);
   TriangleMesh inside_out = cube(1);
   for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
   EXPECT_NE(flaw_of(inside_out).find("is inside out, its volume is -8 m^3"), std::string::npos) << flaw_of(inside_out);
@@ -166,12 +166,12 @@ TEST(MeshFlaws, TheBuiltInMeshesHaveNone) {
 // Also where what is below the point, or above it, meets in a corner or an edge right there, whichever way its
 // triangles are numbered and cut.
 TEST(MeshSearch, PointsAboveCornersAndEdgesAreOutside) {
-  for (u32 turn = 0; turn < 8; ++turn) {
-    SCOPED_TRACE(turn);
+  for (u32 mirror = 0; mirror < 8; ++mirror) {
+    SCOPED_TRACE(mirror);
     TriangleMesh mesh = cube(1);
     for (auto& t : mesh.triangles)
-      for (u32& corner : t) corner ^= turn;  // mirrors it
-    if (turn == 1 || turn == 2 || turn == 4 || turn == 7)
+      for (u32& corner : t) corner ^= mirror;  // mirrors it
+    if (mirror == 1 || mirror == 2 || mirror == 4 || mirror == 7)
       for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
     ASSERT_EQ(flaw_of(mesh), "");
     const MeshSearch search(mesh, 0.4);
@@ -305,4 +305,4 @@ TEST(SampleParticles, WhatIsTooThinIsRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::sample_particles_test

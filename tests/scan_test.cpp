@@ -6,7 +6,7 @@
 #include "tests/launcher_bench.hpp"
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::scan_test {
 namespace {
 
 // A device with the scan kernels alone. With one lane a chunk is a work-group's, with more a work-item's.
@@ -60,4 +60,4 @@ TEST(Scan, TakesItsLengthFromTheDevice) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::scan_test

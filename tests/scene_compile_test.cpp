@@ -8,7 +8,7 @@
 #include "host/scene/compile.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::scene_compile_test {
 namespace {
 
 Scene scene_of(const std::string& bodies, const std::string& more = "") {
@@ -56,7 +56,7 @@ TEST(SceneCompile, ABallHasItsMassProperties) {
   EXPECT_EQ(motion.inertia_xy, 0);
 }
 
-TEST(SceneCompile, InverseInertiaIsTurnedToTheWorld) {
+TEST(SceneCompile, InverseInertiaIsRotatedToTheWorld) {
   // a quarter turn about z swaps x and y
   const auto quarter =
       compiled(R"({"mass": 1, "inertia": [1, 2, 2.5], "orientation": {"axis": [0, 0, 1], "angle_deg": 90}})");
@@ -98,10 +98,10 @@ TEST(SceneCompile, TheNullBodyBehindTheLastOneIsAllZero) {
   EXPECT_EQ(std::memcmp(&state.buffers.motions[2], &zero, sizeof zero), 0);
 }
 
-TEST(SceneCompile, APivotedBodyTurnsAboutItsPivot) {
+TEST(SceneCompile, APivotedBodyRotatesAboutItsPivot) {
   // 3 kg at 2 m along its y axis: 12 kg m^2 more about x and z; spinning about world x, the mass moves along z
   const auto state = compiled(
-      R"({"mass": 3, "inertia": [0.5, 0.25, 0.5], "pivot": [1, 0, 0], "lever": [0, 2, 0],
+      R"({"mass": 3, "inertia": [0.5, 0.25, 0.5], "pivot": [1, 0, 0], "com_offset": [0, 2, 0],
           "angular_velocity": [5, 0, 0]})");
   const Mass<double>& mass = state.buffers.masses[0];
   EXPECT_EQ(mass.inertia[0], 12.5);
@@ -111,7 +111,7 @@ TEST(SceneCompile, APivotedBodyTurnsAboutItsPivot) {
   EXPECT_EQ(pivot.pivoted, 1);
   EXPECT_EQ(pivot.point_world[0], 1);
   EXPECT_EQ(pivot.point_world[1], 0);
-  EXPECT_EQ(pivot.lever_body[1], 2);
+  EXPECT_EQ(pivot.com_offset_body[1], 2);
   EXPECT_EQ(state.buffers.positions[0].y, 2);
   EXPECT_EQ(state.buffers.motions[0].v[2], 10);
   EXPECT_EQ(state.buffers.motions[0].inertia_xx, 1 / 12.5);
@@ -142,23 +142,23 @@ TEST(SceneCompile, ShapesKnowTheirBodyMaterialAndFrame) {
   EXPECT_EQ(state.buffers.planes[0], 1u);
 }
 
-// What is not asked for is not there; a sensor needs events, has no mass, and makes no contact general.
-TEST(SceneCompile, EventsSensorsAndFastBodiesAreFeatures) {
+// What is not asked for is not there; a trigger needs events, has no mass, and makes no contact general.
+TEST(SceneCompile, EventsTriggersAndFastBodiesAreFeatures) {
   const auto plain = compiled(ground + ", " + ball);
-  for (const Feature feature : {Feature::events, Feature::sensors, Feature::continuous, Feature::queries})
+  for (const Feature feature : {Feature::events, Feature::triggers, Feature::continuous, Feature::queries})
     EXPECT_FALSE(has(plain, feature));
   EXPECT_TRUE(plain.buffers.events.empty() && plain.buffers.touching.empty() && plain.buffers.rays.empty());
   EXPECT_TRUE(has(compiled(ground + ", " + ball, R"(, "settings": {"events": true})"), Feature::events));
 
-  const std::string feeler = R"({"type": "sphere", "radius": 2, "offset": [1, 0, 0], "sensor": true})";
-  const auto sensor =
+  const std::string feeler = R"({"type": "sphere", "radius": 2, "offset": [1, 0, 0], "trigger": true})";
+  const auto trigger =
       compiled(ball + R"(, {"mass": 2, "shapes": [{"type": "sphere", "radius": 0.5}, )" + feeler + "]}");
-  EXPECT_TRUE(has(sensor, Feature::sensors) && has(sensor, Feature::events));
-  EXPECT_FALSE(has(sensor, Feature::general_contacts));
-  EXPECT_EQ(sensor.buffers.masses[1].inertia[1], sensor.buffers.masses[0].inertia[1]);
-  EXPECT_EQ(sensor.buffers.shape_infos[1].flags, u32{SHAPE_IS_CENTRAL});
-  EXPECT_EQ(sensor.buffers.shape_infos[2].flags, u32{SHAPE_IS_SENSOR});
-  // sensors feel neither each other nor what is not dynamic
+  EXPECT_TRUE(has(trigger, Feature::triggers) && has(trigger, Feature::events));
+  EXPECT_FALSE(has(trigger, Feature::general_contacts));
+  EXPECT_EQ(trigger.buffers.masses[1].inertia[1], trigger.buffers.masses[0].inertia[1]);
+  EXPECT_EQ(trigger.buffers.shape_infos[1].flags, u32{SHAPE_IS_CENTRAL});
+  EXPECT_EQ(trigger.buffers.shape_infos[2].flags, u32{SHAPE_IS_TRIGGER});
+  // triggers feel neither each other nor what is not dynamic
   const std::string still = R"({"type": "static", "shapes": [)" + feeler + "]}";
   EXPECT_FALSE(has(compiled(still + ", " + still + ", " + ground), Feature::contacts));
 
@@ -188,7 +188,7 @@ TEST(SceneCompile, MaterialsCombineUnlessARuleOverrides) {
 // ---- features and parameters
 // -----------------------------------------------------------------------------------------
 
-TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
+TEST(SceneCompile, FeaturesFollowFromWhatTheSceneContains) {
   EXPECT_EQ(compiled(brick, R"(, "settings": {"gyroscopic": "none"})").features, u32(Feature::time_stepping));
   EXPECT_TRUE(has(compiled(brick), Feature::gyroscopic));
   EXPECT_FALSE(has(compiled(ball), Feature::gyroscopic));
@@ -206,7 +206,7 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
     const std::string settings = R"(, "settings": {"solver": ")" + name + "\"";
     const auto state = compiled(ball + "," + ground, settings + "}");
     EXPECT_TRUE(has(state.features, Feature::gradient));
-    EXPECT_TRUE(has(state.features, Feature::jacobi));  // on parts of bodies, without colours
+    EXPECT_TRUE(has(state.features, Feature::jacobi));  // on copies of bodies, without colours
     EXPECT_EQ(state.params.iterations, accelerated ? 50u : 100u);
     ASSERT_EQ(state.buffers.gradient_laws.size(), 1u);
     EXPECT_EQ(state.buffers.gradient_laws[0].accelerated, accelerated ? 1u : 0u);
@@ -228,8 +228,8 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneHolds) {
   const std::string rubber = R"(, "materials": [{"name": "rubber", "friction": 1, "rolling_friction": 0.01}])";
   EXPECT_EQ(refusal(scene_of(ball + "," + ground, rubber + dense + "}")),
             "test.json: /settings/solver: dense_gauss_seidel knows round cones of slip alone, and materials of this "
-            "scene resist turning or have a grain; take gauss_seidel");
-  EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.joint_part_starts.empty());
+            "scene have angular friction or have anisotropic friction; take gauss_seidel");
+  EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.joint_side_starts.empty());
   EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.cell_sizes.empty());
   EXPECT_TRUE(has(compiled(off_center_ball + "," + ground), Feature::general_contacts));
   EXPECT_TRUE(
@@ -340,8 +340,8 @@ TEST(SceneCompile, BuffersHaveTheirCapacities) {
 
 // Element `first` and on of a batch against all of a lone compile.
 template <class Element>
-void expect_equal_part(const std::vector<Element>& batch, std::size_t first, const std::vector<Element>& lone,
-                       std::size_t count) {
+void expect_equal_range(const std::vector<Element>& batch, std::size_t first, const std::vector<Element>& lone,
+                        std::size_t count) {
   ASSERT_LE(first + count, batch.size());
   EXPECT_EQ(std::memcmp(&batch[first], lone.data(), count * sizeof(Element)), 0);
 }
@@ -356,14 +356,14 @@ TEST(SceneCompile, AWorldOfABatchHasItsLoneRecords) {
     EXPECT_EQ(range.body_count, lone.sizes.bodies);
     EXPECT_EQ(range.shape_count, lone.sizes.shapes);
     EXPECT_EQ(range.plane_count, lone.sizes.planes);
-    expect_equal_part(batch.buffers.masses, range.first_body, lone.buffers.masses, range.body_count);
-    expect_equal_part(batch.buffers.positions, range.first_body, lone.buffers.positions, range.body_count);
-    expect_equal_part(batch.buffers.orientations, range.first_body, lone.buffers.orientations, range.body_count);
-    expect_equal_part(batch.buffers.motions, range.first_body, lone.buffers.motions, range.body_count);
-    expect_equal_part(batch.buffers.shapes, range.first_shape, lone.buffers.shapes, range.shape_count);
-    expect_equal_part(batch.buffers.material_pairs, range.first_material_pair, lone.buffers.material_pairs,
-                      range.material_count * range.material_count);
-    expect_equal_part(batch.buffers.gravities, w, lone.buffers.gravities, 1);
+    expect_equal_range(batch.buffers.masses, range.first_body, lone.buffers.masses, range.body_count);
+    expect_equal_range(batch.buffers.positions, range.first_body, lone.buffers.positions, range.body_count);
+    expect_equal_range(batch.buffers.orientations, range.first_body, lone.buffers.orientations, range.body_count);
+    expect_equal_range(batch.buffers.motions, range.first_body, lone.buffers.motions, range.body_count);
+    expect_equal_range(batch.buffers.shapes, range.first_shape, lone.buffers.shapes, range.shape_count);
+    expect_equal_range(batch.buffers.material_pairs, range.first_material_pair, lone.buffers.material_pairs,
+                       range.material_count * range.material_count);
+    expect_equal_range(batch.buffers.gravities, w, lone.buffers.gravities, 1);
     for (u32 i = 0; i < range.body_count; ++i) {
       EXPECT_EQ(batch.buffers.body_infos[range.first_body + i].world, w);
       EXPECT_EQ(batch.buffers.body_infos[range.first_body + i].id, lone.buffers.body_infos[i].id);
@@ -421,7 +421,7 @@ TEST(SceneCompile, PatchesKnowNewtonsLawAlone) {
       "have another; use cones");
 }
 
-TEST(SceneCompile, NumbersThatThePrecisionCannotHoldAreRefused) {
+TEST(SceneCompile, NumbersThatThePrecisionCannotRepresentAreRefused) {
   const std::string far = R"({"name": "far", "type": "static", "position": [0, 1e39, 0]})";
   EXPECT_EQ(refusal(scene_of(far)), "test.json: body 0 (\"far\"): position must fit float, is 1e+39");
   EXPECT_EQ(refusal<double>(scene_of(far)), "accepted");
@@ -452,4 +452,4 @@ TEST(SceneCompile, NumbersThatThePrecisionCannotHoldAreRefused) {
 TEST(SceneCompile, ABatchNeedsAWorld) { EXPECT_THROW(compile<float>(std::span<const Scene>()), Error); }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::scene_compile_test

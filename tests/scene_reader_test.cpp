@@ -9,7 +9,7 @@
 #include "host/error.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::scene_reader_test {
 namespace {
 
 const std::string source_dir = LOCKSTEP_SOURCE_DIR;
@@ -110,13 +110,13 @@ TEST(SceneReader, MassOfASphereFollowsFromItsDensity) {
 }
 
 TEST(SceneReader, OrientationsInEveryForm) {
-  const char* quarter_turns_about_z[] = {
+  const char* quarter_rotations_about_z[] = {
       R"({"type": "static", "orientation": [0, 0, 0.70710678118654757, 0.70710678118654757]})",
       R"({"type": "static", "orientation": {"axis": [0, 0, 2], "angle_deg": 90}})",
       R"({"type": "static", "orientation": {"axis": [0, 0, -1], "angle": -1.5707963267948966}})",
       R"({"type": "static", "orientation": {"euler_deg": [0, 0, 450]}})",
   };
-  for (const char* body : quarter_turns_about_z) {
+  for (const char* body : quarter_rotations_about_z) {
     const Quaternion q = with_bodies(body).bodies[0].orientation;
     expect_near(exact::rotate(q, {1, 0, 0}), {0, 1, 0});
     EXPECT_NEAR(exact::length(q), 1, 1e-15);
@@ -129,16 +129,16 @@ TEST(SceneReader, AQuaternionOfFewDigitsIsMadeUnit) {
   EXPECT_NEAR(exact::length(q), 1, 1e-15);
 }
 
-TEST(SceneReader, BodyRatesAreTurnedToTheWorld) {
+TEST(SceneReader, BodyRatesAreRotatedToTheWorld) {
   const Scene scene = with_bodies(
       R"({"mass": 1, "inertia": [1, 1, 1], "orientation": {"axis": [0, 1, 0], "angle_deg": 90},
           "angular_velocity_body": [0, 0, 3]})");
   expect_near(scene.bodies[0].angular_velocity, {3, 0, 0});
 }
 
-TEST(SceneReader, APivotPlacesTheCenterOfMassAtTheEndOfTheLever) {
+TEST(SceneReader, APivotPutsTheCenterOfMassAtItsOffset) {
   const Scene scene = with_bodies(
-      R"({"mass": 1, "inertia": [1, 1, 1], "pivot": [1, 2, 3], "lever": [0, 0, 0.5],
+      R"({"mass": 1, "inertia": [1, 1, 1], "pivot": [1, 2, 3], "com_offset": [0, 0, 0.5],
           "orientation": {"axis": [0, 1, 0], "angle_deg": 90}})");
   EXPECT_TRUE(scene.bodies[0].pivoted);
   expect_near(scene.bodies[0].position, {1.5, 2, 3});
@@ -219,7 +219,7 @@ TEST(SceneReader, APyramidIsCenteredRowByRow) {
   EXPECT_EQ(scene.bodies[5].name, "b_5");
 }
 
-TEST(SceneReader, AnArcTurnsItsCopies) {
+TEST(SceneReader, AnArcRotatesItsCopies) {
   const Scene scene = with_bodies(
       R"({"generator": "arc", "count": 3, "axis": [0, 3, 0], "start_deg": -90, "step_deg": 90, "origin": [0, 0, 5],
           "bodies": [{"name": "b", "mass": 1, "inertia": [1, 1, 1], "position": [0, 1, 2], "velocity": [1, 0, 0],
@@ -326,7 +326,7 @@ TEST(SceneReader, TenMegabytesOfBracketsAreRefused) {
   EXPECT_LT(endless.size(), 300u);
 }
 
-TEST(SceneReader, BytesThatAreNoTextDoNotReachTheTerminal) {
+TEST(SceneReader, BytesThatAreNoTextAreNotPrinted) {
   const std::string line = refusal("{\"name\": \"\x1b[31m\xff\"}");
   EXPECT_EQ(line.substr(0, 42), "bad.json: not JSON: line 1, column 11: syn");
   for (const char c : line) EXPECT_TRUE(c >= 0x20 && c < 0x7f) << line;
@@ -340,5 +340,29 @@ TEST(SceneReader, ManyGeneratorsTogetherAreRefusedToo) {
             "lower the counts");
 }
 
+// Old names of keys are read, and each is told once.
+TEST(SceneReader, ReadsKeysByTheirOldNames) {
+  const std::string text = R"({"materials": [{"name": "wood", "static_friction": 0.6, "holding_speed": 0.01}],
+    "bodies": [{"mass": 1, "inertia": [1, 1, 1], "lever": [0, 0, 1]},
+               {"mass": 1, "inertia": [1, 1, 1], "lever": [0, 0, 2]},
+               {"mass": 1, "shapes": [{"type": "sphere", "radius": 1},
+                                      {"type": "sphere", "radius": 2, "sensor": true}]}]})";
+  const Scene scene = parse_scene(text, "old.json");
+  EXPECT_EQ(scene.materials[0].further.stick_speed, 0.01);
+  EXPECT_EQ(scene.bodies[0].com_offset, (Vector3{0, 0, 1}));
+  EXPECT_EQ(scene.bodies[1].com_offset, (Vector3{0, 0, 2}));
+  EXPECT_TRUE(scene.bodies[2].shapes[1].trigger);
+  std::vector<std::string> notes = scene.notes;
+  std::sort(notes.begin(), notes.end());
+  EXPECT_EQ(notes, (std::vector<std::string>{R"(the key "holding_speed" is called "stick_speed" now)",
+                                             R"(the key "lever" is called "com_offset" now)",
+                                             R"(the key "sensor" is called "trigger" now)"}));
+}
+
+TEST(SceneReader, RefusesAKeyGivenByBothOfItsNames) {
+  const std::string text = R"({"bodies": [{"mass": 1, "lever": [0, 0, 1], "com_offset": [0, 0, 1]}]})";
+  EXPECT_THROW(parse_scene(text, "both.json"), Error);
+}
+
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::scene_reader_test

@@ -5,7 +5,7 @@
 
 #include "tests/cell_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::schedule_contacts_test {
 namespace {
 
 template <class real>
@@ -43,16 +43,16 @@ TYPED_TEST(ScheduleContacts, BatchesAreProperAndFilledInOrder) {
   using real = TypeParam;
   const InitialState<real> state = scheduled(graphs_in_cells<real>(4, {{200, 2000}, {60, 300}}));
   const Buffers<real>& b = state.buffers;
-  u32 block = 0, row = 0, placed = 0;
+  u32 block = 0, row = 0, in_cells = 0;
   for (u32 cell = 0; cell + 1 < b.cell_starts.size(); ++cell) {
     EXPECT_EQ(b.cell_blocks[cell], block);
     EXPECT_EQ(b.cell_rows[cell], row);
     std::map<u32, std::map<u32, u32>> batches;  // first contacts by batch and lane
     for (u32 k = b.cell_starts[cell]; k < b.cell_starts[cell + 1]; ++k) {
-      const u32 i = b.cell_pairs[k], place = b.cell_places[i];
-      if (place == NONE) continue;
-      ++placed;
-      EXPECT_TRUE(batches[place / PACK].emplace(place % PACK, i).second) << "two pairs in a lane";
+      const u32 i = b.cell_pairs[k], slot = b.cell_slots[i];
+      if (slot == NONE) continue;
+      ++in_cells;
+      EXPECT_TRUE(batches[slot / PACK].emplace(slot % PACK, i).second) << "two pairs in a lane";
     }
     for (u32 batch = 0; batch < batches.size(); ++batch) {
       ASSERT_TRUE(batches.contains(batch));
@@ -78,7 +78,7 @@ TYPED_TEST(ScheduleContacts, BatchesAreProperAndFilledInOrder) {
   }
   EXPECT_EQ(b.cell_blocks.back(), block);
   EXPECT_EQ(b.cell_rows.back(), row);
-  EXPECT_GT(placed, 500u);
+  EXPECT_GT(in_cells, 500u);
   EXPECT_GT(block, 50u);
 }
 
@@ -86,7 +86,7 @@ TYPED_TEST(ScheduleContacts, BatchesAreProperAndFilledInOrder) {
 TYPED_TEST(ScheduleContacts, AStarRunsOutOfBatches) {
   using real = TypeParam;
   InitialState<real> state = scheduled(star_in_a_cell<real>(200));
-  for (u32 i = 0; i < 200; ++i) EXPECT_EQ(state.buffers.cell_places[i], i < CELL_BATCHES ? i * PACK : NONE) << i;
+  for (u32 i = 0; i < 200; ++i) EXPECT_EQ(state.buffers.cell_slots[i], i < CELL_BATCHES ? i * PACK : NONE) << i;
   for (const Stage stage : {Stage::color_contacts, Stage::pack_contacts})
     reference::run_stage(stage, state.buffers, state.params);
   EXPECT_EQ(state.buffers.counters[COUNTER_COLORS], MAX_COLORS);
@@ -98,7 +98,7 @@ TYPED_TEST(ScheduleContacts, AStarRunsOutOfBatches) {
 TYPED_TEST(ScheduleContacts, WhatRestsOnTheGroundFillsBatches) {
   using real = TypeParam;
   const InitialState<real> state = scheduled(star_in_a_cell<real>(200, BODY_STATIC));
-  for (u32 i = 0; i < 200; ++i) EXPECT_EQ(state.buffers.cell_places[i], i) << i;
+  for (u32 i = 0; i < 200; ++i) EXPECT_EQ(state.buffers.cell_slots[i], i) << i;
 }
 
 // A world of a batch is scheduled as it is alone.
@@ -107,7 +107,7 @@ TYPED_TEST(ScheduleContacts, WorldsDoNotMeet) {
   const InitialState<real> alone = scheduled(graphs_in_cells<real>(5, {{60, 300}}));
   const InitialState<real> batch = scheduled(graphs_in_cells<real>(5, {{60, 300}, {60, 300}}));
   const u32 contacts = alone.buffers.counters[COUNTER_CONTACTS];
-  InitialState<real> behind = batch;  // the second world with the places of the first
+  InitialState<real> behind = batch;  // the second world with the slots of the first
   const u32 bodies = alone.params.bodies, first = behind.buffers.world_ranges[1].first_body;
   for (u32 i = 0; i < bodies; ++i) behind.buffers.positions[first + i] = alone.buffers.positions[i];
   const u32 before = contacts;
@@ -121,13 +121,13 @@ TYPED_TEST(ScheduleContacts, WorldsDoNotMeet) {
     second.world = 1;
   }
   behind = scheduled(behind);
-  u32 placed = 0;
+  u32 in_cells = 0;
   for (u32 i = 0; i < contacts; ++i) {
-    EXPECT_EQ(behind.buffers.cell_places[before + i], alone.buffers.cell_places[i]) << i;
-    placed += alone.buffers.cell_places[i] != NONE;
+    EXPECT_EQ(behind.buffers.cell_slots[before + i], alone.buffers.cell_slots[i]) << i;
+    in_cells += alone.buffers.cell_slots[i] != NONE;
   }
-  EXPECT_GT(placed, 50u);
+  EXPECT_GT(in_cells, 50u);
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::schedule_contacts_test

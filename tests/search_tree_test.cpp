@@ -7,7 +7,7 @@
 #include "tests/closest_points.hpp"
 #include "tests/pair_lists.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::search_tree_test {
 namespace {
 
 template <class real>
@@ -113,4 +113,4 @@ TYPED_TEST(SearchTree, KernelFindsManyPartners) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::search_tree_test

@@ -7,7 +7,7 @@
 #include "tests/pair_lists.hpp"
 #include "tests/surfaces.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::shape_trees_test {
 namespace {
 
 template <class real>
@@ -24,11 +24,11 @@ BodyDescription building(Random& random, const Vector3& position) {
   BodyDescription body;
   body.kind = BODY_STATIC;
   body.position = position;
-  body.orientation = random.turn();
+  body.orientation = random.rotation();
   for (u32 n = 0; n < 60; ++n) {
     body.shapes.push_back(any_body(random, 0, 0.7).shapes[0]);
     body.shapes.back().offset = random.vector(2);
-    body.shapes.back().rotation = random.turn();
+    body.shapes.back().rotation = random.rotation();
   }
   return body;
 }
@@ -43,7 +43,7 @@ Scene lively_scene(u32 seed, const Vector3& far = {0, 0, 0}) {
   scene.bodies = {surface_body(waves(9), far), sphere_body(far, 0.5), surface_body(waves(12), east),
                   building(random, exact::add(far, {0, 6, 0})), plane_body({0, 0, far[2] - 1})};
   scene.bodies[2].kind = BODY_KINEMATIC;
-  scene.bodies[2].orientation = random.turn();
+  scene.bodies[2].orientation = random.rotation();
   scene.bodies[2].velocity = random.vector(3);
   scene.bodies[2].angular_velocity = random.vector(2);
   for (u32 n = 0; n < 150; ++n) {
@@ -62,7 +62,7 @@ InitialState<real> compiled(const Scene& scene, Feature search) {
   return with_search(search, compile<real>(std::span(worlds)));
 }
 
-/// The same state with all shapes loose.
+/// The same state with all shapes at the top level.
 template <class real>
 InitialState<real> without_trees(InitialState<real> state) {
   Buffers<real>& b = state.buffers;
@@ -70,7 +70,7 @@ InitialState<real> without_trees(InitialState<real> state) {
   state.sizes.tree_shapes = state.sizes.shape_trees = state.sizes.shape_tree_blocks = 0;
   state.params.tree_shapes = 0;
   for (ShapeInfo& shape : b.shape_infos) shape.flags &= ~u32{SHAPE_IS_IN_TREE};
-  for (auto* list : {&b.loose_shapes, &b.shape_tree_items}) list->clear();
+  for (auto* list : {&b.top_level_shapes, &b.shape_tree_items}) list->clear();
   b.world_trees.clear();
   resize(b, state.sizes, state.features);
   return state;
@@ -171,7 +171,7 @@ InitialState<real> with_rays(InitialState<real> state, u32 count, const Vector3&
     const Vector3 from = {random.between(-3, 10), random.between(-3, 8), random.between(-1, 4)};
     set(ray.origin, exact::add(far, from));
     set(ray.direction, n % 4 == 0 ? Vector3{0, 0, -1} : n % 4 == 1 ? Vector3{1, 0, 0} : exact::unit(random.vector(1)));
-    ray.reach = real(n % 5 == 0 ? 1 : 30);
+    ray.range = real(n % 5 == 0 ? 1 : 30);
     state.buffers.ray_filters[n] = {0, n % 3, n % 7 == 0 ? random.bits() : 0xffffffffu, 0};
   }
   return state;
@@ -232,7 +232,7 @@ TEST(ShapeTreesOf, BodiesThatNothingPushesAndThatHaveManyShapes) {
   Random random(3);
   scene.bodies = {surface_body(cube_mesh(1)), building(random, {4, 0, 0}), building(random, {8, 0, 0}),
                   building(random, {12, 0, 0}), sphere_body({0, 0, 4}, 1)};
-  scene.bodies[2].shapes[5].sensor = true;
+  scene.bodies[2].shapes[5].trigger = true;
   scene.bodies[3].kind = BODY_DYNAMIC;
   scene.bodies[3].mass = 1;
   scene.bodies[3].inertia = {1, 1, 1};
@@ -240,14 +240,14 @@ TEST(ShapeTreesOf, BodiesThatNothingPushesAndThatHaveManyShapes) {
   ASSERT_EQ(state.sizes.shape_trees, 1u);
   EXPECT_EQ(state.buffers.shape_trees[0].body, 1u);
   EXPECT_EQ(state.sizes.tree_shapes, 60u);
-  EXPECT_EQ(state.sizes.loose(), 12u + 60 + 60 + 1);
-  EXPECT_EQ(state.buffers.bounds.size(), state.sizes.loose());
+  EXPECT_EQ(state.sizes.top_level(), 12u + 60 + 60 + 1);
+  EXPECT_EQ(state.buffers.bounds.size(), state.sizes.top_level());
 
   scene.bodies.erase(scene.bodies.begin() + 1);
   const InitialState<double> none = compile<double>(std::span<const Scene>(&scene, 1));
   EXPECT_FALSE(has(none.features, Feature::shape_trees));
-  EXPECT_TRUE(none.buffers.loose_shapes.empty() && none.buffers.world_trees.empty());
+  EXPECT_TRUE(none.buffers.top_level_shapes.empty() && none.buffers.world_trees.empty());
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::shape_trees_test

@@ -8,7 +8,7 @@
 #include "host/scene/read.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::simulation_test {
 namespace {
 
 // Finds a given number of pairs and contacts in every step, and has no room for all at first.
@@ -23,14 +23,14 @@ class FakeBackend final : public Backend<float> {
     if (stage == Stage::begin_step) last_params = params;
   }
   Counters counters() override {
-    Counters now = found_;
+    Counters current = found_;
     if (found_[COUNTER_PAIRS_NEEDED] > sizes_.pairs)
-      now[COUNTER_STATUS] |= STATUS_PAIRS_FULL;
+      current[COUNTER_STATUS] |= STATUS_PAIRS_FULL;
     else if (found_[COUNTER_CONTACTS_NEEDED] > sizes_.contacts)
-      now[COUNTER_STATUS] |= STATUS_CONTACTS_FULL;
+      current[COUNTER_STATUS] |= STATUS_CONTACTS_FULL;
     else if (found_[COUNTER_BLOCKS_NEEDED] > sizes_.blocks || found_[COUNTER_ROWS_NEEDED] > sizes_.rows)
-      now[COUNTER_STATUS] |= STATUS_BLOCKS_FULL | STATUS_ROWS_FULL;
-    return now;
+      current[COUNTER_STATUS] |= STATUS_BLOCKS_FULL | STATUS_ROWS_FULL;
+    return current;
   }
   void grow(const Sizes& sizes) override { sizes_ = sizes; }
   void enable(Feature) override {}
@@ -146,7 +146,7 @@ void expect_capacities_change_nothing() {
                                          tight.params, steps, true)));
 }
 
-// Every list that grows in some scene: several points a pair, joints, events, patches, parts of bodies, a tree.
+// Every list that grows in some scene: several points a pair, joints, events, patches, copies of bodies, a tree.
 TEST(Simulation, CapacitiesChangeNothingInAnyKindOfScene) {
   for (const char* name : {"slabs", "rover", "sensor_gate", "dominoes", "cylinders_and_hulls", "mixed_spheres"}) {
     for (const Solver solver : {Solver::gauss_seidel, Solver::small_steps, Solver::jacobi, Solver::accelerated_gradient,
@@ -206,4 +206,4 @@ TEST(Simulation, NamesTheBodyThatWentBadInFlight) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::simulation_test

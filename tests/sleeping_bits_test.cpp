@@ -6,7 +6,7 @@
 #include "host/scene/step_params.hpp"
 #include "tests/sleeping_scenes.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sleeping_bits_test {
 namespace {
 
 // Piles that fall asleep, a ball that comes late and wakes one of them, and boxes that tumble on.
@@ -48,7 +48,7 @@ TEST(SleepingBits, TwinsAgreeWithJointsThatSleep) {
   for (const char* solver : {"gauss_seidel", "small_steps", "jacobi", "dense_gauss_seidel"}) {
     SCOPED_TRACE(solver);
     const auto state = compile<float>(scene_of(bodies, with_solver(solver, 0.2), joints));
-    expect_twins_agree(state, 45, launch_options({{1, 3}, {16, 0}}));
+    expect_twins_agree(state, 45, launch_options({{1, 7}, {16, 0}}));
     Simulation<float> simulation = on_reference(state);
     for (u32 i = 0; i < 25; ++i) simulation.step();
     EXPECT_EQ(simulation.counters()[COUNTER_ASLEEP], 2u);
@@ -58,9 +58,9 @@ TEST(SleepingBits, TwinsAgreeWithJointsThatSleep) {
   }
 }
 
-TEST(SleepingBits, TwinsAgreeInEachBroadPhaseWithEventsAndSensors) {
+TEST(SleepingBits, TwinsAgreeInEachBroadPhaseWithEventsAndTriggers) {
   const std::string gate = R"({"type": "static", "position": [0, 0, 0.5], "shapes": [
-    {"type": "box", "size": [3, 3, 3], "sensor": true}]}, )";
+    {"type": "box", "size": [3, 3, 3], "trigger": true}]}, )";
   std::uint64_t hashes[2];
   for (const char* broad_phase : {"grid", "bvh"}) {
     SCOPED_TRACE(broad_phase);
@@ -176,8 +176,8 @@ TEST(SleepingBits, GoOnFromACheckpointWithSleepers) {
   while (whole.steps_done() < 120) {
     if (whole.steps_done() % 20 == 0) {
       const CheckpointLabel label = {"x", whole.backend().name(), identity_of(state), hash_of(whole)};
-      const Buffers<float>& now = whole.backend().download(persistent_buffers(state.features));
-      checkpoints.push_back(encode_checkpoint(label, now, state.features));
+      const Buffers<float>& current = whole.backend().download(persistent_buffers(state.features));
+      checkpoints.push_back(encode_checkpoint(label, current, state.features));
       asleep.push_back(whole.counters()[COUNTER_ASLEEP]);
     }
     whole.step();
@@ -194,4 +194,4 @@ TEST(SleepingBits, GoOnFromACheckpointWithSleepers) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sleeping_bits_test

@@ -7,7 +7,7 @@
 #include "host/sleepers.hpp"
 #include "tests/sleeping_scenes.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sleeping_test {
 namespace {
 
 constexpr u32 steps_of_half_a_second = 32;
@@ -92,7 +92,7 @@ TEST(Sleeping, AStepAtRestIsTheStep) {
 }
 
 // Where it turns it is slow, but not for long enough; one that may sleep sooner does.
-TEST(Sleeping, APendulumDoesNotSleepWhereItTurns) {
+TEST(Sleeping, APendulumDoesNotSleepWhereItReverses) {
   const auto pendulum = [](const char* after) {
     return on_reference(compile<float>(
         scene_of(R"({"name": "bob", "mass": 1, "inertia": [0.1, 0.1, 0.1], "position": [1, 0, 5]})",
@@ -100,16 +100,16 @@ TEST(Sleeping, APendulumDoesNotSleepWhereItTurns) {
                  R"(, "joints": [{"type": "ball", "bodies": ["world", "bob"], "anchor": [0, 0, 5]}])")));
   };
   Simulation<float> simulation = pendulum("0.1");
-  u32 turns = 0, slow_steps = 0, longest = 0;
+  u32 reversals = 0, slow_steps = 0, longest = 0;
   for (u32 i = 0; i < 640; ++i) {
     simulation.step();
     const bool slow = is_slow(state_of(simulation).motions[1], 0.3f, 0.3f);
-    turns += slow && slow_steps == 0 ? 1 : 0;
+    reversals += slow && slow_steps == 0 ? 1 : 0;
     slow_steps = slow ? slow_steps + 1 : 0;
     longest = std::max(longest, slow_steps);
     ASSERT_FALSE(sleeps(simulation, 1)) << i;
   }
-  EXPECT_GE(turns, 8u);
+  EXPECT_GE(reversals, 8u);
   EXPECT_GE(longest, 3u);
   EXPECT_LT(longest, sleep_steps(0.1, 0.015625));
 
@@ -121,13 +121,13 @@ TEST(Sleeping, APendulumDoesNotSleepWhereItTurns) {
 }
 
 // The order of colours has an end where bodies can sleep; nobody goes past it in silence.
-TEST(Sleeping, HasPlacesForSoManyContacts) {
-  const u32 last = reference::color_place_of_shapes(0, 0, places_of_contacts - 1) & ((1u << 26) - 1);
-  EXPECT_EQ(last, places_of_contacts - 1);   // the rank is all there
+TEST(Sleeping, HasColorRanksForSoManyContacts) {
+  const u32 last = reference::color_sort_key_of_shapes(0, 0, max_color_ranks - 1) & ((1u << 26) - 1);
+  EXPECT_EQ(last, max_color_ranks - 1);      // the rank is all there
   EXPECT_LT(63u << 26 | last, 0xfffffffeu);  // and a priority remains in the last class
-  EXPECT_NO_THROW(expect_places_for(places_of_contacts, 7));
+  EXPECT_NO_THROW(expect_color_ranks_for(max_color_ranks, 7));
   try {
-    expect_places_for(places_of_contacts + 1, 7);
+    expect_color_ranks_for(max_color_ranks + 1, 7);
     FAIL();
   } catch (const Error& error) {
     EXPECT_STREQ(
@@ -238,16 +238,16 @@ TEST(Sleeping, NothingBeginsOrCeasesToTouchBySleepOrByWaking) {
   EXPECT_EQ(hits, 1u);
 }
 
-TEST(Sleeping, ASensorGoesOnFeelingWhatSleeps) {
+TEST(Sleeping, ATriggerGoesOnDetectingWhatSleeps) {
   const std::string gate = R"({"type": "static", "position": [0, 0, 0.5], "shapes": [
-    {"type": "box", "size": [3, 3, 3], "sensor": true}]})";
+    {"type": "box", "size": [3, 3, 3], "trigger": true}]})";
   Simulation<float> simulation = on_reference(compile<float>(scene_of(gate + ", " + box(0, 0.5))));
   u32 enters = 0, leaves = 0;
   for (u32 i = 0; i < 60; ++i) {
     simulation.step();
     for (const Event& event : simulation.events()) {
-      enters += event.kind == EVENT_SENSOR_ENTER ? 1 : 0;
-      leaves += event.kind == EVENT_SENSOR_LEAVE ? 1 : 0;
+      enters += event.kind == EVENT_TRIGGER_ENTER ? 1 : 0;
+      leaves += event.kind == EVENT_TRIGGER_LEAVE ? 1 : 0;
     }
   }
   EXPECT_TRUE(sleeps(simulation, 2));
@@ -257,7 +257,7 @@ TEST(Sleeping, ASensorGoesOnFeelingWhatSleeps) {
 }
 
 // A row of three hangs between two joints to the world: held apart by nothing but joints, it sleeps as one.
-TEST(Sleeping, WhatJointsHoldIsOneIslandAndKeepsItsImpulses) {
+TEST(Sleeping, WhatJointsConnectIsOneIslandAndKeepsItsImpulses) {
   std::string bodies, joints = R"(, "joints": [)";
   for (int i = 0; i < 3; ++i) {
     const std::string name = "link_" + std::to_string(i);
@@ -303,4 +303,4 @@ TEST(Sleeping, WhatJointsHoldIsOneIslandAndKeepsItsImpulses) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sleeping_test

@@ -4,7 +4,7 @@
 #include "tests/command_line.hpp"
 #include "tests/library_worlds.hpp"
 
-namespace lockstep {
+namespace lockstep::sleeping_world_test {
 namespace {
 
 Scene sleepy_scene() {
@@ -17,7 +17,7 @@ Scene sleepy_scene() {
 struct Sleepers {
   World world{sleepy_scene(), in_double()};
   BodyHandle low = world.add(box_at({0, 0, 0.5})), high = world.add(box_at({0, 0, 1.5}));
-  BodyHandle apart = world.add(box_at({5, 0, 0.5}));
+  BodyHandle separate = world.add(box_at({5, 0, 0.5}));
 
   Sleepers() {
     world.step(60);
@@ -27,7 +27,7 @@ struct Sleepers {
   void expect_asleep(bool pile, bool other) {
     EXPECT_EQ(world.is_asleep(low), pile);
     EXPECT_EQ(world.is_asleep(high), pile);
-    EXPECT_EQ(world.is_asleep(apart), other);
+    EXPECT_EQ(world.is_asleep(separate), other);
   }
 };
 
@@ -46,7 +46,7 @@ TEST(SleepingWorld, WhatIsDoneToABodyWakesItsIsland) {
                                             return Wrench{{0, 0, -1}, {0, 0, 0}};
                                           }); },
       [](World& world, BodyHandle body) { world.wake(body); },
-      [](World& world, BodyHandle body) { world.place(body, world.pose(body)); },
+      [](World& world, BodyHandle body) { world.teleport(body, world.pose(body)); },
   };
   for (const auto& deed : deeds) {
     Sleepers sleepers;
@@ -63,7 +63,7 @@ TEST(SleepingWorld, WhereSupportGoesAwayWhatItBoreWakesAndFalls) {
   sleepers.world.remove(sleepers.low);
   sleepers.world.step();
   EXPECT_FALSE(sleepers.world.is_asleep(sleepers.high));
-  EXPECT_TRUE(sleepers.world.is_asleep(sleepers.apart));
+  EXPECT_TRUE(sleepers.world.is_asleep(sleepers.separate));
   EXPECT_LT(sleepers.world.velocity(sleepers.high).linear[2], -0.05);
   sleepers.world.step(100);
   EXPECT_NEAR(sleepers.world.pose(sleepers.high).position[2], 0.5, 0.002);
@@ -75,11 +75,11 @@ TEST(SleepingWorld, WhereTheFloorGoesAllWake) {
   sleepers.world.remove(*sleepers.world.find("floor"));
   sleepers.world.step();
   sleepers.expect_asleep(false, false);
-  EXPECT_LT(sleepers.world.velocity(sleepers.apart).linear[2], -0.05);
+  EXPECT_LT(sleepers.world.velocity(sleepers.separate).linear[2], -0.05);
 }
 
 // Where a wall comes is not looked for on behalf of sleepers: they look themselves, and those it overlaps are pushed.
-TEST(SleepingWorld, WhereSomethingThatStandsComesAllWake) {
+TEST(SleepingWorld, AllWakeWhereAStaticBodyArrives) {
   Sleepers sleepers;
   BodyDescription wall = box_at({5.8, 0, 0.5});
   wall.kind = BODY_STATIC;
@@ -87,7 +87,7 @@ TEST(SleepingWorld, WhereSomethingThatStandsComesAllWake) {
   sleepers.world.step();
   sleepers.expect_asleep(false, false);
   sleepers.world.step(120);
-  EXPECT_LT(sleepers.world.pose(sleepers.apart).position[0], 4.9);
+  EXPECT_LT(sleepers.world.pose(sleepers.separate).position[0], 4.9);
   sleepers.expect_asleep(true, true);
 }
 
@@ -97,7 +97,7 @@ TEST(SleepingWorld, WhatComesAwayFromSleepersLeavesThemAlone) {
   sleepers.world.step();
   sleepers.expect_asleep(true, true);
   // islands still are those that they were
-  sleepers.world.wake(sleepers.apart);
+  sleepers.world.wake(sleepers.separate);
   sleepers.world.step();
   sleepers.expect_asleep(true, false);
 }
@@ -177,4 +177,4 @@ TEST(SleepingWorld, WhatWakesIsTheSameOnTheDevice) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::sleeping_world_test

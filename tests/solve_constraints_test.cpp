@@ -5,7 +5,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::solve_constraints_test {
 namespace {
 
 template <class real>
@@ -184,7 +184,7 @@ TYPED_TEST(SolveConstraints, OverflowIsSolved) {
   for (u32 i = 1; i <= count; ++i) EXPECT_NEAR(leaving_speed(bodies, after, i), 0, 1e-3) << i;
 }
 
-TYPED_TEST(SolveConstraints, VoidStepsWriteNothing) {
+TYPED_TEST(SolveConstraints, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = random_problem<real>(8, 30, 60);
   state.buffers.counters[COUNTER_STATUS] = STATUS_BLOCKS_FULL;
@@ -194,4 +194,4 @@ TYPED_TEST(SolveConstraints, VoidStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::solve_constraints_test

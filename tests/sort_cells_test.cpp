@@ -4,7 +4,7 @@
 
 #include "tests/collision_states.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sort_cells_test {
 namespace {
 
 template <class real>
@@ -65,7 +65,7 @@ TYPED_TEST(SortCells, NegativeCoordinatesRoundDown) {
 }
 
 // A batch of equal worlds, all at the origin: the world is part of the hash, and the lists stay short.
-TYPED_TEST(SortCells, WorldsAtOnePlaceDoNotShareABucket) {
+TYPED_TEST(SortCells, WorldsAtOnePositionDoNotShareABucket) {
   using real = TypeParam;
   std::vector<std::vector<BodyDescription>> worlds(1000, {sphere_body({0, 0, 0}, 0.5)});
   InitialState<real> state = make_worlds<real>(worlds, 16);
@@ -112,4 +112,4 @@ TYPED_TEST(SortCells, KernelSortsLongLists) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sort_cells_test

@@ -1,9 +1,9 @@
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::sort_particles_test {
 namespace {
 
-TEST(SortParticles, EachStandsInItsBucketInOrder) {
+TEST(SortParticles, EachIsInItsBucketInOrder) {
   const InitialState<float> state = lively_state<float>();
   const Buffers<float> after = after_particle_stage(Stage::sort_particles, state);
   std::vector<u32> seen(state.sizes.particles, 0);
@@ -43,4 +43,4 @@ TEST(SortParticles, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::sort_particles_test

@@ -2,7 +2,7 @@
 
 #include "tests/pair_lists.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sort_shapes_test {
 namespace {
 
 template <class real>
@@ -31,7 +31,7 @@ TYPED_TEST(SortShapes, SmallBeforeLargeAndPlanesLast) {
   EXPECT_EQ(order_of<TypeParam>({bodies}), (std::vector<u32>{4, 2, 1, 3, 0}));
 }
 
-TYPED_TEST(SortShapes, WhatIsInOnePlaceStaysInOrder) {
+TYPED_TEST(SortShapes, ShapesAtOnePositionStayInOrder) {
   const std::vector<BodyDescription> bodies(3000, sphere_body({3, 3, 3}, 0.5));
   const std::vector<u32> order = order_of<TypeParam>({bodies});
   for (u32 i = 0; i < order.size(); ++i) EXPECT_EQ(order[i], i);
@@ -58,13 +58,13 @@ TYPED_TEST(SortShapes, AnEscapedBodyDoesNotMixTheOthers) {
   for (u32 n = 0; n < 1000; ++n) bodies.push_back(sphere_body(random.vector(50), 0.5));
   bodies.push_back(sphere_body({0, 0, -100000}, 0.5));
   const std::vector<u32> order = order_of<TypeParam>({bodies});
-  double way = 0;
+  double path_length = 0;
   for (u32 k = 0; k + 1 < order.size(); ++k) {
     if (order[k] == 1000 || order[k + 1] == 1000) continue;
     const Vector3 &a = bodies[order[k]].position, &b = bodies[order[k + 1]].position;
-    way += exact::length(exact::subtract(a, b));
+    path_length += exact::length(exact::subtract(a, b));
   }
-  EXPECT_LT(way / 999, 20);  // two of any order are 66 m apart on the average
+  EXPECT_LT(path_length / 999, 20);  // two of any order are 66 m apart on the average
 }
 
 TYPED_TEST(SortShapes, KernelMatchesReference) {
@@ -83,4 +83,4 @@ TYPED_TEST(SortShapes, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sort_shapes_test

@@ -4,7 +4,7 @@
 
 #include "tests/jacobi_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::split_bodies_test {
 namespace {
 
 template <class real>
@@ -56,45 +56,45 @@ TYPED_TEST(SplitBodies, KernelMatchesReferenceWhereBlocksAreFull) {
   run_twins(Stage::split_bodies, state);
 }
 
-// A body has as many parts as pairs, one after another in the order of the slots; what cannot move has none.
-TYPED_TEST(SplitBodies, EachPairHasItsPartOfEachBody) {
+// A body has as many copies as pairs, one after another in the order of the slots; what cannot move has none.
+TYPED_TEST(SplitBodies, EachPairHasItsCopyOfEachBody) {
   using real = TypeParam;
   InitialState<real> state = packed_graphs<real>(4, 60, 300);
   reference::run_stage(Stage::split_bodies, state.buffers, state.params);
   const Buffers<real>& b = state.buffers;
   ASSERT_EQ(b.counters[COUNTER_COLORS], 1u);
-  std::map<u32, std::vector<u32>> places;
-  std::map<u32, std::vector<double>> parts;
+  std::map<u32, std::vector<u32>> copy_slots;
+  std::map<u32, std::vector<double>> counts;
   u32 pairs = 0;
   for (u32 slot = 0; slot < b.counters[COUNTER_BLOCKS] * PACK; ++slot) {
     const BlockBodies& bodies = b.block_bodies[slot / PACK];
-    const PartBlock<real>& split = b.part_blocks[slot / PACK];
+    const BodyCopyBlock<real>& split = b.body_copy_blocks[slot / PACK];
     const u32 lane = slot % PACK;
     pairs += bodies.count[lane] > 0;
-    const auto look = [&](u32 body, u32 place, real count) {
+    const auto look = [&](u32 body, u32 copy_slot, real count) {
       if (bodies.count[lane] == 0 || b.body_infos[body].kind != BODY_DYNAMIC) {
-        EXPECT_EQ(place, NONE);
+        EXPECT_EQ(copy_slot, NONE);
         EXPECT_EQ(count, real(0));
         return;
       }
-      places[body].push_back(place);
-      parts[body].push_back(double(count));
+      copy_slots[body].push_back(copy_slot);
+      counts[body].push_back(double(count));
     };
-    look(bodies.body_a[lane], split.place_a[lane], split.parts_a[lane]);
-    look(bodies.body_b[lane], split.place_b[lane], split.parts_b[lane]);
+    look(bodies.body_a[lane], split.slot_a[lane], split.copies_a[lane]);
+    look(bodies.body_b[lane], split.slot_b[lane], split.copies_b[lane]);
   }
   ASSERT_GT(pairs, 200u);
   u32 next = 0;
   for (u32 body = 0; body < state.params.bodies; ++body) {
-    EXPECT_EQ(b.part_starts[body], next);
-    for (u32 k = 0; k < places[body].size(); ++k) {
-      EXPECT_EQ(places[body][k], next + k);
-      EXPECT_EQ(parts[body][k], double(places[body].size()));
+    EXPECT_EQ(b.body_copy_starts[body], next);
+    for (u32 k = 0; k < copy_slots[body].size(); ++k) {
+      EXPECT_EQ(copy_slots[body][k], next + k);
+      EXPECT_EQ(counts[body][k], double(copy_slots[body].size()));
     }
-    next += u32(places[body].size());
+    next += u32(copy_slots[body].size());
   }
-  EXPECT_EQ(b.part_starts[state.params.bodies], next);
+  EXPECT_EQ(b.body_copy_starts[state.params.bodies], next);
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::split_bodies_test

@@ -2,7 +2,7 @@
 
 #include "tests/patch_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::spread_patches_test {
 namespace {
 
 template <class real>
@@ -12,7 +12,7 @@ TYPED_TEST_SUITE(SpreadPatches, Precisions);
 
 TYPED_TEST(SpreadPatches, KernelMatchesReference) {
   using real = TypeParam;
-  InitialState<real> state = rubbing_pile<real>(false);
+  InitialState<real> state = patch_pile<real>(false);
   for (const Stage stage : {Stage::prepare_contacts, Stage::solve_constraints})
     reference::run_stage(stage, state.buffers, state.params);
   run_twins(Stage::spread_patches, state);
@@ -34,7 +34,7 @@ TYPED_TEST(SpreadPatches, KeepsTheSumAndTheMoment) {
   for (u32 k = 0; k < 4; ++k) {  // the normal is z, and its tangents are x and y
     const double x = double(b.contact_blocks[k].arm_a_x[0]), y = double(b.contact_blocks[k].arm_a_y[0]);
     const double t1 = double(b.impulse_blocks[k].tangent_1[0]), t2 = double(b.impulse_blocks[k].tangent_2[0]);
-    EXPECT_NEAR(std::hypot(t1 - 0.25, t2 + 0.75), 0.7 / 4 / 0.5, 1e-6);  // a quarter of the moment over the lever
+    EXPECT_NEAR(std::hypot(t1 - 0.25, t2 + 0.75), 0.7 / 4 / 0.5, 1e-6);  // a quarter of the moment over the arm
     sum[0] += t1;
     sum[1] += t2;
     moment += x * t2 - y * t1;
@@ -45,4 +45,4 @@ TYPED_TEST(SpreadPatches, KeepsTheSumAndTheMoment) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::spread_patches_test

@@ -43,66 +43,23 @@ inline std::vector<DeviceOptions> launch_options(std::initializer_list<std::pair
 /// Every way builds the kernels anew, and all are compared with the same reference.
 inline std::vector<DeviceOptions> all_launch_options() { return launch_options({{1, 7}, {8, 4}, {16, 0}}); }
 
-/// Whether users of a CPU get these lanes. Tests of stages optimise kernels for them; those for others are built in a
-/// third of the time as they are, and no bit may depend on that either. Golden scenes are optimised with all lanes.
-template <class real>
-bool are_usual(u32 lanes) {
-  return lanes == 0 || lanes == (sizeof(real) == 4 ? 16 : 8);
-}
-
-/// With all threads where a test does not say: a few bodies alone would take the one that calls, and nothing may depend
-/// on the others.
-template <class real>
-std::vector<DeviceOptions> launches_in(std::vector<DeviceOptions> launches) {
-  for (DeviceOptions& launch : launches) {
-    launch.optimize = are_usual<real>(launch.lanes);
-    if (launch.threads == 0) launch.threads = test_device().compute_units;
-  }
-  return launches;
-}
-
-inline std::string describe(const DeviceOptions& options) {
-  return "lanes " + std::to_string(options.lanes) + ", work-group " + std::to_string(options.work_group) +
-         ", threads " + std::to_string(options.threads) + (options.optimize ? "" : ", not optimised");
-}
+/// Whether to try what is slow and rarely finds more (scripts/test --full).
+bool try_all();
 
 /// Steps under CheckedBackend, with poisoned outputs, for every launch option: fails with the first word that differs.
+/// Kernels are optimised where users of a CPU have them so: for the usual lanes, in the usual work-group. Others are
+/// built in a third of the time as they are, and no bit may depend on that either.
 template <class real>
 void expect_twins_agree(const InitialState<real>& state, int steps,
-                        const std::vector<DeviceOptions>& launches = all_launch_options()) {
-  for (const DeviceOptions& options : launches_in<real>(launches)) {
-    SCOPED_TRACE(describe(options));
-    try {
-      CheckedBackend<real> backend(state, test_device(), options, {.poison = true});
-      for (int i = 0; i < steps; ++i) step(backend, state.params);
-    } catch (const Error& error) {
-      ADD_FAILURE() << error.what();
-    }
-  }
-}
+                        const std::vector<DeviceOptions>& launches = all_launch_options());
 
 /// Runs one stage from these buffers (as many elements each as `sizes` says; absent ones may be empty) for every launch
 /// option, its fully rewritten outputs poisoned. Fails with the first word that differs; returns the reference's
-/// buffers after the stage.
+/// buffers after the stage. Kernels are not optimised but by scripts/test --full: the twins of whole steps and the
+/// golden scenes are.
 template <class real>
 Buffers<real> run_one_stage(Stage stage, const Buffers<real>& buffers, const Sizes& sizes, Features features,
                             const StepParams<real>& params,
-                            const std::vector<DeviceOptions>& launches = all_launch_options()) {
-  InitialState<real> state = {buffers, sizes, features, params};
-  resize(state.buffers, sizes, features);
-  ReferenceBackend<real> reference(state);
-  reference.run(stage, params);
-  for (DeviceOptions options : launches_in<real>(launches)) {
-    SCOPED_TRACE(describe(options));
-    options.only = {stage};
-    try {
-      CheckedBackend<real> backend(state, test_device(), options, {.poison = true});
-      backend.run(stage, params);
-    } catch (const Error& error) {
-      ADD_FAILURE() << error.what();
-    }
-  }
-  return reference.buffers();
-}
+                            const std::vector<DeviceOptions>& launches = all_launch_options());
 
 }  // namespace lockstep

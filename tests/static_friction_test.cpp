@@ -1,4 +1,4 @@
-// Contacts that hold by more than they slide with, against closed forms of a box on a slope.
+// Contacts that stick by more than they slide with, against closed forms of a box on a slope.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "host/scene/compile.hpp"
 #include "host/scene/read.hpp"
 
-namespace lockstep {
+namespace lockstep::static_friction_test {
 namespace {
 
 constexpr double gravity = 9.81;
@@ -28,8 +28,8 @@ class StaticFriction : public testing::TestWithParam<const char*> {
                                     "static_friction_test");
     Trial trial({.name = "gauss_seidel", .ladder = {}}, {}, GetParam(), std::nullopt);
     BodyState last = {};
-    trial.run(scene, duration, [&](Seen& now) {
-      last = now.body(1);
+    trial.run(scene, duration, [&](Seen& sample) {
+      last = sample.body(1);
       return true;
     });
     return last;
@@ -37,17 +37,17 @@ class StaticFriction : public testing::TestWithParam<const char*> {
 };
 
 // Between the two coefficients it stays where it lies, and slides on once it slides.
-TEST_P(StaticFriction, HoldsWhatLiesAndLetsSlideWhatSlides) {
+TEST_P(StaticFriction, SticksAtRestAndLetsSlideWhatSlides) {
   const double slope = std::atan(0.4), speeds_up = gravity * (std::sin(slope) - 0.3 * std::cos(slope));
   const BodyState lies = after(slope, 0, 5);
   EXPECT_NEAR(lies.x[0], 0, 1e-4);
   const BodyState slides = after(slope, 0.2, 1);
   EXPECT_NEAR(slides.v[0], 0.2 + speeds_up, 0.01 * speeds_up);
-  // it gives way by itself: as what holds up to holding_speed, 1 cm/s, then as what slides
+  // it gives way by itself: as what sticks up to stick_speed, 1 cm/s, then as what slides
   const double steep = std::atan(0.52);
   const auto gains = [&](double mu) { return gravity * (std::sin(steep) - mu * std::cos(steep)); };
-  const double given_way = 0.01 / gains(0.5);
-  EXPECT_NEAR(after(steep, 0, 1).v[0], 0.01 + gains(0.3) * (1 - given_way), 0.01);
+  const double time_sticking = 0.01 / gains(0.5);
+  EXPECT_NEAR(after(steep, 0, 1).v[0], 0.01 + gains(0.3) * (1 - time_sticking), 0.01);
 }
 
 // What slides on a gentle slope comes to rest as by the lower coefficient, and stays.
@@ -68,31 +68,31 @@ Scene two_materials(const std::string& a, const std::string& b, const std::strin
                      "static_friction_test");
 }
 
-// Coefficients meet in their geometric mean, levers in the larger; rules override what they name.
+// Coefficients meet in their geometric mean, rolling coefficients in the larger; rules override what they name.
 TEST(FurtherFriction, OfTwoMaterialsIsWhatTheyCombineTo) {
   const std::string a = R"("friction": 0.2, "static_friction": 0.45, "torsional_friction": 0.01)";
   const std::string b = R"("friction": 0.8, "rolling_friction": 0.03, "torsional_friction": 0.004)";
   const InitialState<double> met = compile<double>(two_materials(a, b, ""));
   EXPECT_DOUBLE_EQ(met.buffers.material_pairs[1].friction, 0.4);
-  EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[1].friction, 0.6);
-  EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[1].speed, 1e-2);
-  EXPECT_DOUBLE_EQ(met.buffers.turn_pairs[1].spin_radius, 0.01 / 0.4);
-  EXPECT_DOUBLE_EQ(met.buffers.turn_pairs[1].roll_lever, 0.03);
-  EXPECT_DOUBLE_EQ(met.buffers.turn_pairs[0].roll_lever, 0);
-  EXPECT_DOUBLE_EQ(met.buffers.hold_pairs[3].friction, 0.8);
+  EXPECT_DOUBLE_EQ(met.buffers.static_friction_pairs[1].friction, 0.6);
+  EXPECT_DOUBLE_EQ(met.buffers.static_friction_pairs[1].speed, 1e-2);
+  EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].torsion_radius, 0.01 / 0.4);
+  EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].rolling_coefficient, 0.03);
+  EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[0].rolling_coefficient, 0);
+  EXPECT_DOUBLE_EQ(met.buffers.static_friction_pairs[3].friction, 0.8);
   const InitialState<double> ruled = compile<double>(two_materials(
       a, b,
-      R"({"materials": ["b", "a"], "friction": 0.5, "restitution": 0, "static_friction": 0.7, "holding_speed": 0.02,
+      R"({"materials": ["b", "a"], "friction": 0.5, "restitution": 0, "static_friction": 0.7, "stick_speed": 0.02,
                "rolling_friction": 0})"));
-  EXPECT_DOUBLE_EQ(ruled.buffers.hold_pairs[2].friction, 0.7);
-  EXPECT_DOUBLE_EQ(ruled.buffers.hold_pairs[2].speed, 0.02);
-  EXPECT_DOUBLE_EQ(ruled.buffers.turn_pairs[2].roll_lever, 0);
-  EXPECT_DOUBLE_EQ(ruled.buffers.turn_pairs[2].spin_radius, 0.01 / 0.5);
+  EXPECT_DOUBLE_EQ(ruled.buffers.static_friction_pairs[2].friction, 0.7);
+  EXPECT_DOUBLE_EQ(ruled.buffers.static_friction_pairs[2].speed, 0.02);
+  EXPECT_DOUBLE_EQ(ruled.buffers.angular_friction_pairs[2].rolling_coefficient, 0);
+  EXPECT_DOUBLE_EQ(ruled.buffers.angular_friction_pairs[2].torsion_radius, 0.01 / 0.5);
   const InitialState<double> slick =
       compile<double>(two_materials(a, b, R"({"materials": ["a", "b"], "friction": 0, "restitution": 0})"));
-  EXPECT_DOUBLE_EQ(slick.buffers.turn_pairs[1].spin_radius, 0);
-  EXPECT_DOUBLE_EQ(slick.buffers.hold_pairs[1].friction, 0);
+  EXPECT_DOUBLE_EQ(slick.buffers.angular_friction_pairs[1].torsion_radius, 0);
+  EXPECT_DOUBLE_EQ(slick.buffers.static_friction_pairs[1].friction, 0);
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::static_friction_test

@@ -4,7 +4,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::store_impulses_test {
 namespace {
 
 template <class real>
@@ -62,7 +62,7 @@ TYPED_TEST(StoreImpulses, ComesBackThroughMatchAndPrepare) {
   EXPECT_NEAR(double(b.impulse_blocks[0].tangent_2[0]), -1.1, 1e-6);
 }
 
-TYPED_TEST(StoreImpulses, VoidStepsKeepTheCache) {
+TYPED_TEST(StoreImpulses, AbortedStepsKeepTheCache) {
   using real = TypeParam;
   InitialState<real> state = pair_of_spheres<real>();
   state.buffers.cached_count[0] = 9;
@@ -71,4 +71,4 @@ TYPED_TEST(StoreImpulses, VoidStepsKeepTheCache) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::store_impulses_test

@@ -1,6 +1,6 @@
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::store_springs_test {
 namespace {
 
 TEST(StoreSprings, KeepsEachStretchUnderItsKeyInOrder) {
@@ -34,7 +34,7 @@ TEST(StoreSprings, KernelMatchesReference) {
   expect_particle_twins_agree(Stage::store_springs, lively_state<double>(3, sprung));
 }
 
-TEST(StoreSprings, AVoidStepKeepsThoseOfTheLast) {
+TEST(StoreSprings, AnAbortedStepKeepsThoseOfTheLast) {
   InitialState<float> state = lively_state<float>(3, sprung);
   const u32 count = state.buffers.spring_count[0];
   state.buffers.counters[COUNTER_STATUS] = STATUS_PAIRS_FULL;
@@ -45,4 +45,4 @@ TEST(StoreSprings, AVoidStepKeepsThoseOfTheLast) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::store_springs_test

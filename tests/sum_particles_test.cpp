@@ -1,7 +1,7 @@
 #include "tests/bodies.hpp"
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep {
+namespace lockstep::sum_particles_test {
 namespace {
 
 TEST(SumParticles, ForceAndTorqueAboutTheCentreOfMass) {
@@ -14,7 +14,7 @@ TEST(SumParticles, ForceAndTorqueAboutTheCentreOfMass) {
       const Vector3 f = vector_of(b.particle_forces[i]);
       force = force + f;
       torque =
-          torque + cross(vector_of(b.particle_places[i]) - position(b, body), f) + vector_of(b.particle_moments[i]);
+          torque + cross(vector_of(b.particle_positions[i]) - position(b, body), f) + vector_of(b.particle_moments[i]);
     }
     const Load<double>& load = b.particle_loads[body];
     EXPECT_NEAR(length(Vector3{load.force[0], load.force[1], load.force[2]} - force), 0, 1e-11);
@@ -33,4 +33,4 @@ TEST(SumParticles, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::sum_particles_test

@@ -7,7 +7,7 @@
 
 #include "tests/surfaces.hpp"
 
-namespace lockstep {
+namespace lockstep::surface_test {
 namespace {
 
 std::shared_ptr<const Surface> made(const TriangleMesh& mesh) {
@@ -88,14 +88,14 @@ TEST(Surface, Ridge) {
   EXPECT_EQ(around, 6);  // all that meet in the middle know
 }
 
-TEST(Surface, FlawsAreToldWithAPlace) {
+TEST(Surface, FlawsAreReportedWithAPosition) {
   EXPECT_EQ(flaw_of_surface({}), "has no triangles; give a mesh that has");
   EXPECT_EQ(flaw_of_surface({{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {0, 1, 0}}, {{0, 1, 3}, {0, 2, 1}}}),
             "has a triangle without area, 1 at (0, 0, 0); remove it");
-  const std::string turned = flaw_of_surface({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}, {1, 2, 3}}});
-  EXPECT_EQ(turned.rfind("its triangles 0 and 1 run the same way along the edge from (1, 0, 0) to (0, 1, 0)", 0), 0u)
-      << turned;
+  const std::string flaw = flaw_of_surface({{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}, {1, 2, 3}}});
+  EXPECT_EQ(flaw.rfind("its triangles 0 and 1 run the same way along the edge from (1, 0, 0) to (0, 1, 0)", 0), 0u)
+      << flaw;
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::surface_test

@@ -10,7 +10,7 @@
 #include "tests/joints/joint_scene.hpp"
 #include "tests/patch_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::tolerance_test {
 namespace {
 
 template <class real>
@@ -67,7 +67,7 @@ TYPED_TEST(Tolerance, ColorsMatchTheReference) {
   solve_twins(star_problem<real>(200), 0.5);
 }
 
-TYPED_TEST(Tolerance, PartsMatchTheReference) {
+TYPED_TEST(Tolerance, BodyCopiesMatchTheReference) {
   using real = TypeParam;
   InitialState<real> large = columns<real>(300);
   use_jacobi(large);
@@ -78,7 +78,7 @@ TYPED_TEST(Tolerance, PartsMatchTheReference) {
 
 TYPED_TEST(Tolerance, PatchesMatchTheReference) {
   using real = TypeParam;
-  solve_twins(started(rubbing_pile<real>(true)), 0.25);
+  solve_twins(started(patch_pile<real>(true)), 0.25);
 }
 
 // Joints alone, in one work-group and in a launch for each large phase.
@@ -107,7 +107,7 @@ TYPED_TEST(Tolerance, StepsMatchTheReference) {
   }
 }
 
-TYPED_TEST(Tolerance, VoidStepsWriteNothing) {
+TYPED_TEST(Tolerance, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = random_problem<real>(8, 30, 60);
   use_tolerance(state, 0.1, 20);
@@ -118,7 +118,7 @@ TYPED_TEST(Tolerance, VoidStepsWriteNothing) {
 }
 
 // A tolerance that is never met changes nothing but the count; without one nothing is counted.
-TYPED_TEST(Tolerance, OutOfReachItChangesNoBit) {
+TYPED_TEST(Tolerance, OneThatIsTooSmallChangesNoBit) {
   using real = TypeParam;
   InitialState<real> state = heap<real>(3, 60, 4096);
   const Buffers<real> plain = run_steps(state, 3);
@@ -181,18 +181,18 @@ TEST(SweepChange, OfATwistIsThatAtTheRadiusOfGyration) {
                 5 * std::sqrt(double(state.buffers.masses[0].inertia[2]) / double(state.buffers.masses[0].mass)));
 }
 
-TEST(SweepChange, OfAJointIsThatAtItsAnchorAndOfItsTurn) {
-  const auto held = [](JointKind kind, const Vector3& velocity, const Vector3& turn) {
+TEST(SweepChange, OfAJointIsThatAtItsAnchorAndOfItsRotation) {
+  const auto jointed = [](JointKind kind, const Vector3& velocity, const Vector3& angular_velocity) {
     BodyDescription body = bare_body({0, 0, 0});
     body.velocity = velocity;
-    body.angular_velocity = turn;
+    body.angular_velocity = angular_velocity;
     Scene scene = joint_scene({body}, {joint_of(kind, NONE, 0, {0, 0, 0})}, 1.0 / 240);
     scene.gravity = {0, 0, 0};
     return compile<double>(scene);
   };
-  expect_change(held(JOINT_BALL, {0, 0.25, 0}, {0, 0, 0}), 0.25);
-  expect_change(held(JOINT_FIXED, {0, 0, 0}, {0, 0, 2}), 2 * std::sqrt(0.1 / 1));
-  expect_change(held(JOINT_FIXED, {0.3, 0, 0}, {0, 0, 2}), std::hypot(0.3, 2 * std::sqrt(0.1 / 1)));
+  expect_change(jointed(JOINT_BALL, {0, 0.25, 0}, {0, 0, 0}), 0.25);
+  expect_change(jointed(JOINT_FIXED, {0, 0, 0}, {0, 0, 2}), 2 * std::sqrt(0.1 / 1));
+  expect_change(jointed(JOINT_FIXED, {0.3, 0, 0}, {0, 0, 2}), std::hypot(0.3, 2 * std::sqrt(0.1 / 1)));
 }
 
 // ---- what it buys, what it saves ------------------------------------------------------------------------------------
@@ -224,10 +224,10 @@ void expect_residual_follows(const InitialState<double>& state) {
   Solved last = solved_to(state, 0.1);
   const double first = last.residual;
   for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5}) {
-    const Solved now = solved_to(state, tolerance);
-    EXPECT_GE(now.sweeps, last.sweeps) << tolerance;
-    EXPECT_LE(now.residual, last.residual) << tolerance;
-    last = now;
+    const Solved current = solved_to(state, tolerance);
+    EXPECT_GE(current.sweeps, last.sweeps) << tolerance;
+    EXPECT_LE(current.residual, last.residual) << tolerance;
+    last = current;
   }
   EXPECT_LT(last.sweeps, 50000u);
   EXPECT_LT(last.residual, 1e-3 * first);
@@ -265,4 +265,4 @@ TEST(ToleranceSaves, MostSweepsOfAPyramidAtRest) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::tolerance_test

@@ -6,7 +6,7 @@
 
 #include "tests/collision_states.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::update_bounds_test {
 namespace {
 
 template <class real>
@@ -28,7 +28,7 @@ real max_extent(const InitialState<real>& state) {
 
 // A body that turns at a constant rate about its centre of mass, which moves on a line: the shape's centre at time t is
 // x + v t + R(w t) o, by Rodrigues' formula in double. The bound must hold the sphere at all times of the step.
-TYPED_TEST(UpdateBounds, HoldTheSphereForTheWholeStep) {
+TYPED_TEST(UpdateBounds, EncloseTheSphereForTheWholeStep) {
   using real = TypeParam;
   Random random(4);
   std::vector<BodyDescription> bodies;
@@ -47,13 +47,13 @@ TYPED_TEST(UpdateBounds, HoldTheSphereForTheWholeStep) {
     const double center[3] = {bound.center[0], bound.center[1], bound.center[2]};
     for (int n = 0; n <= 20; ++n) {
       const double t = h * n / 20, c = std::cos(rate * t), s = std::sin(rate * t);
-      double way = 0;
+      double squared_distance = 0;
       for (int a = 0; a < 3; ++a) {
         const double x =
             bodies[i].position[a] + bodies[i].velocity[a] * t + c * o[a] + s * cross[a] + (1 - c) * along * k[a];
-        way += (x - center[a]) * (x - center[a]);
+        squared_distance += (x - center[a]) * (x - center[a]);
       }
-      EXPECT_LE(std::sqrt(way) + bodies[i].shapes[0].radius, bound.extent + 1e-5);
+      EXPECT_LE(std::sqrt(squared_distance) + bodies[i].shapes[0].radius, bound.extent + 1e-5);
     }
     EXPECT_LE(bound.extent, max_extent(state));
   }
@@ -76,7 +76,7 @@ TYPED_TEST(UpdateBounds, AreAsLargeAsTheMotionNeeds) {
   EXPECT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
 }
 
-TYPED_TEST(UpdateBounds, NameTheFirstBodyThatHasNoPlace) {
+TYPED_TEST(UpdateBounds, NameTheFirstBodyWithoutAFinitePosition) {
   using real = TypeParam;
   std::vector<BodyDescription> bodies(5, sphere_body({1, 2, 3}, 0.5));
   InitialState<real> state = make_worlds<real>({bodies}, 16);
@@ -107,13 +107,15 @@ void expect_tight_box(const BodyDescription& body, const std::vector<Vector3>& s
   }
 }
 
-TYPED_TEST(UpdateBounds, BoxesHoldTheShapesTightly) {
+TYPED_TEST(UpdateBounds, BoxesEncloseTheShapesTightly) {
   using real = TypeParam;
   Random random(11);
   for (int n = 0; n < 60; ++n) {
     // at first along an axis, where a cylinder's root is of next to nothing
-    const Quaternion turn = n == 0 ? Quaternion{0, 0, 0, 1} : n == 1 ? Quaternion{0.6, 0, 0, 0.8} : random.turn();
-    const Quaternion inner = n < 20 ? Quaternion{0, 0, 0, 1} : random.turn();
+    const Quaternion rotation = n == 0   ? Quaternion{0, 0, 0, 1}
+                                : n == 1 ? Quaternion{0.6, 0, 0, 0.8}
+                                         : random.rotation();
+    const Quaternion inner = n < 20 ? Quaternion{0, 0, 0, 1} : random.rotation();
     const double r = random.between(0.01, 2), l = random.between(0.01, 2);
     std::vector<Vector3> capsule, cylinder, corners;
     for (int k = 0; k < 360; ++k) {
@@ -129,8 +131,9 @@ TYPED_TEST(UpdateBounds, BoxesHoldTheShapesTightly) {
     const Vector3 half = {r, l, random.between(0.01, 2)};
     for (int k = 0; k < 8; ++k)
       corners.push_back({k & 1 ? half[0] : -half[0], k & 2 ? half[1] : -half[1], k & 4 ? half[2] : -half[2]});
-    BodyDescription bodies[] = {round_body(SHAPE_CAPSULE, {1, 2, 3}, r, l, turn),
-                                round_body(SHAPE_CYLINDER, {1, 2, 3}, r, l, turn), box_body({1, 2, 3}, half, turn)};
+    BodyDescription bodies[] = {round_body(SHAPE_CAPSULE, {1, 2, 3}, r, l, rotation),
+                                round_body(SHAPE_CYLINDER, {1, 2, 3}, r, l, rotation),
+                                box_body({1, 2, 3}, half, rotation)};
     for (BodyDescription& body : bodies) body.shapes[0].rotation = inner;
     expect_tight_box<real>(bodies[0], capsule, 1e-3);  // as fine as the points lie
     expect_tight_box<real>(bodies[1], cylinder, 1e-3);
@@ -151,4 +154,4 @@ TYPED_TEST(UpdateBounds, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::update_bounds_test

@@ -2,7 +2,7 @@
 
 #include "tests/sleepers.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::wake_islands_test {
 namespace {
 
 template <class real>
@@ -67,4 +67,4 @@ TEST(WakeIslands, AskForRoomForWhatWillSleep) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::wake_islands_test

@@ -2,7 +2,7 @@
 
 #include "tests/contact_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::warm_start_test {
 namespace {
 
 template <class real>
@@ -52,7 +52,7 @@ TYPED_TEST(WarmStart, ConservesMomentum) {
   }
 }
 
-TYPED_TEST(WarmStart, VoidStepsWriteNothing) {
+TYPED_TEST(WarmStart, AbortedStepsWriteNothing) {
   using real = TypeParam;
   InitialState<real> state = pair_of_spheres<real>();
   state.buffers.impulse_blocks[0].normal[0] = 2;
@@ -63,4 +63,4 @@ TYPED_TEST(WarmStart, VoidStepsWriteNothing) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::warm_start_test

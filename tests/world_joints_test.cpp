@@ -3,7 +3,7 @@
 
 #include "tests/library_worlds.hpp"
 
-namespace lockstep {
+namespace lockstep::world_joints_test {
 namespace {
 
 JointDescription ball_joint(const Vector3& anchor) {
@@ -33,7 +33,7 @@ TEST(WorldJoints, AJointThatIsAddedAtFirstIsThatOfTheScene) {
 }
 
 // A turning, flying box is caught by its corner: from there on it is the pendulum that begins so.
-TEST(WorldJoints, AJointThatIsAddedLaterHoldsTheBodyWhereItIsThen) {
+TEST(WorldJoints, AJointThatIsAddedLaterFixesTheBodyWhereItIsThen) {
   Scene scene = empty_scene(0.002);
   replace_solver(scene.settings, Solver::small_steps);
   scene.gravity = {0, 0, -9.81};
@@ -69,7 +69,7 @@ TEST(WorldJoints, AJointThatIsAddedLaterHoldsTheBodyWhereItIsThen) {
 
 // A body that came since the last step stands where it was put, one whose index has changed where it is; and what stand
 // a description brings along does not matter.
-TEST(WorldJoints, HoldBodiesThatHaveJustCome) {
+TEST(WorldJoints, ConnectBodiesThatHaveJustCome) {
   World world(empty_scene(), in_double());
   const BodyHandle gone = world.add(box_at({0, 9, 0})), old = world.add(box_at({0, 0, 0}));
   world.set_velocity(old, {{1, 0, 0}, {0, 0, 0}});
@@ -77,7 +77,7 @@ TEST(WorldJoints, HoldBodiesThatHaveJustCome) {
   world.remove(gone);
   const BodyHandle young = world.add(box_at({3, 0, 0}));
   JointDescription joint = ball_joint({2, 0, 0});
-  joint.stand = {{5, 5, 5}, {6, 6, 6}};
+  joint.reference_poses = {{5, 5, 5}, {6, 6, 6}};
   world.add(joint, old, young);
   world.step(50);
   EXPECT_NEAR(world.pose(old).position[0], 1.25, 1e-2) << "at half the speed, both";
@@ -117,26 +117,26 @@ TEST(WorldJoints, MotorsAreDrivenOtherwiseWhileAWorldRuns) {
   JointDescription hinge = ball_joint({0, 0, 0});
   hinge.kind = JOINT_HINGE;
   const JointHandle axle = world.add(hinge, box);
-  const auto turns = [&] { return world.velocity(box).angular[2]; };
+  const auto angular_velocity = [&] { return world.velocity(box).angular[2]; };
   world.step(10);
-  EXPECT_EQ(turns(), 0);
+  EXPECT_EQ(angular_velocity(), 0);
   world.set_motor(axle, -2, 1);
   world.step(50);
-  EXPECT_NEAR(turns(), 1.5, 1e-12) << "1 N m / (1/3 kg m^2), half a second";
+  EXPECT_NEAR(angular_velocity(), 1.5, 1e-12) << "1 N m / (1/3 kg m^2), half a second";
   world.step(50);
-  EXPECT_NEAR(turns(), 2, 1e-12) << "there";
+  EXPECT_NEAR(angular_velocity(), 2, 1e-12) << "there";
   world.set_motor(axle, 1, 2);
   world.step(10);
-  EXPECT_NEAR(turns(), 1.4, 1e-12) << "braked by 6 rad/s^2";
+  EXPECT_NEAR(angular_velocity(), 1.4, 1e-12) << "braked by 6 rad/s^2";
   EXPECT_EQ(world.description(axle).motor_force, 2);
   const BodyHandle other = world.add(box_at({9, 0, 0}));
   world.step(10);
-  EXPECT_NEAR(turns(), 0.8, 1e-12) << "also of a world made anew";
+  EXPECT_NEAR(angular_velocity(), 0.8, 1e-12) << "also of a world made anew";
   world.set_motor(axle, 0, 0);
   world.remove(other);
   world.set_motor(axle, 0, 0);
   world.step(10);
-  EXPECT_NEAR(turns(), 0.8, 1e-12) << "let go";
+  EXPECT_NEAR(angular_velocity(), 0.8, 1e-12) << "let go";
   EXPECT_EQ(refusal([&] { world.set_motor(axle, std::nan(""), 1); }), "joint \"shoulder\": must be finite");
   EXPECT_EQ(refusal([&] { world.set_motor(axle, 0, -1); }),
             "joint \"shoulder\": must have no negative motor force, frequency or damping");
@@ -190,7 +190,7 @@ TEST(WorldJoints, FrictionIsNoMotorThatCanBeSet) {
 }
 
 // A nut is run up its thread by a torque, turns over turns; a new screw has kernels built that know of screws.
-TEST(WorldJoints, AScrewThatComesLaterTellsItsTurns) {
+TEST(WorldJoints, AScrewAddedLaterCountsItsRevolutions) {
   World world(empty_scene(0.001), in_double());
   const BodyHandle nut = world.add(box_at({0, 0, 0}));  // 2 kg, 1/3 kg m^2
   world.step(2);
@@ -200,11 +200,11 @@ TEST(WorldJoints, AScrewThatComesLaterTellsItsTurns) {
   const JointHandle thread = world.add(screw, nut);
   world.set_motor(thread, 1000, 5);
   world.step(2000);
-  const double pi = 3.141592653589793, rise = 0.1 / (2 * pi), moment = 1.0 / 3 + 2 * rise * rise;
+  const double pi = 3.141592653589793, lead = 0.1 / (2 * pi), moment = 1.0 / 3 + 2 * lead * lead;
   const JointState state = world.state(thread);  // of the world against the nut
   EXPECT_NEAR(state.speed, 2 * 5 / moment, 1e-9);
   EXPECT_NEAR(state.coordinate, 2 * 5 / moment, 5e-3 + 2e-3 * 5 / moment);  // M t^2 / 2 I
-  EXPECT_NEAR(world.pose(nut).position[2], -rise * state.coordinate, 1e-9);
+  EXPECT_NEAR(world.pose(nut).position[2], -lead * state.coordinate, 1e-9);
   EXPECT_GT(state.coordinate, 4 * 2 * pi);
   EXPECT_LT(state.separation, 1e-9);
 }
@@ -223,7 +223,7 @@ TEST(WorldJoints, AFixedJointTellsWhatItCarries) {
   World world(heavy_scene(), in_double());
   BodyDescription beam;
   beam.position = {1, 0, 5};
-  beam.orientation = exact::turn({0, 0, 1}, std::sin(0.3), std::cos(0.3));  // its own axes are not the world's
+  beam.orientation = exact::rotation({0, 0, 1}, std::sin(0.3), std::cos(0.3));  // its own axes are not the world's
   beam.shapes.push_back({.kind = SHAPE_BOX, .half_extents = {0.1, 0.1, 0.1}});
   make_solid_of_mass(beam, 6);
   const BodyHandle body = world.add(beam);
@@ -296,8 +296,8 @@ TEST(WorldJoints, ARodAndASliderTellWhatTheyPullWith) {
 
 // A double pendulum begins a second time, all of it turned about the vertical: its joints hold it as they did, and it
 // swings as it did, turned.
-TEST(WorldJoints, WhatIsPlacedAsItBeganSwingsAsItDid) {
-  const Quaternion turn = exact::turn({0, 0, 1}, std::sin(0.4), std::cos(0.4));
+TEST(WorldJoints, ABodyTeleportedToItsFirstPoseSwingsAsItDid) {
+  const Quaternion rotation = exact::rotation({0, 0, 1}, std::sin(0.4), std::cos(0.4));
   for (const bool joined_late : {false, true}) {
     Scene scene = heavy_scene(0.002);
     scene.bodies = {box_at({1, 0, 0}), box_at({2, 0, 0.5})};
@@ -315,16 +315,16 @@ TEST(WorldJoints, WhatIsPlacedAsItBeganSwingsAsItDid) {
     const Pose first = world.pose(lower);
     world.step(250);
     for (const BodyHandle body : {upper, lower})
-      world.place(body, {exact::rotate(turn, world.description(body).position), turn});
+      world.teleport(body, {exact::rotate(rotation, world.description(body).position), rotation});
     for (const JointHandle joint : world.joints()) EXPECT_LT(world.state(joint).separation, 1e-12);
     EXPECT_EQ(exact::length(world.velocity(lower).linear), 0);
     world.step(150);
-    const Vector3 expected = exact::rotate(turn, first.position);
+    const Vector3 expected = exact::rotate(rotation, first.position);
     EXPECT_LT(exact::length(exact::subtract(world.pose(lower).position, expected)), 1e-5);
   }
 }
 
-TEST(WorldJoints, JointsThatMakeNoSenseAreRefused) {
+TEST(WorldJoints, InvalidJointsAreRefused) {
   World world(ground_scene(), in_double());
   const BodyHandle box = world.add(box_at({0, 0, 1})), other = world.add(box_at({3, 0, 1}));
   const BodyHandle floor = *world.find("floor");
@@ -385,4 +385,4 @@ TEST(WorldJoints, JointsThatMakeNoSenseAreRefused) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::world_joints_test

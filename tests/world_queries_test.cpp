@@ -4,7 +4,7 @@
 
 #include "tests/library_worlds.hpp"
 
-namespace lockstep {
+namespace lockstep::world_queries_test {
 namespace {
 
 TEST(World, ContactsCarryTheWeight) {
@@ -38,7 +38,7 @@ TEST(World, ErrorsTellEnergyMomentumAndOverlap) {
   EXPECT_NEAR(flying.momentum[0], 3, 1e-12);
   EXPECT_FALSE(flying.residual);
   EXPECT_FALSE(flying.joint_separation);
-  world.place(box, {.position = {0, 0, 0.5}});
+  world.teleport(box, {.position = {0, 0, 0.5}});
   world.step(100);
   const StepErrors lying = world.errors();
   EXPECT_EQ(lying.contacts, 4u);
@@ -64,9 +64,9 @@ TEST(World, PassingBodiesStayThoseThatTheyWere) {
   const BodyHandle first = world.bodies()[1], pinned = world.bodies()[2], last = world.bodies()[3];
   world.step(20);
   EXPECT_NEAR(world.pose(last).position[0], 0.5, 1e-4) << "they pass";
-  const BodyHandle held = world.add(dynamic({16, 0, 0.5}));
+  const BodyHandle anchored = world.add(dynamic({16, 0, 0.5}));
   pin.anchor_a = pin.anchor_b = {16, 0, 0.5};
-  world.add(pin, held);
+  world.add(pin, anchored);
   world.remove(pinned);
   world.step(20);
   EXPECT_NEAR(world.pose(last).position[0], 0.5, 1e-4) << "the others have moved up the list";
@@ -148,10 +148,10 @@ TEST(World, TellsWhoIsInAVolume) {
   EXPECT_EQ(world.overlapping_sphere({0, 0, 0.2}, 0.3), Found{floor});
   // a rod through all three, straight and then turned by a right angle
   EXPECT_EQ(world.overlapping_box({.position = {1.2, 0, 5}}, {2, 0.1, 0.1}), (Found{first, second, third}));
-  const Quaternion across = exact::turn({0, 0, 1}, std::sqrt(0.5), std::sqrt(0.5));
+  const Quaternion across = exact::rotation({0, 0, 1}, std::sqrt(0.5), std::sqrt(0.5));
   EXPECT_EQ(world.overlapping_box({{1.2, 0, 5}, across}, {2, 0.1, 0.1}), Found{second});
   EXPECT_EQ(refusal([&] { world.overlapping_sphere({0, 0, 0}, -1); }), "volume 0: must have a size > 0");
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::world_queries_test

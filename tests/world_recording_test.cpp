@@ -10,7 +10,7 @@
 #include "include/lockstep/world.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::world_recording_test {
 namespace {
 
 BodyDescription solid(const Vector3& position, const ShapeDescription& shape) {
@@ -102,7 +102,7 @@ class WorldRecording : public testing::Test {
   }
 
   // The replay of the first file does not go through, and says so in a line that begins like this.
-  void expect_parts(const std::string& begin) const {
+  void expect_divergence(const std::string& begin) const {
     try {
       replay<float>(RecordingReader(file(1)), {}, [](u32) {});
       ADD_FAILURE() << "replayed";
@@ -150,10 +150,10 @@ TEST_F(WorldRecording, WithAnotherInputHasAnotherRun) {
   EXPECT_EQ(ball->linear[0], 1);
   EXPECT_EQ(ball->angular[1], 3);
   change_input(static_cast<std::size_t>(ball - inputs.begin()), [](InputRow& row) { row.linear[0] = 1.5; });
-  expect_parts("step 2: positions[2] word 0: recorded ");
+  expect_divergence("step 2: positions[2] word 0: recorded ");
 }
 
-TEST_F(WorldRecording, RefusesInputsThatMakeNoSense) {
+TEST_F(WorldRecording, RefusesInvalidInputs) {
   busy_life({.device = "reference", .precision = "float"}, file(1));
   EXPECT_EQ(refusal(), "accepted");
   const std::string unreadable = file(1) + ": is no recording that this program reads: ";
@@ -222,13 +222,13 @@ TEST_F(WorldRecording, KnowsHowMotorsAreDriven) {
   replay_both({});
   replay_both({select_device("cpu"), {}});
   change_input(1, [](InputRow& row) { row.linear[0] = -1.5; });
-  expect_parts("step 7: ");
+  expect_divergence("step 7: ");
   change_input(1, [](InputRow& row) { row.linear[1] = -1; });
   EXPECT_EQ(refusal(), file(1) + ": is no recording that this program reads: inputs are of another scene");
 }
 
 // More inputs than a chunk holds, in batches of steps.
-TEST_F(WorldRecording, HoldsManyInputs) {
+TEST_F(WorldRecording, StoresManyInputs) {
   {
     World world(ground(), {.device = "reference", .precision = "float"});
     std::vector<BodyHandle> balls;
@@ -245,4 +245,4 @@ TEST_F(WorldRecording, HoldsManyInputs) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::world_recording_test

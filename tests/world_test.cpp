@@ -12,11 +12,11 @@
 #include "host/report/report.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
-#include "host/world/turning.hpp"
+#include "host/world/angular_velocity.hpp"
 #include "tests/library_worlds.hpp"
 #include "tests/stage_harness.hpp"
 
-namespace lockstep {
+namespace lockstep::world_test {
 namespace {
 
 constexpr double pi = 3.14159265358979;
@@ -104,7 +104,7 @@ TEST(World, AForceActsForAStepAndAddsUp) {
   EXPECT_NEAR(world.velocity(box).angular[2], 0.01 * 1 / (2.0 / 6), 1e-15);  // a cube: m a^2 / 6
 }
 
-TEST(World, AForceOffTheCentreTurns) {
+TEST(World, AForceOffTheCentreExertsATorque) {
   World world(empty_scene(), in_double());
   const BodyHandle box = world.add(box_at({0, 0, 0}, 6));  // I = 1
   world.apply_force(box, {0, 0, 10}, {0.5, 0, 0});         // moment (0, -5, 0)
@@ -141,10 +141,10 @@ TEST(World, AnImpulseActsAtOnce) {
   EXPECT_NEAR(world.velocity(body).linear[2], 0, 1e-15);
 }
 
-// A rod on a pivot at its end turns with impulse times lever over the inertia about the pivot.
-TEST(World, AnImpulseTurnsABodyAboutItsPivot) {
+// A rod on a pivot at its end turns with impulse times arm over the inertia about the pivot.
+TEST(World, AnImpulseRotatesABodyAboutItsPivot) {
   World world(parse_scene(R"({"gravity": [0, 0, 0], "settings": {"precision": "double"}, "bodies": [
-      {"name": "rod", "mass": 2, "inertia": [0.5, 0.5, 0.1], "lever": [0, 0, -1], "pivot": [0, 0, 5]}]})",
+      {"name": "rod", "mass": 2, "inertia": [0.5, 0.5, 0.1], "com_offset": [0, 0, -1], "pivot": [0, 0, 5]}]})",
                           "rod"),
               {.device = "reference"});
   const BodyHandle rod = *world.find("rod");
@@ -164,13 +164,13 @@ TEST(World, AKinematicBodyIsWhereItIsToldToBe) {
     const BodyHandle body = world.add(door);
     world.add(ball_at({50, 0, 0}));
     for (const double angle : {0.1, 1.0, 2.5, 2.4, -1.0}) {
-      const Quaternion turn = exact::turn({1, 2, -2}, std::sin(angle / 2), std::cos(angle / 2));
-      world.set_kinematic_target(body, {{angle, 2, 3 * angle}, turn});
+      const Quaternion rotation = exact::rotation({1, 2, -2}, std::sin(angle / 2), std::cos(angle / 2));
+      world.set_kinematic_target(body, {{angle, 2, 3 * angle}, rotation});
       world.step();
       const Pose pose = world.pose(body);
       for (unsigned k = 0; k < 3; ++k) EXPECT_NEAR(pose.position[k], Vector3({angle, 2, 3 * angle})[k], 1e-13);
       double same = 0;
-      for (unsigned k = 0; k < 4; ++k) same += pose.orientation[k] * turn[k];
+      for (unsigned k = 0; k < 4; ++k) same += pose.orientation[k] * rotation[k];
       EXPECT_NEAR(std::abs(same), 1, 1e-13) << angle << " " << substeps;
     }
     const Pose there = world.pose(body);
@@ -180,11 +180,11 @@ TEST(World, AKinematicBodyIsWhereItIsToldToBe) {
   }
 }
 
-TEST(World, TurningVelocityIsTheInverseOfATurn) {
+TEST(World, AngularVelocityBetweenIsTheInverseOfARotation) {
   for (const double angle : {1e-9, 1e-3, 0.7, pi / 2, 3.1}) {
-    const Quaternion to = exact::turn({3, -1, 2}, std::sin(angle / 2), std::cos(angle / 2));
+    const Quaternion to = exact::rotation({3, -1, 2}, std::sin(angle / 2), std::cos(angle / 2));
     for (const u32 n : {1u, 2u, 7u}) {
-      const Vector3 w = turning_velocity({0, 0, 0, 1}, to, 0.01, n);
+      const Vector3 w = angular_velocity_between({0, 0, 0, 1}, to, 0.01, n);
       Quaternion q = {0, 0, 0, 1};
       for (u32 i = 0; i < n; ++i) q = exact::unit(exact::multiply({0.005 * w[0], 0.005 * w[1], 0.005 * w[2], 1}, q));
       for (unsigned k = 0; k < 4; ++k) EXPECT_NEAR(q[k], to[k], 1e-14) << angle << " " << n;
@@ -196,26 +196,26 @@ TEST(World, TurningVelocityIsTheInverseOfATurn) {
 
 TEST(World, WhatIsFarAwayDisturbsNobody) {
   World lonely = World::load("box_stack", {.device = "reference"}),
-        visited = World::load("box_stack", {.device = "reference"});
+        shared = World::load("box_stack", {.device = "reference"});
   lonely.step(20);
-  visited.step(20);
-  const BodyHandle visitor = visited.add(ball_at({500, 0, 20}));
+  shared.step(20);
+  const BodyHandle guest = shared.add(ball_at({500, 0, 20}));
   lonely.step(20);
-  visited.step(20);
+  shared.step(20);
   const auto expect_same_poses = [&] {
-    const std::span<const Pose> a = lonely.poses(), b = visited.poses();
+    const std::span<const Pose> a = lonely.poses(), b = shared.poses();
     for (std::size_t i = 0; i < a.size(); ++i) {
       EXPECT_EQ(a[i].position, b[i].position) << i;
       EXPECT_EQ(a[i].orientation, b[i].orientation) << i;
     }
   };
   expect_same_poses();
-  visited.remove(visitor);
+  shared.remove(guest);
   expect_same_poses();
-  EXPECT_EQ(lonely.state_hash(), visited.state_hash());
+  EXPECT_EQ(lonely.state_hash(), shared.state_hash());
   lonely.step(20);
-  visited.step(20);
-  EXPECT_EQ(lonely.state_hash(), visited.state_hash());
+  shared.step(20);
+  EXPECT_EQ(lonely.state_hash(), shared.state_hash());
 }
 
 TEST(World, WhatLayOnARemovedBodyFalls) {
@@ -258,9 +258,9 @@ TEST(World, JointsThatStayKeepTheirImpulses) {
   whole.step(20);
   cut.step(20);
   EXPECT_EQ(whole.state_hash(), cut.state_hash());
-  const BodyHandle visitor = cut.add(ball_at({0, 0, 900}));
+  const BodyHandle guest = cut.add(ball_at({0, 0, 900}));
   cut.poses();
-  cut.remove(visitor);
+  cut.remove(guest);
   whole.step(20);
   cut.step(20);
   EXPECT_EQ(whole.state_hash(), cut.state_hash());
@@ -309,7 +309,7 @@ TEST(World, PutsABodyElsewhere) {
   const BodyHandle far = world.add(box_at({20, 0, 0.5}));
   world.step(50);
   const Pose still = world.pose(far);
-  world.place(lower, {.position = {5, 0, 30}}, {.linear = {1, 0, 2}, .angular = {0, 0, 3}});
+  world.teleport(lower, {.position = {5, 0, 30}}, {.linear = {1, 0, 2}, .angular = {0, 0, 3}});
   EXPECT_EQ(world.pose(lower).position, (Vector3{5, 0, 30}));
   EXPECT_EQ(world.velocity(lower).linear, (Vector3{1, 0, 2}));
   EXPECT_EQ(world.steps_done(), 50u);
@@ -329,11 +329,11 @@ TEST(World, PutsImmovableBodiesElsewhere) {
   const BodyHandle fixed = world.add(table), box = world.add(box_at({0, 0, 6}));
   world.step(20);
   EXPECT_NEAR(world.pose(box).position[2], 6, 2e-3);
-  world.place(fixed, {.position = {0, 9, 5}});
+  world.teleport(fixed, {.position = {0, 9, 5}});
   world.step(20);
   EXPECT_NEAR(world.pose(box).position[2], 6 - 0.5 * 9.81 * 0.04 * 1.01, 2e-3);
-  EXPECT_EQ(refusal([&] { world.place(fixed, {}, {.linear = {1, 0, 0}}); }), "body 1: is static and does not move");
-  EXPECT_EQ(refusal([&] { world.place(box, {{0, 0, 0}, {0, 0, 0, 2}}); }), "orientation: must be a unit quaternion");
+  EXPECT_EQ(refusal([&] { world.teleport(fixed, {}, {.linear = {1, 0, 0}}); }), "body 1: is static and does not move");
+  EXPECT_EQ(refusal([&] { world.teleport(box, {{0, 0, 0}, {0, 0, 0, 2}}); }), "orientation: must be a unit quaternion");
 }
 
 // ---- the same everywhere
@@ -356,11 +356,11 @@ std::uint64_t eventful_life(const WorldOptions& options) {
     if (i % 7 == 3)
       world.apply_impulse(boxes.back(), {0.5, 1, 2}, exact::add(world.pose(boxes.back()).position, {0.1, 0.2, 0}));
     if (i == 40) world.remove(boxes[1]);
-    if (i == 50) world.place(boxes[2], {.position = {-3, 0.1, 2}}, {.linear = {1, 0, 0}});
+    if (i == 50) world.teleport(boxes[2], {.position = {-3, 0.1, 2}}, {.linear = {1, 0, 0}});
     for (const std::optional<BodyHit>& hit : world.cast_rays(std::vector<BodyRay>(3, {{0.1, 0.1, 9}, {0, 0.01, -1}})))
       if (hit) all = all * 31 + static_cast<std::uint64_t>(hit->distance * 1e6);
     world.set_kinematic_target(
-        platform, {{4 - 0.03 * i, 0, 0.2}, exact::turn({0, 0, 1}, std::sin(0.01 * i), std::cos(0.01 * i))});
+        platform, {{4 - 0.03 * i, 0, 0.2}, exact::rotation({0, 0, 1}, std::sin(0.01 * i), std::cos(0.01 * i))});
     world.step();
     all = all * 31 + world.state_hash();
   }
@@ -377,7 +377,7 @@ TEST(World, AnEventfulLifeHasTheSameBitsOnTheDevice) {
 
 // ---- what makes no sense
 
-TEST(World, RefusesWhatMakesNoSense) {
+TEST(World, RefusesInvalidArguments) {
   World world(ground_scene(), in_double());
   const BodyHandle floor = *world.find("floor"), box = world.add(box_at({0, 0, 1}));
   const double nan = std::numeric_limits<double>::quiet_NaN();
@@ -390,7 +390,7 @@ TEST(World, RefusesWhatMakesNoSense) {
   bad = box_at({0, 0, 5});
   bad.shapes[0].material = 7;
   EXPECT_EQ(refusal([&] { world.add(bad); }), "body: has a material that the scene does not");
-  bad = floor_body();
+  bad = level_floor();
   bad.kind = BODY_KINEMATIC;
   EXPECT_EQ(refusal([&] { world.add(bad); }), "body \"floor\": has a plane, and only static bodies may");
   EXPECT_EQ(refusal([&] {
@@ -410,4 +410,4 @@ TEST(World, RefusesWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::world_test

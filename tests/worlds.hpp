@@ -23,7 +23,7 @@ class Random {
   double between(double low, double high) { return low + (high - low) * (bits() >> 8) / 16777216.0; }
   Vector3 vector(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
   /// A unit quaternion; not uniform, and free of libm.
-  Quaternion turn() {
+  Quaternion rotation() {
     const Quaternion q = {between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)};
     const double square = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     if (square < 0.01) return {0, 0, 0, 1};
@@ -95,21 +95,22 @@ void set(real* out, const Vector3& in) {
   for (int k = 0; k < 3; ++k) out[k] = real(in[k]);
 }
 
-/// The sizes of a shape and its reach, as the scene compiler sets them. Of a hull only these: its tables stay empty.
+/// The sizes of a shape and its bounding radius, as the scene compiler sets them. Of a hull only these: its tables stay
+/// empty.
 template <class real>
 void set_size(Shape<real>& out, const ShapeDescription& in) {
   Vector3 size = {0, 0, 0};
-  double reach = 0;
+  double bounding_radius = 0;
   const double slack = 1.000001;
   switch (in.kind) {
-    case SHAPE_SPHERE: size[0] = reach = in.radius; break;
+    case SHAPE_SPHERE: size[0] = bounding_radius = in.radius; break;
     case SHAPE_CAPSULE:
       size = {in.radius, in.half_length, 0};
-      reach = slack * (in.radius + in.half_length);
+      bounding_radius = slack * (in.radius + in.half_length);
       break;
     case SHAPE_CYLINDER:
       size = {in.radius, in.half_length, 0};
-      reach = slack * std::sqrt(in.radius * in.radius + in.half_length * in.half_length);
+      bounding_radius = slack * std::sqrt(in.radius * in.radius + in.half_length * in.half_length);
       break;
     case SHAPE_BOX:
     case SHAPE_HULL:
@@ -117,12 +118,12 @@ void set_size(Shape<real>& out, const ShapeDescription& in) {
       for (const Vector3& point : in.points) {
         for (unsigned k = 0; k < 3; ++k) size[k] = std::max(size[k], std::abs(point[k]));
       }
-      reach = slack * std::sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]);
+      bounding_radius = slack * std::sqrt(size[0] * size[0] + size[1] * size[1] + size[2] * size[2]);
       break;
     default: break;  // a plane has no size
   }
   for (unsigned k = 0; k < 3; ++k) out.size[k] = real(size[k]);
-  out.reach = real(reach);
+  out.bounding_radius = real(bounding_radius);
 }
 
 inline Features features_of(ShapeKind kind) {
@@ -161,7 +162,7 @@ void add_body(InitialState<real>& state, u32 world, u32 id, const BodyDescriptio
     const u32 shape_index = u32(b.shapes.size());
     const u32 shape_id = shape_index - b.world_ranges[world].first_shape;
     const bool central = s.kind == SHAPE_SPHERE && s.offset == Vector3{0, 0, 0};
-    const u32 flags = (central ? SHAPE_IS_CENTRAL : 0) | (s.sensor ? SHAPE_IS_SENSOR : 0) |
+    const u32 flags = (central ? SHAPE_IS_CENTRAL : 0) | (s.trigger ? SHAPE_IS_TRIGGER : 0) |
                       (body.continuous ? SHAPE_IS_CONTINUOUS : 0);
     b.shape_infos.push_back({index, shape_id, u32(s.kind), s.material, s.category, s.mask, flags, 0});
     Shape<real> shape = {};

@@ -5,7 +5,7 @@
 
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::worlds_cli_test {
 namespace {
 
 class Worlds : public CommandLine {
@@ -116,4 +116,4 @@ TEST_F(Worlds, WhatGoesWrongIsToldOnce) {
 #endif
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::worlds_cli_test

@@ -1,18 +1,18 @@
 // Joints that close loops of an articulation, solved with it: auxiliary constraints (Baraff 1996, 7). A tree whose rows
 // are solved answers a unit of each of their rows, at both ends, with velocities u_j of the ends of all of them:
-//   W = [u_1 u_2 ...] (+ yield of springs),   W mu = -(what is off once the tree has answered what is off in it)
+//   W = [u_1 u_2 ...] (+ compliance of springs),   W mu = -(what is off once the tree has answered what is off in it)
 // W is symmetric and is factorised as L D L^T. Where a loop holds what is held already, by the tree or by other rows,
 // a pivot p is rounding. In its place comes p + f^2 / p, with f a small share of the row's mobility if both ends were
 // free: what is well above f stays as it is, and a row that nothing moves gets hardly an impulse, so that loops that
 // cannot close are left open. kernels/articulations/closures.h is the twin.
 #pragma once
 
-#include "cpu_reference/articulations/answer.hpp"
+#include "cpu_reference/articulations/tree_passes.hpp"
 
 namespace lockstep::reference {
 
 template <class real>
-constexpr real held_share = sizeof(real) == 4 ? real(1e-5) : real(1e-10);
+constexpr real closure_regularization = sizeof(real) == 4 ? real(1e-5) : real(1e-10);
 
 /// An articulation without any has an empty set.
 template <class real>
@@ -20,10 +20,10 @@ ClosureSet closures_of(const Buffers<real>& b, u32 tree) {
   return b.closure_sets.empty() ? ClosureSet{} : b.closure_sets[tree];
 }
 
-/// Calls visit(index, closure).
-template <class real, class Visit>
-void for_each_closure(const Buffers<real>& b, const ClosureSet& loops, Visit&& visit) {
-  for (u32 k = loops.first; k < loops.first + loops.count; ++k) visit(k, b.closures[k]);
+/// Calls function(index, closure).
+template <class real, class Function>
+void for_each_closure(const Buffers<real>& b, const ClosureSet& loops, Function&& function) {
+  for (u32 k = loops.first; k < loops.first + loops.count; ++k) function(k, b.closures[k]);
 }
 
 /// As if body a held body b.
@@ -83,7 +83,8 @@ real free_mobility(const Buffers<real>& b, const ClosureInfo& closure, const Lin
     if (link == NONE) return;
     const Motion<real>& body = b.motions[b.links[link].body];
     const Twist<real> push = effort_about(arm, effort);
-    sum = sum + (body.inverse_mass * dot3(push.linear, push.linear) + dot3(push.angular, turn_by(body, push.angular)));
+    sum = sum + (body.inverse_mass * dot3(push.linear, push.linear) +
+                 dot3(push.angular, apply_inverse_inertia(body, push.angular)));
   };
   add_end(closure.link_a, vec3(f.parent_arm));
   add_end(closure.link_b, vec3(f.arm));
@@ -96,8 +97,8 @@ constexpr std::size_t closure_entry(u32 i, u32 j) { return std::size_t{i} * CLOS
 
 template <class real>
 real closure_pivot(real pivot, real whole) {
-  const real held = held_share<real> * whole;
-  return pivot > real(0.01) * held ? pivot + held * held / pivot : real(0);
+  const real regularization = closure_regularization<real> * whole;
+  return pivot > real(0.01) * regularization ? pivot + regularization * regularization / pivot : real(0);
 }
 
 /// Replaces W by its factor: L below the diagonal of ones, 1 / D on it, zeros in rows that are not solved. `whole`: the
@@ -162,20 +163,20 @@ void factor_closures(Buffers<real>& b, const Articulation& tree, const ClosureSe
     if (!has_row(f, row)) continue;
     clear_pushes(b, loops, motions.data());
     push_ends(f, b.closures[of], row_effort(f, row), motions.data());
-    for_each_link_up(b, tree, [&](u32 i, const LinkInfo&) { ask_parent(b, i, nothing, motions.data()); });
+    for_each_link_up(b, tree, [&](u32 i, const LinkInfo&) { backward_pass(b, i, nothing, motions.data()); });
     for_each_link_down(b, tree, [&](u32 i, const LinkInfo&) {
       real d[LINK_ROWS];
-      answer_parent(b, i, motions.data(), d);
+      forward_pass(b, i, motions.data(), d);
     });
     for (u32 k = of; k < loops.first + loops.count; ++k) {
-      real answer[LINK_ROWS];
-      rows_of_changes(b.closure_factors[k], b.closures[k], motions.data(), answer);
+      real response[LINK_ROWS];
+      rows_of_changes(b.closure_factors[k], b.closures[k], motions.data(), response);
       for (u32 r = 0; r < LINK_ROWS; ++r) {
         const u32 i = (k - loops.first) * LINK_ROWS + r;
-        if (i >= j && has_row(b.closure_factors[k], r)) w[closure_entry(i, j)] = answer[r];
+        if (i >= j && has_row(b.closure_factors[k], r)) w[closure_entry(i, j)] = response[r];
       }
     }
-    if (row == JOINT_ROWS) w[closure_entry(j, j)] = w[closure_entry(j, j)] + f.yield;
+    if (row == JOINT_ROWS) w[closure_entry(j, j)] = w[closure_entry(j, j)] + f.spring_compliance;
   }
   factorise_closures(n, w, whole);
 }

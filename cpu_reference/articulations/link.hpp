@@ -5,7 +5,7 @@
 // blocks as bodies and joints, and where they are eliminated from the leaves to the root none fills in (Baraff,
 // Linear-Time Dynamics using Lagrange Multipliers, 1996). With j the rows' Jacobian of the link, p that of its parent:
 //   inertia   H = M + sum over the children of what the parent feels, H = L D L^T
-//   mobility  S = j H^-1 j^T + yield (of the free row's spring alone)
+//   mobility  S = j H^-1 j^T + compliance (of the free row's spring alone)
 //   onto the parent          p^T S^-1 p
 // H is the articulated-body inertia of Featherstone (Rigid Body Dynamics Algorithms, 2008, 7.1), in maximal
 // coordinates.
@@ -115,16 +115,16 @@ real product_by_factor(u32 n, const real* factor, const real* x, const real* y) 
 // ---- rows ----------------------------------------------------------------------------------------------------------
 
 /// Where the joint of a link is: its axes, the arms of both bodies, the axis of the free row, which is an angle's or a
-/// way's, and the rise of a screw.
+/// way's, and the lead of a screw.
 template <class real>
-void place_link_joint(const LinkInfo& link, bool angular, const Vec3<real> (&axes)[3], Vec3<real> arm_a,
-                      Vec3<real> arm_b, Vec3<real> free_axis, real rise, LinkFactor<real>& f) {
+void set_link_joint(const LinkInfo& link, bool angular, const Vec3<real> (&axes)[3], Vec3<real> arm_a, Vec3<real> arm_b,
+                    Vec3<real> free_axis, real lead, LinkFactor<real>& f) {
   for (u32 i = 0; i < 3; ++i) store3(f.axes[i], axes[i]);
   store3(f.arm, link.is_b != 0 ? arm_b : arm_a);
   store3(f.parent_arm, link.is_b != 0 ? arm_a : arm_b);
   store3(f.free_linear, scale3(angular ? real(0) : real(1), free_axis));
   store3(f.free_angular, scale3(angular ? real(1) : real(0), free_axis));
-  f.rise = rise;
+  f.lead = lead;
 }
 
 /// The velocities of the rows where the ends of the joint move so against each other.
@@ -135,7 +135,7 @@ void link_rows(const LinkFactor<real>& f, Twist<real> u, real (&rows)[LINK_ROWS]
     rows[i] = dot3(axis, u.linear);
     rows[i + 3] = dot3(axis, u.angular);
   }
-  rows[2] = rows[2] - f.rise * rows[5];
+  rows[2] = rows[2] - f.lead * rows[5];
   rows[JOINT_ROWS] = dot3(vec3(f.free_linear), u.linear) + dot3(vec3(f.free_angular), u.angular);
 }
 
@@ -144,7 +144,7 @@ template <class real>
 Twist<real> link_effort(const LinkFactor<real>& f, const real (&r)[LINK_ROWS]) {
   const Vec3<real> x = vec3(f.axes[0]), y = vec3(f.axes[1]), z = vec3(f.axes[2]);
   const Vec3<real> impulse = add3(add3(scale3(r[0], x), scale3(r[1], y)), scale3(r[2], z));
-  const Vec3<real> moment = add3(add3(scale3(r[3], x), scale3(r[4], y)), scale3(r[5] - f.rise * r[2], z));
+  const Vec3<real> moment = add3(add3(scale3(r[3], x), scale3(r[4], y)), scale3(r[5] - f.lead * r[2], z));
   return {add3(impulse, scale3(r[JOINT_ROWS], vec3(f.free_linear))),
           add3(moment, scale3(r[JOINT_ROWS], vec3(f.free_angular)))};
 }
@@ -153,7 +153,7 @@ Twist<real> link_effort(const LinkFactor<real>& f, const real (&r)[LINK_ROWS]) {
 template <class real>
 Twist<real> row_effort(const LinkFactor<real>& f, u32 row) {
   const Vec3<real> none = {0, 0, 0};
-  if (row == 2) return {vec3(f.axes[2]), scale3(-f.rise, vec3(f.axes[2]))};
+  if (row == 2) return {vec3(f.axes[2]), scale3(-f.lead, vec3(f.axes[2]))};
   if (row < 3) return {vec3(f.axes[row]), none};
   if (row < JOINT_ROWS) return {none, vec3(f.axes[row - 3])};
   return {vec3(f.free_linear), vec3(f.free_angular)};
@@ -204,7 +204,7 @@ void factorise_link(const Buffers<real>& b, const LinkInfo& link, u32 rows, Link
       if ((rows >> s & 1) != 0) f.mobility[entry_index(r, s)] = product_by_factor(6, f.inertia, lower[r], lower[s]);
     }
   }
-  if ((rows >> JOINT_ROWS & 1) != 0) f.mobility[ROW_ENTRIES - 1] = f.mobility[ROW_ENTRIES - 1] + f.yield;
+  if ((rows >> JOINT_ROWS & 1) != 0) f.mobility[ROW_ENTRIES - 1] = f.mobility[ROW_ENTRIES - 1] + f.spring_compliance;
   factorise_rows(count, rows, f.mobility);
 
   for (real& entry : f.onto_parent) entry = 0;
@@ -218,18 +218,18 @@ void factorise_link(const Buffers<real>& b, const LinkInfo& link, u32 rows, Link
 
 // ---- the order of a solve ------------------------------------------------------------------------------------------
 
-/// Calls visit(index, link) for all links of an articulation, from the leaves to the roots, or the other way round.
-template <class real, class Visit>
-void for_each_link_up(const Buffers<real>& b, const Articulation& tree, Visit&& visit) {
+/// Calls function(index, link) for all links of an articulation, from the leaves to the roots, or the other way round.
+template <class real, class Function>
+void for_each_link_up(const Buffers<real>& b, const Articulation& tree, Function&& function) {
   for (u32 level = tree.first_level + tree.level_count; level-- > tree.first_level;) {
-    for (u32 i = b.link_levels[level]; i < b.link_levels[level + 1]; ++i) visit(i, b.links[i]);
+    for (u32 i = b.link_levels[level]; i < b.link_levels[level + 1]; ++i) function(i, b.links[i]);
   }
 }
 
-template <class real, class Visit>
-void for_each_link_down(const Buffers<real>& b, const Articulation& tree, Visit&& visit) {
+template <class real, class Function>
+void for_each_link_down(const Buffers<real>& b, const Articulation& tree, Function&& function) {
   const u32 end = b.link_levels[tree.first_level + tree.level_count];
-  for (u32 i = b.link_levels[tree.first_level]; i < end; ++i) visit(i, b.links[i]);
+  for (u32 i = b.link_levels[tree.first_level]; i < end; ++i) function(i, b.links[i]);
 }
 
 }  // namespace lockstep::reference

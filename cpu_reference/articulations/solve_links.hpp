@@ -11,7 +11,7 @@
 
 #include "cpu_reference/articulations/closures.hpp"
 #include "cpu_reference/sleep.hpp"
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/solve_contact.hpp"
 
 namespace lockstep::reference {
 
@@ -30,7 +30,7 @@ Twist<real> push_on_link(const Buffers<real>& b, u32 index, const LinkInfo& link
 }
 
 /// What the rows are off by at the present velocities. Returns the square of the relative velocity that goes with it;
-/// turns count as in joint_change (cpu_reference/joints/visit_joint.hpp).
+/// rotations count as in joint_change (cpu_reference/joints/solve_joint.hpp).
 template <class real>
 real link_off(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<real>& f, real (&off)[LINK_ROWS]) {
   for (real& row : off) row = 0;
@@ -41,7 +41,7 @@ real link_off(const Buffers<real>& b, const LinkInfo& link, const LinkFactor<rea
   link_rows(f, u, off);
   const real free = b.joint_impulses[link.slot / PACK].free[link.slot % PACK];
   const real along = link.is_b != 0 ? free : -free;
-  off[JOINT_ROWS] = off[JOINT_ROWS] + f.yield * along;
+  off[JOINT_ROWS] = off[JOINT_ROWS] + f.spring_compliance * along;
   for (u32 i = 0; i < LINK_ROWS; ++i) off[i] = f.mobility[entry_index(i, i)] > 0 ? off[i] + f.error[i] : real(0);
   const Twist<real> change = link_effort(f, off);
   const real trace =
@@ -63,16 +63,16 @@ void add_impulses(Buffers<real>& b, u32 slot, bool is_b, const real (&d)[LINK_RO
 /// Once up, once down: the changes of the links, whose impulses are kept `last`. Returns the square of the largest
 /// change of a relative velocity.
 template <class real>
-real answer_velocities(Buffers<real>& b, const Articulation& tree, bool last) {
+real solve_link_velocities(Buffers<real>& b, const Articulation& tree, bool last) {
   real change = 0;
   for_each_link_up(b, tree, [&](u32 i, const LinkInfo& link) {
     real off[LINK_ROWS];
     change = larger(link_off(b, link, b.link_factors[i], off), change);
-    ask_parent(b, i, off, b.link_motions.data());
+    backward_pass(b, i, off, b.link_motions.data());
   });
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
     real d[LINK_ROWS];
-    answer_parent(b, i, b.link_motions.data(), d);
+    forward_pass(b, i, b.link_motions.data(), d);
     if (last && link.joint != NONE) add_impulses(b, link.slot, link.is_b != 0, d);
   });
   return change;
@@ -84,7 +84,7 @@ real solve_articulation(Buffers<real>& b, u32 index) {
   const Articulation& tree = b.articulations[index];
   const ClosureSet loops = closures_of(b, index);
   clear_pushes(b, loops, b.link_motions.data());
-  real change = answer_velocities(b, tree, loops.count == 0);
+  real change = solve_link_velocities(b, tree, loops.count == 0);
   if (loops.count > 0) {
     for_each_closure(b, loops, [&](u32 k, const ClosureInfo& closure) {
       real off[LINK_ROWS];
@@ -97,13 +97,13 @@ real solve_articulation(Buffers<real>& b, u32 index) {
       for (u32 row = 0; row < LINK_ROWS; ++row) d[row] = b.closure_wanted[k * LINK_ROWS + row];
       add_impulses(b, closure.slot, true, d);
     });
-    answer_velocities(b, tree, true);
+    solve_link_velocities(b, tree, true);
   }
   for_each_link_down(b, tree, [&](u32 i, const LinkInfo& link) {
     Motion<real>& body = b.motions[link.body];
     const Twist<real> push = push_on_link(b, i, link);
     store3(body.v, add3(vec3(body.v), scale3(body.inverse_mass, push.linear)));
-    store3(body.w, add3(vec3(body.w), turn_by(body, push.angular)));
+    store3(body.w, add3(vec3(body.w), apply_inverse_inertia(body, push.angular)));
   });
   return change;
 }

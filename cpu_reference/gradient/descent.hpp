@@ -14,9 +14,9 @@
 // Momentum is dropped where it leads uphill, (y - r')(r' - r) > 0 (O'Donoghue, Candes 2015).
 //
 // D makes t = 1 good for certain. A body with n sides of contacts and joints is, as far as each of them is concerned, n
-// parts of a mass m / n (cpu_reference/visit_parts.hpp), since |sum of n|^2 <= n sum of |.|^2; and k contacts of a pair
-// count k times, for the same reason:
-//   W <= D,   D_i = k |W_ii of the parts| of a contact, its largest sum of a row;   D_j = n K_j of a joint.
+// copies of a mass m / n (cpu_reference/body_copies.hpp), since |sum of n|^2 <= n sum of |.|^2; and k contacts of a
+// pair count k times, for the same reason:
+//   W <= D,   D_i = k |W_ii of the copies| of a contact, its largest sum of a row;   D_j = n K_j of a joint.
 // So steps are as long as the problem lets them, tried a little longer each time, halved where that was too long, and
 // never shorter than 1: no search within an iteration, which would be a wait for the host. kernels/gradient/descent.h
 // is the twin.

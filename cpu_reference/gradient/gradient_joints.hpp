@@ -1,15 +1,15 @@
 // A step of a joint along the projected gradient (cpu_reference/gradient/descent.hpp): what
-// cpu_reference/joints/visit_joint.hpp solves, for a joint that its impulses move sigma = D_j / (step K) times as
+// cpu_reference/joints/solve_joint.hpp solves, for a joint that its impulses move sigma = D_j / (step K) times as
 // easily as they do. Its rows are not projected one by one: in its metric the locked ones and the free one, with its
-// motor, its limits and its spring, are one small problem, which the visit solves exactly.
-//   the locked rows alone     d0 = -g (K^-1 (u + bias + turning) + s y),   g = 1 / (sigma + s)
+// motor, its limits and its spring, are one small problem, which is solved exactly.
+//   the locked rows alone     d0 = -g (K^-1 (u + bias + J'v) + s y),   g = 1 / (sigma + s)
 //   the free row then moves at q + e r_f,   e = sigma (own - g sigma shared)
 //   the locked rows answer     d = d0 - g sigma response (change of r_f)
 // kernels/gradient/gradient_joints.h is the twin, LANES joints at a time.
 #pragma once
 
 #include "cpu_reference/gradient/gradient_pairs.hpp"
-#include "cpu_reference/joints/visit_joint.hpp"
+#include "cpu_reference/joints/solve_joint.hpp"
 
 namespace lockstep::reference {
 
@@ -38,8 +38,9 @@ JointPush<real> joint_push(const JointBlock<real>& block, u32 free, u32 lane, co
 /// x K y of what two sets of impulses push: by the whole bodies, J.
 template <class real>
 real joint_product(const JointPush<real>& x, const JointPush<real>& y, const Motion<real>& a, const Motion<real>& b) {
-  return (a.inverse_mass + b.inverse_mass) * dot3(x.impulse, y.impulse) + dot3(x.moment_a, turn_by(a, y.moment_a)) +
-         dot3(x.moment_b, turn_by(b, y.moment_b));
+  return (a.inverse_mass + b.inverse_mass) * dot3(x.impulse, y.impulse) +
+         dot3(x.moment_a, apply_inverse_inertia(a, y.moment_a)) +
+         dot3(x.moment_b, apply_inverse_inertia(b, y.moment_b));
 }
 
 /// As a body at rest would move.
@@ -47,7 +48,7 @@ template <class real>
 Motion<real> moved_by(const Motion<real>& body, Vec3<real> impulse, Vec3<real> moment) {
   Motion<real> moved = body;
   store3(moved.v, scale3(body.inverse_mass, impulse));
-  store3(moved.w, turn_by(body, moment));
+  store3(moved.w, apply_inverse_inertia(body, moment));
   return moved;
 }
 
@@ -68,11 +69,13 @@ PairStep<real> step_joint(const JointBlock<real>& block, u32 free, u32 lane, rea
     before = before + sigma * (block.coupling[i][lane] * d[i]);
   }
 
-  const real old = y.free[lane], own = block.own[lane], shared = block.shared[lane];
-  const real e = sigma * (own - g * sigma * shared);
+  const real old = y.free[lane], free_mobility = block.free_mobility[lane],
+             coupled_mobility = block.coupled_mobility[lane];
+  const real e = sigma * (free_mobility - g * sigma * coupled_mobility);
   const real q = before - e * old;
-  const real give = block.give[lane] * ((own - shared / (real(1) + softness)) / e);  // in parts of e
-  const real bounded = free_speed(block, lane, e, q, block.slowest[lane], block.fastest[lane], give);
+  const real bound_softness =
+      block.bound_softness[lane] * ((free_mobility - coupled_mobility / (real(1) + softness)) / e);  // in parts of e
+  const real bounded = free_speed(block, lane, e, q, block.slowest[lane], block.fastest[lane], bound_softness);
   const real r_free = e > 0 ? (bounded - q) / e : real(0);
   const real change = r_free - old;
 

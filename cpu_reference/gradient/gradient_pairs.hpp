@@ -9,7 +9,7 @@ namespace lockstep::reference {
 
 /// What an impulse gives a body, N s and N m s, and what its joint or pair adds to the sums of the step.
 template <class real>
-struct GradientPart {
+struct GradientContribution {
   Vec3<real> impulse, moment;
   real length, uphill;
 };
@@ -29,10 +29,10 @@ ConeVector<real> project_on_cone(ConeVector<real> r, real friction) {
 template <class real>
 real joined_share(const Buffers<real>& buffers, u32 body, real pairs) {
   if (!(pairs > 0)) return 1;
-  return real(1) + real(buffers.joint_part_starts[body + 1] - buffers.joint_part_starts[body]) / pairs;
+  return real(1) + real(buffers.joint_side_starts[body + 1] - buffers.joint_side_starts[body]) / pairs;
 }
 
-/// D of a contact, 1/kg: the block is that of the parts of its bodies.
+/// D of a contact, 1/kg: the block is that of the copies of its bodies.
 template <class real>
 real contact_metric(const ContactBlock<real>& block, u32 lane, u32 count, real share) {
   const real n1 = std::fabs(block.w_n1[lane]), n2 = std::fabs(block.w_n2[lane]), t12 = std::fabs(block.w_12[lane]);
@@ -56,10 +56,10 @@ void take_contact_step(real beta, const ImpulseBlock<real>& next, u32 lane, Impu
   take_step(beta, next.tangent_2[lane], r.tangent_2[lane], y.tangent_2[lane]);
 }
 
-/// The parts of a pair, on either body, of the steps of its contacts so far.
+/// What a pair contributes, on either body, by the steps of its contacts so far.
 template <class real>
 struct PairStep {
-  GradientPart<real> a = {}, b = {};
+  GradientContribution<real> a = {}, b = {};
   real length = 0, uphill = 0;
   real change = 0;  // the square of the largest change, m^2/s^2
 };

@@ -38,7 +38,7 @@ class GradientDescent {
   std::vector<real> pair_metrics_, joint_metrics_;  // D of each lane of each row; sides of each joint
   std::vector<ImpulseBlock<real>> y_, next_;
   std::vector<JointImpulseBlock<real>> joint_y_, joint_next_;
-  std::vector<GradientPart<real>> pair_parts_, joint_parts_;
+  std::vector<GradientContribution<real>> pair_contributions_, joint_contributions_;
   std::vector<Motion<real>> at_, ahead_;  // bodies at r and at r'; those of the buffers are at y
   std::vector<DescentSums<real>> sums_;
 };
@@ -55,8 +55,8 @@ GradientDescent<real>::GradientDescent(Buffers<real>& buffers, const StepParams<
       next_(buffers.impulse_blocks),
       joint_y_(buffers.joint_impulses),
       joint_next_(buffers.joint_impulses),
-      pair_parts_(buffers.part_starts.empty() ? 0 : buffers.part_starts.back()),
-      joint_parts_(buffers.joint_part_starts.back()),
+      pair_contributions_(buffers.body_copy_starts.empty() ? 0 : buffers.body_copy_starts.back()),
+      joint_contributions_(buffers.joint_side_starts.back()),
       at_(buffers.motions),
       ahead_(buffers.motions),
       sums_(params.bodies) {
@@ -68,16 +68,17 @@ GradientDescent<real>::GradientDescent(Buffers<real>& buffers, const StepParams<
 template <class real>
 real GradientDescent<real>::sides_of(u32 body) const {
   if (body >= params_.bodies || buffers_.body_infos[body].kind != BODY_DYNAMIC) return 0;
-  const u32 pairs = buffers_.part_starts.empty() ? 0 : buffers_.part_starts[body + 1] - buffers_.part_starts[body];
-  return real(pairs + (buffers_.joint_part_starts[body + 1] - buffers_.joint_part_starts[body]));
+  const u32 pairs =
+      buffers_.body_copy_starts.empty() ? 0 : buffers_.body_copy_starts[body + 1] - buffers_.body_copy_starts[body];
+  return real(pairs + (buffers_.joint_side_starts[body + 1] - buffers_.joint_side_starts[body]));
 }
 
 template <class real>
 void GradientDescent<real>::measure_pairs() {
   for_each_pair_slot(buffers_, [&](const BlockBodies& bodies, u32 block, u32 lane) {
-    const PartBlock<real>& parts = buffers_.part_blocks[block];
-    const real share = larger(joined_share(buffers_, bodies.body_a[lane], parts.parts_a[lane]),
-                              joined_share(buffers_, bodies.body_b[lane], parts.parts_b[lane]));
+    const BodyCopyBlock<real>& copies = buffers_.body_copy_blocks[block];
+    const real share = larger(joined_share(buffers_, bodies.body_a[lane], copies.copies_a[lane]),
+                              joined_share(buffers_, bodies.body_b[lane], copies.copies_b[lane]));
     const u32 first = buffers_.block_rows[block].first, count = bodies.count[lane];
     for (u32 row = first; row < first + count; ++row)
       pair_metrics_[row * PACK + lane] = contact_metric(buffers_.contact_blocks[row], lane, count, share);
@@ -92,12 +93,14 @@ void GradientDescent<real>::measure_joints() {
 }
 
 template <class real>
-void store_parts(PairStep<real> step, u32 place_a, u32 place_b, std::vector<GradientPart<real>>& parts) {
-  GradientPart<real>& counted = place_a != NONE ? step.a : step.b;  // one side alone has what the step adds up to
+void store_contributions(PairStep<real> step, u32 slot_a, u32 slot_b,
+                         std::vector<GradientContribution<real>>& contributions) {
+  GradientContribution<real>& counted =
+      slot_a != NONE ? step.a : step.b;  // one side alone has what the step adds up to
   counted.length = step.length;
   counted.uphill = step.uphill;
-  if (place_a != NONE) parts[place_a] = step.a;
-  if (place_b != NONE) parts[place_b] = step.b;
+  if (slot_a != NONE) contributions[slot_a] = step.a;
+  if (slot_b != NONE) contributions[slot_b] = step.b;
 }
 
 template <class real>
@@ -110,13 +113,13 @@ void GradientDescent<real>::step_pairs() {
     for (u32 row = first; row < end; ++row) {
       ImpulseBlock<real>& r = buffers_.impulse_blocks[row];
       if (world.moved) take_contact_step(world.beta, next_[row], lane, r, y_[row]);
-      step_contact(buffers_.contact_blocks[row], law_now(Purpose::solve, buffers_, row, lane).bias,
+      step_contact(buffers_.contact_blocks[row], contact_law(Purpose::solve, buffers_, row, lane).bias,
                    pair_metrics_[row * PACK + lane], world.step, lane, buffers_.motions[bodies.body_a[lane]],
                    buffers_.motions[bodies.body_b[lane]], r, y_[row], next_[row], step);
     }
     world.change = larger(step.change, world.change);
-    const PartBlock<real>& parts = buffers_.part_blocks[block];
-    store_parts(step, parts.place_a[lane], parts.place_b[lane], pair_parts_);
+    const BodyCopyBlock<real>& copies = buffers_.body_copy_blocks[block];
+    store_contributions(step, copies.slot_a[lane], copies.slot_b[lane], pair_contributions_);
   });
 }
 
@@ -132,8 +135,8 @@ void GradientDescent<real>::step_joints() {
                    world.step, buffers_.motions[lanes.body_a[lane]], buffers_.motions[lanes.body_b[lane]], r,
                    joint_y_[block], joint_next_[block]);
     world.change = larger(step.change, world.change);
-    const JointParts& parts = buffers_.joint_parts[block];
-    store_parts(step, parts.place_a[lane], parts.place_b[lane], joint_parts_);
+    const JointSideSlots& slots = buffers_.joint_side_slots[block];
+    store_contributions(step, slots.slot_a[lane], slots.slot_b[lane], joint_contributions_);
   });
 }
 
@@ -144,16 +147,17 @@ void GradientDescent<real>::move_body(u32 body) {
     sums_[body] = {};
     return;
   }
-  GradientPart<real> sum = {};
-  const auto add = [&](const std::vector<GradientPart<real>>& parts, u32 begin, u32 end) {
+  GradientContribution<real> sum = {};
+  const auto add = [&](const std::vector<GradientContribution<real>>& contributions, u32 begin, u32 end) {
     for (u32 k = begin; k < end; ++k)
-      sum = {add3(sum.impulse, parts[k].impulse), add3(sum.moment, parts[k].moment), sum.length + parts[k].length,
-             sum.uphill + parts[k].uphill};
+      sum = {add3(sum.impulse, contributions[k].impulse), add3(sum.moment, contributions[k].moment),
+             sum.length + contributions[k].length, sum.uphill + contributions[k].uphill};
   };
-  if (!buffers_.part_starts.empty()) add(pair_parts_, buffers_.part_starts[body], buffers_.part_starts[body + 1]);
-  add(joint_parts_, buffers_.joint_part_starts[body], buffers_.joint_part_starts[body + 1]);
+  if (!buffers_.body_copy_starts.empty())
+    add(pair_contributions_, buffers_.body_copy_starts[body], buffers_.body_copy_starts[body + 1]);
+  add(joint_contributions_, buffers_.joint_side_starts[body], buffers_.joint_side_starts[body + 1]);
   const Motion<real>& motion = buffers_.motions[body];
-  const Vec3<real> dv = scale3(motion.inverse_mass, sum.impulse), dw = turn_by(motion, sum.moment);
+  const Vec3<real> dv = scale3(motion.inverse_mass, sum.impulse), dw = apply_inverse_inertia(motion, sum.moment);
   store3(ahead_[body].v, add3(vec3(motion.v), dv));
   store3(ahead_[body].w, add3(vec3(motion.w), dw));
   sums_[body] = {sum.length, sum.uphill, dot3(sum.impulse, dv) + dot3(sum.moment, dw)};

@@ -1,15 +1,15 @@
-// The angle of a turn about z, without a function of the C library. kernels/joints/angle.h is the twin.
+// The angle of a rotation about z, without a function of the C library. kernels/joints/angle.h is the twin.
 #pragma once
 
 #include "cpu_reference/math.hpp"
 
 namespace lockstep::reference {
 
-/// 2 atan2(z, w) for w >= 0: the angle, -pi .. pi, of a turn about z with these parts of its quaternion (of any
+/// 2 atan2(z, w) for w >= 0: the angle, -pi .. pi, of a rotation about z with these parts of its quaternion (of any
 /// length). The angle is halved three times by tan(x/2) = tan(x) / (1 + sqrt(1 + tan(x)^2)), down to pi/16, where the
 /// series of the arc tangent is good to a double.
 template <class real>
-real turn_angle(real z, real w) {
+real rotation_angle(real z, real w) {
   const real r = w + std::sqrt(z * z + w * w);
   if (!(r > 0)) return 0;
   const real half = z / r;
@@ -25,8 +25,8 @@ real turn_angle(real z, real w) {
 /// (r - x) / y where x is below 0, so that nothing cancels.
 template <class real>
 real direction_angle(real x, real y, real r) {
-  if (!(x < 0)) return turn_angle(y, r + x);
-  return y < 0 ? turn_angle(x - r, -y) : turn_angle(r - x, y);
+  if (!(x < 0)) return rotation_angle(y, r + x);
+  return y < 0 ? rotation_angle(x - r, -y) : rotation_angle(r - x, y);
 }
 
 }  // namespace lockstep::reference

@@ -6,14 +6,14 @@
 
 namespace lockstep::reference {
 
-/// From the pose x, q: m, and a turn by inverse inertia times the moment, rad. Bodies that cannot move are never
+/// From the pose x, q: m, and a rotation by inverse inertia times the moment, rad. Bodies that cannot move are never
 /// written (contract rule 9).
 template <class real>
 void displace(Buffers<real>& buffers, u32 body, Vec3<real> x, Quat<real> q, Vec3<real> impulse, Vec3<real> moment) {
   const Motion<real>& motion = buffers.motions[body];
   if (!(motion.inverse_mass > 0)) return;
   x = add3(x, scale3(motion.inverse_mass, impulse));
-  q = turn4(q, turn_by(motion, moment), real(1));
+  q = integrate_orientation(q, apply_inverse_inertia(motion, moment), real(1));
   if (is_bad_pose(x, q)) report_bad(buffers.counters, STATUS_BAD_POSE, body);
   Vec4<real>& position = buffers.positions[body];
   position.x = x.x;

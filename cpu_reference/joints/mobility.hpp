@@ -1,7 +1,7 @@
 // What impulses along the rows of a joint do to the velocities of its rows. kernels/joints/mobility.h is the twin.
 #pragma once
 
-#include "cpu_reference/joints/joint_now.hpp"
+#include "cpu_reference/joints/current_joint.hpp"
 
 namespace lockstep::reference {
 
@@ -10,39 +10,41 @@ template <class real>
 struct JointMobility {
   real k[JOINT_ROWS][JOINT_ROWS];
   real coupling[JOINT_ROWS];
-  real own;
+  real free_mobility;
 };
 
 template <class real>
-JointMobility<real> joint_mobility(const JointNow<real>& now, u32 free, const Motion<real>& a, const Motion<real>& b) {
+JointMobility<real> joint_mobility(const CurrentJoint<real>& current, u32 free, const Motion<real>& a,
+                                   const Motion<real>& b) {
   Vec3<real> moment_a[JOINT_ROWS + 1], moment_b[JOINT_ROWS + 1];
   for (u32 i = 0; i < 3; ++i) {
-    moment_a[i] = cross3(now.arm_a, now.axes[i]);
-    moment_b[i] = cross3(now.arm_b, now.axes[i]);
-    moment_a[i + 3] = now.axes[i];
-    moment_b[i + 3] = now.axes[i];
+    moment_a[i] = cross3(current.arm_a, current.axes[i]);
+    moment_b[i] = cross3(current.arm_b, current.axes[i]);
+    moment_a[i + 3] = current.axes[i];
+    moment_b[i + 3] = current.axes[i];
   }
-  if (now.rise != 0) {  // the thread turns what it pushes: u_z - rise w_z
-    moment_a[2] = sub3(moment_a[2], scale3(now.rise, now.axes[2]));
-    moment_b[2] = sub3(moment_b[2], scale3(now.rise, now.axes[2]));
+  if (current.lead != 0) {  // the thread turns what it pushes: u_z - lead w_z
+    moment_a[2] = sub3(moment_a[2], scale3(current.lead, current.axes[2]));
+    moment_b[2] = sub3(moment_b[2], scale3(current.lead, current.axes[2]));
   }
   const bool angular = free == FREE_ANGLE;
-  moment_a[JOINT_ROWS] = angular ? now.free_axis : cross3(now.arm_a, now.free_axis);
-  moment_b[JOINT_ROWS] = angular ? now.free_axis : cross3(now.arm_b, now.free_axis);
+  moment_a[JOINT_ROWS] = angular ? current.free_axis : cross3(current.arm_a, current.free_axis);
+  moment_b[JOINT_ROWS] = angular ? current.free_axis : cross3(current.arm_b, current.free_axis);
 
   const real inverse_mass = a.inverse_mass + b.inverse_mass;
   JointMobility<real> m;
   for (u32 j = 0; j <= JOINT_ROWS; ++j) {
-    const Vec3<real> spun_a = turn_by(a, moment_a[j]), spun_b = turn_by(b, moment_b[j]);
+    const Vec3<real> response_a = apply_inverse_inertia(a, moment_a[j]),
+                     response_b = apply_inverse_inertia(b, moment_b[j]);
     for (u32 i = 0; i <= j; ++i) {
-      const real share = dot3(moment_a[i], spun_a) + dot3(moment_b[i], spun_b);
+      const real share = dot3(moment_a[i], response_a) + dot3(moment_b[i], response_b);
       const real entry = i == j && (j < 3 || (j == JOINT_ROWS && !angular)) ? inverse_mass + share : share;
       if (j < JOINT_ROWS)
         m.k[j][i] = entry;
       else if (i < JOINT_ROWS)
         m.coupling[i] = entry;
       else
-        m.own = entry;
+        m.free_mobility = entry;
     }
   }
   return m;

@@ -67,7 +67,7 @@ BlockMatrix block_matrix(const SparseMatrix& matrix) {
   const auto n = static_cast<std::uint32_t>(matrix.rows() / 3);
   const Eigen::SparseMatrix<double, Eigen::RowMajor> by_rows = matrix;
   BlockMatrix result;
-  std::vector<std::uint32_t> place(n, ~0u);  // of each column's block in this row
+  std::vector<std::uint32_t> slot(n, ~0u);  // of each column's block in this row
   for (std::uint32_t i = 0; i < n; ++i) {
     std::vector<std::uint32_t> columns = {i};
     for (int a = 0; a < 3; ++a) {
@@ -78,14 +78,14 @@ BlockMatrix block_matrix(const SparseMatrix& matrix) {
     std::sort(columns.begin(), columns.end());
     columns.erase(std::unique(columns.begin(), columns.end()), columns.end());
     for (const std::uint32_t c : columns) {
-      place[c] = static_cast<std::uint32_t>(result.block.size());
-      if (c == i) result.diagonal.push_back(place[c]);
+      slot[c] = static_cast<std::uint32_t>(result.block.size());
+      if (c == i) result.diagonal.push_back(slot[c]);
       result.column.push_back(c);
       result.block.push_back(Matrix3d::Zero());
     }
     for (int a = 0; a < 3; ++a) {
       for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator entry(by_rows, 3 * i + a); entry; ++entry) {
-        if (entry.value() != 0) result.block[place[entry.col() / 3]](a, entry.col() % 3) = entry.value();
+        if (entry.value() != 0) result.block[slot[entry.col() / 3]](a, entry.col() % 3) = entry.value();
       }
     }
     result.first.push_back(static_cast<std::uint32_t>(result.block.size()));
@@ -97,15 +97,15 @@ ConeProblem local_form(const GlobalConeProblem& problem) {
   const Eigen::SimplicialLLT<SparseMatrix> cholesky(problem.m);
   if (cholesky.info() != Eigen::Success) throw std::runtime_error("M is not positive definite");
   const VectorXd free = cholesky.solve(problem.f);
-  const SparseMatrix answer = cholesky.solve(problem.h);  // M^-1 H
-  const SparseMatrix w = SparseMatrix(problem.h.transpose()) * answer;
+  const SparseMatrix response = cholesky.solve(problem.h);  // M^-1 H
+  const SparseMatrix w = SparseMatrix(problem.h.transpose()) * response;
   const VectorXd q = problem.h.transpose() * free + problem.w;
   std::optional<Bilateral> joints;
   if (problem.g.cols() > 0) {
-    const SparseMatrix joint_answer = cholesky.solve(problem.g);
+    const SparseMatrix joint_response = cholesky.solve(problem.g);
     joints.emplace();
-    joints->v = SparseMatrix(problem.h.transpose()) * joint_answer;
-    joints->r = SparseMatrix(problem.g.transpose()) * joint_answer;
+    joints->v = SparseMatrix(problem.h.transpose()) * joint_response;
+    joints->r = SparseMatrix(problem.g.transpose()) * joint_response;
     joints->s = problem.g.transpose() * free + problem.b;
     joints->first = joint_blocks(problem);
   }
@@ -145,10 +145,10 @@ JointElimination::JointElimination(const ConeProblem& problem) : reduced_(proble
   s_ = problem.joints->s;
   // joints are few, and redundant ones common: a dense factorisation that tells its rank
   inverse_ = pseudo_inverse(problem.joints->r, 1e-12);
-  const MatrixXd answer = product(inverse_, v_.transpose());
+  const MatrixXd response = product(inverse_, v_.transpose());
   const double left = (problem.joints->r * (inverse_ * s_) - s_).norm();
   if (left > 1e-6 * s_.norm()) throw std::runtime_error("the joints contradict each other");
-  const SparseMatrix correction = MatrixXd(v_ * answer).sparseView();
+  const SparseMatrix correction = MatrixXd(v_ * response).sparseView();
   reduced_.w = block_matrix(problem.w.sparse() - correction);
   reduced_.q = problem.q - v_ * (inverse_ * s_);
 }
@@ -159,10 +159,10 @@ VectorXd JointElimination::joint_impulses(const VectorXd& r) const {
 }
 
 ConeProblem reordered(const ConeProblem& problem, std::span<const std::uint32_t> order) {
-  std::vector<std::uint32_t> place(order.size());
-  for (std::uint32_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  std::vector<std::uint32_t> rank(order.size());
+  for (std::uint32_t i = 0; i < order.size(); ++i) rank[order[i]] = i;
   const auto moved = [&](const SparseMatrix& matrix, bool columns_too) {
-    const auto to = [&](Eigen::Index row) { return 3 * Eigen::Index(place[row / 3]) + row % 3; };
+    const auto to = [&](Eigen::Index row) { return 3 * Eigen::Index(rank[row / 3]) + row % 3; };
     Triplets triplets;
     for (int k = 0; k < matrix.outerSize(); ++k) {
       for (SparseMatrix::InnerIterator entry(matrix, k); entry; ++entry)

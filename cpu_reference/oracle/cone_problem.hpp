@@ -43,7 +43,7 @@ struct BlockMatrix {
   }
 
   /// (W_ii + W_ii^T) / 2: files of others are not always symmetric to the last digit. What is missing of W_ii is left
-  /// to the next visit.
+  /// to the next solve.
   Eigen::Matrix3d symmetric_diagonal(std::uint32_t i) const {
     return 0.5 * (on_diagonal(i) + on_diagonal(i).transpose());
   }

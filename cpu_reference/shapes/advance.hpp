@@ -25,14 +25,14 @@ template <class real>
 Mover<real> make_mover(const ShapeInfo& info, const Shape<real>& shape, const Motion<real>& motion,
                        const Pose<real>& pose) {
   const real arm = length3(vec3(shape.offset));
-  return {pose, vec3(motion.v), vec3(motion.w), info.kind == SHAPE_SPHERE ? arm : arm + shape.reach,
+  return {pose, vec3(motion.v), vec3(motion.w), info.kind == SHAPE_SPHERE ? arm : arm + shape.bounding_radius,
           info.kind == SHAPE_PLANE};
 }
 
 /// The pose after a time at the present velocity.
 template <class real>
 Pose<real> advance_pose(const Mover<real>& m, real time) {
-  return {add3(m.pose.position, scale3(time, m.v)), turn4(m.pose.orientation, m.w, time)};
+  return {add3(m.pose.position, scale3(time, m.v)), integrate_orientation(m.pose.orientation, m.w, time)};
 }
 
 /// No gap along the normal from b to a closes faster in the step. Where a plane turns, the normal does, and the part of
@@ -40,14 +40,14 @@ Pose<real> advance_pose(const Mover<real>& m, real time) {
 template <class real>
 real closing_speed(const Mover<real>& a, const Mover<real>& b, Vec3<real> normal, real h) {
   const Vec3<real> v = sub3(b.v, a.v);
-  const real turn_a = length3(a.w), turn_b = length3(b.w);
-  if ((a.unbounded && turn_a > 0) || (b.unbounded && turn_b > 0)) {
+  const real angular_speed_a = length3(a.w), angular_speed_b = length3(b.w);
+  if ((a.unbounded && angular_speed_a > 0) || (b.unbounded && angular_speed_b > 0)) {
     const real speed = length3(v);
     const real far = length3(sub3(a.pose.position, b.pose.position)) + h * speed;
-    return speed + turn_a * (a.unbounded ? far + b.radius : a.radius) +
-           turn_b * (b.unbounded ? far + a.radius : b.radius);
+    return speed + angular_speed_a * (a.unbounded ? far + b.radius : a.radius) +
+           angular_speed_b * (b.unbounded ? far + a.radius : b.radius);
   }
-  return dot3(normal, v) + turn_a * a.radius + turn_b * b.radius;
+  return dot3(normal, v) + angular_speed_a * a.radius + angular_speed_b * b.radius;
 }
 
 /// The smallest gap of a manifold that has points.
@@ -135,10 +135,11 @@ void add_core(Manifold<real>& m, bool of_a, real radius) {
 /// normal stays that of the impact.
 template <class real>
 void bring_back(Manifold<real>& m, const Mover<real>& a, const Mover<real>& b, real time) {
-  const Quat<real> turned_a = turn4(a.pose.orientation, a.w, time), turned_b = turn4(b.pose.orientation, b.w, time);
+  const Quat<real> later_a = integrate_orientation(a.pose.orientation, a.w, time),
+                   later_b = integrate_orientation(b.pose.orientation, b.w, time);
   for (u32 k = 0; k < m.count; ++k) {
-    m.points[k].anchor_a = carry3(turned_a, a.pose.orientation, m.points[k].anchor_a);
-    m.points[k].anchor_b = carry3(turned_b, b.pose.orientation, m.points[k].anchor_b);
+    m.points[k].anchor_a = carry3(later_a, a.pose.orientation, m.points[k].anchor_a);
+    m.points[k].anchor_b = carry3(later_b, b.pose.orientation, m.points[k].anchor_b);
   }
   m.frame = NORMAL_OF_IMPACT;
 }

@@ -42,7 +42,7 @@ struct BoxAxis {
 };
 
 template <class real>
-BoxPair<real> box_pair(const Placed<real>& a, const Placed<real>& b) {
+BoxPair<real> box_pair(const WorldShape<real>& a, const WorldShape<real>& b) {
   BoxPair<real> pair;
   const Quat<real> back = {-a.rotation.x, -a.rotation.y, -a.rotation.z, a.rotation.w};
   pair.half_a = a.size;
@@ -267,7 +267,7 @@ FacePoints<real> face_points(FacePair<real> f) {
 }
 
 template <class real>
-Manifold<real> box_faces(const Placed<real>& a, const Placed<real>& b, const BoxPair<real>& pair, u32 code,
+Manifold<real> box_faces(const WorldShape<real>& a, const WorldShape<real>& b, const BoxPair<real>& pair, u32 code,
                          real limit) {
   const FacePair<real> f = face_pair(pair, code);
   const FacePoints<real> points = face_points(f);
@@ -293,7 +293,7 @@ Manifold<real> box_faces(const Placed<real>& a, const Placed<real>& b, const Box
 
 /// The closest points of the lines of two edges.
 template <class real>
-Manifold<real> box_edges(const Placed<real>& a, const BoxPair<real>& pair, u32 code) {
+Manifold<real> box_edges(const WorldShape<real>& a, const BoxPair<real>& pair, u32 code) {
   const u32 i = (code - 6) / 3, j = code - 6 - 3 * i;
   const Axes<real> r = pair.r;
   const Vec3<real> column = axis_of(r, j);
@@ -323,7 +323,7 @@ Manifold<real> box_edges(const Placed<real>& a, const BoxPair<real>& pair, u32 c
 }
 
 template <class real>
-Manifold<real> box_box(const Placed<real>& a, const Placed<real>& b, real limit) {
+Manifold<real> box_box(const WorldShape<real>& a, const WorldShape<real>& b, real limit) {
   const BoxPair<real> pair = box_pair(a, b);
   const BoxAxis<real> axis = box_axis(pair);
   if (axis.separation > limit) return no_manifold<real>();

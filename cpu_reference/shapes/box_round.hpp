@@ -52,7 +52,7 @@ u32 coordinates_outside(Vec3<real> p, Vec3<real> extents) {
 /// a is the sphere. Over a face, or inside, the normal is that of the face; over an edge or corner it points from
 /// there.
 template <class real>
-Manifold<real> sphere_box(const Placed<real>& a, const Placed<real>& b) {
+Manifold<real> sphere_box(const WorldShape<real>& a, const WorldShape<real>& b) {
   const Axes<real> axes = axes_of(b.rotation);
   const Vec3<real> p = into_frame(axes, sub3(a.center, b.center));
   if (coordinates_outside(p, b.size) > 1) {
@@ -69,7 +69,7 @@ Manifold<real> sphere_box(const Placed<real>& a, const Placed<real>& b) {
 
 /// The four corners of the face of the box that looks into the plane most.
 template <class real>
-Manifold<real> box_plane(const Placed<real>& a, const Placed<real>& b) {
+Manifold<real> box_plane(const WorldShape<real>& a, const WorldShape<real>& b) {
   const Axes<real> axes = axes_of(a.rotation);
   const Vec3<real> normal = plane_normal(b.rotation);
   const Vec3<real> n = into_frame(axes, normal);

@@ -71,8 +71,8 @@ real segment_closest(SegmentInBox<real> c) {
   s = segment_kinks(c, s, c.p.y, c.u.y, c.extents.y);
   s = segment_kinks(c, s, c.p.z, c.u.z, c.extents.z);
   const real slope_from = segment_slope(c, s.from), slope_to = segment_slope(c, s.to);
-  const real rise = slope_to - slope_from;
-  return rise > real(0) ? s.from - slope_from / rise * (s.to - s.from) : s.from;
+  const real slope_change = slope_to - slope_from;
+  return slope_change > real(0) ? s.from - slope_from / slope_change * (s.to - s.from) : s.from;
 }
 
 /// The part of a span where |p + t u| <= extents along an axis.
@@ -101,8 +101,8 @@ real segment_edge_separation(SegmentInBox<real> c, u32 k) {
 
 /// Over face k both ends of what is over it touch.
 template <class real>
-Manifold<real> capsule_on_face(const Placed<real>& a, const Placed<real>& b, Axes<real> axes, SegmentInBox<real> c,
-                               u32 k, real side) {
+Manifold<real> capsule_on_face(const WorldShape<real>& a, const WorldShape<real>& b, Axes<real> axes,
+                               SegmentInBox<real> c, u32 k, real side) {
   const u32 k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
   SegmentSpan<real> s;
   s.from = -c.length;
@@ -128,8 +128,8 @@ Manifold<real> capsule_on_face(const Placed<real>& a, const Placed<real>& b, Axe
 
 /// The core crosses an edge of the box along axis k inside the box.
 template <class real>
-Manifold<real> capsule_on_edge(const Placed<real>& a, const Placed<real>& b, Axes<real> axes, SegmentInBox<real> c,
-                               u32 k) {
+Manifold<real> capsule_on_edge(const WorldShape<real>& a, const WorldShape<real>& b, Axes<real> axes,
+                               SegmentInBox<real> c, u32 k) {
   Vec3<real> n = cross3(along_axis(real(1), k), c.u);
   n = scale3(sign_of(dot3(n, c.p)) / length3(n), n);  // from the box to the segment
   const Vec3<real> corner = with_along(
@@ -167,7 +167,7 @@ u32 segment_axis(SegmentInBox<real> c) {
 /// The part of the core that runs beside an edge of the box, x at t its closest point; empty where it crosses the edge,
 /// or passes it by.
 template <class real>
-SegmentSpan<real> capsule_beside_edge(const Placed<real>& a, SegmentInBox<real> c, Vec3<real> x, real t) {
+SegmentSpan<real> capsule_beside_edge(const WorldShape<real>& a, SegmentInBox<real> c, Vec3<real> x, real t) {
   const u32 k = segment_axis(c), k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
   const real u1 = along(c.u, k1), u2 = along(c.u, k2);
   SegmentSpan<real> s;
@@ -185,8 +185,8 @@ SegmentSpan<real> capsule_beside_edge(const Placed<real>& a, SegmentInBox<real> 
 
 /// Both ends of that part touch.
 template <class real>
-Manifold<real> capsule_along_edge(const Placed<real>& a, const Placed<real>& b, Axes<real> axes, SegmentInBox<real> c,
-                                  Vec3<real> edge, SegmentSpan<real> s, Vec3<real> normal) {
+Manifold<real> capsule_along_edge(const WorldShape<real>& a, const WorldShape<real>& b, Axes<real> axes,
+                                  SegmentInBox<real> c, Vec3<real> edge, SegmentSpan<real> s, Vec3<real> normal) {
   const u32 k = segment_axis(c);
   Manifold<real> m = manifold_along(normal, NORMAL_FIXED, a.size.x, real(0));
   for (u32 end = 0; end < 2; ++end) {
@@ -200,8 +200,8 @@ Manifold<real> capsule_along_edge(const Placed<real>& a, const Placed<real>& b, 
 /// A core that is nearest to the box at t and lies nearly along face k touches at the other end of what is over the
 /// face, too.
 template <class real>
-Manifold<real> capsule_lies_on_face(const Placed<real>& a, const Placed<real>& b, Axes<real> axes, SegmentInBox<real> c,
-                                    Manifold<real> m, real t, u32 k) {
+Manifold<real> capsule_lies_on_face(const WorldShape<real>& a, const WorldShape<real>& b, Axes<real> axes,
+                                    SegmentInBox<real> c, Manifold<real> m, real t, u32 k) {
   const u32 k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
   const Vec3<real> n = into_frame(axes, m.normal);
   const real n1 = along(n, k1), n2 = along(n, k2);
@@ -211,8 +211,8 @@ Manifold<real> capsule_lies_on_face(const Placed<real>& a, const Placed<real>& b
   s.to = c.length;
   s = segment_between(s, along(c.p, k1), along(c.u, k1), along(c.extents, k1));
   s = segment_between(s, along(c.p, k2), along(c.u, k2), along(c.extents, k2));
-  const real end = t - s.from > s.to - t ? s.from : s.to, way = end < t ? t - end : end - t;
-  if (!(s.from < s.to) || !(way > real(0.01) * a.size.x)) return m;
+  const real end = t - s.from > s.to - t ? s.from : s.to, travel = end < t ? t - end : end - t;
+  if (!(s.from < s.to) || !(travel > real(0.01) * a.size.x)) return m;
   // in line along the normal, but no farther than the face
   const Vec3<real> core = segment_at(c, end);
   const real height = along(core, k) - sign_of(along(n, k)) * along(c.extents, k);
@@ -224,7 +224,7 @@ Manifold<real> capsule_lies_on_face(const Placed<real>& a, const Placed<real>& b
 /// a is the capsule. While its core is outside the box the closest points decide; once it is inside, the axis of least
 /// penetration.
 template <class real>
-Manifold<real> capsule_box(const Placed<real>& a, const Placed<real>& b) {
+Manifold<real> capsule_box(const WorldShape<real>& a, const WorldShape<real>& b) {
   const Axes<real> axes = axes_of(b.rotation);
   SegmentInBox<real> c;
   c.p = into_frame(axes, sub3(a.center, b.center));
@@ -237,9 +237,9 @@ Manifold<real> capsule_box(const Placed<real>& a, const Placed<real>& b) {
   const u32 face = outside > 0 ? box_face_below(x, c.extents) : 3;
   if (face < 3) {
     // as far as x, if that is over the edge
-    const Vec3<real> reach = {std::max(c.extents.x, std::abs(x.x)), std::max(c.extents.y, std::abs(x.y)),
-                              std::max(c.extents.z, std::abs(x.z))};
-    c.extents = with_along(reach, face, along(c.extents, face));
+    const Vec3<real> wide_extents = {std::max(c.extents.x, std::abs(x.x)), std::max(c.extents.y, std::abs(x.y)),
+                                     std::max(c.extents.z, std::abs(x.z))};
+    c.extents = with_along(wide_extents, face, along(c.extents, face));
     return capsule_on_face(a, b, axes, c, face, sign_of(along(x, face)));
   }
   if (outside > 0) {

@@ -9,7 +9,7 @@ namespace lockstep::reference {
 
 /// a is the sphere.
 template <class real>
-Manifold<real> sphere_capsule(const Placed<real>& a, const Placed<real>& b) {
+Manifold<real> sphere_capsule(const WorldShape<real>& a, const WorldShape<real>& b) {
   const Axes<real> axes = axes_of(b.rotation);
   const real t = clamp_to(dot3(axes.z, sub3(a.center, b.center)), b.size.y);
   const Vec3<real> core = add3(b.center, scale3(t, axes.z));
@@ -19,7 +19,7 @@ Manifold<real> sphere_capsule(const Placed<real>& a, const Placed<real>& b) {
 
 /// Both ends of the core segment.
 template <class real>
-Manifold<real> capsule_plane(const Placed<real>& a, const Placed<real>& b) {
+Manifold<real> capsule_plane(const WorldShape<real>& a, const WorldShape<real>& b) {
   const Vec3<real> extents = scale3(a.size.y, axes_of(a.rotation).z);
   Manifold<real> m = manifold_along(plane_normal(b.rotation), NORMAL_OF_B, a.size.x, real(0));
   m = with_point(m, add3(a.center, extents), b.center, 0);
@@ -35,7 +35,7 @@ bool side_by_side(real square_sine) {
 
 /// The closest points of two segments (Ericson, Real-Time Collision Detection, 5.1.9).
 template <class real>
-Manifold<real> capsule_capsule(const Placed<real>& a, const Placed<real>& b) {
+Manifold<real> capsule_capsule(const WorldShape<real>& a, const WorldShape<real>& b) {
   const Axes<real> axes_a = axes_of(a.rotation), axes_b = axes_of(b.rotation);
   const Vec3<real> u = axes_a.z, v = axes_b.z, r = sub3(a.center, b.center);
   const real cosine = dot3(u, v), du = dot3(u, r), dv = dot3(v, r);

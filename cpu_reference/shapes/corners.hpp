@@ -19,7 +19,7 @@ struct SharedPoint {
 template <class real>
 struct PatchPair {
   Patch<real> first, second;
-  bool turned;  // the first one is of b
+  bool swapped;  // the first one is of b
   Vec3<real> normal;
   real tolerance;
 };
@@ -34,9 +34,9 @@ bool segments_cross(Vec3<real> u, Vec3<real> v, Vec3<real> normal) {
 template <class real>
 PatchPair<real> patch_pair(const Patch<real>& a, const Patch<real>& b, Vec3<real> normal, real tolerance) {
   PatchPair<real> pair;
-  pair.turned = b.kind < a.kind;
-  pair.first = pair.turned ? b : a;
-  pair.second = pair.turned ? a : b;
+  pair.swapped = b.kind < a.kind;
+  pair.first = pair.swapped ? b : a;
+  pair.second = pair.swapped ? a : b;
   pair.normal = normal;
   pair.tolerance = tolerance;
   return pair;
@@ -46,8 +46,8 @@ template <class real>
 SharedPoint<real> shared_point(const PatchPair<real>& pair, Vec3<real> on_first, Vec3<real> on_second, u32 feature) {
   SharedPoint<real> point;
   point.valid = true;
-  point.on_a = pair.turned ? on_second : on_first;
-  point.on_b = pair.turned ? on_first : on_second;
+  point.on_a = pair.swapped ? on_second : on_first;
+  point.on_b = pair.swapped ? on_first : on_second;
   point.gap = dot3(pair.normal, sub3(point.on_a, point.on_b));
   point.feature = feature;
   return point;
@@ -107,7 +107,7 @@ SharedPoint<real> shared_by_rims(const PatchPair<real>& pair, u32 k) {
   const real side = (k == 0 ? std::sqrt(height) : -std::sqrt(height)) / std::sqrt(square);
   const Vec3<real> x = add3(p.center, add3(scale3(along, d), scale3(side, cross3(p.plane, d))));
   // discs that are tilted against each other are no circles: such a point may be off
-  if (!patch_holds(q, pair.normal, x, real(10) * pair.tolerance)) return none;
+  if (!patch_contains(q, pair.normal, x, real(10) * pair.tolerance)) return none;
   return shared_point(pair, x, patch_lift(q, pair.normal, x), shared_name(3, 4000, k));
 }
 
@@ -117,7 +117,7 @@ SharedPoint<real> shared_candidate(const PatchPair<real>& pair, u32 k) {
   const Patch<real>&first = pair.first, &second = pair.second;
   const Vec3<real> n = pair.normal;
   if (first.kind == PATCH_SEGMENT && second.kind == PATCH_SEGMENT) return shared_by_segments(pair, k);
-  const u32 corner_kind = pair.turned ? 2 : 1, other_kind = pair.turned ? 1 : 2;
+  const u32 corner_kind = pair.swapped ? 2 : 1, other_kind = pair.swapped ? 1 : 2;
   if (first.kind == PATCH_SEGMENT) {
     const Cut<real> cut = patch_cut(second, n, first.center, first.end, pair.tolerance);
     if (cut.from > cut.to) return none;
@@ -142,14 +142,14 @@ SharedPoint<real> shared_candidate(const PatchPair<real>& pair, u32 k) {
     const u32 own = patch_points(first);
     if (k < own) {
       const Vec3<real> x = patch_point(first, k);
-      if (!patch_holds(second, n, x, pair.tolerance)) return none;
+      if (!patch_contains(second, n, x, pair.tolerance)) return none;
       return shared_point(pair, x, patch_lift(second, n, x), shared_name(corner_kind, patch_name(first, k), 0));
     }
     if (k < own + 2) return shared_by_rims(pair, k - own);
     i = k - own - 2;
   }
   const Vec3<real> x = patch_point(second, i);
-  if (!patch_holds(first, n, x, pair.tolerance)) return none;
+  if (!patch_contains(first, n, x, pair.tolerance)) return none;
   return shared_point(pair, patch_lift(first, n, x), x, shared_name(other_kind, patch_name(second, i), 0));
 }
 

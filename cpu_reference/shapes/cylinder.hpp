@@ -14,7 +14,7 @@ struct Cylinder {
 };
 
 template <class real>
-Cylinder<real> cylinder_of(const Placed<real>& shape) {
+Cylinder<real> cylinder_of(const WorldShape<real>& shape) {
   Cylinder<real> c;
   c.center = shape.center;
   c.axes = axes_of(shape.rotation);
@@ -31,7 +31,7 @@ Vec3<real> cylinder_across(const Cylinder<real>& c, Vec3<real> v) {
 
 /// How far the cylinder reaches from its centre along a unit direction.
 template <class real>
-real cylinder_reach(const Cylinder<real>& c, Vec3<real> direction) {
+real cylinder_extent(const Cylinder<real>& c, Vec3<real> direction) {
   const real along = dot3(c.axes.z, direction);
   return c.half_length * (along < 0 ? -along : along) + c.radius * length3(cylinder_across(c, direction));
 }
@@ -95,9 +95,9 @@ inline constexpr u32 RIM_HALVINGS = 16;
 /// the distance from the axis. d rho/dt is a sigmoid about the point t0 nearest to the axis, so that F is concave
 /// before t0 and convex behind: on either side (0: before, 1: behind) at most one zero at which F rises, to which
 /// Newton's method runs without turning back from where |d rho/dt| would have its bound. A line across the axis has it
-/// at t0 itself, which rounding may pass. What lies outside of 0 <= t <= reach is none.
+/// at t0 itself, which rounding may pass. What lies outside of 0 <= t <= t_max is none.
 template <class real>
-RimNearest<real> rim_line(const Cylinder<real>& c, u32 end, Vec3<real> point, Vec3<real> u, real reach, u32 branch) {
+RimNearest<real> rim_line(const Cylinder<real>& c, u32 end, Vec3<real> point, Vec3<real> u, real t_max, u32 branch) {
   RimNearest<real> none = {};
   const Vec3<real> middle = cylinder_cap(c, end), w = sub3(point, middle);
   const Vec3<real> w_across = cylinder_across(c, w), u_across = cylinder_across(c, u);
@@ -122,14 +122,14 @@ RimNearest<real> rim_line(const Cylinder<real>& c, u32 end, Vec3<real> point, Ve
     t = passed ? nearest : next;
     if (passed || stays) break;
   }
-  if (!(t > real(-0.001) * reach) || !(t < real(1.001) * reach)) return none;
+  if (!(t > real(-0.001) * t_max) || !(t < real(1.001) * t_max)) return none;
   const Vec3<real> across = add3(w_across, scale3(t, u_across));
   const real rho = length3(across);
   if (!(rho > 0)) return none;
   const real left = start + t - c.radius * dot3(across, u_across) / rho;
   if (!(left < real(1e-3) * c.radius) || !(left > real(-1e-3) * c.radius)) return none;
   const Vec3<real> on_rim = add3(middle, scale3(c.radius / rho, across));
-  const real inside = t < 0 ? real(0) : t > reach ? reach : t;
+  const real inside = t < 0 ? real(0) : t > t_max ? t_max : t;
   const Vec3<real> on_line = add3(point, scale3(inside, u));
   // a product of directions that are nearly parallel has few digits; the way between points that are apart has more
   const real least_sine = length3(sub3(on_rim, on_line)) > real(0.1) * c.radius ? real(0.05) : real(1e-3);

@@ -16,9 +16,9 @@ namespace lockstep::reference {
 template <class real>
 Meeting<real> cylinder_try(const Cylinder<real>& c, const Polytope<real>& p, Meeting<real> best, Vec3<real> normal,
                            Vec3<real> at_c, Vec3<real> at_p, real tolerance) {
-  if (!facet_yields(p, into_frame(p.axes, normal))) return best;
+  if (!facet_admits(p, into_frame(p.axes, normal))) return best;
   const real gap =
-      dot3(normal, sub3(c.center, p.center)) - cylinder_reach(c, scale3(real(-1), normal)) - poly_reach(p, normal);
+      dot3(normal, sub3(c.center, p.center)) - cylinder_extent(c, scale3(real(-1), normal)) - poly_extent(p, normal);
   const real off = dot3(normal, sub3(at_c, at_p)) - gap;
   if (off <= real(4) * tolerance) return meeting_offer(best, gap, normal, NORMAL_FIXED, at_c, at_p, tolerance);
   if (!(gap > best.gap + tolerance)) return best;
@@ -30,19 +30,19 @@ Meeting<real> cylinder_try(const Cylinder<real>& c, const Polytope<real>& p, Mee
 template <class real>
 Meeting<real> cylinder_try_flats(const Cylinder<real>& c, const Polytope<real>& p, real limit, real tolerance) {
   Meeting<real> best = no_meeting<real>();
-  const Vec3<real> apart = sub3(c.center, p.center);
+  const Vec3<real> offset = sub3(c.center, p.center);
   for (u32 f = 0; f < p.faces && !(best.gap > limit); ++f) {
     const Vec4<real> plane = poly_own_plane(p, f);
     const Vec3<real> normal = out_of_frame(p.axes, Vec3<real>{plane.x, plane.y, plane.z});
-    if (!facet_looks_at(p, dot3(normal, apart) - plane.w)) continue;
-    const real gap = dot3(normal, apart) - plane.w - cylinder_reach(c, scale3(real(-1), normal));
+    if (!facet_looks_at(p, dot3(normal, offset) - plane.w)) continue;
+    const real gap = dot3(normal, offset) - plane.w - cylinder_extent(c, scale3(real(-1), normal));
     const Vec3<real> on_c = cylinder_support(c, scale3(real(-1), normal));
     best = meeting_offer(best, gap, normal, NORMAL_OF_B, on_c, sub3(on_c, scale3(gap, normal)), real(0));
   }
   for (u32 end = 0; end < 2 && !(best.gap > limit); ++end) {
     const Vec3<real> normal = scale3(end == 0 ? real(1) : real(-1), c.axes.z);
     const Vec3<real> own = into_frame(p.axes, normal);
-    if (!facet_yields(p, own)) continue;
+    if (!facet_admits(p, own)) continue;
     const Vec3<real> vertex = poly_vertex(p, poly_support(p, own));
     const real gap = dot3(normal, sub3(c.center, vertex)) - c.half_length;
     best = meeting_offer(best, gap, normal, NORMAL_OF_A, add3(vertex, scale3(gap, normal)), vertex, tolerance);
@@ -64,10 +64,10 @@ Meeting<real> cylinder_try_edges(const Cylinder<real>& c, const Polytope<real>& 
     const Vec3<real> across = cross3(axis.along, edge.along);
     const real square = dot3(across, across);
     if (!(square > real(1e-10) * dot3(axis.along, axis.along) * dot3(edge.along, edge.along))) continue;
-    const Vec3<real> apart = sub3(axis.start, edge.start);
-    const real facing = p.faces > 0 ? dot3(across, add3(edge.left, edge.right)) : dot3(across, apart);
+    const Vec3<real> offset = sub3(axis.start, edge.start);
+    const real facing = p.faces > 0 ? dot3(across, add3(edge.left, edge.right)) : dot3(across, offset);
     const real factor = (facing < 0 ? real(-1) : real(1)) / std::sqrt(square);
-    const real gap = factor * dot3(across, apart) - c.radius;
+    const real gap = factor * dot3(across, offset) - c.radius;
     if (!(gap > meeting_least(best, tolerance))) continue;
     // the best of all crossings is one of the axis and an edge, not of the lines that they are on
     const real s = share_at_crossing(axis, edge, across);

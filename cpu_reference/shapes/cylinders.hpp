@@ -15,10 +15,10 @@ struct CylinderBound {
 /// Along a unit normal or its opposite.
 template <class real>
 CylinderBound<real> cylinders_bound(const Cylinder<real>& a, const Cylinder<real>& b, Vec3<real> normal) {
-  const real apart = dot3(normal, sub3(a.center, b.center));
+  const real axis_offset = dot3(normal, sub3(a.center, b.center));
   CylinderBound<real> bound;
-  bound.gap = (apart < 0 ? -apart : apart) - cylinder_reach(a, normal) - cylinder_reach(b, normal);
-  bound.normal = scale3(apart < 0 ? real(-1) : real(1), normal);
+  bound.gap = (axis_offset < 0 ? -axis_offset : axis_offset) - cylinder_extent(a, normal) - cylinder_extent(b, normal);
+  bound.normal = scale3(axis_offset < 0 ? real(-1) : real(1), normal);
   return bound;
 }
 
@@ -98,7 +98,7 @@ CylinderBound<real> cylinders_climb(const Cylinder<real>& a, const Cylinder<real
 /// Across both rims at a point of a's rim and the nearest point of b's, if that separates them better.
 template <class real>
 CylinderBound<real> cylinders_sample(const Cylinder<real>& a, u32 end_a, const Cylinder<real>& b, u32 end_b, u32 i,
-                                     bool turned, CylinderBound<real> best) {
+                                     bool swapped, CylinderBound<real> best) {
   const Vec3<real> direction = rim_direction(a, i);
   const Vec3<real> p = add3(cylinder_cap(a, end_a), scale3(a.radius, direction));
   const Vec3<real> q = rim_towards(b, end_b, p);
@@ -106,7 +106,7 @@ CylinderBound<real> cylinders_sample(const Cylinder<real>& a, u32 end_a, const C
   const real length = length3(normal);
   if (!(length > real(1e-3) * b.radius)) return best;
   const Vec3<real> unit = scale3(real(1) / length, normal);
-  const CylinderBound<real> bound = turned ? cylinders_bound(b, a, unit) : cylinders_bound(a, b, unit);
+  const CylinderBound<real> bound = swapped ? cylinders_bound(b, a, unit) : cylinders_bound(a, b, unit);
   return bound.gap > best.gap ? bound : best;
 }
 
@@ -149,8 +149,8 @@ Meeting<real> cylinders_try_side(const Cylinder<real>& a, const Cylinder<real>& 
 
 /// Across the axis of c, towards the other one; anywhere across where their centres are in line.
 template <class real>
-Vec3<real> cylinder_outwards(const Cylinder<real>& c, Vec3<real> apart) {
-  const Vec3<real> across = cylinder_across(c, apart);
+Vec3<real> cylinder_outwards(const Cylinder<real>& c, Vec3<real> offset) {
+  const Vec3<real> across = cylinder_across(c, offset);
   const real length = length3(across);
   return length > 0 ? scale3(real(1) / length, across) : c.axes.x;
 }
@@ -169,14 +169,14 @@ CylinderBound<real> cylinders_better(const Cylinder<real>& a, const Cylinder<rea
 /// and may have them between two sixteenths: climbing from the best of those sixteenths finds them.
 template <class real>
 Meeting<real> cylinders_meet(const Cylinder<real>& a, const Cylinder<real>& b, real limit, real tolerance) {
-  const Vec3<real> apart = sub3(a.center, b.center);
+  const Vec3<real> offset = sub3(a.center, b.center);
   Meeting<real> best = cylinders_try(a, b, no_meeting<real>(), a.axes.z, NORMAL_OF_A, tolerance);
   best = cylinders_try(a, b, best, b.axes.z, NORMAL_OF_B, tolerance);
   const Vec3<real> across = cross3(a.axes.z, b.axes.z);
   const real length = length3(across);
   if (length > real(1e-5)) best = cylinders_try(a, b, best, scale3(real(1) / length, across), NORMAL_FIXED, tolerance);
-  best = cylinders_try_side(a, b, best, cylinder_outwards(a, apart), true, tolerance);
-  best = cylinders_try_side(a, b, best, cylinder_outwards(b, apart), false, tolerance);
+  best = cylinders_try_side(a, b, best, cylinder_outwards(a, offset), true, tolerance);
+  best = cylinders_try_side(a, b, best, cylinder_outwards(b, offset), false, tolerance);
   if (best.gap > limit) return best;
   CylinderBound<real> from;
   from.gap = real(-1e30);

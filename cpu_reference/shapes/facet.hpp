@@ -19,7 +19,7 @@ inline constexpr real facet_slack = real(1e-3);
 
 /// Whether all that is around a corner falls away from a unit direction; where it does not stick out nothing does.
 template <class real>
-bool corner_yields(const Polytope<real>& p, Vec3<real> own, u32 vertex) {
+bool corner_admits(const Polytope<real>& p, Vec3<real> own, u32 vertex) {
   const HullFace around = p.tables.faces[p.first_face + 1 + vertex];
   const Vec3<real> corner = poly_own_vertex(p, vertex);
   for (u32 k = 0; k < around.corner_count; ++k) {
@@ -37,7 +37,7 @@ bool is_roof(const EdgeSpan<real>& edge) {
 
 /// Whether a unit direction is across an edge and between the normals on both sides, where these meet like a roof.
 template <class real>
-bool edge_yields(const Polytope<real>& p, u32 e, Vec3<real> own) {
+bool edge_admits(const Polytope<real>& p, u32 e, Vec3<real> own) {
   const EdgeSpan<real> edge = poly_own_edge(p, e);
   const real along = dot3(own, edge.along), slack = facet_slack<real> * length3(edge.along);
   if (!is_roof(edge) || along > slack || -along > slack) return false;
@@ -46,16 +46,16 @@ bool edge_yields(const Polytope<real>& p, u32 e, Vec3<real> own) {
 
 /// Whether a unit direction out of p, own coordinates, may be the normal of a contact other than with its inside.
 template <class real>
-bool facet_yields(const Polytope<real>& p, Vec3<real> own) {
+bool facet_admits(const Polytope<real>& p, Vec3<real> own) {
   if (!p.facet) return true;
   const u32 vertex = poly_support(p, own), before = vertex == 0 ? 2 : vertex - 1;
-  return corner_yields(p, own, vertex) || edge_yields(p, vertex, own) || edge_yields(p, before, own);
+  return corner_admits(p, own, vertex) || edge_admits(p, vertex, own) || edge_admits(p, before, own);
 }
 
 /// The same of both sides of a contact; the normal points from b to a, world.
 template <class real>
-bool facets_yield(const Polytope<real>& a, const Polytope<real>& b, Vec3<real> normal) {
-  return facet_yields(a, into_frame(a.axes, scale3(real(-1), normal))) && facet_yields(b, into_frame(b.axes, normal));
+bool facets_admit(const Polytope<real>& a, const Polytope<real>& b, Vec3<real> normal) {
+  return facet_admits(a, into_frame(a.axes, scale3(real(-1), normal))) && facet_admits(b, into_frame(b.axes, normal));
 }
 
 /// Whether it is p that tells of a contact along a unit direction out of it, own coordinates, which yields or is nearly
@@ -65,29 +65,29 @@ bool facet_tells(const Polytope<real>& p, Vec3<real> own) {
   const Vec3<real> off = sub3(own, poly_own_normal(p, 0));
   if (length3(off) < real(2) * facet_slack<real>) return true;
   const u32 vertex = poly_support(p, own), before = vertex == 0 ? 2 : vertex - 1;
-  if (edge_yields(p, vertex, own)) return (p.owned >> vertex & 1) != 0;
-  if (edge_yields(p, before, own)) return (p.owned >> before & 1) != 0;
+  if (edge_admits(p, vertex, own)) return (p.owned >> vertex & 1) != 0;
+  if (edge_admits(p, before, own)) return (p.owned >> before & 1) != 0;
   return (p.owned >> (3 + vertex) & 1) != 0;
 }
 
-/// Whether a facet holds what comes down on a point of it, own coordinates, and goes along `way` within the step, but
-/// for less than `margin`: it is over the inside, and does not leave. What leaves over an edge like a roof is held by
-/// another facet, if by any; over another edge there may be such a one next, and only what falls more than it goes
-/// along counts.
+/// Whether a facet holds what comes down on a point of it, own coordinates, and goes along `displacement` within the
+/// step, but for less than `margin`: it is over the inside, and does not leave. What leaves over an edge like a roof is
+/// held by another facet, if by any; over another edge there may be such a one next, and only what falls more than it
+/// goes along counts.
 template <class real>
-bool facet_holds(const Polytope<real>& p, Vec3<real> point, Vec3<real> way, real margin) {
+bool facet_contains(const Polytope<real>& p, Vec3<real> point, Vec3<real> displacement, real margin) {
   const Vec3<real> out = poly_own_normal(p, 0);
-  const real down = dot3(out, way);
-  const bool falls = dot3(way, way) <= real(2) * (down * down);
-  bool holds = true;
+  const real down = dot3(out, displacement);
+  const bool falls = dot3(displacement, displacement) <= real(2) * (down * down);
+  bool contains = true;
   for (u32 e = 0; e < 3; ++e) {
     const EdgeSpan<real> edge = poly_own_edge(p, e);
     const Vec3<real> side = cross3(out, edge.along);
-    const real now = dot3(side, sub3(point, edge.start)), then = now + dot3(side, way);
+    const real before = dot3(side, sub3(point, edge.start)), after = before + dot3(side, displacement);
     const real least = is_roof(edge) ? margin * length3(edge.along) : real(0);
-    holds = holds && now >= least && (then >= least || (falls && !is_roof(edge)));
+    contains = contains && before >= least && (after >= least || (falls && !is_roof(edge)));
   }
-  return holds;
+  return contains;
 }
 
 /// Whether a face of p counts against a shape whose centre is at a height above it.

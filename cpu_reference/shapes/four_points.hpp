@@ -74,18 +74,18 @@ bool widen_four(FourPoints& four, const FacePair<real>& f, const FacePoints<real
     bool fresh = p.taken != 0;
     for (u32 k = 0; k < 4; ++k) fresh = fresh && p.feature != points.at[four.at[k]].feature;
     if (!fresh) continue;
-    u32 place = 4;
+    u32 slot = 4;
     for (u32 k = height_at(f, p) <= least ? 0 : 1; k < 4; ++k) {
       const FacePoint<real>&q = points.at[four.at[(k + 1) & 3]], &r = points.at[four.at[(k + 2) & 3]];
       const FacePoint<real>& t = points.at[four.at[(k + 3) & 3]];
       const real area = area_of_four(p.x, p.y, q.x, q.y, r.x, r.y, t.x, t.y);
       if (!(area > best)) continue;
       best = area;
-      place = k;
+      slot = k;
     }
-    if (place == 4) continue;
+    if (slot == 4) continue;
     best = real(1.001) * best;
-    four.at[place] = i;
+    four.at[slot] = i;
     widened = true;
   }
   return widened;
@@ -108,9 +108,9 @@ FourPoints ordered_four(const FourPoints& four, const FacePoints<real>& points) 
 /// them is as deep. Of an octagon, which two equal boxes make that are twisted about their centres, the four narrow
 /// corners and the four wide ones are both such that no single point in the place of another encloses more.
 template <class real>
-bool turn_four(FourPoints& four, const FacePair<real>& f, const FacePoints<real>& points, real least) {
+bool replace_four(FourPoints& four, const FacePair<real>& f, const FacePoints<real>& points, real least) {
   const FourPoints old = ordered_four(four, points);
-  FourPoints turned = old;
+  FourPoints outer = old;
   for (u32 k = 0; k < 4; ++k) {
     const FacePoint<real>&p = points.at[old.at[k]], &q = points.at[old.at[(k + 1) & 3]];
     real farthest = real(0);
@@ -118,20 +118,20 @@ bool turn_four(FourPoints& four, const FacePair<real>& f, const FacePoints<real>
       const real beside = left_of(p, q, points.at[i]);
       if (!points.at[i].taken || !(beside < farthest)) continue;
       farthest = beside;
-      turned.at[k] = i;
+      outer.at[k] = i;
     }
   }
   for (u32 k = 0; k < 4; ++k)  // rounding may have one point outside of two sides
-    if (points.at[turned.at[k]].feature == points.at[turned.at[(k + 1) & 3]].feature) return false;
-  if (!(area_of_four(turned, points) > real(1.001) * area_of_four(four, points))) return false;
+    if (points.at[outer.at[k]].feature == points.at[outer.at[(k + 1) & 3]].feature) return false;
+  if (!(area_of_four(outer, points) > real(1.001) * area_of_four(four, points))) return false;
   // the deepest one stays the first
-  for (u32 k = 1; k < 4 && !(height_at(f, points.at[turned.at[0]]) <= least); ++k) {
-    const u32 kept = turned.at[0];
-    turned.at[0] = turned.at[k];
-    turned.at[k] = kept;
+  for (u32 k = 1; k < 4 && !(height_at(f, points.at[outer.at[0]]) <= least); ++k) {
+    const u32 kept = outer.at[0];
+    outer.at[0] = outer.at[k];
+    outer.at[k] = kept;
   }
-  if (!(height_at(f, points.at[turned.at[0]]) <= least)) return false;
-  four = turned;
+  if (!(height_at(f, points.at[outer.at[0]]) <= least)) return false;
+  four = outer;
   return true;
 }
 
@@ -197,7 +197,7 @@ FourPoints four_points(FacePair<real> f, FacePoints<real> points, real limit) {
   if (four.count < 4) return four;
   const real as_deep = height_at(f, points.at[four.at[0]]) + real(1e-6) * (f.hx + f.hy);
   const bool widened = widen_four(four, f, points, as_deep);
-  if (turn_four(four, f, points, as_deep) || widened) widen_four(four, f, points, as_deep);
+  if (replace_four(four, f, points, as_deep) || widened) widen_four(four, f, points, as_deep);
   return four;
 }
 

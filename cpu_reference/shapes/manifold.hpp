@@ -15,17 +15,17 @@ struct Pose {
 };
 
 /// A shape in the world; `size` as Shape says, `hull` an index into the tables of hulls. `alone`: a facet is taken for
-/// itself, not for a part of its surface, as bodies on their way to it ask for (facet.hpp). `way` and `turn`: how far
-/// the centre moves within the step, m, and by what the shape turns about it, rad, but for what forces add, which is
-/// less than `margin`, m.
+/// itself, not for a part of its surface, as bodies on their way to it ask for (facet.hpp). `way` and
+/// `angular_displacement`: how far the centre moves within the step, m, and by what the shape turns about it, rad, but
+/// for what forces add, which is less than `margin`, m.
 template <class real>
-struct Placed {
+struct WorldShape {
   Vec3<real> center;
   Quat<real> rotation;
   Vec3<real> size;
   u32 hull;
   bool alone = false;
-  Vec3<real> way = {0, 0, 0}, turn = {0, 0, 0};
+  Vec3<real> displacement = {0, 0, 0}, angular_displacement = {0, 0, 0};
   real margin = 0;
 };
 

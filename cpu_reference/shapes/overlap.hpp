@@ -7,13 +7,13 @@ namespace lockstep::reference {
 
 /// The shape in the axes of the world, moved to `origin`.
 template <class real>
-Placed<real> place_shape(const Pose<real>& pose, const Shape<real>& shape, u32 hull, Vec3<real> origin) {
+WorldShape<real> shape_in_world(const Pose<real>& pose, const Shape<real>& shape, u32 hull, Vec3<real> origin) {
   return {add3(sub3(pose.position, origin), rotate3(pose.orientation, vec3(shape.offset))), shape_rotation(pose, shape),
           vec3(shape.size), hull};
 }
 
 template <class real>
-bool shapes_overlap(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+bool shapes_overlap(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
                     const HullTables<real>& tables) {
   const Manifold<real> m = collide_shapes(kind_a, a, kind_b, b, tables, real(0));
   for (u32 k = 0; k < m.count; ++k) {

@@ -15,7 +15,7 @@ namespace lockstep::reference {
 
 /// Kinds in order: kind_a <= kind_b. Points farther apart than `limit` (m) may be left out.
 template <class real>
-Manifold<real> collide_ordered(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+Manifold<real> collide_ordered(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
                                [[maybe_unused]] const HullTables<real>& tables, [[maybe_unused]] real limit) {
 #define SHAPE_PAIR(first, second, manifold) \
   if (kind_a == SHAPE_##first && kind_b == SHAPE_##second) return manifold;
@@ -28,7 +28,7 @@ Manifold<real> collide_ordered(u32 kind_a, const Placed<real>& a, u32 kind_b, co
 }
 
 template <class real>
-Manifold<real> collide_shapes(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+Manifold<real> collide_shapes(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
                               const HullTables<real>& tables, real limit) {
   if (kind_a <= kind_b) return collide_ordered(kind_a, a, kind_b, b, tables, limit);
   return flipped(collide_ordered(kind_b, b, kind_a, a, tables, limit));

@@ -97,7 +97,7 @@ Patch<real> segment_patch(real sense, Vec3<real> start, Vec3<real> end, Vec3<rea
 
 /// The cap of a cylinder where it faces the other shape, else the line on its side that does.
 template <class real>
-Patch<real> cylinder_patch(const Placed<real>& shape, const Axes<real>& axes, real sense, Vec3<real> normal) {
+Patch<real> cylinder_patch(const WorldShape<real>& shape, const Axes<real>& axes, real sense, Vec3<real> normal) {
   const real radius = shape.size.x, half_length = shape.size.y;
   const Vec3<real> down = scale3(sense, normal);
   const real cosine = dot3(axes.z, down);
@@ -214,7 +214,7 @@ Cut<real> patch_cut(const Patch<real>& patch, Vec3<real> normal, Vec3<real> star
 }
 
 template <class real>
-bool patch_holds(const Patch<real>& patch, Vec3<real> normal, Vec3<real> x, real tolerance) {
+bool patch_contains(const Patch<real>& patch, Vec3<real> normal, Vec3<real> x, real tolerance) {
   if (patch.kind == PATCH_DISC) {
     const Vec3<real> d = sub3(patch_lift(patch, normal, x), patch.center);
     const real r = patch.radius + tolerance;

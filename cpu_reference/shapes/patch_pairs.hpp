@@ -13,12 +13,13 @@ namespace lockstep::reference {
 
 /// Of a capsule only the core segment meets: its surface is a radius away.
 template <class real>
-real patch_core_radius(u32 kind, const Placed<real>& shape) {
+real patch_core_radius(u32 kind, const WorldShape<real>& shape) {
   return kind == SHAPE_CAPSULE ? shape.size.x : real(0);
 }
 
 template <class real>
-Meeting<real> meet_plane(u32 kind_a, const Placed<real>& a, const Placed<real>& plane, const HullTables<real>& tables) {
+Meeting<real> meet_plane(u32 kind_a, const WorldShape<real>& a, const WorldShape<real>& plane,
+                         const HullTables<real>& tables) {
   Meeting<real> meeting = no_meeting<real>();
   meeting.normal = plane_normal(plane.rotation);
   meeting.frame = NORMAL_OF_B;
@@ -37,7 +38,7 @@ Meeting<real> meet_plane(u32 kind_a, const Placed<real>& a, const Placed<real>& 
 
 /// How the cores of two shapes meet.
 template <class real>
-Meeting<real> meet_cores(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+Meeting<real> meet_cores(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
                          const HullTables<real>& tables, real limit, real tolerance) {
   if (kind_b == SHAPE_PLANE) return meet_plane(kind_a, a, b, tables);
   const bool cylinder_a = kind_a == SHAPE_CYLINDER, cylinder_b = kind_b == SHAPE_CYLINDER;
@@ -49,7 +50,7 @@ Meeting<real> meet_cores(u32 kind_a, const Placed<real>& a, u32 kind_b, const Pl
     const Cylinder<real> cylinder = cylinder_of(cylinder_a ? a : b);
     const Polytope<real> polytope = polytope_of(cylinder_a ? kind_b : kind_a, cylinder_a ? b : a, tables);
     const Meeting<real> meeting = cylinder_meets(cylinder, polytope, limit, tolerance);
-    return cylinder_a ? meeting : meeting_turned(meeting);
+    return cylinder_a ? meeting : meeting_swapped(meeting);
   }
   const Polytope<real> one = polytope_of(kind_a, a, tables), other = polytope_of(kind_b, b, tables);
   return polytopes_meet(one, other, limit, tolerance);
@@ -57,7 +58,7 @@ Meeting<real> meet_cores(u32 kind_a, const Placed<real>& a, u32 kind_b, const Pl
 
 /// The part of a surface that faces the other shape: along the normal (sense 1, shape b) or against it (-1, shape a).
 template <class real>
-Patch<real> facing_patch(u32 kind, const Placed<real>& shape, const HullTables<real>& tables, real sense,
+Patch<real> facing_patch(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, real sense,
                          Vec3<real> normal, real tolerance) {
   if (kind == SHAPE_PLANE) return plane_patch(shape.center, normal);
   if (kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal);
@@ -69,7 +70,7 @@ Patch<real> facing_patch(u32 kind, const Placed<real>& shape, const HullTables<r
 
 /// The radius that contacts keep from their anchors.
 template <class real>
-real rolling_radius(u32 kind, const Placed<real>& shape, Vec3<real> normal) {
+real rolling_radius(u32 kind, const WorldShape<real>& shape, Vec3<real> normal) {
   if (kind != SHAPE_CYLINDER) return patch_core_radius(kind, shape);
   const Cylinder<real> cylinder = cylinder_of(shape);
   return cylinder_rolls(cylinder, normal);
@@ -77,7 +78,7 @@ real rolling_radius(u32 kind, const Placed<real>& shape, Vec3<real> normal) {
 
 /// What the parts of both surfaces share that face each other along the normal of this meeting.
 template <class real>
-Manifold<real> touch_along(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+Manifold<real> touch_along(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
                            const HullTables<real>& tables, Meeting<real> meeting, real limit, real tolerance) {
   const real core_a = patch_core_radius(kind_a, a);
   meeting.gap = meeting.gap - core_a;
@@ -91,7 +92,7 @@ Manifold<real> touch_along(u32 kind_a, const Placed<real>& a, u32 kind_b, const 
 
 /// The best face of the other one of two shapes with faces.
 template <class real>
-Meeting<real> meet_other_face(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+Meeting<real> meet_other_face(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
                               const HullTables<real>& tables, u32 frame, real limit, real tolerance) {
   const Meeting<real> none = no_meeting<real>();
   const bool faces_a = kind_a == SHAPE_BOX || kind_a == SHAPE_HULL,
@@ -104,23 +105,23 @@ Meeting<real> meet_other_face(u32 kind_a, const Placed<real>& a, u32 kind_b, con
 
 /// How far the core of a shape reaches from its centre along a direction, times the direction's length.
 template <class real>
-real core_reach(u32 kind, const Placed<real>& shape, const HullTables<real>& tables, Vec3<real> direction) {
-  if (kind == SHAPE_CYLINDER) return cylinder_reach(cylinder_of(shape), direction);
-  return poly_reach(polytope_of(kind, shape, tables), direction);
+real core_extent(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, Vec3<real> direction) {
+  if (kind == SHAPE_CYLINDER) return cylinder_extent(cylinder_of(shape), direction);
+  return poly_extent(polytope_of(kind, shape, tables), direction);
 }
 
 /// Whether the core of a shape is farther than the limit from a facet, as the facet's normal or a direction across one
 /// of its edges tells: most of those whose boxes meet are.
 template <class real>
-bool facet_is_far(u32 kind, const Placed<real>& shape, const Placed<real>& facet, const HullTables<real>& tables,
-                  real limit) {
+bool facet_is_far(u32 kind, const WorldShape<real>& shape, const WorldShape<real>& facet,
+                  const HullTables<real>& tables, real limit) {
   const Polytope<real> triangle = polytope_of(SHAPE_HULL, facet, tables);
   const Vec3<real> normal = poly_own_normal(triangle, 0);
   for (u32 k = 0; k < 4; ++k) {
     const EdgeSpan<real> edge = poly_own_edge(triangle, k < 3 ? k : 0);
     const Vec3<real> out = out_of_frame(triangle.axes, k < 3 ? cross3(edge.along, normal) : normal);
     const Vec3<real> from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
-    const real gap = dot3(out, sub3(shape.center, from)) - core_reach(kind, shape, tables, scale3(real(-1), out));
+    const real gap = dot3(out, sub3(shape.center, from)) - core_extent(kind, shape, tables, scale3(real(-1), out));
     if (gap > limit * length3(out)) return true;
   }
   return false;
@@ -128,7 +129,7 @@ bool facet_is_far(u32 kind, const Placed<real>& shape, const Placed<real>& facet
 
 /// Whether a shape tells of a contact along a normal that points out of it.
 template <class real>
-bool shape_tells(u32 kind, const Placed<real>& shape, const HullTables<real>& tables, Vec3<real> normal) {
+bool shape_tells(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, Vec3<real> normal) {
   if (!is_facet(kind, shape, tables)) return true;
   const Polytope<real> facet = polytope_of(kind, shape, tables);
   return facet_tells(facet, into_frame(facet.axes, normal));
@@ -136,7 +137,7 @@ bool shape_tells(u32 kind, const Placed<real>& shape, const HullTables<real>& ta
 
 /// Along the normal of a facet.
 template <class real>
-Meeting<real> meet_inside(const Placed<real>& facet, const HullTables<real>& tables, bool is_a) {
+Meeting<real> meet_inside(const WorldShape<real>& facet, const HullTables<real>& tables, bool is_a) {
   const Polytope<real> triangle = polytope_of(SHAPE_HULL, facet, tables);
   Meeting<real> meeting = no_meeting<real>();
   meeting.normal = out_of_frame(triangle.axes, scale3(is_a ? real(-1) : real(1), poly_own_normal(triangle, 0)));
@@ -147,8 +148,8 @@ Meeting<real> meet_inside(const Placed<real>& facet, const HullTables<real>& tab
 /// Of what a shape and a facet share along the facet's normal the points that it holds. Points that are behind the
 /// facet count where the centre of the shape is not.
 template <class real>
-Manifold<real> hold_inside(const Placed<real>& a, const Placed<real>& b, const HullTables<real>& tables, bool is_a,
-                           const Manifold<real>& shared, real limit) {
+Manifold<real> keep_points_inside(const WorldShape<real>& a, const WorldShape<real>& b, const HullTables<real>& tables,
+                                  bool is_a, const Manifold<real>& shared, real limit) {
   const Polytope<real> facet = polytope_of(SHAPE_HULL, is_a ? a : b, tables);
   const Vec3<real> other = into_frame(facet.axes, sub3(is_a ? b.center : a.center, facet.center));
   const bool in_front = facet_looks_at(facet, dot3(poly_own_normal(facet, 0), other) - poly_own_plane(facet, 0).w);
@@ -159,10 +160,11 @@ Manifold<real> hold_inside(const Placed<real>& a, const Placed<real>& b, const H
     if (point.feature == 0 || gap > limit || (gap < 0 && !in_front)) continue;
     const Vec3<real> at_a = sub3(point.anchor_a, scale3(shared.radius_a, shared.normal));
     const Vec3<real> at_b = add3(point.anchor_b, scale3(shared.radius_b, shared.normal));
-    const Vec3<real> way =  // of a past b
-        sub3(add3(a.way, cross3(a.turn, sub3(at_a, a.center))), add3(b.way, cross3(b.turn, sub3(at_b, b.center))));
+    const Vec3<real> displacement =  // of a past b
+        sub3(add3(a.displacement, cross3(a.angular_displacement, sub3(at_a, a.center))),
+             add3(b.displacement, cross3(b.angular_displacement, sub3(at_b, b.center))));
     const Vec3<real> at = into_frame(facet.axes, sub3(is_a ? at_a : at_b, facet.center));
-    if (facet_holds(facet, at, into_frame(facet.axes, scale3(is_a ? real(-1) : real(1), way)), a.margin))
+    if (facet_contains(facet, at, into_frame(facet.axes, scale3(is_a ? real(-1) : real(1), displacement)), a.margin))
       m = with_point(m, point.anchor_a, point.anchor_b, point.feature);
   }
   return m;
@@ -171,7 +173,7 @@ Manifold<real> hold_inside(const Placed<real>& a, const Placed<real>& b, const H
 /// Where the surfaces face each other along the best normal that there is. A facet whose best normal is not its own to
 /// tell, or that has none, still tells what comes down on its inside.
 template <class real>
-Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, const Placed<real>& b,
+Manifold<real> patches_touch(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
                              const HullTables<real>& tables, real limit) {
   const real tolerance = shape_tolerance(a, b);
   const real core_a = patch_core_radius(kind_a, a);
@@ -184,15 +186,15 @@ Manifold<real> patches_touch(u32 kind_a, const Placed<real>& a, u32 kind_b, cons
   if (inside) meeting = meet_inside(facet_a ? a : b, tables, facet_a);
   for (u32 attempt = 0;; ++attempt) {
     Manifold<real> m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
-    if (inside) return hold_inside(a, b, tables, facet_a, m, limit);
+    if (inside) return keep_points_inside(a, b, tables, facet_a, m, limit);
     const bool alone = m.count == 1 && m.points[0].feature == 0;
     bool found = !(facet && alone) || is_in_line(meeting, smaller_size(a, b));
     if (found && alone && meeting.frame != NORMAL_FIXED) {
       if (attempt == 1) {
         found = !facet;  // what is beside a facet its neighbours meet
-      } else if (meeting.place > meeting.gap - tolerance) {
+      } else if (meeting.crossing_gap > meeting.gap - tolerance) {
         // nothing is over the face: along its normal the points of the crossing are less deep than along their own
-        const Vec3<real> n = meeting.place_normal;
+        const Vec3<real> n = meeting.crossing_normal;
         const real radius_a = rolling_radius(kind_a, a, meeting.normal);
         const real radius_b = rolling_radius(kind_b, b, meeting.normal);
         m = with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b),

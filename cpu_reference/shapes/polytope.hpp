@@ -8,12 +8,12 @@ namespace lockstep::reference {
 
 /// What is left to rounding, and to the wish that contacts keep their features, relative to the size of both shapes.
 template <class real>
-real shape_tolerance(const Placed<real>& a, const Placed<real>& b) {
+real shape_tolerance(const WorldShape<real>& a, const WorldShape<real>& b) {
   return real(1e-6) * (length3(a.size) + length3(b.size));
 }
 
 template <class real>
-real smaller_size(const Placed<real>& a, const Placed<real>& b) {
+real smaller_size(const WorldShape<real>& a, const WorldShape<real>& b) {
   const real size_a = length3(a.size), size_b = length3(b.size);
   return size_a < size_b ? size_a : size_b;
 }
@@ -33,12 +33,12 @@ struct Polytope {
 };
 
 template <class real>
-bool is_facet(u32 kind, const Placed<real>& shape, const HullTables<real>& tables) {
+bool is_facet(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables) {
   return kind == SHAPE_HULL && !shape.alone && tables.hulls[shape.hull].face_count == 1;
 }
 
 template <class real>
-Polytope<real> polytope_of(u32 kind, const Placed<real>& shape, const HullTables<real>& tables) {
+Polytope<real> polytope_of(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables) {
   Polytope<real> p;
   p.kind = kind;
   p.center = shape.center;
@@ -153,7 +153,7 @@ u32 poly_support(const Polytope<real>& p, Vec3<real> own) {
 
 /// How far the polytope reaches from its centre along a direction in the world.
 template <class real>
-real poly_reach(const Polytope<real>& p, Vec3<real> direction) {
+real poly_extent(const Polytope<real>& p, Vec3<real> direction) {
   const Vec3<real> own = into_frame(p.axes, direction);
   return dot3(own, poly_own_vertex(p, poly_support(p, own)));
 }
@@ -165,8 +165,8 @@ struct Meeting {
   Vec3<real> normal;  // from b to a
   u32 frame;          // NormalFrame
   Vec3<real> at_a, at_b;
-  real place;               // gap of the crossing that these points are from
-  Vec3<real> place_normal;  // and its normal
+  real crossing_gap;           // gap of the crossing that these points are from
+  Vec3<real> crossing_normal;  // and its normal
 };
 
 template <class real>
@@ -177,19 +177,19 @@ Meeting<real> no_meeting() {
   none.frame = NORMAL_FIXED;
   none.at_a = Vec3<real>{0, 0, 0};
   none.at_b = none.at_a;
-  none.place = none.gap;
-  none.place_normal = none.normal;
+  none.crossing_gap = none.gap;
+  none.crossing_normal = none.normal;
   return none;
 }
 
 /// The same seen from the other side.
 template <class real>
-Meeting<real> meeting_turned(Meeting<real> m) {
+Meeting<real> meeting_swapped(Meeting<real> m) {
   const Vec3<real> at = m.at_a;
   m.at_a = m.at_b;
   m.at_b = at;
   m.normal = scale3(real(-1), m.normal);
-  m.place_normal = scale3(real(-1), m.place_normal);
+  m.crossing_normal = scale3(real(-1), m.crossing_normal);
   m.frame = m.frame == NORMAL_OF_A ? u32(NORMAL_OF_B) : m.frame == NORMAL_OF_B ? u32(NORMAL_OF_A) : m.frame;
   return m;
 }
@@ -199,7 +199,7 @@ template <class real>
 real meeting_least(const Meeting<real>& best, real tolerance) {
   if (best.frame == NORMAL_FIXED) return best.gap;
   const real near = best.gap - real(100) * tolerance;
-  return near > best.place ? near : best.place;
+  return near > best.crossing_gap ? near : best.crossing_gap;
 }
 
 /// What a crossing may lie outside of an edge, as a share of it, by rounding.
@@ -219,13 +219,13 @@ Meeting<real> meeting_offer(Meeting<real> best, real gap, Vec3<real> normal, u32
     best.frame = frame;
     best.at_a = at_a;
     best.at_b = at_b;
-    best.place = frame == NORMAL_FIXED ? gap : real(-1e30);
-    best.place_normal = normal;
+    best.crossing_gap = frame == NORMAL_FIXED ? gap : real(-1e30);
+    best.crossing_normal = normal;
   } else if (frame == NORMAL_FIXED && gap > meeting_least(best, tolerance)) {
     best.at_a = at_a;
     best.at_b = at_b;
-    best.place = gap;
-    best.place_normal = normal;
+    best.crossing_gap = gap;
+    best.crossing_normal = normal;
   }
   return best;
 }

@@ -25,15 +25,15 @@ FaceQuery<real> poly_face_query(const Polytope<real>& p, const Polytope<real>& q
   best.gap = real(-1e30);
   best.normal = Vec3<real>{0, 0, 1};
   best.vertex = 0;
-  const Vec3<real> apart = sub3(q.center, p.center);
+  const Vec3<real> offset = sub3(q.center, p.center);
   for (u32 f = 0; f < p.faces && !(best.gap > limit); ++f) {
     const Vec4<real> plane = poly_own_plane(p, f);
     const Vec3<real> normal = out_of_frame(p.axes, Vec3<real>{plane.x, plane.y, plane.z});
     const Vec3<real> down = into_frame(q.axes, scale3(real(-1), normal));
-    if (!facet_looks_at(p, dot3(normal, apart) - plane.w)) continue;
+    if (!facet_looks_at(p, dot3(normal, offset) - plane.w)) continue;
     const u32 vertex = poly_support(q, down);
-    const real gap = dot3(normal, apart) - dot3(down, poly_own_vertex(q, vertex)) - plane.w;
-    if (gap > best.gap && facet_yields(q, down)) {
+    const real gap = dot3(normal, offset) - dot3(down, poly_own_vertex(q, vertex)) - plane.w;
+    if (gap > best.gap && facet_admits(q, down)) {
       best.gap = gap;
       best.normal = normal;
       best.vertex = vertex;
@@ -85,7 +85,7 @@ real clamp_share(real x) {
 /// The separation along a unit normal from b to a: a lower bound of the true one.
 template <class real>
 real polytopes_bound(const Polytope<real>& a, const Polytope<real>& b, Vec3<real> normal) {
-  return dot3(normal, sub3(a.center, b.center)) - poly_reach(a, scale3(real(-1), normal)) - poly_reach(b, normal);
+  return dot3(normal, sub3(a.center, b.center)) - poly_extent(a, scale3(real(-1), normal)) - poly_extent(b, normal);
 }
 
 /// Two crossing edges against what the faces gave.
@@ -143,7 +143,7 @@ Meeting<real> poly_closest_edges(const Polytope<real>& a, const Polytope<real>& 
       const real distance = dot3(d, d);
       if (!(distance <= real(1.00001) * least) || !(distance > 0)) continue;
       const Vec3<real> along = out_of_frame(b.axes, scale3(real(1) / std::sqrt(distance), d));
-      if (!facets_yield(a, b, along)) continue;
+      if (!facets_admit(a, b, along)) continue;
       const real bound = polytopes_bound(a, b, along);
       if (!(bound > gap) && !(distance < real(0.99999) * least)) continue;
       least = distance;

@@ -40,7 +40,7 @@ void shared_sort(Chosen<real>& chosen) {
 /// the others may be told by points far beside each other.
 template <class real>
 bool is_in_line(const Meeting<real>& meeting, real size) {
-  const Vec3<real> d = sub3(meeting.at_a, meeting.at_b), n = meeting.place_normal;
+  const Vec3<real> d = sub3(meeting.at_a, meeting.at_b), n = meeting.crossing_normal;
   const Vec3<real> beside = sub3(d, scale3(dot3(n, d), n));
   return dot3(beside, beside) <= real(1e-4) * (size * size);
 }
@@ -65,7 +65,7 @@ Manifold<real> share_patches(const Patch<real>& a, const Patch<real>& b, real ra
     chosen.points[0] = point;
   }
   // the farthest point of a shape need not lie over the face that it is farthest behind: other points come first
-  const bool sure = meeting.frame == NORMAL_FIXED || meeting.place > real(-1e29);
+  const bool sure = meeting.frame == NORMAL_FIXED || meeting.crossing_gap > real(-1e29);
   const bool deeper = sure && meeting.gap < deepest - real(2) * tolerance;
   if (valid == 0 || (deeper && is_in_line(meeting, scale))) {
     chosen.points[0].on_a = meeting.at_a;

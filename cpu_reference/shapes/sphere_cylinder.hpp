@@ -7,7 +7,7 @@ namespace lockstep::reference {
 
 /// The closest point of the cylinder; from inside, through the nearer of cap and side.
 template <class real>
-Manifold<real> sphere_cylinder(const Placed<real>& a, const Placed<real>& b) {
+Manifold<real> sphere_cylinder(const WorldShape<real>& a, const WorldShape<real>& b) {
   const Cylinder<real> c = cylinder_of(b);
   const Vec3<real> d = sub3(a.center, b.center);
   const real height = dot3(c.axes.z, d);

@@ -7,7 +7,8 @@ namespace lockstep::reference {
 
 /// The closest point of a facet: over its inside, or on an edge or a corner that yields.
 template <class real>
-Manifold<real> sphere_facet(const Placed<real>& a, const Placed<real>& b, const Polytope<real>& facet, real limit) {
+Manifold<real> sphere_facet(const WorldShape<real>& a, const WorldShape<real>& b, const Polytope<real>& facet,
+                            real limit) {
   const Vec3<real> center = into_frame(facet.axes, sub3(a.center, b.center)), out = poly_own_normal(facet, 0);
   const real height = dot3(out, sub3(center, poly_own_vertex(facet, 0)));
   bool over_face = height >= 0;
@@ -36,7 +37,7 @@ Manifold<real> sphere_facet(const Placed<real>& a, const Placed<real>& b, const 
   const real gap = std::sqrt(least);
   if (gap > limit + a.size.x || !(gap > 0)) return no_manifold<real>();
   const Vec3<real> own = scale3(real(1) / gap, sub3(center, nearest));
-  if (!facet_yields(facet, own) || !facet_tells(facet, own)) return no_manifold<real>();
+  if (!facet_admits(facet, own) || !facet_tells(facet, own)) return no_manifold<real>();
   return manifold_at(out_of_frame(facet.axes, own), at_corner ? NORMAL_BETWEEN : NORMAL_FIXED, a.center, a.size.x,
                      add3(b.center, out_of_frame(facet.axes, nearest)), real(0), 0);
 }

@@ -7,7 +7,8 @@ namespace lockstep::reference {
 
 /// The closest point of the hull; from inside, through the nearest face.
 template <class real>
-Manifold<real> sphere_hull(const Placed<real>& a, const Placed<real>& b, const HullTables<real>& tables, real limit) {
+Manifold<real> sphere_hull(const WorldShape<real>& a, const WorldShape<real>& b, const HullTables<real>& tables,
+                           real limit) {
   const Polytope<real> hull = polytope_of(SHAPE_HULL, b, tables);
   if (hull.facet) return sphere_facet(a, b, hull, limit);
   const Vec3<real> center = into_frame(hull.axes, sub3(a.center, b.center));
@@ -51,14 +52,14 @@ Manifold<real> sphere_hull(const Placed<real>& a, const Placed<real>& b, const H
     const Vec3<real> d = sub3(center, point);
     const real square = dot3(d, d);
     if (!(square <= real(1.00001) * least)) continue;
-    const Vec3<real> way = square > 0 ? scale3(real(1) / std::sqrt(square), d) : out;
-    const real bound = dot3(way, sub3(center, poly_own_vertex(hull, poly_support(hull, way))));
+    const Vec3<real> direction = square > 0 ? scale3(real(1) / std::sqrt(square), d) : out;
+    const real bound = dot3(direction, sub3(center, poly_own_vertex(hull, poly_support(hull, direction))));
     if (!(bound > gap) && !(square < real(0.99999) * least)) continue;
     found = bound > face_gap;
     least = square;
     gap = bound;
     nearest = point;
-    own = way;
+    own = direction;
     at_vertex = share != t;
   }
   // along an edge the sphere rolls: only a vertex is a point that the normal turns about

@@ -11,7 +11,7 @@ Vec3<real> plane_normal(Quat<real> rotation) {
 }
 
 template <class real>
-Manifold<real> sphere_plane(const Placed<real>& a, const Placed<real>& b) {
+Manifold<real> sphere_plane(const WorldShape<real>& a, const WorldShape<real>& b) {
   return manifold_at(plane_normal(b.rotation), NORMAL_OF_B, a.center, a.size.x, b.center, real(0), 0);
 }
 

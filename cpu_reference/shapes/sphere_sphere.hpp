@@ -7,7 +7,7 @@ namespace lockstep::reference {
 
 /// Coincident centres have no direction: they part along z.
 template <class real>
-Manifold<real> sphere_sphere(const Placed<real>& a, const Placed<real>& b) {
+Manifold<real> sphere_sphere(const WorldShape<real>& a, const WorldShape<real>& b) {
   const Vec3<real> d = sub3(a.center, b.center);
   const real distance = length3(d);
   Vec3<real> normal = {0, 0, 1};

@@ -19,19 +19,19 @@ real shared_area(const Vec3<real>& p, const Vec3<real>& q, const Vec3<real>& r, 
 
 /// The point of a disc's rim that is farthest along a direction across the normal.
 template <class real>
-SharedPoint<real> shared_on_rim(const PatchPair<real>& pair, bool of_first, Vec3<real> way, u32 i) {
+SharedPoint<real> shared_on_rim(const PatchPair<real>& pair, bool of_first, Vec3<real> direction, u32 i) {
   SharedPoint<real> none = {};
   const Patch<real>&p = of_first ? pair.first : pair.second, &q = of_first ? pair.second : pair.first;
   if (p.kind != PATCH_DISC) return none;
-  const Vec3<real> across = sub3(way, scale3(dot3(way, p.plane), p.plane));
+  const Vec3<real> across = sub3(direction, scale3(dot3(direction, p.plane), p.plane));
   const Vec3<real> x = add3(p.center, scale3(p.radius / length3(across), across));
-  if (!patch_holds(q, pair.normal, x, pair.tolerance)) return none;
+  if (!patch_contains(q, pair.normal, x, pair.tolerance)) return none;
   const Vec3<real> other = patch_lift(q, pair.normal, x);
   return shared_point(pair, of_first ? x : other, of_first ? other : x, shared_name(of_first ? 4 : 5, 0, i));
 }
 
 /// Directions along which the corners of what two patches share are compared.
-inline constexpr u32 SHARED_WAYS = 16;
+inline constexpr u32 SHARED_DIRECTIONS = 16;
 /// Names of points of an outline: candidates, points of the rims along a direction, and the deepest one, NONE.
 inline constexpr u32 SHARED_FIRST_RIM = 1 << 16, SHARED_SECOND_RIM = 2 << 16;
 
@@ -40,23 +40,23 @@ inline constexpr u32 SHARED_FIRST_RIM = 1 << 16, SHARED_SECOND_RIM = 2 << 16;
 template <class real>
 struct Outline {
   Vec3<real> origin, u, v;  // by u and v about as wide as long
-  u32 at[SHARED_WAYS];
-  real reach[SHARED_WAYS], x[SHARED_WAYS + 1], y[SHARED_WAYS + 1];
-  bool deep[SHARED_WAYS + 1];  // as deep as the deepest
+  u32 at[SHARED_DIRECTIONS];
+  real distance[SHARED_DIRECTIONS], x[SHARED_DIRECTIONS + 1], y[SHARED_DIRECTIONS + 1];
+  bool deep[SHARED_DIRECTIONS + 1];  // as deep as the deepest
 };
 
 template <class real>
-void outline_offer(Outline<real>& outline, const SharedPoint<real>& point, u32 at, u32 first_way, u32 end_way,
-                   bool deep) {
+void outline_offer(Outline<real>& outline, const SharedPoint<real>& point, u32 at, u32 first_direction,
+                   u32 end_direction, bool deep) {
   const Vec3<real> d = sub3(point.on_a, outline.origin);
   const real x = dot3(outline.u, d), y = dot3(outline.v, d);
   const Vec3<real> along_x = {1, 0, 0}, along_y = {0, 1, 0};
-  for (u32 i = first_way; i < end_way; ++i) {
-    const Vec3<real> way = around_sixteenth(along_x, along_y, i);
-    const real reach = way.x * x + way.y * y;
+  for (u32 i = first_direction; i < end_direction; ++i) {
+    const Vec3<real> direction = around_sixteenth(along_x, along_y, i);
+    const real distance = direction.x * x + direction.y * y;
     // one that comes later must be farther by a little
-    if (!(reach > outline.reach[i] + real(0.001))) continue;
-    outline.reach[i] = reach;
+    if (!(distance > outline.distance[i] + real(0.001))) continue;
+    outline.distance[i] = distance;
     outline.at[i] = at;
     outline.x[i] = x;
     outline.y[i] = y;
@@ -78,20 +78,20 @@ Outline<real> shared_outline(const PatchPair<real>& pair, u32 count, real limit,
   const real h = dot3(beside, sub3(chosen.points[2].on_a, outline.origin)) / length, height = h < 0 ? -h : h;
   outline.u = scale3(real(1) / (length * length), across);
   outline.v = scale3(real(1) / (length * height), beside);
-  for (u32 i = 0; i < SHARED_WAYS + 1; ++i) {
+  for (u32 i = 0; i < SHARED_DIRECTIONS + 1; ++i) {
     outline.x[i] = outline.y[i] = real(0);
     outline.deep[i] = true;
   }
-  for (u32 i = 0; i < SHARED_WAYS; ++i) {
+  for (u32 i = 0; i < SHARED_DIRECTIONS; ++i) {
     outline.at[i] = NONE;
-    outline.reach[i] = real(0);
+    outline.distance[i] = real(0);
   }
   for (u32 k = 0; k < count; ++k) {
     if (shared_wanders(pair, k)) continue;
     const SharedPoint<real> point = shared_candidate(pair, k);
-    if (point.valid && point.gap <= limit) outline_offer(outline, point, k, 0, SHARED_WAYS, point.gap <= least);
+    if (point.valid && point.gap <= limit) outline_offer(outline, point, k, 0, SHARED_DIRECTIONS, point.gap <= least);
   }
-  for (u32 i = 0; i < SHARED_WAYS && pair.second.kind == PATCH_DISC; ++i) {
+  for (u32 i = 0; i < SHARED_DIRECTIONS && pair.second.kind == PATCH_DISC; ++i) {
     for (u32 side = 0; side < 2; ++side) {
       const SharedPoint<real> point = shared_on_rim(pair, side == 0, around_sixteenth(outline.u, outline.v, i), i);
       const u32 at = (side == 0 ? SHARED_FIRST_RIM : SHARED_SECOND_RIM) + i;
@@ -112,14 +112,14 @@ struct Widest {
 template <class real>
 Widest<real> outline_widest(const Outline<real>& outline) {
   Widest<real> widest = {real(0), {NONE, NONE, NONE, NONE}};
-  for (u32 i = 0; i < SHARED_WAYS; ++i) {
+  for (u32 i = 0; i < SHARED_DIRECTIONS; ++i) {
     if (i > 0 && outline.at[i] == outline.at[i - 1]) continue;
-    for (u32 j = i + 1; j < SHARED_WAYS + 1; ++j) {
-      if (j < SHARED_WAYS && outline.at[j] == outline.at[j - 1]) continue;
+    for (u32 j = i + 1; j < SHARED_DIRECTIONS + 1; ++j) {
+      if (j < SHARED_DIRECTIONS && outline.at[j] == outline.at[j - 1]) continue;
       const real dx = outline.x[j] - outline.x[i], dy = outline.y[j] - outline.y[i];
       real left = real(0), right = real(0), deep_left = real(-1e30), deep_right = real(-1e30);
       u32 at_left = NONE, at_right = NONE, at_deep_left = NONE, at_deep_right = NONE;
-      for (u32 k = 0; k < SHARED_WAYS + 1; ++k) {
+      for (u32 k = 0; k < SHARED_DIRECTIONS + 1; ++k) {
         const real beside = dx * (outline.y[k] - outline.y[i]) - dy * (outline.x[k] - outline.x[i]);
         if (beside > left) {
           left = beside;
@@ -156,14 +156,14 @@ Widest<real> outline_widest(const Outline<real>& outline) {
   return widest;
 }
 
-/// The point of an outline at one of these places; the deepest one where there is none.
+/// The point of an outline at one of these slots; the deepest one where there is none.
 template <class real>
 SharedPoint<real> outline_point(const PatchPair<real>& pair, const Outline<real>& outline,
-                                const SharedPoint<real>& deepest, u32 place) {
-  const u32 at = place < SHARED_WAYS ? outline.at[place] : NONE;
+                                const SharedPoint<real>& deepest, u32 slot) {
+  const u32 at = slot < SHARED_DIRECTIONS ? outline.at[slot] : NONE;
   if (at == NONE) return deepest;
   if (at < SHARED_FIRST_RIM) return shared_candidate(pair, at);
-  const u32 i = at & (SHARED_WAYS - 1);
+  const u32 i = at & (SHARED_DIRECTIONS - 1);
   return shared_on_rim(pair, at < SHARED_SECOND_RIM, around_sixteenth(outline.u, outline.v, i), i);
 }
 
@@ -185,14 +185,14 @@ Chosen<real> shared_along_rims(const PatchPair<real>& pair, real limit, real lea
     // a corner that is there twice is on either side
     const bool first_left = h0 > h1;
     for (u32 k = 0; k < 4; ++k) {
-      const u32 place = beside + (k >> 1);
+      const u32 slot = beside + (k >> 1);
       const real sense = (k < 2) == first_left ? real(1) : real(-1);
-      const Vec3<real> way = scale3(sense / length, left);
-      const SharedPoint<real> point = shared_on_rim(pair, (k & 1) == 0, way, SHARED_WAYS + place);
+      const Vec3<real> direction = scale3(sense / length, left);
+      const SharedPoint<real> point = shared_on_rim(pair, (k & 1) == 0, direction, SHARED_DIRECTIONS + slot);
       if (!point.valid || !(point.gap <= limit)) continue;
-      if (four.points[place].gap <= least && !(point.gap <= least)) continue;
-      if (!(dot3(way, sub3(point.on_a, four.points[place].on_a)) > real(0.001) * length)) continue;
-      four.points[place] = point;
+      if (four.points[slot].gap <= least && !(point.gap <= least)) continue;
+      if (!(dot3(direction, sub3(point.on_a, four.points[slot].on_a)) > real(0.001) * length)) continue;
+      four.points[slot] = point;
     }
   }
   return four;

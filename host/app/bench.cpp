@@ -11,7 +11,7 @@
 #include "host/app/bench_results.hpp"
 #include "host/app/commands.hpp"
 #include "host/backends/canary.hpp"
-#include "host/cases/apart.hpp"
+#include "host/cases/subprocess.hpp"
 #include "host/error.hpp"
 #include "host/scene/read.hpp"
 
@@ -84,7 +84,7 @@ BenchDevice ask(const std::string& choice, const std::vector<std::string>& preci
 
 // OpenCL is asked by a process apart, so that this one can start others.
 std::vector<BenchDevice> ask_all(const BenchOptions& options) {
-  const nlohmann::json devices = run_apart([&] {
+  const nlohmann::json devices = run_in_subprocess([&] {
     std::vector<BenchDevice> asked;
     for (const std::string& choice : options.devices) asked.push_back(ask(choice, options.precisions));
     return asked;
@@ -160,9 +160,9 @@ BenchTrial try_once(const HardCase& one, const Method& method, const Setting& se
 BenchTrial try_out(const HardCase& one, const Method& method, const Setting& setting, const std::string& precision,
                    const BenchDevice& device, u32 repetitions) {
   const auto work = [&] { return to_json(try_once(one, method, setting, precision, device)); };
-  BenchTrial best = trial_of(run_apart(work));
+  BenchTrial best = trial_of(run_in_subprocess(work));
   for (u32 i = 1; i < repetitions && best.failure.empty(); ++i) {
-    BenchTrial again = trial_of(run_apart(work));
+    BenchTrial again = trial_of(run_in_subprocess(work));
     if (again.ms_per_step < best.ms_per_step) best = std::move(again);
   }
   return best;

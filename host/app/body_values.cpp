@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "host/contact_place.hpp"
+#include "host/contact_geometry.hpp"
 #include "host/report/measures.hpp"
 
 namespace lockstep::app {
@@ -60,7 +60,7 @@ template <class real>
 std::vector<float> penetrations(const Buffers<real>& buffers, u32 count, u32 bodies) {
   Largest deepest(bodies);
   for (u32 i = 0; i < count; ++i) {
-    const double depth = std::max(-1000 * contact_place(buffers, i).gap(), 0.0);
+    const double depth = std::max(-1000 * contact_geometry(buffers, i).gap(), 0.0);
     deepest.tell(buffers.contacts[i].body_a, depth);
     deepest.tell(buffers.contacts[i].body_b, depth);
   }

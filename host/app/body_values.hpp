@@ -28,7 +28,7 @@ std::vector<Buffer> value_buffers(ColorBy by, Features features);
 /// A number a body; NaN where a body touches nothing and it takes a contact.
 ///   speed        of the centre of mass, m/s
 ///   contacts     points at which it touches others
-///   color        the last colour in which the solver visits one of its contacts
+///   color        the last colour in which the solver solves one of its contacts
 ///   penetration  the deepest, mm
 ///   residual     the largest defect velocity of its contacts and joints (docs/error_measures.md), m/s
 template <class real>

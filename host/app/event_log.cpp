@@ -10,7 +10,7 @@ namespace lockstep::app {
 
 namespace {
 
-constexpr const char* kinds[EVENT_KINDS] = {"contact_begin", "contact_end", "sensor_enter", "sensor_leave"};
+constexpr const char* kinds[EVENT_KINDS] = {"contact_begin", "contact_end", "trigger_enter", "trigger_leave"};
 
 }  // namespace
 

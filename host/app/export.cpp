@@ -44,7 +44,7 @@ ContactSystem system_at(const Scene& scene, u32 step, const ExportOptions& optio
   Backend<real>& backend = simulation.backend();
   const Buffers<real>& buffers = backend.download(measured_buffers(backend.features()));
   ContactSystem system = contact_system(buffers, simulation.counters());
-  if (!system.turns.empty())
+  if (!system.angular_friction.empty())
     throw Error(Failure::input, scene.name,
                 "has torsional or rolling friction, and a contact of a problem file has none");
   expect_all_solved(scene.name, oracle, backend.unsolved());

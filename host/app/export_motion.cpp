@@ -30,7 +30,7 @@ struct Still {
   std::string name;
   std::vector<BodyInfo> bodies;
   std::vector<std::string> body_names;  // empty where they are not known
-  std::vector<Placement> start;
+  std::vector<RenderPose> start;
   std::vector<u32> steps;  // of the keyframes
   double dt = 0;           // s
 };
@@ -101,14 +101,14 @@ void write_motion(const MotionOptions& options, const Still& still, const SceneM
 }
 
 template <class real>
-std::vector<Placement> recorded_poses(const RecordingReader& recording, const InitialState<real>& start, u32 step) {
+std::vector<RenderPose> recorded_poses(const RecordingReader& recording, const InitialState<real>& start, u32 step) {
   const u32 before = start.buffers.step_index.front();
   if (step == before) return poses_of(start.buffers.positions, start.buffers.orientations);
   const std::vector<real> x = recording.bodies<real>(0, step - before - 1);
   const std::vector<real> q = recording.bodies<real>(1, step - before - 1);
   if (x.size() != 3 * std::size_t{start.sizes.bodies} || q.size() != 4 * std::size_t{start.sizes.bodies})
     throw Error(Failure::input, recording.label().scene, "has tables of another number of bodies in its recording");
-  std::vector<Placement> poses(start.sizes.bodies);
+  std::vector<RenderPose> poses(start.sizes.bodies);
   for (u32 i = 0; i < poses.size(); ++i) {
     const auto in_float = [](real value) { return static_cast<float>(value); };
     poses[i].position = {in_float(x[3 * i]), in_float(x[3 * i + 1]), in_float(x[3 * i + 2])};
@@ -146,8 +146,8 @@ void export_scene(const Scene& scene, const MotionOptions& options) {
   Simulation<real> simulation = simulate(start, options);
   write_motion(options, still, model, region_of(model.extents(still.start)), [&](u32 step) {
     while (simulation.steps_done() < step && !Interrupt::asked()) simulation.step();
-    const Buffers<real>& now = simulation.backend().download(pose_buffers);
-    return poses_of(now.positions, now.orientations);
+    const Buffers<real>& current = simulation.backend().download(pose_buffers);
+    return poses_of(current.positions, current.orientations);
   });
   expect_all_solved(scene.name, oracle, simulation.backend().unsolved());
 }

@@ -19,7 +19,7 @@ constexpr Color contact_color = {0.98f, 0.80f, 0.10f}, force_color = {0.85f, 0.1
 constexpr Color anchor_color = {0.10f, 0.62f, 0.55f}, arm_color = {0.25f, 0.30f, 0.36f};
 
 std::size_t bytes_of(const Snapshot& s) {
-  return s.poses.size() * sizeof(Placement) + s.values.size() * sizeof(float) +
+  return s.poses.size() * sizeof(RenderPose) + s.values.size() * sizeof(float) +
          s.contacts.size() * sizeof(ContactMark) + s.joints.size() * sizeof(JointMark);
 }
 
@@ -133,10 +133,10 @@ void Frames::add_marks(const Snapshot& snapshot, Drawing& drawing) const {
     add_line(drawing, height, mark.anchor_a, mark.anchor_b, 1.8f * unit, arm_color);
     add_ball(drawing, height, mark.anchor_a, 8 * unit, anchor_color);
     add_ball(drawing, height, mark.anchor_b, 8 * unit, anchor_color);
-    const float reach = 0.06f * static_cast<float>(region_.isEmpty() ? 1 : region_.diagonal().norm());
+    const float half_length = 0.06f * static_cast<float>(region_.isEmpty() ? 1 : region_.diagonal().norm());
     if (!mark.axis.isZero())
-      add_line(drawing, height, mark.anchor_a - reach * mark.axis, mark.anchor_a + reach * mark.axis, 3.2f * unit,
-               anchor_color);
+      add_line(drawing, height, mark.anchor_a - half_length * mark.axis, mark.anchor_a + half_length * mark.axis,
+               3.2f * unit, anchor_color);
   }
 }
 

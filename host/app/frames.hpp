@@ -31,7 +31,7 @@ struct FrameOptions {
 /// A state to be shown.
 struct Snapshot {
   u32 step = 0;
-  std::vector<Placement> poses;
+  std::vector<RenderPose> poses;
   std::vector<float> values;  // of each body; empty where bodies have colours of their own
   std::vector<ContactMark> contacts;
   std::vector<JointMark> joints;

@@ -15,12 +15,13 @@ timespec asked_at;
 constexpr double one_request = 1;  // s
 
 extern "C" void ask_to_end(int signal) {
-  timespec now;
-  clock_gettime(CLOCK_MONOTONIC, &now);
+  timespec current;
+  clock_gettime(CLOCK_MONOTONIC, &current);
   if (asked_to_end == 0) {
-    asked_at = now;
+    asked_at = current;
     asked_to_end = 1;
-  } else if (double(now.tv_sec - asked_at.tv_sec) + 1e-9 * double(now.tv_nsec - asked_at.tv_nsec) > one_request) {
+  } else if (double(current.tv_sec - asked_at.tv_sec) + 1e-9 * double(current.tv_nsec - asked_at.tv_nsec) >
+             one_request) {
     std::signal(signal, SIG_DFL);
     std::raise(signal);
   }

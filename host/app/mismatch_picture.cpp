@@ -23,7 +23,7 @@ void draw_mismatch(const Mismatch& mismatch, CheckedBackend<real>& backend, Scen
   const Buffers<real>& device = backend.device_buffers(d, difference_buffers(backend.features()));
   const std::string_view where = d.stage == Stage::count ? "all sub-steps as one launch" : info(d.stage).name;
   const Picture picture =
-      draw_difference(device, reference, std::move(model), place_of(d.buffer, d.element, d.word, reference),
+      draw_difference(device, reference, std::move(model), location_of(d.buffer, d.element, d.word, reference),
                       {fmt::format("{}, step {}, {}", scene, d.step, where),
                        fmt::format("{}[{}] word {}", info(d.buffer).name, d.element, d.word),
                        "device    " + d.device_value, "reference " + d.reference_value},

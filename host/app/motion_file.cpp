@@ -31,10 +31,10 @@ MotionFile::MotionFile(const std::string& path, MotionGltf gltf, u32 keyframes) 
   file_.write(gltf_.head());
 }
 
-void MotionFile::add(std::span<const Placement> poses) {
+void MotionFile::add(std::span<const RenderPose> poses) {
   const std::span<const u32> moving = gltf_.moving();
   for (std::size_t i = 0; i < moving.size(); ++i) {
-    Placement pose = poses[moving[i]];
+    RenderPose pose = poses[moving[i]];
     // a body that has flown to where there are no numbers stays where it was
     if (!pose.position.allFinite() || !pose.rotation.coeffs().allFinite()) pose = last_[i];
     pose.rotation.normalize();
@@ -58,7 +58,7 @@ void MotionFile::write_kept() {
 
 void MotionFile::close() {
   write_kept();
-  file_.put_in_place();
+  file_.publish();
 }
 
 }  // namespace lockstep::app

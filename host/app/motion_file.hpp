@@ -17,7 +17,7 @@ class MotionFile {
   MotionFile(const std::string& path, MotionGltf gltf, u32 keyframes);
 
   /// The next keyframe: the poses of all bodies.
-  void add(std::span<const Placement> poses);
+  void add(std::span<const RenderPose> poses);
   /// After the last one.
   void close();
 
@@ -27,7 +27,7 @@ class MotionFile {
   NewFile file_;
   MotionGltf gltf_;
   std::size_t most_kept_ = 1, kept_ = 0, written_ = 0;  // keyframes
-  std::vector<Placement> last_;                         // of the bodies that move
+  std::vector<RenderPose> last_;                        // of the bodies that move
   std::vector<float> translations_, rotations_;         // of these, most_kept_ keyframes each
 };
 

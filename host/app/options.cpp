@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "host/error.hpp"
 #include "host/scene/read.hpp"
@@ -120,13 +121,20 @@ void add_setting_options(CLI::App& command, SceneOptions& options) {
       add_setting(command, row, options);
   }
   command.add_option("--time", options.time, "Simulated time instead of steps")
-      ->check(positive)
+      ->check(CLI::Validator(positive).description(""))
       ->type_name("[> 0, s]")
       ->excludes(command.get_option("--steps"))
       ->group(setting_group_names[static_cast<u32>(SettingGroup::time)]);
   command.add_option("--seed", options.seed, "Random seed offset; 0: what the scene file draws");
   command.add_option("--resume", options.resume, "Go on from this checkpoint; --steps counts from the beginning");
   add_target_options(command, options);
+}
+
+// A world of many says it once.
+static void print_notes(const Scene& scene) {
+  static std::set<std::string> printed;
+  for (const std::string& note : scene.notes)
+    if (printed.insert(scene.source + ": " + note).second) fmt::print(stderr, "lockstep: {}: {}\n", scene.source, note);
 }
 
 void apply_given(const SceneOptions& options, Settings& settings, std::initializer_list<const char*> names) {
@@ -138,6 +146,7 @@ void apply_given(const SceneOptions& options, Settings& settings, std::initializ
 
 Scene read_scene_with(const SceneOptions& options) {
   Scene scene = read_scene(options.scene, options.seed);
+  print_notes(scene);
   Settings& settings = scene.settings;
   if (options.solver && *options.solver != settings.solver) replace_solver(settings, *options.solver);
   apply_given(options, settings);

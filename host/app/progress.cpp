@@ -24,12 +24,12 @@ Progress::~Progress() {
 }
 
 void Progress::update(u32 steps_done) {
-  const Clock::time_point now = Clock::now();
-  if (!shown_ || now < next_) return;
-  next_ = now + interval;
+  const Clock::time_point time = Clock::now();
+  if (!shown_ || time < next_) return;
+  next_ = time + interval;
   drawn_ = true;
   const double share = static_cast<double>(steps_done) / steps_;
-  const double seconds = std::chrono::duration<double>(now - start_).count();
+  const double seconds = std::chrono::duration<double>(time - start_).count();
   const std::string done(static_cast<std::size_t>(share * bar_width), '#');
   fmt::print(stderr, "\r[{:<{}}] {} of {} steps, {:.0f} s left  ", done, bar_width, steps_done, steps_,
              seconds / share - seconds);

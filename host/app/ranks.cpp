@@ -95,10 +95,10 @@ std::vector<std::string> Ranks::gather_bytes(const std::string& mine) const {
   for (u32 r = 1; r < size_; ++r) starts[r] = starts[r - 1] + counts[r - 1];
   std::string all(rank_ == 0 ? static_cast<std::size_t>(starts.back() + counts.back()) : 0, '\0');
   MPI_Gatherv(mine.data(), count, MPI_CHAR, all.data(), counts.data(), starts.data(), MPI_CHAR, 0, MPI_COMM_WORLD);
-  std::vector<std::string> parts;
+  std::vector<std::string> chunks;
   for (u32 r = 0; rank_ == 0 && r < size_; ++r)
-    parts.push_back(all.substr(static_cast<std::size_t>(starts[r]), static_cast<std::size_t>(counts[r])));
-  return parts;
+    chunks.push_back(all.substr(static_cast<std::size_t>(starts[r]), static_cast<std::size_t>(counts[r])));
+  return chunks;
 }
 
 #else

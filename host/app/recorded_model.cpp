@@ -33,7 +33,7 @@ Buffers<real> particles_as_shapes(Buffers<real> scene) {
     Shape<real>& shape = add(scene.plane_bodies[k], SHAPE_PLANE);
     std::copy_n(plane.point, 3, shape.offset);
     const Quaternion q =
-        exact::turn_of_z_to({double(plane.normal[0]), double(plane.normal[1]), double(plane.normal[2])});
+        exact::rotation_from_z_to({double(plane.normal[0]), double(plane.normal[1]), double(plane.normal[2])});
     std::copy_n(q.begin(), 4, shape.rotation);
   }
   return scene;

@@ -61,14 +61,14 @@ Snapshot snapshot_of(Simulation<real>& simulation, const Buffers<real>& constant
   if (touching) wanted.insert(wanted.end(), contact_mark_buffers.begin(), contact_mark_buffers.end());
   std::sort(wanted.begin(), wanted.end());
   wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
-  const Buffers<real>& now = backend.download(wanted);
+  const Buffers<real>& current = backend.download(wanted);
   Snapshot snapshot;
   snapshot.step = simulation.steps_done();
-  snapshot.poses = poses_of(now.positions, now.orientations);
-  snapshot.values = body_values(options.color_by, now, backend.sizes().bodies, features, simulation.counters());
+  snapshot.poses = poses_of(current.positions, current.orientations);
+  snapshot.values = body_values(options.color_by, current, backend.sizes().bodies, features, simulation.counters());
   if (touching)
-    snapshot.contacts = contact_marks(now, simulation.counters()[COUNTER_CONTACTS], double(simulation.params().dt));
-  if (options.joints) snapshot.joints = joint_marks(constants, now.positions, now.orientations);
+    snapshot.contacts = contact_marks(current, simulation.counters()[COUNTER_CONTACTS], double(simulation.params().dt));
+  if (options.joints) snapshot.joints = joint_marks(constants, current.positions, current.orientations);
   return snapshot;
 }
 
@@ -98,9 +98,9 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
       shown_steps(options.shown, start.steps_done, scene.settings.steps, dt, !options.frames.film.empty());
   const Buffers<real> constants = start.state.buffers;
   if (options.frames.color_by == ColorBy::color && has(start.state.features, Feature::jacobi))
-    throw Error(Failure::input, "--color-by color", "this solver visits all contacts at once: there are no colours");
+    throw Error(Failure::input, "--color-by color", "this solver solves all contacts at once: there are no colours");
   if (options.frames.color_by == ColorBy::color && has(start.state.features, Feature::partitions))
-    throw Error(Failure::input, "--color-by color", "this solver visits contacts by cells: there are no colours");
+    throw Error(Failure::input, "--color-by color", "this solver solves contacts by cells: there are no colours");
   expect_pictures_writable(options, file_name(scene.name), shown.front());
   Frames frames(frame_options(options, scene.camera, dt), SceneModel(compile_shapes<real>(scene, options.frames.shown)),
                 file_name(scene.name), dt);
@@ -122,25 +122,25 @@ template <class real>
 Snapshot snapshot_of(const RecordingReader& recording, const InitialState<real>& start, u32 step,
                      const FrameOptions& options) {
   const u32 bodies = start.sizes.bodies, before = start.buffers.step_index.front();
-  Buffers<real> now;
-  now.positions = start.buffers.positions;
-  now.orientations = start.buffers.orientations;
-  now.motions = start.buffers.motions;
+  Buffers<real> current;
+  current.positions = start.buffers.positions;
+  current.orientations = start.buffers.orientations;
+  current.motions = start.buffers.motions;
   if (step > before) {
     const u32 row = step - before - 1;
     const std::vector<real> x = recording.bodies<real>(0, row), q = recording.bodies<real>(1, row);
     const std::vector<real> v = recording.bodies<real>(2, row);
     for (u32 i = 0; i < bodies; ++i) {
-      now.positions[i] = {x[3 * i], x[3 * i + 1], x[3 * i + 2], 0};
-      now.orientations[i] = {q[4 * i], q[4 * i + 1], q[4 * i + 2], q[4 * i + 3]};
-      std::copy_n(&v[3 * i], 3, now.motions[i].v);
+      current.positions[i] = {x[3 * i], x[3 * i + 1], x[3 * i + 2], 0};
+      current.orientations[i] = {q[4 * i], q[4 * i + 1], q[4 * i + 2], q[4 * i + 3]};
+      std::copy_n(&v[3 * i], 3, current.motions[i].v);
     }
   }
   Snapshot snapshot;
   snapshot.step = step;
-  snapshot.poses = poses_of(now.positions, now.orientations);
-  snapshot.values = body_values(options.color_by, now, bodies, 0, Counters());
-  if (options.joints) snapshot.joints = joint_marks(start.buffers, now.positions, now.orientations);
+  snapshot.poses = poses_of(current.positions, current.orientations);
+  snapshot.values = body_values(options.color_by, current, bodies, 0, Counters());
+  if (options.joints) snapshot.joints = joint_marks(start.buffers, current.positions, current.orientations);
   return snapshot;
 }
 

@@ -46,8 +46,8 @@ std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, con
 
 // Measuring takes longer than a small step: about a hundred measurements show a run, however long it is.
 bool is_measured(u32 step, u32 steps) {
-  const u32 every = steps < 200 ? 1 : steps / 100;
-  return (step + 1) % every == 0 || step + 1 == steps;
+  const u32 stride = steps < 200 ? 1 : steps / 100;
+  return (step + 1) % stride == 0 || step + 1 == steps;
 }
 
 template <class real>
@@ -61,7 +61,7 @@ Recorder make_recorder(const InitialState<real>& state) {
 
 // Who is told what a run does.
 template <class real>
-struct Watchers {
+struct RunObservers {
   Recorder& recorder;
   EventLog& log;
   Progress& progress;
@@ -72,7 +72,7 @@ struct Watchers {
 
 // Steps the simulation until `steps` are done or the program is asked to end, the clock running during the steps alone.
 template <class real>
-void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) {
+void simulate(Simulation<real>& simulation, u32 steps, RunObservers<real> observers) {
   using Clock = std::chrono::steady_clock;
   Backend<real>& backend = simulation.backend();
   const std::vector<Buffer> wanted = measured_buffers(backend.features());
@@ -82,20 +82,20 @@ void simulate(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) 
     const Clock::time_point start = Clock::now();
     simulation.step();
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
-    watchers.recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
-    if (step == first) watchers.first_step = backend.stage_seconds();
-    if (has(backend.features(), Feature::tolerance)) watchers.recorder.sweeps(simulation.counters()[COUNTER_SWEEPS]);
-    if (watchers.recording) record_step(*watchers.recording, simulation, ms.count());
+    observers.recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
+    if (step == first) observers.first_step = backend.stage_seconds();
+    if (has(backend.features(), Feature::tolerance)) observers.recorder.sweeps(simulation.counters()[COUNTER_SWEEPS]);
+    if (observers.recording) record_step(*observers.recording, simulation, ms.count());
     if (is_measured(step - first, steps - first)) {
       const Buffers<real>& buffers = backend.download(wanted);
       Measures measures =
           measure(buffers, backend.sizes(), backend.features(), simulation.params(), simulation.counters());
       backend.take_own_residual(measures);
-      if (watchers.recording) watchers.recording->add(measure_row(step + 1, measures));
-      watchers.recorder.observe(step, (step + 1 - first) * dt, measures);
+      if (observers.recording) observers.recording->add(measure_row(step + 1, measures));
+      observers.recorder.observe(step, (step + 1 - first) * dt, measures);
     }
-    for (const Event& event : simulation.events()) watchers.log.add(event);
-    watchers.progress.update(step + 1 - first);
+    for (const Event& event : simulation.events()) observers.log.add(event);
+    observers.progress.update(step + 1 - first);
   }
 }
 
@@ -120,19 +120,19 @@ std::vector<std::pair<std::string, double>> mean_step(const Backend<real>& backe
 
 // The recording says how the run ended, whatever ended it.
 template <class real>
-void simulate_and_close(Simulation<real>& simulation, u32 steps, Watchers<real> watchers) {
-  if (!watchers.recording) return simulate(simulation, steps, watchers);
+void simulate_and_close(Simulation<real>& simulation, u32 steps, RunObservers<real> observers) {
+  if (!observers.recording) return simulate(simulation, steps, observers);
   try {
-    simulate(simulation, steps, watchers);
+    simulate(simulation, steps, observers);
   } catch (const std::exception& failure) {
     try {
-      watchers.recording->close(failure.what());
+      observers.recording->close(failure.what());
     } catch (const Error&) {
       // the disk that is full, or whatever it was, has been told already
     }
     throw;
   }
-  watchers.recording->close(simulation.steps_done() == steps ? finished(simulation, watchers.oracle) : "interrupted");
+  observers.recording->close(simulation.steps_done() == steps ? finished(simulation, observers.oracle) : "interrupted");
 }
 
 template <class real>

@@ -40,7 +40,7 @@ std::string solver_descriptions() {
 Eigen::Index joint_rows(const oracle::ConeProblem& problem) { return problem.joints ? problem.joints->s.size() : 0; }
 
 // Where the largest defect sits.
-std::string worst_place(const oracle::ConeProblem& problem, const oracle::ConeError& error) {
+std::string worst_location(const oracle::ConeProblem& problem, const oracle::ConeError& error) {
   if (error.worst < problem.contacts()) return fmt::format("contact {}", error.worst);
   return fmt::format("joint block {}", error.worst - problem.contacts());
 }
@@ -51,8 +51,8 @@ std::optional<oracle::ConeError> error_of_stored(const ConeFile& file) {
   return oracle::cone_error(file.problem, file.stored->r, file.stored->l);
 }
 
-std::string to_json(const SolveOptions& options, const ConeFile& file, const oracle::ConeAnswer& answer) {
-  const oracle::ConeError& error = answer.error;
+std::string to_json(const SolveOptions& options, const ConeFile& file, const oracle::ConeSolution& solution) {
+  const oracle::ConeError& error = solution.error;
   const std::optional<oracle::ConeError> stored = error_of_stored(file);
   nlohmann::ordered_json json = {{"problem", options.problem},
                                  {"form", file.form},
@@ -60,10 +60,10 @@ std::string to_json(const SolveOptions& options, const ConeFile& file, const ora
                                  {"joint_rows", joint_rows(file.problem)},
                                  {"solver", options.solver},
                                  {"tolerance", options.limits.tolerance},
-                                 {"stop", oracle::stop_name(answer.report.stop)},
+                                 {"stop", oracle::stop_name(solution.report.stop)},
                                  {"converged", error.residual <= options.limits.tolerance},
-                                 {"iterations", answer.report.iterations},
-                                 {"seconds", answer.report.seconds},
+                                 {"iterations", solution.report.iterations},
+                                 {"seconds", solution.report.seconds},
                                  {"residual", error.residual},
                                  {"residual_floor", error.rounding},
                                  {"defect_velocity_max", error.defect_max},
@@ -77,19 +77,19 @@ std::string to_json(const SolveOptions& options, const ConeFile& file, const ora
   return json.dump(2) + "\n";
 }
 
-void print_table(const SolveOptions& options, const ConeFile& file, const oracle::ConeAnswer& answer) {
-  const oracle::ConeError& error = answer.error;
+void print_table(const SolveOptions& options, const ConeFile& file, const oracle::ConeSolution& solution) {
+  const oracle::ConeError& error = solution.error;
   const auto row = [](const char* label, const std::string& value) { fmt::print("  {:<26}{}\n", label, value); };
   const auto number = [&](const char* label, double value) { row(label, fmt::format("{:.3g}", value)); };
   fmt::print("{}\n", options.problem);
   row("problem",
       fmt::format("{}, {} contacts, {} rows of joints", file.form, file.problem.contacts(), joint_rows(file.problem)));
   row("solver", options.solver);
-  row("stopped by", std::string(oracle::stop_name(answer.report.stop)));
-  row("iterations", fmt::format("{}", answer.report.iterations));
-  row("time", fmt::format("{:.4g} s", answer.report.seconds));
+  row("stopped by", std::string(oracle::stop_name(solution.report.stop)));
+  row("iterations", fmt::format("{}", solution.report.iterations));
+  row("time", fmt::format("{:.4g} s", solution.report.seconds));
   row("residual", fmt::format("{:.3g}  (rounding alone {:.1g})", error.residual, error.rounding));
-  row("largest defect velocity", fmt::format("{:.3g} m/s, {}", error.defect_max, worst_place(file.problem, error)));
+  row("largest defect velocity", fmt::format("{:.3g} m/s, {}", error.defect_max, worst_location(file.problem, error)));
   number("natural map / |q|", error.natural_map);
   number("natural map / largest", error.natural_largest);
   number("Alart-Curnier / |q|", error.alart_curnier);
@@ -98,23 +98,23 @@ void print_table(const SolveOptions& options, const ConeFile& file, const oracle
   if (const auto stored = error_of_stored(file)) number("residual of the stored", stored->residual);
 }
 
-oracle::ConeAnswer solve_in_parts(const ConeFile& file, const oracle::MixedSolver& solver,
-                                  const oracle::SolveLimits& limits) {
+oracle::ConeSolution solve_by_mixed(const ConeFile& file, const oracle::MixedSolver& solver,
+                                    const oracle::SolveLimits& limits) {
   if (!file.global)
     throw std::runtime_error("is in the local form, and mixed solvers need the bodies of the global one; try auto");
   const oracle::MixedProblem problem = {*file.global, oracle::SparseMatrix(file.global->m.rows(), 0), {}};
   oracle::MixedImpulses impulses;
-  oracle::ConeAnswer answer;
-  answer.report = oracle::solve_mixed(problem, solver, limits, impulses);
-  answer.r = impulses.r;
-  answer.l = impulses.l;
-  answer.error = oracle::cone_error(file.problem, answer.r, answer.l);
-  return answer;
+  oracle::ConeSolution solution;
+  solution.report = oracle::solve_mixed(problem, solver, limits, impulses);
+  solution.r = impulses.r;
+  solution.l = impulses.l;
+  solution.error = oracle::cone_error(file.problem, solution.r, solution.l);
+  return solution;
 }
 
-oracle::ConeAnswer solve_by_name(const SolveOptions& options, const ConeFile& file) {
+oracle::ConeSolution solve_by_name(const SolveOptions& options, const ConeFile& file) {
   if (const oracle::MixedSolver* mixed = oracle::find_mixed_solver(options.solver))
-    return solve_in_parts(file, *mixed, options.limits);
+    return solve_by_mixed(file, *mixed, options.limits);
   if (const oracle::ConeSolver* solver = oracle::find_cone_solver(options.solver))
     return oracle::solve_whole(file.problem, *solver, options.limits);
   throw std::runtime_error("is a contact problem, and " + options.solver +
@@ -125,16 +125,16 @@ void solve(const SolveOptions& options) {
   if (is_lcp_text(options.problem)) return solve_lcp(options);
   ReportFile report(options.report);
   const ConeFile file = read_cone_file(options.problem);
-  oracle::ConeAnswer answer;
+  oracle::ConeSolution solution;
   try {
-    answer = solve_by_name(options, file);
+    solution = solve_by_name(options, file);
   } catch (const std::runtime_error& error) {
     throw Error(Failure::input, options.problem, error.what());
   }
-  report.write(to_json(options, file, answer));
-  if (!options.quiet) print_table(options, file, answer);
-  answer.report.residual = answer.error.residual;  // of the whole problem, joints and all
-  expect_solved(options, options.solver, answer.report);
+  report.write(to_json(options, file, solution));
+  if (!options.quiet) print_table(options, file, solution);
+  solution.report.residual = solution.error.residual;  // of the whole problem, joints and all
+  expect_solved(options, options.solver, solution.report);
 }
 
 }  // namespace

@@ -17,27 +17,27 @@ namespace {
 
 using namespace oracle;
 
-struct LcpAnswer {
+struct LcpSolution {
   std::string_view solver;
   SolveReport report;
   lcp::VectorXd z;
 };
 
-LcpAnswer solve_with(const lcp::NamedSolver& solver, const lcp::Lcp& problem, const SolveLimits& limits) {
-  LcpAnswer answer = {solver.name, {}, {}};
-  answer.report = solver.solve(problem, limits, answer.z);
-  return answer;
+LcpSolution solve_with(const lcp::NamedSolver& solver, const lcp::Lcp& problem, const SolveLimits& limits) {
+  LcpSolution solution = {solver.name, {}, {}};
+  solution.report = solver.solve(problem, limits, solution.z);
+  return solution;
 }
 
 // Direct methods in the order of the matrices that they take, Newton where they are out of their reach, and all index
 // sets of what is small: the first that arrives, else the best.
-LcpAnswer solve_by_any(const lcp::Lcp& problem, SolveLimits limits) {
-  std::optional<LcpAnswer> best;
+LcpSolution solve_by_any(const lcp::Lcp& problem, SolveLimits limits) {
+  std::optional<LcpSolution> best;
   for (const std::string_view name : {"lemke", "baraff", "keller", "fischer_newton", "enumeration"}) {
     const auto solver = std::ranges::find(lcp::solvers(), name, &lcp::NamedSolver::name);
-    LcpAnswer answer = solve_with(*solver, problem, limits);
-    limits.seconds -= answer.report.seconds;
-    if (!best || answer.report.residual < best->report.residual) best = std::move(answer);
+    LcpSolution solution = solve_with(*solver, problem, limits);
+    limits.seconds -= solution.report.seconds;
+    if (!best || solution.report.residual < best->report.residual) best = std::move(solution);
     if (best->report.residual <= limits.tolerance || limits.seconds <= 0) break;
   }
   return *best;
@@ -59,31 +59,31 @@ void solve_lcp(const SolveOptions& options) {
     throw Error(Failure::input, options.problem,
                 fmt::format("is a linear complementarity problem, and {} is not for those; try {}", options.solver,
                             fmt::join(lcp_solver_names(), ", ")));
-  const LcpAnswer answer = named != lcp::solvers().end() ? solve_with(*named, problem, options.limits)
-                                                         : solve_by_any(problem, options.limits);
+  const LcpSolution solution = named != lcp::solvers().end() ? solve_with(*named, problem, options.limits)
+                                                             : solve_by_any(problem, options.limits);
   const nlohmann::ordered_json json = {{"problem", options.problem},
                                        {"form", "linear complementarity"},
                                        {"unknowns", problem.size()},
-                                       {"solver", answer.solver},
+                                       {"solver", solution.solver},
                                        {"tolerance", options.limits.tolerance},
-                                       {"stop", stop_name(answer.report.stop)},
-                                       {"converged", answer.report.residual <= options.limits.tolerance},
-                                       {"iterations", answer.report.iterations},
-                                       {"seconds", answer.report.seconds},
-                                       {"residual", answer.report.residual},
-                                       {"solution", std::vector<double>(answer.z.begin(), answer.z.end())}};
+                                       {"stop", stop_name(solution.report.stop)},
+                                       {"converged", solution.report.residual <= options.limits.tolerance},
+                                       {"iterations", solution.report.iterations},
+                                       {"seconds", solution.report.seconds},
+                                       {"residual", solution.report.residual},
+                                       {"solution", std::vector<double>(solution.z.begin(), solution.z.end())}};
   report.write(json.dump(2) + "\n");
   if (!options.quiet) {
     const auto row = [](const char* label, const std::string& value) { fmt::print("  {:<26}{}\n", label, value); };
     fmt::print("{}\n", options.problem);
     row("problem", fmt::format("linear complementarity, {} unknowns", problem.size()));
-    row("solver", std::string(answer.solver));
-    row("stopped by", std::string(stop_name(answer.report.stop)));
-    row("iterations", fmt::format("{}", answer.report.iterations));
-    row("time", fmt::format("{:.4g} s", answer.report.seconds));
-    row("residual", fmt::format("{:.3g}", answer.report.residual));
+    row("solver", std::string(solution.solver));
+    row("stopped by", std::string(stop_name(solution.report.stop)));
+    row("iterations", fmt::format("{}", solution.report.iterations));
+    row("time", fmt::format("{:.4g} s", solution.report.seconds));
+    row("residual", fmt::format("{:.3g}", solution.report.residual));
   }
-  expect_solved(options, std::string(answer.solver), answer.report);
+  expect_solved(options, std::string(solution.solver), solution.report);
 }
 
 }  // namespace lockstep::app

@@ -81,21 +81,21 @@ void CheckedBackend<real>::run(Stage stage, const StepParams<real>& params) {
   if (fused_) run_fused(stage, params, written);
 }
 
-// Compares at the end of the step. One that is void has left buffers as they were.
+// Compares at the end of the step. One that is aborted has left buffers as they were.
 template <class real>
 void CheckedBackend<real>::run_fused(Stage stage, const StepParams<real>& params, std::span<const Buffer> written) {
   fused_->run(stage, params);
   if (stage == Stage::begin_step) written_in_step_.clear();
   written_in_step_.insert(written.begin(), written.end());
-  const bool is_void = (reference_.buffers().counters[COUNTER_STATUS] & STATUS_VOID) != 0;
-  if (stage == Stage::end_step && !is_void)
+  const bool is_aborted = (reference_.buffers().counters[COUNTER_STATUS] & STATUS_ABORTED) != 0;
+  if (stage == Stage::end_step && !is_aborted)
     compare(*fused_, Stage::count, std::vector<Buffer>(written_in_step_.begin(), written_in_step_.end()));
 }
 
 template <class real>
 void CheckedBackend<real>::poison_outputs(Stage stage, const StepParams<real>& params) {
-  const bool step_is_void = (reference_.buffers().counters[COUNTER_STATUS] & STATUS_VOID) != 0;
-  if (params.substep > 0 || (step_is_void && stage != Stage::begin_step)) return;
+  const bool step_aborted = (reference_.buffers().counters[COUNTER_STATUS] & STATUS_ABORTED) != 0;
+  if (params.substep > 0 || (step_aborted && stage != Stage::begin_step)) return;
   for_each_buffer(reference_.buffers(), [&](Buffer buffer, auto& elements) {
     const bool rewritten = info(buffer).lifetime == Lifetime::transient && buffer != Buffer::counters;
     if (!rewritten || elements.empty() || !is_first_writer(stage, buffer, features())) return;

@@ -29,18 +29,18 @@ constexpr u32 small_contacts = 1024;
 
 // Up to this many bodies, shapes, particles and joints one work-group does all sub-steps, and no thread of a CPU device
 // is woken (docs/performance.md).
-constexpr u32 few_parts = 512;
+constexpr u32 few_items = 512;
 
-bool has_few_parts(const Sizes& sizes) {
-  return std::max({sizes.bodies, sizes.shapes, sizes.joints, sizes.particles}) <= few_parts;
+bool has_few_items(const Sizes& sizes) {
+  return std::max({sizes.bodies, sizes.shapes, sizes.joints, sizes.particles}) <= few_items;
 }
 
 // Pairs of cylinders and hulls take microseconds each: of more shapes than this they are worth a thread to wake.
-constexpr u32 few_dear_shapes = 128;
+constexpr u32 few_expensive_shapes = 128;
 
 bool is_for_one_thread(const Sizes& sizes, Features features) {
-  const bool dear = has(features, Feature::cylinders) || has(features, Feature::hulls);
-  return has_few_parts(sizes) && (!dear || sizes.shapes <= few_dear_shapes);
+  const bool expensive = has(features, Feature::cylinders) || has(features, Feature::hulls);
+  return has_few_items(sizes) && (!expensive || sizes.shapes <= few_expensive_shapes);
 }
 
 u32 threads_for(const DeviceInfo& device, const Sizes& sizes, Features features, u32 asked) {
@@ -96,10 +96,10 @@ void update_plan(LaunchPlan& plan, const Counters& counters) {
 }
 
 // The bytes of a buffer's host copy.
-template <class real, class Visitor>
-void visit_buffer(Buffer wanted, Buffers<real>& buffers, Visitor&& visit) {
+template <class real, class Function>
+void with_buffer(Buffer wanted, Buffers<real>& buffers, Function&& function) {
 #define BUFFER(name, ...) \
-  if (wanted == Buffer::name) visit(buffers.name);
+  if (wanted == Buffer::name) function(buffers.name);
 #include "host/buffers.def"
 #undef BUFFER
 }
@@ -129,12 +129,12 @@ cl::CommandQueue make_queue(Device& device, bool profile) {
 
 bool fuses_substeps(const Sizes& sizes, const DeviceOptions& options) {
   if (!options.only.empty()) return false;
-  return options.fused.value_or(!options.profile && has_few_parts(sizes));
+  return options.fused.value_or(!options.profile && has_few_items(sizes));
 }
 
 template <class real>
-struct DeviceBackend<real>::Parts {
-  Parts(const InitialState<real>& state, const DeviceInfo& info, const DeviceOptions& wanted)
+struct DeviceBackend<real>::Impl {
+  Impl(const InitialState<real>& state, const DeviceInfo& info, const DeviceOptions& wanted)
       : threads(threads_for(info, state.sizes, state.features, wanted.threads)),
         device(open_device(info, threads)),
         sizes(state.sizes),
@@ -148,7 +148,7 @@ struct DeviceBackend<real>::Parts {
                   : std::nullopt),
         memory(device, queue),
         launcher(device, queue, memory, wanted.work_group, wanted.profile) {
-    build_apart(kernels, features);
+    build_programs(kernels, features);
     resize(host, sizes, features);
     for_each_buffer(state.buffers, [&](Buffer buffer, const auto& elements) {
       if (elements.empty()) return;
@@ -163,7 +163,7 @@ struct DeviceBackend<real>::Parts {
   }
 
   // The files whose kernels no fused one calls, those together that differ alike from scene to scene.
-  void build_apart(const Kernels& all, Features compiled) {
+  void build_programs(const Kernels& all, Features compiled) {
     std::map<Differ, std::vector<std::string>> programs_of;
     for (const std::string& file : all.files)
       if (!fused || std::ranges::count(fused->files, file) == 0)
@@ -219,7 +219,7 @@ struct DeviceBackend<real>::Parts {
 
 // From the start of a stage's first command to the end of its last.
 template <class real>
-void DeviceBackend<real>::Parts::add_spans() {
+void DeviceBackend<real>::Impl::add_spans() {
   for (const DeviceLauncher::Span& span : launcher.take_spans()) {
     const cl_ulong start = span.first.getProfilingInfo<CL_PROFILING_COMMAND_START>();
     const cl_ulong end = span.last.getProfilingInfo<CL_PROFILING_COMMAND_END>();
@@ -230,27 +230,27 @@ void DeviceBackend<real>::Parts::add_spans() {
 template <class real>
 DeviceBackend<real>::DeviceBackend(const InitialState<real>& state, const DeviceInfo& device,
                                    const DeviceOptions& options)
-    : parts_(opencl_guard(device.name, [&] { return std::make_unique<Parts>(state, device, options); })) {}
+    : impl_(opencl_guard(device.name, [&] { return std::make_unique<Impl>(state, device, options); })) {}
 
 // Waits for what is under way, also after a failure: a driver that still builds a kernel when the process ends may
 // abort it. Then every kernel that was wanted has run. A binary that cannot be had is built again next time.
 template <class real>
 DeviceBackend<real>::~DeviceBackend() {
-  clFinish(parts_->queue());
+  clFinish(impl_->queue());
   try {
-    for (BuiltProgram* program : parts_->programs) save_program(parts_->device, *program);
+    for (BuiltProgram* program : impl_->programs) save_program(impl_->device, *program);
   } catch (const Error&) {
   }
 }
 
 template <class real>
 void DeviceBackend<real>::run(Stage stage, const StepParams<real>& params) {
-  if (!runs(stage, parts_->features)) return;
-  DeviceLauncher& launcher = parts_->launcher;
+  if (!runs(stage, impl_->features)) return;
+  DeviceLauncher& launcher = impl_->launcher;
   const StepCounts counts = counts_of(params);
-  if (std::exchange(launcher.plan().counts, counts) != counts) parts_->fuse_again();
-  const auto& fused = parts_->fused;
-  const bool in_fused = fused && fused->stands_for(stage);
+  if (std::exchange(launcher.plan().counts, counts) != counts) impl_->fuse_again();
+  const auto& fused = impl_->fused;
+  const bool in_fused = fused && fused->replaces(stage);
   if (in_fused && (params.substep > 0 || stage != fused->stages[0])) return;
   launcher.begin(in_fused ? Stage::count : stage, std::as_bytes(std::span(&params, 1)));
   if (in_fused)
@@ -262,122 +262,122 @@ void DeviceBackend<real>::run(Stage stage, const StepParams<real>& params) {
 template <class real>
 Counters DeviceBackend<real>::counters() {
   Counters counters;
-  opencl_guard([&] { return parts_->where(); },
+  opencl_guard([&] { return impl_->where(); },
                [&] {
-                 parts_->read(Buffer::counters, counters.data(), sizeof(counters), true);
-                 parts_->add_spans();
+                 impl_->read(Buffer::counters, counters.data(), sizeof(counters), true);
+                 impl_->add_spans();
                });
-  update_plan(parts_->launcher.plan(), counters);
+  update_plan(impl_->launcher.plan(), counters);
   return counters;
 }
 
 template <class real>
 void DeviceBackend<real>::grow(const Sizes& sizes) {
-  opencl_guard([&] { return parts_->where(); },
+  opencl_guard([&] { return impl_->where(); },
                [&] {
-                 for_each_buffer(parts_->host, [&](Buffer buffer, auto& elements) {
+                 for_each_buffer(impl_->host, [&](Buffer buffer, auto& elements) {
                    const std::size_t wanted = capacity(info(buffer).domain, sizes);
-                   if (!has(parts_->features, info(buffer).feature) || wanted <= elements.size()) return;
+                   if (!has(impl_->features, info(buffer).feature) || wanted <= elements.size()) return;
                    const std::size_t element = sizeof(elements[0]);
                    const bool kept = info(buffer).lifetime != Lifetime::transient;
-                   parts_->memory.allocate(buffer, wanted * element, kept ? elements.size() * element : 0);
+                   impl_->memory.allocate(buffer, wanted * element, kept ? elements.size() * element : 0);
                  });
-                 parts_->queue.finish();
-                 parts_->sizes = parts_->launcher.plan().sizes = sizes;
-                 parts_->fuse_again();
+                 impl_->queue.finish();
+                 impl_->sizes = impl_->launcher.plan().sizes = sizes;
+                 impl_->fuse_again();
                });
-  resize(parts_->host, sizes, parts_->features);
+  resize(impl_->host, sizes, impl_->features);
 }
 
 // Kernels of their own: those of a step are left as they are. Volumes may be boxes where no shape is one.
 template <class real>
 void DeviceBackend<real>::enable(Feature feature) {
-  if (has(parts_->features, feature)) return;
-  parts_->features = with(parts_->features, feature);
-  DeviceOptions options = parts_->options;
+  if (has(impl_->features, feature)) return;
+  impl_->features = with(impl_->features, feature);
+  DeviceOptions options = impl_->options;
   options.only.clear();
   for (u32 s = 0; s < stage_count; ++s) {
     if (info(static_cast<Stage>(s)).feature == feature) options.only.push_back(static_cast<Stage>(s));
   }
-  const Features compiled = with(with(parts_->features, Feature::manifolds), Feature::boxes);
-  parts_->build_apart(kernels_of(compiled, options), compiled);
+  const Features compiled = with(with(impl_->features, Feature::manifolds), Feature::boxes);
+  impl_->build_programs(kernels_of(compiled, options), compiled);
 }
 
 template <class real>
 const Buffers<real>& DeviceBackend<real>::download(std::span<const Buffer> wanted) {
-  Parts& parts = *parts_;
-  opencl_guard([&] { return parts.where(); },
+  Impl& impl = *impl_;
+  opencl_guard([&] { return impl.where(); },
                [&] {
-                 Counters now;
+                 Counters current;
                  u32 cached = 0;
-                 parts.read(Buffer::counters, now.data(), sizeof(now), true);
-                 if (has(parts.features, Feature::contacts))
-                   parts.read(Buffer::cached_count, &cached, sizeof(cached), true);
+                 impl.read(Buffer::counters, current.data(), sizeof(current), true);
+                 if (has(impl.features, Feature::contacts))
+                   impl.read(Buffer::cached_count, &cached, sizeof(cached), true);
                  for (const Buffer buffer : wanted) {
-                   visit_buffer(buffer, parts.host, [&](auto& elements) {
+                   with_buffer(buffer, impl.host, [&](auto& elements) {
                      const std::size_t count =
-                         std::min(elements.size(), live(info(buffer).domain, parts.sizes, now, cached));
-                     parts.read(buffer, elements.data(), count * sizeof(elements[0]), false);
+                         std::min(elements.size(), live(info(buffer).domain, impl.sizes, current, cached));
+                     impl.read(buffer, elements.data(), count * sizeof(elements[0]), false);
                    });
                  }
-                 parts.queue.finish();
+                 impl.queue.finish();
                });
-  return parts.host;
+  return impl.host;
 }
 
 template <class real>
 void DeviceBackend<real>::upload(Buffer buffer, const Buffers<real>& buffers) {
   ++this->uploads_;
-  opencl_guard([&] { return parts_->where(); },
+  opencl_guard([&] { return impl_->where(); },
                [&] {
                  for_each_buffer(buffers, [&](Buffer each, const auto& elements) {
                    if (each != buffer) return;
                    const std::size_t bytes = elements.size() * sizeof(elements[0]);
-                   parts_->write(buffer, elements.data(), std::min(bytes, parts_->memory.of(buffer).bytes));
+                   impl_->write(buffer, elements.data(), std::min(bytes, impl_->memory.of(buffer).bytes));
                  });
                });
 }
 
 template <class real>
 void DeviceBackend<real>::poison(Buffer buffer, unsigned char byte) {
-  const DeviceArray& array = parts_->memory.of(buffer);
-  opencl_guard([&] { return parts_->where(); },
-               [&] { parts_->queue.enqueueFillBuffer(array.buffer, byte, 0, array.bytes); });
+  const DeviceArray& array = impl_->memory.of(buffer);
+  opencl_guard([&] { return impl_->where(); },
+               [&] { impl_->queue.enqueueFillBuffer(array.buffer, byte, 0, array.bytes); });
 }
 
 template <class real>
 const Sizes& DeviceBackend<real>::sizes() const {
-  return parts_->sizes;
+  return impl_->sizes;
 }
 
 template <class real>
 Features DeviceBackend<real>::features() const {
-  return parts_->features;
+  return impl_->features;
 }
 
 template <class real>
 std::string DeviceBackend<real>::name() const {
-  return parts_->device.info.name;
+  return impl_->device.info.name;
 }
 
 template <class real>
 StageSeconds DeviceBackend<real>::stage_seconds() const {
-  opencl_guard([&] { return parts_->where(); },
+  opencl_guard([&] { return impl_->where(); },
                [&] {
-                 parts_->queue.finish();
-                 parts_->add_spans();
+                 impl_->queue.finish();
+                 impl_->add_spans();
                });
-  return parts_->seconds;
+  return impl_->seconds;
 }
 
 template <class real>
 u32 DeviceBackend<real>::lanes() const {
-  return parts_->lanes;
+  return impl_->lanes;
 }
 
 template <class real>
 u32 DeviceBackend<real>::threads() const {
-  return parts_->threads;
+  return impl_->threads;
 }
 
 template class DeviceBackend<float>;

@@ -57,8 +57,8 @@ class DeviceBackend final : public Backend<real> {
   void poison(Buffer buffer, unsigned char byte);
 
  private:
-  struct Parts;  // keeps OpenCL out of this header
-  std::unique_ptr<Parts> parts_;
+  struct Impl;  // keeps OpenCL out of this header
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace lockstep

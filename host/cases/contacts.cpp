@@ -51,23 +51,23 @@ std::vector<CaseError> slide_to_roll(Trial& trial) {
   const double v0 = 5, mu = 0.2, radius = scene.bodies[ball].shapes[0].radius;
   const double rolls = 2 * v0 / (7 * mu * g), distance = 12 * v0 * v0 / (49 * mu * g);
   const double dt = trial.settings_for(scene).dt;
-  double start = 0, speed = 0, time = -1, way = 0, last_slip = v0, last_x = 0;
+  double start = 0, speed = 0, time = -1, travel = 0, last_slip = v0, last_x = 0;
   trial.run(scene, 1.0, [&](Seen& seen) {
     const BodyState s = seen.body(ball);
     if (seen.time == 0) last_x = start = s.x[0];
     const double slip = s.v[0] - s.w[1] * radius;
     if (time < 0 && slip < 1e-4 * v0) {  // when the slip, falling at a steady rate, came to nothing
       const double rate = 3.5 * mu * g;
-      const double part = std::min(1.0, last_slip / (rate * dt));
-      time = seen.time - dt + part * dt;
-      way = last_x + part * (s.x[0] - last_x) - start;
+      const double fraction = std::min(1.0, last_slip / (rate * dt));
+      time = seen.time - dt + fraction * dt;
+      travel = last_x + fraction * (s.x[0] - last_x) - start;
     }
     last_slip = slip;
     last_x = s.x[0];
     speed = s.v[0];
     return true;
   });
-  return {compare("rolls after", "m", distance, way), compare("rolls from", "s", rolls, time),
+  return {compare("rolls after", "m", distance, travel), compare("rolls from", "s", rolls, time),
           compare("speed at the end", "m/s", 5.0 / 7.0 * v0, speed)};
 }
 
@@ -77,16 +77,16 @@ std::vector<CaseError> sphere_on_slope(Trial& trial) {
   const u32 ball = first_dynamic(scene);
   const double exact = 5.0 / 7.0 * g * std::sin(std::numbers::pi / 6);
   Vector3 start = {};
-  double way = 0, speed = 0;
+  double travel = 0, speed = 0;
   trial.run(scene, 1.0, [&](Seen& seen) {
     const BodyState s = seen.body(ball);
     if (seen.time == 0) start = s.x;
-    way = length(subtract(s.x, start));
+    travel = length(subtract(s.x, start));
     speed = length(s.v);
     return true;
   });
   return {compare("acceleration from the speed", "m/s^2", exact, speed),
-          compare("acceleration from the way", "m/s^2", exact, 2 * way)};
+          compare("acceleration from the way", "m/s^2", exact, 2 * travel)};
 }
 
 /// A slope of 20 degrees made of triangles: what rolls and what slides goes down it as on a plane.
@@ -120,7 +120,7 @@ std::vector<CaseError> incline(Trial& trial) {
     u32 body;
     double friction;
     Vector3 start;
-    double way = 0, speed = 0;
+    double travel = 0, speed = 0;
   };
   std::vector<Box> boxes;
   for (const MaterialPairRule& pair : scene.material_pairs) {
@@ -130,7 +130,7 @@ std::vector<CaseError> incline(Trial& trial) {
   trial.run(scene, duration, [&](Seen& seen) {
     for (Box& box : boxes) {
       const BodyState s = seen.body(box.body);
-      box.way = length(subtract(s.x, box.start));
+      box.travel = length(subtract(s.x, box.start));
       box.speed = length(s.v);
     }
     return true;
@@ -141,7 +141,7 @@ std::vector<CaseError> incline(Trial& trial) {
     const double exact = g * (std::sin(angle) - box.friction * std::cos(angle));
     CaseError& worst = exact > 0 ? slides : sticks;
     const CaseError error = exact > 0 ? compare(worst.quantity, worst.unit, exact, box.speed / duration)
-                                      : compare(worst.quantity, worst.unit, 0, box.way);
+                                      : compare(worst.quantity, worst.unit, 0, box.travel);
     if (error.error > worst.error) worst = error;
   }
   return {slides, sticks};
@@ -177,17 +177,17 @@ std::vector<CaseError> euler_disk(Trial& trial) {
   const double s = std::sin(lean), c = std::cos(lean), r = body.shapes[0].radius, d = body.shapes[0].half_length;
   const double rate =
       std::sqrt(body.mass * g * (r * c - d * s) / (s * (body.inertia[0] * c - body.inertia[2] * (d / r) * s)));
-  double turned = 0, last = 0, strayed = 0;
+  double azimuth_change = 0, last = 0, strayed = 0;
   trial.run(scene, duration, [&](Seen& seen) {
     const BodyState state = seen.body(disk);
     const Vector3 axis = exact::rotate(state.q, {0, 0, 1});
     const double azimuth = std::atan2(axis[1], axis[0]);
-    if (seen.time > 0) turned += std::remainder(azimuth - last, 2 * std::numbers::pi);
+    if (seen.time > 0) azimuth_change += std::remainder(azimuth - last, 2 * std::numbers::pi);
     last = azimuth;
     strayed = std::max(strayed, length(subtract(state.x, body.position)));
     return true;
   });
-  return {compare("rate of the lean", "rad/s", rate, turned / duration),
+  return {compare("rate of the lean", "rad/s", rate, azimuth_change / duration),
           {"way of the centre, the farthest", "m", 0, strayed}};
 }
 
@@ -216,21 +216,22 @@ std::vector<CaseError> leaning_box(Trial& trial) {
 std::vector<CaseError> capstan(Trial& trial) {
   Scene scene = read_scene("capstan");
   const u32 last = first_dynamic(scene) + 19;
-  const double turn = std::numbers::pi / 20, rise = 0.3 * std::tan(turn / 2), quarter = 0.1, most = 0.03;
+  const double wrap_angle = std::numbers::pi / 20, mu_tan = 0.3 * std::tan(wrap_angle / 2), quarter = 0.1, most = 0.03;
   const double slips = bisect(2.2, 3, 22, [&](double ratio) {
     scene.joints.back().motor_force = ratio;
-    double way = 0;                   // m
-    std::array<double, 5> ways = {};  // at the ends of the quarters
+    double travel = 0;                   // m
+    std::array<double, 5> travels = {};  // at the ends of the quarters
     trial.run(scene, 4 * quarter, [&](Seen& seen) {
-      way = length(subtract(seen.body(last).x, scene.bodies[last].position));
-      ways[static_cast<std::size_t>(std::ceil(seen.time / quarter - 1e-9))] = way;
-      return way < most;
+      travel = length(subtract(seen.body(last).x, scene.bodies[last].position));
+      travels[static_cast<std::size_t>(std::ceil(seen.time / quarter - 1e-9))] = travel;
+      return travel < most;
     });
-    const double before = std::max(0.0, (ways[2] - ways[1]) / quarter), after = (ways[4] - ways[3]) / quarter;  // m/s
+    const double before = std::max(0.0, (travels[2] - travels[1]) / quarter),
+                 after = (travels[4] - travels[3]) / quarter;  // m/s
     const bool gathers = after > 1.05 * before && after - before > 2e-6;
-    return way >= most || gathers;
+    return travel >= most || gathers;
   });
-  return {compare("ratio of pulls at which it slips", "", std::pow((1 + rise) / (1 - rise), 20), slips)};
+  return {compare("ratio of pulls at which it slips", "", std::pow((1 + mu_tan) / (1 - mu_tan), 20), slips)};
 }
 
 /// Two plates that nothing stops close in on a box until there is no room for it: no velocity of it is right. It is to
@@ -268,26 +269,26 @@ std::vector<HardCase> contact_cases() {
       {"slide_to_roll",
        "A ball slides at 5 m/s, and rolls from 0.728120 s and 3.120514 m on with 5/7 of its speed",
        {trapezoidal({0.02, 0.01, 0.005, 0.0025}), semi_implicit({0.02, 0.01, 0.005, 0.0025}),
-        soft({0.02, 0.01, 0.005, 0.0025}), oracle("auto", {0.02, 0.01, 0.005})},
+        soft({0.02, 0.01, 0.005, 0.0025}), by_oracle("auto", {0.02, 0.01, 0.005})},
        slide_to_roll},
       {"sphere_on_slope",
        "A ball rolls down 30 degrees with 3.503571 m/s^2",
        {trapezoidal({0.02, 0.01, 0.005, 0.0025}), semi_implicit({0.02, 0.01, 0.005, 0.0025}),
-        soft({0.02, 0.01, 0.005, 0.0025}), oracle("auto", {0.02, 0.01, 0.005})},
+        soft({0.02, 0.01, 0.005, 0.0025}), by_oracle("auto", {0.02, 0.01, 0.005})},
        sphere_on_slope},
       {"rolling_threshold",
        "The least friction at which that ball rolls is 0.164957",
-       {trapezoidal({0.02, 0.01, 0.005}), semi_implicit({0.02, 0.01, 0.005}), oracle("auto", {0.02, 0.01, 0.005})},
+       {trapezoidal({0.02, 0.01, 0.005}), semi_implicit({0.02, 0.01, 0.005}), by_oracle("auto", {0.02, 0.01, 0.005})},
        rolling_threshold},
       {"incline",
        "Boxes on 20 degrees slide exactly where their friction is less than tan(20)",
        {gauss_seidel(0.01, {5, 20, 80, 320}), cell_gauss_seidel(0.01, {5, 20, 80, 320}), jacobi(0.01, {30, 120, 480}),
-        gradient(0.01, {20, 80, 320}), relaxed, soft({0.02, 0.01, 0.005}), oracle("auto", {0.02, 0.01})},
+        gradient(0.01, {20, 80, 320}), relaxed, soft({0.02, 0.01, 0.005}), by_oracle("auto", {0.02, 0.01})},
        incline},
       {"slope_of_triangles",
        "A ball rolls and a box and a drum slide down 20 degrees of triangles as down a plane",
        {trapezoidal({0.02, 0.01, 0.005}), semi_implicit({0.02, 0.01, 0.005}), soft({0.02, 0.01, 0.005}),
-        oracle("auto", {0.02, 0.01})},
+        by_oracle("auto", {0.02, 0.01})},
        slope_of_triangles},
       {"euler_disk",
        "A disk that leans at 10 degrees rolls on its rim with its centre at rest: it goes round at 77.71 rad/s",
@@ -296,7 +297,7 @@ std::vector<HardCase> contact_cases() {
        euler_disk},
       {"leaning_box",
        "A box half as wide as it is high topples on slopes of more than 26.565 degrees",
-       {gauss_seidel(0.005, {10, 50}), soft({0.01, 0.005, 0.0025}), oracle("auto", {0.01, 0.005})},
+       {gauss_seidel(0.005, {10, 50}), soft({0.01, 0.005, 0.0025}), by_oracle("auto", {0.01, 0.005})},
        leaning_box},
       {"capstan",
        "A rope of 20 beads half round a bollard, mu = 0.3, slips where one end is drawn 2.571774 times as hard",

@@ -10,17 +10,17 @@ namespace lockstep {
 namespace {
 
 /// Kinetic and potential energy, J, the latter over the height 0. A ball is an isotropic body.
-double energy_of_balls(const Scene& scene, Seen& now) {
+double energy_of_balls(const Scene& scene, Seen& sample) {
   double sum = 0;
   for (u32 i = first_dynamic(scene); i < scene.bodies.size(); ++i) {
     const BodyDescription& ball = scene.bodies[i];
-    const BodyState state = now.body(i);
-    double moves = 0, turns = 0;
+    const BodyState state = sample.body(i);
+    double moves = 0, rotates = 0;
     for (int k = 0; k < 3; ++k) {
       moves += state.v[k] * state.v[k];
-      turns += state.w[k] * state.w[k];
+      rotates += state.w[k] * state.w[k];
     }
-    sum += (ball.mass * moves + ball.inertia[0] * turns) / 2 - ball.mass * scene.gravity[2] * state.x[2];
+    sum += (ball.mass * moves + ball.inertia[0] * rotates) / 2 - ball.mass * scene.gravity[2] * state.x[2];
   }
   return sum;
 }
@@ -30,9 +30,9 @@ class EnergyError {
  public:
   explicit EnergyError(const Scene& scene) : scene_(scene) {}
 
-  void look(Seen& now) {
-    const double energy = energy_of_balls(scene_, now);
-    if (now.time == 0) first_ = energy;
+  void look(Seen& sample) {
+    const double energy = energy_of_balls(scene_, sample);
+    if (sample.time == 0) first_ = energy;
     sum_ += (energy - first_) * (energy - first_);
     gain_ = std::max(gain_, energy - first_);
     ++seen_;
@@ -57,10 +57,10 @@ std::vector<CaseError> bouncing(Trial& trial) {
   EnergyError energy(scene);
   double off = 0;
   u32 seen = 0;
-  trial.run(scene, 20, [&](Seen& now) {
-    energy.look(now);
-    const double s = std::remainder(now.time, period);
-    off += std::abs(now.body(ball).x[2] - (top - g * s * s / 2));
+  trial.run(scene, 20, [&](Seen& sample) {
+    energy.look(sample);
+    const double s = std::remainder(sample.time, period);
+    off += std::abs(sample.body(ball).x[2] - (top - g * s * s / 2));
     ++seen;
     return true;
   });
@@ -71,8 +71,8 @@ std::vector<CaseError> bouncing(Trial& trial) {
 std::vector<CaseError> elastic666(Trial& trial) {
   const Scene scene = read_scene("balls666_elastic");
   EnergyError energy(scene);
-  trial.run(scene, 10, [&](Seen& now) {
-    energy.look(now);
+  trial.run(scene, 10, [&](Seen& sample) {
+    energy.look(sample);
     return true;
   });
   return {energy.error(), energy.gain()};
@@ -102,8 +102,8 @@ std::vector<CaseError> six66(Trial& trial) {
   std::vector<Vector3> centres(scene.bodies.size() - first);
   double sum = 0;
   u32 seen = 0;
-  trial.run(scene, 10, [&](Seen& now) {
-    for (u32 i = 0; i < centres.size(); ++i) centres[i] = now.body(first + i).x;
+  trial.run(scene, 10, [&](Seen& sample) {
+    for (u32 i = 0; i < centres.size(); ++i) centres[i] = sample.body(first + i).x;
     sum += squared_penetrations(centres, scene.bodies[first].shapes[0].radius);
     ++seen;
     return true;
@@ -115,7 +115,7 @@ std::vector<CaseError> six66(Trial& trial) {
 
 std::vector<HardCase> crowd_cases() {
   return {
-      // a ball has one contact at a time, which one visit solves: more sweeps, jacobi and oracles change nothing
+      // a ball has one contact at a time, which one solve satisfies: more sweeps, jacobi and oracles change nothing
       {"bouncing",
        "49 elastic balls bounce for 20 s: their energy is constant",
        {trapezoidal({8e-3, 4e-3, 2e-3, 1e-3}), semi_implicit({8e-3, 4e-3, 2e-3, 1e-3}),

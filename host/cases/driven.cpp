@@ -21,7 +21,7 @@ u32 body_called(const Scene& scene, const std::string& name) {
 }
 
 /// The angle of a body about z, rad, counted on through whole turns.
-class Turned {
+class AngleCounter {
  public:
   double at(const BodyState& body) {
     const double angle = 2 * std::atan2(body.q[2], body.q[3]);
@@ -47,11 +47,11 @@ std::vector<CaseError> squeezer(Trial& trial) {
                                 1.23054744454982119};
   constexpr std::array exact_end = {15.81077119629904,  -15.75637105984298, 0.04082224013073101, -0.5347301163226948,
                                     0.5244099658805304, 0.5347301163226948, 1.048080741042263};
-  std::array<Turned, 7> turned;
+  std::array<AngleCounter, 7> counters;
   std::array<double, 7> angle = {};
   trial.run(scene, 0.03, [&](Seen& seen) {
     std::array<double, 7> k = {};
-    for (u32 i = 0; i < 7; ++i) k[i] = turned[i].at(seen.body(body_called(scene, "k" + std::to_string(i + 1))));
+    for (u32 i = 0; i < 7; ++i) k[i] = counters[i].at(seen.body(body_called(scene, "k" + std::to_string(i + 1))));
     angle = {k[0], k[1] - k[0], k[2], k[3] - k[4], k[4], k[5] - k[6], k[6]};
     return true;
   });
@@ -76,7 +76,7 @@ FlyBallParameters parameters_of(const Scene& scene) {
           .link = exact::length(exact::subtract(link.anchor_b, link.anchor_a)),
           .offset = hinge.anchor_a[0],
           .angle = std::atan2(arm[0], -arm[2]),
-          .spin = spindle.angular_velocity[2],
+          .angular_velocity = spindle.angular_velocity[2],
           .torque = drive.motor_force,
           .stiffness = guide.spring->stiffness,
           .damping = guide.spring->damping,
@@ -89,15 +89,15 @@ std::vector<CaseError> governor(Trial& trial) {
   const u32 spindle = body_called(scene, "spindle"), collar = body_called(scene, "collar");
   const double start = scene.bodies[collar].position[2];
   FlyBall exact(parameters_of(scene));
-  double travel = 0, spin = 0;
+  double travel = 0, off_angular_velocity = 0;
   trial.run(scene, 5, [&](Seen& seen) {
     exact.run_to(seen.time, 1e-4);
     travel = std::max(travel, std::abs(seen.body(collar).x[2] - start - exact.travel()));
-    spin = std::max(spin, std::abs(seen.body(spindle).w[2] - exact.spin()));
+    off_angular_velocity = std::max(off_angular_velocity, std::abs(seen.body(spindle).w[2] - exact.angular_velocity()));
     return true;
   });
   return {{"way of the collar, at worst in 5 s", "m", exact.travel(), travel},
-          {"spin, at worst in 5 s", "rad/s", exact.spin(), spin}};
+          {"spin, at worst in 5 s", "rad/s", exact.angular_velocity(), off_angular_velocity}};
 }
 
 /// Two crosses between three shafts, the first of which a motor turns evenly. With theta its angle from where the arm
@@ -132,22 +132,22 @@ std::vector<CaseError> screw_nut(Trial& trial) {
     const Vector3 axis = exact::rotate({-q[0], -q[1], -q[2], q[3]}, {0, 0, 1});
     double moment = 0;
     for (unsigned k = 0; k < 3; ++k) moment += axis[k] * axis[k] * nut.inertia[k];
-    const double turn = 2 * exact::pi / std::abs(joint.pitch);  // rad/m
-    const double pull = std::max(-scene.gravity[2] - turn * joint.friction / nut.mass, 0.0);
-    exact.push_back(pull / (1 + moment * turn * turn / nut.mass) * duration * duration / 2);
+    const double radians_per_metre = 2 * exact::pi / std::abs(joint.pitch);  // rad/m
+    const double pull = std::max(-scene.gravity[2] - radians_per_metre * joint.friction / nut.mass, 0.0);
+    exact.push_back(pull / (1 + moment * radians_per_metre * radians_per_metre / nut.mass) * duration * duration / 2);
   }
-  std::vector<double> way(exact.size());
+  std::vector<double> travel(exact.size());
   trial.run(scene, duration, [&](Seen& seen) {
-    for (u32 i = 0; i < way.size(); ++i) {
+    for (u32 i = 0; i < travel.size(); ++i) {
       const u32 body = scene.joints[i].body_b;
-      way[i] = scene.bodies[body].position[2] - seen.body(body).x[2];
+      travel[i] = scene.bodies[body].position[2] - seen.body(body).x[2];
     }
     return true;
   });
-  return {compare("way of the free nut in 1.5 s", "m", exact[0], way[0]),
-          compare("way of the left-handed nut in 1.5 s", "m", exact[1], way[1]),
-          compare("way of the rubbed nut in 1.5 s", "m", exact[2], way[2]),
-          compare("way of the locked nut in 1.5 s", "m", exact[3], way[3])};
+  return {compare("way of the free nut in 1.5 s", "m", exact[0], travel[0]),
+          compare("way of the left-handed nut in 1.5 s", "m", exact[1], travel[1]),
+          compare("way of the rubbed nut in 1.5 s", "m", exact[2], travel[2]),
+          compare("way of the locked nut in 1.5 s", "m", exact[3], travel[3])};
 }
 
 }  // namespace

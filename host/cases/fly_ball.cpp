@@ -13,14 +13,14 @@ double FlyBall::inertia(double angle) const {
 
 double FlyBall::acceleration(double time, double angle, double rate) const {
   const double sine = std::sin(angle), cosine = std::cos(angle);
-  const double spin_now = (inertia(p_.angle) * p_.spin + p_.torque * time) / inertia(angle);
+  const double w = (inertia(p_.angle) * p_.angular_velocity + p_.torque * time) / inertia(angle);
   const double inertia_q = 4 * p_.ball_mass * (p_.offset + p_.arm * sine) * p_.arm * cosine;
   const double x = 2 * p_.link * (std::cos(p_.angle) - cosine), x_q = 2 * p_.link * sine, x_qq = 2 * p_.link * cosine;
   const double a = 2 * (p_.ball_mass * p_.arm * p_.arm + p_.ball_inertia) + p_.collar_mass * x_q * x_q;
   const double a_q = 2 * p_.collar_mass * x_q * x_qq;
   const double weight = 2 * (p_.ball_mass * p_.arm + p_.collar_mass * p_.link) * p_.gravity * sine;
   const double spring = p_.stiffness * x + p_.damping * x_q * rate;
-  return (inertia_q * spin_now * spin_now / 2 - a_q * rate * rate / 2 - weight - x_q * spring) / a;
+  return (inertia_q * w * w / 2 - a_q * rate * rate / 2 - weight - x_q * spring) / a;
 }
 
 void FlyBall::run_to(double time, double step) {
@@ -41,6 +41,8 @@ void FlyBall::run_to(double time, double step) {
 
 double FlyBall::travel() const { return 2 * p_.link * (std::cos(p_.angle) - std::cos(angle_)); }
 
-double FlyBall::spin() const { return (inertia(p_.angle) * p_.spin + p_.torque * time_) / inertia(angle_); }
+double FlyBall::angular_velocity() const {
+  return (inertia(p_.angle) * p_.angular_velocity + p_.torque * time_) / inertia(angle_);
+}
 
 }  // namespace lockstep

@@ -13,16 +13,16 @@ struct FlyBallParameters {
   double arm, link;                // m: hinge to ball; hinge to link, and link
   double offset;                   // m: of the hinges from the axis
   double angle;                    // rad: of the arms from straight down, at the start
-  double spin;                     // rad/s, at the start
+  double angular_velocity;         // rad/s, at the start
   double torque;                   // N m, on the spindle
   double stiffness, damping;       // N/m, N s/m
   double gravity;                  // m/s^2, down
 };
 
 /// Its motion by Runge-Kutta's method of fourth order. With q the angle of the arms, s = offset + arm sin q and
-/// x = 2 link (cos q_0 - cos q) the way of the collar:
-///   spin = p / J,  p' = torque,  J = spindle_inertia + 2 (ball_mass s^2 + ball_inertia)
-///   A q'' + A_q q'^2 / 2 = J_q spin^2 / 2 - (2 ball_mass arm + 2 collar_mass link) g sin q - x_q (k x + c x'),
+/// x = 2 link (cos q_0 - cos q) the travel of the collar:
+///   w = p / J,  p' = torque,  J = spindle_inertia + 2 (ball_mass s^2 + ball_inertia)
+///   A q'' + A_q q'^2 / 2 = J_q w^2 / 2 - (2 ball_mass arm + 2 collar_mass link) g sin q - x_q (k x + c x'),
 ///   A = 2 (ball_mass arm^2 + ball_inertia) + collar_mass x_q^2
 class FlyBall {
  public:
@@ -31,8 +31,8 @@ class FlyBall {
   /// To a time that is no earlier than that of the last call, s, in steps of at most `step`.
   void run_to(double time, double step);
 
-  double travel() const;  // of the collar, m, up
-  double spin() const;    // of the spindle, rad/s
+  double travel() const;            // of the collar, m, up
+  double angular_velocity() const;  // of the spindle, rad/s
 
  private:
   double acceleration(double time, double angle, double rate) const;

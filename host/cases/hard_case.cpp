@@ -97,7 +97,7 @@ Method with_direct_joints(Method method, u32 iterations) {
   return method;
 }
 
-Method oracle(const std::string& solver, std::initializer_list<double> dts) {
+Method by_oracle(const std::string& solver, std::initializer_list<double> dts) {
   return {"oracle " + solver, nullptr, find_solver(solver).value(), steps_of(dts)};
 }
 
@@ -112,8 +112,8 @@ Method reduced(std::initializer_list<double> dts) {
 const std::vector<HardCase>& hard_cases() {
   static const std::vector<HardCase> cases = [] {
     std::vector<HardCase> all;
-    for (const auto& kind : {motion_cases, contact_cases, impact_cases, standing_cases, crowd_cases, pushed_cases,
-                             linkage_cases, driven_cases, unslipping_cases, turning_cases})
+    for (const auto& kind : {motion_cases, contact_cases, impact_cases, stack_cases, crowd_cases, pushed_cases,
+                             linkage_cases, driven_cases, unslipping_cases, angular_friction_cases})
       for (HardCase& one : kind()) all.push_back(std::move(one));
     return all;
   }();

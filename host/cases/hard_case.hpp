@@ -27,16 +27,16 @@ struct HardCase {
 const std::vector<HardCase>& hard_cases();
 
 // by kind, a file each
-std::vector<HardCase> motion_cases();      // one body without contact
-std::vector<HardCase> contact_cases();     // friction and bounces of a few bodies
-std::vector<HardCase> impact_cases();      // laws of impact
-std::vector<HardCase> standing_cases();    // what is built at rest
-std::vector<HardCase> crowd_cases();       // many bodies with an answer for all of them
-std::vector<HardCase> pushed_cases();      // a force from outside over rough ground
-std::vector<HardCase> linkage_cases();     // joints
-std::vector<HardCase> driven_cases();      // motors and springs
-std::vector<HardCase> unslipping_cases();  // skates, and what rolls
-std::vector<HardCase> turning_cases();     // contacts that resist turning
+std::vector<HardCase> motion_cases();            // one body without contact
+std::vector<HardCase> contact_cases();           // friction and bounces of a few bodies
+std::vector<HardCase> impact_cases();            // laws of impact
+std::vector<HardCase> stack_cases();             // what is built at rest
+std::vector<HardCase> crowd_cases();             // many bodies with an answer for all of them
+std::vector<HardCase> pushed_cases();            // a force from outside over rough ground
+std::vector<HardCase> linkage_cases();           // joints
+std::vector<HardCase> driven_cases();            // motors and springs
+std::vector<HardCase> unslipping_cases();        // skates, and what rolls
+std::vector<HardCase> angular_friction_cases();  // contacts with angular friction
 
 // what the files share
 
@@ -68,7 +68,7 @@ Method with_patches(Method method);
 Method with_direct_joints(Method method, u32 iterations);
 /// The contact problem of each step solved to 1e-10 (host/steppers/system_solvers.hpp), so that what is left is the
 /// time step's and the friction model's: `auto` has Coulomb's cones. In double, on the reference.
-Method oracle(const std::string& solver, std::initializer_list<double> dts);
+Method by_oracle(const std::string& solver, std::initializer_list<double> dts);
 /// The same with joints in reduced coordinates, by the trapezoidal rule: no joint of a tree opens, so that what is left
 /// is the time step's.
 Method reduced(std::initializer_list<double> dts);

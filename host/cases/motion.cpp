@@ -75,7 +75,7 @@ std::vector<CaseError> dzhanibekov(double off, double exact_period, Trial& trial
 std::vector<CaseError> heavy_top(Trial& trial) {
   const Scene scene = read_scene("heavy_top");
   const BodyDescription& body = scene.bodies[0];
-  const double m = body.mass, l = length(body.lever), constant = 1269.975005;
+  const double m = body.mass, l = length(body.com_offset), constant = 1269.975005;
   double drift = 0;
   trial.run(scene, 10.0, [&](Seen& seen) {
     const BodyState s = seen.body(0);
@@ -83,7 +83,7 @@ std::vector<CaseError> heavy_top(Trial& trial) {
     const double energy = ((body.inertia[0] + m * l * l) * w[0] * w[0] + (body.inertia[1] + m * l * l) * w[1] * w[1] +
                            body.inertia[2] * w[2] * w[2]) /
                               2 -
-                          m * scene.gravity[2] * rotate(s.q, body.lever)[2];
+                          m * scene.gravity[2] * rotate(s.q, body.com_offset)[2];
     drift = std::max(drift, std::abs(energy - constant));
     return true;
   });
@@ -92,24 +92,24 @@ std::vector<CaseError> heavy_top(Trial& trial) {
 
 /// A top in steady precession: rate of the azimuth of its axis, and how far the tilt strays.
 std::vector<CaseError> steady_precession(double rate, Trial& trial) {
-  const double tilt = std::numbers::pi / 6, spin = 60, duration = 2.0;
+  const double tilt = std::numbers::pi / 6, axial_rate = 60, duration = 2.0;
   Scene scene = read_scene("steady_precession");
-  // the angular velocity of the steady motion: precession about z, total rate `spin` along the axis of the body
+  // the angular velocity of the steady motion: precession about z, total rate `axial_rate` along the axis of the body
   const Vector3 axis = rotate(scene.bodies[0].orientation, {0, 0, 1});
   Vector3& w = scene.bodies[0].angular_velocity;
   w = {0, 0, rate};
-  for (int k = 0; k < 3; ++k) w[k] += (spin - rate * std::cos(tilt)) * axis[k];
-  double turned = 0, last = 0, nutation = 0, time = 0;
+  for (int k = 0; k < 3; ++k) w[k] += (axial_rate - rate * std::cos(tilt)) * axis[k];
+  double azimuth_change = 0, last = 0, nutation = 0, time = 0;
   trial.run(scene, duration, [&](Seen& seen) {
     const Vector3 a = rotate(seen.body(0).q, {0, 0, 1});
     const double azimuth = std::atan2(a[1], a[0]);
-    if (seen.time > 0) turned += std::remainder(azimuth - last, 2 * std::numbers::pi);
+    if (seen.time > 0) azimuth_change += std::remainder(azimuth - last, 2 * std::numbers::pi);
     last = azimuth;
     time = seen.time;
     nutation = std::max(nutation, std::abs(std::acos(a[2]) - tilt));
     return true;
   });
-  return {compare("rate of precession", "rad/s", rate, turned / time), {"tilt", "rad", tilt, nutation}};
+  return {compare("rate of precession", "rad/s", rate, azimuth_change / time), {"tilt", "rad", tilt, nutation}};
 }
 
 /// A pendulum released from the horizontal: where it is after 10 s.
@@ -122,7 +122,7 @@ std::vector<CaseError> pendulum(Trial& trial) {
     return true;
   });
   // released along +-x from a pivot at the height of the start; the exact point is for a release along +x
-  const double side = start[0] - rotate(scene.bodies[0].orientation, scene.bodies[0].lever)[0];
+  const double side = start[0] - rotate(scene.bodies[0].orientation, scene.bodies[0].com_offset)[0];
   const double sign = start[0] >= side ? 1 : -1, x = sign * (end[0] - side), z = end[2] - start[2];
   return {{"place after 10 s", "m", 1.0, std::hypot(x - 0.2750874626, z + 0.9614192051)}};
 }

@@ -59,12 +59,12 @@ PlanarImpulse followed(const PlanarImpact& i, bool by_work) {
 }
 
 PlanarImpulse newton(const PlanarImpact& i) {
-  const double rise = -(1 + i.restitution) * i.u_n, determinant = i.w_nn * i.w_tt - i.w_nt * i.w_nt;
-  const PlanarImpulse stuck = {(i.w_tt * rise + i.w_nt * i.u_t) / determinant,
-                               (-i.w_nt * rise - i.w_nn * i.u_t) / determinant};
+  const double delta_u_n = -(1 + i.restitution) * i.u_n, determinant = i.w_nn * i.w_tt - i.w_nt * i.w_nt;
+  const PlanarImpulse stuck = {(i.w_tt * delta_u_n + i.w_nt * i.u_t) / determinant,
+                               (-i.w_nt * delta_u_n - i.w_nn * i.u_t) / determinant};
   if (std::abs(stuck.tangent) <= i.friction * stuck.normal) return stuck;
   for (const double side : {1.0, -1.0}) {  // of the slip at the end
-    const double normal = rise / (i.w_nn - i.friction * side * i.w_nt), tangent = -i.friction * side * normal;
+    const double normal = delta_u_n / (i.w_nn - i.friction * side * i.w_nt), tangent = -i.friction * side * normal;
     if (normal > 0 && side * (i.u_t + i.w_nt * normal + i.w_tt * tangent) >= 0) return {normal, tangent};
   }
   return {};

@@ -25,9 +25,9 @@ std::vector<CaseError> rolling(Trial& trial) {
   const u32 slab = first_dynamic(scene), first = slab + 1, balls = 25;
   const double force = 150, slab_mass = 10, ball_mass = 1;
   const Vector3 along = {0.5, std::sqrt(0.75), 0};
-  const double rubs = 0.4 * (slab_mass + balls * ball_mass) * g;                                 // N, under the slab
-  const double pull = (force - rubs) / slab_mass / (3.5 / ball_mass + balls / slab_mass);        // N, on a ball
-  const double of_slab = (force - rubs - balls * pull) / slab_mass, of_ball = pull / ball_mass;  // m/s^2
+  const double friction = 0.4 * (slab_mass + balls * ball_mass) * g;                           // N, under the slab
+  const double pull = (force - friction) / slab_mass / (3.5 / ball_mass + balls / slab_mass);  // N, on a ball
+  const double of_slab = (force - friction - balls * pull) / slab_mass, of_ball = pull / ball_mass;  // m/s^2
   const auto at = [&](double acceleration, double time) {
     return Vector3{acceleration * time * along[0], acceleration * time * along[1], 0};
   };
@@ -35,11 +35,11 @@ std::vector<CaseError> rolling(Trial& trial) {
   u32 seen = 0;
   trial.run(
       scene, 4,
-      [&](Seen& now) {
-        if (now.time == 0) return true;
+      [&](Seen& sample) {
+        if (sample.time == 0) return true;
         double of_balls = 0;
-        for (u32 i = 0; i < balls; ++i) of_balls += square_distance(now.body(first + i).v, at(of_ball, now.time));
-        sum += square_distance(now.body(slab).v, at(of_slab, now.time)) + of_balls / balls;
+        for (u32 i = 0; i < balls; ++i) of_balls += square_distance(sample.body(first + i).v, at(of_ball, sample.time));
+        sum += square_distance(sample.body(slab).v, at(of_slab, sample.time)) + of_balls / balls;
         ++seen;
         return true;
       },
@@ -55,14 +55,14 @@ std::vector<CaseError> oscillating_push(Trial& trial) {
   const double push = 8, duration = 10, dt = trial.settings_for(scene).dt;
   const StickSlip exact(push, 0.8 * g, duration);
   const u32 block = first_dynamic(scene);
-  double sum = 0, place = 0;
+  double sum = 0, position = 0;
   u32 seen = 0;
   trial.run(
       scene, duration,
-      [&](Seen& now) {
-        const BodyState state = now.body(block);
-        sum += std::abs(state.v[0] - exact.speed(now.time));
-        place = state.x[0];
+      [&](Seen& sample) {
+        const BodyState state = sample.body(block);
+        sum += std::abs(state.v[0] - exact.speed(sample.time));
+        position = state.x[0];
         ++seen;
         return true;
       },
@@ -71,7 +71,8 @@ std::vector<CaseError> oscillating_push(Trial& trial) {
       Push{block, [&](double time) {
              return Vector3{push * std::cos(time + dt / 2), 0, 0};
            }});
-  return {compare("place after 10 s", "m", exact.place(duration), place), {"mean speed error", "m/s", 0, sum / seen}};
+  return {compare("place after 10 s", "m", exact.position(duration), position),
+          {"mean speed error", "m/s", 0, sum / seen}};
 }
 
 }  // namespace
@@ -82,14 +83,14 @@ std::vector<HardCase> pushed_cases() {
        "25 balls roll on a slab that is drawn askew over rough ground: their velocities and its own",
        {gauss_seidel(1e-3, {2, 5, 10, 20, 50}), cell_gauss_seidel(1e-3, {2, 5, 10, 20, 50}),
         jacobi(1e-3, {10, 30, 100}), gradient(1e-3, {30, 100, 300}), accelerated_gradient(1e-3, {30, 100, 300}),
-        dense_gauss_seidel(1e-3, {2, 5, 10, 20, 50}), small_steps(1e-3, {1, 2, 5, 10}), oracle("auto", {4e-3, 1e-3}),
-        oracle("pyramid_lemke", {0.01}), oracle("box_baraff", {0.01})},
+        dense_gauss_seidel(1e-3, {2, 5, 10, 20, 50}), small_steps(1e-3, {1, 2, 5, 10}), by_oracle("auto", {4e-3, 1e-3}),
+        by_oracle("pyramid_lemke", {0.01}), by_oracle("box_baraff", {0.01})},
        rolling},
       // one pair of shapes: jacobi is gauss_seidel here
       {"oscillating_push",
        "A block slips and sticks by turns under a force that goes to and fro: where and when",
        {gauss_seidel(1e-3, {2, 5, 10, 20, 50, 100}), small_steps(1e-3, {1, 2, 5, 10}),
-        oracle("auto", {4e-3, 2e-3, 1e-3, 5e-4})},
+        by_oracle("auto", {4e-3, 2e-3, 1e-3, 5e-4})},
        oscillating_push},
   };
 }

@@ -15,8 +15,8 @@ class StickSlip {
   StickSlip(double push, double friction, double duration);
 
   // at a time up to `duration`
-  double place(double time) const;  // m
-  double speed(double time) const;  // m/s
+  double position(double time) const;  // m
+  double speed(double time) const;     // m/s
 
  private:
   struct Slide {
@@ -26,7 +26,7 @@ class StickSlip {
   };
   const Slide& last_begun(double time) const;
   double speed_in(const Slide& slide, double time) const;
-  double place_in(const Slide& slide, double time) const;
+  double position_in(const Slide& slide, double time) const;
 
   double push_, friction_;
   std::vector<Slide> slides_;  // the first starts at 0

@@ -9,9 +9,9 @@ Swung swing(const Scene& scene, double duration, Trial& trial) {
   for (const BodyDescription& body : scene.bodies)
     range += body.mass * exact::length(scene.gravity) * exact::length(body.position);
   Swung swung;
-  trial.run(scene, duration, [&](Seen& now) {
-    const Measures& measures = now.measures();
-    if (now.time == 0) first = measures.energy();
+  trial.run(scene, duration, [&](Seen& sample) {
+    const Measures& measures = sample.measures();
+    if (sample.time == 0) first = measures.energy();
     const double change = (measures.energy() - first) / range;
     swung.gained = std::max(swung.gained, change);
     swung.lost = std::max(swung.lost, -change);

@@ -20,7 +20,7 @@ constexpr u32 looks = 50;  // at the residual, in a run
 template <class real>
 class SeenIn final : public Seen {
  public:
-  SeenIn(double now, Simulation<real>& simulation) : Seen(now), simulation_(simulation) {}
+  SeenIn(double current_time, Simulation<real>& simulation) : Seen(current_time), simulation_(simulation) {}
 
   BodyState body(u32 index) override {
     if (poses_ == nullptr) {
@@ -34,7 +34,7 @@ class SeenIn final : public Seen {
 
   Vector3 joint_force(u32 index) override {
     constexpr Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::motions,     Buffer::joint_infos,
-                                 Buffer::joints,    Buffer::screw_rises,  Buffer::joint_lanes, Buffer::joint_impulses};
+                                 Buffer::joints,    Buffer::screw_leads,  Buffer::joint_lanes, Buffer::joint_impulses};
     const Eigen::Vector3d force =
         measure_joint(simulation_.backend().download(wanted), simulation_.params(), index).force;
     return {force.x(), force.y(), force.z()};
@@ -86,19 +86,19 @@ Settings Trial::settings_for(const Scene& scene) const {
   return settings;
 }
 
-void Trial::run(const Scene& scene, double duration, const std::function<bool(Seen&)>& visit,
+void Trial::run(const Scene& scene, double duration, const std::function<bool(Seen&)>& observe,
                 const std::optional<Push>& push) {
   Scene mine = scene;
   mine.settings = settings_ = settings_for(scene);
   mine.settings.loads = push.has_value();
   if (precision_of(settings_) == "double")
-    run_in<double>(mine, duration, visit, push);
+    run_in<double>(mine, duration, observe, push);
   else
-    run_in<float>(mine, duration, visit, push);
+    run_in<float>(mine, duration, observe, push);
 }
 
 template <class real>
-void Trial::run_in(const Scene& scene, double duration, const std::function<bool(Seen&)>& visit,
+void Trial::run_in(const Scene& scene, double duration, const std::function<bool(Seen&)>& observe,
                    const std::optional<Push>& push) {
   using Clock = std::chrono::steady_clock;
   InitialState<real> state = compile<real>(scene);
@@ -107,17 +107,17 @@ void Trial::run_in(const Scene& scene, double duration, const std::function<bool
   const auto steps = static_cast<u32>(std::lround(duration / dt));
   const bool solves = has(state.features, Feature::contacts) || has(state.features, Feature::joints);
   SeenIn<real> first(0, simulation);
-  bool going = visit(first);
+  bool going = observe(first);
   for (u32 i = 1; going && i <= steps; ++i) {
     if (push) act(*push, (i - 1) * dt, state.buffers, simulation.backend());
     const Clock::time_point start = Clock::now();
     simulation.step();
     if (i > 1) ms_.push_back(std::chrono::duration<double, std::milli>(Clock::now() - start).count());
-    SeenIn<real> now(i * dt, simulation);
-    going = visit(now);
-    const bool looks_now = i % std::max(1u, steps / looks) == 0 || (!going && residuals_.empty());
-    if (solves && looks_now)
-      if (const auto& residual = now.measures().residual) residuals_.push_back(residual->relative);
+    SeenIn<real> sample(i * dt, simulation);
+    going = observe(sample);
+    const bool measures_residual = i % std::max(1u, steps / looks) == 0 || (!going && residuals_.empty());
+    if (solves && measures_residual)
+      if (const auto& residual = sample.measures().residual) residuals_.push_back(residual->relative);
   }
   if (const Unsolved left = simulation.backend().unsolved(); left.count > 0)
     throw Error(Failure::comparison, scene.name, in_words(name_of(settings_.solver), left));

@@ -38,7 +38,7 @@ struct BodyState {
 /// The state after a step; what is asked of it is fetched then.
 class Seen {
  public:
-  explicit Seen(double now) : time(now) {}
+  explicit Seen(double current_time) : time(current_time) {}
   virtual ~Seen() = default;
 
   virtual BodyState body(u32 index) = 0;
@@ -62,10 +62,10 @@ class Trial {
   Trial(const Method& method, const Setting& setting, std::string precision, std::optional<DeviceInfo> device)
       : method_(method), setting_(setting), precision_(std::move(precision)), device_(std::move(device)) {}
 
-  /// Runs the scene as method and setting have it and calls `visit` with the state at time 0 and after each step, until
-  /// it returns false or `duration` (s) is over. Clocks stand still in between. Throws what a step does, Error (input)
-  /// for a scene that the method does not take, and Error (comparison) where an oracle left a step unsolved.
-  void run(const Scene& scene, double duration, const std::function<bool(Seen&)>& visit,
+  /// Runs the scene as method and setting have it and calls `observe` with the state at time 0 and after each step,
+  /// until it returns false or `duration` (s) is over. Clocks stand still in between. Throws what a step does, Error
+  /// (input) for a scene that the method does not take, and Error (comparison) where an oracle left a step unsolved.
+  void run(const Scene& scene, double duration, const std::function<bool(Seen&)>& observe,
            const std::optional<Push>& push = std::nullopt);
 
   /// The settings that run() gives a scene.
@@ -84,7 +84,7 @@ class Trial {
 
  private:
   template <class real>
-  void run_in(const Scene& scene, double duration, const std::function<bool(Seen&)>& visit,
+  void run_in(const Scene& scene, double duration, const std::function<bool(Seen&)>& observe,
               const std::optional<Push>& push);
 
   const Method& method_;

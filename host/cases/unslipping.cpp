@@ -15,28 +15,28 @@ double distance(const Vector3& a, const Vector3& b) { return exact::length(exact
 /// edge behind the centre of mass (tests/joints/non_holonomic_test.cpp has both solutions).
 std::vector<CaseError> skates(Trial& trial) {
   const Scene scene = read_scene("skates");
-  const JointDescription &turning = scene.joints[1], &dragged = scene.joints[3];
-  const BodyDescription &skater = scene.bodies[turning.body_b], &sleigh = scene.bodies[dragged.body_b];
-  const Vector3 down = turning.axis, along = exact::rotate(skater.orientation, {1, 0, 0});
-  const double spin = exact::length(skater.angular_velocity);
-  const double scale = exact::dot(scene.gravity, down) / (spin * spin);
+  const JointDescription &axle = scene.joints[1], &dragged = scene.joints[3];
+  const BodyDescription &skater = scene.bodies[axle.body_b], &sleigh = scene.bodies[dragged.body_b];
+  const Vector3 down = axle.axis, along = exact::rotate(skater.orientation, {1, 0, 0});
+  const double angular_speed = exact::length(skater.angular_velocity);
+  const double scale = exact::dot(scene.gravity, down) / (angular_speed * angular_speed);
   const auto on_slope = [&](double t) {
-    const double phi = spin * t, rise = 1 - std::cos(phi);
-    const double x = std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4, y = rise * rise / 2;
+    const double phi = angular_speed * t, versine = 1 - std::cos(phi);
+    const double x = std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4, y = versine * versine / 2;
     return exact::add(skater.position, exact::add(exact::scale(scale * x, along), exact::scale(scale * y, down)));
   };
-  const double lever = distance(sleigh.position, dragged.anchor_a), first = sleigh.angular_velocity[2];
-  const double kappa = 1 + sleigh.inertia[2] / (sleigh.mass * lever * lever);
-  const double last = lever * first * std::sqrt(kappa), rate = last / (lever * kappa), duration = 10;
-  double off_slope = 0, off_spin = 0;
+  const double arm = distance(sleigh.position, dragged.anchor_a), first = sleigh.angular_velocity[2];
+  const double kappa = 1 + sleigh.inertia[2] / (sleigh.mass * arm * arm);
+  const double last = arm * first * std::sqrt(kappa), rate = last / (arm * kappa), duration = 10;
+  double off_slope = 0, off_angular_velocity = 0;
   trial.run(scene, duration, [&](Seen& seen) {
-    off_slope = std::max(off_slope, distance(seen.body(turning.body_b).x, on_slope(seen.time)));
-    const double turned = seen.body(dragged.body_b).w[2] - first / std::cosh(rate * seen.time);
-    off_spin = std::max(off_spin, std::abs(turned));
+    off_slope = std::max(off_slope, distance(seen.body(axle.body_b).x, on_slope(seen.time)));
+    const double error = seen.body(dragged.body_b).w[2] - first / std::cosh(rate * seen.time);
+    off_angular_velocity = std::max(off_angular_velocity, std::abs(error));
     return true;
   });
   return {{"place of the skater, at worst in 10 s", "m", distance(on_slope(duration), skater.position), off_slope},
-          {"spin of the sleigh, at worst in 10 s", "rad/s", first, off_spin}};
+          {"spin of the sleigh, at worst in 10 s", "rad/s", first, off_angular_velocity}};
 }
 
 /// Balls on a turntable: their velocities turn at 2/7 of its rate. Those that joints let roll, and one that friction
@@ -44,23 +44,23 @@ std::vector<CaseError> skates(Trial& trial) {
 std::vector<CaseError> turntable(Trial& trial) {
   const Scene scene = read_scene("turntable");
   const double rate = 2.0 / 7 * scene.bodies[0].angular_velocity[2], duration = 10;
-  const auto exact_place = [&](const BodyDescription& ball, double t) {
+  const auto exact_position = [&](const BodyDescription& ball, double t) {
     const double c = std::cos(rate * t), s = std::sin(rate * t);
     const Vector3& v = ball.velocity;
     return exact::add(ball.position, {(v[0] * s - v[1] * (1 - c)) / rate, (v[0] * (1 - c) + v[1] * s) / rate, 0});
   };
-  double held = 0, rubbing = 0, circle = 0;
+  double by_joints = 0, by_friction = 0, circle = 0;
   trial.run(scene, duration, [&](Seen& seen) {
     for (u32 i = 1; i < scene.bodies.size(); ++i) {
       const bool by_joint = i <= scene.joints.size();
-      const double off = distance(seen.body(i).x, exact_place(scene.bodies[i], seen.time));
-      (by_joint ? held : rubbing) = std::max(by_joint ? held : rubbing, off);
+      const double off = distance(seen.body(i).x, exact_position(scene.bodies[i], seen.time));
+      (by_joint ? by_joints : by_friction) = std::max(by_joint ? by_joints : by_friction, off);
       circle = std::max(circle, 2 * exact::length(scene.bodies[i].velocity) / rate);
     }
     return true;
   });
-  return {{"place of the balls that joints let roll, at worst in 10 s", "m", circle, held},
-          {"place of the ball that friction lets roll, at worst in 10 s", "m", circle, rubbing}};
+  return {{"place of the balls that joints let roll, at worst in 10 s", "m", circle, by_joints},
+          {"place of the ball that friction lets roll, at worst in 10 s", "m", circle, by_friction}};
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace lockstep {
 namespace {
 
 // A part of a CPU device with so many compute units; the whole device where it has no more anyway, or is no CPU.
-cl::Device part_of(const DeviceInfo& info, u32 threads) {
+cl::Device subdevice_of(const DeviceInfo& info, u32 threads) {
   const DeviceHandles& handles = device_handles().at(info.index);
   if (threads == 1 && handles.threadless() != nullptr) return handles.threadless;
   const cl::Device& whole = handles.device;
@@ -18,15 +18,15 @@ cl::Device part_of(const DeviceInfo& info, u32 threads) {
   const cl_device_partition_property by_counts[] = {CL_DEVICE_PARTITION_BY_COUNTS,
                                                     static_cast<cl_device_partition_property>(threads),
                                                     CL_DEVICE_PARTITION_BY_COUNTS_LIST_END, 0};
-  std::vector<cl::Device> parts;
-  cl::Device(whole).createSubDevices(by_counts, &parts);
-  return parts.at(0);
+  std::vector<cl::Device> subdevices;
+  cl::Device(whole).createSubDevices(by_counts, &subdevices);
+  return subdevices.at(0);
 }
 
 std::unique_ptr<Device> open(const DeviceInfo& info, u32 threads) {
   auto device = std::make_unique<Device>();
   device->info = info;
-  device->handle = part_of(info, threads);
+  device->handle = subdevice_of(info, threads);
   device->info.name = device_name(device->handle);
   device->context = cl::Context(device->handle);
   device->compute_units = device->handle.getInfo<CL_DEVICE_MAX_COMPUTE_UNITS>();

@@ -33,8 +33,8 @@ void DeviceLauncher::add(const cl::Program& program, std::span<const KernelSigna
 }
 
 std::string DeviceLauncher::where(std::string_view kernel) const {
-  const std::string_view part = stage_ == Stage::count ? "sub-steps" : info(stage_).name;
-  return std::string(part) + ", kernel " + std::string(kernel) + " on " + device_.info.name;
+  const std::string_view stage_name = stage_ == Stage::count ? "sub-steps" : info(stage_).name;
+  return std::string(stage_name) + ", kernel " + std::string(kernel) + " on " + device_.info.name;
 }
 
 void DeviceLauncher::begin(Stage stage, std::span<const std::byte> params) {

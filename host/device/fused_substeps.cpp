@@ -56,7 +56,7 @@ void Writer::declare(const std::string& array, std::string type) {
 }
 
 std::string Writer::argument(const KernelParameter& parameter, std::initializer_list<Argument> arguments) {
-  if (parameter.kind == KernelParameter::Kind::params) return "now";
+  if (parameter.kind == KernelParameter::Kind::params) return "current";
   const auto* given = std::ranges::find(arguments, parameter.name, &Argument::parameter);
   if (parameter.kind == KernelParameter::Kind::value) {
     if (given == arguments.end()) throw Error(Failure::device, kernel_name, "no value for " + parameter.name);
@@ -93,7 +93,8 @@ FusedSubsteps Writer::finish(std::vector<Stage> stages) {
   fused_.signature.name = kernel_name;
   fused_.signature.parameters.push_back({"params", "const StepParams", KernelParameter::Kind::params});
   fused_.text = std::string("kernel void ") + kernel_name + "(" + declarations_ + "const StepParams params) {\n" +
-                "  StepParams now = params;\n  do {\n" + calls_ + "  } while (++now.substep < params.substeps);\n}\n";
+                "  StepParams current = params;\n  do {\n" + calls_ +
+                "  } while (++current.substep < params.substeps);\n}\n";
   return std::move(fused_);
 }
 
@@ -107,7 +108,7 @@ struct SecondSubstep {
 
 }  // namespace
 
-bool FusedSubsteps::stands_for(Stage stage) const { return std::ranges::find(stages, stage) != stages.end(); }
+bool FusedSubsteps::replaces(Stage stage) const { return std::ranges::find(stages, stage) != stages.end(); }
 
 FusedSubsteps fuse_substeps(std::span<const KernelSignature> kernels, const LaunchPlan& plan) {
   StepParams<float> two_substeps = {};

@@ -26,7 +26,7 @@ struct FusedSubsteps {
   std::vector<u32> values;         // the numbers that launches give their kernels; a scratch array, `fused_values`
   std::vector<Scratch> scratch;    // the arrays that the launches ask for, and that of the values
 
-  bool stands_for(Stage stage) const;
+  bool replaces(Stage stage) const;
 };
 
 /// `plan.features` say which stages run; the text depends on the plan only where the launches do.

@@ -215,7 +215,7 @@ bool is_wanted_helper(std::string_view name, Features features) {
   if (name == "radix_sort.cl") return has(features, Feature::bvh) || has(features, Feature::particles);
   if (name == "solve_by_gradient.cl") return has(features, Feature::gradient);
   if (name == "solve_dense.cl") return has(features, Feature::dense);
-  if (name == "mean_parts.cl") return has(features, Feature::jacobi);
+  if (name == "average_body_copies.cl") return has(features, Feature::jacobi);
   return false;  // the canary has a program of its own
 }
 

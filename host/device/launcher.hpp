@@ -35,7 +35,7 @@ struct LaunchPlan {
   u32 pairs = 0, contacts = 0, blocks = 0;  // expected
   u32 colors = 0;                           // expected colours that are worth a launch each
   std::vector<u32> joint_phases;            // the first block of each phase of the joints, and the end
-  u32 swept_joint_phases = 0;               // of them: those that sweeps visit, the first ones
+  u32 swept_joint_phases = 0;               // of them: those that sweeps solve, the first ones
   StepCounts counts;                        // of sweeps
   u32 real_words = 1;                       // u32 words of a real: 1 in float, 2 in double
   u32 lanes = 1;                            // contacts per work-item in the solve kernels: 1, 8 or 16

@@ -51,12 +51,12 @@ std::string CacheKey::hex() const {
   return text;
 }
 
-CacheKey make_cache_key(const std::vector<std::string_view>& parts) {
+CacheKey make_cache_key(const std::vector<std::string_view>& inputs) {
   CacheKey key = {0xcbf29ce484222325u, 0x9e3779b97f4a7c15u};
-  for (const std::string_view part : parts) {
+  for (const std::string_view input : inputs) {
     // the length keeps "ab" "c" apart from "a" "bc"
-    key.high = hash_text(part, key.high ^ part.size());
-    key.low = hash_text(part, key.low + part.size());
+    key.high = hash_text(input, key.high ^ input.size());
+    key.low = hash_text(input, key.low + input.size());
   }
   return key;
 }

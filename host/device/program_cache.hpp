@@ -18,7 +18,7 @@ struct CacheKey {
   std::string hex() const;  // 32 digits: the name of the file
 };
 
-CacheKey make_cache_key(const std::vector<std::string_view>& parts);
+CacheKey make_cache_key(const std::vector<std::string_view>& inputs);
 
 /// Files of one folder, one a binary: magic, key, length, checksum, binary. A file that is torn, foreign or unreadable
 /// counts as absent, and is written anew. Nothing here throws: where a folder cannot be written there is no cache.

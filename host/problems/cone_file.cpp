@@ -7,22 +7,22 @@
 
 namespace lockstep {
 
-void expect_finite(const std::string& path, const std::string& place, std::span<const double> numbers) {
+void expect_finite(const std::string& path, const std::string& location, std::span<const double> numbers) {
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     if (!std::isfinite(numbers[i]))
-      refuse_problem(path, place + "[" + std::to_string(i) + "]",
+      refuse_problem(path, location + "[" + std::to_string(i) + "]",
                      "must be a finite number, is not; write the file anew");
   }
 }
 
-void expect_friction(const std::string& path, const std::string& place, const Eigen::VectorXd& mu) {
-  expect_finite(path, place, {mu.data(), static_cast<std::size_t>(mu.size())});
+void expect_friction(const std::string& path, const std::string& location, const Eigen::VectorXd& mu) {
+  expect_finite(path, location, {mu.data(), static_cast<std::size_t>(mu.size())});
   for (Eigen::Index i = 0; i < mu.size(); ++i) {
-    if (mu[i] < 0) refuse_problem(path, place + "[" + std::to_string(i) + "]", "must be >= 0, is negative");
+    if (mu[i] < 0) refuse_problem(path, location + "[" + std::to_string(i) + "]", "must be >= 0, is negative");
   }
 }
 
-void expect_symmetric(const std::string& path, const std::string& place, const oracle::SparseMatrix& matrix) {
+void expect_symmetric(const std::string& path, const std::string& location, const oracle::SparseMatrix& matrix) {
   const oracle::SparseMatrix skew = matrix - oracle::SparseMatrix(matrix.transpose());
   double largest = 0, most_skew = 0;
   for (int k = 0; k < matrix.outerSize(); ++k) {
@@ -34,7 +34,7 @@ void expect_symmetric(const std::string& path, const std::string& place, const o
       most_skew = std::max(most_skew, std::abs(entry.value()));
   }
   if (most_skew > 1e-2 * largest)
-    refuse_problem(path, place, "must be symmetric, is not; the rows and columns may be in another order");
+    refuse_problem(path, location, "must be symmetric, is not; the rows and columns may be in another order");
 }
 
 ConeFile read_cone_file(const std::string& path) {

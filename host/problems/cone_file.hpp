@@ -18,7 +18,7 @@ struct ConeFile {
   std::optional<oracle::ConeImpulses> stored;       // whether they solve it, the error says
 };
 
-/// Reads any of them. Throws Error (input), one line naming the file, the place and what is wrong there, for a file
+/// Reads any of them. Throws Error (input), one line naming the file, the location and what is wrong there, for a file
 /// that is cut short, contradicts itself, holds what is no number, or is in no dimension but two and three.
 ConeFile read_cone_file(const std::string& path);
 

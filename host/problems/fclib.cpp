@@ -24,17 +24,17 @@ hid_t native_type() {
 // A group of the file, and the path in it, for complaints.
 class Group {
  public:
-  Group(const std::string& path, hid_t parent, const std::string& place, const char* name)
-      : path_(path), place_(place + "/" + name), group_(h5::open_group(parent, name)) {}
+  Group(const std::string& path, hid_t parent, const std::string& location, const char* name)
+      : path_(path), location_(location + "/" + name), group_(h5::open_group(parent, name)) {}
 
   bool has(const char* name) const { return h5::has(group_, name); }
   Group group(const char* name) const {
     if (!has(name)) refuse(name, "is missing");
-    return Group(path_, group_, place_, name);
+    return Group(path_, group_, location_, name);
   }
 
   [[noreturn]] void refuse(const std::string& name, const std::string& what) const {
-    refuse_problem(path_, place_ + "/" + name, what);
+    refuse_problem(path_, location_ + "/" + name, what);
   }
 
   template <class Number>
@@ -49,7 +49,7 @@ class Group {
     std::vector<Number> values(extent.empty() ? 1 : extent[0]);
     if (!values.empty())
       h5::check(H5Dread(dataset, native_type<Number>(), H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()));
-    if constexpr (std::is_same_v<Number, double>) expect_finite(path_, place_ + "/" + name, values);
+    if constexpr (std::is_same_v<Number, double>) expect_finite(path_, location_ + "/" + name, values);
     return values;
   }
 
@@ -69,11 +69,11 @@ class Group {
   }
 
   const std::string& path() const { return path_; }
-  const std::string& place() const { return place_; }
+  const std::string& location() const { return location_; }
 
  private:
   const std::string& path_;
-  const std::string place_;
+  const std::string location_;
   const h5::Handle group_;
 };
 
@@ -150,13 +150,13 @@ void read_local(const Group& group, ConeFile& file) {
   file.form = "FCLIB, local";
   const SparseMatrix w = read_matrix(group.group("W"));
   expect_size(group, "W", w, w.rows(), w.rows());
-  expect_symmetric(group.path(), group.place() + "/W", w);
+  expect_symmetric(group.path(), group.location() + "/W", w);
   const Eigen::Index n = contacts_of(group, "W", w.rows(), file.dimension);
   const Group vectors = group.group("vectors");
   // an old version of the library wrote q under the name of a
   const VectorXd q = vectors.vector(!vectors.has("q") && vectors.has("a") ? "a" : "q", w.rows());
   const VectorXd mu = vectors.vector("mu", n);
-  expect_friction(group.path(), vectors.place() + "/mu", mu);
+  expect_friction(group.path(), vectors.location() + "/mu", mu);
   std::optional<oracle::Bilateral> joints;
   if (group.has("V") || group.has("R")) {
     joints.emplace();
@@ -164,7 +164,7 @@ void read_local(const Group& group, ConeFile& file) {
     joints->v = read_matrix(group.group("V"));
     expect_size(group, "R", joints->r, joints->r.rows(), joints->r.rows());
     expect_size(group, "V", joints->v, w.rows(), joints->r.rows());
-    expect_symmetric(group.path(), group.place() + "/R", joints->r);
+    expect_symmetric(group.path(), group.location() + "/R", joints->r);
     joints->s = vectors.vector("s", joints->r.rows());
     joints->first = joint_blocks(group, joints->r.rows());
   }
@@ -180,7 +180,7 @@ void read_global(const Group& group, ConeFile& file) {
   problem.dimension = file.dimension;
   problem.m = read_matrix(group.group("M"));
   expect_size(group, "M", problem.m, problem.m.rows(), problem.m.rows());
-  expect_symmetric(group.path(), group.place() + "/M", problem.m);
+  expect_symmetric(group.path(), group.location() + "/M", problem.m);
   problem.h = read_matrix(group.group("H"));
   expect_size(group, "H", problem.h, problem.m.rows(), problem.h.cols());
   const Eigen::Index n = contacts_of(group, "H", problem.h.cols(), file.dimension);
@@ -188,7 +188,7 @@ void read_global(const Group& group, ConeFile& file) {
   problem.f = vectors.vector("f", problem.m.rows());
   problem.w = vectors.vector("w", problem.h.cols());
   problem.mu = vectors.vector("mu", n);
-  expect_friction(group.path(), vectors.place() + "/mu", problem.mu);
+  expect_friction(group.path(), vectors.location() + "/mu", problem.mu);
   problem.g = SparseMatrix(problem.m.rows(), 0);
   if (group.has("G")) {
     problem.g = read_matrix(group.group("G"));

@@ -27,7 +27,7 @@ oracle::lcp::Lcp read_lcp_text(const std::filesystem::path& path) {
   NumberText numbers(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const long long n = numbers.count("number of unknowns", 0, most_unknowns);
   numbers.count("storage of the matrix (0 dense)", 0, 0);
-  for (const char* place : {"rows", "columns", "rows once more", "columns once more"}) numbers.count(place, n, n);
+  for (const char* label : {"rows", "columns", "rows once more", "columns once more"}) numbers.count(label, n, n);
   numbers.expect_room("the matrix", n * n);
   oracle::lcp::Lcp problem = {Eigen::MatrixXd(n, n), Eigen::VectorXd(n)};
   for (long long j = 0; j < n; ++j) {

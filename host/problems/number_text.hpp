@@ -14,25 +14,25 @@ class NumberText {
   NumberText(const std::string& path, std::string_view text) : path_(path), text_(text) {}
 
   /// A whole number from `least` to `most`.
-  long long count(const std::string& place, long long least, long long most);
+  long long count(const std::string& label, long long least, long long most);
 
   /// A finite number; what is too small for a double counts as zero.
-  double number(const std::string& place);
+  double number(const std::string& label);
 
   /// `size` of them.
-  Eigen::VectorXd vector(const std::string& place, long long size);
+  Eigen::VectorXd vector(const std::string& label, long long size);
 
   /// Refused where what is left is too short to hold so many numbers.
-  void expect_room(const std::string& place, long long size) const;
+  void expect_room(const std::string& label, long long size) const;
 
   /// Whether a word follows.
   bool more();
 
-  [[noreturn]] void refuse(const std::string& place, const std::string& what) const;
+  [[noreturn]] void refuse(const std::string& label, const std::string& what) const;
 
  private:
   void skip();
-  std::string_view next(const std::string& place);
+  std::string_view next(const std::string& label);
 
   const std::string& path_;
   const std::string_view text_;

@@ -21,8 +21,8 @@ using Triplets = std::vector<Eigen::Triplet<double>>;
 
 Triplets dense_matrix(NumberText& numbers, long long size) {
   Triplets triplets;
-  for (const char* place : {"rows of the stored matrix", "columns of the stored matrix"})
-    numbers.count(place, size, size);
+  for (const char* label : {"rows of the stored matrix", "columns of the stored matrix"})
+    numbers.count(label, size, size);
   numbers.expect_room("the matrix", size * size);
   for (long long column = 0; column < size; ++column) {
     for (long long row = 0; row < size; ++row)
@@ -35,9 +35,9 @@ Triplets block_matrix(NumberText& numbers, long long dimension, long long contac
   const long long most = contacts * contacts;
   const long long blocks = numbers.count("number of blocks", 0, most);
   numbers.expect_room("the blocks", blocks * dimension * dimension);
-  for (const char* place : {"block rows", "block columns"}) numbers.count(place, contacts, contacts);
-  for (const char* place : {"ends of block rows", "ends of block columns"}) {
-    for (long long i = 1; i <= contacts; ++i) numbers.count(place, i * dimension, i * dimension);
+  for (const char* label : {"block rows", "block columns"}) numbers.count(label, contacts, contacts);
+  for (const char* label : {"ends of block rows", "ends of block columns"}) {
+    for (long long i = 1; i <= contacts; ++i) numbers.count(label, i * dimension, i * dimension);
   }
   const long long rows = numbers.count("length of the row index", contacts + 1, contacts + 1);
   numbers.count("length of the column index", blocks, blocks);
@@ -54,10 +54,10 @@ Triplets block_matrix(NumberText& numbers, long long dimension, long long contac
       if (k > first[row] && column[k] <= column[k - 1])
         numbers.refuse("column index", fmt::format("columns must rise within row {}", row));
       numbers.count("number of a block", k, k);
-      const std::string place = fmt::format("block {}", k);
+      const std::string label = fmt::format("block {}", k);
       for (long long c = 0; c < dimension; ++c) {
         for (long long r = 0; r < dimension; ++r)
-          triplets.emplace_back(int(row * dimension + r), int(column[k] * dimension + c), numbers.number(place));
+          triplets.emplace_back(int(row * dimension + r), int(column[k] * dimension + c), numbers.number(label));
       }
     }
   }
@@ -72,7 +72,7 @@ ConeFile read_siconos_text(const std::string& path, std::string_view text) {
   const long long dimension = numbers.count("the dimension", 2, 3);
   const long long contacts = numbers.count("number of contacts", 0, most_contacts), size = dimension * contacts;
   const long long storage = numbers.count("storage of the matrix (0 dense, 1 by blocks)", 0, 1);
-  for (const char* place : {"rows", "columns"}) numbers.count(place, size, size);
+  for (const char* label : {"rows", "columns"}) numbers.count(label, size, size);
   const Triplets triplets = storage == 0 ? dense_matrix(numbers, size) : block_matrix(numbers, dimension, contacts);
   SparseMatrix w(size, size);
   w.setFromTriplets(triplets.begin(), triplets.end());

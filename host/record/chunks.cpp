@@ -9,7 +9,7 @@ namespace {
 
 // Rows that are longer are split along their first dimension: what repeats from row to row is to be within the 32 KiB
 // that deflate looks back.
-constexpr hsize_t longest_part = 2048;
+constexpr hsize_t longest_piece = 2048;
 constexpr std::size_t longest_stored = 65535;  // of a stored block (RFC 1951)
 
 // Bytes equal to those a row before, in a plane of bytes.
@@ -78,12 +78,12 @@ std::span<const unsigned char> ChunkPacker::pack(std::span<const unsigned char> 
 GrowingRows::GrowingRows(hid_t file, const char* name, hid_t type, std::vector<hsize_t> row, hsize_t rows_per_chunk)
     : element_bytes_(H5Tget_size(type)), row_(std::move(row)) {
   chunk_ = {rows_per_chunk};
-  std::vector<hsize_t> now = {0}, most = {H5S_UNLIMITED};
+  std::vector<hsize_t> current = {0}, most = {H5S_UNLIMITED};
   for (const hsize_t length : row_) {
-    const bool is_first = now.size() == 1;
-    const hsize_t parts = is_first ? (length + longest_part - 1) / longest_part : 1;
-    chunk_.push_back((length + parts - 1) / parts);
-    now.push_back(length);
+    const bool is_first = current.size() == 1;
+    const hsize_t pieces = is_first ? (length + longest_piece - 1) / longest_piece : 1;
+    chunk_.push_back((length + pieces - 1) / pieces);
+    current.push_back(length);
     most.push_back(length);
   }
   for (std::size_t i = 1; i < chunk_.size(); ++i) row_elements_ *= chunk_[i];
@@ -91,7 +91,7 @@ GrowingRows::GrowingRows(hid_t file, const char* name, hid_t type, std::vector<h
   h5::check(H5Pset_chunk(properties, static_cast<int>(chunk_.size()), chunk_.data()));
   h5::check(H5Pset_shuffle(properties));
   h5::check(H5Pset_deflate(properties, 1));
-  const h5::Handle space(H5Screate_simple(static_cast<int>(now.size()), now.data(), most.data()));
+  const h5::Handle space(H5Screate_simple(static_cast<int>(current.size()), current.data(), most.data()));
   dataset_ = h5::Handle(H5Dcreate2(file, name, type, space, H5P_DEFAULT, properties, H5P_DEFAULT));
 }
 
@@ -101,15 +101,15 @@ void GrowingRows::append(const void* rows, hsize_t count, ChunkPacker& packer) {
   h5::check(H5Dset_extent(dataset_, extent.data()));
 
   // bytes of a step along the first dimension of a row, which alone is split
-  const hsize_t length = row_.empty() ? 1 : row_[0], part = row_.empty() ? 1 : chunk_[1];
-  const std::size_t item = element_bytes_ * row_elements_ / part;
+  const hsize_t length = row_.empty() ? 1 : row_[0], piece = row_.empty() ? 1 : chunk_[1];
+  const std::size_t item = element_bytes_ * row_elements_ / piece;
   const unsigned char* from = static_cast<const unsigned char*>(rows);
-  for (hsize_t first = 0; first < length; first += part) {
-    const hsize_t here = std::min(part, length - first);
-    part_.assign(chunk_[0] * part * item, 0);
+  for (hsize_t first = 0; first < length; first += piece) {
+    const hsize_t here = std::min(piece, length - first);
+    piece_.assign(chunk_[0] * piece * item, 0);
     for (hsize_t r = 0; r < count; ++r)
-      std::memcpy(part_.data() + r * part * item, from + (r * length + first) * item, here * item);
-    const auto packed = packer.pack(part_, element_bytes_, row_elements_);
+      std::memcpy(piece_.data() + r * piece * item, from + (r * length + first) * item, here * item);
+    const auto packed = packer.pack(piece_, element_bytes_, row_elements_);
     std::vector<hsize_t> offset(extent.size(), 0);
     offset[0] = rows_;
     if (!row_.empty()) offset[1] = first;

@@ -54,7 +54,7 @@ class GrowingRows {
   std::size_t element_bytes_ = 0, row_elements_ = 1;
   std::vector<hsize_t> row_, chunk_;  // extents of a row and of a chunk
   hsize_t rows_ = 0;
-  std::vector<unsigned char> part_;
+  std::vector<unsigned char> piece_;
 };
 
 }  // namespace lockstep

@@ -30,7 +30,7 @@ void expect_oracle(const InitialState<real>& state) {
              state.oracle.directions >= 3 && state.oracle.directions <= 256;
   for (const Feature feature :
        {Feature::soft_contacts, Feature::patches, Feature::jacobi, Feature::gradient, Feature::partitions,
-        Feature::dense, Feature::articulations, Feature::sleeping, Feature::particles, Feature::turning_friction})
+        Feature::dense, Feature::articulations, Feature::sleeping, Feature::particles, Feature::angular_friction})
     fit = fit && !has(state.features, feature);
   if (!fit) throw h5::Failed("oracle: " + quote(state.oracle.name) + " steps no such scene");
 }
@@ -46,7 +46,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::bvh, Feature::contacts},
     {Feature::all_pairs, Feature::contacts},
     {Feature::events, Feature::contacts},
-    {Feature::sensors, Feature::events},
+    {Feature::triggers, Feature::events},
     {Feature::continuous, Feature::contacts},
     {Feature::soft_contacts, Feature::contacts},
     {Feature::patches, Feature::contacts},
@@ -60,9 +60,9 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::shear_springs, Feature::particles},
     {Feature::impact_laws, Feature::contacts},
     {Feature::non_holonomic, Feature::joints},
-    {Feature::turning_friction, Feature::contacts},
+    {Feature::angular_friction, Feature::contacts},
     {Feature::static_friction, Feature::contacts},
-    {Feature::elliptic_friction, Feature::turning_friction},
+    {Feature::elliptic_friction, Feature::angular_friction},
     {Feature::partitions, Feature::contacts},
     {Feature::articulations, Feature::joints},
     {Feature::closures, Feature::articulations},
@@ -75,7 +75,7 @@ template <class real>
 void expect_step_settings(const StepParams<real>& params) {
   const auto expect = [](const char* name, auto value) {
     const Bounds& bounds = setting_info(name).bounds;
-    if (!bounds.holds(value)) throw h5::Failed(std::string(name) + ": must be " + bounds.text());
+    if (!bounds.contains(value)) throw h5::Failed(std::string(name) + ": must be " + bounds.text());
   };
   StepParams<real> p = params;
   if (p.position_sweeps == 0) p.position_sweeps = 1;
@@ -93,16 +93,16 @@ void expect_features(const InitialState<real>& state) {
              has(features, Feature::closed_joints) == (state.params.position_sweeps > 0);
   for (const auto& [feature, needed] : needs) fit = fit && (!has(features, feature) || has(features, needed));
   const bool touching = has(features, Feature::contacts), jacobi = has(features, Feature::jacobi);
-  const bool turns = has(features, Feature::turning_friction), patches = has(features, Feature::patches);
-  if (has(features, Feature::gradient))  // of contacts on parts of bodies, each in a cone, or of joints alone
-    fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !patches && !turns;
+  const bool angular_friction = has(features, Feature::angular_friction), patches = has(features, Feature::patches);
+  if (has(features, Feature::gradient))  // of contacts on copies of bodies, each in a cone, or of joints alone
+    fit = fit && (touching || has(features, Feature::joints)) && jacobi == touching && !patches && !angular_friction;
   if (has(features, Feature::dense))  // of hard contacts on whole bodies, each in a cone
-    fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !patches && !turns;
+    fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !patches && !angular_friction;
   if (has(features, Feature::articulations))  // of hard joints, in sweeps of Gauss-Seidel
     fit = fit && !jacobi && !has(features, Feature::soft_joints) && !has(features, Feature::gradient) &&
           !has(features, Feature::dense);
   fit = fit && has(features, Feature::shape_trees) == (state.sizes.tree_shapes > 0);
-  fit = fit && !(patches && (turns || has(features, Feature::static_friction)));
+  fit = fit && !(patches && (angular_friction || has(features, Feature::static_friction)));
   if (has(features, Feature::partitions))
     fit = fit && !jacobi && !has(features, Feature::soft_contacts) && !has(features, Feature::sleeping) &&
           !has(features, Feature::dense);
@@ -258,7 +258,7 @@ void expect_articulations(const InitialState<real>& state) {
   right.joint_lanes = b.joint_lanes;
   if (has(state.features, Feature::articulations)) {
     find_articulations(right);
-    place_link_joints(right);
+    set_link_joints(right);
   }
   for (std::size_t j = 0; j < b.joint_infos.size(); ++j) {
     if (b.joint_infos[j].direct != (right.links.empty() ? 0 : right.joint_infos[j].direct))
@@ -273,10 +273,10 @@ void expect_articulations(const InitialState<real>& state) {
     return lanes.joint[0] != NONE && b.joint_infos[lanes.joint[0]].direct != 0;
   };
   if (!std::ranges::is_partitioned(b.joint_lanes, std::not_fn(is_direct)))
-    refuse(Buffer::joint_lanes, 0, "does not come before those that no sweep visits");
+    refuse(Buffer::joint_lanes, 0, "does not come before those that no sweep solves");
 }
 
-// The places of the sides of joints follow from the joints.
+// The slots of the sides of joints follow from the joints.
 template <class real>
 void expect_gradient(const InitialState<real>& state) {
   const Buffers<real>& b = state.buffers;
@@ -286,12 +286,12 @@ void expect_gradient(const InitialState<real>& state) {
   wanted.buffers.joint_infos = b.joint_infos;
   wanted.buffers.joint_lanes = b.joint_lanes;
   compile_gradient(false, wanted);
-  if (b.joint_part_starts != wanted.buffers.joint_part_starts)
-    refuse(Buffer::joint_part_starts, 0, "counts other joints than there are");
-  for (std::size_t k = 0; k < b.joint_parts.size(); ++k) {
-    const JointParts &found = b.joint_parts[k], &right = wanted.buffers.joint_parts[k];
-    if (!std::ranges::equal(found.place_a, right.place_a) || !std::ranges::equal(found.place_b, right.place_b))
-      refuse(Buffer::joint_parts, k, "stands among the parts of other bodies");
+  if (b.joint_side_starts != wanted.buffers.joint_side_starts)
+    refuse(Buffer::joint_side_starts, 0, "counts other joints than there are");
+  for (std::size_t k = 0; k < b.joint_side_slots.size(); ++k) {
+    const JointSideSlots &found = b.joint_side_slots[k], &right = wanted.buffers.joint_side_slots[k];
+    if (!std::ranges::equal(found.slot_a, right.slot_a) || !std::ranges::equal(found.slot_b, right.slot_b))
+      refuse(Buffer::joint_side_slots, k, "is among the sides of other bodies");
   }
 }
 
@@ -309,7 +309,7 @@ void expect_shape_trees(const InitialState<real>& state) {
   const Buffers<real>& right = wanted.buffers;
   const char* other = "is of no tree of this scene";
   expect_same(Buffer::shape_infos, b.shape_infos, right.shape_infos, other);
-  expect_same(Buffer::loose_shapes, b.loose_shapes, right.loose_shapes, other);
+  expect_same(Buffer::top_level_shapes, b.top_level_shapes, right.top_level_shapes, other);
   expect_same(Buffer::world_trees, b.world_trees, right.world_trees, other);
   expect_same(Buffer::shape_trees, b.shape_trees, right.shape_trees, other);
   expect_same(Buffer::shape_tree_items, b.shape_tree_items, right.shape_tree_items, other);
@@ -368,11 +368,11 @@ void expect_sleepers(const Buffers<real>& b, u32 shapes) {
   }
   const u32 slept = b.slept_count.empty() ? 0 : b.slept_count[0];
   if (slept > b.slept_keys.size()) refuse(Buffer::slept_count, 0, "is more than there are");
-  const auto place = [](const ContactKey& key) { return std::tuple(key.shape_a, key.shape_b, key.feature); };
+  const auto as_tuple = [](const ContactKey& key) { return std::tuple(key.shape_a, key.shape_b, key.feature); };
   for (u32 k = 0; k < slept; ++k) {
     const ContactKey& key = b.slept_keys[k];
     if (std::max(key.shape_a, key.shape_b) >= shapes) refuse(Buffer::slept_keys, k, "has no such shapes");
-    if (k > 0 && place(key) <= place(b.slept_keys[k - 1])) refuse(Buffer::slept_keys, k, "is out of order");
+    if (k > 0 && as_tuple(key) <= as_tuple(b.slept_keys[k - 1])) refuse(Buffer::slept_keys, k, "is out of order");
   }
 }
 

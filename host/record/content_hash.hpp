@@ -23,11 +23,11 @@ class ContentHash {
     const char* next = static_cast<const char*>(bytes);
     for (; count > 0;) {
       std::uint64_t word = 0;
-      const std::size_t part = count < sizeof(word) ? count : sizeof(word);
-      std::memcpy(&word, next, part);
+      const std::size_t taken = count < sizeof(word) ? count : sizeof(word);
+      std::memcpy(&word, next, taken);
       add(word);
-      next += part;
-      count -= part;
+      next += taken;
+      count -= taken;
     }
   }
   void add(std::string_view text) { add(text.data(), text.size()); }

@@ -2,6 +2,7 @@
 
 #include "host/record/content_hash.hpp"
 #include "host/record/layout.hpp"
+#include "host/record/stored_name.hpp"
 
 namespace lockstep {
 
@@ -11,7 +12,7 @@ template <class real>
 void hash_buffers(ContentHash& hash, const Buffers<real>& buffers, Lifetime lifetime) {
   for_each_buffer(buffers, [&](Buffer buffer, const auto& elements) {
     if (info(buffer).lifetime != lifetime || elements.empty()) return;
-    hash.add(info(buffer).name);
+    hash.add(stored_name(buffer));
     hash.add(elements.data(), rows_in_use(buffer, buffers, elements.size()) * sizeof(elements[0]));
   });
 }

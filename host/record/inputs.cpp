@@ -18,13 +18,13 @@ template <class real>
 void wake(std::span<const InputRow> inputs, Backend<real>& backend) {
   if (inputs.empty() || !has(backend.features(), Feature::sleeping)) return;
   const Buffer wanted[] = {Buffer::sleepers, Buffer::joint_infos};
-  const Buffers<real>& now = backend.download(wanted);
+  const Buffers<real>& current = backend.download(wanted);
   Buffers<real> woken;
-  woken.sleepers = now.sleepers;
+  woken.sleepers = current.sleepers;
   bool any = false;
   for (const InputRow& row : inputs) {
     if (row.kind == InputKind::motor) {
-      const JointInfo& joint = now.joint_infos[row.body];
+      const JointInfo& joint = current.joint_infos[row.body];
       for (const u32 body : {joint.body_a, joint.body_b}) any = wake_island_of(woken.sleepers, body) || any;
     } else {
       any = wake_island_of(woken.sleepers, row.body) || any;
@@ -36,15 +36,15 @@ void wake(std::span<const InputRow> inputs, Backend<real>& backend) {
 }  // namespace
 
 template <class real>
-Buffers<real> held_by_inputs(const Buffers<real>& state) {
-  Buffers<real> held;
-  held.loads = state.loads;
-  held.joints = state.joints;
-  return held;
+Buffers<real> driven_by_inputs(const Buffers<real>& state) {
+  Buffers<real> driven;
+  driven.loads = state.loads;
+  driven.joints = state.joints;
+  return driven;
 }
 
 template <class real>
-void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& held) {
+void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& driven) {
   const auto any = [&](InputKind kind) { return std::ranges::find(inputs, kind, &InputRow::kind) != inputs.end(); };
   wake(inputs, backend);
   const Buffer motions[] = {Buffer::motions};
@@ -57,22 +57,22 @@ void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>
         store(row.angular, moving.motions[row.body].w);
         break;
       case InputKind::load:
-        store(row.linear, held.loads[row.body].force);
-        store(row.angular, held.loads[row.body].torque);
+        store(row.linear, driven.loads[row.body].force);
+        store(row.angular, driven.loads[row.body].torque);
         break;
       case InputKind::motor:
-        held.joints[row.body].motor_speed = static_cast<real>(row.linear[0]);
-        held.joints[row.body].motor_force = static_cast<real>(row.linear[1]);
+        driven.joints[row.body].motor_speed = static_cast<real>(row.linear[0]);
+        driven.joints[row.body].motor_force = static_cast<real>(row.linear[1]);
         break;
     }
   }
   if (any(InputKind::velocity)) backend.upload(Buffer::motions, moving);
-  if (any(InputKind::load)) backend.upload(Buffer::loads, held);
-  if (any(InputKind::motor)) backend.upload(Buffer::joints, held);
+  if (any(InputKind::load)) backend.upload(Buffer::loads, driven);
+  if (any(InputKind::motor)) backend.upload(Buffer::joints, driven);
 }
 
-template Buffers<float> held_by_inputs(const Buffers<float>&);
-template Buffers<double> held_by_inputs(const Buffers<double>&);
+template Buffers<float> driven_by_inputs(const Buffers<float>&);
+template Buffers<double> driven_by_inputs(const Buffers<double>&);
 template void act(std::span<const InputRow>, Backend<float>&, Buffers<float>&);
 template void act(std::span<const InputRow>, Backend<double>&, Buffers<double>&);
 

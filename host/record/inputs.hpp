@@ -9,11 +9,11 @@ namespace lockstep {
 
 /// Of a state, what inputs change and steps do not: `loads`, empty in a scene without them, and `joints`.
 template <class real>
-Buffers<real> held_by_inputs(const Buffers<real>& state);
+Buffers<real> driven_by_inputs(const Buffers<real>& state);
 
 /// Does it, before a step: overwrites velocities, lets loads act and drives motors otherwise. `held` is the caller's
 /// copy of what the backend holds of these, and is kept up.
 template <class real>
-void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& held);
+void act(std::span<const InputRow> inputs, Backend<real>& backend, Buffers<real>& driven);
 
 }  // namespace lockstep

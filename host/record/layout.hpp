@@ -9,11 +9,11 @@
 namespace lockstep {
 
 // The parameters that a scene sets; the others follow from the sizes.
-template <class Params, class Visitor>
-void for_each_setting(Params& p, Visitor&& visit) {
-#define STEP_DERIVED(step_type, name, meaning) visit(#name, p.name);
-#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) visit(#name, p.name);
-#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) visit(#name, p.name);
+template <class Params, class Function>
+void for_each_setting(Params& p, Function&& function) {
+#define STEP_DERIVED(step_type, name, meaning) function(#name, p.name);
+#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) function(#name, p.name);
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) function(#name, p.name);
 #include "kernels/step_settings.def"
 }
 

@@ -30,7 +30,9 @@ class RecordingWriter<real>::Thread {
       filling_.state_hashes.push_back(state_hash(hash));
       filling_.pose_hashes.push_back(pose_hash(hash));
     }
-    const auto append = [&](auto& all, const auto& now) { all.insert(all.end(), now.begin(), now.begin() + bodies_); };
+    const auto append = [&](auto& all, const auto& current) {
+      all.insert(all.end(), current.begin(), current.begin() + bodies_);
+    };
     append(filling_.positions, buffers.positions);
     append(filling_.orientations, buffers.orientations);
     append(filling_.motions, buffers.motions);

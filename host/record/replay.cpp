@@ -3,9 +3,9 @@
 #include <algorithm>
 
 #include "host/backends/words.hpp"
+#include "host/record/current_state.hpp"
 #include "host/record/inputs.hpp"
 #include "host/record/recording_tables.hpp"
-#include "host/record/state_now.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/simulation.hpp"
 #include "host/world_hash.hpp"
@@ -22,9 +22,9 @@ class Replay {
 
   Replayed run(const std::function<void(u32)>& done) const {
     Simulation<real> simulation = simulate(start_);
-    Buffers<real> held = held_by_inputs(start_.buffers);
+    Buffers<real> driven = driven_by_inputs(start_.buffers);
     for (u32 row = 0; row < recording_.steps(); ++row) {
-      act(inputs_before(row), simulation.backend(), held);
+      act(inputs_before(row), simulation.backend(), driven);
       simulation.step();
       const std::vector<WorldHash> hashes = simulation.world_hashes();
       for (u32 world = 0; world < hashes.size(); ++world) {
@@ -54,13 +54,13 @@ class Replay {
   // The state from which the step of a row starts, with what was done before it.
   InitialState<real> state_before(u32 row) const {
     Simulation<real> simulation = simulate(start_);
-    Buffers<real> held = held_by_inputs(start_.buffers);
+    Buffers<real> driven = driven_by_inputs(start_.buffers);
     for (u32 i = 0; i < row; ++i) {
-      act(inputs_before(i), simulation.backend(), held);
+      act(inputs_before(i), simulation.backend(), driven);
       simulation.step();
     }
-    act(inputs_before(row), simulation.backend(), held);
-    return state_now(start_, simulation);
+    act(inputs_before(row), simulation.backend(), driven);
+    return current_state(start_, simulation);
   }
 
   [[noreturn]] void explain(u32 row, u32 world, const WorldHash& here) const {
@@ -96,7 +96,7 @@ class Replay {
     Simulation<real> simulation = simulate(before);
     simulation.step();
     const Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::motions};
-    const Buffers<real>& now = simulation.backend().download(wanted);
+    const Buffers<real>& current = simulation.backend().download(wanted);
     const auto compare = [&](u32 table, const char* buffer, const auto& records, std::size_t first) {
       const std::size_t columns = body_tables[table].columns;
       const std::vector<real> recorded = recording_.bodies<real>(table, row);
@@ -109,10 +109,10 @@ class Replay {
         }
       }
     };
-    compare(0, "positions", now.positions, 0);
-    compare(1, "orientations", now.orientations, 0);
-    compare(2, "motions", now.motions, offsetof(Motion<real>, v) / sizeof(real));
-    compare(3, "motions", now.motions, offsetof(Motion<real>, w) / sizeof(real));
+    compare(0, "positions", current.positions, 0);
+    compare(1, "orientations", current.orientations, 0);
+    compare(2, "motions", current.motions, offsetof(Motion<real>, v) / sizeof(real));
+    compare(3, "motions", current.motions, offsetof(Motion<real>, w) / sizeof(real));
   }
 
   // Here device and reference agree, so that it is the recording that is another.

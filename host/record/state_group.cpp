@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "host/record/layout.hpp"
+#include "host/record/stored_name.hpp"
 #include "host/scene/compile_articulations.hpp"
 #include "host/scene/step_params.hpp"
 
@@ -16,7 +17,7 @@ void write_buffers(hid_t group, const Buffers<real>& buffers, Lifetime lifetime,
     if (info(buffer).lifetime != lifetime || !has(features, info(buffer).feature)) return;
     const Words<real> words(buffer);
     const auto write = words.integers ? h5::write_words<u32> : h5::write_words<real>;
-    write(group, info(buffer).name.data(), elements.data(), rows_in_use(buffer, buffers, elements.size()),
+    write(group, stored_name(buffer).data(), elements.data(), rows_in_use(buffer, buffers, elements.size()),
           words.columns);
   });
 }
@@ -25,12 +26,12 @@ template <class real>
 void read_buffer(hid_t group, Buffer buffer, void* elements, std::size_t rows) {
   const Words<real> words(buffer);
   const auto read = words.integers ? h5::read_words<u32> : h5::read_words<real>;
-  read(group, info(buffer).name.data(), elements, rows, words.columns);
+  read(group, stored_name(buffer).data(), elements, rows, words.columns);
 }
 
 // How many records of a buffer are stored; 0 where the scene has none.
 u32 stored_rows(hid_t group, Buffer buffer) {
-  const char* name = info(buffer).name.data();
+  const char* name = stored_name(buffer).data();
   if (!h5::has(group, name)) return 0;
   const h5::Handle dataset = h5::open_dataset(group, name);
   const std::vector<hsize_t> extent = h5::extent_of(dataset);

@@ -59,7 +59,7 @@ void NewFile::write_at(std::uint64_t offset, std::span<const unsigned char> byte
   }
 }
 
-void NewFile::put_in_place() {
+void NewFile::publish() {
   if (::fsync(descriptor_) != 0) fail();
   const int closed = ::close(descriptor_);
   descriptor_ = -1;
@@ -98,7 +98,7 @@ void expect_writable(const std::string& path, const std::string& what, std::stri
 void replace_file(const std::string& path, std::span<const unsigned char> bytes) {
   NewFile file(path);
   file.write(bytes);
-  file.put_in_place();
+  file.publish();
 }
 
 std::vector<unsigned char> read_whole_file(const std::string& path) {

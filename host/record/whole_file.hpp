@@ -26,7 +26,7 @@ class NewFile {
   void write(std::span<const unsigned char> bytes);
   /// Anywhere, in any order.
   void write_at(std::uint64_t offset, std::span<const unsigned char> bytes);
-  void put_in_place();
+  void publish();
 
  private:
   [[noreturn]] void fail() const;

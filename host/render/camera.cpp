@@ -106,13 +106,13 @@ Camera frame_region(const Region& region, double aspect) {
   const Vector3d from = (half.x() >= half.y() ? Vector3d(0.5, -1, 0.4) : Vector3d(-1, -0.6, 0.4)).normalized();
   camera.position = camera.target + from;
   const Matrix3d axes = camera.axes();
-  const double up = camera.half_height() * (1 - margin), sideways = up * aspect;
+  const double up = camera.half_height() * (1 - margin), across = up * aspect;
   double distance = 0;
   for (int corner = 0; corner < 8; ++corner) {
     const Vector3d offset((corner & 1) != 0 ? half.x() : -half.x(), (corner & 2) != 0 ? half.y() : -half.y(),
                           (corner & 4) != 0 ? half.z() : -half.z());
     const Vector3d seen = axes.transpose() * offset;
-    distance = std::max({distance, std::abs(seen.x()) / sideways - seen.z(), std::abs(seen.y()) / up - seen.z()});
+    distance = std::max({distance, std::abs(seen.x()) / across - seen.z(), std::abs(seen.y()) / up - seen.z()});
   }
   camera.position = camera.target + distance * from;
   return camera;

@@ -40,9 +40,10 @@ Color scale_color(double share) {
   constexpr std::size_t steps = std::size(viridis) - 1;
   const double at = std::isnan(share) ? 0 : std::clamp(share, 0.0, 1.0) * steps;
   const std::size_t below = std::min(static_cast<std::size_t>(at), steps - 1);
-  const float part = static_cast<float>(at - static_cast<double>(below));
+  const float fraction = static_cast<float>(at - static_cast<double>(below));
   Color color;
-  for (std::size_t i = 0; i < 3; ++i) color[i] = viridis[below][i] + part * (viridis[below + 1][i] - viridis[below][i]);
+  for (std::size_t i = 0; i < 3; ++i)
+    color[i] = viridis[below][i] + fraction * (viridis[below + 1][i] - viridis[below][i]);
   return color;
 }
 

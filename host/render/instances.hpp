@@ -24,7 +24,7 @@ class Instances {
 
  private:
   struct Copy {
-    float place[4], turn[4], scale[4], color[4];
+    float position[4], orientation[4], scale[4], color[4];
   };
   struct Batch {
     GLuint array = 0, copies_buffer = 0;

@@ -42,8 +42,8 @@ double widest_label(const Legend::Scale& scale, const Layout& layout) {
 }
 
 // Low values on the left, a mark and a number at each tick.
-Place draw_scale(Picture& picture, const Legend::Scale& scale, const Layout& layout, int x0, int y0, int width) {
-  const Place bar = {x0, y0, x0 + width, y0 + whole(1.1 * layout.text)};
+PixelRect draw_scale(Picture& picture, const Legend::Scale& scale, const Layout& layout, int x0, int y0, int width) {
+  const PixelRect bar = {x0, y0, x0 + width, y0 + whole(1.1 * layout.text)};
   for (int x = bar.x0; x < bar.x1; ++x) picture.fill(x, bar.y0, x + 1, bar.y1, scale_color((x - bar.x0 + 0.5) / width));
   for (const double value : ticks(scale)) {
     const double share = scale.high > scale.low ? (value - scale.low) / (scale.high - scale.low) : 0;
@@ -77,7 +77,7 @@ double round_scale(double value) {
   return 10 * power;
 }
 
-Place draw_legend(Picture& picture, const Legend& legend) {
+PixelRect draw_legend(Picture& picture, const Legend& legend) {
   const Layout layout(picture);
   double width = text_width(legend.title, layout.text), number = 0;
   if (legend.scale) {
@@ -99,7 +99,7 @@ Place draw_legend(Picture& picture, const Legend& legend) {
   const int left = x0 + whole(side);
   draw_text(picture, left, y, layout.text, ink, legend.title);
   y += layout.line;
-  Place bar;
+  PixelRect bar;
   if (legend.scale) {
     bar = draw_scale(picture, *legend.scale, layout, left, whole(y), whole(width));
     y += layout.line + 1.5 * layout.text;

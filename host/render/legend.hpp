@@ -26,12 +26,12 @@ struct Legend {
 };
 
 /// A part of a picture: pixels [x0, x1) x [y0, y1).
-struct Place {
+struct PixelRect {
   int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
 };
 
-/// Draws a legend into the upper right corner. The place of its scale, low values on the left; empty without one.
-Place draw_legend(Picture& picture, const Legend& legend);
+/// Draws a legend into the upper right corner. The rectangle of its scale, low values on the left; empty without one.
+PixelRect draw_legend(Picture& picture, const Legend& legend);
 
 /// Draws lines of text into the lower left corner.
 void draw_caption(Picture& picture, const std::vector<std::string>& lines);

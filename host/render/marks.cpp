@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "host/contact_place.hpp"
+#include "host/contact_geometry.hpp"
 #include "host/render/in_float.hpp"
 
 namespace lockstep {
@@ -18,8 +18,8 @@ u32 color_of(const std::vector<u32>& colors, u32 contact) {
   return colors[contact];
 }
 
-float pixel_at(const Drawing& drawing, u32 height, const Vector3f& place) {
-  const double distance = (place.cast<double>() - drawing.camera.position).norm();
+float pixel_at(const Drawing& drawing, u32 height, const Vector3f& point) {
+  const double distance = (point.cast<double>() - drawing.camera.position).norm();
   return static_cast<float>(2 * drawing.camera.half_height() / height * distance);
 }
 
@@ -29,9 +29,9 @@ template <class real>
 std::vector<ContactMark> contact_marks(const Buffers<real>& buffers, u32 contacts, double dt) {
   std::vector<ContactMark> marks(contacts);
   for (u32 i = 0; i < contacts; ++i) {
-    const ContactPlace place = contact_place(buffers, i);
-    const Eigen::Vector3d force = contact_impulse(buffers, i, place) / dt;
-    marks[i] = {place.point().cast<float>(), force.cast<float>(),
+    const ContactGeometry geometry = contact_geometry(buffers, i);
+    const Eigen::Vector3d force = contact_impulse(buffers, i, geometry) / dt;
+    marks[i] = {geometry.point().cast<float>(), force.cast<float>(),
                 buffers.contact_colors.empty() ? 0 : color_of(buffers.contact_colors, i)};
   }
   return marks;

@@ -12,7 +12,7 @@ namespace lockstep {
 struct ContactMark {
   Eigen::Vector3f point;  // on the surface of shape a, world frame
   Eigen::Vector3f force;  // on a, N: the impulse of the last sub-step over its time
-  u32 color;              // in which the solver visits it; MAX_COLORS: after all colours
+  u32 color;              // in which the solver solves it; MAX_COLORS: after all colours
 };
 
 struct JointMark {

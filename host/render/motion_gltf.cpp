@@ -253,7 +253,7 @@ json node_of(const Vector3f& position, const Quaternionf& rotation) {
 }
 
 // A square of a plane that lies about the middle of the region.
-json square_node(const PlaneSurface& plane, const Placement& body, const Region& region) {
+json square_node(const PlaneSurface& plane, const RenderPose& body, const Region& region) {
   const bool is_empty = region.isEmpty();
   const Vector3f middle = is_empty ? Vector3f::Zero() : Vector3f(region.center().cast<float>());
   const float half = is_empty ? least_ground : std::max(least_ground, 3 * static_cast<float>(region.diagonal().norm()));
@@ -278,7 +278,7 @@ MotionGltf::MotionGltf(const SceneModel& model, std::span<const MotionBody> bodi
   Document document(model.hulls(), solids);
   std::vector<u32> roots, animated;
   for (u32 body = 0; body < model.bodies(); ++body) {
-    const Placement& start = bodies[body].start;
+    const RenderPose& start = bodies[body].start;
     std::vector<u32> children;
     for (const Solid& solid : own[body].solids) {
       json node = node_of(solid.position, solid.rotation);

@@ -15,7 +15,7 @@ namespace lockstep {
 struct MotionBody {
   std::string name;
   bool moves = true;  // false: it has no keyframes
-  Placement start;
+  RenderPose start;
 };
 
 /// The file but for its keyframes: their place is known, so that they can be written in any order. For each body that

@@ -43,16 +43,16 @@ View view_of(const Drawing& drawing, double aspect) {
   view.to_clip = camera.view_projection(aspect, 0.01 * distance, 150 * distance).cast<float>();
 
   // the light sees the region, and what stands between the region and the sun
-  const double reach = 1.15 * radius;
+  const double half_width = 1.15 * radius;
   const Vector3d into = -drawing.to_light.cast<double>().normalized();
   const Vector3d right = into.cross(std::abs(into.z()) > 0.99 ? Vector3d::UnitY() : Vector3d::UnitZ()).normalized();
   Eigen::Matrix4d shadow = Eigen::Matrix4d::Identity();
-  shadow.block<1, 3>(0, 0) = right.transpose() / reach;
-  shadow.block<1, 3>(1, 0) = right.cross(into).transpose() / reach;
-  shadow.block<1, 3>(2, 0) = into.transpose() / (4 * reach);
+  shadow.block<1, 3>(0, 0) = right.transpose() / half_width;
+  shadow.block<1, 3>(1, 0) = right.cross(into).transpose() / half_width;
+  shadow.block<1, 3>(2, 0) = into.transpose() / (4 * half_width);
   shadow.block<3, 1>(0, 3) = -shadow.block<3, 3>(0, 0) * center;
   view.to_shadow = shadow.cast<float>();
-  view.nearest_texel = static_cast<float>(2 * reach / ShadowMap::size);
+  view.nearest_texel = static_cast<float>(2 * half_width / ShadowMap::size);
   return view;
 }
 
@@ -64,8 +64,8 @@ Vector4f cut(const PlaneSurface& plane, float slack) {
 
 }  // namespace
 
-struct Renderer::Parts {
-  Parts(u32 w, u32 h)
+struct Renderer::Impl {
+  Impl(u32 w, u32 h)
       : width(w),
         height(h),
         gl(context.gl()),
@@ -144,7 +144,7 @@ struct Renderer::Parts {
       plane.set("u_top",
                 static_cast<float>(drawing.region.isEmpty() ? 1 : drawing.region.max().z()) + 0.1f * view.radius);
       plane.set("u_fade", 0.15f * view.radius);
-      plane.set("u_reach", 2.5f * view.radius);
+      plane.set("u_range", 2.5f * view.radius);
       gl.DrawArrays(GL_TRIANGLE_STRIP, 0, 4);
     }
   }
@@ -183,7 +183,7 @@ struct Renderer::Parts {
   GLuint no_vertices = 0;
 };
 
-Picture Renderer::Parts::draw(const Drawing& drawing) {
+Picture Renderer::Impl::draw(const Drawing& drawing) {
   const View view = view_of(drawing, static_cast<double>(width) / height);
   std::vector<Solid> opaque, glass;
   for (const Solid& s : drawing.solids) (s.alpha < 1 ? glass : opaque).push_back(s);
@@ -215,14 +215,14 @@ Picture Renderer::Parts::draw(const Drawing& drawing) {
   return target.read();
 }
 
-Renderer::Renderer(u32 width, u32 height) : parts_(std::make_unique<Parts>(width, height)) {}
+Renderer::Renderer(u32 width, u32 height) : impl_(std::make_unique<Impl>(width, height)) {}
 Renderer::~Renderer() = default;
 
-const std::string& Renderer::driver() const { return parts_->context.renderer(); }
+const std::string& Renderer::driver() const { return impl_->context.renderer(); }
 
-u32 Renderer::add_hull(const Mesh& mesh) { return parts_->instances.add_hull(mesh); }
+u32 Renderer::add_hull(const Mesh& mesh) { return impl_->instances.add_hull(mesh); }
 
-Picture Renderer::draw(const Drawing& drawing) { return parts_->draw(drawing); }
+Picture Renderer::draw(const Drawing& drawing) { return impl_->draw(drawing); }
 
 std::string picture_driver() {
   const EglContext context;

@@ -27,8 +27,8 @@ class Renderer {
   Picture draw(const Drawing& drawing);
 
  private:
-  struct Parts;  // keeps OpenGL out of this header
-  std::unique_ptr<Parts> parts_;
+  struct Impl;  // keeps OpenGL out of this header
+  std::unique_ptr<Impl> impl_;
 };
 
 /// What draws pictures here and which OpenGL ES it speaks, as the driver has it. Throws as Renderer does.

@@ -51,8 +51,9 @@ Vector3f box_of_moments(double mass, const Vector3d& moments) {
 }  // namespace
 
 template <class real>
-std::vector<Placement> poses_of(const std::vector<Vec4<real>>& positions, const std::vector<Vec4<real>>& orientations) {
-  std::vector<Placement> poses(positions.size());
+std::vector<RenderPose> poses_of(const std::vector<Vec4<real>>& positions,
+                                 const std::vector<Vec4<real>>& orientations) {
+  std::vector<RenderPose> poses(positions.size());
   for (std::size_t i = 0; i < poses.size(); ++i) {
     const Vec4<real>& q = orientations[i];
     poses[i] = {vector3f(positions[i]), rotationf(q)};
@@ -72,7 +73,7 @@ SceneModel::SceneModel(const Buffers<real>& scene) {
   add_shapes(scene);
   add_surfaces(scene);
   std::vector<bool> has_shape(movable_.size(), false);
-  for (const Part& part : parts_) has_shape[part.body] = true;
+  for (const DrawnShape& drawn : drawn_shapes_) has_shape[drawn.body] = true;
   for (u32 body = 0; body < bodies(); ++body) {
     if (!has_shape[body] && movable_[body]) add_bare_body(scene, body);
   }
@@ -85,8 +86,8 @@ void SceneModel::add_shapes(const Buffers<real>& scene) {
     const Shape<real>& shape = scene.shapes[i];
     const ShapeInfo& info = scene.shape_infos[i];
     const real* q = shape.rotation;
-    parts_.push_back({info.body, static_cast<ShapeKind>(info.kind), info.hull, vector3f(shape.offset), rotationf(q),
-                      vector3f(shape.size), (info.flags & SHAPE_IS_SENSOR) != 0});
+    drawn_shapes_.push_back({info.body, static_cast<ShapeKind>(info.kind), info.hull, vector3f(shape.offset),
+                             rotationf(q), vector3f(shape.size), (info.flags & SHAPE_IS_TRIGGER) != 0});
   }
 }
 
@@ -115,8 +116,8 @@ void SceneModel::add_surfaces(const Buffers<real>& scene) {
     Eigen::AlignedBox3f box;
     for (const Vector3f& p : points) box.extend(p);
     for (Vector3f& p : points) p -= box.center();
-    parts_.push_back({body, SHAPE_HULL, static_cast<u32>(hulls_.size()), box.center(), Quaternionf::Identity(),
-                      0.5f * box.sizes(), false});
+    drawn_shapes_.push_back({body, SHAPE_HULL, static_cast<u32>(hulls_.size()), box.center(), Quaternionf::Identity(),
+                             0.5f * box.sizes(), false});
     hulls_.push_back(polytope_mesh(points, first, corners));
   }
 }
@@ -144,22 +145,23 @@ template <class real>
 void SceneModel::add_bare_body(const Buffers<real>& scene, u32 body) {
   const Mass<real>& mass = scene.masses[body];
   Vector3d moments(double(mass.inertia[0]), double(mass.inertia[1]), double(mass.inertia[2]));
-  Vector3f lever = Vector3f::Zero();
+  Vector3f com_offset = Vector3f::Zero();
   if (!scene.pivots.empty() && scene.pivots[body].pivoted != real(0)) {
-    lever = vector3f(scene.pivots[body].lever_body);
-    const Vector3d l = lever.cast<double>();
+    com_offset = vector3f(scene.pivots[body].com_offset_body);
+    const Vector3d l = com_offset.cast<double>();
     for (int i = 0; i < 3; ++i) moments[i] -= double(mass.mass) * (l.squaredNorm() - l[i] * l[i]);
   }
-  const float length = lever.norm();
+  const float length = com_offset.norm();
   // moments that rounding left of a point, seen from a pivot, are no size
   Vector3f half = box_of_moments(double(mass.mass), moments.cwiseMax(0));
   const bool is_point = half.maxCoeff() < 0.02f * length;
   if (is_point) half.setConstant(0.06f * length);
-  parts_.push_back(
+  drawn_shapes_.push_back(
       {body, is_point ? SHAPE_SPHERE : SHAPE_BOX, 0, Vector3f::Zero(), Quaternionf::Identity(), half, false});
   if (length <= 0) return;
-  parts_.push_back({body, SHAPE_CYLINDER, 0, -0.5f * lever, Quaternionf::FromTwoVectors(Vector3f::UnitZ(), lever),
-                    Vector3f(0.015f * length, 0.5f * length, 0), false});
+  drawn_shapes_.push_back({body, SHAPE_CYLINDER, 0, -0.5f * com_offset,
+                           Quaternionf::FromTwoVectors(Vector3f::UnitZ(), com_offset),
+                           Vector3f(0.015f * length, 0.5f * length, 0), false});
 }
 
 void SceneModel::add_meshes_to(Renderer& renderer) {
@@ -168,33 +170,34 @@ void SceneModel::add_meshes_to(Renderer& renderer) {
 }
 
 bool SceneModel::has_planes() const {
-  return std::any_of(parts_.begin(), parts_.end(), [](const Part& part) { return part.kind == SHAPE_PLANE; });
+  return std::any_of(drawn_shapes_.begin(), drawn_shapes_.end(),
+                     [](const DrawnShape& drawn) { return drawn.kind == SHAPE_PLANE; });
 }
 
-std::vector<Extent> SceneModel::extents(std::span<const Placement> poses) const {
+std::vector<Extent> SceneModel::extents(std::span<const RenderPose> poses) const {
   std::vector<u32> all(bodies());
   std::iota(all.begin(), all.end(), 0u);
   return extents(poses, all);
 }
 
-std::vector<Extent> SceneModel::extents(std::span<const Placement> poses, std::span<const u32> bodies) const {
+std::vector<Extent> SceneModel::extents(std::span<const RenderPose> poses, std::span<const u32> bodies) const {
   std::vector<bool> asked(movable_.size(), false);
   for (const u32 body : bodies) asked[body] = true;
   std::vector<Extent> extents;
-  for (const Part& part : parts_) {
-    if (part.kind == SHAPE_PLANE || !asked[part.body]) continue;
-    const Placement& pose = poses[part.body];
-    const Vector3f center = pose.position + pose.rotation * part.offset;
+  for (const DrawnShape& drawn : drawn_shapes_) {
+    if (drawn.kind == SHAPE_PLANE || !asked[drawn.body]) continue;
+    const RenderPose& pose = poses[drawn.body];
+    const Vector3f center = pose.position + pose.rotation * drawn.offset;
     if (!center.allFinite()) continue;
-    Vector3f half = half_size(part.kind, part.size);
-    if (part.kind != SHAPE_SPHERE) half = (pose.rotation * part.rotation).toRotationMatrix().cwiseAbs() * half;
-    extents.push_back({center.cast<double>(), half.cast<double>(), movable_[part.body]});
+    Vector3f half = half_size(drawn.kind, drawn.size);
+    if (drawn.kind != SHAPE_SPHERE) half = (pose.rotation * drawn.rotation).toRotationMatrix().cwiseAbs() * half;
+    extents.push_back({center.cast<double>(), half.cast<double>(), movable_[drawn.body]});
   }
   return extents;
 }
 
-void SceneModel::draw_capsule(const Part& part, const Solid& solid, Drawing& drawing) const {
-  const float radius = part.size.x(), half = part.size.y();
+void SceneModel::draw_capsule(const DrawnShape& drawn, const Solid& solid, Drawing& drawing) const {
+  const float radius = drawn.size.x(), half = drawn.size.y();
   Solid piece = solid;
   piece.form = Form::tube;
   piece.scale = {radius, radius, half};
@@ -208,44 +211,44 @@ void SceneModel::draw_capsule(const Part& part, const Solid& solid, Drawing& dra
   drawing.solids.push_back(piece);
 }
 
-void SceneModel::draw_part(const Part& part, const Placement& pose, const Look& look, bool patterned,
-                           Drawing& drawing) const {
+void SceneModel::draw_shape(const DrawnShape& drawn, const RenderPose& pose, const Look& look, bool patterned,
+                            Drawing& drawing) const {
   Solid solid;
-  solid.position = pose.position + pose.rotation * part.offset;
-  solid.rotation = pose.rotation * part.rotation;
+  solid.position = pose.position + pose.rotation * drawn.offset;
+  solid.rotation = pose.rotation * drawn.rotation;
   if (!solid.position.allFinite()) return;
   solid.color = look.color;
-  solid.alpha = part.sensor ? 0.3f : look.alpha;
-  const bool is_box = part.kind == SHAPE_BOX;  // stacked boxes of one colour need their edges
-  solid.pattern = patterned || is_box ? pattern_of(part.kind) : Pattern::none;
-  switch (part.kind) {
+  solid.alpha = drawn.trigger ? 0.3f : look.alpha;
+  const bool is_box = drawn.kind == SHAPE_BOX;  // stacked boxes of one colour need their edges
+  solid.pattern = patterned || is_box ? pattern_of(drawn.kind) : Pattern::none;
+  switch (drawn.kind) {
     case SHAPE_PLANE:
-      if (!part.sensor) drawing.planes.push_back({solid.position, solid.rotation});
+      if (!drawn.trigger) drawing.planes.push_back({solid.position, solid.rotation});
       return;
-    case SHAPE_CAPSULE: draw_capsule(part, solid, drawing); return;
-    case SHAPE_SPHERE: solid.scale.setConstant(part.size.x()); break;
+    case SHAPE_CAPSULE: draw_capsule(drawn, solid, drawing); return;
+    case SHAPE_SPHERE: solid.scale.setConstant(drawn.size.x()); break;
     case SHAPE_BOX:
       solid.form = Form::box;
-      solid.scale = part.size;
+      solid.scale = drawn.size;
       break;
     case SHAPE_CYLINDER:
       solid.form = Form::cylinder;
-      solid.scale = {part.size.x(), part.size.x(), part.size.y()};
+      solid.scale = {drawn.size.x(), drawn.size.x(), drawn.size.y()};
       break;
     default:
       solid.form = Form::hull;
-      solid.hull = part.hull;
+      solid.hull = drawn.hull;
       break;
   }
   drawing.solids.push_back(solid);
 }
 
-void SceneModel::draw(std::span<const Placement> poses, std::span<const Look> looks, bool patterned,
+void SceneModel::draw(std::span<const RenderPose> poses, std::span<const Look> looks, bool patterned,
                       Drawing& drawing) const {
   drawing.up = up_;
   const std::size_t before = drawing.solids.size();
-  for (const Part& part : parts_) {
-    if (looks[part.body].shown) draw_part(part, poses[part.body], looks[part.body], patterned, drawing);
+  for (const DrawnShape& drawn : drawn_shapes_) {
+    if (looks[drawn.body].shown) draw_shape(drawn, poses[drawn.body], looks[drawn.body], patterned, drawing);
   }
   for (std::size_t i = before; i < drawing.solids.size(); ++i) {
     Solid& solid = drawing.solids[i];
@@ -255,19 +258,19 @@ void SceneModel::draw(std::span<const Placement> poses, std::span<const Look> lo
 
 std::vector<OwnSolids> SceneModel::own_solids(std::span<const Look> looks) const {
   std::vector<OwnSolids> own(bodies());
-  for (const Part& part : parts_) {
-    if (!looks[part.body].shown) continue;
+  for (const DrawnShape& drawn : drawn_shapes_) {
+    if (!looks[drawn.body].shown) continue;
     Drawing drawing;
-    draw_part(part, {}, looks[part.body], false, drawing);
-    OwnSolids& body = own[part.body];
+    draw_shape(drawn, {}, looks[drawn.body], false, drawing);
+    OwnSolids& body = own[drawn.body];
     body.solids.insert(body.solids.end(), drawing.solids.begin(), drawing.solids.end());
     body.planes.insert(body.planes.end(), drawing.planes.begin(), drawing.planes.end());
   }
   return own;
 }
 
-#define INSTANTIATE(real)                                                                                   \
-  template std::vector<Placement> poses_of(const std::vector<Vec4<real>>&, const std::vector<Vec4<real>>&); \
+#define INSTANTIATE(real)                                                                                    \
+  template std::vector<RenderPose> poses_of(const std::vector<Vec4<real>>&, const std::vector<Vec4<real>>&); \
   template SceneModel::SceneModel(const Buffers<real>&);
 INSTANTIATE(float)
 INSTANTIATE(double)

@@ -11,13 +11,13 @@
 namespace lockstep {
 
 /// Where a body is.
-struct Placement {
+struct RenderPose {
   Eigen::Vector3f position = Eigen::Vector3f::Zero();
   Eigen::Quaternionf rotation = Eigen::Quaternionf::Identity();
 };
 
 template <class real>
-std::vector<Placement> poses_of(const std::vector<Vec4<real>>& positions, const std::vector<Vec4<real>>& orientations);
+std::vector<RenderPose> poses_of(const std::vector<Vec4<real>>& positions, const std::vector<Vec4<real>>& orientations);
 
 /// How a body looks.
 struct Look {
@@ -55,22 +55,22 @@ class SceneModel {
   std::span<const Mesh> hulls() const { return hulls_; }
 
   /// The boxes around the shapes of bodies that stand so.
-  std::vector<Extent> extents(std::span<const Placement> poses) const;
+  std::vector<Extent> extents(std::span<const RenderPose> poses) const;
   /// Of these bodies alone.
-  std::vector<Extent> extents(std::span<const Placement> poses, std::span<const u32> bodies) const;
+  std::vector<Extent> extents(std::span<const RenderPose> poses, std::span<const u32> bodies) const;
 
   /// Adds the bodies to a drawing. `patterned`: with marks that show how they are turned.
-  void draw(std::span<const Placement> poses, std::span<const Look> looks, bool patterned, Drawing& drawing) const;
+  void draw(std::span<const RenderPose> poses, std::span<const Look> looks, bool patterned, Drawing& drawing) const;
 
  private:
-  struct Part {
+  struct DrawnShape {
     u32 body;
     ShapeKind kind;
     u32 hull;
     Eigen::Vector3f offset;
     Eigen::Quaternionf rotation;
     Eigen::Vector3f size;  // as Shape::size
-    bool sensor;
+    bool trigger;
   };
 
   template <class real>
@@ -81,10 +81,11 @@ class SceneModel {
   void add_hulls(const Buffers<real>& scene);
   template <class real>
   void add_bare_body(const Buffers<real>& scene, u32 body);
-  void draw_part(const Part& part, const Placement& pose, const Look& look, bool patterned, Drawing& drawing) const;
-  void draw_capsule(const Part& part, const Solid& solid, Drawing& drawing) const;
+  void draw_shape(const DrawnShape& drawn, const RenderPose& pose, const Look& look, bool patterned,
+                  Drawing& drawing) const;
+  void draw_capsule(const DrawnShape& drawn, const Solid& solid, Drawing& drawing) const;
 
-  std::vector<Part> parts_;
+  std::vector<DrawnShape> drawn_shapes_;
   std::vector<Mesh> hulls_;
   std::vector<u32> hull_numbers_;  // the renderer's
   std::vector<bool> movable_;

@@ -96,7 +96,7 @@ uniform vec4 u_cuts[8];
 uniform int u_cut_count;
 uniform vec3 u_normal, u_center_world;
 uniform int u_is_floor;
-uniform float u_top, u_fade, u_reach;  // m: where walls end, upwards, over which height, and sideways
+uniform float u_top, u_fade, u_range;  // m: where walls end, upwards, over which height, and sideways
 out vec4 color;
 
 // The share of a pixel that lines of this width (in pixels) cover, every `spacing` metres; none where they crowd.
@@ -124,7 +124,7 @@ void main() {
     return;
   }
   float shown = 1.0 - smoothstep(u_top - u_fade, u_top, v_world.z);
-  shown *= 1.0 - smoothstep(0.8 * u_reach, u_reach, length(v_world - u_center_world));
+  shown *= 1.0 - smoothstep(0.8 * u_range, u_range, length(v_world - u_center_world));
   color = behind ? vec4(vec3(0.35, 0.40, 0.46), 0.30 * line * shown)
                  : vec4(mix(vec3(0.93, 0.95, 0.97), vec3(0.38, 0.43, 0.50), line), (0.22 + 0.4 * line) * shown);
 }
@@ -134,20 +134,20 @@ const char* const solid_vertex = R"(#version 300 es
 precision highp float;
 layout(location = 0) in vec3 a_position;
 layout(location = 1) in vec3 a_normal;
-layout(location = 2) in vec4 i_place;  // w: the pattern
-layout(location = 3) in vec4 i_turn;
+layout(location = 2) in vec4 i_position;  // w: the pattern
+layout(location = 3) in vec4 i_orientation;
 layout(location = 4) in vec4 i_scale;
 layout(location = 5) in vec4 i_color;
 uniform mat4 u_view_projection;
 out vec3 v_world, v_normal, v_local;
 flat out vec4 v_color, v_scale;  // v_scale.w: the pattern
-vec3 turn(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
+vec3 rotate(vec4 q, vec3 v) { return v + 2.0 * cross(q.xyz, cross(q.xyz, v) + q.w * v); }
 void main() {
   v_local = i_scale.xyz * a_position;
-  v_world = i_place.xyz + turn(i_turn, v_local);
-  v_normal = turn(i_turn, a_normal / i_scale.xyz);
+  v_world = i_position.xyz + rotate(i_orientation, v_local);
+  v_normal = rotate(i_orientation, a_normal / i_scale.xyz);
   v_color = i_color;
-  v_scale = vec4(i_scale.xyz, i_place.w);
+  v_scale = vec4(i_scale.xyz, i_position.w);
   gl_Position = u_view_projection * vec4(v_world, 1.0);
 }
 )";

@@ -22,12 +22,12 @@ void expect_complete(const Gl& gl, const char* what) {
     throw Error(Failure::device, "render", std::string("the driver cannot draw into ") + what);
 }
 
-void attach_renderbuffer(const Gl& gl, GLenum place, GLenum format, GLint samples, GLsizei width, GLsizei height) {
+void attach_renderbuffer(const Gl& gl, GLenum attachment, GLenum format, GLint samples, GLsizei width, GLsizei height) {
   GLuint buffer = 0;
   gl.GenRenderbuffers(1, &buffer);
   gl.BindRenderbuffer(GL_RENDERBUFFER, buffer);
   gl.RenderbufferStorageMultisample(GL_RENDERBUFFER, samples, format, width, height);
-  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, place, GL_RENDERBUFFER, buffer);
+  gl.FramebufferRenderbuffer(GL_FRAMEBUFFER, attachment, GL_RENDERBUFFER, buffer);
 }
 
 }  // namespace

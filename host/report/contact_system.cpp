@@ -33,16 +33,16 @@ Eigen::Vector3d vector_at(const real (*field)[PACK], u32 lane) {
 }
 
 template <class real>
-SystemTurn system_turn(const TurnBlock<real>& block, const Vec4<real>& stored, const Eigen::Vector3d& normal,
-                       u32 lane) {
+SystemAngularFriction system_angular_friction(const AngularFrictionBlock<real>& block, const Vec4<real>& stored,
+                                              const Eigen::Vector3d& normal, u32 lane) {
   const Eigen::Vector3d moment(double(stored.x), double(stored.y), double(stored.z));
-  SystemTurn turn;
-  turn.spin_radius = double(block.spin_radius[lane]);
-  turn.roll_lever = double(block.roll_lever[lane]);
+  SystemAngularFriction angular;
+  angular.torsion_radius = double(block.torsion_radius[lane]);
+  angular.rolling_coefficient = double(block.rolling_coefficient[lane]);
   const double about = moment.dot(normal);
-  turn.spin = turn.spin_radius > 0 ? about / turn.spin_radius : 0;
-  turn.roll = moment - about * normal;
-  return turn;
+  angular.torsion = angular.torsion_radius > 0 ? about / angular.torsion_radius : 0;
+  angular.roll = moment - about * normal;
+  return angular;
 }
 
 template <class real>
@@ -66,7 +66,7 @@ SystemPatch system_patch(const Buffers<real>& buffers, u32 block, u32 lane) {
   p.friction = double(data.friction[lane]);
   p.impulse = solver_tangents(p.normal) * Eigen::Vector2d(impulses.tangent_1[lane], impulses.tangent_2[lane]);
   p.twist = double(impulses.twist[lane]);
-  for (u32 k = 0; k < p.count; ++k) p.levers[k] = double(data.lever[k][lane]);
+  for (u32 k = 0; k < p.count; ++k) p.distances[k] = double(data.distance[k][lane]);
   return p;
 }
 
@@ -83,30 +83,30 @@ SystemJoint system_joint(const Buffers<real>& buffers, u32 block, u32 lane) {
   j.locked = info.locked;
   j.free = info.free;
   for (int i = 0; i < 3; ++i) j.axes.col(i) = vector_at(data.axes + 3 * i, lane).normalized();
-  j.rise = double(data.rise[lane]);
+  j.lead = double(data.lead[lane]);
   j.arm_a = vector_at(data.arm_a, lane);
   j.arm_b = vector_at(data.arm_b, lane);
   j.free_axis = vector_at(data.free_axis, lane);
   const bool relaxed = data.softness[lane] > 0 && data.spring[lane] == 0;
   j.softness = relaxed ? 0 : double(data.softness[lane]);
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
-    j.bias[i] = double(data.turning[i][lane]) + (relaxed ? 0 : double(data.bias[i][lane]));
+    j.bias[i] = double(data.velocity_product[i][lane]) + (relaxed ? 0 : double(data.bias[i][lane]));
     j.impulse[i] = double(impulses.locked[i][lane]);
   }
-  j.free_mobility = double(data.own[lane]) - double(data.shared[lane]) / (1 + j.softness);
+  j.effective_mobility = double(data.free_mobility[lane]) - double(data.coupled_mobility[lane]) / (1 + j.softness);
   j.free_impulse = double(impulses.free[lane]);
   j.motor_speed = double(data.motor_speed[lane]);
   j.motor_impulse = double(data.motor_impulse[lane]);
   j.slowest = double(data.slowest[lane]);
   j.fastest = double(data.fastest[lane]);
-  j.give = double(data.give[lane]);
-  j.yield = double(data.yield[lane]);
-  if (!relaxed || j.yield > 0) return j;
-  const double still = -double(data.turning[JOINT_ROWS][lane]);
+  j.bound_softness = double(data.bound_softness[lane]);
+  j.spring_compliance = double(data.spring_compliance[lane]);
+  if (!relaxed || j.spring_compliance > 0) return j;
+  const double still = -double(data.velocity_product[JOINT_ROWS][lane]);
   const bool equal = j.slowest == j.fastest;
   j.slowest = equal ? still : std::min(j.slowest, 0.0);
   j.fastest = equal ? still : std::max(j.fastest, 0.0);
-  j.give = 0;
+  j.bound_softness = 0;
   return j;
 }
 
@@ -158,10 +158,11 @@ ContactSystem contact_system(const Buffers<real>& buffers, std::span<const u32> 
     c.impulse =
         double(stored.normal) * c.normal + Eigen::Vector3d(stored.tangent_x, stored.tangent_y, stored.tangent_z);
     system.contacts.push_back(c);
-    if (!buffers.turn_blocks.empty())
-      system.turns.push_back(system_turn(buffers.turn_blocks[row], buffers.cached_moments[i], c.normal, lane));
+    if (!buffers.angular_friction_blocks.empty())
+      system.angular_friction.push_back(
+          system_angular_friction(buffers.angular_friction_blocks[row], buffers.cached_moments[i], c.normal, lane));
     if (!buffers.ellipse_blocks.empty())
-      system.turns.back().stretch = stretch_of(buffers.ellipse_blocks[row], c.normal, lane);
+      system.angular_friction.back().stretch = stretch_of(buffers.ellipse_blocks[row], c.normal, lane);
   }
   for (u32 slot = 0; slot < (buffers.patch_blocks.empty() ? 0 : counters[COUNTER_BLOCKS] * PACK); ++slot) {
     if (buffers.block_bodies[slot / PACK].count[slot % PACK] > 0)

@@ -29,24 +29,24 @@ struct SystemContact {
   u32 contact = 0;                                  // index into the contact list it came from
 };
 
-/// How a contact resists turning (cpu_reference/visit_turn.hpp).
-struct SystemTurn {
-  double spin_radius = 0;                                 // m; 0: it spins freely
-  double roll_lever = 0;                                  // m; 0: it rolls freely
+/// The angular friction of a contact (cpu_reference/solve_angular_friction.hpp).
+struct SystemAngularFriction {
+  double torsion_radius = 0;                              // m; 0: it rotates freely
+  double rolling_coefficient = 0;                         // m; 0: it rolls freely
   Eigen::Matrix3d stretch = Eigen::Matrix3d::Identity();  // E: the cone of E^-1 r is round, its velocity E u
-  double spin = 0;                                        // N s: the moment about the normal, on a, at the spin radius
-  Eigen::Vector3d roll = Eigen::Vector3d::Zero();         // the rest of the moment, on a, N m s
+  double torsion = 0;                              // N s: the moment about the normal, on a, at the torsion radius
+  Eigen::Vector3d roll = Eigen::Vector3d::Zero();  // the rest of the moment, on a, N m s
 };
 
-/// What the contacts of a pair share where they rub as one; their own impulses are spread of it.
+/// What the contacts of a pair share where they share one friction patch; their own impulses are spread of it.
 struct SystemPatch {
-  u32 first = 0, count = 0;                      // contacts of the pair, into ContactSystem::contacts
-  Eigen::Vector3d normal;                        // from b to a, unit
-  Eigen::Vector3d arm_a, arm_b;                  // from the centre of mass to the centre of pressure, m
-  double friction = 0;                           // mu
-  Eigen::Vector3d impulse;                       // on a, in the tangent plane, N s
-  double twist = 0;                              // on a, about the normal, N m s
-  std::array<double, MANIFOLD_POINTS> levers{};  // m
+  u32 first = 0, count = 0;                         // contacts of the pair, into ContactSystem::contacts
+  Eigen::Vector3d normal;                           // from b to a, unit
+  Eigen::Vector3d arm_a, arm_b;                     // from the centre of mass to the centre of pressure, m
+  double friction = 0;                              // mu
+  Eigen::Vector3d impulse;                          // on a, in the tangent plane, N s
+  double twist = 0;                                 // on a, about the normal, N m s
+  std::array<double, MANIFOLD_POINTS> distances{};  // m
 };
 
 using Rows = Eigen::Matrix<double, JOINT_ROWS, 1>;
@@ -54,7 +54,7 @@ using Rows = Eigen::Matrix<double, JOINT_ROWS, 1>;
 struct SystemJoint {
   u32 body_a = 0, body_b = 0;
   Eigen::Matrix3d axes;          // columns: x, y, z of the joint's frame
-  double rise = 0;               // of a screw, m a radian: its row of z is u_z - rise w_z
+  double lead = 0;               // of a screw, m a radian: its row of z is u_z - lead w_z
   Eigen::Vector3d arm_a, arm_b;  // from the centre of mass to the point where the impulses act, m
   u32 locked = 0;                // bit of each locked row
   Rows bias;                     // u + bias + softness K r = 0 in the locked rows, b against a
@@ -65,9 +65,9 @@ struct SystemJoint {
   double free_impulse = 0;
   double motor_speed = 0, motor_impulse = 0;
   double slowest = 0, fastest = 0;  // bounds of the free velocity
-  double give = 0;                  // their softness, in parts of the mobility
-  double yield = 0;                 // of its spring, which both bounds are the rest of; 0 where there is none
-  double free_mobility = 0;         // of the free row while the locked rows answer
+  double bound_softness = 0;        // their softness, in parts of the mobility
+  double spring_compliance = 0;     // of its spring, which both bounds are the rest of; 0 where there is none
+  double effective_mobility = 0;    // of the free row while the locked rows answer
   u32 joint = 0;                    // index into the joints it came from
 };
 
@@ -75,7 +75,7 @@ struct SystemJoint {
 /// the ends of the arms, and the moment that it has there.
 inline Eigen::Vector3d push_of(const SystemJoint& joint, const Rows& rows) { return joint.axes * rows.head<3>(); }
 inline Eigen::Vector3d moment_of(const SystemJoint& joint, const Rows& rows) {
-  return joint.axes * rows.tail<3>() - joint.rise * rows[2] * joint.axes.col(2);
+  return joint.axes * rows.tail<3>() - joint.lead * rows[2] * joint.axes.col(2);
 }
 
 /// Whether dry friction acts on the free row, or a motor that wants it to stand still.
@@ -96,7 +96,7 @@ inline Eigen::Vector3d free_moment_of(const SystemJoint& joint, double impulse) 
 struct ContactSystem {
   std::vector<SystemBody> bodies;
   std::vector<SystemContact> contacts;
-  std::vector<SystemTurn> turns;     // one for each contact, or none where none resists turning
+  std::vector<SystemAngularFriction> angular_friction;  // one for each contact, or none where none has angular friction
   std::vector<SystemPatch> patches;  // where the scene's friction model is `patches`: each contact belongs to one
   std::vector<SystemJoint> joints;
   bool convex = false;  // solved in the convex relaxation, u_n + bias >= mu |u_t| (solvers along a gradient)

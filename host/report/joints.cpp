@@ -14,14 +14,14 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-struct Stand {
+struct BodyFrame {
   Vector3d position = Vector3d::Zero();
   Quaterniond orientation = Quaterniond::Identity();
 };
 
 // The null body stands for the world.
 template <class real>
-Stand stand_of(const Buffers<real>& buffers, u32 body) {
+BodyFrame body_frame(const Buffers<real>& buffers, u32 body) {
   if (body >= buffers.positions.size()) return {};
   return {vector3(buffers.positions[body]), rotation(buffers.orientations[body])};
 }
@@ -39,30 +39,30 @@ double locked_length(Vector3d rows, u32 locked) {
 // Of b's side of a joint against a's, in the frame of a.
 struct Offset {
   Vector3d d;  // of the anchors
-  Quaterniond turn;
+  Quaterniond rotation;
 };
 
 template <class real>
 Offset offset_of(const Buffers<real>& buffers, u32 index) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
-  const Stand a = stand_of(buffers, info.body_a), b = stand_of(buffers, info.body_b);
+  const BodyFrame a = body_frame(buffers, info.body_a), b = body_frame(buffers, info.body_b);
   const Vector3d d =
       b.position + b.orientation * vector3(joint.anchor_b) - a.position - a.orientation * vector3(joint.anchor_a);
   const Quaterniond frame_a = a.orientation * rotation(joint.frame_a);
   return {frame_a.conjugate() * d, frame_a.conjugate() * b.orientation * rotation(joint.frame_b)};
 }
 
-constexpr double whole_turn = 2 * std::numbers::pi;
+constexpr double two_pi = 2 * std::numbers::pi;
 
 // Travel of a screw for a radian; 0 of other joints.
 template <class real>
-double rise_of(const Buffers<real>& buffers, u32 index) {
-  return buffers.screw_rises.empty() ? 0 : double(buffers.screw_rises[index]);
+double lead_of(const Buffers<real>& buffers, u32 index) {
+  return buffers.screw_leads.empty() ? 0 : double(buffers.screw_leads[index]);
 }
 
 // The second arm of the cross of a universal joint, in the frame of a: the first is z.
-Vector3d second_arm(const Offset& offset) { return offset.turn * Vector3d::UnitX(); }
+Vector3d second_arm(const Offset& offset) { return offset.rotation * Vector3d::UnitX(); }
 
 // Of what rolls; 0 of other joints.
 template <class real>
@@ -77,17 +77,17 @@ u32 told_rows(const JointInfo& info) {
 }
 
 // That of a screw with the whole turns that its travel tells.
-double coordinate(const Offset& offset, const JointInfo& info, double rise) {
+double coordinate(const Offset& offset, const JointInfo& info, double lead) {
   if (info.free == FREE_TRAVEL) return offset.d.z();
   if (info.free == FREE_LENGTH) return offset.d.norm();
   if (LOCKS_CROSS(info.locked)) return std::atan2(second_arm(offset).y(), second_arm(offset).x());
-  const double angle = std::remainder(2 * std::atan2(offset.turn.z(), offset.turn.w()), whole_turn);
-  return rise == 0 ? angle : angle + whole_turn * std::round((offset.d.z() / rise - angle) / whole_turn);
+  const double angle = std::remainder(2 * std::atan2(offset.rotation.z(), offset.rotation.w()), two_pi);
+  return lead == 0 ? angle : angle + two_pi * std::round((offset.d.z() / lead - angle) / two_pi);
 }
 
 // The joint's axes in the world: those of its frame in a, or of its cross; of a skate those of its frame in b.
 Eigen::Matrix3d axes_of(const Quaterniond& frame, const Offset& offset, const JointInfo& info) {
-  if (info.kind == JOINT_SKATE) return (frame * offset.turn).toRotationMatrix();
+  if (info.kind == JOINT_SKATE) return (frame * offset.rotation).toRotationMatrix();
   const double angle = LOCKS_CROSS(info.locked) ? coordinate(offset, info, 0) : 0;
   return (frame * Eigen::AngleAxisd(angle, Vector3d::UnitZ())).toRotationMatrix();
 }
@@ -105,16 +105,16 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const Joint<real>& joint = buffers.joints[index];
   const Offset offset = offset_of(buffers, index);
   Vector3d d = offset.d;
-  const Quaterniond& turn = offset.turn;
-  if (const double rise = rise_of(buffers, index); rise != 0) d.z() -= rise * coordinate(offset, info, rise);
+  const Quaterniond& rotation = offset.rotation;
+  if (const double lead = lead_of(buffers, index); lead != 0) d.z() -= lead * coordinate(offset, info, lead);
 
   JointDrift drift;
   drift.separation = locked_length(d, told_rows(info) & 7);
-  if (info.free == FREE_LENGTH && !(joint.yield > 0))
+  if (info.free == FREE_LENGTH && !(joint.spring_compliance > 0))
     drift.separation = beyond(d.norm(), double(joint.low), double(joint.high));
   const bool all_angles = info.locked >> 3 == 7, axis_only = info.locked >> 3 == 3;
-  if (all_angles) drift.angle = 2 * std::atan2(turn.vec().norm(), std::abs(turn.w()));
-  const Vector3d axis = turn * Vector3d::UnitZ();
+  if (all_angles) drift.angle = 2 * std::atan2(rotation.vec().norm(), std::abs(rotation.w()));
+  const Vector3d axis = rotation * Vector3d::UnitZ();
   if (LOCKS_CROSS(info.locked)) drift.angle = std::asin(std::clamp(std::abs(second_arm(offset).z()), 0.0, 1.0));
   if (axis_only) drift.angle = std::atan2(std::hypot(axis.x(), axis.y()), axis.z());
   return drift;
@@ -137,21 +137,21 @@ template <class real>
 JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
-  const Stand at_a = stand_of(buffers, info.body_a), at_b = stand_of(buffers, info.body_b);
+  const BodyFrame at_a = body_frame(buffers, info.body_a), at_b = body_frame(buffers, info.body_b);
   const Motion<real>&a = buffers.motions[info.body_a], &b = buffers.motions[info.body_b];
   const Offset offset = offset_of(buffers, index);
   const Quaterniond frame = at_a.orientation * rotation(joint.frame_a);
   const Eigen::Matrix3d axes = axes_of(frame, offset, info);
-  const double rise = rise_of(buffers, index);
+  const double lead = lead_of(buffers, index);
 
   JointMeasures measures;
   measures.drift = drift_of(buffers, index);
-  const Vector3d turning = vector3(b.w) - vector3(a.w);
+  const Vector3d relative_w = vector3(b.w) - vector3(a.w);
   const Vector3d arm_b = at_b.orientation * vector3(joint.anchor_b), arm_a = at_b.position + arm_b - at_a.position;
   const Vector3d velocity = vector3(b.v) + vector3(b.w).cross(arm_b) - vector3(a.v) - vector3(a.w).cross(arm_a);
   const Vector3d axis = axes.col(2), along = frame * offset.d.normalized();
-  if (info.free != FREE_NOTHING) measures.coordinate = coordinate(offset, info, rise);
-  if (info.free == FREE_ANGLE) measures.speed = axis.dot(turning);
+  if (info.free != FREE_NOTHING) measures.coordinate = coordinate(offset, info, lead);
+  if (info.free == FREE_ANGLE) measures.speed = axis.dot(relative_w);
   if (info.free == FREE_TRAVEL) measures.speed = axis.dot(velocity);
   if (info.free == FREE_LENGTH) measures.speed = along.dot(velocity);
 
@@ -159,20 +159,20 @@ JointMeasures measure_joint(const Buffers<real>& buffers, const StepParams<real>
   const JointImpulseBlock<real>& impulses = buffers.joint_impulses[block];
   const auto locked = [&](u32 row) { return double(impulses.locked[row][lane]) / double(params.dt); };
   measures.force = axes * Vector3d(locked(0), locked(1), locked(2));
-  measures.torque = axes * Vector3d(locked(3), locked(4), locked(5) - rise * locked(2));
+  measures.torque = axes * Vector3d(locked(3), locked(4), locked(5) - lead * locked(2));
   measures.torque -= radius_of(buffers, index) * axis.cross(measures.force);  // what rolls is held where it touches
   measures.drive = double(impulses.free[lane]) / double(params.dt);
   return measures;
 }
 
-// The law of a spring is compiled to rate = k / (theta h k + c) and yield = 1 / (h (theta h k + c)).
+// The law of a spring is compiled to rate = k / (theta h k + c) and compliance = 1 / (h (theta h k + c)).
 template <class real>
 double spring_energy(const Buffers<real>& buffers, const StepParams<real>& params, u32 index) {
   const Joint<real>& joint = buffers.joints[index];
-  if (joint.yield == 0) return 0;
+  if (joint.spring_compliance == 0) return 0;
   const double stretch =
-      coordinate(offset_of(buffers, index), buffers.joint_infos[index], rise_of(buffers, index)) - double(joint.low);
-  const double stiffness = double(joint.rate) / (double(joint.yield) * double(params.dt));
+      coordinate(offset_of(buffers, index), buffers.joint_infos[index], lead_of(buffers, index)) - double(joint.low);
+  const double stiffness = double(joint.rate) / (double(joint.spring_compliance) * double(params.dt));
   return 0.5 * stiffness * stretch * stretch;
 }
 
@@ -182,7 +182,7 @@ bool joints_conserve_energy(const Buffers<real>& buffers, const StepParams<real>
   const double undamped = 1 / (theta * double(params.dt));           // the rate of a spring without a damper
   const double rounding = 4 * double(std::numeric_limits<real>::epsilon());
   return std::ranges::all_of(buffers.joints, [&](const Joint<real>& joint) {
-    const bool damped = joint.yield > 0 && double(joint.rate) < (1 - rounding) * undamped;
+    const bool damped = joint.spring_compliance > 0 && double(joint.rate) < (1 - rounding) * undamped;
     const bool equal = joint.low == joint.high;
     return joint.motor_force == 0 && joint.spring == 0 && !damped && (joint.limited == 0 || equal);
   });

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "host/contact_place.hpp"
+#include "host/contact_geometry.hpp"
 #include "host/in_double.hpp"
 #include "host/report/particle_overlap.hpp"
 
@@ -72,7 +72,7 @@ Penetration penetration(const Buffers<real>& buffers, u32 contacts) {
   Penetration result;
   double sum = 0;
   for (u32 i = 0; i < contacts; ++i) {
-    const double depth = -contact_place(buffers, i).gap();
+    const double depth = -contact_geometry(buffers, i).gap();
     if (depth <= 0) continue;
     ++result.touching;
     sum += depth;
@@ -89,7 +89,7 @@ double pivot_drift(const Buffers<real>& buffers, u32 bodies) {
     const Pivot<real>& pivot = buffers.pivots[i];
     if (pivot.pivoted == real(0)) continue;
     const Vector3d point =
-        vector3(buffers.positions[i]) - rotation(buffers.orientations[i]) * vector3(pivot.lever_body);
+        vector3(buffers.positions[i]) - rotation(buffers.orientations[i]) * vector3(pivot.com_offset_body);
     drift = std::max(drift, (point - vector3(pivot.point_world)).norm());
   }
   return drift;
@@ -120,7 +120,7 @@ std::vector<Buffer> measured_buffers(Features features) {
                                  Buffer::positions,    Buffer::orientations, Buffer::motions};
   if (has(features, Feature::pivots)) buffers.push_back(Buffer::pivots);
   if (has(features, Feature::joints)) {
-    for (const Buffer buffer : {Buffer::joint_infos, Buffer::joints, Buffer::screw_rises, Buffer::rolling_radii,
+    for (const Buffer buffer : {Buffer::joint_infos, Buffer::joints, Buffer::screw_leads, Buffer::rolling_radii,
                                 Buffer::joint_lanes, Buffer::joint_blocks, Buffer::joint_impulses})
       buffers.push_back(buffer);
   }
@@ -137,8 +137,8 @@ std::vector<Buffer> measured_buffers(Features features) {
       buffers.push_back(buffer);
     if (has(features, Feature::soft_contacts)) buffers.push_back(Buffer::softness_blocks);
     if (has(features, Feature::impact_laws)) buffers.push_back(Buffer::slide_blocks);
-    if (has(features, Feature::turning_friction)) {
-      for (const Buffer buffer : {Buffer::turn_blocks, Buffer::ellipse_blocks, Buffer::cached_moments})
+    if (has(features, Feature::angular_friction)) {
+      for (const Buffer buffer : {Buffer::angular_friction_blocks, Buffer::ellipse_blocks, Buffer::cached_moments})
         buffers.push_back(buffer);
     }
     if (has(features, Feature::patches)) {

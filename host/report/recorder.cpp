@@ -114,9 +114,9 @@ std::optional<double> Recorder::momentum_error() const {
     linear.add(0, start.momentum_size);
     angular.add(0, start.angular_momentum_size);
     for (const Observation& o : observations_) {
-      const WorldMeasures& now = o.measures.worlds[w];
-      linear.add((now.momentum - start.momentum - o.seconds * start.weight).norm(), now.momentum_size);
-      angular.add((now.angular_momentum - start.angular_momentum).norm(), now.angular_momentum_size);
+      const WorldMeasures& current = o.measures.worlds[w];
+      linear.add((current.momentum - start.momentum - o.seconds * start.weight).norm(), current.momentum_size);
+      angular.add((current.angular_momentum - start.angular_momentum).norm(), current.angular_momentum_size);
     }
     error = std::max({error, linear.relative(), angular.relative()});
   }

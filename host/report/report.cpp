@@ -39,13 +39,13 @@ std::string error_row(const std::string& label, const std::optional<double>& val
   return value ? row(label, fmt::format("{:.3g}{}", *value, unit)) : "";
 }
 
-constexpr const char* event_keys[EVENT_KINDS] = {"contact_begins", "contact_ends", "sensor_enters", "sensor_leaves"};
+constexpr const char* event_keys[EVENT_KINDS] = {"contact_begins", "contact_ends", "trigger_enters", "trigger_leaves"};
 
 std::string event_row(const Report& report) {
   if (!report.events) return "";
   const auto& [begins, ends, enters, leaves] = *report.events;
   std::string text = fmt::format("{} began, {} ended", begins, ends);
-  if (enters + leaves > 0) text += fmt::format("; sensors: {} entered, {} left", enters, leaves);
+  if (enters + leaves > 0) text += fmt::format("; triggers: {} entered, {} left", enters, leaves);
   return row("touches", text);
 }
 

@@ -52,10 +52,10 @@ struct Change {
 
 std::vector<Change> changes(const ContactSystem& system) {
   std::vector<Change> result(system.bodies.size());
-  for (std::size_t i = 0; i < system.turns.size(); ++i) {
+  for (std::size_t i = 0; i < system.angular_friction.size(); ++i) {
     const SystemContact& c = system.contacts[i];
-    const SystemTurn& turn = system.turns[i];
-    const Vector3d moment = turn.spin_radius * turn.spin * c.normal + turn.roll;
+    const SystemAngularFriction& angular = system.angular_friction[i];
+    const Vector3d moment = angular.torsion_radius * angular.torsion * c.normal + angular.roll;
     result[c.body_a].add(system.bodies[c.body_a], Vector3d::Zero(), Vector3d::Zero(), moment);
     result[c.body_b].add(system.bodies[c.body_b], Vector3d::Zero(), Vector3d::Zero(), -moment);
   }
@@ -97,15 +97,15 @@ Vector project(const Vector& impulse, const Vector& normal, double friction) {
   return on_cone * (normal + friction / t * tangent);
 }
 
-// The impulse of a contact and, where it resists turning, of its spin; or their velocities.
+// The impulse of a contact and, where it has angular friction, of its torsion; or their velocities.
 using Vector4d = Eigen::Vector4d;
-Vector4d with_spin(const Vector3d& of_contact, double spin) {
-  return {of_contact[0], of_contact[1], of_contact[2], spin};
+Vector4d with_torsion(const Vector3d& of_contact, double torsion) {
+  return {of_contact[0], of_contact[1], of_contact[2], torsion};
 }
 
-// F of a cone of slip and spin, the same law with one tangent more.
-Vector4d spin_defect(const SystemContact& c, const SystemTurn& turn, const Vector4d& u, double rho) {
-  const Vector4d n = with_spin(c.normal, 0), r = with_spin(c.impulse, turn.spin);
+// F of a cone of slip and torsion, the same law with one tangent more.
+Vector4d torsion_defect(const SystemContact& c, const SystemAngularFriction& angular, const Vector4d& u, double rho) {
+  const Vector4d n = with_torsion(c.normal, 0), r = with_torsion(c.impulse, angular.torsion);
   const Vector4d u_hat = u + c.friction * (u - u.dot(n) * n).norm() * n;
   return r - project(Vector4d(r - rho * u_hat), n, c.friction);
 }
@@ -138,55 +138,56 @@ void add_contact(const SystemContact& c, bool convex, const SystemBody& a, const
   sums.last = w;
 }
 
-// A contact that resists turning: slip and spin are one cone, rolling is a disc whose velocity becomes that of the mass
-// at its radius of gyration.
-void add_turning(const SystemContact& c, const SystemTurn& turn, const SystemBody& a, const SystemBody& b,
-                 const Change& da, const Change& db, Sums& sums) {
+// A contact with angular friction: slip and torsion are one cone, rolling is a disc whose velocity becomes that of the
+// mass at its radius of gyration.
+void add_angular_friction(const SystemContact& c, const SystemAngularFriction& angular, const SystemBody& a,
+                          const SystemBody& b, const Change& da, const Change& db, Sums& sums) {
   const auto cone_velocity = [&](const Vector3d& v_a, const Vector3d& w_a, const Vector3d& v_b, const Vector3d& w_b) {
-    return with_spin(relative_velocity(c, v_a, w_a, v_b, w_b), turn.spin_radius * c.normal.dot(w_a - w_b));
+    return with_torsion(relative_velocity(c, v_a, w_a, v_b, w_b), angular.torsion_radius * c.normal.dot(w_a - w_b));
   };
   // of a cone that is not round all is told as it is where it is
   Eigen::Matrix4d e = Eigen::Matrix4d::Identity();
-  e.topLeftCorner<3, 3>() = turn.stretch;
+  e.topLeftCorner<3, 3>() = angular.stretch;
   SystemContact round = c;
-  round.impulse = turn.stretch.inverse() * c.impulse;
-  const Vector4d u = e * (cone_velocity(a.v, a.w, b.v, b.w) + with_spin(c.bias * c.normal + c.slide, 0));
+  round.impulse = angular.stretch.inverse() * c.impulse;
+  const Vector4d u = e * (cone_velocity(a.v, a.w, b.v, b.w) + with_torsion(c.bias * c.normal + c.slide, 0));
   const Vector4d wr = e * cone_velocity(da.v, da.w, db.v, db.w);
   sums.q += (u - wr).squaredNorm();
   sums.wr += wr.squaredNorm();
-  sums.f += spin_defect(round, turn, u, 1).squaredNorm();
+  sums.f += torsion_defect(round, angular, u, 1).squaredNorm();
   sums.largest =
       std::max(sums.largest, da.v_size + da.w_size * c.arm_a.norm() + db.v_size + db.w_size * c.arm_b.norm());
   sums.count += 1;
 
-  const Matrix3d turning = a.inverse_inertia + b.inverse_inertia;
+  const Matrix3d angular_mobility = a.inverse_inertia + b.inverse_inertia;
   Eigen::Matrix4d w_ii = Eigen::Matrix4d::Zero();
   w_ii.topLeftCorner<3, 3>() = point_mobility(a, c.arm_a) + point_mobility(b, c.arm_b);
-  const Vector3d spun_a = turn.spin_radius * a.inverse_inertia * c.normal;
-  const Vector3d spun_b = turn.spin_radius * b.inverse_inertia * c.normal;
-  w_ii.topRightCorner<3, 1>() = spun_a.cross(c.arm_a) + spun_b.cross(c.arm_b);
+  const Vector3d response_a = angular.torsion_radius * a.inverse_inertia * c.normal;
+  const Vector3d response_b = angular.torsion_radius * b.inverse_inertia * c.normal;
+  w_ii.topRightCorner<3, 1>() = response_a.cross(c.arm_a) + response_b.cross(c.arm_b);
   w_ii.bottomLeftCorner<1, 3>() = w_ii.topRightCorner<3, 1>().transpose();
-  w_ii(3, 3) = turn.spin_radius * c.normal.dot(spun_a + spun_b);
+  w_ii(3, 3) = angular.torsion_radius * c.normal.dot(response_a + response_b);
   const double lambda_max =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix4d>(e * w_ii * e, Eigen::EigenvaluesOnly).eigenvalues()(3);
   if (lambda_max <= 0) return;  // two immovable bodies
-  sums.last = spin_defect(round, turn, u, 1 / lambda_max).norm() * lambda_max;
+  sums.last = torsion_defect(round, angular, u, 1 / lambda_max).norm() * lambda_max;
   sums.w += sums.last * sums.last;
-  if (turn.roll_lever == 0) return;
+  if (angular.rolling_coefficient == 0) return;
 
   const Matrix3d plane = Matrix3d::Identity() - c.normal * c.normal.transpose();
-  const double turning_max =
-      Eigen::SelfAdjointEigenSolver<Matrix3d>(plane * turning * plane, Eigen::EigenvaluesOnly).eigenvalues()(2);
-  if (turning_max <= 0) return;
-  const double radius = std::sqrt((a.inverse_mass + b.inverse_mass) / turning_max);
-  const double limit = turn.roll_lever * c.impulse.dot(c.normal);
+  const double angular_mobility_max =
+      Eigen::SelfAdjointEigenSolver<Matrix3d>(plane * angular_mobility * plane, Eigen::EigenvaluesOnly)
+          .eigenvalues()(2);
+  if (angular_mobility_max <= 0) return;
+  const double radius = std::sqrt((a.inverse_mass + b.inverse_mass) / angular_mobility_max);
+  const double limit = angular.rolling_coefficient * c.impulse.dot(c.normal);
   const Vector3d rolling = plane * (a.w - b.w), rolling_wr = plane * (da.w - db.w);
   const auto roll = [&](double rho) {
-    const Vector3d t = turn.roll - rho * rolling;
+    const Vector3d t = angular.roll - rho * rolling;
     const double length = t.norm();
-    return (turn.roll - (length > limit ? limit / length : 1) * t).norm();
+    return (angular.roll - (length > limit ? limit / length : 1) * t).norm();
   };
-  const double w = radius * turning_max * roll(1 / turning_max);
+  const double w = radius * angular_mobility_max * roll(1 / angular_mobility_max);
   sums.w += w * w;
   sums.q += radius * radius * (rolling - rolling_wr).squaredNorm();
   sums.wr += radius * radius * rolling_wr.squaredNorm();
@@ -212,7 +213,7 @@ void add_patch(const SystemPatch& p, std::span<const SystemContact> contacts, co
     const SystemContact& c = contacts[p.first + k];
     const double r = c.impulse.dot(c.normal);
     load += r;
-    moment += p.levers[k] * r;
+    moment += p.distances[k] * r;
     const double w_nn = c.normal.dot((point_mobility(a, c.arm_a) + point_mobility(b, c.arm_b)) * c.normal);
     const double u = c.normal.dot(relative_velocity(c, a.v, a.w, b.v, b.w)) + c.bias;
     const double wr = c.normal.dot(relative_velocity(c, da.v, da.w, db.v, db.w));
@@ -226,20 +227,22 @@ void add_patch(const SystemPatch& p, std::span<const SystemContact> contacts, co
   const double lambda_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(w_tt, Eigen::EigenvaluesOnly).eigenvalues()(2);
   const Vector3d u = plane * relative_velocity(p, a.v, a.w, b.v, b.w);
   const Vector3d wr = plane * relative_velocity(p, da.v, da.w, db.v, db.w);
-  const auto rub = [&](double rho) {
+  const auto friction_defect = [&](double rho) {
     const Vector3d t = p.impulse - rho * u;
     const double limit = p.friction * load, length = t.norm();
     return (p.impulse - (length > limit ? limit / length : 1) * t).norm();
   };
-  if (lambda_max > 0) add(lambda_max * rub(1 / lambda_max), (u - wr).norm(), wr.norm(), rub(1));
+  if (lambda_max > 0) add(lambda_max * friction_defect(1 / lambda_max), (u - wr).norm(), wr.norm(), friction_defect(1));
 
   const double w_twist = p.normal.dot((a.inverse_inertia + b.inverse_inertia) * p.normal);
   if (p.count < 2 || w_twist <= 0) return;
   const double radius = std::sqrt((a.inverse_mass + b.inverse_mass) / w_twist);
-  const double turn = p.normal.dot(a.w - b.w), turn_wr = p.normal.dot(da.w - db.w);
-  const double reach = p.friction * moment;
-  const auto twist = [&](double rho) { return std::abs(p.twist - std::clamp(p.twist - rho * turn, -reach, reach)); };
-  add(radius * w_twist * twist(1 / w_twist), radius * (turn - turn_wr), radius * turn_wr, twist(1));
+  const double twist_rate = p.normal.dot(a.w - b.w), twist_rate_wr = p.normal.dot(da.w - db.w);
+  const double twist_limit = p.friction * moment;
+  const auto twist = [&](double rho) {
+    return std::abs(p.twist - std::clamp(p.twist - rho * twist_rate, -twist_limit, twist_limit));
+  };
+  add(radius * w_twist * twist(1 / w_twist), radius * (twist_rate - twist_rate_wr), radius * twist_rate_wr, twist(1));
 }
 
 // The velocities of the rows of a joint, b against a, and that of its free row.
@@ -251,14 +254,14 @@ struct JointRows {
 JointRows joint_rows(const SystemJoint& j, const Vector3d& v_a, const Vector3d& w_a, const Vector3d& v_b,
                      const Vector3d& w_b) {
   const Vector3d u = v_b + w_b.cross(j.arm_b) - v_a - w_a.cross(j.arm_a);
-  const Vector3d turn = w_b - w_a;
+  const Vector3d relative_w = w_b - w_a;
   JointRows rows;
-  rows.locked << j.axes.transpose() * u, j.axes.transpose() * turn;
-  rows.locked[2] -= j.rise * rows.locked[5];
+  rows.locked << j.axes.transpose() * u, j.axes.transpose() * relative_w;
+  rows.locked[2] -= j.lead * rows.locked[5];
   for (u32 i = 0; i < JOINT_ROWS; ++i) {
     if ((j.locked >> i & 1) == 0) rows.locked[i] = 0;
   }
-  rows.free = j.free_axis.dot(j.free == FREE_ANGLE ? turn : u);
+  rows.free = j.free_axis.dot(j.free == FREE_ANGLE ? relative_w : u);
   return rows;
 }
 
@@ -272,15 +275,15 @@ Rows own_velocity(const SystemJoint& j, const SystemBody& a, const SystemBody& b
 
 // The velocity that the law of the free row wants, q + e r where r is what the motor and the bounds make of it.
 double wanted_speed(const SystemJoint& j, double u) {
-  const double e = j.free_mobility, q = u - e * j.free_impulse;
-  if (j.yield > 0) {
-    const double left = j.yield / (e + j.yield), idle = j.slowest + left * (q - j.slowest);
-    const double reach = left * e * j.motor_impulse;
-    return std::clamp(j.motor_speed, idle - reach, idle + reach);
+  const double e = j.effective_mobility, q = u - e * j.free_impulse;
+  if (j.spring_compliance > 0) {
+    const double left = j.spring_compliance / (e + j.spring_compliance), idle = j.slowest + left * (q - j.slowest);
+    const double motor_change = left * e * j.motor_impulse;
+    return std::clamp(j.motor_speed, idle - motor_change, idle + motor_change);
   }
-  const double reach = e * j.motor_impulse;
-  const double driven = std::clamp(j.motor_speed, q - reach, q + reach);
-  return driven + (std::clamp(driven, j.slowest, j.fastest) - driven) / (1 + j.give);
+  const double motor_change = e * j.motor_impulse;
+  const double driven = std::clamp(j.motor_speed, q - motor_change, q + motor_change);
+  return driven + (std::clamp(driven, j.slowest, j.fastest) - driven) / (1 + j.bound_softness);
 }
 
 // Linear, angular and free rows are a block each; angular velocities become those of the mass at its radius of
@@ -290,10 +293,11 @@ void add_joint(const SystemJoint& j, const SystemBody& a, const SystemBody& b, c
   const JointRows u = joint_rows(j, a.v, a.w, b.v, b.w), wr = joint_rows(j, da.v, da.w, db.v, db.w);
   Rows defect = u.locked + j.softness * own_velocity(j, a, b);
   for (u32 i = 0; i < JOINT_ROWS; ++i) defect[i] += (j.locked >> i & 1) != 0 ? j.bias[i] : 0;
-  const Matrix3d turning = a.inverse_inertia + b.inverse_inertia;
-  const double turning_max = Eigen::SelfAdjointEigenSolver<Matrix3d>(turning, Eigen::EigenvaluesOnly).eigenvalues()(2);
+  const Matrix3d angular_mobility = a.inverse_inertia + b.inverse_inertia;
+  const double angular_mobility_max =
+      Eigen::SelfAdjointEigenSolver<Matrix3d>(angular_mobility, Eigen::EigenvaluesOnly).eigenvalues()(2);
   const double inverse_mass = a.inverse_mass + b.inverse_mass;
-  const double radius = turning_max > 0 ? std::sqrt(inverse_mass / turning_max) : 0;
+  const double radius = angular_mobility_max > 0 ? std::sqrt(inverse_mass / angular_mobility_max) : 0;
   const auto add = [&](double w, double q, double from_impulses, double rho) {
     sums.w += w * w;
     sums.q += q * q;
@@ -331,10 +335,10 @@ Sums sums_of(const ContactSystem& system) {
   for (u32 i = 0; i < (system.patches.empty() ? system.contacts.size() : 0); ++i) {
     const SystemContact& c = system.contacts[i];
     const SystemBody &a = system.bodies[c.body_a], &b = system.bodies[c.body_b];
-    if (system.turns.empty())
+    if (system.angular_friction.empty())
       add_contact(c, system.convex, a, b, change[c.body_a], change[c.body_b], sums);
     else
-      add_turning(c, system.turns[i], a, b, change[c.body_a], change[c.body_b], sums);
+      add_angular_friction(c, system.angular_friction[i], a, b, change[c.body_a], change[c.body_b], sums);
     sums.each.contacts[i] = std::exchange(sums.last, 0);
   }
   for (u32 i = 0; i < system.joints.size(); ++i) {

@@ -21,12 +21,12 @@ struct Residual {
   std::optional<double> model_error = std::nullopt;
 };
 
-/// The residual of a solved system; where its contacts rub as patches, that of the problem of patches, and where it was
-/// relaxed, that of the convex problem. Otherwise of the canonical one of a cone for each contact. `roundoff` is 2^-24
-/// where the solver worked in float, 2^-53 in double.
+/// The residual of a solved system; where its contacts form friction patches, that of the problem of patches, and where
+/// it was relaxed, that of the convex problem. Otherwise of the canonical one of a cone for each contact. `roundoff` is
+/// 2^-24 where the solver worked in float, 2^-53 in double.
 Residual residual(const ContactSystem& system, double roundoff);
 
-/// The largest defect velocity of each contact, or pair in contact where they rub as patches (said of its first
+/// The largest defect velocity of each contact, or pair in contact where they form friction patches (said of its first
 /// contact; 0 of the others), and of each joint, by index into the system, m/s.
 struct DefectVelocities {
   std::vector<double> contacts, joints;

@@ -33,13 +33,13 @@ constexpr std::size_t most_in_batch = std::size_t{1} << 27;
 bool is_isotropic(const Vector3& inertia) { return inertia[0] == inertia[1] && inertia[1] == inertia[2]; }
 
 // Principal moments that the motion sees: about the centre of mass, or about the pivot by the theorem of parallel axes:
-// I + m (l.l E - l l^T), diagonal because the lever lies along a principal axis.
+// I + m (l.l E - l l^T), diagonal because the offset lies along a principal axis.
 Vector3 moments(const BodyDescription& body) {
   if (!body.pivoted) return body.inertia;
-  const double square = body.mass * exact::dot(body.lever, body.lever);
+  const double square = body.mass * exact::dot(body.com_offset, body.com_offset);
   Vector3 about_pivot = body.inertia;
   for (unsigned i = 0; i < 3; ++i) {
-    if (body.lever[i] == 0) about_pivot[i] += square;
+    if (body.com_offset[i] == 0) about_pivot[i] += square;
   }
   return about_pivot;
 }
@@ -58,7 +58,7 @@ std::array<double, 6> inverse_inertia_world(const Vector3& inertia, const Quater
 
 // No point of the shape is farther from its origin. The factor covers the rounding of whoever places its points.
 template <class real>
-real shape_reach(ShapeKind kind, const real (&size)[4]) {
+real shape_bounding_radius(ShapeKind kind, const real (&size)[4]) {
   const double a = double(size[0]), b = double(size[1]), c = double(size[2]);
   switch (kind) {
     case SHAPE_SPHERE: return size[0];
@@ -119,10 +119,10 @@ class Compiler {
   std::span<const Scene> worlds_;
   InitialState<real> state_;
   HullIndex hulls_;
-  bool other_laws_ = false;  // of impact than Newton's
-  bool turning_ = false;     // some materials resist turning, or have a grain
-  bool grained_ = false;     // some have a grain
-  bool holding_ = false;     // some hold by more than they slide with
+  bool other_laws_ = false;           // of impact than Newton's
+  bool angular_friction_ = false;     // some materials have angular friction, or are anisotropic
+  bool anisotropic_ = false;          // some are anisotropic
+  bool has_static_friction_ = false;  // some hold by more than they slide with
 };
 
 template <class real>
@@ -184,12 +184,12 @@ void Compiler<real>::add_body(const BodyDescription& body, u32 world, u32 id, co
   }
   buffers().masses.push_back(mass);
 
-  const Vector3 arm = exact::rotate(body.orientation, body.lever);
+  const Vector3 arm = exact::rotate(body.orientation, body.com_offset);
   Pivot<real> pivot = {};
   if (body.pivoted) {
     const Vec4<real> point = rounded<real>(exact::subtract(body.position, arm), "pivot", origin);
-    const Vec4<real> lever = rounded<real>(body.lever, "lever", origin);
-    pivot = {{point.x, point.y, point.z}, 1, {lever.x, lever.y, lever.z}, 0};
+    const Vec4<real> com_offset = rounded<real>(body.com_offset, "com_offset", origin);
+    pivot = {{point.x, point.y, point.z}, 1, {com_offset.x, com_offset.y, com_offset.z}, 0};
   }
   buffers().pivots.push_back(pivot);
   buffers().positions.push_back(rounded<real>(body.position, "position", origin));
@@ -221,8 +221,8 @@ template <class real>
 void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u32 body, u32 id, const Origin& origin) {
   if (shape.kind == SHAPE_PLANE) buffers().planes.push_back(static_cast<u32>(buffers().shape_infos.size()));
   const bool central = shape.kind == SHAPE_SPHERE && shape.offset == Vector3{0, 0, 0};
-  const u32 flags =
-      (central ? SHAPE_IS_CENTRAL : 0) | (shape.sensor ? SHAPE_IS_SENSOR : 0) | (continuous ? SHAPE_IS_CONTINUOUS : 0);
+  const u32 flags = (central ? SHAPE_IS_CENTRAL : 0) | (shape.trigger ? SHAPE_IS_TRIGGER : 0) |
+                    (continuous ? SHAPE_IS_CONTINUOUS : 0);
   buffers().shape_infos.push_back(
       {body, id, static_cast<u32>(shape.kind), shape.material, shape.category, shape.mask, flags, 0});
   const Vec4<real> offset = rounded<real>(shape.offset, "offset", origin);
@@ -261,7 +261,7 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
     }
     default: break;
   }
-  record.reach = shape_reach<real>(shape.kind, record.size);
+  record.bounding_radius = shape_bounding_radius<real>(shape.kind, record.size);
   buffers().shapes.push_back(record);
 }
 
@@ -274,15 +274,15 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
   const Origin origin = {scene};
   for (const PairFriction& pair : friction_pairs_of(scene)) {
     buffers().material_pairs.push_back({rounded<real>(pair.sliding, "friction", origin), 0});
-    buffers().turn_pairs.push_back({rounded<real>(pair.spin_radius, "torsional friction", origin),
-                                    rounded<real>(pair.roll_lever, "rolling friction", origin)});
-    buffers().hold_pairs.push_back({rounded<real>(pair.holding, "static friction", origin),
-                                    rounded<real>(pair.holding_speed, "holding speed", origin)});
-    buffers().grain_pairs.push_back(
-        {rounded<real>(pair.across, "friction across", origin), pair.grain_of_b ? 1u : 0u, 0});
-    turning_ = turning_ || pair.rubs_further();
-    grained_ = grained_ || pair.has_grain();
-    holding_ = holding_ || pair.holds();
+    buffers().angular_friction_pairs.push_back({rounded<real>(pair.torsion_radius, "torsional friction", origin),
+                                                rounded<real>(pair.rolling_coefficient, "rolling friction", origin)});
+    buffers().static_friction_pairs.push_back({rounded<real>(pair.static_friction, "static friction", origin),
+                                               rounded<real>(pair.stick_speed, "stick speed", origin)});
+    buffers().anisotropy_pairs.push_back(
+        {rounded<real>(pair.across, "friction across", origin), pair.axis_of_b ? 1u : 0u, 0});
+    angular_friction_ = angular_friction_ || pair.has_further_friction();
+    anisotropic_ = anisotropic_ || pair.is_anisotropic();
+    has_static_friction_ = has_static_friction_ || pair.has_static_friction();
   }
   const auto restitution = [&](std::size_t a, std::size_t b) -> real& {
     return buffers().material_pairs[first + a * materials.size() + b].restitution;
@@ -309,7 +309,7 @@ Features shape_features(const BodyDescription& body) {
   }
   for (const ShapeDescription& shape : body.shapes) {
     if (body.continuous) features = with(features, Feature::continuous);
-    if (shape.sensor) features = with(with(features, Feature::sensors), Feature::events);
+    if (shape.trigger) features = with(with(features, Feature::triggers), Feature::events);
   }
   return features;
 }
@@ -342,7 +342,7 @@ void Compiler<real>::set_features() {
       if (body.kind != BODY_DYNAMIC) continue;
       const bool isotropic = is_isotropic(moments(body));
       const bool off_center = std::any_of(body.shapes.begin(), body.shapes.end(), [](const ShapeDescription& shape) {
-        return !shape.sensor && (shape.kind != SHAPE_SPHERE || shape.offset != Vector3{0, 0, 0});
+        return !shape.trigger && (shape.kind != SHAPE_SPHERE || shape.offset != Vector3{0, 0, 0});
       });
       if (body.pivoted) features = with(features, Feature::pivots);
       if (touching && !body.shapes.empty() && (off_center || !isotropic)) {
@@ -361,18 +361,18 @@ void Compiler<real>::set_features() {
                   "patches know Newton's law of impact alone, and materials of this scene have another; use cones");
     features = with(features, Feature::impact_laws);
   }
-  if (has(features, Feature::contacts) && (turning_ || holding_)) {
+  if (has(features, Feature::contacts) && (angular_friction_ || has_static_friction_)) {
     if (settings.friction_model == FrictionModel::patches)
       throw Error(
           Failure::input, worlds_[0].source + ": /settings/friction_model",
           "patches have a twist of their own and one friction, and materials of this scene have static, torsional or "
-          "rolling friction, or a grain; use cones");
-    if (turning_) features = with(features, Feature::turning_friction);
-    if (holding_) features = with(features, Feature::static_friction);
-    if (grained_ && other_laws_)
+          "rolling or anisotropic friction; use cones");
+    if (angular_friction_) features = with(features, Feature::angular_friction);
+    if (has_static_friction_) features = with(features, Feature::static_friction);
+    if (anisotropic_ && other_laws_)
       throw Error(Failure::input, worlds_[0].source + ": /materials",
                   "laws of impact know one mu in all directions, and materials of this scene have friction_across too");
-    if (grained_) features = with(features, Feature::elliptic_friction);
+    if (anisotropic_) features = with(features, Feature::elliptic_friction);
   }
   if (has(features, Feature::contacts) && settings.friction_model == FrictionModel::patches)
     features = with(with(features, Feature::patches), Feature::general_contacts);
@@ -385,11 +385,10 @@ void Compiler<real>::set_features() {
     if (has(features, Feature::patches))
       throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",
                   "solvers along a gradient have a cone for each contact; leave patches out, or take gauss_seidel");
-    if (has(features, Feature::turning_friction))
-      throw Error(
-          Failure::input, worlds_[0].source + ": /settings/solver",
-          "solvers along a gradient know round cones of slip alone, and materials of this scene resist turning or "
-          "have a grain; take gauss_seidel");
+    if (has(features, Feature::angular_friction))
+      throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
+                  "solvers along a gradient know round cones of slip alone, and materials of this "
+                  "scene have angular friction or have anisotropic friction; take gauss_seidel");
     features = with(features, Feature::gradient);
     if (has(features, Feature::contacts)) features = with(features, Feature::jacobi);
   }
@@ -397,10 +396,10 @@ void Compiler<real>::set_features() {
     if (has(features, Feature::patches))
       throw Error(Failure::input, worlds_[0].source + ": /settings/friction_model",
                   "dense_gauss_seidel has a cone for each contact; leave patches out, or take gauss_seidel");
-    if (has(features, Feature::turning_friction))
+    if (has(features, Feature::angular_friction))
       throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
-                  "dense_gauss_seidel knows round cones of slip alone, and materials of this scene resist turning or "
-                  "have a grain; take gauss_seidel");
+                  "dense_gauss_seidel knows round cones of slip alone, and materials of this "
+                  "scene have angular friction or have anisotropic friction; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
   if (constrained && tolerance_of(settings) > 0) features = with(features, Feature::tolerance);
@@ -413,7 +412,7 @@ void Compiler<real>::set_features() {
   }
 }
 
-// What a shape can reach in a step at its first speed, so that a scene with bullets counts as one of unequal sizes.
+// How far a shape can come in a step at its first speed, so that a scene with bullets counts as one of unequal sizes.
 template <class real>
 Feature Compiler<real>::broad_phase() const {
   const Settings& settings = worlds_[0].settings;
@@ -426,7 +425,7 @@ Feature Compiler<real>::broad_phase() const {
     if (shape.kind == SHAPE_PLANE || (shape.flags & SHAPE_IS_IN_TREE) != 0) continue;
     const Motion<real>& motion = state_.buffers.motions[shape.body];
     const Vector3 v = {double(motion.v[0]), double(motion.v[1]), double(motion.v[2])};
-    extents.push_back(double(state_.buffers.shapes[i].reach) + settings.dt * exact::length(v));
+    extents.push_back(double(state_.buffers.shapes[i].bounding_radius) + settings.dt * exact::length(v));
   }
   return prefers_tree(std::move(extents), worlds_.size()) ? Feature::bvh : Feature::grid;
 }
@@ -453,9 +452,9 @@ void Compiler<real>::set_sizes() {
 
 void set_first_capacities(Sizes& sizes, Features features) {
   sizes.buckets = 64;
-  while (sizes.buckets < 2 * sizes.loose()) sizes.buckets *= 2;
+  while (sizes.buckets < 2 * sizes.top_level()) sizes.buckets *= 2;
   while (sizes.buckets < sizes.particles) sizes.buckets *= 2;
-  sizes.pairs = std::max(8 * sizes.loose(), 4 * sizes.particles) + 64;
+  sizes.pairs = std::max(8 * sizes.top_level(), 4 * sizes.particles) + 64;
   sizes.contacts = sizes.pairs * (has(features, Feature::manifolds) ? 2 : 1);
   // each colour, and the overflow, may end in a block that is not full
   sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;

@@ -173,7 +173,7 @@ u32 count_closure_columns(std::span<const ClosureSet> sets, u32 links) {
 }
 
 template <class real>
-void place_link_joints(Buffers<real>& b) {
+void set_link_joints(Buffers<real>& b) {
   std::vector<u32> slots(b.joint_infos.size(), NONE);
   for (u32 slot = 0; slot < b.joint_lanes.size() * PACK; ++slot) {
     const u32 joint = b.joint_lanes[slot / PACK].joint[slot % PACK];
@@ -185,7 +185,7 @@ void place_link_joints(Buffers<real>& b) {
 
 template void find_articulations<float>(Buffers<float>&);
 template void find_articulations<double>(Buffers<double>&);
-template void place_link_joints<float>(Buffers<float>&);
-template void place_link_joints<double>(Buffers<double>&);
+template void set_link_joints<float>(Buffers<float>&);
+template void set_link_joints<double>(Buffers<double>&);
 
 }  // namespace lockstep

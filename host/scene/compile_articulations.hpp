@@ -18,6 +18,6 @@ u32 count_closure_columns(std::span<const ClosureSet> sets, u32 links);
 
 /// Writes the slots of their joints, once these are laid out.
 template <class real>
-void place_link_joints(Buffers<real>& buffers);
+void set_link_joints(Buffers<real>& buffers);
 
 }  // namespace lockstep

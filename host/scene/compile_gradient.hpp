@@ -5,7 +5,7 @@
 
 namespace lockstep {
 
-/// Writes the law of the descent, and the places of the sides of joints among those of their bodies, into a state that
+/// Writes the law of the descent, and the slots of the sides of joints among those of their bodies, into a state that
 /// has all bodies and joints and the feature `gradient`.
 template <class real>
 void compile_gradient(bool accelerated, InitialState<real>& state);

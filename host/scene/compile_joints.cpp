@@ -16,18 +16,18 @@ namespace {
 Quaternion back(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
 
 // Where the bodies of a joint stand for its anchors and its axis: where they are at load unless it says otherwise.
-JointStand stand_of(const Scene& scene, const JointDescription& joint) {
-  JointStand stand;
-  if (joint.stand) stand = *joint.stand;
-  const auto place = [&](u32 body, Vector3& position, Quaternion& orientation) {
+ReferencePoses reference_poses_of(const Scene& scene, const JointDescription& joint) {
+  ReferencePoses reference_poses;
+  if (joint.reference_poses) reference_poses = *joint.reference_poses;
+  const auto set_pose = [&](u32 body, Vector3& position, Quaternion& orientation) {
     if (body == NONE) position = {0, 0, 0}, orientation = {0, 0, 0, 1};
-    if (body == NONE || joint.stand) return;
+    if (body == NONE || joint.reference_poses) return;
     position = scene.bodies[body].position;
     orientation = scene.bodies[body].orientation;
   };
-  place(joint.body_a, stand.position_a, stand.orientation_a);
-  place(joint.body_b, stand.position_b, stand.orientation_b);
-  return stand;
+  set_pose(joint.body_a, reference_poses.position_a, reference_poses.orientation_a);
+  set_pose(joint.body_b, reference_poses.position_b, reference_poses.orientation_b);
+  return reference_poses;
 }
 
 Vector3 inside(const Vector3& position, const Quaternion& orientation, const Vector3& point) {
@@ -66,19 +66,23 @@ void set_spring(const Settings& settings, const JointSpring& in, const Origin& o
   out.low = out.high = rounded<real>(in.rest, "the rest of a spring", origin);
   out.rate = rounded<real>(in.stiffness / stiff, "the stiffness of a spring", origin);
   rounded_positive<real>(h * stiff, "dt (dt stiffness + damping) of a spring", origin);
-  out.yield = static_cast<real>(1 / (h * stiff));
+  out.spring_compliance = static_cast<real>(1 / (h * stiff));
 }
 
 template <class real>
 Joint<real> make_joint(const Settings& settings, const Scene& scene, const JointDescription& in, const Origin& origin) {
-  const JointStand stand = stand_of(scene, in);
-  const Quaternion frame = has_key(in.kind, JOINT_HAS_AXES) ? exact::turn_of_frame_to(in.axis, in.second_axis)
-                                                            : exact::turn_of_z_to(in.axis);
+  const ReferencePoses reference_poses = reference_poses_of(scene, in);
+  const Quaternion frame = has_key(in.kind, JOINT_HAS_AXES) ? exact::rotation_to_frame(in.axis, in.second_axis)
+                                                            : exact::rotation_from_z_to(in.axis);
   Joint<real> out = {};
-  store(out.anchor_a, rounded<real>(inside(stand.position_a, stand.orientation_a, in.anchor_a), "anchor", origin), 3);
-  store(out.anchor_b, rounded<real>(inside(stand.position_b, stand.orientation_b, in.anchor_b), "anchor", origin), 3);
-  store(out.frame_a, rounded<real>(exact::unit(exact::multiply(back(stand.orientation_a), frame))), 4);
-  store(out.frame_b, rounded<real>(exact::unit(exact::multiply(back(stand.orientation_b), frame))), 4);
+  store(out.anchor_a,
+        rounded<real>(inside(reference_poses.position_a, reference_poses.orientation_a, in.anchor_a), "anchor", origin),
+        3);
+  store(out.anchor_b,
+        rounded<real>(inside(reference_poses.position_b, reference_poses.orientation_b, in.anchor_b), "anchor", origin),
+        3);
+  store(out.frame_a, rounded<real>(exact::unit(exact::multiply(back(reference_poses.orientation_a), frame))), 4);
+  store(out.frame_b, rounded<real>(exact::unit(exact::multiply(back(reference_poses.orientation_b), frame))), 4);
   set_softness(settings, in, origin, out);
   out.limited = in.limited;
   out.low = rounded<real>(in.low, "limits", origin);
@@ -96,11 +100,11 @@ Joint<real> make_joint(const Settings& settings, const Scene& scene, const Joint
 
 // Travel of a screw for a radian; 0 of other joints.
 template <class real>
-real make_rise(const JointDescription& in, const Origin& origin) {
+real screw_lead(const JointDescription& in, const Origin& origin) {
   if (!has_key(in.kind, JOINT_HAS_PITCH)) return 0;
-  const double rise = in.pitch / (2 * exact::pi);
-  rounded_positive<real>(std::abs(rise), "pitch / 2 pi of a screw", origin);
-  return static_cast<real>(rise);
+  const double lead = in.pitch / (2 * exact::pi);
+  rounded_positive<real>(std::abs(lead), "pitch / 2 pi of a screw", origin);
+  return static_cast<real>(lead);
 }
 
 template <class real>
@@ -166,7 +170,7 @@ void lay_out_joints(u32 direct, Buffers<real>& b) {
   }
 }
 
-// Those that sweeps visit come first.
+// Those that sweeps solve come first.
 template <class real>
 void lay_out_joints(Buffers<real>& b) {
   for (const u32 direct : {0u, 1u}) lay_out_joints(direct, b);
@@ -224,7 +228,7 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
       b.joint_infos.push_back({body_a, body_b, world, id, static_cast<u32>(joint.kind), locked_rows(joint.kind),
                                static_cast<u32>(free_of(joint.kind)), 0});
       b.joints.push_back(make_joint<real>(settings, scene, joint, {scene, nullptr, &joint}));
-      b.screw_rises.push_back(make_rise<real>(joint, {scene, nullptr, &joint}));
+      b.screw_leads.push_back(screw_lead<real>(joint, {scene, nullptr, &joint}));
       b.rolling_radii.push_back(make_radius<real>(joint, {scene, nullptr, &joint}));
       if (joint.collide || body_a == null_body || body_b == null_body) continue;
       joined.push_back({body_a, body_b});
@@ -237,10 +241,10 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
     if (std::ranges::any_of(scene.joints, [](const JointDescription& joint) { return joint.spring.has_value(); }))
       state.features = with(state.features, Feature::joint_springs);
   }
-  if (std::ranges::any_of(b.screw_rises, [](real rise) { return rise != 0; }))
+  if (std::ranges::any_of(b.screw_leads, [](real lead) { return lead != 0; }))
     state.features = with(state.features, Feature::screws);
   else
-    b.screw_rises.clear();
+    b.screw_leads.clear();
   const auto rolls = [](const JointInfo& joint) { return is_non_holonomic(static_cast<JointKind>(joint.kind)); };
   if (std::ranges::any_of(b.joint_infos, rolls))
     state.features = with(state.features, Feature::non_holonomic);
@@ -249,13 +253,13 @@ void compile_joints(std::span<const Scene> worlds, InitialState<real>& state) {
   if (b.joints.empty()) return;
   if (settings.joint_solver == JointSolver::direct) set_articulations(worlds[0], state);
   lay_out_joints(b);
-  place_link_joints(b);
+  set_link_joints(b);
   list_joined(std::move(joined), b);
 
   state.features = with(state.features, Feature::joints);
   if (settings.integrator != Integrator::semi_implicit_euler)
     state.features = with(state.features, Feature::joints_ahead);
-  state.features = with(state.features, Feature::general_contacts);  // the visit reads whole lines of bodies
+  state.features = with(state.features, Feature::general_contacts);  // the solve reads whole lines of bodies
   if (settings.solver == Solver::small_steps) state.features = with(state.features, Feature::soft_joints);
   const bool hard = std::ranges::any_of(b.joints, [](const Joint<real>& joint) { return joint.spring == 0; });
   if (hard && settings.solver != Solver::small_steps && settings.stabilization == Stabilization::positions)

@@ -10,8 +10,8 @@ namespace lockstep {
 
 namespace {
 
-[[noreturn]] void refuse(const Scene& scene, const char* place, const std::string& what) {
-  throw Error(Failure::input, scene.source + ": " + place, what);
+[[noreturn]] void refuse(const Scene& scene, const char* location, const std::string& what) {
+  throw Error(Failure::input, scene.source + ": " + location, what);
 }
 
 // What shapes can do and particles cannot.
@@ -25,7 +25,7 @@ void expect_plain(const Scene& scene) {
     if (body.continuous)
       origin.fail("is continuous, which the particle model penalty knows nothing of; leave it out, or use constraints");
     for (const ShapeDescription& shape : body.shapes) {
-      if (shape.sensor) origin.fail("has a sensor, and the particle model penalty has none; use constraints");
+      if (shape.trigger) origin.fail("has a trigger, and the particle model penalty has none; use constraints");
       if (shape.category != 1 || shape.mask != 0xffffffffu)
         origin.fail("has a collision filter, and the particle model penalty has none; use constraints");
     }
@@ -109,7 +109,7 @@ Scene with_particles_as_shapes(const Scene& scene, bool keep) {
     for (std::size_t i = 0; i < body.shapes.size(); ++i) {
       ShapeDescription sphere = body.shapes[i];  // its material and its filter
       if (keep || sphere.kind == SHAPE_PLANE) shapes.push_back(sphere);
-      if (keep && sphere.kind != SHAPE_PLANE) shapes.back().sensor = true;
+      if (keep && sphere.kind != SHAPE_PLANE) shapes.back().trigger = true;
       sphere.kind = SHAPE_SPHERE;
       sphere.rotation = {0, 0, 0, 1};
       sphere.radius = scene.particles->radius;

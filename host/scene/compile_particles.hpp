@@ -19,7 +19,7 @@ template <class real>
 void compile_particles(std::span<const Scene> worlds, InitialState<real>& state);
 
 /// The scene with spheres, its particles, in the place of each bounded shape; `keep`: behind the shape itself, which is
-/// a sensor then. Throws Error (input) where particles do not fit a shape.
+/// a trigger then. Throws Error (input) where particles do not fit a shape.
 Scene with_particles_as_shapes(const Scene& scene, bool keep);
 
 }  // namespace lockstep

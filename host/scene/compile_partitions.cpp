@@ -31,7 +31,7 @@ std::vector<double> widths_of(const WorldRange& world, const Buffers<real>& b) {
   std::vector<double> widths(world.body_count, 0);
   for (u32 i = world.first_shape; i < world.first_shape + world.shape_count; ++i) {
     const ShapeInfo& info = b.shape_infos[i];
-    if (b.body_infos[info.body].kind != BODY_DYNAMIC || (info.flags & SHAPE_IS_SENSOR) != 0) continue;
+    if (b.body_infos[info.body].kind != BODY_DYNAMIC || (info.flags & SHAPE_IS_TRIGGER) != 0) continue;
     double& width = widths[info.body - world.first_body];
     width = std::max(width, width_of(info.kind, b.shapes[i]));
   }

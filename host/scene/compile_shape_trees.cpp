@@ -23,26 +23,28 @@ Vector3 offset_of(const Shape<real>& shape) {
   return {double(shape.offset[0]), double(shape.offset[1]), double(shape.offset[2])};
 }
 
-// Around a shape, in the frame of its body: as cpu_reference/shape_bound.hpp, but that round ones take their reach.
+// Around a shape, in the frame of its body: as cpu_reference/shape_bound.hpp, but that round ones take their bounding
+// radius.
 template <class real>
 Box box_of(const Shape<real>& shape, u32 kind) {
-  const Quaternion turn = {double(shape.rotation[0]), double(shape.rotation[1]), double(shape.rotation[2]),
-                           double(shape.rotation[3])};
+  const Quaternion rotation = {double(shape.rotation[0]), double(shape.rotation[1]), double(shape.rotation[2]),
+                               double(shape.rotation[3])};
   const Vector3 center = offset_of(shape);
-  const double reach = double(shape.reach);
-  Vector3 half = {reach, reach, reach};
+  const double bounding_radius = double(shape.bounding_radius);
+  Vector3 half = {bounding_radius, bounding_radius, bounding_radius};
   if (kind == SHAPE_BOX || kind == SHAPE_HULL) {
     half = {0, 0, 0};
     for (unsigned axis = 0; axis < 3; ++axis) {
       Vector3 side = {0, 0, 0};
       side[axis] = double(shape.size[axis]);
-      const Vector3 turned = exact::rotate(turn, side);
-      for (unsigned k = 0; k < 3; ++k) half[k] += std::abs(turned[k]);
+      const Vector3 rotated = exact::rotate(rotation, side);
+      for (unsigned k = 0; k < 3; ++k) half[k] += std::abs(rotated[k]);
     }
   }
   Box box;
   for (unsigned k = 0; k < 3; ++k) {
-    const double slack = 2e-5 * reach + 1e-6 * std::abs(center[k]);  // covers the rounding of who looks for it
+    const double slack =
+        2e-5 * bounding_radius + 1e-6 * std::abs(center[k]);  // covers the rounding of who looks for it
     box.low[k] = center[k] - half[k] - slack;
     box.high[k] = center[k] + half[k] + slack;
   }
@@ -56,8 +58,8 @@ u32 curve_key(const Vector3& at, const Box& box) {
   for (unsigned k = 0; k < 3; ++k) width = std::max(width, box.high[k] - box.low[k]);
   u32 key = 0;
   for (unsigned k = 0; k < 3; ++k) {
-    const double part = width > 0 ? (at[k] - box.low[k]) / width : 0;
-    const u32 cell = static_cast<u32>(std::clamp(part * (1 << bits), 0.0, (1 << bits) - 1.0));
+    const double fraction = width > 0 ? (at[k] - box.low[k]) / width : 0;
+    const u32 cell = static_cast<u32>(std::clamp(fraction * (1 << bits), 0.0, (1 << bits) - 1.0));
     for (u32 bit = 0; bit < bits; ++bit) key |= (cell >> bit & 1) << (3 * bit + k);
   }
   return key;
@@ -80,7 +82,7 @@ class Forest {
 
   void add_world(u32 world) {
     const WorldRange range = b_.world_ranges[world];
-    WorldTrees trees = {count(b_.loose_shapes), 0, count(b_.shape_trees), 0};
+    WorldTrees trees = {count(b_.top_level_shapes), 0, count(b_.shape_trees), 0};
     const u32 end = range.first_shape + range.shape_count;
     for (u32 first = range.first_shape; first < end;) {
       u32 past = first;
@@ -88,10 +90,10 @@ class Forest {
       const std::vector<u32> items = items_of(first, past);
       if (items.size() >= fewest_in_tree) add_tree(items);
       for (u32 i = first; i < past; ++i)
-        if ((b_.shape_infos[i].flags & SHAPE_IS_IN_TREE) == 0) b_.loose_shapes.push_back(i);
+        if ((b_.shape_infos[i].flags & SHAPE_IS_IN_TREE) == 0) b_.top_level_shapes.push_back(i);
       first = past;
     }
-    trees.loose_count = count(b_.loose_shapes) - trees.first_loose;
+    trees.top_level_count = count(b_.top_level_shapes) - trees.first_top_level;
     trees.tree_count = count(b_.shape_trees) - trees.first_tree;
     b_.world_trees.push_back(trees);
   }
@@ -104,7 +106,7 @@ class Forest {
     std::vector<u32> items;
     if (b_.body_infos[b_.shape_infos[first].body].kind == BODY_DYNAMIC) return items;
     for (u32 i = first; i < past; ++i) {
-      if (b_.shape_infos[i].flags & SHAPE_IS_SENSOR) return {};
+      if (b_.shape_infos[i].flags & SHAPE_IS_TRIGGER) return {};
       if (b_.shape_infos[i].kind != SHAPE_PLANE) items.push_back(i);
     }
     return items;
@@ -122,8 +124,8 @@ class Forest {
       const Shape<real>& shape = b_.shapes[i];
       b_.shape_infos[i].flags |= SHAPE_IS_IN_TREE;
       whole.unite(box_of(shape, b_.shape_infos[i].kind));
-      radius = std::max(radius, exact::length(offset_of(shape)) + double(shape.reach));
-      tree.largest = std::max(tree.largest, shape.reach);
+      radius = std::max(radius, exact::length(offset_of(shape)) + double(shape.bounding_radius));
+      tree.largest = std::max(tree.largest, shape.bounding_radius);
     }
     tree.radius = static_cast<real>(radius * 1.000001);
     std::ranges::stable_sort(items, {}, [&](u32 i) { return curve_key(offset_of(b_.shapes[i]), whole); });
@@ -164,7 +166,7 @@ void compile_shape_trees(InitialState<real>& state) {
   Forest<real> forest(b);
   for (u32 world = 0; world < b.world_ranges.size(); ++world) forest.add_world(world);
   if (b.shape_trees.empty()) {
-    b.loose_shapes.clear();
+    b.top_level_shapes.clear();
     b.world_trees.clear();
     return;
   }

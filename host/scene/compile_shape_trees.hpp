@@ -9,7 +9,7 @@ namespace lockstep {
 constexpr u32 fewest_in_tree = 32;
 
 /// Makes the trees of a state that has all bodies and shapes: sets the feature where there are any, their sizes and
-/// tables, and the flags of their shapes. Planes are in no tree, nor are shapes of a body that has sensors, which
+/// tables, and the flags of their shapes. Planes are in no tree, nor are shapes of a body that has triggers, which
 /// also feel those that sleep.
 template <class real>
 void compile_shape_trees(InitialState<real>& state);

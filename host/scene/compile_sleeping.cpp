@@ -17,23 +17,23 @@ u32 sleep_steps(double after, double dt) {
 template <class real>
 void compile_sleeping(const Scene& scene, InitialState<real>& state) {
   const Settings& settings = scene.settings;
-  const std::string place = scene.source + ": /settings/sleeping";
+  const std::string location = scene.source + ": /settings/sleeping";
   if (has(state.features, Feature::gradient))
     throw Error(
-        Failure::input, place,
+        Failure::input, location,
         "solvers along a gradient step all islands by one length, and an island that sleeps would change the others; "
         "take gauss_seidel, jacobi or small_steps");
   if (has(state.features, Feature::partitions))
-    throw Error(Failure::input, place,
+    throw Error(Failure::input, location,
                 "cell_gauss_seidel schedules all pairs of a cell together, and an island that sleeps would change the "
                 "others; take gauss_seidel, jacobi or small_steps");
   if (settings.integrator == Integrator::runge_kutta)
-    throw Error(Failure::input, place, "bodies of runge_kutta never rest; use another integrator or leave it out");
+    throw Error(Failure::input, location, "bodies of runge_kutta never rest; use another integrator or leave it out");
   if (has(state.features, Feature::particles))
-    throw Error(Failure::input, place,
+    throw Error(Failure::input, location,
                 "does not go with particles of the model penalty; use constraints or leave it out");
   if (has(state.features, Feature::tolerance))
-    throw Error(Failure::input, place,
+    throw Error(Failure::input, location,
                 "does not go with a tolerance, which ends the sweeps of all islands at once, so "
                 "that one would change the bits of another; leave out one of the two");
   state.features = with(state.features, Feature::sleeping);

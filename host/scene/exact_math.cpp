@@ -21,9 +21,9 @@ int nearest_integer(double x) { return static_cast<int>(x < 0 ? x - 0.5 : x + 0.
 // a - b and what rounding took from it (Knuth's two-sum).
 void subtract_exactly(double a, double b, double& difference, double& error) {
   difference = a - b;
-  const double b_part = a - difference;
-  const double a_part = difference + b_part;
-  error = (a - a_part) - (b - b_part);
+  const double b_virtual = a - difference;
+  const double a_virtual = difference + b_virtual;
+  error = (a - a_virtual) - (b - b_virtual);
 }
 
 // Cody and Waite: pi/2 in pieces. The first two have 33 bits, so that their product with a quadrant below 2^13 is
@@ -128,36 +128,36 @@ Vector3 rotate(const Quaternion& q, const Vector3& v) {
   return add(v, scale(2, cross(u, add(cross(u, v), scale(q[3], v)))));
 }
 
-Quaternion turn(const Vector3& axis, double sine_of_half, double cosine_of_half) {
+Quaternion rotation(const Vector3& axis, double sine_of_half, double cosine_of_half) {
   const Vector3 u = unit(axis);
   return unit({sine_of_half * u[0], sine_of_half * u[1], sine_of_half * u[2], cosine_of_half});
 }
 
-Quaternion turn_by_euler_degrees(const Vector3& angles) {
+Quaternion rotation_from_euler_degrees(const Vector3& angles) {
   Quaternion q = {0, 0, 0, 1};
   for (unsigned axis = 0; axis < 3; ++axis) {
     Vector3 direction = {0, 0, 0};
     direction[axis] = 1;
     const double half = 0.5 * angles[axis];
-    q = multiply(turn(direction, sine_of_degrees(half), cosine_of_degrees(half)), q);
+    q = multiply(rotation(direction, sine_of_degrees(half), cosine_of_degrees(half)), q);
   }
   return unit(q);
 }
 
-Quaternion turn_of_z_to(const Vector3& direction) {
+Quaternion rotation_from_z_to(const Vector3& direction) {
   const Vector3 n = unit(direction);
   // along an axis a third of a turn permutes the axes, and its quaternion is made of halves: no rounding
   if (n[1] == 0 && n[2] == 0) return n[0] > 0 ? Quaternion{0.5, 0.5, 0.5, 0.5} : Quaternion{0.5, -0.5, -0.5, 0.5};
   if (n[0] == 0 && n[2] == 0) return n[1] > 0 ? Quaternion{-0.5, -0.5, -0.5, 0.5} : Quaternion{0.5, 0.5, -0.5, 0.5};
   if (n[0] == 0 && n[1] == 0) return n[2] > 0 ? Quaternion{0, 0, 0, 1} : Quaternion{1, 0, 0, 0};
-  // the shortest turn, (z x n, 1 + z . n); below the horizon a half turn about x comes first, so that 1 - z . n keeps
-  // its digits
+  // the shortest rotation, (z x n, 1 + z . n); below the horizon a half turn about x comes first, so that 1 - z . n
+  // keeps its digits
   if (n[2] >= 0) return unit({-n[1], n[0], 0, 1 + n[2]});
   return multiply(unit({n[1], -n[0], 0, 1 - n[2]}), {1, 0, 0, 0});
 }
 
-Quaternion turn_of_frame_to(const Vector3& z, const Vector3& x) {
-  const Quaternion q = turn_of_z_to(z);
+Quaternion rotation_to_frame(const Vector3& z, const Vector3& x) {
+  const Quaternion q = rotation_from_z_to(z);
   const Vector3 n = rotate({-q[0], -q[1], -q[2], q[3]}, unit(x));
   const double r = square_root(n[0] * n[0] + n[1] * n[1]);
   // half of the angle of n about z: its tangent is n_y / (r + n_x), or (r - n_x) / n_y where n_x is below 0

@@ -10,7 +10,7 @@
 namespace lockstep {
 
 using Vector3 = std::array<double, 3>;
-using Quaternion = std::array<double, 4>;  // x y z w; a unit quaternion turns body into world coordinates
+using Quaternion = std::array<double, 4>;  // x y z w; a unit quaternion rotates body into world coordinates
 
 namespace exact {
 
@@ -46,16 +46,16 @@ Quaternion multiply(const Quaternion& a, const Quaternion& b);
 /// Body to world.
 Vector3 rotate(const Quaternion& q, const Vector3& v);
 
-/// A turn about `axis`, which need not be unit, given sine and cosine of half the angle.
-Quaternion turn(const Vector3& axis, double sine_of_half, double cosine_of_half);
-/// Turns about the fixed axes x, then y, then z, in degrees (roll, pitch, yaw).
-Quaternion turn_by_euler_degrees(const Vector3& angles);
+/// The rotation about `axis`, which need not be unit, given sine and cosine of half the angle.
+Quaternion rotation(const Vector3& axis, double sine_of_half, double cosine_of_half);
+/// Rotations about the fixed axes x, then y, then z, in degrees (roll, pitch, yaw).
+Quaternion rotation_from_euler_degrees(const Vector3& angles);
 /// A rotation that takes the z axis to `direction`, which need not be unit: exact where the direction is along an axis,
-/// the shortest turn elsewhere.
-Quaternion turn_of_z_to(const Vector3& direction);
+/// the shortest rotation elsewhere.
+Quaternion rotation_from_z_to(const Vector3& direction);
 
 /// A rotation that takes the z axis to `z`, and the x axis to what of `x` is perpendicular to it; neither need be unit.
-Quaternion turn_of_frame_to(const Vector3& z, const Vector3& x);
+Quaternion rotation_to_frame(const Vector3& z, const Vector3& x);
 /// Whether `a` and `b`, of any lengths but 0, are perpendicular, within 1e-6 rad.
 bool perpendicular(const Vector3& a, const Vector3& b);
 

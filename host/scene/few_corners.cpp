@@ -47,7 +47,7 @@ double outside(const ConvexHull& hull, const Vector3& p) {
 }
 
 // Each within -1 .. 1 along x, y and z.
-std::vector<Vector3> in_parts_of_size(std::vector<Vector3> points) {
+std::vector<Vector3> scaled_by_size(std::vector<Vector3> points) {
   const Vector3 center = center_of_box(points);
   for (Vector3& p : points) p = exact::subtract(p, center);
   const Vector3 half = half_extents_of(points);
@@ -67,7 +67,7 @@ std::vector<Vector3> few_corners(const std::vector<Vector3>& given) {
   std::vector<Vector3> points = given;  // in an order of their own: how a file lists them does not count
   std::sort(points.begin(), points.end());
   points.erase(std::unique(points.begin(), points.end()), points.end());
-  const std::vector<Vector3> scaled = in_parts_of_size(points);
+  const std::vector<Vector3> scaled = scaled_by_size(points);
   std::vector<std::size_t> chosen = farthest(scaled, directions(2));
   const std::vector<std::size_t> candidates = farthest(scaled, directions(6));
   while (chosen.size() < most_hull_vertices) {

@@ -13,45 +13,44 @@ namespace {
 
 // m/s: faster than what is left of a contact at rest by a few sweeps, and than what gravity gives on a slope in the
 // first sub-step of a soft contact, which carries nothing yet; slower than what the eye takes for a slide.
-constexpr double default_holding_speed = 1e-2;
+constexpr double default_stick_speed = 1e-2;
 
-void expect_sense(const Scene& scene, const std::string& place, double friction, const FurtherFriction& owner) {
+void validate(const Scene& scene, const std::string& location, double friction, const FurtherFriction& owner) {
   const auto refuse = [&](const char* key, const std::string& what) {
-    throw Error(Failure::input, fmt::format("{}: {}/{}", scene.source, place, key), what);
+    throw Error(Failure::input, fmt::format("{}: {}/{}", scene.source, location, key), what);
   };
   if (owner.static_friction && *owner.static_friction < friction)
     refuse("static_friction",
            fmt::format("must be >= the friction of what slides, {}, is {}", friction, *owner.static_friction));
   if (owner.friction_across && !(*owner.friction_across > 0 && friction > 0))
-    refuse("friction_across", "must be > 0, beside a friction > 0 along the grain");
-  if (owner.holding_speed && !owner.static_friction)
-    refuse("holding_speed", "is up to where static_friction holds; give that too, or leave this out");
+    refuse("friction_across", "must be > 0, beside a friction > 0 along the axis");
+  if (owner.stick_speed && !owner.static_friction)
+    refuse("stick_speed", "is up to where static_friction acts; give that too, or leave this out");
   if (owner.torsional_friction.value_or(0) > 0 && friction == 0)
     refuse("torsional_friction", "is a moment of friction, and friction is 0; give some, or leave this out");
 }
 
-double spin_radius(double torsional, double friction) { return friction > 0 ? torsional / friction : 0; }
+double torsion_radius(double torsional, double friction) { return friction > 0 ? torsional / friction : 0; }
 
 PairFriction meet(const Material& material_a, const Material& material_b) {
   const FurtherFriction &a = material_a.further, &b = material_b.further;
   PairFriction pair;
   // of equal materials the root is the friction itself, to the bit
-  pair.sliding = pair.holding = exact::square_root(material_a.friction * material_b.friction);
+  pair.sliding = pair.static_friction = exact::square_root(material_a.friction * material_b.friction);
   if (a.static_friction || b.static_friction) {
-    pair.holding = exact::square_root(a.static_friction.value_or(material_a.friction) *
-                                      b.static_friction.value_or(material_b.friction));
-    pair.holding_speed = a.holding_speed || b.holding_speed
-                             ? std::max(a.holding_speed.value_or(0), b.holding_speed.value_or(0))
-                             : default_holding_speed;
+    pair.static_friction = exact::square_root(a.static_friction.value_or(material_a.friction) *
+                                              b.static_friction.value_or(material_b.friction));
+    pair.stick_speed = a.stick_speed || b.stick_speed ? std::max(a.stick_speed.value_or(0), b.stick_speed.value_or(0))
+                                                      : default_stick_speed;
   }
-  pair.spin_radius =
-      spin_radius(std::max(a.torsional_friction.value_or(0), b.torsional_friction.value_or(0)), pair.sliding);
-  pair.roll_lever = std::max(a.rolling_friction.value_or(0), b.rolling_friction.value_or(0));
-  const auto grain = [](const Material& m) { return m.further.friction_across.value_or(m.friction) / m.friction; };
-  const auto has_grain = [](const Material& m) { return m.further.friction_across && m.friction > 0; };
-  pair.grain_of_b = !has_grain(material_a) && has_grain(material_b);
-  pair.across = exact::square_root((has_grain(material_a) ? grain(material_a) : 1) *
-                                   (has_grain(material_b) ? grain(material_b) : 1));
+  pair.torsion_radius =
+      torsion_radius(std::max(a.torsional_friction.value_or(0), b.torsional_friction.value_or(0)), pair.sliding);
+  pair.rolling_coefficient = std::max(a.rolling_friction.value_or(0), b.rolling_friction.value_or(0));
+  const auto anisotropy = [](const Material& m) { return m.further.friction_across.value_or(m.friction) / m.friction; };
+  const auto is_anisotropic = [](const Material& m) { return m.further.friction_across && m.friction > 0; };
+  pair.axis_of_b = !is_anisotropic(material_a) && is_anisotropic(material_b);
+  pair.across = exact::square_root((is_anisotropic(material_a) ? anisotropy(material_a) : 1) *
+                                   (is_anisotropic(material_b) ? anisotropy(material_b) : 1));
   return pair;
 }
 
@@ -62,19 +61,19 @@ std::vector<PairFriction> friction_pairs_of(const Scene& scene) {
   if (materials.empty()) materials.emplace_back();
   std::vector<PairFriction> pairs;
   for (std::size_t i = 0; i < materials.size(); ++i) {
-    expect_sense(scene, fmt::format("/materials/{}", i), materials[i].friction, materials[i].further);
+    validate(scene, fmt::format("/materials/{}", i), materials[i].friction, materials[i].further);
     for (const Material& other : materials) pairs.push_back(meet(materials[i], other));
   }
   for (std::size_t i = 0; i < scene.material_pairs.size(); ++i) {
     const MaterialPairRule& rule = scene.material_pairs[i];
-    expect_sense(scene, fmt::format("/material_pairs/{}", i), rule.friction, rule.further);
+    validate(scene, fmt::format("/material_pairs/{}", i), rule.friction, rule.further);
     PairFriction& pair = pairs[rule.material_a * materials.size() + rule.material_b];
-    const double torsional = rule.further.torsional_friction.value_or(pair.spin_radius * pair.sliding);
+    const double torsional = rule.further.torsional_friction.value_or(pair.torsion_radius * pair.sliding);
     pair.sliding = rule.friction;
-    pair.holding = rule.further.static_friction.value_or(rule.friction);
-    if (rule.further.static_friction) pair.holding_speed = rule.further.holding_speed.value_or(default_holding_speed);
-    pair.spin_radius = spin_radius(torsional, pair.sliding);
-    pair.roll_lever = rule.further.rolling_friction.value_or(pair.roll_lever);
+    pair.static_friction = rule.further.static_friction.value_or(rule.friction);
+    if (rule.further.static_friction) pair.stick_speed = rule.further.stick_speed.value_or(default_stick_speed);
+    pair.torsion_radius = torsion_radius(torsional, pair.sliding);
+    pair.rolling_coefficient = rule.further.rolling_friction.value_or(pair.rolling_coefficient);
     pairs[rule.material_b * materials.size() + rule.material_a] = pair;
   }
   return pairs;

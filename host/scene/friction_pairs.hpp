@@ -1,4 +1,4 @@
-// How the materials of a scene rub where they meet.
+// The friction of each pair of materials of a scene.
 #pragma once
 
 #include <vector>
@@ -8,26 +8,26 @@
 namespace lockstep {
 
 struct PairFriction {
-  double sliding = 0;        // mu of what slides
-  double holding = 0;        // mu of what slides slower than holding_speed; no less than `sliding`
-  double holding_speed = 0;  // m/s
-  double spin_radius = 0;    // m: the moment about the normal is a part of friction there (kernels/types.h, TurnPair)
-  double roll_lever = 0;     // m
+  double sliding = 0;              // mu of what slides
+  double static_friction = 0;      // mu of what slides slower than stick_speed; no less than `sliding`
+  double stick_speed = 0;          // m/s
+  double torsion_radius = 0;       // m (kernels/friction_types.h)
+  double rolling_coefficient = 0;  // m
 
-  double across = 1;        // mu across the grain, in parts of that along it
-  bool grain_of_b = false;  // whose the grain is
+  double across = 1;       // mu across the axis of anisotropy, over that along it
+  bool axis_of_b = false;  // whose the axis is
 
-  bool has_grain() const { return across != 1; }
+  bool is_anisotropic() const { return across != 1; }
   /// Whether there is more than a round cone of slip.
-  bool rubs_further() const { return spin_radius > 0 || roll_lever > 0 || has_grain(); }
-  bool holds() const { return holding > sliding; }
+  bool has_further_friction() const { return torsion_radius > 0 || rolling_coefficient > 0 || is_anisotropic(); }
+  bool has_static_friction() const { return static_friction > sliding; }
 };
 
 /// Of materials a and b at a * count + b; a scene without materials has one. Coefficients of two materials combine to
-/// their geometric mean, levers and speeds to the larger; of two grains that of a counts. Rules of the scene override
-/// what they name, and a rule's friction the static one too. Where there is no friction nothing resists a spin. Throws
-/// Error (input), naming the place, for a static friction below the other, and for a torsional friction of what has
-/// none.
+/// their geometric mean, rolling coefficients and speeds to the larger; of two axes of anisotropy that of a counts.
+/// Rules of the scene override what they name, and a rule's friction the static one too. Where there is no friction
+/// nothing resists rotation about the normal. Throws Error (input), naming the location, for a static friction below
+/// the other, and for a torsional friction of what has none.
 std::vector<PairFriction> friction_pairs_of(const Scene& scene);
 
 }  // namespace lockstep

@@ -94,7 +94,7 @@ Lattice read_pyramid(const JsonNode& node) {
 
 // Off the axes of a grid the steps are zero and add nothing, so that each coordinate is
 // (origin + (index - start) * spacing) + jitter, to the bit.
-Vector3 place(const Lattice& lattice, const Jitter& jitter, const std::array<u32, 3>& index, u32 number) {
+Vector3 lattice_point(const Lattice& lattice, const Jitter& jitter, const std::array<u32, 3>& index, u32 number) {
   Vector3 start = lattice.start, position = lattice.origin;
   if (lattice.taper > 0) start[0] = (lattice.count_i(index[2]) - 1) * 0.5;
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -110,11 +110,11 @@ BodyList read_templates(const JsonNode& node, Names& names) {
 }
 
 // Turned as a whole about a line through the origin of the generator's frame.
-BodyDescription turned(BodyDescription body, const Quaternion& turn) {
-  body.position = exact::rotate(turn, body.position);
-  body.orientation = exact::unit(exact::multiply(turn, body.orientation));
-  body.velocity = exact::rotate(turn, body.velocity);
-  body.angular_velocity = exact::rotate(turn, body.angular_velocity);
+BodyDescription rotated(BodyDescription body, const Quaternion& rotation) {
+  body.position = exact::rotate(rotation, body.position);
+  body.orientation = exact::unit(exact::multiply(rotation, body.orientation));
+  body.velocity = exact::rotate(rotation, body.velocity);
+  body.angular_velocity = exact::rotate(rotation, body.angular_velocity);
   return body;
 }
 
@@ -135,9 +135,9 @@ void expand_arc(const JsonNode& node, Names& names, BodyList& list) {
                    1.0 * count * static_cast<double>(templates.shapes));
   for (u32 number = 0; number < count; ++number) {
     const double half = 0.5 * (start + number * step);
-    const Quaternion turn = exact::turn(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
+    const Quaternion rotation = exact::rotation(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
     for (const BodyDescription& original : templates.bodies) {
-      BodyDescription body = turned(original, turn);
+      BodyDescription body = rotated(original, rotation);
       body.position = exact::add(origin, body.position);
       if (!body.name.empty()) body.name += fmt::format("_{}", number);
       list.add(std::move(body));
@@ -182,7 +182,7 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
   for (u32 k = 0; k < lattice.counts[2]; ++k) {
     for (u32 j = 0; j < lattice.counts[1]; ++j) {
       for (u32 i = 0; i < lattice.count_i(k); ++i, ++number) {
-        const Vector3 shift = place(lattice, jitter, {i, j, k}, number);
+        const Vector3 shift = lattice_point(lattice, jitter, {i, j, k}, number);
         for (BodyDescription body : templates.bodies) {
           body.position = exact::add(shift, body.position);
           if (!body.name.empty()) body.name += fmt::format("_{}", number);

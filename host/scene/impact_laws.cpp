@@ -12,8 +12,8 @@ namespace {
 
 const char* name_of(ImpactLaw law) { return impact_law_names[law].first; }
 
-[[noreturn]] void refuse(const Scene& scene, const std::string& place, const std::string& what) {
-  throw Error(Failure::input, scene.source + ": " + place, what);
+[[noreturn]] void refuse(const Scene& scene, const std::string& location, const std::string& what) {
+  throw Error(Failure::input, scene.source + ": " + location, what);
 }
 
 void expect_range(const Scene& scene, const std::string& owner, const std::optional<double>& e) {

@@ -17,7 +17,7 @@ enum JointKey : u32 {
 };
 
 /// What a kind locks: poses, or velocities that no condition on poses stands for (survey 2.2).
-enum class JointHolds { POSES, VELOCITIES };
+enum class ConstraintLevel { POSES, VELOCITIES };
 
 /// A row of the table.
 struct JointKindInfo {
@@ -25,19 +25,19 @@ struct JointKindInfo {
   u32 locked;  // bits of the rows: linear x, y, z, angular x, y, z
   JointFree free;
   u32 keys;  // JointKey, or-ed
-  JointHolds holds;
+  ConstraintLevel level;
   const char *noun, *leaves;
 };
 inline constexpr JointKindInfo joint_kind_infos[] = {
-#define JOINT_KIND(name, NAME, linear, angular, free, keys, holds, reduced, noun, leaves) \
-  {#name, linear | angular << 3, free, keys, JointHolds::holds, noun, leaves},
+#define JOINT_KIND(name, NAME, linear, angular, free, keys, level, reduced, noun, leaves) \
+  {#name, linear | angular << 3, free, keys, ConstraintLevel::level, noun, leaves},
 #include "kernels/joint_kinds.def"
 #undef JOINT_KIND
 };
 constexpr const JointKindInfo& info(JointKind kind) { return joint_kind_infos[kind]; }
 
 inline constexpr std::pair<const char*, JointKind> joint_names[] = {
-#define JOINT_KIND(name, NAME, linear, angular, free, keys, holds, reduced, noun, leaves) {#name, JOINT_##NAME},
+#define JOINT_KIND(name, NAME, linear, angular, free, keys, level, reduced, noun, leaves) {#name, JOINT_##NAME},
 #include "kernels/joint_kinds.def"
 #undef JOINT_KIND
 };
@@ -54,13 +54,13 @@ inline JointFree free_of(JointKind kind) { return info(kind).free; }
 
 inline bool has_key(JointKind kind, JointKey key) { return (info(kind).keys & key) != 0; }
 
-inline bool is_non_holonomic(JointKind kind) { return info(kind).holds == JointHolds::VELOCITIES; }
+inline bool is_non_holonomic(JointKind kind) { return info(kind).level == ConstraintLevel::VELOCITIES; }
 
 /// Whether a kind has an axis, z of its frame: a universal joint has two.
 inline bool has_axis(JointKind kind) { return has_key(kind, JOINT_HAS_AXIS) || has_key(kind, JOINT_HAS_AXES); }
 
 /// Whether the angle of a kind is told from -pi to pi; that of a screw goes on over its turns.
-inline bool is_told_in_one_turn(JointKind kind) {
+inline bool has_angle_within_pi(JointKind kind) {
   return free_of(kind) == FREE_ANGLE && !has_key(kind, JOINT_HAS_PITCH);
 }
 

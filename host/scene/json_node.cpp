@@ -40,7 +40,7 @@ std::string pointer_step(const std::string& key) {
   return step;
 }
 
-std::string place(const std::string& source, const std::string& path) {
+std::string location(const std::string& source, const std::string& path) {
   return path.empty() ? source : source + ": " + path;
 }
 
@@ -68,7 +68,8 @@ class Builder : public nlohmann::json_sax<json> {
   bool key(string_t& name) override {
     json& object = *open_.back().value;
     if (object.contains(name)) {
-      throw Error(Failure::input, place(source_, path()), fmt::format("key {} stands twice; remove one", quote(name)));
+      throw Error(Failure::input, location(source_, path()),
+                  fmt::format("key {} stands twice; remove one", quote(name)));
     }
     open_.back().key = name;
     return true;
@@ -76,7 +77,8 @@ class Builder : public nlohmann::json_sax<json> {
 
   bool parse_error(std::size_t, const std::string& token, const nlohmann::detail::exception& error) override {
     if (error.id == 406) {  // out of range
-      throw Error(Failure::input, place(source_, here()), "must fit a double, is " + shortened(token, longest_quote));
+      throw Error(Failure::input, location(source_, here()),
+                  "must fit a double, is " + shortened(token, longest_quote));
     }
     std::string what = error.what();  // "[json.exception...] parse error at line 1, column 2: ..."
     what = what.substr(what.find("line"));
@@ -176,7 +178,7 @@ std::string suggestion(const std::string& unknown, const std::vector<std::string
   return known;
 }
 
-void JsonNode::fail(const std::string& what) const { throw Error(Failure::input, place(*source_, path_), what); }
+void JsonNode::fail(const std::string& what) const { throw Error(Failure::input, location(*source_, path_), what); }
 
 void JsonNode::must_be(const std::string& rule) const { fail("must be " + rule + ", is " + described(*value_)); }
 

@@ -1,5 +1,5 @@
-// A place in a JSON document: a value with its path, read strictly. Every refusal is one line, "file: /json/path: rule,
-// is VALUE".
+// A location in a JSON document: a value with its path, read strictly. Every refusal is one line, "file: /json/path:
+// rule, is VALUE".
 #pragma once
 
 #include <initializer_list>
@@ -30,7 +30,7 @@ class JsonNode {
   JsonNode(const nlohmann::json& value, const std::string& source, std::string path = "")
       : value_(&value), source_(&source), path_(std::move(path)) {}
 
-  /// Throws Error: `what` is said of this place.
+  /// Throws Error: `what` is said of this location.
   [[noreturn]] void fail(const std::string& what) const;
   /// The file that the document stands in.
   const std::string& source() const { return *source_; }

@@ -53,13 +53,13 @@ std::string initial_text(const SettingInfo& row) {
   if (*row.bounds.in_words) return row.bounds.in_words;
   if (is_named(row, "sleeping")) {
     std::string values;
-    visit_sleep_settings(SleepSettings(), [&](const SettingInfo&, double x) {
+    for_each_sleep_setting(SleepSettings(), [&](const SettingInfo&, double x) {
       values += fmt::format("{}{}", values.empty() ? "`false`; " : ", ", x);
     });
     return values;
   }
   std::string text = "the solver's";
-  visit_settings(Settings(), [&]<class T>(const SettingInfo& each, const T& setting) {
+  for_each_scene_setting(Settings(), [&]<class T>(const SettingInfo& each, const T& setting) {
     if (&each != &row) return;
     if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>)
       text = fmt::format("{}", setting);
@@ -87,7 +87,8 @@ ordered_json schema_of(const SettingInfo& row, const ordered_json& initial);
 
 ordered_json schema_of_sleeping() {
   ordered_json keys;
-  visit_sleep_settings(SleepSettings(), [&](const SettingInfo& key, double x) { keys[key.name] = schema_of(key, x); });
+  for_each_sleep_setting(SleepSettings(),
+                         [&](const SettingInfo& key, double x) { keys[key.name] = schema_of(key, x); });
   return {{"oneOf",
            {{{"type", "boolean"}, {"default", false}},
             {{"type", "object"}, {"additionalProperties", false}, {"properties", keys}}}}};
@@ -138,6 +139,13 @@ std::string solvers_manual() {
   return text;
 }
 
+std::string oracles_manual() {
+  std::string text = "| oracle | what it does |\n|---|---|\n";
+  for (const SolverInfo& solver : solver_infos)
+    if (solver.is_oracle) text += fmt::format("| `{}` | {} |\n", solver.name, solver.what);
+  return text;
+}
+
 std::string shapes_manual() {
   std::string text = "| `type` | keys | what it is |\n|---|---|---|\n";
   for (const ShapeKindInfo& kind : shape_kind_infos) {
@@ -160,7 +168,7 @@ std::string joint_types_schema() { return types_schema(joint_names); }
 
 std::string settings_schema() {
   ordered_json initial;
-  visit_settings(Settings(), [&](const SettingInfo& row, const auto& setting) {
+  for_each_scene_setting(Settings(), [&](const SettingInfo& row, const auto& setting) {
     if constexpr (!requires { setting.value(); }) initial[row.name] = to_json(Settings())[row.name];
   });
   std::string text;

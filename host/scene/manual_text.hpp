@@ -8,6 +8,7 @@ namespace lockstep {
 /// Tables of docs/scene_format.md.
 std::string settings_manual();
 std::string solvers_manual();
+std::string oracles_manual();
 std::string shapes_manual();
 std::string joints_manual();
 

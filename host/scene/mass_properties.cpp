@@ -17,7 +17,7 @@ Matrix matrix(const std::array<double, 6>& m) { return {{{m[0], m[3], m[4]}, {m[
 std::array<double, 6> entries(const Matrix& m) { return {m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2]}; }
 
 // R D R^T, with the columns of R the axes of the rotation.
-std::array<double, 6> turned(const std::array<double, 6>& moments, const Quaternion& rotation) {
+std::array<double, 6> rotated(const std::array<double, 6>& moments, const Quaternion& rotation) {
   if (rotation == Quaternion{0, 0, 0, 1}) return moments;
   const Matrix axes = {
       {exact::rotate(rotation, {1, 0, 0}), exact::rotate(rotation, {0, 1, 0}), exact::rotate(rotation, {0, 0, 1})}};
@@ -110,33 +110,33 @@ MassProperties scaled(MassProperties solid, double factor) {
   return solid;
 }
 
-MassProperties placed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation) {
-  return {own.mass, exact::add(offset, exact::rotate(rotation, own.center)), turned(own.inertia, rotation)};
+MassProperties transformed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation) {
+  return {own.mass, exact::add(offset, exact::rotate(rotation, own.center)), rotated(own.inertia, rotation)};
 }
 
-MassProperties together(const std::vector<MassProperties>& parts) {
-  if (parts.size() == 1) return parts[0];
+MassProperties together(const std::vector<MassProperties>& components) {
+  if (components.size() == 1) return components[0];
   MassProperties whole;
-  for (const MassProperties& part : parts) {
-    whole.mass += part.mass;
-    whole.center = exact::add(whole.center, exact::scale(part.mass, part.center));
+  for (const MassProperties& component : components) {
+    whole.mass += component.mass;
+    whole.center = exact::add(whole.center, exact::scale(component.mass, component.center));
   }
   if (whole.mass > 0) whole.center = exact::scale(1 / whole.mass, whole.center);
-  for (const MassProperties& part : parts) {
-    const std::array<double, 6> more = of_point(part.mass, exact::subtract(part.center, whole.center));
-    for (unsigned i = 0; i < 6; ++i) whole.inertia[i] += part.inertia[i] + more[i];
+  for (const MassProperties& component : components) {
+    const std::array<double, 6> more = of_point(component.mass, exact::subtract(component.center, whole.center));
+    for (unsigned i = 0; i < 6; ++i) whole.inertia[i] += component.inertia[i] + more[i];
   }
   return whole;
 }
 
 MassProperties mass_properties(const ShapeDescription& shape, double density) {
-  return placed(own_properties(shape, density), shape.offset, shape.rotation);
+  return transformed(own_properties(shape, density), shape.offset, shape.rotation);
 }
 
 MassProperties mass_properties(const std::vector<ShapeDescription>& shapes, double density) {
-  std::vector<MassProperties> parts;
-  for (const ShapeDescription& shape : shapes) parts.push_back(mass_properties(shape, density));
-  return together(parts);
+  std::vector<MassProperties> components;
+  for (const ShapeDescription& shape : shapes) components.push_back(mass_properties(shape, density));
+  return together(components);
 }
 
 PrincipalAxes principal_axes(const std::array<double, 6>& inertia) {
@@ -163,10 +163,10 @@ PrincipalAxes principal_axes(const std::array<double, 6>& inertia) {
       }
       // the new axes are the old ones turned about the third: e_p' = c e_p - s e_q
       const double cosine_of_half = exact::square_root(0.5 * (1 + c)), sine_of_half = 0.5 * s / cosine_of_half;
-      Quaternion turn = {0, 0, 0, cosine_of_half};
+      Quaternion jacobi_rotation = {0, 0, 0, cosine_of_half};
       const unsigned axis = 3 - p - q;
-      turn[axis] = axis == 1 ? sine_of_half : -sine_of_half;
-      rotation = exact::unit(exact::multiply(rotation, turn));
+      jacobi_rotation[axis] = axis == 1 ? sine_of_half : -sine_of_half;
+      rotation = exact::unit(exact::multiply(rotation, jacobi_rotation));
     }
   }
   return {rotation, {m[0][0], m[1][1], m[2][2]}};

@@ -25,10 +25,10 @@ MassProperties mass_properties(const std::vector<ShapeDescription>& shapes, doub
 MassProperties scaled(MassProperties solid, double factor);
 
 /// The same solid where its frame stands so in another one.
-MassProperties placed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation);
+MassProperties transformed(const MassProperties& own, const Vector3& offset, const Quaternion& rotation);
 
 /// Of solids that are one, all in the same frame.
-MassProperties together(const std::vector<MassProperties>& parts);
+MassProperties together(const std::vector<MassProperties>& components);
 
 /// The rotation from principal axes to the given ones, and the principal moments: Jacobi's method (Golub and Van Loan,
 /// Matrix Computations, 8.5). A diagonal matrix is its own answer, with the identity.

@@ -127,12 +127,12 @@ std::optional<MassProperties> bounded(MassProperties solid, const MjcfCompiler& 
     about_axes.inertia[i] = is_small ? compiler.least_inertia : moment;
     is_raised = is_raised || is_small;
   }
-  if (is_raised) solid.inertia = placed(about_axes, {0, 0, 0}, own.rotation).inertia;
+  if (is_raised) solid.inertia = transformed(about_axes, {0, 0, 0}, own.rotation).inertia;
   return solid;
 }
 
 std::optional<MassProperties> read_inertial(const XmlNode& node, const MjcfCompiler& compiler) {
-  node.expect_attributes({"mass", "diaginertia", "fullinertia", MJCF_PLACE});
+  node.expect_attributes({"mass", "diaginertia", "fullinertia", MJCF_POSE});
   node.expect_children({});
   const MjcfElement element(node, {});
   MassProperties own;
@@ -148,7 +148,7 @@ std::optional<MassProperties> read_inertial(const XmlNode& node, const MjcfCompi
   const std::optional<MassProperties> solid = bounded(own, compiler);
   if (!solid) return std::nullopt;
   expect_real(node, *solid);
-  return placed(*solid, node.vector("pos"), element.orientation(compiler));
+  return transformed(*solid, node.vector("pos"), element.orientation(compiler));
 }
 
 // Tendons that only measure act on nothing, and are for other programs.
@@ -176,11 +176,11 @@ class MjcfReader {
           for (const char* attribute : {"joint", "joint1", "joint2"})
             if (user.has(attribute)) used_.insert(user.text(attribute));
     }
-    robot_.links.push_back({"world", top.place(), {}, {}});
+    robot_.links.push_back({"world", top.location(), {}, {}});
     names_.links.emplace("world", 0);
     for (const XmlNode& world : top.children("worldbody")) {
       world.expect_attributes({});
-      read_parts(world, 0, 0, true);
+      read_children(world, 0, 0, true);
     }
     if (robot_.joints.empty() && robot_.links[0].shapes.empty())
       top.fail("has no bodies and no geoms in a <worldbody>; a robot needs some");
@@ -193,7 +193,7 @@ class MjcfReader {
 
  private:
   // Geoms and bodies of a body, which is a link.
-  void read_parts(const XmlNode& node, u32 link, std::size_t body_class, bool is_still) {
+  void read_children(const XmlNode& node, u32 link, std::size_t body_class, bool is_still) {
     const bool is_world = link == 0;
     if (is_world)
       node.expect_children({"geom", "body"}, {"site", "camera", "light"});
@@ -217,13 +217,13 @@ class MjcfReader {
   }
 
   void read_body(const XmlNode& node, u32 parent, std::size_t class_around, bool parent_is_still) {
-    node.expect_attributes({"name", "childclass", "mocap", MJCF_PLACE, "gravcomp", "user", "sleep"});
+    node.expect_attributes({"name", "childclass", "mocap", MJCF_POSE, "gravcomp", "user", "sleep"});
     const MjcfElement element(node, {});
     if (element.choice("mocap").value_or(false)) node.fail("mocap", "is not read; make it a kinematic body of a scene");
     element.expect_zero("gravcomp", "is not simulated; leave it out");
     const std::size_t body_class = node.has("childclass") ? defaults_.find(node, "childclass") : class_around;
     const std::string name = node.has("name") ? node.text("name") : fmt::format("body_{}", robot_.links.size());
-    const std::string place = fmt::format("{} {}", node.place(), quote(name));
+    const std::string location = fmt::format("{} {}", node.location(), quote(name));
     const std::vector<MjcfJoint> joints = read_joints(node, body_class, parent);
 
     const u32 before = parent;
@@ -231,7 +231,7 @@ class MjcfReader {
     first.position = element.vector("pos", {0, 0, 0});
     first.orientation = element.orientation(compiler_);
     first.name = name + ".fixed";
-    first.place = place;
+    first.location = location;
     u32 link = parent;
     for (std::size_t i = 0; i < std::max<std::size_t>(joints.size(), 1); ++i) {
       const bool is_last = i + 1 >= joints.size();
@@ -243,7 +243,7 @@ class MjcfReader {
       joint.parent = link;
       joint.child = static_cast<u32>(robot_.links.size());
       joint.collide = heads_[before] == 0;  // what is held by the world may touch what stands there
-      robot_.links.push_back({is_last ? name : name + "." + joint.name, place, {}, {}});
+      robot_.links.push_back({is_last ? name : name + "." + joint.name, location, {}, {}});
       if (!joints.empty()) name_joint(joints[i]);
       heads_.push_back(joint.kind == RobotJointKind::fixed ? heads_[link] : joint.child);
       link = joint.child;
@@ -251,7 +251,7 @@ class MjcfReader {
     }
     if (!names_.links.emplace(name, link).second)
       node.fail("name", fmt::format("names the body {} again; names must differ", quote(name)));
-    read_parts(node, link, body_class, parent_is_still && joints.empty());
+    read_children(node, link, body_class, parent_is_still && joints.empty());
     share_mass(link, joints.size());
     // several joints stand between it and its parent: it is no neighbour by a joint alone
     if (joints.size() > 1 && heads_[before] != 0) robot_.passing.push_back({before, link});
@@ -265,7 +265,7 @@ class MjcfReader {
         MjcfJoint free;
         free.joint.kind = RobotJointKind::floating;
         free.joint.name = child.has("name") ? child.text("name") : fmt::format("joint_{}", joints_read_);
-        free.joint.place = child.place();
+        free.joint.location = child.location();
         joints.push_back(std::move(free));
       } else if (child.name() == "joint") {
         joints.push_back(read_mjcf_joint(defaults_.element(child, body_class, "joint"), compiler_, joints_read_));
@@ -285,7 +285,7 @@ class MjcfReader {
   void name_joint(const MjcfJoint& in) {
     if (!names_.joints.emplace(in.joint.name, MjcfJointName{static_cast<u32>(robot_.joints.size()), in.reference})
              .second)
-      throw Error(Failure::input, in.joint.place, "has the name of another joint; names must differ");
+      throw Error(Failure::input, in.joint.location, "has the name of another joint; names must differ");
   }
 
   // Links between the joints of one body have a part of it, so that no mass is added.

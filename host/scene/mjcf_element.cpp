@@ -12,12 +12,12 @@ namespace lockstep {
 namespace {
 
 // About an axis, by an angle in the unit of the file.
-Quaternion turn(const XmlNode& node, const char* attribute, const Vector3& axis, double angle, bool degrees) {
+Quaternion rotation(const XmlNode& node, const char* attribute, const Vector3& axis, double angle, bool degrees) {
   const double most = degrees ? 1e6 : exact::largest_angle;
   if (std::abs(angle) > most) node.fail(attribute, fmt::format("must be in -{0} .. {0}, is {1}", most, angle));
   if (axis == Vector3{0, 0, 0}) node.fail(attribute, "must have an axis that is not zero");
-  return degrees ? exact::turn(axis, exact::sine_of_degrees(0.5 * angle), exact::cosine_of_degrees(0.5 * angle))
-                 : exact::turn(axis, exact::sine(0.5 * angle), exact::cosine(0.5 * angle));
+  return degrees ? exact::rotation(axis, exact::sine_of_degrees(0.5 * angle), exact::cosine_of_degrees(0.5 * angle))
+                 : exact::rotation(axis, exact::sine(0.5 * angle), exact::cosine(0.5 * angle));
 }
 
 Quaternion read_euler(const XmlNode& node, const MjcfCompiler& compiler) {
@@ -25,11 +25,11 @@ Quaternion read_euler(const XmlNode& node, const MjcfCompiler& compiler) {
   Quaternion q = {0, 0, 0, 1};
   for (unsigned i = 0; i < 3; ++i) {
     const char letter = compiler.euler[i];
-    const bool turns_along = letter >= 'a';
+    const bool follows_axes = letter >= 'a';
     Vector3 axis = {0, 0, 0};
-    axis[static_cast<unsigned>(letter - (turns_along ? 'x' : 'X'))] = 1;
-    const Quaternion step = turn(node, "euler", axis, angles[i], compiler.degrees);
-    q = turns_along ? exact::multiply(q, step) : exact::multiply(step, q);
+    axis[static_cast<unsigned>(letter - (follows_axes ? 'x' : 'X'))] = 1;
+    const Quaternion step = rotation(node, "euler", axis, angles[i], compiler.degrees);
+    q = follows_axes ? exact::multiply(q, step) : exact::multiply(step, q);
   }
   return exact::unit(q);
 }
@@ -40,17 +40,17 @@ Quaternion read_orientation(const XmlNode& node, const char* attribute, const Mj
   if (word == "quat") return quaternion_of(node, attribute);
   if (word == "axisangle") {
     const std::vector<double> a = node.numbers("axisangle", 4, 4);
-    return turn(node, "axisangle", {a[0], a[1], a[2]}, a[3], compiler.degrees);
+    return rotation(node, "axisangle", {a[0], a[1], a[2]}, a[3], compiler.degrees);
   }
   if (word == "zaxis") {
     const Vector3 z = node.vector("zaxis");
     if (z == Vector3{0, 0, 0}) node.fail("zaxis", "must not be zero: it is a direction");
-    return exact::turn_of_z_to(z);
+    return exact::rotation_from_z_to(z);
   }
   const std::vector<double> a = node.numbers("xyaxes", 6, 6);
   const Vector3 x = {a[0], a[1], a[2]}, z = exact::cross(x, {a[3], a[4], a[5]});
   if (z == Vector3{0, 0, 0}) node.fail("xyaxes", "must be two directions that are not along one line");
-  return exact::turn_of_frame_to(z, x);
+  return exact::rotation_to_frame(z, x);
 }
 
 }  // namespace

@@ -54,7 +54,7 @@ class MjcfElement {
 Quaternion quaternion_of(const XmlNode& node, const char* attribute);
 
 /// The attributes that say where something stands.
-#define MJCF_PLACE "pos", "quat", "axisangle", "xyaxes", "zaxis", "euler"
+#define MJCF_POSE "pos", "quat", "axisangle", "xyaxes", "zaxis", "euler"
 
 /// The tree of <default> elements.
 class MjcfDefaults {

@@ -107,7 +107,7 @@ TriangleMesh MjcfGeoms::mesh_of(const Mesh& mesh) const {
 MassProperties MjcfGeoms::set_mesh(const MjcfElement& geom, ShapeDescription& shape, bool weighs) const {
   const Mesh& mesh = find(meshes_, geom, "mesh");
   const TriangleMesh triangles = mesh_of(mesh);
-  const ShapeDescription place = shape;
+  const ShapeDescription posed = shape;
   shape.kind = SHAPE_HULL;
   if (const std::string refusal = set_hull_of_many(triangles.vertices, shape); !refusal.empty())
     mesh.node.fail(mesh.path.empty() ? "vertex" : "file", refusal);
@@ -117,7 +117,7 @@ MassProperties MjcfGeoms::set_mesh(const MjcfElement& geom, ShapeDescription& sh
   if (triangles.triangles.empty() || !make_surface(triangles, flaw)) return hull;
   const VolumeMoments moments = volume_moments(triangles);
   if (!(moments.volume > 0) || moments.volume > hull.mass * 1.05) return hull;
-  ShapeDescription solid = place;
+  ShapeDescription solid = posed;
   solid.kind = SHAPE_MESH;
   solid.mesh = std::make_shared<const TriangleMesh>(triangles);
   return mass_properties(solid, 1);
@@ -141,7 +141,7 @@ void MjcfGeoms::set_size(const MjcfElement& geom, const std::string& type, Shape
     half_length = 0.5 * exact::length(along);
     if (!(half_length > 0)) geom.holder("fromto").fail("fromto", "must be two points, they are one");
     shape.offset = exact::scale(0.5, exact::add(from, to));
-    shape.rotation = exact::turn_of_z_to(along);
+    shape.rotation = exact::rotation_from_z_to(along);
   }
   if (type == "box") {
     shape.kind = SHAPE_BOX;
@@ -231,7 +231,7 @@ MjcfGeom MjcfGeoms::read(const MjcfElement& geom, bool is_still, bool weighs) {
   const XmlNode& node = geom.node();
   geom.expect_attributes({"name",     "class",  "type",     "contype",  "conaffinity", "condim",    "group",
                           "priority", "size",   "material", "friction", "mass",        "density",   "shellinertia",
-                          "solmix",   "solref", "solimp",   "margin",   "gap",         "fromto",    MJCF_PLACE,
+                          "solmix",   "solref", "solimp",   "margin",   "gap",         "fromto",    MJCF_POSE,
                           "hfield",   "mesh",   "fitscale", "rgba",     "fluidshape",  "fluidcoef", "user"});
   node.expect_children({});
   const std::string type = geom.text("type", "sphere");

@@ -10,24 +10,24 @@ namespace lockstep {
 
 namespace {
 
-void read_range(const MjcfElement& element, const MjcfCompiler& compiler, bool turns, MjcfJoint& out) {
+void read_range(const MjcfElement& element, const MjcfCompiler& compiler, bool is_revolute, MjcfJoint& out) {
   const bool has_range = element.has("range");
   const std::optional<bool> said = element.choice("limited");
   if (!said.value_or(compiler.autolimits && has_range)) return;
   const XmlNode& holder = element.holder("range");
   const std::vector<double> range = holder.numbers("range", 2, 2);
-  const double unit = turns && compiler.degrees ? exact::pi / 180 : 1;
+  const double unit = is_revolute && compiler.degrees ? exact::pi / 180 : 1;
   RobotJoint& joint = out.joint;
   joint.low = range[0] * unit - out.reference;
   joint.high = range[1] * unit - out.reference;
   if (joint.low > joint.high)
     holder.fail("range", fmt::format("must not begin above its end, is {} to {}", range[0], range[1]));
-  if (turns && (joint.low < -exact::pi || joint.high > exact::pi))
+  if (is_revolute && (joint.low < -exact::pi || joint.high > exact::pi))
     holder.fail("range",
                 fmt::format("angles are told from -180 to 180 degrees from where the joint is at load, and this "
                             "goes from {:.6g} to {:.6g}; narrow it, or make it limited=\"false\"",
                             joint.low * 180 / exact::pi, joint.high * 180 / exact::pi));
-  joint.kind = turns ? RobotJointKind::revolute : RobotJointKind::prismatic;
+  joint.kind = is_revolute ? RobotJointKind::revolute : RobotJointKind::prismatic;
 }
 
 // Only its axis, its place and, where it is to be part of another one, nothing that acts.
@@ -68,7 +68,7 @@ MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compil
   MjcfJoint out;
   RobotJoint& joint = out.joint;
   joint.name = node.has("name") ? node.text("name") : fmt::format("joint_{}", number);
-  joint.place = fmt::format("{} {}", node.place(), quote(joint.name));
+  joint.location = fmt::format("{} {}", node.location(), quote(joint.name));
   const std::string type = element.text("type", "hinge");
   if (type != "hinge" && type != "slide" && type != "ball" && type != "free")
     element.holder("type").unknown("type", "joint", {"hinge", "slide", "ball", "free"});
@@ -86,15 +86,15 @@ MjcfJoint read_mjcf_joint(const MjcfElement& element, const MjcfCompiler& compil
       node.fail("is a ball with limits, which are not simulated; give limited=\"false\", or hinges in its place");
     return out;
   }
-  const bool turns = type == "hinge";
-  joint.kind = turns ? RobotJointKind::continuous : RobotJointKind::sliding;
+  const bool is_revolute = type == "hinge";
+  joint.kind = is_revolute ? RobotJointKind::continuous : RobotJointKind::sliding;
   joint.axis = element.vector("axis", {0, 0, 1});
   if (joint.axis == Vector3{0, 0, 0}) element.holder("axis").fail("axis", "must not be zero: it is a direction");
   const auto coordinate = [&](const char* attribute) {
-    return turns ? element.radians(attribute, 0, compiler) : element.number(attribute, 0);
+    return is_revolute ? element.radians(attribute, 0, compiler) : element.number(attribute, 0);
   };
   out.reference = coordinate("ref");
-  read_range(element, compiler, turns, out);
+  read_range(element, compiler, is_revolute, out);
   joint.damping = element.not_negative("damping", 0);
   joint.friction = element.not_negative("frictionloss", 0);
   const double stiffness = element.not_negative("stiffness", 0);

@@ -121,10 +121,10 @@ void read_joint_lock(const XmlNode& node, const MjcfNames& names, Robot& robot) 
 }
 
 void read_loop(const XmlNode& node, const MjcfNames& names, Robot& robot) {
-  const bool turns = node.name() == "connect";
+  const bool is_ball = node.name() == "connect";
   for (const char* site : {"site1", "site2"})
     if (node.has(site)) node.fail(site, "sites are not read; give body1 and body2");
-  if (turns)
+  if (is_ball)
     node.expect_attributes({"name", "class", "active", "solref", "solimp", "body1", "body2", "anchor"});
   else
     node.expect_attributes(
@@ -137,11 +137,11 @@ void read_loop(const XmlNode& node, const MjcfNames& names, Robot& robot) {
   }
   RobotLoop loop;
   loop.name = node.has("name") ? node.text("name") : fmt::format("loop_{}", robot.loops.size());
-  loop.place = fmt::format("{} {}", node.place(), quote(loop.name));
-  loop.turns = turns;
+  loop.location = fmt::format("{} {}", node.location(), quote(loop.name));
+  loop.is_ball = is_ball;
   loop.a = find(names.links, node, "body1", "body");
   loop.b = node.has("body2") ? find(names.links, node, "body2", "body") : 0;
-  if (turns) loop.anchor = node.vector("anchor");
+  if (is_ball) loop.anchor = node.vector("anchor");
   if (loop.a == loop.b) node.fail("names one body twice; it holds two");
   robot.loops.push_back(std::move(loop));
 }

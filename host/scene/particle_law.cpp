@@ -31,7 +31,7 @@ double side_by_side(const std::vector<std::vector<Vector3>>& particles, const Ve
 
 // How much more a body yields where its outermost particle is pushed than at its centre: m times the trace of the
 // inverse inertia that a force there sees.
-double yield_of(const BodyDescription& body, const std::vector<std::vector<Vector3>>& particles) {
+double relative_compliance(const BodyDescription& body, const std::vector<std::vector<Vector3>>& particles) {
   double most = 0;
   for (const auto& points : particles) {
     for (const Vector3& p : points) {
@@ -104,7 +104,7 @@ double longest_stable_step(const BodyDescription& body, const std::vector<std::v
   if (body.kind != BODY_DYNAMIC || is_empty) return infinite;
   // twice as many contacts as lie side by side, for each may rest on several; or one at the far end of the body
   const double flat = most_side_by_side(body, particles, settings.radius);
-  const double contacts = std::max(2 * flat, yield_of(body, particles));
+  const double contacts = std::max(2 * flat, relative_compliance(body, particles));
   const double ratio = std::max(damping, shear_damping_ratio);
   const double stiffest = std::max(settings.stiffness, settings.shear_stiffness);
   // in a chain neighbours move against each other: h^2 4 n k/m + 2 h 4 n c/m < 4

@@ -13,6 +13,7 @@
 #include "host/scene/particle_law.hpp"
 #include "host/scene/read_bodies.hpp"
 #include "host/scene/read_robots.hpp"
+#include "host/scene/renamed_keys.hpp"
 #include "host/scene/setting_table.hpp"
 #include "host/scene/text_file.hpp"
 
@@ -34,7 +35,7 @@ void read_impact_law(const JsonNode& node, Owner& owner) {
 FurtherFriction read_further_friction(const JsonNode& node) {
   FurtherFriction owner;
   if (node.has("static_friction")) owner.static_friction = node.at("static_friction").not_negative();
-  if (node.has("holding_speed")) owner.holding_speed = node.at("holding_speed").not_negative();
+  if (node.has("stick_speed")) owner.stick_speed = node.at("stick_speed").not_negative();
   if (node.has("torsional_friction")) owner.torsional_friction = node.at("torsional_friction").not_negative();
   if (node.has("rolling_friction")) owner.rolling_friction = node.at("rolling_friction").not_negative();
   if (node.has("friction_across")) owner.friction_across = node.at("friction_across").not_negative();
@@ -45,7 +46,7 @@ std::vector<Material> read_materials(const JsonNode& array) {
   std::vector<Material> materials;
   for (const JsonNode& node : array.elements()) {
     node.expect_object({"name", "friction", "restitution", "impact_law", "tangential_restitution", "static_friction",
-                        "holding_speed", "torsional_friction", "rolling_friction", "friction_across"});
+                        "stick_speed", "torsional_friction", "rolling_friction", "friction_across"});
     Material material;
     material.name = node.at("name").text();
     for (const Material& other : materials) {
@@ -68,7 +69,7 @@ std::vector<MaterialPairRule> read_material_pairs(const JsonNode& array, const s
   std::vector<MaterialPairRule> rules;
   for (const JsonNode& node : array.elements()) {
     node.expect_object({"materials", "friction", "restitution", "impact_law", "tangential_restitution",
-                        "static_friction", "holding_speed", "torsional_friction", "rolling_friction"});
+                        "static_friction", "stick_speed", "torsional_friction", "rolling_friction"});
     const std::vector<JsonNode> pair = node.at("materials").elements();
     if (pair.size() != 2) node.at("materials").must_be("an array of 2 material names");
     u32 index[2];
@@ -149,13 +150,15 @@ std::string stem(const std::string& path) { return fs::path(path).stem().string(
 
 Scene parse_scene(const std::string& text, const std::string& source, u32 seed) {
   if (is_robot(source)) return robot_scene(text, source);
-  const nlohmann::json document = parse_json(text, source);
+  nlohmann::json document = parse_json(text, source);
+  std::vector<std::string> notes = update_keys(document);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
                       "bodies", "joints", "particles", "robots"});
   Scene scene;
   scene.source = source;
   scene.text = text;
+  scene.notes = std::move(notes);
   scene.name = root.has("name") ? root.at("name").text() : stem(source);
   if (root.has("description")) scene.description = root.at("description").text();
   if (root.has("gravity")) scene.gravity = root.at("gravity").vector();
@@ -191,7 +194,8 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed) 
 }
 
 BodyDescription parse_body(const std::string& text, const std::string& source, Scene& scene) {
-  const nlohmann::json document = parse_json(text, source);
+  nlohmann::json document = parse_json(text, source);
+  for (std::string& note : update_keys(document)) scene.notes.push_back(std::move(note));
   const JsonNode root(document, source);
   Categories categories(scene.categories, root);
   Names names = {scene.materials, categories, scene.particles.has_value()};

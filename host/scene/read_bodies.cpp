@@ -35,7 +35,7 @@ void read_size(const JsonNode& node, ShapeDescription& shape) {
 
 ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& names) {
   node.expect_object({"type", "radius", "length", "size", "points", "mesh", "scale", "heights", "spacing", "offset",
-                      "normal", "rotation", "material", "category", "collides_with", "sensor"});
+                      "normal", "rotation", "material", "category", "collides_with", "trigger"});
   ShapeDescription shape;
   shape.kind = node.at("type").choice<ShapeKind>("shape", shape_names);
   expect_keys(node, shape.kind);
@@ -45,7 +45,7 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
   if (shape.kind == SHAPE_PLANE && body_kind == BODY_DYNAMIC)
     node.fail("a plane has no end and thus no mass; its body must be static or kinematic, is dynamic");
   if (node.has("normal") && node.has("rotation")) node.fail("has both \"normal\" and \"rotation\"; give one");
-  if (node.has("normal")) shape.rotation = exact::turn_of_z_to(read_direction(node.at("normal")));
+  if (node.has("normal")) shape.rotation = exact::rotation_from_z_to(read_direction(node.at("normal")));
   if (node.has("rotation")) shape.rotation = read_orientation(node.at("rotation"));
 
   if (shape.kind == SHAPE_HULL) read_hull(node, shape);
@@ -64,8 +64,8 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
       node.fail("a height field knows no particles; make it a closed mesh, or give the scene no \"particles\"");
     read_height_field(node, shape);
   }
-  if (shape.surface && node.has("sensor"))
-    node.at("sensor").fail(
+  if (shape.surface && node.has("trigger"))
+    node.at("trigger").fail(
         fmt::format("does not belong to a {}, which has no inside; remove it", info(shape.kind).name));
 
   if (node.has("material")) shape.material = read_material(node.at("material"), names);
@@ -74,7 +74,7 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
     shape.mask = 0;
     for (const JsonNode& name : node.at("collides_with").elements()) shape.mask |= names.categories.partner(name);
   }
-  if (node.has("sensor")) shape.sensor = node.at("sensor").boolean();
+  if (node.has("trigger")) shape.trigger = node.at("trigger").boolean();
   return shape;
 }
 
@@ -130,7 +130,7 @@ void read_motion(const JsonNode& node, BodyDescription& body) {
     }
   }
   if (node.has("velocity")) {
-    if (body.pivoted) node.at("velocity").fail("follows from the angular velocity of a body with a lever; remove it");
+    if (body.pivoted) node.at("velocity").fail("follows from the angular velocity of a body on a pivot; remove it");
     body.velocity = node.at("velocity").vector();
   }
   if (node.has("angular_velocity") && node.has("angular_velocity_body")) {
@@ -144,23 +144,23 @@ void read_motion(const JsonNode& node, BodyDescription& body) {
 
 // A body that turns about a point fixed in the world: the pose is given by that point or by the centre of mass.
 void read_pivot(const JsonNode& node, BodyDescription& body) {
-  if (!node.has("lever")) {
-    if (node.has("pivot")) node.fail("has a \"pivot\" and needs the key \"lever\"");
+  if (!node.has("com_offset")) {
+    if (node.has("pivot")) node.fail("has a \"pivot\" and needs the key \"com_offset\"");
     return;
   }
-  const JsonNode lever = node.at("lever");
-  if (body.kind != BODY_DYNAMIC) lever.fail("belongs to a dynamic body; remove it");
-  if (!body.shapes.empty()) lever.fail("a body with a lever cannot have shapes; remove one of the two");
+  const JsonNode com_offset = node.at("com_offset");
+  if (body.kind != BODY_DYNAMIC) com_offset.fail("belongs to a dynamic body; remove it");
+  if (!body.shapes.empty()) com_offset.fail("a body on a pivot cannot have shapes; remove one of the two");
   body.pivoted = true;
-  body.lever = lever.vector();
-  const auto along = std::count_if(body.lever.begin(), body.lever.end(), [](double x) { return x != 0; });
+  body.com_offset = com_offset.vector();
+  const auto along = std::count_if(body.com_offset.begin(), body.com_offset.end(), [](double x) { return x != 0; });
   if (along != 1) {
-    lever.fail(fmt::format("must lie along one principal axis (one component that is not 0), is [{}, {}, {}]",
-                           body.lever[0], body.lever[1], body.lever[2]));
+    com_offset.fail(fmt::format("must lie along one principal axis (one component that is not 0), is [{}, {}, {}]",
+                                body.com_offset[0], body.com_offset[1], body.com_offset[2]));
   }
   if (node.has("pivot")) {
     if (node.has("position")) node.fail("has both \"pivot\" and \"position\"; give one");
-    body.position = exact::add(node.at("pivot").vector(), exact::rotate(body.orientation, body.lever));
+    body.position = exact::add(node.at("pivot").vector(), exact::rotate(body.orientation, body.com_offset));
   }
 }
 
@@ -168,7 +168,7 @@ void read_pivot(const JsonNode& node, BodyDescription& body) {
 
 BodyDescription read_body(const JsonNode& node, Names& names) {
   node.expect_object({"name", "type", "mass", "density", "inertia", "position", "orientation", "velocity",
-                      "angular_velocity", "angular_velocity_body", "pivot", "lever", "continuous", "shapes"});
+                      "angular_velocity", "angular_velocity_body", "pivot", "com_offset", "continuous", "shapes"});
   BodyDescription body;
   if (node.has("name")) body.name = node.at("name").text();
   if (node.has("type")) {
@@ -227,11 +227,11 @@ u32 Categories::own(const JsonNode& name) {
 
 u32 Categories::partner(const JsonNode& name) { return 1u << (&find(name) - categories_.data()); }
 
-u32 Categories::add(const JsonNode& place, const std::string& name) {
-  if (categories_.empty()) categories_.push_back({"default", place, true});
+u32 Categories::add(const JsonNode& node, const std::string& name) {
+  if (categories_.empty()) categories_.push_back({"default", node, true});
   if (categories_.size() == 32)
-    place.fail("brings the scene to more than 32 categories, \"default\" among them; give the robot a \"category\"");
-  categories_.push_back({name, place, true});
+    node.fail("brings the scene to more than 32 categories, \"default\" among them; give the robot a \"category\"");
+  categories_.push_back({name, node, true});
   return 1u << (categories_.size() - 1);
 }
 
@@ -261,9 +261,10 @@ Vector3 read_direction(const JsonNode& node) {
 
 Quaternion read_orientation(const JsonNode& node) {
   if (node.is_array()) {
-    const std::vector<JsonNode> parts = node.elements();
-    if (parts.size() != 4) node.must_be("a quaternion [x, y, z, w]");
-    const Quaternion q = {parts[0].number(), parts[1].number(), parts[2].number(), parts[3].number()};
+    const std::vector<JsonNode> components = node.elements();
+    if (components.size() != 4) node.must_be("a quaternion [x, y, z, w]");
+    const Quaternion q = {components[0].number(), components[1].number(), components[2].number(),
+                          components[3].number()};
     const double length = exact::length(q);
     if (!(length > 1 - 1e-6 && length < 1 + 1e-6)) {
       node.fail(fmt::format("must be a unit quaternion within 1e-6, has the length {:.9g}", length));
@@ -281,17 +282,17 @@ Quaternion read_orientation(const JsonNode& node) {
     }
     const JsonNode angles = node.at("euler_deg");
     for (const double angle : angles.vector()) limited(angles, angle, most_degrees);
-    return exact::turn_by_euler_degrees(angles.vector());
+    return exact::rotation_from_euler_degrees(angles.vector());
   }
   const Vector3 axis = read_direction(node.at("axis"));
   if (node.has("angle") && node.has("angle_deg")) node.fail("has both \"angle\" and \"angle_deg\"; give one");
   if (node.has("angle_deg")) {
     const double half = 0.5 * limited(node.at("angle_deg"), node.at("angle_deg").number(), most_degrees);
-    return exact::turn(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
+    return exact::rotation(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
   }
   if (!node.has("angle")) node.fail("needs \"angle\" (rad) or \"angle_deg\"");
   const double half = 0.5 * limited(node.at("angle"), node.at("angle").number(), exact::largest_angle);
-  return exact::turn(axis, exact::sine(half), exact::cosine(half));
+  return exact::rotation(axis, exact::sine(half), exact::cosine(half));
 }
 
 void BodyList::expect_room(const JsonNode& entry, double more_bodies, double more_shapes) const {

@@ -29,7 +29,7 @@ class Categories {
   /// The bit of a category that a shape collides with.
   u32 partner(const JsonNode& name);
   /// The bit of a new category of some shapes, which nothing else calls so.
-  u32 add(const JsonNode& place, const std::string& name);
+  u32 add(const JsonNode& node, const std::string& name);
   /// Refuses partners that no shape belongs to.
   void expect_all_owned() const;
 

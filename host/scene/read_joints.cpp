@@ -47,22 +47,22 @@ void read_limits(const JsonNode& node, JointFree free, JointDescription& joint) 
   const double scale = node.has("limits_deg") ? degree : 1;
   joint.low *= scale;
   joint.high *= scale;
-  if (is_told_in_one_turn(joint.kind) && (joint.low < -exact::pi || joint.high > exact::pi))
+  if (has_angle_within_pi(joint.kind) && (joint.low < -exact::pi || joint.high > exact::pi))
     refuse_far_angle(limits, joint.kind, "; limits must lie there");
 }
 
 void read_motor(const JsonNode& node, JointFree free, JointDescription& joint) {
   if (!node.has("motor")) return;
   const JsonNode motor = node.at("motor");
-  const bool turns = free == FREE_ANGLE;
-  if (turns) {
+  const bool is_angular = free == FREE_ANGLE;
+  if (is_angular) {
     motor.expect_object({"speed", "speed_deg", "max_torque"});
     joint.motor_speed = angle_at(motor, "speed", "speed_deg");
   } else {
     motor.expect_object({"speed", "max_force"});
     joint.motor_speed = motor.at("speed").number();
   }
-  joint.motor_force = motor.at(turns ? "max_torque" : "max_force").positive();
+  joint.motor_force = motor.at(is_angular ? "max_torque" : "max_force").positive();
 }
 
 void read_friction(const JsonNode& node, JointFree free, JointDescription& joint) {
@@ -91,7 +91,7 @@ void read_spring(const JsonNode& node, JointFree free, JointDescription& joint) 
   if (!in_degrees && !spring.has("rest")) return;
   s.rest = free == FREE_ANGLE ? angle_at(spring, "rest", "rest_deg") : spring.at("rest").number();
   if (free == FREE_LENGTH && s.rest < 0) spring.at("rest").fail("a distance is never below 0");
-  if (is_told_in_one_turn(joint.kind) && std::abs(s.rest) > exact::pi)
+  if (has_angle_within_pi(joint.kind) && std::abs(s.rest) > exact::pi)
     refuse_far_angle(spring.at(in_degrees ? "rest_deg" : "rest"), joint.kind, "");
 }
 
@@ -103,7 +103,7 @@ void expect_key(const JsonNode& node, const char* kind, bool has, const char* ke
     refuse_keys(node, kind, {key});
 }
 
-void read_place(const JsonNode& node, const char* kind, JointDescription& joint) {
+void read_anchors(const JsonNode& node, const char* kind, JointDescription& joint) {
   const bool two = has_key(joint.kind, JOINT_HAS_ANCHORS);
   refuse_keys(node, kind, {two ? "anchor" : "anchors"});
   need_keys(node, kind, {two ? "anchors" : "anchor"});
@@ -171,7 +171,7 @@ NamedJoint read_joint(const JsonNode& node, bool in_generator) {
     name.resize(name.size() - 2);
   }
 
-  read_place(node, kind, joint);
+  read_anchors(node, kind, joint);
   read_axes(node, kind, joint);
   read_pitch(node, kind, joint);
   read_radius(node, kind, joint);
@@ -247,8 +247,8 @@ std::vector<JointDescription> resolve_joints(const std::vector<NamedJoint>& join
         if (named.names[i] == world_name) at.fail("\"world\" is the fixed frame, and a body is called so; rename it");
         body = found->second;
         if (bodies[body].pivoted)
-          at.fail(
-              fmt::format("the body {} has a lever; give it a ball joint to \"world\" instead", quote(named.names[i])));
+          at.fail(fmt::format("the body {} is on a pivot; give it a ball joint to \"world\" instead",
+                              quote(named.names[i])));
       } else if (named.names[i] != world_name) {
         at.unknown("body", named.names[i], names);
       }

@@ -58,11 +58,11 @@ void read_robot_joint(const JsonNode& node, const Robot& robot, RobotUse& use, s
   joint.kind = *kind_of(found->kind);
   if (free_of(joint.kind) == FREE_NOTHING || has_key(joint.kind, JOINT_HAS_AXES))
     node.fail("is a joint with more than one axis; nothing starts or drives it from here");
-  const bool turns = free_of(joint.kind) == FREE_ANGLE;
-  if (!turns && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
+  const bool is_angular = free_of(joint.kind) == FREE_ANGLE;
+  if (!is_angular && node.has("start_deg")) node.at("start_deg").fail("belongs to a joint that turns; give \"start\"");
   if (node.has("start") || node.has("start_deg"))
-    drive.start = turns ? angle_at(node, "start", "start_deg") : node.at("start").number();
-  if (turns && std::abs(drive.start) > exact::pi)
+    drive.start = is_angular ? angle_at(node, "start", "start_deg") : node.at("start").number();
+  if (is_angular && std::abs(drive.start) > exact::pi)
     node.at(node.has("start") ? "start" : "start_deg").fail("the angle of a joint is told from -180 to 180 degrees");
   read_drive(node, joint);
   const bool has_rest = joint.spring && (node.at("spring").has("rest") || node.at("spring").has("rest_deg"));
@@ -87,15 +87,15 @@ void bring_contacts(const Robot& robot, RobotUse& use, Scene& scene) {
   }
 }
 
-void add(RobotParts parts, Scene& scene) {
+void add(RobotComponents components, Scene& scene) {
   const u32 first = static_cast<u32>(scene.bodies.size());
-  for (BodyDescription& body : parts.bodies) scene.bodies.push_back(std::move(body));
-  for (JointDescription& joint : parts.joints) {
+  for (BodyDescription& body : components.bodies) scene.bodies.push_back(std::move(body));
+  for (JointDescription& joint : components.joints) {
     for (u32* body : {&joint.body_a, &joint.body_b})
       if (*body != NONE) *body += first;
     scene.joints.push_back(std::move(joint));
   }
-  for (const auto& [a, b] : parts.passing) scene.passing.push_back({first + a, first + b});
+  for (const auto& [a, b] : components.passing) scene.passing.push_back({first + a, first + b});
 }
 
 }  // namespace
@@ -134,10 +134,10 @@ void read_robots(const JsonNode& array, Names& names, Scene& scene) {
     if (node.has("joints")) {
       for (const JsonNode& joint : node.at("joints").elements()) read_robot_joint(joint, robot, use, said);
     }
-    RobotParts parts = make_robot(robot, use);
-    count_shapes(parts.bodies);
-    BodyList().expect_room(node, static_cast<double>(scene.bodies.size() + parts.bodies.size()), shapes);
-    add(std::move(parts), scene);
+    RobotComponents components = make_robot(robot, use);
+    count_shapes(components.bodies);
+    BodyList().expect_room(node, static_cast<double>(scene.bodies.size() + components.bodies.size()), shapes);
+    add(std::move(components), scene);
   }
 }
 

@@ -32,8 +32,8 @@ Pose moved(const RobotJoint& joint, double by) {
   if (by == 0) return {};
   if (joint.kind == RobotJointKind::prismatic || joint.kind == RobotJointKind::sliding)
     return {exact::scale(by, exact::unit(joint.axis))};
-  const Quaternion turn = exact::turn(joint.axis, exact::sine(0.5 * by), exact::cosine(0.5 * by));
-  return {exact::subtract(joint.anchor, exact::rotate(turn, joint.anchor)), turn};
+  const Quaternion rotation = exact::rotation(joint.axis, exact::sine(0.5 * by), exact::cosine(0.5 * by));
+  return {exact::subtract(joint.anchor, exact::rotate(rotation, joint.anchor)), rotation};
 }
 
 class Assembly {
@@ -45,17 +45,17 @@ class Assembly {
         in_head_(robot.links.size()),
         poses_(robot.links.size()),
         body_(robot.links.size(), NONE) {
-    place_links();
+    set_link_poses();
     gather();
     make_bodies();
     make_joints();
   }
 
-  RobotParts take() { return std::move(parts_); }
+  RobotComponents take() { return std::move(components_); }
 
  private:
   // A link that is fixed to its parent is part of the parent's body, whose frame is that of its first link, the head.
-  void place_links() {
+  void set_link_poses() {
     head_[robot_.root] = robot_.root;
     poses_[robot_.root] = {use_.position, use_.orientation};
     for (std::size_t i = 0; i < robot_.joints.size(); ++i) {
@@ -75,11 +75,11 @@ class Assembly {
     for (u32 i = 0; i < robot_.links.size(); ++i) {
       const RobotLink& link = robot_.links[i];
       const Pose& at = in_head_[i];
-      if (link.inertial) solids_[head_[i]].push_back(placed(*link.inertial, at.position, at.orientation));
+      if (link.inertial) solids_[head_[i]].push_back(transformed(*link.inertial, at.position, at.orientation));
       for (ShapeDescription shape : link.shapes) {
-        const Pose stands = at * Pose{shape.offset, shape.rotation};
-        shape.offset = stands.position;
-        if (shape.kind != SHAPE_SPHERE) shape.rotation = stands.orientation;
+        const Pose pose = at * Pose{shape.offset, shape.rotation};
+        shape.offset = pose.position;
+        if (shape.kind != SHAPE_SPHERE) shape.rotation = pose.orientation;
         set_contacts(shape);
         shapes_[head_[i]].push_back(std::move(shape));
       }
@@ -118,7 +118,7 @@ class Assembly {
       if (is_still) {
         body.kind = BODY_STATIC;
       } else if (solids_[i].empty()) {
-        throw Error(Failure::input, link.place,
+        throw Error(Failure::input, link.location,
                     i == robot_.root
                         ? "has no mass; give it an <inertial>, or fix a link with one to it; a root that does not move "
                           "is called \"world\", or is \"fixed\" in the scene"
@@ -127,8 +127,8 @@ class Assembly {
         const MassProperties solid = together(solids_[i]);
         make_solid_of(body, solid.mass, solid.center, solid.inertia);
       }
-      body_[i] = static_cast<u32>(parts_.bodies.size());
-      parts_.bodies.push_back(std::move(body));
+      body_[i] = static_cast<u32>(components_.bodies.size());
+      components_.bodies.push_back(std::move(body));
     }
   }
 
@@ -140,7 +140,7 @@ class Assembly {
     for (const RobotLoop& loop : robot_.loops) add_loop(loop);
     for (const auto& [a, b] : robot_.passing) {
       const u32 body_a = body_[head_[a]], body_b = body_[head_[b]];
-      if (body_a != NONE && body_b != NONE && body_a != body_b) parts_.passing.push_back({body_a, body_b});
+      if (body_a != NONE && body_b != NONE && body_a != body_b) components_.passing.push_back({body_a, body_b});
     }
   }
 
@@ -148,15 +148,15 @@ class Assembly {
   void add_loop(const RobotLoop& loop) {
     JointDescription joint;
     joint.name = use_.name + "/" + loop.name;
-    joint.kind = loop.turns ? JOINT_BALL : JOINT_FIXED;
+    joint.kind = loop.is_ball ? JOINT_BALL : JOINT_FIXED;
     joint.body_a = body_[head_[loop.a]];
     joint.body_b = body_[head_[loop.b]];
     if (joint.body_a == joint.body_b)
-      throw Error(Failure::input, loop.place, "holds two links that are one body already; remove it");
+      throw Error(Failure::input, loop.location, "holds two links that are one body already; remove it");
     const Pose& at = poses_[loop.a];
     joint.anchor_a = joint.anchor_b = exact::add(at.position, exact::rotate(at.orientation, loop.anchor));
     joint.collide = true;
-    parts_.joints.push_back(std::move(joint));
+    components_.joints.push_back(std::move(joint));
   }
 
   // The engine's joint has limits or a spring, and a motor or friction; what is more gets a joint of its own.
@@ -171,7 +171,7 @@ class Assembly {
     joint.axis = exact::rotate(zero.orientation, in.axis);
     if (kind == JOINT_UNIVERSAL) joint.second_axis = exact::rotate(zero.orientation, in.second_axis);
     joint.collide = in.collide;
-    if (drive.start != 0) joint.stand = stand_at(zero, joint, in.child);
+    if (drive.start != 0) joint.reference_poses = reference_poses_at(zero, joint, in.child);
     JointDescription more = joint, lock = joint;
     joint.limited = in.kind == RobotJointKind::revolute || in.kind == RobotJointKind::prismatic;
     joint.low = in.low;
@@ -182,12 +182,12 @@ class Assembly {
     joint.motor_force = drive.motor_force;
     (drive.motor_force > 0 ? more : joint).friction = in.friction;
     const bool needs_more = more.spring || more.friction > 0;
-    parts_.joints.push_back(std::move(joint));
-    if (needs_more) parts_.joints.push_back(std::move(more));
+    components_.joints.push_back(std::move(joint));
+    if (needs_more) components_.joints.push_back(std::move(more));
     if (!in.locked_at) return;
     lock.limited = true;
     lock.low = lock.high = *in.locked_at;
-    parts_.joints.push_back(std::move(lock));
+    components_.joints.push_back(std::move(lock));
   }
 
   // Springs side by side are one, and so are dampers.
@@ -210,17 +210,17 @@ class Assembly {
   }
 
   // Where the two bodies of a joint would stand with the joint at 0, its parent where it is.
-  JointStand stand_at(const Pose& zero, const JointDescription& joint, u32 child) const {
-    JointStand stand;
+  ReferencePoses reference_poses_at(const Pose& zero, const JointDescription& joint, u32 child) const {
+    ReferencePoses reference_poses;
     if (joint.body_a != NONE) {
-      stand.position_a = parts_.bodies[joint.body_a].position;
-      stand.orientation_a = parts_.bodies[joint.body_a].orientation;
+      reference_poses.position_a = components_.bodies[joint.body_a].position;
+      reference_poses.orientation_a = components_.bodies[joint.body_a].orientation;
     }
-    const BodyDescription& body = parts_.bodies[joint.body_b];
+    const BodyDescription& body = components_.bodies[joint.body_b];
     const Pose b = zero * (inverse(poses_[child]) * Pose{body.position, body.orientation});
-    stand.position_b = b.position;
-    stand.orientation_b = b.orientation;
-    return stand;
+    reference_poses.position_b = b.position;
+    reference_poses.orientation_b = b.orientation;
+    return reference_poses;
   }
 
   const Robot& robot_;
@@ -231,12 +231,12 @@ class Assembly {
   std::vector<u32> body_;              // of heads
   std::vector<std::vector<MassProperties>> solids_;
   std::vector<std::vector<ShapeDescription>> shapes_;
-  RobotParts parts_;
+  RobotComponents components_;
 };
 
 }  // namespace
 
-RobotParts make_robot(const Robot& robot, const RobotUse& use) { return Assembly(robot, use).take(); }
+RobotComponents make_robot(const Robot& robot, const RobotUse& use) { return Assembly(robot, use).take(); }
 
 std::optional<JointKind> kind_of(RobotJointKind kind) {
   switch (kind) {

@@ -30,14 +30,14 @@ struct RobotUse {
 };
 
 /// Joints name bodies by their place among these.
-struct RobotParts {
+struct RobotComponents {
   std::vector<BodyDescription> bodies;
   std::vector<JointDescription> joints;
   std::vector<std::array<u32, 2>> passing;
 };
 
 /// Throws Error (input) where a body that moves has no mass.
-RobotParts make_robot(const Robot& robot, const RobotUse& use);
+RobotComponents make_robot(const Robot& robot, const RobotUse& use);
 
 /// What of an engine's joint a joint of a robot is; nothing for those that are fixed or floating.
 std::optional<JointKind> kind_of(RobotJointKind kind);

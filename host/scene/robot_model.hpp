@@ -15,7 +15,7 @@ namespace lockstep {
 
 /// All in the frame of the link.
 struct RobotLink {
-  std::string name, place;                 // the place is for messages
+  std::string name, location;              // the location is for messages
   std::optional<MassProperties> inertial;  // none: it has no mass of its own
   std::vector<ShapeDescription> shapes;    // materials and filters as Robot::contacts says
 };
@@ -24,7 +24,7 @@ struct RobotLink {
 enum class RobotJointKind { fixed, revolute, continuous, prismatic, sliding, planar, floating, ball, universal };
 
 struct RobotJoint {
-  std::string name, place;
+  std::string name, location;
   RobotJointKind kind = RobotJointKind::fixed;
   u32 parent = 0, child = 0;     // links
   Vector3 position = {0, 0, 0};  // of the child's frame in the parent's, where the joint is at 0
@@ -42,8 +42,8 @@ struct RobotJoint {
 
 /// Holds two links of a tree together, so that it has a ring.
 struct RobotLoop {
-  std::string name, place;
-  bool turns = false;  // about the anchor, as a ball does; else nothing moves
+  std::string name, location;
+  bool is_ball = false;  // about the anchor, as a ball does; else nothing moves
   u32 a = 0, b = 0;
   Vector3 anchor = {0, 0, 0};  // in the frame of a, with all joints at 0
 };

@@ -22,13 +22,13 @@ struct Origin {
 
   [[noreturn]] void fail(const std::string& what) const {
     std::string where = scene.source;
-    if (body != nullptr) where += place("body", body - scene.bodies.data(), body->name);
-    if (joint != nullptr) where += place("joint", joint - scene.joints.data(), joint->name);
+    if (body != nullptr) where += location("body", body - scene.bodies.data(), body->name);
+    if (joint != nullptr) where += location("joint", joint - scene.joints.data(), joint->name);
     throw Error(Failure::input, where, what);
   }
 
  private:
-  static std::string place(const char* what, std::ptrdiff_t index, const std::string& name) {
+  static std::string location(const char* what, std::ptrdiff_t index, const std::string& name) {
     return fmt::format(": {} {}", what, index) + (name.empty() ? "" : fmt::format(" ({})", quote(name)));
   }
 };

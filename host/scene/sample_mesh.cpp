@@ -22,20 +22,20 @@ class Kept {
  public:
   explicit Kept(double spacing) : spacing_(spacing) {}
 
-  bool add_if_apart(const Vector3& p) {
+  bool add_if_separated(const Vector3& p) {
     if (is_within(p, spacing_)) return false;
     cells_[{cell(p[0]), cell(p[1]), cell(p[2])}].push_back(p);
     return true;
   }
-  bool is_within(const Vector3& p, double reach) const {
-    for (long x = cell(p[0] - reach); x <= cell(p[0] + reach); ++x) {
-      for (long y = cell(p[1] - reach); y <= cell(p[1] + reach); ++y) {
-        for (long z = cell(p[2] - reach); z <= cell(p[2] + reach); ++z) {
+  bool is_within(const Vector3& p, double max_distance) const {
+    for (long x = cell(p[0] - max_distance); x <= cell(p[0] + max_distance); ++x) {
+      for (long y = cell(p[1] - max_distance); y <= cell(p[1] + max_distance); ++y) {
+        for (long z = cell(p[2] - max_distance); z <= cell(p[2] + max_distance); ++z) {
           const auto found = cells_.find({x, y, z});
           if (found == cells_.end()) continue;
           for (const Vector3& q : found->second) {
             const Vector3 d = subtract(p, q);
-            if (exact::dot(d, d) < reach * reach) return true;
+            if (exact::dot(d, d) < max_distance * max_distance) return true;
           }
         }
       }
@@ -50,20 +50,20 @@ class Kept {
   std::map<std::array<long, 3>, std::vector<Vector3>> cells_;
 };
 
-// Calls `visit(point, normal)` for the points of a lattice on each triangle, its corners among them.
-template <class Visitor>
-void visit_surface(const TriangleMesh& mesh, double spacing, Visitor&& visit) {
+// Calls `function(point, normal)` for the points of a lattice on each triangle, its corners among them.
+template <class Function>
+void for_each_surface_point(const TriangleMesh& mesh, double spacing, Function&& function) {
   for (const auto& [a, b, c] : mesh.triangles) {
     const Vector3 &origin = mesh.vertices[a], ab = subtract(mesh.vertices[b], origin),
                   ac = subtract(mesh.vertices[c], origin);
     const Vector3 across = exact::cross(ab, ac);
     if (across == Vector3{0, 0, 0}) continue;
     const double longest = std::max({exact::length(ab), exact::length(ac), exact::length(subtract(ab, ac))});
-    const double parts = std::max(std::ceil(longest / spacing), 1.0);
+    const double divisions = std::max(std::ceil(longest / spacing), 1.0);
     const Vector3 normal = exact::unit(across);
-    for (double i = 0; i <= parts; ++i)
-      for (double j = 0; i + j <= parts; ++j)
-        visit(add(origin, add(scale(i / parts, ab), scale(j / parts, ac))), normal);
+    for (double i = 0; i <= divisions; ++i)
+      for (double j = 0; i + j <= divisions; ++j)
+        function(add(origin, add(scale(i / divisions, ab), scale(j / divisions, ac))), normal);
   }
 }
 
@@ -105,11 +105,11 @@ std::vector<Vector3> sample_mesh(const TriangleMesh& mesh, double radius, Sampli
   const MeshSearch search(mesh, radius);
   std::vector<Vector3> particles;
   Kept kept(least_spacing * radius);
-  visit_surface(mesh, candidate_spacing * radius, [&](const Vector3& point, const Vector3& normal) {
+  for_each_surface_point(mesh, candidate_spacing * radius, [&](const Vector3& point, const Vector3& normal) {
     Vector3 p = subtract(point, scale(radius, normal));
-    if (settle(search, radius, p) && kept.add_if_apart(p)) particles.push_back(p);
+    if (settle(search, radius, p) && kept.add_if_separated(p)) particles.push_back(p);
   });
-  visit_surface(mesh, radius, [&](const Vector3& point, const Vector3&) {
+  for_each_surface_point(mesh, radius, [&](const Vector3& point, const Vector3&) {
     if (!refusal.empty() || kept.is_within(point, farthest * radius)) return;
     refusal = fmt::format(
         "is too thin near ({:.6g}, {:.6g}, {:.6g}) of the mesh for particles of the radius {:.6g} m; make them smaller",

@@ -18,11 +18,11 @@ using Points = std::vector<Vector3>;
 double steps_of(double length, double spacing) { return std::ceil(length / spacing - 1e-9); }
 
 // A circle about z, of at least three points where it is no point; every other one is turned by half a step.
-void add_ring(double radius, double z, double spacing, bool turned, Points& points) {
+void add_ring(double radius, double z, double spacing, bool staggered, Points& points) {
   if (!(radius > 1e-9 * spacing)) return points.push_back({0, 0, z});
   const double count = std::max(steps_of(2 * exact::pi * radius, spacing), 3.0);
   for (double k = 0; k < count; ++k) {
-    const double degrees = 360 * (k + (turned ? 0.5 : 0)) / count;
+    const double degrees = 360 * (k + (staggered ? 0.5 : 0)) / count;
     points.push_back({radius * exact::cosine_of_degrees(degrees), radius * exact::sine_of_degrees(degrees), z});
   }
 }
@@ -30,10 +30,10 @@ void add_ring(double radius, double z, double spacing, bool turned, Points& poin
 // A surface of revolution, from its lowest to its highest point: a cap of radius `round` (m, of a sphere; 0 for a flat
 // disc), a tube, and the other cap. The tube is 2 `half` long.
 void add_shell(double radius, double half, bool is_round, double spacing, Points& points) {
-  bool turned = false;
+  bool staggered = false;
   const auto ring = [&](double at, double z) {
-    add_ring(at, z, spacing, turned, points);
-    turned = !turned;
+    add_ring(at, z, spacing, staggered, points);
+    staggered = !staggered;
   };
   const double cap_steps = radius > 1e-9 * spacing ? steps_of((is_round ? 0.5 * exact::pi : 1) * radius, spacing) : 0;
   const double tube_steps = half > 1e-9 * spacing ? steps_of(2 * half, spacing) : 0;

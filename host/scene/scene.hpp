@@ -38,12 +38,12 @@ inline constexpr std::pair<const char*, ImpactLaw> impact_law_names[] = {{"newto
 
 /// What a material, or a rule for a pair of them, may say of friction beside mu (host/scene/friction_pairs.hpp).
 struct FurtherFriction {
-  std::optional<double> static_friction = {};  // mu of what holds, >= that of what slides
-  std::optional<double> holding_speed = {};    // m/s: what slides slower than this holds
+  std::optional<double> static_friction = {};  // mu at rest, >= that of what slides
+  std::optional<double> stick_speed = {};      // m/s: what slides slower than this has static friction
   std::optional<double> torsional_friction =
-      {};                                       // m: a spin about the normal is resisted by this times the normal force
+      {};  // m: rotation about the normal is resisted by this times the normal force
   std::optional<double> rolling_friction = {};  // m: the same of rolling
-  std::optional<double> friction_across = {};   // mu across the grain, the x axis of shapes; mu is that along it
+  std::optional<double> friction_across = {};   // mu across the x axis of shapes; mu is that along it
 };
 
 struct Material {
@@ -85,7 +85,7 @@ struct ShapeDescription {
   u32 facet = 0;                                  // facet: which triangle
   u32 material = 0;                               // index into Scene::materials
   u32 category = 1, mask = 0xffffffffu;           // collision filter
-  bool sensor = false;                            // tells what overlaps it and pushes nothing; has no mass
+  bool trigger = false;                           // tells what overlaps it and pushes nothing; has no mass
 };
 
 struct BodyDescription {
@@ -98,13 +98,13 @@ struct BodyDescription {
   Vector3 velocity = {0, 0, 0};
   Vector3 angular_velocity = {0, 0, 0};  // world frame
   bool pivoted = false;
-  Vector3 lever = {0, 0, 0};  // from the pivot to the centre of mass, body frame; the pivot follows from the pose
-  bool continuous = false;    // its impacts are looked for within the step
+  Vector3 com_offset = {0, 0, 0};  // from the pivot to the centre of mass, body frame; the pivot follows from the pose
+  bool continuous = false;         // its impacts are looked for within the step
   std::vector<ShapeDescription> shapes = {};
 };
 
 /// Where the two bodies of a joint stand when its anchors and its axis are given; that of the world does not matter.
-struct JointStand {
+struct ReferencePoses {
   Vector3 position_a = {0, 0, 0}, position_b = {0, 0, 0};
   Quaternion orientation_a = {0, 0, 0, 1}, orientation_b = {0, 0, 0, 1};
 };
@@ -115,6 +115,8 @@ struct JointSpring {
   double damping = 0;    // N s/m, N m s/rad
   double rest = 0;       // m, rad
 };
+
+using JointStand [[deprecated("is called ReferencePoses")]] = ReferencePoses;
 
 struct JointDescription {
   std::string name = {};  // may be empty
@@ -127,14 +129,14 @@ struct JointDescription {
   double pitch = 0;                 // of a screw, m a turn; left-handed below 0
   double radius = 0;                // of what rolls, m
   bool limited = false;
-  double low = 0, high = 0;                 // m or rad
-  double motor_speed = 0, motor_force = 0;  // m/s and N, rad/s and N m; a force of 0 is no motor
-  double friction = 0;                      // N or N m, dry, instead of a motor
-  std::optional<JointSpring> spring = {};   // instead of limits
-  bool collide = false;                     // the two bodies may collide with each other
-  double frequency = 0;                     // Hz, of a joint that is soft as a whole; 0 where it is rigid
-  double damping = 1;                       // of that, in parts of the critical one
-  std::optional<JointStand> stand = {};     // none: anchors and axis are given for the poses at load
+  double low = 0, high = 0;                            // m or rad
+  double motor_speed = 0, motor_force = 0;             // m/s and N, rad/s and N m; a force of 0 is no motor
+  double friction = 0;                                 // N or N m, dry, instead of a motor
+  std::optional<JointSpring> spring = {};              // instead of limits
+  bool collide = false;                                // the two bodies may collide with each other
+  double frequency = 0;                                // Hz, of a joint that is soft as a whole; 0 where it is rigid
+  double damping = 1;                                  // of that, in parts of the critical one
+  std::optional<ReferencePoses> reference_poses = {};  // none: anchors and axis are given for the poses at load
 };
 
 /// What drives the free coordinate of a joint: towards a speed, with at most a force.
@@ -154,10 +156,11 @@ struct CameraDescription {
 };
 
 struct Scene {
-  std::string name, source;  // the file's stem and path
-  std::string description;   // one line: what a viewer should see
-  std::string text;          // of the file, as it was read
-  bool seeded = false;       // some of it was drawn from the seed that it was read with
+  std::string name, source;        // the file's stem and path
+  std::string description;         // one line: what a viewer should see
+  std::string text;                // of the file, as it was read
+  std::vector<std::string> notes;  // what the file should say otherwise, a line each: keys by their old names
+  bool seeded = false;             // some of it was drawn from the seed that it was read with
   Vector3 gravity = {0, 0, -9.81};
   Settings settings;
   std::vector<Material> materials;

@@ -71,7 +71,7 @@ void read(const JsonNode& node, const Bounds&, std::optional<SleepSettings>& sle
   std::vector<std::string_view> keys;
   for (const SettingInfo& row : columns::sleep_rows) keys.push_back(row.name);
   node.expect_object(keys);
-  visit_sleep_settings(*sleeping, [&](const SettingInfo& row, double& x) {
+  for_each_sleep_setting(*sleeping, [&](const SettingInfo& row, double& x) {
     if (node.has(row.name)) read(node.at(row.name), row.bounds, x);
   });
 }
@@ -91,6 +91,7 @@ nlohmann::json value_of(const std::string& text, Bounds::Kind kind) {
   if (kind == Bounds::Kind::any && (text == "true" || text == "false")) return text == "true";
   const char* end = text.data() + text.size();
   if (std::uint64_t whole = 0; std::from_chars(text.data(), end, whole).ptr == end && !text.empty()) return whole;
+  if (std::int64_t whole = 0; std::from_chars(text.data(), end, whole).ptr == end && !text.empty()) return whole;
   double number = 0;
   const auto [stop, failed] = std::from_chars(text.data(), end, number);
   if (stop == end && failed == std::errc() && std::isfinite(number)) return number;
@@ -110,7 +111,7 @@ void put(nlohmann::ordered_json& object, const SettingInfo& row, const T& settin
 
 void put(nlohmann::ordered_json& object, const SettingInfo& row, const SleepSettings& sleeping) {
   nlohmann::ordered_json& keys = object[row.name];
-  visit_sleep_settings(sleeping, [&](const SettingInfo& each, double x) { keys[each.name] = x; });
+  for_each_sleep_setting(sleeping, [&](const SettingInfo& each, double x) { keys[each.name] = x; });
 }
 
 template <class T>
@@ -123,7 +124,7 @@ void put(nlohmann::ordered_json& object, const SettingInfo& row, const std::opti
 }
 
 void check(const SettingInfo& row, double x) {
-  if (!row.bounds.holds(x)) refuse(row, row.bounds.text(), fmt::format("{}", x));
+  if (!row.bounds.contains(x)) refuse(row, row.bounds.text(), fmt::format("{}", x));
 }
 
 void check(const SettingInfo& row, const std::string& x) {
@@ -131,7 +132,7 @@ void check(const SettingInfo& row, const std::string& x) {
 }
 
 void check(const SettingInfo&, const SleepSettings& sleeping) {
-  visit_sleep_settings(sleeping, [](const SettingInfo& row, double x) { check(row, x); });
+  for_each_sleep_setting(sleeping, [](const SettingInfo& row, double x) { check(row, x); });
 }
 
 template <class T>
@@ -146,7 +147,7 @@ void check(const SettingInfo&, T) {}
 
 }  // namespace
 
-bool Bounds::holds(double x) const {
+bool Bounds::contains(double x) const {
   switch (kind) {
     case Kind::positive: return x > 0;
     case Kind::not_negative: return x >= 0;
@@ -175,7 +176,8 @@ const SettingInfo& setting_info(std::string_view name) {
 
 nlohmann::ordered_json to_json(const Settings& settings) {
   nlohmann::ordered_json written;
-  visit_settings(resolved(settings), [&](const SettingInfo& row, const auto& setting) { put(written, row, setting); });
+  for_each_scene_setting(resolved(settings),
+                         [&](const SettingInfo& row, const auto& setting) { put(written, row, setting); });
   return written;
 }
 
@@ -185,14 +187,14 @@ std::vector<std::string> names_of(const SettingInfo& row) {
     if constexpr (std::is_enum_v<T> || std::is_same_v<T, std::string>)
       for (const auto& named : names_of(like)) names.emplace_back(named.first);
   };
-  const auto visit = [&]<class T>(const SettingInfo& each, const T& setting) {
+  const auto function = [&]<class T>(const SettingInfo& each, const T& setting) {
     if (&each != &row) return;
     if constexpr (requires { setting.value(); })
       list(typename T::value_type());
     else
       list(setting);
   };
-  visit_settings(Settings(), visit);
+  for_each_scene_setting(Settings(), function);
   return names;
 }
 
@@ -201,14 +203,14 @@ Settings read_settings(const JsonNode& node) {
   for (const SettingInfo& row : columns::rows) keys.push_back(row.name);
   node.expect_object(keys);
   Settings settings;
-  visit_settings(settings, [&](const SettingInfo& row, auto& setting) {
+  for_each_scene_setting(settings, [&](const SettingInfo& row, auto& setting) {
     if (node.has(row.name)) read(node.at(row.name), row.bounds, setting);
   });
   return settings;
 }
 
 void read_setting(const JsonNode& node, const SettingInfo& row, Settings& settings) {
-  visit_settings(settings, [&](const SettingInfo& each, auto& setting) {
+  for_each_scene_setting(settings, [&](const SettingInfo& each, auto& setting) {
     if (&each == &row) read(node, row.bounds, setting);
   });
 }
@@ -219,7 +221,7 @@ void read_setting(const std::string& text, const SettingInfo& row, Settings& set
 }
 
 void expect_in_bounds(const Settings& settings) {
-  visit_settings(settings, [](const SettingInfo& row, const auto& setting) { check(row, setting); });
+  for_each_scene_setting(settings, [](const SettingInfo& row, const auto& setting) { check(row, setting); });
 }
 
 }  // namespace lockstep

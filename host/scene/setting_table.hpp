@@ -14,11 +14,11 @@ namespace lockstep {
 /// Which values a setting takes.
 struct Bounds {
   enum class Kind { any, positive, not_negative, share, integers, name } kind = Kind::any;
-  u32 least = 0, most = 0;     // integers
-  const char* noun = "";       // name: what it is called in errors
-  const char* in_words = "";   // what holds where it is not given; empty: its initial value
-  bool holds(double x) const;  // of numbers
-  std::string text() const;    // as the manual has it: "> 0", "1 .. 100"; empty where any will do
+  u32 least = 0, most = 0;        // integers
+  const char* noun = "";          // name: what it is called in errors
+  const char* in_words = "";      // what holds where it is not given; empty: its initial value
+  bool contains(double x) const;  // of numbers
+  std::string text() const;       // as the manual has it: "> 0", "1 .. 100"; empty where any will do
   constexpr Bounds unless(const char* words) const { return {kind, least, most, noun, words}; }
 };
 
@@ -47,21 +47,21 @@ std::vector<std::string> names_of(const SettingInfo& row);
 /// The row of this name; there must be one.
 const SettingInfo& setting_info(std::string_view name);
 
-/// Calls visit(row, setting) for each setting of Settings, const or not.
-template <class Owner, class Visitor>
-void visit_settings(Owner&& settings, Visitor&& visit) {
+/// Calls function(row, setting) for each setting of Settings, const or not.
+template <class Owner, class Function>
+void for_each_scene_setting(Owner&& settings, Function&& function) {
   auto row = setting_infos().begin();
-#define SETTING(type, name, initial, bounds, unit, group, acts, meaning) visit(*row++, settings.name);
-#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) visit(*row++, settings.name);
-#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) visit(*row++, settings.name);
+#define SETTING(type, name, initial, bounds, unit, group, acts, meaning) function(*row++, settings.name);
+#define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) function(*row++, settings.name);
+#define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) function(*row++, settings.name);
 #include "host/settings.def"
 }
 
 /// The same of SleepSettings.
-template <class Owner, class Visitor>
-void visit_sleep_settings(Owner&& settings, Visitor&& visit) {
+template <class Owner, class Function>
+void for_each_sleep_setting(Owner&& settings, Function&& function) {
   auto row = sleep_setting_infos().begin();
-#define SLEEP_SETTING(name, initial, bounds, unit, meaning) visit(*row++, settings.name);
+#define SLEEP_SETTING(name, initial, bounds, unit, meaning) function(*row++, settings.name);
 #include "host/settings.def"
 }
 

@@ -8,11 +8,11 @@ namespace lockstep {
 
 namespace {
 
-// Sensors weigh nothing.
+// Triggers weigh nothing.
 std::vector<ShapeDescription> solid_shapes(const BodyDescription& body) {
   std::vector<ShapeDescription> solid;
   std::copy_if(body.shapes.begin(), body.shapes.end(), std::back_inserter(solid),
-               [](const ShapeDescription& shape) { return !shape.sensor; });
+               [](const ShapeDescription& shape) { return !shape.trigger; });
   return solid;
 }
 
@@ -21,12 +21,12 @@ void move_to_principal_axes(const MassProperties& solid, BodyDescription& body) 
   const PrincipalAxes axes = principal_axes(solid.inertia);
   body.inertia = axes.moments;
   const Quaternion back = {-axes.rotation[0], -axes.rotation[1], -axes.rotation[2], axes.rotation[3]};
-  const bool turned = axes.rotation != Quaternion{0, 0, 0, 1};
+  const bool is_rotated = axes.rotation != Quaternion{0, 0, 0, 1};
   if (solid.center != Vector3{0, 0, 0}) {
     body.position = exact::add(body.position, exact::rotate(body.orientation, solid.center));
     for (ShapeDescription& shape : body.shapes) shape.offset = exact::subtract(shape.offset, solid.center);
   }
-  if (!turned) return;
+  if (!is_rotated) return;
   body.orientation = exact::unit(exact::multiply(body.orientation, axes.rotation));
   for (ShapeDescription& shape : body.shapes) {
     shape.offset = exact::rotate(back, shape.offset);

@@ -5,7 +5,7 @@
 
 namespace lockstep {
 
-/// Whether it has any shape that has a mass: sensors have none.
+/// Whether it has any shape that has a mass: triggers have none.
 bool has_solid_shapes(const BodyDescription& body);
 
 /// Gives a dynamic body the mass and the moments of its shapes, kg/m^3, and moves its frame, whose origin and axes may

@@ -17,9 +17,9 @@ inline double usable_frequency(double h, double frequency) { return std::min(fre
 /// (Catto, Soft Constraints, GDC 2011). With angular frequency w, damping z and c = h w (2 z + h w) it pushes at
 /// w / (2 z + h w) times the error, and has the softness W / c.
 inline Correction spring_correction(double h, double frequency, double damping) {
-  const double turn = 6.283185307179586 * h * usable_frequency(h, frequency);
-  const double damped = 2 * damping + turn;
-  return {turn / damped, 1 / (turn * damped)};
+  const double phase = 6.283185307179586 * h * usable_frequency(h, frequency);
+  const double damped = 2 * damping + phase;
+  return {phase / damped, 1 / (phase * damped)};
 }
 
 }  // namespace lockstep

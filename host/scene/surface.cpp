@@ -67,7 +67,7 @@ std::string SurfaceMaker::find_normals() {
                   bc = subtract(mesh().vertices[c], mesh().vertices[b]), n = cross(ab, ac);
     const double longest = std::max({dot(ab, ab), dot(ac, ac), dot(bc, bc)});
     if (!(dot(n, n) > least_height * least_height * longest * longest)) {
-      return fmt::format("has a triangle without area, {} at {}; remove it", t, place_of(mesh().vertices[a]));
+      return fmt::format("has a triangle without area, {} at {}; remove it", t, point_text(mesh().vertices[a]));
     }
     surface_.facets.push_back({unit(n), {}, {}, 0});
   }

@@ -21,9 +21,9 @@ struct Surface {
   std::vector<Facet> facets;  // one a triangle
 };
 
-/// The surface of a mesh, which may have an edge; vertices at one place are made one. Where it is none (no triangles,
-/// one without area, more than two at an edge or two turned against each other) `flaw` says why, with a place, and what
-/// to do. All vertices must be finite.
+/// The surface of a mesh, which may have an edge; vertices at one position are made one. Where it is none (no
+/// triangles, one without area, more than two at an edge or two turned against each other) `flaw` says why, with a
+/// place, and what to do. All vertices must be finite.
 std::shared_ptr<const Surface> make_surface(const TriangleMesh& mesh, std::string& flaw);
 
 /// The middle of the box around a facet, where the origin of its shape is.

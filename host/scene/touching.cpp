@@ -10,7 +10,7 @@ namespace {
 // Shapes that touch alike. Scenes have few such classes, however many shapes they have.
 struct ShapeClass {
   u32 category, mask;
-  bool plane, dynamic, sensor;
+  bool plane, dynamic, trigger;
 
   auto operator<=>(const ShapeClass&) const = default;
 };
@@ -20,8 +20,8 @@ struct Members {
   bool several = false;         // another body has one too
 };
 
-// A sensor feels the solid shapes of dynamic bodies.
-bool feels(const ShapeClass& a, const ShapeClass& b) { return !a.sensor || (b.dynamic && !b.sensor); }
+// A trigger feels the solid shapes of dynamic bodies.
+bool feels(const ShapeClass& a, const ShapeClass& b) { return !a.trigger || (b.dynamic && !b.trigger); }
 
 bool agree(const ShapeClass& a, const ShapeClass& b) {
   if (!feels(a, b) || !feels(b, a)) return false;
@@ -35,7 +35,7 @@ bool shapes_can_touch(const Scene& scene) {
   for (const BodyDescription& body : scene.bodies) {
     for (const ShapeDescription& shape : body.shapes) {
       const ShapeClass shape_class = {shape.category, shape.mask, shape.kind == SHAPE_PLANE, body.kind == BODY_DYNAMIC,
-                                      shape.sensor};
+                                      shape.trigger};
       Members& members = classes.try_emplace(shape_class, Members{&body}).first->second;
       if (members.body != &body) members.several = true;
     }

@@ -20,7 +20,7 @@ std::string flaw_of_edges(const TriangleMesh& mesh) {
   for (const auto& [edge, triangle] : edges) {
     if (edges.count({edge.second, edge.first})) continue;
     return fmt::format("is open: triangle {} has no neighbour at its edge from {} to {}; close the hole", triangle,
-                       place_of(mesh.vertices[edge.first]), place_of(mesh.vertices[edge.second]));
+                       point_text(mesh.vertices[edge.first]), point_text(mesh.vertices[edge.second]));
   }
   return "";
 }
@@ -84,7 +84,7 @@ std::string flaw_of_crossings(const TriangleMesh& mesh) {
       if (!overlap(boxes[i], boxes[j]) || !cut_each_other(mesh, boxes[i].triangle, boxes[j].triangle)) continue;
       return fmt::format("cuts itself: its triangles {} and {} cross near {}; make it one surface",
                          std::min(boxes[i].triangle, boxes[j].triangle), std::max(boxes[i].triangle, boxes[j].triangle),
-                         place_of(mesh.vertices[mesh.triangles[boxes[i].triangle][0]]));
+                         point_text(mesh.vertices[mesh.triangles[boxes[i].triangle][0]]));
     }
   }
   return "";
@@ -139,7 +139,7 @@ std::uint64_t key_of(long x, long y, long z) {
 
 }  // namespace
 
-std::string place_of(const Vector3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
+std::string point_text(const Vector3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
 
 TrianglesAtEdges triangles_at_edges(const TriangleMesh& mesh, std::string& flaw) {
   TrianglesAtEdges edges;
@@ -151,7 +151,7 @@ TrianglesAtEdges triangles_at_edges(const TriangleMesh& mesh, std::string& flaw)
       flaw = fmt::format(
           "its triangles {} and {} run the same way along the edge from {} to {}, so that one is turned around or "
           "more than two meet; make it a surface whose triangles are all counter-clockwise seen from outside",
-          other->second, t, place_of(mesh.vertices[a]), place_of(mesh.vertices[b]));
+          other->second, t, point_text(mesh.vertices[a]), point_text(mesh.vertices[b]));
       return edges;
     }
   }
@@ -183,7 +183,7 @@ std::string flaw_of(const TriangleMesh& mesh) {
   return flaw_of_crossings(mesh);
 }
 
-MeshSearch::MeshSearch(const TriangleMesh& mesh, double reach) : mesh_(mesh), size_(2 * reach) {
+MeshSearch::MeshSearch(const TriangleMesh& mesh, double max_distance) : mesh_(mesh), size_(2 * max_distance) {
   const auto cell = [&](double x) { return static_cast<long>(std::floor(x / size_)); };
   for (u32 t = 0; t < mesh.triangles.size(); ++t) {
     Vector3 low = mesh.vertices[mesh.triangles[t][0]], high = low;
@@ -208,13 +208,13 @@ const std::vector<u32>& MeshSearch::at(const Cells& cells, long x, long y, long 
   return found == cells.end() ? none : found->second;
 }
 
-MeshSearch::Nearest MeshSearch::nearest(const Vector3& p, double reach) const {
+MeshSearch::Nearest MeshSearch::nearest(const Vector3& p, double max_distance) const {
   const auto cell = [&](double x) { return static_cast<long>(std::floor(x / size_)); };
   Nearest best;
-  double least = reach * reach;
-  for (long x = cell(p[0] - reach); x <= cell(p[0] + reach); ++x) {
-    for (long y = cell(p[1] - reach); y <= cell(p[1] + reach); ++y) {
-      for (long z = cell(p[2] - reach); z <= cell(p[2] + reach); ++z) {
+  double least = max_distance * max_distance;
+  for (long x = cell(p[0] - max_distance); x <= cell(p[0] + max_distance); ++x) {
+    for (long y = cell(p[1] - max_distance); y <= cell(p[1] + max_distance); ++y) {
+      for (long z = cell(p[2] - max_distance); z <= cell(p[2] + max_distance); ++z) {
         for (const u32 t : at(cells_, x, y, z)) {
           const auto& [a, b, c] = mesh_.triangles[t];
           const Vector3 q = closest_point(p, mesh_.vertices[a], mesh_.vertices[b], mesh_.vertices[c]);

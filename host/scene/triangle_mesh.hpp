@@ -10,12 +10,12 @@
 
 namespace lockstep {
 
-/// Makes vertices at one place one, as files often give a corner once for each triangle, and drops triangles that have
-/// two corners there. All vertices must be finite.
+/// Makes vertices at one position one, as files often give a corner once for each triangle, and drops triangles that
+/// have two corners there. All vertices must be finite.
 TriangleMesh welded(const TriangleMesh& mesh);
 
-/// A place as messages tell it, m.
-std::string place_of(const Vector3& p);
+/// A point as messages write it, m.
+std::string point_text(const Vector3& p);
 
 /// Which triangle runs along an edge from its first to its second vertex.
 using TrianglesAtEdges = std::map<std::pair<u32, u32>, u32>;
@@ -30,16 +30,16 @@ std::string flaw_of(const TriangleMesh& mesh);
 /// The triangles of a mesh by the cells of a lattice, for questions about points.
 class MeshSearch {
  public:
-  /// Distances are asked for up to about `reach`, m. Keeps a reference to the mesh.
-  MeshSearch(const TriangleMesh& mesh, double reach);
+  /// Distances are asked for up to about `max_distance`, m. Keeps a reference to the mesh.
+  MeshSearch(const TriangleMesh& mesh, double max_distance);
 
   struct Nearest {
     bool found = false;
     double distance = 0;
     Vector3 point = {0, 0, 0};
   };
-  /// The point of the surface nearest to p, where one is within `reach` of it, m.
-  Nearest nearest(const Vector3& p, double reach) const;
+  /// The point of the surface nearest to p, where one is within `max_distance` of it, m.
+  Nearest nearest(const Vector3& p, double max_distance) const;
 
   /// Whether p is inside: an odd number of triangles is below it.
   bool contains(const Vector3& p) const;

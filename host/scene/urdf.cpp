@@ -33,8 +33,8 @@ void read_origin(const XmlNode& node, Vector3& position, Quaternion& orientation
     if (angle == 0) continue;
     Vector3 direction = {0, 0, 0};
     direction[axis] = 1;
-    const Quaternion turn = exact::turn(direction, exact::sine(0.5 * angle), exact::cosine(0.5 * angle));
-    orientation = exact::unit(exact::multiply(turn, orientation));
+    const Quaternion rotation = exact::rotation(direction, exact::sine(0.5 * angle), exact::cosine(0.5 * angle));
+    orientation = exact::unit(exact::multiply(rotation, orientation));
   }
 }
 
@@ -57,7 +57,7 @@ std::optional<MassProperties> read_inertial(const XmlNode& node) {
   own.inertia = {inertia.positive("ixx"), inertia.positive("iyy"), inertia.positive("izz"),
                  product("ixy"),          product("ixz"),          product("iyz")};
   expect_real(inertia, own);
-  return placed(own, position, orientation);
+  return transformed(own, position, orientation);
 }
 
 // The file of a mesh: package://NAME/rest is below the nearest folder above the robot's file that is called NAME or
@@ -154,7 +154,7 @@ RobotLink read_link(const XmlNode& node) {
   node.expect_children({"inertial", "collision", "visual"}, {"contact", "sensor", "self_collision_checking"});
   RobotLink link;
   link.name = node.text("name");
-  link.place = fmt::format("{} {}", node.place(), quote(link.name));
+  link.location = fmt::format("{} {}", node.location(), quote(link.name));
   if (const std::optional<XmlNode> inertial = node.child("inertial")) link.inertial = read_inertial(*inertial);
   for (const XmlNode& collision : node.children("collision")) link.shapes.push_back(read_collision(collision));
   return link;
@@ -190,15 +190,15 @@ u32 read_end(const XmlNode& joint, const char* end, const LinkNumbers& numbers) 
 }
 
 void read_limit(const XmlNode& node, RobotJoint& joint) {
-  const bool turns = joint.kind == RobotJointKind::revolute;
-  if (!turns && joint.kind != RobotJointKind::prismatic) return;
+  const bool is_revolute = joint.kind == RobotJointKind::revolute;
+  if (!is_revolute && joint.kind != RobotJointKind::prismatic) return;
   const XmlNode limit = node.needed_child("limit");
   limit.expect_attributes({"lower", "upper", "effort", "velocity", "acceleration", "deceleration", "jerk"});
   if (limit.has("lower")) joint.low = limit.number("lower");
   if (limit.has("upper")) joint.high = limit.number("upper");
   if (joint.low > joint.high)
     limit.fail(fmt::format("lower must not be above upper, they are {} and {}", joint.low, joint.high));
-  if (turns && (joint.low < -exact::pi || joint.high > exact::pi))
+  if (is_revolute && (joint.low < -exact::pi || joint.high > exact::pi))
     limit.fail(
         fmt::format("angles are told from -pi to pi, the limits are {} and {}; narrow them, or make the joint "
                     "continuous",
@@ -211,7 +211,7 @@ RobotJoint read_joint(const XmlNode& node, const LinkNumbers& numbers) {
                        {"calibration", "safety_controller", "joint_properties"});
   RobotJoint joint;
   joint.name = node.text("name");
-  joint.place = fmt::format("{} {}", node.place(), quote(joint.name));
+  joint.location = fmt::format("{} {}", node.location(), quote(joint.name));
   joint.kind = read_kind(node);
   joint.parent = read_end(node, "parent", numbers);
   joint.child = read_end(node, "child", numbers);
@@ -242,7 +242,7 @@ void make_tree(const XmlNode& top, Robot& robot) {
   for (const RobotJoint& joint : robot.joints) {
     const RobotJoint*& holder = above[joint.child];
     if (holder != nullptr)
-      throw Error(Failure::input, joint.place,
+      throw Error(Failure::input, joint.location,
                   fmt::format("the link {} is the child of the joint {} already; a robot is a tree",
                               quote(robot.links[joint.child].name), quote(holder->name)));
     holder = &joint;
@@ -252,7 +252,7 @@ void make_tree(const XmlNode& top, Robot& robot) {
     if (above[i] == nullptr) roots.push_back(i);
   if (roots.empty()) top.fail("has no link that is no child of a joint; its joints go round in a ring");
   if (roots.size() > 1)
-    throw Error(Failure::input, robot.links[roots[1]].place,
+    throw Error(Failure::input, robot.links[roots[1]].location,
                 fmt::format("is held by no joint, nor is the link {}; a robot is one tree, join them",
                             quote(robot.links[roots[0]].name)));
   robot.root = roots[0];
@@ -270,7 +270,7 @@ void make_tree(const XmlNode& top, Robot& robot) {
   for (const u32 link : links) reached[link] = true;
   const auto lost = std::find(reached.begin(), reached.end(), false);
   if (lost != reached.end())
-    throw Error(Failure::input, robot.links[static_cast<std::size_t>(lost - reached.begin())].place,
+    throw Error(Failure::input, robot.links[static_cast<std::size_t>(lost - reached.begin())].location,
                 "is in a ring of joints; a robot is a tree");
   robot.joints = std::move(ordered);
 }

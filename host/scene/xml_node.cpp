@@ -39,14 +39,14 @@ bool is_utf8(const std::string& words) {
 
 }  // namespace
 
-std::string XmlNode::place() const {
+std::string XmlNode::location() const {
   return fmt::format("{}:{}: {}", *source_, element_->GetLineNum(), in_brackets(element_->Name()));
 }
 
-void XmlNode::fail(const std::string& what) const { throw Error(Failure::input, place(), what); }
+void XmlNode::fail(const std::string& what) const { throw Error(Failure::input, location(), what); }
 
 void XmlNode::fail(const char* attribute, const std::string& what) const {
-  throw Error(Failure::input, place() + " " + attribute, what);
+  throw Error(Failure::input, location() + " " + attribute, what);
 }
 
 void XmlNode::unknown(const char* attribute, const std::string& kind, std::vector<std::string> names) const {

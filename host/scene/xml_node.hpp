@@ -23,7 +23,7 @@ class XmlNode {
   XmlNode(const tinyxml2::XMLElement& element, const std::string& source) : element_(&element), source_(&source) {}
 
   /// "file:LINE: <element>".
-  std::string place() const;
+  std::string location() const;
   /// Throws Error (input): `what` is said of this element, or of one of its attributes.
   [[noreturn]] void fail(const std::string& what) const;
   [[noreturn]] void fail(const char* attribute, const std::string& what) const;

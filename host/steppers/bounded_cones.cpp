@@ -22,7 +22,7 @@ constexpr int most_attempts = 5;
 // A row that is not of a contact: sign * d^T v + offset is the velocity that its law is about.
 struct LawRow {
   std::size_t law = 0;
-  double sign = 1, offset = 0, give = 0;
+  double sign = 1, offset = 0, compliance = 0;
 };
 
 // The laws of a problem as bounds, drives and bilateral rows that give way, all of them columns of H and G.
@@ -31,13 +31,13 @@ class LawRows {
   explicit LawRows(const oracle::MixedProblem& problem) : laws_(problem.laws) {
     for (std::size_t k = 0; k < laws_.size(); ++k) {
       const oracle::BoundedLaw& law = laws_[k];
-      if (law.yield > 0) {
-        springs_.push_back({k, 1, -law.slowest, law.yield});
+      if (law.spring_compliance > 0) {
+        springs_.push_back({k, 1, -law.slowest, law.spring_compliance});
       } else {
-        if (law.slowest > -double(JOINT_UNBOUNDED)) bounds_.push_back({k, 1, -law.slowest, law.give});
-        if (law.fastest < double(JOINT_UNBOUNDED)) bounds_.push_back({k, -1, law.fastest, law.give});
+        if (law.slowest > -double(JOINT_UNBOUNDED)) bounds_.push_back({k, 1, -law.slowest, law.bound_compliance});
+        if (law.fastest < double(JOINT_UNBOUNDED)) bounds_.push_back({k, -1, law.fastest, law.bound_compliance});
       }
-      if (law.reach > 0) drives_.push_back({k, 1, -law.speed, 0});
+      if (law.max_impulse > 0) drives_.push_back({k, 1, -law.speed, 0});
     }
     extend(problem);
   }
@@ -50,10 +50,10 @@ class LawRows {
     ReducedProblem p;
     p.friction = free.mu.head(contacts_);
     for (const LawRow& row : bounds_) p.bound_of.push_back(row.law);
-    p.reach.resize(Index(drives_.size()));
+    p.max_impulse.resize(Index(drives_.size()));
     p.unheld.resize(Index(drives_.size()));
     for (std::size_t d = 0; d < drives_.size(); ++d) {
-      p.reach[Index(d)] = laws_[drives_[d].law].reach;
+      p.max_impulse[Index(d)] = laws_[drives_[d].law].max_impulse;
       p.unheld[Index(d)] = laws_[drives_[d].law].mobility;
     }
     const Index size = 3 * contacts_ + Index(bounds_.size() + drives_.size());
@@ -120,9 +120,9 @@ class LawRows {
     const auto add = [&](Triplets& matrix, Index at, const LawRow& row) {
       for (SparseMatrix::InnerIterator entry(problem.d, int(row.law)); entry; ++entry)
         matrix.emplace_back(int(entry.row()), int(at), row.sign * entry.value());
-      if (row.give == 0) return;
+      if (row.compliance == 0) return;
       matrix.emplace_back(int(velocities), int(at), 1.0);
-      m.emplace_back(int(velocities), int(velocities), 1 / row.give);
+      m.emplace_back(int(velocities), int(velocities), 1 / row.compliance);
       ++velocities;
     };
     whole.w.conservativeResize(column + 3 * rows);
@@ -190,18 +190,18 @@ oracle::SolveReport solve_bounded_cones(const oracle::ConeSolver& solver, const 
   oracle::SolveReport sum;
   oracle::SolveLimits left = limits;
   for (int attempt = 0; attempt < most_attempts; ++attempt) {
-    const oracle::SolveReport part = solve_reduced_cones(solver, problem, left, r);
-    sum.stop = part.stop;
-    sum.iterations += part.iterations;
-    sum.seconds += part.seconds;
+    const oracle::SolveReport solved = solve_reduced_cones(solver, problem, left, r);
+    sum.stop = solved.stop;
+    sum.iterations += solved.iterations;
+    sum.seconds += solved.seconds;
     const VectorXd l = elimination->joint_impulses(rows.in_threes(r));
     set_impulses(system, impulses_of(system, rows.impulses(r, l)));
     sum.residual = residual(system, std::numeric_limits<double>::epsilon() / 2).relative;
-    if (part.stop != oracle::Stop::tolerance || sum.residual <= limits.tolerance) break;
+    if (solved.stop != oracle::Stop::tolerance || sum.residual <= limits.tolerance) break;
     sum.stop = oracle::Stop::stall;
     left.tolerance *= std::min(0.5, 0.5 * limits.tolerance / sum.residual);
-    left.iterations -= std::min(left.iterations, part.iterations);
-    left.seconds -= part.seconds;
+    left.iterations -= std::min(left.iterations, solved.iterations);
+    left.seconds -= solved.seconds;
   }
   return sum;
 }

@@ -29,7 +29,7 @@ std::vector<u32> slots_of(const Buffers<double>& buffers) {
 
 // Whether the row is to be closed: neither it nor its joint is a spring, or gives way.
 bool closes(const SystemJoint& j, const Row& row) {
-  return row.row == JOINT_ROWS ? j.yield == 0 && j.give == 0 : j.softness == 0;
+  return row.row == JOINT_ROWS ? j.spring_compliance == 0 && j.bound_softness == 0 : j.softness == 0;
 }
 
 // A joint at the predicted end, in parts of the time step: the velocity that its gaps stand for.
@@ -39,7 +39,7 @@ struct Predicted {
 
   double gap(u32 row) const {
     // of a locked coordinate: prepare_joints adds what the turning of bodies does, which a prediction has in it
-    if (row == JOINT_ROWS) return -(block.slowest[lane] + block.turning[JOINT_ROWS][lane]);
+    if (row == JOINT_ROWS) return -(block.slowest[lane] + block.velocity_product[JOINT_ROWS][lane]);
     return block.bias[row][lane];
   }
   double slowest() const { return block.slowest[lane]; }
@@ -211,11 +211,11 @@ oracle::SolveReport ImpulseBackend::solve_system(ContactSystem& system, const St
       break;
     }
     correction.ask(end, sweeps);
-    const oracle::SolveReport part = sweeps.run(few);
-    report.stop = part.stop;
-    report.iterations += part.iterations;
-    report.residual = part.residual;
-    report.seconds += part.seconds;
+    const oracle::SolveReport sweep_report = sweeps.run(few);
+    report.stop = sweep_report.stop;
+    report.iterations += sweep_report.iterations;
+    report.residual = sweep_report.residual;
+    report.seconds += sweep_report.seconds;
   }
   correction.write(best.asked, buffers().joint_blocks);
   return report;

@@ -18,9 +18,9 @@ namespace models = oracle::models;
 
 void check(const ContactSystem& system) {
   if (!system.patches.empty())
-    refuse("contacts", "rub as patches; the models of the oracles have a cone at each contact");
-  if (!system.turns.empty())
-    refuse("contacts", "resist turning; the models of the oracles have a cone at each contact");
+    refuse("contacts", "form friction patches; the models of the oracles have a cone at each contact");
+  if (!system.angular_friction.empty())
+    refuse("contacts", "have angular friction; the models of the oracles have a cone at each contact");
   for (const SystemJoint& j : system.joints) {
     const std::string where = "joint " + std::to_string(j.joint);
     const bool bounded = j.slowest > -double(JOINT_UNBOUNDED) || j.fastest < double(JOINT_UNBOUNDED);

@@ -8,7 +8,7 @@ namespace lockstep {
 
 /// Velocities become those without the impulses of the solve. Contacts keep their order, joints give one row for each
 /// locked direction, and a dry row where they have friction. Throws Error for what these models do not have: contacts
-/// that rub as patches, springs in joints, motors, limits.
+/// that form friction patches, springs in joints, motors, limits.
 oracle::models::Multibody multibody(const ContactSystem& system);
 
 }  // namespace lockstep

@@ -17,10 +17,10 @@ oracle::SolveLimits OracleBackend::limits_of(const StepParams<double>& params) {
 void OracleBackend::write_impulse(const SystemContact& c, const Eigen::Vector3d& impulse) {
   const u32 slot = buffers().contact_slots[c.contact];
   ImpulseBlock<double>& block = buffers().impulse_blocks[slot / PACK];
-  const Eigen::Vector2d rubbing = solver_tangents(c.normal).transpose() * impulse;
+  const Eigen::Vector2d tangential = solver_tangents(c.normal).transpose() * impulse;
   block.normal[slot % PACK] = c.normal.dot(impulse);
-  block.tangent_1[slot % PACK] = rubbing[0];
-  block.tangent_2[slot % PACK] = rubbing[1];
+  block.tangent_1[slot % PACK] = tangential[0];
+  block.tangent_2[slot % PACK] = tangential[1];
 }
 
 // Velocities and impulses of a system, which was made from the same buffers.
@@ -55,7 +55,7 @@ void OracleBackend::note(const oracle::SolveReport& report, const StepParams<dou
 
 void OracleBackend::work(Stage stage, const StepParams<double>& params) {
   Buffers<double>& b = buffers();
-  if (stage != Stage::solve_constraints || (b.counters[COUNTER_STATUS] & STATUS_VOID) != 0)
+  if (stage != Stage::solve_constraints || (b.counters[COUNTER_STATUS] & STATUS_ABORTED) != 0)
     return ReferenceBackend::work(stage, params);
   // the impulses of the warm start go where a system is read from; the end of the step puts those of the oracle there
   if (has(features(), Feature::contacts)) ReferenceBackend::work(Stage::store_impulses, params);

@@ -18,17 +18,17 @@ ReducedBackend::ReducedBackend(InitialState<double> state, ReducedSolver solver,
       laws_(laws_of(buffers(), tree_)) {}
 
 void ReducedBackend::work(Stage stage, const StepParams<double>& params) {
-  const bool is_void = (buffers().counters[COUNTER_STATUS] & STATUS_VOID) != 0;
+  const bool is_aborted = (buffers().counters[COUNTER_STATUS] & STATUS_ABORTED) != 0;
   const bool solved = stage == Stage::warm_start || stage == Stage::solve_constraints || stage == Stage::close_joints;
-  if (!solved || is_void) ReferenceBackend::work(stage, params);
-  if (is_void) return;
+  if (!solved || is_aborted) ReferenceBackend::work(stage, params);
+  if (is_aborted) return;
   if (stage == Stage::integrate_velocities) start(params);
   if (stage == Stage::solve_constraints) solve(params);
   if (stage == Stage::integrate_positions) finish();
 }
 
 void ReducedBackend::start(const StepParams<double>& params) {
-  answer_.reset();
+  solution_.reset();
   step_ = std::make_unique<Step>(tree_, laws_, step_start(buffers(), params, tree_));
   write_twists(step_->twists(), true);
 }
@@ -41,18 +41,18 @@ void ReducedBackend::solve(const StepParams<double>& params) {
   VectorXd first(3 * Index(system.contacts.size()));
   for (std::size_t i = 0; i < system.contacts.size(); ++i) {
     const SystemContact& c = system.contacts[i];
-    const Eigen::Vector2d rubbing = oracle::models::tangents(c.normal).transpose() * c.impulse;
-    first.segment<3>(3 * Index(i)) << c.normal.dot(c.impulse), rubbing;
+    const Eigen::Vector2d tangential = oracle::models::tangents(c.normal).transpose() * c.impulse;
+    first.segment<3>(3 * Index(i)) << c.normal.dot(c.impulse), tangential;
   }
   const Index rows = first.size();
   first.conservativeResize(reduced_rows(*step_, demand_).size());
   first.tail(first.size() - rows).setZero();
   const std::string where = "step " + std::to_string(b.step_index.front()) + ", solve_constraints";
-  answer_ = solver_(*step_, demand_, first, limits_of(params), where);
-  push(*step_, answer_->problem, answer_->impulses);
+  solution_ = solver_(*step_, demand_, first, limits_of(params), where);
+  push(*step_, solution_->problem, solution_->impulses);
   write_twists(step_->twists(), false);
   write_impulses(system);
-  note(answer_->report, params);
+  note(solution_->report, params);
 }
 
 void ReducedBackend::write_twists(const std::vector<Vector6>& twists, bool links_only) {
@@ -71,11 +71,11 @@ void ReducedBackend::write_impulses(const ContactSystem& system) {
   Buffers<double>& b = buffers();
   for (std::size_t i = 0; i < system.contacts.size(); ++i) {
     const SystemContact& c = system.contacts[i];
-    const Vector3d r = answer_->impulses.segment<3>(3 * Index(i));
+    const Vector3d r = solution_->impulses.segment<3>(3 * Index(i));
     const Vector3d impulse = r[0] * c.normal + oracle::models::tangents(c.normal) * r.tail<2>();
     write_impulse(c, impulse);
   }
-  const std::vector<JointPush> pushes = joint_pushes(*step_, laws_, demand_, answer_->problem, answer_->impulses);
+  const std::vector<JointPush> pushes = joint_pushes(*step_, laws_, demand_, solution_->problem, solution_->impulses);
   for (u32 slot = 0; slot < b.joint_lanes.size() * PACK; ++slot) {
     const u32 joint = b.joint_lanes[slot / PACK].joint[slot % PACK];
     if (joint == NONE) continue;
@@ -109,12 +109,12 @@ void ReducedBackend::finish() {
 }
 
 std::optional<Residual> ReducedBackend::residual() const {
-  if (!answer_) return {};
-  const ReducedProblem& p = answer_->problem;
+  if (!solution_) return {};
+  const ReducedProblem& p = solution_->problem;
   Residual residual;
   if (p.first_drive() == 0) return residual;
   const oracle::ConeError error =
-      oracle::cone_error(cone_problem(p, answer_->impulses), cone_impulses(p, answer_->impulses));
+      oracle::cone_error(cone_problem(p, solution_->impulses), cone_impulses(p, solution_->impulses));
   residual.relative = error.residual;
   residual.defect_max = error.defect_max;
   residual.defect_rms = error.defect_rms;
@@ -131,10 +131,10 @@ std::optional<Residual> ReducedBackend::residual() const {
 void ReducedBackend::take_own_residual(Measures& measures) {
   measures.residual = residual();
   measures.worst = std::nullopt;
-  if (measures.residual && measures.residual->defect_max > 0) measures.worst = place_of(*measures.residual);
+  if (measures.residual && measures.residual->defect_max > 0) measures.worst = worst_contact(*measures.residual);
 }
 
-WorstContact ReducedBackend::place_of(const Residual& residual) {
+WorstContact ReducedBackend::worst_contact(const Residual& residual) {
   const Buffers<double>& b = buffers();
   const auto id = [&](u32 body) { return body < b.body_infos.size() ? b.body_infos[body].id : NONE; };
   if (residual.worst_is_joint) {

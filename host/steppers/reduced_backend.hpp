@@ -24,7 +24,7 @@ class ReducedBackend final : public OracleBackend {
   /// the first. Its `worst` is a contact, or a joint that has limits.
   std::optional<Residual> residual() const;
   /// Where that is.
-  WorstContact place_of(const Residual& residual);
+  WorstContact worst_contact(const Residual& residual);
   void take_own_residual(Measures& measures) override;
   /// The largest error of a closure after the last sub-step, m or rad.
   double open() const { return open_; }
@@ -43,7 +43,7 @@ class ReducedBackend final : public OracleBackend {
   const oracle::articulated::Laws laws_;
   std::unique_ptr<oracle::articulated::Step> step_;
   oracle::articulated::Demand demand_;
-  std::optional<ReducedAnswer> answer_;
+  std::optional<ReducedSolution> solution_;
   double open_ = 0;
 };
 

@@ -21,45 +21,45 @@ namespace lcp = oracle::lcp;
 // What takes minutes a step is no longer of use; complementarity problems are dense.
 constexpr Index most_contacts = 4000, most_unknowns = 3000;
 
-ReducedAnswer solve_cones(const oracle::ConeSolver& solver, const Step& step, const Demand& demand,
-                          const VectorXd& start, const SolveLimits& limits, const std::string& where) {
+ReducedSolution solve_cones(const oracle::ConeSolver& solver, const Step& step, const Demand& demand,
+                            const VectorXd& start, const SolveLimits& limits, const std::string& where) {
   expect_moderate(where, Index(demand.contacts.size()), most_contacts, "contacts");
-  ReducedAnswer answer = {reduced_problem(step, demand), start, {}};
-  answer.report = solve_reduced_cones(solver, answer.problem, limits, answer.impulses);
-  return answer;
+  ReducedSolution solution = {reduced_problem(step, demand), start, {}};
+  solution.report = solve_reduced_cones(solver, solution.problem, limits, solution.impulses);
+  return solution;
 }
 
 // x of a pyramid, by whoever makes and solves its problem.
 template <class Solve>
-ReducedAnswer solve_pyramid(int directions, const Step& step, const Demand& demand, const std::string& where,
-                            const std::vector<std::size_t>& bodies, Solve&& solve) {
+ReducedSolution solve_pyramid(int directions, const Step& step, const Demand& demand, const std::string& where,
+                              const std::vector<std::size_t>& bodies, Solve&& solve) {
   expect_moderate(where, Index(demand.contacts.size()) * (2 + directions) + 6 * Index(bodies.size()), most_unknowns,
                   "unknowns");
   const AssembledProblem assembled = assembled_problem(step, demand, bodies);
   const ReducedPyramid pyramid(assembled.problem, directions);
-  ReducedAnswer answer = {assembled.problem, VectorXd::Zero(assembled.problem.size()), {}};
-  answer.report.stop = oracle::Stop::tolerance;
-  if (pyramid.size() == 0) return answer;
+  ReducedSolution solution = {assembled.problem, VectorXd::Zero(assembled.problem.size()), {}};
+  solution.report.stop = oracle::Stop::tolerance;
+  if (pyramid.size() == 0) return solution;
   VectorXd x;
   try {
-    answer.report = solve(assembled, pyramid, x);
+    solution.report = solve(assembled, pyramid, x);
   } catch (const Error& error) {
     throw Error(error.failure(), where, error.what());
   }
-  if (x.size() >= pyramid.size()) answer.impulses = pyramid.impulses(x.head(pyramid.size()));
-  return answer;
+  if (x.size() >= pyramid.size()) solution.impulses = pyramid.impulses(x.head(pyramid.size()));
+  return solution;
 }
 
-ReducedAnswer solve_lcp(const lcp::NamedSolver& solver, int directions, const Step& step, const Demand& demand,
-                        const SolveLimits& limits, const std::string& where) {
+ReducedSolution solve_lcp(const lcp::NamedSolver& solver, int directions, const Step& step, const Demand& demand,
+                          const SolveLimits& limits, const std::string& where) {
   return solve_pyramid(directions, step, demand, where, {},
                        [&](const AssembledProblem&, const ReducedPyramid& pyramid, VectorXd& x) {
                          return solver.solve(pyramid.lcp(), limits, x);
                        });
 }
 
-ReducedAnswer solve_mlcp(bool second, int directions, const Step& step, const Demand& demand, const SolveLimits& limits,
-                         const std::string& where) {
+ReducedSolution solve_mlcp(bool second, int directions, const Step& step, const Demand& demand,
+                           const SolveLimits& limits, const std::string& where) {
   std::vector<std::size_t> bodies = second ? std::vector<std::size_t>() : touched(step.tree(), demand);
   const std::vector<std::size_t> ends = terminals(step.tree());
   bodies.insert(bodies.end(), ends.begin(), ends.end());

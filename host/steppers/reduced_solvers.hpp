@@ -14,14 +14,14 @@ namespace lockstep {
 /// Finds the impulses of what a demand asks of a step, from those given on: `impulses` are of the rows of the problem,
 /// which is made on the way. Returns how it went; the residual is in the measure of the model that was solved. Throws
 /// Error (input) that starts with `where` for a problem that is too large.
-struct ReducedAnswer {
+struct ReducedSolution {
   oracle::articulated::ReducedProblem problem;
   Eigen::VectorXd impulses;
   oracle::SolveReport report;
 };
 using ReducedSolver =
-    std::function<ReducedAnswer(const oracle::articulated::Step& step, const oracle::articulated::Demand& demand,
-                                const Eigen::VectorXd& start, const oracle::SolveLimits&, const std::string& where)>;
+    std::function<ReducedSolution(const oracle::articulated::Step& step, const oracle::articulated::Demand& demand,
+                                  const Eigen::VectorXd& start, const oracle::SolveLimits&, const std::string& where)>;
 
 /// reduced_NAME of cone solvers; reduced_pyramid_NAME of solvers of complementarity problems (Model-DCA-LCP);
 /// reduced_mlcp1_fischer_newton and reduced_mlcp2_fischer_newton, which takes mixed problems.

@@ -15,7 +15,7 @@ namespace {
 using namespace oracle::articulated;
 
 constexpr JointType types[] = {
-#define JOINT_KIND(name, NAME, linear, angular, free, keys, holds, reduced, noun, leaves) JointType::reduced,
+#define JOINT_KIND(name, NAME, linear, angular, free, keys, level, reduced, noun, leaves) JointType::reduced,
 #include "kernels/joint_kinds.def"
 #undef JOINT_KIND
 };
@@ -30,7 +30,7 @@ Vector6 load_on(const Buffers<double>& b, u32 i) {
 
 double coordinate_of(const Step& step, std::size_t joint) {
   const auto& j = step.tree().system().joints[joint];
-  return acting_coordinate(j, stand(j, step.from()));
+  return acting_coordinate(j, joint_geometry(j, step.from()));
 }
 
 }  // namespace
@@ -53,7 +53,7 @@ System articulated_system(const Buffers<double>& b) {
                   "holds velocities that no coordinates stand for; take a solver that is not in reduced coordinates");
     oracle::articulated::Joint joint;
     for (const u32 body : {info.body_a, info.body_b}) {
-      if (system.bodies[body].mass > 0) system.bodies[body].held = true;
+      if (system.bodies[body].mass > 0) system.bodies[body].is_link = true;
     }
     joint.body_a = info.body_a;
     joint.body_b = info.body_b;
@@ -62,7 +62,7 @@ System articulated_system(const Buffers<double>& b) {
     joint.anchor_b = vector3(from.anchor_b);
     joint.frame_a = rotation(from.frame_a);
     joint.frame_b = rotation(from.frame_b);
-    joint.rise = b.screw_rises.empty() ? 0 : b.screw_rises[j];
+    joint.lead = b.screw_leads.empty() ? 0 : b.screw_leads[j];
     system.joints.push_back(joint);
   }
   return system;
@@ -75,10 +75,11 @@ Laws laws_of(const Buffers<double>& b, const Tree& tree) {
     closes[joint] = tree.system().joints[joint].type != JointType::distance;
   for (std::size_t j = 0; j < b.joints.size(); ++j) {
     const lockstep::Joint<double>& joint = b.joints[j];
-    const bool bounded = b.joint_infos[j].free != FREE_NOTHING && joint.limited != 0, sprung = joint.yield > 0;
+    const bool bounded = b.joint_infos[j].free != FREE_NOTHING && joint.limited != 0,
+               sprung = joint.spring_compliance > 0;
     const bool fixed = bounded && !sprung && joint.low == joint.high;
     if (closes[j] || fixed) laws.closures.push_back({j, closes[j], fixed, joint.low});
-    if (bounded && sprung) laws.springs.push_back({j, joint.rate, joint.low, joint.yield});
+    if (bounded && sprung) laws.springs.push_back({j, joint.rate, joint.low, joint.spring_compliance});
     if (bounded && !sprung && !fixed) laws.limits.push_back({j, joint.low, joint.high});
   }
   return laws;
@@ -142,19 +143,19 @@ std::vector<JointPush> joint_pushes(const Step& step, const Laws& laws, const De
     const Link& link = tree.link(i);
     if (link.joint == no_link) continue;
     const auto& joint = joints[link.joint];
-    const JointStand s = stand(joint, step.at());
+    const JointGeometry s = joint_geometry(joint, step.at());
     const Vector6 on_b =
         (link.child_is_b ? 1.0 : -1.0) * wrench_from(carried[i], step.at().poses[link.body].x - s.point);
     const unsigned mask = locked_rows(joint, s).mask;
     for (int k = 0; k < 6; ++k) {
-      const Vector3d part = k < 3 ? on_b.head<3>() : on_b.tail<3>();
-      if ((mask >> k & 1) != 0) pushes[link.joint].locked[k] = s.axes.col(k % 3).dot(part);
+      const Vector3d component = k < 3 ? on_b.head<3>() : on_b.tail<3>();
+      if ((mask >> k & 1) != 0) pushes[link.joint].locked[k] = s.axes.col(k % 3).dot(component);
     }
   }
   Index next = 0;
   for (const Closure& closure : laws.closures) {
     const auto& joint = joints[closure.joint];
-    const JointStand s = stand(joint, step.at());
+    const JointGeometry s = joint_geometry(joint, step.at());
     const unsigned mask = closure.locked ? locked_rows(joint, s).mask : 0;
     for (int k = 0; k < 6; ++k) {
       if ((mask >> k & 1) != 0) pushes[closure.joint].locked[k] = step.bilateral_impulses()[next++];

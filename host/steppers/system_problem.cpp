@@ -25,10 +25,10 @@ struct Freedom {
 };
 
 Freedom freedom_of(const SystemBody& body, u32 first) {
-  const oracle::SymmetricEigen turning = oracle::symmetric_eigen<3>(body.inverse_inertia);
+  const oracle::SymmetricEigen inertia_modes = oracle::symmetric_eigen<3>(body.inverse_inertia);
   std::vector<int> axes;
   for (int k = 0; k < 3; ++k) {
-    if (turning.values[k] > 1e-12 * turning.values[2]) axes.push_back(k);
+    if (inertia_modes.values[k] > 1e-12 * inertia_modes.values[2]) axes.push_back(k);
   }
   const int moves = body.inverse_mass > 0 ? 3 : 0, count = moves + int(axes.size());
   Freedom freedom;
@@ -42,8 +42,8 @@ Freedom freedom_of(const SystemBody& body, u32 first) {
   }
   for (int k = moves; k < count; ++k) {
     const int axis = axes[std::size_t(k - moves)];
-    freedom.angular.col(k) = turning.vectors.col(axis);
-    freedom.mass[k] = 1 / turning.values[axis];
+    freedom.angular.col(k) = inertia_modes.vectors.col(axis);
+    freedom.mass[k] = 1 / inertia_modes.values[axis];
     freedom.velocity[k] = freedom.angular.col(k).dot(body.w);
   }
   return freedom;
@@ -169,9 +169,9 @@ struct JointRow {
 
 double radius_of(const SystemJoint& j, const ContactSystem& system) {
   const SystemBody &a = system.bodies[j.body_a], &b = system.bodies[j.body_b];
-  const Matrix3d turning = a.inverse_inertia + b.inverse_inertia;
-  const double turning_max = oracle::largest_eigenvalue(turning);
-  return turning_max > 0 ? std::sqrt((a.inverse_mass + b.inverse_mass) / turning_max) : 0;
+  const Matrix3d angular_mobility = a.inverse_inertia + b.inverse_inertia;
+  const double angular_mobility_max = oracle::largest_eigenvalue(angular_mobility);
+  return angular_mobility_max > 0 ? std::sqrt((a.inverse_mass + b.inverse_mass) / angular_mobility_max) : 0;
 }
 
 std::vector<JointRow> rows_of(const SystemJoint& j, const ContactSystem& system) {
@@ -207,9 +207,9 @@ void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& asse
   if (j.softness > 0) {
     const MatrixXd compliance = j.softness * assembly.mobility({on_a, on_b});
     const MatrixXd mass = oracle::solve_by_lu(compliance, MatrixXd(MatrixXd::Identity(count, count)));
-    const VectorXd give = compliance * l;
+    const VectorXd slack_velocity = compliance * l;
     for (Eigen::Index i = 0; i < count; ++i) {
-      const u32 velocity = assembly.add_velocity(give[i]);
+      const u32 velocity = assembly.add_velocity(slack_velocity[i]);
       joints.g.emplace_back(int(velocity), int(column + i), 1.0);
       for (Eigen::Index k = 0; k < count; ++k) assembly.mass(velocity, velocity + k - i, mass(i, k));
     }
@@ -222,7 +222,7 @@ void add_joint(const SystemJoint& j, const ContactSystem& system, Assembly& asse
 
 // What stands for a unit of the free row's velocity, in m/s; 0 where nothing moves it.
 double free_size(const SystemJoint& j, const ContactSystem& system) {
-  if (j.free_mobility <= 0) return 0;
+  if (j.effective_mobility <= 0) return 0;
   return j.free == FREE_ANGLE ? radius_of(j, system) : 1;
 }
 
@@ -234,14 +234,15 @@ void add_free_row(const SystemJoint& j, const ContactSystem& system, Assembly& a
   Side on_a = side_at(j.body_a, linear, j.arm_a, -1), on_b = side_at(j.body_b, linear, j.arm_b, 1);
   on_a.angular -= angular;
   on_b.angular += angular;
-  const double give = size * size * j.give * j.free_mobility, yield = size * size * j.yield;
+  const double bound_compliance = size * size * j.bound_softness * j.effective_mobility,
+               spring_compliance = size * size * j.spring_compliance;
   if (free_is_locked(j)) {
     const auto column = static_cast<Eigen::Index>(joints.b.size());
     const double fixed = assembly.add(joints.g, column, {on_a, on_b})[0];
     joints.b.push_back(fixed - size * j.slowest);
     joints.l.push_back(j.free_impulse / size);
     joints.first.push_back(static_cast<u32>(column + 1));
-    const double compliance = yield > 0 ? yield : give;
+    const double compliance = spring_compliance > 0 ? spring_compliance : bound_compliance;
     if (compliance > 0) {
       const u32 velocity = assembly.add_velocity(compliance * joints.l.back());
       joints.g.emplace_back(int(velocity), int(column), 1.0);
@@ -251,12 +252,12 @@ void add_free_row(const SystemJoint& j, const ContactSystem& system, Assembly& a
   }
   const double fixed = assembly.add(joints.d, static_cast<Eigen::Index>(joints.z.size()), {on_a, on_b})[0];
   joints.laws.push_back({.speed = size * j.motor_speed - fixed,
-                         .reach = j.motor_impulse / size,
+                         .max_impulse = j.motor_impulse / size,
                          .slowest = size * j.slowest - fixed,
                          .fastest = size * j.fastest - fixed,
-                         .give = give,
-                         .yield = yield,
-                         .mobility = size * size * j.free_mobility});
+                         .bound_compliance = bound_compliance,
+                         .spring_compliance = spring_compliance,
+                         .mobility = size * size * j.effective_mobility});
   joints.z.push_back(j.free_impulse / size);
 }
 

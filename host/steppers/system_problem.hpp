@@ -15,8 +15,8 @@ struct SystemProblem {
 /// that they can turn about; velocities that nothing changes go into w and b. Of a joint the linear and the angular
 /// locked rows are a block each, angular velocities times the radius of gyration, so that all of them are in m/s; a
 /// soft row moves against a velocity of its own, whose mass is its compliance. Throws Error (input), naming it, for a
-/// joint with a motor, friction, limits or a spring, which FCLIB has no row for. Contacts that rub as patches become
-/// cones with the impulses that were spread over them.
+/// joint with a motor, friction, limits or a spring, which FCLIB has no row for. Contacts that form friction patches
+/// become cones with the impulses that were spread over them.
 SystemProblem problem_of(const ContactSystem& system, const std::string& where);
 
 /// The same with all that a joint can have: motors, friction and limits become bounded rows; springs, and limits that

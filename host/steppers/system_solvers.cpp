@@ -26,7 +26,7 @@ namespace models = oracle::models;
 
 // What takes minutes a step is no longer of use. Joints are taken out by dense factorisations, and complementarity
 // problems are dense.
-constexpr Index most_contacts_of_cones = 4000, most_contacts_in_parts = 100'000, most_joint_rows = 1500,
+constexpr Index most_contacts_of_cones = 4000, most_contacts_of_mixed = 100'000, most_joint_rows = 1500,
                 most_unknowns = 3000;
 
 SolveReport solve_cones(const oracle::ConeSolver& solver, ContactSystem& system, const SolveLimits& limits,
@@ -36,20 +36,20 @@ SolveReport solve_cones(const oracle::ConeSolver& solver, ContactSystem& system,
   expect_moderate(where, problem.mu.size(), most_contacts_of_cones, "contacts");
   expect_moderate(where, problem.g.cols(), most_joint_rows, "rows of joints");
   if (!whole.problem.laws.empty()) return solve_bounded_cones(solver, whole, system, limits, where);
-  oracle::ConeAnswer answer;
+  oracle::ConeSolution solution;
   try {
-    answer = oracle::solve_whole(oracle::local_form(problem), solver, limits, whole.impulses.r);
+    solution = oracle::solve_whole(oracle::local_form(problem), solver, limits, whole.impulses.r);
   } catch (const std::runtime_error& error) {
     throw Error(Failure::input, where, std::string(error.what()) + "; a solver that sweeps finds a middle way");
   }
-  set_impulses(system, impulses_of(system, oracle::MixedImpulses{answer.r, answer.l, {}}));
-  return answer.report;
+  set_impulses(system, impulses_of(system, oracle::MixedImpulses{solution.r, solution.l, {}}));
+  return solution.report;
 }
 
 // All that a step has, and no size at which a dense factorisation would end.
-SolveReport solve_in_parts(const oracle::MixedSolver& solver, ContactSystem& system, const SolveLimits& limits,
+SolveReport solve_by_mixed(const oracle::MixedSolver& solver, ContactSystem& system, const SolveLimits& limits,
                            const std::string& where) {
-  expect_moderate(where, Index(system.contacts.size()), most_contacts_in_parts, "contacts");
+  expect_moderate(where, Index(system.contacts.size()), most_contacts_of_mixed, "contacts");
   const WholeSystemProblem whole = whole_problem_of(system);
   oracle::MixedImpulses impulses = whole.impulses;
   const SolveReport report = oracle::solve_mixed(whole.problem, solver, limits, impulses);
@@ -139,7 +139,7 @@ SystemSolver find_system_solver(const std::string& name, int directions) {
   }
   if (const oracle::MixedSolver* solver = oracle::find_mixed_solver(name)) {
     return [solver](ContactSystem& system, const SolveLimits& limits, const std::string& where) {
-      return solve_in_parts(*solver, system, limits, where);
+      return solve_by_mixed(*solver, system, limits, where);
     };
   }
   for (const lcp::NamedSolver& solver : lcp::solvers()) {

@@ -4,19 +4,19 @@
 #include <chrono>
 #include <functional>
 
-#include "host/contact_place.hpp"
+#include "host/contact_geometry.hpp"
 #include "host/record/checkpoint.hpp"
+#include "host/record/current_state.hpp"
 #include "host/record/inputs.hpp"
 #include "host/record/record_step.hpp"
-#include "host/record/state_now.hpp"
 #include "host/report/joints.hpp"
 #include "host/report/measures.hpp"
 #include "host/report/report.hpp"
 #include "host/simulation.hpp"
 #include "host/sleepers.hpp"
 #include "host/steppers/stepper.hpp"
-#include "host/world/carry_state.hpp"
-#include "host/world/turning.hpp"
+#include "host/world/angular_velocity.hpp"
+#include "host/world/migrate_state.hpp"
 
 namespace lockstep {
 
@@ -42,12 +42,12 @@ void store(const Vector3& from, real* to) {
 template <class real>
 class EngineOf final : public Engine {
  public:
-  EngineOf(const Scene& scene, const WorldOptions& options, EngineOf* before, const Renaming& renaming)
+  EngineOf(const Scene& scene, const WorldOptions& options, EngineOf* before, const IndexMap& index_map)
       : constants_(compile<real>(scene)), dt_(scene.settings.dt) {
     if (before) {
       Backend<real>& backend = before->simulation_->backend();
       const std::vector<Buffer> wanted = persistent_buffers(backend.features());
-      carry_state(before->constants_, backend.download(wanted), renaming.bodies, renaming.joints, constants_);
+      migrate_state(before->constants_, backend.download(wanted), index_map.bodies, index_map.joints, constants_);
     }
     DeviceOptions device_options;
     device_options.threads = options.threads;
@@ -154,7 +154,7 @@ class EngineOf final : public Engine {
     end_recording();
     const RecordingLabel label = {scene.name, simulation_->backend().name(), "{}", scene.text, scene.source};
     recording_ =
-        std::make_unique<RecordingWriter<real>>(path, label, state_now(constants_, *simulation_), Inputs::recorded);
+        std::make_unique<RecordingWriter<real>>(path, label, current_state(constants_, *simulation_), Inputs::recorded);
   }
 
   void end_recording() override {
@@ -170,7 +170,7 @@ class EngineOf final : public Engine {
 
   Twist after_impulse(u32 body, const Pose& pose, const Twist& velocity, const Vector3& impulse,
                       const Vector3& point) const override;
-  Twist velocity_between(const Pose& now, const Pose& target) const override;
+  Twist velocity_between(const Pose& current, const Pose& target) const override;
 
  private:
   const Buffers<real>& download(std::initializer_list<Buffer> wanted) {
@@ -225,15 +225,15 @@ std::vector<EngineContact> EngineOf<real>::contacts() {
       {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points, Buffer::cached_impulses});
   std::vector<EngineContact> contacts(simulation_->counters()[COUNTER_CONTACTS]);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const ContactPlace place = contact_place(b, static_cast<u32>(i));
+    const ContactGeometry geometry = contact_geometry(b, static_cast<u32>(i));
     const Contact& contact = b.contacts[i];
     contacts[i] = {contact.body_a,
                    contact.body_b,
                    contact.shape_a - first_shape(contact.body_a),
                    contact.shape_b - first_shape(contact.body_b),
-                   vector(place.point()),
-                   vector(place.normal),
-                   vector(contact_impulse(b, static_cast<u32>(i), place))};
+                   vector(geometry.point()),
+                   vector(geometry.normal),
+                   vector(contact_impulse(b, static_cast<u32>(i), geometry))};
   }
   return contacts;
 }
@@ -242,7 +242,7 @@ template <class real>
 JointState EngineOf<real>::joint_state(u32 joint) {
   const Buffers<real>& b =
       download({Buffer::positions, Buffer::orientations, Buffer::motions, Buffer::joint_infos, Buffer::joints,
-                Buffer::screw_rises, Buffer::rolling_radii, Buffer::joint_lanes, Buffer::joint_impulses});
+                Buffer::screw_leads, Buffer::rolling_radii, Buffer::joint_lanes, Buffer::joint_impulses});
   const JointMeasures of = measure_joint(b, simulation_->params(), joint);
   return {of.coordinate, of.speed, of.drive, vector(of.force), vector(of.torque), of.drift.separation, of.drift.angle};
 }
@@ -282,27 +282,27 @@ Twist EngineOf<real>::after_impulse(u32 body, const Pose& pose, const Twist& vel
   const Vector3 about = pivoted ? vector(constants_.buffers.pivots[body].point_world) : pose.position;
   const Vector3 moment = exact::rotate(back, exact::cross(exact::subtract(point, about), impulse));
   const Vector3 inverse = vector(mass.inverse_inertia);
-  const Vector3 kick = exact::rotate(q, {inverse[0] * moment[0], inverse[1] * moment[1], inverse[2] * moment[2]});
-  Twist after = {velocity.linear, exact::add(velocity.angular, kick)};
+  const Vector3 delta_w = exact::rotate(q, {inverse[0] * moment[0], inverse[1] * moment[1], inverse[2] * moment[2]});
+  Twist after = {velocity.linear, exact::add(velocity.angular, delta_w)};
   after.linear = pivoted ? exact::cross(after.angular, exact::subtract(pose.position, about))
                          : exact::add(after.linear, exact::scale(double(mass.inverse_mass), impulse));
   return after;
 }
 
 template <class real>
-Twist EngineOf<real>::velocity_between(const Pose& now, const Pose& target) const {
+Twist EngineOf<real>::velocity_between(const Pose& current, const Pose& target) const {
   const u32 substeps = constants_.params.substeps;
-  return {exact::scale(1 / dt_, exact::subtract(target.position, now.position)),
-          turning_velocity(now.orientation, target.orientation, dt_ / substeps, substeps)};
+  return {exact::scale(1 / dt_, exact::subtract(target.position, current.position)),
+          angular_velocity_between(current.orientation, target.orientation, dt_ / substeps, substeps)};
 }
 
 }  // namespace
 
 std::unique_ptr<Engine> make_engine(const Scene& scene, const WorldOptions& options, Engine* before,
-                                    const Renaming& renaming) {
+                                    const IndexMap& index_map) {
   if (precision_of(scene.settings) == "double")
-    return std::make_unique<EngineOf<double>>(scene, options, static_cast<EngineOf<double>*>(before), renaming);
-  return std::make_unique<EngineOf<float>>(scene, options, static_cast<EngineOf<float>*>(before), renaming);
+    return std::make_unique<EngineOf<double>>(scene, options, static_cast<EngineOf<double>*>(before), index_map);
+  return std::make_unique<EngineOf<float>>(scene, options, static_cast<EngineOf<float>*>(before), index_map);
 }
 
 }  // namespace lockstep

@@ -25,7 +25,7 @@ struct EngineHit {
 };
 
 /// Which body and joint of the new scene each of the old one has become; NONE: it is gone.
-struct Renaming {
+struct IndexMap {
   std::vector<u32> bodies, joints;
 };
 
@@ -72,11 +72,11 @@ class Engine {
   virtual Twist after_impulse(u32 body, const Pose& pose, const Twist& velocity, const Vector3& impulse,
                               const Vector3& point) const = 0;
   /// The velocity that moves a body evenly from one pose to another in a step.
-  virtual Twist velocity_between(const Pose& now, const Pose& target) const = 0;
+  virtual Twist velocity_between(const Pose& current, const Pose& target) const = 0;
 };
 
-/// A new one; what `before` knows of the bodies that stay lives on (host/world/carry_state.hpp).
+/// A new one; what `before` knows of the bodies that stay lives on (host/world/migrate_state.hpp).
 std::unique_ptr<Engine> make_engine(const Scene& scene, const WorldOptions& options, Engine* before,
-                                    const Renaming& renaming);
+                                    const IndexMap& index_map);
 
 }  // namespace lockstep

@@ -4,7 +4,7 @@
 
 #include "host/scene/read.hpp"
 #include "host/scene/setting_table.hpp"
-#include "host/world/parts.hpp"
+#include "host/world/impl.hpp"
 
 namespace lockstep {
 
@@ -42,8 +42,8 @@ std::function<Wrench(double)> load_table(std::vector<std::pair<double, Wrench>> 
   };
 }
 
-World::World(Scene scene, const WorldOptions& options) : parts_(std::make_unique<Parts>()) {
-  Parts& p = *parts_;
+World::World(Scene scene, const WorldOptions& options) : impl_(std::make_unique<Impl>()) {
+  Impl& p = *impl_;
   p.options = options;
   std::vector<BodyDescription> bodies;
   std::swap(bodies, scene.bodies);
@@ -57,7 +57,7 @@ World::World(Scene scene, const WorldOptions& options) : parts_(std::make_unique
   expect_in_bounds(p.scene.settings);
   for (const BodyDescription& body : bodies) add(body);
   for (std::size_t j = 0; j < p.scene.joints.size(); ++j) p.joints.add();
-  p.reset_renaming();
+  p.reset_index_map();
   if (!bodies.empty()) p.ready();
 }
 
@@ -70,12 +70,12 @@ World& World::operator=(World&&) noexcept = default;
 World::~World() = default;
 
 BodyHandle World::add(const BodyDescription& body) {
-  expect_sense(body, parts_->scene);
-  return parts_->add(body);
+  validate(body, impl_->scene);
+  return impl_->add(body);
 }
 
 void World::remove(BodyHandle body) {
-  Parts& p = *parts_;
+  Impl& p = *impl_;
   const u32 gone = p.bodies.index(body);
   for (u32 j = static_cast<u32>(p.scene.joints.size()); j-- > 0;) {
     JointDescription& joint = p.scene.joints[j];
@@ -88,7 +88,7 @@ void World::remove(BodyHandle body) {
   }
   p.scene.bodies.erase(p.scene.bodies.begin() + gone);
   p.bodies.remove(gone);
-  rename_without(p.renaming.bodies, gone);
+  rename_without(p.index_map.bodies, gone);
   std::erase_if(p.scene.passing, [gone](const auto& pair) { return pair[0] == gone || pair[1] == gone; });
   for (auto& pair : p.scene.passing)
     for (u32& side : pair) side -= side > gone;
@@ -99,57 +99,57 @@ void World::remove(BodyHandle body) {
   p.changed = true;
 }
 
-void World::place(BodyHandle body, const Pose& pose, const Twist& velocity) {
-  Parts& p = *parts_;
+void World::teleport(BodyHandle body, const Pose& pose, const Twist& velocity) {
+  Impl& p = *impl_;
   const u32 index = p.bodies.index(body);
   const std::string where = "body " + std::to_string(body.id);
-  expect_finite(pose.position, "place");
+  expect_finite(pose.position, "position");
   expect_unit(pose.orientation);
   expect_finite(velocity);
-  const BodyDescription& placed = p.scene.bodies[index];
-  if (placed.pivoted) throw Error(Failure::input, where, "hangs from its pivot by a lever and has no other place");
+  const BodyDescription& described = p.scene.bodies[index];
+  if (described.pivoted) throw Error(Failure::input, where, "is fixed to its pivot and has no other position");
   const bool moves = velocity.linear != Vector3{0, 0, 0} || velocity.angular != Vector3{0, 0, 0};
-  if (placed.kind == BODY_STATIC && moves) throw Error(Failure::input, where, "is static and does not move");
+  if (described.kind == BODY_STATIC && moves) throw Error(Failure::input, where, "is static and does not move");
   p.targets.erase(body.id);
   p.arrived.erase(body.id);
-  p.place(index, pose, velocity);
+  p.teleport(index, pose, velocity);
 }
 
-bool World::contains(BodyHandle body) const { return parts_->bodies.contains(body); }
+bool World::contains(BodyHandle body) const { return impl_->bodies.contains(body); }
 
 std::optional<BodyHandle> World::find(const std::string& name) const {
-  return find_named(parts_->scene.bodies, parts_->bodies, name);
+  return find_named(impl_->scene.bodies, impl_->bodies, name);
 }
 
-std::span<const BodyHandle> World::bodies() const { return parts_->bodies.all(); }
+std::span<const BodyHandle> World::bodies() const { return impl_->bodies.all(); }
 
 const BodyDescription& World::description(BodyHandle body) const {
-  return parts_->scene.bodies[parts_->bodies.index(body)];
+  return impl_->scene.bodies[impl_->bodies.index(body)];
 }
 
 JointHandle World::add(const JointDescription& joint, BodyHandle a, BodyHandle b) {
   JointDescription named = joint;
-  named.body_a = parts_->bodies.index(a);
-  named.body_b = parts_->bodies.index(b);
-  return parts_->add(std::move(named));
+  named.body_a = impl_->bodies.index(a);
+  named.body_b = impl_->bodies.index(b);
+  return impl_->add(std::move(named));
 }
 
 JointHandle World::add(const JointDescription& joint, BodyHandle a) {
   JointDescription named = joint;
-  named.body_a = parts_->bodies.index(a);
+  named.body_a = impl_->bodies.index(a);
   named.body_b = NONE;
-  return parts_->add(std::move(named));
+  return impl_->add(std::move(named));
 }
 
-void World::remove(JointHandle joint) { parts_->remove_joint(parts_->joints.index(joint)); }
+void World::remove(JointHandle joint) { impl_->remove_joint(impl_->joints.index(joint)); }
 
 void World::set_motor(JointHandle joint, double speed, double force) {
-  Parts& p = *parts_;
+  Impl& p = *impl_;
   const u32 index = p.joints.index(joint);
   JointDescription driven = p.scene.joints[index];
   driven.motor_speed = speed;
   driven.motor_force = force;
-  expect_sense(driven, p.scene);
+  validate(driven, p.scene);
   constexpr double most = std::numeric_limits<float>::max();
   if (precision_of(p.scene.settings) == "float" && (std::abs(speed) > most || force > most))
     throw Error(Failure::input, "joint " + std::to_string(joint.id), "has a motor that float numbers cannot hold");
@@ -157,60 +157,60 @@ void World::set_motor(JointHandle joint, double speed, double force) {
   p.motors_set = true;
 }
 
-bool World::contains(JointHandle joint) const { return parts_->joints.contains(joint); }
+bool World::contains(JointHandle joint) const { return impl_->joints.contains(joint); }
 
 std::optional<JointHandle> World::find_joint(const std::string& name) const {
-  return find_named(parts_->scene.joints, parts_->joints, name);
+  return find_named(impl_->scene.joints, impl_->joints, name);
 }
 
-std::span<const JointHandle> World::joints() const { return parts_->joints.all(); }
+std::span<const JointHandle> World::joints() const { return impl_->joints.all(); }
 
 const JointDescription& World::description(JointHandle joint) const {
-  return parts_->scene.joints[parts_->joints.index(joint)];
+  return impl_->scene.joints[impl_->joints.index(joint)];
 }
 
 void World::step(u32 count) {
   for (u32 i = 0; i < count; ++i) {
-    parts_->act();
-    parts_->engine->step();
-    parts_->forget_state();
-    parts_->kept = false;
+    impl_->act();
+    impl_->engine->step();
+    impl_->forget_state();
+    impl_->kept = false;
   }
-  if (count > 0) parts_->stepped = parts_->bodies.all();
+  if (count > 0) impl_->stepped = impl_->bodies.all();
 }
 
-u32 World::steps_done() const { return parts_->engine ? parts_->engine->steps_done() : 0; }
+u32 World::steps_done() const { return impl_->engine ? impl_->engine->steps_done() : 0; }
 Unsolved World::unsolved() const {
-  Unsolved all = parts_->unsolved;
-  if (parts_->engine) all.add(parts_->engine->unsolved());
+  Unsolved all = impl_->unsolved;
+  if (impl_->engine) all.add(impl_->engine->unsolved());
   return all;
 }
 double World::time() const { return steps_done() * time_step(); }
-double World::time_step() const { return parts_->scene.settings.dt; }
+double World::time_step() const { return impl_->scene.settings.dt; }
 
 void World::record(const std::string& path) {
   if (path.empty()) throw Error(Failure::input, "recording", "must have a path");
   expect_writable(path, "the recording", recording_signature);
   end_recording();
-  parts_->recording = path;
-  parts_->recording_files = 0;
-  parts_->recording_due = true;
+  impl_->recording = path;
+  impl_->recording_files = 0;
+  impl_->recording_due = true;
 }
 
 void World::end_recording() {
-  parts_->recording.clear();
-  parts_->recording_due = false;
-  if (parts_->engine) parts_->engine->end_recording();
+  impl_->recording.clear();
+  impl_->recording_due = false;
+  if (impl_->engine) impl_->engine->end_recording();
 }
 
 void World::apply_impulse(BodyHandle body, const Vector3& impulse, const Vector3& point) {
-  const u32 index = parts_->index_of_dynamic(body);
+  const u32 index = impl_->index_of_dynamic(body);
   expect_finite(impulse, "impulse");
   expect_finite(point, "point");
-  Engine& engine = parts_->ready();
-  const Pose& pose = parts_->poses_now()[index];
-  const Twist& velocity = parts_->velocities_now()[index];
-  parts_->set_velocity(index, engine.after_impulse(index, pose, velocity, impulse, point));
+  Engine& engine = impl_->ready();
+  const Pose& pose = impl_->current_poses()[index];
+  const Twist& velocity = impl_->current_velocities()[index];
+  impl_->set_velocity(index, engine.after_impulse(index, pose, velocity, impulse, point));
 }
 
 void World::apply_impulse(BodyHandle body, const Vector3& impulse) {
@@ -224,41 +224,41 @@ void World::apply_force(BodyHandle body, const Vector3& force, const Vector3& po
 }
 
 void World::apply(BodyHandle body, const Wrench& wrench) {
-  parts_->index_of_dynamic(body);
+  impl_->index_of_dynamic(body);
   expect_finite(wrench);
-  parts_->ask_for_loads();
-  Wrench& now = parts_->forces[body.id];
-  now = sum(now, wrench);
+  impl_->ask_for_loads();
+  Wrench& current = impl_->forces[body.id];
+  current = sum(current, wrench);
 }
 
 void World::set_load(BodyHandle body, std::function<Wrench(double time)> load) {
-  parts_->index_of_dynamic(body);
+  impl_->index_of_dynamic(body);
   if (!load) {
-    parts_->loads.erase(body.id);
+    impl_->loads.erase(body.id);
     return;
   }
-  parts_->ask_for_loads();
-  parts_->loads[body.id] = std::move(load);
+  impl_->ask_for_loads();
+  impl_->loads[body.id] = std::move(load);
 }
 
 void World::set_velocity(BodyHandle body, const Twist& velocity) {
-  const u32 index = parts_->index_of_kind(body, {BODY_DYNAMIC, BODY_KINEMATIC}, "is static and does not move");
+  const u32 index = impl_->index_of_kind(body, {BODY_DYNAMIC, BODY_KINEMATIC}, "is static and does not move");
   expect_finite(velocity);
-  parts_->arrived.erase(body.id);
-  parts_->set_velocity(index, velocity);
+  impl_->arrived.erase(body.id);
+  impl_->set_velocity(index, velocity);
 }
 
 void World::wake(BodyHandle body) {
-  const u32 index = parts_->index_of_dynamic(body);
+  const u32 index = impl_->index_of_dynamic(body);
   // whose velocity is set wakes, be it to what it was
-  parts_->set_velocity(index, parts_->velocities_now()[index]);
+  impl_->set_velocity(index, impl_->current_velocities()[index]);
 }
 
 void World::set_kinematic_target(BodyHandle body, const Pose& target) {
-  parts_->index_of_kind(body, {BODY_KINEMATIC}, "is not kinematic; only such bodies go where they are told");
+  impl_->index_of_kind(body, {BODY_KINEMATIC}, "is not kinematic; only such bodies go where they are told");
   expect_finite(target.position, "target");
   expect_unit(target.orientation);
-  parts_->targets[body.id] = target;
+  impl_->targets[body.id] = target;
 }
 
 }  // namespace lockstep

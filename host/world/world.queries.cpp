@@ -1,34 +1,34 @@
 // What is in a world, between two steps.
-#include "host/world/parts.hpp"
+#include "host/world/impl.hpp"
 
 namespace lockstep {
 
-std::span<const Pose> World::poses() { return parts_->poses_now(); }
-std::span<const Twist> World::velocities() { return parts_->velocities_now(); }
+std::span<const Pose> World::poses() { return impl_->current_poses(); }
+std::span<const Twist> World::velocities() { return impl_->current_velocities(); }
 
 Pose World::pose(BodyHandle body) {
-  const u32 index = parts_->bodies.index(body);
+  const u32 index = impl_->bodies.index(body);
   return poses()[index];
 }
 
 Twist World::velocity(BodyHandle body) {
-  const u32 index = parts_->bodies.index(body);
+  const u32 index = impl_->bodies.index(body);
   return velocities()[index];
 }
 
 bool World::is_asleep(BodyHandle body) {
-  const u32 index = parts_->bodies.index(body);
-  return parts_->ready().asleep()[index] && !parts_->new_velocities.contains(index);
+  const u32 index = impl_->bodies.index(body);
+  return impl_->ready().asleep()[index] && !impl_->new_velocities.contains(index);
 }
 
 std::span<const BodyContact> World::contacts() {
-  parts_->keep_contacts_and_events();
-  return parts_->contacts;
+  impl_->keep_contacts_and_events();
+  return impl_->contacts;
 }
 
 std::span<const BodyEvent> World::events() {
-  parts_->keep_contacts_and_events();
-  return parts_->events;
+  impl_->keep_contacts_and_events();
+  return impl_->events;
 }
 
 std::optional<BodyHit> World::cast_ray(const Vector3& origin, const Vector3& direction, double length, u32 mask) {
@@ -40,43 +40,43 @@ std::vector<std::optional<BodyHit>> World::cast_rays(std::span<const BodyRay> ra
   std::vector<RayQuery> queries;
   for (const BodyRay& ray : rays) queries.push_back({ray.origin, ray.direction, ray.length, ray.mask});
   std::vector<std::optional<BodyHit>> hits;
-  for (const std::optional<EngineHit>& hit : parts_->ready().cast_rays(queries)) {
+  for (const std::optional<EngineHit>& hit : impl_->ready().cast_rays(queries)) {
     hits.emplace_back();
-    if (hit) hits.back() = {parts_->bodies[hit->body], hit->shape, hit->distance, hit->point, hit->normal};
+    if (hit) hits.back() = {impl_->bodies[hit->body], hit->shape, hit->distance, hit->point, hit->normal};
   }
   return hits;
 }
 
 std::vector<BodyHandle> World::overlapping_sphere(const Vector3& center, double radius, u32 mask) {
-  return parts_->bodies_in({.kind = SHAPE_SPHERE, .center = center, .radius = radius, .mask = mask});
+  return impl_->bodies_in({.kind = SHAPE_SPHERE, .center = center, .radius = radius, .mask = mask});
 }
 
 std::vector<BodyHandle> World::overlapping_box(const Pose& pose, const Vector3& half_extents, u32 mask) {
-  return parts_->bodies_in({.kind = SHAPE_BOX,
-                            .center = pose.position,
-                            .rotation = pose.orientation,
-                            .half_extents = half_extents,
-                            .mask = mask});
+  return impl_->bodies_in({.kind = SHAPE_BOX,
+                           .center = pose.position,
+                           .rotation = pose.orientation,
+                           .half_extents = half_extents,
+                           .mask = mask});
 }
 
 JointState World::state(JointHandle joint) {
-  const u32 index = parts_->joints.index(joint);
-  Engine& engine = parts_->ready();
-  parts_->hand_over_velocities();
+  const u32 index = impl_->joints.index(joint);
+  Engine& engine = impl_->ready();
+  impl_->hand_over_velocities();
   return engine.joint_state(index);
 }
 
 StepErrors World::errors() {
-  Engine& engine = parts_->ready();
-  parts_->hand_over_velocities();
+  Engine& engine = impl_->ready();
+  impl_->hand_over_velocities();
   return engine.errors();
 }
 
-WorldDevice World::device() { return parts_->ready().device(); }
+WorldDevice World::device() { return impl_->ready().device(); }
 
 std::uint64_t World::state_hash() {
-  Engine& engine = parts_->ready();
-  parts_->hand_over_velocities();
+  Engine& engine = impl_->ready();
+  impl_->hand_over_velocities();
   return engine.state_hash();
 }
 

@@ -50,17 +50,20 @@ struct Wrench {
 /// A point at which two bodies touched, or could have, in the last step.
 struct BodyContact {
   BodyHandle a, b;
-  u32 shape_a, shape_b;  // by their places in the bodies' descriptions
+  u32 shape_a, shape_b;  // by their indices in the bodies' descriptions
   Vector3 point;         // on the surface of a at the end of the step, world frame, m
   Vector3 normal;        // from b to a, unit
   Vector3 impulse;       // on a, of the last sub-step, N s
 };
 
-/// Two bodies began or ceased to touch in the last step, or entered or left a sensor (then a has the sensor).
+/// Two bodies began or ceased to touch in the last step, or entered or left a trigger (then a has the trigger).
 struct BodyEvent {
   EventKind kind;
   BodyHandle a, b;
 };
+
+inline constexpr EventKind EVENT_SENSOR_ENTER [[deprecated("is called EVENT_TRIGGER_ENTER")]] = EVENT_TRIGGER_ENTER;
+inline constexpr EventKind EVENT_SENSOR_LEAVE [[deprecated("is called EVENT_TRIGGER_LEAVE")]] = EVENT_TRIGGER_LEAVE;
 
 /// A question: what does a ray meet first?
 struct BodyRay {
@@ -72,7 +75,7 @@ struct BodyRay {
 /// The nearest surface on a ray.
 struct BodyHit {
   BodyHandle body;
-  u32 shape = 0;        // by its place in the body's description
+  u32 shape = 0;        // by its index in the body's description
   double distance = 0;  // from the origin, m
   Vector3 point, normal;
 };
@@ -140,10 +143,13 @@ class World {
   BodyHandle add(const BodyDescription& body);
   /// Removes a body and the joints that hold it. Nothing tells that it ceased to touch.
   void remove(BodyHandle body);
-  /// Puts a body somewhere else, of any kind but with a lever: as though it were removed and added again, with this
+  /// Sets the pose of a body, of any kind but on a pivot: as though it were removed and added again, with this
   /// velocity, but that its handle, its joints and its load stay. Costs as adding does. Joints that then stand open
-  /// are pulled together: place all that hang together.
-  void place(BodyHandle body, const Pose& pose, const Twist& velocity = {});
+  /// are pulled together: teleport all that hang together.
+  void teleport(BodyHandle body, const Pose& pose, const Twist& velocity = {});
+  [[deprecated("is called teleport()")]] void place(BodyHandle body, const Pose& pose, const Twist& velocity = {}) {
+    teleport(body, pose, velocity);
+  }
   bool contains(BodyHandle body) const;
   /// By its name in the scene; nothing where there is none.
   std::optional<BodyHandle> find(const std::string& name) const;
@@ -191,7 +197,7 @@ class World {
   bool is_asleep(BodyHandle body);
   /// Of the last step, ordered by the bodies' shapes.
   std::span<const BodyContact> contacts();
-  /// Of the last step; asked for by the scene's setting `events` or by a sensor (docs/events.md).
+  /// Of the last step; asked for by the scene's setting `events` or by a trigger (docs/events.md).
   std::span<const BodyEvent> events();
   /// What a ray from `origin` meets first, of the shapes in the categories of `mask`; nothing within `length` is
   /// nothing. In a world whose shapes cannot touch each other there is nothing to ask, and an Error (input).
@@ -199,7 +205,7 @@ class World {
                                   u32 mask = 0xffffffffu);
   /// The same for many rays, in their order: one launch, where as many calls would be one each.
   std::vector<std::optional<BodyHit>> cast_rays(std::span<const BodyRay> rays);
-  /// Bodies with a shape, of the categories of `mask`, that overlaps a sphere, or a box; oldest first. Sensors are not
+  /// Bodies with a shape, of the categories of `mask`, that overlaps a sphere, or a box; oldest first. Triggers are not
   /// met. Refused where cast_ray() is.
   std::vector<BodyHandle> overlapping_sphere(const Vector3& center, double radius, u32 mask = 0xffffffffu);
   std::vector<BodyHandle> overlapping_box(const Pose& pose, const Vector3& half_extents, u32 mask = 0xffffffffu);
@@ -240,8 +246,8 @@ class World {
   void set_kinematic_target(BodyHandle body, const Pose& target);
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 }  // namespace lockstep

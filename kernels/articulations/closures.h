@@ -3,7 +3,7 @@
 #ifndef LOCKSTEP_ARTICULATION_CLOSURES_H
 #define LOCKSTEP_ARTICULATION_CLOSURES_H
 
-#include "articulations/answer.h"
+#include "articulations/tree_passes.h"
 
 // All that is known of them.
 typedef struct Closures {
@@ -31,7 +31,7 @@ static inline void clear_pushes(ClosureSet loops, const Closures* s, global Link
 
 #else
 
-#define HELD_SHARE (sizeof(real) == 4 ? (real)1e-5 : (real)1e-10)
+#define CLOSURE_REGULARIZATION (sizeof(real) == 4 ? (real)1e-5 : (real)1e-10)
 
 static inline ClosureSet closures_of(u32 tree, bool is_there, const Closures* s) {
   return is_there ? s->sets[tree] : no_closures();
@@ -92,8 +92,8 @@ static inline void rows_of_changes(global const LinkFactor* f, ClosureInfo closu
 #define CLOSURE_ENTRY(i, j) ((size_t)(i)*CLOSURE_STRIDE + (j))
 
 static inline real closure_pivot(real pivot, real whole) {
-  const real held = HELD_SHARE * whole;
-  return pivot > (real)0.01 * held ? pivot + held * held / pivot : (real)0;
+  const real regularization = CLOSURE_REGULARIZATION * whole;
+  return pivot > (real)0.01 * regularization ? pivot + regularization * regularization / pivot : (real)0;
 }
 
 // Column by column: each work-item has rows for itself.
@@ -149,7 +149,8 @@ static inline real free_mobility_of_end(u32 link, Vec3 arm, Twist effort, const 
   if (link == NONE) return (real)0;
   const Motion body = tree->bodies[tree->links[link].body];
   const Twist push = effort_about(arm, effort);
-  return body.inverse_mass * dot3(push.linear, push.linear) + dot3(push.angular, turn_by(body, push.angular));
+  return body.inverse_mass * dot3(push.linear, push.linear) +
+         dot3(push.angular, apply_inverse_inertia(body, push.angular));
 }
 
 static inline real free_mobility(ClosureInfo closure, global const LinkFactor* f, u32 row, const LinkTree* tree) {
@@ -177,18 +178,18 @@ static inline void write_closure_column(u32 j, ClosureSet loops, const Closures*
   for (u32 i = 0u; i < LINK_ROWS; ++i) nothing[i] = (real)0;
   for (u32 step = 0u; step < tree->levels; ++step) {
     const LinkRange at = links_up(tree->first_level, tree->levels, step, tree->link_levels);
-    for (u32 i = at.begin; i < at.end; ++i) ask_parent(i, tree->links[i], nothing, tree->factors, motions);
+    for (u32 i = at.begin; i < at.end; ++i) backward_pass(i, tree->links[i], nothing, tree->factors, motions);
   }
-  for (u32 i = begin; i < end; ++i) answer_parent(i, tree->links[i], tree->factors, motions, d);
+  for (u32 i = begin; i < end; ++i) forward_pass(i, tree->links[i], tree->factors, motions, d);
   for (u32 k = of; k < loops.first + loops.count; ++k) {
-    real answer[LINK_ROWS];
-    rows_of_changes(s->factors + k, s->closures[k], motions, answer);
+    real response[LINK_ROWS];
+    rows_of_changes(s->factors + k, s->closures[k], motions, response);
     for (u32 r = 0u; r < LINK_ROWS; ++r) {
       const u32 i = (k - loops.first) * LINK_ROWS + r;
-      if (i >= j && has_row(s->factors + k, r)) w[CLOSURE_ENTRY(i, j)] = answer[r];
+      if (i >= j && has_row(s->factors + k, r)) w[CLOSURE_ENTRY(i, j)] = response[r];
     }
   }
-  if (row == JOINT_ROWS) w[CLOSURE_ENTRY(j, j)] = w[CLOSURE_ENTRY(j, j)] + f->yield;
+  if (row == JOINT_ROWS) w[CLOSURE_ENTRY(j, j)] = w[CLOSURE_ENTRY(j, j)] + f->spring_compliance;
 }
 
 // `columns`: room for what links do, one after the other for each row of the closures.

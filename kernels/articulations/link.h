@@ -97,14 +97,14 @@ static inline real product_by_factor(const u32 n, const real* factor, const real
 
 // ---- rows ----------------------------------------------------------------------------------------------------------
 
-static inline void place_link_joint(LinkInfo link, bool angular, const Vec3* axes, Vec3 arm_a, Vec3 arm_b,
-                                    Vec3 free_axis, real rise, global LinkFactor* f) {
+static inline void set_link_joint(LinkInfo link, bool angular, const Vec3* axes, Vec3 arm_a, Vec3 arm_b, Vec3 free_axis,
+                                  real lead, global LinkFactor* f) {
   for (u32 i = 0u; i < 3u; ++i) global_store3(f->axes[i], axes[i]);
   global_store3(f->arm, link.is_b != 0u ? arm_b : arm_a);
   global_store3(f->parent_arm, link.is_b != 0u ? arm_a : arm_b);
   global_store3(f->free_linear, scale3(angular ? (real)0 : (real)1, free_axis));
   global_store3(f->free_angular, scale3(angular ? (real)1 : (real)0, free_axis));
-  f->rise = rise;
+  f->lead = lead;
 }
 
 static inline void link_rows(global const LinkFactor* f, Twist u, real* rows) {
@@ -113,21 +113,21 @@ static inline void link_rows(global const LinkFactor* f, Twist u, real* rows) {
     rows[i] = dot3(axis, u.linear);
     rows[i + 3u] = dot3(axis, u.angular);
   }
-  rows[2] = rows[2] - f->rise * rows[5];
+  rows[2] = rows[2] - f->lead * rows[5];
   rows[JOINT_ROWS] = dot3(global_vec3(f->free_linear), u.linear) + dot3(global_vec3(f->free_angular), u.angular);
 }
 
 static inline Twist link_effort(global const LinkFactor* f, const real* r) {
   const Vec3 x = global_vec3(f->axes[0]), y = global_vec3(f->axes[1]), z = global_vec3(f->axes[2]);
   const Vec3 impulse = add3(add3(scale3(r[0], x), scale3(r[1], y)), scale3(r[2], z));
-  const Vec3 moment = add3(add3(scale3(r[3], x), scale3(r[4], y)), scale3(r[5] - f->rise * r[2], z));
+  const Vec3 moment = add3(add3(scale3(r[3], x), scale3(r[4], y)), scale3(r[5] - f->lead * r[2], z));
   return make_twist(add3(impulse, scale3(r[JOINT_ROWS], global_vec3(f->free_linear))),
                     add3(moment, scale3(r[JOINT_ROWS], global_vec3(f->free_angular))));
 }
 
 static inline Twist row_effort(global const LinkFactor* f, u32 row) {
   const Vec3 none = make3((real)0, (real)0, (real)0);
-  if (row == 2u) return make_twist(global_vec3(f->axes[2]), scale3(-f->rise, global_vec3(f->axes[2])));
+  if (row == 2u) return make_twist(global_vec3(f->axes[2]), scale3(-f->lead, global_vec3(f->axes[2])));
   if (row < 3u) return make_twist(global_vec3(f->axes[row]), none);
   if (row < JOINT_ROWS) return make_twist(none, global_vec3(f->axes[row - 3u]));
   return make_twist(global_vec3(f->free_linear), global_vec3(f->free_angular));
@@ -179,7 +179,7 @@ static inline void factorise_link(LinkInfo link, u32 rows, Motion body, global c
       if ((rows >> s & 1u) != 0u) mobility[ENTRY_INDEX(r, s)] = product_by_factor(6u, inertia, lower[r], lower[s]);
     }
   }
-  if ((rows >> JOINT_ROWS & 1u) != 0u) mobility[ROW_ENTRIES - 1u] = mobility[ROW_ENTRIES - 1u] + f->yield;
+  if ((rows >> JOINT_ROWS & 1u) != 0u) mobility[ROW_ENTRIES - 1u] = mobility[ROW_ENTRIES - 1u] + f->spring_compliance;
   factorise_rows(count, rows, mobility);
   for (u32 k = 0u; k < ROW_ENTRIES; ++k) f->mobility[k] = mobility[k];
 

@@ -48,7 +48,7 @@ static inline void link_off(LinkInfo link, const Articulations* s, global const 
   link_rows(f, u, off);
   const real free = s->joint_impulses[link.slot / PACK].free[link.slot % PACK];
   const real along = link.is_b != 0u ? free : -free;
-  off[JOINT_ROWS] = off[JOINT_ROWS] + f->yield * along;
+  off[JOINT_ROWS] = off[JOINT_ROWS] + f->spring_compliance * along;
   for (u32 i = 0u; i < LINK_ROWS; ++i)
     off[i] = f->mobility[ENTRY_INDEX(i, i)] > (real)0 ? off[i] + f->error[i] : (real)0;
 #if FEATURE_TOLERANCE
@@ -65,7 +65,7 @@ static inline void link_up(u32 index, const Articulations* s) {
   const LinkInfo link = s->links[index];
   real off[LINK_ROWS];
   link_off(link, s, s->factors + index, off);
-  ask_parent(index, link, off, s->factors, s->link_motions);
+  backward_pass(index, link, off, s->factors, s->link_motions);
 }
 
 static inline void add_impulses(u32 slot, bool is_b, const real* d, global JointImpulseBlock* joint_impulses) {
@@ -81,7 +81,7 @@ static inline void add_impulses(u32 slot, bool is_b, const real* d, global Joint
 static inline void link_down(u32 index, bool last, const Articulations* s) {
   const LinkInfo link = s->links[index];
   real d[LINK_ROWS];
-  answer_parent(index, link, s->factors, s->link_motions, d);
+  forward_pass(index, link, s->factors, s->link_motions, d);
   if (last && link.joint != NONE) add_impulses(link.slot, link.is_b != 0u, d, s->joint_impulses);
 }
 
@@ -108,7 +108,7 @@ static inline void link_push(u32 index, const Articulations* s) {
   const Twist push = push_on_link(index, link, s->factors, s->link_motions);
   Motion body = s->motions[link.body];
   store3(body.v, add3(vec3(body.v), scale3(body.inverse_mass, push.linear)));
-  store3(body.w, add3(vec3(body.w), turn_by(body, push.angular)));
+  store3(body.w, add3(vec3(body.w), apply_inverse_inertia(body, push.angular)));
   s->motions[link.body] = body;
 }
 
@@ -117,7 +117,7 @@ static inline void link_push(u32 index, const Articulations* s) {
 static inline void solve_articulation_groups(u32 count, const Articulations* s) {
   u32 tree = (u32)get_group_id(0);
   do {
-    const bool is_there = tree < count && !SWEEP_IS_VOID(s->counters) && !is_asleep(s->sleepers, s->trees[tree].root);
+    const bool is_there = tree < count && !SWEEP_SKIPPED(s->counters) && !is_asleep(s->sleepers, s->trees[tree].root);
     const u32 first = is_there ? s->trees[tree].first_level : 0u, levels = is_there ? s->trees[tree].level_count : 0u;
     const ClosureSet loops = closures_of(tree, is_there, &s->loops);
     clear_pushes(loops, &s->loops, s->link_motions);

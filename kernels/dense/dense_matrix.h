@@ -6,7 +6,7 @@
 #include "common.h"
 #include "frame.h"
 #include "rigid_body.h"
-#include "visit_contact.h"
+#include "solve_contact.h"
 
 // The blocks of a pair of tiles: w[k][i][j] is what component j of the impulse of the column's contact k makes of
 // component i of the velocities of the row's contacts, a lane each, so that a column is read in lanes.
@@ -15,7 +15,7 @@ typedef struct DenseBlock {
 } DenseBlock;
 
 // Of the contacts of a tile, along the normal and the two tangents: relative velocities with their biases, impulses,
-// and by what their last visits changed these.
+// and by what their last solves changed these.
 typedef struct DenseTile {
   real u[3][PACK], r[3][PACK], d[3][PACK];
   real friction[PACK];
@@ -76,11 +76,11 @@ static inline DenseMoved dense_move(Vec3 impulse, Vec3 arm_a, Vec3 arm_b, const 
   DenseMoved moved = {still, still, still, still};
   if (a.inverse_mass > (real)0) {
     moved.v_a = add3(still, scale3(a.inverse_mass, impulse));
-    moved.w_a = add3(still, turn_by(a, cross3(arm_a, impulse)));
+    moved.w_a = add3(still, apply_inverse_inertia(a, cross3(arm_a, impulse)));
   }
   if (b.inverse_mass > (real)0) {
     moved.v_b = sub3(still, scale3(b.inverse_mass, impulse));
-    moved.w_b = sub3(still, turn_by(b, cross3(arm_b, impulse)));
+    moved.w_b = sub3(still, apply_inverse_inertia(b, cross3(arm_b, impulse)));
   }
   return moved;
 }

@@ -59,7 +59,7 @@ static inline void dense_store(LaneCone x, global real (*to)[PACK], u32 first) {
 }
 
 // Solves contact k for itself, and returns by what its impulse changes. All lanes do the same.
-static inline LaneCone dense_visit(u32 k, global const DenseBlock* own, global DenseTile* tile, lane* change) {
+static inline LaneCone dense_solve_contact(u32 k, global const DenseBlock* own, global DenseTile* tile, lane* change) {
   const lane_mask all = (lane_mask)-1;
   global const real(*block)[3][PACK] = own->w[k];
   LaneDelassus w;
@@ -85,7 +85,7 @@ static inline LaneCone dense_visit(u32 k, global const DenseBlock* own, global D
 }
 
 // One work-item: the contacts of a tile one after another.
-static inline void dense_visit_tile(u32 tile, const DenseProblem* p) {
+static inline void dense_solve_tile(u32 tile, const DenseProblem* p) {
   u32 pair = p->tile_starts[tile];
   while (p->coupled_tiles[pair].row != tile) ++pair;
   global const DenseBlock* own = p->blocks + pair;
@@ -93,7 +93,7 @@ static inline void dense_visit_tile(u32 tile, const DenseProblem* p) {
   const u32 count = p->contact_tiles[tile].count;
   lane change = (lane)0;
   for (u32 k = 0u; k < count; ++k) {
-    const LaneCone d = dense_visit(k, own, at, &change);
+    const LaneCone d = dense_solve_contact(k, own, at, &change);
     if (dense_is_still(at->d, k)) continue;
     for (u32 first = 0u; first < PACK; first += LANES) {
       LaneCone u = dense_load(at->u, first);
@@ -125,14 +125,14 @@ static inline void dense_sweep_worlds(u32 sweeps, u32 worlds, const DenseProblem
   const u32 contacts = p->counters[COUNTER_CONTACTS];
   u32 world = (u32)get_group_id(0);
   do {
-    const bool is_there = world < worlds && !SWEEP_IS_VOID(p->counters);
+    const bool is_there = world < worlds && !SWEEP_SKIPPED(p->counters);
     const u32 first = is_there ? first_contact_of_world(world, contacts, p->contacts) : 0u;
     const u32 count = is_there ? first_contact_of_world(world + 1u, contacts, p->contacts) - first : 0u;
     const u32 tiles = (count + PACK - 1u) / PACK, steps = sweeps * tiles;
     u32 step = 0u;
     do {
       const u32 tile = first / PACK + world + (step < steps ? step % tiles : 0u);
-      if (step < steps && get_local_id(0) == 0) dense_visit_tile(tile, p);
+      if (step < steps && get_local_id(0) == 0) dense_solve_tile(tile, p);
       barrier(CLK_GLOBAL_MEM_FENCE);
       const u32 items = step < steps ? (p->tile_starts[tile + 1u] - p->tile_starts[tile]) * ITEMS_PER_BLOCK : 0u;
       for (u32 item = (u32)get_local_id(0); item < items; item += (u32)get_local_size(0))

@@ -143,37 +143,37 @@ static inline void descent_note(lane squared, const u32* worlds, global Descent*
 }
 #endif
 
-// To the sides' own places among those of their bodies; those of bodies that cannot move have none.
+// To the sides' own slots among those of their bodies; those of bodies that cannot move have none.
 #if LANES == 1
-static inline void lane_scatter_placed(LaneLines r, global Real8* lines, global const u32* places) {
-  if (places[0] != NONE) lines[places[0]] = (Real8)(r.c0, r.c1, r.c2, r.c3, r.c4, r.c5, r.c6, r.c7);
+static inline void lane_scatter_to_slots(LaneLines r, global Real8* lines, global const u32* slots) {
+  if (slots[0] != NONE) lines[slots[0]] = (Real8)(r.c0, r.c1, r.c2, r.c3, r.c4, r.c5, r.c6, r.c7);
 }
 #else
-#define PLACE(k, line) \
-  if (places[k] != NONE) lines[places[k]] = line
-static inline void scatter_placed8(Rows8 components, global Real8* lines, global const u32* places) {
+#define STORE_LINE(k, line) \
+  if (slots[k] != NONE) lines[slots[k]] = line
+static inline void scatter_to_slots8(Rows8 components, global Real8* lines, global const u32* slots) {
   const Rows8 m = transpose8(components);
-  PLACE(0, m.r0);
-  PLACE(1, m.r1);
-  PLACE(2, m.r2);
-  PLACE(3, m.r3);
-  PLACE(4, m.r4);
-  PLACE(5, m.r5);
-  PLACE(6, m.r6);
-  PLACE(7, m.r7);
+  STORE_LINE(0, m.r0);
+  STORE_LINE(1, m.r1);
+  STORE_LINE(2, m.r2);
+  STORE_LINE(3, m.r3);
+  STORE_LINE(4, m.r4);
+  STORE_LINE(5, m.r5);
+  STORE_LINE(6, m.r6);
+  STORE_LINE(7, m.r7);
 }
-static inline void lane_scatter_placed(LaneLines r, global Real8* lines, global const u32* places) {
+static inline void lane_scatter_to_slots(LaneLines r, global Real8* lines, global const u32* slots) {
   Rows8 m;
 #if LANES == 8
   m.r0 = r.c0, m.r1 = r.c1, m.r2 = r.c2, m.r3 = r.c3, m.r4 = r.c4, m.r5 = r.c5, m.r6 = r.c6, m.r7 = r.c7;
-  scatter_placed8(m, lines, places);
+  scatter_to_slots8(m, lines, slots);
 #else
   m.r0 = r.c0.lo, m.r1 = r.c1.lo, m.r2 = r.c2.lo, m.r3 = r.c3.lo;
   m.r4 = r.c4.lo, m.r5 = r.c5.lo, m.r6 = r.c6.lo, m.r7 = r.c7.lo;
-  scatter_placed8(m, lines, places);
+  scatter_to_slots8(m, lines, slots);
   m.r0 = r.c0.hi, m.r1 = r.c1.hi, m.r2 = r.c2.hi, m.r3 = r.c3.hi;
   m.r4 = r.c4.hi, m.r5 = r.c5.hi, m.r6 = r.c6.hi, m.r7 = r.c7.hi;
-  scatter_placed8(m, lines, places + 8);
+  scatter_to_slots8(m, lines, slots + 8);
 #endif
 }
 #endif
@@ -184,22 +184,22 @@ typedef struct LaneStep {
   lane length, uphill, change;
 } LaneStep;
 
-static inline LaneLines lane_part(Lane3 impulse, Lane3 moment, lane_mask counted, lane length, lane uphill) {
-  LaneLines part;
-  part.c0 = impulse.x, part.c1 = impulse.y, part.c2 = impulse.z;
-  part.c3 = counted ? length : (lane)0;
-  part.c4 = moment.x, part.c5 = moment.y, part.c6 = moment.z;
-  part.c7 = counted ? uphill : (lane)0;
-  return part;
+static inline LaneLines lane_contribution(Lane3 impulse, Lane3 moment, lane_mask counted, lane length, lane uphill) {
+  LaneLines contribution;
+  contribution.c0 = impulse.x, contribution.c1 = impulse.y, contribution.c2 = impulse.z;
+  contribution.c3 = counted ? length : (lane)0;
+  contribution.c4 = moment.x, contribution.c5 = moment.y, contribution.c6 = moment.z;
+  contribution.c7 = counted ? uphill : (lane)0;
+  return contribution;
 }
 
-static inline void lane_store_parts(LaneStep step, global Velocity* parts, global const u32* places_a,
-                                    global const u32* places_b) {
-  const lane_mask has_a = LANE_MASK(LANE_LOAD_U32(places_a) != (lane_u32)NONE);
-  lane_scatter_placed(lane_part(step.impulse_a, step.moment_a, has_a, step.length, step.uphill), (global Real8*)parts,
-                      places_a);
-  lane_scatter_placed(lane_part(step.impulse_b, step.moment_b, !has_a, step.length, step.uphill), (global Real8*)parts,
-                      places_b);
+static inline void lane_store_contributions(LaneStep step, global Velocity* contributions, global const u32* slots_a,
+                                            global const u32* slots_b) {
+  const lane_mask has_a = LANE_MASK(LANE_LOAD_U32(slots_a) != (lane_u32)NONE);
+  lane_scatter_to_slots(lane_contribution(step.impulse_a, step.moment_a, has_a, step.length, step.uphill),
+                        (global Real8*)contributions, slots_a);
+  lane_scatter_to_slots(lane_contribution(step.impulse_b, step.moment_b, !has_a, step.length, step.uphill),
+                        (global Real8*)contributions, slots_b);
 }
 
 static inline lane lane_ahead(lane_mask moved, lane beta, lane next, lane r, lane y) {

@@ -4,28 +4,28 @@
 #define LOCKSTEP_GRADIENT_JOINTS_H
 
 #include "gradient/descent.h"
-#include "joints/visit_joint.h"
+#include "joints/solve_joint.h"
 
 #if FEATURE_JOINTS
 
 // Pairs in contact and joints of a body that can move.
-static inline real sides_of(u32 body, u32 bodies, global const BodyInfo* body_infos, global const u32* part_starts,
-                            global const u32* joint_part_starts) {
+static inline real sides_of(u32 body, u32 bodies, global const BodyInfo* body_infos, global const u32* body_copy_starts,
+                            global const u32* joint_side_starts) {
   if (body >= bodies || body_infos[body].kind != BODY_DYNAMIC) return (real)0;
   u32 pairs = 0u;
 #if FEATURE_CONTACTS
-  pairs = part_starts[body + 1u] - part_starts[body];
+  pairs = body_copy_starts[body + 1u] - body_copy_starts[body];
 #endif
-  return (real)(pairs + (joint_part_starts[body + 1u] - joint_part_starts[body]));
+  return (real)(pairs + (joint_side_starts[body + 1u] - joint_side_starts[body]));
 }
 
 // Lane `at` of a block begins from the impulses that it has.
 static inline void gradient_begin_joint(u32 at, u32 bodies, global const JointLanes* lanes,
                                         global const JointImpulseBlock* r, global const BodyInfo* body_infos,
-                                        global const u32* part_starts, global const u32* joint_part_starts,
+                                        global const u32* body_copy_starts, global const u32* joint_side_starts,
                                         global GradientJoints* gradient) {
-  const real sides_a = sides_of(lanes->body_a[at], bodies, body_infos, part_starts, joint_part_starts);
-  const real sides_b = sides_of(lanes->body_b[at], bodies, body_infos, part_starts, joint_part_starts);
+  const real sides_a = sides_of(lanes->body_a[at], bodies, body_infos, body_copy_starts, joint_side_starts);
+  const real sides_b = sides_of(lanes->body_b[at], bodies, body_infos, body_copy_starts, joint_side_starts);
   gradient->sides[at] = lanes->joint[at] == NONE ? (real)1 : (sides_a > sides_b ? sides_a : sides_b);
   for (u32 i = 0u; i < JOINT_ROWS; ++i) gradient->next.locked[i][at] = gradient->y.locked[i][at] = r->locked[i][at];
   gradient->next.free[at] = gradient->y.free[at] = r->free[at];
@@ -56,7 +56,8 @@ static inline LaneJointPush lane_joint_push(global const JointBlock* block, lane
 
 static inline lane lane_joint_product(LaneJointPush x, LaneJointPush y, const LaneBody* a, const LaneBody* b) {
   return (a->inverse_mass + b->inverse_mass) * lane_dot3(x.impulse, y.impulse) +
-         lane_dot3(x.moment_a, lane_turn_by(*a, y.moment_a)) + lane_dot3(x.moment_b, lane_turn_by(*b, y.moment_b));
+         lane_dot3(x.moment_a, lane_apply_inverse_inertia(*a, y.moment_a)) +
+         lane_dot3(x.moment_b, lane_apply_inverse_inertia(*b, y.moment_b));
 }
 
 #if FEATURE_TOLERANCE
@@ -64,13 +65,13 @@ static inline lane lane_joint_product(LaneJointPush x, LaneJointPush y, const La
 static inline LaneBody lane_moved_by(const LaneBody* body, Lane3 impulse, Lane3 moment) {
   LaneBody moved = *body;
   moved.v = lane_scale3(body->inverse_mass, impulse);
-  moved.w = lane_turn_by(*body, moment);
+  moved.w = lane_apply_inverse_inertia(*body, moment);
   return moved;
 }
 #endif
 
 static inline void gradient_step_joints(u32 first, u32 bodies, global const JointLanes* lanes,
-                                        global const JointBlock* block, global const JointParts* parts,
+                                        global const JointBlock* block, global const JointSideSlots* slots,
                                         global const BodyInfo* body_infos, global const Motion* motions,
                                         global JointImpulseBlock* impulses, global GradientJoints* gradient,
                                         global Velocity* joint_sides, global Descent* descents) {
@@ -104,12 +105,14 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
     before = before + sigma * (LANE_LOAD(block->coupling[i] + first) * d[i]);
   }
 
-  const lane old = y[JOINT_ROWS], own = LANE_LOAD(block->own + first), shared = LANE_LOAD(block->shared + first);
-  const lane e = sigma * (own - g * sigma * shared);
+  const lane old = y[JOINT_ROWS], free_mobility = LANE_LOAD(block->free_mobility + first),
+             coupled_mobility = LANE_LOAD(block->coupled_mobility + first);
+  const lane e = sigma * (free_mobility - g * sigma * coupled_mobility);
   const lane q = before - e * old;
   const lane slowest = LANE_LOAD(block->slowest + first), fastest = LANE_LOAD(block->fastest + first);
-  const lane give = LANE_LOAD(block->give + first) * ((own - shared / ((lane)1 + softness)) / e);
-  const lane bounded = lane_free_speed(block, first, e, q, slowest, fastest, give);
+  const lane bound_softness =
+      LANE_LOAD(block->bound_softness + first) * ((free_mobility - coupled_mobility / ((lane)1 + softness)) / e);
+  const lane bounded = lane_free_speed(block, first, e, q, slowest, fastest, bound_softness);
   const lane r_free = e > (lane)0 ? (bounded - q) / e : (lane)0;
   const lane change = r_free - old;
 
@@ -129,21 +132,21 @@ static inline void gradient_step_joints(u32 first, u32 bodies, global const Join
   const LaneJointPush push = lane_joint_push(block, angular, first, arm_a, arm_b, d, change);
   const LaneJointPush along = lane_joint_push(block, angular, first, arm_a, arm_b, ahead, r_free - r[JOINT_ROWS]);
   const Lane3 nothing = lane_make3((lane)0, (lane)0, (lane)0);
-  LaneStep step_now;
-  step_now.impulse_a = lane_sub3(nothing, push.impulse);
-  step_now.moment_a = lane_sub3(nothing, push.moment_a);
-  step_now.impulse_b = push.impulse;
-  step_now.moment_b = push.moment_b;
-  step_now.length = sides * lane_joint_product(push, push, &a, &b);
-  step_now.uphill = -(sides * lane_joint_product(push, along, &a, &b));
-  step_now.change = (lane)0;
+  LaneStep lane_step;
+  lane_step.impulse_a = lane_sub3(nothing, push.impulse);
+  lane_step.moment_a = lane_sub3(nothing, push.moment_a);
+  lane_step.impulse_b = push.impulse;
+  lane_step.moment_b = push.moment_b;
+  lane_step.length = sides * lane_joint_product(push, push, &a, &b);
+  lane_step.uphill = -(sides * lane_joint_product(push, along, &a, &b));
+  lane_step.change = (lane)0;
 #if FEATURE_TOLERANCE
-  const LaneBody moved_a = lane_moved_by(&a, step_now.impulse_a, step_now.moment_a);
+  const LaneBody moved_a = lane_moved_by(&a, lane_step.impulse_a, lane_step.moment_a);
   const LaneBody moved_b = lane_moved_by(&b, push.impulse, push.moment_b);
   const lane squared = sigma * sigma * lane_joint_change(nothing, nothing, arm_a, arm_b, &moved_a, &moved_b);
   descent_note((there & !world.settled & (squared > (lane)0)) ? squared : (lane)0, worlds, descents);
 #endif
-  lane_store_parts(step_now, joint_sides, parts->place_a + first, parts->place_b + first);
+  lane_store_contributions(lane_step, joint_sides, slots->slot_a + first, slots->slot_b + first);
 }
 
 // The impulses that the last good step led to.

@@ -3,7 +3,7 @@
 #define LOCKSTEP_GRADIENT_PAIRS_H
 
 #include "gradient/descent.h"
-#include "visit_contact.h"
+#include "solve_contact.h"
 
 // The nearest point of the cone.
 static inline LaneCone lane_project_on_cone(LaneCone r, lane friction) {
@@ -18,10 +18,10 @@ static inline LaneCone lane_project_on_cone(LaneCone r, lane friction) {
 }
 
 // How many times more sides a body has with its joints than its pairs in contact alone; 1 where it cannot move.
-static inline real joined_share(u32 body, real pairs, global const u32* joint_part_starts) {
+static inline real joined_share(u32 body, real pairs, global const u32* joint_side_starts) {
 #if FEATURE_JOINTS
   if (!(pairs > (real)0)) return (real)1;
-  return (real)1 + (real)(joint_part_starts[body + 1u] - joint_part_starts[body]) / pairs;
+  return (real)1 + (real)(joint_side_starts[body + 1u] - joint_side_starts[body]) / pairs;
 #else
   return (real)1;
 #endif
@@ -38,11 +38,11 @@ static inline real contact_metric(global const ContactBlock* block, u32 at, u32 
 // Lane `at` of a block begins from the impulses that it has. One that has no contact in a row stays at zero.
 static inline void gradient_begin_pair(u32 at, global const BlockBodies* bodies, BlockRows rows,
                                        global const ContactBlock* contact_blocks,
-                                       global const ImpulseBlock* impulse_blocks, global const PartBlock* parts,
-                                       global const u32* joint_part_starts, global GradientRow* gradient_rows) {
+                                       global const ImpulseBlock* impulse_blocks, global const BodyCopyBlock* copies,
+                                       global const u32* joint_side_starts, global GradientRow* gradient_rows) {
   const u32 count = bodies->count[at];
-  const real share = larger_real(joined_share(bodies->body_a[at], parts->parts_a[at], joint_part_starts),
-                                 joined_share(bodies->body_b[at], parts->parts_b[at], joint_part_starts));
+  const real share = larger_real(joined_share(bodies->body_a[at], copies->copies_a[at], joint_side_starts),
+                                 joined_share(bodies->body_b[at], copies->copies_b[at], joint_side_starts));
   for (u32 k = 0u; k < rows.count; ++k) {
     global GradientRow* row = gradient_rows + rows.first + k;
     global const ImpulseBlock* r = impulse_blocks + rows.first + k;
@@ -111,9 +111,9 @@ static inline void worlds_of_pairs(u32 first, global const BlockBodies* bodies, 
 
 static inline void gradient_step_pairs(u32 first, global const BlockBodies* bodies, BlockRows rows,
                                        global const ContactBlock* contact_blocks, global const SlideBlock* slide_blocks,
-                                       global const PartBlock* parts, global const Contact* contacts,
+                                       global const BodyCopyBlock* copies, global const Contact* contacts,
                                        global const Motion* motions, global ImpulseBlock* impulse_blocks,
-                                       global GradientRow* gradient_rows, global Velocity* body_parts,
+                                       global GradientRow* gradient_rows, global Velocity* pair_sides,
                                        global Descent* descents) {
   u32 worlds[LANES];
   worlds_of_pairs(first, bodies, contacts, worlds);
@@ -122,18 +122,18 @@ static inline void gradient_step_pairs(u32 first, global const BlockBodies* bodi
   const LaneBody b = lane_load_bodies(motions, bodies->body_b + first);
   const lane_u32 count = LANE_LOAD_U32(bodies->count + first);
   const Lane3 nothing = lane_make3((lane)0, (lane)0, (lane)0);
-  LaneStep step_now;
-  step_now.impulse_a = step_now.moment_a = step_now.impulse_b = step_now.moment_b = nothing;
-  step_now.length = step_now.uphill = step_now.change = (lane)0;
+  LaneStep lane_step;
+  lane_step.impulse_a = lane_step.moment_a = lane_step.impulse_b = lane_step.moment_b = nothing;
+  lane_step.length = lane_step.uphill = lane_step.change = (lane)0;
   for (u32 k = 0u; k < rows.count; ++k) {
     gradient_step_row(first, LANE_MASK(count > (lane_u32)k), world, contact_blocks + rows.first + k,
                       slide_blocks + rows.first + k, impulse_blocks + rows.first + k, gradient_rows + rows.first + k,
-                      &a, &b, &step_now);
+                      &a, &b, &lane_step);
   }
 #if FEATURE_TOLERANCE
-  descent_note(world.settled ? (lane)0 : step_now.change, worlds, descents);
+  descent_note(world.settled ? (lane)0 : lane_step.change, worlds, descents);
 #endif
-  lane_store_parts(step_now, body_parts, parts->place_a + first, parts->place_b + first);
+  lane_store_contributions(lane_step, pair_sides, copies->slot_a + first, copies->slot_b + first);
 }
 
 // The impulses that the last good step led to.

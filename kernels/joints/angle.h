@@ -1,11 +1,11 @@
-// The angle of a turn about z. cpu_reference/joints/angle.hpp is the twin and gives the formula.
+// The angle of a rotation about z. cpu_reference/joints/angle.hpp is the twin and gives the formula.
 #ifndef LOCKSTEP_JOINT_ANGLE_H
 #define LOCKSTEP_JOINT_ANGLE_H
 
 #include "types.h"
 
 // 2 atan2(z, w) for w >= 0.
-static inline real turn_angle(real z, real w) {
+static inline real rotation_angle(real z, real w) {
   const real r = w + sqrt(z * z + w * w);
   if (!(r > (real)0)) return (real)0;
   const real half_tangent = z / r;
@@ -19,8 +19,8 @@ static inline real turn_angle(real z, real w) {
 
 // atan2(y, x); r is the length of (x, y).
 static inline real direction_angle(real x, real y, real r) {
-  if (!(x < (real)0)) return turn_angle(y, r + x);
-  return y < (real)0 ? turn_angle(x - r, -y) : turn_angle(r - x, y);
+  if (!(x < (real)0)) return rotation_angle(y, r + x);
+  return y < (real)0 ? rotation_angle(x - r, -y) : rotation_angle(r - x, y);
 }
 
 #endif

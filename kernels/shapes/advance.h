@@ -22,7 +22,7 @@ static inline Mover make_mover(u32 kind, global const Shape* shape, global const
   m.pose = pose;
   m.v = make3(motion->v[0], motion->v[1], motion->v[2]);
   m.w = make3(motion->w[0], motion->w[1], motion->w[2]);
-  m.radius = kind == SHAPE_SPHERE ? arm : arm + shape->reach;
+  m.radius = kind == SHAPE_SPHERE ? arm : arm + shape->bounding_radius;
   m.unbounded = kind == SHAPE_PLANE;
   return m;
 }
@@ -30,21 +30,21 @@ static inline Mover make_mover(u32 kind, global const Shape* shape, global const
 static inline Pose advance_pose(const Mover* m, real time) {
   Pose pose;
   pose.position = add3(m->pose.position, scale3(time, m->v));
-  pose.orientation = turn4(m->pose.orientation, m->w, time);
+  pose.orientation = integrate_orientation(m->pose.orientation, m->w, time);
   return pose;
 }
 
 // No gap along the normal from b to a closes faster in the step.
 static inline real closing_speed(const Mover* a, const Mover* b, Vec3 normal, real h) {
   const Vec3 v = sub3(b->v, a->v);
-  const real turn_a = length3(a->w), turn_b = length3(b->w);
-  if ((a->unbounded && turn_a > (real)0) || (b->unbounded && turn_b > (real)0)) {
+  const real angular_speed_a = length3(a->w), angular_speed_b = length3(b->w);
+  if ((a->unbounded && angular_speed_a > (real)0) || (b->unbounded && angular_speed_b > (real)0)) {
     const real speed = length3(v);
     const real far = length3(sub3(a->pose.position, b->pose.position)) + h * speed;
-    return speed + turn_a * (a->unbounded ? far + b->radius : a->radius) +
-           turn_b * (b->unbounded ? far + a->radius : b->radius);
+    return speed + angular_speed_a * (a->unbounded ? far + b->radius : a->radius) +
+           angular_speed_b * (b->unbounded ? far + a->radius : b->radius);
   }
-  return dot3(normal, v) + turn_a * a->radius + turn_b * b->radius;
+  return dot3(normal, v) + angular_speed_a * a->radius + angular_speed_b * b->radius;
 }
 
 // The smallest gap of a manifold that has points.
@@ -122,10 +122,11 @@ static inline void add_core(Manifold* m, bool of_a, real radius) {
 
 // A manifold at the impact, seen from the start of the step.
 static inline void bring_back(Manifold* m, const Mover* a, const Mover* b, real time) {
-  const Quat turned_a = turn4(a->pose.orientation, a->w, time), turned_b = turn4(b->pose.orientation, b->w, time);
+  const Quat later_a = integrate_orientation(a->pose.orientation, a->w, time),
+             later_b = integrate_orientation(b->pose.orientation, b->w, time);
   for (u32 k = 0u; k < m->count; ++k) {
-    m->points[k].anchor_a = carry3(turned_a, a->pose.orientation, m->points[k].anchor_a);
-    m->points[k].anchor_b = carry3(turned_b, b->pose.orientation, m->points[k].anchor_b);
+    m->points[k].anchor_a = carry3(later_a, a->pose.orientation, m->points[k].anchor_a);
+    m->points[k].anchor_b = carry3(later_b, b->pose.orientation, m->points[k].anchor_b);
   }
   m->frame = NORMAL_OF_IMPACT;
 }

@@ -227,7 +227,7 @@ LANE_INLINE void face_points(FacePoints* points, const FacePair* f) {
 }
 
 // A vector of the frame turned so that the reference axis is the third.
-static inline Lane3 box_turned_back(lane_mask k0, lane_mask k1, lane x, lane y, lane z) {
+static inline Lane3 box_permuted_back(lane_mask k0, lane_mask k1, lane x, lane y, lane z) {
   return lane_make3(BOX_PICK(k0, k1, z, y, x), BOX_PICK(k0, k1, x, z, y), BOX_PICK(k0, k1, y, x, z));
 }
 
@@ -247,13 +247,13 @@ LANE_INLINE LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const Box
   const lane zero = LANE_OF(0), up = f.top == zero ? LANE_OF(-1) : LANE_OF(1);
   const lane_mask k0 = f.axis == zero, k1 = f.axis == LANE_OF(1);
   LaneManifold m;
-  m.normal = lane_out_of_frame(axes, box_turned_back(k0, k1, zero, zero, f.from_b ? up : -up));
+  m.normal = lane_out_of_frame(axes, box_permuted_back(k0, k1, zero, zero, f.from_b ? up : -up));
   m.frame = f.from_b ? LANE_OF(NORMAL_OF_B) : LANE_OF(NORMAL_OF_A);
   m.radius_a = m.radius_b = zero;
   for (int k = 0; k < 4; ++k) {
     const lane s = f.s0 + f.sx * four.x[k] + f.sy * four.y[k];
-    const Lane3 on_face = box_turned_back(k0, k1, four.x[k], four.y[k], up * f.hz);
-    const Lane3 above = box_turned_back(k0, k1, four.x[k], four.y[k], up * (f.hz + s));
+    const Lane3 on_face = box_permuted_back(k0, k1, four.x[k], four.y[k], up * f.hz);
+    const Lane3 above = box_permuted_back(k0, k1, four.x[k], four.y[k], up * (f.hz + s));
     const Lane3 reference = lane_add3(center, lane_out_of_frame(axes, on_face));
     const Lane3 incident = lane_add3(center, lane_out_of_frame(axes, above));
     m.anchor_a[k] = lane_make3(f.from_b ? incident.x : reference.x, f.from_b ? incident.y : reference.y,
@@ -317,21 +317,21 @@ LANE_INLINE LaneManifold box_edges(const LaneBox* a, const LaneBox* b, const Box
 
 // ---- one pair ----------------------------------------------------------------------------------------------------
 
-static inline LaneBox box_in_all_lanes(Placed placed) {
+static inline LaneBox box_in_all_lanes(WorldShape world_shape) {
   LaneBox box;
-  box.center = lane_make3(LANE_OF(placed.center.x), LANE_OF(placed.center.y), LANE_OF(placed.center.z));
-  box.extents = lane_make3(LANE_OF(placed.size.x), LANE_OF(placed.size.y), LANE_OF(placed.size.z));
-  box.rotation.x = LANE_OF(placed.rotation.x);
-  box.rotation.y = LANE_OF(placed.rotation.y);
-  box.rotation.z = LANE_OF(placed.rotation.z);
-  box.rotation.w = LANE_OF(placed.rotation.w);
+  box.center = lane_make3(LANE_OF(world_shape.center.x), LANE_OF(world_shape.center.y), LANE_OF(world_shape.center.z));
+  box.extents = lane_make3(LANE_OF(world_shape.size.x), LANE_OF(world_shape.size.y), LANE_OF(world_shape.size.z));
+  box.rotation.x = LANE_OF(world_shape.rotation.x);
+  box.rotation.y = LANE_OF(world_shape.rotation.y);
+  box.rotation.z = LANE_OF(world_shape.rotation.z);
+  box.rotation.w = LANE_OF(world_shape.rotation.w);
   return box;
 }
 
 static inline Vec3 box_first3(Lane3 v) { return make3(LANE_FIRST(v.x), LANE_FIRST(v.y), LANE_FIRST(v.z)); }
 
-static inline Manifold box_box(Placed placed_a, Placed placed_b, real limit) {
-  const LaneBox a = box_in_all_lanes(placed_a), b = box_in_all_lanes(placed_b);
+static inline Manifold box_box(WorldShape shape_a, WorldShape shape_b, real limit) {
+  const LaneBox a = box_in_all_lanes(shape_a), b = box_in_all_lanes(shape_b);
   const BoxPair pair = box_pair(&a, &b);
   lane code;
   const lane separation = box_axis(&a, &b, &pair, &code);

@@ -37,7 +37,7 @@ static inline u32 coordinates_outside(Vec3 p, Vec3 extents) {
 }
 
 // a is the sphere. Over a face, or inside, the normal is that of the face; over an edge or corner it points from there.
-static inline Manifold sphere_box(Placed a, Placed b) {
+static inline Manifold sphere_box(WorldShape a, WorldShape b) {
   const Axes axes = axes_of(b.rotation);
   const Vec3 p = into_frame(axes, sub3(a.center, b.center));
   if (coordinates_outside(p, b.size) > 1) {
@@ -53,7 +53,7 @@ static inline Manifold sphere_box(Placed a, Placed b) {
 }
 
 // The four corners of the face of the box that looks into the plane most.
-static inline Manifold box_plane(Placed a, Placed b) {
+static inline Manifold box_plane(WorldShape a, WorldShape b) {
   const Axes axes = axes_of(a.rotation);
   const Vec3 normal = plane_normal(b.rotation);
   const Vec3 n = into_frame(axes, normal);

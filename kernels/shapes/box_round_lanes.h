@@ -24,9 +24,9 @@ LANE_INLINE void lane_sphere_box(const LaneSide* sphere, const LaneSide* box, La
   const Lane3 core = lane_add3(box->center, lane_out_of_frame(axes, inside));
   const Lane3 d = lane_sub3(sphere->center, core);
   const lane distance = lane_length3(d);
-  const lane_mask apart = distance > zero;
-  const Lane3 between = lane_make3(apart ? d.x / distance : axes.z.x, apart ? d.y / distance : axes.z.y,
-                                   apart ? d.z / distance : axes.z.z);
+  const lane_mask is_outside = distance > zero;
+  const Lane3 between = lane_make3(is_outside ? d.x / distance : axes.z.x, is_outside ? d.y / distance : axes.z.y,
+                                   is_outside ? d.z / distance : axes.z.z);
   // over a face, or inside
   const lane x = far.x - h.x, y = far.y - h.y, z = far.z - h.z;
   const lane_mask past_x = y > x, on_z = z > (past_x ? y : x);

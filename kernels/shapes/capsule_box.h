@@ -61,8 +61,8 @@ static inline real segment_closest(SegmentInBox c) {
   s = segment_kinks(c, s, c.p.y, c.u.y, c.extents.y);
   s = segment_kinks(c, s, c.p.z, c.u.z, c.extents.z);
   const real slope_from = segment_slope(c, s.from), slope_to = segment_slope(c, s.to);
-  const real rise = slope_to - slope_from;
-  return rise > (real)0 ? s.from - slope_from / rise * (s.to - s.from) : s.from;
+  const real slope_change = slope_to - slope_from;
+  return slope_change > (real)0 ? s.from - slope_from / slope_change * (s.to - s.from) : s.from;
 }
 
 // The part of a span where |p + t u| <= extents along an axis.
@@ -87,7 +87,7 @@ static inline real segment_edge_separation(SegmentInBox c, u32 k) {
 }
 
 // Over face k both ends of what is over it touch.
-static inline Manifold capsule_on_face(Placed a, Placed b, Axes axes, SegmentInBox c, u32 k, real side) {
+static inline Manifold capsule_on_face(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, u32 k, real side) {
   const u32 k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
   SegmentSpan s;
   s.from = -c.length;
@@ -112,7 +112,7 @@ static inline Manifold capsule_on_face(Placed a, Placed b, Axes axes, SegmentInB
 }
 
 // The core crosses an edge of the box along axis k inside the box.
-static inline Manifold capsule_on_edge(Placed a, Placed b, Axes axes, SegmentInBox c, u32 k) {
+static inline Manifold capsule_on_edge(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, u32 k) {
   Vec3 n = cross3(along_axis((real)1, k), c.u);
   n = scale3(sign_of(dot3(n, c.p)) / length3(n), n);  // from the box to the segment
   const Vec3 corner =
@@ -148,7 +148,7 @@ static inline u32 segment_axis(SegmentInBox c) {
 
 // The part of the core that runs beside an edge of the box, x at t its closest point; empty where it crosses the edge,
 // or passes it by.
-static inline SegmentSpan capsule_beside_edge(Placed a, SegmentInBox c, Vec3 x, real t) {
+static inline SegmentSpan capsule_beside_edge(WorldShape a, SegmentInBox c, Vec3 x, real t) {
   const u32 k = segment_axis(c), k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
   const real u1 = along(c.u, k1), u2 = along(c.u, k2);
   SegmentSpan s;
@@ -165,8 +165,8 @@ static inline SegmentSpan capsule_beside_edge(Placed a, SegmentInBox c, Vec3 x, 
 }
 
 // Both ends of that part touch.
-static inline Manifold capsule_along_edge(Placed a, Placed b, Axes axes, SegmentInBox c, Vec3 edge, SegmentSpan s,
-                                          Vec3 normal) {
+static inline Manifold capsule_along_edge(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, Vec3 edge,
+                                          SegmentSpan s, Vec3 normal) {
   const u32 k = segment_axis(c);
   Manifold m = manifold_along(normal, NORMAL_FIXED, a.size.x, (real)0);
   for (u32 end = 0; end < 2; ++end) {
@@ -179,7 +179,8 @@ static inline Manifold capsule_along_edge(Placed a, Placed b, Axes axes, Segment
 
 // A core that is nearest to the box at t and lies nearly along face k touches at the other end of what is over the
 // face, too.
-static inline Manifold capsule_lies_on_face(Placed a, Placed b, Axes axes, SegmentInBox c, Manifold m, real t, u32 k) {
+static inline Manifold capsule_lies_on_face(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, Manifold m, real t,
+                                            u32 k) {
   const u32 k1 = k == 2 ? 0 : k + 1, k2 = k == 0 ? 2 : k - 1;
   const Vec3 n = into_frame(axes, m.normal);
   const real n1 = along(n, k1), n2 = along(n, k2);
@@ -189,8 +190,8 @@ static inline Manifold capsule_lies_on_face(Placed a, Placed b, Axes axes, Segme
   s.to = c.length;
   s = segment_between(s, along(c.p, k1), along(c.u, k1), along(c.extents, k1));
   s = segment_between(s, along(c.p, k2), along(c.u, k2), along(c.extents, k2));
-  const real end = t - s.from > s.to - t ? s.from : s.to, way = end < t ? t - end : end - t;
-  if (!(s.from < s.to) || !(way > (real)0.01 * a.size.x)) return m;
+  const real end = t - s.from > s.to - t ? s.from : s.to, travel = end < t ? t - end : end - t;
+  if (!(s.from < s.to) || !(travel > (real)0.01 * a.size.x)) return m;
   // in line along the normal, but no farther than the face
   const Vec3 core = segment_at(c, end);
   const real height = along(core, k) - sign_of(along(n, k)) * along(c.extents, k);
@@ -201,7 +202,7 @@ static inline Manifold capsule_lies_on_face(Placed a, Placed b, Axes axes, Segme
 
 // a is the capsule. While its core is outside the box the closest points decide; once it is inside, the axis of least
 // penetration.
-static inline Manifold capsule_box(Placed a, Placed b) {
+static inline Manifold capsule_box(WorldShape a, WorldShape b) {
   const Axes axes = axes_of(b.rotation);
   SegmentInBox c;
   c.p = into_frame(axes, sub3(a.center, b.center));
@@ -214,9 +215,9 @@ static inline Manifold capsule_box(Placed a, Placed b) {
   const u32 face = outside > 0 ? box_face_below(x, c.extents) : 3;
   if (face < 3) {
     // as far as x, if that is over the edge
-    const Vec3 reach =
+    const Vec3 wide_extents =
         make3(larger_of(c.extents.x, fabs(x.x)), larger_of(c.extents.y, fabs(x.y)), larger_of(c.extents.z, fabs(x.z)));
-    c.extents = with_along(reach, face, along(c.extents, face));
+    c.extents = with_along(wide_extents, face, along(c.extents, face));
     return capsule_on_face(a, b, axes, c, face, sign_of(along(x, face)));
   }
   if (outside > 0) {

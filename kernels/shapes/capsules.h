@@ -7,7 +7,7 @@
 #include "shapes/sphere_plane.h"
 
 // a is the sphere.
-static inline Manifold sphere_capsule(Placed a, Placed b) {
+static inline Manifold sphere_capsule(WorldShape a, WorldShape b) {
   const Axes axes = axes_of(b.rotation);
   const real t = clamp_to(dot3(axes.z, sub3(a.center, b.center)), b.size.y);
   const Vec3 core = add3(b.center, scale3(t, axes.z));
@@ -16,7 +16,7 @@ static inline Manifold sphere_capsule(Placed a, Placed b) {
 }
 
 // Both ends of the core segment.
-static inline Manifold capsule_plane(Placed a, Placed b) {
+static inline Manifold capsule_plane(WorldShape a, WorldShape b) {
   const Vec3 extents = scale3(a.size.y, axes_of(a.rotation).z);
   Manifold m = manifold_along(plane_normal(b.rotation), NORMAL_OF_B, a.size.x, (real)0);
   m = with_point(m, add3(a.center, extents), b.center, 0);
@@ -28,7 +28,7 @@ static inline Manifold capsule_plane(Placed a, Placed b) {
 static inline bool side_by_side(real square_sine) { return square_sine < (real)0.0025; }
 
 // The closest points of two segments (Ericson, Real-Time Collision Detection, 5.1.9).
-static inline Manifold capsule_capsule(Placed a, Placed b) {
+static inline Manifold capsule_capsule(WorldShape a, WorldShape b) {
   const Axes axes_a = axes_of(a.rotation), axes_b = axes_of(b.rotation);
   const Vec3 u = axes_a.z, v = axes_b.z, r = sub3(a.center, b.center);
   const real cosine = dot3(u, v), du = dot3(u, r), dv = dot3(v, r);

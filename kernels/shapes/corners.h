@@ -16,7 +16,7 @@ typedef struct SharedPoint {
 // Two patches that face each other. The first one is a segment if there is one, else a polygon if there is one.
 typedef struct PatchPair {
   Patch first, second;
-  bool turned;  // the first one is of b
+  bool swapped;  // the first one is of b
   Vec3 normal;
   real tolerance;
 } PatchPair;
@@ -29,9 +29,9 @@ static inline bool segments_cross(Vec3 u, Vec3 v, Vec3 normal) {
 
 static inline PatchPair patch_pair(const Patch* a, const Patch* b, Vec3 normal, real tolerance) {
   PatchPair pair;
-  pair.turned = b->kind < a->kind;
-  pair.first = pair.turned ? *b : *a;
-  pair.second = pair.turned ? *a : *b;
+  pair.swapped = b->kind < a->kind;
+  pair.first = pair.swapped ? *b : *a;
+  pair.second = pair.swapped ? *a : *b;
   pair.normal = normal;
   pair.tolerance = tolerance;
   return pair;
@@ -40,8 +40,8 @@ static inline PatchPair patch_pair(const Patch* a, const Patch* b, Vec3 normal, 
 static inline SharedPoint shared_point(const PatchPair* pair, Vec3 on_first, Vec3 on_second, u32 feature) {
   SharedPoint point;
   point.valid = true;
-  point.on_a = pair->turned ? on_second : on_first;
-  point.on_b = pair->turned ? on_first : on_second;
+  point.on_a = pair->swapped ? on_second : on_first;
+  point.on_b = pair->swapped ? on_first : on_second;
   point.gap = dot3(pair->normal, sub3(point.on_a, point.on_b));
   point.feature = feature;
   return point;
@@ -104,7 +104,7 @@ static inline SharedPoint shared_by_rims(const PatchPair* pair, u32 k) {
   const real side = (k == 0 ? sqrt(height) : -sqrt(height)) / sqrt(square);
   const Vec3 x = add3(p->center, add3(scale3(along, d), scale3(side, cross3(p->plane, d))));
   // discs that are tilted against each other are no circles: such a point may be off
-  if (!patch_holds(q, pair->normal, x, (real)10 * pair->tolerance)) return none;
+  if (!patch_contains(q, pair->normal, x, (real)10 * pair->tolerance)) return none;
   return shared_point(pair, x, patch_lift(q, pair->normal, x), shared_name(3, 4000, k));
 }
 
@@ -114,7 +114,7 @@ static inline SharedPoint shared_candidate(const PatchPair* pair, u32 k) {
   const Patch* second = &pair->second;
   const Vec3 n = pair->normal;
   if (first->kind == PATCH_SEGMENT && second->kind == PATCH_SEGMENT) return shared_by_segments(pair, k);
-  const u32 corner_kind = pair->turned ? 2 : 1, other_kind = pair->turned ? 1 : 2;
+  const u32 corner_kind = pair->swapped ? 2 : 1, other_kind = pair->swapped ? 1 : 2;
   if (first->kind == PATCH_SEGMENT) {
     const Cut cut = patch_cut(second, n, first->center, first->end, pair->tolerance);
     if (cut.from > cut.to) return none;
@@ -139,14 +139,14 @@ static inline SharedPoint shared_candidate(const PatchPair* pair, u32 k) {
     const u32 own = patch_points(first);
     if (k < own) {
       const Vec3 x = patch_point(first, k);
-      if (!patch_holds(second, n, x, pair->tolerance)) return none;
+      if (!patch_contains(second, n, x, pair->tolerance)) return none;
       return shared_point(pair, x, patch_lift(second, n, x), shared_name(corner_kind, patch_name(first, k), 0));
     }
     if (k < own + 2) return shared_by_rims(pair, k - own);
     i = k - own - 2;
   }
   const Vec3 x = patch_point(second, i);
-  if (!patch_holds(first, n, x, pair->tolerance)) return none;
+  if (!patch_contains(first, n, x, pair->tolerance)) return none;
   return shared_point(pair, patch_lift(first, n, x), x, shared_name(other_kind, patch_name(second, i), 0));
 }
 

@@ -16,9 +16,9 @@
 // two reach farthest; else others are, and the normal is offered with those, if it is the best one.
 static inline Meeting cylinder_try(const Cylinder* c, const Polytope* p, Meeting best, Vec3 normal, Vec3 at_c,
                                    Vec3 at_p, real tolerance) {
-  if (!facet_yields(p, into_frame(p->axes, normal))) return best;
+  if (!facet_admits(p, into_frame(p->axes, normal))) return best;
   const real gap =
-      dot3(normal, sub3(c->center, p->center)) - cylinder_reach(c, scale3((real)-1, normal)) - poly_reach(p, normal);
+      dot3(normal, sub3(c->center, p->center)) - cylinder_extent(c, scale3((real)-1, normal)) - poly_extent(p, normal);
   const real off = dot3(normal, sub3(at_c, at_p)) - gap;
   if (off <= (real)4 * tolerance) return meeting_offer(best, gap, normal, NORMAL_FIXED, at_c, at_p, tolerance);
   if (!(gap > best.gap + tolerance)) return best;
@@ -29,19 +29,19 @@ static inline Meeting cylinder_try(const Cylinder* c, const Polytope* p, Meeting
 
 static inline Meeting cylinder_try_flats(const Cylinder* c, const Polytope* p, real limit, real tolerance) {
   Meeting best = no_meeting();
-  const Vec3 apart = sub3(c->center, p->center);
+  const Vec3 offset = sub3(c->center, p->center);
   for (u32 f = 0; f < p->faces && !(best.gap > limit); ++f) {
     const Vec4 plane = poly_own_plane(p, f);
     const Vec3 normal = out_of_frame(p->axes, make3(plane.x, plane.y, plane.z));
-    if (!facet_looks_at(p, dot3(normal, apart) - plane.w)) continue;
-    const real gap = dot3(normal, apart) - plane.w - cylinder_reach(c, scale3((real)-1, normal));
+    if (!facet_looks_at(p, dot3(normal, offset) - plane.w)) continue;
+    const real gap = dot3(normal, offset) - plane.w - cylinder_extent(c, scale3((real)-1, normal));
     const Vec3 on_c = cylinder_support(c, scale3((real)-1, normal));
     best = meeting_offer(best, gap, normal, NORMAL_OF_B, on_c, sub3(on_c, scale3(gap, normal)), (real)0);
   }
   for (u32 end = 0; end < 2 && !(best.gap > limit); ++end) {
     const Vec3 normal = scale3(end == 0 ? (real)1 : (real)-1, c->axes.z);
     const Vec3 own = into_frame(p->axes, normal);
-    if (!facet_yields(p, own)) continue;
+    if (!facet_admits(p, own)) continue;
     const Vec3 vertex = poly_vertex(p, poly_support(p, own));
     const real gap = dot3(normal, sub3(c->center, vertex)) - c->half_length;
     best = meeting_offer(best, gap, normal, NORMAL_OF_A, add3(vertex, scale3(gap, normal)), vertex, tolerance);
@@ -62,10 +62,10 @@ static inline Meeting cylinder_try_edges(const Cylinder* c, const Polytope* p, M
     const Vec3 across = cross3(axis.along, edge.along);
     const real square = dot3(across, across);
     if (!(square > (real)1e-10 * dot3(axis.along, axis.along) * dot3(edge.along, edge.along))) continue;
-    const Vec3 apart = sub3(axis.start, edge.start);
-    const real facing = p->faces > 0 ? dot3(across, add3(edge.left, edge.right)) : dot3(across, apart);
+    const Vec3 offset = sub3(axis.start, edge.start);
+    const real facing = p->faces > 0 ? dot3(across, add3(edge.left, edge.right)) : dot3(across, offset);
     const real factor = (facing < (real)0 ? (real)-1 : (real)1) / sqrt(square);
-    const real gap = factor * dot3(across, apart) - c->radius;
+    const real gap = factor * dot3(across, offset) - c->radius;
     if (!(gap > meeting_least(&best, tolerance))) continue;
     // the best of all crossings is one of the axis and an edge, not of the lines that they are on
     const real s = share_at_crossing(&axis, &edge, across);
@@ -141,7 +141,7 @@ static inline Meeting cylinder_try_rims(const Cylinder* c, const Polytope* p, Me
     if (last != RIM_EDGES - 1u && e != p->edges - 1u) continue;
     for (u32 k = last + 1u; k < RIM_EDGES; ++k) rim_edges_put(&edges, k, start, unit, length);
     rim_lanes(c, &edges, &rims);
-    for (u32 k = 0u; k < RIM_PLACES * (last + 1u); ++k) {
+    for (u32 k = 0u; k < RIM_CANDIDATES * (last + 1u); ++k) {
       if ((rims.found >> k & 1u) == 0u) continue;
       best = cylinder_try_rim(c, p, best, rim_component(rims.normal, k), rim_component(rims.on_rim, k),
                               rim_component(rims.on_other, k), tolerance);

@@ -12,10 +12,11 @@ typedef struct CylinderBound {
 
 // Along a unit normal or its opposite.
 static inline CylinderBound cylinders_bound(const Cylinder* a, const Cylinder* b, Vec3 normal) {
-  const real apart = dot3(normal, sub3(a->center, b->center));
+  const real axis_offset = dot3(normal, sub3(a->center, b->center));
   CylinderBound bound;
-  bound.gap = (apart < (real)0 ? -apart : apart) - cylinder_reach(a, normal) - cylinder_reach(b, normal);
-  bound.normal = scale3(apart < (real)0 ? (real)-1 : (real)1, normal);
+  bound.gap =
+      (axis_offset < (real)0 ? -axis_offset : axis_offset) - cylinder_extent(a, normal) - cylinder_extent(b, normal);
+  bound.normal = scale3(axis_offset < (real)0 ? (real)-1 : (real)1, normal);
   return bound;
 }
 
@@ -91,7 +92,7 @@ static inline CylinderBound cylinders_climb(const Cylinder* a, const Cylinder* b
 
 // Across both rims at a point of a's rim and the nearest point of b's, if that separates them better.
 static inline CylinderBound cylinders_sample(const Cylinder* a, u32 end_a, const Cylinder* b, u32 end_b, u32 i,
-                                             bool turned, CylinderBound best) {
+                                             bool swapped, CylinderBound best) {
   const Vec3 direction = rim_direction(a, i);
   const Vec3 p = add3(cylinder_cap(a, end_a), scale3(a->radius, direction));
   const Vec3 q = rim_towards(b, end_b, p);
@@ -99,7 +100,7 @@ static inline CylinderBound cylinders_sample(const Cylinder* a, u32 end_a, const
   const real length = length3(normal);
   if (!(length > (real)1e-3 * b->radius)) return best;
   const Vec3 unit = scale3((real)1 / length, normal);
-  const CylinderBound bound = turned ? cylinders_bound(b, a, unit) : cylinders_bound(a, b, unit);
+  const CylinderBound bound = swapped ? cylinders_bound(b, a, unit) : cylinders_bound(a, b, unit);
   return bound.gap > best.gap ? bound : best;
 }
 
@@ -138,8 +139,8 @@ static inline Meeting cylinders_try_side(const Cylinder* a, const Cylinder* b, M
 }
 
 // Across the axis of c, towards the other one; anywhere across where their centres are in line.
-static inline Vec3 cylinder_outwards(const Cylinder* c, Vec3 apart) {
-  const Vec3 across = cylinder_across(c, apart);
+static inline Vec3 cylinder_outwards(const Cylinder* c, Vec3 offset) {
+  const Vec3 across = cylinder_across(c, offset);
   const real length = length3(across);
   return length > (real)0 ? scale3((real)1 / length, across) : c->axes.x;
 }
@@ -156,14 +157,14 @@ static inline CylinderBound cylinders_better(const Cylinder* a, const Cylinder* 
 // one's axis or rim. Where two rims nearly run along each other, deep inside, they have two such lines close together,
 // and may have them between two sixteenths: climbing from the best of those sixteenths finds them.
 static inline Meeting cylinders_meet(const Cylinder* a, const Cylinder* b, real limit, real tolerance) {
-  const Vec3 apart = sub3(a->center, b->center);
+  const Vec3 offset = sub3(a->center, b->center);
   Meeting best = cylinders_try(a, b, no_meeting(), a->axes.z, NORMAL_OF_A, tolerance);
   best = cylinders_try(a, b, best, b->axes.z, NORMAL_OF_B, tolerance);
   const Vec3 across = cross3(a->axes.z, b->axes.z);
   const real length = length3(across);
   if (length > (real)1e-5) best = cylinders_try(a, b, best, scale3((real)1 / length, across), NORMAL_FIXED, tolerance);
-  best = cylinders_try_side(a, b, best, cylinder_outwards(a, apart), true, tolerance);
-  best = cylinders_try_side(a, b, best, cylinder_outwards(b, apart), false, tolerance);
+  best = cylinders_try_side(a, b, best, cylinder_outwards(a, offset), true, tolerance);
+  best = cylinders_try_side(a, b, best, cylinder_outwards(b, offset), false, tolerance);
   if (best.gap > limit) return best;
   CylinderBound from;
   from.gap = (real)-1e30;

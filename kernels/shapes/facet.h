@@ -10,7 +10,7 @@
 #define FACET_SLACK ((real)1e-3)
 
 // Whether all that is around a corner falls away from a unit direction; where it does not stick out nothing does.
-static inline bool corner_yields(const Polytope* p, Vec3 own, u32 vertex) {
+static inline bool corner_admits(const Polytope* p, Vec3 own, u32 vertex) {
   const HullFace around = p->tables.faces[p->first_face + 1u + vertex];
   const Vec3 corner = poly_own_vertex(p, vertex);
   for (u32 k = 0u; k < around.corner_count; ++k) {
@@ -26,7 +26,7 @@ static inline bool is_roof(const EdgeSpan* edge) {
 }
 
 // Whether a unit direction is across an edge and between the normals on both sides, where these meet like a roof.
-static inline bool edge_yields(const Polytope* p, u32 e, Vec3 own) {
+static inline bool edge_admits(const Polytope* p, u32 e, Vec3 own) {
   const EdgeSpan edge = poly_own_edge(p, e);
   const real along = dot3(own, edge.along), slack = FACET_SLACK * length3(edge.along);
   if (!is_roof(&edge) || along > slack || -along > slack) return false;
@@ -35,20 +35,20 @@ static inline bool edge_yields(const Polytope* p, u32 e, Vec3 own) {
 #endif
 
 // Whether a unit direction out of p, own coordinates, may be the normal of a contact other than with its inside.
-static inline bool facet_yields(const Polytope* p, Vec3 own) {
+static inline bool facet_admits(const Polytope* p, Vec3 own) {
 #if FEATURE_FACETS
   if (!p->facet) return true;
   const u32 vertex = poly_support(p, own), before = vertex == 0u ? 2u : vertex - 1u;
-  return corner_yields(p, own, vertex) || edge_yields(p, vertex, own) || edge_yields(p, before, own);
+  return corner_admits(p, own, vertex) || edge_admits(p, vertex, own) || edge_admits(p, before, own);
 #else
   return true;
 #endif
 }
 
 // The same of both sides of a contact; the normal points from b to a, world.
-static inline bool facets_yield(const Polytope* a, const Polytope* b, Vec3 normal) {
+static inline bool facets_admit(const Polytope* a, const Polytope* b, Vec3 normal) {
 #if FEATURE_FACETS
-  return facet_yields(a, into_frame(a->axes, scale3((real)-1, normal))) && facet_yields(b, into_frame(b->axes, normal));
+  return facet_admits(a, into_frame(a->axes, scale3((real)-1, normal))) && facet_admits(b, into_frame(b->axes, normal));
 #else
   return true;
 #endif
@@ -61,26 +61,26 @@ static inline bool facet_tells(const Polytope* p, Vec3 own) {
   const Vec3 off = sub3(own, poly_own_normal(p, 0u));
   if (length3(off) < (real)2 * FACET_SLACK) return true;
   const u32 vertex = poly_support(p, own), before = vertex == 0u ? 2u : vertex - 1u;
-  if (edge_yields(p, vertex, own)) return (p->owned >> vertex & 1u) != 0u;
-  if (edge_yields(p, before, own)) return (p->owned >> before & 1u) != 0u;
+  if (edge_admits(p, vertex, own)) return (p->owned >> vertex & 1u) != 0u;
+  if (edge_admits(p, before, own)) return (p->owned >> before & 1u) != 0u;
   return (p->owned >> (3u + vertex) & 1u) != 0u;
 }
 
-// Whether a facet holds what comes down on a point of it, own coordinates, and goes along `way` within the step, but
-// for less than `margin`.
-static inline bool facet_holds(const Polytope* p, Vec3 point, Vec3 way, real margin) {
+// Whether a facet holds what comes down on a point of it, own coordinates, and goes along `displacement` within the
+// step, but for less than `margin`.
+static inline bool facet_contains(const Polytope* p, Vec3 point, Vec3 displacement, real margin) {
   const Vec3 out = poly_own_normal(p, 0u);
-  const real down = dot3(out, way);
-  const bool falls = dot3(way, way) <= (real)2 * (down * down);
-  bool holds = true;
+  const real down = dot3(out, displacement);
+  const bool falls = dot3(displacement, displacement) <= (real)2 * (down * down);
+  bool contains = true;
   for (u32 e = 0u; e < 3u; ++e) {
     const EdgeSpan edge = poly_own_edge(p, e);
     const Vec3 side = cross3(out, edge.along);
-    const real now = dot3(side, sub3(point, edge.start)), then = now + dot3(side, way);
+    const real before = dot3(side, sub3(point, edge.start)), after = before + dot3(side, displacement);
     const real least = is_roof(&edge) ? margin * length3(edge.along) : (real)0;
-    holds = holds && now >= least && (then >= least || (falls && !is_roof(&edge)));
+    contains = contains && before >= least && (after >= least || (falls && !is_roof(&edge)));
   }
-  return holds;
+  return contains;
 }
 #endif
 

@@ -57,12 +57,12 @@ LANE_INLINE lane area_of_chosen(const FourPoints* four) {
     const lane area = area_of_four(x, y, four->x[q], four->y[q], four->x[r], four->y[r], four->x[t], four->y[t]); \
     const lane_mask better = (allowed) & (area > best);                                                           \
     best = better ? area : best;                                                                                  \
-    place = better ? LANE_OF(k) : place;                                                                          \
+    slot = better ? LANE_OF(k) : slot;                                                                            \
   }
-#define BOX_PLACE(k)                                 \
-  four->x[k] = place == LANE_OF(k) ? x : four->x[k]; \
-  four->y[k] = place == LANE_OF(k) ? y : four->y[k]; \
-  four->feature[k] = place == LANE_OF(k) ? feature : four->feature[k];
+#define BOX_STORE(k)                                \
+  four->x[k] = slot == LANE_OF(k) ? x : four->x[k]; \
+  four->y[k] = slot == LANE_OF(k) ? y : four->y[k]; \
+  four->feature[k] = slot == LANE_OF(k) ? feature : four->feature[k];
 
 // Takes points in the place of others where the four then enclose more, in the lanes of `which`. Says in which.
 LANE_INLINE lane_mask widen_four(FourPoints* four, const FacePoints* points, const FacePair* f, lane least,
@@ -74,17 +74,17 @@ LANE_INLINE lane_mask widen_four(FourPoints* four, const FacePoints* points, con
     const lane x = points->x[i], y = points->y[i], feature = points->feature[i];
     const lane_mask fresh = which & points->taken[i] & (feature != four->feature[0]) & (feature != four->feature[1]) &
                             (feature != four->feature[2]) & (feature != four->feature[3]);
-    lane place = nowhere;
+    lane slot = nowhere;
     BOX_WIDEN(0, fresh & (height_at(f, x, y) <= least))
     BOX_WIDEN(1, fresh)
     BOX_WIDEN(2, fresh)
     BOX_WIDEN(3, fresh)
-    BOX_PLACE(0)
-    BOX_PLACE(1)
-    BOX_PLACE(2)
-    BOX_PLACE(3)
-    best = place == nowhere ? best : LANE_OF(1.001) * best;
-    widened = place == nowhere ? widened : LANE_OF(1);
+    BOX_STORE(0)
+    BOX_STORE(1)
+    BOX_STORE(2)
+    BOX_STORE(3)
+    best = slot == nowhere ? best : LANE_OF(1.001) * best;
+    widened = slot == nowhere ? widened : LANE_OF(1);
   }
   return widened > LANE_OF(0);
 }
@@ -117,10 +117,10 @@ LANE_INLINE FourPoints ordered_four(const FourPoints* four) {
 
 // Takes, in the place of all four, the points farthest outside of their sides, where those enclose more and one of them
 // is as deep, in the lanes of `which`. Says in which.
-LANE_INLINE lane_mask turn_four(FourPoints* four, const FacePoints* points, const FacePair* f, lane least,
-                                lane_mask which) {
+LANE_INLINE lane_mask replace_four(FourPoints* four, const FacePoints* points, const FacePair* f, lane least,
+                                   lane_mask which) {
   const FourPoints old = ordered_four(four);
-  FourPoints turned = old;
+  FourPoints outer = old;
   _Pragma("unroll") for (int k = 0; k < 4; ++k) {
     const int next = (k + 1) & 3;
     lane farthest = LANE_OF(0);
@@ -129,31 +129,31 @@ LANE_INLINE lane_mask turn_four(FourPoints* four, const FacePoints* points, cons
       const lane beside = left_of(old.x[k], old.y[k], old.x[next], old.y[next], x, y);
       const lane_mask take = points->taken[i] & (beside < farthest);
       farthest = take ? beside : farthest;
-      turned.x[k] = take ? x : turned.x[k];
-      turned.y[k] = take ? y : turned.y[k];
-      turned.feature[k] = take ? points->feature[i] : turned.feature[k];
+      outer.x[k] = take ? x : outer.x[k];
+      outer.y[k] = take ? y : outer.y[k];
+      outer.feature[k] = take ? points->feature[i] : outer.feature[k];
     }
   }
-  lane_mask wider = which & (area_of_chosen(&turned) > LANE_OF(1.001) * area_of_chosen(four));
+  lane_mask wider = which & (area_of_chosen(&outer) > LANE_OF(1.001) * area_of_chosen(four));
   // rounding may have one point outside of two sides
-  for (int k = 0; k < 4; ++k) wider &= turned.feature[k] != turned.feature[(k + 1) & 3];
+  for (int k = 0; k < 4; ++k) wider &= outer.feature[k] != outer.feature[(k + 1) & 3];
   // the deepest one stays the first
-  lane_mask deep = height_at(f, turned.x[0], turned.y[0]) <= least;
+  lane_mask deep = height_at(f, outer.x[0], outer.y[0]) <= least;
   _Pragma("unroll") for (int k = 1; k < 4; ++k) {
-    const lane x = turned.x[0], y = turned.y[0], feature = turned.feature[0];
-    turned.x[0] = deep ? x : turned.x[k];
-    turned.y[0] = deep ? y : turned.y[k];
-    turned.feature[0] = deep ? feature : turned.feature[k];
-    turned.x[k] = deep ? turned.x[k] : x;
-    turned.y[k] = deep ? turned.y[k] : y;
-    turned.feature[k] = deep ? turned.feature[k] : feature;
-    deep = height_at(f, turned.x[0], turned.y[0]) <= least;
+    const lane x = outer.x[0], y = outer.y[0], feature = outer.feature[0];
+    outer.x[0] = deep ? x : outer.x[k];
+    outer.y[0] = deep ? y : outer.y[k];
+    outer.feature[0] = deep ? feature : outer.feature[k];
+    outer.x[k] = deep ? outer.x[k] : x;
+    outer.y[k] = deep ? outer.y[k] : y;
+    outer.feature[k] = deep ? outer.feature[k] : feature;
+    deep = height_at(f, outer.x[0], outer.y[0]) <= least;
   }
   const lane_mask take = wider & deep;
   for (int k = 0; k < 4; ++k) {
-    four->x[k] = take ? turned.x[k] : four->x[k];
-    four->y[k] = take ? turned.y[k] : four->y[k];
-    four->feature[k] = take ? turned.feature[k] : four->feature[k];
+    four->x[k] = take ? outer.x[k] : four->x[k];
+    four->y[k] = take ? outer.y[k] : four->y[k];
+    four->feature[k] = take ? outer.feature[k] : four->feature[k];
   }
   return take;
 }
@@ -186,10 +186,10 @@ LANE_INLINE FourPoints four_points(FacePoints* points, const FacePair* f, lane l
     area = take ? w : area;
     BOX_TAKE(2, fabs(w))
   }
-  const lane_mask three = four.feature[2] != none, turned = area < zero;
+  const lane_mask three = four.feature[2] != none, clockwise = area < zero;
   const lane ax = four.x[0], ay = four.y[0];
-  const lane px = turned ? four.x[2] : four.x[1], py = turned ? four.y[2] : four.y[1];
-  const lane qx = turned ? four.x[1] : four.x[2], qy = turned ? four.y[1] : four.y[2];
+  const lane px = clockwise ? four.x[2] : four.x[1], py = clockwise ? four.y[2] : four.y[1];
+  const lane qx = clockwise ? four.x[1] : four.x[2], qy = clockwise ? four.y[1] : four.y[2];
   best = least;
   BOX_EACH_SLOT {
     const lane x = points->x[i], y = points->y[i];
@@ -207,7 +207,7 @@ LANE_INLINE FourPoints four_points(FacePoints* points, const FacePair* f, lane l
   if (!LANE_ANY(choice)) return four;
   const lane as_deep = height_at(f, four.x[0], four.y[0]) + LANE_OF(1e-6) * (f->hx + f->hy);
   lane_mask changed = widen_four(&four, points, f, as_deep, choice);
-  changed |= turn_four(&four, points, f, as_deep, choice);
+  changed |= replace_four(&four, points, f, as_deep, choice);
   if (LANE_ANY(changed)) widen_four(&four, points, f, as_deep, changed);
   return four;
 }

@@ -16,17 +16,18 @@ typedef struct Pose {
   Quat orientation;
 } Pose;
 
-// A shape in the world. `alone`: a facet is taken for itself, not for a part of its surface. `way` and `turn`: how far
-// the centre moves within the step, and by what the shape turns about it, but for what forces add, less than `margin`.
-typedef struct Placed {
+// A shape in the world. `alone`: a facet is taken for itself, not for a part of its surface. `way` and
+// `angular_displacement`: how far the centre moves within the step, and by what the shape turns about it, but for what
+// forces add, less than `margin`.
+typedef struct WorldShape {
   Vec3 center;
   Quat rotation;
   Vec3 size;
   u32 hull;
   bool alone;
-  Vec3 way, turn;
+  Vec3 displacement, angular_displacement;
   real margin;
-} Placed;
+} WorldShape;
 
 typedef struct HullTables {
   global const Hull* hulls;

@@ -5,20 +5,20 @@
 #include "shapes/pairs.h"
 
 // The shape in the axes of the world, moved to `origin`.
-static inline Placed place_shape(Pose pose, global const Shape* shape, u32 hull, Vec3 origin) {
-  Placed placed;
-  placed.center = add3(sub3(pose.position, origin),
-                       rotate3(pose.orientation, make3(shape->offset[0], shape->offset[1], shape->offset[2])));
-  placed.rotation = shape_rotation(pose, shape);
-  placed.size = make3(shape->size[0], shape->size[1], shape->size[2]);
-  placed.hull = hull;
-  placed.alone = false;
-  placed.way = placed.turn = make3((real)0, (real)0, (real)0);
-  placed.margin = (real)0;
-  return placed;
+static inline WorldShape shape_in_world(Pose pose, global const Shape* shape, u32 hull, Vec3 origin) {
+  WorldShape world_shape;
+  world_shape.center = add3(sub3(pose.position, origin),
+                            rotate3(pose.orientation, make3(shape->offset[0], shape->offset[1], shape->offset[2])));
+  world_shape.rotation = shape_rotation(pose, shape);
+  world_shape.size = make3(shape->size[0], shape->size[1], shape->size[2]);
+  world_shape.hull = hull;
+  world_shape.alone = false;
+  world_shape.displacement = world_shape.angular_displacement = make3((real)0, (real)0, (real)0);
+  world_shape.margin = (real)0;
+  return world_shape;
 }
 
-static inline bool shapes_overlap(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables) {
+static inline bool shapes_overlap(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables) {
   const Manifold m = collide_shapes(kind_a, a, kind_b, b, tables, (real)0);
   bool overlap = false;
   for (u32 k = 0u; k < m.count; ++k) overlap = overlap || gap_at(&m, k) <= (real)0;

@@ -20,12 +20,13 @@
 #define HAS_HULL FEATURE_HULLS
 #define HAS_PLANE 1
 
-static inline Manifold collide_shapes(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
-  const bool turned = kind_a > kind_b;
-  if (turned) {
-    const Placed placed = a;
+static inline Manifold collide_shapes(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
+                                      real limit) {
+  const bool swapped = kind_a > kind_b;
+  if (swapped) {
+    const WorldShape old_a = a;
     a = b;
-    b = placed;
+    b = old_a;
     const u32 kind = kind_a;
     kind_a = kind_b;
     kind_b = kind;
@@ -40,7 +41,7 @@ static inline Manifold collide_shapes(u32 kind_a, Placed a, u32 kind_b, Placed b
 #undef SHAPE_PAIR
 #undef PATCH_PAIR
   if (by_patches) m = patches_touch(kind_a, a, kind_b, b, tables, limit);
-  if (turned) flip(&m);
+  if (swapped) flip(&m);
   return m;
 }
 

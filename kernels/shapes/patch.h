@@ -89,7 +89,7 @@ static inline Patch segment_patch(real sense, Vec3 start, Vec3 end, Vec3 normal)
 }
 
 // The cap of a cylinder where it faces the other shape, else the line on its side that does.
-static inline Patch cylinder_patch(Placed shape, Axes axes, real sense, Vec3 normal) {
+static inline Patch cylinder_patch(WorldShape shape, Axes axes, real sense, Vec3 normal) {
   const real radius = shape.size.x, half_length = shape.size.y;
   const Vec3 down = scale3(sense, normal);
   const real cosine = dot3(axes.z, down);
@@ -198,7 +198,7 @@ static inline Cut patch_cut(const Patch* patch, Vec3 normal, Vec3 start, Vec3 en
   return cut;
 }
 
-static inline bool patch_holds(const Patch* patch, Vec3 normal, Vec3 x, real tolerance) {
+static inline bool patch_contains(const Patch* patch, Vec3 normal, Vec3 x, real tolerance) {
   if (patch->kind == PATCH_DISC) {
     const Vec3 d = sub3(patch_lift(patch, normal, x), patch->center);
     const real r = patch->radius + tolerance;

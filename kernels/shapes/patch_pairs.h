@@ -14,9 +14,11 @@
 #define FEATURE_POLYTOPES (FEATURE_CAPSULES || FEATURE_BOXES || FEATURE_HULLS)
 
 // Of a capsule only the core segment meets: its surface is a radius away.
-static inline real patch_core_radius(u32 kind, Placed shape) { return kind == SHAPE_CAPSULE ? shape.size.x : (real)0; }
+static inline real patch_core_radius(u32 kind, WorldShape shape) {
+  return kind == SHAPE_CAPSULE ? shape.size.x : (real)0;
+}
 
-static inline Meeting meet_plane(u32 kind_a, Placed a, Placed plane, HullTables tables) {
+static inline Meeting meet_plane(u32 kind_a, WorldShape a, WorldShape plane, HullTables tables) {
   Meeting meeting = no_meeting();
   meeting.normal = plane_normal(plane.rotation);
   meeting.frame = NORMAL_OF_B;
@@ -34,7 +36,7 @@ static inline Meeting meet_plane(u32 kind_a, Placed a, Placed plane, HullTables 
 }
 
 // How the cores of two shapes meet.
-static inline Meeting meet_cores(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit,
+static inline Meeting meet_cores(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables, real limit,
                                  real tolerance) {
   if (kind_b == SHAPE_PLANE) return meet_plane(kind_a, a, b, tables);
   const bool cylinder_a = FEATURE_CYLINDERS && kind_a == SHAPE_CYLINDER,
@@ -48,7 +50,7 @@ static inline Meeting meet_cores(u32 kind_a, Placed a, u32 kind_b, Placed b, Hul
     const Cylinder cylinder = cylinder_of(cylinder_a ? a : b);
     const Polytope polytope = polytope_of(cylinder_a ? kind_b : kind_a, cylinder_a ? b : a, tables);
     const Meeting meeting = cylinder_meets(&cylinder, &polytope, limit, tolerance);
-    return cylinder_a ? meeting : meeting_turned(meeting);
+    return cylinder_a ? meeting : meeting_swapped(meeting);
   }
 #endif
   if (!FEATURE_HULLS) return no_meeting();
@@ -57,7 +59,8 @@ static inline Meeting meet_cores(u32 kind_a, Placed a, u32 kind_b, Placed b, Hul
 }
 
 // The part of a surface that faces the other shape: along the normal (sense 1, shape b) or against it (-1, shape a).
-static inline Patch facing_patch(u32 kind, Placed shape, HullTables tables, real sense, Vec3 normal, real tolerance) {
+static inline Patch facing_patch(u32 kind, WorldShape shape, HullTables tables, real sense, Vec3 normal,
+                                 real tolerance) {
   if (kind == SHAPE_PLANE) return plane_patch(shape.center, normal);
   if (FEATURE_CYLINDERS && kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal);
   const Polytope polytope = polytope_of(kind, shape, tables);
@@ -68,15 +71,15 @@ static inline Patch facing_patch(u32 kind, Placed shape, HullTables tables, real
 }
 
 // The radius that contacts keep from their anchors.
-static inline real rolling_radius(u32 kind, Placed shape, Vec3 normal) {
+static inline real rolling_radius(u32 kind, WorldShape shape, Vec3 normal) {
   if (kind != SHAPE_CYLINDER) return patch_core_radius(kind, shape);
   const Cylinder cylinder = cylinder_of(shape);
   return cylinder_rolls(&cylinder, normal);
 }
 
 // What the parts of both surfaces share that face each other along the normal of this meeting.
-static inline Manifold touch_along(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, Meeting meeting,
-                                   real limit, real tolerance) {
+static inline Manifold touch_along(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
+                                   Meeting meeting, real limit, real tolerance) {
   const real core_a = patch_core_radius(kind_a, a);
   meeting.gap = meeting.gap - core_a;
   meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
@@ -88,7 +91,7 @@ static inline Manifold touch_along(u32 kind_a, Placed a, u32 kind_b, Placed b, H
 }
 
 // The best face of the other one of two shapes with faces.
-static inline Meeting meet_other_face(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, u32 frame,
+static inline Meeting meet_other_face(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables, u32 frame,
                                       real limit, real tolerance) {
   const Meeting none = no_meeting();
   const bool faces_a = kind_a == SHAPE_BOX || kind_a == SHAPE_HULL,
@@ -101,27 +104,27 @@ static inline Meeting meet_other_face(u32 kind_a, Placed a, u32 kind_b, Placed b
 
 #if FEATURE_FACETS
 // How far the core of a shape reaches from its centre along a direction, times the direction's length.
-static inline real core_reach(u32 kind, Placed shape, HullTables tables, Vec3 direction) {
+static inline real core_extent(u32 kind, WorldShape shape, HullTables tables, Vec3 direction) {
 #if FEATURE_CYLINDERS
   if (kind == SHAPE_CYLINDER) {
     const Cylinder cylinder = cylinder_of(shape);
-    return cylinder_reach(&cylinder, direction);
+    return cylinder_extent(&cylinder, direction);
   }
 #endif
   const Polytope polytope = polytope_of(kind, shape, tables);
-  return poly_reach(&polytope, direction);
+  return poly_extent(&polytope, direction);
 }
 
 // Whether the core of a shape is farther than the limit from a facet, as the facet's normal or a direction across one
 // of its edges tells: most of those whose boxes meet are.
-static inline bool facet_is_far(u32 kind, Placed shape, Placed facet, HullTables tables, real limit) {
+static inline bool facet_is_far(u32 kind, WorldShape shape, WorldShape facet, HullTables tables, real limit) {
   const Polytope triangle = polytope_of(SHAPE_HULL, facet, tables);
   const Vec3 normal = poly_own_normal(&triangle, 0u);
   for (u32 k = 0u; k < 4u; ++k) {
     const EdgeSpan edge = poly_own_edge(&triangle, k < 3u ? k : 0u);
     const Vec3 out = out_of_frame(triangle.axes, k < 3u ? cross3(edge.along, normal) : normal);
     const Vec3 from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
-    const real gap = dot3(out, sub3(shape.center, from)) - core_reach(kind, shape, tables, scale3((real)-1, out));
+    const real gap = dot3(out, sub3(shape.center, from)) - core_extent(kind, shape, tables, scale3((real)-1, out));
     if (gap > limit * length3(out)) return true;
   }
   return false;
@@ -129,7 +132,7 @@ static inline bool facet_is_far(u32 kind, Placed shape, Placed facet, HullTables
 #endif
 
 // Whether a shape tells of a contact along a normal that points out of it.
-static inline bool shape_tells(u32 kind, Placed shape, HullTables tables, Vec3 normal) {
+static inline bool shape_tells(u32 kind, WorldShape shape, HullTables tables, Vec3 normal) {
 #if FEATURE_FACETS
   if (is_facet(kind, shape, tables)) {
     const Polytope facet = polytope_of(kind, shape, tables);
@@ -141,7 +144,7 @@ static inline bool shape_tells(u32 kind, Placed shape, HullTables tables, Vec3 n
 
 #if FEATURE_FACETS
 // Along the normal of a facet.
-static inline Meeting meet_inside(Placed facet, HullTables tables, bool is_a) {
+static inline Meeting meet_inside(WorldShape facet, HullTables tables, bool is_a) {
   const Polytope triangle = polytope_of(SHAPE_HULL, facet, tables);
   Meeting meeting = no_meeting();
   meeting.normal = out_of_frame(triangle.axes, scale3(is_a ? (real)-1 : (real)1, poly_own_normal(&triangle, 0u)));
@@ -151,8 +154,8 @@ static inline Meeting meet_inside(Placed facet, HullTables tables, bool is_a) {
 
 // Of what a shape and a facet share along the facet's normal the points that it holds. Points that are behind the facet
 // count where the centre of the shape is not.
-static inline Manifold hold_inside(Placed a, Placed b, HullTables tables, bool is_a, const Manifold* shared,
-                                   real limit) {
+static inline Manifold keep_points_inside(WorldShape a, WorldShape b, HullTables tables, bool is_a,
+                                          const Manifold* shared, real limit) {
   const Polytope facet = polytope_of(SHAPE_HULL, is_a ? a : b, tables);
   const Vec3 other = into_frame(facet.axes, sub3(is_a ? b.center : a.center, facet.center));
   const bool in_front = facet_looks_at(&facet, dot3(poly_own_normal(&facet, 0u), other) - poly_own_plane(&facet, 0u).w);
@@ -163,10 +166,11 @@ static inline Manifold hold_inside(Placed a, Placed b, HullTables tables, bool i
     if (point.feature == 0u || gap > limit || (gap < (real)0 && !in_front)) continue;
     const Vec3 at_a = sub3(point.anchor_a, scale3(shared->radius_a, shared->normal));
     const Vec3 at_b = add3(point.anchor_b, scale3(shared->radius_b, shared->normal));
-    const Vec3 way =  // of a past b
-        sub3(add3(a.way, cross3(a.turn, sub3(at_a, a.center))), add3(b.way, cross3(b.turn, sub3(at_b, b.center))));
+    const Vec3 displacement =  // of a past b
+        sub3(add3(a.displacement, cross3(a.angular_displacement, sub3(at_a, a.center))),
+             add3(b.displacement, cross3(b.angular_displacement, sub3(at_b, b.center))));
     const Vec3 at = into_frame(facet.axes, sub3(is_a ? at_a : at_b, facet.center));
-    if (facet_holds(&facet, at, into_frame(facet.axes, scale3(is_a ? (real)-1 : (real)1, way)), a.margin))
+    if (facet_contains(&facet, at, into_frame(facet.axes, scale3(is_a ? (real)-1 : (real)1, displacement)), a.margin))
       m = with_point(m, point.anchor_a, point.anchor_b, point.feature);
   }
   return m;
@@ -175,7 +179,8 @@ static inline Manifold hold_inside(Placed a, Placed b, HullTables tables, bool i
 
 // Where the surfaces face each other along the best normal that there is. A facet whose best normal is not its own to
 // tell, or that has none, still tells what comes down on its inside.
-static inline Manifold patches_touch(u32 kind_a, Placed a, u32 kind_b, Placed b, HullTables tables, real limit) {
+static inline Manifold patches_touch(u32 kind_a, WorldShape a, u32 kind_b, WorldShape b, HullTables tables,
+                                     real limit) {
   const real tolerance = shape_tolerance(a, b);
   const real core_a = patch_core_radius(kind_a, a);
   const bool facet_a = is_facet(kind_a, a, tables), facet_b = is_facet(kind_b, b, tables), facet = facet_a || facet_b;
@@ -192,16 +197,16 @@ static inline Manifold patches_touch(u32 kind_a, Placed a, u32 kind_b, Placed b,
   for (u32 attempt = 0u;; ++attempt) {
     Manifold m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
 #if FEATURE_FACETS
-    if (inside) return hold_inside(a, b, tables, facet_a, &m, limit);
+    if (inside) return keep_points_inside(a, b, tables, facet_a, &m, limit);
 #endif
     const bool alone = m.count == 1u && m.points[0].feature == 0u;
     bool found = !(facet && alone) || is_in_line(&meeting, smaller_size(a, b));
     if (found && alone && meeting.frame != NORMAL_FIXED) {
       if (attempt == 1u) {
         found = !facet;  // what is beside a facet its neighbours meet
-      } else if (meeting.place > meeting.gap - tolerance) {
+      } else if (meeting.crossing_gap > meeting.gap - tolerance) {
         // nothing is over the face: along its normal the points of the crossing are less deep than along their own
-        const Vec3 n = meeting.place_normal;
+        const Vec3 n = meeting.crossing_normal;
         const real radius_a = rolling_radius(kind_a, a, meeting.normal);
         const real radius_b = rolling_radius(kind_b, b, meeting.normal);
         m = with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b),

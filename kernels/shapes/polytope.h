@@ -6,9 +6,11 @@
 #include "shapes/axes.h"
 
 // What is left to rounding, and to the wish that contacts keep their features, relative to the size of both shapes.
-static inline real shape_tolerance(Placed a, Placed b) { return (real)1e-6 * (length3(a.size) + length3(b.size)); }
+static inline real shape_tolerance(WorldShape a, WorldShape b) {
+  return (real)1e-6 * (length3(a.size) + length3(b.size));
+}
 
-static inline real smaller_size(Placed a, Placed b) {
+static inline real smaller_size(WorldShape a, WorldShape b) {
   const real size_a = length3(a.size), size_b = length3(b.size);
   return size_a < size_b ? size_a : size_b;
 }
@@ -28,7 +30,7 @@ typedef struct Polytope {
   HullTables tables;
 } Polytope;
 
-static inline bool is_facet(u32 kind, Placed shape, HullTables tables) {
+static inline bool is_facet(u32 kind, WorldShape shape, HullTables tables) {
 #if FEATURE_FACETS
   return kind == SHAPE_HULL && !shape.alone && tables.hulls[shape.hull].face_count == 1u;
 #else
@@ -36,7 +38,7 @@ static inline bool is_facet(u32 kind, Placed shape, HullTables tables) {
 #endif
 }
 
-static inline Polytope polytope_of(u32 kind, Placed shape, HullTables tables) {
+static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables) {
   Polytope p;
   p.kind = kind;
   p.center = shape.center;
@@ -148,7 +150,7 @@ static inline u32 poly_support(const Polytope* p, Vec3 own) {
 }
 
 // How far the polytope reaches from its centre along a direction in the world.
-static inline real poly_reach(const Polytope* p, Vec3 direction) {
+static inline real poly_extent(const Polytope* p, Vec3 direction) {
   const Vec3 own = into_frame(p->axes, direction);
   return dot3(own, poly_own_vertex(p, poly_support(p, own)));
 }
@@ -159,8 +161,8 @@ typedef struct Meeting {
   Vec3 normal;  // from b to a
   u32 frame;    // NormalFrame
   Vec3 at_a, at_b;
-  real place;         // gap of the crossing that these points are from
-  Vec3 place_normal;  // and its normal
+  real crossing_gap;     // gap of the crossing that these points are from
+  Vec3 crossing_normal;  // and its normal
 } Meeting;
 
 static inline Meeting no_meeting(void) {
@@ -170,18 +172,18 @@ static inline Meeting no_meeting(void) {
   none.frame = NORMAL_FIXED;
   none.at_a = make3((real)0, (real)0, (real)0);
   none.at_b = none.at_a;
-  none.place = none.gap;
-  none.place_normal = none.normal;
+  none.crossing_gap = none.gap;
+  none.crossing_normal = none.normal;
   return none;
 }
 
 // The same seen from the other side.
-static inline Meeting meeting_turned(Meeting m) {
+static inline Meeting meeting_swapped(Meeting m) {
   const Vec3 at = m.at_a;
   m.at_a = m.at_b;
   m.at_b = at;
   m.normal = scale3((real)-1, m.normal);
-  m.place_normal = scale3((real)-1, m.place_normal);
+  m.crossing_normal = scale3((real)-1, m.crossing_normal);
   m.frame = m.frame == NORMAL_OF_A ? (u32)NORMAL_OF_B : m.frame == NORMAL_OF_B ? (u32)NORMAL_OF_A : m.frame;
   return m;
 }
@@ -190,7 +192,7 @@ static inline Meeting meeting_turned(Meeting m) {
 static inline real meeting_least(const Meeting* best, real tolerance) {
   if (best->frame == NORMAL_FIXED) return best->gap;
   const real near = best->gap - (real)100 * tolerance;
-  return near > best->place ? near : best->place;
+  return near > best->crossing_gap ? near : best->crossing_gap;
 }
 
 // What a crossing may lie outside of an edge, as a share of it, by rounding.
@@ -206,13 +208,13 @@ static inline Meeting meeting_offer(Meeting best, real gap, Vec3 normal, u32 fra
     best.frame = frame;
     best.at_a = at_a;
     best.at_b = at_b;
-    best.place = frame == NORMAL_FIXED ? gap : (real)-1e30;
-    best.place_normal = normal;
+    best.crossing_gap = frame == NORMAL_FIXED ? gap : (real)-1e30;
+    best.crossing_normal = normal;
   } else if (frame == NORMAL_FIXED && gap > meeting_least(&best, tolerance)) {
     best.at_a = at_a;
     best.at_b = at_b;
-    best.place = gap;
-    best.place_normal = normal;
+    best.crossing_gap = gap;
+    best.crossing_normal = normal;
   }
   return best;
 }

@@ -24,15 +24,15 @@ static inline FaceQuery poly_face_query(const Polytope* p, const Polytope* q, re
   best.gap = (real)-1e30;
   best.normal = make3((real)0, (real)0, (real)1);
   best.vertex = 0;
-  const Vec3 apart = sub3(q->center, p->center);
+  const Vec3 offset = sub3(q->center, p->center);
   for (u32 f = 0; f < p->faces && !(best.gap > limit); ++f) {
     const Vec4 plane = poly_own_plane(p, f);
     const Vec3 normal = out_of_frame(p->axes, make3(plane.x, plane.y, plane.z));
     const Vec3 down = into_frame(q->axes, scale3((real)-1, normal));
-    if (!facet_looks_at(p, dot3(normal, apart) - plane.w)) continue;
+    if (!facet_looks_at(p, dot3(normal, offset) - plane.w)) continue;
     const u32 vertex = poly_support(q, down);
-    const real gap = dot3(normal, apart) - dot3(down, poly_own_vertex(q, vertex)) - plane.w;
-    if (gap > best.gap && facet_yields(q, down)) {
+    const real gap = dot3(normal, offset) - dot3(down, poly_own_vertex(q, vertex)) - plane.w;
+    if (gap > best.gap && facet_admits(q, down)) {
       best.gap = gap;
       best.normal = normal;
       best.vertex = vertex;
@@ -76,7 +76,7 @@ static inline real clamp_share(real x) { return x < (real)0 ? (real)0 : x > (rea
 
 // The separation along a unit normal from b to a: a lower bound of the true one.
 static inline real polytopes_bound(const Polytope* a, const Polytope* b, Vec3 normal) {
-  return dot3(normal, sub3(a->center, b->center)) - poly_reach(a, scale3((real)-1, normal)) - poly_reach(b, normal);
+  return dot3(normal, sub3(a->center, b->center)) - poly_extent(a, scale3((real)-1, normal)) - poly_extent(b, normal);
 }
 
 // Two crossing edges against what is best so far.
@@ -157,7 +157,7 @@ static inline Meeting poly_closest_edges(const Polytope* a, const Polytope* b, M
       const real distance = dot3(d, d);
       if (!(distance <= (real)1.00001 * least) || !(distance > (real)0)) continue;
       const Vec3 along = out_of_frame(b->axes, scale3((real)1 / sqrt(distance), d));
-      if (!facets_yield(a, b, along)) continue;
+      if (!facets_admit(a, b, along)) continue;
       const real bound = polytopes_bound(a, b, along);
       if (!(bound > gap) && !(distance < (real)0.99999 * least)) continue;
       least = distance;

@@ -8,13 +8,13 @@
 
 #if LANES > 1
 
-// An edge has four places: two rims, on each side of the point nearest to the axis.
-#define RIM_PLACES 4u
-#define RIM_EDGES (LANES / RIM_PLACES)
+// An edge has four candidates: two rims, on each side of the point nearest to the axis.
+#define RIM_CANDIDATES 4u
+#define RIM_EDGES (LANES / RIM_CANDIDATES)
 
-// Lane k stands for place k % 4 of edge k / 4: point + t along, |t| up to the reach.
+// Lane k stands for candidate k % 4 of edge k / 4: point + t along, |t| up to t_max.
 typedef struct RimEdges {
-  real point[3][LANES], along[3][LANES], reach[LANES];
+  real point[3][LANES], along[3][LANES], t_max[LANES];
 } RimEdges;
 
 typedef struct RimLanes {
@@ -22,11 +22,11 @@ typedef struct RimLanes {
   real normal[3][LANES], on_rim[3][LANES], on_other[3][LANES];
 } RimLanes;
 
-static inline void rim_edges_put(RimEdges* edges, u32 e, Vec3 point, Vec3 along, real reach) {
-  for (u32 k = RIM_PLACES * e; k < RIM_PLACES * (e + 1u); ++k) {
+static inline void rim_edges_put(RimEdges* edges, u32 e, Vec3 point, Vec3 along, real t_max) {
+  for (u32 k = RIM_CANDIDATES * e; k < RIM_CANDIDATES * (e + 1u); ++k) {
     edges->point[0][k] = point.x, edges->point[1][k] = point.y, edges->point[2][k] = point.z;
     edges->along[0][k] = along.x, edges->along[1][k] = along.y, edges->along[2][k] = along.z;
-    edges->reach[k] = reach;
+    edges->t_max[k] = t_max;
   }
 }
 
@@ -55,7 +55,7 @@ static inline void rim_lanes(const Cylinder* c, const RimEdges* edges, RimLanes*
   const lane_mask upper = LANE_LOAD(ends) > zero, before = sense < zero;
   const Lane3 middle = lane_select3(upper, lane_all3(cylinder_cap(c, 1)), lane_all3(cylinder_cap(c, 0)));
   const Lane3 point = lane_load3(edges->point), u = lane_load3(edges->along), w = lane_sub3(point, middle);
-  const lane reach = LANE_LOAD(edges->reach);
+  const lane t_max = LANE_LOAD(edges->t_max);
   const Lane3 w_across = lane_cylinder_across(c, w), u_across = lane_cylinder_across(c, u);
   const lane a = lane_dot3(u_across, u_across), start = lane_dot3(w, u);
   const lane bound = radius * sqrt(a);
@@ -79,13 +79,13 @@ static inline void rim_lanes(const Cylinder* c, const RimEdges* edges, RimLanes*
     t = active ? (passed ? closest : next) : t;
     active = active & !passed & !stays;
   }
-  found = found & (t > LANE_OF(-0.001) * reach) & (t < LANE_OF(1.001) * reach);
+  found = found & (t > LANE_OF(-0.001) * t_max) & (t < LANE_OF(1.001) * t_max);
   const Lane3 across = lane_add3(w_across, lane_scale3(t, u_across));
   const lane rho = lane_length3(across);
   const lane left = start + t - radius * lane_dot3(across, u_across) / rho;
   found = found & (rho > zero) & (left < LANE_OF(1e-3) * radius) & (left > LANE_OF(-1e-3) * radius);
   const Lane3 on_rim = lane_add3(middle, lane_scale3(radius / rho, across));
-  const lane inside = t < zero ? zero : (t > reach ? reach : t);
+  const lane inside = t < zero ? zero : (t > t_max ? t_max : t);
   const Lane3 tangent = lane_cross3(lane_all3(c->axes.z), across), on_other = lane_add3(point, lane_scale3(inside, u));
   const Lane3 between = lane_sub3(on_rim, on_other);
   const lane least_sine = lane_length3(between) > LANE_OF(0.1) * radius ? LANE_OF(0.05) : LANE_OF(1e-3);

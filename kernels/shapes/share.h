@@ -34,7 +34,7 @@ static inline void shared_sort(Chosen* chosen) {
 
 // Whether the points of a meeting are over each other along their normal, but for a hundredth of a size.
 static inline bool is_in_line(const Meeting* meeting, real size) {
-  const Vec3 d = sub3(meeting->at_a, meeting->at_b), n = meeting->place_normal;
+  const Vec3 d = sub3(meeting->at_a, meeting->at_b), n = meeting->crossing_normal;
   const Vec3 beside = sub3(d, scale3(dot3(n, d), n));
   return dot3(beside, beside) <= (real)1e-4 * (size * size);
 }
@@ -64,7 +64,7 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
     chosen.points[0] = point;
   }
   // the farthest point of a shape need not lie over the face that it is farthest behind: other points come first
-  const bool sure = meeting->frame == NORMAL_FIXED || meeting->place > (real)-1e29;
+  const bool sure = meeting->frame == NORMAL_FIXED || meeting->crossing_gap > (real)-1e29;
   const bool deeper = sure && meeting->gap < deepest - (real)2 * tolerance;
   if (valid == 0 || (deeper && is_in_line(meeting, scale))) {
     chosen.points[0].on_a = meeting->at_a;

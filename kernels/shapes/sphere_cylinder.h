@@ -5,7 +5,7 @@
 #include "shapes/cylinder.h"
 
 // The closest point of the cylinder; from inside, through the nearer of cap and side.
-static inline Manifold sphere_cylinder(Placed a, Placed b) {
+static inline Manifold sphere_cylinder(WorldShape a, WorldShape b) {
   const Cylinder c = cylinder_of(b);
   const Vec3 d = sub3(a.center, b.center);
   const real height = dot3(c.axes.z, d);

@@ -6,7 +6,7 @@
 
 #if FEATURE_FACETS
 // The closest point of a facet: over its inside, or on an edge or a corner that yields.
-static inline Manifold sphere_facet(Placed a, Placed b, const Polytope* facet, real limit) {
+static inline Manifold sphere_facet(WorldShape a, WorldShape b, const Polytope* facet, real limit) {
   const Vec3 center = into_frame(facet->axes, sub3(a.center, b.center)), out = poly_own_normal(facet, 0u);
   const real height = dot3(out, sub3(center, poly_own_vertex(facet, 0u)));
   bool over_face = height >= (real)0;
@@ -35,7 +35,7 @@ static inline Manifold sphere_facet(Placed a, Placed b, const Polytope* facet, r
   const real gap = sqrt(least);
   if (gap > limit + a.size.x || !(gap > (real)0)) return no_manifold();
   const Vec3 own = scale3((real)1 / gap, sub3(center, nearest));
-  if (!facet_yields(facet, own) || !facet_tells(facet, own)) return no_manifold();
+  if (!facet_admits(facet, own) || !facet_tells(facet, own)) return no_manifold();
   return manifold_at(out_of_frame(facet->axes, own), at_corner ? NORMAL_BETWEEN : NORMAL_FIXED, a.center, a.size.x,
                      add3(b.center, out_of_frame(facet->axes, nearest)), (real)0, 0);
 }

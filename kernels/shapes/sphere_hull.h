@@ -5,7 +5,7 @@
 #include "shapes/sphere_facet.h"
 
 // The closest point of the hull; from inside, through the nearest face.
-static inline Manifold sphere_hull(Placed a, Placed b, HullTables tables, real limit) {
+static inline Manifold sphere_hull(WorldShape a, WorldShape b, HullTables tables, real limit) {
   const Polytope hull = polytope_of(SHAPE_HULL, b, tables);
 #if FEATURE_FACETS
   if (hull.facet) return sphere_facet(a, b, &hull, limit);
@@ -51,14 +51,14 @@ static inline Manifold sphere_hull(Placed a, Placed b, HullTables tables, real l
     const Vec3 d = sub3(center, point);
     const real square = dot3(d, d);
     if (!(square <= (real)1.00001 * least)) continue;
-    const Vec3 way = square > (real)0 ? scale3((real)1 / sqrt(square), d) : out;
-    const real bound = dot3(way, sub3(center, poly_own_vertex(&hull, poly_support(&hull, way))));
+    const Vec3 direction = square > (real)0 ? scale3((real)1 / sqrt(square), d) : out;
+    const real bound = dot3(direction, sub3(center, poly_own_vertex(&hull, poly_support(&hull, direction))));
     if (!(bound > gap) && !(square < (real)0.99999 * least)) continue;
     found = bound > face_gap;
     least = square;
     gap = bound;
     nearest = point;
-    own = way;
+    own = direction;
     at_vertex = share != t;
   }
   // along an edge the sphere rolls: only a vertex is a point that the normal turns about

@@ -6,7 +6,7 @@
 
 static inline Vec3 plane_normal(Quat rotation) { return rotate3(rotation, make3((real)0, (real)0, (real)1)); }
 
-static inline Manifold sphere_plane(Placed a, Placed b) {
+static inline Manifold sphere_plane(WorldShape a, WorldShape b) {
   return manifold_at(plane_normal(b.rotation), NORMAL_OF_B, a.center, a.size.x, b.center, (real)0, 0u);
 }
 

@@ -5,7 +5,7 @@
 #include "shapes/manifold.h"
 
 // Coincident centres have no direction: they part along z.
-static inline Manifold sphere_sphere(Placed a, Placed b) {
+static inline Manifold sphere_sphere(WorldShape a, WorldShape b) {
   const Vec3 d = sub3(a.center, b.center);
   const real distance = length3(d);
   Vec3 normal = make3((real)0, (real)0, (real)1);

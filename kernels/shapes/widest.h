@@ -15,20 +15,20 @@ static inline real shared_area(Vec3 p, Vec3 q, Vec3 r, Vec3 s, Vec3 normal) {
 }
 
 // The point of a disc's rim that is farthest along a direction across the normal.
-static inline SharedPoint shared_on_rim(const PatchPair* pair, bool of_first, Vec3 way, u32 i) {
+static inline SharedPoint shared_on_rim(const PatchPair* pair, bool of_first, Vec3 direction, u32 i) {
   SharedPoint none = {0};
   const Patch* p = of_first ? &pair->first : &pair->second;
   const Patch* q = of_first ? &pair->second : &pair->first;
   if (p->kind != PATCH_DISC) return none;
-  const Vec3 across = sub3(way, scale3(dot3(way, p->plane), p->plane));
+  const Vec3 across = sub3(direction, scale3(dot3(direction, p->plane), p->plane));
   const Vec3 x = add3(p->center, scale3(p->radius / length3(across), across));
-  if (!patch_holds(q, pair->normal, x, pair->tolerance)) return none;
+  if (!patch_contains(q, pair->normal, x, pair->tolerance)) return none;
   const Vec3 other = patch_lift(q, pair->normal, x);
   return shared_point(pair, of_first ? x : other, of_first ? other : x, shared_name(of_first ? 4 : 5, 0, i));
 }
 
 // Directions along which the corners of what two patches share are compared.
-#define SHARED_WAYS 16u
+#define SHARED_DIRECTIONS 16u
 // Names of points of an outline: candidates, points of the rims along a direction, and the deepest one, NONE.
 #define SHARED_FIRST_RIM 65536u
 #define SHARED_SECOND_RIM 131072u
@@ -37,22 +37,22 @@ static inline SharedPoint shared_on_rim(const PatchPair* pair, bool of_first, Ve
 // deepest one, which is there as well.
 typedef struct Outline {
   Vec3 origin, u, v;  // by u and v about as wide as long
-  u32 at[SHARED_WAYS];
-  real reach[SHARED_WAYS], x[SHARED_WAYS + 1], y[SHARED_WAYS + 1];
-  bool deep[SHARED_WAYS + 1];  // as deep as the deepest
+  u32 at[SHARED_DIRECTIONS];
+  real distance[SHARED_DIRECTIONS], x[SHARED_DIRECTIONS + 1], y[SHARED_DIRECTIONS + 1];
+  bool deep[SHARED_DIRECTIONS + 1];  // as deep as the deepest
 } Outline;
 
-static inline void outline_offer(Outline* outline, const SharedPoint* point, u32 at, u32 first_way, u32 end_way,
-                                 bool deep) {
+static inline void outline_offer(Outline* outline, const SharedPoint* point, u32 at, u32 first_direction,
+                                 u32 end_direction, bool deep) {
   const Vec3 d = sub3(point->on_a, outline->origin);
   const real x = dot3(outline->u, d), y = dot3(outline->v, d);
   const Vec3 along_x = make3((real)1, (real)0, (real)0), along_y = make3((real)0, (real)1, (real)0);
-  for (u32 i = first_way; i < end_way; ++i) {
-    const Vec3 way = around_sixteenth(along_x, along_y, i);
-    const real reach = way.x * x + way.y * y;
+  for (u32 i = first_direction; i < end_direction; ++i) {
+    const Vec3 direction = around_sixteenth(along_x, along_y, i);
+    const real distance = direction.x * x + direction.y * y;
     // one that comes later must be farther by a little
-    if (!(reach > outline->reach[i] + (real)0.001)) continue;
-    outline->reach[i] = reach;
+    if (!(distance > outline->distance[i] + (real)0.001)) continue;
+    outline->distance[i] = distance;
     outline->at[i] = at;
     outline->x[i] = x;
     outline->y[i] = y;
@@ -73,20 +73,20 @@ static inline Outline shared_outline(const PatchPair* pair, const SharedPoint* k
   const real h = dot3(beside, sub3(chosen->points[2].on_a, outline.origin)) / length, height = h < (real)0 ? -h : h;
   outline.u = scale3((real)1 / (length * length), across);
   outline.v = scale3((real)1 / (length * height), beside);
-  for (u32 i = 0; i < SHARED_WAYS + 1; ++i) {
+  for (u32 i = 0; i < SHARED_DIRECTIONS + 1; ++i) {
     outline.x[i] = outline.y[i] = (real)0;
     outline.deep[i] = true;
   }
-  for (u32 i = 0; i < SHARED_WAYS; ++i) {
+  for (u32 i = 0; i < SHARED_DIRECTIONS; ++i) {
     outline.at[i] = NONE;
-    outline.reach[i] = (real)0;
+    outline.distance[i] = (real)0;
   }
   for (u32 k = 0; k < count; ++k) {
     if (shared_wanders(pair, k)) continue;
     const SharedPoint point = shared_at(pair, kept, k);
-    if (point.valid && point.gap <= limit) outline_offer(&outline, &point, k, 0, SHARED_WAYS, point.gap <= least);
+    if (point.valid && point.gap <= limit) outline_offer(&outline, &point, k, 0, SHARED_DIRECTIONS, point.gap <= least);
   }
-  for (u32 i = 0; i < SHARED_WAYS && pair->second.kind == PATCH_DISC; ++i) {
+  for (u32 i = 0; i < SHARED_DIRECTIONS && pair->second.kind == PATCH_DISC; ++i) {
     for (u32 side = 0; side < 2; ++side) {
       const SharedPoint point = shared_on_rim(pair, side == 0, around_sixteenth(outline.u, outline.v, i), i);
       const u32 at = (side == 0 ? SHARED_FIRST_RIM : SHARED_SECOND_RIM) + i;
@@ -105,14 +105,14 @@ typedef struct Widest {
 // The four of them, one as deep as the deepest, that enclose most: on either side of a diagonal the farthest one.
 static inline Widest outline_widest(const Outline* outline) {
   Widest widest = {(real)0, {NONE, NONE, NONE, NONE}};
-  for (u32 i = 0; i < SHARED_WAYS; ++i) {
+  for (u32 i = 0; i < SHARED_DIRECTIONS; ++i) {
     if (i > 0 && outline->at[i] == outline->at[i - 1]) continue;
-    for (u32 j = i + 1; j < SHARED_WAYS + 1; ++j) {
-      if (j < SHARED_WAYS && outline->at[j] == outline->at[j - 1]) continue;
+    for (u32 j = i + 1; j < SHARED_DIRECTIONS + 1; ++j) {
+      if (j < SHARED_DIRECTIONS && outline->at[j] == outline->at[j - 1]) continue;
       const real dx = outline->x[j] - outline->x[i], dy = outline->y[j] - outline->y[i];
       real left = (real)0, right = (real)0, deep_left = (real)-1e30, deep_right = (real)-1e30;
       u32 at_left = NONE, at_right = NONE, at_deep_left = NONE, at_deep_right = NONE;
-      for (u32 k = 0; k < SHARED_WAYS + 1; ++k) {
+      for (u32 k = 0; k < SHARED_DIRECTIONS + 1; ++k) {
         const real beside = dx * (outline->y[k] - outline->y[i]) - dy * (outline->x[k] - outline->x[i]);
         if (beside > left) {
           left = beside;
@@ -149,13 +149,13 @@ static inline Widest outline_widest(const Outline* outline) {
   return widest;
 }
 
-// The point of an outline at one of these places; the deepest one where there is none.
+// The point of an outline at one of these slots; the deepest one where there is none.
 static inline SharedPoint outline_point(const PatchPair* pair, const SharedPoint* kept, const Outline* outline,
-                                        const SharedPoint* deepest, u32 place) {
-  const u32 at = place < SHARED_WAYS ? outline->at[place] : NONE;
+                                        const SharedPoint* deepest, u32 slot) {
+  const u32 at = slot < SHARED_DIRECTIONS ? outline->at[slot] : NONE;
   if (at == NONE) return *deepest;
   if (at < SHARED_FIRST_RIM) return shared_at(pair, kept, at);
-  const u32 i = at & (SHARED_WAYS - 1);
+  const u32 i = at & (SHARED_DIRECTIONS - 1);
   return shared_on_rim(pair, at < SHARED_SECOND_RIM, around_sixteenth(outline->u, outline->v, i), i);
 }
 
@@ -176,14 +176,14 @@ static inline Chosen shared_along_rims(const PatchPair* pair, real limit, real l
     // a corner that is there twice is on either side
     const bool first_left = h0 > h1;
     for (u32 k = 0; k < 4; ++k) {
-      const u32 place = beside + (k >> 1);
+      const u32 slot = beside + (k >> 1);
       const real sense = (k < 2) == first_left ? (real)1 : (real)-1;
-      const Vec3 way = scale3(sense / length, left);
-      const SharedPoint point = shared_on_rim(pair, (k & 1) == 0, way, SHARED_WAYS + place);
+      const Vec3 direction = scale3(sense / length, left);
+      const SharedPoint point = shared_on_rim(pair, (k & 1) == 0, direction, SHARED_DIRECTIONS + slot);
       if (!point.valid || !(point.gap <= limit)) continue;
-      if (four.points[place].gap <= least && !(point.gap <= least)) continue;
-      if (!(dot3(way, sub3(point.on_a, four.points[place].on_a)) > (real)0.001 * length)) continue;
-      four.points[place] = point;
+      if (four.points[slot].gap <= least && !(point.gap <= least)) continue;
+      if (!(dot3(direction, sub3(point.on_a, four.points[slot].on_a)) > (real)0.001 * length)) continue;
+      four.points[slot] = point;
     }
   }
   return four;

@@ -2,17 +2,17 @@
 
 #include <gtest/gtest.h>
 
-namespace lockstep {
+namespace lockstep::angle_test {
 namespace {
 
 // Against the C library, over all turns; the quaternion need not be unit.
-TEST(TurnAngle, IsTwiceTheArcTangent) {
+TEST(RotationAngle, IsTwiceTheArcTangent) {
   for (int i = -20000; i <= 20000; ++i) {
     const double angle = 3.141592653589793 * i / 20000, size = 1 + 0.3 * std::sin(7.0 * i);
     const double z = size * std::sin(angle / 2), w = size * std::cos(angle / 2);
     if (w < 0) continue;
-    EXPECT_NEAR(reference::turn_angle(z, w), angle, 2e-15) << angle;
-    EXPECT_NEAR(double(reference::turn_angle(float(z), float(w))), angle, 1e-6) << angle;
+    EXPECT_NEAR(reference::rotation_angle(z, w), angle, 2e-15) << angle;
+    EXPECT_NEAR(double(reference::rotation_angle(float(z), float(w))), angle, 1e-6) << angle;
   }
 }
 
@@ -28,7 +28,7 @@ TEST(DirectionAngle, IsThatOfTheCLibrary) {
   }
 }
 
-TEST(TurnAngle, OfNoQuaternionIsZero) { EXPECT_EQ(reference::turn_angle(0.0, 0.0), 0.0); }
+TEST(RotationAngle, OfNoQuaternionIsZero) { EXPECT_EQ(reference::rotation_angle(0.0, 0.0), 0.0); }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::angle_test

@@ -4,7 +4,7 @@
 #include "tests/closed_forms.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::ball_test {
 namespace {
 
 // A pendulum released from the horizontal passes its lowest point after a quarter of the period
@@ -127,4 +127,4 @@ TYPED_TEST(BallJointIn, HangingChainCarriesItsWeight) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::ball_test

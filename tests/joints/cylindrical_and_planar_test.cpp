@@ -6,7 +6,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::cylindrical_and_planar_test {
 namespace {
 
 constexpr double dt = 1.0 / 240;
@@ -32,7 +32,7 @@ Scene on_shaft() {
   return scene;
 }
 
-TYPED_TEST(CylindricalJoint, SlidesAndSpinsAsItBeganAndIsCarried) {
+TYPED_TEST(CylindricalJoint, SlidesAndRotatesAsItBeganAndIsCarried) {
   using real = TypeParam;
   for (const u32 substeps : {1u, 4u}) {
     SCOPED_TRACE(substeps);
@@ -96,13 +96,13 @@ Scene on_plane() {
   Scene scene =
       joint_scene({bare_body({0, 0, 0}, {0.1, 0.1, 0.25})},
                   {joint_of(JOINT_PLANAR, NONE, 0, {0.3, 0.2, 0}, {std::sin(slope), 0, std::cos(slope)})}, dt);
-  scene.bodies[0].orientation = exact::turn({0, 1, 0}, std::sin(slope / 2), std::cos(slope / 2));
+  scene.bodies[0].orientation = exact::rotation({0, 1, 0}, std::sin(slope / 2), std::cos(slope / 2));
   scene.bodies[0].angular_velocity = {2 * std::sin(slope), 0, 2 * std::cos(slope)};
   scene.bodies[0].velocity = {0, 0.7, 0};
   return scene;
 }
 
-TYPED_TEST(PlanarJoint, SlidesDownItsPlaneWhileItTurns) {
+TYPED_TEST(PlanarJoint, SlidesDownItsPlaneWhileItRotates) {
   using real = TypeParam;
   for (const u32 substeps : {1u, 4u}) {
     SCOPED_TRACE(substeps);
@@ -148,4 +148,4 @@ TYPED_TEST(PlanarJoint, MotorAndLimitsActOnTheAngle) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::cylindrical_and_planar_test

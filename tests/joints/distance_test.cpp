@@ -5,7 +5,7 @@
 #include "host/report/joints.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::distance_test {
 namespace {
 
 template <class real>
@@ -41,13 +41,13 @@ TYPED_TEST(DistanceJoint, ConicalPendulumKeepsItsHeight) {
   scene.bodies[0].velocity = {0, w * radius, 0};
   const u32 substeps = 16, steps = 480;
   const Buffers<real> b = after_steps<real>(with_small_steps(scene, substeps), steps);
-  const double turned = std::atan2(double(b.positions[0].y), double(b.positions[0].x));
+  const double azimuth = std::atan2(double(b.positions[0].y), double(b.positions[0].x));
   EXPECT_NEAR(double(b.positions[0].z), -length * std::cos(angle), 2e-3);
-  EXPECT_NEAR(std::remainder(turned - w * steps * dt, 2 * 3.141592653589793), 0, 1e-2);
+  EXPECT_NEAR(std::remainder(azimuth - w * steps * dt, 2 * 3.141592653589793), 0, 1e-2);
 }
 
 // A rope may go slack, and stops what falls into it.
-TYPED_TEST(DistanceJoint, RopeHoldsOnlyWhenTaut) {
+TYPED_TEST(DistanceJoint, RopePullsOnlyWhenTaut) {
   using real = TypeParam;
   Scene scene = bob({0, 0, -1});
   scene.joints[0].limited = true;
@@ -77,4 +77,4 @@ TYPED_TEST(DistanceJoint, WinchDrawsIn) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::distance_test

@@ -7,7 +7,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::friction_test {
 namespace {
 
 constexpr double dt = 1.0 / 240;
@@ -61,27 +61,27 @@ TYPED_TEST(JointFriction, SwingsOfASpringShortenEvenly) {
   Scene scene = joint_scene({bare_body({0, 0, 0.095})}, {joint_of(JOINT_SLIDER, NONE, 0, {0, 0, 0})}, step);
   scene.gravity = {0, 0, 0};
   scene.settings.integrator = Integrator::trapezoidal;
-  scene.joints[0].stand = {{0, 0, 0}, {0, 0, 0}};
+  scene.joints[0].reference_poses = {{0, 0, 0}, {0, 0, 0}};
   scene.joints[0].spring = {.stiffness = k};
   scene.joints[0].friction = force;
-  std::vector<double> turns = {0.095};
+  std::vector<double> extremes = {0.095};
   double before = 0.095, last = 0;
   watch_steps<real>(scene, 3000, [&](const Buffers<real>& b, u32) {
-    const double x = position(b, 0)[2], way = x - before;
-    if (way * last < 0) turns.push_back(before);
-    if (std::abs(way) > 1e-7) last = way;
+    const double x = position(b, 0)[2], travel = x - before;
+    if (travel * last < 0) extremes.push_back(before);
+    if (std::abs(travel) > 1e-7) last = travel;
     before = x;
   });
-  ASSERT_EQ(turns.size(), 5u);
-  for (std::size_t i = 0; i < turns.size(); ++i)
-    EXPECT_NEAR(std::abs(turns[i]), 0.095 - 2 * force / k * double(i), 2e-4) << i;
-  EXPECT_NEAR(before, turns.back(), 0.021);
+  ASSERT_EQ(extremes.size(), 5u);
+  for (std::size_t i = 0; i < extremes.size(); ++i)
+    EXPECT_NEAR(std::abs(extremes[i]), 0.095 - 2 * force / k * double(i), 2e-4) << i;
+  EXPECT_NEAR(before, extremes.back(), 0.021);
   EXPECT_LE(k * std::abs(before), force + 1e-3) << "it sticks where the spring is too weak";
 }
 
 // Of a cylindrical joint the travel is rubbed, of a universal one the first arm, of a screw the angle: a fine thread
 // locks itself.
-TYPED_TEST(JointFriction, RubsTheFreeCoordinate) {
+TYPED_TEST(JointFriction, ActsOnTheFreeCoordinate) {
   using real = TypeParam;
   BodyDescription body = bare_body({0, 0, 0}, {0.1, 0.1, 0.1});
   body.velocity = {0, 0, 1};
@@ -112,4 +112,4 @@ TYPED_TEST(JointFriction, RubsTheFreeCoordinate) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::friction_test

@@ -5,7 +5,7 @@
 #include "host/report/joints.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::hinge_test {
 namespace {
 
 template <class real>
@@ -35,7 +35,7 @@ TYPED_TEST(HingeJoint, MotorReachesItsSpeedWithItsTorque) {
 }
 
 // b against a: a motor between two bodies turns the second, and the first the other way.
-TYPED_TEST(HingeJoint, MotorTurnsBothBodies) {
+TYPED_TEST(HingeJoint, MotorRotatesBothBodies) {
   using real = TypeParam;
   BodyDescription a = bare_body({0, 0, 0}, {1, 1, 3}), b = bare_body({0, 0, 1}, {1, 1, 1});
   Scene scene = joint_scene({a, b}, {joint_of(JOINT_HINGE, 0, 1, {0, 0, 0.5})}, dt);
@@ -83,7 +83,7 @@ TYPED_TEST(HingeJoint, LimitCarriesAMoment) {
 }
 
 // The axis stays where it is against a moment that would tilt it.
-TYPED_TEST(HingeJoint, AxisIsHeld) {
+TYPED_TEST(HingeJoint, AxisIsKept) {
   using real = TypeParam;
   Scene scene = door();
   scene.gravity = {0, 0, -9.81};
@@ -97,4 +97,4 @@ TYPED_TEST(HingeJoint, AxisIsHeld) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::hinge_test

@@ -3,7 +3,7 @@
 #include "host/report/measures.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::joint_residual_test {
 namespace {
 
 Residual residual_after(const Scene& scene, u32 steps) {
@@ -32,7 +32,7 @@ TEST(JointResidual, FallsToRounding) {
   EXPECT_LT(many.relative, 1e-10);
 }
 
-// A joint alone is solved by one visit, whatever it is: locked rows, motor, limits and springs agree with their law.
+// One solve satisfies a joint alone, whatever it is: locked rows, motor, limits and springs agree with their law.
 TEST(JointResidual, OfOneJointIsRounding) {
   for (u32 seed = 0; seed < 40; ++seed) {
     Scene scene = one_random_joint(seed);
@@ -53,4 +53,4 @@ TEST(JointResidual, DefectIsTheVelocityThatIsLeft) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::joint_residual_test

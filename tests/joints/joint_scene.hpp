@@ -72,7 +72,7 @@ inline Scene random_joints(u32 seed, u32 bodies, u32 joints) {
         bare_body(random.vector(2), {random.between(1, 2), random.between(1, 2), random.between(1, 2)});
     if (random.bits() % 3 == 0) body.inertia = {1, 1, 1};
     body.mass = random.between(0.5, 3);
-    body.orientation = random.turn();
+    body.orientation = random.rotation();
     if (random.bits() % 5 == 0 && i > 0) {
       body.kind = BODY_STATIC;
       body.mass = 0;

@@ -9,7 +9,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::joint_scenes_test {
 namespace {
 
 u32 body_named(const Scene& scene, const std::string& name) {
@@ -90,15 +90,15 @@ TEST(JointScenes, BricardSwingsOn) {
   const Scene scene = read_scene("bricard");
   const InitialState<double> state = compile<double>(scene);
   const double first = energy(state, state.buffers);
-  double turned = 0;
+  double fastest = 0;
   watch_steps<double>(scene, 500, [&](const Buffers<double>& b, u32 i) {
-    turned = std::max(turned, length(angular_velocity(b, 2)));
+    fastest = std::max(fastest, length(angular_velocity(b, 2)));
     if (i % 50 != 49) return;
     EXPECT_NEAR(energy(state, b), first, 0.01 * first);
     EXPECT_LT(joint_drift(b).separation, 1e-4);
     EXPECT_LT(joint_drift(b).angle, 5e-3);
   });
-  EXPECT_GT(turned, 1);
+  EXPECT_GT(fastest, 1);
 }
 
 // The piston is where the crank's angle puts it: x = r cos + sqrt(l^2 - r^2 sin^2). The flap knocks at its stops and
@@ -113,10 +113,10 @@ TEST(JointScenes, SliderCrankGoesAsItsGeometrySays) {
   const double stop = scene.joints[5].high;
   double leaned = 0;
   watch_steps<double>(scene, 1500, [&](const Buffers<double>& b, u32 i) {
-    const double turned = angle(b, crank), side = 0.5 * std::sin(turned);
-    const Vector3 place = position(b, piston);
-    EXPECT_NEAR(place[0], 0.5 * std::cos(turned) + std::sqrt(1.5 * 1.5 - side * side), 1e-3);
-    EXPECT_NEAR(length(position(b, bob) - place - Vector3{0, 0, -0.15}), 0.75, 1e-3);
+    const double crank_angle = angle(b, crank), side = 0.5 * std::sin(crank_angle);
+    const Vector3 center = position(b, piston);
+    EXPECT_NEAR(center[0], 0.5 * std::cos(crank_angle) + std::sqrt(1.5 * 1.5 - side * side), 1e-3);
+    EXPECT_NEAR(length(position(b, bob) - center - Vector3{0, 0, -0.15}), 0.75, 1e-3);
     leaned = std::max(leaned, std::abs(std::remainder(angle(b, flap), 6.283185307179586)));
     EXPECT_LT(joint_drift(b).separation, 1e-3);
     if (i < 50) return;
@@ -126,7 +126,7 @@ TEST(JointScenes, SliderCrankGoesAsItsGeometrySays) {
 }
 
 // The slanting shaft turns as Cardan's formula says, 0.8 to 1.25 times as fast, and the last as fast as the first.
-TEST(JointScenes, CardanShaftTurnsEvenlyAgain) {
+TEST(JointScenes, CardanShaftRotatesUniformlyAgain) {
   const Scene scene = read_scene("cardan_shaft");
   const u32 driver = body_named(scene, "driver"), middle = body_named(scene, "middle"),
             driven = body_named(scene, "driven");
@@ -176,10 +176,10 @@ TEST(JointScenes, PucksStayOnTheirAirTable) {
   double paddle = 0;
   watch_steps<float>(scene, 800, [&](const Buffers<float>& b, u32) {
     for (u32 i = 1; i < scene.bodies.size(); ++i) {
-      const Vector3 place = position(b, i);
-      EXPECT_NEAR(place[2], scene.bodies[i].position[2], 1e-5);
-      EXPECT_LT(std::abs(place[0]), 1.5);
-      EXPECT_LT(std::abs(place[1]), 1.0);
+      const Vector3 center = position(b, i);
+      EXPECT_NEAR(center[2], scene.bodies[i].position[2], 1e-5);
+      EXPECT_LT(std::abs(center[0]), 1.5);
+      EXPECT_LT(std::abs(center[1]), 1.0);
     }
     EXPECT_LT(joint_drift(b).angle, 1e-4);
     paddle = b.motions[1].w[2];
@@ -191,18 +191,18 @@ TEST(JointScenes, RoverDrivesOverItsBumps) {
   const Scene scene = read_scene("rover");
   const u32 chassis = body_named(scene, "chassis");
   double highest = 0;
-  Vector3 place = {};
+  Vector3 center = {};
   watch_steps<float>(scene, 300, [&](const Buffers<float>& b, u32) {
-    place = position(b, chassis);
-    highest = std::max(highest, place[2]);
+    center = position(b, chassis);
+    highest = std::max(highest, center[2]);
     EXPECT_LT(joint_drift(b).separation, 0.02);
   });
-  EXPECT_GT(place[0], 3);
-  EXPECT_LT(std::abs(place[1]), 0.5);
+  EXPECT_GT(center[0], 3);
+  EXPECT_LT(std::abs(center[1]), 0.5);
   EXPECT_GT(highest, 0.44);  // it started at 0.42
 }
 
-// Knees bend backwards by no more than the way of a step takes them, and the figure comes to lie.
+// Knees bend backwards by no more than the displacement in a step takes them, and the figure comes to lie.
 TEST(JointScenes, RagDollKeepsItsLimits) {
   const Scene scene = read_scene("rag_doll");
   const double degree = 3.141592653589793 / 180;
@@ -215,10 +215,10 @@ TEST(JointScenes, RagDollKeepsItsLimits) {
           exact::multiply({-scene.bodies[joint.body_a].orientation[0], -scene.bodies[joint.body_a].orientation[1],
                            -scene.bodies[joint.body_a].orientation[2], scene.bodies[joint.body_a].orientation[3]},
                           scene.bodies[joint.body_b].orientation);
-      Quaternion turn =
+      Quaternion rotation =
           exact::multiply(exact::multiply({-a[0], -a[1], -a[2], a[3]}, c), {-was[0], -was[1], -was[2], was[3]});
       const Vector3 axis = exact::unit(unrotate(scene.bodies[joint.body_a].orientation, joint.axis));
-      double angle = 2 * std::atan2(dot({turn[0], turn[1], turn[2]}, axis), turn[3]);
+      double angle = 2 * std::atan2(dot({rotation[0], rotation[1], rotation[2]}, axis), rotation[3]);
       angle = std::remainder(angle, 360 * degree);
       EXPECT_GT(angle, joint.low - 5 * degree);
       EXPECT_LT(angle, joint.high + 5 * degree);
@@ -256,4 +256,4 @@ TEST(JointScenes, JoinedBodiesDoNotCollide) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::joint_scenes_test

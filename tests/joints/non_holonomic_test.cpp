@@ -7,7 +7,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::non_holonomic_test {
 namespace {
 
 template <class real>
@@ -15,12 +15,12 @@ class NonHolonomic : public testing::Test {};
 using Precisions = testing::Types<float, double>;
 TYPED_TEST_SUITE(NonHolonomic, Precisions);
 
-constexpr double slope = 2, spin = 1.5;  // m/s^2 down the plane, rad/s
+constexpr double slope = 2, angular_velocity = 1.5;  // m/s^2 down the plane, rad/s
 
 // On a plane that slopes down along y: an edge along x, under the centre of mass, and a spin that nothing changes.
 Scene skater(double dt) {
   BodyDescription body = bare_body({0, 0, 0}, {0.1, 0.1, 0.3});
-  body.angular_velocity = {0, 0, spin};
+  body.angular_velocity = {0, 0, angular_velocity};
   Scene scene = joint_scene(
       {body}, {joint_of(JOINT_PLANAR, NONE, 0, {0, 0, 0}), joint_of(JOINT_SKATE, NONE, 0, {0, 0, 0}, {0, 1, 0})}, dt);
   scene.gravity = {0, slope, -9};
@@ -34,8 +34,9 @@ struct OnSlope {
   double x, y;
 };
 OnSlope on_slope(double t) {
-  const double phi = spin * t, scale = slope / (spin * spin), rise = 1 - std::cos(phi);
-  return {scale * (std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4), scale * rise * rise / 2};
+  const double phi = angular_velocity * t, scale = slope / (angular_velocity * angular_velocity),
+               versine = 1 - std::cos(phi);
+  return {scale * (std::sin(phi) - phi / 2 - std::sin(2 * phi) / 4), scale * versine * versine / 2};
 }
 
 template <class real>
@@ -47,7 +48,7 @@ double off_slope(double dt, Integrator integrator, u32 substeps, double duration
     const OnSlope exact = on_slope((i + 1) * dt);
     const auto x = position(b, 0);
     worst = std::max(worst, std::hypot(double(x[0]) - exact.x, double(x[1]) - exact.y));
-    const double heading = spin * (i + 0.5) * dt;  // of the middle of the step
+    const double heading = angular_velocity * (i + 0.5) * dt;  // of the middle of the step
     skid = std::max(
         skid, std::abs(-std::sin(heading) * double(b.motions[0].v[0]) + std::cos(heading) * double(b.motions[0].v[1])));
   });
@@ -57,22 +58,22 @@ double off_slope(double dt, Integrator integrator, u32 substeps, double duration
 
 TYPED_TEST(NonHolonomic, ASkateOnASlopeGoesSideways) {
   using real = TypeParam;
-  const double two_turns = 4 * exact::pi / spin;
+  const double two_revolutions = 4 * exact::pi / angular_velocity;
   for (const u32 substeps : {1u, 4u}) {
-    const double coarse = off_slope<real>(0.02, Integrator::semi_implicit_euler, substeps, two_turns);
-    const double fine = off_slope<real>(0.01, Integrator::semi_implicit_euler, substeps, two_turns);
+    const double coarse = off_slope<real>(0.02, Integrator::semi_implicit_euler, substeps, two_revolutions);
+    const double fine = off_slope<real>(0.01, Integrator::semi_implicit_euler, substeps, two_revolutions);
     EXPECT_LT(fine, 0.02 / substeps) << substeps;
     EXPECT_GT(coarse / fine, 1.8) << substeps;
   }
-  const double coarse = off_slope<real>(0.02, Integrator::trapezoidal, 1, two_turns);
+  const double coarse = off_slope<real>(0.02, Integrator::trapezoidal, 1, two_revolutions);
   EXPECT_LT(coarse, 2.5e-3);
-  EXPECT_GT(coarse / off_slope<real>(0.01, Integrator::trapezoidal, 1, two_turns), 3.5);
+  EXPECT_GT(coarse / off_slope<real>(0.01, Integrator::trapezoidal, 1, two_revolutions), 3.5);
 }
 
 // Chaplygin's sleigh: the edge a behind the centre of mass, on level ice. Of what turns at first and does not go, with
 // kappa = 1 + I / (m a^2): the speed along the edge is V tanh(s t), the spin W sech(s t), V = a W sqrt(kappa) and
 // s = V / (a kappa) (Bloch, Nonholonomic Mechanics and Control, 2003, 1.7).
-TYPED_TEST(NonHolonomic, ASleighTurnsIntoAStraightLine) {
+TYPED_TEST(NonHolonomic, ASleighEndsInAStraightLine) {
   using real = TypeParam;
   const double a = 0.4, inertia = 0.2, first = 3, dt = 1.0 / 240;
   BodyDescription body = bare_body({0, 0, 0}, {0.1, 0.1, inertia});
@@ -156,4 +157,4 @@ TYPED_TEST(NonHolonomic, ABallOnATurntableGoesRound) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::non_holonomic_test

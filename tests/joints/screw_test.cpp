@@ -6,7 +6,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::screw_test {
 namespace {
 
 constexpr double dt = 1.0 / 240;
@@ -55,14 +55,14 @@ TYPED_TEST(ScrewJoint, ANutFallsAsItsThreadLets) {
 // The torque M of a motor is a force 2 pi M / pitch along the spindle; m g pitch / 2 pi holds the nut.
 TYPED_TEST(ScrewJoint, AMotorLiftsByTheThread) {
   using real = TypeParam;
-  const double pitch = 0.05, holds = 9.81 * pitch / two_pi;
-  for (const double torque : {0.5 * holds, 2 * holds}) {
+  const double pitch = 0.05, static_torque = 9.81 * pitch / two_pi;
+  for (const double torque : {0.5 * static_torque, 2 * static_torque}) {
     Scene scene = nut(pitch);
     scene.joints[0].motor_speed = 100;
     scene.joints[0].motor_force = torque;
     const InitialState<real> state = compile<real>(scene);
     const Buffers<real> b = after_steps<real>(scene, 240);
-    const double a = (torque - holds) * two_pi / pitch / (1 + moment * std::pow(two_pi / pitch, 2));
+    const double a = (torque - static_torque) * two_pi / pitch / (1 + moment * std::pow(two_pi / pitch, 2));
     EXPECT_NEAR(double(b.motions[0].v[2]), a, 1e-4 * std::abs(a));
     const JointMeasures joint = measure_joint(b, state.params, 0);
     EXPECT_NEAR(joint.drive, torque, 1e-4);
@@ -74,7 +74,7 @@ TYPED_TEST(ScrewJoint, AMotorLiftsByTheThread) {
 }
 
 // A limit may lie turns away.
-TYPED_TEST(ScrewJoint, LimitsCountWholeTurns) {
+TYPED_TEST(ScrewJoint, LimitsCountWholeRevolutions) {
   using real = TypeParam;
   const double pitch = 0.3;
   for (const u32 substeps : {1u, 4u}) {
@@ -105,11 +105,10 @@ TYPED_TEST(ScrewJoint, ASpringWindsUp) {
 TYPED_TEST(ScrewJoint, FreeBoltAndNutKeepTheirMomenta) {
   using real = TypeParam;
   const double pitch = 0.2;
-  BodyDescription bolt = bare_body({0, 0, 0}, {0.1, 0.1, 0.03}),
-                  turned = bare_body({0, 0, 0.5}, {0.012, 0.012, moment});
+  BodyDescription bolt = bare_body({0, 0, 0}, {0.1, 0.1, 0.03}), nut = bare_body({0, 0, 0.5}, {0.012, 0.012, moment});
   bolt.mass = 3;
-  turned.angular_velocity = {0, 0, 8};
-  Scene scene = joint_scene({bolt, turned}, {joint_of(JOINT_SCREW, 0, 1, {0, 0, 0.2})}, dt);
+  nut.angular_velocity = {0, 0, 8};
+  Scene scene = joint_scene({bolt, nut}, {joint_of(JOINT_SCREW, 0, 1, {0, 0, 0.2})}, dt);
   scene.gravity = {0, 0, 0};
   scene.joints[0].pitch = pitch;
   const InitialState<real> state = compile<real>(scene);
@@ -123,4 +122,4 @@ TYPED_TEST(ScrewJoint, FreeBoltAndNutKeepTheirMomenta) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::screw_test

@@ -5,7 +5,7 @@
 #include "host/report/joints.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::slider_and_fixed_test {
 namespace {
 
 constexpr double dt = 1.0 / 240;
@@ -79,19 +79,19 @@ TYPED_TEST(FixedJoint, TwoBoxesMoveAsOne) {
   const auto box = [](double mass, double x, double y, double z) {
     return Vector3{mass / 12 * (y * y + z * z), mass / 12 * (x * x + z * z), mass / 12 * (x * x + y * y)};
   };
-  const Vector3 spin = {0.5, 1, -0.7};
+  const Vector3 angular_velocity = {0.5, 1, -0.7};
   BodyDescription left = bare_body({-0.5, 0, 0}, box(1, 1, 0.4, 0.3)), right = left;
   right.position = {0.5, 0, 0};
   for (BodyDescription* body : {&left, &right}) {
-    body->angular_velocity = spin;
-    body->velocity = exact::cross(spin, body->position);
+    body->angular_velocity = angular_velocity;
+    body->velocity = exact::cross(angular_velocity, body->position);
   }
   BodyDescription whole = bare_body({0, 0, 0}, box(2, 2, 0.4, 0.3));
   whole.mass = 2;
-  whole.angular_velocity = spin;
+  whole.angular_velocity = angular_velocity;
   const double small = 1.0 / 2000;
-  const Scene parts = joint_scene({left, right}, {joint_of(JOINT_FIXED, 0, 1, {0, 0, 0}, {1, 0, 0})}, small);
-  const Buffers<real> two = after_steps<real>(parts, 2000);
+  const Scene pieces = joint_scene({left, right}, {joint_of(JOINT_FIXED, 0, 1, {0, 0, 0}, {1, 0, 0})}, small);
+  const Buffers<real> two = after_steps<real>(pieces, 2000);
   const Buffers<real> one = after_steps<real>(joint_scene({whole}, {}, small), 2000);
   const double z = (double(two.positions[0].z) + double(two.positions[1].z)) / 2;
   EXPECT_NEAR(z, double(one.positions[0].z), 1e-4);
@@ -123,4 +123,4 @@ TYPED_TEST(FixedJoint, CantileverCarriesForceAndMoment) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::slider_and_fixed_test

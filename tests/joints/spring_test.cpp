@@ -7,7 +7,7 @@
 #include "host/scene/joint_kinds.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::spring_test {
 namespace {
 
 template <class real>
@@ -24,7 +24,7 @@ Scene sprung(JointKind kind, const JointSpring& spring, double x) {
   scene.gravity = {0, 0, 0};
   scene.settings.integrator = Integrator::trapezoidal;
   scene.joints[0].spring = spring;
-  scene.joints[0].stand = JointStand{};  // where the coordinate of a hinge and a slider is 0
+  scene.joints[0].reference_poses = ReferencePoses{};  // where the coordinate of a hinge and a slider is 0
   if (kind == JOINT_SLIDER) scene.bodies[0].position = {0, 0, x};
   if (kind == JOINT_HINGE) scene.bodies[0].orientation = {0, 0, std::sin(x / 2), std::cos(x / 2)};
   if (kind == JOINT_DISTANCE) scene.bodies[0].position = {x, 0, 0};
@@ -48,14 +48,14 @@ double speed(JointKind kind, const Buffers<real>& b) {
 TYPED_TEST(JointSprings, SwingForEverWithTheTrapezoidalRule) {
   using real = TypeParam;
   for (const JointKind kind : {JOINT_SLIDER, JOINT_HINGE, JOINT_DISTANCE}) {
-    const bool turns = kind == JOINT_HINGE;
-    const double m = turns ? inertia : 1, rest = kind == JOINT_DISTANCE ? 1 : 0.1, swing = turns ? 1e-3 : 0.3;
-    const double rounding = turns ? 0.01 * swing : sizeof(real) == 4 ? 1e-4 : 1e-11;
+    const bool is_angular = kind == JOINT_HINGE;
+    const double m = is_angular ? inertia : 1, rest = kind == JOINT_DISTANCE ? 1 : 0.1, swing = is_angular ? 1e-3 : 0.3;
+    const double rounding = is_angular ? 0.01 * swing : sizeof(real) == 4 ? 1e-4 : 1e-11;
     for (const double stiffness : {3.0, 3e3, 3e6}) {
       const Scene scene = sprung(kind, {.stiffness = stiffness, .rest = rest}, rest + swing);
-      const double turn = std::acos(1 / (1 + dt * dt * stiffness / (2 * m)));
+      const double phase = std::acos(1 / (1 + dt * dt * stiffness / (2 * m)));
       watch_steps<real>(scene, 200, [&](const Buffers<real>& b, u32 i) {
-        EXPECT_NEAR(coordinate(kind, b), rest + swing * std::cos((i + 1) * turn), rounding)
+        EXPECT_NEAR(coordinate(kind, b), rest + swing * std::cos((i + 1) * phase), rounding)
             << name_of(kind) << ' ' << stiffness << ' ' << i;
       });
     }
@@ -67,9 +67,9 @@ TYPED_TEST(JointSprings, SwingForEverWithTheTrapezoidalRule) {
 TYPED_TEST(JointSprings, EnergyGoesBetweenSpringAndBody) {
   using real = TypeParam;
   for (const JointKind kind : {JOINT_SLIDER, JOINT_HINGE, JOINT_DISTANCE}) {
-    const bool turns = kind == JOINT_HINGE;
-    const double m = turns ? inertia : 1, rest = kind == JOINT_DISTANCE ? 1 : 0.1, swing = turns ? 1e-3 : 0.3;
-    const double rounding = turns ? 0.02 : sizeof(real) == 4 ? 1e-3 : 1e-10;
+    const bool is_angular = kind == JOINT_HINGE;
+    const double m = is_angular ? inertia : 1, rest = kind == JOINT_DISTANCE ? 1 : 0.1, swing = is_angular ? 1e-3 : 0.3;
+    const double rounding = is_angular ? 0.02 : sizeof(real) == 4 ? 1e-3 : 1e-10;
     for (const double stiffness : {3.0, 3e3, 3e6}) {
       const Scene scene = sprung(kind, {.stiffness = stiffness, .rest = rest}, rest + swing);
       const InitialState<real> state = compile<real>(scene);
@@ -78,11 +78,11 @@ TYPED_TEST(JointSprings, EnergyGoesBetweenSpringAndBody) {
         return measure(b, state.sizes, state.features, state.params, none).energy();
       };
       const double whole = stiffness * swing * swing / 2, a = dt * dt * stiffness / (2 * m),
-                   turn = std::acos(1 / (1 + a));
+                   phase = std::acos(1 / (1 + a));
       EXPECT_NEAR(energy(state.buffers), whole, rounding * whole);
       EXPECT_TRUE(joints_conserve_energy(state.buffers, state.params));
       watch_steps<real>(scene, 200, [&](const Buffers<real>& b, u32 i) {
-        const double s = std::sin((i + 1) * turn);
+        const double s = std::sin((i + 1) * phase);
         EXPECT_NEAR(energy(b), whole * (1 - s * s * a / (2 + a)), rounding * whole)
             << name_of(kind) << ' ' << stiffness << ' ' << i;
       });
@@ -194,13 +194,13 @@ TYPED_TEST(JointSprings, ActOnBothBodies) {
   scene.bodies[0].mass = heavy;
   scene.joints[0].body_a = 0;
   scene.joints[0].body_b = 1;
-  scene.joints[0].stand.reset();
+  scene.joints[0].reference_poses.reset();
   scene.joints[0].anchor_b = {1.4, 0, 0};
-  const double m = heavy / (heavy + 1), turn = std::acos(1 / (1 + dt * dt * k / (2 * m)));
+  const double m = heavy / (heavy + 1), phase = std::acos(1 / (1 + dt * dt * k / (2 * m)));
   const double rounding = sizeof(real) == 4 ? 1e-4 : 1e-12;
   watch_steps<real>(scene, 200, [&](const Buffers<real>& b, u32 i) {
     const double x0 = double(b.positions[0].x), x1 = double(b.positions[1].x);
-    EXPECT_NEAR(x1 - x0, 1 + 0.4 * std::cos((i + 1) * turn), rounding) << i;
+    EXPECT_NEAR(x1 - x0, 1 + 0.4 * std::cos((i + 1) * phase), rounding) << i;
     EXPECT_NEAR(heavy * x0 + x1, 1.4, rounding) << i;
   });
 }
@@ -213,4 +213,4 @@ TEST(SpringsOfJoints, CostNothingWhereThereAreNone) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::spring_test

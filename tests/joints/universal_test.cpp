@@ -6,7 +6,7 @@
 #include "tests/bodies.hpp"
 #include "tests/joints/joint_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::universal_test {
 namespace {
 
 constexpr double dt = 1e-3;
@@ -42,7 +42,7 @@ Scene cardan() {
 }
 
 // tan(theta_2) = tan(theta_1) / cos(beta), and so w_2 / w_1 = cos(beta) / (1 - sin(beta)^2 cos(theta_1)^2).
-TYPED_TEST(UniversalJoint, TurnsABentShaftAsCardanSays) {
+TYPED_TEST(UniversalJoint, RotatesABentShaftAsCardanSays) {
   using real = TypeParam;
   for (const u32 substeps : {1u, 2u}) {
     SCOPED_TRACE(substeps);
@@ -134,4 +134,4 @@ TYPED_TEST(UniversalJoint, CarriesATorqueRoundTheBend) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::universal_test

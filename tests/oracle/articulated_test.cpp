@@ -6,7 +6,7 @@
 #include "cpu_reference/oracle/dense.hpp"
 #include "tests/oracle/articulated_trees.hpp"
 
-namespace lockstep::oracle::articulated {
+namespace lockstep::oracle::articulated::articulated_test {
 namespace {
 
 using test::Random;
@@ -19,12 +19,12 @@ TEST(ArticulatedJoints, CoordinatesAndPosesAreEachOthersInverse) {
   for (const JointType type : test::tree_types) {
     for (int i = 0; i < 50; ++i) {
       const Joint joint = test::random_joint(random, type, 0, 1);
-      const Pose a = {random.vector(2), random.turn()};
-      Coordinates c = {3 * random.vector(1), random.turn()};
+      const Pose a = {random.vector(2), random.rotation()};
+      Coordinates c = {3 * random.vector(1), random.rotation()};
       if (type == JointType::screw) c.value[0] *= 10;  // whole turns
       const Pose b = pose_of_b(joint, a, c);
       EXPECT_LT(distance(pose_of_a(joint, b, c), a), 1e-12) << int(type);
-      const JointStand at = stand(joint, a, b);
+      const JointGeometry at = joint_geometry(joint, a, b);
       EXPECT_LT(locked_rows(joint, at).error.norm(), 1e-13) << int(type);
       EXPECT_LT(distance(pose_of_b(joint, a, measured(joint, at)), b), 1e-12) << int(type);
       EXPECT_LT((pose_of_b(joint, a, measured(joint, at)).x - b.x).norm(), 1e-13) << int(type);
@@ -37,8 +37,8 @@ TEST(ArticulatedJoints, LockWhatTheyDoNotLeaveFree) {
   Random random(4);
   for (const JointType type : test::tree_types) {
     const Joint joint = test::random_joint(random, type, 0, 1);
-    const Pose a = {random.vector(2), random.turn()};
-    const JointStand at = stand(joint, a, pose_of_b(joint, a, {random.vector(1), random.turn()}));
+    const Pose a = {random.vector(2), random.rotation()};
+    const JointGeometry at = joint_geometry(joint, a, pose_of_b(joint, a, {random.vector(1), random.rotation()}));
     const LockedRows locked = locked_rows(joint, at);
     EXPECT_EQ(__builtin_popcount(locked.mask) + freedoms(type), 6) << int(type);
     EXPECT_LT((locked.wrench.transpose() * motion_axes(joint, at)).norm(), 1e-14) << int(type);
@@ -51,8 +51,8 @@ TEST(ArticulatedJoints, RowsAreTheDerivativesOfErrors) {
   const double h = 1e-6;
   for (int type = 0; type <= int(JointType::distance); ++type) {
     const Joint joint = test::random_joint(random, JointType(type), 0, 1);
-    const Pose a = {random.vector(2), random.turn()};
-    Configuration at = {{a, pose_of_b(joint, a, {random.vector(1), random.turn()})}, {}};
+    const Pose a = {random.vector(2), random.rotation()};
+    Configuration at = {{a, pose_of_b(joint, a, {random.vector(1), random.rotation()})}, {}};
     if (joint.type == JointType::distance) at.poses[1].x += random.vector(1);
     const System system = {{{}, {}}, {joint}};
     const Tree none(system);
@@ -73,16 +73,16 @@ TEST(ArticulatedKinematics, TwistsAndProductsAreDerivatives) {
     const double h = 1e-5;
     const Configuration later = moved(*r.tree, r.at, r.rates, r.twists, h),
                         sooner = moved(*r.tree, r.at, r.rates, r.twists, -h);
-    const Kinematics now(*r.tree, r.at, r.twists, r.rates), then(*r.tree, later, r.twists, r.rates),
+    const Kinematics current(*r.tree, r.at, r.twists, r.rates), then(*r.tree, later, r.twists, r.rates),
         before(*r.tree, sooner, r.twists, r.rates);
     std::vector<Vector6> acceleration(r.tree->size());
     for (std::size_t i = 0; i < r.tree->size(); ++i) {
       const Link& link = r.tree->link(i);
-      const LinkKinematics& k = now.link(i);
+      const LinkKinematics& k = current.link(i);
       const Vector3d v = (later.poses[link.body].x - sooner.poses[link.body].x) / (2 * h);
       EXPECT_LT((v - k.twist.head<3>()).norm(), 1e-8 * (1 + k.twist.norm()));
-      const Quaterniond turn = later.poses[link.body].q * sooner.poses[link.body].q.conjugate();
-      const Vector3d w = (turn.w() < 0 ? -1 : 1) * turn.vec() / h;
+      const Quaterniond rotation = later.poses[link.body].q * sooner.poses[link.body].q.conjugate();
+      const Vector3d w = (rotation.w() < 0 ? -1 : 1) * rotation.vec() / h;
       EXPECT_LT((w - k.twist.tail<3>()).norm(), 1e-8 * (1 + k.twist.norm()));
       acceleration[i] = k.product;
       if (link.parent != no_link) acceleration[i] += twist_at(acceleration[link.parent], k.from_parent);
@@ -135,7 +135,7 @@ TEST(ArticulatedBodies, SolveTheDenseEquationsOfMotion) {
     RandomTree r(seed, 3 + 2 * seed);
     const Kinematics at(*r.tree, r.at, r.twists, r.rates);
     const Question q(r);
-    const TreeAnswer answer = ArticulatedInertia(at).solve(q.wrench, q.effort, q.product);
+    const TreeResponse response = ArticulatedInertia(at).solve(q.wrench, q.effort, q.product);
     // M a = J^T (F - M A_0) + t, with A_0 the twists of the products alone
     LinkVectors products(q.product);
     for (std::size_t i = 0; i < r.tree->size(); ++i) {
@@ -145,9 +145,9 @@ TEST(ArticulatedBodies, SolveTheDenseEquationsOfMotion) {
     const MatrixXd j = link_jacobian(at), m = masses(at);
     const VectorXd right = j.transpose() * (stacked(q.wrench) - m * stacked(products)) + q.effort;
     const VectorXd rates = solve_by_lu(MatrixXd(j.transpose() * m * j), right);
-    EXPECT_LT((answer.rates - rates).norm(), 1e-13 * (1 + rates.norm())) << "seed " << seed;
+    EXPECT_LT((response.rates - rates).norm(), 1e-13 * (1 + rates.norm())) << "seed " << seed;
     const VectorXd twists = j * rates + stacked(products);
-    EXPECT_LT((stacked(answer.twist) - twists).norm(), 1e-13 * (1 + twists.norm())) << "seed " << seed;
+    EXPECT_LT((stacked(response.twist) - twists).norm(), 1e-13 * (1 + twists.norm())) << "seed " << seed;
   }
 }
 
@@ -158,7 +158,7 @@ TEST(ArticulatedBodies, SolveTheEquationsOfMaximalCoordinates) {
     const Kinematics at(*r.tree, r.at, r.twists, r.rates);
     Question q(r);
     q.effort.setZero();
-    const TreeAnswer answer = ArticulatedInertia(at).solve(q.wrench, q.effort, q.product);
+    const TreeResponse response = ArticulatedInertia(at).solve(q.wrench, q.effort, q.product);
     std::vector<Row> rows;
     std::vector<double> right;
     for (std::size_t i = 0; i < r.tree->size(); ++i) {
@@ -181,7 +181,7 @@ TEST(ArticulatedBodies, SolveTheEquationsOfMaximalCoordinates) {
     VectorXd f(n + m);
     f << stacked(q.wrench), Eigen::Map<const VectorXd>(right.data(), m);
     const VectorXd x = solve_by_lu(kkt, f);
-    EXPECT_LT((stacked(answer.twist) - x.head(n)).norm(), 1e-12 * (1 + x.head(n).norm())) << "seed " << seed;
+    EXPECT_LT((stacked(response.twist) - x.head(n)).norm(), 1e-12 * (1 + x.head(n).norm())) << "seed " << seed;
     // what a joint carries is what its rows push the child with
     for (std::size_t i = 0, row = 0; i < r.tree->size(); ++i) {
       const Link& link = r.tree->link(i);
@@ -190,7 +190,7 @@ TEST(ArticulatedBodies, SolveTheEquationsOfMaximalCoordinates) {
       const Index locked = 6 - link.freedoms;
       for (Index k = 0; k < locked; ++k, ++row)
         carried += x[n + Index(row)] * (link.child_is_b ? rows[row].on_b : rows[row].on_a);
-      EXPECT_LT((answer.carried[i] - carried).norm(), 1e-12 * (1 + x.tail(m).norm())) << "seed " << seed;
+      EXPECT_LT((response.carried[i] - carried).norm(), 1e-12 * (1 + x.tail(m).norm())) << "seed " << seed;
     }
   }
 }
@@ -205,4 +205,4 @@ TEST(ArticulatedBodies, GrippedTwistsThatObeyTheJointsStay) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::articulated
+}  // namespace lockstep::oracle::articulated::articulated_test

@@ -19,7 +19,7 @@ class Random {
   std::size_t below(std::size_t n) { return engine_() % n; }
   Vector3d vector(double size) { return {between(-size, size), between(-size, size), between(-size, size)}; }
   Vector6 vector6(double size) { return spatial(vector(size), vector(size)); }
-  Quaterniond turn() {
+  Quaterniond rotation() {
     return Quaterniond(between(0.1, 1), between(-1, 1), between(-1, 1), between(-1, 1)).normalized();
   }
   VectorXd values(Index n, double size) {
@@ -33,7 +33,7 @@ class Random {
 };
 
 inline Joint random_joint(Random& random, JointType type, std::size_t a, std::size_t b) {
-  return {a, b, type, random.vector(1), random.vector(1), random.turn(), random.turn(), random.between(0.2, 1)};
+  return {a, b, type, random.vector(1), random.vector(1), random.rotation(), random.rotation(), random.between(0.2, 1)};
 }
 
 /// A tree of moving bodies, body 0 being one that moves by itself; of three roots one hangs from the world, one from
@@ -54,9 +54,9 @@ struct RandomTree {
     }
     tree = std::make_unique<Tree>(system);
     at.poses.resize(system.bodies.size());
-    for (Pose& pose : at.poses) pose = {random.vector(2), random.turn()};
+    for (Pose& pose : at.poses) pose = {random.vector(2), random.rotation()};
     at.coordinates.resize(tree->size());
-    for (Coordinates& c : at.coordinates) c = {random.vector(1), random.turn()};
+    for (Coordinates& c : at.coordinates) c = {random.vector(1), random.rotation()};
     close_trees(*tree, at);
     twists.assign(system.bodies.size(), Vector6::Zero());
     twists[0] = random.vector6(1);

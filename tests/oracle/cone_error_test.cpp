@@ -8,7 +8,7 @@
 #include "cpu_reference/oracle/error.hpp"
 #include "tests/oracle/cone_problems.hpp"
 
-namespace lockstep::oracle {
+namespace lockstep::oracle::cone_error_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -111,4 +111,4 @@ TEST(ConeError, CountsJoints) {
 TEST(ConeError, OfNoContactIsZero) { EXPECT_EQ(cone_error(ConeProblem(), VectorXd()).residual, 0); }
 
 }  // namespace
-}  // namespace lockstep::oracle
+}  // namespace lockstep::oracle::cone_error_test

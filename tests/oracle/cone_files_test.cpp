@@ -11,7 +11,7 @@
 #include "tests/oracle/cone_problems.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::cone_files_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -32,18 +32,18 @@ class ConeFiles : public testing::Test {
     return read_cone_file(path("problem.hdf5"));
   }
 
-  // One line: file, place and `part`.
+  // One line: file, place and `expected`.
   template <class Read>
-  void expect_refused(Read&& read, const std::string& part) const {
+  void expect_refused(Read&& read, const std::string& expected) const {
     try {
       read();
-      ADD_FAILURE() << "was not refused: " << part;
+      ADD_FAILURE() << "was not refused: " << expected;
     } catch (const Error& error) {
       const std::string line = error.what();
       EXPECT_EQ(error.failure(), Failure::input);
       EXPECT_EQ(line.rfind(path("problem."), 0), 0u) << line;
       EXPECT_EQ(line.find('\n'), line.npos) << line;
-      EXPECT_NE(line.find(part), line.npos) << line;
+      EXPECT_NE(line.find(expected), line.npos) << line;
     }
   }
 
@@ -108,8 +108,8 @@ TEST_F(ConeFiles, ReadProblemsInThePlane) {
   EXPECT_EQ(file.dimension, 2u);
   for (const oracle::ConeSolver& solver : oracle::cone_solvers()) {
     if (solver.name == "ccp_apgd") continue;
-    const oracle::ConeAnswer answer = oracle::solve_whole(file.problem, solver, {});
-    EXPECT_LT((answer.r - Eigen::Vector3d(8, -2.4, 0)).norm(), 1e-6) << solver.name;
+    const oracle::ConeSolution solution = oracle::solve_whole(file.problem, solver, {});
+    EXPECT_LT((solution.r - Eigen::Vector3d(8, -2.4, 0)).norm(), 1e-6) << solver.name;
   }
   const ConeFile blocks =
       read_text("2 2 1 4 4 2 2 2  2 4  2 4  3 2  0 1 2  0 1  0 1 0.25 0.25 2  1 3 0 0 3  -1 0 -1 0  0.3 0.4 0");
@@ -183,8 +183,8 @@ TEST_F(ConeFiles, ReadEveryStorage) {
 TEST_F(ConeFiles, RefuseBadFclib) {
   const auto good = handmade(3, {0, 1, 2}, {0, 1, 2}, {4, 2, 1});
   EXPECT_EQ(read_bytes(good).problem.contacts(), 1u);
-  const auto refused = [&](const std::vector<unsigned char>& bytes, const std::string& part) {
-    expect_refused([&] { read_bytes(bytes); }, part);
+  const auto refused = [&](const std::vector<unsigned char>& bytes, const std::string& expected) {
+    expect_refused([&] { read_bytes(bytes); }, expected);
   };
   refused(handmade(3, {0, 1, 3}, {0, 1, 2}, {4, 2, 1}), "/fclib_local/W/");
   refused(handmade(3, {0, 1, -1}, {0, 1, 2}, {4, 2, 1}), "/fclib_local/W/");
@@ -206,8 +206,8 @@ TEST_F(ConeFiles, RefuseBadFclib) {
 }
 
 TEST_F(ConeFiles, RefuseBadText) {
-  const auto refused = [&](const std::string& text, const std::string& part) {
-    expect_refused([&] { read_text(text); }, part);
+  const auto refused = [&](const std::string& text, const std::string& expected) {
+    expect_refused([&] { read_text(text); }, expected);
   };
   const std::string head = "3 1 0 3 3 3 3\n", matrix = "1 0 0 0 1 0 0 0 1\n", rest = "-1 2 3 0.1";
   EXPECT_EQ(read_text(head + matrix + rest).problem.contacts(), 1u);
@@ -235,4 +235,4 @@ TEST_F(ConeFiles, RefuseWhatIsNotThere) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::cone_files_test

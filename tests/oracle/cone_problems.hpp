@@ -32,10 +32,10 @@ inline GlobalConeProblem random_heap(std::uint32_t bodies, std::uint32_t contact
   for (std::uint32_t i = 0; i < contacts; ++i) {
     const std::uint32_t a = i % bodies, foot = i / bodies;
     const bool on_ground = foot < 3;
-    const double turn = 2.1 * foot + number(-0.2, 0.2);
+    const double azimuth = 2.1 * foot + number(-0.2, 0.2);
     const Eigen::Vector3d tilt(number(-0.1, 0.1), number(-0.1, 0.1), number(-0.1, 0.1));
     const Eigen::Vector3d n = (tilt + (on_ground ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d::UnitX())).normalized();
-    const Eigen::Vector3d arm = on_ground ? Eigen::Vector3d(0.4 * std::cos(turn), 0.4 * std::sin(turn), -0.5)
+    const Eigen::Vector3d arm = on_ground ? Eigen::Vector3d(0.4 * std::cos(azimuth), 0.4 * std::sin(azimuth), -0.5)
                                           : Eigen::Vector3d(-0.5, number(-0.2, 0.2), number(-0.2, 0.2));
     Eigen::Matrix3d frame;
     frame << n.transpose(), n.unitOrthogonal().transpose(), n.cross(n.unitOrthogonal()).transpose();

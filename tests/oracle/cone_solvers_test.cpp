@@ -7,7 +7,7 @@
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "tests/oracle/cone_problems.hpp"
 
-namespace lockstep::oracle {
+namespace lockstep::oracle::cone_solvers_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -189,10 +189,10 @@ TEST(WholeProblem, SolvesWithJoints) {
   global.b = VectorXd::Zero(7);
   const ConeProblem problem = local_form(global);
   for (const ConeSolver& solver : exact_solvers()) {
-    const ConeAnswer answer = solve_whole(problem, solver, limits);
-    EXPECT_LE(answer.error.residual, limits.tolerance) << solver.name;
+    const ConeSolution solution = solve_whole(problem, solver, limits);
+    EXPECT_LE(solution.error.residual, limits.tolerance) << solver.name;
     // M v = f + H r + G l
-    const VectorXd load = global.f + global.h * answer.r + global.g * answer.l;
+    const VectorXd load = global.f + global.h * solution.r + global.g * solution.l;
     VectorXd v = load;
     for (Eigen::Index k = 0; k < v.size(); ++k) v[k] /= global.m.coeff(k, k);
     EXPECT_LT((global.g.transpose() * v).norm(), 1e-9) << solver.name;
@@ -202,4 +202,4 @@ TEST(WholeProblem, SolvesWithJoints) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle
+}  // namespace lockstep::oracle::cone_solvers_test

@@ -8,7 +8,7 @@
 #include "cpu_reference/oracle/models/model_size.hpp"
 #include "tests/oracle/articulated_trees.hpp"
 
-namespace lockstep::oracle::articulated {
+namespace lockstep::oracle::articulated::dca_models_test {
 namespace {
 
 using test::Random;
@@ -24,7 +24,7 @@ TEST(DivideAndConquer, AssembliesAnswerAsTheArticulatedBodyAlgorithm) {
       wrench.push_back(r.random.vector6(1));
       product.push_back(r.tree->link(i).joint == no_link ? Vector6(Vector6::Zero()) : r.random.vector6(1));
     }
-    const TreeAnswer unpushed = inertia.solve(wrench, {}, product);
+    const TreeResponse unpushed = inertia.solve(wrench, {}, product);
     for (std::size_t t = 0; t + 1 < r.tree->starts().size(); ++t) {
       const std::size_t first = r.tree->starts()[t], end = r.tree->starts()[t + 1];
       std::vector<std::size_t> handles;
@@ -36,10 +36,10 @@ TEST(DivideAndConquer, AssembliesAnswerAsTheArticulatedBodyAlgorithm) {
         for (int k = 0; k < 6; ++k) {
           LinkVectors pushed(r.tree->size(), Vector6::Zero());
           pushed[link] = Vector6::Unit(k);
-          const TreeAnswer answer = inertia.solve(pushed);
+          const TreeResponse response = inertia.solve(pushed);
           for (const std::size_t seen : a.handles) {
             const Vector6 twist = a.inverse_inertia.col(a.first_row(on) + k).segment<6>(a.first_row(seen));
-            EXPECT_LT((twist - answer.twist[r.tree->link_of(seen)]).norm(), 1e-12) << "seed " << seed;
+            EXPECT_LT((twist - response.twist[r.tree->link_of(seen)]).norm(), 1e-12) << "seed " << seed;
           }
         }
       }
@@ -70,7 +70,7 @@ struct Case {
   Case(unsigned seed, std::size_t bodies, std::size_t contacts, double friction) : r(seed, bodies) {
     StepStart start;
     start.poses = r.at.poses;
-    start.poses.push_back({{0.3, -2, 1}, r.random.turn()});  // a body without joints
+    start.poses.push_back({{0.3, -2, 1}, r.random.rotation()});  // a body without joints
     r.system.bodies.push_back({1.5, {0.2, 0.3, 0.4}, false});
     tree = std::make_unique<Tree>(r.system);
     const std::size_t all = start.poses.size();
@@ -79,8 +79,8 @@ struct Case {
     start.lone.resize(all);
     for (Vector6& twist : start.twists) twist = r.random.vector6(1);
     for (Vector6& wrench : start.wrenches) wrench = r.random.vector6(10);
-    const Matrix3d turn = start.poses.back().q.toRotationMatrix();
-    start.lone.back() = {1 / 1.5, turn * Vector3d(5, 1 / 0.3, 2.5).asDiagonal() * turn.transpose()};
+    const Matrix3d rotation = start.poses.back().q.toRotationMatrix();
+    start.lone.back() = {1 / 1.5, rotation * Vector3d(5, 1 / 0.3, 2.5).asDiagonal() * rotation.transpose()};
     start.dt = 0.01;
     start.theta = 1;
     step = std::make_unique<Step>(*tree, laws, start);
@@ -97,10 +97,10 @@ struct Case {
     }
   }
 
-  void rub(double reach) {
+  void add_joint_friction(double max_impulse) {
     for (std::size_t j = 0; j < r.system.joints.size() && demand.drives.size() < 3; ++j) {
       const JointType type = r.system.joints[j].type;
-      if (type != JointType::fixed && type != JointType::ball) demand.drives.push_back({j, 0, reach});
+      if (type != JointType::fixed && type != JointType::ball) demand.drives.push_back({j, 0, max_impulse});
     }
   }
 
@@ -114,10 +114,10 @@ struct Case {
       to.v = step->twists()[i].head<3>();
       to.w = step->twists()[i].tail<3>();
       if (body.mass > 0) {
-        const Matrix3d turn = at.poses[i].q.toRotationMatrix();
+        const Matrix3d rotation = at.poses[i].q.toRotationMatrix();
         to.inverse_mass = 1 / body.mass;
-        to.inverse_inertia = turn * body.inertia.cwiseInverse().asDiagonal() * turn.transpose();
-        if (!body.held) to.inverse_inertia = step->given().lone[i].inverse_inertia;
+        to.inverse_inertia = rotation * body.inertia.cwiseInverse().asDiagonal() * rotation.transpose();
+        if (!body.is_link) to.inverse_inertia = step->given().lone[i].inverse_inertia;
       }
       m.bodies.push_back(to);
     }
@@ -132,7 +132,7 @@ struct Case {
       for (const Row& row : rows_of(joint, at)) m.joint_rows.push_back({plain(row), -velocity(row, step->twists())});
     }
     for (const Drive& drive : demand.drives)
-      m.dry_rows.push_back({plain(acting_row(r.system.joints[drive.joint], at)), drive.reach});
+      m.dry_rows.push_back({plain(acting_row(r.system.joints[drive.joint], at)), drive.max_impulse});
     return m;
   }
 
@@ -152,7 +152,7 @@ std::vector<Vector6> pushed(const Case& c, const ReducedProblem& problem, const 
 }
 
 // Whether every row can be moved by its own impulse: where a tree holds a body fast, rounding alone is its mobility.
-bool gives_way(const ReducedProblem& problem) {
+bool rows_are_mobile(const ReducedProblem& problem) {
   const VectorXd own = problem.w.diagonal();
   return own.minCoeff() > 1e-9 * own.maxCoeff();
 }
@@ -168,7 +168,7 @@ double distance(const std::vector<Vector6>& twists, const VectorXd& velocities) 
 TEST(DcaModels, TheLcpIsThatOfMaximalCoordinates) {
   for (unsigned seed = 0; seed < 8; ++seed) {
     Case c(seed, 6 + seed, 5, 0.4);
-    c.rub(0.05);
+    c.add_joint_friction(0.05);
     const models::Multibody maximal = c.maximal();
     const lcp::Lcp by_rows = models::FrictionPyramid(maximal, 4).reduced();
     const AssembledProblem assembled = assembled_problem(*c.step, c.demand);
@@ -191,7 +191,7 @@ TEST(DcaModels, AllComeToTheVelocitiesOfModelLcp) {
     const models::FrictionPyramid in_maximal(maximal, 4);
     VectorXd x;
     const Stop stop = lcp::lemke(in_maximal.reduced(), {.tolerance = 1e-12}, x).stop;
-    if (stop == Stop::infeasible || !gives_way(reduced_problem(*c.step, c.demand))) continue;
+    if (stop == Stop::infeasible || !rows_are_mobile(reduced_problem(*c.step, c.demand))) continue;
     ASSERT_EQ(stop, Stop::tolerance) << "seed " << seed;
     ++solved;
     const VectorXd velocities = in_maximal.velocities(x);
@@ -213,7 +213,7 @@ TEST(DcaModels, MixedModelsAreTheLcpWithVelocitiesKept) {
   int solved = 0;
   for (unsigned seed = 0; seed < 8; ++seed) {
     Case c(seed + 50, 10, 6, 0.2);
-    c.rub(0.05);
+    c.add_joint_friction(0.05);
     std::vector<std::size_t> bodies = touched(*c.tree, c.demand);
     const std::vector<std::size_t> ends = terminals(*c.tree);
     bodies.insert(bodies.end(), ends.begin(), ends.end());
@@ -225,7 +225,7 @@ TEST(DcaModels, MixedModelsAreTheLcpWithVelocitiesKept) {
     for (const models::MixedLcp& mixed : {dca_mlcp1(problem, pyramid, bodies), dca_mlcp2(problem, pyramid, ends)}) {
       EXPECT_LT((mixed.f + mixed.b * mixed.c - plain.m).norm(), 1e-12 * plain.m.norm()) << "seed " << seed;
       EXPECT_LT((mixed.a + mixed.b * mixed.r - plain.q).norm(), 1e-13 * plain.q.norm()) << "seed " << seed;
-      if (stop != Stop::tolerance || !gives_way(problem.problem)) continue;
+      if (stop != Stop::tolerance || !rows_are_mobile(problem.problem)) continue;
       VectorXd z;
       if (lcp::fischer_newton(mixed.stacked(), {.tolerance = 1e-12}, z).stop != Stop::tolerance) continue;
       ++solved;
@@ -243,7 +243,7 @@ TEST(DcaModels, MixedModelsAreTheLcpWithVelocitiesKept) {
 // One body touches at several points, two are touched, one joint of one degree of freedom rubs.
 TEST(DcaModels, SizesAreThoseOfTheTable) {
   Case c(3, 12, 7, 0.4);
-  c.rub(0.1);
+  c.add_joint_friction(0.1);
   for (const int directions : {4, 8}) {
     const auto bodies = touched(*c.tree, c.demand), ends = terminals(*c.tree);
     const models::ModelSizes sizes = models::model_sizes({.bodies = 13,
@@ -262,4 +262,4 @@ TEST(DcaModels, SizesAreThoseOfTheTable) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::articulated
+}  // namespace lockstep::oracle::articulated::dca_models_test

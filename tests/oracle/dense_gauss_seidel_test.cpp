@@ -5,10 +5,10 @@
 #include <Eigen/Dense>
 
 #include "cpu_reference/oracle/cone/local_cone.hpp"
-#include "cpu_reference/visit_contact.hpp"
+#include "cpu_reference/solve_contact.hpp"
 #include "tests/dense_scene.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::dense_gauss_seidel_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -89,4 +89,4 @@ TEST(DenseGaussSeidel, IsThatOfTheTextbook) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::dense_gauss_seidel_test

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace lockstep::oracle {
+namespace lockstep::oracle::dense_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -87,4 +87,4 @@ TEST(Dense, PseudoInversesLeaveOutWhatIsLost) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle
+}  // namespace lockstep::oracle::dense_test

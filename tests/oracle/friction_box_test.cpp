@@ -10,7 +10,7 @@
 #include "tests/oracle/lcp_problems.hpp"
 #include "tests/oracle/multibodies.hpp"
 
-namespace lockstep::oracle::models {
+namespace lockstep::oracle::models::friction_box_test {
 namespace {
 
 using std::numbers::pi;
@@ -27,7 +27,7 @@ VectorXd velocities_of(const Multibody& m, lcp::BoxedSolver method) {
 
 // Every tangent takes its own mu p_n: right along an axis; at an angle the force points to a corner, not against the
 // sliding, and is up to sqrt(2) times too large.
-TEST(FrictionBox, RubsToItsCorners) {
+TEST(FrictionBox, FrictionReachesItsCorners) {
   const double friction = mu * g * dt;
   for (const lcp::NamedBoxedSolver& s : lcp::boxed_solvers()) {
     if (s.name == "fischer_newton") continue;  // takes no friction
@@ -73,4 +73,4 @@ TEST(FrictionBox, AgreesWithThePyramidWithoutFriction) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::models
+}  // namespace lockstep::oracle::models::friction_box_test

@@ -13,7 +13,7 @@
 #include "tests/oracle/lcp_problems.hpp"
 #include "tests/oracle/multibodies.hpp"
 
-namespace lockstep::oracle::models {
+namespace lockstep::oracle::models::friction_pyramid_test {
 namespace {
 
 using lcp::test::solve;
@@ -186,12 +186,12 @@ TEST(FrictionPyramid, LoopsAreRefusedByTheReducedModelOnly) {
 }
 
 // A wheel of 0.1 kg m^2 on an axle whose dry friction takes `limit` N m s: it slows down, or stands.
-TEST(FrictionPyramid, JointsRubDry) {
+TEST(FrictionPyramid, JointsHaveDryFriction) {
   Multibody m;
   m.bodies.resize(2);
   m.bodies[1] = {1, 10 * Eigen::Matrix3d::Identity(), Vector3d::Zero(), {0, 0, 2}};
   for (int i = 0; i < 3; ++i) m.joint_rows.push_back({test::ball_row(1, 0, Vector3d::Zero(), Vector3d::Zero(), i), 0});
-  m.dry_rows.push_back({test::turning_row(1, 0, Vector3d::UnitZ()), 0.05});
+  m.dry_rows.push_back({test::angular_row(1, 0, Vector3d::UnitZ()), 0.05});
   EXPECT_NEAR(velocities_of(m, 4)[11], 1.5, 1e-12);
   m.bodies[1].w[2] = -2;
   EXPECT_NEAR(velocities_of(m, 4)[11], -1.5, 1e-12);
@@ -231,4 +231,4 @@ TEST(FrictionPyramid, DoesNotDependOnUnits) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::models
+}  // namespace lockstep::oracle::models::friction_pyramid_test

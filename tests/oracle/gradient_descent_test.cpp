@@ -10,7 +10,7 @@
 #include "host/simulation.hpp"
 #include "host/steppers/oracle_backend.hpp"
 
-namespace lockstep {
+namespace lockstep::gradient_descent_test {
 namespace {
 
 Buffers<double> last_of(std::unique_ptr<Backend<double>> backend, const StepParams<double>& params, u32 steps) {
@@ -57,4 +57,4 @@ TEST(GradientDescent, EndsWhereTheOracleDoes) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::gradient_descent_test

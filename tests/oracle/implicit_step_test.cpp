@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace lockstep::oracle::models {
+namespace lockstep::oracle::models::implicit_step_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -106,8 +106,8 @@ TEST(ImplicitStep, LinearisedLeavesTheSurfaceBySecondOrder) {
   double before = 0;
   for (const double dt : {0.02, 0.01, 0.005}) {
     const ImplicitSystem start = ball_in_bowl(0, Vector3d(2, 0, 0), 0, dt);
-    const double linear = gap(stepped(start, linearised_step, 1), 0), way = 2 * dt;
-    EXPECT_NEAR(linear, 0.9 - std::hypot(0.9, way), 1e-12) << dt;
+    const double linear = gap(stepped(start, linearised_step, 1), 0), travel = 2 * dt;
+    EXPECT_NEAR(linear, 0.9 - std::hypot(0.9, travel), 1e-12) << dt;
     EXPECT_NEAR(gap(stepped(start, implicit_newton, 1), 0), 0, 1e-12) << dt;
     if (before != 0) {
       EXPECT_NEAR(std::log2(before / linear), 2, 0.01);
@@ -194,7 +194,7 @@ TEST(ImplicitStep, NewtonIsQuadraticAndTheFixedPointLinear) {
 }
 
 // A wheel with dry friction in its hinge loses dry dt / I, and stands.
-TEST(ImplicitStep, HingesRubDry) {
+TEST(ImplicitStep, HingesHaveDryFriction) {
   ImplicitSystem system;
   system.dt = 0.1;
   ImplicitBody wheel;
@@ -229,7 +229,7 @@ TEST(ImplicitStep, HingesKeepTheirAxes) {
 }
 
 // The kinematic map of (40): Q' - Q = dt/2 (0, w') Q' is what the step does, up to the length of Q'.
-TEST(ImplicitStep, TurnsByTheImplicitKinematicMap) {
+TEST(ImplicitStep, RotatesByTheImplicitKinematicMap) {
   ImplicitSystem system;
   system.dt = 0.2;
   ImplicitBody body;
@@ -242,8 +242,8 @@ TEST(ImplicitStep, TurnsByTheImplicitKinematicMap) {
   ASSERT_EQ(implicit_newton(system, tight, y).stop, Stop::tolerance);
   const Quaterniond q = moved(system, y).bodies[0].q;
   const Vector3d w = y.segment<3>(3);
-  const Quaterniond spun = Quaterniond(0, w.x(), w.y(), w.z()) * q;
-  const Eigen::Vector4d rest = q.coeffs() - 0.1 * spun.coeffs();  // parallel to the old one
+  const Quaterniond product = Quaterniond(0, w.x(), w.y(), w.z()) * q;
+  const Eigen::Vector4d rest = q.coeffs() - 0.1 * product.coeffs();  // parallel to the old one
   EXPECT_LT((rest.normalized() - body.q.coeffs()).norm(), 1e-14);
   // I' (w' - w) + dt w' x I' w' = 0 (39)
   const Matrix3d r = q.toRotationMatrix(), inertia = r * body.inertia * r.transpose();
@@ -259,4 +259,4 @@ TEST(ImplicitStep, TellsWhereItDidNotGetThere) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::models
+}  // namespace lockstep::oracle::models::implicit_step_test

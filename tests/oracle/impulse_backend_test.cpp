@@ -15,7 +15,7 @@
 #include "host/steppers/oracles.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::impulse_backend_test {
 namespace {
 
 class Stepped {
@@ -123,23 +123,23 @@ TEST(ImpulseBackend, KeepsEnergy) {
 
 // Links hang in line under a weight that holds them taut, each bent by a little against the next: while
 // T < 4 I / (h^2 l) they swing so to and fro, beyond it that grows from step to step (impulse_backend.hpp).
-TEST(ImpulseBackend, HoldsTensionUpToTheLimitOfItsStep) {
+TEST(ImpulseBackend, BearsTensionUpToTheLimitOfItsStep) {
   const double dt = 2e-3, length = 0.1, inertia = 1e-4, bend = 1e-6, limit = 4 * inertia / (dt * dt * length);
   const u32 links = 10;
   const auto largest_bend = [&](double tension) {
     Scene scene;
     scene.settings.integrator = Integrator::semi_implicit_euler;
-    const auto add = [&](double z, double half_length, double mass, double turn) {
+    const auto add = [&](double z, double half_length, double mass, double tilt) {
       BodyDescription& body = scene.bodies.emplace_back();
       body.mass = mass;
       body.inertia = {inertia, inertia, inertia};
       body.position = {0, 0, z};
-      body.orientation = {0, std::sin(turn / 2), 0, std::cos(turn / 2)};
+      body.orientation = {0, std::sin(tilt / 2), 0, std::cos(tilt / 2)};
       JointDescription& joint = scene.joints.emplace_back();
       joint.kind = JOINT_BALL;
       joint.body_a = scene.bodies.size() == 1 ? NONE : u32(scene.bodies.size() - 2);
       joint.body_b = u32(scene.bodies.size() - 1);
-      joint.anchor_a = joint.anchor_b = {-half_length * std::sin(turn), 0, z + half_length * std::cos(turn)};
+      joint.anchor_a = joint.anchor_b = {-half_length * std::sin(tilt), 0, z + half_length * std::cos(tilt)};
     };
     // 1 g a link and a weight of a tonne: the tension is that of the weight all along, and the weight hardly moves
     for (u32 i = 0; i < links; ++i) add(-length * (i + 0.5), length / 2, 1e-3, i % 2 == 0 ? bend : -bend);
@@ -214,7 +214,7 @@ TEST(ImpulseBackend, KnowsMotorsSpringsAndLimits) {
 
 // A limp figure falls over a beam: contacts are inequalities beside the joints, and give way no more than with any
 // solver of hard contacts.
-TEST(ImpulseBackend, KeepsContactsApart) {
+TEST(ImpulseBackend, KeepsContactsSeparated) {
   Stepped predicted(read_scene("rag_doll"), impulse_based, 4e-3), swept(read_scene("rag_doll"), "mixed_ldlt", 4e-3);
   double deepest = 0, deepest_swept = 0, drift = 0;
   u32 most = 0;
@@ -245,4 +245,4 @@ TEST_F(CommandLine, RunsByImpulses) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::impulse_backend_test

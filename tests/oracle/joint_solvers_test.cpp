@@ -8,7 +8,7 @@
 #include "cpu_reference/oracle/joints/joint_ldlt.hpp"
 #include "tests/oracle/joint_problems.hpp"
 
-namespace lockstep::oracle {
+namespace lockstep::oracle::joint_solvers_test {
 namespace {
 
 using Eigen::Index;
@@ -203,4 +203,4 @@ TEST(JointMethods, TakeRedundantRows) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle
+}  // namespace lockstep::oracle::joint_solvers_test

@@ -8,7 +8,7 @@
 #include "host/error.hpp"
 #include "tests/oracle/lcp_problems.hpp"
 
-namespace lockstep::oracle::lcp {
+namespace lockstep::oracle::lcp::lcp_measure_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -96,4 +96,4 @@ TEST(LcpMeasure, RefusesWhatIsNoProblem) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::lcp
+}  // namespace lockstep::oracle::lcp::lcp_measure_test

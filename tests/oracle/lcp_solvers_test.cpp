@@ -6,7 +6,7 @@
 
 #include "tests/oracle/lcp_problems.hpp"
 
-namespace lockstep::oracle::lcp {
+namespace lockstep::oracle::lcp::lcp_solvers_test {
 namespace {
 
 using test::Random;
@@ -244,4 +244,4 @@ TEST(FischerNewton, ConvergesQuadratically) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::lcp
+}  // namespace lockstep::oracle::lcp::lcp_solvers_test

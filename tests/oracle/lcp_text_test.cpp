@@ -9,7 +9,7 @@
 #include "host/error.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::lcp_text_test {
 namespace {
 
 oracle::lcp::Lcp read(const std::string& text) {
@@ -67,4 +67,4 @@ TEST(LcpText, RefusesWhatCannotBeRead) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::lcp_text_test

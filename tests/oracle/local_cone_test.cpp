@@ -8,7 +8,7 @@
 
 #include "cpu_reference/oracle/cone/cone.hpp"
 
-namespace lockstep::oracle {
+namespace lockstep::oracle::local_cone_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -58,7 +58,7 @@ TEST(LocalCone, SolvesRandomContactsExactly) {
   EXPECT_GT(std::min({open, stick, slip}), 1000);
 }
 
-TEST(LocalCone, SplittingGetsThereInAFewVisits) {
+TEST(LocalCone, SplittingConvergesInAFewIterations) {
   std::mt19937 random(2);
   double worst = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -67,7 +67,7 @@ TEST(LocalCone, SplittingGetsThereInAFewVisits) {
     c.mu = std::min(c.mu, 0.8);
     const LocalCone cone(c.w, c.mu);
     Vector3d r = Vector3d::Zero();
-    for (int visit = 0; visit < 20; ++visit) r = cone.split(c.q, r);
+    for (int iteration = 0; iteration < 20; ++iteration) r = cone.split(c.q, r);
     worst = std::max(worst, defect(c, r));
   }
   EXPECT_LT(worst, 1e-9);
@@ -99,4 +99,4 @@ TEST(LocalCone, TakesBlocksOfAnyRank) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle
+}  // namespace lockstep::oracle::local_cone_test

@@ -12,7 +12,7 @@
 #include "tests/command_line.hpp"
 #include "tests/oracle/cone_problems.hpp"
 
-namespace lockstep {
+namespace lockstep::mixed_solvers_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -63,7 +63,7 @@ TEST(MixedSolvers, AgreeWithSolversThatTakeJointsOut) {
     for (const unsigned seed : {1u, 2u, 3u}) {
       const MixedProblem problem = without_bounds(linked_heap(6, 0.3, seed, rings));
       const oracle::ConeProblem local = oracle::local_form(problem.cones);
-      const oracle::ConeAnswer wanted = oracle::solve_whole(local, *oracle::find_cone_solver("auto"), limits);
+      const oracle::ConeSolution wanted = oracle::solve_whole(local, *oracle::find_cone_solver("auto"), limits);
       ASSERT_LE(wanted.error.residual, limits.tolerance);
       const VectorXd u = local.w.times(wanted.r) + local.joints->v * wanted.l + local.q;
       for (const MixedSolver& solver : oracle::mixed_solvers()) {
@@ -113,7 +113,7 @@ TEST(MixedSolvers, SolveNothingAndJointsAlone) {
 // Of one row of mobility e: driven, held by its bounds, hard and soft, and on a spring.
 TEST(BoundedLaw, IsThatOfMotorsLimitsAndSprings) {
   constexpr double far = 1e30;
-  const oracle::BoundedLaw motor = {.speed = 2, .reach = 3, .slowest = -far, .fastest = far, .mobility = 1};
+  const oracle::BoundedLaw motor = {.speed = 2, .max_impulse = 3, .slowest = -far, .fastest = far, .mobility = 1};
   EXPECT_DOUBLE_EQ(motor.velocity(0, 1), 2);
   EXPECT_DOUBLE_EQ(motor.velocity(-4, 1), -1) << "as far as it reaches";
   EXPECT_DOUBLE_EQ(motor.velocity(9, 0.5), 7.5) << "and it brakes";
@@ -121,11 +121,11 @@ TEST(BoundedLaw, IsThatOfMotorsLimitsAndSprings) {
   EXPECT_DOUBLE_EQ(limits_of.velocity(3, 1), 3);
   EXPECT_DOUBLE_EQ(limits_of.velocity(-3, 1), -1);
   EXPECT_DOUBLE_EQ(limits_of.velocity(6, 1), 4);
-  // u - fastest + give r = 0 and u = q + e r
-  const oracle::BoundedLaw soft = {.slowest = -1, .fastest = 4, .give = 0.25, .mobility = 1};
+  // u - fastest + bound_compliance r = 0 and u = q + e r
+  const oracle::BoundedLaw soft = {.slowest = -1, .fastest = 4, .bound_compliance = 0.25, .mobility = 1};
   const double u = soft.velocity(6, 1), r = (u - 6) / 1;
   EXPECT_NEAR(u - 4 + 0.25 * r, 0, 1e-15);
-  const oracle::BoundedLaw spring = {.slowest = 1, .fastest = 1, .yield = 0.5, .mobility = 1};
+  const oracle::BoundedLaw spring = {.slowest = 1, .fastest = 1, .spring_compliance = 0.5, .mobility = 1};
   const double v = spring.velocity(3, 2), push = (v - 3) / 2;
   EXPECT_NEAR(v - 1 + 0.5 * push, 0, 1e-15);
 }
@@ -157,7 +157,7 @@ TEST(MixedSolvers, SolveStepsOfScenes) {
   }
 }
 
-TEST_F(CommandLine, SolvesJointsAsAPart) {
+TEST_F(CommandLine, SolvesJointsSeparately) {
   EXPECT_LE(report_of("slider_crank --solver mixed_ldlt --steps 30 --tolerance 1e-9")["residual_max"], 1.1e-9);
   const std::string problem = file("chain.hdf5").string();
   ASSERT_EQ(run("export pendulum_chain --at 5 -o " + problem).status, 0);
@@ -168,4 +168,4 @@ TEST_F(CommandLine, SolvesJointsAsAPart) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::mixed_solvers_test

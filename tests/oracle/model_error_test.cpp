@@ -10,7 +10,7 @@
 #include "host/steppers/oracle_backend.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::model_error_test {
 namespace {
 
 using nlohmann::json;
@@ -113,8 +113,8 @@ double rolling_error(const std::string& oracle, const Eigen::Vector3d& along, do
   const json pairs = {{{"materials", {"ground", "box"}}, {"friction", 0.4}, {"restitution", 0}},
                       {{"materials", {"box", "ball"}}, {"friction", 0.8}, {"restitution", 0}}};
   Exact scene(bodies, materials, pairs, oracle, 1, 150 * along);
-  const double rub = 0.4 * 35 * g, pull = (150 - rub) / 10 / (3.5 + 25.0 / 10);
-  const double box = (150 - rub - 25 * pull) / 10, ball = pull;
+  const double friction = 0.4 * 35 * g, pull = (150 - friction) / 10 / (3.5 + 25.0 / 10);
+  const double box = (150 - friction - 25 * pull) / 10, ball = pull;
   const int steps = static_cast<int>(std::lround(seconds / dt));
   double sum = 0;
   for (int i = 1; i <= steps; ++i) {
@@ -137,21 +137,21 @@ TEST(ModelError, ConesRollExactly) {
 // The pyramid of four sides lets it go where vx = vy: fx + fy = mu N, and 150 (1/2 + sqrt(3/4)) - mu N is left for
 // both.
 TEST(ModelError, BoxesAndPyramidsDoNot) {
-  const double seconds = 0.3, of_time = seconds * seconds / 3, rub = 0.4 * 35 * g;
+  const double seconds = 0.3, of_time = seconds * seconds / 3, friction = 0.4 * 35 * g;
   const double follow = 1 + 4.0 / 49, inertia = 10 + 25 * 2.0 / 7;  // a ball gains 2/7 of what the box does
   EXPECT_LT(rolling_error("box_baraff", axis, seconds), 1e-18);
   EXPECT_LT(rolling_error("pyramid_lemke", axis, seconds), 1e-18);
 
   const double box_error = rolling_error("box_baraff", between, seconds);
-  const double exact = (150 - rub) / inertia;
+  const double exact = (150 - friction) / inertia;
   EXPECT_NEAR(box_error, follow * exact * exact * of_time, 0.01 * box_error);
   EXPECT_NEAR(box_error / of_time * 16 / 3, 3.145, 0.03) << "in the 4 s of the benchmark";
 
-  const double diagonal = 0.5 * (150 * (0.5 + std::sqrt(0.75)) - rub) / inertia;
+  const double diagonal = 0.5 * (150 * (0.5 + std::sqrt(0.75)) - friction) / inertia;
   const Eigen::Vector3d off = diagonal * Eigen::Vector3d(1, 1, 0) - exact * between;
   const double pyramid_error = rolling_error("pyramid_lemke", between, seconds);
   EXPECT_NEAR(pyramid_error, follow * off.squaredNorm() * of_time, 0.01 * pyramid_error);
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::model_error_test

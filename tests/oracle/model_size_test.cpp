@@ -6,7 +6,7 @@
 #include "cpu_reference/oracle/models/friction_pyramid.hpp"
 #include "tests/oracle/multibodies.hpp"
 
-namespace lockstep::oracle::models {
+namespace lockstep::oracle::models::model_size_test {
 namespace {
 
 TEST(ModelSizes, AreThoseOfTheTables) {
@@ -35,4 +35,4 @@ TEST(ModelSizes, AreThoseOfTheProblemsThatAreBuilt) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::models
+}  // namespace lockstep::oracle::models::model_size_test

@@ -41,7 +41,7 @@ inline Row ball_row(std::size_t a, std::size_t b, const Vector3d& arm_a, const V
   const Vector3d axis = Vector3d::Unit(i);
   return {a, b, axis, arm_a.cross(axis), -arm_b.cross(axis)};
 }
-inline Row turning_row(std::size_t a, std::size_t b, const Vector3d& axis) {
+inline Row angular_row(std::size_t a, std::size_t b, const Vector3d& axis) {
   return {a, b, Vector3d::Zero(), axis, -axis};
 }
 
@@ -53,8 +53,8 @@ inline Multibody hinged_bar(double friction, double dry) {
   for (const std::size_t k : {1u, 2u})
     m.bodies[k] = {1.0 / double(k), inertia, {0.3, 0.2, -1}, {0.1, k == 1 ? 0.5 : -0.7, 0.2}};
   for (int i = 0; i < 3; ++i) m.joint_rows.push_back({ball_row(1, 2, {0.5, 0, 0}, {-0.5, 0, 0}, i), 0});
-  for (int i : {0, 2}) m.joint_rows.push_back({turning_row(1, 2, Vector3d::Unit(i)), 0});
-  m.dry_rows.push_back({turning_row(1, 2, Vector3d::UnitY()), dry});
+  for (int i : {0, 2}) m.joint_rows.push_back({angular_row(1, 2, Vector3d::Unit(i)), 0});
+  m.dry_rows.push_back({angular_row(1, 2, Vector3d::UnitY()), dry});
   for (const double y : {-0.1, 0.1}) {
     m.contacts.push_back({.body_a = 1, .body_b = 0, .arm_a = {-0.5, y, -0.1}, .bias = 0.1, .friction = friction});
     m.contacts.push_back({.body_a = 2, .body_b = 0, .arm_a = {0.5, y, -0.1}, .friction = friction});

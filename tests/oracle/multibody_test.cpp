@@ -11,7 +11,7 @@
 #include "tests/oracle/lcp_problems.hpp"
 #include "tests/oracle/multibodies.hpp"
 
-namespace lockstep {
+namespace lockstep::multibody_test {
 namespace {
 
 using oracle::SolveLimits;
@@ -72,7 +72,7 @@ TEST(ScenesLcps, PyramidsAreSolved) {
 }
 
 // What the sweeps of a step converge to is what the pyramid gives where nothing slides.
-TEST(ScenesLcps, StandingScenesAgreeWithTheirSweeps) {
+TEST(ScenesLcps, ScenesAtRestAgreeWithTheirSweeps) {
   Scene scene = read_scene("box_stack");
   replace_solver(scene.settings, Solver::gauss_seidel);
   scene.settings.iterations = 3000;
@@ -113,4 +113,4 @@ TEST(ScenesLcps, RefuseWhatTheModelsDoNotHave) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::multibody_test

@@ -7,7 +7,7 @@
 
 #include "tests/oracle/lcp_problems.hpp"
 
-namespace lockstep::oracle::lcp {
+namespace lockstep::oracle::lcp::principal_factor_test {
 namespace {
 
 // What a solve with the set leaves of b.
@@ -53,4 +53,4 @@ TEST(PrincipalFactor, RefusesWhatWouldBeSingular) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::lcp
+}  // namespace lockstep::oracle::lcp::principal_factor_test

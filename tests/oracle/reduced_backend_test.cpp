@@ -14,7 +14,7 @@
 #include "host/steppers/oracles.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::reduced_backend_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -112,9 +112,9 @@ double measured_period(double angle, double dt) {
   double last = angle;
   for (u32 i = 1; passages.size() < 3; ++i) {
     run.step();
-    const double now = angle_of(run, 0);
-    if ((now < 0) != (last < 0)) passages.push_back(dt * (i - 1 + last / (last - now)));
-    last = now;
+    const double current = angle_of(run, 0);
+    if ((current < 0) != (last < 0)) passages.push_back(dt * (i - 1 + last / (last - current)));
+    last = current;
   }
   return passages[2] - passages[0];
 }
@@ -258,7 +258,7 @@ TEST(ReducedCoordinates, AFreeMechanismKeepsMomentumAndEnergy) {
 // Both coordinates are of second order, and come to the same.
 TEST(ReducedCoordinates, ComeToWhatMaximalCoordinatesComeTo) {
   for (const char* name : {"pendulum_chain", "cardan_shaft", "screw_nut", "slider_crank"}) {
-    const auto apart = [&](double dt) {
+    const auto largest_distance = [&](double dt) {
       Scene scene = stepped(name, dt);
       scene.settings.iterations = 2000;
       for (JointDescription& joint : scene.joints) joint.limited = false;
@@ -278,7 +278,7 @@ TEST(ReducedCoordinates, ComeToWhatMaximalCoordinatesComeTo) {
       }
       return most;
     };
-    const double coarse = apart(4e-3), fine = apart(1e-3);
+    const double coarse = largest_distance(4e-3), fine = largest_distance(1e-3);
     EXPECT_LT(fine, 1e-5) << name;
     EXPECT_LT(fine, 0.3 * coarse + 1e-6) << name;
   }
@@ -373,17 +373,17 @@ TEST(ReducedCoordinates, TellWhatJointsCarry) {
   for (u32 joint = 0; joint < 3; ++joint)
     EXPECT_NEAR(measure_joint(b, params, joint).force[2], (3 - joint) * g, 1e-9) << joint;
 
-  Scene held = rods({std::numbers::pi / 2}, 0.01);
-  held.joints[0].friction = 10;
+  Scene stiff = rods({std::numbers::pi / 2}, 0.01);
+  stiff.joints[0].friction = 10;
   for (const char* oracle : {"reduced_auto", "reduced_pyramid_lemke"}) {
-    Stepper level(held, oracle);
+    Stepper level(stiff, oracle);
     for (int i = 0; i < 3; ++i) level.step();
     EXPECT_NEAR(std::abs(measure_joint(level.buffers(), params, 0).drive), g / 2, 1e-6) << oracle;
     EXPECT_LT(exact::length(level.w(0)), 1e-15) << oracle;
   }
-  held.joints[0].friction = 2;  // too little: it falls with what is left
+  stiff.joints[0].friction = 2;  // too little: it falls with what is left
   for (const char* oracle : {"reduced_auto", "reduced_pyramid_lemke"}) {
-    Stepper falling(held, oracle);
+    Stepper falling(stiff, oracle);
     falling.step();
     EXPECT_NEAR(exact::length(falling.w(0)), 0.01 * (g / 2 - 2) * 3, 1e-6) << oracle;
   }
@@ -439,4 +439,4 @@ TEST(ReducedCoordinates, RefuseSoftJoints) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::reduced_backend_test

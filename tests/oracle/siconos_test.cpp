@@ -6,7 +6,7 @@
 #include "host/problems/cone_file.hpp"
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::siconos_test {
 namespace {
 
 TEST_F(CommandLine, SiconosSolvesWhatIsExported) {
@@ -32,8 +32,8 @@ TEST_F(CommandLine, SiconosSolvesWhatIsExported) {
       const oracle::ConeError of_siconos = oracle::cone_error(problem.problem, r);
       EXPECT_NEAR(of_siconos.natural_map, error_said, 1e-6 * error_said + 1e-14);
 
-      const oracle::ConeAnswer ours = oracle::solve_whole(problem.problem, *oracle::find_cone_solver("nsgs"),
-                                                          {.tolerance = tolerance, .iterations = 100'000});
+      const oracle::ConeSolution ours = oracle::solve_whole(problem.problem, *oracle::find_cone_solver("nsgs"),
+                                                            {.tolerance = tolerance, .iterations = 100'000});
       EXPECT_EQ(ours.report.stop, oracle::Stop::tolerance);
       EXPECT_LT(ours.error.residual, 30 * of_siconos.residual + 1e-14);
       EXPECT_LT(of_siconos.residual, 30 * ours.error.residual + 1e-14);
@@ -42,4 +42,4 @@ TEST_F(CommandLine, SiconosSolvesWhatIsExported) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::siconos_test

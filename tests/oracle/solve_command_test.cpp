@@ -1,7 +1,7 @@
 // `lockstep solve` and `lockstep export` as a user meets them.
 #include "tests/command_line.hpp"
 
-namespace lockstep {
+namespace lockstep::solve_command_test {
 namespace {
 
 TEST_F(CommandLine, ExportsAndSolves) {
@@ -101,4 +101,4 @@ TEST_F(CommandLine, RefusesToSolveAndExportInOneLine) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::solve_command_test

@@ -8,7 +8,7 @@
 
 #include "tests/oracle/lcp_problems.hpp"
 
-namespace lockstep::oracle::lcp {
+namespace lockstep::oracle::lcp::splitting_test {
 namespace {
 
 using test::Random;
@@ -102,4 +102,4 @@ TEST(BoxedSolvers, NewtonSolvesMixedProblems) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle::lcp
+}  // namespace lockstep::oracle::lcp::splitting_test

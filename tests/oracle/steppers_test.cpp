@@ -130,7 +130,7 @@ TEST_F(StepperCommand, EachKindIsRecordedVerifiedResumedAndExported) {
   }
 }
 
-TEST_F(StepperCommand, TheSolverMayStandInTheScene) {
+TEST_F(StepperCommand, TheSceneMayNameTheSolver) {
   std::ofstream(path("scene.json")) << R"({"settings": {"solver": "nsgs", "steps": 5}, "bodies": [
     {"type": "static", "shapes": [{"type": "plane"}]},
     {"mass": 1, "position": [0, 0, 0.5], "shapes": [{"type": "box", "size": [1, 1, 1]}]}]})";
@@ -278,7 +278,7 @@ TEST(WorldByOracle, TellsWhatIsUnsolvedAlsoAfterBodiesCame) {
 }
 
 // The recording says what stepped it: a replay by something else is told in its first line.
-TEST(WorldByOracle, AReplayThatPartsSaysWhatAnOraclePromises) {
+TEST(WorldByOracle, AReplayThatDiffersSaysWhatAnOraclePromises) {
   const TemporaryFolder folder;
   const InitialState<double> state = compile<double>(scene_by("slide_to_roll", "nsgs"));
   {

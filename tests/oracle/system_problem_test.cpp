@@ -6,13 +6,14 @@
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "host/backends/reference_backend.hpp"
 #include "host/error.hpp"
+#include "host/problems/cone_file.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::system_problem_test {
 namespace {
 
 struct Step {
@@ -100,8 +101,8 @@ TEST(SystemProblem, CanBeSolvedFarBetterThanTheStepDid) {
     const SystemProblem system = problem_of(step_of<float>(name, 40).system, name);
     const oracle::ConeProblem problem = oracle::local_form(system.problem);
     const double before = oracle::cone_error(problem, system.impulses.r, system.impulses.l).residual;
-    const oracle::ConeAnswer answer = oracle::solve_whole(problem, oracle::cone_solvers()[0], {.tolerance = 1e-9});
-    EXPECT_LE(answer.error.residual, 1e-9) << name;
+    const oracle::ConeSolution solution = oracle::solve_whole(problem, oracle::cone_solvers()[0], {.tolerance = 1e-9});
+    EXPECT_LE(solution.error.residual, 1e-9) << name;
     EXPECT_GT(before, 1e-9) << name;
   }
 }
@@ -116,4 +117,4 @@ TEST(SystemProblem, RefusesMotors) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::system_problem_test

@@ -189,15 +189,15 @@ class ClosedForms(unittest.TestCase):
     def test_a_kinematic_body_goes_where_it_is_told(self):
         lift = {"name": "lift", "type": "kinematic", "shapes": [{"type": "box", "size": [1, 1, 0.1]}]}
         world = lockstep.World(scene({**BALL, "position": [0, 0, 5]}, lift))
-        turned = [0, 0, np.sin(0.1), np.cos(0.1)]
-        world.set_kinematic_target(world.body("lift"), [0, 0, 0.01], turned)
+        rotated = [0, 0, np.sin(0.1), np.cos(0.1)]
+        world.set_kinematic_target(world.body("lift"), [0, 0, 0.01], rotated)
         world.step()
-        np.testing.assert_allclose(world.pose(world.body("lift")), [0, 0, 0.01, *turned], atol=1e-6)
+        np.testing.assert_allclose(world.pose(world.body("lift")), [0, 0, 0.01, *rotated], atol=1e-6)
         world.step()
         np.testing.assert_allclose(world.velocity(world.body("lift")), np.zeros(6), atol=1e-12)
         self.assertEqual(world.kind(world.body("lift")), "kinematic")
 
-    def test_a_motor_turns_a_wheel(self):
+    def test_a_motor_drives_a_wheel(self):
         wheel = {"name": "wheel", "mass": 1, "inertia": [1, 1, 2]}
         hinge = {"name": "axle", "type": "hinge", "bodies": ["world", "wheel"], "anchor": [0, 0, 0], "axis": [0, 0, 1]}
         world = lockstep.World(scene(wheel, joints=[hinge], settings={"dt": 0.01}), precision="double")
@@ -278,7 +278,9 @@ class ComeAndGo(unittest.TestCase):
         self.assertEqual(world.poses().shape, (2, 7))
         with self.assertRaisesRegex(lockstep.Error, "body 1: is not in this world any more"):
             world.pose(old[1])
-        world.place(new, [0, 0, 9], velocity=[0, 0, 1])
+        with self.assertWarns(DeprecationWarning):
+            world.place(new, [0, 0, 9], velocity=[0, 0, 1])
+        world.teleport(new, [0, 0, 9], velocity=[0, 0, 1])
         np.testing.assert_allclose(world.pose(new), [0, 0, 9, 0, 0, 0, 1])
         np.testing.assert_allclose(world.velocity(new), [0, 0, 1, 0, 0, 0])
         world.set_velocity(new, [1, 0, 0], [0, 0, 2])
@@ -307,13 +309,13 @@ class ComeAndGo(unittest.TestCase):
         world = lockstep.World(scene(BALL, {**BALL, "position": [2, 0, 0]}, gravity=[0, 0, 0]))
         a, b = world.bodies
         rod = world.add_joint({"type": "ball", "anchor": [1, 0, 0]}, a, b)
-        held = world.add_joint({"type": "fixed", "name": "held", "anchor": [0, 0, 0]}, a)
-        self.assertEqual(world.joints, [rod, held])
+        fixed = world.add_joint({"type": "fixed", "name": "fixed", "anchor": [0, 0, 0]}, a)
+        self.assertEqual(world.joints, [rod, fixed])
         world.step(10)
         self.assertLess(world.errors().joint_separation, 1e-5)
         world.remove(rod)
         self.assertFalse(world.contains(rod))
-        self.assertEqual(world.joints, [world.joint("held")])
+        self.assertEqual(world.joints, [world.joint("fixed")])
 
 
 class Loads(unittest.TestCase):

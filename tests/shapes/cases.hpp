@@ -14,7 +14,7 @@ namespace lockstep::test {
 
 inline constexpr const char* kind_names[] = {"sphere", "capsule", "box", "cylinder", "hull", "plane"};
 
-inline Eigen::Quaterniond random_turn(Random& random) {
+inline Eigen::Quaterniond random_rotation(Random& random) {
   Eigen::Vector4d q;
   do {
     for (int k = 0; k < 4; ++k) q[k] = random.between(-1, 1);
@@ -100,11 +100,11 @@ inline std::vector<PairOfKinds> all_pairs_of_kinds() {
 template <class real>
 struct Case {
   PairOfKinds kinds;
-  reference::Placed<real> a, b;
+  reference::WorldShape<real> a, b;
 };
 
 template <class real>
-oracle::Body body(u32 kind, const reference::Placed<real>& shape) {
+oracle::Body body(u32 kind, const reference::WorldShape<real>& shape) {
   return oracle::body(kind, shape, kind == SHAPE_HULL ? &hulls<real>().polyhedra[shape.hull] : nullptr);
 }
 
@@ -133,9 +133,9 @@ reference::Quat<real> rounded(const Eigen::Quaterniond& q) {
 }
 
 template <class real>
-reference::Placed<real> random_shape(u32 kind, const Eigen::Quaterniond& turn, Random& random) {
+reference::WorldShape<real> random_shape(u32 kind, const Eigen::Quaterniond& rotation, Random& random) {
   const auto length = [&] { return real(between_logs(random, 0.1, 1)); };
-  reference::Placed<real> shape = {{0, 0, 0}, rounded<real>(turn), {0, 0, 0}, 0};
+  reference::WorldShape<real> shape = {{0, 0, 0}, rounded<real>(rotation), {0, 0, 0}, 0};
   if (kind == SHAPE_SPHERE) shape.size.x = length();
   if (kind == SHAPE_CAPSULE || kind == SHAPE_CYLINDER) shape.size = {length(), length(), 0};
   if (kind == SHAPE_BOX) shape.size = {length(), length(), length()};
@@ -148,7 +148,7 @@ reference::Placed<real> random_shape(u32 kind, const Eigen::Quaterniond& turn, R
 
 /// Moves b along -direction until the shapes are `gap` apart along it, and then aside.
 template <class real>
-void move_apart(Case<real>& c, const Eigen::Vector3d& direction, const Eigen::Vector3d& aside, double gap) {
+void separate(Case<real>& c, const Eigen::Vector3d& direction, const Eigen::Vector3d& aside, double gap) {
   const double away = oracle::separation_along(body(c.kinds.a, c.a), body(c.kinds.b, c.b), direction) - gap;
   c.b.center = rounded<real>(away * direction + aside);
 }
@@ -156,11 +156,12 @@ void move_apart(Case<real>& c, const Eigen::Vector3d& direction, const Eigen::Ve
 /// From deep in each other to apart, along a direction that is the normal only by luck.
 template <class real>
 Case<real> meeting_anyhow(PairOfKinds kinds, Random& random) {
-  const Eigen::Quaterniond turn_a = random_turn(random), turn_b = random_turn(random);
-  Case<real> c = {kinds, random_shape<real>(kinds.a, turn_a, random), random_shape<real>(kinds.b, turn_b, random)};
-  const Eigen::Quaterniond turned = kinds.b == SHAPE_PLANE ? turn_b : random_turn(random);
-  const Eigen::Vector3d direction = turned * Eigen::Vector3d::UnitZ();
-  move_apart(c, direction, {0, 0, 0}, random.between(-0.6, 0.15) * random.between(0, 1));
+  const Eigen::Quaterniond rotation_a = random_rotation(random), rotation_b = random_rotation(random);
+  Case<real> c = {kinds, random_shape<real>(kinds.a, rotation_a, random),
+                  random_shape<real>(kinds.b, rotation_b, random)};
+  const Eigen::Quaterniond rotated = kinds.b == SHAPE_PLANE ? rotation_b : random_rotation(random);
+  const Eigen::Vector3d direction = rotated * Eigen::Vector3d::UnitZ();
+  separate(c, direction, {0, 0, 0}, random.between(-0.6, 0.15) * random.between(0, 1));
   return c;
 }
 
@@ -170,7 +171,7 @@ Case<real> lying(PairOfKinds kinds, Random& random) {
   using Eigen::AngleAxisd, Eigen::Quaterniond, Eigen::Vector3d;
   Case<real> c = {kinds, random_shape<real>(kinds.a, Quaterniond::Identity(), random),
                   random_shape<real>(kinds.b, Quaterniond::Identity(), random)};
-  const auto flat_normal = [&](u32 kind, const reference::Placed<real>& shape) -> Vector3d {
+  const auto flat_normal = [&](u32 kind, const reference::WorldShape<real>& shape) -> Vector3d {
     std::vector<Vector3d> normals = body(kind, shape).normals();
     if (kind == SHAPE_PLANE) return Vector3d::UnitZ();
     if (kind == SHAPE_CYLINDER || kind == SHAPE_CAPSULE)
@@ -178,19 +179,19 @@ Case<real> lying(PairOfKinds kinds, Random& random) {
     if (normals.empty()) return Vector3d::UnitX();
     return normals[random.bits() % normals.size()];
   };
-  const Vector3d n = random_turn(random) * Vector3d::UnitZ();
+  const Vector3d n = random_rotation(random) * Vector3d::UnitZ();
   const double tilts[] = {0, 0, 1e-7, 1e-5, 1e-3, 0.02};
-  const AngleAxisd tilt(tilts[random.bits() % 6], random_turn(random) * Vector3d::UnitX());
-  const AngleAxisd turn_a(random.between(0, oracle::turn), n);
-  const AngleAxisd turn_b(random.bits() % 2 ? random.between(0, oracle::turn) : 0, n);
-  c.a.rotation = rounded<real>(tilt * turn_a * Quaterniond::FromTwoVectors(flat_normal(kinds.a, c.a), -n));
-  c.b.rotation = rounded<real>(turn_b * Quaterniond::FromTwoVectors(flat_normal(kinds.b, c.b), n));
+  const AngleAxisd tilt(tilts[random.bits() % 6], random_rotation(random) * Vector3d::UnitX());
+  const AngleAxisd rotation_a(random.between(0, oracle::two_pi), n);
+  const AngleAxisd rotation_b(random.bits() % 2 ? random.between(0, oracle::two_pi) : 0, n);
+  c.a.rotation = rounded<real>(tilt * rotation_a * Quaterniond::FromTwoVectors(flat_normal(kinds.a, c.a), -n));
+  c.b.rotation = rounded<real>(rotation_b * Quaterniond::FromTwoVectors(flat_normal(kinds.b, c.b), n));
   const Vector3d u = n.unitOrthogonal(), v = n.cross(u);
   const bool in_line = random.bits() % 4 == 0;
   const Vector3d aside =
       in_line ? Vector3d(0, 0, 0) : Vector3d(random.between(0, 0.5) * u + random.between(-0.3, 0.3) * v);
   const double sign = random.bits() % 8 == 0 ? 1 : -1;
-  move_apart(c, n, aside, sign * between_logs(random, 1e-6, 1e-3));
+  separate(c, n, aside, sign * between_logs(random, 1e-6, 1e-3));
   return c;
 }
 
@@ -201,22 +202,23 @@ template <class real>
 Case<real> on_lattice(PairOfKinds kinds, u32 number) {
   using Eigen::Quaterniond;
   const double h = std::sqrt(0.5);
-  const Quaterniond turns[] = {Quaterniond(1, 0, 0, 0), Quaterniond(h, 0, 0, h), Quaterniond(0.5, 0.5, 0.5, 0.5),
-                               Quaterniond(std::sqrt(0.5 + 0.5 * h), 0, std::sqrt(0.5 - 0.5 * h), 0)};
-  const auto shape = [&](u32 kind, const Quaterniond& turn, u32 hull) {
-    reference::Placed<real> placed = {{0, 0, 0}, rounded<real>(turn), {0, 0, 0}, 0};
-    if (kind == SHAPE_SPHERE) placed.size = {real(0.25), 0, 0};
-    if (kind == SHAPE_CAPSULE || kind == SHAPE_CYLINDER) placed.size = {real(0.25), real(0.5), 0};
-    if (kind == SHAPE_BOX) placed.size = {real(0.5), real(0.25), real(0.5)};
+  const Quaterniond rotations[] = {Quaterniond(1, 0, 0, 0), Quaterniond(h, 0, 0, h), Quaterniond(0.5, 0.5, 0.5, 0.5),
+                                   Quaterniond(std::sqrt(0.5 + 0.5 * h), 0, std::sqrt(0.5 - 0.5 * h), 0)};
+  const auto shape = [&](u32 kind, const Quaterniond& rotation, u32 hull) {
+    reference::WorldShape<real> world_shape = {{0, 0, 0}, rounded<real>(rotation), {0, 0, 0}, 0};
+    if (kind == SHAPE_SPHERE) world_shape.size = {real(0.25), 0, 0};
+    if (kind == SHAPE_CAPSULE || kind == SHAPE_CYLINDER) world_shape.size = {real(0.25), real(0.5), 0};
+    if (kind == SHAPE_BOX) world_shape.size = {real(0.5), real(0.25), real(0.5)};
     if (kind == SHAPE_HULL) {
-      placed.hull = hull;
-      placed.size = rounded<real>(hulls<real>().sizes[hull]);
+      world_shape.hull = hull;
+      world_shape.size = rounded<real>(hulls<real>().sizes[hull]);
     }
-    return placed;
+    return world_shape;
   };
-  Case<real> c = {kinds, shape(kinds.a, turns[number % 4], 0), shape(kinds.b, turns[number / 4 % 4], number / 432 % 3)};
-  const u32 place = number / 16 % 27;
-  c.b.center = {real(0.5) * real(place % 3), real(0.5) * real(place / 3 % 3), real(0.5) * real(place / 9)};
+  Case<real> c = {kinds, shape(kinds.a, rotations[number % 4], 0),
+                  shape(kinds.b, rotations[number / 4 % 4], number / 432 % 3)};
+  const u32 cell = number / 16 % 27;
+  c.b.center = {real(0.5) * real(cell % 3), real(0.5) * real(cell / 3 % 3), real(0.5) * real(cell / 9)};
   return c;
 }
 

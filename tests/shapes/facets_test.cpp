@@ -12,7 +12,7 @@
 #include "tests/surfaces.hpp"
 #include "tests/worlds.hpp"
 
-namespace lockstep {
+namespace lockstep::facets_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -40,7 +40,7 @@ BodyDescription solid(const ShapeDescription& shape, const Vector3& position, co
 ShapeDescription sphere(double radius) { return {.kind = SHAPE_SPHERE, .radius = radius}; }
 ShapeDescription box(const Vector3& half) { return {.kind = SHAPE_BOX, .half_extents = half}; }
 
-const Quaternion lying = exact::turn({0, 1, 0}, std::sqrt(0.5), std::sqrt(0.5));  // z becomes x
+const Quaternion lying = exact::rotation({0, 1, 0}, std::sqrt(0.5), std::sqrt(0.5));  // z becomes x
 
 std::vector<BodyDescription> sliders() {
   const ShapeDescription rock = {
@@ -64,7 +64,7 @@ TEST(Facets, AFlatGroundIsAPlane) {
   int n = 0;
   for (const BodyDescription& body : sliders()) {
     SCOPED_TRACE(n++);
-    World on_plane(scene_of({floor_body(), body}), in_double()), on_facets(scene_of({ground, body}), in_double());
+    World on_plane(scene_of({level_floor(), body}), in_double()), on_facets(scene_of({ground, body}), in_double());
     for (int i = 0; i < 120; ++i) {
       on_plane.step();
       on_facets.step();
@@ -83,10 +83,10 @@ TEST(Facets, AFlatGroundIsAPlane) {
 TEST(Facets, ASlopeIsASlope) {
   const double slope = 0.5, sine = slope / std::sqrt(1 + slope * slope), cosine = sine / slope;
   const BodyDescription ground = surface_body(hills(41, 0.5, [&](double x, double y) { return -slope * x + 0 * y; }));
-  const Quaternion turned = exact::turn({0, 1, 0}, std::sqrt((1 - cosine) / 2), std::sqrt((1 + cosine) / 2));
+  const Quaternion rotated = exact::rotation({0, 1, 0}, std::sqrt((1 - cosine) / 2), std::sqrt((1 + cosine) / 2));
   for (const ShapeDescription& shape : {sphere(0.2), box({0.3, 0.25, 0.2}), box({1.3, 0.9, 0.2})}) {
     const Vector3 start = {-3 + 0.2 * sine, 0.11, 1.5 + 0.2 * cosine};
-    World world(scene_of({ground, solid(shape, start, {0, 0, 0}, turned)}, 0), in_double());
+    World world(scene_of({ground, solid(shape, start, {0, 0, 0}, rotated)}, 0), in_double());
     world.step(120);
     const Twist v = world.velocity(world.bodies()[1]);
     EXPECT_NEAR(v.linear[0], g * sine * cosine, 1e-6);
@@ -155,11 +155,11 @@ TEST(Facets, ABallAndACube) {
     int nearest = 0;
     for (std::size_t t = 0; t < 12; ++t) {
       const Shape<double>& shape = state.buffers.shapes[t];
-      const reference::Placed<double> ball = {{p[0], p[1], p[2]}, {0, 0, 0, 1}, {0.3, 0, 0}, 0};
-      const reference::Placed<double> facet = {{shape.offset[0], shape.offset[1], shape.offset[2]},
-                                               {0, 0, 0, 1},
-                                               {0.5, 0.5, 0.5},
-                                               state.buffers.shape_infos[t].hull};
+      const reference::WorldShape<double> ball = {{p[0], p[1], p[2]}, {0, 0, 0, 1}, {0.3, 0, 0}, 0};
+      const reference::WorldShape<double> facet = {{shape.offset[0], shape.offset[1], shape.offset[2]},
+                                                   {0, 0, 0, 1},
+                                                   {0.5, 0.5, 0.5},
+                                                   state.buffers.shape_infos[t].hull};
       const reference::Manifold<double> m =
           reference::collide_shapes(SHAPE_SPHERE, ball, SHAPE_HULL, facet, tables, 10.0);
       if (m.count == 0) continue;
@@ -203,20 +203,21 @@ TEST(Facets, ContactsAreWhereGroundAndBodyAre) {
   const Scene scene = scene_of(bodies);
   const InitialState<double> state = compile<double>(std::span<const Scene>(&scene, 1));
   const reference::HullTables<double> tables = reference::collide_tables(state.buffers);
-  const auto placed = [&](u32 shape, const Vector3& p, const Quaternion& q) {
+  const auto in_world = [&](u32 shape, const Vector3& p, const Quaternion& q) {
     const reference::Pose<double> pose = {{p[0], p[1], p[2]}, {q[0], q[1], q[2], q[3]}};
-    return reference::place_shape(pose, state.buffers.shapes[shape], state.buffers.shape_infos[shape].hull, {0, 0, 0});
+    return reference::shape_in_world(pose, state.buffers.shapes[shape], state.buffers.shape_infos[shape].hull,
+                                     {0, 0, 0});
   };
   test::Random random(21);
   const u32 facets = static_cast<u32>(mesh.triangles.size());
-  int apart = 0, deep = 0;
+  int separated = 0, deep = 0;
   for (int n = 0; n < 400; ++n) {
     const u32 shape = facets + static_cast<u32>(n) % 4, kind = state.buffers.shape_infos[shape].kind;
     const double x = random.between(-1.5, 1.5), y = random.between(-1.5, 1.5);
-    const reference::Placed<double> body =
-        placed(shape, {x, y, ground(x, y) + random.between(-0.05, 0.4)}, random.turn());
+    const reference::WorldShape<double> body =
+        in_world(shape, {x, y, ground(x, y) + random.between(-0.05, 0.4)}, random.rotation());
     for (u32 t = 0; t < facets; ++t) {
-      const reference::Placed<double> facet = placed(t, {0, 0, 0}, {0, 0, 0, 1});
+      const reference::WorldShape<double> facet = in_world(t, {0, 0, 0}, {0, 0, 0, 1});
       const bool first = kind < SHAPE_HULL;  // pairs are stored in the order of kinds
       const reference::Manifold<double> m = first
                                                 ? reference::collide_shapes(kind, body, SHAPE_HULL, facet, tables, 0.2)
@@ -233,11 +234,11 @@ TEST(Facets, ContactsAreWhereGroundAndBodyAre) {
         if (gap < -1e-3) {
           ASSERT_LT(on_body.z, ground(on_body.x, on_body.y)) << n << " " << t << " " << gap;
         }
-        ++(gap < -1e-3 ? deep : apart);
+        ++(gap < -1e-3 ? deep : separated);
       }
     }
   }
-  EXPECT_GT(std::min(apart, deep), 100);
+  EXPECT_GT(std::min(separated, deep), 100);
 }
 
 // Boxes, capsules and cylinders fall on each side, edge and corner of a cube of triangles as on a cube. What is left of
@@ -284,10 +285,11 @@ TEST(Facets, BulletsDoNotPass) {
       SCOPED_TRACE(n);
       Vector3 target = {random.between(-4, 4), random.between(-4, 4), 0};
       if (n % 3 == 0) target = {0, n % 2 ? 0.5 : 0.6, 0};  // on the ridge: a vertex, an edge
-      const Vector3 way = {random.between(-3, 3), random.between(-3, 3), random.between(-3, -6)};
+      const Vector3 displacement = {random.between(-3, 3), random.between(-3, 3), random.between(-3, -6)};
       BodyDescription bullet =
-          n % 2 ? solid(sphere(0.02), exact::subtract(target, way), exact::scale(100, way))
-                : solid(box({0.03, 0.02, 0.01}), exact::subtract(target, way), exact::scale(100, way));
+          n % 2
+              ? solid(sphere(0.02), exact::subtract(target, displacement), exact::scale(100, displacement))
+              : solid(box({0.03, 0.02, 0.01}), exact::subtract(target, displacement), exact::scale(100, displacement));
       bullet.continuous = true;
       Scene scene = scene_of({ground, bullet}, 0, 1.0 / 60);
       World world(scene, in_double());
@@ -296,7 +298,7 @@ TEST(Facets, BulletsDoNotPass) {
       // above the ground that is under it, or out over the end of the ground
       const std::optional<BodyHit> below = world.cast_ray({p[0], p[1], p[2] + 0.01}, {0, 0, -1}, 1e3);
       EXPECT_TRUE(below || std::max(std::abs(p[0]), std::abs(p[1])) > 9.9) << p[0] << " " << p[1] << " " << p[2];
-      EXPECT_LT(exact::length(world.velocity(world.bodies()[1]).linear), 100 * exact::length(way));
+      EXPECT_LT(exact::length(world.velocity(world.bodies()[1]).linear), 100 * exact::length(displacement));
     }
   }
 }
@@ -341,7 +343,7 @@ TYPED_TEST(FacetTwins, KernelMatchesReference) {
       body.position = exact::add(random.vector(1.5), {0, 0, 1.8});
       body.velocity = exact::add(random.vector(n == 4 ? 60 : 2), {0, 0, -3});
       body.angular_velocity = random.vector(n == 4 ? 30 : 2);
-      body.orientation = random.turn();
+      body.orientation = random.rotation();
       body.continuous = n == 4;
       bodies.push_back(body);
     }
@@ -354,7 +356,7 @@ TYPED_TEST(FacetTwins, KernelMatchesReference) {
   }
 }
 
-TEST(Facets, SenseIsExpected) {
+TEST(Facets, InvalidSurfacesAreRefused) {
   BodyDescription moving = surface_body(cube_mesh(0.5));
   moving.kind = BODY_DYNAMIC;
   moving.mass = 1;
@@ -368,4 +370,4 @@ TEST(Facets, SenseIsExpected) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::facets_test

@@ -102,7 +102,7 @@ inline Polygon contact_patch(const Body& a, const Body& b, const Vector3d& n, do
   for (const Body* shape : {&a, &b}) {
     if (shape->kind == SHAPE_PLANE) continue;
     Polygon outwards;
-    for (int i = 0; i < 96; ++i) outwards.emplace_back(std::cos(turn * i / 96), std::sin(turn * i / 96));
+    for (int i = 0; i < 96; ++i) outwards.emplace_back(std::cos(two_pi * i / 96), std::sin(two_pi * i / 96));
     for (const Vector3d& pole : shape->poles()) {
       const Eigen::Vector2d across(-v.dot(pole), u.dot(pole));
       if (across.norm() > 1e-3) outwards.insert(outwards.end(), {across.normalized(), -across.normalized()});
@@ -133,7 +133,7 @@ struct Tolerances {
   double depth = 1e-5, inside = 1e-4, normal = 1e-4;  // of the size of the larger shape
   double share = 0.9;                                 // of the best that any four points of the patch can enclose
   bool patch = true;                                  // look at the patch, too: slow
-  bool apart = true;  // the gap of shapes that are apart is their distance, not just a bound of it
+  bool gap_is_distance = true;  // the gap of shapes that are apart is their distance, not just a bound of it
 };
 
 /// What was found, lengths as shares of the larger shape's size.
@@ -210,14 +210,15 @@ Verdict judge(const Separation& truth, const Body& a, const Body& b, const refer
   const double size = std::max(a.extent(), b.extent()), tolerance = tolerances.depth * size;
   if (m.count == 0) {
     // edges beside each other may have no point in common over any face
-    complain(!(truth.distance > (tolerances.apart ? limit - tolerance : tolerance)), "no manifold at ", truth.distance);
+    complain(!(truth.distance > (tolerances.gap_is_distance ? limit - tolerance : tolerance)), "no manifold at ",
+             truth.distance);
     return verdict;
   }
   complain(m.count > 4, m.count, " points");
   const auto vector = [](const reference::Vec3<real>& p) { return Vector3d(double(p.x), double(p.y), double(p.z)); };
   const Vector3d n = vector(m.normal);
   complain(!(std::abs(n.norm() - 1) < 1e-5), "the normal is ", n.norm(), " long");
-  const bool bound = !tolerances.apart && truth.distance > 0;
+  const bool bound = !tolerances.gap_is_distance && truth.distance > 0;
   const double along = separation_along(a, b, n.normalized());
   // no direction separates the shapes better, but for what a slightly turned normal loses at the far end of a flat
   // contact; this is the sense of the normal, too

@@ -18,7 +18,7 @@ namespace lockstep::oracle {
 
 using Eigen::Vector3d;
 
-constexpr double turn = 6.283185307179586;
+constexpr double two_pi = 6.283185307179586;
 
 /// The faces and edges of the convex hull of a few points, by trying all planes through three of them.
 struct Polyhedron {
@@ -149,12 +149,12 @@ struct Body {
 };
 
 template <class real>
-Body body(u32 kind, const reference::Placed<real>& placed, const Polyhedron* hull = nullptr) {
+Body body(u32 kind, const reference::WorldShape<real>& world_shape, const Polyhedron* hull = nullptr) {
   const auto vector = [](const reference::Vec3<real>& v) { return Vector3d(double(v.x), double(v.y), double(v.z)); };
-  const auto& q = placed.rotation;
-  return {kind, vector(placed.center),
+  const auto& q = world_shape.rotation;
+  return {kind, vector(world_shape.center),
           Eigen::Quaterniond(double(q.w), double(q.x), double(q.y), double(q.z)).normalized().toRotationMatrix(),
-          vector(placed.size), hull};
+          vector(world_shape.size), hull};
 }
 
 /// s(n), n of length 1.
@@ -179,7 +179,7 @@ template <int count>
 const std::array<Eigen::Vector2d, count>& around() {
   static const auto points = [] {
     std::array<Eigen::Vector2d, count> all;
-    for (int i = 0; i < count; ++i) all[i] = {std::cos(turn * i / count), std::sin(turn * i / count)};
+    for (int i = 0; i < count; ++i) all[i] = {std::cos(two_pi * i / count), std::sin(two_pi * i / count)};
     return all;
   }();
   return points;
@@ -215,7 +215,7 @@ inline void try_circle(const Body& a, const Body& b, const Vector3d& pole, Separ
     const double here = sampled[i];
     if (here < sampled[(i + 1) % count] || here < sampled[(i + count - 1) % count]) continue;
     if (std::max(here, most) < best.distance - 0.1 * (most - least)) continue;  // cannot become the best one
-    double low = turn * (i - 1) / count, high = turn * (i + 1) / count;
+    double low = two_pi * (i - 1) / count, high = two_pi * (i + 1) / count;
     constexpr double golden = 0.6180339887498949;
     double x = high - golden * (high - low), y = low + golden * (high - low), at_x = value(x), at_y = value(y);
     for (int k = 0; k < 50; ++k) {

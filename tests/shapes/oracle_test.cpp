@@ -6,14 +6,14 @@
 #include "tests/shapes/cases.hpp"
 #include "tests/shapes/judge.hpp"
 
-namespace lockstep::oracle {
+namespace lockstep::oracle::oracle_test {
 namespace {
 
 using test::Random;
-using test::random_turn;
+using test::random_rotation;
 
-Body shape(u32 kind, Vector3d center, Vector3d size, Eigen::Quaterniond turned = Eigen::Quaterniond::Identity()) {
-  return {kind, center, turned.toRotationMatrix(), size, nullptr};
+Body shape(u32 kind, Vector3d center, Vector3d size, Eigen::Quaterniond rotated = Eigen::Quaterniond::Identity()) {
+  return {kind, center, rotated.toRotationMatrix(), size, nullptr};
 }
 
 TEST(Oracle, KnowsClosedForms) {
@@ -24,7 +24,7 @@ TEST(Oracle, KnowsClosedForms) {
   EXPECT_NEAR(separation(sphere, shape(SHAPE_CYLINDER, {0, 2, 3}, {1.25, 1, 0})).distance, -0.25, 1e-10);
   EXPECT_NEAR(separation(sphere, shape(SHAPE_CYLINDER, {0, 4, 0}, {1, 1, 0})).distance, std::sqrt(9 + 4) - 1, 1e-9);
   // crossed cylinders, apart by the distance of their axes less the radii
-  const Eigen::Quaterniond lying(Eigen::AngleAxisd(turn / 4, Vector3d::UnitX()));
+  const Eigen::Quaterniond lying(Eigen::AngleAxisd(two_pi / 4, Vector3d::UnitX()));
   EXPECT_NEAR(
       separation(shape(SHAPE_CYLINDER, {0, 0, 0}, {1, 4, 0}), shape(SHAPE_CYLINDER, {2.5, 0, 0}, {1, 4, 0}, lying))
           .distance,
@@ -47,17 +47,17 @@ TEST(Oracle, AgreesWithItself) {
     ASSERT_EQ(polyhedron.edges.size(), 3u);
     const Body cylinder =
         shape(SHAPE_CYLINDER, Vector3d(random.between(-1, 1), random.between(-1, 1), random.between(-1, 1)),
-              {random.between(0.2, 1), random.between(0.2, 1), 0}, random_turn(random));
+              {random.between(0.2, 1), random.between(0.2, 1), 0}, random_rotation(random));
     const Body box = shape(SHAPE_BOX, {0, 0, 0}, size);
     Body hull = shape(SHAPE_HULL, {0, 0, 0}, size);
     hull.hull = &polyhedron;
     const double expected = separation(cylinder, box).distance;
     EXPECT_NEAR(separation(cylinder, hull).distance, expected, 1e-9);
-    const Eigen::Matrix3d turned = random_turn(random).toRotationMatrix();
-    Body cylinder_turned = cylinder, box_turned = box;
-    for (Body* body : {&cylinder_turned, &box_turned})
-      body->axes = turned * body->axes, body->center = turned * body->center;
-    EXPECT_NEAR(separation(box_turned, cylinder_turned).distance, expected, 1e-9);
+    const Eigen::Matrix3d rotated = random_rotation(random).toRotationMatrix();
+    Body cylinder_rotated = cylinder, box_rotated = box;
+    for (Body* body : {&cylinder_rotated, &box_rotated})
+      body->axes = rotated * body->axes, body->center = rotated * body->center;
+    EXPECT_NEAR(separation(box_rotated, cylinder_rotated).distance, expected, 1e-9);
   }
 }
 
@@ -73,7 +73,7 @@ TEST(Oracle, CutsContactPatches) {
 // Of a regular octagon in the unit circle, of area sqrt(8): every second corner, a square of area 2.
 TEST(Oracle, KnowsTheWidestFour) {
   Polygon octagon;
-  for (int i = 0; i < 8; ++i) octagon.emplace_back(std::cos(turn * i / 8), std::sin(turn * i / 8));
+  for (int i = 0; i < 8; ++i) octagon.emplace_back(std::cos(two_pi * i / 8), std::sin(two_pi * i / 8));
   EXPECT_NEAR(area(octagon), std::sqrt(8), 1e-12);
   EXPECT_NEAR(best_area_of_four(octagon), 2, 1e-12);
   EXPECT_NEAR(best_area_of_four_with(octagon[3], octagon), 2, 1e-12);
@@ -87,8 +87,8 @@ TEST(Oracle, KnowsTheWidestFour) {
 // A judge that complains of nothing would let everything pass.
 TEST(Oracle, ComplainsOfWhatIsWrong) {
   const reference::HullTables<double> none = {};
-  const reference::Placed<double> low = {{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}, 0};
-  const reference::Placed<double> high = {{0.5, 0.5, 1.9999}, {0, 0, 0, 1}, {1, 1, 1}, 0};
+  const reference::WorldShape<double> low = {{0, 0, 0}, {0, 0, 0, 1}, {1, 1, 1}, 0};
+  const reference::WorldShape<double> high = {{0.5, 0.5, 1.9999}, {0, 0, 0, 1}, {1, 1, 1}, 0};
   const reference::Manifold<double> good = reference::collide_shapes(SHAPE_BOX, high, SHAPE_BOX, low, none, 0.1);
   ASSERT_EQ(good.count, 4u);
   const auto complaint = [&](const reference::Manifold<double>& m) -> std::string {
@@ -122,4 +122,4 @@ TEST(Oracle, ComplainsOfWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace lockstep::oracle
+}  // namespace lockstep::oracle::oracle_test

@@ -11,7 +11,7 @@
 #include "tests/shapes/cases.hpp"
 #include "tests/shapes/judge.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::pairs_test {
 namespace {
 
 u32 pair_count(u32 usual) {
@@ -27,7 +27,7 @@ oracle::Verdict judged(const Case<real>& c, bool patch) {
   tolerances.patch = patch;
   // two boxes that are apart are told by the best axis of faces and edges, a bound of their distance
   const bool boxes = c.kinds.a == SHAPE_BOX && c.kinds.b == SHAPE_BOX;
-  tolerances.apart = !boxes;
+  tolerances.gap_is_distance = !boxes;
   // edges have to be better than faces by 1e-4 of the sum of the half extents, at most 3.5e-4 of the larger box: so
   // much the normal may lose. The depth loses it in three pairs of 100,000 (docs/error_measures.md)
   if (boxes) tolerances.normal = 4.5e-4;
@@ -123,13 +123,13 @@ template <class real>
 void expect_four_points_of_a_patch_of_two_boxes() {
   for (int n = 0; n < 90; ++n) {
     const Eigen::Quaterniond still(1, 0, 0, 0),
-        turned(Eigen::AngleAxisd(n * oracle::turn / 360, Eigen::Vector3d::UnitZ()));
+        rotated(Eigen::AngleAxisd(n * oracle::two_pi / 360, Eigen::Vector3d::UnitZ()));
     // about one centre, equal ones share an octagon
     for (const auto& [x, y, width] : {std::tuple{0.3, 0.1, 0.25}, {0.01, 0.02, 0.45}, {0.0, 0.0, 0.5}}) {
       const Case<real> c = {
           {SHAPE_BOX, SHAPE_BOX},
           {{0, 0, 0}, rounded<real>(still), {real(0.5), real(0.5), real(0.5)}, 0},
-          {{real(x), real(y), real(0.99998)}, rounded<real>(turned), {real(0.5), real(width), real(0.5)}, 0}};
+          {{real(x), real(y), real(0.99998)}, rounded<real>(rotated), {real(0.5), real(width), real(0.5)}, 0}};
       const oracle::Verdict verdict = judged(c, true);
       EXPECT_TRUE(verdict.wide) << n;
       EXPECT_EQ(verdict.complaints, std::vector<std::string>()) << n << " degrees " << describe(c);
@@ -190,13 +190,14 @@ void expect_cubes_to_lie_on_a_face() {
   Random random(9);
   for (u32 i = 0; i < 200; ++i) {
     const double yaw = random.between(-0.8, 0.8), tilt = 2e-4, toward = random.between(0, 6.2831853);
-    const Eigen::Quaterniond turn = Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(toward), std::sin(toward), 0)) *
-                                    Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
+    const Eigen::Quaterniond rotation =
+        Eigen::AngleAxisd(tilt, Eigen::Vector3d(std::cos(toward), std::sin(toward), 0)) *
+        Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ());
     const reference::Vec3<real> half = {real(0.5), real(0.5), real(0.5)};
-    const reference::Placed<real> lower = {{0, 0, 0}, {0, 0, 0, 1}, half, 0};
-    const reference::Placed<real> upper = {
+    const reference::WorldShape<real> lower = {{0, 0, 0}, {0, 0, 0, 1}, half, 0};
+    const reference::WorldShape<real> upper = {
         {real(random.between(-0.3, 0.3)), real(random.between(-0.3, 0.3)), real(0.9999)},
-        {real(turn.x()), real(turn.y()), real(turn.z()), real(turn.w())},
+        {real(rotation.x()), real(rotation.y()), real(rotation.z()), real(rotation.w())},
         half,
         0};
     const auto m = reference::box_box(upper, lower, real(0.01));
@@ -211,4 +212,4 @@ TEST(PairsOfBoxes, LieOnAFaceWhereEdgesAreHardlyBetter) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::pairs_test

@@ -7,7 +7,7 @@
 #include "tests/surfaces.hpp"
 #include "tests/worlds.hpp"
 
-namespace lockstep {
+namespace lockstep::ridges_test {
 namespace {
 
 constexpr double g = 9.81;
@@ -33,7 +33,7 @@ double distance_to_roof(const Vector3& x, double slope) {
 }
 
 Quaternion about(const Vector3& axis, double angle) {
-  return exact::turn(axis, std::sin(angle / 2), std::cos(angle / 2));
+  return exact::rotation(axis, std::sin(angle / 2), std::cos(angle / 2));
 }
 
 // Rods of 0.6 m and 40 mm lie across the ridge, leaning between its slopes, and spin about it at 21 rad/s, 0.35 rad a
@@ -79,7 +79,7 @@ TEST(Ridges, RodsComeDownOnBothSides) {
 
 // A box that lies flat on one slope and reaches beyond the ridge slides down without friction, 50 mm a step: its
 // corners leave the other slope over the ridge, and nothing holds them there.
-TEST(Ridges, WhatSlidesOffIsNotHeld) {
+TEST(Ridges, WhatSlidesOffHasNoContact) {
   const double slope = 0.2, alpha = std::atan(slope);
   for (const double yaw : {0.0, 0.3, 0.7}) {
     for (const double beyond : {0.1, 0.14, 0.2}) {
@@ -107,4 +107,4 @@ TEST(Ridges, WhatSlidesOffIsNotHeld) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::ridges_test

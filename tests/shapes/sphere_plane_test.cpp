@@ -7,7 +7,7 @@
 
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sphere_plane_test {
 namespace {
 
 template <class real>
@@ -40,8 +40,8 @@ TYPED_TEST(SpherePlane, MatchesTheClosedForm) {
     const Quaternion q = unit<real>(random);
     const Vector3 c = random.vector(4), p = random.vector(4);
     const real radius = real(random.between(0.02, 1));
-    const reference::Placed<real> sphere = {{real(c[0]), real(c[1]), real(c[2])}, {0, 0, 0, 1}, {radius, 0, 0}, 0};
-    const reference::Placed<real> plane = {
+    const reference::WorldShape<real> sphere = {{real(c[0]), real(c[1]), real(c[2])}, {0, 0, 0, 1}, {radius, 0, 0}, 0};
+    const reference::WorldShape<real> plane = {
         {real(p[0]), real(p[1]), real(p[2])}, {real(q[0]), real(q[1]), real(q[2]), real(q[3])}, {0, 0, 0}, 0};
     const reference::Manifold<real> touch = reference::sphere_plane(sphere, plane);
     const Vector3 axis = z_axis(q[0], q[1], q[2], q[3]);
@@ -57,7 +57,7 @@ TYPED_TEST(SpherePlane, MatchesTheClosedForm) {
 
 // A shape's frame turned by its body: a plane whose normal points along x in the body, and the body turned by a third
 // of a turn about (1, 1, 1), which takes x to y. All products are exact.
-TYPED_TEST(SpherePlane, TheBodyTurnsTheNormal) {
+TYPED_TEST(SpherePlane, TheBodyRotatesTheNormal) {
   using real = TypeParam;
   Shape<real> shape = {};
   shape.offset[0] = 2;  // the plane stands 2 m from the body's centre along its own normal
@@ -65,9 +65,9 @@ TYPED_TEST(SpherePlane, TheBodyTurnsTheNormal) {
   const real x_from_z[4] = {half, half, half, half};  // z -> x: the same third of a turn
   std::ranges::copy(x_from_z, shape.rotation);
   const reference::Pose<real> pose = {{10, 20, 30}, {half, half, half, half}};
-  const reference::Placed<real> plane = {
+  const reference::WorldShape<real> plane = {
       reference::shape_center(pose, shape), reference::shape_rotation(pose, shape), {0, 0, 0}, 0};
-  const reference::Placed<real> sphere = {{0, 27, 0}, {0, 0, 0, 1}, {1, 0, 0}, 0};
+  const reference::WorldShape<real> sphere = {{0, 27, 0}, {0, 0, 0, 1}, {1, 0, 0}, 0};
   const reference::Manifold<real> touch = reference::sphere_plane(sphere, plane);
   EXPECT_EQ(touch.normal.x, 0);
   EXPECT_EQ(touch.normal.y, 1);
@@ -76,16 +76,17 @@ TYPED_TEST(SpherePlane, TheBodyTurnsTheNormal) {
 }
 
 // A sphere on a level plane touches it exactly, wherever it stands.
-TYPED_TEST(SpherePlane, TheGapDoesNotDependOnThePlace) {
+TYPED_TEST(SpherePlane, TheGapDoesNotDependOnThePosition) {
   using real = TypeParam;
   Random random(3);
-  const reference::Placed<real> plane = {{0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, 0};
+  const reference::WorldShape<real> plane = {{0, 0, 0}, {0, 0, 0, 1}, {0, 0, 0}, 0};
   for (int n = 0; n < 1000; ++n) {
     const Vector3 c = random.vector(100);
-    const reference::Placed<real> sphere = {{real(c[0]), real(c[1]), real(0.5)}, {0, 0, 0, 1}, {real(0.5), 0, 0}, 0};
+    const reference::WorldShape<real> sphere = {
+        {real(c[0]), real(c[1]), real(0.5)}, {0, 0, 0, 1}, {real(0.5), 0, 0}, 0};
     EXPECT_EQ(reference::gap_at(reference::sphere_plane(sphere, plane), 0), 0);
   }
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sphere_plane_test

@@ -6,11 +6,11 @@
 
 #include "tests/worlds.hpp"
 
-namespace lockstep::test {
+namespace lockstep::test::sphere_sphere_test {
 namespace {
 
 template <class real>
-reference::Placed<real> sphere(Vector3 center, double radius) {
+reference::WorldShape<real> sphere(Vector3 center, double radius) {
   return {{real(center[0]), real(center[1]), real(center[2])}, {0, 0, 0, 1}, {real(radius), 0, 0}, 0};
 }
 
@@ -42,7 +42,7 @@ TYPED_TEST(SphereSphere, MatchesTheClosedForm) {
   }
 }
 
-TYPED_TEST(SphereSphere, CoincidentCentresPartAlongZ) {
+TYPED_TEST(SphereSphere, CoincidentCentresSeparateAlongZ) {
   using real = TypeParam;
   const auto touch = reference::sphere_sphere(sphere<real>({1, 2, 3}, 0.5), sphere<real>({1, 2, 3}, 0.25));
   EXPECT_EQ(touch.normal.x, 0);
@@ -60,4 +60,4 @@ TYPED_TEST(SphereSphere, TouchingSpheresHaveAGapOfZero) {
 }
 
 }  // namespace
-}  // namespace lockstep::test
+}  // namespace lockstep::test::sphere_sphere_test

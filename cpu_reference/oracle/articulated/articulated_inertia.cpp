@@ -30,45 +30,45 @@ ArticulatedInertia::ArticulatedInertia(const Kinematics& at) : at_(at), factors_
 }
 
 void ArticulatedInertia::solve_tree(std::size_t number, const LinkVectors& wrench, const VectorXd& effort,
-                                    const LinkVectors& product, TreeAnswer& answer) const {
+                                    const LinkVectors& product, TreeResponse& response) const {
   const Tree& tree = at_.tree();
   const std::size_t first = tree.starts()[number], end = tree.starts()[number + 1];
   // `carried` holds p, `twist` is not known yet and `rates` hold u
-  for (std::size_t i = first; i < end; ++i) answer.carried[i] = -wrench[i];
+  for (std::size_t i = first; i < end; ++i) response.carried[i] = -wrench[i];
   for (std::size_t i = end; i-- > first;) {
     const Link& link = tree.link(i);
     const LinkKinematics& k = at_.link(i);
     const Factor& f = factors_[i];
-    auto u = answer.rates.segment(link.first, link.freedoms);
-    u = -k.motion.transpose() * answer.carried[i];
+    auto u = response.rates.segment(link.first, link.freedoms);
+    u = -k.motion.transpose() * response.carried[i];
     if (effort.size() > 0) u += effort.segment(link.first, link.freedoms);
     if (link.parent == no_link) continue;
-    Vector6 up = answer.carried[i] + f.response * (f.inverse * u);
+    Vector6 up = response.carried[i] + f.response * (f.inverse * u);
     if (!product.empty())
       up += f.inertia * product[i] - f.response * (f.inverse * (f.response.transpose() * product[i]));
-    answer.carried[link.parent] += wrench_from(up, k.from_parent);
+    response.carried[link.parent] += wrench_from(up, k.from_parent);
   }
   for (std::size_t i = first; i < end; ++i) {
     const Link& link = tree.link(i);
     const LinkKinematics& k = at_.link(i);
     const Factor& f = factors_[i];
     Vector6 twist =
-        link.parent == no_link ? Vector6(Vector6::Zero()) : twist_at(answer.twist[link.parent], k.from_parent);
+        link.parent == no_link ? Vector6(Vector6::Zero()) : twist_at(response.twist[link.parent], k.from_parent);
     if (!product.empty()) twist += product[i];
-    auto rates = answer.rates.segment(link.first, link.freedoms);
+    auto rates = response.rates.segment(link.first, link.freedoms);
     rates = (f.inverse * (rates - f.response.transpose() * twist)).eval();
-    answer.twist[i] = twist + k.motion * rates;
-    answer.carried[i] += f.inertia * answer.twist[i];
+    response.twist[i] = twist + k.motion * rates;
+    response.carried[i] += f.inertia * response.twist[i];
   }
 }
 
-TreeAnswer ArticulatedInertia::solve(const LinkVectors& wrench, const VectorXd& effort,
-                                     const LinkVectors& product) const {
+TreeResponse ArticulatedInertia::solve(const LinkVectors& wrench, const VectorXd& effort,
+                                       const LinkVectors& product) const {
   const Tree& tree = at_.tree();
-  TreeAnswer answer = {VectorXd::Zero(tree.freedoms()), LinkVectors(tree.size(), Vector6::Zero()),
-                       LinkVectors(tree.size(), Vector6::Zero())};
-  for (std::size_t t = 0; t + 1 < tree.starts().size(); ++t) solve_tree(t, wrench, effort, product, answer);
-  return answer;
+  TreeResponse response = {VectorXd::Zero(tree.freedoms()), LinkVectors(tree.size(), Vector6::Zero()),
+                           LinkVectors(tree.size(), Vector6::Zero())};
+  for (std::size_t t = 0; t + 1 < tree.starts().size(); ++t) solve_tree(t, wrench, effort, product, response);
+  return response;
 }
 
 VectorXd gripped_rates(const ArticulatedInertia& inertia, const std::vector<Vector6>& twists) {

@@ -16,7 +16,7 @@ namespace lockstep::oracle::articulated {
 /// Of each link, in the order of the tree.
 using LinkVectors = std::vector<Vector6>;
 
-struct TreeAnswer {
+struct TreeResponse {
   VectorXd rates;       // a, of all links
   LinkVectors twist;    // A
   LinkVectors carried;  // what the joint to the parent does to the link, about its centre of mass
@@ -29,9 +29,9 @@ class ArticulatedInertia {
 
   /// `wrench`: F; `effort`: t (empty: zero); `product`: c (empty: zero). Of one tree if `only` says so; the others'
   /// answers are zero then.
-  TreeAnswer solve(const LinkVectors& wrench, const VectorXd& effort = {}, const LinkVectors& product = {}) const;
+  TreeResponse solve(const LinkVectors& wrench, const VectorXd& effort = {}, const LinkVectors& product = {}) const;
   void solve_tree(std::size_t tree, const LinkVectors& wrench, const VectorXd& effort, const LinkVectors& product,
-                  TreeAnswer& answer) const;
+                  TreeResponse& response) const;
 
   const Kinematics& at() const { return at_; }
 

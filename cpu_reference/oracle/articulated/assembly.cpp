@@ -179,10 +179,10 @@ AssembledProblem assembled_problem(const Step& step, const Demand& demand, const
   if (!step.bilateral_rows().empty()) {
     const MatrixXd g = rows_on(a, step.bilateral_rows()), k = a.inverse_inertia * g.transpose();
     p.coupling = product(MatrixXd(k.transpose()), MatrixXd(result.rows.transpose()));
-    a.inverse_inertia += product(k, step.bilateral().answer(k.transpose()));
+    a.inverse_inertia += product(k, step.bilateral().response(k.transpose()));
   }
-  result.answers = product(a.inverse_inertia, result.rows.transpose());
-  const MatrixXd w = product(result.rows, result.answers);
+  result.responses = product(a.inverse_inertia, result.rows.transpose());
+  const MatrixXd w = product(result.rows, result.responses);
   p.w = MatrixXd(0.5 * (w + w.transpose())).sparseView();
   return result;
 }

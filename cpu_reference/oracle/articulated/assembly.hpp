@@ -41,8 +41,8 @@ MatrixXd rows_on(const Assembly& assembly, const std::vector<Row>& rows);
 struct AssembledProblem {
   ReducedProblem problem;
   Assembly assembly;
-  MatrixXd rows;     // of the problem, on the handles
-  MatrixXd answers;  // twists of the handles for unit impulses
+  MatrixXd rows;       // of the problem, on the handles
+  MatrixXd responses;  // twists of the handles for unit impulses
 };
 AssembledProblem assembled_problem(const Step& step, const Demand& demand, const std::vector<std::size_t>& more = {});
 

@@ -22,7 +22,7 @@ ErrorRows closure_rows(const std::vector<Closure>& closures, const Tree& tree, c
   ErrorRows all;
   for (const Closure& closure : closures) {
     const Joint& joint = tree.system().joints[closure.joint];
-    const JointStand s = stand(joint, at);
+    const JointGeometry s = joint_geometry(joint, at);
     if (closure.locked) {
       const std::vector<Row> rows = rows_of(joint, at);
       all.rows.insert(all.rows.end(), rows.begin(), rows.end());
@@ -42,7 +42,7 @@ ErrorRows closure_rows(const std::vector<Closure>& closures, const Tree& tree, c
 ErrorRows with_limits(ErrorRows all, const std::vector<Limit>& limits, const Tree& tree, const Configuration& at) {
   for (const Limit& limit : limits) {
     const Joint& joint = tree.system().joints[limit.joint];
-    const double x = acting_coordinate(joint, stand(joint, at)), inside = std::clamp(x, limit.low, limit.high);
+    const double x = acting_coordinate(joint, joint_geometry(joint, at)), inside = std::clamp(x, limit.low, limit.high);
     if (x == inside) continue;
     all.rows.push_back(acting_row(joint, at));
     all.errors.push_back(x - inside);
@@ -65,13 +65,13 @@ double close_loops(const Tree& tree, const std::vector<Closure>& closures, const
     const std::vector<LoneBody> lone(configuration.poses.size());
     const Mobility mobility(inertia, lone);
     const SparseMatrix j = jacobian(off.rows, configuration.poses.size());
-    const BilateralRows rows(j * mobility.answers(off.rows), mobility.unheld(off.rows));
-    const VectorXd impulses = rows.answer(Eigen::Map<const VectorXd>(off.errors.data(), Index(off.errors.size())));
+    const BilateralRows rows(j * mobility.responses(off.rows), mobility.unheld(off.rows));
+    const VectorXd impulses = rows.response(Eigen::Map<const VectorXd>(off.errors.data(), Index(off.errors.size())));
     std::vector<Vector6> wrenches = still, twists = still;
     add_impulses(off.rows, impulses, wrenches);
-    VectorXd way = none;
-    mobility.push(wrenches, twists, way);
-    configuration = moved(tree, configuration, way, still, 1);
+    VectorXd displacement = none;
+    mobility.push(wrenches, twists, displacement);
+    configuration = moved(tree, configuration, displacement, still, 1);
   }
 }
 

@@ -12,21 +12,21 @@ namespace {
 models::MixedLcp begun(const AssembledProblem& all, const ReducedPyramid& pyramid,
                        const std::vector<std::size_t>& bodies) {
   const ReducedProblem& p = all.problem;
-  const Index n = 6 * Index(bodies.size()), rubbed = 3 * p.contacts();
-  MatrixXd answers(n, p.size());
+  const Index n = 6 * Index(bodies.size()), contact_rows = 3 * p.contacts();
+  MatrixXd responses(n, p.size());
   models::MixedLcp m;
   m.r.resize(n);
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Index row = all.assembly.first_row(bodies[i]);
-    answers.middleRows(6 * Index(i), 6) = all.answers.middleRows(row, 6);
+    responses.middleRows(6 * Index(i), 6) = all.responses.middleRows(row, 6);
     m.r.segment<6>(6 * Index(i)) = all.assembly.free.segment<6>(row);
   }
-  m.c = product(answers, pyramid.spread());
+  m.c = product(responses, pyramid.spread());
   m.d = -MatrixXd::Identity(n, n);
   MatrixXd w = p.w;
-  w.topRows(rubbed).setZero();
+  w.topRows(contact_rows).setZero();
   VectorXd q = p.q;
-  q.head(rubbed).setZero();
+  q.head(contact_rows).setZero();
   m.f = pyramid.couplings() + transposed_product(pyramid.spread(), product(w, pyramid.spread()));
   m.a = pyramid.constants() + pyramid.spread().transpose() * q;
   return m;
@@ -93,26 +93,26 @@ models::MixedLcp dca_mlcp1(const AssembledProblem& all, const ReducedPyramid& py
 models::MixedLcp dca_mlcp2(const AssembledProblem& all, const ReducedPyramid& pyramid,
                            const std::vector<std::size_t>& ends) {
   const ReducedProblem& p = all.problem;
-  const Index rubbed = 3 * p.contacts(), n = 6 * Index(ends.size());
+  const Index contact_rows = 3 * p.contacts(), n = 6 * Index(ends.size());
   models::MixedLcp m = begun(all, pyramid, ends);
-  MatrixXd own(n, n), answers(n, p.size());
+  MatrixXd own(n, n), responses(n, p.size());
   for (std::size_t i = 0; i < ends.size(); ++i) {
     const Index row = all.assembly.first_row(ends[i]);
-    answers.middleRows(6 * Index(i), 6) = all.answers.middleRows(row, 6);
+    responses.middleRows(6 * Index(i), 6) = all.responses.middleRows(row, 6);
     for (std::size_t j = 0; j < ends.size(); ++j)
       own.block<6, 6>(6 * Index(i), 6 * Index(j)) =
           all.assembly.inverse_inertia.block<6, 6>(row, all.assembly.first_row(ends[j]));
   }
   const BilateralRows inverse(own, own.diagonal());
-  const MatrixXd k = -inverse.answer(answers.leftCols(rubbed)).transpose();
+  const MatrixXd k = -inverse.response(responses.leftCols(contact_rows)).transpose();
   m.b = unknowns_of(pyramid, k, p.size());
   MatrixXd w = MatrixXd::Zero(p.size(), p.size());
-  w.topRows(rubbed) = MatrixXd(p.w).topRows(rubbed) - product(k, answers);
+  w.topRows(contact_rows) = MatrixXd(p.w).topRows(contact_rows) - product(k, responses);
   // what only the terminals move cannot move while they are held: rounding there would pass for a mobility
   const VectorXd size = p.w.diagonal().cwiseMax(0).cwiseSqrt();
   w = (w.array().abs() <= 1e-12 * (size * size.transpose()).array()).select(0, w);
   VectorXd q = VectorXd::Zero(p.size());
-  q.head(rubbed) = p.q.head(rubbed) - k * m.r;
+  q.head(contact_rows) = p.q.head(contact_rows) - k * m.r;
   m.f += transposed_product(pyramid.spread(), product(w, pyramid.spread()));
   m.a += pyramid.spread().transpose() * q;
   return m;

@@ -7,29 +7,31 @@ namespace lockstep::oracle::articulated {
 
 namespace {
 
-constexpr double whole_turn = 2 * std::numbers::pi;
+constexpr double two_pi = 2 * std::numbers::pi;
 
 Quaterniond about_x(double angle) { return {std::cos(angle / 2), std::sin(angle / 2), 0, 0}; }
 Quaterniond about_z(double angle) { return {std::cos(angle / 2), 0, 0, std::sin(angle / 2)}; }
 
-double angle_about_z(const Quaterniond& turn) { return std::remainder(2 * std::atan2(turn.z(), turn.w()), whole_turn); }
+double angle_about_z(const Quaterniond& rotation) {
+  return std::remainder(2 * std::atan2(rotation.z(), rotation.w()), two_pi);
+}
 
-// The joint's part of the way from a to b: offset and turn, in the frame in a.
-struct Way {
+// The joint's part of the way from a to b: offset and rotation, in the frame in a.
+struct JointTransform {
   Vector3d offset = Vector3d::Zero();
-  Quaterniond turn = Quaterniond::Identity();
+  Quaterniond rotation = Quaterniond::Identity();
 };
 
-Way way_of(const Joint& joint, const Coordinates& c) {
+JointTransform joint_transform(const Joint& joint, const Coordinates& c) {
   const Vector3d& x = c.value;
   switch (joint.type) {
     case JointType::hinge: return {Vector3d::Zero(), about_z(x[0])};
     case JointType::slider: return {{0, 0, x[0]}, Quaterniond::Identity()};
     case JointType::cylindrical: return {{0, 0, x[0]}, about_z(x[1])};
     case JointType::planar: return {{x[0], x[1], 0}, about_z(x[2])};
-    case JointType::ball: return {Vector3d::Zero(), c.turn};
+    case JointType::ball: return {Vector3d::Zero(), c.rotation};
     case JointType::universal: return {Vector3d::Zero(), about_z(x[0]) * about_x(x[1])};
-    case JointType::screw: return {{0, 0, joint.rise * x[0]}, about_z(x[0])};
+    case JointType::screw: return {{0, 0, joint.lead * x[0]}, about_z(x[0])};
     case JointType::fixed:
     case JointType::distance: break;
   }
@@ -38,7 +40,7 @@ Way way_of(const Joint& joint, const Coordinates& c) {
 
 }  // namespace
 
-Quaterniond turn_by(const Vector3d& angles) {
+Quaterniond rotation_by_vector(const Vector3d& angles) {
   const double angle = angles.norm(), s = angle > 1e-8 ? std::sin(angle / 2) / angle : 0.5;
   return {std::cos(angle / 2), s * angles.x(), s * angles.y(), s * angles.z()};
 }
@@ -58,37 +60,37 @@ Index freedoms(JointType type) {
   return 0;
 }
 
-JointStand stand(const Joint& joint, const Pose& a, const Pose& b) {
+JointGeometry joint_geometry(const Joint& joint, const Pose& a, const Pose& b) {
   const Quaterniond frame_a = a.q * joint.frame_a, frame_b = b.q * joint.frame_b;
-  JointStand at;
+  JointGeometry at;
   at.point = b.x + b.q * joint.anchor_b;
   at.offset = frame_a.conjugate() * (at.point - a.x - a.q * joint.anchor_a);
-  at.turn = frame_a.conjugate() * frame_b;
-  if (at.turn.w() < 0) at.turn.coeffs() *= -1;
+  at.rotation = frame_a.conjugate() * frame_b;
+  if (at.rotation.w() < 0) at.rotation.coeffs() *= -1;
   at.second = frame_b * Vector3d::UnitX();
   const double cross = joint.type == JointType::universal ? measured(joint, at).value[0] : 0;
   at.axes = (frame_a * about_z(cross)).toRotationMatrix();
   return at;
 }
 
-Coordinates measured(const Joint& joint, const JointStand& at) {
+Coordinates measured(const Joint& joint, const JointGeometry& at) {
   Coordinates c;
   switch (joint.type) {
-    case JointType::hinge: c.value[0] = angle_about_z(at.turn); break;
+    case JointType::hinge: c.value[0] = angle_about_z(at.rotation); break;
     case JointType::slider: c.value[0] = at.offset.z(); break;
-    case JointType::cylindrical: c.value << at.offset.z(), angle_about_z(at.turn), 0; break;
-    case JointType::planar: c.value << at.offset.x(), at.offset.y(), angle_about_z(at.turn); break;
-    case JointType::ball: c.turn = at.turn; break;
+    case JointType::cylindrical: c.value << at.offset.z(), angle_about_z(at.rotation), 0; break;
+    case JointType::planar: c.value << at.offset.x(), at.offset.y(), angle_about_z(at.rotation); break;
+    case JointType::ball: c.rotation = at.rotation; break;
     case JointType::universal: {
-      const Vector3d second = at.turn * Vector3d::UnitX();
+      const Vector3d second = at.rotation * Vector3d::UnitX();
       c.value[0] = std::atan2(second.y(), second.x());
-      const Quaterniond rest = about_z(-c.value[0]) * at.turn;
-      c.value[1] = std::remainder(2 * std::atan2(rest.x(), rest.w()), whole_turn);
+      const Quaterniond rest = about_z(-c.value[0]) * at.rotation;
+      c.value[1] = std::remainder(2 * std::atan2(rest.x(), rest.w()), two_pi);
       break;
     }
     case JointType::screw: {
-      const double angle = angle_about_z(at.turn);
-      c.value[0] = angle + whole_turn * std::round((at.offset.z() / joint.rise - angle) / whole_turn);
+      const double angle = angle_about_z(at.rotation);
+      c.value[0] = angle + two_pi * std::round((at.offset.z() / joint.lead - angle) / two_pi);
       break;
     }
     case JointType::fixed:
@@ -98,32 +100,32 @@ Coordinates measured(const Joint& joint, const JointStand& at) {
 }
 
 Pose pose_of_b(const Joint& joint, const Pose& a, const Coordinates& coordinates) {
-  const Way way = way_of(joint, coordinates);
+  const JointTransform transform = joint_transform(joint, coordinates);
   const Quaterniond frame_a = a.q * joint.frame_a;
   Pose b;
-  b.q = (frame_a * way.turn * joint.frame_b.conjugate()).normalized();
-  b.x = a.x + a.q * joint.anchor_a + frame_a * way.offset - b.q * joint.anchor_b;
+  b.q = (frame_a * transform.rotation * joint.frame_b.conjugate()).normalized();
+  b.x = a.x + a.q * joint.anchor_a + frame_a * transform.offset - b.q * joint.anchor_b;
   return b;
 }
 
 Pose pose_of_a(const Joint& joint, const Pose& b, const Coordinates& coordinates) {
-  const Way way = way_of(joint, coordinates);
+  const JointTransform transform = joint_transform(joint, coordinates);
   Pose a;
-  a.q = (b.q * joint.frame_b * way.turn.conjugate() * joint.frame_a.conjugate()).normalized();
-  a.x = b.x + b.q * joint.anchor_b - a.q * (joint.anchor_a + joint.frame_a * way.offset);
+  a.q = (b.q * joint.frame_b * transform.rotation.conjugate() * joint.frame_a.conjugate()).normalized();
+  a.x = b.x + b.q * joint.anchor_b - a.q * (joint.anchor_a + joint.frame_a * transform.offset);
   return a;
 }
 
 Coordinates moved(const Joint& joint, const Coordinates& from, const Eigen::Ref<const VectorXd>& rates, double dt) {
   Coordinates to = from;
   if (joint.type == JointType::ball)
-    to.turn = (turn_by(dt * rates) * from.turn).normalized();
+    to.rotation = (rotation_by_vector(dt * rates) * from.rotation).normalized();
   else
     to.value.head(rates.size()) += dt * rates;
   return to;
 }
 
-Columns motion_axes(const Joint& joint, const JointStand& at) {
+Columns motion_axes(const Joint& joint, const JointGeometry& at) {
   const Vector3d x = at.axes.col(0), y = at.axes.col(1), z = at.axes.col(2), none = Vector3d::Zero();
   Columns s(6, freedoms(joint.type));
   switch (joint.type) {
@@ -133,7 +135,7 @@ Columns motion_axes(const Joint& joint, const JointStand& at) {
     case JointType::planar: s << spatial(x, none), spatial(y, none), spatial(none, z); break;
     case JointType::ball: s << spatial(none, x), spatial(none, y), spatial(none, z); break;
     case JointType::universal: s << spatial(none, z), spatial(none, at.second); break;
-    case JointType::screw: s << spatial(joint.rise * z, z); break;
+    case JointType::screw: s << spatial(joint.lead * z, z); break;
     case JointType::fixed:
     case JointType::distance: break;
   }
@@ -145,8 +147,9 @@ Columns motion_axes(const Joint& joint, const JointStand& at) {
 //   s = t + w x rho,   s' = t' + w' x rho + w x rho'
 // more than with the parent (less, where the child is a). Axes are fixed in a, the second one of a cross in b; P is
 // fixed in b. And the parent's part, v + w_p x r, changes by w_p x r'.
-Vector6 velocity_product(const Joint& joint, const JointStand& at, const Pose& a, const Vector6& twist_a, const Pose& b,
-                         const Vector6& twist_b, const Eigen::Ref<const VectorXd>& rates, bool child_is_b) {
+Vector6 velocity_product(const Joint& joint, const JointGeometry& at, const Pose& a, const Vector6& twist_a,
+                         const Pose& b, const Vector6& twist_b, const Eigen::Ref<const VectorXd>& rates,
+                         bool child_is_b) {
   const Vector3d v_a = twist_a.head<3>(), w_a = twist_a.tail<3>(), v_b = twist_b.head<3>(), w_b = twist_b.tail<3>();
   const Vector6 relative = motion_axes(joint, at) * rates;
   const Vector3d t = relative.head<3>(), w = relative.tail<3>();
@@ -160,7 +163,7 @@ Vector6 velocity_product(const Joint& joint, const JointStand& at, const Pose& a
   return spatial(carried, Vector3d::Zero()) + (child_is_b ? own : Vector6(-own));
 }
 
-LockedRows locked_rows(const Joint& joint, const JointStand& at) {
+LockedRows locked_rows(const Joint& joint, const JointGeometry& at) {
   LockedRows rows;
   switch (joint.type) {
     case JointType::fixed: rows.mask = 63; break;
@@ -175,19 +178,19 @@ LockedRows locked_rows(const Joint& joint, const JointStand& at) {
   }
   Vector6 error = Vector6::Zero();
   error.head<3>() = at.offset;
-  const Vector3d axis = at.turn * Vector3d::UnitZ();
-  if ((rows.mask >> 3) == 7) error.tail<3>() = 2 * at.turn.vec();
+  const Vector3d axis = at.rotation * Vector3d::UnitZ();
+  if ((rows.mask >> 3) == 7) error.tail<3>() = 2 * at.rotation.vec();
   if ((rows.mask >> 3) == 3) error.segment<2>(3) << -axis.y(), axis.x();
   if (joint.type == JointType::universal) {
-    error[4] = -(at.turn * Vector3d::UnitX()).z();
+    error[4] = -(at.rotation * Vector3d::UnitX()).z();
     error.head<3>() = about_z(measured(joint, at).value[0]).conjugate() * at.offset;
   }
-  if (joint.type == JointType::screw) error[2] -= joint.rise * measured(joint, at).value[0];
+  if (joint.type == JointType::screw) error[2] -= joint.lead * measured(joint, at).value[0];
   for (int k = 0; k < 3; ++k) {
     rows.wrench.col(k).head<3>() = at.axes.col(k);
     rows.wrench.col(3 + k).tail<3>() = at.axes.col(k);
   }
-  if (joint.type == JointType::screw) rows.wrench.col(2).tail<3>() = -joint.rise * at.axes.col(2);
+  if (joint.type == JointType::screw) rows.wrench.col(2).tail<3>() = -joint.lead * at.axes.col(2);
   for (int k = 0; k < 6; ++k) {
     if ((rows.mask >> k & 1) == 0) rows.wrench.col(k).setZero(), error[k] = 0;
   }
@@ -195,7 +198,7 @@ LockedRows locked_rows(const Joint& joint, const JointStand& at) {
   return rows;
 }
 
-double acting_coordinate(const Joint& joint, const JointStand& at) {
+double acting_coordinate(const Joint& joint, const JointGeometry& at) {
   switch (joint.type) {
     case JointType::distance: return at.offset.norm();
     case JointType::planar: return measured(joint, at).value[2];
@@ -203,7 +206,7 @@ double acting_coordinate(const Joint& joint, const JointStand& at) {
   }
 }
 
-Vector6 acting_axis(const Joint& joint, const JointStand& at) {
+Vector6 acting_axis(const Joint& joint, const JointGeometry& at) {
   const Vector3d z = at.axes.col(2), none = Vector3d::Zero();
   switch (joint.type) {
     case JointType::distance: {

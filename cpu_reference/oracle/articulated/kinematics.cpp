@@ -9,8 +9,8 @@ Kinematics::Kinematics(const Tree& tree, const Configuration& at, const std::vec
     const Link& link = tree.link(i);
     const Pose& pose = at.poses[link.body];
     LinkKinematics& k = links_[i];
-    const Matrix3d turn = pose.q.toRotationMatrix();
-    k.inertia = turn * tree.system().bodies[link.body].inertia.asDiagonal() * turn.transpose();
+    const Matrix3d rotation = pose.q.toRotationMatrix();
+    k.inertia = rotation * tree.system().bodies[link.body].inertia.asDiagonal() * rotation.transpose();
     const auto own = rates.segment(link.first, link.freedoms);
     if (link.joint == no_link) {
       k.motion = Columns::Identity(6, 6);
@@ -19,7 +19,7 @@ Kinematics::Kinematics(const Tree& tree, const Configuration& at, const std::vec
     }
     const Joint& joint = tree.joint_of(link);
     const Pose a = pose_of(at, joint.body_a), b = pose_of(at, joint.body_b), parent = pose_of(at, link.parent_body);
-    const JointStand s = stand(joint, a, b);
+    const JointGeometry s = joint_geometry(joint, a, b);
     const Columns axes = motion_axes(joint, s);
     k.from_parent = pose.x - parent.x;
     k.motion = (link.child_is_b ? 1.0 : -1.0) * (shift(pose.x - s.point) * axes);

@@ -39,32 +39,32 @@ ConeProblem cones_of(const ReducedProblem& p, const SparseMatrix& w, const Vecto
 // Drives: 0 holds, 1 and -1 push with all they have.
 using States = std::vector<int>;
 
-struct Held {
+struct ActiveDrives {
   std::vector<Index> rows;  // of drives that hold
   MatrixXd coupling;        // of all rows with them
   BilateralRows own;
   VectorXd pushed;  // impulses of the others
 };
 
-Held held_by(const ReducedProblem& p, const States& states) {
-  Held held;
-  held.pushed = VectorXd::Zero(p.size());
+ActiveDrives active_drives(const ReducedProblem& p, const States& states) {
+  ActiveDrives active;
+  active.pushed = VectorXd::Zero(p.size());
   for (Index d = 0; d < p.drives(); ++d) {
-    if (states[std::size_t(d)] == 0) held.rows.push_back(p.first_drive() + d);
-    held.pushed[p.first_drive() + d] = states[std::size_t(d)] * p.reach[d];
+    if (states[std::size_t(d)] == 0) active.rows.push_back(p.first_drive() + d);
+    active.pushed[p.first_drive() + d] = states[std::size_t(d)] * p.max_impulse[d];
   }
-  held.coupling.resize(p.size(), Index(held.rows.size()));
-  for (std::size_t k = 0; k < held.rows.size(); ++k) held.coupling.col(Index(k)) = p.w.col(held.rows[k]);
-  VectorXd unheld(Index(held.rows.size()));
-  for (std::size_t k = 0; k < held.rows.size(); ++k) unheld[Index(k)] = p.unheld[held.rows[k] - p.first_drive()];
-  held.own = BilateralRows(held.coupling(held.rows, Eigen::all), unheld);
-  return held;
+  active.coupling.resize(p.size(), Index(active.rows.size()));
+  for (std::size_t k = 0; k < active.rows.size(); ++k) active.coupling.col(Index(k)) = p.w.col(active.rows[k]);
+  VectorXd unheld(Index(active.rows.size()));
+  for (std::size_t k = 0; k < active.rows.size(); ++k) unheld[Index(k)] = p.unheld[active.rows[k] - p.first_drive()];
+  active.own = BilateralRows(active.coupling(active.rows, Eigen::all), unheld);
+  return active;
 }
 
 // Whether a drive is to change over, and to what.
-bool next_state(double impulse, double velocity, double reach, double rounding, int& state) {
+bool next_state(double impulse, double velocity, double max_impulse, double rounding, int& state) {
   const int before = state;
-  if (state == 0 && std::abs(impulse) > reach * (1 + 1e-12))
+  if (state == 0 && std::abs(impulse) > max_impulse * (1 + 1e-12))
     state = impulse > 0 ? 1 : -1;
   else if (state != 0 && state * velocity > rounding)
     state = 0;
@@ -91,31 +91,32 @@ SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& 
   VectorXd of_cones = r.size() == p.size() ? cone_impulses(p, r) : VectorXd(VectorXd::Zero(3 * cones));
   States states(std::size_t(p.drives()), 0);
   for (int change = 0; change < most_changes; ++change) {
-    const Held held = held_by(p, states);
-    VectorXd q = p.q + p.w * held.pushed;
+    const ActiveDrives active = active_drives(p, states);
+    VectorXd q = p.q + p.w * active.pushed;
     SparseMatrix w = p.w;
-    if (!held.rows.empty()) {
-      q += held.coupling * held.own.answer(VectorXd(q(held.rows)));
-      w += SparseMatrix(MatrixXd(held.coupling * held.own.answer(MatrixXd(held.coupling.transpose()))).sparseView());
+    if (!active.rows.empty()) {
+      q += active.coupling * active.own.response(VectorXd(q(active.rows)));
+      w += SparseMatrix(
+          MatrixXd(active.coupling * active.own.response(MatrixXd(active.coupling.transpose()))).sparseView());
     }
     if (cones > 0) {
-      const SolveReport part = solver.solve(cones_of(p, w, q), limits, of_cones);
-      sum.iterations += part.iterations;
-      sum.seconds += part.seconds;
-      sum.residual = part.residual;
-      sum.stop = part.stop;
+      const SolveReport inner = solver.solve(cones_of(p, w, q), limits, of_cones);
+      sum.iterations += inner.iterations;
+      sum.seconds += inner.seconds;
+      sum.residual = inner.residual;
+      sum.stop = inner.stop;
     }
-    r = held.pushed;
+    r = active.pushed;
     for (Index i = 0; i < rows; ++i) r[i] = of_cones[cone_row(p, i)];
     const VectorXd unheld = p.w * r + p.q;
-    if (!held.rows.empty()) r(held.rows) = held.own.answer(VectorXd(unheld(held.rows)));
+    if (!active.rows.empty()) r(active.rows) = active.own.response(VectorXd(unheld(active.rows)));
 
     const VectorXd u = p.w * r + p.q;
     bool changed = false;
     for (Index d = 0; d < p.drives() && !(changed && change > changes_at_once); ++d) {
       const Index row = rows + d;
-      const double rounding = 1e-12 * (std::abs(p.q[row]) + p.reach[d] * p.w.coeff(row, row));
-      changed |= next_state(r[row], u[row], p.reach[d], rounding, states[std::size_t(d)]);
+      const double rounding = 1e-12 * (std::abs(p.q[row]) + p.max_impulse[d] * p.w.coeff(row, row));
+      changed |= next_state(r[row], u[row], p.max_impulse[d], rounding, states[std::size_t(d)]);
     }
     if (!changed) return sum;
   }

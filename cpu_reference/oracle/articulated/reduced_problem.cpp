@@ -23,7 +23,7 @@ Row negated(Row row) {
 ReducedProblem reduced_rows(const Step& step, const Demand& demand) {
   const auto& joints = step.tree().system().joints;
   ReducedProblem p;
-  std::vector<double> constants, reach;
+  std::vector<double> constants, max_impulse;
   p.friction.resize(Index(demand.contacts.size()));
   for (std::size_t i = 0; i < demand.contacts.size(); ++i) {
     const models::Contact& c = demand.contacts[i];
@@ -47,11 +47,11 @@ ReducedProblem reduced_rows(const Step& step, const Demand& demand) {
   for (const Drive& drive : demand.drives) {
     p.rows.push_back(acting_row(joints[drive.joint], step.at()));
     constants.push_back(-drive.speed);
-    reach.push_back(drive.reach);
+    max_impulse.push_back(drive.max_impulse);
   }
-  p.reach = Eigen::Map<const VectorXd>(reach.data(), Index(reach.size()));
+  p.max_impulse = Eigen::Map<const VectorXd>(max_impulse.data(), Index(max_impulse.size()));
   p.q = Eigen::Map<const VectorXd>(constants.data(), Index(constants.size()));
-  p.unheld = step.mobility().unheld({p.rows.end() - p.reach.size(), p.rows.end()});
+  p.unheld = step.mobility().unheld({p.rows.end() - p.max_impulse.size(), p.rows.end()});
   for (Index i = 0; i < p.size(); ++i) p.q[i] += velocity(p.rows[std::size_t(i)], step.twists());
   return p;
 }
@@ -59,11 +59,11 @@ ReducedProblem reduced_rows(const Step& step, const Demand& demand) {
 ReducedProblem reduced_problem(const Step& step, const Demand& demand) {
   ReducedProblem p = reduced_rows(step, demand);
   const std::size_t bodies = step.twists().size();
-  const SparseMatrix answers = step.mobility().answers(p.rows), j = jacobian(p.rows, bodies);
-  p.w = j * answers;
+  const SparseMatrix responses = step.mobility().responses(p.rows), j = jacobian(p.rows, bodies);
+  p.w = j * responses;
   if (!step.bilateral_rows().empty()) {
-    p.coupling = jacobian(step.bilateral_rows(), bodies) * answers;
-    const MatrixXd less = p.coupling.transpose() * step.bilateral().answer(p.coupling);
+    p.coupling = jacobian(step.bilateral_rows(), bodies) * responses;
+    const MatrixXd less = p.coupling.transpose() * step.bilateral().response(p.coupling);
     p.w += SparseMatrix(less.sparseView());
   }
   p.w = 0.5 * (p.w + SparseMatrix(p.w.transpose()));
@@ -72,7 +72,7 @@ ReducedProblem reduced_problem(const Step& step, const Demand& demand) {
 
 void push(Step& step, const ReducedProblem& problem, const VectorXd& impulses) {
   VectorXd bilateral = VectorXd::Zero(Index(step.bilateral_rows().size()));
-  if (bilateral.size() > 0) bilateral = step.bilateral().answer(problem.coupling * impulses);
+  if (bilateral.size() > 0) bilateral = step.bilateral().response(problem.coupling * impulses);
   step.push(problem.rows, impulses, bilateral);
 }
 

@@ -2,7 +2,7 @@
 //   u = W r + q,   W = J M^-1 J^T in reduced coordinates
 //   contacts   r in Coulomb's cone or a pyramid, u_n >= 0 in q's terms (the bias is in q)
 //   bounds     0 <= r  _|_  u >= 0, of an acting coordinate's rate against its slowest or its fastest
-//   drives     |r| <= reach, r against u: motors and dry friction of an acting coordinate
+//   drives     |r| <= max_impulse, r against u: motors and dry friction of an acting coordinate
 #pragma once
 
 #include "cpu_reference/oracle/articulated/step.hpp"
@@ -18,8 +18,8 @@ struct RateBound {
 
 struct Drive {
   std::size_t joint = 0;
-  double speed = 0;  // wanted, m/s or rad/s; 0 of dry friction
-  double reach = 0;  // largest impulse, N s or N m s
+  double speed = 0;        // wanted, m/s or rad/s; 0 of dry friction
+  double max_impulse = 0;  // largest impulse, N s or N m s
 };
 
 struct Demand {
@@ -34,7 +34,7 @@ struct ReducedProblem {
   std::vector<Row> rows;
   VectorXd friction;                  // mu of each contact
   std::vector<std::size_t> bound_of;  // Demand::bounds, of each row of a bound
-  VectorXd reach;                     // of each drive
+  VectorXd max_impulse;               // of each drive
   VectorXd unheld;                    // mobility of each drive without joints
   SparseMatrix w;
   VectorXd q;
@@ -42,7 +42,7 @@ struct ReducedProblem {
 
   Index contacts() const { return friction.size(); }
   Index bounds() const { return Index(bound_of.size()); }
-  Index drives() const { return reach.size(); }
+  Index drives() const { return max_impulse.size(); }
   Index first_bound() const { return 3 * contacts(); }
   Index first_drive() const { return first_bound() + bounds(); }
   Index size() const { return q.size(); }

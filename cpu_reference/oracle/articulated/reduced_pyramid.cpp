@@ -29,7 +29,7 @@ MatrixXd ReducedPyramid::couplings() const {
 VectorXd ReducedPyramid::constants() const {
   VectorXd a = VectorXd::Zero(size());
   a.segment(problem_.contacts() + 2 * problem_.drives() + problem_.contacts() * directions_, problem_.drives()) =
-      problem_.reach;
+      problem_.max_impulse;
   return a;
 }
 

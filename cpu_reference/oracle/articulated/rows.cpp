@@ -30,7 +30,7 @@ Row row_between(std::size_t body_a, const Pose& a, std::size_t body_b, const Pos
 
 std::vector<Row> rows_of(const Joint& joint, const Configuration& at) {
   const Pose a = pose_of(at, joint.body_a), b = pose_of(at, joint.body_b);
-  const JointStand s = stand(joint, at);
+  const JointGeometry s = joint_geometry(joint, at);
   const LockedRows locked = locked_rows(joint, s);
   std::vector<Row> rows;
   for (int k = 0; k < 6; ++k) {
@@ -42,7 +42,7 @@ std::vector<Row> rows_of(const Joint& joint, const Configuration& at) {
 
 Row acting_row(const Joint& joint, const Configuration& at) {
   const Pose a = pose_of(at, joint.body_a), b = pose_of(at, joint.body_b);
-  const JointStand s = stand(joint, at);
+  const JointGeometry s = joint_geometry(joint, at);
   return row_between(joint.body_a, a, joint.body_b, b, s.point, acting_axis(joint, s));
 }
 
@@ -53,11 +53,11 @@ double velocity(const Row& row, const std::vector<Vector6>& twists) {
   return u;
 }
 
-SparseMatrix Mobility::answers(const std::vector<Row>& rows) const {
+SparseMatrix Mobility::responses(const std::vector<Row>& rows) const {
   const Tree& tree = inertia_.at().tree();
   Triplets triplets;
-  TreeAnswer answer = {VectorXd::Zero(tree.freedoms()), LinkVectors(tree.size(), Vector6::Zero()),
-                       LinkVectors(tree.size(), Vector6::Zero())};
+  TreeResponse response = {VectorXd::Zero(tree.freedoms()), LinkVectors(tree.size(), Vector6::Zero()),
+                           LinkVectors(tree.size(), Vector6::Zero())};
   LinkVectors wrench(tree.size(), Vector6::Zero());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Row& row = rows[i];
@@ -80,9 +80,9 @@ SparseMatrix Mobility::answers(const std::vector<Row>& rows) const {
     }
     for (const std::size_t t : touched) {
       if (t == no_link) continue;
-      inertia_.solve_tree(t, wrench, {}, {}, answer);
+      inertia_.solve_tree(t, wrench, {}, {}, response);
       for (std::size_t link = tree.starts()[t]; link < tree.starts()[t + 1]; ++link) {
-        add_vector(triplets, 6 * Index(tree.link(link).body), Index(i), answer.twist[link]);
+        add_vector(triplets, 6 * Index(tree.link(link).body), Index(i), response.twist[link]);
         wrench[link].setZero();
       }
     }
@@ -120,9 +120,9 @@ void Mobility::push(const std::vector<Vector6>& wrenches, std::vector<Vector6>& 
       twists[body] += spatial(lone_[body].inverse_mass * wrenches[body].head<3>(),
                               lone_[body].inverse_inertia * wrenches[body].tail<3>());
   }
-  const TreeAnswer answer = inertia_.solve(on_links);
-  for (std::size_t i = 0; i < tree.size(); ++i) twists[tree.link(i).body] += answer.twist[i];
-  rates += answer.rates;
+  const TreeResponse response = inertia_.solve(on_links);
+  for (std::size_t i = 0; i < tree.size(); ++i) twists[tree.link(i).body] += response.twist[i];
+  rates += response.rates;
 }
 
 SparseMatrix jacobian(const std::vector<Row>& rows, std::size_t bodies) {
@@ -156,7 +156,7 @@ BilateralRows::BilateralRows(const MatrixXd& r, const VectorXd& unheld) {
   inverse_ = product(eigen.vectors * inverse.asDiagonal(), eigen.vectors.transpose());
 }
 
-MatrixXd BilateralRows::answer(const MatrixXd& s) const {
+MatrixXd BilateralRows::response(const MatrixXd& s) const {
   if (size() == 0) return MatrixXd::Zero(0, s.cols());
   return -(scale_.asDiagonal() * product(inverse_, scale_.asDiagonal() * s));
 }

@@ -41,7 +41,7 @@ class Mobility {
   Mobility(const ArticulatedInertia& inertia, const std::vector<LoneBody>& lone) : inertia_(inertia), lone_(lone) {}
 
   /// M^-1 J^T: column i the twists of all bodies, 6 after another, for a unit impulse of row i.
-  SparseMatrix answers(const std::vector<Row>& rows) const;
+  SparseMatrix responses(const std::vector<Row>& rows) const;
 
   /// What a unit impulse of each row gives the row where no joint holds its bodies: the size of its mobility.
   VectorXd unheld(const std::vector<Row>& rows) const;
@@ -69,7 +69,7 @@ class BilateralRows {
   BilateralRows(const MatrixXd& r, const VectorXd& unheld);
   Index size() const { return scale_.size(); }
   /// -R^+ s, a column each.
-  MatrixXd answer(const MatrixXd& s) const;
+  MatrixXd response(const MatrixXd& s) const;
 
  private:
   VectorXd scale_;

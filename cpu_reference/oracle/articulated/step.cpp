@@ -43,18 +43,18 @@ std::vector<Vector6> twists_at(const Kinematics& at, const VectorXd& rates, std:
   return twists;
 }
 
-VectorXd held_rates(const Kinematics& at, const std::vector<Row>& rows, const VectorXd& rates,
-                    const std::vector<Vector6>& twists) {
+VectorXd constrained_rates(const Kinematics& at, const std::vector<Row>& rows, const VectorXd& rates,
+                           const std::vector<Vector6>& twists) {
   if (rows.empty()) return rates;
   const ArticulatedInertia inertia(at);
   const std::vector<LoneBody> lone(twists.size());
   const Mobility mobility(inertia, lone);
-  const BilateralRows bilateral(jacobian(rows, twists.size()) * mobility.answers(rows), mobility.unheld(rows));
+  const BilateralRows bilateral(jacobian(rows, twists.size()) * mobility.responses(rows), mobility.unheld(rows));
   std::vector<Vector6> wrenches(twists.size(), Vector6::Zero()), changed = twists;
-  add_impulses(rows, bilateral.answer(velocities(rows, twists_at(at, rates, twists))), wrenches);
-  VectorXd held = rates;
-  mobility.push(wrenches, changed, held);
-  return held;
+  add_impulses(rows, bilateral.response(velocities(rows, twists_at(at, rates, twists))), wrenches);
+  VectorXd constrained = rates;
+  mobility.push(wrenches, changed, constrained);
+  return constrained;
 }
 
 Step::Step(const Tree& tree, const Laws& laws, StepStart start)
@@ -62,18 +62,18 @@ Step::Step(const Tree& tree, const Laws& laws, StepStart start)
   close_loops(tree_, laws_.closures, nullptr, from_);
   const Kinematics still(tree_, from_, start_.twists, VectorXd::Zero(tree_.freedoms()));
   VectorXd rates = gripped_rates(ArticulatedInertia(still), start_.twists);
-  rates = held_rates(still, closure_rows(laws_.closures, tree_, from_).rows, rates, start_.twists);
+  rates = constrained_rates(still, closure_rows(laws_.closures, tree_, from_).rows, rates, start_.twists);
   start_.twists = twists_at(still, rates, start_.twists);
 
   // a first guess by the accelerations at the start
-  const Kinematics now(tree_, from_, start_.twists, rates);
+  const Kinematics current(tree_, from_, start_.twists, rates);
   LinkVectors forces, products;
   for (std::size_t i = 0; i < tree_.size(); ++i) {
-    forces.push_back(start_.wrenches[tree_.link(i).body] - (start_.gyroscopic ? 1.0 : 0.0) * now.gyroscopic(i));
-    products.push_back(now.link(i).product);
+    forces.push_back(start_.wrenches[tree_.link(i).body] - (start_.gyroscopic ? 1.0 : 0.0) * current.gyroscopic(i));
+    products.push_back(current.link(i).product);
   }
-  const VectorXd kick = start_.dt * ArticulatedInertia(now).solve(forces, {}, products).rates;
-  VectorXd guess = rates + start_.theta * kick, half = rates + 0.5 * kick, best = guess, best_half = half;
+  const VectorXd delta_rates = start_.dt * ArticulatedInertia(current).solve(forces, {}, products).rates;
+  VectorXd guess = rates + start_.theta * delta_rates, half = rates + 0.5 * delta_rates, best = guess, best_half = half;
   double least = -1;
   for (int i = 0; i < most_iterations; ++i) {
     go(guess, half);
@@ -87,9 +87,9 @@ Step::Step(const Tree& tree, const Laws& laws, StepStart start)
   go(best, best_half);
 }
 
-void Step::go(const VectorXd& way, const VectorXd& half) {
+void Step::go(const VectorXd& mean_rates, const VectorXd& half) {
   const double h = start_.dt;
-  at_ = std::make_unique<Configuration>(moved(tree_, from_, way, start_.twists, 0.5 * h));
+  at_ = std::make_unique<Configuration>(moved(tree_, from_, mean_rates, start_.twists, 0.5 * h));
   kinematics_ = std::make_unique<Kinematics>(tree_, *at_, start_.twists, half);
   inertia_ = std::make_unique<ArticulatedInertia>(*kinematics_);
   impulses_.assign(start_.poses.size(), Vector6::Zero());
@@ -105,28 +105,28 @@ void Step::go(const VectorXd& way, const VectorXd& half) {
     carried[i] = kinematics_->carried(i);
   }
   rates_ = inertia_->solve(momentum, {}, carried).rates;
-  const TreeAnswer pushed = inertia_->solve(pushes);
+  const TreeResponse pushed = inertia_->solve(pushes);
   change_ = pushed.rates;
 
   const std::vector<Row> closures = closure_rows(laws_.closures, tree_, *at_).rows;
   bilateral_rows_ = closures;
   for (const Row& row : spring_rows(laws_.springs, tree_, *at_)) bilateral_rows_.push_back(row);
-  const Index held = Index(closures.size()), all = Index(bilateral_rows_.size());
+  const Index closed = Index(closures.size()), all = Index(bilateral_rows_.size());
   bilateral_impulses_ = VectorXd::Zero(all);
   MatrixXd r;
   VectorXd unheld;
   if (all > 0) {
-    r = jacobian(bilateral_rows_, start_.poses.size()) * mobility().answers(bilateral_rows_);
+    r = jacobian(bilateral_rows_, start_.poses.size()) * mobility().responses(bilateral_rows_);
     unheld = mobility().unheld(bilateral_rows_);
   }
-  if (held > 0) {
+  if (closed > 0) {
     const VectorXd u = velocities(closures, twists_at(*kinematics_, rates_, old_twists_));
-    const VectorXd holding = BilateralRows(r.topLeftCorner(held, held), unheld.head(held)).answer(u);
+    const VectorXd closing_impulses = BilateralRows(r.topLeftCorner(closed, closed), unheld.head(closed)).response(u);
     std::vector<Vector6> wrenches(start_.poses.size(), Vector6::Zero()), unused = old_twists_;
-    add_impulses(closures, holding, wrenches);
+    add_impulses(closures, closing_impulses, wrenches);
     mobility().push(wrenches, unused, rates_);
     for (std::size_t body = 0; body < wrenches.size(); ++body) impulses_[body] += 2 * wrenches[body];
-    bilateral_impulses_.head(held) = 2 * holding;
+    bilateral_impulses_.head(closed) = 2 * closing_impulses;
   }
 
   twists_ = twists_at(*kinematics_, rates_, old_twists_);
@@ -138,20 +138,20 @@ void Step::go(const VectorXd& way, const VectorXd& half) {
   }
   if (all == 0) return;
   VectorXd s = velocities(bilateral_rows_, twists_);
-  s.head(held) = velocities(closures, changes);
+  s.head(closed) = velocities(closures, changes);
   // a trapezoidal step has the mean rate (u + u') / 2 in the law of springs: all of it times two
-  const double parts = start_.theta == 0.5 ? 2 : 1;
+  const double weight = start_.theta == 0.5 ? 2 : 1;
   for (std::size_t i = 0; i < laws_.springs.size(); ++i) {
     const Spring& spring = laws_.springs[i];
-    const Index row = held + Index(i);
+    const Index row = closed + Index(i);
     const Joint& joint = tree_.system().joints[spring.joint];
-    const double x = acting_coordinate(joint, stand(joint, from_));
-    if (parts == 2) s[row] += velocity(bilateral_rows_[std::size_t(row)], old_twists_);
-    s[row] += parts * spring.rate * (x - spring.rest);
-    r(row, row) += parts * spring.yield;
+    const double x = acting_coordinate(joint, joint_geometry(joint, from_));
+    if (weight == 2) s[row] += velocity(bilateral_rows_[std::size_t(row)], old_twists_);
+    s[row] += weight * spring.rate * (x - spring.rest);
+    r(row, row) += weight * spring.compliance;
   }
   bilateral_ = BilateralRows(r, unheld);
-  push({}, {}, bilateral_.answer(s));
+  push({}, {}, bilateral_.response(s));
 }
 
 void Step::push(const std::vector<Row>& rows, const VectorXd& impulses, const VectorXd& bilateral_impulses) {
@@ -178,8 +178,8 @@ double Step::given_by_bends(std::size_t number, const Configuration& to) const {
   double work = 0;
   for (std::size_t i = tree_.starts()[number]; i < tree_.starts()[number + 1]; ++i) {
     const std::size_t body = tree_.link(i).body;
-    const Vector3d way = start_.dt * straight[body].head<3>() - (to.poses[body].x - from_.poses[body].x);
-    work += start_.wrenches[body].head<3>().dot(way);
+    const Vector3d displacement = start_.dt * straight[body].head<3>() - (to.poses[body].x - from_.poses[body].x);
+    work += start_.wrenches[body].head<3>().dot(displacement);
   }
   return work;
 }
@@ -197,7 +197,7 @@ Step::End Step::finish(const std::vector<Pose>& poses) {
   }
   const Kinematics at(tree_, to, start_.twists, VectorXd::Zero(tree_.freedoms()));
   VectorXd rates = gripped_rates(ArticulatedInertia(at), twists_);
-  rates = held_rates(at, closure_rows(laws_.closures, tree_, to).rows, rates, start_.twists);
+  rates = constrained_rates(at, closure_rows(laws_.closures, tree_, to).rows, rates, start_.twists);
   End end = {to.poses, twists_at(at, rates, start_.twists), open};
   // loops have trees move together: none is scaled alone
   for (std::size_t t = 0; laws_.closures.empty() && t + 1 < tree_.starts().size(); ++t) {

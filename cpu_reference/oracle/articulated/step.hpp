@@ -11,9 +11,9 @@
 // without them.
 //
 // Joints of trees hold by themselves. Rows G of joints that close loops, of rods and of locked coordinates are held by
-// r_0 and dr each, G r = 0; a spring is solved with dr, its rate and yield as in cpu_reference/prepare_joints.hpp. At
-// the end loops are closed in the coordinates, by Newton's method along M^-1 G^T, and the twists projected on G r = 0
-// where the bodies are by then (post-stabilisation; Cline and Pai 2003).
+// r_0 and dr each, G r = 0; a spring is solved with dr, its rate and compliance as in cpu_reference/prepare_joints.hpp.
+// At the end loops are closed in the coordinates, by Newton's method along M^-1 G^T, and the twists projected on G r =
+// 0 where the bodies are by then (post-stabilisation; Cline and Pai 2003).
 //
 // Weights work along straight lines, h J_m r, and bodies of a long step go along arcs. Where that gives a tree that
 // hangs from what stands more than a thousandth of its energy of motion in a step, its rates are scaled to give it
@@ -33,10 +33,11 @@ struct Closure {
   double at = 0;
 };
 
-/// u + rate (x - rest) + yield r = 0 of the acting coordinate x at the start and its rate u, at theta 1/2 the mean one.
+/// u + rate (x - rest) + compliance r = 0 of the acting coordinate x at the start and its rate u, at theta 1/2 the mean
+/// one.
 struct Spring {
   std::size_t joint = 0;
-  double rate = 0, rest = 0, yield = 0;
+  double rate = 0, rest = 0, compliance = 0;
 };
 
 /// low <= x <= high of the acting coordinate.
@@ -98,8 +99,8 @@ class Step {
   End finish(const std::vector<Pose>& poses);
 
  private:
-  /// Everything but the end, where the mean rates are `way` and those of the gyroscopic moment `half`.
-  void go(const VectorXd& way, const VectorXd& half);
+  /// Everything but the end, where the mean rates are `mean_rates` and those of the gyroscopic moment `half`.
+  void go(const VectorXd& mean_rates, const VectorXd& half);
   VectorXd mean() const { return rates_ + start_.theta * change_; }
   /// What F did not do on the way that the links of a tree went, and did to their twists, J.
   double given_by_bends(std::size_t number, const Configuration& to) const;
@@ -123,7 +124,7 @@ class Step {
 std::vector<Vector6> twists_at(const Kinematics& at, const VectorXd& rates, std::vector<Vector6> twists);
 
 /// Rates brought to where the rows' velocities are zero, with the least change of twists, weighed by the inertia.
-VectorXd held_rates(const Kinematics& at, const std::vector<Row>& rows, const VectorXd& rates,
-                    const std::vector<Vector6>& twists);
+VectorXd constrained_rates(const Kinematics& at, const std::vector<Row>& rows, const VectorXd& rates,
+                           const std::vector<Vector6>& twists);
 
 }  // namespace lockstep::oracle::articulated

@@ -14,14 +14,14 @@ struct Search {
     for (std::size_t j = 0; j < whole.joints.size(); ++j) {
       const Joint& joint = whole.joints[j];
       for (const std::size_t body : {joint.body_a, joint.body_b}) {
-        if (is_held(body) && joint.type != JointType::distance) joints_of[body].push_back(j);
+        if (is_link(body) && joint.type != JointType::distance) joints_of[body].push_back(j);
       }
     }
     link_of.assign(whole.bodies.size(), no_link);
     used.assign(whole.joints.size(), false);
   }
 
-  bool is_held(std::size_t body) const { return body != world && system.bodies[body].held; }
+  bool is_link(std::size_t body) const { return body != world && system.bodies[body].is_link; }
 
   void add(Link link) {
     link.tree = link.parent == no_link ? trees++ : links[link.parent].tree;
@@ -35,7 +35,7 @@ struct Search {
     const Joint& j = system.joints[joint];
     const bool child_is_b = j.body_a == parent_body;
     const std::size_t child = child_is_b ? j.body_b : j.body_a;
-    if (!is_held(child) || link_of[child] != no_link) return;
+    if (!is_link(child) || link_of[child] != no_link) return;
     add({.body = child, .parent = parent, .joint = joint, .parent_body = parent_body, .child_is_b = child_is_b});
   }
 
@@ -55,7 +55,7 @@ struct Search {
 };
 
 Pose moved_pose(const Pose& pose, const Vector6& twist, double dt) {
-  return {pose.x + dt * twist.head<3>(), (turn_by(dt * twist.tail<3>()) * pose.q).normalized()};
+  return {pose.x + dt * twist.head<3>(), (rotation_by_vector(dt * twist.tail<3>()) * pose.q).normalized()};
 }
 
 }  // namespace
@@ -66,25 +66,25 @@ Tree::Tree(const System& system) : system_(system) {
     const Joint& joint = system.joints[j];
     if (joint.type == JointType::distance) continue;
     for (const std::size_t body : {joint.body_a, joint.body_b}) {
-      if (!search.is_held(body)) search.add_over(j, body, no_link);
+      if (!search.is_link(body)) search.add_over(j, body, no_link);
     }
   }
   search.grow();
   for (std::size_t body = 0; body < system.bodies.size(); ++body) {
-    if (!system.bodies[body].held || search.link_of[body] != no_link) continue;
+    if (!system.bodies[body].is_link || search.link_of[body] != no_link) continue;
     search.add({.body = body});
     search.grow();
   }
 
   // the links of a tree in a row
-  std::vector<std::size_t> order(search.links.size()), place(search.links.size());
+  std::vector<std::size_t> order(search.links.size()), rank(search.links.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t i) { return search.links[i].tree; });
-  for (std::size_t i = 0; i < order.size(); ++i) place[order[i]] = i;
+  for (std::size_t i = 0; i < order.size(); ++i) rank[order[i]] = i;
   link_of_.assign(system.bodies.size(), no_link);
   for (const std::size_t i : order) {
     Link link = search.links[i];
-    if (link.parent != no_link) link.parent = place[link.parent];
+    if (link.parent != no_link) link.parent = rank[link.parent];
     link.first = freedoms_;
     link.freedoms = link.joint == no_link ? 6 : articulated::freedoms(system.joints[link.joint].type);
     freedoms_ += link.freedoms;
@@ -94,7 +94,7 @@ Tree::Tree(const System& system) : system_(system) {
   }
   starts_.push_back(links_.size());
   for (std::size_t j = 0; j < system.joints.size(); ++j) {
-    const bool acts = search.is_held(system.joints[j].body_a) || search.is_held(system.joints[j].body_b);
+    const bool acts = search.is_link(system.joints[j].body_a) || search.is_link(system.joints[j].body_b);
     if (acts && !search.used[j]) closures_.push_back(j);
   }
 }
@@ -103,8 +103,8 @@ Pose pose_of(const Configuration& configuration, std::size_t body) {
   return body == world ? Pose() : configuration.poses[body];
 }
 
-JointStand stand(const Joint& joint, const Configuration& at) {
-  return stand(joint, pose_of(at, joint.body_a), pose_of(at, joint.body_b));
+JointGeometry joint_geometry(const Joint& joint, const Configuration& at) {
+  return joint_geometry(joint, pose_of(at, joint.body_a), pose_of(at, joint.body_b));
 }
 
 Configuration measured(const Tree& tree, std::vector<Pose> poses) {
@@ -113,7 +113,7 @@ Configuration measured(const Tree& tree, std::vector<Pose> poses) {
     const Link& link = tree.link(i);
     if (link.joint == no_link) continue;
     const Joint& joint = tree.joint_of(link);
-    c.coordinates[i] = measured(joint, stand(joint, c));
+    c.coordinates[i] = measured(joint, joint_geometry(joint, c));
   }
   close_trees(tree, c);
   return c;

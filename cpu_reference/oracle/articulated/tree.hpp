@@ -11,7 +11,7 @@ namespace lockstep::oracle::articulated {
 struct Body {
   double mass = 0;                      // kg; 0: immovable, or moved by somebody else
   Vector3d inertia = Vector3d::Zero();  // principal moments about the centre of mass, body frame, kg m^2
-  bool held = false;                    // moves, and a joint holds it: it is a link
+  bool is_link = false;                 // moves, and a joint connects it
 };
 
 struct System {
@@ -77,6 +77,6 @@ Configuration moved(const Tree& tree, const Configuration& from, const VectorXd&
                     const std::vector<Vector6>& twists, double dt);
 
 Pose pose_of(const Configuration& configuration, std::size_t body);
-JointStand stand(const Joint& joint, const Configuration& at);
+JointGeometry joint_geometry(const Joint& joint, const Configuration& at);
 
 }  // namespace lockstep::oracle::articulated

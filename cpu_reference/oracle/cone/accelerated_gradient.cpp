@@ -72,9 +72,9 @@ SolveReport accelerated_gradient(const ConeProblem& problem, const SolveLimits& 
     if (relaxed) {  // what the watch sees includes what the relaxation costs
       done = convex <= limits.tolerance;
       if (done) watch.look(x, iteration);
-    } else if (const double now = watch.meter().residual(x, u); convex < 0.3 * now) {
-      blend = now < 0.9 * at_last_shift ? std::min(1.0, 1.5 * blend) : std::max(0.05, 0.5 * blend);
-      at_last_shift = now;
+    } else if (const double current = watch.meter().residual(x, u); convex < 0.3 * current) {
+      blend = current < 0.9 * at_last_shift ? std::min(1.0, 1.5 * blend) : std::max(0.05, 0.5 * blend);
+      at_last_shift = current;
       shift += blend * (de_saxce_shift(problem, u) - shift);
       y = x;
       w_y = w_x;

@@ -33,18 +33,19 @@ VectorXd metric(const VectorXd& mobility, double sigma) {
   return d;
 }
 
-// `held`: of sigma; else it is balanced.
-SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r, std::optional<double> held) {
+// `fixed_sigma`: else sigma is balanced.
+SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r,
+                    std::optional<double> fixed_sigma) {
   Watch watch(problem, limits);
   const VectorXd& mobility = watch.meter().mobility();
   VectorXd z = start_of(problem, r);
   if (watch.look(z, 0)) return watch.finish(r);
-  double sigma = held.value_or(0.1);
+  double sigma = fixed_sigma.value_or(0.1);
   VectorXd d = metric(mobility, sigma);
   ShiftedCholesky cholesky(problem);
   const SparseMatrix skew = problem.w.skew();
   if (!cholesky.factorize(d)) {
-    watch.give_up();
+    watch.stop_stalled();
     return watch.finish(r);
   }
   VectorXd u = problem.w.times(z) + problem.q, shift = de_saxce_shift(problem, u);
@@ -63,17 +64,17 @@ SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, Vecto
     shift = de_saxce_shift(problem, u);
     if (watch.look_seldom(z, iteration)) break;
 
-    if (held || iteration < next_move) continue;
+    if (fixed_sigma || iteration < next_move) continue;
     // both in the units of the root of an energy, whatever the units of the problem
-    const double apart = std::sqrt(squared_length(mobility, x - z));
+    const double primal_residual = std::sqrt(squared_length(mobility, x - z));
     const double moved = sigma * std::sqrt(squared_length(mobility, z - before));
-    const double ratio = std::sqrt(apart / std::max(moved, 1e-300));
+    const double ratio = std::sqrt(primal_residual / std::max(moved, 1e-300));
     next_move = iteration + std::max(20u, iteration / 2);
     if (ratio > 0.4 && ratio < 2.5) continue;
     const double next = std::clamp(sigma * std::clamp(ratio, 0.1, 10.0), 1e-6, 1e3);
     const VectorXd next_d = metric(mobility, next);
     if (!cholesky.factorize(next_d)) {
-      watch.give_up();
+      watch.stop_stalled();
       break;
     }
     y *= sigma / next;
@@ -89,7 +90,7 @@ SolveReport admm(const ConeProblem& problem, const SolveLimits& limits, VectorXd
   return iterate(problem, limits, r, {});
 }
 
-SolveReport loose_admm(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r) {
+SolveReport fixed_metric_admm(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r) {
   return iterate(problem, limits, r, 0.03);
 }
 

@@ -44,11 +44,11 @@ class Relay {
     limits.iterations = std::min(limits.iterations, iterations);
     limits.tolerance = std::max(limits.tolerance, tolerance);
     VectorXd x = r_;
-    const SolveReport part = solve(problem_, limits, x);
-    report_.iterations += part.iterations;
-    report_.residuals.insert(report_.residuals.end(), part.residuals.begin(), part.residuals.end());
-    if (!started_ || part.residual < report_.residual) {
-      report_.residual = part.residual;
+    const SolveReport attempt = solve(problem_, limits, x);
+    report_.iterations += attempt.iterations;
+    report_.residuals.insert(report_.residuals.end(), attempt.residuals.begin(), attempt.residuals.end());
+    if (!started_ || attempt.residual < report_.residual) {
+      report_.residual = attempt.residual;
       r_ = x;
     }
     started_ = true;
@@ -84,7 +84,7 @@ struct Runner {
   std::uint32_t iterations, growth;  // of its first turn; from turn to turn
   std::uint32_t in_vain = 0, sits_out = 0;
 
-  void turn(Relay& relay) {
+  void run(Relay& relay) {
     if (sits_out > 0) {
       --sits_out;
       return;
@@ -103,9 +103,9 @@ SolveReport solve_automatically(const ConeProblem& problem, const SolveLimits& l
   relay.run(gauss_seidel, 2000, 1e-4);
   relay.run(gauss_seidel, 100);
   Runner runners[] = {
-      {admm, 1000, 4}, {newton, 10, 2}, {gauss_seidel, 1000, 2}, {proximal_point, 5, 2}, {loose_admm, 1000, 4}};
+      {admm, 1000, 4}, {newton, 10, 2}, {gauss_seidel, 1000, 2}, {proximal_point, 5, 2}, {fixed_metric_admm, 1000, 4}};
   for (std::uint32_t round = 0; round < most_rounds && !relay.finished(); ++round) {
-    for (Runner& runner : runners) runner.turn(relay);
+    for (Runner& runner : runners) runner.run(relay);
   }
   return relay.finish();
 }

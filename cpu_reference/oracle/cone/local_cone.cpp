@@ -29,7 +29,7 @@ namespace {
 constexpr double nothing = 1e-13;
 
 // The real parts of the eigenvalues of a companion matrix, which is of Hessenberg form as it stands.
-Eigen::Vector4d real_parts(const Matrix4d& companion) {
+Eigen::Vector4d real_components(const Matrix4d& companion) {
   const double size = companion.cwiseAbs().maxCoeff();
   Eigen::RealSchur<Matrix4d> schur;
   schur.computeFromHessenberg(companion / size, Matrix4d::Identity(), false);
@@ -78,22 +78,22 @@ Vector3d LocalCone::impulse(const Slip& slip, double lambda) const {
 
 // At rest, W r = -q; infinite where there is a direction in which the contact cannot be held.
 Vector3d LocalCone::stick(const Slip& slip) const {
-  Slip held = slip;
+  Slip clamped = slip;
   for (int k = 0; k < 2; ++k) {
     if (a_[k] > nothing * mobility_) continue;
-    if (std::abs(held.b[k]) > nothing * std::abs(held.q_n))
+    if (std::abs(clamped.b[k]) > nothing * std::abs(clamped.q_n))
       return Vector3d(0, std::numeric_limits<double>::infinity(), 0);
-    held.b[k] = 0;
+    clamped.b[k] = 0;
   }
-  return impulse(held, 0);
+  return impulse(clamped, 0);
 }
 
 Vector3d LocalCone::solve(const Vector3d& q) const {
   if (q[0] >= 0 || mobility_ <= 0) return Vector3d::Zero();
   if (mu_ == 0) return {-q[0] / w_(0, 0), 0, 0};
   const Slip slip = eliminate(q);
-  const Vector3d held = stick(slip);
-  if (held.tail<2>().norm() <= mu_ * held[0]) return held;
+  const Vector3d stuck = stick(slip);
+  if (stuck.tail<2>().norm() <= mu_ * stuck[0]) return stuck;
 
   // psi < 0 at `low`, psi > 0 at `high`
   const double b = slip.b.norm();
@@ -167,7 +167,7 @@ Vector3d LocalCone::enumerate(const Vector3d& q) const {
   for (int i = 0; i < 4; ++i) companion(i, 3) = -quartic[i] / quartic[4];
   for (int i = 0; i < 3; ++i) companion(i + 1, i) = 1;
   if (!companion.allFinite()) return solve(q);
-  for (double x : real_parts(companion)) {
+  for (double x : real_components(companion)) {
     for (int polish = 0; polish < 3; ++polish) {
       const double value = (((quartic[4] * x + quartic[3]) * x + quartic[2]) * x + quartic[1]) * x + quartic[0];
       const double slope = ((4 * quartic[4] * x + 3 * quartic[3]) * x + 2 * quartic[2]) * x + quartic[1];

@@ -6,7 +6,7 @@
 
 namespace lockstep::oracle {
 
-/// What does not change from visit to visit. With the normal row eliminated, r_n = -(q_n + h . r_t) / w_nn, where
+/// What does not change from solve to solve. With the normal row eliminated, r_n = -(q_n + h . r_t) / w_nn, where
 /// h = W_tn; A = W_tt - h h^T / w_nn in its eigenframe.
 class LocalCone {
  public:

@@ -51,23 +51,23 @@ Row linearised(const Vector3d& r, const Vector3d& u, double mu, double lambda) {
   return row;
 }
 
-// Adds to `direction` what the rows of the contacts that have a place ask for.
-bool solve_by_contacts(const BlockMatrix& w, const std::vector<Row>& rows, const std::vector<std::uint32_t>& place,
+// Adds to `direction` what the rows of the contacts that have a slot ask for.
+bool solve_by_contacts(const BlockMatrix& w, const std::vector<Row>& rows, const std::vector<std::uint32_t>& slot,
                        std::uint32_t active, const VectorXd& delta, VectorXd& direction) {
   std::vector<Eigen::Triplet<double>> triplets;
   triplets.reserve(9 * w.block.size());
   VectorXd c(3 * active);
-  for (std::uint32_t i = 0; i < place.size(); ++i) {
-    if (place[i] == none) continue;
-    c.segment<3>(3 * place[i]) = rows[i].c;
+  for (std::uint32_t i = 0; i < slot.size(); ++i) {
+    if (slot[i] == none) continue;
+    c.segment<3>(3 * slot[i]) = rows[i].c;
     for (std::uint32_t k = w.first[i]; k < w.first[i + 1]; ++k) {
       const std::uint32_t j = w.column[k];
-      if (place[j] == none) continue;
+      if (slot[j] == none) continue;
       Matrix3d entry = rows[i].b * w.block[k];
       if (i == j) entry += rows[i].a + rows[i].b * delta.segment<3>(3 * i).asDiagonal();
       for (int p = 0; p < 3; ++p) {
         for (int q = 0; q < 3; ++q) {
-          if (entry(p, q) != 0) triplets.emplace_back(3 * place[i] + p, 3 * place[j] + q, entry(p, q));
+          if (entry(p, q) != 0) triplets.emplace_back(3 * slot[i] + p, 3 * slot[j] + q, entry(p, q));
         }
       }
     }
@@ -76,35 +76,36 @@ bool solve_by_contacts(const BlockMatrix& w, const std::vector<Row>& rows, const
   j.setFromTriplets(triplets.begin(), triplets.end());
   VectorXd solution;
   if (!solve_square(j, c, solution)) return false;
-  for (std::uint32_t i = 0; i < place.size(); ++i) {
-    if (place[i] != none) direction.segment<3>(3 * i) = solution.segment<3>(3 * place[i]);
+  for (std::uint32_t i = 0; i < slot.size(); ++i) {
+    if (slot[i] != none) direction.segment<3>(3 * i) = solution.segment<3>(3 * slot[i]);
   }
   return true;
 }
 
 // The same through the velocities. Contacts stick by delta alone, so that it has a floor.
 bool solve_by_velocities(const NewtonProblem& newton, const std::vector<Row>& rows,
-                         const std::vector<std::uint32_t>& place, const VectorXd& delta, VectorXd& direction) {
+                         const std::vector<std::uint32_t>& slot, const VectorXd& delta, VectorXd& direction) {
   const VelocityForm& velocities = *newton.problem.velocities;
   const Eigen::Index size = direction.size();
   std::vector<Eigen::Triplet<double>> triplets;
-  VectorXd held = VectorXd::Zero(size);
-  for (std::uint32_t i = 0; i < place.size(); ++i) {
-    if (place[i] == none) continue;
+  VectorXd constant_term = VectorXd::Zero(size);
+  for (std::uint32_t i = 0; i < slot.size(); ++i) {
+    if (slot[i] == none) continue;
     const Vector3d d = delta.segment<3>(3 * i).cwiseMax(1e-9 * newton.mobility[i]);
     const Eigen::PartialPivLU<Matrix3d> lu(rows[i].a + rows[i].b * d.asDiagonal());
-    held.segment<3>(3 * i) = lu.solve(rows[i].c);
-    const Matrix3d answer = lu.solve(rows[i].b);
+    constant_term.segment<3>(3 * i) = lu.solve(rows[i].c);
+    const Matrix3d response = lu.solve(rows[i].b);
     for (int p = 0; p < 3; ++p) {
-      for (int q = 0; q < 3; ++q) triplets.emplace_back(3 * i + p, 3 * i + q, answer(p, q));
+      for (int q = 0; q < 3; ++q) triplets.emplace_back(3 * i + p, 3 * i + q, response(p, q));
     }
   }
   SparseMatrix x(size, size);
   x.setFromTriplets(triplets.begin(), triplets.end());
-  const SparseMatrix h_t = velocities.h.transpose(), answers = x * h_t;
+  const SparseMatrix h_t = velocities.h.transpose(), responses = x * h_t;
   VectorXd dv;
-  if (!solve_square(velocities.m + SparseMatrix(velocities.h * answers), velocities.h * held, dv)) return false;
-  direction += held - answers * dv;
+  if (!solve_square(velocities.m + SparseMatrix(velocities.h * responses), velocities.h * constant_term, dv))
+    return false;
+  direction += constant_term - responses * dv;
   return direction.allFinite();
 }
 
@@ -129,7 +130,7 @@ bool newton_direction(const NewtonProblem& newton, double damping, const VectorX
   const ConeProblem& problem = newton.problem;
   const BlockMatrix& w = problem.w;
   direction = VectorXd::Zero(r.size());
-  std::vector<std::uint32_t> place(problem.contacts(), none);
+  std::vector<std::uint32_t> slot(problem.contacts(), none);
   std::uint32_t active = 0;
   for (std::uint32_t i = 0; i < problem.contacts(); ++i) {
     const double lambda = newton.mobility[i];
@@ -137,22 +138,22 @@ bool newton_direction(const NewtonProblem& newton, double damping, const VectorX
     if (open)
       direction.segment<3>(3 * i) = -r.segment<3>(3 * i);
     else
-      place[i] = active++;
+      slot[i] = active++;
   }
   const VectorXd of_open = w.times(direction);
 
   std::vector<Row> rows(problem.contacts());
   VectorXd delta = newton.alpha;
   for (std::uint32_t i = 0; i < problem.contacts(); ++i) {
-    if (place[i] == none) continue;
+    if (slot[i] == none) continue;
     const double lambda = newton.mobility[i];
     rows[i] = linearised(r.segment<3>(3 * i), u.segment<3>(3 * i), problem.mu[i], lambda);
     rows[i].c -= rows[i].b * of_open.segment<3>(3 * i);
     delta.segment<3>(3 * i).array() += damping * lambda;
   }
   if (problem.velocities && problem.velocities->m.rows() < 3 * active)
-    return solve_by_velocities(newton, rows, place, delta, direction);
-  return solve_by_contacts(w, rows, place, active, delta, direction);
+    return solve_by_velocities(newton, rows, slot, delta, direction);
+  return solve_by_contacts(w, rows, slot, active, delta, direction);
 }
 
 }  // namespace lockstep::oracle

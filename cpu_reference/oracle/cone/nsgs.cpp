@@ -15,7 +15,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-Vector3d visit(const LocalCone& cone, LocalSolver local, const Vector3d& q, const Vector3d& r) {
+Vector3d solve_contact(const LocalCone& cone, LocalSolver local, const Vector3d& q, const Vector3d& r) {
   switch (local) {
     case LocalSolver::enumeration: return cone.enumerate(q);
     case LocalSolver::splitting: return cone.split(q, r);
@@ -41,7 +41,7 @@ SolveReport nsgs(const ConeProblem& problem, const SolveLimits& limits, VectorXd
     for (std::uint32_t i = 0; i < problem.contacts(); ++i) {
       const Vector3d own = x.segment<3>(3 * i);
       const Vector3d q = problem.q.segment<3>(3 * i) + w.row_times(i, x) - diagonal[i] * own;
-      x.segment<3>(3 * i) = visit(cones[i], local, q, own);
+      x.segment<3>(3 * i) = solve_contact(cones[i], local, q, own);
     }
   }
   return watch.finish(r);

@@ -29,10 +29,10 @@ SolveReport projected_gradient(const ConeProblem& problem, const SolveLimits& li
 SolveReport accelerated_gradient(const ConeProblem& problem, const SolveLimits& limits, Eigen::VectorXd& r,
                                  bool relaxed = false);
 
-/// Alternating direction method of multipliers with De Saxce's shift. Of the loose one the metric is held at sigma =
+/// Alternating direction method of multipliers with De Saxce's shift. Of fixed_metric_admm it stays at sigma =
 /// 0.03, where impulses that velocities hardly feel move further, instead of being balanced on the way.
 SolveReport admm(const ConeProblem& problem, const SolveLimits& limits, Eigen::VectorXd& r);
-SolveReport loose_admm(const ConeProblem& problem, const SolveLimits& limits, Eigen::VectorXd& r);
+SolveReport fixed_metric_admm(const ConeProblem& problem, const SolveLimits& limits, Eigen::VectorXd& r);
 
 /// Semi-smooth Newton on the function of Alart and Curnier.
 SolveReport newton(const ConeProblem& problem, const SolveLimits& limits, Eigen::VectorXd& r);

@@ -6,29 +6,29 @@ namespace lockstep::oracle {
 
 // Without its joints a contact is less mobile, and U another velocity, so that a residual is not the same with them and
 // without. What is missing in the one is asked for in the other.
-ConeAnswer solve_whole(const ConeProblem& problem, const ConeSolver& solver, const SolveLimits& limits,
-                       const Eigen::VectorXd& r) {
+ConeSolution solve_whole(const ConeProblem& problem, const ConeSolver& solver, const SolveLimits& limits,
+                         const Eigen::VectorXd& r) {
   const JointElimination elimination(problem);
-  ConeAnswer answer;
-  answer.r = r;
+  ConeSolution solution;
+  solution.r = r;
   SolveLimits left = limits;
   for (int attempt = 0; attempt < 5; ++attempt) {
-    const SolveReport part = solver.solve(elimination.reduced(), left, answer.r);
-    SolveReport& sum = answer.report;
-    sum.stop = part.stop;
-    sum.iterations += part.iterations;
-    sum.residuals.insert(sum.residuals.end(), part.residuals.begin(), part.residuals.end());
-    sum.seconds += part.seconds;
-    answer.l = elimination.joint_impulses(answer.r);
-    answer.error = cone_error(problem, answer.r, answer.l);
-    sum.residual = answer.error.residual;
-    if (part.stop != Stop::tolerance || sum.residual <= limits.tolerance) break;
+    const SolveReport inner = solver.solve(elimination.reduced(), left, solution.r);
+    SolveReport& sum = solution.report;
+    sum.stop = inner.stop;
+    sum.iterations += inner.iterations;
+    sum.residuals.insert(sum.residuals.end(), inner.residuals.begin(), inner.residuals.end());
+    sum.seconds += inner.seconds;
+    solution.l = elimination.joint_impulses(solution.r);
+    solution.error = cone_error(problem, solution.r, solution.l);
+    sum.residual = solution.error.residual;
+    if (inner.stop != Stop::tolerance || sum.residual <= limits.tolerance) break;
     sum.stop = Stop::stall;
     left.tolerance *= std::min(0.5, 0.5 * limits.tolerance / sum.residual);
-    left.iterations -= std::min(left.iterations, part.iterations);
-    left.seconds -= part.seconds;
+    left.iterations -= std::min(left.iterations, inner.iterations);
+    left.seconds -= inner.seconds;
   }
-  return answer;
+  return solution;
 }
 
 }  // namespace lockstep::oracle

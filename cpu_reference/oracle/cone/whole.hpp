@@ -6,7 +6,7 @@
 
 namespace lockstep::oracle {
 
-struct ConeAnswer {
+struct ConeSolution {
   Eigen::VectorXd r, l;  // impulses of contacts and of joints
   ConeError error;       // of the whole problem
   SolveReport report;    // its residual is that of the whole problem
@@ -14,7 +14,7 @@ struct ConeAnswer {
 
 /// Starts from the impulses `r` of the contacts (empty: zero). Throws std::runtime_error where joints contradict each
 /// other.
-ConeAnswer solve_whole(const ConeProblem& problem, const ConeSolver& solver, const SolveLimits& limits,
-                       const Eigen::VectorXd& r = {});
+ConeSolution solve_whole(const ConeProblem& problem, const ConeSolver& solver, const SolveLimits& limits,
+                         const Eigen::VectorXd& r = {});
 
 }  // namespace lockstep::oracle

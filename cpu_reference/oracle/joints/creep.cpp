@@ -19,7 +19,7 @@ constexpr double worse = 2;           // by what a residual may grow in a leap
 constexpr std::uint32_t longest_wait = 64;
 
 // The least t > 0 with |r_t + t d_t| = mu (r_n + t d_n), from inside of the cone.
-double way_out(const Eigen::Vector3d& r, const Eigen::Vector3d& d, double mu) {
+double distance_to_boundary(const Eigen::Vector3d& r, const Eigen::Vector3d& d, double mu) {
   const double a = d.tail<2>().squaredNorm() - mu * mu * d[0] * d[0];
   const double b = r.tail<2>().dot(d.tail<2>()) - mu * mu * r[0] * d[0];
   const double c = r.tail<2>().squaredNorm() - mu * mu * r[0] * r[0];
@@ -40,7 +40,7 @@ double Creep::room(const VectorXd& x, const VectorXd& step) const {
     const Eigen::Vector3d r = x.segment<3>(3 * i), d = step.segment<3>(3 * i);
     const double edge = mu_[i] * r[0];
     const bool inside = r[0] > 0 && (mu_[i] == 0 || r.tail<2>().norm() < (1 - on_boundary) * edge);
-    if (inside) least = std::min(least, way_out(r, d, mu_[i]));
+    if (inside) least = std::min(least, distance_to_boundary(r, d, mu_[i]));
   }
   return least;
 }

@@ -65,10 +65,10 @@ Mechanism mechanism_of(const SparseMatrix& m, const SparseMatrix& g, std::span<c
     std::ranges::sort(seen);
     seen.erase(std::ranges::unique(seen).begin(), seen.end());
     if (seen.empty()) continue;
-    const auto [place, is_new] = joints.try_emplace(seen, mechanism.joints.size());
+    const auto [entry, is_new] = joints.try_emplace(seen, mechanism.joints.size());
     if (is_new) mechanism.joints.push_back({{}, seen});
     for (std::uint32_t row = blocks[block]; row < blocks[block + 1]; ++row)
-      mechanism.joints[place->second].rows.push_back(row);
+      mechanism.joints[entry->second].rows.push_back(row);
   }
   return mechanism;
 }

@@ -61,7 +61,7 @@ VectorXd MixedSweeps::row_rates() const { return problem_.d.transpose() * state_
 
 SolveReport MixedSweeps::run(const SolveLimits& limits) {
   Progress progress(limits, is_of_joints_alone(problem_) ? joints_patience : patience);
-  const auto parts = [&](const VectorXd& all) {
+  const auto unstacked = [&](const VectorXd& all) {
     const Eigen::Index contacts = problem_.cones.h.cols(), joints = problem_.cones.g.cols();
     return MixedImpulses{all.head(contacts), all.segment(contacts, joints), all.tail(problem_.d.cols())};
   };
@@ -73,7 +73,7 @@ SolveReport MixedSweeps::run(const SolveLimits& limits) {
       const VectorXd x = stacked(state_->impulses());
       if (progress.look(x, state_->residual(), sweep - 1)) break;
       if (const auto further = creep.leap(x, progress.residual(), sweep - 1)) {
-        state_->set(parts(*further));
+        state_->set(unstacked(*further));
         state_->close_joints();
       }
     }
@@ -82,7 +82,7 @@ SolveReport MixedSweeps::run(const SolveLimits& limits) {
   }
   VectorXd best;
   const SolveReport report = progress.finish(best);
-  state_->set(parts(best));
+  state_->set(unstacked(best));
   return report;
 }
 

@@ -14,15 +14,15 @@
 
 namespace lockstep::oracle {
 
-/// What the impulse of one row has to do with its velocity u: it drives u towards `speed` as far as `reach` allows (a
-/// motor; dry friction, speed 0), and keeps it between `slowest` and `fastest` (limits). Of a spring both are the
-/// velocity at which it would not push.
+/// What the impulse of one row has to do with its velocity u: it drives u towards `speed` as far as `max_impulse`
+/// allows (a motor; dry friction, speed 0), and keeps it between `slowest` and `fastest` (limits). Of a spring both are
+/// the velocity at which it would not push.
 struct BoundedLaw {
-  double speed = 0, reach = 0;      // m/s; N s
-  double slowest = 0, fastest = 0;  // m/s
-  double give = 0;                  // by how much a bound gives way, 1/kg; 0: it is hard
-  double yield = 0;                 // of a spring, 1/kg; 0: there is none
-  double mobility = 0;              // at which its defect is measured, 1/kg; > 0
+  double speed = 0, max_impulse = 0;  // m/s; N s
+  double slowest = 0, fastest = 0;    // m/s
+  double bound_compliance = 0;        // by how much a bound gives way, 1/kg; 0: it is hard
+  double spring_compliance = 0;       // of a spring, 1/kg; 0: there is none
+  double mobility = 0;                // at which its defect is measured, 1/kg; > 0
 
   /// The velocity that the row gets where it would have q without its own impulse, each unit of which adds e to it.
   double velocity(double q, double e) const;
@@ -45,7 +45,7 @@ struct MixedSolver {
   bool articulated;         // whether a contact feels all that hangs on its bodies
 };
 
-/// Of `mixed_articulated` each contact and bounded row is visited as mobile as joints let it be, and what it does moves
+/// Of `mixed_articulated` each contact and bounded row is solved as mobile as joints let it be, and what it does moves
 /// all bodies of its mechanism at once. Sweeps are those of `nsgs` on W - V R^-1 V^T then, which is not formed; each
 /// row has to remember what it does to every body that hangs on it.
 std::span<const MixedSolver> mixed_solvers();

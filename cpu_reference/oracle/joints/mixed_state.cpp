@@ -23,28 +23,28 @@ VectorXd start_of(const VectorXd& given, Index size) {
 
 // The rows of sparse columns that are not empty, and what is in them.
 template <int Rows>
-void gather(const SparseMatrix& matrix, Index first, std::vector<Index>& places,
+void gather(const SparseMatrix& matrix, Index first, std::vector<Index>& rows,
             Eigen::Matrix<double, Eigen::Dynamic, Rows>& values) {
-  places.clear();
+  rows.clear();
   for (int k = 0; k < Rows; ++k) {
-    for (SparseMatrix::InnerIterator entry(matrix, first + k); entry; ++entry) places.push_back(entry.row());
+    for (SparseMatrix::InnerIterator entry(matrix, first + k); entry; ++entry) rows.push_back(entry.row());
   }
-  std::ranges::sort(places);
-  places.erase(std::ranges::unique(places).begin(), places.end());
-  values.setZero(Index(places.size()), Rows);
+  std::ranges::sort(rows);
+  rows.erase(std::ranges::unique(rows).begin(), rows.end());
+  values.setZero(Index(rows.size()), Rows);
   for (int k = 0; k < Rows; ++k) {
     for (SparseMatrix::InnerIterator entry(matrix, first + k); entry; ++entry)
-      values(std::ranges::lower_bound(places, entry.row()) - places.begin(), k) = entry.value();
+      values(std::ranges::lower_bound(rows, entry.row()) - rows.begin(), k) = entry.value();
   }
 }
 
 // M^-1 H - M^-1 G R^-1 G^T M^-1 H: how velocities answer where joints do.
-SparseMatrix with_joints(const SparseMatrix& answers, const SparseMatrix& moves_l, const SparseMatrix& g,
+SparseMatrix with_joints(const SparseMatrix& responses, const SparseMatrix& moves_l, const SparseMatrix& g,
                          const JointSolver& joints) {
-  SparseMatrix result(answers.rows(), answers.cols());
+  SparseMatrix result(responses.rows(), responses.cols());
   std::vector<Eigen::Triplet<double>> entries;
-  for (Index column = 0; column < answers.cols(); ++column) {
-    VectorXd moves = answers.col(column);
+  for (Index column = 0; column < responses.cols(); ++column) {
+    VectorXd moves = responses.col(column);
     const VectorXd seen = g.transpose() * moves;
     if (!seen.isZero(0)) moves -= moves_l * joints.solve(seen);
     for (Index k = 0; k < moves.size(); ++k) {
@@ -58,19 +58,21 @@ SparseMatrix with_joints(const SparseMatrix& answers, const SparseMatrix& moves_
 }  // namespace
 
 double BoundedLaw::velocity(double q, double e) const {
-  if (yield > 0) {
-    const double left = yield / (e + yield), idle = slowest + left * (q - slowest), far = left * e * reach;
+  if (spring_compliance > 0) {
+    const double left = spring_compliance / (e + spring_compliance), idle = slowest + left * (q - slowest),
+                 far = left * e * max_impulse;
     return std::clamp(speed, idle - far, idle + far);
   }
-  const double driven = std::clamp(speed, q - e * reach, q + e * reach);
-  return driven + (std::clamp(driven, slowest, fastest) - driven) * e / (e + give);
+  const double driven = std::clamp(speed, q - e * max_impulse, q + e * max_impulse);
+  return driven + (std::clamp(driven, slowest, fastest) - driven) * e / (e + bound_compliance);
 }
 
 template <int Rows>
-VisitedRows<Rows> MixedState::visited(const SparseMatrix& columns, const SparseMatrix& answers, Index first) const {
-  VisitedRows<Rows> rows;
+SolvedRows<Rows> MixedState::solved_rows(const SparseMatrix& columns, const SparseMatrix& responses,
+                                         Index first) const {
+  SolvedRows<Rows> rows;
   gather<Rows>(columns, first, rows.seen, rows.sees);
-  gather<Rows>(answers, first, rows.moved, rows.moves);
+  gather<Rows>(responses, first, rows.moved, rows.moves);
   rows.mobility.setZero();
   for (std::size_t k = 0; k < rows.seen.size(); ++k) {
     const auto found = std::ranges::lower_bound(rows.moved, rows.seen[k]);
@@ -90,16 +92,16 @@ MixedState::MixedState(const MixedProblem& problem, const JointMethod& joints, b
   moves_z_ = inverse_times(cones.m, p_.d);
   free_ = inverse_times(cones.m, cones.f.sparseView());
   if (cones.g.cols() > 0) joints_ = joints.make(cones, accuracy);
-  const bool answered = articulated && joints_;
-  const SparseMatrix answer_r = answered ? with_joints(moves_r_, moves_l_, cones.g, *joints_) : moves_r_;
-  const SparseMatrix answer_z = answered ? with_joints(moves_z_, moves_l_, cones.g, *joints_) : moves_z_;
+  const bool through_joints = articulated && joints_;
+  const SparseMatrix response_r = through_joints ? with_joints(moves_r_, moves_l_, cones.g, *joints_) : moves_r_;
+  const SparseMatrix response_z = through_joints ? with_joints(moves_z_, moves_l_, cones.g, *joints_) : moves_z_;
   for (Index i = 0; i < cones.mu.size(); ++i) {
-    contacts_.push_back(visited<3>(cones.h, answer_r, 3 * i));
+    contacts_.push_back(solved_rows<3>(cones.h, response_r, 3 * i));
     cones_.emplace_back(contacts_.back().mobility, cones.mu[i]);
-    mobility_.push_back(
-        largest_eigenvalue(answered ? visited<3>(cones.h, moves_r_, 3 * i).mobility : contacts_.back().mobility));
+    mobility_.push_back(largest_eigenvalue(through_joints ? solved_rows<3>(cones.h, moves_r_, 3 * i).mobility
+                                                          : contacts_.back().mobility));
   }
-  for (Index i = 0; i < p_.d.cols(); ++i) rows_.push_back(visited<1>(p_.d, answer_z, i));
+  for (Index i = 0; i < p_.d.cols(); ++i) rows_.push_back(solved_rows<1>(p_.d, response_z, i));
 
   const VectorXd q = cones.h.transpose() * free_ + cones.w, s = cones.g.transpose() * free_ + cones.b;
   scale_ = q.squaredNorm() + s.squaredNorm() + VectorXd(p_.d.transpose() * free_).squaredNorm();
@@ -113,7 +115,7 @@ VectorXd MixedState::velocities(const MixedImpulses& x) const {
 
 void MixedState::sweep() {
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
-    const VisitedRows<3>& contact = contacts_[i];
+    const SolvedRows<3>& contact = contacts_[i];
     auto r = x_.r.segment<3>(3 * Index(i));
     const Vector3d own = r;
     const Vector3d q = contact.velocity(v_) + p_.cones.w.segment<3>(3 * Index(i)) - contact.mobility * own;
@@ -121,12 +123,12 @@ void MixedState::sweep() {
     contact.push(r - own, v_);
   }
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const VisitedRows<1>& row = rows_[i];
+    const SolvedRows<1>& row = rows_[i];
     const double e = row.mobility(0, 0), own = x_.z[Index(i)];
     if (!(e > 0)) continue;
     const double q = row.velocity(v_)[0] - e * own;
     x_.z[Index(i)] = (p_.laws[i].velocity(q, e) - q) / e;
-    row.push(VisitedRows<1>::Impulse(x_.z[Index(i)] - own), v_);
+    row.push(SolvedRows<1>::Impulse(x_.z[Index(i)] - own), v_);
   }
 }
 

@@ -10,9 +10,9 @@
 
 namespace lockstep::oracle {
 
-/// Rows that are visited together: what they see of velocities, and how velocities answer.
+/// Rows that are solved together: what they see of velocities, and how velocities answer.
 template <int Rows>
-struct VisitedRows {
+struct SolvedRows {
   using Impulse = Eigen::Matrix<double, Rows, 1>;
   using Columns = Eigen::Matrix<double, Eigen::Dynamic, Rows>;
 
@@ -63,7 +63,7 @@ class MixedState {
   /// Sums of the sizes that velocities() adds up.
   Eigen::VectorXd velocity_sizes() const;
   template <int Rows>
-  VisitedRows<Rows> visited(const SparseMatrix& columns, const SparseMatrix& answers, Eigen::Index first) const;
+  SolvedRows<Rows> solved_rows(const SparseMatrix& columns, const SparseMatrix& responses, Eigen::Index first) const;
 
   const MixedProblem& p_;
   const bool articulated_;
@@ -71,8 +71,8 @@ class MixedState {
   SparseMatrix moves_r_, moves_l_, moves_z_;  // M^-1 H, M^-1 G, M^-1 D
   Eigen::VectorXd free_;                      // M^-1 f
   std::unique_ptr<JointSolver> joints_;       // null where there are none
-  std::vector<VisitedRows<3>> contacts_;
-  std::vector<VisitedRows<1>> rows_;
+  std::vector<SolvedRows<3>> contacts_;
+  std::vector<SolvedRows<1>> rows_;
   std::vector<LocalCone> cones_;
   std::vector<double> mobility_;  // at which the defect of each contact is measured
   double scale_ = 0;              // sum of squares of velocities without impulses

@@ -29,7 +29,7 @@ void solve_cholesky(const double* factor, Vector&& x) {
 }  // namespace
 
 TreeLdlt::TreeLdlt(const SparseMatrix& m, const SparseMatrix& g, const Mechanism& mechanism)
-    : place_of_velocity_(std::size_t(m.rows())), place_of_row_(std::size_t(g.cols()), -1) {
+    : slot_of_velocity_(std::size_t(m.rows())), slot_of_row_(std::size_t(g.cols()), -1) {
   order(mechanism);
   assemble(m, g);
   factorise();
@@ -84,10 +84,10 @@ void TreeLdlt::order(const Mechanism& mechanism) {
   for (Node& node : nodes_) {
     if (node.parent != none) node.parent = static_cast<std::uint32_t>(nodes_.size() - 1 - node.parent);
     const auto& members = node.is_joint ? mechanism.joints[node.index].rows : mechanism.bodies[node.index];
-    std::vector<Index>& places = node.is_joint ? place_of_row_ : place_of_velocity_;
+    std::vector<Index>& slots = node.is_joint ? slot_of_row_ : slot_of_velocity_;
     node.first = size_;
     node.size = static_cast<Index>(members.size());
-    for (const Index member : members) places[std::size_t(member)] = size_++;
+    for (const Index member : members) slots[std::size_t(member)] = size_++;
   }
 }
 
@@ -105,18 +105,18 @@ void TreeLdlt::assemble(const SparseMatrix& m, const SparseMatrix& g) {
   data_.assign(size, 0.0);
   for (int column = 0; column < m.outerSize(); ++column) {
     for (SparseMatrix::InnerIterator entry(m, column); entry; ++entry) {
-      const Index a = place_of_velocity_[std::size_t(entry.row())], b = place_of_velocity_[std::size_t(entry.col())];
+      const Index a = slot_of_velocity_[std::size_t(entry.row())], b = slot_of_velocity_[std::size_t(entry.col())];
       const Node& node = nodes_[node_of[std::size_t(a)]];
       data_[node.factor + std::size_t((b - node.first) * node.size + a - node.first)] = entry.value();
     }
   }
   for (int row = 0; row < g.outerSize(); ++row) {
-    const Index at_row = place_of_row_[std::size_t(row)];
+    const Index at_row = slot_of_row_[std::size_t(row)];
     if (at_row < 0) continue;
     const std::uint32_t joint_node = node_of[std::size_t(at_row)];
     const Node& joint = nodes_[joint_node];
     for (SparseMatrix::InnerIterator entry(g, row); entry; ++entry) {
-      const Index at = place_of_velocity_[std::size_t(entry.row())];
+      const Index at = slot_of_velocity_[std::size_t(entry.row())];
       const std::uint32_t body_node = node_of[std::size_t(at)];
       const Node& body = nodes_[body_node];
       const bool joint_is_child = joint.parent == body_node;
@@ -131,13 +131,13 @@ void TreeLdlt::assemble(const SparseMatrix& m, const SparseMatrix& g) {
 
 void TreeLdlt::factorise() {
   for (Node& node : nodes_) eliminate(node);
-  for (std::size_t row = 0; row < place_of_row_.size(); ++row) {
-    const Index place = place_of_row_[row];
-    if (place < 0) continue;
-    const auto node = std::ranges::upper_bound(nodes_, place, {}, &Node::first) - 1;
+  for (std::size_t row = 0; row < slot_of_row_.size(); ++row) {
+    const Index slot = slot_of_row_[row];
+    if (slot < 0) continue;
+    const auto node = std::ranges::upper_bound(nodes_, slot, {}, &Node::first) - 1;
     if (!node->left_out) continue;
     left_out_.push_back(static_cast<Index>(row));
-    place_of_row_[row] = -1;
+    slot_of_row_[row] = -1;
   }
   std::ranges::sort(left_out_);
 }
@@ -147,8 +147,8 @@ void TreeLdlt::eliminate(Node& node) {
   const double sign = node.is_joint ? -1 : 1;
   d *= sign;
   const VectorXd alone = d.diagonal();
-  Eigen::Ref<MatrixXd> in_place(d);
-  const Eigen::LLT<Eigen::Ref<MatrixXd>> cholesky(in_place);
+  Eigen::Ref<MatrixXd> block(d);
+  const Eigen::LLT<Eigen::Ref<MatrixXd>> cholesky(block);
   const bool regular =
       cholesky.info() == Eigen::Success && (d.diagonal().array().square() > dependent * alone.array()).all();
   if (!regular && !node.is_joint) throw std::runtime_error("M is not positive definite");
@@ -156,36 +156,36 @@ void TreeLdlt::eliminate(Node& node) {
   if (node.left_out || node.parent == none) return;
   const Node& parent = nodes_[node.parent];
   Map<MatrixXd> k(data_.data() + node.lower, parent.size, node.size);
-  MatrixXd answer = k.transpose();
-  solve_cholesky(data_.data() + node.factor, answer);
-  Map<MatrixXd>(data_.data() + parent.factor, parent.size, parent.size).noalias() -= sign * k.lazyProduct(answer);
-  k = sign * answer.transpose();
+  MatrixXd response = k.transpose();
+  solve_cholesky(data_.data() + node.factor, response);
+  Map<MatrixXd>(data_.data() + parent.factor, parent.size, parent.size).noalias() -= sign * k.lazyProduct(response);
+  k = sign * response.transpose();
 }
 
 void TreeLdlt::solve(VectorXd& v, VectorXd& l) const {
   VectorXd x = VectorXd::Zero(size_);
-  for (std::size_t i = 0; i < place_of_velocity_.size(); ++i) x[place_of_velocity_[i]] = v[Index(i)];
-  for (std::size_t i = 0; i < place_of_row_.size(); ++i) {
-    if (place_of_row_[i] >= 0) x[place_of_row_[i]] = l[Index(i)];
+  for (std::size_t i = 0; i < slot_of_velocity_.size(); ++i) x[slot_of_velocity_[i]] = v[Index(i)];
+  for (std::size_t i = 0; i < slot_of_row_.size(); ++i) {
+    if (slot_of_row_[i] >= 0) x[slot_of_row_[i]] = l[Index(i)];
   }
   const auto has_parent = [&](const Node& node) { return node.parent != none && !nodes_[node.parent].left_out; };
   const auto lower = [&](const Node& node) {
     return Map<const MatrixXd>(data_.data() + node.lower, nodes_[node.parent].size, node.size);
   };
-  const auto part = [&](const Node& node) { return x.segment(node.first, node.size); };
+  const auto segment = [&](const Node& node) { return x.segment(node.first, node.size); };
   for (const Node& node : nodes_) {
     if (node.left_out) continue;
-    if (has_parent(node)) part(nodes_[node.parent]).noalias() -= lower(node).lazyProduct(part(node));
-    auto own = part(node);
+    if (has_parent(node)) segment(nodes_[node.parent]).noalias() -= lower(node).lazyProduct(segment(node));
+    auto own = segment(node);
     solve_cholesky(data_.data() + node.factor, own);
     if (node.is_joint) own = -own;
   }
   for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
     if (node->left_out || !has_parent(*node)) continue;
-    part(*node).noalias() -= lower(*node).transpose().lazyProduct(part(nodes_[node->parent]));
+    segment(*node).noalias() -= lower(*node).transpose().lazyProduct(segment(nodes_[node->parent]));
   }
-  for (std::size_t i = 0; i < place_of_velocity_.size(); ++i) v[Index(i)] = x[place_of_velocity_[i]];
-  for (std::size_t i = 0; i < place_of_row_.size(); ++i) l[Index(i)] = place_of_row_[i] >= 0 ? x[place_of_row_[i]] : 0;
+  for (std::size_t i = 0; i < slot_of_velocity_.size(); ++i) v[Index(i)] = x[slot_of_velocity_[i]];
+  for (std::size_t i = 0; i < slot_of_row_.size(); ++i) l[Index(i)] = slot_of_row_[i] >= 0 ? x[slot_of_row_[i]] : 0;
 }
 
 }  // namespace lockstep::oracle

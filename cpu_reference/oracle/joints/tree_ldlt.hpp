@@ -28,7 +28,7 @@ class TreeLdlt {
   /// Rows of joints that were left out, rising.
   const std::vector<Eigen::Index>& left_out() const { return left_out_; }
 
-  Eigen::Index velocities() const { return static_cast<Eigen::Index>(place_of_velocity_.size()); }
+  Eigen::Index velocities() const { return static_cast<Eigen::Index>(slot_of_velocity_.size()); }
 
   /// Numbers that the factors hold.
   std::size_t stored() const { return data_.size(); }
@@ -38,9 +38,9 @@ class TreeLdlt {
   struct Node {
     bool is_joint;
     std::uint32_t index;                // of the body or of the joint
-    std::uint32_t parent = none;        // place in nodes_
+    std::uint32_t parent = none;        // slot in nodes_
     Eigen::Index first = 0, size = 0;   // of its part of the vectors
-    std::size_t factor = 0, lower = 0;  // places in data_ of the Cholesky factor of +-D, and of L
+    std::size_t factor = 0, lower = 0;  // slots in data_ of the Cholesky factor of +-D, and of L
     bool left_out = false;
   };
 
@@ -49,8 +49,8 @@ class TreeLdlt {
   void factorise();
   void eliminate(Node& node);
 
-  std::vector<Node> nodes_;                                     // children before their parents
-  std::vector<Eigen::Index> place_of_velocity_, place_of_row_;  // in the vectors; -1 of a row that is left out
+  std::vector<Node> nodes_;                                   // children before their parents
+  std::vector<Eigen::Index> slot_of_velocity_, slot_of_row_;  // in the vectors; -1 of a row that is left out
   std::vector<double> data_;
   std::vector<Eigen::Index> left_out_;
   Eigen::Index size_ = 0;

@@ -176,23 +176,23 @@ SolveReport baraff(const BoxedLcp& problem, const SolveLimits& limits, VectorXd&
   DirectSolve solve(unbounded, limits);
   SolveReport report;
   report.residual = infinity;
-  VectorXd now = VectorXd::Zero(n);
-  z = now;
+  VectorXd current = VectorXd::Zero(n);
+  z = current;
   for (int freeze = 0; freeze < most_freezes; ++freeze) {
     VectorXd low(n), high(n);
     for (Index i = 0; i < n; ++i) {
       const double size = measure.scale()[i] * solve.unit();
-      low[i] = problem.low_at(i, now) / size;
-      high[i] = problem.high_at(i, now) / size;
+      low[i] = problem.low_at(i, current) / size;
+      high[i] = problem.high_at(i, current) / size;
     }
     Pivoting pivoting(solve, low, high);
     const Stop why = pivoting.run();
-    now = solve.unit() * pivoting.x().cwiseProduct(measure.scale());
-    const double found = measure(now);
+    current = solve.unit() * pivoting.x().cwiseProduct(measure.scale());
+    const double found = measure(current);
     report.residuals.push_back(found);
     const bool better = found < report.residual;
     if (better) {
-      z = now;
+      z = current;
       report.residual = found;
     }
     report.stop = why == Stop::tolerance ? Stop::stall : why;

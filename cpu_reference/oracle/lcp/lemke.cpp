@@ -39,19 +39,19 @@ class Tableau {
   Tableau(const Lcp& p, const VectorXd& d)
       : n_(p.size()), original_(n_, 2 * n_ + 2), basis_(static_cast<std::size_t>(n_)) {
     original_ << MatrixXd::Identity(n_, n_), -p.m, -d, p.q;
-    now_ = original_;
+    current_ = original_;
     for (Index i = 0; i < n_; ++i) basis_[std::size_t(i)] = i;
   }
 
   Index artificial() const { return 2 * n_; }
   Index complement(Index variable) const { return variable < n_ ? variable + n_ : variable - n_; }
-  double value(Index row) const { return now_(row, 2 * n_ + 1); }
+  double value(Index row) const { return current_(row, 2 * n_ + 1); }
 
   /// The row that lets the artificial variable in and keeps all others lexicographically positive: of the smallest q /
   /// d, the last among equals, for the rows of the identity break the tie.
   Index first_row() const {
     Index row = 0;
-    const auto ratio = [&](Index i) { return -value(i) / now_(i, artificial()); };
+    const auto ratio = [&](Index i) { return -value(i) / current_(i, artificial()); };
     for (Index i = 1; i < n_; ++i) {
       if (ratio(i) <= ratio(row)) row = i;
     }
@@ -62,7 +62,7 @@ class Tableau {
   Index leaving_row(Index column) const {
     std::vector<Index> rows;
     for (Index i = 0; i < n_; ++i) {
-      if (now_(i, column) > smallest_pivot) rows.push_back(i);
+      if (current_(i, column) > smallest_pivot) rows.push_back(i);
     }
     keep_smallest(rows, column, 2 * n_ + 1);
     for (const Index i : rows) {
@@ -74,10 +74,10 @@ class Tableau {
 
   /// `column` enters in this row; what leaves is returned.
   Index pivot(Index row, Index column) {
-    now_.row(row) /= now_(row, column);
-    VectorXd factors = now_.col(column);
+    current_.row(row) /= current_(row, column);
+    VectorXd factors = current_.col(column);
     factors[row] = 0;
-    now_.noalias() -= factors * now_.row(row).eval();
+    current_.noalias() -= factors * current_.row(row).eval();
     std::swap(basis_[std::size_t(row)], column);
     if (++pivots_ % refresh_every == 0) refresh();
     return column;
@@ -95,14 +95,15 @@ class Tableau {
  private:
   void keep_smallest(std::vector<Index>& rows, Index column, Index by) const {
     double least = std::numeric_limits<double>::infinity();
-    for (const Index i : rows) least = std::min(least, now_(i, by) / now_(i, column));
-    std::erase_if(rows, [&](Index i) { return now_(i, by) / now_(i, column) > least + tie * (1 + std::abs(least)); });
+    for (const Index i : rows) least = std::min(least, current_(i, by) / current_(i, column));
+    std::erase_if(rows,
+                  [&](Index i) { return current_(i, by) / current_(i, column) > least + tie * (1 + std::abs(least)); });
   }
 
-  void refresh() { now_ = solve_by_lu(original_(Eigen::all, basis_), original_); }
+  void refresh() { current_ = solve_by_lu(original_(Eigen::all, basis_), original_); }
 
   Index n_;
-  MatrixXd original_, now_;
+  MatrixXd original_, current_;
   std::vector<Index> basis_;  // the variable of each row
   std::uint32_t pivots_ = 0;
 };

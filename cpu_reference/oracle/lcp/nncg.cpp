@@ -18,8 +18,8 @@ SolveReport nncg(const BoxedLcp& problem, const SolveLimits& limits, VectorXd& z
     VectorXd swept = z;
     gauss_seidel_sweep(problem, 1, swept);
     const VectorXd g = z - swept;
-    const double now = g.cwiseQuotient(watch.measure().scale()).squaredNorm();
-    const double beta = before > 0 ? now / before : 0;
+    const double current = g.cwiseQuotient(watch.measure().scale()).squaredNorm();
+    const double beta = before > 0 ? current / before : 0;
     stop = watch.stop_after(swept);  // the direction may leave the box
     if (beta > 1) {
       p.setZero();
@@ -28,7 +28,7 @@ SolveReport nncg(const BoxedLcp& problem, const SolveLimits& limits, VectorXd& z
       z = swept + beta * p;
       p = beta * p - g;
     }
-    before = now;
+    before = current;
   }
   return watch.finish(z);
 }

@@ -35,11 +35,11 @@ bool Watch::start(const VectorXd& z) {
 }
 
 bool Watch::stop_after(const VectorXd& z) {
-  const double now = measure_(z);
+  const double current = measure_(z);
   ++report_.iterations;
-  report_.residuals.push_back(now);
-  if (now < report_.residual) {
-    report_.residual = now;
+  report_.residuals.push_back(current);
+  if (current < report_.residual) {
+    report_.residual = current;
     best_ = z;
   }
   if (report_.residual < gain * milestone_) {

@@ -16,7 +16,7 @@ class FrictionBox {
   explicit FrictionBox(const Multibody& system);
 
   /// Unknowns: normal, first and second tangent of each contact; dry rows of joints; then the joints' rows, which are
-  /// free. Splittings visit them in this order.
+  /// free. Splittings solve them in this order.
   lcp::BoxedLcp boxed() const;
 
   Vector3d impulse(std::size_t contact, const VectorXd& z) const;

@@ -1,5 +1,5 @@
 // The equations of implicit_step.hpp, for numbers and for numbers with derivatives: all of them at the step's end, or
-// with poses held at an iterate, and gaps and joints linearised there.
+// with poses frozen at an iterate, and gaps and joints linearised there.
 #pragma once
 
 #include <cmath>
@@ -39,7 +39,7 @@ struct BodyAt {
 
 /// (1 + dt/2 w) Q, normalised, as a matrix.
 template <class T>
-Mat3<T> turned(const Eigen::Quaterniond& q, const Vec3<T>& w, double dt) {
+Mat3<T> rotation_after(const Eigen::Quaterniond& q, const Vec3<T>& w, double dt) {
   const Vec3<T> half = w * T(0.5 * dt), im = as<T>(q.vec());
   const T re = T(T(q.w()) - half.dot(im));
   const Vec3<T> v = half * T(q.w()) + im + half.cross(im);
@@ -53,7 +53,7 @@ Mat3<T> turned(const Eigen::Quaterniond& q, const Vec3<T>& w, double dt) {
 /// A body at the end of a step with these velocities.
 template <class T>
 BodyAt<T> body_at(const ImplicitBody& body, const Vec3<T>& v, const Vec3<T>& w, double dt) {
-  return {as<T>(body.x) + v * T(dt), v, w, turned(body.q, w, dt)};
+  return {as<T>(body.x) + v * T(dt), v, w, rotation_after(body.q, w, dt)};
 }
 
 /// What a contact is at a pose. The normal is from b to a.
@@ -128,10 +128,10 @@ class Equations {
  public:
   using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
 
-  /// `held`: the y at which the step is linearised; null: the nonlinear step. All are kept by reference.
-  Equations(const ImplicitSystem& system, const RowSizes& sizes, const Vector& y, const VectorXd* held)
-      : system_(system), sizes_(sizes), y_(y), held_(held), f_(y.size()) {
-    for (const ImplicitBody& body : system.bodies) place(body);
+  /// `frozen`: the y at which the step is linearised; null: the nonlinear step. All are kept by reference.
+  Equations(const ImplicitSystem& system, const RowSizes& sizes, const Vector& y, const VectorXd* frozen)
+      : system_(system), sizes_(sizes), y_(y), frozen_(frozen), f_(y.size()) {
+    for (const ImplicitBody& body : system.bodies) add_body(body);
     for (std::size_t i = 0; i < system.contacts.size(); ++i) add_contact(i);
     for (std::size_t i = 0; i < system.joints.size(); ++i) add_joint(i);
     next_ = 0;
@@ -143,49 +143,50 @@ class Equations {
  private:
   Vec3<T> unknown(Index at) const { return y_.template segment<3>(at); }
 
-  void place(const ImplicitBody& body) {
+  void add_body(const ImplicitBody& body) {
     const double dt = system_.dt;
     const bool moves = body.mass > 0;
     const Vec3<T> zero = as<T>(Vector3d::Zero());
-    now_.push_back(moves ? body_at<T>(body, unknown(next_), unknown(next_ + 3), dt) : body_at<T>(body, zero, zero, dt));
-    if (held_) {
-      const Vector3d v = moves ? held_->segment<3>(next_).eval() : Vector3d::Zero().eval();
-      const Vector3d w = moves ? held_->segment<3>(next_ + 3).eval() : Vector3d::Zero().eval();
+    current_.push_back(moves ? body_at<T>(body, unknown(next_), unknown(next_ + 3), dt)
+                             : body_at<T>(body, zero, zero, dt));
+    if (frozen_) {
+      const Vector3d v = moves ? frozen_->segment<3>(next_).eval() : Vector3d::Zero().eval();
+      const Vector3d w = moves ? frozen_->segment<3>(next_ + 3).eval() : Vector3d::Zero().eval();
       before_.push_back(body_at<T>(body, as<T>(v), as<T>(w), dt));
-      now_.back().x = before_.back().x;
-      now_.back().r = before_.back().r;
+      current_.back().x = before_.back().x;
+      current_.back().r = before_.back().r;
     }
     push_.push_back(as<T>(Vector3d(dt * body.force)));
     twist_.push_back(as<T>(Vector3d(dt * body.torque)));
     next_ += moves ? 6 : 0;
   }
 
-  void give(std::size_t body, const Vec3<T>& arm, const Vec3<T>& impulse, const Vec3<T>& moment) {
+  void apply_impulse(std::size_t body, const Vec3<T>& arm, const Vec3<T>& impulse, const Vec3<T>& moment) {
     push_[body] += impulse;
     twist_[body] += arm.cross(impulse) + moment;
   }
 
   void add_contact(std::size_t i) {
     const SurfaceContact& contact = system_.contacts[i];
-    const BodyAt<T>&a = now_[contact.body_a], &b = now_[contact.body_b];
+    const BodyAt<T>&a = current_[contact.body_a], &b = current_[contact.body_b];
     ContactAt<T> c = contact_at(contact, a, b, sizes_.across[i]);
     const Vec3<T> u = velocity_between(a, c.arm_a, b, c.arm_b);
-    if (held_) {
+    if (frozen_) {
       const Vec3<T> then = velocity_between(before_[contact.body_a], c.arm_a, before_[contact.body_b], c.arm_b);
       c.gap = T(c.gap + T(system_.dt) * T(c.normal.dot(u - then)));
     }
     const Vec3<T> p = unknown(next_);
-    rub(contact.friction, T(1 / sizes_.mobility[i]), p, T(c.gap / T(system_.dt)), T(c.tangent_1.dot(u)),
-        T(c.tangent_2.dot(u)));
+    add_coulomb(contact.friction, T(1 / sizes_.mobility[i]), p, T(c.gap / T(system_.dt)), T(c.tangent_1.dot(u)),
+                T(c.tangent_2.dot(u)));
     const Vec3<T> impulse = c.normal * p[0] + c.tangent_1 * p[1] + c.tangent_2 * p[2];
     const Vec3<T> no_moment = as<T>(Vector3d::Zero());
-    give(contact.body_a, c.arm_a, impulse, no_moment);
-    give(contact.body_b, c.arm_b, -impulse, no_moment);
+    apply_impulse(contact.body_a, c.arm_a, impulse, no_moment);
+    apply_impulse(contact.body_b, c.arm_b, -impulse, no_moment);
     next_ += 3;
   }
 
   // (42, 43): p_n = max(0, x_n), p_f = P_D(mu max(0, x_n))(x_f), x = p - rho (closing, nu)
-  void rub(double friction, const T& rho, const Vec3<T>& p, const T& closing, const T& nu_1, const T& nu_2) {
+  void add_coulomb(double friction, const T& rho, const Vec3<T>& p, const T& closing, const T& nu_1, const T& nu_2) {
     const T x_n = T(p[0] - rho * closing), x_1 = T(p[1] - rho * nu_1), x_2 = T(p[2] - rho * nu_2);
     const double length = std::hypot(value_of(x_1), value_of(x_2));
     if (!(value_of(x_n) > 0)) {
@@ -205,13 +206,13 @@ class Equations {
 
   void add_joint(std::size_t i) {
     const ImplicitJoint& joint = system_.joints[i];
-    const BodyAt<T>&a = now_[joint.body_a], &b = now_[joint.body_b];
+    const BodyAt<T>&a = current_[joint.body_a], &b = current_[joint.body_b];
     const T dt = T(system_.dt);
     JointAt<T> j = joint_at(joint, a, b);
-    const Vec3<T> u = velocity_between(a, j.arm_a, b, j.arm_b), turn = a.w - b.w;
-    if (held_) {
+    const Vec3<T> u = velocity_between(a, j.arm_a, b, j.arm_b), relative_w = a.w - b.w;
+    if (frozen_) {
       const BodyAt<T>&then_a = before_[joint.body_a], &then_b = before_[joint.body_b];
-      const Vec3<T> du = u - velocity_between(then_a, j.arm_a, then_b, j.arm_b), dw = turn - then_a.w + then_b.w;
+      const Vec3<T> du = u - velocity_between(then_a, j.arm_a, then_b, j.arm_b), dw = relative_w - then_a.w + then_b.w;
       j.error += du * dt;
       j.tilt_1 = T(j.tilt_1 + dt * T(j.across_1.dot(dw)));
       j.tilt_2 = T(j.tilt_2 + dt * T(j.across_2.dot(dw)));
@@ -220,9 +221,9 @@ class Equations {
     const Vec3<T> impulse = unknown(next_);
     Vec3<T> moment = as<T>(Vector3d::Zero());
     next_ += 3;
-    if (joint.hinge) moment = add_hinge(i, j, T(j.axis.dot(turn)));
-    give(joint.body_a, j.arm_a, impulse, moment);
-    give(joint.body_b, j.arm_b, -impulse, -moment);
+    if (joint.hinge) moment = add_hinge(i, j, T(j.axis.dot(relative_w)));
+    apply_impulse(joint.body_a, j.arm_a, impulse, moment);
+    apply_impulse(joint.body_b, j.arm_b, -impulse, -moment);
   }
 
   // Two axes that stay parallel, and dry friction of at most dt times `dry` against the turning nu (44).
@@ -245,23 +246,23 @@ class Equations {
   void add_body(std::size_t i) {
     const ImplicitBody& body = system_.bodies[i];
     if (!(body.mass > 0)) return;
-    const Mat3<T> half = now_[i].r * as<T>(body.inertia), inertia = half * now_[i].r.transpose();
-    const Vec3<T> w = held_ ? before_[i].w : now_[i].w, spin = inertia * w;
-    const Vec3<T> gained = inertia * (now_[i].w - as<T>(body.w)) + w.cross(spin) * T(system_.dt);
-    const double turning = std::sqrt(body.mass * body.inertia.diagonal().maxCoeff());
-    f_.template segment<3>(next_) = now_[i].v - as<T>(body.v) - push_[i] * T(1 / body.mass);
-    f_.template segment<3>(next_ + 3) = (gained - twist_[i]) * T(1 / turning);
+    const Mat3<T> half = current_[i].r * as<T>(body.inertia), inertia = half * current_[i].r.transpose();
+    const Vec3<T> w = frozen_ ? before_[i].w : current_[i].w, angular_momentum = inertia * w;
+    const Vec3<T> gained = inertia * (current_[i].w - as<T>(body.w)) + w.cross(angular_momentum) * T(system_.dt);
+    const double angular_scale = std::sqrt(body.mass * body.inertia.diagonal().maxCoeff());
+    f_.template segment<3>(next_) = current_[i].v - as<T>(body.v) - push_[i] * T(1 / body.mass);
+    f_.template segment<3>(next_ + 3) = (gained - twist_[i]) * T(1 / angular_scale);
     next_ += 6;
   }
 
   const ImplicitSystem& system_;
   const RowSizes& sizes_;
   const Vector& y_;
-  const VectorXd* held_;
+  const VectorXd* frozen_;
   Vector f_;
   Index next_ = 0;
-  std::vector<BodyAt<T>> now_, before_;  // before: with the velocities that led to the held pose
-  std::vector<Vec3<T>> push_, twist_;    // impulses, and moments about the centre of mass
+  std::vector<BodyAt<T>> current_, before_;  // before: with the velocities that led to the frozen pose
+  std::vector<Vec3<T>> push_, twist_;        // impulses, and moments about the centre of mass
 };
 
 }  // namespace lockstep::oracle::models

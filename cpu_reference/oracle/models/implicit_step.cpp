@@ -32,17 +32,17 @@ RowSizes row_sizes(const ImplicitSystem& system) {
     const ImplicitBody &a = system.bodies[c.body_a], &b = system.bodies[c.body_b];
     const ContactAt<double> any = contact_at<double>(c, start_of(a), start_of(b), Vector3d(0.6, 0.7, 0.4));
     sizes.across.push_back(tangents(any.normal).col(0));
-    const Vector3d turn_a = any.arm_a.cross(any.normal), turn_b = any.arm_b.cross(any.normal);
-    sizes.mobility.push_back(inverse_mass(a) + inverse_mass(b) + turn_a.dot(inverse_inertia(a) * turn_a) +
-                             turn_b.dot(inverse_inertia(b) * turn_b));
+    const Vector3d moment_a = any.arm_a.cross(any.normal), moment_b = any.arm_b.cross(any.normal);
+    sizes.mobility.push_back(inverse_mass(a) + inverse_mass(b) + moment_a.dot(inverse_inertia(a) * moment_a) +
+                             moment_b.dot(inverse_inertia(b) * moment_b));
   }
   for (const ImplicitJoint& j : system.joints) {
     const ImplicitBody &a = system.bodies[j.body_a], &b = system.bodies[j.body_b];
-    const Eigen::Matrix3d turning = inverse_inertia(a) + inverse_inertia(b);
-    const double largest = largest_eigenvalue(turning);
+    const Eigen::Matrix3d angular_mobility = inverse_inertia(a) + inverse_inertia(b);
+    const double largest = largest_eigenvalue(angular_mobility);
     sizes.radius.push_back(std::sqrt((inverse_mass(a) + inverse_mass(b)) / largest));
     const Vector3d axis = a.q * j.axis_a;
-    sizes.mobility.push_back(axis.dot(turning * axis));
+    sizes.mobility.push_back(axis.dot(angular_mobility * axis));
   }
   return sizes;
 }
@@ -72,28 +72,28 @@ class Solver {
     }
   }
 
-  double residual(const VectorXd& y, const VectorXd* held) const {
-    const VectorXd f = Equations<double>(system_, sizes_, y, held).left_side();
+  double residual(const VectorXd& y, const VectorXd* frozen) const {
+    const VectorXd f = Equations<double>(system_, sizes_, y, frozen).left_side();
     const double largest = f.size() > 0 ? f.cwiseAbs().maxCoeff() : 0;
     return speed_ > 0 ? largest / speed_ : largest;
   }
 
-  // Newton's method; `held` as in Equations. True where the tolerance was reached, in `x` the best.
-  bool newton(VectorXd& x, const VectorXd* held, double tolerance, SolveReport* report) {
+  // Newton's method; `frozen` as in Equations. True where the tolerance was reached, in `x` the best.
+  bool newton(VectorXd& x, const VectorXd* frozen, double tolerance, SolveReport* report) {
     VectorXd best = x;
-    double least = residual(x, held);
+    double least = residual(x, frozen);
     for (std::uint32_t iteration = 0;; ++iteration) {
-      const double now = residual(x, held);
-      if (now < least) {
-        least = now;
+      const double current = residual(x, frozen);
+      if (current < least) {
+        least = current;
         best = x;
       }
       if (report) {
         report->iterations = iteration;
-        report->residuals.push_back(now);
+        report->residuals.push_back(current);
       }
-      if (now <= tolerance || iteration >= most_steps(report) || seconds() > limits_.seconds) break;
-      if (!step(x, held)) break;
+      if (current <= tolerance || iteration >= most_steps(report) || seconds() > limits_.seconds) break;
+      if (!step(x, frozen)) break;
     }
     x = best;
     return least <= tolerance;
@@ -101,8 +101,8 @@ class Solver {
 
   double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
 
-  SolveReport finish(SolveReport report, const VectorXd* held) {
-    report.residual = residual(y_, held);
+  SolveReport finish(SolveReport report, const VectorXd* frozen) {
+    report.residual = residual(y_, frozen);
     report.seconds = seconds();
     const bool out_of_limits = report.iterations >= limits_.iterations || report.seconds > limits_.seconds;
     report.stop = report.residual <= limits_.tolerance ? Stop::tolerance : out_of_limits ? Stop::limit : Stop::stall;
@@ -115,11 +115,11 @@ class Solver {
   std::uint32_t most_steps(const SolveReport* report) const { return report ? limits_.iterations : 100; }
 
   // False where no step length lowers the sum of squares.
-  bool step(VectorXd& x, const VectorXd* held) const {
+  bool step(VectorXd& x, const VectorXd* frozen) const {
     const Index n = x.size();
     Numbers numbers(n);
     for (Index i = 0; i < n; ++i) numbers[i] = Number(x[i], n, i);
-    const Numbers f = Equations<Number>(system_, sizes_, numbers, held).left_side();
+    const Numbers f = Equations<Number>(system_, sizes_, numbers, frozen).left_side();
     VectorXd values(n);
     MatrixXd jacobian = MatrixXd::Zero(n, n);
     for (Index i = 0; i < n; ++i) {
@@ -131,7 +131,7 @@ class Solver {
     const double merit = values.norm();
     for (double length = 1; length > 1e-4; length *= 0.5) {
       const VectorXd next = x + length * d;
-      if (Equations<double>(system_, sizes_, next, held).left_side().norm() >= (1 - 1e-4 * length) * merit) continue;
+      if (Equations<double>(system_, sizes_, next, frozen).left_side().norm() >= (1 - 1e-4 * length) * merit) continue;
       x = next;
       return true;
     }
@@ -165,16 +165,16 @@ SolveReport implicit_newton(const ImplicitSystem& system, const SolveLimits& lim
 SolveReport implicit_fixed_point(const ImplicitSystem& system, const SolveLimits& limits, VectorXd& y) {
   Solver solver(system, limits, y);
   SolveReport report;
-  VectorXd x = y, held = VectorXd::Zero(y.size());
+  VectorXd x = y, frozen = VectorXd::Zero(y.size());
   double least = solver.residual(y, nullptr);
   while (least > limits.tolerance && report.iterations < limits.iterations && solver.seconds() <= limits.seconds) {
-    if (!solver.newton(x, &held, 0.1 * limits.tolerance, nullptr)) break;
-    held = x;
-    const double now = solver.residual(x, nullptr);
+    if (!solver.newton(x, &frozen, 0.1 * limits.tolerance, nullptr)) break;
+    frozen = x;
+    const double current = solver.residual(x, nullptr);
     ++report.iterations;
-    report.residuals.push_back(now);
-    if (now < least) {
-      least = now;
+    report.residuals.push_back(current);
+    if (current < least) {
+      least = current;
       y = x;
     }
   }

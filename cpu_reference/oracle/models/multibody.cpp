@@ -89,17 +89,17 @@ JointElimination::JointElimination(const Rows& rows, const Multibody& system) : 
   inverse_ = inverse;
   VectorXd u = rows.joint * rows.free_velocity;
   for (Index i = 0; i < n; ++i) u[i] += system.joint_rows[std::size_t(i)].bias;
-  alone_ = -joints_answer(u);
+  alone_ = -joints_response(u);
   velocity_ += inverse_mass_joints_ * alone_;
 }
 
-MatrixXd JointElimination::joints_answer(const MatrixXd& u) const {
+MatrixXd JointElimination::joints_response(const MatrixXd& u) const {
   return scale_.asDiagonal() * product(inverse_, scale_.asDiagonal() * u);
 }
 
 MatrixXd JointElimination::delassus(const MatrixXd& jacobian) const {
   const MatrixXd mobility = rows_.inertia_times(jacobian), coupling = product(rows_.joint, mobility);
-  const MatrixXd w = product(jacobian, mobility) - transposed_product(coupling, joints_answer(coupling));
+  const MatrixXd w = product(jacobian, mobility) - transposed_product(coupling, joints_response(coupling));
   return 0.5 * (w + w.transpose());
 }
 
@@ -107,12 +107,12 @@ VectorXd JointElimination::free_velocity(const MatrixXd& jacobian) const { retur
 
 VectorXd JointElimination::velocities(const MatrixXd& jacobian, const VectorXd& impulses) const {
   const VectorXd change = rows_.inertia_times(jacobian) * impulses;
-  return velocity_ + change - inverse_mass_joints_ * joints_answer(rows_.joint * change);
+  return velocity_ + change - inverse_mass_joints_ * joints_response(rows_.joint * change);
 }
 
 VectorXd JointElimination::joint_impulses(const MatrixXd& jacobian, const VectorXd& impulses) const {
   if (rows_.joint.rows() == 0) return {};
-  return alone_ - joints_answer(rows_.joint * (rows_.inertia_times(jacobian) * impulses));
+  return alone_ - joints_response(rows_.joint * (rows_.inertia_times(jacobian) * impulses));
 }
 
 }  // namespace lockstep::oracle::models

@@ -90,7 +90,7 @@ class JointElimination {
   VectorXd joint_impulses(const MatrixXd& jacobian, const VectorXd& impulses) const;
 
  private:
-  MatrixXd joints_answer(const MatrixXd& joint_velocities) const;  // G^-1 x
+  MatrixXd joints_response(const MatrixXd& joint_velocities) const;  // G^-1 x
 
   const Rows& rows_;
   MatrixXd inverse_mass_joints_;  // M^-1 J_b^T

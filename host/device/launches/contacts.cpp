@@ -44,8 +44,8 @@ bool is_large(const LaunchPlan& plan, u32 joint_phase) {
 }
 
 // The same for phases of joints, which are known: the large ones come first.
-void visit_joints(Launcher& launcher, u32 phase, u32 phases, std::string_view phase_kernel,
-                  std::string_view tail_kernel) {
+void launch_joint_phases(Launcher& launcher, u32 phase, u32 phases, std::string_view phase_kernel,
+                         std::string_view tail_kernel) {
   const LaunchPlan& plan = launcher.plan();
   for (; phase < phases && is_large(plan, phase); ++phase) {
     const u32 begin = plan.joint_phases[phase], end = plan.joint_phases[phase + 1];
@@ -56,26 +56,26 @@ void visit_joints(Launcher& launcher, u32 phase, u32 phases, std::string_view ph
 
 // Those that no articulation solves alone.
 void sweep_joints(Launcher& launcher, std::string_view phase_kernel, std::string_view tail_kernel) {
-  visit_joints(launcher, 0, launcher.plan().swept_joint_phases, phase_kernel, tail_kernel);
+  launch_joint_phases(launcher, 0, launcher.plan().swept_joint_phases, phase_kernel, tail_kernel);
 }
 
 void warm_joints(Launcher& launcher) {
   const u32 swept = launcher.plan().swept_joint_phases, all = launcher.plan().sizes.joint_phases;
-  visit_joints(launcher, 0, swept, "warm_joints", "warm_joint_tail");
-  visit_joints(launcher, swept, all, "warm_joints", "warm_joint_tail");
+  launch_joint_phases(launcher, 0, swept, "warm_joints", "warm_joint_tail");
+  launch_joint_phases(launcher, swept, all, "warm_joints", "warm_joint_tail");
 }
 
-// A pass of Jacobi's method: all pairs at once on parts of their bodies, then the bodies whole again.
-void pass_over_parts(Launcher& launcher, std::string_view kernel) {
+// A pass of Jacobi's method: all pairs at once on copies of their bodies, then the bodies whole again.
+void pass_over_body_copies(Launcher& launcher, std::string_view kernel) {
   const LaunchPlan& plan = launcher.plan();
   launcher.run(kernel, plan.blocks * (PACK / plan.lanes));
-  launcher.run("mean_parts", plan.sizes.bodies, {{"bodies", plan.sizes.bodies}});
+  launcher.run("average_body_copies", plan.sizes.bodies, {{"bodies", plan.sizes.bodies}});
 }
 
 // Room for a velocity of each side of each pair.
-void make_room_for_parts(Launcher& launcher) {
+void make_room_for_body_copies(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
-  launcher.scratch("body_parts", std::size_t{plan.sizes.contacts} * 2 * 8 * plan.real_words);
+  launcher.scratch("body_copies", std::size_t{plan.sizes.contacts} * 2 * 8 * plan.real_words);
 }
 
 // Whether one work-group does all sweeps.
@@ -101,16 +101,16 @@ void end_sweep(Launcher& launcher, u32 sweep) {
   launcher.run("end_sweep", 1, {{"is_last", sweep + 1 == plan.counts.iterations ? 1u : 0u}});
 }
 
-void solve_by_parts(Launcher& launcher) {
+void solve_by_body_copies(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
-  make_room_for_parts(launcher);
+  make_room_for_body_copies(launcher);
   if (is_fused(plan))
-    return launcher.run_group("solve_parts_group", {{"bodies", plan.sizes.bodies},
-                                                    {"joint_phase_count", plan.swept_joint_phases},
-                                                    {"sweeps", plan.counts.iterations}});
+    return launcher.run_group("solve_body_copies_group", {{"bodies", plan.sizes.bodies},
+                                                          {"joint_phase_count", plan.swept_joint_phases},
+                                                          {"sweeps", plan.counts.iterations}});
   for (u32 i = 0; i < plan.counts.iterations; ++i) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
-    pass_over_parts(launcher, "solve_parts");
+    pass_over_body_copies(launcher, "solve_body_copies");
     end_sweep(launcher, i);
   }
 }
@@ -130,9 +130,9 @@ void solve_by_dense_matrix(Launcher& launcher) {
                               {{"rounds", rounds}, {"sweeps", sweeps}, {"joint_phase_count", plan.swept_joint_phases}});
 
   const auto measure = [&] { launcher.run("dense_measure", std::max(plan.contacts, plan.blocks * PACK)); };
-  const auto give_to_bodies = [&] {
+  const auto apply_to_bodies = [&] {
     launcher.run("dense_finish", plan.contacts);
-    sweep(launcher, "dense_give_color", "dense_give_tail", {{"first_color", plan.colors}});
+    sweep(launcher, "dense_apply_color", "dense_apply_tail", {{"first_color", plan.colors}});
   };
   launcher.run("dense_matrix", plan.sizes.coupled_tiles * (PACK / plan.lanes));
   measure();
@@ -140,10 +140,10 @@ void solve_by_dense_matrix(Launcher& launcher) {
     sweep_joints(launcher, "solve_joints", "solve_joint_tail");
     if (jointed) measure();
     launcher.run_groups("dense_sweep", plan.sizes.worlds, {{"sweeps", sweeps}});
-    if (jointed) give_to_bodies();
+    if (jointed) apply_to_bodies();
     if (one_by_one) end_sweep(launcher, i);
   }
-  if (!jointed) give_to_bodies();
+  if (!jointed) apply_to_bodies();
 }
 
 }  // namespace
@@ -209,18 +209,18 @@ void launch_pack_contacts(Launcher& launcher) {
   launcher.run_chunks("pack_count", chunks);
   launcher.scan("pack_counts", words);
   launcher.run_group("pack_starts");
-  launcher.run_chunks("pack_place", chunks);
+  launcher.run_chunks("pack_scatter", chunks);
   launcher.run("pack_find", plan.blocks * PACK);
 }
 
 void launch_split_bodies(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   const u32 sides = plan.blocks * 2 * PACK;
-  launcher.scratch("part_arrivals", std::size_t{plan.sizes.blocks} * 2 * PACK);
-  launcher.scratch("part_sides", std::size_t{plan.sizes.contacts} * 2);
+  launcher.scratch("copy_arrivals", std::size_t{plan.sizes.blocks} * 2 * PACK);
+  launcher.scratch("copy_sides", std::size_t{plan.sizes.contacts} * 2);
   launcher.run("split_clear", plan.sizes.bodies + 1);
   launcher.run("split_count", sides);
-  launcher.scan("part_starts", plan.sizes.bodies + 1);
+  launcher.scan("body_copy_starts", plan.sizes.bodies + 1);
   launcher.run("split_fill", sides);
   launcher.run("split_order", plan.sizes.bodies);
 }
@@ -257,9 +257,9 @@ void launch_factor_articulations(Launcher& launcher) {
 void launch_warm_start(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   if (has(plan.features, Feature::jacobi)) {
-    make_room_for_parts(launcher);
+    make_room_for_body_copies(launcher);
     warm_joints(launcher);
-    return pass_over_parts(launcher, "warm_parts");
+    return pass_over_body_copies(launcher, "warm_body_copies");
   }
   if (is_fused(plan))
     return launcher.run_group("warm_tail", {{"first_phase", 0u}, {"joint_phase_count", plan.sizes.joint_phases}});
@@ -271,7 +271,7 @@ void launch_warm_start(Launcher& launcher) {
 void launch_solve_constraints(Launcher& launcher) {
   if (has(launcher.plan().features, Feature::gradient)) return solve_by_gradient(launcher, is_fused(launcher.plan()));
   if (has(launcher.plan().features, Feature::dense)) return solve_by_dense_matrix(launcher);
-  if (has(launcher.plan().features, Feature::jacobi)) return solve_by_parts(launcher);
+  if (has(launcher.plan().features, Feature::jacobi)) return solve_by_body_copies(launcher);
   const LaunchPlan& plan = launcher.plan();
   if (is_fused(plan))
     return launcher.run_group("solve_tail", {{"first_phase", 0u},
@@ -315,7 +315,7 @@ void launch_close_joints(Launcher& launcher) {
   const bool alone = plan.swept_joint_phases == 0 || (articulations == 0 && !is_large(plan, 0));
   const u32 passes = alone ? 1 : plan.counts.position_sweeps;
   if (articulations > 0) {
-    launcher.scratch("articulation_turns", articulations);
+    launcher.scratch("articulation_angles", articulations);
     make_room_for_closures(launcher);
   }
   for (u32 i = 0; i < passes; ++i) {

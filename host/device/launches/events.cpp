@@ -9,7 +9,7 @@ void launch_find_events(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   launcher.scratch("touch_slots", std::size_t{plan.sizes.pairs} + 1);
   launcher.scratch("touching_starts", std::size_t{plan.sizes.shapes} + 1);
-  launcher.scratch("touching_now", std::size_t{plan.sizes.pairs} * 2);
+  launcher.scratch("current_touching", std::size_t{plan.sizes.pairs} * 2);
   launcher.scratch("event_slots", std::size_t{plan.sizes.pairs} * 2 + 1);
   launcher.run("find_events_mark", plan.pairs + 1);
   launcher.scan("touch_slots", plan.sizes.pairs + 1, COUNTER_PAIRS, plan.pairs + 1);

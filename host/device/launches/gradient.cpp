@@ -17,7 +17,7 @@ void make_room(Launcher& launcher) {
   scratch("gradient_rows", touching ? std::size_t{plan.sizes.rows} * PACK * 7 : 0);
   scratch("gradient_joints", joints * (1 + 2 * (JOINT_ROWS + 1)));
   scratch("gradient_bodies", std::size_t{plan.sizes.bodies} * (8 + 8 + 4));
-  scratch("body_parts", touching ? std::size_t{plan.sizes.contacts} * 2 * 8 : 0);
+  scratch("pair_sides", touching ? std::size_t{plan.sizes.contacts} * 2 * 8 : 0);
   scratch("joint_sides", joints * 2 * 8);
   scratch("descents", std::size_t{plan.sizes.worlds} * 3, std::size_t{plan.sizes.worlds} * 4);
 }

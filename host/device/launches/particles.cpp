@@ -49,7 +49,7 @@ void launch_push_particles(Launcher& launcher) { launcher.run("push_particles", 
 
 void launch_sum_particles(Launcher& launcher) { launcher.run("sum_particles", launcher.plan().sizes.bodies); }
 
-void launch_place_particles(Launcher& launcher) { launcher.run("place_particles", launcher.plan().sizes.particles); }
+void launch_update_particles(Launcher& launcher) { launcher.run("update_particles", launcher.plan().sizes.particles); }
 
 void launch_store_springs(Launcher& launcher) { launcher.run("store_springs", launcher.plan().sizes.particles); }
 

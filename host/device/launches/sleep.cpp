@@ -14,7 +14,7 @@ constexpr u32 bodies_per_item = 16;
 // Of what the last work-group merges; no device has larger ones.
 constexpr u32 largest_group = 8192;
 
-u32 held_pairs(const LaunchPlan& plan) { return std::max(plan.contacts, plan.sizes.joint_blocks * PACK); }
+u32 linked_pairs(const LaunchPlan& plan) { return std::max(plan.contacts, plan.sizes.joint_blocks * PACK); }
 
 u32 counting_items(const LaunchPlan& plan) { return (plan.sizes.bodies + bodies_per_item - 1) / bodies_per_item; }
 
@@ -24,7 +24,7 @@ void launch_wake_islands(Launcher& launcher) {
   const LaunchPlan& plan = launcher.plan();
   launcher.scratch("touched_islands", plan.sizes.bodies);
   launcher.run("wake_clear", plan.sizes.bodies);
-  launcher.run("wake_mark", held_pairs(plan));
+  launcher.run("wake_mark", linked_pairs(plan));
   launcher.run("wake_apply", plan.sizes.bodies);
 }
 
@@ -33,7 +33,7 @@ void launch_fall_asleep(Launcher& launcher) {
   launcher.scratch("island_parents", plan.sizes.bodies);
   launcher.scratch("disturbed_bodies", plan.sizes.bodies);
   launcher.run("sleep_count", counting_items(plan));
-  launcher.run("sleep_join", held_pairs(plan));
+  launcher.run("sleep_join", linked_pairs(plan));
   launcher.run("sleep_roots", plan.sizes.bodies);
   launcher.run("sleep_apply", counting_items(plan));
   if (!has(plan.features, Feature::contacts)) return;
@@ -42,10 +42,10 @@ void launch_fall_asleep(Launcher& launcher) {
   launcher.scratch("keep_sums", std::size_t{2} * largest_group);
   launcher.scratch("merged_keys", std::size_t{plan.sizes.contacts} * 4);
   launcher.scratch("merged_impulses", std::size_t{plan.sizes.contacts} * 4 * plan.real_words);
-  const bool turning = has(plan.features, Feature::turning_friction);
-  if (turning) launcher.scratch("merged_moments", std::size_t{plan.sizes.contacts} * 4 * plan.real_words);
+  const bool has_moments = has(plan.features, Feature::angular_friction);
+  if (has_moments) launcher.scratch("merged_moments", std::size_t{plan.sizes.contacts} * 4 * plan.real_words);
   launcher.run_group("sleep_keep",
-                     {{"merged_moments", std::string_view(turning ? "merged_moments" : "merged_impulses")}});
+                     {{"merged_moments", std::string_view(has_moments ? "merged_moments" : "merged_impulses")}});
 }
 
 }  // namespace lockstep

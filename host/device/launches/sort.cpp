@@ -37,7 +37,7 @@ SortArrays Launcher::sort(SortArrays arrays, u32 count, u32 bits) {
     run_chunks("radix_count", chunks,
                {{"keys", arrays.keys}, {"count", count}, {"shift", shift}, {"digits", digits}, {"chunk", chunk}});
     scan("radix_counts", digits * chunks);
-    run_chunks("radix_place", chunks,
+    run_chunks("radix_scatter", chunks,
                {{"keys", arrays.keys},
                 {"values", arrays.values},
                 {"sorted_keys", arrays.spare_keys},

@@ -1,0 +1,48 @@
+// Where a contact is in the world and how it lies, at the poses that a state has now; in double, for reports, pictures
+// and the library.
+#pragma once
+
+#include <Eigen/Geometry>
+
+#include "host/buffers.hpp"
+#include "host/in_double.hpp"
+
+namespace lockstep {
+
+struct ContactGeometry {
+  Eigen::Vector3d anchor_a, anchor_b;  // m; the surface of a round shape is a radius away from its anchor
+  Eigen::Vector3d normal;              // from b to a, unit
+  double radius_a = 0, radius_b = 0;   // m
+
+  /// On the surface of a, m.
+  Eigen::Vector3d point() const { return anchor_a - radius_a * normal; }
+  /// Of the two surfaces, along the normal, m; negative where they overlap.
+  double gap() const { return normal.dot(anchor_a - anchor_b) - (radius_a + radius_b); }
+};
+
+/// Of a contact in the list. Reads the buffers contacts, contact_points, positions and orientations.
+template <class real>
+ContactGeometry contact_geometry(const Buffers<real>& buffers, u32 index) {
+  const Contact& contact = buffers.contacts[index];
+  const ContactPoint<real>& point = buffers.contact_points[index];
+  const Eigen::Quaterniond orientation_a = rotation(buffers.orientations[contact.body_a]);
+  const Eigen::Quaterniond orientation_b = rotation(buffers.orientations[contact.body_b]);
+  ContactGeometry geometry = {vector3(buffers.positions[contact.body_a]) + orientation_a * vector3(point.anchor_a),
+                              vector3(buffers.positions[contact.body_b]) + orientation_b * vector3(point.anchor_b),
+                              vector3(point.normal), double(point.radius_a), double(point.radius_b)};
+  if (contact.normal == NORMAL_OF_A) geometry.normal = orientation_a * geometry.normal;
+  if (contact.normal == NORMAL_OF_B) geometry.normal = orientation_b * geometry.normal;
+  if (contact.normal == NORMAL_BETWEEN && geometry.anchor_a != geometry.anchor_b)
+    geometry.normal = (geometry.anchor_a - geometry.anchor_b).normalized();
+  return geometry;
+}
+
+/// The impulse on body a that a contact passes on to the next step, world frame, N s. The list of contacts and that of
+/// cached impulses share their order at the end of a step.
+template <class real>
+Eigen::Vector3d contact_impulse(const Buffers<real>& buffers, u32 index, const ContactGeometry& geometry) {
+  const ContactImpulse<real>& impulse = buffers.cached_impulses[index];
+  return double(impulse.normal) * geometry.normal + vector3(&impulse.tangent_x);
+}
+
+}  // namespace lockstep

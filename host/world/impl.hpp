@@ -1,0 +1,232 @@
+// The inside of a World: a scene that says which bodies and joints there are, the engine that simulates it, made anew
+// where some have come or gone, and what is to be done with the next step.
+#pragma once
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include "host/record/recording_writer.hpp"
+#include "host/record/whole_file.hpp"
+#include "host/world/engine.hpp"
+#include "host/world/handles.hpp"
+#include "host/world/validate.hpp"
+
+namespace lockstep {
+
+inline Wrench sum(const Wrench& a, const Wrench& b) {
+  return {exact::add(a.force, b.force), exact::add(a.torque, b.torque)};
+}
+
+struct World::Impl {
+  Scene scene;  // of the bodies as they are now; poses and velocities as they came
+  WorldOptions options;
+  Handles<BodyHandle> bodies{"body"};    // of the scene's bodies
+  Handles<JointHandle> joints{"joint"};  // of its joints
+
+  std::unique_ptr<Engine> engine;
+  IndexMap index_map;  // from the engine's bodies and joints to the scene's
+  bool changed = true;
+  Unsolved unsolved;                // by engines before this one
+  std::vector<BodyHandle> stepped;  // whom the engine's last step was about
+
+  std::map<u32, std::function<Wrench(double)>> loads;  // by id
+  std::map<u32, Wrench> forces;                        // by id, for the next step
+  std::map<u32, Pose> targets;                         // by id, of kinematic bodies, for the next step
+  std::set<u32> arrived;                               // ids that stand still from the next step on
+  bool motors_set = false;                             // some joint may be driven otherwise than the engine knows
+
+  // what the engine holds now, read at most once between two steps, and velocities that it does not have yet
+  std::vector<Pose> poses;
+  std::vector<Twist> velocities;
+  std::map<u32, Twist> new_velocities;  // by index
+  std::vector<BodyContact> contacts;
+  std::vector<BodyEvent> events;
+  bool kept = true;  // the contacts and events of the last step are here; else the engine has them
+
+  std::string recording;       // the path of its first file; empty: nothing is recorded
+  u32 recording_files = 0;     // so far
+  bool recording_due = false;  // with the next step another one begins
+
+  // Nothing has become anything else.
+  void reset_index_map() {
+    index_map.bodies.resize(scene.bodies.size());
+    index_map.joints.resize(scene.joints.size());
+    for (u32 i = 0; i < index_map.bodies.size(); ++i) index_map.bodies[i] = i;
+    for (u32 j = 0; j < index_map.joints.size(); ++j) index_map.joints[j] = j;
+  }
+
+  // The engine, made anew where bodies have come or gone.
+  Engine& ready() {
+    if (changed) {
+      if (scene.bodies.empty()) throw Error(Failure::input, "world", "has no bodies; add one");
+      keep_contacts_and_events();
+      hand_over_velocities();
+      forget_state();
+      if (engine) unsolved.add(engine->unsolved());
+      if (engine) engine->end_recording();
+      engine = make_engine(scene, options, engine.get(), index_map);
+      reset_index_map();
+      changed = false;
+      recording_due = !recording.empty();
+    }
+    return *engine;
+  }
+
+  // A file is of the same bodies throughout.
+  void begin_recording() {
+    if (!std::exchange(recording_due, false)) return;
+    std::filesystem::path path = recording;
+    if (++recording_files > 1) {
+      const std::string number = "." + std::to_string(recording_files), kind = path.extension().string();
+      path.replace_extension(number + kind);
+      expect_writable(path.string(), "the recording", recording_signature);
+    }
+    engine->record(path.string(), scene);
+  }
+
+  void forget_state() {
+    poses.clear();
+    velocities.clear();
+  }
+
+  // Their indices are those of the bodies that the engine has, whatever has come or gone since.
+  void hand_over_velocities() {
+    if (engine) engine->set_velocities(new_velocities);
+    new_velocities.clear();
+  }
+
+  const std::vector<Pose>& current_poses() {
+    Engine& current = ready();
+    if (poses.empty()) poses = current.poses();
+    return poses;
+  }
+
+  const std::vector<Twist>& current_velocities() {
+    Engine& current = ready();
+    if (velocities.empty()) velocities = current.velocities();
+    return velocities;
+  }
+
+  void set_velocity(u32 index, const Twist& velocity) {
+    current_velocities();
+    velocities[index] = new_velocities[index] = engine->rounded(velocity);
+  }
+
+  void keep_contacts_and_events() {
+    if (std::exchange(kept, true)) return;
+    contacts.clear();
+    for (const EngineContact& contact : engine->contacts())
+      contacts.push_back({stepped[contact.body_a], stepped[contact.body_b], contact.shape_a, contact.shape_b,
+                          contact.point, contact.normal, contact.impulse});
+    events.clear();
+    for (const EngineEvent& event : engine->events())
+      events.push_back({event.kind, stepped[event.body_a], stepped[event.body_b]});
+  }
+
+  u32 index_of_kind(BodyHandle body, std::initializer_list<BodyKind> kinds, const char* rule) const {
+    const u32 i = bodies.index(body);
+    if (std::ranges::find(kinds, scene.bodies[i].kind) == kinds.end())
+      throw Error(Failure::input, "body " + std::to_string(body.id), rule);
+    return i;
+  }
+  u32 index_of_dynamic(BodyHandle body) const {
+    return index_of_kind(body, {BODY_DYNAMIC}, "is not dynamic, nothing from outside moves it; give it a velocity");
+  }
+
+  BodyHandle add(const BodyDescription& body) {
+    scene.bodies.push_back(body);
+    changed = true;
+    return bodies.add();
+  }
+
+  // Where a body of the scene stands, without making the engine anew for those that it does not have yet.
+  Pose current_pose(u32 index) {
+    if (index == NONE) return {};
+    if (!changed) return current_poses()[index];
+    const auto had = std::ranges::find(index_map.bodies, index);
+    if (had == index_map.bodies.end()) return {scene.bodies[index].position, scene.bodies[index].orientation};
+    return engine->poses()[static_cast<std::size_t>(had - index_map.bodies.begin())];
+  }
+
+  JointHandle add(JointDescription joint) {
+    validate(joint, scene);
+    joint.reference_poses.reset();
+    if (engine && engine->steps_done() > 0) {
+      const Pose a = current_pose(joint.body_a), b = current_pose(joint.body_b);
+      joint.reference_poses = {a.position, b.position, a.orientation, b.orientation};
+    }
+    scene.joints.push_back(std::move(joint));
+    changed = true;
+    return joints.add();
+  }
+
+  void remove_joint(u32 gone) {
+    scene.joints.erase(scene.joints.begin() + gone);
+    joints.remove(gone);
+    rename_without(index_map.joints, gone);
+    changed = true;
+  }
+
+  // Its joints keep the frames that they have: where bodies stand at load tells those no longer.
+  void teleport(u32 index, const Pose& pose, const Twist& velocity) {
+    const auto pose_at_load = [&](u32 i) {
+      return i == NONE ? Pose{} : Pose{scene.bodies[i].position, scene.bodies[i].orientation};
+    };
+    for (JointDescription& joint : scene.joints) {
+      if (joint.reference_poses || (joint.body_a != index && joint.body_b != index)) continue;
+      const Pose a = pose_at_load(joint.body_a), b = pose_at_load(joint.body_b);
+      joint.reference_poses = {a.position, b.position, a.orientation, b.orientation};
+    }
+    BodyDescription& body = scene.bodies[index];
+    body.position = pose.position;
+    body.orientation = pose.orientation;
+    body.velocity = velocity.linear;
+    body.angular_velocity = velocity.angular;
+    std::ranges::replace(index_map.bodies, index, NONE);
+    changed = true;
+  }
+
+  std::vector<BodyHandle> bodies_in(const VolumeQuery& volume) {
+    std::vector<BodyHandle> found;
+    for (const u32 index : ready().bodies_in(volume)) found.push_back(bodies[index]);
+    return found;
+  }
+
+  u32 index_of(u32 id) const { return bodies.index({id}); }
+
+  // Kernels for forces are only built where there are any.
+  void ask_for_loads() {
+    if (std::exchange(scene.settings.loads, true)) return;
+    changed = true;
+  }
+
+  void act() {
+    Engine& current = ready();
+    begin_recording();
+    for (const u32 id : arrived) set_velocity(index_of(id), {});
+    arrived.clear();
+    for (const auto& [id, pose] : targets) {
+      set_velocity(index_of(id), current.velocity_between(current_poses()[index_of(id)], pose));
+      arrived.insert(id);
+    }
+    targets.clear();
+    hand_over_velocities();
+    if (std::exchange(motors_set, false)) current.set_motors(scene.joints);
+    if (!scene.settings.loads) return;
+    std::map<u32, Wrench> acting;
+    const double middle = (current.steps_done() + 0.5) * scene.settings.dt;
+    for (const auto& [id, load] : loads) {
+      acting[index_of(id)] = load(middle);
+      expect_finite(acting[index_of(id)]);
+    }
+    for (const auto& [id, force] : forces) acting[index_of(id)] = sum(acting[index_of(id)], force);
+    forces.clear();
+    current.set_loads(acting);
+  }
+};
+
+}  // namespace lockstep

@@ -1,0 +1,98 @@
+#include "host/world/validate.hpp"
+
+#include "host/scene/joint_kinds.hpp"
+#include "host/scene/surface.hpp"
+
+namespace lockstep {
+
+void expect_finite(const Wrench& load) {
+  expect_finite(load.force, "force");
+  expect_finite(load.torque, "torque");
+}
+
+void expect_finite(const Twist& velocity) {
+  expect_finite(velocity.linear, "velocity");
+  expect_finite(velocity.angular, "angular velocity");
+}
+
+void expect_unit(const Quaternion& q) {
+  const double length = exact::length(q);
+  if (!(std::abs(length - 1) < 1e-6)) throw Error(Failure::input, "orientation", "must be a unit quaternion");
+}
+
+void validate(const BodyDescription& body, const Scene& scene) {
+  const std::string where = body.name.empty() ? "body" : "body \"" + body.name + "\"";
+  const auto expect = [&](bool good, const char* rule) {
+    if (!good) throw Error(Failure::input, where, rule);
+  };
+  expect_finite(body.position, where.c_str());
+  expect_unit(body.orientation);
+  if (body.kind == BODY_DYNAMIC) {
+    expect(std::isfinite(body.mass) && body.mass > 0, "must have a mass > 0; make_solid() gives it that of its shapes");
+    const Vector3& I = body.inertia;
+    expect(I[0] > 0 && I[1] > 0 && I[2] > 0,
+           "must have moments of inertia > 0; make_solid() gives it those of its shapes");
+    for (unsigned i = 0; i < 3; ++i)
+      expect(I[i] <= (I[(i + 1) % 3] + I[(i + 2) % 3]) * (1 + 1e-9), "breaks the triangle inequality of real inertias");
+  }
+  for (const ShapeDescription& shape : body.shapes) {
+    expect(shape.kind != SHAPE_PLANE || body.kind == BODY_STATIC, "has a plane, and only static bodies may");
+    expect(shape.kind != SHAPE_FACET || body.kind != BODY_DYNAMIC,
+           "has facets of a surface, and only static and kinematic bodies may");
+    expect(shape.kind != SHAPE_FACET || (shape.surface && shape.facet < shape.surface->facets.size()),
+           "has a facet of no surface; facets_of() gives them");
+    expect(shape.material < std::max<std::size_t>(scene.materials.size(), 1), "has a material that the scene does not");
+  }
+}
+
+void validate(const JointDescription& joint, const Scene& scene) {
+  const std::string where = joint.name.empty() ? "joint" : "joint \"" + joint.name + "\"";
+  const auto expect = [&](bool good, const std::string& rule) {
+    if (!good) throw Error(Failure::input, where, rule);
+  };
+  const auto is_dynamic = [&](u32 body) { return body != NONE && scene.bodies[body].kind == BODY_DYNAMIC; };
+  expect(joint.body_a != joint.body_b, "names one body twice; a joint holds two");
+  expect(is_dynamic(joint.body_a) || is_dynamic(joint.body_b), "one of its two bodies must be dynamic");
+  for (const u32 body : {joint.body_a, joint.body_b})
+    expect(body == NONE || !scene.bodies[body].pivoted,
+           "holds a body on a pivot; give that a ball joint to the world instead");
+  expect_finite(joint.anchor_a, where.c_str());
+  expect_finite(joint.anchor_b, where.c_str());
+  expect_finite(joint.axis, where.c_str());
+  expect(joint.kind < JOINT_KINDS, "is of an unknown kind");
+  const JointFree free = free_of(joint.kind);
+  expect(!has_axis(joint.kind) || joint.axis != Vector3{0, 0, 0}, "must have an axis that is not zero");
+  if (has_key(joint.kind, JOINT_HAS_AXES)) {
+    expect_finite(joint.second_axis, where.c_str());
+    expect(joint.second_axis != Vector3{0, 0, 0} && exact::perpendicular(joint.axis, joint.second_axis),
+           "must have a second axis that is perpendicular to the first");
+  }
+  expect_finite(std::array{joint.low, joint.high, joint.motor_speed, joint.motor_force, joint.friction, joint.frequency,
+                           joint.damping, joint.pitch, joint.radius},
+                where.c_str());
+  expect(!has_key(joint.kind, JOINT_HAS_PITCH) || joint.pitch != 0, "must have a pitch that is not 0");
+  expect(!has_key(joint.kind, JOINT_HAS_RADIUS) || joint.radius > 0, "must have a radius > 0");
+  expect(!is_non_holonomic(joint.kind) || joint.frequency == 0, "cannot be soft: what slipped would not come back");
+  expect(free != FREE_NOTHING || (!joint.limited && joint.motor_force == 0 && joint.friction == 0 && !joint.spring),
+         "has nothing to limit, to drive or to push by a spring");
+  expect(joint.low <= joint.high, "must not have a low limit above the high one");
+  expect(free != FREE_LENGTH || joint.low >= 0, "must have limits >= 0: a distance is never below");
+  const bool told = has_angle_within_pi(joint.kind);
+  const std::string there = std::string(" within -pi .. pi: there the angle of a ") + noun_of(joint.kind) + " is told";
+  expect(!told || (joint.low >= -exact::pi && joint.high <= exact::pi), "must have limits" + there);
+  expect(joint.motor_force >= 0 && joint.frequency >= 0 && joint.damping >= 0,
+         "must have no negative motor force, frequency or damping");
+  expect(joint.friction >= 0, "must have no negative friction");
+  expect(joint.friction == 0 || joint.motor_force == 0,
+         "must not have both a motor and friction; take this off the motor's force");
+  if (!joint.spring) return;
+  const JointSpring& spring = *joint.spring;
+  expect_finite(std::array{spring.stiffness, spring.damping, spring.rest}, where.c_str());
+  expect(!joint.limited, "must not have both limits and a spring; give one of them to a joint of its own");
+  expect(spring.stiffness >= 0 && spring.damping >= 0 && spring.stiffness + spring.damping > 0,
+         "must have a spring with a stiffness or a damping above 0, and neither below");
+  expect(free != FREE_LENGTH || spring.rest >= 0, "must have a spring that rests at >= 0: a distance is never below");
+  expect(!told || (spring.rest >= -exact::pi && spring.rest <= exact::pi), "must have a spring that rests" + there);
+}
+
+}  // namespace lockstep

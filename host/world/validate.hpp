@@ -1,0 +1,28 @@
+// What a world refuses of what it is given: everything that a scene file would be refused for. Each throws Error
+// (input) with one line.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "include/lockstep/world.hpp"
+
+namespace lockstep {
+
+template <std::size_t n>
+void expect_finite(const std::array<double, n>& values, const char* what) {
+  if (!std::ranges::all_of(values, [](double x) { return std::isfinite(x); }))
+    throw Error(Failure::input, what, "must be finite");
+}
+
+void expect_finite(const Wrench& load);
+void expect_finite(const Twist& velocity);
+void expect_unit(const Quaternion& q);
+
+/// Of a body that was made in code; compile() asks for the rest.
+void validate(const BodyDescription& body, const Scene& scene);
+/// Of a joint between bodies of the scene.
+void validate(const JointDescription& joint, const Scene& scene);
+
+}  // namespace lockstep
