@@ -1,11 +1,9 @@
 #include "host/steppers/bounded_cones.hpp"
 
 #include <algorithm>
-#include <limits>
 
 #include "cpu_reference/oracle/articulated/reduced_cones.hpp"
 #include "host/error.hpp"
-#include "host/report/residual.hpp"
 
 namespace lockstep {
 
@@ -18,6 +16,7 @@ using oracle::articulated::ReducedProblem;
 using Triplets = std::vector<Eigen::Triplet<double>>;
 
 constexpr int most_attempts = 5;
+constexpr double unbounded = 1e-6 * double(JOINT_UNBOUNDED);  // of a row in m/s, whatever its size
 
 // A row that is not of a contact: sign * d^T v + offset is the velocity that its law is about.
 struct LawRow {
@@ -34,8 +33,8 @@ class LawRows {
       if (law.spring_compliance > 0) {
         springs_.push_back({k, 1, -law.slowest, law.spring_compliance});
       } else {
-        if (law.slowest > -double(JOINT_UNBOUNDED)) bounds_.push_back({k, 1, -law.slowest, law.bound_compliance});
-        if (law.fastest < double(JOINT_UNBOUNDED)) bounds_.push_back({k, -1, law.fastest, law.bound_compliance});
+        if (law.slowest > -unbounded) bounds_.push_back({k, 1, -law.slowest, law.bound_compliance});
+        if (law.fastest < unbounded) bounds_.push_back({k, -1, law.fastest, law.bound_compliance});
       }
       if (law.max_impulse > 0) drives_.push_back({k, 1, -law.speed, 0});
     }
@@ -187,6 +186,8 @@ oracle::SolveReport solve_bounded_cones(const oracle::ConeSolver& solver, const 
   }
   const ReducedProblem problem = rows.reduced(elimination->reduced());
   VectorXd r = rows.start(whole.impulses);
+  const oracle::MixedSolver& measure = *oracle::find_mixed_solver("mixed_ldlt");  // that makes no sweep
+  oracle::MixedImpulses impulses;
   oracle::SolveReport sum;
   oracle::SolveLimits left = limits;
   for (int attempt = 0; attempt < most_attempts; ++attempt) {
@@ -195,14 +196,15 @@ oracle::SolveReport solve_bounded_cones(const oracle::ConeSolver& solver, const 
     sum.iterations += solved.iterations;
     sum.seconds += solved.seconds;
     const VectorXd l = elimination->joint_impulses(rows.in_threes(r));
-    set_impulses(system, impulses_of(system, rows.impulses(r, l)));
-    sum.residual = residual(system, std::numeric_limits<double>::epsilon() / 2).relative;
+    impulses = rows.impulses(r, l);
+    sum.residual = oracle::solve_mixed(whole.problem, measure, {limits.tolerance, 0, left.seconds}, impulses).residual;
     if (solved.stop != oracle::Stop::tolerance || sum.residual <= limits.tolerance) break;
     sum.stop = oracle::Stop::stall;
     left.tolerance *= std::min(0.5, 0.5 * limits.tolerance / sum.residual);
     left.iterations -= std::min(left.iterations, solved.iterations);
     left.seconds -= solved.seconds;
   }
+  set_impulses(system, impulses_of(system, impulses));
   return sum;
 }
 

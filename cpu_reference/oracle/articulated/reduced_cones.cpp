@@ -61,11 +61,13 @@ ActiveDrives active_drives(const ReducedProblem& p, const States& states) {
   return active;
 }
 
-// Whether a drive is to change over, and to what.
+// Whether a drive is to change over, and to what. One that holds and yet moves is held elsewhere by another.
 bool next_state(double impulse, double velocity, double max_impulse, double rounding, int& state) {
   const int before = state;
   if (state == 0 && std::abs(impulse) > max_impulse * (1 + 1e-12))
     state = impulse > 0 ? 1 : -1;
+  else if (state == 0 && std::abs(velocity) > rounding)
+    state = velocity > 0 ? -1 : 1;
   else if (state != 0 && state * velocity > rounding)
     state = 0;
   return state != before;
