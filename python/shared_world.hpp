@@ -8,6 +8,12 @@
 
 namespace lockstep::python {
 
+/// A DeprecationWarning for each note (Scene::notes) of a source.
+inline void warn(const std::string& source, const std::vector<std::string>& notes) {
+  for (const std::string& note : notes)
+    if (PyErr_WarnEx(PyExc_DeprecationWarning, (source + ": " + note).c_str(), 1) != 0) throw py::error_already_set();
+}
+
 class SharedWorld {
  public:
   SharedWorld(const Scene& scene, const WorldOptions& options) : world_(scene, options) {
@@ -30,7 +36,11 @@ class SharedWorld {
     world.step(count);
   }
 
-  BodyHandle add_body(const std::string& text) { return use().add(parse_body(text, "body", words_)); }
+  BodyHandle add_body(const std::string& text) {
+    const BodyDescription body = parse_body(text, "body", words_);
+    warn("body", std::exchange(words_.notes, {}));
+    return use().add(body);
+  }
 
  private:
   // Set and unset by who has Python's lock.

@@ -13,11 +13,8 @@ WorldOptions options_of(const py::object& device, const std::string& precision, 
   return {py::str(device).cast<std::string>(), precision, threads, solver};
 }
 
-// The scene, once what its text should say otherwise has been told.
 Scene warned(Scene scene) {
-  for (const std::string& note : scene.notes)
-    if (PyErr_WarnEx(PyExc_DeprecationWarning, (scene.source + ": " + note).c_str(), 1) != 0)
-      throw py::error_already_set();
+  warn(scene.source, scene.notes);
   return scene;
 }
 

@@ -138,8 +138,7 @@ TEST(Checkpoint, OfSomethingElseIsRefused) {
   settings.iterations = 11;
   EXPECT_EQ(
       refusal(good, "spheres_small", &settings),
-      "x.h5: was made with other settings; give the same --dt, --substeps, --iterations, --relaxations, --tolerance, "
-      "--solver, --friction-model, --sleeping and --events");
+      "x.h5: was made with other settings; give the options of that run, as --dt, --substeps, --solver or --events");
   EXPECT_EQ(refusal(checkpoint_after<double>(5, "spheres_small")), "x.h5: is in double; ask for --precision double");
 }
 

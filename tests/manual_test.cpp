@@ -8,7 +8,7 @@
 
 #include "host/scene/manual_text.hpp"
 
-namespace lockstep {
+namespace lockstep::manual_test {
 namespace {
 
 std::string slurp(const std::string& path) {
@@ -19,20 +19,18 @@ std::string slurp(const std::string& path) {
 
 // The lines between `from`, the end of a line, and `to`, the beginning of one.
 void expect_between(const std::string& file, const std::string& from, const std::string& to, const std::string& text) {
-  const std::string path = std::filesystem::path(LOCKSTEP_SOURCE_DIR) / file;
-  std::string all = slurp(path);
+  const std::string path = LOCKSTEP_SOURCE_DIR "/" + file, all = slurp(path);
   const std::size_t before = all.find(from + "\n");
   ASSERT_NE(before, std::string::npos) << file << ": " << from;
   const std::size_t first = before + from.size() + 1, last = all.find(to, first);
   ASSERT_NE(last, std::string::npos) << file << ": " << to;
-  if (all.substr(first, last - first) == text) return;
-  const char* write = std::getenv("LOCKSTEP_WRITE_MANUAL");
-  if (write == nullptr || std::string(write) != "1") {
-    EXPECT_EQ(all.substr(first, last - first), text) << file << ": LOCKSTEP_WRITE_MANUAL=1 writes this";
+  const std::string found = all.substr(first, last - first);
+  if (found == text) return;
+  if (std::getenv("LOCKSTEP_WRITE_MANUAL") == nullptr) {
+    EXPECT_EQ(found, text) << file << ": LOCKSTEP_WRITE_MANUAL=1 writes this";
     return;
   }
-  all.replace(first, last - first, text);
-  std::ofstream(path) << all;
+  std::ofstream(path) << all.substr(0, first) << text << all.substr(last);
 }
 
 void expect_in_manual(const std::string& table, const std::string& what, const std::string& text) {
@@ -70,4 +68,4 @@ TEST(Manual, TheSchemaHasTheKindsOfShapesAndJoints) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::manual_test

@@ -7,7 +7,7 @@
 #include "host/scene/read.hpp"
 #include "host/scene/setting_table.hpp"
 
-namespace lockstep {
+namespace lockstep::settings_test {
 namespace {
 
 Scene scene_with(const std::string& settings) {
@@ -119,4 +119,4 @@ TEST(Settings, NamingASolverIsEnough) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::settings_test

@@ -9,7 +9,7 @@
 
 #include "tests/worlds.hpp"
 
-namespace lockstep::test::spin_cone_test {
+namespace lockstep::test::torsion_cone_test {
 namespace {
 
 using Eigen::Matrix4d;
@@ -159,4 +159,4 @@ TEST(TorsionCone, IsExactWithoutFriction) {
 }
 
 }  // namespace
-}  // namespace lockstep::test::spin_cone_test
+}  // namespace lockstep::test::torsion_cone_test

@@ -1,7 +1,7 @@
 #include "tests/bodies.hpp"
 #include "tests/particle_scenes.hpp"
 
-namespace lockstep::place_particles_test {
+namespace lockstep::update_particles_test {
 namespace {
 
 template <class real>
@@ -44,4 +44,4 @@ TEST(UpdateParticles, KernelMatchesReference) {
 }
 
 }  // namespace
-}  // namespace lockstep::place_particles_test
+}  // namespace lockstep::update_particles_test

@@ -26,9 +26,15 @@ struct ExportOptions : MotionOptions {
   bool local = false, sizes = false;
 };
 
-// The system that the last sub-step of a step solved.
+// The system that the last sub-step of a step solved, and what its oracle left.
+struct SolvedStep {
+  ContactSystem system;
+  OracleChoice oracle;
+  Unsolved unsolved;
+};
+
 template <class real>
-ContactSystem system_at(const Scene& scene, u32 step, const ExportOptions& options) {
+SolvedStep system_at(const Scene& scene, u32 step, const ExportOptions& options) {
   Start<real> start = make_start<real>(scene, options);
   if (!has(start.state.features, Feature::contacts) && !has(start.state.features, Feature::joints))
     throw Error(Failure::input, scene.name, "has neither contacts nor joints, there is nothing to solve in it");
@@ -47,8 +53,7 @@ ContactSystem system_at(const Scene& scene, u32 step, const ExportOptions& optio
   if (!system.angular_friction.empty())
     throw Error(Failure::input, scene.name,
                 "has torsional or rolling friction, and a contact of a problem file has none");
-  expect_all_solved(scene.name, oracle, backend.unsolved());
-  return system;
+  return {system, oracle, backend.unsolved()};
 }
 
 void print_sizes(const ContactSystem& system, const std::string& title, std::size_t directions) {
@@ -82,22 +87,8 @@ void print_sizes(const ContactSystem& system, const std::string& title, std::siz
                others, size.joints);
 }
 
-void export_system(const ExportOptions& options) {
-  if (options.fps) throw Error(Failure::input, "--fps", "is for a motion: let the name of the --output end in .glb");
-  if (is_recording(options.scene))
-    throw Error(Failure::input, options.scene,
-                "is a recording, it has no constraint systems; export its motion (-o x.glb), or a step of its scene");
-  if (!options.at)
-    throw Error(Failure::input, "--at", "is missing: the step whose system is written; a motion's name ends in .glb");
-  if (options.output.empty() && !options.sizes)
-    throw Error(Failure::input, "--output", "is missing: name the file to write, or ask for --sizes");
-  // what it writes over, it has written itself: FCLIB's signature, or the first line of the text, its dimension
-  if (!options.output.empty())
-    expect_writable(options.output, "the problem", options.output.ends_with(".dat") ? "3\n" : "\x89HDF");
-  Scene scene = read_scene_with(options);
-  scene.settings.steps = std::max(scene.settings.steps, *options.at + 1);  // it is not the scene's end that counts
-  ContactSystem solved;
-  with_precision(scene, [&](auto real) { solved = system_at<decltype(real)>(scene, *options.at, options); });
+// What is asked for of a step's system: its sizes, a file.
+void write_system(const ContactSystem& solved, const Scene& scene, const ExportOptions& options) {
   const std::string title = fmt::format("{}, step {}", scene.name, *options.at);
   if (options.sizes) print_sizes(solved, title, scene.settings.directions);
   if (options.output.empty()) return;
@@ -114,6 +105,26 @@ void export_system(const ExportOptions& options) {
   fmt::print("{}: {} contacts, {} rows of joints, {} velocities; residual of the step's own impulses {:.3g}\n", title,
              system.problem.mu.size(), system.problem.g.cols(), system.problem.m.rows(),
              oracle::cone_error(local, system.impulses.r, system.impulses.l).residual);
+}
+
+void export_system(const ExportOptions& options) {
+  if (options.fps) throw Error(Failure::input, "--fps", "is for a motion: let the name of the --output end in .glb");
+  if (is_recording(options.scene))
+    throw Error(Failure::input, options.scene,
+                "is a recording, it has no constraint systems; export its motion (-o x.glb), or a step of its scene");
+  if (!options.at)
+    throw Error(Failure::input, "--at", "is missing: the step whose system is written; a motion's name ends in .glb");
+  if (options.output.empty() && !options.sizes)
+    throw Error(Failure::input, "--output", "is missing: name the file to write, or ask for --sizes");
+  // what it writes over, it has written itself: FCLIB's signature, or the first line of the text, its dimension
+  if (!options.output.empty())
+    expect_writable(options.output, "the problem", options.output.ends_with(".dat") ? "3\n" : "\x89HDF");
+  Scene scene = read_scene_with(options);
+  scene.settings.steps = std::max(scene.settings.steps, *options.at + 1);  // it is not the scene's end that counts
+  SolvedStep step;
+  with_precision(scene, [&](auto real) { step = system_at<decltype(real)>(scene, *options.at, options); });
+  write_system(step.system, scene, options);
+  expect_all_solved(scene.name, step.oracle, step.unsolved);
 }
 
 }  // namespace

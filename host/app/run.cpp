@@ -137,10 +137,11 @@ void simulate_and_close(Simulation<real>& simulation, u32 steps, RunObservers<re
 
 template <class real>
 void write_checkpoint(Simulation<real>& simulation, const std::string& scene, const SceneIdentity& identity,
-                      const std::string& path) {
+                      const std::string& oracle, const std::string& path) {
   if (path.empty()) return;
   Backend<real>& backend = simulation.backend();
-  const CheckpointLabel label = {scene, backend.name(), identity, combined_state_hash(simulation.world_hashes())};
+  const CheckpointLabel label = {scene, backend.name(), identity, combined_state_hash(simulation.world_hashes()),
+                                 oracle};
   const Buffers<real>& state = backend.download(persistent_buffers(backend.features()));
   replace_file(path, encode_checkpoint(label, state, backend.features()));
 }
@@ -222,7 +223,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   }
   report.interrupted = simulation.steps_done() < steps;
   report.steps = simulation.steps_done() - start.steps_done;
-  write_checkpoint(simulation, scene.name, identity, options.checkpoint);
+  write_checkpoint(simulation, scene.name, identity, oracle.name, options.checkpoint);
   recorder.finish(report);
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();

@@ -65,14 +65,13 @@ std::span<const unsigned char> checked(std::span<const unsigned char> bytes, con
 
 template <class real>
 void expect_same_scene(const CheckpointLabel& label, const std::string& scene, const InitialState<real>& state,
-                       const std::string& path) {
-  const SceneIdentity here = identity_of(state);
+                       const std::string& path, OracleIs oracle) {
+  const SceneIdentity here = identity_of(state, oracle);
   if (label.identity == here) return;
   if (label.scene != scene) refuse(path, "is a checkpoint of scene " + quote(label.scene) + ", not of " + quote(scene));
   if (label.identity.settings != here.settings)
     refuse(path,
-           "was made with other settings; give the same --dt, --substeps, --iterations, --relaxations, --tolerance, "
-           "--solver, --friction-model, --sleeping and --events");
+           "was made with other settings; give the options of that run, as --dt, --substeps, --solver or --events");
   refuse(path, "was made of another version of scene " + quote(scene));
 }
 
@@ -115,6 +114,7 @@ std::vector<unsigned char> encode_checkpoint(const CheckpointLabel& label, const
   h5::write_attribute(file, "settings_identity", label.identity.settings);
   h5::write_attribute(file, "scene_identity", label.identity.constants);
   h5::write_attribute(file, "state_hash", label.state_hash);
+  h5::write_attribute(file, "oracle", label.oracle);
   {
     const h5::Handle group(H5Gcreate2(file, "state", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT));
     write_persistent(group, persistent, features);
@@ -137,10 +137,15 @@ CheckpointLabel resume_from(std::span<const unsigned char> bytes, const std::str
     label.identity.settings = h5::read_attribute<std::uint64_t>(file, "settings_identity");
     label.identity.constants = h5::read_attribute<std::uint64_t>(file, "scene_identity");
     label.state_hash = h5::read_attribute<std::uint64_t>(file, "state_hash");
+    const bool names_oracle = h5::has_attribute(file, "oracle");
+    if (names_oracle) label.oracle = h5::read_text_attribute(file, "oracle");
+    if (names_oracle && label.oracle != state.oracle.name)
+      refuse(path, label.oracle.empty() ? "was made by no oracle; leave " + quote(state.oracle.name) + " out"
+                                        : "was made by an oracle; give --solver " + label.oracle);
     const std::string precision = read_precision(file);
     if (precision != (sizeof(real) == 8 ? "double" : "float"))
       refuse(path, "is in " + precision + "; ask for --precision " + precision);
-    expect_same_scene(label, scene, state, path);
+    expect_same_scene(label, scene, state, path, names_oracle ? OracleIs::counted : OracleIs::left_out);
     read_persistent(h5::open_group(file, "state"), state);
     expect_consistent_lists(state);
     return label;

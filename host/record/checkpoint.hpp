@@ -17,6 +17,7 @@ struct CheckpointLabel {
   std::string scene, device;
   SceneIdentity identity;
   std::uint64_t state_hash = 0;  // of all worlds, as in reports
+  std::string oracle = {};       // that made it; empty: the stages, or an older version that did not say
 };
 
 /// The buffers that a checkpoint holds: the persistent ones of these features.

@@ -20,12 +20,12 @@ void hash_buffers(ContentHash& hash, const Buffers<real>& buffers, Lifetime life
 }  // namespace
 
 template <class real>
-SceneIdentity identity_of(const InitialState<real>& state) {
+SceneIdentity identity_of(const InitialState<real>& state, OracleIs oracle) {
   ContentHash settings, constants;
   settings.add(sizeof(real));
   settings.add(state.features);
   for_each_setting(state.params, [&](const char*, auto value) { settings.add(&value, sizeof(value)); });
-  if (state.oracle) {
+  if (state.oracle && oracle == OracleIs::counted) {
     settings.add(state.oracle.name);
     settings.add(state.oracle.directions);
   }
@@ -40,8 +40,8 @@ std::uint64_t persistent_hash(const Buffers<real>& buffers) {
   return hash.value();
 }
 
-template SceneIdentity identity_of<float>(const InitialState<float>&);
-template SceneIdentity identity_of<double>(const InitialState<double>&);
+template SceneIdentity identity_of<float>(const InitialState<float>&, OracleIs);
+template SceneIdentity identity_of<double>(const InitialState<double>&, OracleIs);
 template std::uint64_t persistent_hash<float>(const Buffers<float>&);
 template std::uint64_t persistent_hash<double>(const Buffers<double>&);
 

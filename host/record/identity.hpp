@@ -15,8 +15,11 @@ struct SceneIdentity {
   bool operator==(const SceneIdentity&) const = default;
 };
 
+/// Checkpoints of version 0.1.0 do not count the oracle.
+enum class OracleIs { counted, left_out };
+
 template <class real>
-SceneIdentity identity_of(const InitialState<real>& state);
+SceneIdentity identity_of(const InitialState<real>& state, OracleIs oracle = OracleIs::counted);
 
 /// A hash of the persistent buffers, as far as they are in use.
 template <class real>

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "host/scene/renamed_keys.hpp"
+
 namespace lockstep {
 
 namespace {
@@ -190,6 +192,8 @@ void JsonNode::expect_object(std::span<const std::string_view> known_keys) const
   if (!value_->is_object()) must_be("an object");
   for (const auto& item : value_->items()) {
     if (std::find(known_keys.begin(), known_keys.end(), item.key()) != known_keys.end()) continue;
+    if (const char* current = current_key(item.key()); current != nullptr && has(current))
+      fail(fmt::format("has the key \"{}\" by its old name too, \"{}\"; remove that", current, item.key()));
     const std::vector<std::string> names(known_keys.begin(), known_keys.end());
     unknown("key", item.key(), names);
   }

@@ -72,11 +72,26 @@ std::string initial_text(const SettingInfo& row) {
 
 // JSON on one line, as people write it.
 std::string spaced(const ordered_json& value) {
+  if (value.is_number_float()) return fmt::format("{}", value.get<double>());
   if (!value.is_structured()) return value.dump();
   std::string text;
   for (const auto& [key, item] : value.items())
     text += (text.empty() ? "" : ", ") + (value.is_object() ? "\"" + key + "\": " : "") + spaced(item);
   return value.is_object() ? "{" + text + "}" : "[" + text + "]";
+}
+
+void replace_all(std::string& text, std::string_view from, std::string_view to) {
+  for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+    text.replace(at, from.size(), to);
+}
+
+// What a row means, in the words of a page that need not name itself.
+std::string meaning_in_manual(const SettingInfo& row) {
+  std::string text = row.meaning;
+  replace_all(text, " (docs/scene_format.md)", ", see below");
+  replace_all(text, "(docs/", "(`docs/");
+  replace_all(text, ".md)", ".md`)");
+  return text;
 }
 
 std::string description(const SettingInfo& row) {
@@ -126,7 +141,8 @@ std::string types_schema(const Names& names) {
 std::string settings_manual() {
   std::string text = "| key | type, unit | unless given | meaning |\n|---|---|---|---|\n";
   for (const SettingInfo* row : ordered_rows())
-    text += fmt::format("| `{}` | {} | {} | {} |\n", row->name, type_text(*row), initial_text(*row), row->meaning);
+    text += fmt::format("| `{}` | {} | {} | {} |\n", row->name, type_text(*row), initial_text(*row),
+                        meaning_in_manual(*row));
   return text;
 }
 

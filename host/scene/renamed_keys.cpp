@@ -26,6 +26,11 @@ bool update_object(nlohmann::json& object, const RenamedKey& key) {
 
 }  // namespace
 
+const char* current_key(std::string_view key) {
+  const auto found = std::ranges::find(renamed_keys, key, &RenamedKey::old);
+  return found == std::end(renamed_keys) ? nullptr : found->current;
+}
+
 std::vector<std::string> update_keys(nlohmann::json& document) {
   std::vector<std::string> notes;
   std::vector<nlohmann::json*> open = {&document};  // the parser limits the depth, not the number of values

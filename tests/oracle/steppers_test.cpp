@@ -18,7 +18,7 @@
 #include "tests/command_line.hpp"
 #include "tests/temporary_folder.hpp"
 
-namespace lockstep {
+namespace lockstep::steppers_test {
 namespace {
 
 Scene scene_by(const std::string& scene, const std::string& solver) {
@@ -59,7 +59,7 @@ TEST(Steppers, EveryOracleGoesOnFromItsCheckpoint) {
     while (whole.steps_done() < steps) {
       if (whole.steps_done() == steps / 2) {
         Backend<double>& backend = whole.backend();
-        const CheckpointLabel label = {where, backend.name(), identity_of(state), hash_of(whole)};
+        const CheckpointLabel label = {where, backend.name(), identity_of(state), hash_of(whole), state.oracle.name};
         checkpoint = encode_checkpoint(label, backend.download(persistent_buffers(state.features)), state.features);
       }
       whole.step();
@@ -307,4 +307,4 @@ TEST(WorldByOracle, AReplayThatDiffersSaysWhatAnOraclePromises) {
 }
 
 }  // namespace
-}  // namespace lockstep
+}  // namespace lockstep::steppers_test
