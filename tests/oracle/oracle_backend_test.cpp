@@ -155,6 +155,26 @@ TEST(OracleBackend, EveryModelKnowsFrictionInJoints) {
   EXPECT_LE(cones.distance(swept), 1e-8);
 }
 
+// Hinges that bend one way only, actuators with springs and dry friction on the same wheel, loops with a motor.
+TEST(OracleBackend, ConesTakeLimitsMotorsAndSprings) {
+  for (const char* name : {"rag_doll", "sweeper", "governor", "screw_nut"}) {
+    for (const char* solver : {"nsgs", "proximal_point"}) {
+      SCOPED_TRACE(std::string(name) + ", " + solver);
+      Scene scene = read_scene(name);
+      replace_solver(scene.settings, *find_solver(solver));
+      scene.settings.tolerance = 1e-6;
+      const InitialState<double> state = compile<double>(scene);
+      OracleBackend* backend = new OracleBackend(state, find_system_solver(solver, 4));
+      Simulation<double> simulation(std::unique_ptr<Backend<double>>(backend), state.params);
+      for (int i = 0; i < 20; ++i) simulation.step();
+      EXPECT_EQ(backend->unsolved().count, 0u);
+      const Buffers<double>& buffers = backend->download(measured_buffers(backend->features()));
+      const Residual left = residual(contact_system(buffers, simulation.counters()), 0x1p-53);
+      EXPECT_LE(left.defect_rms, 1.1e-6 * left.scale + 1e-14);
+    }
+  }
+}
+
 TEST(OracleBackend, TellsWhatItLeftUnsolved) {
   Scene scene = hard_scene("box_stack");
   scene.settings.tolerance = 1e-11;
