@@ -38,7 +38,6 @@ TriangleMesh read_mesh_file(const JsonNode& name, double scale) {
 }
 
 TriangleMesh read_finite_mesh(const JsonNode& node) {
-  if (node.has("points")) node.at("points").fail("belongs to a hull; give \"mesh\"");
   const double scale = node.has("scale") ? node.at("scale").positive() : 1;
   TriangleMesh mesh = read_mesh_file(node.at("mesh"), scale);
   for (const Vector3& v : mesh.vertices) {
