@@ -1,13 +1,13 @@
-// Where a contact stands at the present poses of its bodies. kernels/current_contact.h is the twin.
+// A contact at the current poses of its bodies. kernels/current_contact.h is the twin.
 #pragma once
 
 #include "cpu_reference/shapes/manifold.hpp"
 
 namespace lockstep::reference {
 
-/// How a contact stands by now: its point as an arm from either centre of mass, world axes. A contact on a face is at
-/// the point of the other shape, so that the arm of a rolling sphere has exactly its radius; others are midway. Of an
-/// impact later in the step each side keeps the point where it will be hit, however far apart the two still are.
+/// A contact at the current poses: its point as an arm from either centre of mass, world axes. A contact on a face is
+/// at the point of the other shape, so that the arm of a rolling sphere has exactly its radius; others are midway. Of
+/// an impact later in the step each side keeps the point where it will be hit, however far apart the two still are.
 template <class real>
 struct CurrentContact {
   Vec3<real> normal;

@@ -1,8 +1,8 @@
 // Counts for how many steps each dynamic body has been slow, and lets islands fall asleep at the end of a step.
 //
-// A body is slow while |v| <= speed and |w| <= angular_speed (SleepLaw), at the ends of steps; ready to sleep, when it
-// has been for as many steps as the world says. An island is what contacts and joints hold together, through dynamic
-// bodies only; it falls asleep when all of its bodies are ready to sleep and none of them touches, or is held to, a
+// A body is slow while |v| <= speed and |w| <= angular_speed (SleepLaw), at the ends of steps; a sleep candidate, when
+// it has been for as many steps as the world says. An island is what contacts and joints hold together, through dynamic
+// bodies only; it falls asleep when all of its bodies are sleep candidates and none of them touches, or is held to, a
 // kinematic body that moves. It then has no velocity. An island is named by the smallest index of its bodies, so that
 // it has one name however it is found: the kernels hook trees of bodies onto each other (Jaiganesh and Burtscher, A
 // High-Performance Connected Components Implementation for GPUs, 2018).

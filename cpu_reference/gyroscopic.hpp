@@ -1,4 +1,4 @@
-// Euler's equations of a turning body (survey eq. 8), in its principal frame where the inertia I is diagonal:
+// Euler's equations of a rotating body (survey eq. 8), in its principal frame where the inertia I is diagonal:
 //
 //   I w' + w x I w = tau        or, divided by I,        w' + r (w_y w_z, w_z w_x, w_x w_y) = I^-1 tau
 //

@@ -3,7 +3,7 @@
 //   spheres   |c_i - c_j| - (r_i + r_j) <= margin + h |v_i - v_j|, v the velocity of the centre: the relative speed, so
 //             that a cloud that falls as one makes no pairs
 //   boxes     |c_i - c_j|_k <= e_i,k + e_j,k + margin + h (|v_i - v_j|_k + s_i + s_j) on each axis k of the world, with
-//             half extents e and what turning adds to a point's speed, s = |w| r; not asked where both are spheres
+//             half extents e and what rotation adds to a point's speed, s = |w| r; not asked where both are spheres
 //   a plane   gap of the bounding sphere <= margin + h max(0, approach speed)
 // kernels/pair_search.h is the twin.
 #pragma once
@@ -43,7 +43,7 @@ Vec3<real> center_velocity(const Buffers<real>& b, const Bounded<real>& of) {
   return point_velocity(b.motions[body], sub3(of.center(), body_position(b, body)));
 }
 
-/// How fast turning alone can move a point of the shape; of a sphere it moves none out of the sphere.
+/// How fast rotation alone can move a point of the shape; of a sphere it moves none out of the sphere.
 template <class real>
 real rotational_speed_of(const Buffers<real>& b, const Bounded<real>& of) {
   const ShapeInfo& info = b.shape_infos[of.shape];
@@ -67,7 +67,7 @@ bool is_pair(const Buffers<real>& b, u32 i, u32 j) {
   return may_touch(a, c, b.body_infos[a.body], b.body_infos[c.body]);
 }
 
-/// The gap along one axis can close: distance and relative velocity d and u of the centres, half extents and turning
+/// The gap along one axis can close: distance and relative velocity d and u of the centres, half extents and rotational
 /// speeds of both together.
 template <class real>
 bool axis_in_range(const StepParams<real>& params, real d, real u, real half, real rotational_speed) {

@@ -31,8 +31,8 @@ Vec3<real> start_moment(const StepParams<real>& params, const AngularFrictionPoi
   return angular_friction_moment(contact_frame<real>(contact, lane), block, impulses, lane);
 }
 
-/// The ellipse of a contact by now: its axis of anisotropy in the tangent plane. Where that is along the normal the
-/// cone is round.
+/// The ellipse of a contact at the current poses: its axis of anisotropy in the tangent plane. Where that is along the
+/// normal the cone is round.
 template <class real>
 Ellipse<real> prepare_ellipse(const AnisotropyBlock<real>& anisotropy, const ContactFrame<real>& c, Quat<real> q_a,
                               Quat<real> q_b, EllipseBlock<real>& block, u32 lane) {
@@ -48,7 +48,8 @@ Ellipse<real> prepare_ellipse(const AnisotropyBlock<real>& anisotropy, const Con
   return ellipse_of(block, lane);
 }
 
-/// `c` is the contact by now, `moment` what it starts from. Returns the start of its cone: `r`, and the torsion.
+/// `c` is the contact at the current poses, `moment` what it starts from. Returns the start of its cone: `r`, and the
+/// torsion.
 template <class real>
 TorsionVector<real> prepare_angular_friction(const AngularFrictionPointBlock<real>& points, const ContactFrame<real>& c,
                                              u32 kind, const PairMotions<real>& motions, real w_nn, ConeVector<real> r,

@@ -22,8 +22,8 @@
 //   limits   low <= x + dt u_f <= high while x is between; outside of them a share of what x is beyond is taken back
 //   spring   r_l = -h (k (x + theta h u_f - rest) + c u_f), that is u_f + rate (x - rest) + compliance r_l = 0, with
 //            compliance = 1 / (h (theta h k + c)) and rate = h k compliance (host/scene/compile_joints.cpp). At theta
-//            1/2 it keeps its energy at any stiffness: the map of one oscillation has determinant 1 and trace 2 / (1 +
-//            h^2 k / 2 m)
+//            1/2 it keeps its energy at any stiffness: the map of one oscillation has determinant 1 and trace
+//            2 / (1 + h^2 k / 2 m)
 // Limits, or the spring, are `slowest <= u_f <= fastest` in the solve (cpu_reference/joints/solve_joint.hpp), which
 // solves the row together with the locked ones: `coupling` is what its impulse does to them, `response` what they
 // answer.

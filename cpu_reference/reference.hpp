@@ -5,7 +5,7 @@
 
 namespace lockstep::reference {
 
-/// Runs the twin of one stage. Compiled in the library only, without contraction (contract rules 1 and 11).
+/// Runs the twin of one stage. Compiled in the library only, without contraction (contract rule 1).
 template <class real>
 void run_stage(Stage stage, Buffers<real>& buffers, const StepParams<real>& params);
 

@@ -1,4 +1,4 @@
-// What the motion stages share: access to a body's line, its inertia, its turning and its pivot.
+// What the motion stages share: access to a body's line, its inertia, its rotation and its pivot.
 // kernels/rigid_body.h says the same in OpenCL C.
 #pragma once
 

@@ -1,5 +1,4 @@
-// The solve of a contact with angular friction: slip and torsion in one cone (cpu_reference/torsion_cone.hpp), then
-// rolling,
+// One contact with angular friction: slip and torsion in one cone (cpu_reference/torsion_cone.hpp), then rolling,
 //   |m_t| <= rolling_coefficient r_n,   m_t against the relative angular velocity in the tangent plane
 // (Contensou 1963; Johnson, Contact Mechanics, 1985, ch. 9: the pressure before a rolling body is higher than behind
 // it, so that the resultant acts that far ahead). Rolling is held at once where it can be, else taken by a step of

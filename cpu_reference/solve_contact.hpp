@@ -57,8 +57,8 @@ Vec3<real> velocity_at(Vec3<real> arm_a, Vec3<real> arm_b, const Motion<real>& a
   return sub3(add3(vec3(a.v), cross3(vec3(a.w), arm_a)), add3(vec3(b.v), cross3(vec3(b.w), arm_b)));
 }
 
-/// An impulse on a at the end of its arm, its opposite on b. Bodies that cannot move are never written (contract rule
-/// 9).
+/// An impulse on a at the end of its arm, its opposite on b. Bodies that cannot move are never written
+/// (contract rule 8).
 template <class real>
 void push_at(Vec3<real> arm_a, Vec3<real> arm_b, u32 kind, Vec3<real> impulse, Motion<real>& a, Motion<real>& b) {
   if (a.inverse_mass > 0) {

@@ -22,7 +22,7 @@ enum class Feature : std::uint64_t {
   grid = 1ull << 11,           // candidate pairs come from a uniform grid ...
   bvh = 1ull << 12,            // ... or from a tree of boxes
   events = 1ull << 13,         // who began and ceased to touch is wanted
-  triggers = 1ull << 14,       // shapes that only feel; they come with events
+  triggers = 1ull << 14,       // shapes that only detect; they come with events
   continuous = 1ull << 15,     // some body's impacts are looked for within the step
   queries = 1ull << 16,        // rays or volumes were asked about: switched on while the simulation runs
   soft_contacts = 1ull << 17,  // contacts that overlap are springs, and a sweep takes back what they added

@@ -1,4 +1,4 @@
-// Where a contact stands at the present poses of its bodies. cpu_reference/current_contact.hpp is the twin.
+// A contact at the current poses of its bodies. cpu_reference/current_contact.hpp is the twin.
 #ifndef LOCKSTEP_CURRENT_CONTACT_H
 #define LOCKSTEP_CURRENT_CONTACT_H
 
@@ -6,7 +6,7 @@
 
 static inline Vec3 contact_load3(global const real* p) { return make3(p[0], p[1], p[2]); }
 
-// How a contact stands by now.
+// A contact at the current poses.
 typedef struct CurrentContact {
   Vec3 normal;
   real gap;

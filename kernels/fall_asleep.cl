@@ -110,7 +110,7 @@ kernel void sleep_roots(const StepParams params, global u32* island_parents, glo
   }
 }
 
-// Ready to sleep islands that nobody disturbs sleep; and who does is counted.
+// Islands of sleep candidates that nobody disturbs sleep; and who does is counted.
 kernel void sleep_apply(const StepParams params, global const BodyInfo* body_infos, global const u32* sleep_steps,
                         global u32* island_parents, global const u32* disturbed_bodies, global Motion* motions,
                         global Sleeper* sleepers, global u32* counters) {

@@ -1,4 +1,4 @@
-// Euler's equations of a turning body, in its principal frame. cpu_reference/gyroscopic.hpp says the same in C++ and
+// Euler's equations of a rotating body, in its principal frame. cpu_reference/gyroscopic.hpp says the same in C++ and
 // gives the formulas.
 #ifndef LOCKSTEP_GYROSCOPIC_H
 #define LOCKSTEP_GYROSCOPIC_H

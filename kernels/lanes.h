@@ -1,5 +1,5 @@
-// One source, two widths: LANES = 1 makes a work-item one contact (GPU), 8 or 16 a row of contacts of one block held in
-// vector registers (CPU device). Comparisons of lanes give a mask for `mask ? lane : lane`; constants are cast:
+// One source, two widths: LANES = 1 makes a work-item one pair in contact (GPU), 8 or 16 as many pairs of one block,
+// held in vector registers (CPU device). Comparisons of lanes give a mask for `mask ? lane : lane`; constants are cast:
 // (lane)0.
 #ifndef LOCKSTEP_LANES_H
 #define LOCKSTEP_LANES_H

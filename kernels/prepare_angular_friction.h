@@ -22,7 +22,7 @@ static inline lane torsion_coupling(lane radius, LaneContact c, Lane3 axis, Lane
 }
 
 #if FEATURE_ELLIPTIC_FRICTION
-// The ellipses of a row of contacts by now.
+// The ellipses of a row of contacts at the current poses.
 static inline LaneEllipse prepare_ellipse(u32 first, lane_mask there, LaneContact c, LaneQuat q_a, LaneQuat q_b,
                                           global const AnisotropyBlock* anisotropy, global EllipseBlock* block) {
   const Lane3 own = lane_load_xyz(anisotropy->x + first, anisotropy->y + first, anisotropy->z + first);
@@ -44,7 +44,8 @@ static inline LaneEllipse prepare_ellipse(u32 first, lane_mask there, LaneContac
 }
 #endif
 
-// `c` is a row of contacts by now, `moment` what it starts from. Returns the start of its cone: `r`, and the torsion.
+// `c` is a row of contacts at the current poses, `moment` what it starts from. Returns the start of its cone: `r`, and
+// the torsion.
 static inline LaneTorsion prepare_angular_friction(u32 first, lane_mask there, lane_mask general, LaneContact c,
                                                    const LaneBody* a, const LaneBody* b, lane w_nn, LaneCone r,
                                                    Lane3 moment, lane friction, const LaneEllipse* ellipse,

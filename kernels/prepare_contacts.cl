@@ -1,6 +1,6 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Writes the packed constraint stream of a sub-step, LANES pairs at a time (cpu_reference/prepare_contacts.hpp states
-// the law, cpu_reference/current_contact.hpp where a contact stands by now).
+// the law, cpu_reference/current_contact.hpp the contact at the current poses).
 #include "body_copies.h"
 #include "common.h"
 #include "cone.h"
@@ -33,7 +33,7 @@ static inline void prepare_load(global const u32* bodies, u32 body_count, global
   body->old_w = lane_make3(old.c4, old.c5, old.c6);
 }
 
-// How the contacts of a row stand by now.
+// The contacts of a row at the current poses.
 typedef struct LaneCurrentContact {
   Lane3 normal;
   lane gap;
@@ -124,7 +124,7 @@ static inline Lane3 prepare_central_arm(lane_mask general, lane inverse_mass, La
   return lane_select3(general, arm, central);
 }
 
-// The impulses to start from, of the last step or sub-step, over the turned frames.
+// The impulses to start from, of the last step or sub-step, in the rotated tangent frames.
 static inline LaneCone prepare_impulse(u32 substep, u32 first, Lane3 t1, Lane3 t2, global const StartBlock* starts,
                                        global const ContactBlock* block, global const ImpulseBlock* impulses) {
   lane normal;

@@ -1,4 +1,4 @@
-// What the motion stages share: access to a body's line, its inertia, its turning and its pivot.
+// What the motion stages share: access to a body's line, its inertia, its rotation and its pivot.
 // cpu_reference/rigid_body.hpp says the same in C++ and gives the formulas.
 #ifndef LOCKSTEP_RIGID_BODY_H
 #define LOCKSTEP_RIGID_BODY_H

@@ -122,8 +122,8 @@ static inline u32 entries_between(u32 block, u32 shift, u32 first, u32 last) {
   return bits;
 }
 
-// A way through a tree, from the top down: with the entries still to traverse of each level on the way. Who walks says,
-// as bits, which entries of a block it arrives at are to be traversed.
+// A traversal of a tree, from the top down: with the entries still to traverse of each level on the path. The caller
+// says, as bits, which entries of a block it arrives at are to be traversed.
 typedef struct TreeWalk {
   u32 rest[TREE_LEVELS];
   u32 level, block;

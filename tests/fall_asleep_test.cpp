@@ -62,7 +62,7 @@ TEST(FallAsleep, KernelMatchesReference) {
   sleep(with_impulses(sleeping_graphs<double>(9, 2, 100, 60, 10, 6), 9));
 }
 
-// A chain of ready to sleep bodies in any order of names is one island, named by the smallest.
+// A chain of sleep candidates in any order of names is one island, named by the smallest.
 TEST(FallAsleep, IslandsAreNamedByTheirFirstBody) {
   constexpr u32 count = 500;
   Random random(5);

@@ -206,6 +206,27 @@ TEST(HouseRules, IdentifiersAreTermsOfTheField) {
   }
 }
 
+// A comment that cites the contract names rules that its page lists.
+TEST(HouseRules, CitedContractRulesExist) {
+  const std::string page = read_file(root / "docs/bit_exactness.md");
+  const std::size_t first = page.find("\n## The contract\n"), last = page.find("\n## ", first + 1);
+  ASSERT_NE(last, std::string::npos);
+  std::set<std::string> rules;
+  for (const std::string& rule : matches(page.substr(first, last - first), R"(\n(\d+)\. )")) rules.insert(rule);
+  EXPECT_GE(rules.size(), 8u);
+  std::size_t cited = 0;
+  for (const std::string& file : sources()) {
+    const std::string text = std::regex_replace(read_file(root / file), std::regex(R"(\s*\n\s*//+\s*)"), " ");
+    for (const std::string& list : matches(text, R"([Cc]ontract rules? (\d+(?:(?:,| and| to|, and) \d+)*))")) {
+      for (const std::string& rule : matches(list, R"((\d+))")) {
+        ++cited;
+        EXPECT_TRUE(rules.count(rule)) << file << " cites contract rule " << rule;
+      }
+    }
+  }
+  EXPECT_GT(cited, 0u);
+}
+
 TEST(HouseRules, KernelsIncludeKernels) {
   for (const std::string& file : files("kernels", {".cl", ".h"})) {
     for (const std::string& included : matches(read_file(root / file), "(?:^|\\n)#include \"([^\"]+)\""))

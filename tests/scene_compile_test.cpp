@@ -228,7 +228,7 @@ TEST(SceneCompile, FeaturesFollowFromWhatTheSceneContains) {
   const std::string rubber = R"(, "materials": [{"name": "rubber", "friction": 1, "rolling_friction": 0.01}])";
   EXPECT_EQ(refusal(scene_of(ball + "," + ground, rubber + dense + "}")),
             "test.json: /settings/solver: dense_gauss_seidel knows round cones of slip alone, and materials of this "
-            "scene have angular friction or have anisotropic friction; take gauss_seidel");
+            "scene have torsional, rolling or anisotropic friction; take gauss_seidel");
   EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.joint_side_starts.empty());
   EXPECT_TRUE(compiled(ball + "," + ground, by_jacobi).buffers.cell_sizes.empty());
   EXPECT_TRUE(has(compiled(off_center_ball + "," + ground), Feature::general_contacts));

@@ -1,4 +1,4 @@
-// The built-in scenes: each reads and compiles, to the same bits on every machine (contract rule 10).
+// The built-in scenes: each reads and compiles, to the same bits on every machine (contract rule 6).
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -114,8 +114,8 @@ real product_by_factor(u32 n, const real* factor, const real* x, const real* y) 
 
 // ---- rows ----------------------------------------------------------------------------------------------------------
 
-/// Where the joint of a link is: its axes, the arms of both bodies, the axis of the free row, which is an angle's or a
-/// way's, and the lead of a screw.
+/// Where the joint of a link is: its axes, the arms of both bodies, the axis of the free row, that of an angle or
+/// of a travel, and the lead of a screw.
 template <class real>
 void set_link_joint(const LinkInfo& link, bool angular, const Vec3<real> (&axes)[3], Vec3<real> arm_a, Vec3<real> arm_b,
                     Vec3<real> free_axis, real lead, LinkFactor<real>& f) {

@@ -2,9 +2,9 @@
 // cpu_reference/joints/solve_joint.hpp solves, for a joint that its impulses move sigma = D_j / (step K) times as
 // easily as they do. Its rows are not projected one by one: in its metric the locked ones and the free one, with its
 // motor, its limits and its spring, are one small problem, which is solved exactly.
-//   the locked rows alone     d0 = -g (K^-1 (u + bias + J'v) + s y),   g = 1 / (sigma + s)
-//   the free row then moves at q + e r_f,   e = sigma (own - g sigma shared)
-//   the locked rows answer     d = d0 - g sigma response (change of r_f)
+//   the locked rows alone       d0 = -g (K^-1 (u + bias + J'v) + s y),   g = 1 / (sigma + s)
+//   the free row then moves at  q + e r_f,   e = sigma (free_mobility - g sigma coupled_mobility)
+//   the locked rows answer      d = d0 - g sigma response (change of r_f)
 // kernels/gradient/gradient_joints.h is the twin, LANES joints at a time.
 #pragma once
 

@@ -1,4 +1,4 @@
-// Where a joint stands at the present poses of its bodies. kernels/joints/current_joint.h is the twin.
+// A joint at the current poses of its bodies. kernels/joints/current_joint.h is the twin.
 //
 // A universal joint (Cardan's or Hooke's) has a cross, whose first arm is z of the frame on a and whose second is x of
 // the frame on b. The locked angle keeps them perpendicular: with n = z_a x x_b the error is -z_a . x_b, and its rate

@@ -7,7 +7,7 @@
 namespace lockstep::reference {
 
 /// From the pose x, q: m, and a rotation by inverse inertia times the moment, rad. Bodies that cannot move are never
-/// written (contract rule 9).
+/// written (contract rule 8).
 template <class real>
 void displace(Buffers<real>& buffers, u32 body, Vec3<real> x, Quat<real> q, Vec3<real> impulse, Vec3<real> moment) {
   const Motion<real>& motion = buffers.motions[body];

@@ -5,9 +5,10 @@
 //   the locked rows alone would change their impulses by   d0 = -g K^-1 (u + bias + J'v) - s g r,   g = 1 / (1 + s)
 //   the free row then moves at                             q + e r_f,   e = free_mobility - g coupled_mobility
 //   its impulse brings it to the motor's speed, as far as the motor reaches, and into its bounds
-//   beside a spring of compliance y a push moves it by e y / (e + y) only, and none leaves it at  s + (q - s) y / (e +
-//   y), where s is the speed at which the spring would not push the locked rows answer d = d0 - g response (change of
-//   r_f)
+//   beside a spring of compliance y a push moves it by     e y / (e + y) only
+//   and none leaves it at                                  s + (q - s) y / (e + y),
+//   where s is the speed at which the spring would not push
+//   the locked rows answer                                 d = d0 - g response (change of r_f)
 // The relaxing sweep asks joints that are not meant to be springs to be hard, without correction; the springs of free
 // coordinates push in it as before.
 #pragma once
@@ -45,7 +46,7 @@ JointEffort<real> joint_effort(const JointBlock<real>& block, u32 free, u32 lane
           add3(moment, scale3(angular ? r_free : real(0), along))};
 }
 
-/// Impulses of the rows on b, their opposite on a. Bodies that cannot move are never written (contract rule 9).
+/// Impulses of the rows on b, their opposite on a. Bodies that cannot move are never written (contract rule 8).
 template <class real>
 void push_joint(const JointBlock<real>& block, u32 free, u32 lane, const real (&r)[JOINT_ROWS], real r_free,
                 Motion<real>& a, Motion<real>& b) {
@@ -105,7 +106,7 @@ real free_speed(const JointBlock<real>& block, u32 lane, real e, real q, real sl
 }
 
 /// The square of by how much a solve changed the velocity of b against a, at b's anchor: u and w are what it was. A
-/// turn counts at a radius of gyration of the two bodies.
+/// rotation counts at a radius of gyration of the two bodies.
 template <class real>
 real joint_change(Vec3<real> u, Vec3<real> w, Vec3<real> arm_a, Vec3<real> arm_b, const Motion<real>& a,
                   const Motion<real>& b) {

@@ -12,7 +12,7 @@ namespace lockstep::reference {
 constexpr u32 advance_rounds = 32;
 
 /// One of the two: how its body moves, and how far a point of the shape can be from the centre of mass and still be
-/// carried along by the turning. A sphere's own turning moves no surface.
+/// carried along by the rotation. A sphere's own rotation moves no surface.
 template <class real>
 struct Mover {
   Pose<real> pose;

@@ -15,9 +15,9 @@ struct Pose {
 };
 
 /// A shape in the world; `size` as Shape says, `hull` an index into the tables of hulls. `alone`: a facet is taken for
-/// itself, not for a part of its surface, as bodies on their way to it ask for (facet.hpp). `way` and
-/// `angular_displacement`: how far the centre moves within the step, m, and by what the shape turns about it, rad, but
-/// for what forces add, which is less than `margin`, m.
+/// itself, not for a part of its surface, as bodies on their way to it ask for (facet.hpp). `displacement`
+/// and `angular_displacement`: how far the centre moves within the step, m, and by what the shape rotates about it,
+/// rad, but for what forces add, which is less than `margin`, m.
 template <class real>
 struct WorldShape {
   Vec3<real> center;

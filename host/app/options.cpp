@@ -79,7 +79,7 @@ void add_target_options(CLI::App& command, TargetOptions& options) {
 
   const std::string group = "What cannot change a bit";
   DeviceOptions& device = options.device_options;
-  command.add_option("--lanes", device.lanes, "Contacts per work-item in the solver")
+  command.add_option("--lanes", device.lanes, "Pairs in contact per work-item in the solver")
       ->check(CLI::IsMember({1, 8, 16}))
       ->group(group);
   command.add_option("--work-group", device.work_group, "Work-items per work-group")->check(positive)->group(group);

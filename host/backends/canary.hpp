@@ -1,4 +1,4 @@
-// The canary: does this device compute the reference's bits? (contract rules 1 to 4)
+// The canary: does this device compute the reference's bits? (contract rules 1, 2 and 7)
 #pragma once
 
 #include <span>

@@ -122,7 +122,7 @@ class Compiler {
   bool other_laws_ = false;           // of impact than Newton's
   bool angular_friction_ = false;     // some materials have angular friction, or are anisotropic
   bool anisotropic_ = false;          // some are anisotropic
-  bool has_static_friction_ = false;  // some hold by more than they slide with
+  bool has_static_friction_ = false;  // some have static friction above the sliding one
 };
 
 template <class real>
@@ -388,7 +388,7 @@ void Compiler<real>::set_features() {
     if (has(features, Feature::angular_friction))
       throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
                   "solvers along a gradient know round cones of slip alone, and materials of this "
-                  "scene have angular friction or have anisotropic friction; take gauss_seidel");
+                  "scene have torsional, rolling or anisotropic friction; take gauss_seidel");
     features = with(features, Feature::gradient);
     if (has(features, Feature::contacts)) features = with(features, Feature::jacobi);
   }
@@ -399,7 +399,7 @@ void Compiler<real>::set_features() {
     if (has(features, Feature::angular_friction))
       throw Error(Failure::input, worlds_[0].source + ": /settings/solver",
                   "dense_gauss_seidel knows round cones of slip alone, and materials of this "
-                  "scene have angular friction or have anisotropic friction; take gauss_seidel");
+                  "scene have torsional, rolling or anisotropic friction; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
   if (constrained && tolerance_of(settings) > 0) features = with(features, Feature::tolerance);

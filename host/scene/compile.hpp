@@ -1,5 +1,5 @@
-// From scenes to buffers: everything that becomes simulated state is computed here, in exact arithmetic (contract rule
-// 10).
+// From scenes to buffers: everything that becomes simulated state is computed here, in exact arithmetic
+// (contract rule 6).
 #pragma once
 
 #include <span>

@@ -28,7 +28,7 @@ void expect_oracle_takes(std::span<const Scene> worlds, bool doubles) {
   expect(!is_penalty(scene), "solver",
          "and springs between particles leave it nothing to solve; take one of the solvers that sweep");
   expect(std::ranges::none_of(friction_pairs_of(scene), &PairFriction::has_further_friction), "solver",
-         "whose cones know no torsional or rolling friction and no grain, which materials of this scene have; take "
+         "whose cones know no torsional, rolling or anisotropic friction, which materials of this scene have; take "
          "one of the solvers that sweep");
 }
 

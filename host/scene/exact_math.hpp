@@ -1,4 +1,4 @@
-// All arithmetic between a scene file and the simulated state (contract rule 10): the same bits from every compiler at
+// All arithmetic between a scene file and the simulated state (contract rule 6): the same bits from every compiler at
 // every optimisation level. Only + - * / and the square root are used, which IEEE 754 rounds correctly; no other
 // function of the C library, no std:: distributions, no Eigen. In double; compile.cpp rounds once to the precision of
 // the run.

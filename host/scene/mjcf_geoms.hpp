@@ -36,7 +36,7 @@ class MjcfGeoms {
     Vector3 scale, position;
     Quaternion orientation;
   };
-  // What rubs: of two geoms those of the higher priority say it, else the larger friction does.
+  // Friction: of two geoms those of the higher priority say it, else the larger friction does.
   struct Surface {
     std::array<double, 3> friction = {1, 0.005, 0.0001};  // sliding; torsional and rolling, m
     double condim = 3;                                    // 1: none of them, 3: the first, 4: two, 6: all

@@ -71,8 +71,8 @@ constexpr std::optional<Solver> find_solver(std::string_view name) {
 /// (cpu_reference/gradient/descent.hpp).
 inline bool is_gradient(Solver solver) { return solver == Solver::gradient || solver == Solver::accelerated_gradient; }
 
-/// What rubs: each contact point in a `cone` of its own, exact Coulomb friction; or the contacts of two shapes as one
-/// `patch`, with one friction and one twist: cheaper, another model (cpu_reference/solve_patch.hpp).
+/// Friction model. `cones`: each contact point has a cone of its own, exact Coulomb friction; `patches`: the contacts
+/// of two shapes share one friction and one twist, cheaper, another model (cpu_reference/solve_patch.hpp).
 enum class FrictionModel { cones, patches };
 inline constexpr std::pair<const char*, FrictionModel> friction_model_names[] = {{"cones", FrictionModel::cones},
                                                                                  {"patches", FrictionModel::patches}};

@@ -82,7 +82,7 @@ struct BodyHit {
 
 /// How a joint stands, and what it does. World frame; forces are those of the last sub-step, 0 before the first.
 struct JointState {
-  // angle of a hinge, planar, universal (first arm) or screw joint (with its turns), rad; way of a slider or
+  // angle of a hinge, planar, universal (first arm) or screw joint (with its turns), rad; travel of a slider or
   // cylindrical joint or length of a distance joint, m; of others 0
   double coordinate = 0;
   double speed = 0;  // its rate, rad/s, m/s
@@ -160,12 +160,12 @@ class World {
   // ---- joints
 
   /// Holds two bodies together as they stand now, or one to the world: anchors and axis of the description are in the
-  /// world frame of this moment, a rod is as long as it is now, the angle of a hinge and the way of a slider count from
-  /// here; which bodies it names does not matter. Takes effect, and costs, as adding a body does. Throws Error (input)
-  /// for a joint that makes no sense.
+  /// world frame of this moment, a rod is as long as it is now, the angle of a hinge and the travel of a slider count
+  /// from here; which bodies it names does not matter. Takes effect, and costs, as adding a body does. Throws Error
+  /// (input) for a joint that makes no sense.
   JointHandle add(const JointDescription& joint, BodyHandle a, BodyHandle b);
   JointHandle add(const JointDescription& joint, BodyHandle a);
-  /// Drives the free angle, way or distance of a joint (docs/scene_format.md) from now on: `speed` of b against a,
+  /// Drives the free angle, travel or distance of a joint (docs/scene_format.md) from now on: `speed` of b against a,
   /// rad/s or m/s, by a torque or force of at most `force`, N m or N; 0: not at all. Takes effect with the next step.
   /// Throws Error (input) for a joint that has nothing to drive or has friction, and for a motor that makes no sense.
   void set_motor(JointHandle joint, double speed, double force);

@@ -1,4 +1,4 @@
-// Where a joint stands at the present poses of its bodies. cpu_reference/joints/current_joint.hpp is the twin and says
+// A joint at the current poses of its bodies. cpu_reference/joints/current_joint.hpp is the twin and says
 // more.
 #ifndef LOCKSTEP_CURRENT_JOINT_H
 #define LOCKSTEP_CURRENT_JOINT_H

@@ -5,7 +5,7 @@
 
 #include "joints/current_joint.h"
 
-// J M^-1 J^T of the joint; `coupling` and `own` are the column of its free row.
+// J M^-1 J^T of the joint; `coupling` and `free_mobility` are the column of its free row.
 static inline void joint_mobility(const CurrentJoint* current, bool angular, Motion a, Motion b,
                                   real k[JOINT_ROWS][JOINT_ROWS], real coupling[JOINT_ROWS], real* free_mobility) {
   Vec3 moment_a[JOINT_ROWS + 1u], moment_b[JOINT_ROWS + 1u];

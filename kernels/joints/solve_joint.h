@@ -108,8 +108,8 @@ static inline lane_mask lane_is_angular(global const JointLanes* lanes, u32 firs
 }
 
 #if FEATURE_TOLERANCE
-// The square of by how much a solve changed the velocity of b against a, at b's anchor: u and w are what it was. A turn
-// counts at a radius of gyration of the two bodies.
+// The square of by how much a solve changed the velocity of b against a, at b's anchor: u and w are what it was. A
+// rotation counts at a radius of gyration of the two bodies.
 static inline lane lane_joint_change(Lane3 u, Lane3 w, Lane3 arm_a, Lane3 arm_b, const LaneBody* a, const LaneBody* b) {
   const Lane3 du = lane_sub3(lane_velocity_at(arm_b, arm_a, b, a), u);
   const Lane3 dw = lane_sub3(lane_sub3(b->w, a->w), w);

@@ -8,7 +8,7 @@
 
 #define ADVANCE_ROUNDS 32u
 
-// How the body of a shape moves, and how far out the shape is carried along by its turning.
+// How the body of a shape moves, and how far out the shape is carried along by its rotation.
 typedef struct Mover {
   Pose pose;
   Vec3 v, w;

@@ -1,4 +1,4 @@
-// Where shapes stand, and how two of them meet. cpu_reference/shapes/manifold.hpp is the twin and says more.
+// Shapes in the world, and how two of them meet. cpu_reference/shapes/manifold.hpp is the twin and says more.
 #ifndef LOCKSTEP_MANIFOLD_H
 #define LOCKSTEP_MANIFOLD_H
 
@@ -16,9 +16,9 @@ typedef struct Pose {
   Quat orientation;
 } Pose;
 
-// A shape in the world. `alone`: a facet is taken for itself, not for a part of its surface. `way` and
-// `angular_displacement`: how far the centre moves within the step, and by what the shape turns about it, but for what
-// forces add, less than `margin`.
+// A shape in the world. `alone`: a facet is taken for itself, not for a part of its surface. `displacement` and
+// `angular_displacement`: how far the centre moves within the step, and by what the shape rotates about it, but for
+// what forces add, less than `margin`.
 typedef struct WorldShape {
   Vec3 center;
   Quat rotation;

@@ -46,7 +46,7 @@ Quaterniond rotation_by_vector(const Vector3d& angles);
 /// How many coordinates a joint has; a distance joint is in no tree and has none.
 Index freedoms(JointType type);
 
-/// Where a joint stands at the poses of its bodies.
+/// A joint at the poses of its bodies.
 struct JointGeometry {
   Matrix3d axes;         // columns: x, y, z of the frame in a, of a universal joint those of its cross; world
   Vector3d point;        // b's anchor, world
@@ -56,8 +56,8 @@ struct JointGeometry {
 };
 JointGeometry joint_geometry(const Joint& joint, const Pose& a, const Pose& b);
 
-/// The coordinates nearest to a stand; what the joint locks is not looked at. Angles are -pi .. pi, but for a screw's,
-/// whose whole turns its travel tells.
+/// The coordinates nearest to a joint geometry; what the joint locks is not looked at. Angles are -pi .. pi, but for a
+/// screw's, whose whole turns its travel tells.
 Coordinates measured(const Joint& joint, const JointGeometry& at);
 
 /// The pose of one body from that of the other: the joint is closed.

@@ -27,7 +27,7 @@ class Kinematics {
   /// What a root has of a parent that moves by itself: X V_parent; zero for free roots and the world.
   Vector6 carried(std::size_t link) const;
 
-  /// diag(m, I) V of a link, and the wrench that holds its turning back: (0, w x I w).
+  /// diag(m, I) V of a link, and its gyroscopic wrench: (0, w x I w).
   Vector6 momentum(std::size_t link, const Vector6& twist) const;
   Vector6 gyroscopic(std::size_t link) const;
 

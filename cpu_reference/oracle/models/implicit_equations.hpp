@@ -226,7 +226,7 @@ class Equations {
     apply_impulse(joint.body_b, j.arm_b, -impulse, -moment);
   }
 
-  // Two axes that stay parallel, and dry friction of at most dt times `dry` against the turning nu (44).
+  // Two axes that stay parallel, and dry friction of at most dt times `dry` against the rotation nu (44).
   Vec3<T> add_hinge(std::size_t i, const JointAt<T>& j, const T& nu) {
     const double radius = sizes_.radius[i], rho = 1 / sizes_.mobility[system_.contacts.size() + i];
     const double most = system_.dt * system_.joints[i].dry;
