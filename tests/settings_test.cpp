@@ -118,5 +118,16 @@ TEST(Settings, NamingASolverIsEnough) {
   EXPECT_EQ(iterations_of(small), 30u);
 }
 
+// More than any integer holds is told as it is.
+TEST(Settings, AnOptionTooLargeForAnIntegerIsRefusedWithItsValue) {
+  Settings settings;
+  try {
+    read_setting("18446744073709551617", setting_info("substeps"), settings);
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("is 1.844"), std::string::npos) << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace lockstep::settings_test

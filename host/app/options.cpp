@@ -65,7 +65,8 @@ void add_solver(CLI::App& command, std::optional<Solver>& solver) {
   command
       .add_option_function<std::string>(
           "--solver", take,
-          fmt::format("Instead of the scene's: {}; or an oracle (lockstep run --help)", fmt::join(sweeping, ", ")))
+          fmt::format("Instead of the scene's: {}; or an oracle, of those that lockstep run --help lists",
+                      fmt::join(sweeping, ", ")))
       ->check(CLI::Validator(known, ""))
       ->type_name("NAME")
       ->group(setting_group_names[static_cast<u32>(SettingGroup::solver)]);

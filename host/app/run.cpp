@@ -300,13 +300,14 @@ void add_run(CLI::App& program) {
   const auto options = std::make_shared<RunOptions>();
   add_scene_options(*command, *options);
   command
-      ->add_option("--worlds", options->worlds,
-                   "So many worlds at once, each with the bits that it has alone: --seed and those that follow it. "
-                   "mpirun shares them out")
+      ->add_option(
+          "--worlds", options->worlds,
+          "Independent copies of the scene, seeded --seed, --seed + 1, ..., each with the bits that it has alone; "
+          "mpirun distributes them")
       ->check(CLI::Range(1u, 10000000u))
       ->capture_default_str();
   command->add_option("--report", options->report, "Write the figures to this file as JSON (docs/error_measures.md)");
-  command->add_option("--events", options->events, "Write who begins and ceases to touch, a JSON object a line");
+  command->add_option("--events", options->events, "Write contact and trigger events to this file as JSON Lines");
   command->add_option("--record", options->record, "Record every step in this HDF5 file, for `lockstep verify`");
   command->add_option("--checkpoint", options->checkpoint, "Keep the state that the run ends with, for --resume");
   command->add_flag("--profile", options->device_options.profile, "Time each stage; costs speed");

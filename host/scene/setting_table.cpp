@@ -90,11 +90,13 @@ nlohmann::json value_of(const std::string& text, Bounds::Kind kind) {
   if (kind == Bounds::Kind::name) return text;
   if (kind == Bounds::Kind::any && (text == "true" || text == "false")) return text == "true";
   const char* end = text.data() + text.size();
-  if (std::uint64_t whole = 0; std::from_chars(text.data(), end, whole).ptr == end && !text.empty()) return whole;
-  if (std::int64_t whole = 0; std::from_chars(text.data(), end, whole).ptr == end && !text.empty()) return whole;
-  double number = 0;
-  const auto [stop, failed] = std::from_chars(text.data(), end, number);
-  if (stop == end && failed == std::errc() && std::isfinite(number)) return number;
+  const auto parses = [&](auto& number) {
+    const auto [stop, failed] = std::from_chars(text.data(), end, number);
+    return stop == end && failed == std::errc();
+  };
+  if (std::uint64_t number = 0; parses(number)) return number;
+  if (std::int64_t number = 0; parses(number)) return number;
+  if (double number = 0; parses(number) && std::isfinite(number)) return number;
   return text;
 }
 

@@ -50,7 +50,12 @@ World::World(Scene scene, const WorldOptions& options) : impl_(std::make_unique<
   p.scene = std::move(scene);
   if (!options.solver.empty()) {
     const std::optional<Solver> solver = find_solver(options.solver);
-    if (!solver) throw Error(Failure::input, "solver", "there is none of the name '" + options.solver + "'");
+    if (!solver) {
+      std::vector<std::string> names;
+      for (const SolverInfo& each : solver_infos) names.emplace_back(each.name);
+      throw Error(Failure::input, "solver",
+                  "unknown solver " + quote(options.solver) + "; " + suggestion(options.solver, names));
+    }
     if (*solver != p.scene.settings.solver) replace_solver(p.scene.settings, *solver);
   }
   if (!options.precision.empty()) p.scene.settings.precision = options.precision;
