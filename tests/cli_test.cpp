@@ -22,6 +22,7 @@ TEST_F(CommandLine, RefusesBadUsageInOneLine) {
   expect_refused("frobnicate", 2, "no command 'frobnicate'");
   expect_refused("run", 2, "scene");
   expect_refused("run slide_to_roll --bogus", 2, "--bogus");
+  expect_refused("run slide_to_roll --iterationz 5", 2, "no option \"--iterationz\"; did you mean \"--iterations\"?");
   expect_refused("run slide_to_roll --steps -3", 2, "--steps");
   expect_refused("run slide_to_roll --steps many", 2, "--steps");
   expect_refused("run slide_to_roll --steps 10 --time 1", 2, "--time");

@@ -365,5 +365,12 @@ TEST(SceneReader, RefusesAKeyGivenByBothOfItsNames) {
             "bad.json: /bodies/0: has the key \"com_offset\" by its old name too, \"lever\"; remove that");
 }
 
+// What is wrong with a key is said by the name that the file has.
+TEST(SceneReader, RefusesAnOldKeyByTheNameInTheFile) {
+  EXPECT_EQ(refusal(R"({"bodies": [{"mass": 1, "inertia": [1, 1, 1], "lever": 3}]})"),
+            "bad.json: /bodies/0/lever: must be an array of 3 numbers, is 3");
+  EXPECT_NE(refusal(R"({"bodies": [{"mass": 1, "sensor": true}]})").find("unknown key \"sensor\""), std::string::npos);
+}
+
 }  // namespace
 }  // namespace lockstep::scene_reader_test

@@ -1,18 +1,36 @@
 // The program `lockstep`. Exit statuses: 0 good, 1 a comparison failed, 2 bad usage or bad input, 3 device failure.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <new>
 
 #include "host/app/commands.hpp"
 #include "host/app/ranks.hpp"
 #include "host/error.hpp"
+#include "host/scene/json_node.hpp"
 
 namespace {
 
 int fail(int status, const std::string& message) {
   fmt::print(stderr, "lockstep: {}\n", message);
   return status;
+}
+
+// An unknown option with the nearest that its command has; CLI11 lists all that it did not expect, the last first.
+std::string unexpected(const CLI::App& program, int argc, char** argv, const CLI::ExtrasError& error) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : program.get_subcommands())
+    for (const CLI::Option* option : command->get_options())
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  for (int i = 2; i < argc; ++i) {
+    const std::string word = argv[i], name = word.substr(0, word.find('='));
+    if (!name.starts_with("--") || std::ranges::find(names, name) != names.end()) continue;
+    const std::string near = lockstep::suggestion(name, names);
+    return fmt::format("there is no option {}{} (try --help)", lockstep::quote(name),
+                       near.starts_with("did") ? "; " + near : "");
+  }
+  return fmt::format("{} (try --help)", error.what());
 }
 
 }  // namespace
@@ -48,6 +66,8 @@ int main(int argc, char** argv) {
     const bool unknown = argc > 1 && program.get_subcommands().empty();
     return fail(2, unknown ? fmt::format("there is no command '{}' (try --help)", argv[1])
                            : fmt::format("{} (try --help)", error.what()));
+  } catch (const CLI::ExtrasError& error) {
+    return fail(2, unexpected(program, argc, argv, error));
   } catch (const CLI::ParseError& error) {
     return fail(2, std::string(error.what()) + " (try --help)");
   } catch (const app::SilentExit& exit) {

@@ -192,17 +192,30 @@ void JsonNode::expect_object(std::span<const std::string_view> known_keys) const
   if (!value_->is_object()) must_be("an object");
   for (const auto& item : value_->items()) {
     if (std::find(known_keys.begin(), known_keys.end(), item.key()) != known_keys.end()) continue;
-    if (const char* current = current_key(item.key()); current != nullptr && has(current))
-      fail(fmt::format("has the key \"{}\" by its old name too, \"{}\"; remove that", current, item.key()));
+    const auto renamed = std::ranges::find_if(known_keys, [&](std::string_view key) {
+      const char* old = old_key(key);
+      return old != nullptr && item.key() == old;
+    });
+    if (renamed != known_keys.end()) {
+      if (value_->contains(*renamed))
+        fail(fmt::format("has the key \"{}\" by its old name too, \"{}\"; remove that", *renamed, item.key()));
+      continue;
+    }
     const std::vector<std::string> names(known_keys.begin(), known_keys.end());
     unknown("key", item.key(), names);
   }
 }
 
+const char* JsonNode::name_of(const char* key) const {
+  if (value_->contains(key)) return key;
+  const char* old = old_key(key);
+  return old != nullptr && value_->contains(old) ? old : nullptr;
+}
+
 JsonNode JsonNode::at(const char* key) const {
-  const auto found = value_->find(key);
-  if (found == value_->end()) fail(fmt::format("needs the key \"{}\"", key));
-  return {*found, *source_, path_ + pointer_step(key)};
+  const char* name = name_of(key);
+  if (name == nullptr) fail(fmt::format("needs the key \"{}\"", key));
+  return {value_->at(name), *source_, path_ + pointer_step(name)};
 }
 
 std::vector<JsonNode> JsonNode::elements() const {
@@ -230,7 +243,7 @@ double JsonNode::not_negative() const {
   return x;
 }
 
-double JsonNode::share() const {
+double JsonNode::fraction() const {
   const double x = number();
   if (!(x >= 0 && x <= 1)) must_be("in 0 .. 1");
   return x;

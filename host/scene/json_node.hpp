@@ -49,7 +49,8 @@ class JsonNode {
   bool is_object() const { return value_->is_object(); }
   bool is_array() const { return value_->is_array(); }
 
-  bool has(const char* key) const { return value_->contains(key); }
+  /// Keys are met by their old names too (renamed_keys.hpp).
+  bool has(const char* key) const { return name_of(key) != nullptr; }
   JsonNode at(const char* key) const;  // refuses an object that lacks it
 
   /// The elements of an array.
@@ -58,7 +59,7 @@ class JsonNode {
   double number() const;
   double positive() const;      // > 0
   double not_negative() const;  // >= 0
-  double share() const;         // 0 .. 1
+  double fraction() const;      // 0 .. 1
   u32 integer(u32 least, u32 most) const;
   bool boolean() const;
   std::string text() const;  // not empty
@@ -81,6 +82,9 @@ class JsonNode {
   }
 
  private:
+  // As which the object has a key: its name or its old one; null where it lacks it.
+  const char* name_of(const char* key) const;
+
   const nlohmann::json* value_;
   const std::string* source_;
   std::string path_;  // a JSON pointer

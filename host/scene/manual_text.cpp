@@ -37,7 +37,7 @@ std::string type_text(const SettingInfo& row) {
   switch (row.bounds.kind) {
     case Bounds::Kind::name: return is_named(row, "solver") ? "name" : listed(names_of(row));
     case Bounds::Kind::integers:
-    case Bounds::Kind::share: return bounds + unit;
+    case Bounds::Kind::fraction: return bounds + unit;
     case Bounds::Kind::positive:
     case Bounds::Kind::not_negative: return "number " + bounds + unit;
     case Bounds::Kind::any: break;
@@ -118,7 +118,7 @@ ordered_json schema_of(const SettingInfo& row, const ordered_json& initial) {
       break;
     case Bounds::Kind::positive: schema["$ref"] = "#/$defs/positive"; break;
     case Bounds::Kind::not_negative: schema["$ref"] = "#/$defs/not_negative"; break;
-    case Bounds::Kind::share: schema["$ref"] = "#/$defs/share"; break;
+    case Bounds::Kind::fraction: schema["$ref"] = "#/$defs/share"; break;
     case Bounds::Kind::integers:
       schema = {{"type", "integer"}, {"minimum", row.bounds.least}, {"maximum", row.bounds.most}};
       break;

@@ -55,7 +55,7 @@ std::vector<Material> read_materials(const JsonNode& array) {
       }
     }
     if (node.has("friction")) material.friction = node.at("friction").not_negative();
-    if (node.has("restitution")) material.restitution = node.at("restitution").share();
+    if (node.has("restitution")) material.restitution = node.at("restitution").fraction();
     read_impact_law(node, material);
     material.further = read_further_friction(node);
     materials.push_back(material);
@@ -79,7 +79,7 @@ std::vector<MaterialPairRule> read_material_pairs(const JsonNode& array, const s
       index[i] = static_cast<u32>(found - names.begin());
     }
     MaterialPairRule rule = {std::min(index[0], index[1]), std::max(index[0], index[1]),
-                             node.at("friction").not_negative(), node.at("restitution").share()};
+                             node.at("friction").not_negative(), node.at("restitution").fraction()};
     read_impact_law(node, rule);
     rule.further = read_further_friction(node);
     for (const MaterialPairRule& other : rules) {
@@ -150,15 +150,14 @@ std::string stem(const std::string& path) { return fs::path(path).stem().string(
 
 Scene parse_scene(const std::string& text, const std::string& source, u32 seed) {
   if (is_robot(source)) return robot_scene(text, source);
-  nlohmann::json document = parse_json(text, source);
-  std::vector<std::string> notes = update_keys(document);
+  const nlohmann::json document = parse_json(text, source);
   const JsonNode root(document, source);
   root.expect_object({"$schema", "name", "description", "gravity", "camera", "settings", "materials", "material_pairs",
                       "bodies", "joints", "particles", "robots"});
   Scene scene;
   scene.source = source;
   scene.text = text;
-  scene.notes = std::move(notes);
+  scene.notes = notes_on_keys(document);
   scene.name = root.has("name") ? root.at("name").text() : stem(source);
   if (root.has("description")) scene.description = root.at("description").text();
   if (root.has("gravity")) scene.gravity = root.at("gravity").vector();
@@ -194,8 +193,8 @@ Scene parse_scene(const std::string& text, const std::string& source, u32 seed) 
 }
 
 BodyDescription parse_body(const std::string& text, const std::string& source, Scene& scene) {
-  nlohmann::json document = parse_json(text, source);
-  for (std::string& note : update_keys(document)) scene.notes.push_back(std::move(note));
+  const nlohmann::json document = parse_json(text, source);
+  for (std::string& note : notes_on_keys(document)) scene.notes.push_back(std::move(note));
   const JsonNode root(document, source);
   Categories categories(scene.categories, root);
   Names names = {scene.materials, categories, scene.particles.has_value()};

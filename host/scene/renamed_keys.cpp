@@ -8,6 +8,7 @@ namespace {
 
 struct RenamedKey {
   const char *old, *current;
+  bool is_met = false;
 };
 
 constexpr RenamedKey renamed_keys[] = {
@@ -16,37 +17,26 @@ constexpr RenamedKey renamed_keys[] = {
 #undef RENAMED_KEY
 };
 
-bool update_object(nlohmann::json& object, const RenamedKey& key) {
-  const auto found = object.find(key.old);
-  if (found == object.end() || object.contains(key.current)) return false;
-  object[key.current] = std::move(*found);
-  object.erase(key.old);
-  return true;
-}
-
 }  // namespace
 
-const char* current_key(std::string_view key) {
-  const auto found = std::ranges::find(renamed_keys, key, &RenamedKey::old);
-  return found == std::end(renamed_keys) ? nullptr : found->current;
+const char* old_key(std::string_view key) {
+  const auto found = std::ranges::find(renamed_keys, key, &RenamedKey::current);
+  return found == std::end(renamed_keys) ? nullptr : found->old;
 }
 
-std::vector<std::string> update_keys(nlohmann::json& document) {
+std::vector<std::string> notes_on_keys(const nlohmann::json& document) {
   std::vector<std::string> notes;
-  std::vector<nlohmann::json*> open = {&document};  // the parser limits the depth, not the number of values
+  std::vector<const nlohmann::json*> open = {&document};
+  std::vector<RenamedKey> keys(std::begin(renamed_keys), std::end(renamed_keys));
   while (!open.empty()) {
-    nlohmann::json& value = *open.back();
+    const nlohmann::json& value = *open.back();
     open.pop_back();
-    if (value.is_object()) {
-      for (const RenamedKey& key : renamed_keys) {
-        if (!update_object(value, key)) continue;
-        const std::string note = "the key \"" + std::string(key.old) + "\" is called \"" + key.current + "\" now";
-        if (std::ranges::find(notes, note) == notes.end()) notes.push_back(note);
-      }
-    }
+    for (RenamedKey& key : keys) key.is_met = key.is_met || value.contains(key.old);
     if (value.is_structured())
-      for (nlohmann::json& element : value) open.push_back(&element);
+      for (const nlohmann::json& element : value) open.push_back(&element);
   }
+  for (const RenamedKey& key : keys)
+    if (key.is_met) notes.push_back("the key \"" + std::string(key.old) + "\" is called \"" + key.current + "\" now");
   return notes;
 }
 

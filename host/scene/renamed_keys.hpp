@@ -1,4 +1,4 @@
-// Keys of scene files that had another name (renamed_keys.def).
+// Keys of scene files that had another name (renamed_keys.def): JsonNode finds them by either.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -8,11 +8,10 @@
 
 namespace lockstep {
 
-/// Gives old keys of the document, at any depth, their current names, but where an object has both. One line for each
-/// old key that was met, however often.
-std::vector<std::string> update_keys(nlohmann::json& document);
+/// What a key was called before; null where it always had its name.
+const char* old_key(std::string_view key);
 
-/// What an old key is called now; null for others.
-const char* current_key(std::string_view key);
+/// A line for each old key in the document, however often it stands there: how it is called now.
+std::vector<std::string> notes_on_keys(const nlohmann::json& document);
 
 }  // namespace lockstep

@@ -15,7 +15,7 @@ namespace {
 namespace columns {
 
 constexpr Bounds any = {}, positive = {Bounds::Kind::positive}, not_negative = {Bounds::Kind::not_negative},
-                 share = {Bounds::Kind::share};
+                 fraction = {Bounds::Kind::fraction};
 constexpr Bounds between(u32 least, u32 most) { return {Bounds::Kind::integers, least, most}; }
 constexpr Bounds one_of(const char* noun) { return {.kind = Bounds::Kind::name, .noun = noun}; }
 
@@ -53,7 +53,7 @@ void read(const JsonNode& node, const Bounds& bounds, double& x) {
   switch (bounds.kind) {
     case Bounds::Kind::positive: x = node.positive(); break;
     case Bounds::Kind::not_negative: x = node.not_negative(); break;
-    case Bounds::Kind::share: x = node.share(); break;
+    case Bounds::Kind::fraction: x = node.fraction(); break;
     default: x = node.number();
   }
 }
@@ -153,7 +153,7 @@ bool Bounds::contains(double x) const {
   switch (kind) {
     case Kind::positive: return x > 0;
     case Kind::not_negative: return x >= 0;
-    case Kind::share: return x >= 0 && x <= 1;
+    case Kind::fraction: return x >= 0 && x <= 1;
     case Kind::integers: return x >= least && x <= most;
     default: return true;
   }
@@ -163,7 +163,7 @@ std::string Bounds::text() const {
   switch (kind) {
     case Kind::positive: return "> 0";
     case Kind::not_negative: return ">= 0";
-    case Kind::share: return "0 .. 1";
+    case Kind::fraction: return "0 .. 1";
     case Kind::integers: return fmt::format("{} .. {}", least, most);
     default: return "";
   }

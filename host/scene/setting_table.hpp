@@ -13,7 +13,7 @@ namespace lockstep {
 
 /// Which values a setting takes.
 struct Bounds {
-  enum class Kind { any, positive, not_negative, share, integers, name } kind = Kind::any;
+  enum class Kind { any, positive, not_negative, fraction, integers, name } kind = Kind::any;
   u32 least = 0, most = 0;        // integers
   const char* noun = "";          // name: what it is called in errors
   const char* in_words = "";      // what holds where it is not given; empty: its initial value
