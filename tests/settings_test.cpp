@@ -30,7 +30,7 @@ std::vector<std::string> bad_values(const Bounds& bounds) {
   switch (bounds.kind) {
     case Bounds::Kind::positive: return {"0", "-1", "nan", "much"};
     case Bounds::Kind::not_negative: return {"-1", "nan", "much"};
-    case Bounds::Kind::share: return {"-0.5", "1.5", "much"};
+    case Bounds::Kind::fraction: return {"-0.5", "1.5", "much"};
     case Bounds::Kind::integers:
       return {std::to_string(bounds.least - 1), std::to_string(std::uint64_t(bounds.most) + 1), "1.5", "-1", "many"};
     case Bounds::Kind::name: return {"qqqqqqqq"};
