@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/error.hpp"
+#include "host/energy_budget.hpp"
 #include "host/sleepers.hpp"
 #include "host/step.hpp"
 
@@ -86,6 +87,13 @@ void refuse_trouble(Backend<real>& backend, const Counters& counters, u32 step) 
 }
 
 }  // namespace
+
+template <class real>
+Simulation<real>::Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params, u32 steps_done)
+    : backend_(std::move(backend)), params_(params), steps_done_(steps_done) {
+  const Features features = backend_->features();
+  params_.units_per_joule = units_per_joule(backend_->download(energy_buffers(features)), features);
+}
 
 // Lists that were too short.
 template <class real>

@@ -47,8 +47,7 @@ template <class real>
 class Simulation {
  public:
   /// `params` are those of the state that the backend was made from, `steps_done` the steps that are behind it.
-  Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params, u32 steps_done = 0)
-      : backend_(std::move(backend)), params_(params), steps_done_(steps_done) {}
+  Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params, u32 steps_done = 0);
 
   /// One time step. A list that was too short is made longer and the step redone, with the same bits as if it had been
   /// long enough; a step in which bodies wake is redone with them awake. Where everything sleeps, the step only counts.

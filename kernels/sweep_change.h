@@ -16,21 +16,6 @@
 
 #if FEATURE_TOLERANCE
 
-static inline real lane_largest(lane x) {
-#if LANES == 1
-  return x;
-#else
-#if LANES == 16
-  const Real8 x8 = x.lo > x.hi ? x.lo : x.hi;
-#else
-  const Real8 x8 = x;
-#endif
-  const LANES_JOIN(REAL, 4) x4 = x8.lo > x8.hi ? x8.lo : x8.hi;
-  const LANES_JOIN(REAL, 2) x2 = x4.lo > x4.hi ? x4.lo : x4.hi;
-  return x2.x > x2.y ? x2.x : x2.y;
-#endif
-}
-
 // Of squared changes, m^2/s^2.
 static inline void note_change(lane squared, global u32* counters) {
   const float change = (float)sqrt(lane_largest(squared));

@@ -139,7 +139,17 @@ enum Counter {
   COUNTER_ISLANDS = 22,               // islands asleep at the end of the step
   COUNTER_MOVING = 23,                // bodies awake at the end of the step, and kinematic ones that move
   COUNTER_COUPLED_TILES_NEEDED = 24,  // pairs of tiles of contacts that share a movable body
-  COUNTER_COUNT = 25
+  // what the state was like that the step started from (kernels/measure.h): maxima as bits of floats
+  COUNTER_MAX_SPEED = 25,          // of the centre of mass of a dynamic body, m/s
+  COUNTER_MAX_OVERLAP = 26,        // of two shapes, m
+  COUNTER_MAX_OVERLAP_RATIO = 27,  // over the smaller of their inner radii
+  COUNTER_MAX_OPENING = 28,        // of the anchors of a joint, m
+  COUNTER_MAX_OPENING_RATIO = 29,  // over the size of the smaller body
+  COUNTER_MAX_JOINT_ANGLE = 30,    // by which what a joint keeps parallel is off, rad
+  // signed numbers of two words, the low one first, in units of 1 / StepParams::units_per_joule
+  COUNTER_ENERGY = 31,   // of the dynamic bodies, and of the springs of joints
+  COUNTER_KINETIC = 33,  // of it, that of motion
+  COUNTER_COUNT = 35
 };
 
 enum StatusBit {
@@ -218,6 +228,7 @@ LINE_RECORD(Pivot) {
 //   box                half extents
 //   hull               half extents of the box along the axes, about the origin, that holds its vertices
 //   plane              nothing: through the origin, normal z
+// The last of `size` is the inner radius: how deep a point can be inside of the shape, or 0 of what has no inside.
 LINE_RECORD(Shape) {
   real offset[3];
   real bounding_radius;
@@ -445,6 +456,7 @@ RECORD(StepParams) {
   u32 overlap_capacity;
   u32 row_capacity;
   u32 joint_blocks;
+  real units_per_joule;  // in which energy is counted, a power of two; 0: it is not
 };
 
 #ifdef __cplusplus

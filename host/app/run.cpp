@@ -14,6 +14,7 @@
 #include "host/app/worlds.hpp"
 #include "host/error.hpp"
 #include "host/record/whole_file.hpp"
+#include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/sample_particles.hpp"
 #include "host/simulation.hpp"
@@ -63,6 +64,7 @@ Recorder make_recorder(const InitialState<real>& state) {
 template <class real>
 struct RunObservers {
   Recorder& recorder;
+  Monitor& monitor;
   EventLog& log;
   Progress& progress;
   RecordingWriter<real>* recording;  // may be null
@@ -83,15 +85,17 @@ void simulate(Simulation<real>& simulation, u32 steps, RunObservers<real> observ
     simulation.step();
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
     observers.recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
+    observers.monitor.observe(simulation.counters(), simulation.params(), step);
     if (step == first) observers.first_step = backend.stage_seconds();
     if (has(backend.features(), Feature::tolerance)) observers.recorder.sweeps(simulation.counters()[COUNTER_SWEEPS]);
     if (observers.recording) record_step(*observers.recording, simulation, ms.count());
-    if (is_measured(step - first, steps - first)) {
+    if (is_measured(step - first, steps - first) || observers.monitor.is_worse()) {
       const Buffers<real>& buffers = backend.download(wanted);
       Measures measures =
           measure(buffers, backend.sizes(), backend.features(), simulation.params(), simulation.counters());
       backend.take_own_residual(measures);
       if (observers.recording) observers.recording->add(measure_row(step + 1, measures));
+      observers.monitor.observe(measures, step + 1);
       observers.recorder.observe(step, (step + 1 - first) * dt, measures);
     }
     for (const Event& event : simulation.events()) observers.log.add(event);
@@ -189,6 +193,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   Start<real> start = make_start<real>(worlds, options);
   const InitialState<real>& state = start.state;
   Recorder recorder = make_recorder(state);
+  Monitor monitor(scene.settings, energy_budget(state.buffers, state.features));
 
   Report report;
   report.scene = scene.name;
@@ -219,12 +224,18 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   {
     const Interrupt interrupt;
     Progress progress(report.steps, !options.quiet);
-    simulate_and_close(simulation, steps, {recorder, log, progress, recording.get(), oracle, first_step});
+    simulate_and_close(simulation, steps, {recorder, monitor, log, progress, recording.get(), oracle, first_step});
   }
   report.interrupted = simulation.steps_done() < steps;
   report.steps = simulation.steps_done() - start.steps_done;
   write_checkpoint(simulation, scene.name, identity, oracle.name, options.checkpoint);
   recorder.finish(report);
+  report.verdict = monitor.verdict();
+  report.max_penetration_m = std::max(report.max_penetration_m, monitor.overlap_m());
+  if (report.joints > 0) {
+    report.joint_drift_max_m = std::max(report.joint_drift_max_m.value_or(0), monitor.opening_m());
+    report.joint_angle_max_rad = std::max(report.joint_angle_max_rad.value_or(0), monitor.joint_angle());
+  }
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();
   if (has(simulation.backend().features(), Feature::sleeping)) {
@@ -291,6 +302,7 @@ void run(RunOptions options) {
   file->write(to_json(report));
   if (!options.quiet) fmt::print("{}", to_table(report));
   if (report.unsolved) expect_all_solved(report.scene, outcome.oracle, *report.unsolved);
+  if (!report.verdict.good()) throw Error(Failure::comparison, report.scene, in_words(report.verdict));
 }
 
 }  // namespace

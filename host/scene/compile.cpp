@@ -71,6 +71,20 @@ real shape_bounding_radius(ShapeKind kind, const real (&size)[4]) {
   }
 }
 
+// How deep a point can be inside; of a hull in the box along its axes, which is no less. Planes and triangles of
+// surfaces have no inside.
+template <class real>
+real inner_radius(ShapeKind kind, const real (&size)[4]) {
+  switch (kind) {
+    case SHAPE_SPHERE:
+    case SHAPE_CAPSULE: return size[0];
+    case SHAPE_CYLINDER: return std::min(size[0], size[1]);
+    case SHAPE_BOX:
+    case SHAPE_HULL: return std::min({size[0], size[1], size[2]});
+    default: return 0;
+  }
+}
+
 template <class real>
 class Compiler {
  public:
@@ -262,6 +276,7 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
     default: break;
   }
   record.bounding_radius = shape_bounding_radius<real>(shape.kind, record.size);
+  record.size[3] = inner_radius<real>(shape.kind, record.size);
   buffers().shapes.push_back(record);
 }
 

@@ -155,6 +155,7 @@ std::vector<JointBlock<double>> ImpulseBackend::predict(const StepParams<double>
   const auto motions = b.motions;
   const auto blocks = b.joint_blocks;
   const auto joints = b.joints;
+  const auto counters = b.counters;
   ReferenceBackend::work(Stage::integrate_positions, params);
   for (Joint<double>& joint : b.joints) joint.correction = 1;
   ReferenceBackend::work(Stage::prepare_joints, params);
@@ -164,6 +165,7 @@ std::vector<JointBlock<double>> ImpulseBackend::predict(const StepParams<double>
   b.motions = motions;
   b.joint_blocks = blocks;
   b.joints = joints;
+  b.counters = counters;
   return predicted;
 }
 

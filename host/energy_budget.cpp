@@ -1,0 +1,90 @@
+#include "host/energy_budget.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "host/stages.hpp"
+
+namespace lockstep {
+
+namespace {
+
+template <class real>
+double length(const real* v) {
+  return std::hypot(double(v[0]), double(v[1]), double(v[2]));
+}
+
+// Radius of gyration, squared: of the mean moment.
+template <class real>
+double gyration_2(const Mass<real>& mass) {
+  const double mean = (double(mass.inertia[0]) + double(mass.inertia[1]) + double(mass.inertia[2])) / 3;
+  return std::isfinite(mean) && mass.mass > 0 ? mean / double(mass.mass) : 0;
+}
+
+template <class real>
+bool moves(const Motion<real>& motion) {
+  return length(motion.v) > 0 || length(motion.w) > 0;
+}
+
+template <class real>
+EnergySource source_of(const Buffers<real>& b, Features features) {
+  if (has(features, Feature::particles)) return EnergySource::particles;
+  const auto acts = [](const Load<real>& load) { return length(load.force) > 0 || length(load.torque) > 0; };
+  if (has(features, Feature::loads) && std::ranges::any_of(b.loads, acts)) return EnergySource::loads;
+  for (std::size_t i = 0; i < b.body_infos.size(); ++i)
+    if (b.body_infos[i].kind == BODY_KINEMATIC && moves(b.motions[i])) return EnergySource::kinematic_bodies;
+  const auto drives = [](const Joint<real>& joint) {
+    return joint.motor_speed != 0 && double(joint.motor_force) >= double(JOINT_UNBOUNDED);
+  };
+  if (has(features, Feature::joints) && std::ranges::any_of(b.joints, drives)) return EnergySource::unbounded_motors;
+  return EnergySource::none;
+}
+
+}  // namespace
+
+std::vector<Buffer> energy_buffers(Features features) {
+  std::vector<Buffer> buffers = {Buffer::body_infos, Buffer::gravities, Buffer::masses, Buffer::positions,
+                                 Buffer::motions};
+  if (has(features, Feature::joints)) buffers.push_back(Buffer::joints);
+  if (has(features, Feature::loads)) buffers.push_back(Buffer::loads);
+  return buffers;
+}
+
+template <class real>
+EnergyBudget energy_budget(const Buffers<real>& b, Features features) {
+  EnergyBudget budget;
+  budget.source = source_of(b, features);
+  if (has(features, Feature::joints)) {
+    for (const Joint<real>& joint : b.joints)
+      budget.power += std::abs(double(joint.motor_speed)) * double(joint.motor_force);
+  }
+  for (std::size_t i = 0; i < b.body_infos.size(); ++i) {
+    if (b.body_infos[i].kind != BODY_DYNAMIC) continue;
+    const double mass = double(b.masses[i].mass), k_2 = gyration_2(b.masses[i]);
+    budget.imperceptible += mass * length(&b.gravities[b.body_infos[i].world].x) * std::sqrt(k_2);
+    budget.imperceptible += 0.5 * mass * 1e-4 * k_2;
+  }
+  return budget;
+}
+
+template <class real>
+real units_per_joule(const Buffers<real>& b, Features features) {
+  double all = energy_budget(b, features).imperceptible;
+  for (std::size_t i = 0; i < b.body_infos.size(); ++i) {
+    if (b.body_infos[i].kind != BODY_DYNAMIC) continue;
+    const double mass = double(b.masses[i].mass), v = length(b.motions[i].v), w = length(b.motions[i].w);
+    all += 0.5 * mass * (v * v + gyration_2(b.masses[i]) * w * w);
+    all += mass * length(&b.gravities[b.body_infos[i].world].x) * length(&b.positions[i].x);
+  }
+  if (!(all > 0) || !std::isfinite(all)) return 1;
+  return static_cast<real>(std::ldexp(1.0, std::clamp(30 - std::ilogb(all), -100, 100)));
+}
+
+#define INSTANTIATE(real)                                              \
+  template EnergyBudget energy_budget(const Buffers<real>&, Features); \
+  template real units_per_joule(const Buffers<real>&, Features);
+INSTANTIATE(float)
+INSTANTIATE(double)
+#undef INSTANTIATE
+
+}  // namespace lockstep

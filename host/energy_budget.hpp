@@ -1,0 +1,29 @@
+// Where the energy of a scene may come from, and in which units steps count it.
+#pragma once
+
+#include "host/buffers.hpp"
+#include "host/features.hpp"
+#include "host/verdict.hpp"
+
+namespace lockstep {
+
+struct EnergyBudget {
+  EnergySource source = EnergySource::none;
+  double power = 0;  // W: what motors of bounded force add at most, the sum of force times speed
+  /// What nobody sees, J: to lift each body by its radius of gyration k, and to move it by k / 100 in a second.
+  double imperceptible = 0;
+};
+
+/// Of a state as it is.
+template <class real>
+EnergyBudget energy_budget(const Buffers<real>& buffers, Features features);
+
+/// Units that a J is counted in, a power of two: 2^30 are all of what bodies have by their motion, or would have by
+/// moving to the origin. A body that has 2^15 times as much counts no more (cpu_reference/measure.hpp).
+template <class real>
+real units_per_joule(const Buffers<real>& buffers, Features features);
+
+/// The buffers that both read in a scene of these features.
+std::vector<Buffer> energy_buffers(Features features);
+
+}  // namespace lockstep

@@ -1,0 +1,48 @@
+// Watches a run step by step and comes to its verdict. What it looks at is measured where the step is computed, in the
+// counters of the step (cpu_reference/measure.hpp); of the state that a run ends with, by measure().
+#pragma once
+
+#include "host/backends/backend.hpp"
+#include "host/energy_budget.hpp"
+#include "host/report/measures.hpp"
+#include "host/scene/settings.hpp"
+
+namespace lockstep {
+
+class Monitor {
+ public:
+  /// The bounds are those of the settings.
+  Monitor(const Settings& settings, const EnergyBudget& budget);
+
+  /// The state that a step began with, when `steps_done` steps had been done. `params` are those of the step.
+  template <class real>
+  void observe(const Counters& counters, const StepParams<real>& params, u32 steps_done);
+
+  /// The state after so many steps.
+  void observe(const Measures& measures, u32 steps_done);
+
+  /// Somebody acts on the bodies between steps: the energy that they have then is what they begin with.
+  void restart(const EnergyBudget& budget);
+
+  /// Whether a figure is above its bound and a tenth above what it was when this last was true.
+  bool is_worse();
+
+  const Verdict& verdict() const { return verdict_; }
+  double overlap_m() const { return overlap_m_; }  // the largest of two shapes
+  double opening_m() const { return opening_m_; }  // and of the anchors of a joint
+  double joint_angle() const { return verdict_[Criterion::joint_angle].worst; }
+
+ private:
+  void note(Criterion criterion, double value, u32 step);
+  void note_energy(double energy, double kinetic, double seconds, u32 step);
+
+  Verdict verdict_;
+  EnergyBudget budget_;
+  double dt_;
+  double least_energy_;      // of those that were seen, less what motors may have added until then, J
+  double most_kinetic_ = 0;  // J
+  double overlap_m_ = 0, opening_m_ = 0;
+  std::array<double, criterion_count> told_ = {};  // what they were when is_worse() last was true
+};
+
+}  // namespace lockstep

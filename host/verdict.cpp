@@ -1,0 +1,69 @@
+#include "host/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace lockstep {
+
+namespace {
+
+constexpr CriterionInfo infos[] = {
+#define CRITERION(name, bound, unit, meaning) {#name, unit, meaning},
+#include "host/verdict.def"
+};
+
+std::string with_unit(double value, const char* unit) {
+  return fmt::format("{:.3g}{}{}", value, *unit ? " " : "", unit);
+}
+
+}  // namespace
+
+const CriterionInfo& info(Criterion criterion) { return infos[static_cast<u32>(criterion)]; }
+
+bool Verdict::good() const {
+  for (u32 i = 0; i < criterion_count; ++i)
+    if (!keeps(static_cast<Criterion>(i))) return false;
+  return true;
+}
+
+void Verdict::add(const Verdict& other) {
+  for (u32 i = 0; i < criterion_count; ++i) {
+    Judgement& mine = judgements[i];
+    const Judgement& theirs = other.judgements[i];
+    mine.bound = theirs.bound;
+    mine.first_step = std::min(mine.first_step, theirs.first_step);
+    if (theirs.worst <= mine.worst) continue;
+    mine.worst = theirs.worst;
+    mine.worst_step = theirs.worst_step;
+  }
+  if (other.energy_source != EnergySource::none) energy_source = other.energy_source;
+}
+
+std::string in_words(const Verdict& verdict) {
+  std::string text;
+  for (u32 i = 0; i < criterion_count; ++i) {
+    const Criterion criterion = static_cast<Criterion>(i);
+    if (verdict.keeps(criterion)) continue;
+    const CriterionInfo& of = info(criterion);
+    const Judgement& j = verdict[criterion];
+    std::string name = of.name;
+    for (char& c : name) c = c == '_' ? ' ' : c;
+    text += fmt::format("{}{} {} after {} steps, above {} since {}", text.empty() ? "" : "; ", name,
+                        with_unit(j.worst, of.unit), j.worst_step, with_unit(j.bound, of.unit), j.first_step);
+  }
+  return text.empty() ? "good" : text;
+}
+
+std::string in_words(EnergySource source) {
+  switch (source) {
+    case EnergySource::none: return "";
+    case EnergySource::particles: return "springs of particles keep some";
+    case EnergySource::loads: return "loads act on bodies";
+    case EnergySource::kinematic_bodies: return "kinematic bodies move";
+    case EnergySource::unbounded_motors: return "motors of unbounded force drive it";
+  }
+  return "";
+}
+
+}  // namespace lockstep
