@@ -51,13 +51,17 @@ std::vector<Buffer> energy_buffers(Features features) {
 }
 
 template <class real>
+double motor_power(const std::vector<Joint<real>>& joints) {
+  double power = 0;
+  for (const Joint<real>& joint : joints) power += std::abs(double(joint.motor_speed)) * double(joint.motor_force);
+  return power;
+}
+
+template <class real>
 EnergyBudget energy_budget(const Buffers<real>& b, Features features) {
   EnergyBudget budget;
   budget.source = source_of(b, features);
-  if (has(features, Feature::joints)) {
-    for (const Joint<real>& joint : b.joints)
-      budget.power += std::abs(double(joint.motor_speed)) * double(joint.motor_force);
-  }
+  if (has(features, Feature::joints)) budget.power = motor_power(b.joints);
   for (std::size_t i = 0; i < b.body_infos.size(); ++i) {
     if (b.body_infos[i].kind != BODY_DYNAMIC) continue;
     const double mass = double(b.masses[i].mass), k_2 = gyration_2(b.masses[i]);
@@ -81,6 +85,7 @@ real units_per_joule(const Buffers<real>& b, Features features) {
 }
 
 #define INSTANTIATE(real)                                              \
+  template double motor_power(const std::vector<Joint<real>>&);        \
   template EnergyBudget energy_budget(const Buffers<real>&, Features); \
   template real units_per_joule(const Buffers<real>&, Features);
 INSTANTIATE(float)

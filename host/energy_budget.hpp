@@ -9,10 +9,14 @@ namespace lockstep {
 
 struct EnergyBudget {
   EnergySource source = EnergySource::none;
-  double power = 0;  // W: what motors of bounded force add at most, the sum of force times speed
+  double power = 0;  // W: what motors of bounded force add at most
   /// What nobody sees, J: to lift each body by its radius of gyration k, and to move it by k / 100 in a second.
   double imperceptible = 0;
 };
+
+/// Of joints as they are, W: the sum of force times speed of their motors.
+template <class real>
+double motor_power(const std::vector<Joint<real>>& joints);
 
 /// Of a state as it is.
 template <class real>

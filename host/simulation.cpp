@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "host/error.hpp"
 #include "host/energy_budget.hpp"
+#include "host/error.hpp"
 #include "host/sleepers.hpp"
 #include "host/step.hpp"
 

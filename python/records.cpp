@@ -130,6 +130,34 @@ void add_records(py::module_& module) {
                            unsolved.worst_residual);
       });
 
+  py::class_<Judgement>(module, "Judgement",
+                        "One figure of a run beside its bound. Steps are told by how many had been done.")
+      .def_readonly("worst", &Judgement::worst, "The largest.")
+      .def_readonly("bound", &Judgement::bound, "The setting that bounds it.")
+      .def_readonly("worst_step", &Judgement::worst_step, "When it was the largest.")
+      .def_property_readonly(
+          "first_step",
+          [](const Judgement& j) { return j.first_step == NONE ? std::nullopt : std::optional(j.first_step); },
+          "When it first was above the bound; None where it never was.");
+
+  py::class_<Verdict> verdict(module, "Verdict",
+                              "How a run came out (docs/error_measures.md); true where all figures kept their bounds.");
+#define CRITERION(name, bound, unit, meaning) \
+  verdict.def_property_readonly(              \
+      #name, [](const Verdict& v) { return v[Criterion::name]; }, meaning);
+#include "host/verdict.def"
+  verdict
+      .def_property_readonly(
+          "energy_not_judged",
+          [](const Verdict& v) {
+            const std::string source = in_words(v.energy_source);
+            return source.empty() ? std::nullopt : std::optional(source);
+          },
+          "Why the gain of energy is not judged; None where it is.")
+      .def("__bool__", &Verdict::good)
+      .def("__str__", [](const Verdict& v) { return in_words(v); })
+      .def("__repr__", [](const Verdict& v) { return fmt::format("<lockstep.Verdict {}>", in_words(v)); });
+
   py::class_<WorldDevice>(module, "Device", "What a world computes on.")
       .def_readonly("name", &WorldDevice::name, "As `lockstep devices` has it, or 'reference'.")
       .def_readonly("bit_exact", &WorldDevice::bit_exact, "Its bits are those of every other device.")

@@ -174,6 +174,9 @@ void add_time(WorldClass& world) {
       .def_property_readonly(
           "unsolved", [](SharedWorld& shared) { return shared.use().unsolved(); },
           "What an oracle has left unsolved so far, an Unsolved; nothing of a solver that promises no residual.")
+      .def_property_readonly(
+          "verdict", [](SharedWorld& shared) { return shared.use().verdict(); },
+          "How the run came out so far, a Verdict of all steps and of the state as it is.")
       .def(
           "record", [](SharedWorld& shared, const std::string& path) { shared.use().record(path); }, py::arg("path"),
           "Records every step from now on in a file of HDF5 that `lockstep verify` replays and `lockstep render` "

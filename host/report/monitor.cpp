@@ -19,16 +19,16 @@ double energy(const Counters& counters, u32 counter, const StepParams<real>& par
 
 }  // namespace
 
-Monitor::Monitor(const Settings& settings, const EnergyBudget& budget) : dt_(settings.dt) {
+Monitor::Monitor(const Settings& settings, const EnergyBudget& budget) : budget_(budget), dt_(settings.dt) {
 #define CRITERION(name, bound_setting, unit, meaning) verdict_[Criterion::name].bound = settings.bound_setting;
 #include "host/verdict.def"
-  restart(budget);
+  verdict_.energy_source = budget.source;
+  restart(budget.power);
 }
 
-void Monitor::restart(const EnergyBudget& budget) {
-  budget_ = budget;
+void Monitor::restart(double power) {
+  budget_.power = power;
   least_energy_ = std::numeric_limits<double>::infinity();
-  if (budget.source != EnergySource::none) verdict_.energy_source = budget.source;
 }
 
 void Monitor::note(Criterion criterion, double value, u32 step) {

@@ -21,8 +21,11 @@ class Monitor {
   /// The state after so many steps.
   void observe(const Measures& measures, u32 steps_done);
 
-  /// Somebody acts on the bodies between steps: the energy that they have then is what they begin with.
-  void restart(const EnergyBudget& budget);
+  /// Somebody acts on bodies or motors between steps: the energy that there is then is what they begin with. `power` is
+  /// that of the motors, as in EnergyBudget.
+  void restart(double power);
+  /// From now on energy comes from where nobody counts it.
+  void add_source(EnergySource source) { verdict_.energy_source = source; }
 
   /// Whether a figure is above its bound and a tenth above what it was when this last was true.
   bool is_worse();

@@ -31,6 +31,7 @@ struct World::Impl {
   IndexMap index_map;  // from the engine's bodies and joints to the scene's
   bool changed = true;
   Unsolved unsolved;                // by engines before this one
+  Verdict verdict;                  // of them
   std::vector<BodyHandle> stepped;  // whom the engine's last step was about
 
   std::map<u32, std::function<Wrench(double)>> loads;  // by id
@@ -67,6 +68,7 @@ struct World::Impl {
       hand_over_velocities();
       forget_state();
       if (engine) unsolved.add(engine->unsolved());
+      if (engine) verdict.add(engine->verdict());
       if (engine) engine->end_recording();
       engine = make_engine(scene, options, engine.get(), index_map);
       reset_index_map();

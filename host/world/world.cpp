@@ -190,6 +190,11 @@ Unsolved World::unsolved() const {
   if (impl_->engine) all.add(impl_->engine->unsolved());
   return all;
 }
+Verdict World::verdict() {
+  Verdict all = impl_->verdict;
+  if (impl_->engine) all.add(impl_->engine->verdict());
+  return all;
+}
 double World::time() const { return steps_done() * time_step(); }
 double World::time_step() const { return impl_->scene.settings.dt; }
 

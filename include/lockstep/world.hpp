@@ -17,6 +17,7 @@
 #include "host/scene/solid_body.hpp"
 #include "host/scene/surface.hpp"
 #include "host/unsolved.hpp"
+#include "host/verdict.hpp"
 
 namespace lockstep {
 
@@ -214,6 +215,10 @@ class World {
   /// What an oracle (docs/solvers_oracle.md) has left unsolved so far: step() does not throw for that. A solver that
   /// promises no residual leaves nothing unsolved.
   Unsolved unsolved() const;
+  /// Of all steps so far and the state as it is, by the bounds of the scene's settings (docs/error_measures.md). Energy
+  /// that bodies have by what is done to them between steps is no gain; once loads act, kinematic bodies are moved or
+  /// motors of unbounded force run it is not judged.
+  Verdict verdict();
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();
 
