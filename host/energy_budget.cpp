@@ -72,22 +72,29 @@ EnergyBudget energy_budget(const Buffers<real>& b, Features features) {
 }
 
 template <class real>
-real units_per_joule(const Buffers<real>& b, Features features) {
-  double all = energy_budget(b, features).imperceptible;
+real units_per_joule(const Buffers<real>& b, const StepParams<real>& params) {
+  double all = 0;
   for (std::size_t i = 0; i < b.body_infos.size(); ++i) {
     if (b.body_infos[i].kind != BODY_DYNAMIC) continue;
-    const double mass = double(b.masses[i].mass), v = length(b.motions[i].v), w = length(b.motions[i].w);
-    all += 0.5 * mass * (v * v + gyration_2(b.masses[i]) * w * w);
-    all += mass * length(&b.gravities[b.body_infos[i].world].x) * length(&b.positions[i].x);
+    const double mass = double(b.masses[i].mass), k = std::sqrt(gyration_2(b.masses[i]));
+    const double v = length(b.motions[i].v), w = length(b.motions[i].w), slow = 0.01 * k / double(params.dt);
+    all += 0.5 * mass * (v * v + k * k * w * w + slow * slow);
+    all += mass * length(&b.gravities[b.body_infos[i].world].x) * (length(&b.positions[i].x) + k);
+  }
+  for (const Joint<real>& joint : b.joints) {
+    if (!(joint.spring_compliance > 0)) continue;
+    const double stiffness = double(joint.rate) / (double(joint.spring_compliance) * double(params.dt));
+    const double a = length(joint.anchor_a), c = length(joint.anchor_b), rest = double(joint.low);
+    all += stiffness * (a * a + c * c + rest * rest);
   }
   if (!(all > 0) || !std::isfinite(all)) return 1;
-  return static_cast<real>(std::ldexp(1.0, std::clamp(30 - std::ilogb(all), -100, 100)));
+  return static_cast<real>(std::ldexp(1.0, std::clamp(22 - std::ilogb(all), -100, 100)));
 }
 
 #define INSTANTIATE(real)                                              \
   template double motor_power(const std::vector<Joint<real>>&);        \
   template EnergyBudget energy_budget(const Buffers<real>&, Features); \
-  template real units_per_joule(const Buffers<real>&, Features);
+  template real units_per_joule(const Buffers<real>&, const StepParams<real>&);
 INSTANTIATE(float)
 INSTANTIATE(double)
 #undef INSTANTIATE

@@ -22,10 +22,11 @@ double motor_power(const std::vector<Joint<real>>& joints);
 template <class real>
 EnergyBudget energy_budget(const Buffers<real>& buffers, Features features);
 
-/// Units that a J is counted in, a power of two: 2^30 are all of what bodies have by their motion, or would have by
-/// moving to the origin. A body that has 2^15 times as much counts no more (cpu_reference/measure.hpp).
+/// Units that a J is counted in, a power of two: 2^22 are what bodies have by their motion, by where they are, by
+/// moving by a hundredth of their size in a sub-step, and what springs have that are as long as what they pull. What
+/// has 2^23 times as much counts no more (cpu_reference/measure.hpp).
 template <class real>
-real units_per_joule(const Buffers<real>& buffers, Features features);
+real units_per_joule(const Buffers<real>& buffers, const StepParams<real>& params);
 
 /// The buffers that both read in a scene of these features.
 std::vector<Buffer> energy_buffers(Features features);

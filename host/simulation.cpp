@@ -92,7 +92,7 @@ template <class real>
 Simulation<real>::Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params, u32 steps_done)
     : backend_(std::move(backend)), params_(params), steps_done_(steps_done) {
   const Features features = backend_->features();
-  params_.units_per_joule = units_per_joule(backend_->download(energy_buffers(features)), features);
+  params_.units_per_joule = units_per_joule(backend_->download(energy_buffers(features)), params_);
 }
 
 // Lists that were too short.

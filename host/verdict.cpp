@@ -58,7 +58,7 @@ std::string in_words(const Verdict& verdict) {
 std::string in_words(EnergySource source) {
   switch (source) {
     case EnergySource::none: return "";
-    case EnergySource::particles: return "springs of particles keep some";
+    case EnergySource::particles: return "particles push by springs";
     case EnergySource::loads: return "loads act on bodies";
     case EnergySource::kinematic_bodies: return "kinematic bodies move";
     case EnergySource::unbounded_motors: return "motors of unbounded force drive it";

@@ -21,7 +21,8 @@ struct CriterionInfo {
 };
 const CriterionInfo& info(Criterion criterion);
 
-/// Where energy comes from that nobody counts, so that a gain of it is no fault.
+/// Where energy comes from that nobody counts, so that a gain of it is no fault. Particles push by springs, which keep
+/// some, and overlap as they do.
 enum class EnergySource : u32 { none, particles, loads, kinematic_bodies, unbounded_motors };
 
 /// One figure of a run beside its bound. Steps are told by how many had been done: 0 is the state of the start.
@@ -38,8 +39,9 @@ struct Verdict {
   const Judgement& operator[](Criterion criterion) const { return judgements[static_cast<u32>(criterion)]; }
   Judgement& operator[](Criterion criterion) { return judgements[static_cast<u32>(criterion)]; }
 
-  /// Whether that figure counts: where energy comes from outside its gain does not.
+  /// Whether that figure counts: a gain of energy from outside does not, nor do overlaps of particles.
   bool is_judged(Criterion criterion) const {
+    if (criterion == Criterion::overlap) return energy_source != EnergySource::particles;
     return criterion != Criterion::energy_gain || energy_source == EnergySource::none;
   }
   /// Whether it stayed within its bound.

@@ -148,12 +148,12 @@ void add_records(py::module_& module) {
 #include "host/verdict.def"
   verdict
       .def_property_readonly(
-          "energy_not_judged",
+          "not_judged_because",
           [](const Verdict& v) {
             const std::string source = in_words(v.energy_source);
             return source.empty() ? std::nullopt : std::optional(source);
           },
-          "Why the gain of energy is not judged; None where it is.")
+          "Why the gain of energy, and of particles the overlap, is not judged; None where all is.")
       .def("__bool__", &Verdict::good)
       .def("__str__", [](const Verdict& v) { return in_words(v); })
       .def("__repr__", [](const Verdict& v) { return fmt::format("<lockstep.Verdict {}>", in_words(v)); });

@@ -14,6 +14,7 @@
 #include "host/app/start.hpp"
 #include "host/error.hpp"
 #include "host/record/recording_reader.hpp"
+#include "host/report/monitor.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 
@@ -143,12 +144,17 @@ void export_scene(const Scene& scene, const MotionOptions& options) {
   still.steps = keyframe_steps(options.fps.value_or(usual_rate), start.steps_done, scene.settings.steps, still.dt);
   const SceneModel model(compile_shapes<real>(scene));
   const OracleChoice oracle = start.state.oracle;
+  Monitor monitor(scene.settings, energy_budget(start.state.buffers, start.state.features));
   Simulation<real> simulation = simulate(start, options);
   write_motion(options, still, model, region_of(model.extents(still.start)), [&](u32 step) {
-    while (simulation.steps_done() < step && !Interrupt::asked()) simulation.step();
+    while (simulation.steps_done() < step && !Interrupt::asked()) {
+      simulation.step();
+      monitor.observe(simulation.counters(), simulation.params(), simulation.steps_done() - 1);
+    }
     const Buffers<real>& current = simulation.backend().download(pose_buffers);
     return poses_of(current.positions, current.orientations);
   });
+  tell_if_bad(scene.name, monitor.verdict());
   expect_all_solved(scene.name, oracle, simulation.backend().unsolved());
 }
 

@@ -11,6 +11,7 @@
 #include "host/app/start.hpp"
 #include "host/error.hpp"
 #include "host/record/recording_reader.hpp"
+#include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
@@ -75,13 +76,14 @@ Snapshot snapshot_of(Simulation<real>& simulation, const Buffers<real>& constant
 // Simulates up to the last step that is shown.
 template <class real>
 void simulate(Simulation<real>& simulation, const std::vector<u32>& shown, const Buffers<real>& constants,
-              const RenderOptions& options, Frames& frames) {
+              const RenderOptions& options, Monitor& monitor, Frames& frames) {
   const Interrupt interrupt;
   const u32 first = simulation.steps_done();
   Progress progress(shown.back() - first, !options.quiet);
   for (auto next = shown.begin(); next != shown.end() && !Interrupt::asked();) {
     while (simulation.steps_done() < *next && !Interrupt::asked()) {
       simulation.step();
+      monitor.observe(simulation.counters(), simulation.params(), simulation.steps_done() - 1);
       progress.update(simulation.steps_done() - first);
     }
     if (simulation.steps_done() < *next) break;
@@ -105,9 +107,10 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   Frames frames(frame_options(options, scene.camera, dt), SceneModel(compile_shapes<real>(scene, options.frames.shown)),
                 file_name(scene.name), dt);
   const OracleChoice oracle = start.state.oracle;
+  Monitor monitor(scene.settings, energy_budget(start.state.buffers, start.state.features));
   Simulation<real> simulation = lockstep::app::simulate(start, options);
   try {
-    simulate(simulation, shown, constants, options, frames);
+    simulate(simulation, shown, constants, options, monitor, frames);
   } catch (const Error&) {
     frames.finish();  // what there is shows how it went bad
     throw;
@@ -115,6 +118,7 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   frames.finish();
   say_what_was_made(frames, options);
   if (!options.quiet) fmt::print("state hash {}\n", hash_text(combined_state_hash(simulation.world_hashes())));
+  tell_if_bad(scene.name, monitor.verdict());
   expect_all_solved(scene.name, oracle, simulation.backend().unsolved());
 }
 

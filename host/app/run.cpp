@@ -136,7 +136,9 @@ void simulate_and_close(Simulation<real>& simulation, u32 steps, RunObservers<re
     }
     throw;
   }
-  observers.recording->close(simulation.steps_done() == steps ? finished(simulation, observers.oracle) : "interrupted");
+  observers.recording->close(simulation.steps_done() == steps
+                                 ? finished(simulation, observers.oracle, observers.monitor.verdict())
+                                 : "interrupted");
 }
 
 template <class real>

@@ -37,6 +37,10 @@ void expect_all_solved(const std::string& scene, const OracleChoice& oracle, con
               in_words(oracle.name, unsolved) + "; try another --solver, more --iterations or a larger --tolerance");
 }
 
+void tell_if_bad(const std::string& scene, const Verdict& verdict) {
+  if (!verdict.good()) fmt::print(stderr, "lockstep: {}: {} (docs/error_measures.md)\n", scene, in_words(verdict));
+}
+
 #define INSTANTIATE(real)                                                             \
   template Start<real> make_start<real>(std::span<const Scene>, const SceneOptions&); \
   template Simulation<real> simulate(Start<real>&, const SceneOptions&);

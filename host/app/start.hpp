@@ -6,6 +6,7 @@
 #include "host/app/options.hpp"
 #include "host/record/checkpoint.hpp"
 #include "host/simulation.hpp"
+#include "host/verdict.hpp"
 
 namespace lockstep::app {
 
@@ -31,5 +32,8 @@ Simulation<real> simulate(Start<real>& start, const SceneOptions& options);
 /// Throws Error (comparison) where the solver of a simulation left something unsolved: an oracle did not get to the
 /// residual that was asked for.
 void expect_all_solved(const std::string& scene, const OracleChoice& oracle, const Unsolved& unsolved);
+
+/// Says on stderr what is bad of the motion that has been drawn or exported, if anything is.
+void tell_if_bad(const std::string& scene, const Verdict& verdict);
 
 }  // namespace lockstep::app

@@ -44,6 +44,7 @@ void verify(const VerifyOptions& options) {
   fmt::print("{}, {}{}, recorded on {}, replayed on {}: {} steps, every state hash equal\n", label.scene,
              recording.precision(), oracle, label.device, replayed.device, recording.steps());
   if (replayed.unsolved.count > 0) fmt::print("{}\n", in_words(recording.oracle().name, replayed.unsolved));
+  if (recording.outcome().starts_with("bad: ")) fmt::print("the run was {}\n", recording.outcome());
   if (recording.outcome() == "running") fmt::print("the run was not over yet, or was killed\n");
 }
 

@@ -9,19 +9,21 @@ namespace lockstep {
 
 namespace {
 
-double maximum(const Counters& counters, u32 counter) { return std::bit_cast<float>(counters[counter]); }
+double maximum(std::span<const u32> counters, u32 counter) { return std::bit_cast<float>(counters[counter]); }
 
 template <class real>
-double energy(const Counters& counters, u32 counter, const StepParams<real>& params) {
+double energy(std::span<const u32> counters, u32 counter, const StepParams<real>& params) {
   const std::uint64_t units = std::uint64_t{counters[counter + 1]} << 32 | counters[counter];
   return double(static_cast<std::int64_t>(units)) / double(params.units_per_joule);
 }
 
 }  // namespace
 
-Monitor::Monitor(const Settings& settings, const EnergyBudget& budget) : budget_(budget), dt_(settings.dt) {
+Monitor::Monitor(const Settings& settings, const EnergyBudget& budget)
+    : budget_(budget), dt_(settings.dt), max_overlap_(settings.max_overlap) {
 #define CRITERION(name, bound_setting, unit, meaning) verdict_[Criterion::name].bound = settings.bound_setting;
 #include "host/verdict.def"
+  begun_.fill(-1);
   verdict_.energy_source = budget.source;
   restart(budget.power);
 }
@@ -33,22 +35,29 @@ void Monitor::restart(double power) {
 
 void Monitor::note(Criterion criterion, double value, u32 step) {
   Judgement& judgement = verdict_[criterion];
+  double& begun = begun_[static_cast<u32>(criterion)];
+  if (begun < 0) {
+    begun = value;
+    judgement.bound = std::max(judgement.bound, 1.1 * begun);
+  }
   if (value > judgement.bound) judgement.first_step = std::min(judgement.first_step, step);
   if (!(value > judgement.worst)) return;
   judgement.worst = value;
   judgement.worst_step = step;
 }
 
-void Monitor::note_energy(double energy, double kinetic, double seconds, u32 step) {
+void Monitor::note_energy(double energy, double kinetic, double seconds, double overlap, u32 step) {
   const double of_its_own = energy - budget_.power * seconds;
   least_energy_ = std::min(least_energy_, of_its_own);
   most_kinetic_ = std::max(most_kinetic_, kinetic);
   const double scale = most_kinetic_ + budget_.imperceptible, gain = of_its_own - least_energy_;
   note(Criterion::energy_gain, scale > 0 ? gain / scale : 0, step);
+  // what began that deep is pushed out in the next step, which takes energy
+  if (overlap > max_overlap_) least_energy_ = std::numeric_limits<double>::infinity();
 }
 
 template <class real>
-void Monitor::observe(const Counters& counters, const StepParams<real>& params, u32 steps_done) {
+void Monitor::observe(std::span<const u32> counters, const StepParams<real>& params, u32 steps_done) {
   note(Criterion::overlap, maximum(counters, COUNTER_MAX_OVERLAP_RATIO), steps_done);
   note(Criterion::opening, maximum(counters, COUNTER_MAX_OPENING_RATIO), steps_done);
   note(Criterion::joint_angle, maximum(counters, COUNTER_MAX_JOINT_ANGLE), steps_done);
@@ -57,7 +66,7 @@ void Monitor::observe(const Counters& counters, const StepParams<real>& params, 
   opening_m_ = std::max(opening_m_, maximum(counters, COUNTER_MAX_OPENING));
   if (params.units_per_joule > 0)
     note_energy(energy(counters, COUNTER_ENERGY, params), energy(counters, COUNTER_KINETIC, params), dt_ * steps_done,
-                steps_done);
+                maximum(counters, COUNTER_MAX_OVERLAP_RATIO), steps_done);
 }
 
 void Monitor::observe(const Measures& measures, u32 steps_done) {
@@ -71,7 +80,7 @@ void Monitor::observe(const Measures& measures, u32 steps_done) {
     note(Criterion::joint_angle, measures.joint_drift->angle, steps_done);
     opening_m_ = std::max(opening_m_, measures.joint_drift->separation);
   }
-  note_energy(measures.energy(), kinetic, dt_ * steps_done, steps_done);
+  note_energy(measures.energy(), kinetic, dt_ * steps_done, measures.penetration.ratio, steps_done);
 }
 
 bool Monitor::is_worse() {
@@ -84,7 +93,7 @@ bool Monitor::is_worse() {
   return worse;
 }
 
-template void Monitor::observe(const Counters&, const StepParams<float>&, u32);
-template void Monitor::observe(const Counters&, const StepParams<double>&, u32);
+template void Monitor::observe(std::span<const u32>, const StepParams<float>&, u32);
+template void Monitor::observe(std::span<const u32>, const StepParams<double>&, u32);
 
 }  // namespace lockstep

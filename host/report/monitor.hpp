@@ -2,7 +2,8 @@
 // counters of the step (cpu_reference/measure.hpp); of the state that a run ends with, by measure().
 #pragma once
 
-#include "host/backends/backend.hpp"
+#include <span>
+
 #include "host/energy_budget.hpp"
 #include "host/report/measures.hpp"
 #include "host/scene/settings.hpp"
@@ -11,12 +12,13 @@ namespace lockstep {
 
 class Monitor {
  public:
-  /// The bounds are those of the settings.
+  /// The bounds are those of the settings, or a tenth above what a figure is when it is first seen: nobody is blamed
+  /// for how the run began.
   Monitor(const Settings& settings, const EnergyBudget& budget);
 
   /// The state that a step began with, when `steps_done` steps had been done. `params` are those of the step.
   template <class real>
-  void observe(const Counters& counters, const StepParams<real>& params, u32 steps_done);
+  void observe(std::span<const u32> counters, const StepParams<real>& params, u32 steps_done);
 
   /// The state after so many steps.
   void observe(const Measures& measures, u32 steps_done);
@@ -37,11 +39,13 @@ class Monitor {
 
  private:
   void note(Criterion criterion, double value, u32 step);
-  void note_energy(double energy, double kinetic, double seconds, u32 step);
+  void note_energy(double energy, double kinetic, double seconds, double overlap, u32 step);
 
   Verdict verdict_;
+  std::array<double, criterion_count> begun_;  // the figures that were seen first; negative before
   EnergyBudget budget_;
   double dt_;
+  double max_overlap_;       // the setting
   double least_energy_;      // of those that were seen, less what motors may have added until then, J
   double most_kinetic_ = 0;  // J
   double overlap_m_ = 0, opening_m_ = 0;

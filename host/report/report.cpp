@@ -93,14 +93,17 @@ Json verdict_json(const Verdict& verdict) {
                                   {"first_step", verdict.keeps(criterion) ? Json(nullptr) : Json(j.first_step)}};
   }
   const std::string source = in_words(verdict.energy_source);
-  json["energy_not_judged"] = source.empty() ? Json(nullptr) : Json(source);
+  json["not_judged_because"] = source.empty() ? Json(nullptr) : Json(source);
   return json;
 }
 
 std::string verdict_rows(const Verdict& verdict) {
   const std::string source = in_words(verdict.energy_source);
   std::string text = row("verdict", (verdict.good() ? "" : "bad: ") + in_words(verdict));
-  if (!source.empty()) text += row("", "the gain of energy is not judged: " + source);
+  if (!source.empty())
+    text += row("", (verdict.is_judged(Criterion::overlap) ? "gain of energy not judged: "
+                                                           : "overlap and gain of energy not judged: ") +
+                        source);
   return text;
 }
 

@@ -165,7 +165,8 @@ class EngineOf final : public Engine {
   }
 
   void end_recording() override {
-    if (const auto recording = std::move(recording_)) recording->close(finished(*simulation_, constants_.oracle));
+    if (const auto recording = std::move(recording_))
+      recording->close(finished(*simulation_, constants_.oracle, verdict()));
   }
 
   Twist rounded(const Twist& velocity) const override {
