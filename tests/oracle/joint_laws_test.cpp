@@ -40,7 +40,7 @@ double angle_of(World& w) {
   return std::atan2(-x[2], x[0]);
 }
 
-TEST_P(JointLaws, AMotorHoldsAnArmThatItCanHold) {
+TEST_P(JointLaws, AMotorCarriesAnArmThatIsNotTooHeavy) {
   World w = world(arm("12"));
   w.step(50);
   EXPECT_NEAR(angle_of(w), 0, 1e-9);
