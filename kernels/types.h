@@ -139,7 +139,8 @@ enum Counter {
   COUNTER_ISLANDS = 22,               // islands asleep at the end of the step
   COUNTER_MOVING = 23,                // bodies awake at the end of the step, and kinematic ones that move
   COUNTER_COUPLED_TILES_NEEDED = 24,  // pairs of tiles of contacts that share a movable body
-  COUNTER_COUNT = 25
+  COUNTER_UNSOLVED = 25,              // sub-steps whose sweeps all changed more than the tolerance
+  COUNTER_COUNT = 26
 };
 
 enum StatusBit {

@@ -40,6 +40,8 @@ class Engine {
   virtual std::uint64_t state_hash() = 0;
   /// Of its own steps.
   virtual Unsolved unsolved() const = 0;
+  /// Throws Error (comparison) where a step has failed.
+  virtual void expect_not_failed() const = 0;
 
   virtual std::vector<Pose> poses() = 0;
   virtual std::vector<Twist> velocities() = 0;

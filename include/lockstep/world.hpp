@@ -211,8 +211,9 @@ class World {
   std::vector<BodyHandle> overlapping_box(const Pose& pose, const Vector3& half_extents, u32 mask = 0xffffffffu);
   /// Of the state as it is and the contacts of the last step; of none where bodies have come or gone since.
   StepErrors errors();
-  /// What an oracle (docs/solvers_oracle.md) has left unsolved so far: step() does not throw for that. A solver that
-  /// promises no residual leaves nothing unsolved.
+  /// What has been left unsolved so far, by an oracle (docs/solvers_oracle.md) or by sweeps that a tolerance did not
+  /// end: step() does not throw for that. A solver that is to make so many sweeps leaves nothing unsolved. A step that
+  /// failed counts once, as bad.
   Unsolved unsolved() const;
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();
