@@ -139,17 +139,18 @@ enum Counter {
   COUNTER_ISLANDS = 22,               // islands asleep at the end of the step
   COUNTER_MOVING = 23,                // bodies awake at the end of the step, and kinematic ones that move
   COUNTER_COUPLED_TILES_NEEDED = 24,  // pairs of tiles of contacts that share a movable body
+  COUNTER_UNSOLVED = 25,              // sub-steps whose sweeps all changed more than the tolerance
   // what the state was like that the step started from (kernels/measure.h): maxima as bits of floats
-  COUNTER_MAX_SPEED = 25,          // of the centre of mass of a dynamic body, m/s
-  COUNTER_MAX_OVERLAP = 26,        // of two shapes, m
-  COUNTER_MAX_OVERLAP_RATIO = 27,  // over the smaller of their inner radii
-  COUNTER_MAX_OPENING = 28,        // of the anchors of a joint, m
-  COUNTER_MAX_OPENING_RATIO = 29,  // over the size of the smaller body
-  COUNTER_MAX_JOINT_ANGLE = 30,    // by which what a joint keeps parallel is off, rad
+  COUNTER_MAX_SPEED = 26,          // of the centre of mass of a dynamic body, m/s
+  COUNTER_MAX_OVERLAP = 27,        // of two shapes, m
+  COUNTER_MAX_OVERLAP_RATIO = 28,  // over the smaller of their inner radii
+  COUNTER_MAX_OPENING = 29,        // of the anchors of a joint, m
+  COUNTER_MAX_OPENING_RATIO = 30,  // over the size of the smaller body
+  COUNTER_MAX_JOINT_ANGLE = 31,    // by which what a joint keeps parallel is off, rad
   // signed numbers of two words, the low one first, in units of 1 / StepParams::units_per_joule
-  COUNTER_ENERGY = 31,   // of the dynamic bodies, and of the springs of joints
-  COUNTER_KINETIC = 33,  // of it, that of motion
-  COUNTER_COUNT = 35
+  COUNTER_ENERGY = 32,   // of the dynamic bodies, and of the springs of joints
+  COUNTER_KINETIC = 34,  // of it, that of motion
+  COUNTER_COUNT = 36
 };
 
 enum StatusBit {

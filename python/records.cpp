@@ -117,13 +117,28 @@ void add_records(py::module_& module) {
                            errors.residual ? fmt::format("{:.3g}", *errors.residual) : "none");
       });
 
-  py::class_<Unsolved>(module, "Unsolved",
-                       "Sub-steps that an oracle left with a residual larger than what was asked for, and the worst.")
+  py::class_<Unsolved>(
+      module, "Unsolved",
+      "Sub-steps that an oracle, or a solver with a tolerance, did not solve; the first and the worst.")
       .def_readonly("count", &Unsolved::count, "So many sub-steps; false where there are none.")
+      .def_property_readonly(
+          "ended",
+          [](const Unsolved& unsolved) {
+            py::dict ended;
+            for (u32 stop = 1; stop < stop_count; ++stop)
+              ended[py::str(stop_name(static_cast<Stop>(stop)))] = unsolved.ended[stop];
+            return ended;
+          },
+          "How many of them ended as 'limit', 'stalled', 'infeasible' and 'bad'.")
+      .def_readonly("first_step", &Unsolved::first_step, "The step of the first of them, counted from 0.")
+      .def_property_readonly(
+          "first_stop", [](const Unsolved& unsolved) { return stop_name(unsolved.first_stop); }, "How it ended there.")
       .def_readonly("worst_step", &Unsolved::worst_step, "The step of the worst of them, counted from 0.")
-      .def_readonly("worst_residual", &Unsolved::worst_residual, "Its residual.")
+      .def_readonly("worst_residual", &Unsolved::worst_residual,
+                    "Its residual; of a solver that sweeps what the last sweep still changed, m/s.")
       .def_readonly("tolerance", &Unsolved::tolerance, "What was asked for.")
-      .def_readonly("worst_stop", &Unsolved::worst_stop, "Why it ended there: 'stall', 'limit' or 'infeasible'.")
+      .def_property_readonly(
+          "worst_stop", [](const Unsolved& unsolved) { return stop_name(unsolved.worst_stop); }, "How it ended there.")
       .def("__bool__", [](const Unsolved& unsolved) { return unsolved.count > 0; })
       .def("__repr__", [](const Unsolved& unsolved) {
         return fmt::format("<lockstep.Unsolved {} sub-steps, {:.3g} at worst>", unsolved.count,

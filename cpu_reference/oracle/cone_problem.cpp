@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "cpu_reference/oracle/dense.hpp"
+#include "cpu_reference/oracle/joints/joint_solver.hpp"
 
 namespace lockstep::oracle {
 
@@ -16,6 +17,8 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Triplets = std::vector<Eigen::Triplet<double>>;
+
+constexpr int refinements = 5;  // of what joints cannot change
 
 SparseMatrix from_triplets(Eigen::Index rows, Eigen::Index columns, const Triplets& triplets) {
   SparseMatrix matrix(rows, columns);
@@ -143,11 +146,13 @@ JointElimination::JointElimination(const ConeProblem& problem) : reduced_(proble
   reduced_.velocities.reset();  // those of W alone
   v_ = problem.joints->v;
   s_ = problem.joints->s;
-  // joints are few, and redundant ones common: a dense factorisation that tells its rank
-  inverse_ = pseudo_inverse(problem.joints->r, 1e-12);
+  r_ = problem.joints->r;
+  // joints are few, and redundant ones common: a dense factorisation that tells its rank, of rows scaled to a mobility
+  // of 1, so that their masses and units do not matter to it
+  const VectorXd scale = inverse_roots(r_.diagonal());
+  inverse_ = pseudo_inverse(scale.asDiagonal() * MatrixXd(r_) * scale.asDiagonal(), redundant_rows);
+  inverse_ = scale.asDiagonal() * inverse_ * scale.asDiagonal();
   const MatrixXd response = product(inverse_, v_.transpose());
-  const double left = (problem.joints->r * (inverse_ * s_) - s_).norm();
-  if (left > 1e-6 * s_.norm()) throw std::runtime_error("the joints contradict each other");
   const SparseMatrix correction = MatrixXd(v_ * response).sparseView();
   reduced_.w = block_matrix(problem.w.sparse() - correction);
   reduced_.q = problem.q - v_ * (inverse_ * s_);
@@ -156,6 +161,12 @@ JointElimination::JointElimination(const ConeProblem& problem) : reduced_(proble
 VectorXd JointElimination::joint_impulses(const VectorXd& r) const {
   if (s_.size() == 0) return {};
   return -inverse_ * (v_.transpose() * r + s_);
+}
+
+VectorXd JointElimination::beyond_joints() const {
+  VectorXd left = s_;
+  for (int k = 0; k < refinements && s_.size() > 0; ++k) left -= r_ * (inverse_ * left);
+  return left;
 }
 
 ConeProblem reordered(const ConeProblem& problem, std::span<const std::uint32_t> order) {

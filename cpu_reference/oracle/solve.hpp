@@ -2,8 +2,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string_view>
 #include <vector>
+
+#include "host/stop.hpp"
 
 namespace lockstep::oracle {
 
@@ -14,15 +15,8 @@ struct SolveLimits {
   double seconds = 60;               // of wall time; looked at between iterations
 };
 
-/// Why a solver stopped.
-enum class Stop {
-  tolerance,   // the residual asked for was reached
-  stall,       // nothing gained any more
-  limit,       // of iterations or of time
-  infeasible,  // shown to have no solution, or out of the method's reach
-};
-
-std::string_view stop_name(Stop stop);
+using lockstep::Stop;
+using lockstep::stop_name;
 
 /// How a solve went. `residual` is that of what was returned, which is the best iterate seen.
 struct SolveReport {

@@ -111,7 +111,8 @@ std::string verdict_rows(const Verdict& verdict) {
 Json unsolved_worst(const Report& report) {
   if (!report.unsolved || report.unsolved->count == 0) return nullptr;
   const Unsolved& unsolved = *report.unsolved;
-  return {{"step", unsolved.worst_step}, {"residual", unsolved.worst_residual}, {"stop", unsolved.worst_stop}};
+  return {
+      {"step", unsolved.worst_step}, {"residual", unsolved.worst_residual}, {"stop", stop_name(unsolved.worst_stop)}};
 }
 
 }  // namespace

@@ -389,7 +389,13 @@ void Compiler<real>::set_features() {
                   "scene have torsional, rolling or anisotropic friction; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
-  if (constrained && tolerance_of(settings) > 0) features = with(features, Feature::tolerance);
+  if (constrained && tolerance_of(settings) > 0) {
+    if (worlds_.size() > 1 && !has(features, Feature::gradient))
+      throw Error(Failure::input, worlds_[0].source + ": /settings/tolerance",
+                  "ends the sweeps of all worlds at once, so that one would change the bits of another; leave out the "
+                  "tolerance or --worlds, or take gradient, whose worlds end each by itself");
+    features = with(features, Feature::tolerance);
+  }
   if (constrained && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);
     if (settings.integrator != Integrator::semi_implicit_euler) {

@@ -201,14 +201,14 @@ oracle::SolveReport ImpulseBackend::solve_system(ContactSystem& system, const St
     if (predictions > 0 && gap <= closed) {
       // of joints alone nothing else is asked: rows of loops that agree at the end only contradict each other before
       if (system.contacts.empty() && whole.problem.laws.empty()) {
-        report.stop = oracle::Stop::tolerance;
+        report.stop = oracle::Stop::solved;
         report.residual = std::min(report.residual, limits.tolerance);
       }
       break;
     }
     if (predictions == most_predictions || in_vain == most_in_vain) {
       apply(best.impulses);
-      report.stop = oracle::Stop::stall;
+      report.stop = oracle::Stop::stalled;
       report.residual = std::max(report.residual, best.gap / params.dt);
       break;
     }

@@ -1,5 +1,7 @@
 #include "host/steppers/oracle_backend.hpp"
 
+#include <cmath>
+
 #include "host/report/contact_system.hpp"
 
 namespace lockstep {
@@ -49,8 +51,10 @@ void OracleBackend::write_back(const ContactSystem& system) {
 void OracleBackend::note(const oracle::SolveReport& report, const StepParams<double>& params) {
   buffers().counters[COUNTER_SWEEPS] += report.iterations;
   if (report.residual <= params.tolerance) return;
-  unsolved_.add({1, buffers().step_index.front(), report.residual, params.tolerance,
-                 std::string(oracle::stop_name(report.stop))});
+  const Stop stop = !std::isfinite(report.residual) ? Stop::bad
+                    : report.stop == Stop::solved   ? Stop::stalled  // in a measure of its own
+                                                    : report.stop;
+  unsolved_.add(Unsolved::of(1, buffers().step_index.front(), stop, report.residual, params.tolerance));
 }
 
 void OracleBackend::work(Stage stage, const StepParams<double>& params) {

@@ -67,7 +67,8 @@ class EngineOf final : public Engine {
   void step() override;
   u32 steps_done() const override { return simulation_->steps_done(); }
   std::uint64_t state_hash() override { return combined_state_hash(simulation_->world_hashes()); }
-  Unsolved unsolved() const override { return simulation_->backend().unsolved(); }
+  Unsolved unsolved() const override { return simulation_->unsolved(); }
+  void expect_not_failed() const override { simulation_->expect_not_failed(); }
 
   Verdict verdict() override {
     monitor_->observe(measures(), simulation_->steps_done());

@@ -42,6 +42,8 @@ class Engine {
   virtual Unsolved unsolved() const = 0;
   /// The same, the state as it is among them.
   virtual Verdict verdict() = 0;
+  /// Throws Error (comparison) where a step has failed.
+  virtual void expect_not_failed() const = 0;
 
   virtual std::vector<Pose> poses() = 0;
   virtual std::vector<Twist> velocities() = 0;

@@ -64,6 +64,7 @@ struct World::Impl {
   Engine& ready() {
     if (changed) {
       if (scene.bodies.empty()) throw Error(Failure::input, "world", "has no bodies; add one");
+      if (engine) engine->expect_not_failed();  // others would start from a state that was cut short
       keep_contacts_and_events();
       hand_over_velocities();
       forget_state();
@@ -93,6 +94,14 @@ struct World::Impl {
   void forget_state() {
     poses.clear();
     velocities.clear();
+  }
+
+  // Of a step that failed there are neither contacts nor events.
+  void forget_step() {
+    forget_state();
+    contacts.clear();
+    events.clear();
+    kept = true;
   }
 
   // Their indices are those of the bodies that the engine has, whatever has come or gone since.

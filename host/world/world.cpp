@@ -177,7 +177,12 @@ const JointDescription& World::description(JointHandle joint) const {
 void World::step(u32 count) {
   for (u32 i = 0; i < count; ++i) {
     impl_->act();
-    impl_->engine->step();
+    try {
+      impl_->engine->step();
+    } catch (...) {
+      impl_->forget_step();
+      throw;
+    }
     impl_->forget_state();
     impl_->kept = false;
   }

@@ -185,7 +185,7 @@ TEST(OracleBackend, TellsWhatItLeftUnsolved) {
   for (int i = 0; i < 2; ++i) simulation.step();
   EXPECT_EQ(backend->unsolved().count, 2u);
   EXPECT_GT(backend->unsolved().worst_residual, 1e-3);
-  EXPECT_EQ(backend->unsolved().worst_stop, "limit");
+  EXPECT_EQ(backend->unsolved().worst_stop, Stop::limit);
 }
 
 TEST_F(CommandLine, RunsWithAnOracle) {

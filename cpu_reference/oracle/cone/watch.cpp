@@ -26,11 +26,15 @@ bool Progress::look(const Eigen::VectorXd& x, double residual, std::uint32_t ite
     looks_since_gain_ = 0;
   }
   if (report_.residual <= limits_.tolerance) {
-    report_.stop = Stop::tolerance;
+    report_.stop = Stop::solved;
     return true;
   }
-  if (looks_since_gain_ >= patience_ || !std::isfinite(last_)) {
-    report_.stop = Stop::stall;
+  if (!std::isfinite(last_)) {
+    report_.stop = std::isfinite(report_.residual) ? Stop::stalled : Stop::bad;  // it went back to what it had
+    return true;
+  }
+  if (looks_since_gain_ >= patience_) {
+    report_.stop = Stop::stalled;
     return true;
   }
   report_.stop = Stop::limit;

@@ -10,9 +10,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of the largest eigenvalue of S: below it rows say nothing new. What the forest answers is good to some 1e-14 of it.
-constexpr double redundant = 1e-11;
-
 }  // namespace
 
 JointLdlt::JointLdlt(const SparseMatrix& m, const SparseMatrix& g, const Mechanism& mechanism)
@@ -32,7 +29,7 @@ JointLdlt::JointLdlt(const SparseMatrix& m, const SparseMatrix& g, const Mechani
     tree_.solve(v, l);
     s.col(k) = closing_.transpose() * v;
   }
-  inverse_ = pseudo_inverse(0.5 * (s + s.transpose()), redundant);
+  inverse_ = pseudo_inverse(0.5 * (s + s.transpose()), redundant_rows);
 }
 
 void JointLdlt::solve(VectorXd& v, VectorXd& l) const {

@@ -15,7 +15,8 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double roundings = 8;  // that a defect may be made of
+constexpr int beyond_refinements = 5;
+constexpr double roundings = 8;  // of the load that a defect may be made of
 
 VectorXd start_of(const VectorXd& given, Index size) {
   return given.size() == size ? given : VectorXd(VectorXd::Zero(size));
@@ -105,6 +106,11 @@ MixedState::MixedState(const MixedProblem& problem, const JointMethod& joints, b
 
   const VectorXd q = cones.h.transpose() * free_ + cones.w, s = cones.g.transpose() * free_ + cones.b;
   scale_ = q.squaredNorm() + s.squaredNorm() + VectorXd(p_.d.transpose() * free_).squaredNorm();
+  const VectorXd sizes = free_.cwiseAbs();
+  for (Index i = 0; i < cones.mu.size(); ++i)
+    contact_loads_.push_back(contacts_[std::size_t(i)].size(sizes).norm() + cones.w.segment<3>(3 * i).norm());
+  joint_loads_ = cones.g.cwiseAbs().transpose() * sizes + cones.b.cwiseAbs();
+  row_loads_ = p_.d.cwiseAbs().transpose() * sizes;
   x_ = {start_of(start.r, cones.h.cols()), start_of(start.l, cones.g.cols()), start_of(start.z, p_.d.cols())};
   v_ = velocities(x_);
 }
@@ -139,14 +145,16 @@ void MixedState::close_joints() {
   v_ += moves_l_ * change;
 }
 
+VectorXd MixedState::beyond_joints() const {
+  if (!joints_) return {};
+  VectorXd left = p_.cones.g.transpose() * free_ + p_.cones.b;
+  for (int k = 0; k < beyond_refinements; ++k) left -= p_.cones.g.transpose() * (moves_l_ * joints_->solve(left));
+  return left;
+}
+
 void MixedState::set(const MixedImpulses& x) {
   x_ = x;
   v_ = velocities(x_);
-}
-
-VectorXd MixedState::velocity_sizes() const {
-  return free_.cwiseAbs() + moves_r_.cwiseAbs() * x_.r.cwiseAbs() + moves_l_.cwiseAbs() * x_.l.cwiseAbs() +
-         moves_z_.cwiseAbs() * x_.z.cwiseAbs();
 }
 
 void MixedState::settle() {
@@ -155,7 +163,6 @@ void MixedState::settle() {
 }
 
 double MixedState::residual() const {
-  const VectorXd sizes = velocity_sizes();
   double sum = 0;
   const auto add = [&](double w, double size) {
     if (w > roundings * 0x1p-53 * size) sum += w * w;
@@ -164,17 +171,16 @@ double MixedState::residual() const {
     const Vector3d w = p_.cones.w.segment<3>(3 * Index(i)), u = contacts_[i].velocity(v_) + w;
     const double rho = mobility_[i] > 0 ? 1 / mobility_[i] : 0;
     add(mobility_[i] * natural_map(x_.r.segment<3>(3 * Index(i)), u, p_.cones.mu[Index(i)], rho).norm(),
-        contacts_[i].size(sizes).norm() + w.norm());
+        contact_loads_[i]);
   }
   const VectorXd rates = p_.cones.g.transpose() * v_ + p_.cones.b;
-  const VectorXd rate_sizes = p_.cones.g.cwiseAbs().transpose() * sizes + p_.cones.b.cwiseAbs();
   for (std::size_t k = 0; p_.cones.g.cols() > 0 && k + 1 < blocks_.size(); ++k) {
     const Index first = blocks_[k], size = blocks_[k + 1] - blocks_[k];
-    add(rates.segment(first, size).norm(), rate_sizes.segment(first, size).norm());
+    add(rates.segment(first, size).norm(), joint_loads_.segment(first, size).norm());
   }
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const double u = rows_[i].velocity(v_)[0], e = p_.laws[i].mobility;
-    add(std::abs(u - p_.laws[i].velocity(u - e * x_.z[Index(i)], e)), rows_[i].size(sizes)[0]);
+    add(std::abs(u - p_.laws[i].velocity(u - e * x_.z[Index(i)], e)), row_loads_[Index(i)]);
   }
   if (sum == 0) return 0;
   double scale = scale_;

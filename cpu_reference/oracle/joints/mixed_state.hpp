@@ -50,18 +50,21 @@ class MixedState {
   /// joints did, their impulses too.
   void settle();
 
+  /// The part of what joints see without their impulses that these cannot change (contradiction.hpp).
+  Eigen::VectorXd beyond_joints() const;
+
   /// Impulses, and velocities with them.
   void set(const MixedImpulses& x);
 
-  /// That of docs/error_measures.md, but that defects count as none which rounding makes.
+  /// That of docs/error_measures.md, but that a defect counts as none which is within a few roundings of the load: of
+  /// the velocities that come in, with what weights and other forces add to them. However large impulses are, what they
+  /// leave undone counts.
   double residual() const;
   const MixedImpulses& impulses() const { return x_; }
   const Eigen::VectorXd& velocity() const { return v_; }
 
  private:
   Eigen::VectorXd velocities(const MixedImpulses& x) const;
-  /// Sums of the sizes that velocities() adds up.
-  Eigen::VectorXd velocity_sizes() const;
   template <int Rows>
   SolvedRows<Rows> solved_rows(const SparseMatrix& columns, const SparseMatrix& responses, Eigen::Index first) const;
 
@@ -74,8 +77,10 @@ class MixedState {
   std::vector<SolvedRows<3>> contacts_;
   std::vector<SolvedRows<1>> rows_;
   std::vector<LocalCone> cones_;
-  std::vector<double> mobility_;  // at which the defect of each contact is measured
-  double scale_ = 0;              // sum of squares of velocities without impulses
+  std::vector<double> mobility_;       // at which the defect of each contact is measured
+  std::vector<double> contact_loads_;  // what each contact, row of a joint and bounded row sees of the load, m/s
+  Eigen::VectorXd joint_loads_, row_loads_;
+  double scale_ = 0;  // sum of squares of velocities without impulses
   MixedImpulses x_;
   Eigen::VectorXd v_;
 };

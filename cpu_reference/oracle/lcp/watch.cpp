@@ -1,6 +1,7 @@
 #include "cpu_reference/oracle/lcp/watch.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "cpu_reference/oracle/dense.hpp"
 
@@ -30,8 +31,8 @@ VectorXd solve_again(const Lcp& p, const VectorXd& x) {
 bool Watch::start(const VectorXd& z) {
   report_.residual = milestone_ = measure_(z);
   best_ = z;
-  if (report_.residual <= limits_.tolerance) report_.stop = Stop::tolerance;
-  return report_.stop == Stop::tolerance;
+  if (report_.residual <= limits_.tolerance) report_.stop = Stop::solved;
+  return report_.stop == Stop::solved;
 }
 
 bool Watch::stop_after(const VectorXd& z) {
@@ -47,9 +48,11 @@ bool Watch::stop_after(const VectorXd& z) {
     milestone_set_ = report_.iterations;
   }
   if (report_.residual <= limits_.tolerance) {
-    report_.stop = Stop::tolerance;
+    report_.stop = Stop::solved;
+  } else if (!std::isfinite(report_.residual)) {
+    report_.stop = Stop::bad;
   } else if (!z.allFinite() || report_.iterations - milestone_set_ >= patience) {
-    report_.stop = Stop::stall;
+    report_.stop = Stop::stalled;
   } else if (report_.iterations >= limits_.iterations || seconds() > limits_.seconds) {
     report_.stop = Stop::limit;
   } else {
@@ -96,7 +99,9 @@ SolveReport DirectSolve::finish(VectorXd x, Stop otherwise, VectorXd& z) {
     z = again;
     report.residual = better;
   }
-  report.stop = report.residual <= limits_.tolerance ? Stop::tolerance : otherwise;
+  report.stop = report.residual <= limits_.tolerance ? Stop::solved
+                : !std::isfinite(report.residual)    ? Stop::bad
+                                                     : otherwise;
   report.seconds = since(started_);
   return report;
 }
