@@ -1,6 +1,8 @@
 // A world as Python has it: the library's, the names that its bodies use, and a guard against two threads.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "host/scene/read.hpp"
@@ -28,12 +30,25 @@ class SharedWorld {
     return world_;
   }
 
-  /// Other Python threads run meanwhile.
+  /// Other Python threads run meanwhile. What a signal raises, as Ctrl-C does KeyboardInterrupt, is raised between two
+  /// steps: the world is as after the last one that was made.
   void step(u32 count) {
+    using Clock = std::chrono::steady_clock;
+    constexpr std::chrono::milliseconds between_looks{50};
     World& world = use();
     const Stepping stepping(stepping_);
     const py::gil_scoped_release released;
-    world.step(count);
+    u32 at_once = 1;
+    for (u32 done = 0; done < count;) {
+      const Clock::time_point start = Clock::now();
+      const u32 next = std::min(at_once, count - done);
+      world.step(next);
+      done += next;
+      if (2 * (Clock::now() - start) < between_looks) at_once = std::min(2 * at_once, 1u << 20);
+      if (done == count) return;
+      const py::gil_scoped_acquire lock;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
   }
 
   BodyHandle add_body(const std::string& text) {

@@ -7,6 +7,7 @@ std::string_view stop_name(Stop stop) {
     case Stop::tolerance: return "tolerance";
     case Stop::stall: return "stall";
     case Stop::limit: return "limit";
+    case Stop::interrupted: return "interrupted";
     case Stop::infeasible: return "infeasible";
   }
   return "unknown";

@@ -7,7 +7,8 @@
 
 namespace lockstep::oracle {
 
-/// When to stop. A direct method heeds `iterations` (its pivots) and uses `tolerance` to tell zero from not.
+/// When to stop, which a request to end (host/stop.hpp) says too. A direct method heeds `iterations` (its pivots) and
+/// uses `tolerance` to tell zero from not.
 struct SolveLimits {
   double tolerance = 1e-8;           // of the residual, in the measure of the problem
   std::uint32_t iterations = 10000;  // of the outer loop
@@ -16,10 +17,11 @@ struct SolveLimits {
 
 /// Why a solver stopped.
 enum class Stop {
-  tolerance,   // the residual asked for was reached
-  stall,       // nothing gained any more
-  limit,       // of iterations or of time
-  infeasible,  // shown to have no solution, or out of the method's reach
+  tolerance,    // the residual asked for was reached
+  stall,        // nothing gained any more
+  limit,        // of iterations or of time
+  infeasible,   // shown to have no solution, or out of the method's reach
+  interrupted,  // a limit that was set meanwhile: the program was asked to end
 };
 
 std::string_view stop_name(Stop stop);

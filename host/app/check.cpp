@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "host/app/commands.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/app/mismatch_picture.hpp"
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
@@ -46,10 +47,14 @@ void check_scene(const Scene& scene, const CheckCommand& options, const DeviceIn
   Simulation<real> simulation(std::move(owned), params, start.steps_done);
 
   const u32 steps = scene.settings.steps - start.steps_done;
+  Interrupt::defer();
   {
     Progress progress(steps, !options.quiet);
     try {
       for (u32 step = 0; step < steps; ++step) {
+        if (Interrupt::asked())
+          throw Error(Failure::comparison, scene.name,
+                      fmt::format("interrupted: the first {} of {} steps are equal", step, steps));
         simulation.step();
         progress.update(step + 1);
       }

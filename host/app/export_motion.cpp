@@ -16,6 +16,7 @@
 #include "host/record/recording_reader.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
+#include "host/stop.hpp"
 
 namespace lockstep::app {
 
@@ -82,14 +83,14 @@ template <class PosesAt>
 void write_motion(const MotionOptions& options, const Still& still, const SceneModel& model, const Region& region,
                   PosesAt&& poses_at) {
   const u32 keyframes = static_cast<u32>(still.steps.size());
-  const Interrupt interrupt;
+  Interrupt::defer();  // the file has another name until it is whole, and is to go
   MotionFile file(options.output, gltf_of(still, model, region), keyframes);
   {
     Progress progress(keyframes, !options.quiet);
     for (u32 i = 0; i < keyframes; ++i) {
       file.add(poses_at(still.steps[i]));
       progress.update(i + 1);
-      if (Interrupt::asked()) throw Error(Failure::device, options.output, "is not written: interrupted");
+      if (Interrupt::asked()) throw Error(Failure::device, options.output, "interrupted, and not written");
     }
   }
   file.close();
@@ -145,7 +146,10 @@ void export_scene(const Scene& scene, const MotionOptions& options) {
   const OracleChoice oracle = start.state.oracle;
   Simulation<real> simulation = simulate(start, options);
   write_motion(options, still, model, region_of(model.extents(still.start)), [&](u32 step) {
-    while (simulation.steps_done() < step && !Interrupt::asked()) simulation.step();
+    try {
+      while (simulation.steps_done() < step && !Interrupt::asked()) simulation.step();
+    } catch (const Stopped&) {
+    }
     const Buffers<real>& current = simulation.backend().download(pose_buffers);
     return poses_of(current.positions, current.orientations);
   });

@@ -14,6 +14,7 @@
 #include "host/report/report.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
+#include "host/stop.hpp"
 #include "host/world_hash.hpp"
 
 namespace lockstep::app {
@@ -76,12 +77,15 @@ Snapshot snapshot_of(Simulation<real>& simulation, const Buffers<real>& constant
 template <class real>
 void simulate(Simulation<real>& simulation, const std::vector<u32>& shown, const Buffers<real>& constants,
               const RenderOptions& options, Frames& frames) {
-  const Interrupt interrupt;
   const u32 first = simulation.steps_done();
   Progress progress(shown.back() - first, !options.quiet);
   for (auto next = shown.begin(); next != shown.end() && !Interrupt::asked();) {
     while (simulation.steps_done() < *next && !Interrupt::asked()) {
-      simulation.step();
+      try {
+        simulation.step();
+      } catch (const Stopped&) {
+        return;
+      }
       progress.update(simulation.steps_done() - first);
     }
     if (simulation.steps_done() < *next) break;
@@ -106,6 +110,7 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
                 file_name(scene.name), dt);
   const OracleChoice oracle = start.state.oracle;
   Simulation<real> simulation = lockstep::app::simulate(start, options);
+  Interrupt::defer();
   try {
     simulate(simulation, shown, constants, options, frames);
   } catch (const Error&) {
@@ -158,8 +163,8 @@ void render_recording(const RecordingReader& recording, const RenderOptions& opt
   const auto camera = label.scene_text.empty() ? std::nullopt : parse_camera(label.scene_text, source);
   const FrameOptions frame = frame_options(options, camera, dt);
   Frames frames(frame, recorded_model(start, label, options.frames.shown), file_name(label.scene), dt);
+  Interrupt::defer();
   {
-    const Interrupt interrupt;
     Progress progress(static_cast<u32>(shown.size()), !options.quiet);
     for (u32 i = 0; i < shown.size() && !Interrupt::asked(); ++i) {
       frames.add(snapshot_of(recording, start, shown[i], frame));

@@ -18,6 +18,7 @@
 #include "host/scene/sample_particles.hpp"
 #include "host/simulation.hpp"
 #include "host/steppers/oracles.hpp"
+#include "host/stop.hpp"
 
 namespace lockstep::app {
 
@@ -80,7 +81,11 @@ void simulate(Simulation<real>& simulation, u32 steps, RunObservers<real> observ
   const u32 first = simulation.steps_done();
   for (u32 step = first; step < steps && !Interrupt::asked(); ++step) {
     const Clock::time_point start = Clock::now();
-    simulation.step();
+    try {
+      simulation.step();
+    } catch (const Stopped&) {
+      break;
+    }
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
     observers.recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
     if (step == first) observers.first_step = backend.stage_seconds();
@@ -211,13 +216,13 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   const u32 steps = scene.settings.steps;
   const OracleChoice oracle = state.oracle;
   std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
+  Interrupt::defer();  // from here on there is something to keep
   const auto recording = make_recording(options.record, scene, report.device, options.device_options, state);
   const SceneIdentity identity = options.checkpoint.empty() ? SceneIdentity() : identity_of(state);
   start.state = {};  // all have what they need of it
   Simulation<real> simulation(std::move(backend), params, start.steps_done);
   StageSeconds first_step = {};
   {
-    const Interrupt interrupt;
     Progress progress(report.steps, !options.quiet);
     simulate_and_close(simulation, steps, {recorder, log, progress, recording.get(), oracle, first_step});
   }

@@ -1,5 +1,8 @@
 """What is refused, and in which words; and that all is described."""
 import inspect
+import os
+import signal
+import threading
 import unittest
 
 import lockstep
@@ -58,6 +61,22 @@ class Errors(unittest.TestCase):
         with self.assertRaisesRegex(lockstep.Error, "body 0") as caught:
             world.step(600)
         self.assertEqual(caught.exception.failure, "comparison")
+
+    def test_ctrl_c_ends_many_steps_between_two_of_them(self):
+        world = lockstep.World({"gravity": [0, 0, 0], "bodies": [BALL]}, device="reference")
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        timer = threading.Timer(0.2, os.kill, [os.getpid(), signal.SIGINT])
+        timer.start()
+        try:
+            with self.assertRaises(KeyboardInterrupt):
+                world.step(4_000_000_000)
+        finally:
+            timer.cancel()
+            signal.signal(signal.SIGINT, before)
+        done = world.steps_done
+        self.assertGreater(done, 0)
+        world.step()
+        self.assertEqual(world.steps_done, done + 1)
 
     def test_everything_is_described(self):
         for name, thing in inspect.getmembers(lockstep):

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "cpu_reference/oracle/dense.hpp"
+#include "host/stop.hpp"
 
 namespace lockstep::oracle::lcp {
 
@@ -50,7 +51,7 @@ bool Watch::stop_after(const VectorXd& z) {
     report_.stop = Stop::tolerance;
   } else if (!z.allFinite() || report_.iterations - milestone_set_ >= patience) {
     report_.stop = Stop::stall;
-  } else if (report_.iterations >= limits_.iterations || seconds() > limits_.seconds) {
+  } else if (stop_asked() || report_.iterations >= limits_.iterations || seconds() > limits_.seconds) {
     report_.stop = Stop::limit;
   } else {
     return false;
@@ -80,7 +81,7 @@ DirectSolve::DirectSolve(const Lcp& problem, const SolveLimits& limits)
 double DirectSolve::seconds() const { return since(started_); }
 
 bool DirectSolve::may_pivot() {
-  if (pivots_ >= limits_.iterations || since(started_) > limits_.seconds) return false;
+  if (stop_asked() || pivots_ >= limits_.iterations || since(started_) > limits_.seconds) return false;
   ++pivots_;
   return true;
 }
