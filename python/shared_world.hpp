@@ -10,15 +10,16 @@
 
 namespace lockstep::python {
 
-/// A DeprecationWarning for each note (Scene::notes) of a source.
-inline void warn(const std::string& source, const std::vector<std::string>& notes) {
-  for (const std::string& note : notes)
-    if (PyErr_WarnEx(PyExc_DeprecationWarning, (source + ": " + note).c_str(), 1) != 0) throw py::error_already_set();
+/// A warning for each line about a source: a DeprecationWarning for notes (Scene::notes), a UserWarning for suspicions.
+inline void warn(const std::string& source, const std::vector<std::string>& lines,
+                 PyObject* category = PyExc_DeprecationWarning) {
+  for (const std::string& line : lines)
+    if (PyErr_WarnEx(category, (source + ": " + line).c_str(), 1) != 0) throw py::error_already_set();
 }
 
 class SharedWorld {
  public:
-  SharedWorld(const Scene& scene, const WorldOptions& options) : world_(scene, options) {
+  SharedWorld(const Scene& scene, const WorldOptions& options) : world_(scene, options), source_(scene.source) {
     words_.materials = scene.materials;
     words_.categories = scene.categories;
     words_.particles = scene.particles;
@@ -36,6 +37,7 @@ class SharedWorld {
     using Clock = std::chrono::steady_clock;
     constexpr std::chrono::milliseconds between_looks{50};
     World& world = use();
+    if (count > 0 && !std::exchange(is_looked_at_, true)) warn(source_, world.suspicions(), PyExc_UserWarning);
     const Stepping stepping(stepping_);
     const py::gil_scoped_release released;
     u32 at_once = 1;
@@ -66,7 +68,9 @@ class SharedWorld {
   };
 
   World world_;
-  Scene words_;  // of materials and categories; has no bodies
+  const std::string source_;
+  bool is_looked_at_ = false;  // for what looks like a mistake: before the first step
+  Scene words_;                // of materials and categories; has no bodies
   bool stepping_ = false;
 };
 

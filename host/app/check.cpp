@@ -36,6 +36,7 @@ struct CheckCommand : SceneOptions {
 template <class real>
 void check_scene(const Scene& scene, const CheckCommand& options, const DeviceInfo& device) {
   Start<real> start = make_start<real>(scene, options);
+  tell_suspicions(scene, start);
   if (start.state.oracle)
     throw Error(Failure::input, "check",
                 "compares an OpenCL device with the reference, and " + start.state.oracle.name +

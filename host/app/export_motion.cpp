@@ -138,6 +138,7 @@ void export_recording(const RecordingReader& recording, const MotionOptions& opt
 template <class real>
 void export_scene(const Scene& scene, const MotionOptions& options) {
   Start<real> start = make_start<real>(scene, options);
+  tell_suspicions(scene, start);
   Still still = {scene.name, start.state.buffers.body_infos, names_of(scene), {}, {}, 0};
   still.start = poses_of(start.state.buffers.positions, start.state.buffers.orientations);
   still.dt = double(start.state.params.dt) * start.state.params.substeps;

@@ -97,6 +97,7 @@ void simulate(Simulation<real>& simulation, const std::vector<u32>& shown, const
 template <class real>
 void render_scene(const Scene& scene, const RenderOptions& options) {
   Start<real> start = make_start<real>(scene, options);
+  tell_suspicions(scene, start);
   const double dt = double(start.state.params.dt) * start.state.params.substeps;
   const std::vector<u32> shown =
       shown_steps(options.shown, start.steps_done, scene.settings.steps, dt, !options.frames.film.empty());

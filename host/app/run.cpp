@@ -27,7 +27,7 @@ namespace {
 struct RunOptions : SceneOptions {
   std::string report, events, record, checkpoint;
   u32 worlds = 1;
-  bool quiet = false;
+  bool quiet = false, is_first = true;  // of the ranks
 };
 
 // Makes what steps and says in the report what it is, and whether it can be trusted with the bits.
@@ -193,6 +193,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   const Scene& scene = worlds[0];
   Start<real> start = make_start<real>(worlds, options);
   const InitialState<real>& state = start.state;
+  if (options.is_first) tell_suspicions(scene, start);
   Recorder recorder = make_recorder(state);
 
   Report report;
@@ -288,6 +289,7 @@ void run(RunOptions options) {
     if (is_first) file.emplace(options.report);
     RunOptions mine = options;
     mine.quiet = options.quiet || !is_first;
+    mine.is_first = is_first;
     spread_devices(ranks, mine);
     outcome = run_share(mine, share_of(options.worlds, ranks), is_shared);
   });

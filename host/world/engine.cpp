@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 
+#include "host/backends/first_contacts.hpp"
 #include "host/contact_geometry.hpp"
 #include "host/record/checkpoint.hpp"
 #include "host/record/current_state.hpp"
@@ -66,6 +67,9 @@ class EngineOf final : public Engine {
   u32 steps_done() const override { return simulation_->steps_done(); }
   std::uint64_t state_hash() override { return combined_state_hash(simulation_->world_hashes()); }
   Unsolved unsolved() const override { return simulation_->backend().unsolved(); }
+  std::vector<FirstContact> first_contacts(const Scene& scene) const override {
+    return lockstep::first_contacts(scene, constants_);
+  }
 
   std::vector<Pose> poses() override {
     const Buffers<real>& b = download({Buffer::positions, Buffer::orientations});

@@ -190,6 +190,10 @@ Unsolved World::unsolved() const {
   if (impl_->engine) all.add(impl_->engine->unsolved());
   return all;
 }
+std::vector<std::string> World::suspicions() {
+  if (steps_done() > 0 || impl_->scene.bodies.empty()) return {};
+  return suspicions_of(impl_->scene, impl_->ready().first_contacts(impl_->scene));
+}
 double World::time() const { return steps_done() * time_step(); }
 double World::time_step() const { return impl_->scene.settings.dt; }
 

@@ -214,6 +214,10 @@ class World {
   /// What an oracle (docs/solvers_oracle.md) has left unsolved so far: step() does not throw for that. A solver that
   /// promises no residual leaves nothing unsolved.
   Unsolved unsolved() const;
+
+  /// What looks like a mistake in the world as it starts, a line each with its cure (docs/when_it_looks_wrong.md):
+  /// sizes in millimetres, bodies inside each other, a quaternion with w first. Nothing once it has been stepped.
+  std::vector<std::string> suspicions();
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();
 

@@ -4,6 +4,7 @@ import os
 import signal
 import threading
 import unittest
+import warnings
 
 import lockstep
 
@@ -61,6 +62,19 @@ class Errors(unittest.TestCase):
         with self.assertRaisesRegex(lockstep.Error, "body 0") as caught:
             world.step(600)
         self.assertEqual(caught.exception.failure, "comparison")
+
+    def test_what_looks_like_a_mistake_is_warned_of_once(self):
+        ground = {"type": "static", "shapes": [{"type": "plane"}]}
+        world = lockstep.World({"bodies": [ground, BALL]}, device="reference", source="ball.json")
+        self.assertEqual(len(world.suspicions()), 1)
+        with self.assertWarnsRegex(UserWarning, "ball.json: body 1 starts 0.5 m below body 0"):
+            world.step()
+        self.assertEqual(world.suspicions(), [])
+        sound = lockstep.World({"bodies": [ground, {**BALL, "position": [0, 0, 0.5]}]}, device="reference")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            world.step()
+            sound.step()
 
     def test_ctrl_c_ends_many_steps_between_two_of_them(self):
         world = lockstep.World({"gravity": [0, 0, 0], "bodies": [BALL]}, device="reference")
