@@ -36,6 +36,7 @@ struct SolvedStep {
 template <class real>
 SolvedStep system_at(const Scene& scene, u32 step, const ExportOptions& options) {
   Start<real> start = make_start<real>(scene, options);
+  tell_suspicions(scene, start);
   if (!has(start.state.features, Feature::contacts) && !has(start.state.features, Feature::joints))
     throw Error(Failure::input, scene.name, "has neither contacts nor joints, there is nothing to solve in it");
   const OracleChoice oracle = start.state.oracle;

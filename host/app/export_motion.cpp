@@ -17,6 +17,7 @@
 #include "host/report/monitor.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::app {
 
@@ -83,14 +84,14 @@ template <class PosesAt>
 void write_motion(const MotionOptions& options, const Still& still, const SceneModel& model, const Region& region,
                   PosesAt&& poses_at) {
   const u32 keyframes = static_cast<u32>(still.steps.size());
-  const Interrupt interrupt;
+  Interrupt::defer();  // the file has another name until it is whole, and is to go
   MotionFile file(options.output, gltf_of(still, model, region), keyframes);
   {
     Progress progress(keyframes, !options.quiet);
     for (u32 i = 0; i < keyframes; ++i) {
       file.add(poses_at(still.steps[i]));
       progress.update(i + 1);
-      if (Interrupt::asked()) throw Error(Failure::device, options.output, "is not written: interrupted");
+      if (Interrupt::asked()) throw Error(Failure::device, options.output, "interrupted, and not written");
     }
   }
   file.close();
@@ -138,6 +139,7 @@ void export_recording(const RecordingReader& recording, const MotionOptions& opt
 template <class real>
 void export_scene(const Scene& scene, const MotionOptions& options) {
   Start<real> start = make_start<real>(scene, options);
+  tell_suspicions(scene, start);
   Still still = {scene.name, start.state.buffers.body_infos, names_of(scene), {}, {}, 0};
   still.start = poses_of(start.state.buffers.positions, start.state.buffers.orientations);
   still.dt = double(start.state.params.dt) * start.state.params.substeps;
@@ -147,9 +149,12 @@ void export_scene(const Scene& scene, const MotionOptions& options) {
   Monitor monitor(scene.settings, energy_budget(start.state.buffers, start.state.features));
   Simulation<real> simulation = simulate(start, options);
   write_motion(options, still, model, region_of(model.extents(still.start)), [&](u32 step) {
-    while (simulation.steps_done() < step && !Interrupt::asked()) {
-      simulation.step();
-      monitor.observe(simulation.counters(), simulation.params(), simulation.steps_done() - 1);
+    try {
+      while (simulation.steps_done() < step && !Interrupt::asked()) {
+        simulation.step();
+        monitor.observe(simulation.counters(), simulation.params(), simulation.steps_done() - 1);
+      }
+    } catch (const Stopped&) {
     }
     const Buffers<real>& current = simulation.backend().download(pose_buffers);
     return poses_of(current.positions, current.orientations);

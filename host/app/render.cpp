@@ -15,6 +15,7 @@
 #include "host/report/report.hpp"
 #include "host/scene/read.hpp"
 #include "host/simulation.hpp"
+#include "host/stop_request.hpp"
 #include "host/world_hash.hpp"
 
 namespace lockstep::app {
@@ -77,12 +78,15 @@ Snapshot snapshot_of(Simulation<real>& simulation, const Buffers<real>& constant
 template <class real>
 void simulate(Simulation<real>& simulation, const std::vector<u32>& shown, const Buffers<real>& constants,
               const RenderOptions& options, Monitor& monitor, Frames& frames) {
-  const Interrupt interrupt;
   const u32 first = simulation.steps_done();
   Progress progress(shown.back() - first, !options.quiet);
   for (auto next = shown.begin(); next != shown.end() && !Interrupt::asked();) {
     while (simulation.steps_done() < *next && !Interrupt::asked()) {
-      simulation.step();
+      try {
+        simulation.step();
+      } catch (const Stopped&) {
+        return;
+      }
       monitor.observe(simulation.counters(), simulation.params(), simulation.steps_done() - 1);
       progress.update(simulation.steps_done() - first);
     }
@@ -95,6 +99,7 @@ void simulate(Simulation<real>& simulation, const std::vector<u32>& shown, const
 template <class real>
 void render_scene(const Scene& scene, const RenderOptions& options) {
   Start<real> start = make_start<real>(scene, options);
+  tell_suspicions(scene, start);
   const double dt = double(start.state.params.dt) * start.state.params.substeps;
   const std::vector<u32> shown =
       shown_steps(options.shown, start.steps_done, scene.settings.steps, dt, !options.frames.film.empty());
@@ -109,6 +114,7 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   const OracleChoice oracle = start.state.oracle;
   Monitor monitor(scene.settings, energy_budget(start.state.buffers, start.state.features));
   Simulation<real> simulation = lockstep::app::simulate(start, options);
+  Interrupt::defer();
   try {
     simulate(simulation, shown, constants, options, monitor, frames);
   } catch (const Error&) {
@@ -162,8 +168,8 @@ void render_recording(const RecordingReader& recording, const RenderOptions& opt
   const auto camera = label.scene_text.empty() ? std::nullopt : parse_camera(label.scene_text, source);
   const FrameOptions frame = frame_options(options, camera, dt);
   Frames frames(frame, recorded_model(start, label, options.frames.shown), file_name(label.scene), dt);
+  Interrupt::defer();
   {
-    const Interrupt interrupt;
     Progress progress(static_cast<u32>(shown.size()), !options.quiet);
     for (u32 i = 0; i < shown.size() && !Interrupt::asked(); ++i) {
       frames.add(snapshot_of(recording, start, shown[i], frame));

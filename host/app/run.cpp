@@ -19,6 +19,7 @@
 #include "host/scene/sample_particles.hpp"
 #include "host/simulation.hpp"
 #include "host/steppers/oracles.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::app {
 
@@ -27,7 +28,7 @@ namespace {
 struct RunOptions : SceneOptions {
   std::string report, events, record, checkpoint;
   u32 worlds = 1;
-  bool quiet = false;
+  bool quiet = false, is_first = true;  // of the ranks
 };
 
 // Makes what steps and says in the report what it is, and whether it can be trusted with the bits.
@@ -82,7 +83,11 @@ void simulate(Simulation<real>& simulation, u32 steps, RunObservers<real> observ
   const u32 first = simulation.steps_done();
   for (u32 step = first; step < steps && !Interrupt::asked(); ++step) {
     const Clock::time_point start = Clock::now();
-    simulation.step();
+    try {
+      simulation.step();
+    } catch (const Stopped&) {
+      break;
+    }
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
     observers.recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
     observers.monitor.observe(simulation.counters(), simulation.params(), step);
@@ -194,6 +199,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   const Scene& scene = worlds[0];
   Start<real> start = make_start<real>(worlds, options);
   const InitialState<real>& state = start.state;
+  if (options.is_first) tell_suspicions(scene, start);
   Recorder recorder = make_recorder(state);
   Monitor monitor(scene.settings, energy_budget(state.buffers, state.features));
 
@@ -218,13 +224,13 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   const u32 steps = scene.settings.steps;
   const OracleChoice oracle = state.oracle;
   std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
+  Interrupt::defer();  // from here on there is something to keep
   const auto recording = make_recording(options.record, scene, report.device, options.device_options, state);
   const SceneIdentity identity = options.checkpoint.empty() ? SceneIdentity() : identity_of(state);
   start.state = {};  // all have what they need of it
   Simulation<real> simulation(std::move(backend), params, start.steps_done);
   StageSeconds first_step = {};
   {
-    const Interrupt interrupt;
     Progress progress(report.steps, !options.quiet);
     simulate_and_close(simulation, steps, {recorder, monitor, log, progress, recording.get(), oracle, first_step});
   }
@@ -296,6 +302,7 @@ void run(RunOptions options) {
     if (is_first) file.emplace(options.report);
     RunOptions mine = options;
     mine.quiet = options.quiet || !is_first;
+    mine.is_first = is_first;
     spread_devices(ranks, mine);
     outcome = run_share(mine, share_of(options.worlds, ranks), is_shared);
   });

@@ -6,6 +6,7 @@
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "cpu_reference/oracle/joints/mixed.hpp"
 #include "host/app/commands.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/app/options.hpp"
 #include "host/app/report_file.hpp"
 #include "host/app/solve_options.hpp"
@@ -125,22 +126,32 @@ void solve(const SolveOptions& options) {
   if (is_lcp_text(options.problem)) return solve_lcp(options);
   ReportFile report(options.report);
   const ConeFile file = read_cone_file(options.problem);
+  Interrupt::defer();
   oracle::ConeSolution solution;
   try {
     solution = solve_by_name(options, file);
   } catch (const std::runtime_error& error) {
     throw Error(Failure::input, options.problem, error.what());
   }
+  solution.report.residual = solution.error.residual;  // of the whole problem, joints and all
+  note_interruption(options, solution.report);
   report.write(to_json(options, file, solution));
   if (!options.quiet) print_table(options, file, solution);
-  solution.report.residual = solution.error.residual;  // of the whole problem, joints and all
   expect_solved(options, options.solver, solution.report);
 }
 
 }  // namespace
 
+void note_interruption(const SolveOptions& options, oracle::SolveReport& report) {
+  if (Interrupt::asked() && !(report.residual <= options.limits.tolerance)) report.stop = oracle::Stop::interrupted;
+}
+
 void expect_solved(const SolveOptions& options, const std::string& solver, const oracle::SolveReport& report) {
   if (report.residual <= options.limits.tolerance) return;
+  if (report.stop == oracle::Stop::interrupted)
+    throw Error(Failure::comparison, options.problem,
+                fmt::format("interrupted: {} had come to a residual of {:.3g}, {:.3g} was asked for", solver,
+                            report.residual, options.limits.tolerance));
   throw Error(Failure::comparison, options.problem,
               fmt::format("{} left a residual of {:.3g}, {:.3g} was asked for ({}); try {}", solver, report.residual,
                           options.limits.tolerance, oracle::stop_name(report.stop),

@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "cpu_reference/oracle/lcp/solvers.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/app/report_file.hpp"
 #include "host/app/solve_options.hpp"
 #include "host/error.hpp"
@@ -38,7 +39,7 @@ LcpSolution solve_by_any(const lcp::Lcp& problem, SolveLimits limits) {
     LcpSolution solution = solve_with(*solver, problem, limits);
     limits.seconds -= solution.report.seconds;
     if (!best || solution.report.residual < best->report.residual) best = std::move(solution);
-    if (best->report.residual <= limits.tolerance || limits.seconds <= 0) break;
+    if (best->report.residual <= limits.tolerance || limits.seconds <= 0 || Interrupt::asked()) break;
   }
   return *best;
 }
@@ -59,8 +60,10 @@ void solve_lcp(const SolveOptions& options) {
     throw Error(Failure::input, options.problem,
                 fmt::format("is a linear complementarity problem, and {} is not for those; try {}", options.solver,
                             fmt::join(lcp_solver_names(), ", ")));
-  const LcpSolution solution = named != lcp::solvers().end() ? solve_with(*named, problem, options.limits)
-                                                             : solve_by_any(problem, options.limits);
+  Interrupt::defer();
+  LcpSolution solution = named != lcp::solvers().end() ? solve_with(*named, problem, options.limits)
+                                                       : solve_by_any(problem, options.limits);
+  note_interruption(options, solution.report);
   const nlohmann::ordered_json json = {{"problem", options.problem},
                                        {"form", "linear complementarity"},
                                        {"unknowns", problem.size()},

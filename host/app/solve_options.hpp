@@ -21,6 +21,9 @@ std::vector<std::string> lcp_solver_names();
 /// where the tolerance was not reached.
 void solve_lcp(const SolveOptions& options);
 
+/// Says of a solve that the program was asked to end that it was interrupted, unless it had arrived.
+void note_interruption(const SolveOptions& options, oracle::SolveReport& report);
+
 /// Throws Error (comparison) for a residual that is not what was asked for.
 void expect_solved(const SolveOptions& options, const std::string& solver, const oracle::SolveReport& report);
 

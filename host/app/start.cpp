@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <utility>
 
+#include "host/backends/first_contacts.hpp"
 #include "host/error.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/steppers/oracles.hpp"
@@ -26,6 +28,14 @@ Start<real> make_start(std::span<const Scene> worlds, const SceneOptions& option
 }
 
 template <class real>
+void tell_suspicions(const Scene& scene, const Start<real>& start) {
+  std::vector<FirstContact> contacts;
+  if (start.steps_done == 0) contacts = first_contacts(scene, start.state);
+  for (const std::string& line : suspicions_of(scene, contacts))
+    fmt::print(stderr, "lockstep: {}: {}\n", scene.source, line);
+}
+
+template <class real>
 Simulation<real> simulate(Start<real>& start, const SceneOptions& options) {
   const InitialState<real> state = std::exchange(start.state, {});
   return {make_stepper(state, target_of(options, state.oracle)).backend, state.params, start.steps_done};
@@ -43,6 +53,7 @@ void tell_if_bad(const std::string& scene, const Verdict& verdict) {
 
 #define INSTANTIATE(real)                                                             \
   template Start<real> make_start<real>(std::span<const Scene>, const SceneOptions&); \
+  template void tell_suspicions(const Scene&, const Start<real>&);                    \
   template Simulation<real> simulate(Start<real>&, const SceneOptions&);
 INSTANTIATE(float)
 INSTANTIATE(double)

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "host/report/contact_system.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep {
 
@@ -10,7 +11,26 @@ namespace {
 
 constexpr double most_seconds = 60;  // for one system
 
+void copy_persistent(const Buffers<double>& from, Buffers<double>& to) {
+#define BUFFER(name, ...) \
+  if (info(Buffer::name).lifetime == Lifetime::persistent) to.name = from.name;
+#include "host/buffers.def"
+#undef BUFFER
+}
+
 }  // namespace
+
+void OracleBackend::run(Stage stage, const StepParams<double>& params) {
+  if (stage == Stage::begin_step) {
+    copy_persistent(buffers(), before_);
+    unsolved_before_ = unsolved_;
+  }
+  ReferenceBackend::run(stage, params);
+  if (stage != Stage::solve_constraints || !stop_asked()) return;
+  copy_persistent(before_, buffers());
+  unsolved_ = unsolved_before_;
+  throw Stopped();
+}
 
 oracle::SolveLimits OracleBackend::limits_of(const StepParams<double>& params) {
   return {params.tolerance, params.iterations, most_seconds};

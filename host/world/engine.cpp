@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 
+#include "host/backends/first_contacts.hpp"
 #include "host/contact_geometry.hpp"
 #include "host/record/checkpoint.hpp"
 #include "host/record/current_state.hpp"
@@ -73,6 +74,9 @@ class EngineOf final : public Engine {
   Verdict verdict() override {
     monitor_->observe(measures(), simulation_->steps_done());
     return monitor_->verdict();
+  }
+  std::vector<FirstContact> first_contacts(const Scene& scene) const override {
+    return lockstep::first_contacts(scene, constants_);
   }
 
   std::vector<Pose> poses() override {

@@ -200,6 +200,10 @@ Verdict World::verdict() {
   if (impl_->engine) all.add(impl_->engine->verdict());
   return all;
 }
+std::vector<std::string> World::suspicions() {
+  if (steps_done() > 0 || impl_->scene.bodies.empty()) return {};
+  return suspicions_of(impl_->scene, impl_->ready().first_contacts(impl_->scene));
+}
 double World::time() const { return steps_done() * time_step(); }
 double World::time_step() const { return impl_->scene.settings.dt; }
 

@@ -220,6 +220,9 @@ class World {
   /// that bodies have by what is done to them between steps is no gain; once loads act, kinematic bodies are moved or
   /// motors of unbounded force run it is not judged.
   Verdict verdict();
+  /// What looks like a mistake in the world as it starts, a line each with its cure (docs/when_it_looks_wrong.md):
+  /// sizes in millimetres, bodies inside each other, a quaternion with w first. Nothing once it has been stepped.
+  std::vector<std::string> suspicions();
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "host/stop_request.hpp"
+
 namespace lockstep::oracle {
 
 Progress::Progress(const SolveLimits& limits, std::uint32_t patience) : limits_(limits), patience_(patience) {
@@ -38,11 +40,11 @@ bool Progress::look(const Eigen::VectorXd& x, double residual, std::uint32_t ite
     return true;
   }
   report_.stop = Stop::limit;
-  return iterations >= limits_.iterations || seconds() >= limits_.seconds;
+  return stop_asked() || iterations >= limits_.iterations || seconds() >= limits_.seconds;
 }
 
 bool Progress::is_due(std::uint32_t iterations) {
-  if (iterations < next_look_ && iterations < limits_.iterations) return false;
+  if (iterations < next_look_ && iterations < limits_.iterations && !stop_asked()) return false;
   next_look_ = iterations + std::clamp(iterations / 10, 1u, 50u);
   return true;
 }

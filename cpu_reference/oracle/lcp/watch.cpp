@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "cpu_reference/oracle/dense.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::oracle::lcp {
 
@@ -53,7 +54,7 @@ bool Watch::stop_after(const VectorXd& z) {
     report_.stop = Stop::bad;
   } else if (!z.allFinite() || report_.iterations - milestone_set_ >= patience) {
     report_.stop = Stop::stalled;
-  } else if (report_.iterations >= limits_.iterations || seconds() > limits_.seconds) {
+  } else if (stop_asked() || report_.iterations >= limits_.iterations || seconds() > limits_.seconds) {
     report_.stop = Stop::limit;
   } else {
     return false;
@@ -83,7 +84,7 @@ DirectSolve::DirectSolve(const Lcp& problem, const SolveLimits& limits)
 double DirectSolve::seconds() const { return since(started_); }
 
 bool DirectSolve::may_pivot() {
-  if (pivots_ >= limits_.iterations || since(started_) > limits_.seconds) return false;
+  if (stop_asked() || pivots_ >= limits_.iterations || since(started_) > limits_.seconds) return false;
   ++pivots_;
   return true;
 }
