@@ -10,9 +10,13 @@ namespace lockstep::app {
 
 struct SolveOptions {
   std::string problem, solver = "auto", report;
+  std::string solution, guess;  // files (host/problems/solution_file.hpp)
   oracle::SolveLimits limits = {.tolerance = 1e-8, .iterations = 1'000'000, .seconds = 60};
   bool quiet = false;
 };
+
+/// Whether a solution goes to a file of HDF5 and not to a text.
+bool solution_is_hdf5(const SolveOptions& options);
 
 /// Of linear complementarity problems.
 std::vector<std::string> lcp_solver_names();
