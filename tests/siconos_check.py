@@ -25,6 +25,10 @@ class Matrix:
     def __matmul__(self, vector):
         return numpy.bincount(self.i, self.x * vector[self.j], self.shape[0]) if self.x.size else numpy.zeros(self.shape[0])
 
+    def size_of(self, vector):
+        """Of what its product with a vector adds up, which may cancel."""
+        return Matrix(*self.shape, self.i, self.j, abs(self.x)) @ abs(vector)
+
     @property
     def T(self):
         return Matrix(self.shape[1], self.shape[0], self.j, self.i, self.x)
@@ -196,25 +200,30 @@ def conjugate_gradients(matrix, right):
     return x
 
 
-def off(*terms):
-    size = sum(numpy.linalg.norm(term) for term in terms)
-    return numpy.linalg.norm(sum(terms)) / size if size > 0 else 0.0
+def off(terms, scale=1.0):
+    """How far from 0 the sum of matrix @ vector, and of vectors alone, is against the size of what it adds."""
+    total, size = 0.0, 0.0
+    for sign, matrix, vector in terms:
+        total = total + sign * (vector if matrix is None else matrix @ vector)
+        size = size + (abs(vector) if matrix is None else matrix.size_of(vector))
+    largest = numpy.linalg.norm(scale * size)
+    return numpy.linalg.norm(scale * total) / largest if largest > 0 else 0.0
 
 
 def equations(problem, solution):
     r, u, l = solution["r"], solution["u"], solution.get("l", numpy.zeros(0))
     if "W" in problem:
-        joints = [-(problem["V"] @ l)] if "V" in problem else []
-        worst = off(u, -(problem["W"] @ r), -problem["q"], *joints)
+        worst = off([(1, None, u), (-1, problem["W"], r), (-1, None, problem["q"])] +
+                    ([(-1, problem["V"], l)] if "V" in problem else []))
         if "R" in problem:
-            worst = max(worst, off(problem["V"].T @ r, problem["R"] @ l, problem["s"]))
+            worst = max(worst, off([(1, problem["V"].T, r), (1, problem["R"], l), (1, None, problem["s"])]))
         return worst
-    v, root = solution["v"], 1 / numpy.sqrt(problem["M"].diagonal())
-    joints = [-root * (problem["G"] @ l)] if "G" in problem else []
-    worst = max(off(root * (problem["M"] @ v), -root * problem["f"], -root * (problem["H"] @ r), *joints),
-                off(u, -(problem["H"].T @ v), -problem["w"]))
+    v = solution["v"]
+    worst = max(off([(1, problem["M"], v), (-1, None, problem["f"]), (-1, problem["H"], r)] +
+                    ([(-1, problem["G"], l)] if "G" in problem else []), 1 / numpy.sqrt(problem["M"].diagonal())),
+                off([(1, None, u), (-1, problem["H"].T, v), (-1, None, problem["w"])]))
     if "G" in problem:
-        worst = max(worst, off(problem["G"].T @ v, problem["b"]))
+        worst = max(worst, off([(1, problem["G"].T, v), (1, None, problem["b"])]))
     return worst
 
 

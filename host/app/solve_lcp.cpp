@@ -57,7 +57,8 @@ std::vector<std::string> lcp_solver_names() {
 
 void solve_lcp(const SolveOptions& options) {
   if (solution_is_hdf5(options))
-    throw Error(Failure::input, options.solution, "solutions of linear complementarity problems are texts; choose .dat");
+    throw Error(Failure::input, options.solution,
+                "solutions of linear complementarity problems are texts; choose .dat");
   expect_writable(options.solution, "the solution", "z ");
   ReportFile report(options.report);
   const lcp::Lcp problem = read_lcp_text(options.problem);

@@ -1,5 +1,5 @@
-// Frictional contact problems in files: FCLIB (HDF5) and the texts of Siconos, in the local and in the global form, with
-// rolling friction or without.
+// Frictional contact problems in files: FCLIB (HDF5) and the texts of Siconos, in the local and in the global form,
+// with rolling friction or without.
 #pragma once
 
 #include <optional>
@@ -28,7 +28,8 @@ Eigen::VectorXd impulses_in_problem(const ConeFile& file, const Eigen::VectorXd&
 Eigen::VectorXd impulses_in_file(const ConeFile& file, const Eigen::VectorXd& r);
 
 /// Reads any of them. Throws Error (input), one line naming the file, the location and what is wrong there, for a file
-/// that is cut short, contradicts itself, holds what is no number, or has contacts of another dimension than those above.
+/// that is cut short, contradicts itself, holds what is no number, or has contacts of another dimension than those
+/// above.
 ConeFile read_cone_file(const std::string& path);
 
 /// As FCLIB files, matrices in compressed columns. Blocks of rows of joints of more than one row are kept beside them,

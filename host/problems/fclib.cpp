@@ -1,7 +1,8 @@
 // FCLIB's files: /fclib_local {spacedim, W, V, R, vectors {q, mu, s}} or /fclib_global {spacedim, M, H, G, vectors {f,
-// w, mu, b}}, or /fclib_global_rolling, the same with mu_r; /solution {v, u, r, l}, /guesses/1 alike. A matrix is {m, n, nzmax, nz, p, i, x}; nz = -1: compressed columns, -2: compressed
-// rows, else triplets: rows in `i` and columns in `p`, as the files of the collection have it, or the other way round,
-// as fclib.h says; which one fits tells a matrix that is not square, and a symmetric one does not mind.
+// w, mu, b}}, or /fclib_global_rolling, the same with mu_r; /solution {v, u, r, l}, /guesses/1 alike. A matrix is {m,
+// n, nzmax, nz, p, i, x}; nz = -1: compressed columns, -2: compressed rows, else triplets: rows in `i` and columns in
+// `p`, as the files of the collection have it, or the other way round, as fclib.h says; which one fits tells a matrix
+// that is not square, and a symmetric one does not mind.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -240,8 +241,9 @@ ConeFile read_fclib(const std::string& path, std::span<const unsigned char> byte
     const h5::Handle image = h5::open_image(bytes);
     const auto form = std::ranges::find_if(forms, [&](const Form& f) { return h5::has(image, f.group); });
     if (form == std::end(forms))
-      refuse_problem(path, "/", "has neither fclib_local, fclib_global nor fclib_global_rolling; it is another kind of "
-                                "HDF5 file");
+      refuse_problem(path, "/",
+                     "has neither fclib_local, fclib_global nor fclib_global_rolling; it is another kind of "
+                     "HDF5 file");
     const Group group(path, image, "", form->group);
     ConeFile file;
     file.dimension = static_cast<std::uint32_t>(group.integer("spacedim", form->least, form->most));

@@ -56,8 +56,7 @@ bool NumberText::more() {
 
 long long NumberText::words_left() const {
   long long words = 0;
-  for (std::size_t i = at_; i < text_.size(); ++i)
-    words += !blank(text_[i]) && (i == at_ || blank(text_[i - 1]));
+  for (std::size_t i = at_; i < text_.size(); ++i) words += !blank(text_[i]) && (i == at_ || blank(text_[i - 1]));
   return words;
 }
 

@@ -61,8 +61,11 @@ oracle::ConeProblem split_rolling(const SparseMatrix& w, const VectorXd& q, cons
       triplets.emplace_back(row, column, value);
   }
   if (joints) joints->v = from_triplets(6 * n, joints->v.cols(), entries_of(joints->v, true, false));
-  return {oracle::block_matrix(from_triplets(6 * n, 6 * n, triplets)), split_rows(q), in_turn(mu, rolling),
-          std::move(joints), {}};
+  return {oracle::block_matrix(from_triplets(6 * n, 6 * n, triplets)),
+          split_rows(q),
+          in_turn(mu, rolling),
+          std::move(joints),
+          {}};
 }
 
 oracle::GlobalConeProblem split_rolling(const oracle::GlobalConeProblem& problem, const VectorXd& rolling) {

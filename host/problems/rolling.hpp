@@ -3,7 +3,8 @@
 // and the moments m against the rolling velocity. It is split into two contacts of three rows, a = (r_n, r_t) with mu
 // and b = (r', m) with mu_r, and a velocity of its own presses the two normal impulses against each other, c > 0:
 //   u_a,n = u_n + c (r_n - r'),   u_b,n = c (r' - r_n)
-// That is the same problem, whatever c: where r' > 0, u_b,n = 0 and so r' = r_n; where r' = 0, u_b,n >= 0 and so r_n = 0.
+// That is the same problem, whatever c: where r' > 0, u_b,n = 0 and so r' = r_n; where r' = 0, u_b,n >= 0 and so r_n =
+// 0.
 #pragma once
 
 #include "cpu_reference/oracle/cone_problem.hpp"

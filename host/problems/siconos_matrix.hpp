@@ -4,8 +4,8 @@
 //                 block columns, length of the row index and of the column index, both, then of each block its number
 //                 and its entries column by column
 //   2  sparse     1 triplets, 2 columns, 3 rows or 4 triplets of one triangle, and what CSparse prints: a line with its
-//                 name, a line with the size, and the entries: "row column : value", or after "col j : locations a to b"
-//                 (rows alike) "row : value"
+//                 name, a line with the size, and the entries: "row column : value", or after "col j : locations a to
+//                 b" (rows alike) "row : value"
 #pragma once
 
 #include "cpu_reference/oracle/cone_problem.hpp"

@@ -2,9 +2,9 @@
 //   dimension (2 in the plane, 3 in space, 5 with rolling friction), contacts n, then
 //   local    W, q, mu
 //   global   M, H, q, b, mu       FCLIB's f and w are q and b here
-// with rolling friction mu_r after mu, and a last 0 or 1 in some. Matrices: siconos_matrix.hpp. Nothing in the text says
-// which of the two it is, but sizes have to add up: after M, where it is local, there are as many numbers as it has
-// rows and coefficients; a second matrix takes more.
+// with rolling friction mu_r after mu, and a last 0 or 1 in some. Matrices: siconos_matrix.hpp. Nothing in the text
+// says which of the two it is, but sizes have to add up: after M, where it is local, there are as many numbers as it
+// has rows and coefficients; a second matrix takes more.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -42,7 +42,8 @@ ConeFile read_siconos_text(const std::string& path, std::string_view text) {
   const long long dimension = numbers.count("the dimension", 0, 0x7fffffff);
   if (dimension != 2 && dimension != 3 && dimension != 5)
     numbers.refuse("the dimension", fmt::format("must be 2, 3 or, with rolling friction, 5, is {}; what does not begin "
-                                                "with it is a problem of another kind", dimension));
+                                                "with it is a problem of another kind",
+                                                dimension));
   file.dimension = static_cast<std::uint32_t>(dimension);
   const long long contacts = numbers.count("number of contacts", 0, most_contacts), rows = dimension * contacts;
   const long long coefficients = (dimension == 5 ? 2 : 1) * contacts;

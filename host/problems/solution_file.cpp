@@ -38,8 +38,7 @@ void read_sections(const std::string& path, std::string_view text, std::span<Sec
   if (!std::isalpha(static_cast<unsigned char>(numbers.next_character()))) {
     Section& first = wanted.front();
     const long long found = numbers.words_left();
-    if (found != first.size)
-      numbers.refuse(first.name, fmt::format("must have {} numbers, has {}", first.size, found));
+    if (found != first.size) numbers.refuse(first.name, fmt::format("must have {} numbers, has {}", first.size, found));
     first.values = numbers.vector(first.name, first.size);
     first.found = true;
     return;

@@ -1,6 +1,7 @@
 // What solves a problem, in a file: HDF5 or text, written by `lockstep solve --solution`, read back by `--guess`.
 //   HDF5   FCLIB's group `solution`: v, u, r, l, in the file of its problem where that is one of FCLIB, else alone
-//   text   the same by name, each with how many numbers follow: "r 6", and a line for each contact; u and v in m/s, r and
+//   text   the same by name, each with how many numbers follow: "r 6", and a line for each contact; u and v in m/s, r
+//   and
 //          l in N s. Of linear complementarity problems z and w. To be read, a text may also be the numbers of r (of z)
 //          alone, as other programs write them
 // Rows are those of the problem's file: normal and tangents, with rolling friction two moments behind them.

@@ -166,7 +166,8 @@ std::vector<unsigned char> handmade(int nz, std::vector<int> p, std::vector<int>
   return bytes;
 }
 
-// 4 in the corner, 0.01 off the diagonal on one side and 0.012 on the other, so that rows and columns can be told apart.
+// 4 in the corner, 0.01 off the diagonal on one side and 0.012 on the other, so that rows and columns can be told
+// apart.
 TEST_F(ConeFiles, ReadEveryStorage) {
   const std::vector<std::vector<unsigned char>> files = {
       handmade(5, {0, 1, 2, 1, 0}, {0, 1, 2, 0, 1}, {4, 2, 1, 0.01, 0.012}),  // triplets: columns p, rows i

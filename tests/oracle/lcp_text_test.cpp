@@ -42,9 +42,9 @@ TEST(LcpText, ReadsColumnsThenTheVector) {
 TEST(LcpText, ReadsBlocksAndSparseMatrices) {
   const oracle::lcp::Lcp blocks = read("2 1 2 2  1 1 1  2  2  2 1  0 1  0  0 2 1 1 2  -5 -6");
   EXPECT_EQ(blocks.m, (Eigen::Matrix2d() << 2, 1, 1, 2).finished());
-  const oracle::lcp::Lcp sparse =
-      read("2 2 2 2\n2\nCSparse Version 3\n2-by-2, nzmax: 3 nnz: 3, 1-norm: 3\n    col 0 : locations 0 to 1\n"
-           "      0 : 2\n      1 : 1\n    col 1 : locations 2 to 2\n      1 : 2\n-5 -6\n");
+  const oracle::lcp::Lcp sparse = read(
+      "2 2 2 2\n2\nCSparse Version 3\n2-by-2, nzmax: 3 nnz: 3, 1-norm: 3\n    col 0 : locations 0 to 1\n"
+      "      0 : 2\n      1 : 1\n    col 1 : locations 2 to 2\n      1 : 2\n-5 -6\n");
   EXPECT_EQ(sparse.m, (Eigen::Matrix2d() << 2, 0, 1, 2).finished());
   EXPECT_EQ(sparse.q, Eigen::Vector2d(-5, -6));
 }
@@ -70,8 +70,9 @@ TEST(LcpText, RefusesWhatIsNone) {
   EXPECT_EQ(refusal("two"), unknowns + "'two'");
   EXPECT_EQ(refusal("-1"), unknowns + "'-1'");
   EXPECT_EQ(refusal("99999999999999999999"), unknowns + "'99999999999999999999'");
-  EXPECT_EQ(refusal("2\n3"), "p.dat: line 2: storage of the matrix (0 dense, 1 by blocks, 2 sparse): must be a whole "
-                             "number from 0 to 2, is '3'");
+  EXPECT_EQ(refusal("2\n3"),
+            "p.dat: line 2: storage of the matrix (0 dense, 1 by blocks, 2 sparse): must be a whole "
+            "number from 0 to 2, is '3'");
   EXPECT_EQ(refusal("2\n0\n2\n3"), "p.dat: line 4: the matrix: must be 2 x 2, is 2 x 3");
   EXPECT_EQ(refusal("2\n0\n2\n2\n3 2\n"), "p.dat: line 5: rows of the stored matrix: must be 2, is '3'");
   EXPECT_EQ(refusal("9\n0\n9\n9\n9 9\n1 2"),

@@ -51,8 +51,9 @@ std::string triplets(const SparseMatrix& m) {
 // `kind` 2: columns of m, 3: rows, which are the columns of its transpose.
 std::string compressed(const SparseMatrix& m, int kind) {
   const SparseMatrix lines = kind == 2 ? m : SparseMatrix(m.transpose());
-  std::string text = fmt::format("2\n{0}\n{1}\n{2}\nCSparse Version 3.1.9\n{3}{0}-by-{1}, nzmax: {4} nnz: {4}, 1-norm: 1\n",
-                                 m.rows(), m.cols(), kind, kind == 3 ? "csr: " : "", m.nonZeros());
+  std::string text =
+      fmt::format("2\n{0}\n{1}\n{2}\nCSparse Version 3.1.9\n{3}{0}-by-{1}, nzmax: {4} nnz: {4}, 1-norm: 1\n", m.rows(),
+                  m.cols(), kind, kind == 3 ? "csr: " : "", m.nonZeros());
   Eigen::Index first = 0;
   for (int k = 0; k < lines.outerSize(); ++k) {
     const Eigen::Index count = SparseMatrix(lines.col(k)).nonZeros();
@@ -204,8 +205,7 @@ TEST_F(ProblemForms, RollingFrictionKeepsItsLaws) {
     EXPECT_EQ(global.velocities(), 12);
     std::vector<VectorXd> velocities;
     for (const ConeFile* file : {&local, &global}) {
-      const auto solution =
-          oracle::solve_whole(file->problem, *oracle::find_cone_solver("auto"), {.tolerance = 1e-11});
+      const auto solution = oracle::solve_whole(file->problem, *oracle::find_cone_solver("auto"), {.tolerance = 1e-11});
       EXPECT_LE(solution.error.residual, 1e-11);
       const VectorXd r = impulses_in_file(*file, solution.r), u = w * r + q;
       for (int i = 0; i < n; ++i) {

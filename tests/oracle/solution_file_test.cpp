@@ -42,8 +42,9 @@ TEST_F(SolutionFile, IsWrittenAndReadBackAsAGuess) {
   replace_file(path("p.hdf5"), encode_fclib(held_heap(), "heap"));
   write("p.dat", encode_siconos_text(oracle::local_form(oracle::random_heap(3, 5, 0.4, 2))));
   write("plane.dat", "2 1 0 2 2 2 2  0.25 0 0 0.25  -2 5  0.3");
-  write("rolls.dat", "5 1 0 5 5 5 5  1 0 0 0 0  0 2 0 0 0  0 0 2 0 0  0 0 0 5 0  0 0 0 0 5 "
-                                                   "-2 9 0 0 4  0.5 0.1");
+  write("rolls.dat",
+        "5 1 0 5 5 5 5  1 0 0 0 0  0 2 0 0 0  0 0 2 0 0  0 0 0 5 0  0 0 0 0 5 "
+        "-2 9 0 0 4  0.5 0.1");
   for (const char* problem : {"p.hdf5", "p.dat", "plane.dat", "rolls.dat"}) {
     for (const char* kept : {"s.hdf5", "s.txt"}) {
       SCOPED_TRACE(std::string(problem) + " " + kept);
