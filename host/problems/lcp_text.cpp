@@ -39,6 +39,8 @@ oracle::lcp::Lcp read_lcp_text(const std::filesystem::path& path) {
     numbers.refuse("the matrix", fmt::format("must be {} x {}, is {} x {}", n, n, head.rows, head.columns));
   oracle::lcp::Lcp problem = {read_siconos_matrix(numbers, "the matrix", head), {}};
   problem.q = numbers.vector("q", n);
+  if (numbers.more() && std::string_view("0123456789+-.").find(numbers.next_character()) != std::string_view::npos)
+    numbers.refuse("the end", "more numbers follow than the problem has; it is of another kind");
   return problem;
 }
 

@@ -1,6 +1,6 @@
 // Linear complementarity problems from small text files, as the problem collections of Siconos keep them:
 //   n, M (siconos_matrix.hpp), n numbers of q
-// What follows is a remark.
+// What follows is a remark and does not begin with a number: problems of other kinds (relays) have bounds there.
 #pragma once
 
 #include <filesystem>

@@ -40,7 +40,7 @@ VectorXd joined_rows(const VectorXd& x) {
   return result;
 }
 
-VectorXd in_turn(const VectorXd& mu, const VectorXd& rolling) {
+VectorXd alternating(const VectorXd& mu, const VectorXd& rolling) {
   VectorXd result(2 * mu.size());
   for (Index i = 0; i < mu.size(); ++i) result.segment<2>(2 * i) << mu[i], rolling[i];
   return result;
@@ -63,7 +63,7 @@ oracle::ConeProblem split_rolling(const SparseMatrix& w, const VectorXd& q, cons
   if (joints) joints->v = from_triplets(6 * n, joints->v.cols(), entries_of(joints->v, true, false));
   return {oracle::block_matrix(from_triplets(6 * n, 6 * n, triplets)),
           split_rows(q),
-          in_turn(mu, rolling),
+          alternating(mu, rolling),
           std::move(joints),
           {}};
 }
@@ -86,7 +86,7 @@ oracle::GlobalConeProblem split_rolling(const oracle::GlobalConeProblem& problem
   result.f = VectorXd::Zero(velocities + n);
   result.f.head(velocities) = problem.f;
   result.w = split_rows(problem.w);
-  result.mu = in_turn(problem.mu, rolling);
+  result.mu = alternating(problem.mu, rolling);
   result.g = from_triplets(velocities + n, problem.g.cols(), entries_of(problem.g, false, false));
   result.b = problem.b;
   result.first = problem.first;

@@ -77,6 +77,8 @@ TEST(LcpText, RefusesWhatIsNone) {
   EXPECT_EQ(refusal("2\n0\n2\n2\n3 2\n"), "p.dat: line 5: rows of the stored matrix: must be 2, is '3'");
   EXPECT_EQ(refusal("9\n0\n9\n9\n9 9\n1 2"),
             "p.dat: line 5: the matrix: 81 numbers are announced, the file is too short for them");
+  EXPECT_EQ(refusal("1\n0\n1\n1\n1 1\n1 -1\n-2 2"),
+            "p.dat: line 7: the end: more numbers follow than the problem has; it is of another kind");
   const std::string start = "2\n0\n2\n2\n2 2\n1 2\n3";
   EXPECT_EQ(refusal(start + "    "), "p.dat: line 7: the matrix: the file ends here; it may be cut short");
   EXPECT_EQ(refusal(start + " 4\n5"), "p.dat: line 8: q: the file ends here; it may be cut short");

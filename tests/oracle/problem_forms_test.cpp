@@ -154,7 +154,7 @@ TEST_F(ProblemForms, AStoredTriangleIsMadeWhole) {
 }
 
 // W = H^T M^-1 H of an M that is off by some thousandths, as it stands.
-TEST_F(ProblemForms, AMassThatIsALittleUnsymmetricIsTakenAsItStands) {
+TEST_F(ProblemForms, AMassThatIsALittleUnsymmetricIsTakenAsItIs) {
   GlobalConeProblem problem = coupled_heap();
   problem.m.coeffRef(0, 1) *= 1.01;
   const MatrixXd h = problem.h, w = h.transpose() * MatrixXd(problem.m).inverse() * h;
@@ -180,8 +180,8 @@ TEST_F(ProblemForms, OneContactRollsAsItsClosedFormSays) {
       EXPECT_LT((r - (VectorXd(5) << 2, -1, 0, 0, -moment).finished()).norm(), 1e-8) << solver;
     }
   }
-  const VectorXd apart = (VectorXd(5) << 2, 9, 0, 0, 4).finished();
-  const ConeFile file = read("5 1 " + dense(w.asDiagonal()) + numbers(apart) + "0.5 0.1");
+  const VectorXd leaving = (VectorXd(5) << 2, 9, 0, 0, 4).finished();
+  const ConeFile file = read("5 1 " + dense(w.asDiagonal()) + numbers(leaving) + "0.5 0.1");
   EXPECT_EQ(oracle::solve_whole(file.problem, *oracle::find_cone_solver("auto"), {}).r.norm(), 0);
 }
 

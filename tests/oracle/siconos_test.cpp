@@ -46,7 +46,7 @@ TEST_F(CommandLine, SiconosSolvesWhatIsExported) {
 
 // tests/siconos_check.py reads the problem itself, checks the equations and the laws of what `lockstep solve` wrote,
 // and asks Siconos; the other way round Siconos solves, and its impulses are our guess.
-TEST_F(CommandLine, SolutionsHoldByMeansThatShareNothing) {
+TEST_F(CommandLine, SolutionsPassAMeasureThatSharesNothing) {
   const auto write = [&](const char* name, const std::string& text) {
     std::ofstream(file(name)) << text;
     return file(name).string();

@@ -13,8 +13,8 @@ using Eigen::VectorXd;
 
 class SolutionFile : public CommandLine {
  protected:
-  // A heap of which two velocities are held by joints.
-  static oracle::GlobalConeProblem held_heap() {
+  // A heap two velocities of which joints keep.
+  static oracle::GlobalConeProblem jointed_heap() {
     oracle::GlobalConeProblem problem = oracle::random_heap(3, 5, 0.4, 2);
     problem.g = oracle::SparseMatrix(problem.m.rows(), 2);
     problem.g.insert(0, 0) = 1;
@@ -27,8 +27,8 @@ class SolutionFile : public CommandLine {
   void write(const std::string& name, const std::string& text) const { std::ofstream(file(name)) << text; }
 };
 
-TEST_F(SolutionFile, HoldsWhatSolvesTheProblem) {
-  const oracle::GlobalConeProblem problem = held_heap();
+TEST_F(SolutionFile, ContainsWhatSolvesTheProblem) {
+  const oracle::GlobalConeProblem problem = jointed_heap();
   replace_file(path("p.hdf5"), encode_fclib(problem, "heap"));
   const ConeFile read = read_cone_file(path("p.hdf5"));
   const auto found = oracle::solve_whole(read.problem, *oracle::find_cone_solver("auto"), {.tolerance = 1e-12});
@@ -39,7 +39,7 @@ TEST_F(SolutionFile, HoldsWhatSolvesTheProblem) {
 }
 
 TEST_F(SolutionFile, IsWrittenAndReadBackAsAGuess) {
-  replace_file(path("p.hdf5"), encode_fclib(held_heap(), "heap"));
+  replace_file(path("p.hdf5"), encode_fclib(jointed_heap(), "heap"));
   write("p.dat", encode_siconos_text(oracle::local_form(oracle::random_heap(3, 5, 0.4, 2))));
   write("plane.dat", "2 1 0 2 2 2 2  0.25 0 0 0.25  -2 5  0.3");
   write("rolls.dat",
@@ -116,7 +116,7 @@ TEST_F(SolutionFile, OfAnotherProblemIsRefused) {
   refused("r 2\n8 nan", "must be a finite number");
   refused("", "g.txt: line 1: the solution: the file is empty");
   expect_refused("solve " + path("plane.dat") + " --guess " + path("none.txt"), 2, "no such file");
-  replace_file(path("p.hdf5"), encode_fclib(held_heap(), "heap"));
+  replace_file(path("p.hdf5"), encode_fclib(jointed_heap(), "heap"));
   expect_refused("solve " + path("plane.dat") + " --guess " + path("p.hdf5"), 2, "has neither a solution nor guesses");
   write("mine.txt", "what was there");
   expect_refused("solve " + path("plane.dat") + " --solution " + path("mine.txt"), 2, "does not overwrite it");
