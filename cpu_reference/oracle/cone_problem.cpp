@@ -1,12 +1,12 @@
 #include "cpu_reference/oracle/cone_problem.hpp"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
 
 #include "cpu_reference/oracle/dense.hpp"
+#include "cpu_reference/oracle/inverse_mass.hpp"
 #include "cpu_reference/oracle/joints/joint_solver.hpp"
 
 namespace lockstep::oracle {
@@ -97,15 +97,14 @@ BlockMatrix block_matrix(const SparseMatrix& matrix) {
 }
 
 ConeProblem local_form(const GlobalConeProblem& problem) {
-  const Eigen::SimplicialLLT<SparseMatrix> cholesky(problem.m);
-  if (cholesky.info() != Eigen::Success) throw std::runtime_error("M is not positive definite");
-  const VectorXd free = cholesky.solve(problem.f);
-  const SparseMatrix response = cholesky.solve(problem.h);  // M^-1 H
+  const InverseMass inverse(problem.m);
+  const VectorXd free = inverse.times(problem.f);
+  const SparseMatrix response = inverse.times(problem.h);  // M^-1 H
   const SparseMatrix w = SparseMatrix(problem.h.transpose()) * response;
   const VectorXd q = problem.h.transpose() * free + problem.w;
   std::optional<Bilateral> joints;
   if (problem.g.cols() > 0) {
-    const SparseMatrix joint_response = cholesky.solve(problem.g);
+    const SparseMatrix joint_response = inverse.times(problem.g);
     joints.emplace();
     joints->v = SparseMatrix(problem.h.transpose()) * joint_response;
     joints->r = SparseMatrix(problem.g.transpose()) * joint_response;
@@ -113,7 +112,9 @@ ConeProblem local_form(const GlobalConeProblem& problem) {
     joints->first = joint_blocks(problem);
   }
   if (problem.dimension == 2) return embed_plane(w, q, problem.mu, std::move(joints));
-  return {block_matrix(w), q, problem.mu, std::move(joints), VelocityForm{problem.m, problem.h}};
+  ConeProblem local = {block_matrix(w), q, problem.mu, std::move(joints), {}};
+  if (!inverse.skew()) local.velocities = VelocityForm{problem.m, problem.h};
+  return local;
 }
 
 ConeProblem embed_plane(const SparseMatrix& w, const VectorXd& q, const VectorXd& mu, std::optional<Bilateral> joints) {

@@ -8,8 +8,8 @@
 
 namespace lockstep::oracle {
 
-/// When to stop, which a request to end (host/stop_request.hpp) says too. A direct method heeds `iterations` (its pivots) and
-/// uses `tolerance` to tell zero from not.
+/// When to stop, which a request to end (host/stop_request.hpp) says too. A direct method heeds `iterations` (its
+/// pivots) and uses `tolerance` to tell zero from not.
 struct SolveLimits {
   double tolerance = 1e-8;           // of the residual, in the measure of the problem
   std::uint32_t iterations = 10000;  // of the outer loop

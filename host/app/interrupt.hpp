@@ -1,7 +1,7 @@
 // Requests to end: SIGINT (Ctrl-C), SIGTERM and SIGHUP. While there is nothing to keep the program ends at once. A
-// command that has something defers them: the first one ends what is under way at its next chance (host/stop_request.hpp), and
-// what there is, is written; another one, more than a second later, ends the program at once. Files are whole either
-// way: they get their names when they are, and a recording is at any moment.
+// command that has something defers them: the first one ends what is under way at its next chance
+// (host/stop_request.hpp), and what there is, is written; another one, more than a second later, ends the program at
+// once. Files are whole either way: they get their names when they are, and a recording is at any moment.
 #pragma once
 
 namespace lockstep::app {

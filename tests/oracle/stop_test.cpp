@@ -1,6 +1,4 @@
 // A request to end ends every solver between two iterations, and a step of an oracle with the state that it began with.
-#include "host/stop_request.hpp"
-
 #include <gtest/gtest.h>
 
 #include "cpu_reference/oracle/cone/whole.hpp"
@@ -11,6 +9,7 @@
 #include "host/simulation.hpp"
 #include "host/steppers/oracles.hpp"
 #include "host/steppers/stepper.hpp"
+#include "host/stop_request.hpp"
 #include "host/world_hash.hpp"
 #include "tests/oracle/cone_problems.hpp"
 #include "tests/oracle/lcp_problems.hpp"
