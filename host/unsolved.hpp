@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <string>
 
 #include "host/stop.hpp"
 #include "kernels/types.h"
@@ -57,5 +58,9 @@ struct Unsolved {
     return worst_residual > other.worst_residual;
   }
 };
+
+/// "nsgs left 3 sub-steps unsolved (2 at its limit, 1 stalled), the first in step 4 (limit), the worst in step 7
+/// (stalled): a residual of 2e-09, not 1e-10".
+std::string in_words(const std::string& solver, const Unsolved& unsolved);
 
 }  // namespace lockstep

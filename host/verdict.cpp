@@ -22,12 +22,14 @@ std::string with_unit(double value, const char* unit) {
 const CriterionInfo& info(Criterion criterion) { return infos[static_cast<u32>(criterion)]; }
 
 bool Verdict::good() const {
+  if (unsolved.count > 0) return false;
   for (u32 i = 0; i < criterion_count; ++i)
     if (!keeps(static_cast<Criterion>(i))) return false;
   return true;
 }
 
 void Verdict::add(const Verdict& other) {
+  unsolved.add(other.unsolved);
   for (u32 i = 0; i < criterion_count; ++i) {
     Judgement& mine = judgements[i];
     const Judgement& theirs = other.judgements[i];
@@ -40,8 +42,29 @@ void Verdict::add(const Verdict& other) {
   if (other.energy_source != EnergySource::none) energy_source = other.energy_source;
 }
 
+std::string in_words(const std::string& solver, const Unsolved& unsolved) {
+  std::string ends;
+  for (u32 stop = 1; stop < stop_count; ++stop) {
+    if (unsolved.ended[stop] == 0) continue;
+    const std::string_view name = stop_name(static_cast<Stop>(stop));
+    ends += fmt::format("{}{} {}{}", ends.empty() ? "" : ", ", unsolved.ended[stop],
+                        stop == static_cast<u32>(Stop::limit) ? "at its " : "", name);
+  }
+  const std::string first =
+      unsolved.first_step == unsolved.worst_step
+          ? std::string()
+          : fmt::format("the first in step {} ({}), ", unsolved.first_step, stop_name(unsolved.first_stop));
+  const std::string words =
+      fmt::format("{} left {} sub-steps unsolved ({}), {}the worst in step {} ({})", solver, unsolved.count, ends,
+                  first, unsolved.worst_step, stop_name(unsolved.worst_stop));
+  if (unsolved.worst_stop == Stop::bad) return words;
+  if (unsolved.of_changes)
+    return fmt::format("{}: the last sweep changed velocities by more than {:.3g} m/s", words, unsolved.tolerance);
+  return fmt::format("{}: a residual of {:.3g}, not {:.3g}", words, unsolved.worst_residual, unsolved.tolerance);
+}
+
 std::string in_words(const Verdict& verdict) {
-  std::string text;
+  std::string text = verdict.unsolved.count > 0 ? in_words("the solver", verdict.unsolved) : "";
   for (u32 i = 0; i < criterion_count; ++i) {
     const Criterion criterion = static_cast<Criterion>(i);
     if (verdict.keeps(criterion)) continue;

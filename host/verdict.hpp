@@ -5,7 +5,7 @@
 #include <array>
 #include <string>
 
-#include "kernels/types.h"
+#include "host/unsolved.hpp"
 
 namespace lockstep {
 
@@ -34,6 +34,7 @@ struct Judgement {
 
 struct Verdict {
   std::array<Judgement, criterion_count> judgements;
+  Unsolved unsolved;  // what a solver that promises a residual or a tolerance did not keep
   EnergySource energy_source = EnergySource::none;  // for which the gain of energy is not judged
 
   const Judgement& operator[](Criterion criterion) const { return judgements[static_cast<u32>(criterion)]; }

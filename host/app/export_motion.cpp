@@ -145,7 +145,6 @@ void export_scene(const Scene& scene, const MotionOptions& options) {
   still.dt = double(start.state.params.dt) * start.state.params.substeps;
   still.steps = keyframe_steps(options.fps.value_or(usual_rate), start.steps_done, scene.settings.steps, still.dt);
   const SceneModel model(compile_shapes<real>(scene));
-  const OracleChoice oracle = start.state.oracle;
   Monitor monitor(scene.settings, energy_budget(start.state.buffers, start.state.features));
   Simulation<real> simulation = simulate(start, options);
   write_motion(options, still, model, region_of(model.extents(still.start)), [&](u32 step) {
@@ -160,7 +159,7 @@ void export_scene(const Scene& scene, const MotionOptions& options) {
     return poses_of(current.positions, current.orientations);
   });
   tell_if_bad(scene.name, monitor.verdict());
-  expect_all_solved(scene.name, oracle, simulation.backend().unsolved());
+  expect_all_solved(scene.name, name_of(scene.settings.solver), simulation.unsolved());
 }
 
 }  // namespace

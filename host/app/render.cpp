@@ -111,7 +111,6 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   expect_pictures_writable(options, file_name(scene.name), shown.front());
   Frames frames(frame_options(options, scene.camera, dt), SceneModel(compile_shapes<real>(scene, options.frames.shown)),
                 file_name(scene.name), dt);
-  const OracleChoice oracle = start.state.oracle;
   Monitor monitor(scene.settings, energy_budget(start.state.buffers, start.state.features));
   Simulation<real> simulation = lockstep::app::simulate(start, options);
   Interrupt::defer();
@@ -125,7 +124,7 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   say_what_was_made(frames, options);
   if (!options.quiet) fmt::print("state hash {}\n", hash_text(combined_state_hash(simulation.world_hashes())));
   tell_if_bad(scene.name, monitor.verdict());
-  expect_all_solved(scene.name, oracle, simulation.backend().unsolved());
+  expect_all_solved(scene.name, name_of(scene.settings.solver), simulation.unsolved());
 }
 
 template <class real>

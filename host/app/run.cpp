@@ -160,7 +160,6 @@ void write_checkpoint(Simulation<real>& simulation, const std::string& scene, co
 struct Outcome {
   Report report;
   std::vector<WorldHash> hashes;
-  OracleChoice oracle;  // that made the steps, if one did
 };
 
 // The particles of each body, as they were compiled: with the model constraints they are its spheres.
@@ -252,8 +251,9 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
     report.wakings = simulation.wakings();
   }
   if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
-  if (oracle) report.unsolved = simulation.backend().unsolved();
-  return {report, simulation.world_hashes(), oracle};
+  report.verdict.unsolved = simulation.unsolved();
+  if (oracle || has(simulation.backend().features(), Feature::tolerance)) report.unsolved = simulation.unsolved();
+  return {report, simulation.world_hashes()};
 }
 
 // The worlds of this rank, which may have none. `is_shared`: there are other worlds or ranks.
@@ -310,7 +310,7 @@ void run(RunOptions options) {
   if (!is_first) return;
   file->write(to_json(report));
   if (!options.quiet) fmt::print("{}", to_table(report));
-  if (report.unsolved) expect_all_solved(report.scene, outcome.oracle, *report.unsolved);
+  if (report.unsolved) expect_all_solved(report.scene, report.solver, *report.unsolved);
   if (!report.verdict.good()) throw Error(Failure::comparison, report.scene, in_words(report.verdict));
 }
 

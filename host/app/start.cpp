@@ -41,10 +41,10 @@ Simulation<real> simulate(Start<real>& start, const SceneOptions& options) {
   return {make_stepper(state, target_of(options, state.oracle)).backend, state.params, start.steps_done};
 }
 
-void expect_all_solved(const std::string& scene, const OracleChoice& oracle, const Unsolved& unsolved) {
+void expect_all_solved(const std::string& scene, const std::string& solver, const Unsolved& unsolved) {
   if (unsolved.count == 0) return;
   throw Error(Failure::comparison, scene,
-              in_words(oracle.name, unsolved) + "; try another --solver, more --iterations or a larger --tolerance");
+              in_words(solver, unsolved) + "; try another --solver, more --iterations or a larger --tolerance");
 }
 
 void tell_if_bad(const std::string& scene, const Verdict& verdict) {

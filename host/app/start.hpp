@@ -34,9 +34,9 @@ void tell_suspicions(const Scene& scene, const Start<real>& start);
 template <class real>
 Simulation<real> simulate(Start<real>& start, const SceneOptions& options);
 
-/// Throws Error (comparison) where the solver of a simulation left something unsolved: an oracle did not get to the
-/// residual that was asked for.
-void expect_all_solved(const std::string& scene, const OracleChoice& oracle, const Unsolved& unsolved);
+/// Throws Error (comparison) where a solver left something unsolved: an oracle did not get to the residual that was
+/// asked for, or sweeps did not get to a tolerance.
+void expect_all_solved(const std::string& scene, const std::string& solver, const Unsolved& unsolved);
 
 /// Says on stderr what is bad of the motion that has been drawn or exported, if anything is.
 void tell_if_bad(const std::string& scene, const Verdict& verdict);

@@ -22,8 +22,8 @@ void record_step(RecordingWriter<real>& recording, Simulation<real>& simulation,
 /// What a recording of this simulation says of its outcome, once all steps are done.
 template <class real>
 std::string finished(Simulation<real>& simulation, const OracleChoice& oracle, const Verdict& verdict) {
-  const Unsolved unsolved = simulation.backend().unsolved();
-  if (unsolved.count > 0) return "unsolved: " + in_words(oracle.name, unsolved);
+  const Unsolved unsolved = simulation.unsolved();
+  if (unsolved.count > 0) return "unsolved: " + in_words(oracle ? oracle.name : "the solver", unsolved);
   return verdict.good() ? "finished" : "bad: " + in_words(verdict);
 }
 

@@ -51,25 +51,4 @@ std::string oracle_descriptions() {
          "docs/solvers_oracle.md and docs/lcp.md say which one when.\n";
 }
 
-std::string in_words(const std::string& solver, const Unsolved& unsolved) {
-  std::string ends;
-  for (u32 stop = 1; stop < stop_count; ++stop) {
-    if (unsolved.ended[stop] == 0) continue;
-    const std::string_view name = stop_name(static_cast<Stop>(stop));
-    ends += fmt::format("{}{} {}{}", ends.empty() ? "" : ", ", unsolved.ended[stop],
-                        stop == static_cast<u32>(Stop::limit) ? "at its " : "", name);
-  }
-  const std::string first =
-      unsolved.first_step == unsolved.worst_step
-          ? std::string()
-          : fmt::format("the first in step {} ({}), ", unsolved.first_step, stop_name(unsolved.first_stop));
-  const std::string words =
-      fmt::format("{} left {} sub-steps unsolved ({}), {}the worst in step {} ({})", solver, unsolved.count, ends,
-                  first, unsolved.worst_step, stop_name(unsolved.worst_stop));
-  if (unsolved.worst_stop == Stop::bad) return words;
-  if (unsolved.of_changes)
-    return fmt::format("{}: the last sweep changed velocities by more than {:.3g} m/s", words, unsolved.tolerance);
-  return fmt::format("{}: a residual of {:.3g}, not {:.3g}", words, unsolved.worst_residual, unsolved.tolerance);
-}
-
 }  // namespace lockstep

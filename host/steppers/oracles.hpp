@@ -19,8 +19,4 @@ std::unique_ptr<OracleBackend> make_oracle(InitialState<double> state, bool prof
 /// What the names stand for, some to a line, for those who choose one.
 std::string oracle_descriptions();
 
-/// "nsgs left 3 sub-steps unsolved (2 at its limit, 1 stalled), the first in step 4 (limit), the worst in step 7
-/// (stalled): a residual of 2e-09, not 1e-10".
-std::string in_words(const std::string& solver, const Unsolved& unsolved);
-
 }  // namespace lockstep

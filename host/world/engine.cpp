@@ -73,7 +73,9 @@ class EngineOf final : public Engine {
 
   Verdict verdict() override {
     monitor_->observe(measures(), simulation_->steps_done());
-    return monitor_->verdict();
+    Verdict verdict = monitor_->verdict();
+    verdict.unsolved = simulation_->unsolved();
+    return verdict;
   }
   std::vector<FirstContact> first_contacts(const Scene& scene) const override {
     return lockstep::first_contacts(scene, constants_);
