@@ -20,10 +20,10 @@ void raise_maximum(std::vector<u32>& counters, u32 counter, real value) {
   if (value > 0) counters[counter] = std::max(counters[counter], std::bit_cast<u32>(static_cast<float>(value)));
 }
 
-/// Beyond 2^45 units a body counts no more, so that no sum of bodies passes 63 bits.
+/// Beyond 2^52 units a body counts no more. Sums wrap around at 63 bits, long after a run has gone bad.
 template <class real>
 std::int64_t energy_units(real joules, real units_per_joule) {
-  constexpr real most = 35184372088832.0;
+  constexpr real most = 4503599627370496.0;
   const real units = joules * units_per_joule;
   if (units != units) return 0;
   if (units > most) return std::int64_t(most);

@@ -88,7 +88,7 @@ real units_per_joule(const Buffers<real>& b, const StepParams<real>& params) {
     all += stiffness * (a * a + c * c + rest * rest);
   }
   if (!(all > 0) || !std::isfinite(all)) return 1;
-  return static_cast<real>(std::ldexp(1.0, std::clamp(22 - std::ilogb(all), -100, 100)));
+  return static_cast<real>(std::ldexp(1.0, std::clamp(32 - std::ilogb(all), -100, 100)));
 }
 
 #define INSTANTIATE(real)                                              \

@@ -22,9 +22,9 @@ double motor_power(const std::vector<Joint<real>>& joints);
 template <class real>
 EnergyBudget energy_budget(const Buffers<real>& buffers, Features features);
 
-/// Units that a J is counted in, a power of two: 2^22 are what bodies have by their motion, by where they are, by
+/// Units that a J is counted in, a power of two: 2^32 are what bodies have by their motion, by where they are, by
 /// moving by a hundredth of their size in a sub-step, and what springs have that are as long as what they pull. What
-/// has 2^23 times as much counts no more (cpu_reference/measure.hpp).
+/// has 2^20 times as much counts no more (cpu_reference/measure.hpp).
 template <class real>
 real units_per_joule(const Buffers<real>& buffers, const StepParams<real>& params);
 

@@ -5,8 +5,8 @@
 #include "measure.h"
 #include "rigid_body.h"
 
-// 2^45: beyond it a body counts no more, so that no sum of bodies passes 63 bits.
-#define MOST_ENERGY_UNITS ((real)35184372088832.0f)
+// 2^52: beyond it a body counts no more.
+#define MOST_ENERGY_UNITS ((real)4503599627370496.0f)
 
 static inline long energy_units(real joules, real units_per_joule) {
   const real units = joules * units_per_joule;

@@ -5,8 +5,7 @@
 #include "types.h"
 
 static inline void raise_maximum(volatile global u32* counters, u32 counter, real value) {
-  const u32 bits = as_uint((float)value);
-  if (value > (real)0 && bits > counters[counter]) atomic_max(&counters[counter], bits);
+  if (value > (real)0) atomic_max(&counters[counter], as_uint((float)value));
 }
 
 #endif
