@@ -65,7 +65,7 @@ TEST_F(SolutionFile, IsWrittenAndReadBackAsAGuess) {
   EXPECT_EQ(run("solve " + whole + " --solver mixed_ldlt --guess " + whole).status, 0);
 }
 
-TEST_F(SolutionFile, TextsNameWhatTheyHold) {
+TEST_F(SolutionFile, TextsNameWhatTheyContain) {
   write("plane.dat", "2 1 0 2 2 2 2  0.25 0 0 0.25  -2 5  0.3");
   ASSERT_EQ(run("solve " + path("plane.dat") + " --solver nsgs --solution " + path("s.txt")).status, 0);
   std::istringstream text(read_file(path("s.txt")));
@@ -111,7 +111,7 @@ TEST_F(SolutionFile, OfAnotherProblemIsRefused) {
   };
   refused("r 3\n8 -2.4 0\n", "g.txt: line 1: r: must have 2 numbers, has 3; it is of another problem");
   refused("8 -2.4 0\n", "g.txt: line 1: r: must have 2 numbers, has 3");
-  refused("u 2\n0 1\n", "g.txt: line 2: r: is missing");
+  refused("u 2\n0 1\n", "g.txt: line 3: r: is missing");
   refused("r 2\n8", "g.txt: line 2: r: the file ends here");
   refused("r 2\n8 nan", "must be a finite number");
   refused("", "g.txt: line 1: the solution: the file is empty");

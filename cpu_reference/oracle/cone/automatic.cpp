@@ -3,10 +3,8 @@
 // finishes what is well-posed, Gauss-Seidel again and the proximal point iteration take turns, each from the best so
 // far and for so many iterations; in the next round for twice as many. The ADMM alone goes on gaining where thousands
 // of contacts are redundant: it gets four times as many, and a second turn in a metric that lets impulses that do not
-// matter move further. The projected gradient comes last: it starts at the best without losing any of it, and gains a
-// little where the others are worse at first. From its third turn without halving the residual on a solver sits out
-// rounds: one, three, seven. What counts are iterations, not time: a problem has the same answer every time, unless the
-// time runs out.
+// matter move further. From its third turn without halving the residual on a solver sits out rounds: one, three, seven.
+// What counts are iterations, not time: a problem has the same answer every time, unless the time runs out.
 #include <algorithm>
 #include <chrono>
 
@@ -107,12 +105,8 @@ SolveReport solve_automatically(const ConeProblem& problem, const SolveLimits& l
   Relay relay(problem, limits, r);
   relay.run(gauss_seidel, 2000, 1e-4);
   relay.run(gauss_seidel, 100);
-  Runner runners[] = {{admm, 1000, 4},
-                      {newton, 10, 2},
-                      {gauss_seidel, 1000, 2},
-                      {proximal_point, 5, 2},
-                      {fixed_metric_admm, 1000, 4},
-                      {projected_gradient, 1000, 4}};
+  Runner runners[] = {
+      {admm, 1000, 4}, {newton, 10, 2}, {gauss_seidel, 1000, 2}, {proximal_point, 5, 2}, {fixed_metric_admm, 1000, 4}};
   for (std::uint32_t round = 0; round < most_rounds && !relay.finished(); ++round) {
     for (Runner& runner : runners) runner.run(relay);
   }
