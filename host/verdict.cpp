@@ -21,6 +21,12 @@ std::string with_unit(double value, const char* unit) {
 
 const CriterionInfo& info(Criterion criterion) { return infos[static_cast<u32>(criterion)]; }
 
+std::string title(Criterion criterion) {
+  std::string words = info(criterion).name;
+  std::ranges::replace(words, '_', ' ');
+  return words;
+}
+
 bool Verdict::good() const {
   if (unsolved.count > 0) return false;
   for (u32 i = 0; i < criterion_count; ++i)
@@ -70,9 +76,7 @@ std::string in_words(const Verdict& verdict) {
     if (verdict.keeps(criterion)) continue;
     const CriterionInfo& of = info(criterion);
     const Judgement& j = verdict[criterion];
-    std::string name = of.name;
-    for (char& c : name) c = c == '_' ? ' ' : c;
-    text += fmt::format("{}{} {} after {} steps, above {} since {}", text.empty() ? "" : "; ", name,
+    text += fmt::format("{}{} {} after {} steps, above {} since {}", text.empty() ? "" : "; ", title(criterion),
                         with_unit(j.worst, of.unit), j.worst_step, with_unit(j.bound, of.unit), j.first_step);
   }
   return text.empty() ? "good" : text;

@@ -20,6 +20,8 @@ struct CriterionInfo {
   const char *name, *unit, *meaning;
 };
 const CriterionInfo& info(Criterion criterion);
+/// Its name in words: "energy gain".
+std::string title(Criterion criterion);
 
 /// Where energy comes from that nobody counts, so that a gain of it is no fault. Particles push by springs, which keep
 /// some, and overlap as they do.

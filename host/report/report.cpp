@@ -99,7 +99,15 @@ Json verdict_json(const Verdict& verdict) {
 
 std::string verdict_rows(const Verdict& verdict) {
   const std::string source = in_words(verdict.energy_source);
-  std::string text = row("verdict", (verdict.good() ? "" : "bad: ") + in_words(verdict));
+  std::string text = row("verdict", (verdict.good() ? "" : "bad: ") + in_words(verdict)), figures;
+  for (u32 i = 0; i < criterion_count; ++i) {
+    const Criterion criterion = static_cast<Criterion>(i);
+    const Judgement& j = verdict[criterion];
+    if (j.worst == 0 || !verdict.is_judged(criterion)) continue;
+    figures += fmt::format("{}{} {:.3g}", figures.empty() ? "" : ", ", title(criterion), j.worst);
+    figures += fmt::format(" of {:.3g}{}{}", j.bound, *info(criterion).unit ? " " : "", info(criterion).unit);
+  }
+  if (!figures.empty()) text += row("", figures);
   if (!source.empty())
     text += row("", (verdict.is_judged(Criterion::overlap) ? "gain of energy not judged: "
                                                            : "overlap and gain of energy not judged: ") +
