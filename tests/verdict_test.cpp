@@ -10,6 +10,7 @@
 #include "host/report/monitor.hpp"
 #include "host/scene/compile.hpp"
 #include "host/scene/read.hpp"
+#include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
 #include "include/lockstep/world.hpp"
 #include "tests/command_line.hpp"
@@ -49,7 +50,7 @@ TEST(StepMeasures, OfAFallingBallAreThoseOfTheClosedForm) {
   }
 }
 
-TEST(StepMeasures, OfBallsThatOverlapAreTheDepthAndItsPartOfTheSmallerRadius) {
+TEST(StepMeasures, OfBallsThatOverlapAreTheDepthAndItsRatioToTheSmallerRadius) {
   Scene scene = parse_scene(R"({"gravity": [0, 0, 0], "bodies": [
     {"mass": 1, "position": [0, 0, 0], "shapes": [{"type": "sphere", "radius": 0.5}]},
     {"mass": 1, "position": [0.7, 0, 0], "shapes": [{"type": "sphere", "radius": 0.25}]}]})",
@@ -61,7 +62,7 @@ TEST(StepMeasures, OfBallsThatOverlapAreTheDepthAndItsPartOfTheSmallerRadius) {
 }
 
 // Of a box the inner radius is half its least edge; a plane has no inside.
-TEST(StepMeasures, OfAPlateInAPlaneArePartsOfHalfItsThickness) {
+TEST(StepMeasures, OfAPlateInAPlaneAreRatiosToHalfItsThickness) {
   Scene scene = parse_scene(R"({"gravity": [0, 0, 0], "bodies": [
     {"type": "static", "shapes": [{"type": "plane"}]},
     {"mass": 1, "position": [0, 0, 0.08], "shapes": [{"type": "box", "size": [2, 1, 0.2]}]}]})",
@@ -73,7 +74,7 @@ TEST(StepMeasures, OfAPlateInAPlaneArePartsOfHalfItsThickness) {
 }
 
 // A ball joint whose anchors are made to stand 0.03 apart by moving one body.
-TEST(StepMeasures, OfAnOpenJointAreTheGapAndItsPartOfTheArm) {
+TEST(StepMeasures, OfAnOpenJointAreTheGapAndItsRatioToTheArm) {
   const Scene scene = parse_scene(R"({"gravity": [0, 0, 0], "bodies": [
     {"name": "a", "mass": 1, "position": [0, 0, 0], "shapes": [{"type": "sphere", "radius": 0.1}]},
     {"name": "b", "mass": 1, "position": [1, 0, 0], "shapes": [{"type": "sphere", "radius": 0.1}]}],
@@ -112,7 +113,7 @@ Measures state(double kinetic, double potential, double overlap = 0) {
 }
 
 TEST(Monitor, TellsTheFirstAndTheWorstStepAboveTheBound) {
-  Monitor monitor({}, {});
+  Monitor monitor(verdict_bounds({}), 0.1, {});
   const double overlaps[] = {0.1, 0.4, 0.6, 0.9, 0.7};
   for (u32 step = 0; step < 5; ++step) monitor.observe(state(1, 0, overlaps[step]), step);
   const Judgement& j = monitor.verdict()[Criterion::overlap];
@@ -123,7 +124,7 @@ TEST(Monitor, TellsTheFirstAndTheWorstStepAboveTheBound) {
 }
 
 TEST(Monitor, BlamesNoRunForHowItBegan) {
-  Monitor monitor({}, {});
+  Monitor monitor(verdict_bounds({}), 0.1, {});
   monitor.observe(state(0, 10, 0.8), 0);
   monitor.observe(state(0, 30, 0.7), 1);
   monitor.observe(state(0, 30, 0.3), 2);
@@ -133,7 +134,7 @@ TEST(Monitor, BlamesNoRunForHowItBegan) {
 }
 
 TEST(Monitor, FindsEnergyThatComesFromNowhere) {
-  Monitor monitor({}, {});
+  Monitor monitor(verdict_bounds({}), 0.1, {});
   monitor.observe(state(100, 0), 0);
   monitor.observe(state(60, 10), 1);  // 30 are lost
   monitor.observe(state(70, 20), 2);  // 20 of 100 come back
@@ -144,9 +145,7 @@ TEST(Monitor, FindsEnergyThatComesFromNowhere) {
 }
 
 TEST(Monitor, LetsMotorsGiveWhatTheyCan) {
-  Settings settings;
-  settings.dt = 0.1;
-  Monitor monitor(settings, {EnergySource::none, 100, 0});  // 10 J a step
+  Monitor monitor(verdict_bounds({}), 0.1, {EnergySource::none, 100, 0});  // 10 J a step
   for (u32 step = 0; step < 5; ++step) monitor.observe(state(10 * step, 0), step);
   EXPECT_TRUE(monitor.verdict().good());
   monitor.observe(state(100, 0), 5);
@@ -154,7 +153,7 @@ TEST(Monitor, LetsMotorsGiveWhatTheyCan) {
 }
 
 TEST(Monitor, DoesNotJudgeEnergyThatNobodyCounts) {
-  Monitor monitor({}, {EnergySource::kinematic_bodies, 0, 0});
+  Monitor monitor(verdict_bounds({}), 0.1, {EnergySource::kinematic_bodies, 0, 0});
   monitor.observe(state(1, 0), 0);
   monitor.observe(state(1e6, 0), 1);
   EXPECT_TRUE(monitor.verdict().good());

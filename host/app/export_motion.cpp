@@ -16,6 +16,7 @@
 #include "host/record/recording_reader.hpp"
 #include "host/report/monitor.hpp"
 #include "host/scene/read.hpp"
+#include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
 #include "host/stop_request.hpp"
 
@@ -145,7 +146,8 @@ void export_scene(const Scene& scene, const MotionOptions& options) {
   still.dt = double(start.state.params.dt) * start.state.params.substeps;
   still.steps = keyframe_steps(options.fps.value_or(usual_rate), start.steps_done, scene.settings.steps, still.dt);
   const SceneModel model(compile_shapes<real>(scene));
-  Monitor monitor(scene.settings, energy_budget(start.state.buffers, start.state.features));
+  Monitor monitor(verdict_bounds(scene.settings), scene.settings.dt,
+                  energy_budget(start.state.buffers, start.state.features));
   Simulation<real> simulation = simulate(start, options);
   write_motion(options, still, model, region_of(model.extents(still.start)), [&](u32 step) {
     try {

@@ -14,6 +14,7 @@
 #include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/read.hpp"
+#include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
 #include "host/stop_request.hpp"
 #include "host/world_hash.hpp"
@@ -111,7 +112,8 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   expect_pictures_writable(options, file_name(scene.name), shown.front());
   Frames frames(frame_options(options, scene.camera, dt), SceneModel(compile_shapes<real>(scene, options.frames.shown)),
                 file_name(scene.name), dt);
-  Monitor monitor(scene.settings, energy_budget(start.state.buffers, start.state.features));
+  Monitor monitor(verdict_bounds(scene.settings), scene.settings.dt,
+                  energy_budget(start.state.buffers, start.state.features));
   Simulation<real> simulation = lockstep::app::simulate(start, options);
   Interrupt::defer();
   try {

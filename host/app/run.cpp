@@ -17,6 +17,7 @@
 #include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/sample_particles.hpp"
+#include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
 #include "host/steppers/oracles.hpp"
 #include "host/stop_request.hpp"
@@ -200,7 +201,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   const InitialState<real>& state = start.state;
   if (options.is_first) tell_suspicions(scene, start);
   Recorder recorder = make_recorder(state);
-  Monitor monitor(scene.settings, energy_budget(state.buffers, state.features));
+  Monitor monitor(verdict_bounds(scene.settings), scene.settings.dt, energy_budget(state.buffers, state.features));
 
   Report report;
   report.scene = scene.name;

@@ -19,10 +19,8 @@ double energy(std::span<const u32> counters, u32 counter, const StepParams<real>
 
 }  // namespace
 
-Monitor::Monitor(const Settings& settings, const EnergyBudget& budget)
-    : budget_(budget), dt_(settings.dt), max_overlap_(settings.max_overlap) {
-#define CRITERION(name, bound_setting, unit, meaning) verdict_[Criterion::name].bound = settings.bound_setting;
-#include "host/verdict.def"
+Monitor::Monitor(const Verdict& bounds, double dt, const EnergyBudget& budget)
+    : verdict_(bounds), budget_(budget), dt_(dt), max_overlap_(bounds[Criterion::overlap].bound) {
   begun_.fill(-1);
   verdict_.energy_source = budget.source;
   restart(budget.power);

@@ -6,15 +6,15 @@
 
 #include "host/energy_budget.hpp"
 #include "host/report/measures.hpp"
-#include "host/scene/settings.hpp"
+#include "host/verdict.hpp"
 
 namespace lockstep {
 
 class Monitor {
  public:
-  /// The bounds are those of the settings, or a tenth above what a figure is when it is first seen: nobody is blamed
-  /// for how the run began.
-  Monitor(const Settings& settings, const EnergyBudget& budget);
+  /// Bounds are those of `bounds`, or a tenth above what a figure is when it is first seen: nobody is blamed for how
+  /// the run began. `dt` of a step, s.
+  Monitor(const Verdict& bounds, double dt, const EnergyBudget& budget);
 
   /// The state that a step began with, when `steps_done` steps had been done. `params` are those of the step.
   template <class real>

@@ -14,6 +14,7 @@
 #include "host/report/measures.hpp"
 #include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
+#include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
 #include "host/sleepers.hpp"
 #include "host/steppers/stepper.hpp"
@@ -57,7 +58,8 @@ class EngineOf final : public Engine {
     canary_ = std::move(stepper.canary);
     simulation_ = std::make_unique<Simulation<real>>(std::move(stepper.backend), constants_.params,
                                                      constants_.buffers.step_index.front());
-    monitor_ = std::make_unique<Monitor>(scene.settings, energy_budget(constants_.buffers, constants_.features));
+    monitor_ = std::make_unique<Monitor>(verdict_bounds(scene.settings), scene.settings.dt,
+                                         energy_budget(constants_.buffers, constants_.features));
   }
 
   WorldDevice device() const override {
