@@ -156,26 +156,34 @@ real joint_body_size(const real* anchor, const Motion<real>& body) {
   return arm > gyration ? arm : gyration;
 }
 
-/// The square of how far apart its anchors are in what it locks, m^2.
+/// How far the free coordinate is beyond its limits, m or rad.
+template <class real>
+real joint_beyond(const Joint<real>& joint, const CurrentJoint<real>& current) {
+  if (joint.limited == 0 || joint.spring_compliance > 0) return 0;
+  const real beyond = std::max(joint.low - current.coordinate, current.coordinate - joint.high);
+  return beyond > 0 ? beyond : real(0);
+}
+
+/// The square of how far apart its anchors are in what it locks, or beyond its limits, m^2.
 template <class real>
 real joint_opening(const JointInfo& info, const Joint<real>& joint, const CurrentJoint<real>& current) {
   real sum = 0;
   for (u32 i = 0; i < 3; ++i) {
     if ((info.locked >> i & 1) != 0) sum = sum + current.error[i] * current.error[i];
   }
-  if (info.free != FREE_LENGTH || joint.limited == 0 || joint.spring_compliance > 0) return sum;
-  const real beyond = std::max(joint.low - current.coordinate, current.coordinate - joint.high);
-  return beyond > 0 ? sum + beyond * beyond : sum;
+  const real beyond = info.free == FREE_ANGLE ? real(0) : joint_beyond(joint, current);
+  return sum + beyond * beyond;
 }
 
-/// What is off at the joint, and the energy of its spring, at the start of the sub-step.
+/// What is off at a joint that is not meant to be soft, and the energy of its spring, at the start of the sub-step.
 template <class real>
 void measure_joint(std::vector<u32>& counters, const StepParams<real>& params, const JointInfo& info,
                    const Joint<real>& joint, const CurrentJoint<real>& current, const Motion<real>& a,
                    const Motion<real>& b) {
   const real opening = joint_opening(info, joint, current);
   const real size = std::min(joint_body_size(joint.anchor_a, a), joint_body_size(joint.anchor_b, b));
-  real angle = 0;
+  const real beyond = info.free == FREE_ANGLE ? joint_beyond(joint, current) : real(0);
+  real angle = beyond * beyond;
   for (u32 i = 3; i < JOINT_ROWS; ++i) {
     if ((info.locked >> i & 1) != 0) angle = angle + current.error[i] * current.error[i];
   }
@@ -203,7 +211,7 @@ void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 i
   const real foreseen = params.dt / (real(1) + angle);
   const JointSizes<real> sizes = joint_sizes(buffers, index);
   CurrentJoint<real> current = current_joint(joint, info, sizes, x_a, q_a, x_b, q_b);
-  if (params.substep == 0) measure_joint(buffers.counters, params, info, joint, current, a, b);
+  if (params.substep == 0 && joint.spring == 0) measure_joint(buffers.counters, params, info, joint, current, a, b);
   if (params.theta != real(1)) {
     const real lead_time = (real(1) - params.theta) * foreseen;
     move_on(a, lead_time, x_a, q_a);

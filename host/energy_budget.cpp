@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "host/stages.hpp"
 
@@ -37,6 +38,8 @@ EnergySource source_of(const Buffers<real>& b, Features features) {
     return joint.motor_speed != 0 && double(joint.motor_force) >= double(JOINT_UNBOUNDED);
   };
   if (has(features, Feature::joints) && std::ranges::any_of(b.joints, drives)) return EnergySource::unbounded_motors;
+  const auto is_soft = [](const Joint<real>& joint) { return joint.spring != 0; };
+  if (has(features, Feature::joints) && std::ranges::any_of(b.joints, is_soft)) return EnergySource::soft_joints;
   return EnergySource::none;
 }
 
@@ -62,10 +65,12 @@ EnergyBudget energy_budget(const Buffers<real>& b, Features features) {
   EnergyBudget budget;
   budget.source = source_of(b, features);
   if (has(features, Feature::joints)) budget.power = motor_power(b.joints);
+  budget.swings = has(features, Feature::joint_springs);
   for (std::size_t i = 0; i < b.body_infos.size(); ++i) {
     if (b.body_infos[i].kind != BODY_DYNAMIC) continue;
     const double mass = double(b.masses[i].mass), k_2 = gyration_2(b.masses[i]);
-    budget.imperceptible += mass * length(&b.gravities[b.body_infos[i].world].x) * std::sqrt(k_2);
+    const double rounding = 64 * double(std::numeric_limits<real>::epsilon()) * length(&b.positions[i].x);
+    budget.imperceptible += mass * length(&b.gravities[b.body_infos[i].world].x) * (std::sqrt(k_2) + rounding);
     budget.imperceptible += 0.5 * mass * 1e-4 * k_2;
   }
   return budget;

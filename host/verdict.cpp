@@ -86,6 +86,7 @@ std::string in_words(EnergySource source) {
   switch (source) {
     case EnergySource::none: return "";
     case EnergySource::particles: return "particles push by springs";
+    case EnergySource::soft_joints: return "soft joints keep some";
     case EnergySource::loads: return "loads act on bodies";
     case EnergySource::kinematic_bodies: return "kinematic bodies move";
     case EnergySource::unbounded_motors: return "motors of unbounded force drive it";

@@ -130,15 +130,21 @@ static inline real joint_body_size(const real* anchor, Motion body) {
   return arm > gyration ? arm : gyration;
 }
 
+// How far the free coordinate is beyond its limits.
+static inline real joint_beyond(const Joint* joint, const CurrentJoint* current) {
+  if (joint->limited == (real)0 || joint->spring_compliance > (real)0) return (real)0;
+  const real below = joint->low - current->coordinate, above = current->coordinate - joint->high;
+  const real beyond = below > above ? below : above;
+  return beyond > (real)0 ? beyond : (real)0;
+}
+
 static inline real joint_opening(const JointInfo info, const Joint* joint, const CurrentJoint* current) {
   real sum = (real)0;
   for (u32 i = 0u; i < 3u; ++i) {
     if ((info.locked >> i & 1u) != 0u) sum = sum + current->error[i] * current->error[i];
   }
-  if (info.free != FREE_LENGTH || joint->limited == (real)0 || joint->spring_compliance > (real)0) return sum;
-  const real below = joint->low - current->coordinate, above = current->coordinate - joint->high;
-  const real beyond = below > above ? below : above;
-  return beyond > (real)0 ? sum + beyond * beyond : sum;
+  const real beyond = info.free == FREE_ANGLE ? (real)0 : joint_beyond(joint, current);
+  return sum + beyond * beyond;
 }
 
 static inline void measure_joint(const StepParams* params, const JointInfo info, const Joint* joint,
@@ -147,7 +153,8 @@ static inline void measure_joint(const StepParams* params, const JointInfo info,
   const real size_a = joint_body_size(joint->anchor_a, a), size_b = joint_body_size(joint->anchor_b, b);
   const real size = size_a < size_b ? size_a : size_b;
   const real ratio = size > (real)0 ? opening / size : (real)0;
-  real angle = (real)0;
+  const real beyond = info.free == FREE_ANGLE ? joint_beyond(joint, current) : (real)0;
+  real angle = beyond * beyond;
   for (u32 i = 3u; i < JOINT_ROWS; ++i) {
     if ((info.locked >> i & 1u) != 0u) angle = angle + current->error[i] * current->error[i];
   }
@@ -166,7 +173,7 @@ static inline void prepare_joint(const StepParams* params, const JointInfo info,
   const real angle = params->dt * params->dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params->dt / ((real)1 + angle);
   CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
-  if (params->substep == 0u) measure_joint(params, info, &joint, &current, a, b, measure);
+  if (params->substep == 0u && joint.spring == (real)0) measure_joint(params, info, &joint, &current, a, b, measure);
 #if FEATURE_JOINTS_AHEAD
   const real lead_time = ((real)1 - params->theta) * foreseen;
   joint_move_on(a, lead_time, &x_a, &q_a);

@@ -103,19 +103,29 @@ TEST(StepMeasures, AddEnergiesExactlyWhateverTheirSigns) {
 
 // ---- of a monitor -------------------------------------------------------------------------------------------------
 
-Measures state(double kinetic, double potential, double overlap = 0) {
+Measures state(double kinetic, double potential) {
   Measures measures;
   measures.worlds.resize(1);
   measures.worlds[0].kinetic = kinetic;
   measures.worlds[0].potential = potential;
-  measures.penetration.ratio = overlap;
   return measures;
+}
+
+// As a step tells them, in units of a millijoule.
+void tell(Monitor& monitor, double kinetic, double potential, double overlap, u32 step) {
+  Counters counters = {};
+  counters[COUNTER_MAX_OVERLAP_RATIO] = std::bit_cast<u32>(static_cast<float>(overlap));
+  counters[COUNTER_ENERGY] = static_cast<u32>(1000 * (kinetic + potential));
+  counters[COUNTER_KINETIC] = static_cast<u32>(1000 * kinetic);
+  StepParams<double> params = {};
+  params.units_per_joule = 1000;
+  monitor.observe(counters, params, step);
 }
 
 TEST(Monitor, TellsTheFirstAndTheWorstStepAboveTheBound) {
   Monitor monitor(verdict_bounds({}), 0.1, {});
   const double overlaps[] = {0.1, 0.4, 0.6, 0.9, 0.7};
-  for (u32 step = 0; step < 5; ++step) monitor.observe(state(1, 0, overlaps[step]), step);
+  for (u32 step = 0; step < 5; ++step) tell(monitor, 1, 0, overlaps[step], step);
   const Judgement& j = monitor.verdict()[Criterion::overlap];
   EXPECT_FALSE(monitor.verdict().good());
   EXPECT_EQ(j.first_step, 2u);
@@ -125,11 +135,12 @@ TEST(Monitor, TellsTheFirstAndTheWorstStepAboveTheBound) {
 
 TEST(Monitor, BlamesNoRunForHowItBegan) {
   Monitor monitor(verdict_bounds({}), 0.1, {});
-  monitor.observe(state(0, 10, 0.8), 0);
-  monitor.observe(state(0, 30, 0.7), 1);
-  monitor.observe(state(0, 30, 0.3), 2);
+  tell(monitor, 0, 10, 0.8, 0);
+  tell(monitor, 0, 30, 0.7, 1);
+  tell(monitor, 0, 50, 0.3, 2);
+  tell(monitor, 0, 60, 0, 3);
   EXPECT_TRUE(monitor.verdict().good()) << in_words(monitor.verdict());
-  monitor.observe(state(0, 30, 0.95), 3);
+  tell(monitor, 0, 60, 0.95, 4);
   EXPECT_FALSE(monitor.verdict().good());
 }
 
@@ -145,7 +156,7 @@ TEST(Monitor, FindsEnergyThatComesFromNowhere) {
 }
 
 TEST(Monitor, LetsMotorsGiveWhatTheyCan) {
-  Monitor monitor(verdict_bounds({}), 0.1, {EnergySource::none, 100, 0});  // 10 J a step
+  Monitor monitor(verdict_bounds({}), 0.1, {EnergySource::none, 100, false, 0});  // 10 J a step
   for (u32 step = 0; step < 5; ++step) monitor.observe(state(10 * step, 0), step);
   EXPECT_TRUE(monitor.verdict().good());
   monitor.observe(state(100, 0), 5);
@@ -153,11 +164,23 @@ TEST(Monitor, LetsMotorsGiveWhatTheyCan) {
 }
 
 TEST(Monitor, DoesNotJudgeEnergyThatNobodyCounts) {
-  Monitor monitor(verdict_bounds({}), 0.1, {EnergySource::kinematic_bodies, 0, 0});
+  Monitor monitor(verdict_bounds({}), 0.1, {EnergySource::kinematic_bodies, 0, false, 0});
   monitor.observe(state(1, 0), 0);
   monitor.observe(state(1e6, 0), 1);
   EXPECT_TRUE(monitor.verdict().good());
   EXPECT_EQ(in_words(monitor.verdict().energy_source), "kinematic bodies move");
+}
+
+// Of a spring a step tells the energy at one of its ends, and not in the middle: only what rises above the start is
+// made.
+TEST(Monitor, LetsSpringsSwing) {
+  Monitor monitor(verdict_bounds({}), 0.1, {EnergySource::none, 0, true, 0});
+  for (u32 step = 0; step < 6; ++step) monitor.observe(state(step % 2 == 0 ? 0 : 30, step % 2 == 0 ? 100 : 10), step);
+  EXPECT_TRUE(monitor.verdict().good()) << in_words(monitor.verdict());
+  monitor.observe(state(60, 50), 6);
+  EXPECT_TRUE(monitor.verdict().good());
+  monitor.observe(state(60, 70), 7);
+  EXPECT_FALSE(monitor.verdict().good());
 }
 
 // ---- of runs ------------------------------------------------------------------------------------------------------
@@ -197,6 +220,39 @@ TEST_F(Verdicts, OfARunInWhichBodiesSinkIntoEachOtherIsBad) {
   const Outcome outcome = simulate(pile);
   EXPECT_EQ(outcome.status, 1);
   EXPECT_NE(outcome.err.find("overlap"), std::string::npos) << outcome.err;
+}
+
+// A carriage that a load drags through the end of its slider.
+TEST_F(Verdicts, OfARunThatLeavesTheLimitsOfAJointIsBad) {
+  const std::string carriage = scene(R"({"settings": {"steps": 100, "iterations": 1}, "bodies": [
+    {"name": "carriage", "mass": 0.1, "shapes": [{"type": "box", "size": [0.2, 0.2, 0.2]}]},
+    {"name": "load", "mass": 1000, "position": [0, 0, -0.5], "shapes": [{"type": "box", "size": [0.2, 0.2, 0.2]}]}],
+    "joints": [{"type": "slider", "bodies": ["world", "carriage"], "anchor": [0, 0, 0], "axis": [0, 0, 1], "limits": [-0.1, 0.1]},
+      {"type": "ball", "bodies": ["carriage", "load"], "anchor": [0, 0, 0]}]})");
+  const Outcome outcome = simulate(carriage + " --device reference");
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_NE(outcome.err.find("opening"), std::string::npos) << outcome.err;
+}
+
+// The textbook's oscillator: a soft joint takes the energy of the body up and gives it back.
+TEST_F(Verdicts, OfASoftJointThatSwingsIsGood) {
+  const std::string swing =
+      scene(R"({"gravity": [0, 0, 0], "settings": {"dt": 0.001, "integrator": "trapezoidal", "steps": 600},
+    "bodies": [{"name": "a", "mass": 1, "velocity": [0.3, 0, 0], "shapes": [{"type": "box", "size": [1, 1, 1]}]}],
+    "joints": [{"type": "ball", "bodies": ["world", "a"], "anchor": [0, 0, 0], "frequency": 2, "damping": 0}]})");
+  EXPECT_EQ(simulate(swing + " --device reference").status, 0);
+  EXPECT_EQ(report()["verdict"]["not_judged_because"], "soft joints keep some");
+}
+
+// However deep it begins: pushed out, it rests.
+TEST_F(Verdicts, OfACrateThatBeginsInTheGroundIsGood) {
+  for (const char* height : {"0.4", "0.3", "0.2", "0.15"}) {
+    const std::string crate = scene(std::string(R"({"settings": {"steps": 120}, "bodies": [
+      {"type": "static", "shapes": [{"type": "plane"}]},
+      {"mass": 1, "position": [0, 0, )") +
+                                    height + R"(], "shapes": [{"type": "box", "size": [1, 1, 1]}]}]})");
+    EXPECT_EQ(simulate(crate + " --device reference").status, 0) << height << report()["verdict"];
+  }
 }
 
 TEST_F(Verdicts, AreJudgedByTheBoundsOfTheSettings) {

@@ -136,7 +136,11 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const Vector3d axis = rotation * Vector3d::UnitZ();
   if (LOCKS_CROSS(info.locked)) drift.angle = std::asin(std::clamp(std::abs(second_arm(offset).z()), 0.0, 1.0));
   if (axis_only) drift.angle = std::atan2(std::hypot(axis.x(), axis.y()), axis.z());
-  if (const double size = joint_size(buffers, index); size > 0) drift.ratio = drift.separation / size;
+  const bool bounded = joint.limited != 0 && !(joint.spring_compliance > 0) && info.free != FREE_ANGLE;
+  const double beyond_limits =
+      bounded ? beyond(coordinate(offset, info, lead_of(buffers, index)), double(joint.low), double(joint.high)) : 0;
+  if (const double size = joint_size(buffers, index); size > 0 && joint.spring == 0)
+    drift.ratio = std::max(drift.separation, beyond_limits) / size;
   return drift;
 }
 

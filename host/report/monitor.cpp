@@ -9,6 +9,9 @@ namespace lockstep {
 
 namespace {
 
+// Of the inner radius: shapes that overlap by less are as good as apart.
+constexpr double apart = 0.01;
+
 double maximum(std::span<const u32> counters, u32 counter) { return std::bit_cast<float>(counters[counter]); }
 
 template <class real>
@@ -20,7 +23,7 @@ double energy(std::span<const u32> counters, u32 counter, const StepParams<real>
 }  // namespace
 
 Monitor::Monitor(const Verdict& bounds, double dt, const EnergyBudget& budget)
-    : verdict_(bounds), budget_(budget), dt_(dt), max_overlap_(bounds[Criterion::overlap].bound) {
+    : verdict_(bounds), budget_(budget), dt_(dt) {
   begun_.fill(-1);
   verdict_.energy_source = budget.source;
   restart(budget.power);
@@ -46,12 +49,14 @@ void Monitor::note(Criterion criterion, double value, u32 step) {
 
 void Monitor::note_energy(double energy, double kinetic, double seconds, double overlap, u32 step) {
   const double of_its_own = energy - budget_.power * seconds;
-  least_energy_ = std::min(least_energy_, of_its_own);
+  if (!budget_.swings || std::isinf(least_energy_)) least_energy_ = std::min(least_energy_, of_its_own);
   most_kinetic_ = std::max(most_kinetic_, kinetic);
   const double scale = most_kinetic_ + budget_.imperceptible, gain = of_its_own - least_energy_;
   note(Criterion::energy_gain, scale > 0 ? gain / scale : 0, step);
-  // what began that deep is pushed out in the next step, which takes energy
-  if (overlap > max_overlap_) least_energy_ = std::numeric_limits<double>::infinity();
+  // what began inside each other is pushed apart for as long as it comes apart, which takes energy
+  is_pushed_apart_ = is_pushed_apart_ && overlap > apart && overlap < last_overlap_;
+  last_overlap_ = overlap;
+  if (is_pushed_apart_) least_energy_ = std::numeric_limits<double>::infinity();
 }
 
 template <class real>
@@ -70,7 +75,8 @@ void Monitor::observe(std::span<const u32> counters, const StepParams<real>& par
 void Monitor::observe(const Measures& measures, u32 steps_done) {
   double kinetic = 0;
   for (const WorldMeasures& world : measures.worlds) kinetic += world.kinetic;
-  note(Criterion::overlap, measures.penetration.ratio, steps_done);
+  if (verdict_.energy_source == EnergySource::particles)  // whose stages tell no overlap
+    note(Criterion::overlap, measures.penetration.ratio, steps_done);
   note(Criterion::speed, measures.max_speed, steps_done);
   overlap_m_ = std::max(overlap_m_, measures.penetration.max);
   if (measures.joint_drift) {
@@ -78,7 +84,7 @@ void Monitor::observe(const Measures& measures, u32 steps_done) {
     note(Criterion::joint_angle, measures.joint_drift->angle, steps_done);
     opening_m_ = std::max(opening_m_, measures.joint_drift->separation);
   }
-  note_energy(measures.energy(), kinetic, dt_ * steps_done, measures.penetration.ratio, steps_done);
+  note_energy(measures.energy(), kinetic, dt_ * steps_done, last_overlap_, steps_done);
 }
 
 bool Monitor::is_worse() {

@@ -2,6 +2,7 @@
 // counters of the step (cpu_reference/measure.hpp); of the state that a run ends with, by measure().
 #pragma once
 
+#include <limits>
 #include <span>
 
 #include "host/energy_budget.hpp"
@@ -20,7 +21,7 @@ class Monitor {
   template <class real>
   void observe(std::span<const u32> counters, const StepParams<real>& params, u32 steps_done);
 
-  /// The state after so many steps.
+  /// The state after so many steps; of its overlaps the contacts of the last step do not tell.
   void observe(const Measures& measures, u32 steps_done);
 
   /// Somebody acts on bodies or motors between steps: the energy that there is then is what they begin with. `power` is
@@ -45,7 +46,8 @@ class Monitor {
   std::array<double, criterion_count> begun_;  // the figures that were seen first; negative before
   EnergyBudget budget_;
   double dt_;
-  double max_overlap_;       // the setting
+  bool is_pushed_apart_ = true;  // what began inside each other
+  double last_overlap_ = std::numeric_limits<double>::infinity();
   double least_energy_;      // of those that were seen, less what motors may have added until then, J
   double most_kinetic_ = 0;  // J
   double overlap_m_ = 0, opening_m_ = 0;

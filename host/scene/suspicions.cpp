@@ -148,7 +148,9 @@ class Suspicions {
   }
 
   // Of bodies of their own: the shapes of a robot's link may be a small share of it.
+  // Where things fall faster than on Earth lengths are in other units, and densities with them.
   void look_at_densities() {
+    if (gravity() > most_gravity) return;
     const std::vector<u32> joints = joints_of_bodies();
     std::vector<double> densities;
     for (std::size_t i = 0; i < scene_.bodies.size(); ++i) {
