@@ -165,9 +165,11 @@ VectorXd JointElimination::joint_impulses(const VectorXd& r) const {
 }
 
 VectorXd JointElimination::beyond_joints() const {
+  if (s_.size() == 0) return {};
   VectorXd left = s_;
-  for (int k = 0; k < refinements && s_.size() > 0; ++k) left -= r_ * (inverse_ * left);
-  return left;
+  for (int k = 0; k < refinements; ++k) left -= r_ * (inverse_ * left);
+  const VectorXd scale = inverse_roots(r_.diagonal());  // what is left is of the null space of R scaled
+  return scale.cwiseProduct(scale.cwiseProduct(left));
 }
 
 ConeProblem reordered(const ConeProblem& problem, std::span<const std::uint32_t> order) {

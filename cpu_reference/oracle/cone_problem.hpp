@@ -120,7 +120,8 @@ class JointElimination {
   const ConeProblem& reduced() const { return reduced_; }
   /// The impulses l of the joints that go with r.
   Eigen::VectorXd joint_impulses(const Eigen::VectorXd& r) const;
-  /// The part of s that these cannot change (joints/contradiction.hpp).
+  /// A y with R y = 0 and y . s not 0, where s is not in the range of R (joints/contradiction.hpp); elsewhere nothing
+  /// but rounding.
   Eigen::VectorXd beyond_joints() const;
 
  private:

@@ -43,7 +43,7 @@ u32 ended(const Unsolved& unsolved, Stop stop) { return unsolved.ended[static_ca
 Scene stretched_bar() {
   Scene scene;
   scene.name = scene.source = "stretched_bar";
-  scene.settings.steps = 10;
+  scene.settings.stabilization = Stabilization::velocities;
   BodyDescription bar;
   bar.position = {0, 0, 1};
   bar.shapes.push_back({.kind = SHAPE_BOX, .half_extents = {1, 0.1, 0.1}});
@@ -68,13 +68,14 @@ TEST(Ends, InfeasibleWhereJointsContradictEachOther) {
   for (const char* solver : of_joints) {
     SCOPED_TRACE(solver);
     Simulation<double> simulation = simulation_by(stretched_bar(), solver);
-    for (int i = 0; i < 10; ++i) simulation.step();
+    for (int i = 0; i < 30; ++i) simulation.step();
     const Unsolved unsolved = simulation.unsolved();
-    EXPECT_EQ(unsolved.count, 10u);
-    EXPECT_EQ(ended(unsolved, Stop::infeasible), 10u) << in_words(solver, unsolved);
+    EXPECT_EQ(unsolved.count, 30u);
+    EXPECT_EQ(ended(unsolved, Stop::infeasible), 30u) << in_words(solver, unsolved);
     EXPECT_EQ(unsolved.first_step, 0u);
     EXPECT_EQ(unsolved.first_stop, Stop::infeasible);
-    EXPECT_NEAR(drift_of(simulation), 0.05, 0.01) << "both ends give way by half";
+    const Buffer wanted[] = {Buffer::positions};
+    EXPECT_NEAR(simulation.backend().download(wanted).positions[0].x, 0.05, 1e-3) << "both ends give way by half";
   }
 }
 
@@ -136,7 +137,7 @@ TEST(Ends, AtItsLimitWhereSweepsDoNotSettle) {
     scene.settings.precision = "double";
     scene.settings.substeps = 2;
     scene.settings.iterations = iterations;
-    scene.settings.tolerance = 1e-6;
+    scene.settings.tolerance = 1e-3;
     World world(std::move(scene), {.device = "reference"});
     world.step(4);
     EXPECT_EQ(world.unsolved().count, iterations == 3 ? 8u : 0u) << "of two sub-steps a step";
@@ -144,7 +145,7 @@ TEST(Ends, AtItsLimitWhereSweepsDoNotSettle) {
     if (iterations != 3) continue;
     EXPECT_EQ(in_words("gauss_seidel", world.unsolved()),
               "gauss_seidel left 8 sub-steps unsolved (8 at its limit), the worst in step 0 (limit): the last sweep "
-              "changed velocities by more than 1e-06 m/s");
+              "changed velocities by more than 0.001 m/s");
   }
 }
 

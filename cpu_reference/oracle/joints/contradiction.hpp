@@ -8,9 +8,10 @@
 
 namespace lockstep::oracle {
 
-/// Whether y proves it, as far as rounding lets see: each sum of G y is within 1e-12 of what it adds up, y . b is not
-/// within 1e-9. Where joints have drifted, rows that were redundant say a little more than each other: what keeps them
-/// all are large velocities, but there are such, and nothing is proven.
+/// Whether y proves it, as far as rounding lets see: each sum of G y is within 1e-12 of what it would add up were all
+/// of y as large as the largest, y . b is not within 1e-9 of what it adds up. Where joints have drifted, rows that were
+/// redundant say a little more than each other: what keeps them all are large velocities, but there are such, and
+/// nothing is proven.
 bool proves_contradiction(const GlobalConeProblem& problem, const Eigen::VectorXd& y);
 
 }  // namespace lockstep::oracle

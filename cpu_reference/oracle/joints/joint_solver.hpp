@@ -18,6 +18,9 @@ class JointSolver {
  public:
   virtual ~JointSolver() = default;
   virtual Eigen::VectorXd solve(const Eigen::VectorXd& c) const = 0;
+  /// A y with R y = 0 and y . c not 0, where c is not in the range of R (contradiction.hpp); elsewhere nothing but
+  /// rounding.
+  virtual Eigen::VectorXd beyond(const Eigen::VectorXd& c) const = 0;
 };
 
 /// R. Throws std::runtime_error where M is not positive definite.

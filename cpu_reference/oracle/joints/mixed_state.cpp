@@ -15,8 +15,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr int beyond_refinements = 5;
-constexpr double roundings = 8;  // of the load that a defect may be made of
+constexpr double roundings = 64;  // of the load that a defect may be made of
 
 VectorXd start_of(const VectorXd& given, Index size) {
   return given.size() == size ? given : VectorXd(VectorXd::Zero(size));
@@ -106,13 +105,26 @@ MixedState::MixedState(const MixedProblem& problem, const JointMethod& joints, b
 
   const VectorXd q = cones.h.transpose() * free_ + cones.w, s = cones.g.transpose() * free_ + cones.b;
   scale_ = q.squaredNorm() + s.squaredNorm() + VectorXd(p_.d.transpose() * free_).squaredNorm();
-  const VectorXd sizes = free_.cwiseAbs();
-  for (Index i = 0; i < cones.mu.size(); ++i)
-    contact_loads_.push_back(contacts_[std::size_t(i)].size(sizes).norm() + cones.w.segment<3>(3 * i).norm());
-  joint_loads_ = cones.g.cwiseAbs().transpose() * sizes + cones.b.cwiseAbs();
-  row_loads_ = p_.d.cwiseAbs().transpose() * sizes;
+  load_ = load();
   x_ = {start_of(start.r, cones.h.cols()), start_of(start.l, cones.g.cols()), start_of(start.z, p_.d.cols())};
   v_ = velocities(x_);
+}
+
+double MixedState::load() const {
+  const GlobalConeProblem& cones = p_.cones;
+  VectorXd pushes(p_.d.cols());
+  for (Index i = 0; i < pushes.size(); ++i) {
+    const BoundedLaw& law = p_.laws[std::size_t(i)];
+    pushes[i] = law.max_impulse + (law.spring_compliance > 0 ? std::abs(law.slowest) / law.spring_compliance : 0);
+  }
+  const VectorXd sizes = free_.cwiseAbs() + moves_z_.cwiseAbs() * pushes;
+  double largest = 0;
+  for (Index i = 0; i < cones.mu.size(); ++i)
+    largest = std::max(largest, contacts_[std::size_t(i)].size(sizes).norm() + cones.w.segment<3>(3 * i).norm());
+  for (const VectorXd& rows : {VectorXd(cones.g.cwiseAbs().transpose() * sizes + cones.b.cwiseAbs()),
+                               VectorXd(p_.d.cwiseAbs().transpose() * sizes)})
+    if (rows.size() > 0) largest = std::max(largest, rows.maxCoeff());
+  return largest;
 }
 
 VectorXd MixedState::velocities(const MixedImpulses& x) const {
@@ -147,9 +159,7 @@ void MixedState::close_joints() {
 
 VectorXd MixedState::beyond_joints() const {
   if (!joints_) return {};
-  VectorXd left = p_.cones.g.transpose() * free_ + p_.cones.b;
-  for (int k = 0; k < beyond_refinements; ++k) left -= p_.cones.g.transpose() * (moves_l_ * joints_->solve(left));
-  return left;
+  return joints_->beyond(p_.cones.g.transpose() * free_ + p_.cones.b);
 }
 
 void MixedState::set(const MixedImpulses& x) {
@@ -164,23 +174,22 @@ void MixedState::settle() {
 
 double MixedState::residual() const {
   double sum = 0;
-  const auto add = [&](double w, double size) {
-    if (w > roundings * 0x1p-53 * size) sum += w * w;
+  const auto add = [&](double w) {
+    if (w > roundings * 0x1p-53 * load_) sum += w * w;
   };
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const Vector3d w = p_.cones.w.segment<3>(3 * Index(i)), u = contacts_[i].velocity(v_) + w;
     const double rho = mobility_[i] > 0 ? 1 / mobility_[i] : 0;
-    add(mobility_[i] * natural_map(x_.r.segment<3>(3 * Index(i)), u, p_.cones.mu[Index(i)], rho).norm(),
-        contact_loads_[i]);
+    add(mobility_[i] * natural_map(x_.r.segment<3>(3 * Index(i)), u, p_.cones.mu[Index(i)], rho).norm());
   }
   const VectorXd rates = p_.cones.g.transpose() * v_ + p_.cones.b;
   for (std::size_t k = 0; p_.cones.g.cols() > 0 && k + 1 < blocks_.size(); ++k) {
     const Index first = blocks_[k], size = blocks_[k + 1] - blocks_[k];
-    add(rates.segment(first, size).norm(), joint_loads_.segment(first, size).norm());
+    add(rates.segment(first, size).norm());
   }
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const double u = rows_[i].velocity(v_)[0], e = p_.laws[i].mobility;
-    add(std::abs(u - p_.laws[i].velocity(u - e * x_.z[Index(i)], e)), row_loads_[Index(i)]);
+    add(std::abs(u - p_.laws[i].velocity(u - e * x_.z[Index(i)], e)));
   }
   if (sum == 0) return 0;
   double scale = scale_;

@@ -50,21 +50,23 @@ class MixedState {
   /// joints did, their impulses too.
   void settle();
 
-  /// The part of what joints see without their impulses that these cannot change (contradiction.hpp).
+  /// What may prove that joints contradict each other (contradiction.hpp).
   Eigen::VectorXd beyond_joints() const;
 
   /// Impulses, and velocities with them.
   void set(const MixedImpulses& x);
 
-  /// That of docs/error_measures.md, but that a defect counts as none which is within a few roundings of the load: of
-  /// the velocities that come in, with what weights and other forces add to them. However large impulses are, what they
-  /// leave undone counts.
+  /// That of docs/error_measures.md, but that a defect counts as none which is within some roundings of the load, 7e-15
+  /// of it. However large impulses are, what they leave undone counts.
   double residual() const;
   const MixedImpulses& impulses() const { return x_; }
   const Eigen::VectorXd& velocity() const { return v_; }
 
  private:
   Eigen::VectorXd velocities(const MixedImpulses& x) const;
+  /// The largest velocity that a row sees of the load, its terms added up without their signs: of the velocities that
+  /// come in, with what weights and other forces add to them, and of all that motors and springs can push with.
+  double load() const;
   template <int Rows>
   SolvedRows<Rows> solved_rows(const SparseMatrix& columns, const SparseMatrix& responses, Eigen::Index first) const;
 
@@ -77,10 +79,9 @@ class MixedState {
   std::vector<SolvedRows<3>> contacts_;
   std::vector<SolvedRows<1>> rows_;
   std::vector<LocalCone> cones_;
-  std::vector<double> mobility_;       // at which the defect of each contact is measured
-  std::vector<double> contact_loads_;  // what each contact, row of a joint and bounded row sees of the load, m/s
-  Eigen::VectorXd joint_loads_, row_loads_;
-  double scale_ = 0;  // sum of squares of velocities without impulses
+  std::vector<double> mobility_;  // at which the defect of each contact is measured
+  double load_ = 0;               // m/s
+  double scale_ = 0;              // sum of squares of velocities without impulses
   MixedImpulses x_;
   Eigen::VectorXd v_;
 };

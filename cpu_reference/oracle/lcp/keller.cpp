@@ -15,7 +15,7 @@ namespace lockstep::oracle::lcp {
 
 namespace {
 
-constexpr double singular = 1e-11;  // a rate w_r' that counts as 0
+constexpr double still = 1e-11;  // a rate w_r' that counts as 0
 
 // Drives row r until it has joined A. Says why it could not, `solved` if it could.
 Stop drive(DirectSolve& solve, PrincipalFactor& factor, Index r, double w_r, VectorXd& x) {
@@ -24,11 +24,11 @@ Stop drive(DirectSolve& solve, PrincipalFactor& factor, Index r, double w_r, Vec
     const std::vector<Index> a = factor.set();
     const VectorXd rate = factor.solve(-m(a, r));
     const double rate_w = m(r, r) + m(r, a).dot(rate);
-    double step = rate_w > singular ? -w_r / rate_w : infinity;
+    double step = rate_w > still ? -w_r / rate_w : infinity;
     Index blocking = -1;
     for (Index k = 0; k < Index(a.size()); ++k) {
       const double x_k = x[a[std::size_t(k)]];
-      if (rate[k] < -singular && -x_k / rate[k] < step) {
+      if (rate[k] < -still && -x_k / rate[k] < step) {
         step = -x_k / rate[k];
         blocking = k;
       }
@@ -54,7 +54,7 @@ Stop drive(DirectSolve& solve, PrincipalFactor& factor, Index r, double w_r, Vec
 SolveReport keller(const Lcp& problem, const SolveLimits& limits, VectorXd& z) {
   DirectSolve solve(problem, limits);
   const Lcp& p = solve.scaled();
-  PrincipalFactor factor(p.m, singular);
+  PrincipalFactor factor(p.m, still);
   VectorXd x = VectorXd::Zero(p.size());
   while (p.size() > 0) {
     const VectorXd w = p.m * x + p.q;
