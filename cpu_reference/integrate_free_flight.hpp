@@ -9,6 +9,7 @@
 #pragma once
 
 #include "cpu_reference/gyroscopic.hpp"
+#include "cpu_reference/measure.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "host/buffers.hpp"
 
@@ -74,6 +75,8 @@ void integrate_free_flight(Buffers<real>& b, const StepParams<real>& params) {
     Vec3<real> x = vec3_of(position);
     Vec3<real> gravity = {};
     if (dynamic) gravity = vec3_of(b.gravities[info.world]);
+
+    if (params.substep == 0 && dynamic) measure_body(b, params, i);
 
     // rotation
     RotationLaw<real> law = {{}, vec3(mass.inverse_inertia), scale3(mass.mass, gravity), {}};

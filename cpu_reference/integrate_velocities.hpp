@@ -16,6 +16,7 @@
 #pragma once
 
 #include "cpu_reference/gyroscopic.hpp"
+#include "cpu_reference/measure.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/sleep.hpp"
 #include "host/buffers.hpp"
@@ -47,6 +48,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
     Vec3<real> w = vec3(motion.w);
     b.previous_velocities[i] = make_velocity(v, w);
     set_inverse_inertia(motion, mass, info, q);
+    if (params.substep == 0 && info.kind == BODY_DYNAMIC) measure_body(b, params, i);
 
     if (info.kind == BODY_DYNAMIC && !is_asleep(b, i)) {
       const Vec3<real> gravity = vec3_of(b.gravities[info.world]);

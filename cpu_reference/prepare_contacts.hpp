@@ -25,6 +25,7 @@
 #include "cpu_reference/current_contact.hpp"
 #include "cpu_reference/frame.hpp"
 #include "cpu_reference/impact.hpp"
+#include "cpu_reference/measure.hpp"
 #include "cpu_reference/prepare_angular_friction.hpp"
 #include "cpu_reference/prepare_patch.hpp"
 #include "cpu_reference/rigid_body.hpp"
@@ -176,6 +177,10 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const Pose<real> pose_b = make_pose(buffers.positions[b], buffers.orientations[b]);
   const CurrentContact<real> current =
       current_contact(contact_point_of(points, lane), points.frame[lane], pose_a, pose_b);
+  if (params.substep == 0) {
+    raise_maximum(buffers.counters, COUNTER_MAX_OVERLAP, -current.gap);
+    raise_maximum(buffers.counters, COUNTER_MAX_OVERLAP_RATIO, -current.gap * points.inverse_inner_radius[lane]);
+  }
   const Motion<real>&motion_a = motions.a, &motion_b = motions.b;
   const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
   const Vec3<real> n = current.normal;

@@ -33,6 +33,7 @@
 #include "cpu_reference/joints/factor.hpp"
 #include "cpu_reference/joints/mobility.hpp"
 #include "cpu_reference/joints/solve_joint.hpp"
+#include "cpu_reference/measure.hpp"
 #include "cpu_reference/sleep.hpp"
 
 namespace lockstep::reference {
@@ -144,8 +145,60 @@ CurrentJoint<real> with_error_of(const CurrentJoint<real>& current, CurrentJoint
   return later;
 }
 
+/// The square of how far a body reaches from its centre of mass: to the anchor, or its least radius of gyration, the
+/// root of 3 / (m tr I^-1), m^2; unbounded of one that cannot move.
 template <class real>
-void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params, u32 index, u32 lane,
+real joint_body_size(const real* anchor, const Motion<real>& body) {
+  if (!(body.inverse_mass > 0)) return real(JOINT_UNBOUNDED);
+  const real trace = body.inertia_xx + body.inertia_yy + body.inertia_zz;
+  const real arm = dot3(vec3(anchor), vec3(anchor));
+  const real gyration = trace > 0 ? real(3) * body.inverse_mass / trace : real(0);
+  return arm > gyration ? arm : gyration;
+}
+
+/// How far the free coordinate is beyond its limits, m or rad.
+template <class real>
+real joint_beyond(const Joint<real>& joint, const CurrentJoint<real>& current) {
+  if (joint.limited == 0 || joint.spring_compliance > 0) return 0;
+  const real beyond = std::max(joint.low - current.coordinate, current.coordinate - joint.high);
+  return beyond > 0 ? beyond : real(0);
+}
+
+/// The square of how far apart its anchors are in what it locks, or beyond its limits, m^2.
+template <class real>
+real joint_opening(const JointInfo& info, const Joint<real>& joint, const CurrentJoint<real>& current) {
+  real sum = 0;
+  for (u32 i = 0; i < 3; ++i) {
+    if ((info.locked >> i & 1) != 0) sum = sum + current.error[i] * current.error[i];
+  }
+  const real beyond = info.free == FREE_ANGLE ? real(0) : joint_beyond(joint, current);
+  return sum + beyond * beyond;
+}
+
+/// What is off at a joint that is not meant to be soft, and the energy of its spring, at the start of the sub-step.
+template <class real>
+void measure_joint(std::vector<u32>& counters, const StepParams<real>& params, const JointInfo& info,
+                   const Joint<real>& joint, const CurrentJoint<real>& current, const Motion<real>& a,
+                   const Motion<real>& b) {
+  const real opening = joint_opening(info, joint, current);
+  const real size = std::min(joint_body_size(joint.anchor_a, a), joint_body_size(joint.anchor_b, b));
+  const real beyond = info.free == FREE_ANGLE ? joint_beyond(joint, current) : real(0);
+  real angle = beyond * beyond;
+  for (u32 i = 3; i < JOINT_ROWS; ++i) {
+    if ((info.locked >> i & 1) != 0) angle = angle + current.error[i] * current.error[i];
+  }
+  raise_maximum(counters, COUNTER_MAX_OPENING, std::sqrt(opening));
+  raise_maximum(counters, COUNTER_MAX_OPENING_RATIO, std::sqrt(size > 0 ? opening / size : real(0)));
+  raise_maximum(counters, COUNTER_MAX_JOINT_ANGLE, std::sqrt(angle));
+  if (!(joint.spring_compliance > 0)) return;
+  const real stretch = current.coordinate - joint.low;
+  const real stiffness = joint.rate / (joint.spring_compliance * params.dt);
+  add_energy(counters, COUNTER_ENERGY,
+             energy_units(real(0.5) * stiffness * (stretch * stretch), params.units_per_joule));
+}
+
+template <class real>
+void prepare_joint(Buffers<real>& buffers, const StepParams<real>& params, u32 index, u32 lane,
                    JointBlock<real>& block) {
   const JointInfo& info = buffers.joint_infos[index];
   const Joint<real>& joint = buffers.joints[index];
@@ -158,6 +211,7 @@ void prepare_joint(const Buffers<real>& buffers, const StepParams<real>& params,
   const real foreseen = params.dt / (real(1) + angle);
   const JointSizes<real> sizes = joint_sizes(buffers, index);
   CurrentJoint<real> current = current_joint(joint, info, sizes, x_a, q_a, x_b, q_b);
+  if (params.substep == 0 && joint.spring == 0) measure_joint(buffers.counters, params, info, joint, current, a, b);
   if (params.theta != real(1)) {
     const real lead_time = (real(1) - params.theta) * foreseen;
     move_on(a, lead_time, x_a, q_a);

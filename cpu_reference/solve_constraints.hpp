@@ -9,7 +9,8 @@
 //
 // With a tolerance the first sweep in which no solve changes a relative velocity by more is the last of its sub-step. A
 // solve changes it by as much as its law was violated before, so that this measures what a sweep still finds to do; the
-// maximum over all solves does not depend on their order.
+// maximum over all solves does not depend on their order. A sub-step without such a sweep is left unsolved, and
+// counted.
 #pragma once
 
 #include <cmath>
@@ -35,6 +36,7 @@ void solve_constraints(Buffers<real>& buffers, const StepParams<real>& params) {
     ++buffers.counters[COUNTER_SWEEPS];
     if (real(float(std::sqrt(change))) <= params.tolerance) return;
   }
+  if (params.tolerance > 0) ++buffers.counters[COUNTER_UNSOLVED];
 }
 
 }  // namespace lockstep::reference

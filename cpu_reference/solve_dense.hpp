@@ -174,6 +174,7 @@ void DenseSweeps<real>::run(const StepParams<real>& params) {
     if (!(params.tolerance > 0)) continue;
     ++buffers_.counters[COUNTER_SWEEPS];
     if (real(float(std::sqrt(change))) <= params.tolerance) break;
+    if (i + 1 == params.iterations) ++buffers_.counters[COUNTER_UNSOLVED];
   }
   if (!jointed) apply_to_bodies();
 }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "host/energy_budget.hpp"
 #include "host/error.hpp"
 #include "host/sleepers.hpp"
 #include "host/step.hpp"
@@ -87,6 +89,13 @@ void refuse_trouble(Backend<real>& backend, const Counters& counters, u32 step) 
 
 }  // namespace
 
+template <class real>
+Simulation<real>::Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params, u32 steps_done)
+    : backend_(std::move(backend)), params_(params), steps_done_(steps_done) {
+  const Features features = backend_->features();
+  params_.units_per_joule = units_per_joule(backend_->download(energy_buffers(features)), params_);
+}
+
 // Lists that were too short.
 template <class real>
 void Simulation<real>::make_longer(u32 status) {
@@ -114,7 +123,35 @@ bool Simulation<real>::is_at_rest() const {
 }
 
 template <class real>
+void Simulation<real>::expect_not_failed() const {
+  if (has_failed_)
+    throw Error(Failure::comparison, "step " + std::to_string(steps_done_),
+                "failed before, and no step follows one that was cut short; go on from a state before it");
+}
+
+template <class real>
+Unsolved Simulation<real>::unsolved_in_steps() const {
+  Unsolved all = unsolved_;
+  all.add(backend_->unsolved());
+  return all;
+}
+
+template <class real>
 void Simulation<real>::step() {
+  expect_not_failed();
+  Unsolved before = unsolved_in_steps();
+  try {
+    make_step();
+  } catch (...) {
+    before.add(Unsolved::of(1, steps_done_, Stop::bad, std::numeric_limits<double>::quiet_NaN(), params_.tolerance));
+    unsolved_ = before;
+    has_failed_ = true;
+    throw;
+  }
+}
+
+template <class real>
+void Simulation<real>::make_step() {
   if (is_at_rest()) {
     backend_->run(Stage::end_step, params_);
     counters_ = backend_->counters();
@@ -133,6 +170,11 @@ void Simulation<real>::step() {
   }
   refuse_trouble(*backend_, counters_, steps_done_);
   if (has(backend_->features(), Feature::sleeping)) expect_color_ranks_for(counters_[COUNTER_CONTACTS], steps_done_);
+  if (const u32 unsolved = counters_[COUNTER_UNSOLVED]; unsolved > 0) {
+    Unsolved sweeps = Unsolved::of(unsolved, steps_done_, Stop::limit, 0, double(params_.tolerance));
+    sweeps.of_changes = true;
+    unsolved_.add(sweeps);
+  }
   ++steps_done_;
   stepped_ = true;
   uploads_at_end_ = backend_->uploads();

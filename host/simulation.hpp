@@ -47,13 +47,19 @@ template <class real>
 class Simulation {
  public:
   /// `params` are those of the state that the backend was made from, `steps_done` the steps that are behind it.
-  Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params, u32 steps_done = 0)
-      : backend_(std::move(backend)), params_(params), steps_done_(steps_done) {}
+  Simulation(std::unique_ptr<Backend<real>> backend, const StepParams<real>& params, u32 steps_done = 0);
 
   /// One time step. A list that was too short is made longer and the step redone, with the same bits as if it had been
   /// long enough; a step in which bodies wake is redone with them awake. Where everything sleeps, the step only counts.
-  /// Throws Error naming body, stage and step when a velocity or a pose goes bad.
+  /// Throws Error naming body, stage and step when a velocity or a pose goes bad, and whatever computing it throws. The
+  /// step that failed is none of those done, and counts once as unsolved (bad). No other follows it: what the backend
+  /// holds is the state in which it was cut short, and step() throws Error (comparison).
   void step();
+
+  /// What has been left unsolved so far: by an oracle, by sweeps that a tolerance did not end, by a step that failed.
+  Unsolved unsolved() const { return has_failed_ ? unsolved_ : unsolved_in_steps(); }
+  /// Throws Error (comparison) where a step has failed.
+  void expect_not_failed() const;
 
   /// Hashes of the persistent state and of the poses of each world, computed where the state is.
   std::vector<WorldHash> world_hashes();
@@ -78,6 +84,8 @@ class Simulation {
   u32 wakings() const { return wakings_; }  // and because bodies woke in it
 
  private:
+  void make_step();
+  Unsolved unsolved_in_steps() const;
   void make_room(Sizes wanted);
   void make_longer(u32 status);
   bool is_at_rest() const;
@@ -88,6 +96,8 @@ class Simulation {
   StepParams<real> params_;
   Counters counters_ = {};
   u32 steps_done_, redone_ = 0, wakings_ = 0;
+  Unsolved unsolved_;  // by sweeps; once a step has failed, all
+  bool has_failed_ = false;
   bool stepped_ = false;    // the counters are those of a step that this simulation did
   u32 uploads_at_end_ = 0;  // of the backend, when the last step had been done
 };

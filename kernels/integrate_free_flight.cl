@@ -1,5 +1,6 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "common.h"
+#include "energy.h"
 #include "gyroscopic.h"
 #include "math.h"
 #include "rigid_body.h"
@@ -53,6 +54,7 @@ kernel void integrate_free_flight(const StepParams params, global const BodyInfo
                                   global Vec4* positions, global Vec4* orientations, global Motion* motions,
                                   global u32* counters) {
   if (STEP_ABORTED(counters)) return;
+  BodiesMeasure measure = {(real)0, 0, 0};
 
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];
@@ -70,6 +72,9 @@ kernel void integrate_free_flight(const StepParams params, global const BodyInfo
     const Vec3 zero = make3((real)0, (real)0, (real)0);
     Vec3 gravity = zero;
     if (dynamic) gravity = vec3_of(gravities[info.world]);
+
+    if (params.substep == 0u && dynamic)
+      measure_body(params.units_per_joule, mass, info, pivoted, gravity, x, quat(orientations[i]), v, w, &measure);
 
     // rotation
     RotationLaw law = {zero, vec3(mass.inverse_inertia), scale3(mass.mass, gravity), zero};
@@ -109,4 +114,5 @@ kernel void integrate_free_flight(const StepParams params, global const BodyInfo
     store3(motion.w, w);
     motions[i] = motion;
   }
+  if (params.substep == 0u) add_bodies(counters, &measure);
 }

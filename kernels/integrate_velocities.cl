@@ -1,5 +1,6 @@
 #pragma OPENCL FP_CONTRACT OFF
 #include "common.h"
+#include "energy.h"
 #include "gyroscopic.h"
 #include "math.h"
 #include "rigid_body.h"
@@ -23,9 +24,11 @@ static inline Load load_of(global const Load* loads, global const Load* particle
 kernel void integrate_velocities(const StepParams params, global const BodyInfo* body_infos,
                                  global const Vec4* gravities, global const Mass* masses, global const Pivot* pivots,
                                  global const Load* loads, global const Load* particle_loads,
-                                 global const Sleeper* sleepers, global const Vec4* orientations,
-                                 global Velocity* previous_velocities, global Motion* motions, global u32* counters) {
+                                 global const Sleeper* sleepers, global const Vec4* positions,
+                                 global const Vec4* orientations, global Velocity* previous_velocities,
+                                 global Motion* motions, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
+  BodiesMeasure measure = {(real)0, 0, 0};
 
   FOR_EACH(i, params.bodies) {
     const BodyInfo info = body_infos[i];
@@ -36,6 +39,9 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
     Vec3 w = vec3(motion.w);
     previous_velocities[i] = make_velocity(v, w);
     set_inverse_inertia(&motion, mass, info, q);
+    if (params.substep == 0u && info.kind == BODY_DYNAMIC)
+      measure_body(params.units_per_joule, mass, info, IS_PIVOTED(pivots, i), vec3_of(gravities[info.world]),
+                   vec3_of(positions[i]), q, v, w, &measure);
 
     if (info.kind == BODY_DYNAMIC && !is_asleep(sleepers, i)) {
       const Vec3 gravity = vec3_of(gravities[info.world]);
@@ -83,4 +89,5 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
     store3(motion.w, w);
     motions[i] = motion;
   }
+  if (params.substep == 0u) add_bodies(counters, &measure);
 }

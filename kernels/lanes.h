@@ -71,6 +71,22 @@ static inline bool lane_any(lane_mask mask) { return any8(mask.lo | mask.hi); }
 
 #endif
 
+// The largest lane.
+static inline real lane_largest(lane x) {
+#if LANES == 1
+  return x;
+#else
+#if LANES == 16
+  const Real8 x8 = x.lo > x.hi ? x.lo : x.hi;
+#else
+  const Real8 x8 = x;
+#endif
+  const LANES_JOIN(REAL, 4) x4 = x8.lo > x8.hi ? x8.lo : x8.hi;
+  const LANES_JOIN(REAL, 2) x2 = x4.lo > x4.hi ? x4.lo : x4.hi;
+  return x2.x > x2.y ? x2.x : x2.y;
+#endif
+}
+
 // ---- lines of bodies ----------------------------------------------------------------------------------------------
 // Half a body line in each lane. Memory is touched in whole half lines, which vector shuffles turn into lanes and back:
 // 8 x 8 transpositions, of which the compiler makes short code (it would scalarise a gather of single components).

@@ -5,7 +5,8 @@
 #include "types.h"
 
 static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, real friction, real restitution,
-                              const ContactImpulse start, global PointBlock* block, global StartBlock* starts) {
+                              real inverse_inner_radius, const ContactImpulse start, global PointBlock* block,
+                              global StartBlock* starts) {
   block->anchor_a_x[lane] = point.anchor_a[0];
   block->anchor_a_y[lane] = point.anchor_a[1];
   block->anchor_a_z[lane] = point.anchor_a[2];
@@ -19,11 +20,19 @@ static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, rea
   block->normal_z[lane] = point.normal[2];
   block->friction[lane] = friction;
   block->restitution[lane] = restitution;
+  block->inverse_inner_radius[lane] = inverse_inner_radius;
   block->frame[lane] = frame;
   starts->normal[lane] = start.normal;
   starts->tangent_x[lane] = start.tangent_x;
   starts->tangent_y[lane] = start.tangent_y;
   starts->tangent_z[lane] = start.tangent_z;
+}
+
+// Of the shape that is less deep; 0 where neither has an inside.
+static inline real pack_inverse_inner_radius(real radius_a, real radius_b) {
+  const real larger = max(radius_a, radius_b), smaller = min(radius_a, radius_b);
+  const real radius = smaller > (real)0 ? smaller : larger;
+  return radius > (real)0 ? (real)1 / radius : (real)0;
 }
 
 #if FEATURE_ANGULAR_FRICTION
@@ -91,8 +100,10 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #else
       const real restitution = pair.restitution;
 #endif
-      pack_point(lane, contact_points[first + k], contact.normal, pair.friction, restitution, start_impulses[first + k],
-                 point_blocks + rows.first + k, start_blocks + rows.first + k);
+      const real inverse_inner_radius =
+          pack_inverse_inner_radius(shapes[contact.shape_a].size[3], shapes[contact.shape_b].size[3]);
+      pack_point(lane, contact_points[first + k], contact.normal, pair.friction, restitution, inverse_inner_radius,
+                 start_impulses[first + k], point_blocks + rows.first + k, start_blocks + rows.first + k);
 #if FEATURE_ANGULAR_FRICTION
       pack_angular_friction(lane, angular_friction_pairs[materials], start_moments[first + k],
                             angular_friction_points + rows.first + k);
@@ -118,7 +129,7 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #endif
     }
     for (u32 k = count; k < rows.count; ++k) {
-      pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, no_impulse, point_blocks + rows.first + k,
+      pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, (real)0, no_impulse, point_blocks + rows.first + k,
                  start_blocks + rows.first + k);
 #if FEATURE_ANGULAR_FRICTION
       const AngularFrictionPair free = {(real)0, (real)0};

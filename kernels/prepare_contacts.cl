@@ -6,6 +6,7 @@
 #include "cone.h"
 #include "impact.h"
 #include "lane_quads.h"
+#include "measure.h"
 #include "prepare_angular_friction.h"
 #include "prepare_patch.h"
 #include "solve_contact.h"
@@ -204,18 +205,30 @@ static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask the
 }
 #endif
 
+// How deep contacts are, and how deep over the inner radius of the smaller shape.
+typedef struct LaneOverlap {
+  lane depth, ratio;
+} LaneOverlap;
+
+static inline void note_overlap(u32 first, lane_mask there, lane gap, global const PointBlock* points,
+                                LaneOverlap* overlap) {
+  const lane depth = there ? -gap : (lane)0;
+  const lane ratio = depth * LANE_LOAD(points->inverse_inner_radius + first);
+  overlap->depth = depth > overlap->depth ? depth : overlap->depth;
+  overlap->ratio = ratio > overlap->ratio ? ratio : overlap->ratio;
+}
+
 // The laws of a row of contacts, in the lanes where there are any.
-static inline void prepare_row(const StepParams* params, u32 first, lane_mask there, lane_mask general,
-                               const PrepareBody* a, const PrepareBody* b, global const PointBlock* points,
-                               global const StartBlock* starts, global const ImpactBlock* impacts,
-                               global const AngularFrictionPointBlock* angular_friction_points,
-                               global const StaticFrictionBlock* static_friction,
-                               global const AnisotropyBlock* anisotropy, global ContactBlock* block,
-                               global SoftnessBlock* softness_block, global SlideBlock* slides,
-                               global AngularFrictionBlock* angular, global ImpulseBlock* impulses,
-                               global AngularFrictionImpulse* angular_impulses, global EllipseBlock* ellipses) {
+static inline void prepare_row(
+    const StepParams* params, u32 first, lane_mask there, lane_mask general, const PrepareBody* a, const PrepareBody* b,
+    global const PointBlock* points, global const StartBlock* starts, global const ImpactBlock* impacts,
+    global const AngularFrictionPointBlock* angular_friction_points, global const StaticFrictionBlock* static_friction,
+    global const AnisotropyBlock* anisotropy, global ContactBlock* block, global SoftnessBlock* softness_block,
+    global SlideBlock* slides, global AngularFrictionBlock* angular, global ImpulseBlock* impulses,
+    global AngularFrictionImpulse* angular_impulses, global EllipseBlock* ellipses, LaneOverlap* overlap) {
   LaneCurrentContact current;
   lane_current_contact(first, points, a, b, &current);
+  note_overlap(first, there, current.gap, points, overlap);
   const Lane3 n = current.normal;
   Lane3 t1, t2;
   lane_tangents(n, &t1, &t2);
@@ -311,7 +324,7 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
                              global AngularFrictionBlock* angular_friction_blocks,
                              global AngularFrictionImpulse* angular_friction_impulses,
                              global EllipseBlock* ellipse_blocks, global PatchBlock* patch_blocks,
-                             global PatchImpulse* patch_impulses, global const u32* counters) {
+                             global PatchImpulse* patch_impulses, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
   FOR_EACH(item, counters[COUNTER_BLOCKS] * ITEMS_PER_BLOCK) {
     const u32 first = item % ITEMS_PER_BLOCK * LANES;
@@ -326,12 +339,17 @@ kernel void prepare_contacts(const StepParams params, global const Vec4* positio
     body_copy_lighten(LANE_LOAD(body_copy_blocks[item / ITEMS_PER_BLOCK].copies_a + first), &a.motion);
     body_copy_lighten(LANE_LOAD(body_copy_blocks[item / ITEMS_PER_BLOCK].copies_b + first), &b.motion);
 #endif
+    LaneOverlap overlap = {(lane)0, (lane)0};
     for (u32 row = rows.first; row < rows.first + rows.count; ++row) {
       const lane_mask there = LANE_MASK(count > (lane_u32)(row - rows.first));
       prepare_row(&params, first, there, general, &a, &b, point_blocks + row, start_blocks + row, impact_blocks + row,
                   angular_friction_points + row, static_friction_blocks + row, anisotropy_blocks + row,
                   contact_blocks + row, softness_blocks + row, slide_blocks + row, angular_friction_blocks + row,
-                  impulse_blocks + row, angular_friction_impulses + row, ellipse_blocks + row);
+                  impulse_blocks + row, angular_friction_impulses + row, ellipse_blocks + row, &overlap);
+    }
+    if (params.substep == 0u) {
+      raise_maximum(counters, COUNTER_MAX_OVERLAP, lane_largest(overlap.depth));
+      raise_maximum(counters, COUNTER_MAX_OVERLAP_RATIO, lane_largest(overlap.ratio));
     }
 #if FEATURE_PATCHES
     prepare_patches(params.substep, first, rows.count, count, &a.motion, &b.motion, contact_blocks + rows.first,

@@ -1,6 +1,7 @@
 #pragma OPENCL FP_CONTRACT OFF
 // Writes the law of each joint for a sub-step (cpu_reference/prepare_joints.hpp states it).
 #include "common.h"
+#include "energy.h"
 #include "joints/current_joint.h"
 #include "joints/factor.h"
 #include "joints/mobility.h"
@@ -113,12 +114,66 @@ static inline CurrentJoint joint_with_error_of(CurrentJoint current, CurrentJoin
 }
 #endif
 
+// What is off at a joint; squares of lengths and of angles.
+typedef struct JointMeasure {
+  real opening, ratio, angle;
+  long energy;
+} JointMeasure;
+
+// The square of how far a body reaches from its centre of mass: to the anchor, or its least radius of gyration; none of
+// one that cannot move.
+static inline real joint_body_size(const real* anchor, Motion body) {
+  const real trace = body.inertia_xx + body.inertia_yy + body.inertia_zz;
+  if (!(body.inverse_mass > (real)0)) return (real)JOINT_UNBOUNDED;
+  const real arm = dot3(vec3(anchor), vec3(anchor));
+  const real gyration = trace > (real)0 ? (real)3 * body.inverse_mass / trace : (real)0;
+  return arm > gyration ? arm : gyration;
+}
+
+// How far the free coordinate is beyond its limits.
+static inline real joint_beyond(const Joint* joint, const CurrentJoint* current) {
+  if (joint->limited == (real)0 || joint->spring_compliance > (real)0) return (real)0;
+  const real below = joint->low - current->coordinate, above = current->coordinate - joint->high;
+  const real beyond = below > above ? below : above;
+  return beyond > (real)0 ? beyond : (real)0;
+}
+
+static inline real joint_opening(const JointInfo info, const Joint* joint, const CurrentJoint* current) {
+  real sum = (real)0;
+  for (u32 i = 0u; i < 3u; ++i) {
+    if ((info.locked >> i & 1u) != 0u) sum = sum + current->error[i] * current->error[i];
+  }
+  const real beyond = info.free == FREE_ANGLE ? (real)0 : joint_beyond(joint, current);
+  return sum + beyond * beyond;
+}
+
+static inline void measure_joint(const StepParams* params, const JointInfo info, const Joint* joint,
+                                 const CurrentJoint* current, Motion a, Motion b, JointMeasure* measure) {
+  const real opening = joint_opening(info, joint, current);
+  const real size_a = joint_body_size(joint->anchor_a, a), size_b = joint_body_size(joint->anchor_b, b);
+  const real size = size_a < size_b ? size_a : size_b;
+  const real ratio = size > (real)0 ? opening / size : (real)0;
+  const real beyond = info.free == FREE_ANGLE ? joint_beyond(joint, current) : (real)0;
+  real angle = beyond * beyond;
+  for (u32 i = 3u; i < JOINT_ROWS; ++i) {
+    if ((info.locked >> i & 1u) != 0u) angle = angle + current->error[i] * current->error[i];
+  }
+  measure->opening = opening > measure->opening ? opening : measure->opening;
+  measure->ratio = ratio > measure->ratio ? ratio : measure->ratio;
+  measure->angle = angle > measure->angle ? angle : measure->angle;
+  if (!(joint->spring_compliance > (real)0)) return;
+  const real stretch = current->coordinate - joint->low;
+  const real stiffness = joint->rate / (joint->spring_compliance * params->dt);
+  measure->energy += energy_units((real)0.5 * stiffness * (stretch * stretch), params->units_per_joule);
+}
+
 static inline void prepare_joint(const StepParams* params, const JointInfo info, const Joint joint, JointSizes sizes,
                                  Vec3 x_a, Quat q_a, Vec3 x_b, Quat q_b, Motion a, Motion b, u32 lane,
-                                 global JointBlock* block) {
+                                 global JointBlock* block, JointMeasure* measure) {
   const real angle = params->dt * params->dt * (dot3(vec3(a.w), vec3(a.w)) + dot3(vec3(b.w), vec3(b.w)));
   const real foreseen = params->dt / ((real)1 + angle);
   CurrentJoint current = current_joint(joint, info.locked, info.free, sizes, x_a, q_a, x_b, q_b);
+  if (params->substep == 0u && joint.spring == (real)0) measure_joint(params, info, &joint, &current, a, b, measure);
 #if FEATURE_JOINTS_AHEAD
   const real lead_time = ((real)1 - params->theta) * foreseen;
   joint_move_on(a, lead_time, &x_a, &q_a);
@@ -165,8 +220,9 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
                            global const JointInfo* joint_infos, global const Joint* joints,
                            global const real* screw_leads, global const real* rolling_radii,
                            global const JointLanes* joint_lanes, global JointBlock* joint_blocks,
-                           global const u32* counters) {
+                           global u32* counters) {
   if (STEP_ABORTED(counters)) return;
+  JointMeasure measure = {(real)0, (real)0, (real)0, 0};
   FOR_EACH(slot, params.joint_blocks * PACK) {
     const u32 lane = slot % PACK, index = joint_lanes[slot / PACK].joint[lane];
     global JointBlock* block = joint_blocks + slot / PACK;
@@ -180,6 +236,11 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
     joint_pose(info.body_a, params.bodies, positions, orientations, &x_a, &q_a);
     joint_pose(info.body_b, params.bodies, positions, orientations, &x_b, &q_b);
     prepare_joint(&params, info, joints[index], joint_sizes(screw_leads, rolling_radii, index), x_a, q_a, x_b, q_b,
-                  motions[info.body_a], motions[info.body_b], lane, block);
+                  motions[info.body_a], motions[info.body_b], lane, block, &measure);
   }
+  if (params.substep != 0u) return;
+  raise_maximum(counters, COUNTER_MAX_OPENING, sqrt(measure.opening));
+  raise_maximum(counters, COUNTER_MAX_OPENING_RATIO, sqrt(measure.ratio));
+  raise_maximum(counters, COUNTER_MAX_JOINT_ANGLE, sqrt(measure.angle));
+  add_energy(counters, COUNTER_ENERGY, measure.energy);
 }

@@ -167,7 +167,10 @@ kernel void gradient_finish(const StepParams params, global const BlockBodies* b
                             global Motion* motions, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
 #if FEATURE_TOLERANCE
-  if (get_global_id(0) == 0) counters[COUNTER_SETTLED] = 0u;
+  if (get_global_id(0) == 0) {
+    counters[COUNTER_UNSOLVED] += counters[COUNTER_SETTLED] != 0u ? 0u : 1u;
+    counters[COUNTER_SETTLED] = 0u;
+  }
 #endif
 #if FEATURE_CONTACTS
   FOR_EACH(item, gradient_blocks(counters) * ITEMS_PER_BLOCK) {

@@ -110,7 +110,7 @@ kernel void solve_tail(const StepParams params, const u32 first_phase, const u32
     sweep_tail(PURPOSE_SOLVE, first_phase, color_starts, &stream, counters);
 #endif
 #if FEATURE_TOLERANCE
-    if (whole != 0u && group_has_settled(params.tolerance, counters)) break;
+    if (whole != 0u && group_has_settled(params.tolerance, sweep + 1u >= sweeps, counters)) break;
 #endif
   } while (++sweep < sweeps);
 }
@@ -123,6 +123,7 @@ kernel void end_sweep(const StepParams params, const u32 is_last, global u32* co
   const bool settled = did_nothing || sweep_has_settled(params.tolerance, counters);
   counters[COUNTER_SWEEPS] += did_nothing ? 0u : 1u;
   counters[COUNTER_SWEEP_CHANGE] = 0u;
+  counters[COUNTER_UNSOLVED] += settled || is_last == 0u ? 0u : 1u;
   counters[COUNTER_SETTLED] = settled && is_last == 0u ? 1u : 0u;
 }
 #endif
@@ -186,7 +187,7 @@ kernel void solve_body_copies_group(const StepParams params, const u32 bodies, c
       body_copy_mean(i, body_copy_starts, body_copies, motions);
     barrier(CLK_GLOBAL_MEM_FENCE);
 #if FEATURE_TOLERANCE
-    if (group_has_settled(params.tolerance, counters)) break;
+    if (group_has_settled(params.tolerance, sweep + 1u >= sweeps, counters)) break;
 #endif
   } while (++sweep < sweeps);
 }

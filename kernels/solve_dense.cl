@@ -165,7 +165,7 @@ kernel void solve_dense_group(const StepParams params, const u32 rounds, const u
     dense_apply_tail(0u, color_starts, block_bodies, block_rows, contact_blocks, dense_changes, motions, counters);
 #endif
 #if FEATURE_TOLERANCE
-    if (group_has_settled(params.tolerance, counters)) break;
+    if (group_has_settled(params.tolerance, round + 1u >= rounds, counters)) break;
 #endif
   } while (++round < rounds);
 #if !FEATURE_JOINTS

@@ -16,21 +16,6 @@
 
 #if FEATURE_TOLERANCE
 
-static inline real lane_largest(lane x) {
-#if LANES == 1
-  return x;
-#else
-#if LANES == 16
-  const Real8 x8 = x.lo > x.hi ? x.lo : x.hi;
-#else
-  const Real8 x8 = x;
-#endif
-  const LANES_JOIN(REAL, 4) x4 = x8.lo > x8.hi ? x8.lo : x8.hi;
-  const LANES_JOIN(REAL, 2) x2 = x4.lo > x4.hi ? x4.lo : x4.hi;
-  return x2.x > x2.y ? x2.x : x2.y;
-#endif
-}
-
 // Of squared changes, m^2/s^2.
 static inline void note_change(lane squared, global u32* counters) {
   const float change = (float)sqrt(lane_largest(squared));
@@ -41,14 +26,16 @@ static inline bool sweep_has_settled(real tolerance, global const u32* counters)
   return (real)as_float(counters[COUNTER_SWEEP_CHANGE]) <= tolerance;
 }
 
-// One work-group, behind a whole sweep: counts it; true where it was the last.
-static inline bool group_has_settled(const real tolerance, global u32* counters) {
+// One work-group, behind a whole sweep: counts it; true where it was the last. `is_last`: there are no more, and where
+// it did not settle either, the sub-step is left unsolved.
+static inline bool group_has_settled(const real tolerance, const bool is_last, global u32* counters) {
   barrier(CLK_GLOBAL_MEM_FENCE);
   const bool settled = sweep_has_settled(tolerance, counters);
   barrier(CLK_GLOBAL_MEM_FENCE);
   if (get_local_id(0) == 0 && !STEP_ABORTED(counters)) {
     counters[COUNTER_SWEEPS] += 1u;
     counters[COUNTER_SWEEP_CHANGE] = 0u;
+    if (is_last && !settled) counters[COUNTER_UNSOLVED] += 1u;
   }
   barrier(CLK_GLOBAL_MEM_FENCE);
   return settled;

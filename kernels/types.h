@@ -139,7 +139,18 @@ enum Counter {
   COUNTER_ISLANDS = 22,               // islands asleep at the end of the step
   COUNTER_MOVING = 23,                // bodies awake at the end of the step, and kinematic ones that move
   COUNTER_COUPLED_TILES_NEEDED = 24,  // pairs of tiles of contacts that share a movable body
-  COUNTER_COUNT = 25
+  COUNTER_UNSOLVED = 25,              // sub-steps whose sweeps all changed more than the tolerance
+  // what the state was like that the step started from (kernels/measure.h): maxima as bits of floats
+  COUNTER_MAX_SPEED = 26,          // of the centre of mass of a dynamic body, m/s
+  COUNTER_MAX_OVERLAP = 27,        // of two shapes, m
+  COUNTER_MAX_OVERLAP_RATIO = 28,  // over the smaller of their inner radii
+  COUNTER_MAX_OPENING = 29,        // of the anchors of a joint, m
+  COUNTER_MAX_OPENING_RATIO = 30,  // over the size of the smaller body
+  COUNTER_MAX_JOINT_ANGLE = 31,    // by which what a joint keeps parallel is off, rad
+  // signed numbers of two words, the low one first, in units of 1 / StepParams::units_per_joule
+  COUNTER_ENERGY = 32,   // of the dynamic bodies, and of the springs of joints
+  COUNTER_KINETIC = 34,  // of it, that of motion
+  COUNTER_COUNT = 36
 };
 
 enum StatusBit {
@@ -218,6 +229,7 @@ LINE_RECORD(Pivot) {
 //   box                half extents
 //   hull               half extents of the box along the axes, about the origin, that holds its vertices
 //   plane              nothing: through the origin, normal z
+// The last of `size` is the inner radius: how deep a point can be inside of the shape, or 0 of what has no inside.
 LINE_RECORD(Shape) {
   real offset[3];
   real bounding_radius;
@@ -445,6 +457,7 @@ RECORD(StepParams) {
   u32 overlap_capacity;
   u32 row_capacity;
   u32 joint_blocks;
+  real units_per_joule;  // in which energy is counted, a power of two; 0: it is not
 };
 
 #ifdef __cplusplus

@@ -117,18 +117,61 @@ void add_records(py::module_& module) {
                            errors.residual ? fmt::format("{:.3g}", *errors.residual) : "none");
       });
 
-  py::class_<Unsolved>(module, "Unsolved",
-                       "Sub-steps that an oracle left with a residual larger than what was asked for, and the worst.")
+  py::class_<Unsolved>(
+      module, "Unsolved",
+      "Sub-steps that an oracle, or a solver with a tolerance, did not solve; the first and the worst.")
       .def_readonly("count", &Unsolved::count, "So many sub-steps; false where there are none.")
+      .def_property_readonly(
+          "ended",
+          [](const Unsolved& unsolved) {
+            py::dict ended;
+            for (u32 stop = 1; stop < stop_count; ++stop)
+              ended[py::str(stop_name(static_cast<Stop>(stop)))] = unsolved.ended[stop];
+            return ended;
+          },
+          "How many of them ended as 'limit', 'stalled', 'infeasible' and 'bad'.")
+      .def_readonly("first_step", &Unsolved::first_step, "The step of the first of them, counted from 0.")
+      .def_property_readonly(
+          "first_stop", [](const Unsolved& unsolved) { return stop_name(unsolved.first_stop); }, "How it ended there.")
       .def_readonly("worst_step", &Unsolved::worst_step, "The step of the worst of them, counted from 0.")
-      .def_readonly("worst_residual", &Unsolved::worst_residual, "Its residual.")
+      .def_readonly("worst_residual", &Unsolved::worst_residual,
+                    "Its residual; of a solver that sweeps what the last sweep still changed, m/s.")
       .def_readonly("tolerance", &Unsolved::tolerance, "What was asked for.")
-      .def_readonly("worst_stop", &Unsolved::worst_stop, "Why it ended there: 'stall', 'limit' or 'infeasible'.")
+      .def_property_readonly(
+          "worst_stop", [](const Unsolved& unsolved) { return stop_name(unsolved.worst_stop); }, "How it ended there.")
       .def("__bool__", [](const Unsolved& unsolved) { return unsolved.count > 0; })
       .def("__repr__", [](const Unsolved& unsolved) {
         return fmt::format("<lockstep.Unsolved {} sub-steps, {:.3g} at worst>", unsolved.count,
                            unsolved.worst_residual);
       });
+
+  py::class_<Judgement>(module, "Judgement",
+                        "One figure of a run beside its bound. Steps are told by how many had been done.")
+      .def_readonly("worst", &Judgement::worst, "The largest.")
+      .def_readonly("bound", &Judgement::bound, "The setting that bounds it.")
+      .def_readonly("worst_step", &Judgement::worst_step, "When it was the largest.")
+      .def_property_readonly(
+          "first_step",
+          [](const Judgement& j) { return j.first_step == NONE ? std::nullopt : std::optional(j.first_step); },
+          "When it first was above the bound; None where it never was.");
+
+  py::class_<Verdict> verdict(module, "Verdict",
+                              "How a run came out (docs/error_measures.md); true where all figures kept their bounds.");
+#define CRITERION(name, bound, unit, meaning) \
+  verdict.def_property_readonly(              \
+      #name, [](const Verdict& v) { return v[Criterion::name]; }, meaning);
+#include "host/verdict.def"
+  verdict
+      .def_property_readonly(
+          "not_judged_because",
+          [](const Verdict& v) {
+            const std::string source = in_words(v.energy_source);
+            return source.empty() ? std::nullopt : std::optional(source);
+          },
+          "Why the gain of energy, and of particles the overlap, is not judged; None where all is.")
+      .def("__bool__", &Verdict::good)
+      .def("__str__", [](const Verdict& v) { return in_words(v); })
+      .def("__repr__", [](const Verdict& v) { return fmt::format("<lockstep.Verdict {}>", in_words(v)); });
 
   py::class_<WorldDevice>(module, "Device", "What a world computes on.")
       .def_readonly("name", &WorldDevice::name, "As `lockstep devices` has it, or 'reference'.")

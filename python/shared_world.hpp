@@ -1,6 +1,8 @@
 // A world as Python has it: the library's, the names that its bodies use, and a guard against two threads.
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <utility>
 
 #include "host/scene/read.hpp"
@@ -8,15 +10,16 @@
 
 namespace lockstep::python {
 
-/// A DeprecationWarning for each note (Scene::notes) of a source.
-inline void warn(const std::string& source, const std::vector<std::string>& notes) {
-  for (const std::string& note : notes)
-    if (PyErr_WarnEx(PyExc_DeprecationWarning, (source + ": " + note).c_str(), 1) != 0) throw py::error_already_set();
+/// A warning for each line about a source: a DeprecationWarning for notes (Scene::notes), a UserWarning for suspicions.
+inline void warn(const std::string& source, const std::vector<std::string>& lines,
+                 PyObject* category = PyExc_DeprecationWarning) {
+  for (const std::string& line : lines)
+    if (PyErr_WarnEx(category, (source + ": " + line).c_str(), 1) != 0) throw py::error_already_set();
 }
 
 class SharedWorld {
  public:
-  SharedWorld(const Scene& scene, const WorldOptions& options) : world_(scene, options) {
+  SharedWorld(const Scene& scene, const WorldOptions& options) : world_(scene, options), source_(scene.source) {
     words_.materials = scene.materials;
     words_.categories = scene.categories;
     words_.particles = scene.particles;
@@ -28,12 +31,26 @@ class SharedWorld {
     return world_;
   }
 
-  /// Other Python threads run meanwhile.
+  /// Other Python threads run meanwhile. What a signal raises, as Ctrl-C does KeyboardInterrupt, is raised between two
+  /// steps: the world is as after the last one that was made.
   void step(u32 count) {
+    using Clock = std::chrono::steady_clock;
+    constexpr std::chrono::milliseconds between_looks{50};
     World& world = use();
+    if (count > 0 && !std::exchange(is_looked_at_, true)) warn(source_, world.suspicions(), PyExc_UserWarning);
     const Stepping stepping(stepping_);
     const py::gil_scoped_release released;
-    world.step(count);
+    u32 at_once = 1;
+    for (u32 done = 0; done < count;) {
+      const Clock::time_point start = Clock::now();
+      const u32 next = std::min(at_once, count - done);
+      world.step(next);
+      done += next;
+      if (2 * (Clock::now() - start) < between_looks) at_once = std::min(2 * at_once, 1u << 20);
+      if (done == count) return;
+      const py::gil_scoped_acquire lock;
+      if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    }
   }
 
   BodyHandle add_body(const std::string& text) {
@@ -51,7 +68,9 @@ class SharedWorld {
   };
 
   World world_;
-  Scene words_;  // of materials and categories; has no bodies
+  const std::string source_;
+  bool is_looked_at_ = false;  // for what looks like a mistake: before the first step
+  Scene words_;                // of materials and categories; has no bodies
   bool stepping_ = false;
 };
 

@@ -164,7 +164,9 @@ void add_joints(WorldClass& world) {
 void add_time(WorldClass& world) {
   world
       .def("step", &SharedWorld::step, py::arg("count") = 1,
-           "So many time steps of the scene's `dt`. Other threads of Python run meanwhile.")
+           "So many time steps of the scene's `dt`. Other threads of Python run meanwhile. Ctrl-C raises "
+           "KeyboardInterrupt\n"
+           "between two of them.")
       .def_property_readonly(
           "steps_done", [](SharedWorld& shared) { return shared.use().steps_done(); }, "Steps since the beginning.")
       .def_property_readonly(
@@ -174,6 +176,14 @@ void add_time(WorldClass& world) {
       .def_property_readonly(
           "unsolved", [](SharedWorld& shared) { return shared.use().unsolved(); },
           "What an oracle has left unsolved so far, an Unsolved; nothing of a solver that promises no residual.")
+      .def_property_readonly(
+          "verdict", [](SharedWorld& shared) { return shared.use().verdict(); },
+          "How the run came out so far, a Verdict of all steps and of the state as it is.")
+      .def(
+          "suspicions", [](SharedWorld& shared) { return shared.use().suspicions(); },
+          "What looks like a mistake in the world as it starts, a str each with its cure "
+          "(docs/when_it_looks_wrong.md);\n"
+          "the first step() warns of each. Nothing once it has been stepped.")
       .def(
           "record", [](SharedWorld& shared, const std::string& path) { shared.use().record(path); }, py::arg("path"),
           "Records every step from now on in a file of HDF5 that `lockstep verify` replays and `lockstep render` "

@@ -6,6 +6,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <fstream>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -33,9 +36,28 @@ class ChildProgram {
     return ended.si_pid == 0;
   }
 
+  void send(int signal) const { kill(id_, signal); }
+
+  /// What it has computed for, whatever else the machine did.
+  double cpu_seconds() const {
+    std::ifstream file("/proc/" + std::to_string(id_) + "/stat");
+    std::string text;
+    std::getline(file, text);
+    std::istringstream fields(text.substr(std::min(text.size(), text.rfind(')') + 1)));
+    std::string skipped;
+    for (int field = 3; field < 14; ++field) fields >> skipped;
+    double user = 0, system = 0;
+    fields >> user >> system;
+    return (user + system) / static_cast<double>(sysconf(_SC_CLK_TCK));
+  }
+
   /// Sends a signal and waits for the end: what waitpid says of it.
   int end(int signal) {
-    kill(id_, signal);
+    send(signal);
+    return wait();
+  }
+
+  int wait() {
     int status = 0;
     waitpid(id_, &status, 0);
     id_ = -1;

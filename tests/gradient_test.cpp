@@ -76,6 +76,7 @@ TYPED_TEST(Gradient, ToleranceMatchesTheReference) {
       EXPECT_EQ(after.counters[COUNTER_SWEEPS]<state.params.iterations, tolerance> 0.1)
           << after.counters[COUNTER_SWEEPS];
       EXPECT_EQ(after.counters[COUNTER_SETTLED], 0u);
+      EXPECT_EQ(after.counters[COUNTER_UNSOLVED], tolerance > 0.1 ? 0u : 1u);
     }
   }
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <limits>
 
 #include "host/scene/read.hpp"
 #include "tests/stage_harness.hpp"
@@ -16,6 +17,10 @@ class FakeBackend final : public Backend<float> {
  public:
   FakeBackend(Sizes sizes, Counters found) : sizes_(sizes), found_(found) {
     buffers_.body_infos = {{0, 0, BODY_DYNAMIC, 1}, {1, 0, BODY_DYNAMIC, 1}, {1, 1, BODY_DYNAMIC, 1}};
+    buffers_.gravities.resize(2);
+    buffers_.masses.resize(3);
+    buffers_.positions.resize(3);
+    buffers_.motions.resize(4);
     sizes_.bodies = 3;
   }
 
@@ -40,6 +45,9 @@ class FakeBackend final : public Backend<float> {
   Features features() const override { return static_cast<Features>(Feature::time_stepping); }
   std::string name() const override { return "fake"; }
   StageSeconds stage_seconds() const override { return {}; }
+
+  /// From the next step on.
+  void find(const Counters& found) { found_ = found; }
 
   StepParams<float> last_params = {};
 
@@ -101,6 +109,78 @@ TEST(Simulation, NamesTheBodyTheStageAndTheStepThatWentBad) {
             "step");
   EXPECT_EQ(message_of_step(STATUS_OUT_OF_GRID | STATUS_PAIRS_FULL, 0),
             "step 0, sort_cells: some body: a shape is too far out for the collision grid, its cell has no number");
+}
+
+// A step that failed is none of those done, is unsolved once, and none follows it.
+TEST(Simulation, CountsAStepThatFailedOnce) {
+  Counters found = {};
+  auto owned = std::make_unique<FakeBackend>(Sizes(), found);
+  FakeBackend& backend = *owned;
+  Simulation<float> simulation(std::move(owned), {});
+  simulation.step();
+  EXPECT_EQ(simulation.unsolved().count, 0u);
+  found[COUNTER_STATUS] = STATUS_BAD_POSE;
+  backend.find(found);
+  EXPECT_THROW(simulation.step(), Error);
+  found[COUNTER_STATUS] = 0;
+  backend.find(found);
+  for (int i = 0; i < 3; ++i) {
+    try {
+      simulation.step();
+      FAIL() << "no step follows one that was cut short";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.failure(), Failure::comparison);
+      EXPECT_EQ(std::string(error.what()),
+                "step 1: failed before, and no step follows one that was cut short; go on from a state before it");
+    }
+    EXPECT_EQ(simulation.steps_done(), 1u);
+    EXPECT_EQ(simulation.unsolved().count, 1u);
+    EXPECT_EQ(simulation.unsolved().ended[u32(Stop::bad)], 1u);
+    EXPECT_EQ(simulation.unsolved().worst_step, 1u);
+    EXPECT_EQ(simulation.unsolved().worst_stop, Stop::bad);
+  }
+}
+
+// What sweeps left undone in the sub-steps of a step is at its limit.
+TEST(Simulation, SumsUpWhatSweepsLeftUnsolved) {
+  Counters found = {};
+  auto owned = std::make_unique<FakeBackend>(Sizes(), found);
+  FakeBackend& backend = *owned;
+  StepParams<float> params = {};
+  params.tolerance = 0.25f;
+  Simulation<float> simulation(std::move(owned), params);
+  simulation.step();
+  for (const u32 count : {3u, 0u, 2u}) {
+    found[COUNTER_UNSOLVED] = count;
+    backend.find(found);
+    simulation.step();
+  }
+  const Unsolved unsolved = simulation.unsolved();
+  EXPECT_EQ(unsolved.count, 5u);
+  EXPECT_EQ(unsolved.ended[u32(Stop::limit)], 5u);
+  EXPECT_EQ(unsolved.first_step, 1u);
+  EXPECT_EQ(unsolved.first_stop, Stop::limit);
+  EXPECT_EQ(unsolved.tolerance, 0.25);
+  EXPECT_TRUE(unsolved.of_changes);
+}
+
+TEST(Unsolved, KeepsTheFirstAndTheWorst) {
+  Unsolved all;
+  all.add(Unsolved::of(1, 4, Stop::stalled, 1e-7, 1e-10));
+  all.add({});
+  all.add(Unsolved::of(2, 5, Stop::limit, 1e-3, 1e-10));
+  all.add(Unsolved::of(1, 6, Stop::infeasible, 1e-5, 1e-10));
+  EXPECT_EQ(all.count, 4u);
+  EXPECT_EQ(all.ended, (std::array<u32, stop_count>{0, 2, 1, 1, 0}));
+  EXPECT_EQ(all.first_step, 4u);
+  EXPECT_EQ(all.first_stop, Stop::stalled);
+  EXPECT_EQ(all.worst_step, 5u);
+  EXPECT_EQ(all.worst_stop, Stop::limit);
+  all.add(Unsolved::of(1, 7, Stop::bad, std::numeric_limits<double>::quiet_NaN(), 1e-10));
+  all.add(Unsolved::of(1, 8, Stop::limit, 1e9, 1e-10));
+  EXPECT_EQ(all.worst_step, 7u) << "no number is worse than any number";
+  EXPECT_EQ(all.worst_stop, Stop::bad);
+  EXPECT_EQ(all.count, 6u);
 }
 
 // The lists as short as can be: every one of them has to grow, some of them several times.

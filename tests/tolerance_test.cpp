@@ -43,6 +43,7 @@ void solve_twins(InitialState<real> state, double tolerance) {
                                                     state.features, state.params, launch_options({{0, 7}, {1, 0}}));
     EXPECT_GT(after.counters[COUNTER_SWEEPS], 1u);
     EXPECT_EQ(after.counters[COUNTER_SWEEPS] < at_most, ends) << after.counters[COUNTER_SWEEPS];
+    EXPECT_EQ(after.counters[COUNTER_UNSOLVED], ends ? 0u : 1u);
     EXPECT_EQ(after.counters[COUNTER_SWEEP_CHANGE], 0u);  // the next sub-step starts afresh
     EXPECT_EQ(after.counters[COUNTER_SETTLED], 0u);
   }
@@ -126,6 +127,8 @@ TYPED_TEST(Tolerance, OneThatIsTooSmallChangesNoBit) {
   const Buffers<real> counted = run_steps(state, 3);
   EXPECT_EQ(plain.counters[COUNTER_SWEEPS], 0u);
   EXPECT_EQ(counted.counters[COUNTER_SWEEPS], state.params.iterations);
+  EXPECT_EQ(plain.counters[COUNTER_UNSOLVED], 0u);
+  EXPECT_EQ(counted.counters[COUNTER_UNSOLVED], 1u);
   for (u32 i = 0; i < state.params.bodies; ++i) {
     for (u32 k = 0; k < 3; ++k) EXPECT_EQ(counted.motions[i].v[k], plain.motions[i].v[k]);
   }

@@ -45,6 +45,21 @@ TEST_F(Worlds, EachHasTheBitsThatItHasAlone) {
   }
 }
 
+// A tolerance ends the sweeps of a batch at once, and is refused; along a gradient each world ends by itself.
+TEST_F(Worlds, EachEndsByItselfOrNotAtAll) {
+  const std::string scene = seeded_scene() + " --steps 60 --tolerance 0.02 --iterations 60 --device reference";
+  for (const char* solver : {"gauss_seidel", "small_steps", "jacobi", "dense_gauss_seidel", "cell_gauss_seidel"})
+    expect_refused("run " + scene + " --worlds 2 --solver " + solver, 2,
+                   "/settings/tolerance: ends the sweeps of all worlds at once, so that one would change the bits of "
+                   "another");
+  for (const std::string solver : {"gradient", "accelerated_gradient"}) {
+    const nlohmann::json batch = report(scene + " --worlds 3 --seed 5 --solver " + solver);
+    for (unsigned k = 0; k < 3; ++k)
+      EXPECT_EQ(batch["world_state_hashes"][k],
+                report(scene + " --seed " + std::to_string(5 + k) + " --solver " + solver)["state_hash"]);
+  }
+}
+
 TEST_F(Worlds, SeedZeroIsTheSceneOfTheFile) {
   const std::string scene = seeded_scene();
   EXPECT_EQ(report(scene + " --device reference")["state_hash"],

@@ -196,6 +196,7 @@ void GradientDescent<real>::run() {
     take_steps();
     if (params_.tolerance > 0) ++buffers_.counters[COUNTER_SWEEPS];
   }
+  if (params_.tolerance > 0 && !is_over()) ++buffers_.counters[COUNTER_UNSOLVED];
   finish();
 }
 

@@ -1,12 +1,13 @@
 #include "cpu_reference/oracle/cone_problem.hpp"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <stdexcept>
 
 #include "cpu_reference/oracle/dense.hpp"
+#include "cpu_reference/oracle/inverse_mass.hpp"
+#include "cpu_reference/oracle/joints/joint_solver.hpp"
 
 namespace lockstep::oracle {
 
@@ -16,6 +17,8 @@ using Eigen::Matrix3d;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Triplets = std::vector<Eigen::Triplet<double>>;
+
+constexpr int refinements = 5;  // of what joints cannot change
 
 SparseMatrix from_triplets(Eigen::Index rows, Eigen::Index columns, const Triplets& triplets) {
   SparseMatrix matrix(rows, columns);
@@ -94,15 +97,14 @@ BlockMatrix block_matrix(const SparseMatrix& matrix) {
 }
 
 ConeProblem local_form(const GlobalConeProblem& problem) {
-  const Eigen::SimplicialLLT<SparseMatrix> cholesky(problem.m);
-  if (cholesky.info() != Eigen::Success) throw std::runtime_error("M is not positive definite");
-  const VectorXd free = cholesky.solve(problem.f);
-  const SparseMatrix response = cholesky.solve(problem.h);  // M^-1 H
+  const InverseMass inverse(problem.m);
+  const VectorXd free = inverse.times(problem.f);
+  const SparseMatrix response = inverse.times(problem.h);  // M^-1 H
   const SparseMatrix w = SparseMatrix(problem.h.transpose()) * response;
   const VectorXd q = problem.h.transpose() * free + problem.w;
   std::optional<Bilateral> joints;
   if (problem.g.cols() > 0) {
-    const SparseMatrix joint_response = cholesky.solve(problem.g);
+    const SparseMatrix joint_response = inverse.times(problem.g);
     joints.emplace();
     joints->v = SparseMatrix(problem.h.transpose()) * joint_response;
     joints->r = SparseMatrix(problem.g.transpose()) * joint_response;
@@ -110,7 +112,9 @@ ConeProblem local_form(const GlobalConeProblem& problem) {
     joints->first = joint_blocks(problem);
   }
   if (problem.dimension == 2) return embed_plane(w, q, problem.mu, std::move(joints));
-  return {block_matrix(w), q, problem.mu, std::move(joints), VelocityForm{problem.m, problem.h}};
+  ConeProblem local = {block_matrix(w), q, problem.mu, std::move(joints), {}};
+  if (!inverse.skew()) local.velocities = VelocityForm{problem.m, problem.h};
+  return local;
 }
 
 ConeProblem embed_plane(const SparseMatrix& w, const VectorXd& q, const VectorXd& mu, std::optional<Bilateral> joints) {
@@ -143,11 +147,13 @@ JointElimination::JointElimination(const ConeProblem& problem) : reduced_(proble
   reduced_.velocities.reset();  // those of W alone
   v_ = problem.joints->v;
   s_ = problem.joints->s;
-  // joints are few, and redundant ones common: a dense factorisation that tells its rank
-  inverse_ = pseudo_inverse(problem.joints->r, 1e-12);
+  r_ = problem.joints->r;
+  // joints are few, and redundant ones common: a dense factorisation that tells its rank, of rows scaled to a mobility
+  // of 1, so that their masses and units do not matter to it
+  const VectorXd scale = inverse_roots(r_.diagonal());
+  inverse_ = pseudo_inverse(scale.asDiagonal() * MatrixXd(r_) * scale.asDiagonal(), redundant_rows);
+  inverse_ = scale.asDiagonal() * inverse_ * scale.asDiagonal();
   const MatrixXd response = product(inverse_, v_.transpose());
-  const double left = (problem.joints->r * (inverse_ * s_) - s_).norm();
-  if (left > 1e-6 * s_.norm()) throw std::runtime_error("the joints contradict each other");
   const SparseMatrix correction = MatrixXd(v_ * response).sparseView();
   reduced_.w = block_matrix(problem.w.sparse() - correction);
   reduced_.q = problem.q - v_ * (inverse_ * s_);
@@ -156,6 +162,14 @@ JointElimination::JointElimination(const ConeProblem& problem) : reduced_(proble
 VectorXd JointElimination::joint_impulses(const VectorXd& r) const {
   if (s_.size() == 0) return {};
   return -inverse_ * (v_.transpose() * r + s_);
+}
+
+VectorXd JointElimination::beyond_joints() const {
+  if (s_.size() == 0) return {};
+  VectorXd left = s_;
+  for (int k = 0; k < refinements; ++k) left -= r_ * (inverse_ * left);
+  const VectorXd scale = inverse_roots(r_.diagonal());  // what is left is of the null space of R scaled
+  return scale.cwiseProduct(scale.cwiseProduct(left));
 }
 
 ConeProblem reordered(const ConeProblem& problem, std::span<const std::uint32_t> order) {

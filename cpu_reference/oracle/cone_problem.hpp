@@ -110,20 +110,23 @@ ConeProblem local_form(const GlobalConeProblem& problem);
 ConeProblem embed_plane(const SparseMatrix& w, const Eigen::VectorXd& q, const Eigen::VectorXd& mu,
                         std::optional<Bilateral> joints = {});
 
-/// The joints taken out: W - V R^-1 V^T and q - V R^-1 s. R may be singular as long as the joints do not contradict
-/// each other; of redundant impulses the smallest are taken.
+/// The joints taken out: W - V R^-1 V^T and q - V R^-1 s. R may be singular: of redundant impulses the smallest are
+/// taken, each measured by the velocity that it gives its own row, and joints that contradict each other are kept as
+/// well as can be.
 class JointElimination {
  public:
-  /// Throws std::runtime_error where joints contradict each other.
   explicit JointElimination(const ConeProblem& problem);
 
   const ConeProblem& reduced() const { return reduced_; }
   /// The impulses l of the joints that go with r.
   Eigen::VectorXd joint_impulses(const Eigen::VectorXd& r) const;
+  /// A y with R y = 0 and y . s not 0, where s is not in the range of R (joints/contradiction.hpp); elsewhere nothing
+  /// but rounding.
+  Eigen::VectorXd beyond_joints() const;
 
  private:
   ConeProblem reduced_;
-  SparseMatrix v_;
+  SparseMatrix v_, r_;
   Eigen::VectorXd s_;
   Eigen::MatrixXd inverse_;  // of R, or its pseudo-inverse
 };

@@ -2,27 +2,22 @@
 #pragma once
 
 #include <cstdint>
-#include <string_view>
 #include <vector>
+
+#include "host/stop.hpp"
 
 namespace lockstep::oracle {
 
-/// When to stop. A direct method heeds `iterations` (its pivots) and uses `tolerance` to tell zero from not.
+/// When to stop, which a request to end (host/stop_request.hpp) says too. A direct method heeds `iterations` (its
+/// pivots) and uses `tolerance` to tell zero from not.
 struct SolveLimits {
   double tolerance = 1e-8;           // of the residual, in the measure of the problem
   std::uint32_t iterations = 10000;  // of the outer loop
   double seconds = 60;               // of wall time; looked at between iterations
 };
 
-/// Why a solver stopped.
-enum class Stop {
-  tolerance,   // the residual asked for was reached
-  stall,       // nothing gained any more
-  limit,       // of iterations or of time
-  infeasible,  // shown to have no solution, or out of the method's reach
-};
-
-std::string_view stop_name(Stop stop);
+using lockstep::Stop;
+using lockstep::stop_name;
 
 /// How a solve went. `residual` is that of what was returned, which is the best iterate seen.
 struct SolveReport {

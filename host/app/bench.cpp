@@ -10,10 +10,13 @@
 
 #include "host/app/bench_results.hpp"
 #include "host/app/commands.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/backends/canary.hpp"
 #include "host/cases/subprocess.hpp"
 #include "host/error.hpp"
+#include "host/record/whole_file.hpp"
 #include "host/scene/read.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::app {
 
@@ -92,7 +95,8 @@ std::vector<BenchDevice> ask_all(const BenchOptions& options) {
   return devices.get<std::vector<BenchDevice>>();
 }
 
-// Where the figures go: a table that is whole after every trial, a page and an object that are after every case.
+// Where the figures go: a table that is whole after every trial, a page and an object that are after every case. A case
+// that was interrupted has the trials that were done.
 class BenchFiles {
  public:
   BenchFiles(const std::string& folder, std::string machine) : folder_(folder), machine_(std::move(machine)) {
@@ -122,7 +126,7 @@ class BenchFiles {
 
  private:
   void write(const char* name, const std::string& text) {
-    if (!(std::ofstream(folder_ / name) << text << std::flush)) fail(name);
+    replace_file((folder_ / name).string(), {reinterpret_cast<const unsigned char*>(text.data()), text.size()});
   }
   [[noreturn]] void fail(const char* name) const {
     throw Error(Failure::device, (folder_ / name).string(), "cannot be written to its end");
@@ -159,7 +163,10 @@ BenchTrial try_once(const HardCase& one, const Method& method, const Setting& se
 // The errors are the same.
 BenchTrial try_out(const HardCase& one, const Method& method, const Setting& setting, const std::string& precision,
                    const BenchDevice& device, u32 repetitions) {
-  const auto work = [&] { return to_json(try_once(one, method, setting, precision, device)); };
+  const auto work = [&] {
+    Interrupt::install();  // a trial has nothing to keep
+    return to_json(try_once(one, method, setting, precision, device));
+  };
   BenchTrial best = trial_of(run_in_subprocess(work));
   for (u32 i = 1; i < repetitions && best.failure.empty(); ++i) {
     BenchTrial again = trial_of(run_in_subprocess(work));
@@ -191,8 +198,8 @@ void bench(const HardCase& one, const BenchOptions& options, const std::vector<B
       files.add(benched, benched.trials.back());
     }
   };
-  for (const Method& method : one.methods) {
-    if (!options.methods.empty() && std::ranges::find(options.methods, method.name) == options.methods.end()) continue;
+  const auto run_all = [&](const Method& method) {
+    if (!options.methods.empty() && std::ranges::find(options.methods, method.name) == options.methods.end()) return;
     for (const std::string& precision : options.precisions) {
       if (method.oracle) {  // double, on the reference
         if (precision == "double") run(method, precision, reference);
@@ -201,6 +208,12 @@ void bench(const HardCase& one, const BenchOptions& options, const std::vector<B
       for (const BenchDevice& device : devices)
         if (device.fp64 || precision == "float") run(method, precision, device);
     }
+  };
+  try {
+    for (const Method& method : one.methods) run_all(method);
+  } catch (const Stopped&) {
+    files.add(benched);
+    throw;
   }
   files.add(benched);
 }
@@ -216,7 +229,12 @@ void run(const BenchOptions& options) {
   std::vector<std::string> words;
   for (const BenchDevice& device : devices) words.push_back(device.in_words());
   BenchFiles files(options.out, fmt::format("{}", fmt::join(words, " and ")));
-  for (const HardCase* one : cases) bench(*one, options, devices, files);
+  Interrupt::defer();
+  try {
+    for (const HardCase* one : cases) bench(*one, options, devices, files);
+  } catch (const Stopped&) {
+    fmt::print("interrupted; ");
+  }
   fmt::print("figures in {0}/bench.csv and bench.json, {1} in {0}/index.html\n", options.out,
              files.plots() ? "plots" : "without plots (install gnuplot for them) a page");
 }

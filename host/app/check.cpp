@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "host/app/commands.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/app/mismatch_picture.hpp"
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
@@ -35,6 +36,7 @@ struct CheckCommand : SceneOptions {
 template <class real>
 void check_scene(const Scene& scene, const CheckCommand& options, const DeviceInfo& device) {
   Start<real> start = make_start<real>(scene, options);
+  tell_suspicions(scene, start);
   if (start.state.oracle)
     throw Error(Failure::input, "check",
                 "compares an OpenCL device with the reference, and " + start.state.oracle.name +
@@ -46,10 +48,14 @@ void check_scene(const Scene& scene, const CheckCommand& options, const DeviceIn
   Simulation<real> simulation(std::move(owned), params, start.steps_done);
 
   const u32 steps = scene.settings.steps - start.steps_done;
+  Interrupt::defer();
   {
     Progress progress(steps, !options.quiet);
     try {
       for (u32 step = 0; step < steps; ++step) {
+        if (Interrupt::asked())
+          throw Error(Failure::comparison, scene.name,
+                      fmt::format("interrupted: the first {} of {} steps are equal", step, steps));
         simulation.step();
         progress.update(step + 1);
       }

@@ -26,19 +26,18 @@ struct ExportOptions : MotionOptions {
   bool local = false, sizes = false;
 };
 
-// The system that the last sub-step of a step solved, and what its oracle left.
+// The system that the last sub-step of a step solved, and what was left of it.
 struct SolvedStep {
   ContactSystem system;
-  OracleChoice oracle;
   Unsolved unsolved;
 };
 
 template <class real>
 SolvedStep system_at(const Scene& scene, u32 step, const ExportOptions& options) {
   Start<real> start = make_start<real>(scene, options);
+  tell_suspicions(scene, start);
   if (!has(start.state.features, Feature::contacts) && !has(start.state.features, Feature::joints))
     throw Error(Failure::input, scene.name, "has neither contacts nor joints, there is nothing to solve in it");
-  const OracleChoice oracle = start.state.oracle;
   Simulation<real> simulation = simulate(start, options);
   {
     Progress progress(step, !options.quiet);
@@ -53,7 +52,7 @@ SolvedStep system_at(const Scene& scene, u32 step, const ExportOptions& options)
   if (!system.angular_friction.empty())
     throw Error(Failure::input, scene.name,
                 "has torsional or rolling friction, and a contact of a problem file has none");
-  return {system, oracle, backend.unsolved()};
+  return {system, simulation.unsolved()};
 }
 
 void print_sizes(const ContactSystem& system, const std::string& title, std::size_t directions) {
@@ -124,7 +123,7 @@ void export_system(const ExportOptions& options) {
   SolvedStep step;
   with_precision(scene, [&](auto real) { step = system_at<decltype(real)>(scene, *options.at, options); });
   write_system(step.system, scene, options);
-  expect_all_solved(scene.name, step.oracle, step.unsolved);
+  expect_all_solved(scene.name, name_of(scene.settings.solver), step.unsolved);
 }
 
 }  // namespace

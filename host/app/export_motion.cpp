@@ -14,8 +14,11 @@
 #include "host/app/start.hpp"
 #include "host/error.hpp"
 #include "host/record/recording_reader.hpp"
+#include "host/report/monitor.hpp"
 #include "host/scene/read.hpp"
+#include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::app {
 
@@ -82,14 +85,14 @@ template <class PosesAt>
 void write_motion(const MotionOptions& options, const Still& still, const SceneModel& model, const Region& region,
                   PosesAt&& poses_at) {
   const u32 keyframes = static_cast<u32>(still.steps.size());
-  const Interrupt interrupt;
+  Interrupt::defer();  // the file has another name until it is whole, and is to go
   MotionFile file(options.output, gltf_of(still, model, region), keyframes);
   {
     Progress progress(keyframes, !options.quiet);
     for (u32 i = 0; i < keyframes; ++i) {
       file.add(poses_at(still.steps[i]));
       progress.update(i + 1);
-      if (Interrupt::asked()) throw Error(Failure::device, options.output, "is not written: interrupted");
+      if (Interrupt::asked()) throw Error(Failure::device, options.output, "interrupted, and not written");
     }
   }
   file.close();
@@ -137,19 +140,28 @@ void export_recording(const RecordingReader& recording, const MotionOptions& opt
 template <class real>
 void export_scene(const Scene& scene, const MotionOptions& options) {
   Start<real> start = make_start<real>(scene, options);
+  tell_suspicions(scene, start);
   Still still = {scene.name, start.state.buffers.body_infos, names_of(scene), {}, {}, 0};
   still.start = poses_of(start.state.buffers.positions, start.state.buffers.orientations);
   still.dt = double(start.state.params.dt) * start.state.params.substeps;
   still.steps = keyframe_steps(options.fps.value_or(usual_rate), start.steps_done, scene.settings.steps, still.dt);
   const SceneModel model(compile_shapes<real>(scene));
-  const OracleChoice oracle = start.state.oracle;
+  Monitor monitor(verdict_bounds(scene.settings), scene.settings.dt,
+                  energy_budget(start.state.buffers, start.state.features));
   Simulation<real> simulation = simulate(start, options);
   write_motion(options, still, model, region_of(model.extents(still.start)), [&](u32 step) {
-    while (simulation.steps_done() < step && !Interrupt::asked()) simulation.step();
+    try {
+      while (simulation.steps_done() < step && !Interrupt::asked()) {
+        simulation.step();
+        monitor.observe(simulation.counters(), simulation.params(), simulation.steps_done() - 1);
+      }
+    } catch (const Stopped&) {
+    }
     const Buffers<real>& current = simulation.backend().download(pose_buffers);
     return poses_of(current.positions, current.orientations);
   });
-  expect_all_solved(scene.name, oracle, simulation.backend().unsolved());
+  tell_if_bad(scene.name, monitor.verdict());
+  expect_all_solved(scene.name, name_of(scene.settings.solver), simulation.unsolved());
 }
 
 }  // namespace

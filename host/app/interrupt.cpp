@@ -1,46 +1,59 @@
 #include "host/app/interrupt.hpp"
 
 #include <time.h>
+#include <unistd.h>
 
 #include <csignal>
+
+#include "host/stop_request.hpp"
 
 namespace lockstep::app {
 
 namespace {
 
-volatile std::sig_atomic_t asked_to_end = 0;
+volatile std::sig_atomic_t is_deferred = 0, asked_by = 0;
 timespec asked_at;
 
 // timeout(1), supervisors and terminals send a request twice in a moment: the program, and its group.
 constexpr double one_request = 1;  // s
 
-extern "C" void ask_to_end(int signal) {
+double seconds_between(const timespec& from, const timespec& to) {
+  return double(to.tv_sec - from.tv_sec) + 1e-9 * double(to.tv_nsec - from.tv_nsec);
+}
+
+extern "C" void take_request(int signal) {
   timespec current;
   clock_gettime(CLOCK_MONOTONIC, &current);
-  if (asked_to_end == 0) {
+  if (is_deferred == 0) _exit(128 + signal);
+  if (asked_by == 0) {
     asked_at = current;
-    asked_to_end = 1;
-  } else if (double(current.tv_sec - asked_at.tv_sec) + 1e-9 * double(current.tv_nsec - asked_at.tv_nsec) >
-             one_request) {
-    std::signal(signal, SIG_DFL);
-    std::raise(signal);
+    asked_by = signal;
+    ask_to_stop();
+  } else if (seconds_between(asked_at, current) > one_request) {
+    _exit(128 + signal);
   }
 }
 
 }  // namespace
 
-Interrupt::Interrupt() {
-  std::signal(SIGINT, ask_to_end);
-  std::signal(SIGTERM, ask_to_end);
+void Interrupt::install() {
+  is_deferred = 0;
+  struct sigaction action = {};
+  action.sa_handler = take_request;
+  action.sa_flags = SA_RESTART;
+  sigemptyset(&action.sa_mask);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&action.sa_mask, signal);
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  struct sigaction inherited = {};
+  sigaction(SIGHUP, nullptr, &inherited);
+  if (inherited.sa_handler != SIG_IGN) sigaction(SIGHUP, &action, nullptr);  // nohup(1) has it ignored
 }
 
-// What a run that was asked to end still has to write is not lost to the same request either.
-Interrupt::~Interrupt() {
-  if (asked()) return;
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
-}
+void Interrupt::defer() { is_deferred = 1; }
 
-bool Interrupt::asked() { return asked_to_end != 0; }
+bool Interrupt::asked() { return asked_by != 0; }
+
+int Interrupt::status() { return asked_by == 0 ? 0 : 128 + asked_by; }
 
 }  // namespace lockstep::app

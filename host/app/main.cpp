@@ -1,11 +1,15 @@
-// The program `lockstep`. Exit statuses: 0 good, 1 a comparison failed, 2 bad usage or bad input, 3 device failure.
+// The program `lockstep`. Exit statuses: 0 good, 1 a comparison failed, 2 bad usage or bad input, 3 device failure;
+// 128 + the number of the signal where one asked it to end.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <csignal>
 #include <cstdio>
 #include <new>
+#include <system_error>
 
 #include "host/app/commands.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/app/ranks.hpp"
 #include "host/error.hpp"
 #include "host/scene/json_node.hpp"
@@ -33,9 +37,8 @@ std::string unexpected(const CLI::App& program, int argc, char** argv, const CLI
   return fmt::format("{} (try --help)", error.what());
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
+// The exit status of a program that nobody asked to end.
+int run_program(int argc, char** argv) {
   using namespace lockstep;
   CLI::App program("Rigid bodies in OpenCL and in plain C++ with the same bits, speed reported beside error.",
                    "lockstep");
@@ -46,7 +49,9 @@ int main(int argc, char** argv) {
       "  lockstep run slide_to_roll\n"
       "  lockstep check slide_to_roll --steps 200\n"
       "Exit status: 0 good, 1 a comparison failed, a problem was left unsolved or a run went bad, 2 bad usage or bad\n"
-      "input, 3 device failure.");
+      "input, 3 device failure. SIGHUP, SIGINT (Ctrl-C) and SIGTERM end it with 129, 130 and 143, and what there is, "
+      "is\n"
+      "kept: report, recording, checkpoint, pictures. A second one ends it at once.");
   app::add_devices(program);
   app::add_scenes(program);
   app::add_run(program);
@@ -74,9 +79,23 @@ int main(int argc, char** argv) {
     return exit.status;
   } catch (const Error& error) {
     return fail(static_cast<int>(error.failure()), error.what());
+  } catch (const std::system_error& error) {
+    // who reads no further, as head(1) does, ends the program without a word
+    if (error.code() == std::errc::broken_pipe) return 128 + SIGPIPE;
+    return fail(static_cast<int>(Failure::device), error.what());
   } catch (const std::bad_alloc&) {
     return fail(static_cast<int>(Failure::device), "out of memory; this machine needs a smaller scene");
   } catch (const std::exception& error) {
     return fail(static_cast<int>(Failure::device), error.what());
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  using lockstep::app::Interrupt;
+  std::signal(SIGPIPE, SIG_DFL);
+  Interrupt::install();
+  const int status = run_program(argc, argv);
+  return Interrupt::asked() ? Interrupt::status() : status;
 }

@@ -11,9 +11,12 @@
 #include "host/app/start.hpp"
 #include "host/error.hpp"
 #include "host/record/recording_reader.hpp"
+#include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/read.hpp"
+#include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
+#include "host/stop_request.hpp"
 #include "host/world_hash.hpp"
 
 namespace lockstep::app {
@@ -75,13 +78,17 @@ Snapshot snapshot_of(Simulation<real>& simulation, const Buffers<real>& constant
 // Simulates up to the last step that is shown.
 template <class real>
 void simulate(Simulation<real>& simulation, const std::vector<u32>& shown, const Buffers<real>& constants,
-              const RenderOptions& options, Frames& frames) {
-  const Interrupt interrupt;
+              const RenderOptions& options, Monitor& monitor, Frames& frames) {
   const u32 first = simulation.steps_done();
   Progress progress(shown.back() - first, !options.quiet);
   for (auto next = shown.begin(); next != shown.end() && !Interrupt::asked();) {
     while (simulation.steps_done() < *next && !Interrupt::asked()) {
-      simulation.step();
+      try {
+        simulation.step();
+      } catch (const Stopped&) {
+        return;
+      }
+      monitor.observe(simulation.counters(), simulation.params(), simulation.steps_done() - 1);
       progress.update(simulation.steps_done() - first);
     }
     if (simulation.steps_done() < *next) break;
@@ -93,6 +100,7 @@ void simulate(Simulation<real>& simulation, const std::vector<u32>& shown, const
 template <class real>
 void render_scene(const Scene& scene, const RenderOptions& options) {
   Start<real> start = make_start<real>(scene, options);
+  tell_suspicions(scene, start);
   const double dt = double(start.state.params.dt) * start.state.params.substeps;
   const std::vector<u32> shown =
       shown_steps(options.shown, start.steps_done, scene.settings.steps, dt, !options.frames.film.empty());
@@ -104,10 +112,12 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   expect_pictures_writable(options, file_name(scene.name), shown.front());
   Frames frames(frame_options(options, scene.camera, dt), SceneModel(compile_shapes<real>(scene, options.frames.shown)),
                 file_name(scene.name), dt);
-  const OracleChoice oracle = start.state.oracle;
+  Monitor monitor(verdict_bounds(scene.settings), scene.settings.dt,
+                  energy_budget(start.state.buffers, start.state.features));
   Simulation<real> simulation = lockstep::app::simulate(start, options);
+  Interrupt::defer();
   try {
-    simulate(simulation, shown, constants, options, frames);
+    simulate(simulation, shown, constants, options, monitor, frames);
   } catch (const Error&) {
     frames.finish();  // what there is shows how it went bad
     throw;
@@ -115,7 +125,8 @@ void render_scene(const Scene& scene, const RenderOptions& options) {
   frames.finish();
   say_what_was_made(frames, options);
   if (!options.quiet) fmt::print("state hash {}\n", hash_text(combined_state_hash(simulation.world_hashes())));
-  expect_all_solved(scene.name, oracle, simulation.backend().unsolved());
+  tell_if_bad(scene.name, monitor.verdict());
+  expect_all_solved(scene.name, name_of(scene.settings.solver), simulation.unsolved());
 }
 
 template <class real>
@@ -158,8 +169,8 @@ void render_recording(const RecordingReader& recording, const RenderOptions& opt
   const auto camera = label.scene_text.empty() ? std::nullopt : parse_camera(label.scene_text, source);
   const FrameOptions frame = frame_options(options, camera, dt);
   Frames frames(frame, recorded_model(start, label, options.frames.shown), file_name(label.scene), dt);
+  Interrupt::defer();
   {
-    const Interrupt interrupt;
     Progress progress(static_cast<u32>(shown.size()), !options.quiet);
     for (u32 i = 0; i < shown.size() && !Interrupt::asked(); ++i) {
       frames.add(snapshot_of(recording, start, shown[i], frame));

@@ -7,18 +7,16 @@ namespace lockstep::app {
 
 class ReportFile {
  public:
-  /// Throws Error (input) where `path` cannot be written. What is there stays until write(). An empty path: no report.
+  /// Throws Error (input) where `path` cannot be written. What is there stays until write(), and where nothing is,
+  /// nothing is until then. An empty path: no report.
   explicit ReportFile(std::string path);
-  /// Takes away the empty file that the constructor made where nothing was written.
-  ~ReportFile();
-  ReportFile(const ReportFile&) = delete;
-  ReportFile& operator=(const ReportFile&) = delete;
 
-  void write(const std::string& text);
+  /// There whole or not at all; a device or a pipe gets it as it comes.
+  void write(const std::string& text) const;
 
  private:
   std::string path_;
-  bool made_ = false;
+  bool is_replaced_ = false;  // by a file that is whole
 };
 
 }  // namespace lockstep::app

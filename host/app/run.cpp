@@ -14,10 +14,13 @@
 #include "host/app/worlds.hpp"
 #include "host/error.hpp"
 #include "host/record/whole_file.hpp"
+#include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/sample_particles.hpp"
+#include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
 #include "host/steppers/oracles.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::app {
 
@@ -26,7 +29,7 @@ namespace {
 struct RunOptions : SceneOptions {
   std::string report, events, record, checkpoint;
   u32 worlds = 1;
-  bool quiet = false;
+  bool quiet = false, is_first = true;  // of the ranks
 };
 
 // Makes what steps and says in the report what it is, and whether it can be trusted with the bits.
@@ -63,6 +66,7 @@ Recorder make_recorder(const InitialState<real>& state) {
 template <class real>
 struct RunObservers {
   Recorder& recorder;
+  Monitor& monitor;
   EventLog& log;
   Progress& progress;
   RecordingWriter<real>* recording;  // may be null
@@ -80,18 +84,24 @@ void simulate(Simulation<real>& simulation, u32 steps, RunObservers<real> observ
   const u32 first = simulation.steps_done();
   for (u32 step = first; step < steps && !Interrupt::asked(); ++step) {
     const Clock::time_point start = Clock::now();
-    simulation.step();
+    try {
+      simulation.step();
+    } catch (const Stopped&) {
+      break;
+    }
     const std::chrono::duration<double, std::milli> ms = Clock::now() - start;
     observers.recorder.time(ms.count(), simulation.counters()[COUNTER_CONTACTS]);
+    observers.monitor.observe(simulation.counters(), simulation.params(), step);
     if (step == first) observers.first_step = backend.stage_seconds();
     if (has(backend.features(), Feature::tolerance)) observers.recorder.sweeps(simulation.counters()[COUNTER_SWEEPS]);
     if (observers.recording) record_step(*observers.recording, simulation, ms.count());
-    if (is_measured(step - first, steps - first)) {
+    if (is_measured(step - first, steps - first) || observers.monitor.is_worse()) {
       const Buffers<real>& buffers = backend.download(wanted);
       Measures measures =
           measure(buffers, backend.sizes(), backend.features(), simulation.params(), simulation.counters());
       backend.take_own_residual(measures);
       if (observers.recording) observers.recording->add(measure_row(step + 1, measures));
+      observers.monitor.observe(measures, step + 1);
       observers.recorder.observe(step, (step + 1 - first) * dt, measures);
     }
     for (const Event& event : simulation.events()) observers.log.add(event);
@@ -132,7 +142,9 @@ void simulate_and_close(Simulation<real>& simulation, u32 steps, RunObservers<re
     }
     throw;
   }
-  observers.recording->close(simulation.steps_done() == steps ? finished(simulation, observers.oracle) : "interrupted");
+  observers.recording->close(simulation.steps_done() == steps
+                                 ? finished(simulation, observers.oracle, observers.monitor.verdict())
+                                 : "interrupted");
 }
 
 template <class real>
@@ -149,7 +161,6 @@ void write_checkpoint(Simulation<real>& simulation, const std::string& scene, co
 struct Outcome {
   Report report;
   std::vector<WorldHash> hashes;
-  OracleChoice oracle;  // that made the steps, if one did
 };
 
 // The particles of each body, as they were compiled: with the model constraints they are its spheres.
@@ -188,7 +199,9 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   const Scene& scene = worlds[0];
   Start<real> start = make_start<real>(worlds, options);
   const InitialState<real>& state = start.state;
+  if (options.is_first) tell_suspicions(scene, start);
   Recorder recorder = make_recorder(state);
+  Monitor monitor(verdict_bounds(scene.settings), scene.settings.dt, energy_budget(state.buffers, state.features));
 
   Report report;
   report.scene = scene.name;
@@ -211,20 +224,26 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   const u32 steps = scene.settings.steps;
   const OracleChoice oracle = state.oracle;
   std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
+  Interrupt::defer();  // from here on there is something to keep
   const auto recording = make_recording(options.record, scene, report.device, options.device_options, state);
   const SceneIdentity identity = options.checkpoint.empty() ? SceneIdentity() : identity_of(state);
   start.state = {};  // all have what they need of it
   Simulation<real> simulation(std::move(backend), params, start.steps_done);
   StageSeconds first_step = {};
   {
-    const Interrupt interrupt;
     Progress progress(report.steps, !options.quiet);
-    simulate_and_close(simulation, steps, {recorder, log, progress, recording.get(), oracle, first_step});
+    simulate_and_close(simulation, steps, {recorder, monitor, log, progress, recording.get(), oracle, first_step});
   }
   report.interrupted = simulation.steps_done() < steps;
   report.steps = simulation.steps_done() - start.steps_done;
   write_checkpoint(simulation, scene.name, identity, oracle.name, options.checkpoint);
   recorder.finish(report);
+  report.verdict = monitor.verdict();
+  report.max_penetration_m = std::max(report.max_penetration_m, monitor.overlap_m());
+  if (report.joints > 0) {
+    report.joint_drift_max_m = std::max(report.joint_drift_max_m.value_or(0), monitor.opening_m());
+    report.joint_angle_max_rad = std::max(report.joint_angle_max_rad.value_or(0), monitor.joint_angle());
+  }
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
   report.steps_redone = simulation.redone();
   if (has(simulation.backend().features(), Feature::sleeping)) {
@@ -233,8 +252,9 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
     report.wakings = simulation.wakings();
   }
   if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
-  if (oracle) report.unsolved = simulation.backend().unsolved();
-  return {report, simulation.world_hashes(), oracle};
+  report.verdict.unsolved = simulation.unsolved();
+  if (oracle || has(simulation.backend().features(), Feature::tolerance)) report.unsolved = simulation.unsolved();
+  return {report, simulation.world_hashes()};
 }
 
 // The worlds of this rank, which may have none. `is_shared`: there are other worlds or ranks.
@@ -283,6 +303,7 @@ void run(RunOptions options) {
     if (is_first) file.emplace(options.report);
     RunOptions mine = options;
     mine.quiet = options.quiet || !is_first;
+    mine.is_first = is_first;
     spread_devices(ranks, mine);
     outcome = run_share(mine, share_of(options.worlds, ranks), is_shared);
   });
@@ -290,7 +311,8 @@ void run(RunOptions options) {
   if (!is_first) return;
   file->write(to_json(report));
   if (!options.quiet) fmt::print("{}", to_table(report));
-  if (report.unsolved) expect_all_solved(report.scene, outcome.oracle, *report.unsolved);
+  if (report.unsolved) expect_all_solved(report.scene, report.solver, *report.unsolved);
+  if (!report.verdict.good()) throw Error(Failure::comparison, report.scene, in_words(report.verdict));
 }
 
 }  // namespace

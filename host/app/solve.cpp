@@ -6,12 +6,15 @@
 #include "cpu_reference/oracle/cone/whole.hpp"
 #include "cpu_reference/oracle/joints/mixed.hpp"
 #include "host/app/commands.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/app/options.hpp"
 #include "host/app/report_file.hpp"
 #include "host/app/solve_options.hpp"
 #include "host/error.hpp"
 #include "host/problems/cone_file.hpp"
 #include "host/problems/lcp_text.hpp"
+#include "host/problems/solution_file.hpp"
+#include "host/record/whole_file.hpp"
 
 namespace lockstep::app {
 
@@ -40,27 +43,34 @@ std::string solver_descriptions() {
 Eigen::Index joint_rows(const oracle::ConeProblem& problem) { return problem.joints ? problem.joints->s.size() : 0; }
 
 // Where the largest defect sits.
-std::string worst_location(const oracle::ConeProblem& problem, const oracle::ConeError& error) {
-  if (error.worst < problem.contacts()) return fmt::format("contact {}", error.worst);
-  return fmt::format("joint block {}", error.worst - problem.contacts());
+std::string worst_location(const ConeFile& file, const oracle::ConeError& error) {
+  const std::uint32_t contacts = file.problem.contacts();
+  if (error.worst < contacts) return fmt::format("contact {}", error.worst / file.contacts_in_problem());
+  return fmt::format("joint block {}", error.worst - contacts);
 }
 
-// Of the impulses that the file carries.
-std::optional<oracle::ConeError> error_of_stored(const ConeFile& file) {
-  if (!file.stored) return {};
-  return oracle::cone_error(file.problem, file.stored->r, file.stored->l);
+// Of impulses from a file: those that the problem's own carries, and the guess. None where those of joints are missing.
+std::optional<oracle::ConeError> error_of(const ConeFile& file, const std::optional<oracle::ConeImpulses>& impulses) {
+  if (!impulses || impulses->l.size() != joint_rows(file.problem)) return {};
+  return oracle::cone_error(file.problem, impulses->r, impulses->l);
 }
 
-std::string to_json(const SolveOptions& options, const ConeFile& file, const oracle::ConeSolution& solution) {
+struct Solved {
+  ConeFile file;
+  std::optional<oracle::ConeImpulses> guess;
+  oracle::ConeSolution solution;
+};
+
+std::string to_json(const SolveOptions& options, const Solved& solved) {
+  const auto& [file, guess, solution] = solved;
   const oracle::ConeError& error = solution.error;
-  const std::optional<oracle::ConeError> stored = error_of_stored(file);
   nlohmann::ordered_json json = {{"problem", options.problem},
                                  {"form", file.form},
-                                 {"contacts", file.problem.contacts()},
+                                 {"contacts", file.contacts()},
                                  {"joint_rows", joint_rows(file.problem)},
                                  {"solver", options.solver},
                                  {"tolerance", options.limits.tolerance},
-                                 {"stop", oracle::stop_name(solution.report.stop)},
+                                 {"stop", end_of(options, solution.report)},
                                  {"converged", error.residual <= options.limits.tolerance},
                                  {"iterations", solution.report.iterations},
                                  {"seconds", solution.report.seconds},
@@ -72,38 +82,43 @@ std::string to_json(const SolveOptions& options, const ConeFile& file, const ora
                                  {"alart_curnier", error.alart_curnier},
                                  {"jean_moreau", error.jean_moreau},
                                  {"merit_1", error.merit_1}};
-  json["stored_residual"] = stored ? nlohmann::json(stored->residual) : nlohmann::json(nullptr);
-  json["stored_natural_map"] = stored ? nlohmann::json(stored->natural_map) : nlohmann::json(nullptr);
+  for (const auto& [name, impulses] : {std::pair("stored", file.stored), std::pair("guess", guess)}) {
+    const std::optional<oracle::ConeError> of = error_of(file, impulses);
+    json[std::string(name) + "_residual"] = of ? nlohmann::json(of->residual) : nlohmann::json(nullptr);
+    json[std::string(name) + "_natural_map"] = of ? nlohmann::json(of->natural_map) : nlohmann::json(nullptr);
+  }
   return json.dump(2) + "\n";
 }
 
-void print_table(const SolveOptions& options, const ConeFile& file, const oracle::ConeSolution& solution) {
+void print_table(const SolveOptions& options, const Solved& solved) {
+  const auto& [file, guess, solution] = solved;
   const oracle::ConeError& error = solution.error;
   const auto row = [](const char* label, const std::string& value) { fmt::print("  {:<26}{}\n", label, value); };
   const auto number = [&](const char* label, double value) { row(label, fmt::format("{:.3g}", value)); };
   fmt::print("{}\n", options.problem);
   row("problem",
-      fmt::format("{}, {} contacts, {} rows of joints", file.form, file.problem.contacts(), joint_rows(file.problem)));
+      fmt::format("{}, {} contacts, {} rows of joints", file.form, file.contacts(), joint_rows(file.problem)));
   row("solver", options.solver);
-  row("stopped by", std::string(oracle::stop_name(solution.report.stop)));
+  row("stopped by", end_of(options, solution.report));
   row("iterations", fmt::format("{}", solution.report.iterations));
   row("time", fmt::format("{:.4g} s", solution.report.seconds));
   row("residual", fmt::format("{:.3g}  (rounding alone {:.1g})", error.residual, error.rounding));
-  row("largest defect velocity", fmt::format("{:.3g} m/s, {}", error.defect_max, worst_location(file.problem, error)));
+  row("largest defect velocity", fmt::format("{:.3g} m/s, {}", error.defect_max, worst_location(file, error)));
   number("natural map / |q|", error.natural_map);
   number("natural map / largest", error.natural_largest);
   number("Alart-Curnier / |q|", error.alart_curnier);
   number("Jean-Moreau / |q|", error.jean_moreau);
   number("FCLIB MERIT_1", error.merit_1);
-  if (const auto stored = error_of_stored(file)) number("residual of the stored", stored->residual);
+  if (const auto of = error_of(file, file.stored)) number("residual of the stored", of->residual);
+  if (const auto of = error_of(file, guess)) number("residual of the guess", of->residual);
 }
 
 oracle::ConeSolution solve_by_mixed(const ConeFile& file, const oracle::MixedSolver& solver,
-                                    const oracle::SolveLimits& limits) {
+                                    const oracle::SolveLimits& limits, const oracle::ConeImpulses& start) {
   if (!file.global)
     throw std::runtime_error("is in the local form, and mixed solvers need the bodies of the global one; try auto");
   const oracle::MixedProblem problem = {*file.global, oracle::SparseMatrix(file.global->m.rows(), 0), {}};
-  oracle::MixedImpulses impulses;
+  oracle::MixedImpulses impulses = {start.r, start.l, {}};
   oracle::ConeSolution solution;
   solution.report = oracle::solve_mixed(problem, solver, limits, impulses);
   solution.r = impulses.r;
@@ -112,35 +127,63 @@ oracle::ConeSolution solve_by_mixed(const ConeFile& file, const oracle::MixedSol
   return solution;
 }
 
-oracle::ConeSolution solve_by_name(const SolveOptions& options, const ConeFile& file) {
+oracle::ConeSolution solve_by_name(const SolveOptions& options, const ConeFile& file,
+                                   const oracle::ConeImpulses& start) {
   if (const oracle::MixedSolver* mixed = oracle::find_mixed_solver(options.solver))
-    return solve_by_mixed(file, *mixed, options.limits);
+    return solve_by_mixed(file, *mixed, options.limits, start);
   if (const oracle::ConeSolver* solver = oracle::find_cone_solver(options.solver))
-    return oracle::solve_whole(file.problem, *solver, options.limits);
+    return oracle::solve_whole(file.problem, *solver, options.limits, start.r);
   throw std::runtime_error("is a contact problem, and " + options.solver +
                            " is for linear complementarity problems; try auto");
 }
 
+void write_solution(const SolveOptions& options, const Solved& solved) {
+  if (options.solution.empty()) return;
+  const ProblemSolution all = solution_of(solved.file, {solved.solution.r, solved.solution.l});
+  replace_file(options.solution, solution_is_hdf5(options) ? encode_solution(all, read_whole_file(options.problem))
+                                                           : encode_solution_text(all, solved.file.dimension));
+}
+
 void solve(const SolveOptions& options) {
   if (is_lcp_text(options.problem)) return solve_lcp(options);
+  expect_writable(options.solution, "the solution", solution_is_hdf5(options) ? "\x89HDF" : "r ");
   ReportFile report(options.report);
-  const ConeFile file = read_cone_file(options.problem);
-  oracle::ConeSolution solution;
+  Solved solved = {read_cone_file(options.problem), {}, {}};
+  if (!options.guess.empty()) solved.guess = read_solution_file(options.guess, solved.file);
+  Interrupt::defer();
   try {
-    solution = solve_by_name(options, file);
+    solved.solution = solve_by_name(options, solved.file, solved.guess.value_or(oracle::ConeImpulses{}));
   } catch (const std::runtime_error& error) {
     throw Error(Failure::input, options.problem, error.what());
   }
-  report.write(to_json(options, file, solution));
-  if (!options.quiet) print_table(options, file, solution);
-  solution.report.residual = solution.error.residual;  // of the whole problem, joints and all
-  expect_solved(options, options.solver, solution.report);
+  oracle::SolveReport& outcome = solved.solution.report;
+  outcome.residual = solved.solution.error.residual;  // of the whole problem, joints and all
+  report.write(to_json(options, solved));
+  write_solution(options, solved);
+  if (!options.quiet) print_table(options, solved);
+  expect_solved(options, options.solver, outcome);
 }
 
 }  // namespace
 
+bool is_interrupted(const SolveOptions& options, const oracle::SolveReport& report) {
+  return Interrupt::asked() && !(report.residual <= options.limits.tolerance);
+}
+
+std::string end_of(const SolveOptions& options, const oracle::SolveReport& report) {
+  return is_interrupted(options, report) ? "interrupted" : std::string(oracle::stop_name(report.stop));
+}
+
+bool solution_is_hdf5(const SolveOptions& options) {
+  return options.solution.ends_with(".hdf5") || options.solution.ends_with(".h5");
+}
+
 void expect_solved(const SolveOptions& options, const std::string& solver, const oracle::SolveReport& report) {
   if (report.residual <= options.limits.tolerance) return;
+  if (is_interrupted(options, report))
+    throw Error(Failure::comparison, options.problem,
+                fmt::format("interrupted: {} had come to a residual of {:.3g}, {:.3g} was asked for", solver,
+                            report.residual, options.limits.tolerance));
   throw Error(Failure::comparison, options.problem,
               fmt::format("{} left a residual of {:.3g}, {:.3g} was asked for ({}); try {}", solver, report.residual,
                           options.limits.tolerance, oracle::stop_name(report.stop),
@@ -165,6 +208,9 @@ void add_solve(CLI::App& program) {
   command->add_option("--iterations", options->limits.iterations, "At most")->check(positive)->capture_default_str();
   command->add_option("--seconds", options->limits.seconds, "At most")->check(positive)->capture_default_str();
   command->add_option("--report", options->report, "Write the figures to this file as JSON");
+  command->add_option("--solution", options->solution,
+                      "Write impulses and velocities to this file, .hdf5 as FCLIB has them or else text");
+  command->add_option("--guess", options->guess, "Start from the impulses in this file, as --solution writes it");
   command->add_flag("--quiet", options->quiet, "No table");
   command->footer(solver_descriptions());
   command->callback([options] { solve(*options); });

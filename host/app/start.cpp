@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cstdio>
 #include <utility>
 
+#include "host/backends/first_contacts.hpp"
 #include "host/error.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/steppers/oracles.hpp"
@@ -26,19 +28,32 @@ Start<real> make_start(std::span<const Scene> worlds, const SceneOptions& option
 }
 
 template <class real>
+void tell_suspicions(const Scene& scene, const Start<real>& start) {
+  std::vector<FirstContact> contacts;
+  if (start.steps_done == 0) contacts = first_contacts(scene, start.state);
+  for (const std::string& line : suspicions_of(scene, contacts))
+    fmt::print(stderr, "lockstep: {}: {}\n", scene.source, line);
+}
+
+template <class real>
 Simulation<real> simulate(Start<real>& start, const SceneOptions& options) {
   const InitialState<real> state = std::exchange(start.state, {});
   return {make_stepper(state, target_of(options, state.oracle)).backend, state.params, start.steps_done};
 }
 
-void expect_all_solved(const std::string& scene, const OracleChoice& oracle, const Unsolved& unsolved) {
+void expect_all_solved(const std::string& scene, const std::string& solver, const Unsolved& unsolved) {
   if (unsolved.count == 0) return;
   throw Error(Failure::comparison, scene,
-              in_words(oracle.name, unsolved) + "; try another --solver, more --iterations or a larger --tolerance");
+              in_words(solver, unsolved) + "; try another --solver, more --iterations or a larger --tolerance");
+}
+
+void tell_if_bad(const std::string& scene, const Verdict& verdict) {
+  if (!verdict.good()) fmt::print(stderr, "lockstep: {}: {} (docs/error_measures.md)\n", scene, in_words(verdict));
 }
 
 #define INSTANTIATE(real)                                                             \
   template Start<real> make_start<real>(std::span<const Scene>, const SceneOptions&); \
+  template void tell_suspicions(const Scene&, const Start<real>&);                    \
   template Simulation<real> simulate(Start<real>&, const SceneOptions&);
 INSTANTIATE(float)
 INSTANTIATE(double)

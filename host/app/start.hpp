@@ -6,6 +6,7 @@
 #include "host/app/options.hpp"
 #include "host/record/checkpoint.hpp"
 #include "host/simulation.hpp"
+#include "host/verdict.hpp"
 
 namespace lockstep::app {
 
@@ -24,12 +25,20 @@ Start<real> make_start(const Scene& scene, const SceneOptions& options) {
   return make_start<real>(std::span(&scene, 1), options);
 }
 
+/// Says on stderr what looks like a mistake in the first of the worlds, each line once (docs/when_it_looks_wrong.md).
+/// Of a checkpoint the bodies are where the run before has left them.
+template <class real>
+void tell_suspicions(const Scene& scene, const Start<real>& start);
+
 /// A simulation of it, where the options say. The state is let go of.
 template <class real>
 Simulation<real> simulate(Start<real>& start, const SceneOptions& options);
 
-/// Throws Error (comparison) where the solver of a simulation left something unsolved: an oracle did not get to the
-/// residual that was asked for.
-void expect_all_solved(const std::string& scene, const OracleChoice& oracle, const Unsolved& unsolved);
+/// Throws Error (comparison) where a solver left something unsolved: an oracle did not get to the residual that was
+/// asked for, or sweeps did not get to a tolerance.
+void expect_all_solved(const std::string& scene, const std::string& solver, const Unsolved& unsolved);
+
+/// Says on stderr what is bad of the motion that has been drawn or exported, if anything is.
+void tell_if_bad(const std::string& scene, const Verdict& verdict);
 
 }  // namespace lockstep::app

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "host/app/commands.hpp"
+#include "host/app/interrupt.hpp"
 #include "host/app/mismatch_picture.hpp"
 #include "host/app/options.hpp"
 #include "host/app/progress.hpp"
@@ -9,6 +10,7 @@
 #include "host/record/replay.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/steppers/oracles.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::app {
 
@@ -22,13 +24,28 @@ struct VerifyOptions : TargetOptions {
 template <class real>
 Replayed replay_and_draw(const RecordingReader& recording, const StepTarget& target, const VerifyOptions& options) {
   Progress progress(recording.steps(), !options.quiet);
-  const auto done = [&](u32 steps) { progress.update(steps); };
+  u32 equal = 0;
+  const auto refuse_rest = [&] {
+    throw Error(
+        Failure::comparison, options.recording,
+        fmt::format("interrupted: of {} steps the state hashes of the first {} are equal", recording.steps(), equal));
+  };
+  const auto done = [&](u32 steps) {
+    progress.update(equal = steps);
+    if (Interrupt::asked() && steps < recording.steps()) refuse_rest();
+  };
   const auto parting = [&](const Mismatch& mismatch, CheckedBackend<real>& backend) {
     if (options.picture.empty()) return;
     const RecordingLabel& label = recording.label();
     draw_mismatch(mismatch, backend, recorded_model(recording.start<real>(), label), label.scene, options.picture);
   };
-  return replay<real>(recording, target, done, parting);
+  Interrupt::defer();
+  try {
+    return replay<real>(recording, target, done, parting);
+  } catch (const Stopped&) {
+    refuse_rest();
+    throw;
+  }
 }
 
 void verify(const VerifyOptions& options) {
@@ -44,6 +61,7 @@ void verify(const VerifyOptions& options) {
   fmt::print("{}, {}{}, recorded on {}, replayed on {}: {} steps, every state hash equal\n", label.scene,
              recording.precision(), oracle, label.device, replayed.device, recording.steps());
   if (replayed.unsolved.count > 0) fmt::print("{}\n", in_words(recording.oracle().name, replayed.unsolved));
+  if (recording.outcome().starts_with("bad: ")) fmt::print("the run was {}\n", recording.outcome());
   if (recording.outcome() == "running") fmt::print("the run was not over yet, or was killed\n");
 }
 

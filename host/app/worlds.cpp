@@ -43,6 +43,7 @@ struct Figures {
   double defect;
   std::array<double, std::tuple_size_v<decltype(worst_figures(std::declval<Report&>()))>> worst_of;
   std::array<double, std::tuple_size_v<decltype(summed_figures(std::declval<Report&>()))>> sums_of;
+  Verdict verdict;
   WorstContact worst;  // where it was, by worlds of the rank
   u32 worst_step;
 };
@@ -69,6 +70,7 @@ Figures figures_of(Report report) {
   for (std::size_t i = 0; i < figures.size(); ++i) f.worst_of[i] = figures[i]->value_or(none);
   const auto sums = summed_figures(report);
   for (std::size_t i = 0; i < sums.size(); ++i) f.sums_of[i] = sums[i]->value_or(none);
+  f.verdict = report.verdict;
   f.defect = report.defect_velocity_max.value_or(none);
   f.worst = report.worst.value_or(WorstContact{});
   f.worst_step = report.worst_step;
@@ -82,6 +84,7 @@ void merge(const Figures& f, Report& report) {
     report.worst->world += report.worlds;  // those of the ranks before
     report.worst_step = f.worst_step;
   }
+  report.verdict.add(f.verdict);
   report.worlds += f.worlds;
   report.bodies += f.bodies;
   report.joints += f.joints;

@@ -75,7 +75,7 @@ std::vector<HardCase> linkage_cases() {
         with_direct_joints(semi_implicit({4e-3, 2e-3, 1e-3, 5e-4}), 1), by_oracle("mixed_ldlt", {4e-3, 2e-3, 1e-3}),
         by_oracle("impulse_based", {4e-3, 2e-3, 1e-3, 5e-4}), reduced({frame, 4e-3, 2e-3, 1e-3})},
        bind_front(chain, "chain200")},
-      // the oracle refuses it: joints that are more than needed contradict each other but for rounding
+      // the oracle stalls: joints that are more than needed contradict each other once they have drifted
       {"bricard",
        "A linkage of six hinges, four of them more than it needs, swings for ever",
        {small_steps(0.01, {8, 16, 32, 64}), trapezoidal({4e-3, 2e-3, 1e-3, 5e-4}),

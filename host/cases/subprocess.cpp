@@ -1,10 +1,12 @@
 #include "host/cases/subprocess.hpp"
 
+#include <poll.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdio>
 #include <memory>
@@ -12,12 +14,15 @@
 #include <vector>
 
 #include "host/error.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep {
 
 namespace {
 
 using nlohmann::json;
+
+constexpr int between_looks = 200;  // ms
 
 struct Close {
   void operator()(std::FILE* file) const { std::fclose(file); }
@@ -45,11 +50,18 @@ json outcome_of(const std::function<json()>& work) {
   _exit(0);
 }
 
-std::vector<std::uint8_t> read_to_end(std::FILE* file) {
+// What the child writes, to its end. A request to end is one to the child too.
+std::vector<std::uint8_t> read_to_end(int from, pid_t child) {
   std::vector<std::uint8_t> bytes, chunk(1 << 16);
-  while (const std::size_t count = std::fread(chunk.data(), 1, chunk.size(), file))
-    bytes.insert(bytes.end(), chunk.begin(), chunk.begin() + static_cast<long>(count));
-  return bytes;
+  for (;;) {
+    pollfd ready = {from, POLLIN, 0};
+    if (stop_asked()) kill(child, SIGKILL);
+    if (poll(&ready, 1, between_looks) <= 0) continue;
+    const ssize_t count = read(from, chunk.data(), chunk.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return bytes;
+    bytes.insert(bytes.end(), chunk.begin(), chunk.begin() + count);
+  }
 }
 
 }  // namespace
@@ -67,11 +79,13 @@ json run_in_subprocess(const std::function<json()>& work, double* peak_memory) {
     work_and_end(work, File(fdopen(ends[1], "wb")));
   }
   close(ends[1]);
-  const std::vector<std::uint8_t> bytes = read_to_end(File(fdopen(ends[0], "rb")).get());
+  const std::vector<std::uint8_t> bytes = read_to_end(ends[0], child);
+  close(ends[0]);
   int status = 0;
   rusage usage = {};
   wait4(child, &status, 0, &usage);
   if (peak_memory) *peak_memory = 1024.0 * static_cast<double>(usage.ru_maxrss);
+  if (stop_asked()) throw Stopped();
   if (WIFSIGNALED(status))
     throw Error(Failure::device, "", "its process was ended by signal " + std::to_string(WTERMSIG(status)));
   const json outcome = json::from_cbor(bytes, true, false);

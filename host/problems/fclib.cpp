@@ -1,7 +1,8 @@
 // FCLIB's files: /fclib_local {spacedim, W, V, R, vectors {q, mu, s}} or /fclib_global {spacedim, M, H, G, vectors {f,
-// w, mu, b}}, /solution {r, l, ..}. A matrix is {m, n, nzmax, nz, p, i, x}; nz = -1: compressed columns, -2: compressed
-// rows, else triplets: rows in `i` and columns in `p`, as the files of the collection have it, or the other way round,
-// as fclib.h says; which one fits tells a matrix that is not square, and a symmetric one does not mind.
+// w, mu, b}}, or /fclib_global_rolling, the same with mu_r; /solution {v, u, r, l}, /guesses/1 alike. A matrix is {m,
+// n, nzmax, nz, p, i, x}; nz = -1: compressed columns, -2: compressed rows, else triplets: rows in `i` and columns in
+// `p`, as the files of the collection have it, or the other way round, as fclib.h says; which one fits tells a matrix
+// that is not square, and a symmetric one does not mind.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -82,7 +83,7 @@ bool all_below(std::span<const int> indices, int bound) {
 }
 
 SparseMatrix read_matrix(const Group& group) {
-  const long long most = 3 * most_contacts;
+  const long long most = 6 * most_contacts;
   const int rows = group.integer("m", 0, most), columns = group.integer("n", 0, most);
   const int nz = group.integer("nz", -2, 0x7fffffff);
   std::vector<int> p = group.numbers<int>("p"), i = group.numbers<int>("i");
@@ -146,17 +147,30 @@ std::vector<std::uint32_t> joint_blocks(const Group& group, Eigen::Index rows) {
   return first;
 }
 
+// Coefficients of friction, and those of rolling friction where contacts have five rows.
+struct Friction {
+  VectorXd mu, rolling;
+};
+
+Friction read_friction(const Group& vectors, Eigen::Index contacts, std::uint32_t dimension) {
+  Friction friction = {vectors.vector("mu", contacts), {}};
+  expect_friction(vectors.path(), vectors.location() + "/mu", friction.mu);
+  if (dimension != 5) return friction;
+  friction.rolling = vectors.vector("mu_r", contacts);
+  expect_friction(vectors.path(), vectors.location() + "/mu_r", friction.rolling);
+  return friction;
+}
+
 void read_local(const Group& group, ConeFile& file) {
   file.form = "FCLIB, local";
-  const SparseMatrix w = read_matrix(group.group("W"));
+  SparseMatrix w = read_matrix(group.group("W"));
   expect_size(group, "W", w, w.rows(), w.rows());
-  expect_symmetric(group.path(), group.location() + "/W", w);
+  w = whole_matrix(group.path(), group.location() + "/W", std::move(w), "W", file.form);
   const Eigen::Index n = contacts_of(group, "W", w.rows(), file.dimension);
   const Group vectors = group.group("vectors");
   // an old version of the library wrote q under the name of a
   const VectorXd q = vectors.vector(!vectors.has("q") && vectors.has("a") ? "a" : "q", w.rows());
-  const VectorXd mu = vectors.vector("mu", n);
-  expect_friction(group.path(), vectors.location() + "/mu", mu);
+  const Friction friction = read_friction(vectors, n, file.dimension);
   std::optional<oracle::Bilateral> joints;
   if (group.has("V") || group.has("R")) {
     joints.emplace();
@@ -164,31 +178,27 @@ void read_local(const Group& group, ConeFile& file) {
     joints->v = read_matrix(group.group("V"));
     expect_size(group, "R", joints->r, joints->r.rows(), joints->r.rows());
     expect_size(group, "V", joints->v, w.rows(), joints->r.rows());
-    expect_symmetric(group.path(), group.location() + "/R", joints->r);
+    joints->r = whole_matrix(group.path(), group.location() + "/R", std::move(joints->r), "R", file.form);
     joints->s = vectors.vector("s", joints->r.rows());
     joints->first = joint_blocks(group, joints->r.rows());
   }
-  if (file.dimension == 2)
-    file.problem = oracle::embed_plane(w, q, mu, std::move(joints));
-  else
-    file.problem = {oracle::block_matrix(w), q, mu, std::move(joints), {}};
+  set_local(file, w, q, friction.mu, friction.rolling, std::move(joints));
 }
 
 void read_global(const Group& group, ConeFile& file) {
-  file.form = "FCLIB, global";
+  file.form = file.dimension == 5 ? "FCLIB, global, rolling friction" : "FCLIB, global";
   oracle::GlobalConeProblem problem;
-  problem.dimension = file.dimension;
   problem.m = read_matrix(group.group("M"));
   expect_size(group, "M", problem.m, problem.m.rows(), problem.m.rows());
-  expect_symmetric(group.path(), group.location() + "/M", problem.m);
+  problem.m = whole_matrix(group.path(), group.location() + "/M", std::move(problem.m), "M", file.form);
   problem.h = read_matrix(group.group("H"));
   expect_size(group, "H", problem.h, problem.m.rows(), problem.h.cols());
   const Eigen::Index n = contacts_of(group, "H", problem.h.cols(), file.dimension);
   const Group vectors = group.group("vectors");
   problem.f = vectors.vector("f", problem.m.rows());
   problem.w = vectors.vector("w", problem.h.cols());
-  problem.mu = vectors.vector("mu", n);
-  expect_friction(group.path(), vectors.location() + "/mu", problem.mu);
+  const Friction friction = read_friction(vectors, n, file.dimension);
+  problem.mu = friction.mu;
   problem.g = SparseMatrix(problem.m.rows(), 0);
   if (group.has("G")) {
     problem.g = read_matrix(group.group("G"));
@@ -197,38 +207,62 @@ void read_global(const Group& group, ConeFile& file) {
     problem.first = joint_blocks(group, problem.g.cols());
   }
   try {
-    file.problem = oracle::local_form(problem);
+    set_global(file, std::move(problem), friction.rolling);
   } catch (const std::runtime_error& error) {
     group.refuse("M", error.what());
   }
-  file.global = std::move(problem);
 }
 
-void read_solution(const Group& group, ConeFile& file) {
-  const Eigen::Index n = file.problem.contacts(), d = file.dimension;
-  const VectorXd r = group.vector("r", d * n);
-  oracle::ConeImpulses stored;
-  stored.r = VectorXd::Zero(3 * n);
-  for (Eigen::Index i = 0; i < d * n; ++i) stored.r[i / d * 3 + i % d] = r[i];
-  if (file.problem.joints && !group.has("l")) return;
-  if (file.problem.joints) stored.l = group.vector("l", file.problem.joints->s.size());
-  file.stored = std::move(stored);
+// What lies in a group `solution`, or in the first of `guesses`, where joints may have no impulses.
+oracle::ConeImpulses read_solution(const Group& group, const ConeFile& file) {
+  const Eigen::Index rows = Eigen::Index(file.dimension) * file.contacts();
+  oracle::ConeImpulses stored = {impulses_in_problem(file, group.vector("r", rows)), {}};
+  if (file.problem.joints && group.has("l")) stored.l = group.vector("l", file.problem.joints->s.size());
+  return stored;
 }
+
+// The forms that a file may have, by the group that holds it, and from how many rows a contact to how many.
+struct Form {
+  const char* group;
+  long long least, most;
+  void (*read)(const Group&, ConeFile&);
+};
+
+constexpr Form forms[] = {
+    {"fclib_local", 2, 3, read_local},
+    {"fclib_global", 2, 3, read_global},
+    {"fclib_global_rolling", 5, 5, read_global},
+};
 
 }  // namespace
 
 ConeFile read_fclib(const std::string& path, std::span<const unsigned char> bytes) {
   try {
     const h5::Handle image = h5::open_image(bytes);
-    const bool local = h5::has(image, "fclib_local");
-    if (!local && !h5::has(image, "fclib_global"))
-      refuse_problem(path, "/", "has neither fclib_local nor fclib_global; it is another kind of HDF5 file");
-    const Group group(path, image, "", local ? "fclib_local" : "fclib_global");
+    const auto form = std::ranges::find_if(forms, [&](const Form& f) { return h5::has(image, f.group); });
+    if (form == std::end(forms))
+      refuse_problem(path, "/",
+                     "has neither fclib_local, fclib_global nor fclib_global_rolling; it is another kind of "
+                     "HDF5 file");
+    const Group group(path, image, "", form->group);
     ConeFile file;
-    file.dimension = static_cast<std::uint32_t>(group.integer("spacedim", 2, 3));
-    local ? read_local(group, file) : read_global(group, file);
-    if (h5::has(image, "solution")) read_solution(Group(path, image, "", "solution"), file);
+    file.dimension = static_cast<std::uint32_t>(group.integer("spacedim", form->least, form->most));
+    form->read(group, file);
+    if (h5::has(image, "solution")) file.stored = read_solution(Group(path, image, "", "solution"), file);
     return file;
+  } catch (const h5::Failed& failed) {
+    refuse_problem(path, "HDF5", std::string(failed.what()) + "; the file may be cut short");
+  }
+}
+
+oracle::ConeImpulses read_fclib_solution(const std::string& path, std::span<const unsigned char> bytes,
+                                         const ConeFile& file) {
+  try {
+    const h5::Handle image = h5::open_image(bytes);
+    const bool solved = h5::has(image, "solution");
+    if (!solved && !h5::has(image, "guesses")) refuse_problem(path, "/", "has neither a solution nor guesses");
+    const Group group = solved ? Group(path, image, "", "solution") : Group(path, image, "", "guesses").group("1");
+    return read_solution(group, file);
   } catch (const h5::Failed& failed) {
     refuse_problem(path, "HDF5", std::string(failed.what()) + "; the file may be cut short");
   }

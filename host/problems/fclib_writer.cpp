@@ -1,6 +1,8 @@
 #include <numeric>
+#include <string_view>
 
 #include "host/problems/cone_file.hpp"
+#include "host/problems/solution_file.hpp"
 #include "host/record/hdf5.hpp"
 
 namespace lockstep {
@@ -55,14 +57,25 @@ void write_joint_blocks(hid_t group, const std::vector<std::uint32_t>& first, Ei
   write_integers(group, "joint_blocks", std::vector<int>(first.begin(), first.end()));
 }
 
+std::vector<unsigned char> bytes_of(hid_t file) {
+  h5::check(H5Fflush(file, H5F_SCOPE_LOCAL));
+  std::vector<unsigned char> bytes(static_cast<std::size_t>(h5::check(H5Fget_file_image(file, nullptr, 0))));
+  h5::check(H5Fget_file_image(file, bytes.data(), bytes.size()));
+  return bytes;
+}
+
+h5::Handle file_in_memory() {
+  h5::be_quiet();
+  const h5::Handle access(H5Pcreate(H5P_FILE_ACCESS));
+  h5::check(H5Pset_fapl_core(access, 1u << 20, false));
+  return h5::Handle(H5Fcreate("problem", H5F_ACC_TRUNC, H5P_DEFAULT, access));
+}
+
 // The file's bytes; `fill` writes what is in it.
 template <class Fill>
 std::vector<unsigned char> encode(const char* form, std::uint32_t dimension, const std::string& title, Fill&& fill,
                                   const std::optional<oracle::ConeImpulses>& stored) {
-  h5::be_quiet();
-  const h5::Handle access(H5Pcreate(H5P_FILE_ACCESS));
-  h5::check(H5Pset_fapl_core(access, 1u << 20, false));
-  const h5::Handle file(H5Fcreate("problem", H5F_ACC_TRUNC, H5P_DEFAULT, access));
+  const h5::Handle file = file_in_memory();
   {
     const h5::Handle group = make_group(file, form);
     write_integer(group, "spacedim", dimension);
@@ -77,13 +90,30 @@ std::vector<unsigned char> encode(const char* form, std::uint32_t dimension, con
     write_vector(group, "r", stored->r);
     if (stored->l.size() > 0) write_vector(group, "l", stored->l);
   }
-  h5::check(H5Fflush(file, H5F_SCOPE_LOCAL));
-  std::vector<unsigned char> bytes(static_cast<std::size_t>(h5::check(H5Fget_file_image(file, nullptr, 0))));
-  h5::check(H5Fget_file_image(file, bytes.data(), bytes.size()));
-  return bytes;
+  return bytes_of(file);
 }
 
+constexpr const char* problem_groups[] = {"fclib_local", "fclib_global", "fclib_global_rolling", "guesses"};
+
 }  // namespace
+
+std::vector<unsigned char> encode_solution(const ProblemSolution& solution, std::span<const unsigned char> problem) {
+  const h5::Handle file = file_in_memory();
+  if (std::string_view(reinterpret_cast<const char*>(problem.data()), problem.size()).starts_with("\x89HDF")) {
+    const h5::Handle image = h5::open_image(problem);
+    for (const char* name : problem_groups) {
+      if (h5::has(image, name)) h5::check(H5Ocopy(image, name, file, name, H5P_DEFAULT, H5P_DEFAULT));
+    }
+  }
+  {
+    const h5::Handle group = make_group(file, "solution");
+    if (solution.v.size() > 0) write_vector(group, "v", solution.v);
+    write_vector(group, "u", solution.u);
+    write_vector(group, "r", solution.r);
+    if (solution.l.size() > 0) write_vector(group, "l", solution.l);
+  }
+  return bytes_of(file);
+}
 
 std::vector<unsigned char> encode_fclib(const oracle::ConeProblem& problem, const std::string& title,
                                         const std::optional<oracle::ConeImpulses>& stored) {

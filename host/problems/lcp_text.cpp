@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "host/problems/number_text.hpp"
+#include "host/problems/siconos_matrix.hpp"
 #include "host/record/whole_file.hpp"
 
 namespace lockstep {
@@ -17,8 +18,15 @@ constexpr long long most_unknowns = 10'000;  // a dense matrix of 800 MB
 
 bool is_lcp_text(const std::filesystem::path& path) {
   std::ifstream file(path);
-  long unknowns = 0, storage = -1;
-  return file >> unknowns >> storage && unknowns >= 0 && storage == 0;
+  long long unknowns = 0, storage = -1, rows = -1, columns = -1;
+  if (!(file >> unknowns >> storage) || unknowns < 0 || storage < 0 || storage > 2) return false;
+  if (!(file >> rows >> columns) || rows != unknowns || columns != unknowns) return false;
+  // a contact problem in the plane whose matrix is sparse begins with such numbers too: dimension, contacts, storage
+  std::string ahead;
+  for (int i = 0; i < 3 && file >> ahead; ++i) {
+    if (ahead == "CSparse") return i == 1;
+  }
+  return true;
 }
 
 oracle::lcp::Lcp read_lcp_text(const std::filesystem::path& path) {
@@ -26,14 +34,13 @@ oracle::lcp::Lcp read_lcp_text(const std::filesystem::path& path) {
   const std::vector<unsigned char> bytes = read_whole_file(name);
   NumberText numbers(name, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
   const long long n = numbers.count("number of unknowns", 0, most_unknowns);
-  numbers.count("storage of the matrix (0 dense)", 0, 0);
-  for (const char* label : {"rows", "columns", "rows once more", "columns once more"}) numbers.count(label, n, n);
-  numbers.expect_room("the matrix", n * n);
-  oracle::lcp::Lcp problem = {Eigen::MatrixXd(n, n), Eigen::VectorXd(n)};
-  for (long long j = 0; j < n; ++j) {
-    for (long long i = 0; i < n; ++i) problem.m(i, j) = numbers.number(fmt::format("M({}, {})", i, j));
-  }
-  for (long long i = 0; i < n; ++i) problem.q[i] = numbers.number(fmt::format("q({})", i));
+  const SiconosMatrixHead head = read_siconos_head(numbers, "the matrix");
+  if (head.rows != n || head.columns != n)
+    numbers.refuse("the matrix", fmt::format("must be {} x {}, is {} x {}", n, n, head.rows, head.columns));
+  oracle::lcp::Lcp problem = {read_siconos_matrix(numbers, "the matrix", head), {}};
+  problem.q = numbers.vector("q", n);
+  if (numbers.more() && std::string_view("0123456789+-.").find(numbers.next_character()) != std::string_view::npos)
+    numbers.refuse("the end", "more numbers follow than the problem has; it is of another kind");
   return problem;
 }
 

@@ -1,10 +1,6 @@
 // Linear complementarity problems from small text files, as the problem collections of Siconos keep them:
-//   n
-//   0 n n        a dense matrix follows
-//   n n          its size once more
-//   n * n numbers of M, column after column
-//   n numbers of q
-// What follows is a remark.
+//   n, M (siconos_matrix.hpp), n numbers of q
+// What follows is a remark and does not begin with a number: problems of other kinds (relays) have bounds there.
 #pragma once
 
 #include <filesystem>
@@ -13,8 +9,8 @@
 
 namespace lockstep {
 
-/// Whether a file is one, as far as its first two numbers say: of contact problems the second is the number of
-/// contacts.
+/// Whether a file is one, as far as it begins like one: n, storage, n, n. Contact problems begin with dimension,
+/// contacts, storage.
 bool is_lcp_text(const std::filesystem::path& path);
 
 /// Throws Error, one line with the file and the line in it, where the file is missing, ends early, holds a number that

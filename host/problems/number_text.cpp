@@ -54,6 +54,26 @@ bool NumberText::more() {
   return at_ < text_.size();
 }
 
+long long NumberText::words_left() const {
+  long long words = 0;
+  for (std::size_t i = at_; i < text_.size(); ++i) words += !blank(text_[i]) && (i == at_ || blank(text_[i - 1]));
+  return words;
+}
+
+char NumberText::next_character() {
+  skip();
+  return at_ < text_.size() ? text_[at_] : '\0';
+}
+
+void NumberText::expect_word(std::string_view expected, const std::string& label) {
+  const std::string_view found = next(label);
+  if (found != expected) refuse(label, fmt::format("must be '{}', is '{}'", expected, found.substr(0, 40)));
+}
+
+void NumberText::skip_line() {
+  while (at_ < text_.size() && text_[at_] != '\n') ++at_;
+}
+
 void NumberText::refuse(const std::string& label, const std::string& what) const {
   refuse_problem(path_, fmt::format("line {}: {}", line_, label), what);
 }

@@ -28,6 +28,21 @@ class NumberText {
   /// Whether a word follows.
   bool more();
 
+  /// How many words follow.
+  long long words_left() const;
+
+  /// The next word as it is.
+  std::string_view word(const std::string& label) { return next(label); }
+
+  /// The first letter of the next word, or 0.
+  char next_character();
+
+  /// Refused where the next word is another one than this.
+  void expect_word(std::string_view expected, const std::string& label);
+
+  /// Leaves out the rest of the line.
+  void skip_line();
+
   [[noreturn]] void refuse(const std::string& label, const std::string& what) const;
 
  private:

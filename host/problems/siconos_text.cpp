@@ -1,67 +1,37 @@
-// Siconos's text format of a frictional contact problem: numbers between blanks,
-//   dimension (2 or 3), contacts n, storage of the matrix,
-//   storage 0: rows, columns, rows, columns, the matrix column by column
-//   storage 1: rows, columns, blocks b, block rows, block columns, ends of block rows, ends of block columns,
-//              length of the row index and the index, b and the column of each block, then of each block its number and
-//              its entries column by column
-//   q, mu, and a last 0 where no solution follows.
+// Siconos's texts of frictional contact problems: numbers between blanks,
+//   dimension (2 in the plane, 3 in space, 5 with rolling friction), contacts n, then
+//   local    W, q, mu
+//   global   M, H, q, b, mu       FCLIB's f and w are q and b here
+// with rolling friction mu_r after mu, and a last 0 or 1 in some. Matrices: siconos_matrix.hpp. Nothing in the text
+// says which of the two it is, but sizes have to add up: after M, where it is local, there are as many numbers as it
+// has rows and coefficients; a second matrix takes more.
 #include <fmt/format.h>
+
+#include <cmath>
 
 #include "host/problems/formats.hpp"
 #include "host/problems/number_text.hpp"
+#include "host/problems/siconos_matrix.hpp"
 
 namespace lockstep {
 
 namespace {
 
 using Eigen::VectorXd;
-using oracle::SparseMatrix;
 
-using Triplets = std::vector<Eigen::Triplet<double>>;
-
-Triplets dense_matrix(NumberText& numbers, long long size) {
-  Triplets triplets;
-  for (const char* label : {"rows of the stored matrix", "columns of the stored matrix"})
-    numbers.count(label, size, size);
-  numbers.expect_room("the matrix", size * size);
-  for (long long column = 0; column < size; ++column) {
-    for (long long row = 0; row < size; ++row)
-      triplets.emplace_back(int(row), int(column), numbers.number("the matrix"));
-  }
-  return triplets;
-}
-
-Triplets block_matrix(NumberText& numbers, long long dimension, long long contacts) {
-  const long long most = contacts * contacts;
-  const long long blocks = numbers.count("number of blocks", 0, most);
-  numbers.expect_room("the blocks", blocks * dimension * dimension);
-  for (const char* label : {"block rows", "block columns"}) numbers.count(label, contacts, contacts);
-  for (const char* label : {"ends of block rows", "ends of block columns"}) {
-    for (long long i = 1; i <= contacts; ++i) numbers.count(label, i * dimension, i * dimension);
-  }
-  const long long rows = numbers.count("length of the row index", contacts + 1, contacts + 1);
-  numbers.count("length of the column index", blocks, blocks);
-  std::vector<long long> first, column;
-  for (long long i = 0; i < rows; ++i) {
-    const long long least = first.empty() ? 0 : first.back();
-    first.push_back(numbers.count("row index", least, first.empty() ? 0 : blocks));
-  }
-  if (first.back() != blocks) numbers.refuse("row index", "ends before the last block");
-  for (long long i = 0; i < blocks; ++i) column.push_back(numbers.count("column index", 0, contacts - 1));
-  Triplets triplets;
-  for (long long row = 0; row < contacts; ++row) {
-    for (long long k = first[row]; k < first[row + 1]; ++k) {
-      if (k > first[row] && column[k] <= column[k - 1])
-        numbers.refuse("column index", fmt::format("columns must rise within row {}", row));
-      numbers.count("number of a block", k, k);
-      const std::string label = fmt::format("block {}", k);
-      for (long long c = 0; c < dimension; ++c) {
-        for (long long r = 0; r < dimension; ++r)
-          triplets.emplace_back(int(row * dimension + r), int(column[k] * dimension + c), numbers.number(label));
-      }
+// Whether a matrix of this many rows and columns comes next, and `numbers` more after its size. A copy is read ahead.
+bool matrix_follows(NumberText numbers, long long rows, long long columns, long long after) {
+  if (numbers.words_left() <= after) return false;
+  for (const auto& [least, most] : {std::pair(0ll, 2ll), {rows, rows}, {columns, columns}}) {
+    double value = 0;
+    try {
+      value = numbers.number("");
+    } catch (const Error&) {
+      return false;
     }
+    if (value != std::floor(value) || value < double(least) || value > double(most)) return false;
   }
-  return triplets;
+  return true;
 }
 
 }  // namespace
@@ -69,24 +39,49 @@ Triplets block_matrix(NumberText& numbers, long long dimension, long long contac
 ConeFile read_siconos_text(const std::string& path, std::string_view text) {
   NumberText numbers(path, text);
   ConeFile file;
-  const long long dimension = numbers.count("the dimension", 2, 3);
-  const long long contacts = numbers.count("number of contacts", 0, most_contacts), size = dimension * contacts;
-  const long long storage = numbers.count("storage of the matrix (0 dense, 1 by blocks)", 0, 1);
-  for (const char* label : {"rows", "columns"}) numbers.count(label, size, size);
-  const Triplets triplets = storage == 0 ? dense_matrix(numbers, size) : block_matrix(numbers, dimension, contacts);
-  SparseMatrix w(size, size);
-  w.setFromTriplets(triplets.begin(), triplets.end());
-  const VectorXd q = numbers.vector("q", size), mu = numbers.vector("mu", contacts);
-  expect_friction(path, "mu", mu);
-  expect_symmetric(path, "the matrix", w);
-  if (numbers.more()) numbers.count("the end (a single 0 may stand there)", 0, 0);
-  if (numbers.more()) numbers.refuse("the end", "more numbers follow than the problem has");
-  file.form = storage == 0 ? "Siconos text, dense" : "Siconos text, by blocks";
+  const long long dimension = numbers.count("the dimension", 0, 0x7fffffff);
+  if (dimension != 2 && dimension != 3 && dimension != 5)
+    numbers.refuse("the dimension", fmt::format("must be 2, 3 or, with rolling friction, 5, is {}; what does not begin "
+                                                "with it is a problem of another kind",
+                                                dimension));
   file.dimension = static_cast<std::uint32_t>(dimension);
-  if (dimension == 2)
-    file.problem = oracle::embed_plane(w, q, mu);
-  else
-    file.problem = {oracle::block_matrix(w), q, mu, {}, {}};
+  const long long contacts = numbers.count("number of contacts", 0, most_contacts), rows = dimension * contacts;
+  const long long coefficients = (dimension == 5 ? 2 : 1) * contacts;
+  const SiconosMatrixHead head = read_siconos_head(numbers, "the matrix");
+  if (head.columns != head.rows)
+    numbers.refuse("columns of the matrix", fmt::format("must be {} as the rows, is {}", head.rows, head.columns));
+  oracle::SparseMatrix matrix = read_siconos_matrix(numbers, "the matrix", head);
+  const bool global = head.rows != rows || matrix_follows(numbers, head.rows, rows, rows + coefficients + 1);
+  file.form = fmt::format("Siconos text, {}, {}{}", global ? "global" : "local", siconos_storage_name(head.storage),
+                          dimension == 5 ? ", rolling friction" : "");
+  matrix = whole_matrix(path, "the matrix", std::move(matrix), global ? "M" : "W", file.form);
+  oracle::GlobalConeProblem problem;
+  if (global) {
+    const SiconosMatrixHead h = read_siconos_head(numbers, "H");
+    if (h.rows != head.rows || h.columns != rows)
+      numbers.refuse("H", fmt::format("must be {} x {}, is {} x {}", head.rows, rows, h.rows, h.columns));
+    problem.m = std::move(matrix);
+    problem.h = read_siconos_matrix(numbers, "H", h);
+    problem.g = oracle::SparseMatrix(h.rows, 0);
+    problem.f = numbers.vector("q", h.rows);
+  }
+  const VectorXd q = numbers.vector(global ? "b" : "q", rows), mu = numbers.vector("mu", contacts);
+  expect_friction(path, "mu", mu);
+  const VectorXd rolling = numbers.vector("mu_r", dimension == 5 ? contacts : 0);
+  expect_friction(path, "mu_r", rolling);
+  if (numbers.more()) numbers.count("the end (a single 0 or 1 may stand there)", 0, 1);
+  if (numbers.more()) numbers.refuse("the end", "more numbers follow than the problem has");
+  if (!global) {
+    set_local(file, matrix, q, mu, rolling, {});
+    return file;
+  }
+  problem.w = q;
+  problem.mu = mu;
+  try {
+    set_global(file, std::move(problem), rolling);
+  } catch (const std::runtime_error& error) {
+    refuse_problem(path, "the matrix", error.what());
+  }
   return file;
 }
 

@@ -4,6 +4,7 @@
 #include "host/record/recording_writer.hpp"
 #include "host/simulation.hpp"
 #include "host/steppers/oracles.hpp"
+#include "host/verdict.hpp"
 
 namespace lockstep {
 
@@ -20,9 +21,10 @@ void record_step(RecordingWriter<real>& recording, Simulation<real>& simulation,
 
 /// What a recording of this simulation says of its outcome, once all steps are done.
 template <class real>
-std::string finished(Simulation<real>& simulation, const OracleChoice& oracle) {
-  const Unsolved unsolved = simulation.backend().unsolved();
-  return unsolved.count == 0 ? "finished" : "unsolved: " + in_words(oracle.name, unsolved);
+std::string finished(Simulation<real>& simulation, const OracleChoice& oracle, const Verdict& verdict) {
+  const Unsolved unsolved = simulation.unsolved();
+  if (unsolved.count > 0) return "unsolved: " + in_words(oracle ? oracle.name : "the solver", unsolved);
+  return verdict.good() ? "finished" : "bad: " + in_words(verdict);
 }
 
 }  // namespace lockstep

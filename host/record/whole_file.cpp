@@ -17,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Whether a file of this name could be made, tried under another one: who waits for the file is not to find it empty.
+}  // namespace
+
 bool can_be_made(const std::string& path) {
   std::string name = path + ".XXXXXX";
   const int descriptor = mkstemp(name.data());
@@ -26,8 +27,6 @@ bool can_be_made(const std::string& path) {
   ::unlink(name.c_str());
   return true;
 }
-
-}  // namespace
 
 NewFile::NewFile(const std::string& path) : path_(path), name_(path + ".XXXXXX") {
   descriptor_ = mkstemp(name_.data());

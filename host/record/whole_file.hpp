@@ -9,6 +9,9 @@
 
 namespace lockstep {
 
+/// Whether a file of this name could be made, tried under another one: who waits for the file is not to find it empty.
+bool can_be_made(const std::string& path);
+
 /// Throws Error (input) where a file of this name could not be written, or where there is one that is not ours: one
 /// that does not start with `signature`. An empty path is always good.
 void expect_writable(const std::string& path, const std::string& what, std::string_view signature);

@@ -30,8 +30,10 @@ void expect_ffmpeg() {
 VideoWriter::VideoWriter(const std::string& path, u32 width, u32 height, double pictures_per_second) : path_(path) {
   expect_ffmpeg();
   std::signal(SIGPIPE, SIG_IGN);  // an ffmpeg that gives up is told of as an error of writing
+  // in a session of its own: Ctrl-C is the terminal's to all of a group, and the film is to be closed by who writes it
   const std::string command = fmt::format(
-      "ffmpeg -y -loglevel error -f rawvideo -pix_fmt rgb24 -s {}x{} -r {} -i - -an -c:v libx264 -pix_fmt yuv420p "
+      "exec $(command -v setsid) ffmpeg -y -loglevel error -f rawvideo -pix_fmt rgb24 -s {}x{} -r {} -i - -an -c:v "
+      "libx264 -pix_fmt yuv420p "
       "-crf 18 -movflags +faststart -f mp4 {}",
       width, height, pictures_per_second, quoted(path.rfind('-', 0) == 0 ? "./" + path : path));
   pipe_ = popen(command.c_str(), "w");

@@ -99,6 +99,25 @@ u32 joint_slot(const Buffers<real>& buffers, u32 joint) {
   return slot;
 }
 
+// How far a body reaches from its centre of mass: to the anchor, or its least radius of gyration; 0 of one that cannot
+// move.
+template <class real>
+double body_size(const Buffers<real>& buffers, u32 body, const real* anchor) {
+  if (body >= buffers.masses.size() || buffers.body_infos[body].kind != BODY_DYNAMIC) return 0;
+  const Mass<real>& mass = buffers.masses[body];
+  const double sum = vector3(mass.inverse_inertia).sum();
+  return std::max(vector3(anchor).norm(), sum > 0 ? std::sqrt(3 * double(mass.inverse_mass) / sum) : 0);
+}
+
+// Of the smaller body that can move.
+template <class real>
+double joint_size(const Buffers<real>& buffers, u32 index) {
+  const JointInfo& info = buffers.joint_infos[index];
+  const Joint<real>& joint = buffers.joints[index];
+  const double a = body_size(buffers, info.body_a, joint.anchor_a), b = body_size(buffers, info.body_b, joint.anchor_b);
+  return a > 0 && b > 0 ? std::min(a, b) : std::max(a, b);
+}
+
 template <class real>
 JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const JointInfo& info = buffers.joint_infos[index];
@@ -117,6 +136,11 @@ JointDrift drift_of(const Buffers<real>& buffers, u32 index) {
   const Vector3d axis = rotation * Vector3d::UnitZ();
   if (LOCKS_CROSS(info.locked)) drift.angle = std::asin(std::clamp(std::abs(second_arm(offset).z()), 0.0, 1.0));
   if (axis_only) drift.angle = std::atan2(std::hypot(axis.x(), axis.y()), axis.z());
+  const bool bounded = joint.limited != 0 && !(joint.spring_compliance > 0) && info.free != FREE_ANGLE;
+  const double beyond_limits =
+      bounded ? beyond(coordinate(offset, info, lead_of(buffers, index)), double(joint.low), double(joint.high)) : 0;
+  if (const double size = joint_size(buffers, index); size > 0 && joint.spring == 0)
+    drift.ratio = std::max(drift.separation, beyond_limits) / size;
   return drift;
 }
 
@@ -128,6 +152,7 @@ JointDrift joint_drift(const Buffers<real>& buffers) {
   for (u32 i = 0; i < buffers.joints.size(); ++i) {
     const JointDrift one = drift_of(buffers, i);
     drift.separation = std::max(drift.separation, one.separation);
+    drift.ratio = std::max(drift.ratio, one.ratio);
     drift.angle = std::max(drift.angle, one.angle);
   }
   return drift;

@@ -11,6 +11,8 @@ namespace lockstep {
 struct JointDrift {
   double separation = 0;  // m: of the anchors along locked directions, of a distance from its limits, or of the travel
                           // of a screw from what its angle says
+  double ratio = 0;       // of it, or of what a length is beyond its limits, to the size of the smaller body
+                          // (cpu_reference/prepare_joints.hpp)
   double angle = 0;       // rad: of the rotation about locked directions, or of a cross from a right angle
 };
 

@@ -1,6 +1,7 @@
 #include "host/report/measures.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "host/contact_geometry.hpp"
 #include "host/in_double.hpp"
@@ -67,6 +68,15 @@ WorldMeasures measure_world(const Buffers<real>& buffers, Features features, u32
   return result;
 }
 
+// Of the shape of a contact that is less deep; infinite where neither has an inside.
+template <class real>
+double inner_radius(const Buffers<real>& buffers, const Contact& contact) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const u32 shape : {contact.shape_a, contact.shape_b})
+    if (const double radius = double(buffers.shapes[shape].size[3]); radius > 0) least = std::min(least, radius);
+  return least;
+}
+
 template <class real>
 Penetration penetration(const Buffers<real>& buffers, u32 contacts) {
   Penetration result;
@@ -77,6 +87,7 @@ Penetration penetration(const Buffers<real>& buffers, u32 contacts) {
     ++result.touching;
     sum += depth;
     result.max = std::max(result.max, depth);
+    result.ratio = std::max(result.ratio, depth / inner_radius(buffers, buffers.contacts[i]));
   }
   if (result.touching > 0) result.mean = sum / result.touching;
   return result;
@@ -132,8 +143,8 @@ std::vector<Buffer> measured_buffers(Features features) {
       buffers.push_back(buffer);
   }
   if (has(features, Feature::contacts)) {
-    for (const Buffer buffer : {Buffer::shape_infos, Buffer::contacts, Buffer::contact_points, Buffer::contact_slots,
-                                Buffer::contact_blocks, Buffer::cached_impulses})
+    for (const Buffer buffer : {Buffer::shape_infos, Buffer::shapes, Buffer::contacts, Buffer::contact_points,
+                                Buffer::contact_slots, Buffer::contact_blocks, Buffer::cached_impulses})
       buffers.push_back(buffer);
     if (has(features, Feature::soft_contacts)) buffers.push_back(Buffer::softness_blocks);
     if (has(features, Feature::impact_laws)) buffers.push_back(Buffer::slide_blocks);
@@ -154,6 +165,9 @@ Measures measure(const Buffers<real>& buffers, const Sizes& sizes, Features feat
                  std::span<const u32> counters) {
   Measures result;
   for (u32 world = 0; world < sizes.worlds; ++world) result.worlds.push_back(measure_world(buffers, features, world));
+  for (u32 i = 0; i < sizes.bodies; ++i)
+    if (buffers.body_infos[i].kind == BODY_DYNAMIC)
+      result.max_speed = std::max(result.max_speed, vector3(buffers.motions[i].v).norm());
   if (has(features, Feature::joint_springs)) {
     for (u32 i = 0; i < sizes.joints; ++i)
       result.worlds[buffers.joint_infos[i].world].potential += spring_energy(buffers, params, i);

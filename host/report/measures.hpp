@@ -28,6 +28,7 @@ struct WorldMeasures {
 struct Penetration {
   double max = 0, mean = 0;  // m; the mean is over the overlapping contacts
   u32 touching = 0;
+  double ratio = 0;  // the largest to the inner radius of the smaller shape
 };
 
 /// World-local ids. Of a joint the shapes are NONE; the body that stands for the world is NONE too.
@@ -37,6 +38,7 @@ struct WorstContact {
 
 struct Measures {
   std::vector<WorldMeasures> worlds;
+  double max_speed = 0;  // of a dynamic body, m/s
   u32 contacts = 0;
   Penetration penetration;
   std::optional<Residual> residual;       // where there were contacts or joints

@@ -12,12 +12,13 @@ using Eigen::Vector3d;
 
 // Depths that were met so far.
 struct Depths {
-  double most = 0, sum = 0;
+  double most = 0, sum = 0, ratio = 0;
   u32 count = 0;
 
-  void add(double depth) {
+  void add(double depth, double radius) {
     if (depth <= 0) return;
     most = std::max(most, depth);
+    ratio = std::max(ratio, depth / radius);
     sum += depth;
     ++count;
   }
@@ -49,14 +50,14 @@ Penetration particle_overlap(const Buffers<real>& b) {
     for (u32 k = b.neighbour_starts[i]; k < b.neighbour_starts[i + 1]; ++k) {
       const u32 j = b.neighbours[k];
       if (j >= centers.size()) {
-        depths.add(depth_in_plane(b, j - static_cast<u32>(centers.size()), centers[i], radius));
+        depths.add(depth_in_plane(b, j - static_cast<u32>(centers.size()), centers[i], radius), radius);
         continue;
       }
       const bool is_twice = b.body_infos[b.particle_bodies[j]].kind == BODY_DYNAMIC;
-      if (!is_twice || i < j) depths.add(2 * radius - (centers[j] - centers[i]).norm());
+      if (!is_twice || i < j) depths.add(2 * radius - (centers[j] - centers[i]).norm(), radius);
     }
   }
-  return {depths.most, depths.count > 0 ? depths.sum / depths.count : 0, depths.count};
+  return {depths.most, depths.count > 0 ? depths.sum / depths.count : 0, depths.count, depths.ratio};
 }
 
 template Penetration particle_overlap<float>(const Buffers<float>&);

@@ -81,11 +81,46 @@ std::string contact_rows(const Report& report) {
   return text;
 }
 
+Json verdict_json(const Verdict& verdict) {
+  Json json = {{"good", verdict.good()}, {"in_words", in_words(verdict)}};
+  for (u32 i = 0; i < criterion_count; ++i) {
+    const Criterion criterion = static_cast<Criterion>(i);
+    const Judgement& j = verdict[criterion];
+    const bool judged = verdict.is_judged(criterion);
+    json[info(criterion).name] = {{"worst", j.worst},
+                                  {"bound", judged ? Json(j.bound) : Json(nullptr)},
+                                  {"worst_step", j.worst_step},
+                                  {"first_step", verdict.keeps(criterion) ? Json(nullptr) : Json(j.first_step)}};
+  }
+  const std::string source = in_words(verdict.energy_source);
+  json["not_judged_because"] = source.empty() ? Json(nullptr) : Json(source);
+  return json;
+}
+
+std::string verdict_rows(const Verdict& verdict) {
+  const std::string source = in_words(verdict.energy_source);
+  std::string text = row("verdict", (verdict.good() ? "" : "bad: ") + in_words(verdict)), figures;
+  for (u32 i = 0; i < criterion_count; ++i) {
+    const Criterion criterion = static_cast<Criterion>(i);
+    const Judgement& j = verdict[criterion];
+    if (j.worst == 0 || !verdict.is_judged(criterion)) continue;
+    figures += fmt::format("{}{} {:.3g}", figures.empty() ? "" : ", ", title(criterion), j.worst);
+    figures += fmt::format(" of {:.3g}{}{}", j.bound, *info(criterion).unit ? " " : "", info(criterion).unit);
+  }
+  if (!figures.empty()) text += row("", figures);
+  if (!source.empty())
+    text += row("", (verdict.is_judged(Criterion::overlap) ? "gain of energy not judged: "
+                                                           : "overlap and gain of energy not judged: ") +
+                        source);
+  return text;
+}
+
 // The worst sub-step that an oracle left unsolved.
 Json unsolved_worst(const Report& report) {
   if (!report.unsolved || report.unsolved->count == 0) return nullptr;
   const Unsolved& unsolved = *report.unsolved;
-  return {{"step", unsolved.worst_step}, {"residual", unsolved.worst_residual}, {"stop", unsolved.worst_stop}};
+  return {
+      {"step", unsolved.worst_step}, {"residual", unsolved.worst_residual}, {"stop", stop_name(unsolved.worst_stop)}};
 }
 
 }  // namespace
@@ -147,6 +182,7 @@ std::string to_json(const Report& report) {
                {"asleep", number_or_null(report.asleep)},
                {"islands_asleep", number_or_null(report.islands_asleep)},
                {"wakings", number_or_null(report.wakings)},
+               {"verdict", verdict_json(report.verdict)},
                {"unsolved_substeps", report.unsolved ? Json(report.unsolved->count) : Json(nullptr)},
                {"unsolved_worst", unsolved_worst(report)},
                {"state_hash", hash_text(report.state_hash)},
@@ -189,6 +225,7 @@ std::string to_table(const Report& report) {
   text += row("energy first, last", fmt::format("{:.6g} J, {:.6g} J", report.energy_initial_j, report.energy_final_j));
   text += error_row("energy error", report.energy_error, " of the kinetic energy");
   text += error_row("momentum error", report.momentum_error, " of the momentum");
+  text += verdict_rows(report.verdict);
   text += row("state hash, pose hash", hash_text(report.state_hash) + ", " + hash_text(report.pose_hash));
   return text;
 }

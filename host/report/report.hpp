@@ -11,6 +11,7 @@
 
 #include "host/report/measures.hpp"
 #include "host/unsolved.hpp"
+#include "host/verdict.hpp"
 
 namespace lockstep {
 
@@ -49,6 +50,8 @@ struct Report {
 
   // of scenes with sleeping: bodies and islands that sleep at the end, steps begun anew because islands woke
   std::optional<double> asleep, islands_asleep, wakings;
+
+  Verdict verdict;  // of all steps
 
   std::optional<Unsolved> unsolved;  // of an oracle; nothing of a solver that promises no residual
 

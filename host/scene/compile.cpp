@@ -19,6 +19,7 @@
 #include "host/scene/impact_laws.hpp"
 #include "host/scene/rounding.hpp"
 #include "host/scene/shape_kinds.hpp"
+#include "host/scene/shape_size.hpp"
 #include "host/scene/step_params.hpp"
 #include "host/scene/surface.hpp"
 #include "host/scene/touching.hpp"
@@ -54,21 +55,6 @@ std::array<double, 6> inverse_inertia_world(const Vector3& inertia, const Quater
     return x[i] * x[j] / inertia[0] + y[i] * y[j] / inertia[1] + z[i] * z[j] / inertia[2];
   };
   return {entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)};
-}
-
-// No point of the shape is farther from its origin. The factor covers the rounding of whoever places its points.
-template <class real>
-real shape_bounding_radius(ShapeKind kind, const real (&size)[4]) {
-  const double a = double(size[0]), b = double(size[1]), c = double(size[2]);
-  switch (kind) {
-    case SHAPE_SPHERE: return size[0];
-    case SHAPE_CAPSULE: return static_cast<real>((a + b) * 1.000001);
-    case SHAPE_CYLINDER: return static_cast<real>(exact::square_root(a * a + b * b) * 1.000001);
-    case SHAPE_BOX:
-    case SHAPE_HULL:
-    case SHAPE_FACET: return static_cast<real>(exact::length(Vector3{a, b, c}) * 1.000001);
-    default: return 0;
-  }
 }
 
 template <class real>
@@ -262,6 +248,7 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
     default: break;
   }
   record.bounding_radius = shape_bounding_radius<real>(shape.kind, record.size);
+  record.size[3] = inner_radius(shape.kind, record.size);
   buffers().shapes.push_back(record);
 }
 
@@ -402,7 +389,13 @@ void Compiler<real>::set_features() {
                   "scene have torsional, rolling or anisotropic friction; take gauss_seidel");
     features = with(with(features, Feature::dense), Feature::general_contacts);
   }
-  if (constrained && tolerance_of(settings) > 0) features = with(features, Feature::tolerance);
+  if (constrained && tolerance_of(settings) > 0) {
+    if (worlds_.size() > 1 && !has(features, Feature::gradient))
+      throw Error(Failure::input, worlds_[0].source + ": /settings/tolerance",
+                  "ends the sweeps of all worlds at once, so that one would change the bits of another; leave out the "
+                  "tolerance or --worlds, or take gradient, whose worlds end each by itself");
+    features = with(features, Feature::tolerance);
+  }
   if (constrained && settings.solver == Solver::small_steps) {
     if (has(features, Feature::contacts)) features = with(features, Feature::soft_contacts);
     if (settings.integrator != Integrator::semi_implicit_euler) {

@@ -22,8 +22,9 @@ struct Bounds {
   constexpr Bounds unless(const char* words) const { return {kind, least, most, noun, words}; }
 };
 
-enum class SettingGroup { time, solver, contacts, joints, bodies };
-inline constexpr const char* setting_group_names[] = {"Time", "Solver", "Contacts", "Joints", "Bodies and pairs"};
+enum class SettingGroup { time, solver, contacts, joints, bodies, verdict };
+inline constexpr const char* setting_group_names[] = {"Time",   "Solver",           "Contacts",
+                                                      "Joints", "Bodies and pairs", "Verdict"};
 
 /// Where a setting acts: in the numbers of a step (StepParams), in what a scene is compiled to, in what runs it.
 enum class Acts { step, scene, program };

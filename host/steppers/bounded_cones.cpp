@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "cpu_reference/oracle/articulated/reduced_cones.hpp"
-#include "host/error.hpp"
+#include "cpu_reference/oracle/joints/contradiction.hpp"
 
 namespace lockstep {
 
@@ -41,7 +41,7 @@ class LawRows {
     extend(problem);
   }
 
-  const oracle::ConeProblem& local() const { return local_; }
+  const oracle::GlobalConeProblem& global() const { return global_; }
   Index contacts() const { return contacts_; }
 
   /// Of the local problem without its joints.
@@ -75,7 +75,7 @@ class LawRows {
 
   /// Impulses of the reduced problem, in the order of the local one.
   VectorXd in_threes(const VectorXd& impulses) const {
-    VectorXd r = VectorXd::Zero(local_.q.size());
+    VectorXd r = VectorXd::Zero(global_.h.cols());
     for (Index i = 0; i < r.size(); ++i) {
       if (const Index row = row_of(i); row >= 0) r[i] = impulses[row];
     }
@@ -148,7 +148,7 @@ class LawRows {
     whole.m = matrix(velocities, velocities, m);
     whole.h = matrix(velocities, column, h);
     whole.g = matrix(velocities, joint, g);
-    local_ = oracle::local_form(whole);
+    global_ = std::move(whole);
   }
 
   static Triplets entries(const SparseMatrix& of) {
@@ -167,7 +167,7 @@ class LawRows {
   const std::vector<oracle::BoundedLaw>& laws_;
   std::vector<LawRow> bounds_, drives_, springs_;
   Index contacts_ = 0;
-  oracle::ConeProblem local_;
+  oracle::GlobalConeProblem global_;
 };
 
 }  // namespace
@@ -175,16 +175,11 @@ class LawRows {
 // Without its joints a contact is less mobile, and U another velocity: what is missing of the residual of the system is
 // asked for in that of the reduced problem.
 oracle::SolveReport solve_bounded_cones(const oracle::ConeSolver& solver, const WholeSystemProblem& whole,
-                                        ContactSystem& system, const oracle::SolveLimits& limits,
-                                        const std::string& where) {
+                                        ContactSystem& system, const oracle::SolveLimits& limits) {
   const LawRows rows(whole.problem);
-  std::optional<oracle::JointElimination> elimination;
-  try {
-    elimination.emplace(rows.local());
-  } catch (const std::runtime_error& error) {
-    throw Error(Failure::input, where, std::string(error.what()) + "; a solver that sweeps finds a middle way");
-  }
-  const ReducedProblem problem = rows.reduced(elimination->reduced());
+  const oracle::ConeProblem local = oracle::local_form(rows.global());
+  const oracle::JointElimination elimination(local);
+  const ReducedProblem problem = rows.reduced(elimination.reduced());
   VectorXd r = rows.start(whole.impulses);
   const oracle::MixedSolver& measure = *oracle::find_mixed_solver("mixed_ldlt");  // that makes no sweep
   oracle::MixedImpulses impulses;
@@ -195,15 +190,18 @@ oracle::SolveReport solve_bounded_cones(const oracle::ConeSolver& solver, const 
     sum.stop = solved.stop;
     sum.iterations += solved.iterations;
     sum.seconds += solved.seconds;
-    const VectorXd l = elimination->joint_impulses(rows.in_threes(r));
+    const VectorXd l = elimination.joint_impulses(rows.in_threes(r));
     impulses = rows.impulses(r, l);
     sum.residual = oracle::solve_mixed(whole.problem, measure, {limits.tolerance, 0, left.seconds}, impulses).residual;
-    if (solved.stop != oracle::Stop::tolerance || sum.residual <= limits.tolerance) break;
-    sum.stop = oracle::Stop::stall;
+    if (solved.stop != oracle::Stop::solved || sum.residual <= limits.tolerance) break;
+    sum.stop = oracle::Stop::stalled;
     left.tolerance *= std::min(0.5, 0.5 * limits.tolerance / sum.residual);
     left.iterations -= std::min(left.iterations, solved.iterations);
     left.seconds -= solved.seconds;
   }
+  if (sum.residual <= limits.tolerance) sum.stop = oracle::Stop::solved;
+  if (sum.stop == oracle::Stop::stalled && oracle::proves_contradiction(rows.global(), elimination.beyond_joints()))
+    sum.stop = oracle::Stop::infeasible;
   set_impulses(system, impulses_of(system, impulses));
   return sum;
 }

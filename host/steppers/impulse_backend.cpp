@@ -155,6 +155,7 @@ std::vector<JointBlock<double>> ImpulseBackend::predict(const StepParams<double>
   const auto motions = b.motions;
   const auto blocks = b.joint_blocks;
   const auto joints = b.joints;
+  const auto counters = b.counters;
   ReferenceBackend::work(Stage::integrate_positions, params);
   for (Joint<double>& joint : b.joints) joint.correction = 1;
   ReferenceBackend::work(Stage::prepare_joints, params);
@@ -164,6 +165,7 @@ std::vector<JointBlock<double>> ImpulseBackend::predict(const StepParams<double>
   b.motions = motions;
   b.joint_blocks = blocks;
   b.joints = joints;
+  b.counters = counters;
   return predicted;
 }
 
@@ -199,14 +201,14 @@ oracle::SolveReport ImpulseBackend::solve_system(ContactSystem& system, const St
     if (predictions > 0 && gap <= closed) {
       // of joints alone nothing else is asked: rows of loops that agree at the end only contradict each other before
       if (system.contacts.empty() && whole.problem.laws.empty()) {
-        report.stop = oracle::Stop::tolerance;
+        report.stop = oracle::Stop::solved;
         report.residual = std::min(report.residual, limits.tolerance);
       }
       break;
     }
     if (predictions == most_predictions || in_vain == most_in_vain) {
       apply(best.impulses);
-      report.stop = oracle::Stop::stall;
+      report.stop = oracle::Stop::stalled;
       report.residual = std::max(report.residual, best.gap / params.dt);
       break;
     }

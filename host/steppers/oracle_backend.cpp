@@ -1,6 +1,9 @@
 #include "host/steppers/oracle_backend.hpp"
 
+#include <cmath>
+
 #include "host/report/contact_system.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep {
 
@@ -8,7 +11,26 @@ namespace {
 
 constexpr double most_seconds = 60;  // for one system
 
+void copy_persistent(const Buffers<double>& from, Buffers<double>& to) {
+#define BUFFER(name, ...) \
+  if (info(Buffer::name).lifetime == Lifetime::persistent) to.name = from.name;
+#include "host/buffers.def"
+#undef BUFFER
+}
+
 }  // namespace
+
+void OracleBackend::run(Stage stage, const StepParams<double>& params) {
+  if (stage == Stage::begin_step) {
+    copy_persistent(buffers(), before_);
+    unsolved_before_ = unsolved_;
+  }
+  ReferenceBackend::run(stage, params);
+  if (stage != Stage::solve_constraints || !stop_asked()) return;
+  copy_persistent(before_, buffers());
+  unsolved_ = unsolved_before_;
+  throw Stopped();
+}
 
 oracle::SolveLimits OracleBackend::limits_of(const StepParams<double>& params) {
   return {params.tolerance, params.iterations, most_seconds};
@@ -49,8 +71,10 @@ void OracleBackend::write_back(const ContactSystem& system) {
 void OracleBackend::note(const oracle::SolveReport& report, const StepParams<double>& params) {
   buffers().counters[COUNTER_SWEEPS] += report.iterations;
   if (report.residual <= params.tolerance) return;
-  unsolved_.add({1, buffers().step_index.front(), report.residual, params.tolerance,
-                 std::string(oracle::stop_name(report.stop))});
+  const Stop stop = !std::isfinite(report.residual) ? Stop::bad
+                    : report.stop == Stop::solved   ? Stop::stalled  // in a measure of its own
+                                                    : report.stop;
+  unsolved_.add(Unsolved::of(1, buffers().step_index.front(), stop, report.residual, params.tolerance));
 }
 
 void OracleBackend::work(Stage stage, const StepParams<double>& params) {

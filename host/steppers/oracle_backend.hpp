@@ -15,6 +15,9 @@ class OracleBackend : public ReferenceBackend<double> {
   OracleBackend(InitialState<double> state, SystemSolver solver, bool profile = false)
       : ReferenceBackend(std::move(state), profile), solver_(std::move(solver)) {}
 
+  /// Throws Stopped where the program was asked to end before the last system of a step was solved: the state is then
+  /// that before the step.
+  void run(Stage stage, const StepParams<double>& params) override;
   Unsolved unsolved() const override { return unsolved_; }
 
  protected:
@@ -35,7 +38,8 @@ class OracleBackend : public ReferenceBackend<double> {
                                            const std::string& where);
 
   const SystemSolver solver_;
-  Unsolved unsolved_;
+  Unsolved unsolved_, unsolved_before_;
+  Buffers<double> before_;  // the persistent ones, as they were at the start of the step
 };
 
 }  // namespace lockstep

@@ -51,10 +51,4 @@ std::string oracle_descriptions() {
          "docs/solvers_oracle.md and docs/lcp.md say which one when.\n";
 }
 
-std::string in_words(const std::string& oracle, const Unsolved& unsolved) {
-  return fmt::format("{} left more than a residual of {:.3g} in {} sub-steps, {:.3g} at worst in step {} ({})", oracle,
-                     unsolved.tolerance, unsolved.count, unsolved.worst_residual, unsolved.worst_step,
-                     unsolved.worst_stop);
-}
-
 }  // namespace lockstep

@@ -19,7 +19,4 @@ std::unique_ptr<OracleBackend> make_oracle(InitialState<double> state, bool prof
 /// What the names stand for, some to a line, for those who choose one.
 std::string oracle_descriptions();
 
-/// "nsgs left more than a residual of 1e-10 in 3 sub-steps, 2e-09 at worst in step 7 (limit)".
-std::string in_words(const std::string& oracle, const Unsolved& unsolved);
-
 }  // namespace lockstep

@@ -38,7 +38,7 @@ ReducedSolution solve_pyramid(int directions, const Step& step, const Demand& de
   const AssembledProblem assembled = assembled_problem(step, demand, bodies);
   const ReducedPyramid pyramid(assembled.problem, directions);
   ReducedSolution solution = {assembled.problem, VectorXd::Zero(assembled.problem.size()), {}};
-  solution.report.stop = oracle::Stop::tolerance;
+  solution.report.stop = oracle::Stop::solved;
   if (pyramid.size() == 0) return solution;
   VectorXd x;
   try {

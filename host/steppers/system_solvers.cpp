@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "cpu_reference/oracle/cone/whole.hpp"
+#include "cpu_reference/oracle/joints/contradiction.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/models/friction_box.hpp"
 #include "cpu_reference/oracle/models/friction_pyramid.hpp"
@@ -35,13 +36,10 @@ SolveReport solve_cones(const oracle::ConeSolver& solver, ContactSystem& system,
   const oracle::GlobalConeProblem& problem = whole.problem.cones;
   expect_moderate(where, problem.mu.size(), most_contacts_of_cones, "contacts");
   expect_moderate(where, problem.g.cols(), most_joint_rows, "rows of joints");
-  if (!whole.problem.laws.empty()) return solve_bounded_cones(solver, whole, system, limits, where);
-  oracle::ConeSolution solution;
-  try {
-    solution = oracle::solve_whole(oracle::local_form(problem), solver, limits, whole.impulses.r);
-  } catch (const std::runtime_error& error) {
-    throw Error(Failure::input, where, std::string(error.what()) + "; a solver that sweeps finds a middle way");
-  }
+  if (!whole.problem.laws.empty()) return solve_bounded_cones(solver, whole, system, limits);
+  oracle::ConeSolution solution = oracle::solve_whole(oracle::local_form(problem), solver, limits, whole.impulses.r);
+  if (solution.report.stop == Stop::stalled && oracle::proves_contradiction(problem, solution.beyond_joints))
+    solution.report.stop = Stop::infeasible;
   set_impulses(system, impulses_of(system, oracle::MixedImpulses{solution.r, solution.l, {}}));
   return solution.report;
 }

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 
+#include "host/backends/first_contacts.hpp"
 #include "host/contact_geometry.hpp"
 #include "host/record/checkpoint.hpp"
 #include "host/record/current_state.hpp"
@@ -11,7 +12,9 @@
 #include "host/record/record_step.hpp"
 #include "host/report/joints.hpp"
 #include "host/report/measures.hpp"
+#include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
+#include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
 #include "host/sleepers.hpp"
 #include "host/steppers/stepper.hpp"
@@ -55,6 +58,8 @@ class EngineOf final : public Engine {
     canary_ = std::move(stepper.canary);
     simulation_ = std::make_unique<Simulation<real>>(std::move(stepper.backend), constants_.params,
                                                      constants_.buffers.step_index.front());
+    monitor_ = std::make_unique<Monitor>(verdict_bounds(scene.settings), scene.settings.dt,
+                                         energy_budget(constants_.buffers, constants_.features));
   }
 
   WorldDevice device() const override {
@@ -65,7 +70,18 @@ class EngineOf final : public Engine {
   void step() override;
   u32 steps_done() const override { return simulation_->steps_done(); }
   std::uint64_t state_hash() override { return combined_state_hash(simulation_->world_hashes()); }
-  Unsolved unsolved() const override { return simulation_->backend().unsolved(); }
+  Unsolved unsolved() const override { return simulation_->unsolved(); }
+  void expect_not_failed() const override { simulation_->expect_not_failed(); }
+
+  Verdict verdict() override {
+    monitor_->observe(measures(), simulation_->steps_done());
+    Verdict verdict = monitor_->verdict();
+    verdict.unsolved = simulation_->unsolved();
+    return verdict;
+  }
+  std::vector<FirstContact> first_contacts(const Scene& scene) const override {
+    return lockstep::first_contacts(scene, constants_);
+  }
 
   std::vector<Pose> poses() override {
     const Buffers<real>& b = download({Buffer::positions, Buffer::orientations});
@@ -158,7 +174,8 @@ class EngineOf final : public Engine {
   }
 
   void end_recording() override {
-    if (const auto recording = std::move(recording_)) recording->close(finished(*simulation_, constants_.oracle));
+    if (const auto recording = std::move(recording_))
+      recording->close(finished(*simulation_, constants_.oracle, verdict()));
   }
 
   Twist rounded(const Twist& velocity) const override {
@@ -193,13 +210,37 @@ class EngineOf final : public Engine {
   }
 
   void act_and_record(const std::vector<InputRow>& inputs) {
+    if (inputs.empty()) return;
     act(std::span<const InputRow>(inputs), simulation_->backend(), constants_.buffers);
+    tell_monitor(inputs);
     if (!recording_) return;
     for (const InputRow& row : inputs) recording_->add(row);
   }
 
+  // What was done to bodies and motors is no gain of energy.
+  void tell_monitor(const std::vector<InputRow>& inputs) {
+    const Buffers<real>& b = constants_.buffers;
+    monitor_->restart(motor_power(b.joints));
+    for (const InputRow& row : inputs) {
+      if (row.kind == InputKind::load) monitor_->add_source(EnergySource::loads);
+      if (row.kind == InputKind::velocity && b.body_infos[row.body].kind == BODY_KINEMATIC)
+        monitor_->add_source(EnergySource::kinematic_bodies);
+      if (row.kind == InputKind::motor && row.linear[0] != 0 && row.linear[1] >= double(JOINT_UNBOUNDED))
+        monitor_->add_source(EnergySource::unbounded_motors);
+    }
+  }
+
+  Measures measures() {
+    Backend<real>& backend = simulation_->backend();
+    const Buffers<real>& b = backend.download(measured_buffers(backend.features()));
+    Measures of = measure(b, backend.sizes(), backend.features(), simulation_->params(), simulation_->counters());
+    backend.take_own_residual(of);
+    return of;
+  }
+
   InitialState<real> constants_;  // and the state that the simulation started from, but loads and motors of now
   std::unique_ptr<Simulation<real>> simulation_;
+  std::unique_ptr<Monitor> monitor_;
   std::function<CanaryVerdict()> canary_;  // of the device that computes
   double dt_;                              // of a step
   std::unique_ptr<RecordingWriter<real>> recording_;
@@ -210,6 +251,7 @@ void EngineOf<real>::step() {
   const auto begin = std::chrono::steady_clock::now();
   try {
     simulation_->step();
+    monitor_->observe(simulation_->counters(), simulation_->params(), simulation_->steps_done() - 1);
   } catch (const Error& error) {
     if (const auto recording = std::move(recording_)) recording->close(error.what());
     throw;
@@ -249,10 +291,7 @@ JointState EngineOf<real>::joint_state(u32 joint) {
 
 template <class real>
 StepErrors EngineOf<real>::errors() {
-  Backend<real>& backend = simulation_->backend();
-  const Buffers<real>& b = backend.download(measured_buffers(backend.features()));
-  Measures of = measure(b, backend.sizes(), backend.features(), simulation_->params(), simulation_->counters());
-  backend.take_own_residual(of);
+  const Measures of = measures();
   const WorldMeasures& world = of.worlds[0];
   StepErrors errors;
   errors.kinetic = world.kinetic;

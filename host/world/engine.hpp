@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 
+#include "host/scene/suspicions.hpp"
 #include "host/simulation.hpp"
 #include "include/lockstep/world.hpp"
 
@@ -40,6 +41,12 @@ class Engine {
   virtual std::uint64_t state_hash() = 0;
   /// Of its own steps.
   virtual Unsolved unsolved() const = 0;
+  /// The same, the state as it is among them.
+  virtual Verdict verdict() = 0;
+  /// Throws Error (comparison) where a step has failed.
+  virtual void expect_not_failed() const = 0;
+  /// Who touches whom where its steps start, of the scene that it was made of.
+  virtual std::vector<FirstContact> first_contacts(const Scene& scene) const = 0;
 
   virtual std::vector<Pose> poses() = 0;
   virtual std::vector<Twist> velocities() = 0;

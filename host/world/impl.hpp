@@ -31,6 +31,7 @@ struct World::Impl {
   IndexMap index_map;  // from the engine's bodies and joints to the scene's
   bool changed = true;
   Unsolved unsolved;                // by engines before this one
+  Verdict verdict;                  // of them
   std::vector<BodyHandle> stepped;  // whom the engine's last step was about
 
   std::map<u32, std::function<Wrench(double)>> loads;  // by id
@@ -63,10 +64,12 @@ struct World::Impl {
   Engine& ready() {
     if (changed) {
       if (scene.bodies.empty()) throw Error(Failure::input, "world", "has no bodies; add one");
+      if (engine) engine->expect_not_failed();  // others would start from a state that was cut short
       keep_contacts_and_events();
       hand_over_velocities();
       forget_state();
       if (engine) unsolved.add(engine->unsolved());
+      if (engine) verdict.add(engine->verdict());
       if (engine) engine->end_recording();
       engine = make_engine(scene, options, engine.get(), index_map);
       reset_index_map();
@@ -91,6 +94,14 @@ struct World::Impl {
   void forget_state() {
     poses.clear();
     velocities.clear();
+  }
+
+  // Of a step that failed there are neither contacts nor events.
+  void forget_step() {
+    forget_state();
+    contacts.clear();
+    events.clear();
+    kept = true;
   }
 
   // Their indices are those of the bodies that the engine has, whatever has come or gone since.

@@ -177,7 +177,12 @@ const JointDescription& World::description(JointHandle joint) const {
 void World::step(u32 count) {
   for (u32 i = 0; i < count; ++i) {
     impl_->act();
-    impl_->engine->step();
+    try {
+      impl_->engine->step();
+    } catch (...) {
+      impl_->forget_step();
+      throw;
+    }
     impl_->forget_state();
     impl_->kept = false;
   }
@@ -189,6 +194,15 @@ Unsolved World::unsolved() const {
   Unsolved all = impl_->unsolved;
   if (impl_->engine) all.add(impl_->engine->unsolved());
   return all;
+}
+Verdict World::verdict() {
+  Verdict all = impl_->verdict;
+  if (impl_->engine) all.add(impl_->engine->verdict());
+  return all;
+}
+std::vector<std::string> World::suspicions() {
+  if (steps_done() > 0 || impl_->scene.bodies.empty()) return {};
+  return suspicions_of(impl_->scene, impl_->ready().first_contacts(impl_->scene));
 }
 double World::time() const { return steps_done() * time_step(); }
 double World::time_step() const { return impl_->scene.settings.dt; }

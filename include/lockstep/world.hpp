@@ -17,6 +17,7 @@
 #include "host/scene/solid_body.hpp"
 #include "host/scene/surface.hpp"
 #include "host/unsolved.hpp"
+#include "host/verdict.hpp"
 
 namespace lockstep {
 
@@ -211,9 +212,17 @@ class World {
   std::vector<BodyHandle> overlapping_box(const Pose& pose, const Vector3& half_extents, u32 mask = 0xffffffffu);
   /// Of the state as it is and the contacts of the last step; of none where bodies have come or gone since.
   StepErrors errors();
-  /// What an oracle (docs/solvers_oracle.md) has left unsolved so far: step() does not throw for that. A solver that
-  /// promises no residual leaves nothing unsolved.
+  /// What has been left unsolved so far, by an oracle (docs/solvers_oracle.md) or by sweeps that a tolerance did not
+  /// end: step() does not throw for that. A solver that is to make so many sweeps leaves nothing unsolved. A step that
+  /// failed counts once, as bad.
   Unsolved unsolved() const;
+  /// Of all steps so far and the state as it is, by the bounds of the scene's settings (docs/error_measures.md). Energy
+  /// that bodies have by what is done to them between steps is no gain; once loads act, kinematic bodies are moved or
+  /// motors of unbounded force run it is not judged.
+  Verdict verdict();
+  /// What looks like a mistake in the world as it starts, a line each with its cure (docs/when_it_looks_wrong.md):
+  /// sizes in millimetres, bodies inside each other, a quaternion with w first. Nothing once it has been stepped.
+  std::vector<std::string> suspicions();
   /// Of everything that lives on between steps; equal where every bit is.
   std::uint64_t state_hash();
 

@@ -89,7 +89,7 @@ TEST_F(ConeFiles, KeepLocalAndGlobalForms) {
 TEST_F(ConeFiles, KeepTheTextForm) {
   const ConeProblem problem = oracle::local_form(oracle::random_heap(4, 7, 0.3, 1));
   expect_equal(read_text(encode_siconos_text(problem)).problem, problem);
-  expect_equal(read_text(encode_siconos_text(problem) + "0\n").problem, problem);
+  for (const char* end : {"0\n", "1\n"}) expect_equal(read_text(encode_siconos_text(problem) + end).problem, problem);
   EXPECT_THROW(encode_siconos_text(oracle::local_form(with_joints(oracle::random_heap(4, 7, 0.3, 1)))), Error);
 }
 
@@ -166,16 +166,17 @@ std::vector<unsigned char> handmade(int nz, std::vector<int> p, std::vector<int>
   return bytes;
 }
 
-// 4 in the corner, 0.01 off the diagonal on one side only, so that rows and columns can be told apart.
+// 4 in the corner, 0.01 off the diagonal on one side and 0.012 on the other, so that rows and columns can be told
+// apart.
 TEST_F(ConeFiles, ReadEveryStorage) {
   const std::vector<std::vector<unsigned char>> files = {
-      handmade(4, {0, 1, 2, 1}, {0, 1, 2, 0}, {4, 2, 1, 0.01}),   // triplets: columns p, rows i
-      handmade(-1, {0, 1, 3, 4}, {0, 0, 1, 2}, {4, 0.01, 2, 1}),  // columns
-      handmade(-2, {0, 2, 3, 4}, {0, 1, 1, 2}, {4, 0.01, 2, 1}),  // rows
+      handmade(5, {0, 1, 2, 1, 0}, {0, 1, 2, 0, 1}, {4, 2, 1, 0.01, 0.012}),  // triplets: columns p, rows i
+      handmade(-1, {0, 2, 4, 5}, {0, 1, 0, 1, 2}, {4, 0.012, 0.01, 2, 1}),    // columns
+      handmade(-2, {0, 2, 4, 5}, {0, 1, 0, 1, 2}, {4, 0.01, 0.012, 2, 1}),    // rows
   };
   for (const auto& bytes : files) {
     Eigen::Matrix3d w;
-    w << 4, 0.01, 0, 0, 2, 0, 0, 0, 1;
+    w << 4, 0.01, 0, 0.012, 2, 0, 0, 0, 1;
     EXPECT_EQ(read_bytes(bytes).problem.w.on_diagonal(0), w);
   }
 }
@@ -197,7 +198,12 @@ TEST_F(ConeFiles, RefuseBadFclib) {
   refused(handmade(3, {0, 1, 2}, {0, 1, 2}, {4, 2, 1}, {1, 2, 3}, {0.1}, 4), "/fclib_local/spacedim");
   refused(handmade(3, {0, 1, 2}, {0, 1, 2}, {4, 2, 1}, {1, 2, 3}, {0.1}, 2), "no multiple of the dimension");
   refused(handmade(3, {0, 1, 2}, {0, 1, 2}, {4, 2, 1}, {1, 2, 3}, {0.1}, 3, 4), "/fclib_local/W: must be 3 x 3");
-  refused(handmade(4, {0, 1, 2, 1}, {0, 1, 2, 0}, {4, 2, 1, 1}), "/fclib_local/W: must be symmetric");
+  refused(handmade(5, {0, 1, 2, 1, 0}, {0, 1, 2, 0, 1}, {4, 2, 1, 1, 0.2}),
+          "/fclib_local/W: must be symmetric, is not: 0.2 at (1, 0), 1 at (0, 1)");
+  // what is small beside the largest entry is not small beside its own diagonal
+  refused(handmade(5, {0, 1, 2, 1, 2}, {0, 1, 2, 2, 1}, {2.6e8, 180, 180, 39, 1}), "must be symmetric");
+  // one side only, but too large for the triangle of a mobility
+  refused(handmade(4, {0, 1, 2, 1}, {0, 1, 2, 0}, {4, 2, 1, 3}), "must be symmetric");
   for (const std::size_t length : {std::size_t{9}, good.size() / 4, good.size() / 2, good.size() - 64})
     refused({good.begin(), good.begin() + static_cast<std::ptrdiff_t>(length)}, "");
   GlobalConeProblem not_positive = oracle::random_heap(2, 3, 0.3, 1);
@@ -212,17 +218,20 @@ TEST_F(ConeFiles, RefuseBadText) {
   const std::string head = "3 1 0 3 3 3 3\n", matrix = "1 0 0 0 1 0 0 0 1\n", rest = "-1 2 3 0.1";
   EXPECT_EQ(read_text(head + matrix + rest).problem.contacts(), 1u);
   refused("", "line 1: the dimension: the file ends here");
-  refused("4 1 0", "line 1: the dimension: must be a whole number from 2 to 3, is '4'");
+  refused("4 1 0", "line 1: the dimension: must be 2, 3 or, with rolling friction, 5, is 4; what does not begin");
+  refused("1 9 9", "line 1: the dimension: must be 2, 3 or");
   refused("3 one 0", "number of contacts");
   refused("3 -1 0", "number of contacts");
-  refused("3 1 2", "storage of the matrix");
+  refused("3 1 3", "storage of the matrix");
   refused("3 1 0 3 6", "columns");
+  refused("3 1 2 3 3 1 SuperLU", "line 1: the matrix: must be 'CSparse', is 'SuperLU'");
   refused(head + "1 0 0 0 1 0 0 0 nan\n" + rest, "line 2: the matrix: must be a finite number, is 'nan'");
   refused(head + "1 0 0 0 1 0 0 0 1e999\n" + rest, "line 2: the matrix");
   refused(head + "1 5 0 0 1 0 0 0 1\n" + rest, "must be symmetric");
   refused(head + matrix + "-1 2 3 -0.1", "mu[0]: must be >= 0");
   refused(head + matrix + "-1 2 3", "mu: ");
   refused(head + matrix + rest + " 0 7", "more numbers follow");
+  refused(head + matrix + rest + " 2", "the end (a single 0 or 1 may stand there)");
   refused("3 9000000 0 27000000 27000000 27000000 27000000 1", "the file is too short");
   const std::string blocks = encode_siconos_text(oracle::single_contact(2, {-1, 0, 0}, 0.5));
   EXPECT_EQ(read_text(blocks).problem.contacts(), 1u);

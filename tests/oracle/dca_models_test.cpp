@@ -192,7 +192,7 @@ TEST(DcaModels, AllComeToTheVelocitiesOfModelLcp) {
     VectorXd x;
     const Stop stop = lcp::lemke(in_maximal.reduced(), {.tolerance = 1e-12}, x).stop;
     if (stop == Stop::infeasible || !rows_are_mobile(reduced_problem(*c.step, c.demand))) continue;
-    ASSERT_EQ(stop, Stop::tolerance) << "seed " << seed;
+    ASSERT_EQ(stop, Stop::solved) << "seed " << seed;
     ++solved;
     const VectorXd velocities = in_maximal.velocities(x);
 
@@ -202,7 +202,7 @@ TEST(DcaModels, AllComeToTheVelocitiesOfModelLcp) {
     const AssembledProblem problem = assembled_problem(*c.step, c.demand, bodies);
     const ReducedPyramid pyramid(problem.problem, 4);
     VectorXd y;
-    ASSERT_EQ(lcp::lemke(pyramid.lcp(), {.tolerance = 1e-12}, y).stop, Stop::tolerance) << "seed " << seed;
+    ASSERT_EQ(lcp::lemke(pyramid.lcp(), {.tolerance = 1e-12}, y).stop, Stop::solved) << "seed " << seed;
     EXPECT_LT(distance(pushed(c, problem.problem, pyramid.impulses(y)), velocities), 1e-12) << "seed " << seed;
   }
   EXPECT_GE(solved, 5);
@@ -225,9 +225,9 @@ TEST(DcaModels, MixedModelsAreTheLcpWithVelocitiesKept) {
     for (const models::MixedLcp& mixed : {dca_mlcp1(problem, pyramid, bodies), dca_mlcp2(problem, pyramid, ends)}) {
       EXPECT_LT((mixed.f + mixed.b * mixed.c - plain.m).norm(), 1e-12 * plain.m.norm()) << "seed " << seed;
       EXPECT_LT((mixed.a + mixed.b * mixed.r - plain.q).norm(), 1e-13 * plain.q.norm()) << "seed " << seed;
-      if (stop != Stop::tolerance || !rows_are_mobile(problem.problem)) continue;
+      if (stop != Stop::solved || !rows_are_mobile(problem.problem)) continue;
       VectorXd z;
-      if (lcp::fischer_newton(mixed.stacked(), {.tolerance = 1e-12}, z).stop != Stop::tolerance) continue;
+      if (lcp::fischer_newton(mixed.stacked(), {.tolerance = 1e-12}, z).stop != Stop::solved) continue;
       ++solved;
       const std::vector<Vector6> twists = pushed(c, problem.problem, pyramid.impulses(z.head(pyramid.size())));
       const std::vector<Vector6> by_lemke = pushed(c, problem.problem, pyramid.impulses(x));

@@ -21,7 +21,7 @@ constexpr double mu = 0.5, dt = 0.01;
 VectorXd velocities_of(const Multibody& m, lcp::BoxedSolver method) {
   const FrictionBox box(m);
   VectorXd z;
-  EXPECT_EQ(method(box.boxed(), {.tolerance = 1e-12}, z).stop, Stop::tolerance);
+  EXPECT_EQ(method(box.boxed(), {.tolerance = 1e-12}, z).stop, Stop::solved);
   return box.velocities(z);
 }
 
@@ -46,19 +46,19 @@ TEST(FrictionBox, IsWhatSplittingsCanActOn) {
   Multibody m = test::hinged_bar(0.3, 0.2);
   const lcp::Lcp pyramid = FrictionPyramid(m, 4).reduced();
   VectorXd z;
-  EXPECT_EQ(lcp::pgs(pyramid, {}, z).stop, Stop::infeasible);
+  EXPECT_EQ(lcp::pgs(pyramid, {}, z).stop, Stop::stalled);
   EXPECT_FALSE(pyramid.m.isApprox(pyramid.m.transpose()));
 
   const lcp::BoxedLcp box = FrictionBox(m).boxed();
   EXPECT_TRUE(box.m.isApprox(box.m.transpose(), 0));
   VectorXd first;
-  ASSERT_EQ(lcp::pgs(box, {.tolerance = 1e-12, .iterations = 100'000}, first).stop, Stop::tolerance);
+  ASSERT_EQ(lcp::pgs(box, {.tolerance = 1e-12, .iterations = 100'000}, first).stop, Stop::solved);
   const VectorXd u = FrictionBox(m).velocities(first);
   for (const lcp::NamedBoxedSolver& s : lcp::boxed_solvers()) {
     if (s.name == "fischer_newton" || s.name == "jacobi") continue;
     z = VectorXd();
     const SolveReport r = s.solve(box, {.tolerance = 1e-12, .iterations = 100'000}, z);
-    EXPECT_EQ(r.stop, Stop::tolerance) << s.name;
+    EXPECT_EQ(r.stop, Stop::solved) << s.name;
     EXPECT_LT((FrictionBox(m).velocities(z) - u).norm(), 1e-9) << s.name;
   }
 }
@@ -68,7 +68,7 @@ TEST(FrictionBox, AgreesWithThePyramidWithoutFriction) {
   const Multibody m = test::hinged_bar(0, 0);
   const FrictionPyramid pyramid(m, 4);
   VectorXd x;
-  ASSERT_EQ(lcp::lemke(pyramid.reduced(), {.tolerance = 1e-12}, x).stop, Stop::tolerance);
+  ASSERT_EQ(lcp::lemke(pyramid.reduced(), {.tolerance = 1e-12}, x).stop, Stop::solved);
   EXPECT_LT((velocities_of(m, lcp::baraff) - pyramid.velocities(x)).norm(), 1e-10);
 }
 

@@ -56,7 +56,7 @@ ImplicitSystem stepped(ImplicitSystem system, Solve solve, int steps) {
   VectorXd y;
   for (int i = 0; i < steps; ++i) {
     const SolveReport report = solve(system, tight, y);
-    EXPECT_EQ(report.stop, Stop::tolerance) << "step " << i << ": " << report.residual;
+    EXPECT_EQ(report.stop, Stop::solved) << "step " << i << ": " << report.residual;
     system = moved(system, y);
   }
   return system;
@@ -94,7 +94,7 @@ TEST(ImplicitStep, OfABallInABowlIsTheNearestPoint) {
       const Vector3d free = start.bodies[1].x + 0.05 * (v - 0.05 * g * Vector3d::UnitZ());
       const Vector3d exact = free.norm() > 0.9 ? Vector3d(0.9 * free.normalized()) : free;
       VectorXd y;
-      EXPECT_EQ(solve(start, tight, y).stop, Stop::tolerance);
+      EXPECT_EQ(solve(start, tight, y).stop, Stop::solved);
       EXPECT_LT((moved(start, y).bodies[1].x - exact).norm(), 1e-12);
       EXPECT_NEAR(y[6], free.norm() > 0.9 ? 2 / 0.05 * (free.norm() - 0.9) : 0, 1e-10) << "normal impulse";
     }
@@ -160,8 +160,8 @@ TEST(ImplicitStep, OfARollingBallConvergesByFirstOrder) {
 TEST(ImplicitStep, FrictionIsAgainstTheSlipAtTheEnd) {
   const ImplicitSystem start = ball_in_bowl(0.3, Vector3d(1, 2, 0), 0.1, 0.02);
   VectorXd newton, fixed;
-  ASSERT_EQ(implicit_newton(start, tight, newton).stop, Stop::tolerance);
-  ASSERT_EQ(implicit_fixed_point(start, tight, fixed).stop, Stop::tolerance);
+  ASSERT_EQ(implicit_newton(start, tight, newton).stop, Stop::solved);
+  ASSERT_EQ(implicit_fixed_point(start, tight, fixed).stop, Stop::solved);
   EXPECT_LT((newton - fixed).norm(), 1e-9);
   const ImplicitBody b = moved(start, newton).bodies[1];
   const Vector3d normal = -b.x.normalized(), slip = slip_of(b);
@@ -206,7 +206,7 @@ TEST(ImplicitStep, HingesHaveDryFriction) {
   system.joints.push_back({.body_a = 1, .body_b = 0, .hinge = true, .dry = 3});
   for (const Solve solve : {implicit_newton, implicit_fixed_point}) {
     VectorXd y;
-    ASSERT_EQ(solve(system, tight, y).stop, Stop::tolerance);
+    ASSERT_EQ(solve(system, tight, y).stop, Stop::solved);
     EXPECT_NEAR(y[5], 2 - 3 * 0.1 / 0.5, 1e-13);
     EXPECT_NEAR(y[11], -0.3, 1e-13) << "all that the hinge has";
     EXPECT_LT(y.head<5>().norm(), 1e-12) << "hangs";
@@ -239,7 +239,7 @@ TEST(ImplicitStep, RotatesByTheImplicitKinematicMap) {
   body.w = {1, -3, 2};
   system.bodies = {body};
   VectorXd y;
-  ASSERT_EQ(implicit_newton(system, tight, y).stop, Stop::tolerance);
+  ASSERT_EQ(implicit_newton(system, tight, y).stop, Stop::solved);
   const Quaterniond q = moved(system, y).bodies[0].q;
   const Vector3d w = y.segment<3>(3);
   const Quaterniond product = Quaterniond(0, w.x(), w.y(), w.z()) * q;

@@ -3,8 +3,12 @@
 
 #include <Eigen/SparseLU>
 #include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
 
 #include "cpu_reference/oracle/dense.hpp"
+#include "cpu_reference/oracle/joints/contradiction.hpp"
 #include "cpu_reference/oracle/joints/joint_ldlt.hpp"
 #include "tests/oracle/joint_problems.hpp"
 
@@ -199,6 +203,34 @@ TEST(JointMethods, TakeRedundantRows) {
     const VectorXd x = method.make(p, 1e-14)->solve(p.b);
     EXPECT_LE((r * x - p.b).norm(), 1e-12 * p.b.norm());
     EXPECT_LE(x.norm(), 10 * p.b.norm()) << "no impulses that only work against each other";
+  }
+}
+
+// A ring with a row that says what two others say, and one that says something else: each method finds what proves it.
+TEST(JointMethods, FindWhatContradictsItself) {
+  for (const JointMethod& method : joint_methods()) {
+    for (const bool contradicts : {false, true}) {
+      SCOPED_TRACE(std::string(method.name) + (contradicts ? ", contradicts" : ""));
+      GlobalConeProblem p = jointed_bodies(3, {{-1, 0, 3}, {0, 1, 3}, {1, 2, 3}, {2, -1, 3}}, 8);
+      const Index rows = p.g.cols(), last = p.first[p.first.size() - 2];
+      SparseMatrix wider(p.g.rows(), rows + 1);
+      wider.leftCols(rows) = p.g;
+      wider.col(rows) = SparseMatrix(2 * p.g.col(last) - p.g.col(last + 1));
+      p.g = wider;
+      p.b.conservativeResize(rows + 1);
+      p.b[rows] = 2 * p.b[last] - p.b[last + 1] + (contradicts ? 0.1 : 0);
+      p.first.back() += 1;
+      const std::unique_ptr<JointSolver> solver = method.make(p, 1e-12);
+      const VectorXd c = VectorXd(p.g.transpose() * inverse_times(p.m, SparseMatrix(p.f.sparseView()))) + p.b;
+      const VectorXd y = solver->beyond(c);
+      EXPECT_EQ(proves_contradiction(p, y), contradicts);
+      const VectorXd x = solver->solve(c), left = c - joint_mobility(p) * x;
+      EXPECT_EQ(left.norm() > 1e-9 * c.norm(), contradicts);
+      EXPECT_LT(x.norm(), 1e6 * c.norm()) << "no impulses without bounds";
+      if (!contradicts) continue;
+      EXPECT_NEAR(std::abs(y[rows] / y[last + 1]), 1, 1e-9);
+      EXPECT_NEAR(std::abs(y[last] / y[last + 1]), 2, 1e-9);
+    }
   }
 }
 

@@ -70,7 +70,7 @@ TEST(MixedSolvers, AgreeWithSolversThatTakeJointsOut) {
         SCOPED_TRACE(solver.name);
         MixedImpulses x;
         const oracle::SolveReport report = oracle::solve_mixed(problem, solver, limits, x);
-        EXPECT_EQ(report.stop, Stop::tolerance);
+        EXPECT_EQ(report.stop, Stop::solved);
         const oracle::ConeError error = oracle::cone_error(local, x.r, x.l);
         EXPECT_LE(error.residual, 1.01 * limits.tolerance);
         EXPECT_NEAR(error.residual, report.residual, 1e-3 * report.residual + 1e-14) << "it measures as all others do";
@@ -101,10 +101,10 @@ TEST(MixedSolvers, SolveNothingAndJointsAlone) {
   for (const MixedSolver& solver : oracle::mixed_solvers()) {
     MixedImpulses x;
     const oracle::SolveReport report = oracle::solve_mixed(without_bounds(cones), solver, limits, x);
-    EXPECT_EQ(report.stop, Stop::tolerance) << solver.name;
+    EXPECT_EQ(report.stop, Stop::solved) << solver.name;
     EXPECT_LE(report.iterations, 3u) << solver.name;
     GlobalConeProblem nothing = oracle::random_heap(2, 0, 0.3, 1);
-    EXPECT_EQ(oracle::solve_mixed(without_bounds(nothing), solver, limits, x).stop, Stop::tolerance) << solver.name;
+    EXPECT_EQ(oracle::solve_mixed(without_bounds(nothing), solver, limits, x).stop, Stop::solved) << solver.name;
     nothing.dimension = 2;
     EXPECT_THROW(oracle::solve_mixed(without_bounds(nothing), solver, limits, x), std::runtime_error);
   }

@@ -46,11 +46,11 @@ TEST(ScenesLcps, WithoutFrictionAllMethodsAgree) {
     oracle::lcp::Lcp p = {joints.delassus(rows.normal), joints.free_velocity(rows.normal)};
     for (std::size_t i = 0; i < m.contacts.size(); ++i) p.q[Index(i)] += m.contacts[i].bias;
     const auto first = oracle::lcp::test::solve(oracle::lcp::lemke, p, tight);
-    ASSERT_EQ(first.report.stop, Stop::tolerance) << scene;
+    ASSERT_EQ(first.report.stop, Stop::solved) << scene;
     const VectorXd u = joints.velocities(rows.normal, first.z);
     for (const char* name : {"keller", "baraff", "pgs_sm", "fischer_newton"}) {
       const auto s = oracle::lcp::test::solve(oracle::lcp::test::solver(name).solve, p, tight);
-      EXPECT_EQ(s.report.stop, Stop::tolerance) << scene << ": " << name;
+      EXPECT_EQ(s.report.stop, Stop::solved) << scene << ": " << name;
       EXPECT_LT(s.report.residual, 1e-10) << scene << ": " << name;
       EXPECT_LT((joints.velocities(rows.normal, s.z) - u).norm(), 1e-9) << scene << ": " << name;
     }
@@ -65,7 +65,7 @@ TEST(ScenesLcps, PyramidsAreSolved) {
       const oracle::lcp::Lcp p = FrictionPyramid(m, directions).reduced();
       for (const char* name : {"lemke", "fischer_newton"}) {
         const auto s = oracle::lcp::test::solve(oracle::lcp::test::solver(name).solve, p, tight);
-        EXPECT_EQ(s.report.stop, Stop::tolerance) << scene << ": " << name << ", " << directions;
+        EXPECT_EQ(s.report.stop, Stop::solved) << scene << ": " << name << ", " << directions;
       }
     }
   }
@@ -80,7 +80,7 @@ TEST(ScenesLcps, ScenesAtRestAgreeWithTheirSweeps) {
   const Multibody m = multibody(system);
   const FrictionPyramid pyramid(m, 8);
   const auto s = oracle::lcp::test::solve(oracle::lcp::lemke, pyramid.reduced(), tight);
-  ASSERT_EQ(s.report.stop, Stop::tolerance);
+  ASSERT_EQ(s.report.stop, Stop::solved);
   EXPECT_LT((pyramid.velocities(s.z) - velocities(system)).norm(), 1e-6);
 }
 

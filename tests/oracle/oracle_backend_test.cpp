@@ -185,7 +185,7 @@ TEST(OracleBackend, TellsWhatItLeftUnsolved) {
   for (int i = 0; i < 2; ++i) simulation.step();
   EXPECT_EQ(backend->unsolved().count, 2u);
   EXPECT_GT(backend->unsolved().worst_residual, 1e-3);
-  EXPECT_EQ(backend->unsolved().worst_stop, "limit");
+  EXPECT_EQ(backend->unsolved().worst_stop, Stop::limit);
 }
 
 TEST_F(CommandLine, RunsWithAnOracle) {
@@ -203,7 +203,7 @@ TEST_F(CommandLine, RunsWithAnOracle) {
   const std::string report = file("ccp.json").string();
   const Outcome relaxed = run("run incline --solver ccp_apgd --steps 5 --quiet --report " + report);
   EXPECT_EQ(relaxed.status, 1);
-  EXPECT_NE(relaxed.err.find("ccp_apgd left more than a residual of 1e-10 in 5 sub-steps"), std::string::npos);
+  EXPECT_NE(relaxed.err.find("ccp_apgd left 5 sub-steps unsolved (5 "), std::string::npos);
   EXPECT_GT(nlohmann::json::parse(read_file(report))["residual_max"], 1e-3);
 
   EXPECT_NE(run("run --help").out.find("pyramid_NAME"), std::string::npos);

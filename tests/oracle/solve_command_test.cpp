@@ -56,7 +56,7 @@ TEST_F(CommandLine, SolvesComplementarityProblems) {
   EXPECT_EQ(run("solve " + file("none.dat").string()).status, 1);
   expect_refused("solve " + path + " --solver admm", 2, "is not for those; try enumeration, lemke");
   std::ofstream(file("cut.dat")) << "2\n0 2 2\n2 2\n2 1 1";
-  expect_refused("solve " + file("cut.dat").string(), 2, "cut.dat: line 4: M(1, 1): the file ends");
+  expect_refused("solve " + file("cut.dat").string(), 2, "cut.dat: line 4: the matrix: the file ends");
   std::ofstream(file("cone.dat")) << "3 1 0 3 3 3 3  15 -1 -2  -1 14 1  -2 1 16  -1 2 3  0.1";
   expect_refused("solve " + file("cone.dat").string() + " --solver lemke", 2, "is a contact problem");
 }

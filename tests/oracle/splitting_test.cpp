@@ -43,12 +43,12 @@ TEST(Splitting, RefusesAZeroDiagonal) {
   p.m << 0, 1, 1, 1;
   for (const char* name : {"jacobi", "damped_jacobi", "pgs", "psor", "pgs_sm", "nncg"}) {
     const Solved s = solve(test::solver(name).solve, p);
-    EXPECT_EQ(s.report.stop, Stop::infeasible) << name;
+    EXPECT_EQ(s.report.stop, Stop::stalled) << name;
     EXPECT_EQ(s.report.iterations, 0u) << name;
   }
   p.m << 0, 0, 0, 1;  // a row that nothing moves is left alone
   p.q[0] = 1;
-  EXPECT_EQ(solve(test::solver("pgs").solve, p).report.stop, Stop::tolerance);
+  EXPECT_EQ(solve(test::solver("pgs").solve, p).report.stop, Stop::solved);
 }
 
 // A box of constants: free rows, rows below, above and within two bounds; the direct method against the iterations.
@@ -67,12 +67,12 @@ TEST(BoxedSolvers, AgreeInABox) {
       }
     }
     VectorXd first;
-    EXPECT_EQ(baraff(b, {.tolerance = 1e-12}, first).stop, Stop::tolerance);
+    EXPECT_EQ(baraff(b, {.tolerance = 1e-12}, first).stop, Stop::solved);
     for (const NamedBoxedSolver& s : boxed_solvers()) {
       if (s.name == "jacobi" || s.name == "fischer_newton") continue;
       VectorXd z;
       const SolveReport r = s.solve(b, {.tolerance = 1e-12, .iterations = 100'000}, z);
-      EXPECT_EQ(r.stop, Stop::tolerance) << s.name;
+      EXPECT_EQ(r.stop, Stop::solved) << s.name;
       EXPECT_LT((z - first).norm(), 1e-9 * (1 + first.norm())) << s.name;
     }
   }
@@ -82,7 +82,7 @@ TEST(BoxedSolvers, TakeProblemsOfNoRows) {
   const BoxedLcp none = boxed(Lcp{MatrixXd(0, 0), VectorXd(0)});
   for (const NamedBoxedSolver& s : boxed_solvers()) {
     VectorXd z;
-    EXPECT_EQ(s.solve(none, {}, z).stop, Stop::tolerance) << s.name;
+    EXPECT_EQ(s.solve(none, {}, z).stop, Stop::solved) << s.name;
   }
 }
 
@@ -94,11 +94,11 @@ TEST(BoxedSolvers, NewtonSolvesMixedProblems) {
   mixed.low.tail(8).setConstant(-std::numeric_limits<double>::infinity());
   VectorXd z;
   const SolveReport r = fischer_newton(mixed, {.tolerance = 1e-12}, z);
-  EXPECT_EQ(r.stop, Stop::tolerance);
+  EXPECT_EQ(r.stop, Stop::solved);
   EXPECT_LT((p.m * z + p.q).tail(8).norm(), 1e-11);
   EXPECT_GE(z.head(12).minCoeff(), 0);
   mixed.high[0] = 1;
-  EXPECT_EQ(fischer_newton(mixed, {}, z = VectorXd()).stop, Stop::infeasible) << "a second bound is out of its reach";
+  EXPECT_EQ(fischer_newton(mixed, {}, z = VectorXd()).stop, Stop::stalled) << "a second bound is out of its reach";
 }
 
 }  // namespace

@@ -1,6 +1,10 @@
 """What is refused, and in which words; and that all is described."""
 import inspect
+import os
+import signal
+import threading
 import unittest
+import warnings
 
 import lockstep
 
@@ -58,6 +62,35 @@ class Errors(unittest.TestCase):
         with self.assertRaisesRegex(lockstep.Error, "body 0") as caught:
             world.step(600)
         self.assertEqual(caught.exception.failure, "comparison")
+
+    def test_what_looks_like_a_mistake_is_warned_of_once(self):
+        ground = {"type": "static", "shapes": [{"type": "plane"}]}
+        world = lockstep.World({"bodies": [ground, BALL]}, device="reference", source="ball.json")
+        self.assertEqual(len(world.suspicions()), 1)
+        with self.assertWarnsRegex(UserWarning, "ball.json: body 1 starts 0.5 m below body 0"):
+            world.step()
+        self.assertEqual(world.suspicions(), [])
+        sound = lockstep.World({"bodies": [ground, {**BALL, "position": [0, 0, 0.5]}]}, device="reference")
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            world.step()
+            sound.step()
+
+    def test_ctrl_c_ends_many_steps_between_two_of_them(self):
+        world = lockstep.World({"gravity": [0, 0, 0], "bodies": [BALL]}, device="reference")
+        before = signal.signal(signal.SIGINT, signal.default_int_handler)
+        timer = threading.Timer(0.2, os.kill, [os.getpid(), signal.SIGINT])
+        timer.start()
+        try:
+            with self.assertRaises(KeyboardInterrupt):
+                world.step(4_000_000_000)
+        finally:
+            timer.cancel()
+            signal.signal(signal.SIGINT, before)
+        done = world.steps_done
+        self.assertGreater(done, 0)
+        world.step()
+        self.assertEqual(world.steps_done, done + 1)
 
     def test_everything_is_described(self):
         for name, thing in inspect.getmembers(lockstep):

@@ -115,10 +115,27 @@ class Bits(unittest.TestCase):
         self.assertEqual(world.unsolved.tolerance, 1e-14)
         self.assertGreater(world.unsolved.count, 0)
         self.assertTrue(world.unsolved)
+        self.assertEqual(world.unsolved.worst_stop, "limit")
+        self.assertEqual(world.unsolved.first_stop, "limit")
+        self.assertEqual(world.unsolved.ended["limit"], world.unsolved.count)
+        self.assertEqual(set(world.unsolved.ended), {"limit", "stalled", "infeasible", "bad"})
         with self.assertRaises(lockstep.Error):
             lockstep.World(scene(GROUND, settings=settings), precision="float")
         with self.assertRaises(lockstep.Error):
             lockstep.World(scene(GROUND), solver="magic")
+
+
+    def test_a_step_that_failed_counts_once(self):
+        ball = {"position": [0, 0, 3], "mass": 1, "shapes": [{"type": "sphere", "radius": 0.5}]}
+        world = lockstep.World(scene(GROUND, ball), device="reference", precision="double")
+        world.step(1)
+        world.set_velocity(world.bodies[1], [1e200, 0, 0], [0, 0, 0])
+        for _ in range(4):
+            with self.assertRaises(lockstep.Error):
+                world.step()
+        self.assertEqual(world.steps_done, 1)
+        self.assertEqual(world.unsolved.ended["bad"], 1)
+        self.assertEqual(world.unsolved.count, 1)
 
 
 class ClosedForms(unittest.TestCase):

@@ -89,7 +89,7 @@ SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& 
                                 VectorXd& r) {
   const Index cones = p.contacts() + p.bounds(), rows = p.first_drive();
   SolveReport sum;
-  sum.stop = Stop::tolerance;
+  sum.stop = Stop::solved;
   VectorXd of_cones = r.size() == p.size() ? cone_impulses(p, r) : VectorXd(VectorXd::Zero(3 * cones));
   States states(std::size_t(p.drives()), 0);
   for (int change = 0; change < most_changes; ++change) {
@@ -122,7 +122,7 @@ SolveReport solve_reduced_cones(const ConeSolver& solver, const ReducedProblem& 
     }
     if (!changed) return sum;
   }
-  sum.stop = Stop::stall;
+  sum.stop = Stop::stalled;
   sum.residual = 1;
   return sum;
 }

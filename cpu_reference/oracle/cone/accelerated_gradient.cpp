@@ -86,7 +86,7 @@ SolveReport accelerated_gradient(const ConeProblem& problem, const SolveLimits& 
     r = x;
     report.residual = watch.meter().residual(x, w_x + problem.q);
     const bool solved = report.iterations < limits.iterations && report.seconds < limits.seconds;
-    report.stop = report.residual <= limits.tolerance ? Stop::tolerance : solved ? Stop::stall : Stop::limit;
+    report.stop = report.residual <= limits.tolerance ? Stop::solved : solved ? Stop::stalled : Stop::limit;
   }
   return report;
 }

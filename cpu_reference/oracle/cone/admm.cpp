@@ -16,6 +16,7 @@
 #include "cpu_reference/oracle/cone/solvers.hpp"
 #include "cpu_reference/oracle/cone/start.hpp"
 #include "cpu_reference/oracle/cone/watch.hpp"
+#include "cpu_reference/oracle/joints/creep.hpp"
 
 namespace lockstep::oracle {
 
@@ -50,6 +51,7 @@ SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, Vecto
   }
   VectorXd u = problem.w.times(z) + problem.q, shift = de_saxce_shift(problem, u);
   VectorXd y = -(u + shift).cwiseQuotient(d);
+  Creep creep(problem.mu);
   std::uint32_t next_move = 20;
   for (std::uint32_t iteration = 1;; ++iteration) {
     VectorXd pull = d.cwiseProduct(z - y) - problem.q - shift;
@@ -62,7 +64,17 @@ SolveReport iterate(const ConeProblem& problem, const SolveLimits& limits, Vecto
     y += relaxed - z;
     u = -d.cwiseProduct(y);  // u^, whose tangential part is that of u
     shift = de_saxce_shift(problem, u);
-    if (watch.look_seldom(z, iteration)) break;
+    if (watch.is_due(iteration)) {
+      if (watch.look(z, iteration)) break;
+      VectorXd state(2 * z.size());
+      state << z, u;
+      if (const std::optional<VectorXd> further = creep.leap(state, watch.residual(), iteration)) {
+        z = further->head(z.size());
+        u = further->tail(z.size());
+        y = -u.cwiseQuotient(d);
+        shift = de_saxce_shift(problem, u);
+      }
+    }
 
     if (fixed_sigma || iteration < next_move) continue;
     // both in the units of the root of an energy, whatever the units of the problem

@@ -10,6 +10,7 @@
 
 #include "cpu_reference/oracle/cone/solvers.hpp"
 #include "cpu_reference/oracle/cone/start.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::oracle {
 
@@ -25,7 +26,9 @@ class Relay {
   Relay(const ConeProblem& problem, const SolveLimits& limits, VectorXd& r)
       : problem_(problem), limits_(limits), r_(r) {}
 
-  bool finished() const { return report_.stop == Stop::tolerance || left().seconds <= 0 || left().iterations == 0; }
+  bool finished() const {
+    return report_.stop == Stop::solved || stop_asked() || left().seconds <= 0 || left().iterations == 0;
+  }
   SolveLimits left() const {
     SolveLimits left = limits_;
     left.seconds -= seconds();
@@ -52,12 +55,12 @@ class Relay {
       r_ = x;
     }
     started_ = true;
-    report_.stop = report_.residual <= limits_.tolerance ? Stop::tolerance : Stop::limit;
+    report_.stop = report_.residual <= limits_.tolerance ? Stop::solved : Stop::limit;
     return first || report_.residual <= 0.5 * before;
   }
 
   SolveReport finish() {
-    if (report_.stop != Stop::tolerance && left().seconds > 0 && left().iterations > 0) report_.stop = Stop::stall;
+    if (!finished()) report_.stop = Stop::stalled;
     report_.seconds = seconds();
     return report_;
   }

@@ -10,6 +10,7 @@
 #include "cpu_reference/oracle/cone/solvers.hpp"
 #include "cpu_reference/oracle/cone/start.hpp"
 #include "cpu_reference/oracle/cone/watch.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::oracle {
 
@@ -26,7 +27,7 @@ std::uint32_t inner_newton(const NewtonProblem& newton, VectorXd& x, double shar
   VectorXd u = newton.velocity(x), direction;
   double merit = newton_merit(newton, x, u);
   const double wanted = share * merit;
-  for (std::uint32_t step = 1; step <= most_steps; ++step) {
+  for (std::uint32_t step = 1; step <= most_steps && !stop_asked(); ++step) {
     if (!newton_direction(newton, 0, x, u, direction)) return 0;
     bool gained = false;
     for (double length = 1; length > 1e-2 && !gained; length *= 0.5) {

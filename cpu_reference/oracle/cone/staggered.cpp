@@ -12,6 +12,7 @@
 #include "cpu_reference/oracle/cone/start.hpp"
 #include "cpu_reference/oracle/cone/watch.hpp"
 #include "cpu_reference/oracle/dense.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::oracle {
 
@@ -99,9 +100,9 @@ SolveReport staggered(const ConeProblem& problem, const SolveLimits& limits, Vec
   const Halves halves(problem);
   for (std::uint32_t round = 1; !watch.look(x, round - 1); ++round) {
     const double wanted = 0.01 * watch.residual() * problem.q.norm();
-    for (std::uint32_t k = 0; k < most_sweeps && std::sqrt(halves.sweep_normal(x)) > wanted; ++k) {
+    for (std::uint32_t k = 0; k < most_sweeps && !stop_asked() && std::sqrt(halves.sweep_normal(x)) > wanted; ++k) {
     }
-    for (std::uint32_t k = 0; k < most_sweeps && std::sqrt(halves.sweep_friction(x)) > wanted; ++k) {
+    for (std::uint32_t k = 0; k < most_sweeps && !stop_asked() && std::sqrt(halves.sweep_friction(x)) > wanted; ++k) {
     }
   }
   return watch.finish(r);

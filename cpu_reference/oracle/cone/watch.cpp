@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "host/stop_request.hpp"
+
 namespace lockstep::oracle {
 
 Progress::Progress(const SolveLimits& limits, std::uint32_t patience) : limits_(limits), patience_(patience) {
@@ -26,19 +28,23 @@ bool Progress::look(const Eigen::VectorXd& x, double residual, std::uint32_t ite
     looks_since_gain_ = 0;
   }
   if (report_.residual <= limits_.tolerance) {
-    report_.stop = Stop::tolerance;
+    report_.stop = Stop::solved;
     return true;
   }
-  if (looks_since_gain_ >= patience_ || !std::isfinite(last_)) {
-    report_.stop = Stop::stall;
+  if (!std::isfinite(last_)) {
+    report_.stop = std::isfinite(report_.residual) ? Stop::stalled : Stop::bad;  // it went back to what it had
+    return true;
+  }
+  if (looks_since_gain_ >= patience_) {
+    report_.stop = Stop::stalled;
     return true;
   }
   report_.stop = Stop::limit;
-  return iterations >= limits_.iterations || seconds() >= limits_.seconds;
+  return stop_asked() || iterations >= limits_.iterations || seconds() >= limits_.seconds;
 }
 
 bool Progress::is_due(std::uint32_t iterations) {
-  if (iterations < next_look_ && iterations < limits_.iterations) return false;
+  if (iterations < next_look_ && iterations < limits_.iterations && !stop_asked()) return false;
   next_look_ = iterations + std::clamp(iterations / 10, 1u, 50u);
   return true;
 }

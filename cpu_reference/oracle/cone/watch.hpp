@@ -25,7 +25,7 @@ class Progress {
   const Eigen::VectorXd& best() const { return best_; }
 
   /// Of a method that does not know how to go on.
-  void stop_stalled() { report_.stop = Stop::stall; }
+  void stop_stalled() { report_.stop = Stop::stalled; }
 
   /// To be called once: gives the best iterate seen and the report.
   SolveReport finish(Eigen::VectorXd& x);

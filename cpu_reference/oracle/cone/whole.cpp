@@ -11,6 +11,7 @@ ConeSolution solve_whole(const ConeProblem& problem, const ConeSolver& solver, c
   const JointElimination elimination(problem);
   ConeSolution solution;
   solution.r = r;
+  solution.beyond_joints = elimination.beyond_joints();
   SolveLimits left = limits;
   for (int attempt = 0; attempt < 5; ++attempt) {
     const SolveReport inner = solver.solve(elimination.reduced(), left, solution.r);
@@ -22,12 +23,13 @@ ConeSolution solve_whole(const ConeProblem& problem, const ConeSolver& solver, c
     solution.l = elimination.joint_impulses(solution.r);
     solution.error = cone_error(problem, solution.r, solution.l);
     sum.residual = solution.error.residual;
-    if (inner.stop != Stop::tolerance || sum.residual <= limits.tolerance) break;
-    sum.stop = Stop::stall;
+    if (inner.stop != Stop::solved || sum.residual <= limits.tolerance) break;
+    sum.stop = Stop::stalled;
     left.tolerance *= std::min(0.5, 0.5 * limits.tolerance / sum.residual);
     left.iterations -= std::min(left.iterations, inner.iterations);
     left.seconds -= inner.seconds;
   }
+  if (solution.report.residual <= limits.tolerance) solution.report.stop = Stop::solved;
   return solution;
 }
 

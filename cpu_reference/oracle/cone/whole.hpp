@@ -7,13 +7,14 @@
 namespace lockstep::oracle {
 
 struct ConeSolution {
-  Eigen::VectorXd r, l;  // impulses of contacts and of joints
-  ConeError error;       // of the whole problem
-  SolveReport report;    // its residual is that of the whole problem
+  Eigen::VectorXd r, l;                // impulses of contacts and of joints
+  ConeError error;                     // of the whole problem
+  SolveReport report;                  // its residual is that of the whole problem
+  Eigen::VectorXd beyond_joints = {};  // what may prove that joints contradict each other (joints/contradiction.hpp)
 };
 
-/// Starts from the impulses `r` of the contacts (empty: zero). Throws std::runtime_error where joints contradict each
-/// other.
+/// Starts from the impulses `r` of the contacts (empty: zero). Where joints contradict each other it ends stalled, with
+/// impulses that keep them as well as can be.
 ConeSolution solve_whole(const ConeProblem& problem, const ConeSolver& solver, const SolveLimits& limits,
                          const Eigen::VectorXd& r = {});
 

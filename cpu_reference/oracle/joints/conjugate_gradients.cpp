@@ -1,10 +1,11 @@
-// Joints by conjugate gradients (survey 4.2.2: "sub-blocks"), which take a singular R as it is as long as c lies in its
-// range. Preconditioned by the inverse of each joint's own block of R, or by an incomplete Cholesky factorisation (Lin
-// and More, Incomplete Cholesky factorizations with limited memory, 1999; Eigen).
+// Joints by conjugate gradients (survey 4.2.2: "sub-blocks"). A singular R they take as it is only as long as c lies in
+// its range; what c has beside it they follow to impulses without bounds. So they solve for R + delta
+// (refined_solver.hpp). Preconditioned by the inverse of each joint's own block, or by an incomplete Cholesky
+// factorisation (Lin and More, Incomplete Cholesky factorizations with limited memory, 1999; Eigen).
 #include <Eigen/IterativeLinearSolvers>
 
 #include "cpu_reference/oracle/dense.hpp"
-#include "cpu_reference/oracle/joints/joint_solver.hpp"
+#include "cpu_reference/oracle/joints/refined_solver.hpp"
 
 namespace lockstep::oracle {
 
@@ -58,19 +59,26 @@ class JointBlocks {
 };
 
 template <class Preconditioner>
-class ConjugateGradients final : public JointSolver {
+class ConjugateGradients final : public RefinedSolver {
  public:
-  template <class Prepare>
-  ConjugateGradients(const GlobalConeProblem& problem, double accuracy, Prepare&& prepare)
-      : r_(joint_mobility(problem)) {
-    prepare(gradients_.preconditioner());
+  template <class Set>
+  ConjugateGradients(const GlobalConeProblem& problem, double accuracy, Set&& set) : RefinedSolver(problem, accuracy) {
+    set(gradients_.preconditioner());
     gradients_.setTolerance(accuracy);
-    gradients_.compute(r_);
+    choose_shift(1e-10);
   }
-  VectorXd solve(const VectorXd& c) const override { return gradients_.solve(c); }
 
  private:
-  const SparseMatrix r_;
+  bool prepare(double delta) override {
+    shifted_ = mobility();
+    for (Index i = 0; i < shifted_.cols(); ++i) shifted_.coeffRef(i, i) += delta;
+    shifted_.makeCompressed();
+    gradients_.compute(shifted_);
+    return true;
+  }
+  VectorXd inverse(const VectorXd& c) const override { return gradients_.solve(c); }
+
+  SparseMatrix shifted_;
   Eigen::ConjugateGradient<SparseMatrix, Eigen::Lower | Eigen::Upper, Preconditioner> gradients_;
 };
 

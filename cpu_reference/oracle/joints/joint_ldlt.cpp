@@ -10,9 +10,6 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of the largest eigenvalue of S: below it rows say nothing new. What the forest answers is good to some 1e-14 of it.
-constexpr double redundant = 1e-11;
-
 }  // namespace
 
 JointLdlt::JointLdlt(const SparseMatrix& m, const SparseMatrix& g, const Mechanism& mechanism)
@@ -32,7 +29,8 @@ JointLdlt::JointLdlt(const SparseMatrix& m, const SparseMatrix& g, const Mechani
     tree_.solve(v, l);
     s.col(k) = closing_.transpose() * v;
   }
-  inverse_ = pseudo_inverse(0.5 * (s + s.transpose()), redundant);
+  mobility_ = 0.5 * (s + s.transpose());
+  inverse_ = pseudo_inverse(mobility_, redundant_rows);
 }
 
 void JointLdlt::solve(VectorXd& v, VectorXd& l) const {
@@ -53,6 +51,21 @@ VectorXd JointLdlt::solve(const VectorXd& c) const {
   VectorXd v = VectorXd::Zero(tree_.velocities()), l = -c;
   solve(v, l);
   return l;
+}
+
+VectorXd JointLdlt::beyond(const VectorXd& c) const {
+  const std::vector<Index>& left_out = tree_.left_out();
+  VectorXd v = VectorXd::Zero(tree_.velocities()), y = -c;
+  if (left_out.empty()) return VectorXd::Zero(c.size());
+  tree_.solve(v, y);
+  VectorXd rate = closing_.transpose() * v;
+  for (std::size_t k = 0; k < left_out.size(); ++k) rate[Index(k)] -= c[left_out[k]];
+  for (int k = 0; k < 3; ++k) rate -= mobility_ * (inverse_ * rate);
+  v = closing_ * rate;
+  y = VectorXd::Zero(c.size());
+  tree_.solve(v, y);
+  for (std::size_t k = 0; k < left_out.size(); ++k) y[left_out[k]] = rate[Index(k)];
+  return y;
 }
 
 std::unique_ptr<JointSolver> make_joint_ldlt(const GlobalConeProblem& problem) {

@@ -18,13 +18,15 @@ class JointLdlt final : public JointSolver {
   void solve(Eigen::VectorXd& v, Eigen::VectorXd& l) const;
 
   Eigen::VectorXd solve(const Eigen::VectorXd& c) const override;
+  /// Impulses of the rows left out that move nothing, with what the forest answers them.
+  Eigen::VectorXd beyond(const Eigen::VectorXd& c) const override;
 
   const TreeLdlt& tree() const { return tree_; }
 
  private:
   TreeLdlt tree_;
-  SparseMatrix closing_;     // G_a
-  Eigen::MatrixXd inverse_;  // of S, or its pseudo-inverse
+  SparseMatrix closing_;                // G_a
+  Eigen::MatrixXd mobility_, inverse_;  // S and its inverse, or its pseudo-inverse
 };
 
 }  // namespace lockstep::oracle

@@ -48,6 +48,10 @@ SparseMatrix joint_mobility(const GlobalConeProblem& problem) {
   return SparseMatrix(problem.g.transpose()) * inverse_times(problem.m, problem.g);
 }
 
+Eigen::VectorXd inverse_roots(const Eigen::VectorXd& mobilities) {
+  return (mobilities.array() > 0).select(mobilities.cwiseMax(0).cwiseSqrt().cwiseInverse(), 1);
+}
+
 std::span<const JointMethod> joint_methods() { return methods; }
 
 const JointMethod& joint_method(std::string_view name) {

@@ -1,5 +1,6 @@
 // Who finds the impulses of joints: x with R x = c, where R = G^T M^-1 G is how mobile their rows are (survey 4.4.1,
-// eq 79). c lies in the range of R as far as the rows do not contradict each other.
+// eq 79). c lies in the range of R as far as the rows do not contradict each other. Where it does not, R x is what is
+// nearest to it, and x gets nothing of what no impulses do.
 #pragma once
 
 #include <memory>
@@ -10,14 +11,23 @@
 
 namespace lockstep::oracle {
 
+/// Of the largest eigenvalue: below it rows say nothing new. What joints answer is good to some 1e-14 of it.
+inline constexpr double redundant_rows = 1e-11;
+
 class JointSolver {
  public:
   virtual ~JointSolver() = default;
   virtual Eigen::VectorXd solve(const Eigen::VectorXd& c) const = 0;
+  /// A y with R y = 0 and y . c not 0, where c is not in the range of R (contradiction.hpp); elsewhere nothing but
+  /// rounding.
+  virtual Eigen::VectorXd beyond(const Eigen::VectorXd& c) const = 0;
 };
 
 /// R. Throws std::runtime_error where M is not positive definite.
 SparseMatrix joint_mobility(const GlobalConeProblem& problem);
+
+/// 1 / sqrt of mobilities, which makes of R a matrix with a diagonal of 1; 1 of rows that nothing moves.
+Eigen::VectorXd inverse_roots(const Eigen::VectorXd& mobilities);
 
 /// M^-1 A, sparse. Throws std::runtime_error where M is not positive definite.
 SparseMatrix inverse_times(const SparseMatrix& m, const SparseMatrix& a);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "cpu_reference/oracle/cone/watch.hpp"
+#include "cpu_reference/oracle/joints/contradiction.hpp"
 #include "cpu_reference/oracle/joints/creep.hpp"
 #include "cpu_reference/oracle/joints/mixed_state.hpp"
 
@@ -81,8 +82,10 @@ SolveReport MixedSweeps::run(const SolveLimits& limits) {
     if (!solver_.articulated) state_->close_joints();
   }
   VectorXd best;
-  const SolveReport report = progress.finish(best);
+  SolveReport report = progress.finish(best);
   state_->set(unstacked(best));
+  if (report.stop == Stop::stalled && proves_contradiction(problem_.cones, state_->beyond_joints()))
+    report.stop = Stop::infeasible;
   return report;
 }
 

@@ -15,7 +15,7 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr double roundings = 8;  // that a defect may be made of
+constexpr double roundings = 64;  // of the load that a defect may be made of
 
 VectorXd start_of(const VectorXd& given, Index size) {
   return given.size() == size ? given : VectorXd(VectorXd::Zero(size));
@@ -105,8 +105,26 @@ MixedState::MixedState(const MixedProblem& problem, const JointMethod& joints, b
 
   const VectorXd q = cones.h.transpose() * free_ + cones.w, s = cones.g.transpose() * free_ + cones.b;
   scale_ = q.squaredNorm() + s.squaredNorm() + VectorXd(p_.d.transpose() * free_).squaredNorm();
+  load_ = load();
   x_ = {start_of(start.r, cones.h.cols()), start_of(start.l, cones.g.cols()), start_of(start.z, p_.d.cols())};
   v_ = velocities(x_);
+}
+
+double MixedState::load() const {
+  const GlobalConeProblem& cones = p_.cones;
+  VectorXd pushes(p_.d.cols());
+  for (Index i = 0; i < pushes.size(); ++i) {
+    const BoundedLaw& law = p_.laws[std::size_t(i)];
+    pushes[i] = law.max_impulse + (law.spring_compliance > 0 ? std::abs(law.slowest) / law.spring_compliance : 0);
+  }
+  const VectorXd sizes = free_.cwiseAbs() + moves_z_.cwiseAbs() * pushes;
+  double largest = 0;
+  for (Index i = 0; i < cones.mu.size(); ++i)
+    largest = std::max(largest, contacts_[std::size_t(i)].size(sizes).norm() + cones.w.segment<3>(3 * i).norm());
+  for (const VectorXd& rows : {VectorXd(cones.g.cwiseAbs().transpose() * sizes + cones.b.cwiseAbs()),
+                               VectorXd(p_.d.cwiseAbs().transpose() * sizes)})
+    if (rows.size() > 0) largest = std::max(largest, rows.maxCoeff());
+  return largest;
 }
 
 VectorXd MixedState::velocities(const MixedImpulses& x) const {
@@ -139,14 +157,14 @@ void MixedState::close_joints() {
   v_ += moves_l_ * change;
 }
 
+VectorXd MixedState::beyond_joints() const {
+  if (!joints_) return {};
+  return joints_->beyond(p_.cones.g.transpose() * free_ + p_.cones.b);
+}
+
 void MixedState::set(const MixedImpulses& x) {
   x_ = x;
   v_ = velocities(x_);
-}
-
-VectorXd MixedState::velocity_sizes() const {
-  return free_.cwiseAbs() + moves_r_.cwiseAbs() * x_.r.cwiseAbs() + moves_l_.cwiseAbs() * x_.l.cwiseAbs() +
-         moves_z_.cwiseAbs() * x_.z.cwiseAbs();
 }
 
 void MixedState::settle() {
@@ -155,26 +173,23 @@ void MixedState::settle() {
 }
 
 double MixedState::residual() const {
-  const VectorXd sizes = velocity_sizes();
   double sum = 0;
-  const auto add = [&](double w, double size) {
-    if (w > roundings * 0x1p-53 * size) sum += w * w;
+  const auto add = [&](double w) {
+    if (w > roundings * 0x1p-53 * load_) sum += w * w;
   };
   for (std::size_t i = 0; i < contacts_.size(); ++i) {
     const Vector3d w = p_.cones.w.segment<3>(3 * Index(i)), u = contacts_[i].velocity(v_) + w;
     const double rho = mobility_[i] > 0 ? 1 / mobility_[i] : 0;
-    add(mobility_[i] * natural_map(x_.r.segment<3>(3 * Index(i)), u, p_.cones.mu[Index(i)], rho).norm(),
-        contacts_[i].size(sizes).norm() + w.norm());
+    add(mobility_[i] * natural_map(x_.r.segment<3>(3 * Index(i)), u, p_.cones.mu[Index(i)], rho).norm());
   }
   const VectorXd rates = p_.cones.g.transpose() * v_ + p_.cones.b;
-  const VectorXd rate_sizes = p_.cones.g.cwiseAbs().transpose() * sizes + p_.cones.b.cwiseAbs();
   for (std::size_t k = 0; p_.cones.g.cols() > 0 && k + 1 < blocks_.size(); ++k) {
     const Index first = blocks_[k], size = blocks_[k + 1] - blocks_[k];
-    add(rates.segment(first, size).norm(), rate_sizes.segment(first, size).norm());
+    add(rates.segment(first, size).norm());
   }
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const double u = rows_[i].velocity(v_)[0], e = p_.laws[i].mobility;
-    add(std::abs(u - p_.laws[i].velocity(u - e * x_.z[Index(i)], e)), rows_[i].size(sizes)[0]);
+    add(std::abs(u - p_.laws[i].velocity(u - e * x_.z[Index(i)], e)));
   }
   if (sum == 0) return 0;
   double scale = scale_;

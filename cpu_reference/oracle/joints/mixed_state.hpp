@@ -50,18 +50,23 @@ class MixedState {
   /// joints did, their impulses too.
   void settle();
 
+  /// What may prove that joints contradict each other (contradiction.hpp).
+  Eigen::VectorXd beyond_joints() const;
+
   /// Impulses, and velocities with them.
   void set(const MixedImpulses& x);
 
-  /// That of docs/error_measures.md, but that defects count as none which rounding makes.
+  /// That of docs/error_measures.md, but that a defect counts as none which is within some roundings of the load, 7e-15
+  /// of it. However large impulses are, what they leave undone counts.
   double residual() const;
   const MixedImpulses& impulses() const { return x_; }
   const Eigen::VectorXd& velocity() const { return v_; }
 
  private:
   Eigen::VectorXd velocities(const MixedImpulses& x) const;
-  /// Sums of the sizes that velocities() adds up.
-  Eigen::VectorXd velocity_sizes() const;
+  /// The largest velocity that a row sees of the load, its terms added up without their signs: of the velocities that
+  /// come in, with what weights and other forces add to them, and of all that motors and springs can push with.
+  double load() const;
   template <int Rows>
   SolvedRows<Rows> solved_rows(const SparseMatrix& columns, const SparseMatrix& responses, Eigen::Index first) const;
 
@@ -75,6 +80,7 @@ class MixedState {
   std::vector<SolvedRows<1>> rows_;
   std::vector<LocalCone> cones_;
   std::vector<double> mobility_;  // at which the defect of each contact is measured
+  double load_ = 0;               // m/s
   double scale_ = 0;              // sum of squares of velocities without impulses
   MixedImpulses x_;
   Eigen::VectorXd v_;

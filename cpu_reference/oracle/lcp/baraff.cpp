@@ -11,6 +11,7 @@
 // or little coupling.
 #include <cmath>
 
+#include "cpu_reference/oracle/lcp/certificate.hpp"
 #include "cpu_reference/oracle/lcp/principal_factor.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/lcp/watch.hpp"
@@ -20,7 +21,6 @@ namespace lockstep::oracle::lcp {
 namespace {
 
 constexpr double singular = 1e-11;
-constexpr double rounding = 1e-9;  // a w_r of this size may be rounding, where nothing moves it
 constexpr int most_freezes = 200;
 
 // What stops a drive, and when.
@@ -51,13 +51,13 @@ class Pivoting {
         x_(VectorXd::Zero(p_.size()).cwiseMax(low_).cwiseMin(high_)),
         w_(p_.m * x_ + p_.q) {}
 
-  /// `tolerance` where all rows keep their law.
+  /// `solved` where all rows keep their law.
   Stop run() {
     while (true) {
       const Index r = worst_waiting();
-      if (r < 0) return Stop::tolerance;
+      if (r < 0) return Stop::solved;
       const Stop why = take_up(r);
-      if (why != Stop::tolerance) return why;
+      if (why != Stop::solved) return why;
     }
   }
 
@@ -112,7 +112,12 @@ class Pivoting {
       const VectorXd rate_a = factor_.solve(-sign * p_.m(a, r));
       const VectorXd rate_w = sign * p_.m.col(r) + p_.m(Eigen::all, a) * rate_a;
       const Event event = next_event(r, sign, rate_a, rate_w);
-      if (event.step == infinity) return std::abs(w_[r]) < rounding ? Stop::stall : Stop::infeasible;
+      if (event.step == infinity) {
+        VectorXd ray = VectorXd::Zero(p_.size());
+        ray(a) = rate_a;
+        ray[r] = sign;
+        return proves_infeasible(p_, low_, high_, ray) ? Stop::infeasible : Stop::stalled;
+      }
       x_(a) += event.step * rate_a;
       x_[r] += event.step * sign;
       w_ += event.step * rate_w;
@@ -128,12 +133,12 @@ class Pivoting {
         } else if (symmetric_ && event.row != r) {
           dependent_[std::size_t(event.row)] = true;
         } else {
-          return Stop::infeasible;
+          return Stop::stalled;  // neither a P matrix nor a symmetric one
         }
       }
       if (event.row == r) {
         solve_for_free_rows();
-        return Stop::tolerance;
+        return Stop::solved;
       }
     }
     return Stop::limit;
@@ -166,7 +171,7 @@ SolveReport baraff(const Lcp& problem, const SolveLimits& limits, VectorXd& z) {
   const Index n = problem.size();
   Pivoting pivoting(solve, VectorXd::Zero(n), VectorXd::Constant(n, infinity));
   const Stop why = pivoting.run();
-  return solve.finish(pivoting.x(), why == Stop::tolerance ? Stop::stall : why, z);
+  return solve.finish(pivoting.x(), why == Stop::solved ? Stop::stalled : why, z);
 }
 
 SolveReport baraff(const BoxedLcp& problem, const SolveLimits& limits, VectorXd& z) {
@@ -195,9 +200,11 @@ SolveReport baraff(const BoxedLcp& problem, const SolveLimits& limits, VectorXd&
       z = current;
       report.residual = found;
     }
-    report.stop = why == Stop::tolerance ? Stop::stall : why;
-    if (report.residual <= limits.tolerance) report.stop = Stop::tolerance;
-    if (report.stop != Stop::stall || !problem.has_friction()) break;
+    // what is shown with frozen bounds is shown of them alone
+    const bool is_of_frozen = why == Stop::infeasible && problem.has_friction();
+    report.stop = why == Stop::solved || is_of_frozen ? Stop::stalled : why;
+    if (report.residual <= limits.tolerance) report.stop = Stop::solved;
+    if (report.stop != Stop::stalled || is_of_frozen || !problem.has_friction()) break;
   }
   report.iterations = solve.pivots();
   report.seconds = solve.seconds();

@@ -3,6 +3,8 @@
 // that is, q in the cone of the columns of C = [ 1_F  -M_A ]. Where M_AA is regular it has one candidate. Where it is
 // not, non-negative least squares decide (Lawson, Hanson, "Solving Least Squares Problems", 1974, chapter 23): q is in
 // the cone if and only if its nearest point of the cone is q itself. So no solution is missed, whatever the matrix.
+#include <algorithm>
+
 #include "cpu_reference/oracle/dense.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/lcp/watch.hpp"
@@ -12,6 +14,7 @@ namespace lockstep::oracle::lcp {
 namespace {
 
 constexpr Index most_unknowns = 20;
+constexpr double doubtful = 1e-8;  // a violation that may be rounding: nothing is shown by it
 
 // min |C x - b| over x >= 0.
 VectorXd non_negative_least_squares(const MatrixXd& c, const VectorXd& b, double zero) {
@@ -62,13 +65,12 @@ VectorXd candidate(const Lcp& p, const std::vector<Index>& a, double zero) {
   return z;
 }
 
-bool solves(const Lcp& p, const VectorXd& z, double zero) {
-  if (z.size() > 0 && z.minCoeff() < -zero) return false;
+// By how much z breaks the laws of the problem at most.
+double violation(const Lcp& p, const VectorXd& z) {
   const VectorXd w = p.m * z + p.q;
-  for (Index i = 0; i < z.size(); ++i) {
-    if (w[i] < -zero || std::min(z[i], w[i]) > zero) return false;
-  }
-  return true;
+  double most = 0;
+  for (Index i = 0; i < z.size(); ++i) most = std::max({most, -z[i], -w[i], std::min(z[i], w[i])});
+  return most;
 }
 
 }  // namespace
@@ -78,8 +80,9 @@ SolveReport enumeration(const Lcp& problem, const SolveLimits& limits, VectorXd&
   all.iterations = std::max(all.iterations, 1u << most_unknowns);
   DirectSolve solve(problem, all);
   const Index n = problem.size();
-  if (n > most_unknowns) return solve.finish(VectorXd::Zero(n), Stop::infeasible, z);
+  if (n > most_unknowns) return solve.finish(VectorXd::Zero(n), Stop::limit, z);
   const double zero = std::max(solve.zero(), 1e-12);
+  double least = infinity;
   for (std::uint32_t mask = 0; mask < 1u << n; ++mask) {
     if (!solve.may_pivot()) return solve.finish(VectorXd::Zero(n), Stop::limit, z);
     std::vector<Index> a;
@@ -87,9 +90,12 @@ SolveReport enumeration(const Lcp& problem, const SolveLimits& limits, VectorXd&
       if (mask >> i & 1) a.push_back(i);
     }
     const VectorXd x = candidate(solve.scaled(), a, zero);
-    if (solves(solve.scaled(), x, zero)) return solve.finish(x.cwiseMax(0), Stop::stall, z);
+    const double broken = violation(solve.scaled(), x);
+    if (broken <= zero) return solve.finish(x.cwiseMax(0), Stop::stalled, z);
+    least = std::min(least, broken);
   }
-  return solve.finish(VectorXd::Zero(n), Stop::infeasible, z);
+  // each set has been shown to have none, by the only candidate that it has or the nearest to one
+  return solve.finish(VectorXd::Zero(n), least > doubtful ? Stop::infeasible : Stop::stalled, z);
 }
 
 }  // namespace lockstep::oracle::lcp

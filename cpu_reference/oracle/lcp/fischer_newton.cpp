@@ -79,7 +79,7 @@ SolveReport fischer_newton(const BoxedLcp& problem, const SolveLimits& limits, V
   start_from(z, n);
   if (watch.start(z)) return watch.finish(z);
   if (!takes_all) {
-    watch.end(Stop::infeasible);
+    watch.end(Stop::stalled);  // out of its reach
     return watch.finish(z);
   }
   const VectorXd& s = watch.measure().scale();
@@ -95,7 +95,7 @@ SolveReport fischer_newton(const BoxedLcp& problem, const SolveLimits& limits, V
     const VectorXd gradient = j.transpose() * f, d = solve_or_least_norm(j, -f, 1e-14);
     if (!search_line(fischer, f, gradient.dot(d), d, x) &&
         !search_line(fischer, f, -gradient.squaredNorm(), -gradient, x)) {
-      watch.end(Stop::stall);  // Psi is stationary, or rounding hides its fall
+      watch.end(Stop::stalled);  // Psi is stationary, or rounding hides its fall
       break;
     }
     VectorXd found = unit * x.cwiseProduct(s);

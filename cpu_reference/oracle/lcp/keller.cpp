@@ -5,8 +5,8 @@
 // until w_r = 0, and r joins A, or some z_i = 0, and i leaves A while r drives on. For a symmetric positive
 // semidefinite M every drive lowers 1/2 z.Mz + q.z, so that no set A comes back, degenerate or not; and M_AA stays
 // positive definite: a row joins with w_r' > 0 only. Where nothing blocks a drive the objective has no bound, and w >=
-// 0 no solution.
-
+// 0 no solution, which is looked at (certificate.hpp).
+#include "cpu_reference/oracle/lcp/certificate.hpp"
 #include "cpu_reference/oracle/lcp/principal_factor.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/lcp/watch.hpp"
@@ -15,30 +15,34 @@ namespace lockstep::oracle::lcp {
 
 namespace {
 
-constexpr double singular = 1e-11;  // a rate w_r' that counts as 0
-constexpr double rounding = 1e-9;   // a w_r of this size may be rounding, where nothing moves it
+constexpr double still = 1e-11;  // a rate w_r' that counts as 0
 
-// Drives row r until it has joined A. Says why it could not, `tolerance` if it could.
+// Drives row r until it has joined A. Says why it could not, `solved` if it could.
 Stop drive(DirectSolve& solve, PrincipalFactor& factor, Index r, double w_r, VectorXd& x) {
   const MatrixXd& m = solve.scaled().m;
   while (solve.may_pivot()) {
     const std::vector<Index> a = factor.set();
     const VectorXd rate = factor.solve(-m(a, r));
     const double rate_w = m(r, r) + m(r, a).dot(rate);
-    double step = rate_w > singular ? -w_r / rate_w : infinity;
+    double step = rate_w > still ? -w_r / rate_w : infinity;
     Index blocking = -1;
     for (Index k = 0; k < Index(a.size()); ++k) {
       const double x_k = x[a[std::size_t(k)]];
-      if (rate[k] < -singular && -x_k / rate[k] < step) {
+      if (rate[k] < -still && -x_k / rate[k] < step) {
         step = -x_k / rate[k];
         blocking = k;
       }
     }
-    if (step == infinity) return -w_r < rounding ? Stop::stall : Stop::infeasible;
+    if (step == infinity) {
+      VectorXd ray = VectorXd::Zero(m.rows());
+      ray(a) = rate;
+      ray[r] = 1;
+      return proves_infeasible(solve.scaled(), ray) ? Stop::infeasible : Stop::stalled;
+    }
     x(a) += step * rate;
     x[r] += step;
     w_r += step * rate_w;
-    if (blocking < 0) return factor.append(r) ? Stop::tolerance : Stop::stall;
+    if (blocking < 0) return factor.append(r) ? Stop::solved : Stop::stalled;
     x[a[std::size_t(blocking)]] = 0;
     factor.remove(blocking);
   }
@@ -50,7 +54,7 @@ Stop drive(DirectSolve& solve, PrincipalFactor& factor, Index r, double w_r, Vec
 SolveReport keller(const Lcp& problem, const SolveLimits& limits, VectorXd& z) {
   DirectSolve solve(problem, limits);
   const Lcp& p = solve.scaled();
-  PrincipalFactor factor(p.m, singular);
+  PrincipalFactor factor(p.m, still);
   VectorXd x = VectorXd::Zero(p.size());
   while (p.size() > 0) {
     const VectorXd w = p.m * x + p.q;
@@ -65,11 +69,11 @@ SolveReport keller(const Lcp& problem, const SolveLimits& limits, VectorXd& z) {
     }
     if (worst >= -solve.zero()) break;
     const Stop why = drive(solve, factor, r, worst, x);
-    if (why != Stop::tolerance) return solve.finish(x, why, z);
+    if (why != Stop::solved) return solve.finish(x, why, z);
     const std::vector<Index>& a = factor.set();
     x(a) = factor.solve(-p.q(a)).cwiseMax(0);  // rounding does not add up
   }
-  return solve.finish(x, Stop::stall, z);
+  return solve.finish(x, Stop::stalled, z);
 }
 
 }  // namespace lockstep::oracle::lcp

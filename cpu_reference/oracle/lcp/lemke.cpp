@@ -2,17 +2,19 @@
 //   w - M z - d z_0 = q,   d > 0,
 // feasible; then the complement of what left the basis enters it, until z_0 leaves. The ratio test is lexicographic
 // (section 4.9 there): ties between the right-hand sides are broken by the rows of B^-1, so that no basis comes back.
-// Where nothing blocks what enters, the path ends in a secondary ray; for a copositive-plus matrix that proves that
-// w >= 0, z >= 0 cannot be (theorem 4.4.11). The tableau is made anew from the basis now and then, against rounding.
+// Where nothing blocks what enters, the path ends in a secondary ray; for a copositive-plus matrix its z part proves
+// that w >= 0, z >= 0 cannot be (theorem 4.4.11), and whatever the matrix, that is looked at (certificate.hpp). The
+// tableau is made anew from the basis now and then, against rounding.
 //
 // Scenes with more contacts than degrees of freedom have singular matrices and ties everywhere. What should be 0 is
 // then rounding, a pivot on it spoils the tableau, and the path ends in a ray that is none, or in a basis that solves
 // nothing. So pivots below 1e-6 are not made, and a path that did not arrive is tried again with another covering
-// vector d. Only where every path ends in a ray is the problem called infeasible.
+// vector d.
 #include <cmath>
 #include <limits>
 
 #include "cpu_reference/oracle/dense.hpp"
+#include "cpu_reference/oracle/lcp/certificate.hpp"
 #include "cpu_reference/oracle/lcp/solvers.hpp"
 #include "cpu_reference/oracle/lcp/watch.hpp"
 
@@ -92,6 +94,17 @@ class Tableau {
     return z;
   }
 
+  /// How z moves while `column` enters and nothing blocks it.
+  VectorXd ray(Index column) const {
+    VectorXd z = VectorXd::Zero(n_);
+    for (Index i = 0; i < n_; ++i) {
+      const Index variable = basis_[std::size_t(i)];
+      if (variable >= n_ && variable < 2 * n_) z[variable - n_] = std::max(0.0, -current_(i, column));
+    }
+    if (column >= n_ && column < 2 * n_) z[column - n_] = 1;
+    return z;
+  }
+
  private:
   void keep_smallest(std::vector<Index>& rows, Index column, Index by) const {
     double least = std::numeric_limits<double>::infinity();
@@ -108,19 +121,22 @@ class Tableau {
   std::uint32_t pivots_ = 0;
 };
 
-// One path. `stall` where the artificial variable left; the tableau's z is then to solve the problem.
+// One path. `stalled` where the artificial variable left, the tableau's z is then to solve the problem; and where it
+// ends in a ray that proves nothing.
 Stop follow_path(DirectSolve& solve, int path, VectorXd& x) {
   Tableau tableau(solve.scaled(), covering_vector(solve.scaled().size(), path));
   Index row = tableau.first_row(), entering = tableau.artificial();
   Stop why = Stop::limit;
   while (solve.may_pivot()) {
     const Index left = tableau.pivot(row, entering);
-    why = Stop::stall;
+    why = Stop::stalled;
     if (left == tableau.artificial()) break;
     entering = tableau.complement(left);
     row = tableau.leaving_row(entering);
-    why = Stop::infeasible;
-    if (row < 0) break;
+    if (row < 0) {
+      if (proves_infeasible(solve.scaled(), tableau.ray(entering))) why = Stop::infeasible;
+      break;
+    }
     why = Stop::limit;
   }
   x = tableau.z();
@@ -132,9 +148,8 @@ Stop follow_path(DirectSolve& solve, int path, VectorXd& x) {
 SolveReport lemke(const Lcp& problem, const SolveLimits& limits, VectorXd& z) {
   DirectSolve solve(problem, limits);
   const Index n = problem.size();
-  if (n == 0 || solve.scaled().q.minCoeff() >= 0) return solve.finish(VectorXd::Zero(n), Stop::stall, z);
+  if (n == 0 || solve.scaled().q.minCoeff() >= 0) return solve.finish(VectorXd::Zero(n), Stop::stalled, z);
   SolveReport best;
-  bool only_rays = true;
   for (int path = 0; path < most_paths; ++path) {
     VectorXd x, found;
     const Stop why = follow_path(solve, path, x);
@@ -143,10 +158,9 @@ SolveReport lemke(const Lcp& problem, const SolveLimits& limits, VectorXd& z) {
       best = report;
       z = found;
     }
-    only_rays = only_rays && why == Stop::infeasible;
-    if (report.stop == Stop::tolerance) break;
-    best.stop = why == Stop::limit ? Stop::limit : only_rays ? Stop::infeasible : Stop::stall;
-    if (why == Stop::limit) break;
+    if (report.stop == Stop::solved) break;
+    best.stop = why;
+    if (why != Stop::stalled) break;
   }
   best.iterations = solve.pivots();
   best.seconds = solve.seconds();

@@ -20,13 +20,13 @@ SolveReport murty(const Lcp& problem, const SolveLimits& limits, VectorXd& z) {
     basic(a) = x(a);
     Index i = 0;
     while (i < p.size() && basic[i] >= -solve.zero()) ++i;
-    if (i == p.size()) return solve.finish(x.cwiseMax(0), Stop::stall, z);
+    if (i == p.size()) return solve.finish(x.cwiseMax(0), Stop::stalled, z);
     if (!solve.may_pivot()) return solve.finish(x.cwiseMax(0), Stop::limit, z);
     const auto at = std::find(a.begin(), a.end(), i);
     if (at != a.end()) {
       factor.remove(at - a.begin());
     } else if (!factor.append(i)) {
-      return solve.finish(x.cwiseMax(0), Stop::infeasible, z);
+      return solve.finish(x.cwiseMax(0), Stop::stalled, z);
     }
   }
 }

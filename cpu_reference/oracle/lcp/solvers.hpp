@@ -8,25 +8,28 @@
 
 namespace lockstep::oracle::lcp {
 
-// Direct methods. `infeasible` where they show that there is no solution, or where the matrix is out of their reach.
+// Direct methods. `infeasible` only where they show that there is no solution; `stalled` where the matrix is out of
+// their reach.
 
-/// All index sets, one after another: any matrix, up to 20 unknowns. `infeasible` is a proof.
+/// All index sets, one after another: any matrix, up to 20 unknowns (`limit` beyond). `infeasible`: none has a
+/// solution.
 SolveReport enumeration(const Lcp& problem, const SolveLimits& limits, VectorXd& z);
 
 /// Lemke's complementary pivoting: copositive-plus matrices, which friction pyramids make; P and positive semidefinite
-/// ones among them. For these `infeasible` is a proof.
+/// ones among them. `infeasible` by the ray in which a path ended.
 SolveReport lemke(const Lcp& problem, const SolveLimits& limits, VectorXd& z);
 
-/// Keller's principal pivoting: symmetric positive semidefinite matrices, for which `infeasible` is a proof.
+/// Keller's principal pivoting: symmetric positive semidefinite matrices. `infeasible` by the ray that nothing blocks.
 SolveReport keller(const Lcp& problem, const SolveLimits& limits, VectorXd& z);
 
-/// Baraff's incremental pivoting: P matrices, and symmetric positive semidefinite ones (there `infeasible` is a proof).
+/// Baraff's incremental pivoting: P matrices, and symmetric positive semidefinite ones. `infeasible` by the ray that
+/// nothing blocks.
 SolveReport baraff(const Lcp& problem, const SolveLimits& limits, VectorXd& z);
 
 /// Murty's least-index principal pivoting: P matrices. A check on the others: it may take 2^n pivots.
 SolveReport murty(const Lcp& problem, const SolveLimits& limits, VectorXd& z);
 
-// Iterations. `infeasible` where the method cannot act on the matrix.
+// Iterations. `stalled` where the method cannot act on the matrix.
 
 SolveReport projected_jacobi(const Lcp& problem, const SolveLimits& limits, VectorXd& z);
 SolveReport damped_jacobi(const Lcp& problem, const SolveLimits& limits, VectorXd& z);

@@ -62,7 +62,7 @@ bool may_sweep(const BoxedLcp& problem, Watch& watch, VectorXd& z) {
   start_from(z, problem.size());
   if (watch.start(z)) return false;
   if (has_diagonal(problem.m)) return true;
-  watch.end(Stop::infeasible);
+  watch.end(Stop::stalled);  // out of the reach of sweeps
   return false;
 }
 

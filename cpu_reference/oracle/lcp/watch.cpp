@@ -1,8 +1,10 @@
 #include "cpu_reference/oracle/lcp/watch.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "cpu_reference/oracle/dense.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep::oracle::lcp {
 
@@ -30,8 +32,8 @@ VectorXd solve_again(const Lcp& p, const VectorXd& x) {
 bool Watch::start(const VectorXd& z) {
   report_.residual = milestone_ = measure_(z);
   best_ = z;
-  if (report_.residual <= limits_.tolerance) report_.stop = Stop::tolerance;
-  return report_.stop == Stop::tolerance;
+  if (report_.residual <= limits_.tolerance) report_.stop = Stop::solved;
+  return report_.stop == Stop::solved;
 }
 
 bool Watch::stop_after(const VectorXd& z) {
@@ -47,10 +49,12 @@ bool Watch::stop_after(const VectorXd& z) {
     milestone_set_ = report_.iterations;
   }
   if (report_.residual <= limits_.tolerance) {
-    report_.stop = Stop::tolerance;
+    report_.stop = Stop::solved;
+  } else if (!std::isfinite(report_.residual)) {
+    report_.stop = Stop::bad;
   } else if (!z.allFinite() || report_.iterations - milestone_set_ >= patience) {
-    report_.stop = Stop::stall;
-  } else if (report_.iterations >= limits_.iterations || seconds() > limits_.seconds) {
+    report_.stop = Stop::stalled;
+  } else if (stop_asked() || report_.iterations >= limits_.iterations || seconds() > limits_.seconds) {
     report_.stop = Stop::limit;
   } else {
     return false;
@@ -80,7 +84,7 @@ DirectSolve::DirectSolve(const Lcp& problem, const SolveLimits& limits)
 double DirectSolve::seconds() const { return since(started_); }
 
 bool DirectSolve::may_pivot() {
-  if (pivots_ >= limits_.iterations || since(started_) > limits_.seconds) return false;
+  if (stop_asked() || pivots_ >= limits_.iterations || since(started_) > limits_.seconds) return false;
   ++pivots_;
   return true;
 }
@@ -96,7 +100,9 @@ SolveReport DirectSolve::finish(VectorXd x, Stop otherwise, VectorXd& z) {
     z = again;
     report.residual = better;
   }
-  report.stop = report.residual <= limits_.tolerance ? Stop::tolerance : otherwise;
+  report.stop = report.residual <= limits_.tolerance ? Stop::solved
+                : !std::isfinite(report.residual)    ? Stop::bad
+                                                     : otherwise;
   report.seconds = since(started_);
   return report;
 }

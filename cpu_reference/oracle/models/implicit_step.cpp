@@ -105,7 +105,7 @@ class Solver {
     report.residual = residual(y_, frozen);
     report.seconds = seconds();
     const bool out_of_limits = report.iterations >= limits_.iterations || report.seconds > limits_.seconds;
-    report.stop = report.residual <= limits_.tolerance ? Stop::tolerance : out_of_limits ? Stop::limit : Stop::stall;
+    report.stop = report.residual <= limits_.tolerance ? Stop::solved : out_of_limits ? Stop::limit : Stop::stalled;
     return report;
   }
 

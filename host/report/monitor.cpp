@@ -1,0 +1,103 @@
+#include "host/report/monitor.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+namespace lockstep {
+
+namespace {
+
+// Of the inner radius: shapes that overlap by less are as good as apart.
+constexpr double apart = 0.01;
+
+double maximum(std::span<const u32> counters, u32 counter) { return std::bit_cast<float>(counters[counter]); }
+
+template <class real>
+double energy(std::span<const u32> counters, u32 counter, const StepParams<real>& params) {
+  const std::uint64_t units = std::uint64_t{counters[counter + 1]} << 32 | counters[counter];
+  return double(static_cast<std::int64_t>(units)) / double(params.units_per_joule);
+}
+
+}  // namespace
+
+Monitor::Monitor(const Verdict& bounds, double dt, const EnergyBudget& budget)
+    : verdict_(bounds), budget_(budget), dt_(dt) {
+  begun_.fill(-1);
+  verdict_.energy_source = budget.source;
+  restart(budget.power);
+}
+
+void Monitor::restart(double power) {
+  budget_.power = power;
+  least_energy_ = std::numeric_limits<double>::infinity();
+}
+
+void Monitor::note(Criterion criterion, double value, u32 step) {
+  Judgement& judgement = verdict_[criterion];
+  double& begun = begun_[static_cast<u32>(criterion)];
+  if (begun < 0) {
+    begun = value;
+    judgement.bound = std::max(judgement.bound, 1.1 * begun);
+  }
+  if (value > judgement.bound) judgement.first_step = std::min(judgement.first_step, step);
+  if (!(value > judgement.worst)) return;
+  judgement.worst = value;
+  judgement.worst_step = step;
+}
+
+void Monitor::note_energy(double energy, double kinetic, double seconds, double overlap, u32 step) {
+  const double of_its_own = energy - budget_.power * seconds;
+  if (!budget_.swings || std::isinf(least_energy_)) least_energy_ = std::min(least_energy_, of_its_own);
+  most_kinetic_ = std::max(most_kinetic_, kinetic);
+  const double scale = most_kinetic_ + budget_.imperceptible, gain = of_its_own - least_energy_;
+  note(Criterion::energy_gain, scale > 0 ? gain / scale : 0, step);
+  // what began inside each other is pushed apart for as long as it comes apart, which takes energy
+  is_pushed_apart_ = is_pushed_apart_ && overlap > apart && overlap < last_overlap_;
+  last_overlap_ = overlap;
+  if (is_pushed_apart_) least_energy_ = std::numeric_limits<double>::infinity();
+}
+
+template <class real>
+void Monitor::observe(std::span<const u32> counters, const StepParams<real>& params, u32 steps_done) {
+  note(Criterion::overlap, maximum(counters, COUNTER_MAX_OVERLAP_RATIO), steps_done);
+  note(Criterion::opening, maximum(counters, COUNTER_MAX_OPENING_RATIO), steps_done);
+  note(Criterion::joint_angle, maximum(counters, COUNTER_MAX_JOINT_ANGLE), steps_done);
+  note(Criterion::speed, maximum(counters, COUNTER_MAX_SPEED), steps_done);
+  overlap_m_ = std::max(overlap_m_, maximum(counters, COUNTER_MAX_OVERLAP));
+  opening_m_ = std::max(opening_m_, maximum(counters, COUNTER_MAX_OPENING));
+  if (params.units_per_joule > 0)
+    note_energy(energy(counters, COUNTER_ENERGY, params), energy(counters, COUNTER_KINETIC, params), dt_ * steps_done,
+                maximum(counters, COUNTER_MAX_OVERLAP_RATIO), steps_done);
+}
+
+void Monitor::observe(const Measures& measures, u32 steps_done) {
+  double kinetic = 0;
+  for (const WorldMeasures& world : measures.worlds) kinetic += world.kinetic;
+  if (verdict_.energy_source == EnergySource::particles)  // whose stages tell no overlap
+    note(Criterion::overlap, measures.penetration.ratio, steps_done);
+  note(Criterion::speed, measures.max_speed, steps_done);
+  overlap_m_ = std::max(overlap_m_, measures.penetration.max);
+  if (measures.joint_drift) {
+    note(Criterion::opening, measures.joint_drift->ratio, steps_done);
+    note(Criterion::joint_angle, measures.joint_drift->angle, steps_done);
+    opening_m_ = std::max(opening_m_, measures.joint_drift->separation);
+  }
+  note_energy(measures.energy(), kinetic, dt_ * steps_done, last_overlap_, steps_done);
+}
+
+bool Monitor::is_worse() {
+  bool worse = false;
+  for (u32 i = 0; i < criterion_count; ++i) {
+    if (verdict_.keeps(static_cast<Criterion>(i)) || verdict_.judgements[i].worst <= 1.1 * told_[i]) continue;
+    told_[i] = verdict_.judgements[i].worst;
+    worse = true;
+  }
+  return worse;
+}
+
+template void Monitor::observe(std::span<const u32>, const StepParams<float>&, u32);
+template void Monitor::observe(std::span<const u32>, const StepParams<double>&, u32);
+
+}  // namespace lockstep
