@@ -296,8 +296,8 @@ TEST(WorldVerdict, CountsNoEnergyThatUsersGive) {
   for (const BodyHandle body : world.bodies()) {
     world.step(5);
     if (world.description(body).kind != BODY_DYNAMIC) continue;
-    for (int kick = 0; kick < 5; ++kick) {
-      world.set_velocity(body, {{10.0 * kick, 0, 0}, {0, 0, 0}});
+    for (int push = 0; push < 5; ++push) {
+      world.set_velocity(body, {{10.0 * push, 0, 0}, {0, 0, 0}});
       world.step(2);
     }
   }

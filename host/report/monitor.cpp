@@ -9,8 +9,8 @@ namespace lockstep {
 
 namespace {
 
-// Of the inner radius: shapes that overlap by less are as good as apart.
-constexpr double apart = 0.01;
+// Of the inner radius: shapes that overlap by less do not.
+constexpr double least_overlap = 0.01;
 
 double maximum(std::span<const u32> counters, u32 counter) { return std::bit_cast<float>(counters[counter]); }
 
@@ -54,9 +54,9 @@ void Monitor::note_energy(double energy, double kinetic, double seconds, double 
   const double scale = most_kinetic_ + budget_.imperceptible, gain = of_its_own - least_energy_;
   note(Criterion::energy_gain, scale > 0 ? gain / scale : 0, step);
   // what began inside each other is pushed apart for as long as it comes apart, which takes energy
-  is_pushed_apart_ = is_pushed_apart_ && overlap > apart && overlap < last_overlap_;
+  is_separating_ = is_separating_ && overlap > least_overlap && overlap < last_overlap_;
   last_overlap_ = overlap;
-  if (is_pushed_apart_) least_energy_ = std::numeric_limits<double>::infinity();
+  if (is_separating_) least_energy_ = std::numeric_limits<double>::infinity();
 }
 
 template <class real>

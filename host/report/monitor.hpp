@@ -46,7 +46,7 @@ class Monitor {
   std::array<double, criterion_count> begun_;  // the figures that were seen first; negative before
   EnergyBudget budget_;
   double dt_;
-  bool is_pushed_apart_ = true;  // what began inside each other
+  bool is_separating_ = true;  // what began inside each other
   double last_overlap_ = std::numeric_limits<double>::infinity();
   double least_energy_;      // of those that were seen, less what motors may have added until then, J
   double most_kinetic_ = 0;  // J
