@@ -115,7 +115,17 @@ std::string verdict_rows(const Verdict& verdict) {
   return text;
 }
 
-// The worst sub-step that an oracle left unsolved.
+// How many sub-steps ended in each way that is not solved, and which was the first.
+Json unsolved_ends(const Report& report) {
+  if (!report.unsolved || report.unsolved->count == 0) return nullptr;
+  const Unsolved& unsolved = *report.unsolved;
+  Json json = {{"first_step", unsolved.first_step}, {"first_stop", stop_name(unsolved.first_stop)}};
+  for (u32 stop = 1; stop < stop_count; ++stop)
+    json[std::string(stop_name(static_cast<Stop>(stop)))] = unsolved.ended[stop];
+  return json;
+}
+
+// The worst sub-step that was left unsolved.
 Json unsolved_worst(const Report& report) {
   if (!report.unsolved || report.unsolved->count == 0) return nullptr;
   const Unsolved& unsolved = *report.unsolved;
@@ -184,6 +194,7 @@ std::string to_json(const Report& report) {
                {"wakings", number_or_null(report.wakings)},
                {"verdict", verdict_json(report.verdict)},
                {"unsolved_substeps", report.unsolved ? Json(report.unsolved->count) : Json(nullptr)},
+               {"unsolved_ends", unsolved_ends(report)},
                {"unsolved_worst", unsolved_worst(report)},
                {"state_hash", hash_text(report.state_hash)},
                {"pose_hash", hash_text(report.pose_hash)}};
