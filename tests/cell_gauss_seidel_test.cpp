@@ -119,7 +119,7 @@ TYPED_TEST(CellGaussSeidel, WorldsDoNotMeet) {
   Scene scene = read_scene("cell_heap"), other = read_scene("spheres_small");
   other.settings = scene.settings;
   const InitialState<real> alone = compile<real>(scene), batch = compile<real>(std::vector<Scene>{other, scene, scene});
-  expect_world_is_as_alone(run_steps(batch, 60), 2, run_steps(alone, 60));
+  expect_world_is_as_alone(run_steps(batch, 120), 2, run_steps(alone, 120));
 }
 
 TYPED_TEST(CellGaussSeidel, ConservesMomentum) {
