@@ -8,6 +8,7 @@
 #include "host/error.hpp"
 #include "host/sleepers.hpp"
 #include "host/step.hpp"
+#include "host/stop_request.hpp"
 
 namespace lockstep {
 
@@ -142,6 +143,8 @@ void Simulation<real>::step() {
   Unsolved before = unsolved_in_steps();
   try {
     make_step();
+  } catch (const Stopped&) {  // the state is that before it
+    throw;
   } catch (...) {
     before.add(Unsolved::of(1, steps_done_, Stop::bad, std::numeric_limits<double>::quiet_NaN(), params_.tolerance));
     unsolved_ = before;

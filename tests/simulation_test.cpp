@@ -16,11 +16,7 @@ namespace {
 class FakeBackend final : public Backend<float> {
  public:
   FakeBackend(Sizes sizes, Counters found) : sizes_(sizes), found_(found) {
-    buffers_.body_infos = {{0, 0, BODY_DYNAMIC, 1}, {1, 0, BODY_DYNAMIC, 1}, {1, 1, BODY_DYNAMIC, 1}};
-    buffers_.gravities.resize(2);
-    buffers_.masses.resize(3);
-    buffers_.positions.resize(3);
-    buffers_.motions.resize(4);
+    buffers_.body_infos = {{0, 0, BODY_STATIC, 1}, {1, 0, BODY_STATIC, 1}, {1, 1, BODY_STATIC, 1}};
     sizes_.bodies = 3;
   }
 
