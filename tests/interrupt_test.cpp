@@ -97,6 +97,8 @@ TEST_F(Interrupted, ASecondRequestEndsTheProgramAtOnceAndFilesAreWhole) {
   std::ofstream(report) << "the report of another run\n";
   ChildProgram program(kept({"run", "pyramid20", "--steps", "10", "--iterations", "100000"}));
   while (program.runs() && !fs::exists(record)) wait_a_moment();
+  const double prepared = program.cpu_seconds();  // it defers requests a moment later
+  while (program.runs() && program.cpu_seconds() < prepared + 0.5) wait_a_moment();
   program.send(SIGTERM);
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // or the two are one request
   ASSERT_TRUE(program.runs());
