@@ -253,7 +253,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   }
   if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
   report.verdict.unsolved = simulation.unsolved();
-  if (oracle || has(simulation.backend().features(), Feature::tolerance)) report.unsolved = simulation.unsolved();
+  report.promises = oracle || has(simulation.backend().features(), Feature::tolerance);
   return {report, simulation.world_hashes()};
 }
 
@@ -311,7 +311,7 @@ void run(RunOptions options) {
   if (!is_first) return;
   file->write(to_json(report));
   if (!options.quiet) fmt::print("{}", to_table(report));
-  if (report.unsolved) expect_all_solved(report.scene, report.solver, *report.unsolved);
+  expect_all_solved(report.scene, report.solver, report.verdict.unsolved);
   if (!report.verdict.good()) throw Error(Failure::comparison, report.scene, in_words(report.verdict));
 }
 

@@ -27,8 +27,10 @@ class Monitor {
   /// Somebody acts on bodies or motors between steps: the energy that there is then is what they begin with. `power` is
   /// that of the motors, as in EnergyBudget.
   void restart(double power);
-  /// From now on energy comes from where nobody counts it.
-  void add_source(EnergySource source) { verdict_.energy_source = source; }
+  /// From now on energy comes from where nobody counts it. Particles stay what it is not judged for.
+  void add_source(EnergySource source) {
+    if (verdict_.energy_source != EnergySource::particles) verdict_.energy_source = source;
+  }
 
   /// Whether a figure is above its bound and a tenth above what it was when this last was true.
   bool is_worse();

@@ -117,8 +117,8 @@ std::string verdict_rows(const Verdict& verdict) {
 
 // How many sub-steps ended in each way that is not solved, and which was the first.
 Json unsolved_ends(const Report& report) {
-  if (!report.unsolved || report.unsolved->count == 0) return nullptr;
-  const Unsolved& unsolved = *report.unsolved;
+  const Unsolved& unsolved = report.verdict.unsolved;
+  if (unsolved.count == 0) return nullptr;
   Json json = {{"first_step", unsolved.first_step}, {"first_stop", stop_name(unsolved.first_stop)}};
   for (u32 stop = 1; stop < stop_count; ++stop)
     json[std::string(stop_name(static_cast<Stop>(stop)))] = unsolved.ended[stop];
@@ -127,10 +127,11 @@ Json unsolved_ends(const Report& report) {
 
 // The worst sub-step that was left unsolved.
 Json unsolved_worst(const Report& report) {
-  if (!report.unsolved || report.unsolved->count == 0) return nullptr;
-  const Unsolved& unsolved = *report.unsolved;
-  return {
-      {"step", unsolved.worst_step}, {"residual", unsolved.worst_residual}, {"stop", stop_name(unsolved.worst_stop)}};
+  const Unsolved& unsolved = report.verdict.unsolved;
+  if (unsolved.count == 0) return nullptr;
+  return {{"step", unsolved.worst_step},
+          {"residual", unsolved.of_changes ? Json(nullptr) : Json(unsolved.worst_residual)},
+          {"stop", stop_name(unsolved.worst_stop)}};
 }
 
 }  // namespace
@@ -193,7 +194,7 @@ std::string to_json(const Report& report) {
                {"islands_asleep", number_or_null(report.islands_asleep)},
                {"wakings", number_or_null(report.wakings)},
                {"verdict", verdict_json(report.verdict)},
-               {"unsolved_substeps", report.unsolved ? Json(report.unsolved->count) : Json(nullptr)},
+               {"unsolved_substeps", report.promises ? Json(report.verdict.unsolved.count) : Json(nullptr)},
                {"unsolved_ends", unsolved_ends(report)},
                {"unsolved_worst", unsolved_worst(report)},
                {"state_hash", hash_text(report.state_hash)},

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "host/report/measures.hpp"
-#include "host/unsolved.hpp"
 #include "host/verdict.hpp"
 
 namespace lockstep {
@@ -53,7 +52,7 @@ struct Report {
 
   Verdict verdict;  // of all steps
 
-  std::optional<Unsolved> unsolved;  // of an oracle; nothing of a solver that promises no residual
+  bool promises = false;  // a residual, as oracles do, or a tolerance: else nothing can be left unsolved
 
   std::optional<std::array<std::uint64_t, EVENT_KINDS>> events;  // by EventKind, where the scene asks for them
 

@@ -30,8 +30,7 @@ struct World::Impl {
   std::unique_ptr<Engine> engine;
   IndexMap index_map;  // from the engine's bodies and joints to the scene's
   bool changed = true;
-  Unsolved unsolved;                // by engines before this one
-  Verdict verdict;                  // of them
+  Verdict verdict;                  // of the engines before this one
   std::vector<BodyHandle> stepped;  // whom the engine's last step was about
 
   std::map<u32, std::function<Wrench(double)>> loads;  // by id
@@ -68,7 +67,6 @@ struct World::Impl {
       keep_contacts_and_events();
       hand_over_velocities();
       forget_state();
-      if (engine) unsolved.add(engine->unsolved());
       if (engine) verdict.add(engine->verdict());
       if (engine) engine->end_recording();
       engine = make_engine(scene, options, engine.get(), index_map);

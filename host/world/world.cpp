@@ -191,7 +191,7 @@ void World::step(u32 count) {
 
 u32 World::steps_done() const { return impl_->engine ? impl_->engine->steps_done() : 0; }
 Unsolved World::unsolved() const {
-  Unsolved all = impl_->unsolved;
+  Unsolved all = impl_->verdict.unsolved;
   if (impl_->engine) all.add(impl_->engine->unsolved());
   return all;
 }
