@@ -166,7 +166,7 @@ real joint_beyond(const Joint<real>& joint, const CurrentJoint<real>& current) {
 
 /// The square of how far apart its anchors are in what it locks, or beyond its limits, m^2.
 template <class real>
-real joint_opening(const JointInfo& info, const Joint<real>& joint, const CurrentJoint<real>& current) {
+real squared_separation(const JointInfo& info, const Joint<real>& joint, const CurrentJoint<real>& current) {
   real sum = 0;
   for (u32 i = 0; i < 3; ++i) {
     if ((info.locked >> i & 1) != 0) sum = sum + current.error[i] * current.error[i];
@@ -180,15 +180,15 @@ template <class real>
 void measure_joint(std::vector<u32>& counters, const StepParams<real>& params, const JointInfo& info,
                    const Joint<real>& joint, const CurrentJoint<real>& current, const Motion<real>& a,
                    const Motion<real>& b) {
-  const real opening = joint_opening(info, joint, current);
+  const real separation = squared_separation(info, joint, current);
   const real size = std::min(joint_body_size(joint.anchor_a, a), joint_body_size(joint.anchor_b, b));
   const real beyond = info.free == FREE_ANGLE ? joint_beyond(joint, current) : real(0);
   real angle = beyond * beyond;
   for (u32 i = 3; i < JOINT_ROWS; ++i) {
     if ((info.locked >> i & 1) != 0) angle = angle + current.error[i] * current.error[i];
   }
-  raise_maximum(counters, COUNTER_MAX_OPENING, std::sqrt(opening));
-  raise_maximum(counters, COUNTER_MAX_OPENING_RATIO, std::sqrt(size > 0 ? opening / size : real(0)));
+  raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION, std::sqrt(separation));
+  raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION_RATIO, std::sqrt(size > 0 ? separation / size : real(0)));
   raise_maximum(counters, COUNTER_MAX_JOINT_ANGLE, std::sqrt(angle));
   if (!(joint.spring_compliance > 0)) return;
   const real stretch = current.coordinate - joint.low;

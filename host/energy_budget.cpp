@@ -65,13 +65,13 @@ EnergyBudget energy_budget(const Buffers<real>& b, Features features) {
   EnergyBudget budget;
   budget.source = source_of(b, features);
   if (has(features, Feature::joints)) budget.power = motor_power(b.joints);
-  budget.swings = has(features, Feature::joint_springs);
+  budget.has_springs = has(features, Feature::joint_springs);
   for (std::size_t i = 0; i < b.body_infos.size(); ++i) {
     if (b.body_infos[i].kind != BODY_DYNAMIC) continue;
     const double mass = double(b.masses[i].mass), k_2 = gyration_2(b.masses[i]);
     const double rounding = 64 * double(std::numeric_limits<real>::epsilon()) * length(&b.positions[i].x);
-    budget.imperceptible += mass * length(&b.gravities[b.body_infos[i].world].x) * (std::sqrt(k_2) + rounding);
-    budget.imperceptible += 0.5 * mass * 1e-4 * k_2;
+    budget.negligible += mass * length(&b.gravities[b.body_infos[i].world].x) * (std::sqrt(k_2) + rounding);
+    budget.negligible += 0.5 * mass * 1e-4 * k_2;
   }
   return budget;
 }

@@ -10,11 +10,11 @@ namespace lockstep {
 struct EnergyBudget {
   EnergySource source = EnergySource::none;
   double power = 0;  // W: what motors of bounded force add at most
-  bool swings =
-      false;  // between springs and bodies, by more than a step tells: only what rises above the start is a gain
+  bool has_springs =
+      false;  // a long step sees energy swing between them and bodies: only a rise above the start is a gain
   /// What nobody sees, J: to lift each body by its radius of gyration k and by the rounding of its position, and to
   /// move it by k / 100 in a second.
-  double imperceptible = 0;
+  double negligible = 0;
 };
 
 /// Of joints as they are, W: the sum of force times speed of their motors.

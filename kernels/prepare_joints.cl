@@ -116,7 +116,7 @@ static inline CurrentJoint joint_with_error_of(CurrentJoint current, CurrentJoin
 
 // What is off at a joint; squares of lengths and of angles.
 typedef struct JointMeasure {
-  real opening, ratio, angle;
+  real separation, ratio, angle;
   long energy;
 } JointMeasure;
 
@@ -138,7 +138,7 @@ static inline real joint_beyond(const Joint* joint, const CurrentJoint* current)
   return beyond > (real)0 ? beyond : (real)0;
 }
 
-static inline real joint_opening(const JointInfo info, const Joint* joint, const CurrentJoint* current) {
+static inline real squared_separation(const JointInfo info, const Joint* joint, const CurrentJoint* current) {
   real sum = (real)0;
   for (u32 i = 0u; i < 3u; ++i) {
     if ((info.locked >> i & 1u) != 0u) sum = sum + current->error[i] * current->error[i];
@@ -149,16 +149,16 @@ static inline real joint_opening(const JointInfo info, const Joint* joint, const
 
 static inline void measure_joint(const StepParams* params, const JointInfo info, const Joint* joint,
                                  const CurrentJoint* current, Motion a, Motion b, JointMeasure* measure) {
-  const real opening = joint_opening(info, joint, current);
+  const real separation = squared_separation(info, joint, current);
   const real size_a = joint_body_size(joint->anchor_a, a), size_b = joint_body_size(joint->anchor_b, b);
   const real size = size_a < size_b ? size_a : size_b;
-  const real ratio = size > (real)0 ? opening / size : (real)0;
+  const real ratio = size > (real)0 ? separation / size : (real)0;
   const real beyond = info.free == FREE_ANGLE ? joint_beyond(joint, current) : (real)0;
   real angle = beyond * beyond;
   for (u32 i = 3u; i < JOINT_ROWS; ++i) {
     if ((info.locked >> i & 1u) != 0u) angle = angle + current->error[i] * current->error[i];
   }
-  measure->opening = opening > measure->opening ? opening : measure->opening;
+  measure->separation = separation > measure->separation ? separation : measure->separation;
   measure->ratio = ratio > measure->ratio ? ratio : measure->ratio;
   measure->angle = angle > measure->angle ? angle : measure->angle;
   if (!(joint->spring_compliance > (real)0)) return;
@@ -239,8 +239,8 @@ kernel void prepare_joints(const StepParams params, global const Vec4* positions
                   motions[info.body_a], motions[info.body_b], lane, block, &measure);
   }
   if (params.substep != 0u) return;
-  raise_maximum(counters, COUNTER_MAX_OPENING, sqrt(measure.opening));
-  raise_maximum(counters, COUNTER_MAX_OPENING_RATIO, sqrt(measure.ratio));
+  raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION, sqrt(measure.separation));
+  raise_maximum(counters, COUNTER_MAX_JOINT_SEPARATION_RATIO, sqrt(measure.ratio));
   raise_maximum(counters, COUNTER_MAX_JOINT_ANGLE, sqrt(measure.angle));
   add_energy(counters, COUNTER_ENERGY, measure.energy);
 }

@@ -141,12 +141,12 @@ enum Counter {
   COUNTER_COUPLED_TILES_NEEDED = 24,  // pairs of tiles of contacts that share a movable body
   COUNTER_UNSOLVED = 25,              // sub-steps whose sweeps all changed more than the tolerance
   // what the state was like that the step started from (kernels/measure.h): maxima as bits of floats
-  COUNTER_MAX_SPEED = 26,          // of the centre of mass of a dynamic body, m/s
-  COUNTER_MAX_OVERLAP = 27,        // of two shapes, m
-  COUNTER_MAX_OVERLAP_RATIO = 28,  // over the smaller of their inner radii
-  COUNTER_MAX_OPENING = 29,        // of the anchors of a joint, m
-  COUNTER_MAX_OPENING_RATIO = 30,  // over the size of the smaller body
-  COUNTER_MAX_JOINT_ANGLE = 31,    // by which what a joint keeps parallel is off, rad
+  COUNTER_MAX_SPEED = 26,                   // of the centre of mass of a dynamic body, m/s
+  COUNTER_MAX_OVERLAP = 27,                 // of two shapes, m
+  COUNTER_MAX_OVERLAP_RATIO = 28,           // over the smaller of their inner radii
+  COUNTER_MAX_JOINT_SEPARATION = 29,        // of the anchors of a joint, m
+  COUNTER_MAX_JOINT_SEPARATION_RATIO = 30,  // over the size of the smaller body
+  COUNTER_MAX_JOINT_ANGLE = 31,             // by which what a joint keeps parallel is off, rad
   // signed numbers of two words, the low one first, in units of 1 / StepParams::units_per_joule
   COUNTER_ENERGY = 32,   // of the dynamic bodies, and of the springs of joints
   COUNTER_KINETIC = 34,  // of it, that of motion

@@ -84,8 +84,9 @@ TEST(StepMeasures, OfAnOpenJointAreTheGapAndItsRatioToTheArm) {
   state.buffers.positions[1].y = 0.03;
   Simulation<double> simulation(std::make_unique<ReferenceBackend<double>>(state), state.params);
   simulation.step();
-  EXPECT_NEAR(maximum(simulation.counters(), COUNTER_MAX_OPENING), 0.03, 1e-7);
-  EXPECT_NEAR(maximum(simulation.counters(), COUNTER_MAX_OPENING_RATIO), 0.03 / 0.4, 1e-6) << "b's arm is the shorter";
+  EXPECT_NEAR(maximum(simulation.counters(), COUNTER_MAX_JOINT_SEPARATION), 0.03, 1e-7);
+  EXPECT_NEAR(maximum(simulation.counters(), COUNTER_MAX_JOINT_SEPARATION_RATIO), 0.03 / 0.4, 1e-6)
+      << "b's arm is the shorter";
 }
 
 // Sums of whole units wrap around and carry; in any order, and with any signs, they are those of 64 bits.
@@ -231,7 +232,7 @@ TEST_F(Verdicts, OfARunThatLeavesTheLimitsOfAJointIsBad) {
       {"type": "ball", "bodies": ["carriage", "load"], "anchor": [0, 0, 0]}]})");
   const Outcome outcome = simulate(carriage + " --device reference");
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("opening"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("joint separation"), std::string::npos) << outcome.err;
 }
 
 // The textbook's oscillator: a soft joint takes the energy of the body up and gives it back.

@@ -241,7 +241,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   report.verdict = monitor.verdict();
   report.max_penetration_m = std::max(report.max_penetration_m, monitor.overlap_m());
   if (report.joints > 0) {
-    report.joint_drift_max_m = std::max(report.joint_drift_max_m.value_or(0), monitor.opening_m());
+    report.joint_drift_max_m = std::max(report.joint_drift_max_m.value_or(0), monitor.separation_m());
     report.joint_angle_max_rad = std::max(report.joint_angle_max_rad.value_or(0), monitor.joint_angle());
   }
   if (has(simulation.backend().features(), Feature::events)) report.events = log.counts();
@@ -253,7 +253,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   }
   if (options.device_options.profile) report.stage_ms = mean_step(simulation.backend(), first_step, report);
   report.verdict.unsolved = simulation.unsolved();
-  report.promises = oracle || has(simulation.backend().features(), Feature::tolerance);
+  report.has_tolerance = oracle || has(simulation.backend().features(), Feature::tolerance);
   return {report, simulation.world_hashes()};
 }
 

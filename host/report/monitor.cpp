@@ -24,7 +24,7 @@ double energy(std::span<const u32> counters, u32 counter, const StepParams<real>
 
 Monitor::Monitor(const Verdict& bounds, double dt, const EnergyBudget& budget)
     : verdict_(bounds), budget_(budget), dt_(dt) {
-  begun_.fill(-1);
+  initial_.fill(-1);
   verdict_.energy_source = budget.source;
   restart(budget.power);
 }
@@ -36,10 +36,10 @@ void Monitor::restart(double power) {
 
 void Monitor::note(Criterion criterion, double value, u32 step) {
   Judgement& judgement = verdict_[criterion];
-  double& begun = begun_[static_cast<u32>(criterion)];
-  if (begun < 0) {
-    begun = value;
-    judgement.bound = std::max(judgement.bound, 1.1 * begun);
+  double& initial = initial_[static_cast<u32>(criterion)];
+  if (initial < 0) {
+    initial = value;
+    judgement.bound = std::max(judgement.bound, 1.1 * initial);
   }
   if (value > judgement.bound) judgement.first_step = std::min(judgement.first_step, step);
   if (!(value > judgement.worst)) return;
@@ -49,9 +49,9 @@ void Monitor::note(Criterion criterion, double value, u32 step) {
 
 void Monitor::note_energy(double energy, double kinetic, double seconds, double overlap, u32 step) {
   const double of_its_own = energy - budget_.power * seconds;
-  if (!budget_.swings || std::isinf(least_energy_)) least_energy_ = std::min(least_energy_, of_its_own);
+  if (!budget_.has_springs || std::isinf(least_energy_)) least_energy_ = std::min(least_energy_, of_its_own);
   most_kinetic_ = std::max(most_kinetic_, kinetic);
-  const double scale = most_kinetic_ + budget_.imperceptible, gain = of_its_own - least_energy_;
+  const double scale = most_kinetic_ + budget_.negligible, gain = of_its_own - least_energy_;
   note(Criterion::energy_gain, scale > 0 ? gain / scale : 0, step);
   // what began inside each other is pushed apart for as long as it comes apart, which takes energy
   is_separating_ = is_separating_ && overlap > least_overlap && overlap < last_overlap_;
@@ -62,11 +62,11 @@ void Monitor::note_energy(double energy, double kinetic, double seconds, double 
 template <class real>
 void Monitor::observe(std::span<const u32> counters, const StepParams<real>& params, u32 steps_done) {
   note(Criterion::overlap, maximum(counters, COUNTER_MAX_OVERLAP_RATIO), steps_done);
-  note(Criterion::opening, maximum(counters, COUNTER_MAX_OPENING_RATIO), steps_done);
+  note(Criterion::joint_separation, maximum(counters, COUNTER_MAX_JOINT_SEPARATION_RATIO), steps_done);
   note(Criterion::joint_angle, maximum(counters, COUNTER_MAX_JOINT_ANGLE), steps_done);
   note(Criterion::speed, maximum(counters, COUNTER_MAX_SPEED), steps_done);
   overlap_m_ = std::max(overlap_m_, maximum(counters, COUNTER_MAX_OVERLAP));
-  opening_m_ = std::max(opening_m_, maximum(counters, COUNTER_MAX_OPENING));
+  separation_m_ = std::max(separation_m_, maximum(counters, COUNTER_MAX_JOINT_SEPARATION));
   if (params.units_per_joule > 0)
     note_energy(energy(counters, COUNTER_ENERGY, params), energy(counters, COUNTER_KINETIC, params), dt_ * steps_done,
                 maximum(counters, COUNTER_MAX_OVERLAP_RATIO), steps_done);
@@ -80,9 +80,9 @@ void Monitor::observe(const Measures& measures, u32 steps_done) {
   note(Criterion::speed, measures.max_speed, steps_done);
   overlap_m_ = std::max(overlap_m_, measures.penetration.max);
   if (measures.joint_drift) {
-    note(Criterion::opening, measures.joint_drift->ratio, steps_done);
+    note(Criterion::joint_separation, measures.joint_drift->ratio, steps_done);
     note(Criterion::joint_angle, measures.joint_drift->angle, steps_done);
-    opening_m_ = std::max(opening_m_, measures.joint_drift->separation);
+    separation_m_ = std::max(separation_m_, measures.joint_drift->separation);
   }
   note_energy(measures.energy(), kinetic, dt_ * steps_done, last_overlap_, steps_done);
 }
@@ -90,8 +90,8 @@ void Monitor::observe(const Measures& measures, u32 steps_done) {
 bool Monitor::is_worse() {
   bool worse = false;
   for (u32 i = 0; i < criterion_count; ++i) {
-    if (verdict_.keeps(static_cast<Criterion>(i)) || verdict_.judgements[i].worst <= 1.1 * told_[i]) continue;
-    told_[i] = verdict_.judgements[i].worst;
+    if (verdict_.keeps(static_cast<Criterion>(i)) || verdict_.judgements[i].worst <= 1.1 * last_reported_[i]) continue;
+    last_reported_[i] = verdict_.judgements[i].worst;
     worse = true;
   }
   return worse;

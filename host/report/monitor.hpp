@@ -36,8 +36,8 @@ class Monitor {
   bool is_worse();
 
   const Verdict& verdict() const { return verdict_; }
-  double overlap_m() const { return overlap_m_; }  // the largest of two shapes
-  double opening_m() const { return opening_m_; }  // and of the anchors of a joint
+  double overlap_m() const { return overlap_m_; }        // the largest of two shapes
+  double separation_m() const { return separation_m_; }  // and of the anchors of a joint
   double joint_angle() const { return verdict_[Criterion::joint_angle].worst; }
 
  private:
@@ -45,15 +45,15 @@ class Monitor {
   void note_energy(double energy, double kinetic, double seconds, double overlap, u32 step);
 
   Verdict verdict_;
-  std::array<double, criterion_count> begun_;  // the figures that were seen first; negative before
+  std::array<double, criterion_count> initial_;  // the figures that were seen first; negative before
   EnergyBudget budget_;
   double dt_;
   bool is_separating_ = true;  // what began inside each other
   double last_overlap_ = std::numeric_limits<double>::infinity();
   double least_energy_;      // of those that were seen, less what motors may have added until then, J
   double most_kinetic_ = 0;  // J
-  double overlap_m_ = 0, opening_m_ = 0;
-  std::array<double, criterion_count> told_ = {};  // what they were when is_worse() last was true
+  double overlap_m_ = 0, separation_m_ = 0;
+  std::array<double, criterion_count> last_reported_ = {};  // what they were when is_worse() last was true
 };
 
 }  // namespace lockstep

@@ -194,7 +194,7 @@ std::string to_json(const Report& report) {
                {"islands_asleep", number_or_null(report.islands_asleep)},
                {"wakings", number_or_null(report.wakings)},
                {"verdict", verdict_json(report.verdict)},
-               {"unsolved_substeps", report.promises ? Json(report.verdict.unsolved.count) : Json(nullptr)},
+               {"unsolved_substeps", report.has_tolerance ? Json(report.verdict.unsolved.count) : Json(nullptr)},
                {"unsolved_ends", unsolved_ends(report)},
                {"unsolved_worst", unsolved_worst(report)},
                {"state_hash", hash_text(report.state_hash)},

@@ -52,7 +52,7 @@ struct Report {
 
   Verdict verdict;  // of all steps
 
-  bool promises = false;  // a residual, as oracles do, or a tolerance: else nothing can be left unsolved
+  bool has_tolerance = false;  // or a residual to reach, as oracles have: else nothing can be left unsolved
 
   std::optional<std::array<std::uint64_t, EVENT_KINDS>> events;  // by EventKind, where the scene asks for them
 
