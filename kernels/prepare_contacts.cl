@@ -75,7 +75,7 @@ static inline void lane_current_contact(u32 first, global const PointBlock* poin
   const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, current->normal));
   current->arm_a = lane_select3(of_a, lane_sub3(end_b, offset_ab), end_a);
   current->arm_b = lane_select3(of_a, end_b, lane_add3(end_a, offset_ab));
-#if FEATURE_CONTINUOUS
+#if FEATURE_CONTINUOUS || FEATURE_BOXES
   const lane_mask of_impact = LANE_MASK(frame == (lane_u32)NORMAL_OF_IMPACT);
   current->arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, current->normal)), current->arm_a);
   current->arm_b = lane_select3(of_impact, end_b, current->arm_b);
