@@ -13,7 +13,7 @@
 // What is to be done with a pair: sorts that have lanes, and all others.
 enum TileSort {
   TILE_FACES = 0,    // boxes
-  TILE_CORNERS = 1,  // boxes whose faces share nothing
+  TILE_CORNERS = 1,  // boxes whose faces do not meet
   TILE_SPHERE_BOX = 2,
   TILE_BOX_SPHERE = 3,
   TILE_BOX_PLANE = 4,
@@ -38,7 +38,7 @@ typedef struct Tile {
   u32 first;  // pair
   u32 shape_a[TILE_PAIRS], shape_b[TILE_PAIRS], body_a[TILE_PAIRS], body_b[TILE_PAIRS];
   TileList lists[TILE_SORTS];
-  real codes[TILE_PAIRS];  // of the axes of pairs of boxes
+  real codes[TILE_PAIRS], separations[TILE_PAIRS];  // of the axes of pairs of boxes
 } Tile;
 
 // Pairs of triggers and of bodies whose impacts are looked for are among the others.
@@ -97,13 +97,15 @@ static inline void tile_box_axes(const StepParams* params, Tile* tile, const Sid
     const LaneBox a = box_of_side(&sides.a), b = box_of_side(&sides.b);
     const BoxPair pair = box_pair(&a, &b);
     const BoxAxis axis = box_axis(&a, &b, &pair);
-    real codes[LANES];
+    real codes[LANES], separations[LANES];
     LANE_STORE(axis.code, codes);
+    LANE_STORE(axis.separation, separations);
     const u32 near = ~LANE_BITS(axis.separation > lane_limit(params, &sides));
     for (u32 k = 0u; k < members; ++k) {
       const u32 i = group.pair[k] - tile->first;
       contact_starts[group.pair[k]] = 0u;
       tile->codes[i] = codes[k];
+      tile->separations[i] = separations[k];
       tile_append(&tile->lists[TILE_FACES], i, near >> k & 1u);
     }
   }
@@ -116,7 +118,7 @@ LANE_INLINE Lane3 tile_displacement(const StepParams* params, const LaneSides* s
                    lane_scale3(h, lane_point_velocity(&s->a, s->a.arm)));
 }
 
-// The contacts of LANES pairs of one sort; boxes whose faces share nothing are sorted again.
+// The contacts of LANES pairs of one sort; boxes whose faces do not meet are sorted again.
 static inline void tile_group(const StepParams* params, Tile* tile, u32 sort, u32 first, const SideTables* tables,
                               global const BodyInfo* body_infos, global FoundContacts* found_contacts,
                               global u32* contact_starts) {
@@ -128,10 +130,13 @@ static inline void tile_group(const StepParams* params, Tile* tile, u32 sort, u3
   if (sort == TILE_FACES) {
     const LaneBox a = box_of_side(&sides.a), b = box_of_side(&sides.b);
     const BoxPair pair = box_pair(&a, &b);
-    real codes[LANES];
-    for (u32 k = 0u; k < LANES; ++k) codes[k] = tile->codes[group.pair[k] - tile->first];
+    real codes[LANES], separations[LANES];
+    for (u32 k = 0u; k < LANES; ++k) {
+      codes[k] = tile->codes[group.pair[k] - tile->first];
+      separations[k] = tile->separations[group.pair[k] - tile->first];
+    }
     m = box_faces(&a, &b, &pair, LANE_LOAD(codes), lane_limit(params, &sides));
-    const u32 none = ~LANE_BITS(box_has_points(&m));
+    const u32 none = ~LANE_BITS(faces_meet(&m, &a, &b, LANE_LOAD(separations)));
     for (u32 k = 0u; k < members; ++k)
       tile_append(&tile->lists[TILE_CORNERS], group.pair[k] - tile->first, none >> k & 1u);
   } else if (sort == TILE_CORNERS) {

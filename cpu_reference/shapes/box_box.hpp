@@ -372,8 +372,18 @@ LastAxis<real> last_axis_entered(const BoxPair<real>& pair, Vec3<real> displacem
   return last;
 }
 
-/// Boxes whose faces share nothing, seen along their best axis. Where they overlap it is two edges that do, and a face
-/// was preferred. Where they are apart, they meet where they begin to overlap on the last axis, if they do in the step.
+/// Whether the points of two faces tell how the boxes meet: where these overlap, and a face was preferred to edges,
+/// all that the faces share may be apart.
+template <class real>
+bool faces_meet(const Manifold<real>& m, const BoxPair<real>& pair, const BoxAxis<real>& axis) {
+  real closest = real(1e30);
+  for (u32 k = 0; k < m.count; ++k) closest = smaller_of(closest, gap_at(m, k));
+  const real preferred = (better_face<real>() + better_edge<real>()) * smallest_extent(pair);
+  return closest <= preferred || (m.count > 0 && axis.separation > real(0));
+}
+
+/// Boxes whose faces do not meet, seen along their best axis. Where they overlap it is two edges that do. Where they
+/// are apart, they meet where they begin to overlap on the last axis, if they do in the step.
 template <class real>
 Manifold<real> box_corners(const WorldShape<real>& a, const WorldShape<real>& b, const BoxPair<real>& pair,
                            const BoxAxis<real>& axis, real limit) {
@@ -397,7 +407,7 @@ Manifold<real> box_box(const WorldShape<real>& a, const WorldShape<real>& b, rea
   const BoxAxis<real> axis = box_axis(pair);
   if (axis.separation > limit) return no_manifold<real>();
   const Manifold<real> m = box_faces(a, b, pair, axis.code, limit);
-  return m.count > 0 ? m : box_corners(a, b, pair, axis, limit);
+  return faces_meet(m, pair, axis) ? m : box_corners(a, b, pair, axis, limit);
 }
 
 }  // namespace lockstep::reference

@@ -63,7 +63,10 @@ LANE_INLINE BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
   BOX_EDGE(sign_u r.y.V, sign_v r.y.U, tu, tv, au, av, r.z.U, r.z.V, r.x.U, r.x.V, b.z, b.x, 7 + 3 * i) \
   BOX_EDGE(sign_u r.z.V, sign_v r.z.U, tu, tv, au, av, r.x.U, r.x.V, r.y.U, r.y.V, b.x, b.y, 8 + 3 * i)
 
-LANE_INLINE lane box_smallest(Lane3 v) { return lane_less(v.z, lane_less(v.x, v.y)); }
+static inline lane box_smallest(Lane3 v) { return lane_less(v.z, lane_less(v.y, v.x)); }
+static inline lane box_least(const LaneBox* a, const LaneBox* b) {
+  return lane_less(box_smallest(b->extents), box_smallest(a->extents));
+}
 
 // The code is 0 .. 2 for faces of a, 3 .. 5 for faces of b, 6 + 3 i + j for edges.
 LANE_INLINE BoxAxis box_axis(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair) {
@@ -81,7 +84,7 @@ LANE_INLINE BoxAxis box_axis(const LaneBox* box_a, const LaneBox* box_b, const B
   BOX_EDGES_OF(1, x, z, +, -, t.x, t.z, a.x, a.z)
   BOX_EDGES_OF(2, x, y, -, +, t.x, t.y, a.x, a.y)
   const lane root = sqrt(fabs(edge_square) / edge_length);
-  const lane least = lane_less(box_smallest(b), box_smallest(a));
+  const lane least = box_least(box_a, box_b);
   const lane_mask take_b = on_b > on_a + LANE_OF(0.01) * least;
   BoxAxis axis;
   axis.separation = take_b ? on_b : on_a;
@@ -307,12 +310,19 @@ LANE_INLINE LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const Box
   return m;
 }
 
-LANE_INLINE lane_mask box_has_points(const LaneManifold* m) {
-  return (m->feature[0] < LANE_OF(LANE_NO_FEATURE)) | (m->feature[1] < LANE_OF(LANE_NO_FEATURE)) |
-         (m->feature[2] < LANE_OF(LANE_NO_FEATURE)) | (m->feature[3] < LANE_OF(LANE_NO_FEATURE));
+// Whether the points of two faces tell how the boxes meet.
+LANE_INLINE lane_mask faces_meet(const LaneManifold* m, const LaneBox* a, const LaneBox* b, lane separation) {
+  const lane none = LANE_OF(1e30);
+  lane closest = none;
+  for (int k = 0; k < 4; ++k) {
+    const lane gap = lane_dot3(m->normal, lane_sub3(m->anchor_a[k], m->anchor_b[k])) - m->radius_a - m->radius_b;
+    closest = (m->feature[k] < LANE_OF(LANE_NO_FEATURE)) & (gap < closest) ? gap : closest;
+  }
+  const lane preferred = (LANE_OF(0.01) + LANE_OF(0.03)) * box_least(a, b);
+  return (closest <= preferred) | ((closest < none) & (separation > LANE_OF(0)));
 }
 
-// ---- faces that share nothing --------------------------------------------------------------------------------------
+// ---- faces that do not meet -----------------------------------------------------------------------------------------
 
 // The axis entered last by boxes that are apart: its code, and the share of the displacement after which it is.
 LANE_INLINE lane box_last_axis(const LaneBox* a, const LaneBox* b, const BoxPair* pair, Lane3 displacement,
@@ -376,7 +386,7 @@ static inline Manifold box_box(WorldShape shape_a, WorldShape shape_b, real limi
   const BoxAxis axis = box_axis(&a, &b, &pair);
   if (LANE_FIRST(axis.separation) > limit) return no_manifold();
   LaneManifold found = box_faces(&a, &b, &pair, axis.code, LANE_OF(limit));
-  if (!(LANE_BITS(box_has_points(&found)) & 1u)) {
+  if ((LANE_BITS(faces_meet(&found, &a, &b, axis.separation)) & 1u) == 0u) {
     const Lane3 displacement = box_in_all_lanes3(sub3(shape_b.displacement, shape_a.displacement));
     found = box_corners(&a, &b, &pair, axis, displacement, LANE_OF(limit));
   }
