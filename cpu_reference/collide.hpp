@@ -7,6 +7,7 @@
 #include "cpu_reference/shapes/advance.hpp"
 #include "cpu_reference/shapes/may_touch.hpp"
 #include "cpu_reference/shapes/pairs.hpp"
+#include "cpu_reference/tolerances.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -29,13 +30,24 @@ Side<real> collide_side(const Buffers<real>& b, u32 shape) {
           rotate3(pose.orientation, vec3(b.shapes[shape].offset))};
 }
 
+/// The inner radius of the smaller shape.
+template <class real>
+real collide_radius(const Side<real>& a, const Side<real>& b) {
+  return pair_radius(a.shape.size[3], b.shape.size[3]);
+}
+
+template <class real>
+real collide_margin(const StepParams<real>& params, const Side<real>& a, const Side<real>& b) {
+  return pair_margin(params, collide_radius(a, b));
+}
+
 /// The largest gap that can matter: a point of shape a, which is no farther from its centre than its bounding radius,
 /// meets b no faster than |v| + |w| bounding_radius, with v and w the relative motion at the centre of a.
 template <class real>
 real collide_limit(const StepParams<real>& params, const Side<real>& a, const Side<real>& b, Vec3<real> arm_b) {
   const Vec3<real> v = sub3(point_velocity(b.motion, arm_b), point_velocity(a.motion, a.arm));
   const Vec3<real> w = sub3(vec3(b.motion.w), vec3(a.motion.w));
-  return params.margin + step_length(params) * (length3(v) + length3(w) * a.shape.bounding_radius);
+  return collide_margin(params, a, b) + step_length(params) * (length3(v) + length3(w) * a.shape.bounding_radius);
 }
 
 /// From the centre of mass of b to that of a.
@@ -73,9 +85,10 @@ WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, 
 template <class real>
 Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                              const Side<real>& b, real limit, bool alone, real h) {
-  return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, params.margin, h), b.info.kind,
-                        collide_world_shape(b, collide_center_b(a, b), alone, params.margin, h),
-                        collide_tables(buffers), limit);
+  const real margin = collide_margin(params, a, b);
+  return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, margin, h), b.info.kind,
+                        collide_world_shape(b, collide_center_b(a, b), alone, margin, h), collide_tables(buffers),
+                        limit);
 }
 
 template <class real>
@@ -83,7 +96,7 @@ bool collide_in_range(const StepParams<real>& params, const Manifold<real>& m, u
                       const Side<real>& b, Vec3<real> offset_ab, real time_left) {
   const Vec3<real> arm = add3(a.arm, sub3(m.points[k].anchor_a, scale3(m.radius_a, m.normal)));
   const real speed = approach_speed(m.normal, a.motion, arm, b.motion, add3(arm, offset_ab));
-  return gap_at(m, k) <= params.margin + time_left * speed;
+  return gap_at(m, k) <= collide_margin(params, a, b) + time_left * speed;
 }
 
 /// Puts one more point into a list that is ordered by feature.
@@ -142,12 +155,12 @@ void collide_add_core(const Buffers<real>& buffers, const Side<real>& a, const S
 template <class real>
 Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                                  const Side<real>& b, real limit) {
-  const real h = step_length(params);
+  const real h = step_length(params), slop = pair_slop(params, collide_radius(a, b));
   Manifold<real> m = collide_sides(buffers, params, a, b, limit, true, h);
   const Mover<real> mover_a = make_mover(a.info, a.shape, a.motion, a.pose);
   const Mover<real> mover_b = make_mover(b.info, b.shape, b.motion, b.pose);
   real time = 0;
-  for (u32 round = 0; round < advance_rounds && m.count > 0 && time < h && closest_gap(m) > params.slop; ++round) {
+  for (u32 round = 0; round < advance_rounds && m.count > 0 && time < h && closest_gap(m) > slop; ++round) {
     time = advance_time(time, closest_gap(m), closing_speed(mover_a, mover_b, m.normal, h), h);
     m = collide_sides(buffers, params, collide_moved(a, mover_a, time), collide_moved(b, mover_b, time), limit, true,
                       h);

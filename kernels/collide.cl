@@ -6,6 +6,7 @@
 #include "shapes/advance.h"
 #include "shapes/may_touch.h"
 #include "shapes/pairs.h"
+#include "tolerances.h"
 #include "types.h"
 
 // One side of a pair.
@@ -46,12 +47,21 @@ static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool
   return world_shape;
 }
 
+// The inner radius of the smaller shape.
+static inline real collide_radius(const Side* a, const Side* b) {
+  return pair_radius(a->shape->size[3], b->shape->size[3]);
+}
+
+static inline real collide_margin(const StepParams* params, const Side* a, const Side* b) {
+  return pair_margin(params, collide_radius(a, b));
+}
+
 // The largest gap that can matter.
 static inline real collide_limit(const StepParams* params, const Side* a, const Side* b, Vec3 arm_b) {
   const Vec3 v = sub3(point_velocity(b->motion, arm_b), point_velocity(a->motion, a->arm));
   const Vec3 w = sub3(make3(b->motion->w[0], b->motion->w[1], b->motion->w[2]),
                       make3(a->motion->w[0], a->motion->w[1], a->motion->w[2]));
-  return params->margin + step_length(params) * (length3(v) + length3(w) * a->shape->bounding_radius);
+  return collide_margin(params, a, b) + step_length(params) * (length3(v) + length3(w) * a->shape->bounding_radius);
 }
 
 // From the centre of mass of b to that of a.
@@ -65,16 +75,16 @@ static inline Vec3 collide_center_b(const Side* a, const Side* b) {
 // `alone`: facets are taken for themselves.
 static inline Manifold collide_sides(const StepParams* params, const Side* a, const Side* b, HullTables tables,
                                      real limit, bool alone, real h) {
-  return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, params->margin, h),
-                        b->kind, collide_world_shape(b, collide_center_b(a, b), alone, params->margin, h), tables,
-                        limit);
+  const real margin = collide_margin(params, a, b);
+  return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, margin, h), b->kind,
+                        collide_world_shape(b, collide_center_b(a, b), alone, margin, h), tables, limit);
 }
 
 static inline bool collide_in_range(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
                                     Vec3 offset_ab, real time_left) {
   const Vec3 arm = add3(a->arm, sub3(m->points[k].anchor_a, scale3(m->radius_a, m->normal)));
   const real speed = approach_speed(m->normal, a->motion, arm, b->motion, add3(arm, offset_ab));
-  return gap_at(m, k) <= params->margin + time_left * speed;
+  return gap_at(m, k) <= collide_margin(params, a, b) + time_left * speed;
 }
 
 // Puts one more point into a list that is ordered by feature.
@@ -128,13 +138,13 @@ static inline bool collide_is_facet(const Side* side, HullTables tables) {
 // may be beside it: until it is there the facet is taken for itself.
 static inline void collide_at_impact(const StepParams* params, const Side* a, const Side* b, HullTables tables,
                                      real limit, Manifold* m) {
-  const real h = step_length(params);
+  const real h = step_length(params), slop = pair_slop(params, collide_radius(a, b));
   *m = collide_sides(params, a, b, tables, limit, true, h);
   const Mover mover_a = make_mover(a->kind, a->shape, a->motion, a->pose);
   const Mover mover_b = make_mover(b->kind, b->shape, b->motion, b->pose);
   Side moved_a = *a, moved_b = *b;
   real time = (real)0;
-  for (u32 round = 0u; round < ADVANCE_ROUNDS && m->count > 0u && time < h && closest_gap(m) > params->slop; ++round) {
+  for (u32 round = 0u; round < ADVANCE_ROUNDS && m->count > 0u && time < h && closest_gap(m) > slop; ++round) {
     time = advance_time(time, closest_gap(m), closing_speed(&mover_a, &mover_b, m->normal, h), h);
     moved_a = collide_moved(a, &mover_a, time);
     moved_b = collide_moved(b, &mover_b, time);

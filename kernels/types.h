@@ -296,7 +296,7 @@ RECORD(ParticleLaw) {
   real pad[2];
 };
 
-// Of a world: a body is slow below both (feature sleeping).
+// Of a body, which is slow below both (feature sleeping).
 RECORD(SleepLaw) { real speed, angular_speed; };  // m/s, rad/s
 
 // A plane that particles rest on, in the frame of its body.

@@ -316,7 +316,7 @@ LANE_INLINE lane_mask faces_meet(const LaneManifold* m, const LaneBox* a, const 
   lane closest = none;
   for (int k = 0; k < 4; ++k) {
     const lane gap = lane_dot3(m->normal, lane_sub3(m->anchor_a[k], m->anchor_b[k])) - m->radius_a - m->radius_b;
-    closest = (m->feature[k] < LANE_OF(LANE_NO_FEATURE)) & (gap < closest) ? gap : closest;
+    closest = ((m->feature[k] < LANE_OF(LANE_NO_FEATURE)) & (gap < closest)) ? gap : closest;
   }
   const lane preferred = (LANE_OF(0.01) + LANE_OF(0.03)) * box_least(a, b);
   return (closest <= preferred) | ((closest < none) & (separation > LANE_OF(0)));
