@@ -14,9 +14,8 @@ namespace lockstep::reference {
 
 enum PatchKind { PATCH_SEGMENT = 0, PATCH_POLYGON = 1, PATCH_DISC = 2 };
 
-/// Points on the rim of a disc that can become contacts: sixteen that are fixed in the body, and the one that
-/// lies deepest.
-inline constexpr u32 DISC_POINTS = 17;
+/// Points on the rim of a disc that can become contacts: sixteen, the first of them along x.
+inline constexpr u32 DISC_POINTS = 16;
 
 template <class real>
 struct Patch {
@@ -29,11 +28,18 @@ struct Patch {
   u32 corners;          // of a polygon
   u32 face;             // of the polytope
   Polytope<real> poly;  // of a polygon
-  Vec3<real> x, y;      // of a disc: axes of the body in its plane, as long as the radius
-  Vec3<real> deepest;   // of a disc: from the centre to the rim where the shape reaches farthest
+  Vec3<real> x, y;      // of a disc: across each other in its plane, as long as the radius
   real radius;
-  u32 first_name;  // of a disc: its points are first_name ... + 16
+  u32 first_name;  // of a disc: its points are first_name ... + 15
 };
+
+/// By how much less deep than the deepest point a point may be and stand for it. Bodies at rest tilt by rounding, and
+/// where contacts are soft by a share of their depth: which point is the deepest is then no matter.
+template <class real>
+real depth_slack(real gap, real tolerance, real scale) {
+  const real share = gap < 0 && gap > real(-1e29) ? real(-0.1) * gap : real(0), most = real(1e-3) * scale;
+  return tolerance + real(1e-5) * scale + (share < most ? share : most);
+}
 
 /// The point of the patch's plane that is in line with x along the normal.
 template <class real>
@@ -95,9 +101,13 @@ Patch<real> segment_patch(real sense, Vec3<real> start, Vec3<real> end, Vec3<rea
   return patch;
 }
 
-/// The cap of a cylinder where it faces the other shape, else the line on its side that does.
+/// The cap of a cylinder where it faces the other shape, else the line on its side that does. The points of a cap are
+/// fixed in the body while the best of four that are, an eighth of the way around from the deepest one, miss its depth
+/// by no more than `slack`: where a tilt is little else than noise they stay where they are. Else the deepest one is the
+/// first of them.
 template <class real>
-Patch<real> cylinder_patch(const WorldShape<real>& shape, const Axes<real>& axes, real sense, Vec3<real> normal) {
+Patch<real> cylinder_patch(const WorldShape<real>& shape, const Axes<real>& axes, real sense, Vec3<real> normal,
+                           real slack) {
   const real radius = shape.size.x, half_length = shape.size.y;
   const Vec3<real> down = scale3(sense, normal);
   const real cosine = dot3(axes.z, down);
@@ -112,11 +122,11 @@ Patch<real> cylinder_patch(const WorldShape<real>& shape, const Axes<real>& axes
   const real side = cosine > 0 ? real(1) : real(-1);
   const Vec3<real> cap = scale3(side, axes.z);
   Patch<real> patch = patch_of(PATCH_DISC, sense, add3(shape.center, scale3(half_length, cap)), cap, normal);
-  patch.x = scale3(radius, axes.x);
-  patch.y = scale3(radius, axes.y);
-  patch.deepest = rim;
+  const bool tilted = real(0.3) * radius * sine > slack;
+  patch.x = tilted ? rim : scale3(radius, axes.x);
+  patch.y = tilted ? cross3(axes.z, rim) : scale3(radius, axes.y);
   patch.radius = radius;
-  patch.first_name = cosine > 0 ? DISC_POINTS : 0;
+  patch.first_name = (cosine > 0 ? DISC_POINTS : 0) + (tilted ? 2 * DISC_POINTS : 0);
   return patch;
 }
 
@@ -129,7 +139,6 @@ u32 patch_points(const Patch<real>& patch) {
 template <class real>
 Vec3<real> patch_point(const Patch<real>& patch, u32 i) {
   if (patch.kind == PATCH_POLYGON) return poly_vertex(patch.poly, poly_corner(patch.poly, patch.face, i));
-  if (i + 1 == DISC_POINTS) return add3(patch.center, patch.deepest);
   return add3(patch.center, around_sixteenth(patch.x, patch.y, i));
 }
 

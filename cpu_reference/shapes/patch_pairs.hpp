@@ -59,9 +59,9 @@ Meeting<real> meet_cores(u32 kind_a, const WorldShape<real>& a, u32 kind_b, cons
 /// The part of a surface that faces the other shape: along the normal (sense 1, shape b) or against it (-1, shape a).
 template <class real>
 Patch<real> facing_patch(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, real sense,
-                         Vec3<real> normal, real tolerance) {
+                         Vec3<real> normal, real tolerance, real slack) {
   if (kind == SHAPE_PLANE) return plane_patch(shape.center, normal);
-  if (kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal);
+  if (kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal, slack);
   const Polytope<real> polytope = polytope_of(kind, shape, tables);
   if (kind != SHAPE_CAPSULE) return polygon_patch(polytope, sense, normal, tolerance);
   const Vec3<real> surface = scale3(sense * shape.size.x, normal);
@@ -83,11 +83,12 @@ Manifold<real> touch_along(u32 kind_a, const WorldShape<real>& a, u32 kind_b, co
   const real core_a = patch_core_radius(kind_a, a);
   meeting.gap = meeting.gap - core_a;
   meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
-  const Patch<real> patch_a = facing_patch(kind_a, a, tables, real(-1), meeting.normal, real(10) * tolerance);
-  const Patch<real> patch_b = facing_patch(kind_b, b, tables, real(1), meeting.normal, real(10) * tolerance);
+  const real scale = kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b);
+  const real slack = depth_slack(meeting.gap, tolerance, scale);
+  const Patch<real> patch_a = facing_patch(kind_a, a, tables, real(-1), meeting.normal, real(10) * tolerance, slack);
+  const Patch<real> patch_b = facing_patch(kind_b, b, tables, real(1), meeting.normal, real(10) * tolerance, slack);
   return share_patches(patch_a, patch_b, rolling_radius(kind_a, a, meeting.normal),
-                       rolling_radius(kind_b, b, meeting.normal), meeting, limit, tolerance,
-                       kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b));
+                       rolling_radius(kind_b, b, meeting.normal), meeting, limit, tolerance, slack, scale);
 }
 
 /// The best face of the other one of two shapes with faces.

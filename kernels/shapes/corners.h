@@ -139,23 +139,15 @@ static inline SharedPoint shared_candidate(const PatchPair* pair, u32 k) {
     const u32 own = patch_points(first);
     if (k < own) {
       const Vec3 x = patch_point(first, k);
-      if (!patch_contains(second, n, x, pair->tolerance)) return none;
+      if (!patch_contains(second, n, x, (real)10 * pair->tolerance)) return none;
       return shared_point(pair, x, patch_lift(second, n, x), shared_name(corner_kind, patch_name(first, k), 0));
     }
     if (k < own + 2) return shared_by_rims(pair, k - own);
     i = k - own - 2;
   }
   const Vec3 x = patch_point(second, i);
-  if (!patch_contains(first, n, x, pair->tolerance)) return none;
+  if (!patch_contains(first, n, x, (real)10 * pair->tolerance)) return none;
   return shared_point(pair, patch_lift(first, n, x), x, shared_name(other_kind, patch_name(second, i), 0));
-}
-
-// The deepest point of a tilted disc wanders: it counts where no other point is as deep, and for nothing else.
-static inline bool shared_wanders(const PatchPair* pair, u32 k) {
-  const u32 count = shared_count(pair);
-  if (pair->first.kind == PATCH_SEGMENT) return false;
-  if (pair->second.kind == PATCH_DISC && k + 1 == count) return true;
-  return pair->first.kind == PATCH_DISC && k + 1 == DISC_POINTS;
 }
 
 typedef struct Chosen {

@@ -13,9 +13,8 @@
 
 enum PatchKind { PATCH_SEGMENT = 0, PATCH_POLYGON = 1, PATCH_DISC = 2 };
 
-// Points on the rim of a disc that can become contacts: sixteen that are fixed in the body, and the one that lies
-// deepest.
-#define DISC_POINTS 17u
+// Points on the rim of a disc that can become contacts: sixteen, the first of them along x.
+#define DISC_POINTS 16u
 
 typedef struct Patch {
   u32 kind;
@@ -27,11 +26,17 @@ typedef struct Patch {
   u32 corners;    // of a polygon
   u32 face;       // of the polytope
   Polytope poly;  // of a polygon
-  Vec3 x, y;      // of a disc: axes of the body in its plane, as long as the radius
-  Vec3 deepest;   // of a disc: from the centre to the rim where the shape reaches farthest
+  Vec3 x, y;      // of a disc: across each other in its plane, as long as the radius
   real radius;
-  u32 first_name;  // of a disc: its points are first_name ... + 16
+  u32 first_name;  // of a disc: its points are first_name ... + 15
 } Patch;
+
+// By how much less deep than the deepest point a point may be and stand for it. Bodies at rest tilt by rounding, and
+// where contacts are soft by a share of their depth: which point is the deepest is then no matter.
+static inline real depth_slack(real gap, real tolerance, real scale) {
+  const real share = gap < (real)0 && gap > (real)-1e29 ? (real)-0.1 * gap : (real)0, most = (real)1e-3 * scale;
+  return tolerance + (real)1e-5 * scale + (share < most ? share : most);
+}
 
 // The point of the patch's plane that is in line with x along the normal.
 static inline Vec3 patch_lift(const Patch* patch, Vec3 normal, Vec3 x) {
@@ -88,8 +93,11 @@ static inline Patch segment_patch(real sense, Vec3 start, Vec3 end, Vec3 normal)
   return patch;
 }
 
-// The cap of a cylinder where it faces the other shape, else the line on its side that does.
-static inline Patch cylinder_patch(WorldShape shape, Axes axes, real sense, Vec3 normal) {
+// The cap of a cylinder where it faces the other shape, else the line on its side that does. The points of a cap are
+// fixed in the body while the best of four that are, an eighth of the way around from the deepest one, miss its depth
+// by no more than `slack`: where a tilt is little else than noise they stay where they are. Else the deepest one is the
+// first of them.
+static inline Patch cylinder_patch(WorldShape shape, Axes axes, real sense, Vec3 normal, real slack) {
   const real radius = shape.size.x, half_length = shape.size.y;
   const Vec3 down = scale3(sense, normal);
   const real cosine = dot3(axes.z, down);
@@ -104,11 +112,11 @@ static inline Patch cylinder_patch(WorldShape shape, Axes axes, real sense, Vec3
   const real side = cosine > (real)0 ? (real)1 : (real)-1;
   const Vec3 cap = scale3(side, axes.z);
   Patch patch = patch_of(PATCH_DISC, sense, add3(shape.center, scale3(half_length, cap)), cap, normal);
-  patch.x = scale3(radius, axes.x);
-  patch.y = scale3(radius, axes.y);
-  patch.deepest = rim;
+  const bool tilted = (real)0.3 * radius * sine > slack;
+  patch.x = tilted ? rim : scale3(radius, axes.x);
+  patch.y = tilted ? cross3(axes.z, rim) : scale3(radius, axes.y);
   patch.radius = radius;
-  patch.first_name = cosine > (real)0 ? DISC_POINTS : 0;
+  patch.first_name = (cosine > (real)0 ? DISC_POINTS : 0) + (tilted ? 2 * DISC_POINTS : 0);
   return patch;
 }
 
@@ -119,7 +127,6 @@ static inline u32 patch_points(const Patch* patch) {
 
 static inline Vec3 patch_point(const Patch* patch, u32 i) {
   if (patch->kind == PATCH_POLYGON) return poly_vertex(&patch->poly, poly_corner(&patch->poly, patch->face, i));
-  if (i + 1 == DISC_POINTS) return add3(patch->center, patch->deepest);
   return add3(patch->center, around_sixteenth(patch->x, patch->y, i));
 }
 

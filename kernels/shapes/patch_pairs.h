@@ -59,10 +59,11 @@ static inline Meeting meet_cores(u32 kind_a, WorldShape a, u32 kind_b, WorldShap
 }
 
 // The part of a surface that faces the other shape: along the normal (sense 1, shape b) or against it (-1, shape a).
-static inline Patch facing_patch(u32 kind, WorldShape shape, HullTables tables, real sense, Vec3 normal,
-                                 real tolerance) {
+static inline Patch facing_patch(u32 kind, WorldShape shape, HullTables tables, real sense, Vec3 normal, real tolerance,
+                                 real slack) {
   if (kind == SHAPE_PLANE) return plane_patch(shape.center, normal);
-  if (FEATURE_CYLINDERS && kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal);
+  if (FEATURE_CYLINDERS && kind == SHAPE_CYLINDER)
+    return cylinder_patch(shape, axes_of(shape.rotation), sense, normal, slack);
   const Polytope polytope = polytope_of(kind, shape, tables);
   if (!FEATURE_CAPSULES || kind != SHAPE_CAPSULE) return polygon_patch(&polytope, sense, normal, tolerance);
   const Vec3 surface = scale3(sense * shape.size.x, normal);
@@ -83,11 +84,12 @@ static inline Manifold touch_along(u32 kind_a, WorldShape a, u32 kind_b, WorldSh
   const real core_a = patch_core_radius(kind_a, a);
   meeting.gap = meeting.gap - core_a;
   meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
-  const Patch patch_a = facing_patch(kind_a, a, tables, (real)-1, meeting.normal, (real)10 * tolerance);
-  const Patch patch_b = facing_patch(kind_b, b, tables, (real)1, meeting.normal, (real)10 * tolerance);
+  const real scale = kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b);
+  const real slack = depth_slack(meeting.gap, tolerance, scale);
+  const Patch patch_a = facing_patch(kind_a, a, tables, (real)-1, meeting.normal, (real)10 * tolerance, slack);
+  const Patch patch_b = facing_patch(kind_b, b, tables, (real)1, meeting.normal, (real)10 * tolerance, slack);
   return share_patches(&patch_a, &patch_b, rolling_radius(kind_a, a, meeting.normal),
-                       rolling_radius(kind_b, b, meeting.normal), &meeting, limit, tolerance,
-                       kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b));
+                       rolling_radius(kind_b, b, meeting.normal), &meeting, limit, tolerance, slack, scale);
 }
 
 // The best face of the other one of two shapes with faces.
