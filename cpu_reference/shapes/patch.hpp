@@ -37,8 +37,8 @@ struct Patch {
 /// where contacts are soft by a share of their depth: which point is the deepest is then no matter.
 template <class real>
 real depth_slack(real gap, real tolerance, real scale) {
-  const real share = gap < 0 && gap > real(-1e29) ? real(-0.1) * gap : real(0), most = real(1e-3) * scale;
-  return tolerance + real(1e-5) * scale + (share < most ? share : most);
+  const real share = gap < 0 && gap > real(-1e29) ? real(-0.5) * gap : real(0), most = real(5e-3) * scale;
+  return tolerance + real(1e-4) * scale + (share < most ? share : most);
 }
 
 /// The point of the patch's plane that is in line with x along the normal.
@@ -101,17 +101,18 @@ Patch<real> segment_patch(real sense, Vec3<real> start, Vec3<real> end, Vec3<rea
   return patch;
 }
 
-/// The cap of a cylinder where it faces the other shape, else the line on its side that does. The points of a cap are
-/// fixed in the body while the best of four that are, an eighth of the way around from the deepest one, miss its depth
-/// by no more than `slack`: where a tilt is little else than noise they stay where they are. Else the deepest one is the
-/// first of them.
+/// The cap of a cylinder where it faces the other shape, else the line on its side that does. Of the points of a cap four
+/// are along the axes of the body, until the deepest point of the rim is deeper by more than `slack`: then the nearest
+/// of them is as near to that one as it takes, and the others are turned with it. So a tilt that is little more than
+/// noise moves none.
 template <class real>
 Patch<real> cylinder_patch(const WorldShape<real>& shape, const Axes<real>& axes, real sense, Vec3<real> normal,
                            real slack) {
   const real radius = shape.size.x, half_length = shape.size.y;
   const Vec3<real> down = scale3(sense, normal);
   const real cosine = dot3(axes.z, down);
-  const Vec3<real> across = add3(scale3(dot3(axes.x, down), axes.x), scale3(dot3(axes.y, down), axes.y));
+  const real along_x = dot3(axes.x, down), along_y = dot3(axes.y, down);
+  const Vec3<real> across = add3(scale3(along_x, axes.x), scale3(along_y, axes.y));
   const real sine = length3(across);
   const Vec3<real> rim = sine > 0 ? scale3(radius / sine, across) : scale3(radius, axes.x);
   if (cosine * cosine < real(0.5)) {
@@ -122,11 +123,21 @@ Patch<real> cylinder_patch(const WorldShape<real>& shape, const Axes<real>& axes
   const real side = cosine > 0 ? real(1) : real(-1);
   const Vec3<real> cap = scale3(side, axes.z);
   Patch<real> patch = patch_of(PATCH_DISC, sense, add3(shape.center, scale3(half_length, cap)), cap, normal);
-  const bool tilted = real(0.3) * radius * sine > slack;
-  patch.x = tilted ? rim : scale3(radius, axes.x);
-  patch.y = tilted ? cross3(axes.z, rim) : scale3(radius, axes.y);
+  patch.x = scale3(radius, axes.x);
+  patch.y = scale3(radius, axes.y);
+  const real deeper = real(0.3) * radius * sine;  // than the best of those four, at most
+  if (deeper > slack) {
+    // what is left of the angle between the two makes a miss of its square
+    const real rest = std::sqrt(slack / deeper);
+    const bool at_y = along_y * along_y > along_x * along_x;
+    const real sign = (at_y ? along_y : along_x) < 0 ? real(-1) : real(1);
+    const Vec3<real> to = add3(scale3(sign * rest, at_y ? patch.y : patch.x), scale3(real(1) - rest, rim));
+    const Vec3<real> point = scale3(sign * radius / length3(to), to);
+    patch.x = at_y ? cross3(point, axes.z) : point;
+    patch.y = at_y ? point : cross3(axes.z, point);
+  }
   patch.radius = radius;
-  patch.first_name = (cosine > 0 ? DISC_POINTS : 0) + (tilted ? 2 * DISC_POINTS : 0);
+  patch.first_name = cosine > 0 ? DISC_POINTS : 0;
   return patch;
 }
 
