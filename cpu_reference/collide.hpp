@@ -56,9 +56,16 @@ HullTables<real> collide_tables(const Buffers<real>& b) {
           b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
 }
 
+/// The share of a step that has passed when contacts are evaluated, at the start of each sub-step, on their mean.
+template <class real>
+real contact_lag(const StepParams<real>& params) {
+  return real(0.5) * real(params.substeps - 1) / real(params.substeps);
+}
+
 /// `h`: what is left of the step, s.
 template <class real>
-WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, bool alone, real margin, real h) {
+WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, bool alone, real margin, real lag,
+                                     real h) {
   return {center,
           shape_rotation(side.pose, side.shape),
           vec3(side.shape.size),
@@ -66,15 +73,17 @@ WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, 
           alone,
           scale3(h, point_velocity(side.motion, side.arm)),
           scale3(h, vec3(side.motion.w)),
-          margin};
+          margin,
+          lag};
 }
 
 /// How the two meet, about the centre of shape a. `alone`: facets are taken for themselves.
 template <class real>
 Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                              const Side<real>& b, real limit, bool alone, real h) {
-  return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, params.margin, h), b.info.kind,
-                        collide_world_shape(b, collide_center_b(a, b), alone, params.margin, h),
+  const real lag = contact_lag(params);
+  return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, params.margin, lag, h), b.info.kind,
+                        collide_world_shape(b, collide_center_b(a, b), alone, params.margin, lag, h),
                         collide_tables(buffers), limit);
 }
 
@@ -112,7 +121,7 @@ Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, co
 
 template <class real>
 bool collide_is_facet(const Buffers<real>& buffers, const Side<real>& side) {
-  return is_facet(side.info.kind, collide_world_shape(side, {0, 0, 0}, false, real(0), real(0)),
+  return is_facet(side.info.kind, collide_world_shape(side, {0, 0, 0}, false, real(0), real(0), real(0)),
                   collide_tables(buffers));
 }
 

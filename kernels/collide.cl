@@ -32,8 +32,13 @@ static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, cons
   return side;
 }
 
+// The share of a step that has passed when contacts are evaluated, at the start of each sub-step, on their mean.
+static inline real contact_lag(const StepParams* params) {
+  return (real)0.5 * (real)(params->substeps - 1u) / (real)params->substeps;
+}
+
 // `h`: what is left of the step.
-static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool alone, real margin, real h) {
+static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool alone, real margin, real lag, real h) {
   WorldShape world_shape;
   world_shape.center = center;
   world_shape.rotation = shape_rotation(side->pose, side->shape);
@@ -41,6 +46,7 @@ static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool
   world_shape.hull = side->hull;
   world_shape.alone = alone;
   world_shape.margin = margin;
+  world_shape.lag = lag;
   world_shape.displacement = scale3(h, point_velocity(side->motion, side->arm));
   world_shape.angular_displacement = scale3(h, make3(side->motion->w[0], side->motion->w[1], side->motion->w[2]));
   return world_shape;
@@ -65,8 +71,9 @@ static inline Vec3 collide_center_b(const Side* a, const Side* b) {
 // `alone`: facets are taken for themselves.
 static inline Manifold collide_sides(const StepParams* params, const Side* a, const Side* b, HullTables tables,
                                      real limit, bool alone, real h) {
-  return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, params->margin, h),
-                        b->kind, collide_world_shape(b, collide_center_b(a, b), alone, params->margin, h), tables,
+  const real lag = contact_lag(params);
+  return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, params->margin, lag, h),
+                        b->kind, collide_world_shape(b, collide_center_b(a, b), alone, params->margin, lag, h), tables,
                         limit);
 }
 
@@ -120,7 +127,7 @@ static inline void collide_add_core(const Side* a, const Side* b, HullTables tab
 #endif
 
 static inline bool collide_is_facet(const Side* side, HullTables tables) {
-  return is_facet(side->kind, collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0),
+  return is_facet(side->kind, collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0, (real)0),
                   tables);
 }
 

@@ -86,10 +86,17 @@ static inline Manifold touch_along(u32 kind_a, WorldShape a, u32 kind_b, WorldSh
   meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
   const real scale = kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b);
   const real slack = depth_slack(meeting.gap, tolerance, scale);
-  const Patch patch_a = facing_patch(kind_a, a, tables, (real)-1, meeting.normal, (real)10 * tolerance, slack);
-  const Patch patch_b = facing_patch(kind_b, b, tables, (real)1, meeting.normal, (real)10 * tolerance, slack);
-  return share_patches(&patch_a, &patch_b, rolling_radius(kind_a, a, meeting.normal),
-                       rolling_radius(kind_b, b, meeting.normal), &meeting, limit, tolerance, slack, scale);
+  Patch patch_a = facing_patch(kind_a, a, tables, (real)-1, meeting.normal, (real)10 * tolerance, slack);
+  Patch patch_b = facing_patch(kind_b, b, tables, (real)1, meeting.normal, (real)10 * tolerance, slack);
+  if (patch_a.kind == PATCH_SEGMENT && patch_b.kind == PATCH_POLYGON)
+    patch_b = edge_of_patch(&patch_b, meeting.normal, sub3(patch_a.end, patch_a.center));
+  else if (patch_b.kind == PATCH_SEGMENT && patch_a.kind == PATCH_POLYGON)
+    patch_a = edge_of_patch(&patch_a, meeting.normal, sub3(patch_b.end, patch_b.center));
+  const real radius_a = rolling_radius(kind_a, a, meeting.normal), radius_b = rolling_radius(kind_b, b, meeting.normal);
+  const Vec3 at_a = add3(meeting.at_a, scale3(radius_a, meeting.normal));
+  const Vec3 at_b = sub3(meeting.at_b, scale3(radius_b, meeting.normal));
+  const Vec3 displacement = lagging_displacement(a, at_a, b, at_b);
+  return share_patches(&patch_a, &patch_b, radius_a, radius_b, &meeting, displacement, limit, tolerance, slack, scale);
 }
 
 // The best face of the other one of two shapes with faces.
