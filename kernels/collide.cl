@@ -72,9 +72,9 @@ static inline Vec3 collide_center_b(const Side* a, const Side* b) {
 static inline Manifold collide_sides(const StepParams* params, const Side* a, const Side* b, HullTables tables,
                                      real limit, bool alone, real h) {
   const real lag = contact_lag(params);
-  return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, params->margin, lag, h),
-                        b->kind, collide_world_shape(b, collide_center_b(a, b), alone, params->margin, lag, h), tables,
-                        limit);
+  return collide_shapes(
+      a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, params->margin, lag, h), b->kind,
+      collide_world_shape(b, collide_center_b(a, b), alone, params->margin, lag, h), tables, limit);
 }
 
 static inline bool collide_in_range(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
@@ -127,7 +127,8 @@ static inline void collide_add_core(const Side* a, const Side* b, HullTables tab
 #endif
 
 static inline bool collide_is_facet(const Side* side, HullTables tables) {
-  return is_facet(side->kind, collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0, (real)0),
+  return is_facet(side->kind,
+                  collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0, (real)0),
                   tables);
 }
 

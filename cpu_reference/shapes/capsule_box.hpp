@@ -126,8 +126,8 @@ Manifold<real> capsule_on_face(const WorldShape<real>& a, const WorldShape<real>
   return m;
 }
 
-/// The core crosses an edge of the box along axis k, or its end is over that edge, at t and at a point of the edge, n from
-/// there to the core.
+/// The core crosses an edge of the box along axis k, or its end is over that edge, at t and at a point of the edge, n
+/// from there to the core.
 template <class real>
 Manifold<real> capsule_across_edge(const WorldShape<real>& a, const WorldShape<real>& b, Axes<real> axes,
                                    SegmentInBox<real> c, Vec3<real> n, real t, Vec3<real> on_edge, u32 k, u32 feature) {

@@ -14,8 +14,8 @@ Manifold<real> sphere_capsule(const WorldShape<real>& a, const WorldShape<real>&
   const real height = dot3(axes.z, sub3(a.center, b.center)), t = clamp_to(height, b.size.y);
   const Vec3<real> core = add3(b.center, scale3(t, axes.z));
   // along the axis the sphere rolls: only an end is a point that the normal turns about
-  return manifold_at(direction_between(a.center, core, b.size.y, axes.x), t == height ? NORMAL_FIXED : NORMAL_BETWEEN,
-                     a.center, a.size.x, core, b.size.x, 0);
+  return manifold_at(direction_between(a.center, core, a.size.x + b.size.x, axes.x),
+                     t == height ? NORMAL_FIXED : NORMAL_BETWEEN, a.center, a.size.x, core, b.size.x, 0);
 }
 
 /// Both ends of the core segment.
@@ -50,7 +50,7 @@ Manifold<real> capsule_capsule(const WorldShape<real>& a, const WorldShape<real>
   // axes that cross part along their common normal, axes that lie in each other at a right angle to themselves
   const Vec3<real> across =
       square_sine > real(1e-12) ? scale3(real(1) / std::sqrt(square_sine), normal_of_both) : axes_a.x;
-  const Vec3<real> normal = direction_between(core_a, core_b, a.size.y + b.size.y, across);
+  const Vec3<real> normal = direction_between(core_a, core_b, a.size.x + b.size.x, across);
 
   const real end_1 = -cosine * b.size.y - du, end_2 = cosine * b.size.y - du;  // of b, along a
   const real low = end_1 < end_2 ? end_1 : end_2, high = end_1 < end_2 ? end_2 : end_1;

@@ -101,10 +101,10 @@ Patch<real> segment_patch(real sense, Vec3<real> start, Vec3<real> end, Vec3<rea
   return patch;
 }
 
-/// The cap of a cylinder where it faces the other shape, else the line on its side that does. Of the points of a cap four
-/// are along the axes of the body, until the deepest point of the rim is deeper by more than `slack`: then the nearest
-/// of them is as near to that one as it takes, and the others are turned with it. So a tilt that is little more than
-/// noise moves none.
+/// The cap of a cylinder where it faces the other shape, else the line on its side that does. Of the points of a cap
+/// four are along the axes of the body, until the deepest point of the rim is deeper by more than `slack`: then the
+/// nearest of them is as near to that one as it takes, and the others are turned with it. So a tilt that is little more
+/// than noise moves none.
 template <class real>
 Patch<real> cylinder_patch(const WorldShape<real>& shape, const Axes<real>& axes, real sense, Vec3<real> normal,
                            real slack) {

@@ -59,11 +59,11 @@ Meeting<real> meet_cores(u32 kind_a, const WorldShape<real>& a, u32 kind_b, cons
 /// The part of a surface that faces the other shape: along the normal (sense 1, shape b) or against it (-1, shape a).
 template <class real>
 Patch<real> facing_patch(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, real sense,
-                         Vec3<real> normal, real tolerance, real slack) {
+                         Vec3<real> normal, real slack) {
   if (kind == SHAPE_PLANE) return plane_patch(shape.center, normal);
   if (kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal, slack);
   const Polytope<real> polytope = polytope_of(kind, shape, tables);
-  if (kind != SHAPE_CAPSULE) return polygon_patch(polytope, sense, normal, tolerance);
+  if (kind != SHAPE_CAPSULE) return polygon_patch(polytope, sense, normal, real(2e-5) * length3(shape.size));
   const Vec3<real> surface = scale3(sense * shape.size.x, normal);
   return segment_patch(sense, add3(poly_vertex(polytope, 0), surface), add3(poly_vertex(polytope, 1), surface), normal);
 }
@@ -83,10 +83,10 @@ Manifold<real> touch_along(u32 kind_a, const WorldShape<real>& a, u32 kind_b, co
   const real core_a = patch_core_radius(kind_a, a);
   meeting.gap = meeting.gap - core_a;
   meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
-  const real scale = kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b);
+  const real scale = smaller_size(a, b);
   const real slack = depth_slack(meeting.gap, tolerance, scale);
-  Patch<real> patch_a = facing_patch(kind_a, a, tables, real(-1), meeting.normal, real(10) * tolerance, slack);
-  Patch<real> patch_b = facing_patch(kind_b, b, tables, real(1), meeting.normal, real(10) * tolerance, slack);
+  Patch<real> patch_a = facing_patch(kind_a, a, tables, real(-1), meeting.normal, slack);
+  Patch<real> patch_b = facing_patch(kind_b, b, tables, real(1), meeting.normal, slack);
   if (patch_a.kind == PATCH_SEGMENT && patch_b.kind == PATCH_POLYGON)
     patch_b = edge_of_patch(patch_b, meeting.normal, sub3(patch_a.end, patch_a.center));
   else if (patch_b.kind == PATCH_SEGMENT && patch_a.kind == PATCH_POLYGON)

@@ -6,16 +6,19 @@
 
 namespace lockstep::reference {
 
-/// What is left to rounding, and to the wish that contacts keep their features, relative to the size of both shapes.
-template <class real>
-real shape_tolerance(const WorldShape<real>& a, const WorldShape<real>& b) {
-  return real(1e-6) * (length3(a.size) + length3(b.size));
-}
-
+/// The size of the smaller one of two shapes; a plane, of size 0, has none.
 template <class real>
 real smaller_size(const WorldShape<real>& a, const WorldShape<real>& b) {
   const real size_a = length3(a.size), size_b = length3(b.size);
-  return size_a < size_b ? size_a : size_b;
+  return size_a > 0 && (size_a < size_b || !(size_b > 0)) ? size_a : size_b;
+}
+
+/// What is left to the wish that contacts keep their features, relative to the smaller shape, and to rounding, relative
+/// to both: coordinates are those of the larger one.
+template <class real>
+real shape_tolerance(const WorldShape<real>& a, const WorldShape<real>& b) {
+  const real rounding = sizeof(real) == 4 ? real(2.4e-7) : real(4.5e-16);
+  return real(2e-6) * smaller_size(a, b) + rounding * (length3(a.size) + length3(b.size));
 }
 
 /// "Own" coordinates are those of the shape's frame. A segment has two vertices, an edge and no face.

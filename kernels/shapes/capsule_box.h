@@ -111,8 +111,8 @@ static inline Manifold capsule_on_face(WorldShape a, WorldShape b, Axes axes, Se
   return m;
 }
 
-// The core crosses an edge of the box along axis k, or its end is over that edge, at t and at a point of the edge, n from
-// there to the core.
+// The core crosses an edge of the box along axis k, or its end is over that edge, at t and at a point of the edge, n
+// from there to the core.
 static inline Manifold capsule_across_edge(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, Vec3 n, real t,
                                            Vec3 on_edge, u32 k, u32 feature) {
   const Vec3 edge = along_axis((real)1, k), across = cross3(c.u, edge);

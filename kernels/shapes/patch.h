@@ -93,10 +93,10 @@ static inline Patch segment_patch(real sense, Vec3 start, Vec3 end, Vec3 normal)
   return patch;
 }
 
-// The cap of a cylinder where it faces the other shape, else the line on its side that does. Of the points of a cap four
-// are along the axes of the body, until the deepest point of the rim is deeper by more than `slack`: then the nearest
-// of them is as near to that one as it takes, and the others are turned with it. So a tilt that is little more than
-// noise moves none.
+// The cap of a cylinder where it faces the other shape, else the line on its side that does. Of the points of a cap
+// four are along the axes of the body, until the deepest point of the rim is deeper by more than `slack`: then the
+// nearest of them is as near to that one as it takes, and the others are turned with it. So a tilt that is little more
+// than noise moves none.
 static inline Patch cylinder_patch(WorldShape shape, Axes axes, real sense, Vec3 normal, real slack) {
   const real radius = shape.size.x, half_length = shape.size.y;
   const Vec3 down = scale3(sense, normal);

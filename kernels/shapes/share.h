@@ -40,9 +40,9 @@ static inline bool is_in_line(const Meeting* meeting, real size) {
 }
 
 // Up to four points: the first, the farthest from it, the farthest from their line, the farthest outside of the
-// triangle; then those that enclose most, one of them within `slack` (depth_slack) of the deepest. Depth chooses no more
-// than that: it changes with every step, and the points of bodies at rest are to stay. `meeting` is the deepest point
-// where the patches show none as deep. `scale` is the size of the smaller shape.
+// triangle; then those that enclose most, one of them within `slack` (depth_slack) of the deepest. Depth chooses no
+// more than that: it changes with every step, and the points of bodies at rest are to stay. `meeting` is the deepest
+// point where the patches show none as deep. `scale` is the size of the smaller shape.
 static inline Manifold share_patches(const Patch* a, const Patch* b, real radius_a, real radius_b,
                                      const Meeting* meeting, Vec3 displacement, real limit, real tolerance, real slack,
                                      real scale) {
