@@ -211,6 +211,11 @@ bool within_share(real share) {
   return share > real(-1e-3) && share < real(1.001);
 }
 
+template <class real>
+real clamp_share(real x) {
+  return x < 0 ? real(0) : x > 1 ? real(1) : x;
+}
+
 /// Takes a better meeting. Of faces, the normal is sure but not the place, as their neighbours are nearly as good a
 /// normal: a crossing that is no worse by much says where.
 template <class real>

@@ -77,11 +77,6 @@ real share_at_crossing(const EdgeSpan<real>& a, const EdgeSpan<real>& b, Vec3<re
   return dot3(cross3(sub3(b.start, a.start), b.along), across) / dot3(across, across);
 }
 
-template <class real>
-real clamp_share(real x) {
-  return x < 0 ? real(0) : x > 1 ? real(1) : x;
-}
-
 /// The separation along a unit normal from b to a: a lower bound of the true one.
 template <class real>
 real polytopes_bound(const Polytope<real>& a, const Polytope<real>& b, Vec3<real> normal) {

@@ -101,8 +101,14 @@ Manifold<real> share_patches(const Patch<real>& a, const Patch<real>& b, real ra
   // of a disc on a plane, which has no corners, the first four do
   const bool on_plane = pair.first.kind == PATCH_POLYGON && pair.first.corners == 0;
   const bool wider = pair.second.kind == PATCH_DISC ? !on_plane : valid > 4;
-  if (chosen.count > 2 && pair.first.kind != PATCH_SEGMENT && wider)
+  bool deep = false;
+  for (u32 k = 0; k < chosen.count; ++k) deep = deep || chosen.points[k].gap <= least + slack;
+  if (chosen.count > 2 && pair.first.kind != PATCH_SEGMENT && (wider || !deep)) {
     shared_widen(pair, count, limit, least + slack, deepest, chosen);
+  } else if (!deep) {  // of a line, or beside one that was chosen
+    chosen.points[chosen.count] = deepest;
+    chosen.count = chosen.count + 1;
+  }
   shared_sort(chosen);
   Manifold<real> m = manifold_along(meeting.normal, meeting.frame, radius_a, radius_b);
   for (u32 k = 0; k < chosen.count; ++k) {

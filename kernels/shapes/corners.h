@@ -96,15 +96,10 @@ static inline SharedPoint shared_by_segments(const PatchPair* pair, u32 k) {
     const Vec3 w = sub3(q, p);
     const real across = dot3(cross3(u, v), pair->normal);
     const CrossingShift shift = crossing_shift(u, v, pair->normal, pair->displacement);
-    const real s = dot3(cross3(w, v), pair->normal) / across + shift.along_first;
-    const real t = dot3(cross3(w, u), pair->normal) / across + shift.along_second;
-    const real s1 = s < (real)0   ? (real)0
-                    : s > (real)1 ? (real)1
-                                  : s,
-               t1 = t < (real)0   ? (real)0
-                    : t > (real)1 ? (real)1
-                                  : t;
-    return shared_point(pair, add3(p, scale3(s1, u)), add3(q, scale3(t1, v)), shared_name(0, 0, 3));
+    const real s = dot3(cross3(w, v), pair->normal) / across, t = dot3(cross3(w, u), pair->normal) / across;
+    if (!within_share(s) || !within_share(t)) return none;
+    return shared_point(pair, add3(p, scale3(clamp_share(s + shift.along_first), u)),
+                        add3(q, scale3(clamp_share(t + shift.along_second), v)), shared_name(0, 0, 3));
   }
   Cut cut = {0, 1, NONE, NONE};
   if (vv > (real)0 && uu > (real)0) {

@@ -201,6 +201,8 @@ static inline real meeting_least(const Meeting* best, real tolerance) {
 // What a crossing may lie outside of an edge, as a share of it, by rounding.
 static inline bool within_share(real share) { return share > (real)-1e-3 && share < (real)1.001; }
 
+static inline real clamp_share(real x) { return x < (real)0 ? (real)0 : x > (real)1 ? (real)1 : x; }
+
 // Takes a better meeting. Of faces, the normal is sure but not the place, as their neighbours are nearly as good a
 // normal: a crossing that is no worse by much says where.
 static inline Meeting meeting_offer(Meeting best, real gap, Vec3 normal, u32 frame, Vec3 at_a, Vec3 at_b,

@@ -72,8 +72,6 @@ static inline real share_at_crossing(const EdgeSpan* a, const EdgeSpan* b, Vec3 
   return dot3(cross3(sub3(b->start, a->start), b->along), across) / dot3(across, across);
 }
 
-static inline real clamp_share(real x) { return x < (real)0 ? (real)0 : x > (real)1 ? (real)1 : x; }
-
 // The separation along a unit normal from b to a: a lower bound of the true one.
 static inline real polytopes_bound(const Polytope* a, const Polytope* b, Vec3 normal) {
   return dot3(normal, sub3(a->center, b->center)) - poly_extent(a, scale3((real)-1, normal)) - poly_extent(b, normal);
