@@ -105,9 +105,8 @@ Manifold<real> share_patches(const Patch<real>& a, const Patch<real>& b, real ra
   for (u32 k = 0; k < chosen.count; ++k) deep = deep || chosen.points[k].gap <= least + slack;
   if (chosen.count > 2 && pair.first.kind != PATCH_SEGMENT && (wider || !deep)) {
     shared_widen(pair, count, limit, least + slack, deepest, chosen);
-  } else if (!deep) {  // of a line, or beside one that was chosen
-    chosen.points[chosen.count] = deepest;
-    chosen.count = chosen.count + 1;
+  } else if (!deep && chosen.count == 1) {
+    chosen.points[0] = deepest;
   }
   shared_sort(chosen);
   Manifold<real> m = manifold_along(meeting.normal, meeting.frame, radius_a, radius_b);

@@ -104,9 +104,8 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
   for (u32 k = 0; k < chosen.count; ++k) deep = deep || chosen.points[k].gap <= least + slack;
   if (chosen.count > 2 && pair.first.kind != PATCH_SEGMENT && (wider || !deep)) {
     shared_widen(&pair, kept, count, limit, least + slack, &deepest, &chosen);
-  } else if (!deep) {  // of a line, or beside one that was chosen
-    chosen.points[chosen.count] = deepest;
-    chosen.count = chosen.count + 1;
+  } else if (!deep && chosen.count == 1) {
+    chosen.points[0] = deepest;
   }
   shared_sort(&chosen);
   Manifold m = manifold_along(meeting->normal, meeting->frame, radius_a, radius_b);
