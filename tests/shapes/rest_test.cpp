@@ -1,4 +1,4 @@
-// Bodies at rest on each other: their contacts keep names and places, carry the weight and move nothing, whatever the
+// Bodies at rest on each other: their contacts keep names and points, carry the weight and move nothing, whatever the
 // shapes; and what rolls along a line keeps its speed.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -67,7 +67,7 @@ struct Name {
 };
 
 /// A contact as a step made it.
-struct Place {
+struct AnchorPair {
   Name name;
   double on_a[3], on_b[3];  // in the bodies
 };
@@ -92,8 +92,8 @@ class Bench {
   void step(u32 count) {
     for (u32 i = 0; i < count; ++i) simulation_->step();
   }
-  std::vector<Place> places() const {
-    std::vector<Place> all;
+  std::vector<AnchorPair> anchor_pairs() const {
+    std::vector<AnchorPair> all;
     for (u32 i = 0; i < buffers_->counters[COUNTER_CONTACTS]; ++i) {
       const Contact& c = buffers_->contacts[i];
       const ContactPoint<real>& p = buffers_->contact_points[i];
@@ -128,14 +128,14 @@ class Bench {
 
 double distance(const double* p, const double* q) { return std::hypot(p[0] - q[0], p[1] - q[1], p[2] - q[2]); }
 
-/// Names stay what they are and places where they are, within `near`; nothing moves.
+/// Names stay what they are and anchors where they are, within `near`; nothing moves.
 template <class real>
 void expect_contacts_to_stay(Bench<real>& bench, u32 steps, double near, double most_speed) {
-  std::vector<Place> before = bench.places();
+  std::vector<AnchorPair> before = bench.anchor_pairs();
   ASSERT_FALSE(before.empty());
   for (u32 i = 0; i < steps; ++i) {
     bench.step(1);
-    const std::vector<Place> after = bench.places();
+    const std::vector<AnchorPair> after = bench.anchor_pairs();
     ASSERT_EQ(after.size(), before.size()) << "step " << i;
     for (std::size_t k = 0; k < after.size(); ++k) {
       ASSERT_EQ(after[k].name, before[k].name) << "step " << i << ", contact " << k;
@@ -167,12 +167,12 @@ std::vector<Ground> grounds() {
 template <class real>
 void expect_flats_to_stay(const std::string& solver) {
   for (const auto& [name, ground] : grounds()) {
-    for (const double turn : {0.0, 0.4, 1.1, 2.9}) {
+    for (const double yaw : {0.0, 0.4, 1.1, 2.9}) {
       for (const auto& [kind, shape] : {std::pair{"cylinder", round_shape("cylinder", 0.2, 0.5)},
                                         {"pentagon", prism(5, 0.2, 0.5)},
                                         {"octagon", prism(8, 0.2, 0.5)}}) {
-        SCOPED_TRACE(fmt::format("{} on {}, turned by {}, {}", kind, name, turn, solver));
-        Bench<real> bench(ground + ", " + moving(shape, {0.01, 0.02, 0.251}, around(0, 0, 1, turn)), solver);
+        SCOPED_TRACE(fmt::format("{} on {}, turned by {}, {}", kind, name, yaw, solver));
+        Bench<real> bench(ground + ", " + moving(shape, {0.01, 0.02, 0.251}, around(0, 0, 1, yaw)), solver);
         bench.step(240);
         expect_contacts_to_stay(bench, 60, 1e-4, sizeof(real) == 4 ? 2e-5 : 2e-6);
         EXPECT_NEAR(double(bench.position().z), 0.25, 3e-4);
@@ -226,9 +226,9 @@ void expect_bar_to_lie_in_a_gap(const std::string& solver) {
                         solver);
       bench.step(240);
       expect_contacts_to_stay(bench, 60, 1e-3, 1e-3);
-      const std::vector<Place> places = bench.places();
-      ASSERT_EQ(places.size(), 4u);
-      for (u32 k = 0; k < 4; k += 2) EXPECT_NEAR(distance(places[k].on_a, places[k + 1].on_a), 1, 1e-3);
+      const std::vector<AnchorPair> anchors = bench.anchor_pairs();
+      ASSERT_EQ(anchors.size(), 4u);
+      for (u32 k = 0; k < 4; k += 2) EXPECT_NEAR(distance(anchors[k].on_a, anchors[k + 1].on_a), 1, 1e-3);
       EXPECT_NEAR(double(bench.position().z), radius * cosine, 5e-4);
       // friction may take a share of it, and each edge the other's
       EXPECT_LE(bench.normal_impulse(), 1.02 * 2 * g / cosine * bench.sub_step());
