@@ -110,16 +110,17 @@ real core_extent(u32 kind, const WorldShape<real>& shape, const HullTables<real>
   return poly_extent(polytope_of(kind, shape, tables), direction);
 }
 
-/// Whether the core of a shape is farther than the limit from a facet, as the facet's normal or a direction across one
-/// of its edges tells: most of those whose boxes meet are.
+/// Whether the core of a shape is farther than the limit from a facet, as the facet's normal, from either side, or a
+/// direction across one of its edges tells: most of those whose boxes meet are.
 template <class real>
 bool facet_is_far(u32 kind, const WorldShape<real>& shape, const WorldShape<real>& facet,
                   const HullTables<real>& tables, real limit) {
   const Polytope<real> triangle = polytope_of(SHAPE_HULL, facet, tables);
   const Vec3<real> normal = poly_own_normal(triangle, 0);
-  for (u32 k = 0; k < 4; ++k) {
+  for (u32 k = 0; k < 5; ++k) {
     const EdgeSpan<real> edge = poly_own_edge(triangle, k < 3 ? k : 0);
-    const Vec3<real> out = out_of_frame(triangle.axes, k < 3 ? cross3(edge.along, normal) : normal);
+    const Vec3<real> own = k < 3 ? cross3(edge.along, normal) : scale3(k == 3 ? real(1) : real(-1), normal);
+    const Vec3<real> out = out_of_frame(triangle.axes, own);
     const Vec3<real> from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
     const real gap = dot3(out, sub3(shape.center, from)) - core_extent(kind, shape, tables, scale3(real(-1), out));
     if (gap > limit * length3(out)) return true;

@@ -102,7 +102,7 @@ static inline Meeting meet_other_face(u32 kind_a, WorldShape a, u32 kind_b, Worl
                               : poly_meet_face_of_a(&one, &other, none, limit, tolerance);
 }
 
-#if FEATURE_FACETS
+#if FEATURE_FACETS || FEATURE_SEAMS
 // How far the core of a shape reaches from its centre along a direction, times the direction's length.
 static inline real core_extent(u32 kind, WorldShape shape, HullTables tables, Vec3 direction) {
 #if FEATURE_CYLINDERS
@@ -114,15 +114,18 @@ static inline real core_extent(u32 kind, WorldShape shape, HullTables tables, Ve
   const Polytope polytope = polytope_of(kind, shape, tables);
   return poly_extent(&polytope, direction);
 }
+#endif
 
-// Whether the core of a shape is farther than the limit from a facet, as the facet's normal or a direction across one
-// of its edges tells: most of those whose boxes meet are.
+#if FEATURE_FACETS
+// Whether the core of a shape is farther than the limit from a facet, as the facet's normal, from either side, or a
+// direction across one of its edges tells: most of those whose boxes meet are.
 static inline bool facet_is_far(u32 kind, WorldShape shape, WorldShape facet, HullTables tables, real limit) {
   const Polytope triangle = polytope_of(SHAPE_HULL, facet, tables);
   const Vec3 normal = poly_own_normal(&triangle, 0u);
-  for (u32 k = 0u; k < 4u; ++k) {
+  for (u32 k = 0u; k < 5u; ++k) {
     const EdgeSpan edge = poly_own_edge(&triangle, k < 3u ? k : 0u);
-    const Vec3 out = out_of_frame(triangle.axes, k < 3u ? cross3(edge.along, normal) : normal);
+    const Vec3 own = k < 3u ? cross3(edge.along, normal) : scale3(k == 3u ? (real)1 : (real)-1, normal);
+    const Vec3 out = out_of_frame(triangle.axes, own);
     const Vec3 from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
     const real gap = dot3(out, sub3(shape.center, from)) - core_extent(kind, shape, tables, scale3((real)-1, out));
     if (gap > limit * length3(out)) return true;
