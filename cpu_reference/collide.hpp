@@ -19,14 +19,22 @@ struct Side {
   const Motion<real>& motion;
   Pose<real> pose;
   Vec3<real> arm;  // from the centre of mass to the centre of the shape, world axes
+  u32 first_seam, seam_count;
 };
 
 template <class real>
 Side<real> collide_side(const Buffers<real>& b, u32 shape) {
   const u32 body = b.shape_infos[shape].body;
   const Pose<real> pose = make_pose(b.positions[body], b.orientations[body]);
-  return {b.shape_infos[shape], b.shapes[shape], b.motions[body], pose,
-          rotate3(pose.orientation, vec3(b.shapes[shape].offset))};
+  const bool has_seams = (b.shape_infos[shape].flags & SHAPE_HAS_SEAMS) != 0;
+  const u32 first_seam = has_seams ? b.seam_starts[shape] : 0;
+  return {b.shape_infos[shape],
+          b.shapes[shape],
+          b.motions[body],
+          pose,
+          rotate3(pose.orientation, vec3(b.shapes[shape].offset)),
+          first_seam,
+          has_seams ? b.seam_starts[shape + 1] - first_seam : 0};
 }
 
 /// The largest gap that can matter: a point of shape a, which is no farther from its centre than its bounding radius,
@@ -52,8 +60,8 @@ Vec3<real> collide_center_b(const Side<real>& a, const Side<real>& b) {
 
 template <class real>
 HullTables<real> collide_tables(const Buffers<real>& b) {
-  return {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
-          b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
+  return {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(), b.hull_faces.data(),
+          b.hull_edges.data(), b.hull_corners.data(),  b.seams.data()};
 }
 
 /// `h`: what is left of the step, s.
@@ -66,10 +74,12 @@ WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, 
           alone,
           scale3(h, point_velocity(side.motion, side.arm)),
           scale3(h, vec3(side.motion.w)),
-          margin};
+          margin,
+          side.first_seam,
+          alone ? 0 : side.seam_count};
 }
 
-/// How the two meet, about the centre of shape a. `alone`: facets are taken for themselves.
+/// How the two meet, about the centre of shape a. `alone`: facets, and shapes with seams, are taken for themselves.
 template <class real>
 Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                              const Side<real>& b, real limit, bool alone, real h) {
@@ -119,7 +129,8 @@ bool collide_is_facet(const Buffers<real>& buffers, const Side<real>& side) {
 template <class real>
 Side<real> collide_moved(const Side<real>& side, const Mover<real>& mover, real time) {
   const Pose<real> pose = advance_pose(mover, time);
-  return {side.info, side.shape, side.motion, pose, rotate3(pose.orientation, vec3(side.shape.offset))};
+  const Vec3<real> arm = rotate3(pose.orientation, vec3(side.shape.offset));
+  return {side.info, side.shape, side.motion, pose, arm, side.first_seam, side.seam_count};
 }
 
 /// Adds the core of the continuous side where its middle would come to the tangent plane of the other side in the time
@@ -138,7 +149,7 @@ void collide_add_core(const Buffers<real>& buffers, const Side<real>& a, const S
 }
 
 /// The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
-/// may be beside it: until it is there the facet is taken for itself.
+/// may be beside it: until it is there the facet is taken for itself. And so is a shape with seams.
 template <class real>
 Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                                  const Side<real>& b, real limit) {
@@ -154,7 +165,7 @@ Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<
   }
   const Side<real> at_a = time > 0 ? collide_moved(a, mover_a, time) : a;
   const Side<real> at_b = time > 0 ? collide_moved(b, mover_b, time) : b;
-  if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b))
+  if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b) || a.seam_count + b.seam_count > 0)
     m = collide_sides(buffers, params, at_a, at_b, limit, false, h - time);
   m = collide_keep(params, m, at_a, at_b, h - time);
   collide_add_core(buffers, at_a, at_b, h - time, m);

@@ -17,7 +17,8 @@ struct Pose {
 /// A shape in the world; `size` as Shape says, `hull` an index into the tables of hulls. `alone`: a facet is taken for
 /// itself, not for a part of its surface, as bodies on their way to it ask for (facet.hpp). `displacement`
 /// and `angular_displacement`: how far the centre moves within the step, m, and by what the shape rotates about it,
-/// rad, but for what forces add, which is less than `margin`, m.
+/// rad, but for what forces add, which is less than `margin`, m. `first_seam` and `seam_count`: which shapes cover
+/// edges of it.
 template <class real>
 struct WorldShape {
   Vec3<real> center;
@@ -27,9 +28,10 @@ struct WorldShape {
   bool alone = false;
   Vec3<real> displacement = {0, 0, 0}, angular_displacement = {0, 0, 0};
   real margin = 0;
+  u32 first_seam = 0, seam_count = 0;
 };
 
-/// The tables that convex hulls are read from (kernels/types.h).
+/// The tables that convex hulls, and shapes that lie flush, are read from (kernels/types.h).
 template <class real>
 struct HullTables {
   const Hull* hulls;
@@ -38,6 +40,7 @@ struct HullTables {
   const HullFace* faces;
   const HullEdge* edges;
   const u32* corners;
+  const Seam<real>* seams = nullptr;
 };
 
 /// One pair of closest points: the surface of a round shape is its radius away from the anchor, along the normal.

@@ -27,8 +27,9 @@ struct Polytope {
   Vec3<real> size;
   u32 vertices, faces, edges;  // how many
   u32 first_vertex, first_face, first_edge;
-  bool facet;  // its surface goes on around it (facet.hpp)
-  u32 owned;   // of a facet, as Hull::owned
+  bool facet;                  // its surface goes on around it (facet.hpp)
+  u32 owned, rim;              // of a facet, as those of Hull
+  u32 first_seam, seam_count;  // those that count against its crossings (seams.hpp)
   HullTables<real> tables;
 };
 
@@ -52,6 +53,9 @@ Polytope<real> polytope_of(u32 kind, const WorldShape<real>& shape, const HullTa
   p.first_edge = 0;
   p.facet = is_facet(kind, shape, tables);
   p.owned = 0;
+  p.rim = 0;
+  p.first_seam = 0;
+  p.seam_count = 0;
   p.tables = tables;
   if (kind == SHAPE_HULL) {
     const Hull hull = tables.hulls[shape.hull];
@@ -62,6 +66,7 @@ Polytope<real> polytope_of(u32 kind, const WorldShape<real>& shape, const HullTa
     p.first_face = hull.first_face;
     p.first_edge = hull.first_edge;
     p.owned = hull.owned;
+    p.rim = hull.rim;
   }
   return p;
 }

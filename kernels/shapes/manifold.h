@@ -18,7 +18,7 @@ typedef struct Pose {
 
 // A shape in the world. `alone`: a facet is taken for itself, not for a part of its surface. `displacement` and
 // `angular_displacement`: how far the centre moves within the step, and by what the shape rotates about it, but for
-// what forces add, less than `margin`.
+// what forces add, less than `margin`. `first_seam` and `seam_count`: which shapes cover edges of it.
 typedef struct WorldShape {
   Vec3 center;
   Quat rotation;
@@ -27,6 +27,9 @@ typedef struct WorldShape {
   bool alone;
   Vec3 displacement, angular_displacement;
   real margin;
+#if FEATURE_SEAMS
+  u32 first_seam, seam_count;
+#endif
 } WorldShape;
 
 typedef struct HullTables {
@@ -36,6 +39,9 @@ typedef struct HullTables {
   global const HullFace* faces;
   global const HullEdge* edges;
   global const u32* corners;
+#if FEATURE_SEAMS
+  global const Seam* seams;
+#endif
 } HullTables;
 
 typedef struct ManifoldPoint {

@@ -24,8 +24,11 @@ typedef struct Polytope {
   u32 vertices, faces, edges;  // how many
   u32 first_vertex, first_face, first_edge;
 #if FEATURE_FACETS
-  bool facet;  // its surface goes on around it (facet.h)
-  u32 owned;   // of a facet, as Hull::owned
+  bool facet;      // its surface goes on around it (facet.h)
+  u32 owned, rim;  // of a facet, as those of Hull
+#endif
+#if FEATURE_SEAMS
+  u32 first_seam, seam_count;  // those that count against its crossings (seams.h)
 #endif
   HullTables tables;
 } Polytope;
@@ -53,6 +56,11 @@ static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables
 #if FEATURE_FACETS
   p.facet = is_facet(kind, shape, tables);
   p.owned = 0u;
+  p.rim = 0u;
+#endif
+#if FEATURE_SEAMS
+  p.first_seam = 0u;
+  p.seam_count = 0u;
 #endif
   p.tables = tables;
   if (FEATURE_HULLS && kind == SHAPE_HULL) {
@@ -65,6 +73,7 @@ static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables
     p.first_edge = hull.first_edge;
 #if FEATURE_FACETS
     p.owned = hull.owned;
+    p.rim = hull.rim;
 #endif
   }
   return p;
