@@ -20,14 +20,22 @@ struct Side {
   const Motion<real>& motion;
   Pose<real> pose;
   Vec3<real> arm;  // from the centre of mass to the centre of the shape, world axes
+  u32 first_seam, seam_count;
 };
 
 template <class real>
 Side<real> collide_side(const Buffers<real>& b, u32 shape) {
   const u32 body = b.shape_infos[shape].body;
   const Pose<real> pose = make_pose(b.positions[body], b.orientations[body]);
-  return {b.shape_infos[shape], b.shapes[shape], b.motions[body], pose,
-          rotate3(pose.orientation, vec3(b.shapes[shape].offset))};
+  const bool has_seams = (b.shape_infos[shape].flags & SHAPE_HAS_SEAMS) != 0;
+  const u32 first_seam = has_seams ? b.seam_starts[shape] : 0;
+  return {b.shape_infos[shape],
+          b.shapes[shape],
+          b.motions[body],
+          pose,
+          rotate3(pose.orientation, vec3(b.shapes[shape].offset)),
+          first_seam,
+          has_seams ? b.seam_starts[shape + 1] - first_seam : 0};
 }
 
 /// The inner radius of the smaller shape.
@@ -64,13 +72,20 @@ Vec3<real> collide_center_b(const Side<real>& a, const Side<real>& b) {
 
 template <class real>
 HullTables<real> collide_tables(const Buffers<real>& b) {
-  return {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
-          b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
+  return {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(), b.hull_faces.data(),
+          b.hull_edges.data(), b.hull_corners.data(),  b.seams.data()};
+}
+
+/// The share of a step that has passed when contacts are evaluated, at the start of each sub-step, on their mean.
+template <class real>
+real contact_lag(const StepParams<real>& params) {
+  return real(0.5) * real(params.substeps - 1) / real(params.substeps);
 }
 
 /// `h`: what is left of the step, s.
 template <class real>
-WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, bool alone, real margin, real h) {
+WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, bool alone, real margin, real lag,
+                                     real h) {
   return {center,
           shape_rotation(side.pose, side.shape),
           vec3(side.shape.size),
@@ -78,16 +93,19 @@ WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, 
           alone,
           scale3(h, point_velocity(side.motion, side.arm)),
           scale3(h, vec3(side.motion.w)),
-          margin};
+          margin,
+          lag,
+          side.first_seam,
+          alone ? 0 : side.seam_count};
 }
 
-/// How the two meet, about the centre of shape a. `alone`: facets are taken for themselves.
+/// How the two meet, about the centre of shape a. `alone`: facets, and shapes with seams, are taken for themselves.
 template <class real>
 Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                              const Side<real>& b, real limit, bool alone, real h) {
-  const real margin = collide_margin(params, a, b);
-  return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, margin, h), b.info.kind,
-                        collide_world_shape(b, collide_center_b(a, b), alone, margin, h), collide_tables(buffers),
+  const real margin = collide_margin(params, a, b), lag = contact_lag(params);
+  return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, margin, lag, h), b.info.kind,
+                        collide_world_shape(b, collide_center_b(a, b), alone, margin, lag, h), collide_tables(buffers),
                         limit);
 }
 
@@ -125,14 +143,15 @@ Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, co
 
 template <class real>
 bool collide_is_facet(const Buffers<real>& buffers, const Side<real>& side) {
-  return is_facet(side.info.kind, collide_world_shape(side, {0, 0, 0}, false, real(0), real(0)),
+  return is_facet(side.info.kind, collide_world_shape(side, {0, 0, 0}, false, real(0), real(0), real(0)),
                   collide_tables(buffers));
 }
 
 template <class real>
 Side<real> collide_moved(const Side<real>& side, const Mover<real>& mover, real time) {
   const Pose<real> pose = advance_pose(mover, time);
-  return {side.info, side.shape, side.motion, pose, rotate3(pose.orientation, vec3(side.shape.offset))};
+  const Vec3<real> arm = rotate3(pose.orientation, vec3(side.shape.offset));
+  return {side.info, side.shape, side.motion, pose, arm, side.first_seam, side.seam_count};
 }
 
 /// Adds the core of the continuous side where its middle would come to the tangent plane of the other side in the time
@@ -151,7 +170,7 @@ void collide_add_core(const Buffers<real>& buffers, const Side<real>& a, const S
 }
 
 /// The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
-/// may be beside it: until it is there the facet is taken for itself.
+/// may be beside it: until it is there the facet is taken for itself. And so is a shape with seams.
 template <class real>
 Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                                  const Side<real>& b, real limit) {
@@ -167,7 +186,7 @@ Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<
   }
   const Side<real> at_a = time > 0 ? collide_moved(a, mover_a, time) : a;
   const Side<real> at_b = time > 0 ? collide_moved(b, mover_b, time) : b;
-  if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b))
+  if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b) || a.seam_count + b.seam_count > 0)
     m = collide_sides(buffers, params, at_a, at_b, limit, false, h - time);
   m = collide_keep(params, m, at_a, at_b, h - time);
   collide_add_core(buffers, at_a, at_b, h - time, m);

@@ -41,7 +41,7 @@ typedef struct Tile {
   real codes[TILE_PAIRS], separations[TILE_PAIRS];  // of the axes of pairs of boxes
 } Tile;
 
-// Pairs of triggers and of bodies whose impacts are looked for are among the others.
+// Pairs of triggers, of bodies whose impacts are looked for and of shapes with seams are among the others.
 static inline u32 tile_sort_of(u32 kind_a, u32 kind_b, u32 flags) {
   const bool box_a = kind_a == SHAPE_BOX, box_b = kind_b == SHAPE_BOX;
   u32 sort = TILE_OTHERS;
@@ -49,7 +49,7 @@ static inline u32 tile_sort_of(u32 kind_a, u32 kind_b, u32 flags) {
   sort = kind_a == SHAPE_SPHERE && box_b ? TILE_SPHERE_BOX : sort;
   sort = box_a && kind_b == SHAPE_SPHERE ? TILE_BOX_SPHERE : sort;
   sort = box_a && kind_b == SHAPE_PLANE ? TILE_BOX_PLANE : sort;
-  return (flags & (SHAPE_IS_TRIGGER | SHAPE_IS_CONTINUOUS)) == 0u ? sort : TILE_OTHERS;
+  return (flags & (SHAPE_IS_TRIGGER | SHAPE_IS_CONTINUOUS | SHAPE_HAS_SEAMS)) == 0u ? sort : TILE_OTHERS;
 }
 
 static inline void tile_sort(Tile* tile, u32 first, u32 end, global const Pair* pairs,

@@ -36,6 +36,7 @@ typedef struct SideTables {
   global const Shape* shapes;
   global const Vec4 *positions, *orientations;
   global const Motion* motions;
+  global const u32* seam_starts;
 } SideTables;
 
 // Whose sides they are.

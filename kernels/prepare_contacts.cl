@@ -82,9 +82,22 @@ static inline void lane_current_contact(u32 first, global const PointBlock* poin
 #endif
 }
 
+// What of an overlap is taken back: what is beyond the slop, at a speed up to the limit.
+typedef struct LaneCorrection {
+  lane slop, limit;
+} LaneCorrection;
+
+static inline LaneCorrection prepare_correction(const StepParams* p, lane inner_radius, lane w_nn, lane load) {
+  LaneCorrection correction;
+  correction.slop = (lane)p->slop + (lane)p->slop_share * inner_radius;
+  correction.limit =
+      ((lane)p->correction_limit + (lane)p->correction_limit_share * inner_radius) + (lane)p->softness * w_nn * load;
+  return correction;
+}
+
 // What a contact asks of its normal velocity at the end of the sub-step: u_n + bias + softness r_n >= 0. The softness
 // is told in parts of w_nn.
-static inline lane prepare_bias(const StepParams* p, lane inner_radius, lane gap, lane u_old, lane u_free,
+static inline lane prepare_bias(const StepParams* p, LaneCorrection correction, lane gap, lane u_old, lane u_free,
                                 lane restitution, lane* softness) {
   const lane old_share = (lane)((real)1 - p->theta), dt = (lane)p->dt;
   const lane_mask open = gap > (lane)0;
@@ -94,11 +107,9 @@ static inline lane prepare_bias(const StepParams* p, lane inner_radius, lane gap
   else
     closing = gap / dt + u_old;
   closing = closing > (lane)0 ? closing : (lane)0;
-  const lane slop = (lane)p->slop + (lane)p->slop_share * inner_radius;
-  const lane limit = (lane)p->correction_limit + (lane)p->correction_limit_share * inner_radius;
-  const lane depth = -gap - slop;
+  const lane depth = -gap - correction.slop;
   const lane speed = (lane)p->correction * (depth > (lane)0 ? depth : (lane)0) / dt;
-  const lane push_out = -(speed < limit ? speed : limit);
+  const lane push_out = -(speed < correction.limit ? speed : correction.limit);
 
   const lane gap_free = gap + dt * (old_share * u_old + (lane)p->theta * u_free);
   const lane_mask may_bounce =
@@ -177,7 +188,7 @@ static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 
 
 #if FEATURE_IMPACT_LAWS
 // The laws of impact of the lanes that are hit: what they ask of their velocities, and the friction of their cones.
-static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask there, lane inner_radius, lane gap,
+static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask there, LaneCorrection correction, lane gap,
                                    lane u_old, LaneCone free, const LaneDelassus* w, lane restitution,
                                    global const ImpactBlock* impacts, lane* bias, lane* softness, LaneTarget* target) {
   const lane_u32 law = LANE_LOAD_U32(impacts->law + first);
@@ -196,7 +207,7 @@ static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask the
   const LaneOutcome outcome = lane_impact(hit, free, w, &material);
   const LaneTarget impact_target = lane_target(&outcome, w, target->friction);
   lane own_softness;
-  const lane rests = prepare_bias(p, inner_radius, gap, u_old, free.normal, (lane)0, &own_softness);
+  const lane rests = prepare_bias(p, correction, gap, u_old, free.normal, (lane)0, &own_softness);
   const lane least = gap > (lane)0 ? (lane)0 : rests;
   const lane_mask bounces = impact_target.bias.normal < least;
   *bias = hit ? (bounces ? impact_target.bias.normal : least) : *bias;
@@ -256,8 +267,6 @@ static inline void prepare_row(
     free = prepare_velocity(a->motion.v, a->motion.w, arm_a, b->motion.v, b->motion.w, arm_b);
     u_free = lane_dot3(n, free);
   }
-  lane softness;
-  lane bias = prepare_bias(params, inner_radius, current.gap, u_old, u_free, restitution, &softness);
   LaneDelassus w;
   prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
   LaneCone r = prepare_impulse(params->substep, first, t1, t2, starts, block, impulses);
@@ -275,11 +284,14 @@ static inline void prepare_row(
 #else
   r = lane_clamp_to_cone(r, friction);
 #endif
+  const LaneCorrection correction = prepare_correction(params, inner_radius, w.nn, r.normal);
+  lane softness;
+  lane bias = prepare_bias(params, correction, current.gap, u_old, u_free, restitution, &softness);
 #if FEATURE_IMPACT_LAWS
   LaneTarget target;
   target.bias = lane_make_cone((lane)0, (lane)0, (lane)0);
   target.friction = friction;
-  prepare_impacts(params, first, there, inner_radius, current.gap, u_old,
+  prepare_impacts(params, first, there, correction, current.gap, u_old,
                   lane_make_cone(u_free, lane_dot3(free, t1), lane_dot3(free, t2)), &w, restitution, impacts, &bias,
                   &softness, &target);
   lane_store_where(there, target.bias.tangent_1, slides->bias_1 + first);

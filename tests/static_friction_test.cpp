@@ -75,7 +75,8 @@ TEST(FurtherFriction, OfTwoMaterialsIsWhatTheyCombineTo) {
   const InitialState<double> met = compile<double>(two_materials(a, b, ""));
   EXPECT_DOUBLE_EQ(met.buffers.material_pairs[1].friction, 0.4);
   EXPECT_DOUBLE_EQ(met.buffers.static_friction_pairs[1].friction, 0.6);
-  EXPECT_DOUBLE_EQ(met.buffers.static_friction_pairs[1].speed, 1e-2);
+  EXPECT_EQ(met.buffers.static_friction_pairs[1].speed, 0);
+  EXPECT_DOUBLE_EQ(met.buffers.static_friction_pairs[1].speed_share, 0.02);
   EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].torsion_radius, 0.01 / 0.4);
   EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].rolling_coefficient, 0.03);
   EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[0].rolling_coefficient, 0);

@@ -12,6 +12,7 @@
 #include "host/scene/compile_oracle.hpp"
 #include "host/scene/compile_particles.hpp"
 #include "host/scene/compile_partitions.hpp"
+#include "host/scene/compile_seams.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/compile_sleeping.hpp"
 #include "host/scene/friction_pairs.hpp"
@@ -342,6 +343,7 @@ void Compiler<real>::set_features() {
   }
   if (has(features, Feature::contacts)) {
     compile_shape_trees(state_);
+    compile_seams(worlds_, state_);
     features = with(features, broad_phase());
   }
   if (has(features, Feature::contacts) && other_laws_) {

@@ -20,7 +20,7 @@ u32 sleep_steps(double after, double dt) {
 
 namespace {
 
-// The speed below which a body is slow, of its radius about the centre of mass.
+// The speed below which a body is slow, of its radius about the centre of mass: of its shapes, or of gyration.
 template <class real>
 void follow_bodies(Buffers<real>& buffers) {
   std::vector<double> radii(buffers.body_infos.size(), 0);
@@ -30,8 +30,12 @@ void follow_bodies(Buffers<real>& buffers) {
     double& radius = radii[buffers.shape_infos[i].body];
     radius = std::max(radius, exact::length(offset) + double(shape.bounding_radius));
   }
-  for (std::size_t i = 0; i < radii.size(); ++i)
+  for (std::size_t i = 0; i < radii.size(); ++i) {
+    const Mass<real>& mass = buffers.masses[i];
+    const double inertia = double(std::max({mass.inertia[0], mass.inertia[1], mass.inertia[2]}));
+    if (mass.mass > 0) radii[i] = std::max(radii[i], exact::square_root(inertia / double(mass.mass)));
     buffers.sleep_laws[i].speed = static_cast<real>(sleep_speed_share * radii[i]);
+  }
 }
 
 }  // namespace
