@@ -17,7 +17,8 @@ void bound_particles(Buffers<real>& b, const StepParams<real>& params) {
     const Motion<real>& motion = b.motions[body];
     const real speed = length3(vec3(motion.v)) + length3(vec3(motion.w)) * length3(vec3_of(b.particle_offsets[i]));
     const real radius = b.particle_laws[b.body_infos[body].world].radius;
-    const real extent = radius + shape_margin(params, radius, motion.inverse_mass) + h * speed;
+    const real extent =
+        radius + shape_margin(params, own_margin(params, radius, radius), motion.inverse_mass) + h * speed;
     const Vec3<real> x = vec3_of(b.particle_positions[i]);
     const bool finite = is_finite(x.x) && is_finite(x.y) && is_finite(x.z) && is_finite(extent);
     note_extent(finite, extent, body, b.counters);

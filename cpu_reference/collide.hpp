@@ -38,7 +38,7 @@ Side<real> collide_side(const Buffers<real>& b, u32 shape) {
           has_seams ? b.seam_starts[shape + 1] - first_seam : 0};
 }
 
-/// The inner radius of the smaller shape.
+/// The inner radius of the less deep shape.
 template <class real>
 real collide_radius(const Side<real>& a, const Side<real>& b) {
   return pair_radius(a.shape.size[3], b.shape.size[3]);
@@ -46,7 +46,8 @@ real collide_radius(const Side<real>& a, const Side<real>& b) {
 
 template <class real>
 real collide_margin(const StepParams<real>& params, const Side<real>& a, const Side<real>& b) {
-  return pair_margin(params, collide_radius(a, b));
+  return pair_margin(params, own_margin(params, a.shape.bounding_radius, a.shape.size[3]),
+                     own_margin(params, b.shape.bounding_radius, b.shape.size[3]));
 }
 
 /// The largest gap that can matter: a point of shape a, which is no farther from its centre than its bounding radius,

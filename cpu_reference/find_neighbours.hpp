@@ -18,7 +18,8 @@ bool are_neighbours(const Buffers<real>& b, const StepParams<real>& params, u32 
   const Vec3<real> d = sub3(vec3_of(b.particle_positions[i]), vec3_of(b.particle_positions[j]));
   const Vec3<real> u = sub3(vec3_of(b.particle_velocities[i]), vec3_of(b.particle_velocities[j]));
   const real radius = b.particle_laws[world].radius;
-  return within_range(params, pair_margin(params, radius), length3(d) - real(2) * radius, length3(u));
+  return within_range(params, pair_margin(params, own_margin(params, radius, radius), real(0)),
+                      length3(d) - real(2) * radius, length3(u));
 }
 
 template <class real>
@@ -30,7 +31,7 @@ bool is_near_plane(const Buffers<real>& b, const StepParams<real>& params, u32 i
   const Vec3<real> there = point_velocity(b.motions[body_p], sub3(x, vec3_of(b.positions[body_p])));
   const real radius = b.particle_laws[b.body_infos[body].world].radius;
   const real gap = dot3(plane.normal, sub3(x, plane.point)) - radius;
-  return within_range(params, pair_margin(params, radius), gap,
+  return within_range(params, pair_margin(params, own_margin(params, radius, radius), real(0)), gap,
                       length3(sub3(vec3_of(b.particle_velocities[i]), there)));
 }
 

@@ -19,7 +19,8 @@ u32 materials_of(const Buffers<real>& buffers, const Contact& contact) {
 
 template <class real>
 void write_point(PointBlock<real>& block, StartBlock<real>& starts, u32 lane, const ContactPoint<real>& point,
-                 u32 frame, MaterialPair<real> material, real inner_radius, const ContactImpulse<real>& start) {
+                 u32 frame, MaterialPair<real> material, real inner_radius, real bounding_radius,
+                 const ContactImpulse<real>& start) {
   block.anchor_a_x[lane] = point.anchor_a[0];
   block.anchor_a_y[lane] = point.anchor_a[1];
   block.anchor_a_z[lane] = point.anchor_a[2];
@@ -34,6 +35,7 @@ void write_point(PointBlock<real>& block, StartBlock<real>& starts, u32 lane, co
   block.friction[lane] = material.friction;
   block.restitution[lane] = material.restitution;
   block.inner_radius[lane] = inner_radius;
+  block.bounding_radius[lane] = bounding_radius;
   block.frame[lane] = frame;
   starts.normal[lane] = start.normal;
   starts.tangent_x[lane] = start.tangent_x;
@@ -59,9 +61,9 @@ void write_angular_friction(AngularFrictionPointBlock<real>& block, u32 lane, An
 
 template <class real>
 void write_static_friction(StaticFrictionBlock<real>& block, u32 lane, StaticFrictionPair<real> pair,
-                           real inner_radius) {
+                           real bounding_radius) {
   block.friction[lane] = pair.friction;
-  block.speed[lane] = pair.speed + pair.speed_share * inner_radius;
+  block.speed[lane] = pair.speed + pair.speed_share * bounding_radius;
 }
 
 template <class real>
@@ -97,7 +99,8 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
       AnisotropyBlock<real>* anisotropy = buffers.anisotropy_blocks.empty() ? nullptr : &buffers.anisotropy_blocks[row];
       for (u32 lane = 0; lane < PACK; ++lane) {
         if (k >= bodies.count[lane]) {
-          write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, real(0), ContactImpulse<real>{});
+          write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, real(0), real(0),
+                      ContactImpulse<real>{});
           if (impacts) write_impact(*impacts, lane, {});
           if (angular_friction_points) write_angular_friction(*angular_friction_points, lane, {}, Vec4<real>{});
           if (static_friction) write_static_friction(*static_friction, lane, {}, real(0));
@@ -111,12 +114,15 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
         if (contact.feature == CORE_FEATURE) material.restitution = 0;
         const real inner =
             pair_radius(buffers.shapes[contact.shape_a].size[3], buffers.shapes[contact.shape_b].size[3]);
-        write_point(points, starts, lane, buffers.contact_points[i], contact.normal, material, inner,
+        const real bounding =
+            pair_radius(solid_radius(buffers.shapes[contact.shape_a]), solid_radius(buffers.shapes[contact.shape_b]));
+        write_point(points, starts, lane, buffers.contact_points[i], contact.normal, material, inner, bounding,
                     buffers.start_impulses[i]);
         if (angular_friction_points)
           write_angular_friction(*angular_friction_points, lane, buffers.angular_friction_pairs[pair],
                                  buffers.start_moments[i]);
-        if (static_friction) write_static_friction(*static_friction, lane, buffers.static_friction_pairs[pair], inner);
+        if (static_friction)
+          write_static_friction(*static_friction, lane, buffers.static_friction_pairs[pair], bounding);
         if (anisotropy)
           write_anisotropy(*anisotropy, lane, buffers.anisotropy_pairs[pair],
                            anisotropy_axis(buffers, contact, buffers.anisotropy_pairs[pair]));

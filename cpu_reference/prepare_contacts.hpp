@@ -63,8 +63,9 @@ struct Correction {
 };
 
 template <class real>
-Correction<real> correction_of(const StepParams<real>& p, real inner_radius, real w_nn, real load) {
-  return {pair_slop(p, inner_radius), pair_correction_limit(p, inner_radius) + p.softness * w_nn * load};
+Correction<real> correction_of(const StepParams<real>& p, real inner_radius, real bounding_radius, real w_nn,
+                               real load) {
+  return {pair_slop(p, inner_radius), pair_correction_limit(p, bounding_radius) + p.softness * w_nn * load};
 }
 
 template <class real>
@@ -249,7 +250,7 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   block.arm_b_x[lane] = arm_b.x;
   block.arm_b_y[lane] = arm_b.y;
   block.arm_b_z[lane] = arm_b.z;
-  const Correction<real> correction = correction_of(params, inner_radius, w.nn, r.normal);
+  const Correction<real> correction = correction_of(params, inner_radius, points.bounding_radius[lane], w.nn, r.normal);
   NormalLaw<real> law = normal_law(params, correction, current.gap, u_old, u_free, points.restitution[lane]);
   ImpactTarget<real> target = {{0, 0, 0}, friction};
   if (!buffers.impact_blocks.empty()) {

@@ -5,7 +5,8 @@
 
 namespace lockstep {
 
-/// As it is given, m or m/s; or else a share of the inner radius of the smaller shape of each pair, 1 or 1/s.
+/// As it is given, m or m/s; or else a share of a radius of the smaller shape of each pair, 1 or 1/s
+/// (host/scene/shape_tolerances.hpp).
 struct ShapeTolerance {
   const char* name = "";
   std::optional<double> given = {};

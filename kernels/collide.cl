@@ -61,13 +61,14 @@ static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool
   return world_shape;
 }
 
-// The inner radius of the smaller shape.
+// The inner radius of the less deep shape.
 static inline real collide_radius(const Side* a, const Side* b) {
   return pair_radius(a->shape->size[3], b->shape->size[3]);
 }
 
 static inline real collide_margin(const StepParams* params, const Side* a, const Side* b) {
-  return pair_margin(params, collide_radius(a, b));
+  return pair_margin(params, own_margin(params, a->shape->bounding_radius, a->shape->size[3]),
+                     own_margin(params, b->shape->bounding_radius, b->shape->size[3]));
 }
 
 // The largest gap that can matter.

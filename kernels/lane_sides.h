@@ -73,11 +73,15 @@ LANE_INLINE Lane3 lane_point_velocity(const LaneSide* side, Lane3 arm) {
   return lane_add3(side->v, lane_cross3(side->w, arm));
 }
 
-// As collide_margin.
+// As own_margin and collide_margin.
+LANE_INLINE lane lane_own_margin(const StepParams* params, const LaneSide* side) {
+  const lane share = LANE_OF(params->margin_share) * side->bounding_radius;
+  return share < side->inner_radius ? share : side->inner_radius;
+}
 LANE_INLINE lane lane_margin(const StepParams* params, const LaneSides* s) {
-  const lane a = s->a.inner_radius, b = s->b.inner_radius;
+  const lane a = lane_own_margin(params, &s->a), b = lane_own_margin(params, &s->b);
   const lane smaller = a < b ? a : b, larger = a < b ? b : a;
-  return LANE_OF(params->margin) + LANE_OF(params->margin_share) * (smaller > LANE_OF(0) ? smaller : larger);
+  return LANE_OF(params->margin) + (smaller > LANE_OF(0) ? smaller : larger);
 }
 
 // As collide_limit.

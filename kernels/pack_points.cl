@@ -6,8 +6,8 @@
 #include "types.h"
 
 static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, real friction, real restitution,
-                              real inner_radius, const ContactImpulse start, global PointBlock* block,
-                              global StartBlock* starts) {
+                              real inner_radius, real bounding_radius, const ContactImpulse start,
+                              global PointBlock* block, global StartBlock* starts) {
   block->anchor_a_x[lane] = point.anchor_a[0];
   block->anchor_a_y[lane] = point.anchor_a[1];
   block->anchor_a_z[lane] = point.anchor_a[2];
@@ -22,6 +22,7 @@ static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, rea
   block->friction[lane] = friction;
   block->restitution[lane] = restitution;
   block->inner_radius[lane] = inner_radius;
+  block->bounding_radius[lane] = bounding_radius;
   block->frame[lane] = frame;
   starts->normal[lane] = start.normal;
   starts->tangent_x[lane] = start.tangent_x;
@@ -41,10 +42,10 @@ static inline void pack_angular_friction(u32 lane, AngularFrictionPair pair, Vec
 #endif
 
 #if FEATURE_STATIC_FRICTION
-static inline void pack_static_friction(u32 lane, StaticFrictionPair pair, real inner_radius,
+static inline void pack_static_friction(u32 lane, StaticFrictionPair pair, real bounding_radius,
                                         global StaticFrictionBlock* block) {
   block->friction[lane] = pair.friction;
-  block->speed[lane] = pair.speed + pair.speed_share * inner_radius;
+  block->speed[lane] = pair.speed + pair.speed_share * bounding_radius;
 }
 #endif
 
@@ -96,14 +97,17 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
       const real restitution = pair.restitution;
 #endif
       const real inner_radius = pair_radius(shapes[contact.shape_a].size[3], shapes[contact.shape_b].size[3]);
+      const real bounding_radius =
+          pair_radius(solid_radius(shapes + contact.shape_a), solid_radius(shapes + contact.shape_b));
       pack_point(lane, contact_points[first + k], contact.normal, pair.friction, restitution, inner_radius,
-                 start_impulses[first + k], point_blocks + rows.first + k, start_blocks + rows.first + k);
+                 bounding_radius, start_impulses[first + k], point_blocks + rows.first + k,
+                 start_blocks + rows.first + k);
 #if FEATURE_ANGULAR_FRICTION
       pack_angular_friction(lane, angular_friction_pairs[materials], start_moments[first + k],
                             angular_friction_points + rows.first + k);
 #endif
 #if FEATURE_STATIC_FRICTION
-      pack_static_friction(lane, static_friction_pairs[materials], inner_radius,
+      pack_static_friction(lane, static_friction_pairs[materials], bounding_radius,
                            static_friction_blocks + rows.first + k);
 #endif
 #if FEATURE_ELLIPTIC_FRICTION
@@ -124,8 +128,8 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #endif
     }
     for (u32 k = count; k < rows.count; ++k) {
-      pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, (real)0, no_impulse, point_blocks + rows.first + k,
-                 start_blocks + rows.first + k);
+      pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, (real)0, (real)0, no_impulse,
+                 point_blocks + rows.first + k, start_blocks + rows.first + k);
 #if FEATURE_ANGULAR_FRICTION
       const AngularFrictionPair free = {(real)0, (real)0};
       const Vec4 no_moment = {(real)0, (real)0, (real)0, (real)0};

@@ -87,11 +87,12 @@ typedef struct LaneCorrection {
   lane slop, limit;
 } LaneCorrection;
 
-static inline LaneCorrection prepare_correction(const StepParams* p, lane inner_radius, lane w_nn, lane load) {
+static inline LaneCorrection prepare_correction(const StepParams* p, lane inner_radius, lane bounding_radius, lane w_nn,
+                                                lane load) {
   LaneCorrection correction;
   correction.slop = (lane)p->slop + (lane)p->slop_share * inner_radius;
   correction.limit =
-      ((lane)p->correction_limit + (lane)p->correction_limit_share * inner_radius) + (lane)p->softness * w_nn * load;
+      ((lane)p->correction_limit + (lane)p->correction_limit_share * bounding_radius) + (lane)p->softness * w_nn * load;
   return correction;
 }
 
@@ -284,7 +285,8 @@ static inline void prepare_row(
 #else
   r = lane_clamp_to_cone(r, friction);
 #endif
-  const LaneCorrection correction = prepare_correction(params, inner_radius, w.nn, r.normal);
+  const LaneCorrection correction =
+      prepare_correction(params, inner_radius, LANE_LOAD(points->bounding_radius + first), w.nn, r.normal);
   lane softness;
   lane bias = prepare_bias(params, correction, current.gap, u_old, u_free, restitution, &softness);
 #if FEATURE_IMPACT_LAWS

@@ -43,7 +43,8 @@ static inline bool shape_bound(u32 kind, global const Shape* shape, global const
                                Bound* bound) {
   const Pose pose = make_pose(*position, *orientation);
   const Vec3 center = shape_center(pose, shape);
-  const real margin = shape_margin(params, shape->size[3], motion->inverse_mass);
+  const real margin =
+      shape_margin(params, own_margin(params, shape->bounding_radius, shape->size[3]), motion->inverse_mass);
   const real bounding_radius = shape->bounding_radius + margin;
 #if FEATURE_MANIFOLDS
   const Vec3 half_extents = add3(shape_half(kind, shape, shape_rotation(pose, shape)), make3(margin, margin, margin));

@@ -4,17 +4,28 @@
 
 #include "types.h"
 
-static inline real pair_radius(real inner_radius_a, real inner_radius_b) {
-  const real smaller = inner_radius_a < inner_radius_b ? inner_radius_a : inner_radius_b;
-  const real larger = inner_radius_a < inner_radius_b ? inner_radius_b : inner_radius_a;
+static inline real pair_radius(real radius_a, real radius_b) {
+  const real smaller = radius_a < radius_b ? radius_a : radius_b;
+  const real larger = radius_a < radius_b ? radius_b : radius_a;
   return smaller > (real)0 ? smaller : larger;
 }
 
-static inline real pair_margin(const StepParams* p, real radius) { return p->margin + p->margin_share * radius; }
+static inline real solid_radius(global const Shape* shape) {
+  return shape->size[3] > (real)0 ? shape->bounding_radius : (real)0;
+}
+
+static inline real own_margin(const StepParams* p, real bounding_radius, real inner_radius) {
+  const real share = p->margin_share * bounding_radius;
+  return share < inner_radius ? share : inner_radius;
+}
+
+static inline real pair_margin(const StepParams* p, real own_margin_a, real own_margin_b) {
+  return p->margin + pair_radius(own_margin_a, own_margin_b);
+}
 static inline real pair_slop(const StepParams* p, real radius) { return p->slop + p->slop_share * radius; }
 
-static inline real shape_margin(const StepParams* p, real inner_radius, real inverse_mass) {
-  return (real)0.5 * p->margin + (inverse_mass > (real)0 ? p->margin_share * inner_radius : (real)0);
+static inline real shape_margin(const StepParams* p, real own, real inverse_mass) {
+  return (real)0.5 * p->margin + (inverse_mass > (real)0 ? own : (real)0);
 }
 
 #endif

@@ -25,11 +25,11 @@ real parallel_edges() {
 /// extent: boxes that rest on each other, a little tilted, are separated almost as well by other axes, and would change
 /// between them from step to step.
 template <class real>
-real better_face() {
+real face_preference() {
   return real(0.01);
 }
 template <class real>
-real better_edge() {
+real edge_preference() {
   return real(0.03);
 }
 
@@ -132,9 +132,9 @@ BoxAxis<real> box_axis(const BoxPair<real>& pair) {
   const real root = std::sqrt(std::abs(edge.square) / edge.length);
   const real least = smallest_extent(pair);
   BoxAxis<real> best = on_a;
-  if (on_b.separation > best.separation + better_face<real>() * least) best = on_b;
+  if (on_b.separation > best.separation + face_preference<real>() * least) best = on_b;
   best.edges = edge.code;
-  return larger(best, (edge.square < real(0) ? -root : root) - better_edge<real>() * least, edge.code);
+  return larger(best, (edge.square < real(0) ? -root : root) - edge_preference<real>() * least, edge.code);
 }
 
 /// The edge of a box along axis i on these sides of the next two axes.
@@ -181,7 +181,7 @@ Vec3<real> box_normal(const BoxPair<real>& pair, u32 code) {
 template <class real>
 FacePair<real> face_pair(const BoxPair<real>& pair, u32 code) {
   const Axes<real> r = pair.r;
-  const Vec3<real> n = box_normal(pair, code), n_a = n, n_b = into_frame(r, n);
+  const Vec3<real> n_a = box_normal(pair, code), n_b = into_frame(r, n_a);
   const u32 axis_a = longest_axis(n_a), axis_b = longest_axis(n_b);
   FacePair<real> f;
   const bool better_b = std::abs(along(n_b, axis_b)) > std::abs(along(n_a, axis_a)) + real(1e-3);
@@ -378,7 +378,7 @@ template <class real>
 bool faces_meet(const Manifold<real>& m, const BoxPair<real>& pair, const BoxAxis<real>& axis) {
   real closest = real(1e30);
   for (u32 k = 0; k < m.count; ++k) closest = smaller_of(closest, gap_at(m, k));
-  const real preferred = (better_face<real>() + better_edge<real>()) * smallest_extent(pair);
+  const real preferred = (face_preference<real>() + edge_preference<real>()) * smallest_extent(pair);
   return closest <= preferred || (m.count > 0 && axis.separation > real(0));
 }
 

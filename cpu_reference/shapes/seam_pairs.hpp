@@ -34,7 +34,7 @@ template <class real>
 Vec3<real> moved_to_edge(const Polytope<real>& p, Vec3<real> point, Vec3<real> up) {
   const real tolerance = p.tables.seams[p.first_seam].tolerance;
   const Vec3<real> moved = moved_into(p, add3(point, scale3(real(100) * tolerance, up)));
-  return poly_contains(p, moved, real(0.5) * tolerance) ? moved : moved_into(p, point);
+  return poly_contains(p, moved, real(0.5) * tolerance, real(0.5) * tolerance) ? moved : moved_into(p, point);
 }
 
 /// Whether the neighbours of one side cover all points of a manifold.
@@ -68,7 +68,7 @@ Manifold<real> sphere_over_seams(const WorldShape<real>& a, u32 kind_b, const Wo
   const Polytope<real> p = polytope_with_seams(kind_b, b, tables);
   const Vec3<real> center = into_frame(p.axes, sub3(a.center, p.center));
   Manifold<real> best = no_manifold<real>();
-  if (is_facet(kind_b, b, tables) || !poly_contains(p, center, real(0))) return best;
+  if (is_facet(kind_b, b, tables) || !poly_contains(p, center, real(0), real(0))) return best;
   real highest = real(-1e30);
   for (u32 f = 0; f < p.faces; ++f) {
     const Vec4<real> plane = poly_own_plane(p, f);

@@ -28,12 +28,14 @@ Vec4<real> bound_plane(const Polytope<real>& p, u32 f) {
   return {out.x, out.y, out.z, dot3(out, start)};
 }
 
-/// Whether a polytope contains a point, own coordinates, or is no farther than the tolerance from it.
+/// Whether a polytope contains a point, own coordinates, or is no farther than the tolerance from it; a facet no
+/// farther than `behind` from one behind it.
 template <class real>
-bool poly_contains(const Polytope<real>& p, Vec3<real> point, real tolerance) {
+bool poly_contains(const Polytope<real>& p, Vec3<real> point, real tolerance, real behind) {
   for (u32 f = 0; f < bound_count(p); ++f) {
     const Vec4<real> plane = bound_plane(p, f);
-    if (dot3(Vec3<real>{plane.x, plane.y, plane.z}, point) - plane.w > tolerance) return false;
+    const real least = f == 1 && p.faces == 1 ? behind : tolerance;
+    if (dot3(Vec3<real>{plane.x, plane.y, plane.z}, point) - plane.w > least) return false;
   }
   return true;
 }
@@ -59,7 +61,8 @@ bool is_near_seam(const Seam<real>& seam, Vec3<real> point) {
 template <class real>
 bool neighbour_covers(const Polytope<real>& neighbour, Vec3<real> point, Vec3<real> up, real tolerance) {
   const Vec3<real> at = into_frame(neighbour.axes, sub3(point, neighbour.center));
-  if (!poly_contains(neighbour, at, tolerance)) return false;
+  // what lies on a surface has sunk in by a little
+  if (!poly_contains(neighbour, at, tolerance, real(500) * tolerance)) return false;
   const Vec3<real> own_up = into_frame(neighbour.axes, up);
   for (u32 i = 0; i < neighbour.vertices; ++i) {
     const Vec3<real> d = sub3(poly_own_vertex(neighbour, i), at);
@@ -80,7 +83,8 @@ bool some_neighbour_covers(const Polytope<real>& p, Vec3<real> point, Vec3<real>
 /// Whether a place beside a point of a face belongs to the face, and no neighbour covers it.
 template <class real>
 bool seam_is_open_at(const Polytope<real>& p, Vec3<real> point, Vec3<real> normal, real tolerance) {
-  return poly_contains(p, point, real(0.5) * tolerance) && !some_neighbour_covers(p, point, normal);
+  return poly_contains(p, point, real(0.5) * tolerance, real(0.5) * tolerance) &&
+         !some_neighbour_covers(p, point, normal);
 }
 
 /// Whether the face of p that looks along a unit direction goes on beside the point, out of all neighbours: out of each

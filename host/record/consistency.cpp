@@ -80,6 +80,9 @@ void expect_step_settings(const StepParams<real>& params) {
   };
   StepParams<real> p = params;
   if (p.position_sweeps == 0) p.position_sweeps = 1;
+  for (const real x : {p.slop, p.slop_share}) expect("slop", x);
+  for (const real x : {p.margin, p.margin_share}) expect("margin", x);
+  for (const real x : {p.correction_limit, p.correction_limit_share}) expect("correction_limit", x);
 #define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) expect(#name, p.name);
 #define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) expect(#name, p.name);
 #include "kernels/step_settings.def"

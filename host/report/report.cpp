@@ -138,7 +138,7 @@ Json shape_tolerances(const Report& report) {
   Json json = Json::object();
   for (const ShapeTolerance& tolerance : report.shape_tolerances) {
     json[tolerance.name] = {{"given", number_or_null(tolerance.given)},
-                            {"share_of_inner_radius", tolerance.given ? Json(nullptr) : Json(tolerance.share)}};
+                            {"share_of_radius", tolerance.given ? Json(nullptr) : Json(tolerance.share)}};
   }
   return json;
 }

@@ -7,11 +7,14 @@
 #include <set>
 #include <vector>
 
+#include "host/scene/extents.hpp"
+
 namespace lockstep {
 
 namespace {
 
-using exact::add, exact::cross, exact::dot, exact::length, exact::rotate, exact::scale, exact::subtract, exact::unit;
+using exact::add, exact::cross, exact::dot, exact::length, exact::multiply, exact::rotate, exact::scale,
+    exact::subtract, exact::unit;
 
 // How far apart shapes may be that lie flush, as a share of the smallest half extent of the two.
 constexpr double flush = 1e-4;
@@ -25,35 +28,14 @@ struct Frame {
 
 Quaternion inverse(const Quaternion& q) { return {-q[0], -q[1], -q[2], q[3]}; }
 
-Quaternion product(const Quaternion& a, const Quaternion& b) {
-  return {a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1], a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
-          a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3], a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2]};
-}
-
 Frame within(const Frame& outer, const Frame& inner) {
-  return {add(outer.position, rotate(outer.rotation, inner.position)), product(outer.rotation, inner.rotation)};
+  return {add(outer.position, rotate(outer.rotation, inner.position)), multiply(outer.rotation, inner.rotation)};
 }
 
 Frame seen_from(const Frame& frame, const Frame& viewer) {
   const Quaternion back = inverse(viewer.rotation);
-  return {rotate(back, subtract(frame.position, viewer.position)), product(back, frame.rotation)};
+  return {rotate(back, subtract(frame.position, viewer.position)), multiply(back, frame.rotation)};
 }
-
-struct Extents {  // of a box along the axes
-  Vector3 low = {1e300, 1e300, 1e300}, high = {-1e300, -1e300, -1e300};
-
-  void unite(const Extents& other) {
-    for (unsigned k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], other.low[k]);
-      high[k] = std::max(high[k], other.high[k]);
-    }
-  }
-  bool meets(const Extents& other) const {
-    for (unsigned k = 0; k < 3; ++k)
-      if (other.low[k] > high[k] || low[k] > other.high[k]) return false;
-    return true;
-  }
-};
 
 // A box, a hull or a facet that nothing pushes, and a box around it that is wider by what may be between it and others.
 struct Block {
@@ -344,8 +326,8 @@ void SeamFinder<real>::join_surfaces() {
   }
 }
 
-// Who does not meet all that meets other static bodies: whom a joint or a rule keeps from touching somebody.
-std::set<u32> choosy_bodies(const Scene& scene) {
+// Bodies that do not meet all that other static bodies meet: a joint or a rule keeps them from touching some.
+std::set<u32> filtered_bodies(const Scene& scene) {
   std::set<u32> bodies;
   for (const JointDescription& joint : scene.joints) bodies.insert({joint.body_a, joint.body_b});
   for (const auto& pair : scene.passing) bodies.insert(pair.begin(), pair.end());
@@ -378,7 +360,7 @@ void compile_seams(std::span<const Scene> worlds, InitialState<real>& state) {
   SeamFinder<real> finder(b);
   for (u32 world = 0; world < worlds.size(); ++world) {
     const WorldRange& range = b.world_ranges[world];
-    const std::set<u32> choosy = choosy_bodies(worlds[world]);
+    const std::set<u32> filtered = filtered_bodies(worlds[world]);
     std::vector<Block> fixed;
     std::map<u32, std::vector<Block>> of_body;  // in its frame
     std::vector<u32> surfaces = surfaces_of(worlds[world]);
@@ -391,7 +373,7 @@ void compile_seams(std::span<const Scene> worlds, InitialState<real>& state) {
       const Frame own = {
           {double(shape.offset[0]), double(shape.offset[1]), double(shape.offset[2])},
           {double(shape.rotation[0]), double(shape.rotation[1]), double(shape.rotation[2]), double(shape.rotation[3])}};
-      if (kind == BODY_STATIC && !choosy.contains(info.body - range.first_body)) {
+      if (kind == BODY_STATIC && !filtered.contains(info.body - range.first_body)) {
         const Vec4<real>& q = b.orientations[info.body];
         const Frame body = {vector(b.positions[info.body]), {double(q.x), double(q.y), double(q.z), double(q.w)}};
         fixed.push_back(finder.block_of(i, surface, within(body, own)));

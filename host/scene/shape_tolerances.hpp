@@ -1,5 +1,7 @@
-// What follows the sizes of shapes and bodies where a scene gives no length or speed: shares of the inner radius
-// (host/scene/shape_size.hpp) of the smaller shape of a pair. A cube of 1 m has one of 0.5 m.
+// What follows the sizes of shapes and bodies where a scene gives no length or speed: the slop is a share of the inner
+// radius (host/scene/shape_size.hpp) of the shape of a pair that is less deep, the others are shares of the bounding
+// radius of the smaller one, the margin no more than its inner radius. A cube of 1 m has an inner radius of 0.5 m and a
+// bounding radius of 0.87 m.
 #pragma once
 
 #include <array>
@@ -11,8 +13,8 @@ namespace lockstep {
 
 inline std::array<ShapeTolerance, 3> shape_tolerances(const Settings& settings) {
   return {{{"slop", settings.slop, 2e-4},
-           {"margin", settings.margin, 0.06},
-           {"correction_limit", settings.correction_limit, 1}}};
+           {"margin", settings.margin, 0.035},
+           {"correction_limit", settings.correction_limit, 0.6}}};
 }
 
 /// 1/s. Faster than what is left of a contact at rest by a few sweeps, and than what gravity gives on a slope in the

@@ -37,6 +37,12 @@ LANE_INLINE BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
   return pair;
 }
 
+// By how much the faces of b have to be better than those of a, and edges than faces, in parts of the smallest half
+// extent; and the squared sine below which two edges are parallel.
+#define FACE_PREFERENCE 0.01
+#define EDGE_PREFERENCE 0.03
+#define PARALLEL_EDGES 1e-4
+
 // ---- the separating axis -----------------------------------------------------------------------------------------
 
 #define BOX_LARGER(best, code, separation, c) \
@@ -47,16 +53,16 @@ LANE_INLINE BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
   }
 
 // An edge of a along an axis with an edge of b: their cross product has the parts nu and nv along the other two axes.
-#define BOX_EDGE(nu_, nv_, tu, tv, au, av, o1u, o1v, o2u, o2v, h1, h2, c)                               \
-  {                                                                                                     \
-    const lane nu = nu_, nv = nv_, length = nu * nu + nv * nv;                                          \
-    const lane p = fabs(nu * tu + nv * tv) - (fabs(nu) * au + fabs(nv) * av) -                          \
-                   (fabs(nu * o1u + nv * o1v) * h1 + fabs(nu * o2u + nv * o2v) * h2);                   \
-    const lane square = p * fabs(p);                                                                    \
-    const lane_mask better = (length >= LANE_OF(1e-4)) & (square * edge_length > edge_square * length); \
-    edge_square = better ? square : edge_square;                                                        \
-    edge_length = better ? length : edge_length;                                                        \
-    edge_code = better ? LANE_OF(c) : edge_code;                                                        \
+#define BOX_EDGE(nu_, nv_, tu, tv, au, av, o1u, o1v, o2u, o2v, h1, h2, c)                                         \
+  {                                                                                                               \
+    const lane nu = nu_, nv = nv_, length = nu * nu + nv * nv;                                                    \
+    const lane p = fabs(nu * tu + nv * tv) - (fabs(nu) * au + fabs(nv) * av) -                                    \
+                   (fabs(nu * o1u + nv * o1v) * h1 + fabs(nu * o2u + nv * o2v) * h2);                             \
+    const lane square = p * fabs(p);                                                                              \
+    const lane_mask better = (length >= LANE_OF(PARALLEL_EDGES)) & (square * edge_length > edge_square * length); \
+    edge_square = better ? square : edge_square;                                                                  \
+    edge_length = better ? length : edge_length;                                                                  \
+    edge_code = better ? LANE_OF(c) : edge_code;                                                                  \
   }
 #define BOX_EDGES_OF(i, U, V, sign_u, sign_v, tu, tv, au, av)                                           \
   BOX_EDGE(sign_u r.x.V, sign_v r.x.U, tu, tv, au, av, r.y.U, r.y.V, r.z.U, r.z.V, b.y, b.z, 6 + 3 * i) \
@@ -85,12 +91,12 @@ LANE_INLINE BoxAxis box_axis(const LaneBox* box_a, const LaneBox* box_b, const B
   BOX_EDGES_OF(2, x, y, -, +, t.x, t.y, a.x, a.y)
   const lane root = sqrt(fabs(edge_square) / edge_length);
   const lane least = box_least(box_a, box_b);
-  const lane_mask take_b = on_b > on_a + LANE_OF(0.01) * least;
+  const lane_mask take_b = on_b > on_a + LANE_OF(FACE_PREFERENCE) * least;
   BoxAxis axis;
   axis.separation = take_b ? on_b : on_a;
   axis.code = take_b ? code_b : code_a;
   axis.edges = edge_code;
-  const lane edge = (edge_square < LANE_OF(0) ? -root : root) - LANE_OF(0.03) * least;
+  const lane edge = (edge_square < LANE_OF(0) ? -root : root) - LANE_OF(EDGE_PREFERENCE) * least;
   const lane_mask take_edges = edge > axis.separation;
   axis.separation = take_edges ? edge : axis.separation;
   axis.code = take_edges ? edge_code : axis.code;
@@ -318,7 +324,7 @@ LANE_INLINE lane_mask faces_meet(const LaneManifold* m, const LaneBox* a, const 
     const lane gap = lane_dot3(m->normal, lane_sub3(m->anchor_a[k], m->anchor_b[k])) - m->radius_a - m->radius_b;
     closest = ((m->feature[k] < LANE_OF(LANE_NO_FEATURE)) & (gap < closest)) ? gap : closest;
   }
-  const lane preferred = (LANE_OF(0.01) + LANE_OF(0.03)) * box_least(a, b);
+  const lane preferred = (LANE_OF(FACE_PREFERENCE) + LANE_OF(EDGE_PREFERENCE)) * box_least(a, b);
   return (closest <= preferred) | ((closest < none) & (separation > LANE_OF(0)));
 }
 
@@ -337,7 +343,7 @@ LANE_INLINE lane box_last_axis(const LaneBox* a, const LaneBox* b, const BoxPair
     const lane gap = fabs(lane_dot3(axis, pair->t)) - lane_dot3(lane_absolute3(axis), a->extents) -
                      lane_dot3(lane_absolute3(lane_into_frame(pair->r, axis)), b->extents);
     const lane entered = approach > gap ? gap / approach : LANE_OF(2);
-    const lane_mask later = (gap > zero) & (lane_dot3(axis, axis) >= LANE_OF(1e-4)) & (entered > *time);
+    const lane_mask later = (gap > zero) & (lane_dot3(axis, axis) >= LANE_OF(PARALLEL_EDGES)) & (entered > *time);
     last = later ? LANE_OF(c) : last;
     *time = later ? entered : *time;
   }

@@ -95,8 +95,7 @@ static inline Patch segment_patch(real sense, Vec3 start, Vec3 end, Vec3 normal)
 
 // The cap of a cylinder where it faces the other shape, else the line on its side that does. Of the points of a cap
 // four are along the axes of the body, until the deepest point of the rim is deeper by more than `slack`: then the
-// nearest of them is as near to that one as it takes, and the others are turned with it. So a tilt that is little more
-// than noise moves none.
+// nearest of them comes nearer to that one with the square of the tilt, and the others are turned with it.
 static inline Patch cylinder_patch(WorldShape shape, Axes axes, real sense, Vec3 normal, real slack) {
   const real radius = shape.size.x, half_length = shape.size.y;
   const Vec3 down = scale3(sense, normal);
@@ -117,8 +116,7 @@ static inline Patch cylinder_patch(WorldShape shape, Axes axes, real sense, Vec3
   patch.y = scale3(radius, axes.y);
   const real deeper = (real)0.3 * radius * sine;  // than the best of those four, at most
   if (deeper > slack) {
-    // what is left of the angle between the two makes a miss of its square
-    const real rest = sqrt(slack / deeper);
+    const real share = slack / deeper, rest = share * share;
     const bool at_y = along_y * along_y > along_x * along_x;
     const real sign = (at_y ? along_y : along_x) < (real)0 ? (real)-1 : (real)1;
     const Vec3 to = add3(scale3(sign * rest, at_y ? patch.y : patch.x), scale3((real)1 - rest, rim));

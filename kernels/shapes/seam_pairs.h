@@ -30,7 +30,7 @@ static inline Vec3 moved_into(const Polytope* p, Vec3 point) {
 static inline Vec3 moved_to_edge(const Polytope* p, Vec3 point, Vec3 up) {
   const real tolerance = seam_tolerance(p, 0u);
   const Vec3 moved = moved_into(p, add3(point, scale3((real)100 * tolerance, up)));
-  return poly_contains(p, moved, (real)0.5 * tolerance) ? moved : moved_into(p, point);
+  return poly_contains(p, moved, (real)0.5 * tolerance, (real)0.5 * tolerance) ? moved : moved_into(p, point);
 }
 
 // Whether the neighbours of one side cover all points of a manifold.
@@ -60,7 +60,7 @@ static inline Manifold sphere_over_seams(WorldShape a, u32 kind_b, WorldShape b,
   const Polytope p = polytope_with_seams(kind_b, b, tables);
   const Vec3 center = into_frame(p.axes, sub3(a.center, p.center));
   Manifold best = no_manifold();
-  if (is_facet(kind_b, b, tables) || !poly_contains(&p, center, (real)0)) return best;
+  if (is_facet(kind_b, b, tables) || !poly_contains(&p, center, (real)0, (real)0)) return best;
   real highest = (real)-1e30;
   for (u32 f = 0u; f < p.faces; ++f) {
     const Vec4 plane = poly_own_plane(&p, f);

@@ -32,10 +32,11 @@ static inline Vec4 bound_plane(const Polytope* p, u32 f) {
 }
 
 // Whether a polytope contains a point, own coordinates, or is no farther than the tolerance from it.
-static inline bool poly_contains(const Polytope* p, Vec3 point, real tolerance) {
+static inline bool poly_contains(const Polytope* p, Vec3 point, real tolerance, real behind) {
   for (u32 f = 0u; f < bound_count(p); ++f) {
     const Vec4 plane = bound_plane(p, f);
-    if (dot3(make3(plane.x, plane.y, plane.z), point) - plane.w > tolerance) return false;
+    const real least = f == 1u && p->faces == 1u ? behind : tolerance;
+    if (dot3(make3(plane.x, plane.y, plane.z), point) - plane.w > least) return false;
   }
   return true;
 }
@@ -66,7 +67,7 @@ static inline bool is_near_seam(const Polytope* p, u32 k, Vec3 point) {
 // from behind; both in the frame of the shape.
 static inline bool neighbour_covers(const Polytope* neighbour, Vec3 point, Vec3 up, real tolerance) {
   const Vec3 at = into_frame(neighbour->axes, sub3(point, neighbour->center));
-  if (!poly_contains(neighbour, at, tolerance)) return false;
+  if (!poly_contains(neighbour, at, tolerance, (real)500 * tolerance)) return false;
   const Vec3 own_up = into_frame(neighbour->axes, up);
   for (u32 i = 0u; i < neighbour->vertices; ++i) {
     const Vec3 d = sub3(poly_own_vertex(neighbour, i), at);
@@ -86,7 +87,8 @@ static inline bool some_neighbour_covers(const Polytope* p, Vec3 point, Vec3 up)
 
 // Whether a place beside a point of a face belongs to the face, and no neighbour covers it.
 static inline bool seam_is_open_at(const Polytope* p, Vec3 point, Vec3 normal, real tolerance) {
-  return poly_contains(p, point, (real)0.5 * tolerance) && !some_neighbour_covers(p, point, normal);
+  return poly_contains(p, point, (real)0.5 * tolerance, (real)0.5 * tolerance) &&
+         !some_neighbour_covers(p, point, normal);
 }
 
 // Whether the face of p that looks along a unit direction goes on beside the point, out of all neighbours: out of each

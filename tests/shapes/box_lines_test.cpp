@@ -1,4 +1,4 @@
-// Boxes that touch along a line, lie on much larger ones, or meet corner first, by every way to solve.
+// Boxes that touch along a line, lie on much larger ones, or meet corner first, by every method.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,11 +11,11 @@ namespace {
 
 constexpr double g = 9.81;
 
-struct Way {
+struct Method {
   const char *name, *solver, *precision;
 };
 
-class BoxLines : public testing::TestWithParam<Way> {
+class BoxLines : public testing::TestWithParam<Method> {
  protected:
   World world(const Scene& scene) const {
     return World(scene, {.device = "reference", .precision = GetParam().precision, .solver = GetParam().solver});
@@ -23,11 +23,11 @@ class BoxLines : public testing::TestWithParam<Way> {
 };
 
 INSTANTIATE_TEST_SUITE_P(, BoxLines,
-                         testing::Values(Way{"gauss_seidel_float", "gauss_seidel", "float"},
-                                         Way{"gauss_seidel_double", "gauss_seidel", "double"},
-                                         Way{"small_steps_float", "small_steps", "float"},
-                                         Way{"small_steps_double", "small_steps", "double"},
-                                         Way{"auto_double", "auto", "double"}),
+                         testing::Values(Method{"gauss_seidel_float", "gauss_seidel", "float"},
+                                         Method{"gauss_seidel_double", "gauss_seidel", "double"},
+                                         Method{"small_steps_float", "small_steps", "float"},
+                                         Method{"small_steps_double", "small_steps", "double"},
+                                         Method{"auto_double", "auto", "double"}),
                          [](const auto& each) { return std::string(each.param.name); });
 
 Quaternion about(const Vector3& axis, double angle) {
@@ -53,7 +53,7 @@ Scene scene_with(std::vector<BodyDescription> bodies, double friction = 0.5) {
 }
 
 double speed(const Twist& v) { return std::sqrt(exact::dot(v.linear, v.linear)); }
-double spin(const Twist& v) { return std::sqrt(exact::dot(v.angular, v.angular)); }
+double angular_speed(const Twist& v) { return std::sqrt(exact::dot(v.angular, v.angular)); }
 
 // One end on the ground, and over the edge of a bar: the line along the edge that the plank lies on has two ends, both
 // of which hold it. It starts where it rests.
@@ -67,20 +67,20 @@ TEST_P(BoxLines, APlankRestsOnAnEdge) {
     // seen from the side: the foot at the origin, the upper edge of the bar at (s, 2 bar), on the plank's lower face
     const double s = 2 * half * from_foot, lean = std::asin(2 * bar / s);
     const Vector3 along = {std::cos(lean), 0, std::sin(lean)}, up = {-std::sin(lean), 0, std::cos(lean)};
-    const Quaternion turned = about({0, 0, 1}, yaw);
+    const Quaternion by_yaw = about({0, 0, 1}, yaw);
     BodyDescription plank = box_of({half, wide, thick}, exact::add(exact::scale(half, along), exact::scale(thick, up)));
-    plank.orientation = exact::unit(exact::multiply(turned, about({0, 1, 0}, -lean)));
-    plank.position = exact::rotate(turned, plank.position);
+    plank.orientation = exact::unit(exact::multiply(by_yaw, about({0, 1, 0}, -lean)));
+    plank.position = exact::rotate(by_yaw, plank.position);
     BodyDescription beam = box_of({bar, 1, bar}, {s * std::cos(lean) + bar, 0, bar}, BODY_STATIC);
-    beam.position = exact::rotate(turned, beam.position);
-    beam.orientation = turned;
+    beam.position = exact::rotate(by_yaw, beam.position);
+    beam.orientation = by_yaw;
     Scene scene = scene_with({level_floor(), beam, plank}, 0.6);
     World w = world(scene);
     const Vector3 start = w.pose(w.bodies()[2]).position;
     w.step(exactly ? 120 : 600);
     const Pose end = w.pose(w.bodies()[2]);
     const Vector3 moved = exact::add(end.position, exact::scale(-1, start));
-    EXPECT_LT(spin(w.velocity(w.bodies()[2])), 1e-3) << n;
+    EXPECT_LT(angular_speed(w.velocity(w.bodies()[2])), 1e-3) << n;
     EXPECT_LT(speed(w.velocity(w.bodies()[2])), 1e-3) << n;
     EXPECT_LT(std::sqrt(exact::dot(moved, moved)), 1e-3) << n;
   }
@@ -99,7 +99,7 @@ TEST_P(BoxLines, DiceRestOnALargeBox) {
     w.step(120);
     for (int n = 1; n <= 4; ++n) {
       EXPECT_NEAR(w.pose(w.bodies()[n]).position[2], 0.005, 1.5e-4) << ground;
-      EXPECT_LT(spin(w.velocity(w.bodies()[n])), 0.01) << ground;
+      EXPECT_LT(angular_speed(w.velocity(w.bodies()[n])), 0.01) << ground;
     }
   }
 }
@@ -112,9 +112,9 @@ TEST_P(BoxLines, ShotsAlongTheDiagonalDoNotPass) {
   int passed = 0;
   for (int n = 0; n < shots; ++n) {
     BodyDescription bullet = box_of({0.2, 0.2, 0.2}, {1.6, random.between(-0.2, 0.2), random.between(0.9, 1.3)});
-    const Vector3 aim = {0, random.between(-0.1, 0.1), random.between(-0.1, 0.1)};
-    const Vector3 way = exact::add(aim, exact::scale(-1, bullet.position));
-    bullet.velocity = exact::scale(random.between(20, 180) / std::sqrt(exact::dot(way, way)), way);
+    const Vector3 target = {0, random.between(-0.1, 0.1), random.between(-0.1, 0.1)};
+    const Vector3 direction = exact::add(target, exact::scale(-1, bullet.position));
+    bullet.velocity = exact::scale(random.between(20, 180) / std::sqrt(exact::dot(direction, direction)), direction);
     Scene scene = scene_with({box_of({0.5, 0.5, 0.5}, {0, 0, 0}, BODY_STATIC), bullet});
     scene.gravity = {0, 0, 0};
     World w = world(scene);

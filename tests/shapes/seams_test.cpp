@@ -166,6 +166,7 @@ std::vector<BodyDescription> sliders() {
   return {ball,
           solid(sphere(0.25), {0.0317, 0.0213, 0.25}, {2, 0.3, 0}),
           solid(box({0.3, 0.2, 0.2}), {0.0317, 0.0213, 0.2}, {3, 0.4, 0}),
+          solid(box({0.1, 0.1, 0.1}), {0.8317, 0.0213, 0.1}, {-2.5, 0.2, 0}),
           solid(box({0.05, 0.05, 0.05}), {0.0317, 0.0213, 0.05}, {3, 0.4, 0}),
           on_its_side({.kind = SHAPE_CAPSULE, .radius = 0.2, .half_length = 0.3}),
           on_its_side({.kind = SHAPE_CYLINDER, .radius = 0.2, .half_length = 0.3}),
@@ -179,7 +180,7 @@ void expect_as_on_a_plane(const Ground& ground, const BodyDescription& body, Sol
   World on_plane(scene_of({level_floor(), body}, 0.5, solver), in_double());
   World on_ground(scene_of(bodies, 0.5, solver), in_double());
   // small steps let a cylinder rock whose points come and go as it rolls over seams that are askew
-  const double close = solver == Solver::gauss_seidel ? 1e-3 : 1e-2;
+  const double close = solver == Solver::gauss_seidel ? 1e-3 : 1.5e-2;
   const BodyHandle one = on_plane.bodies().back(), other = on_ground.bodies().back();
   for (int i = 0; i < 60; ++i) {
     on_plane.step();
