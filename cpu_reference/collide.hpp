@@ -7,6 +7,7 @@
 #include "cpu_reference/shapes/advance.hpp"
 #include "cpu_reference/shapes/may_touch.hpp"
 #include "cpu_reference/shapes/pairs.hpp"
+#include "cpu_reference/tolerances.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -19,14 +20,34 @@ struct Side {
   const Motion<real>& motion;
   Pose<real> pose;
   Vec3<real> arm;  // from the centre of mass to the centre of the shape, world axes
+  u32 first_seam, seam_count;
 };
 
 template <class real>
 Side<real> collide_side(const Buffers<real>& b, u32 shape) {
   const u32 body = b.shape_infos[shape].body;
   const Pose<real> pose = make_pose(b.positions[body], b.orientations[body]);
-  return {b.shape_infos[shape], b.shapes[shape], b.motions[body], pose,
-          rotate3(pose.orientation, vec3(b.shapes[shape].offset))};
+  const bool has_seams = (b.shape_infos[shape].flags & SHAPE_HAS_SEAMS) != 0;
+  const u32 first_seam = has_seams ? b.seam_starts[shape] : 0;
+  return {b.shape_infos[shape],
+          b.shapes[shape],
+          b.motions[body],
+          pose,
+          rotate3(pose.orientation, vec3(b.shapes[shape].offset)),
+          first_seam,
+          has_seams ? b.seam_starts[shape + 1] - first_seam : 0};
+}
+
+/// The inner radius of the less deep shape.
+template <class real>
+real collide_radius(const Side<real>& a, const Side<real>& b) {
+  return pair_radius(a.shape.size[3], b.shape.size[3]);
+}
+
+template <class real>
+real collide_margin(const StepParams<real>& params, const Side<real>& a, const Side<real>& b) {
+  return pair_margin(params, own_margin(params, a.shape.bounding_radius, a.shape.size[3]),
+                     own_margin(params, b.shape.bounding_radius, b.shape.size[3]));
 }
 
 /// The largest gap that can matter: a point of shape a, which is no farther from its centre than its bounding radius,
@@ -35,7 +56,7 @@ template <class real>
 real collide_limit(const StepParams<real>& params, const Side<real>& a, const Side<real>& b, Vec3<real> arm_b) {
   const Vec3<real> v = sub3(point_velocity(b.motion, arm_b), point_velocity(a.motion, a.arm));
   const Vec3<real> w = sub3(vec3(b.motion.w), vec3(a.motion.w));
-  return params.margin + step_length(params) * (length3(v) + length3(w) * a.shape.bounding_radius);
+  return collide_margin(params, a, b) + step_length(params) * (length3(v) + length3(w) * a.shape.bounding_radius);
 }
 
 /// From the centre of mass of b to that of a.
@@ -52,13 +73,20 @@ Vec3<real> collide_center_b(const Side<real>& a, const Side<real>& b) {
 
 template <class real>
 HullTables<real> collide_tables(const Buffers<real>& b) {
-  return {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
-          b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
+  return {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(), b.hull_faces.data(),
+          b.hull_edges.data(), b.hull_corners.data(),  b.seams.data()};
+}
+
+/// The share of a step that has passed when contacts are evaluated, at the start of each sub-step, on their mean.
+template <class real>
+real contact_lag(const StepParams<real>& params) {
+  return real(0.5) * real(params.substeps - 1) / real(params.substeps);
 }
 
 /// `h`: what is left of the step, s.
 template <class real>
-WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, bool alone, real margin, real h) {
+WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, bool alone, real margin, real lag,
+                                     real h) {
   return {center,
           shape_rotation(side.pose, side.shape),
           vec3(side.shape.size),
@@ -66,16 +94,20 @@ WorldShape<real> collide_world_shape(const Side<real>& side, Vec3<real> center, 
           alone,
           scale3(h, point_velocity(side.motion, side.arm)),
           scale3(h, vec3(side.motion.w)),
-          margin};
+          margin,
+          lag,
+          side.first_seam,
+          alone ? 0 : side.seam_count};
 }
 
-/// How the two meet, about the centre of shape a. `alone`: facets are taken for themselves.
+/// How the two meet, about the centre of shape a. `alone`: facets, and shapes with seams, are taken for themselves.
 template <class real>
 Manifold<real> collide_sides(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                              const Side<real>& b, real limit, bool alone, real h) {
-  return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, params.margin, h), b.info.kind,
-                        collide_world_shape(b, collide_center_b(a, b), alone, params.margin, h),
-                        collide_tables(buffers), limit);
+  const real margin = collide_margin(params, a, b), lag = contact_lag(params);
+  return collide_shapes(a.info.kind, collide_world_shape(a, {0, 0, 0}, alone, margin, lag, h), b.info.kind,
+                        collide_world_shape(b, collide_center_b(a, b), alone, margin, lag, h), collide_tables(buffers),
+                        limit);
 }
 
 template <class real>
@@ -83,7 +115,7 @@ bool collide_in_range(const StepParams<real>& params, const Manifold<real>& m, u
                       const Side<real>& b, Vec3<real> offset_ab, real time_left) {
   const Vec3<real> arm = add3(a.arm, sub3(m.points[k].anchor_a, scale3(m.radius_a, m.normal)));
   const real speed = approach_speed(m.normal, a.motion, arm, b.motion, add3(arm, offset_ab));
-  return gap_at(m, k) <= params.margin + time_left * speed;
+  return gap_at(m, k) <= collide_margin(params, a, b) + time_left * speed;
 }
 
 /// Puts one more point into a list that is ordered by feature.
@@ -112,14 +144,15 @@ Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, co
 
 template <class real>
 bool collide_is_facet(const Buffers<real>& buffers, const Side<real>& side) {
-  return is_facet(side.info.kind, collide_world_shape(side, {0, 0, 0}, false, real(0), real(0)),
+  return is_facet(side.info.kind, collide_world_shape(side, {0, 0, 0}, false, real(0), real(0), real(0)),
                   collide_tables(buffers));
 }
 
 template <class real>
 Side<real> collide_moved(const Side<real>& side, const Mover<real>& mover, real time) {
   const Pose<real> pose = advance_pose(mover, time);
-  return {side.info, side.shape, side.motion, pose, rotate3(pose.orientation, vec3(side.shape.offset))};
+  const Vec3<real> arm = rotate3(pose.orientation, vec3(side.shape.offset));
+  return {side.info, side.shape, side.motion, pose, arm, side.first_seam, side.seam_count};
 }
 
 /// Adds the core of the continuous side where its middle would come to the tangent plane of the other side in the time
@@ -138,23 +171,23 @@ void collide_add_core(const Buffers<real>& buffers, const Side<real>& a, const S
 }
 
 /// The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
-/// may be beside it: until it is there the facet is taken for itself.
+/// may be beside it: until it is there the facet is taken for itself. And so is a shape with seams.
 template <class real>
 Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<real>& params, const Side<real>& a,
                                  const Side<real>& b, real limit) {
-  const real h = step_length(params);
+  const real h = step_length(params), slop = pair_slop(params, collide_radius(a, b));
   Manifold<real> m = collide_sides(buffers, params, a, b, limit, true, h);
   const Mover<real> mover_a = make_mover(a.info, a.shape, a.motion, a.pose);
   const Mover<real> mover_b = make_mover(b.info, b.shape, b.motion, b.pose);
   real time = 0;
-  for (u32 round = 0; round < advance_rounds && m.count > 0 && time < h && closest_gap(m) > params.slop; ++round) {
+  for (u32 round = 0; round < advance_rounds && m.count > 0 && time < h && closest_gap(m) > slop; ++round) {
     time = advance_time(time, closest_gap(m), closing_speed(mover_a, mover_b, m.normal, h), h);
     m = collide_sides(buffers, params, collide_moved(a, mover_a, time), collide_moved(b, mover_b, time), limit, true,
                       h);
   }
   const Side<real> at_a = time > 0 ? collide_moved(a, mover_a, time) : a;
   const Side<real> at_b = time > 0 ? collide_moved(b, mover_b, time) : b;
-  if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b))
+  if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b) || a.seam_count + b.seam_count > 0)
     m = collide_sides(buffers, params, at_a, at_b, limit, false, h - time);
   m = collide_keep(params, m, at_a, at_b, h - time);
   collide_add_core(buffers, at_a, at_b, h - time, m);

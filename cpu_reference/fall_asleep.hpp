@@ -40,7 +40,7 @@ void count_still_steps(Buffers<real>& b) {
     if (b.body_infos[i].kind != BODY_DYNAMIC || is_asleep(b, i)) continue;
     if (sleeper.island == ISLAND_WAKES) b.counters[COUNTER_CHANGED] = 1;
     sleeper.island = NONE;
-    const bool slow = is_slow(b.sleep_laws[b.body_infos[i].world], b.motions[i]);
+    const bool slow = is_slow(b.sleep_laws[i], b.motions[i]);
     sleeper.still = slow ? std::min(sleeper.still, NONE - 1) + 1 : 0;
     if (is_sleep_candidate(b, i)) b.counters[COUNTER_SLEEP_CANDIDATES] = 1;
   }

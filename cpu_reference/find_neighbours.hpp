@@ -17,7 +17,9 @@ bool are_neighbours(const Buffers<real>& b, const StepParams<real>& params, u32 
   if (body_i == body_j || b.body_infos[body_j].world != world || are_joined(b, body_i, body_j)) return false;
   const Vec3<real> d = sub3(vec3_of(b.particle_positions[i]), vec3_of(b.particle_positions[j]));
   const Vec3<real> u = sub3(vec3_of(b.particle_velocities[i]), vec3_of(b.particle_velocities[j]));
-  return within_range(params, length3(d) - real(2) * b.particle_laws[world].radius, length3(u));
+  const real radius = b.particle_laws[world].radius;
+  return within_range(params, pair_margin(params, own_margin(params, radius, radius), real(0)),
+                      length3(d) - real(2) * radius, length3(u));
 }
 
 template <class real>
@@ -27,8 +29,10 @@ bool is_near_plane(const Buffers<real>& b, const StepParams<real>& params, u32 i
   const Vec3<real> x = vec3_of(b.particle_positions[i]);
   const CurrentPlane<real> plane = current_plane(b, k);
   const Vec3<real> there = point_velocity(b.motions[body_p], sub3(x, vec3_of(b.positions[body_p])));
-  const real gap = dot3(plane.normal, sub3(x, plane.point)) - b.particle_laws[b.body_infos[body].world].radius;
-  return within_range(params, gap, length3(sub3(vec3_of(b.particle_velocities[i]), there)));
+  const real radius = b.particle_laws[b.body_infos[body].world].radius;
+  const real gap = dot3(plane.normal, sub3(x, plane.point)) - radius;
+  return within_range(params, pair_margin(params, own_margin(params, radius, radius), real(0)), gap,
+                      length3(sub3(vec3_of(b.particle_velocities[i]), there)));
 }
 
 /// Appends the neighbours of particle i: particles cell by cell, then planes.

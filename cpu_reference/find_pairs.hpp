@@ -11,8 +11,8 @@ template <class real>
 void search_grid(const Buffers<real>& b, const StepParams<real>& params, const Bounded<real>& me,
                  std::vector<u32>& found) {
   const u32 max_extent = b.counters[COUNTER_MAX_EXTENT];
-  const real size = cell_size(params, max_extent);
-  const real range = pair_range(params, me.bound.extent, max_extent);
+  const real size = cell_size<real>(max_extent);
+  const real range = pair_range(me.bound.extent, max_extent);
   const Vec3<real> center = me.center();
   const u32 world = b.body_infos[b.shape_infos[me.shape].body].world;
   const i32 low_x = cell_of(center.x - range, size), high_x = cell_of(center.x + range, size);

@@ -47,14 +47,14 @@ void note_extent(bool finite, real extent, u32 body, std::vector<u32>& counters)
 /// Two shapes that are to be paired are no farther apart than one cell, whatever their sizes and speeds. The factor
 /// covers the rounding of the pair test.
 template <class real>
-real cell_size(const StepParams<real>& params, u32 max_extent_bits) {
-  return (real(2) * real(std::bit_cast<float>(max_extent_bits)) + params.margin) * real(1.0001);
+real cell_size(u32 max_extent_bits) {
+  return real(2) * real(std::bit_cast<float>(max_extent_bits)) * real(1.0001);
 }
 
 /// How far the centres can be apart of a shape of this extent and of any that it is paired with.
 template <class real>
-real pair_range(const StepParams<real>& params, real extent, u32 max_extent_bits) {
-  return (extent + real(std::bit_cast<float>(max_extent_bits)) + params.margin) * real(1.0001);
+real pair_range(real extent, u32 max_extent_bits) {
+  return (extent + real(std::bit_cast<float>(max_extent_bits))) * real(1.0001);
 }
 
 /// Cells are numbered as far as a real (and an i32) tells neighbours apart.

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "cpu_reference/math.hpp"
+#include "cpu_reference/tolerances.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -18,7 +19,8 @@ u32 materials_of(const Buffers<real>& buffers, const Contact& contact) {
 
 template <class real>
 void write_point(PointBlock<real>& block, StartBlock<real>& starts, u32 lane, const ContactPoint<real>& point,
-                 u32 frame, MaterialPair<real> material, real inverse_inner_radius, const ContactImpulse<real>& start) {
+                 u32 frame, MaterialPair<real> material, real inner_radius, real bounding_radius,
+                 const ContactImpulse<real>& start) {
   block.anchor_a_x[lane] = point.anchor_a[0];
   block.anchor_a_y[lane] = point.anchor_a[1];
   block.anchor_a_z[lane] = point.anchor_a[2];
@@ -32,20 +34,13 @@ void write_point(PointBlock<real>& block, StartBlock<real>& starts, u32 lane, co
   block.normal_z[lane] = point.normal[2];
   block.friction[lane] = material.friction;
   block.restitution[lane] = material.restitution;
-  block.inverse_inner_radius[lane] = inverse_inner_radius;
+  block.inner_radius[lane] = inner_radius;
+  block.bounding_radius[lane] = bounding_radius;
   block.frame[lane] = frame;
   starts.normal[lane] = start.normal;
   starts.tangent_x[lane] = start.tangent_x;
   starts.tangent_y[lane] = start.tangent_y;
   starts.tangent_z[lane] = start.tangent_z;
-}
-
-/// 1 / the inner radius of the shape that is less deep, 1/m; 0 where neither has an inside.
-template <class real>
-real inverse_inner_radius(const Shape<real>& a, const Shape<real>& b) {
-  const auto [smaller, larger] = std::minmax(a.size[3], b.size[3]);
-  const real radius = smaller > 0 ? smaller : larger;
-  return radius > 0 ? real(1) / radius : real(0);
 }
 
 template <class real>
@@ -65,9 +60,10 @@ void write_angular_friction(AngularFrictionPointBlock<real>& block, u32 lane, An
 }
 
 template <class real>
-void write_static_friction(StaticFrictionBlock<real>& block, u32 lane, StaticFrictionPair<real> pair) {
+void write_static_friction(StaticFrictionBlock<real>& block, u32 lane, StaticFrictionPair<real> pair,
+                           real bounding_radius) {
   block.friction[lane] = pair.friction;
-  block.speed[lane] = pair.speed;
+  block.speed[lane] = pair.speed + pair.speed_share * bounding_radius;
 }
 
 template <class real>
@@ -103,10 +99,11 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
       AnisotropyBlock<real>* anisotropy = buffers.anisotropy_blocks.empty() ? nullptr : &buffers.anisotropy_blocks[row];
       for (u32 lane = 0; lane < PACK; ++lane) {
         if (k >= bodies.count[lane]) {
-          write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, real(0), ContactImpulse<real>{});
+          write_point(points, starts, lane, ContactPoint<real>{}, NORMAL_FIXED, {}, real(0), real(0),
+                      ContactImpulse<real>{});
           if (impacts) write_impact(*impacts, lane, {});
           if (angular_friction_points) write_angular_friction(*angular_friction_points, lane, {}, Vec4<real>{});
-          if (static_friction) write_static_friction(*static_friction, lane, {});
+          if (static_friction) write_static_friction(*static_friction, lane, {}, real(0));
           if (anisotropy) write_anisotropy(*anisotropy, lane, {}, Vec3<real>{0, 0, 0});
           continue;
         }
@@ -115,13 +112,17 @@ void pack_points(Buffers<real>& buffers, const StepParams<real>&) {
         const u32 pair = materials_of(buffers, contact);
         MaterialPair<real> material = buffers.material_pairs[pair];
         if (contact.feature == CORE_FEATURE) material.restitution = 0;
-        const real inner = inverse_inner_radius(buffers.shapes[contact.shape_a], buffers.shapes[contact.shape_b]);
-        write_point(points, starts, lane, buffers.contact_points[i], contact.normal, material, inner,
+        const real inner =
+            pair_radius(buffers.shapes[contact.shape_a].size[3], buffers.shapes[contact.shape_b].size[3]);
+        const real bounding =
+            pair_radius(solid_radius(buffers.shapes[contact.shape_a]), solid_radius(buffers.shapes[contact.shape_b]));
+        write_point(points, starts, lane, buffers.contact_points[i], contact.normal, material, inner, bounding,
                     buffers.start_impulses[i]);
         if (angular_friction_points)
           write_angular_friction(*angular_friction_points, lane, buffers.angular_friction_pairs[pair],
                                  buffers.start_moments[i]);
-        if (static_friction) write_static_friction(*static_friction, lane, buffers.static_friction_pairs[pair]);
+        if (static_friction)
+          write_static_friction(*static_friction, lane, buffers.static_friction_pairs[pair], bounding);
         if (anisotropy)
           write_anisotropy(*anisotropy, lane, buffers.anisotropy_pairs[pair],
                            anisotropy_axis(buffers, contact, buffers.anisotropy_pairs[pair]));

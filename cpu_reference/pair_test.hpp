@@ -1,10 +1,11 @@
 // The broad phase's test of a pair, the same for the grid and the tree, so that both find the same pairs: two shapes
 // are one if neither their bounding spheres nor their boxes say that they stay apart for the step.
-//   spheres   |c_i - c_j| - (r_i + r_j) <= margin + h |v_i - v_j|, v the velocity of the centre: the relative speed, so
-//             that a cloud that falls as one makes no pairs
-//   boxes     |c_i - c_j|_k <= e_i,k + e_j,k + margin + h (|v_i - v_j|_k + s_i + s_j) on each axis k of the world, with
-//             half extents e and what rotation adds to a point's speed, s = |w| r; not asked where both are spheres
-//   a plane   gap of the bounding sphere <= margin + h max(0, approach speed)
+//   spheres   |c_i - c_j| - (r_i + r_j) <= h |v_i - v_j|, v the velocity of the centre: the relative speed, so that a
+//             cloud that falls as one makes no pairs
+//   boxes     |c_i - c_j|_k <= e_i,k + e_j,k + h (|v_i - v_j|_k + s_i + s_j) on each axis k of the world, with half
+//             extents e and what rotation adds to a point's speed, s = |w| r; not asked where both are spheres
+//   a plane   gap of the bounding sphere <= h max(0, approach speed)
+// The radii r and half extents e have margins around them (shape_bound.hpp).
 // kernels/pair_search.h is the twin.
 #pragma once
 
@@ -14,6 +15,7 @@
 #include "cpu_reference/shapes/may_touch.hpp"
 #include "cpu_reference/shapes/sphere_plane.hpp"
 #include "cpu_reference/sleep.hpp"
+#include "cpu_reference/tolerances.hpp"
 #include "cpu_reference/top_level_shapes.hpp"
 
 namespace lockstep::reference {
@@ -71,7 +73,7 @@ bool is_pair(const Buffers<real>& b, u32 i, u32 j) {
 /// speeds of both together.
 template <class real>
 bool axis_in_range(const StepParams<real>& params, real d, real u, real half, real rotational_speed) {
-  return std::abs(d) <= half + params.margin + step_length(params) * (std::abs(u) + rotational_speed);
+  return std::abs(d) <= half + step_length(params) * (std::abs(u) + rotational_speed);
 }
 
 /// Symmetric to the last bit: a search may find a pair from either side.
@@ -81,7 +83,8 @@ bool shapes_in_range(const Buffers<real>& b, const StepParams<real>& params, con
   const Bound<real>&mine = one.bound, &other = two.bound;
   const Vec3<real> d = sub3(one.center(), two.center());
   const Vec3<real> u = sub3(center_velocity(b, one), center_velocity(b, two));
-  if (!within_range(params, length3(d) - (mine.bounding_radius + other.bounding_radius), length3(u))) return false;
+  if (!within_range(params, real(0), length3(d) - (mine.bounding_radius + other.bounding_radius), length3(u)))
+    return false;
   if (b.shape_infos[one.shape].kind == SHAPE_SPHERE && b.shape_infos[two.shape].kind == SHAPE_SPHERE) return true;
   const real rotational_speed = rotational_speed_of(b, one) + rotational_speed_of(b, two);
   return axis_in_range(params, d.x, u.x, mine.box[0] + other.box[0], rotational_speed) &&
@@ -107,7 +110,7 @@ bool plane_in_range(const Buffers<real>& b, const StepParams<real>& params, cons
   const Vec3<real> touch = sub3(center, scale3(bounding_radius, normal));
   const real speed = approach_speed(normal, b.motions[body_i], sub3(touch, body_position(b, body_i)), b.motions[body_p],
                                     sub3(touch, pose.position));
-  return within_range(params, gap, speed);
+  return within_range(params, shape_margin(params, real(0), real(0)), gap, speed);
 }
 
 }  // namespace lockstep::reference

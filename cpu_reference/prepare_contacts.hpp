@@ -30,6 +30,7 @@
 #include "cpu_reference/prepare_patch.hpp"
 #include "cpu_reference/rigid_body.hpp"
 #include "cpu_reference/solve_contact.hpp"
+#include "cpu_reference/tolerances.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -53,17 +54,32 @@ struct NormalLaw {
   bool soft;
 };
 
+/// What of an overlap is taken back: what is beyond the slop, m, at a speed up to a limit, m/s. A soft contact that
+/// carries a load asks for that speed only to carry it, and may ask for more beside what it carries already: else the
+/// limit would bound the load.
 template <class real>
-NormalLaw<real> normal_law(const StepParams<real>& p, real gap, real u_old, real u_free, real restitution) {
+struct Correction {
+  real slop, limit;
+};
+
+template <class real>
+Correction<real> correction_of(const StepParams<real>& p, real inner_radius, real bounding_radius, real w_nn,
+                               real load) {
+  return {pair_slop(p, inner_radius), pair_correction_limit(p, bounding_radius) + p.softness * w_nn * load};
+}
+
+template <class real>
+NormalLaw<real> normal_law(const StepParams<real>& p, Correction<real> correction, real gap, real u_old, real u_free,
+                           real restitution) {
   const real gap_free = gap + p.dt * ((real(1) - p.theta) * u_old + p.theta * u_free);
   NormalLaw<real> law = {0, !(gap > 0)};
   if (gap > 0) {
     const real bias = p.theta > 0 ? (gap / p.dt + (real(1) - p.theta) * u_old) / p.theta : gap / p.dt + u_old;
     law.bias = bias > 0 ? bias : real(0);
   } else {
-    const real depth = -gap - p.slop;
+    const real depth = -gap - correction.slop;
     const real speed = p.correction * (depth > 0 ? depth : real(0)) / p.dt;
-    law.bias = -(speed < p.correction_limit ? speed : p.correction_limit);
+    law.bias = -(speed < correction.limit ? speed : correction.limit);
   }
   if (restitution > 0 && u_old < -p.restitution_threshold && gap_free < 0) {
     const real bounce = restitution * u_old;
@@ -125,13 +141,14 @@ Delassus<real> contact_delassus(const ContactFrame<real>& c, bool central, bool 
 /// What a contact aims at that is hit by another law than Newton's, `free` its velocity after the forces; `law` becomes
 /// that of the normal velocity.
 template <class real>
-ImpactTarget<real> hit_target(const StepParams<real>& p, real gap, real u_old, ConeVector<real> free,
-                              const Delassus<real>& w, const ImpactMaterial<real>& material, NormalLaw<real>& law) {
+ImpactTarget<real> hit_target(const StepParams<real>& p, Correction<real> correction, real gap, real u_old,
+                              ConeVector<real> free, const Delassus<real>& w, const ImpactMaterial<real>& material,
+                              NormalLaw<real>& law) {
   const real share = u_old > free.normal ? u_old / free.normal : real(1);
   ImpactMaterial<real> shared = material;
   shared.restitution = share * material.restitution;
   const ImpactTarget<real> target = target_of(impact(free, w, shared), w, material.friction);
-  law = normal_law(p, gap, u_old, free.normal, real(0));
+  law = normal_law(p, correction, gap, u_old, free.normal, real(0));
   const real least = gap > 0 ? real(0) : law.bias;
   const bool bounces = target.bias.normal < least;
   law = {bounces ? target.bias.normal : least, law.soft && !bounces};
@@ -177,9 +194,10 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   const Pose<real> pose_b = make_pose(buffers.positions[b], buffers.orientations[b]);
   const CurrentContact<real> current =
       current_contact(contact_point_of(points, lane), points.frame[lane], pose_a, pose_b);
+  const real inner_radius = points.inner_radius[lane];
   if (params.substep == 0) {
     raise_maximum(buffers.counters, COUNTER_MAX_OVERLAP, -current.gap);
-    raise_maximum(buffers.counters, COUNTER_MAX_OVERLAP_RATIO, -current.gap * points.inverse_inner_radius[lane]);
+    if (inner_radius > 0) raise_maximum(buffers.counters, COUNTER_MAX_OVERLAP_RATIO, -current.gap / inner_radius);
   }
   const Motion<real>&motion_a = motions.a, &motion_b = motions.b;
   const bool central = bodies.kind[lane] == BLOCK_CENTRAL;
@@ -232,14 +250,16 @@ real prepare_contact(Buffers<real>& buffers, const StepParams<real>& params, con
   block.arm_b_x[lane] = arm_b.x;
   block.arm_b_y[lane] = arm_b.y;
   block.arm_b_z[lane] = arm_b.z;
-  NormalLaw<real> law = normal_law(params, current.gap, u_old, u_free, points.restitution[lane]);
+  const Correction<real> correction = correction_of(params, inner_radius, points.bounding_radius[lane], w.nn, r.normal);
+  NormalLaw<real> law = normal_law(params, correction, current.gap, u_old, u_free, points.restitution[lane]);
   ImpactTarget<real> target = {{0, 0, 0}, friction};
   if (!buffers.impact_blocks.empty()) {
     const ImpactBlock<real>& impacts = buffers.impact_blocks[row];
     const ImpactMaterial<real> material = {impacts.law[lane], friction, points.restitution[lane],
                                            impacts.tangential_restitution[lane]};
     if (material.law != IMPACT_NEWTON && is_hit(params, current.gap, u_old, u_free))
-      target = hit_target(params, current.gap, u_old, {u_free, dot3(free, t1), dot3(free, t2)}, w, material, law);
+      target = hit_target(params, correction, current.gap, u_old, {u_free, dot3(free, t1), dot3(free, t2)}, w, material,
+                          law);
     buffers.slide_blocks[row].bias_1[lane] = target.bias.tangent_1;
     buffers.slide_blocks[row].bias_2[lane] = target.bias.tangent_2;
   }

@@ -11,7 +11,7 @@ template <class real>
 void search_tree(Buffers<real>& b, const StepParams<real>& params) {
   const u32 count = top_level_count(params);
   list_pairs(b, params, [&](u32, const Bounded<real>& me, std::vector<u32>& found) {
-    const TreeBox<real> box = widened(swept_box(b, me, step_length(params)), params.margin * real(1.0001));
+    const TreeBox<real> box = swept_box(b, me, step_length(params));
     const TopLevelRange range = top_level_range(b, b.body_infos[b.shape_infos[me.shape].body].world);
     traverse_boxes(b.tree_blocks.data(), blocks_of(count), box, [&](u32 run) {
       for (u32 slot = run * PACK; slot < std::min((run + 1) * PACK, count); ++slot) {

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "cpu_reference/grid.hpp"
+#include "cpu_reference/tolerances.hpp"
 #include "host/buffers.hpp"
 
 namespace lockstep::reference {
@@ -48,26 +49,30 @@ Vec3<real> shape_half(u32 kind, const Shape<real>& shape, Quat<real> rotation) {
   return {shape.bounding_radius, shape.bounding_radius, shape.bounding_radius};
 }
 
-/// The bound of a shape; planes have extent 0, and all of it is 0 where the shape has no finite position. Returns
-/// whether it has one.
+/// The bound of a shape, its margin around it; planes have extent 0, and all of it is 0 where the shape has no finite
+/// position. Returns whether it has one.
 template <class real>
-bool shape_bound(const Buffers<real>& b, real h, u32 i, Bound<real>& bound) {
+bool shape_bound(const Buffers<real>& b, const StepParams<real>& params, u32 i, Bound<real>& bound) {
   const u32 body = b.shape_infos[i].body, kind = b.shape_infos[i].kind;
   const Shape<real>& shape = b.shapes[i];
   const Motion<real>& motion = b.motions[body];
   const Pose<real> pose = make_pose(b.positions[body], b.orientations[body]);
   const Vec3<real> center = shape_center(pose, shape);
-  const Vec3<real> half = shape_half(kind, shape, shape_rotation(pose, shape));
+  const real margin =
+      shape_margin(params, own_margin(params, shape.bounding_radius, shape.size[3]), motion.inverse_mass);
+  const real bounding_radius = shape.bounding_radius + margin;
+  const Vec3<real> half =
+      add3(shape_half(kind, shape, shape_rotation(pose, shape)), Vec3<real>{margin, margin, margin});
   real extent = 0;
   if (kind != SHAPE_PLANE) {
     const real arm = length3(sub3(center, pose.position));
     const real speed = length3(vec3(motion.v)) + length3(vec3(motion.w)) * arm;
-    extent = shape.bounding_radius + h * speed;
+    extent = bounding_radius + step_length(params) * speed;
   }
   const bool finite = is_finite(center.x) && is_finite(center.y) && is_finite(center.z) && is_finite(extent) &&
                       is_finite(half.x) && is_finite(half.y) && is_finite(half.z);
   bound = {};
-  if (finite) bound = {{center.x, center.y, center.z}, extent, {half.x, half.y, half.z}, shape.bounding_radius};
+  if (finite) bound = {{center.x, center.y, center.z}, extent, {half.x, half.y, half.z}, bounding_radius};
   return finite;
 }
 

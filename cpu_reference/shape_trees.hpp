@@ -26,7 +26,8 @@ TreeBox<real> box_in_tree(const Buffers<real>& b, const StepParams<real>& params
   const real displacement = h * (length3(vec3(motion.v)) + length3(vec3(motion.w)) * tree.radius);
   const Vec3<real> at = pose.position;
   const real position_error = (std::abs(at.x) + std::abs(at.y) + std::abs(at.z) + tree.radius) * rounding;
-  const real wider = (params.margin + displacement) * real(1.0001) + position_error;
+  const real margin = shape_margin(params, real(0), real(0));
+  const real wider = (margin + displacement) * real(1.0001) + position_error;
   if (!is_rotated(pose.orientation)) {
     const TreeBox<real> box = widened(swept_box(b, me, h), wider);
     return {sub3(box.low, at), sub3(box.high, at)};
@@ -49,7 +50,7 @@ void search_shape_trees(const Buffers<real>& b, const StepParams<real>& params, 
     traverse_boxes(b.shape_tree_blocks.data() + tree.first_block, tree.item_count, box_in_tree(b, params, tree, me),
                    [&](u32 entry) {
                      Bounded<real> other = {b.shape_tree_items[tree.first_item + entry], {}};
-                     shape_bound(b, step_length(params), other.shape, other.bound);
+                     shape_bound(b, params, other.shape, other.bound);
                      if (are_pair(b, params, me, other)) found(other.shape);
                    });
   }

@@ -13,7 +13,7 @@ namespace lockstep::reference {
 /// no list; the list's free end is filled with NONE.
 template <class real>
 void sort_cells(Buffers<real>& b, const StepParams<real>& params) {
-  const real size = cell_size(params, b.counters[COUNTER_MAX_EXTENT]);
+  const real size = cell_size<real>(b.counters[COUNTER_MAX_EXTENT]);
   std::fill(b.bucket_starts.begin(), b.bucket_starts.end(), 0u);
   std::fill(b.bucket_items.begin(), b.bucket_items.end(), NONE);
 

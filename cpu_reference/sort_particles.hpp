@@ -11,7 +11,7 @@ namespace lockstep::reference {
 /// Particles that are too far out have no bucket, stand at the end of the list and raise STATUS_OUT_OF_GRID.
 template <class real>
 void sort_particles(Buffers<real>& b, const StepParams<real>& params) {
-  const real size = cell_size(params, b.counters[COUNTER_MAX_EXTENT]);
+  const real size = cell_size<real>(b.counters[COUNTER_MAX_EXTENT]);
   std::vector<u32> ends(params.buckets + 1, 0);  // of the buckets, and of what has none
   const auto bucket = [&](u32 i) { return std::min(b.particle_cells[i].bucket, params.buckets); };
   for (u32 i = 0; i < b.particle_positions.size(); ++i) {

@@ -12,7 +12,7 @@ template <class real>
 void update_bounds(Buffers<real>& b, const StepParams<real>& params) {
   for (u32 k = 0; k < top_level_count(params); ++k) {
     const u32 i = top_level_shape(b, k);
-    const bool finite = shape_bound(b, step_length(params), i, b.bounds[k]);
+    const bool finite = shape_bound(b, params, i, b.bounds[k]);
     const real extent = b.bounds[k].extent;
     note_extent(finite, extent, b.shape_infos[i].body, b.counters);
   }

@@ -52,6 +52,7 @@ enum class Feature : std::uint64_t {
   shape_trees = 1ull << 41,        // some bodies that nothing pushes have so many shapes that they keep a tree of them
   articulations = 1ull << 42,      // joints of trees of bodies are solved all at once
   closures = 1ull << 43,           // some of them close loops
+  seams = 1ull << 44,              // some shapes that do not move against each other lie flush
   // what needs one of several
   constraints = contacts | joints,
   relaxing = soft_contacts | soft_joints,

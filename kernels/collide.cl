@@ -6,11 +6,13 @@
 #include "shapes/advance.h"
 #include "shapes/may_touch.h"
 #include "shapes/pairs.h"
+#include "tolerances.h"
 #include "types.h"
 
 // One side of a pair.
 typedef struct Side {
   u32 body, kind, hull, flags;
+  u32 first_seam, seam_count;
   global const Shape* shape;
   global const Motion* motion;
   Pose pose;
@@ -24,6 +26,9 @@ static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, cons
   side.kind = info.kind;
   side.hull = info.hull;
   side.flags = info.flags;
+  const bool has_seams = FEATURE_SEAMS && (info.flags & SHAPE_HAS_SEAMS) != 0u;
+  side.first_seam = has_seams ? tables->seam_starts[i] : 0u;
+  side.seam_count = has_seams ? tables->seam_starts[i + 1u] - side.first_seam : 0u;
   side.shape = tables->shapes + i;
   side.motion = tables->motions + info.body;
   side.pose = make_pose(tables->positions[info.body], tables->orientations[info.body]);
@@ -32,8 +37,13 @@ static inline Side collide_side(u32 i, global const ShapeInfo* shape_infos, cons
   return side;
 }
 
+// The share of a step that has passed when contacts are evaluated, at the start of each sub-step, on their mean.
+static inline real contact_lag(const StepParams* params) {
+  return (real)0.5 * (real)(params->substeps - 1u) / (real)params->substeps;
+}
+
 // `h`: what is left of the step.
-static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool alone, real margin, real h) {
+static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool alone, real margin, real lag, real h) {
   WorldShape world_shape;
   world_shape.center = center;
   world_shape.rotation = shape_rotation(side->pose, side->shape);
@@ -41,9 +51,24 @@ static inline WorldShape collide_world_shape(const Side* side, Vec3 center, bool
   world_shape.hull = side->hull;
   world_shape.alone = alone;
   world_shape.margin = margin;
+  world_shape.lag = lag;
+#if FEATURE_SEAMS
+  world_shape.first_seam = side->first_seam;
+  world_shape.seam_count = alone ? 0u : side->seam_count;
+#endif
   world_shape.displacement = scale3(h, point_velocity(side->motion, side->arm));
   world_shape.angular_displacement = scale3(h, make3(side->motion->w[0], side->motion->w[1], side->motion->w[2]));
   return world_shape;
+}
+
+// The inner radius of the less deep shape.
+static inline real collide_radius(const Side* a, const Side* b) {
+  return pair_radius(a->shape->size[3], b->shape->size[3]);
+}
+
+static inline real collide_margin(const StepParams* params, const Side* a, const Side* b) {
+  return pair_margin(params, own_margin(params, a->shape->bounding_radius, a->shape->size[3]),
+                     own_margin(params, b->shape->bounding_radius, b->shape->size[3]));
 }
 
 // The largest gap that can matter.
@@ -51,7 +76,7 @@ static inline real collide_limit(const StepParams* params, const Side* a, const 
   const Vec3 v = sub3(point_velocity(b->motion, arm_b), point_velocity(a->motion, a->arm));
   const Vec3 w = sub3(make3(b->motion->w[0], b->motion->w[1], b->motion->w[2]),
                       make3(a->motion->w[0], a->motion->w[1], a->motion->w[2]));
-  return params->margin + step_length(params) * (length3(v) + length3(w) * a->shape->bounding_radius);
+  return collide_margin(params, a, b) + step_length(params) * (length3(v) + length3(w) * a->shape->bounding_radius);
 }
 
 // From the centre of mass of b to that of a.
@@ -62,19 +87,19 @@ static inline Vec3 collide_center_b(const Side* a, const Side* b) {
   return sub3(b->arm, add3(a->arm, collide_offset_ab(a, b)));
 }
 
-// `alone`: facets are taken for themselves.
+// `alone`: facets, and shapes with seams, are taken for themselves.
 static inline Manifold collide_sides(const StepParams* params, const Side* a, const Side* b, HullTables tables,
                                      real limit, bool alone, real h) {
-  return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, params->margin, h),
-                        b->kind, collide_world_shape(b, collide_center_b(a, b), alone, params->margin, h), tables,
-                        limit);
+  const real margin = collide_margin(params, a, b), lag = contact_lag(params);
+  return collide_shapes(a->kind, collide_world_shape(a, make3((real)0, (real)0, (real)0), alone, margin, lag, h),
+                        b->kind, collide_world_shape(b, collide_center_b(a, b), alone, margin, lag, h), tables, limit);
 }
 
 static inline bool collide_in_range(const StepParams* params, const Manifold* m, u32 k, const Side* a, const Side* b,
                                     Vec3 offset_ab, real time_left) {
   const Vec3 arm = add3(a->arm, sub3(m->points[k].anchor_a, scale3(m->radius_a, m->normal)));
   const real speed = approach_speed(m->normal, a->motion, arm, b->motion, add3(arm, offset_ab));
-  return gap_at(m, k) <= params->margin + time_left * speed;
+  return gap_at(m, k) <= collide_margin(params, a, b) + time_left * speed;
 }
 
 // Puts one more point into a list that is ordered by feature.
@@ -120,27 +145,28 @@ static inline void collide_add_core(const Side* a, const Side* b, HullTables tab
 #endif
 
 static inline bool collide_is_facet(const Side* side, HullTables tables) {
-  return is_facet(side->kind, collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0),
+  return is_facet(side->kind,
+                  collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0, (real)0),
                   tables);
 }
 
 // The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
-// may be beside it: until it is there the facet is taken for itself.
+// may be beside it: until it is there the facet is taken for itself. And so is a shape with seams.
 static inline void collide_at_impact(const StepParams* params, const Side* a, const Side* b, HullTables tables,
                                      real limit, Manifold* m) {
-  const real h = step_length(params);
+  const real h = step_length(params), slop = pair_slop(params, collide_radius(a, b));
   *m = collide_sides(params, a, b, tables, limit, true, h);
   const Mover mover_a = make_mover(a->kind, a->shape, a->motion, a->pose);
   const Mover mover_b = make_mover(b->kind, b->shape, b->motion, b->pose);
   Side moved_a = *a, moved_b = *b;
   real time = (real)0;
-  for (u32 round = 0u; round < ADVANCE_ROUNDS && m->count > 0u && time < h && closest_gap(m) > params->slop; ++round) {
+  for (u32 round = 0u; round < ADVANCE_ROUNDS && m->count > 0u && time < h && closest_gap(m) > slop; ++round) {
     time = advance_time(time, closest_gap(m), closing_speed(&mover_a, &mover_b, m->normal, h), h);
     moved_a = collide_moved(a, &mover_a, time);
     moved_b = collide_moved(b, &mover_b, time);
     *m = collide_sides(params, &moved_a, &moved_b, tables, limit, true, h);
   }
-  if (collide_is_facet(a, tables) || collide_is_facet(b, tables))
+  if (collide_is_facet(a, tables) || collide_is_facet(b, tables) || a->seam_count + b->seam_count > 0u)
     *m = collide_sides(params, &moved_a, &moved_b, tables, limit, false, h - time);
   collide_keep(params, m, &moved_a, &moved_b, h - time);
 #if FEATURE_MANIFOLDS
@@ -185,11 +211,22 @@ kernel void collide_pairs(global const BodyInfo* body_infos, global const ShapeI
                           global const Shape* shapes, global const Hull* hulls, global const Vec4* hull_vertices,
                           global const Vec4* hull_planes, global const HullFace* hull_faces,
                           global const HullEdge* hull_edges, global const u32* hull_corners,
-                          global const Vec4* positions, global const Vec4* orientations, global const Motion* motions,
-                          global const Pair* pairs, global u32* contact_starts, global FoundContacts* found_contacts,
-                          global const u32* counters, const u32 tile_pairs, const StepParams params) {
-  const HullTables tables = {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners};
-  const SideTables sides = {shapes, positions, orientations, motions};
+                          global const u32* seam_starts, global const Seam* seams, global const Vec4* positions,
+                          global const Vec4* orientations, global const Motion* motions, global const Pair* pairs,
+                          global u32* contact_starts, global FoundContacts* found_contacts, global const u32* counters,
+                          const u32 tile_pairs, const StepParams params) {
+  const HullTables tables = {
+    hulls,
+    hull_vertices,
+    hull_planes,
+    hull_faces,
+    hull_edges,
+    hull_corners,
+#if FEATURE_SEAMS
+    seams,
+#endif
+  };
+  const SideTables sides = {shapes, positions, orientations, motions, seam_starts};
   const u32 count = counters[COUNTER_PAIRS];
   if (get_global_id(0) == 0) contact_starts[count] = 0u;
   FOR_EACH(t, (count + tile_pairs - 1u) / tile_pairs) {

@@ -12,8 +12,8 @@
 
 // What is to be done with a pair: sorts that have lanes, and all others.
 enum TileSort {
-  TILE_FACES = 0,  // boxes whose axis is the normal of a face
-  TILE_EDGES = 1,
+  TILE_FACES = 0,    // boxes
+  TILE_CORNERS = 1,  // boxes whose faces do not meet
   TILE_SPHERE_BOX = 2,
   TILE_BOX_SPHERE = 3,
   TILE_BOX_PLANE = 4,
@@ -38,10 +38,10 @@ typedef struct Tile {
   u32 first;  // pair
   u32 shape_a[TILE_PAIRS], shape_b[TILE_PAIRS], body_a[TILE_PAIRS], body_b[TILE_PAIRS];
   TileList lists[TILE_SORTS];
-  real axes[TILE_PAIRS];  // codes of pairs of boxes
+  real codes[TILE_PAIRS], separations[TILE_PAIRS];  // of the axes of pairs of boxes
 } Tile;
 
-// Pairs of triggers and of bodies whose impacts are looked for are among the others.
+// Pairs of triggers, of bodies whose impacts are looked for and of shapes with seams are among the others.
 static inline u32 tile_sort_of(u32 kind_a, u32 kind_b, u32 flags) {
   const bool box_a = kind_a == SHAPE_BOX, box_b = kind_b == SHAPE_BOX;
   u32 sort = TILE_OTHERS;
@@ -49,7 +49,7 @@ static inline u32 tile_sort_of(u32 kind_a, u32 kind_b, u32 flags) {
   sort = kind_a == SHAPE_SPHERE && box_b ? TILE_SPHERE_BOX : sort;
   sort = box_a && kind_b == SHAPE_SPHERE ? TILE_BOX_SPHERE : sort;
   sort = box_a && kind_b == SHAPE_PLANE ? TILE_BOX_PLANE : sort;
-  return (flags & (SHAPE_IS_TRIGGER | SHAPE_IS_CONTINUOUS)) == 0u ? sort : TILE_OTHERS;
+  return (flags & (SHAPE_IS_TRIGGER | SHAPE_IS_CONTINUOUS | SHAPE_HAS_SEAMS)) == 0u ? sort : TILE_OTHERS;
 }
 
 static inline void tile_sort(Tile* tile, u32 first, u32 end, global const Pair* pairs,
@@ -85,7 +85,7 @@ LANE_INLINE LaneBox box_of_side(const LaneSide* side) {
   return box;
 }
 
-// Finds the separating axes of pairs of boxes, and sorts those that can touch.
+// Finds the separating axes of pairs of boxes, and which of them can touch.
 static inline void tile_box_axes(const StepParams* params, Tile* tile, const SideTables* tables,
                                  global u32* contact_starts) {
   const TileList* boxes = &tile->lists[TILE_BOXES];
@@ -96,24 +96,30 @@ static inline void tile_box_axes(const StepParams* params, Tile* tile, const Sid
     lane_sides(&sides, tables, &group);
     const LaneBox a = box_of_side(&sides.a), b = box_of_side(&sides.b);
     const BoxPair pair = box_pair(&a, &b);
-    lane code;
-    const lane separation = box_axis(&a, &b, &pair, &code);
-    real codes[LANES];
-    LANE_STORE(code, codes);
-    const u32 near = ~LANE_BITS(separation > lane_limit(params, &sides));
-    const u32 on_edge = LANE_BITS(code >= LANE_OF(6));
+    const BoxAxis axis = box_axis(&a, &b, &pair);
+    real codes[LANES], separations[LANES];
+    LANE_STORE(axis.code, codes);
+    LANE_STORE(axis.separation, separations);
+    const u32 near = ~LANE_BITS(axis.separation > lane_limit(params, &sides));
     for (u32 k = 0u; k < members; ++k) {
       const u32 i = group.pair[k] - tile->first;
       contact_starts[group.pair[k]] = 0u;
-      tile->axes[i] = codes[k];
-      tile_append(&tile->lists[TILE_FACES], i, (near & ~on_edge) >> k & 1u);
-      tile_append(&tile->lists[TILE_EDGES], i, (near & on_edge) >> k & 1u);
+      tile->codes[i] = codes[k];
+      tile->separations[i] = separations[k];
+      tile_append(&tile->lists[TILE_FACES], i, near >> k & 1u);
     }
   }
 }
 
-// The contacts of LANES pairs of one sort.
-static inline void tile_group(const StepParams* params, const Tile* tile, u32 sort, u32 first, const SideTables* tables,
+// How far the shapes move past each other in the step, b seen from a.
+LANE_INLINE Lane3 tile_displacement(const StepParams* params, const LaneSides* s) {
+  const lane h = LANE_OF(step_length(params));
+  return lane_sub3(lane_scale3(h, lane_point_velocity(&s->b, s->b.arm)),
+                   lane_scale3(h, lane_point_velocity(&s->a, s->a.arm)));
+}
+
+// The contacts of LANES pairs of one sort; boxes whose faces do not meet are sorted again.
+static inline void tile_group(const StepParams* params, Tile* tile, u32 sort, u32 first, const SideTables* tables,
                               global const BodyInfo* body_infos, global FoundContacts* found_contacts,
                               global u32* contact_starts) {
   LanePairs group;
@@ -121,15 +127,23 @@ static inline void tile_group(const StepParams* params, const Tile* tile, u32 so
   LaneManifold m;
   const u32 members = tile_lanes(&group, tile, &tile->lists[sort], first);
   lane_sides(&sides, tables, &group);
-  if (sort == TILE_FACES || sort == TILE_EDGES) {
+  if (sort == TILE_FACES) {
     const LaneBox a = box_of_side(&sides.a), b = box_of_side(&sides.b);
     const BoxPair pair = box_pair(&a, &b);
-    real codes[LANES];
-    for (u32 k = 0u; k < LANES; ++k) codes[k] = tile->axes[group.pair[k] - tile->first];
-    if (sort == TILE_FACES)
-      m = box_faces(&a, &b, &pair, LANE_LOAD(codes), lane_limit(params, &sides));
-    else
-      m = box_edges(&a, &b, &pair, LANE_LOAD(codes));
+    real codes[LANES], separations[LANES];
+    for (u32 k = 0u; k < LANES; ++k) {
+      codes[k] = tile->codes[group.pair[k] - tile->first];
+      separations[k] = tile->separations[group.pair[k] - tile->first];
+    }
+    m = box_faces(&a, &b, &pair, LANE_LOAD(codes), lane_limit(params, &sides));
+    const u32 none = ~LANE_BITS(faces_meet(&m, &a, &b, LANE_LOAD(separations)));
+    for (u32 k = 0u; k < members; ++k)
+      tile_append(&tile->lists[TILE_CORNERS], group.pair[k] - tile->first, none >> k & 1u);
+  } else if (sort == TILE_CORNERS) {
+    const LaneBox a = box_of_side(&sides.a), b = box_of_side(&sides.b);
+    const BoxPair pair = box_pair(&a, &b);
+    m = box_corners(&a, &b, &pair, box_axis(&a, &b, &pair), tile_displacement(params, &sides),
+                    lane_limit(params, &sides));
   } else if (sort == TILE_BOX_PLANE) {
     lane_box_plane(&sides.a, &sides.b, &m);
   } else {
@@ -137,7 +151,7 @@ static inline void tile_group(const StepParams* params, const Tile* tile, u32 so
     lane_sphere_box(swapped ? &sides.b : &sides.a, swapped ? &sides.a : &sides.b, &m);
     if (swapped) lane_flip(&m, 1u);
   }
-  const u32 points = sort == TILE_FACES || sort == TILE_BOX_PLANE ? 4u : 1u;
+  const u32 points = sort == TILE_FACES || sort == TILE_CORNERS || sort == TILE_BOX_PLANE ? 4u : 1u;
   lane_keep(params, &sides, &m, points);
   lane_store_found(&sides, &m, points, &group, members, body_infos, found_contacts, contact_starts);
 }

@@ -30,7 +30,7 @@ static inline CurrentContact current_contact(global const ContactPoint* point, u
   if (frame == NORMAL_OF_A) {
     current.arm_b = add3(anchor_b, scale3(point->radius_b, current.normal));
     current.arm_a = sub3(current.arm_b, offset_ab);
-#if FEATURE_CONTINUOUS
+#if FEATURE_CONTINUOUS || FEATURE_BOXES
   } else if (frame == NORMAL_OF_IMPACT) {
     current.arm_a = sub3(anchor_a, scale3(point->radius_a, current.normal));
     current.arm_b = add3(anchor_b, scale3(point->radius_b, current.normal));

@@ -22,7 +22,7 @@ kernel void sleep_count(const StepParams params, global const BodyInfo* body_inf
     disturbed_bodies[i] = 0u;
     if (body_infos[i].kind != BODY_DYNAMIC || is_asleep(sleepers, i)) continue;
     changed = changed || sleepers[i].island == ISLAND_WAKES;
-    const SleepLaw law = sleep_laws[body_infos[i].world];
+    const SleepLaw law = sleep_laws[i];
     const Motion motion = motions[i];
     const Vec3 v = vec3(motion.v), w = vec3(motion.w);
     const bool slow = dot3(v, v) <= law.speed * law.speed && dot3(w, w) <= law.angular_speed * law.angular_speed;

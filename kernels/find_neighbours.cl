@@ -3,6 +3,7 @@
 #include "particle.h"
 #include "shapes/may_touch.h"
 #include "sort.h"
+#include "tolerances.h"
 #include "types.h"
 
 // What a search reads.
@@ -40,7 +41,9 @@ static inline bool are_neighbours(const Search* s, const StepParams* params, u32
   if (body_i == body_j || s->body_infos[body_j].world != world || are_joined(s, body_i, body_j)) return false;
   const Vec3 d = sub3(vec3_of(s->particle_positions[i]), vec3_of(s->particle_positions[j]));
   const Vec3 u = sub3(vec3_of(s->velocities[i]), vec3_of(s->velocities[j]));
-  return within_range(params, length3(d) - (real)2 * s->laws[world].radius, length3(u));
+  const real radius = s->laws[world].radius;
+  return within_range(params, pair_margin(params, own_margin(params, radius, radius), (real)0),
+                      length3(d) - (real)2 * radius, length3(u));
 }
 
 static inline bool is_near_plane(const Search* s, const StepParams* params, u32 i, u32 k) {
@@ -49,8 +52,10 @@ static inline bool is_near_plane(const Search* s, const StepParams* params, u32 
   const Vec3 x = vec3_of(s->particle_positions[i]), x_p = vec3_of(s->positions[body_p]);
   const CurrentPlane plane = current_plane(s->planes[k], x_p, quat(s->orientations[body_p]));
   const Vec3 there = point_velocity(&s->motions[body_p], sub3(x, x_p));
-  const real gap = dot3(plane.normal, sub3(x, plane.point)) - s->laws[s->body_infos[body].world].radius;
-  return within_range(params, gap, length3(sub3(vec3_of(s->velocities[i]), there)));
+  const real radius = s->laws[s->body_infos[body].world].radius;
+  const real gap = dot3(plane.normal, sub3(x, plane.point)) - radius;
+  return within_range(params, pair_margin(params, own_margin(params, radius, radius), (real)0), gap,
+                      length3(sub3(vec3_of(s->velocities[i]), there)));
 }
 
 // Counts the neighbours of particle i, and writes them where there is a list: particles by cells, planes in order.

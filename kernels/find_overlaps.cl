@@ -21,7 +21,10 @@ static inline bool volume_overlaps(global const Shape* volume, QueryFilter filte
   world_shape.hull = 0u;
   world_shape.alone = false;
   world_shape.displacement = world_shape.angular_displacement = make3((real)0, (real)0, (real)0);
-  world_shape.margin = (real)0;
+  world_shape.margin = world_shape.lag = (real)0;
+#if FEATURE_SEAMS
+  world_shape.first_seam = world_shape.seam_count = 0u;
+#endif
   return shapes_overlap(filter.kind, world_shape, info.kind, other, tables);
 }
 

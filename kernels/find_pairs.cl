@@ -10,8 +10,8 @@ typedef struct CellWindow {
 } CellWindow;
 
 static inline CellWindow make_window(const Searcher* me, u32 max_extent, const StepParams* params) {
-  const real size = cell_size(params, max_extent);
-  const real range = pair_range(params, me->extent, max_extent);
+  const real size = cell_size(max_extent);
+  const real range = pair_range(me->extent, max_extent);
   CellWindow window;
   window.low_x = cell_of(me->center.x - range, size);
   window.high_x = cell_of(me->center.x + range, size);

@@ -31,7 +31,8 @@ RECORD(AngularFrictionImpulse) { real torsion[PACK], roll_1[PACK], roll_2[PACK];
 
 RECORD(StaticFrictionPair) {
   real friction;  // mu of what slides slower than `speed`
-  real speed;     // m/s
+  // m/s, where it is given; else a share of the bounding radius of the smaller shape, 1/s
+  real speed, speed_share;
 };
 
 RECORD(StaticFrictionBlock) { real friction[PACK], speed[PACK]; };

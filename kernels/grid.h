@@ -33,13 +33,11 @@ static inline void note_extent(bool finite, real extent, u32 body, u32* largest,
 
 // Two shapes that are to be paired are no farther apart than one cell, whatever their sizes and speeds. The factor
 // covers the rounding of the pair test.
-static inline real cell_size(const StepParams* params, u32 max_extent_bits) {
-  return ((real)2 * (real)as_float(max_extent_bits) + params->margin) * (real)1.0001;
-}
+static inline real cell_size(u32 max_extent_bits) { return (real)2 * (real)as_float(max_extent_bits) * (real)1.0001; }
 
 // How far the centres can be apart of a shape of this extent and of any that it is paired with.
-static inline real pair_range(const StepParams* params, real extent, u32 max_extent_bits) {
-  return (extent + (real)as_float(max_extent_bits) + params->margin) * (real)1.0001;
+static inline real pair_range(real extent, u32 max_extent_bits) {
+  return (extent + (real)as_float(max_extent_bits)) * (real)1.0001;
 }
 
 // Cells are numbered as far as a real (and an i32) tells neighbours apart.

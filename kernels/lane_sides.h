@@ -17,7 +17,7 @@ typedef struct LaneSide {
   LaneQuat orientation;  // of the body
   Lane3 offset, arm;     // from the centre of mass to the centre of the shape: body frame, world axes
   Lane3 position, v, w;
-  lane bounding_radius;
+  lane bounding_radius, inner_radius;
 } LaneSide;
 
 typedef struct LaneSides {
@@ -36,6 +36,7 @@ typedef struct SideTables {
   global const Shape* shapes;
   global const Vec4 *positions, *orientations;
   global const Motion* motions;
+  global const u32* seam_starts;
 } SideTables;
 
 // Whose sides they are.
@@ -52,7 +53,9 @@ LANE_INLINE void lane_side(LaneSide* side, const SideTables* t, const u32* shape
   side->arm = lane_rotate3(side->orientation, side->offset);
   side->rotation =
       lane_multiply4(side->orientation, lane_quat(lane_gather_quad(t->shapes->rotation, shape_stride, shape)));
-  side->size = lane_xyz(lane_gather_quad(t->shapes->size, shape_stride, shape));
+  const LaneQuad size = lane_gather_quad(t->shapes->size, shape_stride, shape);
+  side->size = lane_xyz(size);
+  side->inner_radius = size.w;
   side->position = lane_xyz(lane_gather_quad(&t->positions->x, 4u, body));
   side->v = lane_xyz(lane_gather_quad(t->motions->v, motion_stride, body));
   side->w = lane_xyz(lane_gather_quad(t->motions->w, motion_stride, body));
@@ -70,18 +73,29 @@ LANE_INLINE Lane3 lane_point_velocity(const LaneSide* side, Lane3 arm) {
   return lane_add3(side->v, lane_cross3(side->w, arm));
 }
 
+// As own_margin and collide_margin.
+LANE_INLINE lane lane_own_margin(const StepParams* params, const LaneSide* side) {
+  const lane share = LANE_OF(params->margin_share) * side->bounding_radius;
+  return share < side->inner_radius ? share : side->inner_radius;
+}
+LANE_INLINE lane lane_margin(const StepParams* params, const LaneSides* s) {
+  const lane a = lane_own_margin(params, &s->a), b = lane_own_margin(params, &s->b);
+  const lane smaller = a < b ? a : b, larger = a < b ? b : a;
+  return LANE_OF(params->margin) + (smaller > LANE_OF(0) ? smaller : larger);
+}
+
 // As collide_limit.
 LANE_INLINE lane lane_limit(const StepParams* params, const LaneSides* s) {
   const Lane3 arm_b = lane_add3(s->a.arm, s->offset_ab);
   const Lane3 v = lane_sub3(lane_point_velocity(&s->b, arm_b), lane_point_velocity(&s->a, s->a.arm));
   const Lane3 w = lane_sub3(s->b.w, s->a.w);
-  return LANE_OF(params->margin) +
+  return lane_margin(params, s) +
          LANE_OF(step_length(params)) * (lane_length3(v) + lane_length3(w) * s->a.bounding_radius);
 }
 
 // As collide_keep: leaves out points that are out of range; anchors of b are seen from its own centre.
 LANE_INLINE void lane_keep(const StepParams* params, const LaneSides* s, LaneManifold* m, u32 points) {
-  const lane h = LANE_OF(step_length(params)), zero = LANE_OF(0);
+  const lane h = LANE_OF(step_length(params)), zero = LANE_OF(0), margin = lane_margin(params, s);
   const Lane3 inwards = lane_scale3(m->radius_a, m->normal);
   for (u32 k = 0u; k < points; ++k) {
     const Lane3 arm = lane_add3(s->a.arm, lane_sub3(m->anchor_a[k], inwards));
@@ -89,7 +103,7 @@ LANE_INLINE void lane_keep(const StepParams* params, const LaneSides* s, LaneMan
         lane_sub3(lane_point_velocity(&s->b, lane_add3(arm, s->offset_ab)), lane_point_velocity(&s->a, arm));
     const lane approach = lane_dot3(m->normal, u), speed = approach > zero ? approach : zero;
     const lane gap = lane_dot3(m->normal, lane_sub3(m->anchor_a[k], m->anchor_b[k])) - m->radius_a - m->radius_b;
-    m->feature[k] = gap <= LANE_OF(params->margin) + h * speed ? m->feature[k] : LANE_OF(LANE_NO_FEATURE);
+    m->feature[k] = gap <= margin + h * speed ? m->feature[k] : LANE_OF(LANE_NO_FEATURE);
     m->anchor_b[k] = lane_sub3(m->anchor_b[k], s->b.center);
   }
 }

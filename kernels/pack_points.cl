@@ -2,11 +2,12 @@
 // Lays what a sub-step needs of each contact beside its lane (cpu_reference/pack_points.hpp).
 #include "common.h"
 #include "math.h"
+#include "tolerances.h"
 #include "types.h"
 
 static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, real friction, real restitution,
-                              real inverse_inner_radius, const ContactImpulse start, global PointBlock* block,
-                              global StartBlock* starts) {
+                              real inner_radius, real bounding_radius, const ContactImpulse start,
+                              global PointBlock* block, global StartBlock* starts) {
   block->anchor_a_x[lane] = point.anchor_a[0];
   block->anchor_a_y[lane] = point.anchor_a[1];
   block->anchor_a_z[lane] = point.anchor_a[2];
@@ -20,19 +21,13 @@ static inline void pack_point(u32 lane, const ContactPoint point, u32 frame, rea
   block->normal_z[lane] = point.normal[2];
   block->friction[lane] = friction;
   block->restitution[lane] = restitution;
-  block->inverse_inner_radius[lane] = inverse_inner_radius;
+  block->inner_radius[lane] = inner_radius;
+  block->bounding_radius[lane] = bounding_radius;
   block->frame[lane] = frame;
   starts->normal[lane] = start.normal;
   starts->tangent_x[lane] = start.tangent_x;
   starts->tangent_y[lane] = start.tangent_y;
   starts->tangent_z[lane] = start.tangent_z;
-}
-
-// Of the shape that is less deep; 0 where neither has an inside.
-static inline real pack_inverse_inner_radius(real radius_a, real radius_b) {
-  const real larger = max(radius_a, radius_b), smaller = min(radius_a, radius_b);
-  const real radius = smaller > (real)0 ? smaller : larger;
-  return radius > (real)0 ? (real)1 / radius : (real)0;
 }
 
 #if FEATURE_ANGULAR_FRICTION
@@ -47,9 +42,10 @@ static inline void pack_angular_friction(u32 lane, AngularFrictionPair pair, Vec
 #endif
 
 #if FEATURE_STATIC_FRICTION
-static inline void pack_static_friction(u32 lane, StaticFrictionPair pair, global StaticFrictionBlock* block) {
+static inline void pack_static_friction(u32 lane, StaticFrictionPair pair, real bounding_radius,
+                                        global StaticFrictionBlock* block) {
   block->friction[lane] = pair.friction;
-  block->speed[lane] = pair.speed;
+  block->speed[lane] = pair.speed + pair.speed_share * bounding_radius;
 }
 #endif
 
@@ -100,16 +96,19 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #else
       const real restitution = pair.restitution;
 #endif
-      const real inverse_inner_radius =
-          pack_inverse_inner_radius(shapes[contact.shape_a].size[3], shapes[contact.shape_b].size[3]);
-      pack_point(lane, contact_points[first + k], contact.normal, pair.friction, restitution, inverse_inner_radius,
-                 start_impulses[first + k], point_blocks + rows.first + k, start_blocks + rows.first + k);
+      const real inner_radius = pair_radius(shapes[contact.shape_a].size[3], shapes[contact.shape_b].size[3]);
+      const real bounding_radius =
+          pair_radius(solid_radius(shapes + contact.shape_a), solid_radius(shapes + contact.shape_b));
+      pack_point(lane, contact_points[first + k], contact.normal, pair.friction, restitution, inner_radius,
+                 bounding_radius, start_impulses[first + k], point_blocks + rows.first + k,
+                 start_blocks + rows.first + k);
 #if FEATURE_ANGULAR_FRICTION
       pack_angular_friction(lane, angular_friction_pairs[materials], start_moments[first + k],
                             angular_friction_points + rows.first + k);
 #endif
 #if FEATURE_STATIC_FRICTION
-      pack_static_friction(lane, static_friction_pairs[materials], static_friction_blocks + rows.first + k);
+      pack_static_friction(lane, static_friction_pairs[materials], bounding_radius,
+                           static_friction_blocks + rows.first + k);
 #endif
 #if FEATURE_ELLIPTIC_FRICTION
       const AnisotropyPair anisotropy = anisotropy_pairs[materials];
@@ -129,16 +128,16 @@ kernel void pack_points(global const WorldRange* world_ranges, global const Shap
 #endif
     }
     for (u32 k = count; k < rows.count; ++k) {
-      pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, (real)0, no_impulse, point_blocks + rows.first + k,
-                 start_blocks + rows.first + k);
+      pack_point(lane, no_point, NORMAL_FIXED, (real)0, (real)0, (real)0, (real)0, no_impulse,
+                 point_blocks + rows.first + k, start_blocks + rows.first + k);
 #if FEATURE_ANGULAR_FRICTION
       const AngularFrictionPair free = {(real)0, (real)0};
       const Vec4 no_moment = {(real)0, (real)0, (real)0, (real)0};
       pack_angular_friction(lane, free, no_moment, angular_friction_points + rows.first + k);
 #endif
 #if FEATURE_STATIC_FRICTION
-      const StaticFrictionPair none = {(real)0, (real)0};
-      pack_static_friction(lane, none, static_friction_blocks + rows.first + k);
+      const StaticFrictionPair none = {(real)0, (real)0, (real)0};
+      pack_static_friction(lane, none, (real)0, static_friction_blocks + rows.first + k);
 #endif
 #if FEATURE_ELLIPTIC_FRICTION
       const AnisotropyPair isotropic = {(real)0, 0u, 0u};

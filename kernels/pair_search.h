@@ -86,7 +86,8 @@ typedef struct Searcher {
   SearchInfo info;
   u32 slot;
   Vec3 center, velocity;
-  real bounding_radius, extent, margin, h;
+  real bounding_radius, extent, h;  // bounds have margins around them
+  real margin;                      // of planes and of shapes in trees
 #if FEATURE_MANIFOLDS
   Vec3 box;
   real rotational_speed, round;
@@ -233,7 +234,7 @@ static inline Searcher make_searcher(const PairSearch* s, const StepParams* para
   me.info = s->search_infos[slot];
   me.slot = slot;
   me.extent = mine[SEARCH_ARRAY(SEARCH_EXTENT, count)];
-  me.margin = params->margin;
+  me.margin = shape_margin(params, (real)0, (real)0);
   me.h = step_length(params);
   me.center = make3(mine[SEARCH_ARRAY(SEARCH_X, count)], mine[SEARCH_ARRAY(SEARCH_Y, count)],
                     mine[SEARCH_ARRAY(SEARCH_Z, count)]);
@@ -267,13 +268,12 @@ static inline u32 shapes_in_range(const PairSearch* s, const Searcher* me, u32 s
   const lane box_y = me->box.y + LANE_LOAD(other + SEARCH_ARRAY(SEARCH_BOX_Y, count));
   const lane box_z = me->box.z + LANE_LOAD(other + SEARCH_ARRAY(SEARCH_BOX_Z, count));
   const lane both_round = me->round * LANE_LOAD(other + SEARCH_ARRAY(SEARCH_ROUND, count));
-  return LANE_BITS(
-      (gap <= me->margin + me->h * speed) &
-      ((both_round > (lane)0) | ((fabs(dx) <= box_x + me->margin + me->h * (fabs(ux) + rotational_speed)) &
-                                 (fabs(dy) <= box_y + me->margin + me->h * (fabs(uy) + rotational_speed)) &
-                                 (fabs(dz) <= box_z + me->margin + me->h * (fabs(uz) + rotational_speed)))));
+  return LANE_BITS((gap <= me->h * speed) &
+                   ((both_round > (lane)0) | ((fabs(dx) <= box_x + me->h * (fabs(ux) + rotational_speed)) &
+                                              (fabs(dy) <= box_y + me->h * (fabs(uy) + rotational_speed)) &
+                                              (fabs(dz) <= box_z + me->h * (fabs(uz) + rotational_speed)))));
 #else
-  return LANE_BITS(gap <= me->margin + me->h * speed);
+  return LANE_BITS(gap <= me->h * speed);
 #endif
 }
 

@@ -75,17 +75,31 @@ static inline void lane_current_contact(u32 first, global const PointBlock* poin
   const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, current->normal));
   current->arm_a = lane_select3(of_a, lane_sub3(end_b, offset_ab), end_a);
   current->arm_b = lane_select3(of_a, end_b, lane_add3(end_a, offset_ab));
-#if FEATURE_CONTINUOUS
+#if FEATURE_CONTINUOUS || FEATURE_BOXES
   const lane_mask of_impact = LANE_MASK(frame == (lane_u32)NORMAL_OF_IMPACT);
   current->arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, current->normal)), current->arm_a);
   current->arm_b = lane_select3(of_impact, end_b, current->arm_b);
 #endif
 }
 
+// What of an overlap is taken back: what is beyond the slop, at a speed up to the limit.
+typedef struct LaneCorrection {
+  lane slop, limit;
+} LaneCorrection;
+
+static inline LaneCorrection prepare_correction(const StepParams* p, lane inner_radius, lane bounding_radius, lane w_nn,
+                                                lane load) {
+  LaneCorrection correction;
+  correction.slop = (lane)p->slop + (lane)p->slop_share * inner_radius;
+  correction.limit =
+      ((lane)p->correction_limit + (lane)p->correction_limit_share * bounding_radius) + (lane)p->softness * w_nn * load;
+  return correction;
+}
+
 // What a contact asks of its normal velocity at the end of the sub-step: u_n + bias + softness r_n >= 0. The softness
 // is told in parts of w_nn.
-static inline lane prepare_bias(const StepParams* p, lane gap, lane u_old, lane u_free, lane restitution,
-                                lane* softness) {
+static inline lane prepare_bias(const StepParams* p, LaneCorrection correction, lane gap, lane u_old, lane u_free,
+                                lane restitution, lane* softness) {
   const lane old_share = (lane)((real)1 - p->theta), dt = (lane)p->dt;
   const lane_mask open = gap > (lane)0;
   lane closing;
@@ -94,9 +108,9 @@ static inline lane prepare_bias(const StepParams* p, lane gap, lane u_old, lane 
   else
     closing = gap / dt + u_old;
   closing = closing > (lane)0 ? closing : (lane)0;
-  const lane depth = -gap - (lane)p->slop;
+  const lane depth = -gap - correction.slop;
   const lane speed = (lane)p->correction * (depth > (lane)0 ? depth : (lane)0) / dt;
-  const lane push_out = -(speed < (lane)p->correction_limit ? speed : (lane)p->correction_limit);
+  const lane push_out = -(speed < correction.limit ? speed : correction.limit);
 
   const lane gap_free = gap + dt * (old_share * u_old + (lane)p->theta * u_free);
   const lane_mask may_bounce =
@@ -175,9 +189,9 @@ static inline void prepare_delassus(lane_mask general, Lane3 n, Lane3 t1, Lane3 
 
 #if FEATURE_IMPACT_LAWS
 // The laws of impact of the lanes that are hit: what they ask of their velocities, and the friction of their cones.
-static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask there, lane gap, lane u_old, LaneCone free,
-                                   const LaneDelassus* w, lane restitution, global const ImpactBlock* impacts,
-                                   lane* bias, lane* softness, LaneTarget* target) {
+static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask there, LaneCorrection correction, lane gap,
+                                   lane u_old, LaneCone free, const LaneDelassus* w, lane restitution,
+                                   global const ImpactBlock* impacts, lane* bias, lane* softness, LaneTarget* target) {
   const lane_u32 law = LANE_LOAD_U32(impacts->law + first);
   const lane gap_free = gap + (lane)p->dt * ((lane)((real)1 - p->theta) * u_old + (lane)p->theta * free.normal);
   const lane_mask hit = there & LANE_MASK(law != (lane_u32)IMPACT_NEWTON) & (gap_free < (lane)0) &
@@ -194,7 +208,7 @@ static inline void prepare_impacts(const StepParams* p, u32 first, lane_mask the
   const LaneOutcome outcome = lane_impact(hit, free, w, &material);
   const LaneTarget impact_target = lane_target(&outcome, w, target->friction);
   lane own_softness;
-  const lane rests = prepare_bias(p, gap, u_old, free.normal, (lane)0, &own_softness);
+  const lane rests = prepare_bias(p, correction, gap, u_old, free.normal, (lane)0, &own_softness);
   const lane least = gap > (lane)0 ? (lane)0 : rests;
   const lane_mask bounces = impact_target.bias.normal < least;
   *bias = hit ? (bounces ? impact_target.bias.normal : least) : *bias;
@@ -210,10 +224,9 @@ typedef struct LaneOverlap {
   lane depth, ratio;
 } LaneOverlap;
 
-static inline void note_overlap(u32 first, lane_mask there, lane gap, global const PointBlock* points,
-                                LaneOverlap* overlap) {
+static inline void note_overlap(lane_mask there, lane gap, lane inner_radius, LaneOverlap* overlap) {
   const lane depth = there ? -gap : (lane)0;
-  const lane ratio = depth * LANE_LOAD(points->inverse_inner_radius + first);
+  const lane ratio = inner_radius > (lane)0 ? depth / inner_radius : (lane)0;
   overlap->depth = depth > overlap->depth ? depth : overlap->depth;
   overlap->ratio = ratio > overlap->ratio ? ratio : overlap->ratio;
 }
@@ -228,7 +241,8 @@ static inline void prepare_row(
     global AngularFrictionImpulse* angular_impulses, global EllipseBlock* ellipses, LaneOverlap* overlap) {
   LaneCurrentContact current;
   lane_current_contact(first, points, a, b, &current);
-  note_overlap(first, there, current.gap, points, overlap);
+  const lane inner_radius = LANE_LOAD(points->inner_radius + first);
+  note_overlap(there, current.gap, inner_radius, overlap);
   const Lane3 n = current.normal;
   Lane3 t1, t2;
   lane_tangents(n, &t1, &t2);
@@ -254,8 +268,6 @@ static inline void prepare_row(
     free = prepare_velocity(a->motion.v, a->motion.w, arm_a, b->motion.v, b->motion.w, arm_b);
     u_free = lane_dot3(n, free);
   }
-  lane softness;
-  lane bias = prepare_bias(params, current.gap, u_old, u_free, restitution, &softness);
   LaneDelassus w;
   prepare_delassus(general, n, t1, t2, arm_a, arm_b, &a->motion, &b->motion, &w);
   LaneCone r = prepare_impulse(params->substep, first, t1, t2, starts, block, impulses);
@@ -273,11 +285,15 @@ static inline void prepare_row(
 #else
   r = lane_clamp_to_cone(r, friction);
 #endif
+  const LaneCorrection correction =
+      prepare_correction(params, inner_radius, LANE_LOAD(points->bounding_radius + first), w.nn, r.normal);
+  lane softness;
+  lane bias = prepare_bias(params, correction, current.gap, u_old, u_free, restitution, &softness);
 #if FEATURE_IMPACT_LAWS
   LaneTarget target;
   target.bias = lane_make_cone((lane)0, (lane)0, (lane)0);
   target.friction = friction;
-  prepare_impacts(params, first, there, current.gap, u_old,
+  prepare_impacts(params, first, there, correction, current.gap, u_old,
                   lane_make_cone(u_free, lane_dot3(free, t1), lane_dot3(free, t2)), &w, restitution, impacts, &bias,
                   &softness, &target);
   lane_store_where(there, target.bias.tangent_1, slides->bias_1 + first);

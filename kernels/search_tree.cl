@@ -41,7 +41,7 @@ static inline void search_nodes(const PairSearch* s, const TreeShape* tree, glob
     if (FEATURE_SLEEPING) search_planes_and_trees(s, params, me, finds);  // some may move
     return;
   }
-  const TreeBox box = widened(searcher_box(me), me->margin * (real)1.0001);
+  const TreeBox box = searcher_box(me);
   const TopLevelRange world = top_level_range(me->info.body.world, s->world_ranges, s->world_trees);
   const u32 first = all || SEARCHES_AROUND ? world.first : me->slot + 1u, last = world.first + world.count - 1u;
   bool arrives = true;

@@ -4,6 +4,7 @@
 
 #include "grid.h"
 #include "shapes/manifold.h"
+#include "tolerances.h"
 
 #if FEATURE_MANIFOLDS
 
@@ -38,12 +39,15 @@ static inline Vec3 shape_half(u32 kind, global const Shape* shape, Quat rotation
 
 // Returns whether the shape has a finite position; all of its bound is 0 where it has none.
 static inline bool shape_bound(u32 kind, global const Shape* shape, global const Vec4* position,
-                               global const Vec4* orientation, global const Motion* motion, real h, Bound* bound) {
+                               global const Vec4* orientation, global const Motion* motion, const StepParams* params,
+                               Bound* bound) {
   const Pose pose = make_pose(*position, *orientation);
   const Vec3 center = shape_center(pose, shape);
-  const real bounding_radius = shape->bounding_radius;
+  const real margin =
+      shape_margin(params, own_margin(params, shape->bounding_radius, shape->size[3]), motion->inverse_mass);
+  const real bounding_radius = shape->bounding_radius + margin;
 #if FEATURE_MANIFOLDS
-  const Vec3 half_extents = shape_half(kind, shape, shape_rotation(pose, shape));
+  const Vec3 half_extents = add3(shape_half(kind, shape, shape_rotation(pose, shape)), make3(margin, margin, margin));
 #else
   const Vec3 half_extents = make3(bounding_radius, bounding_radius, bounding_radius);
 #endif
@@ -52,7 +56,7 @@ static inline bool shape_bound(u32 kind, global const Shape* shape, global const
     const Vec3 v = make3(motion->v[0], motion->v[1], motion->v[2]);
     const Vec3 w = make3(motion->w[0], motion->w[1], motion->w[2]);
     const real speed = length3(v) + length3(w) * length3(sub3(center, pose.position));
-    extent = bounding_radius + h * speed;
+    extent = bounding_radius + step_length(params) * speed;
   }
   const bool finite = is_finite(center.x) && is_finite(center.y) && is_finite(center.z) && is_finite(extent) &&
                       is_finite(half_extents.x) && is_finite(half_extents.y) && is_finite(half_extents.z);

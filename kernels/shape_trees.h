@@ -5,7 +5,7 @@
 #include "pair_search.h"
 #include "tree.h"
 
-// The box that meets those of all partners but for the margin: swept_box of the shape.
+// The box that meets those of all partners: swept_box of the shape.
 static inline TreeBox searcher_box(const Searcher* me) {
   Vec3 box = make3(me->extent, me->extent, me->extent);
 #if FEATURE_MANIFOLDS
@@ -41,9 +41,9 @@ static inline Searcher searcher_in_tree(const PairSearch* s, const StepParams* p
   me.info.looks = 1u;
 #endif
   me.slot = NONE;
-  me.margin = params->margin;
+  me.margin = shape_margin(params, (real)0, (real)0);
   me.h = step_length(params);
-  shape_bound(me.info.shape.kind, s->shapes + i, s->positions + body, s->orientations + body, motion, me.h, &bound);
+  shape_bound(me.info.shape.kind, s->shapes + i, s->positions + body, s->orientations + body, motion, params, &bound);
   me.center = make3(bound.center[0], bound.center[1], bound.center[2]);
   me.extent = bound.extent;
   me.bounding_radius = bound.extent > (real)0 ? bound.bounding_radius : (real)-1e37;
@@ -62,13 +62,13 @@ static inline Searcher searcher_in_tree(const PairSearch* s, const StepParams* p
 static inline bool searchers_in_range(const Searcher* me, const Searcher* other) {
   const Vec3 d = sub3(me->center, other->center), u = sub3(me->velocity, other->velocity);
   const real gap = length3(d) - (me->bounding_radius + other->bounding_radius);
-  if (!(gap <= me->margin + me->h * length3(u))) return false;
+  if (!(gap <= me->h * length3(u))) return false;
 #if FEATURE_MANIFOLDS
   const real rotational_speed = me->rotational_speed + other->rotational_speed;
   return me->round * other->round > (real)0 ||
-         (fabs(d.x) <= me->box.x + other->box.x + me->margin + me->h * (fabs(u.x) + rotational_speed) &&
-          fabs(d.y) <= me->box.y + other->box.y + me->margin + me->h * (fabs(u.y) + rotational_speed) &&
-          fabs(d.z) <= me->box.z + other->box.z + me->margin + me->h * (fabs(u.z) + rotational_speed));
+         (fabs(d.x) <= me->box.x + other->box.x + me->h * (fabs(u.x) + rotational_speed) &&
+          fabs(d.y) <= me->box.y + other->box.y + me->h * (fabs(u.y) + rotational_speed) &&
+          fabs(d.z) <= me->box.z + other->box.z + me->h * (fabs(u.z) + rotational_speed));
 #else
   return true;
 #endif

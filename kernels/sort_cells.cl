@@ -15,7 +15,7 @@ kernel void sort_cells_count(global const BodyInfo* body_infos, global const Sha
                              global const u32* top_level_shapes, global const Bound* bounds, global Cell* cells,
                              global u32* bucket_starts, global u32* cell_arrivals, global u32* counters,
                              const StepParams params) {
-  const real size = cell_size(&params, counters[COUNTER_MAX_EXTENT]);
+  const real size = cell_size(counters[COUNTER_MAX_EXTENT]);
   FOR_EACH(i, top_level_count(&params)) {
     const Vec3 center = make3(bounds[i].center[0], bounds[i].center[1], bounds[i].center[2]);
     const u32 body = shape_infos[TOP_LEVEL_SHAPE(i)].body;

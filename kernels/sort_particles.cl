@@ -9,7 +9,7 @@ kernel void sort_particles_keys(global const BodyInfo* body_infos, global const 
                                 global const u32* particle_bodies, global const Vec4* particle_positions,
                                 global Cell* particle_cells, global u32* keys, global u32* values, global u32* counters,
                                 const StepParams params) {
-  const real size = cell_size(&params, counters[COUNTER_MAX_EXTENT]);
+  const real size = cell_size(counters[COUNTER_MAX_EXTENT]);
   FOR_EACH(i, body_particles[params.bodies]) {
     const Vec3 x = vec3_of(particle_positions[i]);
     const u32 body = particle_bodies[i];

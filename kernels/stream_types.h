@@ -22,8 +22,9 @@ RECORD(PointBlock) {
   real anchor_b_x[PACK], anchor_b_y[PACK], anchor_b_z[PACK], radius_b[PACK];
   real normal_x[PACK], normal_y[PACK], normal_z[PACK];
   real friction[PACK], restitution[PACK];
-  real inverse_inner_radius[PACK];  // of the smaller shape, 1/m; 0 where neither has an inside
-  u32 frame[PACK];                  // NormalFrame
+  // of the shape that is less deep, and of the smaller one, m; 0 where neither has an inside
+  real inner_radius[PACK], bounding_radius[PACK];
+  u32 frame[PACK];  // NormalFrame
 };
 
 // The laws of impact of a row of contacts (feature impact_laws), and the velocity that the law adds to the tangential

@@ -90,7 +90,8 @@ enum ShapeFlag {
   SHAPE_IS_CENTRAL = 1,     // a sphere at the centre of mass
   SHAPE_IS_TRIGGER = 2,     // what overlaps it is told, nothing is pushed
   SHAPE_IS_CONTINUOUS = 4,  // of a body whose impacts are looked for within the step
-  SHAPE_IS_IN_TREE = 8      // of a ShapeTree: the broad phase leaves it to the middle phase
+  SHAPE_IS_IN_TREE = 8,     // of a ShapeTree: the broad phase leaves it to the middle phase
+  SHAPE_HAS_SEAMS = 16      // others that do not move against it cover edges of it
 };
 enum EventKind {
   EVENT_CONTACT_BEGIN = 0,
@@ -253,14 +254,14 @@ RECORD(ShapeTree) {
 // A facet, a triangle of a surface, is a hull of one face, and its tables go on behind that (feature facets). Edge k,
 // from vertex k to the next, has the face on its left and plane 1 + k on its right: the normal on the other side where
 // the two meet like a roof, what is across the edge where there is no other side, the facet's own normal where they
-// meet flat or like a gutter. The corners of face 1 + k are the vertices around vertex k, where none rises above it and
-// not all are level.
+// meet flat or like a gutter. The corners of face 1 + k are the vertices around vertex k, where the surface ends there,
+// or where none rises above it and not all are level.
 INDEX_RECORD(Hull) {
   u32 first_vertex, vertex_count;
   u32 first_face, face_count;
   u32 first_edge, edge_count;
   u32 owned;  // of a facet: bit k its edge k, bit 3 + k its vertex k, where no other facet tells of contacts there
-  u32 pad;
+  u32 rim;    // of a facet: bit k where the surface ends at its vertex k
 };
 
 // The corners of a face, counter-clockwise seen from outside: hull_corners[first_corner ...], each an index of a vertex
@@ -269,6 +270,15 @@ INDEX_RECORD(HullFace) { u32 first_corner, corner_count; };
 
 // From vertex a to vertex b; the face on the left and on the right seen from outside. Indices within the hull.
 INDEX_RECORD(HullEdge) { u32 vertex_a, vertex_b, face_left, face_right; };
+
+// A shape that covers edges of another one and never moves against it (feature seams), in the frame of that one: a box
+// or a hull, its fields as those of ShapeInfo and Shape. Within `tolerance`, m, the two lie flush.
+LINE_RECORD(Seam) {
+  real offset[3], tolerance;
+  real rotation[4];
+  real size[4];
+  u32 kind, hull, pad[2];
+};
 
 RECORD(MaterialPair) { real friction, restitution; };
 
@@ -296,7 +306,7 @@ RECORD(ParticleLaw) {
   real pad[2];
 };
 
-// Of a world: a body is slow below both (feature sleeping).
+// Of a body, which is slow below both (feature sleeping).
 RECORD(SleepLaw) { real speed, angular_speed; };  // m/s, rad/s
 
 // A plane that particles rest on, in the frame of its body.

@@ -9,13 +9,12 @@ kernel void update_bounds(global const ShapeInfo* shape_infos, global const Shap
                           global const u32* top_level_shapes, global const Vec4* positions,
                           global const Vec4* orientations, global const Motion* motions, global Bound* bounds,
                           global u32* counters, const StepParams params) {
-  const real h = step_length(&params);
   u32 largest = 0u;
   FOR_EACH(k, top_level_count(&params)) {
     const u32 i = TOP_LEVEL_SHAPE(k), body = shape_infos[i].body;
     Bound bound;
-    const bool finite =
-        shape_bound(shape_infos[i].kind, &shapes[i], &positions[body], &orientations[body], &motions[body], h, &bound);
+    const bool finite = shape_bound(shape_infos[i].kind, &shapes[i], &positions[body], &orientations[body],
+                                    &motions[body], &params, &bound);
     bounds[k] = bound;
     note_extent(finite, bound.extent, body, &largest, counters);
   }

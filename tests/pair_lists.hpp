@@ -90,10 +90,10 @@ real rotational_speed_of(const InitialState<real>& state, u32 shape) {
   const ShapeInfo& info = state.buffers.shape_infos[shape];
   if (info.kind == SHAPE_SPHERE) return 0;
   const real* w = state.buffers.motions[info.body].w;
-  return std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * state.buffers.shapes[shape].bounding_radius;
+  return std::sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]) * state.buffers.bounds[shape].bounding_radius;
 }
 
-/// The criterion of the broad phase, in the same precision and order of operations.
+/// The criterion of the broad phase, bounds with their margins, in the same precision and order of operations.
 template <class real>
 bool in_range(const InitialState<real>& state, u32 i, u32 j) {
   const auto length = [](const std::array<real, 3>& x) { return std::sqrt(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]); };
@@ -103,14 +103,12 @@ bool in_range(const InitialState<real>& state, u32 i, u32 j) {
   const std::array<real, 3> d = {mine.center[0] - other.center[0], mine.center[1] - other.center[1],
                                  mine.center[2] - other.center[2]};
   const std::array<real, 3> u = {v[0] - w[0], v[1] - w[1], v[2] - w[2]};
-  const real h = state.params.dt * real(state.params.substeps), margin = state.params.margin;
-  if (!(length(d) - (b.shapes[i].bounding_radius + b.shapes[j].bounding_radius) <= margin + h * length(u)))
-    return false;
+  const real h = state.params.dt * real(state.params.substeps);
+  if (!(length(d) - (mine.bounding_radius + other.bounding_radius) <= h * length(u))) return false;
   if (b.shape_infos[i].kind == SHAPE_SPHERE && b.shape_infos[j].kind == SHAPE_SPHERE) return true;
   const real rotational_speed = rotational_speed_of(state, i) + rotational_speed_of(state, j);
   for (u32 k = 0; k < 3; ++k) {
-    if (!(std::abs(d[k]) <= mine.box[k] + other.box[k] + margin + h * (std::abs(u[k]) + rotational_speed)))
-      return false;
+    if (!(std::abs(d[k]) <= mine.box[k] + other.box[k] + h * (std::abs(u[k]) + rotational_speed))) return false;
   }
   return true;
 }

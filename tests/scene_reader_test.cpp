@@ -91,7 +91,7 @@ TEST(SceneReader, SleepingIsASwitchOrNumbers) {
   EXPECT_FALSE(sleeping("false"));
   ASSERT_TRUE(sleeping("true"));
   EXPECT_EQ(sleeping("true")->after, 0.5);
-  EXPECT_EQ(sleeping("true")->speed, 0.01);
+  EXPECT_EQ(sleeping("true")->speed, std::nullopt);
   EXPECT_EQ(sleeping("true")->angular_speed, 0.05);
   const auto told = sleeping(R"({"after": 2, "speed": 0.125, "angular_speed": 0})");
   EXPECT_EQ(told->after, 2);

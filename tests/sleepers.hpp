@@ -12,7 +12,7 @@ void add_sleepers(InitialState<real>& state, Random& random, u32 size, u32 awake
   state.features = with(state.features, Feature::sleeping);
   Buffers<real>& b = state.buffers;
   const u32 bodies = state.sizes.bodies, worlds = state.sizes.worlds;
-  b.sleep_laws.assign(worlds, {real(0.01), real(0.05)});
+  b.sleep_laws.assign(bodies, {real(0.01), real(0.05)});
   b.sleep_steps.assign(worlds, 5);
   b.sleepers.assign(bodies, {0, NONE});
   for (u32 w = 0; w < worlds; ++w) {

@@ -30,7 +30,8 @@ TEST(Sleeping, AStackSleepsWhenAllHaveBeenSlowForTheTimeTold) {
     awake.step();
     simulation.step();
     const auto& motions = state_of(awake).motions;
-    const bool slow = is_slow(motions[1]) && is_slow(motions[2]) && is_slow(motions[3]);
+    const float speed = state.buffers.sleep_laws[1].speed;
+    const bool slow = is_slow(motions[1], speed) && is_slow(motions[2], speed) && is_slow(motions[3], speed);
     slow_steps = slow ? slow_steps + 1 : 0;
     waited += slow ? 0 : 1;
   }
@@ -221,18 +222,17 @@ TEST(Sleeping, NothingBeginsOrCeasesToTouchBySleepOrByWaking) {
   simulation.step();
   EXPECT_FALSE(simulation.events().empty());
   std::vector<Event> events;
-  while (simulation.wakings() == 0) {
+  for (u32 awake = 0; awake < 3; awake += simulation.wakings()) {
     simulation.step();
     for (const Event& event : simulation.events()) events.push_back(event);
   }
-  // the ball, which rolls, and the floor; in the step of the impact the ball and the first box
+  // the ball, which rolls, and the floor; and at the impact, soon after what it can reach has woken, the first box
   u32 hits = 0;
   for (const Event& event : events) {
     EXPECT_EQ(std::max(event.body_a, event.body_b), 5u) << event.step;
     if (std::min(event.body_a, event.body_b) == 0) continue;
     EXPECT_EQ(event.kind, u32(EVENT_CONTACT_BEGIN));
     EXPECT_EQ(event.body_a, 1u);
-    EXPECT_EQ(event.step + 1, simulation.steps_done());
     ++hits;
   }
   EXPECT_EQ(hits, 1u);

@@ -43,11 +43,12 @@ TEST_P(StaticFriction, SticksAtRestAndLetsSlideWhatSlides) {
   EXPECT_NEAR(lies.x[0], 0, 1e-4);
   const BodyState slides = after(slope, 0.2, 1);
   EXPECT_NEAR(slides.v[0], 0.2 + speeds_up, 0.01 * speeds_up);
-  // it gives way by itself: as what sticks up to stick_speed, 1 cm/s, then as what slides
+  // it gives way by itself: as what sticks up to stick_speed, 0.02/s of its bounding radius, then as what slides
+  const double stick_speed = 0.02 * std::hypot(0.3, 0.2, 0.1);
   const double steep = std::atan(0.52);
   const auto gains = [&](double mu) { return gravity * (std::sin(steep) - mu * std::cos(steep)); };
-  const double time_sticking = 0.01 / gains(0.5);
-  EXPECT_NEAR(after(steep, 0, 1).v[0], 0.01 + gains(0.3) * (1 - time_sticking), 0.01);
+  const double time_sticking = stick_speed / gains(0.5);
+  EXPECT_NEAR(after(steep, 0, 1).v[0], stick_speed + gains(0.3) * (1 - time_sticking), 0.01);
 }
 
 // What slides on a gentle slope comes to rest as by the lower coefficient, and stays.
@@ -75,7 +76,8 @@ TEST(FurtherFriction, OfTwoMaterialsIsWhatTheyCombineTo) {
   const InitialState<double> met = compile<double>(two_materials(a, b, ""));
   EXPECT_DOUBLE_EQ(met.buffers.material_pairs[1].friction, 0.4);
   EXPECT_DOUBLE_EQ(met.buffers.static_friction_pairs[1].friction, 0.6);
-  EXPECT_DOUBLE_EQ(met.buffers.static_friction_pairs[1].speed, 1e-2);
+  EXPECT_EQ(met.buffers.static_friction_pairs[1].speed, 0);
+  EXPECT_DOUBLE_EQ(met.buffers.static_friction_pairs[1].speed_share, 0.02);
   EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].torsion_radius, 0.01 / 0.4);
   EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[1].rolling_coefficient, 0.03);
   EXPECT_DOUBLE_EQ(met.buffers.angular_friction_pairs[0].rolling_coefficient, 0);

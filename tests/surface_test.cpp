@@ -42,11 +42,11 @@ TEST(Surface, FlatGround) {
   const auto surface = made(height_field(std::vector(5, std::vector<double>(4, 0.7)), 0.5));
   ASSERT_EQ(surface->facets.size(), 24u);
   EXPECT_EQ(owned_edges(*surface), 43);
-  EXPECT_EQ(owned_corners(*surface), 0);  // nothing sticks out
+  EXPECT_EQ(owned_corners(*surface), 14);  // those of the rim: nothing sticks out
   for (const Facet& facet : surface->facets) {
     EXPECT_EQ(facet.normal, (Vector3{0, 0, 1}));
     for (const Vector3& across : facet.across) EXPECT_TRUE(across == facet.normal || across[2] == 0);
-    for (const std::vector<u32>& around : facet.around) EXPECT_TRUE(around.empty());
+    for (unsigned k = 0; k < 3; ++k) EXPECT_EQ(facet.around[k].empty(), (facet.rim >> k & 1) == 0);
   }
   const std::vector<Vector3>& vertices = surface->mesh.vertices;
   EXPECT_EQ(vertices.front(), (Vector3{-0.75, -1, 0.7}));
@@ -80,7 +80,7 @@ TEST(Surface, Cube) {
 // On a straight ridge bodies lie over all vertices, and edges tell of it.
 TEST(Surface, Ridge) {
   const auto surface = made(height_field({{0, 1, 0}, {0, 1, 0}, {0, 1, 0}}, 1));
-  EXPECT_EQ(owned_corners(*surface), 0);
+  EXPECT_EQ(owned_corners(*surface), 8);  // those of the rim
   int around = 0;
   for (std::size_t t = 0; t < surface->facets.size(); ++t)
     for (unsigned k = 0; k < 3; ++k)

@@ -59,20 +59,21 @@ TYPED_TEST(UpdateBounds, EncloseTheSphereForTheWholeStep) {
   }
 }
 
-// Without rotation the extent is r + h |v|, and nothing is wasted.
+// Without rotation the extent is r + h |v| and half of a margin that is given, and nothing is wasted.
 TYPED_TEST(UpdateBounds, AreAsLargeAsTheMotionNeeds) {
   using real = TypeParam;
   InitialState<real> state = make_worlds<real>({{sphere_body({1, 2, 3}, 0.5, {3, 0, 4}), plane_body()}}, 16);
   state.params.dt = real(0.25);
+  state.params.margin = real(0.5);
   run_reference(state, {Stage::update_bounds});
   const auto& bounds = state.buffers.bounds;
   EXPECT_EQ(bounds[0].center[0], 1);
   EXPECT_EQ(bounds[0].center[1], 2);
   EXPECT_EQ(bounds[0].center[2], 3);
-  EXPECT_EQ(bounds[0].extent, real(1.75));
+  EXPECT_EQ(bounds[0].extent, real(2));
   EXPECT_EQ(bounds[1].extent, 0);
-  EXPECT_GE(max_extent(state), real(1.75));
-  EXPECT_LE(max_extent(state), real(1.75) * real(1.00001));
+  EXPECT_GE(max_extent(state), real(2));
+  EXPECT_LE(max_extent(state), real(2) * real(1.00001));
   EXPECT_EQ(state.buffers.counters[COUNTER_STATUS], 0u);
 }
 
@@ -80,6 +81,7 @@ TYPED_TEST(UpdateBounds, NameTheFirstBodyWithoutAFinitePosition) {
   using real = TypeParam;
   std::vector<BodyDescription> bodies(5, sphere_body({1, 2, 3}, 0.5));
   InitialState<real> state = make_worlds<real>({bodies}, 16);
+  state.params.margin = 0;
   state.buffers.positions[4].x = std::numeric_limits<real>::infinity();
   state.buffers.positions[2].y = std::numeric_limits<real>::quiet_NaN();
   run_reference(state, {Stage::update_bounds});
@@ -94,6 +96,7 @@ TYPED_TEST(UpdateBounds, NameTheFirstBodyWithoutAFinitePosition) {
 template <class real>
 void expect_tight_box(const BodyDescription& body, const std::vector<Vector3>& surface, double tolerance) {
   InitialState<real> state = make_worlds<real>({{body}}, 16);
+  state.params.margin = 0;
   run_reference(state, {Stage::update_bounds});
   const Bound<real> bound = state.buffers.bounds[0];
   Vector3 most = {0, 0, 0};

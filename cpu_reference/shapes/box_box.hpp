@@ -1,11 +1,13 @@
-// Box against box: 15 separating axes, then points on a face or between two edges. kernels/shapes/box_box.h is the
-// twin.
+// Box against box: 15 separating axes, then what two faces share, seen along the best of them. kernels/shapes/box_box.h
+// is the twin.
 //
 // Axes (Gottschalk, Lin, Manocha, OBBTree, 1996): the faces of a, the faces of b, each edge of a with each of b. The
-// one on which the boxes overlap least is the normal. On a face, the other box's face that looks at it, a
-// parallelogram, is cut to its rectangle: the corners of the overlap lie in 12 fixed places, both ends of the four
-// edges cut by two slabs and the four corners of the rectangle. Features name what crosses, whichever box the face
-// belongs to: corner v of a: v; corner of b: 8 + v; edge i of a with edge j of b: 16 + 12 i + j.
+// one on which the boxes overlap least is the normal. The face that looks along it most, of either box, is cut to the
+// face of the other box that looks against it most, both seen along the normal: a rectangle and a parallelogram, whose
+// overlap has its corners in 12 fixed places, both ends of the four edges cut by two slabs and the four corners of the
+// rectangle. So edges that cross give a point, and edges that are parallel, or lie on a face, both ends of the line.
+// Features name what crosses, whichever box the face belongs to: corner v of a: v; corner of b: 8 + v; edge i of a with
+// edge j of b: 16 + 12 i + j.
 #pragma once
 
 #include "cpu_reference/shapes/box_round.hpp"
@@ -19,10 +21,16 @@ real parallel_edges() {
   return real(1e-4);
 }
 
-/// By how much edges have to be better than faces, in parts of the sum of the half extents.
+/// By how much the faces of b have to be better than those of a, and edges than faces, in parts of the smallest half
+/// extent: boxes that rest on each other, a little tilted, are separated almost as well by other axes, and would change
+/// between them from step to step.
 template <class real>
-real clearly_better() {
-  return real(1e-4);
+real face_preference() {
+  return real(0.01);
+}
+template <class real>
+real edge_preference() {
+  return real(0.03);
 }
 
 /// b in the frame of a.
@@ -39,6 +47,7 @@ template <class real>
 struct BoxAxis {
   real separation;
   u32 code;
+  u32 edges;  // the best pair of edges
 };
 
 template <class real>
@@ -87,6 +96,17 @@ EdgeAxis<real> edge_axis(EdgeAxis<real> best, const BoxPair<real>& pair, u32 i, 
 }
 
 template <class real>
+real smaller_of(real a, real b) {
+  return a < b ? a : b;
+}
+
+template <class real>
+real smallest_extent(const BoxPair<real>& pair) {
+  const Vec3<real> a = pair.half_a, b = pair.half_b;
+  return smaller_of(smaller_of(smaller_of(a.x, a.y), a.z), smaller_of(smaller_of(b.x, b.y), b.z));
+}
+
+template <class real>
 BoxAxis<real> box_axis(const BoxPair<real>& pair) {
   const Axes<real> r = pair.r;
   const Vec3<real> x = absolute3(r.x), y = absolute3(r.y), z = absolute3(r.z);
@@ -110,15 +130,11 @@ BoxAxis<real> box_axis(const BoxPair<real>& pair) {
     edge = edge_axis(edge, pair, i, r.z, r.x, r.y, b.x, b.y, 8 + 3 * i);
   }
   const real root = std::sqrt(std::abs(edge.square) / edge.length);
-  // Of faces those of a are taken unless b's are better by more than rounding. Edges have to be clearly better than
-  // faces: boxes that rest on each other, a little tilted, are told almost as well by two edges, and would change from
-  // step to step between one point and four, with no impulses to start from. Deep inside only rounding counts.
-  const real size = a.x + a.y + a.z + b.x + b.y + b.z;
-  const bool deep = on_a.separation < real(-0.01) * size;
+  const real least = smallest_extent(pair);
   BoxAxis<real> best = on_a;
-  if (on_b.separation > best.separation + (deep ? real(2.5e-6) : real(1e-5)) * size) best = on_b;
-  return larger(best, (edge.square < real(0) ? -root : root) - (deep ? real(2.5e-6) : clearly_better<real>()) * size,
-                edge.code);
+  if (on_b.separation > best.separation + face_preference<real>() * least) best = on_b;
+  best.edges = edge.code;
+  return larger(best, (edge.square < real(0) ? -root : root) - edge_preference<real>() * least, edge.code);
 }
 
 /// The edge of a box along axis i on these sides of the next two axes.
@@ -136,44 +152,78 @@ inline u32 corner_name(u32 k, u32 side, u32 side_1, u32 side_2) {
   return (side << k) | (side_1 << next_axis(k)) | (side_2 << last_axis(k));
 }
 
+/// The axis along which a vector is longest, the first of equals.
+template <class real>
+u32 longest_axis(Vec3<real> v) {
+  const u32 k = std::abs(v.y) > std::abs(v.x) ? 1 : 0;
+  return std::abs(v.z) > std::abs(along(v, k)) ? 2 : k;
+}
+
+/// The axis of a code, in the frame of a; of two edges as long as the sine of their angle.
+template <class real>
+Vec3<real> box_axis_along(const BoxPair<real>& pair, u32 code) {
+  if (code < 3) return along_axis(real(1), code);
+  if (code < 6) return axis_of(pair.r, code - 3);
+  const u32 i = (code - 6) / 3, j = code - 6 - 3 * i;
+  return cross3(along_axis(real(1), i), axis_of(pair.r, j));
+}
+
+/// The normal of a code, in the frame of a, towards b.
+template <class real>
+Vec3<real> box_normal(const BoxPair<real>& pair, u32 code) {
+  const Vec3<real> axis = box_axis_along(pair, code);
+  const real side = sign_of(dot3(axis, pair.t));
+  return scale3(code < 6 ? side : side / length3(axis), axis);
+}
+
+/// The faces that look at each other along the normal of a code. A face of b is the reference where it looks along the
+/// normal better than those of a do, by more than rounding.
 template <class real>
 FacePair<real> face_pair(const BoxPair<real>& pair, u32 code) {
-  FacePair<real> f;
-  f.from_b = code >= 3 ? 1 : 0;
-  f.axis = f.from_b ? code - 3 : code;
-  const u32 k = f.axis, k1 = next_axis(k), k2 = last_axis(k);
   const Axes<real> r = pair.r;
+  const Vec3<real> n_a = box_normal(pair, code), n_b = into_frame(r, n_a);
+  const u32 axis_a = longest_axis(n_a), axis_b = longest_axis(n_b);
+  FacePair<real> f;
+  const bool better_b = std::abs(along(n_b, axis_b)) > std::abs(along(n_a, axis_a)) + real(1e-3);
+  f.from_b = code >= 3 && (code < 6 || better_b) ? 1 : 0;
+  f.axis = f.from_b ? axis_b : axis_a;
+  const u32 k = f.axis, k1 = next_axis(k), k2 = last_axis(k);
   const Vec3<real> extents = f.from_b ? pair.half_b : pair.half_a, other = f.from_b ? pair.half_a : pair.half_b;
-  // the incident box in the frame of the reference box: its centre, and row k1, k2, k of its axes
+  // the incident box in the frame of the reference box: its centre, and row k1, k2, k of its axes; and the normal,
+  // towards it
   const Vec3<real> c = f.from_b ? scale3(real(-1), into_frame(r, pair.t)) : pair.t;
+  const Vec3<real> m = f.from_b ? scale3(real(-1), n_b) : n_a;
   const Axes<real> rows = f.from_b ? r : transposed(r);
   const Vec3<real> x = axis_of(rows, k1), y = axis_of(rows, k2);
   Vec3<real> z = axis_of(rows, k);
   f.hx = along(extents, k1);
   f.hy = along(extents, k2);
   f.hz = along(extents, k);
-  real cz = along(c, k);
-  f.down = cz < real(0) ? 1 : 0;
-  cz = f.down ? -cz : cz;
-  z = f.down ? scale3(real(-1), z) : z;
+  f.down = along(m, k) < real(0) ? 1 : 0;
+  const real up = f.down ? real(-1) : real(1), cz = up * along(c, k);
+  z = scale3(up, z);
+  const bool is_face = code < 6;
+  f.mz = is_face ? real(1) : up * along(m, k);
+  f.kx = is_face ? real(0) : along(m, k1) / f.mz;
+  f.ky = is_face ? real(0) : along(m, k2) / f.mz;
 
-  u32 j = std::abs(z.y) > std::abs(z.x) ? 1 : 0;
-  j = std::abs(z.z) > std::abs(along(z, j)) ? 2 : j;
-  const u32 j1 = next_axis(j), j2 = last_axis(j);
+  const Vec3<real> against = f.from_b ? n_a : n_b;
+  const u32 j = is_face ? longest_axis(z) : longest_axis(against), j1 = next_axis(j), j2 = last_axis(j);
   f.incident = j;
-  const real fx = along(x, j), fy = along(y, j), fz = along(z, j);
-  f.up = fz > real(0) ? 0 : 1;
+  f.up = (f.from_b ? along(against, j) : -along(against, j)) > real(0) ? 1 : 0;
   const real g = f.up ? along(other, j) : -along(other, j), gu = along(other, j1), gv = along(other, j2);
-  f.cx = along(c, k1) + g * fx;
-  f.cy = along(c, k2) + g * fy;
-  f.ux = gu * along(x, j1);
-  f.uy = gu * along(y, j1);
-  f.vx = gv * along(x, j2);
-  f.vy = gv * along(y, j2);
-  const real inverse = real(1) / fz;
-  f.sx = -(fx * inverse);
-  f.sy = -(fy * inverse);
-  f.s0 = cz + g * fz - f.hz - f.sx * f.cx - f.sy * f.cy;
+  const real hc = cz + g * along(z, j) - f.hz, hu = gu * along(z, j1), hv = gv * along(z, j2);
+  f.cx = along(c, k1) + g * along(x, j) - f.kx * hc;
+  f.cy = along(c, k2) + g * along(y, j) - f.ky * hc;
+  f.ux = gu * along(x, j1) - f.kx * hu;
+  f.uy = gu * along(y, j1) - f.ky * hu;
+  f.vx = gv * along(x, j2) - f.kx * hv;
+  f.vy = gv * along(y, j2) - f.ky * hv;
+  f.inverse_area = real(1) / (f.ux * f.vy - f.uy * f.vx);
+  f.sx = (hu * f.vy - hv * f.uy) * f.inverse_area;
+  f.sy = (hv * f.ux - hu * f.vx) * f.inverse_area;
+  f.s0 = hc - f.sx * f.cx - f.sy * f.cy;
+  f.size = smaller_of(f.hx + f.hy, gu + gv);
   return f;
 }
 
@@ -183,7 +233,7 @@ FacePair<real> face_pair(const BoxPair<real>& pair, u32 code) {
 template <class real>
 FacePoints<real> cut_edge(FacePoints<real> points, FacePair<real> f, u32 slot, real mx, real my, real ux, real uy,
                           real ex, real ey, u32 ends, u32 edge, u32 corner_from, u32 corner_to) {
-  const real tiny = real(1e-9) * (f.hx + f.hy);
+  const real tiny = real(1e-9) * f.size;
   const real rx = real(1) / (std::abs(ux) < tiny ? tiny : ux), ry = real(1) / (std::abs(uy) < tiny ? tiny : uy);
   const real x1 = (-ex - mx) * rx, x2 = (ex - mx) * rx, y1 = (-ey - my) * ry, y2 = (ey - my) * ry;
   const real low_x = x1 < x2 ? x1 : x2, high_x = x1 < x2 ? x2 : x1;
@@ -245,7 +295,7 @@ template <class real>
 FacePoints<real> face_points(FacePair<real> f) {
   FacePoints<real> points;
   // an edge along the border stays whole when noise tilts it
-  const real slop = real(4e-5) * (f.hx + f.hy), ex = f.hx + slop, ey = f.hy + slop;
+  const real slop = real(4e-5) * f.size, ex = f.hx + slop, ey = f.hy + slop;
   const u32 j = f.incident, j1 = next_axis(j), j2 = last_axis(j), side = f.up;
   const u32 corner_00 = corner_name(j, side, 0, 0), corner_10 = corner_name(j, side, 1, 0);
   const u32 corner_01 = corner_name(j, side, 0, 1), corner_11 = corner_name(j, side, 1, 1);
@@ -258,32 +308,39 @@ FacePoints<real> face_points(FacePair<real> f) {
                     corner_01);
   points = cut_edge(points, f, 6, f.cx + f.ux, f.cy + f.uy, f.vx, f.vy, ex, ey, 0, edge_name(j2, side, 1), corner_10,
                     corner_11);
-  const real inverse = real(1) / (f.ux * f.vy - f.uy * f.vx);
-  points.at[8] = face_corner(f, real(-1), real(-1), inverse);
-  points.at[9] = face_corner(f, real(1), real(-1), inverse);
-  points.at[10] = face_corner(f, real(1), real(1), inverse);
-  points.at[11] = face_corner(f, real(-1), real(1), inverse);
+  points.at[8] = face_corner(f, real(-1), real(-1), f.inverse_area);
+  points.at[9] = face_corner(f, real(1), real(-1), f.inverse_area);
+  points.at[10] = face_corner(f, real(1), real(1), f.inverse_area);
+  points.at[11] = face_corner(f, real(-1), real(1), f.inverse_area);
   return points;
 }
 
+/// A vector of the frame of the reference box: its parts along the axes of the face and along the face's own.
+template <class real>
+Vec3<real> face_vector(const FacePair<real>& f, real x, real y, real z) {
+  return with_along(with_along(along_axis(z, f.axis), next_axis(f.axis), x), last_axis(f.axis), y);
+}
+
+/// The points that the faces share, seen along the normal of a code.
 template <class real>
 Manifold<real> box_faces(const WorldShape<real>& a, const WorldShape<real>& b, const BoxPair<real>& pair, u32 code,
                          real limit) {
   const FacePair<real> f = face_pair(pair, code);
   const FacePoints<real> points = face_points(f);
-  const FourPoints four = four_points(f, points, limit);
+  const FourPoints four = four_points(f, points, limit * f.mz);
   const Axes<real> axes = axes_of(f.from_b ? b.rotation : a.rotation);
   const Vec3<real> center = f.from_b ? b.center : a.center;
   const real up = f.down ? real(-1) : real(1);
   // the normal of the face looks from the reference box to the other
-  const Vec3<real> normal = out_of_frame(axes, along_axis(f.from_b ? up : -up, f.axis));
-  Manifold<real> m = manifold_along(normal, f.from_b ? NORMAL_OF_B : NORMAL_OF_A, real(0), real(0));
+  const Vec3<real> outward = face_vector(f, f.kx * f.mz, f.ky * f.mz, up * f.mz);
+  const Vec3<real> normal = out_of_frame(axes, scale3(f.from_b ? real(1) : real(-1), outward));
+  const u32 frame = code >= 6 ? NORMAL_FIXED : f.from_b ? NORMAL_OF_B : NORMAL_OF_A;
+  Manifold<real> m = manifold_along(normal, frame, real(0), real(0));
   for (u32 i = 0; i < four.count; ++i) {
     const FacePoint<real> point = points.at[four.at[i]];
     const real s = f.s0 + f.sx * point.x + f.sy * point.y;
-    Vec3<real> on_face = along_axis(up * f.hz, f.axis);
-    on_face = with_along(with_along(on_face, next_axis(f.axis), point.x), last_axis(f.axis), point.y);
-    const Vec3<real> above = with_along(on_face, f.axis, up * (f.hz + s));
+    const Vec3<real> on_face = face_vector(f, point.x, point.y, up * f.hz);
+    const Vec3<real> above = face_vector(f, point.x + f.kx * s, point.y + f.ky * s, up * (f.hz + s));
     const Vec3<real> reference = add3(center, out_of_frame(axes, on_face));
     const Vec3<real> incident = add3(center, out_of_frame(axes, above));
     m = with_point(m, f.from_b ? incident : reference, f.from_b ? reference : incident, point.feature);
@@ -291,35 +348,57 @@ Manifold<real> box_faces(const WorldShape<real>& a, const WorldShape<real>& b, c
   return m;
 }
 
-/// The closest points of the lines of two edges.
+/// The axis on which boxes that are apart begin to overlap last, while b moves by a displacement in the frame of a, and
+/// the share of it after which they do; above 1: they do not meet.
 template <class real>
-Manifold<real> box_edges(const WorldShape<real>& a, const BoxPair<real>& pair, u32 code) {
-  const u32 i = (code - 6) / 3, j = code - 6 - 3 * i;
-  const Axes<real> r = pair.r;
-  const Vec3<real> column = axis_of(r, j);
-  Vec3<real> n = cross3(along_axis(real(1), i), column);
-  n = scale3(-sign_of(dot3(n, pair.t)) / length3(n), n);  // from b to a
-  const Vec3<real> n_b = into_frame(r, n);
-  Vec3<real> on_a = with_along(
-      Vec3<real>{-sign_of(n.x) * pair.half_a.x, -sign_of(n.y) * pair.half_a.y, -sign_of(n.z) * pair.half_a.z}, i,
-      real(0));
-  const Vec3<real> edge_b = with_along(
-      Vec3<real>{sign_of(n_b.x) * pair.half_b.x, sign_of(n_b.y) * pair.half_b.y, sign_of(n_b.z) * pair.half_b.z}, j,
-      real(0));
-  Vec3<real> on_b = add3(pair.t, out_of_frame(r, edge_b));
-  const u32 i1 = next_axis(i), i2 = last_axis(i), j1 = next_axis(j), j2 = last_axis(j);
-  const u32 name_a = edge_name(i, along(on_a, i1) > real(0) ? 1 : 0, along(on_a, i2) > real(0) ? 1 : 0);
-  const u32 name_b = edge_name(j, along(edge_b, j1) > real(0) ? 1 : 0, along(edge_b, j2) > real(0) ? 1 : 0);
-  const Vec3<real> w = sub3(on_a, on_b);
-  const real cosine = along(column, i), wi = along(w, i), wj = dot3(w, column);
-  const real square_sine = real(1) - cosine * cosine;
-  const real s = clamp_to((cosine * wj - wi) / square_sine, along(pair.half_a, i));
-  const real t = clamp_to((wj - cosine * wi) / square_sine, along(pair.half_b, j));
-  on_a = with_along(on_a, i, s);
-  on_b = add3(on_b, scale3(t, column));
-  const Axes<real> axes = axes_of(a.rotation);
-  return manifold_at(out_of_frame(axes, n), NORMAL_FIXED, add3(a.center, out_of_frame(axes, on_a)), real(0),
-                     add3(a.center, out_of_frame(axes, on_b)), real(0), 16 + 12 * name_a + name_b);
+struct LastAxis {
+  real time;
+  u32 code;
+};
+
+template <class real>
+LastAxis<real> last_axis_entered(const BoxPair<real>& pair, Vec3<real> displacement) {
+  LastAxis<real> last = {real(0), 0};
+  for (u32 code = 0; code < 15; ++code) {
+    const Vec3<real> axis = box_axis_along(pair, code);
+    const real side = sign_of(dot3(axis, pair.t)), approach = -(side * dot3(axis, displacement));
+    const real gap = std::abs(dot3(axis, pair.t)) - dot3(absolute3(axis), pair.half_a) -
+                     dot3(absolute3(into_frame(pair.r, axis)), pair.half_b);
+    const real time = approach > gap ? gap / approach : real(2);
+    if (!(gap > real(0)) || dot3(axis, axis) < parallel_edges<real>() || !(time > last.time)) continue;
+    last.time = time;
+    last.code = code;
+  }
+  return last;
+}
+
+/// Whether the points of two faces tell how the boxes meet: where these overlap, and a face was preferred to edges,
+/// all that the faces share may be apart.
+template <class real>
+bool faces_meet(const Manifold<real>& m, const BoxPair<real>& pair, const BoxAxis<real>& axis) {
+  real closest = real(1e30);
+  for (u32 k = 0; k < m.count; ++k) closest = smaller_of(closest, gap_at(m, k));
+  const real preferred = (face_preference<real>() + edge_preference<real>()) * smallest_extent(pair);
+  return closest <= preferred || (m.count > 0 && axis.separation > real(0));
+}
+
+/// Boxes whose faces do not meet, seen along their best axis. Where they overlap it is two edges that do. Where they
+/// are apart, they meet where they begin to overlap on the last axis, if they do in the step.
+template <class real>
+Manifold<real> box_corners(const WorldShape<real>& a, const WorldShape<real>& b, const BoxPair<real>& pair,
+                           const BoxAxis<real>& axis, real limit) {
+  const Vec3<real> displacement = sub3(b.displacement, a.displacement);
+  const bool overlap = !(axis.separation > real(0));
+  const LastAxis<real> last = last_axis_entered(pair, into_frame(axes_of(a.rotation), displacement));
+  if (!overlap && last.time > real(1)) return no_manifold<real>();
+  const Vec3<real> moved = scale3(overlap ? real(0) : last.time, displacement);
+  WorldShape<real> moved_b = b;
+  moved_b.center = add3(b.center, moved);
+  const BoxPair<real> moved_pair = box_pair(a, moved_b);
+  Manifold<real> m = box_faces(a, moved_b, moved_pair, overlap ? axis.edges : last.code, limit);
+  for (u32 k = 0; k < m.count; ++k) m.points[k].anchor_b = sub3(m.points[k].anchor_b, moved);
+  if (!overlap) m.frame = NORMAL_OF_IMPACT;
+  return m;
 }
 
 template <class real>
@@ -327,7 +406,8 @@ Manifold<real> box_box(const WorldShape<real>& a, const WorldShape<real>& b, rea
   const BoxPair<real> pair = box_pair(a, b);
   const BoxAxis<real> axis = box_axis(pair);
   if (axis.separation > limit) return no_manifold<real>();
-  return axis.code < 6 ? box_faces(a, b, pair, axis.code, limit) : box_edges(a, pair, axis.code);
+  const Manifold<real> m = box_faces(a, b, pair, axis.code, limit);
+  return faces_meet(m, pair, axis) ? m : box_corners(a, b, pair, axis, limit);
 }
 
 }  // namespace lockstep::reference

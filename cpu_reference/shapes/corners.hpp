@@ -16,29 +16,63 @@ struct SharedPoint {
 };
 
 /// Two patches that face each other. The first one is a segment if there is one, else a polygon if there is one.
+/// `width`: by how much two lines may pass each other by and touch there. `displacement`: of the first shape past the
+/// second one until contacts are evaluated (lagging_displacement).
 template <class real>
 struct PatchPair {
   Patch<real> first, second;
   bool swapped;  // the first one is of b
   Vec3<real> normal;
-  real tolerance;
+  real tolerance, width;
+  Vec3<real> displacement;
 };
 
 /// Segments within this sine of each other share a line, others a point.
 template <class real>
 bool segments_cross(Vec3<real> u, Vec3<real> v, Vec3<real> normal) {
   const real across = dot3(cross3(u, v), normal);
-  return across * across > real(1e-4) * dot3(u, u) * dot3(v, v);
+  return across * across > real(0.0025) * dot3(u, u) * dot3(v, v);
+}
+
+/// The edge of a polygon in its place, for a line along u that meets it along a normal that is not that of its face:
+/// rounding would say which part of the line is over the face. The polygon itself where the line only crosses an edge
+/// of a face that is nearly flat, or meets a corner.
+template <class real>
+Patch<real> edge_of_patch(const Patch<real>& patch, Vec3<real> normal, Vec3<real> u) {
+  const Vec3<real> out = scale3(patch.sense, normal);
+  const real cosine = dot3(patch.plane, out);
+  if (cosine > real(1) - real(5e-7) || patch.corners == 0) return patch;
+  Vec3<real> start = patch.center, end = start, from = patch_point(patch, patch.corners - 1);
+  real most = real(-1e30);
+  for (u32 i = 0; i < patch.corners; ++i) {
+    const Vec3<real> to = patch_point(patch, i);
+    const real at_from = dot3(out, sub3(from, patch.center)), at_to = dot3(out, sub3(to, patch.center));
+    const real lower = at_from < at_to ? at_from : at_to;
+    if (lower > most) {
+      most = lower;
+      start = from;
+      end = to;
+    }
+    from = to;
+  }
+  const Vec3<real> d = sub3(end, start);
+  const real square = dot3(d, d), rise = dot3(out, d);
+  if (rise * rise > real(0.0025) * square) return patch;
+  if (segments_cross(u, d, normal) && cosine > real(0.9)) return patch;
+  return segment_patch(patch.sense, start, end, normal);
 }
 
 template <class real>
-PatchPair<real> patch_pair(const Patch<real>& a, const Patch<real>& b, Vec3<real> normal, real tolerance) {
+PatchPair<real> patch_pair(const Patch<real>& a, const Patch<real>& b, Vec3<real> normal, real tolerance, real width,
+                           Vec3<real> displacement) {
   PatchPair<real> pair;
   pair.swapped = b.kind < a.kind;
   pair.first = pair.swapped ? b : a;
   pair.second = pair.swapped ? a : b;
   pair.normal = normal;
   pair.tolerance = tolerance;
+  pair.width = width;
+  pair.displacement = pair.swapped ? scale3(real(-1), displacement) : displacement;
   return pair;
 }
 
@@ -56,7 +90,8 @@ SharedPoint<real> shared_point(const PatchPair<real>& pair, Vec3<real> on_first,
 /// Names: which of the kinds below, and up to two corners.
 inline u32 shared_name(u32 kind, u32 a, u32 b) { return kind << 24 | a << 12 | b; }
 
-/// The ends of what two segments share, or their crossing.
+/// The ends of what two segments share, or their crossing. Where they cross at a small angle they share what is no
+/// farther aside than the width: all of it where they are parallel.
 template <class real>
 SharedPoint<real> shared_by_segments(const PatchPair<real>& pair, u32 k) {
   const Vec3<real> p = pair.first.center, u = sub3(pair.first.end, p);
@@ -68,15 +103,28 @@ SharedPoint<real> shared_by_segments(const PatchPair<real>& pair, u32 k) {
     // in line along the normal: s u - t v + (p - q) has no part across it
     const Vec3<real> w = sub3(q, p);
     const real across = dot3(cross3(u, v), pair.normal);
+    const CrossingShift<real> shift = crossing_shift(u, v, pair.normal, pair.displacement);
     const real s = dot3(cross3(w, v), pair.normal) / across, t = dot3(cross3(w, u), pair.normal) / across;
-    const real s1 = s < 0 ? real(0) : s > 1 ? real(1) : s, t1 = t < 0 ? real(0) : t > 1 ? real(1) : t;
-    return shared_point(pair, add3(p, scale3(s1, u)), add3(q, scale3(t1, v)), shared_name(0, 0, 3));
+    if (!within_share(s) || !within_share(t)) return none;
+    return shared_point(pair, add3(p, scale3(clamp_share(s + shift.along_first), u)),
+                        add3(q, scale3(clamp_share(t + shift.along_second), v)), shared_name(0, 0, 3));
   }
   Cut<real> cut = {0, 1, NONE, NONE};
   if (vv > 0 && uu > 0) {
     const real at_start = dot3(v, sub3(p, q)), at_end = at_start + dot3(v, u);
     cut = cut_by_side(cut, at_start, at_end, real(0), 0);
     cut = cut_by_side(cut, vv - at_start, vv - at_end, real(0), 1);
+    if (cut.from > cut.to) return none;
+    const Vec3<real> side = cross3(pair.normal, v);
+    const real beside = dot3(side, sub3(p, q)), change = dot3(side, u), width = pair.width * length3(side);
+    Cut<real> near = cut_by_side(cut, beside + width, beside + change + width, real(0), 0);
+    near = cut_by_side(near, width - beside, width - beside - change, real(0), 1);
+    if (near.from > near.to) {  // as far aside everywhere: the nearer end
+      const real first = beside + cut.from * change, last = beside + cut.to * change;
+      near.from = first * first < last * last ? cut.from : cut.to;
+      near.to = near.from;
+    }
+    cut = near;
   }
   if (cut.from > cut.to) return none;
   const Vec3<real> x = add3(p, scale3(k == 0 ? cut.from : cut.to, u));
@@ -142,24 +190,15 @@ SharedPoint<real> shared_candidate(const PatchPair<real>& pair, u32 k) {
     const u32 own = patch_points(first);
     if (k < own) {
       const Vec3<real> x = patch_point(first, k);
-      if (!patch_contains(second, n, x, pair.tolerance)) return none;
+      if (!patch_contains(second, n, x, real(10) * pair.tolerance)) return none;
       return shared_point(pair, x, patch_lift(second, n, x), shared_name(corner_kind, patch_name(first, k), 0));
     }
     if (k < own + 2) return shared_by_rims(pair, k - own);
     i = k - own - 2;
   }
   const Vec3<real> x = patch_point(second, i);
-  if (!patch_contains(first, n, x, pair.tolerance)) return none;
+  if (!patch_contains(first, n, x, real(10) * pair.tolerance)) return none;
   return shared_point(pair, patch_lift(first, n, x), x, shared_name(other_kind, patch_name(second, i), 0));
-}
-
-/// The deepest point of a tilted disc wanders: it counts where no other point is as deep, and for nothing else.
-template <class real>
-bool shared_wanders(const PatchPair<real>& pair, u32 k) {
-  const u32 count = shared_count(pair);
-  if (pair.first.kind == PATCH_SEGMENT) return false;
-  if (pair.second.kind == PATCH_DISC && k + 1 == count) return true;
-  return pair.first.kind == PATCH_DISC && k + 1 == DISC_POINTS;
 }
 
 template <class real>

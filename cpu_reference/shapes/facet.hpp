@@ -4,9 +4,9 @@
 // A direction is the normal of a contact with a surface only where the surface does not rise on the other side of it:
 // the normal of a facet over its inside, what is between the normals of two facets at an edge where they meet like a
 // roof, and at a corner that sticks out what all that is around it falls away from. All facets there know it; one of
-// them, whose own the edge or the corner is, tells of the contact. Surfaces have one side: a facet's normal does not
-// count against shapes whose centre is behind it. What only is on its way to the inside of a facet, the facet tells
-// beside that.
+// them, whose own the edge or the corner is, tells of the contact. Where a surface ends, directions past its rim count.
+// Surfaces have one side: a facet's normal does not count against shapes whose centre is behind it. What only is on its
+// way to the inside of a facet, the facet tells beside that.
 #pragma once
 
 #include "cpu_reference/shapes/edge_span.hpp"
@@ -17,9 +17,11 @@ namespace lockstep::reference {
 template <class real>
 inline constexpr real facet_slack = real(1e-3);
 
-/// Whether all that is around a corner falls away from a unit direction; where it does not stick out nothing does.
+/// Whether all that is around a corner falls away from a unit direction; where it does not stick out nothing does. At
+/// the rim of a surface only what comes from in front of it counts.
 template <class real>
 bool corner_admits(const Polytope<real>& p, Vec3<real> own, u32 vertex) {
+  if ((p.rim >> vertex & 1) != 0 && dot3(own, poly_own_normal(p, 0)) < -facet_slack<real>) return false;
   const HullFace around = p.tables.faces[p.first_face + 1 + vertex];
   const Vec3<real> corner = poly_own_vertex(p, vertex);
   for (u32 k = 0; k < around.corner_count; ++k) {

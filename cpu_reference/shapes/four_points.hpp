@@ -19,12 +19,14 @@ struct FacePoints {
 };
 
 /// The reference face, normal up, in the frame of its box turned so that x and y lie in it: half extents hx, hy. The
-/// incident face is the parallelogram c +- u +- v; it lies s0 + sx x + sy y above the reference face.
+/// incident face, seen along the normal, is the parallelogram c +- u +- v; it lies s0 + sx x + sy y above the reference
+/// face. The normal is mz (kx, ky, 1). Tolerances follow `size`, that of the smaller face.
 template <class real>
 struct FacePair {
   real hx, hy, hz;
   real cx, cy, ux, uy, vx, vy;
-  real s0, sx, sy;
+  real s0, sx, sy, kx, ky, mz;
+  real inverse_area, size;
   u32 axis, incident;  // of the reference face in its box, of the incident face in its own
   u32 down, up;        // the reference face, the incident face is the one on the negative, the positive side
   u32 from_b;          // the reference face belongs to b
@@ -141,7 +143,7 @@ template <class real>
 FourPoints four_points(FacePair<real> f, FacePoints<real> points, real limit) {
   FourPoints four;
   four.count = 0;
-  const real least = real(1e-8) * (f.hx + f.hy) * (f.hx + f.hy);
+  const real least = real(1e-8) * f.size * f.size;
   real best = limit;
   for (u32 i = 0; i < 12; ++i) {
     const real s = f.s0 + f.sx * points.at[i].x + f.sy * points.at[i].y;
@@ -195,7 +197,7 @@ FourPoints four_points(FacePair<real> f, FacePoints<real> points, real limit) {
     }
   }
   if (four.count < 4) return four;
-  const real as_deep = height_at(f, points.at[four.at[0]]) + real(1e-6) * (f.hx + f.hy);
+  const real as_deep = height_at(f, points.at[four.at[0]]) + real(1e-6) * f.size;
   const bool widened = widen_four(four, f, points, as_deep);
   if (replace_four(four, f, points, as_deep) || widened) widen_four(four, f, points, as_deep);
   return four;

@@ -17,7 +17,8 @@ struct Pose {
 /// A shape in the world; `size` as Shape says, `hull` an index into the tables of hulls. `alone`: a facet is taken for
 /// itself, not for a part of its surface, as bodies on their way to it ask for (facet.hpp). `displacement`
 /// and `angular_displacement`: how far the centre moves within the step, m, and by what the shape rotates about it,
-/// rad, but for what forces add, which is less than `margin`, m.
+/// rad, but for what forces add, which is less than `margin`, m. `lag`: the share of the step that has passed, on the
+/// mean of its sub-steps, when contacts are evaluated. `first_seam` and `seam_count`: which shapes cover edges of it.
 template <class real>
 struct WorldShape {
   Vec3<real> center;
@@ -26,10 +27,33 @@ struct WorldShape {
   u32 hull;
   bool alone = false;
   Vec3<real> displacement = {0, 0, 0}, angular_displacement = {0, 0, 0};
-  real margin = 0;
+  real margin = 0, lag = 0;
+  u32 first_seam = 0, seam_count = 0;
 };
 
-/// The tables that convex hulls are read from (kernels/types.h).
+/// How far a point of shape a goes past one of shape b until contacts are evaluated, on the mean of the sub-steps. Of
+/// what rolls these are points of the axis: the line on its side that touches goes with that.
+template <class real>
+Vec3<real> lagging_displacement(const WorldShape<real>& a, Vec3<real> at_a, const WorldShape<real>& b,
+                                Vec3<real> at_b) {
+  const Vec3<real> of_a = add3(a.displacement, cross3(a.angular_displacement, sub3(at_a, a.center)));
+  const Vec3<real> of_b = add3(b.displacement, cross3(b.angular_displacement, sub3(at_b, b.center)));
+  return scale3(a.lag, sub3(of_a, of_b));
+}
+
+/// How far the point where two lines cross, seen along n, moves along either while the first goes past the second:
+/// a contact that stayed where it is at the start of the step would push what rolls over the other one from behind.
+template <class real>
+struct CrossingShift {
+  real along_first, along_second;  // in parts of u and v
+};
+template <class real>
+CrossingShift<real> crossing_shift(Vec3<real> u, Vec3<real> v, Vec3<real> n, Vec3<real> displacement) {
+  const real across = dot3(cross3(u, v), n);
+  return {-dot3(cross3(displacement, v), n) / across, -dot3(cross3(displacement, u), n) / across};
+}
+
+/// The tables that convex hulls, and shapes that lie flush, are read from (kernels/types.h).
 template <class real>
 struct HullTables {
   const Hull* hulls;
@@ -38,6 +62,7 @@ struct HullTables {
   const HullFace* faces;
   const HullEdge* edges;
   const u32* corners;
+  const Seam<real>* seams = nullptr;
 };
 
 /// One pair of closest points: the surface of a round shape is its radius away from the anchor, along the normal.

@@ -20,8 +20,8 @@ inline bool may_touch(const ShapeInfo& a, const ShapeInfo& b, const BodyInfo& bo
 
 /// The gap of two shapes that come closer at `speed` is open to at most the margin at the end of the step.
 template <class real>
-bool within_range(const StepParams<real>& params, real gap, real speed) {
-  return gap <= params.margin + step_length(params) * speed;
+bool within_range(const StepParams<real>& params, real margin, real gap, real speed) {
+  return gap <= margin + step_length(params) * speed;
 }
 
 /// Speed at which two bodies approach each other along the normal from b to a, at a point that is at these arms from

@@ -6,6 +6,7 @@
 #include "cpu_reference/shapes/capsule_box.hpp"
 #include "cpu_reference/shapes/capsules.hpp"
 #include "cpu_reference/shapes/patch_pairs.hpp"
+#include "cpu_reference/shapes/seam_pairs.hpp"
 #include "cpu_reference/shapes/sphere_cylinder.hpp"
 #include "cpu_reference/shapes/sphere_hull.hpp"
 #include "cpu_reference/shapes/sphere_plane.hpp"
@@ -28,10 +29,17 @@ Manifold<real> collide_ordered(u32 kind_a, const WorldShape<real>& a, u32 kind_b
 }
 
 template <class real>
+Manifold<real> collide_over_seams(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
+                                  const HullTables<real>& tables, real limit) {
+  const Manifold<real> m = collide_ordered(kind_a, a, kind_b, b, tables, limit);
+  return seams_cover_all(kind_a, a, kind_b, b, tables, m) ? touch_over_seams(kind_a, a, kind_b, b, tables, limit) : m;
+}
+
+template <class real>
 Manifold<real> collide_shapes(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
                               const HullTables<real>& tables, real limit) {
-  if (kind_a <= kind_b) return collide_ordered(kind_a, a, kind_b, b, tables, limit);
-  return flipped(collide_ordered(kind_b, b, kind_a, a, tables, limit));
+  if (kind_a <= kind_b) return collide_over_seams(kind_a, a, kind_b, b, tables, limit);
+  return flipped(collide_over_seams(kind_b, b, kind_a, a, tables, limit));
 }
 
 }  // namespace lockstep::reference

@@ -59,11 +59,11 @@ Meeting<real> meet_cores(u32 kind_a, const WorldShape<real>& a, u32 kind_b, cons
 /// The part of a surface that faces the other shape: along the normal (sense 1, shape b) or against it (-1, shape a).
 template <class real>
 Patch<real> facing_patch(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, real sense,
-                         Vec3<real> normal, real tolerance) {
+                         Vec3<real> normal, real slack) {
   if (kind == SHAPE_PLANE) return plane_patch(shape.center, normal);
-  if (kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal);
+  if (kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal, slack);
   const Polytope<real> polytope = polytope_of(kind, shape, tables);
-  if (kind != SHAPE_CAPSULE) return polygon_patch(polytope, sense, normal, tolerance);
+  if (kind != SHAPE_CAPSULE) return polygon_patch(polytope, sense, normal, real(2e-5) * length3(shape.size));
   const Vec3<real> surface = scale3(sense * shape.size.x, normal);
   return segment_patch(sense, add3(poly_vertex(polytope, 0), surface), add3(poly_vertex(polytope, 1), surface), normal);
 }
@@ -83,11 +83,19 @@ Manifold<real> touch_along(u32 kind_a, const WorldShape<real>& a, u32 kind_b, co
   const real core_a = patch_core_radius(kind_a, a);
   meeting.gap = meeting.gap - core_a;
   meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
-  const Patch<real> patch_a = facing_patch(kind_a, a, tables, real(-1), meeting.normal, real(10) * tolerance);
-  const Patch<real> patch_b = facing_patch(kind_b, b, tables, real(1), meeting.normal, real(10) * tolerance);
-  return share_patches(patch_a, patch_b, rolling_radius(kind_a, a, meeting.normal),
-                       rolling_radius(kind_b, b, meeting.normal), meeting, limit, tolerance,
-                       kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b));
+  const real scale = smaller_size(a, b);
+  const real slack = depth_slack(meeting.gap, tolerance, scale);
+  Patch<real> patch_a = facing_patch(kind_a, a, tables, real(-1), meeting.normal, slack);
+  Patch<real> patch_b = facing_patch(kind_b, b, tables, real(1), meeting.normal, slack);
+  if (patch_a.kind == PATCH_SEGMENT && patch_b.kind == PATCH_POLYGON)
+    patch_b = edge_of_patch(patch_b, meeting.normal, sub3(patch_a.end, patch_a.center));
+  else if (patch_b.kind == PATCH_SEGMENT && patch_a.kind == PATCH_POLYGON)
+    patch_a = edge_of_patch(patch_a, meeting.normal, sub3(patch_b.end, patch_b.center));
+  const real radius_a = rolling_radius(kind_a, a, meeting.normal), radius_b = rolling_radius(kind_b, b, meeting.normal);
+  const Vec3<real> at_a = add3(meeting.at_a, scale3(radius_a, meeting.normal));
+  const Vec3<real> at_b = sub3(meeting.at_b, scale3(radius_b, meeting.normal));
+  const Vec3<real> displacement = lagging_displacement(a, at_a, b, at_b);
+  return share_patches(patch_a, patch_b, radius_a, radius_b, meeting, displacement, limit, tolerance, slack, scale);
 }
 
 /// The best face of the other one of two shapes with faces.
@@ -110,16 +118,17 @@ real core_extent(u32 kind, const WorldShape<real>& shape, const HullTables<real>
   return poly_extent(polytope_of(kind, shape, tables), direction);
 }
 
-/// Whether the core of a shape is farther than the limit from a facet, as the facet's normal or a direction across one
-/// of its edges tells: most of those whose boxes meet are.
+/// Whether the core of a shape is farther than the limit from a facet, as the facet's normal, from either side, or a
+/// direction across one of its edges tells: most of those whose boxes meet are.
 template <class real>
 bool facet_is_far(u32 kind, const WorldShape<real>& shape, const WorldShape<real>& facet,
                   const HullTables<real>& tables, real limit) {
   const Polytope<real> triangle = polytope_of(SHAPE_HULL, facet, tables);
   const Vec3<real> normal = poly_own_normal(triangle, 0);
-  for (u32 k = 0; k < 4; ++k) {
+  for (u32 k = 0; k < 5; ++k) {
     const EdgeSpan<real> edge = poly_own_edge(triangle, k < 3 ? k : 0);
-    const Vec3<real> out = out_of_frame(triangle.axes, k < 3 ? cross3(edge.along, normal) : normal);
+    const Vec3<real> own = k < 3 ? cross3(edge.along, normal) : scale3(k == 3 ? real(1) : real(-1), normal);
+    const Vec3<real> out = out_of_frame(triangle.axes, own);
     const Vec3<real> from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
     const real gap = dot3(out, sub3(shape.center, from)) - core_extent(kind, shape, tables, scale3(real(-1), out));
     if (gap > limit * length3(out)) return true;

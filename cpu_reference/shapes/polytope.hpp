@@ -6,16 +6,19 @@
 
 namespace lockstep::reference {
 
-/// What is left to rounding, and to the wish that contacts keep their features, relative to the size of both shapes.
-template <class real>
-real shape_tolerance(const WorldShape<real>& a, const WorldShape<real>& b) {
-  return real(1e-6) * (length3(a.size) + length3(b.size));
-}
-
+/// The size of the smaller one of two shapes; a plane, of size 0, has none.
 template <class real>
 real smaller_size(const WorldShape<real>& a, const WorldShape<real>& b) {
   const real size_a = length3(a.size), size_b = length3(b.size);
-  return size_a < size_b ? size_a : size_b;
+  return size_a > 0 && (size_a < size_b || !(size_b > 0)) ? size_a : size_b;
+}
+
+/// What is left to the wish that contacts keep their features, relative to the smaller shape, and to rounding, relative
+/// to both: coordinates are those of the larger one.
+template <class real>
+real shape_tolerance(const WorldShape<real>& a, const WorldShape<real>& b) {
+  const real rounding = sizeof(real) == 4 ? real(2.4e-7) : real(4.5e-16);
+  return real(2e-6) * smaller_size(a, b) + rounding * (length3(a.size) + length3(b.size));
 }
 
 /// "Own" coordinates are those of the shape's frame. A segment has two vertices, an edge and no face.
@@ -27,8 +30,9 @@ struct Polytope {
   Vec3<real> size;
   u32 vertices, faces, edges;  // how many
   u32 first_vertex, first_face, first_edge;
-  bool facet;  // its surface goes on around it (facet.hpp)
-  u32 owned;   // of a facet, as Hull::owned
+  bool facet;                  // its surface goes on around it (facet.hpp)
+  u32 owned, rim;              // of a facet, as those of Hull
+  u32 first_seam, seam_count;  // those that count against its crossings (seams.hpp)
   HullTables<real> tables;
 };
 
@@ -52,6 +56,9 @@ Polytope<real> polytope_of(u32 kind, const WorldShape<real>& shape, const HullTa
   p.first_edge = 0;
   p.facet = is_facet(kind, shape, tables);
   p.owned = 0;
+  p.rim = 0;
+  p.first_seam = 0;
+  p.seam_count = 0;
   p.tables = tables;
   if (kind == SHAPE_HULL) {
     const Hull hull = tables.hulls[shape.hull];
@@ -62,6 +69,7 @@ Polytope<real> polytope_of(u32 kind, const WorldShape<real>& shape, const HullTa
     p.first_face = hull.first_face;
     p.first_edge = hull.first_edge;
     p.owned = hull.owned;
+    p.rim = hull.rim;
   }
   return p;
 }
@@ -206,6 +214,11 @@ real meeting_least(const Meeting<real>& best, real tolerance) {
 template <class real>
 bool within_share(real share) {
   return share > real(-1e-3) && share < real(1.001);
+}
+
+template <class real>
+real clamp_share(real x) {
+  return x < 0 ? real(0) : x > 1 ? real(1) : x;
 }
 
 /// Takes a better meeting. Of faces, the normal is sure but not the place, as their neighbours are nearly as good a

@@ -7,6 +7,7 @@
 #pragma once
 
 #include "cpu_reference/shapes/facet.hpp"
+#include "cpu_reference/shapes/seams.hpp"
 
 namespace lockstep::reference {
 
@@ -77,11 +78,6 @@ real share_at_crossing(const EdgeSpan<real>& a, const EdgeSpan<real>& b, Vec3<re
   return dot3(cross3(sub3(b.start, a.start), b.along), across) / dot3(across, across);
 }
 
-template <class real>
-real clamp_share(real x) {
-  return x < 0 ? real(0) : x > 1 ? real(1) : x;
-}
-
 /// The separation along a unit normal from b to a: a lower bound of the true one.
 template <class real>
 real polytopes_bound(const Polytope<real>& a, const Polytope<real>& b, Vec3<real> normal) {
@@ -113,8 +109,13 @@ Meeting<real> poly_edge_query(const Polytope<real>& a, const Polytope<real>& b, 
       if (gap - bound > real(4) * tolerance) continue;
       const Vec3<real> on_a = add3(edge_a.start, scale3(clamp_share(s), edge_a.along));
       const Vec3<real> on_b = add3(edge_b.start, scale3(clamp_share(t), edge_b.along));
-      best = meeting_offer(best, bound, normal, NORMAL_FIXED, add3(b.center, out_of_frame(b.axes, on_a)),
-                           add3(b.center, out_of_frame(b.axes, on_b)), tolerance);
+      const Vec3<real> at_a = add3(b.center, out_of_frame(b.axes, on_a)),
+                       at_b = add3(b.center, out_of_frame(b.axes, on_b));
+      if (a.seam_count > 0 &&
+          seams_cover(a, into_frame(a.axes, sub3(at_a, a.center)), into_frame(a.axes, scale3(real(-1), normal))))
+        continue;
+      if (b.seam_count > 0 && seams_cover(b, on_b, into_frame(b.axes, normal))) continue;
+      best = meeting_offer(best, bound, normal, NORMAL_FIXED, at_a, at_b, tolerance);
     }
   }
   return best;

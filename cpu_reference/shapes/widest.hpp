@@ -32,11 +32,11 @@ SharedPoint<real> shared_on_rim(const PatchPair<real>& pair, bool of_first, Vec3
 
 /// Directions along which the corners of what two patches share are compared.
 inline constexpr u32 SHARED_DIRECTIONS = 16;
-/// Names of points of an outline: candidates, points of the rims along a direction, and the deepest one, NONE.
+/// Names of points of an outline: candidates, points of the rims along a direction, and its origin, NONE.
 inline constexpr u32 SHARED_FIRST_RIM = 1 << 16, SHARED_SECOND_RIM = 2 << 16;
 
-/// The points of what two patches share that reach farthest along each direction across the normal, seen from the
-/// deepest one, which is there as well.
+/// The points of what two patches share that reach farthest along each direction across the normal, seen from the first
+/// that was chosen; behind them a deepest one.
 template <class real>
 struct Outline {
   Vec3<real> origin, u, v;  // by u and v about as wide as long
@@ -67,7 +67,7 @@ void outline_offer(Outline<real>& outline, const SharedPoint<real>& point, u32 a
 /// Rims have points along any direction: more of them than the fixed ones, which may all lie elsewhere.
 template <class real>
 Outline<real> shared_outline(const PatchPair<real>& pair, u32 count, real limit, real least,
-                             const Chosen<real>& chosen) {
+                             const SharedPoint<real>& deepest, const Chosen<real>& chosen) {
   Outline<real> outline;
   outline.origin = chosen.points[0].on_a;
   const Vec3<real> d = sub3(chosen.points[1].on_a, outline.origin);
@@ -80,14 +80,17 @@ Outline<real> shared_outline(const PatchPair<real>& pair, u32 count, real limit,
   outline.v = scale3(real(1) / (length * height), beside);
   for (u32 i = 0; i < SHARED_DIRECTIONS + 1; ++i) {
     outline.x[i] = outline.y[i] = real(0);
-    outline.deep[i] = true;
+    outline.deep[i] = chosen.points[0].gap <= least;
   }
+  const Vec3<real> to_deepest = sub3(deepest.on_a, outline.origin);
+  outline.x[SHARED_DIRECTIONS] = dot3(outline.u, to_deepest);
+  outline.y[SHARED_DIRECTIONS] = dot3(outline.v, to_deepest);
+  outline.deep[SHARED_DIRECTIONS] = true;
   for (u32 i = 0; i < SHARED_DIRECTIONS; ++i) {
     outline.at[i] = NONE;
     outline.distance[i] = real(0);
   }
   for (u32 k = 0; k < count; ++k) {
-    if (shared_wanders(pair, k)) continue;
     const SharedPoint<real> point = shared_candidate(pair, k);
     if (point.valid && point.gap <= limit) outline_offer(outline, point, k, 0, SHARED_DIRECTIONS, point.gap <= least);
   }
@@ -101,7 +104,7 @@ Outline<real> shared_outline(const PatchPair<real>& pair, u32 count, real limit,
   return outline;
 }
 
-/// Places in an outline, the last of them that of the deepest point. NONE where there is none.
+/// Places in an outline, the last of them that of a deepest point. NONE where there is none.
 template <class real>
 struct Widest {
   real area;  // twice
@@ -156,12 +159,13 @@ Widest<real> outline_widest(const Outline<real>& outline) {
   return widest;
 }
 
-/// The point of an outline at one of these slots; the deepest one where there is none.
+/// The point of an outline at one of these slots.
 template <class real>
 SharedPoint<real> outline_point(const PatchPair<real>& pair, const Outline<real>& outline,
-                                const SharedPoint<real>& deepest, u32 slot) {
-  const u32 at = slot < SHARED_DIRECTIONS ? outline.at[slot] : NONE;
-  if (at == NONE) return deepest;
+                                const SharedPoint<real>& origin, const SharedPoint<real>& deepest, u32 slot) {
+  if (slot >= SHARED_DIRECTIONS) return deepest;
+  const u32 at = outline.at[slot];
+  if (at == NONE) return origin;
   if (at < SHARED_FIRST_RIM) return shared_candidate(pair, at);
   const u32 i = at & (SHARED_DIRECTIONS - 1);
   return shared_on_rim(pair, at < SHARED_SECOND_RIM, around_sixteenth(outline.u, outline.v, i), i);
@@ -198,23 +202,26 @@ Chosen<real> shared_along_rims(const PatchPair<real>& pair, real limit, real lea
   return four;
 }
 
-/// Takes the widest four of an outline in the place of the chosen ones, if they enclose more: what was chosen depends
-/// on the first one, which may be any of those that are as deep, and of an octagon many fours are such that no single
-/// point in the place of another helps. Little is not worth that contacts lose their features.
+/// Takes the widest four of an outline in the place of the chosen ones, if they enclose more, or none of those is deep:
+/// what was chosen depends on the first one, and of an octagon many fours are such that no single point in the place of
+/// another helps. Little is not worth that contacts lose their features.
 template <class real>
-void shared_widen(const PatchPair<real>& pair, u32 count, real limit, real least, Chosen<real>& chosen) {
-  const Outline<real> outline = shared_outline(pair, count, limit, least, chosen);
-  const SharedPoint<real> deepest = chosen.points[0];
+void shared_widen(const PatchPair<real>& pair, u32 count, real limit, real least, const SharedPoint<real>& deepest,
+                  Chosen<real>& chosen) {
+  const Outline<real> outline = shared_outline(pair, count, limit, least, deepest, chosen);
+  const SharedPoint<real> origin = chosen.points[0];
   const Widest<real> widest = outline_widest(outline);
   Chosen<real> four = chosen;
   for (u32 k = 0; k < 4; ++k)  // a triangle has its first corner twice
-    four.points[k] = outline_point(pair, outline, deepest, widest.at[k] == NONE ? widest.at[0] : widest.at[k]);
+    four.points[k] = outline_point(pair, outline, origin, deepest, widest.at[k] == NONE ? widest.at[0] : widest.at[k]);
   four = shared_along_rims(pair, limit, least, four);
   const Vec3<real> last = chosen.points[chosen.count == 4 ? 3 : 0].on_a;
-  const real area = shared_area(deepest.on_a, chosen.points[1].on_a, chosen.points[2].on_a, last, pair.normal);
+  const real area = shared_area(origin.on_a, chosen.points[1].on_a, chosen.points[2].on_a, last, pair.normal);
   const real wider =
       shared_area(four.points[0].on_a, four.points[1].on_a, four.points[2].on_a, four.points[3].on_a, pair.normal);
-  if (!(wider > real(1.02) * area)) return;
+  bool deep = false;
+  for (u32 k = 0; k < chosen.count; ++k) deep = deep || chosen.points[k].gap <= least;
+  if (deep && !(wider > real(1.02) * area)) return;
   chosen = four;
   chosen.count = 0;
   for (u32 k = 0; k < 4; ++k) {

@@ -17,6 +17,7 @@
 #include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
 #include "host/scene/sample_particles.hpp"
+#include "host/scene/shape_tolerances.hpp"
 #include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
 #include "host/steppers/oracles.hpp"
@@ -217,6 +218,7 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   report.dt = scene.settings.dt;
   report.substeps = substeps_of(scene.settings);
   report.iterations = iterations_of(scene.settings);
+  report.shape_tolerances = shape_tolerances(scene.settings);
   report.tolerance = tolerance_of(scene.settings);
 
   if (scene.particles) describe_particles(scene, state, report);

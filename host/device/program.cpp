@@ -56,6 +56,7 @@ constexpr FeatureName feature_names[] = {
     {Feature::shape_trees, "SHAPE_TREES"},
     {Feature::articulations, "ARTICULATIONS"},
     {Feature::closures, "CLOSURES"},
+    {Feature::seams, "SEAMS"},
 };
 
 cl::Program compile(const Device& device, const std::string& text, const std::string& options) {

@@ -56,6 +56,7 @@ constexpr std::pair<Feature, Feature> needs[] = {
     {Feature::closed_joints, Feature::joints},
     {Feature::screws, Feature::joints},
     {Feature::facets, Feature::hulls},
+    {Feature::seams, Feature::manifolds},
     {Feature::shape_trees, Feature::contacts},
     {Feature::shear_springs, Feature::particles},
     {Feature::impact_laws, Feature::contacts},
@@ -79,6 +80,9 @@ void expect_step_settings(const StepParams<real>& params) {
   };
   StepParams<real> p = params;
   if (p.position_sweeps == 0) p.position_sweeps = 1;
+  for (const real x : {p.slop, p.slop_share}) expect("slop", x);
+  for (const real x : {p.margin, p.margin_share}) expect("margin", x);
+  for (const real x : {p.correction_limit, p.correction_limit_share}) expect("correction_limit", x);
 #define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) expect(#name, p.name);
 #define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) expect(#name, p.name);
 #include "kernels/step_settings.def"
@@ -211,6 +215,20 @@ void expect_starts(Buffer buffer, const std::vector<u32>& starts, std::size_t ro
   if (starts[0] != 0) refuse(buffer, 0, "does not start at 0");
   for (std::size_t k = 1; k < starts.size(); ++k)
     if (starts[k] < starts[k - 1] || starts[k] > rows) refuse(buffer, k, "is out of order");
+}
+
+// Shapes that cover edges of others are boxes and hulls.
+template <class real>
+void expect_seams(const Buffers<real>& b, const Sizes& sizes) {
+  expect_starts(Buffer::seam_starts, b.seam_starts, sizes.seams);
+  for (std::size_t k = 0; k < b.seams.size(); ++k) {
+    const Seam<real>& seam = b.seams[k];
+    if (seam.kind != SHAPE_BOX && (seam.kind != SHAPE_HULL || seam.hull >= sizes.hulls))
+      refuse(Buffer::seams, k, "is no box and no hull");
+  }
+  for (std::size_t i = 0; i < b.shape_infos.size(); ++i)
+    if ((b.shape_infos[i].flags & SHAPE_HAS_SEAMS) != 0 && b.seam_starts.empty())
+      refuse(Buffer::shape_infos, i, "has seams, of which the features say nothing");
 }
 
 template <class real>
@@ -351,6 +369,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   if (has(state.features, Feature::contacts)) expect_shape_trees(state);
   expect_impact_laws(state.buffers);
   expect_hulls(state.buffers, state.sizes);
+  expect_seams(state.buffers, state.sizes);
   expect_joints(state.buffers, state.sizes);
   expect_articulations(state);
   expect_cell_sizes(state.buffers);

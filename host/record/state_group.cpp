@@ -56,6 +56,7 @@ Sizes stored_sizes(hid_t group, Features features) {
   sizes.hull_faces = stored_rows(group, Buffer::hull_faces);
   sizes.hull_edges = stored_rows(group, Buffer::hull_edges);
   sizes.hull_corners = stored_rows(group, Buffer::hull_corners);
+  sizes.seams = stored_rows(group, Buffer::seams);
   sizes.joints = stored_rows(group, Buffer::joint_infos);
   sizes.joint_blocks = stored_rows(group, Buffer::joint_lanes);
   const u32 phases = stored_rows(group, Buffer::joint_phases);  // one more than there are

@@ -47,15 +47,19 @@ void Monitor::note(Criterion criterion, double value, u32 step) {
   judgement.worst_step = step;
 }
 
-void Monitor::note_energy(double energy, double kinetic, double seconds, double overlap, u32 step) {
+// What began inside each other is pushed apart for as long as it comes apart, which takes energy.
+void Monitor::note_separation(double overlap) {
+  const bool is_first = std::isinf(last_overlap_);
+  is_separating_ = (is_first || is_separating_) && overlap > least_overlap && overlap < last_overlap_;
+  last_overlap_ = overlap;
+}
+
+void Monitor::note_energy(double energy, double kinetic, double seconds, u32 step) {
   const double of_its_own = energy - budget_.power * seconds;
   if (!budget_.has_springs || std::isinf(least_energy_)) least_energy_ = std::min(least_energy_, of_its_own);
   most_kinetic_ = std::max(most_kinetic_, kinetic);
   const double scale = most_kinetic_ + budget_.negligible, gain = of_its_own - least_energy_;
   note(Criterion::energy_gain, scale > 0 ? gain / scale : 0, step);
-  // what began inside each other is pushed apart for as long as it comes apart, which takes energy
-  is_separating_ = is_separating_ && overlap > least_overlap && overlap < last_overlap_;
-  last_overlap_ = overlap;
   if (is_separating_) least_energy_ = std::numeric_limits<double>::infinity();
 }
 
@@ -67,9 +71,10 @@ void Monitor::observe(std::span<const u32> counters, const StepParams<real>& par
   note(Criterion::speed, maximum(counters, COUNTER_MAX_SPEED), steps_done);
   overlap_m_ = std::max(overlap_m_, maximum(counters, COUNTER_MAX_OVERLAP));
   separation_m_ = std::max(separation_m_, maximum(counters, COUNTER_MAX_JOINT_SEPARATION));
+  note_separation(maximum(counters, COUNTER_MAX_OVERLAP_RATIO));
   if (params.units_per_joule > 0)
     note_energy(energy(counters, COUNTER_ENERGY, params), energy(counters, COUNTER_KINETIC, params), dt_ * steps_done,
-                maximum(counters, COUNTER_MAX_OVERLAP_RATIO), steps_done);
+                steps_done);
 }
 
 void Monitor::observe(const Measures& measures, u32 steps_done) {
@@ -84,7 +89,7 @@ void Monitor::observe(const Measures& measures, u32 steps_done) {
     note(Criterion::joint_angle, measures.joint_drift->angle, steps_done);
     separation_m_ = std::max(separation_m_, measures.joint_drift->separation);
   }
-  note_energy(measures.energy(), kinetic, dt_ * steps_done, last_overlap_, steps_done);
+  note_energy(measures.energy(), kinetic, dt_ * steps_done, steps_done);
 }
 
 bool Monitor::is_worse() {

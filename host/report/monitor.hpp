@@ -42,13 +42,14 @@ class Monitor {
 
  private:
   void note(Criterion criterion, double value, u32 step);
-  void note_energy(double energy, double kinetic, double seconds, double overlap, u32 step);
+  void note_separation(double overlap);
+  void note_energy(double energy, double kinetic, double seconds, u32 step);
 
   Verdict verdict_;
   std::array<double, criterion_count> initial_;  // the figures that were seen first; negative before
   EnergyBudget budget_;
   double dt_;
-  bool is_separating_ = true;  // what began inside each other
+  bool is_separating_ = false;  // what began inside each other
   double last_overlap_ = std::numeric_limits<double>::infinity();
   double least_energy_;      // of those that were seen, less what motors may have added until then, J
   double most_kinetic_ = 0;  // J

@@ -134,6 +134,15 @@ Json unsolved_worst(const Report& report) {
           {"stop", stop_name(unsolved.worst_stop)}};
 }
 
+Json shape_tolerances(const Report& report) {
+  Json json = Json::object();
+  for (const ShapeTolerance& tolerance : report.shape_tolerances) {
+    json[tolerance.name] = {{"given", number_or_null(tolerance.given)},
+                            {"share_of_radius", tolerance.given ? Json(nullptr) : Json(tolerance.share)}};
+  }
+  return json;
+}
+
 }  // namespace
 
 double Report::body_steps_per_second() const {
@@ -161,6 +170,7 @@ std::string to_json(const Report& report) {
                {"substeps", report.substeps},
                {"iterations", report.iterations},
                {"tolerance", report.tolerance},
+               {"shape_tolerances", shape_tolerances(report)},
                {"contacts_max", report.contacts_max},
                {"steps_redone", report.steps_redone},
                {"steps_measured", report.steps_measured},

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host/report/measures.hpp"
+#include "host/shape_tolerance.hpp"
 #include "host/verdict.hpp"
 
 namespace lockstep {
@@ -25,6 +26,7 @@ struct Report {
   bool interrupted = false;  // ended before its last step because it was asked to
   double dt = 0;             // of a step, s
   double tolerance = 0;      // m/s; 0 where all iterations are made
+  std::array<ShapeTolerance, 3> shape_tolerances = {};
   u32 contacts_max = 0, steps_redone = 0, steps_measured = 0;
 
   // speed: all but the total leave the first step out, which warms up

@@ -12,6 +12,7 @@
 #include "host/scene/compile_oracle.hpp"
 #include "host/scene/compile_particles.hpp"
 #include "host/scene/compile_partitions.hpp"
+#include "host/scene/compile_seams.hpp"
 #include "host/scene/compile_shape_trees.hpp"
 #include "host/scene/compile_sleeping.hpp"
 #include "host/scene/friction_pairs.hpp"
@@ -20,6 +21,7 @@
 #include "host/scene/rounding.hpp"
 #include "host/scene/shape_kinds.hpp"
 #include "host/scene/shape_size.hpp"
+#include "host/scene/shape_tolerances.hpp"
 #include "host/scene/step_params.hpp"
 #include "host/scene/surface.hpp"
 #include "host/scene/touching.hpp"
@@ -264,7 +266,8 @@ void Compiler<real>::add_material_pairs(const Scene& scene) {
     buffers().angular_friction_pairs.push_back({rounded<real>(pair.torsion_radius, "torsional friction", origin),
                                                 rounded<real>(pair.rolling_coefficient, "rolling friction", origin)});
     buffers().static_friction_pairs.push_back({rounded<real>(pair.static_friction, "static friction", origin),
-                                               rounded<real>(pair.stick_speed, "stick speed", origin)});
+                                               rounded<real>(pair.stick_speed.value_or(0), "stick speed", origin),
+                                               pair.stick_speed ? real(0) : real(stick_speed_share)});
     buffers().anisotropy_pairs.push_back(
         {rounded<real>(pair.across, "friction across", origin), pair.axis_of_b ? 1u : 0u, 0});
     angular_friction_ = angular_friction_ || pair.has_further_friction();
@@ -340,6 +343,7 @@ void Compiler<real>::set_features() {
   }
   if (has(features, Feature::contacts)) {
     compile_shape_trees(state_);
+    compile_seams(worlds_, state_);
     features = with(features, broad_phase());
   }
   if (has(features, Feature::contacts) && other_laws_) {

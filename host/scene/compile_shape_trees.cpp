@@ -3,20 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "host/scene/extents.hpp"
+
 namespace lockstep {
 
 namespace {
-
-struct Box {
-  Vector3 low = {1e300, 1e300, 1e300}, high = {-1e300, -1e300, -1e300};
-
-  void unite(const Box& other) {
-    for (unsigned k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], other.low[k]);
-      high[k] = std::max(high[k], other.high[k]);
-    }
-  }
-};
 
 template <class real>
 Vector3 offset_of(const Shape<real>& shape) {
@@ -26,7 +17,7 @@ Vector3 offset_of(const Shape<real>& shape) {
 // Around a shape, in the frame of its body: as cpu_reference/shape_bound.hpp, but that round ones take their bounding
 // radius.
 template <class real>
-Box box_of(const Shape<real>& shape, u32 kind) {
+Extents box_of(const Shape<real>& shape, u32 kind) {
   const Quaternion rotation = {double(shape.rotation[0]), double(shape.rotation[1]), double(shape.rotation[2]),
                                double(shape.rotation[3])};
   const Vector3 center = offset_of(shape);
@@ -41,7 +32,7 @@ Box box_of(const Shape<real>& shape, u32 kind) {
       for (unsigned k = 0; k < 3; ++k) half[k] += std::abs(rotated[k]);
     }
   }
-  Box box;
+  Extents box;
   for (unsigned k = 0; k < 3; ++k) {
     const double slack =
         2e-5 * bounding_radius + 1e-6 * std::abs(center[k]);  // covers the rounding of who looks for it
@@ -52,7 +43,7 @@ Box box_of(const Shape<real>& shape, u32 kind) {
 }
 
 // Along Morton's curve through a box (cpu_reference/tree.hpp): a guess at what lies together.
-u32 curve_key(const Vector3& at, const Box& box) {
+u32 curve_key(const Vector3& at, const Extents& box) {
   constexpr u32 bits = 10;
   double width = 0;
   for (unsigned k = 0; k < 3; ++k) width = std::max(width, box.high[k] - box.low[k]);
@@ -66,7 +57,7 @@ u32 curve_key(const Vector3& at, const Box& box) {
 }
 
 template <class real>
-void set_box(BoxBlock<real>& block, u32 k, const Box& box) {
+void set_box(BoxBlock<real>& block, u32 k, const Extents& box) {
   real* const low[] = {block.low_x, block.low_y, block.low_z};
   real* const high[] = {block.high_x, block.high_y, block.high_z};
   for (unsigned axis = 0; axis < 3; ++axis) {
@@ -118,7 +109,7 @@ class Forest {
     tree.first_item = count(b_.shape_tree_items);
     tree.item_count = count(items);
     tree.first_block = count(b_.shape_tree_blocks);
-    Box whole;
+    Extents whole;
     double radius = 0;
     for (const u32 i : items) {
       const Shape<real>& shape = b_.shapes[i];
@@ -132,20 +123,20 @@ class Forest {
     b_.shape_tree_items.insert(b_.shape_tree_items.end(), items.begin(), items.end());
     b_.shape_trees.push_back(tree);
 
-    std::vector<Box> boxes;
+    std::vector<Extents> boxes;
     for (const u32 i : items) boxes.push_back(box_of(b_.shapes[i], b_.shape_infos[i].kind));
     add_levels(std::move(boxes));
   }
 
   // From the lowest up, until one block holds all.
-  void add_levels(std::vector<Box> boxes) {
+  void add_levels(std::vector<Extents> boxes) {
     for (;;) {
-      std::vector<Box> above;
+      std::vector<Extents> above;
       for (std::size_t e = 0; e < boxes.size(); e += PACK) {
         BoxBlock<real>& block = b_.shape_tree_blocks.emplace_back();
-        Box& united = above.emplace_back();
+        Extents& united = above.emplace_back();
         for (u32 k = 0; k < PACK; ++k) {
-          const Box box = e + k < boxes.size() ? boxes[e + k] : Box{};
+          const Extents box = e + k < boxes.size() ? boxes[e + k] : Extents{};
           set_box(block, k, box);
           united.unite(box);
         }

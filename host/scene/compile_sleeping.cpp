@@ -1,9 +1,13 @@
 #include "host/scene/compile_sleeping.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "host/error.hpp"
+#include "host/scene/exact_math.hpp"
 #include "host/scene/rounding.hpp"
+#include "host/scene/shape_tolerances.hpp"
 
 namespace lockstep {
 
@@ -13,6 +17,28 @@ u32 sleep_steps(double after, double dt) {
   const double wanted = steps - whole <= 1e-9 * whole ? whole : whole + 1;
   return wanted < 1 ? 1u : wanted < double(NONE) ? static_cast<u32>(wanted) : NONE;
 }
+
+namespace {
+
+// The speed below which a body is slow, of its radius about the centre of mass: of its shapes, or of gyration.
+template <class real>
+void follow_bodies(Buffers<real>& buffers) {
+  std::vector<double> radii(buffers.body_infos.size(), 0);
+  for (std::size_t i = 0; i < buffers.shapes.size(); ++i) {
+    const Shape<real>& shape = buffers.shapes[i];
+    const Vector3 offset = {double(shape.offset[0]), double(shape.offset[1]), double(shape.offset[2])};
+    double& radius = radii[buffers.shape_infos[i].body];
+    radius = std::max(radius, exact::length(offset) + double(shape.bounding_radius));
+  }
+  for (std::size_t i = 0; i < radii.size(); ++i) {
+    const Mass<real>& mass = buffers.masses[i];
+    const double inertia = double(std::max({mass.inertia[0], mass.inertia[1], mass.inertia[2]}));
+    if (mass.mass > 0) radii[i] = std::max(radii[i], exact::square_root(inertia / double(mass.mass)));
+    buffers.sleep_laws[i].speed = static_cast<real>(sleep_speed_share * radii[i]);
+  }
+}
+
+}  // namespace
 
 template <class real>
 void compile_sleeping(const Scene& scene, InitialState<real>& state) {
@@ -39,9 +65,10 @@ void compile_sleeping(const Scene& scene, InitialState<real>& state) {
   state.features = with(state.features, Feature::sleeping);
   const Origin origin = {scene};
   const SleepSettings& law = *settings.sleeping;
-  const SleepLaw<real> rounded_law = {rounded<real>(law.speed, "sleeping/speed", origin),
-                                      rounded<real>(law.angular_speed, "sleeping/angular_speed", origin)};
-  state.buffers.sleep_laws.assign(state.sizes.worlds, rounded_law);
+  const SleepLaw<real> given = {rounded<real>(law.speed.value_or(0), "sleeping/speed", origin),
+                                rounded<real>(law.angular_speed, "sleeping/angular_speed", origin)};
+  state.buffers.sleep_laws.assign(state.buffers.body_infos.size(), given);
+  if (!law.speed) follow_bodies(state.buffers);
   state.buffers.sleep_steps.assign(state.sizes.worlds, sleep_steps(law.after, settings.dt));
   state.buffers.sleepers.assign(state.buffers.body_infos.size(), {0, NONE});
 }

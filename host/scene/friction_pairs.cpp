@@ -11,10 +11,6 @@ namespace lockstep {
 
 namespace {
 
-// m/s: faster than what is left of a contact at rest by a few sweeps, and than what gravity gives on a slope in the
-// first sub-step of a soft contact, which carries nothing yet; slower than what the eye takes for a slide.
-constexpr double default_stick_speed = 1e-2;
-
 void validate(const Scene& scene, const std::string& location, double friction, const FurtherFriction& owner) {
   const auto refuse = [&](const char* key, const std::string& what) {
     throw Error(Failure::input, fmt::format("{}: {}/{}", scene.source, location, key), what);
@@ -40,8 +36,8 @@ PairFriction meet(const Material& material_a, const Material& material_b) {
   if (a.static_friction || b.static_friction) {
     pair.static_friction = exact::square_root(a.static_friction.value_or(material_a.friction) *
                                               b.static_friction.value_or(material_b.friction));
-    pair.stick_speed = a.stick_speed || b.stick_speed ? std::max(a.stick_speed.value_or(0), b.stick_speed.value_or(0))
-                                                      : default_stick_speed;
+    if (a.stick_speed || b.stick_speed)
+      pair.stick_speed = std::max(a.stick_speed.value_or(0), b.stick_speed.value_or(0));
   }
   pair.torsion_radius =
       torsion_radius(std::max(a.torsional_friction.value_or(0), b.torsional_friction.value_or(0)), pair.sliding);
@@ -71,7 +67,7 @@ std::vector<PairFriction> friction_pairs_of(const Scene& scene) {
     const double torsional = rule.further.torsional_friction.value_or(pair.torsion_radius * pair.sliding);
     pair.sliding = rule.friction;
     pair.static_friction = rule.further.static_friction.value_or(rule.friction);
-    if (rule.further.static_friction) pair.stick_speed = rule.further.stick_speed.value_or(default_stick_speed);
+    if (rule.further.static_friction) pair.stick_speed = rule.further.stick_speed;
     pair.torsion_radius = torsion_radius(torsional, pair.sliding);
     pair.rolling_coefficient = rule.further.rolling_friction.value_or(pair.rolling_coefficient);
     pairs[rule.material_b * materials.size() + rule.material_a] = pair;

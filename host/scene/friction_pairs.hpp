@@ -1,6 +1,7 @@
 // The friction of each pair of materials of a scene.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "host/scene/scene.hpp"
@@ -8,11 +9,11 @@
 namespace lockstep {
 
 struct PairFriction {
-  double sliding = 0;              // mu of what slides
-  double static_friction = 0;      // mu of what slides slower than stick_speed; no less than `sliding`
-  double stick_speed = 0;          // m/s
-  double torsion_radius = 0;       // m (kernels/friction_types.h)
-  double rolling_coefficient = 0;  // m
+  double sliding = 0;                 // mu of what slides
+  double static_friction = 0;         // mu of what slides slower than stick_speed; no less than `sliding`
+  std::optional<double> stick_speed;  // m/s; unset: it follows the smaller of two shapes
+  double torsion_radius = 0;          // m (kernels/friction_types.h)
+  double rolling_coefficient = 0;     // m
 
   double across = 1;       // mu across the axis of anisotropy, over that along it
   bool axis_of_b = false;  // whose the axis is

@@ -31,7 +31,8 @@ void append(const Surface& surface, u32 index, Buffers<real>& b) {
   const auto count = [](const auto& elements) { return static_cast<u32>(elements.size()); };
   const Facet& facet = surface.facets[index];
   const Vector3 middle = middle_of_facet(surface, index);
-  b.hulls.push_back({count(b.hull_vertices), 3, count(b.hull_faces), 1, count(b.hull_edges), 3, facet.owned, 0});
+  b.hulls.push_back(
+      {count(b.hull_vertices), 3, count(b.hull_faces), 1, count(b.hull_edges), 3, facet.owned, facet.rim});
   const std::vector<Vector3> corners = corners_of_facet(surface, index);
   for (const Vector3& corner : corners) b.hull_vertices.push_back(entry<real>(corner, 0));
   b.hull_planes.push_back(entry<real>(facet.normal, exact::dot(facet.normal, corners[0])));

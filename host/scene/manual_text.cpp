@@ -53,8 +53,9 @@ std::string initial_text(const SettingInfo& row) {
   if (*row.bounds.in_words) return row.bounds.in_words;
   if (is_named(row, "sleeping")) {
     std::string values;
-    for_each_sleep_setting(SleepSettings(), [&](const SettingInfo&, double x) {
-      values += fmt::format("{}{}", values.empty() ? "`false`; " : ", ", x);
+    for_each_sleep_setting(SleepSettings(), [&](const SettingInfo& key, const auto& x) {
+      values += values.empty() ? "`false`; " : ", ";
+      values += *key.bounds.in_words ? key.bounds.in_words : fmt::format("{}", std::optional<double>(x).value_or(0));
     });
     return values;
   }
@@ -102,8 +103,9 @@ ordered_json schema_of(const SettingInfo& row, const ordered_json& initial);
 
 ordered_json schema_of_sleeping() {
   ordered_json keys;
-  for_each_sleep_setting(SleepSettings(),
-                         [&](const SettingInfo& key, double x) { keys[key.name] = schema_of(key, x); });
+  for_each_sleep_setting(SleepSettings(), [&](const SettingInfo& key, const std::optional<double>& x) {
+    keys[key.name] = schema_of(key, x ? ordered_json(*x) : ordered_json());
+  });
   return {{"oneOf",
            {{{"type", "boolean"}, {"default", false}},
             {{"type", "object"}, {"additionalProperties", false}, {"properties", keys}}}}};

@@ -30,7 +30,7 @@ constexpr SettingInfo rows[] = {
 };
 
 constexpr SettingInfo sleep_rows[] = {
-#define SLEEP_SETTING(name, initial, bounds, unit, meaning) \
+#define SLEEP_SETTING(type, name, initial, bounds, unit, meaning) \
   {#name, bounds, unit, SettingGroup::bodies, Acts::scene, meaning},
 #include "host/settings.def"
 };
@@ -62,6 +62,15 @@ void read(const JsonNode& node, const Bounds& bounds, u32& x) { x = node.integer
 
 void read(const JsonNode& node, const Bounds&, bool& x) { x = node.boolean(); }
 
+template <class Name>
+requires std::is_enum_v<Name> || std::is_same_v<Name, std::string>
+void read(const JsonNode& node, const Bounds& bounds, Name& name) { name = node.choice(bounds.noun, names_of(Name())); }
+
+template <class T>
+void read(const JsonNode& node, const Bounds& bounds, std::optional<T>& setting) {
+  read(node, bounds, setting.emplace());
+}
+
 // true and false stand for what is usual, and for none.
 void read(const JsonNode& node, const Bounds&, std::optional<SleepSettings>& sleeping) {
   sleeping.reset();
@@ -71,18 +80,9 @@ void read(const JsonNode& node, const Bounds&, std::optional<SleepSettings>& sle
   std::vector<std::string_view> keys;
   for (const SettingInfo& row : columns::sleep_rows) keys.push_back(row.name);
   node.expect_object(keys);
-  for_each_sleep_setting(*sleeping, [&](const SettingInfo& row, double& x) {
+  for_each_sleep_setting(*sleeping, [&](const SettingInfo& row, auto& x) {
     if (node.has(row.name)) read(node.at(row.name), row.bounds, x);
   });
-}
-
-template <class Name>
-requires std::is_enum_v<Name> || std::is_same_v<Name, std::string>
-void read(const JsonNode& node, const Bounds& bounds, Name& name) { name = node.choice(bounds.noun, names_of(Name())); }
-
-template <class T>
-void read(const JsonNode& node, const Bounds& bounds, std::optional<T>& setting) {
-  read(node, bounds, setting.emplace());
 }
 
 // What an option says, as a scene file would: text where it is no number.
@@ -111,14 +111,16 @@ void put(nlohmann::ordered_json& object, const SettingInfo& row, const T& settin
   }
 }
 
-void put(nlohmann::ordered_json& object, const SettingInfo& row, const SleepSettings& sleeping) {
-  nlohmann::ordered_json& keys = object[row.name];
-  for_each_sleep_setting(sleeping, [&](const SettingInfo& each, double x) { keys[each.name] = x; });
-}
+void put(nlohmann::ordered_json& object, const SettingInfo& row, const SleepSettings& sleeping);
 
 template <class T>
 void put(nlohmann::ordered_json& object, const SettingInfo& row, const std::optional<T>& setting) {
   if (setting) put(object, row, *setting);
+}
+
+void put(nlohmann::ordered_json& object, const SettingInfo& row, const SleepSettings& sleeping) {
+  nlohmann::ordered_json& keys = object[row.name];
+  for_each_sleep_setting(sleeping, [&](const SettingInfo& each, const auto& x) { put(keys, each, x); });
 }
 
 [[noreturn]] void refuse(const SettingInfo& row, const std::string& rule, const std::string& value) {
@@ -133,13 +135,15 @@ void check(const SettingInfo& row, const std::string& x) {
   if (x != "float" && x != "double") refuse(row, "float or double", x);
 }
 
-void check(const SettingInfo&, const SleepSettings& sleeping) {
-  for_each_sleep_setting(sleeping, [](const SettingInfo& row, double x) { check(row, x); });
-}
+void check(const SettingInfo&, const SleepSettings& sleeping);
 
 template <class T>
 void check(const SettingInfo& row, const std::optional<T>& x) {
   if (x) check(row, *x);
+}
+
+void check(const SettingInfo&, const SleepSettings& sleeping) {
+  for_each_sleep_setting(sleeping, [](const SettingInfo& row, const auto& x) { check(row, x); });
 }
 
 // The types of C++ keep these within their bounds.

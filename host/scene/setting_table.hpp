@@ -62,7 +62,7 @@ void for_each_scene_setting(Owner&& settings, Function&& function) {
 template <class Owner, class Function>
 void for_each_sleep_setting(Owner&& settings, Function&& function) {
   auto row = sleep_setting_infos().begin();
-#define SLEEP_SETTING(name, initial, bounds, unit, meaning) function(*row++, settings.name);
+#define SLEEP_SETTING(type, name, initial, bounds, unit, meaning) function(*row++, settings.name);
 #include "host/settings.def"
 }
 

@@ -102,7 +102,7 @@ using BySolver = std::optional<T>;
 
 /// When islands fall asleep (docs/sleeping.md).
 struct SleepSettings {
-#define SLEEP_SETTING(name, initial, bounds, unit, meaning) double name = initial;
+#define SLEEP_SETTING(type, name, initial, bounds, unit, meaning) type name = initial;
 #include "host/settings.def"
 };
 

@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "host/scene/rounding.hpp"
+#include "host/scene/shape_tolerances.hpp"
 #include "host/scene/spring.hpp"
 
 namespace lockstep {
@@ -61,6 +62,12 @@ StepParams<real> make_params(const Scene& scene, const Sizes& sizes, Features fe
   const Correction correction = correction_of(settings);
   p.correction = rounded<real>(correction.share, "correction", origin);
   p.softness = rounded<real>(correction.softness, "contact_frequency, contact_damping: the softness", origin);
+  real* const given[] = {&p.slop, &p.margin, &p.correction_limit};
+  real* const shares[] = {&p.slop_share, &p.margin_share, &p.correction_limit_share};
+  for (std::size_t i = 0; const ShapeTolerance& tolerance : shape_tolerances(settings)) {
+    *given[i] = rounded<real>(tolerance.given.value_or(0), tolerance.name, origin);
+    *shares[i++] = tolerance.given ? real(0) : real(tolerance.share);
+  }
 #define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) \
   p.name = rounded<real>(number_of(settings.name), #name, origin);
 #define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) p.name = count_of(settings.name);

@@ -34,8 +34,13 @@ class SurfaceMaker {
     if (flaw.empty()) flaw = find_normals();
     if (!flaw.empty()) return flaw;
     at_vertex_.resize(mesh().vertices.size());
+    at_rim_.resize(mesh().vertices.size(), false);
     for (u32 t = 0; t < mesh().triangles.size(); ++t) {
-      for (const u32 vertex : mesh().triangles[t]) at_vertex_[vertex].push_back(t);
+      for (unsigned k = 0; k < 3; ++k) {
+        const u32 vertex = mesh().triangles[t][k], next = mesh().triangles[t][(k + 1) % 3];
+        at_vertex_[vertex].push_back(t);
+        if (!edges_.contains({next, vertex})) at_rim_[vertex] = at_rim_[next] = true;
+      }
     }
     for (u32 t = 0; t < mesh().triangles.size(); ++t) {
       for (unsigned k = 0; k < 3; ++k) {
@@ -57,6 +62,7 @@ class SurfaceMaker {
   Surface surface_;
   TrianglesAtEdges edges_;
   std::vector<std::vector<u32>> at_vertex_;
+  std::vector<bool> at_rim_;
 };
 
 std::string SurfaceMaker::find_normals() {
@@ -101,6 +107,13 @@ void SurfaceMaker::find_corner(u32 t, unsigned k) {
   }
   std::sort(around.begin(), around.end());
   around.erase(std::unique(around.begin(), around.end()), around.end());
+  if (at_rim_[vertex]) {  // whatever is level or rises there, beyond it nothing is
+    Facet& facet = surface_.facets[t];
+    facet.around[k] = std::move(around);
+    facet.rim |= 1u << k;
+    if (t == at_vertex_[vertex].front()) facet.owned |= 8u << k;
+    return;
+  }
   if (sum == Vector3{0, 0, 0}) return;
   const Vector3 up = unit(sum);
   double lowest = 1, highest = -1;  // sines

@@ -12,8 +12,8 @@ namespace lockstep {
 struct Facet {
   Vector3 normal;                          // unit, out of the solid
   std::array<Vector3, 3> across;           // the right side of each edge, as Hull in kernels/types.h says
-  std::array<std::vector<u32>, 3> around;  // of corners that nothing rises above: those around them
-  u32 owned = 0;                           // as Hull::owned
+  std::array<std::vector<u32>, 3> around;  // of corners that nothing rises above, or at the rim: those around them
+  u32 owned = 0, rim = 0;                  // as those of Hull
 };
 
 struct Surface {

@@ -266,7 +266,7 @@ class Suspicions {
     Lines lines(lines_);
     for (const FirstContact& c : contacts_) {
       const double depth = -c.gap, size = std::min(thickness_of(shape_a(c)), thickness_of(shape_b(c)));
-      if (depth <= scene_.settings.slop || depth <= deep * size) continue;
+      if (depth <= scene_.settings.slop.value_or(0) || depth <= deep * size) continue;
       const bool a_moves = is_dynamic(scene_.bodies[c.body_a]);
       const u32 mover = a_moves ? c.body_a : c.body_b, other = a_moves ? c.body_b : c.body_a;
       const bool below = (a_moves ? shape_b(c) : shape_a(c)).kind == SHAPE_PLANE;

@@ -19,6 +19,11 @@ typedef struct BoxPair {
   Lane3 t;
 } BoxPair;
 
+// The separating axis: its code, and that of the best pair of edges.
+typedef struct BoxAxis {
+  lane separation, code, edges;
+} BoxAxis;
+
 static inline Lane3 lane_pick3(lane_mask first, lane_mask second, Lane3 a, Lane3 b, Lane3 c) {
   return lane_make3(BOX_PICK(first, second, a.x, b.x, c.x), BOX_PICK(first, second, a.y, b.y, c.y),
                     BOX_PICK(first, second, a.z, b.z, c.z));
@@ -32,6 +37,12 @@ LANE_INLINE BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
   return pair;
 }
 
+// By how much the faces of b have to be better than those of a, and edges than faces, in parts of the smallest half
+// extent; and the squared sine below which two edges are parallel.
+#define FACE_PREFERENCE 0.01
+#define EDGE_PREFERENCE 0.03
+#define PARALLEL_EDGES 1e-4
+
 // ---- the separating axis -----------------------------------------------------------------------------------------
 
 #define BOX_LARGER(best, code, separation, c) \
@@ -42,24 +53,29 @@ LANE_INLINE BoxPair box_pair(const LaneBox* a, const LaneBox* b) {
   }
 
 // An edge of a along an axis with an edge of b: their cross product has the parts nu and nv along the other two axes.
-#define BOX_EDGE(nu_, nv_, tu, tv, au, av, o1u, o1v, o2u, o2v, h1, h2, c)                               \
-  {                                                                                                     \
-    const lane nu = nu_, nv = nv_, length = nu * nu + nv * nv;                                          \
-    const lane p = fabs(nu * tu + nv * tv) - (fabs(nu) * au + fabs(nv) * av) -                          \
-                   (fabs(nu * o1u + nv * o1v) * h1 + fabs(nu * o2u + nv * o2v) * h2);                   \
-    const lane square = p * fabs(p);                                                                    \
-    const lane_mask better = (length >= LANE_OF(1e-4)) & (square * edge_length > edge_square * length); \
-    edge_square = better ? square : edge_square;                                                        \
-    edge_length = better ? length : edge_length;                                                        \
-    edge_code = better ? LANE_OF(c) : edge_code;                                                        \
+#define BOX_EDGE(nu_, nv_, tu, tv, au, av, o1u, o1v, o2u, o2v, h1, h2, c)                                         \
+  {                                                                                                               \
+    const lane nu = nu_, nv = nv_, length = nu * nu + nv * nv;                                                    \
+    const lane p = fabs(nu * tu + nv * tv) - (fabs(nu) * au + fabs(nv) * av) -                                    \
+                   (fabs(nu * o1u + nv * o1v) * h1 + fabs(nu * o2u + nv * o2v) * h2);                             \
+    const lane square = p * fabs(p);                                                                              \
+    const lane_mask better = (length >= LANE_OF(PARALLEL_EDGES)) & (square * edge_length > edge_square * length); \
+    edge_square = better ? square : edge_square;                                                                  \
+    edge_length = better ? length : edge_length;                                                                  \
+    edge_code = better ? LANE_OF(c) : edge_code;                                                                  \
   }
 #define BOX_EDGES_OF(i, U, V, sign_u, sign_v, tu, tv, au, av)                                           \
   BOX_EDGE(sign_u r.x.V, sign_v r.x.U, tu, tv, au, av, r.y.U, r.y.V, r.z.U, r.z.V, b.y, b.z, 6 + 3 * i) \
   BOX_EDGE(sign_u r.y.V, sign_v r.y.U, tu, tv, au, av, r.z.U, r.z.V, r.x.U, r.x.V, b.z, b.x, 7 + 3 * i) \
   BOX_EDGE(sign_u r.z.V, sign_v r.z.U, tu, tv, au, av, r.x.U, r.x.V, r.y.U, r.y.V, b.x, b.y, 8 + 3 * i)
 
-// Returns the separation; the code is 0 .. 2 for faces of a, 3 .. 5 for faces of b, 6 + 3 i + j for edges.
-LANE_INLINE lane box_axis(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair, lane* code) {
+static inline lane box_smallest(Lane3 v) { return lane_less(v.z, lane_less(v.y, v.x)); }
+static inline lane box_least(const LaneBox* a, const LaneBox* b) {
+  return lane_less(box_smallest(b->extents), box_smallest(a->extents));
+}
+
+// The code is 0 .. 2 for faces of a, 3 .. 5 for faces of b, 6 + 3 i + j for edges.
+LANE_INLINE BoxAxis box_axis(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair) {
   const LaneAxes r = pair->r;
   const Lane3 x = lane_absolute3(r.x), y = lane_absolute3(r.y), z = lane_absolute3(r.z);
   const Lane3 a = box_a->extents, b = box_b->extents, t = pair->t;
@@ -74,14 +90,35 @@ LANE_INLINE lane box_axis(const LaneBox* box_a, const LaneBox* box_b, const BoxP
   BOX_EDGES_OF(1, x, z, +, -, t.x, t.z, a.x, a.z)
   BOX_EDGES_OF(2, x, y, -, +, t.x, t.y, a.x, a.y)
   const lane root = sqrt(fabs(edge_square) / edge_length);
-  const lane size = a.x + a.y + a.z + b.x + b.y + b.z;
-  const lane_mask deep = on_a < LANE_OF(-0.01) * size;
-  const lane_mask take_b = on_b > on_a + (deep ? LANE_OF(2.5e-6) : LANE_OF(1e-5)) * size;
-  lane best = take_b ? on_b : on_a;
-  *code = take_b ? code_b : code_a;
-  const lane edge = (edge_square < LANE_OF(0) ? -root : root) - (deep ? LANE_OF(2.5e-6) : LANE_OF(1e-4)) * size;
-  *code = edge > best ? edge_code : *code;
-  return edge > best ? edge : best;
+  const lane least = box_least(box_a, box_b);
+  const lane_mask take_b = on_b > on_a + LANE_OF(FACE_PREFERENCE) * least;
+  BoxAxis axis;
+  axis.separation = take_b ? on_b : on_a;
+  axis.code = take_b ? code_b : code_a;
+  axis.edges = edge_code;
+  const lane edge = (edge_square < LANE_OF(0) ? -root : root) - LANE_OF(EDGE_PREFERENCE) * least;
+  const lane_mask take_edges = edge > axis.separation;
+  axis.separation = take_edges ? edge : axis.separation;
+  axis.code = take_edges ? edge_code : axis.code;
+  return axis;
+}
+
+// The axis of a code, in the frame of a; of two edges as long as the sine of their angle.
+LANE_INLINE Lane3 box_axis_along(const BoxPair* pair, lane code) {
+  const lane zero = LANE_OF(0), one = LANE_OF(1), e = code - LANE_OF(6);
+  const lane_mask is_edges = code >= LANE_OF(6), of_a = code < LANE_OF(3);
+  const lane of_edge = e >= LANE_OF(6) ? LANE_OF(2) : (e >= LANE_OF(3) ? one : zero);
+  const lane i = is_edges ? of_edge : code, j = is_edges ? e - LANE_OF(3) * of_edge : code - LANE_OF(3);
+  const Lane3 column = lane_pick3(j == zero, j == one, pair->r.x, pair->r.y, pair->r.z);
+  const Lane3 axis = lane_make3(i == zero ? one : zero, i == one ? one : zero, i == LANE_OF(2) ? one : zero);
+  return lane_select3(of_a, axis, lane_select3(is_edges, lane_cross3(axis, column), column));
+}
+
+// The normal of a code, in the frame of a, towards b.
+LANE_INLINE Lane3 box_normal(const BoxPair* pair, lane code) {
+  const Lane3 axis = box_axis_along(pair, code);
+  const lane side = lane_dot3(axis, pair->t) < LANE_OF(0) ? LANE_OF(-1) : LANE_OF(1);
+  return lane_scale3(code < LANE_OF(6) ? side : side / lane_length3(axis), axis);
 }
 
 // ---- points on a face --------------------------------------------------------------------------------------------
@@ -105,63 +142,77 @@ static inline lane box_crossing(lane_mask from_b, lane reference_edge, lane inci
   return from_b ? of_b : of_a;
 }
 
+// The axis along which a vector is longest, the first of equals, and how long it is along it.
+static inline lane box_longest_axis(Lane3 v, lane* length) {
+  const lane x = fabs(v.x), y = fabs(v.y), z = fabs(v.z);
+  const lane_mask past_x = y > x;
+  const lane larger = past_x ? y : x;
+  const lane_mask past_y = z > larger;
+  *length = past_y ? z : larger;
+  return past_y ? LANE_OF(2) : (past_x ? LANE_OF(1) : LANE_OF(0));
+}
+
 LANE_INLINE FacePair face_pair(const LaneBox* box_a, const LaneBox* box_b, const BoxPair* pair, lane code) {
   FacePair f;
-  f.from_b = code >= LANE_OF(3);
-  f.axis = f.from_b ? code - LANE_OF(3) : code;
-  const lane_mask k0 = f.axis == LANE_OF(0), k1 = f.axis == LANE_OF(1);
   const LaneAxes r = pair->r;
-  const Lane3 t = pair->t, back = lane_into_frame(r, t);
-#define BOX_SIDE(a, b) (f.from_b ? (a) : (b))
-  const Lane3 h = lane_make3(BOX_SIDE(box_b->extents.x, box_a->extents.x), BOX_SIDE(box_b->extents.y, box_a->extents.y),
-                             BOX_SIDE(box_b->extents.z, box_a->extents.z));
-  const Lane3 g = lane_make3(BOX_SIDE(box_a->extents.x, box_b->extents.x), BOX_SIDE(box_a->extents.y, box_b->extents.y),
-                             BOX_SIDE(box_a->extents.z, box_b->extents.z));
-  const Lane3 c = lane_make3(BOX_SIDE(LANE_OF(-1) * back.x, t.x), BOX_SIDE(LANE_OF(-1) * back.y, t.y),
-                             BOX_SIDE(LANE_OF(-1) * back.z, t.z));
-  const Lane3 row_x = lane_make3(BOX_SIDE(r.x.x, r.x.x), BOX_SIDE(r.x.y, r.y.x), BOX_SIDE(r.x.z, r.z.x));
-  const Lane3 row_y = lane_make3(BOX_SIDE(r.y.x, r.x.y), BOX_SIDE(r.y.y, r.y.y), BOX_SIDE(r.y.z, r.z.y));
-  const Lane3 row_z = lane_make3(BOX_SIDE(r.z.x, r.x.z), BOX_SIDE(r.z.y, r.y.z), BOX_SIDE(r.z.z, r.z.z));
-#undef BOX_SIDE
+  const lane zero = LANE_OF(0), one = LANE_OF(1);
+  const lane_mask is_face = code < LANE_OF(6);
+  const Lane3 n_a = box_normal(pair, code), n_b = lane_into_frame(r, n_a);
+  lane cosine_a, cosine_b, length;
+  const lane axis_a = box_longest_axis(n_a, &cosine_a), axis_b = box_longest_axis(n_b, &cosine_b);
+  f.from_b = (code >= LANE_OF(3)) & (is_face | (cosine_b > cosine_a + LANE_OF(1e-3)));
+  f.axis = f.from_b ? axis_b : axis_a;
+  const lane_mask k0 = f.axis == zero, k1 = f.axis == one;
+  const Lane3 t = pair->t;
+  const Lane3 h = lane_select3(f.from_b, box_b->extents, box_a->extents);
+  const Lane3 g = lane_select3(f.from_b, box_a->extents, box_b->extents);
+  const Lane3 c = lane_select3(f.from_b, lane_scale3(LANE_OF(-1), lane_into_frame(r, t)), t);
+  const Lane3 m = lane_select3(f.from_b, lane_scale3(LANE_OF(-1), n_b), n_a);
+  const Lane3 row_x = lane_select3(f.from_b, r.x, lane_make3(r.x.x, r.y.x, r.z.x));
+  const Lane3 row_y = lane_select3(f.from_b, r.y, lane_make3(r.x.y, r.y.y, r.z.y));
+  const Lane3 row_z = lane_select3(f.from_b, r.z, lane_make3(r.x.z, r.y.z, r.z.z));
   // of the reference axis and the next two
   const Lane3 x = lane_pick3(k0, k1, row_y, row_z, row_x), y = lane_pick3(k0, k1, row_z, row_x, row_y);
-  Lane3 z = lane_pick3(k0, k1, row_x, row_y, row_z);
   f.hx = BOX_PICK(k0, k1, h.y, h.z, h.x);
   f.hy = BOX_PICK(k0, k1, h.z, h.x, h.y);
   f.hz = BOX_PICK(k0, k1, h.x, h.y, h.z);
-  lane cz = BOX_PICK(k0, k1, c.x, c.y, c.z);
-  const lane_mask down = cz < LANE_OF(0);
-  f.top = down ? LANE_OF(0) : LANE_OF(1);
-  cz = down ? -cz : cz;
-  z = lane_make3(down ? -z.x : z.x, down ? -z.y : z.y, down ? -z.z : z.z);
+  const lane m_k = BOX_PICK(k0, k1, m.x, m.y, m.z);
+  const lane_mask down = m_k < zero;
+  f.top = down ? zero : one;
+  const lane up = down ? LANE_OF(-1) : one, cz = up * BOX_PICK(k0, k1, c.x, c.y, c.z);
+  const Lane3 z = lane_scale3(up, lane_pick3(k0, k1, row_x, row_y, row_z));
+  f.mz = is_face ? one : up * m_k;
+  f.kx = is_face ? zero : BOX_PICK(k0, k1, m.y, m.z, m.x) / f.mz;
+  f.ky = is_face ? zero : BOX_PICK(k0, k1, m.z, m.x, m.y) / f.mz;
 
-  // the incident face opposes the normal most
-  const lane_mask past_x = fabs(z.y) > fabs(z.x);
-  const lane_mask past_y = fabs(z.z) > (past_x ? fabs(z.y) : fabs(z.x));
-  f.incident = past_y ? LANE_OF(2) : (past_x ? LANE_OF(1) : LANE_OF(0));
-  const lane_mask j0 = f.incident == LANE_OF(0), j1 = f.incident == LANE_OF(1);
-  const lane fx = BOX_PICK(j0, j1, x.x, x.y, x.z), fy = BOX_PICK(j0, j1, y.x, y.y, y.z);
-  const lane fz = BOX_PICK(j0, j1, z.x, z.y, z.z);
-  const lane_mask up = !(fz > LANE_OF(0));
-  f.side = up ? LANE_OF(1) : LANE_OF(0);
-  const lane gj = BOX_PICK(j0, j1, g.x, g.y, g.z), signed_g = up ? gj : -gj;
+  const Lane3 against = lane_select3(f.from_b, n_a, n_b);
+  const lane of_face = box_longest_axis(z, &length), of_edges = box_longest_axis(against, &length);
+  f.incident = is_face ? of_face : of_edges;
+  const lane_mask j0 = f.incident == zero, j1 = f.incident == one;
+  const lane against_j = BOX_PICK(j0, j1, against.x, against.y, against.z);
+  const lane_mask side = (f.from_b ? against_j : -against_j) > zero;
+  f.side = side ? one : zero;
+  const lane g_j = BOX_PICK(j0, j1, g.x, g.y, g.z), g_signed = side ? g_j : -g_j;
   const lane gu = BOX_PICK(j0, j1, g.y, g.z, g.x), gv = BOX_PICK(j0, j1, g.z, g.x, g.y);
-  f.cx = BOX_PICK(k0, k1, c.y, c.z, c.x) + signed_g * fx;
-  f.cy = BOX_PICK(k0, k1, c.z, c.x, c.y) + signed_g * fy;
-  f.ux = gu * BOX_PICK(j0, j1, x.y, x.z, x.x);
-  f.uy = gu * BOX_PICK(j0, j1, y.y, y.z, y.x);
-  f.vx = gv * BOX_PICK(j0, j1, x.z, x.x, x.y);
-  f.vy = gv * BOX_PICK(j0, j1, y.z, y.x, y.y);
-  const lane inverse = LANE_OF(1) / fz;
-  f.sx = -(fx * inverse);
-  f.sy = -(fy * inverse);
-  f.s0 = cz + signed_g * fz - f.hz - f.sx * f.cx - f.sy * f.cy;
+  const lane hc = cz + g_signed * BOX_PICK(j0, j1, z.x, z.y, z.z) - f.hz;
+  const lane hu = gu * BOX_PICK(j0, j1, z.y, z.z, z.x), hv = gv * BOX_PICK(j0, j1, z.z, z.x, z.y);
+  f.cx = BOX_PICK(k0, k1, c.y, c.z, c.x) + g_signed * BOX_PICK(j0, j1, x.x, x.y, x.z) - f.kx * hc;
+  f.cy = BOX_PICK(k0, k1, c.z, c.x, c.y) + g_signed * BOX_PICK(j0, j1, y.x, y.y, y.z) - f.ky * hc;
+  f.ux = gu * BOX_PICK(j0, j1, x.y, x.z, x.x) - f.kx * hu;
+  f.uy = gu * BOX_PICK(j0, j1, y.y, y.z, y.x) - f.ky * hu;
+  f.vx = gv * BOX_PICK(j0, j1, x.z, x.x, x.y) - f.kx * hv;
+  f.vy = gv * BOX_PICK(j0, j1, y.z, y.x, y.y) - f.ky * hv;
+  f.inverse_area = one / (f.ux * f.vy - f.uy * f.vx);
+  f.sx = (hu * f.vy - hv * f.uy) * f.inverse_area;
+  f.sy = (hv * f.ux - hu * f.vx) * f.inverse_area;
+  f.s0 = hc - f.sx * f.cx - f.sy * f.cy;
+  f.size = lane_less(f.hx + f.hy, gu + gv);
   return f;
 }
 
 LANE_INLINE void cut_edge(FacePoints* points, const FacePair* f, int slot, lane mx, lane my, lane ux, lane uy, lane ex,
                           lane ey, int ends, lane edge, lane corner_from, lane corner_to) {
-  const lane tiny = LANE_OF(1e-9) * (f->hx + f->hy);
+  const lane tiny = LANE_OF(1e-9) * f->size;
   const lane rx = LANE_OF(1) / (fabs(ux) < tiny ? tiny : ux), ry = LANE_OF(1) / (fabs(uy) < tiny ? tiny : uy);
   const lane x1 = (-ex - mx) * rx, x2 = (ex - mx) * rx, y1 = (-ey - my) * ry, y2 = (ey - my) * ry;
   const lane low_x = x1 < x2 ? x1 : x2, high_x = x1 < x2 ? x2 : x1;
@@ -195,9 +246,9 @@ LANE_INLINE void cut_edge(FacePoints* points, const FacePair* f, int slot, lane 
   points->taken[slot + 1] = ends ? there : (there & (to_x | to_y));
 }
 
-LANE_INLINE void face_corner(FacePoints* points, const FacePair* f, int slot, real side_x, real side_y, lane inverse) {
+LANE_INLINE void face_corner(FacePoints* points, const FacePair* f, int slot, real side_x, real side_y) {
   const lane x = LANE_OF(side_x) * f->hx, y = LANE_OF(side_y) * f->hy, dx = x - f->cx, dy = y - f->cy;
-  const lane p = (dx * f->vy - dy * f->vx) * inverse, q = (dy * f->ux - dx * f->uy) * inverse;
+  const lane p = (dx * f->vy - dy * f->vx) * f->inverse_area, q = (dy * f->ux - dx * f->uy) * f->inverse_area;
   points->x[slot] = x;
   points->y[slot] = y;
   points->taken[slot] = (fabs(p) < LANE_OF(0.9999)) & (fabs(q) < LANE_OF(0.9999));
@@ -207,7 +258,7 @@ LANE_INLINE void face_corner(FacePoints* points, const FacePair* f, int slot, re
 }
 
 LANE_INLINE void face_points(FacePoints* points, const FacePair* f) {
-  const lane slop = LANE_OF(4e-5) * (f->hx + f->hy), ex = f->hx + slop, ey = f->hy + slop;
+  const lane slop = LANE_OF(4e-5) * f->size, ex = f->hx + slop, ey = f->hy + slop;
   const lane j = f->incident, j1 = box_next(j), j2 = box_last(j), side = f->side, zero = LANE_OF(0), one = LANE_OF(1);
   const lane corner_00 = box_corner_name(j, side, zero, zero), corner_10 = box_corner_name(j, side, one, zero);
   const lane corner_01 = box_corner_name(j, side, zero, one), corner_11 = box_corner_name(j, side, one, one);
@@ -219,11 +270,10 @@ LANE_INLINE void face_points(FacePoints* points, const FacePair* f) {
            corner_00, corner_01);
   cut_edge(points, f, 6, f->cx + f->ux, f->cy + f->uy, f->vx, f->vy, ex, ey, 0, box_edge_name(j2, side, one), corner_10,
            corner_11);
-  const lane inverse = LANE_OF(1) / (f->ux * f->vy - f->uy * f->vx);
-  face_corner(points, f, 8, (real)-1, (real)-1, inverse);
-  face_corner(points, f, 9, (real)1, (real)-1, inverse);
-  face_corner(points, f, 10, (real)1, (real)1, inverse);
-  face_corner(points, f, 11, (real)-1, (real)1, inverse);
+  face_corner(points, f, 8, (real)-1, (real)-1);
+  face_corner(points, f, 9, (real)1, (real)-1);
+  face_corner(points, f, 10, (real)1, (real)1);
+  face_corner(points, f, 11, (real)-1, (real)1);
 }
 
 // A vector of the frame turned so that the reference axis is the third.
@@ -235,7 +285,7 @@ LANE_INLINE LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const Box
   const FacePair f = face_pair(a, b, pair, code);
   FacePoints points;
   face_points(&points, &f);
-  const FourPoints four = four_points(&points, &f, limit);
+  const FourPoints four = four_points(&points, &f, limit * f.mz);
   LaneQuat q;
   q.x = f.from_b ? b->rotation.x : a->rotation.x;
   q.y = f.from_b ? b->rotation.y : a->rotation.y;
@@ -247,13 +297,14 @@ LANE_INLINE LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const Box
   const lane zero = LANE_OF(0), up = f.top == zero ? LANE_OF(-1) : LANE_OF(1);
   const lane_mask k0 = f.axis == zero, k1 = f.axis == LANE_OF(1);
   LaneManifold m;
-  m.normal = lane_out_of_frame(axes, box_permuted_back(k0, k1, zero, zero, f.from_b ? up : -up));
-  m.frame = f.from_b ? LANE_OF(NORMAL_OF_B) : LANE_OF(NORMAL_OF_A);
+  const Lane3 outward = box_permuted_back(k0, k1, f.kx * f.mz, f.ky * f.mz, up * f.mz);
+  m.normal = lane_out_of_frame(axes, lane_scale3(f.from_b ? LANE_OF(1) : LANE_OF(-1), outward));
+  m.frame = code >= LANE_OF(6) ? LANE_OF(NORMAL_FIXED) : (f.from_b ? LANE_OF(NORMAL_OF_B) : LANE_OF(NORMAL_OF_A));
   m.radius_a = m.radius_b = zero;
   for (int k = 0; k < 4; ++k) {
     const lane s = f.s0 + f.sx * four.x[k] + f.sy * four.y[k];
     const Lane3 on_face = box_permuted_back(k0, k1, four.x[k], four.y[k], up * f.hz);
-    const Lane3 above = box_permuted_back(k0, k1, four.x[k], four.y[k], up * (f.hz + s));
+    const Lane3 above = box_permuted_back(k0, k1, four.x[k] + f.kx * s, four.y[k] + f.ky * s, up * (f.hz + s));
     const Lane3 reference = lane_add3(center, lane_out_of_frame(axes, on_face));
     const Lane3 incident = lane_add3(center, lane_out_of_frame(axes, above));
     m.anchor_a[k] = lane_make3(f.from_b ? incident.x : reference.x, f.from_b ? incident.y : reference.y,
@@ -265,62 +316,67 @@ LANE_INLINE LaneManifold box_faces(const LaneBox* a, const LaneBox* b, const Box
   return m;
 }
 
-// ---- two edges ---------------------------------------------------------------------------------------------------
+// Whether the points of two faces tell how the boxes meet.
+LANE_INLINE lane_mask faces_meet(const LaneManifold* m, const LaneBox* a, const LaneBox* b, lane separation) {
+  const lane none = LANE_OF(1e30);
+  lane closest = none;
+  for (int k = 0; k < 4; ++k) {
+    const lane gap = lane_dot3(m->normal, lane_sub3(m->anchor_a[k], m->anchor_b[k])) - m->radius_a - m->radius_b;
+    closest = ((m->feature[k] < LANE_OF(LANE_NO_FEATURE)) & (gap < closest)) ? gap : closest;
+  }
+  const lane preferred = (LANE_OF(FACE_PREFERENCE) + LANE_OF(EDGE_PREFERENCE)) * box_least(a, b);
+  return (closest <= preferred) | ((closest < none) & (separation > LANE_OF(0)));
+}
 
-#define BOX_SIGNED(sign, x) ((sign) < zero ? LANE_OF(-1) * (x) : LANE_OF(1) * (x))
-#define BOX_POSITIVE(x) ((x) > zero ? LANE_OF(1) : zero)
+// ---- faces that do not meet -----------------------------------------------------------------------------------------
 
-LANE_INLINE LaneManifold box_edges(const LaneBox* a, const LaneBox* b, const BoxPair* pair, lane code) {
-  const lane zero = LANE_OF(0), one = LANE_OF(1), e = code - LANE_OF(6);
-  const lane i = e >= LANE_OF(6) ? LANE_OF(2) : (e >= LANE_OF(3) ? one : zero), j = e - LANE_OF(3) * i;
-  const lane_mask i0 = i == zero, i1 = i == one, i2 = i == LANE_OF(2), j0 = j == zero, j1 = j == one;
-  const lane_mask j2 = !(j0 | j1);
-  const LaneAxes r = pair->r;
-  const Lane3 column = lane_pick3(j0, j1, r.x, r.y, r.z), t = pair->t, ha = a->extents, hb = b->extents;
-  const Lane3 axis = lane_make3(i0 ? one : zero, i1 ? one : zero, i2 ? one : zero);
-  Lane3 n = lane_cross3(axis, column);
-  const lane towards = lane_dot3(n, t) < zero ? LANE_OF(-1) : one;
-  n = lane_scale3(-towards / sqrt(lane_dot3(n, n)), n);
-  const Lane3 n_b = lane_into_frame(r, n);
-  Lane3 on_a = lane_make3(i0 ? zero : BOX_SIGNED(n.x, -ha.x), i1 ? zero : BOX_SIGNED(n.y, -ha.y),
-                          i2 ? zero : BOX_SIGNED(n.z, -ha.z));
-  const Lane3 edge_b = lane_make3(j0 ? zero : BOX_SIGNED(n_b.x, hb.x), j1 ? zero : BOX_SIGNED(n_b.y, hb.y),
-                                  j2 ? zero : BOX_SIGNED(n_b.z, hb.z));
-  Lane3 on_b = lane_add3(t, lane_out_of_frame(r, edge_b));
-  const lane a_next = BOX_PICK(i0, i1, on_a.y, on_a.z, on_a.x), a_last = BOX_PICK(i0, i1, on_a.z, on_a.x, on_a.y);
-  const lane b_next = BOX_PICK(j0, j1, edge_b.y, edge_b.z, edge_b.x);
-  const lane b_last = BOX_PICK(j0, j1, edge_b.z, edge_b.x, edge_b.y);
-  const lane name_a = box_edge_name(i, BOX_POSITIVE(a_next), BOX_POSITIVE(a_last));
-  const lane name_b = box_edge_name(j, BOX_POSITIVE(b_next), BOX_POSITIVE(b_last));
-  const Lane3 w = lane_sub3(on_a, on_b);
-  const lane cosine = BOX_PICK(i0, i1, column.x, column.y, column.z), wi = BOX_PICK(i0, i1, w.x, w.y, w.z);
-  const lane wj = lane_dot3(w, column), square_sine = one - cosine * cosine;
-  const lane s = lane_clamp_to((cosine * wj - wi) / square_sine, BOX_PICK(i0, i1, ha.x, ha.y, ha.z));
-  const lane u = lane_clamp_to((wj - cosine * wi) / square_sine, BOX_PICK(j0, j1, hb.x, hb.y, hb.z));
-  on_a = lane_make3(i0 ? s : on_a.x, i1 ? s : on_a.y, i2 ? s : on_a.z);
-  on_b = lane_add3(on_b, lane_scale3(u, column));
-  const LaneAxes axes = lane_axes_of(a->rotation);
-  LaneManifold m;
-  m.normal = lane_out_of_frame(axes, n);
-  m.frame = LANE_OF(NORMAL_FIXED);
-  m.radius_a = m.radius_b = zero;
-  m.anchor_a[0] = lane_add3(a->center, lane_out_of_frame(axes, on_a));
-  m.anchor_b[0] = lane_add3(a->center, lane_out_of_frame(axes, on_b));
-  m.feature[0] = LANE_OF(16) + LANE_OF(12) * name_a + name_b;
-  for (int k = 1; k < 4; ++k) {
-    m.anchor_a[k] = lane_make3(zero, zero, zero);
-    m.anchor_b[k] = lane_make3(zero, zero, zero);
-    m.feature[k] = LANE_OF(LANE_NO_FEATURE);
+// The axis entered last by boxes that are apart: its code, and the share of the displacement after which it is.
+LANE_INLINE lane box_last_axis(const LaneBox* a, const LaneBox* b, const BoxPair* pair, Lane3 displacement,
+                               lane* time) {
+  const lane zero = LANE_OF(0);
+  lane last = zero;
+  *time = zero;
+  for (int c = 0; c < 15; ++c) {
+    const Lane3 axis = box_axis_along(pair, LANE_OF(c));
+    const lane side = lane_dot3(axis, pair->t) < zero ? LANE_OF(-1) : LANE_OF(1);
+    const lane approach = -(side * lane_dot3(axis, displacement));
+    const lane gap = fabs(lane_dot3(axis, pair->t)) - lane_dot3(lane_absolute3(axis), a->extents) -
+                     lane_dot3(lane_absolute3(lane_into_frame(pair->r, axis)), b->extents);
+    const lane entered = approach > gap ? gap / approach : LANE_OF(2);
+    const lane_mask later = (gap > zero) & (lane_dot3(axis, axis) >= LANE_OF(PARALLEL_EDGES)) & (entered > *time);
+    last = later ? LANE_OF(c) : last;
+    *time = later ? entered : *time;
+  }
+  return last;
+}
+
+LANE_INLINE LaneManifold box_corners(const LaneBox* a, const LaneBox* b, const BoxPair* pair, BoxAxis axis,
+                                     Lane3 displacement, lane limit) {
+  const lane_mask overlap = !(axis.separation > LANE_OF(0));
+  lane time;
+  const lane last = box_last_axis(a, b, pair, lane_into_frame(lane_axes_of(a->rotation), displacement), &time);
+  const Lane3 moved = lane_scale3(overlap ? LANE_OF(0) : time, displacement);
+  LaneBox moved_b = *b;
+  moved_b.center = lane_add3(b->center, moved);
+  const BoxPair moved_pair = box_pair(a, &moved_b);
+  LaneManifold m = box_faces(a, &moved_b, &moved_pair, overlap ? axis.edges : last, limit);
+  m.frame = overlap ? m.frame : LANE_OF(NORMAL_OF_IMPACT);
+  const lane_mask none = !overlap & (time > LANE_OF(1));
+  for (int k = 0; k < 4; ++k) {
+    m.anchor_b[k] = lane_sub3(m.anchor_b[k], moved);
+    m.feature[k] = none ? LANE_OF(LANE_NO_FEATURE) : m.feature[k];
   }
   return m;
 }
 
 // ---- one pair ----------------------------------------------------------------------------------------------------
 
+LANE_INLINE Lane3 box_in_all_lanes3(Vec3 v) { return lane_make3(LANE_OF(v.x), LANE_OF(v.y), LANE_OF(v.z)); }
+
 static inline LaneBox box_in_all_lanes(WorldShape world_shape) {
   LaneBox box;
-  box.center = lane_make3(LANE_OF(world_shape.center.x), LANE_OF(world_shape.center.y), LANE_OF(world_shape.center.z));
-  box.extents = lane_make3(LANE_OF(world_shape.size.x), LANE_OF(world_shape.size.y), LANE_OF(world_shape.size.z));
+  box.center = box_in_all_lanes3(world_shape.center);
+  box.extents = box_in_all_lanes3(world_shape.size);
   box.rotation.x = LANE_OF(world_shape.rotation.x);
   box.rotation.y = LANE_OF(world_shape.rotation.y);
   box.rotation.z = LANE_OF(world_shape.rotation.z);
@@ -333,11 +389,13 @@ static inline Vec3 box_first3(Lane3 v) { return make3(LANE_FIRST(v.x), LANE_FIRS
 static inline Manifold box_box(WorldShape shape_a, WorldShape shape_b, real limit) {
   const LaneBox a = box_in_all_lanes(shape_a), b = box_in_all_lanes(shape_b);
   const BoxPair pair = box_pair(&a, &b);
-  lane code;
-  const lane separation = box_axis(&a, &b, &pair, &code);
-  if (LANE_FIRST(separation) > limit) return no_manifold();
-  const LaneManifold found =
-      LANE_FIRST(code) < (real)6 ? box_faces(&a, &b, &pair, code, LANE_OF(limit)) : box_edges(&a, &b, &pair, code);
+  const BoxAxis axis = box_axis(&a, &b, &pair);
+  if (LANE_FIRST(axis.separation) > limit) return no_manifold();
+  LaneManifold found = box_faces(&a, &b, &pair, axis.code, LANE_OF(limit));
+  if ((LANE_BITS(faces_meet(&found, &a, &b, axis.separation)) & 1u) == 0u) {
+    const Lane3 displacement = box_in_all_lanes3(sub3(shape_b.displacement, shape_a.displacement));
+    found = box_corners(&a, &b, &pair, axis, displacement, LANE_OF(limit));
+  }
   Manifold m = manifold_along(box_first3(found.normal), (u32)LANE_FIRST(found.frame), (real)0, (real)0);
   for (u32 k = 0u; k < 4u; ++k) {
     if (LANE_FIRST(found.feature[k]) < (real)LANE_NO_FEATURE)

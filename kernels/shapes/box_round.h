@@ -40,10 +40,12 @@ static inline u32 coordinates_outside(Vec3 p, Vec3 extents) {
 static inline Manifold sphere_box(WorldShape a, WorldShape b) {
   const Axes axes = axes_of(b.rotation);
   const Vec3 p = into_frame(axes, sub3(a.center, b.center));
-  if (coordinates_outside(p, b.size) > 1) {
+  const u32 outside = coordinates_outside(p, b.size);
+  if (outside > 1) {
     const Vec3 core = add3(b.center, out_of_frame(axes, clamp_into_box(p, b.size)));
-    return manifold_at(direction_between(a.center, core, (real)0, axes.z), NORMAL_BETWEEN, a.center, a.size.x, core,
-                       (real)0, 0);
+    // along an edge the sphere rolls: only a corner is a point that the normal turns about
+    return manifold_at(direction_between(a.center, core, (real)0, axes.z), outside > 2 ? NORMAL_BETWEEN : NORMAL_FIXED,
+                       a.center, a.size.x, core, (real)0, 0);
   }
   const u32 k = box_face_at(p, b.size);
   const real side = sign_of(along(p, k));

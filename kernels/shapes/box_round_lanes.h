@@ -36,7 +36,8 @@ LANE_INLINE void lane_sphere_box(const LaneSide* sphere, const LaneSide* box, La
   const Lane3 foot = lane_make3(on_x ? side * h.x : p.x, on_y ? side * h.y : p.y, on_z ? side * h.z : p.z);
   const Lane3 normal = lane_out_of_frame(axes, up), on_face = lane_add3(box->center, lane_out_of_frame(axes, foot));
   m->normal = lane_make3(beside ? between.x : normal.x, beside ? between.y : normal.y, beside ? between.z : normal.z);
-  m->frame = beside ? LANE_OF(NORMAL_BETWEEN) : LANE_OF(NORMAL_OF_B);
+  const lane_mask at_corner = out_x & out_y & out_z;
+  m->frame = at_corner ? LANE_OF(NORMAL_BETWEEN) : (beside ? LANE_OF(NORMAL_FIXED) : LANE_OF(NORMAL_OF_B));
   m->radius_a = sphere->size.x;
   m->radius_b = zero;
   m->anchor_a[0] = sphere->center;

@@ -111,6 +111,24 @@ static inline Manifold capsule_on_face(WorldShape a, WorldShape b, Axes axes, Se
   return m;
 }
 
+// The core crosses an edge of the box along axis k, or its end is over that edge, at t and at a point of the edge, n
+// from there to the core.
+static inline Manifold capsule_across_edge(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, Vec3 n, real t,
+                                           Vec3 on_edge, u32 k, u32 feature) {
+  const Vec3 edge = along_axis((real)1, k), across = cross3(c.u, edge);
+  real on_core = t, on_box = along(on_edge, k);
+  if (fabs(t) < c.length && !side_by_side(dot3(across, across))) {
+    const Vec3 at = add3(b.center, out_of_frame(axes, on_edge));
+    const Vec3 core = add3(b.center, out_of_frame(axes, segment_at(c, t)));
+    const Vec3 displacement = into_frame(axes, lagging_displacement(a, core, b, at));
+    const CrossingShift shift = crossing_shift(c.u, edge, n, displacement);
+    on_core = clamp_to(t + shift.along_first, c.length);
+    on_box = clamp_to(on_box + shift.along_second, along(c.extents, k));
+  }
+  return manifold_at(out_of_frame(axes, n), NORMAL_FIXED, add3(b.center, out_of_frame(axes, segment_at(c, on_core))),
+                     a.size.x, add3(b.center, out_of_frame(axes, with_along(on_edge, k, on_box))), (real)0, feature);
+}
+
 // The core crosses an edge of the box along axis k inside the box.
 static inline Manifold capsule_on_edge(WorldShape a, WorldShape b, Axes axes, SegmentInBox c, u32 k) {
   Vec3 n = cross3(along_axis((real)1, k), c.u);
@@ -125,8 +143,7 @@ static inline Manifold capsule_on_edge(WorldShape a, WorldShape b, Axes axes, Se
   const real s = clamp_to((wk - cosine * wu) / square_sine, along(c.extents, k));
   const u32 feature = 2 + 4 * k + (along(corner, k == 2 ? 0 : k + 1) > (real)0 ? 1 : 0) +
                       (along(corner, k == 0 ? 2 : k - 1) > (real)0 ? 2 : 0);
-  return manifold_at(out_of_frame(axes, n), NORMAL_FIXED, add3(b.center, out_of_frame(axes, segment_at(c, t))),
-                     a.size.x, add3(b.center, out_of_frame(axes, with_along(corner, k, s))), (real)0, feature);
+  return capsule_across_edge(a, b, axes, c, n, t, with_along(corner, k, s), k, feature);
 }
 
 // The face that the shortest way from x, outside, to the box is perpendicular to, but for rounding. 3 if there is none.
@@ -226,7 +243,10 @@ static inline Manifold capsule_box(WorldShape a, WorldShape b) {
     const Vec3 normal = direction_between(core_a, core_b, (real)0, axes.z);
     const SegmentSpan s = capsule_beside_edge(a, c, x, t);
     if (s.from < s.to) return capsule_along_edge(a, b, axes, c, in_box, s, normal);
-    const Manifold m = manifold_at(normal, NORMAL_BETWEEN, core_a, a.size.x, core_b, (real)0, 0);
+    Manifold m = manifold_at(normal, NORMAL_BETWEEN, core_a, a.size.x, core_b, (real)0, 0);
+    // which edge the core is over; only a corner is a point that the normal turns about
+    const u32 k = fabs(x.x) <= c.extents.x ? 0 : fabs(x.y) <= c.extents.y ? 1 : 2;
+    if (outside == 2) m = capsule_across_edge(a, b, axes, c, into_frame(axes, normal), t, in_box, k, 0);
     return capsule_lies_on_face(a, b, axes, c, m, t, box_face_at(x, c.extents));
   }
   // how far the segment sticks out of the box along each axis, negative inside

@@ -9,10 +9,11 @@
 // a is the sphere.
 static inline Manifold sphere_capsule(WorldShape a, WorldShape b) {
   const Axes axes = axes_of(b.rotation);
-  const real t = clamp_to(dot3(axes.z, sub3(a.center, b.center)), b.size.y);
+  const real height = dot3(axes.z, sub3(a.center, b.center)), t = clamp_to(height, b.size.y);
   const Vec3 core = add3(b.center, scale3(t, axes.z));
-  return manifold_at(direction_between(a.center, core, b.size.y, axes.x), NORMAL_BETWEEN, a.center, a.size.x, core,
-                     b.size.x, 0);
+  // along the axis the sphere rolls: only an end is a point that the normal turns about
+  return manifold_at(direction_between(a.center, core, a.size.x + b.size.x, axes.x),
+                     t == height ? NORMAL_FIXED : NORMAL_BETWEEN, a.center, a.size.x, core, b.size.x, 0);
 }
 
 // Both ends of the core segment.
@@ -41,13 +42,21 @@ static inline Manifold capsule_capsule(WorldShape a, WorldShape b) {
   const Vec3 core_a = add3(a.center, scale3(s, u)), core_b = add3(b.center, scale3(t, v));
   // axes that cross part along their common normal, axes that lie in each other at a right angle to themselves
   const Vec3 across = square_sine > (real)(1e-12) ? scale3((real)1 / sqrt(square_sine), normal_of_both) : axes_a.x;
-  const Vec3 normal = direction_between(core_a, core_b, a.size.y + b.size.y, across);
+  const Vec3 normal = direction_between(core_a, core_b, a.size.x + b.size.x, across);
 
   const real end_1 = -cosine * b.size.y - du, end_2 = cosine * b.size.y - du;  // of b, along a
   const real low = end_1 < end_2 ? end_1 : end_2, high = end_1 < end_2 ? end_2 : end_1;
   const real from = low > -a.size.y ? low : -a.size.y, to = high < a.size.y ? high : a.size.y;
-  if (!side_by_side(square_sine) || !(to - from > (real)0.01 * a.size.x))
-    return manifold_at(normal, NORMAL_BETWEEN, core_a, a.size.x, core_b, b.size.x, 0);
+  const bool between_ends = fabs(s) < a.size.y && fabs(t) < b.size.y;
+  if (!side_by_side(square_sine) && between_ends) {
+    const CrossingShift shift = crossing_shift(u, v, normal, lagging_displacement(a, core_a, b, core_b));
+    return manifold_at(normal, NORMAL_FIXED, add3(a.center, scale3(clamp_to(s + shift.along_first, a.size.y), u)),
+                       a.size.x, add3(b.center, scale3(clamp_to(t + shift.along_second, b.size.y), v)), b.size.x, 0);
+  }
+  if (!side_by_side(square_sine) || !(to - from > (real)0.01 * a.size.x)) {
+    const bool past_ends = fabs(s) >= a.size.y && fabs(t) >= b.size.y;
+    return manifold_at(normal, past_ends ? NORMAL_BETWEEN : NORMAL_FIXED, core_a, a.size.x, core_b, b.size.x, 0);
+  }
   Manifold m = manifold_along(normal, NORMAL_FIXED, a.size.x, b.size.x);
   m = with_point(m, add3(a.center, scale3(from, u)), add3(b.center, scale3(clamp_to(cosine * from + dv, b.size.y), v)),
                  1);

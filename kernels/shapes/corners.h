@@ -14,26 +14,59 @@ typedef struct SharedPoint {
 } SharedPoint;
 
 // Two patches that face each other. The first one is a segment if there is one, else a polygon if there is one.
+// `width`: by how much two lines may pass each other by and touch there. `displacement`: of the first shape past the
+// second one until contacts are evaluated (lagging_displacement).
 typedef struct PatchPair {
   Patch first, second;
   bool swapped;  // the first one is of b
   Vec3 normal;
-  real tolerance;
+  real tolerance, width;
+  Vec3 displacement;
 } PatchPair;
 
 // Segments within this sine of each other share a line, others a point.
 static inline bool segments_cross(Vec3 u, Vec3 v, Vec3 normal) {
   const real across = dot3(cross3(u, v), normal);
-  return across * across > (real)1e-4 * dot3(u, u) * dot3(v, v);
+  return across * across > (real)0.0025 * dot3(u, u) * dot3(v, v);
 }
 
-static inline PatchPair patch_pair(const Patch* a, const Patch* b, Vec3 normal, real tolerance) {
+// The edge of a polygon in its place, for a line along u that meets it along a normal that is not that of its face:
+// rounding would say which part of the line is over the face. The polygon itself where the line only crosses an edge
+// of a face that is nearly flat, or meets a corner.
+static inline Patch edge_of_patch(const Patch* patch, Vec3 normal, Vec3 u) {
+  const Vec3 out = scale3(patch->sense, normal);
+  const real cosine = dot3(patch->plane, out);
+  if (cosine > (real)1 - (real)5e-7 || patch->corners == 0) return *patch;
+  Vec3 start = patch->center, end = start, from = patch_point(patch, patch->corners - 1);
+  real most = (real)-1e30;
+  for (u32 i = 0; i < patch->corners; ++i) {
+    const Vec3 to = patch_point(patch, i);
+    const real at_from = dot3(out, sub3(from, patch->center)), at_to = dot3(out, sub3(to, patch->center));
+    const real lower = at_from < at_to ? at_from : at_to;
+    if (lower > most) {
+      most = lower;
+      start = from;
+      end = to;
+    }
+    from = to;
+  }
+  const Vec3 d = sub3(end, start);
+  const real square = dot3(d, d), rise = dot3(out, d);
+  if (rise * rise > (real)0.0025 * square) return *patch;
+  if (segments_cross(u, d, normal) && cosine > (real)0.9) return *patch;
+  return segment_patch(patch->sense, start, end, normal);
+}
+
+static inline PatchPair patch_pair(const Patch* a, const Patch* b, Vec3 normal, real tolerance, real width,
+                                   Vec3 displacement) {
   PatchPair pair;
   pair.swapped = b->kind < a->kind;
   pair.first = pair.swapped ? *b : *a;
   pair.second = pair.swapped ? *a : *b;
   pair.normal = normal;
   pair.tolerance = tolerance;
+  pair.width = width;
+  pair.displacement = pair.swapped ? scale3((real)-1, displacement) : displacement;
   return pair;
 }
 
@@ -50,7 +83,8 @@ static inline SharedPoint shared_point(const PatchPair* pair, Vec3 on_first, Vec
 // Names: which of the kinds below, and up to two corners.
 static inline u32 shared_name(u32 kind, u32 a, u32 b) { return kind << 24 | a << 12 | b; }
 
-// The ends of what two segments share, or their crossing.
+// The ends of what two segments share, or their crossing. Where they cross at a small angle they share what is no
+// farther aside than the width: all of it where they are parallel.
 static inline SharedPoint shared_by_segments(const PatchPair* pair, u32 k) {
   const Vec3 p = pair->first.center, u = sub3(pair->first.end, p);
   const Vec3 q = pair->second.center, v = sub3(pair->second.end, q);
@@ -61,20 +95,28 @@ static inline SharedPoint shared_by_segments(const PatchPair* pair, u32 k) {
     // in line along the normal: s u - t v + (p - q) has no part across it
     const Vec3 w = sub3(q, p);
     const real across = dot3(cross3(u, v), pair->normal);
+    const CrossingShift shift = crossing_shift(u, v, pair->normal, pair->displacement);
     const real s = dot3(cross3(w, v), pair->normal) / across, t = dot3(cross3(w, u), pair->normal) / across;
-    const real s1 = s < (real)0   ? (real)0
-                    : s > (real)1 ? (real)1
-                                  : s,
-               t1 = t < (real)0   ? (real)0
-                    : t > (real)1 ? (real)1
-                                  : t;
-    return shared_point(pair, add3(p, scale3(s1, u)), add3(q, scale3(t1, v)), shared_name(0, 0, 3));
+    if (!within_share(s) || !within_share(t)) return none;
+    return shared_point(pair, add3(p, scale3(clamp_share(s + shift.along_first), u)),
+                        add3(q, scale3(clamp_share(t + shift.along_second), v)), shared_name(0, 0, 3));
   }
   Cut cut = {0, 1, NONE, NONE};
   if (vv > (real)0 && uu > (real)0) {
     const real at_start = dot3(v, sub3(p, q)), at_end = at_start + dot3(v, u);
     cut = cut_by_side(cut, at_start, at_end, (real)0, 0);
     cut = cut_by_side(cut, vv - at_start, vv - at_end, (real)0, 1);
+    if (cut.from > cut.to) return none;
+    const Vec3 side = cross3(pair->normal, v);
+    const real beside = dot3(side, sub3(p, q)), change = dot3(side, u), width = pair->width * length3(side);
+    Cut near = cut_by_side(cut, beside + width, beside + change + width, (real)0, 0);
+    near = cut_by_side(near, width - beside, width - beside - change, (real)0, 1);
+    if (near.from > near.to) {  // as far aside everywhere: the nearer end
+      const real first = beside + cut.from * change, last = beside + cut.to * change;
+      near.from = first * first < last * last ? cut.from : cut.to;
+      near.to = near.from;
+    }
+    cut = near;
   }
   if (cut.from > cut.to) return none;
   const Vec3 x = add3(p, scale3(k == 0 ? cut.from : cut.to, u));
@@ -139,23 +181,15 @@ static inline SharedPoint shared_candidate(const PatchPair* pair, u32 k) {
     const u32 own = patch_points(first);
     if (k < own) {
       const Vec3 x = patch_point(first, k);
-      if (!patch_contains(second, n, x, pair->tolerance)) return none;
+      if (!patch_contains(second, n, x, (real)10 * pair->tolerance)) return none;
       return shared_point(pair, x, patch_lift(second, n, x), shared_name(corner_kind, patch_name(first, k), 0));
     }
     if (k < own + 2) return shared_by_rims(pair, k - own);
     i = k - own - 2;
   }
   const Vec3 x = patch_point(second, i);
-  if (!patch_contains(first, n, x, pair->tolerance)) return none;
+  if (!patch_contains(first, n, x, (real)10 * pair->tolerance)) return none;
   return shared_point(pair, patch_lift(first, n, x), x, shared_name(other_kind, patch_name(second, i), 0));
-}
-
-// The deepest point of a tilted disc wanders: it counts where no other point is as deep, and for nothing else.
-static inline bool shared_wanders(const PatchPair* pair, u32 k) {
-  const u32 count = shared_count(pair);
-  if (pair->first.kind == PATCH_SEGMENT) return false;
-  if (pair->second.kind == PATCH_DISC && k + 1 == count) return true;
-  return pair->first.kind == PATCH_DISC && k + 1 == DISC_POINTS;
 }
 
 typedef struct Chosen {

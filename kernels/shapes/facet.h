@@ -5,12 +5,14 @@
 
 #include "shapes/edge_span.h"
 
-#if FEATURE_FACETS
 // What a direction may be off being across an edge, or above a neighbour, as a sine.
 #define FACET_SLACK ((real)1e-3)
 
-// Whether all that is around a corner falls away from a unit direction; where it does not stick out nothing does.
+#if FEATURE_FACETS
+// Whether all that is around a corner falls away from a unit direction; where it does not stick out nothing does. At
+// the rim of a surface only what comes from in front of it counts.
 static inline bool corner_admits(const Polytope* p, Vec3 own, u32 vertex) {
+  if ((p->rim >> vertex & 1u) != 0u && dot3(own, poly_own_normal(p, 0u)) < -FACET_SLACK) return false;
   const HullFace around = p->tables.faces[p->first_face + 1u + vertex];
   const Vec3 corner = poly_own_vertex(p, vertex);
   for (u32 k = 0u; k < around.corner_count; ++k) {

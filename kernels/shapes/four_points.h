@@ -10,7 +10,7 @@
 #define BOX_EACH_SLOT _Pragma("unroll") for (int i = 0; i < BOX_SLOTS; ++i)
 
 typedef struct FacePair {
-  lane hx, hy, hz, cx, cy, ux, uy, vx, vy, s0, sx, sy;
+  lane hx, hy, hz, cx, cy, ux, uy, vx, vy, s0, sx, sy, kx, ky, mz, inverse_area, size;
   lane axis, incident, top, side;  // top, side: of the reference and the incident face, 1 the positive one
   lane_mask from_b;
 } FacePair;
@@ -162,7 +162,7 @@ LANE_INLINE FourPoints four_points(FacePoints* points, const FacePair* f, lane l
   FourPoints four;
   const lane zero = LANE_OF(0), none = LANE_OF(LANE_NO_FEATURE);
   for (int k = 0; k < 4; ++k) four.x[k] = zero, four.y[k] = zero, four.feature[k] = none;
-  const lane least = LANE_OF(1e-8) * (f->hx + f->hy) * (f->hx + f->hy);
+  const lane least = LANE_OF(1e-8) * f->size * f->size;
   lane best = limit;
   BOX_EACH_SLOT {
     const lane s = f->s0 + f->sx * points->x[i] + f->sy * points->y[i];
@@ -205,7 +205,7 @@ LANE_INLINE FourPoints four_points(FacePoints* points, const FacePair* f, lane l
   BOX_EACH_SLOT corners = points->taken[i] ? corners + LANE_OF(1) : corners;
   const lane_mask choice = (four.feature[3] != none) & (corners > LANE_OF(4));
   if (!LANE_ANY(choice)) return four;
-  const lane as_deep = height_at(f, four.x[0], four.y[0]) + LANE_OF(1e-6) * (f->hx + f->hy);
+  const lane as_deep = height_at(f, four.x[0], four.y[0]) + LANE_OF(1e-6) * f->size;
   lane_mask changed = widen_four(&four, points, f, as_deep, choice);
   changed |= replace_four(&four, points, f, as_deep, choice);
   if (LANE_ANY(changed)) widen_four(&four, points, f, as_deep, changed);

@@ -18,7 +18,8 @@ typedef struct Pose {
 
 // A shape in the world. `alone`: a facet is taken for itself, not for a part of its surface. `displacement` and
 // `angular_displacement`: how far the centre moves within the step, and by what the shape rotates about it, but for
-// what forces add, less than `margin`.
+// what forces add, less than `margin`. `lag`: the share of the step that has passed when contacts are evaluated, on the
+// mean of its sub-steps. `first_seam` and `seam_count`: which shapes cover edges of it.
 typedef struct WorldShape {
   Vec3 center;
   Quat rotation;
@@ -26,8 +27,29 @@ typedef struct WorldShape {
   u32 hull;
   bool alone;
   Vec3 displacement, angular_displacement;
-  real margin;
+  real margin, lag;
+#if FEATURE_SEAMS
+  u32 first_seam, seam_count;
+#endif
 } WorldShape;
+
+// How far a point of shape a goes past one of shape b until contacts are evaluated, on the mean of the sub-steps. Of
+// what rolls these are points of the axis: the line on its side that touches goes with that.
+static inline Vec3 lagging_displacement(WorldShape a, Vec3 at_a, WorldShape b, Vec3 at_b) {
+  const Vec3 of_a = add3(a.displacement, cross3(a.angular_displacement, sub3(at_a, a.center)));
+  const Vec3 of_b = add3(b.displacement, cross3(b.angular_displacement, sub3(at_b, b.center)));
+  return scale3(a.lag, sub3(of_a, of_b));
+}
+
+// How far the point where two lines cross, seen along n, moves along either while the first goes past the second.
+typedef struct CrossingShift {
+  real along_first, along_second;  // in parts of u and v
+} CrossingShift;
+static inline CrossingShift crossing_shift(Vec3 u, Vec3 v, Vec3 n, Vec3 displacement) {
+  const real across = dot3(cross3(u, v), n);
+  const CrossingShift shift = {-dot3(cross3(displacement, v), n) / across, -dot3(cross3(displacement, u), n) / across};
+  return shift;
+}
 
 typedef struct HullTables {
   global const Hull* hulls;
@@ -36,6 +58,9 @@ typedef struct HullTables {
   global const HullFace* faces;
   global const HullEdge* edges;
   global const u32* corners;
+#if FEATURE_SEAMS
+  global const Seam* seams;
+#endif
 } HullTables;
 
 typedef struct ManifoldPoint {

@@ -29,8 +29,8 @@ static inline bool may_touch(ShapeInfo a, ShapeInfo b, BodyInfo body_a, BodyInfo
 }
 
 // The gap of two shapes that come closer at `speed` is open to at most the margin at the end of the step.
-static inline bool within_range(const StepParams* params, real gap, real speed) {
-  return gap <= params->margin + step_length(params) * speed;
+static inline bool within_range(const StepParams* params, real margin, real gap, real speed) {
+  return gap <= margin + step_length(params) * speed;
 }
 
 // Speed at which two bodies approach each other along the normal from b to a, at a point that is at these arms from

@@ -14,7 +14,10 @@ static inline WorldShape shape_in_world(Pose pose, global const Shape* shape, u3
   world_shape.hull = hull;
   world_shape.alone = false;
   world_shape.displacement = world_shape.angular_displacement = make3((real)0, (real)0, (real)0);
-  world_shape.margin = (real)0;
+  world_shape.margin = world_shape.lag = (real)0;
+#if FEATURE_SEAMS
+  world_shape.first_seam = world_shape.seam_count = 0u;
+#endif
   return world_shape;
 }
 

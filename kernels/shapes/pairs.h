@@ -7,6 +7,7 @@
 #include "shapes/capsule_box.h"
 #include "shapes/capsules.h"
 #include "shapes/patch_pairs.h"
+#include "shapes/seam_pairs.h"
 #include "shapes/sphere_cylinder.h"
 #include "shapes/sphere_hull.h"
 #include "shapes/sphere_plane.h"
@@ -41,6 +42,9 @@ static inline Manifold collide_shapes(u32 kind_a, WorldShape a, u32 kind_b, Worl
 #undef SHAPE_PAIR
 #undef PATCH_PAIR
   if (by_patches) m = patches_touch(kind_a, a, kind_b, b, tables, limit);
+#if FEATURE_SEAMS
+  if (seams_cover_all(kind_a, a, kind_b, b, tables, &m)) m = touch_over_seams(kind_a, a, kind_b, b, tables, limit);
+#endif
   if (swapped) flip(&m);
   return m;
 }

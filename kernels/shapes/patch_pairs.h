@@ -59,12 +59,13 @@ static inline Meeting meet_cores(u32 kind_a, WorldShape a, u32 kind_b, WorldShap
 }
 
 // The part of a surface that faces the other shape: along the normal (sense 1, shape b) or against it (-1, shape a).
-static inline Patch facing_patch(u32 kind, WorldShape shape, HullTables tables, real sense, Vec3 normal,
-                                 real tolerance) {
+static inline Patch facing_patch(u32 kind, WorldShape shape, HullTables tables, real sense, Vec3 normal, real slack) {
   if (kind == SHAPE_PLANE) return plane_patch(shape.center, normal);
-  if (FEATURE_CYLINDERS && kind == SHAPE_CYLINDER) return cylinder_patch(shape, axes_of(shape.rotation), sense, normal);
+  if (FEATURE_CYLINDERS && kind == SHAPE_CYLINDER)
+    return cylinder_patch(shape, axes_of(shape.rotation), sense, normal, slack);
   const Polytope polytope = polytope_of(kind, shape, tables);
-  if (!FEATURE_CAPSULES || kind != SHAPE_CAPSULE) return polygon_patch(&polytope, sense, normal, tolerance);
+  if (!FEATURE_CAPSULES || kind != SHAPE_CAPSULE)
+    return polygon_patch(&polytope, sense, normal, (real)2e-5 * length3(shape.size));
   const Vec3 surface = scale3(sense * shape.size.x, normal);
   return segment_patch(sense, add3(poly_vertex(&polytope, 0), surface), add3(poly_vertex(&polytope, 1), surface),
                        normal);
@@ -83,11 +84,19 @@ static inline Manifold touch_along(u32 kind_a, WorldShape a, u32 kind_b, WorldSh
   const real core_a = patch_core_radius(kind_a, a);
   meeting.gap = meeting.gap - core_a;
   meeting.at_a = sub3(meeting.at_a, scale3(core_a, meeting.normal));
-  const Patch patch_a = facing_patch(kind_a, a, tables, (real)-1, meeting.normal, (real)10 * tolerance);
-  const Patch patch_b = facing_patch(kind_b, b, tables, (real)1, meeting.normal, (real)10 * tolerance);
-  return share_patches(&patch_a, &patch_b, rolling_radius(kind_a, a, meeting.normal),
-                       rolling_radius(kind_b, b, meeting.normal), &meeting, limit, tolerance,
-                       kind_b == SHAPE_PLANE ? length3(a.size) : smaller_size(a, b));
+  const real scale = smaller_size(a, b);
+  const real slack = depth_slack(meeting.gap, tolerance, scale);
+  Patch patch_a = facing_patch(kind_a, a, tables, (real)-1, meeting.normal, slack);
+  Patch patch_b = facing_patch(kind_b, b, tables, (real)1, meeting.normal, slack);
+  if (patch_a.kind == PATCH_SEGMENT && patch_b.kind == PATCH_POLYGON)
+    patch_b = edge_of_patch(&patch_b, meeting.normal, sub3(patch_a.end, patch_a.center));
+  else if (patch_b.kind == PATCH_SEGMENT && patch_a.kind == PATCH_POLYGON)
+    patch_a = edge_of_patch(&patch_a, meeting.normal, sub3(patch_b.end, patch_b.center));
+  const real radius_a = rolling_radius(kind_a, a, meeting.normal), radius_b = rolling_radius(kind_b, b, meeting.normal);
+  const Vec3 at_a = add3(meeting.at_a, scale3(radius_a, meeting.normal));
+  const Vec3 at_b = sub3(meeting.at_b, scale3(radius_b, meeting.normal));
+  const Vec3 displacement = lagging_displacement(a, at_a, b, at_b);
+  return share_patches(&patch_a, &patch_b, radius_a, radius_b, &meeting, displacement, limit, tolerance, slack, scale);
 }
 
 // The best face of the other one of two shapes with faces.
@@ -102,7 +111,7 @@ static inline Meeting meet_other_face(u32 kind_a, WorldShape a, u32 kind_b, Worl
                               : poly_meet_face_of_a(&one, &other, none, limit, tolerance);
 }
 
-#if FEATURE_FACETS
+#if FEATURE_FACETS || FEATURE_SEAMS
 // How far the core of a shape reaches from its centre along a direction, times the direction's length.
 static inline real core_extent(u32 kind, WorldShape shape, HullTables tables, Vec3 direction) {
 #if FEATURE_CYLINDERS
@@ -114,15 +123,18 @@ static inline real core_extent(u32 kind, WorldShape shape, HullTables tables, Ve
   const Polytope polytope = polytope_of(kind, shape, tables);
   return poly_extent(&polytope, direction);
 }
+#endif
 
-// Whether the core of a shape is farther than the limit from a facet, as the facet's normal or a direction across one
-// of its edges tells: most of those whose boxes meet are.
+#if FEATURE_FACETS
+// Whether the core of a shape is farther than the limit from a facet, as the facet's normal, from either side, or a
+// direction across one of its edges tells: most of those whose boxes meet are.
 static inline bool facet_is_far(u32 kind, WorldShape shape, WorldShape facet, HullTables tables, real limit) {
   const Polytope triangle = polytope_of(SHAPE_HULL, facet, tables);
   const Vec3 normal = poly_own_normal(&triangle, 0u);
-  for (u32 k = 0u; k < 4u; ++k) {
+  for (u32 k = 0u; k < 5u; ++k) {
     const EdgeSpan edge = poly_own_edge(&triangle, k < 3u ? k : 0u);
-    const Vec3 out = out_of_frame(triangle.axes, k < 3u ? cross3(edge.along, normal) : normal);
+    const Vec3 own = k < 3u ? cross3(edge.along, normal) : scale3(k == 3u ? (real)1 : (real)-1, normal);
+    const Vec3 out = out_of_frame(triangle.axes, own);
     const Vec3 from = add3(triangle.center, out_of_frame(triangle.axes, edge.start));
     const real gap = dot3(out, sub3(shape.center, from)) - core_extent(kind, shape, tables, scale3((real)-1, out));
     if (gap > limit * length3(out)) return true;

@@ -5,14 +5,17 @@
 
 #include "shapes/axes.h"
 
-// What is left to rounding, and to the wish that contacts keep their features, relative to the size of both shapes.
-static inline real shape_tolerance(WorldShape a, WorldShape b) {
-  return (real)1e-6 * (length3(a.size) + length3(b.size));
-}
-
+// The size of the smaller one of two shapes; a plane, of size 0, has none.
 static inline real smaller_size(WorldShape a, WorldShape b) {
   const real size_a = length3(a.size), size_b = length3(b.size);
-  return size_a < size_b ? size_a : size_b;
+  return size_a > (real)0 && (size_a < size_b || !(size_b > (real)0)) ? size_a : size_b;
+}
+
+// What is left to the wish that contacts keep their features, relative to the smaller shape, and to rounding, relative
+// to both: coordinates are those of the larger one.
+static inline real shape_tolerance(WorldShape a, WorldShape b) {
+  const real rounding = sizeof(real) == 4 ? (real)2.4e-7 : (real)4.5e-16;
+  return (real)2e-6 * smaller_size(a, b) + rounding * (length3(a.size) + length3(b.size));
 }
 
 // "Own" coordinates are those of the shape's frame. A segment has two vertices, an edge and no face.
@@ -24,8 +27,11 @@ typedef struct Polytope {
   u32 vertices, faces, edges;  // how many
   u32 first_vertex, first_face, first_edge;
 #if FEATURE_FACETS
-  bool facet;  // its surface goes on around it (facet.h)
-  u32 owned;   // of a facet, as Hull::owned
+  bool facet;      // its surface goes on around it (facet.h)
+  u32 owned, rim;  // of a facet, as those of Hull
+#endif
+#if FEATURE_SEAMS
+  u32 first_seam, seam_count;  // those that count against its crossings (seams.h)
 #endif
   HullTables tables;
 } Polytope;
@@ -53,6 +59,11 @@ static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables
 #if FEATURE_FACETS
   p.facet = is_facet(kind, shape, tables);
   p.owned = 0u;
+  p.rim = 0u;
+#endif
+#if FEATURE_SEAMS
+  p.first_seam = 0u;
+  p.seam_count = 0u;
 #endif
   p.tables = tables;
   if (FEATURE_HULLS && kind == SHAPE_HULL) {
@@ -65,6 +76,7 @@ static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables
     p.first_edge = hull.first_edge;
 #if FEATURE_FACETS
     p.owned = hull.owned;
+    p.rim = hull.rim;
 #endif
   }
   return p;
@@ -197,6 +209,8 @@ static inline real meeting_least(const Meeting* best, real tolerance) {
 
 // What a crossing may lie outside of an edge, as a share of it, by rounding.
 static inline bool within_share(real share) { return share > (real)-1e-3 && share < (real)1.001; }
+
+static inline real clamp_share(real x) { return x < (real)0 ? (real)0 : x > (real)1 ? (real)1 : x; }
 
 // Takes a better meeting. Of faces, the normal is sure but not the place, as their neighbours are nearly as good a
 // normal: a crossing that is no worse by much says where.

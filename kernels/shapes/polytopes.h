@@ -10,6 +10,7 @@
 #include "common.h"
 #include "shapes/edge_lanes.h"
 #include "shapes/facet.h"
+#include "shapes/seams.h"
 
 // Of the faces of p the one that q is farthest in front of, and the vertex of q that is nearest to it.
 typedef struct FaceQuery {
@@ -72,8 +73,6 @@ static inline real share_at_crossing(const EdgeSpan* a, const EdgeSpan* b, Vec3 
   return dot3(cross3(sub3(b->start, a->start), b->along), across) / dot3(across, across);
 }
 
-static inline real clamp_share(real x) { return x < (real)0 ? (real)0 : x > (real)1 ? (real)1 : x; }
-
 // The separation along a unit normal from b to a: a lower bound of the true one.
 static inline real polytopes_bound(const Polytope* a, const Polytope* b, Vec3 normal) {
   return dot3(normal, sub3(a->center, b->center)) - poly_extent(a, scale3((real)-1, normal)) - poly_extent(b, normal);
@@ -100,8 +99,14 @@ static inline Meeting poly_cross_edges(const Polytope* a, const Polytope* b, con
   if (gap - bound > (real)4 * tolerance) return best;
   const Vec3 on_a = add3(edge_a->start, scale3(clamp_share(s), edge_a->along));
   const Vec3 on_b = add3(edge_b.start, scale3(clamp_share(t), edge_b.along));
-  return meeting_offer(best, bound, normal, NORMAL_FIXED, add3(b->center, out_of_frame(b->axes, on_a)),
-                       add3(b->center, out_of_frame(b->axes, on_b)), tolerance);
+  const Vec3 at_a = add3(b->center, out_of_frame(b->axes, on_a)), at_b = add3(b->center, out_of_frame(b->axes, on_b));
+#if FEATURE_SEAMS
+  if (a->seam_count > 0u &&
+      seams_cover(a, into_frame(a->axes, sub3(at_a, a->center)), into_frame(a->axes, scale3((real)-1, normal))))
+    return best;
+  if (b->seam_count > 0u && seams_cover(b, on_b, into_frame(b->axes, normal))) return best;
+#endif
+  return meeting_offer(best, bound, normal, NORMAL_FIXED, at_a, at_b, tolerance);
 }
 
 #if LANES > 1

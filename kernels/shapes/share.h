@@ -39,12 +39,16 @@ static inline bool is_in_line(const Meeting* meeting, real size) {
   return dot3(beside, beside) <= (real)1e-4 * (size * size);
 }
 
-// Up to four points: the deepest, the farthest from it, the farthest from their line, the farthest outside of the
-// triangle; then those that enclose most. `meeting` is the deepest point where the patches show none as deep. `scale`
-// is the size of the smaller shape.
+// Up to four points: the first, the farthest from it, the farthest from their line, the farthest outside of the
+// triangle; then those that enclose most, one of them within `slack` (depth_slack) of the deepest. Depth chooses no
+// more than that: it changes with every step, and the points of bodies at rest are to stay. `meeting` is the deepest
+// point where the patches show none as deep. `scale` is the size of the smaller shape.
 static inline Manifold share_patches(const Patch* a, const Patch* b, real radius_a, real radius_b,
-                                     const Meeting* meeting, real limit, real tolerance, real scale) {
-  const PatchPair pair = patch_pair(a, b, meeting->normal, tolerance);
+                                     const Meeting* meeting, Vec3 displacement, real limit, real tolerance, real slack,
+                                     real scale) {
+  // round surfaces that pass each other by so little are as good as in line: it makes 2e-4 of the radius
+  const real width = (real)0.02 * (radius_a + radius_b) + (real)1e-4 * scale;
+  const PatchPair pair = patch_pair(a, b, meeting->normal, tolerance, width, displacement);
   const u32 count = shared_count(&pair);
 #if LANES > 1
   SharedPoint kept[SHARED_MOST];
@@ -53,32 +57,36 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
   const SharedPoint* kept = 0;
 #endif
   Chosen chosen = {0};
-  real deepest = (real)1e30;
+  SharedPoint deepest = {0};
+  deepest.gap = (real)1e30;
+  real least = deepest.gap;
   u32 valid = 0;
   for (u32 k = 0; k < count; ++k) {
     const SharedPoint point = shared_at(&pair, kept, k);
     if (!point.valid) continue;
     ++valid;
-    if (!(point.gap < deepest - tolerance)) continue;
-    deepest = point.gap;
-    chosen.points[0] = point;
+    least = point.gap < least ? point.gap : least;
+    if (point.gap < deepest.gap - slack) deepest = point;
+    if (!chosen.points[0].valid && point.gap <= limit) chosen.points[0] = point;
   }
   // the farthest point of a shape need not lie over the face that it is farthest behind: other points come first
   const bool sure = meeting->frame == NORMAL_FIXED || meeting->crossing_gap > (real)-1e29;
-  const bool deeper = sure && meeting->gap < deepest - (real)2 * tolerance;
-  if (valid == 0 || (deeper && is_in_line(meeting, scale))) {
-    chosen.points[0].on_a = meeting->at_a;
-    chosen.points[0].on_b = meeting->at_b;
-    chosen.points[0].gap = meeting->gap;
-    chosen.points[0].feature = 0;
+  const bool deeper = sure && meeting->gap < least - slack;
+  const bool at_meeting = valid == 0 || (deeper && is_in_line(meeting, scale));
+  if (at_meeting) {
+    deepest.on_a = meeting->at_a;
+    deepest.on_b = meeting->at_b;
+    deepest.gap = meeting->gap;
+    deepest.feature = 0;
+    least = meeting->gap;
   }
+  if (at_meeting || !chosen.points[0].valid) chosen.points[0] = deepest;
   chosen.count = 1;
   for (u32 pass = 1; pass < 4 && chosen.count == pass; ++pass) {
     bool found = false;
     real best = (real)0.001 * scale;
     if (pass > 1) best = best * length3(sub3(chosen.points[1].on_a, chosen.points[0].on_a));
     for (u32 k = 0; k < count; ++k) {
-      if (shared_wanders(&pair, k)) continue;
       const SharedPoint point = shared_at(&pair, kept, k);
       if (!point.valid || !(point.gap <= limit)) continue;
       const real gain = shared_gain(&chosen, meeting->normal, &point);
@@ -89,11 +97,16 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
     }
     if (found) chosen.count = pass + 1;
   }
-  // of a disc on a plane, which has no corners, the rim's fixed points do
+  // of a disc on a plane, which has no corners, the first four do
   const bool on_plane = pair.first.kind == PATCH_POLYGON && pair.first.corners == 0;
   const bool wider = pair.second.kind == PATCH_DISC ? !on_plane : valid > 4;
-  if (chosen.count > 2 && pair.first.kind != PATCH_SEGMENT && wider)
-    shared_widen(&pair, kept, count, limit, chosen.points[0].gap + tolerance, &chosen);
+  bool deep = false;
+  for (u32 k = 0; k < chosen.count; ++k) deep = deep || chosen.points[k].gap <= least + slack;
+  if (chosen.count > 2 && pair.first.kind != PATCH_SEGMENT && (wider || !deep)) {
+    shared_widen(&pair, kept, count, limit, least + slack, &deepest, &chosen);
+  } else if (!deep && chosen.count == 1) {
+    chosen.points[0] = deepest;
+  }
   shared_sort(&chosen);
   Manifold m = manifold_along(meeting->normal, meeting->frame, radius_a, radius_b);
   for (u32 k = 0; k < chosen.count; ++k) {

@@ -16,7 +16,7 @@ static inline Manifold sphere_cylinder(WorldShape a, WorldShape b) {
   const real over_cap = (height < (real)0 ? -height : height) - c.half_length, over_side = rho - c.radius;
   if (over_cap > (real)0 && over_side > (real)0) {
     const Vec3 on_rim = add3(b.center, add3(scale3(c.half_length, cap), scale3(c.radius, radial)));
-    const Vec3 normal = direction_between(a.center, on_rim, length3(b.size), radial);
+    const Vec3 normal = direction_between(a.center, on_rim, a.size.x, radial);
     return manifold_at(normal, NORMAL_FIXED, a.center, a.size.x, on_rim, (real)0, 0);
   }
   if (over_cap > over_side)

@@ -28,9 +28,15 @@ oracle::Verdict judged(const Case<real>& c, bool patch) {
   // two boxes that are apart are told by the best axis of faces and edges, a bound of their distance
   const bool boxes = c.kinds.a == SHAPE_BOX && c.kinds.b == SHAPE_BOX;
   tolerances.gap_is_distance = !boxes;
-  // edges have to be better than faces by 1e-4 of the sum of the half extents, at most 3.5e-4 of the larger box: so
-  // much the normal may lose. The depth loses it in three pairs of 100,000 (docs/error_measures.md)
-  if (boxes) tolerances.normal = 4.5e-4;
+  // edges have to be better than faces by 3 %, and the faces of b than those of a by 1 % of the smallest half extent:
+  // so much the normal may lose, and the deepest point
+  if (boxes) {
+    const auto least = [](const auto& size) { return std::min({double(size.x), double(size.y), double(size.z)}); };
+    const double size = std::max(body(c.kinds.a, c.a).extent(), body(c.kinds.b, c.b).extent());
+    const double preferred = 0.04 * std::min(least(c.a.size), least(c.b.size)) / size;
+    tolerances.normal += preferred;
+    tolerances.depth += preferred;
+  }
   return oracle::judge(body(c.kinds.a, c.a), body(c.kinds.b, c.b), m, double(limit), tolerances);
 }
 

@@ -71,7 +71,7 @@ TEST(Ridges, RodsComeDownOnBothSides) {
           }
         }
       }
-      EXPECT_LT(first_step, 5e-3) << slope << " " << spacing;
+      EXPECT_LT(first_step, 1e-2) << slope << " " << spacing;
       EXPECT_LT(later, 35e-3) << slope << " " << spacing;
     }
   }

@@ -1,0 +1,175 @@
+// Pairs with a shape whose neighbours cover edges of it (seams.hpp). What the pair has by itself counts unless its
+// neighbours cover all its points; then what it has along the best normal that they leave. kernels/shapes/seam_pairs.h
+// is the twin.
+#pragma once
+
+#include "cpu_reference/shapes/patch_pairs.hpp"
+#include "cpu_reference/shapes/seams.hpp"
+
+namespace lockstep::reference {
+
+template <class real>
+Polytope<real> polytope_with_seams(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables) {
+  Polytope<real> p = polytope_of(kind, shape, tables);
+  p.first_seam = shape.first_seam;
+  p.seam_count = shape.seam_count;
+  return p;
+}
+
+template <class real>
+Vec3<real> moved_into(const Polytope<real>& p, Vec3<real> point) {
+  for (u32 f = 0; f < bound_count(p); ++f) {
+    const Vec4<real> plane = bound_plane(p, f);
+    const Vec3<real> out = {plane.x, plane.y, plane.z};
+    const real height = dot3(out, point) - plane.w;
+    if (height > 0) point = sub3(point, scale3(height, out));
+  }
+  return point;
+}
+
+/// The point of p that a point of its surface stands for, own coordinates: parts of surfaces that face each other share
+/// points that are past an edge, or not quite at it, but by little. `up`: the normal. Past a sharp edge it would miss
+/// p.
+template <class real>
+Vec3<real> moved_to_edge(const Polytope<real>& p, Vec3<real> point, Vec3<real> up) {
+  const real tolerance = p.tables.seams[p.first_seam].tolerance;
+  const Vec3<real> moved = moved_into(p, add3(point, scale3(real(100) * tolerance, up)));
+  return poly_contains(p, moved, real(0.5) * tolerance, real(0.5) * tolerance) ? moved : moved_into(p, point);
+}
+
+/// Whether the neighbours of one side cover all points of a manifold.
+template <class real>
+bool seams_cover_side(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, const Manifold<real>& m,
+                      bool is_a) {
+  if (shape.seam_count == 0) return false;
+  const Polytope<real> p = polytope_with_seams(kind, shape, tables);
+  const Vec3<real> up = into_frame(p.axes, is_a ? scale3(real(-1), m.normal) : m.normal);
+  for (u32 k = 0; k < m.count; ++k) {
+    // of a point on a face the anchor may be any point of the face's plane: the other side says where
+    const bool on_face = m.frame == (is_a ? NORMAL_OF_A : NORMAL_OF_B);
+    const real gap = on_face ? gap_at(m, k) : real(0);
+    const Vec3<real> point = is_a != on_face ? sub3(m.points[k].anchor_a, scale3(m.radius_a + gap, m.normal))
+                                             : add3(m.points[k].anchor_b, scale3(m.radius_b + gap, m.normal));
+    if (!seams_cover(p, moved_to_edge(p, into_frame(p.axes, sub3(point, p.center)), up), up)) return false;
+  }
+  return true;
+}
+
+template <class real>
+bool seams_cover_all(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
+                     const HullTables<real>& tables, const Manifold<real>& m) {
+  return m.count > 0 && (seams_cover_side(kind_a, a, tables, m, true) || seams_cover_side(kind_b, b, tables, m, false));
+}
+
+/// A sphere that reaches through what covers the nearest face of b: through another one, if its centre is in b.
+template <class real>
+Manifold<real> sphere_over_seams(const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
+                                 const HullTables<real>& tables) {
+  const Polytope<real> p = polytope_with_seams(kind_b, b, tables);
+  const Vec3<real> center = into_frame(p.axes, sub3(a.center, p.center));
+  Manifold<real> best = no_manifold<real>();
+  if (is_facet(kind_b, b, tables) || !poly_contains(p, center, real(0), real(0))) return best;
+  real highest = real(-1e30);
+  for (u32 f = 0; f < p.faces; ++f) {
+    const Vec4<real> plane = poly_own_plane(p, f);
+    const Vec3<real> own = Vec3<real>{plane.x, plane.y, plane.z};
+    const real height = dot3(own, center) - plane.w;
+    if (!(height > highest) || height < -plane.w) continue;  // not through its middle
+    const Vec3<real> normal = out_of_frame(p.axes, own), foot = sub3(a.center, scale3(height, normal));
+    if (seams_cover(p, sub3(center, scale3(height, own)), own)) continue;
+    highest = height;
+    best = manifold_at(normal, NORMAL_OF_B, a.center, a.size.x, foot, real(0), 0);
+  }
+  return best;
+}
+
+/// Along the normal of a facet, what it holds.
+template <class real>
+Manifold<real> facet_over_seams(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
+                                const HullTables<real>& tables, bool is_a, real limit) {
+  const Meeting<real> inside = meet_inside(is_a ? a : b, tables, is_a);
+  const Manifold<real> shared = touch_along(kind_a, a, kind_b, b, tables, inside, limit, shape_tolerance(a, b));
+  const Manifold<real> m = keep_points_inside(a, b, tables, is_a, shared, limit);
+  return seams_cover_all(kind_a, a, kind_b, b, tables, m) ? no_manifold<real>() : m;
+}
+
+/// A face of one of the two shapes as the normal of a meeting.
+template <class real>
+struct FaceChoice {
+  real gap;
+  u32 index;  // in the faces of a, then those of b
+  u32 frame;
+  Vec3<real> normal;
+};
+
+/// The best of the faces that come after one that was tried, in the order of their gaps; none: its gap is -1e30. A face
+/// that the other shape reaches behind the middle of is none, nor one behind which it is deeper than the middle of the
+/// smaller of the two.
+template <class real>
+FaceChoice<real> next_face(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
+                           const HullTables<real>& tables, FaceChoice<real> tried) {
+  FaceChoice<real> best = {real(-1e30), 0, NORMAL_FIXED, {0, 0, 1}};
+  const real deepest = real(-0.5) * smaller_size(a, b);
+  u32 index = 0;
+  for (u32 side = 0; side < 2; ++side) {
+    const bool of_a = side == 0;
+    const u32 kind = of_a ? kind_a : kind_b, other_kind = of_a ? kind_b : kind_a;
+    if (kind != SHAPE_BOX && kind != SHAPE_HULL) continue;
+    const WorldShape<real>&shape = of_a ? a : b, &other = of_a ? b : a;
+    const Polytope<real> p = polytope_of(kind, shape, tables);
+    for (u32 f = 0; f < p.faces; ++f, ++index) {
+      const Vec4<real> plane = poly_own_plane(p, f);
+      const Vec3<real> out = out_of_frame(p.axes, Vec3<real>{plane.x, plane.y, plane.z});
+      const real gap = dot3(out, sub3(other.center, p.center)) -
+                       core_extent(other_kind, other, tables, scale3(real(-1), out)) - plane.w;
+      const bool after = gap < tried.gap || (gap == tried.gap && index > tried.index);
+      if (!after || !(gap > best.gap) || gap < -plane.w || gap < deepest) continue;
+      best = {gap, index, of_a ? u32(NORMAL_OF_A) : u32(NORMAL_OF_B), scale3(of_a ? real(-1) : real(1), out)};
+    }
+  }
+  return best;
+}
+
+/// Where the two cross at edges that no neighbour covers; only of shapes that overlap, and by less than to the middle
+/// of either.
+template <class real>
+Meeting<real> meet_open_edges(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
+                              const HullTables<real>& tables, real tolerance) {
+  Meeting<real> none = no_meeting<real>();
+  if (kind_a == SHAPE_CYLINDER || kind_b == SHAPE_CYLINDER) return none;
+  const Polytope<real> one = polytope_with_seams(kind_a, a, tables), other = polytope_with_seams(kind_b, b, tables);
+  const Meeting<real> meeting = poly_edge_query(one, other, none, tolerance);
+  const real extent_a = poly_extent(one, scale3(real(-1), meeting.normal));
+  const real extent_b = poly_extent(other, meeting.normal);
+  return meeting.gap > 0 || meeting.gap < -extent_a || meeting.gap < -extent_b ? none : meeting;
+}
+
+/// What is left where the best normal of a pair is covered. Kinds in order, as in collide_ordered.
+template <class real>
+Manifold<real> touch_over_seams(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
+                                const HullTables<real>& tables, real limit) {
+  if (kind_a == SHAPE_SPHERE) return sphere_over_seams(a, kind_b, b, tables);
+  if (is_facet(kind_a, a, tables) || is_facet(kind_b, b, tables))
+    return facet_over_seams(kind_a, a, kind_b, b, tables, is_facet(kind_a, a, tables), limit);
+  const real tolerance = shape_tolerance(a, b), core_a = patch_core_radius(kind_a, a);
+  Meeting<real> edges = meet_open_edges(kind_a, a, kind_b, b, tables, tolerance);
+  FaceChoice<real> face = {real(1e30), 0, NORMAL_FIXED, {0, 0, 1}};
+  for (;;) {
+    face = next_face(kind_a, a, kind_b, b, tables, face);
+    if (edges.gap > face.gap + tolerance) {
+      const Manifold<real> m = touch_along(kind_a, a, kind_b, b, tables, edges, limit, tolerance);
+      if (!seams_cover_all(kind_a, a, kind_b, b, tables, m)) return m;
+      edges = no_meeting<real>();
+    }
+    if (!(face.gap > real(-1e29))) return no_manifold<real>();
+    if (face.gap > limit + core_a) continue;
+    Meeting<real> meeting = no_meeting<real>();
+    meeting.normal = face.normal;
+    meeting.frame = face.frame;
+    const Manifold<real> m = touch_along(kind_a, a, kind_b, b, tables, meeting, limit, tolerance);
+    const bool nothing_over_it = m.count == 1 && m.points[0].feature == 0;
+    if (!nothing_over_it && !seams_cover_all(kind_a, a, kind_b, b, tables, m)) return m;
+  }
+}
+
+}  // namespace lockstep::reference
