@@ -9,6 +9,7 @@
 #include "host/app/interrupt.hpp"
 #include "host/app/progress.hpp"
 #include "host/app/recording.hpp"
+#include "host/record/measure_row.hpp"
 #include "host/app/report_file.hpp"
 #include "host/app/start.hpp"
 #include "host/app/worlds.hpp"

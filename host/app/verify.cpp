@@ -58,7 +58,7 @@ void verify(const VerifyOptions& options) {
   if (options.quiet) return;
   const RecordingLabel& label = recording.label();
   const std::string oracle = recording.oracle() ? " by " + recording.oracle().name : "";
-  fmt::print("{}, {}{}, recorded on {}, replayed on {}: {} steps, every state hash equal\n", label.scene,
+  fmt::print("{}, {}{}, recorded on {}, replayed on {}: {} steps, every state hash equal, and all that is stored beside it\n", label.scene,
              recording.precision(), oracle, label.device, replayed.device, recording.steps());
   if (replayed.unsolved.count > 0) fmt::print("{}\n", in_words(recording.oracle().name, replayed.unsolved));
   if (recording.outcome().starts_with("bad: ")) fmt::print("the run was {}\n", recording.outcome());
@@ -69,7 +69,7 @@ void verify(const VerifyOptions& options) {
 
 void add_verify(CLI::App& program) {
   CLI::App* command =
-      program.add_subcommand("verify", "Replay a recording and compare the hash of the state after every step");
+      program.add_subcommand("verify", "Replay a recording and compare hash, poses, velocities and measures of every step");
   const auto options = std::make_shared<VerifyOptions>();
   command->add_option("recording", options->recording, "A file of `lockstep run --record`")->required();
   add_target_options(*command, *options);

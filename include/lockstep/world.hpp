@@ -201,7 +201,7 @@ class World {
   /// Of the last step; asked for by the scene's setting `events` or by a trigger (docs/events.md).
   std::span<const BodyEvent> events();
   /// What a ray from `origin` meets first, of the shapes in the categories of `mask`; nothing within `length` is
-  /// nothing. In a world whose shapes cannot touch each other there is nothing to ask, and an Error (input).
+  /// nothing. Refused, an Error (input), where bodies push each other by particles, or runge_kutta moves them.
   std::optional<BodyHit> cast_ray(const Vector3& origin, const Vector3& direction, double length = 1e6,
                                   u32 mask = 0xffffffffu);
   /// The same for many rays, in their order: one launch, where as many calls would be one each.
