@@ -389,7 +389,10 @@ LINE_RECORD(ContactPoint) {
   real normal[4];  // from b to a, in the frame that Contact::normal tells
 };
 
-INDEX_RECORD(ContactKey) { u32 shape_a, shape_b, feature, pad; };
+INDEX_RECORD(ContactKey) {
+  u32 shape_a, shape_b, feature;
+  u32 normal;  // of a sleeper's contact, NormalFrame; else 0
+};
 
 // An impulse at rest in the world frame, N s: the normal part, and the tangential part as a vector, so that it survives
 // a turned tangent frame.
@@ -438,7 +441,8 @@ enum HashedRecord {
   HASHED_JOINT = 7,
   HASHED_SPRING = 8,
   HASHED_SLEEPER = 9,
-  HASHED_SLEPT = 10
+  HASHED_SLEPT = 10,
+  HASHED_SLEPT_POINT = 11
 };
 
 #include "friction_types.h"

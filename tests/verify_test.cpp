@@ -44,7 +44,8 @@ class Verify : public CommandLine {
 };
 
 TEST_F(Verify, FindsOneBitInEachTableOfBodies) {
-  const char* const buffers[] = {"positions[0] word 0", "orientations[0] word 0", "motions[0] word ", "motions[0] word "};
+  const char* const buffers[] = {"positions[0] word 0", "orientations[0] word 0", "motions[0] word ",
+                                 "motions[0] word "};
   for (unsigned table = 0; table < 4; ++table) {
     SCOPED_TRACE(body_tables[table].name);
     const Outcome outcome = after_change<float>(body_tables[table].name, H5T_NATIVE_FLOAT, [](std::vector<float>& of) {

@@ -196,7 +196,7 @@ class World {
   /// Whether a dynamic body sleeps (docs/sleeping.md); never where the scene's settings do not ask for sleeping. What
   /// is done to a body, and what is done to those that touch it, wakes it with the next step.
   bool is_asleep(BodyHandle body);
-  /// Of the last step, ordered by the bodies' shapes.
+  /// Of the last step, ordered by the bodies' shapes; of bodies that sleep those that they fell asleep with.
   std::span<const BodyContact> contacts();
   /// Of the last step; asked for by the scene's setting `events` or by a trigger (docs/events.md).
   std::span<const BodyEvent> events();
