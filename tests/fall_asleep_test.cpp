@@ -21,10 +21,10 @@ InitialState<real> with_impulses(InitialState<real> state, u32 seed) {
                                 0};
   };
   const auto point = [&] {
-    ContactPoint<real> point = {};
-    for (real* words : {point.anchor_a, point.anchor_b, point.normal})
+    ContactPoint<real> made = {};
+    for (real* words : {made.anchor_a, made.anchor_b, made.normal})
       for (unsigned k = 0; k < 3; ++k) words[k] = real(random.between(-1, 1));
-    return point;
+    return made;
   };
   for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
     b.cached_impulses[i] = impulse();
