@@ -78,11 +78,12 @@ enum ShapeKind {
 };
 // What the normal of a contact turns with while the bodies move through the sub-steps of a step.
 enum NormalFrame {
-  NORMAL_FIXED = 0,     // the world: two edges that cross
-  NORMAL_OF_A = 1,      // a face of shape a
-  NORMAL_OF_B = 2,      // a face of shape b
-  NORMAL_BETWEEN = 3,   // points from anchor b to anchor a: round shapes
-  NORMAL_OF_IMPACT = 4  // the world, and each side keeps its own arm: they will meet later in the step
+  NORMAL_FIXED = 0,      // the world: two edges that cross, at a point that goes with a
+  NORMAL_OF_A = 1,       // a face of shape a
+  NORMAL_OF_B = 2,       // a face of shape b
+  NORMAL_BETWEEN = 3,    // points from anchor b to anchor a: round shapes
+  NORMAL_OF_IMPACT = 4,  // the world, and each side keeps its own arm: they will meet later in the step
+  NORMAL_FIXED_ON_B = 5  // the world, at a point that goes with b
 };
 // The feature of a contact that keeps the middle of a body from passing where its corner is hit.
 #define CORE_FEATURE 0xfffffffeu

@@ -206,7 +206,7 @@ Manifold<real> patches_touch(u32 kind_a, const WorldShape<real>& a, u32 kind_b, 
         const Vec3<real> n = meeting.crossing_normal;
         const real radius_a = rolling_radius(kind_a, a, meeting.normal);
         const real radius_b = rolling_radius(kind_b, b, meeting.normal);
-        m = with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b),
+        m = with_point(manifold_along(n, frame_on_round(NORMAL_FIXED, radius_a, radius_b), radius_a, radius_b),
                        add3(meeting.at_a, scale3(radius_a - core_a, n)), sub3(meeting.at_b, scale3(radius_b, n)), 0);
       } else {
         // a face of the other shape may be as good a normal but for rounding, and have something over it
