@@ -94,6 +94,21 @@ enum ShapeFlag {
   SHAPE_IS_IN_TREE = 8,     // of a ShapeTree: the broad phase leaves it to the middle phase
   SHAPE_HAS_SEAMS = 16      // others that do not move against it cover edges of it
 };
+#define HULL_IS_FACET 0x80000000u
+#define FACET_CORNER(facet, k) ((facet) << 2 | (k))
+// What a facet says of its edge k and its corner k.
+#define FACET_OWNS_EDGE(k) (1u << (k))        // no other facet tells of contacts there
+#define FACET_OWNS_CORNER(k) (8u << (k))      // nor there
+#define FACET_IS_AT_RIM(k) (64u << (k))       // the surface ends at corner k
+#define FACET_CORNER_COUNTS(k) (512u << (k))  // it does, or no vertex around corner k rises above it, and some fall
+#define FACET_EDGE_SHIFT(k) (12u + 2u * (k))  // from here on the FacetEdgeKind of edge k, two bits
+#define FACET_OWNED 63u                       // the bits of all that it owns
+#define FACET_RIM_SHIFT 6u                    // from here on three bits, of each corner whether it is at the rim
+enum FacetEdgeKind {
+  FACET_EDGE_FLAT = 0,  // the other side is level, or rises: its own normal counts as that on both sides
+  FACET_EDGE_ROOF = 1,  // the two sides meet like a roof
+  FACET_EDGE_APART = 2  // a FacetEdge says what is across
+};
 enum EventKind {
   EVENT_CONTACT_BEGIN = 0,
   EVENT_CONTACT_END = 1,
@@ -204,7 +219,7 @@ LINE_INDEX_RECORD(ShapeInfo) {
   u32 category;  // a and b collide if (a.category & b.mask) != 0 and (b.category & a.mask) != 0
   u32 mask;
   u32 flags;  // ShapeFlag, or-ed
-  u32 hull;   // of a convex hull: index into `hulls`
+  u32 hull;   // of a convex hull: index into `hulls`, or into `facets` with HULL_IS_FACET
 };
 
 LINE_RECORD(Vec4) { real x, y, z, w; };
@@ -252,17 +267,27 @@ RECORD(ShapeTree) {
 
 // A convex hull in the frame of its shape. Ranges of the tables hull_vertices, hull_planes and hull_faces (an entry a
 // face), hull_edges, hull_corners.
-// A facet, a triangle of a surface, is a hull of one face, and its tables go on behind that (feature facets). Edge k,
-// from vertex k to the next, has the face on its left and plane 1 + k on its right: the normal on the other side where
-// the two meet like a roof, what is across the edge where there is no other side, the facet's own normal where they
-// meet flat or like a gutter. The corners of face 1 + k are the vertices around vertex k, where the surface ends there,
-// or where none rises above it and not all are level.
 INDEX_RECORD(Hull) {
   u32 first_vertex, vertex_count;
   u32 first_face, face_count;
   u32 first_edge, edge_count;
-  u32 owned;  // of a facet: bit k its edge k, bit 3 + k its vertex k, where no other facet tells of contacts there
-  u32 rim;    // of a facet: bit k where the surface ends at its vertex k
+};
+
+// A triangle of a surface in the frame of its shape, a hull of one face that knows what is around it (feature facets).
+// Edge k runs from corner k to the next. `next` of corner k is FACET_CORNER of the one that follows it around their
+// vertex: clockwise seen from outside, so that the two facets share edge k. At an edge that is FACET_EDGE_APART it is
+// the index of a FacetEdge instead, which has the corner that follows.
+RECORD(Facet) {
+  real corners[9];         // x y z of each, counter-clockwise seen from outside
+  real normal[3], height;  // its plane is normal . x = height
+  u32 next[3];
+  u32 flags;  // FACET_..., or-ed
+};
+
+// What is across an edge of a facet where that is no normal of a neighbour, and the corner that follows.
+RECORD(FacetEdge) {
+  real across[3];
+  u32 next, pad;
 };
 
 // The corners of a face, counter-clockwise seen from outside: hull_corners[first_corner ...], each an index of a vertex

@@ -14,7 +14,7 @@ struct Pose {
   Quat<real> orientation;
 };
 
-/// A shape in the world; `size` as Shape says, `hull` an index into the tables of hulls. `alone`: a facet is taken for
+/// A shape in the world; `size` as Shape says, `hull` as that of ShapeInfo. `alone`: a facet is taken for
 /// itself, not for a part of its surface, as bodies on their way to it ask for (facet.hpp). `displacement`
 /// and `angular_displacement`: how far the centre moves within the step, m, and by what the shape rotates about it,
 /// rad, but for what forces add, which is less than `margin`, m. `lag`: the share of the step that has passed, on the
@@ -62,8 +62,15 @@ struct HullTables {
   const HullFace* faces;
   const HullEdge* edges;
   const u32* corners;
+  const Facet<real>* facets = nullptr;
+  const FacetEdge<real>* facet_edges = nullptr;
   const Seam<real>* seams = nullptr;
 };
+
+template <class real>
+Vec3<real> facet_vertex(const Facet<real>& facet, u32 i) {
+  return vec3(facet.corners + 3 * i);
+}
 
 /// One pair of closest points: the surface of a round shape is its radius away from the anchor, along the normal.
 template <class real>

@@ -82,7 +82,8 @@ class EngineOf final : public Engine {
     return verdict;
   }
   std::vector<FirstContact> first_contacts(const Scene& scene) const override {
-    return lockstep::first_contacts(scene, constants_);
+    InitialState<real> copy = constants_;
+    return lockstep::first_contacts(scene, copy);
   }
 
   std::vector<Pose> poses() override {

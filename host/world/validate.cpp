@@ -40,8 +40,7 @@ void validate(const BodyDescription& body, const Scene& scene) {
            "has a plane, and only static and kinematic bodies may");
     expect(shape.kind != SHAPE_FACET || body.kind != BODY_DYNAMIC,
            "has facets of a surface, and only static and kinematic bodies may");
-    expect(shape.kind != SHAPE_FACET || (shape.surface && shape.facet < shape.surface->facets.size()),
-           "has a facet of no surface; facets_of() gives them");
+    expect(shape.kind != SHAPE_FACET || shape.surface, "has facets of no surface; make_surface() makes one");
     expect(shape.material < std::max<std::size_t>(scene.materials.size(), 1), "has a material that the scene does not");
   }
 }

@@ -58,10 +58,16 @@ typedef struct HullTables {
   global const HullFace* faces;
   global const HullEdge* edges;
   global const u32* corners;
+  global const Facet* facets;
+  global const FacetEdge* facet_edges;
 #if FEATURE_SEAMS
   global const Seam* seams;
 #endif
 } HullTables;
+
+static inline Vec3 facet_vertex(global const Facet* facet, u32 i) {
+  return make3(facet->corners[3u * i], facet->corners[3u * i + 1u], facet->corners[3u * i + 2u]);
+}
 
 typedef struct ManifoldPoint {
   Vec3 anchor_a, anchor_b;
