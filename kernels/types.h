@@ -102,12 +102,10 @@ enum ShapeFlag {
 #define FACET_IS_AT_RIM(k) (64u << (k))       // the surface ends at corner k
 #define FACET_CORNER_COUNTS(k) (512u << (k))  // it does, or no vertex around corner k rises above it, and some fall
 #define FACET_EDGE_SHIFT(k) (12u + 2u * (k))  // from here on the FacetEdgeKind of edge k, two bits
-#define FACET_OWNED 63u                       // the bits of all that it owns
-#define FACET_RIM_SHIFT 6u                    // from here on three bits, of each corner whether it is at the rim
 enum FacetEdgeKind {
-  FACET_EDGE_FLAT = 0,  // the other side is level, or rises: its own normal counts as that on both sides
-  FACET_EDGE_ROOF = 1,  // the two sides meet like a roof
-  FACET_EDGE_APART = 2  // a FacetEdge says what is across
+  FACET_EDGE_FLAT = 0,   // the other side is level, or rises: its own normal counts as that on both sides
+  FACET_EDGE_ROOF = 1,   // the two sides meet like a roof
+  FACET_EDGE_STORED = 2  // a FacetEdge says what is across
 };
 enum EventKind {
   EVENT_CONTACT_BEGIN = 0,
@@ -275,7 +273,7 @@ INDEX_RECORD(Hull) {
 
 // A triangle of a surface in the frame of its shape, a hull of one face that knows what is around it (feature facets).
 // Edge k runs from corner k to the next. `next` of corner k is FACET_CORNER of the one that follows it around their
-// vertex: clockwise seen from outside, so that the two facets share edge k. At an edge that is FACET_EDGE_APART it is
+// vertex: clockwise seen from outside, so that the two facets share edge k. At an edge that is FACET_EDGE_STORED it is
 // the index of a FacetEdge instead, which has the corner that follows.
 RECORD(Facet) {
   real corners[9];         // x y z of each, counter-clockwise seen from outside

@@ -160,7 +160,7 @@ TEST(Surface, TheNextCornerIsBeyondTheEdge) {
   const auto surface = made(hills(9, 0.5, [](double x, double y) { return 0.3 * x * y - 0.2 * x * x; }));
   for (u32 t = 0; t < surface->facets.size(); ++t) {
     for (u32 k = 0; k < 3; ++k) {
-      if ((surface->facets[t].flags >> FACET_EDGE_SHIFT(k) & 3) == FACET_EDGE_APART) continue;
+      if ((surface->facets[t].flags >> FACET_EDGE_SHIFT(k) & 3) == FACET_EDGE_STORED) continue;
       const u32 next = next_corner(*surface, t, k), other = next >> 2, j = next & 3;
       EXPECT_EQ(surface->mesh.triangles[other][j], surface->mesh.triangles[t][k]);
       EXPECT_EQ(surface->mesh.triangles[other][(j + 2) % 3], surface->mesh.triangles[t][(k + 1) % 3]);

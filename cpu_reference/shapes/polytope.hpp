@@ -46,8 +46,8 @@ bool is_facet(u32 kind, const WorldShape<real>& shape) {
 template <class real>
 u32 facet_next(const HullTables<real>& tables, u32 index, u32 corner) {
   const Facet<real>& facet = tables.facets[index];
-  const bool apart = (facet.flags >> FACET_EDGE_SHIFT(corner) & 3) == FACET_EDGE_APART;
-  return apart ? tables.facet_edges[facet.next[corner]].next : facet.next[corner];
+  const bool stored = (facet.flags >> FACET_EDGE_SHIFT(corner) & 3) == FACET_EDGE_STORED;
+  return stored ? tables.facet_edges[facet.next[corner]].next : facet.next[corner];
 }
 
 /// The plane of a facet, and behind it those of what is across its edges, through the origin.
@@ -58,7 +58,7 @@ Vec4<real> facet_plane(const HullTables<real>& tables, u32 index, u32 f) {
   const u32 edge = f - 1, kind = facet.flags >> FACET_EDGE_SHIFT(edge) & 3;
   const real* across = facet.normal;
   if (kind == FACET_EDGE_ROOF) across = tables.facets[facet.next[edge] >> 2].normal;
-  if (kind == FACET_EDGE_APART) across = tables.facet_edges[facet.next[edge]].across;
+  if (kind == FACET_EDGE_STORED) across = tables.facet_edges[facet.next[edge]].across;
   return {across[0], across[1], across[2], 0};
 }
 

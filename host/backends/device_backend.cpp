@@ -156,7 +156,8 @@ struct DeviceBackend<real>::Impl {
       if (elements.empty()) return;
       memory.allocate(buffer, elements.size() * sizeof(elements[0]), 0);
       write(buffer, elements.data(), elements.size() * sizeof(elements[0]));
-      if (spent) with_buffer(buffer, spent->buffers, [](auto& of_spent) { of_spent = {}; });
+      if (spent)
+        with_buffer(buffer, spent->buffers, [](auto& of_spent) { std::decay_t<decltype(of_spent)>().swap(of_spent); });
     });
     if (!fused) return;
     build(kernels, features, fused->files, fused->text);

@@ -177,10 +177,10 @@ void expect_facets(const Buffers<real>& b) {
       for (u32 k = 0; k < 3; ++k) {
         const Facet<real>& facet = b.facets[f];
         const u32 kind = facet.flags >> FACET_EDGE_SHIFT(k) & 3;
-        const bool apart = kind == FACET_EDGE_APART;
-        if (kind > FACET_EDGE_APART || (apart ? facet.next[k] >= b.facet_edges.size() : !is_corner(facet.next[k])))
+        const bool stored = kind == FACET_EDGE_STORED;
+        if (kind > FACET_EDGE_STORED || (stored ? facet.next[k] >= b.facet_edges.size() : !is_corner(facet.next[k])))
           refuse(Buffer::facets, f, "has an edge that there is not");
-        const u32 next = apart ? b.facet_edges[facet.next[k]].next : facet.next[k];
+        const u32 next = stored ? b.facet_edges[facet.next[k]].next : facet.next[k];
         if (first) {
           follows[next] = true;
         } else if (follows[FACET_CORNER(f, k)]) {

@@ -298,9 +298,9 @@ void SeamFinder<real>::join_surfaces() {
       const u32 kind = facet.flags >> FACET_EDGE_SHIFT(edge) & 3;
       const real* across = facet.normal;
       if (kind == FACET_EDGE_ROOF) across = b_.facets[facet.next[edge] >> 2].normal;
-      if (kind == FACET_EDGE_APART) across = b_.facet_edges[facet.next[edge]].across;
+      if (kind == FACET_EDGE_STORED) across = b_.facet_edges[facet.next[edge]].across;
       if (vector(across) == solid.planes[0].first || !goes_on(shape, solid, edge)) continue;
-      if (kind == FACET_EDGE_APART) facet.next[edge] = b_.facet_edges[facet.next[edge]].next;
+      if (kind == FACET_EDGE_STORED) facet.next[edge] = b_.facet_edges[facet.next[edge]].next;
       facet.flags &= ~(3u << FACET_EDGE_SHIFT(edge));
       changed = true;
     }

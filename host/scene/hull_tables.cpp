@@ -39,8 +39,8 @@ void append(const Surface& surface, Buffers<real>& b) {
     for (u32 k = 0; k < 3; ++k) {
       for (u32 i = 0; i < 3; ++i) facet.corners[3 * k + i] = static_cast<real>(corners[k][i]);
       facet.normal[k] = static_cast<real>(normal[k]);
-      const bool apart = (links.flags >> FACET_EDGE_SHIFT(k) & 3) == FACET_EDGE_APART;
-      facet.next[k] = apart ? links.next[k] + first_edge : corner(links.next[k]);
+      const bool stored = (links.flags >> FACET_EDGE_SHIFT(k) & 3) == FACET_EDGE_STORED;
+      facet.next[k] = stored ? links.next[k] + first_edge : corner(links.next[k]);
     }
     facet.height = static_cast<real>(exact::dot(normal, corners[0]));
     facet.flags = links.flags;

@@ -66,7 +66,7 @@ class SurfaceMaker {
   void find_corners(u32 vertex);
   void link_fans(std::span<const u32> corners);
   u32 follower(u32 corner) const { return next_corner(surface_, corner >> 2, corner & 3); }
-  void set_apart(u32 corner, const Vector3& across, u32 next);
+  void store_edge(u32 corner, const Vector3& across, u32 next);
 
   Surface surface_;
   std::vector<u32> first_, at_vertex_;  // the corners at each vertex, in order of the vertex that comes after
@@ -127,10 +127,10 @@ u32 SurfaceMaker::corner_beyond(u32 from, u32 to) {
   return FACET_CORNER(*found >> 2, ((*found & 3) + 1) % 3);
 }
 
-void SurfaceMaker::set_apart(u32 corner, const Vector3& across, u32 next) {
+void SurfaceMaker::store_edge(u32 corner, const Vector3& across, u32 next) {
   FacetLinks& facet = surface_.facets[corner >> 2];
   const u32 k = corner & 3;
-  facet.flags = (facet.flags & ~(3u << FACET_EDGE_SHIFT(k))) | FACET_EDGE_APART << FACET_EDGE_SHIFT(k);
+  facet.flags = (facet.flags & ~(3u << FACET_EDGE_SHIFT(k))) | FACET_EDGE_STORED << FACET_EDGE_SHIFT(k);
   facet.next[k] = static_cast<u32>(surface_.edges.size());
   surface_.edges.push_back({across, next});
 }
@@ -142,7 +142,8 @@ void SurfaceMaker::find_edge(u32 t, u32 k) {
   if (beyond == NONE || t < beyond >> 2) facet.flags |= FACET_OWNS_EDGE(k);
   const bool folded =  // on itself: as at an end
       beyond != NONE && dot(normals_[beyond >> 2], normals_[t]) < least_bend * least_bend / 2 - 1;
-  if (beyond == NONE || folded) return set_apart(FACET_CORNER(t, k), outward(mesh(), triangle, k, normals_[t]), beyond);
+  if (beyond == NONE || folded)
+    return store_edge(FACET_CORNER(t, k), outward(mesh(), triangle, k, normals_[t]), beyond);
   const Vector3 along = unit(subtract(mesh().vertices[to], mesh().vertices[from]));
   const bool roof = dot(cross(normals_[t], normals_[beyond >> 2]), along) > least_bend;
   facet.next[k] = beyond;
@@ -188,18 +189,18 @@ void SurfaceMaker::link_fans(std::span<const u32> corners) {
   if (count == corners.size() && follower(end) == corners[0]) return;
   std::vector<u32> starts, last;
   std::vector<bool> is_followed(corners.size()), is_seen(corners.size());
-  const auto place = [&](u32 corner) {
+  const auto rank = [&](u32 corner) {
     return static_cast<std::size_t>(std::ranges::lower_bound(corners, corner) - corners.begin());
   };
   for (const u32 corner : corners)
-    if (const u32 next = follower(corner); next != NONE) is_followed[place(next)] = true;
+    if (const u32 next = follower(corner); next != NONE) is_followed[rank(next)] = true;
   for (const bool open : {true, false}) {
     for (std::size_t i = 0; i < corners.size(); ++i) {
       if (is_seen[i] || (open && is_followed[i])) continue;
       starts.push_back(corners[i]);
       u32 at = corners[i];
       for (;;) {
-        is_seen[place(at)] = true;
+        is_seen[rank(at)] = true;
         const u32 next = follower(at);
         if (next == NONE || next == corners[i]) break;
         at = next;
@@ -211,10 +212,10 @@ void SurfaceMaker::link_fans(std::span<const u32> corners) {
     const u32 corner = last[fan], next = starts[(fan + 1) % starts.size()];
     if (follower(corner) == next) continue;
     FacetLinks& facet = surface_.facets[corner >> 2];
-    if ((facet.flags >> FACET_EDGE_SHIFT(corner & 3) & 3) == FACET_EDGE_APART)
+    if ((facet.flags >> FACET_EDGE_SHIFT(corner & 3) & 3) == FACET_EDGE_STORED)
       surface_.edges[facet.next[corner & 3]].next = next;
     else
-      set_apart(corner, across_facet(surface_, corner >> 2, corner & 3), next);
+      store_edge(corner, across_facet(surface_, corner >> 2, corner & 3), next);
   }
 }
 
@@ -240,15 +241,15 @@ Vector3 across_facet(const Surface& surface, u32 facet, u32 k) {
   const FacetLinks& links = surface.facets[facet];
   switch (links.flags >> FACET_EDGE_SHIFT(k) & 3) {
     case FACET_EDGE_ROOF: return normal_of_facet(surface, links.next[k] >> 2);
-    case FACET_EDGE_APART: return surface.edges[links.next[k]].across;
+    case FACET_EDGE_STORED: return surface.edges[links.next[k]].across;
     default: return normal_of_facet(surface, facet);
   }
 }
 
 u32 next_corner(const Surface& surface, u32 facet, u32 k) {
   const FacetLinks& links = surface.facets[facet];
-  const bool apart = (links.flags >> FACET_EDGE_SHIFT(k) & 3) == FACET_EDGE_APART;
-  return apart ? surface.edges[links.next[k]].next : links.next[k];
+  const bool stored = (links.flags >> FACET_EDGE_SHIFT(k) & 3) == FACET_EDGE_STORED;
+  return stored ? surface.edges[links.next[k]].next : links.next[k];
 }
 
 Vector3 middle_of_facet(const Surface& surface, u32 facet) {

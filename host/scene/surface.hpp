@@ -29,7 +29,7 @@ struct SurfaceEdge {
 struct Surface {
   TriangleMesh mesh;               // welded
   std::vector<FacetLinks> facets;  // one a triangle
-  std::vector<SurfaceEdge> edges;  // those that are FACET_EDGE_APART
+  std::vector<SurfaceEdge> edges;  // those that are FACET_EDGE_STORED
 };
 
 /// The surface of a mesh, which may have an edge; vertices at one position are made one. Where it is none (no

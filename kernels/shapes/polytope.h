@@ -49,8 +49,8 @@ static inline bool is_facet(u32 kind, WorldShape shape) {
 // The corner that follows one around their vertex.
 static inline u32 facet_next(const HullTables* tables, u32 index, u32 corner) {
   const u32 next = tables->facets[index].next[corner];
-  const bool apart = (tables->facets[index].flags >> FACET_EDGE_SHIFT(corner) & 3u) == FACET_EDGE_APART;
-  return apart ? tables->facet_edges[next].next : next;
+  const bool stored = (tables->facets[index].flags >> FACET_EDGE_SHIFT(corner) & 3u) == FACET_EDGE_STORED;
+  return stored ? tables->facet_edges[next].next : next;
 }
 
 // The plane of a facet, and behind it those of what is across its edges, through the origin.
@@ -61,7 +61,7 @@ static inline Vec4 facet_plane(const HullTables* tables, u32 index, u32 f) {
   const u32 edge = f - 1u, kind = facet->flags >> FACET_EDGE_SHIFT(edge) & 3u;
   global const real* across = facet->normal;
   if (kind == FACET_EDGE_ROOF) across = tables->facets[facet->next[edge] >> 2].normal;
-  if (kind == FACET_EDGE_APART) across = tables->facet_edges[facet->next[edge]].across;
+  if (kind == FACET_EDGE_STORED) across = tables->facet_edges[facet->next[edge]].across;
   plane.x = across[0];
   plane.y = across[1];
   plane.z = across[2];
