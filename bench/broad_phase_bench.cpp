@@ -121,10 +121,11 @@ InitialState<float> on_surface(u32 points, Feature search) {
     for (u32 i = 0; i < points; ++i) rows[j][i] = 0.1 * ((i * i + 3 * j) % 5);
   std::string flaw;
   ShapeDescription ground;
+  ground.kind = SHAPE_FACET;
   ground.surface = make_surface(height_field(rows, 0.5), flaw);
   scene.bodies.emplace_back();
   scene.bodies.back().kind = BODY_STATIC;
-  scene.bodies.back().shapes = facets_of(ground);
+  scene.bodies.back().shapes = {ground};
   Random random(points);
   const double half = 0.25 * (points - 1);
   for (u32 i = 0; i < 1000; ++i) {

@@ -35,7 +35,8 @@ struct RayCast {
   /// Looks whether the ray meets shape i before what it has met so far.
   void meet_shape(u32 i) {
     const HullTables<real> tables = {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
-                                     b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
+                                     b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data(),
+                                     b.facets.data(),     b.facet_edges.data()};
     const Vec3<real> origin = vec3(ray.origin), direction = vec3(ray.direction);
     const ShapeInfo& info = b.shape_infos[i];
     if ((info.category & filter.mask) == 0 || (info.flags & SHAPE_IS_TRIGGER) != 0) return;

@@ -73,8 +73,8 @@ Vec3<real> collide_center_b(const Side<real>& a, const Side<real>& b) {
 
 template <class real>
 HullTables<real> collide_tables(const Buffers<real>& b) {
-  return {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(), b.hull_faces.data(),
-          b.hull_edges.data(), b.hull_corners.data(),  b.seams.data()};
+  return {b.hulls.data(),        b.hull_vertices.data(), b.hull_planes.data(), b.hull_faces.data(), b.hull_edges.data(),
+          b.hull_corners.data(), b.facets.data(),        b.facet_edges.data(), b.seams.data()};
 }
 
 /// The share of a step that has passed when contacts are evaluated, at the start of each sub-step, on their mean.
@@ -143,9 +143,8 @@ Manifold<real> collide_keep(const StepParams<real>& params, Manifold<real> m, co
 }
 
 template <class real>
-bool collide_is_facet(const Buffers<real>& buffers, const Side<real>& side) {
-  return is_facet(side.info.kind, collide_world_shape(side, {0, 0, 0}, false, real(0), real(0), real(0)),
-                  collide_tables(buffers));
+bool collide_is_facet(const Side<real>& side) {
+  return is_facet(side.info.kind, collide_world_shape(side, {0, 0, 0}, false, real(0), real(0), real(0)));
 }
 
 template <class real>
@@ -187,7 +186,7 @@ Manifold<real> collide_at_impact(const Buffers<real>& buffers, const StepParams<
   }
   const Side<real> at_a = time > 0 ? collide_moved(a, mover_a, time) : a;
   const Side<real> at_b = time > 0 ? collide_moved(b, mover_b, time) : b;
-  if (collide_is_facet(buffers, a) || collide_is_facet(buffers, b) || a.seam_count + b.seam_count > 0)
+  if (collide_is_facet(a) || collide_is_facet(b) || a.seam_count + b.seam_count > 0)
     m = collide_sides(buffers, params, at_a, at_b, limit, false, h - time);
   m = collide_keep(params, m, at_a, at_b, h - time);
   collide_add_core(buffers, at_a, at_b, h - time, m);

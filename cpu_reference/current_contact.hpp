@@ -7,7 +7,8 @@ namespace lockstep::reference {
 
 /// A contact at the current poses: its point as an arm from either centre of mass, world axes. A contact on a face is
 /// at the point of the other shape, so that the arm of a rolling sphere has exactly its radius; others are midway. Of
-/// an impact later in the step each side keeps the point where it will be hit, however far apart the two still are.
+/// an impact later in the step each side keeps the point where it will be hit, however far apart the two still are. Of
+/// edges that cross the point goes with one side, the one that rolls if there is one.
 template <class real>
 struct CurrentContact {
   Vec3<real> normal;
@@ -30,8 +31,9 @@ CurrentContact<real> current_contact(const ContactPoint<real>& point, u32 frame,
   if (frame == NORMAL_BETWEEN && distance > 0) current.normal = {d.x / distance, d.y / distance, d.z / distance};
   const real between = frame == NORMAL_BETWEEN ? distance : dot3(current.normal, d);
   current.gap = between - point.radius_a - point.radius_b;
-  if (frame == NORMAL_OF_A) {
-    current.arm_b = add3(anchor_b, scale3(point.radius_b, current.normal));
+  if (frame == NORMAL_OF_A || frame == NORMAL_FIXED_ON_B) {
+    const real depth = frame == NORMAL_OF_A ? point.radius_b : point.radius_b + real(0.5) * current.gap;
+    current.arm_b = add3(anchor_b, scale3(depth, current.normal));
     current.arm_a = sub3(current.arm_b, offset_ab);
   } else if (frame == NORMAL_OF_IMPACT) {
     current.arm_a = sub3(anchor_a, scale3(point.radius_a, current.normal));

@@ -8,7 +8,8 @@
 // High-Performance Connected Components Implementation for GPUs, 2018).
 //
 // The impulses that its contacts end with join those of other sleepers, and wait there for match_contacts; those of
-// islands that have woken go. Both lists are ordered by (shape a, shape b, feature), and so is what they become.
+// islands that have woken go. With them is where they are, for who asks what sleepers carry. Both lists are ordered by
+// (shape a, shape b, feature), and so is what they become.
 #pragma once
 
 #include <numeric>
@@ -111,6 +112,7 @@ void keep_impulses(Buffers<real>& b) {
   std::vector<ContactKey> keys;
   std::vector<ContactImpulse<real>> impulses;
   std::vector<Vec4<real>> moments;
+  std::vector<ContactPoint<real>> points;
   const u32 count = b.counters[COUNTER_CONTACTS], slept = b.slept_count[0];
   const auto sleeps = [&](u32 shape_a, u32 shape_b) {
     return is_asleep(b, b.shape_infos[shape_a].body) || is_asleep(b, b.shape_infos[shape_b].body);
@@ -119,11 +121,13 @@ void keep_impulses(Buffers<real>& b) {
   for (u32 i = 0, k = 0; i < count || k < slept;) {
     const bool is_new = k == slept || (i < count && as_tuple(b.contacts[i]) < as_tuple(b.slept_keys[k]));
     const ContactKey key =
-        is_new ? ContactKey{b.contacts[i].shape_a, b.contacts[i].shape_b, b.contacts[i].feature, 0} : b.slept_keys[k];
+        is_new ? ContactKey{b.contacts[i].shape_a, b.contacts[i].shape_b, b.contacts[i].feature, b.contacts[i].normal}
+               : b.slept_keys[k];
     const ContactImpulse<real>& impulse = is_new ? b.cached_impulses[i] : b.slept_impulses[k];
     if (sleeps(key.shape_a, key.shape_b)) {
       keys.push_back(key);
       impulses.push_back(impulse);
+      points.push_back(is_new ? b.contact_points[i] : b.slept_points[k]);
       if (!b.slept_moments.empty()) moments.push_back(is_new ? b.cached_moments[i] : b.slept_moments[k]);
     }
     is_new ? ++i : ++k;
@@ -132,6 +136,7 @@ void keep_impulses(Buffers<real>& b) {
   std::copy(keys.begin(), keys.end(), b.slept_keys.begin());
   std::copy(impulses.begin(), impulses.end(), b.slept_impulses.begin());
   std::copy(moments.begin(), moments.end(), b.slept_moments.begin());
+  std::copy(points.begin(), points.end(), b.slept_points.begin());
 }
 
 template <class real>

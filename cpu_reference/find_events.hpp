@@ -23,7 +23,8 @@ bool trigger_overlaps(const Buffers<real>& b, Pair pair) {
   const Pose<real> pose_a = make_pose(b.positions[info_a.body], b.orientations[info_a.body]);
   const Pose<real> pose_b = make_pose(b.positions[info_b.body], b.orientations[info_b.body]);
   const HullTables<real> tables = {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
-                                   b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
+                                   b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data(),
+                                   b.facets.data(),     b.facet_edges.data()};
   return shapes_overlap(info_a.kind, shape_in_world(pose_a, b.shapes[pair.shape_a], info_a.hull, pose_a.position),
                         info_b.kind, shape_in_world(pose_b, b.shapes[pair.shape_b], info_b.hull, pose_a.position),
                         tables);

@@ -20,7 +20,8 @@ bool volume_overlaps(const Buffers<real>& b, const Shape<real>& volume, const Qu
   const real range = (volume.bounding_radius + shape.bounding_radius) * real(1.0001);
   if (info.kind != SHAPE_PLANE && dot3(other.center, other.center) > range * range) return false;
   const HullTables<real> tables = {b.hulls.data(),      b.hull_vertices.data(), b.hull_planes.data(),
-                                   b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data()};
+                                   b.hull_faces.data(), b.hull_edges.data(),    b.hull_corners.data(),
+                                   b.facets.data(),     b.facet_edges.data()};
   const Quat<real> rotation = {volume.rotation[0], volume.rotation[1], volume.rotation[2], volume.rotation[3]};
   return shapes_overlap(filter.kind, WorldShape<real>{{0, 0, 0}, rotation, vec3(volume.size), 0}, info.kind, other,
                         tables);

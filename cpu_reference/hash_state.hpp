@@ -80,7 +80,7 @@ void hash_state_keys(Buffers<real>& b, HashedRecord record, const std::vector<u3
     h = hash_word(h, shape_a.id);
     h = hash_word(h, b.shape_infos[key.shape_b].id);
     h = hash_word(h, key.feature);
-    h = hash_word(h, key.pad);
+    h = hash_word(h, key.normal);
     h = hash_words(h, impulses[i]);
     if (!moments.empty()) h = hash_words(h, moments[i]);
     hash_add_state(b.world_hashes[b.body_infos[shape_a.body].world], h);
@@ -103,6 +103,14 @@ void hash_state_sleepers(Buffers<real>& b) {
     hash_add_state(b.world_hashes[b.body_infos[i].world], h);
   }
   hash_state_keys(b, HASHED_SLEPT, b.slept_count, b.slept_keys, b.slept_impulses, b.slept_moments);
+  for (u32 i = 0; i < (b.slept_count.empty() ? 0 : b.slept_count[0]); ++i) {
+    const ContactKey key = b.slept_keys[i];
+    const ShapeInfo shape_a = b.shape_infos[key.shape_a];
+    u64 h = hash_word(hash_start(HASHED_SLEPT_POINT), shape_a.id);
+    h = hash_word(h, b.shape_infos[key.shape_b].id);
+    h = hash_words(hash_word(h, key.feature), b.slept_points[i]);
+    hash_add_state(b.world_hashes[b.body_infos[shape_a.body].world], h);
+  }
 }
 
 template <class real>

@@ -70,6 +70,8 @@ std::size_t capacity(Domain domain, const Sizes& sizes) {
     case Domain::hull_faces: return sizes.hull_faces;
     case Domain::hull_edges: return sizes.hull_edges;
     case Domain::hull_corners: return sizes.hull_corners;
+    case Domain::facets: return sizes.facets;
+    case Domain::facet_edges: return sizes.facet_edges;
     case Domain::seams: return sizes.seams;
     case Domain::materials: return sizes.material_pairs;
     case Domain::buckets: return std::size_t{sizes.buckets} + 1;

@@ -32,6 +32,8 @@ enum class Domain : u32 {
   hull_faces,
   hull_edges,
   hull_corners,
+  facets,
+  facet_edges,
   seams,
   materials,
   buckets,
@@ -114,7 +116,8 @@ struct Buffers {
 struct Sizes {
   u32 worlds = 0, bodies = 0, shapes = 0, planes = 0, material_pairs = 0, buckets = 0;
   u32 tree_shapes = 0, shape_trees = 0, shape_tree_blocks = 0;
-  u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0, seams = 0;
+  u32 hulls = 0, hull_vertices = 0, hull_faces = 0, hull_edges = 0, hull_corners = 0;
+  u32 facets = 0, facet_edges = 0, seams = 0;
   u32 pairs = 0, contacts = 0, blocks = 0, rows = 0, coupled_tiles = 0;
   u32 joints = 0, joint_phases = 0, joint_blocks = 0, joined = 0;
   u32 articulations = 0, links = 0, link_levels = 0, closures = 0;

@@ -20,29 +20,39 @@ struct ContactGeometry {
   double gap() const { return normal.dot(anchor_a - anchor_b) - (radius_a + radius_b); }
 };
 
-/// Of a contact in the list. Reads the buffers contacts, contact_points, positions and orientations.
+/// Of a contact of two bodies whose normal is in this frame. Reads the buffers positions and orientations.
 template <class real>
-ContactGeometry contact_geometry(const Buffers<real>& buffers, u32 index) {
-  const Contact& contact = buffers.contacts[index];
-  const ContactPoint<real>& point = buffers.contact_points[index];
-  const Eigen::Quaterniond orientation_a = rotation(buffers.orientations[contact.body_a]);
-  const Eigen::Quaterniond orientation_b = rotation(buffers.orientations[contact.body_b]);
-  ContactGeometry geometry = {vector3(buffers.positions[contact.body_a]) + orientation_a * vector3(point.anchor_a),
-                              vector3(buffers.positions[contact.body_b]) + orientation_b * vector3(point.anchor_b),
+ContactGeometry contact_geometry(const Buffers<real>& buffers, u32 body_a, u32 body_b, u32 frame,
+                                 const ContactPoint<real>& point) {
+  const Eigen::Quaterniond orientation_a = rotation(buffers.orientations[body_a]);
+  const Eigen::Quaterniond orientation_b = rotation(buffers.orientations[body_b]);
+  ContactGeometry geometry = {vector3(buffers.positions[body_a]) + orientation_a * vector3(point.anchor_a),
+                              vector3(buffers.positions[body_b]) + orientation_b * vector3(point.anchor_b),
                               vector3(point.normal), double(point.radius_a), double(point.radius_b)};
-  if (contact.normal == NORMAL_OF_A) geometry.normal = orientation_a * geometry.normal;
-  if (contact.normal == NORMAL_OF_B) geometry.normal = orientation_b * geometry.normal;
-  if (contact.normal == NORMAL_BETWEEN && geometry.anchor_a != geometry.anchor_b)
+  if (frame == NORMAL_OF_A) geometry.normal = orientation_a * geometry.normal;
+  if (frame == NORMAL_OF_B) geometry.normal = orientation_b * geometry.normal;
+  if (frame == NORMAL_BETWEEN && geometry.anchor_a != geometry.anchor_b)
     geometry.normal = (geometry.anchor_a - geometry.anchor_b).normalized();
   return geometry;
 }
 
-/// The impulse on body a that a contact passes on to the next step, world frame, N s. The list of contacts and that of
-/// cached impulses share their order at the end of a step.
+/// Of a contact in the list. Reads contacts and contact_points too.
+template <class real>
+ContactGeometry contact_geometry(const Buffers<real>& buffers, u32 index) {
+  const Contact& contact = buffers.contacts[index];
+  return contact_geometry(buffers, contact.body_a, contact.body_b, contact.normal, buffers.contact_points[index]);
+}
+
+/// The impulse on body a that a contact passes on to the next step, world frame, N s.
+template <class real>
+Eigen::Vector3d contact_impulse(const ContactImpulse<real>& impulse, const ContactGeometry& geometry) {
+  return double(impulse.normal) * geometry.normal + vector3(&impulse.tangent_x);
+}
+
+/// Of a contact in the list, whose order is that of cached impulses at the end of a step.
 template <class real>
 Eigen::Vector3d contact_impulse(const Buffers<real>& buffers, u32 index, const ContactGeometry& geometry) {
-  const ContactImpulse<real>& impulse = buffers.cached_impulses[index];
-  return double(impulse.normal) * geometry.normal + vector3(&impulse.tangent_x);
+  return contact_impulse(buffers.cached_impulses[index], geometry);
 }
 
 }  // namespace lockstep

@@ -117,13 +117,14 @@ kernel void cast_rays(global const WorldRange* world_ranges, global const ShapeI
                       global const Vec4* positions, global const Vec4* orientations, global const Hull* hulls,
                       global const Vec4* hull_vertices, global const Vec4* hull_planes,
                       global const HullFace* hull_faces, global const HullEdge* hull_edges,
-                      global const u32* hull_corners, global const Ray* rays, global const QueryFilter* ray_filters,
-                      global u32* ray_shapes, global RayPoint* ray_points, const u32 room, const StepParams params) {
+                      global const u32* hull_corners, global const Facet* facets, global const FacetEdge* facet_edges,
+                      global const Ray* rays, global const QueryFilter* ray_filters, global u32* ray_shapes,
+                      global RayPoint* ray_points, const u32 room, const StepParams params) {
   const RayScene s = {shape_infos,
                       shapes,
                       positions,
                       orientations,
-                      {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners}};
+                      {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners, facets, facet_edges}};
   FOR_EACH(r, room) {
     RayHit closest = {NONE, (real)0, {(real)0, (real)0, (real)0}};
     if (r < params.queries) {

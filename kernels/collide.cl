@@ -144,10 +144,9 @@ static inline void collide_add_core(const Side* a, const Side* b, HullTables tab
 }
 #endif
 
-static inline bool collide_is_facet(const Side* side, HullTables tables) {
+static inline bool collide_is_facet(const Side* side) {
   return is_facet(side->kind,
-                  collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0, (real)0),
-                  tables);
+                  collide_world_shape(side, make3((real)0, (real)0, (real)0), false, (real)0, (real)0, (real)0));
 }
 
 // The points at the impact, or at the end of the step where the two do not meet before. On its way to a facet a body
@@ -166,7 +165,7 @@ static inline void collide_at_impact(const StepParams* params, const Side* a, co
     moved_b = collide_moved(b, &mover_b, time);
     *m = collide_sides(params, &moved_a, &moved_b, tables, limit, true, h);
   }
-  if (collide_is_facet(a, tables) || collide_is_facet(b, tables) || a->seam_count + b->seam_count > 0u)
+  if (collide_is_facet(a) || collide_is_facet(b) || a->seam_count + b->seam_count > 0u)
     *m = collide_sides(params, &moved_a, &moved_b, tables, limit, false, h - time);
   collide_keep(params, m, &moved_a, &moved_b, h - time);
 #if FEATURE_MANIFOLDS
@@ -210,11 +209,11 @@ static inline void collide_alone(const StepParams* params, u32 p, Pair pair, Hul
 kernel void collide_pairs(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                           global const Shape* shapes, global const Hull* hulls, global const Vec4* hull_vertices,
                           global const Vec4* hull_planes, global const HullFace* hull_faces,
-                          global const HullEdge* hull_edges, global const u32* hull_corners,
-                          global const u32* seam_starts, global const Seam* seams, global const Vec4* positions,
-                          global const Vec4* orientations, global const Motion* motions, global const Pair* pairs,
-                          global u32* contact_starts, global FoundContacts* found_contacts, global const u32* counters,
-                          const u32 tile_pairs, const StepParams params) {
+                          global const HullEdge* hull_edges, global const u32* hull_corners, global const Facet* facets,
+                          global const FacetEdge* facet_edges, global const u32* seam_starts, global const Seam* seams,
+                          global const Vec4* positions, global const Vec4* orientations, global const Motion* motions,
+                          global const Pair* pairs, global u32* contact_starts, global FoundContacts* found_contacts,
+                          global const u32* counters, const u32 tile_pairs, const StepParams params) {
   const HullTables tables = {
     hulls,
     hull_vertices,
@@ -222,6 +221,8 @@ kernel void collide_pairs(global const BodyInfo* body_infos, global const ShapeI
     hull_faces,
     hull_edges,
     hull_corners,
+    facets,
+    facet_edges,
 #if FEATURE_SEAMS
     seams,
 #endif

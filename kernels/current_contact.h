@@ -27,8 +27,9 @@ static inline CurrentContact current_contact(global const ContactPoint* point, u
     current.normal = make3(d.x / distance, d.y / distance, d.z / distance);
   const real between = frame == NORMAL_BETWEEN ? distance : dot3(current.normal, d);
   current.gap = between - point->radius_a - point->radius_b;
-  if (frame == NORMAL_OF_A) {
-    current.arm_b = add3(anchor_b, scale3(point->radius_b, current.normal));
+  if (frame == NORMAL_OF_A || frame == NORMAL_FIXED_ON_B) {
+    const real depth = frame == NORMAL_OF_A ? point->radius_b : point->radius_b + (real)0.5 * current.gap;
+    current.arm_b = add3(anchor_b, scale3(depth, current.normal));
     current.arm_a = sub3(current.arm_b, offset_ab);
 #if FEATURE_CONTINUOUS || FEATURE_BOXES
   } else if (frame == NORMAL_OF_IMPACT) {

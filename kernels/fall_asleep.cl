@@ -183,12 +183,12 @@ static inline bool keep_sleeps(u32 body_a, u32 body_b, global const Sleeper* sle
 // One work-group, the last: entry i of kept_contacts is the number of contacts before the i-th that stay, and so of
 // kept_keys; then each goes to its own slot. keep_sums has two words a work-item and two more.
 kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact* contacts,
-                       global const ContactImpulse* cached_impulses, global const Vec4* cached_moments,
-                       global const Sleeper* sleepers, global u32* slept_count, global ContactKey* slept_keys,
-                       global ContactImpulse* slept_impulses, global Vec4* slept_moments, global u32* kept_contacts,
-                       global u32* kept_keys, global u32* keep_sums, global ContactKey* merged_keys,
-                       global ContactImpulse* merged_impulses, global Vec4* merged_moments,
-                       global const u32* counters) {
+                       global const ContactPoint* contact_points, global const ContactImpulse* cached_impulses,
+                       global const Vec4* cached_moments, global const Sleeper* sleepers, global u32* slept_count,
+                       global ContactKey* slept_keys, global ContactImpulse* slept_impulses, global Vec4* slept_moments,
+                       global ContactPoint* slept_points, global u32* kept_contacts, global u32* kept_keys,
+                       global u32* keep_sums, global ContactKey* merged_keys, global ContactImpulse* merged_impulses,
+                       global Vec4* merged_moments, global ContactPoint* merged_points, global const u32* counters) {
   const bool merges = !STEP_ABORTED(counters) && counters[COUNTER_CHANGED] != 0u;
   const u32 count = merges ? counters[COUNTER_CONTACTS] : 0u, slept = merges ? slept_count[0] : 0u;
   const u32 item = (u32)get_local_id(0), items = (u32)get_local_size(0);
@@ -234,8 +234,9 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
     merged_keys[slot].shape_a = contact.shape_a;
     merged_keys[slot].shape_b = contact.shape_b;
     merged_keys[slot].feature = contact.feature;
-    merged_keys[slot].pad = 0u;
+    merged_keys[slot].normal = contact.normal;
     merged_impulses[slot] = cached_impulses[i];
+    merged_points[slot] = contact_points[i];
 #if FEATURE_ANGULAR_FRICTION
     merged_moments[slot] = cached_moments[i];
 #endif
@@ -245,6 +246,7 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
     const u32 slot = kept_keys[k] + kept_contacts[keep_contacts_before(contacts, count, slept_keys[k])];
     merged_keys[slot] = slept_keys[k];
     merged_impulses[slot] = slept_impulses[k];
+    merged_points[slot] = slept_points[k];
 #if FEATURE_ANGULAR_FRICTION
     merged_moments[slot] = slept_moments[k];
 #endif
@@ -254,6 +256,7 @@ kernel void sleep_keep(global const ShapeInfo* shape_infos, global const Contact
   for (u32 k = item; k < kept; k += items) {
     slept_keys[k] = merged_keys[k];
     slept_impulses[k] = merged_impulses[k];
+    slept_points[k] = merged_points[k];
 #if FEATURE_ANGULAR_FRICTION
     slept_moments[k] = merged_moments[k];
 #endif

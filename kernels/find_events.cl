@@ -26,7 +26,8 @@ kernel void find_events_mark(global const ShapeInfo* shape_infos, global const S
                              global const u32* contact_starts, global const u32* touched, global const Hull* hulls,
                              global const Vec4* hull_vertices, global const Vec4* hull_planes,
                              global const HullFace* hull_faces, global const HullEdge* hull_edges,
-                             global const u32* hull_corners, global const u32* touching_count,
+                             global const u32* hull_corners, global const Facet* facets,
+                             global const FacetEdge* facet_edges, global const u32* touching_count,
                              global const Pair* touching, global u32* touching_starts, global u32* touch_slots,
                              global const u32* counters, const StepParams params) {
   if (STEP_ABORTED(counters)) return;
@@ -37,7 +38,8 @@ kernel void find_events_mark(global const ShapeInfo* shape_infos, global const S
     for (u32 shape = first; shape <= last; ++shape) touching_starts[shape] = k;
   }
 #if FEATURE_TRIGGERS
-  const HullTables tables = {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners};
+  const HullTables tables = {hulls,      hull_vertices, hull_planes, hull_faces,
+                             hull_edges, hull_corners,  facets,      facet_edges};
 #endif
   const u32 count = counters[COUNTER_PAIRS];
   FOR_EACH(p, count + 1u) {

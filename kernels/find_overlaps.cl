@@ -34,10 +34,12 @@ kernel void find_overlaps(global const WorldRange* world_ranges, global const Sh
                           global const Shape* shapes, global const Vec4* positions, global const Vec4* orientations,
                           global const Hull* hulls, global const Vec4* hull_vertices, global const Vec4* hull_planes,
                           global const HullFace* hull_faces, global const HullEdge* hull_edges,
-                          global const u32* hull_corners, global const Shape* volumes,
+                          global const u32* hull_corners, global const Facet* facets,
+                          global const FacetEdge* facet_edges, global const Shape* volumes,
                           global const QueryFilter* volume_filters, global u32* overlap_starts, global u32* overlaps,
                           const u32 room, const u32 overlap_room, const StepParams params) {
-  const HullTables tables = {hulls, hull_vertices, hull_planes, hull_faces, hull_edges, hull_corners};
+  const HullTables tables = {hulls,      hull_vertices, hull_planes, hull_faces,
+                             hull_edges, hull_corners,  facets,      facet_edges};
   const bool writes = overlap_room > 0u;
   const u32 total = writes ? overlap_starts[room] : 0u;
   const bool full = total > params.overlap_capacity;

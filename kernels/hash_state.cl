@@ -167,7 +167,7 @@ static inline void hash_keys(u32 record, u32 count, global const BodyInfo* body_
       ulong16 contacts_16 = hash_word_16((ulong16)(hash_start(record)), vload16(0, id_a));
       contacts_16 = hash_word_16(contacts_16, vload16(0, id_b));
       contacts_16 = hash_word_16(contacts_16, hash_load_16(&keys[i].feature, key_words));
-      contacts_16 = hash_word_16(contacts_16, hash_load_16(&keys[i].pad, key_words));
+      contacts_16 = hash_word_16(contacts_16, hash_load_16(&keys[i].normal, key_words));
       contacts_16 = hash_words_16(contacts_16, (global const u32*)&key_impulses[i], impulse_words);
 #if FEATURE_ANGULAR_FRICTION
       contacts_16 = hash_words_16(contacts_16, (global const u32*)&key_moments[i], moment_words);
@@ -181,7 +181,7 @@ static inline void hash_keys(u32 record, u32 count, global const BodyInfo* body_
     h = hash_word(h, shape_a.id);
     h = hash_word(h, shape_infos[key.shape_b].id);
     h = hash_word(h, key.feature);
-    h = hash_word(h, key.pad);
+    h = hash_word(h, key.normal);
     h = hash_words(h, (global const u32*)&key_impulses[i], impulse_words);
 #if FEATURE_ANGULAR_FRICTION
     h = hash_words(h, (global const u32*)&key_moments[i], moment_words);
@@ -202,9 +202,21 @@ kernel void hash_state_contacts(global const BodyInfo* body_infos, global const 
 kernel void hash_state_slept(global const BodyInfo* body_infos, global const ShapeInfo* shape_infos,
                              global const u32* slept_count, global const ContactKey* slept_keys,
                              global const ContactImpulse* slept_impulses, global const Vec4* slept_moments,
-                             global WorldHash* world_hashes) {
+                             global const ContactPoint* slept_points, global WorldHash* world_hashes) {
   hash_keys(HASHED_SLEPT, slept_count[0], body_infos, shape_infos, slept_keys, slept_impulses, slept_moments,
             world_hashes);
+  HashSum sum = hash_nothing();
+  FOR_EACH(i, slept_count[0]) {
+    const ContactKey key = slept_keys[i];
+    const ShapeInfo shape_a = shape_infos[key.shape_a];
+    hash_enter(&sum, body_infos[shape_a.body].world, world_hashes);
+    ulong h = hash_word(hash_start(HASHED_SLEPT_POINT), shape_a.id);
+    h = hash_word(h, shape_infos[key.shape_b].id);
+    h = hash_word(h, key.feature);
+    h = hash_words(h, (global const u32*)&slept_points[i], (u32)(sizeof(ContactPoint) / sizeof(u32)));
+    hash_add_state(&sum, h);
+  }
+  hash_hand_over(&sum, world_hashes);
 }
 
 kernel void hash_state_sleepers(const StepParams params, global const BodyInfo* body_infos,

@@ -70,11 +70,13 @@ static inline void lane_current_contact(u32 first, global const PointBlock* poin
   }
   current->gap = (is_between ? distance : lane_dot3(current->normal, d)) - radius_a - radius_b;
 
-  const lane depth = of_b ? radius_a : radius_a + (lane)0.5 * current->gap;
-  const Lane3 end_b = lane_add3(anchor_b, lane_scale3(radius_b, current->normal));
-  const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth, current->normal));
-  current->arm_a = lane_select3(of_a, lane_sub3(end_b, offset_ab), end_a);
-  current->arm_b = lane_select3(of_a, end_b, lane_add3(end_a, offset_ab));
+  const lane_mask fixed_on_b = LANE_MASK(frame == (lane_u32)NORMAL_FIXED_ON_B), on_b = of_a | fixed_on_b;
+  const lane depth_a = of_b ? radius_a : radius_a + (lane)0.5 * current->gap;
+  const lane depth_b = fixed_on_b ? radius_b + (lane)0.5 * current->gap : radius_b;
+  const Lane3 end_b = lane_add3(anchor_b, lane_scale3(depth_b, current->normal));
+  const Lane3 end_a = lane_sub3(anchor_a, lane_scale3(depth_a, current->normal));
+  current->arm_a = lane_select3(on_b, lane_sub3(end_b, offset_ab), end_a);
+  current->arm_b = lane_select3(on_b, end_b, lane_add3(end_a, offset_ab));
 #if FEATURE_CONTINUOUS || FEATURE_BOXES
   const lane_mask of_impact = LANE_MASK(frame == (lane_u32)NORMAL_OF_IMPACT);
   current->arm_a = lane_select3(of_impact, lane_sub3(anchor_a, lane_scale3(radius_a, current->normal)), current->arm_a);

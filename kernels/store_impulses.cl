@@ -23,7 +23,7 @@ kernel void store_impulses(global const Contact* contacts, global const u32* con
     cached_keys[i].shape_a = contacts[i].shape_a;
     cached_keys[i].shape_b = contacts[i].shape_b;
     cached_keys[i].feature = contacts[i].feature;
-    cached_keys[i].pad = 0u;
+    cached_keys[i].normal = 0u;
     cached_impulses[i].normal = impulses->normal[lane];
     cached_impulses[i].tangent_x = t.x;
     cached_impulses[i].tangent_y = t.y;

@@ -78,11 +78,12 @@ enum ShapeKind {
 };
 // What the normal of a contact turns with while the bodies move through the sub-steps of a step.
 enum NormalFrame {
-  NORMAL_FIXED = 0,     // the world: two edges that cross
-  NORMAL_OF_A = 1,      // a face of shape a
-  NORMAL_OF_B = 2,      // a face of shape b
-  NORMAL_BETWEEN = 3,   // points from anchor b to anchor a: round shapes
-  NORMAL_OF_IMPACT = 4  // the world, and each side keeps its own arm: they will meet later in the step
+  NORMAL_FIXED = 0,      // the world: two edges that cross, at a point that goes with a
+  NORMAL_OF_A = 1,       // a face of shape a
+  NORMAL_OF_B = 2,       // a face of shape b
+  NORMAL_BETWEEN = 3,    // points from anchor b to anchor a: round shapes
+  NORMAL_OF_IMPACT = 4,  // the world, and each side keeps its own arm: they will meet later in the step
+  NORMAL_FIXED_ON_B = 5  // the world, at a point that goes with b
 };
 // The feature of a contact that keeps the middle of a body from passing where its corner is hit.
 #define CORE_FEATURE 0xfffffffeu
@@ -203,7 +204,7 @@ LINE_INDEX_RECORD(ShapeInfo) {
   u32 category;  // a and b collide if (a.category & b.mask) != 0 and (b.category & a.mask) != 0
   u32 mask;
   u32 flags;  // ShapeFlag, or-ed
-  u32 hull;   // of a convex hull: index into `hulls`
+  u32 hull;   // of a convex hull: index into `hulls`, or into `facets` with HULL_IS_FACET
 };
 
 LINE_RECORD(Vec4) { real x, y, z, w; };
@@ -251,17 +252,10 @@ RECORD(ShapeTree) {
 
 // A convex hull in the frame of its shape. Ranges of the tables hull_vertices, hull_planes and hull_faces (an entry a
 // face), hull_edges, hull_corners.
-// A facet, a triangle of a surface, is a hull of one face, and its tables go on behind that (feature facets). Edge k,
-// from vertex k to the next, has the face on its left and plane 1 + k on its right: the normal on the other side where
-// the two meet like a roof, what is across the edge where there is no other side, the facet's own normal where they
-// meet flat or like a gutter. The corners of face 1 + k are the vertices around vertex k, where the surface ends there,
-// or where none rises above it and not all are level.
 INDEX_RECORD(Hull) {
   u32 first_vertex, vertex_count;
   u32 first_face, face_count;
   u32 first_edge, edge_count;
-  u32 owned;  // of a facet: bit k its edge k, bit 3 + k its vertex k, where no other facet tells of contacts there
-  u32 rim;    // of a facet: bit k where the surface ends at its vertex k
 };
 
 // The corners of a face, counter-clockwise seen from outside: hull_corners[first_corner ...], each an index of a vertex
@@ -389,7 +383,10 @@ LINE_RECORD(ContactPoint) {
   real normal[4];  // from b to a, in the frame that Contact::normal tells
 };
 
-INDEX_RECORD(ContactKey) { u32 shape_a, shape_b, feature, pad; };
+INDEX_RECORD(ContactKey) {
+  u32 shape_a, shape_b, feature;
+  u32 normal;  // of a sleeper's contact, NormalFrame; else 0
+};
 
 // An impulse at rest in the world frame, N s: the normal part, and the tangential part as a vector, so that it survives
 // a turned tangent frame.
@@ -438,9 +435,11 @@ enum HashedRecord {
   HASHED_JOINT = 7,
   HASHED_SPRING = 8,
   HASHED_SLEEPER = 9,
-  HASHED_SLEPT = 10
+  HASHED_SLEPT = 10,
+  HASHED_SLEPT_POINT = 11
 };
 
+#include "facet_types.h"
 #include "friction_types.h"
 #include "stream_types.h"
 

@@ -94,7 +94,8 @@ void add_questions(WorldClass& world) {
   world
       .def(
           "contacts", [](SharedWorld& shared) { return to_array(shared.use().contacts()); },
-          "Contacts of the last step: an array of records with the fields a, b (ids of bodies), shape_a, shape_b (by\n"
+          "Contacts of the last step, of sleepers those that they fell asleep with: an array of records with the "
+          "fields a, b (ids of bodies), shape_a, shape_b (by\n"
           "their indices in the bodies' descriptions), point (3,) on the surface of a, m, normal (3,) from b to a, "
           "and\n"
           "impulse (3,) on a in the last sub-step, N s; world frame.")

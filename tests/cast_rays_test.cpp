@@ -97,7 +97,7 @@ TYPED_TEST(CastRays, AHullIsMetByItsPlanes) {
   state.sizes.hull_faces = 6;
   state.buffers.shape_infos[0].kind = SHAPE_HULL;
   resize(state.buffers, state.sizes, state.features);
-  state.buffers.hulls[0] = {0, 8, 0, 6, 0, 12, 0, 0};
+  state.buffers.hulls[0] = {0, 8, 0, 6, 0, 12};
   const real half = real(0.5);
   state.buffers.hull_planes = {{1, 0, 0, half},  {-1, 0, 0, half}, {0, 1, 0, half},
                                {0, -1, 0, half}, {0, 0, 1, half},  {0, 0, -1, half}};

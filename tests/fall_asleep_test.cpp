@@ -20,7 +20,17 @@ InitialState<real> with_impulses(InitialState<real> state, u32 seed) {
     return ContactImpulse<real>{real(random.between(0, 1)), real(random.between(-1, 1)), real(random.between(-1, 1)),
                                 0};
   };
-  for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) b.cached_impulses[i] = impulse();
+  const auto point = [&] {
+    ContactPoint<real> made = {};
+    for (real* words : {made.anchor_a, made.anchor_b, made.normal})
+      for (unsigned k = 0; k < 3; ++k) words[k] = real(random.between(-1, 1));
+    return made;
+  };
+  for (u32 i = 0; i < b.counters[COUNTER_CONTACTS]; ++i) {
+    b.cached_impulses[i] = impulse();
+    b.contact_points[i] = point();
+    b.contacts[i].normal = random.bits() % 3;
+  }
   std::set<std::array<u32, 3>> keys;
   std::map<u32, std::vector<u32>> islands;
   for (u32 i = 0; i < b.sleepers.size(); ++i) islands[b.sleepers[i].island].push_back(i);
@@ -33,7 +43,8 @@ InitialState<real> with_impulses(InitialState<real> state, u32 seed) {
     }
   }
   for (const auto& [a, c, feature] : keys) {
-    b.slept_keys[b.slept_count[0]] = {a, c, feature, 0};
+    b.slept_keys[b.slept_count[0]] = {a, c, feature, random.bits() % 3};
+    b.slept_points[b.slept_count[0]] = point();
     b.slept_impulses[b.slept_count[0]++] = impulse();
   }
   return state;

@@ -141,7 +141,7 @@ TEST(HouseRules, ModulesIncludeDownwardsOnly) {
       {"simulation", {"kernels", "host", "host/scene", "host/backends"}},
       {"host/steppers",
        {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "cpu_reference/oracle"}},
-      {"host/record", {"kernels", "host", "host/scene", "host/backends", "host/steppers", "simulation"}},
+      {"host/record", {"kernels", "host", "host/scene", "host/backends", "host/report", "host/steppers", "simulation"}},
       {"host/problems", {"host", "host/record", "cpu_reference/oracle"}},
       {"host/cases",
        {"kernels", "host", "host/scene", "host/device", "host/backends", "host/report", "host/steppers", "simulation"}},

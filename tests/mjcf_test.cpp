@@ -436,7 +436,7 @@ TEST_F(Mjcf, MeshesAndHeightFields) {
   EXPECT_NEAR(named("t").position[0], 0.5, 1e-14);
   EXPECT_NEAR(named("p").mass, 1, 1e-14);
   const BodyDescription ground = named("world");
-  ASSERT_EQ(ground.shapes.size(), 4u) << "triangles";
+  ASSERT_EQ(simulated_shapes(ground), 4u) << "triangles";
   // rows of the file come down along y: the corner at -x, -y is the fourth number, 3 of 0 .. 5, times 0.5 m
   std::map<std::pair<double, double>, double> heights;
   for (const Vector3& p : ground.shapes[0].surface->mesh.vertices) heights[{p[0], p[1]}] = p[2];

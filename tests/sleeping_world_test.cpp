@@ -58,6 +58,41 @@ TEST(SleepingWorld, WhatIsDoneToABodyWakesItsIsland) {
   }
 }
 
+// Awake, in the step in which they fall asleep, asleep, and asleep where the world has been made anew meanwhile.
+TEST(SleepingWorld, SleepersWeighWhatTheyWeigh) {
+  for (const Solver solver : {Solver::small_steps, Solver::gauss_seidel}) {
+    Scene scene = sleepy_scene();
+    replace_solver(scene.settings, solver);
+    World world(scene, in_double());
+    const BodyHandle low = world.add(box_at({0, 0, 0.5})), high = world.add(box_at({0, 0, 1.5}));
+    const double weight = 2 * 9.81 * 0.01 / substeps_of(scene.settings);
+    const auto expect_weight = [&] {
+      double on_low = 0, on_floor = 0;
+      for (const BodyContact& contact : world.contacts()) {
+        const Vector3 up = contact.a == low || contact.a == high ? contact.impulse : exact::scale(-1, contact.impulse);
+        (contact.a == high || contact.b == high ? on_low : on_floor) += up[2];
+        EXPECT_NEAR(std::abs(contact.normal[2]), 1, 1e-6);
+        EXPECT_NEAR(contact.point[2], contact.a == high || contact.b == high ? 1 : 0, 2e-3);
+      }
+      EXPECT_NEAR(std::abs(on_low), weight, 1e-3 * weight);
+      EXPECT_NEAR(on_floor, 2 * weight, 2e-3 * weight);
+      EXPECT_EQ(world.contacts().size(), 8u);
+    };
+    world.step(15);
+    bool slept = false;
+    for (u32 step = 0; step < 60; ++step) {
+      world.step();
+      slept = slept || world.is_asleep(high);
+      expect_weight();
+    }
+    EXPECT_TRUE(slept);
+    world.add(box_at({9, 0, 5}));
+    world.step();
+    EXPECT_TRUE(world.is_asleep(high));
+    expect_weight();
+  }
+}
+
 TEST(SleepingWorld, WhereSupportGoesAwayWhatItBoreWakesAndFalls) {
   Sleepers sleepers;
   sleepers.world.remove(sleepers.low);

@@ -43,7 +43,7 @@ TYPED_TEST(StoreImpulses, KeepsTheImpulseAsAVectorOfTheWorld) {
     EXPECT_EQ(b.cached_keys[i].shape_a, b.contacts[i].shape_a);
     EXPECT_EQ(b.cached_keys[i].shape_b, b.contacts[i].shape_b);
     EXPECT_EQ(b.cached_keys[i].feature, 7 * i);
-    EXPECT_EQ(b.cached_keys[i].pad, 0u);
+    EXPECT_EQ(b.cached_keys[i].normal, 0u);
   }
 }
 

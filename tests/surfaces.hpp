@@ -19,11 +19,12 @@ inline TriangleMesh cube_mesh(double half) {
 inline BodyDescription surface_body(const TriangleMesh& mesh, const Vector3& position = {0, 0, 0}) {
   std::string flaw;
   ShapeDescription whole;
+  whole.kind = SHAPE_FACET;
   whole.surface = make_surface(mesh, flaw);
   BodyDescription body;
   body.kind = BODY_STATIC;
   body.position = position;
-  body.shapes = facets_of(whole);
+  body.shapes = {whole};
   return body;
 }
 

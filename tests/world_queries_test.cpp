@@ -102,6 +102,24 @@ TEST(World, EventsAndRaysNameBodies) {
 }
 
 // A dumbbell lies across a floor: two of its three shapes touch it.
+// Nothing can touch the ball, and whoever asks for it finds it; what comes and goes later changes nothing in that.
+TEST(World, AnswersRaysAtABodyAlone) {
+  World world(empty_scene(), in_double());
+  BodyDescription ball = ball_at({0, 0, 0});
+  ball.kind = BODY_STATIC;
+  const BodyHandle alone = world.add(ball);
+  world.step(3);
+  const auto distance = [&] { return world.cast_ray({-2, 0, 0}, {1, 0, 0})->distance; };
+  EXPECT_NEAR(distance(), 1.5, 1e-12);
+  EXPECT_EQ(world.overlapping_sphere({0, 0.7, 0}, 0.3), std::vector<BodyHandle>{alone});
+  world.step(3);
+  const BodyHandle before = world.add(ball_at({-1, 0, 0}));
+  EXPECT_NEAR(distance(), 0.5, 1e-12);
+  world.remove(before);
+  EXPECT_NEAR(distance(), 1.5, 1e-12);
+  EXPECT_FALSE(world.cast_ray({-2, 0, 1}, {1, 0, 0}));
+}
+
 TEST(World, NamesTheShapesOfCompounds) {
   World world(ground_scene(), in_double());
   BodyDescription dumbbell;

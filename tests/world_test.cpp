@@ -180,6 +180,22 @@ TEST(World, AKinematicBodyIsWhereItIsToldToBe) {
   }
 }
 
+// A solid ball set down on a belt slides until it rolls, at 2/7 of the belt's velocity.
+TEST(World, AKinematicPlaneIsABelt) {
+  for (const Solver solver : {Solver::small_steps, Solver::gauss_seidel}) {
+    Scene scene = ground_scene();
+    replace_solver(scene.settings, solver);
+    scene.bodies[0].kind = BODY_KINEMATIC;
+    scene.bodies[0].velocity = {1, 0, 0};
+    World world(scene, in_double());
+    const BodyHandle ball = world.add(ball_at({0, 0, 0.5}));
+    world.step(200);
+    EXPECT_NEAR(world.velocity(ball).linear[0], 2 / 7., 1e-6);
+    EXPECT_NEAR(world.velocity(ball).angular[1], -(5 / 7.) / 0.5, 1e-5);
+    EXPECT_NEAR(world.pose(*world.find("floor")).position[0], 2, 1e-12);
+  }
+}
+
 TEST(World, AngularVelocityBetweenIsTheInverseOfARotation) {
   for (const double angle : {1e-9, 1e-3, 0.7, pi / 2, 3.1}) {
     const Quaternion to = exact::rotation({3, -1, 2}, std::sin(angle / 2), std::cos(angle / 2));
@@ -390,9 +406,9 @@ TEST(World, RefusesInvalidArguments) {
   bad = box_at({0, 0, 5});
   bad.shapes[0].material = 7;
   EXPECT_EQ(refusal([&] { world.add(bad); }), "body: has a material that the scene does not");
-  bad = level_floor();
-  bad.kind = BODY_KINEMATIC;
-  EXPECT_EQ(refusal([&] { world.add(bad); }), "body \"floor\": has a plane, and only static bodies may");
+  bad = box_at({0, 0, 5});
+  bad.shapes[0].kind = SHAPE_PLANE;
+  EXPECT_EQ(refusal([&] { world.add(bad); }), "body: has a plane, and only static and kinematic bodies may");
   EXPECT_EQ(refusal([&] {
               world.apply_impulse(floor, {1, 0, 0});
             }),

@@ -78,7 +78,7 @@ real core_radius(u32 kind, Vec3<real> size, u32 hull, const HullTables<real>& ta
     const real least = size.x < size.y ? size.x : size.y;
     return least < size.z ? least : size.z;
   }
-  if (kind != SHAPE_HULL || tables.hulls[hull].face_count == 1) return real(-1);
+  if (kind != SHAPE_HULL || (hull & HULL_IS_FACET) != 0) return real(-1);
   real radius = size.x;
   for (u32 f = 0; f < tables.hulls[hull].face_count; ++f) {
     const real distance = tables.planes[tables.hulls[hull].first_face + f].w;

@@ -21,14 +21,22 @@ inline constexpr real facet_slack = real(1e-3);
 /// the rim of a surface only what comes from in front of it counts.
 template <class real>
 bool corner_admits(const Polytope<real>& p, Vec3<real> own, u32 vertex) {
-  if ((p.rim >> vertex & 1) != 0 && dot3(own, poly_own_normal(p, 0)) < -facet_slack<real>) return false;
-  const HullFace around = p.tables.faces[p.first_face + 1 + vertex];
-  const Vec3<real> corner = poly_own_vertex(p, vertex);
-  for (u32 k = 0; k < around.corner_count; ++k) {
-    const Vec3<real> d = sub3(poly_own_vertex(p, p.tables.corners[around.first_corner + k]), corner);
-    if (dot3(own, d) > facet_slack<real> * length3(d)) return false;
-  }
-  return around.corner_count > 0;
+  const bool at_rim = (p.flags & FACET_IS_AT_RIM(vertex)) != 0;
+  if (at_rim && dot3(own, poly_own_normal(p, 0)) < -facet_slack<real>) return false;
+  if ((p.flags & FACET_CORNER_COUNTS(vertex)) == 0) return false;
+  const u32 first = facet_next(p.tables, p.index, vertex);
+  u32 at = first;
+  do {  // all facets around the vertex
+    const Facet<real>& facet = p.tables.facets[at >> 2];
+    const u32 k = at & 3;
+    const Vec3<real> corner = facet_vertex(facet, k);
+    const Vec3<real> next = sub3(facet_vertex(facet, k == 2 ? 0 : k + 1), corner);
+    const Vec3<real> before = sub3(facet_vertex(facet, k == 0 ? 2 : k - 1), corner);
+    if (dot3(own, next) > facet_slack<real> * length3(next)) return false;
+    if (dot3(own, before) > facet_slack<real> * length3(before)) return false;
+    at = facet_next(p.tables, at >> 2, k);
+  } while (at != first);
+  return true;
 }
 
 /// Whether the facets at an edge meet like a roof.
@@ -67,9 +75,9 @@ bool facet_tells(const Polytope<real>& p, Vec3<real> own) {
   const Vec3<real> off = sub3(own, poly_own_normal(p, 0));
   if (length3(off) < real(2) * facet_slack<real>) return true;
   const u32 vertex = poly_support(p, own), before = vertex == 0 ? 2 : vertex - 1;
-  if (edge_admits(p, vertex, own)) return (p.owned >> vertex & 1) != 0;
-  if (edge_admits(p, before, own)) return (p.owned >> before & 1) != 0;
-  return (p.owned >> (3 + vertex) & 1) != 0;
+  if (edge_admits(p, vertex, own)) return (p.flags & FACET_OWNS_EDGE(vertex)) != 0;
+  if (edge_admits(p, before, own)) return (p.flags & FACET_OWNS_EDGE(before)) != 0;
+  return (p.flags & FACET_OWNS_CORNER(vertex)) != 0;
 }
 
 /// Whether a facet holds what comes down on a point of it, own coordinates, and goes along `displacement` within the

@@ -14,7 +14,7 @@ struct Pose {
   Quat<real> orientation;
 };
 
-/// A shape in the world; `size` as Shape says, `hull` an index into the tables of hulls. `alone`: a facet is taken for
+/// A shape in the world; `size` as Shape says, `hull` as that of ShapeInfo. `alone`: a facet is taken for
 /// itself, not for a part of its surface, as bodies on their way to it ask for (facet.hpp). `displacement`
 /// and `angular_displacement`: how far the centre moves within the step, m, and by what the shape rotates about it,
 /// rad, but for what forces add, which is less than `margin`, m. `lag`: the share of the step that has passed, on the
@@ -62,8 +62,15 @@ struct HullTables {
   const HullFace* faces;
   const HullEdge* edges;
   const u32* corners;
+  const Facet<real>* facets = nullptr;
+  const FacetEdge<real>* facet_edges = nullptr;
   const Seam<real>* seams = nullptr;
 };
+
+template <class real>
+Vec3<real> facet_vertex(const Facet<real>& facet, u32 i) {
+  return vec3(facet.corners + 3 * i);
+}
 
 /// One pair of closest points: the surface of a round shape is its radius away from the anchor, along the normal.
 template <class real>
@@ -88,11 +95,27 @@ real gap_at(const Manifold<real>& m, u32 k) {
   return dot3(m.normal, sub3(m.points[k].anchor_a, m.points[k].anchor_b)) - m.radius_a - m.radius_b;
 }
 
+/// That of a meeting, where one of the two rolls.
+template <class real>
+u32 frame_on_round(u32 frame, real radius_a, real radius_b) {
+  return frame == NORMAL_FIXED && radius_b > 0 && !(radius_a > 0) ? u32(NORMAL_FIXED_ON_B) : frame;
+}
+
+inline u32 flipped_frame(u32 frame) {
+  switch (frame) {
+    case NORMAL_OF_A: return NORMAL_OF_B;
+    case NORMAL_OF_B: return NORMAL_OF_A;
+    case NORMAL_FIXED: return NORMAL_FIXED_ON_B;
+    case NORMAL_FIXED_ON_B: return NORMAL_FIXED;
+    default: return frame;
+  }
+}
+
 /// The same seen from the other side.
 template <class real>
 Manifold<real> flipped(Manifold<real> m) {
   m.normal = scale3(real(-1), m.normal);
-  m.frame = m.frame == NORMAL_OF_A ? u32(NORMAL_OF_B) : m.frame == NORMAL_OF_B ? u32(NORMAL_OF_A) : m.frame;
+  m.frame = flipped_frame(m.frame);
   std::swap(m.radius_a, m.radius_b);
   for (u32 k = 0; k < m.count; ++k) std::swap(m.points[k].anchor_a, m.points[k].anchor_b);
   return m;

@@ -139,7 +139,7 @@ bool facet_is_far(u32 kind, const WorldShape<real>& shape, const WorldShape<real
 /// Whether a shape tells of a contact along a normal that points out of it.
 template <class real>
 bool shape_tells(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables, Vec3<real> normal) {
-  if (!is_facet(kind, shape, tables)) return true;
+  if (!is_facet(kind, shape)) return true;
   const Polytope<real> facet = polytope_of(kind, shape, tables);
   return facet_tells(facet, into_frame(facet.axes, normal));
 }
@@ -186,7 +186,7 @@ Manifold<real> patches_touch(u32 kind_a, const WorldShape<real>& a, u32 kind_b, 
                              const HullTables<real>& tables, real limit) {
   const real tolerance = shape_tolerance(a, b);
   const real core_a = patch_core_radius(kind_a, a);
-  const bool facet_a = is_facet(kind_a, a, tables), facet_b = is_facet(kind_b, b, tables), facet = facet_a || facet_b;
+  const bool facet_a = is_facet(kind_a, a), facet_b = is_facet(kind_b, b), facet = facet_a || facet_b;
   if (facet_a && facet_is_far(kind_b, b, a, tables, limit)) return no_manifold<real>();
   if (facet_b && facet_is_far(kind_a, a, b, tables, limit + core_a)) return no_manifold<real>();
   Meeting<real> meeting = meet_cores(kind_a, a, kind_b, b, tables, limit + core_a, tolerance);
@@ -206,7 +206,7 @@ Manifold<real> patches_touch(u32 kind_a, const WorldShape<real>& a, u32 kind_b, 
         const Vec3<real> n = meeting.crossing_normal;
         const real radius_a = rolling_radius(kind_a, a, meeting.normal);
         const real radius_b = rolling_radius(kind_b, b, meeting.normal);
-        m = with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b),
+        m = with_point(manifold_along(n, frame_on_round(NORMAL_FIXED, radius_a, radius_b), radius_a, radius_b),
                        add3(meeting.at_a, scale3(radius_a - core_a, n)), sub3(meeting.at_b, scale3(radius_b, n)), 0);
       } else {
         // a face of the other shape may be as good a normal but for rounding, and have something over it

@@ -30,15 +30,36 @@ struct Polytope {
   Vec3<real> size;
   u32 vertices, faces, edges;  // how many
   u32 first_vertex, first_face, first_edge;
+  u32 index;                   // of a facet, into `facets`; else NONE
   bool facet;                  // its surface goes on around it (facet.hpp)
-  u32 owned, rim;              // of a facet, as those of Hull
+  u32 flags;                   // of a facet
   u32 first_seam, seam_count;  // those that count against its crossings (seams.hpp)
   HullTables<real> tables;
 };
 
 template <class real>
-bool is_facet(u32 kind, const WorldShape<real>& shape, const HullTables<real>& tables) {
-  return kind == SHAPE_HULL && !shape.alone && tables.hulls[shape.hull].face_count == 1;
+bool is_facet(u32 kind, const WorldShape<real>& shape) {
+  return kind == SHAPE_HULL && !shape.alone && (shape.hull & HULL_IS_FACET) != 0;
+}
+
+/// The corner that follows one around their vertex.
+template <class real>
+u32 facet_next(const HullTables<real>& tables, u32 index, u32 corner) {
+  const Facet<real>& facet = tables.facets[index];
+  const bool stored = (facet.flags >> FACET_EDGE_SHIFT(corner) & 3) == FACET_EDGE_STORED;
+  return stored ? tables.facet_edges[facet.next[corner]].next : facet.next[corner];
+}
+
+/// The plane of a facet, and behind it those of what is across its edges, through the origin.
+template <class real>
+Vec4<real> facet_plane(const HullTables<real>& tables, u32 index, u32 f) {
+  const Facet<real>& facet = tables.facets[index];
+  if (f == 0) return {facet.normal[0], facet.normal[1], facet.normal[2], facet.height};
+  const u32 edge = f - 1, kind = facet.flags >> FACET_EDGE_SHIFT(edge) & 3;
+  const real* across = facet.normal;
+  if (kind == FACET_EDGE_ROOF) across = tables.facets[facet.next[edge] >> 2].normal;
+  if (kind == FACET_EDGE_STORED) across = tables.facet_edges[facet.next[edge]].across;
+  return {across[0], across[1], across[2], 0};
 }
 
 template <class real>
@@ -54,13 +75,19 @@ Polytope<real> polytope_of(u32 kind, const WorldShape<real>& shape, const HullTa
   p.first_vertex = 0;
   p.first_face = 0;
   p.first_edge = 0;
-  p.facet = is_facet(kind, shape, tables);
-  p.owned = 0;
-  p.rim = 0;
+  p.index = NONE;
+  p.facet = is_facet(kind, shape);
+  p.flags = 0;
   p.first_seam = 0;
   p.seam_count = 0;
   p.tables = tables;
-  if (kind == SHAPE_HULL) {
+  if (kind == SHAPE_HULL && (shape.hull & HULL_IS_FACET) != 0) {
+    p.index = shape.hull & ~HULL_IS_FACET;
+    p.vertices = 3;
+    p.faces = 1;
+    p.edges = 3;
+    p.flags = tables.facets[p.index].flags;
+  } else if (kind == SHAPE_HULL) {
     const Hull hull = tables.hulls[shape.hull];
     p.vertices = hull.vertex_count;
     p.faces = hull.face_count;
@@ -68,8 +95,6 @@ Polytope<real> polytope_of(u32 kind, const WorldShape<real>& shape, const HullTa
     p.first_vertex = hull.first_vertex;
     p.first_face = hull.first_face;
     p.first_edge = hull.first_edge;
-    p.owned = hull.owned;
-    p.rim = hull.rim;
   }
   return p;
 }
@@ -77,6 +102,7 @@ Polytope<real> polytope_of(u32 kind, const WorldShape<real>& shape, const HullTa
 /// Bits 0, 1, 2 of a box's vertex say on which side along x, y, z it is.
 template <class real>
 Vec3<real> poly_own_vertex(const Polytope<real>& p, u32 i) {
+  if (p.index != NONE) return facet_vertex(p.tables.facets[p.index], i);
   if (p.kind == SHAPE_HULL) {
     const Vec4<real> v = p.tables.vertices[p.first_vertex + i];
     return Vec3<real>{v.x, v.y, v.z};
@@ -95,6 +121,7 @@ Vec3<real> poly_vertex(const Polytope<real>& p, u32 i) {
 /// xyz . x = w.
 template <class real>
 Vec4<real> poly_own_plane(const Polytope<real>& p, u32 f) {
+  if (p.index != NONE) return facet_plane(p.tables, p.index, f);
   if (p.kind == SHAPE_HULL) return p.tables.planes[p.first_face + f];
   const real side = (f & 1) != 0 ? real(1) : real(-1);
   const u32 k = f >> 1;
@@ -114,21 +141,25 @@ Vec3<real> poly_own_normal(const Polytope<real>& p, u32 f) {
 
 template <class real>
 u32 poly_corner_count(const Polytope<real>& p, u32 f) {
+  if (p.index != NONE) return 3;
   return p.kind == SHAPE_HULL ? p.tables.faces[p.first_face + f].corner_count : 4;
 }
 
 /// The vertex at corner i of face f, counter-clockwise seen from outside.
 template <class real>
 u32 poly_corner(const Polytope<real>& p, u32 f, u32 i) {
+  if (p.index != NONE) return i;
   if (p.kind == SHAPE_HULL) return p.tables.corners[p.tables.faces[p.first_face + f].first_corner + i];
   const u32 k = f >> 1, side = f & 1, u = k == 2 ? 0 : k + 1, v = u == 2 ? 0 : u + 1;
   const u32 early = i == 1 || i == 2 ? 1 : 0, late = i == 2 || i == 3 ? 1 : 0;
   return side << k | (side != 0 ? early : late) << u | (side != 0 ? late : early) << v;
 }
 
-/// Edges 4 k .. 4 k + 3 of a box are along axis k. A segment's edge has no faces.
+/// Edges 4 k .. 4 k + 3 of a box are along axis k. A segment's edge has no faces. What is across edge k of a facet is
+/// its plane 1 + k.
 template <class real>
 HullEdge poly_edge(const Polytope<real>& p, u32 e) {
+  if (p.index != NONE) return {e, e == 2 ? 0 : e + 1, 0, 1 + e};
   if (p.kind == SHAPE_HULL) return p.tables.edges[p.first_edge + e];
   HullEdge edge = {0, 1, NONE, NONE};
   if (p.kind == SHAPE_CAPSULE) return edge;

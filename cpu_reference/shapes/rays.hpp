@@ -98,17 +98,14 @@ RayEntry<real> ray_hull(Vec3<real> o, Vec3<real> d, const Hull& hull, const Vec4
 
 /// A facet is met from its front. What runs through an edge meets one of its facets at least, whatever rounding says.
 template <class real>
-RayEntry<real> ray_facet(Vec3<real> o, Vec3<real> d, const Hull& hull, const HullTables<real>& tables) {
-  const Vec4<real> plane = tables.planes[hull.first_face];
-  const Vec3<real> normal = {plane.x, plane.y, plane.z};
-  const real speed = dot3(normal, d), gap = dot3(normal, o) - plane.w;
+RayEntry<real> ray_facet(Vec3<real> o, Vec3<real> d, const Facet<real>& facet) {
+  const Vec3<real> normal = vec3(facet.normal);
+  const real speed = dot3(normal, d), gap = dot3(normal, o) - facet.height;
   if (!(speed < 0) || gap < 0) return no_entry<real>();
   const real distance = gap / -speed;
   const Vec3<real> at = add3(o, scale3(distance, d));
   for (u32 k = 0; k < 3; ++k) {
-    const Vec4<real> v = tables.vertices[hull.first_vertex + k],
-                     next = tables.vertices[hull.first_vertex + (k == 2 ? 0 : k + 1)];
-    const Vec3<real> start = {v.x, v.y, v.z}, along = sub3(Vec3<real>{next.x, next.y, next.z}, start);
+    const Vec3<real> start = facet_vertex(facet, k), along = sub3(facet_vertex(facet, k == 2 ? 0 : k + 1), start);
     if (dot3(cross3(normal, along), sub3(at, start)) < real(-1e-5) * dot3(along, along)) return no_entry<real>();
   }
   return {distance, normal};
@@ -174,8 +171,8 @@ RayEntry<real> ray_shape(u32 kind, Vec3<real> o, Vec3<real> d, Vec3<real> size, 
     case SHAPE_BOX: return ray_box(o, d, size);
     case SHAPE_CYLINDER: return ray_cylinder(o, d, size.x, size.y);
     case SHAPE_HULL:
-      return tables.hulls[hull].face_count == 1 ? ray_facet(o, d, tables.hulls[hull], tables)
-                                                : ray_hull(o, d, tables.hulls[hull], tables.planes);
+      return (hull & HULL_IS_FACET) != 0 ? ray_facet(o, d, tables.facets[hull & ~HULL_IS_FACET])
+                                         : ray_hull(o, d, tables.hulls[hull], tables.planes);
     case SHAPE_PLANE: return ray_plane(o, d);
     default: return no_entry<real>();
   }

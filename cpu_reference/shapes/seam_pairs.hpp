@@ -68,7 +68,7 @@ Manifold<real> sphere_over_seams(const WorldShape<real>& a, u32 kind_b, const Wo
   const Polytope<real> p = polytope_with_seams(kind_b, b, tables);
   const Vec3<real> center = into_frame(p.axes, sub3(a.center, p.center));
   Manifold<real> best = no_manifold<real>();
-  if (is_facet(kind_b, b, tables) || !poly_contains(p, center, real(0), real(0))) return best;
+  if (is_facet(kind_b, b) || !poly_contains(p, center, real(0), real(0))) return best;
   real highest = real(-1e30);
   for (u32 f = 0; f < p.faces; ++f) {
     const Vec4<real> plane = poly_own_plane(p, f);
@@ -149,8 +149,8 @@ template <class real>
 Manifold<real> touch_over_seams(u32 kind_a, const WorldShape<real>& a, u32 kind_b, const WorldShape<real>& b,
                                 const HullTables<real>& tables, real limit) {
   if (kind_a == SHAPE_SPHERE) return sphere_over_seams(a, kind_b, b, tables);
-  if (is_facet(kind_a, a, tables) || is_facet(kind_b, b, tables))
-    return facet_over_seams(kind_a, a, kind_b, b, tables, is_facet(kind_a, a, tables), limit);
+  if (is_facet(kind_a, a) || is_facet(kind_b, b))
+    return facet_over_seams(kind_a, a, kind_b, b, tables, is_facet(kind_a, a), limit);
   const real tolerance = shape_tolerance(a, b), core_a = patch_core_radius(kind_a, a);
   Meeting<real> edges = meet_open_edges(kind_a, a, kind_b, b, tables, tolerance);
   FaceChoice<real> face = {real(1e30), 0, NORMAL_FIXED, {0, 0, 1}};

@@ -1,6 +1,5 @@
 #include "host/app/recording.hpp"
 
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "host/scene/setting_table.hpp"
@@ -26,21 +25,6 @@ std::unique_ptr<RecordingWriter<real>> make_recording(const std::string& path, c
   if (path.empty()) return nullptr;
   const RecordingLabel label = {scene.name, device, options_text(scene.settings, options), scene.text, scene.source};
   return std::make_unique<RecordingWriter<real>>(path, label, start);
-}
-
-MeasureRow measure_row(u32 step, const Measures& measures) {
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  MeasureRow row;
-  row.step = step;
-  row.energy_j = measures.energy();
-  for (const WorldMeasures& world : measures.worlds) row.kinetic_j += world.kinetic;
-  row.max_penetration_m = measures.penetration.max;
-  row.mean_penetration_m = measures.penetration.mean;
-  row.residual = measures.residual ? measures.residual->relative : none;
-  row.defect_velocity_max = measures.residual ? measures.residual->defect_max : none;
-  row.joint_drift_m = measures.joint_drift ? measures.joint_drift->separation : measures.pivot_drift.value_or(none);
-  row.joint_angle_rad = measures.joint_drift ? measures.joint_drift->angle : none;
-  return row;
 }
 
 #define INSTANTIATE(real)                                                                                              \

@@ -3,7 +3,6 @@
 
 #include "host/app/options.hpp"
 #include "host/record/record_step.hpp"
-#include "host/report/measures.hpp"
 #include "host/simulation.hpp"
 
 namespace lockstep::app {
@@ -13,7 +12,5 @@ template <class real>
 std::unique_ptr<RecordingWriter<real>> make_recording(const std::string& path, const Scene& scene,
                                                       const std::string& device, const DeviceOptions& options,
                                                       const InitialState<real>& start);
-
-MeasureRow measure_row(u32 step, const Measures& measures);
 
 }  // namespace lockstep::app

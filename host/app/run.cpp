@@ -13,6 +13,7 @@
 #include "host/app/start.hpp"
 #include "host/app/worlds.hpp"
 #include "host/error.hpp"
+#include "host/record/measure_row.hpp"
 #include "host/record/whole_file.hpp"
 #include "host/report/monitor.hpp"
 #include "host/report/report.hpp"
@@ -33,14 +34,15 @@ struct RunOptions : SceneOptions {
   bool quiet = false, is_first = true;  // of the ranks
 };
 
-// Makes what steps and says in the report what it is, and whether it can be trusted with the bits.
+// Makes what steps and says in the report what it is, and whether it can be trusted with the bits. The state is let go
+// of where it is not recorded.
 template <class real>
-std::unique_ptr<Backend<real>> make_backend(const InitialState<real>& state, const RunOptions& options,
-                                            Report& report) {
+std::unique_ptr<Backend<real>> make_backend(InitialState<real>& state, const RunOptions& options, Report& report) {
   const StepTarget target = target_of(options, state.oracle);
   if (!target.device && options.device == "auto" && !state.oracle)
     fmt::print(stderr, "lockstep: there is no OpenCL device here; the plain C++ reference takes its place\n");
-  Stepper<real> stepper = make_stepper(state, target);
+  Stepper<real> stepper =
+      options.record.empty() ? make_stepper(std::move(state), target) : make_stepper(std::as_const(state), target);
   const CanaryVerdict verdict = stepper.canary();
   report.device = stepper.backend->name();
   report.bit_exact = verdict.bit_exact();
@@ -199,7 +201,7 @@ template <class real>
 Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, EventLog& log) {
   const Scene& scene = worlds[0];
   Start<real> start = make_start<real>(worlds, options);
-  const InitialState<real>& state = start.state;
+  InitialState<real>& state = start.state;
   if (options.is_first) tell_suspicions(scene, start);
   Recorder recorder = make_recorder(state);
   Monitor monitor(verdict_bounds(scene.settings), scene.settings.dt, energy_budget(state.buffers, state.features));
@@ -225,10 +227,10 @@ Outcome run_scene(std::span<const Scene> worlds, const RunOptions& options, Even
   const StepParams<real> params = state.params;
   const u32 steps = scene.settings.steps;
   const OracleChoice oracle = state.oracle;
+  const SceneIdentity identity = options.checkpoint.empty() ? SceneIdentity() : identity_of(state);
   std::unique_ptr<Backend<real>> backend = make_backend(state, options, report);
   Interrupt::defer();  // from here on there is something to keep
   const auto recording = make_recording(options.record, scene, report.device, options.device_options, state);
-  const SceneIdentity identity = options.checkpoint.empty() ? SceneIdentity() : identity_of(state);
   start.state = {};  // all have what they need of it
   Simulation<real> simulation(std::move(backend), params, start.steps_done);
   StageSeconds first_step = {};

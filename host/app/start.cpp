@@ -28,7 +28,7 @@ Start<real> make_start(std::span<const Scene> worlds, const SceneOptions& option
 }
 
 template <class real>
-void tell_suspicions(const Scene& scene, const Start<real>& start) {
+void tell_suspicions(const Scene& scene, Start<real>& start) {
   std::vector<FirstContact> contacts;
   if (start.steps_done == 0) contacts = first_contacts(scene, start.state);
   for (const std::string& line : suspicions_of(scene, contacts))
@@ -37,8 +37,9 @@ void tell_suspicions(const Scene& scene, const Start<real>& start) {
 
 template <class real>
 Simulation<real> simulate(Start<real>& start, const SceneOptions& options) {
-  const InitialState<real> state = std::exchange(start.state, {});
-  return {make_stepper(state, target_of(options, state.oracle)).backend, state.params, start.steps_done};
+  InitialState<real> state = std::exchange(start.state, {});
+  const StepParams<real> params = state.params;
+  return {make_stepper(std::move(state), target_of(options, state.oracle)).backend, params, start.steps_done};
 }
 
 void expect_all_solved(const std::string& scene, const std::string& solver, const Unsolved& unsolved) {
@@ -53,7 +54,7 @@ void tell_if_bad(const std::string& scene, const Verdict& verdict) {
 
 #define INSTANTIATE(real)                                                             \
   template Start<real> make_start<real>(std::span<const Scene>, const SceneOptions&); \
-  template void tell_suspicions(const Scene&, const Start<real>&);                    \
+  template void tell_suspicions(const Scene&, Start<real>&);                          \
   template Simulation<real> simulate(Start<real>&, const SceneOptions&);
 INSTANTIATE(float)
 INSTANTIATE(double)

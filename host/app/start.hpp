@@ -28,7 +28,7 @@ Start<real> make_start(const Scene& scene, const SceneOptions& options) {
 /// Says on stderr what looks like a mistake in the first of the worlds, each line once (docs/when_it_looks_wrong.md).
 /// Of a checkpoint the bodies are where the run before has left them.
 template <class real>
-void tell_suspicions(const Scene& scene, const Start<real>& start);
+void tell_suspicions(const Scene& scene, Start<real>& start);
 
 /// A simulation of it, where the options say. The state is let go of.
 template <class real>

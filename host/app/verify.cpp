@@ -58,8 +58,9 @@ void verify(const VerifyOptions& options) {
   if (options.quiet) return;
   const RecordingLabel& label = recording.label();
   const std::string oracle = recording.oracle() ? " by " + recording.oracle().name : "";
-  fmt::print("{}, {}{}, recorded on {}, replayed on {}: {} steps, every state hash equal\n", label.scene,
-             recording.precision(), oracle, label.device, replayed.device, recording.steps());
+  fmt::print(
+      "{}, {}{}, recorded on {}, replayed on {}: {} steps, every state hash equal, and all that is stored beside it\n",
+      label.scene, recording.precision(), oracle, label.device, replayed.device, recording.steps());
   if (replayed.unsolved.count > 0) fmt::print("{}\n", in_words(recording.oracle().name, replayed.unsolved));
   if (recording.outcome().starts_with("bad: ")) fmt::print("the run was {}\n", recording.outcome());
   if (recording.outcome() == "running") fmt::print("the run was not over yet, or was killed\n");
@@ -68,8 +69,8 @@ void verify(const VerifyOptions& options) {
 }  // namespace
 
 void add_verify(CLI::App& program) {
-  CLI::App* command =
-      program.add_subcommand("verify", "Replay a recording and compare the hash of the state after every step");
+  CLI::App* command = program.add_subcommand(
+      "verify", "Replay a recording and compare hash, poses, velocities and measures of every step");
   const auto options = std::make_shared<VerifyOptions>();
   command->add_option("recording", options->recording, "A file of `lockstep run --record`")->required();
   add_target_options(*command, *options);

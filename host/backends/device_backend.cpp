@@ -134,7 +134,8 @@ bool fuses_substeps(const Sizes& sizes, const DeviceOptions& options) {
 
 template <class real>
 struct DeviceBackend<real>::Impl {
-  Impl(const InitialState<real>& state, const DeviceInfo& info, const DeviceOptions& wanted)
+  // `spent`: the state where it is to be let go of while the device takes it, or null.
+  Impl(const InitialState<real>& state, InitialState<real>* spent, const DeviceInfo& info, const DeviceOptions& wanted)
       : threads(threads_for(info, state.sizes, state.features, wanted.threads)),
         device(open_device(info, threads)),
         sizes(state.sizes),
@@ -149,13 +150,15 @@ struct DeviceBackend<real>::Impl {
         memory(device, queue),
         launcher(device, queue, memory, wanted.work_group, wanted.profile) {
     build_programs(kernels, features);
-    resize(host, sizes, features);
+    make_mirror();
+    launcher.plan() = first_plan(state, lanes);
     for_each_buffer(state.buffers, [&](Buffer buffer, const auto& elements) {
       if (elements.empty()) return;
       memory.allocate(buffer, elements.size() * sizeof(elements[0]), 0);
       write(buffer, elements.data(), elements.size() * sizeof(elements[0]));
+      if (spent)
+        with_buffer(buffer, spent->buffers, [](auto& of_spent) { std::decay_t<decltype(of_spent)>().swap(of_spent); });
     });
-    launcher.plan() = first_plan(state, lanes);
     if (!fused) return;
     build(kernels, features, fused->files, fused->text);
     launcher.add(programs.back()->program, std::span(&fused->signature, 1));
@@ -192,6 +195,16 @@ struct DeviceBackend<real>::Impl {
                              fused->values.data());
   }
 
+  // Room on the host for what steps change; what is constant may be large, and gets it when it is asked for.
+  void make_mirror() {
+    for_each_buffer(host, [&](Buffer buffer, auto& elements) {
+      const BufferInfo& of = info(buffer);
+      const std::size_t count = has(features, of.feature) ? capacity(of.domain, sizes) : 0;
+      elements.resize(of.lifetime == Lifetime::constant ? 0 : count);
+      rows[static_cast<u32>(buffer)] = count;
+    });
+  }
+
   void write(Buffer buffer, const void* data, std::size_t bytes) {
     if (bytes > 0) queue.enqueueWriteBuffer(memory.of(buffer).buffer, CL_TRUE, 0, bytes, data);
   }
@@ -214,6 +227,7 @@ struct DeviceBackend<real>::Impl {
   DeviceMemory memory;
   DeviceLauncher launcher;
   Buffers<real> host;
+  std::array<std::size_t, buffer_count> rows = {};  // of the device's buffers
   StageSeconds seconds = {};
 };
 
@@ -230,7 +244,11 @@ void DeviceBackend<real>::Impl::add_spans() {
 template <class real>
 DeviceBackend<real>::DeviceBackend(const InitialState<real>& state, const DeviceInfo& device,
                                    const DeviceOptions& options)
-    : impl_(opencl_guard(device.name, [&] { return std::make_unique<Impl>(state, device, options); })) {}
+    : impl_(opencl_guard(device.name, [&] { return std::make_unique<Impl>(state, nullptr, device, options); })) {}
+
+template <class real>
+DeviceBackend<real>::DeviceBackend(InitialState<real>&& state, const DeviceInfo& device, const DeviceOptions& options)
+    : impl_(opencl_guard(device.name, [&] { return std::make_unique<Impl>(state, &state, device, options); })) {}
 
 // Waits for what is under way, also after a failure: a driver that still builds a kernel when the process ends may
 // abort it. Then every kernel that was wanted has run. A binary that cannot be had is built again next time.
@@ -277,16 +295,17 @@ void DeviceBackend<real>::grow(const Sizes& sizes) {
                [&] {
                  for_each_buffer(impl_->host, [&](Buffer buffer, auto& elements) {
                    const std::size_t wanted = capacity(info(buffer).domain, sizes);
-                   if (!has(impl_->features, info(buffer).feature) || wanted <= elements.size()) return;
+                   const std::size_t had = impl_->rows[static_cast<u32>(buffer)];
+                   if (!has(impl_->features, info(buffer).feature) || wanted <= had) return;
                    const std::size_t element = sizeof(elements[0]);
                    const bool kept = info(buffer).lifetime != Lifetime::transient;
-                   impl_->memory.allocate(buffer, wanted * element, kept ? elements.size() * element : 0);
+                   impl_->memory.allocate(buffer, wanted * element, kept ? had * element : 0);
                  });
                  impl_->queue.finish();
                  impl_->sizes = impl_->launcher.plan().sizes = sizes;
                  impl_->fuse_again();
                });
-  resize(impl_->host, sizes, impl_->features);
+  impl_->make_mirror();
 }
 
 // Kernels of their own: those of a step are left as they are. Volumes may be boxes where no shape is one.
@@ -315,6 +334,8 @@ const Buffers<real>& DeviceBackend<real>::download(std::span<const Buffer> wante
                    impl.read(Buffer::cached_count, &cached, sizeof(cached), true);
                  for (const Buffer buffer : wanted) {
                    with_buffer(buffer, impl.host, [&](auto& elements) {
+                     if (info(buffer).lifetime == Lifetime::constant && has(impl.features, info(buffer).feature))
+                       elements.resize(capacity(info(buffer).domain, impl.sizes));
                      const std::size_t count =
                          std::min(elements.size(), live(info(buffer).domain, impl.sizes, current, cached));
                      impl.read(buffer, elements.data(), count * sizeof(elements[0]), false);

@@ -35,6 +35,8 @@ class DeviceBackend final : public Backend<real> {
   /// Builds the kernels and uploads the state. Throws Error (device) with the build log, Error (input) for options that
   /// there are not.
   DeviceBackend(const InitialState<real>& state, const DeviceInfo& device, const DeviceOptions& options = {});
+  /// The same of a state that nobody else needs: its buffers are let go of one by one.
+  DeviceBackend(InitialState<real>&& state, const DeviceInfo& device, const DeviceOptions& options = {});
   ~DeviceBackend() override;
 
   /// Where sub-steps are one launch, it is made in place of the first stage of the first one: what the stages of

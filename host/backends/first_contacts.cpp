@@ -35,14 +35,37 @@ FirstContact measured(const Buffers<real>& b, u32 i) {
   return {contact.body_a, contact.body_b, contact.shape_a, contact.shape_b, gap, normal};
 }
 
-// The state after the stages that find contacts, its lists as long as they need to be.
+// Lends the constants of a state, which may be large, to buffers whose lists have other lengths.
 template <class real>
-Buffers<real> collided(const InitialState<real>& state) {
-  Buffers<real> b;
+class Loan {
+ public:
+  explicit Loan(InitialState<real>& state) : state_(state) {
+    swap_constants();
 #define BUFFER(name, ...) \
-  if (info(Buffer::name).lifetime != Lifetime::transient) b.name = state.buffers.name;
+  if (info(Buffer::name).lifetime == Lifetime::persistent) buffers.name = state.buffers.name;
 #include "host/buffers.def"
 #undef BUFFER
+  }
+  Loan(const Loan&) = delete;
+  Loan& operator=(const Loan&) = delete;
+  ~Loan() { swap_constants(); }
+
+  Buffers<real> buffers;
+
+ private:
+  void swap_constants() {
+#define BUFFER(name, ...) \
+  if (info(Buffer::name).lifetime == Lifetime::constant) std::swap(buffers.name, state_.buffers.name);
+#include "host/buffers.def"
+#undef BUFFER
+  }
+
+  InitialState<real>& state_;
+};
+
+// Runs the stages that find contacts, with lists as long as they need to be.
+template <class real>
+void collide(Buffers<real>& b, const InitialState<real>& state) {
   Sizes sizes = state.sizes;
   sizes.contacts = 4 * sizes.top_level() + PACK;
   sizes.blocks = sizes.rows = 1;
@@ -58,16 +81,18 @@ Buffers<real> collided(const InitialState<real>& state) {
     }
     const u32 status = b.counters[COUNTER_STATUS];
     if ((status & STATUS_OUT_OF_GRID) != 0) b.counters[COUNTER_CONTACTS] = 0;  // the first step says so
-    if ((status & STATUS_OUT_OF_GRID) != 0 || (status & (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL)) == 0) return b;
+    if ((status & STATUS_OUT_OF_GRID) != 0 || (status & (STATUS_PAIRS_FULL | STATUS_CONTACTS_FULL)) == 0) return;
     if ((status & STATUS_PAIRS_FULL) != 0) sizes.pairs = b.counters[COUNTER_PAIRS_NEEDED];
     if ((status & STATUS_CONTACTS_FULL) != 0) sizes.contacts = b.counters[COUNTER_CONTACTS_NEEDED];
   }
 }
 
 template <class real>
-std::vector<FirstContact> contacts_of(const InitialState<real>& state) {
+std::vector<FirstContact> contacts_of(InitialState<real>& state) {
   if (!has(state.features, Feature::contacts)) return {};
-  const Buffers<real> b = collided(state);
+  Loan<real> loan(state);
+  Buffers<real>& b = loan.buffers;
+  collide(b, state);
   std::vector<u32> first_shapes(state.sizes.bodies);
   for (u32 shape = state.sizes.shapes; shape-- > 0;) first_shapes[b.shape_infos[shape].body] = shape;
   std::vector<FirstContact> contacts;
@@ -108,20 +133,25 @@ Scene beginning_of(const Scene& scene) {
 }  // namespace
 
 template <class real>
-std::vector<FirstContact> first_contacts(const Scene& scene, const InitialState<real>& state) {
+std::vector<FirstContact> first_contacts(const Scene& scene, InitialState<real>& state) {
   if (scene.particles) return {};
   if (state.sizes.bodies <= most_bodies_looked_at && state.sizes.worlds == 1) return contacts_of(state);
-  return contacts_of(compile<real>(beginning_of(scene)));
+  InitialState<real> beginning = compile<real>(beginning_of(scene));
+  return contacts_of(beginning);
 }
 
 std::vector<FirstContact> first_contacts(const Scene& scene) {
   if (scene.particles) return {};
   const Scene beginning = beginning_of(scene);
-  return precision_of(scene.settings) == "double" ? contacts_of(compile<double>(beginning))
-                                                  : contacts_of(compile<float>(beginning));
+  if (precision_of(scene.settings) == "double") {
+    InitialState<double> state = compile<double>(beginning);
+    return contacts_of(state);
+  }
+  InitialState<float> state = compile<float>(beginning);
+  return contacts_of(state);
 }
 
-template std::vector<FirstContact> first_contacts<float>(const Scene&, const InitialState<float>&);
-template std::vector<FirstContact> first_contacts<double>(const Scene&, const InitialState<double>&);
+template std::vector<FirstContact> first_contacts<float>(const Scene&, InitialState<float>&);
+template std::vector<FirstContact> first_contacts<double>(const Scene&, InitialState<double>&);
 
 }  // namespace lockstep

@@ -13,9 +13,9 @@ inline constexpr u32 most_bodies_looked_at = 10'000;
 
 /// Found by the C++ reference: a pair of bodies once, where it is deepest, in the order of the bodies. Filters, joints
 /// and triggers are heeded as in a step. Nothing of bodies of particles. `state`: what a batch that begins with the
-/// scene was compiled to.
+/// scene was compiled to; its constants are lent, and as they were afterwards.
 template <class real>
-std::vector<FirstContact> first_contacts(const Scene& scene, const InitialState<real>& state);
+std::vector<FirstContact> first_contacts(const Scene& scene, InitialState<real>& state);
 
 /// The same of a scene that is not compiled yet.
 std::vector<FirstContact> first_contacts(const Scene& scene);

@@ -143,6 +143,11 @@ void expect_impact_laws(const Buffers<real>& b) {
 }
 
 template <class real>
+bool is_hull(u32 hull, const Buffers<real>& b) {
+  return (hull & HULL_IS_FACET) != 0 ? (hull & ~HULL_IS_FACET) < b.facets.size() : hull < b.hulls.size();
+}
+
+template <class real>
 void expect_shapes(const Buffers<real>& b, const Sizes& sizes) {
   for (std::size_t i = 0; i < b.shape_infos.size(); ++i) {
     const ShapeInfo& shape = b.shape_infos[i];
@@ -150,7 +155,7 @@ void expect_shapes(const Buffers<real>& b, const Sizes& sizes) {
     if (shape.kind >= SHAPE_KINDS) refuse(Buffer::shape_infos, i, "is of an unknown kind");
     if (shape.material >= b.world_ranges[b.body_infos[shape.body].world].material_count)
       refuse(Buffer::shape_infos, i, "is of a material that there is not");
-    if (shape.kind == SHAPE_HULL && shape.hull >= b.hulls.size())
+    if (shape.kind == SHAPE_HULL && !is_hull(shape.hull, b))
       refuse(Buffer::shape_infos, i, "is a hull that there is not");
   }
   for (std::size_t k = 0; k < b.planes.size(); ++k) {
@@ -159,25 +164,31 @@ void expect_shapes(const Buffers<real>& b, const Sizes& sizes) {
   }
 }
 
-// Its tables go on behind its one face (kernels/types.h).
+// Who follows the corners around a vertex comes back to where it began: of the corners that follow another one no two
+// are followed by the same.
 template <class real>
-void expect_facet(const Buffers<real>& b, const Sizes& sizes, std::size_t h) {
-  const Hull& hull = b.hulls[h];
-  if (hull.vertex_count != 3 || hull.edge_count != 3 || !is_range(hull.first_face, 4, sizes.hull_faces))
-    refuse(Buffer::hulls, h, "is no facet");
-  for (u32 k = 0; k < 4; ++k) {
-    const u32 f = hull.first_face + k;
-    const HullFace& face = b.hull_faces[f];
-    if (!is_range(face.first_corner, face.corner_count, sizes.hull_corners) || (k == 0 && face.corner_count != 3))
-      refuse(Buffer::hull_faces, f, "reaches beyond what there is");
-    const u32 vertices = k == 0 ? 3 : sizes.hull_vertices - hull.first_vertex;
-    for (u32 i = face.first_corner; i < face.first_corner + face.corner_count; ++i)
-      if (b.hull_corners[i] >= vertices) refuse(Buffer::hull_corners, i, "is no vertex of its hull");
-  }
-  for (u32 k = 0; k < 3; ++k) {
-    const HullEdge& edge = b.hull_edges[hull.first_edge + k];
-    if (edge.vertex_a != k || edge.vertex_b != (k + 1) % 3 || edge.face_left != 0 || edge.face_right != 1 + k)
-      refuse(Buffer::hull_edges, hull.first_edge + k, "is no edge of a facet");
+void expect_facets(const Buffers<real>& b) {
+  const auto is_corner = [&](u32 corner) { return (corner >> 2) < b.facets.size() && (corner & 3) < 3; };
+  for (std::size_t e = 0; e < b.facet_edges.size(); ++e)
+    if (!is_corner(b.facet_edges[e].next)) refuse(Buffer::facet_edges, e, "is followed by no corner");
+  std::vector<bool> follows(4 * b.facets.size()), is_seen(4 * b.facets.size());
+  for (const bool first : {true, false}) {
+    for (u32 f = 0; f < b.facets.size(); ++f) {
+      for (u32 k = 0; k < 3; ++k) {
+        const Facet<real>& facet = b.facets[f];
+        const u32 kind = facet.flags >> FACET_EDGE_SHIFT(k) & 3;
+        const bool stored = kind == FACET_EDGE_STORED;
+        if (kind > FACET_EDGE_STORED || (stored ? facet.next[k] >= b.facet_edges.size() : !is_corner(facet.next[k])))
+          refuse(Buffer::facets, f, "has an edge that there is not");
+        const u32 next = stored ? b.facet_edges[facet.next[k]].next : facet.next[k];
+        if (first) {
+          follows[next] = true;
+        } else if (follows[FACET_CORNER(f, k)]) {
+          if (is_seen[next]) refuse(Buffer::facets, f, "is around no vertex");
+          is_seen[next] = true;
+        }
+      }
+    }
   }
 }
 
@@ -189,10 +200,6 @@ void expect_hulls(const Buffers<real>& b, const Sizes& sizes) {
         !is_range(hull.first_face, hull.face_count, sizes.hull_faces) ||
         !is_range(hull.first_edge, hull.edge_count, sizes.hull_edges) || hull.vertex_count == 0)
       refuse(Buffer::hulls, h, "reaches beyond what there is");
-    if (hull.face_count == 1) {
-      expect_facet(b, sizes, h);
-      continue;
-    }
     for (u32 f = hull.first_face; f < hull.first_face + hull.face_count; ++f) {
       const HullFace& face = b.hull_faces[f];
       if (!is_range(face.first_corner, face.corner_count, sizes.hull_corners) || face.corner_count < 3)
@@ -223,7 +230,7 @@ void expect_seams(const Buffers<real>& b, const Sizes& sizes) {
   expect_starts(Buffer::seam_starts, b.seam_starts, sizes.seams);
   for (std::size_t k = 0; k < b.seams.size(); ++k) {
     const Seam<real>& seam = b.seams[k];
-    if (seam.kind != SHAPE_BOX && (seam.kind != SHAPE_HULL || seam.hull >= sizes.hulls))
+    if (seam.kind != SHAPE_BOX && (seam.kind != SHAPE_HULL || !is_hull(seam.hull, b)))
       refuse(Buffer::seams, k, "is no box and no hull");
   }
   for (std::size_t i = 0; i < b.shape_infos.size(); ++i)
@@ -369,6 +376,7 @@ void expect_consistent_constants(const InitialState<real>& state) {
   if (has(state.features, Feature::contacts)) expect_shape_trees(state);
   expect_impact_laws(state.buffers);
   expect_hulls(state.buffers, state.sizes);
+  expect_facets(state.buffers);
   expect_seams(state.buffers, state.sizes);
   expect_joints(state.buffers, state.sizes);
   expect_articulations(state);

@@ -77,12 +77,12 @@ bool fits(const InputRow& row, const InitialState<real>& state) {
 
 RecordingReader::RecordingReader(const std::string& path)
     : path_(path), file_(reading(path, [&] { return open_file(path); })) {
-  reading(path_, [&] { read_head(), read_steps(), read_inputs(); });
+  reading(path_, [&] { read_head(), read_steps(), read_inputs(), read_measures(); });
 }
 
 RecordingReader::RecordingReader(std::span<const unsigned char> bytes, const std::string& path)
     : path_(path), file_(reading(path, [&] { return h5::open_image(bytes); })) {
-  reading(path_, [&] { read_head(), read_steps(), read_inputs(); });
+  reading(path_, [&] { read_head(), read_steps(), read_inputs(), read_measures(); });
 }
 
 void RecordingReader::read_head() {
@@ -136,6 +136,16 @@ void RecordingReader::read_inputs() {
         std::any_of(row.linear, row.linear + 3, is_bad) || std::any_of(row.angular, row.angular + 3, is_bad))
       throw h5::Failed("inputs[" + std::to_string(i) + "] makes no sense");
   }
+}
+
+void RecordingReader::read_measures() {
+  if (!h5::has(file_, "measures")) return;
+  const h5::Handle type = measure_row_type(), dataset = open_table(file_, "measures", type, {0});
+  const hsize_t rows = h5::extent_of(dataset)[0];
+  if (rows > most_words) throw h5::Failed("measures has more rows than there can be");
+  if (H5Dget_storage_size(dataset) * 1000 < rows) throw h5::Failed("measures is not all there");
+  measures_.resize(rows);
+  if (rows > 0) read_rows(dataset, type, 0, rows, measures_.data());
 }
 
 std::vector<std::uint64_t> RecordingReader::read_hashes(const char* name) const {

@@ -36,6 +36,9 @@ class RecordingReader {
   /// What was done to bodies from outside before each of the steps, in order; nothing in a run that went by itself.
   const std::vector<InputRow>& inputs() const { return inputs_; }
 
+  /// Of the steps that the report measured, in order.
+  const std::vector<MeasureRow>& measures() const { return measures_; }
+
   /// What the run began with. `real` must be the precision.
   template <class real>
   InitialState<real> start() const;
@@ -48,6 +51,7 @@ class RecordingReader {
   void read_head();
   void read_steps();
   void read_inputs();
+  void read_measures();
   std::vector<std::uint64_t> read_hashes(const char* name) const;
 
   std::string path_;
@@ -57,6 +61,7 @@ class RecordingReader {
   std::string version_, precision_, outcome_;
   std::vector<StepRow> rows_;
   std::vector<InputRow> inputs_;
+  std::vector<MeasureRow> measures_;
   std::vector<std::uint64_t> state_hashes_, pose_hashes_;
 };
 

@@ -16,17 +16,11 @@ h5::Handle step_row_type() {
 
 h5::Handle measure_row_type() {
   h5::Handle type(H5Tcreate(H5T_COMPOUND, sizeof(MeasureRow)));
-#define COLUMN(name) h5::check(H5Tinsert(type, #name, offsetof(MeasureRow, name), H5T_IEEE_F64LE));
-  COLUMN(step)
-  COLUMN(energy_j)
-  COLUMN(kinetic_j)
-  COLUMN(max_penetration_m)
-  COLUMN(mean_penetration_m)
-  COLUMN(residual)
-  COLUMN(defect_velocity_max)
-  COLUMN(joint_drift_m)
-  COLUMN(joint_angle_rad)
-#undef COLUMN
+  for (const MeasureColumn& column : measure_columns) {
+    const MeasureRow row;
+    const auto offset = reinterpret_cast<const char*>(&(row.*column.member)) - reinterpret_cast<const char*>(&row);
+    h5::check(H5Tinsert(type, column.name, static_cast<std::size_t>(offset), H5T_IEEE_F64LE));
+  }
   return type;
 }
 

@@ -11,6 +11,21 @@ h5::Handle step_row_type();
 h5::Handle measure_row_type();
 h5::Handle input_row_type();
 
+/// Of `measures`, all of double.
+struct MeasureColumn {
+  const char* name;
+  double MeasureRow::*member;
+};
+inline constexpr MeasureColumn measure_columns[] = {{"step", &MeasureRow::step},
+                                                    {"energy_j", &MeasureRow::energy_j},
+                                                    {"kinetic_j", &MeasureRow::kinetic_j},
+                                                    {"max_penetration_m", &MeasureRow::max_penetration_m},
+                                                    {"mean_penetration_m", &MeasureRow::mean_penetration_m},
+                                                    {"residual", &MeasureRow::residual},
+                                                    {"defect_velocity_max", &MeasureRow::defect_velocity_max},
+                                                    {"joint_drift_m", &MeasureRow::joint_drift_m},
+                                                    {"joint_angle_rad", &MeasureRow::joint_angle_rad}};
+
 /// Columns of the tables of bodies, rows (steps) x bodies x columns.
 struct BodyTable {
   const char* name;

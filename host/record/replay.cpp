@@ -5,6 +5,7 @@
 #include "host/backends/words.hpp"
 #include "host/record/current_state.hpp"
 #include "host/record/inputs.hpp"
+#include "host/record/measure_row.hpp"
 #include "host/record/recording_tables.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/simulation.hpp"
@@ -27,12 +28,18 @@ class Replay {
       act(inputs_before(row), simulation.backend(), driven);
       simulation.step();
       const std::vector<WorldHash> hashes = simulation.world_hashes();
-      for (u32 world = 0; world < hashes.size(); ++world) {
-        const std::size_t at = std::size_t{row} * hashes.size() + world;
-        if (state_hash(hashes[world]) != recording_.state_hashes()[at] ||
-            pose_hash(hashes[world]) != recording_.pose_hashes()[at])
-          explain(row, world, hashes[world]);
-      }
+      for (u32 world = 0; world < hashes.size(); ++world)
+        if (state_hash(hashes[world]) != recorded_state_hash(row, world)) explain(row, world, hashes[world]);
+      // what is stored beside the hash has to be of the same step
+      std::optional<std::string> difference = body_difference(simulation, row);
+      for (u32 world = 0; !difference && world < hashes.size(); ++world)
+        if (pose_hash(hashes[world]) != recorded_pose_hash(row, world))
+          difference = "the pose hash of world " + std::to_string(world) + " was recorded as " +
+                       hash_text(recorded_pose_hash(row, world)) + " and is " + hash_text(pose_hash(hashes[world])) +
+                       " here";
+      if (!difference) difference = count_difference(simulation, row);
+      if (!difference) difference = measure_difference(simulation, row);
+      if (difference) refuse_stored(row, *difference);
       done(row + 1);
     }
     return {simulation.backend().name(), simulation.backend().unsolved()};
@@ -68,11 +75,19 @@ class Replay {
     const InitialState<real> before = state_before(row);
     check(before);
     const std::string where = "step " + std::to_string(step);
-    compare_bodies(before, row, where);
-    const std::size_t at = std::size_t{row} * start_.sizes.worlds + world;
+    Simulation<real> simulation = simulate(before);
+    simulation.step();
+    if (const std::optional<std::string> difference = body_difference(simulation, row)) fail(where, *difference);
     fail(where, "the state hash of world " + std::to_string(world) + " was recorded as " +
-                    hash_text(recording_.state_hashes()[at]) + " and is " + hash_text(state_hash(here)) +
+                    hash_text(recorded_state_hash(row, world)) + " and is " + hash_text(state_hash(here)) +
                     " here; poses and velocities are equal");
+  }
+
+  std::uint64_t recorded_state_hash(u32 row, u32 world) const {
+    return recording_.state_hashes()[std::size_t{row} * start_.sizes.worlds + world];
+  }
+  std::uint64_t recorded_pose_hash(u32 row, u32 world) const {
+    return recording_.pose_hashes()[std::size_t{row} * start_.sizes.worlds + world];
   }
 
   // The step on the device and in the reference beside each other: throws Mismatch where they part. An oracle has no
@@ -92,20 +107,20 @@ class Replay {
     }
   }
 
-  void compare_bodies(const InitialState<real>& before, u32 row, const std::string& where) const {
-    Simulation<real> simulation = simulate(before);
-    simulation.step();
+  // The first word of the tables of bodies that is not what the simulation has after the step of a row.
+  std::optional<std::string> body_difference(Simulation<real>& simulation, u32 row) const {
     const Buffer wanted[] = {Buffer::positions, Buffer::orientations, Buffer::motions};
     const Buffers<real>& current = simulation.backend().download(wanted);
+    std::optional<std::string> found;
     const auto compare = [&](u32 table, const char* buffer, const auto& records, std::size_t first) {
       const std::size_t columns = body_tables[table].columns;
-      const std::vector<real> recorded = recording_.bodies<real>(table, row);
-      for (std::size_t i = 0; i < std::min(recorded.size() / columns, records.size()); ++i) {
-        for (std::size_t k = 0; k < columns; ++k) {
+      const std::vector<real> recorded = found ? std::vector<real>{} : recording_.bodies<real>(table, row);
+      for (std::size_t i = 0; !found && i < std::min(recorded.size() / columns, records.size()); ++i) {
+        for (std::size_t k = 0; !found && k < columns; ++k) {
           const real is = reinterpret_cast<const real*>(&records[i])[first + k], was = recorded[i * columns + k];
           if (!same_bits(was, is))
-            fail(where, std::string(buffer) + "[" + std::to_string(i) + "] word " + std::to_string(first + k) +
-                            ": recorded " + show_word(was) + ", here " + show_word(is));
+            found = std::string(buffer) + "[" + std::to_string(i) + "] word " + std::to_string(first + k) +
+                    ": recorded " + show_word(was) + ", here " + show_word(is);
         }
       }
     };
@@ -113,6 +128,43 @@ class Replay {
     compare(1, "orientations", current.orientations, 0);
     compare(2, "motions", current.motions, offsetof(Motion<real>, v) / sizeof(real));
     compare(3, "motions", current.motions, offsetof(Motion<real>, w) / sizeof(real));
+    return found;
+  }
+
+  // Of the table `steps`: how often a step was redone and how long it took is nothing that is simulated.
+  std::optional<std::string> count_difference(Simulation<real>& simulation, u32 row) const {
+    const StepRow& was = recording_.rows()[row];
+    const Counters& counters = simulation.counters();
+    const std::pair<const char*, std::pair<u32, u32>> counts[] = {
+        {"pairs", {was.pairs, counters[COUNTER_PAIRS]}}, {"contacts", {was.contacts, counters[COUNTER_CONTACTS]}}};
+    for (const auto& [name, of] : counts)
+      if (of.first != of.second)
+        return std::string(name) + ": recorded " + std::to_string(of.first) + ", here " + std::to_string(of.second);
+    return {};
+  }
+
+  // Of the table `measures`, which has some of the steps.
+  std::optional<std::string> measure_difference(Simulation<real>& simulation, u32 row) const {
+    const u32 step = recording_.rows()[row].step;
+    const auto was = std::ranges::find(recording_.measures(), double(step), &MeasureRow::step);
+    if (was == recording_.measures().end()) return {};
+    Backend<real>& backend = simulation.backend();
+    const Buffers<real>& buffers = backend.download(measured_buffers(backend.features()));
+    Measures measures =
+        measure(buffers, backend.sizes(), backend.features(), simulation.params(), simulation.counters());
+    backend.take_own_residual(measures);
+    const MeasureRow here = measure_row(step, measures);
+    for (const MeasureColumn& column : measure_columns)
+      if (!same_bits((*was).*column.member, here.*column.member))
+        return std::string("measures, ") + column.name + ": recorded " + show_word((*was).*column.member) + ", here " +
+               show_word(here.*column.member);
+    return {};
+  }
+
+  // The state hash is that of the replay, and what is stored beside it is of no such state.
+  [[noreturn]] void refuse_stored(u32 row, const std::string& what) const {
+    throw Error(Failure::comparison, "step " + std::to_string(recording_.rows()[row].step - 1),
+                what + "; the state hash is equal, so the file was changed since it was recorded");
   }
 
   // Here device and reference agree, so that it is the recording that is another.

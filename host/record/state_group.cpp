@@ -56,6 +56,8 @@ Sizes stored_sizes(hid_t group, Features features) {
   sizes.hull_faces = stored_rows(group, Buffer::hull_faces);
   sizes.hull_edges = stored_rows(group, Buffer::hull_edges);
   sizes.hull_corners = stored_rows(group, Buffer::hull_corners);
+  sizes.facets = stored_rows(group, Buffer::facets);
+  sizes.facet_edges = stored_rows(group, Buffer::facet_edges);
   sizes.seams = stored_rows(group, Buffer::seams);
   sizes.joints = stored_rows(group, Buffer::joint_infos);
   sizes.joint_blocks = stored_rows(group, Buffer::joint_lanes);

@@ -36,7 +36,7 @@ Vector3f half_size(ShapeKind kind, const Vector3f& size) {
 template <class real>
 bool is_facet(const Buffers<real>& scene, std::size_t shape) {
   const ShapeInfo& info = scene.shape_infos[shape];
-  return info.kind == SHAPE_HULL && scene.hulls[info.hull].face_count == 1;
+  return info.kind == SHAPE_HULL && (info.hull & HULL_IS_FACET) != 0;
 }
 
 // Half the edges of the box of this mass and these moments about its centre; none shorter than a twentieth of the
@@ -100,12 +100,11 @@ void SceneModel::add_surfaces(const Buffers<real>& scene) {
     std::vector<Vector3f> points;
     std::vector<u32> first = {0}, corners;
     for (; i < shapes && scene.shape_infos[i].body == body && is_facet(scene, i); ++i) {
-      const Hull& hull = scene.hulls[scene.shape_infos[i].hull];
+      const Facet<real>& facet = scene.facets[scene.shape_infos[i].hull & ~HULL_IS_FACET];
       const Shape<real>& shape = scene.shapes[i];
       for (u32 k = 0; k < 3; ++k) {
         corners.push_back(static_cast<u32>(points.size()));
-        points.push_back(vector3f(shape.offset) +
-                         rotationf(&shape.rotation[0]) * vector3f(scene.hull_vertices[hull.first_vertex + k]));
+        points.push_back(vector3f(shape.offset) + rotationf(&shape.rotation[0]) * vector3f(facet.corners + 3 * k));
       }
       first.push_back(static_cast<u32>(corners.size()));
     }
@@ -125,10 +124,6 @@ void SceneModel::add_surfaces(const Buffers<real>& scene) {
 template <class real>
 void SceneModel::add_hulls(const Buffers<real>& scene) {
   for (const Hull& hull : scene.hulls) {
-    if (hull.face_count == 1) {  // a facet: add_surfaces()
-      hulls_.emplace_back();
-      continue;
-    }
     std::vector<Vector3f> points;
     for (u32 i = 0; i < hull.vertex_count; ++i) points.push_back(vector3f(scene.hull_vertices[hull.first_vertex + i]));
     std::vector<u32> first = {0}, corners;

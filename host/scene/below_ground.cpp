@@ -53,37 +53,57 @@ struct Triangle {
   }
 };
 
-// Triangles by the squares of a grid that they lie over.
+// A dynamic body, and the ground over its middle.
+struct Candidate {
+  u32 body;
+  Vector3 point;  // as View has it
+  double depth = std::numeric_limits<double>::infinity();
+  u32 ground = NONE;  // the nearest above, where it looks up
+  bool is_carried = false;
+
+  void look_at(const Triangle& triangle) {
+    const std::optional<double> height = triangle.height_at(point);
+    if (!height) return;
+    is_carried = is_carried || (*height <= point[2] && triangle.area() > 0);
+    if (*height <= point[2] || *height - point[2] >= depth) return;
+    depth = *height - point[2];
+    ground = triangle.area() > 0 ? triangle.ground : NONE;
+  }
+};
+
+// Candidates by the squares of a grid that they are in.
 class Grid {
  public:
-  explicit Grid(const std::vector<Triangle>& triangles) {
-    for (const Triangle& t : triangles) {
-      for (const Vector3& corner : t.corners) {
-        for (unsigned k = 0; k < 2; ++k) {
-          low_[k] = std::min(low_[k], corner[k]);
-          high_[k] = std::max(high_[k], corner[k]);
-        }
+  explicit Grid(const std::vector<Candidate>& candidates) {
+    for (const Candidate& candidate : candidates) {
+      for (unsigned k = 0; k < 2; ++k) {
+        low_[k] = std::min(low_[k], candidate.point[k]);
+        high_[k] = std::max(high_[k], candidate.point[k]);
       }
     }
-    const auto wanted = static_cast<std::size_t>(std::sqrt(static_cast<double>(triangles.size())));
+    const auto wanted = static_cast<std::size_t>(std::sqrt(static_cast<double>(candidates.size())));
     side_ = std::clamp<std::size_t>(wanted, 1, most_cells_a_side);
     cells_.resize(side_ * side_);
-    for (u32 i = 0; i < triangles.size(); ++i) {
-      std::array<std::size_t, 2> first = {side_, side_}, last = {0, 0};
-      for (const Vector3& corner : triangles[i].corners) {
-        for (unsigned k = 0; k < 2; ++k) {
-          first[k] = std::min(first[k], cell_of(corner, k));
-          last[k] = std::max(last[k], cell_of(corner, k));
-        }
-      }
-      for (std::size_t y = first[1]; y <= last[1]; ++y)
-        for (std::size_t x = first[0]; x <= last[0]; ++x) cells_[y * side_ + x].push_back(i);
-    }
+    for (u32 i = 0; i < candidates.size(); ++i)
+      cells_[cell_of(candidates[i].point, 1) * side_ + cell_of(candidates[i].point, 0)].push_back(i);
   }
 
-  /// Those that may lie over or under a point.
-  const std::vector<u32>& at(const Vector3& point) const {
-    return cells_[cell_of(point, 1) * side_ + cell_of(point, 0)];
+  /// Calls `function` with those that may be over or under a triangle.
+  template <class Function>
+  void for_each_at(const Triangle& triangle, Function&& function) const {
+    std::array<std::size_t, 2> first = {side_, side_}, last = {0, 0};
+    for (unsigned k = 0; k < 2; ++k) {
+      const double from = std::min({triangle.corners[0][k], triangle.corners[1][k], triangle.corners[2][k]});
+      const double to = std::max({triangle.corners[0][k], triangle.corners[1][k], triangle.corners[2][k]});
+      if (to < low_[k] || from > high_[k]) return;
+      for (const Vector3& corner : triangle.corners) {
+        first[k] = std::min(first[k], cell_of(corner, k));
+        last[k] = std::max(last[k], cell_of(corner, k));
+      }
+    }
+    for (std::size_t y = first[1]; y <= last[1]; ++y)
+      for (std::size_t x = first[0]; x <= last[0]; ++x)
+        for (const u32 i : cells_[y * side_ + x]) function(i);
   }
 
  private:
@@ -98,23 +118,26 @@ class Grid {
   std::vector<std::vector<u32>> cells_;
 };
 
-std::vector<Triangle> static_triangles(const Scene& scene, const View& view) {
-  std::vector<Triangle> triangles;
+// Calls `function` with all triangles of static bodies.
+template <class Function>
+void for_each_triangle(const Scene& scene, const View& view, Function&& function) {
   for (u32 i = 0; i < scene.bodies.size(); ++i) {
     const BodyDescription& body = scene.bodies[i];
     if (body.kind != BODY_STATIC) continue;
     for (const ShapeDescription& shape : body.shapes) {
       if (shape.kind != SHAPE_FACET) continue;
-      Triangle triangle = {{}, i};
-      const std::vector<Vector3> corners = corners_of_facet(*shape.surface, shape.facet);
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Vector3 of_body = exact::add(shape.offset, exact::rotate(shape.rotation, corners[k]));
-        triangle.corners[k] = view.of(exact::add(body.position, exact::rotate(body.orientation, of_body)));
+      for (u32 t = 0; t < shape.surface->facets.size(); ++t) {
+        Triangle triangle = {{}, i};
+        const Vector3 offset = offset_of_facet(shape, t);
+        const std::array<Vector3, 3> corners = corners_of_facet(*shape.surface, t);
+        for (std::size_t k = 0; k < 3; ++k) {
+          const Vector3 of_body = exact::add(offset, exact::rotate(shape.rotation, corners[k]));
+          triangle.corners[k] = view.of(exact::add(body.position, exact::rotate(body.orientation, of_body)));
+        }
+        function(triangle);
       }
-      triangles.push_back(triangle);
     }
   }
-  return triangles;
 }
 
 bool has_static_plane(const Scene& scene) {
@@ -129,27 +152,20 @@ bool has_static_plane(const Scene& scene) {
 std::vector<BelowGround> bodies_below_ground(const Scene& scene) {
   if (exact::length(scene.gravity) == 0 || has_static_plane(scene)) return {};
   const View view(scene.gravity);
-  const std::vector<Triangle> triangles = static_triangles(scene, view);
-  if (triangles.empty()) return {};
-  const Grid grid(triangles);
-  std::vector<BelowGround> found;
+  std::vector<Candidate> candidates;
   for (u32 i = 0; i < scene.bodies.size(); ++i) {
     const BodyDescription& body = scene.bodies[i];
-    if (body.kind != BODY_DYNAMIC || body.shapes.empty()) continue;
-    const Vector3 point = view.of(body.position);
-    const Triangle* nearest = nullptr;
-    double depth = std::numeric_limits<double>::infinity();
-    bool is_carried = false;
-    for (const u32 t : grid.at(point)) {
-      const std::optional<double> height = triangles[t].height_at(point);
-      if (!height) continue;
-      is_carried = is_carried || (*height <= point[2] && triangles[t].area() > 0);
-      if (*height <= point[2] || *height - point[2] >= depth) continue;
-      depth = *height - point[2];
-      nearest = &triangles[t];
-    }
-    if (nearest && nearest->area() > 0 && !is_carried) found.push_back({i, nearest->ground, depth});
+    if (body.kind == BODY_DYNAMIC && !body.shapes.empty()) candidates.push_back({i, view.of(body.position)});
   }
+  if (candidates.empty()) return {};
+  const Grid grid(candidates);
+  for_each_triangle(scene, view, [&](const Triangle& triangle) {
+    grid.for_each_at(triangle, [&](u32 i) { candidates[i].look_at(triangle); });
+  });
+  std::vector<BelowGround> found;
+  for (const Candidate& candidate : candidates)
+    if (candidate.ground != NONE && !candidate.is_carried)
+      found.push_back({candidate.body, candidate.ground, candidate.depth});
   return found;
 }
 

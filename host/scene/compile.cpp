@@ -92,13 +92,14 @@ class Compiler {
   Buffers<real>& buffers() { return state_.buffers; }
 
   void add_worlds() {
-    expect_room();
+    make_room();
     for (u32 world = 0; world < worlds_.size(); ++world) add_world(world);
   }
-  void expect_room() const;
+  void make_room();
   void add_world(u32 world);
   void add_body(const BodyDescription& body, u32 world, u32 id, const Origin& origin);
   void add_shape(const ShapeDescription& shape, bool continuous, u32 body, u32 id, const Origin& origin);
+  void add_surface(const ShapeDescription& whole, bool continuous, u32 body, u32 first_id, const Origin& origin);
   void add_material_pairs(const Scene& scene);
   void set_features();
   Feature broad_phase() const;
@@ -114,16 +115,18 @@ class Compiler {
 };
 
 template <class real>
-void Compiler<real>::expect_room() const {
+void Compiler<real>::make_room() {
   std::size_t bodies = 0, shapes = 0;
   for (const Scene& scene : worlds_) {
     bodies += scene.bodies.size();
-    for (const BodyDescription& body : scene.bodies) shapes += body.shapes.size();
+    for (const BodyDescription& body : scene.bodies) shapes += simulated_shapes(body);
   }
-  if (std::max(bodies, shapes) <= most_in_batch) return;
-  throw Error(Failure::input, worlds_[0].source,
-              fmt::format("a batch can have {} bodies and shapes, has {} and {}; run fewer worlds at once",
-                          most_in_batch, bodies, shapes));
+  if (std::max(bodies, shapes) > most_in_batch)
+    throw Error(Failure::input, worlds_[0].source,
+                fmt::format("a batch can have {} bodies and shapes, has {} and {}; run fewer worlds at once",
+                            most_in_batch, bodies, shapes));
+  buffers().shape_infos.reserve(shapes);
+  buffers().shapes.reserve(shapes);
 }
 
 template <class real>
@@ -143,7 +146,11 @@ void Compiler<real>::add_world(u32 world) {
     add_body(body, world, index - range.first_body, origin);
     for (const ShapeDescription& shape : body.shapes) {
       if (shape.material >= range.material_count) origin.fail("a shape has a material that the scene lacks");
-      add_shape(shape, body.continuous, index, count(buffers().shape_infos) - range.first_shape, origin);
+      const u32 id = count(buffers().shape_infos) - range.first_shape;
+      if (shape.kind == SHAPE_FACET)
+        add_surface(shape, body.continuous, index, id, origin);
+      else
+        add_shape(shape, body.continuous, index, id, origin);
     }
   }
   add_material_pairs(scene);
@@ -240,18 +247,30 @@ void Compiler<real>::add_shape(const ShapeDescription& shape, bool continuous, u
       buffers().shape_infos.back().hull = hulls_.find_or_add(shape.mesh, buffers());
       break;
     }
-    case SHAPE_FACET: {
-      const Vector3 half = half_extents_of(corners_of_facet(*shape.surface, shape.facet));
-      for (unsigned i = 0; i < 3; ++i) record.size[i] = rounded<real>(half[i], "half the size", origin);
-      buffers().shape_infos.back().kind = SHAPE_HULL;
-      buffers().shape_infos.back().hull = hulls_.find_or_add(shape.surface, shape.facet, buffers());
-      break;
-    }
     default: break;
   }
   record.bounding_radius = shape_bounding_radius<real>(shape.kind, record.size);
   record.size[3] = inner_radius(shape.kind, record.size);
   buffers().shapes.push_back(record);
+}
+
+// Its facets, each a shape.
+template <class real>
+void Compiler<real>::add_surface(const ShapeDescription& whole, bool continuous, u32 body, u32 first_id,
+                                 const Origin& origin) {
+  const u32 first = hulls_.find_or_add(whole.surface, buffers()), flags = continuous ? SHAPE_IS_CONTINUOUS : 0;
+  const Vec4<real> rotation = rounded<real>(whole.rotation);
+  for (u32 t = 0; t < whole.surface->facets.size(); ++t) {
+    buffers().shape_infos.push_back({body, first_id + t, SHAPE_HULL, whole.material, whole.category, whole.mask, flags,
+                                     HULL_IS_FACET | (first + t)});
+    const Vec4<real> offset = rounded<real>(offset_of_facet(whole, t), "offset", origin);
+    const Vector3 half = half_extents_of(corners_of_facet(*whole.surface, t));
+    Shape<real> record = {{offset.x, offset.y, offset.z}, 0, {rotation.x, rotation.y, rotation.z, rotation.w}, {}};
+    for (unsigned i = 0; i < 3; ++i) record.size[i] = rounded<real>(half[i], "half the size", origin);
+    record.bounding_radius = shape_bounding_radius<real>(SHAPE_FACET, record.size);
+    record.size[3] = inner_radius(SHAPE_FACET, record.size);
+    buffers().shapes.push_back(record);
+  }
 }
 
 // Friction combines by the geometric mean, restitution by the larger; rules of the scene override both.
@@ -320,7 +339,10 @@ void Compiler<real>::set_features() {
     const bool pushing = is_penalty(scene);  // by particles instead of shapes
     if (pushing) features = with(features, Feature::particles);
     if (pushing && scene.particles->shear_stiffness > 0) features = with(features, Feature::shear_springs);
-    const bool touching = !pushing && shapes_can_touch(scene);
+    const bool asked = scene.settings.keeps_shapes && !shapes_can_touch(scene);
+    if (asked && (pushing || runge_kutta))
+      throw Error(Failure::input, scene.source, "keeps no shapes to ask for; leave particles and runge_kutta out");
+    const bool touching = asked || (!pushing && shapes_can_touch(scene));
     if (touching && scene.settings.events) features = with(features, Feature::events);
     if (touching) features = with(features, Feature::contacts);
     if (touching && runge_kutta) {
@@ -441,24 +463,13 @@ void Compiler<real>::set_sizes() {
     sizes.hull_faces = static_cast<u32>(buffers().hull_faces.size());
     sizes.hull_edges = static_cast<u32>(buffers().hull_edges.size());
     sizes.hull_corners = static_cast<u32>(buffers().hull_corners.size());
+    sizes.facets = static_cast<u32>(buffers().facets.size());
+    sizes.facet_edges = static_cast<u32>(buffers().facet_edges.size());
   }
   set_first_capacities(sizes, state_.features);
 }
 
 }  // namespace
-
-void set_first_capacities(Sizes& sizes, Features features) {
-  sizes.buckets = 64;
-  while (sizes.buckets < 2 * sizes.top_level()) sizes.buckets *= 2;
-  while (sizes.buckets < sizes.particles) sizes.buckets *= 2;
-  sizes.pairs = std::max(8 * sizes.top_level(), 4 * sizes.particles) + 64;
-  sizes.contacts = sizes.pairs * (has(features, Feature::manifolds) ? 2 : 1);
-  // each colour, and the overflow, may end in a block that is not full
-  sizes.blocks = sizes.contacts / PACK + MAX_COLORS + 1;
-  sizes.rows = sizes.blocks;
-  // a contact feels those of its own tile and of a few others
-  if (has(features, Feature::dense)) sizes.coupled_tiles = 8 * tile_count(sizes.contacts, sizes.worlds);
-}
 
 template <class real>
 InitialState<real> compile(std::span<const Scene> worlds) {

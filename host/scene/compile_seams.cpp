@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "host/scene/extents.hpp"
+#include "host/scene/surface.hpp"
 
 namespace lockstep {
 
@@ -95,20 +96,36 @@ Solid solid_hull(const Hull& hull, const Buffers<real>& b) {
   }
   for (u32 f = hull.first_face; f < hull.first_face + hull.face_count; ++f)
     solid.planes.emplace_back(vector(b.hull_planes[f]), double(b.hull_planes[f].w));
-  solid.facet = hull.face_count == 1;
-  if (!solid.facet) return solid;
-  const auto [normal, offset] = solid.planes[0];
-  solid.planes.emplace_back(scale(-1, normal), -offset);
-  for (const auto& [start, end] : solid.edges) {
+  return solid;
+}
+
+template <class real>
+Vector3 vector(const real* v) {
+  return {double(v[0]), double(v[1]), double(v[2])};
+}
+
+template <class real>
+Solid solid_facet(const Facet<real>& facet) {
+  Solid solid;
+  solid.facet = true;
+  for (u32 k = 0; k < 3; ++k) solid.vertices.push_back(vector(facet.corners + 3 * k));
+  const Vector3 normal = vector(facet.normal);
+  solid.planes = {{normal, double(facet.height)}, {scale(-1, normal), -double(facet.height)}};
+  for (u32 k = 0; k < 3; ++k) {
+    const Vector3 &start = solid.vertices[k], &end = solid.vertices[(k + 1) % 3];
+    solid.edges.push_back({start, end});
     const Vector3 across = unit(cross(subtract(end, start), normal));
     solid.planes.emplace_back(across, dot(across, start));
   }
   return solid;
 }
 
+bool is_facet(const ShapeInfo& info) { return info.kind == SHAPE_HULL && (info.hull & HULL_IS_FACET) != 0; }
+
 template <class real>
 Solid solid_of(const Buffers<real>& b, u32 shape) {
   const ShapeInfo& info = b.shape_infos[shape];
+  if (is_facet(info)) return solid_facet(b.facets[info.hull & ~HULL_IS_FACET]);
   if (info.kind == SHAPE_HULL) return solid_hull(b.hulls[info.hull], b);
   const Shape<real>& box = b.shapes[shape];
   return solid_box({double(box.size[0]), double(box.size[1]), double(box.size[2])});
@@ -147,7 +164,7 @@ bool covers(const Solid& solid, const Frame& frame, const Vector3& point, const 
 template <class real>
 class SeamFinder {
  public:
-  explicit SeamFinder(Buffers<real>& b) : b_(b), seams_(b.shapes.size()) {}
+  explicit SeamFinder(Buffers<real>& b) : b_(b) {}
 
   /// Blocks that may lie flush.
   void find(std::vector<Block> blocks);
@@ -156,27 +173,23 @@ class SeamFinder {
   void join_surfaces();
 
   void store() {
-    u32 total = 0;
-    for (std::size_t shape = 0; shape < seams_.size(); ++shape) {
-      b_.seam_starts.push_back(total);
-      if (seams_[shape].empty()) continue;
+    if (seams_.empty()) return;
+    for (const auto& [shape, neighbours] : seams_) {
+      b_.seam_starts.resize(shape + 1, static_cast<u32>(b_.seams.size()));
       b_.shape_infos[shape].flags |= SHAPE_HAS_SEAMS;
-      for (const auto& [neighbour, seam] : seams_[shape]) b_.seams.push_back(seam);
-      total += static_cast<u32>(seams_[shape].size());
+      for (const auto& [neighbour, seam] : neighbours) b_.seams.push_back(seam);
     }
-    b_.seam_starts.push_back(total);
-    if (total == 0) b_.seam_starts.clear();
+    b_.seam_starts.resize(b_.shapes.size() + 1, static_cast<u32>(b_.seams.size()));
   }
 
   Block block_of(u32 shape, u32 surface, const Frame& frame) const;
 
  private:
-  static std::vector<Block> near_others(const std::vector<Block>& blocks);
   void add_seams(const Block& one, const Block& other);
   bool goes_on(u32 shape, const Solid& facet, u32 edge) const;
 
   Buffers<real>& b_;
-  std::vector<std::map<u32, Seam<real>>> seams_;  // of each shape, by neighbour
+  std::map<u32, std::map<u32, Seam<real>>> seams_;  // of a shape, by neighbour
 };
 
 template <class real>
@@ -192,10 +205,10 @@ Block SeamFinder<real>::block_of(u32 shape, u32 surface, const Frame& frame) con
     for (unsigned k = 0; k < 3; ++k) half[k] += std::abs(rotated[k]);
   }
   if (surface != NONE) {  // half the height of the triangle
-    const Solid facet = solid_of(b_, shape);
+    const Facet<real>& facet = b_.facets[b_.shape_infos[shape].hull & ~HULL_IS_FACET];
+    const Vector3 v[] = {vector(facet.corners), vector(facet.corners + 3), vector(facet.corners + 6)};
     double longest = 0;
-    for (const auto& [start, end] : facet.edges) longest = std::max(longest, length(subtract(end, start)));
-    const Vector3* v = facet.vertices.data();
+    for (u32 k = 0; k < 3; ++k) longest = std::max(longest, length(subtract(v[(k + 1) % 3], v[k])));
     block.smallest = 0.5 * length(cross(subtract(v[1], v[0]), subtract(v[2], v[0]))) / longest;
   }
   block.rounding = 4 * double(std::numeric_limits<real>::epsilon()) * (length(frame.position) + length(half));
@@ -207,35 +220,8 @@ Block SeamFinder<real>::block_of(u32 shape, u32 surface, const Frame& frame) con
   return block;
 }
 
-// All but the facets that are in no box around another surface or block.
-template <class real>
-std::vector<Block> SeamFinder<real>::near_others(const std::vector<Block>& blocks) {
-  std::map<u32, Extents> surfaces;
-  std::vector<Extents> alone;
-  for (const Block& block : blocks) {
-    if (block.surface != NONE)
-      surfaces[block.surface].unite(block.box);
-    else
-      alone.push_back(block.box);
-  }
-  std::map<u32, std::vector<Extents>> others;  // that a surface meets
-  for (const auto& [surface, box] : surfaces) {
-    for (const auto& [other, other_box] : surfaces)
-      if (other != surface && box.meets(other_box)) others[surface].push_back(other_box);
-    for (const Extents& other_box : alone)
-      if (box.meets(other_box)) others[surface].push_back(other_box);
-  }
-  std::vector<Block> near;
-  for (const Block& block : blocks) {
-    const auto meets = [&](const Extents& box) { return block.box.meets(box); };
-    if (block.surface == NONE || std::ranges::any_of(others[block.surface], meets)) near.push_back(block);
-  }
-  return near;
-}
-
 template <class real>
 void SeamFinder<real>::find(std::vector<Block> blocks) {
-  blocks = near_others(blocks);
   // in order along the axis along which they are spread most
   Vector3 first = {1e300, 1e300, 1e300}, last = {-1e300, -1e300, -1e300};
   for (const Block& block : blocks) {
@@ -288,7 +274,7 @@ bool SeamFinder<real>::goes_on(u32 shape, const Solid& facet, u32 edge) const {
   const Vector3 up = unit(add(normal, scale(lean, out)));
   for (const double share : {0.05, 0.3, 0.5, 0.7, 0.95}) {
     const Vector3 point = add(start, scale(share, subtract(end, start)));
-    const bool covered = std::ranges::any_of(seams_[shape], [&](const auto& entry) {
+    const bool covered = std::ranges::any_of(seams_.at(shape), [&](const auto& entry) {
       const Seam<real>& seam = entry.second;
       const Frame frame = {
           {double(seam.offset[0]), double(seam.offset[1]), double(seam.offset[2])},
@@ -302,27 +288,25 @@ bool SeamFinder<real>::goes_on(u32 shape, const Solid& facet, u32 edge) const {
 
 template <class real>
 void SeamFinder<real>::join_surfaces() {
-  for (u32 shape = 0; shape < seams_.size(); ++shape) {
+  for (const auto& [shape, neighbours] : seams_) {
     ShapeInfo& info = b_.shape_infos[shape];
-    if (seams_[shape].empty() || info.kind != SHAPE_HULL || b_.hulls[info.hull].face_count != 1) continue;
-    const Solid facet = solid_of(b_, shape);
-    Hull hull = b_.hulls[info.hull];  // of this shape alone from here on
-    std::array<Vec4<real>, 4> planes = {};
-    std::copy_n(b_.hull_planes.begin() + hull.first_face, 4, planes.begin());
+    if (!is_facet(info)) continue;
+    const Solid solid = solid_of(b_, shape);
+    Facet<real> facet = b_.facets[info.hull & ~HULL_IS_FACET];  // of this shape alone from here on
     bool changed = false;
     for (u32 edge = 0; edge < 3; ++edge) {
-      if (vector(planes[1 + edge]) == facet.planes[0].first || !goes_on(shape, facet, edge)) continue;
-      planes[1 + edge] = planes[0];
-      planes[1 + edge].w = 0;
+      const u32 kind = facet.flags >> FACET_EDGE_SHIFT(edge) & 3;
+      const real* across = facet.normal;
+      if (kind == FACET_EDGE_ROOF) across = b_.facets[facet.next[edge] >> 2].normal;
+      if (kind == FACET_EDGE_STORED) across = b_.facet_edges[facet.next[edge]].across;
+      if (vector(across) == solid.planes[0].first || !goes_on(shape, solid, edge)) continue;
+      if (kind == FACET_EDGE_STORED) facet.next[edge] = b_.facet_edges[facet.next[edge]].next;
+      facet.flags &= ~(3u << FACET_EDGE_SHIFT(edge));
       changed = true;
     }
     if (!changed) continue;
-    const u32 first_face = static_cast<u32>(b_.hull_faces.size());
-    for (u32 k = 0; k < 4; ++k) b_.hull_faces.push_back(HullFace(b_.hull_faces[hull.first_face + k]));
-    b_.hull_planes.insert(b_.hull_planes.end(), planes.begin(), planes.end());
-    hull.first_face = first_face;
-    info.hull = static_cast<u32>(b_.hulls.size());
-    b_.hulls.push_back(hull);
+    info.hull = HULL_IS_FACET | static_cast<u32>(b_.facets.size());
+    b_.facets.push_back(facet);
   }
 }
 
@@ -334,22 +318,74 @@ std::set<u32> filtered_bodies(const Scene& scene) {
   return bodies;
 }
 
-// Which surface each shape of a scene is a facet of, a number that others do not have; NONE: it is no facet. The facets
-// of a surface follow each other.
-std::vector<u32> surfaces_of(const Scene& scene) {
-  std::vector<u32> surfaces;
-  u32 count = 0;
-  for (const BodyDescription& body : scene.bodies) {
-    const ShapeDescription* before = nullptr;
+// Shapes one behind the other: the facets of a surface, or one that is none.
+struct Member {
+  u32 first, count;
+  bool surface;
+};
+
+// What may lie flush with each other: static bodies, or the shapes of one body, in its frame.
+using Group = std::vector<Member>;
+
+// Blocks of a group: all but the facets that are in no box around another surface or block. `block_of` makes one of a
+// shape and the number of its surface, or NONE.
+template <class BlockOf>
+std::vector<Block> near_others(const Group& group, BlockOf&& block_of) {
+  std::vector<Block> near;
+  if (group.size() < 2) return near;
+  std::vector<Extents> boxes(group.size());
+  const auto for_each_block = [&](u32 m, auto&& function) {
+    for (u32 i = group[m].first; i < group[m].first + group[m].count; ++i)
+      function(block_of(i, group[m].surface ? m : NONE));
+  };
+  for (u32 m = 0; m < group.size(); ++m) for_each_block(m, [&](const Block& block) { boxes[m].unite(block.box); });
+  for (u32 m = 0; m < group.size(); ++m) {
+    std::vector<Extents> others;
+    for (u32 other = 0; group[m].surface && other < group.size(); ++other)
+      if (other != m && boxes[m].meets(boxes[other])) others.push_back(boxes[other]);
+    if (group[m].surface && others.empty()) continue;
+    for_each_block(m, [&](const Block& block) {
+      const auto meets = [&](const Extents& box) { return block.box.meets(box); };
+      if (!group[m].surface || std::ranges::any_of(others, meets)) near.push_back(block);
+    });
+  }
+  return near;
+}
+
+template <class real>
+Frame frame_in_body(const Buffers<real>& b, u32 i) {
+  const Shape<real>& shape = b.shapes[i];
+  return {vector(shape.offset),
+          {double(shape.rotation[0]), double(shape.rotation[1]), double(shape.rotation[2]), double(shape.rotation[3])}};
+}
+
+// Those of a world whose shapes begin with `first`.
+template <class real>
+void find_seams(const Scene& scene, u32 first, const Buffers<real>& b, SeamFinder<real>& finder) {
+  const std::set<u32> filtered = filtered_bodies(scene);
+  Group fixed;
+  std::map<u32, Group> of_body;
+  for (u32 index = 0; index < scene.bodies.size(); ++index) {
+    const BodyDescription& body = scene.bodies[index];
     for (const ShapeDescription& shape : body.shapes) {
-      const bool facet = shape.kind == SHAPE_FACET;
-      const bool follows = before && before->surface == shape.surface && before->facet + 1 == shape.facet;
-      if (facet && !follows) ++count;
-      surfaces.push_back(facet ? count : NONE);
-      before = facet ? &shape : nullptr;
+      const Member member = {first, static_cast<u32>(simulated_shapes(shape)), shape.kind == SHAPE_FACET};
+      first += member.count;
+      const ShapeInfo& info = b.shape_infos[member.first];
+      const bool hull = is_facet(info) || (info.kind == SHAPE_HULL && b.hulls[info.hull].edge_count > 0);
+      if (body.kind == BODY_DYNAMIC || shape.trigger || (info.kind != SHAPE_BOX && !hull)) continue;
+      const bool moves = body.kind != BODY_STATIC || filtered.contains(index);
+      (moves ? of_body[index] : fixed).push_back(member);
     }
   }
-  return surfaces;
+  finder.find(near_others(fixed, [&](u32 i, u32 surface) {
+    const u32 index = b.shape_infos[i].body;
+    const Vec4<real>& q = b.orientations[index];
+    const Frame body = {vector(b.positions[index]), {double(q.x), double(q.y), double(q.z), double(q.w)}};
+    return finder.block_of(i, surface, within(body, frame_in_body(b, i)));
+  }));
+  for (const auto& [body, group] : of_body)
+    finder.find(
+        near_others(group, [&](u32 i, u32 surface) { return finder.block_of(i, surface, frame_in_body(b, i)); }));
 }
 
 }  // namespace
@@ -358,32 +394,8 @@ template <class real>
 void compile_seams(std::span<const Scene> worlds, InitialState<real>& state) {
   Buffers<real>& b = state.buffers;
   SeamFinder<real> finder(b);
-  for (u32 world = 0; world < worlds.size(); ++world) {
-    const WorldRange& range = b.world_ranges[world];
-    const std::set<u32> filtered = filtered_bodies(worlds[world]);
-    std::vector<Block> fixed;
-    std::map<u32, std::vector<Block>> of_body;  // in its frame
-    std::vector<u32> surfaces = surfaces_of(worlds[world]);
-    for (u32 i = range.first_shape; i < range.first_shape + range.shape_count; ++i) {
-      const ShapeInfo& info = b.shape_infos[i];
-      const u32 kind = b.body_infos[info.body].kind, surface = surfaces[i - range.first_shape];
-      const bool hull = info.kind == SHAPE_HULL && b.hulls[info.hull].edge_count > 0;
-      if (kind == BODY_DYNAMIC || (info.flags & SHAPE_IS_TRIGGER) != 0 || (info.kind != SHAPE_BOX && !hull)) continue;
-      const Shape<real>& shape = b.shapes[i];
-      const Frame own = {
-          {double(shape.offset[0]), double(shape.offset[1]), double(shape.offset[2])},
-          {double(shape.rotation[0]), double(shape.rotation[1]), double(shape.rotation[2]), double(shape.rotation[3])}};
-      if (kind == BODY_STATIC && !filtered.contains(info.body - range.first_body)) {
-        const Vec4<real>& q = b.orientations[info.body];
-        const Frame body = {vector(b.positions[info.body]), {double(q.x), double(q.y), double(q.z), double(q.w)}};
-        fixed.push_back(finder.block_of(i, surface, within(body, own)));
-      } else {
-        of_body[info.body].push_back(finder.block_of(i, surface, own));
-      }
-    }
-    finder.find(std::move(fixed));
-    for (auto& [body, blocks] : of_body) finder.find(std::move(blocks));
-  }
+  for (u32 world = 0; world < worlds.size(); ++world)
+    find_seams(worlds[world], b.world_ranges[world].first_shape, b, finder);
   finder.join_surfaces();
   finder.store();
   if (b.seams.empty()) return;

@@ -95,6 +95,7 @@ class Forest {
   // Of the shapes of a body, those that a tree of it would hold.
   std::vector<u32> items_of(u32 first, u32 past) const {
     std::vector<u32> items;
+    items.reserve(past - first);
     if (b_.body_infos[b_.shape_infos[first].body].kind == BODY_DYNAMIC) return items;
     for (u32 i = first; i < past; ++i) {
       if (b_.shape_infos[i].flags & SHAPE_IS_TRIGGER) return {};
@@ -119,31 +120,43 @@ class Forest {
       tree.largest = std::max(tree.largest, shape.bounding_radius);
     }
     tree.radius = static_cast<real>(radius * 1.000001);
-    std::ranges::stable_sort(items, {}, [&](u32 i) { return curve_key(offset_of(b_.shapes[i]), whole); });
+    sort_along_curve(items, whole);
     b_.shape_tree_items.insert(b_.shape_tree_items.end(), items.begin(), items.end());
     b_.shape_trees.push_back(tree);
 
-    std::vector<Extents> boxes;
-    for (const u32 i : items) boxes.push_back(box_of(b_.shapes[i], b_.shape_infos[i].kind));
-    add_levels(std::move(boxes));
+    std::size_t blocks = 0;
+    for (std::size_t entries = items.size(); entries > 1 || blocks == 0;)
+      blocks += entries = (entries + PACK - 1) / PACK;
+    b_.shape_tree_blocks.reserve(b_.shape_tree_blocks.size() + blocks);
+    std::vector<Extents> boxes = add_level(
+        items.size(), [&](std::size_t e) { return box_of(b_.shapes[items[e]], b_.shape_infos[items[e]].kind); });
+    while (boxes.size() > 1) boxes = add_level(boxes.size(), [&](std::size_t e) { return boxes[e]; });
   }
 
-  // From the lowest up, until one block holds all.
-  void add_levels(std::vector<Extents> boxes) {
-    for (;;) {
-      std::vector<Extents> above;
-      for (std::size_t e = 0; e < boxes.size(); e += PACK) {
-        BoxBlock<real>& block = b_.shape_tree_blocks.emplace_back();
-        Extents& united = above.emplace_back();
-        for (u32 k = 0; k < PACK; ++k) {
-          const Extents box = e + k < boxes.size() ? boxes[e + k] : Extents{};
-          set_box(block, k, box);
-          united.unite(box);
-        }
+  // In order of their places along the curve, then of their indices.
+  void sort_along_curve(std::vector<u32>& items, const Extents& whole) const {
+    std::vector<std::pair<u32, u32>> keys;
+    keys.reserve(items.size());
+    for (const u32 i : items) keys.emplace_back(curve_key(offset_of(b_.shapes[i]), whole), i);
+    std::ranges::sort(keys);
+    for (std::size_t k = 0; k < keys.size(); ++k) items[k] = keys[k].second;
+  }
+
+  // Blocks of so many boxes; what each of them spans.
+  template <class BoxAt>
+  std::vector<Extents> add_level(std::size_t boxes, BoxAt&& box_at) {
+    std::vector<Extents> above;
+    above.reserve((boxes + PACK - 1) / PACK);
+    for (std::size_t e = 0; e < boxes; e += PACK) {
+      BoxBlock<real>& block = b_.shape_tree_blocks.emplace_back();
+      Extents& united = above.emplace_back();
+      for (u32 k = 0; k < PACK; ++k) {
+        const Extents box = e + k < boxes ? box_at(e + k) : Extents{};
+        set_box(block, k, box);
+        united.unite(box);
       }
-      if (boxes.size() <= PACK) return;
-      boxes = std::move(above);
     }
+    return above;
   }
 
   Buffers<real>& b_;

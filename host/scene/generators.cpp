@@ -131,8 +131,7 @@ void expand_arc(const JsonNode& node, Names& names, BodyList& list) {
   const Vector3 origin = node.has("origin") ? node.at("origin").vector() : Vector3{0, 0, 0};
   const BodyList templates = read_templates(node, names);
   if (!templates.joints.empty()) node.at("bodies").fail("has joints; an arc does not turn joints");
-  list.expect_room(node, 1.0 * count * static_cast<double>(templates.bodies.size()),
-                   1.0 * count * static_cast<double>(templates.shapes));
+  list.expect_room(node, count, templates.counts);
   for (u32 number = 0; number < count; ++number) {
     const double half = 0.5 * (start + number * step);
     const Quaternion rotation = exact::rotation(axis, exact::sine_of_degrees(half), exact::cosine_of_degrees(half));
@@ -175,8 +174,7 @@ void expand_generator(const JsonNode& node, Names& names, BodyList& list) {
   }
   double copies = 0;
   for (u32 k = 0; k < lattice.counts[2]; ++k) copies += 1.0 * lattice.count_i(k) * lattice.counts[1];
-  list.expect_room(node, copies * static_cast<double>(templates.bodies.size()),
-                   copies * static_cast<double>(templates.shapes));
+  list.expect_room(node, copies, templates.counts);
 
   u32 number = 0;
   for (u32 k = 0; k < lattice.counts[2]; ++k) {

@@ -234,7 +234,7 @@ ConvexHull convex_hull(const std::vector<Vector3>& given, std::string& refusal) 
   return hull;
 }
 
-Vector3 center_of_box(const std::vector<Vector3>& points) {
+Vector3 center_of_box(std::span<const Vector3> points) {
   Vector3 low = points[0], high = points[0];
   for (const Vector3& p : points) {
     for (unsigned i = 0; i < 3; ++i) {
@@ -256,7 +256,7 @@ std::string set_hull(const std::vector<Vector3>& points, ShapeDescription& shape
   return {};
 }
 
-Vector3 half_extents_of(const std::vector<Vector3>& points) {
+Vector3 half_extents_of(std::span<const Vector3> points) {
   Vector3 half = {0, 0, 0};
   for (const Vector3& p : points)
     for (unsigned i = 0; i < 3; ++i) half[i] = std::max(half[i], std::abs(p[i]));

@@ -3,6 +3,7 @@
 // (exact_math.hpp), from the points as given.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -39,10 +40,10 @@ ConvexHull convex_hull(const std::vector<Vector3>& points, std::string& refusal)
 std::string set_hull(const std::vector<Vector3>& points, ShapeDescription& shape);
 
 /// The middle of the smallest box along the axes that holds the points.
-Vector3 center_of_box(const std::vector<Vector3>& points);
+Vector3 center_of_box(std::span<const Vector3> points);
 
 /// Half extents of the smallest such box about the origin.
-Vector3 half_extents_of(const std::vector<Vector3>& points);
+Vector3 half_extents_of(std::span<const Vector3> points);
 
 /// Volume, its first moments and its second moments xx, yy, zz, xy, xz, yz about the origin, from signed tetrahedra
 /// with their tips there (Mirtich 1996 gives the same by other means).

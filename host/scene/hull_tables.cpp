@@ -15,7 +15,7 @@ template <class real>
 void append(const ConvexHull& hull, Buffers<real>& b) {
   const auto count = [](const auto& elements) { return static_cast<u32>(elements.size()); };
   b.hulls.push_back({count(b.hull_vertices), count(hull.vertices), count(b.hull_faces), count(hull.faces),
-                     count(b.hull_edges), count(hull.edges), 0, 0});
+                     count(b.hull_edges), count(hull.edges)});
   for (const Vector3& v : hull.vertices) b.hull_vertices.push_back(entry<real>(v, 0));
   for (const ConvexHull::Plane& plane : hull.planes) b.hull_planes.push_back(entry<real>(plane.normal, plane.offset));
   for (const std::vector<u32>& face : hull.faces) {
@@ -25,28 +25,32 @@ void append(const ConvexHull& hull, Buffers<real>& b) {
   b.hull_edges.insert(b.hull_edges.end(), hull.edges.begin(), hull.edges.end());
 }
 
-// The tables of a facet go on behind its one face (kernels/types.h).
+// The indices of its facets and edges count from those that there are.
 template <class real>
-void append(const Surface& surface, u32 index, Buffers<real>& b) {
-  const auto count = [](const auto& elements) { return static_cast<u32>(elements.size()); };
-  const Facet& facet = surface.facets[index];
-  const Vector3 middle = middle_of_facet(surface, index);
-  b.hulls.push_back(
-      {count(b.hull_vertices), 3, count(b.hull_faces), 1, count(b.hull_edges), 3, facet.owned, facet.rim});
-  const std::vector<Vector3> corners = corners_of_facet(surface, index);
-  for (const Vector3& corner : corners) b.hull_vertices.push_back(entry<real>(corner, 0));
-  b.hull_planes.push_back(entry<real>(facet.normal, exact::dot(facet.normal, corners[0])));
-  b.hull_faces.push_back({count(b.hull_corners), 3});
-  b.hull_corners.insert(b.hull_corners.end(), {0, 1, 2});
-  u32 vertex_count = 3;
-  for (u32 k = 0; k < 3; ++k) {
-    b.hull_edges.push_back({k, (k + 1) % 3, 0, 1 + k});
-    b.hull_planes.push_back(entry<real>(facet.across[k], 0));
-    b.hull_faces.push_back({count(b.hull_corners), count(facet.around[k])});
-    for (const u32 vertex : facet.around[k]) {
-      b.hull_vertices.push_back(entry<real>(exact::subtract(surface.mesh.vertices[vertex], middle), 0));
-      b.hull_corners.push_back(vertex_count++);
+void append(const Surface& surface, Buffers<real>& b) {
+  const u32 first = static_cast<u32>(b.facets.size()), first_edge = static_cast<u32>(b.facet_edges.size());
+  b.facets.reserve(b.facets.size() + surface.facets.size());
+  const auto corner = [first](u32 of_surface) { return FACET_CORNER((of_surface >> 2) + first, of_surface & 3); };
+  for (u32 t = 0; t < surface.facets.size(); ++t) {
+    const FacetLinks& links = surface.facets[t];
+    const Vector3 normal = normal_of_facet(surface, t);
+    const std::array<Vector3, 3> corners = corners_of_facet(surface, t);
+    Facet<real> facet = {};
+    for (u32 k = 0; k < 3; ++k) {
+      for (u32 i = 0; i < 3; ++i) facet.corners[3 * k + i] = static_cast<real>(corners[k][i]);
+      facet.normal[k] = static_cast<real>(normal[k]);
+      const bool stored = (links.flags >> FACET_EDGE_SHIFT(k) & 3) == FACET_EDGE_STORED;
+      facet.next[k] = stored ? links.next[k] + first_edge : corner(links.next[k]);
     }
+    facet.height = static_cast<real>(exact::dot(normal, corners[0]));
+    facet.flags = links.flags;
+    b.facets.push_back(facet);
+  }
+  for (const SurfaceEdge& edge : surface.edges) {
+    FacetEdge<real> record = {};
+    for (u32 i = 0; i < 3; ++i) record.across[i] = static_cast<real>(edge.across[i]);
+    record.next = edge.next == NONE ? NONE : corner(edge.next);
+    b.facet_edges.push_back(record);
   }
 }
 
@@ -74,14 +78,14 @@ u32 HullIndex::find_or_add(const std::shared_ptr<const TriangleMesh>& mesh, Buff
 }
 
 template <class real>
-u32 HullIndex::find_or_add(const std::shared_ptr<const Surface>& surface, u32 facet, Buffers<real>& buffers) {
-  const auto [number, is_new] = known_facets_.try_emplace({surface, facet}, static_cast<u32>(buffers.hulls.size()));
-  if (is_new) append(*surface, facet, buffers);
-  return number->second;
+u32 HullIndex::find_or_add(const std::shared_ptr<const Surface>& surface, Buffers<real>& buffers) {
+  const auto [first, is_new] = known_surfaces_.try_emplace(surface, static_cast<u32>(buffers.facets.size()));
+  if (is_new) append(*surface, buffers);
+  return first->second;
 }
 
-template u32 HullIndex::find_or_add(const std::shared_ptr<const Surface>&, u32, Buffers<float>&);
-template u32 HullIndex::find_or_add(const std::shared_ptr<const Surface>&, u32, Buffers<double>&);
+template u32 HullIndex::find_or_add(const std::shared_ptr<const Surface>&, Buffers<float>&);
+template u32 HullIndex::find_or_add(const std::shared_ptr<const Surface>&, Buffers<double>&);
 template u32 HullIndex::find_or_add(const std::shared_ptr<const TriangleMesh>&, Buffers<float>&);
 template u32 HullIndex::find_or_add(const std::shared_ptr<const TriangleMesh>&, Buffers<double>&);
 template u32 HullIndex::find_or_add(const std::vector<Vector3>&, Buffers<float>&, std::string&);

@@ -22,14 +22,14 @@ class HullIndex {
   template <class real>
   u32 find_or_add(const std::shared_ptr<const TriangleMesh>& mesh, Buffers<real>& buffers);
 
-  /// The same of a facet.
+  /// The same of a surface: the index of its first facet in `facets`.
   template <class real>
-  u32 find_or_add(const std::shared_ptr<const Surface>& surface, u32 facet, Buffers<real>& buffers);
+  u32 find_or_add(const std::shared_ptr<const Surface>& surface, Buffers<real>& buffers);
 
  private:
   std::map<std::shared_ptr<const TriangleMesh>, u32> known_meshes_;
   std::map<std::vector<Vector3>, u32> known_;
-  std::map<std::pair<std::shared_ptr<const Surface>, u32>, u32> known_facets_;
+  std::map<std::shared_ptr<const Surface>, u32> known_surfaces_;
 };
 
 }  // namespace lockstep

@@ -5,7 +5,13 @@
 #include <assimp/scene.h>
 
 #include <algorithm>
+#include <array>
 #include <assimp/Importer.hpp>
+#include <cctype>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
 #include <stdexcept>
 
 #include "host/embedded.hpp"
@@ -21,6 +27,32 @@ const EmbeddedFile* find_embedded(const std::string& path) {
 }
 
 }  // namespace
+
+std::size_t triangles_announced(const std::string& path) {
+  if (is_embedded_mesh(path)) return 0;
+  std::string ending = std::filesystem::path(path).extension().string();
+  std::ranges::transform(ending, ending.begin(), [](unsigned char c) { return std::tolower(c); });
+  std::ifstream file(path, std::ios::binary);
+  std::size_t count = 0;
+  std::string line;
+  if (ending == ".stl") {
+    std::array<char, 84> header = {};
+    u32 announced = 0;
+    if (!file.read(header.data(), header.size())) return 0;
+    std::memcpy(&announced, header.data() + 80, sizeof announced);
+    std::error_code failed;
+    const auto bytes = std::filesystem::file_size(path, failed);
+    return !failed && bytes == 84 + std::uintmax_t{50} * announced ? announced : 0;
+  }
+  if (ending == ".ply") {
+    while (std::getline(file, line) && !line.starts_with("end_header"))
+      if (line.starts_with("element face ")) count = std::strtoull(line.c_str() + 13, nullptr, 10);
+    return count;
+  }
+  if (ending != ".obj") return 0;
+  while (std::getline(file, line)) count += line.starts_with("f ");
+  return count;
+}
 
 bool is_embedded_mesh(const std::string& path) { return find_embedded(path) != nullptr; }
 

@@ -160,7 +160,7 @@ void MjcfGeoms::set_size(const MjcfElement& geom, const std::string& type, Shape
 }
 
 // Rows of the field go along y, and within them along x; lowest is 0, highest the third of the sizes.
-std::vector<ShapeDescription> MjcfGeoms::field_of(const MjcfElement& geom, const ShapeDescription& whole) const {
+ShapeDescription MjcfGeoms::field_of(const MjcfElement& geom, const ShapeDescription& whole) const {
   const XmlNode& node = find(fields_, geom, "hfield");
   if (!node.has("elevation")) node.fail("needs the attribute \"elevation\": pictures of heights are not read");
   const std::vector<double> size = node.numbers("size", 4, 4);
@@ -188,9 +188,9 @@ std::vector<ShapeDescription> MjcfGeoms::field_of(const MjcfElement& geom, const
   ShapeDescription field = whole;
   std::string flaw;
   field.kind = SHAPE_FACET;
-  field.surface = make_surface(mesh, flaw);
+  field.surface = make_surface(std::move(mesh), flaw);
   if (!field.surface) node.fail("elevation", flaw);
-  return facets_of(field);
+  return field;
 }
 
 u32 MjcfGeoms::surface_of(const MjcfElement& geom) {
@@ -257,7 +257,7 @@ MjcfGeom MjcfGeoms::read(const MjcfElement& geom, bool is_still, bool weighs) {
   if (type == "plane" || type == "hfield") {
     if (!is_still) node.fail(fmt::format("is a {}, which has no mass; its body must be fixed to the world", type));
     shape.kind = SHAPE_PLANE;
-    if (touches) out.shapes = type == "plane" ? std::vector{shape} : field_of(geom, shape);
+    if (touches) out.shapes = {type == "plane" ? shape : field_of(geom, shape)};
     return out;
   }
   if (type == "mesh") find(meshes_, geom, "mesh");

@@ -60,7 +60,7 @@ class MjcfGeoms {
   TriangleMesh mesh_of(const Mesh& mesh) const;
   MassProperties set_mesh(const MjcfElement& geom, ShapeDescription& shape, bool weighs) const;
   void set_size(const MjcfElement& geom, const std::string& type, ShapeDescription& shape) const;
-  std::vector<ShapeDescription> field_of(const MjcfElement& geom, const ShapeDescription& whole) const;
+  ShapeDescription field_of(const MjcfElement& geom, const ShapeDescription& whole) const;
   u32 surface_of(const MjcfElement& geom);
   u32 filter_of(const MjcfElement& geom, bool& touches);
 

@@ -75,6 +75,7 @@ ShapeDescription read_shape(const JsonNode& node, BodyKind body_kind, Names& nam
     for (const JsonNode& name : node.at("collides_with").elements()) shape.mask |= names.categories.partner(name);
   }
   if (node.has("trigger")) shape.trigger = node.at("trigger").boolean();
+  if (shape.surface) shape.kind = SHAPE_FACET;
   return shape;
 }
 
@@ -176,14 +177,8 @@ BodyDescription read_body(const JsonNode& node, Names& names) {
         "body type", {{"static", BODY_STATIC}, {"kinematic", BODY_KINEMATIC}, {"dynamic", BODY_DYNAMIC}});
   }
   if (node.has("shapes")) {
-    for (const JsonNode& entry : node.at("shapes").elements()) {
-      ShapeDescription shape = read_shape(entry, body.kind, names);
-      if (!shape.surface) {
-        body.shapes.push_back(std::move(shape));
-        continue;
-      }
-      for (ShapeDescription& facet : facets_of(shape)) body.shapes.push_back(std::move(facet));
-    }
+    for (const JsonNode& entry : node.at("shapes").elements())
+      body.shapes.push_back(read_shape(entry, body.kind, names));
   }
   if (node.has("position")) body.position = node.at("position").vector();
   if (node.has("orientation")) body.orientation = read_orientation(node.at("orientation"));
@@ -295,17 +290,31 @@ Quaternion read_orientation(const JsonNode& node) {
   return exact::rotation(axis, exact::sine(half), exact::cosine(half));
 }
 
-void BodyList::expect_room(const JsonNode& entry, double more_bodies, double more_shapes) const {
-  const double most = most_bodies;
-  if (static_cast<double>(bodies.size()) + more_bodies <= most && static_cast<double>(shapes) + more_shapes <= most)
-    return;
-  entry.fail(fmt::format(
-      "would bring the scene to {:.0f} bodies and {:.0f} shapes, it can have {:.0f} of each; lower the counts",
-      static_cast<double>(bodies.size()) + more_bodies, static_cast<double>(shapes) + more_shapes, most));
+void BodyCounts::add(const BodyDescription& body) {
+  ++bodies;
+  shapes += body.shapes.size();
+  for (const ShapeDescription& shape : body.shapes)
+    triangles += shape.kind == SHAPE_FACET ? simulated_shapes(shape) : 0;
+}
+
+void BodyList::expect_room(const JsonNode& entry, double copies, const BodyCounts& others) const {
+  const auto all = [copies](std::size_t here, std::size_t more) {
+    return static_cast<double>(here) + copies * static_cast<double>(more);
+  };
+  const double all_bodies = all(counts.bodies, others.bodies), all_shapes = all(counts.shapes, others.shapes),
+               all_triangles = all(counts.triangles, others.triangles);
+  if (std::max(all_bodies, all_shapes) > most_bodies)
+    entry.fail(fmt::format(
+        "would bring the scene to {:.0f} bodies and {:.0f} shapes, it can have {} of each; lower the counts",
+        all_bodies, all_shapes, most_bodies));
+  if (all_triangles > most_triangles)
+    entry.fail(
+        fmt::format("would bring the scene to {:.0f} triangles, its surfaces can have {}; make them fewer, or larger",
+                    all_triangles, most_triangles));
 }
 
 void BodyList::add(BodyDescription body) {
-  shapes += body.shapes.size();
+  counts.add(body);
   bodies.push_back(std::move(body));
 }
 
@@ -316,7 +325,9 @@ BodyList read_bodies(const JsonNode& array, Names& names) {
       expand_generator(entry, names, list);
     } else {
       BodyDescription body = read_body(entry, names);
-      list.expect_room(entry, 1, static_cast<double>(body.shapes.size()));
+      BodyCounts one;
+      one.add(body);
+      list.expect_room(entry, 1, one);
       list.add(std::move(body));
     }
   }

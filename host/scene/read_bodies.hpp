@@ -44,14 +44,21 @@ class Categories {
   std::vector<Category> categories_;
 };
 
-/// Bodies in file order, with the number of their shapes.
+/// How much of a scene some bodies are: a surface is one shape, and its triangles are counted apart.
+struct BodyCounts {
+  std::size_t bodies = 0, shapes = 0, triangles = 0;
+
+  void add(const BodyDescription& body);
+};
+
+/// Bodies in file order.
 struct BodyList {
   std::vector<BodyDescription> bodies;
   std::vector<NamedJoint> joints;  // that generators placed
-  std::size_t shapes = 0;
+  BodyCounts counts = {};          // of the bodies
 
-  /// Refuses, at the entry that asks for them, more bodies or shapes than a scene may have.
-  void expect_room(const JsonNode& entry, double more_bodies, double more_shapes) const;
+  /// Refuses, at the entry that asks for them, more than a scene may have: copies of other bodies.
+  void expect_room(const JsonNode& entry, double copies, const BodyCounts& others) const;
   void add(BodyDescription body);
 };
 

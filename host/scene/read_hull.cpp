@@ -20,8 +20,12 @@ std::vector<Vector3> read_points(const JsonNode& array) {
   return points;
 }
 
+std::filesystem::path mesh_path(const JsonNode& name) {
+  return std::filesystem::path(name.source()).parent_path() / name.text();
+}
+
 TriangleMesh read_mesh_file(const JsonNode& name, double scale) {
-  const std::filesystem::path path = std::filesystem::path(name.source()).parent_path() / name.text();
+  const std::filesystem::path path = mesh_path(name);
   std::error_code ignored;
   if (std::filesystem::is_directory(path, ignored))
     name.fail(fmt::format("names the directory {}; give a mesh file in it", path.string()));
@@ -66,7 +70,8 @@ void read_solid_mesh(const JsonNode& node, ShapeDescription& shape) {
 }
 
 void read_surface(const JsonNode& node, ShapeDescription& shape) {
-  std::string flaw;
+  std::string flaw = flaw_of_count(triangles_announced(mesh_path(node.at("mesh")).string()));
+  if (!flaw.empty()) node.at("mesh").fail(flaw);
   shape.surface = make_surface(read_finite_mesh(node), flaw);
   if (!flaw.empty()) node.at("mesh").fail(flaw);
 }
@@ -75,17 +80,18 @@ void read_height_field(const JsonNode& node, ShapeDescription& shape) {
   const double spacing = node.at("spacing").positive();
   const std::vector<JsonNode> rows = node.at("heights").elements();
   if (rows.size() < 2) node.at("heights").must_be("at least two rows of numbers");
+  const std::size_t length = rows.front().elements().size();
+  if (length < 2) rows.front().must_be("at least two numbers");
+  std::string flaw = flaw_of_count(triangles_of_grid(rows.size(), length));
+  if (!flaw.empty()) node.at("heights").fail(flaw);
   std::vector<std::vector<double>> heights;
   for (const JsonNode& row : rows) {
     heights.emplace_back();
     for (const JsonNode& height : row.elements()) heights.back().push_back(height.number());
-    const std::size_t length = heights.front().size();
-    if (length < 2) row.must_be("at least two numbers");
     if (heights.back().size() != length)
       row.fail(
           fmt::format("has {} heights, and the first row {}; give all rows as many", heights.back().size(), length));
   }
-  std::string flaw;
   shape.surface = make_surface(height_field(heights, spacing), flaw);
   if (!flaw.empty()) node.at("heights").fail(flaw);
 }

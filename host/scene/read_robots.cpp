@@ -102,11 +102,8 @@ void add(RobotComponents components, Scene& scene) {
 
 void read_robots(const JsonNode& array, Names& names, Scene& scene) {
   std::map<std::string, Robot> robots;  // each file once
-  double shapes = 0;
-  const auto count_shapes = [&shapes](const std::vector<BodyDescription>& bodies) {
-    for (const BodyDescription& body : bodies) shapes += static_cast<double>(body.shapes.size());
-  };
-  count_shapes(scene.bodies);
+  BodyCounts all;
+  for (const BodyDescription& body : scene.bodies) all.add(body);
   for (const JsonNode& node : array.elements()) {
     node.expect_object(
         {"file", "name", "position", "orientation", "fixed", "material", "category", "collides_with", "joints"});
@@ -135,8 +132,8 @@ void read_robots(const JsonNode& array, Names& names, Scene& scene) {
       for (const JsonNode& joint : node.at("joints").elements()) read_robot_joint(joint, robot, use, said);
     }
     RobotComponents components = make_robot(robot, use);
-    count_shapes(components.bodies);
-    BodyList().expect_room(node, static_cast<double>(scene.bodies.size() + components.bodies.size()), shapes);
+    for (const BodyDescription& body : components.bodies) all.add(body);
+    BodyList().expect_room(node, 1, all);
     add(std::move(components), scene);
   }
 }

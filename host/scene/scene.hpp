@@ -81,8 +81,7 @@ struct ShapeDescription {
   Vector3 half_extents = {0, 0, 0};               // box
   std::vector<Vector3> points = {};               // hull: the corners, in the shape's frame
   std::shared_ptr<const TriangleMesh> mesh = {};  // mesh: closed, and the same for all copies of the shape
-  std::shared_ptr<const Surface> surface = {};    // facet: the same for all of them
-  u32 facet = 0;                                  // facet: which triangle
+  std::shared_ptr<const Surface> surface = {};    // facet: all those of a surface, in this frame
   u32 material = 0;                               // index into Scene::materials
   u32 category = 1, mask = 0xffffffffu;           // collision filter
   bool trigger = false;                           // tells what overlaps it and pushes nothing; has no mass

@@ -112,7 +112,9 @@ struct Settings {
 #define STEP_NUMBER(type, name, initial, bounds, unit, group, meaning) type name = initial;
 #define STEP_COUNT(type, name, initial, bounds, unit, group, meaning) type name = initial;
 #include "host/settings.def"
-  bool loads = false;  // forces and torques from outside; no setting of files
+  // of worlds, no settings of files
+  bool loads = false;         // forces and torques from outside
+  bool keeps_shapes = false;  // for questions, though none can touch
 };
 
 inline u32 substeps_of(const Settings& s) { return s.substeps.value_or(info(s.solver).substeps); }

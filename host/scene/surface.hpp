@@ -8,37 +8,66 @@
 
 namespace lockstep {
 
-/// A triangle and what is around it (cpu_reference/shapes/facet.hpp). Edge k runs from corner k to the next.
-struct Facet {
-  Vector3 normal;                          // unit, out of the solid
-  std::array<Vector3, 3> across;           // the right side of each edge, as Hull in kernels/types.h says
-  std::array<std::vector<u32>, 3> around;  // of corners that nothing rises above, or at the rim: those around them
-  u32 owned = 0, rim = 0;                  // as those of Hull
+/// Triangles that the surfaces of a scene can have: so many take 1 GB in float.
+constexpr u32 most_triangles = 4000000;
+
+/// Why a surface cannot have so many triangles; nothing where it can.
+std::string flaw_of_count(std::size_t triangles);
+
+/// What surrounds a triangle: as Facet in kernels/types.h says, of the triangles and the edges of its surface.
+struct FacetLinks {
+  std::array<u32, 3> next;
+  u32 flags = 0;
+};
+
+/// The same of FacetEdge.
+struct SurfaceEdge {
+  Vector3 across;
+  u32 next;
 };
 
 struct Surface {
-  TriangleMesh mesh;          // welded
-  std::vector<Facet> facets;  // one a triangle
+  TriangleMesh mesh;               // welded
+  std::vector<FacetLinks> facets;  // one a triangle
+  std::vector<SurfaceEdge> edges;  // those that are FACET_EDGE_STORED
 };
 
 /// The surface of a mesh, which may have an edge; vertices at one position are made one. Where it is none (no
-/// triangles, one without area, more than two at an edge or two turned against each other) `flaw` says why, with a
-/// place, and what to do. All vertices must be finite.
-std::shared_ptr<const Surface> make_surface(const TriangleMesh& mesh, std::string& flaw);
+/// triangles, too many, one without area, more than two at an edge or two turned against each other) `flaw` says why,
+/// with a place, and what to do. All vertices must be finite.
+std::shared_ptr<const Surface> make_surface(TriangleMesh mesh, std::string& flaw);
+
+/// Of a facet: unit, out of the solid.
+Vector3 normal_of_facet(const Surface& surface, u32 facet);
+
+/// What is on the right side of edge k of a facet, as FacetEdgeKind says.
+Vector3 across_facet(const Surface& surface, u32 facet, u32 k);
+
+/// The corner that follows corner k of a facet around their vertex.
+u32 next_corner(const Surface& surface, u32 facet, u32 k);
 
 /// The middle of the box around a facet, where the origin of its shape is.
 Vector3 middle_of_facet(const Surface& surface, u32 facet);
 
 /// Its corners, seen from there.
-std::vector<Vector3> corners_of_facet(const Surface& surface, u32 facet);
+std::array<Vector3, 3> corners_of_facet(const Surface& surface, u32 facet);
 
-/// The facets as shapes of a body, each as `whole` but for its kind and place: offset and rotation of `whole` are those
-/// of the surface.
-std::vector<ShapeDescription> facets_of(const ShapeDescription& whole);
+/// Where that origin is in the body of a shape that is a surface.
+Vector3 offset_of_facet(const ShapeDescription& whole, u32 facet);
+
+/// How many shapes are simulated for one of a scene: those of a surface are its facets.
+std::size_t simulated_shapes(const ShapeDescription& shape);
+std::size_t simulated_shapes(const BodyDescription& body);
+
+/// The description of the one that is simulated as number `shape` of a body.
+const ShapeDescription& description_of(const BodyDescription& body, u32 shape);
 
 /// Heights of a grid, row by row along y and along x within a row, `spacing` m apart, about the middle of the grid.
 /// Each cell is two triangles that meet at the diagonal from its corner of least x and y. At least two rows of two, all
 /// of one length.
 TriangleMesh height_field(const std::vector<std::vector<double>>& rows, double spacing);
+
+/// How many triangles a grid of so many heights is.
+std::size_t triangles_of_grid(std::size_t rows, std::size_t columns);
 
 }  // namespace lockstep

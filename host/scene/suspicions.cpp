@@ -187,8 +187,10 @@ class Suspicions {
           carries = carries || exact::dot(normal, up) > 0.5;
           lies_along_z = lies_along_z || normal[2] > 0.99;
         } else if (shape.kind == SHAPE_FACET) {
-          const std::vector<Vector3> c = corners_of_facet(*shape.surface, shape.facet);
-          area = exact::add(area, world(exact::cross(exact::subtract(c[1], c[0]), exact::subtract(c[2], c[0]))));
+          for (u32 t = 0; t < shape.surface->facets.size(); ++t) {
+            const std::array<Vector3, 3> c = corners_of_facet(*shape.surface, t);
+            area = exact::add(area, world(exact::cross(exact::subtract(c[1], c[0]), exact::subtract(c[2], c[0]))));
+          }
         } else if (const auto extents = extents_of(shape)) {
           // a slab, which is ground or a wall; what is as thick as it is wide can carry on any side
           const bool is_slab = shape.kind == SHAPE_BOX &&
@@ -259,8 +261,12 @@ class Suspicions {
         h, metres(fall), metres(*typical)));
   }
 
-  const ShapeDescription& shape_a(const FirstContact& c) const { return scene_.bodies[c.body_a].shapes[c.shape_a]; }
-  const ShapeDescription& shape_b(const FirstContact& c) const { return scene_.bodies[c.body_b].shapes[c.shape_b]; }
+  const ShapeDescription& shape_a(const FirstContact& c) const {
+    return description_of(scene_.bodies[c.body_a], c.shape_a);
+  }
+  const ShapeDescription& shape_b(const FirstContact& c) const {
+    return description_of(scene_.bodies[c.body_b], c.shape_b);
+  }
 
   void look_at_overlaps() {
     Lines lines(lines_);

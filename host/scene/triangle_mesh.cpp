@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "host/scene/hull.hpp"
@@ -137,9 +138,40 @@ std::uint64_t key_of(long x, long y, long z) {
          (static_cast<std::uint64_t>(z) & mask);
 }
 
+// Keeps the first of the vertices at each position, and says which of those kept stands for each. Numbers in a table
+// that is half empty, found by a mix of the position's bits.
+std::vector<u32> weld(std::vector<Vector3>& vertices) {
+  std::vector<u32> number_of(vertices.size());
+  std::vector<u32> table(std::bit_ceil(2 * vertices.size() + 1), NONE);
+  u32 kept = 0;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    std::uint64_t mix = 0;
+    for (const double x : vertices[i]) {
+      mix = (mix ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9e3779b97f4a7c15u;  // -0 is 0
+      mix ^= mix >> 29;
+    }
+    std::size_t slot = mix & (table.size() - 1);
+    while (table[slot] != NONE && vertices[table[slot]] != vertices[i]) slot = (slot + 1) & (table.size() - 1);
+    if (table[slot] == NONE) {
+      table[slot] = kept;
+      vertices[kept++] = vertices[i];
+    }
+    number_of[i] = table[slot];
+  }
+  vertices.resize(kept);
+  return number_of;
+}
+
 }  // namespace
 
 std::string point_text(const Vector3& p) { return fmt::format("({:.6g}, {:.6g}, {:.6g})", p[0], p[1], p[2]); }
+
+std::string edge_run_twice(const TriangleMesh& mesh, u32 s, u32 t, u32 from, u32 to) {
+  return fmt::format(
+      "its triangles {} and {} run the same way along the edge from {} to {}, so that one is turned around or "
+      "more than two meet; make it a surface whose triangles are all counter-clockwise seen from outside",
+      s, t, point_text(mesh.vertices[from]), point_text(mesh.vertices[to]));
+}
 
 TrianglesAtEdges triangles_at_edges(const TriangleMesh& mesh, std::string& flaw) {
   TrianglesAtEdges edges;
@@ -148,30 +180,22 @@ TrianglesAtEdges triangles_at_edges(const TriangleMesh& mesh, std::string& flaw)
       const u32 a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
       const auto [other, is_new] = edges.try_emplace({a, b}, t);
       if (is_new) continue;
-      flaw = fmt::format(
-          "its triangles {} and {} run the same way along the edge from {} to {}, so that one is turned around or "
-          "more than two meet; make it a surface whose triangles are all counter-clockwise seen from outside",
-          other->second, t, point_text(mesh.vertices[a]), point_text(mesh.vertices[b]));
+      flaw = edge_run_twice(mesh, other->second, t, a, b);
       return edges;
     }
   }
   return edges;
 }
 
-TriangleMesh welded(const TriangleMesh& mesh) {
-  TriangleMesh result;
-  std::map<Vector3, u32> numbers;
-  std::vector<u32> number_of;
-  for (const Vector3& v : mesh.vertices) {
-    const auto [number, is_new] = numbers.try_emplace(v, static_cast<u32>(result.vertices.size()));
-    if (is_new) result.vertices.push_back(v);
-    number_of.push_back(number->second);
-  }
+TriangleMesh welded(TriangleMesh mesh) {
+  const std::vector<u32> number_of = weld(mesh.vertices);
+  std::size_t kept = 0;
   for (const auto& [a, b, c] : mesh.triangles) {
     const std::array<u32, 3> t = {number_of[a], number_of[b], number_of[c]};
-    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) result.triangles.push_back(t);
+    if (t[0] != t[1] && t[1] != t[2] && t[2] != t[0]) mesh.triangles[kept++] = t;
   }
-  return result;
+  mesh.triangles.resize(kept);
+  return mesh;
 }
 
 std::string flaw_of(const TriangleMesh& mesh) {

@@ -12,10 +12,13 @@ namespace lockstep {
 
 /// Makes vertices at one position one, as files often give a corner once for each triangle, and drops triangles that
 /// have two corners there. All vertices must be finite.
-TriangleMesh welded(const TriangleMesh& mesh);
+TriangleMesh welded(TriangleMesh mesh);
 
 /// A point as messages write it, m.
 std::string point_text(const Vector3& p);
+
+/// Says that triangles s and t both run from a vertex to another.
+std::string edge_run_twice(const TriangleMesh& mesh, u32 s, u32 t, u32 from, u32 to);
 
 /// Which triangle runs along an edge from its first to its second vertex.
 using TrianglesAtEdges = std::map<std::pair<u32, u32>, u32>;

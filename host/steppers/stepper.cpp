@@ -14,24 +14,41 @@ StepTarget target_of(const std::string& device, const DeviceOptions& options, co
   return {std::nullopt, options};
 }
 
-template <class real>
-Stepper<real> make_stepper(const InitialState<real>& state, const StepTarget& target) {
+namespace {
+
+// `State` is a constant state, or one that is let go of.
+template <class real, class State>
+Stepper<real> stepper_of(State&& state, const StepTarget& target) {
   const auto nothing = [] { return CanaryVerdict(); };
   if (state.oracle) {
     if constexpr (sizeof(real) == sizeof(double))
-      return {make_oracle(state, target.options.profile), nothing};
+      return {make_oracle(std::forward<State>(state), target.options.profile), nothing};
     else
       throw Error(Failure::input, "precision", state.oracle.name + " is an oracle, which works in double only");
   }
-  if (!target.device) return {std::make_unique<ReferenceBackend<real>>(state, target.options.profile), nothing};
-  auto backend = std::make_unique<DeviceBackend<real>>(state, *target.device, target.options);
+  if (!target.device)
+    return {std::make_unique<ReferenceBackend<real>>(std::forward<State>(state), target.options.profile), nothing};
+  auto backend = std::make_unique<DeviceBackend<real>>(std::forward<State>(state), *target.device, target.options);
   const auto canary = [device = *target.device, lanes = backend->lanes(), threads = backend->threads()] {
     return run_canary(device, sizeof(real) == sizeof(double), lanes, threads);
   };
   return {std::move(backend), canary};
 }
 
+}  // namespace
+
+template <class real>
+Stepper<real> make_stepper(const InitialState<real>& state, const StepTarget& target) {
+  return stepper_of<real>(state, target);
+}
+template <class real>
+Stepper<real> make_stepper(InitialState<real>&& state, const StepTarget& target) {
+  return stepper_of<real>(std::move(state), target);
+}
+
 template Stepper<float> make_stepper(const InitialState<float>&, const StepTarget&);
 template Stepper<double> make_stepper(const InitialState<double>&, const StepTarget&);
+template Stepper<float> make_stepper(InitialState<float>&&, const StepTarget&);
+template Stepper<double> make_stepper(InitialState<double>&&, const StepTarget&);
 
 }  // namespace lockstep

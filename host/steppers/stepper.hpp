@@ -32,5 +32,8 @@ struct Stepper {
 /// the device cannot be used.
 template <class real>
 Stepper<real> make_stepper(const InitialState<real>& state, const StepTarget& target);
+/// The same of a state that nobody else needs, without a copy of it.
+template <class real>
+Stepper<real> make_stepper(InitialState<real>&& state, const StepTarget& target);
 
 }  // namespace lockstep

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <tuple>
 
 #include "host/backends/first_contacts.hpp"
 #include "host/contact_geometry.hpp"
@@ -81,7 +82,8 @@ class EngineOf final : public Engine {
     return verdict;
   }
   std::vector<FirstContact> first_contacts(const Scene& scene) const override {
-    return lockstep::first_contacts(scene, constants_);
+    InitialState<real> copy = constants_;
+    return lockstep::first_contacts(scene, copy);
   }
 
   std::vector<Pose> poses() override {
@@ -261,22 +263,42 @@ void EngineOf<real>::step() {
   if (recording_) record_step(*recording_, *simulation_, ms.count());
 }
 
+// Those of the step, and what sleepers last carried: both lists are in order, and a contact whose bodies fell asleep in
+// this step is in both.
 template <class real>
 std::vector<EngineContact> EngineOf<real>::contacts() {
   if (!has(constants_.features, Feature::contacts)) return {};
-  const Buffers<real>& b = download(
-      {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points, Buffer::cached_impulses});
-  std::vector<EngineContact> contacts(simulation_->counters()[COUNTER_CONTACTS]);
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const ContactGeometry geometry = contact_geometry(b, static_cast<u32>(i));
-    const Contact& contact = b.contacts[i];
-    contacts[i] = {contact.body_a,
-                   contact.body_b,
-                   contact.shape_a - first_shape(contact.body_a),
-                   contact.shape_b - first_shape(contact.body_b),
-                   vector(geometry.point()),
-                   vector(geometry.normal),
-                   vector(contact_impulse(b, static_cast<u32>(i), geometry))};
+  const bool sleeping = has(constants_.features, Feature::sleeping);
+  std::vector<Buffer> wanted = {Buffer::positions, Buffer::orientations, Buffer::contacts, Buffer::contact_points,
+                                Buffer::cached_impulses};
+  if (sleeping)
+    wanted.insert(wanted.end(),
+                  {Buffer::slept_count, Buffer::slept_keys, Buffer::slept_impulses, Buffer::slept_points});
+  const Buffers<real>& b = simulation_->backend().download(wanted);
+  std::vector<EngineContact> contacts;
+  const auto key_of = [](const auto& contact) { return std::tuple(contact.shape_a, contact.shape_b, contact.feature); };
+  const auto add = [&](u32 shape_a, u32 shape_b, const ContactGeometry& geometry, const ContactImpulse<real>& impulse) {
+    const u32 body_a = constants_.buffers.shape_infos[shape_a].body,
+              body_b = constants_.buffers.shape_infos[shape_b].body;
+    contacts.push_back({body_a, body_b, shape_a - first_shape(body_a), shape_b - first_shape(body_b),
+                        vector(geometry.point()), vector(geometry.normal), vector(contact_impulse(impulse, geometry))});
+  };
+  const u32 count = simulation_->counters()[COUNTER_CONTACTS];
+  const u32 slept = sleeping ? b.slept_count[0] : 0;
+  for (u32 i = 0, k = 0; i < count || k < slept;) {
+    const bool awake = k == slept || (i < count && key_of(b.contacts[i]) <= key_of(b.slept_keys[k]));
+    if (awake) {
+      if (k < slept && key_of(b.contacts[i]) == key_of(b.slept_keys[k])) ++k;
+      add(b.contacts[i].shape_a, b.contacts[i].shape_b, contact_geometry(b, i), b.cached_impulses[i]);
+      ++i;
+    } else {
+      const ContactKey& key = b.slept_keys[k];
+      const u32 body_a = constants_.buffers.shape_infos[key.shape_a].body,
+                body_b = constants_.buffers.shape_infos[key.shape_b].body;
+      add(key.shape_a, key.shape_b, contact_geometry(b, body_a, body_b, key.normal, b.slept_points[k]),
+          b.slept_impulses[k]);
+      ++k;
+    }
   }
   return contacts;
 }

@@ -11,6 +11,7 @@
 
 #include "host/record/recording_writer.hpp"
 #include "host/record/whole_file.hpp"
+#include "host/scene/touching.hpp"
 #include "host/world/engine.hpp"
 #include "host/world/handles.hpp"
 #include "host/world/validate.hpp"
@@ -200,6 +201,7 @@ struct World::Impl {
   }
 
   std::vector<BodyHandle> bodies_in(const VolumeQuery& volume) {
+    ask_for_shapes();
     std::vector<BodyHandle> found;
     for (const u32 index : ready().bodies_in(volume)) found.push_back(bodies[index]);
     return found;
@@ -210,6 +212,13 @@ struct World::Impl {
   // Kernels for forces are only built where there are any.
   void ask_for_loads() {
     if (std::exchange(scene.settings.loads, true)) return;
+    changed = true;
+  }
+
+  // Where no two shapes can touch they are only kept for those who ask for them.
+  void ask_for_shapes() {
+    if (scene.settings.keeps_shapes || shapes_can_touch(scene)) return;
+    scene.settings.keeps_shapes = true;
     changed = true;
   }
 

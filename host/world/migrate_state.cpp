@@ -35,43 +35,47 @@ bool rename(Record& record, const std::vector<u32>& new_shape) {
   return record.shape_a != NONE && record.shape_b != NONE;
 }
 
-// Impulses of contacts, and their moments where they are kept, by pairs of shapes.
+// Impulses of contacts, and their moments and places where they are kept, by pairs of shapes.
 template <class real>
 struct KeptImpulses {
   std::vector<ContactKey> keys;
   std::vector<ContactImpulse<real>> impulses;
   std::vector<Vec4<real>> moments;
+  std::vector<ContactPoint<real>> points;
 
   // Those of pairs that are still there.
   KeptImpulses(u32 count, const std::vector<ContactKey>& from_keys, const std::vector<ContactImpulse<real>>& from,
-               const std::vector<Vec4<real>>& from_moments, const std::vector<u32>& new_shape) {
+               const std::vector<Vec4<real>>& from_moments, const std::vector<ContactPoint<real>>& from_points,
+               const std::vector<u32>& new_shape) {
     for (u32 k = 0; k < count; ++k) {
       ContactKey key = from_keys[k];
       if (!rename(key, new_shape)) continue;
       keys.push_back(key);
       impulses.push_back(from[k]);
       if (!from_moments.empty()) moments.push_back(from_moments[k]);
+      if (!from_points.empty()) points.push_back(from_points[k]);
     }
   }
 
   u32 count() const { return static_cast<u32>(keys.size()); }
 
   void copy_to(std::vector<u32>& to_count, std::vector<ContactKey>& to_keys, std::vector<ContactImpulse<real>>& to,
-               std::vector<Vec4<real>>& to_moments) const {
+               std::vector<Vec4<real>>& to_moments, std::vector<ContactPoint<real>>* to_points = nullptr) const {
     to_count[0] = count();
     std::ranges::copy(keys, to_keys.begin());
     std::ranges::copy(impulses, to.begin());
     if (!to_moments.empty()) std::ranges::copy(moments, to_moments.begin());
+    if (to_points) std::ranges::copy(points, to_points->begin());
   }
 };
 
 template <class real>
 void migrate_contacts(const Buffers<real>& from, const std::vector<u32>& new_shape, InitialState<real>& state) {
-  const KeptImpulses<real> cached(from.cached_count[0], from.cached_keys, from.cached_impulses, from.cached_moments,
+  const KeptImpulses<real> cached(from.cached_count[0], from.cached_keys, from.cached_impulses, from.cached_moments, {},
                                   new_shape);
   const bool sleeping = !from.slept_count.empty() && has(state.features, Feature::sleeping);
   const KeptImpulses<real> slept(sleeping ? from.slept_count[0] : 0, from.slept_keys, from.slept_impulses,
-                                 from.slept_moments, new_shape);
+                                 from.slept_moments, from.slept_points, new_shape);
   std::vector<Pair> touching;
   const bool told = !from.touching_count.empty() && has(state.features, Feature::events);
   for (u32 k = 0; told && k < from.touching_count[0]; ++k) {
@@ -84,7 +88,7 @@ void migrate_contacts(const Buffers<real>& from, const std::vector<u32>& new_sha
   resize(state.buffers, state.sizes, state.features);
   Buffers<real>& to = state.buffers;
   cached.copy_to(to.cached_count, to.cached_keys, to.cached_impulses, to.cached_moments);
-  if (sleeping) slept.copy_to(to.slept_count, to.slept_keys, to.slept_impulses, to.slept_moments);
+  if (sleeping) slept.copy_to(to.slept_count, to.slept_keys, to.slept_impulses, to.slept_moments, &to.slept_points);
   if (!told) return;
   to.touching_count[0] = static_cast<u32>(touching.size());
   std::ranges::copy(touching, to.touching.begin());

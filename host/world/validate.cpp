@@ -36,11 +36,11 @@ void validate(const BodyDescription& body, const Scene& scene) {
       expect(I[i] <= (I[(i + 1) % 3] + I[(i + 2) % 3]) * (1 + 1e-9), "breaks the triangle inequality of real inertias");
   }
   for (const ShapeDescription& shape : body.shapes) {
-    expect(shape.kind != SHAPE_PLANE || body.kind == BODY_STATIC, "has a plane, and only static bodies may");
+    expect(shape.kind != SHAPE_PLANE || body.kind != BODY_DYNAMIC,
+           "has a plane, and only static and kinematic bodies may");
     expect(shape.kind != SHAPE_FACET || body.kind != BODY_DYNAMIC,
            "has facets of a surface, and only static and kinematic bodies may");
-    expect(shape.kind != SHAPE_FACET || (shape.surface && shape.facet < shape.surface->facets.size()),
-           "has a facet of no surface; facets_of() gives them");
+    expect(shape.kind != SHAPE_FACET || shape.surface, "has facets of no surface; make_surface() makes one");
     expect(shape.material < std::max<std::size_t>(scene.materials.size(), 1), "has a material that the scene does not");
   }
 }

@@ -37,6 +37,7 @@ std::optional<BodyHit> World::cast_ray(const Vector3& origin, const Vector3& dir
 }
 
 std::vector<std::optional<BodyHit>> World::cast_rays(std::span<const BodyRay> rays) {
+  impl_->ask_for_shapes();
   std::vector<RayQuery> queries;
   for (const BodyRay& ray : rays) queries.push_back({ray.origin, ray.direction, ray.length, ray.mask});
   std::vector<std::optional<BodyHit>> hits;

@@ -196,12 +196,12 @@ class World {
   /// Whether a dynamic body sleeps (docs/sleeping.md); never where the scene's settings do not ask for sleeping. What
   /// is done to a body, and what is done to those that touch it, wakes it with the next step.
   bool is_asleep(BodyHandle body);
-  /// Of the last step, ordered by the bodies' shapes.
+  /// Of the last step, ordered by the bodies' shapes; of bodies that sleep those that they fell asleep with.
   std::span<const BodyContact> contacts();
   /// Of the last step; asked for by the scene's setting `events` or by a trigger (docs/events.md).
   std::span<const BodyEvent> events();
   /// What a ray from `origin` meets first, of the shapes in the categories of `mask`; nothing within `length` is
-  /// nothing. In a world whose shapes cannot touch each other there is nothing to ask, and an Error (input).
+  /// nothing. Refused, an Error (input), where bodies push each other by particles, or runge_kutta moves them.
   std::optional<BodyHit> cast_ray(const Vector3& origin, const Vector3& direction, double length = 1e6,
                                   u32 mask = 0xffffffffu);
   /// The same for many rays, in their order: one launch, where as many calls would be one each.

@@ -72,7 +72,7 @@ static inline real core_radius(u32 kind, Vec3 size, u32 hull, HullTables tables)
     const real least = size.x < size.y ? size.x : size.y;
     return least < size.z ? least : size.z;
   }
-  if (kind != SHAPE_HULL || tables.hulls[hull].face_count == 1u) return (real)-1;
+  if (kind != SHAPE_HULL || (hull & HULL_IS_FACET) != 0u) return (real)-1;
   real radius = size.x;
   for (u32 f = 0u; f < tables.hulls[hull].face_count; ++f) {
     const real distance = tables.planes[tables.hulls[hull].first_face + f].w;

@@ -73,7 +73,9 @@ LANE_INLINE void lane_box_plane(const LaneSide* box, const LaneSide* plane, Lane
 LANE_INLINE void lane_flip(LaneManifold* m, u32 points) {
   const lane_mask of_a = m->frame == LANE_OF(NORMAL_OF_A), of_b = m->frame == LANE_OF(NORMAL_OF_B);
   m->normal = lane_scale3(LANE_OF(-1), m->normal);
+  const lane_mask fixed = m->frame == LANE_OF(NORMAL_FIXED), fixed_on_b = m->frame == LANE_OF(NORMAL_FIXED_ON_B);
   m->frame = of_a ? LANE_OF(NORMAL_OF_B) : (of_b ? LANE_OF(NORMAL_OF_A) : m->frame);
+  m->frame = fixed ? LANE_OF(NORMAL_FIXED_ON_B) : (fixed_on_b ? LANE_OF(NORMAL_FIXED) : m->frame);
   const lane radius = m->radius_a;
   m->radius_a = m->radius_b;
   m->radius_b = radius;

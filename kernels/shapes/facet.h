@@ -12,14 +12,22 @@
 // Whether all that is around a corner falls away from a unit direction; where it does not stick out nothing does. At
 // the rim of a surface only what comes from in front of it counts.
 static inline bool corner_admits(const Polytope* p, Vec3 own, u32 vertex) {
-  if ((p->rim >> vertex & 1u) != 0u && dot3(own, poly_own_normal(p, 0u)) < -FACET_SLACK) return false;
-  const HullFace around = p->tables.faces[p->first_face + 1u + vertex];
-  const Vec3 corner = poly_own_vertex(p, vertex);
-  for (u32 k = 0u; k < around.corner_count; ++k) {
-    const Vec3 d = sub3(poly_own_vertex(p, p->tables.corners[around.first_corner + k]), corner);
-    if (dot3(own, d) > FACET_SLACK * length3(d)) return false;
-  }
-  return around.corner_count > 0u;
+  const bool at_rim = (p->flags & FACET_IS_AT_RIM(vertex)) != 0u;
+  if (at_rim && dot3(own, poly_own_normal(p, 0u)) < -FACET_SLACK) return false;
+  if ((p->flags & FACET_CORNER_COUNTS(vertex)) == 0u) return false;
+  const u32 first = facet_next(&p->tables, p->index, vertex);
+  u32 at = first;
+  do {  // all facets around the vertex
+    global const Facet* facet = p->tables.facets + (at >> 2);
+    const u32 k = at & 3u;
+    const Vec3 corner = facet_vertex(facet, k);
+    const Vec3 next = sub3(facet_vertex(facet, k == 2u ? 0u : k + 1u), corner);
+    const Vec3 before = sub3(facet_vertex(facet, k == 0u ? 2u : k - 1u), corner);
+    if (dot3(own, next) > FACET_SLACK * length3(next)) return false;
+    if (dot3(own, before) > FACET_SLACK * length3(before)) return false;
+    at = facet_next(&p->tables, at >> 2, k);
+  } while (at != first);
+  return true;
 }
 
 // Whether the facets at an edge meet like a roof.
@@ -63,9 +71,9 @@ static inline bool facet_tells(const Polytope* p, Vec3 own) {
   const Vec3 off = sub3(own, poly_own_normal(p, 0u));
   if (length3(off) < (real)2 * FACET_SLACK) return true;
   const u32 vertex = poly_support(p, own), before = vertex == 0u ? 2u : vertex - 1u;
-  if (edge_admits(p, vertex, own)) return (p->owned >> vertex & 1u) != 0u;
-  if (edge_admits(p, before, own)) return (p->owned >> before & 1u) != 0u;
-  return (p->owned >> (3u + vertex) & 1u) != 0u;
+  if (edge_admits(p, vertex, own)) return (p->flags & FACET_OWNS_EDGE(vertex)) != 0u;
+  if (edge_admits(p, before, own)) return (p->flags & FACET_OWNS_EDGE(before)) != 0u;
+  return (p->flags & FACET_OWNS_CORNER(vertex)) != 0u;
 }
 
 // Whether a facet holds what comes down on a point of it, own coordinates, and goes along `displacement` within the

@@ -58,10 +58,16 @@ typedef struct HullTables {
   global const HullFace* faces;
   global const HullEdge* edges;
   global const u32* corners;
+  global const Facet* facets;
+  global const FacetEdge* facet_edges;
 #if FEATURE_SEAMS
   global const Seam* seams;
 #endif
 } HullTables;
+
+static inline Vec3 facet_vertex(global const Facet* facet, u32 i) {
+  return make3(facet->corners[3u * i], facet->corners[3u * i + 1u], facet->corners[3u * i + 2u]);
+}
 
 typedef struct ManifoldPoint {
   Vec3 anchor_a, anchor_b;
@@ -80,9 +86,21 @@ static inline real gap_at(const Manifold* m, u32 k) {
   return dot3(m->normal, sub3(m->points[k].anchor_a, m->points[k].anchor_b)) - m->radius_a - m->radius_b;
 }
 
+// That of a meeting, where one of the two rolls.
+static inline u32 frame_on_round(u32 frame, real radius_a, real radius_b) {
+  return frame == NORMAL_FIXED && radius_b > (real)0 && !(radius_a > (real)0) ? NORMAL_FIXED_ON_B : frame;
+}
+
+static inline u32 flipped_frame(u32 frame) {
+  if (frame == NORMAL_OF_A) return NORMAL_OF_B;
+  if (frame == NORMAL_OF_B) return NORMAL_OF_A;
+  if (frame == NORMAL_FIXED) return NORMAL_FIXED_ON_B;
+  return frame == NORMAL_FIXED_ON_B ? NORMAL_FIXED : frame;
+}
+
 static inline void flip(Manifold* m) {
   m->normal = scale3((real)-1, m->normal);
-  m->frame = m->frame == NORMAL_OF_A ? NORMAL_OF_B : m->frame == NORMAL_OF_B ? NORMAL_OF_A : m->frame;
+  m->frame = flipped_frame(m->frame);
   const real radius = m->radius_a;
   m->radius_a = m->radius_b;
   m->radius_b = radius;

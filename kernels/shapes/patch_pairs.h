@@ -146,7 +146,7 @@ static inline bool facet_is_far(u32 kind, WorldShape shape, WorldShape facet, Hu
 // Whether a shape tells of a contact along a normal that points out of it.
 static inline bool shape_tells(u32 kind, WorldShape shape, HullTables tables, Vec3 normal) {
 #if FEATURE_FACETS
-  if (is_facet(kind, shape, tables)) {
+  if (is_facet(kind, shape)) {
     const Polytope facet = polytope_of(kind, shape, tables);
     return facet_tells(&facet, into_frame(facet.axes, normal));
   }
@@ -195,7 +195,7 @@ static inline Manifold patches_touch(u32 kind_a, WorldShape a, u32 kind_b, World
                                      real limit) {
   const real tolerance = shape_tolerance(a, b);
   const real core_a = patch_core_radius(kind_a, a);
-  const bool facet_a = is_facet(kind_a, a, tables), facet_b = is_facet(kind_b, b, tables), facet = facet_a || facet_b;
+  const bool facet_a = is_facet(kind_a, a), facet_b = is_facet(kind_b, b), facet = facet_a || facet_b;
 #if FEATURE_FACETS
   if (facet_a && facet_is_far(kind_b, b, a, tables, limit)) return no_manifold();
   if (facet_b && facet_is_far(kind_a, a, b, tables, limit + core_a)) return no_manifold();
@@ -221,7 +221,7 @@ static inline Manifold patches_touch(u32 kind_a, WorldShape a, u32 kind_b, World
         const Vec3 n = meeting.crossing_normal;
         const real radius_a = rolling_radius(kind_a, a, meeting.normal);
         const real radius_b = rolling_radius(kind_b, b, meeting.normal);
-        m = with_point(manifold_along(n, NORMAL_FIXED, radius_a, radius_b),
+        m = with_point(manifold_along(n, frame_on_round(NORMAL_FIXED, radius_a, radius_b), radius_a, radius_b),
                        add3(meeting.at_a, scale3(radius_a - core_a, n)), sub3(meeting.at_b, scale3(radius_b, n)), 0u);
       } else {
         // a face of the other shape may be as good a normal but for rounding, and have something over it

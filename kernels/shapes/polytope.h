@@ -27,8 +27,9 @@ typedef struct Polytope {
   u32 vertices, faces, edges;  // how many
   u32 first_vertex, first_face, first_edge;
 #if FEATURE_FACETS
-  bool facet;      // its surface goes on around it (facet.h)
-  u32 owned, rim;  // of a facet, as those of Hull
+  u32 index;   // of a facet, into `facets`; else NONE
+  bool facet;  // its surface goes on around it (facet.h)
+  u32 flags;   // of a facet
 #endif
 #if FEATURE_SEAMS
   u32 first_seam, seam_count;  // those that count against its crossings (seams.h)
@@ -36,13 +37,38 @@ typedef struct Polytope {
   HullTables tables;
 } Polytope;
 
-static inline bool is_facet(u32 kind, WorldShape shape, HullTables tables) {
+static inline bool is_facet(u32 kind, WorldShape shape) {
 #if FEATURE_FACETS
-  return kind == SHAPE_HULL && !shape.alone && tables.hulls[shape.hull].face_count == 1u;
+  return kind == SHAPE_HULL && !shape.alone && (shape.hull & HULL_IS_FACET) != 0u;
 #else
   return false;
 #endif
 }
+
+#if FEATURE_FACETS
+// The corner that follows one around their vertex.
+static inline u32 facet_next(const HullTables* tables, u32 index, u32 corner) {
+  const u32 next = tables->facets[index].next[corner];
+  const bool stored = (tables->facets[index].flags >> FACET_EDGE_SHIFT(corner) & 3u) == FACET_EDGE_STORED;
+  return stored ? tables->facet_edges[next].next : next;
+}
+
+// The plane of a facet, and behind it those of what is across its edges, through the origin.
+static inline Vec4 facet_plane(const HullTables* tables, u32 index, u32 f) {
+  global const Facet* facet = tables->facets + index;
+  Vec4 plane = {facet->normal[0], facet->normal[1], facet->normal[2], facet->height};
+  if (f == 0u) return plane;
+  const u32 edge = f - 1u, kind = facet->flags >> FACET_EDGE_SHIFT(edge) & 3u;
+  global const real* across = facet->normal;
+  if (kind == FACET_EDGE_ROOF) across = tables->facets[facet->next[edge] >> 2].normal;
+  if (kind == FACET_EDGE_STORED) across = tables->facet_edges[facet->next[edge]].across;
+  plane.x = across[0];
+  plane.y = across[1];
+  plane.z = across[2];
+  plane.w = (real)0;
+  return plane;
+}
+#endif
 
 static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables) {
   Polytope p;
@@ -57,15 +83,25 @@ static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables
   p.first_face = 0;
   p.first_edge = 0;
 #if FEATURE_FACETS
-  p.facet = is_facet(kind, shape, tables);
-  p.owned = 0u;
-  p.rim = 0u;
+  p.index = NONE;
+  p.facet = is_facet(kind, shape);
+  p.flags = 0u;
 #endif
 #if FEATURE_SEAMS
   p.first_seam = 0u;
   p.seam_count = 0u;
 #endif
   p.tables = tables;
+#if FEATURE_FACETS
+  if (kind == SHAPE_HULL && (shape.hull & HULL_IS_FACET) != 0u) {
+    p.index = shape.hull & ~HULL_IS_FACET;
+    p.vertices = 3u;
+    p.faces = 1u;
+    p.edges = 3u;
+    p.flags = tables.facets[p.index].flags;
+    return p;
+  }
+#endif
   if (FEATURE_HULLS && kind == SHAPE_HULL) {
     const Hull hull = tables.hulls[shape.hull];
     p.vertices = hull.vertex_count;
@@ -74,16 +110,15 @@ static inline Polytope polytope_of(u32 kind, WorldShape shape, HullTables tables
     p.first_vertex = hull.first_vertex;
     p.first_face = hull.first_face;
     p.first_edge = hull.first_edge;
-#if FEATURE_FACETS
-    p.owned = hull.owned;
-    p.rim = hull.rim;
-#endif
   }
   return p;
 }
 
 // Bits 0, 1, 2 of a box's vertex say on which side along x, y, z it is.
 static inline Vec3 poly_own_vertex(const Polytope* p, u32 i) {
+#if FEATURE_FACETS
+  if (p->index != NONE) return facet_vertex(p->tables.facets + p->index, i);
+#endif
   if (FEATURE_HULLS && p->kind == SHAPE_HULL) {
     const Vec4 v = p->tables.vertices[p->first_vertex + i];
     return make3(v.x, v.y, v.z);
@@ -100,6 +135,9 @@ static inline Vec3 poly_vertex(const Polytope* p, u32 i) {
 // Face 2 k of a box looks along the negative axis k, face 2 k + 1 along the positive one. The plane of a face is
 // xyz . x = w.
 static inline Vec4 poly_own_plane(const Polytope* p, u32 f) {
+#if FEATURE_FACETS
+  if (p->index != NONE) return facet_plane(&p->tables, p->index, f);
+#endif
   if (FEATURE_HULLS && p->kind == SHAPE_HULL) return p->tables.planes[p->first_face + f];
   const real side = (f & 1) != 0 ? (real)1 : (real)-1;
   const u32 k = f >> 1;
@@ -117,11 +155,17 @@ static inline Vec3 poly_own_normal(const Polytope* p, u32 f) {
 }
 
 static inline u32 poly_corner_count(const Polytope* p, u32 f) {
+#if FEATURE_FACETS
+  if (p->index != NONE) return 3u;
+#endif
   return FEATURE_HULLS && p->kind == SHAPE_HULL ? p->tables.faces[p->first_face + f].corner_count : 4;
 }
 
 // The vertex at corner i of face f, counter-clockwise seen from outside.
 static inline u32 poly_corner(const Polytope* p, u32 f, u32 i) {
+#if FEATURE_FACETS
+  if (p->index != NONE) return i;
+#endif
   if (FEATURE_HULLS && p->kind == SHAPE_HULL)
     return p->tables.corners[p->tables.faces[p->first_face + f].first_corner + i];
   const u32 k = f >> 1, side = f & 1, u = k == 2 ? 0 : k + 1, v = u == 2 ? 0 : u + 1;
@@ -129,8 +173,15 @@ static inline u32 poly_corner(const Polytope* p, u32 f, u32 i) {
   return side << k | (side != 0 ? early : late) << u | (side != 0 ? late : early) << v;
 }
 
-// Edges 4 k .. 4 k + 3 of a box are along axis k. A segment's edge has no faces.
+// Edges 4 k .. 4 k + 3 of a box are along axis k. A segment's edge has no faces. What is across edge k of a facet is
+// its plane 1 + k.
 static inline HullEdge poly_edge(const Polytope* p, u32 e) {
+#if FEATURE_FACETS
+  if (p->index != NONE) {
+    const HullEdge of_facet = {e, e == 2u ? 0u : e + 1u, 0u, 1u + e};
+    return of_facet;
+  }
+#endif
   if (FEATURE_HULLS && p->kind == SHAPE_HULL) return p->tables.edges[p->first_edge + e];
   HullEdge edge = {0, 1, NONE, NONE};
   if (p->kind == SHAPE_CAPSULE) return edge;

@@ -91,21 +91,20 @@ static inline RayEntry ray_hull(Vec3 o, Vec3 d, Hull hull, global const Vec4* pl
   return entry_of(span);
 }
 
-static inline RayEntry ray_facet(Vec3 o, Vec3 d, Hull hull, HullTables tables) {
-  const Vec4 plane = tables.planes[hull.first_face];
-  const Vec3 normal = make3(plane.x, plane.y, plane.z);
-  const real speed = dot3(normal, d), gap = dot3(normal, o) - plane.w;
+#if FEATURE_FACETS
+static inline RayEntry ray_facet(Vec3 o, Vec3 d, global const Facet* facet) {
+  const Vec3 normal = make3(facet->normal[0], facet->normal[1], facet->normal[2]);
+  const real speed = dot3(normal, d), gap = dot3(normal, o) - facet->height;
   if (!(speed < (real)0) || gap < (real)0) return no_entry();
   const real distance = gap / -speed;
   const Vec3 at = add3(o, scale3(distance, d));
   for (u32 k = 0u; k < 3u; ++k) {
-    const Vec4 v = tables.vertices[hull.first_vertex + k],
-               next = tables.vertices[hull.first_vertex + (k == 2u ? 0u : k + 1u)];
-    const Vec3 start = make3(v.x, v.y, v.z), along = sub3(make3(next.x, next.y, next.z), start);
+    const Vec3 start = facet_vertex(facet, k), along = sub3(facet_vertex(facet, k == 2u ? 0u : k + 1u), start);
     if (dot3(cross3(normal, along), sub3(at, start)) < (real)-1e-5 * dot3(along, along)) return no_entry();
   }
   return ray_entry(distance, normal);
 }
+#endif
 
 // False where the ray runs outside of the endless cylinder: then it meets nothing that is within.
 static inline bool ray_side(Vec3 o, Vec3 d, real radius, real half_length, RayEntry* entry) {
@@ -157,7 +156,9 @@ static inline RayEntry ray_shape(u32 kind, Vec3 o, Vec3 d, Vec3 size, u32 hull, 
     case SHAPE_BOX: return ray_box(o, d, size);
     case SHAPE_CYLINDER: return ray_cylinder(o, d, size.x, size.y);
     case SHAPE_HULL:
-      if (tables.hulls[hull].face_count == 1u) return ray_facet(o, d, tables.hulls[hull], tables);
+#if FEATURE_FACETS
+      if ((hull & HULL_IS_FACET) != 0u) return ray_facet(o, d, tables.facets + (hull & ~HULL_IS_FACET));
+#endif
       return ray_hull(o, d, tables.hulls[hull], tables.planes);
     case SHAPE_PLANE: return ray_plane(o, d);
     default: return no_entry();

@@ -60,7 +60,7 @@ static inline Manifold sphere_over_seams(WorldShape a, u32 kind_b, WorldShape b,
   const Polytope p = polytope_with_seams(kind_b, b, tables);
   const Vec3 center = into_frame(p.axes, sub3(a.center, p.center));
   Manifold best = no_manifold();
-  if (is_facet(kind_b, b, tables) || !poly_contains(&p, center, (real)0, (real)0)) return best;
+  if (is_facet(kind_b, b) || !poly_contains(&p, center, (real)0, (real)0)) return best;
   real highest = (real)-1e30;
   for (u32 f = 0u; f < p.faces; ++f) {
     const Vec4 plane = poly_own_plane(&p, f);
@@ -144,8 +144,8 @@ static inline Manifold touch_over_seams(u32 kind_a, WorldShape a, u32 kind_b, Wo
                                         real limit) {
   if (kind_a == SHAPE_SPHERE) return sphere_over_seams(a, kind_b, b, tables);
 #if FEATURE_FACETS
-  if (is_facet(kind_a, a, tables) || is_facet(kind_b, b, tables))
-    return facet_over_seams(kind_a, a, kind_b, b, tables, is_facet(kind_a, a, tables), limit);
+  if (is_facet(kind_a, a) || is_facet(kind_b, b))
+    return facet_over_seams(kind_a, a, kind_b, b, tables, is_facet(kind_a, a), limit);
 #endif
   const real tolerance = shape_tolerance(a, b), core_a = patch_core_radius(kind_a, a);
   Meeting edges = meet_open_edges(kind_a, a, kind_b, b, tables, tolerance);

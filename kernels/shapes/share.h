@@ -108,7 +108,7 @@ static inline Manifold share_patches(const Patch* a, const Patch* b, real radius
     chosen.points[0] = deepest;
   }
   shared_sort(&chosen);
-  Manifold m = manifold_along(meeting->normal, meeting->frame, radius_a, radius_b);
+  Manifold m = manifold_along(meeting->normal, frame_on_round(meeting->frame, radius_a, radius_b), radius_a, radius_b);
   for (u32 k = 0; k < chosen.count; ++k) {
     m = with_point(m, add3(chosen.points[k].on_a, scale3(radius_a, meeting->normal)),
                    sub3(chosen.points[k].on_b, scale3(radius_b, meeting->normal)), chosen.points[k].feature);

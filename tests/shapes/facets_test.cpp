@@ -384,7 +384,8 @@ TEST(Facets, InvalidSurfacesAreRefused) {
   BodyDescription bare;
   bare.kind = BODY_STATIC;
   bare.shapes.push_back({.kind = SHAPE_FACET});
-  EXPECT_EQ(refusal([&] { World world(scene_of({bare})); }), "body: has a facet of no surface; facets_of() gives them");
+  EXPECT_EQ(refusal([&] { World world(scene_of({bare})); }),
+            "body: has facets of no surface; make_surface() makes one");
 }
 
 }  // namespace

@@ -42,6 +42,7 @@ void launch_fall_asleep(Launcher& launcher) {
   launcher.scratch("keep_sums", std::size_t{2} * largest_group);
   launcher.scratch("merged_keys", std::size_t{plan.sizes.contacts} * 4);
   launcher.scratch("merged_impulses", std::size_t{plan.sizes.contacts} * 4 * plan.real_words);
+  launcher.scratch("merged_points", std::size_t{plan.sizes.contacts} * 12 * plan.real_words);
   const bool has_moments = has(plan.features, Feature::angular_friction);
   if (has_moments) launcher.scratch("merged_moments", std::size_t{plan.sizes.contacts} * 4 * plan.real_words);
   launcher.run_group("sleep_keep",
