@@ -74,7 +74,8 @@ void validate(const VolumeQuery& volume, std::size_t i, u32 worlds) {
 template <class real>
 void Simulation<real>::make_room(Sizes wanted) {
   if (!has(backend_->features(), Feature::contacts))
-    throw Error(Failure::input, "query", "no two shapes of this scene can touch, and so its shapes are not kept");
+    throw Error(Failure::input, "query",
+                "this scene keeps no shapes: no two can touch, or their particles do in their place");
   const bool first = !has(backend_->features(), Feature::queries);
   if (first) backend_->enable(Feature::queries);
   if (first || wanted != backend_->sizes()) backend_->grow(wanted);

@@ -69,6 +69,12 @@ TEST_F(Verify, FindsWhatElseIsStored) {
   const h5::Handle measures = measure_row_type(), steps = step_row_type();
   expect_found(after_change<MeasureRow>("measures", measures, [](auto& rows) { rows[2].kinetic_j *= 1.5; }),
                "step 2: measures, kinetic_j: recorded ");
+  // a row of another step, of none, or of one twice, would be compared with nothing
+  for (const double step : {1.5, 2.0, 1000.0}) {
+    const Outcome moved = after_change<MeasureRow>("measures", measures, [&](auto& rows) { rows.back().step = step; });
+    EXPECT_EQ(moved.status, 2) << step;
+    EXPECT_NE(moved.err.find("measures[19] is of no step"), std::string::npos) << moved.err;
+  }
   expect_found(after_change<StepRow>("steps", steps, [](auto& rows) { rows[5].contacts += 1; }),
                "step 5: contacts: recorded ");
   expect_found(after_change<std::uint64_t>("pose_hashes", H5T_NATIVE_UINT64, [](auto& of) { of[4] ^= 1; }),

@@ -120,6 +120,22 @@ TEST(World, AnswersRaysAtABodyAlone) {
   EXPECT_FALSE(world.cast_ray({-2, 0, 1}, {1, 0, 0}));
 }
 
+// Runge-Kutta steps know no shapes: who asks is refused, and the world goes on as it was.
+TEST(World, ThatKeepsNoShapesGoesOnWhenAsked) {
+  Scene scene = empty_scene();
+  scene.settings.integrator = Integrator::runge_kutta;
+  World world(scene, in_double());
+  BodyDescription ball = ball_at({0, 0, 0});
+  ball.velocity = {1, 0, 0};
+  const BodyHandle body = world.add(ball);
+  EXPECT_EQ(refusal([&] {
+              world.cast_ray({-2, 0, 0}, {1, 0, 0});
+            }),
+            "query: this scene keeps no shapes: no two can touch, or their particles do in their place");
+  world.step(10);
+  EXPECT_NEAR(world.pose(body).position[0], 0.1, 1e-12);
+}
+
 TEST(World, NamesTheShapesOfCompounds) {
   World world(ground_scene(), in_double());
   BodyDescription dumbbell;

@@ -66,6 +66,19 @@ h5::Handle open_table(hid_t file, const char* name, hid_t type, const std::vecto
   return dataset;
 }
 
+// All rows of a table.
+template <class Row>
+std::vector<Row> read_table(hid_t file, const char* name, const h5::Handle& type) {
+  const h5::Handle dataset = open_table(file, name, type, {0});
+  std::vector<Row> rows;
+  const hsize_t count = h5::extent_of(dataset)[0];
+  if (count > most_words) throw h5::Failed(std::string(name) + " has more rows than there can be");
+  if (H5Dget_storage_size(dataset) * 1000 < count) throw h5::Failed(std::string(name) + " is not all there");
+  rows.resize(count);
+  if (count > 0) read_rows(dataset, type, 0, count, rows.data());
+  return rows;
+}
+
 // Whether this can be done to the bodies or the joints of the scene.
 template <class real>
 bool fits(const InputRow& row, const InitialState<real>& state) {
@@ -101,13 +114,7 @@ void RecordingReader::read_head() {
 }
 
 void RecordingReader::read_steps() {
-  const h5::Handle type = step_row_type();
-  const h5::Handle dataset = open_table(file_, "steps", type, {0});
-  const hsize_t rows = h5::extent_of(dataset)[0];
-  if (rows > most_words) throw h5::Failed("steps has more rows than there can be");
-  if (H5Dget_storage_size(dataset) * 1000 < rows) throw h5::Failed("steps is not all there");
-  rows_.resize(rows);
-  if (rows > 0) read_rows(dataset, type, 0, rows, rows_.data());
+  rows_ = read_table<StepRow>(file_, "steps", step_row_type());
   // rows that are announced and not there yet are zeros
   const auto follows = [](const StepRow& a, const StepRow& b) { return b.step != a.step + 1; };
   const auto end = std::adjacent_find(rows_.begin(), rows_.end(), follows);
@@ -120,12 +127,7 @@ void RecordingReader::read_steps() {
 // Of the steps that are there; what was done before the next one may be there already.
 void RecordingReader::read_inputs() {
   if (!h5::has(file_, "inputs")) return;
-  const h5::Handle type = input_row_type(), dataset = open_table(file_, "inputs", type, {0});
-  const hsize_t rows = h5::extent_of(dataset)[0];
-  if (rows > most_words) throw h5::Failed("inputs has more rows than there can be");
-  if (H5Dget_storage_size(dataset) * 1000 < rows) throw h5::Failed("inputs is not all there");
-  inputs_.resize(rows);
-  if (rows > 0) read_rows(dataset, type, 0, rows, inputs_.data());
+  inputs_ = read_table<InputRow>(file_, "inputs", input_row_type());
   const u32 last = rows_.empty() ? 0 : rows_.back().step;
   const auto is_later = [last](const InputRow& row) { return row.step == 0 || row.step > last; };
   inputs_.erase(std::find_if(inputs_.begin(), inputs_.end(), is_later), inputs_.end());
@@ -138,14 +140,17 @@ void RecordingReader::read_inputs() {
   }
 }
 
+// Those of steps that are not there yet may be there already.
 void RecordingReader::read_measures() {
   if (!h5::has(file_, "measures")) return;
-  const h5::Handle type = measure_row_type(), dataset = open_table(file_, "measures", type, {0});
-  const hsize_t rows = h5::extent_of(dataset)[0];
-  if (rows > most_words) throw h5::Failed("measures has more rows than there can be");
-  if (H5Dget_storage_size(dataset) * 1000 < rows) throw h5::Failed("measures is not all there");
-  measures_.resize(rows);
-  if (rows > 0) read_rows(dataset, type, 0, rows, measures_.data());
+  measures_ = read_table<MeasureRow>(file_, "measures", measure_row_type());
+  const double first = rows_.empty() ? 1 : rows_.front().step, last = rows_.empty() ? 0 : rows_.back().step;
+  for (std::size_t i = 0; i < measures_.size(); ++i) {
+    const double step = measures_[i].step;
+    const bool is_after = step >= first && (i == 0 || step > measures_[i - 1].step);
+    if (!is_after || step != std::floor(step) || (step > last && outcome_ != "running"))
+      throw h5::Failed("measures[" + std::to_string(i) + "] is of no step");
+  }
 }
 
 std::vector<std::uint64_t> RecordingReader::read_hashes(const char* name) const {

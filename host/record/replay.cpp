@@ -9,6 +9,7 @@
 #include "host/record/recording_tables.hpp"
 #include "host/scene/json_node.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/measure_backend.hpp"
 #include "host/world_hash.hpp"
 
 namespace lockstep {
@@ -146,14 +147,11 @@ class Replay {
   // Of the table `measures`, which has some of the steps.
   std::optional<std::string> measure_difference(Simulation<real>& simulation, u32 row) const {
     const u32 step = recording_.rows()[row].step;
-    const auto was = std::ranges::find(recording_.measures(), double(step), &MeasureRow::step);
-    if (was == recording_.measures().end()) return {};
-    Backend<real>& backend = simulation.backend();
-    const Buffers<real>& buffers = backend.download(measured_buffers(backend.features()));
-    Measures measures =
-        measure(buffers, backend.sizes(), backend.features(), simulation.params(), simulation.counters());
-    backend.take_own_residual(measures);
-    const MeasureRow here = measure_row(step, measures);
+    const std::vector<MeasureRow>& rows = recording_.measures();
+    const auto was = std::ranges::lower_bound(rows, double(step), {}, &MeasureRow::step);
+    if (was == rows.end() || was->step != step) return {};
+    const MeasureRow here =
+        measure_row(step, measure(simulation.backend(), simulation.params(), simulation.counters()));
     for (const MeasureColumn& column : measure_columns)
       if (!same_bits((*was).*column.member, here.*column.member))
         return std::string("measures, ") + column.name + ": recorded " + show_word((*was).*column.member) + ", here " +

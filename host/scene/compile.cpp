@@ -339,10 +339,7 @@ void Compiler<real>::set_features() {
     const bool pushing = is_penalty(scene);  // by particles instead of shapes
     if (pushing) features = with(features, Feature::particles);
     if (pushing && scene.particles->shear_stiffness > 0) features = with(features, Feature::shear_springs);
-    const bool asked = scene.settings.keeps_shapes && !shapes_can_touch(scene);
-    if (asked && (pushing || runge_kutta))
-      throw Error(Failure::input, scene.source, "keeps no shapes to ask for; leave particles and runge_kutta out");
-    const bool touching = asked || (!pushing && shapes_can_touch(scene));
+    const bool touching = !pushing && (scene.settings.keeps_shapes || shapes_can_touch(scene));
     if (touching && scene.settings.events) features = with(features, Feature::events);
     if (touching) features = with(features, Feature::contacts);
     if (touching && runge_kutta) {

@@ -215,8 +215,10 @@ struct World::Impl {
     changed = true;
   }
 
-  // Where no two shapes can touch they are only kept for those who ask for them.
+  // Where no two shapes can touch they are only kept for those who ask for them, and never where runge_kutta moves them
+  // or their particles touch in their place.
   void ask_for_shapes() {
+    if (scene.particles || scene.settings.integrator == Integrator::runge_kutta) return;
     if (scene.settings.keeps_shapes || shapes_can_touch(scene)) return;
     scene.settings.keeps_shapes = true;
     changed = true;
