@@ -3,26 +3,15 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host/error.hpp"
 #include "host/scene/read.hpp"
 #include "host/scene/setting_table.hpp"
+#include "tests/refusal.hpp"
 
 namespace lockstep::settings_test {
 namespace {
 
 Scene scene_with(const std::string& settings) {
   return parse_scene(R"({"settings": )" + settings + R"(, "bodies": [{"type": "static"}]})", "s.json");
-}
-
-template <class Call>
-std::string refusal(Call&& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.failure(), Failure::input);
-    return error.what();
-  }
-  return "accepted";
 }
 
 // Values, as options write them, that a setting of these bounds refuses.

@@ -5,25 +5,14 @@
 #include <cmath>
 #include <filesystem>
 #include <fstream>
-#include <functional>
 
-#include "host/error.hpp"
 #include "host/scene/compile.hpp"
 #include "host/scene/read.hpp"
+#include "tests/refusal.hpp"
 #include "tests/surfaces.hpp"
 
 namespace lockstep::surface_limits_test {
 namespace {
-
-std::string refusal_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.failure(), Failure::input);
-    return error.what();
-  }
-  return "";
-}
 
 template <class real>
 double bytes_a_triangle(const TriangleMesh& mesh) {
@@ -73,7 +62,7 @@ TEST(SurfaceLimits, HeightsThatAreTooManyAreRefused) {
                            R"({"type": "height_field", "spacing": 1, "heights": [)" +
                            heights + "]}]}]}";
   EXPECT_EQ(
-      refusal_of([&] { parse_scene(text, "plain.json"); }),
+      refusal([&] { parse_scene(text, "plain.json"); }),
       fmt::format("plain.json: /bodies/0/shapes/0/heights: has {} triangles, a surface can have {}; give it fewer, "
                   "or larger ones",
                   2 * (rows - 1) * (columns - 1), most_triangles));
@@ -90,7 +79,7 @@ TEST(SurfaceLimits, MeshesThatAreTooLargeAreRefusedByTheirHeader) {
   std::ofstream(source) << R"({"description": "a hill", "bodies": [{"type": "static", "shapes": [)"
                         << R"({"type": "mesh", "mesh": "large.ply"}]}]})";
   EXPECT_EQ(
-      refusal_of([&] { read_scene(source); }),
+      refusal([&] { read_scene(source); }),
       fmt::format("{}: /bodies/0/shapes/0/mesh: has 900000000 triangles, a surface can have {}; give it fewer, or "
                   "larger ones",
                   source, most_triangles));
@@ -102,7 +91,7 @@ TEST(SurfaceLimits, CopiesAreCounted) {
   const std::string text = R"({"description": "tiles", "bodies": [{"generator": "grid", "counts": [1000, 1000, 2],)"
                            R"( "spacing": [2, 2, 2], "bodies": [{"type": "static", "shapes": [)"
                            R"({"type": "height_field", "spacing": 1, "heights": [[0, 0, 0, 0], [0, 0, 0, 0]]}]}]}]})";
-  EXPECT_EQ(refusal_of([&] { parse_scene(text, "tiles.json"); }),
+  EXPECT_EQ(refusal([&] { parse_scene(text, "tiles.json"); }),
             fmt::format("tiles.json: /bodies/0: would bring the scene to 12000000 triangles, its surfaces can have {}; "
                         "make them fewer, or larger",
                         most_triangles));

@@ -21,6 +21,7 @@
 #include "host/scene/shape_tolerances.hpp"
 #include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/measure_backend.hpp"
 #include "host/steppers/oracles.hpp"
 #include "host/stop_request.hpp"
 
@@ -82,7 +83,6 @@ template <class real>
 void simulate(Simulation<real>& simulation, u32 steps, RunObservers<real> observers) {
   using Clock = std::chrono::steady_clock;
   Backend<real>& backend = simulation.backend();
-  const std::vector<Buffer> wanted = measured_buffers(backend.features());
   const double dt = double(simulation.params().dt) * simulation.params().substeps;
   const u32 first = simulation.steps_done();
   for (u32 step = first; step < steps && !Interrupt::asked(); ++step) {
@@ -99,10 +99,7 @@ void simulate(Simulation<real>& simulation, u32 steps, RunObservers<real> observ
     if (has(backend.features(), Feature::tolerance)) observers.recorder.sweeps(simulation.counters()[COUNTER_SWEEPS]);
     if (observers.recording) record_step(*observers.recording, simulation, ms.count());
     if (is_measured(step - first, steps - first) || observers.monitor.is_worse()) {
-      const Buffers<real>& buffers = backend.download(wanted);
-      Measures measures =
-          measure(buffers, backend.sizes(), backend.features(), simulation.params(), simulation.counters());
-      backend.take_own_residual(measures);
+      const Measures measures = measure(backend, simulation.params(), simulation.counters());
       if (observers.recording) observers.recording->add(measure_row(step + 1, measures));
       observers.monitor.observe(measures, step + 1);
       observers.recorder.observe(step, (step + 1 - first) * dt, measures);

@@ -8,6 +8,7 @@
 #include "host/error.hpp"
 #include "host/report/joints.hpp"
 #include "host/simulation.hpp"
+#include "host/steppers/measure_backend.hpp"
 #include "host/steppers/oracles.hpp"
 #include "host/steppers/stepper.hpp"
 
@@ -41,12 +42,7 @@ class SeenIn final : public Seen {
   }
 
   const Measures& measures() override {
-    if (!measures_) {
-      Backend<real>& backend = simulation_.backend();
-      measures_ = measure(backend.download(measured_buffers(backend.features())), backend.sizes(), backend.features(),
-                          simulation_.params(), simulation_.counters());
-      backend.take_own_residual(*measures_);
-    }
+    if (!measures_) measures_ = measure(simulation_.backend(), simulation_.params(), simulation_.counters());
     return *measures_;
   }
 

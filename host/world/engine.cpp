@@ -18,6 +18,7 @@
 #include "host/scene/verdict_bounds.hpp"
 #include "host/simulation.hpp"
 #include "host/sleepers.hpp"
+#include "host/steppers/measure_backend.hpp"
 #include "host/steppers/stepper.hpp"
 #include "host/world/angular_velocity.hpp"
 #include "host/world/migrate_state.hpp"
@@ -233,13 +234,7 @@ class EngineOf final : public Engine {
     }
   }
 
-  Measures measures() {
-    Backend<real>& backend = simulation_->backend();
-    const Buffers<real>& b = backend.download(measured_buffers(backend.features()));
-    Measures of = measure(b, backend.sizes(), backend.features(), simulation_->params(), simulation_->counters());
-    backend.take_own_residual(of);
-    return of;
-  }
+  Measures measures() { return measure(simulation_->backend(), simulation_->params(), simulation_->counters()); }
 
   InitialState<real> constants_;  // and the state that the simulation started from, but loads and motors of now
   std::unique_ptr<Simulation<real>> simulation_;
@@ -276,30 +271,23 @@ std::vector<EngineContact> EngineOf<real>::contacts() {
                   {Buffer::slept_count, Buffer::slept_keys, Buffer::slept_impulses, Buffer::slept_points});
   const Buffers<real>& b = simulation_->backend().download(wanted);
   std::vector<EngineContact> contacts;
-  const auto key_of = [](const auto& contact) { return std::tuple(contact.shape_a, contact.shape_b, contact.feature); };
-  const auto add = [&](u32 shape_a, u32 shape_b, const ContactGeometry& geometry, const ContactImpulse<real>& impulse) {
-    const u32 body_a = constants_.buffers.shape_infos[shape_a].body,
-              body_b = constants_.buffers.shape_infos[shape_b].body;
-    contacts.push_back({body_a, body_b, shape_a - first_shape(body_a), shape_b - first_shape(body_b),
+  const auto add = [&](const auto& contact, const ContactPoint<real>& point, const ContactImpulse<real>& impulse) {
+    const u32 body_a = constants_.buffers.shape_infos[contact.shape_a].body,
+              body_b = constants_.buffers.shape_infos[contact.shape_b].body;
+    const ContactGeometry geometry = contact_geometry(b, body_a, body_b, contact.normal, point);
+    contacts.push_back({body_a, body_b, contact.shape_a - first_shape(body_a), contact.shape_b - first_shape(body_b),
                         vector(geometry.point()), vector(geometry.normal), vector(contact_impulse(impulse, geometry))});
   };
-  const u32 count = simulation_->counters()[COUNTER_CONTACTS];
-  const u32 slept = sleeping ? b.slept_count[0] : 0;
-  for (u32 i = 0, k = 0; i < count || k < slept;) {
-    const bool awake = k == slept || (i < count && key_of(b.contacts[i]) <= key_of(b.slept_keys[k]));
-    if (awake) {
-      if (k < slept && key_of(b.contacts[i]) == key_of(b.slept_keys[k])) ++k;
-      add(b.contacts[i].shape_a, b.contacts[i].shape_b, contact_geometry(b, i), b.cached_impulses[i]);
-      ++i;
-    } else {
-      const ContactKey& key = b.slept_keys[k];
-      const u32 body_a = constants_.buffers.shape_infos[key.shape_a].body,
-                body_b = constants_.buffers.shape_infos[key.shape_b].body;
-      add(key.shape_a, key.shape_b, contact_geometry(b, body_a, body_b, key.normal, b.slept_points[k]),
-          b.slept_impulses[k]);
-      ++k;
-    }
+  const auto key_of = [](const auto& contact) { return std::tuple(contact.shape_a, contact.shape_b, contact.feature); };
+  const u32 count = simulation_->counters()[COUNTER_CONTACTS], slept = sleeping ? b.slept_count[0] : 0;
+  u32 k = 0;
+  for (u32 i = 0; i < count; ++i) {
+    for (; k < slept && key_of(b.slept_keys[k]) < key_of(b.contacts[i]); ++k)
+      add(b.slept_keys[k], b.slept_points[k], b.slept_impulses[k]);
+    if (k < slept && key_of(b.slept_keys[k]) == key_of(b.contacts[i])) ++k;
+    add(b.contacts[i], b.contact_points[i], b.cached_impulses[i]);
   }
+  for (; k < slept; ++k) add(b.slept_keys[k], b.slept_points[k], b.slept_impulses[k]);
   return contacts;
 }
 

@@ -60,12 +60,11 @@ struct KeptImpulses {
   u32 count() const { return static_cast<u32>(keys.size()); }
 
   void copy_to(std::vector<u32>& to_count, std::vector<ContactKey>& to_keys, std::vector<ContactImpulse<real>>& to,
-               std::vector<Vec4<real>>& to_moments, std::vector<ContactPoint<real>>* to_points = nullptr) const {
+               std::vector<Vec4<real>>& to_moments) const {
     to_count[0] = count();
     std::ranges::copy(keys, to_keys.begin());
     std::ranges::copy(impulses, to.begin());
     if (!to_moments.empty()) std::ranges::copy(moments, to_moments.begin());
-    if (to_points) std::ranges::copy(points, to_points->begin());
   }
 };
 
@@ -88,7 +87,10 @@ void migrate_contacts(const Buffers<real>& from, const std::vector<u32>& new_sha
   resize(state.buffers, state.sizes, state.features);
   Buffers<real>& to = state.buffers;
   cached.copy_to(to.cached_count, to.cached_keys, to.cached_impulses, to.cached_moments);
-  if (sleeping) slept.copy_to(to.slept_count, to.slept_keys, to.slept_impulses, to.slept_moments, &to.slept_points);
+  if (sleeping) {
+    slept.copy_to(to.slept_count, to.slept_keys, to.slept_impulses, to.slept_moments);
+    std::ranges::copy(slept.points, to.slept_points.begin());
+  }
   if (!told) return;
   to.touching_count[0] = static_cast<u32>(touching.size());
   std::ranges::copy(touching, to.touching.begin());
