@@ -7,8 +7,9 @@
 // the old orientation.
 //
 // Euler's equation is solved in the body frame, for the components of w' in the frame that has turned by then; they
-// are written back as seen from the old orientation, and integrate_positions turns them with the body.
-// th = params.gyroscopic_theta: 0 explicit, 1 implicit (Catto, Numerical Methods, GDC 2015), 1/2 midpoint.
+// are written back as seen from the old orientation. th = params.gyroscopic_theta: 0 explicit, 1 implicit (Catto,
+// Numerical Methods, GDC 2015), 1/2 midpoint. How the body rotates if no impulse acts on it goes to free_rotations, for
+// integrate_positions.
 //
 // A body on a pivot turns about it: I and the moment of gravity tau = com_offset x m g are about the pivot, and
 // v = w x com_offset. Both Euler schemes (params.theta 0 and 1) take tau at the old orientation, the trapezoidal one
@@ -70,13 +71,17 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
           if (pivoted) moment = add3(moment, cross3(com_offset_world(b.pivots[i], q), vec3(load.force)));
           delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
-        Vec3<real> w_body = unrotate3(q, w);
+        const Vec3<real> w_body = unrotate3(q, w);
         if (gyroscopic) {
-          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.dt);
+          const Vec3<real> unmoved = add3(w_body, delta_w);
+          const FreeStep<real> step = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta,
+                                                      params.theta, params.dt);
+          const Vec3<real> change = sub3(step.w, unmoved);
+          w = rotate3(q, step.w);
+          b.free_rotations[i] = make_free_rotation(step.rotation, w, free_share<real> * dot3(change, change));
         } else {
-          w_body = add3(w_body, delta_w);
+          w = rotate3(q, add3(w_body, delta_w));
         }
-        w = rotate3(q, w_body);
       } else if (loaded) {
         w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));
       }

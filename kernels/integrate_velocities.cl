@@ -26,7 +26,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
                                  global const Load* loads, global const Load* particle_loads,
                                  global const Sleeper* sleepers, global const Vec4* positions,
                                  global const Vec4* orientations, global Velocity* previous_velocities,
-                                 global Motion* motions, global u32* counters) {
+                                 global FreeRotation* free_rotations, global Motion* motions, global u32* counters) {
   if (STEP_ABORTED(counters)) return;
   BodiesMeasure measure = {(real)0, 0, 0};
 
@@ -62,13 +62,17 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
           if (pivoted) moment = add3(moment, cross3(com_offset_world(pivots[i], q), vec3(load.force)));
           delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
-        Vec3 w_body = unrotate3(q, w);
+        const Vec3 w_body = unrotate3(q, w);
         if (gyroscopic) {
-          w_body = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.dt);
+          const Vec3 unmoved = add3(w_body, delta_w);
+          const FreeStep step = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta,
+                                                params.theta, params.dt);
+          const Vec3 change = sub3(step.w, unmoved);
+          w = rotate3(q, step.w);
+          free_rotations[i] = make_free_rotation(step.rotation, w, FREE_SHARE * dot3(change, change));
         } else {
-          w_body = add3(w_body, delta_w);
+          w = rotate3(q, add3(w_body, delta_w));
         }
-        w = rotate3(q, w_body);
       } else if (IS_LOADED) {
         w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));
       }

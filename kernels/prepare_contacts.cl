@@ -276,7 +276,7 @@ static inline void prepare_row(
 #if FEATURE_ANGULAR_FRICTION
   const LaneContact contact = {n, t1, t2, arm_a, arm_b};
   const Lane3 moment = start_moment(params->substep, first, angular_friction_points, block, angular, angular_impulses);
-  LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1};
+  LaneEllipse ellipse = {(lane)1, (lane)0, (lane)1, (lane)0};
 #if FEATURE_ELLIPTIC_FRICTION
   ellipse = prepare_ellipse(first, there, contact, a->orientation, b->orientation, anisotropy, ellipses);
 #endif

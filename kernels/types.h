@@ -339,6 +339,13 @@ LINE_RECORD(Velocity) {
   real w[3], pad_w;
 };
 
+// How an anisotropic body rotates in a sub-step in which no impulse acts on it (feature gyroscopic).
+LINE_RECORD(FreeRotation) {
+  real rotation[4];  // x y z w, in the frame of the body before the sub-step; not of unit length
+  real w[3];         // angular velocity after it, rad/s, as seen from the orientation before it
+  real slack;        // square of the change of w up to which no impulse has acted, rad^2/s^2
+};
+
 // ---- collision ---------------------------------------------------------------------------------------------------
 
 // The sphere and the box of a bounded shape. Planes, and what has no finite position, have extent 0.

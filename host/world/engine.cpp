@@ -341,9 +341,8 @@ Twist EngineOf<real>::after_impulse(u32 body, const Pose& pose, const Twist& vel
 
 template <class real>
 Twist EngineOf<real>::velocity_between(const Pose& current, const Pose& target) const {
-  const u32 substeps = constants_.params.substeps;
   return {exact::scale(1 / dt_, exact::subtract(target.position, current.position)),
-          angular_velocity_between(current.orientation, target.orientation, dt_ / substeps, substeps)};
+          angular_velocity_between(current.orientation, target.orientation, dt_)};
 }
 
 }  // namespace
