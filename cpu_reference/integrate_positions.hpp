@@ -9,8 +9,8 @@
 // Where a gyroscopic moment acts, integrate_velocities has computed the body-frame components of the new angular
 // velocity: it is carried along as the body turns. A body that no impulse has pushed since then turns as computed
 // there, which keeps its angular momentum. One that is held or hit turns by w_th, as its joints and contacts were
-// solved (at th = 1 that is a turn about w itself, which carries it nowhere). A body on a pivot only turns; its centre
-// of mass follows.
+// solved (at th = 1 that is a turn about w itself, which carries it nowhere). A body on a pivot only turns, by w_th;
+// its centre of mass follows.
 #pragma once
 
 #include "cpu_reference/rigid_body.hpp"
@@ -38,11 +38,12 @@ void integrate_positions(Buffers<real>& b, const StepParams<real>& params) {
     const Vec3<real> mean_v = mean3(params.theta, vec3(previous.v), v);
 
     const Quat<real> old_q = quat(b.orientations[i]);
-    const bool free = gyroscopic && is_free(b.free_rotations[i], w);
-    const Quat<real> q = free ? unit4(multiply4(old_q, free_rotation(b.free_rotations[i])))
-                              : integrate_orientation(old_q, mean3(params.theta, vec3(previous.w), w), params.dt);
+    const bool free = gyroscopic && !pivoted && is_free(b.free_rotations[i], w);
+    const Quat<real> rotation =
+        free ? free_rotation(b.free_rotations[i]) : rotation_by(mean3(params.theta, vec3(previous.w), w), params.dt);
+    const Quat<real> q = unit4(multiply4(rotation, old_q));
     const bool carried = free || (gyroscopic && params.theta != real(1));
-    if (carried) w = carry3(old_q, q, w);
+    if (carried) w = rotate_by(rotation, w);
 
     Vec4<real>& position = b.positions[i];
     Vec3<real> x = vec3_of(position);

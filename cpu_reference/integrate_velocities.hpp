@@ -71,16 +71,20 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
           if (pivoted) moment = add3(moment, cross3(com_offset_world(b.pivots[i], q), vec3(load.force)));
           delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
-        const Vec3<real> w_body = unrotate3(q, w);
+        Vec3<real> change = delta_w;
+        FreeStep<real> step;
         if (gyroscopic) {
-          const Vec3<real> unmoved = add3(w_body, delta_w);
-          const FreeStep<real> step = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta,
-                                                      params.theta, params.dt);
-          const Vec3<real> change = sub3(step.w, unmoved);
-          w = rotate3(q, step.w);
-          b.free_rotations[i] = make_free_rotation(step.rotation, w, free_share<real> * dot3(change, change));
-        } else {
-          w = rotate3(q, add3(w_body, delta_w));
+          const Vec3<real> w_body = unrotate3(q, w);
+          step = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.theta,
+                                 params.dt);
+          change = sub3(step.w, w_body);
+        }
+        w = add3(w, rotate3(q, change));  // rounding of its length, which comes with rotations, would add up
+        if (gyroscopic && !pivoted) {
+          const Vec3<real> axis = rotate3(q, Vec3<real>{step.rotation.x, step.rotation.y, step.rotation.z});
+          const Vec3<real> gyroscopic_change = sub3(change, delta_w);
+          b.free_rotations[i] = make_free_rotation(Quat<real>{axis.x, axis.y, axis.z, step.rotation.w}, w,
+                                                   free_share<real> * dot3(gyroscopic_change, gyroscopic_change));
         }
       } else if (loaded) {
         w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));

@@ -116,6 +116,15 @@ Quat<real> rotation_by(Vec3<real> w, real dt) {
   return {ratio.numerator * z.x, ratio.numerator * z.y, ratio.numerator * z.z, ratio.denominator};
 }
 
+/// v rotated by a quaternion of any length. What is added to v is small where v is nearly along the axis, and so is its
+/// rounding.
+template <class real>
+Vec3<real> rotate_by(Quat<real> rotation, Vec3<real> v) {
+  const Vec3<real> u = {rotation.x, rotation.y, rotation.z};
+  const Vec3<real> t = add3(cross3(u, v), scale3(rotation.w, v));
+  return add3(v, scale3(real(2) / (dot3(u, u) + rotation.w * rotation.w), cross3(u, t)));
+}
+
 /// The orientation after rotating with w (world frame) for dt: that of the differential equation q' = G(q) w
 /// (survey eq. 1) for a constant w.
 template <class real>

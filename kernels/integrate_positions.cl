@@ -28,15 +28,16 @@ kernel void integrate_positions(const StepParams params, global const BodyInfo* 
 
     const Quat old_q = quat(orientations[i]);
     bool free = false;
-    Quat q;
-    if (gyroscopic) {
-      const FreeRotation rotation = free_rotations[i];
-      free = is_free(rotation, w);
-      if (free) q = unit4(multiply4(old_q, free_rotation(rotation)));
+    Quat rotation;
+    if (gyroscopic && !pivoted) {
+      const FreeRotation own = free_rotations[i];
+      free = is_free(own, w);
+      if (free) rotation = free_rotation(own);
     }
-    if (!free) q = integrate_orientation(old_q, mean3(params.theta, vec3(previous.w), w), params.dt);
+    if (!free) rotation = rotation_by(mean3(params.theta, vec3(previous.w), w), params.dt);
+    const Quat q = unit4(multiply4(rotation, old_q));
     const bool carried = free || (gyroscopic && params.theta != (real)1);
-    if (carried) w = carry3(old_q, q, w);
+    if (carried) w = rotate_by(rotation, w);
 
     Vec4 position = positions[i];
     Vec3 x = vec3_of(position);

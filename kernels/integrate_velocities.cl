@@ -62,16 +62,20 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
           if (pivoted) moment = add3(moment, cross3(com_offset_world(pivots[i], q), vec3(load.force)));
           delta_w = add3(delta_w, scale3(params.dt, multiply3(vec3(mass.inverse_inertia), unrotate3(q, moment))));
         }
-        const Vec3 w_body = unrotate3(q, w);
+        Vec3 change = delta_w;
+        FreeStep step;
         if (gyroscopic) {
-          const Vec3 unmoved = add3(w_body, delta_w);
-          const FreeStep step = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta,
-                                                params.theta, params.dt);
-          const Vec3 change = sub3(step.w, unmoved);
-          w = rotate3(q, step.w);
-          free_rotations[i] = make_free_rotation(step.rotation, w, FREE_SHARE * dot3(change, change));
-        } else {
-          w = rotate3(q, add3(w_body, delta_w));
+          const Vec3 w_body = unrotate3(q, w);
+          step = gyroscopic_step(gyroscopic_ratios(mass), w_body, delta_w, params.gyroscopic_theta, params.theta,
+                                 params.dt);
+          change = sub3(step.w, w_body);
+        }
+        w = add3(w, rotate3(q, change));
+        if (gyroscopic && !pivoted) {
+          const Vec3 axis = rotate3(q, make3(step.rotation.x, step.rotation.y, step.rotation.z));
+          const Vec3 gyroscopic_change = sub3(change, delta_w);
+          free_rotations[i] = make_free_rotation(make4(axis.x, axis.y, axis.z, step.rotation.w), w,
+                                                 FREE_SHARE * dot3(gyroscopic_change, gyroscopic_change));
         }
       } else if (IS_LOADED) {
         w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));

@@ -103,6 +103,12 @@ static inline Quat rotation_by(Vec3 w, real dt) {
   return make4(ratio.numerator * z.x, ratio.numerator * z.y, ratio.numerator * z.z, ratio.denominator);
 }
 
+static inline Vec3 rotate_by(Quat rotation, Vec3 v) {
+  const Vec3 u = make3(rotation.x, rotation.y, rotation.z);
+  const Vec3 t = add3(cross3(u, v), scale3(rotation.w, v));
+  return add3(v, scale3((real)2 / (dot3(u, u) + rotation.w * rotation.w), cross3(u, t)));
+}
+
 static inline Quat integrate_orientation(Quat q, Vec3 w, real dt) { return unit4(multiply4(rotation_by(w, dt), q)); }
 
 static inline Quat correct_orientation(Quat q, Vec3 angle) {

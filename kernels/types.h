@@ -341,7 +341,7 @@ LINE_RECORD(Velocity) {
 
 // How an anisotropic body rotates in a sub-step in which no impulse acts on it (feature gyroscopic).
 LINE_RECORD(FreeRotation) {
-  real rotation[4];  // x y z w, in the frame of the body before the sub-step; not of unit length
+  real rotation[4];  // x y z w, world frame, not of unit length
   real w[3];         // angular velocity after it, rad/s, as seen from the orientation before it
   real slack;        // square of the change of w up to which no impulse has acted, rad^2/s^2
 };
