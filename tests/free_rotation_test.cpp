@@ -156,7 +156,7 @@ TEST_P(FreeRotation, AngularVelocityIsTheRateOfTheAngle) {
   }
 }
 
-TEST_P(FreeRotation, AKinematicBodyTurnsByItsAngularVelocity) {
+TEST_P(FreeRotation, AKinematicBodyRotatesByItsAngularVelocity) {
   for (const double speed : {12.0, 100.0, 1000.0}) {
     World w = world(fmt::format(R"({{"gravity": [0, 0, 0], "settings": {{"dt": 0.016666666666666666}},
         "bodies": [{{"name": "body", "type": "kinematic", "angular_velocity": [0, {}, 0]}}]}})",
@@ -169,7 +169,7 @@ TEST_P(FreeRotation, AKinematicBodyTurnsByItsAngularVelocity) {
 }
 
 // A wheel, round or not, at the speed of its motor; the joint says the same angle as the pose.
-TEST_P(FreeRotation, AMotorTurnsAHingeByItsSpeed) {
+TEST_P(FreeRotation, AMotorRotatesAHingeByItsSpeed) {
   for (const double speed : {3.0, 30.0, 60.0, 100.0}) {
     for (const Vector3& inertia : {Vector3{0.1, 0.1, 0.1}, Vector3{0.1, 0.3, 0.35}}) {
       World w = world(body_alone(inertia, {0, 0, 0}, 1.0 / 60,

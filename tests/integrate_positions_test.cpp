@@ -85,10 +85,10 @@ TEST(IntegratePositions, DzhanibekovConvergesAtSecondOrder) {
     const double coarse = dzhanibekov_error(epsilon, Integrator::trapezoidal, 1000);
     const double fine = dzhanibekov_error(epsilon, Integrator::trapezoidal, 2000);
     EXPECT_NEAR(coarse / fine, 4, 0.1) << epsilon;
-    EXPECT_LT(fine, 1e-6) << epsilon;
+    EXPECT_LT(fine, 1e-5) << epsilon;
   }
   const MotionSetup motion = {.dt = 1e-3, .integrator = Integrator::trapezoidal};
-  EXPECT_NEAR(measured_dzhanibekov_period(1e-3, motion), 13.722675, 1e-5);
+  EXPECT_NEAR(measured_dzhanibekov_period(1e-3, motion), 13.722675, 5e-5);
 }
 
 TEST(IntegratePositions, OrientationsOfAFreeBodyConvergeByTheOrderOfTheScheme) {
@@ -104,8 +104,9 @@ TEST(IntegratePositions, OrientationsOfAFreeBodyConvergeByTheOrderOfTheScheme) {
 }
 
 TEST(IntegratePositions, PendulumConvergesToTheClosedForm) {
-  EXPECT_NEAR(pendulum_error(Integrator::trapezoidal, 4000) / pendulum_error(Integrator::trapezoidal, 8000), 4, 0.1);
-  EXPECT_LT(pendulum_error(Integrator::trapezoidal, 8000), 4e-5);
+  // released level, it has no error of second order over a swing: what the Cayley map missed was all of it
+  EXPECT_GT(pendulum_error(Integrator::trapezoidal, 1000) / pendulum_error(Integrator::trapezoidal, 2000), 15);
+  EXPECT_LT(pendulum_error(Integrator::trapezoidal, 8000), 1e-9);
   const auto gain = [](Integrator integrator) {
     return pendulum_error(integrator, 32000) / pendulum_error(integrator, 64000);
   };
