@@ -51,6 +51,8 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
     set_inverse_inertia(motion, mass, info, q);
     if (params.substep == 0 && info.kind == BODY_DYNAMIC) measure_body(b, params, i);
 
+    FreeRotation<real> record = {};
+
     if (info.kind == BODY_DYNAMIC && !is_asleep(b, i)) {
       const Vec3<real> gravity = vec3_of(b.gravities[info.world]);
       const bool pivoted = is_pivoted(b.pivots, i);
@@ -83,8 +85,8 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
         if (gyroscopic && !pivoted) {
           const Vec3<real> axis = rotate3(q, Vec3<real>{step.rotation.x, step.rotation.y, step.rotation.z});
           const Vec3<real> gyroscopic_change = sub3(change, delta_w);
-          b.free_rotations[i] = make_free_rotation(Quat<real>{axis.x, axis.y, axis.z, step.rotation.w}, w,
-                                                   free_share<real> * dot3(gyroscopic_change, gyroscopic_change));
+          record = make_free_rotation(Quat<real>{axis.x, axis.y, axis.z, step.rotation.w}, w,
+                                      free_share<real> * dot3(gyroscopic_change, gyroscopic_change));
         }
       } else if (loaded) {
         w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));
@@ -102,6 +104,7 @@ void integrate_velocities(Buffers<real>& b, const StepParams<real>& params) {
       if (is_bad_velocity(v, w, params.speed_limit)) report_bad(b.counters, STATUS_BAD_FORCES, i);
     }
 
+    if (!b.free_rotations.empty()) b.free_rotations[i] = record;
     store3(motion.v, v);
     store3(motion.w, w);
   }

@@ -43,6 +43,8 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
       measure_body(params.units_per_joule, mass, info, IS_PIVOTED(pivots, i), vec3_of(gravities[info.world]),
                    vec3_of(positions[i]), q, v, w, &measure);
 
+    FreeRotation record = {{(real)0, (real)0, (real)0, (real)0}, {(real)0, (real)0, (real)0}, (real)0};
+
     if (info.kind == BODY_DYNAMIC && !is_asleep(sleepers, i)) {
       const Vec3 gravity = vec3_of(gravities[info.world]);
       const bool pivoted = IS_PIVOTED(pivots, i);
@@ -74,8 +76,8 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
         if (gyroscopic && !pivoted) {
           const Vec3 axis = rotate3(q, make3(step.rotation.x, step.rotation.y, step.rotation.z));
           const Vec3 gyroscopic_change = sub3(change, delta_w);
-          free_rotations[i] = make_free_rotation(make4(axis.x, axis.y, axis.z, step.rotation.w), w,
-                                                 FREE_SHARE * dot3(gyroscopic_change, gyroscopic_change));
+          record = make_free_rotation(make4(axis.x, axis.y, axis.z, step.rotation.w), w,
+                                      FREE_SHARE * dot3(gyroscopic_change, gyroscopic_change));
         }
       } else if (IS_LOADED) {
         w = add3(w, scale3(params.dt, apply_inverse_inertia(motion, vec3(load.torque))));
@@ -93,6 +95,7 @@ kernel void integrate_velocities(const StepParams params, global const BodyInfo*
       if (is_bad_velocity(v, w, params.speed_limit)) report_bad(counters, STATUS_BAD_FORCES, i);
     }
 
+    if (FEATURE_GYROSCOPIC) free_rotations[i] = record;
     store3(motion.v, v);
     store3(motion.w, w);
     motions[i] = motion;
